@@ -1,0 +1,152 @@
+// Speed of the optimisers, one thread. The benchmarks named *BesideCeres solve the same problem
+// with both in turn and report the ratio of CPU times, which is worth more than either time on a
+// busy machine.
+#include <benchmark/benchmark.h>
+
+#include <ctime>
+
+#include "geometry/pnp.hpp"
+#include "optim/local_bundle.hpp"
+#include "optim/pose_only.hpp"
+#include "optim/synthetic_views.hpp"
+#ifdef YGSLAM_HAVE_CERES
+#include "optim/referee/ceres_referee.hpp"
+#endif
+
+namespace ygslam::bench {
+namespace {
+
+// A local window as mapping sees it: 15 keyframes, 2000 points, about 5 observations each.
+BundleProblem local_window(int poses, int points) {
+  Rng rng(1);
+  auto world = synthetic::bundle_world(poses, points, 6,
+                                       {.wrong_pixel_share = 0.02, .wrong_depth_share = 0.05}, rng);
+  synthetic::perturb(world.problem, 0.01, 0.005, 0.02, rng);
+  return world.problem;
+}
+
+void BM_LocalBundle(benchmark::State& state) {
+  const BundleProblem problem =
+      local_window(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  BundleResult result;
+  for (auto _ : state) result = adjust_bundle(synthetic::camera(), problem, {});
+  state.counters["observations"] = static_cast<double>(problem.observations.size());
+  state.counters["iterations"] = result.iterations;
+  state.counters["cost_ratio"] = result.final_cost / result.initial_cost;
+}
+BENCHMARK(BM_LocalBundle)
+    ->Args({15, 2000})
+    ->Args({30, 4000})
+    ->Args({60, 6000})
+    ->Args({100, 10000})
+    ->Unit(benchmark::kMillisecond);
+
+struct PoseCase {
+  std::vector<PoseObservation> observations;
+  SE3 T_guess;
+};
+
+PoseCase pose_case(int points) {
+  Rng rng(2);
+  auto world =
+      synthetic::pose_world(points, {.wrong_pixel_share = 0.1, .wrong_depth_share = 0.05}, rng);
+  return {world.observations,
+          SE3::exp(synthetic::random_twist(rng, 0.03, 0.02)) * world.T_camera_world};
+}
+
+void BM_PoseOnly(benchmark::State& state) {
+  const PoseCase c = pose_case(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(solve_pose(synthetic::camera(), c.T_guess, c.observations, {}));
+  }
+}
+BENCHMARK(BM_PoseOnly)->Arg(100)->Arg(500)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+void BM_PnpRansac(benchmark::State& state) {
+  Rng rng(3);
+  const double wrong_share = static_cast<double>(state.range(0)) / 100.0;
+  const auto world = synthetic::pose_world(
+      500, {.wrong_pixel_share = wrong_share, .without_depth_share = 0.1}, rng);
+  std::vector<PnpPoint> points;
+  for (const PoseObservation& o : world.observations) {
+    points.push_back({o.p_world, o.seen.ideal_px, o.seen.depth_m});
+  }
+  int samples = 0;
+  for (auto _ : state) {
+    const auto result = solve_pnp_ransac(synthetic::camera(), points, {}, rng);
+    samples = result ? result->iterations : -1;
+  }
+  state.counters["samples"] = samples;
+}
+BENCHMARK(BM_PnpRansac)->Arg(30)->Arg(50)->Arg(70)->Unit(benchmark::kMicrosecond);
+
+#ifdef YGSLAM_HAVE_CERES
+
+double thread_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+template <class F>
+double seconds(F&& work) {
+  const double start = thread_cpu_seconds();
+  work();
+  return thread_cpu_seconds() - start;
+}
+
+void report(benchmark::State& state, double ours_s, double ceres_s) {
+  const auto runs = static_cast<double>(state.iterations());
+  state.counters["ours_ms"] = 1e3 * ours_s / runs;
+  state.counters["ceres_ms"] = 1e3 * ceres_s / runs;
+  state.counters["ceres_over_ours"] = ceres_s / ours_s;
+}
+
+// One robust phase with the same kernel and the same end: a step that lowers the cost by 1e-5.
+void BM_LocalBundleBesideCeres(benchmark::State& state) {
+  const BundleProblem problem = local_window(15, 2000);
+  BundleConfig config;
+  config.iterations_robust = 15;
+  config.iterations_refine = 0;
+  const referee::Settings settings = {.iterations = 15, .relative_decrease = 1e-5};
+  double ours_s = 0, ceres_s = 0;
+  BundleResult ours;
+  referee::Solution ceres;
+  for (auto _ : state) {
+    ours_s += seconds([&] { ours = adjust_bundle(synthetic::camera(), problem, config); });
+    ceres_s +=
+        seconds([&] { ceres = referee::adjust_bundle(synthetic::camera(), problem, settings); });
+  }
+  report(state, ours_s, ceres_s);
+  state.counters["our_iterations"] = ours.iterations;
+  state.counters["ceres_iterations"] = ceres.iterations;
+  state.counters["our_cost"] = ours.final_cost;
+  state.counters["ceres_cost"] = ceres.final_cost;
+}
+BENCHMARK(BM_LocalBundleBesideCeres)->Unit(benchmark::kMillisecond);
+
+void BM_PoseOnlyBesideCeres(benchmark::State& state) {
+  const PoseCase c = pose_case(500);
+  PoseOnlyConfig config;
+  config.rounds = config.robust_rounds = 1;
+  double ours_s = 0, ceres_s = 0;
+  for (auto _ : state) {
+    ours_s += seconds([&] {
+      benchmark::DoNotOptimize(solve_pose(synthetic::camera(), c.T_guess, c.observations, config));
+    });
+    ceres_s += seconds([&] {
+      benchmark::DoNotOptimize(
+          referee::solve_pose(synthetic::camera(), c.T_guess, c.observations,
+                              {.iterations = config.iterations, .relative_decrease = 1e-9}));
+    });
+  }
+  report(state, ours_s, ceres_s);
+}
+BENCHMARK(BM_PoseOnlyBesideCeres)->Unit(benchmark::kMillisecond);
+
+#endif  // YGSLAM_HAVE_CERES
+
+}  // namespace
+}  // namespace ygslam::bench
+
+BENCHMARK_MAIN();

@@ -1,0 +1,210 @@
+// segment_bench MODEL... [--sequence DIR] [--frames N] [--score S] [--iou I]
+//
+// For every precision each model has on this processor: wall time of the bare network (OpenVINO's
+// API, one thread, latency hint, otherwise its defaults, as benchmark_app runs it) and of our whole
+// segmenter (letterbox, network, decoding, masks at image size), measured in turns so that both see
+// the same machine. Also the share of the images under person masks, and with a sequence that has
+// mask/ how well they agree with it.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <openvino/runtime/core.hpp>
+#include <openvino/runtime/properties.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/time.hpp"
+#include "image/cv_view.hpp"
+#include "segment/png_ids.hpp"
+#include "segment/yolo_openvino.hpp"
+
+namespace ygslam::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::vector<std::string> models;
+  fs::path sequence;
+  int frames = 60;
+  DecodeConfig decode;
+};
+
+struct Sample {
+  RgbdFrame frame;
+  std::optional<GreyImage> truth;
+};
+
+std::vector<fs::path> sorted_files(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<Sample> load(const Options& options) {
+  std::vector<Sample> samples;
+  if (options.sequence.empty()) {
+    for (int i = 0; i < options.frames; ++i) {
+      samples.push_back({{FrameId{0}, {}, ColourImage(640, 480, {90, 120, 60}), {}, {}}, {}});
+    }
+    return samples;
+  }
+  const auto files = sorted_files(options.sequence / "rgb");
+  const std::size_t step = std::max<std::size_t>(1, files.size() / options.frames);
+  for (std::size_t i = 0; i < files.size(); i += step) {
+    const cv::Mat bgr = cv::imread(files[i].string(), cv::IMREAD_COLOR);
+    if (bgr.empty()) continue;
+    Sample s{{FrameId{static_cast<std::uint32_t>(i)}, {}, ColourImage(bgr.cols, bgr.rows), {}, {}},
+             {}};
+    cv::cvtColor(bgr, cv_view(s.frame.colour), cv::COLOR_BGR2RGB);
+    const fs::path mask = options.sequence / "mask" / files[i].filename().replace_extension("png");
+    if (fs::exists(mask)) {
+      if (auto ids = read_png_ids(mask); ids.ok()) s.truth = std::move(*ids);
+    }
+    samples.push_back(std::move(s));
+  }
+  return samples;
+}
+
+/// Intersection over union of the set pixels; nullopt where the truth has none.
+std::optional<double> mask_iou(const GreyImage& ids, const GreyImage& truth) {
+  int both = 0;
+  int either = 0;
+  bool any = false;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const bool ours = ids.data()[i] > 0;
+    const bool wanted = truth.data()[i] > 0;
+    both += ours && wanted ? 1 : 0;
+    either += ours || wanted ? 1 : 0;
+    any = any || wanted;
+  }
+  if (!any) return std::nullopt;
+  return static_cast<double>(both) / either;
+}
+
+double masked_share(const GreyImage& ids) {
+  const auto none = std::count(ids.begin(), ids.end(), std::uint8_t{0});
+  return 1.0 - static_cast<double>(none) / static_cast<double>(ids.size());
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+class BareNetwork {
+ public:
+  BareNetwork(const std::string& model, const std::string& precision) {
+    const auto type = precision == "bf16" ? ov::element::bf16 : ov::element::f32;
+    compiled_ = core_.compile_model(
+        model, "CPU", ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
+        ov::inference_num_threads(1), ov::hint::inference_precision(type));
+    request_ = compiled_.create_infer_request();
+  }
+  double infer_ms() {
+    const ScopedTimer timer;
+    request_.infer();
+    return timer.wall_ms();
+  }
+
+ private:
+  ov::Core core_;
+  ov::CompiledModel compiled_;
+  ov::InferRequest request_;
+};
+
+void measure(const Options& options, const std::string& model, Precision precision,
+             const std::vector<Sample>& samples) {
+  YoloConfig config;
+  config.model = model;
+  config.precision = precision;
+  config.decode = options.decode;
+  const ScopedTimer start;
+  const auto made = make_yolo_segmenter(config);
+  const double load_ms = start.wall_ms();
+  if (!made.ok()) {
+    if (made.error().kind != ErrorKind::kConfig)
+      std::fprintf(stderr, "%s\n", made.error().message.c_str());
+    return;
+  }
+  Segmenter& segmenter = *made.value();
+  BareNetwork bare(model, segmenter.precision());
+  std::vector<double> bare_ms, wall_ms, cpu_ms;
+  double iou_sum = 0;
+  double masked = 0;
+  int iou_count = 0;
+  for (const Sample& sample : samples) {
+    bare_ms.push_back(bare.infer_ms());
+    const ScopedTimer timer;
+    const auto out = segmenter.segment(sample.frame);
+    wall_ms.push_back(timer.wall_ms());
+    cpu_ms.push_back(timer.cpu_ms());
+    if (out.ok()) masked += masked_share(out->ids) / static_cast<double>(samples.size());
+    if (!out.ok() || !sample.truth || !sample.truth->same_size(out->ids)) continue;
+    if (const auto iou = mask_iou(out->ids, *sample.truth)) {
+      iou_sum += *iou;
+      ++iou_count;
+    }
+  }
+  std::printf("%-34s %-5s %8.1f %8.1f %8.1f %7.2f %8.0f", fs::path(model).filename().c_str(),
+              segmenter.precision().c_str(), median(bare_ms), median(wall_ms), median(cpu_ms),
+              median(wall_ms) / median(bare_ms), load_ms);
+  std::printf(" %7.2f", 100.0 * masked);
+  if (iou_count > 0) std::printf("   %.4f (%d frames)", iou_sum / iou_count, iou_count);
+  std::printf("\n");
+}
+
+std::optional<Options> parse(int argc, char** argv) {
+  Options options;
+  options.decode.classes = {0};
+  for (int i = 1; i < argc; ++i) {
+    const std::string arg = argv[i];
+    if (arg.rfind("--", 0) != 0) {
+      options.models.push_back(arg);
+      continue;
+    }
+    if (i + 1 >= argc) return std::nullopt;
+    const char* value = argv[++i];
+    if (arg == "--sequence") {
+      options.sequence = value;
+    } else if (arg == "--frames") {
+      options.frames = std::max(1, std::atoi(value));
+    } else if (arg == "--score") {
+      options.decode.score_threshold = std::atof(value);
+    } else if (arg == "--iou") {
+      options.decode.nms_iou = std::atof(value);
+    } else {
+      return std::nullopt;
+    }
+  }
+  if (options.models.empty()) return std::nullopt;
+  return options;
+}
+
+}  // namespace
+}  // namespace ygslam::bench
+
+int main(int argc, char** argv) {
+  using namespace ygslam;
+  const auto options = bench::parse(argc, argv);
+  if (!options) {
+    std::fprintf(stderr,
+                 "usage: segment_bench MODEL... [--sequence DIR] [--frames N] [--score S] "
+                 "[--iou I]\n");
+    return 2;
+  }
+  const auto samples = bench::load(*options);
+  std::printf("%-34s %-5s %8s %8s %8s %7s %8s %7s   %s\n", "model", "as", "bare ms", "ours ms",
+              "cpu ms", "ratio", "load ms", "mask %", "person IoU");
+  for (const std::string& model : options->models) {
+    for (const Precision p : {Precision::kF32, Precision::kBf16, Precision::kInt8}) {
+      bench::measure(*options, model, p, samples);
+    }
+  }
+  return 0;
+}

@@ -1,0 +1,30 @@
+# Compiler settings shared by every target.
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+      CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} ${CCACHE_PROGRAM})
+endif()
+
+add_library(ygslam_compiler INTERFACE)
+target_compile_options(ygslam_compiler INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+                       -Wno-psabi -fno-math-errno)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC 12 sees overlaps and overruns in inlined std::string and Eigen code that are not there.
+  target_compile_options(ygslam_compiler INTERFACE -Wno-restrict -Wno-array-bounds)
+endif()
+# Contracting a*b+c differently in two translation units would make equal formulas unequal.
+target_compile_options(ygslam_compiler INTERFACE -ffp-contract=on)
+
+if(YGSLAM_ARCH STREQUAL "auto")
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    target_compile_options(ygslam_compiler INTERFACE -march=x86-64-v3)
+  endif()
+elseif(YGSLAM_ARCH)
+  target_compile_options(ygslam_compiler INTERFACE -march=${YGSLAM_ARCH})
+endif()
+
+if(YGSLAM_SANITIZE)
+  target_compile_options(ygslam_compiler INTERFACE -fsanitize=${YGSLAM_SANITIZE}
+                         -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(ygslam_compiler INTERFACE -fsanitize=${YGSLAM_SANITIZE})
+endif()

@@ -1,0 +1,30 @@
+# What `cmake --install` lays down: library, header, CMake package, command line, and the inference
+# runtime beside them, so that neither the source tree nor the Python environment is needed later.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(runtime_dir ${CMAKE_INSTALL_LIBDIR}/ygslam)
+install(TARGETS ygslam_library EXPORT ygslamTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY include/ygslam DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(EXPORT ygslamTargets NAMESPACE ygslam:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ygslam)
+file(WRITE ${CMAKE_BINARY_DIR}/ygslamConfig.cmake
+     "include(\"\${CMAKE_CURRENT_LIST_DIR}/ygslamTargets.cmake\")\n")
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/ygslamConfigVersion.cmake
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/ygslamConfig.cmake ${CMAKE_BINARY_DIR}/ygslamConfigVersion.cmake
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ygslam)
+
+set_target_properties(ygslam_cli PROPERTIES INSTALL_RPATH "$ORIGIN/../${runtime_dir}")
+install(TARGETS ygslam_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+
+# OpenVINO: the core, the CPU plugin, the readers of ONNX and IR, and the thread pool they use.
+get_target_property(openvino_library openvino::runtime IMPORTED_LOCATION_RELEASE)
+get_filename_component(openvino_dir "${openvino_library}" DIRECTORY)
+file(GLOB openvino_files "${openvino_dir}/libopenvino.so*" "${openvino_dir}/libopenvino_intel_cpu_plugin.so"
+     "${openvino_dir}/libopenvino_onnx_frontend.so*" "${openvino_dir}/libopenvino_ir_frontend.so*"
+     "${openvino_dir}/libtbb.so*" "${openvino_dir}/libtbbmalloc.so*" "${openvino_dir}/plugins.xml")
+install(FILES ${openvino_files} DESTINATION ${runtime_dir})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# The licences of what is passed on (OpenVINO, oneTBB, oneDNN and theirs).
+file(GLOB openvino_licences LIST_DIRECTORIES TRUE "${openvino_dir}/../../openvino-*.dist-info/licenses")
+install(DIRECTORY ${openvino_licences} DESTINATION ${CMAKE_INSTALL_DOCDIR}/openvino)

@@ -1,0 +1,37 @@
+include(GoogleTest)
+
+# ygslam_module(NAME [DEPENDS modules...] [LIBS libraries...] [TEST_DEPENDS ...] [TEST_LIBS ...])
+# One folder of src/ = one static library = one layer. Sources are the folder's *.cpp;
+# *_test.cpp beside them become the executable NAME_test.
+function(ygslam_module name)
+  cmake_parse_arguments(arg "" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS *.cpp)
+  set(tests ${sources})
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+  list(TRANSFORM arg_DEPENDS PREPEND ygslam_)
+  list(TRANSFORM arg_TEST_DEPENDS PREPEND ygslam_)
+
+  if(sources)
+    add_library(ygslam_${name} STATIC ${sources})
+    set(scope PUBLIC)
+    set_property(GLOBAL APPEND PROPERTY YGSLAM_MODULES ygslam_${name})
+    target_link_libraries(ygslam_${name} PRIVATE ygslam_compiler)
+  else()
+    add_library(ygslam_${name} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  target_include_directories(ygslam_${name} ${scope} ${CMAKE_SOURCE_DIR}/src)
+  target_link_libraries(ygslam_${name} ${scope} ${arg_DEPENDS} Eigen3::Eigen)
+  if(arg_LIBS)
+    target_link_libraries(ygslam_${name} ${scope} ${arg_LIBS})
+  endif()
+
+  if(YGSLAM_BUILD_TESTS AND tests)
+    add_executable(${name}_test ${tests})
+    target_link_libraries(${name}_test PRIVATE ygslam_${name} ygslam_compiler ${arg_TEST_DEPENDS}
+                          ${arg_TEST_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
+    gtest_discover_tests(${name}_test WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} DISCOVERY_TIMEOUT 60
+                         PROPERTIES TIMEOUT 600 LABELS ${name})
+  endif()
+endfunction()

@@ -1,0 +1,108 @@
+// YG-SLAM as a library: one RGB-D frame in, one result out.
+//
+//   ygslam::api::Settings settings;
+//   settings.camera = {.fx = 535.4, .fy = 539.2, .cx = 320.1, .cy = 247.6};
+//   auto slam = ygslam::api::Slam::open(settings);  // throws ygslam::api::Error
+//   ygslam::api::Result r = slam.process({t_ns, rgb, depth_m});
+//
+// This header needs the standard library only. Objects may be used from one thread at a time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#if defined(_WIN32)
+#define YGSLAM_API
+#else
+#define YGSLAM_API __attribute__((visibility("default")))
+#endif
+
+namespace ygslam::api {
+
+/// Pinhole camera with Brown-Conrady distortion, as in OpenCV; a pixel's centre is an integer.
+struct CameraModel {
+  double fx = 0, fy = 0, cx = 0, cy = 0;           ///< [px]
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+  int width = 640, height = 480;                   ///< [px]
+};
+
+struct Settings {
+  CameraModel camera;
+  std::string model;          ///< YOLOv8-seg network (.onnx or .xml); empty = geometry alone
+  std::string dynamic;        ///< off, geometry, semantic, full; empty = full with a model, else geometry
+  bool deterministic = false; ///< one schedule without threads: same input, same result
+  std::map<std::string, std::string> options;  ///< any key of `ygslam config`
+};
+
+/// Row-major, rows contiguous. Pointers are read during the call only.
+struct Frame {
+  std::int64_t t_ns = 0;              ///< strictly increasing
+  const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
+  const float* depth_m = nullptr;     ///< height x width, along the optical axis; 0, NaN, negative = none
+};
+
+enum class State { kWaiting, kTracking, kWeak, kLost };
+
+/// T_target_source: rotation as unit quaternion (x, y, z, w), translation [m].
+struct Pose {
+  std::array<double, 3> translation_m{0, 0, 0};
+  std::array<double, 4> rotation_xyzw{0, 0, 0, 1};
+};
+
+struct Result {
+  State state = State::kWaiting;
+  Pose T_world_camera;   ///< world = first tracked camera; meaningful while tracking or weak
+  int static_points = 0, dynamic_points = 0, unknown_points = 0;
+  int inliers = 0;       ///< points that agree with the pose
+  int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
+};
+
+struct StampedPose {
+  std::int64_t t_ns = 0;
+  Pose T_world_camera;
+};
+
+struct MapPoint {
+  float x_m, y_m, z_m;
+  std::uint8_t r, g, b;
+};
+
+struct Outcome {
+  std::vector<StampedPose> trajectory;  ///< corrected by what the map learned later
+  std::vector<MapPoint> static_map;
+};
+
+/// What went wrong in one line; `code` as the exit codes of the command line (3 settings or camera,
+/// 4 input, 5 model).
+class YGSLAM_API Error : public std::runtime_error {
+ public:
+  Error(int error_code, const std::string& message)
+      : std::runtime_error(message), code(error_code) {}
+  int code;
+};
+
+class YGSLAM_API Slam {
+ public:
+  /// @throws Error for impossible settings or an unusable model.
+  static Slam open(const Settings& settings);
+  Slam(Slam&&) noexcept;
+  Slam& operator=(Slam&&) noexcept;
+  ~Slam();
+
+  /// @throws Error (4) if a pointer is null or the stamp does not increase.
+  Result process(const Frame& frame);
+  /// Ends the run; process() must not be called after.
+  Outcome finish();
+
+ private:
+  struct Impl;
+  explicit Slam(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ygslam::api

@@ -1,0 +1,48 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <opencv2/core/utility.hpp>
+
+#include "app/config_command.hpp"
+#include "app/eval_command.hpp"
+#include "app/run_command.hpp"
+#include "app/simulate_command.hpp"
+#include "core/log.hpp"
+#include "system/metrics.hpp"
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("ygslam"));
+  spdlog::set_pattern("%^%l%$: %v");
+  cv::setNumThreads(1);  // the stages have threads of their own; two cores are all a robot may have
+  try {
+    CLI::App app{"RGB-D SLAM for rooms with people in them", "ygslam"};
+    app.set_version_flag("--version", ygslam::version());
+    app.require_subcommand(1);
+    app.failure_message([](const CLI::App*, const CLI::Error& e) {
+      return std::string("error: ") + e.what() + " (see --help)\n";
+    });
+    app.fallthrough();
+    app.add_flag_callback(
+           "--quiet", [] { spdlog::set_level(spdlog::level::err); }, "Errors only")
+        ->trigger_on_parse();
+    app.add_flag_callback(
+           "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "More log")
+        ->trigger_on_parse();
+    int exit_code = 0;
+    ygslam::add_run_command(app, exit_code);
+    ygslam::add_eval_command(app, exit_code);
+    ygslam::add_simulate_command(app, exit_code);
+    ygslam::add_config_command(app);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+      return app.exit(e) == 0 ? 0 : static_cast<int>(ygslam::ErrorKind::kUsage);
+    }
+    return exit_code;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "error: internal: %s\n", e.what());
+    return static_cast<int>(ygslam::ErrorKind::kInternal);
+  }
+}

@@ -1,0 +1,323 @@
+#include "app/run_command.hpp"
+
+#include <spdlog/sinks/basic_file_sink.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/debug_images.hpp"
+#include "app/progress_bar.hpp"
+#include "app/run_options.hpp"
+#include "app/stop_signal.hpp"
+#include "core/log.hpp"
+#include "eval/report.hpp"
+#include "io/atomic_file.hpp"
+#include "system/metrics.hpp"
+#include "system/run_writer.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr int kExitLost = 7;
+
+// --quiet is the program's, not the command's.
+bool is_quiet() { return spdlog::get_level() > spdlog::level::warn; }
+
+// The run's log.txt beside stderr, for the time of the run.
+class RunLog {
+ public:
+  static Result<RunLog> open(const std::filesystem::path& file) {
+    try {
+      return RunLog(std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), true));
+    } catch (const spdlog::spdlog_ex& e) {
+      return Error{ErrorKind::kOutput, file.string() + ": " + e.what()};
+    }
+  }
+  RunLog(RunLog&&) = default;
+  ~RunLog() {
+    if (!sink_) return;
+    spdlog::default_logger()->flush();
+    std::erase(spdlog::default_logger()->sinks(), sink_);
+  }
+
+ private:
+  explicit RunLog(spdlog::sink_ptr sink) : sink_(std::move(sink)) {
+    spdlog::default_logger()->sinks().push_back(sink_);
+    spdlog::default_logger()->flush_on(spdlog::level::info);  // a crash must not take the log along
+  }
+  spdlog::sink_ptr sink_;
+};
+
+// A wrong depth scale or camera shows in the depth itself: a room's median lies between these, and
+// something in view is farther than the last. Over the recordings the bounds were tried on, medians
+// are 0.9 to 3.5 m and the 99th percentile at least 1.6 m; at a fifth of the scale that is at most
+// 1.3 m, at five times the scale the median of what stays in range is at least 4.7 m.
+constexpr float kNearestMedian_m = 0.5F, kFarthestMedian_m = 4.3F, kNearestFar_m = 1.4F;
+constexpr double kLeastValidShare = 0.1;
+
+float percentile(std::vector<float>& values, double share) {
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
+void warn_about_depth(const RgbdFrame& frame) {
+  std::vector<float> depths;
+  for (const float d : frame.depth_m) {
+    if (d > 0) depths.push_back(d);
+  }
+  const double valid =
+      static_cast<double>(depths.size()) / static_cast<double>(frame.depth_m.size());
+  if (depths.empty()) {
+    log::warn("the first frame has no depth in range: is depth_scale right?");
+    return;
+  }
+  const float median_m = percentile(depths, 0.5);
+  const float far_m = percentile(depths, 0.99);
+  if (median_m < kNearestMedian_m || median_m > kFarthestMedian_m || far_m < kNearestFar_m ||
+      valid < kLeastValidShare) {
+    log::warn(
+        "the first frame's depth looks odd (median {:.2f} m, nearly all within {:.2f} m, {:.0f} % "
+        "of the pixels in range): is depth_scale right?",
+        median_m, far_m, 100 * valid);
+  }
+}
+
+struct Run {
+  RunOptions options;
+  SlamConfig config;
+  TumSequence sequence;
+  std::unique_ptr<FrameReader> reader;
+  Session session;
+  RunFacts facts;
+  int interrupted_by = 0;
+};
+
+Status prepare(Run& run) {
+  const RunOptions& o = run.options;
+  Status settings = load_settings(o, run.config);
+  if (!settings.ok()) return settings;
+  SessionOptions session;
+  Status segmenter = parse_segmenter(o, session);
+  if (!segmenter.ok()) return segmenter;
+  std::optional<CameraConfig> camera;
+  if (!o.camera_file.empty()) {
+    auto read = read_camera_yaml(o.camera_file);
+    if (!read.ok()) return read.error();
+    camera = *read;
+  }
+  auto sequence = open_tum_sequence(o.sequence, camera);
+  if (!sequence.ok()) {
+    const bool of_the_file = camera && sequence.error().kind == ErrorKind::kConfig;
+    return Error{sequence.error().kind,
+                 (of_the_file ? o.camera_file + ": " : "") + sequence.error().message};
+  }
+  run.sequence = std::move(sequence).value();
+  if (o.from >= run.sequence.pairs.size() || (o.to > 0 && o.to <= o.from)) {
+    return Error{ErrorKind::kUsage, "--from " + std::to_string(o.from) + " --to " +
+                                        std::to_string(o.to) + ": no frame of the " +
+                                        std::to_string(run.sequence.pairs.size())};
+  }
+  session.config = run.config;
+  session.camera = run.sequence.camera;
+  session.deterministic = o.deterministic;
+  auto opened = open_session(std::move(session));
+  if (!opened.ok()) return opened.error();
+  run.session = std::move(opened).value();
+  for (const std::string& warning : run.sequence.warnings) log::warn("{}", warning);
+  return Ok{};
+}
+
+void start_reader(Run& run) {
+  const RunOptions& o = run.options;
+  FrameReaderConfig config;
+  config.from = o.from;
+  if (o.to > 0) config.to = o.to;
+  config.stride = o.stride;
+  config.realtime = o.realtime;
+  config.depth = run.config.depth;
+  run.reader = std::make_unique<FrameReader>(run.sequence, config);
+}
+
+Status process_frames(Run& run, SlamOutcome& outcome) {
+  const RunOptions& o = run.options;
+  std::optional<DebugImages> pictures;
+  if (!o.debug_dir.empty()) {
+    Status writable = ensure_writable_directory(o.debug_dir);
+    if (!writable.ok()) return writable;
+    pictures.emplace(o.debug_dir, o.debug_every);
+  }
+  ProgressBar progress(run.reader->counts().offered, is_quiet());
+  bool first = true;
+  std::optional<Error> picture_error;
+  while (auto frame = run.reader->next()) {
+    if (std::exchange(first, false)) warn_about_depth(**frame);
+    const TrackResult result = run.session.runner->process(*frame);
+    if (pictures && !picture_error) {
+      Status drawn = pictures->add(*frame, result);
+      if (!drawn.ok()) picture_error = drawn.error();
+    }
+    progress.update(index((*frame)->id) + 1, to_string(result.state));
+    run.interrupted_by = StopSignal::received();
+    if (run.interrupted_by) break;
+  }
+  outcome = run.session.runner->finish();
+  if (pictures && !picture_error) {
+    Status drawn = pictures->finish();
+    if (!drawn.ok()) picture_error = drawn.error();
+  }
+  if (outcome.frames.empty() && !run.interrupted_by) {
+    return Error{ErrorKind::kInput, o.sequence + ": not one frame could be read"};
+  }
+  if (picture_error) return *picture_error;
+  return Ok{};
+}
+
+void add_truth(const Run& run, const SlamOutcome& outcome, nlohmann::ordered_json& metrics) {
+  if (!run.sequence.groundtruth) return;
+  const auto truth = read_tum_trajectory(*run.sequence.groundtruth);
+  if (!truth.ok()) {
+    log::warn("{}", truth.error().message);
+    return;
+  }
+  const auto trajectory = final_trajectory(outcome, run.session.runner->mapping().map());
+  const auto report = evaluate(*truth, trajectory);
+  if (!report.ok()) {
+    log::warn("{}: {}", run.sequence.groundtruth->string(), report.error().message);
+    return;
+  }
+  const nlohmann::json json = to_json(*report);
+  for (const char* key : {"ate", "rpe", "alignment", "pairs"}) {
+    if (json.contains(key)) metrics[key] = json[key];
+  }
+  if (!is_quiet())
+    std::printf("ATE RMSE %.4f m over %zu poses\n", report->ate_m.rmse, report->pairs);
+}
+
+Status write_outputs(const Run& run, const SlamOutcome& outcome) {
+  const std::filesystem::path out = run.options.out_dir;
+  const MappingStage& mapping = run.session.runner->mapping();
+  Status written = write_run(out, outcome, mapping, run.sequence.stamp_decimals,
+                             !run.options.deterministic);
+  if (!written.ok()) return written;
+  auto metrics = metrics_json(outcome, mapping.map(), run.reader->counts(), run.facts);
+  if (!is_quiet()) {
+    std::printf("%zu frames, %.1f %% tracked, %zu keyframes, %zu landmarks, %.1f s\n",
+                outcome.frames.size(), 100 * coverage(outcome), mapping.map().keyframes().size(),
+                mapping.map().landmark_count(), run.facts.wall_s);
+  }
+  add_truth(run, outcome, metrics);
+  written = write_file_atomically(out / "metrics.json", metrics.dump(2) + "\n");
+  if (!written.ok()) return written;
+  SlamConfig config = run.config;
+  return write_file_atomically(out / "config.yaml", run_schema(config).to_yaml());
+}
+
+Result<int> run_all(Run& run) {
+  const RunOptions& o = run.options;
+  const ScopedTimer startup;
+  Status prepared = prepare(run);
+  if (!prepared.ok()) return prepared.error();
+  Status writable = ensure_writable_directory(o.out_dir);
+  if (!writable.ok()) return writable.error();
+  auto lock = OutputLock::acquire(o.out_dir);
+  if (!lock.ok()) return lock.error();
+  auto log_file = RunLog::open(std::filesystem::path(o.out_dir) / "log.txt");
+  if (!log_file.ok()) return log_file.error();
+  start_reader(run);
+  run.facts.mode = mode_name(run.config.dynamic.mode);
+  run.facts.segmenter = run.session.segmenter;
+  run.facts.precision = run.session.precision;
+  run.facts.seed = run.config.run.seed;
+  run.facts.schedule = o.deterministic ? "deterministic" : o.realtime ? "realtime" : "file";
+  run.facts.startup_s = startup.wall_ms() / 1000;
+  log::info("{}: {} pairs, camera from {}, mode {}, segmenter {} {}", o.sequence,
+            run.sequence.pairs.size(), run.sequence.camera_source, run.facts.mode,
+            run.facts.segmenter, run.facts.precision);
+
+  const ScopedTimer wall;
+  SlamOutcome outcome;
+  Status processed = process_frames(run, outcome);
+  run.facts.wall_s = wall.wall_ms() / 1000;
+  if (!outcome.frames.empty()) {
+    Status written = write_outputs(run, outcome);
+    if (!written.ok()) return written.error();
+  }
+  if (!processed.ok()) return processed.error();
+  if (run.interrupted_by) return 128 + run.interrupted_by;
+  if (1 - coverage(outcome) > run.config.run.max_lost_share) {
+    log::warn("{}: lost for {:.0f} % of the frames", o.sequence, 100 * (1 - coverage(outcome)));
+    return kExitLost;
+  }
+  return 0;
+}
+
+void declare_options(CLI::App& command, RunOptions& o) {
+  command.add_option("SEQUENCE", o.sequence, "Folder in TUM RGB-D layout")->required();
+  command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
+  command.add_option("--model", o.model, "YOLOv8-seg network, .onnx or .xml")->type_name("FILE");
+  command.add_option("--segmenter", o.segmenter, "Where masks come from")
+      ->type_name("model|none|masks:DIR")
+      ->capture_default_str();
+  command
+      .add_option("--dynamic", o.dynamic_mode,
+                  "off: everything is static; geometry: epipolar check; semantic: masks; "
+                  "full: both (default)")
+      ->type_name("off|geometry|semantic|full");
+  command.add_option("--camera", o.camera_file, "Camera file in place of calibration.txt")
+      ->type_name("FILE.yaml");
+  command.add_option("--config", o.config_file, "Settings (see `ygslam config`)")
+      ->type_name("FILE.yaml");
+  command.add_option("--set", o.sets, "One setting; may be repeated")->type_name("KEY=VALUE");
+  // Of an unsigned number CLI11 takes "-1" as the largest one.
+  command.add_option("--from", o.from, "First pair")->check(CLI::NonNegativeNumber)->type_name("N");
+  command.add_option("--to", o.to, "One past the last pair")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+  command.add_option("--stride", o.stride, "Every n-th pair")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N");
+  command.add_flag("--realtime", o.realtime, "Feed frames at their stamps, drop when late");
+  command
+      .add_flag("--deterministic", o.deterministic,
+                "One schedule: same input, same bytes (masks come 2 frames late)")
+      ->excludes("--realtime");
+  command.add_option("--seed", o.seed, "Start of all random sequences")
+      ->check(CLI::Range(0.0, 9007199254740992.0))
+      ->type_name("N");
+  command.add_option("--debug-images", o.debug_dir, "Draw masks and labelled points here")
+      ->type_name("DIR");
+  command.add_option("--debug-every", o.debug_every, "Draw every n-th frame")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N");
+  command.footer(
+      "Examples:\n"
+      "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
+      "  ygslam run SEQ --out out --dynamic geometry          # no network needed\n"
+      "  ygslam run SEQ --out out --segmenter masks:SEQ/mask  # recorded masks\n"
+      "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, map.ply, "
+      "metrics.json,\n"
+      "config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 settings or camera, 4 input, 5 model,\n"
+      "7 lost for more than run.max_lost_share, 9 output not written, 130/143 interrupted "
+      "(saved).");
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* command =
+      app.add_subcommand("run", "Track the camera through a recording and map what stands still");
+  declare_options(*command, *options);
+  command->callback([options, &exit_code] {
+    const StopSignal signal;
+    Run run;
+    run.options = *options;
+    const Result<int> code = run_all(run);
+    if (!code.ok()) log::error("{}", code.error().message);
+    exit_code = code.ok() ? *code : static_cast<int>(code.error().kind);
+  });
+}
+
+}  // namespace ygslam

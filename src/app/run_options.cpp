@@ -1,0 +1,106 @@
+#include "app/run_options.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "io/calibration.hpp"
+#include "io/text.hpp"
+#include "segment/movable.hpp"
+
+namespace ygslam {
+
+ConfigSchema run_schema(SlamConfig& config) {
+  ConfigSchema schema = schema_of(config);
+  schema.choice("dynamic.mode", config.dynamic.mode,
+                {{"off", DynamicMode::kOff},
+                 {"geometry", DynamicMode::kGeometry},
+                 {"semantic", DynamicMode::kSemantic},
+                 {"full", DynamicMode::kFull}},
+                "what is done about moving things (--dynamic)");
+  return schema;
+}
+
+Status load_settings(const RunOptions& options, SlamConfig& config) {
+  ConfigSchema schema = run_schema(config);
+  if (!options.config_file.empty()) {
+    Status loaded = schema.load_yaml(options.config_file);
+    if (!loaded.ok()) return loaded;
+  }
+  for (const std::string& assignment : options.sets) {
+    const auto equals = assignment.find('=');
+    if (equals == std::string::npos) {
+      return Error{ErrorKind::kConfig, "--set " + assignment + ": write key=value"};
+    }
+    Status set = schema.set(assignment.substr(0, equals), assignment.substr(equals + 1), "--set");
+    if (!set.ok()) return set;
+  }
+  if (!options.dynamic_mode.empty()) {
+    Status set = schema.set("dynamic.mode", options.dynamic_mode, "--dynamic");
+    if (!set.ok()) return Error{ErrorKind::kUsage, set.error().message};
+  }
+  if (options.seed) config.run.seed = *options.seed;
+  if (config.dynamic.flow.window_px % 2 == 0) {
+    return Error{ErrorKind::kConfig, "flow.window_px must be odd"};
+  }
+  if (config.depth.min_m >= config.depth.max_m) {
+    return Error{ErrorKind::kConfig, "depth.min_m must be less than depth.max_m"};
+  }
+  if (const auto movable = movable_classes(config.segment.movable); !movable.ok()) {
+    return Error{ErrorKind::kConfig, "segment.movable: " + movable.error().message};
+  }
+  return Ok{};
+}
+
+Result<CameraConfig> read_camera_yaml(const std::string& path) {
+  CameraConfig camera;
+  camera.width = camera.height = 0;
+  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+  camera.fx = camera.fy = camera.cx = camera.cy = kMissing;
+  ConfigSchema schema;
+  constexpr double kBig = 1e9;
+  for (auto [key, field] : {std::pair{"fx", &camera.fx},
+                            {"fy", &camera.fy},
+                            {"cx", &camera.cx},
+                            {"cy", &camera.cy},
+                            {"k1", &camera.k1},
+                            {"k2", &camera.k2},
+                            {"p1", &camera.p1},
+                            {"p2", &camera.p2},
+                            {"k3", &camera.k3},
+                            {"depth_scale", &camera.depth_scale}}) {
+    schema.number(key, *field, -kBig, kBig, "", "");
+  }
+  schema.number("width", camera.width, 0, 1 << 20, "px", "");
+  schema.number("height", camera.height, 0, 1 << 20, "px", "");
+  Status loaded = schema.load_yaml(path);
+  if (!loaded.ok()) return loaded.error();
+  for (const auto& [key, value] :
+       {std::pair{"fx", camera.fx}, {"fy", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}}) {
+    if (std::isnan(value)) return Error{ErrorKind::kConfig, path + ": " + key + " is missing"};
+  }
+  if (const auto faults = camera_faults(camera); !faults.empty()) {
+    const auto text = read_file(path);
+    const int line = text.ok() ? calibration_line(*text, faults.front().key) : 0;
+    return Error{ErrorKind::kConfig, path + (line > 0 ? ":" + std::to_string(line) : "") + ": " +
+                                         faults.front().key + ": " + faults.front().reason};
+  }
+  return camera;
+}
+
+Status parse_segmenter(const RunOptions& options, SessionOptions& session) {
+  session.model = options.model;
+  if (options.segmenter == "model") {
+    session.segmenter = SegmenterKind::kModel;
+  } else if (options.segmenter == "none") {
+    session.segmenter = SegmenterKind::kNone;
+  } else if (options.segmenter.starts_with("masks:") && options.segmenter.size() > 6) {
+    session.segmenter = SegmenterKind::kMasks;
+    session.masks_dir = options.segmenter.substr(6);
+  } else {
+    return Error{ErrorKind::kUsage,
+                 "--segmenter " + options.segmenter + ": write model, none or masks:DIR"};
+  }
+  return Ok{};
+}
+
+}  // namespace ygslam

@@ -1,0 +1,35 @@
+// What the user asked of `ygslam run`, checked and turned into settings.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "io/frame_reader.hpp"
+#include "system/session.hpp"
+
+namespace ygslam {
+
+struct RunOptions {
+  std::string sequence, out_dir;
+  std::string model, segmenter = "model", dynamic_mode;
+  std::string camera_file, config_file, debug_dir;
+  std::vector<std::string> sets;  ///< key=value
+  std::size_t from = 0, to = 0, stride = 1;
+  std::optional<std::uint64_t> seed;
+  int debug_every = 1;
+  bool realtime = false, deterministic = false;
+};
+
+/// All keys: those of the system and dynamic.mode.
+[[nodiscard]] ConfigSchema run_schema(SlamConfig& config);
+/// Settings from defaults, --config, --set and the options, in this order.
+[[nodiscard]] Status load_settings(const RunOptions& options, SlamConfig& config);
+/// YAML with the keys of calibration.txt (fx fy cx cy k1 k2 p1 p2 k3 width height depth_scale).
+[[nodiscard]] Result<CameraConfig> read_camera_yaml(const std::string& path);
+/// --segmenter model|none|masks:DIR.
+[[nodiscard]] Status parse_segmenter(const RunOptions& options, SessionOptions& session);
+
+}  // namespace ygslam

@@ -1,0 +1,165 @@
+#include "app/simulate_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/progress_bar.hpp"
+#include "app/stop_signal.hpp"
+#include "core/bounded_queue.hpp"
+#include "core/log.hpp"
+#include "simulation/sequence_source.hpp"
+#include "simulation/sequence_writer.hpp"
+
+namespace ygslam {
+
+namespace {
+
+struct SimulateArguments {
+  std::string world;
+  std::string out;
+  bool list = false;
+  bool truth = false;
+  std::string size = "640x480";
+  std::string noise = "kinect";
+  std::string format = "jpg";
+  std::vector<std::string> without;
+  std::vector<std::string> faults;
+  sim::SequenceOptions options;
+};
+
+Status complete_options(SimulateArguments& arguments) {
+  int width = 0;
+  int height = 0;
+  char rest = 0;
+  if (std::sscanf(arguments.size.c_str(), "%dx%d%c", &width, &height, &rest) != 2) {
+    return Error{ErrorKind::kUsage, "--size wants WIDTHxHEIGHT, not '" + arguments.size + "'"};
+  }
+  arguments.options.width = width;
+  arguments.options.height = height;
+  arguments.options.noise =
+      arguments.noise == "kinect" ? sim::NoiseKind::kKinect : sim::NoiseKind::kNone;
+  arguments.options.truth_static = arguments.truth;
+  for (const std::string& what : arguments.without) {
+    arguments.options.without_people |= what == "people";
+    arguments.options.without_movers |= what == "movers";
+  }
+  for (const std::string& text : arguments.faults) {
+    Result<sim::Fault> fault = sim::parse_fault(text);
+    if (!fault) return fault.error();
+    arguments.options.faults.push_back(*fault);
+  }
+  if (arguments.world.empty())
+    return Error{ErrorKind::kUsage, "which world? --list shows the known ones"};
+  if (arguments.out.empty()) return Error{ErrorKind::kUsage, "--out DIR is missing"};
+  return Ok{};
+}
+
+/// Renders in this thread and writes in another, so that neither waits for the other.
+Status render_to_files(sim::SequenceSource& source, sim::SequenceWriter& writer) {
+  BoundedQueue<std::shared_ptr<const sim::SimulatedFrame>> queue(4, Overflow::kBlock);
+  std::optional<Error> failure;
+  std::atomic<bool> failed{false};
+  std::jthread writing([&] {
+    while (auto frame = queue.pop()) {
+      if (failure) continue;
+      if (Status status = writer.add(**frame, source); !status) {
+        failure = status.error();
+        failed = true;
+      }
+    }
+  });
+  const auto start = std::chrono::steady_clock::now();
+  int done = 0;
+  ProgressBar bar(static_cast<std::size_t>(source.frame_count()), false);
+  while (!failed && StopSignal::received() == 0) {
+    auto frame = source.next_with_losses();
+    if (!frame) break;
+    queue.push(std::make_shared<const sim::SimulatedFrame>(std::move(*frame)));
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    ++done;
+    bar.update(static_cast<std::size_t>(done),
+               fmt::format("{:.1f} frames/s", done / std::max(1e-3, elapsed.count())));
+  }
+  queue.close();
+  writing.join();
+  if (failure) return *failure;
+  if (Status status = writer.finish(source); !status) return status.error();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  log::info("{} frames in {:.1f} s ({:.1f} per second)", done, elapsed.count(),
+            done / std::max(1e-3, elapsed.count()));
+  return Ok{};
+}
+
+Status simulate(SimulateArguments arguments) {
+  if (arguments.list) {
+    for (const sim::WorldName& world : sim::known_worlds())
+      std::printf("%-28s %s\n", world.name.c_str(), world.description.c_str());
+    return Ok{};
+  }
+  if (Status status = complete_options(arguments); !status) return status;
+  Result<sim::SequenceSource> source = sim::open_world(arguments.world, arguments.options);
+  if (!source) return source.error();
+  Result<sim::SequenceWriter> writer = sim::SequenceWriter::create(
+      arguments.out, *source, {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
+  if (!writer) return writer.error();
+  return render_to_files(*source, *writer);
+}
+
+}  // namespace
+
+void add_simulate_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<SimulateArguments>();
+  SimulateArguments& a = *arguments;
+  CLI::App* command = app.add_subcommand("simulate", "Render an RGB-D sequence with exact truth");
+  command->add_option("world", a.world, "A known world (--list) or a .yaml file");
+  command->add_option("--out", a.out, "Folder for the sequence (TUM layout)");
+  command->add_flag("--list", a.list, "List the known worlds");
+  command->add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)");
+  command->add_option("--fps", a.options.fps, "Frames per second (default: the world's)");
+  command->add_option("--seed", a.options.seed, "Seed of the hand's jerks, noise and faults")
+      ->capture_default_str();
+  command->add_option("--size", a.size, "Image size WIDTHxHEIGHT")->capture_default_str();
+  command->add_option("--noise", a.noise, "Sensor model")
+      ->check(CLI::IsMember({"none", "kinect"}))
+      ->capture_default_str();
+  command->add_option("--format", a.format, "Colour images as jpg (quality 95) or png")
+      ->check(CLI::IsMember({"jpg", "png"}))
+      ->capture_default_str();
+  command->add_flag("--truth", a.truth, "Also write the truth images");
+  command->add_option("--without", a.without, "Leave out people, or all movers")
+      ->check(CLI::IsMember({"people", "movers"}));
+  command->add_option("--fault", a.faults, "A fault, e.g. depth:stuck@12s+2s (may be repeated)");
+  command->add_option("--blur", a.options.blur, "Motion blur: exposure time / frame time")
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option("--rolling", a.options.rolling, "Rolling exposure: read-out time / frame time")
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_flag("--distortion", a.options.distortion,
+                    "A lens that bends lines (TUM freiburg1)");
+  command
+      ->add_option("--exposure-drift", a.options.exposure_drift,
+                   "How far the exposure wanders, 0.15 = by 15 %")
+      ->check(CLI::Range(0.0, 0.9));
+  command->add_option("--threads", a.options.threads, "Rendering threads")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command->callback([arguments, &exit_code] {
+    const StopSignal watch;
+    if (Status status = simulate(*arguments); !status) {
+      log::error("{}", status.error().message);
+      exit_code = static_cast<int>(status.error().kind);
+    } else if (StopSignal::received() != 0) {
+      exit_code = 128 + StopSignal::received();
+    }
+  });
+}
+
+}  // namespace ygslam

@@ -1,0 +1,105 @@
+// A queue between two threads with a fixed capacity and a named policy for when it is full.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <utility>
+
+namespace ygslam {
+
+enum class Overflow {
+  kBlock,       ///< push waits for room
+  kDropOldest,  ///< push discards the oldest entry and counts it
+};
+
+template <typename T>
+class BoundedQueue {
+ public:
+  BoundedQueue(std::size_t capacity, Overflow overflow)
+      : capacity_(capacity), overflow_(overflow) {}
+
+  /// @return false if the queue is closed (the value is discarded).
+  bool push(T value) {
+    std::unique_lock lock(mutex_);
+    if (overflow_ == Overflow::kBlock) {
+      room_.wait(lock, [&] { return items_.size() < capacity_ || closed_; });
+    }
+    if (closed_) return false;
+    if (items_.size() >= capacity_) {
+      items_.pop_front();
+      ++dropped_;
+    }
+    items_.push_back(std::move(value));
+    lock.unlock();
+    available_.notify_one();
+    return true;
+  }
+
+  /// Waits for an entry. @return nullopt once stopped, or closed and empty.
+  std::optional<T> pop(std::stop_token stop = {}) {
+    std::unique_lock lock(mutex_);
+    available_.wait(lock, stop, [&] { return !items_.empty() || closed_; });
+    if (items_.empty() || stop.stop_requested()) return std::nullopt;
+    return take_front(lock);
+  }
+
+  /// Waits at most timeout_s. @return nullopt if nothing came.
+  std::optional<T> pop_for(double timeout_s) {
+    std::unique_lock lock(mutex_);
+    available_.wait_for(lock, std::chrono::duration<double>(timeout_s),
+                        [&] { return !items_.empty() || closed_; });
+    if (items_.empty()) return std::nullopt;
+    return take_front(lock);
+  }
+
+  /// @return nullopt if there is nothing to take right now.
+  std::optional<T> try_pop() {
+    std::unique_lock lock(mutex_);
+    if (items_.empty()) return std::nullopt;
+    return take_front(lock);
+  }
+
+  /// No more pushes; pops drain what is left.
+  void close() {
+    {
+      const std::lock_guard lock(mutex_);
+      closed_ = true;
+    }
+    available_.notify_all();
+    room_.notify_all();
+  }
+
+  [[nodiscard]] std::size_t size() const {
+    const std::lock_guard lock(mutex_);
+    return items_.size();
+  }
+  [[nodiscard]] std::size_t dropped() const {
+    const std::lock_guard lock(mutex_);
+    return dropped_;
+  }
+
+ private:
+  std::optional<T> take_front(std::unique_lock<std::mutex>& lock) {
+    std::optional<T> value(std::move(items_.front()));
+    items_.pop_front();
+    lock.unlock();
+    room_.notify_one();
+    return value;
+  }
+
+  const std::size_t capacity_;
+  const Overflow overflow_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any available_;
+  std::condition_variable_any room_;
+  std::deque<T> items_;
+  std::size_t dropped_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,120 @@
+#include "dense/static_cloud.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+namespace ygslam {
+namespace {
+
+constexpr double kDepthUnit_m = 1e-4;
+
+struct VoxelSum {
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+  float r = 0, g = 0, b = 0;
+  int count = 0;
+};
+
+// 21 bits an axis: +-10 km at 1 cm.
+std::uint64_t voxel_key(const Vec3& p_world, double voxel_m) {
+  std::uint64_t key = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cell = static_cast<std::int64_t>(std::floor(p_world[axis] / voxel_m)) + (1 << 20);
+    key = (key << 21) | (static_cast<std::uint64_t>(cell) & 0x1fffff);
+  }
+  return key;
+}
+
+// A pixel at a depth step mixes both surfaces.
+bool at_depth_edge(const DepthImage& depth_m, int u, int v) {
+  const float d = depth_m.at(u, v);
+  const float limit = 0.03F * d;
+  for (const auto& [du, dv] : {std::pair{-2, 0}, {2, 0}, {0, -2}, {0, 2}}) {
+    if (!depth_m.contains(u + du, v + dv)) continue;
+    const float neighbour = depth_m.at(u + du, v + dv);
+    if (neighbour > 0 && std::abs(neighbour - d) > limit) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+StaticCloud::StaticCloud(const StaticCloudConfig& config, const Camera& camera)
+    : config_(config), camera_(camera) {}
+
+void StaticCloud::insert(KeyframeId keyframe, const RgbdFrame& frame, const GreyImage& dynamic) {
+  const GreyImage blocked = dilated(dynamic, config_.margin_px);
+  auto& samples = samples_[keyframe];
+  for (int v = 0; v < frame.depth_m.height(); v += config_.pixel_stride) {
+    for (int u = 0; u < frame.depth_m.width(); u += config_.pixel_stride) {
+      const float depth_m = frame.depth_m.at(u, v);
+      if (depth_m <= 0 || depth_m > config_.max_depth_m) continue;
+      if (!blocked.empty() && blocked.at(u, v)) continue;
+      if (at_depth_edge(frame.depth_m, u, v)) continue;
+      samples.push_back({static_cast<std::uint16_t>(u), static_cast<std::uint16_t>(v),
+                         static_cast<std::uint16_t>(std::lround(depth_m / kDepthUnit_m)),
+                         frame.colour.at(u, v)});
+    }
+  }
+}
+
+void StaticCloud::remove(KeyframeId keyframe) { samples_.erase(keyframe); }
+
+std::vector<ColouredPoint> StaticCloud::build(
+    const std::map<KeyframeId, SE3>& T_world_camera) const {
+  std::unordered_map<std::uint64_t, std::uint32_t> voxel_of;
+  std::vector<VoxelSum> voxels;  // in order of first touch: the output does not depend on hashing
+  for (const auto& [id, samples] : samples_) {
+    const auto pose = T_world_camera.find(id);
+    if (pose == T_world_camera.end()) continue;
+    for (const Sample& s : samples) {
+      const Vec2 ideal_px = camera_.undistort({s.u, s.v});
+      const Vec3 p_world = pose->second * camera_.unproject(ideal_px, s.depth_mm10 * kDepthUnit_m);
+      const auto [it, is_new] = voxel_of.emplace(voxel_key(p_world, config_.voxel_m),
+                                                 static_cast<std::uint32_t>(voxels.size()));
+      if (is_new) voxels.emplace_back();
+      VoxelSum& voxel = voxels[it->second];
+      voxel.position += p_world.cast<float>();
+      voxel.r += s.colour.r;
+      voxel.g += s.colour.g;
+      voxel.b += s.colour.b;
+      ++voxel.count;
+    }
+  }
+  std::vector<ColouredPoint> cloud;
+  for (const VoxelSum& voxel : voxels) {
+    if (voxel.count < config_.min_points) continue;
+    const auto n = static_cast<float>(voxel.count);
+    const auto byte = [&](float sum) { return static_cast<std::uint8_t>(std::lround(sum / n)); };
+    cloud.push_back({voxel.position / n, {byte(voxel.r), byte(voxel.g), byte(voxel.b)}});
+  }
+  return cloud;
+}
+
+GreyImage dilated(const GreyImage& mask, int radius_px) {
+  if (mask.empty() || radius_px <= 0) return mask;
+  GreyImage rows(mask.width(), mask.height());
+  GreyImage result(mask.width(), mask.height());
+  // Separable: distance since the last set pixel, forwards and backwards.
+  const auto spread = [radius_px](auto read, auto write, int n) {
+    for (int i = 0, since = radius_px + 1; i < n; ++i) {
+      since = read(i) ? 0 : since + 1;
+      if (since <= radius_px) write(i);
+    }
+    for (int i = n - 1, since = radius_px + 1; i >= 0; --i) {
+      since = read(i) ? 0 : since + 1;
+      if (since <= radius_px) write(i);
+    }
+  };
+  for (int v = 0; v < mask.height(); ++v) {
+    spread([&](int u) { return mask.at(u, v) != 0; }, [&](int u) { rows.at(u, v) = 255; },
+           mask.width());
+  }
+  for (int u = 0; u < mask.width(); ++u) {
+    spread([&](int v) { return rows.at(u, v) != 0; }, [&](int v) { result.at(u, v) = 255; },
+           mask.height());
+  }
+  return result;
+}
+
+}  // namespace ygslam

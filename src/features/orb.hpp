@@ -1,0 +1,54 @@
+// Oriented FAST and rotated BRIEF on an image pyramid (Rublee et al. 2011), spread over the image.
+#pragma once
+
+#include <vector>
+
+#include "features/brief.hpp"
+#include "features/fast.hpp"
+#include "features/feature.hpp"
+#include "features/padded_image.hpp"
+#include "image/image.hpp"
+
+namespace ygslam {
+
+struct OrbConfig {
+  int features = 1000;         ///< per image, at most
+  int levels = 8;              ///< of the pyramid
+  double scale_factor = 1.2;   ///< between levels, in [1.05, 2]
+  int fast_threshold = 20;     ///< grey values
+  int fast_threshold_low = 7;  ///< in cells where no corner exceeds fast_threshold
+  int cell_px = 35;            ///< of the level
+  double evenness = 0.5;       ///< 0: the strongest corners; more: more even, see spread_corners()
+};
+
+/// Scale of a level: pixels of the level times this are pixels of the image.
+[[nodiscard]] double octave_scale(const OrbConfig& config, int octave);
+
+/// Same image, same features in the same order: by octave, then in raster order.
+/// Not to be shared between threads: buffers are kept from image to image.
+class OrbExtractor {
+ public:
+  explicit OrbExtractor(const OrbConfig& config);
+
+  [[nodiscard]] const OrbConfig& config() const { return config_; }
+
+  /// Depth is 0 and ideal_px equals uv_px; see attach_geometry(). Images too small for a patch and
+  /// images without texture give no features.
+  [[nodiscard]] Features extract(const GreyImage& image);
+
+ private:
+  void build_pyramid(const GreyImage& image);
+  [[nodiscard]] std::vector<int> quotas() const;
+  /// @return number of features added, at most quota.
+  int extract_level(int level, int quota, Features& features);
+
+  OrbConfig config_;
+  Brief brief_;
+  FastDetector detector_;
+  std::vector<PaddedImage> pyramid_;
+  int levels_ = 0;  // of the current image: those that can hold a patch
+  PaddedImage smooth_;
+  std::vector<Corner> corners_;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,55 @@
+#include "geometry/camera.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/rng.hpp"
+
+namespace ygslam {
+namespace {
+
+CameraConfig freiburg1() {
+  CameraConfig c;
+  c.fx = 517.3, c.fy = 516.5, c.cx = 318.6, c.cy = 255.3;
+  c.k1 = 0.2624, c.k2 = -0.9531, c.p1 = -0.0054, c.p2 = 0.0026, c.k3 = 1.1633;
+  return c;
+}
+
+TEST(Camera, ProjectInvertsUnproject) {
+  const Camera camera(freiburg1());
+  Rng rng(1);
+  for (int i = 0; i < 100; ++i) {
+    const Vec2 px(rng.uniform(0, 639), rng.uniform(0, 479));
+    EXPECT_LT((camera.project(camera.unproject(px, rng.uniform(0.3, 8))) - px).norm(), 1e-9);
+  }
+}
+
+TEST(Camera, DistortInvertsUndistort) {
+  const Camera camera(freiburg1());
+  Rng rng(2);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec2 px(rng.uniform(0, 638), rng.uniform(0, 478));
+    EXPECT_LT((camera.distort(camera.undistort(px)) - px).norm(), 2e-3);
+  }
+}
+
+TEST(Camera, WithoutDistortionIdealIsRecorded) {
+  CameraConfig c = freiburg1();
+  c.k1 = c.k2 = c.p1 = c.p2 = c.k3 = 0;
+  const Camera camera(c);
+  EXPECT_EQ(camera.undistort({12.5, 30.25}), Vec2(12.5, 30.25));
+}
+
+TEST(Camera, IdealBoundsHoldEveryCorner) {
+  const Camera camera(freiburg1());
+  const auto& b = camera.ideal_bounds();
+  for (const Vec2& px : {Vec2(0, 0), Vec2(639, 0), Vec2(0, 479), Vec2(639, 479)}) {
+    const Vec2 ideal = camera.undistort(px);
+    EXPECT_GE(ideal.x(), b[0] - 1e-3);
+    EXPECT_LE(ideal.x(), b[2] + 1e-3);
+    EXPECT_GE(ideal.y(), b[1] - 1e-3);
+    EXPECT_LE(ideal.y(), b[3] + 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace ygslam

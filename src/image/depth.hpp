@@ -1,0 +1,31 @@
+// The one place that turns raw sensor depth into metres and knows the sensor's noise.
+#pragma once
+
+#include <cstdint>
+
+#include "image/image.hpp"
+
+namespace ygslam {
+
+struct DepthConfig {
+  double min_m = 0.3;  ///< nearer is taken as none
+  double max_m = 8.0;  ///< farther is taken as none
+};
+
+/// @param raw 16-bit sensor values, 0 = none. @param scale units per metre, > 0.
+[[nodiscard]] DepthImage depth_from_raw(const Image<std::uint16_t>& raw, double scale,
+                                        const DepthConfig& config);
+
+/// Copy of a float depth image [m] in which NaN, infinite, negative and out-of-range values are 0.
+[[nodiscard]] DepthImage sanitized_depth(const DepthImage& depth_m, const DepthConfig& config);
+
+/// Depth at a (sub-)pixel: the nearest pixel's, unless its 3x3 neighbourhood straddles an edge or a
+/// hole, in which case the nearer surface wins. @return 0 if there is none.
+[[nodiscard]] float depth_at(const DepthImage& depth_m, double u, double v);
+
+/// Standard deviation of a Kinect's depth [m] (Nguyen, Izadi, Lovell 2012, axial noise).
+[[nodiscard]] constexpr double kinect_depth_sigma_m(double depth_m) {
+  return 0.0012 + 0.0019 * (depth_m - 0.4) * (depth_m - 0.4);
+}
+
+}  // namespace ygslam

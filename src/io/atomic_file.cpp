@@ -1,0 +1,150 @@
+#include "io/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace ygslam {
+namespace fs = std::filesystem;
+namespace {
+
+Error output_error(const fs::path& path, int error_number) {
+  return {ErrorKind::kOutput, path.string() + ": " + std::strerror(error_number)};
+}
+
+fs::path directory_of(const fs::path& target) {
+  return target.has_parent_path() ? target.parent_path() : fs::path(".");
+}
+
+struct Temporary {
+  fs::path path;
+  int descriptor = -1;
+  int error_number = 0;  // where descriptor < 0
+};
+
+// A new file in the target's directory; a few names in case a killed run left one behind.
+Temporary open_temporary(const fs::path& target) {
+  Temporary file;
+  std::string stem(1, '.');
+  stem.append(target.filename().string()).append(1, '.').append(std::to_string(::getpid()));
+  for (int attempt = 0; attempt < 16 && file.descriptor < 0; ++attempt) {
+    file.path = directory_of(target) / (stem + "." + std::to_string(attempt) + ".tmp");
+    file.descriptor =
+        ::open(file.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+    file.error_number = file.descriptor < 0 ? errno : 0;
+    if (file.error_number != 0 && file.error_number != EEXIST) break;
+  }
+  return file;
+}
+
+}  // namespace
+
+Status ensure_writable_directory(const fs::path& directory) {
+  std::error_code code;
+  fs::create_directories(directory, code);
+  if (code) return Error{ErrorKind::kOutput, directory.string() + ": " + code.message()};
+  if (!fs::is_directory(directory, code)) return output_error(directory, ENOTDIR);
+  const Temporary probe = open_temporary(directory / "write_test");
+  if (probe.descriptor < 0) return output_error(directory, probe.error_number);
+  ::close(probe.descriptor);
+  ::unlink(probe.path.c_str());
+  return Ok{};
+}
+
+AtomicFile::AtomicFile(fs::path target, fs::path temporary, int descriptor)
+    : target_(std::move(target)), temporary_(std::move(temporary)), descriptor_(descriptor) {}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : target_(std::move(other.target_)),
+      temporary_(std::move(other.temporary_)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
+  if (this == &other) return *this;
+  abandon();
+  target_ = std::move(other.target_);
+  temporary_ = std::move(other.temporary_);
+  descriptor_ = std::exchange(other.descriptor_, -1);
+  return *this;
+}
+
+AtomicFile::~AtomicFile() { abandon(); }
+
+void AtomicFile::abandon() noexcept {
+  if (descriptor_ < 0) return;
+  ::close(std::exchange(descriptor_, -1));
+  ::unlink(temporary_.c_str());
+}
+
+Result<AtomicFile> AtomicFile::create(const fs::path& target) {
+  std::error_code code;
+  if (fs::is_directory(target, code)) return output_error(target, EISDIR);
+  const Temporary file = open_temporary(target);
+  if (file.descriptor < 0) return output_error(target, file.error_number);
+  return AtomicFile(target, file.path, file.descriptor);
+}
+
+Status AtomicFile::write(std::string_view bytes) {
+  CHECK(descriptor_ >= 0, "write after commit");
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return output_error(target_, errno);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return Ok{};
+}
+
+Status AtomicFile::commit() {
+  CHECK(descriptor_ >= 0, "commit twice");
+  if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) {
+    return output_error(target_, errno);
+  }
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) return output_error(target_, errno);
+  // The new file is in place. What may still fail is making the rename itself survive a power cut.
+  if (::close(std::exchange(descriptor_, -1)) != 0) return output_error(target_, errno);
+  const int directory = ::open(directory_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory >= 0) {
+    ::fsync(directory);
+    ::close(directory);
+  }
+  return Ok{};
+}
+
+Status write_file_atomically(const fs::path& target, std::string_view content) {
+  auto file = AtomicFile::create(target);
+  if (!file.ok()) return file.error();
+  if (Status written = file->write(content); !written.ok()) return written;
+  return file->commit();
+}
+
+Result<OutputLock> OutputLock::acquire(const fs::path& directory) {
+  const fs::path path = directory / ".lock";
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+  if (descriptor < 0) return output_error(path, errno);
+  OutputLock lock(descriptor);
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
+  if (errno == EWOULDBLOCK) {
+    return Error{ErrorKind::kOutput, directory.string() + ": locked by another run"};
+  }
+  return output_error(path, errno);
+}
+
+OutputLock::OutputLock(OutputLock&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+OutputLock& OutputLock::operator=(OutputLock&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+OutputLock::~OutputLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);  // releases the lock; the file may stay
+}
+
+}  // namespace ygslam

@@ -1,0 +1,59 @@
+// Output that is either the complete new file or the untouched old one.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+
+namespace ygslam {
+
+/// Creates the directory (and its parents) if need be and tries to create a file in it.
+/// @return kOutput naming the path and the system's reason.
+Status ensure_writable_directory(const std::filesystem::path& directory);
+
+/// A file written under a temporary name in the target's directory; commit() flushes it to the disk
+/// and renames it over the target. Without commit() nothing remains and an earlier file is intact.
+/// A target that is a symbolic link is replaced, not written through.
+class AtomicFile {
+ public:
+  static Result<AtomicFile> create(const std::filesystem::path& target);
+  AtomicFile(AtomicFile&& other) noexcept;
+  AtomicFile& operator=(AtomicFile&& other) noexcept;
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  Status write(std::string_view bytes);
+  Status commit();
+
+ private:
+  AtomicFile(std::filesystem::path target, std::filesystem::path temporary, int descriptor);
+  void abandon() noexcept;
+
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  int descriptor_ = -1;
+};
+
+/// The whole content at once, atomically.
+Status write_file_atomically(const std::filesystem::path& target, std::string_view content);
+
+/// Keeps a second process (or run) out of an output directory while it lives: flock on DIR/.lock.
+class OutputLock {
+ public:
+  /// @return kOutput "locked" if another holds it.
+  static Result<OutputLock> acquire(const std::filesystem::path& directory);
+  OutputLock(OutputLock&& other) noexcept;
+  OutputLock& operator=(OutputLock&& other) noexcept;
+  OutputLock(const OutputLock&) = delete;
+  OutputLock& operator=(const OutputLock&) = delete;
+  ~OutputLock();
+
+ private:
+  explicit OutputLock(int descriptor) : descriptor_(descriptor) {}
+  int descriptor_ = -1;
+};
+
+}  // namespace ygslam

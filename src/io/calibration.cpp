@@ -1,0 +1,193 @@
+#include "io/calibration.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <set>
+
+#include "io/image_file.hpp"
+#include "io/text.hpp"
+
+namespace ygslam {
+namespace {
+
+struct Key {
+  std::string_view name;
+  double CameraConfig::*value;  // nullptr for the two integers
+  bool required;
+};
+constexpr std::array<Key, 12> kKeys = {{{"fx", &CameraConfig::fx, true},
+                                        {"fy", &CameraConfig::fy, true},
+                                        {"cx", &CameraConfig::cx, true},
+                                        {"cy", &CameraConfig::cy, true},
+                                        {"k1", &CameraConfig::k1, false},
+                                        {"k2", &CameraConfig::k2, false},
+                                        {"p1", &CameraConfig::p1, false},
+                                        {"p2", &CameraConfig::p2, false},
+                                        {"k3", &CameraConfig::k3, false},
+                                        {"depth_scale", &CameraConfig::depth_scale, false},
+                                        {"width", nullptr, false},
+                                        {"height", nullptr, false}}};
+
+std::string shown(double value) {
+  std::array<char, 32> buffer;  // the shortest form that reads back the same, whatever the locale
+  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  return {buffer.data(), result.ptr};
+}
+
+class Faults {
+ public:
+  void require(double value, double low, double high, std::string_view key, std::string_view unit) {
+    if (std::isfinite(value) && value >= low && value <= high) return;
+    list.push_back({std::string(key), "must lie in " + shown(low) + " to " + shown(high) +
+                                          std::string(unit) + ", is " + shown(value)});
+  }
+  std::vector<CameraFault> list;
+};
+
+// The radial distortion must grow with the radius over the inner half of the image; where it folds
+// back, two rays share a pixel and nothing can be undistorted.
+bool radial_distortion_folds(const CameraConfig& c) {
+  const double half = 0.5 * std::hypot(0.5 * c.width / c.fx, 0.5 * c.height / c.fy);
+  for (int i = 1; i <= 32; ++i) {
+    const double r2 = std::pow(half * i / 32.0, 2);
+    if (1.0 + r2 * (3.0 * c.k1 + r2 * (5.0 * c.k2 + r2 * 7.0 * c.k3)) <= 0.0) return true;
+  }
+  return false;
+}
+
+void judge_against_size(const CameraConfig& c, Faults& faults) {
+  const std::size_t before = faults.list.size();
+  // 0.1 x the width is a field of view of 157 degrees, 20 x one of 3 degrees.
+  faults.require(c.fx, 0.1 * c.width, 20.0 * c.width, "fx", " px for this image size");
+  faults.require(c.fy, 0.1 * c.height, 20.0 * c.height, "fy", " px for this image size");
+  faults.require(c.cx, -0.5 * c.width, 1.5 * c.width, "cx", " px for this image size");
+  faults.require(c.cy, -0.5 * c.height, 1.5 * c.height, "cy", " px for this image size");
+  if (faults.list.size() == before && radial_distortion_folds(c)) {
+    faults.list.push_back({"k1", "folds the image together with k2 and k3 (not invertible)"});
+  }
+}
+
+Error config_error(const std::string& name, int line, const std::string& what) {
+  const std::string where = line > 0 ? name + ":" + std::to_string(line) : name;
+  return {ErrorKind::kConfig, where + ": " + what};
+}
+
+std::string unknown_key(std::string_view key) {
+  std::array<std::string_view, kKeys.size()> names;
+  std::transform(kKeys.begin(), kKeys.end(), names.begin(), [](const Key& k) { return k.name; });
+  const std::string_view nearest = nearest_word(key, names);
+  return "unknown key '" + printable(key) + "'" +
+         (nearest.empty() ? std::string() : ", did you mean '" + std::string(nearest) + "'?");
+}
+
+// Puts one value in its place. @return what is wrong with it, empty if nothing.
+std::string store(const Key& key, std::string_view word, CameraConfig& camera) {
+  const auto value = parse_number(word);
+  if (!value) return "'" + printable(word) + "' is not a finite number";
+  if (key.value != nullptr) {
+    camera.*key.value = *value;
+    return {};
+  }
+  if (*value != std::floor(*value) || *value < 1 || *value > kMaxImageSide_px) {
+    return "must be a whole number from 1 to " + std::to_string(kMaxImageSide_px) + ", is '" +
+           printable(word) + "'";
+  }
+  (key.name == "width" ? camera.width : camera.height) = static_cast<int>(*value);
+  return {};
+}
+
+}  // namespace
+
+std::vector<CameraFault> camera_faults(const CameraConfig& c) {
+  Faults faults;
+  faults.require(c.fx, 1, 1e6, "fx", " px");
+  faults.require(c.fy, 1, 1e6, "fy", " px");
+  faults.require(c.cx, -1e6, 1e6, "cx", " px");
+  faults.require(c.cy, -1e6, 1e6, "cy", " px");
+  // Generous bounds on Brown-Conrady coefficients; k3 multiplies r^6 and may be large where r <
+  // 0.5.
+  faults.require(c.k1, -10, 10, "k1", "");
+  faults.require(c.k2, -100, 100, "k2", "");
+  faults.require(c.p1, -1, 1, "p1", "");
+  faults.require(c.p2, -1, 1, "p2", "");
+  faults.require(c.k3, -1000, 1000, "k3", "");
+  faults.require(c.depth_scale, 1e-3, 1e6, "depth_scale", " units per metre");
+  if (c.width < 0 || c.width > kMaxImageSide_px)
+    faults.require(-1, 1, kMaxImageSide_px, "width", " px");
+  if (c.height < 0 || c.height > kMaxImageSide_px)
+    faults.require(-1, 1, kMaxImageSide_px, "height", " px");
+  if (faults.list.empty() && c.width > 0 && c.height > 0) judge_against_size(c, faults);
+  return faults.list;
+}
+
+Result<CameraConfig> parse_calibration(std::string_view text, const std::string& name) {
+  CameraConfig camera;
+  camera.width = camera.height = 0;
+  std::set<std::string_view> seen;
+  for (const TextLine& line : data_lines(text)) {
+    const auto words = words_of(line.text.substr(0, line.text.find('#')), ":=");
+    if (words.empty()) return config_error(name, line.number, "needs `key value`");
+    const auto key = std::find_if(kKeys.begin(), kKeys.end(),
+                                  [&](const Key& k) { return k.name == words.front(); });
+    if (key == kKeys.end()) return config_error(name, line.number, unknown_key(words.front()));
+    const std::string quoted = std::string(key->name) + ": ";
+    if (words.size() != 2) return config_error(name, line.number, quoted + "needs one value");
+    if (!seen.insert(key->name).second) {
+      return config_error(name, line.number, quoted + "given twice");
+    }
+    const std::string wrong = store(*key, words[1], camera);
+    if (!wrong.empty()) return config_error(name, line.number, quoted + wrong);
+  }
+  for (const Key& key : kKeys) {
+    if (key.required && !seen.contains(key.name)) {
+      return config_error(name, 0, "missing key '" + std::string(key.name) + "'");
+    }
+  }
+  const auto faults = camera_faults(camera);
+  if (faults.empty()) return camera;
+  return config_error(name, calibration_line(text, faults.front().key),
+                      faults.front().key + ": " + faults.front().reason);
+}
+
+Result<CameraConfig> read_calibration(const std::filesystem::path& path) {
+  const auto text = read_file(path, std::size_t{1} << 20);
+  if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
+  return parse_calibration(*text, path.string());
+}
+
+int calibration_line(std::string_view text, std::string_view key) {
+  for (const TextLine& line : data_lines(text)) {
+    const auto words = words_of(line.text, ":=");
+    if (!words.empty() && words.front() == key) return line.number;
+  }
+  return 0;
+}
+
+std::optional<CameraPreset> camera_preset(std::string_view folder_name) {
+  // TUM: https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats, in the precision of the
+  // calibration files; the depth images are already corrected there.
+  // Bonn: Palazzolo et al. 2019, https://www.ipb.uni-bonn.de/data/rgbd-dynamic-dataset/
+  const std::array<std::pair<std::string_view, CameraPreset>, 4> kPresets = {{
+      {"freiburg1",
+       {"TUM freiburg1",
+        {517.306408, 516.469215, 318.643040, 255.313989, 0.262383, -0.953104, -0.005358, 0.002628,
+         1.163314, 640, 480, 5000}}},
+      {"freiburg2",
+       {"TUM freiburg2",
+        {520.908620, 521.007327, 325.141442, 249.701764, 0.231222, -0.784899, -0.003257, -0.000105,
+         0.917205, 640, 480, 5000}}},
+      {"freiburg3", {"TUM freiburg3", {535.4, 539.2, 320.1, 247.6, 0, 0, 0, 0, 0, 640, 480, 5000}}},
+      {"rgbd_bonn",
+       {"Bonn",
+        {542.822841, 542.576870, 315.593520, 237.756098, 0.039903, -0.099343, -0.000730, -0.000144,
+         0, 640, 480, 5000}}},
+  }};
+  for (const auto& [part, preset] : kPresets) {
+    if (folder_name.find(part) != std::string_view::npos) return preset;
+  }
+  return std::nullopt;
+}
+
+}  // namespace ygslam

@@ -1,0 +1,43 @@
+// Where a sequence's camera comes from: calibration.txt, or a preset known by the folder's name.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "geometry/camera.hpp"
+
+namespace ygslam {
+
+/// What is wrong with one value of a camera.
+struct CameraFault {
+  std::string key;     ///< as in calibration.txt: fx, k1, depth_scale, ...
+  std::string reason;  ///< "must be ..., is ..."
+};
+/// Every value that no real camera has: not finite, focal length or depth scale not positive or
+/// absurd, principal point far outside, distortion that folds the image, size out of range.
+/// Values that depend on the image size are judged only where width and height are given (> 0).
+[[nodiscard]] std::vector<CameraFault> camera_faults(const CameraConfig& camera);
+
+/// Lines `key value`, comments with #. Needs fx fy cx cy; k1 k2 p1 p2 k3 default to 0, depth_scale
+/// to 5000, width and height to 0 = "as the first image".
+/// @param name for messages. @return kConfig naming file, line and key; an unknown key names the
+/// nearest known one.
+[[nodiscard]] Result<CameraConfig> parse_calibration(std::string_view text,
+                                                     const std::string& name);
+[[nodiscard]] Result<CameraConfig> read_calibration(const std::filesystem::path& path);
+
+/// The line on which a key stands in a calibration file's text; 0 if nowhere.
+[[nodiscard]] int calibration_line(std::string_view text, std::string_view key);
+
+struct CameraPreset {
+  std::string name;
+  CameraConfig camera;
+};
+/// TUM freiburg1, freiburg2, freiburg3 and Bonn (rgbd_bonn_*), recognised in the folder's name.
+[[nodiscard]] std::optional<CameraPreset> camera_preset(std::string_view folder_name);
+
+}  // namespace ygslam

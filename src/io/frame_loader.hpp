@@ -1,0 +1,37 @@
+// From one listed pair to one immutable frame.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "image/depth.hpp"
+#include "image/rgbd_frame.hpp"
+#include "io/tum_sequence.hpp"
+
+namespace ygslam {
+
+struct SkippedImage {
+  std::string file;    ///< relative to the sequence's folder
+  std::string reason;  ///< "missing", "truncated PNG", "other size: ...", ...
+};
+
+/// A frame, or the images of the pair that could not be used (both are looked at).
+struct LoadedPair {
+  std::optional<RgbdFrame> frame;
+  std::vector<SkippedImage> bad;
+};
+
+/// Decodes pair `position` of the sequence. Images of another size than the camera's, or of another
+/// format, are refused, never converted.
+/// @param position below sequence.pairs.size(). @param id becomes the frame's id.
+[[nodiscard]] LoadedPair load_pair(const TumSequence& sequence, std::size_t position, FrameId id,
+                                   const DepthConfig& depth = {});
+
+/// The same with the first fault as kInput; the frame's id is its position.
+[[nodiscard]] Result<RgbdFrame> load_frame(const TumSequence& sequence, std::size_t position,
+                                           const DepthConfig& depth = {});
+
+}  // namespace ygslam

@@ -1,0 +1,102 @@
+#include "io/frame_reader.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "core/log.hpp"
+
+namespace ygslam {
+namespace {
+
+std::size_t count_offered(const TumSequence& sequence, const FrameReaderConfig& config) {
+  CHECK(config.stride >= 1 && config.ahead >= 1 && config.realtime_waiting >= 1);
+  const std::size_t end =
+      std::min(config.to.value_or(sequence.pairs.size()), sequence.pairs.size());
+  return config.from >= end ? 0 : (end - config.from - 1) / config.stride + 1;
+}
+
+}  // namespace
+
+FrameReader::FrameReader(TumSequence sequence, const FrameReaderConfig& config)
+    : sequence_(std::move(sequence)),
+      config_(config),
+      offered_(count_offered(sequence_, config)),
+      queue_(config.realtime ? config.realtime_waiting : config.ahead,
+             config.realtime ? Overflow::kDropOldest : Overflow::kBlock),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+FrameReader::~FrameReader() { stop(); }
+
+void FrameReader::stop() {
+  thread_.request_stop();
+  queue_.close();
+}
+
+std::optional<FramePtr> FrameReader::next(std::stop_token stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    consumer_started_ = true;
+  }
+  wake_.notify_all();
+  if (thread_.get_stop_token().stop_requested()) return std::nullopt;
+  return queue_.pop(std::move(stop));
+}
+
+FrameReaderCounts FrameReader::counts() const {
+  const std::lock_guard lock(mutex_);
+  FrameReaderCounts counts = counts_;
+  counts.offered = offered_;
+  counts.dropped = config_.realtime ? queue_.dropped() : 0;
+  return counts;
+}
+
+void FrameReader::run(const std::stop_token& stop) {
+  bool in_burst = false;
+  for (std::size_t i = 0; i < offered_ && !stop.stop_requested(); ++i) {
+    LoadedPair pair = load_pair(sequence_, config_.from + i * config_.stride,
+                                FrameId{static_cast<std::uint32_t>(i)}, config_.depth);
+    note(pair, in_burst);
+    if (!pair.frame) continue;
+    auto frame = std::make_shared<const RgbdFrame>(std::move(*pair.frame));
+    if (config_.realtime && !wait_for_stamp(frame->stamp, stop)) break;
+    if (!queue_.push(std::move(frame))) break;
+  }
+  queue_.close();
+}
+
+// Counts what could not be used; one warning per run of bad pairs.
+void FrameReader::note(LoadedPair& pair, bool& in_burst) {
+  const bool bad = !pair.frame.has_value();
+  if (bad && !in_burst) {
+    log::warn("{}: {}; skipping", (sequence_.root / pair.bad.front().file).string(),
+              pair.bad.front().reason);
+  }
+  const std::lock_guard lock(mutex_);
+  counts_.readable += bad ? 0 : 1;
+  counts_.bursts += bad && !in_burst ? 1 : 0;
+  std::move(pair.bad.begin(), pair.bad.end(), std::back_inserter(counts_.skipped));
+  in_burst = bad;
+}
+
+bool FrameReader::wait_for_consumer(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  return wake_.wait(lock, stop, [&] { return consumer_started_; });
+}
+
+// @return false once stopped.
+bool FrameReader::wait_for_stamp(Timestamp stamp, const std::stop_token& stop) {
+  if (!wait_for_consumer(stop)) return false;
+  if (!previous_stamp_) {
+    previous_due_ = std::chrono::steady_clock::now();
+  } else {
+    const double gap_s = std::min(seconds_between(stamp, *previous_stamp_), config_.longest_gap_s);
+    previous_due_ += std::chrono::nanoseconds(to_ns(gap_s));
+  }
+  previous_stamp_ = stamp;
+  std::unique_lock lock(mutex_);
+  wake_.wait_until(lock, stop, previous_due_, [] { return false; });
+  return !stop.stop_requested();
+}
+
+}  // namespace ygslam

@@ -1,0 +1,81 @@
+// Decodes a sequence ahead of its consumer, in a thread of its own.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <thread>
+#include <vector>
+
+#include "core/bounded_queue.hpp"
+#include "image/rgbd_frame.hpp"
+#include "io/frame_loader.hpp"
+#include "io/tum_sequence.hpp"
+
+namespace ygslam {
+
+struct FrameReaderConfig {
+  std::size_t from = 0;                ///< first pair of the sequence to offer
+  std::optional<std::size_t> to = {};  ///< one past the last pair; nothing: to the end
+  std::size_t stride = 1;              ///< offer every stride-th pair, >= 1
+  std::size_t ahead = 4;               ///< decoded frames that may wait (file speed), >= 1
+  bool realtime = false;               ///< frames become available at their stamps
+  std::size_t realtime_waiting = 2;    ///< frames that may wait; the oldest is dropped, >= 1
+  double longest_gap_s = 10.0;         ///< realtime: a longer gap between stamps is cut to this
+  DepthConfig depth = {};
+};
+
+struct FrameReaderCounts {
+  std::size_t offered = 0;   ///< pairs selected by from, to and stride
+  std::size_t readable = 0;  ///< of those looked at so far, pairs that could be decoded
+  std::size_t dropped = 0;   ///< decoded, but dropped because the consumer was late (realtime)
+  std::size_t bursts = 0;    ///< runs of consecutive unreadable pairs
+  std::vector<SkippedImage> skipped;  ///< every image that could not be used, in order
+};
+
+/// Yields the frames of a sequence in order. The thread starts with the object; in realtime mode
+/// the clock starts at the first call of next(), so that a slow start of the consumer costs no
+/// frame. A frame's id is its place among the pairs offered: 0, 1, ..., unreadable ones included.
+class FrameReader {
+ public:
+  FrameReader(TumSequence sequence, const FrameReaderConfig& config);
+  FrameReader(const FrameReader&) = delete;
+  FrameReader& operator=(const FrameReader&) = delete;
+  /// Stops at once, within the decoding of one frame.
+  ~FrameReader();
+
+  /// Waits for the next frame. @return nullopt at the end, or once stopped.
+  [[nodiscard]] std::optional<FramePtr> next(std::stop_token stop = {});
+  /// Ends the stream from any thread; waiting calls of next() return.
+  void stop();
+
+  [[nodiscard]] const TumSequence& sequence() const { return sequence_; }
+  [[nodiscard]] FrameReaderCounts counts() const;
+
+ private:
+  void run(const std::stop_token& stop);
+  void note(LoadedPair& pair, bool& in_burst);
+  bool wait_for_consumer(const std::stop_token& stop);
+  bool wait_for_stamp(Timestamp stamp, const std::stop_token& stop);
+
+  const TumSequence sequence_;
+  const FrameReaderConfig config_;
+  const std::size_t offered_;
+  BoundedQueue<FramePtr> queue_;
+
+  mutable std::mutex mutex_;  // guards what follows
+  std::condition_variable_any wake_;
+  FrameReaderCounts counts_;
+  bool consumer_started_ = false;
+
+  // Playback clock of the thread: when the previous frame was due.
+  std::optional<Timestamp> previous_stamp_;
+  std::chrono::steady_clock::time_point previous_due_;
+
+  std::jthread thread_;  // last: it uses everything above
+};
+
+}  // namespace ygslam

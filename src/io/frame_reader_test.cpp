@@ -1,0 +1,249 @@
+#include "io/frame_reader.hpp"
+
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+
+#include <algorithm>
+#include <chrono>
+#include <sstream>
+
+#include "core/log.hpp"
+#include "io/testing/small_sequence.hpp"
+
+namespace ygslam {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::SmallSequence;
+using testing::TempFolder;
+
+// Collects what is logged while it lives.
+class LogCapture {
+ public:
+  LogCapture() : before_(log::default_logger()) {
+    const auto sink = std::make_shared<spdlog::sinks::ostream_sink_mt>(text_);
+    log::set_default_logger(std::make_shared<spdlog::logger>("captured", sink));
+  }
+  LogCapture(const LogCapture&) = delete;
+  LogCapture& operator=(const LogCapture&) = delete;
+  ~LogCapture() { log::set_default_logger(before_); }
+
+  [[nodiscard]] std::size_t lines_with(const std::string& what) const {
+    std::istringstream stream(text_.str());
+    std::size_t count = 0;
+    for (std::string line; std::getline(stream, line);)
+      count += line.find(what) != std::string::npos ? 1 : 0;
+    return count;
+  }
+
+ private:
+  std::ostringstream text_;
+  std::shared_ptr<spdlog::logger> before_;
+};
+
+std::vector<std::uint32_t> ids_of_rest(FrameReader& reader) {
+  std::vector<std::uint32_t> ids;
+  while (const auto frame = reader.next()) ids.push_back(index((*frame)->id));
+  return ids;
+}
+
+TumSequence open(const fs::path& root) { return *open_tum_sequence(root); }
+
+TEST(FrameReader, YieldsAllFramesInOrder) {
+  const TempFolder folder;
+  SmallSequence{.count = 12, .jpeg = true}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {});
+  std::uint32_t expected = 0;
+  while (const auto frame = reader.next()) {
+    EXPECT_EQ((*frame)->id, FrameId{expected});
+    EXPECT_EQ((*frame)->stamp, reader.sequence().pairs[expected].stamp);
+    ++expected;
+  }
+  EXPECT_EQ(expected, 12U);
+  EXPECT_EQ(reader.counts().readable, 12U);
+  EXPECT_EQ(reader.counts().offered, 12U);
+  EXPECT_FALSE(reader.next().has_value()) << "the end stays the end";
+}
+
+TEST(FrameReader, FromToAndStrideSelectWhatIsOffered) {
+  const TempFolder folder;
+  SmallSequence{.count = 12}.write_to(folder.path());
+  const TumSequence sequence = open(folder.path());
+  for (std::size_t from : {0, 3, 11, 12, 100}) {
+    for (std::size_t to : {0, 5, 12, 100}) {
+      for (std::size_t stride : {1, 2, 5, 100}) {
+        std::vector<Timestamp> expected;
+        for (std::size_t i = from; i < std::min<std::size_t>(to, 12); i += stride) {
+          expected.push_back(sequence.pairs[i].stamp);
+        }
+        FrameReader reader(sequence, {.from = from, .to = to, .stride = stride});
+        std::vector<Timestamp> found;
+        while (const auto frame = reader.next()) {
+          EXPECT_EQ(index((*frame)->id), found.size());
+          found.push_back((*frame)->stamp);
+        }
+        EXPECT_EQ(found, expected) << from << " " << to << " " << stride;
+        EXPECT_EQ(reader.counts().offered, expected.size());
+      }
+    }
+  }
+}
+
+TEST(FrameReader, F1MissingColourImagesInARowAreSkippedAndCounted) {
+  for (const int gone : {1, 5, 30}) {
+    const TempFolder folder;
+    const SmallSequence small{.count = 36};
+    small.write_to(folder.path());
+    for (int i = 3; i < 3 + gone; ++i) fs::remove(folder.path() / small.colour_file(i));
+    const LogCapture log;
+    FrameReader reader(open(folder.path()), {});
+    const auto ids = ids_of_rest(reader);
+    EXPECT_EQ(ids.size(), 36U - gone);
+    EXPECT_EQ(ids[3], 3U + gone) << "ids count the pairs offered";
+    const FrameReaderCounts counts = reader.counts();
+    EXPECT_EQ(counts.skipped.size(), static_cast<std::size_t>(gone));
+    EXPECT_EQ(counts.skipped.front().file, small.colour_file(3));
+    EXPECT_EQ(counts.skipped.front().reason, "no such file");
+    EXPECT_EQ(counts.readable, 36U - gone);
+    EXPECT_EQ(counts.bursts, 1U);
+    EXPECT_EQ(log.lines_with("no such file"), 1U) << "one warning per burst";
+  }
+}
+
+TEST(FrameReader, F1AnUnreadableFileIsSkippedLikeAMissingOne) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 5};
+  small.write_to(folder.path());
+  fs::remove(folder.path() / small.depth_file(1));
+  fs::create_directory(folder.path() / small.depth_file(1));  // a folder where a file should be
+  FrameReader reader(open(folder.path()), {});
+  EXPECT_EQ(ids_of_rest(reader), (std::vector<std::uint32_t>{0, 2, 3, 4}));
+}
+
+TEST(FrameReader, F2TruncatedImagesAreSkippedWithOneWarningPerBurst) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 12, .jpeg = true};
+  small.write_to(folder.path());
+  const auto truncate = [&](const std::string& file) {
+    const std::string bytes = testing::read(folder.path() / file);
+    testing::write(folder.path() / file, bytes.substr(0, bytes.size() * 6 / 10));
+  };
+  for (const int i : {2, 3, 4}) truncate(small.colour_file(i));
+  truncate(small.depth_file(4));
+  truncate(small.depth_file(9));
+  const LogCapture log;
+  FrameReader reader(open(folder.path()), {});
+  EXPECT_EQ(ids_of_rest(reader), (std::vector<std::uint32_t>{0, 1, 5, 6, 7, 8, 10, 11}));
+  EXPECT_EQ(reader.counts().skipped.size(), 5U) << "files, both of pair 4";
+  EXPECT_EQ(reader.counts().bursts, 2U);
+  EXPECT_EQ(log.lines_with("skipping"), 2U);
+}
+
+TEST(FrameReader, F3AnImageOfAnotherKindMidRunIsRefusedWithTheReason) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 8};
+  small.write_to(folder.path());
+  Rng rng(1);
+  const auto put = [&](const std::string& file, const std::string& bytes) {
+    testing::write(folder.path() / file, bytes);
+  };
+  put(small.colour_file(1), encode_png(testing::random_colour(16, 12, rng)));
+  put(small.colour_file(2), encode_png(testing::random_grey<std::uint8_t>(32, 24, rng)));
+  put(small.depth_file(3), encode_png(testing::random_grey<std::uint8_t>(32, 24, rng)));
+  put(small.depth_file(4), encode_png(testing::random_grey<std::uint16_t>(64, 24, rng)));
+  put(small.depth_file(5), encode_png(testing::random_colour(32, 24, rng)));
+  FrameReader reader(open(folder.path()), {});
+  EXPECT_EQ(ids_of_rest(reader), (std::vector<std::uint32_t>{0, 6, 7}));
+  const auto skipped = reader.counts().skipped;
+  ASSERT_EQ(skipped.size(), 5U);
+  EXPECT_EQ(skipped[0].reason, "other size: 16x12, expected 32x24");
+  for (const std::size_t i : {1U, 2U, 4U}) {
+    EXPECT_NE(skipped[i].reason.find("other format"), std::string::npos) << skipped[i].reason;
+  }
+  EXPECT_NE(skipped[3].reason.find("other size"), std::string::npos);
+}
+
+TEST(FrameReader, GreyRecordingsAreReadAsGrey) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 3};
+  small.write_to(folder.path());
+  Rng rng(1);
+  for (int i = 0; i < 3; ++i) {
+    testing::write(folder.path() / small.colour_file(i),
+                   encode_png(testing::random_grey<std::uint8_t>(32, 24, rng)));
+  }
+  FrameReader reader(open(folder.path()), {});
+  EXPECT_EQ(ids_of_rest(reader).size(), 3U);
+}
+
+TEST(FrameReader, FileSpeedNeverDrops) {
+  const TempFolder folder;
+  SmallSequence{.count = 20}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {.ahead = 1});
+  while (reader.counts().readable < 2) std::this_thread::yield();  // decoded ahead, waiting
+  EXPECT_EQ(ids_of_rest(reader).size(), 20U);
+  EXPECT_EQ(reader.counts().dropped, 0U);
+}
+
+TEST(FrameReader, RealtimeDropsTheOldestWaitingFramesAndCountsThem) {
+  const TempFolder folder;
+  SmallSequence{.count = 12, .interval_ns = 100'000}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {.realtime = true, .realtime_waiting = 2});
+  const auto first = reader.next();
+  ASSERT_TRUE(first.has_value());
+  // A consumer that is late: all but what may wait must have gone.
+  while (reader.counts().dropped < 9) std::this_thread::yield();
+  std::vector<std::uint32_t> ids = {index((*first)->id)};
+  const auto rest = ids_of_rest(reader);
+  ids.insert(ids.end(), rest.begin(), rest.end());
+  EXPECT_TRUE(std::is_sorted(ids.begin(), ids.end()));
+  EXPECT_EQ(ids.back(), 11U) << "the newest is never the one dropped";
+  EXPECT_EQ(ids.size() + reader.counts().dropped, 12U);
+  EXPECT_EQ(reader.counts().readable, 12U);
+}
+
+TEST(FrameReader, RealtimeGivesNoFrameBeforeItsStamp) {
+  const TempFolder folder;
+  SmallSequence{.count = 8, .interval_ns = 5'000'000}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {.realtime = true, .realtime_waiting = 8});
+  const auto start = std::chrono::steady_clock::now();
+  while (const auto frame = reader.next()) {
+    const auto elapsed = std::chrono::steady_clock::now() - start;
+    EXPECT_GE(elapsed, std::chrono::nanoseconds(index((*frame)->id) * std::int64_t{5'000'000}));
+  }
+  EXPECT_EQ(reader.counts().dropped, 0U);
+}
+
+TEST(FrameReader, RealtimeCutsALongGap) {
+  const TempFolder folder;  // an hour between frames would hang the test
+  SmallSequence{.count = 3, .interval_ns = 3'600'000'000'000}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {.realtime = true, .longest_gap_s = 0.001});
+  EXPECT_GE(ids_of_rest(reader).size(), 2U);
+}
+
+TEST(FrameReader, StopsWhereverItIs) {
+  const TempFolder folder;
+  SmallSequence{.count = 6, .interval_ns = 3'600'000'000'000}.write_to(folder.path());
+  const TumSequence sequence = open(folder.path());
+  for (int round = 0; round < 60; ++round) {
+    { const FrameReader never_asked(sequence, {.ahead = 1, .realtime = round % 2 == 0}); }
+    // Waiting for a stamp that is an hour away.
+    FrameReader waiting(sequence, {.realtime = true, .longest_gap_s = 1e6});
+    EXPECT_TRUE(waiting.next().has_value());
+    std::jthread consumer([&] { EXPECT_FALSE(waiting.next().has_value()); });
+    waiting.stop();
+  }
+}
+
+TEST(FrameReader, TheConsumersStopTokenEndsItsWait) {
+  const TempFolder folder;
+  SmallSequence{.count = 2, .interval_ns = 3'600'000'000'000}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {.realtime = true, .longest_gap_s = 1e6});
+  EXPECT_TRUE(reader.next().has_value());
+  std::stop_source source;
+  std::jthread consumer([&] { EXPECT_FALSE(reader.next(source.get_token()).has_value()); });
+  source.request_stop();
+}
+
+}  // namespace
+}  // namespace ygslam

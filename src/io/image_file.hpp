@@ -1,0 +1,67 @@
+// Images from and to files. Decoders refuse what is damaged or of another kind than asked for; they
+// never convert silently and never allocate before the header has been found sane.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+#include "image/image.hpp"
+
+namespace ygslam {
+
+inline constexpr int kMaxImageSide_px = 16384;
+inline constexpr std::int64_t kMaxImagePixels = std::int64_t{64} << 20;
+
+struct ImageSize {
+  int width = 0, height = 0;  ///< [px]
+  bool operator==(const ImageSize&) const = default;
+};
+
+struct ImageHeader {
+  ImageSize size;
+  int channels = 0;  ///< 1 grey, 2 grey with alpha, 3 colour, 4 with alpha (or CMYK)
+  int bits = 0;      ///< per channel
+  bool palette = false;
+};
+
+// Every decoder takes a whole file in memory (JPEG or PNG, told apart by content) and returns
+// kInput with a short reason ("truncated JPEG", "other size: ..."); callers put the file's name in
+// front.
+
+[[nodiscard]] Result<ImageHeader> decode_header(std::string_view bytes);
+/// 8-bit colour; a grey image is accepted where channels is 1 (r = g = b).
+/// @param size if given, any other size is an error, found before anything is allocated.
+[[nodiscard]] Result<ColourImage> decode_colour(std::string_view bytes,
+                                                std::optional<ImageSize> size = {},
+                                                int channels = 3);
+/// 16-bit grey PNG, raw sensor values.
+[[nodiscard]] Result<Image<std::uint16_t>> decode_depth(std::string_view bytes,
+                                                        std::optional<ImageSize> size = {});
+/// 8-bit grey PNG (instance ids).
+[[nodiscard]] Result<GreyImage> decode_grey(std::string_view bytes,
+                                            std::optional<ImageSize> size = {});
+
+// The same from a file; the message begins with the path.
+[[nodiscard]] Result<ImageHeader> read_image_header(const std::filesystem::path& path);
+[[nodiscard]] Result<ColourImage> read_colour(const std::filesystem::path& path,
+                                              std::optional<ImageSize> size = {}, int channels = 3);
+[[nodiscard]] Result<Image<std::uint16_t>> read_depth(const std::filesystem::path& path,
+                                                      std::optional<ImageSize> size = {});
+[[nodiscard]] Result<GreyImage> read_grey(const std::filesystem::path& path,
+                                          std::optional<ImageSize> size = {});
+
+/// Luma by ITU-R BT.601 in 14-bit integers: 0.299 r + 0.587 g + 0.114 b, rounded.
+[[nodiscard]] GreyImage grey_from_colour(const ColourImage& colour);
+
+/// @param compression zlib level 0 to 9.
+[[nodiscard]] std::string encode_png(const ColourImage& image, int compression = 3);
+[[nodiscard]] std::string encode_png(const GreyImage& image, int compression = 3);
+[[nodiscard]] std::string encode_png(const Image<std::uint16_t>& image, int compression = 3);
+/// @param quality 1 to 100, chroma at half resolution as cameras write it.
+[[nodiscard]] std::string encode_jpeg(const ColourImage& image, int quality = 90);
+
+}  // namespace ygslam

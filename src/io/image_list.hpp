@@ -1,0 +1,56 @@
+// The text lists of a TUM-layout sequence: rgb.txt, depth.txt, associations.txt.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/time.hpp"
+
+namespace ygslam {
+
+/// What was left out of a list, and why. A sum of zeros means a perfect list.
+struct ListCounts {
+  std::size_t lines = 0;         ///< lines with data
+  std::size_t malformed = 0;     ///< no stamp (NaN, text) or no path
+  std::size_t refused = 0;       ///< path absolute or with `..`
+  std::size_t negative = 0;      ///< stamp below zero
+  std::size_t out_of_order = 0;  ///< not newer than the newest accepted one (duplicates too)
+  std::size_t jumped = 0;        ///< stamp far ahead of the lines that follow
+
+  [[nodiscard]] std::size_t left_out() const {
+    return malformed + refused + negative + out_of_order + jumped;
+  }
+  ListCounts& operator+=(const ListCounts& other);
+  /// "3 of 100 lines left out: 2 malformed, 1 out of order"; empty if nothing was left out.
+  [[nodiscard]] std::string summary() const;
+};
+
+struct ListedImage {
+  Timestamp stamp;
+  int decimals = 0;  ///< of the stamp as written
+  std::string file;  ///< relative to the sequence's folder
+};
+
+struct ListedPair {
+  ListedImage colour, depth;
+};
+
+template <typename Entry>
+struct ParsedList {
+  std::vector<Entry> entries;  ///< colour stamps (of a pair) strictly increasing, not negative
+  ListCounts counts;
+  std::string first_fault;  ///< "line 7: ...", for the message
+};
+
+/// Lines `stamp path`; the path may contain spaces.
+[[nodiscard]] ParsedList<ListedImage> parse_image_list(std::string_view text);
+/// Lines `colour_stamp colour_path depth_stamp depth_path`, or depth first where the paths say so
+/// (depth/..., rgb/...).
+[[nodiscard]] ParsedList<ListedPair> parse_associations(std::string_view text);
+
+/// True for a relative path that stays inside its folder.
+[[nodiscard]] bool is_inside(std::string_view relative_path);
+
+}  // namespace ygslam

@@ -1,0 +1,108 @@
+#include "io/image_list.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/rng.hpp"
+
+namespace ygslam {
+namespace {
+
+std::vector<double> seconds_of(const ParsedList<ListedImage>& list) {
+  std::vector<double> seconds;
+  for (const ListedImage& image : list.entries) {
+    seconds.push_back(static_cast<double>(image.stamp.ns) * 1e-9);
+  }
+  return seconds;
+}
+
+TEST(ImageList, ReadsStampsDecimalsAndPathsWithSpacesAndUtf8) {
+  const auto list = parse_image_list(
+      "\xEF\xBB\xBF# comment\r\n1.25 rgb/a b.png\r\n\r\n2.5\trgb/\xC3\xA4.png  \n3 x.png");
+  ASSERT_EQ(list.entries.size(), 3U);
+  EXPECT_EQ(list.entries[0].file, "rgb/a b.png");
+  EXPECT_EQ(list.entries[0].decimals, 2);
+  EXPECT_EQ(list.entries[1].file, "rgb/\xC3\xA4.png");
+  EXPECT_EQ(list.entries[2].stamp.ns, 3'000'000'000);
+  EXPECT_EQ(list.counts.left_out(), 0U);
+}
+
+TEST(ImageList, F11DropsOlderAndEqualStampsAndCountsThem) {
+  const auto list = parse_image_list("1 a\n2 b\n2 c\n1.5 d\n4 e\n3 f\n5 g\n");
+  EXPECT_EQ(seconds_of(list), (std::vector<double>{1, 2, 4, 5}));
+  EXPECT_EQ(list.counts.out_of_order, 3U);
+}
+
+TEST(ImageList, F11CountsNegativeNanAndTextStamps) {
+  const auto list = parse_image_list("1 a\n-2 b\nnan c\nxyz d\n3\n4 e\n");
+  EXPECT_EQ(seconds_of(list), (std::vector<double>{1, 4}));
+  EXPECT_EQ(list.counts.negative, 1U);
+  EXPECT_EQ(list.counts.malformed, 3U);
+  EXPECT_EQ(list.first_fault, "2: '-2 b'");
+}
+
+TEST(ImageList, F11OneStampAnHourAheadDoesNotDropAllThatFollow) {
+  std::string text;
+  for (int i = 0; i < 50; ++i) text += std::to_string(i + (i == 20 ? 3600 : 0)) + " x.png\n";
+  const auto list = parse_image_list(text);
+  EXPECT_EQ(list.entries.size(), 49U);
+  EXPECT_EQ(list.counts.jumped, 1U);
+  EXPECT_EQ(list.counts.out_of_order, 0U);
+}
+
+TEST(ImageList, F11AClockThatStaysAnHourAheadIsAGapOnly) {
+  std::string text;
+  for (int i = 0; i < 50; ++i) text += std::to_string(i + (i >= 20 ? 3600 : 0)) + " x.png\n";
+  EXPECT_EQ(parse_image_list(text).entries.size(), 50U);
+}
+
+TEST(ImageList, F11ShuffledStampsStayStrictlyIncreasing) {
+  Rng rng(2);
+  for (int round = 0; round < 200; ++round) {
+    std::string text;
+    for (int i = 0; i < 40; ++i) {
+      text += std::to_string(static_cast<int>(rng.below(60)) - 3) + " x.png\n";
+    }
+    const auto list = parse_image_list(text);
+    ASSERT_FALSE(list.entries.empty());
+    for (std::size_t i = 1; i < list.entries.size(); ++i) {
+      ASSERT_LT(list.entries[i - 1].stamp, list.entries[i].stamp);
+    }
+    EXPECT_EQ(list.entries.size() + list.counts.left_out(), list.counts.lines);
+  }
+}
+
+TEST(ImageList, F31PathsOutsideTheFolderAreRefusedAndCounted) {
+  const auto list = parse_image_list(
+      "1 ../secret.png\n2 rgb/../../x.png\n3 /etc/passwd\n4 rgb/..\n5 rgb/..a.png\n6 ..\n");
+  ASSERT_EQ(list.entries.size(), 1U);
+  EXPECT_EQ(list.entries[0].file, "rgb/..a.png");
+  EXPECT_EQ(list.counts.refused, 5U);
+  EXPECT_FALSE(is_inside(std::string_view("a\0b", 3)));
+  EXPECT_FALSE(is_inside(""));
+}
+
+TEST(Associations, ReadsBothOrdersAndPathsWithSpaces) {
+  const auto list = parse_associations(
+      "1.0 rgb/a.png 1.01 depth/a.png\n2.0 depth/b.png 2.01 rgb/b.png\n"
+      "3.0 rgb/my file.png 3.1 depth/my file.png\n");
+  ASSERT_EQ(list.entries.size(), 3U);
+  EXPECT_EQ(list.entries[0].depth.file, "depth/a.png");
+  EXPECT_EQ(list.entries[1].colour.file, "rgb/b.png");
+  EXPECT_EQ(list.entries[1].colour.stamp.ns, 2'010'000'000);
+  EXPECT_EQ(list.entries[2].colour.file, "rgb/my file.png");
+  EXPECT_EQ(list.entries[2].depth.stamp.ns, 3'100'000'000);
+}
+
+TEST(Associations, F11LinesWithoutTwoStampsAndPathsAreMalformed) {
+  const auto list = parse_associations(
+      "1 rgb/a.png\n2 rgb/b.png nan depth/b.png\n3 rgb/c.png 3\nnan rgb/d.png 4 depth/d.png\n"
+      "5 rgb/e.png 5 depth/e.png\n6 ../f.png 6 depth/f.png\n");
+  ASSERT_EQ(list.entries.size(), 1U);
+  EXPECT_EQ(list.counts.malformed, 4U);
+  EXPECT_EQ(list.counts.refused, 1U);
+}
+
+}  // namespace
+}  // namespace ygslam

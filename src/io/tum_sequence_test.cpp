@@ -1,0 +1,218 @@
+#include "io/tum_sequence.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "io/frame_loader.hpp"
+#include "io/testing/small_sequence.hpp"
+
+namespace ygslam {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::SmallSequence;
+using testing::TempFolder;
+
+bool warns_of(const TumSequence& sequence, const std::string& what) {
+  return std::any_of(sequence.warnings.begin(), sequence.warnings.end(),
+                     [&](const std::string& w) { return w.find(what) != std::string::npos; });
+}
+
+Error refusal_of(const fs::path& root) {
+  const auto sequence = open_tum_sequence(root);
+  EXPECT_FALSE(sequence.ok());
+  return sequence.ok() ? Error{} : sequence.error();
+}
+
+TEST(TumSequence, ListsAndAssociationsGiveTheSamePairs) {
+  const TempFolder folder;
+  SmallSequence{.depth_offset_ns = 3'000'000}.write_to(folder.path() / "lists");
+  SmallSequence{.depth_offset_ns = 3'000'000, .associations = true}.write_to(folder.path() /
+                                                                             "pairs");
+  const auto lists = open_tum_sequence(folder.path() / "lists");
+  const auto pairs = open_tum_sequence(folder.path() / "pairs");
+  ASSERT_TRUE(lists.ok()) << lists.error().message;
+  ASSERT_TRUE(pairs.ok()) << pairs.error().message;
+  ASSERT_EQ(lists->pairs.size(), 10U);
+  ASSERT_EQ(pairs->pairs.size(), 10U);
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(lists->pairs[i].stamp, pairs->pairs[i].stamp);
+    EXPECT_EQ(lists->pairs[i].depth_file, pairs->pairs[i].depth_file);
+  }
+  EXPECT_EQ(lists->stamp_decimals, 6);
+  EXPECT_TRUE(lists->warnings.empty());
+}
+
+TEST(TumSequence, SizeComesFromTheFirstReadableImage) {
+  const TempFolder folder;
+  const SmallSequence small{
+      .width = 48, .height = 40, .calibration = "fx 40\nfy 40\ncx 24\ncy 20\n"};
+  small.write_to(folder.path());
+  testing::write(folder.path() / small.colour_file(0), "no image");
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok());
+  EXPECT_EQ(sequence->camera.width, 48);
+  EXPECT_EQ(sequence->camera.height, 40);
+  EXPECT_EQ(sequence->camera_source, "calibration.txt");
+}
+
+TEST(TumSequence, CameraComesFromTheCallerThenTheFileThenTheName) {
+  const TempFolder folder;
+  const fs::path root = folder.path() / "rgbd_dataset_freiburg3_test";
+  SmallSequence{.count = 2, .width = 640, .height = 480, .calibration = ""}.write_to(root);
+  const auto preset = open_tum_sequence(root / "");  // a trailing slash is no other folder
+  ASSERT_TRUE(preset.ok()) << preset.error().message;
+  EXPECT_EQ(preset->camera.fx, 535.4);
+  EXPECT_EQ(preset->camera_source, "preset TUM freiburg3");
+  testing::write(root / "calibration.txt", "fx 500\nfy 500\ncx 320\ncy 240\n");
+  EXPECT_EQ(open_tum_sequence(root)->camera.fx, 500);
+  CameraConfig given;
+  given.fx = given.fy = 600;
+  given.cx = 320;
+  given.cy = 240;
+  given.width = given.height = 0;
+  const auto with_given = open_tum_sequence(root, given);
+  ASSERT_TRUE(with_given.ok()) << with_given.error().message;
+  EXPECT_EQ(with_given->camera.fx, 600);
+  EXPECT_EQ(with_given->camera.width, 640);
+}
+
+TEST(TumSequence, F20WithoutACameraOrWithABadOneItIsAConfigurationError) {
+  const TempFolder folder;
+  SmallSequence{.calibration = ""}.write_to(folder.path() / "none");
+  EXPECT_EQ(refusal_of(folder.path() / "none").kind, ErrorKind::kConfig);
+  SmallSequence{.calibration = "fx 30\nfy nan\ncx 16\ncy 12\n"}.write_to(folder.path() / "nan");
+  const Error nan = refusal_of(folder.path() / "nan");
+  EXPECT_EQ(nan.kind, ErrorKind::kConfig);
+  EXPECT_NE(nan.message.find("calibration.txt:2: fy:"), std::string::npos) << nan.message;
+  SmallSequence{.calibration = "# c\nfx 30\nfy 30\ncx 1600\ncy 12\n"}.write_to(folder.path() /
+                                                                               "cx");
+  const Error cx = refusal_of(folder.path() / "cx");
+  EXPECT_EQ(cx.kind, ErrorKind::kConfig);
+  EXPECT_NE(cx.message.find("calibration.txt:4: cx:"), std::string::npos) << cx.message;
+}
+
+TEST(TumSequence, MissingFolderListsAndImagesAreInputErrorsThatNameThem) {
+  const TempFolder folder;
+  EXPECT_EQ(refusal_of(folder.path() / "nowhere").kind, ErrorKind::kInput);
+  EXPECT_NE(refusal_of(folder.path()).message.find("rgb.txt: no such file"), std::string::npos);
+  const SmallSequence small{.count = 3};
+  small.write_to(folder.path());
+  fs::remove_all(folder.path() / "rgb");
+  const Error error = refusal_of(folder.path());
+  EXPECT_EQ(error.kind, ErrorKind::kInput);
+  EXPECT_NE(error.message.find("none of 3 colour images can be read"), std::string::npos);
+  testing::write(folder.path() / "rgb.txt", "# nothing\n");
+  EXPECT_EQ(refusal_of(folder.path()).kind, ErrorKind::kInput);
+}
+
+TEST(TumSequence, F11AllStampsBadIsAnInputErrorSomeBadAWarning) {
+  const TempFolder folder;
+  const SmallSequence small{.associations = true};
+  small.write_to(folder.path());
+  const std::string good = testing::read(folder.path() / "associations.txt");
+  testing::write(folder.path() / "associations.txt", "nan rgb/a.png nan depth/a.png\nx y z w\n");
+  const Error error = refusal_of(folder.path());
+  EXPECT_EQ(error.kind, ErrorKind::kInput);
+  EXPECT_NE(error.message.find("associations.txt:1"), std::string::npos) << error.message;
+  testing::write(folder.path() / "associations.txt",
+                 good + "1000.0 rgb/old.png 1000.0 depth/x.png\n");
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok());
+  EXPECT_EQ(sequence->pairs.size(), 10U);
+  EXPECT_EQ(sequence->counts.out_of_order, 1U);
+  EXPECT_TRUE(warns_of(*sequence, "1 of 11 lines left out"));
+}
+
+TEST(TumSequence, F12AnOffsetOf50MsIsReportedWithItsSize) {
+  const TempFolder folder;
+  SmallSequence{.count = 40, .depth_offset_ns = 50'000'000}.write_to(folder.path());
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  EXPECT_TRUE(warns_of(*sequence, "offset by 50 ms")) << sequence->warnings.size();
+}
+
+TEST(TumSequence, F12WithoutPairsTheInputErrorTellsTheOffset) {
+  const TempFolder folder;
+  SmallSequence{.interval_ns = 200'000'000, .depth_offset_ns = 50'000'000}.write_to(folder.path());
+  const Error error = refusal_of(folder.path());
+  EXPECT_EQ(error.kind, ErrorKind::kInput);
+  EXPECT_NE(error.message.find("offset by 50 ms"), std::string::npos) << error.message;
+}
+
+TEST(TumSequence, F12FewerThanATenthPairedIsAnInputError) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 30};
+  small.write_to(folder.path());
+  std::string depth = testing::read(folder.path() / "depth.txt");
+  const auto keep = [&](int lines) {
+    std::size_t end = depth.find('\n') + 1;  // the comment
+    for (int i = 0; i < lines; ++i) end = depth.find('\n', end) + 1;
+    testing::write(folder.path() / "depth.txt", depth.substr(0, end));
+  };
+  keep(2);
+  EXPECT_EQ(refusal_of(folder.path()).kind, ErrorKind::kInput);
+  keep(3);
+  EXPECT_TRUE(open_tum_sequence(folder.path()).ok());
+}
+
+TEST(TumSequence, F31ImagesOutsideTheFolderAreNotOpened) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 3, .associations = true};
+  small.write_to(folder.path() / "seq");
+  testing::write(folder.path() / "seq/associations.txt",
+                 "1000 ../seq/" + small.colour_file(0) + " 1000 " + small.depth_file(0) + "\n");
+  EXPECT_EQ(refusal_of(folder.path() / "seq").kind, ErrorKind::kInput);
+}
+
+TEST(TumSequence, F37PathsWithSpacesAndUtf8Work) {
+  const TempFolder folder("ygslam Küche mit Leuten");
+  const SmallSequence small;
+  small.write_to(folder.path() / "ein Raum");
+  const auto sequence = open_tum_sequence(folder.path() / "ein Raum");
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  EXPECT_TRUE(load_frame(*sequence, 9).ok());
+}
+
+TEST(LoadFrame, GivesColourGreyAndDepthOfTheSamePair) {
+  const TempFolder folder;
+  const SmallSequence small;
+  small.write_to(folder.path());
+  const auto sequence = open_tum_sequence(folder.path());
+  const auto frame = load_frame(*sequence, 4);
+  ASSERT_TRUE(frame.ok()) << frame.error().message;
+  const auto raw = read_depth(folder.path() / small.depth_file(4));
+  const float expected = static_cast<float>(raw->at(3, 2)) / 5000.0F;
+  const bool in_range = expected >= 0.3F && expected <= 8.0F;
+  EXPECT_FLOAT_EQ(frame->depth_m.at(3, 2), in_range ? expected : 0.0F);
+  EXPECT_EQ(frame->stamp, sequence->pairs[4].stamp);
+  EXPECT_EQ(frame->id, FrameId{4});
+  EXPECT_TRUE(frame->grey.same_size(frame->colour));
+}
+
+TEST(TumSequence, RecordedSequencesOpenAndTheirFramesDecode) {
+  const fs::path data = testing::shared_folder() / "data";
+  if (!fs::is_directory(data)) {
+    std::puts("skipped: no recorded data");
+    return;
+  }
+  for (const auto& folder : fs::directory_iterator(data)) {
+    if (!fs::exists(folder.path() / "associations.txt")) continue;
+    const auto sequence = open_tum_sequence(folder.path());
+    ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+    EXPECT_EQ(sequence->counts.left_out(), 0U);
+    EXPECT_TRUE(sequence->warnings.empty()) << sequence->warnings.front();
+    for (std::size_t i = 0; i < sequence->pairs.size(); i += 60) {
+      const auto frame = load_frame(*sequence, i);
+      ASSERT_TRUE(frame.ok()) << frame.error().message;
+      const auto with_depth = std::count_if(frame->depth_m.begin(), frame->depth_m.end(),
+                                            [](float d) { return d > 0; });
+      EXPECT_GT(with_depth, 640 * 480 / 4) << folder.path() << " " << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -1,0 +1,37 @@
+// A keyframe: data that never changes, and a small state that the mapper changes.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "core/ids.hpp"
+#include "core/time.hpp"
+#include "features/feature.hpp"
+#include "features/feature_grid.hpp"
+#include "geometry/se3.hpp"
+
+namespace ygslam {
+
+/// What was seen; shared between the map and every published view.
+struct KeyframeData {
+  KeyframeId id = kNoKeyframe;
+  FrameId frame = kNoFrame;
+  Timestamp stamp;
+  FeaturesPtr features;
+  FeatureGrid grid;
+};
+using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
+
+struct Keyframe {
+  KeyframeDataPtr data;
+  SE3 T_camera_world;
+  KeyframeId parent = kNoKeyframe;      ///< most covisible keyframe when it was made
+  std::vector<LandmarkId> landmarks;    ///< per feature, kNoLandmark where none
+  std::vector<float> static_weight;     ///< per feature: how far it may be trusted to stand still
+  std::map<KeyframeId, int> covisible;  ///< landmarks shared with each other keyframe
+
+  [[nodiscard]] Vec3 position_world() const { return T_camera_world.inverse().t(); }
+};
+
+}  // namespace ygslam

@@ -1,0 +1,47 @@
+// What the tracker sees of the map: an immutable snapshot around the newest keyframe.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "map/keyframe.hpp"
+#include "map/landmark.hpp"
+
+namespace ygslam {
+
+struct ViewLandmark {
+  LandmarkId id = kNoLandmark;
+  Vec3 p_world = Vec3::Zero();
+  Vec3 normal_world = Vec3::Zero();
+  Descriptor descriptor;
+  double min_distance_m = 0;
+  double max_distance_m = 0;
+  int observations = 0;
+};
+
+struct ViewKeyframe {
+  KeyframeDataPtr data;
+  SE3 T_camera_world;
+  std::vector<std::int32_t> landmarks;  ///< per feature: index into LocalView::landmarks, or -1
+  int tracked_landmarks = 0;  ///< landmarks it sees that at least two other keyframes see too
+};
+
+struct LocalView {
+  std::uint64_t version = 0;
+  std::vector<ViewLandmark> landmarks;
+  std::unordered_map<LandmarkId, std::uint32_t> landmark_index;
+  std::vector<ViewKeyframe> keyframes;  ///< the reference (newest) first, then the most covisible
+
+  [[nodiscard]] bool empty() const { return keyframes.empty(); }
+  [[nodiscard]] const ViewKeyframe& reference() const { return keyframes.front(); }
+  /// Index into landmarks, or -1.
+  [[nodiscard]] std::int32_t find(LandmarkId id) const {
+    const auto it = landmark_index.find(id);
+    return it == landmark_index.end() ? -1 : static_cast<std::int32_t>(it->second);
+  }
+};
+using LocalViewPtr = std::shared_ptr<const LocalView>;
+
+}  // namespace ygslam

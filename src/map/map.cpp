@@ -1,0 +1,225 @@
+#include "map/map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/check.hpp"
+
+namespace ygslam {
+namespace {
+
+// The observed descriptor that is most like all others (least median distance).
+Descriptor most_typical(std::span<const Descriptor> descriptors) {
+  std::size_t best = 0;
+  int best_median = 257;
+  std::vector<int> distances(descriptors.size());
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    for (std::size_t j = 0; j < descriptors.size(); ++j) {
+      distances[j] = distance(descriptors[i], descriptors[j]);
+    }
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    if (*middle < best_median) {
+      best_median = *middle;
+      best = i;
+    }
+  }
+  return descriptors[best];
+}
+
+}  // namespace
+
+Map::Map(int pyramid_levels, double pyramid_scale) {
+  for (int i = 0; i < pyramid_levels; ++i) octave_scale_.push_back(std::pow(pyramid_scale, i));
+}
+
+Keyframe& Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
+                            std::vector<float> static_weight) {
+  const KeyframeId id = data->id;
+  CHECK(index(id) >= next_keyframe_, "keyframe ids ascend");
+  next_keyframe_ = index(id) + 1;
+  Keyframe& keyframe = keyframes_[id];
+  keyframe.landmarks.assign(data->features->size(), kNoLandmark);
+  CHECK(static_weight.size() == data->features->size());
+  keyframe.data = std::move(data);
+  keyframe.T_camera_world = T_camera_world;
+  keyframe.parent = parent;
+  keyframe.static_weight = std::move(static_weight);
+  return keyframe;
+}
+
+void Map::remove_keyframe(KeyframeId id) {
+  const Keyframe& keyframe = keyframes_.at(id);
+  for (const LandmarkId landmark : std::vector<LandmarkId>(keyframe.landmarks)) {
+    if (landmark != kNoLandmark) remove_observation(landmark, id);
+  }
+  const KeyframeId parent = keyframe.parent;
+  CHECK(parent != kNoKeyframe, "the first keyframe stays");
+  removed_keyframes_[id] = {parent, keyframe.T_camera_world * resolved_pose(parent).inverse()};
+  for (auto& [other_id, other] : keyframes_) {
+    if (other.parent == id) other.parent = parent;
+  }
+  keyframes_.erase(id);
+}
+
+const Keyframe& Map::keyframe(KeyframeId id) const {
+  const auto it = keyframes_.find(id);
+  CHECK(it != keyframes_.end());
+  return it->second;
+}
+
+void Map::set_pose(KeyframeId id, const SE3& T_camera_world) {
+  keyframes_.at(id).T_camera_world = T_camera_world;
+}
+
+void Map::set_static_weight(KeyframeId id, std::vector<float> weight) {
+  Keyframe& keyframe = keyframes_.at(id);
+  CHECK(weight.size() == keyframe.static_weight.size());
+  keyframe.static_weight = std::move(weight);
+}
+
+SE3 Map::resolved_pose(KeyframeId id) const {
+  SE3 T_camera_ancestor;
+  while (!keyframes_.contains(id)) {
+    const Removed& removed = removed_keyframes_.at(id);
+    T_camera_ancestor = T_camera_ancestor * removed.T_camera_parent;
+    id = removed.parent;
+  }
+  return T_camera_ancestor * keyframes_.at(id).T_camera_world;
+}
+
+LandmarkId Map::add_landmark(const Vec3& p_world, KeyframeId keyframe, std::uint32_t feature) {
+  const LandmarkId id{next_landmark_++};
+  Landmark& landmark = landmarks_[id];
+  landmark.id = id;
+  landmark.p_world = p_world;
+  landmark.first_keyframe = keyframe;
+  const bool added = add_observation(id, keyframe, feature);
+  CHECK(added, "the feature must be free");
+  refresh(id);
+  return id;
+}
+
+void Map::remove_landmark(LandmarkId id) {
+  Landmark& landmark = mutable_landmark(id);
+  while (!landmark.observations.empty()) {
+    const LandmarkObservation last = landmark.observations.back();
+    landmark.observations.pop_back();
+    change_covisibility(landmark, last.keyframe, -1);
+    keyframes_.at(last.keyframe).landmarks[last.feature] = kNoLandmark;
+  }
+  landmarks_.erase(id);
+}
+
+const Landmark& Map::landmark(LandmarkId id) const {
+  const auto it = landmarks_.find(id);
+  CHECK(it != landmarks_.end());
+  return it->second;
+}
+
+Landmark& Map::mutable_landmark(LandmarkId id) {
+  const auto it = landmarks_.find(id);
+  CHECK(it != landmarks_.end());
+  return it->second;
+}
+
+void Map::set_position(LandmarkId id, const Vec3& p_world) {
+  mutable_landmark(id).p_world = p_world;
+}
+
+void Map::count_seen(LandmarkId id, int visible, int found) {
+  Landmark& landmark = mutable_landmark(id);
+  landmark.visible += visible;
+  landmark.found += found;
+}
+
+bool Map::add_observation(LandmarkId id, KeyframeId keyframe_id, std::uint32_t feature) {
+  Landmark& landmark = mutable_landmark(id);
+  Keyframe& keyframe = keyframes_.at(keyframe_id);
+  if (keyframe.landmarks[feature] != kNoLandmark) return false;
+  const auto position =
+      std::lower_bound(landmark.observations.begin(), landmark.observations.end(), keyframe_id,
+                       [](const LandmarkObservation& o, KeyframeId k) { return o.keyframe < k; });
+  if (position != landmark.observations.end() && position->keyframe == keyframe_id) return false;
+  change_covisibility(landmark, keyframe_id, +1);
+  landmark.observations.insert(position, {keyframe_id, feature});
+  keyframe.landmarks[feature] = id;
+  return true;
+}
+
+void Map::remove_observation(LandmarkId id, KeyframeId keyframe_id) {
+  Landmark& landmark = mutable_landmark(id);
+  const auto it =
+      std::find_if(landmark.observations.begin(), landmark.observations.end(),
+                   [&](const LandmarkObservation& o) { return o.keyframe == keyframe_id; });
+  if (it == landmark.observations.end()) return;
+  keyframes_.at(keyframe_id).landmarks[it->feature] = kNoLandmark;
+  landmark.observations.erase(it);
+  change_covisibility(landmark, keyframe_id, -1);
+  if (landmark.observations.empty()) landmarks_.erase(id);
+}
+
+void Map::fuse(LandmarkId from, LandmarkId into) {
+  CHECK(from != into);
+  const std::vector<LandmarkObservation> moved = landmark(from).observations;
+  const int visible = landmark(from).visible;
+  const int found = landmark(from).found;
+  remove_landmark(from);
+  for (const LandmarkObservation& o : moved) add_observation(into, o.keyframe, o.feature);
+  count_seen(into, visible, found);
+  refresh(into);
+  fused_[from] = into;
+}
+
+LandmarkId Map::current_id(LandmarkId id) const {
+  while (!landmarks_.contains(id)) {
+    const auto it = fused_.find(id);
+    if (it == fused_.end()) return kNoLandmark;
+    id = it->second;
+  }
+  return id;
+}
+
+void Map::refresh(LandmarkId id) {
+  Landmark& landmark = mutable_landmark(id);
+  std::vector<Descriptor> descriptors;
+  descriptors.reserve(landmark.observations.size());
+  Vec3 normal = Vec3::Zero();
+  for (const LandmarkObservation& o : landmark.observations) {
+    const Keyframe& keyframe = keyframes_.at(o.keyframe);
+    descriptors.push_back(keyframe.data->features->descriptors[o.feature]);
+    normal += (landmark.p_world - keyframe.position_world()).normalized();
+  }
+  if (normal.norm() > 1e-9) landmark.normal_world = normal.normalized();
+  landmark.descriptor = most_typical(descriptors);
+  const LandmarkObservation& first = landmark.observations.front();
+  const Keyframe& reference = keyframes_.at(first.keyframe);
+  const int octave = reference.data->features->points[first.feature].octave;
+  const double distance_m = (landmark.p_world - reference.position_world()).norm();
+  landmark.max_distance_m = distance_m * octave_scale_[octave];
+  landmark.min_distance_m = landmark.max_distance_m / octave_scale_.back();
+}
+
+void Map::change_covisibility(const Landmark& landmark, KeyframeId keyframe, int change) {
+  auto& mine = keyframes_.at(keyframe).covisible;
+  for (const LandmarkObservation& o : landmark.observations) {
+    if (o.keyframe == keyframe) continue;
+    auto& theirs = keyframes_.at(o.keyframe).covisible;
+    if ((mine[o.keyframe] += change) <= 0) mine.erase(o.keyframe);
+    if ((theirs[keyframe] += change) <= 0) theirs.erase(keyframe);
+  }
+}
+
+std::vector<KeyframeId> Map::covisible(KeyframeId id, int min_shared, std::size_t max_count) const {
+  std::vector<std::pair<int, KeyframeId>> ranked;
+  for (const auto& [other, shared] : keyframe(id).covisible) {
+    if (shared >= min_shared) ranked.emplace_back(-shared, other);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  if (ranked.size() > max_count) ranked.resize(max_count);
+  std::vector<KeyframeId> ids;
+  for (const auto& [negative_shared, other] : ranked) ids.push_back(other);
+  return ids;
+}
+
+}  // namespace ygslam

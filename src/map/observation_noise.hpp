@@ -1,0 +1,29 @@
+// How far a feature's position and depth may be trusted; shared by tracking and mapping.
+#pragma once
+
+#include "features/feature.hpp"
+#include "image/depth.hpp"
+#include "optim/observation.hpp"
+
+namespace ygslam {
+
+struct NoiseConfig {
+  double sigma_px = 1.0;           ///< localisation noise of a corner in pyramid level 0
+  double depth_sigma_scale = 10.0; ///< times the Kinect's axial noise: corners sit on depth edges
+};
+
+/// @param octave_scale of the feature's pyramid level. @param weight static weight, 0..1.
+[[nodiscard]] inline Observation observe(const Feature& feature, double octave_scale,
+                                         const NoiseConfig& noise, double weight) {
+  Observation seen;
+  seen.ideal_px = feature.ideal_px.cast<double>();
+  seen.depth_m = feature.depth_m;
+  seen.sigma_px = noise.sigma_px * octave_scale;
+  if (feature.depth_m > 0) {
+    seen.sigma_depth_m = noise.depth_sigma_scale * kinect_depth_sigma_m(feature.depth_m);
+  }
+  seen.weight = weight;
+  return seen;
+}
+
+}  // namespace ygslam

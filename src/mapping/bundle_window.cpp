@@ -1,0 +1,102 @@
+#include "mapping/bundle_window.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace ygslam {
+namespace {
+
+std::vector<LandmarkId> landmarks_seen_by(const Map& map,
+                                          const std::vector<KeyframeId>& keyframes) {
+  std::set<LandmarkId> seen;
+  for (const KeyframeId id : keyframes) {
+    for (const LandmarkId landmark : map.keyframe(id).landmarks) {
+      if (landmark != kNoLandmark) seen.insert(landmark);
+    }
+  }
+  return {seen.begin(), seen.end()};
+}
+
+std::vector<KeyframeId> other_observers(const Map& map, const std::vector<LandmarkId>& landmarks,
+                                        const std::vector<KeyframeId>& except, int max_count) {
+  std::map<KeyframeId, int> counts;
+  for (const LandmarkId id : landmarks) {
+    for (const LandmarkObservation& o : map.landmark(id).observations) ++counts[o.keyframe];
+  }
+  for (const KeyframeId id : except) counts.erase(id);
+  std::vector<std::pair<int, KeyframeId>> ranked;
+  for (const auto& [id, count] : counts) ranked.emplace_back(-count, id);
+  std::sort(ranked.begin(), ranked.end());
+  if (ranked.size() > static_cast<std::size_t>(max_count)) ranked.resize(max_count);
+  std::vector<KeyframeId> ids;
+  for (const auto& [count, id] : ranked) ids.push_back(id);
+  return ids;
+}
+
+}  // namespace
+
+BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseConfig& noise,
+                                const BundleWindowConfig& config) {
+  BundleWindow window;
+  window.keyframes = {newest};
+  for (const KeyframeId id :
+       map.covisible(newest, 1, static_cast<std::size_t>(config.free_keyframes - 1))) {
+    window.keyframes.push_back(id);
+  }
+  std::sort(window.keyframes.begin(), window.keyframes.end());
+  window.landmarks = landmarks_seen_by(map, window.keyframes);
+  const std::size_t free_count = window.keyframes.size();
+  for (const KeyframeId id :
+       other_observers(map, window.landmarks, window.keyframes, config.fixed_keyframes)) {
+    window.keyframes.push_back(id);
+  }
+  std::map<KeyframeId, std::uint32_t> pose_of;
+  for (std::uint32_t i = 0; i < window.keyframes.size(); ++i) {
+    const Keyframe& keyframe = map.keyframe(window.keyframes[i]);
+    const bool fixed = i >= free_count || keyframe.parent == kNoKeyframe;
+    window.problem.poses.push_back({keyframe.T_camera_world, fixed});
+    pose_of[window.keyframes[i]] = i;
+  }
+  // Something must hold the gauge.
+  const auto& poses = window.problem.poses;
+  if (std::none_of(poses.begin(), poses.end(), [](const BundlePose& p) { return p.fixed; })) {
+    window.problem.poses.front().fixed = true;
+  }
+  for (std::uint32_t i = 0; i < window.landmarks.size(); ++i) {
+    const Landmark& landmark = map.landmark(window.landmarks[i]);
+    window.problem.points_world.push_back(landmark.p_world);
+    for (const LandmarkObservation& o : landmark.observations) {
+      const auto pose = pose_of.find(o.keyframe);
+      if (pose == pose_of.end()) continue;
+      const Keyframe& keyframe = map.keyframe(o.keyframe);
+      const Feature& feature = keyframe.data->features->points[o.feature];
+      const double weight = std::max(0.05F, keyframe.static_weight[o.feature]);
+      window.problem.observations.push_back(
+          {pose->second, i, observe(feature, map.octave_scale(feature.octave), noise, weight)});
+    }
+  }
+  return window;
+}
+
+void apply_bundle(Map& map, const BundleWindow& window, const BundleResult& result) {
+  if (!result.usable) return;
+  for (std::size_t i = 0; i < window.keyframes.size(); ++i) {
+    if (!window.problem.poses[i].fixed) map.set_pose(window.keyframes[i], result.T_camera_world[i]);
+  }
+  for (std::size_t i = 0; i < window.landmarks.size(); ++i) {
+    map.set_position(window.landmarks[i], result.points_world[i]);
+  }
+  for (std::size_t i = 0; i < window.problem.observations.size(); ++i) {
+    if (!result.outlier[i]) continue;
+    const BundleObservation& o = window.problem.observations[i];
+    if (map.has_landmark(window.landmarks[o.point])) {
+      map.remove_observation(window.landmarks[o.point], window.keyframes[o.pose]);
+    }
+  }
+  for (const LandmarkId id : window.landmarks) {
+    if (map.has_landmark(id)) map.refresh(id);
+  }
+}
+
+}  // namespace ygslam

@@ -1,0 +1,31 @@
+// The part of the map that a local bundle adjustment works on, out of the map and back into it.
+#pragma once
+
+#include <vector>
+
+#include "geometry/camera.hpp"
+#include "map/map.hpp"
+#include "map/observation_noise.hpp"
+#include "optim/local_bundle.hpp"
+
+namespace ygslam {
+
+struct BundleWindowConfig {
+  int free_keyframes = 12;   ///< the newest and its most covisible
+  int fixed_keyframes = 20;  ///< others that see the same landmarks, most observations first
+};
+
+struct BundleWindow {
+  BundleProblem problem;
+  std::vector<KeyframeId> keyframes;  ///< of problem.poses
+  std::vector<LandmarkId> landmarks;  ///< of problem.points_world
+};
+
+[[nodiscard]] BundleWindow make_bundle_window(const Map& map, KeyframeId newest,
+                                              const NoiseConfig& noise,
+                                              const BundleWindowConfig& config);
+
+/// Writes poses and points back and removes the observations that disagree.
+void apply_bundle(Map& map, const BundleWindow& window, const BundleResult& result);
+
+}  // namespace ygslam

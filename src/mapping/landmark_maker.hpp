@@ -1,0 +1,36 @@
+// New landmarks for a keyframe: from its depth, and by triangulation where depth is missing.
+#pragma once
+
+#include <span>
+
+#include "geometry/camera.hpp"
+#include "map/map.hpp"
+
+namespace ygslam {
+
+struct LandmarkMakerConfig {
+  double close_depth_m = 8.0;      ///< every static feature nearer than this becomes a landmark
+  int min_from_depth = 100;        ///< and at least this many of the nearest, however far
+  float min_static_weight = 0.5F;  ///< what is less surely static waits for the keyframe's mask
+  int triangulation_neighbours = 5;
+  double min_parallax_rad = 0.02;
+  double max_epipolar_chi2 = 3.841;
+  double max_reprojection_chi2 = 5.991;
+  int max_distance = 50;  ///< Hamming, for triangulation
+};
+
+/// @return number of landmarks made from depth.
+int make_from_depth(Map& map, const Camera& camera, KeyframeId keyframe,
+                    const LandmarkMakerConfig& config, std::vector<LandmarkId>& made);
+
+/// Pairs features without depth with those of the most covisible keyframes.
+int make_by_triangulation(Map& map, const Camera& camera, KeyframeId keyframe,
+                          const LandmarkMakerConfig& config, std::vector<LandmarkId>& made);
+
+/// Point nearest to both rays (midpoint). @return nullopt if they are nearly parallel or it lies
+/// behind a camera. Poses T_camera_world, pixels ideal.
+[[nodiscard]] std::optional<Vec3> triangulate(const Camera& camera, const SE3& T_a_world,
+                                              const Vec2& a_px, const SE3& T_b_world,
+                                              const Vec2& b_px, double min_parallax_rad);
+
+}  // namespace ygslam

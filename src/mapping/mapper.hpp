@@ -1,0 +1,61 @@
+// The mapping stage: the only writer of the map.
+#pragma once
+
+#include <atomic>
+#include <deque>
+
+#include "geometry/camera.hpp"
+#include "map/local_view.hpp"
+#include "map/map.hpp"
+#include "map/messages.hpp"
+#include "mapping/bundle_window.hpp"
+#include "mapping/culling.hpp"
+#include "mapping/landmark_maker.hpp"
+#include "mapping/neighbour_fusion.hpp"
+#include "mapping/view_builder.hpp"
+
+namespace ygslam {
+
+struct MapperConfig {
+  NoiseConfig noise;
+  LandmarkMakerConfig landmarks;
+  NeighbourFusionConfig fusion;
+  CullingConfig culling;
+  BundleWindowConfig window;
+  BundleConfig bundle;
+  ViewConfig view;
+  bool local_bundle = true;  ///< false: no bundle adjustment (ablation)
+};
+
+class Mapper {
+ public:
+  Mapper(const MapperConfig& config, const Camera& camera, int pyramid_levels,
+         double pyramid_scale);
+
+  /// Takes a candidate into the map with the landmarks it brings: quick, so that the tracker can
+  /// have them at once. @return its id.
+  KeyframeId insert(const KeyframeCandidate& candidate);
+  /// Fuses, triangulates, adjusts and culls around the newest keyframe: slow.
+  /// @param abort set by another thread to end the adjustment after its current iteration.
+  /// @return the keyframes that were culled.
+  std::vector<KeyframeId> refine(const std::atomic<bool>* abort = nullptr);
+  /// The mask of a frame arrived: if that frame is a keyframe, its features inside lose their
+  /// landmarks and those outside are now surely static. A mask that covers nearly all features is
+  /// ignored. @param movable 255 inside; of the image's size. @return true if the map changed.
+  bool apply_mask(FrameId frame, const GreyImage& movable);
+
+  [[nodiscard]] LocalViewPtr view();
+  [[nodiscard]] const Map& map() const { return map_; }
+
+ private:
+  void associate(const KeyframeCandidate& candidate, KeyframeId id);
+
+  MapperConfig config_;
+  const Camera& camera_;
+  Map map_;
+  KeyframeId newest_ = kNoKeyframe;
+  std::vector<LandmarkId> on_probation_;
+  std::uint64_t version_ = 0;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,333 @@
+// Fusing, adjusting, culling, masking and the view: each on a map whose truth is known.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+
+#include "map/map_test_world.hpp"
+#include "mapping/bundle_window.hpp"
+#include "mapping/culling.hpp"
+#include "mapping/mapper.hpp"
+#include "mapping/neighbour_fusion.hpp"
+#include "mapping/view_builder.hpp"
+
+namespace ygslam {
+namespace {
+
+using map_test::kLevels;
+using map_test::kScale;
+using map_test::World;
+
+Mapper make_mapper(const World& world, const MapperConfig& config = {}) {
+  return Mapper(config, world.camera(), kLevels, kScale);
+}
+
+KeyframeCandidate candidate_of(const map_test::SeenFrame& seen, KeyframeId reference,
+                               const SE3& T_reference_world) {
+  return {seen.frame,
+          seen.features,
+          std::vector<LandmarkId>(seen.features->size(), kNoLandmark),
+          std::vector<float>(seen.features->size(), 1.0F),
+          reference,
+          seen.T_camera_world * T_reference_world.inverse(),
+          {}};
+}
+
+TEST(NeighbourFusion, TwoLandmarksOfOnePointBecomeOne) {
+  World world(400, 1);
+  Map map(kLevels, kScale);
+  std::vector<map_test::SeenFrame> seen;
+  // Every keyframe makes its own landmarks; none knows of the others'.
+  for (int i = 0; i < 4; ++i) {
+    seen.push_back(world.see(World::pose(i), static_cast<std::uint32_t>(i)));
+    const KeyframeId id = map_test::add_keyframe(
+        map, seen.back(), i ? KeyframeId{static_cast<std::uint32_t>(i - 1)} : kNoKeyframe);
+    for (std::uint32_t k = 0; k < seen.back().point.size(); ++k)
+      map.add_landmark(world.points()[seen.back().point[k]].p_world, id, k);
+  }
+  const std::size_t before = map.landmark_count();
+  EXPECT_GT(fuse_with_neighbours(map, world.camera(), KeyframeId{3}, {}), 0);
+  EXPECT_LT(map.landmark_count(), 0.5 * static_cast<double>(before));
+  // No landmark mixes points, and nearly every point of the newest keyframe is one landmark.
+  int mixed = 0, whole = 0;
+  for (const LandmarkId id : map.keyframe(KeyframeId{3}).landmarks) {
+    ASSERT_NE(id, kNoLandmark);
+    std::set<int> points;
+    for (const auto& o : map.landmark(id).observations)
+      points.insert(seen[index(o.keyframe)].point[o.feature]);
+    mixed += points.size() > 1 ? 1 : 0;
+    whole += map.landmark(id).observations.size() >= 3 ? 1 : 0;
+  }
+  EXPECT_EQ(mixed, 0);
+  EXPECT_GT(whole, 0.9 * static_cast<double>(seen[3].point.size()));
+}
+
+TEST(NeighbourFusion, AnotherDepthIsAnotherPoint) {
+  World world(300, 2);
+  auto truth = map_test::true_map(world, 2);
+  // The same descriptors, but everything that keyframe 1 measured is farther by a third.
+  Map map(kLevels, kScale);
+  map_test::add_keyframe(map, truth.seen[0], kNoKeyframe);
+  auto moved = truth.seen[1];
+  auto features = std::make_shared<Features>(*moved.features);
+  for (auto& f : features->points) f.depth_m *= 1.33F;
+  moved.features = features;
+  map_test::add_keyframe(map, moved, KeyframeId{0});
+  for (std::uint32_t k = 0; k < truth.seen[0].point.size(); ++k)
+    map.add_landmark(world.points()[truth.seen[0].point[k]].p_world, KeyframeId{0}, k);
+  EXPECT_EQ(fuse_with_neighbours(map, world.camera(), KeyframeId{1}, {}), 0);
+}
+
+TEST(BundleWindow, AdjustmentBringsAPerturbedMapBack) {
+  World world(500, 3);
+  auto truth = map_test::true_map(world, 6, {.noise_px = 0.3});
+  Map& map = truth.map;
+  Rng rng(4);
+  const auto noise = [&](double sigma) -> Vec3 {
+    return Vec3(rng.normal(0, sigma), rng.normal(0, sigma), rng.normal(0, sigma));
+  };
+  for (std::uint32_t i = 1; i < 6; ++i) {
+    Vec6 twist;
+    twist << noise(0.02), noise(0.01);
+    map.set_pose(KeyframeId{i}, SE3::exp(twist) * World::pose(static_cast<int>(i)));
+  }
+  for (const LandmarkId id : truth.landmark)
+    if (id != kNoLandmark) map.set_position(id, map.landmark(id).p_world + noise(0.03));
+  const auto pose_error = [&] {
+    double sum = 0;
+    for (std::uint32_t i = 0; i < 6; ++i)
+      sum +=
+          (map.keyframe(KeyframeId{i}).T_camera_world * World::pose(static_cast<int>(i)).inverse())
+              .log()
+              .norm();
+    return sum / 6;
+  };
+  const double before = pose_error();
+  const BundleWindow window = make_bundle_window(map, KeyframeId{5}, {}, {});
+  const BundleResult result = adjust_bundle(world.camera(), window.problem, {});
+  ASSERT_TRUE(result.usable);
+  apply_bundle(map, window, result);
+  EXPECT_LT(pose_error(), 0.1 * before);
+  EXPECT_LT((map.keyframe(KeyframeId{0}).T_camera_world * World::pose(0).inverse()).log().norm(),
+            1e-12)
+      << "the first keyframe holds the world";
+}
+
+TEST(BundleWindow, HoldsFreeKeyframesFixedOnesAndAllTheirSights) {
+  World world(400, 5);
+  const auto truth = map_test::true_map(world, 10);
+  BundleWindowConfig config;
+  config.free_keyframes = 3;
+  config.fixed_keyframes = 4;
+  const BundleWindow window = make_bundle_window(truth.map, KeyframeId{9}, {}, config);
+  ASSERT_EQ(window.keyframes.size(), 7U);
+  int fixed = 0;
+  for (const BundlePose& pose : window.problem.poses) fixed += pose.fixed ? 1 : 0;
+  EXPECT_EQ(fixed, 4);
+  const std::set<KeyframeId> unique(window.keyframes.begin(), window.keyframes.end());
+  EXPECT_EQ(unique.size(), 7U);
+  std::size_t sights = 0;
+  for (const LandmarkId id : window.landmarks)
+    for (const auto& o : truth.map.landmark(id).observations) sights += unique.contains(o.keyframe);
+  EXPECT_EQ(window.problem.observations.size(), sights);
+}
+
+TEST(BundleWindow, AWrongSightingLosesItsObservationAndNotTheMap) {
+  World world(400, 6);
+  auto truth = map_test::true_map(world, 5, {.noise_px = 0.3});
+  // One feature of the newest keyframe shows another point than its landmark.
+  const Keyframe& newest = truth.map.keyframe(KeyframeId{4});
+  std::uint32_t a = 0;
+  while (truth.map.landmark(newest.landmarks[a]).observations.size() < 5) ++a;
+  const LandmarkId wrong = newest.landmarks[a];
+  std::uint32_t b = a + 1;
+  while ((newest.data->features->points[b].ideal_px - newest.data->features->points[a].ideal_px)
+             .norm() < 60)
+    ++b;
+  truth.map.remove_observation(newest.landmarks[b], KeyframeId{4});
+  truth.map.remove_observation(wrong, KeyframeId{4});
+  ASSERT_TRUE(truth.map.add_observation(wrong, KeyframeId{4}, b));
+  const BundleWindow window = make_bundle_window(truth.map, KeyframeId{4}, {}, {});
+  apply_bundle(truth.map, window, adjust_bundle(world.camera(), window.problem, {}));
+  EXPECT_EQ(truth.map.keyframe(KeyframeId{4}).landmarks[b], kNoLandmark);
+  EXPECT_EQ(truth.map.landmark(wrong).observations.size(), 4U);
+}
+
+TEST(BundleWindow, F32PointsThatAreNoNumbersLeaveThePosesFinite) {
+  World world(400, 7);
+  auto truth = map_test::true_map(world, 4);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  int spoiled = 0;
+  for (const LandmarkId id : truth.landmark)
+    if (id != kNoLandmark && ++spoiled % 7 == 0) truth.map.set_position(id, {nan, 0, 1e300});
+  const BundleWindow window = make_bundle_window(truth.map, KeyframeId{3}, {}, {});
+  apply_bundle(truth.map, window, adjust_bundle(world.camera(), window.problem, {}));
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const SE3& T = truth.map.keyframe(KeyframeId{i}).T_camera_world;
+    ASSERT_TRUE(T.is_finite());
+    EXPECT_LT((T * World::pose(static_cast<int>(i)).inverse()).log().norm(), 0.01);
+  }
+}
+
+TEST(Culling, LandmarksThatNobodyFindsAgainGo) {
+  World world(300, 8);
+  auto truth = map_test::true_map(world, 5);
+  Map& map = truth.map;
+  std::vector<LandmarkId> probation;
+  for (const LandmarkId id : truth.landmark)
+    if (id != kNoLandmark) probation.push_back(id);
+  const LandmarkId overlooked = probation[0];  // predicted often, matched hardly ever
+  map.count_seen(overlooked, 100, 2);
+  const LandmarkId lonely = probation[1];  // old, seen by one keyframe
+  while (map.landmark(lonely).observations.size() > 1)
+    map.remove_observation(lonely, map.landmark(lonely).observations.back().keyframe);
+  const bool lonely_is_old = index(map.landmark(lonely).first_keyframe) == 0;
+  ASSERT_TRUE(lonely_is_old);
+  cull_landmarks(map, probation, {});
+  EXPECT_FALSE(map.has_landmark(overlooked));
+  EXPECT_FALSE(map.has_landmark(lonely));
+  for (const LandmarkId id : probation) {
+    ASSERT_TRUE(map.has_landmark(id));
+    EXPECT_GT(index(map.landmark(id).first_keyframe), 1U) << "the old have passed";
+  }
+  EXPECT_GT(map.landmark_count(), 150U);
+}
+
+TEST(Culling, OnlyKeyframesThatOthersCoverGo) {
+  World world(400, 9);
+  // Eight keyframes from nearly one place: all but the protected ones are superfluous.
+  Map map(kLevels, kScale);
+  std::vector<LandmarkId> landmark(world.points().size(), kNoLandmark);
+  for (int i = 0; i < 8; ++i) {
+    const auto seen = world.see(World::pose(0), static_cast<std::uint32_t>(i));
+    const KeyframeId id = map_test::add_keyframe(
+        map, seen, i ? KeyframeId{static_cast<std::uint32_t>(i - 1)} : kNoKeyframe);
+    for (std::uint32_t k = 0; k < seen.point.size(); ++k) {
+      LandmarkId& l = landmark[seen.point[k]];
+      if (l == kNoLandmark) {
+        l = map.add_landmark(world.points()[seen.point[k]].p_world, id, k);
+      } else {
+        map.add_observation(l, id, k);
+      }
+    }
+  }
+  const CullingConfig config;
+  const auto removed = cull_keyframes(map, KeyframeId{7}, config);
+  EXPECT_FALSE(removed.empty());
+  for (const KeyframeId id : removed) {
+    EXPECT_FALSE(map.has_keyframe(id));
+    EXPECT_GT(index(id), 0U) << "the first keyframe is the world";
+    EXPECT_LT(index(id), 8U - static_cast<unsigned>(config.protected_keyframes));
+  }
+  // What is left still sees every point as often as the rule asks for.
+  EXPECT_GE(map.keyframes().size(), static_cast<std::size_t>(config.redundant_observers));
+  // Keyframes of different views all stay.
+  World wide(400, 10);
+  auto apart = map_test::true_map(wide, 3);
+  EXPECT_TRUE(cull_keyframes(apart.map, KeyframeId{2}, config).empty());
+}
+
+TEST(Mapper, BuildsAConsistentMapOfAWalk) {
+  World world(600, 11);
+  Mapper mapper = make_mapper(world);
+  for (int i = 0; i < 8; ++i) {
+    const auto seen =
+        world.see(World::pose(i), static_cast<std::uint32_t>(10 * i), {.noise_px = 0.3});
+    mapper.insert(i ? candidate_of(seen, KeyframeId{0}, World::pose(0))
+                    : candidate_of(seen, kNoKeyframe, SE3()));
+    mapper.refine();
+  }
+  const Map& map = mapper.map();
+  // One landmark per point, not one per sighting.
+  EXPECT_LT(map.landmark_count(), 650U);
+  EXPECT_GT(map.landmark_count(), 250U);
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    const SE3 expected = World::pose(static_cast<int>(index(id))) * World::pose(0).inverse();
+    const SE3 T_relative =
+        keyframe.T_camera_world * map.keyframe(KeyframeId{0}).T_camera_world.inverse();
+    EXPECT_LT((T_relative * expected.inverse()).log().norm(), 0.01) << index(id);
+  }
+}
+
+TEST(Mapper, AMaskTakesAwayWhatIsInsideAndTrustsWhatIsOutside) {
+  World world(500, 12);
+  Mapper mapper = make_mapper(world);
+  const auto seen = world.see(World::pose(0), 7);
+  KeyframeCandidate candidate = candidate_of(seen, kNoKeyframe, SE3());
+  std::fill(candidate.static_weight.begin(), candidate.static_weight.end(), 0.3F);
+  candidate.static_weight[0] = 0.0F;
+  const KeyframeId id = mapper.insert(candidate);
+  EXPECT_EQ(mapper.map().landmark_count(), 0U) << "nothing was surely static";
+  GreyImage movable(640, 480);
+  for (int v = 0; v < 480; ++v)
+    for (int u = 0; u < 200; ++u) movable.at(u, v) = 255;
+  EXPECT_FALSE(mapper.apply_mask(FrameId{8}, movable)) << "the mask of another frame";
+  EXPECT_TRUE(mapper.apply_mask(FrameId{7}, movable));
+  const Keyframe& keyframe = mapper.map().keyframe(id);
+  for (std::uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
+    const Eigen::Vector2f uv_px = seen.features->points[i].uv_px;
+    if (std::abs(uv_px.x() - 199.5F) < 1) continue;
+    const bool inside = uv_px.x() < 199.5F;
+    EXPECT_EQ(keyframe.static_weight[i], inside || i == 0 ? 0.0F : 1.0F);
+    EXPECT_EQ(keyframe.landmarks[i] != kNoLandmark, !inside && i != 0);
+  }
+}
+
+TEST(Mapper, AMaskRemovesLandmarksThatWereMadeInside) {
+  World world(500, 13);
+  Mapper mapper = make_mapper(world);
+  const auto seen = world.see(World::pose(0), 0);
+  mapper.insert(candidate_of(seen, kNoKeyframe, SE3()));
+  const std::size_t before = mapper.map().landmark_count();
+  GreyImage movable(640, 480);
+  std::fill(movable.begin(), movable.begin() + 640 * 240, std::uint8_t{255});
+  ASSERT_TRUE(mapper.apply_mask(FrameId{0}, movable));
+  EXPECT_LT(mapper.map().landmark_count(), before);
+  for (const LandmarkId id : mapper.map().keyframe(KeyframeId{0}).landmarks) {
+    if (id == kNoLandmark) continue;
+    const std::uint32_t feature = mapper.map().landmark(id).observations[0].feature;
+    EXPECT_GT(seen.features->points[feature].uv_px.y(), 238.0F);
+  }
+}
+
+TEST(Mapper, F14AMaskOverEverythingDoesNotEmptyTheMap) {
+  World world(500, 14);
+  Mapper mapper = make_mapper(world);
+  mapper.insert(candidate_of(world.see(World::pose(0), 0), kNoKeyframe, SE3()));
+  const std::size_t before = mapper.map().landmark_count();
+  EXPECT_FALSE(mapper.apply_mask(FrameId{0}, GreyImage(640, 480, 255)));
+  EXPECT_EQ(mapper.map().landmark_count(), before);
+}
+
+TEST(ViewBuilder, HoldsNoMoreThanItMayAndPointsToWhatItHolds) {
+  World world(900, 15);
+  const auto truth = map_test::true_map(world, 12);
+  ViewConfig config;
+  config.keyframes = 4;
+  config.recent_keyframes = 3;
+  config.landmarks = 300;
+  const LocalViewPtr view = build_view(truth.map, KeyframeId{11}, 77, config);
+  EXPECT_EQ(view->version, 77U);
+  EXPECT_EQ(view->landmarks.size(), 300U);
+  EXPECT_LE(view->keyframes.size(), 1U + 4U + 3U);
+  EXPECT_EQ(view->reference().data->id, KeyframeId{11});
+  std::set<KeyframeId> unique;
+  for (const ViewKeyframe& keyframe : view->keyframes) {
+    EXPECT_TRUE(unique.insert(keyframe.data->id).second);
+    const Keyframe& original = truth.map.keyframe(keyframe.data->id);
+    ASSERT_EQ(keyframe.landmarks.size(), original.landmarks.size());
+    for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      const std::int32_t k = keyframe.landmarks[i];
+      if (k >= 0) {
+        ASSERT_EQ(view->landmarks[k].id, original.landmarks[i]);
+      } else if (original.landmarks[i] != kNoLandmark) {
+        ASSERT_EQ(view->find(original.landmarks[i]), -1);
+      }
+    }
+  }
+  for (const std::uint32_t recent : {11U, 10U, 9U})
+    EXPECT_TRUE(unique.contains(KeyframeId{recent}));
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -1,0 +1,67 @@
+#include "mapping/view_builder.hpp"
+
+#include <algorithm>
+
+#include "mapping/neighbour_fusion.hpp"
+
+namespace ygslam {
+namespace {
+
+std::vector<KeyframeId> choose_keyframes(const Map& map, KeyframeId newest,
+                                         const ViewConfig& config) {
+  std::vector<KeyframeId> chosen = {newest};
+  for (const KeyframeId id : neighbours(map, newest, static_cast<std::size_t>(config.keyframes))) {
+    chosen.push_back(id);
+  }
+  int recent = 0;
+  for (auto it = map.keyframes().rbegin();
+       it != map.keyframes().rend() && recent < config.recent_keyframes; ++it, ++recent) {
+    if (std::find(chosen.begin(), chosen.end(), it->first) == chosen.end()) {
+      chosen.push_back(it->first);
+    }
+  }
+  return chosen;
+}
+
+void add_landmarks(const Map& map, const Keyframe& keyframe, const ViewConfig& config,
+                   LocalView& view) {
+  for (const LandmarkId id : keyframe.landmarks) {
+    if (id == kNoLandmark) continue;
+    if (view.landmarks.size() >= static_cast<std::size_t>(config.landmarks)) return;
+    const auto [it, is_new] =
+        view.landmark_index.emplace(id, static_cast<std::uint32_t>(view.landmarks.size()));
+    if (!is_new) continue;
+    const Landmark& l = map.landmark(id);
+    view.landmarks.push_back({id, l.p_world, l.normal_world, l.descriptor, l.min_distance_m,
+                              l.max_distance_m, static_cast<int>(l.observations.size())});
+  }
+}
+
+ViewKeyframe view_of(const Map& map, const Keyframe& keyframe, const LocalView& view) {
+  ViewKeyframe result{keyframe.data, keyframe.T_camera_world, {}, 0};
+  result.landmarks.reserve(keyframe.landmarks.size());
+  const std::size_t well_observed = std::min<std::size_t>(3, map.keyframes().size());
+  for (const LandmarkId id : keyframe.landmarks) {
+    result.landmarks.push_back(id == kNoLandmark ? -1 : view.find(id));
+    if (id != kNoLandmark && map.landmark(id).observations.size() >= well_observed) {
+      ++result.tracked_landmarks;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+LocalViewPtr build_view(const Map& map, KeyframeId newest, std::uint64_t version,
+                        const ViewConfig& config) {
+  auto view = std::make_shared<LocalView>();
+  view->version = version;
+  const auto chosen = choose_keyframes(map, newest, config);
+  for (const KeyframeId id : chosen) add_landmarks(map, map.keyframe(id), config, *view);
+  for (const KeyframeId id : chosen) {
+    view->keyframes.push_back(view_of(map, map.keyframe(id), *view));
+  }
+  return view;
+}
+
+}  // namespace ygslam

@@ -1,0 +1,175 @@
+#include "motion/dynamic_point_filter.hpp"
+
+#include <algorithm>
+
+#include "motion/neighbour_verdict.hpp"
+
+namespace ygslam {
+namespace {
+
+FlowLinks no_links(std::size_t n) {
+  return {std::vector<std::int32_t>(n, -1), std::vector<std::int32_t>(n, -1)};
+}
+
+FilterResult trust_everything(std::size_t n) {
+  FilterResult result;
+  result.labels = all_static(n);
+  result.links = no_links(n);
+  result.semantic.resize(n);
+  result.epipolar_px.assign(n, -1.0F);
+  result.rigid_residual.resize(n);
+  return result;
+}
+
+bool same_size(const ImagePyramid& a, const ImagePyramid& b) {
+  return a.width() == b.width() && a.height() == b.height();
+}
+
+}  // namespace
+
+DynamicPointFilter::DynamicPointFilter(DynamicConfig config, const Camera& camera,
+                                       std::uint64_t seed)
+    : config_(std::move(config)), camera_(camera), rng_(seed), history_(config_.propagation) {}
+
+void DynamicPointFilter::reset() {
+  previous_.reset();
+  history_.clear();
+  judged_ = {};
+  links_ = {};
+}
+
+FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr features,
+                                      std::span<const SegmentationPtr> new_masks,
+                                      const std::optional<FlowPrediction>& predicted) {
+  CHECK(features != nullptr);
+  const std::size_t n = features->size();
+  FilterResult result = trust_everything(n);
+  if (config_.mode == DynamicMode::kOff) return result;
+  FlowFrame current{ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px),
+                    features,
+                    depth_ranges(*features, frame.depth_m),
+                    {}};
+  if (previous_ && !same_size(previous_->pyramid, current.pyramid)) reset();
+
+  judged_ = {};
+  judged_.evidence.resize(n);
+  judged_.source.assign(n, -1);
+  Followed orb;
+  if (previous_) {
+    orb = follow_features(camera_, *previous_, current.pyramid, predicted, config_.flow);
+    result.links = link_flow(features->points, orb.ends, config_.motion.link_radius_px);
+    result.followed = static_cast<int>(std::count_if(orb.ends.begin(), orb.ends.end(),
+                                                     [](const FlowEnd& end) { return end.found; }));
+  }
+  links_ = result.links;
+  history_.push(frame.id, features, result.links.nearest, orb.ends, frame.depth_m);
+  if (config_.mode != DynamicMode::kGeometry)
+    for (const SegmentationPtr& masks : new_masks)
+      if (masks) history_.apply(*masks);
+  result.semantic = history_.current();
+  result.mask_age_frames = history_.mask_age_frames();
+  for (std::size_t i = 0; i < n; ++i) {
+    judged_.evidence[i].semantic = result.semantic[i];
+    if (const auto k = result.links.nearest[i]; k >= 0)
+      judged_.evidence[i].previous = previous_->label[k];
+  }
+  if (previous_ && uses_geometry()) {
+    judged_.followed = config_.motion.corners == FlowCorners::kOrb
+                           ? std::move(orb)
+                           : follow_harris(camera_, *previous_, current.pyramid,
+                                           config_.motion.link_radius_px, config_.flow);
+    judge_motion(predicted, *features, result);
+  }
+  fuse_evidence();
+  result.labels = judged_.labels;
+  current.label = result.labels.label;
+  // Before anything is known everything counts as static: the first check is the classic one.
+  if (!previous_ && result.mask_age_frames < 0) current.label.assign(n, MotionLabel::kStatic);
+  previous_ = std::move(current);
+  return result;
+}
+
+/// Followed points that may say how the camera moved.
+std::vector<std::uint8_t> DynamicPointFilter::voters() const {
+  std::vector<std::uint8_t> voter(judged_.followed.size());
+  for (std::size_t i = 0; i < voter.size(); ++i)
+    voter[i] = !config_.motion.prior || judged_.followed.label[i] == MotionLabel::kStatic ? 1 : 0;
+  return voter;
+}
+
+/// Epipolar check of all followed points and, with depth, the rigid motion behind them.
+void DynamicPointFilter::judge_motion(const std::optional<FlowPrediction>& predicted,
+                                      const Features& features, FilterResult& result) {
+  const Followed& followed = judged_.followed;
+  judged_.check = check_motion(followed.pairs, followed.label, config_.motion, rng_);
+  result.check = judged_.check;
+  if (config_.rigid.enabled) {
+    const SE3 guess = predicted ? predicted->T_current_previous : SE3();
+    judged_.rigid = fit_rigid_flow(camera_, followed.points, voters(), guess, config_.rigid);
+    result.rigid = judged_.rigid;
+  }
+  take_verdicts(features, result.links);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    result.epipolar_px[i] = judged_.evidence[i].epipolar_px;
+    result.rigid_residual[i] = judged_.evidence[i].rigid;
+  }
+}
+
+/// Each feature takes over what was found for the followed point at it or, failing that, around it.
+void DynamicPointFilter::take_verdicts(const Features& features, const FlowLinks& links) {
+  const Followed& followed = judged_.followed;
+  std::vector<RigidResidual> residuals(followed.size());
+  std::vector<std::uint8_t> moves(followed.size(), 0);
+  for (std::size_t k = 0; k < followed.size(); ++k) {
+    moves[k] = judged_.check.verdict[k].label == MotionLabel::kDynamic ? 1 : 0;
+    if (!judged_.rigid) continue;
+    residuals[k] = rigid_residual(camera_, judged_.rigid->T_current_previous, followed.points[k]);
+    const double limit_px = judged_.rigid->limit_px;
+    if (residuals[k].any_depth_px > limit_px) moves[k] = 1;
+    // Where depth agrees with a standing point, a crossed epipolar line means a bad F.
+    if (residuals[k].own_depth_px >= 0 && residuals[k].own_depth_px <= limit_px) moves[k] = 0;
+  }
+  std::vector<float> share(followed.size(), -1.0F);
+  if (config_.motion.corners == FlowCorners::kHarris) {
+    judged_.source =
+        link_flow(features.points, followed.ends, config_.motion.link_radius_px).nearest;
+  } else if (config_.fusion.ask_neighbours) {
+    judged_.source = ask_neighbours(features, links.nearest, moves, history_.field(),
+                                    config_.fusion.neighbour_majority);
+    share = moving_share(moves, history_.field());
+  } else {
+    judged_.source = links.nearest;
+  }
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const std::int32_t k = judged_.source[i];
+    judged_.evidence[i].epipolar_px = k < 0 ? -1.0F : judged_.check.verdict[k].distance_px;
+    judged_.evidence[i].moving_share = k < 0 ? -1.0F : share[k];
+    judged_.evidence[i].rigid = k < 0 ? RigidResidual{} : residuals[k];
+  }
+}
+
+void DynamicPointFilter::fuse_evidence() {
+  const FusionLimits limits{config_.motion.tau_px, config_.motion.limit_tau_px,
+                            judged_.rigid ? judged_.rigid->limit_px : config_.rigid.limit_px};
+  judged_.labels = fuse(config_.mode, judged_.evidence, judged_.check, limits, config_.fusion);
+}
+
+StaticLabels DynamicPointFilter::rejudge(const SE3& T_current_previous) {
+  if (uses_geometry() && config_.rigid.enabled && judged_.followed.size() > 0 &&
+      T_current_previous.is_finite()) {
+    judged_.rigid = judge_rigid_flow(camera_, judged_.followed.points, voters(), T_current_previous,
+                                     config_.rigid);
+    take_verdicts(*previous_->features, links_);
+    fuse_evidence();
+    previous_->label = judged_.labels.label;
+  }
+  return judged_.labels;
+}
+
+void DynamicPointFilter::report(std::span<const MotionLabel> refined) {
+  if (!previous_) return;
+  CHECK(refined.size() == previous_->label.size());
+  previous_->label.assign(refined.begin(), refined.end());
+}
+
+}  // namespace ygslam

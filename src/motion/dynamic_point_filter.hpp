@@ -1,0 +1,96 @@
+// What the tracker calls once per frame: flow from the previous frame, late masks carried along it,
+// the motion consistency check, and one fused label and weight per feature.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "geometry/camera.hpp"
+#include "image/rgbd_frame.hpp"
+#include "motion/flow_follower.hpp"
+#include "motion/lk_flow.hpp"
+#include "motion/mask_propagation.hpp"
+#include "motion/motion_consistency.hpp"
+#include "motion/rigid_flow.hpp"
+#include "motion/static_labels.hpp"
+
+namespace ygslam {
+
+struct DynamicConfig {
+  DynamicMode mode = DynamicMode::kFull;
+  MotionConfig motion{};
+  RigidFlowConfig rigid{};
+  FlowConfig flow{};
+  PropagationConfig propagation{};
+  FusionConfig fusion{};
+};
+
+struct FilterResult {
+  StaticLabels labels;
+  FlowLinks links;                      ///< previous feature per current one; all -1 in mode off
+  std::vector<SemanticPoint> semantic;  ///< per current feature
+  std::vector<float> epipolar_px;       ///< D of eq. (16) per current feature, -1 = not judged
+  std::vector<RigidResidual> rigid_residual;  ///< per current feature
+  std::optional<RigidFit> rigid;              ///< camera motion from flow and depth alone
+  MotionCheck check;                          ///< verdicts per followed point of the previous frame
+  int followed = 0;                           ///< previous points whose flow was found
+  int mask_age_frames = -1;                   ///< of the newest mask used, -1 = none
+};
+
+class DynamicPointFilter {
+ public:
+  DynamicPointFilter(DynamicConfig config, const Camera& camera, std::uint64_t seed);
+
+  /// @param new_masks results that arrived since the last call, of this or earlier frames.
+  /// @param predicted nullopt: points are searched from where they were.
+  [[nodiscard]] FilterResult step(const RgbdFrame& frame, FeaturesPtr features,
+                                  std::span<const SegmentationPtr> new_masks,
+                                  const std::optional<FlowPrediction>& predicted);
+
+  /// Second look at the last frame, with the camera's motion as the tracker found it from the map:
+  /// every followed point is held against that motion, and the labels are fused again. They are the
+  /// prior of the next step. Without depth check (rigid.enabled = false), in modes off and
+  /// semantic, and for a first frame the labels stay as they were.
+  [[nodiscard]] StaticLabels rejudge(const SE3& T_current_previous);
+
+  /// Labels of the last frame's features as the tracker sees them after its own pose check; they
+  /// are the prior of the next step. Size as the features of that frame.
+  void report(std::span<const MotionLabel> refined);
+
+  /// Forgets all frames (after a cut); the configuration stays.
+  void reset();
+
+  [[nodiscard]] const DynamicConfig& config() const { return config_; }
+
+ private:
+  // What the last step knew, for the second look.
+  struct Judged {
+    Followed followed;  // what was judged: features or Harris corners
+    std::vector<std::int32_t>
+        source;  // per current feature: the followed point whose verdict it has
+    MotionCheck check;
+    std::optional<RigidFit> rigid;
+    std::vector<PointEvidence> evidence;
+    StaticLabels labels;
+  };
+
+  [[nodiscard]] bool uses_geometry() const {
+    return config_.mode == DynamicMode::kGeometry || config_.mode == DynamicMode::kFull;
+  }
+  void judge_motion(const std::optional<FlowPrediction>& predicted, const Features& features,
+                    FilterResult& result);
+  [[nodiscard]] std::vector<std::uint8_t> voters() const;
+  void take_verdicts(const Features& features, const FlowLinks& links);
+  void fuse_evidence();
+
+  DynamicConfig config_;
+  Camera camera_;
+  Rng rng_;
+  LabelHistory history_;
+  std::optional<FlowFrame> previous_;
+  FlowLinks links_;  // of the last step
+  Judged judged_;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,76 @@
+// Where all points of the previous frame ended in the current one, ready for "who is around here,
+// at my depth?". More of them than of links: a point is followed even where no feature is found
+// again.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "image/image.hpp"
+#include "motion/labels.hpp"
+#include "motion/point_grid.hpp"
+
+namespace ygslam {
+
+struct FlowFieldConfig {
+  double radius_px = 25;      ///< who is farther away is no neighbour
+  double depth_ratio = 0.08;  ///< who is nearer or farther by more than this is on another surface
+  /// A point whose depth changed by more than this between the frames slid onto another surface.
+  double slip_ratio = 0.15;
+};
+
+class FlowField {
+ public:
+  FlowField() : grid_(1) {}
+  /// @param previous the features that were followed; ends[i] is where previous[i] ended.
+  FlowField(std::span<const FlowEnd> ends, std::span<const Feature> previous,
+            const DepthImage& current_depth_m, const FlowFieldConfig& config);
+
+  /// True if the previous point was found again, on the surface it was on.
+  [[nodiscard]] bool reliable(std::size_t previous) const { return reliable_[previous] != 0; }
+
+  /// Calls visit(index of previous point, squared distance [px^2]) for every reliable end near the
+  /// feature and at its depth. Where either depth is unknown the depth does not count.
+  template <typename Visit>
+  void neighbours(const Feature& feature, Visit&& visit) const {
+    const auto limit2 = static_cast<float>(config_.radius_px * config_.radius_px);
+    grid_.near(feature.uv_px, config_.radius_px, [&](std::uint32_t k) {
+      const float d2 = (end_uv_px_[k] - feature.uv_px).squaredNorm();
+      if (d2 <= limit2 && same_depth(feature.depth_m, end_depth_m_[k], config_.depth_ratio))
+        visit(k, d2);
+    });
+  }
+
+  /// The same around the end of a previous point, without itself.
+  template <typename Visit>
+  void neighbours_of(std::size_t previous, Visit&& visit) const {
+    Feature end;
+    end.uv_px = end_uv_px_[previous];
+    end.depth_m = end_depth_m_[previous];
+    neighbours(end, [&](std::uint32_t k, float distance2_px2) {
+      if (k != previous) visit(k, distance2_px2);
+    });
+  }
+
+  /// False only where both depths are known and differ by more than the ratio.
+  [[nodiscard]] static bool same_depth(float a_m, float b_m, double ratio) {
+    if (!(a_m > 0) || !(b_m > 0)) return true;
+    return std::abs(a_m - b_m) <= ratio * std::max(a_m, b_m);
+  }
+
+ private:
+  FlowFieldConfig config_;
+  PointGrid grid_;
+  std::vector<Eigen::Vector2f> end_uv_px_;  // not finite where not reliable
+  std::vector<float> end_depth_m_;          // in the current frame
+  std::vector<std::uint8_t> reliable_;
+};
+
+/// Weight of a neighbour's vote at a squared distance [px^2].
+[[nodiscard]] inline float vote_weight(float distance2_px2) {
+  constexpr float kFlatPx2 = 16;  // within 4 px all count about the same
+  return 1.0F / (kFlatPx2 + distance2_px2);
+}
+
+}  // namespace ygslam

@@ -1,0 +1,152 @@
+#include "motion/mask_labels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ygslam {
+namespace {
+
+constexpr int kObjectWindowPx =
+    24;  // half side of the square in which an object's depth is sampled
+constexpr int kObjectStridePx = 8;
+constexpr int kInstanceStridePx = 8;
+
+float median(std::vector<float>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What surrounds a pixel within the rim.
+struct Surroundings {
+  std::uint8_t nearest_movable = 0;  // id of the nearest movable pixel, 0 = none within the rim
+  bool at_edge = false;              // both movable and other pixels within the rim
+};
+
+class Labeller {
+ public:
+  Labeller(const Segmentation& masks, const CoarseDepth& depth_m, const MaskConfig& config)
+      : ids_(masks.ids), depth_m_(depth_m), config_(config), movable_(movable_ids(masks, config)) {
+    measure_instances();
+  }
+
+  [[nodiscard]] PointMask label(const Feature& feature) const {
+    PointMask result;
+    if (!feature.uv_px.allFinite()) return result;
+    const int u = static_cast<int>(std::lround(feature.uv_px.x()));
+    const int v = static_cast<int>(std::lround(feature.uv_px.y()));
+    if (!ids_.contains(u, v)) return result;
+    const float depth_m = std::isfinite(feature.depth_m) ? feature.depth_m : 0.0F;
+    const std::uint8_t id = movable_[ids_.at(u, v)] ? ids_.at(u, v) : 0;
+    const Surroundings around = look_around(u, v);
+    if (id == 0) return outside(around, u, v, depth_m);
+    return inside(id, around, u, v, depth_m);
+  }
+
+ private:
+  void measure_instances() {
+    std::array<std::vector<float>, 256> samples;
+    for (int v = 0; v < ids_.height(); v += kInstanceStridePx)
+      for (int u = 0; u < ids_.width(); u += kInstanceStridePx)
+        if (const std::uint8_t id = ids_.at(u, v); movable_[id])
+          if (const float d = depth_m_.at(u, v); d > 0) samples[id].push_back(d);
+    for (std::size_t id = 1; id < samples.size(); ++id) instance_depth_m_[id] = median(samples[id]);
+  }
+
+  [[nodiscard]] Surroundings look_around(int u, int v) const {
+    Surroundings found;
+    const int r = static_cast<int>(std::ceil(config_.rim_px));
+    const double limit2 = config_.rim_px * config_.rim_px;
+    int nearest2 = 1 << 30;
+    bool other = false;
+    for (int dv = -r; dv <= r; ++dv) {
+      for (int du = -r; du <= r; ++du) {
+        const int d2 = du * du + dv * dv;
+        if (d2 > limit2 || !ids_.contains(u + du, v + dv)) continue;
+        const std::uint8_t id = ids_.at(u + du, v + dv);
+        if (!movable_[id]) {
+          other = true;
+        } else if (d2 < nearest2) {
+          nearest2 = d2;
+          found.nearest_movable = id;
+        }
+      }
+    }
+    found.at_edge = other && found.nearest_movable != 0;
+    return found;
+  }
+
+  /// Depth of the object near a pixel [m], 0 if unknown.
+  [[nodiscard]] float object_depth_m(std::uint8_t id, int u, int v) const {
+    std::vector<float> samples;
+    for (int dv = -kObjectWindowPx; dv <= kObjectWindowPx; dv += kObjectStridePx)
+      for (int du = -kObjectWindowPx; du <= kObjectWindowPx; du += kObjectStridePx)
+        if (ids_.contains(u + du, v + dv) && ids_.at(u + du, v + dv) == id)
+          if (const float d = depth_m_.at(u + du, v + dv); d > 0) samples.push_back(d);
+    return samples.empty() ? instance_depth_m_[id] : median(samples);
+  }
+
+  [[nodiscard]] PointMask outside(const Surroundings& around, int u, int v, float depth_m) const {
+    if (!around.at_edge) return {SemanticLabel::kStatic, 0};
+    const float object_m = object_depth_m(around.nearest_movable, u, v);
+    if (depth_m <= 0 || object_m <= 0) return {SemanticLabel::kUnknown, around.nearest_movable};
+    const bool same = std::abs(depth_m - object_m) <= config_.same_depth_ratio * object_m;
+    return same ? PointMask{SemanticLabel::kMovable, around.nearest_movable}
+                : PointMask{SemanticLabel::kStatic, 0};
+  }
+
+  [[nodiscard]] PointMask inside(std::uint8_t id, const Surroundings& around, int u, int v,
+                                 float depth_m) const {
+    const PointMask on_object{SemanticLabel::kMovable, id};
+    if (depth_m <= 0) return on_object;
+    const float whole_m = instance_depth_m_[id];
+    if (whole_m > 0 && depth_m > (1 + config_.far_behind_ratio) * whole_m)
+      return {SemanticLabel::kStatic, 0};
+    if (!around.at_edge) return on_object;
+    const float object_m = object_depth_m(id, u, v);
+    const bool behind = object_m > 0 && depth_m > (1 + config_.behind_ratio) * object_m;
+    return behind ? PointMask{SemanticLabel::kStatic, 0} : on_object;
+  }
+
+  const GreyImage& ids_;
+  const CoarseDepth& depth_m_;
+  const MaskConfig& config_;
+  std::array<std::uint8_t, 256> movable_;
+  std::array<float, 256> instance_depth_m_{};
+};
+
+}  // namespace
+
+CoarseDepth::CoarseDepth(const DepthImage& depth_m)
+    : samples_m_((depth_m.width() + kStep - 1) / kStep, (depth_m.height() + kStep - 1) / kStep) {
+  for (int v = 0; v < samples_m_.height(); ++v) {
+    const float* from = depth_m.row(v * kStep);
+    float* to = samples_m_.row(v);
+    for (int u = 0; u < samples_m_.width(); ++u) {
+      const float d = from[u * kStep];
+      to[u] = std::isfinite(d) && d > 0 ? d : 0.0F;
+    }
+  }
+}
+
+std::array<std::uint8_t, 256> movable_ids(const Segmentation& masks, const MaskConfig& config) {
+  std::array<std::uint8_t, 256> movable{};
+  const auto& classes = config.movable_classes;
+  for (std::size_t i = 0; i < std::min<std::size_t>(masks.instances.size(), 255); ++i) {
+    const int id = masks.instances[i].class_id;
+    movable[i + 1] = std::find(classes.begin(), classes.end(), id) != classes.end() ? 1 : 0;
+  }
+  return movable;
+}
+
+std::vector<PointMask> label_by_mask(const Features& features, const Segmentation& masks,
+                                     const CoarseDepth& depth_m, const MaskConfig& config) {
+  std::vector<PointMask> labels(features.size());
+  if (masks.ids.empty()) return labels;
+  const Labeller labeller(masks, depth_m, config);
+  for (std::size_t i = 0; i < features.size(); ++i) labels[i] = labeller.label(features.points[i]);
+  return labels;
+}
+
+}  // namespace ygslam

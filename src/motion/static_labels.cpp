@@ -1,0 +1,157 @@
+#include "motion/static_labels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ygslam {
+namespace {
+
+// Suspicions; a sum above 1 makes a point dynamic.
+constexpr float kInMask = 2.0F;
+constexpr float kViolation = 1.01F;     // just beyond the limit
+constexpr float kViolationMore = 1.0F;  // added as the distance grows
+constexpr float kDoubtful = 0.6F;       // a violation found by a check that is not believed
+constexpr float kWasDynamic = 0.5F;     // dynamic in the previous frame, consistent now
+
+bool is_believed(const MotionCheck& check, const FusionConfig& config) {
+  return check.state == CheckState::kDone && check.dynamic_share <= config.max_dynamic_share &&
+         check.fit_quality >= config.min_fit_quality;
+}
+
+/// Suspicion of a point that is `excess` times its limit away from where it should be.
+float excess_suspicion(double excess, bool believed) {
+  if (excess <= 1.0) return 0;
+  const auto more = static_cast<float>((excess - 1.0) / (excess + 1.0));
+  return believed ? kViolation + kViolationMore * more : kDoubtful + 0.3F * more;
+}
+
+class Fusion {
+ public:
+  Fusion(DynamicMode mode, const MotionCheck& check, const FusionLimits& limits,
+         const FusionConfig& config)
+      : geometry_(mode == DynamicMode::kGeometry || mode == DynamicMode::kFull),
+        semantic_(mode == DynamicMode::kSemantic || mode == DynamicMode::kFull),
+        believed_(geometry_ && is_believed(check, config)),
+        limits_(limits),
+        config_(config) {}
+
+  void judge(const PointEvidence& e, StaticLabels& out) const {
+    const bool seen_outside = semantic_ && e.semantic.label == SemanticLabel::kStatic;
+    float suspicion = semantic_ && e.semantic.label == SemanticLabel::kMovable ? kInMask : 0.0F;
+    bool obeys = false;
+    if (geometry_) {
+      const float moves = violation(e);
+      const bool judged = (believed_ && e.epipolar_px >= 0) || e.rigid.own_depth_px >= 0;
+      // Where there is no new evidence the old label holds; where there is, it fades. What a mask
+      // made dynamic before, a newer mask has cleared.
+      const bool was_dynamic = e.previous == MotionLabel::kDynamic && !seen_outside;
+      const float was = !was_dynamic ? 0.0F : judged ? kWasDynamic : kViolation;
+      suspicion += std::max(moves, was);
+      obeys = judged && moves <= 0 && e.epipolar_px <= limits_.tau_px;
+    }
+    const bool cleared = seen_outside || obeys || e.previous == MotionLabel::kStatic;
+    out.suspicion.push_back(suspicion);
+    out.label.push_back(suspicion > 1   ? MotionLabel::kDynamic
+                        : suspicion > 0 ? MotionLabel::kUnknown
+                        : cleared       ? MotionLabel::kStatic
+                                        : MotionLabel::kUnknown);
+    out.weight.push_back(weight(out.label.back(), suspicion));
+  }
+
+  [[nodiscard]] bool check_believed() const { return believed_; }
+
+ private:
+  /// Suspicion by motion alone.
+  [[nodiscard]] float violation(const PointEvidence& e) const {
+    const bool in_company = e.moving_share < 0 || e.moving_share >= config_.min_moving_share;
+    // Where depth agrees with a standing point, a crossed epipolar line means a bad F.
+    const bool obeys_depth = e.rigid.own_depth_px >= 0 && e.rigid.own_depth_px <= limits_.rigid_px;
+    const float epipolar = excess_suspicion(e.epipolar_px / limits_.limit_tau_px,
+                                            believed_ && in_company && !obeys_depth);
+    // At a depth edge the point's own depth may be its neighbour's: a motion that another depth
+    // around it explains is only a doubt.
+    const float rigid = excess_suspicion(e.rigid.any_depth_px / limits_.rigid_px, in_company);
+    const float edge = excess_suspicion(e.rigid.own_depth_px / limits_.rigid_px, false);
+    return std::max({epipolar, rigid, edge});
+  }
+  [[nodiscard]] float weight(MotionLabel label, float suspicion) const {
+    if (label == MotionLabel::kDynamic) return 0;
+    if (label == MotionLabel::kStatic) return 1;
+    return static_cast<float>(config_.unknown_weight) * (1.0F - 0.5F * std::min(suspicion, 1.0F));
+  }
+
+  bool geometry_;
+  bool semantic_;
+  bool believed_;
+  FusionLimits limits_;
+  const FusionConfig& config_;
+};
+
+/// Too few points left: the least suspicious come back with reduced weight.
+void recall_least_suspicious(std::span<const PointEvidence> evidence, const FusionLimits& limits,
+                             const FusionConfig& config, StaticLabels& out) {
+  std::vector<std::uint32_t> excluded;
+  int usable = 0;
+  for (std::size_t i = 0; i < out.label.size(); ++i) {
+    if (out.label[i] != MotionLabel::kDynamic) {
+      ++usable;
+      continue;
+    }
+    const bool sure = evidence[i].semantic.label == SemanticLabel::kMovable &&
+                      evidence[i].epipolar_px > config.sure_mover_factor * limits.limit_tau_px;
+    if (!sure) excluded.push_back(static_cast<std::uint32_t>(i));
+  }
+  if (usable >= config.min_static) return;
+  out.too_few_static = true;
+  std::stable_sort(excluded.begin(), excluded.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return out.suspicion[a] < out.suspicion[b];
+  });
+  const auto missing = static_cast<std::size_t>(config.min_static - usable);
+  excluded.resize(std::min(excluded.size(), missing));
+  for (const std::uint32_t i : excluded) {
+    // Suspicion of an excluded point lies between 1 and about 4.5.
+    const double share = std::clamp((out.suspicion[i] - 1.0) / 3.0, 0.0, 1.0);
+    out.label[i] = MotionLabel::kUnknown;
+    out.weight[i] = static_cast<float>(
+        std::lerp(config.recalled_weight_high, config.recalled_weight_low, share));
+  }
+  out.recalled = static_cast<int>(excluded.size());
+}
+
+void count(StaticLabels& labels) {
+  labels.static_points = labels.dynamic_points = labels.unknown_points = 0;
+  for (const MotionLabel label : labels.label) {
+    labels.static_points += label == MotionLabel::kStatic ? 1 : 0;
+    labels.dynamic_points += label == MotionLabel::kDynamic ? 1 : 0;
+    labels.unknown_points += label == MotionLabel::kUnknown ? 1 : 0;
+  }
+}
+
+}  // namespace
+
+StaticLabels all_static(std::size_t n) {
+  StaticLabels labels;
+  labels.label.assign(n, MotionLabel::kStatic);
+  labels.weight.assign(n, 1.0F);
+  labels.suspicion.assign(n, 0.0F);
+  labels.static_points = static_cast<int>(n);
+  return labels;
+}
+
+StaticLabels fuse(DynamicMode mode, std::span<const PointEvidence> evidence,
+                  const MotionCheck& check, const FusionLimits& limits,
+                  const FusionConfig& config) {
+  if (mode == DynamicMode::kOff) return all_static(evidence.size());
+  StaticLabels labels;
+  labels.label.reserve(evidence.size());
+  labels.weight.reserve(evidence.size());
+  labels.suspicion.reserve(evidence.size());
+  const Fusion fusion(mode, check, limits, config);
+  for (const PointEvidence& e : evidence) fusion.judge(e, labels);
+  labels.check_believed = fusion.check_believed();
+  recall_least_suspicious(evidence, limits, config, labels);
+  count(labels);
+  return labels;
+}
+
+}  // namespace ygslam

@@ -1,0 +1,67 @@
+// Local bundle adjustment: some poses and points free, the rest fixed. Plain problem in, result
+// out.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/camera.hpp"
+#include "optim/observation.hpp"
+
+namespace ygslam {
+
+struct BundlePose {
+  SE3 T_camera_world;
+  bool fixed = false;
+};
+
+struct BundleObservation {
+  std::uint32_t pose = 0;   ///< index into poses
+  std::uint32_t point = 0;  ///< index into points
+  Observation seen;
+};
+
+struct BundleProblem {
+  std::vector<BundlePose> poses;
+  std::vector<Vec3> points_world;  ///< all free
+  std::vector<BundleObservation> observations;
+};
+
+struct BundleConfig {
+  int iterations_robust = 5;   ///< with the Huber kernel on all observations of
+                               ///< points that are not left out
+  int iterations_refine = 10;  ///< after dropping outliers
+  double chi2_pixel = 5.991;   ///< 95 % of chi2 with 2 degrees of freedom; also Huber's delta^2
+  double chi2_depth = 3.841;   ///< 95 % of chi2 with 1 degree of freedom; also Huber's delta^2
+  double relative_decrease =
+      1e-5;  ///< a phase ends when a step lowers the cost by less than this share
+  /// Where only the depth disagrees: keep the pixel (true) or drop the whole observation (false).
+  bool keep_pixel_without_depth = true;
+};
+
+struct BundleResult {
+  bool usable = false;  ///< false: not finite, rank-deficient or cost grew; then poses and points
+                        ///< are the input's
+  std::vector<SE3> T_camera_world;
+  std::vector<Vec3> points_world;
+  std::vector<std::uint8_t> outlier;  ///< 1 per observation that disagrees at the end
+  double initial_cost = 0;  ///< 1/2 sum of robustified squared residuals, all observations of
+                            ///< points that are not left out
+  double final_cost = 0;    ///< the same sum at the end, never above initial_cost
+  int iterations = 0;
+  bool interrupted = false;  ///< the abort flag was seen; the result is what was reached so far
+};
+
+/// Two phases: all observations with Huber's kernel; then without the outliers, kernel still on.
+/// Left as they are: fixed poses (the first pose if none is fixed), poses with fewer than 6
+/// residuals and points with fewer than 3.
+/// @param abort checked between iterations where given; may be set by another thread.
+///
+/// Levenberg-Marquardt with the Schur complement on the points (Triggs et al. 2000, sec. 6.1).
+/// Never throws; stops on iterations and convergence, never on the clock.
+[[nodiscard]] BundleResult adjust_bundle(const Camera& camera, const BundleProblem& problem,
+                                         const BundleConfig& config,
+                                         const std::atomic<bool>* abort = nullptr);
+
+}  // namespace ygslam

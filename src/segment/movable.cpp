@@ -1,0 +1,88 @@
+#include "segment/movable.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <set>
+#include <string_view>
+#include <utility>
+
+namespace ygslam {
+namespace {
+
+struct Group {
+  std::string_view name;
+  std::vector<int> classes;
+};
+
+/// COCO ids by what they are.
+const std::vector<Group>& groups() {
+  static const std::vector<Group> kGroups{
+      {"animals", {14, 15, 16, 17, 18, 19, 20, 21, 22, 23}},
+      {"vehicles", {1, 2, 3, 4, 5, 6, 7, 8}},
+      {"handheld",
+       {24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35, 36, 37, 38, 39, 40, 41, 42, 43, 44,
+        45, 46, 47, 48, 49, 50, 51, 52, 53, 54, 55, 63, 64, 65, 66, 67, 73, 76, 77, 78, 79}},
+      {"furniture", {13, 56, 57, 58, 59, 60}},
+  };
+  return kGroups;
+}
+
+/// Levenshtein distance, row by row.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+std::string nearest_name(std::string_view name) {
+  std::vector<std::string> known = coco_class_names();
+  for (const Group& group : groups()) known.emplace_back(group.name);
+  return *std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
+    return edit_distance(name, a) < edit_distance(name, b);
+  });
+}
+
+}  // namespace
+
+Result<std::vector<int>> movable_classes(std::span<const std::string> names) {
+  const auto& coco = coco_class_names();
+  std::set<int> ids;
+  for (const std::string& name : names) {
+    const auto group = std::find_if(groups().begin(), groups().end(),
+                                    [&](const Group& g) { return g.name == name; });
+    const auto single = std::find(coco.begin(), coco.end(), name);
+    if (group != groups().end()) {
+      ids.insert(group->classes.begin(), group->classes.end());
+    } else if (single != coco.end()) {
+      ids.insert(static_cast<int>(single - coco.begin()));
+    } else {
+      return Error{ErrorKind::kConfig, "unknown class '" + name.substr(0, 60) +
+                                           "'; did you mean '" + nearest_name(name.substr(0, 60)) +
+                                           "'?"};
+    }
+  }
+  return std::vector<int>(ids.begin(), ids.end());
+}
+
+GreyImage movable_mask(const Segmentation& segmentation, std::span<const int> classes) {
+  std::array<std::uint8_t, 256> inside{};
+  for (std::size_t i = 0; i < segmentation.instances.size() && i + 1 < inside.size(); ++i) {
+    const int class_id = segmentation.instances[i].class_id;
+    if (std::find(classes.begin(), classes.end(), class_id) != classes.end()) inside[i + 1] = 255;
+  }
+  GreyImage mask(segmentation.ids.width(), segmentation.ids.height());
+  std::transform(segmentation.ids.begin(), segmentation.ids.end(), mask.begin(),
+                 [&](std::uint8_t id) { return inside[id]; });
+  return mask;
+}
+
+}  // namespace ygslam

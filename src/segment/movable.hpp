@@ -1,0 +1,21 @@
+// Which classes can move is configuration: COCO names and groups of them.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "segment/segmenter.hpp"
+
+namespace ygslam {
+
+/// @param names COCO class names ("person", "dog") and groups: "animals", "vehicles", "handheld"
+/// (what people carry, lift or play with), "furniture" (what people move now and then).
+/// @return class ids, ascending, each once; an unknown name is an error that names the nearest.
+[[nodiscard]] Result<std::vector<int>> movable_classes(std::span<const std::string> names);
+
+/// @return image of the segmentation's size: 255 inside instances of the given classes, else 0.
+[[nodiscard]] GreyImage movable_mask(const Segmentation& segmentation,
+                                     std::span<const int> classes);
+
+}  // namespace ygslam

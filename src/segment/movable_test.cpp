@@ -1,0 +1,76 @@
+#include "segment/movable.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+namespace ygslam {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsSupersetOf;
+
+std::vector<int> classes(const std::vector<std::string>& names) {
+  const auto result = movable_classes(names);
+  EXPECT_TRUE(result.ok());
+  return result.ok() ? result.value() : std::vector<int>{};
+}
+
+TEST(CocoClasses, AreEightyDistinctNamesWithPersonFirst) {
+  const auto& names = coco_class_names();
+  EXPECT_EQ(names.size(), 80U);
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), 80U);
+  EXPECT_EQ(names[0], "person");
+  EXPECT_EQ(names[16], "dog");
+  EXPECT_EQ(names[56], "chair");
+  EXPECT_EQ(names[79], "toothbrush");
+}
+
+TEST(MovableClasses, EveryNameGivesItsOwnId) {
+  const auto& names = coco_class_names();
+  for (int i = 0; i < 80; ++i) EXPECT_THAT(classes({names[i]}), ElementsAre(i));
+}
+
+TEST(MovableClasses, AreAscendingAndUniqueWhateverTheOrder) {
+  EXPECT_THAT(classes({"dog", "person", "dog"}), ElementsAre(0, 16));
+  const auto both = classes({"animals", "dog", "person"});
+  EXPECT_TRUE(std::is_sorted(both.begin(), both.end()));
+  EXPECT_EQ(both.size(), 11U);
+}
+
+TEST(MovableClasses, GroupsHoldWhatTheirNamesSay) {
+  EXPECT_THAT(classes({"animals"}), ElementsAre(14, 15, 16, 17, 18, 19, 20, 21, 22, 23));
+  EXPECT_THAT(classes({"vehicles"}), ElementsAre(1, 2, 3, 4, 5, 6, 7, 8));
+  EXPECT_THAT(classes({"furniture"}), IsSupersetOf({56, 57, 60}));
+  EXPECT_THAT(classes({"handheld"}), IsSupersetOf({24, 39, 41, 63, 67, 73}));
+  EXPECT_THAT(classes({}), ElementsAre());
+}
+
+TEST(MovableClasses, UnknownNameIsAConfigurationErrorThatNamesTheNearest) {
+  for (const auto& [wrong, nearest] :
+       {std::pair{"persn", "'person'"}, {"animal", "'animals'"}, {"cellphone", "'cell phone'"}}) {
+    const auto result = movable_classes(std::vector<std::string>{"dog", wrong});
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.error().kind, ErrorKind::kConfig);
+    EXPECT_THAT(result.error().message, HasSubstr(wrong));
+    EXPECT_THAT(result.error().message, HasSubstr(nearest));
+  }
+}
+
+TEST(MovableMask, IsSetExactlyInsideInstancesOfTheGivenClasses) {
+  Segmentation s;
+  s.instances = {{0, 0.9F}, {56, 0.8F}, {0, 0.7F}};
+  s.ids = GreyImage(4, 1);
+  for (int u = 0; u < 4; ++u) s.ids.at(u, 0) = static_cast<std::uint8_t>(u);
+  const std::vector<int> person{0};
+  const GreyImage mask = movable_mask(s, person);
+  EXPECT_THAT(std::vector<int>(mask.begin(), mask.end()), ElementsAre(0, 255, 0, 255));
+  const GreyImage none = movable_mask(s, {});
+  EXPECT_THAT(std::vector<int>(none.begin(), none.end()), ElementsAre(0, 0, 0, 0));
+}
+
+}  // namespace
+}  // namespace ygslam

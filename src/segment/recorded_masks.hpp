@@ -1,0 +1,22 @@
+// Masks from files in place of a network's: rendered truth, or what another program computed.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "segment/segmenter.hpp"
+
+namespace ygslam {
+
+/// Reads `directory`/STAMP.png, 8-bit instance ids (0 = none), where STAMP is the colour image's
+/// stamp in seconds (to within 1 us), and instances.json there or, as in rendered sequences, in the
+/// folder above: an object that maps id to a COCO class name or number. Without it, or for ids it
+/// leaves out, all are persons. Classes COCO does not know are left out, as a network trained on it
+/// would.
+///
+/// The segmenter's error for one frame: no mask, an unreadable one, or one of another size than the
+/// colour image. Its own: `directory` without any mask, or a bad instances.json (kInput).
+[[nodiscard]] Result<std::unique_ptr<Segmenter>> make_recorded_segmenter(
+    const std::filesystem::path& directory);
+
+}  // namespace ygslam

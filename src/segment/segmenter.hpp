@@ -1,0 +1,42 @@
+// What a segmentation network says about one frame, and the interface behind which it sits.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "image/rgbd_frame.hpp"
+
+namespace ygslam {
+
+/// One detected object. Box in pixels of the recorded image.
+struct Instance {
+  int class_id = 0;  ///< COCO class, 0 = person
+  float score = 0;
+  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+};
+
+/// Instances of one frame. Always tagged with the frame it was computed from.
+struct Segmentation {
+  FrameId frame = kNoFrame;
+  Timestamp stamp;
+  std::vector<Instance> instances;  ///< at most 255
+  GreyImage ids;  ///< per pixel: 0 = none, i + 1 = instances[i]; where masks overlap the better
+                  ///< score wins
+  double segment_ms = 0;  ///< wall time it took, 0 for recorded masks
+};
+using SegmentationPtr = std::shared_ptr<const Segmentation>;
+
+class Segmenter {
+ public:
+  virtual ~Segmenter() = default;
+  /// @return an error if this frame could not be segmented (the run goes on without its mask).
+  [[nodiscard]] virtual Result<Segmentation> segment(const RgbdFrame& frame) = 0;
+  /// Precision in use, e.g. "int8", "f32"; "recorded" for masks from files.
+  [[nodiscard]] virtual std::string precision() const = 0;
+};
+
+/// COCO's 80 class names in the order of the network's outputs; index 0 is "person".
+[[nodiscard]] const std::vector<std::string>& coco_class_names();
+
+}  // namespace ygslam

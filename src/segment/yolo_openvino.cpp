@@ -1,0 +1,176 @@
+#include "segment/yolo_openvino.hpp"
+
+#include <algorithm>
+#include <openvino/runtime/core.hpp>
+#include <openvino/runtime/properties.hpp>
+
+#include "core/time.hpp"
+#include "segment/cpu_features.hpp"
+#include "segment/model_probe.hpp"
+#include "segment/planar.hpp"
+#include "segment/yolo_model.hpp"
+
+namespace ygslam {
+namespace {
+
+class YoloSegmenter final : public Segmenter {
+ public:
+  YoloSegmenter(ov::CompiledModel compiled, YoloLayout layout, DecodeConfig decode,
+                std::string precision)
+      : compiled_(std::move(compiled)),
+        request_(compiled_.create_infer_request()),
+        layout_(layout),
+        decode_(std::move(decode)),
+        precision_(std::move(precision)) {}
+
+  Result<Segmentation> segment(const RgbdFrame& frame) override {
+    const ScopedTimer timer;
+    const std::string name = "frame " + std::to_string(index(frame.id));
+    if (frame.colour.empty()) return Error{ErrorKind::kInput, name + ": no colour image"};
+    const Letterbox box =
+        make_letterbox(frame.colour.width(), frame.colour.height(), layout_.width, layout_.height);
+    try {
+      fill_input(frame.colour, box);
+      request_.infer();
+      DecodedYolo decoded = decode_yolo(outputs(), box, decode_);
+      if (decoded.rejected > 0 && decoded.instances.empty()) {
+        return Error{ErrorKind::kModel, name + ": the network's output makes no sense (" +
+                                            std::to_string(decoded.rejected) + " bad values)"};
+      }
+      return Segmentation{frame.id, frame.stamp, std::move(decoded.instances),
+                          std::move(decoded.ids), timer.wall_ms()};
+    } catch (const std::exception& e) {
+      return Error{ErrorKind::kModel, name + ": the network failed: " + one_line(e.what())};
+    }
+  }
+  std::string precision() const override { return precision_; }
+
+ private:
+  void fill_input(const ColourImage& colour, const Letterbox& box) {
+    auto* input = request_.get_input_tensor().data<float>();
+    if (box.identity()) {
+      to_planar(colour, input);
+    } else {
+      to_planar(letterboxed(colour, box), input);
+    }
+  }
+
+  YoloOutputs outputs() {
+    const ov::Tensor boxes = request_.get_output_tensor(layout_.boxes_first ? 0 : 1);
+    const ov::Tensor prototypes = request_.get_output_tensor(layout_.boxes_first ? 1 : 0);
+    return {{boxes.data<const float>(), boxes.get_size()},
+            layout_.anchors,
+            {prototypes.data<const float>(), prototypes.get_size()},
+            layout_.proto_width,
+            layout_.proto_height};
+  }
+
+  ov::CompiledModel compiled_;
+  ov::InferRequest request_;
+  YoloLayout layout_;
+  DecodeConfig decode_;
+  std::string precision_;
+};
+
+Status check(const YoloConfig& config) {
+  const auto require = [](bool fine, const std::string& what) -> Status {
+    if (fine) return Ok{};
+    return Error{ErrorKind::kConfig, what};
+  };
+  const auto is_side = [](int size) { return size >= 32 && size <= 2048 && size % 32 == 0; };
+  const auto is_share = [](double value) { return value >= 0.0 && value <= 1.0; };
+  for (const Status& status :
+       {require(config.threads >= 1, "the network needs at least 1 thread"),
+        require(is_side(config.input_width) && is_side(config.input_height),
+                "the network's input size must be multiples of 32 up to 2048"),
+        require(is_share(config.decode.score_threshold), "score threshold must be in 0..1"),
+        require(is_share(config.decode.nms_iou), "overlap limit (IoU) must be in 0..1"),
+        require(config.decode.max_instances >= 1 && config.decode.max_instances <= kMaxInstances,
+                "number of instances must be in 1..255")}) {
+    if (!status.ok()) return status.error();
+  }
+  return Ok{};
+}
+
+/// The precision to run at, never kAuto.
+Result<Precision> choose_precision(const YoloConfig& config, bool quantised) {
+  const auto no = [&](const std::string& why) {
+    return Error{ErrorKind::kConfig, config.model.string() + ": " + why};
+  };
+  switch (config.precision) {
+    case Precision::kAuto:
+      if (quantised) return Precision::kInt8;
+      return cpu_bf16() == Bf16::kFast ? Precision::kBf16 : Precision::kF32;
+    case Precision::kInt8:
+      if (quantised) return Precision::kInt8;
+      return no("precision int8 needs a quantised model (make quantize)");
+    case Precision::kBf16:
+      if (quantised) return no("is quantised, precision bf16 needs the model it was made from");
+      if (cpu_bf16() != Bf16::kNone) return Precision::kBf16;
+      return no("precision bf16: this processor has neither AVX512_BF16 nor AMX");
+    case Precision::kF32:
+      break;
+  }
+  if (quantised) return no("is quantised, precision f32 needs the model it was made from");
+  return Precision::kF32;
+}
+
+std::string name_of(Precision precision) {
+  switch (precision) {
+    case Precision::kInt8:
+      return "int8";
+    case Precision::kBf16:
+      return "bf16";
+    default:
+      return "f32";
+  }
+}
+
+/// A quantised model's remaining float operations run as f32.
+ov::AnyMap properties(const YoloConfig& config, Precision precision) {
+  const auto type = precision == Precision::kBf16 ? ov::element::bf16 : ov::element::f32;
+  return {ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
+          ov::hint::inference_precision(type), ov::hint::enable_cpu_pinning(false),
+          ov::inference_num_threads(config.threads), ov::num_streams(1)};
+}
+
+}  // namespace
+
+std::optional<Precision> parse_precision(std::string_view text) {
+  if (text == "auto") return Precision::kAuto;
+  if (text == "f32") return Precision::kF32;
+  if (text == "bf16") return Precision::kBf16;
+  if (text == "int8") return Precision::kInt8;
+  return std::nullopt;
+}
+
+Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config) {
+  if (const Status sound = check(config); !sound.ok()) return sound.error();
+  const auto read = [&] {
+    return read_yolo_model(config.model, config.input_width, config.input_height);
+  };
+  const Status probed = try_in_child(
+      [&]() -> Status {
+        const auto model = read();
+        if (!model.ok()) return model.error();
+        return Ok{};
+      },
+      config.model.string());
+  if (!probed.ok()) return probed.error();
+
+  const auto model = read();
+  if (!model.ok()) return model.error();
+  const auto precision = choose_precision(config, model->layout.quantised);
+  if (!precision.ok()) return precision.error();
+  try {
+    ov::CompiledModel compiled =
+        ov::Core().compile_model(model->network, "CPU", properties(config, *precision));
+    return std::unique_ptr<Segmenter>(std::make_unique<YoloSegmenter>(
+        std::move(compiled), model->layout, config.decode, name_of(*precision)));
+  } catch (const std::exception& e) {
+    return Error{ErrorKind::kModel,
+                 config.model.string() + ": cannot be compiled: " + one_line(e.what())};
+  }
+}
+
+}  // namespace ygslam

@@ -1,0 +1,38 @@
+// YOLOv8-seg on the CPU through OpenVINO, behind the Segmenter interface.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "segment/segmenter.hpp"
+#include "segment/yolo_decode.hpp"
+
+namespace ygslam {
+
+enum class Precision {
+  kAuto,  ///< the fastest the processor has for the given model
+  kF32,   ///< not for a quantised model
+  kBf16,  ///< needs AVX512_BF16 or AMX; not for a quantised model
+  kInt8,  ///< needs a quantised model
+};
+/// "auto", "f32", "bf16", "int8"; nullopt for anything else.
+[[nodiscard]] std::optional<Precision> parse_precision(std::string_view text);
+
+struct YoloConfig {
+  std::filesystem::path model;  ///< .onnx, or OpenVINO's .xml with its .bin beside it
+  Precision precision = Precision::kAuto;
+  int threads = 1;         ///< that run the network
+  int input_width = 640;   ///< [px] multiple of 32; for models exported with open sizes
+  int input_height = 480;  ///< [px] multiple of 32
+  DecodeConfig decode;
+};
+
+/// Loads the network; the file is first read in a child process, so that one made to crash the
+/// reader costs an error and no more (see model_probe.hpp about threads).
+/// @return kModel: file missing, unreadable or of another shape; kConfig: a precision that model or
+/// processor does not have, or a bad number in the configuration.
+[[nodiscard]] Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config);
+
+}  // namespace ygslam

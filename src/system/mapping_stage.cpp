@@ -1,0 +1,98 @@
+#include "system/mapping_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "segment/movable.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr int kPointRadiusPx = 20;
+constexpr float kPointDepthRatio = 0.08F;
+
+}  // namespace
+
+MappingStage::MappingStage(const MappingStageConfig& config, const Camera& camera,
+                           int pyramid_levels, double pyramid_scale)
+    : config_(config),
+      mapper_(config.mapper, camera, pyramid_levels, pyramid_scale),
+      cloud_(config.dense, camera) {}
+
+void MappingStage::insert(const KeyframeMessage& message) {
+  const KeyframeId id = mapper_.insert(message.candidate);
+  Waiting waiting{id, message.candidate.frame, message.candidate.features, message.labels};
+  if (!config_.expects_masks) {
+    integrate(waiting, {});
+    return;
+  }
+  waiting_.emplace(waiting.frame->id, std::move(waiting));
+  while (waiting_.size() > static_cast<std::size_t>(config_.max_waiting_keyframes)) {
+    integrate(waiting_.begin()->second, {});
+    waiting_.erase(waiting_.begin());
+  }
+}
+
+void MappingStage::refine(const std::atomic<bool>* abort) {
+  for (const KeyframeId culled : mapper_.refine(abort)) cloud_.remove(culled);
+}
+
+bool MappingStage::apply(const Segmentation& masks) {
+  GreyImage movable = movable_mask(masks, config_.movable_classes);
+  const bool changed = mapper_.apply_mask(masks.frame, movable);
+  const auto waiting = waiting_.find(masks.frame);
+  if (waiting != waiting_.end()) {
+    integrate(waiting->second, std::move(movable));
+    waiting_.erase(waiting);
+  }
+  return changed;
+}
+
+void MappingStage::finish() {
+  for (const auto& [frame, waiting] : waiting_) integrate(waiting, {});
+  waiting_.clear();
+}
+
+void MappingStage::integrate(const Waiting& waiting, GreyImage dynamic) {
+  if (!map().has_keyframe(waiting.keyframe)) return;  // culled before its mask came
+  const DepthImage& depth_m = waiting.frame->depth_m;
+  if (dynamic.empty()) dynamic = GreyImage(depth_m.width(), depth_m.height());
+  paint_dynamic_points(dynamic, depth_m, *waiting.features, waiting.labels, kPointRadiusPx,
+                       kPointDepthRatio);
+  cloud_.insert(waiting.keyframe, *waiting.frame, dynamic);
+}
+
+std::vector<FramePtr> MappingStage::waiting() const {
+  std::vector<FramePtr> frames;
+  for (const auto& [id, waiting] : waiting_) frames.push_back(waiting.frame);
+  return frames;
+}
+
+std::vector<ColouredPoint> MappingStage::cloud() const {
+  std::map<KeyframeId, SE3> T_world_camera;
+  for (const auto& [id, keyframe] : map().keyframes()) {
+    T_world_camera[id] = keyframe.T_camera_world.inverse();
+  }
+  return cloud_.build(T_world_camera);
+}
+
+void paint_dynamic_points(GreyImage& mask, const DepthImage& depth_m, const Features& features,
+                          std::span<const MotionLabel> labels, int radius_px,
+                          float max_depth_ratio) {
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const Feature& f = features.points[i];
+    if (labels[i] != MotionLabel::kDynamic || f.depth_m <= 0) continue;
+    const int u0 = static_cast<int>(std::lround(f.uv_px.x()));
+    const int v0 = static_cast<int>(std::lround(f.uv_px.y()));
+    for (int v = std::max(0, v0 - radius_px); v <= std::min(mask.height() - 1, v0 + radius_px);
+         ++v) {
+      for (int u = std::max(0, u0 - radius_px); u <= std::min(mask.width() - 1, u0 + radius_px);
+           ++u) {
+        if (std::abs(depth_m.at(u, v) - f.depth_m) <= max_depth_ratio * f.depth_m)
+          mask.at(u, v) = 255;
+      }
+    }
+  }
+}
+
+}  // namespace ygslam

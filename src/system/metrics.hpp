@@ -1,0 +1,29 @@
+// metrics.json of a run (contract: "Output of run").
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "io/frame_reader.hpp"
+#include "system/runner.hpp"
+
+namespace ygslam {
+
+struct RunFacts {
+  std::string mode, segmenter, precision,
+      schedule;  ///< schedule: "file", "realtime", "deterministic"
+  std::uint64_t seed = 0;
+  double startup_s = 0;
+  double wall_s = 0;  ///< without start-up
+};
+
+[[nodiscard]] nlohmann::ordered_json metrics_json(const SlamOutcome& outcome, const Map& map,
+                                                  const FrameReaderCounts& input,
+                                                  const RunFacts& facts);
+
+/// Tracked frames (tracking and weak) / readable frames.
+[[nodiscard]] double coverage(const SlamOutcome& outcome);
+[[nodiscard]] std::string mode_name(DynamicMode mode);
+[[nodiscard]] const char* version();
+
+}  // namespace ygslam

@@ -1,0 +1,172 @@
+// What a run leaves behind: frames.csv, metrics.json, the folder.
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <sstream>
+
+#include "io/ply.hpp"
+#include "io/testing/temp_folder.hpp"
+#include "system/metrics.hpp"
+#include "system/run_writer.hpp"
+
+namespace ygslam {
+namespace {
+
+FrameRecord record(std::uint32_t id, double t_s, TrackState state) {
+  FrameRecord r;
+  r.frame = FrameId{id};
+  r.stamp = {to_ns(t_s)};
+  r.state = state;
+  r.pose = {KeyframeId{0}, SE3(Mat3::Identity(), Vec3(0, 0, -0.1 * id))};
+  r.T_world_camera_live = SE3(Mat3::Identity(), Vec3(0, 0, 0.1 * id));
+  return r;
+}
+
+SlamOutcome sample() {
+  SlamOutcome outcome;
+  const TrackState states[] = {TrackState::kWaiting, TrackState::kTracking, TrackState::kLost,
+                               TrackState::kLost,    TrackState::kWeak,     TrackState::kLost};
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    outcome.frames.push_back(record(i, 100 + 0.5 * i, states[i]));
+    outcome.frames.back().track_ms = i + 1;
+    outcome.frames.back().mask_age_frames = i < 2 ? -1 : static_cast<int>(i);
+  }
+  return outcome;
+}
+
+Map one_keyframe() {
+  Map map(8, 1.2);
+  auto features = std::make_shared<Features>();
+  map.add_keyframe(std::make_shared<KeyframeData>(KeyframeData{
+                       KeyframeId{0}, FrameId{1}, {to_ns(100.5)}, features, FeatureGrid()}),
+                   SE3(), kNoKeyframe, {});
+  return map;
+}
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);) parts.push_back(part);
+  return parts;
+}
+
+TEST(FramesCsv, OneLinePerFrameWithAsManyCellsAsTheHeader) {
+  for (const bool with_times : {true, false}) {
+    const auto lines = split(frames_csv(sample(), 6, with_times), '\n');
+    ASSERT_EQ(lines.size(), 7U);
+    const auto header = split(lines[0], ',');
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      const auto commas = std::count(lines[i].begin(), lines[i].end(), ',');
+      EXPECT_EQ(static_cast<std::size_t>(commas) + 1, header.size()) << lines[i];
+    }
+    EXPECT_EQ(split(lines[3], ',')[0], "101.000000");
+    EXPECT_EQ(split(lines[3], ',')[2], "lost");
+  }
+}
+
+TEST(FramesCsv, F37IsTheSameInALocaleWithDecimalCommas) {
+  const std::string expected = frames_csv(sample(), 6, true);
+  EXPECT_NE(expected.find("3.000"), std::string::npos);
+  const std::string old = std::setlocale(LC_ALL, nullptr);
+  for (const char* name : {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8"}) {
+    if (std::setlocale(LC_ALL, name) != nullptr) break;
+  }
+  EXPECT_EQ(frames_csv(sample(), 6, true), expected);
+  std::setlocale(LC_ALL, old.c_str());
+}
+
+TEST(Trajectories, HoldTheFramesWithAPoseAndFollowTheKeyframe) {
+  Map map = one_keyframe();
+  const SlamOutcome outcome = sample();
+  auto poses = final_trajectory(outcome, map);
+  ASSERT_EQ(poses.size(), 2U) << "tracking and weak";
+  EXPECT_EQ(poses[0].stamp.ns, to_ns(100.5));
+  EXPECT_EQ(poses[1].stamp.ns, to_ns(102.0));
+  EXPECT_NEAR(poses[1].T_world_camera.t().z(), 0.4, 1e-12);
+  map.set_pose(KeyframeId{0}, SE3(Mat3::Identity(), Vec3(-1, 0, 0)));  // corrected later
+  poses = final_trajectory(outcome, map);
+  EXPECT_NEAR(poses[1].T_world_camera.t().x(), 1.0, 1e-12);
+  EXPECT_NEAR(live_trajectory(outcome)[1].T_world_camera.t().x(), 0.0, 1e-12) << "as delivered";
+  EXPECT_EQ(keyframe_trajectory(map).size(), 1U);
+}
+
+TEST(Metrics, SayWhatHappened) {
+  SlamOutcome outcome = sample();
+  outcome.statistics.masks_used = 4;
+  outcome.statistics.masks_failed = 2;
+  outcome.statistics.segmenter_silent = true;
+  for (int i = 1; i <= 100; ++i) outcome.statistics.segment_ms.push_back(101 - i);
+  FrameReaderCounts input;
+  input.offered = 9;
+  input.readable = 6;
+  input.dropped = 1;
+  input.skipped.push_back({"rgb/3.png", "truncated"});
+  RunFacts facts;
+  facts.mode = mode_name(DynamicMode::kFull);
+  facts.seed = 5;
+  const auto json = metrics_json(outcome, one_keyframe(), input, facts);
+  EXPECT_EQ(json["frames"], 9);
+  EXPECT_EQ(json["readable"], 6);
+  EXPECT_EQ(json["tracked"], 2);
+  EXPECT_NEAR(json["coverage"].get<double>(), 2.0 / 6, 1e-12);
+  EXPECT_NEAR(coverage(outcome), 2.0 / 6, 1e-12);
+  ASSERT_EQ(json["lost_intervals"].size(), 2U);
+  EXPECT_EQ(json["lost_intervals"][0][0], 101.0);
+  EXPECT_EQ(json["lost_intervals"][0][1], 101.5);
+  EXPECT_EQ(json["lost_intervals"][1][0], 102.5);
+  EXPECT_EQ(json["keyframes"], 1);
+  EXPECT_EQ(json["skipped_images"][0]["file"], "rgb/3.png");
+  EXPECT_EQ(json["dropped"], 1);
+  EXPECT_EQ(json["masks_failed"], 2);
+  EXPECT_EQ(json["segmenter_silent"], true);
+  EXPECT_EQ(json["mask_age_frames"]["median"], 3);
+  EXPECT_EQ(json["mask_age_frames"]["p95"], 5);
+  const auto& segment = json["timing_ms"]["segment"];
+  EXPECT_EQ(segment["median"], 50.0);
+  EXPECT_EQ(segment["p95"], 95.0);
+  EXPECT_EQ(segment["p99"], 99.0);
+  EXPECT_EQ(segment["max"], 100.0);
+  EXPECT_EQ(segment["mean"], 50.5);
+  EXPECT_TRUE(json["timing_ms"]["map"].is_null()) << "nothing was mapped";
+  for (const char* key : {"startup_s", "wall_s", "peak_rss_mb", "seed", "mode", "segmenter",
+                          "precision", "version", "machine", "cpu_ms", "landmarks", "masks_used"})
+    EXPECT_TRUE(json.contains(key)) << key;
+}
+
+TEST(Metrics, AnEmptyRunHasNoCoverageAndNoCrash) {
+  const auto json = metrics_json({}, Map(8, 1.2), {}, {});
+  EXPECT_EQ(json["coverage"], 0.0);
+  EXPECT_TRUE(json["mask_age_frames"].is_null());
+  EXPECT_TRUE(json["lost_intervals"].empty());
+}
+
+TEST(RunWriter, WritesEveryFileAndLeavesOthersAlone) {
+  const testing::TempFolder folder;
+  testing::write(folder.path() / "mine.txt", "keep");
+  testing::write(folder.path() / "trajectory.txt", "old");
+  CameraConfig camera_config;
+  camera_config.fx = camera_config.fy = 100;
+  const Camera camera(camera_config);
+  MappingStage mapping({}, camera, 8, 1.2);
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->id = FrameId{0};
+  auto features = std::make_shared<Features>();
+  mapping.insert({{frame, features, {}, {}, kNoKeyframe, SE3(), {}}, {}});
+  SlamOutcome outcome = sample();
+  ASSERT_TRUE(write_run(folder.path(), outcome, mapping, 6, true).ok());
+  EXPECT_EQ(testing::read(folder.path() / "mine.txt"), "keep");
+  EXPECT_EQ(read_tum_trajectory(folder.path() / "trajectory.txt")->size(), 2U);
+  EXPECT_EQ(read_tum_trajectory(folder.path() / "trajectory_live.txt")->size(), 2U);
+  EXPECT_EQ(read_tum_trajectory(folder.path() / "keyframes.txt")->size(), 1U);
+  EXPECT_TRUE(read_ply(folder.path() / "map.ply").ok());
+  EXPECT_EQ(split(testing::read(folder.path() / "frames.csv"), '\n').size(), 7U);
+  std::size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path()))
+    ++files;
+  EXPECT_EQ(files, 6U) << "no temporary file is left";
+  const Status nowhere = write_run(folder.path() / "absent" / "deeper", outcome, mapping, 6, true);
+  EXPECT_TRUE(nowhere.ok() || nowhere.error().kind == ErrorKind::kOutput);
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -1,0 +1,92 @@
+// Both runners as things with a life: repeatable, independent of one another, gone without a trace.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "system/system_test_world.hpp"
+
+namespace ygslam::system_test {
+namespace {
+
+std::string bytes(const Trial& run) {
+  return format_tum(run.trajectory(), 6) + format_tum(live_trajectory(run.outcome), 6) +
+         format_tum(keyframe_trajectory(run.map()), 6);
+}
+
+std::unique_ptr<Segmenter> truth(const Recording& recording) {
+  return std::make_unique<TruthSegmenter>(recording);
+}
+
+SlamConfig patient() {
+  SlamConfig config = small_config(DynamicMode::kFull);
+  config.run.first_mask_timeout_s = 60;
+  return config;
+}
+
+TEST(OfflineRunner, F38TheSameRunTwiceGivesTheSameBytes) {
+  const Recording recording = record("moving_box", small(2));
+  const SlamConfig config = small_config(DynamicMode::kFull);
+  const Trial first = run_offline(config, recording, truth(recording));
+  const Trial second = run_offline(config, recording, truth(recording));
+  EXPECT_EQ(bytes(first), bytes(second));
+  const auto a = first.runner->mapping().cloud();
+  const auto b = second.runner->mapping().cloud();
+  ASSERT_EQ(a.size(), b.size());
+  ASSERT_FALSE(a.empty());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(a[i].p_world, b[i].p_world);
+    ASSERT_EQ(a[i].colour, b[i].colour);
+  }
+}
+
+TEST(OfflineRunner, F38TwoAtOnceDoNotInfluenceEachOther) {
+  const Recording box = record("moving_box", small(1));
+  const Recording still = record("static_xyz", small(1));
+  const SlamConfig config = small_config(DynamicMode::kFull);
+  const std::string box_alone = bytes(run_offline(config, box, truth(box)));
+  const std::string still_alone = bytes(run_offline(config, still));
+  std::string box_beside, still_beside;
+  {
+    const std::jthread other([&] { box_beside = bytes(run_offline(config, box, truth(box))); });
+    still_beside = bytes(run_offline(config, still));
+  }
+  EXPECT_EQ(box_beside, box_alone);
+  EXPECT_EQ(still_beside, still_alone);
+}
+
+TEST(LiveRunner, FollowsTheCameraAsTheOfflineRunnerDoes) {
+  const Recording recording = record("moving_box", small(2));
+  const Trial run = run_live(patient(), recording, truth(recording));
+  EXPECT_EQ(lost_frames(run), 0);
+  EXPECT_LT(ate_rmse_m(recording, run.trajectory()), 0.015);
+  EXPECT_GT(run.map().keyframes().size(), 1U);
+  // The first frame waits for its mask.
+  EXPECT_EQ(run.outcome.frames.front().mask_age_frames, 0);
+  // No keyframe is left without its mask at the end: each contributes to the cloud.
+  EXPECT_TRUE(run.runner->mapping().waiting().empty());
+  EXPECT_FALSE(run.runner->mapping().cloud().empty());
+}
+
+TEST(LiveRunner, FeedAFewAndFinishFiftyTimes) {
+  const Recording recording = record("moving_box", small(0.25));
+  for (int i = 0; i < 50; ++i) {
+    auto runner = make_live_runner(patient(), recording.camera, truth(recording), {0});
+    const std::size_t count = static_cast<std::size_t>(i) % (recording.frames.size() + 1);
+    for (std::size_t k = 0; k < count; ++k) (void)runner->process(recording.frames[k]);
+    const SlamOutcome outcome = runner->finish();
+    EXPECT_EQ(outcome.frames.size(), count);
+    EXPECT_EQ(final_trajectory(outcome, runner->mapping().map()).size(), count);
+  }
+}
+
+TEST(LiveRunner, MayBeDroppedWithoutFinish) {
+  const Recording recording = record("moving_box", small(0.25));
+  for (int i = 0; i < 20; ++i) {
+    auto runner = make_live_runner(patient(), recording.camera, truth(recording), {0});
+    const std::size_t count = static_cast<std::size_t>(i) % (recording.frames.size() + 1);
+    for (std::size_t k = 0; k < count; ++k) (void)runner->process(recording.frames[k]);
+  }
+}
+
+}  // namespace
+}  // namespace ygslam::system_test

@@ -1,0 +1,62 @@
+// What the segmentation thread works on next: keyframes first, then the newest frame.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+
+#include "image/rgbd_frame.hpp"
+
+namespace ygslam {
+
+class SegmentInbox {
+ public:
+  /// Never blocks; replaces a frame that was not taken yet.
+  void put_frame(FramePtr frame) {
+    {
+      const std::lock_guard lock(mutex_);
+      newest_ = std::move(frame);
+    }
+    available_.notify_one();
+  }
+  /// Never blocks; the oldest of more than kMaxKeyframes waiting ones is let go (it is offered
+  /// again at the end of the run).
+  void put_keyframe(FramePtr frame) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (last_taken_ != kNoFrame && last_taken_ == frame->id) return;
+      keyframes_.push_back(std::move(frame));
+      if (keyframes_.size() > kMaxKeyframes) keyframes_.pop_front();
+    }
+    available_.notify_one();
+  }
+  /// @return nullptr once stopped.
+  FramePtr take(std::stop_token stop) {
+    std::unique_lock lock(mutex_);
+    available_.wait(lock, stop, [&] { return newest_ != nullptr || !keyframes_.empty(); });
+    if (stop.stop_requested()) return nullptr;
+    FramePtr frame;
+    if (!keyframes_.empty()) {
+      frame = std::move(keyframes_.front());
+      keyframes_.pop_front();
+      if (newest_ && newest_->id == frame->id) newest_ = nullptr;
+    } else {
+      frame = std::move(newest_);
+      newest_ = nullptr;
+    }
+    last_taken_ = frame->id;
+    return frame;
+  }
+
+ private:
+  static constexpr std::size_t kMaxKeyframes = 4;
+  std::mutex mutex_;
+  std::condition_variable_any available_;
+  FramePtr newest_;
+  std::deque<FramePtr> keyframes_;
+  FrameId last_taken_ = kNoFrame;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,58 @@
+#include "system/session.hpp"
+
+#include "io/calibration.hpp"
+#include "segment/movable.hpp"
+#include "segment/recorded_masks.hpp"
+
+namespace ygslam {
+namespace {
+
+using SegmenterResult = Result<std::unique_ptr<Segmenter>>;
+
+SegmenterResult make_segmenter(const SessionOptions& options, const std::vector<int>& movable) {
+  const DynamicMode mode = options.config.dynamic.mode;
+  const bool wanted = mode == DynamicMode::kSemantic || mode == DynamicMode::kFull;
+  if (!wanted || options.segmenter == SegmenterKind::kNone) return std::unique_ptr<Segmenter>();
+  if (options.segmenter == SegmenterKind::kMasks) return make_recorded_segmenter(options.masks_dir);
+  if (options.model.empty()) {
+    return Error{ErrorKind::kModel,
+                 "no segmentation network given: get one with 'make model' and pass --model FILE, "
+                 "or use --segmenter none, --segmenter masks:DIR or --dynamic geometry"};
+  }
+  YoloConfig yolo = options.config.segment.yolo;
+  yolo.model = options.model;
+  yolo.decode.classes = movable;
+  return make_yolo_segmenter(yolo);
+}
+
+}  // namespace
+
+Result<Session> open_session(SessionOptions options) {
+  if (const auto faults = camera_faults(options.camera); !faults.empty()) {
+    return Error{ErrorKind::kConfig, "camera: " + faults.front().key + " " + faults.front().reason};
+  }
+  if (options.camera.width <= 0 || options.camera.height <= 0) {
+    return Error{ErrorKind::kConfig, "camera: width and height must be positive"};
+  }
+  auto movable = movable_classes(options.config.segment.movable);
+  if (!movable.ok()) return movable.error();
+  // Before anything else: the model is first read in a forked child, which wants no other threads.
+  auto segmenter = make_segmenter(options, *movable);
+  if (!segmenter.ok()) return segmenter.error();
+
+  Session session;
+  session.segmenter = "none";
+  if (*segmenter) {
+    session.segmenter = options.segmenter == SegmenterKind::kMasks ? "masks" : "model";
+    session.precision = (*segmenter)->precision();
+  }
+  options.config.tracking.pose.noise = options.config.mapping.noise;
+  options.config.dynamic.propagation.mask.movable_classes = *movable;
+  session.camera = std::make_unique<Camera>(options.camera);
+  const auto make = options.deterministic ? make_offline_runner : make_live_runner;
+  session.runner = make(options.config, *session.camera, std::move(segmenter).value(),
+                        std::move(movable).value());
+  return session;
+}
+
+}  // namespace ygslam

@@ -1,0 +1,36 @@
+// Builds a runner from settings: the one place where options, model and camera come together.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "core/result.hpp"
+#include "system/runner.hpp"
+
+namespace ygslam {
+
+enum class SegmenterKind { kModel, kNone, kMasks };
+
+struct SessionOptions {
+  SlamConfig config;
+  CameraConfig camera;
+  SegmenterKind segmenter = SegmenterKind::kModel;
+  std::filesystem::path model;      ///< for kModel
+  std::filesystem::path masks_dir;  ///< for kMasks
+  bool deterministic = false;
+};
+
+struct Session {
+  std::unique_ptr<Camera> camera;  ///< the runner refers to it
+  std::unique_ptr<Runner> runner;
+  std::string segmenter;  ///< "model", "masks" or "none", as used
+  std::string precision;  ///< of the segmenter, "" without one
+};
+
+/// Modes off and geometry use no segmenter, whatever the options say.
+/// @return kModel: no model given where one is needed (says how to get one) or unreadable;
+/// kConfig: impossible camera, unknown class or precision; kInput: no masks in the folder.
+[[nodiscard]] Result<Session> open_session(SessionOptions options);
+
+}  // namespace ygslam

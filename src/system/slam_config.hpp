@@ -1,0 +1,45 @@
+// All settings of the system; defaults live in the structs of the stages.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dense/static_cloud.hpp"
+#include "features/orb.hpp"
+#include "image/depth.hpp"
+#include "mapping/mapper.hpp"
+#include "motion/dynamic_point_filter.hpp"
+#include "segment/yolo_openvino.hpp"
+#include "system/config_schema.hpp"
+#include "tracking/tracker.hpp"
+
+namespace ygslam {
+
+struct RunConfig {
+  std::uint64_t seed = 0;
+  int mask_delay_frames = 2;    ///< --deterministic delivers masks this many frames late
+  double max_lost_share = 0.5;  ///< more of the readable frames lost: exit code 7
+  double first_mask_timeout_s =
+      3;  ///< live: how long the first frame may wait for its mask; 0 = not at all
+};
+
+struct SegmentConfig {
+  YoloConfig yolo;
+  std::vector<std::string> movable = {"person"};  ///< COCO names or groups
+};
+
+struct SlamConfig {
+  RunConfig run;
+  DepthConfig depth;
+  OrbConfig orb;
+  DynamicConfig dynamic;
+  SegmentConfig segment;
+  TrackerConfig tracking;
+  MapperConfig mapping;
+  StaticCloudConfig dense;
+};
+
+/// The table of all keys, bound to `config` (which must outlive it).
+[[nodiscard]] ConfigSchema schema_of(SlamConfig& config);
+
+}  // namespace ygslam

@@ -1,0 +1,82 @@
+#include "tracking/keyframe_policy.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ygslam {
+namespace {
+
+const KeyframePolicyConfig kConfig;
+
+/// A frame well tracked, just after a keyframe, camera at rest.
+KeyframeEvidence content() {
+  KeyframeEvidence e;
+  e.frames_since_last = 5;
+  e.tracked_landmarks = 300;
+  e.reference_landmarks = 300;
+  e.close_tracked = 300;
+  e.close_untracked = 20;
+  return e;
+}
+
+SE3 moved(double metres) { return SE3(Mat3::Identity(), Vec3(metres, 0, 0)); }
+
+TEST(KeyframePolicy, AContentFrameMakesNone) {
+  EXPECT_FALSE(wants_keyframe(content(), kConfig));
+  KeyframeEvidence resting = content();
+  resting.frames_since_last = 100000;
+  EXPECT_FALSE(wants_keyframe(resting, kConfig)) << "a standing camera needs no more";
+}
+
+TEST(KeyframePolicy, FewTrackedAndManyNewNearPointsMakeOne) {
+  KeyframeEvidence e = content();
+  e.close_tracked = kConfig.min_close_tracked - 1;
+  e.close_untracked = kConfig.min_close_untracked + 1;
+  EXPECT_TRUE(wants_keyframe(e, kConfig));
+  e.close_untracked = kConfig.min_close_untracked;
+  EXPECT_FALSE(wants_keyframe(e, kConfig)) << "there is nothing to add";
+}
+
+TEST(KeyframePolicy, ThinningMatchesMakeOneOnceTheCameraMoved) {
+  KeyframeEvidence e = content();
+  e.tracked_landmarks = static_cast<int>(kConfig.tracked_ratio * e.reference_landmarks) - 1;
+  EXPECT_FALSE(wants_keyframe(e, kConfig));
+  e.T_camera_reference = moved(kConfig.min_translation_m * 1.1);
+  EXPECT_TRUE(wants_keyframe(e, kConfig));
+  e.T_camera_reference = SE3(so3_exp(Vec3(0, kConfig.min_rotation_rad * 1.1, 0)), Vec3::Zero());
+  EXPECT_TRUE(wants_keyframe(e, kConfig)) << "turning is moving";
+  e.tracked_landmarks = e.reference_landmarks;
+  EXPECT_FALSE(wants_keyframe(e, kConfig));
+}
+
+TEST(KeyframePolicy, AMovingCameraMakesOneEverySoOften) {
+  KeyframeEvidence e = content();
+  e.T_camera_reference = moved(0.1);
+  e.frames_since_last = kConfig.max_interval_frames;
+  EXPECT_TRUE(wants_keyframe(e, kConfig));
+  --e.frames_since_last;
+  EXPECT_FALSE(wants_keyframe(e, kConfig));
+}
+
+TEST(KeyframePolicy, NeverTwoInShortOrder) {
+  KeyframeEvidence e = content();
+  e.close_tracked = 0;
+  e.close_untracked = 1000;
+  e.tracked_landmarks = 0;
+  e.T_camera_reference = moved(1);
+  e.frames_since_last = kConfig.min_interval_frames - 1;
+  EXPECT_FALSE(wants_keyframe(e, kConfig));
+}
+
+TEST(KeyframePolicy, ABusyMapperGetsOnlyWhatTrackingStarvesFor) {
+  KeyframeEvidence due = content();
+  due.T_camera_reference = moved(0.1);
+  due.frames_since_last = 10 * kConfig.max_interval_frames;
+  due.mapper_busy = true;
+  EXPECT_FALSE(wants_keyframe(due, kConfig));
+  due.close_tracked = 0;
+  due.close_untracked = 1000;
+  EXPECT_TRUE(wants_keyframe(due, kConfig));
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -1,0 +1,32 @@
+// Constant velocity between frames.
+#pragma once
+
+#include <optional>
+
+#include "core/time.hpp"
+#include "geometry/se3.hpp"
+
+namespace ygslam {
+
+struct MotionModelConfig {
+  double max_gap_s = 0.25;  ///< over a longer gap the velocity says nothing: predict standstill
+};
+
+class MotionModel {
+ public:
+  explicit MotionModel(const MotionModelConfig& config) : config_(config) {}
+
+  /// @return T_now_last at the given time; identity without a usable velocity.
+  [[nodiscard]] SE3 predict(Timestamp now) const;
+  /// @param T_now_last measured motion since the last update.
+  void update(Timestamp now, const SE3& T_now_last);
+  /// Forgets the velocity, e.g. after a loss; the next update starts at `now`.
+  void reset(Timestamp now);
+
+ private:
+  MotionModelConfig config_;
+  Timestamp last_;
+  std::optional<Vec6> velocity_per_s_;  // twist of T_now_last
+};
+
+}  // namespace ygslam

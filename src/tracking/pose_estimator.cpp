@@ -1,0 +1,222 @@
+#include "tracking/pose_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "features/matcher.hpp"
+#include "geometry/pnp.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr double kMaxViewAngleCosine = 0.5;  // a landmark seen from more than 60 degrees aside
+
+std::vector<std::uint8_t> usable_features(const TrackedFrame& frame) {
+  std::vector<std::uint8_t> usable(frame.features->size());
+  for (std::size_t i = 0; i < usable.size(); ++i) usable[i] = frame.static_weight[i] > 0;
+  return usable;
+}
+
+}  // namespace
+
+PoseEstimator::PoseEstimator(const PoseEstimatorConfig& config, const Camera& camera,
+                             double pyramid_scale, int pyramid_levels)
+    : config_(config), camera_(camera), log_scale_(std::log(pyramid_scale)) {
+  for (int i = 0; i < pyramid_levels; ++i) octave_scale_.push_back(std::pow(pyramid_scale, i));
+}
+
+std::optional<PoseResult> PoseEstimator::track(const TrackedFrame& frame, const TrackedFrame& last,
+                                               const SE3& T_last_world, const LocalView* view,
+                                               const SE3& T_guess_world, Rng& rng) const {
+  const auto enough = [&](const std::optional<PoseSolution>& pose) {
+    return pose && pose->inliers >= config_.min_matches;
+  };
+  for (const double radius_px : {config_.search_last_px, config_.search_wide_px}) {
+    const auto pairings = match_last(frame, last, T_last_world, view, T_guess_world, radius_px);
+    const auto pose = solve(frame, pairings, T_guess_world);
+    if (enough(pose)) return refine(frame, view, pairings, *pose);
+  }
+  const auto pairings = match_last_by_descriptor(frame, last, T_last_world, view, rng);
+  std::vector<PnpPoint> points;
+  for (const Pairing& p : pairings) {
+    const Feature& f = frame.features->points[p.feature];
+    points.push_back({p.p_world, f.ideal_px.cast<double>(), f.depth_m});
+  }
+  const auto rough = solve_pnp_ransac(camera_, points, PnpConfig{}, rng);
+  if (!rough) return std::nullopt;
+  const auto pose = solve(frame, pairings, rough->T_camera_world);
+  if (!enough(pose)) return std::nullopt;
+  return refine(frame, view, pairings, *pose);
+}
+
+std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame,
+                                                       const LocalView& view,
+                                                       const SE3& T_guess_world) const {
+  PoseSolution start;
+  start.T_camera_world = T_guess_world;
+  return refine(frame, &view, {}, start);
+}
+
+Vec3 PoseEstimator::point_of(const TrackedFrame& last, std::uint32_t feature,
+                             const SE3& T_world_last, const LocalView* view) const {
+  if (view && last.landmarks[feature] != kNoLandmark) {
+    const std::int32_t i = view->find(last.landmarks[feature]);
+    if (i >= 0) return view->landmarks[i].p_world;
+  }
+  const Feature& f = last.features->points[feature];
+  return T_world_last * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
+}
+
+std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
+    const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
+    const LocalView* view, const SE3& T_guess_world, double radius_px) const {
+  const SE3 T_world_last = T_last_world.inverse();
+  const int top = static_cast<int>(octave_scale_.size()) - 1;
+  std::vector<SearchPoint> points;
+  points.reserve(last.features->size());
+  for (std::uint32_t i = 0; i < last.features->size(); ++i) {
+    const Feature& f = last.features->points[i];
+    const bool mapped =
+        view && last.landmarks[i] != kNoLandmark && view->find(last.landmarks[i]) >= 0;
+    const bool temporary = f.depth_m > 0 && f.depth_m < config_.max_temporary_depth_m;
+    if (last.static_weight[i] <= 0 || (!mapped && !temporary)) continue;
+    points.push_back({point_of(last, i, T_world_last, view), &last.features->descriptors[i],
+                      std::max(0, f.octave - 1), std::min(top, f.octave + 1),
+                      radius_px * octave_scale_[f.octave], f.angle_rad, i});
+  }
+  ProjectionMatcherConfig matcher;
+  matcher.ratio = 0.9;
+  matcher.check_orientation = true;
+  const auto usable = usable_features(frame);
+  const auto matches = match_by_projection(camera_, T_guess_world, points, *frame.features,
+                                           frame.grid, usable, matcher);
+  std::vector<Pairing> pairings;
+  for (const PointMatch& m : matches) {
+    pairings.push_back(
+        {point_of(last, m.source, T_world_last, view), m.feature, last.landmarks[m.source]});
+  }
+  return pairings;
+}
+
+std::vector<PoseEstimator::Pairing> PoseEstimator::match_last_by_descriptor(
+    const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
+    const LocalView* view, Rng&) const {
+  const SE3 T_world_last = T_last_world.inverse();
+  std::vector<Pairing> pairings;
+  for (const Match& m : match_brute_force(*last.features, *frame.features, MatchConfig{})) {
+    if (last.static_weight[m.a] <= 0 || frame.static_weight[m.b] <= 0) continue;
+    const bool mapped =
+        view && last.landmarks[m.a] != kNoLandmark && view->find(last.landmarks[m.a]) >= 0;
+    if (!mapped && last.features->points[m.a].depth_m <= 0) continue;
+    pairings.push_back({point_of(last, m.a, T_world_last, view), m.b, last.landmarks[m.a]});
+  }
+  return pairings;
+}
+
+std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
+                                                 const std::vector<Pairing>& pairings,
+                                                 const SE3& T_guess_world) const {
+  std::vector<PoseObservation> observations;
+  observations.reserve(pairings.size());
+  for (const Pairing& p : pairings) {
+    const Feature& f = frame.features->points[p.feature];
+    observations.push_back({p.p_world, observe(f, octave_scale_[f.octave], config_.noise,
+                                               frame.static_weight[p.feature])});
+  }
+  return solve_pose(camera_, T_guess_world, observations, config_.pose);
+}
+
+std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const LocalView* view,
+                                                const std::vector<Pairing>& first,
+                                                const PoseSolution& first_pose) const {
+  PoseResult result;
+  std::vector<Pairing> pairings;
+  std::vector<Pairing> temporary;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    if (!first_pose.inlier[i]) continue;
+    const bool mapped =
+        view && first[i].landmark != kNoLandmark && view->find(first[i].landmark) >= 0;
+    (mapped ? pairings : temporary).push_back(first[i]);
+    if (!mapped) temporary.back().landmark = kNoLandmark;
+  }
+  if (view && config_.use_local_map) {
+    add_map_matches(frame, *view, first_pose.T_camera_world, pairings, result.seen);
+  }
+  // Points of the previous frame carry its error: they help only where the map is thin.
+  constexpr std::size_t kThinMap = 60;
+  if (pairings.size() < kThinMap) {
+    std::vector<std::uint8_t> taken(frame.features->size(), 0);
+    for (const Pairing& p : pairings) taken[p.feature] = 1;
+    for (const Pairing& p : temporary) {
+      if (!taken[p.feature]) pairings.push_back(p);
+    }
+  }
+  const auto pose = solve(frame, pairings, first_pose.T_camera_world);
+  if (!pose) return std::nullopt;
+  result.T_camera_world = pose->T_camera_world;
+  result.landmarks.assign(frame.features->size(), kNoLandmark);
+  result.disagrees.assign(frame.features->size(), 0);
+  result.matches = static_cast<int>(pairings.size());
+  result.inliers = pose->inliers;
+  result.rms = pose->rms;
+  for (std::size_t i = 0; i < pairings.size(); ++i) {
+    if (!pose->inlier[i]) {
+      result.disagrees[pairings[i].feature] = 1;
+    } else if (pairings[i].landmark != kNoLandmark) {
+      result.landmarks[pairings[i].feature] = pairings[i].landmark;
+      ++result.landmark_inliers;
+    }
+  }
+  std::unordered_map<LandmarkId, int> found;
+  for (const LandmarkId id : result.landmarks) {
+    if (id != kNoLandmark) found[id] = 1;
+  }
+  for (auto& seen : result.seen) seen.found = static_cast<int>(found.contains(seen.id));
+  return result;
+}
+
+void PoseEstimator::add_map_matches(const TrackedFrame& frame, const LocalView& view,
+                                    const SE3& T_camera_world, std::vector<Pairing>& pairings,
+                                    std::vector<KeyframeCandidate::Seen>& seen) const {
+  auto usable = usable_features(frame);
+  std::vector<std::uint8_t> already(view.landmarks.size(), 0);
+  for (const Pairing& p : pairings) {
+    usable[p.feature] = 0;
+    const std::int32_t i = view.find(p.landmark);
+    already[i] = 1;
+    seen.push_back({p.landmark, 1, 0});
+  }
+  const Vec3 centre_world = T_camera_world.inverse().t();
+  const int top = static_cast<int>(octave_scale_.size()) - 1;
+  const auto& bounds = camera_.ideal_bounds();
+  std::vector<SearchPoint> points;
+  for (std::uint32_t i = 0; i < view.landmarks.size(); ++i) {
+    const ViewLandmark& landmark = view.landmarks[i];
+    if (already[i]) continue;
+    const Vec3 p_camera = T_camera_world * landmark.p_world;
+    if (p_camera.z() < 0.1) continue;
+    const Vec2 px = camera_.project(p_camera);
+    if (px.x() < bounds[0] || px.y() < bounds[1] || px.x() > bounds[2] || px.y() > bounds[3])
+      continue;
+    const Vec3 ray = landmark.p_world - centre_world;
+    const double range_m = ray.norm();
+    if (range_m < 0.8 * landmark.min_distance_m || range_m > 1.2 * landmark.max_distance_m)
+      continue;
+    const double cosine = ray.dot(landmark.normal_world) / range_m;
+    if (cosine < kMaxViewAngleCosine) continue;
+    const int octave =
+        std::clamp(static_cast<int>(
+                       std::ceil(std::log(landmark.max_distance_m / range_m) / log_scale_ - 1e-6)),
+                   0, top);
+    const double radius_px = config_.search_map_px * (cosine > 0.998 ? 1.0 : 1.6);
+    points.push_back({landmark.p_world, &landmark.descriptor, std::max(0, octave - 1),
+                      std::min(top, octave + 1), radius_px * octave_scale_[octave], -1.0F, i});
+    seen.push_back({landmark.id, 1, 0});
+  }
+  for (const PointMatch& m : match_by_projection(camera_, T_camera_world, points, *frame.features,
+                                                 frame.grid, usable, ProjectionMatcherConfig{})) {
+    pairings.push_back({view.landmarks[m.source].p_world, m.feature, view.landmarks[m.source].id});
+  }
+}
+
+}  // namespace ygslam

@@ -1,0 +1,89 @@
+// Camera pose of a frame in two steps: against the previous frame, then against the local map.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/rng.hpp"
+#include "geometry/camera.hpp"
+#include "map/local_view.hpp"
+#include "map/messages.hpp"
+#include "map/observation_noise.hpp"
+#include "map/projection_matcher.hpp"
+#include "optim/pose_only.hpp"
+#include "tracking/tracked_frame.hpp"
+
+namespace ygslam {
+
+struct PoseEstimatorConfig {
+  PoseOnlyConfig pose;
+  NoiseConfig noise;
+  double search_last_px = 15;        ///< window around the prediction, level 0
+  double search_wide_px = 45;        ///< second try
+  double search_map_px = 3;          ///< window around the refined pose, level 0
+  int min_matches = 15;              ///< below: the next wider search
+  double max_temporary_depth_m = 5;  ///< points of the last frame that are not in the map yet
+  bool use_local_map = true;  ///< false: only the previous frame and its landmarks (ablation)
+};
+
+struct PoseResult {
+  SE3 T_camera_world;
+  std::vector<LandmarkId> landmarks;    ///< per feature: landmark it agrees with
+  std::vector<std::uint8_t> disagrees;  ///< per feature: 1 = matched a point but not its position
+  int landmark_inliers = 0;             ///< features that agree with a landmark
+  int inliers = 0;                      ///< of these and of points of the previous frame
+  int matches = 0;                      ///< of the final step
+  double rms = 0;                       ///< normalised reprojection residual of the inliers
+  std::vector<KeyframeCandidate::Seen> seen;  ///< landmarks predicted in view
+};
+
+class PoseEstimator {
+ public:
+  PoseEstimator(const PoseEstimatorConfig& config, const Camera& camera, double pyramid_scale,
+                int pyramid_levels);
+
+  /// @param frame features, grid and weights of the current frame.
+  /// @param last the previous tracked frame at T_last_world.
+  /// @param T_guess_world predicted pose T_camera_world of the current frame.
+  /// @return nullopt if no pose explains enough points.
+  [[nodiscard]] std::optional<PoseResult> track(const TrackedFrame& frame, const TrackedFrame& last,
+                                                const SE3& T_last_world, const LocalView* view,
+                                                const SE3& T_guess_world, Rng& rng) const;
+  /// The second step alone, from a good guess (used after relocalisation).
+  [[nodiscard]] std::optional<PoseResult> refine_on_map(const TrackedFrame& frame,
+                                                        const LocalView& view,
+                                                        const SE3& T_guess_world) const;
+
+ private:
+  struct Pairing {
+    Vec3 p_world;
+    std::uint32_t feature;
+    LandmarkId landmark;
+  };
+  [[nodiscard]] std::vector<Pairing> match_last(const TrackedFrame& frame, const TrackedFrame& last,
+                                                const SE3& T_last_world, const LocalView* view,
+                                                const SE3& T_guess_world, double radius_px) const;
+  [[nodiscard]] std::vector<Pairing> match_last_by_descriptor(const TrackedFrame& frame,
+                                                              const TrackedFrame& last,
+                                                              const SE3& T_last_world,
+                                                              const LocalView* view,
+                                                              Rng& rng) const;
+  [[nodiscard]] std::optional<PoseSolution> solve(const TrackedFrame& frame,
+                                                  const std::vector<Pairing>& pairings,
+                                                  const SE3& T_guess_world) const;
+  [[nodiscard]] std::optional<PoseResult> refine(const TrackedFrame& frame, const LocalView* view,
+                                                 const std::vector<Pairing>& first,
+                                                 const PoseSolution& first_pose) const;
+  void add_map_matches(const TrackedFrame& frame, const LocalView& view, const SE3& T_camera_world,
+                       std::vector<Pairing>& pairings,
+                       std::vector<KeyframeCandidate::Seen>& seen) const;
+  [[nodiscard]] Vec3 point_of(const TrackedFrame& last, std::uint32_t feature,
+                              const SE3& T_world_last, const LocalView* view) const;
+
+  PoseEstimatorConfig config_;
+  const Camera& camera_;
+  std::vector<double> octave_scale_;
+  double log_scale_;
+};
+
+}  // namespace ygslam

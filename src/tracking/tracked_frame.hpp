@@ -1,0 +1,28 @@
+// One frame as the tracker knows it.
+#pragma once
+
+#include <vector>
+
+#include "features/feature.hpp"
+#include "features/feature_grid.hpp"
+#include "geometry/se3.hpp"
+#include "image/rgbd_frame.hpp"
+
+namespace ygslam {
+
+/// A pose outlives corrections of the map by being stored relative to a keyframe.
+struct AnchoredPose {
+  KeyframeId reference = kNoKeyframe;
+  SE3 T_camera_reference;
+};
+
+struct TrackedFrame {
+  FramePtr frame;
+  FeaturesPtr features;
+  FeatureGrid grid;
+  std::vector<float> static_weight;   ///< per feature, 0 = dynamic .. 1 = static
+  std::vector<LandmarkId> landmarks;  ///< per feature: the landmark it agreed with, or kNoLandmark
+  AnchoredPose pose;                  ///< meaningless while lost
+};
+
+}  // namespace ygslam

@@ -1,0 +1,221 @@
+#include "tracking/tracker.hpp"
+
+#include <algorithm>
+
+#include "features/attach.hpp"
+
+namespace ygslam {
+namespace {
+
+// T_reference_world as the view knows it, if the keyframe is in it.
+std::optional<SE3> pose_in_view(const LocalView& view, KeyframeId id) {
+  for (const ViewKeyframe& keyframe : view.keyframes) {
+    if (keyframe.data->id == id) return keyframe.T_camera_world;
+  }
+  return std::nullopt;
+}
+
+AnchoredPose anchor(const SE3& T_camera_world, const LocalView& view) {
+  // Before the first view there is but the first keyframe, which is the world.
+  if (view.empty()) return {KeyframeId{0}, T_camera_world};
+  const ViewKeyframe& reference = view.reference();
+  return {reference.data->id, T_camera_world * reference.T_camera_world.inverse()};
+}
+
+}  // namespace
+
+const char* to_string(TrackState state) {
+  switch (state) {
+    case TrackState::kWaiting:
+      return "waiting";
+    case TrackState::kTracking:
+      return "tracking";
+    case TrackState::kWeak:
+      return "weak";
+    case TrackState::kLost:
+      return "lost";
+  }
+  return "?";
+}
+
+Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
+                 const Camera& camera, std::uint64_t seed)
+    : config_(config),
+      camera_(camera),
+      orb_(orb),
+      filter_(dynamic, camera, seed),
+      pose_estimator_(config.pose, camera, orb.scale_factor, orb.levels),
+      relocalizer_(config.relocalizer, camera, pose_estimator_),
+      motion_model_(config.motion_model),
+      rng_(seed) {}
+
+TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
+                          std::span<const SegmentationPtr> masks, bool mapper_busy) {
+  TrackResult result;
+  result.masks.assign(masks.begin(), masks.end());
+  TrackedFrame current = perceive(frame, masks, result);
+  if (state_ == TrackState::kWaiting) return start(std::move(current), std::move(result));
+
+  const ScopedTimer timer;
+  const LocalView* map = view->empty() ? nullptr : view.get();
+  const SE3 T_last_world = last_pose(*view);
+  const SE3 T_guess_world = motion_model_.predict(frame->stamp) * T_last_world;
+  std::optional<PoseResult> pose =
+      pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_);
+  if (state_ == TrackState::kLost && pose &&
+      pose->landmark_inliers < config_.relocalizer.min_inliers) {
+    pose.reset();  // after a loss only a pose that the map confirms counts
+  }
+  const bool was_lost = state_ == TrackState::kLost;
+  if ((!pose || pose->inliers < config_.min_inliers_weak) && map) {
+    pose = relocalizer_.step(current, *map, rng_);
+  }
+  state_ = assess(pose);
+  result.state = state_;
+  ++frames_since_keyframe_;
+  if (state_ == TrackState::kLost) {
+    motion_model_.reset(frame->stamp);
+    result.pose_ms = timer.wall_ms();
+    return result;
+  }
+
+  current.landmarks = pose->landmarks;
+  current.pose = anchor(pose->T_camera_world, *view);
+  if (was_lost) {
+    motion_model_.reset(frame->stamp);
+  } else {
+    motion_model_.update(frame->stamp, pose->T_camera_world * T_last_world.inverse());
+  }
+  T_last_world_ = pose->T_camera_world;
+  judge_points(*pose, result.labels);
+  remember_seen(pose->seen);
+  result.T_world_camera = pose->T_camera_world.inverse();
+  result.pose = current.pose;
+  result.landmarks = pose->landmarks;
+  result.matches = pose->matches;
+  result.inliers = pose->inliers;
+  result.rms = pose->rms;
+  if (map && wants_keyframe(current, *map, *pose, mapper_busy)) {
+    result.candidate = make_candidate(current);
+    result.pose = current.pose;
+  }
+  last_ = std::move(current);
+  result.pose_ms = timer.wall_ms();
+  return result;
+}
+
+TrackedFrame Tracker::perceive(const FramePtr& frame, std::span<const SegmentationPtr> masks,
+                               TrackResult& result) {
+  TrackedFrame current;
+  current.frame = frame;
+  const ScopedTimer orb_timer;
+  Features features = orb_.extract(frame->grey);
+  attach_geometry(features, camera_, frame->depth_m);
+  current.features = std::make_shared<const Features>(std::move(features));
+  current.grid = FeatureGrid(*current.features, camera_.ideal_bounds());
+  result.orb_ms = orb_timer.wall_ms();
+
+  const ScopedTimer motion_timer;
+  std::optional<FlowPrediction> predicted;
+  if (state_ == TrackState::kTracking)
+    predicted = FlowPrediction{motion_model_.predict(frame->stamp)};
+  FilterResult filtered = filter_.step(*frame, current.features, masks, predicted);
+  result.labels = std::move(filtered.labels);
+  result.mask_age_frames = filtered.mask_age_frames;
+  current.static_weight = result.labels.weight;
+  current.landmarks.assign(current.features->size(), kNoLandmark);
+  result.features = current.features;
+  result.motion_ms = motion_timer.wall_ms();
+  return current;
+}
+
+TrackResult Tracker::start(TrackedFrame frame, TrackResult result) {
+  int usable = 0;
+  for (std::size_t i = 0; i < frame.features->size(); ++i) {
+    usable += static_cast<int>(frame.static_weight[i] > 0 && frame.features->points[i].depth_m > 0);
+  }
+  if (usable < config_.min_start_points) return result;
+  state_ = result.state = TrackState::kTracking;
+  motion_model_.reset(frame.frame->stamp);
+  frame.pose = {KeyframeId{0}, SE3()};
+  result.pose = frame.pose;
+  result.landmarks = frame.landmarks;
+  result.inliers = usable;
+  result.candidate = make_candidate(frame);
+  result.candidate->reference = kNoKeyframe;
+  last_ = std::move(frame);
+  return result;
+}
+
+TrackState Tracker::assess(const std::optional<PoseResult>& pose) {
+  if (!pose || pose->inliers < config_.min_inliers_weak || !pose->T_camera_world.is_finite()) {
+    return TrackState::kLost;
+  }
+  if (pose->inliers >= config_.min_inliers) {
+    weak_frames_ = 0;
+    return TrackState::kTracking;
+  }
+  return ++weak_frames_ > config_.weak_frames_until_lost ? TrackState::kLost : TrackState::kWeak;
+}
+
+bool Tracker::wants_keyframe(const TrackedFrame& frame, const LocalView& view,
+                             const PoseResult& pose, bool mapper_busy) const {
+  if (state_ != TrackState::kTracking) return false;
+  KeyframeEvidence evidence;
+  evidence.frames_since_last = frames_since_keyframe_;
+  evidence.tracked_landmarks = pose.landmark_inliers;
+  evidence.reference_landmarks = view.reference().tracked_landmarks;
+  evidence.T_camera_reference = frame.pose.T_camera_reference;
+  evidence.mapper_busy = mapper_busy;
+  for (std::size_t i = 0; i < frame.features->size(); ++i) {
+    const float depth_m = frame.features->points[i].depth_m;
+    if (depth_m <= 0 || depth_m > config_.keyframe.close_depth_m || frame.static_weight[i] < 0.5F) {
+      continue;
+    }
+    ++(frame.landmarks[i] != kNoLandmark ? evidence.close_tracked : evidence.close_untracked);
+  }
+  return ygslam::wants_keyframe(evidence, config_.keyframe);
+}
+
+KeyframeCandidate Tracker::make_candidate(TrackedFrame& frame) {
+  KeyframeCandidate candidate{frame.frame,
+                              frame.features,
+                              frame.landmarks,
+                              frame.static_weight,
+                              frame.pose.reference,
+                              frame.pose.T_camera_reference,
+                              {}};
+  for (const LandmarkId id : seen_order_) candidate.seen.push_back(seen_.at(id));
+  seen_.clear();
+  seen_order_.clear();
+  frames_since_keyframe_ = 0;
+  frame.pose = {KeyframeId{next_keyframe_++}, SE3()};
+  return candidate;
+}
+
+SE3 Tracker::last_pose(const LocalView& view) const {
+  if (const auto T_reference_world = pose_in_view(view, last_->pose.reference)) {
+    return last_->pose.T_camera_reference * *T_reference_world;
+  }
+  return T_last_world_;
+}
+
+void Tracker::remember_seen(const std::vector<KeyframeCandidate::Seen>& seen) {
+  for (const auto& s : seen) {
+    const auto [it, is_new] = seen_.try_emplace(s.id, KeyframeCandidate::Seen{s.id, 0, 0});
+    if (is_new) seen_order_.push_back(s.id);
+    it->second.visible += s.visible;
+    it->second.found += s.found;
+  }
+}
+
+void Tracker::judge_points(const PoseResult& pose, StaticLabels& labels) {
+  for (std::size_t i = 0; i < labels.label.size(); ++i) {
+    if (pose.landmarks[i] != kNoLandmark && labels.label[i] == MotionLabel::kUnknown) {
+      labels.label[i] = MotionLabel::kStatic;  // it agrees with a point of the static map
+    }
+  }
+  filter_.report(labels.label);
+}
+
+}  // namespace ygslam

@@ -1,0 +1,100 @@
+// The tracking stage: one frame in, its pose out (the paper's tracking thread).
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "core/rng.hpp"
+#include "features/orb.hpp"
+#include "geometry/camera.hpp"
+#include "map/local_view.hpp"
+#include "map/messages.hpp"
+#include "motion/dynamic_point_filter.hpp"
+#include "segment/segmenter.hpp"
+#include "tracking/keyframe_policy.hpp"
+#include "tracking/motion_model.hpp"
+#include "tracking/pose_estimator.hpp"
+#include "tracking/relocalizer.hpp"
+#include "tracking/tracked_frame.hpp"
+
+namespace ygslam {
+
+enum class TrackState : std::uint8_t {
+  kWaiting,  ///< no frame with enough depth yet
+  kTracking,
+  kWeak,  ///< a pose, but few points agree on it
+  kLost,
+};
+[[nodiscard]] const char* to_string(TrackState state);
+
+struct TrackerConfig {
+  PoseEstimatorConfig pose;
+  MotionModelConfig motion_model;
+  KeyframePolicyConfig keyframe;
+  RelocalizerConfig relocalizer;
+  int min_start_points = 100;       ///< static features with depth in the first frame
+  int min_inliers = 30;             ///< below: weak
+  int min_inliers_weak = 15;        ///< below: lost
+  int weak_frames_until_lost = 10;  ///< in a row
+};
+
+struct TrackResult {
+  TrackState state = TrackState::kWaiting;
+  SE3 T_world_camera;  ///< as known now; meaningful while tracking or weak
+  AnchoredPose pose;   ///< the same, to follow later corrections of the map
+  std::optional<KeyframeCandidate> candidate;
+  FeaturesPtr features;
+  StaticLabels labels;                 ///< final label and weight of every feature
+  int mask_age_frames = -1;            ///< of the newest mask used; -1 = none
+  std::vector<SegmentationPtr> masks;  ///< that arrived with this frame, of this or earlier frames
+  std::vector<LandmarkId> landmarks;   ///< per feature, matched
+  int matches = 0;
+  int inliers = 0;
+  double rms = 0;
+  double orb_ms = 0, motion_ms = 0, pose_ms = 0;
+};
+
+class Tracker {
+ public:
+  Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
+          const Camera& camera, std::uint64_t seed);
+
+  /// @param view the newest published view (may be empty before the first keyframe is mapped).
+  /// @param masks that arrived since the last call, of this or earlier frames.
+  /// @param mapper_busy spares the mapper all but indispensable keyframes.
+  [[nodiscard]] TrackResult step(const FramePtr& frame, const LocalViewPtr& view,
+                                 std::span<const SegmentationPtr> masks, bool mapper_busy);
+
+ private:
+  [[nodiscard]] TrackedFrame perceive(const FramePtr& frame, std::span<const SegmentationPtr> masks,
+                                      TrackResult& result);
+  [[nodiscard]] TrackResult start(TrackedFrame frame, TrackResult result);
+  [[nodiscard]] TrackState assess(const std::optional<PoseResult>& pose);
+  [[nodiscard]] bool wants_keyframe(const TrackedFrame& frame, const LocalView& view,
+                                    const PoseResult& pose, bool mapper_busy) const;
+  /// Hands the frame to the mapper; from here on its pose is that keyframe's.
+  [[nodiscard]] KeyframeCandidate make_candidate(TrackedFrame& frame);
+  [[nodiscard]] SE3 last_pose(const LocalView& view) const;
+  void remember_seen(const std::vector<KeyframeCandidate::Seen>& seen);
+  void judge_points(const PoseResult& pose, StaticLabels& labels);
+
+  TrackerConfig config_;
+  const Camera& camera_;
+  OrbExtractor orb_;
+  DynamicPointFilter filter_;
+  PoseEstimator pose_estimator_;
+  Relocalizer relocalizer_;
+  MotionModel motion_model_;
+  Rng rng_;
+
+  TrackState state_ = TrackState::kWaiting;
+  std::optional<TrackedFrame> last_;  // newest frame with a pose
+  SE3 T_last_world_;                  // its pose when it was tracked
+  int weak_frames_ = 0;
+  int frames_since_keyframe_ = 0;
+  std::uint32_t next_keyframe_ = 0;  // the mapper numbers keyframes in the order of the candidates
+  std::unordered_map<LandmarkId, KeyframeCandidate::Seen> seen_;  // since the last candidate
+  std::vector<LandmarkId> seen_order_;
+};
+
+}  // namespace ygslam

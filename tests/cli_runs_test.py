@@ -1,0 +1,239 @@
+"""Runs under hard conditions: full disks, signals, two at once, other locales, the same run twice.
+
+The numbers F26 ... F38 are those of docs/reliability.md.
+"""
+import csv
+import io
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from ygslam_cli import BINARY, FILES, HANG_S, CliTest, sequence, trajectory, ygslam
+
+RESULTS = sorted(FILES - {"metrics.json", "log.txt"})
+
+
+def contents(folder):
+    """Name to bytes of the files of a run."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+def without_timings(text):
+    """frames.csv without the columns of measured times."""
+    rows = list(csv.DictReader(io.StringIO(text.decode("utf-8"))))
+    return [{key: value for key, value in row.items() if not key.endswith("_ms")} for row in rows]
+
+
+class FullDisk(CliTest):
+    """F26: what cannot be written is code 9, and what was there stays."""
+
+    def limited(self, largest_file, *options):
+        """A run that may write no file larger than so many bytes, as on a full disk."""
+        def limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
+        return self.run_slam(sequence(), "--to", 12, *options, preexec_fn=limit,
+                             restore_signals=False)
+
+    def test_a_disk_that_fills_up_leaves_the_earlier_files_whole(self):
+        self.assert_ran(self.run_slam(sequence(), "--to", 12, out="twelve"))
+        map_bytes = (self.folder / "twelve" / "map.ply").stat().st_size
+        self.assert_ran(self.run_slam(sequence(), "--to", 20))
+        before = contents(self.folder / "out")
+        for largest in (600, map_bytes - 1):  # the first file fails, the last one
+            done = self.limited(largest, "--quiet")
+            self.assertEqual(done.returncode, 9, done.stderr)
+            self.assertIn(str(self.folder / "out"), done.stderr.splitlines()[-1])
+            after = contents(self.folder / "out")
+            self.assertEqual(set(after), set(before), "no temporary file remains")
+            self.assertEqual(after["map.ply"], before["map.ply"])
+            for name in ("trajectory.txt", "frames.csv"):  # the old one or the whole new one
+                self.assertIn(len(after[name].splitlines()) - (name == "frames.csv"), (12, 20))
+
+    def test_a_full_disk_of_its_own(self):
+        if os.geteuid() != 0:
+            print("skipped: needs root to mount a small disk")
+            return
+        script = ('mount -t tmpfs -o size=64k none "$1" && head -c 60000 /dev/zero > "$1/full"; '
+                  'shift; "$@"; code=$?; ls -A "$OUT"; exit $code')
+        out = self.folder / "out"
+        out.mkdir()
+        try:
+            done = subprocess.run(
+                ["unshare", "-m", "bash", "-c", script, "bash", out, BINARY, "run", sequence(),
+                 "--out", out, "--dynamic", "geometry", "--deterministic", "--quiet"],
+                capture_output=True, text=True, check=False, timeout=HANG_S,
+                env={**os.environ, "OUT": str(out)})
+        except FileNotFoundError:
+            print("skipped: no unshare")
+            return
+        if "unshare" in done.stderr or "mount" in done.stderr:
+            print(f"skipped: {done.stderr.strip()}")
+            return
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertIn("No space left on device", done.stderr)
+        self.assertNotIn(".tmp", done.stdout)
+
+    def test_a_folder_that_cannot_be_written_is_told_before_the_run(self):
+        blocked = self.folder / "file"
+        blocked.write_text("x", encoding="utf-8")
+        for out in (blocked, blocked / "below", pathlib.Path("/proc/ygslam")):
+            done = ygslam("run", sequence(), "--out", out, "--dynamic", "geometry", "--quiet")
+            self.assertEqual(done.returncode, 9, done.stderr)
+            self.assertIn(str(out), done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1)
+
+    def test_a_read_only_folder_is_told_and_its_files_stay(self):
+        self.assert_ran(self.run_slam(sequence(), "--to", 12))
+        before = contents(self.folder / "out")
+        binary, user = BINARY, {}
+        if os.geteuid() == 0:  # root may write anywhere: go as nobody
+            user = {"user": 65534, "extra_groups": []}
+            os.chmod(self.folder, 0o755)
+            readable = subprocess.run(["test", "-x", BINARY], check=False, **user)
+            if readable.returncode != 0:
+                print("skipped: nobody cannot run the program")
+                return
+        os.chmod(self.folder / "out", 0o555)
+        self.addCleanup(os.chmod, self.folder / "out", 0o755)
+        done = subprocess.run([binary, "run", sequence(), "--out", self.folder / "out",
+                               "--dynamic", "geometry", "--quiet"], capture_output=True, text=True,
+                              check=False, timeout=HANG_S, **user)
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertIn("ermission denied", done.stderr)
+        self.assertEqual(contents(self.folder / "out"), before)
+
+
+class LongRuns(CliTest):
+    """Tests that need a run that does not end by itself: the same images again and again."""
+
+    def setUp(self):
+        super().setUp()
+        self.long = self.copy_sequence("long")
+        pairs = self.pairs(self.long)
+        there_and_back = pairs + pairs[-2:0:-1]
+        with open(self.long / "associations.txt", "w", encoding="utf-8") as file:
+            for i in range(20000):
+                _, colour, _, depth = there_and_back[i % len(there_and_back)]
+                file.write(f"{1000 + i / 30:.6f} {colour} {1000 + i / 30:.6f} {depth}\n")
+
+    def start(self, out="out"):
+        """A run that has begun to track."""
+        process = subprocess.Popen(
+            [BINARY, "run", self.long, "--out", self.folder / out, "--dynamic", "geometry",
+             "--debug-images", self.folder / "pictures", "--debug-every", "10"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.kill)
+        end = time.monotonic() + HANG_S
+        while not list(self.folder.glob("pictures/frame_*0.jpg")):  # a frame has passed
+            self.assertIsNone(process.poll(), "it ended by itself")
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+        return process
+
+    def finish(self, process):
+        stdout, stderr = process.communicate(timeout=HANG_S)
+        return subprocess.CompletedProcess([], process.returncode, stdout, stderr)
+
+
+class Signals(LongRuns):
+    """F27"""
+
+    def test_a_signal_ends_the_run_and_what_there_is_is_saved(self):
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            out = f"out{code}"
+            shutil.rmtree(self.folder / "pictures", ignore_errors=True)
+            process = self.start(out)
+            process.send_signal(number)
+            self.assert_ran(self.finish(process), code)
+            self.assert_sound(out)
+            metrics = self.metrics(out)
+            self.assertEqual(metrics["frames"], 20000)
+            self.assertLess(metrics["readable"], 20000)
+            rows = trajectory(self.folder / out / "trajectory.txt")
+            self.assertEqual(len(rows), metrics["tracked"])
+            self.assertGreater(len(rows), 0)
+
+    def test_a_second_signal_ends_it_at_once(self):
+        process = self.start()
+        os.kill(process.pid, signal.SIGSTOP)  # so that both are there when it goes on
+        os.kill(process.pid, signal.SIGINT)
+        os.kill(process.pid, signal.SIGTERM)
+        os.kill(process.pid, signal.SIGCONT)
+        done = self.finish(process)
+        self.assertIn(done.returncode, (130, 143), done.stderr)  # whichever is handled last
+        self.assert_nothing_written()
+
+
+class TwoAtOnce(LongRuns):
+    """F29"""
+
+    def test_a_second_run_on_the_same_output_is_code_9_and_disturbs_nothing(self):
+        process = self.start()
+        done = self.run_slam(sequence(), "--quiet")
+        self.assert_error(done, 9, "locked", self.folder / "out")
+        self.assertIn("20000 pairs", self.log())
+        process.send_signal(signal.SIGINT)
+        self.assert_ran(self.finish(process), 130)
+        self.assert_sound()
+        self.assert_ran(self.run_slam(sequence(), "--to", 12))  # free again
+
+
+class SameBytes(CliTest):
+    """F37, F38: nothing but the input decides what is written."""
+
+    FRAMES_USED = 40
+
+    def results(self, out, *options, folder=None, **how):
+        done = self.run_slam(folder or sequence(), "--to", self.FRAMES_USED, "--segmenter",
+                             f"masks:{sequence() / 'mask'}", *options, out=out, geometry=False,
+                             **how)
+        self.assert_ran(done)
+        found = contents(self.folder / out)
+        return {name: without_timings(found[name]) if name == "frames.csv" else found[name]
+                for name in RESULTS}
+
+    def test_the_same_run_gives_the_same_bytes(self):
+        first = self.results("first")
+        self.assertEqual(self.results("second"), first)
+
+    def test_one_processor_or_two_give_the_same_bytes(self):
+        first = self.results("first")
+        cpus = os.sched_getaffinity(0)
+        one = {min(cpus)}
+        self.assertEqual(self.results("one", preexec_fn=lambda: os.sched_setaffinity(0, one)),
+                         first)
+
+    def test_locale_time_zone_and_path_do_not_matter(self):
+        first = self.results("first")
+        locales = self.folder / "locales"
+        locales.mkdir()
+        comma = {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "TZ": "Asia/Kathmandu"}
+        if shutil.which("localedef") and subprocess.run(
+                ["localedef", "-i", "de_DE", "-f", "UTF-8", locales / "de_DE.UTF-8"], check=False,
+                capture_output=True).returncode == 0:
+            comma["LOCPATH"] = str(locales)
+            shown = subprocess.run(["bash", "-c", "printf %.1f 1,5"], capture_output=True,
+                                   text=True, check=False, env={**os.environ, **comma})
+            self.assertEqual(shown.stdout, "1,5", "the locale with decimal commas is in force")
+        else:
+            print("note: no locale with decimal commas can be made here")
+        there = self.copy_sequence("ein Ordner mit ümläuten und 空白")
+        self.assertEqual(self.results("komma ausgabe", environment=comma, folder=there), first)
+        text = (self.folder / "komma ausgabe" / "metrics.json").read_text(encoding="utf-8")
+        self.assertIn('"coverage": 1.0', text)
+        done = ygslam("eval", "--gt", there / "groundtruth.txt", "--est",
+                      self.folder / "first" / "trajectory.txt", "--json", environment=comma)
+        plain = ygslam("eval", "--gt", there / "groundtruth.txt", "--est",
+                       self.folder / "first" / "trajectory.txt", "--json")
+        self.assertEqual((done.returncode, done.stdout), (0, plain.stdout))
+
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# The main job on one sequence: demo.sh YGSLAM SEQUENCE|"" MODEL|"" OUT
+set -euo pipefail
+ygslam=$1 sequence=$2 model=$3 out=$4
+shared=${YGSLAM_SHARED:-../shared}
+
+if [ -z "$sequence" ]; then
+  sequence=$shared/data/redkitchen_walk
+  if [ ! -d "$sequence" ]; then
+    sequence=out/rendered/moving_box
+    if [ ! -f "$sequence/groundtruth.txt" ]; then
+      echo "demo: no recording given (SEQ=folder): rendering one"
+      "$ygslam" simulate moving_box --out "$sequence" --seconds 10 --truth
+    fi
+  fi
+fi
+
+if [ -z "$model" ]; then
+  for candidate in models/yolov8n-seg_480x640_int8.xml models/yolov8n-seg_480x640.onnx \
+                   "$shared/models/yolov8n-seg_480x640.onnx"; do
+    if [ -f "$candidate" ]; then model=$candidate; break; fi
+  done
+fi
+options=(--model "$model")
+if [ -z "$model" ]; then
+  echo "demo: no segmentation network (get one with 'make model', or pass MODEL=file.onnx): geometry alone"
+  options=(--dynamic geometry --segmenter none)
+fi
+
+"$ygslam" run "$sequence" --out "$out" "${options[@]}" --debug-images "$out/images"
+echo
+echo "demo: trajectory   $out/trajectory.txt"
+echo "demo: static map   $out/map.ply       (open it with any PLY viewer)"
+echo "demo: pictures     $out/images/"
+echo "demo: figures      $out/metrics.json"

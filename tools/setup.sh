@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Installs what the project builds and runs with: Debian packages and a local Python environment.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+packages=(
+  build-essential cmake ninja-build ccache git python3-venv
+  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
+  libopencv-video-dev libopencv-features2d-dev libturbojpeg0-dev libpng-dev libeigen3-dev
+  libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev
+  libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
+  clang-format clang-tidy
+)
+missing=()
+for package in "${packages[@]}"; do
+  dpkg -s "$package" >/dev/null 2>&1 || missing+=("$package")
+done
+if ((${#missing[@]})); then
+  echo "setup: installing ${missing[*]}"
+  sudo=()
+  if [ "$(id -u)" != 0 ]; then sudo=(sudo); fi
+  export DEBIAN_FRONTEND=noninteractive
+  "${sudo[@]}" apt-get update -qq
+  "${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}"
+fi
+
+[ -x .venv/bin/python ] || python3 -m venv .venv
+echo "setup: Python environment in .venv (OpenVINO, evo)"
+.venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements.txt

@@ -1,5 +1,6 @@
 """The contract of the command line: options, output files and their content."""
 import csv
+import json
 import struct
 import subprocess
 import unittest

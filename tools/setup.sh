@@ -25,5 +25,5 @@ if ((${#missing[@]})); then
 fi
 
 [ -x .venv/bin/python ] || python3 -m venv .venv
-echo "setup: Python environment in .venv (OpenVINO, evo)"
+echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib and plotly)"
 .venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements.txt

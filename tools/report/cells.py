@@ -54,6 +54,7 @@ class Column:
     group: str = ""
     citation: str | None = None  # key of published.json's citations
     published: bool = False
+    left: bool = False  # a column of words
 
 
 @dataclasses.dataclass
@@ -63,6 +64,7 @@ class Row:
     cells: list = dataclasses.field(default_factory=list)
     kind: str = ""  # tum, rendered, bonn, folder, published
     marked: bool = False
+    citation: str | None = None
 
 
 @dataclasses.dataclass

@@ -62,7 +62,7 @@ def errors_over_time(series, modes, points):
     draw_over_time(axes[:, 0], series, modes, points, ("ate_m", "ate_deg"))
     axes[0, 0].set_ylabel("ATE [m]")
     axes[1, 0].set(ylabel="orientation error [°]", xlabel="time [s]")
-    axes[0, 0].legend(ncols=4, loc="upper left", fontsize=8)
+    legend_above(figure, axes[0, 0])
     return figure
 
 
@@ -75,8 +75,12 @@ def relative_errors_over_time(series, modes, points):
         axes[1, column].set_xlabel("time [s]")
     axes[0, 0].set_ylabel("translation [m]")
     axes[1, 0].set_ylabel("rotation [°]")
-    axes[0, 0].legend(ncols=2, loc="upper left", fontsize=8)
+    legend_above(figure, axes[0, 0])
     return figure
+
+
+def legend_above(figure, axis):
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper center", ncols=6, fontsize=8)
 
 
 def draw_over_time(axes, series, modes, points, names):
@@ -106,8 +110,8 @@ def coloured_paths(series, points):
     for axis, (mode, errors) in zip(axes, series.items()):
         keep = thin(len(errors.t_s), points)
         path, truth = errors.estimate_m[keep][:, [a, b]], errors.truth_m[keep][:, [a, b]]
-        axis.plot(truth[:, 0], truth[:, 1], color=style.GRID, linewidth=0.9)
-        drawn = LineCollection(np.stack([path[:-1], path[1:]], axis=1), cmap="plasma", linewidth=2,
+        axis.plot(truth[:, 0], truth[:, 1], color=style.INK, linewidth=0.8, alpha=0.4)
+        drawn = LineCollection(np.stack([path[:-1], path[1:]], axis=1), cmap=style.ERROR_COLOURS, linewidth=2,
                                array=errors.columns["ate_m"][keep][1:], capstyle="round")
         drawn.set_clim(0, top)
         axis.add_collection(drawn)
@@ -143,8 +147,7 @@ def pose_over_time(series, angles, truth_angles, modes, points):
         axis.set_ylabel(f"{name} [°]")
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5,
-                  fontsize=8)
+    legend_above(figure, axes[0, 0])
     return figure
 
 

@@ -54,7 +54,7 @@ def view_points(points_m):
     target = np.median(points_m, axis=0).astype(float)
     radius = float(np.percentile(np.linalg.norm(points_m - target, axis=1), 85)) or 1.0
     shoulder = np.array([0.15 * radius, -0.25 * radius, -0.35 * radius])
-    above = target + radius * np.array([0.25, -1.25, -1.0])
+    above = target + radius * np.array([0.3, -1.9, -1.4])
     return [("over the first camera's shoulder", shoulder, target),
             ("from above", above, target)]
 

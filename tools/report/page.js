@@ -25,7 +25,7 @@ if (window.innerWidth < 1250) document.getElementById("contents").open = false;
     const scene = {...given.layout.scene};
     for (const name of ["xaxis", "yaxis", "zaxis"]) scene[name] = {...scene[name], ...axis};
     const layout = {...given.layout, scene, paper_bgcolor: "rgba(0,0,0,0)", font: {color: ink}};
-    return [data, layout, {responsive: true, displaylogo: false}];
+    return [data, layout, {responsive: true, displaylogo: false, scrollZoom: false}];
   }
 
   function draw(element) {

@@ -20,7 +20,7 @@ def render(sweep, published, tables, chapters, size):
     """The whole page as text."""
     context = {
         "tables": tables, "chapters": chapters, "size": size, "modes": sweep.modes,
-        "failures": summary.faulty_runs(sweep), "remarks": remarks(sweep),
+        "failures": summary.faults(sweep), "remarks": remarks(sweep),
         "headline": headline(sweep), "facts": facts(sweep), "citations": published.citations,
         "css": Markup((HERE / "page.css").read_text(encoding="utf-8")),
         "javascript": (HERE / "page.js").read_text(encoding="utf-8"),

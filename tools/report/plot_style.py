@@ -6,6 +6,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of the backend)
+from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 
 MODE_COLOURS = {"off": "#e4572e", "geometry": "#b98300", "semantic": "#3b8fd6", "full": "#1fa37a"}
 OTHER_COLOURS = ("#9467bd", "#8c6d5a", "#d062a8", "#7f7f7f")
@@ -13,6 +14,9 @@ ESTIMATE, DIFFERENCE = "#3b8fd6", "#e0435c"
 # Stand for the page's text and grid colours inside the SVG; nothing else has these values.
 INK, GRID = "#010203", "#c1c2c4"
 PAPER_INK, PAPER_GRID = "#000000", "#cccccc"
+# Small to large errors; no end of it is lost on white or on black.
+ERROR_COLOURS = LinearSegmentedColormap.from_list(
+    "error", ["#3b8fd6", "#1fa37a", "#b98300", "#e0435c"])
 
 plt.rcParams.update({
     "svg.fonttype": "none", "font.family": "DejaVu Sans", "font.size": 9, "axes.titlesize": 10,

@@ -95,7 +95,6 @@ def read_run(folder, mode, number):
     """A run from its folder; faults of its files become its status."""
     run = Run(folder, mode, number, "unfinished")
     if not (folder / "run.json").exists():
-        run.error = "not run, or cut short"
         return run
     try:
         facts = read_json(folder / "run.json")

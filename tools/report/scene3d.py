@@ -18,7 +18,8 @@ def scene(paths, modes, points):
                               "color": style.INK if truth else style.colour(name, modes)},
                      "hovertemplate": "%{x:.3f}, %{y:.3f}, %{z:.3f} m<extra>" + name + "</extra>"})
     axes = {f"{axis}axis": {"title": {"text": f"{axis} [m]"}} for axis in "xyz"}
-    layout = {"scene": {"aspectmode": "data", **axes}, "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+    layout = {"scene": {"aspectmode": "data", **axes,
+                        "camera": {"eye": {"x": 1.5, "y": 1.5, "z": 1.1}}}, "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
               "legend": {"orientation": "h", "y": 0.98}, "uirevision": "keep"}
     # "</" would end the script element that holds this.
     return json.dumps({"data": data, "layout": layout}, separators=(",", ":")).replace("</", "<\\/")

@@ -12,9 +12,6 @@ SAID = {"lost": "lost", "failed": "failed", "crashed": "crashed", "bad_truth": "
         "unfinished": "not finished"}
 
 
-NO_TRUTH = "no truth"
-
-
 @dataclasses.dataclass
 class Spread:
     """@p median, low, high over the n of total runs that gave a number (None if n is 0).
@@ -33,11 +30,10 @@ class Spread:
 
     @property
     def fault_text(self):
-        """'1 crashed, 2 lost', or 'no number' for ok runs that have none."""
+        """'1 crashed, 2 lost'; sound runs without a number count where others have one."""
         parts = [f"{count} {SAID[status]}" for status, count in sorted(self.faults.items())]
-        without = self.total - self.n - sum(c for s, c in self.faults.items() if s != "lost")
-        if not parts and without > 0:
-            parts.append(NO_TRUTH if self.n == 0 else f"{without} without a number")
+        if not parts and 0 < self.n < self.total:
+            parts.append(f"{self.total - self.n} without a number")
         return ", ".join(parts)
 
 
@@ -63,16 +59,37 @@ def typical_run(runs):
     return next((run for run in runs if (run.folder / "trajectory.txt").exists()), None)
 
 
-def faulty_runs(sweep):
-    """[(sequence, run or None, what)] of everything that went wrong, unreadable sequences first."""
-    found = [(sequence, None, sequence.error) for sequence in sweep.sequences if sequence.error]
+@dataclasses.dataclass
+class Fault:
+    """Something that went wrong, once for all runs of a sequence that it happened to."""
+    sequence: object
+    what: str
+    runs: list  # empty: the sequence itself
+
+    @property
+    def where(self):
+        """'off run 1, full runs 2, 3'."""
+        modes = {}
+        for run in self.runs:
+            modes.setdefault(run.mode, []).append(str(run.number))
+        return ", ".join(f"{mode} run{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"
+                         for mode, numbers in modes.items())
+
+
+def faults(sweep):
+    """Unreadable sequences first, then runs that went wrong, then those that were not made."""
+    found = [Fault(sequence, sequence.error, []) for sequence in sweep.sequences if sequence.error]
+    grouped = {}
     for sequence, run in sweep.runs():
         if run.status != "ok":
-            coverage = run.figure("coverage")
-            said = SAID[run.status]
-            if run.error:
-                said += f": {run.error}"
-            if coverage is not None:
-                said += f" ({100 * coverage:.1f} % of the frames tracked)"
-            found.append((sequence, run, said))
-    return found
+            key = (run.status == "unfinished", sequence.id, described(run))
+            grouped.setdefault(key, Fault(sequence, described(run), [])).runs.append(run)
+    return found + [fault for key, fault in grouped.items() if not key[0]] + [
+        fault for key, fault in grouped.items() if key[0]]
+
+
+def described(run):
+    """'lost: for 61 % of the time (39.0 % of the frames tracked)'."""
+    said = SAID[run.status] + (f": {run.error}" if run.error else "")
+    coverage = run.figure("coverage")
+    return said if coverage is None else f"{said} ({100 * coverage:.1f} % of the frames tracked)"

@@ -55,7 +55,8 @@ def to_csv(table):
             line.append(csv_value(cell))
             if wide:
                 line += ["" if value is None else value for value in
-                         (cell.low, cell.high, cell.count_text, cell.coverage, cell.fault)]
+                         (cell.low, cell.high, cell.count_text, cell.coverage,
+                          cell.fault or cell.text)]
         writer.writerow(line)
     for i, note in enumerate(table.notes):
         writer.writerow([f"note {letter(i)}", note])
@@ -63,7 +64,7 @@ def to_csv(table):
 
 
 def csv_value(cell):
-    if cell.text is not None:
+    if cell.text is not None and cell.kind != "measured":
         return cell.text
     return "" if cell.value is None else repr(round(cell.value, 9))
 

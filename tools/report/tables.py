@@ -46,17 +46,19 @@ class Builder:
         columns += [Column(k[1], "in the paper", "YG-SLAM", True) for k in keys]
         table = Table("table1", "1", "Sequences", "Duration, path length and mean speeds of the "
                       "true camera, from the truth as recorded.", "Sequence",
-                      columns + [Column("Description")])
+                      columns + [Column("Description", left=True)])
         for row_name, sequence in self.entries:
             row = self.row(table, row_name, sequence)
             truth = sequence.truth if sequence else None
-            row.cells.append(Cell("text", text=str(sequence.frames) if sequence and
-                                  sequence.frames is not None else "–"))
+            row.cells.append(Cell("measured", sequence.frames if sequence else None, decimals=0))
             for key, _, decimals in keys:
                 value = (truth or {}).get(key)
-                row.cells.append(Cell("measured", value, decimals=decimals, fault="" if truth else (
-                    "unreadable" if sequence and sequence.error else
-                    "no truth" if sequence else "not run")))
+                cell = Cell("measured", value, decimals=decimals)
+                if sequence and sequence.error:
+                    cell.fault = "unreadable"
+                elif value is None:
+                    cell.text = "no truth" if sequence else "not run"
+                row.cells.append(cell)
             paper = self.published.data["paper_rows"].get(row_name, {})
             for key, _, decimals in keys:
                 row.cells.append(Cell("published", paper.get("table1", {}).get(key),
@@ -106,7 +108,7 @@ class Builder:
         if key == "table2":
             columns += [Column("RMSE", peer, peer, True) for peer in self.published.peers]
             columns.append(Column("RMSE", "best published", None, True))
-        caption = ("Our median beside the published figures (left of each pair RMSE, right S.D.). "
+        caption = ("Our median beside the published figures. "
                    "Bold: best, underlined: second best among the figures that can be compared. "
                    "Error reduction by eq. (20) of the paper. ")
         caption += self.published.data["notes"]["bold"]
@@ -132,7 +134,7 @@ class Builder:
         for _, _, keys in protocols:
             for statistic in ("rmse", "std"):
                 cell = (measured_cell(sequence, mode, *keys, statistic) if sequence
-                        else Cell("measured", fault="not run"))
+                        else Cell("measured", text="not run"))
                 cell.coverage = cell.low = None
                 ours.append(cell)
         theirs = [self.published_cell(table, key, row_name, system, column, foreign)
@@ -157,7 +159,7 @@ class Builder:
                       + (peers if column == 0 else []) if "suspect" not in c.notes])
         for cell in row.cells:
             cell.notes = [note for note in cell.notes if note != "suspect"]
-        row.marked = any(cell.fault for cell in ours) and sequence is not None
+        row.marked = any(cell.fault for cell in ours)
         return row
 
     def published_cell(self, table, key, row_name, system, column, foreign):
@@ -219,7 +221,8 @@ class Builder:
             if sequence.name != label:
                 row.sublabel += f" · {sequence.name}"
             if self.foreign(row_name, sequence):
-                table.note(FOREIGN)
+                if any(column.published for column in table.columns):
+                    table.note(FOREIGN)
                 table.note(RENDERED if sequence.rendered else PART)
         else:
             row.sublabel = {"bonn": "Bonn", "rendered": "rendered", "tum": "TUM"}.get(
@@ -250,11 +253,13 @@ def measured_cell(sequence, mode, *keys):
     runs = sequence.runs[mode]
     found = summary.spread(runs, *keys)
     coverage = summary.spread(runs, "coverage").low
-    fault = found.fault_text
-    if fault == summary.NO_TRUTH and summary.spread(runs, "ate", "rmse").n:
-        fault = "too short"  # judged, but no two poses are far enough apart
-    return Cell("measured", found.median, found.low, found.high, found.n, found.total, coverage,
-                fault=fault)
+    cell = Cell("measured", found.median, found.low, found.high, found.n, found.total, coverage,
+                fault=found.fault_text)
+    if found.n == 0 and not found.faults:
+        # Judged, but no two poses are far enough apart; or nothing to judge by. Neither is a fault.
+        judged = summary.spread(runs, "ate", "rmse").n
+        cell.text, cell.fault = "too short" if judged else "no truth", ""
+    return cell
 
 
 def reduction_cell(alpha, beta):

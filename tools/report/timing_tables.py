@@ -13,7 +13,7 @@ INVALID = ("Several runs shared the machine (or the sweep says so): these times 
 def approaches(sweep, published):
     """Table 5 as the paper has it: our modes, then the published systems."""
     columns = [Column("Segmentation [ms]"), Column("Tracking [ms]"),
-               Column("Tracking, CPU time [ms]"), Column("Hardware")]
+               Column("Tracking, CPU time [ms]"), Column("Hardware", left=True)]
     table = Table("table5a", "5a", "Time per frame",
                   "Ours: mean over the frames of a run, then median over all runs of all sequences "
                   "and below it lowest–highest and how many runs gave a time. Segmentation runs "
@@ -31,7 +31,7 @@ def approaches(sweep, published):
         table.rows.append(Row(entry["system"], cells=[
             Cell("published", text=entry["segment_ms"] or "–"),
             Cell("published", text=entry["track_ms"]), Cell("none"),
-            Cell("text", text=entry["hardware"])], kind="published"))
+            Cell("text", text=entry["hardware"])], kind="published", citation=entry["system"]))
     return table
 
 
@@ -80,8 +80,11 @@ def hardware(sweep, runs):
     precisions = sorted({str(run.metrics.get("precision")) for run in runs
                          if run.metrics.get("precision")})
     parts = [str(sweep.data.get("machine") or machine_of(runs) or "unknown machine")]
-    if precisions:
-        parts.append("network " + "/".join(precisions))
+    if "recorded" in precisions:
+        parts.append("masks from files")
+    networks = [p for p in precisions if p != "recorded"]
+    if networks:
+        parts.append("network " + "/".join(networks))
     return ", ".join(parts)
 
 

@@ -4,7 +4,7 @@
 
 Writes DIR/index.html (one file, opens without a network), DIR/tables (HTML, LaTeX, CSV, JSON) and
 DIR/figures (SVG, PNG). DIR is RESULTS/report unless told. Exit codes: 0 ok, 2 usage, 4 RESULTS is no
-result folder, 9 DIR cannot be written.
+result folder, 9 DIR cannot be written or a Python package is missing.
 """
 import argparse
 import io
@@ -14,10 +14,15 @@ import sys
 # Run as a folder, Python finds the modules themselves; as a package they cannot hide others.
 sys.path[0] = str(pathlib.Path(__file__).resolve().parent.parent)
 
-from report import chapters, page, plot_style, results, table_files  # noqa: E402
-from report.published import Published  # noqa: E402
-from report.tables import Builder  # noqa: E402
-from report.writer import OutputError, Writer  # noqa: E402
+try:
+    from report import chapters, page, plot_style, results, table_files
+    from report.published import Published
+    from report.tables import Builder
+    from report.writer import OutputError, Writer
+except ModuleNotFoundError as missing:
+    print(f"error: Python package '{missing.name}' is missing: pip install -r "
+          "tools/requirements.txt, or `make setup`", file=sys.stderr)
+    sys.exit(9)
 
 
 def png(picture):
@@ -31,9 +36,9 @@ def collect(writer, sweep):
     published = Published()
     tables = Builder(sweep, published).all()
     for table in tables:
-        writer.add(f"tables/{table.id}.csv", table_files.to_csv(table))
-        writer.add(f"tables/{table.id}.json", table_files.to_json(table))
-        writer.add(f"tables/{table.id}.tex", table_files.to_latex(table))
+        for ending, make in (("csv", table_files.to_csv), ("json", table_files.to_json),
+                             ("tex", table_files.to_latex)):
+            writer.add(f"tables/{table.id}.{ending}", make(table, published.citations))
         writer.add(f"tables/{table.id}.html", page.table_html(table, published))
     size = chapters.size_for(len(sweep.sequences))
     made = []

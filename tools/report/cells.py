@@ -88,6 +88,11 @@ class Table:
             self.notes.append(text)
         return letter(self.notes.index(text))
 
+    def sources(self):
+        """Keys of the citations that figures of this table come from, each once."""
+        keys = [c.citation for c in self.columns] + [r.citation for r in self.rows]
+        return list(dict.fromkeys(key for key in keys if key))
+
     def groups(self):
         """[(group, number of columns, citation, published)] side by side."""
         found = []

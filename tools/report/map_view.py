@@ -7,10 +7,12 @@ TYPES = {"float": "<f4", "float32": "<f4", "double": "<f8", "uchar": "u1", "uint
          "ushort": "<u2", "uint16": "<u2", "short": "<i2", "int": "<i4", "uint": "<u4",
          "char": "i1"}
 MAX_HEADER = 1 << 14
+MAX_POINTS = 2_000_000  # more do not show in pictures of this size
 
 
 def read_ply(path):
-    """Points N x 3 [m] and colours N x 3 (0 to 255) of a binary little-endian PLY.
+    """Points N x 3 [m] and colours N x 3 (0 to 255) of a binary little-endian PLY, evenly
+    thinned to MAX_POINTS.
     @raise InputError naming file and fault."""
     data = path.read_bytes()
     end = data.find(b"end_header\n", 0, MAX_HEADER)
@@ -32,7 +34,8 @@ def read_ply(path):
     vertices = np.frombuffer(body, kind, count)
     points = np.stack([vertices[c] for c in "xyz"], 1).astype(np.float32)
     colours = np.stack([vertices[c] for c in ("red", "green", "blue")], 1)
-    finite = np.all(np.isfinite(points), axis=1)
+    finite = np.flatnonzero(np.all(np.isfinite(points), axis=1))
+    finite = finite[::max(1, -(-len(finite) // MAX_POINTS))]
     return points[finite], colours[finite]
 
 
@@ -65,7 +68,9 @@ def render(points_m, colours, eye_m, target_m, size=(640, 480), fov_deg=60.0):
     width, height = size
     focal_px = 0.5 * width / np.tan(np.deg2rad(fov_deg) / 2)
     p_camera = (points_m - eye_m) @ look_at(eye_m, target_m).T
-    front = p_camera[:, 2] > 0.1
+    front = np.flatnonzero(p_camera[:, 2] > 0.1)
+    # Far to near: of several points written to one pixel the last, nearest one stays.
+    front = front[np.argsort(-p_camera[front, 2], kind="stable")]
     p_camera, shown = p_camera[front], colours[front]
     u = np.round(p_camera[:, 0] / p_camera[:, 2] * focal_px + width / 2).astype(np.int64)
     v = np.round(p_camera[:, 1] / p_camera[:, 2] * focal_px + height / 2).astype(np.int64)
@@ -77,8 +82,6 @@ def render(points_m, colours, eye_m, target_m, size=(640, 480), fov_deg=60.0):
             inside = ((splat_px >= max(abs(du), abs(dv))) & (u + du >= 0) & (u + du < width)
                       & (v + dv >= 0) & (v + dv < height))
             which = np.flatnonzero(inside)
-            # Far to near: of several points on one pixel the last, nearest one stays.
-            which = which[np.argsort(-p_camera[which, 2], kind="stable")]
             pixel = (v[which] + dv) * width + u[which] + du
             nearer = p_camera[which, 2] < depth[pixel]
             depth[pixel[nearer]] = p_camera[which[nearer], 2]

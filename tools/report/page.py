@@ -32,7 +32,9 @@ def render(sweep, published, tables, chapters, size):
 
 def table_html(table, published):
     """One table as an HTML fragment for other pages."""
-    return str(environment(published).get_template("table.html.j2").module.table(table)) + "\n"
+    macros = environment(published).get_template("table.html.j2").module
+    sources = [(key, published.citations[key]) for key in table.sources()]
+    return str(macros.table(table)) + str(macros.source_list(sources)) + "\n"
 
 
 def environment(published):
@@ -118,6 +120,8 @@ def duration(seconds):
 def remarks(sweep):
     """What a reader must know before the first number."""
     found = []
+    if sweep.data.get("complete") is False:
+        found.append("The sweep was not complete when this report was made.")
     if any(s.rendered for s in sweep.sequences):
         found.append("Sequences marked as rendered are synthetic: their figures cannot be compared "
                      "with figures published for the TUM recordings of similar names.")

@@ -9,6 +9,9 @@ from .results import InputError, read_json
 from .summary import typical_run
 
 SHEET = "checks"  # `ygslam inspect`: a row per check, a column per frame
+SHEET_CAPTION = ("each row a check, each column a frame; green: static points, red: dynamic ones, "
+                 "yellow: unknown; where the truth is known, circles are mistakes (white: missed, "
+                 "black: false alarm)")
 MAP_MODES = ("off", "full")
 MAX_SINGLE = 6
 
@@ -41,8 +44,7 @@ def tracking_pictures(sequence, width_px):
         except (OSError, ValueError) as error:
             found.append((path.stem, f"{path.name} cannot be read: {error}", None))
             continue
-        caption = ("Above each other the checks, side by side the frames; green: static points, red: dynamic ones"
-                   if sheets else path.stem.replace("_", " "))
+        caption = SHEET_CAPTION if sheets else path.stem.replace("_", " ")
         found.append((path.stem, caption, picture))
     return found
 

@@ -9,12 +9,12 @@ LATEX_SPECIAL = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", 
                  "_": r"\_", "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}",
                  "^": r"\textasciicircum{}", "–": "--", "°": r"\textdegree{}", "·": r"$\cdot$",
                  "⚠": "!", ">": r"$>$", "<": r"$<$"}
-# More columns than this do not fit a page even when scaled down: the table is continued.
-LATEX_COLUMNS = 14
+# More columns than this are too small when scaled to a page: the table is continued below.
+LATEX_COLUMNS, LATEX_COLUMNS_WITH_SPREADS = 12, 6
 
 
-def to_json(table):
-    """Everything that is shown, as numbers."""
+def to_json(table, citations):
+    """Everything that is shown, as numbers. @param citations those of published.json."""
     return json.dumps({
         "id": table.id, "number": table.number, "title": table.title, "caption": table.caption,
         "columns": [{"group": c.group, "label": c.label, "published": c.published}
@@ -22,6 +22,7 @@ def to_json(table):
         "rows": [{"label": r.label, "sublabel": r.sublabel, "kind": r.kind, "marked": r.marked,
                   "cells": [cell_json(c) for c in r.cells]} for r in table.rows],
         "notes": {letter(i): text for i, text in enumerate(table.notes)},
+        "sources": {key: citations[key] for key in table.sources()},
     }, indent=1, ensure_ascii=False) + "\n"
 
 
@@ -36,7 +37,7 @@ def cell_json(cell):
     return data
 
 
-def to_csv(table):
+def to_csv(table, citations):
     """One line a row; a measured column is followed by lowest, highest, runs, coverage, fault."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -60,6 +61,8 @@ def to_csv(table):
         writer.writerow(line)
     for i, note in enumerate(table.notes):
         writer.writerow([f"note {letter(i)}", note])
+    for key in table.sources():
+        writer.writerow([f"note source {key}", citations[key]["text"]])
     return out.getvalue()
 
 
@@ -69,7 +72,7 @@ def csv_value(cell):
     return "" if cell.value is None else repr(round(cell.value, 9))
 
 
-def to_latex(table):
+def to_latex(table, citations):
     """A table* with booktabs; wide ones are continued below with the row labels again."""
     lines = ["% needs \\usepackage{booktabs,graphicx,textcomp}", r"\begin{table*}[t]",
              r"\centering", rf"\caption{{{latex(table.title)}. {latex(table.caption)}}}",
@@ -78,14 +81,19 @@ def to_latex(table):
         lines += latex_tabular(table, start, end) + [r"\par\smallskip"]
     for i, note in enumerate(table.notes):
         lines.append(rf"{{\footnotesize \textsuperscript{{{letter(i)}}}~{latex(note)}\par}}")
+    if table.sources():
+        said = "; ".join(f"{key}: {citations[key]['text']}" for key in table.sources())
+        lines.append(rf"{{\footnotesize Sources. {latex(said)}.\par}}")
     return "\n".join(lines + [r"\end{table*}", ""])
 
 
 def latex_parts(table):
-    """Ranges of columns of at most LATEX_COLUMNS, cut between groups where that is possible."""
+    """Ranges of columns that fit a page, cut between groups."""
+    wide = any(cell.spread_text for row in table.rows for cell in row.cells)
+    most = LATEX_COLUMNS_WITH_SPREADS if wide else LATEX_COLUMNS
     parts, start, at = [], 0, 0
     for _, width, _, _ in table.groups():
-        if at + width - start > LATEX_COLUMNS and at > start:
+        if at + width - start > most and at > start:
             parts.append((start, at))
             start = at
         at += width
@@ -94,7 +102,7 @@ def latex_parts(table):
 
 def latex_tabular(table, start, end):
     columns = table.columns[start:end]
-    lines = [r"\resizebox{\textwidth}{!}{%", rf"\begin{{tabular}}{{l{'r' * len(columns)}}}",
+    lines = [r"\resizebox{\textwidth}{!}{%", rf"\begin{{tabular}}{{l{''.join('l' if c.left else 'r' for c in columns)}}}",
              r"\toprule"]
     if any(column.group for column in columns):
         cells, rules, at = [""], [], 2

@@ -1,0 +1,116 @@
+"""Parts of tools/report by themselves: published figures, rotations, maps, files.
+
+    python tests/report_parts_test.py
+"""
+import json
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+from report_fake import write_map
+
+TOOL = pathlib.Path(__file__).resolve().parent.parent / "tools" / "report"
+sys.path.insert(0, str(TOOL.parent))
+
+from report import map_view, series  # noqa: E402
+from report.published import Published  # noqa: E402
+
+
+class PublishedFigures(unittest.TestCase):
+    def test_recomputed_reductions_differ_from_print_exactly_at_the_known_errata(self):
+        data = json.loads((TOOL / "published.json").read_text(encoding="utf-8"))
+        differ = set()
+        for table in ("table2", "table3", "table4"):
+            for row, entry in data[table].items():
+                for column in (0, 1):
+                    alpha, beta = entry["ORB-SLAM2"][column], entry["YG-SLAM"][column]
+                    eta = (alpha - beta) / alpha * 100
+                    if abs(eta - entry["reduction"][column]) > 0.05:
+                        differ.add((table, row, column))
+                    else:  # rounding of the last printed digits explains what is left
+                        self.assertLess(abs(eta - entry["reduction"][column]), 0.02)
+        known = {("table2", "fr3_walking_rpy", 1), ("table2", "fr3_sitting_static", 0),
+                 ("table2", "fr3_sitting_static", 1), ("table3", "fr3_sitting_static", 0),
+                 ("table3", "fr3_sitting_static", 1)}
+        self.assertEqual(differ, known)
+        self.assertEqual(set(Published().known_errata_of_reductions()), known)
+
+    def test_the_one_reduction_that_no_rounding_explains_is_told_from_the_others(self):
+        published = Published()
+        notes = {key: published.reduction_note(*key)
+                 for key in published.reductions_that_differ()}
+        self.assertEqual([key for key, note in notes.items() if "no rounding" in note],
+                         [("table2", "fr3_walking_rpy", 1)])
+        self.assertIn("95.31", notes["table2", "fr3_walking_rpy", 1])
+
+    def test_the_average_in_the_text_is_an_erratum_in_table_2_only(self):
+        for table, wrong in (("table2", True), ("table3", False), ("table4", False)):
+            self.assertEqual("erratum" in Published().average_note(table), wrong)
+        self.assertIn("96.46", Published().average_note("table2"))
+
+    def test_every_system_is_cited_and_every_row_complete(self):
+        published = Published()
+        for system in [*published.systems, *published.peers]:
+            self.assertIn(system, published.citations)
+        for table in ("table2", "table3", "table4"):
+            self.assertEqual(list(published.data[table]), published.rows)
+        self.assertEqual([published.best_ate_m(row) for row in published.rows],
+                         [0.0127, 0.005, 0.0252, 0.016, 0.0053])
+
+
+class Geometry(unittest.TestCase):
+    def test_the_nearest_point_is_drawn(self):
+        points = np.array([[0, 0, 2.0], [0, 0, 1.0], [0, 0, 3.0]], np.float32)
+        colours = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255]], np.uint8)
+        picture = map_view.render(points, colours, np.zeros(3), np.array([0, 0, 1.0]), (64, 48))
+        self.assertEqual(picture[24, 32].tolist(), [0, 255, 0, 255])
+        self.assertEqual(picture[0, 0, 3], 0)
+
+    def test_down_is_down_and_right_is_right(self):
+        points = np.array([[0.5, 0, 2.0], [0, 0.5, 2.0]], np.float32)
+        colours = np.array([[255, 0, 0], [0, 255, 0]], np.uint8)
+        picture = map_view.render(points, colours, np.zeros(3), np.array([0, 0, 1.0]), (64, 48))
+        red = np.argwhere(picture[..., 0] == 255).mean(0)
+        green = np.argwhere(picture[..., 1] == 255).mean(0)
+        self.assertGreater(red[1], 32)
+        self.assertGreater(green[0], 24)
+
+    def test_roll_pitch_yaw_turn_about_their_own_axes(self):
+        angle = np.deg2rad(20)
+        for axis, wanted in ((2, (20, 0, 0)), (0, (0, 20, 0)), (1, (0, 0, 20))):
+            q = np.zeros(4)
+            q[axis], q[3] = np.sin(angle / 2), np.cos(angle / 2)
+            found = series.roll_pitch_yaw_deg(series.rotations(q[None]), np.eye(3))
+            np.testing.assert_allclose(found[0], wanted, atol=1e-9)
+
+    def test_angles_run_on_beyond_half_a_turn(self):
+        angles = np.deg2rad(np.arange(0, 400, 10))
+        q = np.stack([0 * angles, 0 * angles, np.sin(angles / 2), np.cos(angles / 2)], 1)
+        found = series.roll_pitch_yaw_deg(series.rotations(q), np.eye(3))
+        np.testing.assert_allclose(found[:, 0], np.arange(0, 400, 10), atol=1e-6)
+
+    def test_rotation_between_finds_the_rotation(self):
+        rng = np.random.default_rng(3)
+        points = rng.normal(size=(20, 3))
+        rotation = series.rotations(rng.normal(size=(1, 4)))[0]
+        found = series.rotation_between(points, points @ rotation.T + [1, 2, 3])
+        np.testing.assert_allclose(found, rotation, atol=1e-12)
+
+    def test_broken_tables_and_maps_name_file_and_fault(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "errors.csv")
+            path.write_text(",".join(series.COLUMNS) + "\n1,2,x\n", encoding="utf-8")
+            with self.assertRaisesRegex(series.InputError, r"errors\.csv:2"):
+                series.read_errors(path)
+            write_map(pathlib.Path(folder, "map.ply"))
+            whole = pathlib.Path(folder, "map.ply").read_bytes()
+            pathlib.Path(folder, "cut.ply").write_bytes(whole[:-1])
+            with self.assertRaisesRegex(series.InputError, r"cut\.ply: cut short"):
+                map_view.read_ply(pathlib.Path(folder, "cut.ply"))
+
+
+if __name__ == "__main__":
+    unittest.main()

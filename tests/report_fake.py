@@ -1,4 +1,4 @@
-"""A made-up result folder of `ygslam bench` for report_test.py: every kind of fault, known figures."""
+"""A made-up result folder of `ygslam bench`, with known figures and every kind of fault."""
 import json
 import struct
 

@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from report.published import Published  # noqa: E402
 
+
 def report(*arguments):
     return subprocess.run([sys.executable, str(TOOL), *map(str, arguments)], capture_output=True,
                           text=True, check=False, timeout=300)
@@ -203,6 +204,7 @@ class Report(unittest.TestCase):
                 self.assertIn(link, [c.get("url") for c in Published().citations.values()])
         css = re.search(r"<style>(.*?)</style>", self.page, re.S).group(1)
         self.assertNotRegex(css, r"@import|url\(")
+        self.assertEqual(self.page.count("<style"), 1)
         self.assertIn("prefers-color-scheme: dark", css)
         self.assertEqual(len(parser.ids), len(set(parser.ids)) + self.doubled_in_figures(parser))
 

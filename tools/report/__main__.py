@@ -3,8 +3,8 @@
     python tools/report --results RESULTS [--out DIR]
 
 Writes DIR/index.html (one file, opens without a network), DIR/tables (HTML, LaTeX, CSV, JSON) and
-DIR/figures (SVG, PNG). DIR is RESULTS/report unless told. Exit codes: 0 ok, 2 usage, 4 RESULTS is no
-result folder, 9 DIR cannot be written or a Python package is missing.
+DIR/figures (SVG, PNG). DIR is RESULTS/report unless told. Exit codes: 0 ok, 2 usage, 4 RESULTS is
+no result folder, 9 DIR cannot be written or a Python package is missing.
 """
 import argparse
 import io

@@ -1,4 +1,4 @@
-"""Figures 6 to 8 of the paper for one sequence: trajectories and their errors, mode against mode."""
+"""Figures 6 to 8 of the paper for one sequence: trajectories and errors, mode against mode."""
 import numpy as np
 from matplotlib.collections import LineCollection
 
@@ -80,7 +80,8 @@ def relative_errors_over_time(series, modes, points):
 
 
 def legend_above(figure, axis):
-    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper center", ncols=6, fontsize=8)
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper center",
+                  ncols=6, fontsize=8)
 
 
 def draw_over_time(axes, series, modes, points, names):
@@ -111,8 +112,8 @@ def coloured_paths(series, points):
         keep = thin(len(errors.t_s), points)
         path, truth = errors.estimate_m[keep][:, [a, b]], errors.truth_m[keep][:, [a, b]]
         axis.plot(truth[:, 0], truth[:, 1], color=style.INK, linewidth=0.8, alpha=0.4)
-        drawn = LineCollection(np.stack([path[:-1], path[1:]], axis=1), cmap=style.ERROR_COLOURS, linewidth=2,
-                               array=errors.columns["ate_m"][keep][1:], capstyle="round")
+        drawn = LineCollection(np.stack([path[:-1], path[1:]], axis=1), linewidth=2,
+                               cmap=style.ERROR_COLOURS, array=errors.columns["ate_m"][keep][1:], capstyle="round")
         drawn.set_clim(0, top)
         axis.add_collection(drawn)
         axis.autoscale_view()

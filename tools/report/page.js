@@ -14,7 +14,7 @@ if (window.innerWidth < 1250) document.getElementById("contents").open = false;
     return !!(canvas.getContext("webgl2") || canvas.getContext("webgl"));
   }
 
-  function themed(given) {
+  function themed(given, width) {
     const style = getComputedStyle(document.documentElement);
     const ink = style.getPropertyValue("--ink").trim();
     const grid = style.getPropertyValue("--grid").trim();
@@ -24,6 +24,7 @@ if (window.innerWidth < 1250) document.getElementById("contents").open = false;
     const axis = {color: ink, gridcolor: grid, zerolinecolor: grid, showbackground: false};
     const scene = {...given.layout.scene};
     for (const name of ["xaxis", "yaxis", "zaxis"]) scene[name] = {...scene[name], ...axis};
+    if (width < 500) scene.camera = {eye: {x: 2.1, y: 2.1, z: 1.6}};
     const layout = {...given.layout, scene, paper_bgcolor: "rgba(0,0,0,0)", font: {color: ink}};
     return [data, layout, {responsive: true, displaylogo: false, scrollZoom: false}];
   }
@@ -36,7 +37,7 @@ if (window.innerWidth < 1250) document.getElementById("contents").open = false;
       target.style.height = "100%";
       element.append(target);
     }
-    Plotly.react(target, ...themed(given));
+    Plotly.react(target, ...themed(given, element.clientWidth));
   }
 
   function drop(element) {

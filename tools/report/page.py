@@ -18,15 +18,15 @@ WAYS = {"as fast as possible": "as fast as possible: every frame is waited for, 
 
 def render(sweep, published, tables, chapters, size):
     """The whole page as text."""
+    styles = prepare(chapters)
     context = {
         "tables": tables, "chapters": chapters, "size": size, "modes": sweep.modes,
         "failures": summary.faults(sweep), "remarks": remarks(sweep),
         "headline": headline(sweep), "facts": facts(sweep), "citations": published.citations,
-        "css": Markup((HERE / "page.css").read_text(encoding="utf-8")),
+        "css": Markup((HERE / "page.css").read_text(encoding="utf-8") + styles),
         "javascript": (HERE / "page.js").read_text(encoding="utf-8"),
         "plotly": (scene3d.plotly_script() if any(c.scene for c in chapters) else ""),
     }
-    prepare(chapters)
     return environment(published).get_template("page.html.j2").render(context)
 
 
@@ -47,16 +47,19 @@ def environment(published):
 
 
 def prepare(chapters):
-    """Figures and pictures as they stand in the page."""
+    """Figures and pictures as they stand in the page. @return CSS that the figures need."""
+    styles = plot_style.StyleClasses()
     for chapter in chapters:
         name = str(escape(chapter.sequence.name))
-        chapter.inline = [(key, caption, plot_style.for_page(svg, f"{name}: {key}"))
+        chapter.inline = [(key, caption,
+                           styles.replace(plot_style.for_page(svg, f"{name}: {key}")))
                           for key, caption, svg in chapter.svgs]
         chapter.pictures = [(key, caption, pictures.data_uri(picture))
                             for key, caption, picture in chapter.images]
         chapter.maps = [(view, [(mode, picture and pictures.data_uri(picture), remark)
                                 for mode, picture, remark in shown])
                         for view, shown in chapter.map_views]
+    return styles.css()
 
 
 def headline(sweep):

@@ -16,7 +16,7 @@ MAP_MODES = ("off", "full")
 MAX_SINGLE = 6
 
 
-def data_uri(image, quality=80):
+def data_uri(image, quality=70):
     """A picture as WebP inside the page."""
     out = io.BytesIO()
     image.save(out, "WEBP", quality=quality, method=4)

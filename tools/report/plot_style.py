@@ -52,13 +52,37 @@ def to_svg(figure, name):
     svg = svg[svg.index("<svg"):]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)
-    svg = re.sub(r' d="[^"]*"', shorten, svg)
+    svg = re.sub(r' d="[^"]*"', short_path, svg)
+    svg = re.sub(r' transform="rotate\(-0 [^"]*"', "", svg)
+    svg = re.sub(r' [xy]="[^"]*"', short_numbers, svg)
     return re.sub(r"\n\s*", "\n", svg)
 
 
-def shorten(path):
-    """Coordinates of a path (a match) to a tenth of a point."""
-    return re.sub(r"-?\d+\.\d{2,}", lambda m: f"{float(m.group()):.1f}", path.group())
+def short_numbers(match):
+    """Coordinates to a tenth of a point."""
+    return re.sub(r"-?\d+\.\d{2,}", lambda m: f"{float(m.group()):.1f}", match.group())
+
+
+def short_path(match):
+    """A path attribute with lines on one line; the points after "M x y" need no "L"."""
+    path = re.sub(r"\s+", " ", short_numbers(match)).replace(' "', '"')
+    return path if re.search(r"[CQAHVZz]", path) else path.replace(" L ", " ")
+
+
+class StyleClasses:
+    """Styles that the figures of one page share, as CSS classes instead of a text at each mark."""
+
+    def __init__(self):
+        self.names = {}
+
+    def replace(self, svg):
+        return re.sub(r' style="([^"]*)"', lambda match: f' class="{self.name(match[1])}"', svg)
+
+    def name(self, style):
+        return self.names.setdefault(style, f"f{len(self.names)}")
+
+    def css(self):
+        return "".join(f".{name}{{{style}}}\n" for style, name in self.names.items())
 
 
 def for_paper(svg):
@@ -69,6 +93,8 @@ def for_paper(svg):
 def for_page(svg, label):
     """Inline SVG that takes the page's colours and scales with its box."""
     svg = svg.replace(INK, "currentColor").replace(GRID, "var(--grid)")
+    # A style element would hold for the whole page; page.css says the same of figures only.
+    svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, count=1, flags=re.S)
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
     return svg.replace("<svg", f'<svg role="img" aria-label="{label}"', 1)

@@ -140,7 +140,8 @@ def read_sweep(root):
         raise InputError(f"{root}: no result folder of `ygslam bench` ({SWEEP} is missing)")
     data = read_json(root / SWEEP)
     if data.get("format") != FORMAT:
-        raise InputError(f"{root / SWEEP}: format {data.get('format')!r}, this report reads {FORMAT}")
+        raise InputError(f"{root / SWEEP}: format {data.get('format')!r}, this report reads "
+                         f"{FORMAT}")
     options = data.get("options")
     options = options if isinstance(options, dict) else {}
     modes = options.get("modes") or data.get("modes")

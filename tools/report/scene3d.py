@@ -26,8 +26,9 @@ def scene(paths, modes, points):
     ratio = 1.3 * (high - low) / (high - low).max()
     layout = {"scene": {"aspectmode": "manual", **axes,
                         "aspectratio": dict(zip("xyz", ratio.round(4).tolist())),
-                        "camera": {"eye": {"x": 1.5, "y": 1.5, "z": 1.1}}}, "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-              "legend": {"orientation": "h", "y": 0.98}, "uirevision": "keep"}
+                        "camera": {"eye": {"x": 1.5, "y": 1.5, "z": 1.1}}},
+              "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+              "legend": {"orientation": "h", "y": 0, "yanchor": "bottom"}, "uirevision": "keep"}
     # "</" would end the script element that holds this.
     return json.dumps({"data": data, "layout": layout}, separators=(",", ":")).replace("</", "<\\/")
 

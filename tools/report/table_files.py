@@ -102,8 +102,8 @@ def latex_parts(table):
 
 def latex_tabular(table, start, end):
     columns = table.columns[start:end]
-    lines = [r"\resizebox{\textwidth}{!}{%", rf"\begin{{tabular}}{{l{''.join('l' if c.left else 'r' for c in columns)}}}",
-             r"\toprule"]
+    sides = "".join("l" if column.left else "r" for column in columns)
+    lines = [r"\resizebox{\textwidth}{!}{%", rf"\begin{{tabular}}{{l{sides}}}", r"\toprule"]
     if any(column.group for column in columns):
         cells, rules, at = [""], [], 2
         for group, width, _, _ in groups_between(table, start, end):

@@ -11,7 +11,8 @@ FOREIGN = ("Published figures in this row belong to the TUM recording of that na
 RENDERED = "Rendered by `ygslam simulate` in the manner of the TUM sequence; not a TUM recording."
 PART = "Only a part of the TUM recording (its duration differs from Table 1 of the paper)."
 RUNS = ("Median over the runs that gave a number, below it lowest–highest, how many did of all, and "
-        "the lowest share of readable frames that were tracked. A row with a run that failed or was lost is marked ⚠.")
+        "the lowest share of readable frames that were tracked. A row with a run that failed or "
+        "was lost is marked ⚠.")
 
 
 class Builder:
@@ -112,8 +113,8 @@ class Builder:
                    "Bold: best, underlined: second best among the figures that can be compared. "
                    "Error reduction by eq. (20) of the paper. ")
         caption += self.published.data["notes"]["bold"]
-        table = Table(f"table{number}", number, f"{title} [{unit.strip()}] beside published systems",
-                      caption, "Sequence", columns)
+        heading = f"{title} [{unit.strip()}] beside published systems"
+        table = Table(f"table{number}", number, heading, caption, "Sequence", columns)
         for row_name, sequence in self.entries:
             bonn = self.bonn_best(sequence) if key == "table2" else None
             if row_name in self.published.rows or bonn is not None:

@@ -25,7 +25,8 @@ if (window.innerWidth < 1250) document.getElementById("contents").open = false;
     const scene = {...given.layout.scene};
     for (const name of ["xaxis", "yaxis", "zaxis"]) scene[name] = {...scene[name], ...axis};
     if (width < 500) scene.camera = {eye: {x: 2.1, y: 2.1, z: 1.6}};
-    const layout = {...given.layout, scene, paper_bgcolor: "rgba(0,0,0,0)", font: {color: ink}};
+    const layout = {...given.layout, scene, paper_bgcolor: "rgba(0,0,0,0)",
+      modebar: {bgcolor: "rgba(0,0,0,0)", color: grid, activecolor: ink}, font: {color: ink}};
     return [data, layout, {responsive: true, displaylogo: false, scrollZoom: false}];
   }
 

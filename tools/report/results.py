@@ -48,8 +48,7 @@ class Run:
         value = self.metrics
         for key in keys:
             value = value.get(key) if isinstance(value, dict) else None
-        usable = isinstance(value, (int, float)) and not isinstance(value, bool)
-        return float(value) if usable and math.isfinite(value) else None
+        return finite(value)
 
 
 @dataclasses.dataclass
@@ -58,7 +57,7 @@ class Sequence:
     name: str
     kind: str  # tum, bonn, rendered, folder
     paper_row: str | None
-    frames: int | None
+    frames: float | None
     truth: dict | None
     error: str | None
     folder: pathlib.Path
@@ -91,6 +90,12 @@ class Sweep:
             run.timings_valid for _, run in self.runs())
 
 
+def finite(value):
+    """A finite number as float, anything else None."""
+    usable = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return float(value) if usable and math.isfinite(value) else None
+
+
 def read_run(folder, mode, number):
     """A run from its folder; faults of its files become its status."""
     run = Run(folder, mode, number, "unfinished")
@@ -118,11 +123,13 @@ def read_sequence(root, entry, modes, run_count):
     name = entry["id"]
     if name in ("", ".", "..") or "/" in name or "\\" in name:
         raise InputError(f"{root / SWEEP}: sequence id {name!r} is not a folder name")
+    truth, error = entry.get("truth"), entry.get("error")
     sequence = Sequence(
         id=name, name=str(entry.get("name") or name), kind=str(entry.get("kind") or "folder"),
-        paper_row=entry.get("paper_row"), frames=entry.get("frames"),
-        truth=entry.get("truth") if isinstance(entry.get("truth"), dict) else None,
-        error=entry.get("error"), folder=root / "sequences" / name)
+        paper_row=str(entry.get("paper_row")) if entry.get("paper_row") else None,
+        frames=finite(entry.get("frames")),
+        truth={key: finite(v) for key, v in truth.items()} if isinstance(truth, dict) else None,
+        error=str(error) if error else None, folder=root / "sequences" / name)
     for mode in modes:
         folder = root / "runs" / name / mode
         sequence.runs[mode] = [] if sequence.error else [

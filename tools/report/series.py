@@ -51,6 +51,9 @@ def read_errors(path):
     if not rows:
         raise InputError(f"{path}: no pose")
     table = np.array(rows)
+    table[~np.isfinite(table)] = np.nan
+    if np.isnan(table[:, :8]).any():
+        raise InputError(f"{path}: a pose without position or error")
     return Errors(table[:, 0], dict(zip(COLUMNS, table.T)))
 
 

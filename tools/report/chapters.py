@@ -53,7 +53,8 @@ def make(sequence, modes, size):
     if errors:
         judged_figures(chapter, errors, trajectories, modes, size)
     elif trajectories:
-        chapter.remarks.append("No errors to draw: there is no truth that fits, or no table of errors that can be read. "
+        chapter.remarks.append("No errors to draw: there is no truth that fits, or no table of "
+                               "errors that can be read. "
                                "The paths are shown as estimated, each in its own frame.")
     paths = {mode: e.estimate_m for mode, e in errors.items()}
     if errors:

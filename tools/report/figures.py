@@ -113,7 +113,8 @@ def coloured_paths(series, points):
         path, truth = errors.estimate_m[keep][:, [a, b]], errors.truth_m[keep][:, [a, b]]
         axis.plot(truth[:, 0], truth[:, 1], color=style.INK, linewidth=0.8, alpha=0.4)
         drawn = LineCollection(np.stack([path[:-1], path[1:]], axis=1), linewidth=2,
-                               cmap=style.ERROR_COLOURS, array=errors.columns["ate_m"][keep][1:], capstyle="round")
+                               cmap=style.ERROR_COLOURS,
+                               array=errors.columns["ate_m"][keep][1:], capstyle="round")
         drawn.set_clim(0, top)
         axis.add_collection(drawn)
         axis.autoscale_view()

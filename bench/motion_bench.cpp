@@ -1,5 +1,6 @@
 // Precision, recall and time of the motion checks on a recorded sequence with masks.
 //   motion_bench [SEQUENCE]     default: redkitchen_walk of the shared data
+// Before that the flow alone, beside OpenCV's.
 // Truth: mask/ above 0; points within 3 px of a mask edge are left out; unknown counts as static.
 #include <algorithm>
 #include <cstdio>
@@ -16,6 +17,7 @@
 #include "core/time.hpp"
 #include "features/attach.hpp"
 #include "features/orb.hpp"
+#include "flow_table.hpp"
 #include "image/cv_view.hpp"
 #include "image/depth.hpp"
 #include "motion/dynamic_point_filter.hpp"
@@ -214,6 +216,14 @@ void run_variant(const Variant& variant, const std::vector<Recorded>& sequence,
               recalled / static_cast<double>(sequence.size()));
 }
 
+void compare_flow(const std::vector<Recorded>& sequence, const Camera& camera) {
+  bench::print_flow_accuracy();
+  std::vector<bench::FlowPicture> pictures;
+  for (const Recorded& r : sequence)
+    pictures.push_back({&r.frame->grey, r.features.get(), r.T_world_camera});
+  bench::print_flow_agreement(pictures, camera);
+}
+
 int main_bench(int argc, char** argv) {
   cv::setNumThreads(1);
   const char* shared = std::getenv("YGSLAM_SHARED");
@@ -225,7 +235,8 @@ int main_bench(int argc, char** argv) {
     std::fprintf(stderr, "%s: no frames\n", folder.c_str());
     return 4;
   }
-  std::printf("%s: %zu frames\n%-32s %7s %7s %9s | %6s %6s | %5s %8s %8s %8s\n", folder.c_str(),
+  compare_flow(sequence, camera);
+  std::printf("\n%s: %zu frames\n%-32s %7s %7s %9s | %6s %6s | %5s %8s %8s %8s\n", folder.c_str(),
               sequence.size(), "check", "precis.", "recall", "false al.", "ms med", "ms p95",
               "link", "parallax", "believed", "recalled");
   for (const Variant& variant : variants()) run_variant(variant, sequence, camera);

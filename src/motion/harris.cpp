@@ -12,8 +12,12 @@ std::vector<Eigen::Vector2f> harris_corners(const ImagePyramid& image, int max_c
   constexpr int kBlockPx = 3;
   constexpr double kHarrisK = 0.04;
   std::vector<cv::Point2f> corners;
-  cv::goodFeaturesToTrack(image.levels().mats[0], corners, max_corners, kQuality, min_distance_px,
-                          cv::noArray(), kBlockPx, true, kHarrisK);
+  const PyramidLevel& full = image.levels().level[0];
+  // OpenCV has no const header; it only reads.
+  const cv::Mat grey(full.height(), full.width(), CV_8UC1, const_cast<std::uint8_t*>(full.row(0)),
+                     static_cast<std::size_t>(full.stride()));
+  cv::goodFeaturesToTrack(grey, corners, max_corners, kQuality, min_distance_px, cv::noArray(),
+                          kBlockPx, true, kHarrisK);
   std::vector<Eigen::Vector2f> points;
   points.reserve(corners.size());
   for (const cv::Point2f& c : corners) points.emplace_back(c.x, c.y);

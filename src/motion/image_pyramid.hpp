@@ -1,5 +1,5 @@
-// A grey image at several scales with its gradients, as optical flow needs it. Built once per
-// frame: the current frame's pyramid is the next frame's previous one.
+// A grey image at several scales, as optical flow needs it. Built once per frame: the current
+// frame's pyramid is the next frame's previous one.
 #pragma once
 
 #include <memory>
@@ -12,14 +12,14 @@ class ImagePyramid {
  public:
   ImagePyramid() = default;
   /// @param levels halvings on top of the full image, >= 0. @param window_px side of the flow
-  /// window, odd, >= 3: the levels carry a border this wide.
+  /// window, odd, >= 3: the levels carry a border that lets such windows reach beyond the image.
   ImagePyramid(const GreyImage& image, int levels, int window_px);
 
   [[nodiscard]] bool empty() const { return levels_ == nullptr; }
   [[nodiscard]] int width() const;
   [[nodiscard]] int height() const;
 
-  struct Levels;  // OpenCV's matrices, in the .cpp file
+  struct Levels;  // in image_pyramid_levels.hpp, for .cpp files
   [[nodiscard]] const Levels& levels() const { return *levels_; }
 
  private:

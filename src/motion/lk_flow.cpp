@@ -1,62 +1,116 @@
 #include "motion/lk_flow.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
-#include <opencv2/video/tracking.hpp>
+#include <optional>
 
+#include "motion/flow_patch.hpp"
 #include "motion/image_pyramid_levels.hpp"
 
 namespace ygslam {
 namespace {
 
-/// Grey value between pixels; the caller keeps (x, y) inside by one pixel.
-float interpolate(const cv::Mat& image, float x, float y) {
-  const int x0 = static_cast<int>(x);
-  const int y0 = static_cast<int>(y);
-  const float a = x - static_cast<float>(x0);
-  const float b = y - static_cast<float>(y0);
-  const std::uint8_t* top = image.ptr<std::uint8_t>(y0) + x0;
-  const std::uint8_t* bottom = image.ptr<std::uint8_t>(y0 + 1) + x0;
-  return (1 - b) * ((1 - a) * static_cast<float>(top[0]) + a * static_cast<float>(top[1])) +
-         b * ((1 - a) * static_cast<float>(bottom[0]) + a * static_cast<float>(bottom[1]));
-}
+// A guess is this near [px of that level] to the truth or fails: two halvings reach 20 px.
+constexpr int kGuessedLevel = 1;
+// A window that differs more [grey levels] is searched again from the coarsest level.
+constexpr float kDoubtfulDifference = 6.0F;
+constexpr float kCoarsePrecision = 4.0F;  // times epsilon_px: coarse levels only bring near
+constexpr float kOscillationPx = 0.01F;
 
-bool inside(const Eigen::Vector2f& p, const ImagePyramid::Levels& image, float margin_px) {
+bool inside(const Eigen::Vector2f& p, const PyramidLevel& image, float margin_px) {
   return p.x() >= margin_px && p.y() >= margin_px &&
-         p.x() <= static_cast<float>(image.width - 1) - margin_px &&
-         p.y() <= static_cast<float>(image.height - 1) - margin_px;
+         p.x() <= static_cast<float>(image.width() - 1) - margin_px &&
+         p.y() <= static_cast<float>(image.height() - 1) - margin_px;
 }
 
-/// Mean absolute difference of the 3x3 patches about two points [grey levels].
-float patch_difference(const ImagePyramid::Levels& previous, const Eigen::Vector2f& from,
-                       const ImagePyramid::Levels& current, const Eigen::Vector2f& to) {
-  // The patch and its interpolation need two pixels on each side.
-  if (!inside(from, previous, 2) || !inside(to, current, 2)) return 255.0F;
-  float sum = 0;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const auto x = static_cast<float>(dx);
-      const auto y = static_cast<float>(dy);
-      sum += std::abs(interpolate(previous.mats[0], from.x() + x, from.y() + y) -
-                      interpolate(current.mats[0], to.x() + x, to.y() + y));
+struct Match {
+  Eigen::Vector2f end_uv_px;
+  FlowPatch::Difference difference;
+};
+
+class PointFollower {
+ public:
+  PointFollower(const ImagePyramid::Levels& previous, const ImagePyramid::Levels& current,
+                const FlowConfig& config)
+      : previous_(previous.level),
+        current_(current.level),
+        config_(config),
+        top_(std::min({static_cast<int>(previous_.size()), static_cast<int>(current_.size()),
+                       config.levels + 1}) -
+             1),
+        patch_(config.window_px) {}
+
+  [[nodiscard]] FlowPoint follow(const Eigen::Vector2f& from,
+                                 const std::optional<Eigen::Vector2f>& guess) {
+    if (!from.allFinite() || !inside(from, previous_[0], 0)) return {};
+    const int first = guess ? std::min(kGuessedLevel, top_) : top_;
+    std::optional<Match> match = search(from, guess.value_or(from), first);
+    if (first < top_ && (!match || match->difference.window > kDoubtfulDifference)) {
+      const auto again = search(from, *guess, top_);
+      if (again && (!match || again->difference.window < match->difference.window)) match = again;
     }
+    return match ? judge(from, *match) : FlowPoint{};
   }
-  return sum / 9.0F;
-}
 
-FlowPoint judge(const ImagePyramid::Levels& previous, const ImagePyramid::Levels& current,
-                const Eigen::Vector2f& from, const Eigen::Vector2f& to, const FlowConfig& config) {
-  FlowPoint point;
-  point.end_uv_px = to;
-  if (!to.allFinite() || !inside(to, current, 0)) return point;
-  point.patch_diff = patch_difference(previous, from, current, to);
-  if (!inside(to, current, static_cast<float>(config.border_px))) {
-    point.status = FlowStatus::kBorder;
-  } else {
-    point.status = point.patch_diff > config.patch_diff ? FlowStatus::kPatch : FlowStatus::kFound;
+ private:
+  /// Coarse to fine from a level on (Bouguet 2000). nullopt: no texture, or left the image.
+  [[nodiscard]] std::optional<Match> search(const Eigen::Vector2f& from,
+                                            const Eigen::Vector2f& guess, int first_level) {
+    Eigen::Vector2f end = std::ldexp(1.0F, -first_level) * guess;
+    for (int level = first_level; level >= 0; --level) {
+      patch_.take(previous_[level], std::ldexp(1.0F, -level) * from);
+      const bool textured = patch_.min_eigenvalue() >= config_.min_eigenvalue;
+      const auto refined = textured ? refine(level, end) : std::nullopt;
+      if (level == 0) {
+        if (!refined || !inside(*refined, current_[0], 0)) return std::nullopt;
+        return Match{*refined, patch_.difference(current_[0], *refined)};
+      }
+      // A coarse level that says nothing leaves the end where it was.
+      end = 2 * refined.value_or(end);
+    }
+    return std::nullopt;
   }
-  return point;
-}
+
+  [[nodiscard]] std::optional<Eigen::Vector2f> refine(int level, Eigen::Vector2f at) const {
+    const auto epsilon =
+        static_cast<float>(config_.epsilon_px) * (level > 0 ? kCoarsePrecision : 1);
+    Eigen::Vector2f last = Eigen::Vector2f::Zero();
+    for (int i = 0; i < config_.max_iterations; ++i) {
+      if (!at.allFinite() || !FlowPatch::is_in_reach(current_[level], at)) return std::nullopt;
+      const Eigen::Vector2f step = patch_.step(current_[level], at);
+      at += step;
+      if (step.squaredNorm() <= epsilon * epsilon) break;
+      if (i > 0 && (step + last).cwiseAbs().maxCoeff() < kOscillationPx) {
+        at -= 0.5F * step;
+        break;
+      }
+      last = step;
+    }
+    return at.allFinite() && FlowPatch::is_in_reach(current_[level], at) ? std::optional(at)
+                                                                         : std::nullopt;
+  }
+
+  [[nodiscard]] FlowPoint judge(const Eigen::Vector2f& from, const Match& match) const {
+    FlowPoint point;
+    point.end_uv_px = match.end_uv_px;
+    // The 3x3 patches and their interpolation need two pixels on each side.
+    const bool whole = inside(from, previous_[0], 2) && inside(match.end_uv_px, current_[0], 2);
+    point.patch_diff = whole ? match.difference.centre : 255.0F;
+    if (!inside(match.end_uv_px, current_[0], static_cast<float>(config_.border_px))) {
+      point.status = FlowStatus::kBorder;
+    } else {
+      point.status =
+          point.patch_diff > config_.patch_diff ? FlowStatus::kPatch : FlowStatus::kFound;
+    }
+    return point;
+  }
+
+  const std::vector<PyramidLevel>& previous_;
+  const std::vector<PyramidLevel>& current_;
+  const FlowConfig& config_;
+  int top_;
+  FlowPatch patch_;
+};
 
 }  // namespace
 
@@ -66,31 +120,15 @@ std::vector<FlowPoint> track_points(const ImagePyramid& previous, const ImagePyr
                                     const FlowConfig& config) {
   CHECK(!previous.empty() && !current.empty());
   CHECK(previous.width() == current.width() && previous.height() == current.height());
+  CHECK(previous.levels().window_px >= config.window_px &&
+        current.levels().window_px >= config.window_px);
   CHECK(guesses_uv_px.empty() || guesses_uv_px.size() == points_uv_px.size());
   std::vector<FlowPoint> flow(points_uv_px.size());
-  std::vector<cv::Point2f> from;
-  std::vector<cv::Point2f> to;
-  std::vector<std::size_t> source;
+  PointFollower follower(previous.levels(), current.levels(), config);
   for (std::size_t i = 0; i < points_uv_px.size(); ++i) {
-    const Eigen::Vector2f& p = points_uv_px[i];
-    if (!p.allFinite() || !inside(p, previous.levels(), 0)) continue;
-    const bool guessed = !guesses_uv_px.empty() && guesses_uv_px[i].allFinite();
-    const Eigen::Vector2f& guess = guessed ? guesses_uv_px[i] : p;
-    from.emplace_back(p.x(), p.y());
-    to.emplace_back(guess.x(), guess.y());
-    source.push_back(i);
-  }
-  if (from.empty()) return flow;
-  std::vector<std::uint8_t> status;
-  const cv::TermCriteria stop(cv::TermCriteria::COUNT | cv::TermCriteria::EPS,
-                              config.max_iterations, config.epsilon_px);
-  cv::calcOpticalFlowPyrLK(previous.levels().mats, current.levels().mats, from, to, status,
-                           cv::noArray(), {config.window_px, config.window_px}, config.levels, stop,
-                           cv::OPTFLOW_USE_INITIAL_FLOW, config.min_eigenvalue);
-  for (std::size_t k = 0; k < source.size(); ++k) {
-    if (status[k] == 0) continue;
-    flow[source[k]] = judge(previous.levels(), current.levels(), points_uv_px[source[k]],
-                            {to[k].x, to[k].y}, config);
+    std::optional<Eigen::Vector2f> guess;
+    if (!guesses_uv_px.empty() && guesses_uv_px[i].allFinite()) guess = guesses_uv_px[i];
+    flow[i] = follower.follow(points_uv_px[i], guess);
   }
   return flow;
 }

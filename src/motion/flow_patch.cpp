@@ -56,12 +56,27 @@ class Sampler {
   Words along_, down_, above_;
 };
 
-/// Three differences of values, smoothed across by 3 10 3 and halved, as gradients.
-Words scharr(Words before, Words middle, Words after) {
-  const Words sum =
-      middle.scaled(Words::all(10 * 2048)) + (before + after).scaled(Words::all(3 * 2048));
-  return (sum + Words::all(2)).shifted_right(kValueBits + 1 - kGradientBits);
+/// Weights 3 10 3 of sixteenths, across the direction of a gradient (Scharr).
+Words smoothed(Words before, Words middle, Words after) {
+  return middle.scaled(Words::all(10 * 2048)) + (before + after).scaled(Words::all(3 * 2048));
 }
+
+/// From the difference of values two pixels apart.
+Words gradient(Words difference) {
+  return (difference + Words::all(2)).shifted_right(kValueBits + 1 - kGradientBits);
+}
+
+/// A row of values, ready for the gradients of the rows beside it.
+struct GradientRow {
+  Words value, along, smooth;
+
+  explicit GradientRow(const std::int16_t* left) : value(Words::load(left + 1)) {
+    const Words before = Words::load(left);
+    const Words after = Words::load(left + 2);
+    along = after - before;
+    smooth = smoothed(before, value, after);
+  }
+};
 
 }  // namespace
 
@@ -101,25 +116,24 @@ void FlowPatch::measure_gradients() {
   std::int64_t xx = 0;
   std::int64_t xy = 0;
   std::int64_t yy = 0;
-  const auto at = [&](int r, int c) {
-    return Words::load(around_.data() + static_cast<std::ptrdiff_t>(r) * stride_ + c);
-  };
   for (int c = 0; c < stride_; c += kLanes) {
     const Words inside = Words::zero() - Words::load(inside_.data() + c);
     Sums sum_xx, sum_xy, sum_yy;
-    for (int r = 0; r < window_px_; ++r) {
-      const Words nw = at(r, c), n = at(r, c + 1), ne = at(r, c + 2);
-      const Words w = at(r + 1, c), here = at(r + 1, c + 1), e = at(r + 1, c + 2);
-      const Words sw = at(r + 2, c), s = at(r + 2, c + 1), se = at(r + 2, c + 2);
-      const Words gx = scharr(ne - nw, e - w, se - sw) & inside;
-      const Words gy = scharr(sw - nw, s - n, se - ne) & inside;
-      const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(r) * stride_ + c;
-      here.store(value_.data() + i);
+    const std::int16_t* row = around_.data() + c;
+    GradientRow above(row);
+    GradientRow here(row += stride_);
+    for (std::ptrdiff_t i = c; i < static_cast<std::ptrdiff_t>(value_.size()); i += stride_) {
+      const GradientRow below(row += stride_);
+      const Words gx = gradient(smoothed(above.along, here.along, below.along)) & inside;
+      const Words gy = gradient(below.smooth - above.smooth) & inside;
+      here.value.store(value_.data() + i);
       gx.store(gx_.data() + i);
       gy.store(gy_.data() + i);
       sum_xx.add_products(gx, gx);
       sum_xy.add_products(gx, gy);
       sum_yy.add_products(gy, gy);
+      above = here;
+      here = below;
     }
     xx += sum_xx.total(), xy += sum_xy.total(), yy += sum_yy.total();
   }
@@ -130,6 +144,8 @@ void FlowPatch::measure_gradients() {
   const double smaller = 0.5 * (a + d - std::sqrt((a - d) * (a - d) + 4 * b * b));
   constexpr double kUnit2 = static_cast<double>(1 << 2 * (kGradientBits + 5));
   min_eigenvalue_ = static_cast<float>(smaller / (pixels * kUnit2));
+  constexpr double kGradient2 = static_cast<double>(1 << 2 * kGradientBits);
+  mean_gradient_ = static_cast<float>(std::sqrt((a + d) / (2 * pixels * kGradient2)));
   // step = -G^-1 sum(g * difference), with the fixed points of gradient and value taken out.
   const double determinant = a * d - b * b;
   const double scale =

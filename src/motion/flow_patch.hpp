@@ -24,6 +24,9 @@ class FlowPatch {
   /// the measure of Shi and Tomasi (1994), scaled as FlowConfig::min_eigenvalue.
   [[nodiscard]] float min_eigenvalue() const { return min_eigenvalue_; }
 
+  /// Root mean square of the gradient along one axis [grey levels per pixel].
+  [[nodiscard]] float mean_gradient() const { return mean_gradient_; }
+
   /// Gauss-Newton step [px] that brings the square at at_px of another image nearer to this one
   /// (Lucas and Kanade 1981). The gradients are those of the square taken, so that the normal
   /// matrix stays the same in all steps (inverse composition: Baker and Matthews 2004).
@@ -54,6 +57,7 @@ class FlowPatch {
   std::vector<std::int16_t> inside_;   // a row: 1 in the square, 0 beyond
   Eigen::Matrix2f step_from_sums_;
   float min_eigenvalue_ = 0;
+  float mean_gradient_ = 0;
 };
 
 }  // namespace ygslam

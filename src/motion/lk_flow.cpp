@@ -5,17 +5,21 @@
 #include <optional>
 
 #include "motion/flow_patch.hpp"
+#include "motion/guess_correction.hpp"
 #include "motion/image_pyramid_levels.hpp"
 
 namespace ygslam {
 namespace {
 
-// A guess is this near [px of that level] to the truth or fails: two halvings reach 20 px.
-constexpr int kGuessedLevel = 1;
-// A window that differs more [grey levels] is searched again from the coarsest level.
-constexpr float kDoubtfulDifference = 6.0F;
+constexpr std::size_t kScouts = 64;
+// A window that differs more than both is searched again from the coarsest level: by grey levels,
+// and by what a shift of so many pixels would cause.
+constexpr float kDoubtfulDifference = 8.0F;
+constexpr float kDoubtfulShiftPx = 0.8F;
 constexpr float kCoarsePrecision = 4.0F;  // times epsilon_px: coarse levels only bring near
-constexpr float kOscillationPx = 0.01F;
+// A step is stretched or cut at most so much; see refine().
+constexpr float kMinGain = 0.5F;
+constexpr float kMaxGain = 2.0F;
 
 bool inside(const Eigen::Vector2f& p, const PyramidLevel& image, float margin_px) {
   return p.x() >= margin_px && p.y() >= margin_px &&
@@ -23,10 +27,21 @@ bool inside(const Eigen::Vector2f& p, const PyramidLevel& image, float margin_px
          p.y() <= static_cast<float>(image.height() - 1) - margin_px;
 }
 
+/// Where the search begins if guesses are right to so many pixels: within the reach of the window.
+int first_level(float guess_error_px) {
+  return guess_error_px < 1 ? 0 : guess_error_px < 2.5F ? 1 : 2;
+}
+
 struct Match {
   Eigen::Vector2f end_uv_px;
   FlowPatch::Difference difference;
+  float gradient = 0;  // of the window, root mean square [grey levels per pixel]
 };
+
+bool is_doubtful(const Match& match) {
+  return match.difference.window > kDoubtfulDifference &&
+         match.difference.window > kDoubtfulShiftPx * match.gradient;
+}
 
 class PointFollower {
  public:
@@ -40,13 +55,15 @@ class PointFollower {
              1),
         patch_(config.window_px) {}
 
-  [[nodiscard]] FlowPoint follow(const Eigen::Vector2f& from,
-                                 const std::optional<Eigen::Vector2f>& guess) {
+  [[nodiscard]] int top() const { return top_; }
+
+  /// @param first level the search begins at; where that fails it begins again at the top.
+  [[nodiscard]] FlowPoint follow(const Eigen::Vector2f& from, const Eigen::Vector2f& guess,
+                                 int first) {
     if (!from.allFinite() || !inside(from, previous_[0], 0)) return {};
-    const int first = guess ? std::min(kGuessedLevel, top_) : top_;
-    std::optional<Match> match = search(from, guess.value_or(from), first);
-    if (first < top_ && (!match || match->difference.window > kDoubtfulDifference)) {
-      const auto again = search(from, *guess, top_);
+    std::optional<Match> match = search(from, guess, std::min(first, top_));
+    if (first < top_ && (!match || is_doubtful(*match))) {
+      const auto again = search(from, guess, top_);
       if (again && (!match || again->difference.window < match->difference.window)) match = again;
     }
     return match ? judge(from, *match) : FlowPoint{};
@@ -63,7 +80,7 @@ class PointFollower {
       const auto refined = textured ? refine(level, end) : std::nullopt;
       if (level == 0) {
         if (!refined || !inside(*refined, current_[0], 0)) return std::nullopt;
-        return Match{*refined, patch_.difference(current_[0], *refined)};
+        return Match{*refined, patch_.difference(current_[0], *refined), patch_.mean_gradient()};
       }
       // A coarse level that says nothing leaves the end where it was.
       end = 2 * refined.value_or(end);
@@ -74,17 +91,24 @@ class PointFollower {
   [[nodiscard]] std::optional<Eigen::Vector2f> refine(int level, Eigen::Vector2f at) const {
     const auto epsilon =
         static_cast<float>(config_.epsilon_px) * (level > 0 ? kCoarsePrecision : 1);
-    Eigen::Vector2f last = Eigen::Vector2f::Zero();
+    Eigen::Vector2f last_step = Eigen::Vector2f::Zero();
+    Eigen::Vector2f last_move = Eigen::Vector2f::Zero();
     for (int i = 0; i < config_.max_iterations; ++i) {
       if (!at.allFinite() || !FlowPatch::is_in_reach(current_[level], at)) return std::nullopt;
       const Eigen::Vector2f step = patch_.step(current_[level], at);
-      at += step;
-      if (step.squaredNorm() <= epsilon * epsilon) break;
-      if (i > 0 && (step + last).cwiseAbs().maxCoeff() < kOscillationPx) {
-        at -= 0.5F * step;
+      if (step.squaredNorm() <= epsilon * epsilon) {
+        at += step;
         break;
       }
-      last = step;
+      // Secant: how much of the last move the step has lost tells how much it falls short of the
+      // end, or overshoots.
+      float gain = 1;
+      if (i > 0)
+        gain = std::clamp((last_step - step).dot(last_move) / last_move.squaredNorm(), kMinGain,
+                          kMaxGain);
+      last_step = step;
+      last_move = step / gain;
+      at += last_move;
     }
     return at.allFinite() && FlowPatch::is_in_reach(current_[level], at) ? std::optional(at)
                                                                          : std::nullopt;
@@ -123,12 +147,28 @@ std::vector<FlowPoint> track_points(const ImagePyramid& previous, const ImagePyr
   CHECK(previous.levels().window_px >= config.window_px &&
         current.levels().window_px >= config.window_px);
   CHECK(guesses_uv_px.empty() || guesses_uv_px.size() == points_uv_px.size());
+  const auto guess = [&](std::size_t i) {
+    return !guesses_uv_px.empty() && guesses_uv_px[i].allFinite() ? guesses_uv_px[i]
+                                                                  : points_uv_px[i];
+  };
   std::vector<FlowPoint> flow(points_uv_px.size());
   PointFollower follower(previous.levels(), current.levels(), config);
-  for (std::size_t i = 0; i < points_uv_px.size(); ++i) {
-    std::optional<Eigen::Vector2f> guess;
-    if (!guesses_uv_px.empty() && guesses_uv_px[i].allFinite()) guess = guesses_uv_px[i];
-    flow[i] = follower.follow(points_uv_px[i], guess);
+  // Scouts are searched with care; the others start where the scouts say.
+  const std::size_t every = std::max<std::size_t>(flow.size() / kScouts, 1);
+  std::vector<Eigen::Vector2f> expected;
+  std::vector<Eigen::Vector2f> found;
+  for (std::size_t i = 0; i < flow.size(); i += every) {
+    flow[i] = follower.follow(points_uv_px[i], guess(i), follower.top());
+    if (flow[i].status != FlowStatus::kFound) continue;
+    expected.push_back(guess(i));
+    found.push_back(flow[i].end_uv_px);
+  }
+  const auto correction = fit_guess_correction(expected, found);
+  const int first = correction ? first_level(correction->error_px) : follower.top();
+  for (std::size_t i = 0; i < flow.size(); ++i) {
+    if (i % every == 0) continue;
+    flow[i] =
+        follower.follow(points_uv_px[i], correction ? (*correction)(guess(i)) : guess(i), first);
   }
   return flow;
 }

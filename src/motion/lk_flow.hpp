@@ -14,7 +14,7 @@ struct FlowConfig {
   /// Side of the square that moves as one, odd. 15 costs 1.6 times as much and labels no better.
   int window_px = 11;
   int levels = 3;                ///< halvings of the image
-  int max_iterations = 15;       ///< per point and level
+  int max_iterations = 10;       ///< per point and level
   double epsilon_px = 0.03;      ///< a step shorter than this ends the iteration
   double min_eigenvalue = 1e-3;  ///< of the normalised gradient matrix; less texture: no flow
   double patch_diff = 25;  ///< mean absolute difference of the 3x3 patches [grey levels] above

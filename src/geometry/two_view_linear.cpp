@@ -1,0 +1,59 @@
+#include "geometry/two_view_linear.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace ygslam::two_view {
+
+std::optional<Normalisers> make_normalisers(std::span<const PointPair> pairs,
+                                            std::span<const double> weights) {
+  Normalisers n;
+  double total = 0;
+  const auto weight = [&](std::size_t i) { return weights.empty() ? 1.0 : weights[i]; };
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    n.first.centre += weight(i) * pairs[i].p1_px;
+    n.second.centre += weight(i) * pairs[i].p2_px;
+    total += weight(i);
+  }
+  if (!(total > 0)) return std::nullopt;
+  n.first.centre /= total;
+  n.second.centre /= total;
+  double spread1 = 0;
+  double spread2 = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    spread1 += weight(i) * (pairs[i].p1_px - n.first.centre).norm();
+    spread2 += weight(i) * (pairs[i].p2_px - n.second.centre).norm();
+  }
+  if (!(std::min(spread1, spread2) > 1e-6 * total) || !std::isfinite(spread1 + spread2))
+    return std::nullopt;
+  n.first.scale = n.second.scale = 2.0 * std::sqrt(2.0) * total / (spread1 + spread2);
+  return n;
+}
+
+Mat9 fundamental_normal_matrix(const Mat6& moments) {
+  constexpr int kEntry[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};  // of products()
+  Mat9 A;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l) A(3 * i + j, 3 * k + l) = moments(kEntry[i][k], kEntry[j][l]);
+  return A;
+}
+
+std::optional<Mat3> least_vector(const Mat9& normal_matrix) {
+  const Eigen::SelfAdjointEigenSolver<Mat9> solver(normal_matrix);
+  if (solver.info() != Eigen::Success) return std::nullopt;
+  const Vec9 f = solver.eigenvectors().col(0);
+  return Mat3(Eigen::Map<const Mat3>(f.data()).transpose());
+}
+
+Mat3 nearest_rank_two_exact(const Mat3& F) {
+  const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vec3 s = svd.singularValues();
+  s(2) = 0;
+  return svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose();
+}
+
+}  // namespace ygslam::two_view

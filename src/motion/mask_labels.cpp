@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace ygslam {
 namespace {
@@ -54,9 +55,38 @@ class Labeller {
     for (std::size_t id = 1; id < samples.size(); ++id) instance_depth_m_[id] = median(samples[id]);
   }
 
+  /// True if all pixels of the square about a pixel have its id; false also where this is not
+  /// known: near the border, and for squares that two words a row do not span.
+  [[nodiscard]] bool is_uniform(int u, int v, int r) const {
+    const int side = 2 * r + 1;
+    if (side < 4 || side > 16 || !ids_.contains(u - r, v - r) || !ids_.contains(u + r, v + r))
+      return false;
+    return side < 8 ? has_uniform_rows<std::uint32_t>(u, v, r)
+                    : has_uniform_rows<std::uint64_t>(u, v, r);
+  }
+
+  template <typename Word>
+  [[nodiscard]] bool has_uniform_rows(int u, int v, int r) const {
+    const Word same = static_cast<Word>(0x0101010101010101U) * ids_.at(u, v);
+    Word other = 0;
+    for (int dv = -r; dv <= r; ++dv) {
+      const std::uint8_t* row = ids_.row(v + dv) + u - r;
+      Word first = 0;
+      Word last = 0;
+      std::memcpy(&first, row, sizeof(Word));
+      std::memcpy(&last, row + 2 * r + 1 - sizeof(Word), sizeof(Word));
+      other |= (first ^ same) | (last ^ same);
+    }
+    return other == 0;
+  }
+
   [[nodiscard]] Surroundings look_around(int u, int v) const {
     Surroundings found;
     const int r = static_cast<int>(std::ceil(config_.rim_px));
+    if (is_uniform(u, v, r)) {
+      if (const std::uint8_t id = ids_.at(u, v); movable_[id]) found.nearest_movable = id;
+      return found;
+    }
     const double limit2 = config_.rim_px * config_.rim_px;
     int nearest2 = 1 << 30;
     bool other = false;

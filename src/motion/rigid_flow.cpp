@@ -2,15 +2,22 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
 
 #include "core/check.hpp"
 
 namespace ygslam {
 namespace {
 
+constexpr float kFarthestM = 1e9F;     // stands for "no depth seen"
 constexpr double kMinDepthM = 0.05;    // nearer than any lens focuses
 constexpr double kFirstScalePx = 4.0;  // of the kernel, at least
+constexpr double kSettledStep = 1e-5;  // [m and rad]: less than 0.01 px at a metre
 constexpr double kMostLimits = 2.0;    // bad measurements stretch the limit no further
 
 // Where nothing is known about the depth it lies in between.
@@ -21,10 +28,16 @@ bool usable(const RigidPoint& p) {
          p.current_px.allFinite();
 }
 
-/// Residual at the point's own depth [px], negative if it falls behind the camera.
-double residual_px(const Camera& camera, const SE3& T, const RigidPoint& point) {
-  const Vec3 p = T * camera.unproject(point.previous_px, point.depth_m);
-  return p.z() < kMinDepthM ? -1 : (camera.project(p) - point.current_px).norm();
+/// A point that takes part in the fit.
+struct Voter {
+  Vec3 p_previous;  // in the previous camera's frame [m]
+  Vec2 current_px;
+};
+
+/// Residual [px], negative if the point falls behind the camera.
+double residual_px(const Camera& camera, const SE3& T, const Voter& voter) {
+  const Vec3 p = T * voter.p_previous;
+  return p.z() < kMinDepthM ? -1 : (camera.project(p) - voter.current_px).norm();
 }
 
 double distance_to_segment(const Vec2& p, const Vec2& a, const Vec2& b) {
@@ -34,28 +47,32 @@ double distance_to_segment(const Vec2& p, const Vec2& a, const Vec2& b) {
   return (p - a - t * ab).norm();
 }
 
-double median_residual_px(const Camera& camera, const SE3& T, std::span<const RigidPoint> voters) {
+double median_residual_px(const Camera& camera, const SE3& T, std::span<const Voter> voters) {
   std::vector<double> residuals;
   residuals.reserve(voters.size());
-  for (const RigidPoint& p : voters)
-    if (const double r = residual_px(camera, T, p); r >= 0) residuals.push_back(r);
+  for (const Voter& v : voters)
+    if (const double r = residual_px(camera, T, v); r >= 0) residuals.push_back(r);
   if (residuals.empty()) return 0;
   const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
   std::nth_element(residuals.begin(), middle, residuals.end());
   return *middle;
 }
 
-std::vector<RigidPoint> choose(std::span<const RigidPoint> points,
-                               std::span<const std::uint8_t> voter) {
+std::vector<Voter> choose(const Camera& camera, std::span<const RigidPoint> points,
+                          std::span<const std::uint8_t> voter) {
   CHECK(points.size() == voter.size());
-  std::vector<RigidPoint> voters;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (voter[i] && usable(points[i])) voters.push_back(points[i]);
+  std::vector<Voter> voters;
+  voters.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const RigidPoint& p = points[i];
+    if (voter[i] && usable(p))
+      voters.push_back({camera.unproject(p.previous_px, p.depth_m), p.current_px});
+  }
   return voters;
 }
 
-RigidFit judge(const Camera& camera, std::span<const RigidPoint> voters,
-               const SE3& T_current_previous, const RigidFlowConfig& config) {
+RigidFit judge(const Camera& camera, std::span<const Voter> voters, const SE3& T_current_previous,
+               const RigidFlowConfig& config) {
   RigidFit fit;
   fit.T_current_previous = T_current_previous;
   fit.voters = static_cast<int>(voters.size());
@@ -63,8 +80,8 @@ RigidFit judge(const Camera& camera, std::span<const RigidPoint> voters,
       std::clamp(config.limit_medians * median_residual_px(camera, T_current_previous, voters),
                  config.limit_px, kMostLimits * config.limit_px);
   double sum2 = 0;
-  for (const RigidPoint& p : voters) {
-    const double r = residual_px(camera, T_current_previous, p);
+  for (const Voter& v : voters) {
+    const double r = residual_px(camera, T_current_previous, v);
     if (r < 0 || r > fit.limit_px) continue;
     sum2 += r * r;
     ++fit.inliers;
@@ -79,28 +96,71 @@ struct NormalEquations {
 };
 
 /// Left perturbation exp(xi) * T, translation first.
-NormalEquations linearise(const Camera& camera, const SE3& T, std::span<const RigidPoint> voters,
+NormalEquations linearise(const Camera& camera, const SE3& T, std::span<const Voter> voters,
                           double scale_px) {
   NormalEquations eq;
-  for (const RigidPoint& point : voters) {
-    const Vec3 p = T * camera.unproject(point.previous_px, point.depth_m);
+  const double s2 = scale_px * scale_px;
+  for (const Voter& voter : voters) {
+    const Vec3 p = T * voter.p_previous;
     if (p.z() < kMinDepthM) continue;
-    const Vec2 r = camera.project(p) - point.current_px;
-    const double s2 = scale_px * scale_px;
-    const double root = s2 / (s2 + r.squaredNorm());
     const double iz = 1.0 / p.z();
     const double x = p.x() * iz;
     const double y = p.y() * iz;
-    Eigen::Matrix<double, 2, 6> J;
-    J << iz, 0, -x * iz, -x * y, 1 + x * x, -y, 0, iz, -y * iz, -1 - y * y, x * y, x;
-    J.row(0) *= camera.fx();
-    J.row(1) *= camera.fy();
+    const Vec2 r = camera.project(p) - voter.current_px;
+    const double root = s2 / (s2 + r.squaredNorm());
     const double weight = root * root;
-    eq.H.noalias() += weight * J.transpose() * J;
-    eq.b.noalias() -= weight * J.transpose() * r;
+    Vec6 u;  // gradients of the two residuals
+    Vec6 v;
+    u << iz, 0, -x * iz, -x * y, 1 + x * x, -y;
+    v << 0, iz, -y * iz, -1 - y * y, x * y, x;
+    u *= camera.fx();
+    v *= camera.fy();
+    const Vec6 weighted_u = weight * u;
+    const Vec6 weighted_v = weight * v;
+    eq.H.noalias() += weighted_u * u.transpose();
+    eq.H.noalias() += weighted_v * v.transpose();
+    eq.b -= r.x() * weighted_u + r.y() * weighted_v;
   }
   return eq;
 }
+
+/// Where no depth is known, minimum and maximum stay as they were.
+void widen(DepthRange& range, float d) {
+  const bool known = d > 0 && d < kFarthestM;  // false for NaN
+  range.min_m = std::min(range.min_m, known ? d : kFarthestM);
+  range.max_m = std::max(range.max_m, known ? d : 0.0F);
+}
+
+#ifdef __AVX2__
+/// Eight columns at once, of which those of the square count.
+DepthRange inner_depth_range(const DepthImage& depth_m, int u, int v, int radius_px) {
+  const __m256 none = _mm256_setzero_ps();
+  const __m256 farthest = _mm256_set1_ps(kFarthestM);
+  const __m256i column = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+  const __m256 counts =
+      _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_set1_epi32(2 * radius_px + 1), column));
+  __m256 min_m = farthest;
+  __m256 max_m = none;
+  for (int y = v - radius_px; y <= v + radius_px; ++y) {
+    const __m256 d = _mm256_loadu_ps(depth_m.row(y) + u - radius_px);
+    const __m256 positive = _mm256_cmp_ps(d, none, _CMP_GT_OQ);
+    const __m256 finite = _mm256_cmp_ps(d, farthest, _CMP_LT_OQ);
+    const __m256 known = _mm256_and_ps(_mm256_and_ps(positive, finite), counts);
+    min_m = _mm256_min_ps(min_m, _mm256_blendv_ps(farthest, d, known));
+    max_m = _mm256_max_ps(max_m, _mm256_and_ps(d, known));
+  }
+  alignas(32) std::array<float, 8> low;
+  alignas(32) std::array<float, 8> high;
+  _mm256_store_ps(low.data(), min_m);
+  _mm256_store_ps(high.data(), max_m);
+  DepthRange range{kFarthestM, 0};
+  for (std::size_t k = 0; k < 8; ++k) {
+    range.min_m = std::min(range.min_m, low[k]);
+    range.max_m = std::max(range.max_m, high[k]);
+  }
+  return range.max_m > 0 ? range : DepthRange{};
+}
+#endif
 
 }  // namespace
 
@@ -108,17 +168,15 @@ DepthRange depth_range(const DepthImage& depth_m, const Eigen::Vector2f& uv_px, 
   if (!uv_px.allFinite() || uv_px.cwiseAbs().maxCoeff() > 1e6F) return {};
   const int u = static_cast<int>(std::lround(uv_px.x()));
   const int v = static_cast<int>(std::lround(uv_px.y()));
-  DepthRange range{1e9F, 0};
-  for (int y = std::max(v - radius_px, 0); y <= std::min(v + radius_px, depth_m.height() - 1);
-       ++y) {
-    for (int x = std::max(u - radius_px, 0); x <= std::min(u + radius_px, depth_m.width() - 1);
-         ++x) {
-      const float d = depth_m.at(x, y);
-      if (!(d > 0) || !std::isfinite(d)) continue;
-      range.min_m = std::min(range.min_m, d);
-      range.max_m = std::max(range.max_m, d);
-    }
-  }
+#ifdef __AVX2__
+  if (radius_px >= 0 && radius_px <= 3 && u >= radius_px && v >= radius_px &&
+      u - radius_px + 8 <= depth_m.width() && v + radius_px < depth_m.height())
+    return inner_depth_range(depth_m, u, v, radius_px);
+#endif
+  DepthRange range{kFarthestM, 0};
+  for (int y = std::max(v - radius_px, 0); y <= std::min(v + radius_px, depth_m.height() - 1); ++y)
+    for (int x = std::max(u - radius_px, 0); x <= std::min(u + radius_px, depth_m.width() - 1); ++x)
+      widen(range, depth_m.at(x, y));
   return range.max_m > 0 ? range : DepthRange{};
 }
 
@@ -133,20 +191,23 @@ RigidResidual rigid_residual(const Camera& camera, const SE3& T_current_previous
   residual.any_depth_px =
       distance_to_segment(point.current_px, camera.project(near), camera.project(far));
   residual.own_depth_px =
-      usable(point) ? residual_px(camera, T_current_previous, point) : residual.any_depth_px;
+      usable(point)
+          ? residual_px(camera, T_current_previous,
+                        {camera.unproject(point.previous_px, point.depth_m), point.current_px})
+          : residual.any_depth_px;
   return residual;
 }
 
 RigidFit judge_rigid_flow(const Camera& camera, std::span<const RigidPoint> points,
                           std::span<const std::uint8_t> voter, const SE3& T_current_previous,
                           const RigidFlowConfig& config) {
-  return judge(camera, choose(points, voter), T_current_previous, config);
+  return judge(camera, choose(camera, points, voter), T_current_previous, config);
 }
 
 std::optional<RigidFit> fit_rigid_flow(const Camera& camera, std::span<const RigidPoint> points,
                                        std::span<const std::uint8_t> voter, const SE3& guess,
                                        const RigidFlowConfig& config) {
-  const std::vector<RigidPoint> voters = choose(points, voter);
+  const std::vector<Voter> voters = choose(camera, points, voter);
   if (static_cast<int>(voters.size()) < config.min_points) return std::nullopt;
 
   RigidFit fit;
@@ -158,6 +219,8 @@ std::optional<RigidFit> fit_rigid_flow(const Camera& camera, std::span<const Rig
     const Vec6 step = solver.solve(eq.b);
     if (solver.info() != Eigen::Success || !step.allFinite()) return std::nullopt;
     fit.T_current_previous = SE3::exp(step) * fit.T_current_previous;
+    const bool settled = scale_px <= config.final_scale_px && step.norm() < kSettledStep;
+    if (settled) break;
     scale_px = std::max(0.5 * scale_px, config.final_scale_px);
   }
   fit = judge(camera, voters, fit.T_current_previous, config);

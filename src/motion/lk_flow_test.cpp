@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <opencv2/video/tracking.hpp>
 
+#include "core/rng.hpp"
+#include "image/cv_view.hpp"
 #include "motion/motion_test_world.hpp"
 
 namespace ygslam {
@@ -54,6 +58,87 @@ TEST(LkFlow, FollowsShiftsToAFractionOfAPixel) {
     const auto flow = track_points(before, after, points, {}, {});
     EXPECT_GT(share_right(flow, points, shift, 0.1F), 0.95) << shift.transpose();
   }
+}
+
+double quantile(std::vector<double> values, double q) {
+  std::sort(values.begin(), values.end());
+  return values.at(static_cast<std::size_t>(q * static_cast<double>(values.size() - 1)));
+}
+
+/// Errors of OpenCV's flow with the same settings [px].
+std::vector<double> referee_errors(const GreyImage& before, const GreyImage& after,
+                                   const std::vector<Eigen::Vector2f>& points,
+                                   const std::vector<Eigen::Vector2f>& truth) {
+  const FlowConfig config;
+  std::vector<cv::Point2f> from;
+  for (const auto& p : points) from.emplace_back(p.x(), p.y());
+  std::vector<cv::Point2f> to;
+  std::vector<std::uint8_t> status;
+  cv::calcOpticalFlowPyrLK(
+      cv_view(before), cv_view(after), from, to, status, cv::noArray(),
+      {config.window_px, config.window_px}, config.levels,
+      {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, config.max_iterations, config.epsilon_px});
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < to.size(); ++i)
+    if (status[i] != 0) errors.push_back((Eigen::Vector2f(to[i].x, to[i].y) - truth[i]).norm());
+  return errors;
+}
+
+TEST(LkFlow, IsAsPreciseAsTheReferee) {
+  const auto points = grid_points();
+  Rng rng(9);
+  for (int trial = 0; trial < 4; ++trial) {
+    const Eigen::Vector2f shift(static_cast<float>(rng.uniform(-6, 6)),
+                                static_cast<float>(rng.uniform(-6, 6)));
+    const double noise = trial % 2 == 0 ? 0 : 3;
+    const auto noisy = [&](GreyImage image) {
+      for (auto& p : image)
+        p = static_cast<std::uint8_t>(std::clamp(p + rng.normal(0, noise) + 0.5, 0.0, 255.0));
+      return image;
+    };
+    const GreyImage before = noisy(shifted(0, 0));
+    const GreyImage after = noisy(shifted(shift.x(), shift.y()));
+    std::vector<Eigen::Vector2f> truth = points;
+    for (auto& p : truth) p += shift;
+    const auto theirs = referee_errors(before, after, points, truth);
+    std::vector<double> ours;
+    const auto flow = track_points(pyramid(before), pyramid(after), points, {}, {});
+    for (std::size_t i = 0; i < flow.size(); ++i)
+      if (flow[i].status == FlowStatus::kFound)
+        ours.push_back((flow[i].end_uv_px - truth[i]).norm());
+    EXPECT_GE(ours.size() + 2, theirs.size());
+    EXPECT_LT(quantile(ours, 0.5), 1.1 * quantile(theirs, 0.5) + 0.002);
+    EXPECT_LT(quantile(ours, 0.95), 1.1 * quantile(theirs, 0.95) + 0.005);
+  }
+}
+
+TEST(LkFlow, FindsAMoverThatNoGuessKnowsOf) {
+  // The middle of the image moves against the rest.
+  const Eigen::Vector2f shift(3, 1);
+  const Eigen::Vector2f mover(-14, 9);
+  const GreyImage before = shifted(0, 0);
+  GreyImage after = shifted(shift.x(), shift.y());
+  const GreyImage moved = shifted(mover.x(), mover.y());
+  for (int v = 80; v < 170; ++v)
+    for (int u = 100; u < 220; ++u) after.at(u, v) = moved.at(u, v);
+  std::vector<Eigen::Vector2f> points;
+  std::vector<Eigen::Vector2f> truth;
+  for (const auto& p : grid_points()) {
+    const Eigen::Vector2f q = p + mover;
+    const bool on_mover = q.x() > 112 && q.x() < 207 && q.y() > 92 && q.y() < 157;
+    const Eigen::Vector2f still = p + shift;
+    const bool covered = still.x() > 86 && still.x() < 234 && still.y() > 66 && still.y() < 184;
+    if (!on_mover && covered) continue;
+    points.push_back(p);
+    truth.push_back(on_mover ? q : still);
+  }
+  std::vector<Eigen::Vector2f> guesses;
+  for (const auto& p : points) guesses.emplace_back(p + shift);
+  const auto flow = track_points(pyramid(before), pyramid(after), points, guesses, {});
+  double right = 0;
+  for (std::size_t i = 0; i < flow.size(); ++i)
+    right += flow[i].status == FlowStatus::kFound && (flow[i].end_uv_px - truth[i]).norm() < 0.2F;
+  EXPECT_GT(right / static_cast<double>(flow.size()), 0.97);
 }
 
 TEST(LkFlow, GuessesReachMotionsTooLargeToFind) {

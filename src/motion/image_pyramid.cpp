@@ -93,6 +93,11 @@ PyramidLevel full_size(const GreyImage& image, int border_px) {
 void PyramidLevel::mirror_border() {
   for (int v = 0; v < height_; ++v) {
     std::uint8_t* const p = row(v);
+    if (border_px_ < width_) {
+      std::reverse_copy(p + 1, p + 1 + border_px_, p - border_px_);
+      std::reverse_copy(p + width_ - 1 - border_px_, p + width_ - 1, p + width_);
+      continue;
+    }
     for (int i = 1; i <= border_px_; ++i) {
       p[-i] = p[mirrored(i, width_)];
       p[width_ - 1 + i] = p[mirrored(width_ - 1 + i, width_)];

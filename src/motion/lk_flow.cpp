@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "motion/flow_patch.hpp"
@@ -16,6 +17,7 @@ constexpr std::size_t kScouts = 64;
 // and by what a shift of so many pixels would cause.
 constexpr float kDoubtfulDifference = 8.0F;
 constexpr float kDoubtfulShiftPx = 0.8F;
+constexpr float kSameEndPx = 0.7F;        // a start this near to a known end leads there again
 constexpr float kCoarsePrecision = 4.0F;  // times epsilon_px: coarse levels only bring near
 // A step is stretched or cut at most so much; see refine().
 constexpr float kMinGain = 0.5F;
@@ -26,6 +28,8 @@ bool inside(const Eigen::Vector2f& p, const PyramidLevel& image, float margin_px
          p.x() <= static_cast<float>(image.width() - 1) - margin_px &&
          p.y() <= static_cast<float>(image.height() - 1) - margin_px;
 }
+
+const Eigen::Vector2f kNowhere = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
 
 /// Where the search begins if guesses are right to so many pixels: within the reach of the window.
 int first_level(float guess_error_px) {
@@ -61,20 +65,24 @@ class PointFollower {
   [[nodiscard]] FlowPoint follow(const Eigen::Vector2f& from, const Eigen::Vector2f& guess,
                                  int first) {
     if (!from.allFinite() || !inside(from, previous_[0], 0)) return {};
-    std::optional<Match> match = search(from, guess, std::min(first, top_));
+    std::optional<Match> match = search(from, guess, std::min(first, top_), kNowhere);
     if (first < top_ && (!match || is_doubtful(*match))) {
-      const auto again = search(from, guess, top_);
+      const auto again = search(from, guess, top_, match ? match->end_uv_px : kNowhere);
       if (again && (!match || again->difference.window < match->difference.window)) match = again;
     }
     return match ? judge(from, *match) : FlowPoint{};
   }
 
  private:
-  /// Coarse to fine from a level on (Bouguet 2000). nullopt: no texture, or left the image.
+  /// Coarse to fine from a level on (Bouguet 2000).
+  /// @param known end of an earlier search. @return nullopt: no texture, left the image, or on the
+  /// way to the known end.
   [[nodiscard]] std::optional<Match> search(const Eigen::Vector2f& from,
-                                            const Eigen::Vector2f& guess, int first_level) {
+                                            const Eigen::Vector2f& guess, int first_level,
+                                            const Eigen::Vector2f& known) {
     Eigen::Vector2f end = std::ldexp(1.0F, -first_level) * guess;
     for (int level = first_level; level >= 0; --level) {
+      if (level == 0 && (end - known).squaredNorm() < kSameEndPx * kSameEndPx) return std::nullopt;
       patch_.take(previous_[level], std::ldexp(1.0F, -level) * from);
       const bool textured = patch_.min_eigenvalue() >= config_.min_eigenvalue;
       const auto refined = textured ? refine(level, end) : std::nullopt;

@@ -66,15 +66,15 @@ Words gradient(Words difference) {
   return (difference + Words::all(2)).shifted_right(kValueBits + 1 - kGradientBits);
 }
 
-/// A row of values, ready for the gradients of the rows beside it.
+/// What a row of values adds to the gradients of its neighbours.
 struct GradientRow {
-  Words value, along, smooth;
+  Words along, smooth;
 
-  explicit GradientRow(const std::int16_t* left) : value(Words::load(left + 1)) {
+  explicit GradientRow(const std::int16_t* left) {
     const Words before = Words::load(left);
     const Words after = Words::load(left + 2);
     along = after - before;
-    smooth = smoothed(before, value, after);
+    smooth = smoothed(before, Words::load(left + 1), after);
   }
 };
 
@@ -86,7 +86,7 @@ FlowPatch::FlowPatch(int window_px)
   const auto rows = static_cast<std::size_t>(window_px);
   // Vector loads run on beyond the last row.
   around_.resize((rows + 2) * stride_ + kLanes);
-  for (auto* buffer : {&value_, &gx_, &gy_}) buffer->resize(rows * stride_);
+  for (auto* buffer : {&gx_, &gy_}) buffer->resize(rows * stride_);
   inside_.assign(static_cast<std::size_t>(stride_), 0);
   std::fill_n(inside_.begin(), window_px, std::int16_t{1});
 }
@@ -122,11 +122,10 @@ void FlowPatch::measure_gradients() {
     const std::int16_t* row = around_.data() + c;
     GradientRow above(row);
     GradientRow here(row += stride_);
-    for (std::ptrdiff_t i = c; i < static_cast<std::ptrdiff_t>(value_.size()); i += stride_) {
+    for (std::ptrdiff_t i = c; i < static_cast<std::ptrdiff_t>(gx_.size()); i += stride_) {
       const GradientRow below(row += stride_);
       const Words gx = gradient(smoothed(above.along, here.along, below.along)) & inside;
       const Words gy = gradient(below.smooth - above.smooth) & inside;
-      here.value.store(value_.data() + i);
       gx.store(gx_.data() + i);
       gy.store(gy_.data() + i);
       sum_xx.add_products(gx, gx);
@@ -158,13 +157,14 @@ void FlowPatch::measure_gradients() {
 Eigen::Vector2f FlowPatch::step(const PyramidLevel& image, const Eigen::Vector2f& at_px) const {
   std::int64_t x = 0;
   std::int64_t y = 0;
+  const std::int16_t* values = around_.data() + stride_ + 1;
   for (int c = 0; c < stride_; c += kLanes) {
     Sampler sampler(image, at_px, c - half_px_, -half_px_);
     std::ptrdiff_t i = c;
     for (int first = 0; first < window_px_; first += kRowsPerSum) {
       Sums sum_x, sum_y;
       for (int r = first; r < std::min(first + kRowsPerSum, window_px_); ++r, i += stride_) {
-        const Words difference = sampler.next_row() - Words::load(value_.data() + i);
+        const Words difference = sampler.next_row() - Words::load(values + i);
         sum_x.add_products(difference, Words::load(gx_.data() + i));
         sum_y.add_products(difference, Words::load(gy_.data() + i));
       }
@@ -177,6 +177,7 @@ Eigen::Vector2f FlowPatch::step(const PyramidLevel& image, const Eigen::Vector2f
 
 FlowPatch::Difference FlowPatch::difference(const PyramidLevel& image,
                                             const Eigen::Vector2f& at_px) const {
+  const std::int16_t* values = around_.data() + stride_ + 1;
   std::int64_t window = 0;
   std::int64_t centre = 0;
   for (int c = 0; c < stride_; c += kLanes) {
@@ -185,7 +186,7 @@ FlowPatch::Difference FlowPatch::difference(const PyramidLevel& image,
     Sums sum;
     for (int r = 0; r < window_px_; ++r) {
       const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(r) * stride_ + c;
-      const Words d = (sampler.next_row() - Words::load(value_.data() + i)).magnitude();
+      const Words d = (sampler.next_row() - Words::load(values + i)).magnitude();
       sum.add_products(d, inside);
       if (std::abs(r - half_px_) > 1) continue;
       alignas(32) std::int16_t lanes[kLanes];

@@ -52,7 +52,6 @@ class FlowPatch {
   int half_px_;
   int stride_;                         // entries per row of the buffers, a multiple of 16
   std::vector<std::int16_t> around_;   // the square and a pixel on each side, 1/64 grey level
-  std::vector<std::int16_t> value_;    // the square
   std::vector<std::int16_t> gx_, gy_;  // 1/32 grey level per pixel, 0 beyond the square
   std::vector<std::int16_t> inside_;   // a row: 1 in the square, 0 beyond
   Eigen::Matrix2f step_from_sums_;

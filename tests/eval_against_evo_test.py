@@ -6,6 +6,7 @@ Random trajectories always; the recorded ones of $YGSLAM_SHARED (else ../shared)
 RPE over one second is no protocol of evo: it is compared with a plain search written here.
 """
 import argparse
+import csv
 import json
 import os
 import pathlib
@@ -64,6 +65,31 @@ def write(path, rows):
             file.write(f"{row[0]:.6f} " + " ".join(f"{value:.9f}" for value in row[1:]) + "\n")
 
 
+def matrices(rows):
+    """3x4 pose matrices of rows `t x y z qx qy qz qw`, after the definition of the quaternion."""
+    x, y, z, w = (rows[:, i] for i in (4, 5, 6, 7))
+    rotation = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
+                         2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
+                         2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    return np.concatenate([rotation.reshape(-1, 3, 3), rows[:, 1:4, None]], axis=2)
+
+
+def write_kitti(path, rows):
+    with open(path, "w", encoding="utf-8") as file:
+        for matrix in matrices(rows):
+            file.write(" ".join(f"{value:.12e}" for value in matrix.ravel()) + "\n")
+
+
+def write_euroc(path, rows):
+    """As state_groundtruth_estimate0/data.csv: with velocities and biases behind the pose."""
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], "
+                   "q_RS_y [], q_RS_z [], v_x, v_y, v_z, w_x, w_y, w_z, a_x, a_y, a_z\n")
+        for t, x, y, z, qx, qy, qz, qw in rows:
+            pose = ",".join(f"{value:.9f}" for value in (x, y, z, qw, qx, qy, qz))
+            file.write(f"{round(t * 1e6) * 1000},{pose}" + ",0" * 9 + "\n")
+
+
 def statistics(errors):
     errors = np.asarray(errors)
     return {"rmse": float(np.sqrt(np.mean(errors**2))), "mean": float(np.mean(errors)),
@@ -71,10 +97,18 @@ def statistics(errors):
             "min": float(np.min(errors)), "max": float(np.max(errors))}
 
 
-def evo_associated(truth_path, estimate_path, align, max_diff):
-    truth = file_interface.read_tum_trajectory_file(str(truth_path))
-    estimate = file_interface.read_tum_trajectory_file(str(estimate_path))
-    truth, estimate = sync.associate_trajectories(truth, estimate, max_diff=max_diff)
+def evo_read(path):
+    """The file as evo reads it, by the ending of its name."""
+    reader = {".csv": file_interface.read_euroc_csv_trajectory,
+              ".kitti": file_interface.read_kitti_poses_file}
+    return reader.get(path.suffix, file_interface.read_tum_trajectory_file)(str(path))
+
+
+def evo_associated(truth_path, estimate_path, align, max_diff, offset=0.0):
+    truth, estimate = evo_read(truth_path), evo_read(estimate_path)
+    if truth_path.suffix != ".kitti":
+        truth, estimate = sync.associate_trajectories(truth, estimate, max_diff=max_diff,
+                                                      offset_2=offset)
     if align in ("se3", "sim3"):
         estimate.align(truth, correct_scale=align == "sim3")
     elif align == "first":
@@ -88,8 +122,8 @@ def evo_result(metric, pair):
     return {key: float(values[key]) for key in ("rmse", "mean", "median", "std", "min", "max")}
 
 
-def evo_numbers(truth_path, estimate_path, align, max_diff):
-    pair = evo_associated(truth_path, estimate_path, align, max_diff)
+def evo_numbers(truth_path, estimate_path, align, max_diff, offset=0.0):
+    pair = evo_associated(truth_path, estimate_path, align, max_diff, offset)
     relation = metrics.PoseRelation
     expected = {
         "pairs": pair[0].num_poses,
@@ -138,9 +172,10 @@ class EvalAgainstEvo(unittest.TestCase):
         for key, value in expected.items():
             self.assertAlmostEqual(found[key], value, delta=TOLERANCE, msg=f"{what}.{key}")
 
-    def assert_agrees(self, truth, estimate, align="se3", max_diff=0.02):
-        found = run_eval(truth, estimate, align=align, max_diff=max_diff)
-        expected, pair = evo_numbers(truth, estimate, align, max_diff)
+    def assert_agrees(self, truth, estimate, align="se3", max_diff=0.02, offset=0.0):
+        found = run_eval(truth, estimate, align=align, max_diff=max_diff,
+                         extra=("--offset", str(offset)) if offset else ())
+        expected, pair = evo_numbers(truth, estimate, align, max_diff, offset)
         what = f"{estimate} {align}"
         self.assertEqual(found["pairs"], expected["pairs"], what)
         self.assert_statistics(found["ate"], expected["ate"], what + " ate")
@@ -150,6 +185,9 @@ class EvalAgainstEvo(unittest.TestCase):
         for name in ("trans_m", "rot_deg"):
             self.assert_statistics(found["rpe"]["frames30"][name], expected["frames30"][name],
                                    f"{what} rpe frames {name}")
+            if truth.suffix == ".kitti":
+                self.assertIsNone(found["rpe"]["sec1"], "no stamps, no seconds")
+                continue
             self.assert_statistics(found["rpe"]["sec1"][name], second_numbers(pair, max_diff)[name],
                                    f"{what} rpe seconds {name}")
         return found
@@ -177,6 +215,67 @@ class EvalAgainstEvo(unittest.TestCase):
             write(estimate, disturbed(rng, rows))
             self.assert_agrees(truth, estimate)
 
+    def test_kitti_poses_belong_together_by_line(self):
+        rng = np.random.default_rng(5)
+        with tempfile.TemporaryDirectory() as folder:
+            truth, estimate = pathlib.Path(folder, "gt.kitti"), pathlib.Path(folder, "est.kitti")
+            for _ in range(3):
+                rows = random_trajectory(rng, int(rng.integers(80, 200)))
+                write_kitti(truth, rows)
+                other = rows.copy()
+                other[:, 1:4] += np.cumsum(rng.normal(0, 0.01, (len(rows), 3)), axis=0)
+                other[:, 4:] = product(other[:, 4:], quaternions(rng.normal(0, 0.02, (len(rows), 3))))
+                write_kitti(estimate, other)
+                for align in ("se3", "sim3", "first", "none"):
+                    self.assert_agrees(truth, estimate, align)
+
+    def test_kitti_poses_with_times_are_those_of_the_tum_format(self):
+        rng = np.random.default_rng(6)
+        with tempfile.TemporaryDirectory() as folder:
+            kitti, tum, times, estimate = (pathlib.Path(folder, name) for name in
+                                           ("poses", "tum.txt", "times.txt", "est.txt"))
+            rows = random_trajectory(rng, 150)
+            write_kitti(kitti, rows)
+            write(tum, rows)
+            write(estimate, disturbed(rng, rows))
+            times.write_text("".join(f"{t:.6f}\n" for t in rows[:, 0]), encoding="utf-8")
+            found = run_eval(kitti, estimate, extra=("--times", str(times)))
+            expected = run_eval(tum, estimate)
+            self.assertEqual(found["pairs"], expected["pairs"])
+            self.assert_statistics(found["ate"], expected["ate"], "ate")
+            self.assert_statistics(found["rpe"]["sec1"]["trans_m"],
+                                   expected["rpe"]["sec1"]["trans_m"], "rpe")
+
+    def test_euroc_files_and_mixed_formats(self):
+        rng = np.random.default_rng(7)
+        with tempfile.TemporaryDirectory() as folder:
+            truth, estimate, tum = (pathlib.Path(folder, name)
+                                    for name in ("data.csv", "est.csv", "est.txt"))
+            for _ in range(3):
+                rows = random_trajectory(rng, int(rng.integers(200, 400)), rate_hz=100.0,
+                                         jitter_s=0.001)
+                write_euroc(truth, rows)
+                other = disturbed(rng, rows[::5])
+                write_euroc(estimate, other)
+                write(tum, other)
+                self.assert_agrees(truth, estimate)
+                self.assert_agrees(truth, tum, "sim3")
+                forced = run_eval(truth, estimate, extra=("--format", "euroc"))
+                self.assertEqual(forced["ate"], run_eval(truth, estimate)["ate"])
+
+    def test_an_offset_is_added_to_the_estimate(self):
+        rng = np.random.default_rng(8)
+        with tempfile.TemporaryDirectory() as folder:
+            truth, estimate = pathlib.Path(folder, "truth.txt"), pathlib.Path(folder, "est.txt")
+            for offset in (-1.25, 0.013, 7.0):
+                rows = random_trajectory(rng, 200)
+                write(truth, rows)
+                late = disturbed(rng, rows)
+                late[:, 0] -= offset
+                write(estimate, late)
+                found = self.assert_agrees(truth, estimate, offset=offset)
+                self.assertGreater(found["pairs"], 150)
+
     def test_several_estimates_are_listed(self):
         rng = np.random.default_rng(3)
         with tempfile.TemporaryDirectory() as folder:
@@ -189,6 +288,14 @@ class EvalAgainstEvo(unittest.TestCase):
             self.assertEqual(len(found["estimates"]), 2)
             for entry, path in zip(found["estimates"], paths[1:]):
                 self.assertEqual(entry["ate"], run_eval(paths[0], path)["ate"])
+            table = subprocess.run([BINARY, "eval", "--gt", paths[0], "--est", *paths[1:]],
+                                   capture_output=True, text=True, check=True).stdout.splitlines()
+            best = min(range(2), key=lambda i: found["estimates"][i]["ate"]["rmse"])
+            for number, path in enumerate(paths[1:]):
+                line = table[1 + number]
+                self.assertTrue(line.startswith(str(path)), line)
+                rmse = f"{found['estimates'][number]['ate']['rmse']:.6f}"
+                self.assertIn(rmse + ("*" if number == best else " "), line)
 
     def test_frames_add_the_coverage(self):
         rng = np.random.default_rng(4)
@@ -203,6 +310,52 @@ class EvalAgainstEvo(unittest.TestCase):
                                 for t in rows[:, 0])
             found = run_eval(truth, estimate, extra=("--frames", str(frames)))
             self.assertAlmostEqual(found["coverage"], 0.8)
+
+    def test_the_errors_of_every_pose_are_those_of_evo(self):
+        rng = np.random.default_rng(9)
+        with tempfile.TemporaryDirectory() as folder:
+            paths = [pathlib.Path(folder, name) for name in ("truth.txt", 'a "b".txt', "c.txt")]
+            errors = pathlib.Path(folder, "errors.csv")
+            rows = random_trajectory(rng, 200)
+            write(paths[0], rows)
+            for path in paths[1:]:
+                write(path, disturbed(rng, rows))
+            run_eval(*paths[:2], extra=("--errors", str(errors)))
+            with open(errors, encoding="utf-8", newline="") as file:
+                table = list(csv.DictReader(file))
+            pair = evo_associated(paths[0], paths[1], "se3", 0.02)
+            metric = metrics.APE(metrics.PoseRelation.translation_part)
+            metric.process_data(pair)
+            self.assertEqual(len(table), len(metric.error))
+            np.testing.assert_allclose([float(row["ate_m"]) for row in table], metric.error,
+                                       atol=TOLERANCE)
+            np.testing.assert_allclose([[float(row[f"{a}_m"]) for a in "xyz"] for row in table],
+                                       pair[1].positions_xyz, atol=TOLERANCE)
+            metric = metrics.RPE(metrics.PoseRelation.translation_part, 30, units.Unit.frames,
+                                 all_pairs=True)
+            metric.process_data(pair)
+            found = [float(row["rpe30_m"]) for row in table if row["rpe30_m"]]
+            np.testing.assert_allclose(found, metric.error, atol=TOLERANCE)
+            run_eval(*paths, extra=("--errors", str(errors)))
+            with open(errors, encoding="utf-8", newline="") as file:
+                names = {row["estimate"] for row in csv.DictReader(file)}
+            self.assertEqual(names, {str(path) for path in paths[1:]})
+
+    def test_a_plot_is_drawn_in_every_kind_of_file(self):
+        rng = np.random.default_rng(10)
+        with tempfile.TemporaryDirectory() as folder:
+            truth, estimate = pathlib.Path(folder, "truth.txt"), pathlib.Path(folder, "est.txt")
+            rows = random_trajectory(rng, 100)
+            write(truth, rows)
+            write(estimate, disturbed(rng, rows))
+            for name, start in (("a.svg", b"<?xml"), ("a.png", b"\x89PNG"), ("a.pdf", b"%PDF")):
+                picture = pathlib.Path(folder, name)
+                run_eval(truth, estimate, extra=("--plot", str(picture)))
+                self.assertTrue(picture.read_bytes().startswith(start), name)
+            rmse = run_eval(truth, estimate)["ate"]["rmse"]
+            self.assertIn(f"RMSE {rmse:.4f} m", pathlib.Path(folder, "a.svg").read_text("utf-8"))
+            left = {path.name for path in pathlib.Path(folder).iterdir()}
+            self.assertEqual(left, {"truth.txt", "est.txt", "a.svg", "a.png", "a.pdf"})
 
     def test_errors_have_their_exit_codes(self):
         def code(*arguments):
@@ -221,6 +374,21 @@ class EvalAgainstEvo(unittest.TestCase):
             self.assertEqual(code("--gt", good), 2)
             self.assertEqual(code("--gt", good, "--est", good, "--align", "affine"), 2)
             self.assertEqual(code("--gt", good, "--est", good, "--max-diff", "-1"), 2)
+            both = ("--gt", good, "--est", good)
+            self.assertEqual(code(*both, "--plot", "a.gif"), 2)
+            self.assertEqual(code(*both, "--offset", "nan"), 2)
+            self.assertEqual(code(*both, "--format", "bag"), 2)
+            self.assertEqual(code(*both, "--format", "kitti"), 4)
+            self.assertEqual(code(*both, "--errors", pathlib.Path(folder, "no", "e.csv")), 9)
+            self.assertEqual(code(*both, "--plot", pathlib.Path(folder, "no", "e.svg")), 9)
+            kitti = pathlib.Path(folder, "poses")
+            kitti.write_text("1 0 0 0 0 1 0 0 0 0 1 0\n" * 3)
+            self.assertEqual(code("--gt", kitti, "--est", kitti), 0)
+            self.assertEqual(code("--gt", good, "--est", kitti), 4, "no stamps")
+            self.assertEqual(code("--gt", kitti, "--est", kitti, "--offset", "1"), 2)
+            shorter = pathlib.Path(folder, "shorter")
+            shorter.write_text("1 0 0 0 0 1 0 0 0 0 1 0\n")
+            self.assertEqual(code("--gt", kitti, "--est", shorter), 4, "another number of lines")
 
     def test_recorded_trajectories(self):
         shared = pathlib.Path(os.environ.get("YGSLAM_SHARED", "../shared"))

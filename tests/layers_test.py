@@ -15,6 +15,7 @@ LAYERS = (("core",), ("geometry", "image"), ("features", "segment", "optim"), ("
 # Beside the layers: what each may use.
 SIDE = {"io": {"core", "geometry", "image"},
         "eval": {"core", "geometry", "image", "io"},
+        "sweep": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"}}
 USERS_OF_SIDE = {"system", "facade", "app", "viewer"}
 

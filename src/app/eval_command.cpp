@@ -8,8 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "app/eval_plot.hpp"
 #include "core/log.hpp"
 #include "eval/report.hpp"
+#include "io/atomic_file.hpp"
+#include "io/trajectory_formats.hpp"
 
 namespace ygslam {
 namespace {
@@ -17,10 +20,23 @@ namespace {
 struct EvalArguments {
   std::string truth;
   std::vector<std::string> estimates;
-  std::string align = "se3";
-  double max_diff_s = EvalOptions{}.max_diff_s;
-  std::string frames;
+  std::string format = "auto", align = "se3";
+  double max_diff_s = EvalOptions{}.max_diff_s, offset_s = 0;
+  std::string frames, times, plot, errors;
   bool json = false;
+};
+
+// One estimate and what came out.
+struct Judged {
+  std::string path;
+  Evaluation evaluation;
+};
+
+struct Inputs {
+  EvalOptions options;
+  std::vector<StampedPose> truth;
+  bool truth_has_stamps = true;
+  std::vector<Timestamp> frames;
 };
 
 // Names come from the file system and may be any bytes; JSON needs UTF-8.
@@ -28,45 +44,193 @@ std::string dump(const nlohmann::json& json) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-Result<EvalReport> evaluate_file(const std::string& path, const std::vector<StampedPose>& truth,
-                                 const std::vector<Timestamp>& frames, const EvalOptions& options) {
-  const auto estimate = read_tum_trajectory(path);
-  if (!estimate.ok()) return estimate.error();
-  auto report = evaluate(truth, *estimate, options, frames);
-  if (!report.ok()) return Error{report.error().kind, path + ": " + report.error().message};
-  return report;
+Error usage(const std::string& what) { return {ErrorKind::kUsage, what}; }
+
+Status check(const EvalArguments& a) {
+  if (!std::isfinite(a.max_diff_s)) return usage("--max-diff: must be a finite number");
+  if (!std::isfinite(a.offset_s)) return usage("--offset: must be a finite number");
+  if (!a.plot.empty() && !is_plot_file(a.plot)) {
+    return usage("--plot " + a.plot + ": the name must end in .svg, .png or .pdf");
+  }
+  return Ok{};
 }
 
-Result<std::string> run_eval(const EvalArguments& arguments) {
-  if (!std::isfinite(arguments.max_diff_s)) {
-    return Error{ErrorKind::kUsage, "--max-diff: must be a finite number"};
-  }
-  EvalOptions options;
-  options.align = *parse_align_mode(arguments.align);
-  options.max_diff_s = arguments.max_diff_s;
-  const auto truth = read_tum_trajectory(arguments.truth);
+Result<TrajectoryFile> read(const std::string& path, const EvalArguments& a) {
+  auto file = read_trajectory(path, parse_trajectory_format(a.format));  // nothing for auto
+  if (!file.ok() || file->has_stamps || a.times.empty()) return file;
+  Status stamped = add_stamps(a.times, path, *file);
+  if (!stamped.ok()) return stamped.error();
+  return file;
+}
+
+Result<Inputs> read_inputs(const EvalArguments& a) {
+  Inputs inputs;
+  inputs.options.align = *parse_align_mode(a.align);
+  inputs.options.max_diff_s = a.max_diff_s;
+  auto truth = read(a.truth, a);
   if (!truth.ok()) return truth.error();
-  std::vector<Timestamp> frames;
-  if (!arguments.frames.empty()) {
-    auto read = read_frame_stamps(arguments.frames);
-    if (!read.ok()) return read.error();
-    frames = std::move(*read);
+  inputs.truth = std::move(truth->poses);
+  inputs.truth_has_stamps = truth->has_stamps;
+  if (!truth->has_stamps) {  // pose n belongs to pose n
+    inputs.options.has_stamps = false;
+    inputs.options.max_diff_s = 0;
+    if (a.offset_s != 0) return usage("--offset: " + a.truth + " has no stamps");
+    if (!a.frames.empty()) return usage("--frames: " + a.truth + " has no stamps");
   }
+  if (!a.frames.empty()) {
+    auto frames = read_frame_stamps(a.frames);
+    if (!frames.ok()) return frames.error();
+    inputs.frames = std::move(*frames);
+  }
+  return inputs;
+}
+
+// Poses without stamps belong together by their lines: there must be equally many.
+Status check_lines(const Inputs& inputs, const TrajectoryFile& estimate, const EvalArguments& a,
+                   const std::string& path) {
+  if (estimate.has_stamps != inputs.truth_has_stamps) {
+    return Error{ErrorKind::kInput, (estimate.has_stamps ? a.truth : path) +
+                                        ": has no stamps and the other trajectory has: give them "
+                                        "with --times FILE"};
+  }
+  if (!estimate.has_stamps && estimate.poses.size() != inputs.truth.size()) {
+    return Error{ErrorKind::kInput, path + ": " + std::to_string(estimate.poses.size()) +
+                                        " poses, the truth has " +
+                                        std::to_string(inputs.truth.size()) +
+                                        ": without stamps they belong together by line"};
+  }
+  return Ok{};
+}
+
+Result<Evaluation> judge(const std::string& path, const Inputs& inputs, const EvalArguments& a) {
+  auto estimate = read(path, a);
+  if (!estimate.ok()) return estimate.error();
+  const Status matching = check_lines(inputs, *estimate, a, path);
+  if (!matching.ok()) return matching.error();
+  for (StampedPose& pose : estimate->poses) pose.stamp.ns += to_ns(a.offset_s);
+  auto evaluation =
+      evaluate_in_detail(inputs.truth, estimate->poses, inputs.options, inputs.frames);
+  if (!evaluation.ok()) {
+    return Error{evaluation.error().kind, path + ": " + evaluation.error().message};
+  }
+  return evaluation;
+}
+
+Status write_errors(const std::string& file, const std::vector<Judged>& judged) {
+  if (judged.size() == 1) {
+    return write_file_atomically(file, errors_csv(judged.front().evaluation.series));
+  }
+  std::string text = std::string("estimate,") + kErrorColumns + "\n";
+  for (const Judged& one : judged) {
+    std::string name = one.path;  // quoted as RFC 4180 has it
+    for (std::size_t i = 0; (i = name.find('"', i)) != std::string::npos; i += 2)
+      name.insert(i, "\"");
+    text += error_rows(one.evaluation.series, "\"" + name + "\",");
+  }
+  return write_file_atomically(file, text);
+}
+
+Status write_files(const EvalArguments& a, const Inputs& inputs,
+                   const std::vector<Judged>& judged) {
+  if (!a.errors.empty()) {
+    Status written = write_errors(a.errors, judged);
+    if (!written.ok()) return written;
+  }
+  if (a.plot.empty()) return Ok{};
+  std::vector<PlottedEstimate> plotted;
+  for (const Judged& one : judged) plotted.push_back({one.path, &one.evaluation});
+  return write_plot(a.plot, inputs.truth, plotted);
+}
+
+std::string as_json(const std::vector<Judged>& judged) {
   nlohmann::json list = nlohmann::json::array();
-  std::string table;
-  for (const std::string& path : arguments.estimates) {
-    const auto report = evaluate_file(path, *truth, frames, options);
-    if (!report.ok()) return report.error();
-    for (const std::string& warning : report->warnings) {
-      if (arguments.json) log::warn("{}: {}", path, warning);  // the table shows them itself
-    }
-    list.push_back(to_json(*report));
+  for (const auto& [path, evaluation] : judged) {
+    for (const std::string& warning : evaluation.report.warnings)
+      log::warn("{}: {}", path, warning);
+    list.push_back(to_json(evaluation.report));
     list.back()["estimate"] = path;
-    table += format_report(*report, path);
   }
-  if (!arguments.json) return table;
   return dump(list.size() == 1 ? list.front() : nlohmann::json{{"estimates", list}}) + "\n";
 }
+
+std::string as_table(const std::vector<Judged>& judged) {
+  if (judged.size() == 1) {
+    return format_report(judged.front().evaluation.report, judged.front().path);
+  }
+  std::vector<NamedReport> reports;
+  for (const Judged& one : judged) reports.push_back({one.path, one.evaluation.report});
+  return format_comparison(reports);
+}
+
+Result<std::string> run_eval(const EvalArguments& a) {
+  const Status checked = check(a);
+  if (!checked.ok()) return checked.error();
+  const auto inputs = read_inputs(a);
+  if (!inputs.ok()) return inputs.error();
+  std::vector<Judged> judged;
+  for (const std::string& path : a.estimates) {
+    auto evaluation = judge(path, *inputs, a);
+    if (!evaluation.ok()) return evaluation.error();
+    judged.push_back({path, std::move(*evaluation)});
+  }
+  const Status written = write_files(a, *inputs, judged);
+  if (!written.ok()) return written.error();
+  return a.json ? as_json(judged) : as_table(judged);
+}
+
+void declare_options(CLI::App& command, EvalArguments& a) {
+  command.add_option("--gt", a.truth, "True trajectory")->required()->type_name("FILE");
+  command.add_option("--est", a.estimates, "Estimated trajectories; several are compared")
+      ->required()
+      ->type_name("FILE...");
+  command
+      .add_option("--format", a.format,
+                  "Of all trajectories: tum, kitti (3x4 matrices), euroc (CSV, nanoseconds); "
+                  "auto: each by its content")
+      ->check(CLI::IsMember({"auto", "tum", "kitti", "euroc"}))
+      ->type_name("NAME")
+      ->capture_default_str();
+  command.add_option("--times", a.times, "Stamps for KITTI poses, one a line [s]")
+      ->type_name("FILE");
+  command
+      .add_option("--align", a.align,
+                  "se3: least squares; sim3: with scale; first: first poses coincide; none")
+      ->check(CLI::IsMember({"se3", "sim3", "first", "none"}))
+      ->type_name("MODE")
+      ->capture_default_str();
+  command.add_option("--max-diff", a.max_diff_s, "Largest difference of matched stamps [s]")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("S")
+      ->capture_default_str();
+  command.add_option("--offset", a.offset_s, "Added to the stamps of the estimates [s]")
+      ->check(CLI::Range(-1e6, 1e6))
+      ->type_name("S")
+      ->capture_default_str();
+  command
+      .add_option("--frames", a.frames,
+                  "All frames (associations.txt, rgb.txt or frames.csv): adds the coverage")
+      ->type_name("FILE");
+  command.add_option("--errors", a.errors, "Write the errors of every pose")->type_name("FILE.csv");
+  command.add_option("--plot", a.plot, "Draw the paths and the errors over time")
+      ->type_name("FILE.svg|png|pdf");
+  command.add_flag("--json", a.json, "JSON instead of a table");
+}
+
+constexpr const char* kFooter =
+    "Each stamp of the shorter trajectory takes its nearest in the other one. ATE over all "
+    "matched\n"
+    "poses; RPE over 30 frames and over 1 s, all pairs. Without stamps (KITTI without --times) "
+    "the\n"
+    "n-th pose belongs to the n-th.\n"
+    "Examples:\n"
+    "  ygslam eval --gt SEQUENCE/groundtruth.txt --est out/trajectory.txt\n"
+    "  ygslam eval --gt SEQUENCE/groundtruth.txt --est a.txt b.txt c.txt      # one table\n"
+    "  ygslam eval --gt gt.txt --est a.txt --plot a.svg --errors a.csv --json # for papers\n"
+    "  ygslam eval --gt poses/00.txt --est 00.txt --times sequences/00/times.txt   # KITTI\n"
+    "  ygslam eval --gt mav0/state_groundtruth_estimate0/data.csv --est vio.txt --align sim3\n"
+    "  ygslam eval --gt gt.txt --est robot.txt --offset -0.035   # its stamps are 35 ms late\n"
+    "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used or no common time, 9 output not\n"
+    "written.";
 
 }  // namespace
 
@@ -74,33 +238,8 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<EvalArguments>();
   CLI::App* command = app.add_subcommand(
       "eval", "Absolute and relative trajectory errors (ATE, RPE) against ground truth");
-  command->add_option("--gt", arguments->truth, "True trajectory, TUM format")
-      ->required()
-      ->type_name("FILE");
-  command->add_option("--est", arguments->estimates, "Estimated trajectories, TUM format")
-      ->required()
-      ->type_name("FILE...");
-  command
-      ->add_option("--align", arguments->align,
-                   "se3: least squares; sim3: with scale; first: first poses coincide; none")
-      ->check(CLI::IsMember({"se3", "sim3", "first", "none"}))
-      ->type_name("MODE")
-      ->capture_default_str();
-  command
-      ->add_option("--max-diff", arguments->max_diff_s, "Largest difference of matched stamps [s]")
-      ->check(CLI::Range(0.0, 1e6))
-      ->type_name("S")
-      ->capture_default_str();
-  command
-      ->add_option("--frames", arguments->frames,
-                   "All frames (associations.txt, rgb.txt or frames.csv): adds the coverage")
-      ->type_name("FILE");
-  command->add_flag("--json", arguments->json, "JSON instead of a table");
-  command->footer(
-      "Errors are told in metres and degrees, RPE over 30 frames and over 1 s, all pairs.\n"
-      "Example:\n"
-      "  ygslam eval --gt SEQUENCE/groundtruth.txt --est out/trajectory.txt --json\n"
-      "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used or no common time.");
+  declare_options(*command, *arguments);
+  command->footer(kFooter);
   command->callback([arguments, &exit_code] {
     const auto text = run_eval(*arguments);
     if (text.ok()) {

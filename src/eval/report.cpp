@@ -12,10 +12,20 @@
 namespace ygslam {
 namespace {
 
-std::optional<RpeReport> measure_rpe(const PosePairs& pairs, const IndexPairs& intervals) {
-  if (intervals.empty()) return std::nullopt;
-  const PoseErrors errors = relative_errors(pairs, intervals);
-  return RpeReport{summarize(errors.trans_m), summarize(errors.rot_deg)};
+RelativeSeries measure_rpe(const PosePairs& pairs, IndexPairs intervals) {
+  PoseErrors errors = relative_errors(pairs, intervals);
+  return {std::move(intervals), std::move(errors)};
+}
+
+std::optional<RpeReport> summarize_rpe(const RelativeSeries& series) {
+  if (series.intervals.empty()) return std::nullopt;
+  return RpeReport{summarize(series.errors.trans_m), summarize(series.errors.rot_deg)};
+}
+
+IndexPairs second_intervals(const PosePairs& pairs, const EvalOptions& options) {
+  if (!options.has_stamps) return {};
+  const double tolerance_s = std::max(options.max_diff_s, 0.5 * median_interval_s(pairs.estimate));
+  return time_intervals(pairs.estimate, options.rpe_seconds, tolerance_s);
 }
 
 void add_warnings(const Alignment& alignment, std::span<const StampedPose> truth,
@@ -25,7 +35,8 @@ void add_warnings(const Alignment& alignment, std::span<const StampedPose> truth
         "the true camera does not move: rotation left as it is, centroids aligned");
   }
   if (!report.rpe_frames) report.warnings.push_back("too few poses for the RPE over frames");
-  if (!report.rpe_seconds) report.warnings.push_back("too short for the RPE over seconds");
+  if (!report.rpe_seconds && report.options.has_stamps)
+    report.warnings.push_back("too short for the RPE over seconds");
   if (report.options.align == AlignMode::kSim3 && std::abs(report.scale - 1.0) > 0.05) {
     report.warnings.push_back("the scale is off by more than 5 %; for RGB-D align with se3");
   }
@@ -40,11 +51,6 @@ nlohmann::json rpe_json(const std::optional<RpeReport>& rpe) {
   return {{"trans_m", to_json(rpe->trans_m)}, {"rot_deg", to_json(rpe->rot_deg)}};
 }
 
-std::string row(const char* name, const Statistics& s) {
-  return fmt::format("  {:<22} {:10.6f} {:10.6f} {:10.6f} {:10.6f} {:10.6f} {:10.6f} {:7}\n", name,
-                     s.rmse, s.mean, s.median, s.std, s.min, s.max, s.count);
-}
-
 // Which column of a header line holds the stamps; nothing if it is no header.
 std::optional<std::size_t> stamp_column(const std::vector<std::string_view>& words) {
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -55,10 +61,14 @@ std::optional<std::size_t> stamp_column(const std::vector<std::string_view>& wor
 
 }  // namespace
 
-Result<EvalReport> evaluate(std::span<const StampedPose> truth,
-                            std::span<const StampedPose> estimate, const EvalOptions& options,
-                            std::span<const Timestamp> frames) {
-  PosePairs pairs = associate(truth, estimate, options.max_diff_s);
+Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> truth,
+                                      std::span<const StampedPose> estimate,
+                                      const EvalOptions& options,
+                                      std::span<const Timestamp> frames) {
+  Evaluation evaluation;
+  ErrorSeries& series = evaluation.series;
+  series.pairs = associate(truth, estimate, options.max_diff_s);
+  PosePairs& pairs = series.pairs;
   if (pairs.size() == 0) {
     return Error{ErrorKind::kInput,
                  "no stamps of estimate and truth lie within the largest "
@@ -69,21 +79,29 @@ Result<EvalReport> evaluate(std::span<const StampedPose> truth,
   for (StampedPose& pose : pairs.estimate) {
     pose.T_world_camera = alignment.apply(pose.T_world_camera);
   }
-  EvalReport report;
+  EvalReport& report = evaluation.report;
   report.options = options;
   report.scale = alignment.scale;
   report.pairs = pairs.size();
   report.span_s = seconds_between(pairs.truth.back().stamp, pairs.truth.front().stamp);
-  const PoseErrors absolute = absolute_errors(pairs);
-  report.ate_m = summarize(absolute.trans_m);
-  report.ate_rot_deg = summarize(absolute.rot_deg);
-  report.rpe_frames = measure_rpe(pairs, frame_intervals(pairs.size(), options.rpe_frames));
-  const double tolerance_s = std::max(options.max_diff_s, 0.5 * median_interval_s(pairs.estimate));
-  report.rpe_seconds =
-      measure_rpe(pairs, time_intervals(pairs.estimate, options.rpe_seconds, tolerance_s));
+  series.absolute = absolute_errors(pairs);
+  report.ate_m = summarize(series.absolute.trans_m);
+  report.ate_rot_deg = summarize(series.absolute.rot_deg);
+  series.frames = measure_rpe(pairs, frame_intervals(pairs.size(), options.rpe_frames));
+  report.rpe_frames = summarize_rpe(series.frames);
+  series.seconds = measure_rpe(pairs, second_intervals(pairs, options));
+  report.rpe_seconds = summarize_rpe(series.seconds);
   if (!frames.empty()) report.coverage = coverage(frames, estimate, options.max_diff_s);
   add_warnings(alignment, truth, report);
-  return report;
+  return evaluation;
+}
+
+Result<EvalReport> evaluate(std::span<const StampedPose> truth,
+                            std::span<const StampedPose> estimate, const EvalOptions& options,
+                            std::span<const Timestamp> frames) {
+  auto evaluation = evaluate_in_detail(truth, estimate, options, frames);
+  if (!evaluation.ok()) return evaluation.error();
+  return std::move(evaluation->report);
 }
 
 Result<std::vector<Timestamp>> read_frame_stamps(const std::filesystem::path& path) {
@@ -131,23 +149,6 @@ nlohmann::json to_json(const EvalReport& report) {
   if (report.options.align == AlignMode::kSim3) json["scale"] = report.scale;
   if (report.coverage) json["coverage"] = *report.coverage;
   return json;
-}
-
-std::string format_report(const EvalReport& report, const std::string& name) {
-  std::string text = fmt::format("{}\n  {} pairs over {:.2f} s, alignment {}", name, report.pairs,
-                                 report.span_s, name_of(report.options.align));
-  if (report.options.align == AlignMode::kSim3) text += fmt::format(", scale {:.5f}", report.scale);
-  if (report.coverage) text += fmt::format(", coverage {:.2f} %", 100.0 * *report.coverage);
-  text += fmt::format("\n  {:<22} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>7}\n", "", "rmse",
-                      "mean", "median", "std", "min", "max", "n");
-  text += row("ATE [m]", report.ate_m) + row("ATE rotation [deg]", report.ate_rot_deg);
-  const auto add = [&](const std::optional<RpeReport>& rpe, const char* trans, const char* rot) {
-    if (rpe) text += row(trans, rpe->trans_m) + row(rot, rpe->rot_deg);
-  };
-  add(report.rpe_frames, "RPE 30 frames [m]", "RPE 30 frames [deg]");
-  add(report.rpe_seconds, "RPE 1 s [m]", "RPE 1 s [deg]");
-  for (const std::string& warning : report.warnings) text += "  warning: " + warning + "\n";
-  return text;
 }
 
 }  // namespace ygslam

@@ -9,6 +9,7 @@
 
 #include "core/result.hpp"
 #include "eval/alignment.hpp"
+#include "eval/error_series.hpp"
 #include "eval/trajectory_errors.hpp"
 
 namespace ygslam {
@@ -18,6 +19,7 @@ struct EvalOptions {
   double max_diff_s = 0.02;  ///< association
   std::size_t rpe_frames = 30;
   double rpe_seconds = 1.0;
+  bool has_stamps = true;  ///< false: poses are numbered, nothing is said about seconds
 };
 
 struct RpeReport {
@@ -47,6 +49,16 @@ struct EvalReport {
                                           const EvalOptions& options = {},
                                           std::span<const Timestamp> frames = {});
 
+struct Evaluation {
+  EvalReport report;
+  ErrorSeries series;
+};
+/// The same with the errors of every pose.
+[[nodiscard]] Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> truth,
+                                                    std::span<const StampedPose> estimate,
+                                                    const EvalOptions& options = {},
+                                                    std::span<const Timestamp> frames = {});
+
 /// The stamps of a file's first column: associations.txt, rgb.txt, a trajectory, or frames.csv
 /// (comma-separated, with a line of column names of which one is `stamp`). In order of time.
 /// @return kInput naming file and line.
@@ -59,5 +71,13 @@ struct EvalReport {
 
 /// For people: a heading, a table, the warnings.
 [[nodiscard]] std::string format_report(const EvalReport& report, const std::string& name);
+
+struct NamedReport {
+  std::string name;
+  EvalReport report;
+};
+/// Several estimates against the same truth, one line each; the best of each column is marked.
+/// @param reports at least one, all with the same options.
+[[nodiscard]] std::string format_comparison(std::span<const NamedReport> reports);
 
 }  // namespace ygslam

@@ -5,6 +5,7 @@
 #include <exception>
 #include <opencv2/core/utility.hpp>
 
+#include "app/bench_command.hpp"
 #include "app/config_command.hpp"
 #include "app/eval_command.hpp"
 #include "app/run_command.hpp"
@@ -33,6 +34,7 @@ int main(int argc, char** argv) {
     int exit_code = 0;
     ygslam::add_run_command(app, exit_code);
     ygslam::add_eval_command(app, exit_code);
+    ygslam::add_bench_command(app, exit_code);
     ygslam::add_simulate_command(app, exit_code);
     ygslam::add_config_command(app);
     try {

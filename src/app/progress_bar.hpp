@@ -14,8 +14,11 @@ class ProgressBar {
  public:
   ProgressBar(std::size_t total, bool quiet)
       : total_(total), shown_(!quiet && isatty(STDERR_FILENO) != 0) {}
-  ~ProgressBar() {
+  ~ProgressBar() { clear(); }
+  /// Takes the line away, so that something else can be written.
+  void clear() {
     if (drawn_) std::fprintf(stderr, "\r\033[K");
+    drawn_ = false;
   }
   void update(std::size_t done, const std::string& note) {
     if (!shown_ || total_ == 0) return;

@@ -1,12 +1,11 @@
 #include "app/run_command.hpp"
 
-#include <spdlog/sinks/basic_file_sink.h>
-
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "app/debug_images.hpp"
+#include "app/log_file.hpp"
 #include "app/progress_bar.hpp"
 #include "app/run_options.hpp"
 #include "app/stop_signal.hpp"
@@ -23,31 +22,6 @@ constexpr int kExitLost = 7;
 
 // --quiet is the program's, not the command's.
 bool is_quiet() { return spdlog::get_level() > spdlog::level::warn; }
-
-// The run's log.txt beside stderr, for the time of the run.
-class RunLog {
- public:
-  static Result<RunLog> open(const std::filesystem::path& file) {
-    try {
-      return RunLog(std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string(), true));
-    } catch (const spdlog::spdlog_ex& e) {
-      return Error{ErrorKind::kOutput, file.string() + ": " + e.what()};
-    }
-  }
-  RunLog(RunLog&&) = default;
-  ~RunLog() {
-    if (!sink_) return;
-    spdlog::default_logger()->flush();
-    std::erase(spdlog::default_logger()->sinks(), sink_);
-  }
-
- private:
-  explicit RunLog(spdlog::sink_ptr sink) : sink_(std::move(sink)) {
-    spdlog::default_logger()->sinks().push_back(sink_);
-    spdlog::default_logger()->flush_on(spdlog::level::info);  // a crash must not take the log along
-  }
-  spdlog::sink_ptr sink_;
-};
 
 // A wrong depth scale or camera shows in the depth itself: a room's median lies between these, and
 // something in view is farther than the last. Over the recordings the bounds were tried on, medians
@@ -198,8 +172,8 @@ void add_truth(const Run& run, const SlamOutcome& outcome, nlohmann::ordered_jso
 Status write_outputs(const Run& run, const SlamOutcome& outcome) {
   const std::filesystem::path out = run.options.out_dir;
   const MappingStage& mapping = run.session.runner->mapping();
-  Status written = write_run(out, outcome, mapping, run.sequence.stamp_decimals,
-                             !run.options.deterministic);
+  Status written =
+      write_run(out, outcome, mapping, run.sequence.stamp_decimals, !run.options.deterministic);
   if (!written.ok()) return written;
   auto metrics = metrics_json(outcome, mapping.map(), run.reader->counts(), run.facts);
   if (!is_quiet()) {
@@ -223,7 +197,7 @@ Result<int> run_all(Run& run) {
   if (!writable.ok()) return writable.error();
   auto lock = OutputLock::acquire(o.out_dir);
   if (!lock.ok()) return lock.error();
-  auto log_file = RunLog::open(std::filesystem::path(o.out_dir) / "log.txt");
+  auto log_file = LogFile::open(std::filesystem::path(o.out_dir) / "log.txt", true);
   if (!log_file.ok()) return log_file.error();
   start_reader(run);
   run.facts.mode = mode_name(run.config.dynamic.mode);

@@ -5,7 +5,9 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <thread>
@@ -15,8 +17,10 @@
 #include "app/stop_signal.hpp"
 #include "core/bounded_queue.hpp"
 #include "core/log.hpp"
+#include "io/atomic_file.hpp"
 #include "simulation/sequence_source.hpp"
 #include "simulation/sequence_writer.hpp"
+#include "system/metrics.hpp"
 
 namespace ygslam {
 
@@ -98,6 +102,24 @@ Status render_to_files(sim::SequenceSource& source, sim::SequenceWriter& writer)
   return Ok{};
 }
 
+/// How the sequence was made, for whoever finds it later (`ygslam bench` for one).
+Status write_origin(const SimulateArguments& arguments, const sim::SequenceSource& source) {
+  const nlohmann::ordered_json json = {
+      {"format", 1},
+      {"world", std::filesystem::path(arguments.world).filename().string()},
+      {"frames", source.frame_count()},
+      {"fps", source.fps()},
+      {"seed", arguments.options.seed},
+      {"size", arguments.size},
+      {"noise", arguments.noise},
+      {"without", arguments.without},
+      {"faults", arguments.faults},
+      {"version", version()}};
+  return write_file_atomically(
+      std::filesystem::path(arguments.out) / "simulation.json",
+      json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
 Status simulate(SimulateArguments arguments) {
   if (arguments.list) {
     for (const sim::WorldName& world : sim::known_worlds())
@@ -110,7 +132,8 @@ Status simulate(SimulateArguments arguments) {
   Result<sim::SequenceWriter> writer = sim::SequenceWriter::create(
       arguments.out, *source, {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
   if (!writer) return writer.error();
-  return render_to_files(*source, *writer);
+  if (Status status = render_to_files(*source, *writer); !status) return status;
+  return write_origin(arguments, *source);
 }
 
 }  // namespace

@@ -75,14 +75,6 @@ Json mask_age(const SlamOutcome& outcome) {
   return {{"median", percentile(ages, 0.5)}, {"p95", percentile(ages, 0.95)}};
 }
 
-std::string processor_name() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  }
-  return "unknown";
-}
-
 double peak_rss_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -122,6 +114,14 @@ std::string mode_name(DynamicMode mode) {
 }
 
 const char* version() { return YGSLAM_VERSION; }
+
+std::string processor_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
 
 Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderCounts& input,
                   const RunFacts& facts) {

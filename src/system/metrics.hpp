@@ -25,5 +25,7 @@ struct RunFacts {
 [[nodiscard]] double coverage(const SlamOutcome& outcome);
 [[nodiscard]] std::string mode_name(DynamicMode mode);
 [[nodiscard]] const char* version();
+/// Of this machine, as the kernel tells it.
+[[nodiscard]] std::string processor_name();
 
 }  // namespace ygslam

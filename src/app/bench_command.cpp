@@ -1,0 +1,137 @@
+#include "app/bench_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "app/bench_options.hpp"
+#include "app/log_file.hpp"
+#include "app/progress_bar.hpp"
+#include "app/stop_signal.hpp"
+#include "core/log.hpp"
+#include "sweep/compare.hpp"
+#include "sweep/python_tool.hpp"
+#include "sweep/sweep.hpp"
+
+namespace ygslam {
+namespace {
+
+bool is_quiet() { return log::get_level() > log::level::warn; }
+
+// Names come from the file system and may be any bytes; JSON needs UTF-8.
+void print(const nlohmann::ordered_json& json) {
+  std::puts(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
+
+Result<int> compare_results(const BenchArguments& a) {
+  const auto before = read_results(a.compare[0]);
+  if (!before.ok()) return before.error();
+  const auto after = read_results(a.compare[1]);
+  if (!after.ok()) return after.error();
+  const Comparison comparison = compare(*before, *after);
+  if (a.json) {
+    print(to_json(comparison));
+  } else {
+    std::fputs(format_comparison(comparison).c_str(), stdout);
+  }
+  return 0;
+}
+
+// Lines go above the progress bar.
+class SweepDisplay {
+ public:
+  explicit SweepDisplay(bool quiet) : quiet_(quiet) {}
+  [[nodiscard]] SweepObserver observer() {
+    return {[this](const std::string& line) { say(line, false); },
+            [this](const std::string& line) { say(line, true); },
+            [this](std::size_t done, std::size_t total, const std::string& now) {
+              if (!bar_) bar_ = std::make_unique<ProgressBar>(total, quiet_);
+              bar_->update(done, now);
+            },
+            [] { return StopSignal::received() != 0; }};
+  }
+  void end() { bar_.reset(); }
+
+ private:
+  void say(const std::string& line, bool fault) {
+    if (bar_) bar_->clear();
+    log::log(fault ? log::level::warn : log::level::info, "{}", line);
+  }
+  bool quiet_;
+  std::unique_ptr<ProgressBar> bar_;
+};
+
+Status print_results(const std::filesystem::path& out, bool json) {
+  const auto results = read_results(out);
+  if (!results.ok()) return results.error();
+  if (json) {
+    print(to_json(*results));
+  } else if (!is_quiet()) {
+    std::fputs(format_results(*results).c_str(), stdout);
+  }
+  return Ok{};
+}
+
+Status make_report(const std::filesystem::path& out) {
+  auto tool = find_report_tool(executable_path());
+  Status made =
+      tool.ok()
+          ? run_tool(*tool, {"--results", out.string()}, "the report", {},
+                     [] { return StopSignal::received() != 0; })
+          : Status(Error{tool.error().kind, "the report cannot be made: " + tool.error().message});
+  if (!made.ok()) {
+    return Error{ErrorKind::kOutput,
+                 made.error().message + "; the results stay in " + out.string()};
+  }
+  log::info("report: {}", (out / "report" / "index.html").string());
+  return Ok{};
+}
+
+Result<int> run_sweep(const BenchArguments& a) {
+  if (a.root.empty()) return Error{ErrorKind::kUsage, "ROOT is required (see --help)"};
+  const auto options = sweep_options(a);
+  if (!options.ok()) return options.error();
+  const std::filesystem::path out = options->out;
+  SweepDisplay display(is_quiet());
+  auto sweep = Sweep::open(*options, display.observer());
+  if (!sweep.ok()) return sweep.error();
+  const auto log_file = LogFile::open(out / "log.txt", false);
+  if (!log_file.ok()) return log_file.error();
+  log::info("{} sequences, {} runs, {} of them done before", sweep->sequences().size(),
+            sweep->total(), sweep->done_before());
+  if (!sweep->has_usable_sequence()) {
+    return Error{ErrorKind::kInput, a.root + ": none of its sequences can be used"};
+  }
+  const auto complete = sweep->run();
+  display.end();
+  if (!complete.ok()) return complete.error();
+  if (!*complete) {
+    log::warn("interrupted; the same command goes on where it was");
+    return 128 + StopSignal::received();
+  }
+  const Status printed = print_results(out, a.json);
+  if (!printed.ok()) return printed.error();
+  if (!a.report) return 0;
+  const Status made = make_report(out);
+  if (StopSignal::received() != 0) return 128 + StopSignal::received();
+  if (!made.ok()) return made.error();
+  return 0;
+}
+
+}  // namespace
+
+void add_bench_command(CLI::App& app, int& exit_code) {
+  const auto arguments = std::make_shared<BenchArguments>();
+  CLI::App* command = app.add_subcommand(
+      "bench", "The paper's experiments: every sequence, every mode, several runs, a report");
+  declare_bench_options(*command, *arguments);
+  command->callback([arguments, &exit_code] {
+    const StopSignal signal;
+    const Result<int> code =
+        arguments->compare.empty() ? run_sweep(*arguments) : compare_results(*arguments);
+    if (!code.ok()) log::error("{}", code.error().message);
+    exit_code = code.ok() ? *code : static_cast<int>(code.error().kind);
+  });
+}
+
+}  // namespace ygslam

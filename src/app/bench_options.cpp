@@ -1,0 +1,167 @@
+#include "app/bench_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <thread>
+
+#include "app/run_options.hpp"
+#include "io/text.hpp"
+#include "sweep/python_tool.hpp"
+#include "system/metrics.hpp"
+
+namespace ygslam {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kFooter =
+    "ROOT is a folder of sequences, or one sequence: TUM RGB-D, Bonn, rendered by `ygslam\n"
+    "simulate`, or any folder in TUM layout. Each run is a process of its own, one at a time, the\n"
+    "modes taking turns; run N has the seed SEED + N - 1. Stop it whenever you like (Ctrl-C, "
+    "kill,\n"
+    "power): the same command goes on where it was. What fails (a broken sequence, a truth of\n"
+    "another time, a crash, lost tracking) becomes a line on stderr and a marked row; the sweep\n"
+    "goes on. DIR/report/index.html has tables and figures, docs/evaluation.md the files.\n"
+    "Examples:\n"
+    "  ygslam bench ~/tum --model yolov8n-seg.onnx        # 5 runs, 4 modes, then the report\n"
+    "  ygslam bench SEQ --modes off,geometry --runs 1     # a first look, no network needed\n"
+    "  ygslam bench ~/tum --segmenter masks:mask --deterministic --out out/masks\n"
+    "  ygslam bench ~/tum --model M.onnx --set motion.tau_px=2 --out out/tau2\n"
+    "  ygslam bench --compare out/bench out/tau2          # what got better, what got worse\n"
+    "Exit codes: 0 all runs were made (however they ended), 2 usage, 3 settings, 4 no sequence "
+    "can\n"
+    "be used, 5 no model, 9 DIR cannot be written, holds results of another version or of other\n"
+    "options, or the report cannot be made (the results stay), 130/143 interrupted (go on with\n"
+    "the same command).";
+
+Status check_model(const BenchArguments& a, const std::vector<std::string>& modes) {
+  if (a.segmenter != "model" || std::none_of(modes.begin(), modes.end(), mode_uses_masks)) {
+    return Ok{};
+  }
+  if (a.model.empty()) {
+    return Error{ErrorKind::kModel,
+                 "modes semantic and full need a network: give --model FILE (`make model` exports "
+                 "one), or --segmenter masks:DIR, or --modes off,geometry"};
+  }
+  std::error_code code;
+  if (!fs::is_regular_file(a.model, code)) {
+    return Error{ErrorKind::kModel, a.model + ": no such model file"};
+  }
+  return Ok{};
+}
+
+// Settings that are not the default, and what else depends on them.
+Status read_settings(const BenchArguments& a, SweepOptions& options) {
+  RunOptions run;
+  run.config_file = a.config_file;
+  run.sets = a.sets;
+  run.seed = a.seed;
+  SlamConfig config;
+  Status loaded = load_settings(run, config);
+  if (!loaded.ok()) return loaded;
+  SlamConfig defaults;
+  const ConfigSchema set = run_schema(config);
+  const ConfigSchema unset = run_schema(defaults);
+  for (std::size_t i = 0; i < set.keys().size(); ++i) {
+    const ConfigKey& key = set.keys()[i];
+    if (key.name == "segment.precision") options.precision = key.get();
+    if (key.name == "run.seed" || key.get() == unset.keys()[i].get()) continue;
+    if (key.name == "dynamic.mode") {
+      return Error{ErrorKind::kConfig, "dynamic.mode: a sweep takes the modes from --modes"};
+    }
+    options.config[key.name] = key.get();
+  }
+  options.seed = config.run.seed;
+  return Ok{};
+}
+
+std::string machine_name() {
+  return processor_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads";
+}
+
+}  // namespace
+
+void declare_bench_options(CLI::App& command, BenchArguments& a) {
+  CLI::Option* root = command.add_option("ROOT", a.root, "Folder of sequences, or one sequence");
+  command.add_option("--out", a.out, "Folder for the results")
+      ->type_name("DIR")
+      ->capture_default_str();
+  command.add_option("--sequences", a.sequences, "Only these, by name")
+      ->delimiter(',')
+      ->type_name("A,B");
+  command.add_option("--modes", a.modes, "What is done about moving things (default: all four)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"off", "geometry", "semantic", "full"}))
+      ->type_name("off,geometry,semantic,full");
+  command.add_option("--runs", a.runs, "Runs of each sequence in each mode")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N")
+      ->capture_default_str();
+  command.add_option("--jobs", a.jobs, "Runs at the same time; more than 1 spoils the timings")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N")
+      ->capture_default_str();
+  command.add_option("--model", a.model, "YOLOv8-seg network, .onnx or .xml")->type_name("FILE");
+  command
+      .add_option("--segmenter", a.segmenter,
+                  "Where masks come from; a relative DIR lies inside each sequence")
+      ->type_name("model|none|masks:DIR")
+      ->capture_default_str();
+  command.add_option("--config", a.config_file, "Settings (see `ygslam config`)")
+      ->type_name("FILE.yaml");
+  command.add_option("--set", a.sets, "One setting; may be repeated")
+      ->take_all()
+      ->expected(1)
+      ->type_name("KEY=VALUE");
+  CLI::Option* realtime =
+      command.add_flag("--realtime", a.realtime, "Feed frames at their stamps, drop when late");
+  command.add_flag("--deterministic", a.deterministic, "One schedule: same input, same bytes")
+      ->excludes(realtime);
+  command.add_option("--seed", a.seed, "Of the first run")
+      ->check(CLI::Range(0.0, 9007199254740992.0))
+      ->type_name("N");
+  command.add_flag("--report,!--no-report", a.report, "Make the report at the end (default)");
+  command
+      .add_option("--compare", a.compare, "Instead of a sweep: two results folders, B against A")
+      ->expected(2)
+      ->excludes(root)
+      ->type_name("A B");
+  command.add_flag("--json", a.json, "Results or comparison as JSON on stdout");
+  command.footer(kFooter);
+}
+
+Result<SweepOptions> sweep_options(const BenchArguments& a) {
+  SweepOptions options;
+  options.modes = a.modes;
+  if (options.modes.empty()) options.modes = {"off", "geometry", "semantic", "full"};
+  std::vector<std::string> unique;
+  for (const std::string& mode : options.modes) {
+    if (std::find(unique.begin(), unique.end(), mode) == unique.end()) unique.push_back(mode);
+  }
+  options.modes = unique;
+  SessionOptions session;
+  RunOptions run;
+  run.segmenter = a.segmenter;
+  for (const Status& step :
+       {parse_segmenter(run, session), read_settings(a, options), check_model(a, options.modes)}) {
+    if (!step.ok()) return step.error();
+  }
+  std::error_code code;
+  options.root = a.root;
+  options.out = fs::absolute(a.out, code).lexically_normal();
+  if (!options.out.has_filename()) options.out = options.out.parent_path();
+  options.sequences = a.sequences;
+  options.runs = a.runs;
+  options.jobs = a.jobs;
+  options.schedule = a.deterministic ? Schedule::kDeterministic
+                     : a.realtime    ? Schedule::kRealtime
+                                     : Schedule::kFile;
+  options.segmenter = a.segmenter;
+  if (a.segmenter == "model" && !a.model.empty()) options.model = fs::absolute(a.model, code);
+  if (options.model.empty()) options.precision.clear();
+  options.version = version();
+  options.machine = machine_name();
+  options.program = executable_path();
+  return options;
+}
+
+}  // namespace ygslam

@@ -1,0 +1,32 @@
+// What the user asked of `ygslam bench`, checked and turned into a sweep's options.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "sweep/sweep_options.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace ygslam {
+
+struct BenchArguments {
+  std::string root, out = "out/bench";
+  std::vector<std::string> sequences, modes, sets, compare;
+  std::string model, segmenter = "model", config_file;
+  int runs = 5, jobs = 1;
+  bool realtime = false, deterministic = false, report = true, json = false;
+  std::optional<std::uint64_t> seed;
+};
+
+void declare_bench_options(CLI::App& command, BenchArguments& arguments);
+
+/// Reads settings and looks at the model.
+/// @return kUsage, kConfig or kModel (with the hint how to get one).
+[[nodiscard]] Result<SweepOptions> sweep_options(const BenchArguments& arguments);
+
+}  // namespace ygslam

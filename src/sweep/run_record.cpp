@@ -1,0 +1,89 @@
+#include "sweep/run_record.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include "io/json_text.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr int kFormat = 1;
+constexpr std::array<std::pair<std::string_view, RunStatus>, 5> kStatusNames = {{
+    {"ok", RunStatus::kOk},
+    {"lost", RunStatus::kLost},
+    {"failed", RunStatus::kFailed},
+    {"crashed", RunStatus::kCrashed},
+    {"bad_truth", RunStatus::kBadTruth},
+}};
+
+}  // namespace
+
+std::string_view name_of(RunStatus status) {
+  for (const auto& [name, known] : kStatusNames) {
+    if (known == status) return name;
+  }
+  return "?";
+}
+
+std::filesystem::path RunKey::folder() const {
+  std::array<char, 16> number{};
+  std::snprintf(number.data(), number.size(), "%02d", run);
+  return std::filesystem::path("runs") / sequence_id / mode / number.data();
+}
+
+nlohmann::ordered_json to_json(const RunRecord& r) {
+  nlohmann::ordered_json json;
+  json["format"] = kFormat;
+  json["status"] = name_of(r.status);
+  json["exit_code"] = r.exit_code;
+  json["signal"] = r.signal;
+  json["error"] = nullptr;
+  if (r.error) json["error"] = *r.error;
+  json["command"] = r.command;
+  json["mode"] = r.mode;
+  json["run"] = r.run;
+  json["seed"] = r.seed;
+  json["wall_s"] = r.wall_s;
+  json["timings_valid"] = r.timings_valid;
+  json["version"] = r.version;
+  json["sequence_fingerprint"] = r.sequence_fingerprint;
+  json["options"] = r.options;
+  return json;
+}
+
+Result<RunRecord> read_run_record(const std::filesystem::path& file) {
+  const auto json = read_json(file);
+  if (!json.ok()) return json.error();
+  const auto fault = [&](const std::string& what) {
+    return Error{ErrorKind::kInput, file.string() + ": " + what};
+  };
+  try {
+    if (json->at("format") != kFormat) return fault("of another format");
+    RunRecord r;
+    const std::string status = json->at("status");
+    bool known = false;
+    for (const auto& [name, value] : kStatusNames) {
+      if (name == status) r.status = value;
+      known |= name == status;
+    }
+    if (!known) return fault("unknown status");
+    r.exit_code = json->at("exit_code");
+    r.signal = json->at("signal");
+    if (!json->at("error").is_null()) r.error = json->at("error").get<std::string>();
+    r.command = json->at("command");
+    r.mode = json->at("mode");
+    r.run = json->at("run");
+    r.seed = json->at("seed");
+    r.wall_s = json->at("wall_s");
+    r.timings_valid = json->at("timings_valid");
+    r.version = json->at("version");
+    r.sequence_fingerprint = json->value("sequence_fingerprint", "");
+    r.options = json->value("options", nlohmann::json::object());
+    return r;
+  } catch (const nlohmann::json::exception&) {
+    return fault("a key is missing or has a value of another type");
+  }
+}
+
+}  // namespace ygslam

@@ -1,0 +1,139 @@
+#include "sweep/sweep_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+
+#include "io/json_text.hpp"
+
+namespace ygslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr int kFormat = 1;
+constexpr std::array kModes = {"off", "geometry", "semantic", "full"};
+
+template <typename T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json sequence_json(const BenchSequence& s) {
+  Json json;
+  json["id"] = s.id;
+  json["name"] = s.name;
+  json["kind"] = s.kind;
+  json["paper_row"] = or_null(s.paper_row);
+  json["frames"] = s.frames;
+  json["truth"] = nullptr;
+  if (s.truth) {
+    json["truth"] = {{"duration_s", s.truth->duration_s},
+                     {"length_m", s.truth->length_m},
+                     {"speed_mps", s.truth->speed_mps},
+                     {"angular_speed_degps", s.truth->angular_speed_degps}};
+  }
+  json["error"] = or_null(s.error);
+  return json;
+}
+
+Json sequences_json(const std::vector<BenchSequence>& sequences, const nlohmann::json& earlier) {
+  std::vector<Json> list;
+  for (const BenchSequence& sequence : sequences) list.push_back(sequence_json(sequence));
+  if (earlier.is_object()) {
+    for (const auto& entry : earlier.at("sequences")) {
+      const bool known = std::any_of(sequences.begin(), sequences.end(), [&](const auto& s) {
+        return s.id == entry.at("id").template get<std::string>();
+      });
+      if (!known) list.emplace_back(entry);
+    }
+  }
+  std::sort(list.begin(), list.end(), [](const Json& a, const Json& b) {
+    return a["name"].get<std::string>() < b["name"].get<std::string>();
+  });
+  return list;
+}
+
+// Those asked for and those of an earlier call, in their customary order.
+std::vector<std::string> all_modes(const SweepOptions& options, const nlohmann::json& earlier) {
+  std::vector<std::string> modes;
+  for (const std::string mode : kModes) {
+    const bool now =
+        std::find(options.modes.begin(), options.modes.end(), mode) != options.modes.end();
+    const bool before =
+        earlier.is_object() && std::count(earlier.at("modes").begin(), earlier.at("modes").end(),
+                                          nlohmann::json(mode)) > 0;
+    if (now || before) modes.push_back(mode);
+  }
+  return modes;
+}
+
+int all_runs(const SweepOptions& options, const nlohmann::json& earlier) {
+  if (!earlier.is_object()) return options.runs;
+  return std::max(options.runs, earlier.at("options").at("runs").get<int>());
+}
+
+}  // namespace
+
+Json sweep_json(const SweepOptions& options, const nlohmann::json& comparable,
+                const std::vector<BenchSequence>& sequences, const SweepFacts& facts,
+                const nlohmann::json& earlier) {
+  const std::vector<std::string> modes = all_modes(options, earlier);
+  Json json;
+  json["format"] = kFormat;
+  json["version"] = options.version;
+  json["machine"] = options.machine;
+  json["started"] = facts.started;
+  json["wall_s"] = facts.wall_s;
+  json["complete"] = facts.complete;
+  json["options"] = {
+      {"modes", modes}, {"runs", all_runs(options, earlier)}, {"jobs", options.jobs}};
+  for (const char* key :
+       {"way", "seed", "segmenter", "precision", "model", "model_content", "config"}) {
+    json["options"][key] = comparable.at(key);
+  }
+  json["timings_valid"] = facts.timings_valid;
+  json["sequences"] = sequences_json(sequences, earlier);
+  json["modes"] = modes;
+  return json;
+}
+
+Result<SweepFile> read_sweep_file(const std::filesystem::path& file) {
+  auto json = read_json(file);
+  if (!json.ok()) return json.error();
+  const auto fault = [&](const char* what) {
+    return Error{ErrorKind::kInput, file.string() + ": " + what};
+  };
+  try {
+    if (json->at("format") != kFormat) return fault("of another format; made by another version?");
+    SweepFile sweep;
+    sweep.version = json->at("version");
+    sweep.started = json->at("started");
+    sweep.wall_s = json->at("wall_s");
+    sweep.options = json->at("options");
+    if (!sweep.options.at("runs").is_number_integer()) return fault("runs is no number");
+    for (const char* key : {"modes", "runs", "jobs"}) sweep.options.erase(key);
+    for (const auto& mode : json->at("modes")) {
+      if (!mode.is_string()) return fault("a mode is no text");
+    }
+    for (const auto& entry : json->at("sequences")) {
+      if (!entry.at("id").is_string() || !entry.at("name").is_string()) {
+        return fault("a sequence has no name");
+      }
+    }
+    sweep.json = std::move(*json);
+    return sweep;
+  } catch (const nlohmann::json::exception&) {
+    return fault("a key is missing or has a value of another type");
+  }
+}
+
+std::string iso_time_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+}  // namespace ygslam

@@ -1,0 +1,40 @@
+// sweep.json: what a results folder holds and how it was made. docs/evaluation.md has the format.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "sweep/sweep_options.hpp"
+
+namespace ygslam {
+
+struct SweepFacts {
+  std::string started;  ///< ISO 8601, UTC
+  double wall_s = 0;    ///< of all calls together
+  bool complete = false;
+  bool timings_valid = true;
+};
+
+/// @param comparable of the options. @param earlier the file as an earlier call left it, or null:
+/// its sequences and modes that are not asked for now stay in the list.
+[[nodiscard]] nlohmann::ordered_json sweep_json(const SweepOptions& options,
+                                                const nlohmann::json& comparable,
+                                                const std::vector<BenchSequence>& sequences,
+                                                const SweepFacts& facts,
+                                                const nlohmann::json& earlier);
+
+struct SweepFile {
+  std::string version, started;
+  double wall_s = 0;
+  nlohmann::json options;  ///< comparable ones, see comparable_options
+  nlohmann::json json;     ///< the whole
+};
+/// @return kInput naming the file: not there, no JSON, of another format, a key missing.
+[[nodiscard]] Result<SweepFile> read_sweep_file(const std::filesystem::path& file);
+
+[[nodiscard]] std::string iso_time_now();
+
+}  // namespace ygslam

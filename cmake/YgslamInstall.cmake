@@ -28,3 +28,6 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # The licences of what is passed on (OpenVINO, oneTBB, oneDNN and theirs).
 file(GLOB openvino_licences LIST_DIRECTORIES TRUE "${openvino_dir}/../../openvino-*.dist-info/licenses")
 install(DIRECTORY ${openvino_licences} DESTINATION ${CMAKE_INSTALL_DOCDIR}/openvino)
+# The Python programs behind `bench` and `eval --plot`.
+install(DIRECTORY tools/report DESTINATION ${CMAKE_INSTALL_DATADIR}/ygslam
+        PATTERN "__pycache__" EXCLUDE)

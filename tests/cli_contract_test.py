@@ -14,7 +14,7 @@ METRICS = {"frames", "readable", "tracked", "coverage", "lost_intervals", "keyfr
            "version", "machine"}
 SUMMARY = {"median", "mean", "p95", "p99", "max"}
 ERRORS = {"rmse", "mean", "median", "std", "min", "max"}
-COMMANDS = ("run", "eval", "simulate", "config")
+COMMANDS = ("run", "eval", "bench", "simulate", "config")
 
 
 def read_ply(path):

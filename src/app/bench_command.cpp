@@ -89,6 +89,8 @@ Status make_report(const std::filesystem::path& out) {
 
 Result<int> run_sweep(const BenchArguments& a) {
   if (a.root.empty()) return Error{ErrorKind::kUsage, "ROOT is required (see --help)"};
+  const auto found = find_sequences(a.root);  // before anybody is sent for a model
+  if (!found.ok()) return found.error();
   const auto options = sweep_options(a);
   if (!options.ok()) return options.error();
   const std::filesystem::path out = options->out;

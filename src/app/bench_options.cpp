@@ -87,11 +87,13 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
       ->capture_default_str();
   command.add_option("--sequences", a.sequences, "Only these, by name")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("A,B");
   command.add_option("--modes", a.modes, "What is done about moving things (default: all four)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember({"off", "geometry", "semantic", "full"}))
-      ->type_name("off,geometry,semantic,full");
+      ->type_name("LIST");
   command.add_option("--runs", a.runs, "Runs of each sequence in each mode")
       ->check(CLI::Range(1, 1000))
       ->type_name("N")
@@ -109,8 +111,7 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
   command.add_option("--config", a.config_file, "Settings (see `ygslam config`)")
       ->type_name("FILE.yaml");
   command.add_option("--set", a.sets, "One setting; may be repeated")
-      ->take_all()
-      ->expected(1)
+      ->allow_extra_args(false)
       ->type_name("KEY=VALUE");
   CLI::Option* realtime =
       command.add_flag("--realtime", a.realtime, "Feed frames at their stamps, drop when late");

@@ -18,6 +18,8 @@ std::string span_text(const EvalReport& report) {
   return report.options.has_stamps ? fmt::format(" over {:.2f} s", report.span_s) : " by line";
 }
 
+constexpr double kPrintedDifference = 5e-7;  // less is not seen in the table
+
 // A column of the comparison: smaller is better.
 struct Column {
   const char* title;
@@ -95,7 +97,8 @@ std::string format_comparison(std::span<const NamedReport> reports) {
     text += fmt::format("{} {:>6}", padded(name, width), report.pairs);
     for (const Column& column : columns()) {
       const auto value = column.value(report);
-      const bool best = reports.size() > 1 && value && value == best_of(reports, column);
+      const bool best =
+          reports.size() > 1 && value && *value <= *best_of(reports, column) + kPrintedDifference;
       text += value ? fmt::format(" {:>10.6f}{}", *value, best ? '*' : ' ')
                     : fmt::format(" {:>10} ", "-");
     }

@@ -63,8 +63,10 @@ TEST(FindSequences, IdsAreSafeAndUnique) {
   for (const char* name : {"a/b", "a__b", "c ü?", "-d"}) {
     testing::write(folder.path() / name / "rgb.txt", "x");
   }
+  const auto found = find_sequences(folder.path());
+  ASSERT_TRUE(found.ok());
   std::vector<std::string> ids;
-  for (const auto& sequence : *find_sequences(folder.path())) ids.push_back(sequence.id);
+  for (const auto& sequence : *found) ids.push_back(sequence.id);
   EXPECT_EQ(ids, (std::vector<std::string>{"_-d", "a__b", "a__b_2", "c_"}));
 }
 

@@ -168,7 +168,9 @@ std::string last_error_line(const std::string& errors) {
     if (line.text.find("rror") != std::string_view::npos) last_with_error = line.text;
   }
   std::string_view chosen = last_with_error.empty() ? last : last_with_error;
-  if (chosen.starts_with("error: ")) chosen.remove_prefix(7);
+  for (const std::string_view level : {"error: ", "warning: "}) {
+    if (chosen.starts_with(level)) chosen.remove_prefix(level.size());
+  }
   constexpr std::size_t kLongest = 400;
   std::string safe(chosen.substr(0, kLongest));
   for (char& c : safe) {

@@ -70,7 +70,7 @@ void end_all(std::vector<ChildProcess>& children, double patience_s);
                                           const std::function<bool()>& stop = {});
 
 /// What a person should read of a program's stderr: its last line with "error", else its last line;
-/// without a leading "error: ", made safe for one line.
+/// without a leading "error: " or "warning: ", made safe for one line.
 [[nodiscard]] std::string last_error_line(const std::string& errors);
 
 }  // namespace ygslam

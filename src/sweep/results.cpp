@@ -35,7 +35,7 @@ Result<ResultRow> read_row(const fs::path& folder, const nlohmann::json& sequenc
   ResultRow row;
   row.sequence_id = sequence.at("id");
   row.sequence = sequence.at("name");
-  row.kind = sequence.value("kind", "folder");
+  row.kind = sequence.at("kind");
   row.mode = mode;
   for (int number = 1; number <= runs; ++number) {
     const fs::path run = folder / RunKey{row.sequence_id, mode, number}.folder();

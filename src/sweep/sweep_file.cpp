@@ -11,6 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr int kFormat = 1;
+constexpr int kMostRuns = 1000000;  // more is a damaged file
 constexpr std::array kModes = {"off", "geometry", "semantic", "full"};
 
 template <typename T>
@@ -72,6 +73,25 @@ int all_runs(const SweepOptions& options, const nlohmann::json& earlier) {
   return std::max(options.runs, earlier.at("options").at("runs").get<int>());
 }
 
+bool are_texts(const nlohmann::json& list) {
+  return list.is_array() &&
+         std::all_of(list.begin(), list.end(), [](const auto& entry) { return entry.is_string(); });
+}
+
+// What later readers rely on; empty if all is well.
+std::string fault_of_values(const nlohmann::json& json) {
+  const nlohmann::json& runs = json.at("options").at("runs");
+  if (!runs.is_number_integer() || runs < 1 || runs > kMostRuns)
+    return "runs is no sensible number";
+  if (!are_texts(json.at("modes"))) return "modes is no list of names";
+  if (!json.at("sequences").is_array()) return "sequences is no list";
+  for (const auto& entry : json["sequences"]) {
+    const nlohmann::json texts = {entry.at("id"), entry.at("name"), entry.at("kind")};
+    if (!are_texts(texts)) return "a sequence has no name";
+  }
+  return "";
+}
+
 }  // namespace
 
 Json sweep_json(const SweepOptions& options, const nlohmann::json& comparable,
@@ -110,16 +130,9 @@ Result<SweepFile> read_sweep_file(const std::filesystem::path& file) {
     sweep.started = json->at("started");
     sweep.wall_s = json->at("wall_s");
     sweep.options = json->at("options");
-    if (!sweep.options.at("runs").is_number_integer()) return fault("runs is no number");
+    const std::string wrong = fault_of_values(*json);
+    if (!wrong.empty()) return fault(wrong.c_str());
     for (const char* key : {"modes", "runs", "jobs"}) sweep.options.erase(key);
-    for (const auto& mode : json->at("modes")) {
-      if (!mode.is_string()) return fault("a mode is no text");
-    }
-    for (const auto& entry : json->at("sequences")) {
-      if (!entry.at("id").is_string() || !entry.at("name").is_string()) {
-        return fault("a sequence has no name");
-      }
-    }
     sweep.json = std::move(*json);
     return sweep;
   } catch (const nlohmann::json::exception&) {

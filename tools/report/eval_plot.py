@@ -50,14 +50,14 @@ def within_reach(truth, estimates):
     return points[keep] if keep.any() else points
 
 
-def draw_paths(axes, truth, estimates, names):
+def draw_paths(axes, truth, estimates):
     """Truth in grey, estimates in colour, thin red lines between the two for a single estimate."""
     first, second = plane_of(truth)
     axes.plot(truth[:, first], truth[:, second], color="0.35", linewidth=1.2, label="truth")
-    for number, (estimate, name) in enumerate(zip(estimates, names)):
+    for number, estimate in enumerate(estimates):
         points = np.asarray(estimate["xyz"], float)
         colour = COLOURS[number % len(COLOURS)]
-        axes.plot(points[:, first], points[:, second], color=colour, linewidth=1.0, label=name)
+        axes.plot(points[:, first], points[:, second], color=colour, linewidth=1.0)
         if len(estimates) == 1:
             true_points = np.asarray(estimate["truth_xyz"], float)
             step = max(1, len(points) // MOST_LINKS)
@@ -86,12 +86,11 @@ def draw(data):
     with matplotlib.rc_context(STYLE):
         figure, (paths, errors) = pyplot.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
         truth = within_reach(data["truth"], data["estimates"])
-        draw_paths(paths, truth, data["estimates"], names)
+        draw_paths(paths, truth, data["estimates"])
         draw_errors(errors, data, names)
-        paths.set_title(f"paths, alignment {data['alignment']}", loc="left", fontsize=9)
-        for axes in (paths, errors):
-            axes.legend(loc="lower left", bbox_to_anchor=(0, 1.06), borderaxespad=0, fontsize=8,
-                        ncols=1 if axes is errors else min(3, len(names) + 1))
+        for axes, title in ((paths, f"alignment {data['alignment']}"), (errors, None)):
+            axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), borderaxespad=0, fontsize=8,
+                        title=title, title_fontsize=8, alignment="left")
         return figure
 
 

@@ -150,6 +150,23 @@ class Installed(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue((self.folder / "out" / "map.ply").exists())
 
+    def test_the_python_tools_are_found_beside_the_program(self):
+        tools = self.prefix / "share" / "ygslam" / "report"
+        self.assertTrue((tools / "eval_plot.py").exists())
+        self.assertEqual(list(tools.rglob("__pycache__")), [])
+        poses = self.folder / "poses.txt"
+        poses.write_text("".join(f"{i} {0.1 * i} {i % 3} 0 0 0 0 1\n" for i in range(9)))
+        plot = self.folder / "plot.svg"
+        command = (self.program, "eval", "--gt", poses, "--est", poses, "--plot", plot)
+        done = call(*command, env={**CLEAN, "YGSLAM_PYTHON": sys.executable})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(plot.read_bytes().startswith(b"<?xml"))
+        plot.unlink()
+        done = call(*command, env={**CLEAN, "YGSLAM_PYTHON": "/nonexistent/python"})
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertRegex(done.stderr, r"\Aerror: [^\n]*plot.svg[^\n]*/nonexistent/python[^\n]*\n\Z")
+        self.assertFalse(plot.exists())
+
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)

@@ -9,6 +9,7 @@
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
 #include "core/log.hpp"
+#include "core/time.hpp"
 #include "sweep/compare.hpp"
 #include "sweep/python_tool.hpp"
 #include "sweep/sweep.hpp"
@@ -29,6 +30,7 @@ Result<int> compare_results(const BenchArguments& a) {
   const auto after = read_results(a.compare[1]);
   if (!after.ok()) return after.error();
   const Comparison comparison = compare(*before, *after);
+  if (comparison.rows.empty()) log::warn("the two have no sequence and mode in common");
   if (a.json) {
     print(to_json(comparison));
   } else {
@@ -45,8 +47,7 @@ class SweepDisplay {
     return {[this](const std::string& line) { say(line, false); },
             [this](const std::string& line) { say(line, true); },
             [this](std::size_t done, std::size_t total, const std::string& now) {
-              if (!bar_) bar_ = std::make_unique<ProgressBar>(total, quiet_);
-              bar_->update(done, now);
+              show(done, total, now);
             },
             [] { return StopSignal::received() != 0; }};
   }
@@ -57,8 +58,26 @@ class SweepDisplay {
     if (bar_) bar_->clear();
     log::log(fault ? log::level::warn : log::level::info, "{}", line);
   }
+  void show(std::size_t done, std::size_t total, const std::string& now) {
+    if (!bar_) {
+      bar_ = std::make_unique<ProgressBar>(total, quiet_);
+      done_before_ = done;
+    }
+    bar_->update(done, now + time_left(done, total));
+  }
+  // From the runs made so far; nothing before the first.
+  [[nodiscard]] std::string time_left(std::size_t done, std::size_t total) const {
+    if (done <= done_before_ || done >= total) return "";
+    const double a_run_s = clock_.wall_ms() * 1e-3 / static_cast<double>(done - done_before_);
+    const double left_min = a_run_s * static_cast<double>(total - done) / 60;
+    return left_min < 1 ? ", under a minute left"
+                        : fmt::format(", about {:.0f} min left", left_min);
+  }
+
   bool quiet_;
   std::unique_ptr<ProgressBar> bar_;
+  std::size_t done_before_ = 0;
+  ScopedTimer clock_;
 };
 
 Status print_results(const std::filesystem::path& out, bool json) {

@@ -30,14 +30,13 @@ def plane_of(points):
 
 
 def short_names(names):
-    """File names without the folders that all have in common."""
-    if len(names) == 1:
-        return [pathlib.PurePath(names[0]).name]
+    """As many of each path's last parts as it takes to tell all apart."""
     parts = [pathlib.PurePath(name).parts for name in names]
-    common = 0
-    while all(len(p) > common + 1 and p[common] == parts[0][common] for p in parts):
-        common += 1
-    return ["/".join(p[common:]) for p in parts]
+    for count in range(1, max(map(len, parts)) + 1):
+        short = ["/".join(p[-count:]) for p in parts]
+        if len(set(short)) == len(set(names)):
+            return short
+    return names
 
 
 def within_reach(truth, estimates):

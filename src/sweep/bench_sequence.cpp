@@ -166,6 +166,7 @@ Result<std::vector<BenchSequence>> select_sequences(const std::vector<BenchSeque
                                                     const std::vector<std::string>& names) {
   if (names.empty()) return found;
   std::vector<std::string_view> known;
+  known.reserve(found.size());
   for (const BenchSequence& sequence : found) known.push_back(sequence.name);
   for (const std::string& name : names) {
     if (std::any_of(found.begin(), found.end(), [&](const auto& s) { return matches(s, name); })) {

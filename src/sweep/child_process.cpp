@@ -48,6 +48,7 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& argumen
                                          const std::filesystem::path& input) {
   CHECK(!arguments.empty());
   std::vector<char*> raw;
+  raw.reserve(arguments.size() + 1);
   for (const std::string& argument : arguments) raw.push_back(const_cast<char*>(argument.c_str()));
   raw.push_back(nullptr);
   const std::string input_path = input.empty() ? "/dev/null" : input.string();

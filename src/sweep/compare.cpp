@@ -52,15 +52,15 @@ std::string value_text(const nlohmann::json& json, const char* key) {
 
 std::vector<std::string> notes_on(const Results& a, const Results& b) {
   std::vector<std::string> notes;
-  for (const char* key : {"version", "machine"}) {
-    const std::string in_a = value_text(a.sweep.json, key);
-    const std::string in_b = value_text(b.sweep.json, key);
-    if (in_a != in_b) notes.push_back(std::string(key) + ": A " + in_a + ", B " + in_b);
-  }
-  for (const char* key : {"way", "seed", "segmenter", "precision", "model", "config"}) {
-    const std::string in_a = value_text(a.sweep.options, key);
-    const std::string in_b = value_text(b.sweep.options, key);
-    if (in_a != in_b) notes.push_back(std::string(key) + ": A " + in_a + ", B " + in_b);
+  const auto add = [&](const char* key, const nlohmann::json& in_a, const nlohmann::json& in_b) {
+    const std::string text_a = value_text(in_a, key);
+    const std::string text_b = value_text(in_b, key);
+    if (text_a != text_b) notes.push_back(fmt::format("{}: A {}, B {}", key, text_a, text_b));
+  };
+  for (const char* key : {"version", "machine"}) add(key, a.sweep.json, b.sweep.json);
+  for (const char* key :
+       {"way", "seed", "segmenter", "precision", "model", "model_content", "config"}) {
+    add(key, a.sweep.options, b.sweep.options);
   }
   return notes;
 }

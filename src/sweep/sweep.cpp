@@ -94,7 +94,7 @@ Status Sweep::check_earlier() {
     earlier_ = std::move(earlier->json);
   }
   for (BenchSequence& sequence : sequences_) {
-    const Status checked = check_runs_of(sequence);
+    Status checked = check_runs_of(sequence);
     if (!checked.ok()) return checked;
   }
   return Ok{};
@@ -140,9 +140,10 @@ Status Sweep::write_sweep_file(bool complete) const {
   facts.started = started_;
   facts.wall_s = wall_s();
   facts.complete = complete;
-  facts.timings_valid = std::all_of(finished_.begin(), finished_.end(),
-                                    [](const auto& entry) { return entry.second.timings_valid; }) &&
-                        (finished_.empty() ? options_.jobs == 1 : true);
+  // Runs of earlier calls that are not looked at now may have spoiled timings, too.
+  facts.timings_valid = (!earlier_.is_object() || earlier_.value("timings_valid", true)) &&
+                        std::all_of(finished_.begin(), finished_.end(),
+                                    [](const auto& entry) { return entry.second.timings_valid; });
   const std::string text = sweep_json(options_, comparable_, sequences_, facts, earlier_)
                                .dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   return write_file_atomically(options_.out / "sweep.json", text + "\n");

@@ -39,6 +39,7 @@ Json sequence_json(const BenchSequence& s) {
 
 Json sequences_json(const std::vector<BenchSequence>& sequences, const nlohmann::json& earlier) {
   std::vector<Json> list;
+  list.reserve(sequences.size());
   for (const BenchSequence& sequence : sequences) list.push_back(sequence_json(sequence));
   if (earlier.is_object()) {
     for (const auto& entry : earlier.at("sequences")) {
@@ -85,6 +86,7 @@ std::string fault_of_values(const nlohmann::json& json) {
     return "runs is no sensible number";
   if (!are_texts(json.at("modes"))) return "modes is no list of names";
   if (!json.at("sequences").is_array()) return "sequences is no list";
+  if (!json.at("timings_valid").is_boolean()) return "timings_valid is neither true nor false";
   for (const auto& entry : json["sequences"]) {
     const nlohmann::json texts = {entry.at("id"), entry.at("name"), entry.at("kind")};
     if (!are_texts(texts)) return "a sequence has no name";

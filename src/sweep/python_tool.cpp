@@ -62,7 +62,8 @@ Result<PythonTool> find_report_tool(const fs::path& executable, const std::strin
 
 Status run_tool(const PythonTool& tool, const std::vector<std::string>& arguments,
                 const std::string& what, const fs::path& input, const std::function<bool()>& stop) {
-  std::vector<std::string> command = {tool.python.string(), tool.script.string()};
+  std::vector<std::string> command = {tool.python.string(), "-B",  // writes no caches
+                                      tool.script.string()};
   command.insert(command.end(), arguments.begin(), arguments.end());
   const auto done = run_child(command, input, stop);
   if (!done.ok()) return done.error();

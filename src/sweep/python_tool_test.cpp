@@ -64,7 +64,7 @@ TEST_F(PythonTools, SayInOneLineWhyTheyFail) {
     fs::permissions(root_ / "python", fs::perms::owner_all);
     return run_tool({root_ / "python", "x"}, {"--results", "r"}, "the report");
   };
-  EXPECT_TRUE(tool("#!/bin/sh\n[ \"$*\" = 'x --results r' ]\n").ok());
+  EXPECT_TRUE(tool("#!/bin/sh\n[ \"$*\" = '-B x --results r' ]\n").ok());
   const Status failed = tool("#!/bin/sh\necho 'KeyError: ate' >&2; exit 1\n");
   ASSERT_FALSE(failed.ok());
   EXPECT_EQ(failed.error().kind, ErrorKind::kOutput);

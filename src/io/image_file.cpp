@@ -135,18 +135,19 @@ GreyImage grey_from_colour(const ColourImage& colour) {
   return grey;
 }
 
-std::string encode_png(const ColourImage& image, int compression) {
+std::string encode_png(const ColourImage& image, int compression, PngFilter filter) {
   return png::encode(reinterpret_cast<const std::uint8_t*>(image.data()),
-                     {{image.width(), image.height()}, 3, 8, false}, compression);
+                     {{image.width(), image.height()}, 3, 8, false}, compression, filter);
 }
 
-std::string encode_png(const GreyImage& image, int compression) {
-  return png::encode(image.data(), {{image.width(), image.height()}, 1, 8, false}, compression);
+std::string encode_png(const GreyImage& image, int compression, PngFilter filter) {
+  return png::encode(image.data(), {{image.width(), image.height()}, 1, 8, false}, compression,
+                     filter);
 }
 
-std::string encode_png(const Image<std::uint16_t>& image, int compression) {
+std::string encode_png(const Image<std::uint16_t>& image, int compression, PngFilter filter) {
   return png::encode(reinterpret_cast<const std::uint8_t*>(image.data()),
-                     {{image.width(), image.height()}, 1, 16, false}, compression);
+                     {{image.width(), image.height()}, 1, 16, false}, compression, filter);
 }
 
 std::string encode_jpeg(const ColourImage& image, int quality) {

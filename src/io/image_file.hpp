@@ -21,6 +21,9 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
+/// How a row is predicted from its surroundings: the best of all (slow), from itself, from above.
+enum class PngFilter { kBest, kNone, kUp };
+
 struct ImageHeader {
   ImageSize size;
   int channels = 0;  ///< 1 grey, 2 grey with alpha, 3 colour, 4 with alpha (or CMYK)
@@ -57,10 +60,13 @@ struct ImageHeader {
 /// Luma by ITU-R BT.601 in 14-bit integers: 0.299 r + 0.587 g + 0.114 b, rounded.
 [[nodiscard]] GreyImage grey_from_colour(const ColourImage& colour);
 
-/// @param compression zlib level 0 to 9.
-[[nodiscard]] std::string encode_png(const ColourImage& image, int compression = 3);
-[[nodiscard]] std::string encode_png(const GreyImage& image, int compression = 3);
-[[nodiscard]] std::string encode_png(const Image<std::uint16_t>& image, int compression = 3);
+/// @param compression zlib level 0 to 9. @param filter how a row is predicted before compression.
+[[nodiscard]] std::string encode_png(const ColourImage& image, int compression = 3,
+                                     PngFilter filter = PngFilter::kBest);
+[[nodiscard]] std::string encode_png(const GreyImage& image, int compression = 3,
+                                     PngFilter filter = PngFilter::kBest);
+[[nodiscard]] std::string encode_png(const Image<std::uint16_t>& image, int compression = 3,
+                                     PngFilter filter = PngFilter::kBest);
 /// @param quality 1 to 100, chroma at half resolution as cameras write it.
 [[nodiscard]] std::string encode_jpeg(const ColourImage& image, int quality = 90);
 

@@ -17,6 +17,6 @@ namespace ygslam::png {
 Status decode(std::string_view bytes, std::uint8_t* pixels);
 /// @param pixels rows without padding, 16-bit samples in machine order.
 [[nodiscard]] std::string encode(const std::uint8_t* pixels, const ImageHeader& header,
-                                 int compression);
+                                 int compression, PngFilter filter);
 
 }  // namespace ygslam::png

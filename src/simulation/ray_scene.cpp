@@ -2,6 +2,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -12,9 +13,6 @@
 namespace ygslam::sim {
 
 namespace {
-constexpr unsigned kFixedMask = 1;
-constexpr unsigned kMoverMask = 2;
-
 /// New triangle geometry with room for points; indices are filled in.
 RTCGeometry make_geometry(RTCDevice device, const std::vector<Triangle>& triangles,
                           std::size_t points, float** p_buffer) {
@@ -38,11 +36,11 @@ void fill_points(float* buffer, const std::vector<Vec3f>& points) {
 
 struct RayScene::Embree {
   RTCDevice device = nullptr;
-  RTCScene top = nullptr;
   RTCScene fixed = nullptr;
+  RTCScene moving = nullptr;  // one instance per mover
   ~Embree() {
     if (fixed != nullptr) rtcReleaseScene(fixed);
-    if (top != nullptr) rtcReleaseScene(top);
+    if (moving != nullptr) rtcReleaseScene(moving);
     if (device != nullptr) rtcReleaseDevice(device);
   }
 };
@@ -50,7 +48,7 @@ struct RayScene::Embree {
 struct RayScene::MoverState {
   RTCScene scene = nullptr;
   RTCGeometry geometry = nullptr;  // inside `scene`; owned by it
-  RTCGeometry instance = nullptr;  // inside the top scene; owned by it
+  RTCGeometry instance = nullptr;  // inside the moving scene; owned by it
   float* p_buffer = nullptr;
   Eigen::Matrix3f R = Eigen::Matrix3f::Identity();  // world from object, now
   Vec3f t = Vec3f::Zero();
@@ -65,18 +63,17 @@ RayScene::RayScene(const Scene& scene) : scene_(scene), embree_(std::make_unique
   embree_->device = rtcNewDevice("threads=1,set_affinity=0");
   CHECK(embree_->device != nullptr, "Embree does not start");
   RTCDevice device = embree_->device;
-  embree_->top = rtcNewScene(device);
+  embree_->moving = rtcNewScene(device);
   embree_->fixed = rtcNewScene(device);
-  rtcSetSceneFlags(embree_->top, RTC_SCENE_FLAG_DYNAMIC);
+  rtcSetSceneFlags(embree_->moving, RTC_SCENE_FLAG_DYNAMIC);
   rtcSetSceneFlags(embree_->fixed, RTC_SCENE_FLAG_NONE);
   rtcSetSceneBuildQuality(embree_->fixed, RTC_BUILD_QUALITY_HIGH);
 
-  const auto add_instance = [&](RTCScene inner, unsigned id, unsigned mask) {
+  const auto add_instance = [&](RTCScene inner, unsigned id) {
     RTCGeometry instance = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(instance, inner);
-    rtcSetGeometryMask(instance, mask);
     rtcCommitGeometry(instance);
-    rtcAttachGeometryByID(embree_->top, instance, id);
+    rtcAttachGeometryByID(embree_->moving, instance, id);
     rtcReleaseGeometry(instance);
     return instance;
   };
@@ -84,12 +81,10 @@ RayScene::RayScene(const Scene& scene) : scene_(scene), embree_(std::make_unique
   RTCGeometry fixed =
       make_geometry(device, scene.fixed.triangles, scene.fixed.points.size(), &buffer);
   fill_points(buffer, scene.fixed.points);
-  rtcSetGeometryMask(fixed, kFixedMask | kMoverMask);
   rtcCommitGeometry(fixed);
   rtcAttachGeometry(embree_->fixed, fixed);
   rtcReleaseGeometry(fixed);
   rtcCommitScene(embree_->fixed);
-  add_instance(embree_->fixed, 0, kFixedMask);
 
   movers_.resize(scene.movers.size());
   for (std::size_t i = 0; i < movers_.size(); ++i) {
@@ -105,15 +100,17 @@ RayScene::RayScene(const Scene& scene) : scene_(scene), embree_(std::make_unique
       rtcSetSceneBuildQuality(state.scene, RTC_BUILD_QUALITY_LOW);
     }
     state.geometry = make_geometry(device, mesh.triangles, count, &state.p_buffer);
-    rtcSetGeometryMask(state.geometry, kFixedMask | kMoverMask);
+    // A body keeps the tree of its first pose; only the boxes of the tree follow its motion.
+    // (Embree refits a geometry only within a scene of low quality.)
+    if (mover.is_body()) rtcSetGeometryBuildQuality(state.geometry, RTC_BUILD_QUALITY_REFIT);
     fill_points(state.p_buffer, mover.is_body() ? state.points : mesh.points);
     rtcCommitGeometry(state.geometry);
     rtcAttachGeometry(state.scene, state.geometry);
     rtcReleaseGeometry(state.geometry);
     rtcCommitScene(state.scene);
-    state.instance = add_instance(state.scene, static_cast<unsigned>(1 + i), kMoverMask);
+    state.instance = add_instance(state.scene, static_cast<unsigned>(i));
   }
-  rtcCommitScene(embree_->top);
+  rtcCommitScene(embree_->moving);
 }
 
 RayScene::~RayScene() {
@@ -155,34 +152,34 @@ void RayScene::set_time(double t_s, double before_s, int threads) {
   parallel_for(static_cast<int>(movers_.size()), threads,
                [&](int i) { update_mover(static_cast<std::size_t>(i), t_s, before_s); });
   for (const MoverState& state : movers_) rtcCommitGeometry(state.instance);
-  rtcCommitScene(embree_->top);
+  rtcCommitScene(embree_->moving);
 }
 
-void RayScene::intersect(const RayPacket& rays, RayTarget target, bool coherent,
-                         std::array<RayHit, kPacket>& hits) const {
-  alignas(32) RTCRayHit8 packet;
-  alignas(32) int valid[kPacket];
+namespace {
+/// Fills the rays of an Embree packet; works for RTCRay16 alone and within a RTCRayHit16.
+void fill(const RayPacket& rays, RTCRay16& packet, int* valid) {
+  const auto first = std::find(rays.active.begin(), rays.active.end(), true);
+  const int any = first == rays.active.end() ? 0 : static_cast<int>(first - rays.active.begin());
   for (int k = 0; k < kPacket; ++k) {
+    // Lanes that are not in use hold no stray numbers: Embree computes with them all the same.
+    const int from = rays.active[k] ? k : any;
     valid[k] = rays.active[k] ? -1 : 0;
-    packet.ray.org_x[k] = rays.origin[k].x();
-    packet.ray.org_y[k] = rays.origin[k].y();
-    packet.ray.org_z[k] = rays.origin[k].z();
-    packet.ray.dir_x[k] = rays.direction[k].x();
-    packet.ray.dir_y[k] = rays.direction[k].y();
-    packet.ray.dir_z[k] = rays.direction[k].z();
-    packet.ray.tnear[k] = 0;
-    packet.ray.tfar[k] = rays.reach[k];
-    packet.ray.time[k] = 0;
-    packet.ray.mask[k] = target == RayTarget::kAll ? kFixedMask | kMoverMask : kFixedMask;
-    packet.ray.id[k] = 0;
-    packet.ray.flags[k] = 0;
-    packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
-    packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+    packet.org_x[k] = rays.origin[from].x();
+    packet.org_y[k] = rays.origin[from].y();
+    packet.org_z[k] = rays.origin[from].z();
+    packet.dir_x[k] = rays.direction[from].x();
+    packet.dir_y[k] = rays.direction[from].y();
+    packet.dir_z[k] = rays.direction[from].z();
+    packet.tnear[k] = 0;
+    packet.tfar[k] = rays.reach[from];
+    packet.time[k] = 0;
+    packet.mask[k] = ~0U;
+    packet.id[k] = 0;
+    packet.flags[k] = 0;
   }
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect8(valid, embree_->top, &context, &packet);
+}
+
+void read(const RayPacket& rays, const RTCRayHit16& packet, RayScene::Hits& hits) {
   for (int k = 0; k < kPacket; ++k) {
     hits[k] = RayHit{};
     if (!rays.active[k] || packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
@@ -190,33 +187,53 @@ void RayScene::intersect(const RayPacket& rays, RayTarget target, bool coherent,
     hits[k].triangle = packet.hit.primID[k];
     hits[k].u = packet.hit.u[k];
     hits[k].v = packet.hit.v[k];
-    hits[k].object = static_cast<std::uint16_t>(packet.hit.instID[0][k]);
+    const unsigned instance = packet.hit.instID[0][k];
+    hits[k].object = instance == RTC_INVALID_GEOMETRY_ID ? std::uint16_t{0}
+                                                         : static_cast<std::uint16_t>(1 + instance);
   }
 }
+}  // namespace
 
-void RayScene::occluded(const RayPacket& rays, RayTarget target,
-                        std::array<bool, kPacket>& blocked) const {
-  alignas(32) RTCRay8 packet;
-  alignas(32) int valid[kPacket];
+void RayScene::intersect(const RayPacket& rays, RayTarget target, Hits& hits,
+                         Hits* on_fixed) const {
+  alignas(64) RTCRayHit16 packet;
+  alignas(64) int valid[kPacket];
+  fill(rays, packet.ray, valid);
   for (int k = 0; k < kPacket; ++k) {
-    valid[k] = rays.active[k] ? -1 : 0;
-    packet.org_x[k] = rays.origin[k].x();
-    packet.org_y[k] = rays.origin[k].y();
-    packet.org_z[k] = rays.origin[k].z();
-    packet.dir_x[k] = rays.direction[k].x();
-    packet.dir_y[k] = rays.direction[k].y();
-    packet.dir_z[k] = rays.direction[k].z();
-    packet.tnear[k] = 0;
-    packet.tfar[k] = rays.reach[k];
-    packet.time[k] = 0;
-    packet.mask[k] = target == RayTarget::kAll ? kFixedMask | kMoverMask : kFixedMask;
-    packet.id[k] = 0;
-    packet.flags[k] = 0;
+    packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+    packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
   }
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcOccluded8(valid, embree_->top, &context, &packet);
-  for (int k = 0; k < kPacket; ++k) blocked[k] = rays.active[k] && packet.tfar[k] < 0;
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(valid, embree_->fixed, &context, &packet);
+  if (on_fixed != nullptr) read(rays, packet, *on_fixed);
+  if (target == RayTarget::kAll && !movers_.empty()) {
+    // Only what is nearer than the fixed scene is found now.
+    rtcIntersect16(valid, embree_->moving, &context, &packet);
+  }
+  read(rays, packet, hits);
+}
+
+void RayScene::occluded(const RayPacket& rays, const Flags& ask_movers, Flags& by_fixed,
+                        Flags& by_mover) const {
+  alignas(64) RTCRay16 packet;
+  alignas(64) int valid[kPacket];
+  fill(rays, packet, valid);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(
+      &context);  // as coherent rays, some packets never come back (Embree 3.13)
+  rtcOccluded16(valid, embree_->fixed, &context, &packet);
+  bool ask = false;
+  for (int k = 0; k < kPacket; ++k) {
+    by_fixed[k] = rays.active[k] && packet.tfar[k] < 0;
+    by_mover[k] = false;
+    valid[k] = rays.active[k] && ask_movers[k] && !by_fixed[k] ? -1 : 0;
+    ask |= valid[k] != 0;
+  }
+  if (!ask || movers_.empty()) return;
+  rtcOccluded16(valid, embree_->moving, &context, &packet);
+  for (int k = 0; k < kPacket; ++k) by_mover[k] = valid[k] != 0 && packet.tfar[k] < 0;
 }
 
 SurfacePoint RayScene::surface(const RayHit& hit) const {

@@ -27,7 +27,7 @@ struct SurfacePoint {
 };
 
 enum class RayTarget { kAll, kFixedOnly };
-inline constexpr int kPacket = 8;
+inline constexpr int kPacket = 16;
 
 struct RayPacket {
   std::array<Vec3f, kPacket> origin;
@@ -47,11 +47,15 @@ class RayScene {
   /// Puts everything where it is at t_s, and remembers where it was at before_s.
   void set_time(double t_s, double before_s, int threads);
 
-  /// Nearest hits. Safe to call from several threads.
-  void intersect(const RayPacket& rays, RayTarget target, bool coherent,
-                 std::array<RayHit, kPacket>& hits) const;
-  /// Whether anything lies within reach.
-  void occluded(const RayPacket& rays, RayTarget target, std::array<bool, kPacket>& blocked) const;
+  using Hits = std::array<RayHit, kPacket>;
+  using Flags = std::array<bool, kPacket>;
+  /// Nearest hits of rays that lie close together. Safe to call from several threads.
+  /// @param on_fixed if given: the nearest hits on the fixed scene alone.
+  void intersect(const RayPacket& rays, RayTarget target, Hits& hits, Hits* on_fixed) const;
+  /// Whether the fixed scene lies within reach, and whether a mover does; the second is asked only
+  /// of rays in `ask_movers` that the fixed scene leaves through.
+  void occluded(const RayPacket& rays, const Flags& ask_movers, Flags& by_fixed,
+                Flags& by_mover) const;
 
   [[nodiscard]] SurfacePoint surface(const RayHit& hit) const;
   /// Where the surface point was at before_s. @param p_world where it is now.

@@ -23,24 +23,51 @@ Renderer::Renderer(const Scene& scene, const Camera& camera, const RenderConfig&
       tangent_[static_cast<std::size_t>(v) * camera.width() + u] = p.head<2>().cast<float>();
     }
   }
-  for (const LightZone& zone : scene.zones) {
-    Lamps lamps;
-    lamps.count = std::min(kMaxLights, static_cast<int>(zone.lights.size()));
-    for (int k = 0; k < lamps.count; ++k) {
-      const AreaLight& light = scene.lights[zone.lights[static_cast<std::size_t>(k)]];
-      lamps.light[k] = zone.lights[static_cast<std::size_t>(k)];
-      lamps.x[k] = light.centre.x();
-      lamps.y[k] = light.centre.y();
-      lamps.z[k] = light.centre.z();
-      lamps.power[k] = light.power;
-    }
-    lamps_.push_back(lamps);
-  }
+  for (const LightZone& zone : scene.zones) lamps_.push_back(lamps_of(zone));
+  for (std::size_t id = 0; id < scene.materials.size(); ++id)
+    surfaces_.push_back(surface_of(scene.materials.material(static_cast<MaterialId>(id))));
   all_ = std::make_unique<Layer>(n);
   if (config.static_view) fixed_ = std::make_unique<Layer>(n);
 }
 
 Renderer::~Renderer() = default;
+
+Renderer::Lamps Renderer::lamps_of(const LightZone& zone) const {
+  Lamps lamps;
+  lamps.count = std::min(kMaxLights, static_cast<int>(zone.lights.size()));
+  for (int k = 0; k < lamps.count; ++k) {
+    const AreaLight& light = scene_.lights[zone.lights[static_cast<std::size_t>(k)]];
+    lamps.x[k] = light.centre.x();
+    lamps.y[k] = light.centre.y();
+    lamps.z[k] = light.centre.z();
+    lamps.power[k] = light.power;
+    lamps.on[k] = 1;
+  }
+  for (int sample = 0; sample < kSamples && lamps.count > 0; ++sample) {
+    const int which = sample % lamps.count;
+    const AreaLight& light = scene_.lights[zone.lights[static_cast<std::size_t>(which)]];
+    // Samples of one lamp lie on a golden-ratio grid over its area.
+    const auto j = static_cast<float>(sample / lamps.count);
+    const auto n = static_cast<float>((kSamples + lamps.count - 1) / lamps.count);
+    const float a = (j + 0.5F) / n * 2 - 1;
+    const float b = std::fmod(0.25F + j * 0.618034F, 1.0F) * 2 - 1;
+    lamps.sample_lamp[sample] = which;
+    lamps.sample_point[sample] = light.centre + Vec3f(a * light.half_x_m, b * light.half_y_m, 0);
+  }
+  return lamps;
+}
+
+Renderer::Surface Renderer::surface_of(const Material& material) const {
+  Surface surface;
+  surface.first = &scene_.materials.texture(material.frames.at(0));
+  if (material.frames.size() > 1) surface.frames = &material.frames;
+  surface.tint << material.tint.array(), 0;
+  if (material.tile_u_m != 0) surface.tiles_per_uv = {1 / material.tile_u_m, 1 / material.tile_v_m};
+  surface.texels_per_m = 1 / material.texel_m;
+  surface.glow = material.glow;
+  surface.shine = material.shine;
+  return surface;
+}
 
 Vec3f Renderer::ray_direction(const Frame& frame, float u, float v) const {
   const int width = camera_.width();
@@ -54,71 +81,47 @@ Vec3f Renderer::ray_direction(const Frame& frame, float u, float v) const {
   return frame.R[frame.row(v0)] * Vec3f(x, y, 1);
 }
 
-void Renderer::trace_block(const Frame& frame, int block_row, Layer& layer) const {
+void Renderer::put_hit(const RayPacket& packet, int k, const RayHit& hit, std::size_t i,
+                       Layer& layer) const {
+  layer.hits[i] = hit;
+  if (hit.object == RayHit::kNothing) return;
+  layer.surfaces[i] = rays_.surface(hit);
+  layer.points[i] = packet.origin[k] + hit.distance * packet.direction[k];
+  if (layer.surfaces[i].normal.dot(packet.direction[k]) > 0) layer.surfaces[i].normal *= -1;
+}
+
+void Renderer::trace_block(const Frame& frame, int block_row) {
   const int width = camera_.width();
-  const int v0 = 2 * block_row;
+  const int v0 = kTile * block_row;
   RayPacket packet;
-  std::array<RayHit, kPacket> hits;
+  RayScene::Hits hits, on_fixed;
   packet.reach.fill(kReach_m);
-  for (int u0 = 0; u0 < width; u0 += 4) {
+  for (int u0 = 0; u0 < width; u0 += kTile) {
     for (int k = 0; k < kPacket; ++k) {
-      const int u = std::min(u0 + k % 4, width - 1);
-      const int v = std::min(v0 + k / 4, camera_.height() - 1);
-      packet.active[k] = u0 + k % 4 < width && v0 + k / 4 < camera_.height();
+      const int u = std::min(u0 + k % kTile, width - 1);
+      const int v = std::min(v0 + k / kTile, camera_.height() - 1);
+      packet.active[k] = u0 + k % kTile < width && v0 + k / kTile < camera_.height();
       packet.origin[k] = frame.origin[frame.row(v)];
       const Eigen::Vector2f& xy = tangent_[static_cast<std::size_t>(v) * width + u];
       packet.direction[k] = frame.R[frame.row(v)] * Vec3f(xy.x(), xy.y(), 1);
     }
-    rays_.intersect(packet, RayTarget::kAll, true, hits);
+    rays_.intersect(packet, RayTarget::kAll, hits, fixed_ ? &on_fixed : nullptr);
     for (int k = 0; k < kPacket; ++k) {
       if (!packet.active[k]) continue;
-      const std::size_t i = static_cast<std::size_t>(v0 + k / 4) * width + u0 + k % 4;
-      layer.hits[i] = hits[k];
-      if (hits[k].object == RayHit::kNothing) continue;
-      layer.surfaces[i] = rays_.surface(hits[k]);
-      layer.points[i] = packet.origin[k] + hits[k].distance * packet.direction[k];
-      if (layer.surfaces[i].normal.dot(packet.direction[k]) > 0) layer.surfaces[i].normal *= -1;
+      const std::size_t i = static_cast<std::size_t>(v0 + k / kTile) * width + u0 + k % kTile;
+      put_hit(packet, k, hits[k], i, *all_);
+      if (!fixed_) continue;
+      const bool on_mover = hits[k].object != 0 && hits[k].object != RayHit::kNothing;
+      fixed_->changed[i] = on_mover ? kOtherSurface : kSame;
+      if (on_mover) {
+        put_hit(packet, k, on_fixed[k], i, *fixed_);
+      } else {
+        fixed_->hits[i] = all_->hits[i];
+        fixed_->surfaces[i] = all_->surfaces[i];
+        fixed_->points[i] = all_->points[i];
+      }
     }
   }
-}
-
-void Renderer::trace_static_row(const Frame& frame, const Layer& all, int row, Layer& fixed) const {
-  const int width = camera_.width();
-  RayPacket packet;
-  std::array<RayHit, kPacket> hits;
-  std::array<std::size_t, kPacket> pixel{};
-  packet.reach.fill(kReach_m);
-  int waiting = 0;
-  const auto flush = [&] {
-    for (int k = 0; k < kPacket; ++k) packet.active[k] = k < waiting;
-    rays_.intersect(packet, RayTarget::kFixedOnly, true, hits);
-    for (int k = 0; k < waiting; ++k) {
-      const std::size_t i = pixel[k];
-      fixed.hits[i] = hits[k];
-      if (hits[k].object == RayHit::kNothing) continue;
-      fixed.surfaces[i] = rays_.surface(hits[k]);
-      fixed.points[i] = packet.origin[k] + hits[k].distance * packet.direction[k];
-      if (fixed.surfaces[i].normal.dot(packet.direction[k]) > 0) fixed.surfaces[i].normal *= -1;
-    }
-    waiting = 0;
-  };
-  for (int u = 0; u < width; ++u) {
-    const std::size_t i = static_cast<std::size_t>(row) * width + u;
-    if (all.hits[i].object == 0 || all.hits[i].object == RayHit::kNothing) {
-      fixed.hits[i] = all.hits[i];
-      fixed.surfaces[i] = all.surfaces[i];
-      fixed.points[i] = all.points[i];
-      fixed.changed[i] = 0;
-      continue;
-    }
-    fixed.changed[i] = 1;
-    pixel[waiting] = i;
-    packet.origin[waiting] = frame.origin[frame.row(row)];
-    packet.direction[waiting] =
-        frame.R[frame.row(row)] * Vec3f(tangent_[i].x(), tangent_[i].y(), 1);
-    if (++waiting == kPacket) flush();
-  }
-  if (waiting > 0) flush();
 }
 
 void Renderer::truth_row(const Frame& frame, const Layer& layer, int row, View& view) const {
@@ -147,14 +150,22 @@ void Renderer::truth_row(const Frame& frame, const Layer& layer, int row, View& 
   }
 }
 
-void Renderer::finish_layer(const Frame& frame, RayTarget target, const Layer* with_movers,
-                            Layer& layer, ColourImage& colour) {
-  const int height = camera_.height();
-  parallel_for(height, config_.threads, [&](int v) { light_row(target, v, with_movers, layer); });
+void Renderer::light_layer(const Layer* with_movers, Layer& layer) const {
+  const int blocks = (camera_.height() + kLightBlock - 1) / kLightBlock;
   if (with_movers != nullptr) {
-    parallel_for(height, config_.threads, [&](int v) { mark_for_shading(v, layer); });
+    parallel_for(camera_.height(), config_.threads,
+                 [&](int v) { copy_light(v, *with_movers, layer); });
   }
-  parallel_for(height, config_.threads, [&](int v) {
+  for (const bool first : {true, false}) {
+    parallel_for(blocks, config_.threads,
+                 [&](int block) { light_block(block, first, with_movers, layer); });
+    spread(layer.state, layer.near);
+  }
+}
+
+void Renderer::shade_layer(const Frame& frame, RayTarget target, const Layer& layer,
+                           ColourImage& colour) const {
+  parallel_for(camera_.height(), config_.threads, [&](int v) {
     shade_row(frame, layer, v, colour);
     if (config_.antialias) smooth_edges_row(frame, layer, target, v, colour);
   });
@@ -184,16 +195,17 @@ View Renderer::render(const RowPoses& T_world_camera, const SE3& T_world_before,
   view.facing = Image<float>(width, height);
   view.ir_return = Image<float>(width, height);
   if (config_.flow) view.flow_px = Image<Eigen::Vector2f>(width, height, Eigen::Vector2f::Zero());
-  parallel_for((height + 1) / 2, config_.threads,
-               [&](int block) { trace_block(frame, block, *all_); });
-  finish_layer(frame, RayTarget::kAll, nullptr, *all_, view.colour);
+  parallel_for((height + kTile - 1) / kTile, config_.threads,
+               [&](int block) { trace_block(frame, block); });
+  light_layer(nullptr, *all_);
+  shade_layer(frame, RayTarget::kAll, *all_, view.colour);
   parallel_for(height, config_.threads, [&](int v) { truth_row(frame, *all_, v, view); });
   if (config_.static_view) {
     view.colour_static = view.colour;  // where no mover has anything to do with it
     view.depth_static_m = DepthImage(width, height);
-    parallel_for(height, config_.threads,
-                 [&](int v) { trace_static_row(frame, *all_, v, *fixed_); });
-    finish_layer(frame, RayTarget::kFixedOnly, all_.get(), *fixed_, view.colour_static);
+    light_layer(all_.get(), *fixed_);
+    spread(fixed_->changed, fixed_->shade);  // as far as shadows are smoothed and edges drawn
+    shade_layer(frame, RayTarget::kFixedOnly, *fixed_, view.colour_static);
     for (std::size_t i = 0; i < fixed_->hits.size(); ++i) {
       if (fixed_->hits[i].object != RayHit::kNothing)
         view.depth_static_m.data()[i] = fixed_->hits[i].distance;

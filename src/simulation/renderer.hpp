@@ -56,19 +56,30 @@ class Renderer {
   struct Layer;  // hits and light of one view, with or without movers
   struct Frame;  // what all passes of one frame share
   static constexpr int kMaxLights = 8;
+  static constexpr int kSamples = 16;  // of the light, spread over 4x4 pixels
   using Lanes = Eigen::Array<float, kMaxLights, 1>;
   /// The lamps of a zone side by side; those that are missing have no power.
   struct Lamps {
     Lanes x = Lanes::Zero(), y = Lanes::Zero(), z = Lanes::Zero(), power = Lanes::Zero();
-    std::array<std::uint16_t, kMaxLights> light{};
     int count = 0;
+    Lanes on = Lanes::Zero();                 ///< 1 for a lamp, 0 for none
+    std::array<int, kSamples> sample_lamp{};  ///< lane of each light sample
+    std::array<Vec3f, kSamples> sample_point;
   };
 
-  void trace_block(const Frame& frame, int row, Layer& layer) const;
-  void trace_static_row(const Frame& frame, const Layer& all, int row, Layer& fixed) const;
-  /// @param with_movers for the static layer: what is known already.
-  void light_row(RayTarget target, int row, const Layer* with_movers, Layer& layer) const;
-  void mark_for_shading(int row, Layer& layer) const;
+  void trace_block(const Frame& frame, int block_row);
+  void put_hit(const RayPacket& packet, int k, const RayHit& hit, std::size_t i,
+               Layer& layer) const;
+  /// Half of the light samples at a time: those of the second half are traced only where the
+  /// first half left a doubt. @param with_movers for the static layer: what is known already.
+  void light_block(int block_row, bool first, const Layer* with_movers, Layer& layer) const;
+  /// Unshadowed light of a pixel and the ray of its sample. @return whether to trace it.
+  bool prepare_light(std::size_t i, int sample, bool first, Layer& layer, RayPacket& packet,
+                     int k) const;
+  /// For the static layer: the light of the surfaces that are seen in both.
+  void copy_light(int row, const Layer& with_movers, Layer& layer) const;
+  [[nodiscard]] bool is_unchanged(const Layer& layer, int u0, int v0) const;
+  void spread(const std::vector<std::uint8_t>& bits, std::vector<std::uint8_t>& around) const;
   void shade_row(const Frame& frame, const Layer& layer, int row, ColourImage& colour) const;
   void smooth_edges_row(const Frame& frame, const Layer& layer, RayTarget target, int row,
                         ColourImage& colour) const;
@@ -77,10 +88,22 @@ class Renderer {
                                       const Vec3f& normal) const;
   [[nodiscard]] bool is_edge(const Layer& layer, int u, int row) const;
   void truth_row(const Frame& frame, const Layer& layer, int row, View& view) const;
-  void finish_layer(const Frame& frame, RayTarget target, const Layer* with_movers, Layer& layer,
-                    ColourImage& colour);
+  void light_layer(const Layer* with_movers, Layer& layer) const;
+  void shade_layer(const Frame& frame, RayTarget target, const Layer& layer,
+                   ColourImage& colour) const;
+  /// A material, ready for the inner loop.
+  struct Surface {
+    const Texture* first = nullptr;
+    const std::vector<std::uint16_t>* frames = nullptr;  ///< of a video; null otherwise
+    Light tint = Light::Ones();
+    Vec2f tiles_per_uv = Vec2f::Ones();
+    float texels_per_m = 0;
+    float glow = 0, shine = 0;
+  };
+  [[nodiscard]] Surface surface_of(const Material& material) const;
+  [[nodiscard]] Lamps lamps_of(const LightZone& zone) const;
   [[nodiscard]] Vec3f ray_direction(const Frame& frame, float u, float v) const;
-  [[nodiscard]] Vec3f radiance(const Frame& frame, const SurfacePoint& surface,
+  [[nodiscard]] Light radiance(const Frame& frame, const SurfacePoint& surface,
                                const Vec3f& p_world, const Vec3f& sight, float distance,
                                float visibility, float light_sum_here) const;
   /// Unshadowed light of the lamps at a surface, each and in sum.
@@ -95,6 +118,7 @@ class Renderer {
   std::vector<Eigen::Vector2f> tangent_;  // (x, y) of every pixel's ray at z = 1, camera frame
   float pixel_angle_;                     // [rad]
   std::vector<Lamps> lamps_;              // per zone
+  std::vector<Surface> surfaces_;         // per material
   std::unique_ptr<Layer> all_, fixed_;
 };
 

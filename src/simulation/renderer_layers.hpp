@@ -8,6 +8,20 @@
 namespace ygslam::sim {
 
 inline constexpr float kReach_m = 60;  ///< nothing is seen farther away
+inline constexpr int kTile = 4;        ///< pixels whose rays travel together: kTile x kTile
+static_assert(kTile * kTile == kPacket);
+inline constexpr int kLightBlock = 16;  ///< pixels whose light samples travel together, a side
+
+/// What became of the light sample of a pixel.
+enum LightState : std::uint8_t {
+  kFixedLets = 1,    ///< the fixed scene lets it through
+  kFixedBlocks = 2,  ///< or not
+  kMoversLet = 4,    ///< the movers let it through
+  kMoversBlock = 8,  ///< or not
+};
+
+/// How a pixel of the static layer differs from the layer with movers.
+enum Change : std::uint8_t { kSame = 0, kOtherSurface = 1, kOtherLight = 2 };
 
 struct Renderer::Layer {
   std::vector<RayHit> hits;
@@ -16,10 +30,21 @@ struct Renderer::Layer {
   std::vector<float> weight;          // unshadowed light of this pixel's sample
   std::vector<float> arrived;         // the same, 0 if something is in the way
   std::vector<float> light;           // unshadowed light of all lamps
-  std::vector<std::uint8_t> changed;  // static layer: other than in the layer with movers
+  std::vector<std::uint8_t> state;    // LightState bits; 0 = no sample
+  std::vector<std::uint8_t> near;     // those of the pixels around
+  std::vector<std::uint8_t> changed;  // static layer: Change from the layer with movers
   std::vector<std::uint8_t> shade;    // to be shaded; otherwise its colour is known
   explicit Layer(std::size_t n)
-      : hits(n), surfaces(n), points(n), weight(n), arrived(n), light(n), changed(n), shade(n, 1) {}
+      : hits(n),
+        surfaces(n),
+        points(n),
+        weight(n),
+        arrived(n),
+        light(n),
+        state(n),
+        near(n),
+        changed(n),
+        shade(n, 1) {}
 };
 
 struct Renderer::Frame {

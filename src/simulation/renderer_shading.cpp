@@ -2,23 +2,30 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulation/parallel.hpp"
 #include "simulation/renderer_layers.hpp"
 
 namespace ygslam::sim {
 
 namespace {
 
-/// Order in which the 16 light samples are spread over a 4x4 block, so that any part of the block
-/// holds well-spread samples.
-constexpr int kPattern[16] = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
+/// Where in a 4x4 block of pixels each of the 16 light samples is taken (u + 4 v), so that any part
+/// of the block holds well-spread samples, and the first half of them is a fine grid.
+constexpr int kPlace[16] = {0, 10, 2, 8, 5, 15, 7, 13, 1, 11, 3, 9, 4, 14, 6, 12};
 
-std::uint8_t code_of(float linear) {
-  return static_cast<std::uint8_t>(
-      std::min(255.0F, 255.0F * std::sqrt(std::max(0.0F, linear)) + 0.5F));
+/// What the samples around say about one that has not been traced; 0 = they do not agree.
+std::uint8_t guess(std::uint8_t near) {
+  const int fixed = near & (kFixedLets | kFixedBlocks);
+  const int movers = near & (kMoversLet | kMoversBlock);
+  if (fixed == kFixedBlocks) return kFixedBlocks;
+  if (fixed != kFixedLets || movers == (kMoversLet | kMoversBlock)) return 0;
+  return static_cast<std::uint8_t>(fixed | movers);
 }
 
-Rgb8 pixel_of(const Vec3f& linear) {
-  return {code_of(linear.x()), code_of(linear.y()), code_of(linear.z())};
+Rgb8 pixel_of(const Light& linear) {
+  const Eigen::Array4i code = (255.0F * linear.max(0.0F).sqrt() + 0.5F).min(255.0F).cast<int>();
+  return {static_cast<std::uint8_t>(code[0]), static_cast<std::uint8_t>(code[1]),
+          static_cast<std::uint8_t>(code[2])};
 }
 
 }  // namespace
@@ -48,93 +55,145 @@ float Renderer::light_sum(const Vec3f& p_world, const Vec3f& normal, const Lamps
   return contributions.sum();
 }
 
-void Renderer::light_row(RayTarget target, int row, const Layer* with_movers, Layer& layer) const {
-  const int width = camera_.width();
-  RayPacket packet;
-  std::array<bool, kPacket> blocked{};
-  packet.reach.fill(0.999F);
+bool Renderer::prepare_light(std::size_t i, int sample, bool first, Layer& layer, RayPacket& packet,
+                             int k) const {
+  layer.weight[i] = layer.arrived[i] = layer.light[i] = 0;
+  layer.state[i] = 0;
+  if (layer.hits[i].object == RayHit::kNothing) return false;
+  const Vec3f& normal = layer.surfaces[i].normal;
+  const Lamps& lamps = lamps_[zone_at(layer.points[i])];
   Lanes contributions;
-  // Every fourth pixel of a row asks for the same point of the same lamp: such rays travel
-  // together.
-  const int groups = (width + 4 * kPacket - 1) / (4 * kPacket);
-  for (int group = 0; group < 4 * groups; ++group) {
-    const int u0 = group / 4 * 4 * kPacket + group % 4;
-    for (int k = 0; k < kPacket; ++k) {
-      const int u = u0 + 4 * k;
-      packet.active[k] = false;
-      if (u >= width) continue;
-      const std::size_t i = static_cast<std::size_t>(row) * width + u;
-      const bool known = with_movers != nullptr && layer.changed[i] == 0;
-      if (known && with_movers->arrived[i] == with_movers->weight[i]) {
-        // What no mover and no wall shades is not shaded by the walls alone.
-        layer.weight[i] = with_movers->weight[i];
-        layer.arrived[i] = with_movers->arrived[i];
-        layer.light[i] = with_movers->light[i];
-        continue;
+  layer.light[i] = light_sum(layer.points[i], normal, lamps, contributions);
+  const float weight = contributions[lamps.sample_lamp[sample]];
+  if (layer.light[i] <= 0 || weight <= 0) return false;
+  layer.weight[i] = layer.arrived[i] = weight;
+  if (!first) {
+    layer.state[i] = guess(layer.near[i]);
+    if ((layer.state[i] & (kFixedBlocks | kMoversBlock)) != 0) layer.arrived[i] = 0;
+    if (layer.state[i] != 0) return false;
+  }
+  packet.origin[k] = layer.points[i] + 2e-3F * normal;
+  packet.direction[k] = lamps.sample_point[sample] - packet.origin[k];
+  return true;
+}
+
+void Renderer::copy_light(int row, const Layer& with_movers, Layer& layer) const {
+  const std::size_t begin = static_cast<std::size_t>(row) * camera_.width();
+  for (std::size_t i = begin; i < begin + camera_.width(); ++i) {
+    if (layer.changed[i] != 0) continue;
+    // The same surface, so the same light but for what the movers block.
+    const std::uint8_t state = with_movers.state[i];
+    layer.state[i] = state & (kFixedLets | kFixedBlocks);
+    layer.weight[i] = with_movers.weight[i];
+    layer.arrived[i] = (state & kFixedBlocks) != 0 ? 0.0F : with_movers.weight[i];
+    layer.light[i] = with_movers.light[i];
+    if ((state & kMoversBlock) != 0) layer.changed[i] = kOtherLight;
+  }
+}
+
+bool Renderer::is_unchanged(const Layer& layer, int u0, int v0) const {
+  const int width = camera_.width();
+  const int columns = std::min(kLightBlock, width - u0);
+  for (int v = v0; v < std::min(camera_.height(), v0 + kLightBlock); ++v) {
+    const std::uint8_t* row = layer.changed.data() + static_cast<std::size_t>(v) * width + u0;
+    if (std::find(row, row + columns, kOtherSurface) != row + columns) return false;
+  }
+  return true;
+}
+
+void Renderer::light_block(int block_row, bool first, const Layer* with_movers,
+                           Layer& layer) const {
+  const int width = camera_.width();
+  const int v0 = block_row * kLightBlock;
+  RayPacket packet;
+  RayScene::Flags ask_movers, by_fixed, by_mover;
+  packet.reach.fill(0.999F);
+  ask_movers.fill(with_movers == nullptr);
+  // Pixels four apart ask for the same point of the same lamp: such rays travel together.
+  const auto pixel = [&](int u0, int sample, int k) {
+    return std::pair(u0 + kPlace[sample] % 4 + 4 * (k % 4), v0 + kPlace[sample] / 4 + 4 * (k / 4));
+  };
+  const auto is_wanted = [&](int u, int v) {
+    if (u >= width || v >= camera_.height()) return false;
+    return with_movers == nullptr ||
+           layer.changed[static_cast<std::size_t>(v) * width + u] == kOtherSurface;
+  };
+  for (int u0 = 0; u0 < width; u0 += kLightBlock) {
+    if (with_movers != nullptr && is_unchanged(layer, u0, v0)) continue;
+    for (int sample = first ? 0 : kSamples / 2; sample < (first ? kSamples / 2 : kSamples);
+         ++sample) {
+      bool any = false;
+      for (int k = 0; k < kPacket; ++k) {
+        const auto [u, v] = pixel(u0, sample, k);
+        packet.origin[k] = packet.direction[k] = Vec3f::UnitZ();
+        packet.active[k] = is_wanted(u, v) && prepare_light(static_cast<std::size_t>(v) * width + u,
+                                                            sample, first, layer, packet, k);
+        any |= packet.active[k];
       }
-      layer.weight[i] = layer.arrived[i] = layer.light[i] = 0;
-      if (layer.hits[i].object == RayHit::kNothing) continue;
-      const Vec3f& normal = layer.surfaces[i].normal;
-      const Lamps& lamps = lamps_[zone_at(layer.points[i])];
-      const int count = lamps.count;
-      layer.light[i] = light_sum(layer.points[i], normal, lamps, contributions);
-      if (layer.light[i] <= 0) continue;
-      const int sample = kPattern[(u & 3) + 4 * (row & 3)];
-      const int which = sample % count;
-      layer.weight[i] = layer.arrived[i] = contributions[which];
-      if (contributions[which] <= 0) continue;
-      // Samples of one lamp lie on a golden-ratio grid over its area.
-      const AreaLight& light = scene_.lights[lamps.light[which]];
-      const auto j = static_cast<float>(sample / count);
-      const float n = static_cast<float>((16 + count - 1) / count);
-      const float a = (j + 0.5F) / n * 2 - 1;
-      const float b = std::fmod(0.25F + j * 0.618034F, 1.0F) * 2 - 1;
-      const Vec3f p_light = light.centre + Vec3f(a * light.half_x_m, b * light.half_y_m, 0);
-      packet.active[k] = true;
-      packet.origin[k] = layer.points[i] + 2e-3F * normal;
-      packet.direction[k] = p_light - packet.origin[k];
-    }
-    if (std::none_of(packet.active.begin(), packet.active.end(), [](bool a) { return a; }))
-      continue;
-    for (int k = 0; k < kPacket; ++k) {
-      if (!packet.active[k]) packet.origin[k] = packet.direction[k] = Vec3f::UnitZ();
-    }
-    rays_.occluded(packet, target, blocked);
-    for (int k = 0; k < kPacket; ++k) {
-      if (!packet.active[k]) continue;
-      const std::size_t i = static_cast<std::size_t>(row) * width + u0 + 4 * k;
-      if (blocked[k]) layer.arrived[i] = 0;
-      if (with_movers != nullptr && !blocked[k]) layer.changed[i] = 1;  // only a mover shaded it
+      if (!any) continue;
+      rays_.occluded(packet, ask_movers, by_fixed, by_mover);
+      for (int k = 0; k < kPacket; ++k) {
+        if (!packet.active[k]) continue;
+        const auto [u, v] = pixel(u0, sample, k);
+        const std::size_t i = static_cast<std::size_t>(v) * width + u;
+        layer.state[i] = by_fixed[k] ? kFixedBlocks : kFixedLets;
+        if (!by_fixed[k]) layer.state[i] |= by_mover[k] ? kMoversBlock : kMoversLet;
+        if (by_fixed[k] || by_mover[k]) layer.arrived[i] = 0;
+      }
     }
   }
 }
 
-Vec3f Renderer::radiance(const Frame& frame, const SurfacePoint& surface, const Vec3f& p_world,
+void Renderer::spread(const std::vector<std::uint8_t>& bits,
+                      std::vector<std::uint8_t>& around) const {
+  constexpr int kFar = 2;
+  const int width = camera_.width();
+  const int height = camera_.height();
+  parallel_for((height + kLightBlock - 1) / kLightBlock, config_.threads, [&](int block) {
+    std::vector<std::uint8_t> column(static_cast<std::size_t>(width + 2 * kFar));
+    for (int row = block * kLightBlock; row < std::min(height, (block + 1) * kLightBlock); ++row) {
+      std::fill(column.begin(), column.end(), std::uint8_t{0});
+      std::uint8_t* __restrict middle = column.data() + kFar;
+      for (int v = std::max(0, row - kFar); v <= std::min(height - 1, row + kFar); ++v) {
+        const std::uint8_t* __restrict in = bits.data() + static_cast<std::size_t>(v) * width;
+        for (int u = 0; u < width; ++u) middle[u] = static_cast<std::uint8_t>(middle[u] | in[u]);
+      }
+      std::uint8_t* __restrict out = around.data() + static_cast<std::size_t>(row) * width;
+      const std::uint8_t* __restrict c = column.data();
+      for (int u = 0; u < width; ++u)
+        out[u] = static_cast<std::uint8_t>(c[u] | c[u + 1] | c[u + 2] | c[u + 3] | c[u + 4]);
+    }
+  });
+}
+
+Light Renderer::radiance(const Frame& frame, const SurfacePoint& surface, const Vec3f& p_world,
                          const Vec3f& sight, float distance, float visibility,
                          float light_sum_here) const {
-  const Material& material = scene_.materials.material(surface.material);
-  const auto shown =
-      material.frames[static_cast<std::size_t>(frame.video_frame) % material.frames.size()];
-  const bool fitted = material.tile_u_m == 0;
-  const Vec2f uv =
-      fitted ? surface.uv
-             : Vec2f(surface.uv.x() / material.tile_u_m, surface.uv.y() / material.tile_v_m);
+  const Surface& material = surfaces_[surface.material];
+  const Texture* texture = material.first;
+  if (material.frames != nullptr) {
+    const auto count = static_cast<std::uint32_t>(material.frames->size());
+    const auto shown = static_cast<std::uint32_t>(frame.video_frame) % count;
+    texture = &scene_.materials.texture((*material.frames)[shown]);
+  }
   const float facing = std::max(0.15F, -surface.normal.dot(sight));
-  const float footprint = 0.75F * distance * pixel_angle_ / (material.texel_m * std::sqrt(facing));
-  const Vec3f albedo =
-      scene_.materials.texture(shown).sample(uv, footprint).cwiseProduct(material.tint);
+  const float footprint =
+      0.75F * distance * pixel_angle_ * material.texels_per_m / std::sqrt(facing);
+  const Light albedo =
+      texture->sample(surface.uv.cwiseProduct(material.tiles_per_uv), footprint) * material.tint;
   const float direct = visibility * light_sum_here;
   const float sky = 0.80F + 0.20F * surface.normal.z() + 0.08F * surface.normal.x();
-  Vec3f light = albedo * (scene_.ambient * sky + direct + material.glow);
+  Light light = albedo * (scene_.ambient * sky + direct + material.glow);
   if (material.shine > 0) {
     const Vec3f mirrored = sight - 2 * sight.dot(surface.normal) * surface.normal;
     const Lamps& lamps = lamps_[zone_at(p_world)];
-    for (int k = 0; k < lamps.count; ++k) {
-      const Vec3f to_light = (Vec3f(lamps.x[k], lamps.y[k], lamps.z[k]) - p_world).normalized();
-      const float c = std::max(0.0F, mirrored.dot(to_light));
-      const float c8 = c * c * c * c * c * c * c * c;
-      light.array() += material.shine * visibility * c8 * c8 * 0.8F;
-    }
+    const Lanes x = lamps.x - p_world.x();
+    const Lanes y = lamps.y - p_world.y();
+    const Lanes z = lamps.z - p_world.z();
+    const Lanes cosine = (mirrored.x() * x + mirrored.y() * y + mirrored.z() * z).max(0.0F) *
+                         (x * x + y * y + z * z + 1e-6F).inverse().sqrt();
+    const Lanes c4 = cosine.square().square();
+    light += 0.8F * material.shine * visibility * (c4.square().square() * lamps.on).sum();
   }
   return light * static_cast<float>(config_.exposure);
 }
@@ -152,10 +211,11 @@ void Renderer::shade_row(const Frame& frame, const Layer& layer, int row,
       continue;
     }
     const Vec3f& normal = layer.surfaces[i].normal;
+    const bool shadow_near = (layer.near[i] & (kFixedBlocks | kMoversBlock)) != 0;
     float weight = 0;
     float arrived = 0;
     // Any 4x4 window holds each of the 16 light samples once.
-    for (int v = std::max(0, row - 1); v < std::min(height, row + 3); ++v) {
+    for (int v = std::max(0, row - 1); shadow_near && v < std::min(height, row + 3); ++v) {
       for (int x = std::max(0, u - 1); x < std::min(width, u + 3); ++x) {
         const std::size_t j = static_cast<std::size_t>(v) * width + x;
         const RayHit& other = layer.hits[j];
@@ -181,6 +241,8 @@ void Renderer::shade_row(const Frame& frame, const Layer& layer, int row,
 float Renderer::visibility_near(const Layer& layer, int u, int row, const RayHit& hit,
                                 const Vec3f& normal) const {
   const int width = camera_.width();
+  const std::uint8_t near = layer.near[static_cast<std::size_t>(row) * width + u];
+  if ((near & (kFixedBlocks | kMoversBlock)) == 0) return 1;
   float weight = 0;
   float arrived = 0;
   for (int v = std::max(0, row - 1); v <= std::min(camera_.height() - 1, row + 1); ++v) {
@@ -220,7 +282,7 @@ void Renderer::smooth_edges_row(const Frame& frame, const Layer& layer, RayTarge
   constexpr float kOffset[kExtra][2] = {{-0.33F, 0.2F}, {0.33F, -0.2F}};
   constexpr int kPixels = kPacket / kExtra;
   RayPacket packet;
-  std::array<RayHit, kPacket> hits;
+  RayScene::Hits hits;
   packet.reach.fill(kReach_m);
   std::array<int, kPixels> waiting{};
   int count = 0;
@@ -233,10 +295,10 @@ void Renderer::smooth_edges_row(const Frame& frame, const Layer& layer, RayTarge
           ray_direction(frame, static_cast<float>(waiting[k / kExtra]) + kOffset[k % kExtra][0],
                         static_cast<float>(row) + kOffset[k % kExtra][1]);
     }
-    rays_.intersect(packet, target, true, hits);
+    rays_.intersect(packet, target, hits, nullptr);
     for (int n = 0; n < count; ++n) {
       Rgb8& pixel = colour.at(waiting[n], row);
-      Vec3f sum(linear_from_code(pixel.r), linear_from_code(pixel.g), linear_from_code(pixel.b));
+      Light sum(linear_from_code(pixel.r), linear_from_code(pixel.g), linear_from_code(pixel.b), 0);
       for (int k = kExtra * n; k < kExtra * (n + 1); ++k) {
         if (hits[k].object == RayHit::kNothing) continue;
         SurfacePoint surface = rays_.surface(hits[k]);
@@ -262,21 +324,6 @@ void Renderer::smooth_edges_row(const Frame& frame, const Layer& layer, RayTarge
     if (++count == kPixels) flush();
   }
   if (count > 0) flush();
-}
-
-void Renderer::mark_for_shading(int row, Layer& layer) const {
-  constexpr int kReach = 2;  // shadows are smoothed, and edges drawn, over this far
-  const int width = camera_.width();
-  for (int u = 0; u < width; ++u) {
-    std::uint8_t near = 0;
-    for (int v = std::max(0, row - kReach); v <= std::min(camera_.height() - 1, row + kReach);
-         ++v) {
-      for (int x = std::max(0, u - kReach); x <= std::min(width - 1, u + kReach); ++x) {
-        near |= layer.changed[static_cast<std::size_t>(v) * width + x];
-      }
-    }
-    layer.shade[static_cast<std::size_t>(row) * width + u] = near;
-  }
 }
 
 }  // namespace ygslam::sim

@@ -36,6 +36,9 @@ const NormalTable& normals() {
   return table;
 }
 
+/// Without the library call of std::lround.
+int nearest_int(float x) { return static_cast<int>(std::floor(x + 0.5F)); }
+
 /// Hashed, for neighbouring seeds of the generator give the same numbers one step apart.
 std::uint64_t row_seed(std::uint64_t seed, int row) {
   return Rng(seed ^ (static_cast<std::uint64_t>(row) * 0xd1342543de82ef95ULL)).next();
@@ -110,6 +113,7 @@ DepthImage kinect_depth(const View& view, const Camera& camera, const DepthNoise
   const auto lateral = static_cast<float>(config.lateral_sigma_px);
   const SmoothNoise smooth(width, height, seed);
   const SmoothNoise patch(width, height, seed ^ 0x5bd1e995);
+  const NormalTable& normal = normals();
   parallel_for(height, threads, [&](int v) {
     Rng rng(row_seed(seed, v));
     std::vector<float> nearest;
@@ -117,8 +121,8 @@ DepthImage kinect_depth(const View& view, const Camera& camera, const DepthNoise
     mark_shadow(view.depth_m.row(v), width, fb, nearest, shadow);
     for (int u = 0; u < width; ++u) {
       const std::uint64_t bits = rng.next();
-      const int du = static_cast<int>(std::lround(lateral * normals()[bits]));
-      const int dv = static_cast<int>(std::lround(lateral * normals()[bits >> 12U]));
+      const int du = nearest_int(lateral * normal[bits]);
+      const int dv = nearest_int(lateral * normal[bits >> 12U]);
       const int su = std::clamp(u + du, 0, width - 1);
       const int sv = std::clamp(v + dv, 0, height - 1);
       const float depth_m = view.depth_m.at(su, sv);
@@ -128,8 +132,8 @@ DepthImage kinect_depth(const View& view, const Camera& camera, const DepthNoise
       if (signal < 0.075F + 0.02F * patch.at(u, v)) continue;
       const auto sigma_d =
           static_cast<float>(kinect_depth_sigma_m(depth_m)) * fb / (depth_m * depth_m);
-      const float noise = 0.75F * smooth.at(u, v) + 0.66F * normals()[bits >> 24U];
-      const float disparity = std::round((fb / depth_m + sigma_d * noise) / step) * step;
+      const float noise = 0.75F * smooth.at(u, v) + 0.66F * normal[bits >> 24U];
+      const float disparity = std::floor((fb / depth_m + sigma_d * noise) / step + 0.5F) * step;
       if (disparity <= 0) continue;
       const float measured_m = fb / disparity;
       if (measured_m >= config.min_m && measured_m <= config.max_m) noisy.at(u, v) = measured_m;
@@ -145,30 +149,35 @@ ColourImage noisy_colour(const ColourImage& colour, const ColourNoiseConfig& con
   ColourImage noisy(width, height);
   const auto blend = static_cast<float>(config.optics);
   const auto sigma = static_cast<float>(config.sigma);
+  const NormalTable& normal = normals();
+  const auto bytes = [&](int v) {
+    return reinterpret_cast<const std::uint8_t*>(colour.row(std::clamp(v, 0, height - 1)));
+  };
   parallel_for(height, threads, [&](int v) {
     Rng rng(row_seed(seed, v));
-    const Rgb8* rows[3] = {colour.row(std::max(0, v - 1)), colour.row(v),
-                           colour.row(std::min(height - 1, v + 1))};
+    const std::uint8_t* above = bytes(v - 1);
+    const std::uint8_t* here = bytes(v);
+    const std::uint8_t* below = bytes(v + 1);
+    // Sums down the columns, with the first and the last pixel repeated.
+    std::vector<std::uint16_t> column(3 * static_cast<std::size_t>(width + 2));
+    std::uint16_t* sums = column.data() + 3;
+    for (int j = 0; j < 3 * width; ++j)
+      sums[j] = static_cast<std::uint16_t>(above[j] + 2 * here[j] + below[j]);
+    for (int c = 0; c < 3; ++c) {
+      column[c] = sums[c];
+      sums[3 * width + c] = sums[3 * (width - 1) + c];
+    }
+    auto* out = reinterpret_cast<std::uint8_t*>(noisy.row(v));
     for (int u = 0; u < width; ++u) {
-      const int left = std::max(0, u - 1);
-      const int right = std::min(width - 1, u + 1);
       std::uint64_t bits = rng.next();
-      const float common = 0.6F * normals()[bits >> 36U];
-      const auto channel = [&](auto member) {
-        const auto line = [&](const Rgb8* row) {
-          return static_cast<float>(row[left].*member + 2 * row[u].*member + row[right].*member);
-        };
-        const float soft = (line(rows[0]) + 2 * line(rows[1]) + line(rows[2])) / 16;
-        const float value = (1 - blend) * static_cast<float>(rows[1][u].*member) + blend * soft;
-        const float own = common + 0.8F * normals()[bits];
-        bits >>= 12U;
+      const float common = 0.6F * normal[bits >> 36U];
+      for (int j = 3 * u; j < 3 * u + 3; ++j, bits >>= 12U) {
+        const float soft = static_cast<float>(sums[j - 3] + 2 * sums[j] + sums[j + 3]) / 16;
+        const float value = (1 - blend) * static_cast<float>(here[j]) + blend * soft;
+        const float own = common + 0.8F * normal[bits];
         const float k = sigma * (0.6F + 0.8F * value / 255);
-        return static_cast<std::uint8_t>(std::clamp(value + k * own + 0.5F, 0.0F, 255.0F));
-      };
-      Rgb8& out = noisy.at(u, v);
-      out.r = channel(&Rgb8::r);
-      out.g = channel(&Rgb8::g);
-      out.b = channel(&Rgb8::b);
+        out[j] = static_cast<std::uint8_t>(std::clamp(value + k * own + 0.5F, 0.0F, 255.0F));
+      }
     }
   });
   return noisy;
@@ -191,10 +200,8 @@ ColourImage motion_blurred(const ColourImage& colour, const Image<Eigen::Vector2
       int r = 0, g = 0, b = 0;
       for (int k = 0; k < taps; ++k) {
         const float s = (static_cast<float>(k) + 0.5F) / static_cast<float>(taps) - 0.5F;
-        const int x = std::clamp(
-            static_cast<int>(std::lround(static_cast<float>(u) + s * path.x())), 0, width - 1);
-        const int y = std::clamp(
-            static_cast<int>(std::lround(static_cast<float>(v) + s * path.y())), 0, height - 1);
+        const int x = std::clamp(nearest_int(static_cast<float>(u) + s * path.x()), 0, width - 1);
+        const int y = std::clamp(nearest_int(static_cast<float>(v) + s * path.y()), 0, height - 1);
         const Rgb8& p = colour.at(x, y);
         r += p.r;
         g += p.g;

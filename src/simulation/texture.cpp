@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 namespace ygslam::sim {
 
@@ -59,7 +60,7 @@ Texture::Texture(const ColourImage& base) {
   }
 }
 
-Vec3f Texture::bilinear(const Level& level, const Vec2f& uv) {
+Light Texture::bilinear(const Level& level, const Vec2f& uv) {
   const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(level.width) - 0.5F;
   const float y = (uv.y() - std::floor(uv.y())) * static_cast<float>(level.height) - 0.5F;
   const float fx = std::floor(x);
@@ -79,10 +80,12 @@ Vec3f Texture::bilinear(const Level& level, const Vec2f& uv) {
   const Floats4 code = (1 - b) * ((1 - a) * floats(top[u0]) + a * floats(top[u1])) +
                        b * ((1 - a) * floats(low[u0]) + a * floats(low[u1]));
   const Floats4 linear = code * code * (1.0F / (255.0F * 255.0F));
-  return {linear[0], linear[1], linear[2]};
+  Light light;
+  std::memcpy(light.data(), &linear, sizeof(linear));
+  return light;
 }
 
-Vec3f Texture::sample(const Vec2f& uv, float footprint) const {
+Light Texture::sample(const Vec2f& uv, float footprint) const {
   // Level and blend from the bits of the number: log2 to within a percent is exact enough here.
   const float clamped = std::max(1.0F, footprint);
   const auto bits = std::bit_cast<std::uint32_t>(clamped);
@@ -92,7 +95,7 @@ Vec3f Texture::sample(const Vec2f& uv, float footprint) const {
   const float between = static_cast<float>(bits & 0x7fffffU) * 0x1.0p-23F;
   const float blend = std::clamp((between - 0.25F) * 2, 0.0F, 1.0F);
   if (blend >= 1 && fine < last) return bilinear(levels_[fine + 1], uv);
-  const Vec3f sharp = bilinear(levels_[fine], uv);
+  const Light sharp = bilinear(levels_[fine], uv);
   if (fine == last || blend <= 0) return sharp;
   return (1 - blend) * sharp + blend * bilinear(levels_[fine + 1], uv);
 }

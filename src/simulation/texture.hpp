@@ -16,6 +16,9 @@ namespace ygslam::sim {
   return v * v;
 }
 
+/// Linear red, green, blue and a fourth lane that means nothing: computed with at once.
+using Light = Eigen::Array4f;
+
 class Texture {
  public:
   /// @param base any size > 0; repeated in both directions when sampled.
@@ -23,8 +26,8 @@ class Texture {
 
   /// Trilinear sample in linear light. @param uv 0..1 spans the bitmap, v downwards.
   /// @param footprint size of a pixel on the surface [texels of the finest level].
-  [[nodiscard]] Vec3f sample(const Vec2f& uv, float footprint) const;
-  [[nodiscard]] Vec3f mean() const { return bilinear(levels_.back(), Vec2f(0.5F, 0.5F)); }
+  [[nodiscard]] Light sample(const Vec2f& uv, float footprint) const;
+  [[nodiscard]] Vec3f mean() const { return bilinear(levels_.back(), Vec2f(0.5F, 0.5F)).head<3>(); }
 
  private:
   /// Four bytes a texel, so that all channels are computed with at once.
@@ -33,7 +36,7 @@ class Texture {
     std::vector<std::uint32_t> texels;
   };
   static Level packed(const ColourImage& image);
-  [[nodiscard]] static Vec3f bilinear(const Level& level, const Vec2f& uv);
+  [[nodiscard]] static Light bilinear(const Level& level, const Vec2f& uv);
   std::vector<Level> levels_;  // finest first
 };
 

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "features/attach.hpp"
@@ -18,9 +20,12 @@
 namespace ygslam {
 namespace {
 
-constexpr std::size_t kApart = 10;  // frames between the two images
-constexpr double kRight_px = 4;     // a match nearer than this to its true place is right
-constexpr std::size_t kStride = 15;
+constexpr double kRight_px = 4;  // a match nearer than this to its true place is right
+
+struct Sampling {
+  std::size_t apart = 10;   // frames between the two images
+  std::size_t stride = 15;  // frames between the pairs
+};
 
 std::optional<SE3> pose_at(const std::vector<StampedPose>& poses, Timestamp stamp) {
   const auto nearest =
@@ -47,7 +52,7 @@ int correct(const Features& a, const Features& b, const std::vector<Match>& matc
   return right;
 }
 
-int measure(const char* folder) {
+int measure(const char* folder, const Sampling& sampling) {
   const auto sequence = open_tum_sequence(folder);
   if (!sequence || !sequence->groundtruth) {
     std::fprintf(stderr, "%s: %s\n", folder,
@@ -60,9 +65,9 @@ int measure(const char* folder) {
   OrbExtractor orb(OrbConfig{});
   double features = 0, matched = 0, right = 0;
   int frames = 0, pairs = 0;
-  for (std::size_t i = 0; i + kApart < sequence->pairs.size(); i += kStride) {
+  for (std::size_t i = 0; i + sampling.apart < sequence->pairs.size(); i += sampling.stride) {
     auto a = load_frame(*sequence, i);
-    auto b = load_frame(*sequence, i + kApart);
+    auto b = load_frame(*sequence, i + sampling.apart);
     if (!a || !b) continue;
     Features fa = orb.extract(a->grey);
     Features fb = orb.extract(b->grey);
@@ -88,9 +93,26 @@ int measure(const char* folder) {
 }  // namespace ygslam
 
 int main(int argc, char** argv) {
-  std::printf(
-      "| sequence | ORB features | matches over 10 frames | correct |\n|---|---|---|---|\n");
+  ygslam::Sampling sampling;
+  std::vector<const char*> folders;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    std::size_t* number = word == "--apart"    ? &sampling.apart
+                          : word == "--stride" ? &sampling.stride
+                                               : nullptr;
+    if (number == nullptr) {
+      folders.push_back(argv[i]);
+      continue;
+    }
+    const int value = i + 1 < argc ? std::atoi(argv[++i]) : 0;
+    if (value < 1) {
+      std::fprintf(stderr, "orb_statistics: %s wants a number of frames\n", word.c_str());
+      return 2;
+    }
+    *number = static_cast<std::size_t>(value);
+  }
+  std::printf("| sequence | ORB features | matches | correct |\n|---|---|---|---|\n");
   int worst = 0;
-  for (int i = 1; i < argc; ++i) worst = std::max(worst, ygslam::measure(argv[i]));
+  for (const char* folder : folders) worst = std::max(worst, ygslam::measure(folder, sampling));
   return worst;
 }

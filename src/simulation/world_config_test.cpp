@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "simulation/embedded_files.hpp"
+
 namespace ygslam::sim {
 namespace {
 
@@ -30,6 +32,30 @@ TEST(WorldFile, FaultyFilesAreRefusedWithALine) {
     EXPECT_EQ(fault.rfind("my.yaml:", 0) == 0 || fault.rfind("layouts/", 0) == 0, true)
         << yaml << " -> " << fault;
   }
+}
+
+// Every prefix and every damaged byte of a real world is either a world or refused with its name.
+TEST(WorldFile, CorruptFilesAreRefusedOrHarmless) {
+  const auto whole = embedded_file("moved_chair.yaml");
+  ASSERT_TRUE(whole.has_value());
+  int refused = 0;
+  const auto check = [&](const std::string& yaml) {
+    const std::string fault = fault_of(yaml);
+    if (fault.empty()) return;
+    ++refused;
+    ASSERT_TRUE(fault.rfind("my.yaml:", 0) == 0 || fault.rfind("layouts/", 0) == 0) << fault;
+    ASSERT_EQ(fault.find('\n'), std::string::npos) << fault;
+  };
+  for (std::size_t size = 0; size < whole->size(); size += 37)
+    check(std::string(whole->substr(0, size)));
+  for (std::size_t at = 5; at < whole->size(); at += 29) {
+    for (const char damage : {'\0', '\xff', '{', ':', '&', '\t'}) {
+      std::string yaml(*whole);
+      yaml[at] = damage;
+      check(yaml);
+    }
+  }
+  EXPECT_GT(refused, 50);
 }
 
 TEST(WorldFile, AUsersWorldNeedsOnlyARoom) {

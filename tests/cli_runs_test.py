@@ -170,6 +170,46 @@ class Signals(LongRuns):
         self.assert_nothing_written()
 
 
+class SimulateSignals(CliTest):
+    """A rendering that is broken off is a whole, shorter sequence, or none."""
+
+    def start(self, out):
+        """A rendering of half an hour, once its third frame is there."""
+        process = subprocess.Popen(
+            [BINARY, "simulate", "walking_xyz", "--out", out, "--size", "160x120", "--truth",
+             "--seconds", "1800", "--threads", "1", "--quiet"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.kill)
+        end = time.monotonic() + HANG_S
+        while len(list(out.glob("rgb/*.jpg"))) < 4 and time.monotonic() < end:
+            time.sleep(0.02)
+        return process
+
+    def test_a_signal_leaves_a_whole_shorter_sequence(self):
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            out = self.folder / f"out{code}"
+            process = self.start(out)
+            process.send_signal(number)
+            stdout, stderr = process.communicate(timeout=HANG_S)
+            self.assertEqual((process.returncode, stdout), (code, ""), stderr)
+            pairs = self.pairs(out)
+            self.assertGreater(len(pairs), 2)
+            self.assertEqual(len(pairs), len(trajectory(out / "groundtruth.txt")))
+            for part, kind in (("rgb", "jpg"), ("depth", "png"), ("mask", "png"),
+                               ("moving", "png"), ("depth_true", "png"), ("rgb_static", "jpg")):
+                self.assertEqual({path.name for path in (out / part).iterdir()},
+                                 {f"{pair[0]}.{kind}" for pair in pairs}, part)
+
+    def test_one_that_is_killed_leaves_nothing_that_looks_like_a_sequence(self):
+        out = self.folder / "killed"
+        process = self.start(out)
+        process.kill()
+        process.communicate(timeout=HANG_S)
+        for name in ("associations.txt", "rgb.txt", "groundtruth.txt", "calibration.txt"):
+            self.assertFalse((out / name).exists(), name)
+        self.assert_error(self.run_slam(out, out="run"), 4, out, out="run")
+
+
 class TwoAtOnce(LongRuns):
     """F29"""
 

@@ -7,10 +7,10 @@ shared=${YGSLAM_SHARED:-../shared}
 if [ -z "$sequence" ]; then
   sequence=$shared/data/redkitchen_walk
   if [ ! -d "$sequence" ]; then
-    sequence=out/rendered/moving_box
+    sequence=out/rendered/walking_xyz
     if [ ! -f "$sequence/groundtruth.txt" ]; then
-      echo "demo: no recording given (SEQ=folder): rendering one"
-      "$ygslam" simulate moving_box --out "$sequence" --seconds 10 --truth
+      echo "demo: no recording given (SEQ=folder): rendering people who walk through an office"
+      "$ygslam" simulate walking_xyz --out "$sequence" --seconds 10
     fi
   fi
 fi

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <string_view>
 
 #include "system/system_test_world.hpp"
 
@@ -21,7 +22,10 @@ struct Golden {
   Content content;
   sim::NoiseKind noise;
   double bound_m;
-  [[nodiscard]] bool is_without_movers() const { return content == Content::kEmpty; }
+  /// 3 mm are a fraction of a pixel, and a corridor's far end is small: not at half the resolution.
+  [[nodiscard]] bool needs_full_size() const {
+    return content == Content::kEmpty || std::string_view(world) == "long_floor";
+  }
 };
 
 std::ostream& operator<<(std::ostream& out, const Golden& golden) {
@@ -59,16 +63,16 @@ constexpr Golden kWorlds[] = {
     {"moving_box", Content::kAll, kKinect, 0.006},
     {"moved_chair", Content::kAll, kKinect, 0.0075},
     {"crowd", Content::kAll, kKinect, 0.0135},
-    {"long_floor", Content::kAll, kKinect, 0.0135},
+    {"long_floor", Content::kAll, kKinect, 0.0045},
 };
 
 class EveryWorld : public ::testing::TestWithParam<Golden> {};
 
 TEST_P(EveryWorld, StaysWithinItsGoldenBound) {
   const Golden& golden = GetParam();
-  sim::SequenceOptions options = small(golden.is_without_movers() ? 2 : 2.5);
-  options.fps = golden.is_without_movers() ? 8 : 10;
-  if (golden.is_without_movers()) {  // 3 mm are a fraction of a pixel: not at half the resolution
+  sim::SequenceOptions options = small(golden.needs_full_size() ? 2 : 2.5);
+  options.fps = golden.needs_full_size() ? 8 : 10;
+  if (golden.needs_full_size()) {
     options.width = 640;
     options.height = 480;
     options.antialias = true;
@@ -77,7 +81,7 @@ TEST_P(EveryWorld, StaysWithinItsGoldenBound) {
   options.without_people = options.without_movers = golden.content == Content::kEmpty;
   const Recording recording = record(golden.world, options);
   SlamConfig config = small_config(DynamicMode::kFull);
-  if (golden.is_without_movers()) config.orb.features = OrbConfig{}.features;
+  if (golden.needs_full_size()) config.orb.features = OrbConfig{}.features;
   const Trial run = run_offline(config, recording, std::make_unique<TruthSegmenter>(recording));
   EXPECT_EQ(lost_frames(run), 0);
   const double error_m = ate_rmse_m(recording, run.trajectory());

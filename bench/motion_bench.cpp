@@ -195,7 +195,8 @@ void run_variant(const Variant& variant, const std::vector<Recorded>& sequence,
     auto result = filter.step(*sequence[k].frame, sequence[k].features, masks, std::nullopt);
     if (variant.true_motion && k > 0)
       result.labels =
-          filter.rejudge(sequence[k].T_world_camera.inverse() * sequence[k - 1].T_world_camera);
+          filter.rejudge(sequence[k].T_world_camera.inverse() * sequence[k - 1].T_world_camera,
+                         sequence[k].T_world_camera.inverse());
     ms.push_back(timer.cpu_ms());
     if (k == 0) continue;
     count(sequence[k], result.labels, tally);

@@ -7,6 +7,8 @@
 namespace ygslam {
 namespace {
 
+constexpr int kSameCornerBits = 64;  // of 256 that may differ
+
 FlowLinks no_links(std::size_t n) {
   return {std::vector<std::int32_t>(n, -1), std::vector<std::int32_t>(n, -1)};
 }
@@ -29,11 +31,13 @@ bool same_size(const ImagePyramid& a, const ImagePyramid& b) {
 
 DynamicPointFilter::DynamicPointFilter(DynamicConfig config, const Camera& camera,
                                        std::uint64_t seed)
-    : config_(std::move(config)), camera_(camera), rng_(seed), history_(config_.propagation) {}
+    : config_(std::move(config)), camera_(camera), rng_(seed), history_(config_.propagation), anchors_(config_.anchor) {}
 
 void DynamicPointFilter::reset() {
   previous_.reset();
   history_.clear();
+  anchors_.clear();
+  T_previous_world_.reset();
   judged_ = {};
   links_ = {};
 }
@@ -44,6 +48,7 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   CHECK(features != nullptr);
   const std::size_t n = features->size();
   FilterResult result = trust_everything(n);
+  judged_.labels = result.labels;
   if (config_.mode == DynamicMode::kOff) return result;
   FlowFrame current{ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px),
                     features,
@@ -51,6 +56,7 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
                     {}};
   if (previous_ && !same_size(previous_->pyramid, current.pyramid)) reset();
 
+  if (previous_) drop_anchors();
   judged_ = {};
   judged_.evidence.resize(n);
   judged_.source.assign(n, -1);
@@ -63,6 +69,10 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   }
   links_ = result.links;
   history_.push(frame.id, features, result.links.nearest, orb.ends, frame.depth_m);
+  same_point_ = result.links.nearest;
+  for (std::size_t i = 0; i < n; ++i)
+    if (const std::int32_t k = same_point_[i]; k >= 0 && !is_same_point(k, *features, i))
+      same_point_[i] = -1;
   if (config_.mode != DynamicMode::kGeometry)
     for (const SegmentationPtr& masks : new_masks)
       if (masks) history_.apply(*masks);
@@ -80,7 +90,7 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
                                            config_.motion.link_radius_px, config_.flow);
     judge_motion(predicted, *features, result);
   }
-  fuse_evidence();
+  fuse_evidence(*features);
   result.labels = judged_.labels;
   current.label = result.labels.label;
   // Before anything is known everything counts as static: the first check is the classic one.
@@ -107,12 +117,44 @@ void DynamicPointFilter::judge_motion(const std::optional<FlowPrediction>& predi
     const SE3 guess = predicted ? predicted->T_current_previous : SE3();
     judged_.rigid = fit_rigid_flow(camera_, followed.points, voters(), guess, config_.rigid);
     result.rigid = judged_.rigid;
+    judge_anchors(judged_.rigid ? judged_.rigid->T_current_previous : guess);
   }
   take_verdicts(features, result.links);
   for (std::size_t i = 0; i < features.size(); ++i) {
     result.epipolar_px[i] = judged_.evidence[i].epipolar_px;
     result.rigid_residual[i] = judged_.evidence[i].rigid;
   }
+}
+
+/// A flow that slid onto another surface or corner would hand on the anchor of the wrong thing.
+bool DynamicPointFilter::is_same_point(std::int32_t previous, const Features& features,
+                                       std::size_t i) const {
+  const Features& before = *previous_->features;
+  const auto k = static_cast<std::size_t>(previous);
+  return history_.field().reliable(k) &&
+         std::abs(before.points[k].octave - features.points[i].octave) <= 1 &&
+         distance(before.descriptors[k], features.descriptors[i]) <= kSameCornerBits;
+}
+
+/// The previous frame's features become anchors for the frames to come.
+void DynamicPointFilter::drop_anchors() {
+  const Features& features = *previous_->features;
+  std::vector<RigidPoint> points(features.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].previous_px = features.points[i].ideal_px.cast<double>();
+    points[i].depth_m = features.points[i].depth_m;
+    points[i].range = previous_->range[i];
+  }
+  anchors_.push(points, same_point_);
+  if (T_previous_world_) anchors_.set_pose(*T_previous_world_);
+  T_previous_world_.reset();
+}
+
+void DynamicPointFilter::judge_anchors(const SE3& T_current_previous) {
+  judged_.anchors = {};
+  if (config_.motion.corners == FlowCorners::kOrb)
+    judged_.anchors =
+        anchors_.judge(camera_, judged_.followed.points, voters(), T_current_previous);
 }
 
 /// Each feature takes over what was found for the followed point at it or, failing that, around it.
@@ -129,6 +171,9 @@ void DynamicPointFilter::take_verdicts(const Features& features, const FlowLinks
     // Where depth agrees with a standing point, a crossed epipolar line means a bad F.
     if (residuals[k].own_depth_px >= 0 && residuals[k].own_depth_px <= limit_px) moves[k] = 0;
   }
+  const auto& anchors = judged_.anchors;
+  for (std::size_t k = 0; k < anchors.residual.size(); ++k)
+    if (anchors.residual[k].px.any_depth_px > anchors.limit_px) moves[k] = 1;
   std::vector<float> share(followed.size(), -1.0F);
   if (config_.motion.corners == FlowCorners::kHarris) {
     judged_.source =
@@ -145,22 +190,32 @@ void DynamicPointFilter::take_verdicts(const Features& features, const FlowLinks
     judged_.evidence[i].epipolar_px = k < 0 ? -1.0F : judged_.check.verdict[k].distance_px;
     judged_.evidence[i].moving_share = k < 0 ? -1.0F : share[k];
     judged_.evidence[i].rigid = k < 0 ? RigidResidual{} : residuals[k];
+    judged_.evidence[i].anchor =
+        k < 0 || anchors.residual.empty() ? AnchorResidual{} : anchors.residual[k];
   }
 }
 
-void DynamicPointFilter::fuse_evidence() {
+void DynamicPointFilter::fuse_evidence(const Features& features) {
   const FusionLimits limits{config_.motion.tau_px, config_.motion.limit_tau_px,
-                            judged_.rigid ? judged_.rigid->limit_px : config_.rigid.limit_px};
+                            judged_.rigid ? judged_.rigid->limit_px : config_.rigid.limit_px,
+                            judged_.anchors.limit_px > 0 ? judged_.anchors.limit_px
+                                                         : config_.anchor.limit_px};
+  for (std::size_t i = 0; i < features.size(); ++i)
+    judged_.evidence[i].on_rim =
+        config_.rim.enabled && is_on_rim(features.points[i], history_.depth_m(), config_.rim);
   judged_.labels = fuse(config_.mode, judged_.evidence, judged_.check, limits, config_.fusion);
 }
 
-StaticLabels DynamicPointFilter::rejudge(const SE3& T_current_previous) {
+StaticLabels DynamicPointFilter::rejudge(const SE3& T_current_previous,
+                                         const SE3& T_current_world) {
+  if (T_current_world.is_finite()) T_previous_world_ = T_current_world;
   if (uses_geometry() && config_.rigid.enabled && judged_.followed.size() > 0 &&
       T_current_previous.is_finite()) {
     judged_.rigid = judge_rigid_flow(camera_, judged_.followed.points, voters(), T_current_previous,
                                      config_.rigid);
+    judge_anchors(T_current_previous);
     take_verdicts(*previous_->features, links_);
-    fuse_evidence();
+    fuse_evidence(*previous_->features);
     previous_->label = judged_.labels.label;
   }
   return judged_.labels;

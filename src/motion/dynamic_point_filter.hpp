@@ -12,6 +12,8 @@
 #include "motion/lk_flow.hpp"
 #include "motion/mask_propagation.hpp"
 #include "motion/motion_consistency.hpp"
+#include "motion/occlusion_rim.hpp"
+#include "motion/point_anchors.hpp"
 #include "motion/rigid_flow.hpp"
 #include "motion/static_labels.hpp"
 
@@ -21,8 +23,10 @@ struct DynamicConfig {
   DynamicMode mode = DynamicMode::kFull;
   MotionConfig motion{};
   RigidFlowConfig rigid{};
+  AnchorConfig anchor{};
   FlowConfig flow{};
   PropagationConfig propagation{};
+  RimConfig rim{};
   FusionConfig fusion{};
 };
 
@@ -52,7 +56,8 @@ class DynamicPointFilter {
   /// every followed point is held against that motion, and the labels are fused again. They are the
   /// prior of the next step. Without depth check (rigid.enabled = false), in modes off and
   /// semantic, and for a first frame the labels stay as they were.
-  [[nodiscard]] StaticLabels rejudge(const SE3& T_current_previous);
+  /// @param T_current_world the pose later frames' anchors refer to.
+  [[nodiscard]] StaticLabels rejudge(const SE3& T_current_previous, const SE3& T_current_world);
 
   /// Labels of the last frame's features as the tracker sees them after its own pose check; they
   /// are the prior of the next step. Size as the features of that frame.
@@ -71,6 +76,7 @@ class DynamicPointFilter {
         source;  // per current feature: the followed point whose verdict it has
     MotionCheck check;
     std::optional<RigidFit> rigid;
+    AnchorJudgement anchors;
     std::vector<PointEvidence> evidence;
     StaticLabels labels;
   };
@@ -81,15 +87,22 @@ class DynamicPointFilter {
   void judge_motion(const std::optional<FlowPrediction>& predicted, const Features& features,
                     FilterResult& result);
   [[nodiscard]] std::vector<std::uint8_t> voters() const;
+  [[nodiscard]] bool is_same_point(std::int32_t previous, const Features& features,
+                                   std::size_t i) const;
+  void drop_anchors();
+  void judge_anchors(const SE3& T_current_previous);
   void take_verdicts(const Features& features, const FlowLinks& links);
-  void fuse_evidence();
+  void fuse_evidence(const Features& features);
 
   DynamicConfig config_;
   Camera camera_;
   Rng rng_;
   LabelHistory history_;
+  PointAnchors anchors_;
   std::optional<FlowFrame> previous_;
+  std::optional<SE3> T_previous_world_;  // where the tracker found it
   FlowLinks links_;  // of the last step
+  std::vector<std::int32_t> same_point_;  // links_.nearest where it surely is the same corner
   Judged judged_;
 };
 

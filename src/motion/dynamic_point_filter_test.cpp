@@ -234,7 +234,8 @@ TEST(DynamicPointFilter, SecondLookWithTheTrueMotionCorrectsAWrongPrior) {
   second.result = filter.step(*second.rendered.frame, second.features, {}, std::nullopt);
   const Score before = score(second);
   second.result.labels =
-      filter.rejudge(scene_at(1, true).T_camera_world * scene_at(0, true).T_camera_world.inverse());
+      filter.rejudge(scene_at(1, true).T_camera_world * scene_at(0, true).T_camera_world.inverse(),
+                     scene_at(1, true).T_camera_world);
   const Score after = score(second);
   EXPECT_GT(before.false_alarm, 0.3);
   EXPECT_LT(after.false_alarm, 0.05);
@@ -243,11 +244,11 @@ TEST(DynamicPointFilter, SecondLookWithTheTrueMotionCorrectsAWrongPrior) {
 
 TEST(DynamicPointFilter, SecondLookWithoutAFirstChangesNothing) {
   DynamicPointFilter filter({}, motion_test::small_camera(), 7);
-  EXPECT_TRUE(filter.rejudge(SE3()).label.empty());
+  EXPECT_TRUE(filter.rejudge(SE3(), SE3()).label.empty());
   const Rendered first = render(scene_at(0, true), 0);
   const auto features = detect(*first.frame, motion_test::small_camera());
   const auto result = filter.step(*first.frame, features, {}, std::nullopt);
-  EXPECT_EQ(filter.rejudge(SE3()).label, result.labels.label);
+  EXPECT_EQ(filter.rejudge(SE3(), SE3()).label, result.labels.label);
 }
 
 TEST(DynamicPointFilter, SurvivesBlankFramesMissingDepthAndOtherSizes) {

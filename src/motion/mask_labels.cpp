@@ -82,12 +82,13 @@ class Labeller {
 
   [[nodiscard]] Surroundings look_around(int u, int v) const {
     Surroundings found;
-    const int r = static_cast<int>(std::ceil(config_.rim_px));
+    const double rim_px = movable_[ids_.at(u, v)] ? config_.inner_rim_px : config_.rim_px;
+    const int r = static_cast<int>(std::ceil(rim_px));
     if (is_uniform(u, v, r)) {
       if (const std::uint8_t id = ids_.at(u, v); movable_[id]) found.nearest_movable = id;
       return found;
     }
-    const double limit2 = config_.rim_px * config_.rim_px;
+    const double limit2 = rim_px * rim_px;
     int nearest2 = 1 << 30;
     bool other = false;
     for (int dv = -r; dv <= r; ++dv) {

@@ -13,10 +13,11 @@ namespace ygslam {
 
 struct MaskConfig {
   std::vector<int> movable_classes{0};  ///< COCO classes that can move; 0 = person
-  double rim_px = 3;  ///< the mask's edge is trusted up to this; depth decides within
+  double rim_px = 3;        ///< just outside: depth decides up to this far from the mask's edge
+  double inner_rim_px = 6;  ///< just inside: the same (networks draw masks a little too large)
   double same_depth_ratio =
-      0.06;                       ///< just outside, at the object's depth up to this: on the object
-  double behind_ratio = 0.12;     ///< just inside, farther than the object by this: background
+      0.02;                       ///< just outside, at the object's depth up to this: on the object
+  double behind_ratio = 0.06;     ///< just inside, farther than the object by this: background
   double far_behind_ratio = 0.3;  ///< the same anywhere inside (gaps between arm and body)
 };
 

@@ -55,6 +55,8 @@ class LabelHistory {
   [[nodiscard]] int mask_age_frames() const;
   /// Flow ends of the newest step. Not to be called before the first push().
   [[nodiscard]] const FlowField& field() const { return entries_.back().field; }
+  /// Depth of the newest frame.
+  [[nodiscard]] const CoarseDepth& depth_m() const { return entries_.back().depth_m; }
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   void clear();
 

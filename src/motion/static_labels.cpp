@@ -50,12 +50,14 @@ class Fusion {
       obeys = judged && moves <= 0 && e.epipolar_px <= limits_.tau_px;
     }
     const bool cleared = seen_outside || obeys || e.previous == MotionLabel::kStatic;
+    // An outline's corner moves with the outline: of no use to tracking, but no moving surface.
+    const bool outline = suspicion > 1 && e.on_rim && e.semantic.label != SemanticLabel::kMovable;
     out.suspicion.push_back(suspicion);
-    out.label.push_back(suspicion > 1   ? MotionLabel::kDynamic
-                        : suspicion > 0 ? MotionLabel::kUnknown
-                        : cleared       ? MotionLabel::kStatic
-                                        : MotionLabel::kUnknown);
-    out.weight.push_back(weight(out.label.back(), suspicion));
+    out.label.push_back(suspicion > 1 && !outline ? MotionLabel::kDynamic
+                        : suspicion > 0           ? MotionLabel::kUnknown
+                        : cleared                 ? MotionLabel::kStatic
+                                                  : MotionLabel::kUnknown);
+    out.weight.push_back(outline ? 0 : weight(out.label.back(), suspicion));
   }
 
   [[nodiscard]] bool check_believed() const { return believed_; }
@@ -72,7 +74,8 @@ class Fusion {
     // around it explains is only a doubt.
     const float rigid = excess_suspicion(e.rigid.any_depth_px / limits_.rigid_px, in_company);
     const float edge = excess_suspicion(e.rigid.own_depth_px / limits_.rigid_px, false);
-    return std::max({epipolar, rigid, edge});
+    const float slow = excess_suspicion(e.anchor.px.any_depth_px / limits_.anchor_px, in_company);
+    return std::max({epipolar, rigid, edge, slow});
   }
   [[nodiscard]] float weight(MotionLabel label, float suspicion) const {
     if (label == MotionLabel::kDynamic) return 0;

@@ -9,6 +9,7 @@
 #include "motion/labels.hpp"
 #include "motion/mask_propagation.hpp"
 #include "motion/motion_consistency.hpp"
+#include "motion/point_anchors.hpp"
 #include "motion/rigid_flow.hpp"
 
 namespace ygslam {
@@ -41,6 +42,7 @@ struct FusionLimits {
   double tau_px = 1.0;        ///< MotionConfig::tau_px
   double limit_tau_px = 1.0;  ///< MotionConfig::limit_tau_px
   double rigid_px = 2.0;      ///< RigidFit::limit_px
+  double anchor_px = 3.0;     ///< AnchorJudgement::limit_px
 };
 
 /// All that is known about one feature of the current frame.
@@ -49,6 +51,8 @@ struct PointEvidence {
   float epipolar_px = -1;   ///< D of eq. (16) of the flow that ends at it; -1 = not judged
   float moving_share = -1;  ///< of the neighbours' votes, -1 = not asked
   RigidResidual rigid{};    ///< of the same flow
+  AnchorResidual anchor{};  ///< of the same point over a longer time
+  bool on_rim = false;      ///< behind an outline, see occlusion_rim.hpp
   MotionLabel previous = MotionLabel::kUnknown;  ///< final label of the feature it continues
 };
 

@@ -35,6 +35,36 @@ void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
   s.number("motion.link_radius_px", c.motion.link_radius_px, 0.1, 20.0, "px",
            "a feature takes the label of the nearest flow end within");
   s.number("motion.min_static", c.motion.min_static, 8, 1000, "points", "fewer voters: no verdict");
+  s.flag("rigid.enabled", c.rigid.enabled,
+         "hold the flow against the camera's motion in three dimensions; false = epipolar line alone");
+  s.number("rigid.limit_px", c.rigid.limit_px, 0.1, 50.0, "px",
+           "farther from where a standing point would be: dynamic");
+  s.number("rigid.limit_medians", c.rigid.limit_medians, 1.0, 100.0, "",
+           "... and farther than this many medians of the standing points' residuals");
+  s.flag("anchor.enabled", c.anchor.enabled,
+         "hold points against where they were a dozen frames ago (finds slow movers)");
+  s.number("anchor.min_age_frames", c.anchor.min_age_frames, 1, 16, "frames",
+           "a younger anchor says nothing");
+  s.number("anchor.limit_px", c.anchor.limit_px, 0.1, 50.0, "px",
+           "farther from where its anchor puts it: the point moves");
+  s.number("anchor.limit_medians", c.anchor.limit_medians, 1.0, 100.0, "",
+           "... and farther than this many medians of the standing points' residuals");
+  s.flag("labels.rim", c.rim.enabled,
+         "corners where an outline crosses what is behind it are unknown, not dynamic");
+  s.flag("labels.ask_neighbours", c.fusion.ask_neighbours,
+         "features at which no flow ends are judged as the flows around them");
+  s.number("labels.min_moving_share", c.fusion.min_moving_share, 0.0, 1.0, "",
+           "of the points around it that must move for a point to be dynamic");
+  s.number("propagation.missed_object_frames", c.propagation.missed_object_frames, 0, 300, "frames",
+           "an object that a mask overlooks is kept this long");
+  s.number("masks.rim_px", c.propagation.mask.rim_px, 0.0, 20.0, "px",
+           "outside, this near to a mask's edge: on the object where the depth says so");
+  s.number("masks.inner_rim_px", c.propagation.mask.inner_rim_px, 0.0, 20.0, "px",
+           "inside, this near to a mask's edge: background where the depth says so");
+  s.number("masks.same_depth_ratio", c.propagation.mask.same_depth_ratio, 0.0, 1.0, "",
+           "just outside a mask and at the object's depth to this: on the object");
+  s.number("masks.behind_ratio", c.propagation.mask.behind_ratio, 0.01, 1.0, "",
+           "inside a mask but farther than the object by this: background");
   s.number("flow.window_px", c.flow.window_px, 5, 51, "px", "side of the flow window, odd");
   s.number("flow.levels", c.flow.levels, 0, 6, "", "pyramid levels of the flow");
   s.number("flow.patch_diff", c.flow.patch_diff, 0.0, 255.0, "grey levels",
@@ -76,6 +106,12 @@ void add_tracking_keys(ConfigSchema& s, TrackerConfig& c) {
   s.number("tracking.min_inliers_weak", c.min_inliers_weak, 6, 1000, "points", "fewer: lost");
   s.number("tracking.weak_frames_until_lost", c.weak_frames_until_lost, 1, 1000, "frames",
            "weak frames in a row that count as lost");
+  s.number("tracking.weak_position_std_m", c.weak_position_std_m, 0.001, 10.0, "m",
+           "a camera centre less certain than this: weak");
+  s.number("tracking.lost_position_std_m", c.lost_position_std_m, 0.001, 10.0, "m",
+           "a camera centre less certain than this: lost");
+  s.number("tracking.max_jump_m", c.max_jump_m, 0.001, 10.0, "m",
+           "a weak pose farther from the predicted one is not believed");
   s.number("tracking.search_last_px", c.pose.search_last_px, 1.0, 200.0, "px",
            "window around the predicted pose, at pyramid level 0");
   s.number("tracking.search_map_px", c.pose.search_map_px, 1.0, 50.0, "px",

@@ -1,7 +1,9 @@
 #include "tracking/pose_estimator.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "features/matcher.hpp"
 #include "geometry/pnp.hpp"
@@ -10,6 +12,19 @@ namespace ygslam {
 namespace {
 
 constexpr double kMaxViewAngleCosine = 0.5;  // a landmark seen from more than 60 degrees aside
+
+// Standard deviation of the camera centre: the twist is a left perturbation, so that its
+// translation moves the centre in the camera's axes.
+double position_std_m(const PoseSolution& pose) {
+  const Eigen::LDLT<Mat6> solver(pose.information);
+  const Mat6 covariance = solver.solve(Mat6::Identity());
+  const double variance_m2 = covariance.topLeftCorner<3, 3>().trace();
+  const bool determined = solver.info() == Eigen::Success && solver.isPositive() &&
+                          std::isfinite(variance_m2) && variance_m2 >= 0;
+  // Residuals larger than the noise model expects widen the estimate.
+  return determined ? std::max(1.0, pose.rms) * std::sqrt(variance_m2)
+                    : std::numeric_limits<double>::infinity();
+}
 
 std::vector<std::uint8_t> usable_features(const TrackedFrame& frame) {
   std::vector<std::uint8_t> usable(frame.features->size());
@@ -159,6 +174,7 @@ std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const
   result.matches = static_cast<int>(pairings.size());
   result.inliers = pose->inliers;
   result.rms = pose->rms;
+  result.position_std_m = position_std_m(*pose);
   for (std::size_t i = 0; i < pairings.size(); ++i) {
     if (!pose->inlier[i]) {
       result.disagrees[pairings[i].feature] = 1;

@@ -33,6 +33,7 @@ struct PoseResult {
   int landmark_inliers = 0;             ///< features that agree with a landmark
   int inliers = 0;                      ///< of these and of points of the previous frame
   int matches = 0;                      ///< of the final step
+  double position_std_m = 0;            ///< of the camera centre, by the residuals' curvature
   double rms = 0;                       ///< normalised reprojection residual of the inliers
   std::vector<KeyframeCandidate::Seen> seen;  ///< landmarks predicted in view
 };

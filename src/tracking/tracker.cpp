@@ -22,6 +22,10 @@ AnchoredPose anchor(const SE3& T_camera_world, const LocalView& view) {
   return {reference.data->id, T_camera_world * reference.T_camera_world.inverse()};
 }
 
+double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world) {
+  return (T_a_world.inverse().t() - T_b_world.inverse().t()).norm();
+}
+
 }  // namespace
 
 const char* to_string(TrackState state) {
@@ -62,15 +66,19 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   const SE3 T_guess_world = motion_model_.predict(frame->stamp) * T_last_world;
   std::optional<PoseResult> pose =
       pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_);
-  if (state_ == TrackState::kLost && pose &&
+  const bool was_lost = state_ == TrackState::kLost;
+  if (was_lost && pose &&
       pose->landmark_inliers < config_.relocalizer.min_inliers) {
     pose.reset();  // after a loss only a pose that the map confirms counts
   }
-  const bool was_lost = state_ == TrackState::kLost;
+  double jump_m = pose ? centre_distance_m(pose->T_camera_world, T_guess_world) : 0;
   if ((!pose || pose->inliers < config_.min_inliers_weak) && map) {
     pose = relocalizer_.step(current, *map, rng_);
+    jump_m = 0;
   }
-  state_ = assess(pose);
+  const double gap_s = seconds_between(frame->stamp, last_->frame->stamp);
+  state_ = assess(pose, was_lost ? 0 : jump_m,
+                  std::max(config_.max_jump_m, gap_s * config_.max_jump_mps));
   result.state = state_;
   ++frames_since_keyframe_;
   if (state_ == TrackState::kLost) {
@@ -87,6 +95,12 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
     motion_model_.update(frame->stamp, pose->T_camera_world * T_last_world.inverse());
   }
   T_last_world_ = pose->T_camera_world;
+  // The flow reaches back to the frame before, whose pose is known unless the camera was lost there.
+  if (!was_lost) {
+    result.labels = filter_.rejudge(pose->T_camera_world * T_last_world.inverse(),
+                                     pose->T_camera_world);
+    current.static_weight = result.labels.weight;
+  }
   judge_points(*pose, result.labels);
   remember_seen(pose->seen);
   result.T_world_camera = pose->T_camera_world.inverse();
@@ -147,14 +161,18 @@ TrackResult Tracker::start(TrackedFrame frame, TrackResult result) {
   return result;
 }
 
-TrackState Tracker::assess(const std::optional<PoseResult>& pose) {
-  if (!pose || pose->inliers < config_.min_inliers_weak || !pose->T_camera_world.is_finite()) {
+TrackState Tracker::assess(const std::optional<PoseResult>& pose, double jump_m,
+                           double max_jump_m) {
+  if (!pose || pose->inliers < config_.min_inliers_weak || !pose->T_camera_world.is_finite() ||
+      !(pose->position_std_m <= config_.lost_position_std_m)) {
     return TrackState::kLost;
   }
-  if (pose->inliers >= config_.min_inliers) {
-    weak_frames_ = 0;
-    return TrackState::kTracking;
-  }
+  const bool many = pose->inliers >= config_.min_inliers;
+  const bool certain = pose->position_std_m <= config_.weak_position_std_m;
+  if (many) weak_frames_ = 0;
+  if (many && certain) return TrackState::kTracking;
+  if (jump_m > max_jump_m) return TrackState::kLost;
+  if (many) return TrackState::kWeak;
   return ++weak_frames_ > config_.weak_frames_until_lost ? TrackState::kLost : TrackState::kWeak;
 }
 
@@ -211,7 +229,8 @@ void Tracker::remember_seen(const std::vector<KeyframeCandidate::Seen>& seen) {
 
 void Tracker::judge_points(const PoseResult& pose, StaticLabels& labels) {
   for (std::size_t i = 0; i < labels.label.size(); ++i) {
-    if (pose.landmarks[i] != kNoLandmark && labels.label[i] == MotionLabel::kUnknown) {
+    if (pose.landmarks[i] != kNoLandmark && labels.label[i] == MotionLabel::kUnknown &&
+        labels.weight[i] > 0) {
       labels.label[i] = MotionLabel::kStatic;  // it agrees with a point of the static map
     }
   }

@@ -36,6 +36,12 @@ struct TrackerConfig {
   int min_inliers = 30;             ///< below: weak
   int min_inliers_weak = 15;        ///< below: lost
   int weak_frames_until_lost = 10;  ///< in a row
+  double weak_position_std_m = 0.03;  ///< the camera centre less certain than this: weak
+  double lost_position_std_m = 0.1;   ///< ... than this: lost
+  /// A weak pose farther than this from the prediction (or than this speed would carry it over a
+  /// longer gap) rests on wrong matches.
+  double max_jump_m = 0.08;
+  double max_jump_mps = 1.0;
 };
 
 struct TrackResult {
@@ -69,7 +75,8 @@ class Tracker {
   [[nodiscard]] TrackedFrame perceive(const FramePtr& frame, std::span<const SegmentationPtr> masks,
                                       TrackResult& result);
   [[nodiscard]] TrackResult start(TrackedFrame frame, TrackResult result);
-  [[nodiscard]] TrackState assess(const std::optional<PoseResult>& pose);
+  [[nodiscard]] TrackState assess(const std::optional<PoseResult>& pose, double jump_m,
+                                  double max_jump_m);
   [[nodiscard]] bool wants_keyframe(const TrackedFrame& frame, const LocalView& view,
                                     const PoseResult& pose, bool mapper_busy) const;
   /// Hands the frame to the mapper; from here on its pose is that keyframe's.

@@ -112,6 +112,9 @@ class Sweep(BenchTest):
         self.assertEqual([s["id"] for s in sweep["sequences"]], ["one", "part__two"])
         self.assertEqual(sweep["sequences"][0]["frames"], FRAMES)
         self.assertEqual(sweep["options"]["way"], "deterministic")
+        drawn = self.load("sequences", "one", "inspect", "inspect.json")
+        self.assertEqual([c["name"] for c in drawn["checks"]], ["classic", "improved"])
+        self.assertTrue((self.out / "sequences" / "one" / "inspect" / "checks.jpg").exists())
         self.assertTrue(sweep["complete"] and sweep["timings_valid"])
         truth = sweep["sequences"][0]["truth"]
         self.assertAlmostEqual(truth["duration_s"], (FRAMES - 1) / 30, delta=0.05)
@@ -256,7 +259,7 @@ class Faults(BenchTest):
         self.assertEqual((record["status"], record["exit_code"]), ("bad_truth", 0))
         self.assertIn("later/groundtruth.txt: no stamps", record["error"])
         self.assertEqual(self.record("no_truth")["status"], "ok")
-        self.assertFalse((self.out / "sequences" / "no_truth").exists())
+        self.assertFalse((self.out / "sequences" / "no_truth" / "groundtruth.txt").exists())
         record = self.record("unreadable")
         self.assertEqual((record["status"], record["exit_code"]), ("failed", 4))
         self.assertTrue(record["error"].startswith("unreadable"), record["error"])

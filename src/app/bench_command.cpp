@@ -10,7 +10,9 @@
 #include "app/stop_signal.hpp"
 #include "core/log.hpp"
 #include "core/time.hpp"
+#include "sweep/child_process.hpp"
 #include "sweep/compare.hpp"
+#include "sweep/pictures.hpp"
 #include "sweep/python_tool.hpp"
 #include "sweep/sweep.hpp"
 
@@ -91,6 +93,25 @@ Status print_results(const std::filesystem::path& out, bool json) {
   return Ok{};
 }
 
+// A sequence whose pictures fail keeps its rows.
+void draw_pictures(const SweepOptions& options, const std::vector<BenchSequence>& sequences) {
+  ProgressBar bar(sequences.size(), is_quiet());
+  for (std::size_t i = 0; i < sequences.size() && StopSignal::received() == 0; ++i) {
+    const BenchSequence& sequence = sequences[i];
+    std::error_code code;
+    const auto done = pictures_folder(options, sequence) / "inspect.json";
+    if (sequence.error || std::filesystem::exists(done, code)) continue;
+    bar.update(i, "tracking pictures of " + sequence.name);
+    const auto drawn = run_child(inspect_command(options, sequence), {},
+                                 [] { return StopSignal::received() != 0; });
+    if (StopSignal::received() != 0 || (drawn.ok() && drawn->exit_code + drawn->signal == 0))
+      continue;
+    bar.clear();
+    log::warn("{}: no tracking pictures: {}", sequence.name,
+              drawn.ok() ? last_error_line(drawn->errors) : drawn.error().message);
+  }
+}
+
 Status make_report(const std::filesystem::path& out) {
   auto tool = find_report_tool(executable_path());
   Status made =
@@ -133,6 +154,7 @@ Result<int> run_sweep(const BenchArguments& a) {
   const Status printed = print_results(out, a.json);
   if (!printed.ok()) return printed.error();
   if (!a.report) return 0;
+  if (a.pictures) draw_pictures(*options, sweep->sequences());
   const Status made = make_report(out);
   if (StopSignal::received() != 0) return 128 + StopSignal::received();
   if (!made.ok()) return made.error();

@@ -8,6 +8,7 @@
 #include "app/bench_command.hpp"
 #include "app/config_command.hpp"
 #include "app/eval_command.hpp"
+#include "app/inspect_command.hpp"
 #include "app/run_command.hpp"
 #include "app/simulate_command.hpp"
 #include "core/log.hpp"
@@ -36,6 +37,7 @@ int main(int argc, char** argv) {
     ygslam::add_eval_command(app, exit_code);
     ygslam::add_bench_command(app, exit_code);
     ygslam::add_simulate_command(app, exit_code);
+    ygslam::add_inspect_command(app, exit_code);
     ygslam::add_config_command(app);
     try {
       app.parse(argc, argv);

@@ -75,18 +75,8 @@ Status prepare(Run& run) {
   SessionOptions session;
   Status segmenter = parse_segmenter(o, session);
   if (!segmenter.ok()) return segmenter;
-  std::optional<CameraConfig> camera;
-  if (!o.camera_file.empty()) {
-    auto read = read_camera_yaml(o.camera_file);
-    if (!read.ok()) return read.error();
-    camera = *read;
-  }
-  auto sequence = open_tum_sequence(o.sequence, camera);
-  if (!sequence.ok()) {
-    const bool of_the_file = camera && sequence.error().kind == ErrorKind::kConfig;
-    return Error{sequence.error().kind,
-                 (of_the_file ? o.camera_file + ": " : "") + sequence.error().message};
-  }
+  auto sequence = open_sequence(o);
+  if (!sequence.ok()) return sequence.error();
   run.sequence = std::move(sequence).value();
   if (o.from >= run.sequence.pairs.size() || (o.to > 0 && o.to <= o.from)) {
     return Error{ErrorKind::kUsage, "--from " + std::to_string(o.from) + " --to " +
@@ -228,22 +218,13 @@ Result<int> run_all(Run& run) {
 }
 
 void declare_options(CLI::App& command, RunOptions& o) {
-  command.add_option("SEQUENCE", o.sequence, "Folder in TUM RGB-D layout")->required();
+  add_input_options(command, o);
   command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
-  command.add_option("--model", o.model, "YOLOv8-seg network, .onnx or .xml")->type_name("FILE");
-  command.add_option("--segmenter", o.segmenter, "Where masks come from")
-      ->type_name("model|none|masks:DIR")
-      ->capture_default_str();
   command
       .add_option("--dynamic", o.dynamic_mode,
                   "off: everything is static; geometry: epipolar check; semantic: masks; "
                   "full: both (default)")
       ->type_name("off|geometry|semantic|full");
-  command.add_option("--camera", o.camera_file, "Camera file in place of calibration.txt")
-      ->type_name("FILE.yaml");
-  command.add_option("--config", o.config_file, "Settings (see `ygslam config`)")
-      ->type_name("FILE.yaml");
-  command.add_option("--set", o.sets, "One setting; may be repeated")->type_name("KEY=VALUE");
   // Of an unsigned number CLI11 takes "-1" as the largest one.
   command.add_option("--from", o.from, "First pair")->check(CLI::NonNegativeNumber)->type_name("N");
   command.add_option("--to", o.to, "One past the last pair")
@@ -257,9 +238,6 @@ void declare_options(CLI::App& command, RunOptions& o) {
       .add_flag("--deterministic", o.deterministic,
                 "One schedule: same input, same bytes (masks come 2 frames late)")
       ->excludes("--realtime");
-  command.add_option("--seed", o.seed, "Start of all random sequences")
-      ->check(CLI::Range(0.0, 9007199254740992.0))
-      ->type_name("N");
   command.add_option("--debug-images", o.debug_dir, "Draw masks and labelled points here")
       ->type_name("DIR");
   command.add_option("--debug-every", o.debug_every, "Draw every n-th frame")

@@ -1,5 +1,6 @@
 #include "app/run_options.hpp"
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <limits>
 
@@ -8,6 +9,22 @@
 #include "segment/movable.hpp"
 
 namespace ygslam {
+
+void add_input_options(CLI::App& command, RunOptions& o) {
+  command.add_option("SEQUENCE", o.sequence, "Folder in TUM RGB-D layout")->required();
+  command.add_option("--model", o.model, "YOLOv8-seg network, .onnx or .xml")->type_name("FILE");
+  command.add_option("--segmenter", o.segmenter, "Where masks come from")
+      ->type_name("model|none|masks:DIR")
+      ->capture_default_str();
+  command.add_option("--camera", o.camera_file, "Camera file in place of calibration.txt")
+      ->type_name("FILE.yaml");
+  command.add_option("--config", o.config_file, "Settings (see `ygslam config`)")
+      ->type_name("FILE.yaml");
+  command.add_option("--set", o.sets, "One setting; may be repeated")->type_name("KEY=VALUE");
+  command.add_option("--seed", o.seed, "Start of all random sequences")
+      ->check(CLI::Range(0.0, 9007199254740992.0))
+      ->type_name("N");
+}
 
 ConfigSchema run_schema(SlamConfig& config) {
   ConfigSchema schema = schema_of(config);
@@ -85,6 +102,19 @@ Result<CameraConfig> read_camera_yaml(const std::string& path) {
                                          faults.front().key + ": " + faults.front().reason};
   }
   return camera;
+}
+
+Result<TumSequence> open_sequence(const RunOptions& options) {
+  std::optional<CameraConfig> camera;
+  if (!options.camera_file.empty()) {
+    auto read = read_camera_yaml(options.camera_file);
+    if (!read.ok()) return read.error();
+    camera = *read;
+  }
+  auto sequence = open_tum_sequence(options.sequence, camera);
+  if (!sequence.ok() && camera && sequence.error().kind == ErrorKind::kConfig)
+    return Error{ErrorKind::kConfig, options.camera_file + ": " + sequence.error().message};
+  return sequence;
 }
 
 Status parse_segmenter(const RunOptions& options, SessionOptions& session) {

@@ -10,6 +10,10 @@
 #include "io/frame_reader.hpp"
 #include "system/session.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace ygslam {
 
 struct RunOptions {
@@ -23,12 +27,17 @@ struct RunOptions {
   bool realtime = false, deterministic = false;
 };
 
+/// SEQUENCE, where masks come from, camera, settings and seed.
+void add_input_options(CLI::App& command, RunOptions& options);
+
 /// All keys: those of the system and dynamic.mode.
 [[nodiscard]] ConfigSchema run_schema(SlamConfig& config);
 /// Settings from defaults, --config, --set and the options, in this order.
 [[nodiscard]] Status load_settings(const RunOptions& options, SlamConfig& config);
 /// YAML with the keys of calibration.txt (fx fy cx cy k1 k2 p1 p2 k3 width height depth_scale).
 [[nodiscard]] Result<CameraConfig> read_camera_yaml(const std::string& path);
+/// The sequence with the camera of --camera, if given.
+[[nodiscard]] Result<TumSequence> open_sequence(const RunOptions& options);
 /// --segmenter model|none|masks:DIR.
 [[nodiscard]] Status parse_segmenter(const RunOptions& options, SessionOptions& session);
 

@@ -100,13 +100,19 @@ std::uint64_t seed_of(const SweepOptions& options, const RunKey& key) {
   return options.seed + static_cast<std::uint64_t>(key.run - 1);
 }
 
+std::vector<std::string> mask_options(const SweepOptions& o, const BenchSequence& sequence) {
+  std::vector<std::string> words = {"--segmenter", segmenter_argument(o, sequence)};
+  if (!o.model.empty()) words.insert(words.end(), {"--model", o.model.string()});
+  return words;
+}
+
 std::vector<std::string> run_command(const SweepOptions& o, const BenchSequence& sequence,
                                      const RunKey& key) {
   std::vector<std::string> words = {o.program.string(), "run", sequence.folder.string(), "--out",
                                     (o.out / key.folder()).string()};
   if (mode_uses_masks(key.mode)) {
-    words.insert(words.end(), {"--segmenter", segmenter_argument(o, sequence)});
-    if (!o.model.empty()) words.insert(words.end(), {"--model", o.model.string()});
+    const auto masks = mask_options(o, sequence);
+    words.insert(words.end(), masks.begin(), masks.end());
   }
   const auto more = settings(o, key);
   words.insert(words.end(), more.begin(), more.end());

@@ -45,6 +45,9 @@ struct SweepOptions {
                                                     const nlohmann::json& now);
 
 [[nodiscard]] std::uint64_t seed_of(const SweepOptions& options, const RunKey& key);
+/// Where the masks come from, as options of the child.
+[[nodiscard]] std::vector<std::string> mask_options(const SweepOptions& options,
+                                                    const BenchSequence& sequence);
 /// The child's command line.
 [[nodiscard]] std::vector<std::string> run_command(const SweepOptions& options,
                                                    const BenchSequence& sequence,

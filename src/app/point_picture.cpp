@@ -1,0 +1,62 @@
+#include "app/point_picture.hpp"
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "image/cv_view.hpp"
+#include "io/atomic_file.hpp"
+
+namespace ygslam {
+namespace {
+
+const cv::Scalar kGreen(60, 200, 60), kRed(50, 50, 235), kYellow(60, 200, 230);  // b, g, r
+
+}  // namespace
+
+cv::Mat picture_of(const RgbdFrame& frame) {
+  cv::Mat picture;
+  cv::cvtColor(cv_view(frame.colour), picture, cv::COLOR_RGB2BGR);
+  return picture;
+}
+
+void tint_masks(cv::Mat& picture, const GreyImage& ids) {
+  if (ids.empty()) return;
+  const cv::Vec3b tint(200, 90, 30);
+  for (int v = 0; v < picture.rows; ++v) {
+    for (int u = 0; u < picture.cols; ++u) {
+      if (!ids.at(u, v)) continue;
+      auto& pixel = picture.at<cv::Vec3b>(v, u);
+      for (int c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>((pixel[c] + tint[c]) / 2);
+    }
+  }
+  cv::Mat inside = cv_view(ids) > 0;
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(inside, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  cv::drawContours(picture, contours, -1, cv::Scalar(220, 120, 40), 1, cv::LINE_AA);
+}
+
+void draw_points(cv::Mat& picture, const Features& features, const StaticLabels& labels) {
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const cv::Point2f p(features.points[i].uv_px.x(), features.points[i].uv_px.y());
+    const MotionLabel label = labels.label[i];
+    const auto& colour = label == MotionLabel::kDynamic  ? kRed
+                         : label == MotionLabel::kStatic ? kGreen
+                                                         : kYellow;
+    cv::circle(picture, p, 3, colour, 1, cv::LINE_AA);
+  }
+}
+
+void draw_caption(cv::Mat& picture, const std::string& text) {
+  const int bar = 20;
+  picture.rowRange(picture.rows - bar, picture.rows) *= 0.35;
+  cv::putText(picture, text, {6, picture.rows - 6}, cv::FONT_HERSHEY_SIMPLEX, 0.42,
+              cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
+}
+
+Status write_jpeg(const std::filesystem::path& file, const cv::Mat& picture) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 88});
+  return write_file_atomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace ygslam

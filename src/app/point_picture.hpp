@@ -1,0 +1,24 @@
+// A frame with what the system thinks of it: masks tinted, static points green, dynamic points red,
+// unknown points yellow (the paper's Fig. 5).
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "core/result.hpp"
+#include "image/rgbd_frame.hpp"
+#include "motion/static_labels.hpp"
+
+namespace ygslam {
+
+/// The frame's colour image as OpenCV draws on it (blue first).
+[[nodiscard]] cv::Mat picture_of(const RgbdFrame& frame);
+/// Tints and outlines where ids > 0. @param ids empty, or of the picture's size.
+void tint_masks(cv::Mat& picture, const GreyImage& ids);
+void draw_points(cv::Mat& picture, const Features& features, const StaticLabels& labels);
+/// White text on a dark bar at the lower edge.
+void draw_caption(cv::Mat& picture, const std::string& text);
+[[nodiscard]] Status write_jpeg(const std::filesystem::path& file, const cv::Mat& picture);
+
+}  // namespace ygslam

@@ -1,0 +1,16 @@
+// Tracking pictures for the report (the paper's Fig. 5): `ygslam inspect` once per sequence.
+#pragma once
+
+#include "sweep/bench_sequence.hpp"
+#include "sweep/sweep_options.hpp"
+
+namespace ygslam {
+
+/// Where a sequence's pictures and inspect.json go.
+[[nodiscard]] std::filesystem::path pictures_folder(const SweepOptions& options,
+                                                    const BenchSequence& sequence);
+/// The command that draws them; the full system is shown where the sweep runs it.
+[[nodiscard]] std::vector<std::string> inspect_command(const SweepOptions& options,
+                                                       const BenchSequence& sequence);
+
+}  // namespace ygslam

@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
       }
       const auto result = slam.process({i * 33'333'333LL, rgb.data(), depth_m.data()});
       const auto& t = result.T_world_camera.translation_m;
-      std::printf("%2d  x %.3f  y %.3f  z %.3f m  %d inliers\n", i, t[0], t[1], t[2], result.inliers);
+      std::printf("%2d  x %.3f  y %.3f  z %.3f m  %d inliers\n", i, t[0], t[1], t[2],
+                  result.inliers);
     }
     std::printf("map: %zu points\n", slam.finish().static_map.size());
   } catch (const ygslam::api::Error& e) {

@@ -26,16 +26,16 @@ namespace ygslam::api {
 
 /// Pinhole camera with Brown-Conrady distortion, as in OpenCV; a pixel's centre is an integer.
 struct CameraModel {
-  double fx = 0, fy = 0, cx = 0, cy = 0;           ///< [px]
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
-  int width = 640, height = 480;                   ///< [px]
+  int width = 640, height = 480;  ///< [px]
 };
 
 struct Settings {
   CameraModel camera;
-  std::string model;          ///< YOLOv8-seg network (.onnx or .xml); empty = geometry alone
-  std::string dynamic;        ///< off, geometry, semantic, full; empty = full with a model, else geometry
-  bool deterministic = false; ///< one schedule without threads: same input, same result
+  std::string model;    ///< YOLOv8-seg network (.onnx or .xml); empty = geometry alone
+  std::string dynamic;  ///< off, geometry, semantic, full; empty = full with a model, else geometry
+  bool deterministic = false;  ///< one schedule without threads: same input, same result
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`
 };
 
@@ -43,7 +43,8 @@ struct Settings {
 struct Frame {
   std::int64_t t_ns = 0;              ///< strictly increasing
   const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
-  const float* depth_m = nullptr;     ///< height x width, along the optical axis; 0, NaN, negative = none
+  const float* depth_m =
+      nullptr;  ///< height x width, along the optical axis; 0, NaN, negative = none
 };
 
 enum class State { kWaiting, kTracking, kWeak, kLost };
@@ -56,9 +57,9 @@ struct Pose {
 
 struct Result {
   State state = State::kWaiting;
-  Pose T_world_camera;   ///< world = first tracked camera; meaningful while tracking or weak
+  Pose T_world_camera;  ///< world = first tracked camera; meaningful while tracking or weak
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
-  int inliers = 0;       ///< points that agree with the pose
+  int inliers = 0;           ///< points that agree with the pose
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
 };
 

@@ -120,8 +120,9 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
   command.add_option("--seed", a.seed, "Of the first run")
       ->check(CLI::Range(0.0, 9007199254740992.0))
       ->type_name("N");
-  command.add_flag("--pictures,!--no-pictures", a.pictures,
-                   "Tracking pictures for the report: `ygslam inspect` on every sequence (default)");
+  command.add_flag(
+      "--pictures,!--no-pictures", a.pictures,
+      "Tracking pictures for the report: `ygslam inspect` on every sequence (default)");
   command.add_flag("--report,!--no-report", a.report, "Make the report at the end (default)");
   command
       .add_option("--compare", a.compare, "Instead of a sweep: two results folders, B against A")

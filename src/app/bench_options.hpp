@@ -19,8 +19,7 @@ struct BenchArguments {
   std::vector<std::string> sequences, modes, sets, compare;
   std::string model, segmenter = "model", config_file;
   int runs = 5, jobs = 1;
-  bool realtime = false, deterministic = false, report = true, pictures = true,
-       json = false;
+  bool realtime = false, deterministic = false, report = true, pictures = true, json = false;
   std::optional<std::uint64_t> seed;
 };
 

@@ -17,9 +17,9 @@
 #include "app/stop_signal.hpp"
 #include "app/truth_images.hpp"
 #include "core/log.hpp"
+#include "io/atomic_file.hpp"
 #include "segment/movable.hpp"
 #include "segment/recorded_masks.hpp"
-#include "io/atomic_file.hpp"
 
 namespace ygslam {
 namespace {
@@ -171,7 +171,8 @@ class Inspection {
   std::set<std::size_t> shown_;
 };
 
-/// One picture per frame, the checks side by side, and one of all: a row per check, as in the paper.
+/// One picture per frame, the checks side by side, and one of all: a row per check, as in the
+/// paper.
 Status write_pictures(const std::filesystem::path& out, const std::vector<Check>& checks) {
   cv::Mat sheet;
   for (const auto& [number, first] : checks.front().pictures) {
@@ -219,8 +220,8 @@ void print_table(const std::vector<Check>& checks, bool has_truth) {
     std::printf("no mask/ beside the sequence: no truth to compare with\n");
     return;
   }
-  std::printf("%-10s %10s %10s %10s %10s %12s %10s %10s %10s\n", "check", "precision", "recall", "found",
-              "missed", "false alarms", "standing", "left out", "mask IoU");
+  std::printf("%-10s %10s %10s %10s %10s %12s %10s %10s %10s\n", "check", "precision", "recall",
+              "found", "missed", "false alarms", "standing", "left out", "mask IoU");
   for (const Check& check : checks) {
     std::printf("%-10s %10s %10s %10zu %10zu %12zu %10zu %10zu %10s\n", check.name.c_str(),
                 percent(check.points.precision()).c_str(), percent(check.points.recall()).c_str(),
@@ -270,7 +271,8 @@ Result<int> inspect(const InspectOptions& options) {
 void add_inspect_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<InspectOptions>();
   CLI::App* command = app.add_subcommand(
-      "inspect", "See which points are taken for moving: classic check, improved check, full system");
+      "inspect",
+      "See which points are taken for moving: classic check, improved check, full system");
   add_input_options(*command, options->run);
   command->add_option("--out", options->run.out_dir, "Folder for pictures and inspect.json")
       ->type_name("DIR");
@@ -296,7 +298,8 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       "  ygslam inspect SEQ --checks full --segmenter masks:SEQ/mask --json\n"
       "classic: Harris corners, all vote for the fundamental matrix. improved: ORB points, only\n"
       "those that were static vote, depth as second opinion. full: masks as well.\n"
-      "Where the truth is known, points with a white ring were missed, those with a black ring are\n"
+      "Where the truth is known, points with a white ring were missed, those with a black ring "
+      "are\n"
       "false alarms.\n"
       "With mask/ (and moving/) beside the images it prints precision and recall of the dynamic\n"
       "points; unknown points count as static, points at mask edges and on movable things at rest\n"

@@ -1,5 +1,5 @@
-// `ygslam inspect`: classic check, improved check and full system side by side (the paper's Fig. 5),
-// and how right they are where the truth is known.
+// `ygslam inspect`: classic check, improved check and full system side by side (the paper's Fig.
+// 5), and how right they are where the truth is known.
 #pragma once
 
 namespace CLI {

@@ -30,10 +30,14 @@ CameraConfig to_config(const CameraModel& m) {
 
 State to_api(TrackState state) {
   switch (state) {
-    case TrackState::kWaiting: return State::kWaiting;
-    case TrackState::kTracking: return State::kTracking;
-    case TrackState::kWeak: return State::kWeak;
-    case TrackState::kLost: return State::kLost;
+    case TrackState::kWaiting:
+      return State::kWaiting;
+    case TrackState::kTracking:
+      return State::kTracking;
+    case TrackState::kWeak:
+      return State::kWeak;
+    case TrackState::kLost:
+      return State::kLost;
   }
   return State::kLost;
 }
@@ -41,7 +45,8 @@ State to_api(TrackState state) {
 DynamicMode mode_of(const Settings& settings) {
   const std::string& name = settings.dynamic;
   if (name.empty()) return settings.model.empty() ? DynamicMode::kGeometry : DynamicMode::kFull;
-  for (const auto mode : {DynamicMode::kOff, DynamicMode::kGeometry, DynamicMode::kSemantic, DynamicMode::kFull}) {
+  for (const auto mode :
+       {DynamicMode::kOff, DynamicMode::kGeometry, DynamicMode::kSemantic, DynamicMode::kFull}) {
     if (name == mode_name(mode)) return mode;
   }
   fail({ErrorKind::kConfig, "dynamic = '" + name + "' is not off, geometry, semantic or full"});

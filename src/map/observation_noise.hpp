@@ -8,8 +8,8 @@
 namespace ygslam {
 
 struct NoiseConfig {
-  double sigma_px = 1.0;           ///< localisation noise of a corner in pyramid level 0
-  double depth_sigma_scale = 10.0; ///< times the Kinect's axial noise: corners sit on depth edges
+  double sigma_px = 1.0;            ///< localisation noise of a corner in pyramid level 0
+  double depth_sigma_scale = 10.0;  ///< times the Kinect's axial noise: corners sit on depth edges
 };
 
 /// @param octave_scale of the feature's pyramid level. @param weight static weight, 0..1.

@@ -31,7 +31,11 @@ bool same_size(const ImagePyramid& a, const ImagePyramid& b) {
 
 DynamicPointFilter::DynamicPointFilter(DynamicConfig config, const Camera& camera,
                                        std::uint64_t seed)
-    : config_(std::move(config)), camera_(camera), rng_(seed), history_(config_.propagation), anchors_(config_.anchor) {}
+    : config_(std::move(config)),
+      camera_(camera),
+      rng_(seed),
+      history_(config_.propagation),
+      anchors_(config_.anchor) {}
 
 void DynamicPointFilter::reset() {
   previous_.reset();
@@ -196,10 +200,10 @@ void DynamicPointFilter::take_verdicts(const Features& features, const FlowLinks
 }
 
 void DynamicPointFilter::fuse_evidence(const Features& features) {
-  const FusionLimits limits{config_.motion.tau_px, config_.motion.limit_tau_px,
-                            judged_.rigid ? judged_.rigid->limit_px : config_.rigid.limit_px,
-                            judged_.anchors.limit_px > 0 ? judged_.anchors.limit_px
-                                                         : config_.anchor.limit_px};
+  const FusionLimits limits{
+      config_.motion.tau_px, config_.motion.limit_tau_px,
+      judged_.rigid ? judged_.rigid->limit_px : config_.rigid.limit_px,
+      judged_.anchors.limit_px > 0 ? judged_.anchors.limit_px : config_.anchor.limit_px};
   for (std::size_t i = 0; i < features.size(); ++i)
     judged_.evidence[i].on_rim =
         config_.rim.enabled && is_on_rim(features.points[i], history_.depth_m(), config_.rim);

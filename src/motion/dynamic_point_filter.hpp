@@ -100,8 +100,8 @@ class DynamicPointFilter {
   LabelHistory history_;
   PointAnchors anchors_;
   std::optional<FlowFrame> previous_;
-  std::optional<SE3> T_previous_world_;  // where the tracker found it
-  FlowLinks links_;  // of the last step
+  std::optional<SE3> T_previous_world_;   // where the tracker found it
+  FlowLinks links_;                       // of the last step
   std::vector<std::int32_t> same_point_;  // links_.nearest where it surely is the same corner
   Judged judged_;
 };

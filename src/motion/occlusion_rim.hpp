@@ -9,8 +9,9 @@ namespace ygslam {
 struct RimConfig {
   bool enabled = true;
   double pyramid_scale = 1.2;  ///< between levels
-  double support_px = 3.0;    ///< radius a corner is measured over, at pyramid level 0
-  double behind_ratio = 0.08; ///< farther than the nearest surface in its support by this: behind it
+  double support_px = 3.0;     ///< radius a corner is measured over, at pyramid level 0
+  double behind_ratio =
+      0.08;  ///< farther than the nearest surface in its support by this: behind it
 };
 
 /// True for a feature without depth, or on the far side, beside a nearer surface.

@@ -30,11 +30,10 @@ AnchorJudgement PointAnchors::judge(const Camera& camera, std::span<const RigidP
     if (voter[k] && points[k].depth_m > 0 && own_px >= 0) of_voters_px.push_back(own_px);
   }
   if (of_voters_px.empty()) return result;
-  const auto middle =
-      of_voters_px.begin() + static_cast<std::ptrdiff_t>(of_voters_px.size() / 2);
+  const auto middle = of_voters_px.begin() + static_cast<std::ptrdiff_t>(of_voters_px.size() / 2);
   std::nth_element(of_voters_px.begin(), middle, of_voters_px.end());
-  result.limit_px = std::clamp(config_.limit_medians * *middle, config_.limit_px,
-                               kMostLimits * config_.limit_px);
+  result.limit_px =
+      std::clamp(config_.limit_medians * *middle, config_.limit_px, kMostLimits * config_.limit_px);
   return result;
 }
 
@@ -63,8 +62,8 @@ void PointAnchors::push(std::span<const RigidPoint> points, std::span<const std:
   for (std::size_t i = 0; i < points.size(); ++i) {
     Chain& chain = chains[i];
     if (link[i] >= 0 && link[i] < std::ssize(chains_)) chain = chains_[link[i]];
-    const bool due = chain.size == 0 ||
-                     newest_ - chain.anchors[chain.size - 1].frame >= config_.spacing_frames;
+    const bool due =
+        chain.size == 0 || newest_ - chain.anchors[chain.size - 1].frame >= config_.spacing_frames;
     if (!due) continue;
     if (chain.size == kAnchors) {
       std::move(chain.anchors.begin() + 1, chain.anchors.end(), chain.anchors.begin());

@@ -15,10 +15,10 @@ namespace ygslam {
 
 struct AnchorConfig {
   bool enabled = true;
-  int spacing_frames = 4;     ///< between the anchors of a point
-  int min_age_frames = 4;     ///< a younger anchor says no more than the flow
-  double limit_px = 3.0;      ///< farther from where its anchor puts it: the point moves
-  double limit_medians = 4.0; ///< ... and farther than this many medians of the voters' residuals
+  int spacing_frames = 4;      ///< between the anchors of a point
+  int min_age_frames = 4;      ///< a younger anchor says no more than the flow
+  double limit_px = 3.0;       ///< farther from where its anchor puts it: the point moves
+  double limit_medians = 4.0;  ///< ... and farther than this many medians of the voters' residuals
 };
 
 /// What the oldest anchor of a point says.

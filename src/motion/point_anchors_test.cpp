@@ -38,7 +38,8 @@ struct CreepingWorld {
     for (int i = 0; i < std::ssize(start_world); ++i) {
       const Vec3 now = p_camera(i, frame);
       const auto depth_m = static_cast<float>(now.z());
-      points.push_back({small_camera().project(now), small_camera().project(p_camera(i, frame + 1)),
+      points.push_back({small_camera().project(now),
+                        small_camera().project(p_camera(i, frame + 1)),
                         now.z(),
                         {depth_m, depth_m}});
     }

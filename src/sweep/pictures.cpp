@@ -9,9 +9,13 @@ std::filesystem::path pictures_folder(const SweepOptions& options, const BenchSe
 }
 
 std::vector<std::string> inspect_command(const SweepOptions& o, const BenchSequence& sequence) {
-  std::vector<std::string> words = {o.program.string(), "inspect", sequence.folder.string(),
-                                    "--out", pictures_folder(o, sequence).string(),
-                                    "--seed", std::to_string(o.seed)};
+  std::vector<std::string> words = {o.program.string(),
+                                    "inspect",
+                                    sequence.folder.string(),
+                                    "--out",
+                                    pictures_folder(o, sequence).string(),
+                                    "--seed",
+                                    std::to_string(o.seed)};
   const bool full = std::find(o.modes.begin(), o.modes.end(), "full") != o.modes.end();
   words.insert(words.end(), {"--checks", full ? "classic,improved,full" : "classic,improved"});
   if (full) {

@@ -35,8 +35,9 @@ void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
   s.number("motion.link_radius_px", c.motion.link_radius_px, 0.1, 20.0, "px",
            "a feature takes the label of the nearest flow end within");
   s.number("motion.min_static", c.motion.min_static, 8, 1000, "points", "fewer voters: no verdict");
-  s.flag("rigid.enabled", c.rigid.enabled,
-         "hold the flow against the camera's motion in three dimensions; false = epipolar line alone");
+  s.flag(
+      "rigid.enabled", c.rigid.enabled,
+      "hold the flow against the camera's motion in three dimensions; false = epipolar line alone");
   s.number("rigid.limit_px", c.rigid.limit_px, 0.1, 50.0, "px",
            "farther from where a standing point would be: dynamic");
   s.number("rigid.limit_medians", c.rigid.limit_medians, 1.0, 100.0, "",

@@ -67,8 +67,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   std::optional<PoseResult> pose =
       pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_);
   const bool was_lost = state_ == TrackState::kLost;
-  if (was_lost && pose &&
-      pose->landmark_inliers < config_.relocalizer.min_inliers) {
+  if (was_lost && pose && pose->landmark_inliers < config_.relocalizer.min_inliers) {
     pose.reset();  // after a loss only a pose that the map confirms counts
   }
   double jump_m = pose ? centre_distance_m(pose->T_camera_world, T_guess_world) : 0;
@@ -95,10 +94,11 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
     motion_model_.update(frame->stamp, pose->T_camera_world * T_last_world.inverse());
   }
   T_last_world_ = pose->T_camera_world;
-  // The flow reaches back to the frame before, whose pose is known unless the camera was lost there.
+  // The flow reaches back to the frame before, whose pose is known unless the camera was lost
+  // there.
   if (!was_lost) {
-    result.labels = filter_.rejudge(pose->T_camera_world * T_last_world.inverse(),
-                                     pose->T_camera_world);
+    result.labels =
+        filter_.rejudge(pose->T_camera_world * T_last_world.inverse(), pose->T_camera_world);
     current.static_weight = result.labels.weight;
   }
   judge_points(*pose, result.labels);

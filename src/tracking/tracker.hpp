@@ -32,10 +32,10 @@ struct TrackerConfig {
   MotionModelConfig motion_model;
   KeyframePolicyConfig keyframe;
   RelocalizerConfig relocalizer;
-  int min_start_points = 100;       ///< static features with depth in the first frame
-  int min_inliers = 30;             ///< below: weak
-  int min_inliers_weak = 15;        ///< below: lost
-  int weak_frames_until_lost = 10;  ///< in a row
+  int min_start_points = 100;         ///< static features with depth in the first frame
+  int min_inliers = 30;               ///< below: weak
+  int min_inliers_weak = 15;          ///< below: lost
+  int weak_frames_until_lost = 10;    ///< in a row
   double weak_position_std_m = 0.03;  ///< the camera centre less certain than this: weak
   double lost_position_std_m = 0.1;   ///< ... than this: lost
   /// A weak pose farther than this from the prediction (or than this speed would carry it over a

@@ -8,13 +8,11 @@
 #include "core/log.hpp"
 #include "core/published.hpp"
 #include "system/runner.hpp"
-#include "system/safe_segment.hpp"
-#include "system/segment_inbox.hpp"
+#include "system/segment_worker.hpp"
 
 namespace ygslam {
 namespace {
 
-constexpr std::size_t kMaskQueue = 16;
 constexpr std::size_t kMapQueue = 64;
 constexpr std::size_t kBusyMapper = 1;  // keyframes waiting
 constexpr double kSilentAfterS = 2.0;   // of input time without a mask
@@ -26,27 +24,26 @@ class LiveRunner final : public Runner {
   LiveRunner(const SlamConfig& config, const Camera& camera, std::unique_ptr<Segmenter> segmenter,
              const MappingStageConfig& mapping)
       : config_(config.run),
-        segmenter_(std::move(segmenter)),
+        segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr),
         tracker_(config.tracking, config.orb, config.dynamic, camera, config.run.seed),
         mapping_(mapping, camera, config.orb.levels, config.orb.scale_factor),
         view_(mapping_.view()),
-        map_thread_([this](const std::stop_token& stop) { map_loop(stop); }) {
-    if (segmenter_) {
-      segment_thread_ = std::jthread([this](const std::stop_token& stop) { segment_loop(stop); });
-    }
+        map_thread_([this](const std::stop_token& stop) { map_loop(stop); }) {}
+
+  ~LiveRunner() override {
+    map_thread_.request_stop();
+    map_queue_.close();
   }
 
-  ~LiveRunner() override { stop_threads(); }
-
   TrackResult process(const FramePtr& frame) override {
-    if (segmenter_) inbox_.put_frame(frame);
+    if (segmenter_) segmenter_->put_frame(frame);
     std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
     const ScopedTimer timer;
     TrackResult result =
         tracker_.step(frame, view_.load(), arrived, waiting_keyframes_.load() >= kBusyMapper);
     FrameRecord record = make_record(*frame, result);
     if (result.candidate) {
-      if (segmenter_) inbox_.put_keyframe(frame);
+      if (segmenter_) segmenter_->put_keyframe(frame);
       ++waiting_keyframes_;
       urgent_.store(true);
       map_queue_.push(KeyframeMessage{std::move(*result.candidate), result.labels.label});
@@ -58,20 +55,19 @@ class LiveRunner final : public Runner {
   }
 
   SlamOutcome finish() override {
-    if (segment_thread_.joinable()) {
-      segment_thread_.request_stop();
-      segment_thread_.join();
+    const ScopedTimer timer;
+    const auto time_left_s = [&] { return config_.finish_patience_s - 1e-3 * timer.wall_ms(); };
+    const bool answers = segmenter_ && segmenter_->wait_idle(time_left_s());
+    while (answers) {
+      const auto masks = segmenter_->try_pop();
+      if (!masks) break;
+      map_queue_.push(*masks);
     }
-    while (const auto masks = mask_queue_.try_pop()) map_queue_.push(*masks);
     map_queue_.close();
     map_thread_.join();
-    segment_waiting();
+    if (answers) segment_waiting(time_left_s);
+    take_statistics();
     mapping_.finish();
-    outcome_.statistics.segment_ms = std::move(segment_ms_);
-    outcome_.statistics.segment_cpu_ms = std::move(segment_cpu_ms_);
-    outcome_.statistics.map_ms = std::move(map_ms_);
-    outcome_.statistics.map_cpu_ms = std::move(map_cpu_ms_);
-    outcome_.statistics.masks_failed = masks_failed_;
     return std::move(outcome_);
   }
 
@@ -84,12 +80,12 @@ class LiveRunner final : public Runner {
     if (outcome_.frames.empty()) {
       last_mask_ = frame.stamp;  // silence is counted from here
       if (config_.first_mask_timeout_s > 0) {
-        if (auto masks = mask_queue_.pop_for(config_.first_mask_timeout_s)) {
+        if (auto masks = segmenter_->pop_for(config_.first_mask_timeout_s)) {
           arrived.push_back(std::move(*masks));
         }
       }
     }
-    while (auto masks = mask_queue_.try_pop()) arrived.push_back(std::move(*masks));
+    while (auto masks = segmenter_->try_pop()) arrived.push_back(std::move(*masks));
     for (const SegmentationPtr& masks : arrived) {
       map_queue_.push(masks);
       last_mask_ = frame.stamp;
@@ -103,29 +99,28 @@ class LiveRunner final : public Runner {
     return arrived;
   }
 
-  void segment_loop(const std::stop_token& stop) {
-    while (const FramePtr frame = inbox_.take(stop)) segment(*frame);
-  }
-
-  void segment(const RgbdFrame& frame) {
-    const ScopedTimer timer;
-    Result<Segmentation> masks = segment_safely(*segmenter_, frame);
-    segment_ms_.push_back(timer.wall_ms());
-    segment_cpu_ms_.push_back(timer.cpu_ms());
-    if (masks.ok()) {
-      mask_queue_.push(std::make_shared<const Segmentation>(std::move(masks).value()));
-    } else if (masks_failed_++ == 0) {
-      log::warn("{}", masks.error().message);
-    }
-  }
-
-  // Keyframes whose mask the end of the run overtook: the map can wait for them.
-  void segment_waiting() {
-    if (!segmenter_) return;
+  // Keyframes whose mask the end of the run overtook: the map can wait for them, for a while.
+  template <typename TimeLeft>
+  void segment_waiting(const TimeLeft& time_left_s) {
     for (const FramePtr& frame : mapping_.waiting()) {
-      segment(*frame);
-      while (const auto masks = mask_queue_.try_pop()) mapping_.apply(**masks);
+      segmenter_->put_frame(frame);
+      if (!segmenter_->wait_done(time_left_s())) {
+        log::warn("segmentation too slow: the last keyframes are mapped without their masks");
+        return;
+      }
+      if (const auto masks = segmenter_->try_pop()) mapping_.apply(**masks);
     }
+  }
+
+  void take_statistics() {
+    StageStatistics& statistics = outcome_.statistics;
+    statistics.map_ms = std::move(map_ms_);
+    statistics.map_cpu_ms = std::move(map_cpu_ms_);
+    if (!segmenter_) return;
+    SegmentWorker::Statistics segment = segmenter_->statistics();
+    statistics.segment_ms = std::move(segment.ms);
+    statistics.segment_cpu_ms = std::move(segment.cpu_ms);
+    statistics.masks_failed = segment.failed;
   }
 
   void map_loop(const std::stop_token& stop) {
@@ -147,29 +142,18 @@ class LiveRunner final : public Runner {
     }
   }
 
-  void stop_threads() {
-    segment_thread_.request_stop();
-    map_thread_.request_stop();
-    map_queue_.close();
-  }
-
   const RunConfig config_;
-  std::unique_ptr<Segmenter> segmenter_;
+  std::unique_ptr<SegmentWorker> segmenter_;  // null without one
   Tracker tracker_;
   MappingStage mapping_;  // the map thread's while it runs
   Published<LocalView> view_;
-  SegmentInbox inbox_;
-  BoundedQueue<SegmentationPtr> mask_queue_{kMaskQueue, Overflow::kDropOldest};
   BoundedQueue<MapMessage> map_queue_{kMapQueue, Overflow::kBlock};
   std::atomic<std::size_t> waiting_keyframes_{0};
   std::atomic<bool> urgent_{false};
   Timestamp last_mask_;
-  SlamOutcome outcome_;                              // the caller's
-  std::vector<double> map_ms_, map_cpu_ms_;          // the map thread's
-  std::vector<double> segment_ms_, segment_cpu_ms_;  // the segmentation thread's
-  int masks_failed_ = 0;
-  std::jthread map_thread_;  // last: they use everything above
-  std::jthread segment_thread_;
+  SlamOutcome outcome_;                      // the caller's
+  std::vector<double> map_ms_, map_cpu_ms_;  // the map thread's
+  std::jthread map_thread_;                  // last: it uses everything above
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 // What the segmentation thread works on next: keyframes first, then the newest frame.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -47,16 +48,43 @@ class SegmentInbox {
       newest_ = nullptr;
     }
     last_taken_ = frame->id;
+    in_work_ = true;
     return frame;
+  }
+  /// The frame taken last is finished.
+  void done() {
+    {
+      const std::lock_guard lock(mutex_);
+      in_work_ = false;
+    }
+    finished_.notify_all();
+  }
+  /// Forgets the frames nobody took yet. @return false if the one in work is not done in time.
+  bool wait_idle(double seconds) {
+    std::unique_lock lock(mutex_);
+    newest_ = nullptr;
+    keyframes_.clear();
+    return wait(lock, seconds);
+  }
+  /// @return false if not all frames were taken and done in time.
+  bool wait_done(double seconds) {
+    std::unique_lock lock(mutex_);
+    return wait(lock, seconds);
   }
 
  private:
+  bool wait(std::unique_lock<std::mutex>& lock, double seconds) {
+    return finished_.wait_for(lock, std::chrono::duration<double>(seconds),
+                              [&] { return !in_work_ && !newest_ && keyframes_.empty(); });
+  }
   static constexpr std::size_t kMaxKeyframes = 4;
   std::mutex mutex_;
   std::condition_variable_any available_;
+  std::condition_variable finished_;
   FramePtr newest_;
   std::deque<FramePtr> keyframes_;
   FrameId last_taken_ = kNoFrame;
+  bool in_work_ = false;
 };
 
 }  // namespace ygslam

@@ -2,6 +2,8 @@
 // never harms it; what it failed to do is counted.
 #include <gtest/gtest.h>
 
+#include <future>
+
 #include <condition_variable>
 #include <limits>
 #include <mutex>
@@ -161,6 +163,24 @@ TEST(SegmenterFault, F15ADeadDetectorNeverHoldsTrackingUpAndIsNoticed) {
   expect_tracked(recording, run);
   EXPECT_TRUE(run.outcome.statistics.segmenter_silent);
   EXPECT_EQ(run.outcome.statistics.masks_used, 0);
+}
+
+TEST(SegmenterFault, F15ADetectorThatNeverComesBackIsLeftBehind) {
+  const Recording recording = record("static_xyz", small(0.5));
+  SlamConfig config = impatient();
+  config.run.finish_patience_s = 0.3;
+  // Outlives the runner, as the thread that waits for it does.
+  const auto never = std::make_shared<std::promise<void>>();
+  const std::shared_future<void> released = never->get_future().share();
+  const ScopedTimer timer;
+  const Trial run = run_live(config, recording, by([released](const RgbdFrame& frame) {
+                               released.wait();
+                               return Result<Segmentation>(nothing_found(frame));
+                             }));
+  expect_tracked(recording, run);
+  EXPECT_EQ(run.outcome.statistics.masks_used, 0);
+  EXPECT_LT(timer.wall_ms(), 60'000);  // it ends at all
+  never->set_value();
 }
 
 TEST(SegmenterFault, F15ASlowDetectorsMasksAreTakenLateAndOldOnesAreSkipped) {

@@ -17,8 +17,9 @@ namespace ygslam {
 
 struct RunConfig {
   std::uint64_t seed = 0;
-  int mask_delay_frames = 2;    ///< --deterministic delivers masks this many frames late
-  double max_lost_share = 0.5;  ///< more of the readable frames lost: exit code 7
+  int mask_delay_frames = 2;      ///< --deterministic delivers masks this many frames late
+  double max_lost_share = 0.5;    ///< more of the readable frames lost: exit code 7
+  double finish_patience_s = 20;  ///< live: for masks of the last keyframes
   double first_mask_timeout_s =
       3;  ///< live: how long the first frame may wait for its mask; 0 = not at all
 };

@@ -1,0 +1,47 @@
+#include "system/segment_worker.hpp"
+
+#include "core/log.hpp"
+#include "system/safe_segment.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr double kPatienceAtEndS = 0.5;
+
+}  // namespace
+
+SegmentWorker::SegmentWorker(std::unique_ptr<Segmenter> segmenter)
+    : shared_(std::make_shared<Shared>(std::move(segmenter))),
+      thread_([shared = shared_](const std::stop_token& stop) { loop(*shared, stop); }) {}
+
+SegmentWorker::~SegmentWorker() {
+  thread_.request_stop();
+  if (shared_->inbox.wait_idle(kPatienceAtEndS)) return;
+  log::warn("the segmentation does not come back: it is left behind");
+  thread_.detach();
+}
+
+SegmentWorker::Statistics SegmentWorker::statistics() const {
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->statistics;
+}
+
+void SegmentWorker::loop(Shared& shared, const std::stop_token& stop) {
+  while (const FramePtr frame = shared.inbox.take(stop)) {
+    const ScopedTimer timer;
+    Result<Segmentation> masks = segment_safely(*shared.segmenter, *frame);
+    bool first_failure = false;
+    {
+      const std::lock_guard lock(shared.mutex);
+      shared.statistics.ms.push_back(timer.wall_ms());
+      shared.statistics.cpu_ms.push_back(timer.cpu_ms());
+      if (!masks.ok()) first_failure = shared.statistics.failed++ == 0;
+    }
+    if (first_failure) log::warn("{}", masks.error().message);
+    if (masks.ok())
+      shared.masks.push(std::make_shared<const Segmentation>(std::move(masks).value()));
+    shared.inbox.done();
+  }
+}
+
+}  // namespace ygslam

@@ -1,0 +1,61 @@
+// The segmentation thread: takes frames from its inbox and leaves masks in a queue. A segmenter
+// that never comes back is left behind, never waited for.
+#pragma once
+
+#include <memory>
+#include <thread>
+
+#include "core/bounded_queue.hpp"
+#include "segment/segmenter.hpp"
+#include "system/segment_inbox.hpp"
+
+namespace ygslam {
+
+class SegmentWorker {
+ public:
+  explicit SegmentWorker(std::unique_ptr<Segmenter> segmenter);
+  ~SegmentWorker();
+  SegmentWorker(const SegmentWorker&) = delete;
+  SegmentWorker& operator=(const SegmentWorker&) = delete;
+
+  /// See SegmentInbox; neither blocks.
+  void put_frame(FramePtr frame) { shared_->inbox.put_frame(std::move(frame)); }
+  void put_keyframe(FramePtr frame) { shared_->inbox.put_keyframe(std::move(frame)); }
+
+  /// Finished masks, oldest first.
+  [[nodiscard]] std::optional<SegmentationPtr> try_pop() { return shared_->masks.try_pop(); }
+  [[nodiscard]] std::optional<SegmentationPtr> pop_for(double seconds) {
+    return shared_->masks.pop_for(seconds);
+  }
+
+  /// Forgets frames not yet begun and waits for the one in work.
+  /// @return false if it was not finished in time.
+  [[nodiscard]] bool wait_idle(double seconds) { return shared_->inbox.wait_idle(seconds); }
+
+  /// Waits for all frames put in. @return false if they were not finished in time.
+  [[nodiscard]] bool wait_done(double seconds) { return shared_->inbox.wait_done(seconds); }
+
+  struct Statistics {
+    std::vector<double> ms, cpu_ms;
+    int failed = 0;
+  };
+  [[nodiscard]] Statistics statistics() const;
+
+ private:
+  // Owned by the thread as well: it may outlive the worker.
+  struct Shared {
+    explicit Shared(std::unique_ptr<Segmenter> s) : segmenter(std::move(s)) {}
+    std::unique_ptr<Segmenter> segmenter;
+    SegmentInbox inbox;
+    BoundedQueue<SegmentationPtr> masks{kMaskQueue, Overflow::kDropOldest};
+    std::mutex mutex;  // of statistics
+    Statistics statistics;
+  };
+  static constexpr std::size_t kMaskQueue = 16;
+  static void loop(Shared& shared, const std::stop_token& stop);
+
+  std::shared_ptr<Shared> shared_;
+  std::jthread thread_;
+};
+
+}  // namespace ygslam

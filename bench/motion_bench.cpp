@@ -142,12 +142,14 @@ std::vector<Variant> variants() {
   c.fusion.ask_neighbours = false;
   c.motion.prior = false;
   c.motion.corners = FlowCorners::kHarris;
+  c.rim.enabled = false;
   list.push_back({"classic: Harris, all vote", c});
   c.motion.corners = FlowCorners::kOrb;
   list.push_back({"classic on ORB points", c});
   c.motion.prior = true;
   list.push_back({"improved: prior (Algorithm 1)", c});
   c.rigid.enabled = true;
+  c.rim.enabled = true;
   c.fusion.ask_neighbours = true;
   list.push_back({"improved + neighbours + rigid flow", c});
   list.push_back({"... + second look, true motion", c, -1, true});
@@ -186,7 +188,7 @@ void run_variant(const Variant& variant, const std::vector<Recorded>& sequence,
   DynamicPointFilter filter(variant.config, camera, 1);
   Tally tally;
   std::vector<double> ms;
-  double parallax = 0, believed = 0, checked = 0, linked = 0, points = 0, recalled = 0;
+  double believed = 0, checked = 0, linked = 0, points = 0, recalled = 0;
   for (std::size_t k = 0; k < sequence.size(); ++k) {
     std::vector<SegmentationPtr> masks;
     const auto delay = static_cast<std::size_t>(std::max(variant.mask_delay_frames, 0));
@@ -205,16 +207,14 @@ void run_variant(const Variant& variant, const std::vector<Recorded>& sequence,
     points += static_cast<double>(sequence[k].features->size());
     if (result.check.state != CheckState::kDone) continue;
     checked += 1;
-    parallax += result.check.parallax_px;
     believed += result.labels.check_believed ? 1 : 0;
   }
-  std::printf("%-32s %7.3f %7.3f %9.4f | %6.2f %6.2f | %5.2f %8.2f %8.2f %8.1f\n", variant.name,
+  std::printf("%-32s %7.3f %7.3f %9.4f | %6.2f %6.2f | %5.2f %8.2f %8.1f\n", variant.name,
               tally.flagged > 0 ? tally.true_positive / tally.flagged : 1.0,
               tally.positive > 0 ? tally.true_positive / tally.positive : 0.0,
               (tally.flagged - tally.true_positive) / std::max(tally.negative, 1.0),
               quantile(ms, 0.5), quantile(ms, 0.95), linked / std::max(points, 1.0),
-              parallax / std::max(checked, 1.0), believed / std::max(checked, 1.0),
-              recalled / static_cast<double>(sequence.size()));
+              believed / std::max(checked, 1.0), recalled / static_cast<double>(sequence.size()));
 }
 
 void compare_flow(const std::vector<Recorded>& sequence, const Camera& camera) {
@@ -237,9 +237,9 @@ int main_bench(int argc, char** argv) {
     return 4;
   }
   compare_flow(sequence, camera);
-  std::printf("\n%s: %zu frames\n%-32s %7s %7s %9s | %6s %6s | %5s %8s %8s %8s\n", folder.c_str(),
+  std::printf("\n%s: %zu frames\n%-32s %7s %7s %9s | %6s %6s | %5s %8s %8s\n", folder.c_str(),
               sequence.size(), "check", "precis.", "recall", "false al.", "ms med", "ms p95",
-              "link", "parallax", "believed", "recalled");
+              "link", "believed", "recalled");
   for (const Variant& variant : variants()) run_variant(variant, sequence, camera);
   return 0;
 }

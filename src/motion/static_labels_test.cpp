@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/rng.hpp"
 
 namespace ygslam {
@@ -11,7 +13,6 @@ MotionCheck good_check() {
   MotionCheck check;
   check.state = CheckState::kDone;
   check.fit_quality = 1;
-  check.posedness = 1;
   check.dynamic_share = 0.2;
   return check;
 }
@@ -137,6 +138,24 @@ TEST(StaticLabels, EnoughStaticPointsNeedNoRecall) {
   EXPECT_EQ(labels.static_points, 200);
   EXPECT_EQ(labels.dynamic_points, 50);
   EXPECT_EQ(labels.unknown_points, 0);
+}
+
+TEST(Fusion, RimPointsAreNoGroundToStandOn) {
+  // Ten static points and a hundred violators at an outline: unknown, of no weight, so that the
+  // least suspicious must come back.
+  std::vector<PointEvidence> evidence(110);
+  for (std::size_t i = 10; i < evidence.size(); ++i) {
+    evidence[i].rigid = {8, 8};
+    evidence[i].on_rim = true;
+  }
+  for (std::size_t i = 0; i < 10; ++i) evidence[i].rigid = {0.1F, 0.1F};
+  const FusionConfig config;
+  const StaticLabels labels = fuse(DynamicMode::kGeometry, evidence, {}, {}, config);
+  EXPECT_EQ(labels.dynamic_points, 0);
+  EXPECT_TRUE(labels.too_few_static);
+  EXPECT_EQ(std::count_if(labels.weight.begin(), labels.weight.end(),
+                          [](float weight) { return weight > 0; }),
+            config.min_static);
 }
 
 }  // namespace

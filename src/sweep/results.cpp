@@ -24,7 +24,6 @@ Result<RunFigures> read_run(const fs::path& folder, const RunRecord& record) {
   if (!metrics.ok()) return metrics.error();
   run.coverage = number_at(*metrics, "/coverage");
   for (const Figure figure : kFigures) {
-    if (record.status == RunStatus::kLost && figure != Figure::kTrackTime) continue;
     run.values[static_cast<std::size_t>(figure)] = number_at(*metrics, info_of(figure).place);
   }
   return run;
@@ -189,7 +188,7 @@ std::string format_results(const Results& results) {
   }
   std::string text = results.rows.empty() ? "" : aligned(table);
   for (const std::string& line : results.unusable) text += "unusable: " + line + "\n";
-  if (!results.rows.empty()) text += "medians over the good runs (least to most)";
+  if (!results.rows.empty()) text += "medians over the runs that gave a number (least to most)";
   const auto any = [&](auto test) {
     return std::any_of(results.rows.begin(), results.rows.end(), test);
   };

@@ -52,6 +52,8 @@ void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
            "farther from where its anchor puts it: the point moves");
   s.number("anchor.limit_medians", c.anchor.limit_medians, 1.0, 100.0, "",
            "... and farther than this many medians of the standing points' residuals");
+  s.number("anchor.spacing_frames", c.anchor.spacing_frames, 1, 30, "frames",
+           "between the anchors of a point; four are kept");
   s.flag("labels.rim", c.rim.enabled,
          "corners where an outline crosses what is behind it are unknown, not dynamic");
   s.flag("labels.ask_neighbours", c.fusion.ask_neighbours,
@@ -115,6 +117,8 @@ void add_tracking_keys(ConfigSchema& s, TrackerConfig& c) {
            "a camera centre less certain than this: lost");
   s.number("tracking.max_jump_m", c.max_jump_m, 0.001, 10.0, "m",
            "a weak pose farther from the predicted one is not believed");
+  s.number("tracking.max_jump_mps", c.max_jump_mps, 0.0, 100.0, "m/s",
+           "... or, over a longer gap, farther than this speed would carry it");
   s.number("tracking.search_last_px", c.pose.search_last_px, 1.0, 200.0, "px",
            "window around the predicted pose, at pyramid level 0");
   s.number("tracking.search_map_px", c.pose.search_map_px, 1.0, 50.0, "px",

@@ -22,6 +22,11 @@ AnchoredPose anchor(const SE3& T_camera_world, const LocalView& view) {
   return {reference.data->id, T_camera_world * reference.T_camera_world.inverse()};
 }
 
+DynamicConfig with_pyramid_of(const OrbConfig& orb, DynamicConfig dynamic) {
+  dynamic.rim.pyramid_scale = orb.scale_factor;
+  return dynamic;
+}
+
 double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world) {
   return (T_a_world.inverse().t() - T_b_world.inverse().t()).norm();
 }
@@ -47,7 +52,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
     : config_(config),
       camera_(camera),
       orb_(orb),
-      filter_(dynamic, camera, seed),
+      filter_(with_pyramid_of(orb, dynamic), camera, seed),
       pose_estimator_(config.pose, camera, orb.scale_factor, orb.levels),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
@@ -169,10 +174,12 @@ TrackState Tracker::assess(const std::optional<PoseResult>& pose, double jump_m,
   }
   const bool many = pose->inliers >= config_.min_inliers;
   const bool certain = pose->position_std_m <= config_.weak_position_std_m;
-  if (many) weak_frames_ = 0;
-  if (many && certain) return TrackState::kTracking;
+  if (many && certain) {
+    weak_frames_ = 0;
+    return TrackState::kTracking;
+  }
   if (jump_m > max_jump_m) return TrackState::kLost;
-  if (many) return TrackState::kWeak;
+  if (many) return TrackState::kWeak;  // uncertain by its weights, but no chance matches
   return ++weak_frames_ > config_.weak_frames_until_lost ? TrackState::kLost : TrackState::kWeak;
 }
 

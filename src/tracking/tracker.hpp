@@ -22,7 +22,7 @@ namespace ygslam {
 enum class TrackState : std::uint8_t {
   kWaiting,  ///< no frame with enough depth yet
   kTracking,
-  kWeak,  ///< a pose, but few points agree on it
+  kWeak,  ///< a pose, but few points agree on it or they leave it uncertain
   kLost,
 };
 [[nodiscard]] const char* to_string(TrackState state);

@@ -1,10 +1,12 @@
 """`ygslam inspect`: its table against the truth, its pictures, its faults."""
 import json
+import os
 import shutil
 import struct
+import subprocess
 import unittest
 
-from ygslam_cli import HEIGHT, WIDTH, CliTest, sequence, ygslam
+from ygslam_cli import BINARY, HEIGHT, WIDTH, CliTest, sequence, ygslam
 
 
 def jpeg_size(path):
@@ -73,6 +75,56 @@ class Inspect(CliTest):
                 last = done.stderr.strip().splitlines()[-1]
                 self.assertTrue(last.startswith("error: "), done.stderr)
                 self.assertIn(said, last)
+
+
+class Overwriting(CliTest):
+    """Nothing that was there is lost, nothing stale is left."""
+
+    def test_eval_does_not_write_over_what_it_read_nor_over_a_pipe(self):
+        truth = self.folder / "truth.txt"
+        shutil.copy(sequence() / "groundtruth.txt", truth)
+        before = truth.read_bytes()
+        done = ygslam("eval", "--gt", truth, "--est", truth, "--errors", truth)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("truth.txt", done.stderr)
+        self.assertEqual(truth.read_bytes(), before)
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        done = ygslam("eval", "--gt", truth, "--est", truth, "--errors", pipe)
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertTrue(pipe.is_fifo())
+
+    def test_a_full_standard_output_is_an_output_error(self):
+        with open("/dev/full", "wb") as full:
+            done = subprocess.run([BINARY, "config"], stdout=full, stderr=subprocess.PIPE,
+                                  check=False, text=True)
+        self.assertEqual(done.returncode, 9, done.stderr)
+
+    def test_a_new_rendering_leaves_no_truth_of_the_old_one(self):
+        folder = self.folder / "world"
+        small = ("--out", folder, "--seconds", "0.2", "--size", "64x48")
+        self.assertEqual(ygslam("simulate", "walking_xyz", "--truth", *small).returncode, 0)
+        self.assertTrue((folder / "mask").exists())
+        self.assertEqual(ygslam("simulate", "static_xyz", *small).returncode, 0)
+        for name in ("mask", "moving", "instances.json", "movers", "static.ply"):
+            self.assertFalse((folder / name).exists(), name)
+
+    def test_numbers_that_are_none_are_refused(self):
+        for option in ("--fps", "--blur", "--rolling", "--exposure-drift", "--seconds"):
+            with self.subTest(option=option):
+                done = ygslam("simulate", "static_xyz", "--out", self.folder / "w",
+                              f"{option}=nan")
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertFalse((self.folder / "w").exists())
+
+    def test_a_pipe_in_place_of_a_mask_does_not_hang(self):
+        folder = self.copy_sequence("piped", 15)
+        mask = sorted((folder / "mask").iterdir())[11]
+        mask.unlink()
+        os.mkfifo(mask)
+        done = ygslam("inspect", folder, "--checks", "improved")
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn(f"{mask.name}: not a regular file", done.stderr)
 
 
 if __name__ == "__main__":

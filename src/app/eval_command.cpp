@@ -130,6 +130,20 @@ Status write_errors(const std::string& file, const std::vector<Judged>& judged) 
   return write_file_atomically(file, text);
 }
 
+// What was read must not be written over.
+Status check_outputs(const EvalArguments& a) {
+  std::vector<std::string> inputs = a.estimates;
+  inputs.insert(inputs.end(), {a.truth, a.frames, a.times});
+  for (const std::string& output : {a.errors, a.plot}) {
+    for (const std::string& input : inputs) {
+      std::error_code code;
+      if (!output.empty() && !input.empty() && std::filesystem::equivalent(output, input, code))
+        return Error{ErrorKind::kUsage, output + ": is an input, it would be overwritten"};
+    }
+  }
+  return Ok{};
+}
+
 Status write_files(const EvalArguments& a, const Inputs& inputs,
                    const std::vector<Judged>& judged) {
   if (!a.errors.empty()) {
@@ -165,6 +179,8 @@ std::string as_table(const std::vector<Judged>& judged) {
 Result<std::string> run_eval(const EvalArguments& a) {
   const Status checked = check(a);
   if (!checked.ok()) return checked.error();
+  const Status outputs = check_outputs(a);
+  if (!outputs.ok()) return outputs.error();
   const auto inputs = read_inputs(a);
   if (!inputs.ok()) return inputs.error();
   std::vector<Judged> judged;

@@ -44,6 +44,10 @@ int main(int argc, char** argv) {
     } catch (const CLI::ParseError& e) {
       return app.exit(e) == 0 ? 0 : static_cast<int>(ygslam::ErrorKind::kUsage);
     }
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      std::fprintf(stderr, "error: standard output could not be written\n");
+      if (exit_code == 0) exit_code = static_cast<int>(ygslam::ErrorKind::kOutput);
+    }
     return exit_code;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "error: internal: %s\n", e.what());

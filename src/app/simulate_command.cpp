@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -121,6 +122,13 @@ Status write_origin(const SimulateArguments& arguments, const sim::SequenceSourc
 }
 
 Status simulate(SimulateArguments arguments) {
+  // CLI11's ranges let NaN through.
+  const sim::SequenceOptions& o = arguments.options;
+  for (const double value :
+       {o.seconds.value_or(0), o.fps.value_or(0), o.blur, o.rolling, o.exposure_drift}) {
+    if (!std::isfinite(value))
+      return Error{ErrorKind::kUsage, "a number among the options is not finite"};
+  }
   if (arguments.list) {
     for (const sim::WorldName& world : sim::known_worlds())
       std::printf("%-28s %s\n", world.name.c_str(), world.description.c_str());

@@ -84,6 +84,10 @@ void AtomicFile::abandon() noexcept {
 Result<AtomicFile> AtomicFile::create(const fs::path& target) {
   std::error_code code;
   if (fs::is_directory(target, code)) return output_error(target, EISDIR);
+  const fs::file_status status = fs::symlink_status(target, code);
+  if (fs::is_other(status)) {  // a device, a pipe: nothing that a file may take the place of
+    return Error{ErrorKind::kOutput, target.string() + ": is not a regular file"};
+  }
   const Temporary file = open_temporary(target);
   if (file.descriptor < 0) return output_error(target, file.error_number);
   return AtomicFile(target, file.path, file.descriptor);

@@ -59,6 +59,10 @@ Result<GreyImage> read_png_ids(const std::filesystem::path& file) {
   const auto fault = [&](const std::string& what) {
     return Error{ErrorKind::kInput, file.string() + ": " + what};
   };
+  std::error_code code;
+  if (std::filesystem::exists(file, code) && !std::filesystem::is_regular_file(file, code)) {
+    return fault("not a regular file");  // opening a pipe would wait for ever
+  }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"),
                                                                &std::fclose);
   if (!stream) return fault("cannot be opened");

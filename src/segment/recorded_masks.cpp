@@ -62,6 +62,8 @@ Result<ClassOfId> read_classes(const fs::path& directory) {
   const auto found = find_instances(directory);
   if (!found) return classes;
   const fs::path& file = *found;
+  std::error_code code;
+  if (!fs::is_regular_file(file, code)) return bad_input(file, "not a regular file");
   std::ifstream stream(file);
   const auto json = nlohmann::json::parse(stream, nullptr, false);
   if (!json.is_object()) return bad_input(file, "is not a JSON object of id: class");

@@ -98,6 +98,15 @@ Result<SequenceWriter> SequenceWriter::create(const fs::path& folder,
       folders.push_back(folder / name);
   }
   std::error_code error;
+  // Truth of an earlier rendering would be taken for that of this one.
+  if (fs::exists(folder / "simulation.json", error)) {
+    for (const char* name : {"mask", "moving", "depth_true", "rgb_static", "depth_static", "movers",
+                             "instances.json", "static.ply"}) {
+      fs::remove_all(folder / name, error);
+      if (error)
+        return Error{ErrorKind::kOutput, (folder / name).string() + ": " + error.message()};
+    }
+  }
   for (const fs::path& path : folders) {
     fs::create_directories(path, error);
     if (error) return Error{ErrorKind::kOutput, path.string() + ": " + error.message()};

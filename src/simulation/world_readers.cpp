@@ -136,6 +136,10 @@ void read_camera(const YAML::Node& node, const std::string& source, CameraPathCo
   map.finish();
   if (camera.kind == PathKind::kWalk && camera.waypoints.size() < 2)
     throw map.fault(node, "a walk needs at least two waypoints");
+  for (std::size_t i = 1; i < camera.waypoints.size(); ++i) {
+    if ((camera.waypoints[i] - camera.waypoints[i - 1]).norm() < 1e-3)
+      throw map.fault(node, "two waypoints in a row lie at the same place");
+  }
   if ((camera.look_at - camera.at).head<2>().norm() < 1e-3)
     throw map.fault(node, "'look_at' must not lie above or below 'at'");
 }

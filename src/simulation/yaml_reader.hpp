@@ -18,6 +18,9 @@ struct YamlFault : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// No number of a scene (metres, seconds, degrees) is larger; beyond, floats lose the millimetre.
+inline constexpr double kMost = 1e4;
+
 /// One map of the file. Keys are asked for by name; finish() complains about the ones nobody asked
 /// for.
 class YamlMap {
@@ -41,6 +44,7 @@ class YamlMap {
     }
     if constexpr (std::is_floating_point_v<T>) {
       if (!std::isfinite(value)) throw fault(node_[key], "'" + key + "' is not a finite number");
+      if (std::abs(value) > kMost) throw fault(node_[key], "'" + key + "' is out of all bounds");
     }
   }
   template <int N>
@@ -61,6 +65,7 @@ class YamlMap {
         throw fault(node, "'" + key + "' needs " + std::to_string(N) + " numbers");
       }
       if (!std::isfinite(value[i])) throw fault(node, "'" + key + "' is not finite");
+      if (std::abs(value[i]) > kMost) throw fault(node, "'" + key + "' is out of all bounds");
     }
     return value;
   }

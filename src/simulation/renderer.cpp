@@ -152,8 +152,6 @@ void Renderer::truth_row(const Frame& frame, const Layer& layer, int row, View& 
 
 void Renderer::light_layer(const Layer* with_movers, Layer& layer) const {
   const int blocks = (camera_.height() + kLightBlock - 1) / kLightBlock;
-  // What the last frame left must not steer where rays are traced.
-  std::fill(layer.state.begin(), layer.state.end(), std::uint8_t{0});
   if (with_movers != nullptr) {
     parallel_for(camera_.height(), config_.threads,
                  [&](int v) { copy_light(v, *with_movers, layer); });

@@ -60,7 +60,7 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
                     {}};
   if (previous_ && !same_size(previous_->pyramid, current.pyramid)) reset();
 
-  if (previous_) drop_anchors();
+  if (previous_ && uses_anchors()) drop_anchors();
   judged_ = {};
   judged_.evidence.resize(n);
   judged_.source.assign(n, -1);
@@ -73,10 +73,12 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   }
   links_ = result.links;
   history_.push(frame.id, features, result.links.nearest, orb.ends, frame.depth_m);
-  same_point_ = result.links.nearest;
-  for (std::size_t i = 0; i < n; ++i)
-    if (const std::int32_t k = same_point_[i]; k >= 0 && !is_same_point(k, *features, i))
-      same_point_[i] = -1;
+  if (uses_anchors()) {
+    same_point_ = result.links.nearest;
+    for (std::size_t i = 0; i < n; ++i)
+      if (const std::int32_t k = same_point_[i]; k >= 0 && !is_same_point(k, *features, i))
+        same_point_[i] = -1;
+  }
   if (config_.mode != DynamicMode::kGeometry)
     for (const SegmentationPtr& masks : new_masks)
       if (masks) history_.apply(*masks);
@@ -86,6 +88,8 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
     judged_.evidence[i].semantic = result.semantic[i];
     if (const auto k = result.links.nearest[i]; k >= 0)
       judged_.evidence[i].previous = previous_->label[k];
+    judged_.evidence[i].on_rim = uses_geometry() && config_.rim.enabled &&
+                                 is_on_rim(features->points[i], history_.depth_m(), config_.rim);
   }
   if (previous_ && uses_geometry()) {
     judged_.followed = config_.motion.corners == FlowCorners::kOrb
@@ -94,7 +98,7 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
                                            config_.motion.link_radius_px, config_.flow);
     judge_motion(predicted, *features, result);
   }
-  fuse_evidence(*features);
+  fuse_evidence();
   result.labels = judged_.labels;
   current.label = result.labels.label;
   // Before anything is known everything counts as static: the first check is the classic one.
@@ -156,7 +160,7 @@ void DynamicPointFilter::drop_anchors() {
 
 void DynamicPointFilter::judge_anchors(const SE3& T_current_previous) {
   judged_.anchors = {};
-  if (config_.motion.corners == FlowCorners::kOrb)
+  if (uses_anchors())
     judged_.anchors =
         anchors_.judge(camera_, judged_.followed.points, voters(), T_current_previous);
 }
@@ -199,14 +203,11 @@ void DynamicPointFilter::take_verdicts(const Features& features, const FlowLinks
   }
 }
 
-void DynamicPointFilter::fuse_evidence(const Features& features) {
+void DynamicPointFilter::fuse_evidence() {
   const FusionLimits limits{
       config_.motion.tau_px, config_.motion.limit_tau_px,
       judged_.rigid ? judged_.rigid->limit_px : config_.rigid.limit_px,
       judged_.anchors.limit_px > 0 ? judged_.anchors.limit_px : config_.anchor.limit_px};
-  for (std::size_t i = 0; i < features.size(); ++i)
-    judged_.evidence[i].on_rim =
-        config_.rim.enabled && is_on_rim(features.points[i], history_.depth_m(), config_.rim);
   judged_.labels = fuse(config_.mode, judged_.evidence, judged_.check, limits, config_.fusion);
 }
 
@@ -219,7 +220,7 @@ StaticLabels DynamicPointFilter::rejudge(const SE3& T_current_previous,
                                      config_.rigid);
     judge_anchors(T_current_previous);
     take_verdicts(*previous_->features, links_);
-    fuse_evidence(*previous_->features);
+    fuse_evidence();
     previous_->label = judged_.labels.label;
   }
   return judged_.labels;

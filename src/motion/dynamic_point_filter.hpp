@@ -84,6 +84,11 @@ class DynamicPointFilter {
   [[nodiscard]] bool uses_geometry() const {
     return config_.mode == DynamicMode::kGeometry || config_.mode == DynamicMode::kFull;
   }
+  /// Anchors need the depth check and points that stay the same from frame to frame.
+  [[nodiscard]] bool uses_anchors() const {
+    return uses_geometry() && config_.anchor.enabled && config_.rigid.enabled &&
+           config_.motion.corners == FlowCorners::kOrb;
+  }
   void judge_motion(const std::optional<FlowPrediction>& predicted, const Features& features,
                     FilterResult& result);
   [[nodiscard]] std::vector<std::uint8_t> voters() const;
@@ -92,7 +97,7 @@ class DynamicPointFilter {
   void drop_anchors();
   void judge_anchors(const SE3& T_current_previous);
   void take_verdicts(const Features& features, const FlowLinks& links);
-  void fuse_evidence(const Features& features);
+  void fuse_evidence();
 
   DynamicConfig config_;
   Camera camera_;

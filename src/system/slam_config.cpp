@@ -45,7 +45,8 @@ void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
   s.number("rigid.limit_medians", c.rigid.limit_medians, 1.0, 100.0, "",
            "... and farther than this many medians of the standing points' residuals");
   s.flag("anchor.enabled", c.anchor.enabled,
-         "hold points against where they were a dozen frames ago (finds slow movers)");
+         "hold points against where they were a dozen frames ago (finds slow movers); needs "
+         "rigid.enabled, motion.corners orb");
   s.number("anchor.min_age_frames", c.anchor.min_age_frames, 1, 16, "frames",
            "a younger anchor says nothing");
   s.number("anchor.limit_px", c.anchor.limit_px, 0.1, 50.0, "px",

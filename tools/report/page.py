@@ -6,6 +6,7 @@ from markupsafe import Markup, escape
 
 from . import pictures, plot_style, scene3d, summary
 from .cells import Row, letter, rank
+from .published import source_text
 from .tables import measured_cell
 from .timing_tables import tracking_summary
 
@@ -42,7 +43,7 @@ def environment(published):
     made = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True,
                               undefined=jinja2.StrictUndefined)
     numbers = {key: i for i, key in enumerate(published.citations, 1)}
-    made.globals.update(letter=letter, cite_number=numbers)
+    made.globals.update(letter=letter, cite_number=numbers, source_text=source_text)
     return made
 
 
@@ -107,6 +108,8 @@ def facts(sweep):
 
 
 def segmenter(options):
+    if "segmenter" in options and options["segmenter"] is None:
+        return "none: these modes use no masks"
     parts = [str(options.get("segmenter", "not told"))]
     parts += [str(options[key]) for key in ("model", "precision") if options.get(key)]
     return ", ".join(parts)

@@ -23,6 +23,12 @@ def could_be_rounding(alpha, beta, printed):
     return low - 0.005 <= printed <= high + 0.005
 
 
+def source_text(citation):
+    """A citation as a reader sees it, with what could not be confirmed of it."""
+    doubt = citation.get("unconfirmed")
+    return citation["text"] + (f" (not confirmed: {doubt})" if doubt else "")
+
+
 class Published:
     """published.json with the questions the tables ask."""
 

@@ -4,6 +4,7 @@ import io
 import json
 
 from .cells import letter
+from .published import source_text
 
 LATEX_SPECIAL = {"\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#",
                  "_": r"\_", "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}",
@@ -62,7 +63,7 @@ def to_csv(table, citations):
     for i, note in enumerate(table.notes):
         writer.writerow([f"note {letter(i)}", note])
     for key in table.sources():
-        writer.writerow([f"note source {key}", citations[key]["text"]])
+        writer.writerow([f"note source {key}", source_text(citations[key])])
     return out.getvalue()
 
 
@@ -82,7 +83,7 @@ def to_latex(table, citations):
     for i, note in enumerate(table.notes):
         lines.append(rf"{{\footnotesize \textsuperscript{{{letter(i)}}}~{latex(note)}\par}}")
     if table.sources():
-        said = "; ".join(f"{key}: {citations[key]['text']}" for key in table.sources())
+        said = "; ".join(f"{key}: {source_text(citations[key])}" for key in table.sources())
         lines.append(rf"{{\footnotesize Sources. {latex(said)}.\par}}")
     return "\n".join(lines + [r"\end{table*}", ""])
 

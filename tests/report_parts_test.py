@@ -10,12 +10,12 @@ import unittest
 
 import numpy as np
 
-from report_fake import write_map
+from report_fake import metrics, write_map
 
 TOOL = pathlib.Path(__file__).resolve().parent.parent / "tools" / "report"
 sys.path.insert(0, str(TOOL.parent))
 
-from report import map_view, series  # noqa: E402
+from report import cells, map_view, page, results, series, table_files  # noqa: E402
 from report.published import Published  # noqa: E402
 
 
@@ -59,6 +59,16 @@ class PublishedFigures(unittest.TestCase):
             self.assertEqual(list(published.data[table]), published.rows)
         self.assertEqual([published.best_ate_m(row) for row in published.rows],
                          [0.0127, 0.005, 0.0252, 0.016, 0.0053])
+
+
+    def test_what_could_not_be_confirmed_of_a_source_is_told(self):
+        doubtful = {key for key, c in Published().citations.items() if "unconfirmed" in c}
+        self.assertEqual(doubtful, {"YG-SLAM", "DFS-SLAM", "ADD-SLAM"})
+        table = cells.Table("t", "1", "T", "", "Row", [cells.Column("A", citation="DFS-SLAM")])
+        citations = Published().citations
+        for text in (table_files.to_csv(table, citations), table_files.to_latex(table, citations),
+                     page.table_html(table, Published())):
+            self.assertIn("(not confirmed: authors)", text)
 
 
 class Geometry(unittest.TestCase):
@@ -110,6 +120,63 @@ class Geometry(unittest.TestCase):
             pathlib.Path(folder, "cut.ply").write_bytes(whole[:-1])
             with self.assertRaisesRegex(series.InputError, r"cut\.ply: cut short"):
                 map_view.read_ply(pathlib.Path(folder, "cut.ply"))
+
+
+class DamagedRuns(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name, "01")
+        self.folder.mkdir()
+        self.write("run.json", '{"format": 1, "status": "ok"}')
+        self.write("metrics.json", json.dumps(metrics(0.01, 1)))
+
+    def write(self, name, content):
+        content = content if isinstance(content, bytes) else content.encode()
+        (self.folder / name).write_bytes(content)
+
+    def assert_failed(self, error):
+        run = results.read_run(self.folder, "off", 1)
+        self.assertEqual((run.status, run.metrics), ("failed", {}))
+        self.assertIn(error, run.error)
+
+    def test_figures_that_cannot_be(self):
+        self.assertEqual(results.read_run(self.folder, "off", 1).status, "ok")
+        for part, change in (("ate.rmse", {"ate": {"rmse": -0.01, "std": 0.1}}),
+                             ("ate.std", {"ate": {"rmse": 0.01, "std": float("nan")}}),
+                             ("ate.rmse", {"ate": {"rmse": "0.01"}}),
+                             ("ate.rmse", {"ate": {"rmse": None}}), ("ate", {"ate": 3}),
+                             ("rpe.sec1", {"rpe": {"sec1": True}}), ("rpe", {"rpe": []}),
+                             ("timing_ms.track.mean", {"timing_ms": {"track": {"mean": -1}}}),
+                             ("cpu_ms.track.mean", {"cpu_ms": {"track": {"mean": float("inf")}}}),
+                             ("coverage", {"coverage": 1.5}), ("coverage", {"coverage": None})):
+            self.write("metrics.json", json.dumps({**metrics(0.01, 1), **change}))
+            self.assert_failed(f"metrics.json: {part} is no")
+
+    def test_noise(self):
+        for name in ("trajectory.txt", "errors.csv", "metrics.json", "run.json"):
+            self.setUp()
+            self.write(name, bytes(range(256)) * 9)
+            self.assert_failed(f"{name}: not text")
+
+    def test_poses_and_errors_that_are_none(self):
+        self.write("trajectory.txt", "1 2 3\n")
+        self.assert_failed("trajectory.txt:1: not a pose")
+        (self.folder / "trajectory.txt").unlink()
+        self.write("errors.csv", b"a\0b\n\0,1\n")
+        self.assert_failed("errors.csv: not a table")
+        (self.folder / "errors.csv").unlink()
+        self.write("run.json", '{"format": 1, "status": "ok", "files": {"errors.csv": "00"}}')
+        self.assert_failed("errors.csv: No such file")
+
+    def test_what_a_run_measured_before_it_was_ended_does_not_count(self):
+        for status in ("crashed", "timed_out", "failed"):
+            self.write("run.json", json.dumps({"format": 1, "status": status, "error": "so"}))
+            run = results.read_run(self.folder, "off", 1)
+            self.assertEqual((run.status, run.error, run.metrics), (status, "so", {}))
+        self.write("run.json", '{"status": ["ok"], "wall_s": "long", "error": 3}')
+        run = results.read_run(self.folder, "off", 1)
+        self.assertEqual((run.status, run.wall_s, run.error), ("failed", None, "3"))
 
 
 if __name__ == "__main__":

@@ -301,6 +301,45 @@ class Folders(unittest.TestCase):
         self.assertIn("metrics.json: not JSON", page)
         self.assertIn("1 failed", page)
 
+    def test_noise_in_place_of_poses_is_a_row_and_no_exception(self):
+        root = self.small()
+        (root / "runs" / "s" / "off" / "01" / "trajectory.txt").write_bytes(bytes(range(256)) * 9)
+        done = report("--results", root)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        page = (root / "report" / "index.html").read_text(encoding="utf-8")
+        self.assertIn("failed: 01/trajectory.txt: not text", page)
+        row = json.loads((root / "report" / "tables" / "table2a.json").read_text("utf-8"))["rows"][-1]
+        self.assertEqual((row["marked"], row["cells"][0]["shown"]), (True, "1 failed"))
+
+    def test_what_was_never_asked_for_is_no_fault(self):
+        root = self.small()
+        sweep = json.loads((root / "sweep.json").read_text(encoding="utf-8"))
+        sweep["options"].update(modes=["off", "full"], runs=3)
+        sweep["sequences"][0]["runs_asked"] = {"off": 1}
+        (root / "sweep.json").write_text(json.dumps(sweep), encoding="utf-8")
+        self.assertEqual(report("--results", root).returncode, 0)
+        page = (root / "report" / "index.html").read_text(encoding="utf-8")
+        self.assertNotIn("went wrong", page)
+        row = json.loads((root / "report" / "tables" / "table2a.json").read_text("utf-8"))["rows"][-1]
+        self.assertFalse(row["marked"])
+        self.assertIn("not run", [cell["shown"] for cell in row["cells"]])
+        sweep["sequences"][0]["runs_asked"] = {"off": -1}
+        (root / "sweep.json").write_text(json.dumps(sweep), encoding="utf-8")
+        self.assert_refused(4, "runs_asked", "--results", root)
+
+    def test_a_run_over_its_time_is_told_and_its_figures_do_not_count(self):
+        page = self.row_of_status("timed_out", "not done after 600 s (--run-limit)")
+        self.assertIn("timed out: not done after 600 s", page)
+
+    def row_of_status(self, status, error):
+        root = self.small()
+        (root / "runs" / "s" / "off" / "01" / "run.json").write_text(
+            json.dumps({"format": 1, "status": status, "error": error}), encoding="utf-8")
+        self.assertEqual(report("--results", root).returncode, 0)
+        row = json.loads((root / "report" / "tables" / "table2a.json").read_text("utf-8"))["rows"][-1]
+        self.assertEqual(row["cells"][0]["shown"], "1 " + status.replace("_", " "))
+        return (root / "report" / "index.html").read_text(encoding="utf-8")
+
     def test_a_second_report_tidies_up_after_the_first_and_nothing_else(self):
         root = self.small()
         self.assertEqual(report("--results", root, "--quiet").returncode, 0)

@@ -4,7 +4,7 @@ import dataclasses
 import numpy as np
 
 from . import figures, pictures, plot_style, scene3d
-from .results import InputError
+from .files import InputError
 from .series import nearest, read_errors, read_trajectory, roll_pitch_yaw_deg, rotation_between
 from .summary import typical_run
 
@@ -73,6 +73,8 @@ def read_runs(chapter, modes):
     """({mode: Errors}, {mode: Trajectory}) of the typical run of each mode."""
     errors, trajectories = {}, {}
     for mode in modes:
+        if not chapter.sequence.runs[mode]:
+            continue  # never asked for
         run = typical_run(chapter.sequence.runs[mode])
         if run is None:
             chapter.remarks.append(f"{mode}: no run that could be shown.")

@@ -6,6 +6,7 @@ DATA: {"time": axis title, "alignment": name, "truth": {"t": [...], "xyz": [[x, 
 "estimates": [{"name", "t", "xyz", "truth_xyz", "ate_m", "rmse_m"}, ...]}; metres, estimates aligned.
 """
 import argparse
+import io
 import json
 import os
 import pathlib
@@ -104,7 +105,11 @@ def main():
         with matplotlib.rc_context(STYLE):
             figure = draw(json.load(sys.stdin))
             metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-            figure.savefig(temporary, dpi=160, metadata=metadata.get(out.suffix))
+            # Into memory first: on a full disk the PDF writer fails in ways of its own.
+            picture = io.BytesIO()
+            figure.savefig(picture, format=out.suffix[1:], dpi=160,
+                           metadata=metadata.get(out.suffix))
+        temporary.write_bytes(picture.getvalue())
         os.replace(temporary, out)
     except OSError as error:
         print(f"error: {error.strerror}", file=sys.stderr)

@@ -1,7 +1,7 @@
 """Pictures of point clouds: reads map.ply and draws it with a z-buffer."""
 import numpy as np
 
-from .results import InputError
+from .files import InputError
 
 TYPES = {"float": "<f4", "float32": "<f4", "double": "<f8", "uchar": "u1", "uint8": "u1",
          "ushort": "<u2", "uint16": "<u2", "short": "<i2", "int": "<i4", "uint": "<u4",

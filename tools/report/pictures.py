@@ -5,7 +5,7 @@ import io
 from PIL import Image
 
 from . import map_view
-from .results import InputError, read_json
+from .files import InputError, read_json
 from .summary import typical_run
 
 SHEET = "checks"  # `ygslam inspect`: a row per check, a column per frame
@@ -70,7 +70,7 @@ def maps(sequence, size):
     """[(view name, [(mode, picture or None, remark)])]: the map with and without removal, from the
     same view points, which the map of the last mode that has one decides."""
     clouds, remarks = {}, {}
-    for mode in (m for m in MAP_MODES if m in sequence.runs):
+    for mode in (m for m in MAP_MODES if sequence.runs.get(m)):
         run = typical_run(sequence.runs[mode])
         path = run.folder / "map.ply" if run else None
         if path is None or not path.exists():

@@ -5,7 +5,7 @@ import pathlib
 
 import numpy as np
 
-from .results import InputError
+from .files import InputError, read_text
 
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "truth_x_m", "truth_y_m", "truth_z_m", "ate_m", "ate_deg",
            "rpe30_m", "rpe30_deg", "rpe1s_m", "rpe1s_deg")
@@ -37,8 +37,8 @@ class Trajectory:
 def read_errors(path):
     """errors.csv of a run. @raise InputError naming file and line."""
     rows = []
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.reader(file)
+    reader = csv.reader(read_text(path).splitlines(keepends=True))
+    try:
         header = next(reader, None)
         if header is None or not set(COLUMNS) <= set(header):
             raise InputError(f"{path}: not a table of errors (columns {', '.join(COLUMNS)})")
@@ -48,6 +48,8 @@ def read_errors(path):
                 rows.append([float(row[i]) if row[i] else np.nan for i in where])
             except (ValueError, IndexError):
                 raise InputError(f"{path}:{number}: not a line of {len(header)} numbers") from None
+    except csv.Error as error:
+        raise InputError(f"{path}: not a table of errors ({error})") from None
     if not rows:
         raise InputError(f"{path}: no pose")
     table = np.array(rows)
@@ -60,7 +62,7 @@ def read_errors(path):
 def read_trajectory(path):
     """A TUM trajectory. @raise InputError naming file and line."""
     rows = []
-    for number, line in enumerate(pathlib.Path(path).read_text(encoding="utf-8").splitlines(), 1):
+    for number, line in enumerate(read_text(path).splitlines(), 1):
         if not line.strip() or line.startswith("#"):
             continue
         try:

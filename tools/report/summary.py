@@ -2,14 +2,13 @@
 import dataclasses
 import statistics
 
+from .results import STATUSES, WITH_FIGURES
+
 ATE = ("ate",)
 RPE_30_M = ("rpe", "frames30", "trans_m")
 RPE_30_DEG = ("rpe", "frames30", "rot_deg")
 RPE_1S_M = ("rpe", "sec1", "trans_m")
 RPE_1S_DEG = ("rpe", "sec1", "rot_deg")
-
-SAID = {"lost": "lost", "failed": "failed", "crashed": "crashed", "bad_truth": "bad truth",
-        "unfinished": "not finished"}
 
 
 @dataclasses.dataclass
@@ -31,7 +30,7 @@ class Spread:
     @property
     def fault_text(self):
         """'1 crashed, 2 lost'; sound runs without a number count where others have one."""
-        parts = [f"{count} {SAID[status]}" for status, count in sorted(self.faults.items())]
+        parts = [f"{count} {STATUSES[status]}" for status, count in sorted(self.faults.items())]
         if not parts and 0 < self.n < self.total:
             parts.append(f"{self.total - self.n} without a number")
         return ", ".join(parts)
@@ -56,7 +55,8 @@ def typical_run(runs):
     if judged:
         judged.sort(key=lambda run: run.figure("ate", "rmse"))
         return judged[(len(judged) - 1) // 2]
-    return next((run for run in runs if (run.folder / "trajectory.txt").exists()), None)
+    return next((run for run in runs if run.status in WITH_FIGURES
+                 and (run.folder / "trajectory.txt").exists()), None)
 
 
 @dataclasses.dataclass
@@ -90,6 +90,6 @@ def faults(sweep):
 
 def described(run):
     """'lost: for 61 % of the time (39.0 % of the frames tracked)'."""
-    said = SAID[run.status] + (f": {run.error}" if run.error else "")
+    said = STATUSES[run.status] + (f": {run.error}" if run.error else "")
     coverage = run.figure("coverage")
     return said if coverage is None else f"{said} ({100 * coverage:.1f} % of the frames tracked)"

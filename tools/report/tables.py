@@ -252,6 +252,8 @@ def measured_cell(sequence, mode, *keys):
     if sequence.error:
         return Cell("measured", fault="unreadable", n=0, total=0)
     runs = sequence.runs[mode]
+    if not runs:
+        return Cell("measured", text="not run")  # this mode was asked for other sequences only
     found = summary.spread(runs, *keys)
     coverage = summary.spread(runs, "coverage").low
     cell = Cell("measured", found.median, found.low, found.high, found.n, found.total, coverage,

@@ -1,0 +1,28 @@
+"""Text files of unknown origin; a fault is an InputError that names the file."""
+import json
+import pathlib
+
+
+class InputError(Exception):
+    """One line that names the file and its fault."""
+
+
+def read_text(path):
+    """A text file as a whole. @raise InputError naming file and fault."""
+    try:
+        return pathlib.Path(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not text (byte {error.start})") from None
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+
+
+def read_json(path):
+    """The object in a JSON file. @raise InputError naming file and fault."""
+    try:
+        data = json.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not JSON ({str(error).splitlines()[0]})") from None
+    if not isinstance(data, dict):
+        raise InputError(f"{path}: not a JSON object")
+    return data

@@ -145,6 +145,18 @@ class Sweep(BenchTest):
         self.assertFalse((self.out / "report").exists())
         self.assert_error(self.bench("--sequences", "tow", "--quiet"), 2, "'two'")
 
+    def test_modes_without_masks_do_not_depend_on_where_masks_come_from(self):
+        self.add("one")
+        self.assert_ran(self.bench("--no-report"))
+        before = self.run_times()
+        self.assert_ran(self.bench("--no-report", "--segmenter", "masks:mask", modes="off,full"))
+        self.assertTrue(before.items() <= self.run_times().items(), "nothing is run twice")
+        self.assertEqual(self.load("sweep.json")["options"]["segmenter"], "masks:mask")
+        self.assertTrue(self.load("sweep.json")["complete"])
+        done = self.bench("--no-report", "--segmenter", "none", "--quiet", modes="full")
+        self.assertIn("segmenter was masks:mask, is now none", done.stderr)
+        self.assertEqual(done.returncode, 9)
+
     def test_recorded_masks_are_those_of_each_sequence(self):
         self.add("one")
         self.assert_ran(self.bench("--segmenter", "masks:mask", "--no-report", modes="full"))
@@ -165,7 +177,9 @@ class Sweep(BenchTest):
                 (3, ["bench", self.root, "--set", "dynamic.mode=off"]),
                 (4, ["bench", empty]), (4, ["bench", self.folder / "none"]),
                 (4, ["bench", "--compare", empty, empty]),
-                (5, ["bench", self.root]), (5, ["bench", "--modes", "off,full", self.root]), (5, ["bench", self.root, "--model", "none.onnx"]),
+                (5, ["bench", self.root]), (5, ["bench", "--modes", "off,full", self.root]),
+                (5, ["bench", self.root, "--model", "none.onnx"]),
+                (5, ["bench", self.root, "--modes", "off", "--model", "none.onnx"]),
                 (9, ["bench", self.root, "--modes", "off", "--out", "/proc/none"])):
             done = ygslam(*arguments, "--quiet", cwd=self.folder)
             self.assertEqual(done.returncode, code, f"{arguments}: {done.stderr}")
@@ -284,9 +298,42 @@ class Faults(BenchTest):
         self.assertEqual(self.record("one", "geometry")["status"], "ok")
         self.assertIn("warning: one off 1: crashed: ended by SIGKILL", errors)
         self.assertRegex(output, r"(?m)^one.* off +- .*0/1 !$")
+        self.assertIn("1 runs were killed from outside; the same command tries them again", errors)
+        self.assertFalse(self.load("sweep.json")["complete"])
         before = self.run_times()
-        self.assert_ran(self.bench("--no-report", modes="off,geometry"))
-        self.assertEqual(self.run_times(), before, "a crash is a result")
+        done = self.bench("--no-report", modes="off,geometry")
+        self.assert_ran(done)
+        self.assertIn("runs/one/off/01: crashed: ended by SIGKILL", done.stderr)
+        self.assertEqual(self.record("one", "off")["status"], "ok")
+        after = self.run_times()
+        self.assertEqual({place for place in after if after[place] != before[place]},
+                         {"runs/one/off/01"}, "the other one is not run twice")
+        self.assertTrue(self.load("sweep.json")["complete"])
+
+    def test_a_run_over_its_time_is_a_row(self):
+        self.add("one")
+        done = self.bench("--run-limit", 0.001, "--realtime")
+        self.assert_ran(done)
+        record = self.record("one")
+        self.assertEqual((record["status"], record["limit_s"]), ("timed_out", 0.001))
+        self.assertIn("warning: one off 1: timed_out: not done after 0.001 s (--run-limit)",
+                      done.stderr)
+        self.assertRegex(done.stdout, r"(?m)^one.* off +- .*0/1 !$")
+        self.assert_error(self.bench("--run-limit", "nan", "--quiet"), 2, "--run-limit")
+        self.assert_ran(self.bench("--realtime", "--run-limit", 0, "--no-report"))
+        self.assertEqual(self.record("one")["status"], "ok", "now it has all the time it likes")
+
+    def test_the_log_has_every_line_that_was_said(self):
+        self.add("good")
+        broken = self.add("broken")
+        (broken / "calibration.txt").write_text("fx nan\n", encoding="utf-8")
+        (self.report / "__main__.py").write_text("raise KeyError('ate')\n", encoding="utf-8")
+        done = self.bench("--no-pictures")
+        self.assertEqual(done.returncode, 9, done.stderr)
+        log = (self.out / "log.txt").read_text(encoding="utf-8")
+        for line in ("broken: broken/calibration.txt", "the report cannot be made"):
+            self.assertIn(line, done.stderr)
+            self.assertIn(line, log)
 
     def test_nothing_usable_is_code_4(self):
         broken = self.add("broken")

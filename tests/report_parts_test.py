@@ -4,6 +4,9 @@
 """
 import json
 import pathlib
+import resource
+import signal
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -120,6 +123,28 @@ class Geometry(unittest.TestCase):
             pathlib.Path(folder, "cut.ply").write_bytes(whole[:-1])
             with self.assertRaisesRegex(series.InputError, r"cut\.ply: cut short"):
                 map_view.read_ply(pathlib.Path(folder, "cut.ply"))
+
+
+class EvalPlot(unittest.TestCase):
+    DATA = {"time": "time [s]", "alignment": "se3",
+            "truth": {"t": [0, 1], "xyz": [[0, 0, 0], [1, 1, 0]]},
+            "estimates": [{"name": "a", "t": [0, 1], "xyz": [[0, 0, 0], [1, 1, 0]], "rmse_m": 0,
+                           "truth_xyz": [[0, 0, 0], [1, 1, 0]], "ate_m": [0, 0]}]}
+
+    def test_a_full_disk_is_one_line(self):
+        def limit():  # no file may grow beyond this, as on a full disk
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
+        with tempfile.TemporaryDirectory() as folder:
+            for ending in ("pdf", "svg", "png"):
+                done = subprocess.run(
+                    [sys.executable, str(TOOL / "eval_plot.py"), f"--out={folder}/a.{ending}"],
+                    input=json.dumps(self.DATA), capture_output=True, text=True, check=False,
+                    preexec_fn=limit, restore_signals=False, timeout=120)
+                self.assertEqual(done.returncode, 9, done.stderr)
+                self.assertEqual(done.stderr.splitlines()[-1], "error: File too large")
+                self.assertNotIn("Traceback", done.stderr)
+            self.assertEqual(list(pathlib.Path(folder).iterdir()), [])
 
 
 class DamagedRuns(unittest.TestCase):

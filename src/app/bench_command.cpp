@@ -20,6 +20,8 @@
 namespace ygslam {
 namespace {
 
+constexpr double kChecksOfPictures = 3;  // each takes as long as a run
+
 bool is_quiet() { return log::get_level() > log::level::warn; }
 
 // Names come from the file system and may be any bytes; JSON needs UTF-8.
@@ -101,12 +103,17 @@ void draw_pictures(const SweepOptions& options, const std::vector<BenchSequence>
     const BenchSequence& sequence = sequences[i];
     if (sequence.error || has_pictures(options, sequence)) continue;
     bar.update(i, "tracking pictures of " + sequence.name);
+    const double limit_s = kChecksOfPictures * run_limit_s(options, sequence);
+    const ScopedTimer clock;
+    const auto is_late = [&] { return limit_s > 0 && clock.wall_ms() * 1e-3 > limit_s; };
     const auto drawn = run_child(inspect_command(options, sequence), {},
-                                 [] { return StopSignal::received() != 0; });
+                                 [&] { return StopSignal::received() != 0 || is_late(); });
     if (StopSignal::received() != 0) return;
     std::optional<std::string> fault;
     if (!drawn.ok()) {
       fault = drawn.error().message;
+    } else if (is_late() && drawn->exit_code + drawn->signal != 0) {
+      fault = fmt::format("timed out after {:g} s (--run-limit)", limit_s);
     } else if (drawn->exit_code + drawn->signal != 0) {
       fault = last_error_line(drawn->errors);
     } else if (const Status marked = mark_pictures(options, sequence); !marked.ok()) {
@@ -122,7 +129,7 @@ Status make_report(const std::filesystem::path& out) {
   auto tool = find_report_tool(executable_path());
   Status made =
       tool.ok()
-          ? run_tool(*tool, {"--results", out.string()}, "the report", {},
+          ? run_tool(*tool, {"--results=" + out.string()}, "the report", {},
                      [] { return StopSignal::received() != 0; })
           : Status(Error{tool.error().kind, "the report cannot be made: " + tool.error().message});
   if (!made.ok()) {
@@ -131,6 +138,37 @@ Status make_report(const std::filesystem::path& out) {
   }
   log::info("report: {}", (out / "report" / "index.html").string());
   return Ok{};
+}
+
+// Everything that log.txt tells of.
+Result<int> make_runs(const BenchArguments& a, const SweepOptions& options, Sweep& sweep,
+                      SweepDisplay& display) {
+  const std::filesystem::path& out = options.out;
+  log::info("{} sequences, {} runs, {} of them done before", sweep.sequences().size(),
+            sweep.total(), sweep.done_before());
+  sweep.tell_faults();
+  if (!sweep.has_usable_sequence()) {
+    return Error{ErrorKind::kInput, a.root + ": none of its sequences can be used"};
+  }
+  const auto complete = sweep.run();
+  display.end();
+  if (!complete.ok()) return complete.error();
+  if (!*complete) {
+    log::warn("interrupted; the same command goes on where it was");
+    return 128 + StopSignal::received();
+  }
+  if (sweep.to_try_again() > 0) {
+    log::warn("{} runs were killed from outside; the same command tries them again",
+              sweep.to_try_again());
+  }
+  const Status printed = print_results(out, a.json);
+  if (!printed.ok()) return printed.error();
+  if (!a.report) return 0;
+  if (a.pictures) draw_pictures(options, sweep.sequences());
+  const Status made = make_report(out);
+  if (StopSignal::received() != 0) return 128 + StopSignal::received();
+  if (!made.ok()) return made.error();
+  return 0;
 }
 
 Result<int> run_sweep(const BenchArguments& a) {
@@ -145,26 +183,10 @@ Result<int> run_sweep(const BenchArguments& a) {
   if (!sweep.ok()) return sweep.error();
   const auto log_file = LogFile::open(out / "log.txt", false);
   if (!log_file.ok()) return log_file.error();
-  log::info("{} sequences, {} runs, {} of them done before", sweep->sequences().size(),
-            sweep->total(), sweep->done_before());
-  if (!sweep->has_usable_sequence()) {
-    return Error{ErrorKind::kInput, a.root + ": none of its sequences can be used"};
-  }
-  const auto complete = sweep->run();
-  display.end();
-  if (!complete.ok()) return complete.error();
-  if (!*complete) {
-    log::warn("interrupted; the same command goes on where it was");
-    return 128 + StopSignal::received();
-  }
-  const Status printed = print_results(out, a.json);
-  if (!printed.ok()) return printed.error();
-  if (!a.report) return 0;
-  if (a.pictures) draw_pictures(*options, sweep->sequences());
-  const Status made = make_report(out);
-  if (StopSignal::received() != 0) return 128 + StopSignal::received();
-  if (!made.ok()) return made.error();
-  return 0;
+  auto code = make_runs(a, *options, *sweep, display);
+  if (code.ok()) return code;
+  log::error("{}", code.error().message);  // while the log is open
+  return static_cast<int>(code.error().kind);
 }
 
 }  // namespace

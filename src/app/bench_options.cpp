@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 #include "app/run_options.hpp"
@@ -19,8 +20,12 @@ constexpr const char* kFooter =
     "modes taking turns; run N has the seed SEED + N - 1. Stop it whenever you like (Ctrl-C, "
     "kill,\n"
     "power): the same command goes on where it was. What fails (a broken sequence, a truth of\n"
-    "another time, a crash, lost tracking) becomes a line on stderr and a marked row; the sweep\n"
-    "goes on. DIR/report/index.html has tables and figures, docs/evaluation.md the files.\n"
+    "another time, a crash, lost tracking, a run over its time) becomes a line on stderr and a\n"
+    "marked row; the sweep goes on. The next call makes again what was killed from outside, runs\n"
+    "whose files are damaged, and runs that were over their time if it gives more. Runs of modes\n"
+    "off and geometry do not depend on --model and --segmenter: other modes with any model may be\n"
+    "added to them in the same DIR, but all runs with masks in it are of one model.\n"
+    "DIR/report/index.html has tables and figures, docs/evaluation.md the files.\n"
     "Examples:\n"
     "  ygslam bench ~/tum --model yolov8n-seg.onnx        # 5 runs, 4 modes, then the report\n"
     "  ygslam bench SEQ --modes off,geometry --runs 1     # a first look, no network needed\n"
@@ -34,15 +39,13 @@ constexpr const char* kFooter =
     "the same command).";
 
 Status check_model(const BenchArguments& a, const std::vector<std::string>& modes) {
-  if (a.segmenter != "model" || std::none_of(modes.begin(), modes.end(), mode_uses_masks)) {
-    return Ok{};
-  }
   if (a.model.empty()) {
+    if (a.segmenter != "model" || !any_uses_masks(modes)) return Ok{};
     return Error{ErrorKind::kModel,
                  "modes semantic and full need a network: give --model FILE (`make model` exports "
                  "one), or --segmenter masks:DIR, or --modes off,geometry"};
   }
-  std::error_code code;
+  std::error_code code;  // a slip of the pen is told now, not when a mode needs it
   if (!fs::is_regular_file(a.model, code)) {
     return Error{ErrorKind::kModel, a.model + ": no such model file"};
   }
@@ -92,17 +95,27 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
   command.add_option("--modes", a.modes, "What is done about moving things (default: all four)")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"off", "geometry", "semantic", "full"}))
+      ->check(CLI::IsMember(std::vector<std::string>(kSweepModes.begin(), kSweepModes.end())))
       ->type_name("LIST");
   command.add_option("--runs", a.runs, "Runs of each sequence in each mode")
-      ->check(CLI::Range(1, 1000))
+      ->check(CLI::Range(1, kMostRuns))
       ->type_name("N")
       ->capture_default_str();
   command.add_option("--jobs", a.jobs, "Runs at the same time; more than 1 spoils the timings")
       ->check(CLI::Range(1, 1024))
       ->type_name("N")
       ->capture_default_str();
-  command.add_option("--model", a.model, "YOLOv8-seg network, .onnx or .xml")->type_name("FILE");
+  command
+      .add_option("--run-limit", a.run_limit_s,
+                  "Longest time of a run [s], then it is ended and counts as timed out; 0: none "
+                  "(default: 600 s + 30 times the sequence's duration)")
+      ->check(CLI::Range(0.0, 1e9))
+      ->type_name("S");
+  command
+      .add_option("--model", a.model,
+                  "YOLOv8-seg network, .onnx or .xml; only modes semantic and full use it, but "
+                  "a file that is named must be there")
+      ->type_name("FILE");
   command
       .add_option("--segmenter", a.segmenter,
                   "Where masks come from; a relative DIR lies inside each sequence")
@@ -136,12 +149,16 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
 Result<SweepOptions> sweep_options(const BenchArguments& a) {
   SweepOptions options;
   options.modes = a.modes;
-  if (options.modes.empty()) options.modes = {"off", "geometry", "semantic", "full"};
+  if (options.modes.empty()) options.modes.assign(kSweepModes.begin(), kSweepModes.end());
   std::vector<std::string> unique;
   for (const std::string& mode : options.modes) {
     if (std::find(unique.begin(), unique.end(), mode) == unique.end()) unique.push_back(mode);
   }
   options.modes = unique;
+  options.run_limit_s = a.run_limit_s;
+  if (a.run_limit_s && !std::isfinite(*a.run_limit_s)) {
+    return Error{ErrorKind::kUsage, "--run-limit: must be a finite number"};
+  }
   SessionOptions session;
   RunOptions run;
   run.segmenter = a.segmenter;

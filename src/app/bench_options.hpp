@@ -21,6 +21,7 @@ struct BenchArguments {
   int runs = 5, jobs = 1;
   bool realtime = false, deterministic = false, report = true, pictures = true, json = false;
   std::optional<std::uint64_t> seed;
+  std::optional<double> run_limit_s;
 };
 
 void declare_bench_options(CLI::App& command, BenchArguments& arguments);

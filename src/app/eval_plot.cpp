@@ -89,7 +89,7 @@ Status write_plot(const fs::path& file, std::span<const StampedPose> truth,
   if (!tool.ok()) return tool.error();
   const auto data = TemporaryFile::create(plot_data(truth, estimates));
   if (!data.ok()) return data.error();
-  return run_tool(*tool, {"--out", file.string()}, file.string(), data->path());
+  return run_tool(*tool, {"--out=" + file.string()}, file.string(), data->path());
 }
 
 }  // namespace ygslam

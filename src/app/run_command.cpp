@@ -18,8 +18,6 @@
 namespace ygslam {
 namespace {
 
-constexpr int kExitLost = 7;
-
 // --quiet is the program's, not the command's.
 bool is_quiet() { return spdlog::get_level() > spdlog::level::warn; }
 

@@ -21,6 +21,9 @@ enum class ErrorKind {
   kOutput = 9,
 };
 
+/// Exit code of a run that was lost for more than run.max_lost_share. No error: its files are there.
+inline constexpr int kExitLost = 7;
+
 /// One line that names the file (or key) and the fault.
 struct Error {
   ErrorKind kind = ErrorKind::kInternal;

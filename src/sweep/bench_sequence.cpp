@@ -198,6 +198,7 @@ void inspect_sequence(BenchSequence& sequence) {
     return;
   }
   sequence.frames = tum->pairs.size();
+  sequence.duration_s = seconds_between(tum->pairs.back().stamp, tum->pairs.front().stamp);
   sequence.groundtruth = tum->groundtruth;
   sequence.fingerprint = fingerprint_of(*tum);
   if (!tum->groundtruth) return;
@@ -205,6 +206,24 @@ void inspect_sequence(BenchSequence& sequence) {
   if (truth.ok()) {
     sequence.truth = path_figures(*truth, tum->pairs.front().stamp, tum->pairs.back().stamp);
   }
+}
+
+std::string fingerprint_of_masks(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code code;
+  for (fs::directory_iterator at(folder, code), end; !code && at != end; at.increment(code)) {
+    const fs::path& file = at->path();
+    if (file.extension() == ".png" || file.filename() == "instances.json") files.push_back(file);
+  }
+  if (files.empty()) return "none";
+  std::sort(files.begin(), files.end());
+  Fingerprint print;
+  for (const fs::path& file : files) {
+    const auto bytes = read_file(file);
+    print.add(file.filename().string());
+    print.add(bytes.ok() ? *bytes : "unreadable");
+  }
+  return print.text();
 }
 
 std::optional<std::string> paper_row_of(const std::string& name) {

@@ -18,9 +18,11 @@ struct BenchSequence {
   std::string kind;                      ///< "tum", "bonn", "rendered" or "folder"
   std::optional<std::string> paper_row;  ///< its row of the paper's tables, e.g. "fr3_walking_xyz"
   std::size_t frames = 0;                ///< pairs listed
+  double duration_s = 0;                 ///< from the first pair to the last
   std::optional<std::filesystem::path> groundtruth;
   std::optional<PathFigures> truth;  ///< of the true poses at the time of the frames
   std::string fingerprint;           ///< of lists, camera, truth and the images' sizes
+  std::string masks_fingerprint;     ///< of recorded masks; empty where the sweep reads none
   std::optional<std::string> error;  ///< why it cannot be used, one line
 };
 
@@ -39,6 +41,9 @@ struct BenchSequence {
 /// Reads lists, camera and truth and fills in the rest. What cannot be read becomes `error`; a
 /// truth that cannot be used does not: the runs will say so.
 void inspect_sequence(BenchSequence& sequence);
+
+/// Of all mask images and instances.json in a folder, by name and content; "none" without folder.
+[[nodiscard]] std::string fingerprint_of_masks(const std::filesystem::path& folder);
 
 /// The row of the paper's tables that a recording of TUM belongs to, by its name, e.g.
 /// rgbd_dataset_freiburg3_walking_xyz, fr3_walking_xyz, fr3_w_xyz; parts and variants have none.

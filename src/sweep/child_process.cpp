@@ -11,6 +11,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "io/text.hpp"
@@ -101,6 +102,8 @@ void ChildProcess::send(int signal) const {
   if (pid_ > 0) kill(pid_, signal);
 }
 
+double ChildProcess::age_s() const { return now_s() - started_s_; }
+
 bool ChildProcess::read_errors() {
   std::array<char, 4096> buffer{};
   for (;;) {
@@ -152,11 +155,14 @@ Result<ChildExit> run_child(const std::vector<std::string>& arguments,
                             const std::filesystem::path& input, const std::function<bool()>& stop) {
   auto child = ChildProcess::start(arguments, input);
   if (!child.ok()) return child.error();
-  bool told = false;
+  std::optional<double> told_s;
   while (wait_for_any({&*child, 1}, 200) < 0) {
-    if (!told && stop && stop()) {
+    if (!told_s && stop && stop()) {
       child->send(SIGTERM);
-      told = true;
+      told_s = now_s();
+    } else if (told_s && now_s() - *told_s > kPatience_s) {
+      child->send(SIGKILL);
+      break;  // others may hold its stderr
     }
   }
   return child->finish();

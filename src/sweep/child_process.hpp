@@ -18,7 +18,9 @@ struct ChildExit {
   int exit_code = 0;  ///< 0 where a signal ended it
   int signal = 0;     ///< 0 where it ended by itself
   double wall_s = 0;
-  std::string errors;  ///< the last 64 kB of its stderr
+  double limit_s = 0;      ///< how long it was allowed to take, 0 = no limit; set by who waits
+  bool timed_out = false;  ///< it was ended because that time was over
+  std::string errors;      ///< the last 64 kB of its stderr
 };
 
 /// A running child. Its standard input is a file or empty, its standard output goes nowhere, its
@@ -40,6 +42,7 @@ class ChildProcess {
 
   void send(int signal) const;
   [[nodiscard]] pid_t pid() const { return pid_; }
+  [[nodiscard]] double age_s() const;
   /// Takes in what arrived on stderr. @return true once the child has closed it.
   bool read_errors();
   /// Waits for the end (which is near once stderr is closed). Call once.
@@ -63,6 +66,9 @@ class ChildProcess {
 
 /// Asks all to end (SIGTERM), then makes them after patience_s.
 void end_all(std::vector<ChildProcess>& children, double patience_s);
+
+/// How long one that was asked to end (SIGTERM) may take for it before it is killed.
+inline constexpr double kPatience_s = 5;
 
 /// Runs a program to its end. @param stop asked a few times a second; true ends the child.
 [[nodiscard]] Result<ChildExit> run_child(const std::vector<std::string>& arguments,

@@ -52,16 +52,15 @@ std::string value_text(const nlohmann::json& json, const char* key) {
 
 std::vector<std::string> notes_on(const Results& a, const Results& b) {
   std::vector<std::string> notes;
+  for (const std::string& line : a.damaged) notes.push_back("A is damaged: " + line);
+  for (const std::string& line : b.damaged) notes.push_back("B is damaged: " + line);
   const auto add = [&](const char* key, const nlohmann::json& in_a, const nlohmann::json& in_b) {
     const std::string text_a = value_text(in_a, key);
     const std::string text_b = value_text(in_b, key);
     if (text_a != text_b) notes.push_back(fmt::format("{}: A {}, B {}", key, text_a, text_b));
   };
   for (const char* key : {"version", "machine"}) add(key, a.sweep.json, b.sweep.json);
-  for (const char* key :
-       {"way", "seed", "segmenter", "precision", "model", "model_content", "config"}) {
-    add(key, a.sweep.options, b.sweep.options);
-  }
+  for (const char* key : kComparableKeys) add(key, a.sweep.options, b.sweep.options);
   return notes;
 }
 

@@ -5,7 +5,7 @@
 #include "core/log.hpp"  // brings {fmt}
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
-#include "io/json_text.hpp"
+#include "sweep/run_files.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
@@ -25,14 +25,50 @@ std::string tidy(std::string text, const SweepOptions& options, const BenchSeque
   return without_folder(std::move(text), sequence);
 }
 
-std::string crash_text(const ChildExit& exit) {
-  const std::string said = last_error_line(exit.errors);
-  return "ended by " + signal_name(exit.signal) + (said.empty() ? "" : "; last said: " + said);
+std::string crash_text(int signal, const std::string& errors) {
+  const std::string said = last_error_line(errors);
+  return "ended by " + signal_name(signal) + (said.empty() ? "" : "; last said: " + said);
 }
 
 std::string failure_text(const ChildExit& exit) {
   const std::string said = last_error_line(exit.errors);
   return said.empty() ? "exit code " + std::to_string(exit.exit_code) : said;
+}
+
+// How a run ended, before the truth is asked.
+struct RunEnd {
+  RunStatus status = RunStatus::kOk;
+  int signal = 0;
+  std::string error;
+};
+
+// A run that is asked to end saves what it has and says so by its exit code.
+int signal_of(const ChildExit& exit) {
+  constexpr int kSignalBase = 128;
+  const int told = exit.exit_code - kSignalBase;
+  return exit.signal == 0 && told > 0 && comes_from_outside(told) ? told : exit.signal;
+}
+
+RunEnd end_of(const ChildExit& exit, const fs::path& folder) {
+  const int signal = signal_of(exit);
+  if (exit.timed_out) {
+    return {RunStatus::kTimedOut, exit.signal,
+            fmt::format("not done after {:g} s (--run-limit)", exit.limit_s)};
+  }
+  if (signal != 0) return {RunStatus::kCrashed, signal, crash_text(signal, exit.errors)};
+  if (exit.exit_code != 0 && exit.exit_code != kExitLost) {
+    return {RunStatus::kFailed, 0, failure_text(exit)};
+  }
+  std::error_code code;
+  if (!fs::exists(folder / "metrics.json", code)) {
+    return {RunStatus::kFailed, 0, "it wrote no metrics.json"};
+  }
+  const auto metrics = read_metrics(folder / "metrics.json");
+  if (!metrics.ok()) return {RunStatus::kFailed, 0, metrics.error().message};
+  if (exit.exit_code == kExitLost) return {RunStatus::kLost, 0, failure_text(exit)};
+  const auto trajectory = read_tum_trajectory(folder / "trajectory.txt");
+  if (!trajectory.ok()) return {RunStatus::kFailed, 0, trajectory.error().message};
+  return {};
 }
 
 // Errors of the trajectory against the truth, as a file.
@@ -60,7 +96,6 @@ Result<RunRecord> judge_run(const SweepOptions& options, const BenchSequence& se
                             const RunKey& key, const ChildExit& exit) {
   RunRecord record;
   record.exit_code = exit.exit_code;
-  record.signal = exit.signal;
   record.command = shown_command(options, sequence, key);
   record.mode = key.mode;
   record.run = key.run;
@@ -69,30 +104,22 @@ Result<RunRecord> judge_run(const SweepOptions& options, const BenchSequence& se
   record.timings_valid = options.jobs == 1;
   record.version = options.version;
   record.sequence_fingerprint = sequence.fingerprint;
+  if (mode_uses_masks(key.mode)) record.masks_fingerprint = sequence.masks_fingerprint;
+  record.limit_s = exit.limit_s;
   const fs::path folder = options.out / key.folder();
-  std::error_code code;
-  if (exit.signal != 0) {
-    record.status = RunStatus::kCrashed;
-    record.error = tidy(crash_text(exit), options, sequence);
-  } else if (exit.exit_code != 0 && exit.exit_code != kRunLost) {
-    record.status = RunStatus::kFailed;
-    record.error = tidy(failure_text(exit), options, sequence);
-  } else if (!fs::exists(folder / "metrics.json", code)) {
-    record.status = RunStatus::kFailed;
-    record.error = "it wrote no metrics.json";
-  } else {
-    if (exit.exit_code == kRunLost) {
-      record.status = RunStatus::kLost;
-      record.error = tidy(failure_text(exit), options, sequence);
-    }
-    if (!sequence.groundtruth) return record;
+  RunEnd end = end_of(exit, folder);
+  record.status = end.status;
+  record.signal = end.signal;
+  if (has_figures(record.status) && sequence.groundtruth) {
     const Status written = write_errors(folder, sequence);
     if (!written.ok() && written.error().kind == ErrorKind::kOutput) return written.error();
     if (!written.ok() && record.status == RunStatus::kOk) {
       record.status = RunStatus::kBadTruth;
-      record.error = tidy(written.error().message, options, sequence);
+      end.error = written.error().message;
     }
   }
+  if (record.status != RunStatus::kOk) record.error = tidy(end.error, options, sequence);
+  if (has_figures(record.status)) record.files = fingerprints_of(folder);
   return record;
 }
 
@@ -102,7 +129,7 @@ std::string describe_run(const fs::path& folder, const BenchSequence& sequence,
   if (record.status != RunStatus::kOk) {
     return text + std::string(name_of(record.status)) + ": " + record.error.value_or("");
   }
-  const auto metrics = read_json(folder / "metrics.json");
+  const auto metrics = read_metrics(folder / "metrics.json");
   if (!metrics.ok()) return text + "ok";
   const double ate_m = number_at(*metrics, "/ate/rmse");
   text += ate_m < 0 ? "no truth" : fmt::format("ATE {:.4f} m", ate_m);

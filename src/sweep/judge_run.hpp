@@ -6,9 +6,6 @@
 
 namespace ygslam {
 
-/// Exit code of `ygslam run` when tracking was lost for too long.
-inline constexpr int kRunLost = 7;
-
 /// Looks at the files in the run's folder, evaluates the trajectory against the truth and writes
 /// errors.csv; run.json is left to the caller, and so are the record's
 /// options.

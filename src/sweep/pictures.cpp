@@ -21,8 +21,9 @@ std::string checks_of(const SweepOptions& o) {
 
 // What was drawn; beside the pictures.
 std::string mark_of(const SweepOptions& o, const BenchSequence& sequence) {
-  const nlohmann::ordered_json mark = {
+  nlohmann::ordered_json mark = {
       {"checks", checks_of(o)}, {"version", o.version}, {"sequence", sequence.fingerprint}};
+  if (!sequence.masks_fingerprint.empty()) mark["masks"] = sequence.masks_fingerprint;
   return mark.dump(2) + "\n";
 }
 

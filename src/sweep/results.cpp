@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/log.hpp"  // brings {fmt}
-#include "io/json_text.hpp"
+#include "sweep/run_files.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
@@ -15,13 +15,20 @@ std::optional<double> number_at(const nlohmann::json& json, const char* pointer)
   return json[at].get<double>();
 }
 
-Result<RunFigures> read_run(const fs::path& folder, const RunRecord& record) {
+// A run whose files are damaged has no figures and is no good one.
+RunFigures read_run(const fs::path& folder, const RunRecord& record,
+                    std::optional<std::string>& damage) {
   RunFigures run;
   run.status = record.status;
   run.timings_valid = record.timings_valid;
-  if (record.status == RunStatus::kFailed || record.status == RunStatus::kCrashed) return run;
-  const auto metrics = read_json(folder / "metrics.json");
-  if (!metrics.ok()) return metrics.error();
+  if (!has_figures(record.status)) return run;
+  damage = fault_of_files(folder, record);
+  const auto metrics = read_metrics(folder / "metrics.json");
+  if (!metrics.ok() && !damage) damage = metrics.error().message.substr(folder.string().size() + 1);
+  if (damage) {
+    run.status = RunStatus::kFailed;
+    return run;
+  }
   run.coverage = number_at(*metrics, "/coverage");
   for (const Figure figure : kFigures) {
     run.values[static_cast<std::size_t>(figure)] = number_at(*metrics, info_of(figure).place);
@@ -30,7 +37,7 @@ Result<RunFigures> read_run(const fs::path& folder, const RunRecord& record) {
 }
 
 Result<ResultRow> read_row(const fs::path& folder, const nlohmann::json& sequence,
-                           const std::string& mode, int runs) {
+                           const std::string& mode, int runs, std::vector<std::string>& damaged) {
   ResultRow row;
   row.sequence_id = sequence.at("id");
   row.sequence = sequence.at("name");
@@ -42,9 +49,10 @@ Result<ResultRow> read_row(const fs::path& folder, const nlohmann::json& sequenc
     if (!fs::exists(run / "run.json", code)) continue;  // still to come
     const auto record = read_run_record(run / "run.json");
     if (!record.ok()) return record.error();
-    const auto figures = read_run(run, *record);
-    if (!figures.ok()) return figures.error();
-    row.runs.push_back(*figures);
+    std::optional<std::string> damage;
+    row.runs.push_back(read_run(run, *record, damage));
+    if (damage)
+      damaged.push_back(RunKey{row.sequence, mode, number}.folder().string() + ": " + *damage);
   }
   return row;
 }
@@ -130,7 +138,8 @@ Result<Results> read_results(const fs::path& folder) {
       continue;
     }
     for (const auto& mode : json.at("modes")) {
-      const auto row = read_row(folder, sequence, mode, json["options"]["runs"].get<int>());
+      const auto row =
+          read_row(folder, sequence, mode, json["options"]["runs"].get<int>(), results.damaged);
       if (!row.ok()) return row.error();
       if (!row->runs.empty()) results.rows.push_back(*row);
     }
@@ -166,6 +175,7 @@ nlohmann::ordered_json to_json(const Results& results) {
     json["rows"].push_back(std::move(entry));
   }
   json["unusable"] = results.unusable;
+  json["damaged"] = results.damaged;
   return json;
 }
 
@@ -188,6 +198,7 @@ std::string format_results(const Results& results) {
   }
   std::string text = results.rows.empty() ? "" : aligned(table);
   for (const std::string& line : results.unusable) text += "unusable: " + line + "\n";
+  for (const std::string& line : results.damaged) text += "damaged: " + line + "\n";
   if (!results.rows.empty()) text += "medians over the runs that gave a number (least to most)";
   const auto any = [&](auto test) {
     return std::any_of(results.rows.begin(), results.rows.end(), test);

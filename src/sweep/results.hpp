@@ -55,9 +55,11 @@ struct Results {
   SweepFile sweep;
   std::vector<ResultRow> rows;
   std::vector<std::string> unusable;  ///< "name: why", sequences without runs
+  std::vector<std::string> damaged;   ///< "runs/ID/MODE/NN: why", runs whose figures cannot be read
 };
 
-/// @return kInput: no results folder, or a file in it that cannot be read.
+/// A run whose metrics.json cannot be read or makes no sense is a failed one, see `damaged`.
+/// @return kInput: no results folder, or a sweep.json or run.json that cannot be read.
 [[nodiscard]] Result<Results> read_results(const std::filesystem::path& folder);
 
 /// "0.0132 (0.0130 to 0.0135)", one number alone where there is no spread.

@@ -1,6 +1,8 @@
 #include "sweep/run_record.hpp"
 
+#include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdio>
 
 #include "io/json_text.hpp"
@@ -9,11 +11,12 @@ namespace ygslam {
 namespace {
 
 constexpr int kFormat = 1;
-constexpr std::array<std::pair<std::string_view, RunStatus>, 5> kStatusNames = {{
+constexpr std::array<std::pair<std::string_view, RunStatus>, 6> kStatusNames = {{
     {"ok", RunStatus::kOk},
     {"lost", RunStatus::kLost},
     {"failed", RunStatus::kFailed},
     {"crashed", RunStatus::kCrashed},
+    {"timed_out", RunStatus::kTimedOut},
     {"bad_truth", RunStatus::kBadTruth},
 }};
 
@@ -32,6 +35,21 @@ std::filesystem::path RunKey::folder() const {
   return std::filesystem::path("runs") / sequence_id / mode / number.data();
 }
 
+bool has_figures(RunStatus status) {
+  return status == RunStatus::kOk || status == RunStatus::kLost || status == RunStatus::kBadTruth;
+}
+
+bool comes_from_outside(int signal) {
+  constexpr std::array kOutside = {SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT};
+  return std::find(kOutside.begin(), kOutside.end(), signal) != kOutside.end();
+}
+
+bool is_final(const RunRecord& record, double limit_s) {
+  if (record.status == RunStatus::kCrashed) return !comes_from_outside(record.signal);
+  if (record.status == RunStatus::kTimedOut) return limit_s > 0 && limit_s <= record.limit_s;
+  return true;
+}
+
 nlohmann::ordered_json to_json(const RunRecord& r) {
   nlohmann::ordered_json json;
   json["format"] = kFormat;
@@ -45,9 +63,12 @@ nlohmann::ordered_json to_json(const RunRecord& r) {
   json["run"] = r.run;
   json["seed"] = r.seed;
   json["wall_s"] = r.wall_s;
+  json["limit_s"] = r.limit_s;
   json["timings_valid"] = r.timings_valid;
   json["version"] = r.version;
   json["sequence_fingerprint"] = r.sequence_fingerprint;
+  json["masks_fingerprint"] = r.masks_fingerprint;
+  json["files"] = r.files;
   json["options"] = r.options;
   return json;
 }
@@ -79,6 +100,9 @@ Result<RunRecord> read_run_record(const std::filesystem::path& file) {
     r.timings_valid = json->at("timings_valid");
     r.version = json->at("version");
     r.sequence_fingerprint = json->value("sequence_fingerprint", "");
+    r.limit_s = json->value("limit_s", 0.0);
+    r.masks_fingerprint = json->value("masks_fingerprint", "");
+    r.files = json->value("files", r.files);
     r.options = json->value("options", nlohmann::json::object());
     return r;
   } catch (const nlohmann::json::exception&) {

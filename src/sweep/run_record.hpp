@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@ enum class RunStatus {
   kLost,      ///< tracking was lost for longer than run.max_lost_share
   kFailed,    ///< it ended with an error
   kCrashed,   ///< a signal ended it
+  kTimedOut,  ///< it was not done when its time was over
   kBadTruth,  ///< it ran, but its trajectory cannot be compared with the truth
 };
 [[nodiscard]] std::string_view name_of(RunStatus status);
@@ -39,11 +41,23 @@ struct RunRecord {
   int run = 1;
   std::uint64_t seed = 0;
   double wall_s = 0;
+  double limit_s = 0;         ///< the longest that it was allowed to take; 0: no limit
   bool timings_valid = true;  ///< no other run beside it
   std::string version;
   std::string sequence_fingerprint;
-  nlohmann::json options;  ///< that decide the outcome, see comparable_options
+  std::string masks_fingerprint;             ///< empty where it read no recorded masks
+  std::map<std::string, std::string> files;  ///< name to fingerprint, as the run left them
+  nlohmann::json options;                    ///< that decide the outcome, see comparable_options
 };
+
+/// Whether a run's figures count: it came to its end, or was lost on the way.
+[[nodiscard]] bool has_figures(RunStatus status);
+/// False for runs that a repetition may end otherwise: those that were ended from outside, and
+/// those whose time was over where there is more of it now.
+/// @param limit_s of a repetition, 0 = none.
+[[nodiscard]] bool is_final(const RunRecord& record, double limit_s);
+/// Whether somebody ends programs with this signal; the others are a program's own faults.
+[[nodiscard]] bool comes_from_outside(int signal);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const RunRecord& record);
 /// @return kInput naming the file: unreadable, no JSON, of another format, or a value of the wrong

@@ -1,44 +1,20 @@
 #include "sweep/sweep.hpp"
 
 #include <algorithm>
+#include <csignal>
 
 #include "io/json_text.hpp"
 #include "io/text.hpp"
+#include "sweep/earlier_runs.hpp"
 #include "sweep/judge_run.hpp"
+#include "sweep/run_files.hpp"
 #include "sweep/sweep_file.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kPatience_s = 5;    // a run saves what it has when asked to end
 constexpr int kWaitAtMost_ms = 200;  // between two looks at the stop request
-
-std::vector<fs::path> subfolders(const fs::path& folder) {
-  std::vector<fs::path> found;
-  std::error_code code;
-  for (fs::directory_iterator at(folder, code), end; !code && at != end; at.increment(code)) {
-    if (at->is_directory(code)) found.push_back(at->path());
-  }
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
-Error of_other_make(const fs::path& file, const std::string& what) {
-  return {ErrorKind::kOutput,
-          file.string() + ": " + what + "; give another --out, or remove the old results"};
-}
-
-std::optional<std::string> other_make(const std::string& version, const nlohmann::json& options,
-                                      const std::string& version_now,
-                                      const nlohmann::json& options_now) {
-  if (version != version_now) {
-    return "made by version " + printable(version) + ", this is " + version_now;
-  }
-  if (const auto what = difference(options, options_now))
-    return "made with other options: " + *what;
-  return std::nullopt;
-}
 
 }  // namespace
 
@@ -60,22 +36,32 @@ Result<Sweep> Sweep::open(SweepOptions options, SweepObserver observer) {
   if (!lock.ok()) return lock.error();
   Sweep sweep(std::move(options), std::move(observer), std::move(*lock));
   sweep.sequences_ = std::move(*chosen);
-  for (BenchSequence& sequence : sweep.sequences_) inspect_sequence(sequence);
+  for (BenchSequence& sequence : sweep.sequences_) sweep.look_at(sequence);
   const Status checked = sweep.check_earlier();
   if (!checked.ok()) return checked.error();
   const Status copied = sweep.copy_truths();
   if (!copied.ok()) return copied.error();
-  for (const BenchSequence& sequence : sweep.sequences_) {
-    if (sequence.error) sweep.observer_.on_fault(sequence.name + ": " + *sequence.error);
-  }
   std::vector<RunKey> planned = planned_runs(sweep.options_, sweep.sequences_);
   sweep.total_ = planned.size();
   std::erase_if(planned,
                 [&](const RunKey& key) { return sweep.finished_.contains(key.folder().string()); });
   sweep.waiting_.assign(planned.rbegin(), planned.rend());
-  const Status written = sweep.write_sweep_file(false);
+  const Status written = sweep.write_sweep_file();
   if (!written.ok()) return written.error();
   return sweep;
+}
+
+void Sweep::look_at(BenchSequence& sequence) const {
+  inspect_sequence(sequence);
+  if (const auto masks = masks_folder(options_, sequence); masks && any_uses_masks(options_.modes))
+    sequence.masks_fingerprint = fingerprint_of_masks(*masks);
+}
+
+void Sweep::tell_faults() const {
+  for (const BenchSequence& sequence : sequences_) {
+    if (sequence.error) observer_.on_fault(sequence.name + ": " + *sequence.error);
+  }
+  for (const std::string& line : repeated_) observer_.on_fault(line);
 }
 
 // Results of an earlier call: the same make, or nothing is touched.
@@ -97,27 +83,30 @@ Status Sweep::check_earlier() {
     Status checked = check_runs_of(sequence);
     if (!checked.ok()) return checked;
   }
+  // Sequences that are not asked for now: only whether their runs are all there.
+  for (const RunKey& key : asked_runs(earlier_)) {
+    if (is_selected(key.sequence_id)) continue;
+    const auto record = read_run_record(options_.out / key.folder() / "run.json");
+    if (record.ok() && is_final(*record, 0) &&
+        !fault_of_files(options_.out / key.folder(), *record)) {
+      finished_[key.folder().string()] = *record;
+    }
+  }
   return Ok{};
 }
 
+bool Sweep::is_selected(const std::string& id) const {
+  return std::any_of(sequences_.begin(), sequences_.end(),
+                     [&](const BenchSequence& sequence) { return sequence.id == id; });
+}
+
 Status Sweep::check_runs_of(BenchSequence& sequence) {
-  for (const fs::path& mode : subfolders(options_.out / "runs" / sequence.id)) {
-    for (const fs::path& run : subfolders(mode)) {
-      const auto record = read_run_record(run / "run.json");
-      if (!record.ok()) continue;  // half-written: it will be run anew
-      if (const auto other =
-              other_make(record->version, record->options, options_.version, comparable_)) {
-        return of_other_make(run / "run.json", *other);
-      }
-      if (!sequence.error && record->sequence_fingerprint != sequence.fingerprint) {
-        sequence.error = "its images, camera or truth are not those of the runs in " +
-                         (fs::path("runs") / sequence.id).string() +
-                         "; remove that folder to run it anew";
-      }
-      const RunKey key{sequence.id, record->mode, record->run};
-      if (options_.out / key.folder() == run) finished_[key.folder().string()] = *record;
-    }
-  }
+  auto earlier = read_earlier_runs(options_, comparable_, sequence);
+  if (!earlier.ok()) return earlier.error();
+  if (earlier->changed) sequence.error = earlier->changed;
+  finished_.merge(earlier->done);
+  if (sequence.error) return Ok{};  // nothing is made again of what cannot be used
+  repeated_.insert(repeated_.end(), earlier->repeated.begin(), earlier->repeated.end());
   return Ok{};
 }
 
@@ -135,25 +124,28 @@ Status Sweep::copy_truths() const {
   return Ok{};
 }
 
-Status Sweep::write_sweep_file(bool complete) const {
+Status Sweep::write_sweep_file() const {
   SweepFacts facts;
   facts.started = started_;
   facts.wall_s = wall_s();
-  facts.complete = complete;
   // Runs of earlier calls that are not looked at now may have spoiled timings, too.
   facts.timings_valid = (!earlier_.is_object() || earlier_.value("timings_valid", true)) &&
                         std::all_of(finished_.begin(), finished_.end(),
                                     [](const auto& entry) { return entry.second.timings_valid; });
-  const std::string text = sweep_json(options_, comparable_, sequences_, facts, earlier_)
-                               .dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+  auto json = sweep_json(options_, comparable_, sequences_, facts, earlier_);
+  const std::vector<RunKey> asked = asked_runs(json);
+  json["complete"] = std::all_of(asked.begin(), asked.end(), [&](const RunKey& key) {
+    return finished_.contains(key.folder().string());
+  });
+  const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   return write_file_atomically(options_.out / "sweep.json", text + "\n");
 }
 
 Result<bool> Sweep::run() {
   const auto result = work();
-  end_all(children_, kPatience_s);
+  end_all(children_, options_.patience_s);
   active_.clear();
-  const Status written = write_sweep_file(result.ok() && *result);
+  const Status written = write_sweep_file();
   if (!result.ok()) return result.error();
   if (!written.ok()) return written.error();
   return *result;
@@ -170,7 +162,8 @@ Result<bool> Sweep::work() {
     }
     observer_.on_progress(total_ - waiting_.size() - active_.size(), total_,
                           sequence_of(active_.front().key).name + " " + active_.front().key.mode);
-    const int ended = wait_for_any(children_, kWaitAtMost_ms);
+    int ended = wait_for_any(children_, kWaitAtMost_ms);
+    if (ended < 0) ended = end_late_ones();
     if (ended < 0) continue;
     if (observer_.stop()) return false;  // the same signal may have ended it
     const Status done = finish(static_cast<std::size_t>(ended));
@@ -178,6 +171,20 @@ Result<bool> Sweep::work() {
   }
   observer_.on_progress(total_, total_, "");
   return true;
+}
+
+// Asks those whose time is over to end, then makes them. @return one that was made to, or -1.
+int Sweep::end_late_ones() {
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    Active& run = active_[i];
+    if (run.limit_s == 0 || children_[i].age_s() < run.limit_s) continue;
+    if (!run.timed_out) children_[i].send(SIGTERM);
+    run.timed_out = true;
+    if (children_[i].age_s() < run.limit_s + options_.patience_s) continue;
+    children_[i].send(SIGKILL);
+    return static_cast<int>(i);
+  }
+  return -1;
 }
 
 Status Sweep::start(const RunKey& key) {
@@ -190,28 +197,34 @@ Status Sweep::start(const RunKey& key) {
   auto child = ChildProcess::start(run_command(options_, sequence, key));
   if (!child.ok()) return child.error();
   children_.push_back(std::move(*child));
-  active_.push_back({key, &sequence});
+  active_.push_back({key, &sequence, run_limit_s(options_, sequence), false});
   return Ok{};
 }
 
 Status Sweep::finish(std::size_t index) {
   const auto at = static_cast<std::ptrdiff_t>(index);
   const Active run = active_[index];
-  const ChildExit exit = children_[index].finish();
+  ChildExit exit = children_[index].finish();
+  exit.limit_s = run.limit_s;
+  exit.timed_out = run.timed_out;
   active_.erase(active_.begin() + at);
   children_.erase(children_.begin() + at);
   const fs::path folder = options_.out / run.key.folder();
   auto record = judge_run(options_, *run.sequence, run.key, exit);
   if (!record.ok()) return record.error();
-  record->options = comparable_;
+  record->options = options_of_mode(comparable_, run.key.mode);
   const std::string text =
       to_json(*record).dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   Status written = write_file_atomically(folder / "run.json", text + "\n");
   if (!written.ok()) return written;
-  finished_[run.key.folder().string()] = *record;
+  if (is_final(*record, run.limit_s)) {
+    finished_[run.key.folder().string()] = *record;
+  } else {
+    ++to_try_again_;
+  }
   const bool good = record->status == RunStatus::kOk;
   (good ? observer_.on_line : observer_.on_fault)(describe_run(folder, *run.sequence, *record));
-  return write_sweep_file(false);
+  return write_sweep_file();
 }
 
 bool Sweep::has_usable_sequence() const {

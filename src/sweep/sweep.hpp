@@ -33,24 +33,33 @@ class Sweep {
   /// then); kOutput if a result cannot be written.
   Result<bool> run();
 
+  /// Tells of the sequences that cannot be used and of the earlier runs that are made again.
+  void tell_faults() const;
   [[nodiscard]] const std::vector<BenchSequence>& sequences() const { return sequences_; }
   /// Whether at least one sequence can be used.
   [[nodiscard]] bool has_usable_sequence() const;
   [[nodiscard]] std::size_t total() const { return total_; }
   [[nodiscard]] std::size_t done_before() const { return total_ - waiting_.size(); }
+  /// Runs of this call that were ended from outside: the next call makes them again.
+  [[nodiscard]] std::size_t to_try_again() const { return to_try_again_; }
 
  private:
   struct Active {
     RunKey key;
     const BenchSequence* sequence;
+    double limit_s;  ///< 0: none
+    bool timed_out;
   };
   Sweep(SweepOptions options, SweepObserver observer, OutputLock lock);
 
+  void look_at(BenchSequence& sequence) const;
   Status check_earlier();
+  [[nodiscard]] bool is_selected(const std::string& id) const;
   Status check_runs_of(BenchSequence& sequence);
-  [[nodiscard]] Status write_sweep_file(bool complete) const;
+  [[nodiscard]] Status write_sweep_file() const;
   Status copy_truths() const;
   Result<bool> work();
+  int end_late_ones();
   Status start(const RunKey& key);
   Status finish(std::size_t index);
   [[nodiscard]] const BenchSequence& sequence_of(const RunKey& key) const;
@@ -62,9 +71,11 @@ class Sweep {
   OutputLock lock_;
   std::vector<BenchSequence> sequences_;
   std::map<std::string, RunRecord> finished_;  ///< by the run's folder
+  std::vector<std::string> repeated_;          ///< earlier runs that are made again, and why
   nlohmann::json earlier_;                     ///< sweep.json as found, or null
   std::vector<RunKey> waiting_;                ///< the next one last
   std::size_t total_ = 0;
+  std::size_t to_try_again_ = 0;
   std::vector<Active> active_;
   std::vector<ChildProcess> children_;  ///< beside active_
   std::string started_;

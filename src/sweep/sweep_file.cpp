@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <ctime>
+#include <map>
 
 #include "io/json_text.hpp"
 
@@ -11,8 +12,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr int kFormat = 1;
-constexpr int kMostRuns = 1000000;  // more is a damaged file
-constexpr std::array kModes = {"off", "geometry", "semantic", "full"};
 
 template <typename T>
 Json or_null(const std::optional<T>& value) {
@@ -37,16 +36,47 @@ Json sequence_json(const BenchSequence& s) {
   return json;
 }
 
-Json sequences_json(const std::vector<BenchSequence>& sequences, const nlohmann::json& earlier) {
+// The entry of a sequence in an earlier file, or null.
+nlohmann::json entry_of(const nlohmann::json& sweep, const std::string& id) {
+  if (!sweep.is_object()) return nullptr;
+  for (const auto& entry : sweep.at("sequences")) {
+    if (entry.at("id") == id) return entry;
+  }
+  return nullptr;
+}
+
+// How many runs of each mode were asked for, as an earlier file tells it.
+std::map<std::string, int> runs_asked(const nlohmann::json& sweep, const nlohmann::json& entry) {
+  std::map<std::string, int> asked;
+  if (entry.is_null()) return asked;
+  if (entry.contains("runs_asked")) return entry["runs_asked"].get<std::map<std::string, int>>();
+  for (const auto& mode : sweep.at("modes")) asked[mode] = sweep.at("options").at("runs");
+  return asked;
+}
+
+Json runs_asked_json(const SweepOptions& options, const BenchSequence& sequence,
+                     const nlohmann::json& earlier) {
+  auto asked = runs_asked(earlier, entry_of(earlier, sequence.id));
+  for (const std::string& mode : options.modes) asked[mode] = std::max(asked[mode], options.runs);
+  return asked;
+}
+
+Json sequences_json(const SweepOptions& options, const std::vector<BenchSequence>& sequences,
+                    const nlohmann::json& earlier) {
   std::vector<Json> list;
   list.reserve(sequences.size());
-  for (const BenchSequence& sequence : sequences) list.push_back(sequence_json(sequence));
+  for (const BenchSequence& sequence : sequences) {
+    list.push_back(sequence_json(sequence));
+    list.back()["runs_asked"] = runs_asked_json(options, sequence, earlier);
+  }
   if (earlier.is_object()) {
     for (const auto& entry : earlier.at("sequences")) {
       const bool known = std::any_of(sequences.begin(), sequences.end(), [&](const auto& s) {
         return s.id == entry.at("id").template get<std::string>();
       });
-      if (!known) list.emplace_back(entry);
+      if (known) continue;
+      list.emplace_back(entry);
+      list.back()["runs_asked"] = runs_asked(earlier, entry);
     }
   }
   std::sort(list.begin(), list.end(), [](const Json& a, const Json& b) {
@@ -58,7 +88,8 @@ Json sequences_json(const std::vector<BenchSequence>& sequences, const nlohmann:
 // Those asked for and those of an earlier call, in their customary order.
 std::vector<std::string> all_modes(const SweepOptions& options, const nlohmann::json& earlier) {
   std::vector<std::string> modes;
-  for (const std::string mode : kModes) {
+  for (const std::string_view name : kSweepModes) {
+    const std::string mode(name);
     const bool now =
         std::find(options.modes.begin(), options.modes.end(), mode) != options.modes.end();
     const bool before =
@@ -79,6 +110,12 @@ bool are_texts(const nlohmann::json& list) {
          std::all_of(list.begin(), list.end(), [](const auto& entry) { return entry.is_string(); });
 }
 
+bool is_runs_asked(const nlohmann::json& table) {
+  return table.is_object() && std::all_of(table.begin(), table.end(), [](const auto& runs) {
+           return runs.is_number_integer() && runs >= 0 && runs <= kMostRuns;
+         });
+}
+
 // What later readers rely on; empty if all is well.
 std::string fault_of_values(const nlohmann::json& json) {
   const nlohmann::json& runs = json.at("options").at("runs");
@@ -90,6 +127,8 @@ std::string fault_of_values(const nlohmann::json& json) {
   for (const auto& entry : json["sequences"]) {
     const nlohmann::json texts = {entry.at("id"), entry.at("name"), entry.at("kind")};
     if (!are_texts(texts)) return "a sequence has no name";
+    if (!is_runs_asked(entry.value("runs_asked", nlohmann::json::object())))
+      return "runs_asked of a sequence is no table of numbers";
   }
   return "";
 }
@@ -106,17 +145,27 @@ Json sweep_json(const SweepOptions& options, const nlohmann::json& comparable,
   json["machine"] = options.machine;
   json["started"] = facts.started;
   json["wall_s"] = facts.wall_s;
-  json["complete"] = facts.complete;
   json["options"] = {
       {"modes", modes}, {"runs", all_runs(options, earlier)}, {"jobs", options.jobs}};
-  for (const char* key :
-       {"way", "seed", "segmenter", "precision", "model", "model_content", "config"}) {
-    json["options"][key] = comparable.at(key);
-  }
+  const nlohmann::json merged =
+      earlier.is_object() ? merged_options(comparable, earlier.at("options")) : comparable;
+  for (const char* key : kComparableKeys) json["options"][key] = merged.at(key);
   json["timings_valid"] = facts.timings_valid;
-  json["sequences"] = sequences_json(sequences, earlier);
+  json["sequences"] = sequences_json(options, sequences, earlier);
   json["modes"] = modes;
   return json;
+}
+
+std::vector<RunKey> asked_runs(const nlohmann::json& sweep) {
+  std::vector<RunKey> keys;
+  if (!sweep.is_object()) return keys;
+  for (const auto& entry : sweep.at("sequences")) {
+    if (entry.contains("error") && entry["error"].is_string()) continue;
+    for (const auto& [mode, runs] : runs_asked(sweep, entry)) {
+      for (int run = 1; run <= runs; ++run) keys.push_back({entry.at("id"), mode, run});
+    }
+  }
+  return keys;
 }
 
 Result<SweepFile> read_sweep_file(const std::filesystem::path& file) {
@@ -135,6 +184,7 @@ Result<SweepFile> read_sweep_file(const std::filesystem::path& file) {
     const std::string wrong = fault_of_values(*json);
     if (!wrong.empty()) return fault(wrong.c_str());
     for (const char* key : {"modes", "runs", "jobs"}) sweep.options.erase(key);
+    if (!any_uses_masks(json->at("modes"))) sweep.options = options_of_mode(sweep.options, "off");
     sweep.json = std::move(*json);
     return sweep;
   } catch (const nlohmann::json::exception&) {

@@ -14,17 +14,21 @@ namespace ygslam {
 struct SweepFacts {
   std::string started;  ///< ISO 8601, UTC
   double wall_s = 0;    ///< of all calls together
-  bool complete = false;
   bool timings_valid = true;
 };
 
 /// @param comparable of the options. @param earlier the file as an earlier call left it, or null:
-/// its sequences and modes that are not asked for now stay in the list.
+/// its sequences, modes and runs that are not asked for now stay in the list.
+/// @return the document but for `complete`.
 [[nodiscard]] nlohmann::ordered_json sweep_json(const SweepOptions& options,
                                                 const nlohmann::json& comparable,
                                                 const std::vector<BenchSequence>& sequences,
                                                 const SweepFacts& facts,
                                                 const nlohmann::json& earlier);
+
+/// The runs that all calls together asked for, of a sweep.json or null: each sequence's
+/// `runs_asked`, or all modes and runs where an older file has none. Unusable sequences have none.
+[[nodiscard]] std::vector<RunKey> asked_runs(const nlohmann::json& sweep);
 
 struct SweepFile {
   std::string version, started;

@@ -1,5 +1,8 @@
 #include "sweep/sweep_options.hpp"
 
+#include <algorithm>
+#include <cctype>
+
 #include "io/text.hpp"
 #include "sweep/fingerprint.hpp"
 
@@ -8,6 +11,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kMasks = "masks:";
+constexpr std::string_view kPlainMarks = "_-./=:,+@%";  // beside letters and digits
 
 std::string content_of(const fs::path& model) {
   Fingerprint print;
@@ -25,9 +29,23 @@ std::string shown(const nlohmann::json& value) {
   return printable(value.is_string() ? value.get<std::string>() : value.dump());
 }
 
-std::string segmenter_argument(const SweepOptions& o, const BenchSequence& sequence) {
-  if (!o.segmenter.starts_with(kMasks)) return o.segmenter;
-  return std::string(kMasks) + (sequence.folder / o.segmenter.substr(kMasks.size())).string();
+// Of a folder of this machine only the name is told; what is in it decides (masks_fingerprint).
+std::string shown_segmenter(const std::string& segmenter) {
+  if (!segmenter.starts_with(kMasks)) return segmenter;
+  const fs::path folder = fs::path(segmenter.substr(kMasks.size())).lexically_normal();
+  if (folder.is_relative()) return segmenter;
+  return std::string(kMasks) +
+         (folder.has_filename() ? folder : folder.parent_path()).filename().string();
+}
+
+nlohmann::json without_mask_keys(nlohmann::json options) {
+  if (!options.is_object()) return options;
+  for (const char* key : kMaskKeys) options[key] = nullptr;
+  return options;
+}
+
+bool tells_of_masks(const nlohmann::json& options) {
+  return options.is_object() && options.contains("segmenter") && !options["segmenter"].is_null();
 }
 
 std::vector<std::string> settings(const SweepOptions& o, const RunKey& key) {
@@ -42,9 +60,38 @@ std::vector<std::string> settings(const SweepOptions& o, const RunKey& key) {
   return words;
 }
 
+// As a POSIX shell reads it back; of a quoted word only the quote itself is special.
 std::string quoted(const std::string& word) {
-  if (word.find_first_of(" \"'$&;()[]*?<>|\\") == std::string::npos) return word;
-  return "'" + word + "'";
+  const auto is_plain = [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte >= 0x80 || std::isalnum(byte) != 0 || kPlainMarks.find(c) != std::string_view::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::optional<std::string> first_difference(const nlohmann::json& before,
+                                            const nlohmann::json& now) {
+  static const nlohmann::json none;
+  const auto value = [](const nlohmann::json& json, const std::string& key) -> const auto& {
+    return json.is_object() && json.contains(key) ? json[key] : none;
+  };
+  nlohmann::json keys = now.is_object() ? now : nlohmann::json::object();
+  if (before.is_object()) keys.update(before);
+  for (const auto& [key, ignored] : keys.items()) {
+    const nlohmann::json& a = value(before, key);
+    const nlohmann::json& b = value(now, key);
+    if (a == b) continue;
+    if (a.is_object() || b.is_object()) {
+      if (auto inner = first_difference(a, b)) return inner;
+      continue;  // an empty object is as good as none
+    }
+    if (key == "model_content") return "the model's content has changed";
+    return key + " was " + shown(a) + ", is now " + shown(b);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -61,16 +108,21 @@ std::string_view name_of(Schedule schedule) {
   return "?";
 }
 
-bool mode_uses_masks(const std::string& mode) { return mode == "semantic" || mode == "full"; }
+bool mode_uses_masks(std::string_view mode) { return mode == "semantic" || mode == "full"; }
+
+bool any_uses_masks(const std::vector<std::string>& modes) {
+  return std::any_of(modes.begin(), modes.end(), mode_uses_masks);
+}
 
 nlohmann::json comparable_options(const SweepOptions& o) {
   nlohmann::json json = {{"way", name_of(o.schedule)},
                          {"seed", o.seed},
-                         {"segmenter", o.segmenter},
+                         {"segmenter", shown_segmenter(o.segmenter)},
                          {"precision", o.precision},
                          {"config", o.config}};
   json["model"] = nullptr;
   json["model_content"] = nullptr;
+  if (!any_uses_masks(o.modes)) return without_mask_keys(std::move(json));
   if (!o.model.empty()) {
     json["model"] = o.model.filename().string();
     json["model_content"] = content_of(o.model);
@@ -78,30 +130,41 @@ nlohmann::json comparable_options(const SweepOptions& o) {
   return json;
 }
 
+nlohmann::json options_of_mode(nlohmann::json comparable, std::string_view mode) {
+  return mode_uses_masks(mode) ? comparable : without_mask_keys(std::move(comparable));
+}
+
+nlohmann::json merged_options(nlohmann::json now, const nlohmann::json& before) {
+  if (tells_of_masks(now) || !tells_of_masks(before)) return now;
+  for (const char* key : kMaskKeys) now[key] = before.value(key, nlohmann::json());
+  return now;
+}
+
 std::optional<std::string> difference(const nlohmann::json& before, const nlohmann::json& now) {
-  static const nlohmann::json none;
-  const auto value = [](const nlohmann::json& json, const std::string& key) -> const auto& {
-    return json.is_object() && json.contains(key) ? json[key] : none;
-  };
-  nlohmann::json keys = now.is_object() ? now : nlohmann::json::object();
-  if (before.is_object()) keys.update(before);
-  for (const auto& [key, ignored] : keys.items()) {
-    const nlohmann::json& a = value(before, key);
-    const nlohmann::json& b = value(now, key);
-    if (a == b) continue;
-    if (a.is_object() || b.is_object()) return difference(a, b);
-    if (key == "model_content") return "the model's content has changed";
-    return key + " was " + shown(a) + ", is now " + shown(b);
+  if (tells_of_masks(before) != tells_of_masks(now)) {
+    return first_difference(without_mask_keys(before), without_mask_keys(now));
   }
-  return std::nullopt;
+  return first_difference(before, now);
+}
+
+double run_limit_s(const SweepOptions& options, const BenchSequence& sequence) {
+  constexpr double kAtLeast_s = 600, kTimesDuration = 30;
+  return options.run_limit_s.value_or(kAtLeast_s + kTimesDuration * sequence.duration_s);
 }
 
 std::uint64_t seed_of(const SweepOptions& options, const RunKey& key) {
   return options.seed + static_cast<std::uint64_t>(key.run - 1);
 }
 
+std::optional<fs::path> masks_folder(const SweepOptions& o, const BenchSequence& sequence) {
+  if (!o.segmenter.starts_with(kMasks)) return std::nullopt;
+  return sequence.folder / o.segmenter.substr(kMasks.size());
+}
+
 std::vector<std::string> mask_options(const SweepOptions& o, const BenchSequence& sequence) {
-  std::vector<std::string> words = {"--segmenter", segmenter_argument(o, sequence)};
+  const auto folder = masks_folder(o, sequence);
+  std::vector<std::string> words = {"--segmenter",
+                                    folder ? std::string(kMasks) + folder->string() : o.segmenter};
   if (!o.model.empty()) words.insert(words.end(), {"--model", o.model.string()});
   return words;
 }
@@ -122,7 +185,7 @@ std::vector<std::string> run_command(const SweepOptions& o, const BenchSequence&
 std::string shown_command(const SweepOptions& o, const BenchSequence& sequence, const RunKey& key) {
   std::string text = "ygslam run " + quoted(sequence.name) + " --out " + key.folder().string();
   if (mode_uses_masks(key.mode)) {
-    if (o.segmenter != "model") text += " --segmenter " + quoted(o.segmenter);
+    if (o.segmenter != "model") text += " --segmenter " + quoted(shown_segmenter(o.segmenter));
     if (!o.model.empty()) text += " --model " + quoted(o.model.filename().string());
   }
   for (const std::string& word : settings(o, key)) text += " " + quoted(word);

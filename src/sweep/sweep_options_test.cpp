@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "io/testing/temp_folder.hpp"
 
@@ -64,6 +65,22 @@ TEST(ShownCommand, NamesNoFolderOfThisMachine) {
       "--deterministic --set orb.features=500");
 }
 
+TEST(ShownCommand, IsReadBackByAShellAsItWas) {
+  const testing::TempFolder folder;
+  SweepOptions options = example();
+  options.segmenter = "model";
+  options.config.clear();
+  for (const std::string name : {"it's", "a b", "$HOME", "`id`", "!x", "~", "a\nb", "#", "{a,b}",
+                                 "'", "''", "\\", "a=b;c", "ü", ""}) {
+    std::string text = shown_command(options, sequence(name), {"id", "off", 1});
+    text.replace(0, std::string("ygslam run ").size(), "printf %s ");
+    text.erase(text.rfind(" --out "));
+    text += " > '" + (folder.path() / "said").string() + "'";
+    ASSERT_EQ(std::system(text.c_str()), 0) << text;
+    EXPECT_EQ(testing::read(folder.path() / "said"), name) << text;
+  }
+}
+
 TEST(Difference, NamesTheFirstOption) {
   const auto before = comparable_options(example());
   EXPECT_FALSE(difference(before, before).has_value());
@@ -82,6 +99,12 @@ TEST(Difference, NamesTheFirstOption) {
   other.jobs = 2;
   EXPECT_FALSE(difference(before, comparable_options(other)).has_value())
       << "these decide which runs there are, not what a run is";
+}
+
+TEST(Difference, SeesWhatComesAfterAnEmptyObject) {
+  const nlohmann::json before = {{"config", nlohmann::json::object()}, {"seed", 1}};
+  const nlohmann::json now = {{"seed", 2}};
+  EXPECT_EQ(difference(before, now), "seed was 1, is now 2");
 }
 
 TEST(Difference, SeesAnotherModelUnderTheSameName) {

@@ -5,96 +5,13 @@
 
 #include <algorithm>
 
-#include "io/json_text.hpp"
-#include "io/testing/small_sequence.hpp"
 #include "sweep/compare.hpp"
+#include "sweep/sweep_test_bench.hpp"
 
 namespace ygslam {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::TempFolder;
-
-// Called as `program run SEQUENCE --out DIR --dynamic MODE --seed N ...`: notes the call, then does
-// what the file SEQUENCE/behave says for the mode, else writes a trajectory like the truth.
-constexpr const char* kProgram = R"(#!/bin/sh
-sequence=$2 out=$4 mode=$6 seed=$8
-echo "$out" >> "$sequence/../../calls"
-how=$(sed -n "s/^$mode //p" "$sequence/behave" 2>/dev/null)
-case "$how" in
-  crash) kill -SEGV $$ ;;
-  fail) echo "error: $sequence/rgb.txt: no good" >&2; exit 4 ;;
-  nothing) exit 0 ;;
-esac
-cp "$sequence/poses" "$out/trajectory.txt"
-error=0.0$((10 + seed))
-[ -e "$sequence/../../worse" ] && error=0.1$((10 + seed))
-cat > "$out/metrics.json" <<END
-{"coverage": 1.0, "ate": {"rmse": $error},
- "rpe": {"frames30": {"trans_m": {"rmse": 0.01}, "rot_deg": {"rmse": 0.5}}, "sec1": null},
- "timing_ms": {"track": {"median": 1$seed.5}}}
-END
-if [ "$how" = lost ]; then echo "warning: lost for 80 %" >&2; exit 7; fi
-exit 0
-)";
-
-struct Bench {
-  TempFolder folder;
-  SweepOptions options;
-  std::vector<std::string> lines, faults;
-
-  Bench() {
-    const fs::path program = folder.path() / "program";
-    testing::write(program, kProgram);
-    fs::permissions(program, fs::perms::owner_all);
-    options.root = folder.path() / "data";
-    options.out = folder.path() / "out";
-    options.modes = {"off", "geometry"};
-    options.runs = 2;
-    options.version = "1.0";
-    options.program = program;
-    add_sequence("one");
-  }
-  void add_sequence(const std::string& name, const std::string& behave = "") {
-    const testing::SmallSequence small;
-    small.write_to(root() / name);
-    std::string poses;
-    for (int i = 0; i < small.count; ++i) {
-      const std::string x = std::to_string(0.01 * i * i);
-      poses +=
-          format_stamp({small.first_ns + i * small.interval_ns}, 6) + " " + x + " 0 1 0 0 0 1\n";
-    }
-    testing::write(root() / name / "groundtruth.txt", poses);
-    testing::write(root() / name / "poses", poses);
-    testing::write(root() / name / "behave", behave);
-  }
-  [[nodiscard]] fs::path root() const { return folder.path() / "data"; }
-  [[nodiscard]] fs::path run(const std::string& place) const {
-    return options.out / "runs" / place;
-  }
-  [[nodiscard]] RunRecord record(const std::string& place) const {
-    const auto read = read_run_record(run(place) / "run.json");
-    EXPECT_TRUE(read.ok()) << place;
-    return read.ok() ? *read : RunRecord{};
-  }
-  [[nodiscard]] std::ptrdiff_t calls() const {
-    const std::string text = testing::read(folder.path() / "calls");
-    return std::count(text.begin(), text.end(), '\n');
-  }
-  Result<Sweep> open(std::function<bool()> stop = [] { return false; }) {
-    return Sweep::open(options, {[this](const auto& line) { lines.push_back(line); },
-                                 [this](const auto& line) { faults.push_back(line); },
-                                 [](std::size_t, std::size_t, const auto&) {}, std::move(stop)});
-  }
-  void run_all() {
-    auto sweep = open();
-    ASSERT_TRUE(sweep.ok()) << sweep.error().message;
-    const auto complete = sweep->run();
-    ASSERT_TRUE(complete.ok()) << complete.error().message;
-    EXPECT_TRUE(*complete);
-  }
-  [[nodiscard]] nlohmann::json sweep_file() const { return *read_json(options.out / "sweep.json"); }
-};
 
 TEST(Sweep, MakesEveryRunOnceAndWritesWhatTheReportNeeds) {
   Bench bench;

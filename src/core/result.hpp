@@ -21,7 +21,7 @@ enum class ErrorKind {
   kOutput = 9,
 };
 
-/// Exit code of a run that was lost for more than run.max_lost_share. No error: its files are there.
+/// Exit code of a run that was lost for more than run.max_lost_share; its files are there.
 inline constexpr int kExitLost = 7;
 
 /// One line that names the file (or key) and the fault.

@@ -292,6 +292,34 @@ class EvalAgainstEvo(unittest.TestCase):
             left = {path.name for path in pathlib.Path(folder).iterdir()}
             self.assertEqual(left, {"truth.txt", "est.txt", "a.svg", "a.png", "a.pdf"})
 
+    def test_a_plot_may_have_any_name(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "good.txt").write_text("1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n")
+            done = subprocess.run([pathlib.Path(BINARY).resolve(), "eval", "--gt", "good.txt",
+                                   "--est", "good.txt", "--plot=-x.svg"], cwd=folder,
+                                  capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertTrue(pathlib.Path(folder, "-x.svg").read_bytes().startswith(b"<?xml"))
+
+    def test_what_is_no_trajectory_of_its_format_is_refused_in_one_line(self):
+        kitti = "0.6 -0.8 0 5 0.8 0.6 0 -1 0 0 1 2\n"
+        with tempfile.TemporaryDirectory() as folder:
+            good, bad = pathlib.Path(folder, "good.txt"), pathlib.Path(folder, "bad.txt")
+            good.write_text("1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n")
+            for text, part, *options in (
+                    ("1,5 0,0 0 0 0 0 0 1\n", "decimal commas"),
+                    ("1,5;0,0;0,0;0,0;0;0;0;1\n", "decimal commas"),
+                    ("1 0 0 0 0 0 0 1\r2 1 0 0 0 0 0 1\r", "carriage return"),
+                    (kitti, "a KITTI pose", "--format", "tum"),
+                    (kitti.rsplit(" ", 1)[0] + "\n", "11 columns"),
+                    ("1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n", "microsecond", "--format", "euroc")):
+                bad.write_text(text, newline="")
+                done = subprocess.run([BINARY, "eval", "--gt", good, "--est", bad, *options],
+                                      capture_output=True, text=True, check=False)
+                self.assertEqual((done.returncode, done.stdout), (4, ""), text)
+                self.assertRegex(done.stderr, r"\Aerror: [^\n]+\n\Z")
+                self.assertIn(part, done.stderr)
+
     def test_errors_have_their_exit_codes(self):
         def code(*arguments):
             return subprocess.run([BINARY, "eval", *arguments], capture_output=True,

@@ -315,6 +315,10 @@ TEST(FrameStamps, AreReadFromListsAndFromFramesCsv) {
   EXPECT_NE(bad.error().message.find(":2: "), std::string::npos);
   testing::write(path, "stamp,state\n");
   EXPECT_FALSE(read_frame_stamps(path).ok());
+  for (const char* text : {"1,0 rgb/a.png 1,0 depth/a.png\n", "1.0 rgb/a.png\r2.0 rgb/b.png\r"}) {
+    testing::write(path, text);
+    EXPECT_FALSE(read_frame_stamps(path).ok()) << text;
+  }
 }
 
 }  // namespace

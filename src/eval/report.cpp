@@ -8,6 +8,7 @@
 
 #include "core/log.hpp"  // brings {fmt}: numbers look the same in every locale
 #include "io/text.hpp"
+#include "io/trajectory_doubts.hpp"
 
 namespace ygslam {
 namespace {
@@ -107,6 +108,8 @@ Result<EvalReport> evaluate(std::span<const StampedPose> truth,
 Result<std::vector<Timestamp>> read_frame_stamps(const std::filesystem::path& path) {
   const auto text = read_file(path);
   if (!text.ok()) return text.error();
+  const Status line_ends = check_line_ends(*text, path.string());
+  if (!line_ends.ok()) return line_ends.error();
   std::vector<Timestamp> stamps;
   std::size_t column = 0;
   bool first_line = true;
@@ -116,6 +119,10 @@ Result<std::vector<Timestamp>> read_frame_stamps(const std::filesystem::path& pa
     if (header) {
       column = *header;
       continue;
+    }
+    if (const auto blanks = words_of(line.text); blanks.size() > 1 && is_decimal_comma(blanks[0])) {
+      return Error{ErrorKind::kInput, path.string() + ":" + std::to_string(line.number) +
+                                          ": a decimal comma; needs a decimal point"};
     }
     const auto stamp = column < words.size() ? parse_stamp(words[column]) : std::nullopt;
     if (!stamp) {

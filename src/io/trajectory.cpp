@@ -8,6 +8,7 @@
 
 #include "core/log.hpp"
 #include "io/text.hpp"
+#include "io/trajectory_doubts.hpp"
 
 namespace ygslam {
 namespace {
@@ -17,6 +18,7 @@ constexpr double kLeastQuaternionLength = 0.1;  // anything shorter is no rounde
 // One line's pose, or what is wrong with it.
 Result<StampedPose> parse_pose(std::string_view line) {
   const auto fault = [](std::string what) { return Error{ErrorKind::kInput, std::move(what)}; };
+  if (has_decimal_commas(line)) return fault("decimal commas; numbers need a decimal point");
   const auto words = words_of(line, ",;");
   if (words.size() < 8) {
     return fault(std::to_string(words.size()) + " columns, needs 8 (stamp tx ty tz qx qy qz qw)");
@@ -53,6 +55,8 @@ bool writable(const SE3& pose) { return pose.is_finite() && pose.t().cwiseAbs().
 
 Result<std::vector<StampedPose>> parse_tum_trajectory(std::string_view text,
                                                       const std::string& name) {
+  const Status line_ends = check_line_ends(text, name);
+  if (!line_ends.ok()) return line_ends.error();
   std::vector<StampedPose> poses;
   for (const TextLine& line : data_lines(text)) {
     const auto pose = parse_pose(line.text);

@@ -21,7 +21,8 @@ struct StampedPose {
 /// Comments (#), blank lines, commas or tabs as separators and further columns are tolerated;
 /// quaternions are normalised. Poses are returned in order of time, of equal stamps the first.
 /// @param name for messages. @return kInput naming file and line: too few columns, not a finite
-/// number, quaternion without length; or no pose at all.
+/// number, decimal commas, lines that end in CR alone, quaternion without length; or no pose at
+/// all.
 [[nodiscard]] Result<std::vector<StampedPose>> parse_tum_trajectory(std::string_view text,
                                                                     const std::string& name);
 [[nodiscard]] Result<std::vector<StampedPose>> read_tum_trajectory(

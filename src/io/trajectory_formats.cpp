@@ -7,6 +7,7 @@
 
 #include "core/log.hpp"
 #include "io/text.hpp"
+#include "io/trajectory_doubts.hpp"
 
 namespace ygslam {
 namespace {
@@ -25,6 +26,8 @@ constexpr double kRotationTolerance = 1e-2;
 // Seconds of our century have ten digits before the point; nanoseconds have nineteen. Clocks that
 // start near zero are told apart by the missing point only, so a whole number must be this large.
 constexpr std::size_t kLeastNanosecondDigits = 12;
+
+constexpr double kLeastStep_s = 1e-6, kGreatestStep_s = 86400;
 
 Error fault(std::string what) { return {ErrorKind::kInput, std::move(what)}; }
 
@@ -95,9 +98,13 @@ void put_in_order(const std::string& name, std::vector<StampedPose>& poses) {
 template <typename ParseLine>
 Result<std::vector<StampedPose>> parse_lines(std::string_view text, const std::string& name,
                                              ParseLine parse_line) {
+  const Status line_ends = check_line_ends(text, name);
+  if (!line_ends.ok()) return line_ends.error();
   std::vector<StampedPose> poses;
   for (const TextLine& line : data_lines(text)) {
-    const Result<StampedPose> pose = parse_line(line.text, poses.size());
+    const Result<StampedPose> pose = has_decimal_commas(line.text)
+                                         ? fault("decimal commas; numbers need a decimal point")
+                                         : parse_line(line.text, poses.size());
     if (!pose.ok()) {
       return fault(name + ":" + std::to_string(line.number) + ": " + pose.error().message);
     }
@@ -106,6 +113,33 @@ Result<std::vector<StampedPose>> parse_lines(std::string_view text, const std::s
   if (poses.empty()) return fault(name + ": no pose in the file");
   put_in_order(name, poses);
   return poses;
+}
+
+// KITTI poses would pass as TUM lines with further columns.
+Status check_is_tum(std::string_view text, const std::string& name) {
+  const auto lines = data_lines(text);
+  if (lines.empty() || !looks_like_kitti(lines.front().text)) return Ok{};
+  const bool is_whole = words_of(lines.front().text, ",;").size() == kKittiColumns;
+  return fault(name + ":" + std::to_string(lines.front().number) +
+               (is_whole ? ": a KITTI pose (12 numbers with a rotation matrix), not a TUM line"
+                         : ": 11 columns, a KITTI pose of 12 with one missing"));
+}
+
+// Stamps in another unit than the format's show in their distance from each other.
+Status check_step(const std::vector<StampedPose>& poses, TrajectoryFormat format,
+                  const std::string& name) {
+  if (poses.size() < 2) return Ok{};
+  const double step_s = seconds_between(poses.back().stamp, poses.front().stamp) /
+                        static_cast<double>(poses.size() - 1);
+  if (format == TrajectoryFormat::kEuroc && step_s < kLeastStep_s) {
+    return fault(name + ": poses less than a microsecond apart; are the stamps nanoseconds?");
+  }
+  if (format == TrajectoryFormat::kTum && step_s > kGreatestStep_s) {
+    return fault(name +
+                 ": poses more than a day apart; are the stamps seconds? (nanoseconds: "
+                 "--format euroc)");
+  }
+  return Ok{};
 }
 
 }  // namespace
@@ -142,10 +176,16 @@ Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string
   TrajectoryFile file;
   file.format = format.value_or(recognise_trajectory(text));
   file.has_stamps = file.format != TrajectoryFormat::kKitti;
+  if (file.format == TrajectoryFormat::kTum) {
+    const Status is_tum = check_is_tum(text, name);
+    if (!is_tum.ok()) return is_tum.error();
+  }
   auto poses = file.format == TrajectoryFormat::kTum     ? parse_tum_trajectory(text, name)
                : file.format == TrajectoryFormat::kKitti ? parse_lines(text, name, parse_kitti)
                                                          : parse_lines(text, name, parse_euroc);
   if (!poses.ok()) return poses.error();
+  const Status step = check_step(*poses, file.format, name);
+  if (!step.ok()) return step.error();
   file.poses = std::move(*poses);
   return file;
 }
@@ -161,9 +201,12 @@ Status add_stamps(const std::filesystem::path& times, const std::string& name,
                   TrajectoryFile& trajectory) {
   const auto text = read_file(times);
   if (!text.ok()) return text.error();
+  const Status line_ends = check_line_ends(*text, times.string());
+  if (!line_ends.ok()) return line_ends.error();
   std::vector<Timestamp> stamps;
   for (const TextLine& line : data_lines(*text)) {
     const std::string place = times.string() + ":" + std::to_string(line.number) + ": ";
+    if (is_decimal_comma(line.text)) return fault(place + "a decimal comma; needs a decimal point");
     const auto words = words_of(line.text, ",;");
     const auto stamp = words.empty() ? std::nullopt : parse_stamp(words.front());
     if (!stamp) return fault(place + "'" + printable(line.text) + "' is no stamp");

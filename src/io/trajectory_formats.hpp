@@ -34,7 +34,8 @@ struct TrajectoryFile {
 /// Poses in order of time (KITTI: of the file); of equal stamps the first.
 /// @param format nothing: recognised by content.
 /// @param name for messages. @return kInput naming file and line: too few or too many columns, not
-/// a finite number, quaternion without length, matrix that is no rotation; or no pose at all.
+/// a finite number, quaternion without length, matrix that is no rotation, decimal commas, lines
+/// that end in CR alone, a format or a unit of time that is plainly another one; or no pose at all.
 [[nodiscard]] Result<TrajectoryFile> parse_trajectory(std::string_view text,
                                                       const std::string& name,
                                                       std::optional<TrajectoryFormat> format = {});

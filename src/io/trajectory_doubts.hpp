@@ -1,0 +1,25 @@
+// Text that could be read as a trajectory although it is something else: better refused than read.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+
+namespace ygslam {
+
+/// Lines that end in a carriage return alone (as on the first Macintosh) would all be one line.
+/// @param name for the message. @return kInput naming file and line.
+[[nodiscard]] Status check_line_ends(std::string_view text, const std::string& name);
+
+/// Digits, a comma, digits: "0,5"; a sign and an exponent may be there.
+[[nodiscard]] bool is_decimal_comma(std::string_view word);
+/// Whether a line of numbers has commas for decimal points: "1,5 2,0 0,25" (blanks or semicolons
+/// between numbers), or whole numbers between commas, too many for any format.
+[[nodiscard]] bool has_decimal_commas(std::string_view line);
+
+/// Whether a line of 12 numbers has the rotation of a KITTI pose, or one of 11 numbers does where
+/// one is missing.
+[[nodiscard]] bool looks_like_kitti(std::string_view line);
+
+}  // namespace ygslam

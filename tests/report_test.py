@@ -282,6 +282,8 @@ class Folders(unittest.TestCase):
         for text, part in (("{", "not JSON"), ("[]", "not a JSON object"),
                            ('{"format": 2}', "format 2"), ('{"format": 1}', "modes"),
                            ('{"format": 1, "options": {"modes": ["off"]}}', "no sequences"),
+                           ('{"format": 1, "options": [], "modes": ["off"]}', "no table"),
+                           ('{"format": 1, "options": {"config": 3}}', "no table"),
                            ('{"format": 1, "options": {"modes": ["off"]}, "sequences": '
                             '[{"id": "../up"}]}', "not a folder name")):
             sweep.write_text(text, encoding="utf-8")
@@ -300,6 +302,15 @@ class Folders(unittest.TestCase):
         page = (root / "report" / "index.html").read_text(encoding="utf-8")
         self.assertIn("metrics.json: not JSON", page)
         self.assertIn("1 failed", page)
+
+    def test_odd_values_of_no_importance_are_no_exception(self):
+        root = self.small()
+        sweep = json.loads((root / "sweep.json").read_text(encoding="utf-8"))
+        sweep.update(wall_s=float("nan"), machine=3, started=["x"], version="\ud800")
+        sweep["sequences"][0].update(name="\ud800", truth={"duration_s": "x"}, frames=-1)
+        (root / "sweep.json").write_text(json.dumps(sweep), encoding="utf-8")
+        done = report("--results", root)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_noise_in_place_of_poses_is_a_row_and_no_exception(self):
         root = self.small()

@@ -7,6 +7,7 @@ from markupsafe import Markup, escape
 from . import pictures, plot_style, scene3d, summary
 from .cells import Row, letter, rank
 from .published import source_text
+from .results import finite
 from .tables import measured_cell
 from .timing_tables import tracking_summary
 
@@ -116,7 +117,7 @@ def segmenter(options):
 
 
 def duration(seconds):
-    if not isinstance(seconds, (int, float)):
+    if finite(seconds) is None:
         return "not told"
     minutes, rest = divmod(int(round(seconds)), 60)
     hours, minutes = divmod(minutes, 60)

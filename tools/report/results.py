@@ -197,8 +197,9 @@ def read_sweep(root):
     if data.get("format") != FORMAT:
         raise InputError(f"{root / SWEEP}: format {data.get('format')!r}, this report reads "
                          f"{FORMAT}")
-    options = data.get("options")
-    options = options if isinstance(options, dict) else {}
+    options = data.setdefault("options", {})
+    if not isinstance(options, dict) or not isinstance(options.get("config") or {}, dict):
+        raise InputError(f"{root / SWEEP}: options or options.config is no table")
     modes = options.get("modes") or data.get("modes")
     if not isinstance(modes, list) or not modes or not all(isinstance(m, str) for m in modes):
         raise InputError(f"{root / SWEEP}: no list of modes")

@@ -19,7 +19,8 @@ class Writer:
         self.files = {}
 
     def add(self, name, content):
-        self.files[name] = content.encode("utf-8") if isinstance(content, str) else content
+        self.files[name] = (content.encode("utf-8", "replace")  # JSON may hold half a character
+                            if isinstance(content, str) else content)
 
     def commit(self):
         """@raise OutputError."""

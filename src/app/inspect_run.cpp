@@ -1,0 +1,134 @@
+#include "app/inspect_run.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+#include <span>
+
+#include "app/point_picture.hpp"
+#include "app/progress_bar.hpp"
+#include "app/stop_signal.hpp"
+#include "core/log.hpp"
+#include "segment/movable.hpp"
+#include "segment/recorded_masks.hpp"
+
+namespace ygslam {
+namespace {
+
+// While the system settles its labels do not count.
+constexpr std::uint32_t kFirstScored = 10;
+constexpr int kPictures = 6;
+constexpr std::size_t kMasksLate = 32;
+
+std::vector<JudgedPoint> judged_points(const TrackResult& result) {
+  std::vector<JudgedPoint> points;
+  for (std::size_t i = 0; i < result.features->size(); ++i) {
+    points.push_back(
+        {result.features->points[i].uv_px, result.labels.label[i] == MotionLabel::kDynamic});
+  }
+  return points;
+}
+
+/// White ring: moves but was not found; black ring: stands but was called dynamic.
+void ring_wrong_points(cv::Mat& picture, const std::vector<JudgedPoint>& points,
+                       const DynamicTruth& truth) {
+  for (const JudgedPoint& point : points) {
+    const PointCounts one = count_points(std::span(&point, 1), truth);
+    if (one.missed + one.false_alarms == 0) continue;
+    const double grey = one.missed ? 255 : 0;
+    cv::circle(picture, cv::Point2f(point.uv_px.x(), point.uv_px.y()), 6,
+               cv::Scalar(grey, grey, grey), 2, cv::LINE_AA);
+  }
+}
+
+}  // namespace
+
+Check make_check(const std::string& name, const SlamConfig& base) {
+  Check check{name, base, {}, {}, {}};
+  DynamicConfig& dynamic = check.config.dynamic;
+  dynamic.mode = name == "full" ? DynamicMode::kFull : DynamicMode::kGeometry;
+  if (name == "classic") {
+    // Harris corners, all vote, the distance to the epipolar line alone decides.
+    dynamic.motion.prior = false;
+    dynamic.motion.corners = FlowCorners::kHarris;
+    dynamic.rigid.enabled = false;
+    dynamic.rim.enabled = false;
+    dynamic.fusion.ask_neighbours = false;
+  }
+  return check;
+}
+
+Inspection::Inspection(const InspectOptions& options, TumSequence sequence)
+    : options_(options), sequence_(std::move(sequence)), truth_(sequence_) {
+  const std::size_t from = options_.run.from;
+  const std::size_t to = std::min(options_.run.to > 0 ? options_.run.to : sequence_.pairs.size(),
+                                  sequence_.pairs.size());
+  for (const std::size_t frame : options_.frames) shown_.insert(frame);
+  for (std::size_t k = 0; options_.frames.empty() && k < kPictures && from < to; ++k)
+    shown_.insert(from + (2 * k + 1) * (to - from) / (2 * kPictures));
+}
+
+Status Inspection::run(Check& check) {
+  SessionOptions session_options;
+  Status segmenter = parse_segmenter(options_.run, session_options);
+  if (!segmenter.ok()) return segmenter;
+  session_options.config = check.config;
+  session_options.camera = sequence_.camera;
+  session_options.deterministic = true;
+  auto session = open_session(std::move(session_options));
+  if (!session.ok()) return session.error();
+  std::unique_ptr<Segmenter> true_masks;
+  if (truth_.available()) {
+    auto made = make_recorded_segmenter(sequence_.root / "mask");
+    if (!made.ok()) return made.error();
+    true_masks = std::move(made).value();
+  }
+  std::map<FrameId, FramePtr> recent;
+  const auto movable = movable_classes(check.config.segment.movable);
+  FrameReaderConfig reading;
+  reading.from = options_.run.from;
+  if (options_.run.to > 0) reading.to = options_.run.to;
+  reading.depth = check.config.depth;
+  FrameReader reader(sequence_, reading);
+  ProgressBar progress(reader.counts().offered, log::get_level() > log::level::warn);
+  while (auto frame = reader.next()) {
+    const TrackResult result = session->runner->process(*frame);
+    std::optional<DynamicTruth> truth;
+    if (truth_.available()) {
+      auto read = truth_.read((*frame)->stamp);
+      if (!read.ok()) return read.error();
+      truth = std::move(read).value();
+      if (index((*frame)->id) >= kFirstScored)
+        check.points += count_points(judged_points(result), *truth);
+    }
+    recent.emplace((*frame)->id, *frame);
+    for (const SegmentationPtr& masks : result.masks) {
+      if (!true_masks || !recent.contains(masks->frame)) continue;
+      const auto wanted = true_masks->segment(*recent.at(masks->frame));
+      if (!wanted.ok()) return wanted.error();
+      check.mask += overlap(movable_mask(*masks, *movable), movable_mask(*wanted, *movable));
+    }
+    while (recent.size() > kMasksLate) recent.erase(recent.begin());
+    draw(**frame, result, truth, check);
+    progress.update(index((*frame)->id) + 1, check.name);
+    if (StopSignal::received()) break;
+  }
+  static_cast<void>(session->runner->finish());
+  return Ok{};
+}
+
+void Inspection::draw(const RgbdFrame& frame, const TrackResult& result,
+                      const std::optional<DynamicTruth>& truth, Check& check) const {
+  const std::size_t number = options_.run.from + index(frame.id);
+  if (!shown_.contains(number)) return;
+  cv::Mat picture = picture_of(frame);
+  draw_points(picture, *result.features, result.labels);
+  if (truth) ring_wrong_points(picture, judged_points(result), *truth);
+  draw_caption(picture, check.name + "  frame " + std::to_string(number) + "  static " +
+                            std::to_string(result.labels.static_points) + "  dynamic " +
+                            std::to_string(result.labels.dynamic_points) + "  unknown " +
+                            std::to_string(result.labels.unknown_points));
+  check.pictures.emplace(static_cast<std::uint32_t>(number), std::move(picture));
+}
+
+}  // namespace ygslam

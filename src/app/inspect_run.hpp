@@ -1,0 +1,58 @@
+// `ygslam inspect`, the running: one check over a whole sequence, its counts and its pictures.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "app/run_options.hpp"
+#include "app/truth_images.hpp"
+#include "eval/dynamic_score.hpp"
+
+namespace ygslam {
+
+struct InspectOptions {
+  RunOptions run;
+  std::vector<std::size_t> frames;
+  std::vector<std::string> checks{"classic", "improved", "full"};
+  bool json = false;
+};
+
+/// One way to tell dynamic points, and how it did.
+struct Check {
+  std::string name;
+  SlamConfig config;
+  PointCounts points;
+  MaskOverlap mask;
+  std::map<std::uint32_t, cv::Mat> pictures;  ///< by number of the frame, BGR
+};
+
+/// @param name classic, improved or full.
+[[nodiscard]] Check make_check(const std::string& name, const SlamConfig& base);
+
+class Inspection {
+ public:
+  /// @param options must outlive it.
+  Inspection(const InspectOptions& options, TumSequence sequence);
+
+  /// Whether there are masks beside the sequence to compare with.
+  [[nodiscard]] bool has_truth() const { return truth_.available(); }
+  /// Runs the whole sequence once, until it ends or a stop is asked for.
+  /// @return kModel, kConfig or kInput: no session, or truth that cannot be read.
+  Status run(Check& check);
+
+ private:
+  void draw(const RgbdFrame& frame, const TrackResult& result,
+            const std::optional<DynamicTruth>& truth, Check& check) const;
+
+  const InspectOptions& options_;
+  TumSequence sequence_;
+  TruthImages truth_;
+  std::set<std::size_t> shown_;
+};
+
+}  // namespace ygslam

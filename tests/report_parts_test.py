@@ -3,7 +3,9 @@
     python tests/report_parts_test.py
 """
 import json
+import os
 import pathlib
+import re
 import resource
 import signal
 import subprocess
@@ -193,6 +195,29 @@ class DamagedRuns(unittest.TestCase):
         (self.folder / "errors.csv").unlink()
         self.write("run.json", '{"format": 1, "status": "ok", "files": {"errors.csv": "00"}}')
         self.assert_failed("errors.csv: No such file")
+
+    def test_pipes_and_folders_in_place_of_files(self):
+        for make in (os.mkfifo, os.mkdir):
+            for name in ("run.json", "metrics.json", "trajectory.txt"):
+                self.setUp()
+                (self.folder / name).unlink(missing_ok=True)
+                make(self.folder / name)
+                self.assert_failed(f"{name}: not a regular file")
+
+    def test_words_and_columns_are_those_of_the_program(self):
+        source = TOOL.parent.parent / "src"
+        record = (source / "sweep" / "run_record.cpp").read_text(encoding="utf-8")
+        self.assertEqual(set(re.findall(r'\{"(\w+)", RunStatus::', record)),
+                         set(results.STATUSES) - {"unfinished"})
+        figures = (source / "sweep" / "run_files.cpp").read_text(encoding="utf-8")
+        trees = re.search(r"kFigureTrees = \{([^}]*)\}", figures).group(1)
+        self.assertEqual(tuple(re.findall(r'"(\w+)"', trees)), results.FIGURE_TREES)
+        errors = (source / "eval" / "error_series.hpp").read_text(encoding="utf-8")
+        columns = re.search(r"kErrorColumns =([^;]*);", errors).group(1)
+        self.assertEqual(tuple("".join(re.findall(r'"([^"]*)"', columns)).split(",")),
+                         series.COLUMNS)
+        options = (source / "sweep" / "sweep_options.hpp").read_text(encoding="utf-8")
+        self.assertIn(f"kMostRuns = {results.MOST_RUNS};", options)
 
     def test_what_a_run_measured_before_it_was_ended_does_not_count(self):
         for status in ("crashed", "timed_out", "failed"):

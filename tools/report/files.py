@@ -9,8 +9,11 @@ class InputError(Exception):
 
 def read_text(path):
     """A text file as a whole. @raise InputError naming file and fault."""
+    path = pathlib.Path(path)
     try:
-        return pathlib.Path(path).read_text(encoding="utf-8")
+        if path.exists() and not path.is_file():  # a pipe could be waited for without end
+            raise InputError(f"{path}: not a regular file")
+        return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not text (byte {error.start})") from None
     except OSError as error:

@@ -111,9 +111,12 @@ bool are_texts(const nlohmann::json& list) {
 }
 
 bool is_runs_asked(const nlohmann::json& table) {
-  return table.is_object() && std::all_of(table.begin(), table.end(), [](const auto& runs) {
-           return runs.is_number_integer() && runs >= 0 && runs <= kMostRuns;
-         });
+  if (!table.is_object()) return false;
+  for (const auto& [mode, runs] : table.items()) {
+    if (std::find(kSweepModes.begin(), kSweepModes.end(), mode) == kSweepModes.end()) return false;
+    if (!runs.is_number_integer() || runs < 0 || runs > kMostRuns) return false;
+  }
+  return true;
 }
 
 // What later readers rely on; empty if all is well.

@@ -134,6 +134,12 @@ TEST(Sweep, ADamagedSweepFileIsAnErrorThatNamesIt) {
       expect_fault(damaged);
     }
   }
+  for (const auto& asked : {nlohmann::json{{"../up", 1}}, nlohmann::json{{"off", -1}},
+                            nlohmann::json{{"off", 100000}}, nlohmann::json(3)}) {
+    nlohmann::json damaged = whole;
+    damaged["sequences"][0]["runs_asked"] = asked;
+    expect_fault(damaged);
+  }
   for (const auto& [key, ignored] : whole.items()) {
     nlohmann::json damaged = whole;
     damaged.erase(key);

@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -56,9 +57,28 @@ struct RayScene::MoverState {
   Vec3f t_before_now = Vec3f::Zero();
   double time_s = std::numeric_limits<double>::quiet_NaN();
   std::vector<Vec3f> points, points_before, normals;  // bodies, world
+  std::vector<Corners> corners;                       // rigid things, frame of the thing
 };
 
-RayScene::RayScene(const Scene& scene) : scene_(scene), embree_(std::make_unique<Embree>()) {
+std::vector<RayScene::Corners> RayScene::corners_of(const Mesh& mesh) {
+  std::vector<Corners> corners(mesh.triangles.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Triangle& triangle = mesh.triangles[i];
+    float* const rows[3] = {corners[i].a, corners[i].b, corners[i].c};
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t id = triangle.corner[static_cast<std::size_t>(k)];
+      const Vec3f& n = mesh.normals[id];
+      const Vec2f& uv = mesh.uv[id];
+      const float row[8] = {n.x(), n.y(), n.z(), uv.x(), uv.y(), 0, 0, 0};
+      std::copy(row, row + 8, rows[k]);
+    }
+    corners[i].a[7] = std::bit_cast<float>(static_cast<std::uint32_t>(triangle.material));
+  }
+  return corners;
+}
+
+RayScene::RayScene(const Scene& scene)
+    : scene_(scene), embree_(std::make_unique<Embree>()), fixed_corners_(corners_of(scene.fixed)) {
   // One build thread: the tree, and with it every tie between coincident hits, repeats.
   embree_->device = rtcNewDevice("threads=1,set_affinity=0");
   CHECK(embree_->device != nullptr, "Embree does not start");
@@ -84,7 +104,7 @@ RayScene::RayScene(const Scene& scene) : scene_(scene), embree_(std::make_unique
   rtcCommitGeometry(fixed);
   rtcAttachGeometry(embree_->fixed, fixed);
   rtcReleaseGeometry(fixed);
-  rtcCommitScene(embree_->fixed);
+  rtcJoinCommitScene(embree_->fixed);
 
   movers_.resize(scene.movers.size());
   for (std::size_t i = 0; i < movers_.size(); ++i) {
@@ -98,6 +118,8 @@ RayScene::RayScene(const Scene& scene) : scene_(scene), embree_(std::make_unique
       mover.body->shape_at(0, state.points, state.normals);
       count = state.points.size();
       rtcSetSceneBuildQuality(state.scene, RTC_BUILD_QUALITY_LOW);
+    } else {
+      state.corners = corners_of(mesh);
     }
     state.geometry = make_geometry(device, mesh.triangles, count, &state.p_buffer);
     // A body keeps the tree of its first pose; only the boxes of the tree follow its motion.
@@ -107,17 +129,17 @@ RayScene::RayScene(const Scene& scene) : scene_(scene), embree_(std::make_unique
     rtcCommitGeometry(state.geometry);
     rtcAttachGeometry(state.scene, state.geometry);
     rtcReleaseGeometry(state.geometry);
-    rtcCommitScene(state.scene);
+    rtcJoinCommitScene(state.scene);
     state.instance = add_instance(state.scene, static_cast<unsigned>(i));
   }
-  rtcCommitScene(embree_->moving);
+  rtcJoinCommitScene(embree_->moving);
 }
 
 RayScene::~RayScene() {
   for (const MoverState& state : movers_) rtcReleaseScene(state.scene);
 }
 
-void RayScene::update_mover(std::size_t i, double t_s, double before_s) {
+void RayScene::move_mover(std::size_t i, double t_s, double before_s) {
   const Mover& mover = scene_.movers[i];
   MoverState& state = movers_[i];
   if (mover.is_body()) {
@@ -128,9 +150,6 @@ void RayScene::update_mover(std::size_t i, double t_s, double before_s) {
     }
     mover.body->shape_at(t_s, state.points, state.normals);
     fill_points(state.p_buffer, state.points);
-    rtcUpdateGeometryBuffer(state.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
-    rtcCommitGeometry(state.geometry);
-    rtcCommitScene(state.scene);
   } else {
     const SE3 T_world_object = mover.T_world_object(t_s);
     const SE3 T_before_now = mover.T_world_object(before_s) * T_world_object.inverse();
@@ -150,118 +169,174 @@ void RayScene::update_mover(std::size_t i, double t_s, double before_s) {
 
 void RayScene::set_time(double t_s, double before_s, int threads) {
   parallel_for(static_cast<int>(movers_.size()), threads,
-               [&](int i) { update_mover(static_cast<std::size_t>(i), t_s, before_s); });
-  for (const MoverState& state : movers_) rtcCommitGeometry(state.instance);
-  rtcCommitScene(embree_->moving);
+               [&](int i) { move_mover(static_cast<std::size_t>(i), t_s, before_s); });
+  // One after the other, and always by "join": that way Embree works in its device's own arena of
+  // one thread. A plain commit hands its work to the program's arena, whose worker then spins.
+  for (std::size_t i = 0; i < movers_.size(); ++i) {
+    const MoverState& state = movers_[i];
+    if (scene_.movers[i].is_body()) {
+      rtcUpdateGeometryBuffer(state.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+      rtcCommitGeometry(state.geometry);
+      rtcJoinCommitScene(state.scene);
+    }
+    rtcCommitGeometry(state.instance);
+  }
+  rtcJoinCommitScene(embree_->moving);
 }
 
 namespace {
 /// Fills the rays of an Embree packet; works for RTCRay16 alone and within a RTCRayHit16.
-void fill(const RayPacket& rays, RTCRay16& packet, int* valid) {
-  const auto first = std::find(rays.active.begin(), rays.active.end(), true);
-  const int any = first == rays.active.end() ? 0 : static_cast<int>(first - rays.active.begin());
-  for (int k = 0; k < kPacket; ++k) {
+void fill(const RayPacket& rays, RTCRay16& packet) {
+  int any = 0;
+  while (any + 1 < kLanes && rays.active[any] == 0) ++any;
+  const auto put = [&](const Floats16& from, float* to) {
     // Lanes that are not in use hold no stray numbers: Embree computes with them all the same.
-    const int from = rays.active[k] ? k : any;
-    valid[k] = rays.active[k] ? -1 : 0;
-    packet.org_x[k] = rays.origin[from].x();
-    packet.org_y[k] = rays.origin[from].y();
-    packet.org_z[k] = rays.origin[from].z();
-    packet.dir_x[k] = rays.direction[from].x();
-    packet.dir_y[k] = rays.direction[from].y();
-    packet.dir_z[k] = rays.direction[from].z();
-    packet.tnear[k] = 0;
-    packet.tfar[k] = rays.reach[from];
-    packet.time[k] = 0;
+    const float instead = from[any];
+    for (int k = 0; k < kLanes; ++k) to[k] = rays.active[k] != 0 ? from[k] : instead;
+  };
+  put(rays.origin.x, packet.org_x);
+  put(rays.origin.y, packet.org_y);
+  put(rays.origin.z, packet.org_z);
+  put(rays.direction.x, packet.dir_x);
+  put(rays.direction.y, packet.dir_y);
+  put(rays.direction.z, packet.dir_z);
+  put(rays.reach, packet.tfar);
+  for (int k = 0; k < kLanes; ++k) {
+    packet.tnear[k] = packet.time[k] = 0;
     packet.mask[k] = ~0U;
-    packet.id[k] = 0;
-    packet.flags[k] = 0;
+    packet.id[k] = packet.flags[k] = 0;
   }
 }
 
-void read(const RayPacket& rays, const RTCRayHit16& packet, RayScene::Hits& hits) {
-  for (int k = 0; k < kPacket; ++k) {
-    hits[k] = RayHit{};
-    if (!rays.active[k] || packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
-    hits[k].distance = packet.ray.tfar[k];
-    hits[k].triangle = packet.hit.primID[k];
-    hits[k].u = packet.hit.u[k];
-    hits[k].v = packet.hit.v[k];
-    const unsigned instance = packet.hit.instID[0][k];
-    hits[k].object = instance == RTC_INVALID_GEOMETRY_ID ? std::uint16_t{0}
-                                                         : static_cast<std::uint16_t>(1 + instance);
+void read(const RayPacket& rays, const RTCRayHit16& packet, Hits16& hits) {
+  for (int k = 0; k < kLanes; ++k) {
+    const bool met = rays.active[k] != 0 && packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
+    // Nothing in an instance (all ones) is the fixed scene.
+    const auto object = static_cast<std::int32_t>(packet.hit.instID[0][k] + 1U);
+    hits.object[k] = met ? object : Hits16::kNothing;
+    hits.triangle[k] = met ? static_cast<std::int32_t>(packet.hit.primID[k]) : 0;
+    hits.distance[k] = met ? packet.ray.tfar[k] : 0.0F;
+    hits.u[k] = packet.hit.u[k];
+    hits.v[k] = packet.hit.v[k];
   }
 }
-}  // namespace
 
-void RayScene::intersect(const RayPacket& rays, RayTarget target, Hits& hits,
-                         Hits* on_fixed) const {
-  alignas(64) RTCRayHit16 packet;
-  alignas(64) int valid[kPacket];
-  fill(rays, packet.ray, valid);
-  for (int k = 0; k < kPacket; ++k) {
-    packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
-    packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+void clear(RTCHit16& hit) {
+  for (int k = 0; k < kLanes; ++k) {
+    hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+    hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+    hit.primID[k] = 0;
+    hit.u[k] = hit.v[k] = 0;
   }
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(valid, embree_->fixed, &context, &packet);
-  if (on_fixed != nullptr) read(rays, packet, *on_fixed);
-  if (target == RayTarget::kAll && !movers_.empty()) {
-    // Only what is nearer than the fixed scene is found now.
-    rtcIntersect16(valid, embree_->moving, &context, &packet);
-  }
-  read(rays, packet, hits);
 }
 
-void RayScene::occluded(const RayPacket& rays, const Flags& ask_movers, Flags& by_fixed,
-                        Flags& by_mover) const {
+void blocked_by(RTCScene scene, const RayPacket& rays, Ints16& blocked) {
   alignas(64) RTCRay16 packet;
-  alignas(64) int valid[kPacket];
-  fill(rays, packet, valid);
+  fill(rays, packet);
   RTCIntersectContext context;
   rtcInitIntersectContext(
       &context);  // as coherent rays, some packets never come back (Embree 3.13)
-  rtcOccluded16(valid, embree_->fixed, &context, &packet);
-  bool ask = false;
-  for (int k = 0; k < kPacket; ++k) {
-    by_fixed[k] = rays.active[k] && packet.tfar[k] < 0;
-    by_mover[k] = false;
-    valid[k] = rays.active[k] && ask_movers[k] && !by_fixed[k] ? -1 : 0;
-    ask |= valid[k] != 0;
+  rtcOccluded16(rays.active.lane, scene, &context, &packet);
+  for (int k = 0; k < kLanes; ++k) blocked[k] = rays.active[k] != 0 && packet.tfar[k] < 0 ? -1 : 0;
+}
+}  // namespace
+
+void RayScene::intersect(const RayPacket& rays, Hits16& hits, Hits16* on_fixed) const {
+  alignas(64) RTCRayHit16 packet;
+  fill(rays, packet.ray);
+  clear(packet.hit);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(rays.active.lane, embree_->fixed, &context, &packet);
+  if (on_fixed != nullptr) read(rays, packet, *on_fixed);
+  // Only what is nearer than the fixed scene is found now.
+  if (!movers_.empty()) rtcIntersect16(rays.active.lane, embree_->moving, &context, &packet);
+  read(rays, packet, hits);
+}
+
+void RayScene::intersect_fixed(const RayPacket& rays, Hits16& hits) const {
+  alignas(64) RTCRayHit16 packet;
+  fill(rays, packet.ray);
+  clear(packet.hit);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(rays.active.lane, embree_->fixed, &context, &packet);
+  read(rays, packet, hits);
+}
+
+void RayScene::blocked_by_fixed(const RayPacket& rays, Ints16& blocked) const {
+  blocked_by(embree_->fixed, rays, blocked);
+}
+
+void RayScene::blocked_by_movers(const RayPacket& rays, Ints16& blocked) const {
+  if (movers_.empty()) {
+    blocked.fill(0);
+  } else {
+    blocked_by(embree_->moving, rays, blocked);
   }
-  if (!ask || movers_.empty()) return;
-  rtcOccluded16(valid, embree_->moving, &context, &packet);
-  for (int k = 0; k < kPacket; ++k) by_mover[k] = valid[k] != 0 && packet.tfar[k] < 0;
 }
 
-SurfacePoint RayScene::surface(const RayHit& hit) const {
-  SurfacePoint surface;
-  const float w = 1 - hit.u - hit.v;
-  const bool fixed = hit.object == 0;
-  const Mover* mover = fixed ? nullptr : &scene_.movers[hit.object - 1];
-  const bool body = mover != nullptr && mover->is_body();
-  const Mesh& mesh = fixed ? scene_.fixed : (body ? mover->body->topology() : mover->mesh);
-  const Triangle& triangle = mesh.triangles[hit.triangle];
-  const auto& [a, b, c] = triangle.corner;
-  surface.material = triangle.material;
-  surface.uv = w * mesh.uv[a] + hit.u * mesh.uv[b] + hit.v * mesh.uv[c];
-  const std::vector<Vec3f>& normals = body ? movers_[hit.object - 1].normals : mesh.normals;
-  Vec3f normal = w * normals[a] + hit.u * normals[b] + hit.v * normals[c];
-  if (!fixed && !body) normal = movers_[hit.object - 1].R * normal;
-  surface.normal = normal.normalized();
-  return surface;
+void RayScene::surfaces(const Hits16& hits, Surfaces16& surfaces) const {
+  for (int k = 0; k < kLanes; ++k) {
+    const std::int32_t object = hits.object[k];
+    const float u = hits.u[k];
+    const float v = hits.v[k];
+    const float w = 1 - u - v;
+    const auto index = static_cast<std::size_t>(hits.triangle[k]);
+    Vec3f normal = Vec3f::UnitZ();
+    Vec2f uv = Vec2f::Zero();
+    std::int32_t material = 0;
+    const bool fixed = object == 0;
+    if (object > 0 && scene_.movers[static_cast<std::size_t>(object - 1)].is_body()) {
+      const auto i = static_cast<std::size_t>(object - 1);
+      const Mesh& mesh = scene_.movers[i].body->topology();
+      const Triangle& triangle = mesh.triangles[index];
+      const auto& [a, b, c] = triangle.corner;
+      const std::vector<Vec3f>& normals = movers_[i].normals;
+      normal = w * normals[a] + u * normals[b] + v * normals[c];
+      uv = w * mesh.uv[a] + u * mesh.uv[b] + v * mesh.uv[c];
+      material = triangle.material;
+    } else if (object >= 0) {
+      const Corners& corners = fixed ? fixed_corners_[index]
+                                     : movers_[static_cast<std::size_t>(object - 1)].corners[index];
+      float mixed[5];
+      for (int j = 0; j < 5; ++j) mixed[j] = w * corners.a[j] + u * corners.b[j] + v * corners.c[j];
+      normal = Vec3f(mixed[0], mixed[1], mixed[2]);
+      if (!fixed) normal = movers_[static_cast<std::size_t>(object - 1)].R * normal;
+      uv = Vec2f(mixed[3], mixed[4]);
+      material = std::bit_cast<std::int32_t>(corners.a[7]);
+    }
+    surfaces.normal.x[k] = normal.x();
+    surfaces.normal.y[k] = normal.y();
+    surfaces.normal.z[k] = normal.z();
+    surfaces.u[k] = uv.x();
+    surfaces.v[k] = uv.y();
+    surfaces.material[k] = material;
+  }
+  auto& [x, y, z] = surfaces.normal;
+  for (int k = 0; k < kLanes; ++k) {
+    const float norm = std::sqrt(x[k] * x[k] + y[k] * y[k] + z[k] * z[k]);
+    const float scale = 1 / (norm > 0 ? norm : 1.0F);
+    x[k] *= scale;
+    y[k] *= scale;
+    z[k] *= scale;
+  }
 }
 
-Vec3f RayScene::point_before(const RayHit& hit, const Vec3f& p_world) const {
-  if (hit.object == 0 || hit.object == RayHit::kNothing) return p_world;
-  const MoverState& state = movers_[hit.object - 1];
-  const Mover& mover = scene_.movers[hit.object - 1];
+Vec3f RayScene::point_before(const Hits16& hits, int lane, const Vec3f& p_world) const {
+  const std::int32_t object = hits.object[lane];
+  if (object <= 0) return p_world;
+  const MoverState& state = movers_[static_cast<std::size_t>(object - 1)];
+  const Mover& mover = scene_.movers[static_cast<std::size_t>(object - 1)];
   if (!mover.is_body()) return state.R_before_now * p_world + state.t_before_now;
-  const auto& [a, b, c] = mover.body->topology().triangles[hit.triangle].corner;
-  return (1 - hit.u - hit.v) * state.points_before[a] + hit.u * state.points_before[b] +
-         hit.v * state.points_before[c];
+  const auto index = static_cast<std::size_t>(hits.triangle[lane]);
+  const auto& [a, b, c] = mover.body->topology().triangles[index].corner;
+  const float u = hits.u[lane];
+  const float v = hits.v[lane];
+  return (1 - u - v) * state.points_before[a] + u * state.points_before[b] +
+         v * state.points_before[c];
 }
 
 }  // namespace ygslam::sim

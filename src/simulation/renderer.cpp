@@ -26,149 +26,167 @@ Renderer::Renderer(const Scene& scene, const Camera& camera, const RenderConfig&
   for (const LightZone& zone : scene.zones) lamps_.push_back(lamps_of(zone));
   for (std::size_t id = 0; id < scene.materials.size(); ++id)
     surfaces_.push_back(surface_of(scene.materials.material(static_cast<MaterialId>(id))));
-  all_ = std::make_unique<Layer>(n);
-  if (config.static_view) fixed_ = std::make_unique<Layer>(n);
+  all_ = std::make_unique<Layer>(camera.width(), camera.height());
+  if (config.static_view) fixed_ = std::make_unique<Layer>(camera.width(), camera.height());
 }
 
 Renderer::~Renderer() = default;
-
-Renderer::Lamps Renderer::lamps_of(const LightZone& zone) const {
-  Lamps lamps;
-  lamps.count = std::min(kMaxLights, static_cast<int>(zone.lights.size()));
-  for (int k = 0; k < lamps.count; ++k) {
-    const AreaLight& light = scene_.lights[zone.lights[static_cast<std::size_t>(k)]];
-    lamps.x[k] = light.centre.x();
-    lamps.y[k] = light.centre.y();
-    lamps.z[k] = light.centre.z();
-    lamps.power[k] = light.power;
-    lamps.on[k] = 1;
-  }
-  for (int sample = 0; sample < kSamples && lamps.count > 0; ++sample) {
-    const int which = sample % lamps.count;
-    const AreaLight& light = scene_.lights[zone.lights[static_cast<std::size_t>(which)]];
-    // Samples of one lamp lie on a golden-ratio grid over its area.
-    const auto j = static_cast<float>(sample / lamps.count);
-    const auto n = static_cast<float>((kSamples + lamps.count - 1) / lamps.count);
-    const float a = (j + 0.5F) / n * 2 - 1;
-    const float b = std::fmod(0.25F + j * 0.618034F, 1.0F) * 2 - 1;
-    lamps.sample_lamp[sample] = which;
-    lamps.sample_point[sample] = light.centre + Vec3f(a * light.half_x_m, b * light.half_y_m, 0);
-  }
-  return lamps;
-}
 
 Renderer::Surface Renderer::surface_of(const Material& material) const {
   Surface surface;
   surface.first = &scene_.materials.texture(material.frames.at(0));
   if (material.frames.size() > 1) surface.frames = &material.frames;
-  surface.tint << material.tint.array(), 0;
+  surface.tint = material.tint;
   if (material.tile_u_m != 0) surface.tiles_per_uv = {1 / material.tile_u_m, 1 / material.tile_v_m};
   surface.texels_per_m = 1 / material.texel_m;
   surface.glow = material.glow;
   surface.shine = material.shine;
+  surface.ir_return = material.ir_return;
   return surface;
 }
 
-Vec3f Renderer::ray_direction(const Frame& frame, float u, float v) const {
+void Renderer::aim_tile(const Frame& frame, int u0, int v0, RayPacket& packet) const {
   const int width = camera_.width();
-  const int u0 = std::clamp(static_cast<int>(std::lround(u)), 0, width - 1);
-  const int v0 = std::clamp(static_cast<int>(std::lround(v)), 0, camera_.height() - 1);
-  const Eigen::Vector2f& centre = tangent_[static_cast<std::size_t>(v0) * width + u0];
-  // Within a pixel the lens is as good as ideal.
-  const float x = centre.x() + (u - static_cast<float>(u0)) * pixel_angle_;
-  const float y =
-      centre.y() + (v - static_cast<float>(v0)) * static_cast<float>(1.0 / camera_.fy());
-  return frame.R[frame.row(v0)] * Vec3f(x, y, 1);
+  const int height = camera_.height();
+  for (int j = 0; j < kTile; ++j) {
+    const int v = std::min(v0 + j, height - 1);
+    const Eigen::Matrix3f& R = frame.R[frame.row(v)];
+    const Vec3f& origin = frame.origin[frame.row(v)];
+    const Eigen::Vector2f* tangents = tangent_.data() + static_cast<std::ptrdiff_t>(v) * width;
+    for (int i = 0; i < kTile; ++i) {
+      const int k = kTile * j + i;
+      const Eigen::Vector2f& xy = tangents[std::min(u0 + i, width - 1)];
+      packet.active[k] = u0 + i < width && v0 + j < height ? -1 : 0;
+      packet.origin.x[k] = origin.x();
+      packet.origin.y[k] = origin.y();
+      packet.origin.z[k] = origin.z();
+      packet.direction.x[k] = R(0, 0) * xy.x() + R(0, 1) * xy.y() + R(0, 2);
+      packet.direction.y[k] = R(1, 0) * xy.x() + R(1, 1) * xy.y() + R(1, 2);
+      packet.direction.z[k] = R(2, 0) * xy.x() + R(2, 1) * xy.y() + R(2, 2);
+    }
+  }
 }
 
-void Renderer::put_hit(const RayPacket& packet, int k, const RayHit& hit, std::size_t i,
-                       Layer& layer) const {
-  layer.hits[i] = hit;
-  if (hit.object == RayHit::kNothing) return;
-  layer.surfaces[i] = rays_.surface(hit);
-  layer.points[i] = packet.origin[k] + hit.distance * packet.direction[k];
-  if (layer.surfaces[i].normal.dot(packet.direction[k]) > 0) layer.surfaces[i].normal *= -1;
+void Renderer::look_at(const RayPacket& packet, Seen& seen) const {
+  rays_.surfaces(seen.hits, seen.surfaces);
+  auto& [nx, ny, nz] = seen.surfaces.normal;
+  const Vectors16& d = packet.direction;
+  for (int k = 0; k < kLanes; ++k) {
+    const float away = nx[k] * d.x[k] + ny[k] * d.y[k] + nz[k] * d.z[k];
+    const float sign = away > 0 ? -1.0F : 1.0F;
+    nx[k] *= sign;
+    ny[k] *= sign;
+    nz[k] *= sign;
+    seen.point.x[k] = packet.origin.x[k] + seen.hits.distance[k] * d.x[k];
+    seen.point.y[k] = packet.origin.y[k] + seen.hits.distance[k] * d.y[k];
+    seen.point.z[k] = packet.origin.z[k] + seen.hits.distance[k] * d.z[k];
+  }
+  light_up(seen);
 }
 
-void Renderer::trace_block(const Frame& frame, int block_row) {
-  const int width = camera_.width();
-  const int v0 = kTile * block_row;
+void Renderer::store(const Seen& seen, int u0, int v0, Layer& layer) {
+  const auto put = [&](const auto& lanes, auto& plane) {
+    for (int j = 0; j < kTile; ++j)
+      std::memcpy(plane.row(v0 + j) + u0, lanes.lane + kTile * j, kTile * sizeof(lanes[0]));
+  };
+  put(seen.hits.object, layer.object);
+  put(seen.hits.triangle, layer.triangle);
+  put(seen.hits.distance, layer.distance);
+  put(seen.surfaces.material, layer.material);
+  put(seen.surfaces.normal.x, layer.nx);
+  put(seen.surfaces.normal.y, layer.ny);
+  put(seen.surfaces.normal.z, layer.nz);
+  put(seen.surfaces.u, layer.u);
+  put(seen.surfaces.v, layer.v);
+  put(seen.point.x, layer.px);
+  put(seen.point.y, layer.py);
+  put(seen.point.z, layer.pz);
+  put(seen.zone, layer.zone);
+  put(seen.light, layer.light);
+  put(seen.weight, layer.weight);
+}
+
+void Renderer::tell_truth(const Frame& frame, const RayPacket& packet, const Seen& seen, int u0,
+                          int v0) const {
+  View& view = *frame.view;
+  const auto& [nx, ny, nz] = seen.surfaces.normal;
+  const Vectors16& d = packet.direction;
+  Floats16 facing, ir_return;
+  std::int32_t highest = 0;
+  for (int k = 0; k < kLanes; ++k) {
+    const float length = std::sqrt(d.x[k] * d.x[k] + d.y[k] * d.y[k] + d.z[k] * d.z[k]);
+    const float cosine = -(nx[k] * d.x[k] + ny[k] * d.y[k] + nz[k] * d.z[k]) / length;
+    facing[k] = seen.hits.object[k] != Hits16::kNothing ? cosine : 0.0F;
+    highest = std::max(highest, seen.hits.object[k]);
+  }
+  for (int k = 0; k < kLanes; ++k) {
+    const auto& surface = surfaces_[static_cast<std::size_t>(seen.surfaces.material[k])];
+    ir_return[k] = seen.hits.object[k] != Hits16::kNothing ? surface.ir_return : 0.0F;
+  }
+  const int columns = std::min(kTile, camera_.width() - u0);
+  const int rows = std::min(kTile, camera_.height() - v0);
+  for (int j = 0; j < rows; ++j) {
+    const auto put = [&](const Floats16& lanes, Image<float>& image) {
+      std::copy_n(lanes.lane + kTile * j, columns, image.row(v0 + j) + u0);
+    };
+    put(seen.hits.distance, view.depth_m);  // rays have z = 1 in the camera frame
+    put(facing, view.facing);
+    put(ir_return, view.ir_return);
+  }
+  if (highest == 0 && !config_.flow) return;
+  for (int k = 0; k < kLanes; ++k) tell_motion(frame, seen, k, u0 + k % kTile, v0 + k / kTile);
+}
+
+void Renderer::tell_motion(const Frame& frame, const Seen& seen, int k, int u, int v) const {
+  const std::int32_t object = seen.hits.object[k];
+  if (object == Hits16::kNothing) return;
+  View& view = *frame.view;
+  const Vec3f p(seen.point.x[k], seen.point.y[k], seen.point.z[k]);
+  Vec3f p_before = p;
+  if (object > 0) {
+    view.ids.at(u, v) = scene_.movers[static_cast<std::size_t>(object - 1)].instance_id;
+    p_before = rays_.point_before(seen.hits, k, p);
+    if ((p_before - p).norm() >= static_cast<float>(config_.moving_m)) view.moving.at(u, v) = 255;
+  }
+  if (!config_.flow) return;
+  const Vec3f p_camera = frame.R_before_world * p_before + frame.t_before_world;
+  if (p_camera.z() < 0.05F) return;
+  const Vec2 before_px = camera_.distort(camera_.project(p_camera.cast<double>()));
+  view.flow_px.at(u, v) =
+      Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v)) - before_px.cast<float>();
+}
+
+void Renderer::trace_blocks(const Frame& frame, int block_row) {
   RayPacket packet;
-  RayScene::Hits hits, on_fixed;
   packet.reach.fill(kReach_m);
-  for (int u0 = 0; u0 < width; u0 += kTile) {
-    for (int k = 0; k < kPacket; ++k) {
-      const int u = std::min(u0 + k % kTile, width - 1);
-      const int v = std::min(v0 + k / kTile, camera_.height() - 1);
-      packet.active[k] = u0 + k % kTile < width && v0 + k / kTile < camera_.height();
-      packet.origin[k] = frame.origin[frame.row(v)];
-      const Eigen::Vector2f& xy = tangent_[static_cast<std::size_t>(v) * width + u];
-      packet.direction[k] = frame.R[frame.row(v)] * Vec3f(xy.x(), xy.y(), 1);
-    }
-    rays_.intersect(packet, RayTarget::kAll, hits, fixed_ ? &on_fixed : nullptr);
-    for (int k = 0; k < kPacket; ++k) {
-      if (!packet.active[k]) continue;
-      const std::size_t i = static_cast<std::size_t>(v0 + k / kTile) * width + u0 + k % kTile;
-      put_hit(packet, k, hits[k], i, *all_);
+  Seen seen, behind;
+  const int end = std::min(camera_.height(), (block_row + 1) * kBlock);
+  std::uint8_t* const movers =
+      all_->block_mover.data() + static_cast<std::ptrdiff_t>(block_row) * blocks_across();
+  std::fill(movers, movers + blocks_across(), std::uint8_t{0});
+  for (int v0 = block_row * kBlock; v0 < end; v0 += kTile) {
+    for (int u0 = 0; u0 < camera_.width(); u0 += kTile) {
+      aim_tile(frame, u0, v0, packet);
+      rays_.intersect(packet, seen.hits, fixed_ ? &behind.hits : nullptr);
+      look_at(packet, seen);
+      store(seen, u0, v0, *all_);
+      tell_truth(frame, packet, seen, u0, v0);
       if (!fixed_) continue;
-      const bool on_mover = hits[k].object != 0 && hits[k].object != RayHit::kNothing;
-      fixed_->changed[i] = on_mover ? kOtherSurface : kSame;
-      if (on_mover) {
-        put_hit(packet, k, on_fixed[k], i, *fixed_);
-      } else {
-        fixed_->hits[i] = all_->hits[i];
-        fixed_->surfaces[i] = all_->surfaces[i];
-        fixed_->points[i] = all_->points[i];
+      Ints16 on_mover;
+      for (int k = 0; k < kLanes; ++k) on_mover[k] = seen.hits.object[k] > 0 ? 1 : 0;
+      for (int k = 0; k < kLanes; ++k) {
+        fixed_->changed.row(v0 + k / kTile)[u0 + k % kTile] =
+            static_cast<std::uint8_t>(on_mover[k]);
+        if (packet.active[k] != 0)
+          frame.view->depth_static_m.at(u0 + k % kTile, v0 + k / kTile) = behind.hits.distance[k];
       }
+      if (!any(on_mover)) continue;
+      movers[u0 / kBlock] = 1;
+      look_at(packet, behind);
+      store(behind, u0, v0, *fixed_);
     }
   }
-}
-
-void Renderer::truth_row(const Frame& frame, const Layer& layer, int row, View& view) const {
-  const int width = camera_.width();
-  const auto moving_m = static_cast<float>(config_.moving_m);
-  for (int u = 0; u < width; ++u) {
-    const std::size_t i = static_cast<std::size_t>(row) * width + u;
-    const RayHit& hit = layer.hits[i];
-    if (hit.object == RayHit::kNothing) continue;
-    const Vec3f ray = layer.points[i] - frame.origin[frame.row(row)];
-    view.depth_m.at(u, row) = hit.distance;  // rays have z = 1 in the camera frame
-    view.facing.at(u, row) = -layer.surfaces[i].normal.dot(ray) / ray.norm();
-    view.ir_return.at(u, row) = scene_.materials.material(layer.surfaces[i].material).ir_return;
-    Vec3f p_before = layer.points[i];
-    if (hit.object > 0) {
-      view.ids.at(u, row) = scene_.movers[hit.object - 1].instance_id;
-      p_before = rays_.point_before(hit, layer.points[i]);
-      if ((p_before - layer.points[i]).norm() >= moving_m) view.moving.at(u, row) = 255;
-    }
-    if (!config_.flow) continue;
-    const Vec3f p_camera = frame.R_before_world * p_before + frame.t_before_world;
-    if (p_camera.z() < 0.05F) continue;
-    const Vec2 before_px = camera_.distort(camera_.project(p_camera.cast<double>()));
-    view.flow_px.at(u, row) =
-        Eigen::Vector2f(static_cast<float>(u), static_cast<float>(row)) - before_px.cast<float>();
-  }
-}
-
-void Renderer::light_layer(const Layer* with_movers, Layer& layer) const {
-  const int blocks = (camera_.height() + kLightBlock - 1) / kLightBlock;
-  if (with_movers != nullptr) {
-    parallel_for(camera_.height(), config_.threads,
-                 [&](int v) { copy_light(v, *with_movers, layer); });
-  }
-  for (const bool first : {true, false}) {
-    parallel_for(blocks, config_.threads,
-                 [&](int block) { light_block(block, first, with_movers, layer); });
-    spread(layer.state, layer.near);
-  }
-}
-
-void Renderer::shade_layer(const Frame& frame, RayTarget target, const Layer& layer,
-                           ColourImage& colour) const {
-  parallel_for(camera_.height(), config_.threads, [&](int v) {
-    shade_row(frame, layer, v, colour);
-    if (config_.antialias) smooth_edges_row(frame, layer, target, v, colour);
-  });
+  light_blocks(block_row, true, *all_);
 }
 
 View Renderer::render(const RowPoses& T_world_camera, const SE3& T_world_before, double t_s,
@@ -188,6 +206,7 @@ View Renderer::render(const RowPoses& T_world_camera, const SE3& T_world_before,
   const int width = camera_.width();
   const int height = camera_.height();
   View view;
+  frame.view = &view;
   view.colour = ColourImage(width, height);
   view.depth_m = DepthImage(width, height);
   view.ids = GreyImage(width, height);
@@ -195,21 +214,18 @@ View Renderer::render(const RowPoses& T_world_camera, const SE3& T_world_before,
   view.facing = Image<float>(width, height);
   view.ir_return = Image<float>(width, height);
   if (config_.flow) view.flow_px = Image<Eigen::Vector2f>(width, height, Eigen::Vector2f::Zero());
-  parallel_for((height + kTile - 1) / kTile, config_.threads,
-               [&](int block) { trace_block(frame, block); });
-  light_layer(nullptr, *all_);
-  shade_layer(frame, RayTarget::kAll, *all_, view.colour);
-  parallel_for(height, config_.threads, [&](int v) { truth_row(frame, *all_, v, view); });
-  if (config_.static_view) {
+  if (fixed_) view.depth_static_m = DepthImage(width, height);
+  const auto each_row_of_blocks = [&](const auto& pass) {
+    parallel_for(blocks_down(), config_.threads, pass);
+  };
+  each_row_of_blocks([&](int row) { trace_blocks(frame, row); });
+  each_row_of_blocks([&](int row) { light_blocks(row, false, *all_); });
+  each_row_of_blocks([&](int row) { shade_blocks(frame, true, row); });
+  if (fixed_) {
     view.colour_static = view.colour;  // where no mover has anything to do with it
-    view.depth_static_m = DepthImage(width, height);
-    light_layer(all_.get(), *fixed_);
-    spread(fixed_->changed, fixed_->shade);  // as far as shadows are smoothed and edges drawn
-    shade_layer(frame, RayTarget::kFixedOnly, *fixed_, view.colour_static);
-    for (std::size_t i = 0; i < fixed_->hits.size(); ++i) {
-      if (fixed_->hits[i].object != RayHit::kNothing)
-        view.depth_static_m.data()[i] = fixed_->hits[i].distance;
-    }
+    each_row_of_blocks([&](int row) { light_static_blocks(row, true); });
+    each_row_of_blocks([&](int row) { light_static_blocks(row, false); });
+    each_row_of_blocks([&](int row) { shade_blocks(frame, false, row); });
   }
   return view;
 }

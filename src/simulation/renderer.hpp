@@ -53,63 +53,84 @@ class Renderer {
   void set_exposure(double exposure) { config_.exposure = exposure; }
 
  private:
-  struct Layer;  // hits and light of one view, with or without movers
+  struct Seen;   // what 16 rays meet
+  struct Layer;  // the picture with movers, or without
   struct Frame;  // what all passes of one frame share
   static constexpr int kMaxLights = 8;
-  static constexpr int kSamples = 16;  // of the light, spread over 4x4 pixels
-  using Lanes = Eigen::Array<float, kMaxLights, 1>;
-  /// The lamps of a zone side by side; those that are missing have no power.
+  /// The lamps of a zone, and the points of them that are sampled, spread over 4x4 pixels.
   struct Lamps {
-    Lanes x = Lanes::Zero(), y = Lanes::Zero(), z = Lanes::Zero(), power = Lanes::Zero();
     int count = 0;
-    Lanes on = Lanes::Zero();                 ///< 1 for a lamp, 0 for none
-    std::array<int, kSamples> sample_lamp{};  ///< lane of each light sample
-    std::array<Vec3f, kSamples> sample_point;
+    std::array<Vec3f, kMaxLights> centre;
+    std::array<float, kMaxLights> power{};
+    std::array<int, kLanes> sample_lamp{};  ///< lamp of each light sample
+    std::array<Vec3f, kLanes> sample_point;
+    Ints16 lane_lamp{};  ///< lamp of the sample that a pixel of a tile takes
   };
-
-  void trace_block(const Frame& frame, int block_row);
-  void put_hit(const RayPacket& packet, int k, const RayHit& hit, std::size_t i,
-               Layer& layer) const;
-  /// Half of the light samples at a time: those of the second half are traced only where the
-  /// first half left a doubt. @param with_movers for the static layer: what is known already.
-  void light_block(int block_row, bool first, const Layer* with_movers, Layer& layer) const;
-  /// Unshadowed light of a pixel and the ray of its sample. @return whether to trace it.
-  bool prepare_light(std::size_t i, int sample, bool first, Layer& layer, RayPacket& packet,
-                     int k) const;
-  /// For the static layer: the light of the surfaces that are seen in both.
-  void copy_light(int row, const Layer& with_movers, Layer& layer) const;
-  [[nodiscard]] bool is_unchanged(const Layer& layer, int u0, int v0) const;
-  void spread(const std::vector<std::uint8_t>& bits, std::vector<std::uint8_t>& around) const;
-  void shade_row(const Frame& frame, const Layer& layer, int row, ColourImage& colour) const;
-  void smooth_edges_row(const Frame& frame, const Layer& layer, RayTarget target, int row,
-                        ColourImage& colour) const;
-  /// Share of the lamps' light that reaches a surface, by the pixels around that lie on it.
-  [[nodiscard]] float visibility_near(const Layer& layer, int u, int row, const RayHit& hit,
-                                      const Vec3f& normal) const;
-  [[nodiscard]] bool is_edge(const Layer& layer, int u, int row) const;
-  void truth_row(const Frame& frame, const Layer& layer, int row, View& view) const;
-  void light_layer(const Layer* with_movers, Layer& layer) const;
-  void shade_layer(const Frame& frame, RayTarget target, const Layer& layer,
-                   ColourImage& colour) const;
   /// A material, ready for the inner loop.
   struct Surface {
     const Texture* first = nullptr;
     const std::vector<std::uint16_t>* frames = nullptr;  ///< of a video; null otherwise
-    Light tint = Light::Ones();
+    Vec3f tint = Vec3f::Ones();
     Vec2f tiles_per_uv = Vec2f::Ones();
     float texels_per_m = 0;
-    float glow = 0, shine = 0;
+    float glow = 0, shine = 0, ir_return = 0;
   };
-  [[nodiscard]] Surface surface_of(const Material& material) const;
+  struct Colours16 {
+    Floats16 r, g, b;  ///< linear light
+  };
+
   [[nodiscard]] Lamps lamps_of(const LightZone& zone) const;
+  [[nodiscard]] Surface surface_of(const Material& material) const;
+  [[nodiscard]] int blocks_across() const { return (camera_.width() + kLanes - 1) / kLanes; }
+  [[nodiscard]] int blocks_down() const { return (camera_.height() + kLanes - 1) / kLanes; }
+
+  // Pass 1: rays from the camera, the truth of their hits, the first half of the light samples.
+  void trace_blocks(const Frame& frame, int block_row);
+  void aim_tile(const Frame& frame, int u0, int v0, RayPacket& packet) const;
+  /// Surfaces and light at hits.
+  void look_at(const RayPacket& packet, Seen& seen) const;
+  void light_up(Seen& seen) const;
+  static void store(const Seen& seen, int u0, int v0, Layer& layer);
+  void tell_truth(const Frame& frame, const RayPacket& packet, const Seen& seen, int u0,
+                  int v0) const;
+  void tell_motion(const Frame& frame, const Seen& seen, int lane, int u, int v) const;
+
+  // Pass 2: the second half of the light samples, traced only where those around disagree.
+  void light_blocks(int block_row, bool first, Layer& layer) const;
+  /// The rays of one sample of a block, one from each of its 16 tiles.
+  /// @param around what the samples of the first half around each pixel of the block say: where
+  /// they agree nothing is traced. Null for the first half itself.
+  void light_packet(int u0, int v0, int sample, const std::uint8_t* around, Layer& layer) const;
+  void aim_at_lamps(const Layer& layer, int u0, int v0, int sample, RayPacket& packet) const;
+  // The same without movers, where movers have anything to do with it; the rest is copied.
+  void light_static_blocks(int block_row, bool first) const;
+  void light_static_packet(int u0, int v0, int sample, const std::uint8_t* around) const;
+  void copy_block(int u0, int v0) const;
+  /// Whether a mover or its shadow is in a block, or in one this many blocks away.
+  [[nodiscard]] bool is_touched(int column, int row, int radius) const;
+
+  // Pass 3: colours.
+  void shade_blocks(const Frame& frame, bool with_movers, int block_row) const;
+  void shade_segment(const Frame& frame, const Layer& layer, int u0, int row, Rgb8* pixels) const;
+  /// @return whether a ray met a mover.
+  bool smooth_segment(const Frame& frame, const Layer& layer, bool with_movers, int u0, int row,
+                      Rgb8* pixels) const;
+  void share_of_light(const Layer& layer, int u0, int row, Floats16& share) const;
+  /// Light that could arrive and that does, of the pixels around each that lie on its surface.
+  static void sum_same_surface(const Layer& layer, int u0, int row, Floats16& weight,
+                               Floats16& arrived);
+  /// The share for a ray beside the middle of a pixel, by the pixels around that lie on its
+  /// surface.
+  [[nodiscard]] static float share_near(const Layer& layer, int u, int row, const Seen& seen,
+                                        int lane);
+  /// Pixels beside which another surface begins: -1, others 0.
+  void find_edges(const Layer& layer, int u0, int row, Ints16& edge) const;
   [[nodiscard]] Vec3f ray_direction(const Frame& frame, float u, float v) const;
-  [[nodiscard]] Light radiance(const Frame& frame, const SurfacePoint& surface,
-                               const Vec3f& p_world, const Vec3f& sight, float distance,
-                               float visibility, float light_sum_here) const;
-  /// Unshadowed light of the lamps at a surface, each and in sum.
-  [[nodiscard]] float light_sum(const Vec3f& p_world, const Vec3f& normal, const Lamps& lamps,
-                                Lanes& contributions) const;
-  [[nodiscard]] std::size_t zone_at(const Vec3f& p_world) const;
+  /// @param sight from the eye to the points, not normalised.
+  void radiance(const Frame& frame, const Seen& seen, const Vectors16& sight, const Floats16& share,
+                Colours16& colours) const;
+  void add_gloss(const Seen& seen, const Vectors16& sight, const Floats16& per_m,
+                 const Floats16& share, Colours16& colours) const;
 
   const Scene& scene_;
   Camera camera_;

@@ -1,329 +1,376 @@
-// The light of a view: lamps, soft shadows, surfaces, smooth edges.
+// The colours of a view: surfaces, the share of the lamps' light that reaches them, smooth edges.
 #include <algorithm>
 #include <cmath>
 
-#include "simulation/parallel.hpp"
 #include "simulation/renderer_layers.hpp"
 
 namespace ygslam::sim {
 
 namespace {
 
-/// Where in a 4x4 block of pixels each of the 16 light samples is taken (u + 4 v), so that any part
-/// of the block holds well-spread samples, and the first half of them is a fine grid.
-constexpr int kPlace[16] = {0, 10, 2, 8, 5, 15, 7, 13, 1, 11, 3, 9, 4, 14, 6, 12};
+constexpr std::uint8_t kBlocks = kFixedBlocks | kMoversBlock;
 
-/// What the samples around say about one that has not been traced; 0 = they do not agree.
-std::uint8_t guess(std::uint8_t near) {
-  const int fixed = near & (kFixedLets | kFixedBlocks);
-  const int movers = near & (kMoversLet | kMoversBlock);
-  if (fixed == kFixedBlocks) return kFixedBlocks;
-  if (fixed != kFixedLets || movers == (kMoversLet | kMoversBlock)) return 0;
-  return static_cast<std::uint8_t>(fixed | movers);
-}
-
-Rgb8 pixel_of(const Light& linear) {
-  const Eigen::Array4i code = (255.0F * linear.max(0.0F).sqrt() + 0.5F).min(255.0F).cast<int>();
-  return {static_cast<std::uint8_t>(code[0]), static_cast<std::uint8_t>(code[1]),
-          static_cast<std::uint8_t>(code[2])};
+std::uint8_t code_of(float linear) {
+  const float code = 255.0F * std::sqrt(linear > 0 ? linear : 0.0F) + 0.5F;
+  return static_cast<std::uint8_t>(code < 255.0F ? code : 255.0F);
 }
 
 }  // namespace
 
-std::size_t Renderer::zone_at(const Vec3f& p_world) const {
-  for (std::size_t i = 0; i < scene_.zones.size(); ++i) {
-    const LightZone& zone = scene_.zones[i];
-    if (p_world.x() >= zone.low.x() && p_world.y() >= zone.low.y() &&
-        p_world.x() <= zone.high.x() && p_world.y() <= zone.high.y()) {
-      return i;
+Vec3f Renderer::ray_direction(const Frame& frame, float u, float v) const {
+  const int width = camera_.width();
+  const int u0 = std::clamp(static_cast<int>(std::lround(u)), 0, width - 1);
+  const int v0 = std::clamp(static_cast<int>(std::lround(v)), 0, camera_.height() - 1);
+  const Eigen::Vector2f& centre = tangent_[static_cast<std::size_t>(v0) * width + u0];
+  // Within a pixel the lens is as good as ideal.
+  const float x = centre.x() + (u - static_cast<float>(u0)) * pixel_angle_;
+  const float y =
+      centre.y() + (v - static_cast<float>(v0)) * static_cast<float>(1.0 / camera_.fy());
+  return frame.R[frame.row(v0)] * Vec3f(x, y, 1);
+}
+
+void Renderer::radiance(const Frame& frame, const Seen& seen, const Vectors16& sight,
+                        const Floats16& share, Colours16& colours) const {
+  const auto& [nx, ny, nz] = seen.surfaces.normal;
+  Floats16 footprint, per_m;
+  for (int k = 0; k < kLanes; ++k) {
+    const float x = sight.x[k];
+    const float y = sight.y[k];
+    const float z = sight.z[k];
+    const float distance = std::sqrt(x * x + y * y + z * z);
+    per_m[k] = 1 / (distance > 1e-6F ? distance : 1e-6F);
+    const float cosine = -(nx[k] * x + ny[k] * y + nz[k] * z) * per_m[k];
+    footprint[k] = 0.75F * distance * pixel_angle_ / std::sqrt(cosine > 0.15F ? cosine : 0.15F);
+  }
+  Floats16 glow;
+  int shines = 0;
+  for (int k = 0; k < kLanes; ++k) {
+    const Surface& material = surfaces_[static_cast<std::size_t>(seen.surfaces.material[k])];
+    const Texture* texture = material.first;
+    if (material.frames != nullptr) {
+      const auto count = static_cast<std::uint32_t>(material.frames->size());
+      const auto shown = static_cast<std::uint32_t>(frame.video_frame) % count;
+      texture = &scene_.materials.texture((*material.frames)[shown]);
     }
+    const Light albedo = texture->sample(seen.surfaces.u[k] * material.tiles_per_uv.x(),
+                                         seen.surfaces.v[k] * material.tiles_per_uv.y(),
+                                         footprint[k] * material.texels_per_m);
+    colours.r[k] = albedo[0] * material.tint.x();
+    colours.g[k] = albedo[1] * material.tint.y();
+    colours.b[k] = albedo[2] * material.tint.z();
+    glow[k] = material.glow;
+    shines |= material.shine > 0 ? 1 : 0;
   }
-  return 0;
+  const float ambient = scene_.ambient;
+  for (int k = 0; k < kLanes; ++k) {
+    const float sky = 0.80F + 0.20F * nz[k] + 0.08F * nx[k];
+    const float light = ambient * sky + share[k] * seen.light[k] + glow[k];
+    colours.r[k] *= light;
+    colours.g[k] *= light;
+    colours.b[k] *= light;
+  }
+  if (shines != 0) add_gloss(seen, sight, per_m, share, colours);
+  const auto exposure = static_cast<float>(config_.exposure);
+  for (int k = 0; k < kLanes; ++k) {
+    const float seen_at_all = seen.hits.object[k] != Hits16::kNothing ? exposure : 0.0F;
+    colours.r[k] *= seen_at_all;
+    colours.g[k] *= seen_at_all;
+    colours.b[k] *= seen_at_all;
+  }
 }
 
-float Renderer::light_sum(const Vec3f& p_world, const Vec3f& normal, const Lamps& lamps,
-                          Lanes& contributions) const {
-  const Lanes x = lamps.x - p_world.x();
-  const Lanes y = lamps.y - p_world.y();
-  const Lanes z = lamps.z - p_world.z();
-  const Lanes inverse2 = (x * x + y * y + z * z + 0.05F).inverse();
-  const Lanes inverse = inverse2.sqrt();
-  // Lambert at the surface (wrapped a little, for the lamp is large), cosine emission.
-  const Lanes facing =
-      ((normal.x() * x + normal.y() * y + normal.z() * z) * inverse + 0.1F) * (1 / 1.1F);
-  contributions = facing.max(0.0F) * (z * inverse).max(0.0F) * lamps.power * inverse2;
-  return contributions.sum();
+void Renderer::add_gloss(const Seen& seen, const Vectors16& sight, const Floats16& per_m,
+                         const Floats16& share, Colours16& colours) const {
+  for (int k = 0; k < kLanes; ++k) {
+    const float shine = surfaces_[static_cast<std::size_t>(seen.surfaces.material[k])].shine;
+    if (shine <= 0) continue;
+    const Vec3f normal(seen.surfaces.normal.x[k], seen.surfaces.normal.y[k],
+                       seen.surfaces.normal.z[k]);
+    const Vec3f p(seen.point.x[k], seen.point.y[k], seen.point.z[k]);
+    const Vec3f ray = Vec3f(sight.x[k], sight.y[k], sight.z[k]) * per_m[k];
+    const Vec3f mirrored = ray - 2 * ray.dot(normal) * normal;
+    const Lamps& lamps = lamps_[static_cast<std::size_t>(seen.zone[k])];
+    float gloss = 0;
+    for (int l = 0; l < lamps.count; ++l) {
+      const Vec3f to = lamps.centre[static_cast<std::size_t>(l)] - p;
+      const float towards = mirrored.dot(to);
+      if (towards <= 0) continue;
+      const float cosine2 = towards * towards / (to.squaredNorm() + 1e-6F);
+      const float c8 = cosine2 * cosine2 * cosine2 * cosine2;
+      gloss += c8 * c8;
+    }
+    gloss *= 0.8F * shine * share[k];
+    colours.r[k] += gloss;
+    colours.g[k] += gloss;
+    colours.b[k] += gloss;
+  }
 }
 
-bool Renderer::prepare_light(std::size_t i, int sample, bool first, Layer& layer, RayPacket& packet,
-                             int k) const {
-  layer.weight[i] = layer.arrived[i] = layer.light[i] = 0;
-  layer.state[i] = 0;
-  if (layer.hits[i].object == RayHit::kNothing) return false;
-  const Vec3f& normal = layer.surfaces[i].normal;
-  const Lamps& lamps = lamps_[zone_at(layer.points[i])];
-  Lanes contributions;
-  layer.light[i] = light_sum(layer.points[i], normal, lamps, contributions);
-  const float weight = contributions[lamps.sample_lamp[sample]];
-  if (layer.light[i] <= 0 || weight <= 0) return false;
-  layer.weight[i] = layer.arrived[i] = weight;
-  if (!first) {
-    layer.state[i] = guess(layer.near[i]);
-    if ((layer.state[i] & (kFixedBlocks | kMoversBlock)) != 0) layer.arrived[i] = 0;
-    if (layer.state[i] != 0) return false;
+namespace {
+
+/// Whether all pixels whose light the 16 pixels share lie on one triangle, as on walls and floors.
+bool is_one_face(const Plane<std::int32_t>& object, const Plane<std::int32_t>& triangle, int u0,
+                 int row) {
+  const std::int32_t o = object.row(row)[u0];
+  const std::int32_t t = triangle.row(row)[u0];
+  for (int v = row - 1; v < row + 3; ++v) {
+    const std::int32_t* other = object.row(v) + u0 - 1;
+    const std::int32_t* face = triangle.row(v) + u0 - 1;
+    std::int32_t differs = 0;
+    for (int k = 0; k < kLanes + 3; ++k) differs |= (other[k] ^ o) | (face[k] ^ t);
+    if (differs != 0) return false;
   }
-  packet.origin[k] = layer.points[i] + 2e-3F * normal;
-  packet.direction[k] = lamps.sample_point[sample] - packet.origin[k];
   return true;
 }
 
-void Renderer::copy_light(int row, const Layer& with_movers, Layer& layer) const {
-  const std::size_t begin = static_cast<std::size_t>(row) * camera_.width();
-  for (std::size_t i = begin; i < begin + camera_.width(); ++i) {
-    if (layer.changed[i] != 0) continue;
-    // The same surface, so the same light but for what the movers block.
-    const std::uint8_t state = with_movers.state[i];
-    layer.state[i] = state & (kFixedLets | kFixedBlocks);
-    layer.weight[i] = with_movers.weight[i];
-    layer.arrived[i] = (state & kFixedBlocks) != 0 ? 0.0F : with_movers.weight[i];
-    layer.light[i] = with_movers.light[i];
-    if ((state & kMoversBlock) != 0) layer.changed[i] = kOtherLight;
+/// Sums over the 4x4 windows of 16 pixels.
+Floats16 sum_windows(const Plane<float>& plane, int u0, int row) {
+  float column[kLanes + 4] = {};
+  for (int v = row - 1; v < row + 3; ++v) {
+    const float* values = plane.row(v) + u0 - 1;
+    for (int k = 0; k < kLanes + 4; ++k) column[k] += values[k];
+  }
+  Floats16 sum;
+  for (int k = 0; k < kLanes; ++k)
+    sum[k] = (column[k] + column[k + 1]) + (column[k + 2] + column[k + 3]);
+  return sum;
+}
+
+}  // namespace
+
+void Renderer::share_of_light(const Layer& layer, int u0, int row, Floats16& share) const {
+  // Any 4x4 window holds each of the 16 light samples once.
+  Floats16 weight{}, arrived{};
+  if (is_one_face(layer.object, layer.triangle, u0, row)) {
+    weight = sum_windows(layer.weight, u0, row);
+    arrived = sum_windows(layer.arrived, u0, row);
+  } else {
+    sum_same_surface(layer, u0, row, weight, arrived);
+  }
+  for (int k = 0; k < kLanes; ++k)
+    share[k] = weight[k] > 0 ? arrived[k] / (weight[k] > 0 ? weight[k] : 1.0F) : 1.0F;
+}
+
+void Renderer::sum_same_surface(const Layer& layer, int u0, int row, Floats16& weight,
+                                Floats16& arrived) {
+  for (int half = 0; half < kLanes; half += 8) {
+    const int first = u0 + half;
+    const auto here = [&](const auto& plane) { return load8(plane.row(row) + first); };
+    const Ints8 object = here(layer.object);
+    const Ints8 triangle = here(layer.triangle);
+    const Floats8 distance = here(layer.distance);
+    const Floats8 nx = here(layer.nx);
+    const Floats8 ny = here(layer.ny);
+    const Floats8 nz = here(layer.nz);
+    const Floats8 tolerance = 0.03F * distance;
+    Floats8 could{}, did{};
+    for (int v = row - 1; v < row + 3; ++v) {
+      for (int u = first - 1; u < first + 3; ++u) {
+        const auto there = [&](const auto& plane) { return load8(plane.row(v) + u); };
+        const Floats8 turned = there(layer.nx) * nx + there(layer.ny) * ny + there(layer.nz) * nz;
+        const Ints8 smooth =
+            (absolute(there(layer.distance) - distance) <= tolerance) & (turned >= 0.85F);
+        const Ints8 same =
+            (there(layer.object) == object) & ((there(layer.triangle) == triangle) | smooth);
+        could += where(same, there(layer.weight));
+        did += where(same, there(layer.arrived));
+      }
+    }
+    std::memcpy(weight.lane + half, &could, sizeof(could));
+    std::memcpy(arrived.lane + half, &did, sizeof(did));
   }
 }
 
-bool Renderer::is_unchanged(const Layer& layer, int u0, int v0) const {
-  const int width = camera_.width();
-  const int columns = std::min(kLightBlock, width - u0);
-  for (int v = v0; v < std::min(camera_.height(), v0 + kLightBlock); ++v) {
-    const std::uint8_t* row = layer.changed.data() + static_cast<std::size_t>(v) * width + u0;
-    if (std::find(row, row + columns, kOtherSurface) != row + columns) return false;
-  }
-  return true;
-}
-
-void Renderer::light_block(int block_row, bool first, const Layer* with_movers,
-                           Layer& layer) const {
-  const int width = camera_.width();
-  const int v0 = block_row * kLightBlock;
-  RayPacket packet;
-  RayScene::Flags ask_movers, by_fixed, by_mover;
-  packet.reach.fill(0.999F);
-  ask_movers.fill(with_movers == nullptr);
-  // Pixels four apart ask for the same point of the same lamp: such rays travel together.
-  const auto pixel = [&](int u0, int sample, int k) {
-    return std::pair(u0 + kPlace[sample] % 4 + 4 * (k % 4), v0 + kPlace[sample] / 4 + 4 * (k / 4));
+void Renderer::shade_segment(const Frame& frame, const Layer& layer, int u0, int row,
+                             Rgb8* pixels) const {
+  Seen seen;
+  const auto load = [&](const auto& plane, auto& lanes) {
+    std::memcpy(lanes.lane, plane.row(row) + u0, sizeof(lanes.lane));
   };
-  const auto is_wanted = [&](int u, int v) {
-    if (u >= width || v >= camera_.height()) return false;
-    return with_movers == nullptr ||
-           layer.changed[static_cast<std::size_t>(v) * width + u] == kOtherSurface;
+  load(layer.object, seen.hits.object);
+  load(layer.material, seen.surfaces.material);
+  load(layer.zone, seen.zone);
+  load(layer.nx, seen.surfaces.normal.x);
+  load(layer.ny, seen.surfaces.normal.y);
+  load(layer.nz, seen.surfaces.normal.z);
+  load(layer.u, seen.surfaces.u);
+  load(layer.v, seen.surfaces.v);
+  load(layer.px, seen.point.x);
+  load(layer.py, seen.point.y);
+  load(layer.pz, seen.point.z);
+  load(layer.light, seen.light);
+  Floats16 share;
+  if (BitsAround(layer.state, u0, row).any(kBlocks)) {
+    share_of_light(layer, u0, row, share);
+  } else {
+    share.fill(1);
+  }
+  const Vec3f eye = frame.origin[frame.row(row)];
+  const float ex = eye.x(), ey = eye.y(), ez = eye.z();
+  Vectors16 sight;
+  for (int k = 0; k < kLanes; ++k) {
+    sight.x[k] = seen.point.x[k] - ex;
+    sight.y[k] = seen.point.y[k] - ey;
+    sight.z[k] = seen.point.z[k] - ez;
+  }
+  Colours16 colours;
+  radiance(frame, seen, sight, share, colours);
+  Lanes<std::uint8_t> r, g, b;
+  for (int k = 0; k < kLanes; ++k) {
+    r[k] = code_of(colours.r[k]);
+    g[k] = code_of(colours.g[k]);
+    b[k] = code_of(colours.b[k]);
+  }
+  const int count = std::min(kLanes, camera_.width() - u0);
+  for (int k = 0; k < count; ++k) pixels[k] = {r[k], g[k], b[k]};
+}
+
+float Renderer::share_near(const Layer& layer, int u, int row, const Seen& seen, int lane) {
+  const std::int32_t object = seen.hits.object[lane];
+  const std::int32_t triangle = seen.hits.triangle[lane];
+  const float distance = seen.hits.distance[lane];
+  const float x = seen.surfaces.normal.x[lane];
+  const float y = seen.surfaces.normal.y[lane];
+  const float z = seen.surfaces.normal.z[lane];
+  constexpr Ints8 kWindow = {-1, -1, -1, -1, -1, 0, 0, 0};  // five columns count
+  Floats8 weight{}, arrived{};
+  for (int v = row - 1; v <= row + 1; ++v) {
+    const auto there = [&](const auto& plane) { return load8(plane.row(v) + u - 2); };
+    const Floats8 turned = x * there(layer.nx) + y * there(layer.ny) + z * there(layer.nz);
+    const Ints8 smooth =
+        (absolute(there(layer.distance) - distance) < 0.04F * distance) & (turned > 0.85F);
+    const Ints8 same =
+        (there(layer.object) == object) & ((there(layer.triangle) == triangle) | smooth) & kWindow;
+    weight += where(same, there(layer.weight));
+    arrived += where(same, there(layer.arrived));
+  }
+  const float sum = weight[0] + weight[1] + weight[2] + weight[3] + weight[4];
+  const float came = arrived[0] + arrived[1] + arrived[2] + arrived[3] + arrived[4];
+  return sum > 0 ? came / sum : 1.0F;
+}
+
+void Renderer::find_edges(const Layer& layer, int u0, int row, Ints16& edge) const {
+  const auto differs = [&](int half, int du, int dv) {
+    const auto here = [&](const auto& plane) { return load8(plane.row(row) + u0 + half); };
+    const auto there = [&](const auto& plane) {
+      return load8(plane.row(row + dv) + u0 + half + du);
+    };
+    const Ints8 other_object = here(layer.object) ^ there(layer.object);
+    const Ints8 other_face = other_object | (here(layer.triangle) ^ there(layer.triangle));
+    if (!any(other_face)) return Ints8{};
+    const Ints8 other_part = other_object | (here(layer.material) ^ there(layer.material));
+    const Floats8 d = here(layer.distance);
+    const Floats8 d2 = there(layer.distance);
+    const Floats8 nearer = d < d2 ? d : d2;
+    const Floats8 turned = here(layer.nx) * there(layer.nx) + here(layer.ny) * there(layer.ny) +
+                           here(layer.nz) * there(layer.nz);
+    const Ints8 bends = (other_part != 0) | (absolute(d - d2) > 0.04F * nearer) | (turned < 0.8F);
+    return (other_face != 0) & bends;
   };
-  for (int u0 = 0; u0 < width; u0 += kLightBlock) {
-    if (with_movers != nullptr && is_unchanged(layer, u0, v0)) continue;
-    for (int sample = first ? 0 : kSamples / 2; sample < (first ? kSamples / 2 : kSamples);
-         ++sample) {
-      bool any = false;
-      for (int k = 0; k < kPacket; ++k) {
-        const auto [u, v] = pixel(u0, sample, k);
-        packet.origin[k] = packet.direction[k] = Vec3f::UnitZ();
-        packet.active[k] = is_wanted(u, v) && prepare_light(static_cast<std::size_t>(v) * width + u,
-                                                            sample, first, layer, packet, k);
-        any |= packet.active[k];
-      }
-      if (!any) continue;
-      rays_.occluded(packet, ask_movers, by_fixed, by_mover);
-      for (int k = 0; k < kPacket; ++k) {
-        if (!packet.active[k]) continue;
-        const auto [u, v] = pixel(u0, sample, k);
-        const std::size_t i = static_cast<std::size_t>(v) * width + u;
-        layer.state[i] = by_fixed[k] ? kFixedBlocks : kFixedLets;
-        if (!by_fixed[k]) layer.state[i] |= by_mover[k] ? kMoversBlock : kMoversLet;
-        if (by_fixed[k] || by_mover[k]) layer.arrived[i] = 0;
-      }
-    }
+  const int last_column = camera_.width() - 1;
+  for (int half = 0; half < kLanes; half += 8) {
+    constexpr Ints8 kCount = {0, 1, 2, 3, 4, 5, 6, 7};
+    const Ints8 column = kCount + (u0 + half);
+    Ints8 found =
+        (differs(half, -1, 0) & (column > 0)) | (differs(half, 1, 0) & (column < last_column));
+    if (row > 0) found |= differs(half, 0, -1);
+    if (row + 1 < camera_.height()) found |= differs(half, 0, 1);
+    found &= column <= last_column;
+    std::memcpy(edge.lane + half, &found, sizeof(found));
   }
 }
 
-void Renderer::spread(const std::vector<std::uint8_t>& bits,
-                      std::vector<std::uint8_t>& around) const {
-  constexpr int kFar = 2;
-  const int width = camera_.width();
-  const int height = camera_.height();
-  parallel_for((height + kLightBlock - 1) / kLightBlock, config_.threads, [&](int block) {
-    std::vector<std::uint8_t> column(static_cast<std::size_t>(width + 2 * kFar));
-    for (int row = block * kLightBlock; row < std::min(height, (block + 1) * kLightBlock); ++row) {
-      std::fill(column.begin(), column.end(), std::uint8_t{0});
-      std::uint8_t* __restrict middle = column.data() + kFar;
-      for (int v = std::max(0, row - kFar); v <= std::min(height - 1, row + kFar); ++v) {
-        const std::uint8_t* __restrict in = bits.data() + static_cast<std::size_t>(v) * width;
-        for (int u = 0; u < width; ++u) middle[u] = static_cast<std::uint8_t>(middle[u] | in[u]);
-      }
-      std::uint8_t* __restrict out = around.data() + static_cast<std::size_t>(row) * width;
-      const std::uint8_t* __restrict c = column.data();
-      for (int u = 0; u < width; ++u)
-        out[u] = static_cast<std::uint8_t>(c[u] | c[u + 1] | c[u + 2] | c[u + 3] | c[u + 4]);
-    }
-  });
-}
-
-Light Renderer::radiance(const Frame& frame, const SurfacePoint& surface, const Vec3f& p_world,
-                         const Vec3f& sight, float distance, float visibility,
-                         float light_sum_here) const {
-  const Surface& material = surfaces_[surface.material];
-  const Texture* texture = material.first;
-  if (material.frames != nullptr) {
-    const auto count = static_cast<std::uint32_t>(material.frames->size());
-    const auto shown = static_cast<std::uint32_t>(frame.video_frame) % count;
-    texture = &scene_.materials.texture((*material.frames)[shown]);
-  }
-  const float facing = std::max(0.15F, -surface.normal.dot(sight));
-  const float footprint =
-      0.75F * distance * pixel_angle_ * material.texels_per_m / std::sqrt(facing);
-  const Light albedo =
-      texture->sample(surface.uv.cwiseProduct(material.tiles_per_uv), footprint) * material.tint;
-  const float direct = visibility * light_sum_here;
-  const float sky = 0.80F + 0.20F * surface.normal.z() + 0.08F * surface.normal.x();
-  Light light = albedo * (scene_.ambient * sky + direct + material.glow);
-  if (material.shine > 0) {
-    const Vec3f mirrored = sight - 2 * sight.dot(surface.normal) * surface.normal;
-    const Lamps& lamps = lamps_[zone_at(p_world)];
-    const Lanes x = lamps.x - p_world.x();
-    const Lanes y = lamps.y - p_world.y();
-    const Lanes z = lamps.z - p_world.z();
-    const Lanes cosine = (mirrored.x() * x + mirrored.y() * y + mirrored.z() * z).max(0.0F) *
-                         (x * x + y * y + z * z + 1e-6F).inverse().sqrt();
-    const Lanes c4 = cosine.square().square();
-    light += 0.8F * material.shine * visibility * (c4.square().square() * lamps.on).sum();
-  }
-  return light * static_cast<float>(config_.exposure);
-}
-
-void Renderer::shade_row(const Frame& frame, const Layer& layer, int row,
-                         ColourImage& colour) const {
-  const int width = camera_.width();
-  const int height = camera_.height();
-  for (int u = 0; u < width; ++u) {
-    const std::size_t i = static_cast<std::size_t>(row) * width + u;
-    if (layer.shade[i] == 0) continue;
-    const RayHit& hit = layer.hits[i];
-    if (hit.object == RayHit::kNothing) {
-      colour.at(u, row) = {};
-      continue;
-    }
-    const Vec3f& normal = layer.surfaces[i].normal;
-    const bool shadow_near = (layer.near[i] & (kFixedBlocks | kMoversBlock)) != 0;
-    float weight = 0;
-    float arrived = 0;
-    // Any 4x4 window holds each of the 16 light samples once.
-    for (int v = std::max(0, row - 1); shadow_near && v < std::min(height, row + 3); ++v) {
-      for (int x = std::max(0, u - 1); x < std::min(width, u + 3); ++x) {
-        const std::size_t j = static_cast<std::size_t>(v) * width + x;
-        const RayHit& other = layer.hits[j];
-        const bool same = other.triangle == hit.triangle && other.object == hit.object;
-        if (!same && (other.object != hit.object ||
-                      std::abs(other.distance - hit.distance) > 0.03F * hit.distance ||
-                      layer.surfaces[j].normal.dot(normal) < 0.85F)) {
-          continue;
-        }
-        weight += layer.weight[j];
-        arrived += layer.arrived[j];
-      }
-    }
-    const float visibility = weight > 0 ? arrived / weight : 1.0F;
-    const Vec3f ray = layer.points[i] - frame.origin[frame.row(row)];
-    const float distance = ray.norm();
-    const Vec3f sight = ray / distance;
-    colour.at(u, row) = pixel_of(radiance(frame, layer.surfaces[i], layer.points[i], sight,
-                                          distance, visibility, layer.light[i]));
-  }
-}
-
-float Renderer::visibility_near(const Layer& layer, int u, int row, const RayHit& hit,
-                                const Vec3f& normal) const {
-  const int width = camera_.width();
-  const std::uint8_t near = layer.near[static_cast<std::size_t>(row) * width + u];
-  if ((near & (kFixedBlocks | kMoversBlock)) == 0) return 1;
-  float weight = 0;
-  float arrived = 0;
-  for (int v = std::max(0, row - 1); v <= std::min(camera_.height() - 1, row + 1); ++v) {
-    for (int x = std::max(0, u - 2); x <= std::min(width - 1, u + 2); ++x) {
-      const std::size_t j = static_cast<std::size_t>(v) * width + x;
-      const RayHit& other = layer.hits[j];
-      const bool same = other.object == hit.object &&
-                        (other.triangle == hit.triangle ||
-                         (layer.surfaces[j].normal.dot(normal) > 0.85F &&
-                          std::abs(other.distance - hit.distance) < 0.04F * hit.distance));
-      if (!same) continue;
-      weight += layer.weight[j];
-      arrived += layer.arrived[j];
-    }
-  }
-  return weight > 0 ? arrived / weight : 1.0F;
-}
-
-bool Renderer::is_edge(const Layer& layer, int u, int row) const {
-  const int width = camera_.width();
-  const std::size_t i = static_cast<std::size_t>(row) * width + u;
-  const RayHit& a = layer.hits[i];
-  const auto differs = [&](std::size_t j) {
-    const RayHit& b = layer.hits[j];
-    if (a.object == b.object && a.triangle == b.triangle) return false;
-    return a.object != b.object || layer.surfaces[i].material != layer.surfaces[j].material ||
-           std::abs(a.distance - b.distance) > 0.04F * std::min(a.distance, b.distance) ||
-           layer.surfaces[i].normal.dot(layer.surfaces[j].normal) < 0.8F;
-  };
-  return (u > 0 && differs(i - 1)) || (u + 1 < width && differs(i + 1)) ||
-         (row > 0 && differs(i - width)) || (row + 1 < camera_.height() && differs(i + width));
-}
-
-void Renderer::smooth_edges_row(const Frame& frame, const Layer& layer, RayTarget target, int row,
-                                ColourImage& colour) const {
+bool Renderer::smooth_segment(const Frame& frame, const Layer& layer, bool with_movers, int u0,
+                              int row, Rgb8* pixels) const {
   constexpr int kExtra = 2;  // beside the ray in the middle
   constexpr float kOffset[kExtra][2] = {{-0.33F, 0.2F}, {0.33F, -0.2F}};
-  constexpr int kPixels = kPacket / kExtra;
-  RayPacket packet;
-  RayScene::Hits hits;
-  packet.reach.fill(kReach_m);
-  std::array<int, kPixels> waiting{};
+  constexpr int kPixels = kLanes / kExtra;
+  Ints16 edge;
+  find_edges(layer, u0, row, edge);
+  if (!any(edge)) return false;
+  const BitsAround around(layer.state, u0, row);
+  bool met_mover = false;
+  int waiting[kPixels];
   int count = 0;
   const auto flush = [&] {
-    for (int k = 0; k < kPacket; ++k) {
-      packet.active[k] = k < kExtra * count;
-      if (!packet.active[k]) continue;
-      packet.origin[k] = frame.origin[frame.row(row)];
-      packet.direction[k] =
-          ray_direction(frame, static_cast<float>(waiting[k / kExtra]) + kOffset[k % kExtra][0],
+    RayPacket packet;
+    packet.reach.fill(kReach_m);
+    const Vec3f& eye = frame.origin[frame.row(row)];
+    for (int k = 0; k < kLanes; ++k) {
+      packet.active[k] = k < kExtra * count ? -1 : 0;
+      const int column = u0 + waiting[std::min(k / kExtra, count - 1)];
+      const Vec3f direction =
+          ray_direction(frame, static_cast<float>(column) + kOffset[k % kExtra][0],
                         static_cast<float>(row) + kOffset[k % kExtra][1]);
+      packet.origin.x[k] = eye.x();
+      packet.origin.y[k] = eye.y();
+      packet.origin.z[k] = eye.z();
+      packet.direction.x[k] = direction.x();
+      packet.direction.y[k] = direction.y();
+      packet.direction.z[k] = direction.z();
     }
-    rays_.intersect(packet, target, hits, nullptr);
+    Seen seen;
+    if (with_movers) {
+      rays_.intersect(packet, seen.hits, nullptr);
+    } else {
+      rays_.intersect_fixed(packet, seen.hits);
+    }
+    look_at(packet, seen);
+    Floats16 share;
+    share.fill(1);
+    Vectors16 sight;
+    for (int k = 0; k < kLanes; ++k) {
+      met_mover |= seen.hits.object[k] > 0;
+      sight.x[k] = seen.point.x[k] - packet.origin.x[k];
+      sight.y[k] = seen.point.y[k] - packet.origin.y[k];
+      sight.z[k] = seen.point.z[k] - packet.origin.z[k];
+      const int column = waiting[std::min(k / kExtra, count - 1)];
+      if (packet.active[k] != 0 && (around.bits[column] & kBlocks) != 0)
+        share[k] = share_near(layer, u0 + column, row, seen, k);
+    }
+    Colours16 colours;
+    radiance(frame, seen, sight, share, colours);
     for (int n = 0; n < count; ++n) {
-      Rgb8& pixel = colour.at(waiting[n], row);
-      Light sum(linear_from_code(pixel.r), linear_from_code(pixel.g), linear_from_code(pixel.b), 0);
-      for (int k = kExtra * n; k < kExtra * (n + 1); ++k) {
-        if (hits[k].object == RayHit::kNothing) continue;
-        SurfacePoint surface = rays_.surface(hits[k]);
-        const Vec3f& ray = packet.direction[k];
-        if (surface.normal.dot(ray) > 0) surface.normal *= -1;
-        const float length = ray.norm();
-        const Vec3f p_world = packet.origin[k] + hits[k].distance * ray;
-        Lanes contributions;
-        const float light =
-            light_sum(p_world, surface.normal, lamps_[zone_at(p_world)], contributions);
-        const float visibility = visibility_near(layer, waiting[n], row, hits[k], surface.normal);
-        sum += radiance(frame, surface, p_world, ray / length, hits[k].distance * length,
-                        visibility, light);
-      }
-      pixel = pixel_of(sum / (kExtra + 1));
+      Rgb8& pixel = pixels[waiting[n]];
+      const auto mean = [&](std::uint8_t middle, const Floats16& extra) {
+        float sum = linear_from_code(middle);
+        for (int k = kExtra * n; k < kExtra * (n + 1); ++k) sum += extra[k];
+        return code_of(sum / (kExtra + 1));
+      };
+      pixel = {mean(pixel.r, colours.r), mean(pixel.g, colours.g), mean(pixel.b, colours.b)};
     }
     count = 0;
   };
-  for (int u = 0; u < camera_.width(); ++u) {
-    if (layer.shade[static_cast<std::size_t>(row) * camera_.width() + u] == 0) continue;
-    if (!is_edge(layer, u, row)) continue;
-    waiting[count] = u;
+  for (int k = 0; k < kLanes; ++k) {
+    if (edge[k] == 0) continue;
+    waiting[count] = k;
     if (++count == kPixels) flush();
   }
   if (count > 0) flush();
+  return met_mover;
+}
+
+void Renderer::shade_blocks(const Frame& frame, bool with_movers, int block_row) const {
+  const Layer& layer = with_movers ? *all_ : *fixed_;
+  ColourImage& colour = with_movers ? frame.view->colour : frame.view->colour_static;
+  const int end = std::min(camera_.height(), (block_row + 1) * kBlock);
+  for (int column = 0; column < blocks_across(); ++column) {
+    const int u0 = column * kBlock;
+    const std::size_t block = static_cast<std::size_t>(block_row) * blocks_across() + column;
+    if (!with_movers && !is_touched(column, block_row, 1)) continue;
+    for (int row = block_row * kBlock; row < end; ++row) {
+      std::uint8_t& met = all_->segment_mover[block * kBlock + row % kBlock];
+      Rgb8* pixels = colour.row(row) + u0;
+      // As far as shadows are smoothed and edges drawn, what changed makes a difference.
+      if (!with_movers && met == 0 && !BitsAround(layer.changed, u0, row).any(0xff)) continue;
+      shade_segment(frame, layer, u0, row, pixels);
+      const bool met_mover =
+          config_.antialias && smooth_segment(frame, layer, with_movers, u0, row, pixels);
+      if (!with_movers) continue;
+      met = met_mover ? 1 : 0;
+      if (met_mover) all_->block_mover[block] = 1;
+    }
+  }
 }
 
 }  // namespace ygslam::sim

@@ -44,6 +44,25 @@ std::uint64_t row_seed(std::uint64_t seed, int row) {
   return Rng(seed ^ (static_cast<std::uint64_t>(row) * 0xd1342543de82ef95ULL)).next();
 }
 
+/// A well-mixed number for each of a row's counters: without a chain from one to the next, so that
+/// many are made at once (the finaliser of MurmurHash3, Appleby 2011).
+std::uint32_t mixed(std::uint32_t x) {
+  x ^= x >> 16U;
+  x *= 0x85ebca6bU;
+  x ^= x >> 13U;
+  x *= 0xc2b2ae35U;
+  x ^= x >> 16U;
+  return x;
+}
+
+/// Nearly normal, standard deviation 1: the sum of four bytes.
+float bell(std::uint32_t bits) {
+  const auto sum = static_cast<std::int32_t>((bits & 0xffU) + (bits >> 8U & 0xffU) +
+                                             (bits >> 16U & 0xffU) + (bits >> 24U));
+  constexpr float kScale = 1 / 147.8F;  // sqrt(4 (256^2 - 1) / 12)
+  return static_cast<float>(sum - 510) * kScale;
+}
+
 /// A normal value for a lattice cell: equal for all pixels of the cell.
 float cell_normal(std::uint64_t seed, int i, int j) {
   Rng rng(seed ^ (static_cast<std::uint64_t>(i) * 0xd6e8feb86659fd93ULL +
@@ -63,15 +82,21 @@ class SmoothNoise {
           cell_normal(seed, static_cast<int>(i) % columns_, static_cast<int>(i) / columns_);
     }
   }
-  [[nodiscard]] float at(int u, int v) const {
-    const int i = u / kCell;
-    const int j = v / kCell;
-    const float a = static_cast<float>(u % kCell) / kCell;
+  /// The values of an image row.
+  void row(int v, std::vector<float>& out) const {
     const float b = static_cast<float>(v % kCell) / kCell;
-    const float* top = values_.data() + static_cast<std::size_t>(j) * columns_ + i;
+    const float* top = values_.data() + static_cast<std::size_t>(v / kCell) * columns_;
     const float* low = top + columns_;
-    // Interpolation lowers the variance to about (2/3)^2.
-    return 1.5F * ((1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * low[0] + a * low[1]));
+    const int width = static_cast<int>(out.size());
+    for (int u = 0, i = 0; u < width; ++i) {
+      // Interpolation lowers the variance to about (2/3)^2.
+      const float left = 1.5F * ((1 - b) * top[i] + b * low[i]);
+      const float right = 1.5F * ((1 - b) * top[i + 1] + b * low[i + 1]);
+      for (int k = 0; k < kCell && u < width; ++k, ++u) {
+        const float share = static_cast<float>(k) / kCell;
+        out[static_cast<std::size_t>(u)] = (1 - share) * left + share * right;
+      }
+    }
   }
 
  private:
@@ -111,36 +136,99 @@ DepthImage kinect_depth(const View& view, const Camera& camera, const DepthNoise
   // Disparity is quantised by the sensor's own pixels, whatever the size of the output.
   const auto step = static_cast<float>(config.disparity_step_px * camera.fx() / 535.4);
   const auto lateral = static_cast<float>(config.lateral_sigma_px);
+  const auto min_m = static_cast<float>(config.min_m);
+  const auto max_m = static_cast<float>(config.max_m);
   const SmoothNoise smooth(width, height, seed);
   const SmoothNoise patch(width, height, seed ^ 0x5bd1e995);
-  const NormalTable& normal = normals();
-  parallel_for(height, threads, [&](int v) {
-    Rng rng(row_seed(seed, v));
-    std::vector<float> nearest;
-    std::vector<std::uint8_t> shadow(static_cast<std::size_t>(width));
-    mark_shadow(view.depth_m.row(v), width, fb, nearest, shadow);
-    for (int u = 0; u < width; ++u) {
-      const std::uint64_t bits = rng.next();
-      const int du = nearest_int(lateral * normal[bits]);
-      const int dv = nearest_int(lateral * normal[bits >> 12U]);
-      const int su = std::clamp(u + du, 0, width - 1);
-      const int sv = std::clamp(v + dv, 0, height - 1);
-      const float depth_m = view.depth_m.at(su, sv);
-      if (depth_m <= 0 || shadow[u] != 0) continue;
-      const float range = depth_m / 4;
-      const float signal = view.ir_return.at(su, sv) * view.facing.at(su, sv) / (1 + range * range);
-      if (signal < 0.075F + 0.02F * patch.at(u, v)) continue;
-      const auto sigma_d =
-          static_cast<float>(kinect_depth_sigma_m(depth_m)) * fb / (depth_m * depth_m);
-      const float noise = 0.75F * smooth.at(u, v) + 0.66F * normal[bits >> 24U];
-      const float disparity = std::floor((fb / depth_m + sigma_d * noise) / step + 0.5F) * step;
-      if (disparity <= 0) continue;
-      const float measured_m = fb / disparity;
-      if (measured_m >= config.min_m && measured_m <= config.max_m) noisy.at(u, v) = measured_m;
+  constexpr int kRows = 8;
+  parallel_for((height + kRows - 1) / kRows, threads, [&](int block) {
+    const auto n = static_cast<std::size_t>(width);
+    std::vector<float> nearest, common(n), patches(n), threshold(n), own(n);
+    std::vector<std::uint8_t> shadow(n);
+    std::vector<std::int16_t> du(n), dv(n);
+    for (int v = block * kRows; v < std::min(height, (block + 1) * kRows); ++v) {
+      const std::uint64_t both = row_seed(seed, v);
+      mark_shadow(view.depth_m.row(v), width, fb, nearest, shadow);
+      smooth.row(v, common);
+      patch.row(v, patches);
+      for (std::size_t u = 0; u < n; ++u) {
+        const auto counter = static_cast<std::uint32_t>(3 * u);
+        const auto base = static_cast<std::uint32_t>(both);
+        du[u] = static_cast<std::int16_t>(nearest_int(lateral * bell(mixed(base + counter))));
+        dv[u] = static_cast<std::int16_t>(nearest_int(lateral * bell(mixed(base + counter + 1))));
+        own[u] = 0.75F * common[u] + 0.66F * bell(mixed(base + counter + 2));
+        threshold[u] = 0.075F + 0.02F * patches[u];
+      }
+      for (int u = 0; u < width; ++u) {
+        const auto i = static_cast<std::size_t>(u);
+        const int su = std::clamp(u + du[i], 0, width - 1);
+        const int sv = std::clamp(v + dv[i], 0, height - 1);
+        const float depth_m = view.depth_m.at(su, sv);
+        if (depth_m <= 0 || shadow[i] != 0) continue;
+        const float range = depth_m / 4;
+        const float signal =
+            view.ir_return.at(su, sv) * view.facing.at(su, sv) / (1 + range * range);
+        if (signal < threshold[i]) continue;
+        const auto sigma_d =
+            static_cast<float>(kinect_depth_sigma_m(depth_m)) * fb / (depth_m * depth_m);
+        const float disparity = std::floor((fb / depth_m + sigma_d * own[i]) / step + 0.5F) * step;
+        if (disparity <= 0) continue;
+        const float measured_m = fb / disparity;
+        if (measured_m >= min_m && measured_m <= max_m) noisy.at(u, v) = measured_m;
+      }
     }
   });
   return noisy;
 }
+
+namespace {
+
+/// The code values of a row as the lens delivers them: blended with a 3x3 binomial blur, the first
+/// and the last row and column repeated.
+class SoftRow {
+ public:
+  explicit SoftRow(int width) : sums_(static_cast<std::size_t>(3 * width) + 6) {}
+  void read(const ColourImage& colour, int v, float blend, std::vector<float>& values) {
+    const auto bytes = [&](int row) {
+      return reinterpret_cast<const std::uint8_t*>(
+          colour.row(std::clamp(row, 0, colour.height() - 1)));
+    };
+    const int n = 3 * colour.width();
+    const std::uint8_t* __restrict above = bytes(v - 1);
+    const std::uint8_t* __restrict here = bytes(v);
+    const std::uint8_t* __restrict below = bytes(v + 1);
+    std::uint16_t* __restrict sums = sums_.data() + 3;
+    for (int j = 0; j < n; ++j)
+      sums[j] = static_cast<std::uint16_t>(above[j] + 2 * here[j] + below[j]);
+    for (int c = 0; c < 3; ++c) {
+      sums_[static_cast<std::size_t>(c)] = sums[c];
+      sums[n + c] = sums[n - 3 + c];
+    }
+    const float share = blend / 16;
+    float* __restrict out = values.data();
+    for (int j = 0; j < n; ++j) {
+      const int nine = sums[j - 3] + 2 * sums[j] + sums[j + 3];
+      out[j] = (1 - blend) * static_cast<float>(here[j]) + share * static_cast<float>(nine);
+    }
+  }
+
+ private:
+  std::vector<std::uint16_t> sums_;
+};
+
+/// Noise of standard deviation 1 for the three channels of each pixel, a part of it shared.
+void colour_noise(std::uint64_t seed, std::vector<float>& noise) {
+  const auto of_pixel = static_cast<std::uint32_t>(seed);
+  const auto of_channel = static_cast<std::uint32_t>(seed >> 32U);
+  const auto n = static_cast<std::uint32_t>(noise.size());
+  float* __restrict out = noise.data();
+  for (std::uint32_t j = 0; j < n; ++j) {
+    const std::uint32_t pixel = j / 3;
+    out[j] = 0.6F * bell(mixed(of_pixel + pixel)) + 0.8F * bell(mixed(of_channel + j));
+  }
+}
+
+}  // namespace
 
 ColourImage noisy_colour(const ColourImage& colour, const ColourNoiseConfig& config,
                          std::uint64_t seed, int threads) {
@@ -149,34 +237,22 @@ ColourImage noisy_colour(const ColourImage& colour, const ColourNoiseConfig& con
   ColourImage noisy(width, height);
   const auto blend = static_cast<float>(config.optics);
   const auto sigma = static_cast<float>(config.sigma);
-  const NormalTable& normal = normals();
-  const auto bytes = [&](int v) {
-    return reinterpret_cast<const std::uint8_t*>(colour.row(std::clamp(v, 0, height - 1)));
-  };
-  parallel_for(height, threads, [&](int v) {
-    Rng rng(row_seed(seed, v));
-    const std::uint8_t* above = bytes(v - 1);
-    const std::uint8_t* here = bytes(v);
-    const std::uint8_t* below = bytes(v + 1);
-    // Sums down the columns, with the first and the last pixel repeated.
-    std::vector<std::uint16_t> column(3 * static_cast<std::size_t>(width + 2));
-    std::uint16_t* sums = column.data() + 3;
-    for (int j = 0; j < 3 * width; ++j)
-      sums[j] = static_cast<std::uint16_t>(above[j] + 2 * here[j] + below[j]);
-    for (int c = 0; c < 3; ++c) {
-      column[c] = sums[c];
-      sums[3 * width + c] = sums[3 * (width - 1) + c];
-    }
-    auto* out = reinterpret_cast<std::uint8_t*>(noisy.row(v));
-    for (int u = 0; u < width; ++u) {
-      std::uint64_t bits = rng.next();
-      const float common = 0.6F * normal[bits >> 36U];
-      for (int j = 3 * u; j < 3 * u + 3; ++j, bits >>= 12U) {
-        const float soft = static_cast<float>(sums[j - 3] + 2 * sums[j] + sums[j + 3]) / 16;
-        const float value = (1 - blend) * static_cast<float>(here[j]) + blend * soft;
-        const float own = common + 0.8F * normal[bits];
-        const float k = sigma * (0.6F + 0.8F * value / 255);
-        out[j] = static_cast<std::uint8_t>(std::clamp(value + k * own + 0.5F, 0.0F, 255.0F));
+  constexpr int kRows = 8;
+  parallel_for((height + kRows - 1) / kRows, threads, [&](int block) {
+    const int n = 3 * width;
+    SoftRow soft(width);
+    std::vector<float> values(static_cast<std::size_t>(n));
+    std::vector<float> noise(static_cast<std::size_t>(n));
+    for (int v = block * kRows; v < std::min(height, (block + 1) * kRows); ++v) {
+      soft.read(colour, v, blend, values);
+      colour_noise(row_seed(seed, v), noise);
+      auto* __restrict out = reinterpret_cast<std::uint8_t*>(noisy.row(v));
+      const float* __restrict clean = values.data();
+      const float* __restrict by = noise.data();
+      for (int j = 0; j < n; ++j) {
+        const float code = clean[j] + sigma * (0.6F + (0.8F / 255) * clean[j]) * by[j] + 0.5F;
+        const float held = code > 0 ? (code < 255 ? code : 255.0F) : 0.0F;
+        out[j] = static_cast<std::uint8_t>(static_cast<std::int32_t>(held));
       }
     }
   });

@@ -31,21 +31,32 @@ ColourImage halved(const ColourImage& image) {
   return half;
 }
 
-using Bytes4 = std::uint8_t __attribute__((vector_size(4)));
-using Floats4 = float __attribute__((vector_size(16)));
+using Ints4 = std::int32_t __attribute__((vector_size(16)));
 
-Floats4 floats(std::uint32_t texel) {
-  return __builtin_convertvector(std::bit_cast<Bytes4>(texel), Floats4);
+/// The four bytes of a texel. (GCC 12 would convert bytes to floats one by one.)
+Light codes(std::uint32_t texel) {
+  constexpr Ints4 kShift = {0, 8, 16, 24};
+  const Ints4 everywhere = Ints4{} + static_cast<std::int32_t>(texel);
+  return __builtin_convertvector((everywhere >> kShift) & 0xff, Light);
+}
+
+/// Without the library call of std::floor.
+int floor_int(float x) {
+  const int i = static_cast<int>(x);
+  return i - (static_cast<float>(i) > x ? 1 : 0);
 }
 
 }  // namespace
 
 Texture::Level Texture::packed(const ColourImage& image) {
   Level level{image.width(), image.height(), {}};
-  level.texels.reserve(image.size());
-  for (const Rgb8& p : image) {
-    level.texels.push_back(
-        std::bit_cast<std::uint32_t>(std::array<std::uint8_t, 4>{p.r, p.g, p.b, 0}));
+  level.texels.reserve(static_cast<std::size_t>(image.width() + 1) * (image.height() + 1));
+  for (int v = 0; v <= image.height(); ++v) {
+    for (int u = 0; u <= image.width(); ++u) {
+      const Rgb8& p = image.at(u % image.width(), v % image.height());
+      level.texels.push_back(
+          std::bit_cast<std::uint32_t>(std::array<std::uint8_t, 4>{p.r, p.g, p.b, 0}));
+    }
   }
   return level;
 }
@@ -60,32 +71,32 @@ Texture::Texture(const ColourImage& base) {
   }
 }
 
-Light Texture::bilinear(const Level& level, const Vec2f& uv) {
-  const float x = (uv.x() - std::floor(uv.x())) * static_cast<float>(level.width) - 0.5F;
-  const float y = (uv.y() - std::floor(uv.y())) * static_cast<float>(level.height) - 0.5F;
-  const float fx = std::floor(x);
-  const float fy = std::floor(y);
-  const float a = x - fx;
-  const float b = y - fy;
-  int u0 = static_cast<int>(fx);  // -1 .. width - 1
-  int v0 = static_cast<int>(fy);
-  const int u1 = u0 + 1 >= level.width ? 0 : u0 + 1;
-  const int v1 = v0 + 1 >= level.height ? 0 : v0 + 1;
-  if (u0 < 0) u0 = level.width - 1;
-  if (v0 < 0) v0 = level.height - 1;
-  const std::uint32_t* top =
-      level.texels.data() + static_cast<std::size_t>(v0) * static_cast<std::size_t>(level.width);
-  const std::uint32_t* low =
-      level.texels.data() + static_cast<std::size_t>(v1) * static_cast<std::size_t>(level.width);
-  const Floats4 code = (1 - b) * ((1 - a) * floats(top[u0]) + a * floats(top[u1])) +
-                       b * ((1 - a) * floats(low[u0]) + a * floats(low[u1]));
-  const Floats4 linear = code * code * (1.0F / (255.0F * 255.0F));
-  Light light;
-  std::memcpy(light.data(), &linear, sizeof(linear));
-  return light;
+Vec3f Texture::mean() const {
+  const Light light = bilinear(levels_.back(), 0.5F, 0.5F);
+  return {light[0], light[1], light[2]};
 }
 
-Light Texture::sample(const Vec2f& uv, float footprint) const {
+Light Texture::bilinear(const Level& level, float u, float v) {
+  const float x = u * static_cast<float>(level.width) - 0.5F;
+  const float y = v * static_cast<float>(level.height) - 0.5F;
+  int u0 = floor_int(x);  // -1 .. width - 1
+  int v0 = floor_int(y);
+  const float a = x - static_cast<float>(u0);
+  const float b = y - static_cast<float>(v0);
+  u0 += u0 < 0 ? level.width : 0;
+  v0 += v0 < 0 ? level.height : 0;
+  const int stride = level.width + 1;
+  const std::uint32_t* top = level.texels.data() + static_cast<std::ptrdiff_t>(v0) * stride + u0;
+  const std::uint32_t* low = top + stride;
+  const Light above = (1 - a) * codes(top[0]) + a * codes(top[1]);
+  const Light below = (1 - a) * codes(low[0]) + a * codes(low[1]);
+  const Light code = (1 - b) * above + b * below;
+  return code * code * (1.0F / (255.0F * 255.0F));
+}
+
+Light Texture::sample(float u, float v, float footprint) const {
+  u -= std::floor(u);
+  v -= std::floor(v);
   // Level and blend from the bits of the number: log2 to within a percent is exact enough here.
   const float clamped = std::max(1.0F, footprint);
   const auto bits = std::bit_cast<std::uint32_t>(clamped);
@@ -94,10 +105,10 @@ Light Texture::sample(const Vec2f& uv, float footprint) const {
   // Blended only half-way between two levels: elsewhere one look-up will do.
   const float between = static_cast<float>(bits & 0x7fffffU) * 0x1.0p-23F;
   const float blend = std::clamp((between - 0.25F) * 2, 0.0F, 1.0F);
-  if (blend >= 1 && fine < last) return bilinear(levels_[fine + 1], uv);
-  const Light sharp = bilinear(levels_[fine], uv);
+  if (blend >= 1 && fine < last) return bilinear(levels_[fine + 1], u, v);
+  const Light sharp = bilinear(levels_[fine], u, v);
   if (fine == last || blend <= 0) return sharp;
-  return (1 - blend) * sharp + blend * bilinear(levels_[fine + 1], uv);
+  return (1 - blend) * sharp + blend * bilinear(levels_[fine + 1], u, v);
 }
 
 }  // namespace ygslam::sim

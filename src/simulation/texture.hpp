@@ -17,26 +17,29 @@ namespace ygslam::sim {
 }
 
 /// Linear red, green, blue and a fourth lane that means nothing: computed with at once.
-using Light = Eigen::Array4f;
+using Light = float __attribute__((vector_size(16)));
 
 class Texture {
  public:
   /// @param base any size > 0; repeated in both directions when sampled.
   explicit Texture(const ColourImage& base);
 
-  /// Trilinear sample in linear light. @param uv 0..1 spans the bitmap, v downwards.
+  /// Trilinear sample in linear light: red, green, blue and a number that means nothing.
+  /// @param u, v from 0 to 1 across the bitmap, v downwards: anything, it repeats.
   /// @param footprint size of a pixel on the surface [texels of the finest level].
-  [[nodiscard]] Light sample(const Vec2f& uv, float footprint) const;
-  [[nodiscard]] Vec3f mean() const { return bilinear(levels_.back(), Vec2f(0.5F, 0.5F)).head<3>(); }
+  [[nodiscard]] Light sample(float u, float v, float footprint) const;
+  [[nodiscard]] Vec3f mean() const;
 
  private:
-  /// Four bytes a texel, so that all channels are computed with at once.
+  /// Four bytes a texel, so that all channels are computed with at once. The first column and the
+  /// first row come once more at the end: the right and the lower neighbour are always there.
   struct Level {
-    int width = 0, height = 0;
+    int width = 0, height = 0;  ///< without the repeated ones
     std::vector<std::uint32_t> texels;
   };
   static Level packed(const ColourImage& image);
-  [[nodiscard]] static Light bilinear(const Level& level, const Vec2f& uv);
+  /// @param u, v from 0 to 1
+  [[nodiscard]] static Light bilinear(const Level& level, float u, float v);
   std::vector<Level> levels_;  // finest first
 };
 

@@ -68,7 +68,9 @@ Status complete_options(SimulateArguments& arguments) {
 }
 
 /// Renders in this thread and writes in another, so that neither waits for the other.
-Status render_to_files(sim::SequenceSource& source, sim::SequenceWriter& writer) {
+/// @return how many frames; if a signal came before the first, no lists are written, for a sequence
+/// of none would look whole.
+Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& writer) {
   BoundedQueue<std::shared_ptr<const sim::SimulatedFrame>> queue(4, Overflow::kBlock);
   std::optional<Error> failure;
   std::atomic<bool> failed{false};
@@ -96,19 +98,21 @@ Status render_to_files(sim::SequenceSource& source, sim::SequenceWriter& writer)
   queue.close();
   writing.join();
   if (failure) return *failure;
+  if (done == 0) return 0;
   if (Status status = writer.finish(source); !status) return status.error();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   log::info("{} frames in {:.1f} s ({:.1f} per second)", done, elapsed.count(),
             done / std::max(1e-3, elapsed.count()));
-  return Ok{};
+  return done;
 }
 
 /// How the sequence was made, for whoever finds it later (`ygslam bench` for one).
-Status write_origin(const SimulateArguments& arguments, const sim::SequenceSource& source) {
+Status write_origin(const SimulateArguments& arguments, const sim::SequenceSource& source,
+                    int frames) {
   const nlohmann::ordered_json json = {
       {"format", 1},
       {"world", std::filesystem::path(arguments.world).filename().string()},
-      {"frames", source.frame_count()},
+      {"frames", frames},
       {"fps", source.fps()},
       {"seed", arguments.options.seed},
       {"size", arguments.size},
@@ -140,8 +144,10 @@ Status simulate(SimulateArguments arguments) {
   Result<sim::SequenceWriter> writer = sim::SequenceWriter::create(
       arguments.out, *source, {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
   if (!writer) return writer.error();
-  if (Status status = render_to_files(*source, *writer); !status) return status;
-  return write_origin(arguments, *source);
+  const Result<int> frames = render_to_files(*source, *writer);
+  if (!frames) return frames.error();
+  if (*frames == 0) return Ok{};
+  return write_origin(arguments, *source, *frames);
 }
 
 }  // namespace
@@ -156,6 +162,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)");
   command->add_option("--fps", a.options.fps, "Frames per second (default: the world's)");
   command->add_option("--seed", a.options.seed, "Seed of the hand's jerks, noise and faults")
+      ->check(CLI::NonNegativeNumber)  // a minus sign would wrap
       ->capture_default_str();
   command->add_option("--size", a.size, "Image size WIDTHxHEIGHT")->capture_default_str();
   command->add_option("--noise", a.noise, "Sensor model")

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <sstream>
 
 namespace ygslam::sim {
 
@@ -11,6 +12,7 @@ namespace {
 struct KindInfo {
   FaultKind kind;
   double default_value;
+  double least = 0, most = 0;  ///< of the value; both 0: there is none
 };
 
 const std::map<std::string, KindInfo>& kinds() {
@@ -18,11 +20,11 @@ const std::map<std::string, KindInfo>& kinds() {
       {"off", {FaultKind::kOff, 0}},
       {"stuck", {FaultKind::kStuck, 0}},
       {"garbage", {FaultKind::kGarbage, 0}},
-      {"scale", {FaultKind::kScale, 5}},
-      {"slow", {FaultKind::kSlow, 3}},
-      {"delayed", {FaultKind::kDelayed, 0.05}},
-      {"intermittent", {FaultKind::kIntermittent, 0.5}},
-      {"drop", {FaultKind::kDrop, 0.3}},
+      {"scale", {FaultKind::kScale, 5, 0.001, 1000}},
+      {"slow", {FaultKind::kSlow, 3, 1, 1000}},
+      {"delayed", {FaultKind::kDelayed, 0.05, 0, 10}},
+      {"intermittent", {FaultKind::kIntermittent, 0.5, 0, 1}},
+      {"drop", {FaultKind::kDrop, 0.3, 0, 1}},
       {"disorder", {FaultKind::kDisorder, 0}},
       {"black", {FaultKind::kBlack, 0}},
       {"white", {FaultKind::kWhite, 0}},
@@ -78,6 +80,17 @@ Result<Fault> parse_fault(const std::string& text) {
   const auto from_s = number(text.substr(at + 1, plus - at - 1));
   const auto duration_s = number(text.substr(plus + 1));
   if (found == kinds().end() || !from_s || !duration_s) return grammar(text);
+  const KindInfo& info = found->second;
+  if (value && info.most == 0)
+    return Error{ErrorKind::kUsage, "'" + text + "': '" + found->first + "' takes no value"};
+  if (value && (*value < info.least || *value > info.most)) {
+    std::ostringstream range;
+    range << "'" << text << "': the value of '" << found->first << "' is " << info.least << " to "
+          << info.most;
+    return Error{ErrorKind::kUsage, range.str()};
+  }
+  if (*duration_s <= 0)
+    return Error{ErrorKind::kUsage, "'" + text + "': a fault lasts longer than nothing"};
   fault.kind = found->second.kind;
   fault.value = value.value_or(found->second.default_value);
   fault.from_s = *from_s;

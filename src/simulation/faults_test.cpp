@@ -27,6 +27,17 @@ TEST(Faults, GrammarIsCheckedAndExplained) {
   }
 }
 
+TEST(Faults, ValuesWithoutSenseAreRefused) {
+  for (const char* text : {"both:drop=1.5@1+1", "depth:scale=0@1+1", "rgb:slow=0@1+1",
+                           "rgb:delayed=1e9@1+1", "rgb:black=3@1+1", "rgb:off@1+0"}) {
+    const Result<Fault> fault = parse_fault(text);
+    ASSERT_FALSE(fault.ok()) << text;
+    EXPECT_EQ(fault.error().kind, ErrorKind::kUsage);
+    EXPECT_NE(fault.error().message.find(text), std::string::npos);
+  }
+  EXPECT_TRUE(parse_fault("both:drop=1@0+1").ok());
+}
+
 TEST(Faults, StuckDepthRepeatsTheLastGoodImage) {
   const auto frames = with_fault("depth:stuck@1s+0.5s");
   EXPECT_FALSE(same_pixels(frames[8].frame->depth_m, frames[9].frame->depth_m));

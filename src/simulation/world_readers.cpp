@@ -49,7 +49,8 @@ void read_furniture_keys(YamlMap& map, FurnitureItem& item) {
     throw map.fault(map.node("variant"), "'variant' is 0 to 100000");
   if (map.has("size")) {
     const Vec3 size = map.vector<3>(map.node("size"), "size");
-    if (size.minCoeff() <= 0) throw map.fault(map.node("size"), "'size' must be positive");
+    if (size.minCoeff() < 1e-3 || size.maxCoeff() > 100)
+      throw map.fault(map.node("size"), "'size' is 0.001 to 100 m");
     item.size_m = size.cast<float>();
   }
 }
@@ -75,8 +76,8 @@ RoomPlan read_room(const YAML::Node& node, const std::string& source) {
   read_material(map, "wall", room.wall);
   read_material(map, "floor", room.floor);
   read_material(map, "ceiling", room.ceiling);
-  map.read("variant", room.variant);
-  map.read("brightness", room.brightness);
+  map.read("variant", room.variant, 0, 100000);
+  map.read("brightness", room.brightness, decltype(room.brightness){0}, decltype(room.brightness){100});
   if (map.has("lamps")) {
     const Vec2 lamps = map.vector<2>(map.node("lamps"), "lamps");
     if (lamps.minCoeff() < 1 || lamps.maxCoeff() > 4 || lamps.prod() > 8) {
@@ -98,6 +99,8 @@ RoomPlan read_room(const YAML::Node& node, const std::string& source) {
     gap.read("to", opening.to_m);
     gap.read("height", opening.height_m);
     gap.finish();
+    if (opening.from_m >= opening.to_m) throw gap.fault(entry, "an opening needs from < to");
+    if (opening.height_m <= 0) throw gap.fault(entry, "the 'height' of an opening is positive");
     room.openings.push_back(opening);
   }
   map.finish();
@@ -115,11 +118,11 @@ void read_camera(const YAML::Node& node, const std::string& source, CameraPathCo
                         camera.kind);
   map.read("at", camera.at);
   map.read("look_at", camera.look_at);
-  map.read("jerk", camera.jerk);
+  map.read("jerk", camera.jerk, 0.0, 10.0);
   map.read("closed", camera.closed);
   PathSpeed speed;
-  map.read("speed", speed.translation_mps);
-  map.read("turning", speed.rotation_deg_per_s);
+  map.read("speed", speed.translation_mps, 0.0, 10.0);
+  map.read("turning", speed.rotation_deg_per_s, 0.0, 720.0);
   if (map.has("speed")) camera.speed = speed;
   for (const YAML::Node& entry : map.list("waypoints"))
     camera.waypoints.push_back(map.vector<3>(entry, "waypoints"));
@@ -131,6 +134,8 @@ void read_camera(const YAML::Node& node, const std::string& source, CameraPathCo
     k.read("at", kidnap.at);
     k.read("look_at", kidnap.look_at);
     k.finish();
+    if (kidnap.from_s < 0 || kidnap.until_s <= kidnap.from_s)
+      throw k.fault(entry, "a kidnap needs 0 <= from < until");
     camera.kidnaps.push_back(kidnap);
   }
   map.finish();
@@ -192,6 +197,7 @@ MoverPlan read_mover(const YAML::Node& node, const std::string& source) {
     plan.stations.push_back(station);
   }
   map.finish();
+  if (plan.from_s > plan.until_s) throw map.fault(node, "a mover needs from <= until");
   const bool needs_person = plan.motion == MotionKind::kCarry || plan.motion == MotionKind::kPush;
   if (needs_person && plan.person.empty()) throw map.fault(node, "carry and push need a 'person'");
   if (!needs_person && plan.stations.empty()) throw map.fault(node, "a mover needs 'stations'");
@@ -206,10 +212,10 @@ PersonAction read_action(const YAML::Node& node, const std::string& source) {
       {{"walk", ActionKind::kWalk}, {"stand", ActionKind::kStand}, {"sit", ActionKind::kSit}},
       action.kind);
   for (const YAML::Node& entry : map.list("via")) action.via.push_back(map.vector<2>(entry, "via"));
-  map.read("speed", action.speed_mps);
-  map.read("seconds", action.seconds);
+  map.read("speed", action.speed_mps, 0.2, 2.2);
+  map.read("seconds", action.seconds, 0.0, kMost);
   map.read("seat", action.seat);
-  map.read("seat_height", action.seat_m);
+  map.read("seat_height", action.seat_m, 0.1, 1.5);
   map.read("yaw", action.yaw_deg);
   read_choice<std::string>(map, "gesture",
                            {{"none", ""},
@@ -223,9 +229,6 @@ PersonAction read_action(const YAML::Node& node, const std::string& source) {
   map.finish();
   if (action.kind == ActionKind::kWalk && action.via.empty())
     throw map.fault(node, "a walk needs 'via' points");
-  if (action.speed_mps < 0.2 || action.speed_mps > 2.2)
-    throw map.fault(node, "'speed' is 0.2 to 2.2 m/s");
-  if (action.seconds < 0) throw map.fault(node, "'seconds' must not be negative");
   return action;
 }
 
@@ -244,7 +247,7 @@ PersonPlan read_person(const YAML::Node& node, const std::string& source) {
   map.read("shorts", plan.shorts);
   map.read("start", plan.start);
   map.read("yaw", plan.yaw_deg);
-  map.read("delay", plan.delay_s);
+  map.read("delay", plan.delay_s, 0.0, kMost);
   map.read("repeat", plan.repeat);
   for (const YAML::Node& entry : map.list("actions"))
     plan.actions.push_back(read_action(entry, source));
@@ -258,8 +261,8 @@ void include_layout(YamlMap& map, WorldConfig& world, int depth);
 void read_shared_keys(YamlMap& map, WorldConfig& world, int depth) {
   const std::string& source = map.source();
   if (map.has("layout")) include_layout(map, world, depth);
-  map.read("ambient", world.ambient);
-  map.read("exposure", world.exposure);
+  map.read("ambient", world.ambient, 0.0, 10.0);
+  map.read("exposure", world.exposure, 0.01, 100.0);
   for (const YAML::Node& entry : map.list("rooms")) world.rooms.push_back(read_room(entry, source));
   for (const YAML::Node& entry : map.list("furniture"))
     world.furniture.push_back(read_furniture(entry, source));

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -20,6 +21,8 @@ struct YamlFault : std::runtime_error {
 
 /// No number of a scene (metres, seconds, degrees) is larger; beyond, floats lose the millimetre.
 inline constexpr double kMost = 1e4;
+/// No place is farther from the middle of the world.
+inline constexpr double kFarthest_m = 1000;
 
 /// One map of the file. Keys are asked for by name; finish() complains about the ones nobody asked
 /// for.
@@ -27,6 +30,11 @@ class YamlMap {
  public:
   YamlMap(const YAML::Node& node, std::string source) : node_(node), source_(std::move(source)) {
     if (!node_.IsMap()) throw fault(node_, "a map of keys and values is expected");
+    std::set<std::string> seen;
+    for (const auto& entry : node_) {
+      const auto key = entry.first.as<std::string>();
+      if (!seen.insert(key).second) throw fault(entry.first, "'" + key + "' is there twice");
+    }
   }
 
   [[nodiscard]] bool has(const std::string& key) {
@@ -47,6 +55,15 @@ class YamlMap {
       if (std::abs(value) > kMost) throw fault(node_[key], "'" + key + "' is out of all bounds");
     }
   }
+  /// A number that has to lie between two others.
+  template <typename T>
+  void read(const std::string& key, T& value, T least, T most) {
+    read(key, value);
+    if (value >= least && value <= most) return;
+    std::ostringstream range;
+    range << "'" << key << "' is " << least << " to " << most;
+    throw fault(has(key) ? node_[key] : node_, range.str());
+  }
   template <int N>
   void read(const std::string& key, Eigen::Matrix<double, N, 1>& value) {
     if (has(key)) value = vector<N>(node_[key], key);
@@ -65,7 +82,8 @@ class YamlMap {
         throw fault(node, "'" + key + "' needs " + std::to_string(N) + " numbers");
       }
       if (!std::isfinite(value[i])) throw fault(node, "'" + key + "' is not finite");
-      if (std::abs(value[i]) > kMost) throw fault(node, "'" + key + "' is out of all bounds");
+      if (std::abs(value[i]) > kFarthest_m)
+        throw fault(node, "'" + key + "' is farther than 1000 m from the middle");
     }
     return value;
   }

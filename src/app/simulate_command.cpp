@@ -162,7 +162,9 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)");
   command->add_option("--fps", a.options.fps, "Frames per second (default: the world's)");
   command->add_option("--seed", a.options.seed, "Seed of the hand's jerks, noise and faults")
-      ->check(CLI::NonNegativeNumber)  // a minus sign would wrap
+      ->check([](const std::string& text) {  // a minus sign would wrap
+        return text.starts_with('-') ? "'" + text + "' is negative" : std::string();
+      })
       ->capture_default_str();
   command->add_option("--size", a.size, "Image size WIDTHxHEIGHT")->capture_default_str();
   command->add_option("--noise", a.noise, "Sensor model")

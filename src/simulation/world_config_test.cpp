@@ -26,20 +26,29 @@ TEST(WorldFile, AKeyThatIsThereTwiceIsNamedWithTheLineOfTheSecond) {
 
 TEST(WorldFile, FaultyFilesAreRefusedWithALine) {
   for (const char* yaml :
-       {"layout: moon\n", "seconds: -1\nlayout: office\n", "seconds: soon\nlayout: office\n",
-        "rooms: 3\n", "rooms: [{low: [0, 0], high: [0, 1]}]\n",
+       {"layout: moon\n",
+        "seconds: -1\nlayout: office\n",
+        "seconds: soon\nlayout: office\n",
+        "rooms: 3\n",
+        "rooms: [{low: [0, 0], high: [0, 1]}]\n",
         "layout: office\nfurniture: [{kind: spaceship}]\n",
-        "layout: office\ncamera: {path: walk}\n", "layout: office\nintrinsics: {fx: .nan}\n",
+        "layout: office\ncamera: {path: walk}\n",
+        "layout: office\nintrinsics: {fx: .nan}\n",
         "layout: office\nmovers: [{kind: ball, motion: push}]\n",
         "layout: office\nmovers: [{kind: carton, motion: carry, person: nobody}]\n",
         "layout: office\npeople: [{actions: [{do: walk}]}]\n",
         "layout: office\npeople: [{actions: [{do: fly}]}]\n",
-        "layout: office\nfps: 30\nfps: 10\n", "layout: office\ncamera: {speed: 1000000000}\n",
-        "layout: office\ncamera: {speed: -1}\n", "layout: office\nambient: -1\n",
+        "layout: office\nfps: 30\nfps: 10\n",
+        "layout: office\ncamera: {speed: 1000000000}\n",
+        "layout: office\ncamera: {speed: -1}\n",
+        "layout: office\nambient: -1\n",
         "layout: office\nmovers: [{kind: ball, size: [0, 1, 1], stations: [{t: 0}]}]\n",
         "layout: office\npeople: [{actions: [{do: stand, seconds: -2}]}]\n",
         "layout: office\npeople: [{actions: [{do: walk, via: [[10000, 0]]}]}]\n",
-        "layout: office\ncamera: {kidnaps: [{from: 4, until: 2}]}\n", "[1, 2]\n", "a: [\n", ""}) {
+        "layout: office\ncamera: {kidnaps: [{from: 4, until: 2}]}\n",
+        "[1, 2]\n",
+        "a: [\n",
+        ""}) {
     const std::string fault = fault_of(yaml);
     EXPECT_EQ(fault.rfind("my.yaml:", 0) == 0 || fault.rfind("layouts/", 0) == 0, true)
         << yaml << " -> " << fault;

@@ -77,7 +77,8 @@ RoomPlan read_room(const YAML::Node& node, const std::string& source) {
   read_material(map, "floor", room.floor);
   read_material(map, "ceiling", room.ceiling);
   map.read("variant", room.variant, 0, 100000);
-  map.read("brightness", room.brightness, decltype(room.brightness){0}, decltype(room.brightness){100});
+  map.read("brightness", room.brightness, decltype(room.brightness){0},
+           decltype(room.brightness){100});
   if (map.has("lamps")) {
     const Vec2 lamps = map.vector<2>(map.node("lamps"), "lamps");
     if (lamps.minCoeff() < 1 || lamps.maxCoeff() > 4 || lamps.prod() > 8) {

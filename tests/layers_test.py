@@ -11,13 +11,13 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
 # Bottom up. Folders of one line do not know each other.
 LAYERS = (("core",), ("geometry", "image"), ("features", "segment", "optim"), ("map", "motion"),
-          ("tracking", "mapping", "loop", "dense"), ("system",), ("facade",), ("app", "viewer"))
+          ("tracking", "mapping", "dense"), ("system",), ("facade",), ("app",))
 # Beside the layers: what each may use.
 SIDE = {"io": {"core", "geometry", "image"},
         "eval": {"core", "geometry", "image", "io"},
         "sweep": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"}}
-USERS_OF_SIDE = {"system", "facade", "app", "viewer"}
+USERS_OF_SIDE = {"system", "facade", "app"}
 
 HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/)")
 CV_VIEW = "image/cv_view.hpp"  # hands our images to OpenCV; for .cpp files

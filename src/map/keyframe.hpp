@@ -26,7 +26,7 @@ using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 struct Keyframe {
   KeyframeDataPtr data;
   SE3 T_camera_world;
-  KeyframeId parent = kNoKeyframe;      ///< most covisible keyframe when it was made
+  KeyframeId parent = kNoKeyframe;      ///< made before it; if that is culled, its parent
   std::vector<LandmarkId> landmarks;    ///< per feature, kNoLandmark where none
   std::vector<float> static_weight;     ///< per feature: how far it may be trusted to stand still
   std::map<KeyframeId, int> covisible;  ///< landmarks shared with each other keyframe

@@ -66,61 +66,71 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   if (state_ == TrackState::kWaiting) return start(std::move(current), std::move(result));
 
   const ScopedTimer timer;
-  const LocalView* map = view->empty() ? nullptr : view.get();
   const SE3 T_last_world = last_pose(*view);
-  const SE3 T_guess_world = motion_model_.predict(frame->stamp) * T_last_world;
-  std::optional<PoseResult> pose =
-      pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_);
   const bool was_lost = state_ == TrackState::kLost;
-  if (was_lost && pose && pose->landmark_inliers < config_.relocalizer.min_inliers) {
-    pose.reset();  // after a loss only a pose that the map confirms counts
-  }
-  double jump_m = pose ? centre_distance_m(pose->T_camera_world, T_guess_world) : 0;
-  if ((!pose || pose->inliers < config_.min_inliers_weak) && map) {
-    pose = relocalizer_.step(current, *map, rng_);
-    jump_m = 0;
-  }
+  const Found found = find_pose(current, *view, T_last_world);
   const double gap_s = seconds_between(frame->stamp, last_->frame->stamp);
-  state_ = assess(pose, was_lost ? 0 : jump_m,
+  state_ = assess(found.pose, was_lost ? 0 : found.jump_m,
                   std::max(config_.max_jump_m, gap_s * config_.max_jump_mps));
   result.state = state_;
   ++frames_since_keyframe_;
   if (state_ == TrackState::kLost) {
     motion_model_.reset(frame->stamp);
-    result.pose_ms = timer.wall_ms();
-    return result;
-  }
-
-  current.landmarks = pose->landmarks;
-  current.pose = anchor(pose->T_camera_world, *view);
-  if (was_lost) {
-    motion_model_.reset(frame->stamp);
   } else {
-    motion_model_.update(frame->stamp, pose->T_camera_world * T_last_world.inverse());
+    move_to(*found.pose, T_last_world, was_lost, current, result);
+    deliver(*found.pose, *view, mapper_busy, current, result);
+    last_ = std::move(current);
   }
-  T_last_world_ = pose->T_camera_world;
-  // The flow reaches back to the frame before, whose pose is known unless the camera was lost
-  // there.
-  if (!was_lost) {
-    result.labels =
-        filter_.rejudge(pose->T_camera_world * T_last_world.inverse(), pose->T_camera_world);
-    current.static_weight = result.labels.weight;
-  }
-  judge_points(*pose, result.labels);
-  remember_seen(pose->seen);
-  result.T_world_camera = pose->T_camera_world.inverse();
-  result.pose = current.pose;
-  result.landmarks = pose->landmarks;
-  result.matches = pose->matches;
-  result.inliers = pose->inliers;
-  result.rms = pose->rms;
-  if (map && wants_keyframe(current, *map, *pose, mapper_busy)) {
-    result.candidate = make_candidate(current);
-    result.pose = current.pose;
-  }
-  last_ = std::move(current);
   result.pose_ms = timer.wall_ms();
   return result;
+}
+
+Tracker::Found Tracker::find_pose(const TrackedFrame& current, const LocalView& view,
+                                  const SE3& T_last_world) {
+  const LocalView* map = view.empty() ? nullptr : &view;
+  const SE3 T_guess_world = motion_model_.predict(current.frame->stamp) * T_last_world;
+  Found found{pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_), 0};
+  if (state_ == TrackState::kLost && found.pose &&
+      found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
+    found.pose.reset();  // after a loss only a pose that the map confirms counts
+  }
+  if (found.pose) found.jump_m = centre_distance_m(found.pose->T_camera_world, T_guess_world);
+  if ((!found.pose || found.pose->inliers < config_.min_inliers_weak) && map) {
+    found = {relocalizer_.step(current, *map, rng_), 0};
+  }
+  return found;
+}
+
+void Tracker::move_to(const PoseResult& pose, const SE3& T_last_world, bool was_lost,
+                      TrackedFrame& current, TrackResult& result) {
+  const SE3 T_now_last = pose.T_camera_world * T_last_world.inverse();
+  T_last_world_ = pose.T_camera_world;
+  if (was_lost) {
+    motion_model_.reset(current.frame->stamp);
+  } else {
+    motion_model_.update(current.frame->stamp, T_now_last);
+    // The flow reaches back to the frame before, whose pose is known unless the camera was lost
+    // there.
+    result.labels = filter_.rejudge(T_now_last, pose.T_camera_world);
+    current.static_weight = result.labels.weight;
+  }
+  judge_points(pose, result.labels);
+  remember_seen(pose.seen);
+}
+
+void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
+                      TrackedFrame& current, TrackResult& result) {
+  current.landmarks = pose.landmarks;
+  current.pose = anchor(pose.T_camera_world, view);
+  result.T_world_camera = pose.T_camera_world.inverse();
+  result.landmarks = pose.landmarks;
+  result.matches = pose.matches;
+  result.inliers = pose.inliers;
+  result.rms = pose.rms;
+  if (!view.empty() && wants_keyframe(current, view, pose, mapper_busy)) {
+    result.candidate = make_candidate(current);
+  }
+  result.pose = current.pose;
 }
 
 TrackedFrame Tracker::perceive(const FramePtr& frame, std::span<const SegmentationPtr> masks,

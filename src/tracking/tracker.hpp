@@ -75,6 +75,18 @@ class Tracker {
   [[nodiscard]] TrackedFrame perceive(const FramePtr& frame, std::span<const SegmentationPtr> masks,
                                       TrackResult& result);
   [[nodiscard]] TrackResult start(TrackedFrame frame, TrackResult result);
+  struct Found {
+    std::optional<PoseResult> pose;
+    double jump_m = 0;  ///< of the camera centre from its prediction; 0 after relocalisation
+  };
+  [[nodiscard]] Found find_pose(const TrackedFrame& current, const LocalView& view,
+                                const SE3& T_last_world);
+  /// Takes the pose over into the motion model and into the judgement of the points.
+  void move_to(const PoseResult& pose, const SE3& T_last_world, bool was_lost,
+               TrackedFrame& current, TrackResult& result);
+  /// Fills the result, with a candidate where a keyframe is due.
+  void deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
+               TrackedFrame& current, TrackResult& result);
   [[nodiscard]] TrackState assess(const std::optional<PoseResult>& pose, double jump_m,
                                   double max_jump_m);
   [[nodiscard]] bool wants_keyframe(const TrackedFrame& frame, const LocalView& view,

@@ -25,12 +25,13 @@ struct Descriptor {
 }
 
 struct Feature {
-  Eigen::Vector2f uv_px;     ///< in the recorded image, full resolution
-  Eigen::Vector2f ideal_px;  ///< the same without lens distortion
-  float depth_m = 0;         ///< 0 = none
-  float angle_rad = 0;       ///< orientation of the patch, in [0, 2 pi)
-  float response = 0;        ///< corner strength
-  std::uint8_t octave = 0;   ///< pyramid level
+  Eigen::Vector2f uv_px;       ///< in the recorded image, full resolution
+  Eigen::Vector2f ideal_px;    ///< the same without lens distortion
+  float depth_m = 0;           ///< 0 = none
+  float angle_rad = 0;         ///< orientation of the patch, in [0, 2 pi)
+  float response = 0;          ///< corner strength
+  std::uint8_t octave = 0;     ///< pyramid level
+  bool on_depth_edge = false;  ///< what is seen there is an outline, not a point of a surface
 };
 
 /// All features of a frame; index i of both vectors belongs together. Never changes once made.

@@ -23,6 +23,13 @@ struct DepthConfig {
 /// hole, in which case the nearer surface wins. @return 0 if there is none.
 [[nodiscard]] float depth_at(const DepthImage& depth_m, double u, double v);
 
+/// Whether surfaces at different depths meet within radius_px of a pixel. Judged in inverse depth,
+/// in which a plane is an affine function of the pixel and a Kinect's noise hardly depends on the
+/// range. Directions with a hole say nothing.
+/// @param depth_at_m depth_at() of the pixel, > 0.
+[[nodiscard]] bool on_depth_edge(const DepthImage& depth_m, double u, double v, double depth_at_m,
+                                 double radius_px);
+
 /// Standard deviation of a Kinect's depth [m] (Nguyen, Izadi, Lovell 2012, axial noise).
 [[nodiscard]] constexpr double kinect_depth_sigma_m(double depth_m) {
   return 0.0012 + 0.0019 * (depth_m - 0.4) * (depth_m - 0.4);

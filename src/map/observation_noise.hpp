@@ -1,6 +1,8 @@
 // How far a feature's position and depth may be trusted; shared by tracking and mapping.
 #pragma once
 
+#include <algorithm>
+
 #include "features/feature.hpp"
 #include "image/depth.hpp"
 #include "optim/observation.hpp"
@@ -10,6 +12,9 @@ namespace ygslam {
 struct NoiseConfig {
   double sigma_px = 1.0;            ///< localisation noise of a corner in pyramid level 0
   double depth_sigma_scale = 10.0;  ///< times the Kinect's axial noise: corners sit on depth edges
+  /// Weight at most of a corner on a depth edge: an outline, or its crossing with the background,
+  /// slides over the surfaces as the camera moves.
+  double edge_weight = 0.25;
 };
 
 /// @param octave_scale of the feature's pyramid level. @param weight static weight, 0..1.
@@ -22,7 +27,7 @@ struct NoiseConfig {
   if (feature.depth_m > 0) {
     seen.sigma_depth_m = noise.depth_sigma_scale * kinect_depth_sigma_m(feature.depth_m);
   }
-  seen.weight = weight;
+  seen.weight = feature.on_depth_edge ? std::min(weight, noise.edge_weight) : weight;
   return seen;
 }
 

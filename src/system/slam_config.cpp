@@ -155,6 +155,8 @@ void add_mapping_keys(ConfigSchema& s, SlamConfig& c) {
            "localisation noise of a corner at pyramid level 0");
   s.number("noise.depth_sigma_scale", c.mapping.noise.depth_sigma_scale, 0.1, 100.0, "",
            "noise of a corner's depth in units of the Kinect's on a plane");
+  s.number("noise.edge_weight", c.mapping.noise.edge_weight, 0.001, 1.0, "",
+           "highest weight of a corner where surfaces at different depths meet");
   s.number("dense.voxel_m", c.dense.voxel_m, 0.001, 1.0, "m", "side of a voxel of map.ply");
   s.number("dense.max_depth_m", c.dense.max_depth_m, 0.1, 6.5, "m", "farther depth is left out");
   s.number("dense.pixel_stride", c.dense.pixel_stride, 1, 16, "px", "every n-th pixel is used");

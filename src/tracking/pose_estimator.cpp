@@ -12,6 +12,10 @@ namespace ygslam {
 namespace {
 
 constexpr double kMaxViewAngleCosine = 0.5;  // a landmark seen from more than 60 degrees aside
+constexpr int kThinMap = 60;                 // matches with the map
+// Sum of weights; below, the bias of outlines does less harm than the noise of the rest alone.
+constexpr double kFewOnSurfaces = 150;
+constexpr double kTypicalDepth_m = 2.0;  // turns a shift of the camera into pixels
 
 // Standard deviation of the camera centre: the twist is a left perturbation, so that its
 // translation moves the centre in the camera's axes.
@@ -49,7 +53,7 @@ std::optional<PoseResult> PoseEstimator::track(const TrackedFrame& frame, const 
   for (const double radius_px : {config_.search_last_px, config_.search_wide_px}) {
     const auto pairings = match_last(frame, last, T_last_world, view, T_guess_world, radius_px);
     const auto pose = solve(frame, pairings, T_guess_world);
-    if (enough(pose)) return refine(frame, view, pairings, *pose);
+    if (enough(pose)) return refine_twice(frame, view, pairings, *pose);
   }
   const auto pairings = match_last_by_descriptor(frame, last, T_last_world, view, rng);
   std::vector<PnpPoint> points;
@@ -61,7 +65,7 @@ std::optional<PoseResult> PoseEstimator::track(const TrackedFrame& frame, const 
   if (!rough) return std::nullopt;
   const auto pose = solve(frame, pairings, rough->T_camera_world);
   if (!enough(pose)) return std::nullopt;
-  return refine(frame, view, pairings, *pose);
+  return refine_twice(frame, view, pairings, *pose);
 }
 
 std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame,
@@ -131,14 +135,35 @@ std::vector<PoseEstimator::Pairing> PoseEstimator::match_last_by_descriptor(
 std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
                                                  const std::vector<Pairing>& pairings,
                                                  const SE3& T_guess_world) const {
+  double on_surfaces = 0;
+  for (const Pairing& p : pairings) {
+    const bool outline = frame.features->points[p.feature].on_depth_edge;
+    on_surfaces += outline ? 0.0 : frame.static_weight[p.feature];
+  }
+  NoiseConfig noise = config_.noise;
+  if (on_surfaces < kFewOnSurfaces) noise.edge_weight = 1.0;
   std::vector<PoseObservation> observations;
   observations.reserve(pairings.size());
   for (const Pairing& p : pairings) {
     const Feature& f = frame.features->points[p.feature];
-    observations.push_back({p.p_world, observe(f, octave_scale_[f.octave], config_.noise,
-                                               frame.static_weight[p.feature])});
+    observations.push_back(
+        {p.p_world, observe(f, octave_scale_[f.octave], noise, frame.static_weight[p.feature])});
   }
   return solve_pose(camera_, T_guess_world, observations, config_.pose);
+}
+
+std::optional<PoseResult> PoseEstimator::refine_twice(const TrackedFrame& frame,
+                                                      const LocalView* view,
+                                                      const std::vector<Pairing>& first,
+                                                      const PoseSolution& first_pose) const {
+  auto result = refine(frame, view, first, first_pose);
+  if (!result || !view || result->landmark_inliers < kThinMap) return result;
+  const SE3 correction = result->T_camera_world * first_pose.T_camera_world.inverse();
+  const double moved_px =
+      camera_.fx() * (correction.angle() + correction.t().norm() / kTypicalDepth_m);
+  if (moved_px <= 0.5 * config_.search_map_px) return result;
+  const auto better = refine_on_map(frame, *view, result->T_camera_world);
+  return better && better->inliers > result->inliers ? better : result;
 }
 
 std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const LocalView* view,
@@ -158,8 +183,7 @@ std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const
     add_map_matches(frame, *view, first_pose.T_camera_world, pairings, result.seen);
   }
   // Points of the previous frame carry its error: they help only where the map is thin.
-  constexpr std::size_t kThinMap = 60;
-  if (pairings.size() < kThinMap) {
+  if (std::ssize(pairings) < kThinMap) {
     std::vector<std::uint8_t> taken(frame.features->size(), 0);
     for (const Pairing& p : pairings) taken[p.feature] = 1;
     for (const Pairing& p : temporary) {

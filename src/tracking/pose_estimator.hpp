@@ -72,6 +72,11 @@ class PoseEstimator {
   [[nodiscard]] std::optional<PoseSolution> solve(const TrackedFrame& frame,
                                                   const std::vector<Pairing>& pairings,
                                                   const SE3& T_guess_world) const;
+  /// refine(), and once more where that moved the pose so far that the search windows were off.
+  [[nodiscard]] std::optional<PoseResult> refine_twice(const TrackedFrame& frame,
+                                                       const LocalView* view,
+                                                       const std::vector<Pairing>& first,
+                                                       const PoseSolution& first_pose) const;
   [[nodiscard]] std::optional<PoseResult> refine(const TrackedFrame& frame, const LocalView* view,
                                                  const std::vector<Pairing>& first,
                                                  const PoseSolution& first_pose) const;

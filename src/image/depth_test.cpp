@@ -1,0 +1,59 @@
+#include "image/depth.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace ygslam {
+namespace {
+
+constexpr double kFocal_px = 500;
+
+/// @param inverse_depth_per_m of a pixel counted from the image's centre.
+DepthImage surface(const std::function<double(int, int)>& inverse_depth_per_m) {
+  DepthImage depth_m(41, 41);
+  for (int v = 0; v < 41; ++v) {
+    for (int u = 0; u < 41; ++u)
+      depth_m.at(u, v) = static_cast<float>(1.0 / inverse_depth_per_m(u - 20, v - 20));
+  }
+  return depth_m;
+}
+
+bool edge_at(const DepthImage& depth_m, double u, double v, double radius_px) {
+  return on_depth_edge(depth_m, u, v, depth_at(depth_m, u, v), radius_px);
+}
+
+TEST(DepthEdge, NoPlaneHasOneHoweverSteep) {
+  for (const double slope : {0.0, 1.0, 3.0, 6.0}) {
+    const DepthImage plane =
+        surface([&](int u, int v) { return 0.4 * (1.0 + slope * (u - 0.5 * v) / kFocal_px); });
+    for (const double radius_px : {3.0, 10.0}) EXPECT_FALSE(edge_at(plane, 20, 20, radius_px));
+  }
+}
+
+TEST(DepthEdge, IsWhereTwoSurfacesMeetWithinTheRadiusOnEitherSide) {
+  const DepthImage step = surface([](int u, int) { return u < 0 ? 1 / 2.0 : 1 / 2.5; });
+  for (const int side : {-1, 1}) {
+    EXPECT_TRUE(edge_at(step, 20 + 2 * side, 20, 3));
+    EXPECT_FALSE(edge_at(step, 20 + 6 * side, 20, 3));
+    EXPECT_TRUE(edge_at(step, 20 + 6 * side, 20, 8));
+  }
+}
+
+TEST(DepthEdge, IsSeenInEveryDirection) {
+  for (const auto& [a, b] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+    const DepthImage step =
+        surface([a = a, b = b](int u, int v) { return a * u + b * v < 1 ? 1 / 2.0 : 1 / 3.0; });
+    EXPECT_TRUE(edge_at(step, 20, 20, 3)) << a << " " << b;
+  }
+}
+
+TEST(DepthEdge, NeitherHolesNorTheImageBorderMakeOne) {
+  DepthImage plane = surface([](int, int) { return 0.5; });
+  for (int v = 0; v < 41; ++v) plane.at(22, v) = 0;
+  EXPECT_FALSE(edge_at(plane, 20, 20, 2));
+  EXPECT_FALSE(edge_at(plane, 0, 40, 5));
+}
+
+}  // namespace
+}  // namespace ygslam

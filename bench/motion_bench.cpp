@@ -203,7 +203,7 @@ void run_variant(const Variant& variant, const std::vector<Recorded>& sequence,
     if (k == 0) continue;
     count(sequence[k], result.labels, tally);
     recalled += result.labels.recalled;
-    for (const auto link : result.links.unique) linked += link >= 0 ? 1 : 0;
+    for (const auto link : result.links) linked += link >= 0 ? 1 : 0;
     points += static_cast<double>(sequence[k].features->size());
     if (result.check.state != CheckState::kDone) continue;
     checked += 1;

@@ -9,14 +9,10 @@ namespace {
 
 constexpr int kSameCornerBits = 64;  // of 256 that may differ
 
-FlowLinks no_links(std::size_t n) {
-  return {std::vector<std::int32_t>(n, -1), std::vector<std::int32_t>(n, -1)};
-}
-
 FilterResult trust_everything(std::size_t n) {
   FilterResult result;
   result.labels = all_static(n);
-  result.links = no_links(n);
+  result.links.assign(n, -1);
   result.semantic.resize(n);
   result.epipolar_px.assign(n, -1.0F);
   result.rigid_residual.resize(n);
@@ -67,14 +63,14 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   Followed orb;
   if (previous_) {
     orb = follow_features(camera_, *previous_, current.pyramid, predicted, config_.flow);
-    result.links = link_flow(features->points, orb.ends, config_.motion.link_radius_px);
+    result.links = link_to_previous(features->points, orb.ends, config_.motion.link_radius_px);
     result.followed = static_cast<int>(std::count_if(orb.ends.begin(), orb.ends.end(),
                                                      [](const FlowEnd& end) { return end.found; }));
   }
   links_ = result.links;
-  history_.push(frame.id, features, result.links.nearest, orb.ends, frame.depth_m);
+  history_.push(frame.id, features, result.links, orb.ends, frame.depth_m);
   if (uses_anchors()) {
-    same_point_ = result.links.nearest;
+    same_point_ = result.links;
     for (std::size_t i = 0; i < n; ++i)
       if (const std::int32_t k = same_point_[i]; k >= 0 && !is_same_point(k, *features, i))
         same_point_[i] = -1;
@@ -86,10 +82,7 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   result.mask_age_frames = history_.mask_age_frames();
   for (std::size_t i = 0; i < n; ++i) {
     judged_.evidence[i].semantic = result.semantic[i];
-    if (const auto k = result.links.nearest[i]; k >= 0)
-      judged_.evidence[i].previous = previous_->label[k];
-    judged_.evidence[i].on_rim = uses_geometry() && config_.rim.enabled &&
-                                 is_on_rim(features->points[i], history_.depth_m(), config_.rim);
+    if (const auto k = result.links[i]; k >= 0) judged_.evidence[i].previous = previous_->label[k];
   }
   if (previous_ && uses_geometry()) {
     judged_.followed = config_.motion.corners == FlowCorners::kOrb
@@ -166,7 +159,8 @@ void DynamicPointFilter::judge_anchors(const SE3& T_current_previous) {
 }
 
 /// Each feature takes over what was found for the followed point at it or, failing that, around it.
-void DynamicPointFilter::take_verdicts(const Features& features, const FlowLinks& links) {
+void DynamicPointFilter::take_verdicts(const Features& features,
+                                       std::span<const std::int32_t> links) {
   const Followed& followed = judged_.followed;
   std::vector<RigidResidual> residuals(followed.size());
   std::vector<std::uint8_t> moves(followed.size(), 0);
@@ -185,13 +179,13 @@ void DynamicPointFilter::take_verdicts(const Features& features, const FlowLinks
   std::vector<float> share(followed.size(), -1.0F);
   if (config_.motion.corners == FlowCorners::kHarris) {
     judged_.source =
-        link_flow(features.points, followed.ends, config_.motion.link_radius_px).nearest;
+        link_to_previous(features.points, followed.ends, config_.motion.link_radius_px);
   } else if (config_.fusion.ask_neighbours) {
-    judged_.source = ask_neighbours(features, links.nearest, moves, history_.field(),
-                                    config_.fusion.neighbour_majority);
+    judged_.source =
+        ask_neighbours(features, links, moves, history_.field(), config_.fusion.neighbour_majority);
     share = moving_share(moves, history_.field());
   } else {
-    judged_.source = links.nearest;
+    judged_.source.assign(links.begin(), links.end());
   }
   for (std::size_t i = 0; i < features.size(); ++i) {
     const std::int32_t k = judged_.source[i];
@@ -200,6 +194,11 @@ void DynamicPointFilter::take_verdicts(const Features& features, const FlowLinks
     judged_.evidence[i].rigid = k < 0 ? RigidResidual{} : residuals[k];
     judged_.evidence[i].anchor =
         k < 0 || anchors.residual.empty() ? AnchorResidual{} : anchors.residual[k];
+    // Only of points that could be called dynamic does it matter.
+    const bool suspect =
+        judged_.evidence[i].previous == MotionLabel::kDynamic || (k >= 0 && moves[k]);
+    judged_.evidence[i].on_rim = suspect && config_.rim.enabled &&
+                                 is_on_rim(features.points[i], history_.depth_m(), config_.rim);
   }
 }
 

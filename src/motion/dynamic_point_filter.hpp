@@ -32,7 +32,7 @@ struct DynamicConfig {
 
 struct FilterResult {
   StaticLabels labels;
-  FlowLinks links;                      ///< previous feature per current one; all -1 in mode off
+  std::vector<std::int32_t> links;      ///< previous feature per current one; all -1 in mode off
   std::vector<SemanticPoint> semantic;  ///< per current feature
   std::vector<float> epipolar_px;       ///< D of eq. (16) per current feature, -1 = not judged
   std::vector<RigidResidual> rigid_residual;  ///< per current feature
@@ -96,7 +96,7 @@ class DynamicPointFilter {
                                    std::size_t i) const;
   void drop_anchors();
   void judge_anchors(const SE3& T_current_previous);
-  void take_verdicts(const Features& features, const FlowLinks& links);
+  void take_verdicts(const Features& features, std::span<const std::int32_t> links);
   void fuse_evidence();
 
   DynamicConfig config_;
@@ -106,8 +106,8 @@ class DynamicPointFilter {
   PointAnchors anchors_;
   std::optional<FlowFrame> previous_;
   std::optional<SE3> T_previous_world_;   // where the tracker found it
-  FlowLinks links_;                       // of the last step
-  std::vector<std::int32_t> same_point_;  // links_.nearest where it surely is the same corner
+  std::vector<std::int32_t> links_;       // of the last step
+  std::vector<std::int32_t> same_point_;  // links_ where it surely is the same corner
   Judged judged_;
 };
 

@@ -146,7 +146,7 @@ TEST(DynamicPointFilter, LinksFollowTheTrueMotion) {
     const SE3 T = scene_at(static_cast<int>(k), false).T_camera_world *
                   scene_at(static_cast<int>(k) - 1, false).T_camera_world.inverse();
     int linked = 0, right = 0;
-    const auto& links = steps[k].result.links.unique;
+    const auto& links = steps[k].result.links;
     for (std::size_t i = 0; i < links.size(); ++i) {
       if (links[i] < 0) continue;
       const Feature& before = steps[k - 1].features->points[links[i]];

@@ -31,12 +31,14 @@ class FlowField {
   [[nodiscard]] bool reliable(std::size_t previous) const { return reliable_[previous] != 0; }
 
   /// Calls visit(index of previous point, squared distance [px^2]) for every reliable end near the
-  /// feature and at its depth. Where either depth is unknown the depth does not count.
+  /// feature and at its depth. One without depth is beside the surface that has it (in the shadow
+  /// of a near object, or too far away): such are neighbours of each other only.
   template <typename Visit>
   void neighbours(const Feature& feature, Visit&& visit) const {
     const auto limit2 = static_cast<float>(config_.radius_px * config_.radius_px);
     grid_.near(feature.uv_px, config_.radius_px, [&](std::uint32_t k) {
       const float d2 = (end_uv_px_[k] - feature.uv_px).squaredNorm();
+      if ((feature.depth_m > 0) != (end_depth_m_[k] > 0)) return;
       if (d2 <= limit2 && same_depth(feature.depth_m, end_depth_m_[k], config_.depth_ratio))
         visit(k, d2);
     });

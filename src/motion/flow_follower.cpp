@@ -104,7 +104,7 @@ Followed follow_harris(const Camera& camera, const FlowFrame& previous, const Im
   for (std::size_t i = 0; i < at.size(); ++i) at[i] = {previous.features->points[i].uv_px, true};
   std::vector<Feature> queries(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) queries[i].uv_px = corners[i];
-  const auto nearest = link_flow(queries, at, link_radius_px).nearest;
+  const auto nearest = link_to_previous(queries, at, link_radius_px);
   for (std::size_t i = 0; i < followed.size(); ++i) {
     const std::int32_t k = nearest[i];
     if (k < 0) continue;

@@ -25,20 +25,9 @@ struct FlowEnd {
   bool found = false;
 };
 
-struct FlowLinks {
-  /// Per current feature: the flow end nearest to it within the radius (index of the previous
-  /// point), -1 if none. Several features may share one.
-  std::vector<std::int32_t> nearest;
-  /// The same with each previous point given away once, nearest pairs first.
-  std::vector<std::int32_t> unique;
-};
-
-/// Links each current feature to the end of a previous point's flow.
+/// Per current feature the previous point whose flow ends nearest to it, -1 if none ends within the
+/// radius. Several features may share one: a corner is found on several pyramid levels.
 /// @param radius_px largest distance, > 0.
-[[nodiscard]] FlowLinks link_flow(std::span<const Feature> current, std::span<const FlowEnd> ends,
-                                  double radius_px);
-
-/// Only the unique links: index of the previous point per current feature, or -1.
 [[nodiscard]] std::vector<std::int32_t> link_to_previous(std::span<const Feature> current,
                                                          std::span<const FlowEnd> ends,
                                                          double radius_px);

@@ -44,7 +44,7 @@ struct FlowPoint {
                                                   std::span<const Eigen::Vector2f> guesses_uv_px,
                                                   const FlowConfig& config);
 
-/// The ends as link_flow() wants them.
+/// The ends as link_to_previous() wants them.
 [[nodiscard]] std::vector<FlowEnd> flow_ends(std::span<const FlowPoint> flow);
 
 }  // namespace ygslam

@@ -130,7 +130,9 @@ class Labeller {
   [[nodiscard]] PointMask inside(std::uint8_t id, const Surroundings& around, int u, int v,
                                  float depth_m) const {
     const PointMask on_object{SemanticLabel::kMovable, id};
-    if (depth_m <= 0) return on_object;
+    // The sensor sees no depth in the shadow beside a near object: the background's as often as
+    // its.
+    if (depth_m <= 0) return around.at_edge ? PointMask{SemanticLabel::kUnknown, id} : on_object;
     const float whole_m = instance_depth_m_[id];
     if (whole_m > 0 && depth_m > (1 + config_.far_behind_ratio) * whole_m)
       return {SemanticLabel::kStatic, 0};

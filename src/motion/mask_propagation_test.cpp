@@ -271,6 +271,8 @@ TEST(MaskLabels, DepthMendsTheRim) {
   add(10, kWallM);   // well outside
   add(18, kWallM);   // within the rim, behind
   add(70, kWallM);   // inside, seen through a hole
+  add(117, 0);       // inside, near the edge, without depth: in the object's shadow or on it
+  add(70, 0);        // inside, without depth
   features.descriptors.resize(features.points.size());
   const auto labels = label_by_mask(features, small, CoarseDepth(world.depth(0)), {});
   EXPECT_EQ(labels[0].label, SemanticLabel::kMovable);
@@ -279,6 +281,30 @@ TEST(MaskLabels, DepthMendsTheRim) {
   EXPECT_EQ(labels[3].label, SemanticLabel::kStatic);
   EXPECT_EQ(labels[4].label, SemanticLabel::kStatic);
   EXPECT_EQ(labels[5].label, SemanticLabel::kStatic);
+  EXPECT_EQ(labels[6].label, SemanticLabel::kUnknown);
+  EXPECT_EQ(labels[7].label, SemanticLabel::kMovable);
+}
+
+TEST(FlowField, WhatHasNoDepthAsksItsLikeOnly) {
+  std::vector<Feature> previous(2);
+  previous[0].uv_px = {50, 50};  // on a near object
+  previous[0].depth_m = 1.0F;
+  previous[1].uv_px = {60, 50};  // in its shadow
+  DepthImage depth(120, 100, 1.0F);
+  for (int v = 0; v < 100; ++v)
+    for (int u = 56; u < 64; ++u) depth.at(u, v) = 0;
+  const std::vector<FlowEnd> ends{{{50, 50}, true}, {{60, 50}, true}};
+  const FlowField field(ends, previous, depth, {});
+  const auto asked = [&](float u, float depth_m) {
+    Feature feature;
+    feature.uv_px = {u, 50.0F};
+    feature.depth_m = depth_m;
+    std::vector<std::uint32_t> found;
+    field.neighbours(feature, [&](std::uint32_t k, float) { found.push_back(k); });
+    return found;
+  };
+  EXPECT_EQ(asked(55, 1.0F), std::vector<std::uint32_t>{0});
+  EXPECT_EQ(asked(57, 0.0F), std::vector<std::uint32_t>{1});
 }
 
 TEST(MaskLabels, SurviveDepthThatIsNotANumber) {

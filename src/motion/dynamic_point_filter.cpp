@@ -31,12 +31,14 @@ DynamicPointFilter::DynamicPointFilter(DynamicConfig config, const Camera& camer
       camera_(camera),
       rng_(seed),
       history_(config_.propagation),
-      anchors_(config_.anchor) {}
+      anchors_(config_.anchor),
+      objects_(config_.objects) {}
 
 void DynamicPointFilter::reset() {
   previous_.reset();
   history_.clear();
   anchors_.clear();
+  objects_.clear();
   T_previous_world_.reset();
   judged_ = {};
   links_ = {};
@@ -53,37 +55,15 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   FlowFrame current{ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px),
                     features,
                     depth_ranges(*features, frame.depth_m),
-                    {}};
+                    {},
+                    frame.stamp};
   if (previous_ && !same_size(previous_->pyramid, current.pyramid)) reset();
-
-  if (previous_ && uses_anchors()) drop_anchors();
-  judged_ = {};
-  judged_.evidence.resize(n);
-  judged_.source.assign(n, -1);
-  Followed orb;
-  if (previous_) {
-    orb = follow_features(camera_, *previous_, current.pyramid, predicted, config_.flow);
-    result.links = link_to_previous(features->points, orb.ends, config_.motion.link_radius_px);
-    result.followed = static_cast<int>(std::count_if(orb.ends.begin(), orb.ends.end(),
-                                                     [](const FlowEnd& end) { return end.found; }));
-  }
-  links_ = result.links;
+  begin_step(n);
+  Followed orb = follow(current, predicted, result);
   history_.push(frame.id, features, result.links, orb.ends, frame.depth_m);
-  if (uses_anchors()) {
-    same_point_ = result.links;
-    for (std::size_t i = 0; i < n; ++i)
-      if (const std::int32_t k = same_point_[i]; k >= 0 && !is_same_point(k, *features, i))
-        same_point_[i] = -1;
-  }
-  if (config_.mode != DynamicMode::kGeometry)
-    for (const SegmentationPtr& masks : new_masks)
-      if (masks) history_.apply(*masks);
-  result.semantic = history_.current();
-  result.mask_age_frames = history_.mask_age_frames();
-  for (std::size_t i = 0; i < n; ++i) {
-    judged_.evidence[i].semantic = result.semantic[i];
-    if (const auto k = result.links[i]; k >= 0) judged_.evidence[i].previous = previous_->label[k];
-  }
+  find_same_points(*features);
+  read_masks(new_masks, result);
+  take_prior(result.semantic);
   if (previous_ && uses_geometry()) {
     judged_.followed = config_.motion.corners == FlowCorners::kOrb
                            ? std::move(orb)
@@ -98,6 +78,61 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   if (!previous_ && result.mask_age_frames < 0) current.label.assign(n, MotionLabel::kStatic);
   previous_ = std::move(current);
   return result;
+}
+
+void DynamicPointFilter::begin_step(std::size_t features) {
+  if (previous_ && uses_anchors()) drop_anchors();
+  if (!std::exchange(objects_seen_, false)) objects_.lose_points();
+  ++steps_;
+  judged_ = {};
+  judged_.evidence.resize(features);
+  judged_.source.assign(features, -1);
+}
+
+/// Flow of the previous frame's features, and which current feature continues which of them.
+Followed DynamicPointFilter::follow(const FlowFrame& current,
+                                    const std::optional<FlowPrediction>& predicted,
+                                    FilterResult& result) {
+  Followed orb;
+  if (previous_) {
+    orb = follow_features(camera_, *previous_, current.pyramid, predicted, config_.flow);
+    result.links =
+        link_to_previous(current.features->points, orb.ends, config_.motion.link_radius_px);
+    result.followed = static_cast<int>(std::count_if(orb.ends.begin(), orb.ends.end(),
+                                                     [](const FlowEnd& end) { return end.found; }));
+  }
+  links_ = result.links;
+  return orb;
+}
+
+void DynamicPointFilter::find_same_points(const Features& features) {
+  if (!uses_anchors()) return;
+  same_point_ = links_;
+  for (std::size_t i = 0; i < same_point_.size(); ++i)
+    if (const std::int32_t k = same_point_[i]; k >= 0 && !is_same_point(k, features, i))
+      same_point_[i] = -1;
+}
+
+void DynamicPointFilter::read_masks(std::span<const SegmentationPtr> new_masks,
+                                    FilterResult& result) {
+  if (config_.mode != DynamicMode::kGeometry)
+    for (const SegmentationPtr& masks : new_masks)
+      if (masks) history_.apply(*masks);
+  result.semantic = history_.current();
+  result.mask_age_frames = history_.mask_age_frames();
+}
+
+/// What is known of each feature before its motion is looked at.
+void DynamicPointFilter::take_prior(std::span<const SemanticPoint> semantic) {
+  for (std::size_t i = 0; i < semantic.size(); ++i) {
+    PointEvidence& evidence = judged_.evidence[i];
+    evidence.semantic = semantic[i];
+    const std::int32_t k = links_[i];
+    if (k < 0) continue;
+    evidence.previous = previous_->label[k];
+    const TrackedObject* object = objects_.object_at(static_cast<std::size_t>(k));
+    evidence.rests = object && object->resting;
+  }
 }
 
 /// Followed points that may say how the camera moved.
@@ -222,7 +257,44 @@ StaticLabels DynamicPointFilter::rejudge(const SE3& T_current_previous,
     fuse_evidence();
     previous_->label = judged_.labels.label;
   }
+  if (config_.objects.enabled && previous_ && config_.mode != DynamicMode::kOff &&
+      T_current_world.is_finite())
+    follow_objects(T_current_world);
   return judged_.labels;
+}
+
+/// Tells the object tracker what masks and motion say about each feature.
+void DynamicPointFilter::follow_objects(const SE3& T_current_world) {
+  const SE3 T_world_current = T_current_world.inverse();
+  const auto& features = previous_->features->points;
+  std::vector<ObjectPoint> points(features.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const SemanticPoint& semantic = judged_.evidence[i].semantic;
+    ObjectPoint& point = points[i];
+    point.uv_px = features[i].uv_px;
+    point.depth_m = features[i].depth_m;
+    point.p_world =
+        T_world_current * camera_.unproject(features[i].ideal_px.cast<double>(), point.depth_m);
+    if (links_[i] >= 0 && history_.field().reliable(static_cast<std::size_t>(links_[i])))
+      point.previous = links_[i];
+    if (semantic.label == SemanticLabel::kMovable && semantic.instance > 0) {
+      const auto mask = steps_ - static_cast<std::uint64_t>(semantic.mask_age_frames);
+      point.instance = (mask << 8U) | semantic.instance;
+      point.class_id = semantic.class_id;
+    }
+    point.outside = semantic.label == SemanticLabel::kStatic;
+    set_motion(judged_.evidence[i], point);
+  }
+  objects_.step(previous_->stamp, points);
+  objects_seen_ = true;
+}
+
+void DynamicPointFilter::set_motion(const PointEvidence& evidence, ObjectPoint& point) const {
+  const double limit_px = judged_.rigid ? judged_.rigid->limit_px : config_.rigid.limit_px;
+  const bool drifts = evidence.anchor.px.any_depth_px > judged_.anchors.limit_px;
+  const double own_px = evidence.rigid.own_depth_px;
+  point.moves = !evidence.on_rim && (drifts || evidence.rigid.any_depth_px > limit_px);
+  point.stands = !point.moves && own_px >= 0 && own_px <= limit_px;
 }
 
 void DynamicPointFilter::report(std::span<const MotionLabel> refined) {

@@ -12,6 +12,7 @@
 #include "motion/lk_flow.hpp"
 #include "motion/mask_propagation.hpp"
 #include "motion/motion_consistency.hpp"
+#include "motion/object_tracker.hpp"
 #include "motion/occlusion_rim.hpp"
 #include "motion/point_anchors.hpp"
 #include "motion/rigid_flow.hpp"
@@ -24,6 +25,7 @@ struct DynamicConfig {
   MotionConfig motion{};
   RigidFlowConfig rigid{};
   AnchorConfig anchor{};
+  ObjectConfig objects{};
   FlowConfig flow{};
   PropagationConfig propagation{};
   RimConfig rim{};
@@ -59,6 +61,9 @@ class DynamicPointFilter {
   /// @param T_current_world the pose later frames' anchors refer to.
   [[nodiscard]] StaticLabels rejudge(const SE3& T_current_previous, const SE3& T_current_world);
 
+  /// What is known of the things that move or could, as of the last rejudge().
+  [[nodiscard]] std::vector<TrackedObject> objects() const { return objects_.objects(); }
+
   /// Labels of the last frame's features as the tracker sees them after its own pose check; they
   /// are the prior of the next step. Size as the features of that frame.
   void report(std::span<const MotionLabel> refined);
@@ -89,6 +94,13 @@ class DynamicPointFilter {
     return uses_geometry() && config_.anchor.enabled && config_.rigid.enabled &&
            config_.motion.corners == FlowCorners::kOrb;
   }
+  void begin_step(std::size_t features);
+  [[nodiscard]] Followed follow(const FlowFrame& current,
+                                const std::optional<FlowPrediction>& predicted,
+                                FilterResult& result);
+  void find_same_points(const Features& features);
+  void read_masks(std::span<const SegmentationPtr> new_masks, FilterResult& result);
+  void take_prior(std::span<const SemanticPoint> semantic);
   void judge_motion(const std::optional<FlowPrediction>& predicted, const Features& features,
                     FilterResult& result);
   [[nodiscard]] std::vector<std::uint8_t> voters() const;
@@ -98,12 +110,17 @@ class DynamicPointFilter {
   void judge_anchors(const SE3& T_current_previous);
   void take_verdicts(const Features& features, std::span<const std::int32_t> links);
   void fuse_evidence();
+  void follow_objects(const SE3& T_current_world);
+  void set_motion(const PointEvidence& evidence, ObjectPoint& point) const;
 
   DynamicConfig config_;
   Camera camera_;
   Rng rng_;
   LabelHistory history_;
   PointAnchors anchors_;
+  ObjectTracker objects_;
+  bool objects_seen_ = false;  // by the last step; false after frames without a pose
+  std::uint64_t steps_ = 0;
   std::optional<FlowFrame> previous_;
   std::optional<SE3> T_previous_world_;   // where the tracker found it
   std::vector<std::int32_t> links_;       // of the last step

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/time.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/epipolar.hpp"
 #include "motion/lk_flow.hpp"
@@ -22,6 +23,7 @@ struct FlowFrame {
   FeaturesPtr features;
   std::vector<DepthRange> range;   ///< of the depths around each feature
   std::vector<MotionLabel> label;  ///< final label of each feature
+  Timestamp stamp{};
 };
 
 /// Points of the previous frame in the current one: its features, or corners of their own.

@@ -38,7 +38,10 @@ bool LabelHistory::apply(const Segmentation& masks) {
   const auto keep = overlooked(*at, fresh);
   for (std::size_t i = 0; i < fresh.size(); ++i) {
     if (keep[i]) continue;
-    at->points[i] = {fresh[i].label, fresh[i].instance, at->sequence};
+    const std::size_t instance = fresh[i].instance;
+    const int class_id = instance > 0 ? masks.instances[instance - 1].class_id : -1;
+    at->points[i] = {fresh[i].label, fresh[i].instance, static_cast<std::int16_t>(class_id),
+                     at->sequence};
   }
   for (auto next = at + 1; next != entries_.end(); ++next) carry(*(next - 1), *next);
   return true;
@@ -112,7 +115,7 @@ std::vector<SemanticPoint> LabelHistory::current() const {
     const PointState& p = entry.points[i];
     const std::int32_t age = entry.sequence - p.source;
     if (p.source < 0 || age > config_.max_mask_age_frames) continue;
-    result[i] = {p.label, static_cast<std::int16_t>(age), p.instance};
+    result[i] = {p.label, static_cast<std::int16_t>(age), p.instance, p.class_id};
   }
   return result;
 }

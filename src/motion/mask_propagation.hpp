@@ -31,6 +31,7 @@ struct SemanticPoint {
   SemanticLabel label = SemanticLabel::kUnknown;
   std::int16_t mask_age_frames = -1;  ///< frames since the mask that said so; -1 = none
   std::uint8_t instance = 0;          ///< id in that mask, 0 = none
+  std::int16_t class_id = -1;         ///< of that instance, -1 = none
 };
 
 /// The features of the last frames, how they hang together, and what masks said about them.
@@ -64,6 +65,7 @@ class LabelHistory {
   struct PointState {
     SemanticLabel label = SemanticLabel::kUnknown;
     std::uint8_t instance = 0;
+    std::int16_t class_id = -1;
     std::int32_t source = -1;  // sequence number of the frame whose mask said so
   };
   struct Entry {

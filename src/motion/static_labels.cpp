@@ -8,7 +8,8 @@ namespace {
 
 // Suspicions; a sum above 1 makes a point dynamic.
 constexpr float kInMask = 2.0F;
-constexpr float kViolation = 1.01F;     // just beyond the limit
+constexpr float kAtRest = 1.05F;     // the same, on an object that does not move: first to return
+constexpr float kViolation = 1.01F;  // just beyond the limit
 constexpr float kViolationMore = 1.0F;  // added as the distance grows
 constexpr float kDoubtful = 0.6F;       // a violation found by a check that is not believed
 constexpr float kWasDynamic = 0.5F;     // dynamic in the previous frame, consistent now
@@ -37,7 +38,9 @@ class Fusion {
 
   void judge(const PointEvidence& e, StaticLabels& out) const {
     const bool seen_outside = semantic_ && e.semantic.label == SemanticLabel::kStatic;
-    float suspicion = semantic_ && e.semantic.label == SemanticLabel::kMovable ? kInMask : 0.0F;
+    float suspicion = 0;
+    if (semantic_ && e.semantic.label == SemanticLabel::kMovable)
+      suspicion = e.rests ? kAtRest : kInMask;
     bool obeys = false;
     if (geometry_) {
       const float moves = violation(e);

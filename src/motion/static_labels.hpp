@@ -52,6 +52,7 @@ struct PointEvidence {
   float moving_share = -1;  ///< of the neighbours' votes, -1 = not asked
   RigidResidual rigid{};    ///< of the same flow
   AnchorResidual anchor{};  ///< of the same point over a longer time
+  bool rests = false;       ///< on an object that demonstrably stands still
   bool on_rim = false;      ///< behind an outline, see occlusion_rim.hpp
   MotionLabel previous = MotionLabel::kUnknown;  ///< final label of the feature it continues
 };

@@ -55,12 +55,26 @@ struct Pose {
   std::array<double, 4> rotation_xyzw{0, 0, 0, 1};
 };
 
+/// A person or another thing that moves or could, followed over time.
+struct Object {
+  std::uint32_t id = 0;    ///< never given twice
+  std::string class_name;  ///< COCO, or "unknown": moves, but no network knows it
+  int age_frames = 0;
+  int missing_frames = 0;  ///< since it was last confirmed
+  bool resting = false;    ///< demonstrably stands still
+  std::array<double, 3> centre_world_m{0, 0, 0};
+  std::array<double, 3> velocity_world_mps{0, 0, 0};
+  std::array<double, 3> min_world_m{0, 0, 0};  ///< box about what is visible of it
+  std::array<double, 3> max_world_m{0, 0, 0};
+};
+
 struct Result {
   State state = State::kWaiting;
   Pose T_world_camera;  ///< world = first tracked camera; meaningful while tracking or weak
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   int inliers = 0;           ///< points that agree with the pose
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
+  std::vector<Object> objects;
 };
 
 struct StampedPose {

@@ -15,7 +15,8 @@ namespace ygslam {
 class DebugImages {
  public:
   /// @param every n-th frame is drawn, >= 1.
-  DebugImages(std::filesystem::path directory, int every);
+  /// @param camera must outlive this.
+  DebugImages(std::filesystem::path directory, int every, const Camera& camera);
 
   [[nodiscard]] Status add(const FramePtr& frame, const TrackResult& result);
   /// Writes what still waits.
@@ -27,12 +28,15 @@ class DebugImages {
     FeaturesPtr features;
     StaticLabels labels;
     TrackState state;
+    std::vector<TrackedObject> objects;
+    SE3 T_camera_world;
     SegmentationPtr masks;
   };
   [[nodiscard]] Status write(const Waiting& waiting) const;
 
   std::filesystem::path directory_;
   std::uint32_t every_;
+  const Camera& camera_;
   std::deque<Waiting> waiting_;
 };
 

@@ -4,10 +4,13 @@
 
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <span>
 #include <string>
 
 #include "core/result.hpp"
+#include "geometry/camera.hpp"
 #include "image/rgbd_frame.hpp"
+#include "motion/object_tracker.hpp"
 #include "motion/static_labels.hpp"
 
 namespace ygslam {
@@ -17,6 +20,9 @@ namespace ygslam {
 /// Tints and outlines where ids > 0. @param ids empty, or of the picture's size.
 void tint_masks(cv::Mat& picture, const GreyImage& ids);
 void draw_points(cv::Mat& picture, const Features& features, const StaticLabels& labels);
+/// Boxes of the objects with id, class and speed; resting ones are drawn thin.
+void draw_objects(cv::Mat& picture, std::span<const TrackedObject> objects, const Camera& camera,
+                  const SE3& T_camera_world);
 /// White text on a dark bar at the lower edge.
 void draw_caption(cv::Mat& picture, const std::string& text);
 [[nodiscard]] Status write_jpeg(const std::filesystem::path& file, const cv::Mat& picture);

@@ -108,7 +108,7 @@ Status process_frames(Run& run, SlamOutcome& outcome) {
   if (!o.debug_dir.empty()) {
     Status writable = ensure_writable_directory(o.debug_dir);
     if (!writable.ok()) return writable;
-    pictures.emplace(o.debug_dir, o.debug_every);
+    pictures.emplace(o.debug_dir, o.debug_every, *run.session.camera);
   }
   ProgressBar progress(run.reader->counts().offered, is_quiet());
   bool first = true;
@@ -246,9 +246,10 @@ void declare_options(CLI::App& command, RunOptions& o) {
       "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
       "  ygslam run SEQ --out out --dynamic geometry          # no network needed\n"
       "  ygslam run SEQ --out out --segmenter masks:SEQ/mask  # recorded masks\n"
-      "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, map.ply, "
-      "metrics.json,\n"
-      "config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 settings or camera, 4 input, 5 model,\n"
+      "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, "
+      "objects.csv,\n"
+      "map.ply, metrics.json, config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 settings or "
+      "camera, 4 input, 5 model,\n"
       "7 lost for more than run.max_lost_share, 9 output not written, 130/143 interrupted "
       "(saved).");
 }

@@ -20,6 +20,20 @@ Pose to_api(const SE3& T) {
   return {{T.t().x(), T.t().y(), T.t().z()}, {q.x(), q.y(), q.z(), q.w()}};
 }
 
+std::array<double, 3> to_api(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+Object to_api(const TrackedObject& o) {
+  return {index(o.id),
+          coco_class_name(o.class_id),
+          o.age_frames,
+          o.missing_frames,
+          o.resting,
+          to_api(o.centre_world),
+          to_api(o.velocity_world_mps),
+          to_api(o.min_world),
+          to_api(o.max_world)};
+}
+
 CameraConfig to_config(const CameraModel& m) {
   CameraConfig c;
   c.fx = m.fx, c.fy = m.fy, c.cx = m.cx, c.cy = m.cy;
@@ -111,6 +125,7 @@ Result Slam::process(const Frame& frame) {
   result.unknown_points = record.unknown_points;
   result.inliers = tracked.inliers;
   result.mask_age_frames = tracked.mask_age_frames;
+  for (const TrackedObject& object : tracked.objects) result.objects.push_back(to_api(object));
   return result;
 }
 

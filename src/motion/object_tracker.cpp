@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "core/check.hpp"
 #include "motion/flow_field.hpp"
@@ -184,9 +185,10 @@ void ObjectTracker::take_unknown_movers(Points points, std::vector<std::int32_t>
       if (t < 0 || count > votes[t]) t = track;
     if (t < 0 && std::ssize(members) < config_.min_mover_points) continue;
     if (t < 0) t = add_track(kUnknownClass);
-    if (tracks_[t].seen.class_id == kUnknownClass) tracks_[t].seen.missing_frames = 0;
+    tracks_[t].seen.missing_frames = 0;
+    // What was taken for several things and turns out to hang together is one.
     for (const std::uint32_t i : members)
-      if (track_of[i] < 0) track_of[i] = t;
+      if (track_of[i] < 0 || tracks_[track_of[i]].seen.class_id == kUnknownClass) track_of[i] = t;
   }
 }
 
@@ -196,6 +198,7 @@ void ObjectTracker::update_tracks(Points points, std::span<const std::int32_t> t
   for (std::uint32_t i = 0; i < points.size(); ++i)
     if (track_of[i] >= 0) members[track_of[i]].push_back(i);
   for (std::size_t t = 0; t < tracks_.size(); ++t) {
+    if (tracks_[t].seen.missing_frames == 0) ++tracks_[t].confirmations;
     update_rest(points, members[t], tracks_[t]);
     update_motion(points, members[t], dt_s, tracks_[t]);
   }
@@ -257,7 +260,11 @@ void ObjectTracker::forget_old_tracks() {
   std::vector<std::int32_t> renamed(tracks_.size(), -1);
   std::size_t kept = 0;
   for (std::size_t t = 0; t < tracks_.size(); ++t) {
-    if (tracks_[t].seen.missing_frames > config_.keep_frames) continue;
+    const TrackedObject& seen = tracks_[t].seen;
+    // A thing without a class is nothing but its points.
+    const bool gone = seen.class_id == kUnknownClass && seen.points == 0;
+    const int keep_frames = std::min(config_.keep_frames, 2 * tracks_[t].confirmations);
+    if (gone || seen.missing_frames > keep_frames) continue;
     renamed[t] = static_cast<std::int32_t>(kept);
     if (kept != t) tracks_[kept] = std::move(tracks_[t]);
     ++kept;
@@ -269,11 +276,8 @@ void ObjectTracker::forget_old_tracks() {
 
 std::vector<TrackedObject> ObjectTracker::objects() const {
   std::vector<TrackedObject> result;
-  for (const Track& track : tracks_) {
-    const bool shown =
-        track.seen.class_id != kUnknownClass || track.seen.age_frames >= config_.confirm_frames;
-    if (shown) result.push_back(track.seen);
-  }
+  for (const Track& track : tracks_)
+    if (track.confirmations >= config_.confirm_frames) result.push_back(track.seen);
   return result;
 }
 

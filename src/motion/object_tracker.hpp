@@ -21,10 +21,11 @@ inline constexpr int kUnknownClass = -1;  ///< moves, but no network knows it
 
 struct ObjectConfig {
   bool enabled = true;
-  int keep_frames = 30;             ///< without mask or motion that confirms it: forgotten
+  int keep_frames = 30;  ///< without mask or motion that confirms it: forgotten, and no later than
+                         ///< after twice as many frames as have confirmed it
   int min_mask_points = 4;          ///< features a mask's instance needs to become an object
   int min_mover_points = 8;         ///< features that move together, without a mask
-  int confirm_frames = 4;           ///< an unknown mover is shown after so many
+  int confirm_frames = 4;           ///< an object is shown once so many have confirmed it
   double group_radius_px = 25;      ///< moving points this near ...
   double group_depth_ratio = 0.08;  ///< ... and this alike in depth are one thing
   double gate_m = 0.5;  ///< an instance farther from where an object should be is another one
@@ -50,7 +51,7 @@ struct TrackedObject {
   ObjectId id = kNoObject;
   int class_id = kUnknownClass;
   int age_frames = 0;                ///< since it was first seen
-  int missing_frames = 0;            ///< since a mask showed it or, without a class, since it moved
+  int missing_frames = 0;            ///< since a mask showed it or it was seen to move
   bool resting = false;              ///< demonstrably stands still
   int points = 0;                    ///< features on it now
   Vec3 centre_world = Vec3::Zero();  ///< median of its points, or where its motion puts it
@@ -66,7 +67,7 @@ class ObjectTracker {
   /// @param points one per feature of the current frame.
   void step(Timestamp stamp, std::span<const ObjectPoint> points);
 
-  /// Objects of the last step, oldest first, without unknown movers that are not confirmed yet.
+  /// Objects of the last step, oldest first, without those not confirmed yet.
   [[nodiscard]] std::vector<TrackedObject> objects() const;
   /// Object that a point of the last step lies on; nullptr if none.
   [[nodiscard]] const TrackedObject* object_at(std::size_t point) const;
@@ -87,6 +88,7 @@ class ObjectTracker {
     double moving_share = 1;  // of its judged points, mean over about rest_frames
     std::deque<Move> moves;   // of the last velocity_window_s
     bool confirmed_now = false;
+    int confirmations = 0;  // frames with one
   };
 
   [[nodiscard]] std::vector<std::int32_t> inherited(Points points) const;

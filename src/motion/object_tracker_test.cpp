@@ -8,7 +8,7 @@ namespace ygslam {
 namespace {
 
 constexpr int kPerson = 0;
-constexpr int kPoints = 40;
+constexpr int kPoints = 120;
 
 struct Thing {
   Vec3 centre_world = Vec3::Zero();
@@ -72,8 +72,9 @@ TEST(ObjectTracker, KeepsItsIdentityThroughMissedDetections) {
   scene.things = {{{-0.5, 0, 2}, {0.5, 0, 0}}, {{0.8, 0, 3}, {-0.5, 0, 0}}};
   ObjectTracker tracker({});
   for (int k = 0; k < 90; ++k) {
-    scene.things[0].seen_by_mask = k % 20 == 0;
+    scene.things[0].seen_by_mask = k < 4 || k % 20 == 0;
     tracker.step(at(k), scene.frame(k));
+    if (k < 4) continue;  // not confirmed yet
     ASSERT_EQ(tracker.objects().size(), 2U) << k;
     EXPECT_EQ(tracker.object_at(0)->id, ObjectId{0});
     EXPECT_EQ(tracker.object_at(0)->class_id, kPerson);
@@ -101,12 +102,27 @@ TEST(ObjectTracker, ForgetsWhatNothingConfirms) {
   ObjectConfig config;
   config.keep_frames = 10;
   ObjectTracker tracker(config);
-  tracker.step(at(0), scene.frame(0));
+  int k = 0;
+  for (; k < 6; ++k) tracker.step(at(k), scene.frame(k));
   scene.things[0].seen_by_mask = false;
-  for (int k = 1; k <= 10; ++k) tracker.step(at(k), scene.frame(k));
+  for (; k < 16; ++k) tracker.step(at(k), scene.frame(k));
   EXPECT_EQ(tracker.objects().size(), 1U);
-  tracker.step(at(11), scene.frame(11));
+  tracker.step(at(k), scene.frame(k));
   EXPECT_TRUE(tracker.objects().empty());
+  EXPECT_EQ(tracker.object_at(0), nullptr);
+}
+
+TEST(ObjectTracker, AGhostOfOneMaskIsNeverShownAndSoonForgotten) {
+  Scene scene;
+  scene.things = {{{0, 0, 2}, Vec3::Zero()}};
+  ObjectTracker tracker({});
+  tracker.step(at(0), scene.frame(0));
+  EXPECT_NE(tracker.object_at(0), nullptr);
+  scene.things[0].seen_by_mask = false;
+  for (int k = 1; k <= 3; ++k) {
+    tracker.step(at(k), scene.frame(k));
+    EXPECT_TRUE(tracker.objects().empty());
+  }
   EXPECT_EQ(tracker.object_at(0), nullptr);
 }
 
@@ -130,7 +146,7 @@ TEST(ObjectTracker, WhatMovesWithoutAMaskBecomesAnObjectAndGetsAClassLater) {
   scene.things[0].seen_by_mask = scene.things[1].seen_by_mask = false;
   ObjectTracker tracker({});
   int k = 0;
-  for (; k < 4; ++k) {
+  for (; k < 3; ++k) {
     tracker.step(at(k), scene.frame(k));
     EXPECT_TRUE(tracker.objects().empty());  // not confirmed yet
   }
@@ -153,14 +169,14 @@ TEST(ObjectTracker, RestsAfterAWhileAndMovesAtOnce) {
   int k = 0;
   for (; k < config.rest_frames - 1; ++k) {
     tracker.step(at(k), scene.frame(k));
-    EXPECT_FALSE(tracker.objects().front().resting) << k;
+    EXPECT_FALSE(tracker.object_at(0)->resting) << k;
   }
   tracker.step(at(k), scene.frame(k));
-  EXPECT_TRUE(tracker.objects().front().resting);
+  EXPECT_TRUE(tracker.object_at(0)->resting);
   auto points = scene.frame(++k);
   for (int i = 0; i < kPoints / 4; ++i) points[i].moves = true, points[i].stands = false;
   tracker.step(at(k), points);
-  EXPECT_FALSE(tracker.objects().front().resting);
+  EXPECT_FALSE(tracker.object_at(0)->resting);
 }
 
 TEST(ObjectTracker, TakesAnyPoints) {

@@ -34,4 +34,10 @@ const std::vector<std::string>& coco_class_names() {
   return kNames;
 }
 
+std::string coco_class_name(int class_id) {
+  const auto& names = coco_class_names();
+  const bool known = class_id >= 0 && class_id < std::ssize(names);
+  return known ? names[static_cast<std::size_t>(class_id)] : "unknown";
+}
+
 }  // namespace ygslam

@@ -20,6 +20,9 @@ std::vector<int> classes(const std::vector<std::string>& names) {
 }
 
 TEST(CocoClasses, AreEightyDistinctNamesWithPersonFirst) {
+  EXPECT_EQ(coco_class_name(0), "person");
+  EXPECT_EQ(coco_class_name(-1), "unknown");
+  EXPECT_EQ(coco_class_name(80), "unknown");
   const auto& names = coco_class_names();
   EXPECT_EQ(names.size(), 80U);
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), 80U);

@@ -38,5 +38,7 @@ class Segmenter {
 
 /// COCO's 80 class names in the order of the network's outputs; index 0 is "person".
 [[nodiscard]] const std::vector<std::string>& coco_class_names();
+/// "unknown" for a class that is none of them.
+[[nodiscard]] std::string coco_class_name(int class_id);
 
 }  // namespace ygslam

@@ -18,6 +18,7 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result) {
   }
   record.few_static = result.labels.too_few_static;
   record.mask_age_frames = result.mask_age_frames;
+  record.objects = result.objects;
   record.orb_ms = result.orb_ms;
   record.motion_ms = result.motion_ms;
   record.pose_ms = result.pose_ms;

@@ -19,6 +19,7 @@ struct FrameRecord {
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   bool few_static = false;   ///< suspicious points had to come back
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
+  std::vector<TrackedObject> objects;
   double track_ms = 0, track_cpu_ms = 0, orb_ms = 0, motion_ms = 0, pose_ms = 0;
 
   [[nodiscard]] bool has_pose() const {

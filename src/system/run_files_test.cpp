@@ -75,6 +75,26 @@ TEST(FramesCsv, F37IsTheSameInALocaleWithDecimalCommas) {
   std::setlocale(LC_ALL, old.c_str());
 }
 
+TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
+  SlamOutcome outcome = sample();
+  TrackedObject person;
+  person.id = ObjectId{7};
+  person.class_id = 0;
+  person.centre_world = {-1.25, 0.5, 3};
+  TrackedObject mover = person;
+  mover.class_id = kUnknownClass;
+  outcome.frames[1].objects = {person, mover};
+  const auto lines = split(objects_csv(outcome, 6), '\n');
+  ASSERT_EQ(lines.size(), 3U);
+  const auto header = split(lines[0], ',');
+  const auto row = split(lines[1], ',');
+  ASSERT_EQ(row.size(), header.size());
+  EXPECT_EQ(row[2], "7");
+  EXPECT_EQ(row[3], "person");
+  EXPECT_EQ(row[8], "-1.250");
+  EXPECT_EQ(split(lines[2], ',')[3], "unknown");
+}
+
 TEST(Trajectories, HoldTheFramesWithAPoseAndFollowTheKeyframe) {
   Map map = one_keyframe();
   const SlamOutcome outcome = sample();

@@ -1,9 +1,11 @@
 #include "system/run_writer.hpp"
 
+#include <cmath>
 #include <cstdio>
 
 #include "io/atomic_file.hpp"
 #include "io/ply.hpp"
+#include "segment/segmenter.hpp"
 
 namespace ygslam {
 namespace {
@@ -17,7 +19,8 @@ std::string stamp_text(Timestamp stamp, int decimals) {
 void append_number(std::string& text, double value, int decimals) {
   // Through to_chars-like integers: snprintf would follow the locale's decimal point.
   const auto scale = decimals == 3 ? 1000.0 : 1.0;
-  const auto fixed = static_cast<long long>(value * scale + 0.5);
+  const auto fixed = static_cast<long long>(std::abs(value) * scale + 0.5);
+  if (value < 0 && fixed > 0) text += '-';
   text += std::to_string(fixed / static_cast<long long>(scale));
   if (decimals == 3) {
     char fraction[8];
@@ -72,6 +75,26 @@ std::string frames_csv(const SlamOutcome& outcome, int stamp_decimals, bool with
   return text;
 }
 
+std::string objects_csv(const SlamOutcome& outcome, int stamp_decimals) {
+  std::string text =
+      "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
+      "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m\n";
+  for (const FrameRecord& record : outcome.frames) {
+    for (const TrackedObject& o : record.objects) {
+      text += stamp_text(record.stamp, stamp_decimals) + ',' + std::to_string(index(record.frame)) +
+              ',' + std::to_string(index(o.id)) + ',' + coco_class_name(o.class_id);
+      for (const int value :
+           {o.age_frames, o.missing_frames, static_cast<int>(o.resting), o.points})
+        text += ',' + std::to_string(value);
+      for (const Vec3* vector :
+           {&o.centre_world, &o.velocity_world_mps, &o.min_world, &o.max_world})
+        for (int axis = 0; axis < 3; ++axis) text += ',', append_number(text, (*vector)[axis], 3);
+      text += '\n';
+    }
+  }
+  return text;
+}
+
 Status write_run(const std::filesystem::path& directory, const SlamOutcome& outcome,
                  const MappingStage& mapping, int stamp_decimals, bool with_times) {
   const Map& map = mapping.map();
@@ -79,7 +102,8 @@ Status write_run(const std::filesystem::path& directory, const SlamOutcome& outc
       {"trajectory.txt", format_tum(final_trajectory(outcome, map), stamp_decimals)},
       {"trajectory_live.txt", format_tum(live_trajectory(outcome), stamp_decimals)},
       {"keyframes.txt", format_tum(keyframe_trajectory(map), stamp_decimals)},
-      {"frames.csv", frames_csv(outcome, stamp_decimals, with_times)}};
+      {"frames.csv", frames_csv(outcome, stamp_decimals, with_times)},
+      {"objects.csv", objects_csv(outcome, stamp_decimals)}};
   for (const auto& [name, text] : texts) {
     Status written = write_file_atomically(directory / name, text);
     if (!written.ok()) return written;

@@ -23,7 +23,11 @@ namespace ygslam {
 [[nodiscard]] std::string frames_csv(const SlamOutcome& outcome, int stamp_decimals,
                                      bool with_times);
 
-/// trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv and map.ply, each atomically.
+/// One line per frame and object (see TrackedObject), in the live world frame.
+[[nodiscard]] std::string objects_csv(const SlamOutcome& outcome, int stamp_decimals);
+
+/// trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, objects.csv and map.ply, each
+/// atomically.
 [[nodiscard]] Status write_run(const std::filesystem::path& directory, const SlamOutcome& outcome,
                                const MappingStage& mapping, int stamp_decimals, bool with_times);
 

@@ -113,6 +113,7 @@ void Tracker::move_to(const PoseResult& pose, const SE3& T_last_world, bool was_
     // there.
     result.labels = filter_.rejudge(T_now_last, pose.T_camera_world);
     current.static_weight = result.labels.weight;
+    result.objects = filter_.objects();
   }
   judge_points(pose, result.labels);
   remember_seen(pose.seen);

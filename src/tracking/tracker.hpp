@@ -53,6 +53,7 @@ struct TrackResult {
   StaticLabels labels;                 ///< final label and weight of every feature
   int mask_age_frames = -1;            ///< of the newest mask used; -1 = none
   std::vector<SegmentationPtr> masks;  ///< that arrived with this frame, of this or earlier frames
+  std::vector<TrackedObject> objects;  ///< things that move or could
   std::vector<LandmarkId> landmarks;   ///< per feature, matched
   int matches = 0;
   int inliers = 0;

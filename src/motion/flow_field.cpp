@@ -5,11 +5,16 @@
 #include "image/depth.hpp"
 
 namespace ygslam {
+namespace {
+
+constexpr double kCellsPerRadius = 2;
+
+}  // namespace
 
 FlowField::FlowField(std::span<const FlowEnd> ends, std::span<const Feature> previous,
                      const DepthImage& current_depth_m, const FlowFieldConfig& config)
     : config_(config),
-      grid_(config.radius_px),
+      grid_(config.radius_px / kCellsPerRadius),
       end_uv_px_(ends.size(), Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN())),
       end_depth_m_(ends.size(), 0.0F),
       reliable_(ends.size(), 0) {
@@ -25,6 +30,9 @@ FlowField::FlowField(std::span<const FlowEnd> ends, std::span<const Feature> pre
     reliable_[i] = 1;
   }
   grid_.build(end_uv_px_);
+  sorted_.reserve(grid_.order().size());
+  for (const std::uint32_t i : grid_.order())
+    sorted_.push_back({end_uv_px_[i], end_depth_m_[i], i});
 }
 
 }  // namespace ygslam

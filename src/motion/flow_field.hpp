@@ -36,12 +36,17 @@ class FlowField {
   template <typename Visit>
   void neighbours(const Feature& feature, Visit&& visit) const {
     const auto limit2 = static_cast<float>(config_.radius_px * config_.radius_px);
-    grid_.near(feature.uv_px, config_.radius_px, [&](std::uint32_t k) {
-      const float d2 = (end_uv_px_[k] - feature.uv_px).squaredNorm();
-      if ((feature.depth_m > 0) != (end_depth_m_[k] > 0)) return;
-      if (d2 <= limit2 && same_depth(feature.depth_m, end_depth_m_[k], config_.depth_ratio))
-        visit(k, d2);
-    });
+    const bool has_depth = feature.depth_m > 0;
+    grid_.near_ranges(feature.uv_px, config_.radius_px,
+                      [&](std::uint32_t first, std::uint32_t last) {
+                        for (std::uint32_t i = first; i < last; ++i) {
+                          const End& end = sorted_[i];
+                          const float d2 = (end.uv_px - feature.uv_px).squaredNorm();
+                          if (d2 > limit2 || has_depth != (end.depth_m > 0)) continue;
+                          if (same_depth(feature.depth_m, end.depth_m, config_.depth_ratio))
+                            visit(end.point, d2);
+                        }
+                      });
   }
 
   /// The same around the end of a previous point, without itself.
@@ -62,9 +67,16 @@ class FlowField {
   }
 
  private:
+  struct End {
+    Eigen::Vector2f uv_px;
+    float depth_m;
+    std::uint32_t point;
+  };
+
   FlowFieldConfig config_;
   PointGrid grid_;
-  std::vector<Eigen::Vector2f> end_uv_px_;  // not finite where not reliable
+  std::vector<End> sorted_;                 // the reliable ones in the grid's order
+  std::vector<Eigen::Vector2f> end_uv_px_;  // per point; not finite where not reliable
   std::vector<float> end_depth_m_;          // in the current frame
   std::vector<std::uint8_t> reliable_;
 };

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 namespace ygslam {
 namespace {
 
-constexpr int kObjectWindowPx =
-    24;  // half side of the square in which an object's depth is sampled
-constexpr int kObjectStridePx = 8;
-constexpr int kInstanceStridePx = 8;
+constexpr int kStridePx = 8;  // between the samples of an object's depth
+constexpr int kWindow = 7;    // samples on a side of the square in which it is asked for
 
-float median(std::vector<float>& values) {
+float median(std::span<float> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -29,7 +28,7 @@ class Labeller {
  public:
   Labeller(const Segmentation& masks, const CoarseDepth& depth_m, const MaskConfig& config)
       : ids_(masks.ids), depth_m_(depth_m), config_(config), movable_(movable_ids(masks, config)) {
-    measure_instances();
+    sample();
   }
 
   [[nodiscard]] PointMask label(const Feature& feature) const {
@@ -46,13 +45,25 @@ class Labeller {
   }
 
  private:
-  void measure_instances() {
-    std::array<std::vector<float>, 256> samples;
-    for (int v = 0; v < ids_.height(); v += kInstanceStridePx)
-      for (int u = 0; u < ids_.width(); u += kInstanceStridePx)
-        if (const std::uint8_t id = ids_.at(u, v); movable_[id])
-          if (const float d = depth_m_.at(u, v); d > 0) samples[id].push_back(d);
-    for (std::size_t id = 1; id < samples.size(); ++id) instance_depth_m_[id] = median(samples[id]);
+  /// Objects and depths at every kStridePx-th pixel.
+  void sample() {
+    columns_ = (ids_.width() + kStridePx - 1) / kStridePx;
+    rows_ = (ids_.height() + kStridePx - 1) / kStridePx;
+    samples_.resize(static_cast<std::size_t>(columns_) * rows_);
+    std::array<std::vector<float>, 256> of_instance;
+    for (int row = 0; row < rows_; ++row) {
+      for (int column = 0; column < columns_; ++column) {
+        const int u = column * kStridePx;
+        const int v = row * kStridePx;
+        const std::uint8_t id = movable_[ids_.at(u, v)] ? ids_.at(u, v) : 0;
+        const float depth_m = id > 0 ? depth_m_.at(u, v) : 0.0F;
+        if (!(depth_m > 0)) continue;
+        samples_[static_cast<std::size_t>(row) * columns_ + column] = {depth_m, id};
+        of_instance[id].push_back(depth_m);
+      }
+    }
+    for (std::size_t id = 1; id < of_instance.size(); ++id)
+      instance_depth_m_[id] = median(of_instance[id]);
   }
 
   /// True if all pixels of the square about a pixel have its id; false also where this is not
@@ -91,11 +102,12 @@ class Labeller {
     const double limit2 = rim_px * rim_px;
     int nearest2 = 1 << 30;
     bool other = false;
-    for (int dv = -r; dv <= r; ++dv) {
-      for (int du = -r; du <= r; ++du) {
-        const int d2 = du * du + dv * dv;
-        if (d2 > limit2 || !ids_.contains(u + du, v + dv)) continue;
-        const std::uint8_t id = ids_.at(u + du, v + dv);
+    for (int y = std::max(v - r, 0); y <= std::min(v + r, ids_.height() - 1); ++y) {
+      const std::uint8_t* row = ids_.row(y);
+      for (int x = std::max(u - r, 0); x <= std::min(u + r, ids_.width() - 1); ++x) {
+        const int d2 = (x - u) * (x - u) + (y - v) * (y - v);
+        if (d2 > limit2) continue;
+        const std::uint8_t id = row[x];
         if (!movable_[id]) {
           other = true;
         } else if (d2 < nearest2) {
@@ -110,12 +122,17 @@ class Labeller {
 
   /// Depth of the object near a pixel [m], 0 if unknown.
   [[nodiscard]] float object_depth_m(std::uint8_t id, int u, int v) const {
-    std::vector<float> samples;
-    for (int dv = -kObjectWindowPx; dv <= kObjectWindowPx; dv += kObjectStridePx)
-      for (int du = -kObjectWindowPx; du <= kObjectWindowPx; du += kObjectStridePx)
-        if (ids_.contains(u + du, v + dv) && ids_.at(u + du, v + dv) == id)
-          if (const float d = depth_m_.at(u + du, v + dv); d > 0) samples.push_back(d);
-    return samples.empty() ? instance_depth_m_[id] : median(samples);
+    std::array<float, kWindow * kWindow> depths_m;
+    std::size_t n = 0;
+    const int column = u / kStridePx - kWindow / 2;
+    const int row = v / kStridePx - kWindow / 2;
+    for (int r = std::max(row, 0); r < std::min(row + kWindow, rows_); ++r) {
+      for (int c = std::max(column, 0); c < std::min(column + kWindow, columns_); ++c) {
+        const Sample& sample = samples_[static_cast<std::size_t>(r) * columns_ + c];
+        if (sample.id == id) depths_m[n++] = sample.depth_m;
+      }
+    }
+    return n == 0 ? instance_depth_m_[id] : median(std::span(depths_m.data(), n));
   }
 
   [[nodiscard]] PointMask outside(const Surroundings& around, int u, int v, float depth_m) const {
@@ -142,11 +159,19 @@ class Labeller {
     return behind ? PointMask{SemanticLabel::kStatic, 0} : on_object;
   }
 
+  struct Sample {
+    float depth_m = 0;
+    std::uint8_t id = 0;  // of a movable thing with depth, else 0
+  };
+
   const GreyImage& ids_;
   const CoarseDepth& depth_m_;
   const MaskConfig& config_;
   std::array<std::uint8_t, 256> movable_;
   std::array<float, 256> instance_depth_m_{};
+  std::vector<Sample> samples_;
+  int columns_ = 0;
+  int rows_ = 0;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace ygslam {
 /// Neighbours come cell by cell in index order: the same input gives the same order.
 class PointGrid {
  public:
-  /// @param cell_px side of a cell, > 0; queries up to this radius look at 3x3 cells.
+  /// @param cell_px side of a cell, > 0.
   explicit PointGrid(double cell_px) : inverse_cell_(static_cast<float>(1.0 / cell_px)) {}
 
   /// Sorts the points in; those that are not finite are left out.
@@ -42,19 +42,29 @@ class PointGrid {
   /// (a superset of the circle).
   template <typename Visit>
   void near(const Eigen::Vector2f& p, double radius_px, Visit&& visit) const {
+    near_ranges(p, radius_px, [&](std::uint32_t first, std::uint32_t last) {
+      for (std::uint32_t k = first; k < last; ++k) visit(order_[k]);
+    });
+  }
+
+  /// The same as ranges [first, last) of order(), for callers that keep their data in that order.
+  template <typename Visit>
+  void near_ranges(const Eigen::Vector2f& p, double radius_px, Visit&& visit) const {
     if (columns_ == 0 || !usable(p)) return;
     const auto r = static_cast<float>(radius_px);
     const int c0 = std::max(cell(p.x() - r - min_.x()), 0);
     const int c1 = std::min(cell(p.x() + r - min_.x()), columns_ - 1);
     const int r0 = std::max(cell(p.y() - r - min_.y()), 0);
     const int r1 = std::min(cell(p.y() + r - min_.y()), rows_ - 1);
+    if (c0 > c1) return;
     for (int row = r0; row <= r1; ++row) {
-      for (int column = c0; column <= c1; ++column) {
-        const std::size_t c = static_cast<std::size_t>(row) * columns_ + column;
-        for (std::uint32_t k = begin_[c]; k < begin_[c + 1]; ++k) visit(order_[k]);
-      }
+      const std::size_t c = static_cast<std::size_t>(row) * columns_;
+      visit(begin_[c + c0], begin_[c + c1 + 1]);
     }
   }
+
+  /// Point indices, cell by cell.
+  [[nodiscard]] std::span<const std::uint32_t> order() const { return order_; }
 
  private:
   static bool usable(const Eigen::Vector2f& p) {

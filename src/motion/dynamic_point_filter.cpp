@@ -248,8 +248,8 @@ void DynamicPointFilter::fuse_evidence() {
 StaticLabels DynamicPointFilter::rejudge(const SE3& T_current_previous,
                                          const SE3& T_current_world) {
   if (T_current_world.is_finite()) T_previous_world_ = T_current_world;
-  if (uses_geometry() && config_.rigid.enabled && judged_.followed.size() > 0 &&
-      T_current_previous.is_finite()) {
+  if (uses_geometry() && config_.fusion.second_look && config_.rigid.enabled &&
+      judged_.followed.size() > 0 && T_current_previous.is_finite()) {
     judged_.rigid = judge_rigid_flow(camera_, judged_.followed.points, voters(), T_current_previous,
                                      config_.rigid);
     judge_anchors(T_current_previous);

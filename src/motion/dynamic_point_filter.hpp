@@ -56,7 +56,7 @@ class DynamicPointFilter {
 
   /// Second look at the last frame, with the camera's motion as the tracker found it from the map:
   /// every followed point is held against that motion, and the labels are fused again. They are the
-  /// prior of the next step. Without depth check (rigid.enabled = false), in modes off and
+  /// prior of the next step. Without depth check or second look (see the config), in modes off and
   /// semantic, and for a first frame the labels stay as they were.
   /// @param T_current_world the pose later frames' anchors refer to.
   [[nodiscard]] StaticLabels rejudge(const SE3& T_current_previous, const SE3& T_current_world);

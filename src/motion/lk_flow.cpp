@@ -8,6 +8,7 @@
 #include "motion/flow_patch.hpp"
 #include "motion/guess_correction.hpp"
 #include "motion/image_pyramid_levels.hpp"
+#include "motion/point_grid.hpp"
 
 namespace ygslam {
 namespace {
@@ -17,6 +18,7 @@ constexpr std::size_t kScouts = 64;
 // and by what a shift of so many pixels would cause.
 constexpr float kDoubtfulDifference = 8.0F;
 constexpr float kDoubtfulShiftPx = 0.8F;
+constexpr float kTwinPx = 1.0F;           // points this near have the same window, but for its rim
 constexpr float kSameEndPx = 0.7F;        // a start this near to a known end leads there again
 constexpr float kCoarsePrecision = 4.0F;  // times epsilon_px: coarse levels only bring near
 // A step is stretched or cut at most so much; see refine().
@@ -144,6 +146,22 @@ class PointFollower {
   FlowPatch patch_;
 };
 
+/// Per point the first one within kTwinPx, itself if none comes before it: a corner is found on
+/// several pyramid levels, and its flow is the same.
+std::vector<std::uint32_t> twins(std::span<const Eigen::Vector2f> points_uv_px) {
+  PointGrid grid(2 * kTwinPx);
+  grid.build(points_uv_px);
+  std::vector<std::uint32_t> twin(points_uv_px.size());
+  for (std::uint32_t i = 0; i < twin.size(); ++i) {
+    twin[i] = i;
+    grid.near(points_uv_px[i], kTwinPx, [&](std::uint32_t k) {
+      if (k < twin[i] && (points_uv_px[k] - points_uv_px[i]).squaredNorm() <= kTwinPx * kTwinPx)
+        twin[i] = k;
+    });
+  }
+  return twin;
+}
+
 }  // namespace
 
 std::vector<FlowPoint> track_points(const ImagePyramid& previous, const ImagePyramid& current,
@@ -173,8 +191,14 @@ std::vector<FlowPoint> track_points(const ImagePyramid& previous, const ImagePyr
   }
   const auto correction = fit_guess_correction(expected, found);
   const int first = correction ? first_level(correction->error_px) : follower.top();
+  const std::vector<std::uint32_t> twin = twins(points_uv_px);
   for (std::size_t i = 0; i < flow.size(); ++i) {
     if (i % every == 0) continue;
+    if (twin[i] != i && flow[twin[i]].status == FlowStatus::kFound) {
+      flow[i] = flow[twin[i]];
+      flow[i].end_uv_px += points_uv_px[i] - points_uv_px[twin[i]];
+      continue;
+    }
     flow[i] =
         follower.follow(points_uv_px[i], correction ? (*correction)(guess(i)) : guess(i), first);
   }

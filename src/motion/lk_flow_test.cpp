@@ -220,5 +220,16 @@ TEST(LkFlow, TinyImagesAreSafe) {
   EXPECT_EQ(track_points(pyramid(tiny), pyramid(tiny), points, {}, {}).size(), 3U);
 }
 
+TEST(LkFlow, PointsAtTheSamePlaceFlowAlike) {
+  auto points = grid_points();
+  const std::size_t n = points.size();
+  for (std::size_t i = 0; i < n; ++i)
+    points.push_back(points[i] + Eigen::Vector2f(0.5F, i % 2 == 0 ? 0.5F : -0.5F));
+  const Eigen::Vector2f shift(5.25F, 3.5F);
+  const auto flow =
+      track_points(pyramid(shifted(0, 0)), pyramid(shifted(5.25, 3.5)), points, {}, {});
+  EXPECT_GT(share_right(flow, points, shift, 0.1F), 0.95);
+}
+
 }  // namespace
 }  // namespace ygslam

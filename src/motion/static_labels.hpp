@@ -22,6 +22,7 @@ enum class DynamicMode : std::uint8_t {
 };
 
 struct FusionConfig {
+  bool second_look = true;  ///< judge every point again against the pose found from the map
   /// Features at which no flow ends are judged as the flow ends around them at their depth; false:
   /// they stay unknown, as in the paper.
   bool ask_neighbours = true;

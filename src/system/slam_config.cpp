@@ -72,6 +72,8 @@ void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
            "an object rests while no more of its points move");
   s.number("objects.rest_frames", c.objects.rest_frames, 1, 3000, "frames",
            "... and has done so for");
+  s.flag("labels.second_look", c.fusion.second_look,
+         "judge every point again against the pose found from the map; needs rigid.enabled");
   s.flag("labels.rim", c.rim.enabled,
          "corners where an outline crosses what is behind it are unknown, not dynamic");
   s.flag("labels.ask_neighbours", c.fusion.ask_neighbours,

@@ -1,6 +1,7 @@
 // A static point of the world that several keyframes saw.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/ids.hpp"
@@ -27,6 +28,12 @@ struct Landmark {
   int found = 1;    ///< frames that matched it
 
   [[nodiscard]] double found_ratio() const { return static_cast<double>(found) / visible; }
+  /// How far its history speaks for a point that stands still, 0..1: what has moved away, or is
+  /// called dynamic each time, is not found where the map has it.
+  [[nodiscard]] float static_weight() const {
+    constexpr double kFoundAlways = 0.6;  // occlusion and missed corners cost good ones no more
+    return static_cast<float>(std::min(1.0, found_ratio() / kFoundAlways));
+  }
 };
 
 }  // namespace ygslam

@@ -260,5 +260,17 @@ TEST(Map, CovisibleRanksByWhatIsShared) {
     EXPECT_GE(shared.at(id), limit);
 }
 
+TEST(Landmark, WeighsLessTheMoreOftenItIsMissed) {
+  Landmark landmark;
+  EXPECT_EQ(landmark.static_weight(), 1.0F);
+  landmark.visible = 100;
+  landmark.found = 70;
+  EXPECT_EQ(landmark.static_weight(), 1.0F);
+  landmark.found = 30;
+  EXPECT_NEAR(landmark.static_weight(), 0.5F, 1e-6F);
+  landmark.found = 0;
+  EXPECT_EQ(landmark.static_weight(), 0.0F);
+}
+
 }  // namespace
 }  // namespace ygslam

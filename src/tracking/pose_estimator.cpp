@@ -86,6 +86,11 @@ Vec3 PoseEstimator::point_of(const TrackedFrame& last, std::uint32_t feature,
   return T_world_last * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
 }
 
+float PoseEstimator::weight_of(LandmarkId landmark, const LocalView* view) const {
+  const std::int32_t i = view && landmark != kNoLandmark ? view->find(landmark) : -1;
+  return config_.weigh_landmarks && i >= 0 ? view->landmarks[i].static_weight : 1.0F;
+}
+
 std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
     const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
     const LocalView* view, const SE3& T_guess_world, double radius_px) const {
@@ -111,8 +116,8 @@ std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
                                            frame.grid, usable, matcher);
   std::vector<Pairing> pairings;
   for (const PointMatch& m : matches) {
-    pairings.push_back(
-        {point_of(last, m.source, T_world_last, view), m.feature, last.landmarks[m.source]});
+    pairings.push_back({point_of(last, m.source, T_world_last, view), m.feature,
+                        last.landmarks[m.source], weight_of(last.landmarks[m.source], view)});
   }
   return pairings;
 }
@@ -127,7 +132,8 @@ std::vector<PoseEstimator::Pairing> PoseEstimator::match_last_by_descriptor(
     const bool mapped =
         view && last.landmarks[m.a] != kNoLandmark && view->find(last.landmarks[m.a]) >= 0;
     if (!mapped && last.features->points[m.a].depth_m <= 0) continue;
-    pairings.push_back({point_of(last, m.a, T_world_last, view), m.b, last.landmarks[m.a]});
+    pairings.push_back({point_of(last, m.a, T_world_last, view), m.b, last.landmarks[m.a],
+                        weight_of(last.landmarks[m.a], view)});
   }
   return pairings;
 }
@@ -146,8 +152,8 @@ std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
   observations.reserve(pairings.size());
   for (const Pairing& p : pairings) {
     const Feature& f = frame.features->points[p.feature];
-    observations.push_back(
-        {p.p_world, observe(f, octave_scale_[f.octave], noise, frame.static_weight[p.feature])});
+    observations.push_back({p.p_world, observe(f, octave_scale_[f.octave], noise,
+                                               p.weight * frame.static_weight[p.feature])});
   }
   return solve_pose(camera_, T_guess_world, observations, config_.pose);
 }
@@ -255,7 +261,8 @@ void PoseEstimator::add_map_matches(const TrackedFrame& frame, const LocalView& 
   }
   for (const PointMatch& m : match_by_projection(camera_, T_camera_world, points, *frame.features,
                                                  frame.grid, usable, ProjectionMatcherConfig{})) {
-    pairings.push_back({view.landmarks[m.source].p_world, m.feature, view.landmarks[m.source].id});
+    const ViewLandmark& landmark = view.landmarks[m.source];
+    pairings.push_back({landmark.p_world, m.feature, landmark.id, weight_of(landmark.id, &view)});
   }
 }
 

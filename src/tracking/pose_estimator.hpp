@@ -23,6 +23,7 @@ struct PoseEstimatorConfig {
   double search_map_px = 3;          ///< window around the refined pose, level 0
   int min_matches = 15;              ///< below: the next wider search
   double max_temporary_depth_m = 5;  ///< points of the last frame that are not in the map yet
+  bool weigh_landmarks = true;       ///< by how often they were found where they should be
   bool use_local_map = true;  ///< false: only the previous frame and its landmarks (ablation)
 };
 
@@ -60,7 +61,9 @@ class PoseEstimator {
     Vec3 p_world;
     std::uint32_t feature;
     LandmarkId landmark;
+    float weight = 1;  // of the landmark
   };
+  [[nodiscard]] float weight_of(LandmarkId landmark, const LocalView* view) const;
   [[nodiscard]] std::vector<Pairing> match_last(const TrackedFrame& frame, const TrackedFrame& last,
                                                 const SE3& T_last_world, const LocalView* view,
                                                 const SE3& T_guess_world, double radius_px) const;

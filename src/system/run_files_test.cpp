@@ -180,10 +180,11 @@ TEST(RunWriter, WritesEveryFileAndLeavesOthersAlone) {
   EXPECT_EQ(read_tum_trajectory(folder.path() / "keyframes.txt")->size(), 1U);
   EXPECT_TRUE(read_ply(folder.path() / "map.ply").ok());
   EXPECT_EQ(split(testing::read(folder.path() / "frames.csv"), '\n').size(), 7U);
+  EXPECT_EQ(split(testing::read(folder.path() / "objects.csv"), '\n').size(), 1U);
   std::size_t files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path()))
     ++files;
-  EXPECT_EQ(files, 6U) << "no temporary file is left";
+  EXPECT_EQ(files, 7U) << "no temporary file is left";
   const Status nowhere = write_run(folder.path() / "absent" / "deeper", outcome, mapping, 6, true);
   EXPECT_TRUE(nowhere.ok() || nowhere.error().kind == ErrorKind::kOutput);
 }

@@ -69,9 +69,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   const SE3 T_last_world = last_pose(*view);
   const bool was_lost = state_ == TrackState::kLost;
   const Found found = find_pose(current, *view, T_last_world);
-  const double gap_s = seconds_between(frame->stamp, last_->frame->stamp);
-  state_ = assess(found.pose, was_lost ? 0 : found.jump_m,
-                  std::max(config_.max_jump_m, gap_s * config_.max_jump_mps));
+  state_ = assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
   result.state = state_;
   ++frames_since_keyframe_;
   if (state_ == TrackState::kLost) {
@@ -177,8 +175,8 @@ TrackResult Tracker::start(TrackedFrame frame, TrackResult result) {
   return result;
 }
 
-TrackState Tracker::assess(const std::optional<PoseResult>& pose, double jump_m,
-                           double max_jump_m) {
+TrackState Tracker::assess(const Found& found, const SE3& T_last_world, double gap_s) {
+  const auto& pose = found.pose;
   if (!pose || pose->inliers < config_.min_inliers_weak || !pose->T_camera_world.is_finite() ||
       !(pose->position_std_m <= config_.lost_position_std_m)) {
     return TrackState::kLost;
@@ -189,7 +187,12 @@ TrackState Tracker::assess(const std::optional<PoseResult>& pose, double jump_m,
     weak_frames_ = 0;
     return TrackState::kTracking;
   }
-  if (jump_m > max_jump_m) return TrackState::kLost;
+  // After a loss only the last known place vouches for a weak pose.
+  const bool was_lost = state_ == TrackState::kLost;
+  const double jump_m =
+      was_lost ? centre_distance_m(pose->T_camera_world, T_last_world) : found.jump_m;
+  const double reach_m = was_lost ? 0 : gap_s * config_.max_jump_mps;
+  if (jump_m > std::max(config_.max_jump_m, reach_m)) return TrackState::kLost;
   if (many) return TrackState::kWeak;  // uncertain by its weights, but no chance matches
   return ++weak_frames_ > config_.weak_frames_until_lost ? TrackState::kLost : TrackState::kWeak;
 }

@@ -39,7 +39,7 @@ struct TrackerConfig {
   double weak_position_std_m = 0.03;  ///< the camera centre less certain than this: weak
   double lost_position_std_m = 0.1;   ///< ... than this: lost
   /// A weak pose farther than this from the prediction (or than this speed would carry it over a
-  /// longer gap) rests on wrong matches.
+  /// longer gap), or after a loss from the last known place, rests on wrong matches.
   double max_jump_m = 0.08;
   double max_jump_mps = 1.0;
 };
@@ -88,8 +88,7 @@ class Tracker {
   /// Fills the result, with a candidate where a keyframe is due.
   void deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                TrackedFrame& current, TrackResult& result);
-  [[nodiscard]] TrackState assess(const std::optional<PoseResult>& pose, double jump_m,
-                                  double max_jump_m);
+  [[nodiscard]] TrackState assess(const Found& found, const SE3& T_last_world, double gap_s);
   [[nodiscard]] bool wants_keyframe(const TrackedFrame& frame, const LocalView& view,
                                     const PoseResult& pose, bool mapper_busy) const;
   /// Hands the frame to the mapper; from here on its pose is that keyframe's.

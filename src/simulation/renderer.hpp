@@ -100,11 +100,12 @@ class Renderer {
   /// The rays of one sample of a block, one from each of its 16 tiles.
   /// @param around what the samples of the first half around each pixel of the block say: where
   /// they agree nothing is traced. Null for the first half itself.
-  void light_packet(int u0, int v0, int sample, const std::uint8_t* around, Layer& layer) const;
+  /// @param with_movers false: they neither block nor are told of.
+  void light_packet(int u0, int v0, int sample, const std::uint8_t* around, bool with_movers,
+                    Layer& layer) const;
   void aim_at_lamps(const Layer& layer, int u0, int v0, int sample, RayPacket& packet) const;
   // The same without movers, where movers have anything to do with it; the rest is copied.
   void light_static_blocks(int block_row, bool first) const;
-  void light_static_packet(int u0, int v0, int sample, const std::uint8_t* around) const;
   void copy_block(int u0, int v0) const;
   /// Whether a mover or its shadow is in a block, or in one this many blocks away.
   [[nodiscard]] bool is_touched(int column, int row, int radius) const;

@@ -12,6 +12,7 @@ namespace {
 constexpr std::uint8_t kFixedBits = kFixedLets | kFixedBlocks;
 constexpr std::uint8_t kMoverBits = kMoversLet | kMoversBlock;
 constexpr int kFirstHalf = kLanes / 2;
+constexpr int kNobodyAsks = 1 << 8;  // in place of what movers do: no LightState bit, yet not 0
 
 /// What the samples around a pixel say, for every pixel of a block.
 struct BlockBits {
@@ -73,7 +74,7 @@ void Renderer::light_up(Seen& seen) const {
   seen.weight.fill(0);
   seen.zone.fill(0);
   // The first of the zones that hold a point counts; the first of all, where none does.
-  for (int z = static_cast<int>(scene_.zones.size()) - 1; z > 0; --z) {
+  for (int z = static_cast<int>(scene_.zones.size()) - 1; z >= 0; --z) {
     const LightZone& zone = scene_.zones[static_cast<std::size_t>(z)];
     const float low_x = zone.low.x(), low_y = zone.low.y();
     const float high_x = zone.high.x(), high_y = zone.high.y();
@@ -83,21 +84,10 @@ void Renderer::light_up(Seen& seen) const {
       seen.zone[k] = inside ? z : seen.zone[k];
     }
   }
-  if (scene_.zones.size() > 1) {
-    const LightZone& zone = scene_.zones[0];
-    for (int k = 0; k < kLanes; ++k) {
-      const bool inside = (px[k] >= zone.low.x()) & (py[k] >= zone.low.y()) &
-                          (px[k] <= zone.high.x()) & (py[k] <= zone.high.y());
-      seen.zone[k] = inside ? 0 : seen.zone[k];
-    }
-  }
-  std::uint64_t done = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
     const int z = seen.zone[lane];
-    if ((done >> std::min(z, 63) & 1U) != 0 && z < 63) continue;
-    if (z >= 63 && std::find(seen.zone.lane, seen.zone.lane + lane, z) != seen.zone.lane + lane)
-      continue;
-    done |= std::uint64_t{1} << std::min(z, 63);
+    const std::int32_t* const first = seen.zone.lane;
+    if (std::find(first, first + lane, z) != first + lane) continue;  // seen to already
     const Lamps& lamps = lamps_[static_cast<std::size_t>(z)];
     for (int l = 0; l < lamps.count; ++l) {
       const Vec3f centre = lamps.centre[static_cast<std::size_t>(l)];
@@ -141,7 +131,7 @@ void Renderer::aim_at_lamps(const Layer& layer, int u0, int v0, int sample,
 }
 
 void Renderer::light_packet(int u0, int v0, int sample, const std::uint8_t* around,
-                            Layer& layer) const {
+                            bool with_movers, Layer& layer) const {
   RayPacket packet;
   Ints16 lit, by_fixed, by_movers, may_ask, blocked;
   for (int k = 0; k < kLanes; ++k)
@@ -150,7 +140,7 @@ void Renderer::light_packet(int u0, int v0, int sample, const std::uint8_t* arou
     const int said =
         around == nullptr ? 0 : around[row_of(sample, k) * kBlock + column_of(sample, k)];
     by_fixed[k] = guess(said, kFixedLets, kFixedBlocks);
-    by_movers[k] = guess(said, kMoversLet, kMoversBlock);
+    by_movers[k] = with_movers ? guess(said, kMoversLet, kMoversBlock) : kNobodyAsks;
     packet.active[k] = by_fixed[k] == 0 ? lit[k] : 0;
     may_ask[k] =
         (by_fixed[k] == 0) | ((by_fixed[k] == kFixedLets) & (by_movers[k] == 0)) ? lit[k] : 0;
@@ -177,7 +167,7 @@ void Renderer::light_packet(int u0, int v0, int sample, const std::uint8_t* arou
     const int u = u0 + column_of(sample, k);
     const int v = v0 + row_of(sample, k);
     const int state =
-        lit[k] == 0 ? 0 : by_fixed[k] | (by_fixed[k] == kFixedLets ? by_movers[k] : 0);
+        lit[k] == 0 ? 0 : by_fixed[k] | (by_fixed[k] == kFixedLets ? by_movers[k] & kMoverBits : 0);
     all |= state;
     layer.state.row(v)[u] = static_cast<std::uint8_t>(state);
     if (around == nullptr) layer.state_first.row(v)[u] = static_cast<std::uint8_t>(state);
@@ -194,11 +184,11 @@ void Renderer::light_blocks(int block_row, bool first, Layer& layer) const {
   for (int u0 = 0; u0 < camera_.width(); u0 += kBlock) {
     if (first) {
       for (int sample = 0; sample < kFirstHalf; ++sample)
-        light_packet(u0, v0, sample, nullptr, layer);
+        light_packet(u0, v0, sample, nullptr, true, layer);
     } else {
       const BlockBits around(layer.state_first, u0, v0);
       for (int sample = kFirstHalf; sample < kLanes; ++sample)
-        light_packet(u0, v0, sample, &around.bits[0][0], layer);
+        light_packet(u0, v0, sample, &around.bits[0][0], true, layer);
     }
   }
 }
@@ -254,36 +244,6 @@ void Renderer::copy_block(int u0, int v0) const {
   }
 }
 
-void Renderer::light_static_packet(int u0, int v0, int sample, const std::uint8_t* around) const {
-  Layer& layer = *fixed_;
-  RayPacket packet;
-  Ints16 lit, by_fixed, blocked;
-  for (int k = 0; k < kLanes; ++k)
-    lit[k] = layer.weight.row(v0 + row_of(sample, k))[u0 + column_of(sample, k)] > 0 ? -1 : 0;
-  for (int k = 0; k < kLanes; ++k) {
-    const int said =
-        around == nullptr ? 0 : around[row_of(sample, k) * kBlock + column_of(sample, k)];
-    by_fixed[k] = guess(said, kFixedLets, kFixedBlocks);
-    packet.active[k] = by_fixed[k] == 0 ? lit[k] : 0;
-  }
-  if (any(packet.active)) {
-    aim_at_lamps(layer, u0, v0, sample, packet);
-    rays_.blocked_by_fixed(packet, blocked);
-    for (int k = 0; k < kLanes; ++k) {
-      const int found = blocked[k] != 0 ? kFixedBlocks : kFixedLets;
-      by_fixed[k] = packet.active[k] != 0 ? found : by_fixed[k];
-    }
-  }
-  for (int k = 0; k < kLanes; ++k) {
-    const int u = u0 + column_of(sample, k);
-    const int v = v0 + row_of(sample, k);
-    const auto state = static_cast<std::uint8_t>(lit[k] == 0 ? 0 : by_fixed[k]);
-    layer.state.row(v)[u] = state;
-    if (around == nullptr) layer.state_first.row(v)[u] = state;
-    layer.arrived.row(v)[u] = state == kFixedBlocks ? 0.0F : layer.weight.row(v)[u];
-  }
-}
-
 void Renderer::light_static_blocks(int block_row, bool first) const {
   const int v0 = block_row * kBlock;
   const auto is_other = [&](int u0, int sample) {
@@ -299,7 +259,7 @@ void Renderer::light_static_blocks(int block_row, bool first) const {
     if (!is_touched(column, block_row, 1)) continue;
     if (first) {
       for (int sample = 0; sample < kFirstHalf; ++sample) {
-        if (is_other(u0, sample)) light_static_packet(u0, v0, sample, nullptr);
+        if (is_other(u0, sample)) light_packet(u0, v0, sample, nullptr, false, *fixed_);
       }
       continue;
     }
@@ -313,7 +273,7 @@ void Renderer::light_static_blocks(int block_row, bool first) const {
         const int v = row_of(sample, k);
         differs = ((with.bits[v][u] ^ without.bits[v][u]) & kFixedBits) != 0;
       }
-      if (differs) light_static_packet(u0, v0, sample, &without.bits[0][0]);
+      if (differs) light_packet(u0, v0, sample, &without.bits[0][0], false, *fixed_);
     }
     for (int v = v0; v < v0 + kBlock; ++v) {
       std::uint8_t* changed = fixed_->changed.row(v);

@@ -1,6 +1,7 @@
 #include "motion/dynamic_point_filter.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "motion/neighbour_verdict.hpp"
 
@@ -285,7 +286,7 @@ void DynamicPointFilter::follow_objects(const SE3& T_current_world) {
     point.outside = semantic.label == SemanticLabel::kStatic;
     set_motion(judged_.evidence[i], point);
   }
-  objects_.step(previous_->stamp, points);
+  objects_.step(previous_->stamp, std::move(points));
   objects_seen_ = true;
 }
 

@@ -81,7 +81,7 @@ void ObjectTracker::clear() {
   stamp_.reset();
 }
 
-void ObjectTracker::step(Timestamp stamp, std::span<const ObjectPoint> points) {
+void ObjectTracker::step(Timestamp stamp, std::vector<ObjectPoint> points) {
   const double dt_s = stamp_ ? seconds_between(stamp, *stamp_) : 0;
   stamp_ = stamp;
   for (Track& track : tracks_) {
@@ -91,14 +91,13 @@ void ObjectTracker::step(Timestamp stamp, std::span<const ObjectPoint> points) {
     track.seen.centre_world += dt_s * track.seen.velocity_world_mps;
     track.seen.min_world += dt_s * track.seen.velocity_world_mps;
     track.seen.max_world += dt_s * track.seen.velocity_world_mps;
-    track.confirmed_now = false;
   }
   std::vector<std::int32_t> track_of = inherited(points);
   take_instances(points, track_of);
   take_unknown_movers(points, track_of);
   update_tracks(points, track_of, dt_s);
   track_of_ = std::move(track_of);
-  before_.assign(points.begin(), points.end());
+  before_ = std::move(points);
   forget_old_tracks();
 }
 
@@ -129,7 +128,6 @@ void ObjectTracker::take_instances(Points points, std::vector<std::int32_t>& tra
     if (t < 0) t = add_track(class_id);
     tracks_[t].seen.class_id = class_id;  // an unknown mover that the network now knows
     tracks_[t].seen.missing_frames = 0;
-    tracks_[t].confirmed_now = true;
     for (const std::uint32_t i : members) track_of[i] = t;
   }
 }
@@ -138,7 +136,7 @@ void ObjectTracker::take_instances(Points points, std::vector<std::int32_t>& tra
 std::int32_t ObjectTracker::match_instance(Points points, const Members& members, int class_id,
                                            std::span<const std::int32_t> track_of) const {
   const auto fits = [&](const Track& track) {
-    return !track.confirmed_now &&
+    return track.seen.missing_frames > 0 &&  // no instance of this mask has it yet
            (track.seen.class_id == class_id || track.seen.class_id == kUnknownClass);
   };
   std::vector<int> votes(tracks_.size(), 0);

@@ -65,7 +65,7 @@ class ObjectTracker {
   explicit ObjectTracker(const ObjectConfig& config) : config_(config) {}
 
   /// @param points one per feature of the current frame.
-  void step(Timestamp stamp, std::span<const ObjectPoint> points);
+  void step(Timestamp stamp, std::vector<ObjectPoint> points);
 
   /// Objects of the last step, oldest first, without those not confirmed yet.
   [[nodiscard]] std::vector<TrackedObject> objects() const;
@@ -87,8 +87,7 @@ class ObjectTracker {
     int judged_frames = 0;    // that went into the share below
     double moving_share = 1;  // of its judged points, mean over about rest_frames
     std::deque<Move> moves;   // of the last velocity_window_s
-    bool confirmed_now = false;
-    int confirmations = 0;  // frames with one
+    int confirmations = 0;    // frames in which a mask or motion did
   };
 
   [[nodiscard]] std::vector<std::int32_t> inherited(Points points) const;

@@ -75,8 +75,10 @@ def main():
                 cells.append("lost")
                 continue
             value = statistics.median(runs)
-            full.setdefault(sequence, value)
-            cells.append(f"{value:.2f} ({value / full[sequence]:.2f})")
+            if not arguments:
+                full[sequence] = value
+            ratio = f"{value / full[sequence]:.2f}" if sequence in full else "-"
+            cells.append(f"{value:.2f} ({ratio})")
         print(ends + between.join([variant.ljust(28)] + [cell.rjust(18) for cell in cells]) + ends,
               flush=True)
 

@@ -27,6 +27,7 @@ VARIANTS = {
     "missed objects dropped": ["--set", "propagation.missed_object_frames=0"],
     "mask edges not mended": ["--set", "masks.rim_px=0", "--set", "masks.inner_rim_px=0"],
     "yes or no, no weights": ["--set", "labels.unknown_weight=1"],
+    "no memory of empty space": ["--set", "tracking.intruders=false"],
     "landmarks weigh alike": ["--set", "tracking.weigh_landmarks=false"],
     "objects not followed": ["--set", "objects.enabled=false"],
 }

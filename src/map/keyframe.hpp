@@ -10,6 +10,7 @@
 #include "features/feature.hpp"
 #include "features/feature_grid.hpp"
 #include "geometry/se3.hpp"
+#include "map/nearest_depth.hpp"
 
 namespace ygslam {
 
@@ -20,6 +21,7 @@ struct KeyframeData {
   Timestamp stamp;
   FeaturesPtr features;
   FeatureGrid grid;
+  NearestDepth nearest{};
 };
 using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 

@@ -10,6 +10,16 @@ namespace {
 // what tracking knew, or the map would lose its ground.
 constexpr std::ptrdiff_t kMinOutside = 30;
 
+NearestDepth nearest_static_depth(const KeyframeCandidate& candidate) {
+  NearestDepth nearest(candidate.frame->depth_m);
+  for (std::size_t i = 0; i < candidate.features->size(); ++i) {
+    const Feature& f = candidate.features->points[i];
+    if (candidate.static_weight[i] <= 0 && f.depth_m > 0)
+      nearest.forget_around(f.uv_px.cast<double>(), f.depth_m);
+  }
+  return nearest;
+}
+
 }  // namespace
 
 Mapper::Mapper(const MapperConfig& config, const Camera& camera, int pyramid_levels,
@@ -18,9 +28,9 @@ Mapper::Mapper(const MapperConfig& config, const Camera& camera, int pyramid_lev
 
 KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
   const KeyframeId id{static_cast<std::uint32_t>(map_.next_keyframe_id())};
-  auto data = std::make_shared<KeyframeData>(
-      KeyframeData{id, candidate.frame->id, candidate.frame->stamp, candidate.features,
-                   FeatureGrid(*candidate.features, camera_.ideal_bounds())});
+  auto data = std::make_shared<KeyframeData>(KeyframeData{
+      id, candidate.frame->id, candidate.frame->stamp, candidate.features,
+      FeatureGrid(*candidate.features, camera_.ideal_bounds()), nearest_static_depth(candidate)});
   SE3 T_camera_world = candidate.T_camera_reference;
   KeyframeId parent = kNoKeyframe;
   if (!map_.keyframes().empty()) {

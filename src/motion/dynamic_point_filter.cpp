@@ -15,6 +15,7 @@ FilterResult trust_everything(std::size_t n) {
   result.labels = all_static(n);
   result.links.assign(n, -1);
   result.semantic.resize(n);
+  result.intrudes.assign(n, 0);
   result.epipolar_px.assign(n, -1.0F);
   result.rigid_residual.resize(n);
   return result;
@@ -57,6 +58,7 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
                     features,
                     depth_ranges(*features, frame.depth_m),
                     {},
+                    {},
                     frame.stamp};
   if (previous_ && !same_size(previous_->pyramid, current.pyramid)) reset();
   begin_step(n);
@@ -65,6 +67,8 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   find_same_points(*features);
   read_masks(new_masks, result);
   take_prior(result.semantic);
+  for (std::size_t i = 0; i < n; ++i) result.intrudes[i] = judged_.evidence[i].intrudes ? 1 : 0;
+  current.intrudes = result.intrudes;
   if (previous_ && uses_geometry()) {
     judged_.followed = config_.motion.corners == FlowCorners::kOrb
                            ? std::move(orb)
@@ -131,6 +135,7 @@ void DynamicPointFilter::take_prior(std::span<const SemanticPoint> semantic) {
     const std::int32_t k = links_[i];
     if (k < 0) continue;
     evidence.previous = previous_->label[k];
+    evidence.intrudes = uses_geometry() && previous_->intrudes[k] != 0;
     const TrackedObject* object = objects_.object_at(static_cast<std::size_t>(k));
     evidence.rests = object && object->resting;
   }
@@ -246,22 +251,33 @@ void DynamicPointFilter::fuse_evidence() {
   judged_.labels = fuse(config_.mode, judged_.evidence, judged_.check, limits, config_.fusion);
 }
 
-StaticLabels DynamicPointFilter::rejudge(const SE3& T_current_previous,
-                                         const SE3& T_current_world) {
+StaticLabels DynamicPointFilter::rejudge(const std::optional<SE3>& T_current_previous,
+                                         const SE3& T_current_world,
+                                         std::span<const std::uint8_t> intrudes) {
   if (T_current_world.is_finite()) T_previous_world_ = T_current_world;
-  if (uses_geometry() && config_.fusion.second_look && config_.rigid.enabled &&
-      judged_.followed.size() > 0 && T_current_previous.is_finite()) {
-    judged_.rigid = judge_rigid_flow(camera_, judged_.followed.points, voters(), T_current_previous,
-                                     config_.rigid);
-    judge_anchors(T_current_previous);
-    take_verdicts(*previous_->features, links_);
+  if (uses_geometry() && judged_.followed.size() > 0) {
+    for (std::size_t i = 0; i < intrudes.size(); ++i) {
+      judged_.evidence[i].intrudes = intrudes[i] != 0;
+      previous_->intrudes[i] = intrudes[i];
+    }
+    if (T_current_previous) look_again(*T_current_previous);
     fuse_evidence();
     previous_->label = judged_.labels.label;
   }
   if (config_.objects.enabled && previous_ && config_.mode != DynamicMode::kOff &&
-      T_current_world.is_finite())
+      T_current_previous && T_current_world.is_finite())
     follow_objects(T_current_world);
   return judged_.labels;
+}
+
+/// Holds every followed point against the camera's motion as the map gives it.
+void DynamicPointFilter::look_again(const SE3& T_current_previous) {
+  if (!config_.fusion.second_look || !config_.rigid.enabled || !T_current_previous.is_finite())
+    return;
+  judged_.rigid = judge_rigid_flow(camera_, judged_.followed.points, voters(), T_current_previous,
+                                   config_.rigid);
+  judge_anchors(T_current_previous);
+  take_verdicts(*previous_->features, links_);
 }
 
 /// Tells the object tracker what masks and motion say about each feature.

@@ -36,6 +36,7 @@ struct FilterResult {
   StaticLabels labels;
   std::vector<std::int32_t> links;      ///< previous feature per current one; all -1 in mode off
   std::vector<SemanticPoint> semantic;  ///< per current feature
+  std::vector<std::uint8_t> intrudes;   ///< per current feature: continues an intruder
   std::vector<float> epipolar_px;       ///< D of eq. (16) per current feature, -1 = not judged
   std::vector<RigidResidual> rigid_residual;  ///< per current feature
   std::optional<RigidFit> rigid;              ///< camera motion from flow and depth alone
@@ -58,8 +59,13 @@ class DynamicPointFilter {
   /// every followed point is held against that motion, and the labels are fused again. They are the
   /// prior of the next step. Without depth check or second look (see the config), in modes off and
   /// semantic, and for a first frame the labels stay as they were.
+  /// @param T_current_previous nullopt where the previous frame's pose is not known: no second
+  /// look.
   /// @param T_current_world the pose later frames' anchors refer to.
-  [[nodiscard]] StaticLabels rejudge(const SE3& T_current_previous, const SE3& T_current_world);
+  /// @param intrudes per feature: in space the map knows to be empty; empty: as step() gave it.
+  [[nodiscard]] StaticLabels rejudge(const std::optional<SE3>& T_current_previous,
+                                     const SE3& T_current_world,
+                                     std::span<const std::uint8_t> intrudes = {});
 
   /// What is known of the things that move or could, as of the last rejudge().
   [[nodiscard]] std::vector<TrackedObject> objects() const { return objects_.objects(); }
@@ -109,6 +115,7 @@ class DynamicPointFilter {
   void drop_anchors();
   void judge_anchors(const SE3& T_current_previous);
   void take_verdicts(const Features& features, std::span<const std::int32_t> links);
+  void look_again(const SE3& T_current_previous);
   void fuse_evidence();
   void follow_objects(const SE3& T_current_world);
   void set_motion(const PointEvidence& evidence, ObjectPoint& point) const;

@@ -251,6 +251,61 @@ TEST(DynamicPointFilter, SecondLookWithoutAFirstChangesNothing) {
   EXPECT_EQ(filter.rejudge(SE3(), SE3()).label, result.labels.label);
 }
 
+TEST(DynamicPointFilter, IntrudersStayWithTheirPointsUntilTheMapSaysOtherwise) {
+  DynamicConfig config;
+  config.mode = DynamicMode::kGeometry;
+  DynamicPointFilter filter(config, motion_test::small_camera(), 7);
+  const auto on_board = [](const Step& step) {
+    std::vector<std::uint8_t> result;
+    for (const Feature& f : step.features->points)
+      result.push_back(
+          step.rendered.board.at(static_cast<int>(f.uv_px.x()), static_cast<int>(f.uv_px.y())) > 0);
+    return result;
+  };
+  Step step;
+  for (int k = 0; k < 4; ++k) {
+    step = {render(scene_at(0, true), static_cast<std::uint32_t>(k)), nullptr, {}};
+    step.features = detect(*step.rendered.frame, motion_test::small_camera());
+    step.result = filter.step(*step.rendered.frame, step.features, {}, std::nullopt);
+    const auto board = on_board(step);
+    if (k == 2) {
+      EXPECT_EQ(step.result.intrudes, board) << "nothing moves, but it is remembered";
+    }
+    if (k == 3) {
+      EXPECT_EQ(step.result.intrudes, std::vector<std::uint8_t>(board.size(), 0));
+    }
+    if (k == 1) {
+      const StaticLabels labels = filter.rejudge(SE3(), SE3(), board);
+      for (std::size_t i = 0; i < board.size(); ++i)
+        EXPECT_EQ(labels.label[i] == MotionLabel::kDynamic, board[i] != 0) << i;
+    } else if (k == 2) {
+      (void)filter.rejudge(SE3(), SE3(), std::vector<std::uint8_t>(board.size(), 0));
+    }
+  }
+}
+
+TEST(DynamicPointFilter, WhatMovesWithoutAMaskBecomesAnObject) {
+  DynamicConfig config;
+  config.mode = DynamicMode::kGeometry;
+  DynamicPointFilter filter(config, motion_test::small_camera(), 7);
+  Rendered last;
+  for (int k = 0; k < 10; ++k) {
+    last = render(scene_at(k, true), static_cast<std::uint32_t>(k));
+    const auto features = detect(*last.frame, motion_test::small_camera());
+    (void)filter.step(*last.frame, features, {}, std::nullopt);
+    if (k == 0) continue;
+    const SE3 T_now_world = scene_at(k, true).T_camera_world;
+    (void)filter.rejudge(T_now_world * scene_at(k - 1, true).T_camera_world.inverse(), T_now_world);
+  }
+  const auto objects = filter.objects();
+  ASSERT_EQ(objects.size(), 1U);
+  EXPECT_FALSE(objects[0].resting);
+  const SE3 T_camera_world = scene_at(9, true).T_camera_world;
+  const Vec2 centre_px =
+      motion_test::small_camera().project(T_camera_world * objects[0].centre_world);
+  EXPECT_TRUE(last.board.at(static_cast<int>(centre_px.x()), static_cast<int>(centre_px.y())));
+}
+
 TEST(DynamicPointFilter, SurvivesBlankFramesMissingDepthAndOtherSizes) {
   DynamicPointFilter filter({}, motion_test::small_camera(), 7);
   const float nan = std::numeric_limits<float>::quiet_NaN();

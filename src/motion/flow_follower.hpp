@@ -21,8 +21,9 @@ struct FlowPrediction {
 struct FlowFrame {
   ImagePyramid pyramid;
   FeaturesPtr features;
-  std::vector<DepthRange> range;   ///< of the depths around each feature
-  std::vector<MotionLabel> label;  ///< final label of each feature
+  std::vector<DepthRange> range;       ///< of the depths around each feature
+  std::vector<MotionLabel> label;      ///< final label of each feature
+  std::vector<std::uint8_t> intrudes;  ///< of each feature, see PointEvidence
   Timestamp stamp{};
 };
 

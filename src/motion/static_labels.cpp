@@ -8,8 +8,9 @@ namespace {
 
 // Suspicions; a sum above 1 makes a point dynamic.
 constexpr float kInMask = 2.0F;
-constexpr float kAtRest = 1.05F;     // the same, on an object that does not move: first to return
-constexpr float kViolation = 1.01F;  // just beyond the limit
+constexpr float kAtRest = 1.05F;  // the same, on an object that does not move: first to return
+constexpr float kIntrudes = 2.0F;
+constexpr float kViolation = 1.01F;     // just beyond the limit
 constexpr float kViolationMore = 1.0F;  // added as the distance grows
 constexpr float kDoubtful = 0.6F;       // a violation found by a check that is not believed
 constexpr float kWasDynamic = 0.5F;     // dynamic in the previous frame, consistent now
@@ -50,6 +51,7 @@ class Fusion {
       const bool was_dynamic = e.previous == MotionLabel::kDynamic && !seen_outside;
       const float was = !was_dynamic ? 0.0F : judged ? kWasDynamic : kViolation;
       suspicion += std::max(moves, was);
+      if (e.intrudes) suspicion = std::max(suspicion, kIntrudes);
       obeys = judged && moves <= 0 && e.epipolar_px <= limits_.tau_px;
     }
     const bool cleared = seen_outside || obeys || e.previous == MotionLabel::kStatic;
@@ -103,8 +105,9 @@ void recall_least_suspicious(std::span<const PointEvidence> evidence, const Fusi
       ++usable;
       continue;
     }
-    const bool sure = evidence[i].semantic.label == SemanticLabel::kMovable &&
-                      evidence[i].epipolar_px > config.sure_mover_factor * limits.limit_tau_px;
+    const bool sure = evidence[i].intrudes ||
+                      (evidence[i].semantic.label == SemanticLabel::kMovable &&
+                       evidence[i].epipolar_px > config.sure_mover_factor * limits.limit_tau_px);
     if (!sure) excluded.push_back(static_cast<std::uint32_t>(i));
   }
   if (usable >= config.min_static) return;

@@ -55,6 +55,7 @@ struct PointEvidence {
   AnchorResidual anchor{};  ///< of the same point over a longer time
   bool rests = false;       ///< on an object that demonstrably stands still
   bool on_rim = false;      ///< behind an outline, see occlusion_rim.hpp
+  bool intrudes = false;    ///< in space that the map knows to be empty
   MotionLabel previous = MotionLabel::kUnknown;  ///< final label of the feature it continues
 };
 

@@ -158,5 +158,34 @@ TEST(Fusion, RimPointsAreNoGroundToStandOn) {
             config.min_static);
 }
 
+TEST(StaticLabels, WhatRestsComesBackBeforeWhatMoves) {
+  FusionConfig config;
+  config.min_static = 3;
+  std::vector<PointEvidence> points(6, evidence(SemanticLabel::kMovable, 0.3F));
+  for (std::size_t i = 3; i < 6; ++i) points[i].rests = true;
+  const auto labels = fuse(DynamicMode::kFull, points, good_check(), {}, config);
+  EXPECT_TRUE(labels.too_few_static);
+  EXPECT_EQ(labels.recalled, 3);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(labels.label[i], i < 3 ? MotionLabel::kDynamic : MotionLabel::kUnknown) << i;
+    EXPECT_EQ(labels.weight[i] > 0, i >= 3) << i;
+  }
+  config.min_static = 0;
+  for (const auto label : fuse(DynamicMode::kFull, points, good_check(), {}, config).label)
+    EXPECT_EQ(label, MotionLabel::kDynamic) << "as long as there are others it stays out";
+}
+
+TEST(StaticLabels, IntrudersAreDynamicByGeometryAndNeverComeBack) {
+  auto intruder = evidence(SemanticLabel::kStatic, 0.3F);
+  intruder.intrudes = true;
+  for (const DynamicMode mode : {DynamicMode::kGeometry, DynamicMode::kFull}) {
+    const auto labels = fuse(mode, std::vector(5, intruder), good_check(), {}, FusionConfig{});
+    EXPECT_TRUE(labels.too_few_static);
+    EXPECT_EQ(labels.dynamic_points, 5);
+  }
+  EXPECT_EQ(fuse_one(DynamicMode::kSemantic, intruder, good_check()).label[0],
+            MotionLabel::kStatic);
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -103,6 +103,16 @@ TEST(HardView, EightyPercentCoveredForFiveSecondsDoesNotMakeItJump) {
   expect_steady_and_back(recording, run);
 }
 
+TEST(HardView, EightyPercentCoveredWithoutMasksDoesNotMakeItJump) {
+  Recording recording = record("static_xyz", seven_seconds());
+  hold_board_before(recording, kFrom_s, kUntil_s);
+  for (const DynamicMode mode : {DynamicMode::kFull, DynamicMode::kGeometry}) {
+    SCOPED_TRACE(static_cast<int>(mode));
+    const Trial run = run_offline(small_config(mode), recording);
+    expect_steady_and_back(recording, run);
+  }
+}
+
 TEST(HardView, EverythingCalledAPersonForFiveSecondsOrForEverDoesNotMakeItJump) {
   const Recording recording = record("static_xyz", seven_seconds());
   for (const double until_s : {kUntil_s, 2 * kEnd_s}) {

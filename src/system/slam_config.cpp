@@ -145,6 +145,8 @@ void add_tracking_keys(ConfigSchema& s, TrackerConfig& c) {
            "window around the first pose, at pyramid level 0");
   s.flag("tracking.weigh_landmarks", c.pose.weigh_landmarks,
          "a landmark weighs by how often it was found where it should be");
+  s.flag("tracking.intruders", c.intruders.enabled,
+         "points where keyframes saw empty space are dynamic, whether they move or not");
   s.flag("tracking.use_local_map", c.pose.use_local_map,
          "false: match the previous frame only (to see what the map is worth)");
   s.number("keyframe.min_interval_frames", c.keyframe.min_interval_frames, 1, 1000, "frames",

@@ -75,7 +75,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   if (state_ == TrackState::kLost) {
     motion_model_.reset(frame->stamp);
   } else {
-    move_to(*found.pose, T_last_world, was_lost, current, result);
+    move_to(*found.pose, *view, T_last_world, was_lost, current, result);
     deliver(*found.pose, *view, mapper_busy, current, result);
     last_ = std::move(current);
   }
@@ -99,20 +99,23 @@ Tracker::Found Tracker::find_pose(const TrackedFrame& current, const LocalView& 
   return found;
 }
 
-void Tracker::move_to(const PoseResult& pose, const SE3& T_last_world, bool was_lost,
-                      TrackedFrame& current, TrackResult& result) {
+void Tracker::move_to(const PoseResult& pose, const LocalView& view, const SE3& T_last_world,
+                      bool was_lost, TrackedFrame& current, TrackResult& result) {
   const SE3 T_now_last = pose.T_camera_world * T_last_world.inverse();
   T_last_world_ = pose.T_camera_world;
   if (was_lost) {
     motion_model_.reset(current.frame->stamp);
   } else {
     motion_model_.update(current.frame->stamp, T_now_last);
-    // The flow reaches back to the frame before, whose pose is known unless the camera was lost
-    // there.
-    result.labels = filter_.rejudge(T_now_last, pose.T_camera_world);
-    current.static_weight = result.labels.weight;
-    result.objects = filter_.objects();
   }
+  const auto intrudes = find_intruders(camera_, current, pose.landmarks, current.intrudes, view,
+                                       pose.T_camera_world, config_.intruders);
+  // The flow reaches back to the frame before, whose pose is known unless the camera was lost
+  // there.
+  result.labels = filter_.rejudge(was_lost ? std::nullopt : std::optional(T_now_last),
+                                  pose.T_camera_world, intrudes);
+  current.static_weight = result.labels.weight;
+  result.objects = filter_.objects();
   judge_points(pose, result.labels);
   remember_seen(pose.seen);
 }
@@ -149,6 +152,7 @@ TrackedFrame Tracker::perceive(const FramePtr& frame, std::span<const Segmentati
     predicted = FlowPrediction{motion_model_.predict(frame->stamp)};
   FilterResult filtered = filter_.step(*frame, current.features, masks, predicted);
   result.labels = std::move(filtered.labels);
+  current.intrudes = std::move(filtered.intrudes);
   result.mask_age_frames = filtered.mask_age_frames;
   current.static_weight = result.labels.weight;
   current.landmarks.assign(current.features->size(), kNoLandmark);

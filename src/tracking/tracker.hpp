@@ -11,6 +11,7 @@
 #include "map/messages.hpp"
 #include "motion/dynamic_point_filter.hpp"
 #include "segment/segmenter.hpp"
+#include "tracking/intruders.hpp"
 #include "tracking/keyframe_policy.hpp"
 #include "tracking/motion_model.hpp"
 #include "tracking/pose_estimator.hpp"
@@ -32,6 +33,7 @@ struct TrackerConfig {
   MotionModelConfig motion_model;
   KeyframePolicyConfig keyframe;
   RelocalizerConfig relocalizer;
+  IntruderConfig intruders;
   int min_start_points = 100;         ///< static features with depth in the first frame
   int min_inliers = 30;               ///< below: weak
   int min_inliers_weak = 15;          ///< below: lost
@@ -83,8 +85,8 @@ class Tracker {
   [[nodiscard]] Found find_pose(const TrackedFrame& current, const LocalView& view,
                                 const SE3& T_last_world);
   /// Takes the pose over into the motion model and into the judgement of the points.
-  void move_to(const PoseResult& pose, const SE3& T_last_world, bool was_lost,
-               TrackedFrame& current, TrackResult& result);
+  void move_to(const PoseResult& pose, const LocalView& view, const SE3& T_last_world,
+               bool was_lost, TrackedFrame& current, TrackResult& result);
   /// Fills the result, with a candidate where a keyframe is due.
   void deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                TrackedFrame& current, TrackResult& result);

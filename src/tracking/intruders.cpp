@@ -1,0 +1,167 @@
+#include "tracking/intruders.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ygslam {
+namespace {
+
+constexpr double kMinDepthM = 0.1;
+constexpr int kFewWrong = 5;  // of this many points on the map one may seem an intruder
+constexpr double kNearShareOfWidth = 1.0 / 8;  // what hangs together lies nearer than this ...
+constexpr float kSameDepthRatio = 0.05F;       // ... and differs less in depth
+
+constexpr int kCompany = 4;   // an intruder has so many others around it, at least ...
+constexpr int kMajority = 2;  // ... and so many for each point around it that stood
+
+enum class Verdict : std::uint8_t {
+  kUnknown,   // no keyframe saw the place
+  kStood,     // a surface was seen there before
+  kIntrudes,  // a keyframe saw through it
+};
+
+class Judge {
+ public:
+  Judge(const Camera& camera, const TrackedFrame& frame, std::span<const LandmarkId> landmarks,
+        const LocalView& view, const IntruderConfig& config)
+      : camera_(camera),
+        features_(frame.features->points),
+        grid_(frame.grid),
+        landmarks_(landmarks),
+        keyframes_(view.keyframes),
+        config_(config),
+        near_px_(static_cast<float>(kNearShareOfWidth * camera.width())),
+        verdict_(features_.size(), Verdict::kUnknown) {
+    keyframes_ = keyframes_.first(std::min(keyframes_.size(), std::size_t(config.keyframes)));
+  }
+
+  /// Judges every feature with depth, unless too many that stand on the map seem to intrude.
+  void ask_map(const SE3& T_camera_world) {
+    const SE3 T_world_camera = T_camera_world.inverse();
+    int on_map = 0;
+    int wrong = 0;
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      const Feature& f = features_[i];
+      if (f.depth_m <= 0) continue;
+      const Vec3 p_camera = camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
+      verdict_[i] = judge(T_world_camera * p_camera);
+      if (landmarks_[i] == kNoLandmark) continue;
+      const bool seems_wrong = verdict_[i] == Verdict::kIntrudes;
+      ++on_map;
+      wrong += seems_wrong ? 1 : 0;
+      verdict_[i] = seems_wrong ? Verdict::kUnknown : Verdict::kStood;
+    }
+    if (on_map < config_.min_landmarks || kFewWrong * wrong > on_map)
+      verdict_.assign(features_.size(), Verdict::kUnknown);
+  }
+
+  void take_over(std::span<const std::uint8_t> known) {
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      if (known[i] && verdict_[i] == Verdict::kUnknown && landmarks_[i] == kNoLandmark)
+        verdict_[i] = Verdict::kIntrudes;
+    }
+  }
+
+  /// A lone intruder among what stands is a bad depth.
+  void drop_lone() {
+    std::vector<std::uint32_t> lone;
+    for (std::uint32_t i = 0; i < verdict_.size(); ++i)
+      if (verdict_[i] == Verdict::kIntrudes && !most_around_intrude(i)) lone.push_back(i);
+    for (const std::uint32_t i : lone) verdict_[i] = Verdict::kUnknown;
+  }
+
+  /// What no keyframe saw is judged as most of what it hangs together with, from the intruders on.
+  void spread() {
+    std::vector<std::uint32_t> front;
+    for (std::uint32_t i = 0; i < verdict_.size(); ++i)
+      if (verdict_[i] == Verdict::kIntrudes) front.push_back(i);
+    while (!front.empty()) {
+      const std::uint32_t from = front.back();
+      front.pop_back();
+      visit_near(from, [&](std::uint32_t k) {
+        if (verdict_[k] != Verdict::kUnknown || landmarks_[k] != kNoLandmark) return;
+        if (!most_around_intrude(k)) return;
+        verdict_[k] = Verdict::kIntrudes;
+        front.push_back(k);
+      });
+    }
+  }
+
+  [[nodiscard]] std::vector<std::uint8_t> intruders() const {
+    std::vector<std::uint8_t> result(verdict_.size());
+    for (std::size_t i = 0; i < result.size(); ++i)
+      result[i] = verdict_[i] == Verdict::kIntrudes ? 1 : 0;
+    return result;
+  }
+
+ private:
+  [[nodiscard]] Verdict judge(const Vec3& p_world) const {
+    Verdict verdict = Verdict::kUnknown;
+    for (const ViewKeyframe& keyframe : keyframes_) {
+      const Vec3 p = keyframe.T_camera_world * p_world;
+      if (p.z() < kMinDepthM) continue;
+      const double seen_m = seen_around(keyframe, camera_.project(p));
+      const double margin_m = config_.margin_m + config_.margin_ratio * seen_m;
+      if (p.z() < seen_m - margin_m) {
+        verdict = Verdict::kIntrudes;
+      } else if (p.z() < seen_m + margin_m) {
+        return Verdict::kStood;
+      }
+    }
+    return verdict;
+  }
+
+  /// 0 = nobody knows.
+  [[nodiscard]] double seen_around(const ViewKeyframe& keyframe, const Vec2& ideal_px) const {
+    const auto& bounds = camera_.ideal_bounds();
+    const bool inside = ideal_px.x() >= bounds[0] && ideal_px.y() >= bounds[1] &&
+                        ideal_px.x() <= bounds[2] && ideal_px.y() <= bounds[3];
+    return inside ? keyframe.data->nearest.around_m(camera_.distort(ideal_px)) : 0;
+  }
+
+  template <typename Visitor>
+  void visit_near(std::uint32_t i, Visitor&& visitor) const {
+    const Feature& f = features_[i];
+    grid_.visit(f.ideal_px, near_px_, 0, 255, [&](std::uint32_t k) {
+      const float depth_m = features_[k].depth_m;
+      if (k != i && depth_m > 0 && std::abs(depth_m - f.depth_m) < kSameDepthRatio * f.depth_m)
+        visitor(k);
+    });
+  }
+
+  [[nodiscard]] bool most_around_intrude(std::uint32_t i) const {
+    int intrude = 0;
+    int stood = 0;
+    visit_near(i, [&](std::uint32_t k) {
+      intrude += verdict_[k] == Verdict::kIntrudes ? 1 : 0;
+      stood += verdict_[k] == Verdict::kStood ? 1 : 0;
+    });
+    return intrude >= kCompany && intrude > kMajority * stood;
+  }
+
+  const Camera& camera_;
+  const std::vector<Feature>& features_;
+  const FeatureGrid& grid_;
+  std::span<const LandmarkId> landmarks_;
+  std::span<const ViewKeyframe> keyframes_;
+  const IntruderConfig& config_;
+  float near_px_;
+  std::vector<Verdict> verdict_;
+};
+
+}  // namespace
+
+std::vector<std::uint8_t> find_intruders(const Camera& camera, const TrackedFrame& frame,
+                                         std::span<const LandmarkId> landmarks,
+                                         std::span<const std::uint8_t> known, const LocalView& view,
+                                         const SE3& T_camera_world, const IntruderConfig& config) {
+  Judge judge(camera, frame, landmarks, view, config);
+  if (!config.enabled) return judge.intruders();
+  judge.ask_map(T_camera_world);
+  judge.take_over(known);
+  judge.drop_lone();
+  judge.spread();
+  return judge.intruders();
+}
+
+}  // namespace ygslam

@@ -128,6 +128,7 @@ Result<std::shared_ptr<const Scene>> build_world(const WorldConfig& world,
     }
     scene->movers.push_back(std::move(mover));
   }
+  scene->materials.paint(options.threads);
   return std::shared_ptr<const Scene>(std::move(scene));
 }
 

@@ -13,6 +13,7 @@ struct BuildOptions {
   bool without_movers = false;  ///< things; what people carry or push goes with the people
   int texture_size = 512;       ///< edge of tiled bitmaps [texels]; smaller builds faster
   std::uint64_t seed = 1;
+  int threads = 2;  ///< that paint textures
 };
 
 /// @return kInput if the world cannot be built (more than 255 movers, unknown body).

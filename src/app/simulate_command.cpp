@@ -141,6 +141,7 @@ Status simulate(SimulateArguments arguments) {
   if (Status status = complete_options(arguments); !status) return status;
   Result<sim::SequenceSource> source = sim::open_world(arguments.world, arguments.options);
   if (!source) return source.error();
+  if (StopSignal::received() != 0) return Ok{};  // what is in the folder already stays
   Result<sim::SequenceWriter> writer = sim::SequenceWriter::create(
       arguments.out, *source, {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
   if (!writer) return writer.error();

@@ -16,7 +16,7 @@ struct BuildOptions {
   int threads = 2;  ///< that paint textures
 };
 
-/// @return kInput if the world cannot be built (more than 255 movers, unknown body).
+/// @return kInput if the world cannot be built (more than 255 movers).
 [[nodiscard]] Result<std::shared_ptr<const Scene>> build_world(const WorldConfig& world,
                                                                const BuildOptions& options);
 

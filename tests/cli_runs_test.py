@@ -200,6 +200,49 @@ class SimulateSignals(CliTest):
                 self.assertEqual({path.name for path in (out / part).iterdir()},
                                  {f"{pair[0]}.{kind}" for pair in pairs}, part)
 
+    def stop_at_start(self, out, number):
+        """Sends the signal as soon as it is caught, while the world is being built.
+        @return exit code, files in the folder."""
+        process = subprocess.Popen(
+            [BINARY, "simulate", "crowd", "--out", out, "--size", "640x480", "--truth", "--quiet"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.kill)
+        status = pathlib.Path(f"/proc/{process.pid}/status")
+        end = time.monotonic() + HANG_S
+        while process.poll() is None and time.monotonic() < end:
+            caught = int(status.read_text().split("SigCgt:")[1].split()[0], 16)
+            if caught >> (number - 1) & 1:
+                break
+        process.send_signal(number)
+        stdout, stderr = process.communicate(timeout=HANG_S)
+        self.assertEqual(stdout + stderr, "")
+        return process.returncode, {path for path in out.rglob("*") if path.is_file()}
+
+    def test_a_signal_before_the_first_frame_leaves_no_lists(self):
+        """A try may come too late on a busy machine: then it left a whole sequence."""
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            for attempt in range(10):
+                out = self.folder / f"early{code}.{attempt}"
+                returned, files = self.stop_at_start(out, number)
+                self.assertEqual(returned, code)
+                if not files:
+                    break
+                self.assertEqual(len(self.pairs(out)), len(list(out.glob("mask/*.png"))))
+            self.assertEqual(files, set(), "no try came before the first frame")
+            self.assert_error(self.run_slam(out, out=f"run{code}"), 4, out, out=f"run{code}")
+
+    def test_a_signal_at_the_start_leaves_an_older_sequence_as_it_was(self):
+        for attempt in range(10):
+            out = self.folder / f"older{attempt}"
+            shutil.copytree(sequence(), out)
+            returned, files = self.stop_at_start(out, signal.SIGINT)
+            self.assertEqual(returned, 130)
+            if (out / "static.ply").read_bytes() == (sequence() / "static.ply").read_bytes():
+                break
+        self.assertEqual({path.relative_to(out): path.read_bytes() for path in files},
+                         {path.relative_to(sequence()): path.read_bytes()
+                          for path in sequence().rglob("*") if path.is_file()})
+
     def test_one_that_is_killed_leaves_nothing_that_looks_like_a_sequence(self):
         out = self.folder / "killed"
         process = self.start(out)

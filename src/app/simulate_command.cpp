@@ -141,6 +141,7 @@ Status simulate(SimulateArguments arguments) {
   if (Status status = complete_options(arguments); !status) return status;
   Result<sim::SequenceSource> source = sim::open_world(arguments.world, arguments.options);
   if (!source) return source.error();
+  if (StopSignal::received() != 0) return Ok{};  // what is in the folder already stays
   Result<sim::SequenceWriter> writer = sim::SequenceWriter::create(
       arguments.out, *source, {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
   if (!writer) return writer.error();
@@ -162,9 +163,8 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)");
   command->add_option("--fps", a.options.fps, "Frames per second (default: the world's)");
   command->add_option("--seed", a.options.seed, "Seed of the hand's jerks, noise and faults")
-      ->check([](const std::string& text) {  // a minus sign would wrap
-        return text.starts_with('-') ? "'" + text + "' is negative" : std::string();
-      })
+      ->check(CLI::Range(0.0, 9007199254740992.0))
+      ->type_name("N")
       ->capture_default_str();
   command->add_option("--size", a.size, "Image size WIDTHxHEIGHT")->capture_default_str();
   command->add_option("--noise", a.noise, "Sensor model")
@@ -175,8 +175,10 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--truth", a.truth, "Also write the truth images");
   command->add_option("--without", a.without, "Leave out people, or all movers")
-      ->check(CLI::IsMember({"people", "movers"}));
-  command->add_option("--fault", a.faults, "A fault, e.g. depth:stuck@12s+2s (may be repeated)");
+      ->check(CLI::IsMember({"people", "movers"}))
+      ->allow_extra_args(false);  // else it would take the world's name for another
+  command->add_option("--fault", a.faults, "A fault, e.g. depth:stuck@12s+2s (may be repeated)")
+      ->allow_extra_args(false);
   command->add_option("--blur", a.options.blur, "Motion blur: exposure time / frame time")
       ->check(CLI::Range(0.0, 1.0));
   command

@@ -67,6 +67,22 @@ TEST(Png, EveryKindComesBackUnchanged) {
   }
 }
 
+TEST(Png, EveryFilterAndLevelComesBackUnchanged) {
+  Rng rng(7);
+  const ColourImage smooth = gradient(64, 48);
+  const ColourImage rough = random_colour(33, 48, rng);
+  const auto depth = random_grey<std::uint16_t>(33, 48, rng);
+  for (const PngFilter filter : {PngFilter::kBest, PngFilter::kNone, PngFilter::kUp}) {
+    for (const int level : {0, 1, 6, 12}) {
+      EXPECT_TRUE(equal(*decode_colour(encode_png(smooth, level, filter)), smooth)) << level;
+      EXPECT_TRUE(equal(*decode_colour(encode_png(rough, level, filter)), rough)) << level;
+      EXPECT_TRUE(equal(*decode_depth(encode_png(depth, level, filter)), depth)) << level;
+    }
+  }
+  EXPECT_LT(encode_png(smooth, 6, PngFilter::kBest).size(),
+            encode_png(smooth, 6, PngFilter::kNone).size());
+}
+
 TEST(Jpeg, ComesBackNearlyUnchangedWithChannelsInOrder) {
   const ColourImage image = gradient(64, 48);
   const auto back = decode_colour(encode_jpeg(image, 95), ImageSize{64, 48});

@@ -250,16 +250,16 @@ SE3 CameraPath::T_world_camera(double t_s) const {
       return look_at_pose(kidnap.at, kidnap.look_at) * sway(t_s);
     }
   }
-  return base(t_s) * sway(t_s);
+  return in_hand(t_s);
 }
 
 PathSpeed CameraPath::measured_speed() const {
   const int steps = std::max(1, static_cast<int>(config_.seconds / kStep_s));
   double length_m = 0;
   double angle_rad = 0;
-  SE3 T_world_before = T_world_camera(0);
+  SE3 T_world_before = in_hand(0);
   for (int i = 1; i <= steps; ++i) {
-    const SE3 T_world_now = T_world_camera(i * kStep_s);
+    const SE3 T_world_now = in_hand(i * kStep_s);
     length_m += (T_world_now.t() - T_world_before.t()).norm();
     angle_rad += (T_world_before.inverse() * T_world_now).angle();
     T_world_before = T_world_now;

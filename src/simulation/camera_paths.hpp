@@ -47,6 +47,7 @@ class CameraPath {
 
   [[nodiscard]] SE3 T_world_camera(double t_s) const;
   /// Average speeds over the configured duration, poses 1/30 s apart.
+  /// Of the motion in the hand: the jumps of a kidnapping are not counted.
   [[nodiscard]] PathSpeed measured_speed() const;
   [[nodiscard]] double length_m() const;
 
@@ -61,6 +62,8 @@ class CameraPath {
   [[nodiscard]] SE3 base_walk(double t_s) const;
   [[nodiscard]] Vec3 walk_point(double s_m) const;
   [[nodiscard]] SE3 sway(double t_s) const;
+  /// The pose, had nobody been kidnapped.
+  [[nodiscard]] SE3 in_hand(double t_s) const { return base(t_s) * sway(t_s); }
   void calibrate();
   void prepare_walk();
 

@@ -49,6 +49,25 @@ TEST(CameraPath, NeverJumpsExceptWhenKidnapped) {
   }
 }
 
+TEST(CameraPath, AKidnappingChangesNothingBeforeAndAfter) {
+  const Result<WorldConfig> world = load_world("kidnap");
+  ASSERT_TRUE(world.ok());
+  ASSERT_EQ(world->camera.kidnaps.size(), 1U);
+  CameraPathConfig left_alone = world->camera;
+  left_alone.kidnaps.clear();
+  const CameraPath path(world->camera);
+  const CameraPath other(left_alone);
+  const Kidnap& kidnap = world->camera.kidnaps[0];
+  for (double t_s = 0; t_s < world->seconds; t_s += 0.1) {
+    const Vec3 change_m = path.T_world_camera(t_s).t() - other.T_world_camera(t_s).t();
+    if (t_s >= kidnap.from_s && t_s < kidnap.until_s) {
+      EXPECT_GT(change_m.norm(), 0.5) << t_s;
+    } else {
+      EXPECT_EQ(change_m.norm(), 0) << t_s;
+    }
+  }
+}
+
 TEST(CameraPath, LookAtPoseLooksAtThePointWithTheImageUpright) {
   const Vec3 at(1, 2, 1.5);
   const Vec3 target(-2, 4, 0.7);

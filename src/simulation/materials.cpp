@@ -2,30 +2,33 @@
 
 #include <cmath>
 
+#include "simulation/parallel.hpp"
 #include "simulation/texture_recipes.hpp"
 
 namespace ygslam::sim {
 
-MaterialId MaterialLibrary::add(Material material, std::vector<ColourImage> frames) {
-  const auto width = static_cast<float>(frames.at(0).width());
-  const auto height = static_cast<float>(frames.at(0).height());
+namespace {
+
+float texel_size_m(const Material& material, const ColourImage& frame) {
+  const auto width = static_cast<float>(frame.width());
+  const auto height = static_cast<float>(frame.height());
   constexpr float kFittedWidth_m = 0.5F;
-  material.texel_m = material.tile_u_m == 0
-                         ? kFittedWidth_m / width
-                         : std::sqrt(material.tile_u_m / width * material.tile_v_m / height);
-  for (const ColourImage& frame : frames) {
-    material.frames.push_back(static_cast<std::uint16_t>(textures_.size()));
-    textures_.emplace_back(frame);
-  }
-  materials_.push_back(std::move(material));
+  if (material.tile_u_m == 0) return kFittedWidth_m / width;
+  return std::sqrt(material.tile_u_m / width * material.tile_v_m / height);
+}
+
+}  // namespace
+
+MaterialId MaterialLibrary::reserve() {
+  materials_.emplace_back();
   return static_cast<MaterialId>(materials_.size() - 1);
 }
 
 MaterialId MaterialLibrary::get(const std::string& kind, int variant) {
   const auto [entry, is_new] = known_.try_emplace({kind, variant}, MaterialId{0});
   if (is_new) {
-    PaintedMaterial painted = paint_material(kind, variant, texture_size_);
-    entry->second = add(std::move(painted.material), std::move(painted.frames));
+    entry->second = reserve();
+    to_paint_.push_back({kind, variant, entry->second});
   }
   return entry->second;
 }
@@ -37,17 +40,48 @@ MaterialId MaterialLibrary::plain(const Vec3f& rgb, float ir_return, float shine
                             share(ir_return) << 24U | share(shine) << 28U;
   const auto [entry, is_new] = plain_.try_emplace(key, MaterialId{0});
   if (is_new) {
-    Material material = material_of_white();
+    entry->second = reserve();
+    Material& material = materials_.back();
     material.tint = {linear_from_code(rgb.x()), linear_from_code(rgb.y()),
                      linear_from_code(rgb.z())};
     material.ir_return = ir_return;
     material.shine = shine;
-    materials_.push_back(material);
-    entry->second = static_cast<MaterialId>(materials_.size() - 1);
+    to_colour_.push_back(entry->second);
   }
   return entry->second;
 }
 
-Material MaterialLibrary::material_of_white() { return materials_[get("white")]; }
+void MaterialLibrary::paint(int threads) {
+  const MaterialId white = to_colour_.empty() ? MaterialId{0} : get("white");
+  struct Painted {
+    Material material;
+    std::vector<Texture> frames;
+  };
+  std::vector<Painted> painted(to_paint_.size());
+  parallel_for(static_cast<int>(painted.size()), threads, [&](int i) {
+    const Order& order = to_paint_[static_cast<std::size_t>(i)];
+    Painted& out = painted[static_cast<std::size_t>(i)];
+    PaintedMaterial recipe = paint_material(order.kind, order.variant, texture_size_);
+    out.material = std::move(recipe.material);
+    out.material.texel_m = texel_size_m(out.material, recipe.frames.at(0));
+    for (const ColourImage& frame : recipe.frames) out.frames.emplace_back(frame);
+  });
+  for (std::size_t i = 0; i < painted.size(); ++i) {
+    for (Texture& frame : painted[i].frames) {
+      painted[i].material.frames.push_back(static_cast<std::uint16_t>(textures_.size()));
+      textures_.push_back(std::move(frame));
+    }
+    materials_[to_paint_[i].id] = std::move(painted[i].material);
+  }
+  for (const MaterialId id : to_colour_) {
+    Material material = materials_[white];
+    material.tint = materials_[id].tint;
+    material.ir_return = materials_[id].ir_return;
+    material.shine = materials_[id].shine;
+    materials_[id] = std::move(material);
+  }
+  to_paint_.clear();
+  to_colour_.clear();
+}
 
 }  // namespace ygslam::sim

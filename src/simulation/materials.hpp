@@ -21,7 +21,8 @@ struct Material {
   float ir_return = 1;         ///< what a structured-light depth sensor gets back, 0..1
 };
 
-/// Paints each material once, on first use.
+/// Each material is painted once: get() and plain() hand out ids, and paint() does the work when
+/// all that a world needs is known, on several threads.
 class MaterialLibrary {
  public:
   /// @param texture_size edge of the tiled bitmaps [texels], a power of two
@@ -32,17 +33,27 @@ class MaterialLibrary {
   /// A plain colour with faint grain. @param rgb code values 0..255.
   [[nodiscard]] MaterialId plain(const Vec3f& rgb, float ir_return = 1, float shine = 0);
 
+  /// Paints what has been asked for since the last call; only then material() and texture() tell of
+  /// it. The result does not depend on `threads`.
+  void paint(int threads);
+
   [[nodiscard]] const Material& material(MaterialId id) const { return materials_[id]; }
   [[nodiscard]] std::size_t size() const { return materials_.size(); }
   [[nodiscard]] const Texture& texture(std::uint16_t index) const { return textures_[index]; }
 
  private:
-  Material material_of_white();
-  MaterialId add(Material material, std::vector<ColourImage> frames);
+  struct Order {
+    std::string kind;
+    int variant;
+    MaterialId id;
+  };
+  MaterialId reserve();
 
   int texture_size_;
   std::vector<Texture> textures_;
   std::vector<Material> materials_;
+  std::vector<Order> to_paint_;
+  std::vector<MaterialId> to_colour_;  // of the plain ones
   std::map<std::pair<std::string, int>, MaterialId> known_;
   std::map<std::uint32_t, MaterialId> plain_;
 };

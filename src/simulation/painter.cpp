@@ -17,6 +17,8 @@ float lattice(int i, int j, std::uint64_t seed) {
   return static_cast<float>(rng.next() >> 40) * 0x1.0p-24F;
 }
 
+int wrapped(int i, int cells) { return i >= 0 && i < cells ? i : (i % cells + cells) % cells; }
+
 float smooth(float t) { return t * t * (3 - 2 * t); }
 
 }  // namespace
@@ -33,26 +35,41 @@ Paint random_paint(Rng& rng, float saturation, float value) {
   return {channel(5), channel(3), channel(1)};
 }
 
-float value_noise(float u, float v, int cells_u, int cells_v, std::uint64_t seed) {
-  const float x = u * static_cast<float>(cells_u);
-  const float y = v * static_cast<float>(cells_v);
+ValueNoise::ValueNoise(int cells_u, int cells_v, std::uint64_t seed)
+    : cells_u_(cells_u), cells_v_(cells_v) {
+  lattice_.reserve(static_cast<std::size_t>(cells_u) * static_cast<std::size_t>(cells_v));
+  for (int j = 0; j < cells_v; ++j) {
+    for (int i = 0; i < cells_u; ++i) lattice_.push_back(lattice(i, j, seed));
+  }
+}
+
+float ValueNoise::at(float u, float v) const {
+  const float x = u * static_cast<float>(cells_u_);
+  const float y = v * static_cast<float>(cells_v_);
   const int i = static_cast<int>(std::floor(x));
   const int j = static_cast<int>(std::floor(y));
   const float a = smooth(x - static_cast<float>(i));
   const float b = smooth(y - static_cast<float>(j));
-  const auto at = [&](int di, int dj) {
-    return lattice(((i + di) % cells_u + cells_u) % cells_u,
-                   ((j + dj) % cells_v + cells_v) % cells_v, seed);
-  };
-  return (1 - b) * ((1 - a) * at(0, 0) + a * at(1, 0)) + b * ((1 - a) * at(0, 1) + a * at(1, 1));
+  const int left = wrapped(i, cells_u_);
+  const int right = wrapped(i + 1, cells_u_);
+  const float* top = lattice_.data() + static_cast<std::ptrdiff_t>(wrapped(j, cells_v_)) * cells_u_;
+  const float* low =
+      lattice_.data() + static_cast<std::ptrdiff_t>(wrapped(j + 1, cells_v_)) * cells_u_;
+  return (1 - b) * ((1 - a) * top[left] + a * top[right]) +
+         b * ((1 - a) * low[left] + a * low[right]);
 }
 
-float fractal_noise(float u, float v, int cells, int octaves, std::uint64_t seed) {
+FractalNoise::FractalNoise(int cells, int octaves, std::uint64_t seed) {
+  for (int o = 0; o < octaves; ++o)
+    octaves_.emplace_back(cells << o, cells << o, seed + static_cast<std::uint64_t>(o));
+}
+
+float FractalNoise::at(float u, float v) const {
   float sum = 0;
   float weight = 0.5F;
   float total = 0;
-  for (int o = 0; o < octaves; ++o) {
-    sum += weight * value_noise(u, v, cells << o, cells << o, seed + static_cast<std::uint64_t>(o));
+  for (const ValueNoise& octave : octaves_) {
+    sum += weight * octave.at(u, v);
     total += weight;
     weight *= 0.5F;
   }
@@ -132,11 +149,11 @@ void draw_photo(ColourImage& image, int u0, int v0, int u1, int v1, Rng& rng) {
 }
 
 void add_grain(ColourImage& image, int cells, int octaves, float strength, std::uint64_t seed) {
+  const FractalNoise grain(cells, octaves, seed);
   for (int v = 0; v < image.height(); ++v) {
     for (int u = 0; u < image.width(); ++u) {
-      const float noise = fractal_noise(static_cast<float>(u) / static_cast<float>(image.width()),
-                                        static_cast<float>(v) / static_cast<float>(image.height()),
-                                        cells, octaves, seed);
+      const float noise = grain.at(static_cast<float>(u) / static_cast<float>(image.width()),
+                                   static_cast<float>(v) / static_cast<float>(image.height()));
       const float k = 1 + strength * (noise - 0.5F);
       Rgb8& p = image.at(u, v);
       p = to_rgb(Paint{static_cast<float>(p.r), static_cast<float>(p.g), static_cast<float>(p.b)} *

@@ -1,6 +1,8 @@
 // Drawing on colour images: the vocabulary of the procedural textures.
 #pragma once
 
+#include <vector>
+
 #include "core/rng.hpp"
 #include "image/image.hpp"
 
@@ -16,10 +18,27 @@ struct Paint {
 /// Saturated random colour. @param value brightness 0..1.
 [[nodiscard]] Paint random_paint(Rng& rng, float saturation, float value);
 
-/// Periodic smooth noise in [0, 1]: `cells` lattice cells span 0..1 in each direction.
-[[nodiscard]] float value_noise(float u, float v, int cells_u, int cells_v, std::uint64_t seed);
+/// Periodic smooth noise in [0, 1]: `cells` lattice cells span 0..1 in each direction. The lattice
+/// is drawn once, for painting asks for every pixel.
+class ValueNoise {
+ public:
+  ValueNoise(int cells_u, int cells_v, std::uint64_t seed);
+  [[nodiscard]] float at(float u, float v) const;
+
+ private:
+  int cells_u_, cells_v_;
+  std::vector<float> lattice_;
+};
+
 /// Sum of `octaves` value noises, each twice as fine and half as strong, in [0, 1].
-[[nodiscard]] float fractal_noise(float u, float v, int cells, int octaves, std::uint64_t seed);
+class FractalNoise {
+ public:
+  FractalNoise(int cells, int octaves, std::uint64_t seed);
+  [[nodiscard]] float at(float u, float v) const;
+
+ private:
+  std::vector<ValueNoise> octaves_;
+};
 
 void fill_rect(ColourImage& image, int u0, int v0, int u1, int v1, const Paint& paint);
 void fill_disc(ColourImage& image, int cu, int cv, int radius, const Paint& paint);

@@ -9,13 +9,16 @@ namespace {
 
 ColourImage wood_image(int width, int height, const Paint& base, std::uint64_t seed) {
   ColourImage image(width, height);
+  const FractalNoise bends(3, 3, seed);
+  const ValueNoise rings(2, 28, seed + 9);
+  const ValueNoise pores(12, 120, seed + 17);
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
       const float x = static_cast<float>(u) / static_cast<float>(width);
       const float y = static_cast<float>(v) / static_cast<float>(height);
-      const float bend = fractal_noise(x, y, 3, 3, seed);
-      const float ring = value_noise(x, y + 0.12F * bend, 2, 28, seed + 9);
-      const float pore = value_noise(x, y, 12, 120, seed + 17);
+      const float bend = bends.at(x, y);
+      const float ring = rings.at(x, y + 0.12F * bend);
+      const float pore = pores.at(x, y);
       image.at(u, v) = to_rgb(base * (0.82F + 0.22F * ring + 0.10F * pore));
     }
   }

@@ -94,11 +94,11 @@ PaintedMaterial hair(int variant, int size) {
       {60, 42, 30}, {28, 24, 22}, {150, 112, 66}, {112, 66, 40}, {140, 136, 130}};
   const int s = size / 4;
   ColourImage image(s, s);
+  const ValueNoise strands(64, 5, seed_of(variant, 43));
   for (int v = 0; v < s; ++v) {
     for (int u = 0; u < s; ++u) {
-      const float strand =
-          value_noise(static_cast<float>(u) / static_cast<float>(s),
-                      static_cast<float>(v) / static_cast<float>(s), 64, 5, seed_of(variant, 43));
+      const float strand = strands.at(static_cast<float>(u) / static_cast<float>(s),
+                                      static_cast<float>(v) / static_cast<float>(s));
       image.at(u, v) = to_rgb(tones[variant % 5] * (0.6F + 0.8F * strand));
     }
   }

@@ -13,7 +13,8 @@ Renderer::Renderer(const Scene& scene, const Camera& camera, const RenderConfig&
       camera_(camera),
       config_(config),
       rays_(scene),
-      pixel_angle_(static_cast<float>(1.0 / camera.fx())) {
+      pixel_angle_(static_cast<float>(1.0 / camera.fx())),
+      pixel_angle_y_(static_cast<float>(1.0 / camera.fy())) {
   const auto n =
       static_cast<std::size_t>(camera.width()) * static_cast<std::size_t>(camera.height());
   tangent_.resize(n);

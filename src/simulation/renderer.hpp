@@ -126,7 +126,9 @@ class Renderer {
                                         int lane);
   /// Pixels beside which another surface begins: -1, others 0.
   void find_edges(const Layer& layer, int u0, int row, Ints16& edge) const;
-  [[nodiscard]] Vec3f ray_direction(const Frame& frame, float u, float v) const;
+  /// @param right, down [px] from the middle of the pixel, less than half.
+  [[nodiscard]] Vec3f ray_direction(const Frame& frame, int column, int row, float right,
+                                    float down) const;
   /// @param sight from the eye to the points, not normalised.
   void radiance(const Frame& frame, const Seen& seen, const Vectors16& sight, const Floats16& share,
                 Colours16& colours) const;
@@ -139,6 +141,7 @@ class Renderer {
   RayScene rays_;
   std::vector<Eigen::Vector2f> tangent_;  // (x, y) of every pixel's ray at z = 1, camera frame
   float pixel_angle_;                     // [rad]
+  float pixel_angle_y_;                   // [rad]
   std::vector<Lamps> lamps_;              // per zone
   std::vector<Surface> surfaces_;         // per material
   std::unique_ptr<Layer> all_, fixed_;

@@ -206,40 +206,57 @@ bool Renderer::is_touched(int column, int row, int radius) const {
 void Renderer::copy_block(int u0, int v0) const {
   const Layer& from = *all_;
   Layer& to = *fixed_;
-  for (int v = v0; v < v0 + kBlock; ++v) {
-    for (int u = u0; u < u0 + kBlock; u += kTile) {
-      // Tiles with a mover have been traced without it.
-      std::uint32_t changed = 0;
-      for (int j = 0; j < kTile; ++j) {
-        std::uint32_t row = 0;
-        std::memcpy(&row, to.changed.row(v / kTile * kTile + j) + u, sizeof(row));
-        changed |= row;
-      }
-      if (changed != 0) continue;
-      const auto copy = [&](const auto& plane, auto& copied) {
-        std::memcpy(copied.row(v) + u, plane.row(v) + u, kTile * sizeof(*plane.row(0)));
-      };
-      copy(from.object, to.object);
-      copy(from.triangle, to.triangle);
-      copy(from.material, to.material);
-      copy(from.zone, to.zone);
-      copy(from.distance, to.distance);
-      copy(from.nx, to.nx);
-      copy(from.ny, to.ny);
-      copy(from.nz, to.nz);
-      copy(from.px, to.px);
-      copy(from.py, to.py);
-      copy(from.pz, to.pz);
-      copy(from.u, to.u);
-      copy(from.v, to.v);
-      copy(from.light, to.light);
-      copy(from.weight, to.weight);
+  const auto copy_row = [&](int u, int v, int count) {
+    const auto copy = [&](const auto& plane, auto& copied) {
+      std::memcpy(copied.row(v) + u, plane.row(v) + u,
+                  static_cast<std::size_t>(count) * sizeof(*plane.row(0)));
+    };
+    copy(from.object, to.object);
+    copy(from.triangle, to.triangle);
+    copy(from.material, to.material);
+    copy(from.zone, to.zone);
+    copy(from.distance, to.distance);
+    copy(from.nx, to.nx);
+    copy(from.ny, to.ny);
+    copy(from.nz, to.nz);
+    copy(from.px, to.px);
+    copy(from.py, to.py);
+    copy(from.pz, to.pz);
+    copy(from.u, to.u);
+    copy(from.v, to.v);
+    copy(from.light, to.light);
+    copy(from.weight, to.weight);
+  };
+  for (int v = v0; v < v0 + kBlock; v += kTile) {
+    // Tiles with a mover have been traced without it.
+    std::uint32_t changed[kBlock / kTile] = {};
+    for (int j = 0; j < kTile; ++j) {
+      std::uint32_t row[kBlock / kTile];
+      std::memcpy(row, to.changed.row(v + j) + u0, sizeof(row));
+      for (int i = 0; i < kBlock / kTile; ++i) changed[i] |= row[i];
     }
-    for (int u = u0; u < u0 + kBlock; ++u) {
-      const std::uint8_t state = from.state.row(v)[u] & kFixedBits;
-      to.state_first.row(v)[u] = from.state_first.row(v)[u] & kFixedBits;
-      to.state.row(v)[u] = state;
-      to.arrived.row(v)[u] = state == kFixedBlocks ? 0.0F : to.weight.row(v)[u];
+    const bool is_whole = (changed[0] | changed[1] | changed[2] | changed[3]) == 0;
+    for (int j = 0; j < kTile; ++j) {
+      if (is_whole) {
+        copy_row(u0, v + j, kBlock);
+        continue;
+      }
+      for (int i = 0; i < kBlock / kTile; ++i) {
+        if (changed[i] == 0) copy_row(u0 + kTile * i, v + j, kTile);
+      }
+    }
+  }
+  for (int v = v0; v < v0 + kBlock; ++v) {
+    const std::uint8_t* __restrict from_first = from.state_first.row(v) + u0;
+    const std::uint8_t* __restrict from_state = from.state.row(v) + u0;
+    const float* __restrict weight = to.weight.row(v) + u0;
+    std::uint8_t* __restrict first = to.state_first.row(v) + u0;
+    std::uint8_t* __restrict state = to.state.row(v) + u0;
+    float* __restrict arrived = to.arrived.row(v) + u0;
+    for (int u = 0; u < kBlock; ++u) {
+      first[u] = from_first[u] & kFixedBits;
+      state[u] = from_state[u] & kFixedBits;
+      arrived[u] = (from_state[u] & kFixedBits) == kFixedBlocks ? 0.0F : weight[u];
     }
   }
 }

@@ -17,16 +17,16 @@ std::uint8_t code_of(float linear) {
 
 }  // namespace
 
-Vec3f Renderer::ray_direction(const Frame& frame, float u, float v) const {
-  const int width = camera_.width();
-  const int u0 = std::clamp(static_cast<int>(std::lround(u)), 0, width - 1);
-  const int v0 = std::clamp(static_cast<int>(std::lround(v)), 0, camera_.height() - 1);
-  const Eigen::Vector2f& centre = tangent_[static_cast<std::size_t>(v0) * width + u0];
+Vec3f Renderer::ray_direction(const Frame& frame, int column, int row, float right,
+                              float down) const {
+  const Eigen::Vector2f& centre =
+      tangent_[static_cast<std::size_t>(row) * static_cast<std::size_t>(camera_.width()) + column];
   // Within a pixel the lens is as good as ideal.
-  const float x = centre.x() + (u - static_cast<float>(u0)) * pixel_angle_;
-  const float y =
-      centre.y() + (v - static_cast<float>(v0)) * static_cast<float>(1.0 / camera_.fy());
-  return frame.R[frame.row(v0)] * Vec3f(x, y, 1);
+  const float u = static_cast<float>(column) + right;
+  const float v = static_cast<float>(row) + down;
+  const float x = centre.x() + (u - static_cast<float>(column)) * pixel_angle_;
+  const float y = centre.y() + (v - static_cast<float>(row)) * pixel_angle_y_;
+  return frame.R[frame.row(row)] * Vec3f(x, y, 1);
 }
 
 void Renderer::radiance(const Frame& frame, const Seen& seen, const Vectors16& sight,
@@ -300,8 +300,7 @@ bool Renderer::smooth_segment(const Frame& frame, const Layer& layer, bool with_
       packet.active[k] = k < kExtra * count ? -1 : 0;
       const int column = u0 + waiting[std::min(k / kExtra, count - 1)];
       const Vec3f direction =
-          ray_direction(frame, static_cast<float>(column) + kOffset[k % kExtra][0],
-                        static_cast<float>(row) + kOffset[k % kExtra][1]);
+          ray_direction(frame, column, row, kOffset[k % kExtra][0], kOffset[k % kExtra][1]);
       packet.origin.x[k] = eye.x();
       packet.origin.y[k] = eye.y();
       packet.origin.z[k] = eye.z();

@@ -194,6 +194,7 @@ Result<SequenceSource> open_world(const WorldConfig& world, const SequenceOption
   build.without_movers = options.without_movers;
   build.texture_size = options.texture_size;
   build.seed = options.seed;
+  build.threads = options.threads;
   Result<std::shared_ptr<const Scene>> scene = build_world(world, build);
   if (!scene) return scene.error();
   // The path is that of the whole sequence, however much of it is rendered.

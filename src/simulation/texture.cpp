@@ -5,6 +5,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+#include "simulation/lanes.hpp"
 
 namespace ygslam::sim {
 
@@ -31,13 +36,24 @@ ColourImage halved(const ColourImage& image) {
   return half;
 }
 
-using Ints4 = std::int32_t __attribute__((vector_size(16)));
+/// The eight bytes of two texels that lie side by side.
+Floats8 codes(const std::uint32_t* texels) {
+#ifdef __AVX2__  // GCC 12 would convert bytes to floats one by one
+  const auto* bytes = reinterpret_cast<const __m128i*>(texels);
+  return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(bytes)));
+#else
+  std::uint8_t bytes[8];
+  std::memcpy(bytes, texels, sizeof(bytes));
+  Floats8 values;
+  for (int k = 0; k < 8; ++k) values[k] = bytes[k];
+  return values;
+#endif
+}
 
-/// The four bytes of a texel. (GCC 12 would convert bytes to floats one by one.)
-Light codes(std::uint32_t texel) {
-  constexpr Ints4 kShift = {0, 8, 16, 24};
-  const Ints4 everywhere = Ints4{} + static_cast<std::int32_t>(texel);
-  return __builtin_convertvector((everywhere >> kShift) & 0xff, Light);
+/// The sum of the two halves.
+Light folded(Floats8 pair) {
+  return __builtin_shufflevector(pair, pair, 0, 1, 2, 3) +
+         __builtin_shufflevector(pair, pair, 4, 5, 6, 7);
 }
 
 /// Without the library call of std::floor.
@@ -88,8 +104,10 @@ Light Texture::bilinear(const Level& level, float u, float v) {
   const int stride = level.width + 1;
   const std::uint32_t* top = level.texels.data() + static_cast<std::ptrdiff_t>(v0) * stride + u0;
   const std::uint32_t* low = top + stride;
-  const Light above = (1 - a) * codes(top[0]) + a * codes(top[1]);
-  const Light below = (1 - a) * codes(low[0]) + a * codes(low[1]);
+  const float left = 1 - a;
+  const Floats8 share = {left, left, left, left, a, a, a, a};
+  const Light above = folded(share * codes(top));
+  const Light below = folded(share * codes(low));
   const Light code = (1 - b) * above + b * below;
   return code * code * (1.0F / (255.0F * 255.0F));
 }

@@ -56,6 +56,7 @@ Result<std::shared_ptr<const BodyModel>> baked_bodies() {
   CHECK(bytes.has_value(), "the library was built without its bodies");
   Result<BodyModel> model = parse_bodies(*bytes);
   if (!model) return model.error();
+  CHECK(model->shapes.size() == kBodies, "kBodies is not the number of the baked ones");
   return std::make_shared<const BodyModel>(std::move(*model));
 }
 
@@ -71,10 +72,6 @@ Status add_people(Scene& scene, const WorldConfig& world, const BuildOptions& op
   std::size_t id = world.movers.size();
   for (const PersonPlan& plan : world.people) {
     ++id;
-    if (plan.body < 0 || static_cast<std::size_t>(plan.body) >= (*model)->shapes.size()) {
-      return Error{ErrorKind::kInput, world.name + ": person '" + plan.name + "': 'body' is 0 to " +
-                                          std::to_string((*model)->shapes.size() - 1)};
-    }
     std::vector<HoldingTime> holding;
     for (const MoverPlan& mover : world.movers) {
       if (mover.person == plan.name)
@@ -128,6 +125,7 @@ Result<std::shared_ptr<const Scene>> build_world(const WorldConfig& world,
     }
     scene->movers.push_back(std::move(mover));
   }
+  scene->materials.paint(options.threads);
   return std::shared_ptr<const Scene>(std::move(scene));
 }
 

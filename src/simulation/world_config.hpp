@@ -61,9 +61,11 @@ struct PersonAction {
   std::string gesture;       ///< stand, sit: "", "talk", "wave", "point", "type", "drink", "phone"
 };
 
+inline constexpr int kBodies = 6;  ///< that are baked
+
 struct PersonPlan {
   std::string name;
-  int body = 0;                                 ///< which of the baked bodies
+  int body = 0;                                 ///< 0 to kBodies - 1
   std::string top = "cloth", bottom = "jeans";  ///< materials
   int top_variant = 0, bottom_variant = 0, skin = 0, hair = 0;
   bool short_sleeves = true;

@@ -46,6 +46,12 @@ TEST(WorldFile, FaultyFilesAreRefusedWithALine) {
         "layout: office\npeople: [{actions: [{do: stand, seconds: -2}]}]\n",
         "layout: office\npeople: [{actions: [{do: walk, via: [[10000, 0]]}]}]\n",
         "layout: office\ncamera: {kidnaps: [{from: 4, until: 2}]}\n",
+        "layout: office\npeople: [{body: 6}]\n",
+        "layout: office\npeople: [{body: -1}]\n",
+        "layout: office\npeople: [{skin: -1}]\n",
+        "layout: office\npeople: [{top_variant: -3}]\n",
+        "layout: office\npeople: [{name: a}]\nmovers: [{kind: carton, motion: carry, person: a, "
+        "from: 4, until: 2}]\n",
         "[1, 2]\n",
         "a: [\n",
         ""}) {

@@ -44,9 +44,7 @@ void read_furniture_keys(YamlMap& map, FurnitureItem& item) {
     for (const std::string& name : kinds) known += (known.empty() ? "" : ", ") + name;
     throw map.fault(map.node("kind"), "'" + item.kind + "' is no furniture (known: " + known + ")");
   }
-  map.read("variant", item.variant);
-  if (item.variant < 0 || item.variant > 100000)
-    throw map.fault(map.node("variant"), "'variant' is 0 to 100000");
+  map.read("variant", item.variant, 0, kMostVariants);
   if (map.has("size")) {
     const Vec3 size = map.vector<3>(map.node("size"), "size");
     if (size.minCoeff() < 1e-3 || size.maxCoeff() > 100)
@@ -76,7 +74,7 @@ RoomPlan read_room(const YAML::Node& node, const std::string& source) {
   read_material(map, "wall", room.wall);
   read_material(map, "floor", room.floor);
   read_material(map, "ceiling", room.ceiling);
-  map.read("variant", room.variant, 0, 100000);
+  map.read("variant", room.variant, 0, kMostVariants);
   map.read("brightness", room.brightness, decltype(room.brightness){0},
            decltype(room.brightness){100});
   if (map.has("lamps")) {
@@ -237,13 +235,13 @@ PersonPlan read_person(const YAML::Node& node, const std::string& source) {
   YamlMap map(node, source);
   PersonPlan plan;
   map.read("name", plan.name);
-  map.read("body", plan.body);
+  map.read("body", plan.body, 0, kBodies - 1);
   read_material(map, "top", plan.top);
   read_material(map, "bottom", plan.bottom);
-  map.read("top_variant", plan.top_variant);
-  map.read("bottom_variant", plan.bottom_variant);
-  map.read("skin", plan.skin);
-  map.read("hair", plan.hair);
+  map.read("top_variant", plan.top_variant, 0, kMostVariants);
+  map.read("bottom_variant", plan.bottom_variant, 0, kMostVariants);
+  map.read("skin", plan.skin, 0, kMostVariants);
+  map.read("hair", plan.hair, 0, kMostVariants);
   map.read("short_sleeves", plan.short_sleeves);
   map.read("shorts", plan.shorts);
   map.read("start", plan.start);

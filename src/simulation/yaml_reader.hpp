@@ -4,6 +4,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -23,6 +24,8 @@ struct YamlFault : std::runtime_error {
 inline constexpr double kMost = 1e4;
 /// No place is farther from the middle of the world.
 inline constexpr double kFarthest_m = 1000;
+/// Of the looks of a thing or of clothes.
+inline constexpr int kMostVariants = 100000;
 
 /// One map of the file. Keys are asked for by name; finish() complains about the ones nobody asked
 /// for.
@@ -108,7 +111,8 @@ class YamlMap {
     }
   }
   [[nodiscard]] YamlFault fault(const YAML::Node& node, const std::string& message) const {
-    return YamlFault(source_ + ":" + std::to_string(node.Mark().line + 1) + ": " + message);
+    const int line = std::max(1, node.Mark().line + 1);  // an empty file has no line
+    return YamlFault(source_ + ":" + std::to_string(line) + ": " + message);
   }
 
  private:

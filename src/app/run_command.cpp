@@ -84,6 +84,7 @@ Status prepare(Run& run) {
   session.config = run.config;
   session.camera = run.sequence.camera;
   session.deterministic = o.deterministic;
+  session.may_wait = !o.realtime;
   auto opened = open_session(std::move(session));
   if (!opened.ok()) return opened.error();
   run.session = std::move(opened).value();

@@ -1,5 +1,7 @@
 // The stages in threads: the caller's tracks, one segments, one maps. Tracking waits for neither
-// (only the very first frame may wait for its mask, where configured).
+// (only the very first frame may wait for its mask and frames out of a file for masks that are too
+// old, where configured).
+#include <algorithm>
 #include <atomic>
 #include <thread>
 #include <variant>
@@ -16,6 +18,7 @@ namespace {
 constexpr std::size_t kMapQueue = 64;
 constexpr std::size_t kBusyMapper = 1;  // keyframes waiting
 constexpr double kSilentAfterS = 2.0;   // of input time without a mask
+constexpr double kMaskPatienceS = 1.0;  // a mask that takes longer is not waited for again
 
 using MapMessage = std::variant<KeyframeMessage, SegmentationPtr>;
 
@@ -86,8 +89,10 @@ class LiveRunner final : public Runner {
       }
     }
     while (auto masks = segmenter_->try_pop()) arrived.push_back(std::move(*masks));
+    wait_for_younger(arrived);
     for (const SegmentationPtr& masks : arrived) {
       map_queue_.push(masks);
+      newest_mask_ = masks->frame;
       last_mask_ = frame.stamp;
     }
     outcome_.statistics.masks_used += static_cast<int>(arrived.size());
@@ -97,6 +102,28 @@ class LiveRunner final : public Runner {
       log::warn("no mask for {:.0f} s: tracking goes on without the segmentation", kSilentAfterS);
     }
     return arrived;
+  }
+
+  // A file can wait: without a camera's pace tracking would take the processor from the masks.
+  void wait_for_younger(std::vector<SegmentationPtr>& arrived) {
+    if (!arrived.empty()) masks_come_ = true;
+    const int longest = config_.file_mask_lag_frames;
+    FrameId newest = arrived.empty() ? newest_mask_ : arrived.back()->frame;
+    while (longest > 0 && masks_come_ && age_frames(newest) > longest) {
+      auto masks = segmenter_->pop_for(kMaskPatienceS);
+      masks_come_ = masks.has_value();
+      if (!masks) return;
+      newest = (*masks)->frame;
+      arrived.push_back(std::move(*masks));
+    }
+  }
+
+  /// Of a mask of that frame, at the frame that is coming now.
+  [[nodiscard]] int age_frames(FrameId id) const {
+    const auto& frames = outcome_.frames;
+    const auto since = std::find_if(frames.rbegin(), frames.rend(),
+                                    [id](const FrameRecord& f) { return f.frame == id; });
+    return static_cast<int>(since - frames.rbegin()) + 1;
   }
 
   // Keyframes whose mask the end of the run overtook: the map can wait for them, for a while.
@@ -150,7 +177,9 @@ class LiveRunner final : public Runner {
   BoundedQueue<MapMessage> map_queue_{kMapQueue, Overflow::kBlock};
   std::atomic<std::size_t> waiting_keyframes_{0};
   std::atomic<bool> urgent_{false};
-  Timestamp last_mask_;
+  Timestamp last_mask_;                      // when it came
+  FrameId newest_mask_ = kNoFrame;           // the frame it is of
+  bool masks_come_ = true;                   // none was waited for in vain since the last
   SlamOutcome outcome_;                      // the caller's
   std::vector<double> map_ms_, map_cpu_ms_;  // the map thread's
   std::jthread map_thread_;                  // last: it uses everything above

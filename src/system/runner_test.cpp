@@ -67,6 +67,17 @@ TEST(LiveRunner, FollowsTheCameraAsTheOfflineRunnerDoes) {
   EXPECT_FALSE(run.runner->mapping().cloud().empty());
 }
 
+TEST(LiveRunner, FramesOutOfAFileWaitForMasksThatAreTooOld) {
+  const Recording recording = record("moving_box", small(2));
+  SlamConfig config = patient();
+  config.run.file_mask_lag_frames = 2;
+  const Trial run = run_live(config, recording, truth(recording));
+  for (const FrameRecord& frame : run.outcome.frames) {
+    EXPECT_GE(frame.mask_age_frames, 0);
+    EXPECT_LE(frame.mask_age_frames, 2);
+  }
+}
+
 TEST(LiveRunner, FeedAFewAndFinishFiftyTimes) {
   const Recording recording = record("moving_box", small(0.25));
   for (int i = 0; i < 50; ++i) {

@@ -46,6 +46,7 @@ Result<Session> open_session(SessionOptions options) {
     session.segmenter = options.segmenter == SegmenterKind::kMasks ? "masks" : "model";
     session.precision = (*segmenter)->precision();
   }
+  if (!options.may_wait) options.config.run.file_mask_lag_frames = 0;
   options.config.tracking.pose.noise = options.config.mapping.noise;
   options.config.dynamic.propagation.mask.movable_classes = *movable;
   session.camera = std::make_unique<Camera>(options.camera);

@@ -19,6 +19,7 @@ struct SessionOptions {
   std::filesystem::path model;      ///< for kModel
   std::filesystem::path masks_dir;  ///< for kMasks
   bool deterministic = false;
+  bool may_wait = false;  ///< frames come out of a file: nothing is missed while masks are awaited
 };
 
 struct Session {

@@ -12,6 +12,8 @@ void add_input_keys(ConfigSchema& s, SlamConfig& c) {
            "lost for a larger share of the readable frames: exit code 7");
   s.number("run.first_mask_timeout_s", c.run.first_mask_timeout_s, 0.0, 60.0, "s",
            "live: how long the very first frame waits for its mask, 0 = not at all");
+  s.number("run.file_mask_lag_frames", c.run.file_mask_lag_frames, 0, 1000, "frames",
+           "live, frames out of a file: wait for masks older than this, 0 = never (as --realtime)");
   s.number("run.finish_patience_s", c.run.finish_patience_s, 0.0, 3600.0, "s",
            "live: how long the end of a run waits for masks of its last keyframes");
   s.number("depth.min_m", c.depth.min_m, 0.0, 100.0, "m", "nearer depth is taken as none");

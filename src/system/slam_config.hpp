@@ -22,6 +22,7 @@ struct RunConfig {
   double finish_patience_s = 20;  ///< live: for masks of the last keyframes
   double first_mask_timeout_s =
       3;  ///< live: how long the first frame may wait for its mask; 0 = not at all
+  int file_mask_lag_frames = 4;  ///< frames out of a file wait for masks older than this; 0 = never
 };
 
 struct SegmentConfig {

@@ -70,6 +70,7 @@ inline SlamConfig small_config(DynamicMode mode) {
   SlamConfig config;
   config.dynamic.mode = mode;
   config.orb.features = 600;
+  config.run.file_mask_lag_frames = 0;
   config.tracking.pose.noise = config.mapping.noise;
   config.dynamic.propagation.mask.movable_classes = {0};
   return config;

@@ -2,6 +2,8 @@
 // nearer on the same ray was not there then.
 #pragma once
 
+#include <span>
+
 #include "geometry/se3.hpp"
 #include "image/image.hpp"
 
@@ -10,18 +12,16 @@ namespace ygslam {
 class NearestDepth {
  public:
   NearestDepth() = default;
-  explicit NearestDepth(const DepthImage& depth_m);
-
-  /// Forgets what was seen at and around a recorded pixel at about this depth: it was no part of
-  /// the static world.
-  void forget_around(const Vec2& uv_px, float depth_m);
+  /// @param movers recorded pixel (u, v) and depth [m] of points that are no part of the static
+  /// world: what was seen around them at about their depth is forgotten.
+  explicit NearestDepth(const DepthImage& depth_m, std::span<const Vec3> movers = {});
 
   /// The nearest depth [m] seen in the blocks at and around a recorded pixel; 0 = nobody knows
   /// (outside the image, or too many pixels of its block without depth).
   [[nodiscard]] float around_m(const Vec2& uv_px) const;
 
  private:
-  DepthImage block_m_;  // 0 = unknown
+  DepthImage nearest_m_;  // per block, of it and its neighbours; 0 = unknown
 };
 
 }  // namespace ygslam

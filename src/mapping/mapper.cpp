@@ -11,13 +11,13 @@ namespace {
 constexpr std::ptrdiff_t kMinOutside = 30;
 
 NearestDepth nearest_static_depth(const KeyframeCandidate& candidate) {
-  NearestDepth nearest(candidate.frame->depth_m);
+  std::vector<Vec3> movers;
   for (std::size_t i = 0; i < candidate.features->size(); ++i) {
     const Feature& f = candidate.features->points[i];
     if (candidate.static_weight[i] <= 0 && f.depth_m > 0)
-      nearest.forget_around(f.uv_px.cast<double>(), f.depth_m);
+      movers.emplace_back(f.uv_px.x(), f.uv_px.y(), f.depth_m);
   }
-  return nearest;
+  return NearestDepth(candidate.frame->depth_m, movers);
 }
 
 }  // namespace

@@ -23,11 +23,13 @@ enum class Verdict : std::uint8_t {
 class Judge {
  public:
   Judge(const Camera& camera, const TrackedFrame& frame, std::span<const LandmarkId> landmarks,
-        const LocalView& view, const IntruderConfig& config)
+        std::span<const std::uint8_t> known, const LocalView& view, const IntruderConfig& config)
       : camera_(camera),
         features_(frame.features->points),
         grid_(frame.grid),
+        static_weight_(frame.static_weight),
         landmarks_(landmarks),
+        known_(known),
         keyframes_(view.keyframes),
         config_(config),
         near_px_(static_cast<float>(kNearShareOfWidth * camera.width())),
@@ -55,33 +57,30 @@ class Judge {
       verdict_.assign(features_.size(), Verdict::kUnknown);
   }
 
-  void take_over(std::span<const std::uint8_t> known) {
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      if (known[i] && verdict_[i] == Verdict::kUnknown && landmarks_[i] == kNoLandmark)
+  void take_over_known() {
+    for (std::uint32_t i = 0; i < verdict_.size(); ++i) {
+      if (is_known(i) && verdict_[i] == Verdict::kUnknown && landmarks_[i] == kNoLandmark)
         verdict_[i] = Verdict::kIntrudes;
     }
   }
 
-  /// A lone intruder among what stands is a bad depth.
-  void drop_lone() {
+  /// Lone intruders among what stands are bad depths; what no keyframe saw is judged as most of
+  /// what it hangs together with, from the other intruders on.
+  void ask_neighbours() {
+    if (std::find(verdict_.begin(), verdict_.end(), Verdict::kIntrudes) == verdict_.end()) return;
+    count_neighbours();
     std::vector<std::uint32_t> lone;
-    for (std::uint32_t i = 0; i < verdict_.size(); ++i)
-      if (verdict_[i] == Verdict::kIntrudes && !most_around_intrude(i)) lone.push_back(i);
-    for (const std::uint32_t i : lone) verdict_[i] = Verdict::kUnknown;
-  }
-
-  /// What no keyframe saw is judged as most of what it hangs together with, from the intruders on.
-  void spread() {
     std::vector<std::uint32_t> front;
     for (std::uint32_t i = 0; i < verdict_.size(); ++i)
-      if (verdict_[i] == Verdict::kIntrudes) front.push_back(i);
+      if (verdict_[i] == Verdict::kIntrudes)
+        (!is_open(i) || in_company(i) ? front : lone).push_back(i);
+    for (const std::uint32_t i : lone) turn(i, Verdict::kUnknown);
     while (!front.empty()) {
       const std::uint32_t from = front.back();
       front.pop_back();
       visit_near(from, [&](std::uint32_t k) {
-        if (verdict_[k] != Verdict::kUnknown || landmarks_[k] != kNoLandmark) return;
-        if (!most_around_intrude(k)) return;
-        verdict_[k] = Verdict::kIntrudes;
+        if (!is_open(k) || verdict_[k] == Verdict::kIntrudes || !in_company(k)) return;
+        turn(k, Verdict::kIntrudes);
         front.push_back(k);
       });
     }
@@ -89,8 +88,8 @@ class Judge {
 
   [[nodiscard]] std::vector<std::uint8_t> intruders() const {
     std::vector<std::uint8_t> result(verdict_.size());
-    for (std::size_t i = 0; i < result.size(); ++i)
-      result[i] = verdict_[i] == Verdict::kIntrudes ? 1 : 0;
+    for (std::uint32_t i = 0; i < result.size(); ++i)
+      result[i] = verdict_[i] == Verdict::kIntrudes && is_open(i) ? 1 : 0;
     return result;
   }
 
@@ -129,24 +128,50 @@ class Judge {
     });
   }
 
-  [[nodiscard]] bool most_around_intrude(std::uint32_t i) const {
-    int intrude = 0;
-    int stood = 0;
-    visit_near(i, [&](std::uint32_t k) {
-      intrude += verdict_[k] == Verdict::kIntrudes ? 1 : 0;
-      stood += verdict_[k] == Verdict::kStood ? 1 : 0;
-    });
-    return intrude >= kCompany && intrude > kMajority * stood;
+  /// True if it is to be judged: what is out for another reason is only a witness.
+  [[nodiscard]] bool is_open(std::uint32_t i) const {
+    return verdict_[i] != Verdict::kStood && landmarks_[i] == kNoLandmark &&
+           features_[i].depth_m > 0 && (static_weight_[i] > 0 || is_known(i));
   }
+  [[nodiscard]] bool is_known(std::uint32_t i) const { return i < known_.size() && known_[i] != 0; }
+
+  void count_neighbours() {
+    around_.assign(verdict_.size(), {});
+    for (std::uint32_t i = 0; i < verdict_.size(); ++i) {
+      if (!is_open(i)) continue;
+      visit_near(i, [&](std::uint32_t k) {
+        around_[i].intrude += verdict_[k] == Verdict::kIntrudes ? 1 : 0;
+        around_[i].stood += verdict_[k] == Verdict::kStood ? 1 : 0;
+      });
+    }
+  }
+
+  /// From unknown to intruder or back.
+  void turn(std::uint32_t i, Verdict verdict) {
+    verdict_[i] = verdict;
+    const int change = verdict == Verdict::kIntrudes ? 1 : -1;
+    visit_near(i, [&](std::uint32_t k) { around_[k].intrude += change; });
+  }
+
+  [[nodiscard]] bool in_company(std::uint32_t i) const {
+    return around_[i].intrude >= kCompany && around_[i].intrude > kMajority * around_[i].stood;
+  }
+
+  struct Around {
+    int intrude = 0, stood = 0;
+  };
 
   const Camera& camera_;
   const std::vector<Feature>& features_;
   const FeatureGrid& grid_;
+  const std::vector<float>& static_weight_;
   std::span<const LandmarkId> landmarks_;
+  std::span<const std::uint8_t> known_;
   std::span<const ViewKeyframe> keyframes_;
   const IntruderConfig& config_;
   float near_px_;
   std::vector<Verdict> verdict_;
+  std::vector<Around> around_;  // near each open feature, at its depth
 };
 
 }  // namespace
@@ -155,12 +180,11 @@ std::vector<std::uint8_t> find_intruders(const Camera& camera, const TrackedFram
                                          std::span<const LandmarkId> landmarks,
                                          std::span<const std::uint8_t> known, const LocalView& view,
                                          const SE3& T_camera_world, const IntruderConfig& config) {
-  Judge judge(camera, frame, landmarks, view, config);
+  Judge judge(camera, frame, landmarks, known, view, config);
   if (!config.enabled) return judge.intruders();
   judge.ask_map(T_camera_world);
-  judge.take_over(known);
-  judge.drop_lone();
-  judge.spread();
+  judge.take_over_known();
+  judge.ask_neighbours();
   return judge.intruders();
 }
 

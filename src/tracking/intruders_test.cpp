@@ -41,6 +41,7 @@ struct Scene {
     }
     frame.grid = FeatureGrid(*features, cam.ideal_bounds());
     frame.features = std::move(features);
+    frame.static_weight.assign(50, 0.6F);
   }
   [[nodiscard]] int intruders(const LocalView& view, const SE3& T_camera_world = SE3(),
                               const std::vector<std::uint8_t>& known = {}) const {
@@ -84,9 +85,8 @@ TEST(Intruders, ASurfaceThatAnyKeyframeSawThereClears) {
 }
 
 TEST(Intruders, WhatAKeyframeKnewToBeNoPartOfTheWorldIsForgotten) {
-  NearestDepth nearest(DepthImage(640, 480, 1.0F));
-  nearest.forget_around({100, 100}, 1.02F);
-  nearest.forget_around({300, 100}, 2.0F);
+  const std::vector<Vec3> movers = {{100, 100, 1.02}, {300, 100, 2.0}, {1e9, 0, 1}};
+  const NearestDepth nearest(DepthImage(640, 480, 1.0F), movers);
   EXPECT_EQ(nearest.around_m({100, 100}), 0);
   EXPECT_EQ(nearest.around_m({300, 100}), 1.0F) << "another surface";
   EXPECT_EQ(nearest.around_m({-3, 100}), 0);

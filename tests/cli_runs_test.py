@@ -32,13 +32,15 @@ def without_timings(text):
 class FullDisk(CliTest):
     """F26: what cannot be written is code 9, and what was there stays."""
 
+    @staticmethod
+    def limit(largest_file):
+        """For a child's start: no file larger than so many bytes. To write more raises a signal
+        (SIGXFSZ) that ends a program unless it is ignored."""
+        return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
+
     def limited(self, largest_file, *options):
         """A run that may write no file larger than so many bytes, as on a full disk."""
-        def limit():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
-        return self.run_slam(sequence(), "--to", 12, *options, preexec_fn=limit,
-                             restore_signals=False)
+        return self.run_slam(sequence(), "--to", 12, *options, preexec_fn=self.limit(largest_file))
 
     def test_a_disk_that_fills_up_leaves_the_earlier_files_whole(self):
         self.assert_ran(self.run_slam(sequence(), "--to", 12, out="twelve"))
@@ -54,6 +56,29 @@ class FullDisk(CliTest):
             self.assertEqual(after["map.ply"], before["map.ply"])
             for name in ("trajectory.txt", "frames.csv"):  # the old one or the whole new one
                 self.assertIn(len(after[name].splitlines()) - (name == "frames.csv"), (12, 20))
+
+    def test_a_file_size_limit_ends_a_run_with_one_line(self):
+        done = self.limited(600, "--quiet")
+        self.assert_error(done, 9, self.folder / "out" / "trajectory.txt", "File too large")
+
+    def test_a_file_size_limit_leaves_a_rendering_without_lists(self):
+        out = self.folder / "rendered"
+        done = ygslam("simulate", "walking_xyz", "--out", out, "--size", "160x120", "--seconds",
+                      "0.2", "--truth", "--threads", "1", preexec_fn=self.limit(2000))
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertRegex(done.stderr, r"\Aerror: .*/(rgb|depth)/\S+: File too large\n\Z")
+        self.assertIn(str(out), done.stderr)
+        files = [path for path in out.rglob("*") if path.is_file()]
+        self.assertEqual([path for path in files if path.suffix not in (".jpg", ".png")], [])
+        self.assertNotIn(done.stderr.split(": ")[1], map(str, files), "half a file")
+
+    def test_a_file_size_limit_on_standard_output_is_told(self):
+        with open(self.folder / "keys", "wb") as file:
+            done = subprocess.run([BINARY, "config"], stdout=file, stderr=subprocess.PIPE,
+                                  text=True, check=False, timeout=HANG_S,
+                                  preexec_fn=self.limit(100))
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertEqual(done.stderr, "error: standard output could not be written\n")
 
     def test_a_full_disk_of_its_own(self):
         if os.geteuid() != 0:

@@ -1,6 +1,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <opencv2/core/utility.hpp>
@@ -17,6 +18,7 @@
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("ygslam"));
   spdlog::set_pattern("%^%l%$: %v");
+  std::signal(SIGXFSZ, SIG_IGN);  // what goes beyond a file size limit is then an error to report
   cv::setNumThreads(1);  // the stages have threads of their own; two cores are all a robot may have
   try {
     CLI::App app{"RGB-D SLAM for rooms with people in them", "ygslam"};

@@ -92,9 +92,7 @@ class DynamicPointFilter {
     StaticLabels labels;
   };
 
-  [[nodiscard]] bool uses_geometry() const {
-    return config_.mode == DynamicMode::kGeometry || config_.mode == DynamicMode::kFull;
-  }
+  [[nodiscard]] bool uses_geometry() const { return ygslam::uses_geometry(config_.mode); }
   /// Anchors need the depth check and points that stay the same from frame to frame.
   [[nodiscard]] bool uses_anchors() const {
     return uses_geometry() && config_.anchor.enabled && config_.rigid.enabled &&

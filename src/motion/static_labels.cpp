@@ -31,7 +31,7 @@ class Fusion {
  public:
   Fusion(DynamicMode mode, const MotionCheck& check, const FusionLimits& limits,
          const FusionConfig& config)
-      : geometry_(mode == DynamicMode::kGeometry || mode == DynamicMode::kFull),
+      : geometry_(uses_geometry(mode)),
         semantic_(mode == DynamicMode::kSemantic || mode == DynamicMode::kFull),
         believed_(geometry_ && is_believed(check, config)),
         limits_(limits),

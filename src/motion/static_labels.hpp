@@ -21,6 +21,11 @@ enum class DynamicMode : std::uint8_t {
   kFull,      ///< both
 };
 
+/// Whether geometry has a say: flow, depth and the memory of empty space.
+[[nodiscard]] constexpr bool uses_geometry(DynamicMode mode) {
+  return mode == DynamicMode::kGeometry || mode == DynamicMode::kFull;
+}
+
 struct FusionConfig {
   bool second_look = true;  ///< judge every point again against the pose found from the map
   /// Features at which no flow ends are judged as the flow ends around them at their depth; false:

@@ -56,7 +56,9 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       pose_estimator_(config.pose, camera, orb.scale_factor, orb.levels),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
-      rng_(seed) {}
+      rng_(seed) {
+  config_.intruders.enabled &= uses_geometry(dynamic.mode);
+}
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {

@@ -100,6 +100,7 @@ class Judge {
       const Vec3 p = keyframe.T_camera_world * p_world;
       if (p.z() < kMinDepthM) continue;
       const double seen_m = seen_around(keyframe, camera_.project(p));
+      if (seen_m <= 0) continue;
       const double margin_m = config_.margin_m + config_.margin_ratio * seen_m;
       if (p.z() < seen_m - margin_m) {
         verdict = Verdict::kIntrudes;

@@ -117,7 +117,7 @@ void Tracker::move_to(const PoseResult& pose, const LocalView& view, const SE3& 
   result.labels = filter_.rejudge(was_lost ? std::nullopt : std::optional(T_now_last),
                                   pose.T_camera_world, intrudes);
   current.static_weight = result.labels.weight;
-  result.objects = filter_.objects();
+  if (!was_lost) result.objects = filter_.objects();
   judge_points(pose, result.labels);
   remember_seen(pose.seen);
 }

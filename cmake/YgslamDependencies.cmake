@@ -9,8 +9,6 @@ find_package(nlohmann_json REQUIRED)
 find_package(PNG REQUIRED)
 find_library(TURBOJPEG_LIBRARY turbojpeg REQUIRED)
 find_path(TURBOJPEG_INCLUDE_DIR turbojpeg.h REQUIRED)
-find_library(DEFLATE_LIBRARY deflate REQUIRED)
-find_path(DEFLATE_INCLUDE_DIR libdeflate.h REQUIRED)
 
 # OpenVINO comes as a wheel (`make setup`); its C++ part is found through the wheel's CMake files.
 if(NOT OpenVINO_DIR)

@@ -6,8 +6,8 @@ cd "$(dirname "$0")/.."
 packages=(
   build-essential cmake ninja-build ccache git python3-venv
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
-  libopencv-video-dev libopencv-features2d-dev libturbojpeg0-dev libpng-dev libdeflate-dev
-  libeigen3-dev libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev
+  libopencv-video-dev libopencv-features2d-dev libturbojpeg0-dev libpng-dev libeigen3-dev
+  libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
   clang-format clang-tidy
 )

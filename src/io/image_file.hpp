@@ -60,8 +60,7 @@ struct ImageHeader {
 /// Luma by ITU-R BT.601 in 14-bit integers: 0.299 r + 0.587 g + 0.114 b, rounded.
 [[nodiscard]] GreyImage grey_from_colour(const ColourImage& colour);
 
-/// @param compression level 0 to 12 of libdeflate. @param filter how a row is predicted before
-/// compression.
+/// @param compression zlib level 0 to 9. @param filter how a row is predicted before compression.
 [[nodiscard]] std::string encode_png(const ColourImage& image, int compression = 3,
                                      PngFilter filter = PngFilter::kBest);
 [[nodiscard]] std::string encode_png(const GreyImage& image, int compression = 3,

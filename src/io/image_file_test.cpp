@@ -73,7 +73,7 @@ TEST(Png, EveryFilterAndLevelComesBackUnchanged) {
   const ColourImage rough = random_colour(33, 48, rng);
   const auto depth = random_grey<std::uint16_t>(33, 48, rng);
   for (const PngFilter filter : {PngFilter::kBest, PngFilter::kNone, PngFilter::kUp}) {
-    for (const int level : {0, 1, 6, 12}) {
+    for (const int level : {0, 1, 6, 9}) {
       EXPECT_TRUE(equal(*decode_colour(encode_png(smooth, level, filter)), smooth)) << level;
       EXPECT_TRUE(equal(*decode_colour(encode_png(rough, level, filter)), rough)) << level;
       EXPECT_TRUE(equal(*decode_depth(encode_png(depth, level, filter)), depth)) << level;

@@ -85,6 +85,28 @@ bool run_decode(Reader& reader, png_bytep* rows) {
   return true;
 }
 
+void append_bytes(png_structp png, png_bytep bytes, std::size_t count) {
+  static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<char*>(bytes), count);
+}
+void no_flush(png_structp /*png*/) {}
+
+bool run_encode(png_structp png, png_infop info, png_bytep* rows, const ImageHeader& header,
+                int compression, PngFilter filter) {
+  if (setjmp(png_jmpbuf(png)) != 0) return false;
+  png_set_IHDR(png, info, static_cast<png_uint_32>(header.size.width),
+               static_cast<png_uint_32>(header.size.height), header.bits,
+               header.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_compression_level(png, compression);
+  if (filter == PngFilter::kNone) png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
+  if (filter == PngFilter::kUp) png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
+  png_write_info(png, info);
+  if (std::endian::native == std::endian::little && header.bits == 16) png_set_swap(png);
+  png_write_image(png, rows);
+  png_write_end(png, info);
+  return true;
+}
+
 std::vector<png_bytep> row_pointers(std::uint8_t* pixels, const ImageHeader& header) {
   const std::size_t stride =
       static_cast<std::size_t>(header.size.width) * header.channels * (header.bits / 8);
@@ -122,6 +144,22 @@ Status decode(std::string_view bytes, std::uint8_t* pixels) {
   std::vector<png_bytep> rows = row_pointers(pixels, *known);
   if (!run_decode(reader, rows.data())) return fault_of(source);
   return Ok{};
+}
+
+std::string encode(const std::uint8_t* pixels, const ImageHeader& header, int compression,
+                   PngFilter filter) {
+  std::string bytes;
+  Source faults;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &faults, on_error, on_warning);
+  png_infop info = png_create_info_struct(png);
+  CHECK(png != nullptr && info != nullptr, "libpng: out of memory");
+  png_set_write_fn(png, &bytes, append_bytes, no_flush);
+  // libpng does not write to the rows; its interface predates const.
+  std::vector<png_bytep> rows = row_pointers(const_cast<std::uint8_t*>(pixels), header);
+  const bool written = run_encode(png, info, rows.data(), header, compression, filter);
+  png_destroy_write_struct(&png, &info);
+  CHECK(written, faults.fault);
+  return bytes;
 }
 
 }  // namespace ygslam::png

@@ -1,5 +1,4 @@
-// PNG behind a plain interface: libpng reads, and its setjmp stays in one file; png_encode.cpp
-// writes.
+// PNG behind a plain interface: libpng's setjmp stays in one file.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +16,6 @@ namespace ygslam::png {
 /// any kind. @param pixels room for the size, channels and bits that header() told.
 Status decode(std::string_view bytes, std::uint8_t* pixels);
 /// @param pixels rows without padding, 16-bit samples in machine order.
-/// @param header grey or colour without alpha, 8 or 16 bits. @param compression level 0 to 12.
 [[nodiscard]] std::string encode(const std::uint8_t* pixels, const ImageHeader& header,
                                  int compression, PngFilter filter);
 

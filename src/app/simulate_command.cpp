@@ -163,8 +163,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)");
   command->add_option("--fps", a.options.fps, "Frames per second (default: the world's)");
   command->add_option("--seed", a.options.seed, "Seed of the hand's jerks, noise and faults")
-      ->check(CLI::Range(0.0, 9007199254740992.0))
-      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53U))
       ->capture_default_str();
   command->add_option("--size", a.size, "Image size WIDTHxHEIGHT")->capture_default_str();
   command->add_option("--noise", a.noise, "Sensor model")

@@ -20,6 +20,9 @@ constexpr std::size_t kBusyMapper = 1;  // keyframes waiting
 constexpr double kSilentAfterS = 2.0;   // of input time without a mask
 constexpr double kMaskPatienceS = 1.0;  // a mask that takes longer is not waited for again
 
+/// A keyframe's mask may come after that of a later frame.
+FrameId later(FrameId a, FrameId b) { return a == kNoFrame || b > a ? b : a; }
+
 using MapMessage = std::variant<KeyframeMessage, SegmentationPtr>;
 
 class LiveRunner final : public Runner {
@@ -92,7 +95,7 @@ class LiveRunner final : public Runner {
     wait_for_younger(arrived);
     for (const SegmentationPtr& masks : arrived) {
       map_queue_.push(masks);
-      newest_mask_ = masks->frame;
+      newest_mask_ = later(newest_mask_, masks->frame);
       last_mask_ = frame.stamp;
     }
     outcome_.statistics.masks_used += static_cast<int>(arrived.size());
@@ -108,12 +111,13 @@ class LiveRunner final : public Runner {
   void wait_for_younger(std::vector<SegmentationPtr>& arrived) {
     if (!arrived.empty()) masks_come_ = true;
     const int longest = config_.file_mask_lag_frames;
-    FrameId newest = arrived.empty() ? newest_mask_ : arrived.back()->frame;
+    FrameId newest = newest_mask_;
+    for (const SegmentationPtr& masks : arrived) newest = later(newest, masks->frame);
     while (longest > 0 && masks_come_ && age_frames(newest) > longest) {
       auto masks = segmenter_->pop_for(kMaskPatienceS);
       masks_come_ = masks.has_value();
       if (!masks) return;
-      newest = (*masks)->frame;
+      newest = later(newest, (*masks)->frame);
       arrived.push_back(std::move(*masks));
     }
   }

@@ -1,11 +1,13 @@
 include(GoogleTest)
 
-# ygslam_module(NAME [DEPENDS modules...] [LIBS libraries...] [TEST_DEPENDS ...] [TEST_LIBS ...])
-# One folder of src/ = one static library = one layer. Sources are the folder's *.cpp;
-# *_test.cpp beside them become the executable NAME_test.
+# ygslam_module(NAME [DEPENDS modules...] [LIBS libraries...] [TEST_DEPENDS ...] [TEST_LIBS ...]
+#               [ROOMS sub-folders...])
+# One folder of src/ = one static library = one layer. Sources are the *.cpp of the folder and of its
+# rooms; *_test.cpp beside them become the executable NAME_test.
 function(ygslam_module name)
-  cmake_parse_arguments(arg "" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS *.cpp)
+  cmake_parse_arguments(arg "" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS" ${ARGN})
+  list(TRANSFORM arg_ROOMS APPEND /*.cpp)
+  file(GLOB sources CONFIGURE_DEPENDS *.cpp ${arg_ROOMS})
   set(tests ${sources})
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")

@@ -17,6 +17,8 @@ SIDE = {"io": {"core", "geometry", "image"},
         "eval": {"core", "geometry", "image", "io"},
         "sweep": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"}}
+# Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
+ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence")}
 USERS_OF_SIDE = {"system", "facade", "app"}
 
 HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/)")
@@ -65,6 +67,29 @@ def layer_faults(files):
     return faults
 
 
+def room_faults(files):
+    """Includes of `files` that go up between the rooms of one folder, and rooms without a place.
+
+    Tests may use every room of their folder.
+    """
+    faults = []
+    for path, text in files.items():
+        folder, _, rest = path.partition("/")
+        if folder not in ROOMS:
+            continue
+        order = ("", *ROOMS[folder])
+        room = rest.rpartition("/")[0]
+        if room not in order:
+            faults.append(f"src/{path}: no such room")
+            continue
+        for kind, name in [] if path.endswith("_test.cpp") else includes_of(text):
+            used_folder, _, used = name.partition("/")
+            used = used.rpartition("/")[0]
+            if kind == '"' and used_folder == folder and used not in order[:order.index(room) + 1]:
+                faults.append(f"src/{path} includes {name}: {room} must not use {used}")
+    return faults
+
+
 def reach_heavy(files):
     """Headers from which a heavy library is reached, each with the library's header."""
     heavy = {path: next(name for _, name in includes_of(text) if HEAVY.match(name))
@@ -105,6 +130,9 @@ class Layers(unittest.TestCase):
     def test_no_folder_includes_upward_or_sideways(self):
         self.assertEqual(layer_faults(source_files()), [])
 
+    def test_no_room_includes_upward(self):
+        self.assertEqual(room_faults(source_files()), [])
+
     def test_every_quoted_include_exists(self):
         files = source_files()
         missing = [f"src/{path}: {name}" for path, text in files.items()
@@ -136,6 +164,12 @@ class TheCheckItself(unittest.TestCase):
                  "motion/e.cpp": '  #  include "map/d.hpp"\n', "eval/f.cpp": '#include "map/d.hpp"\n',
                  "tracking/g.cpp": '#include "map/d.hpp"\n'}
         self.assertEqual(len(layer_faults(files)), 4)
+
+    def test_upward_includes_between_rooms_are_seen(self):
+        files = {"simulation/surface/a.cpp": '#include "simulation/world/b.hpp"\n',
+                 "simulation/world/b.hpp": '#include "simulation/c.hpp"\n',
+                 "simulation/c.hpp": "", "simulation/attic/d.cpp": ""}
+        self.assertEqual(len(room_faults(files)), 2)
 
     def test_heavy_headers_are_seen_through_others(self):
         files = {"segment/inner.hpp": "#include <openvino/runtime/core.hpp>\n",

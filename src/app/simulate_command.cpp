@@ -19,8 +19,8 @@
 #include "core/bounded_queue.hpp"
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
-#include "simulation/sequence_source.hpp"
-#include "simulation/sequence_writer.hpp"
+#include "simulation/sequence/sequence_source.hpp"
+#include "simulation/sequence/sequence_writer.hpp"
 #include "system/metrics.hpp"
 
 namespace ygslam {

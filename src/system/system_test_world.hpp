@@ -12,7 +12,7 @@
 #include "eval/report.hpp"
 #include "image/depth.hpp"
 #include "segment/movable.hpp"
-#include "simulation/sequence_source.hpp"
+#include "simulation/sequence/sequence_source.hpp"
 #include "system/metrics.hpp"
 #include "system/run_writer.hpp"
 #include "system/runner.hpp"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "simulation/mesh.hpp"
+#include "simulation/surface/mesh.hpp"
 
 namespace ygslam::sim {
 

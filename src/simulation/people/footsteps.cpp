@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "simulation/motions.hpp"
+#include "simulation/world/mover_motions.hpp"
 
 namespace ygslam::sim {
 

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "core/rng.hpp"
-#include "simulation/motions.hpp"
-#include "simulation/people/wardrobe.hpp"
+#include "simulation/people/clothes.hpp"
+#include "simulation/world/mover_motions.hpp"
 
 namespace ygslam::sim {
 

@@ -7,7 +7,7 @@
 #include "simulation/people/footsteps.hpp"
 #include "simulation/people/pose.hpp"
 #include "simulation/people/timeline.hpp"
-#include "simulation/scene.hpp"
+#include "simulation/render/scene.hpp"
 
 namespace ygslam::sim {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "simulation/motions.hpp"
+#include "simulation/world/mover_motions.hpp"
 
 namespace ygslam::sim {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "simulation/world_config.hpp"
+#include "simulation/world/world_config.hpp"
 
 namespace ygslam::sim {
 

@@ -1,0 +1,214 @@
+#include "simulation/sequence/sequence_source.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/rng.hpp"
+#include "io/image_file.hpp"
+#include "simulation/sequence/world_builder.hpp"
+
+namespace ygslam::sim {
+
+namespace {
+
+constexpr std::int64_t kStart_ns = 1'000'000'000'000;  // a stamp of 1000 s
+
+CameraConfig scaled_intrinsics(CameraConfig c, const SequenceOptions& options) {
+  const double sx = static_cast<double>(options.width) / c.width;
+  const double sy = static_cast<double>(options.height) / c.height;
+  c.fx *= sx;
+  c.fy *= sy;
+  c.cx = (c.cx + 0.5) * sx - 0.5;
+  c.cy = (c.cy + 0.5) * sy - 0.5;
+  c.width = options.width;
+  c.height = options.height;
+  if (options.distortion) {  // TUM freiburg1
+    c.k1 = 0.2624;
+    c.k2 = -0.9531;
+    c.p1 = -0.0054;
+    c.p2 = 0.0026;
+    c.k3 = 1.1633;
+  }
+  return c;
+}
+
+/// Depth as a 16-bit file can hold it.
+void quantise(DepthImage& depth_m, double scale) {
+  const auto units = static_cast<float>(scale);
+  for (float& d : depth_m) {
+    const float raw = std::floor(d * units + 0.5F);
+    d = raw > 0 && raw <= 65535 ? raw / units : 0;
+  }
+}
+
+}  // namespace
+
+struct SequenceSource::State {
+  WorldConfig world;
+  SequenceOptions options;
+  double fps;
+  int frames;
+  Camera camera;
+  CameraPath path;
+  std::shared_ptr<const Scene> scene;
+  Renderer renderer;
+  FaultInjector faults;
+  int index = 0;
+  std::uint32_t delivered = 0;
+
+  State(WorldConfig w, SequenceOptions o, double frame_rate, double seconds,
+        const CameraPathConfig& path_config, std::shared_ptr<const Scene> s)
+      : world(std::move(w)),
+        options(std::move(o)),
+        fps(frame_rate),
+        frames(std::max(1, static_cast<int>(std::lround(seconds * frame_rate)))),
+        camera(scaled_intrinsics(world.intrinsics, options)),
+        path(path_config),
+        scene(std::move(s)),
+        renderer(*scene, camera,
+                 {.threads = options.threads,
+                  .antialias = options.antialias,
+                  .static_view = options.truth_static,
+                  .flow = options.blur > 0}),
+        faults(options.faults, 1 / frame_rate, options.seed) {}
+
+  [[nodiscard]] double time_of(int i) const { return static_cast<double>(i) / fps; }
+  [[nodiscard]] Timestamp stamp_of(int i) const {
+    const double us = std::round(time_of(i) * 1e6);
+    return {kStart_ns + static_cast<std::int64_t>(us) * 1000};
+  }
+  /// The exposure wanders slowly, as an automatic one does.
+  [[nodiscard]] double exposure_at(double t_s) const {
+    const double phase = 2 * std::numbers::pi * t_s;
+    return world.exposure * (1 + options.exposure_drift * (0.7 * std::sin(0.11 * phase) +
+                                                           0.3 * std::sin(0.37 * phase + 1)));
+  }
+  [[nodiscard]] RowPoses row_poses(double t_s) const {
+    if (options.rolling <= 0) return {path.T_world_camera(t_s)};
+    RowPoses poses;
+    const int height = camera.height();
+    for (int v = 0; v < height; ++v) {
+      const double share = (v + 0.5) / height - 0.5;
+      poses.push_back(path.T_world_camera(t_s + share * options.rolling / fps));
+    }
+    return poses;
+  }
+  [[nodiscard]] SimulatedFrame render(int i);
+  void add_noise(const View& view, ColourImage& colour, DepthImage& depth_m, int i) const;
+};
+
+void SequenceSource::State::add_noise(const View& view, ColourImage& colour, DepthImage& depth_m,
+                                      int i) const {
+  const std::uint64_t seed =
+      options.seed * 0x9e3779b97f4a7c15ULL + static_cast<std::uint64_t>(i) * 2;
+  if (options.blur > 0)
+    colour = motion_blurred(colour, view.flow_px, options.blur, options.threads);
+  if (options.noise == NoiseKind::kKinect) {
+    colour = noisy_colour(colour, ColourNoiseConfig{}, Rng(seed).next(), options.threads);
+    depth_m = kinect_depth(view, camera, DepthNoiseConfig{}, Rng(seed + 1).next(), options.threads);
+  } else {
+    depth_m = view.depth_m;
+  }
+  quantise(depth_m, camera.config().depth_scale);
+}
+
+SimulatedFrame SequenceSource::State::render(int i) {
+  const double t_s = time_of(i);
+  renderer.set_exposure(exposure_at(t_s));
+  View view =
+      renderer.render(row_poses(t_s), path.T_world_camera(time_of(i - 1)), t_s, time_of(i - 1));
+  SimulatedFrame out;
+  out.index = i;
+  out.t_s = t_s;
+  out.T_world_camera = path.T_world_camera(t_s);
+  auto frame = std::make_shared<RgbdFrame>();
+  ColourImage colour = std::move(view.colour);
+  DepthImage depth_m;
+  add_noise(view, colour, depth_m, i);
+  out.delivery = faults.apply(i, t_s, stamp_of(i), colour, depth_m);
+  frame->stamp = out.delivery.stamp;
+  frame->grey = grey_from_colour(colour);
+  frame->colour = std::move(colour);
+  frame->depth_m = std::move(depth_m);
+  const Delivery& d = out.delivery;
+  if (d.frame && d.colour && d.depth) frame->id = FrameId{delivered++};
+  out.frame = std::move(frame);
+  out.depth_true_m = std::move(view.depth_m);
+  out.ids = std::move(view.ids);
+  out.moving = std::move(view.moving);
+  out.rgb_static = std::move(view.colour_static);
+  out.depth_static_m = std::move(view.depth_static_m);
+  return out;
+}
+
+SequenceSource::SequenceSource(std::unique_ptr<State> state) : state_(std::move(state)) {}
+SequenceSource::SequenceSource(SequenceSource&&) noexcept = default;
+SequenceSource& SequenceSource::operator=(SequenceSource&&) noexcept = default;
+SequenceSource::~SequenceSource() = default;
+
+std::optional<SimulatedFrame> SequenceSource::next_with_losses() {
+  if (state_->index >= state_->frames) return std::nullopt;
+  return state_->render(state_->index++);
+}
+
+std::optional<SimulatedFrame> SequenceSource::next() {
+  while (auto frame = next_with_losses()) {
+    const Delivery& d = frame->delivery;
+    if (d.frame && d.colour && d.depth) return frame;
+  }
+  return std::nullopt;
+}
+
+int SequenceSource::frame_count() const { return state_->frames; }
+const Camera& SequenceSource::camera() const { return state_->camera; }
+double SequenceSource::fps() const { return state_->fps; }
+const WorldConfig& SequenceSource::world() const { return state_->world; }
+const Scene& SequenceSource::scene() const { return *state_->scene; }
+SE3 SequenceSource::T_world_camera(double t_s) const { return state_->path.T_world_camera(t_s); }
+
+std::map<int, std::string> SequenceSource::instance_classes() const {
+  std::map<int, std::string> classes;
+  for (const Mover& mover : state_->scene->movers) classes[mover.instance_id] = mover.class_name;
+  return classes;
+}
+
+std::vector<std::pair<std::string, SE3>> SequenceSource::mover_poses(double t_s) const {
+  std::vector<std::pair<std::string, SE3>> poses;
+  for (const Mover& mover : state_->scene->movers)
+    poses.emplace_back(mover.name, mover.pose_at(t_s));
+  return poses;
+}
+
+Result<SequenceSource> open_world(const WorldConfig& world, const SequenceOptions& options) {
+  if (options.width < 16 || options.height < 16 || options.width > 4096 || options.height > 4096) {
+    return Error{ErrorKind::kUsage, "image size must be 16x16 to 4096x4096"};
+  }
+  if (options.fps && (*options.fps < 1 || *options.fps > 240))
+    return Error{ErrorKind::kUsage, "frame rate must be 1 to 240"};
+  if (options.seconds && !(*options.seconds > 0 && *options.seconds <= 1e6)) {
+    return Error{ErrorKind::kUsage, "seconds must be positive, at most a million"};
+  }
+  BuildOptions build;
+  build.without_people = options.without_people || options.without_movers;
+  build.without_movers = options.without_movers;
+  build.texture_size = options.texture_size;
+  build.seed = options.seed;
+  build.threads = options.threads;
+  Result<std::shared_ptr<const Scene>> scene = build_world(world, build);
+  if (!scene) return scene.error();
+  // The path is that of the whole sequence, however much of it is rendered.
+  CameraPathConfig path = world.camera;
+  path.seed = options.seed;
+  return SequenceSource(std::make_unique<SequenceSource::State>(
+      world, options, options.fps.value_or(world.fps), options.seconds.value_or(world.seconds),
+      path, *scene));
+}
+
+Result<SequenceSource> open_world(const std::string& name_or_file, const SequenceOptions& options) {
+  Result<WorldConfig> world = load_world(name_or_file);
+  if (!world) return world.error();
+  return open_world(*world, options);
+}
+
+}  // namespace ygslam::sim

@@ -1,0 +1,236 @@
+#include "simulation/sequence/sequence_writer.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "io/image_file.hpp"
+#include "io/trajectory.hpp"
+
+namespace ygslam::sim {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array kLists = {"rgb.txt", "depth.txt", "associations.txt", "groundtruth.txt",
+                               "calibration.txt"};
+
+Error cannot_write(const fs::path& path, int code) {
+  return {ErrorKind::kOutput, path.string() + ": " + std::strerror(code)};
+}
+
+/// Stamp with six decimals, exact.
+std::string stamp_text(Timestamp stamp) {
+  const std::int64_t us = stamp.ns / 1000;
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%lld.%06lld", static_cast<long long>(us / 1'000'000),
+                static_cast<long long>(us % 1'000'000));
+  return text.data();
+}
+
+Image<std::uint16_t> raw_depth(const DepthImage& depth_m, double scale) {
+  Image<std::uint16_t> raw(depth_m.width(), depth_m.height());
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const double value = std::floor(static_cast<double>(depth_m.data()[i]) * scale + 0.5);
+    raw.data()[i] = value > 0 && value <= 65535 ? static_cast<std::uint16_t>(value) : 0;
+  }
+  return raw;
+}
+
+std::string calibration_text(const CameraConfig& c) {
+  std::string text = "# made by ygslam simulate\n";
+  const auto line = [&](const char* key, double value) {
+    std::array<char, 64> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), "%s %.10g\n", key, value);
+    text += buffer.data();
+  };
+  line("fx", c.fx);
+  line("fy", c.fy);
+  line("cx", c.cx);
+  line("cy", c.cy);
+  if (c.is_distorted()) {
+    line("k1", c.k1);
+    line("k2", c.k2);
+    line("p1", c.p1);
+    line("p2", c.p2);
+    line("k3", c.k3);
+  }
+  line("depth_scale", c.depth_scale);
+  line("width", c.width);
+  line("height", c.height);
+  return text;
+}
+
+std::string cut_short(const std::string& bytes, bool truncate) {
+  return truncate ? bytes.substr(0, bytes.size() * 3 / 5) : bytes;
+}
+
+}  // namespace
+
+Status SequenceWriter::put(const fs::path& name, const std::string& bytes) const {
+  const fs::path path = folder_ / name;
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (file == nullptr) return cannot_write(path, errno);
+  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+  int code = errno;
+  if (std::fclose(file) != 0 && written)
+    code = errno;
+  else if (written)
+    return Ok{};
+  std::error_code ignored;
+  fs::remove(path, ignored);
+  return cannot_write(path, code);
+}
+
+Result<SequenceWriter> SequenceWriter::create(const fs::path& folder,
+                                              const SequenceSource& /*source*/,
+                                              const WriteOptions& options) {
+  SequenceWriter writer(folder, options);
+  std::vector<fs::path> folders = {folder / "rgb", folder / "depth"};
+  if (options.truth) {
+    for (const char* name :
+         {"mask", "moving", "depth_true", "rgb_static", "depth_static", "movers"})
+      folders.push_back(folder / name);
+  }
+  std::error_code error;
+  // Truth of an earlier rendering would be taken for that of this one.
+  if (fs::exists(folder / "simulation.json", error)) {
+    for (const char* name : {"mask", "moving", "depth_true", "rgb_static", "depth_static", "movers",
+                             "instances.json", "static.ply"}) {
+      fs::remove_all(folder / name, error);
+      if (error)
+        return Error{ErrorKind::kOutput, (folder / name).string() + ": " + error.message()};
+    }
+  }
+  for (const fs::path& path : folders) {
+    fs::create_directories(path, error);
+    if (error) return Error{ErrorKind::kOutput, path.string() + ": " + error.message()};
+  }
+  for (const char* list : kLists) {
+    fs::remove(folder / list, error);
+    if (error) return Error{ErrorKind::kOutput, (folder / list).string() + ": " + error.message()};
+  }
+  return writer;
+}
+
+Status SequenceWriter::add_truth(const SimulatedFrame& frame, const std::string& stamp) {
+  const double scale = 5000;
+  const std::string png = stamp + ".png";
+  for (const auto& [name, bytes] :
+       {std::pair<std::string, std::string>{"mask/" + png,
+                                            encode_png(frame.ids, 1, PngFilter::kUp)},
+        {"moving/" + png, encode_png(frame.moving, 1, PngFilter::kUp)},
+        {"depth_true/" + png, encode_png(raw_depth(frame.depth_true_m, scale), 1, PngFilter::kUp)},
+        {"rgb_static/" + stamp + (options_.jpeg ? ".jpg" : ".png"),
+         options_.jpeg ? encode_jpeg(frame.rgb_static, 95) : encode_png(frame.rgb_static, 1)},
+        {"depth_static/" + png,
+         encode_png(raw_depth(frame.depth_static_m, scale), 1, PngFilter::kUp)}}) {
+    if (Status status = put(name, bytes); !status) return status;
+  }
+  return Ok{};
+}
+
+Status SequenceWriter::add(const SimulatedFrame& frame, const SequenceSource& source) {
+  const Delivery& delivery = frame.delivery;
+  if (!delivery.frame) return Ok{};
+  const std::string stamp = stamp_text(frame.frame->stamp);
+  const std::string colour_file = "rgb/" + stamp + (options_.jpeg ? ".jpg" : ".png");
+  const std::string depth_file = "depth/" + stamp + ".png";
+  if (delivery.colour) {
+    const std::string bytes =
+        options_.jpeg ? encode_jpeg(frame.frame->colour, 95) : encode_png(frame.frame->colour, 1);
+    if (Status status = put(colour_file, cut_short(bytes, delivery.truncate_colour)); !status)
+      return status;
+    colour_list_ += stamp + " " + colour_file + "\n";
+  }
+  if (delivery.depth) {
+    const std::string bytes =
+        encode_png(raw_depth(frame.frame->depth_m, source.camera().config().depth_scale), 1,
+                   PngFilter::kNone);  // the sensor's steps repeat: best as they are
+    if (Status status = put(depth_file, cut_short(bytes, delivery.truncate_depth)); !status)
+      return status;
+    depth_list_ += stamp + " " + depth_file + "\n";
+  }
+  if (delivery.colour && delivery.depth)
+    pairs_ += stamp + " " + colour_file + " " + stamp + " " + depth_file + "\n";
+  poses_ += format_tum({frame.frame->stamp, frame.T_world_camera}, 6);
+  if (!options_.truth) return Ok{};
+  for (const auto& [name, T_world_object] : source.mover_poses(frame.t_s)) {
+    mover_poses_[name] += format_tum({frame.frame->stamp, T_world_object}, 6);
+  }
+  return add_truth(frame, stamp);
+}
+
+Status SequenceWriter::finish(const SequenceSource& source) {
+  if (options_.truth) {
+    nlohmann::json instances = nlohmann::json::object();
+    for (const auto& [id, name] : source.instance_classes()) instances[std::to_string(id)] = name;
+    std::vector<std::pair<std::string, std::string>> files = {
+        {"instances.json", instances.dump(2) + "\n"},
+        {"static.ply", static_mesh_ply(source.scene())}};
+    for (const Mover& mover : source.scene().movers) {
+      files.emplace_back("movers/" + std::to_string(mover.instance_id) + ".txt",
+                         "# " + mover.name + "\n" + mover_poses_[mover.name]);
+    }
+    for (const auto& [name, bytes] : files) {
+      if (Status status = put(name, bytes); !status) return status;
+    }
+  }
+  const std::array<std::pair<const char*, std::string>, 5> lists = {
+      {{"rgb.txt", "# colour images\n" + colour_list_},
+       {"depth.txt", "# depth images\n" + depth_list_},
+       {"associations.txt", pairs_},
+       {"groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n" + poses_},
+       {"calibration.txt", calibration_text(source.camera().config())}}};
+  for (const auto& [name, text] : lists) {
+    if (Status status = put(name, text); !status) {
+      std::error_code ignored;
+      for (const char* list : kLists) fs::remove(folder_ / list, ignored);
+      return status;
+    }
+  }
+  return Ok{};
+}
+
+std::string static_mesh_ply(const Scene& scene) {
+  const Mesh& mesh = scene.fixed;
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\ncomment fixed scene, metres, z up\nelement vertex " +
+      std::to_string(mesh.points.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar "
+      "green\nproperty uchar blue\nelement face " +
+      std::to_string(mesh.triangles.size()) +
+      "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::vector<Rgb8> colours(mesh.points.size());
+  for (const Triangle& triangle : mesh.triangles) {
+    const Material& material = scene.materials.material(triangle.material);
+    const Vec3f mean =
+        scene.materials.texture(material.frames[0]).mean().cwiseProduct(material.tint);
+    const auto code = [](float v) {
+      return static_cast<std::uint8_t>(std::min(255.0F, 255 * std::sqrt(v)));
+    };
+    for (const std::uint32_t corner : triangle.corner)
+      colours[corner] = {code(mean.x()), code(mean.y()), code(mean.z())};
+  }
+  const auto raw = [&](const auto& value) {
+    ply.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  };
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    for (int k = 0; k < 3; ++k) raw(mesh.points[i][k]);
+    raw(colours[i].r);
+    raw(colours[i].g);
+    raw(colours[i].b);
+  }
+  for (const Triangle& triangle : mesh.triangles) {
+    raw(std::uint8_t{3});
+    for (const std::uint32_t corner : triangle.corner) raw(static_cast<std::int32_t>(corner));
+  }
+  return ply;
+}
+
+}  // namespace ygslam::sim

@@ -1,0 +1,114 @@
+#include "simulation/sequence/sequence_writer.hpp"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "io/frame_loader.hpp"
+#include "io/tum_sequence.hpp"
+#include "simulation/sequence/test_worlds.hpp"
+
+namespace ygslam::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SequenceFiles : public ::testing::Test {
+ protected:
+  SequenceFiles() {
+    folder_ = fs::temp_directory_path() /
+              ("ygslam_sim_" + std::to_string(getpid()) + "_" +
+               ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(folder_);
+  }
+  ~SequenceFiles() override { fs::remove_all(folder_); }
+
+  static Status write(const fs::path& folder, const SequenceOptions& options,
+                      const WriteOptions& files) {
+    SequenceSource source = open_or_die("crowd", options);
+    Result<SequenceWriter> writer = SequenceWriter::create(folder, source, files);
+    if (!writer) return writer.error();
+    while (auto frame = source.next_with_losses()) {
+      if (Status status = writer->add(*frame, source); !status) return status;
+    }
+    return writer->finish(source);
+  }
+  static std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::stringstream text;
+    text << stream.rdbuf();
+    return text.str();
+  }
+  fs::path folder_;
+};
+
+SequenceOptions truth_options() {
+  SequenceOptions options = small_options(0.6, 5);
+  options.noise = NoiseKind::kKinect;
+  options.truth_static = true;
+  return options;
+}
+
+TEST_F(SequenceFiles, AreByteIdenticalWithOneSeed) {
+  ASSERT_TRUE(write(folder_ / "a", truth_options(), {.truth = true}).ok());
+  ASSERT_TRUE(write(folder_ / "b", truth_options(), {.truth = true}).ok());
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder_ / "a")) {
+    if (!entry.is_regular_file()) continue;
+    ++files;
+    EXPECT_EQ(content(entry.path()),
+              content(folder_ / "b" / fs::relative(entry.path(), folder_ / "a")))
+        << entry.path();
+  }
+  EXPECT_GT(files, 3 * 7);
+}
+
+TEST_F(SequenceFiles, ReadBackAsWritten) {
+  const SequenceOptions options = truth_options();
+  ASSERT_TRUE(write(folder_, options, {.jpeg = false}).ok());
+  const auto sequence = open_tum_sequence(folder_);
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  const auto frames = all_frames(open_or_die("crowd", options));
+  ASSERT_EQ(sequence->pairs.size(), frames.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto frame = load_frame(*sequence, i);
+    ASSERT_TRUE(frame.ok()) << frame.error().message;
+    EXPECT_EQ(frame->stamp, frames[i].frame->stamp);
+    EXPECT_TRUE(same_pixels(frame->colour, frames[i].frame->colour));
+    EXPECT_TRUE(same_pixels(frame->grey, frames[i].frame->grey));
+    for (std::size_t k = 0; k < frame->depth_m.size(); ++k) {
+      ASSERT_NEAR(frame->depth_m.data()[k], frames[i].frame->depth_m.data()[k], 1e-5F);
+    }
+  }
+}
+
+TEST_F(SequenceFiles, FullDiskLeavesNoSequenceThatLooksWhole) {
+  ASSERT_TRUE(write(folder_, truth_options(), {.jpeg = true}).ok());  // an earlier sequence
+  const fs::path third = folder_ / "rgb" / "1000.400000.jpg";
+  ASSERT_TRUE(fs::exists(third));
+  fs::remove(third);
+  fs::create_symlink("/dev/full", third);  // the disk is full when this file is written
+  const Status status = write(folder_, truth_options(), {.jpeg = true});
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().kind, ErrorKind::kOutput);
+  for (const char* list :
+       {"rgb.txt", "depth.txt", "associations.txt", "groundtruth.txt", "calibration.txt"}) {
+    EXPECT_FALSE(fs::exists(folder_ / list)) << list;
+  }
+}
+
+TEST_F(SequenceFiles, TruncatedFilesAreShorter) {
+  SequenceOptions options = truth_options();
+  ASSERT_TRUE(write(folder_ / "a", options, {}).ok());
+  options.faults = {*parse_fault("rgb:truncate@0.2+0.1")};
+  ASSERT_TRUE(write(folder_ / "b", options, {}).ok());
+  const char* name = "rgb/1000.200000.jpg";
+  EXPECT_LT(fs::file_size(folder_ / "b" / name), fs::file_size(folder_ / "a" / name));
+  EXPECT_EQ(fs::file_size(folder_ / "b/rgb/1000.000000.jpg"),
+            fs::file_size(folder_ / "a/rgb/1000.000000.jpg"));
+}
+
+}  // namespace
+}  // namespace ygslam::sim

@@ -15,7 +15,7 @@ LAYERS = (("core",), ("geometry", "image"), ("features", "segment", "optim"), ("
 # Beside the layers: what each may use.
 SIDE = {"io": {"core", "geometry", "image"},
         "eval": {"core", "geometry", "image", "io"},
-        "sweep": {"core", "geometry", "image", "io", "eval"},
+        "benchmark_runs": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"}}
 # Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
 ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence")}

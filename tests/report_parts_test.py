@@ -206,17 +206,17 @@ class DamagedRuns(unittest.TestCase):
 
     def test_words_and_columns_are_those_of_the_program(self):
         source = TOOL.parent.parent / "src"
-        record = (source / "sweep" / "run_record.cpp").read_text(encoding="utf-8")
+        record = (source / "benchmark_runs" / "run_record.cpp").read_text(encoding="utf-8")
         self.assertEqual(set(re.findall(r'\{"(\w+)", RunStatus::', record)),
                          set(results.STATUSES) - {"unfinished"})
-        figures = (source / "sweep" / "run_files.cpp").read_text(encoding="utf-8")
+        figures = (source / "benchmark_runs" / "run_files.cpp").read_text(encoding="utf-8")
         trees = re.search(r"kFigureTrees = \{([^}]*)\}", figures).group(1)
         self.assertEqual(tuple(re.findall(r'"(\w+)"', trees)), results.FIGURE_TREES)
         errors = (source / "eval" / "error_series.hpp").read_text(encoding="utf-8")
         columns = re.search(r"kErrorColumns =([^;]*);", errors).group(1)
         self.assertEqual(tuple("".join(re.findall(r'"([^"]*)"', columns)).split(",")),
                          series.COLUMNS)
-        options = (source / "sweep" / "sweep_options.hpp").read_text(encoding="utf-8")
+        options = (source / "benchmark_runs" / "sweep_options.hpp").read_text(encoding="utf-8")
         self.assertIn(f"kMostRuns = {results.MOST_RUNS};", options)
 
     def test_what_a_run_measured_before_it_was_ended_does_not_count(self):

@@ -9,13 +9,13 @@
 #include "app/log_file.hpp"
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
+#include "benchmark_runs/child_process.hpp"
+#include "benchmark_runs/compare.hpp"
+#include "benchmark_runs/pictures.hpp"
+#include "benchmark_runs/python_tool.hpp"
+#include "benchmark_runs/sweep.hpp"
 #include "core/log.hpp"
 #include "core/time.hpp"
-#include "sweep/child_process.hpp"
-#include "sweep/compare.hpp"
-#include "sweep/pictures.hpp"
-#include "sweep/python_tool.hpp"
-#include "sweep/sweep.hpp"
 
 namespace ygslam {
 namespace {

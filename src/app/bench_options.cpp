@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "app/run_options.hpp"
+#include "benchmark_runs/python_tool.hpp"
 #include "io/text.hpp"
-#include "sweep/python_tool.hpp"
 #include "system/metrics.hpp"
 
 namespace ygslam {

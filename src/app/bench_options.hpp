@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "benchmark_runs/sweep_options.hpp"
 #include "core/result.hpp"
-#include "sweep/sweep_options.hpp"
 
 namespace CLI {
 class App;

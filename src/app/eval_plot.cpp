@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "benchmark_runs/python_tool.hpp"
 #include "io/atomic_file.hpp"
-#include "sweep/python_tool.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

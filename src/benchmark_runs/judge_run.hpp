@@ -1,8 +1,8 @@
 // What a finished child process leaves behind, made into a record and errors.csv.
 #pragma once
 
-#include "sweep/child_process.hpp"
-#include "sweep/sweep_options.hpp"
+#include "benchmark_runs/child_process.hpp"
+#include "benchmark_runs/sweep_options.hpp"
 
 namespace ygslam {
 

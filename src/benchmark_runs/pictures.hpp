@@ -1,8 +1,8 @@
 // Tracking pictures for the report (the paper's Fig. 5): `ygslam inspect` once per sequence.
 #pragma once
 
-#include "sweep/bench_sequence.hpp"
-#include "sweep/sweep_options.hpp"
+#include "benchmark_runs/bench_sequence.hpp"
+#include "benchmark_runs/sweep_options.hpp"
 
 namespace ygslam {
 

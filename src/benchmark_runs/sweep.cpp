@@ -1,14 +1,14 @@
-#include "sweep/sweep.hpp"
+#include "benchmark_runs/sweep.hpp"
 
 #include <algorithm>
 #include <csignal>
 
+#include "benchmark_runs/earlier_runs.hpp"
+#include "benchmark_runs/judge_run.hpp"
+#include "benchmark_runs/run_files.hpp"
+#include "benchmark_runs/sweep_file.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
-#include "sweep/earlier_runs.hpp"
-#include "sweep/judge_run.hpp"
-#include "sweep/run_files.hpp"
-#include "sweep/sweep_file.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

@@ -1,4 +1,4 @@
-#include "sweep/python_tool.hpp"
+#include "benchmark_runs/python_tool.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "benchmark_runs/sweep.hpp"
 #include "io/json_text.hpp"
 #include "io/testing/small_sequence.hpp"
-#include "sweep/sweep.hpp"
 
 namespace ygslam {
 

@@ -1,4 +1,4 @@
-#include "sweep/sweep_file.hpp"
+#include "benchmark_runs/sweep_file.hpp"
 
 #include <algorithm>
 #include <array>

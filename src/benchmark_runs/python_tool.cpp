@@ -1,8 +1,8 @@
-#include "sweep/python_tool.hpp"
+#include "benchmark_runs/python_tool.hpp"
 
 #include <cstdlib>
 
-#include "sweep/child_process.hpp"
+#include "benchmark_runs/child_process.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

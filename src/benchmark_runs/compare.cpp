@@ -1,4 +1,4 @@
-#include "sweep/compare.hpp"
+#include "benchmark_runs/compare.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sweep/sweep_options.hpp"
+#include "benchmark_runs/sweep_options.hpp"
 
 namespace ygslam {
 

@@ -1,10 +1,10 @@
-#include "sweep/sweep_options.hpp"
+#include "benchmark_runs/sweep_options.hpp"
 
 #include <algorithm>
 #include <cctype>
 
+#include "benchmark_runs/fingerprint.hpp"
 #include "io/text.hpp"
-#include "sweep/fingerprint.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

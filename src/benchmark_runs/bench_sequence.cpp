@@ -1,4 +1,4 @@
-#include "sweep/bench_sequence.hpp"
+#include "benchmark_runs/bench_sequence.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,10 +6,10 @@
 #include <regex>
 #include <set>
 
+#include "benchmark_runs/fingerprint.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
 #include "io/tum_sequence.hpp"
-#include "sweep/fingerprint.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

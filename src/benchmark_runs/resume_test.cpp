@@ -1,8 +1,8 @@
 // What a second call makes of what the first one left: damaged, killed, late, changed, more asked.
 #include <gtest/gtest.h>
 
-#include "sweep/compare.hpp"
-#include "sweep/sweep_test_bench.hpp"
+#include "benchmark_runs/compare.hpp"
+#include "benchmark_runs/sweep_test_bench.hpp"
 
 namespace ygslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "sweep/run_record.hpp"
+#include "benchmark_runs/run_record.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "benchmark_runs/run_record.hpp"
+#include "benchmark_runs/sweep_file.hpp"
 #include "core/result.hpp"
-#include "sweep/run_record.hpp"
-#include "sweep/sweep_file.hpp"
 
 namespace ygslam {
 

@@ -1,12 +1,12 @@
 // The sweep with a script in place of the program: what becomes of runs that go well, fail, crash.
-#include "sweep/sweep.hpp"
+#include "benchmark_runs/sweep.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "sweep/compare.hpp"
-#include "sweep/sweep_test_bench.hpp"
+#include "benchmark_runs/compare.hpp"
+#include "benchmark_runs/sweep_test_bench.hpp"
 
 namespace ygslam {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "benchmark_runs/child_process.hpp"
+#include "benchmark_runs/sweep_options.hpp"
 #include "io/atomic_file.hpp"
-#include "sweep/child_process.hpp"
-#include "sweep/sweep_options.hpp"
 
 namespace ygslam {
 

@@ -1,9 +1,9 @@
-#include "sweep/earlier_runs.hpp"
+#include "benchmark_runs/earlier_runs.hpp"
 
 #include <algorithm>
 
+#include "benchmark_runs/run_files.hpp"
 #include "io/text.hpp"
-#include "sweep/run_files.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

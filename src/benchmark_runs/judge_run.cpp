@@ -1,11 +1,11 @@
-#include "sweep/judge_run.hpp"
+#include "benchmark_runs/judge_run.hpp"
 
 #include <cstring>
 
+#include "benchmark_runs/run_files.hpp"
 #include "core/log.hpp"  // brings {fmt}
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
-#include "sweep/run_files.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

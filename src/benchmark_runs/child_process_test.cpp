@@ -1,4 +1,4 @@
-#include "sweep/child_process.hpp"
+#include "benchmark_runs/child_process.hpp"
 
 #include <gtest/gtest.h>
 

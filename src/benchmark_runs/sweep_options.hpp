@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "sweep/bench_sequence.hpp"
-#include "sweep/child_process.hpp"
-#include "sweep/run_record.hpp"
+#include "benchmark_runs/bench_sequence.hpp"
+#include "benchmark_runs/child_process.hpp"
+#include "benchmark_runs/run_record.hpp"
 
 namespace ygslam {
 

@@ -1,11 +1,11 @@
-#include "sweep/run_files.hpp"
+#include "benchmark_runs/run_files.hpp"
 
 #include <array>
 #include <cmath>
 
+#include "benchmark_runs/fingerprint.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
-#include "sweep/fingerprint.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

@@ -1,4 +1,4 @@
-#include "sweep/sweep_options.hpp"
+#include "benchmark_runs/sweep_options.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "benchmark_runs/run_record.hpp"
 #include "core/result.hpp"
-#include "sweep/run_record.hpp"
 
 namespace ygslam {
 

@@ -1,9 +1,9 @@
-#include "sweep/results.hpp"
+#include "benchmark_runs/results.hpp"
 
 #include <algorithm>
 
+#include "benchmark_runs/run_files.hpp"
 #include "core/log.hpp"  // brings {fmt}
-#include "sweep/run_files.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

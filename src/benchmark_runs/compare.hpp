@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sweep/results.hpp"
+#include "benchmark_runs/results.hpp"
 
 namespace ygslam {
 

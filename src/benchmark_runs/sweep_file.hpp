@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "benchmark_runs/sweep_options.hpp"
 #include "core/result.hpp"
-#include "sweep/sweep_options.hpp"
 
 namespace ygslam {
 

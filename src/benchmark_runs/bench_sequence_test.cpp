@@ -1,4 +1,4 @@
-#include "sweep/bench_sequence.hpp"
+#include "benchmark_runs/bench_sequence.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sweep/pictures.hpp"
+#include "benchmark_runs/pictures.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,6 @@
 // A queue between two threads with a fixed capacity and a named policy for when it is full.
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -45,15 +44,6 @@ class BoundedQueue {
     std::unique_lock lock(mutex_);
     available_.wait(lock, stop, [&] { return !items_.empty() || closed_; });
     if (items_.empty() || stop.stop_requested()) return std::nullopt;
-    return take_front(lock);
-  }
-
-  /// Waits at most timeout_s. @return nullopt if nothing came.
-  std::optional<T> pop_for(double timeout_s) {
-    std::unique_lock lock(mutex_);
-    available_.wait_for(lock, std::chrono::duration<double>(timeout_s),
-                        [&] { return !items_.empty() || closed_; });
-    if (items_.empty()) return std::nullopt;
     return take_front(lock);
   }
 

@@ -21,7 +21,6 @@ TEST(BoundedQueue, GivesBackInOrder) {
   EXPECT_EQ(queue.size(), 8U);
   for (int i = 0; i < 8; ++i) EXPECT_EQ(queue.pop(), i);
   EXPECT_EQ(queue.try_pop(), std::nullopt);
-  EXPECT_EQ(queue.pop_for(0.001), std::nullopt);
 }
 
 TEST(BoundedQueue, DropsTheOldestAndCountsThem) {

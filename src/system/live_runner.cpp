@@ -1,7 +1,6 @@
 // The stages in threads: the caller's tracks, one segments, one maps. Tracking waits for neither
 // (only the very first frame may wait for its mask and frames out of a file for masks that are too
 // old, where configured).
-#include <algorithm>
 #include <atomic>
 #include <thread>
 #include <variant>
@@ -19,9 +18,6 @@ constexpr std::size_t kMapQueue = 64;
 constexpr std::size_t kBusyMapper = 1;  // keyframes waiting
 constexpr double kSilentAfterS = 2.0;   // of input time without a mask
 constexpr double kMaskPatienceS = 1.0;  // a mask that takes longer is not waited for again
-
-/// A keyframe's mask may come after that of a later frame.
-FrameId later(FrameId a, FrameId b) { return a == kNoFrame || b > a ? b : a; }
 
 using MapMessage = std::variant<KeyframeMessage, SegmentationPtr>;
 
@@ -83,19 +79,12 @@ class LiveRunner final : public Runner {
   std::vector<SegmentationPtr> arrived_masks(const RgbdFrame& frame) {
     std::vector<SegmentationPtr> arrived;
     if (!segmenter_) return arrived;
-    if (outcome_.frames.empty()) {
-      last_mask_ = frame.stamp;  // silence is counted from here
-      if (config_.first_mask_timeout_s > 0) {
-        if (auto masks = segmenter_->pop_for(config_.first_mask_timeout_s)) {
-          arrived.push_back(std::move(*masks));
-        }
-      }
-    }
+    if (outcome_.frames.empty()) last_mask_ = frame.stamp;  // silence is counted from here
+    wait_for_segmenter(frame.id);
     while (auto masks = segmenter_->try_pop()) arrived.push_back(std::move(*masks));
-    wait_for_younger(arrived);
+    if (!arrived.empty()) segmenter_answers_ = true;
     for (const SegmentationPtr& masks : arrived) {
       map_queue_.push(masks);
-      newest_mask_ = later(newest_mask_, masks->frame);
       last_mask_ = frame.stamp;
     }
     outcome_.statistics.masks_used += static_cast<int>(arrived.size());
@@ -107,27 +96,19 @@ class LiveRunner final : public Runner {
     return arrived;
   }
 
-  // A file can wait: without a camera's pace tracking would take the processor from the masks.
-  void wait_for_younger(std::vector<SegmentationPtr>& arrived) {
-    if (!arrived.empty()) masks_come_ = true;
-    const int longest = config_.file_mask_lag_frames;
-    FrameId newest = newest_mask_;
-    for (const SegmentationPtr& masks : arrived) newest = later(newest, masks->frame);
-    while (longest > 0 && masks_come_ && age_frames(newest) > longest) {
-      auto masks = segmenter_->pop_for(kMaskPatienceS);
-      masks_come_ = masks.has_value();
-      if (!masks) return;
-      newest = later(newest, (*masks)->frame);
-      arrived.push_back(std::move(*masks));
-    }
-  }
-
-  /// Of a mask of that frame, at the frame that is coming now.
-  [[nodiscard]] int age_frames(FrameId id) const {
+  // A file can wait: without a camera's pace tracking would take the processor from the network.
+  // It waits until the segmenter is done with a frame, with or without a mask.
+  void wait_for_segmenter(FrameId current) {
+    const ScopedTimer timer;
     const auto& frames = outcome_.frames;
-    const auto since = std::find_if(frames.rbegin(), frames.rend(),
-                                    [id](const FrameRecord& f) { return f.frame == id; });
-    return static_cast<int>(since - frames.rbegin()) + 1;
+    const auto longest = static_cast<std::size_t>(config_.file_mask_lag_frames);
+    if (frames.empty()) {
+      static_cast<void>(segmenter_->wait_answer(current, config_.first_mask_timeout_s));
+    } else if (longest > 0 && frames.size() >= longest && segmenter_answers_) {
+      segmenter_answers_ =
+          segmenter_->wait_answer(frames[frames.size() - longest].frame, kMaskPatienceS);
+    }
+    outcome_.statistics.mask_wait_s += 1e-3 * timer.wall_ms();
   }
 
   // Keyframes whose mask the end of the run overtook: the map can wait for them, for a while.
@@ -182,8 +163,7 @@ class LiveRunner final : public Runner {
   std::atomic<std::size_t> waiting_keyframes_{0};
   std::atomic<bool> urgent_{false};
   Timestamp last_mask_;                      // when it came
-  FrameId newest_mask_ = kNoFrame;           // the frame it is of
-  bool masks_come_ = true;                   // none was waited for in vain since the last
+  bool segmenter_answers_ = true;            // not waited for in vain since the last mask
   SlamOutcome outcome_;                      // the caller's
   std::vector<double> map_ms_, map_cpu_ms_;  // the map thread's
   std::jthread map_thread_;                  // last: it uses everything above

@@ -145,6 +145,7 @@ Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderC
   json["dropped"] = input.dropped;
   json["masks_used"] = outcome.statistics.masks_used;
   json["masks_failed"] = outcome.statistics.masks_failed;
+  json["mask_wait_s"] = round_to(outcome.statistics.mask_wait_s, 1e-3);
   json["segmenter_silent"] = outcome.statistics.segmenter_silent;
   json["frames_with_few_static_points"] = few_static;
   json["mask_age_frames"] = mask_age(outcome);

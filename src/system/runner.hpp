@@ -16,6 +16,7 @@ struct StageStatistics {
   std::vector<double> segment_ms, segment_cpu_ms, map_ms, map_cpu_ms;
   int masks_used = 0;
   int masks_failed = 0;
+  double mask_wait_s = 0;         ///< tracking stood still for the segmentation
   bool segmenter_silent = false;  ///< no mask came for long while frames did
 };
 

@@ -56,8 +56,16 @@ class SegmentInbox {
     {
       const std::lock_guard lock(mutex_);
       in_work_ = false;
+      // A keyframe may be done after a later frame.
+      if (newest_done_ == kNoFrame || last_taken_ > newest_done_) newest_done_ = last_taken_;
     }
     finished_.notify_all();
+  }
+  /// Waits until a frame not older than `oldest` is done. @return false if none was in time.
+  bool wait_answer(FrameId oldest, double seconds) {
+    std::unique_lock lock(mutex_);
+    return finished_.wait_for(lock, std::chrono::duration<double>(seconds),
+                              [&] { return newest_done_ != kNoFrame && newest_done_ >= oldest; });
   }
   /// Forgets the frames nobody took yet. @return false if the one in work is not done in time.
   bool wait_idle(double seconds) {
@@ -83,7 +91,7 @@ class SegmentInbox {
   std::condition_variable finished_;
   FramePtr newest_;
   std::deque<FramePtr> keyframes_;
-  FrameId last_taken_ = kNoFrame;
+  FrameId last_taken_ = kNoFrame, newest_done_ = kNoFrame;
   bool in_work_ = false;
 };
 

@@ -24,8 +24,11 @@ class SegmentWorker {
 
   /// Finished masks, oldest first.
   [[nodiscard]] std::optional<SegmentationPtr> try_pop() { return shared_->masks.try_pop(); }
-  [[nodiscard]] std::optional<SegmentationPtr> pop_for(double seconds) {
-    return shared_->masks.pop_for(seconds);
+
+  /// Waits until a frame not older than `oldest` is finished, with a mask (which is then there to
+  /// be popped) or in vain. @return false if none was in time.
+  [[nodiscard]] bool wait_answer(FrameId oldest, double seconds) {
+    return shared_->inbox.wait_answer(oldest, seconds);
   }
 
   /// Forgets frames not yet begun and waits for the one in work.

@@ -2,12 +2,12 @@
 // never harms it; what it failed to do is counted.
 #include <gtest/gtest.h>
 
-#include <future>
-
 #include <condition_variable>
+#include <future>
 #include <limits>
 #include <mutex>
 #include <stdexcept>
+#include <thread>
 
 #include "system/safe_segment.hpp"
 #include "system/system_test_world.hpp"
@@ -206,6 +206,45 @@ TEST(SegmenterFault, F15ASlowDetectorsMasksAreTakenLateAndOldOnesAreSkipped) {
   const auto& statistics = run.outcome.statistics;
   EXPECT_LT(statistics.masks_used, static_cast<int>(recording.frames.size()) / 2);
   EXPECT_FALSE(statistics.segmenter_silent);
+}
+
+// Counted in time, for waiting is the fault: one vain wait is a second, all good ones together
+// are milliseconds.
+TEST(SegmenterFault, AMaskOfThePresentFrameIsNotTakenForAnOldOne) {
+  const Recording recording = record("static_xyz", small(0.5));
+  SlamConfig config = impatient();
+  config.run.file_mask_lag_frames = 2;
+  auto gate = std::make_shared<Gate>();
+  auto runner = make_live_runner(config, recording.camera, by([gate](const RgbdFrame& frame) {
+                                   gate->wait();
+                                   return Result<Segmentation>(nothing_found(frame));
+                                 }),
+                                 {0});
+  // The first mask comes while the fourth frame waits: the next is then the fourth frame's own.
+  for (std::size_t i = 0; i < 2; ++i) (void)runner->process(recording.frames[i]);
+  {
+    const std::jthread later([gate] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      gate->open();
+    });
+    for (std::size_t i = 2; i < 4; ++i) (void)runner->process(recording.frames[i]);
+  }
+  for (std::size_t i = 4; i < recording.frames.size(); ++i)
+    (void)runner->process(recording.frames[i]);
+  EXPECT_LT(runner->finish().statistics.mask_wait_s, 1.0);
+}
+
+TEST(SegmenterFault, FramesWithoutAMaskAreNotWaitedFor) {
+  const Recording recording = record("static_xyz", small(1));
+  SlamConfig config = small_config(DynamicMode::kFull);
+  config.run.file_mask_lag_frames = 2;
+  const Trial run = run_live(config, recording, by([](const RgbdFrame& frame) {
+                               if (index(frame.id) % 6 == 5)
+                                 return Result<Segmentation>(nothing_found(frame));
+                               return Result<Segmentation>(Error{ErrorKind::kModel, "test: none"});
+                             }));
+  EXPECT_GT(run.outcome.statistics.masks_used, 0);
+  EXPECT_LT(run.outcome.statistics.mask_wait_s, 1.0);
 }
 
 }  // namespace

@@ -1,8 +1,9 @@
-// What the tracker sees of the map: an immutable snapshot around the newest keyframe.
+// What the tracker sees of the map: an immutable snapshot around one keyframe.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -29,14 +30,32 @@ struct ViewKeyframe {
   int tracked_landmarks = 0;  ///< landmarks it sees that at least two other keyframes see too
 };
 
+/// A keyframe of which the view has the pose alone.
+struct KeyframePose {
+  KeyframeId id = kNoKeyframe;
+  SE3 T_camera_world;
+};
+
 struct LocalView {
-  std::uint64_t version = 0;
+  std::uint64_t map_version = 0;  ///< Map::version()
+  std::uint32_t bends = 0;        ///< corrections so far that did not move all as one
   std::vector<ViewLandmark> landmarks;
   std::unordered_map<LandmarkId, std::uint32_t> landmark_index;
-  std::vector<ViewKeyframe> keyframes;  ///< the reference (newest) first, then the most covisible
+  std::vector<ViewKeyframe> keyframes;  ///< the reference first, then the most covisible
+  std::vector<KeyframePose> others;     ///< the run's first keyframe, references of earlier views
+  KeyframeId origin = kNoKeyframe;      ///< the run's first keyframe
 
   [[nodiscard]] bool empty() const { return keyframes.empty(); }
   [[nodiscard]] const ViewKeyframe& reference() const { return keyframes.front(); }
+  /// T_camera_world of a keyframe, kNoKeyframe for the run's first; nullopt if it is not in view.
+  [[nodiscard]] std::optional<SE3> pose_of(KeyframeId id) const {
+    if (id == kNoKeyframe) id = origin;
+    for (const ViewKeyframe& keyframe : keyframes)
+      if (keyframe.data->id == id) return keyframe.T_camera_world;
+    for (const KeyframePose& other : others)
+      if (other.id == id) return other.T_camera_world;
+    return std::nullopt;
+  }
   /// Index into landmarks, or -1.
   [[nodiscard]] std::int32_t find(LandmarkId id) const {
     const auto it = landmark_index.find(id);

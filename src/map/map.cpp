@@ -8,6 +8,8 @@
 namespace ygslam {
 namespace {
 
+constexpr double kSameMotion = 1e-9;  // of a twist [m, rad]: rounding
+
 // The observed descriptor that is most like all others (least median distance).
 Descriptor most_typical(std::span<const Descriptor> descriptors) {
   std::size_t best = 0;
@@ -38,6 +40,9 @@ Keyframe& Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, Key
   const KeyframeId id = data->id;
   CHECK(index(id) >= next_keyframe_, "keyframe ids ascend");
   next_keyframe_ = index(id) + 1;
+  ++version_;
+  if (parent == kNoKeyframe) origin_ = id;
+  if (data->frame != kNoFrame) keyframe_of_[data->frame] = id;
   Keyframe& keyframe = keyframes_[id];
   keyframe.landmarks.assign(data->features->size(), kNoLandmark);
   CHECK(static_weight.size() == data->features->size());
@@ -60,6 +65,12 @@ void Map::remove_keyframe(KeyframeId id) {
     if (other.parent == id) other.parent = parent;
   }
   keyframes_.erase(id);
+  ++version_;
+}
+
+KeyframeId Map::keyframe_of(FrameId frame) const {
+  const auto it = keyframe_of_.find(frame);
+  return it == keyframe_of_.end() ? kNoKeyframe : it->second;
 }
 
 const Keyframe& Map::keyframe(KeyframeId id) const {
@@ -70,6 +81,7 @@ const Keyframe& Map::keyframe(KeyframeId id) const {
 
 void Map::set_pose(KeyframeId id, const SE3& T_camera_world) {
   keyframes_.at(id).T_camera_world = T_camera_world;
+  ++version_;
 }
 
 void Map::set_static_weight(KeyframeId id, std::vector<float> weight) {
@@ -79,9 +91,10 @@ void Map::set_static_weight(KeyframeId id, std::vector<float> weight) {
 }
 
 SE3 Map::resolved_pose(KeyframeId id) const {
+  if (id == kNoKeyframe) id = origin_;
   SE3 T_camera_ancestor;
   while (!keyframes_.contains(id)) {
-    const Removed& removed = removed_keyframes_.at(id);
+    const RemovedKeyframe& removed = removed_keyframes_.at(id);
     T_camera_ancestor = T_camera_ancestor * removed.T_camera_parent;
     id = removed.parent;
   }
@@ -90,6 +103,7 @@ SE3 Map::resolved_pose(KeyframeId id) const {
 
 LandmarkId Map::add_landmark(const Vec3& p_world, KeyframeId keyframe, std::uint32_t feature) {
   const LandmarkId id{next_landmark_++};
+  ++version_;
   Landmark& landmark = landmarks_[id];
   landmark.id = id;
   landmark.p_world = p_world;
@@ -109,6 +123,7 @@ void Map::remove_landmark(LandmarkId id) {
     keyframes_.at(last.keyframe).landmarks[last.feature] = kNoLandmark;
   }
   landmarks_.erase(id);
+  ++version_;
 }
 
 const Landmark& Map::landmark(LandmarkId id) const {
@@ -125,6 +140,7 @@ Landmark& Map::mutable_landmark(LandmarkId id) {
 
 void Map::set_position(LandmarkId id, const Vec3& p_world) {
   mutable_landmark(id).p_world = p_world;
+  ++version_;
 }
 
 void Map::count_seen(LandmarkId id, int visible, int found) {
@@ -168,14 +184,78 @@ void Map::fuse(LandmarkId from, LandmarkId into) {
   for (const LandmarkObservation& o : moved) add_observation(into, o.keyframe, o.feature);
   count_seen(into, visible, found);
   refresh(into);
-  fused_[from] = into;
+  fused_[from] = {into, ++version_};
+}
+
+void Map::forget_fusions(std::uint64_t up_to_version) {
+  std::erase_if(fused_, [&](const auto& entry) { return entry.second.version <= up_to_version; });
+}
+
+bool Map::apply(const MapPatch& patch) {
+  const std::map<KeyframeId, SE3> T_world_base = apply_poses(patch);
+  apply_points(patch, T_world_base);
+  for (const MapPatch::Fusion& fusion : patch.fusions) {
+    const LandmarkId from = current_id(fusion.from);
+    const LandmarkId into = current_id(fusion.into);
+    if (from != kNoLandmark && into != kNoLandmark && from != into) fuse(from, into);
+  }
+  const auto moved_otherwise = [&](const auto& entry) {
+    const SE3 difference = T_world_base.begin()->second.inverse() * entry.second;
+    return difference.log().norm() > kSameMotion;
+  };
+  return T_world_base.size() != keyframes_.size() ||
+         std::any_of(T_world_base.begin(), T_world_base.end(), moved_otherwise);
+}
+
+/// @return for each keyframe that moved, how the world around it did.
+std::map<KeyframeId, SE3> Map::apply_poses(const MapPatch& patch) {
+  std::map<KeyframeId, SE3> T_world_base;
+  for (const MapPatch::Pose& pose : patch.poses) {
+    const auto it = keyframes_.find(pose.keyframe);
+    if (it == keyframes_.end()) continue;
+    const SE3 correction = pose.T_camera_world.inverse() * pose.T_camera_base;
+    T_world_base[pose.keyframe] = correction;
+    const SE3& T_now = it->second.T_camera_world;
+    const bool unmoved = T_now.R() == pose.T_camera_base.R() && T_now.t() == pose.T_camera_base.t();
+    set_pose(pose.keyframe, unmoved ? pose.T_camera_world : T_now * correction.inverse());
+  }
+  for (auto it = keyframes_.lower_bound(patch.first_later); it != keyframes_.end(); ++it) {
+    const auto parent = T_world_base.find(it->second.parent);
+    if (parent == T_world_base.end() || T_world_base.contains(it->first)) continue;
+    set_pose(it->first, it->second.T_camera_world * parent->second.inverse());
+    T_world_base[it->first] = parent->second;
+  }
+  return T_world_base;
+}
+
+void Map::apply_points(const MapPatch& patch, const std::map<KeyframeId, SE3>& T_world_base) {
+  std::unordered_map<LandmarkId, Vec3> named;
+  for (const MapPatch::Point& point : patch.points) {
+    const auto it = landmarks_.find(point.landmark);
+    if (it != landmarks_.end() && it->second.p_world == point.p_base)
+      named[point.landmark] = point.p_world;
+  }
+  // What a landmark looks like from where does not change: its keyframe's correction turns it.
+  for (const auto& [id, T_new_old] : T_world_base) {
+    for (const LandmarkId landmark : keyframes_.at(id).landmarks) {
+      if (landmark == kNoLandmark) continue;
+      Landmark& l = landmarks_.at(landmark);
+      if (l.observations.front().keyframe != id) continue;
+      const auto it = named.find(landmark);
+      l.p_world = it == named.end() ? T_new_old * l.p_world : it->second;
+      l.normal_world = T_new_old.R() * l.normal_world;
+      if (it != named.end()) named.erase(it);
+    }
+  }
+  for (const auto& [landmark, p_world] : named) landmarks_.at(landmark).p_world = p_world;
+  ++version_;
 }
 
 LandmarkId Map::current_id(LandmarkId id) const {
   while (!landmarks_.contains(id)) {
     const auto it = fused_.find(id);
     if (it == fused_.end()) return kNoLandmark;
-    id = it->second;
+    id = it->second.into;
   }
   return id;
 }

@@ -1,5 +1,6 @@
-// Keyframes and landmarks with their mutual references. Written by the mapping stage alone;
-// everyone else reads published views (local_view.hpp).
+// Keyframes and landmarks with their mutual references: a plain value that can be copied, patched
+// (map_patch.hpp) and serialised (map_bytes.hpp). The mapping stage alone writes the map of a run;
+// everyone else reads copies and published views (local_view.hpp).
 #pragma once
 
 #include <map>
@@ -10,8 +11,15 @@
 
 #include "map/keyframe.hpp"
 #include "map/landmark.hpp"
+#include "map/map_patch.hpp"
 
 namespace ygslam {
+
+/// Where a keyframe that is no longer in the map was, so that frames that refer to it keep a pose.
+struct RemovedKeyframe {
+  KeyframeId parent = kNoKeyframe;
+  SE3 T_camera_parent;
+};
 
 class Map {
  public:
@@ -31,8 +39,28 @@ class Map {
   [[nodiscard]] const std::map<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
   /// The newest kept pose of a keyframe that may have been removed: T_camera_world through its
   /// nearest kept ancestor.
+  /// kNoKeyframe stands for origin().
   [[nodiscard]] SE3 resolved_pose(KeyframeId id) const;
-  [[nodiscard]] std::uint64_t next_keyframe_id() const { return next_keyframe_; }
+  [[nodiscard]] KeyframeId next_keyframe_id() const { return KeyframeId{next_keyframe_}; }
+  /// The newest keyframe without a parent: the first of this run. kNoKeyframe in an empty map.
+  [[nodiscard]] KeyframeId origin() const { return origin_; }
+  /// The keyframe made of a frame of this run, kept or removed; kNoKeyframe if there is none.
+  /// A map that was loaded knows no frames.
+  [[nodiscard]] KeyframeId keyframe_of(FrameId frame) const;
+  [[nodiscard]] const std::map<KeyframeId, RemovedKeyframe>& removed_keyframes() const {
+    return removed_keyframes_;
+  }
+
+  // Corrections.
+  /// Grows with every change of the map.
+  [[nodiscard]] std::uint64_t version() const { return version_; }
+  /// A patch against this map that changes nothing yet.
+  [[nodiscard]] MapPatch start_patch() const { return {version_, next_keyframe_id(), {}, {}, {}}; }
+  /// Takes a correction over. What came or changed since its base version is carried along:
+  /// a keyframe that moved keeps that motion, a later one follows its parent, a landmark that is
+  /// not named or has moved follows the keyframe that first saw it. What is gone is skipped.
+  /// @return true if it bent the map, false if all keyframes moved as one.
+  bool apply(const MapPatch& patch);
 
   // Landmarks.
   LandmarkId add_landmark(const Vec3& p_world, KeyframeId keyframe, std::uint32_t feature);
@@ -50,6 +78,8 @@ class Map {
   void remove_observation(LandmarkId id, KeyframeId keyframe);
   /// Moves the observations of `from` to `into` and removes `from`.
   void fuse(LandmarkId from, LandmarkId into);
+  /// Fusions up to a version are forgotten: nobody asks for the landmarks that went in them.
+  void forget_fusions(std::uint64_t up_to_version);
   /// Where a fused landmark went; kNoLandmark if it is gone for good.
   [[nodiscard]] LandmarkId current_id(LandmarkId id) const;
   /// Recomputes descriptor, normal and distances from the observations.
@@ -58,6 +88,12 @@ class Map {
   /// Keyframes that share at least min_shared landmarks, most first, at most max_count.
   [[nodiscard]] std::vector<KeyframeId> covisible(KeyframeId id, int min_shared,
                                                   std::size_t max_count) const;
+  /// Calls visit(landmark) in no particular order.
+  template <typename Visit>
+  void for_each_landmark(Visit&& visit) const {
+    for (const auto& [id, landmark] : landmarks_) visit(landmark);
+  }
+
   [[nodiscard]] double octave_scale(int octave) const { return octave_scale_[octave]; }
   [[nodiscard]] int octaves() const { return static_cast<int>(octave_scale_.size()); }
 
@@ -65,17 +101,25 @@ class Map {
   Landmark& mutable_landmark(LandmarkId id);
   void change_covisibility(const Landmark& landmark, KeyframeId keyframe, int change);
 
-  struct Removed {
-    KeyframeId parent = kNoKeyframe;
-    SE3 T_camera_parent;
+  [[nodiscard]] std::map<KeyframeId, SE3> apply_poses(const MapPatch& patch);
+  void apply_points(const MapPatch& patch, const std::map<KeyframeId, SE3>& T_world_base);
+
+  struct Fused {
+    LandmarkId into = kNoLandmark;
+    std::uint64_t version = 0;  // of the map it happened in
   };
   std::map<KeyframeId, Keyframe> keyframes_;
-  std::map<KeyframeId, Removed> removed_keyframes_;
-  std::unordered_map<LandmarkId, Landmark> landmarks_;  // looked up, never iterated
-  std::unordered_map<LandmarkId, LandmarkId> fused_;
+  std::map<KeyframeId, RemovedKeyframe> removed_keyframes_;
+  std::unordered_map<FrameId, KeyframeId> keyframe_of_;
+  std::unordered_map<LandmarkId, Landmark> landmarks_;  // no result depends on its order
+  std::unordered_map<LandmarkId, Fused> fused_;
   std::vector<double> octave_scale_;
+  KeyframeId origin_ = kNoKeyframe;
   std::uint32_t next_keyframe_ = 0;
   std::uint32_t next_landmark_ = 0;
+  std::uint64_t version_ = 0;
+
+  friend class MapBytes;
 };
 
 }  // namespace ygslam

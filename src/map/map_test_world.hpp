@@ -124,7 +124,7 @@ class World {
 /// Adds the frame as a keyframe without landmarks.
 inline KeyframeId add_keyframe(Map& map, const SeenFrame& seen, KeyframeId parent,
                                float static_weight = 1.0F) {
-  const KeyframeId id{static_cast<std::uint32_t>(map.next_keyframe_id())};
+  const KeyframeId id = map.next_keyframe_id();
   auto data = std::make_shared<KeyframeData>(
       KeyframeData{id, seen.frame->id, seen.frame->stamp, seen.features, seen.grid});
   map.add_keyframe(std::move(data), seen.T_camera_world, parent,

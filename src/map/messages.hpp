@@ -9,13 +9,19 @@
 
 namespace ygslam {
 
+/// How poses are kept outside the map: they follow its corrections.
+struct KeyframeRelativePose {
+  KeyframeId reference = kNoKeyframe;  ///< kNoKeyframe: the run's first keyframe
+  SE3 T_camera_reference;
+};
+
+/// A frame that the tracker would have as a keyframe; the mapper numbers it.
 struct KeyframeCandidate {
   FramePtr frame;
   FeaturesPtr features;
-  std::vector<LandmarkId> landmarks;   ///< per feature, kNoLandmark where none matched
-  std::vector<float> static_weight;    ///< per feature: 0 = dynamic, 1 = static
-  KeyframeId reference = kNoKeyframe;  ///< kNoKeyframe for the very first
-  SE3 T_camera_reference;
+  std::vector<LandmarkId> landmarks;  ///< per feature, kNoLandmark where none matched
+  std::vector<float> static_weight;   ///< per feature: 0 = dynamic, 1 = static
+  KeyframeRelativePose pose;          ///< relative to a keyframe the mapper has published
   /// Landmarks predicted in view since the last candidate: id, times visible, times found.
   struct Seen {
     LandmarkId id;
@@ -23,6 +29,8 @@ struct KeyframeCandidate {
     int found = 0;
   };
   std::vector<Seen> seen;
+  /// Of the oldest view that the landmarks above were found in.
+  std::uint64_t map_version = 0;
 };
 
 }  // namespace ygslam

@@ -21,6 +21,7 @@ class NearestDepth {
   [[nodiscard]] float around_m(const Vec2& uv_px) const;
 
  private:
+  friend class MapBytes;
   DepthImage nearest_m_;  // per block, of it and its neighbours; 0 = unknown
 };
 

@@ -39,6 +39,8 @@ std::vector<KeyframeId> other_observers(const Map& map, const std::vector<Landma
 BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseConfig& noise,
                                 const BundleWindowConfig& config) {
   BundleWindow window;
+  window.T_local_world = map.keyframe(newest).T_camera_world;
+  const SE3 T_world_local = window.T_local_world.inverse();
   window.keyframes = {newest};
   for (const KeyframeId id :
        map.covisible(newest, 1, static_cast<std::size_t>(config.free_keyframes - 1))) {
@@ -55,7 +57,7 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
   for (std::uint32_t i = 0; i < window.keyframes.size(); ++i) {
     const Keyframe& keyframe = map.keyframe(window.keyframes[i]);
     const bool fixed = i >= free_count || keyframe.parent == kNoKeyframe;
-    window.problem.poses.push_back({keyframe.T_camera_world, fixed});
+    window.problem.poses.push_back({keyframe.T_camera_world * T_world_local, fixed});
     pose_of[window.keyframes[i]] = i;
   }
   // Something must hold the gauge.
@@ -65,7 +67,7 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
   }
   for (std::uint32_t i = 0; i < window.landmarks.size(); ++i) {
     const Landmark& landmark = map.landmark(window.landmarks[i]);
-    window.problem.points_world.push_back(landmark.p_world);
+    window.problem.points_world.push_back(window.T_local_world * landmark.p_world);
     for (const LandmarkObservation& o : landmark.observations) {
       const auto pose = pose_of.find(o.keyframe);
       if (pose == pose_of.end()) continue;
@@ -81,11 +83,14 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
 
 void apply_bundle(Map& map, const BundleWindow& window, const BundleResult& result) {
   if (!result.usable) return;
+  const SE3 T_world_local = window.T_local_world.inverse();
   for (std::size_t i = 0; i < window.keyframes.size(); ++i) {
-    if (!window.problem.poses[i].fixed) map.set_pose(window.keyframes[i], result.T_camera_world[i]);
+    if (window.problem.poses[i].fixed) continue;
+    map.set_pose(window.keyframes[i],
+                 (result.T_camera_world[i] * window.T_local_world).normalized());
   }
   for (std::size_t i = 0; i < window.landmarks.size(); ++i) {
-    map.set_position(window.landmarks[i], result.points_world[i]);
+    map.set_position(window.landmarks[i], T_world_local * result.points_world[i]);
   }
   for (std::size_t i = 0; i < window.problem.observations.size(); ++i) {
     if (!result.outlier[i]) continue;

@@ -15,8 +15,11 @@ struct BundleWindowConfig {
   int fixed_keyframes = 20;  ///< others that see the same landmarks, most observations first
 };
 
+/// The problem is set up in the frame of the newest keyframe: far from the origin numbers lose
+/// digits, and damping along axes must not depend on how the world is turned.
 struct BundleWindow {
-  BundleProblem problem;
+  SE3 T_local_world;
+  BundleProblem problem;              ///< its "world" is the local frame
   std::vector<KeyframeId> keyframes;  ///< of problem.poses
   std::vector<LandmarkId> landmarks;  ///< of problem.points_world
 };

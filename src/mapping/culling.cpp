@@ -28,7 +28,7 @@ bool is_redundant(const Map& map, const Keyframe& keyframe, const CullingConfig&
 }  // namespace
 
 int cull_landmarks(Map& map, std::vector<LandmarkId>& on_probation, const CullingConfig& config) {
-  const auto newest = static_cast<int>(map.next_keyframe_id()) - 1;
+  const auto newest = static_cast<int>(index(map.next_keyframe_id())) - 1;
   int removed = 0;
   std::erase_if(on_probation, [&](LandmarkId id) {
     if (!map.has_landmark(id)) return true;
@@ -48,7 +48,7 @@ int cull_landmarks(Map& map, std::vector<LandmarkId>& on_probation, const Cullin
 
 std::vector<KeyframeId> cull_keyframes(Map& map, KeyframeId around, const CullingConfig& config) {
   std::vector<KeyframeId> removed;
-  const auto newest = static_cast<int>(map.next_keyframe_id()) - 1;
+  const auto newest = static_cast<int>(index(map.next_keyframe_id())) - 1;
   for (const KeyframeId id : map.covisible(around, 1, 30)) {
     const Keyframe& keyframe = map.keyframe(id);
     if (keyframe.parent == kNoKeyframe) continue;

@@ -9,6 +9,8 @@ namespace {
 // A mask that leaves fewer features outside says nothing about the static world: the keyframe keeps
 // what tracking knew, or the map would lose its ground.
 constexpr std::ptrdiff_t kMinOutside = 30;
+// A frame may refer to the focus of any view since its own; more messages than this never wait.
+constexpr std::size_t kRememberedFoci = 128;
 
 NearestDepth nearest_static_depth(const KeyframeCandidate& candidate) {
   std::vector<Vec3> movers;
@@ -27,20 +29,17 @@ Mapper::Mapper(const MapperConfig& config, const Camera& camera, int pyramid_lev
     : config_(config), camera_(camera), map_(pyramid_levels, pyramid_scale) {}
 
 KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
-  const KeyframeId id{static_cast<std::uint32_t>(map_.next_keyframe_id())};
+  const KeyframeId id = map_.next_keyframe_id();
   auto data = std::make_shared<KeyframeData>(KeyframeData{
       id, candidate.frame->id, candidate.frame->stamp, candidate.features,
       FeatureGrid(*candidate.features, camera_.ideal_bounds()), nearest_static_depth(candidate)});
-  SE3 T_camera_world = candidate.T_camera_reference;
-  KeyframeId parent = kNoKeyframe;
-  if (!map_.keyframes().empty()) {
-    const KeyframeId reference =
-        candidate.reference == kNoKeyframe ? KeyframeId{0} : candidate.reference;
-    T_camera_world = candidate.T_camera_reference * map_.resolved_pose(reference);
-    parent = newest_;
-  }
+  SE3 T_camera_world = candidate.pose.T_camera_reference;
+  const KeyframeId parent = newest_;
+  if (parent != kNoKeyframe)
+    T_camera_world = T_camera_world * map_.resolved_pose(candidate.pose.reference);
   map_.add_keyframe(std::move(data), T_camera_world.normalized(), parent, candidate.static_weight);
   newest_ = id;
+  look_around(id);
   associate(candidate, id);
   make_from_depth(map_, camera_, id, config_.landmarks, on_probation_);
   return id;
@@ -56,6 +55,7 @@ void Mapper::associate(const KeyframeCandidate& candidate, KeyframeId id) {
     const LandmarkId landmark = map_.current_id(candidate.landmarks[i]);
     if (landmark != kNoLandmark && map_.add_observation(landmark, id, i)) map_.refresh(landmark);
   }
+  map_.forget_fusions(candidate.map_version);
 }
 
 std::vector<KeyframeId> Mapper::refine(const std::atomic<bool>* abort) {
@@ -70,14 +70,14 @@ std::vector<KeyframeId> Mapper::refine(const std::atomic<bool>* abort) {
   return cull_keyframes(map_, newest_, config_.culling);
 }
 
+void Mapper::correct(const MapPatch& patch) {
+  if (map_.apply(patch)) ++bends_;
+}
+
 bool Mapper::apply_mask(FrameId frame, const GreyImage& movable) {
-  const auto& keyframes = map_.keyframes();
-  const auto it = std::find_if(keyframes.rbegin(), keyframes.rend(), [&](const auto& entry) {
-    return entry.second.data->frame <= frame;
-  });
-  if (it == keyframes.rend() || it->second.data->frame != frame) return false;
-  const KeyframeId id = it->first;
-  const auto& points = it->second.data->features->points;
+  const KeyframeId id = map_.keyframe_of(frame);
+  if (!map_.has_keyframe(id)) return false;
+  const auto& points = map_.keyframe(id).data->features->points;
   std::vector<std::uint8_t> inside(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const int u = static_cast<int>(std::lround(points[i].uv_px.x()));
@@ -86,7 +86,7 @@ bool Mapper::apply_mask(FrameId frame, const GreyImage& movable) {
   }
   const auto outside = std::count(inside.begin(), inside.end(), std::uint8_t{0});
   if (outside < std::min<std::ptrdiff_t>(kMinOutside, std::ssize(points))) return false;
-  std::vector<float> weight = it->second.static_weight;
+  std::vector<float> weight = map_.keyframe(id).static_weight;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     if (!inside[i]) {
       if (weight[i] > 0) weight[i] = 1.0F;
@@ -101,9 +101,19 @@ bool Mapper::apply_mask(FrameId frame, const GreyImage& movable) {
   return true;
 }
 
-LocalViewPtr Mapper::view() {
-  if (newest_ == kNoKeyframe) return std::make_shared<LocalView>();
-  return build_view(map_, newest_, ++version_, config_.view);
+LocalViewPtr Mapper::view() const {
+  if (foci_.empty()) return std::make_shared<LocalView>();
+  const bool kept = map_.has_keyframe(foci_.back());
+  const std::vector<KeyframeId> foci(foci_.begin(), foci_.end());
+  auto view = build_view(map_, kept ? foci_.back() : newest_, foci, config_.view);
+  view->bends = bends_;
+  return view;
+}
+
+void Mapper::look_around(KeyframeId focus) {
+  if (!foci_.empty() && foci_.back() == focus) return;
+  foci_.push_back(focus);
+  if (foci_.size() > kRememberedFoci) foci_.pop_front();
 }
 
 }  // namespace ygslam

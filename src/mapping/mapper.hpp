@@ -39,12 +39,17 @@ class Mapper {
   /// @param abort set by another thread to end the adjustment after its current iteration.
   /// @return the keyframes that were culled.
   std::vector<KeyframeId> refine(const std::atomic<bool>* abort = nullptr);
+  /// Takes over what was computed on a copy of the map.
+  void correct(const MapPatch& patch);
+  /// Views are cut out around this keyframe from now on, until a new one is inserted. One that is
+  /// no longer there is as good as the newest.
+  void look_around(KeyframeId focus);
   /// The mask of a frame arrived: if that frame is a keyframe, its features inside lose their
   /// landmarks and those outside are now surely static. A mask that covers nearly all features is
   /// ignored. @param movable 255 inside; of the image's size. @return true if the map changed.
   bool apply_mask(FrameId frame, const GreyImage& movable);
 
-  [[nodiscard]] LocalViewPtr view();
+  [[nodiscard]] LocalViewPtr view() const;
   [[nodiscard]] const Map& map() const { return map_; }
 
  private:
@@ -54,8 +59,9 @@ class Mapper {
   const Camera& camera_;
   Map map_;
   KeyframeId newest_ = kNoKeyframe;
+  std::deque<KeyframeId> foci_;  // of the views so far, newest last: where the camera is
   std::vector<LandmarkId> on_probation_;
-  std::uint64_t version_ = 0;
+  std::uint32_t bends_ = 0;
 };
 
 }  // namespace ygslam

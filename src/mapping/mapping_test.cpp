@@ -28,9 +28,9 @@ KeyframeCandidate candidate_of(const map_test::SeenFrame& seen, KeyframeId refer
           seen.features,
           std::vector<LandmarkId>(seen.features->size(), kNoLandmark),
           std::vector<float>(seen.features->size(), 1.0F),
-          reference,
-          seen.T_camera_world * T_reference_world.inverse(),
-          {}};
+          {reference, seen.T_camera_world * T_reference_world.inverse()},
+          {},
+          0};
 }
 
 TEST(NeighbourFusion, TwoLandmarksOfOnePointBecomeOne) {
@@ -306,8 +306,13 @@ TEST(ViewBuilder, HoldsNoMoreThanItMayAndPointsToWhatItHolds) {
   config.keyframes = 4;
   config.recent_keyframes = 3;
   config.landmarks = 300;
-  const LocalViewPtr view = build_view(truth.map, KeyframeId{11}, 77, config);
-  EXPECT_EQ(view->version, 77U);
+  const KeyframeId asked[] = {KeyframeId{5}};
+  const LocalViewPtr view = build_view(truth.map, KeyframeId{11}, asked, config);
+  EXPECT_EQ(view->map_version, truth.map.version());
+  for (const KeyframeId id : {kNoKeyframe, KeyframeId{5}, KeyframeId{11}}) {
+    ASSERT_TRUE(view->pose_of(id));
+    EXPECT_EQ(view->pose_of(id)->t(), truth.map.resolved_pose(id).t());
+  }
   EXPECT_EQ(view->landmarks.size(), 300U);
   EXPECT_LE(view->keyframes.size(), 1U + 4U + 3U);
   EXPECT_EQ(view->reference().data->id, KeyframeId{11});

@@ -7,10 +7,10 @@
 namespace ygslam {
 namespace {
 
-std::vector<KeyframeId> choose_keyframes(const Map& map, KeyframeId newest,
+std::vector<KeyframeId> choose_keyframes(const Map& map, KeyframeId focus,
                                          const ViewConfig& config) {
-  std::vector<KeyframeId> chosen = {newest};
-  for (const KeyframeId id : neighbours(map, newest, static_cast<std::size_t>(config.keyframes))) {
+  std::vector<KeyframeId> chosen = {focus};
+  for (const KeyframeId id : neighbours(map, focus, static_cast<std::size_t>(config.keyframes))) {
     chosen.push_back(id);
   }
   int recent = 0;
@@ -53,11 +53,15 @@ ViewKeyframe view_of(const Map& map, const Keyframe& keyframe, const LocalView& 
 
 }  // namespace
 
-LocalViewPtr build_view(const Map& map, KeyframeId newest, std::uint64_t version,
-                        const ViewConfig& config) {
+std::shared_ptr<LocalView> build_view(const Map& map, KeyframeId focus,
+                                      std::span<const KeyframeId> poses_of,
+                                      const ViewConfig& config) {
   auto view = std::make_shared<LocalView>();
-  view->version = version;
-  const auto chosen = choose_keyframes(map, newest, config);
+  view->map_version = map.version();
+  view->origin = map.origin();
+  view->others = {{map.origin(), map.resolved_pose(map.origin())}};
+  for (const KeyframeId id : poses_of) view->others.push_back({id, map.resolved_pose(id)});
+  const auto chosen = choose_keyframes(map, focus, config);
   for (const KeyframeId id : chosen) add_landmarks(map, map.keyframe(id), config, *view);
   for (const KeyframeId id : chosen) {
     view->keyframes.push_back(view_of(map, map.keyframe(id), *view));

@@ -41,7 +41,7 @@ void DynamicPointFilter::reset() {
   history_.clear();
   anchors_.clear();
   objects_.clear();
-  T_previous_world_.reset();
+  T_previous_odom_.reset();
   judged_ = {};
   links_ = {};
 }
@@ -188,8 +188,8 @@ void DynamicPointFilter::drop_anchors() {
     points[i].range = previous_->range[i];
   }
   anchors_.push(points, same_point_);
-  if (T_previous_world_) anchors_.set_pose(*T_previous_world_);
-  T_previous_world_.reset();
+  if (T_previous_odom_) anchors_.set_pose(*T_previous_odom_);
+  T_previous_odom_.reset();
 }
 
 void DynamicPointFilter::judge_anchors(const SE3& T_current_previous) {
@@ -252,9 +252,9 @@ void DynamicPointFilter::fuse_evidence() {
 }
 
 StaticLabels DynamicPointFilter::rejudge(const std::optional<SE3>& T_current_previous,
-                                         const SE3& T_current_world,
+                                         const SE3& T_current_odom,
                                          std::span<const std::uint8_t> intrudes) {
-  if (T_current_world.is_finite()) T_previous_world_ = T_current_world;
+  if (T_current_odom.is_finite()) T_previous_odom_ = T_current_odom;
   if (uses_geometry() && judged_.followed.size() > 0) {
     for (std::size_t i = 0; i < intrudes.size(); ++i) {
       judged_.evidence[i].intrudes = intrudes[i] != 0;
@@ -265,8 +265,8 @@ StaticLabels DynamicPointFilter::rejudge(const std::optional<SE3>& T_current_pre
     previous_->label = judged_.labels.label;
   }
   if (config_.objects.enabled && previous_ && config_.mode != DynamicMode::kOff &&
-      T_current_previous && T_current_world.is_finite())
-    follow_objects(T_current_world);
+      T_current_previous && T_current_odom.is_finite())
+    follow_objects(T_current_odom);
   return judged_.labels;
 }
 
@@ -281,8 +281,8 @@ void DynamicPointFilter::look_again(const SE3& T_current_previous) {
 }
 
 /// Tells the object tracker what masks and motion say about each feature.
-void DynamicPointFilter::follow_objects(const SE3& T_current_world) {
-  const SE3 T_world_current = T_current_world.inverse();
+void DynamicPointFilter::follow_objects(const SE3& T_current_odom) {
+  const SE3 T_odom_current = T_current_odom.inverse();
   const auto& features = previous_->features->points;
   std::vector<ObjectPoint> points(features.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -291,7 +291,7 @@ void DynamicPointFilter::follow_objects(const SE3& T_current_world) {
     point.uv_px = features[i].uv_px;
     point.depth_m = features[i].depth_m;
     point.p_world =
-        T_world_current * camera_.unproject(features[i].ideal_px.cast<double>(), point.depth_m);
+        T_odom_current * camera_.unproject(features[i].ideal_px.cast<double>(), point.depth_m);
     if (links_[i] >= 0 && history_.field().reliable(static_cast<std::size_t>(links_[i])))
       point.previous = links_[i];
     if (semantic.label == SemanticLabel::kMovable && semantic.instance > 0) {

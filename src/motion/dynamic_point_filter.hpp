@@ -61,10 +61,11 @@ class DynamicPointFilter {
   /// semantic, and for a first frame the labels stay as they were.
   /// @param T_current_previous nullopt where the previous frame's pose is not known: no second
   /// look.
-  /// @param T_current_world the pose later frames' anchors refer to.
+  /// @param T_current_odom the pose later frames' anchors and objects refer to: a frame that never
+  /// jumps, whatever becomes of the map.
   /// @param intrudes per feature: in space the map knows to be empty; empty: as step() gave it.
   [[nodiscard]] StaticLabels rejudge(const std::optional<SE3>& T_current_previous,
-                                     const SE3& T_current_world,
+                                     const SE3& T_current_odom,
                                      std::span<const std::uint8_t> intrudes = {});
 
   /// What is known of the things that move or could, as of the last rejudge().
@@ -115,7 +116,7 @@ class DynamicPointFilter {
   void take_verdicts(const Features& features, std::span<const std::int32_t> links);
   void look_again(const SE3& T_current_previous);
   void fuse_evidence();
-  void follow_objects(const SE3& T_current_world);
+  void follow_objects(const SE3& T_current_odom);
   void set_motion(const PointEvidence& evidence, ObjectPoint& point) const;
 
   DynamicConfig config_;
@@ -127,7 +128,7 @@ class DynamicPointFilter {
   bool objects_seen_ = false;  // by the last step; false after frames without a pose
   std::uint64_t steps_ = 0;
   std::optional<FlowFrame> previous_;
-  std::optional<SE3> T_previous_world_;   // where the tracker found it
+  std::optional<SE3> T_previous_odom_;    // where the tracker found it
   std::vector<std::int32_t> links_;       // of the last step
   std::vector<std::int32_t> same_point_;  // links_ where it surely is the same corner
   Judged judged_;

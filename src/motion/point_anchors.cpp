@@ -21,11 +21,11 @@ AnchorJudgement PointAnchors::judge(const Camera& camera, std::span<const RigidP
   result.limit_px = config_.limit_px;
   const Pose* newest = pose_of(newest_);
   if (!config_.enabled || !newest || chains_.size() != points.size()) return result;
-  const SE3 T_current_world = T_current_newest * newest->T_camera_world;
+  const SE3 T_current_odom = T_current_newest * newest->T_camera_odom;
   std::vector<double> of_voters_px;
   of_voters_px.reserve(points.size());
   for (std::size_t k = 0; k < points.size(); ++k) {
-    result.residual[k] = judge_one(camera, chains_[k], points[k], T_current_world);
+    result.residual[k] = judge_one(camera, chains_[k], points[k], T_current_odom);
     const double own_px = result.residual[k].px.own_depth_px;
     if (voter[k] && points[k].depth_m > 0 && own_px >= 0) of_voters_px.push_back(own_px);
   }
@@ -38,7 +38,7 @@ AnchorJudgement PointAnchors::judge(const Camera& camera, std::span<const RigidP
 }
 
 AnchorResidual PointAnchors::judge_one(const Camera& camera, const Chain& chain,
-                                       const RigidPoint& point, const SE3& T_current_world) const {
+                                       const RigidPoint& point, const SE3& T_current_odom) const {
   for (int a = 0; a < chain.size; ++a) {
     const Anchor& anchor = chain.anchors[a];
     const int age = newest_ + 1 - anchor.frame;
@@ -47,7 +47,7 @@ AnchorResidual PointAnchors::judge_one(const Camera& camera, const Chain& chain,
     if (!then) continue;
     const RigidPoint seen{anchor.ideal_px.cast<double>(), point.current_px, anchor.depth_m,
                           anchor.range};
-    return {rigid_residual(camera, T_current_world * then->T_camera_world.inverse(), seen), age};
+    return {rigid_residual(camera, T_current_odom * then->T_camera_odom.inverse(), seen), age};
   }
   return {};
 }
@@ -75,8 +75,8 @@ void PointAnchors::push(std::span<const RigidPoint> points, std::span<const std:
   chains_ = std::move(chains);
 }
 
-void PointAnchors::set_pose(const SE3& T_camera_world) {
-  if (!poses_.empty()) poses_.back() = {newest_, T_camera_world.is_finite(), T_camera_world};
+void PointAnchors::set_pose(const SE3& T_camera_odom) {
+  if (!poses_.empty()) poses_.back() = {newest_, T_camera_odom.is_finite(), T_camera_odom};
 }
 
 const PointAnchors::Pose* PointAnchors::pose_of(std::int32_t frame) const {

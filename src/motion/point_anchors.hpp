@@ -47,8 +47,9 @@ class PointAnchors {
   /// @param points its features: previous_px, depth_m and range of this frame.
   /// @param link index of the feature of the frame before that each continues, -1 = none.
   void push(std::span<const RigidPoint> points, std::span<const std::int32_t> link);
-  /// Pose of the newest frame, as soon as it is known. Frames that never get one hold no anchors.
-  void set_pose(const SE3& T_camera_world);
+  /// Pose of the newest frame in the odometry frame, as soon as it is known. Frames that never get
+  /// one hold no anchors.
+  void set_pose(const SE3& T_camera_odom);
   void clear();
 
  private:
@@ -66,11 +67,11 @@ class PointAnchors {
   struct Pose {
     std::int32_t frame = -1;
     bool known = false;
-    SE3 T_camera_world;
+    SE3 T_camera_odom;
   };
   [[nodiscard]] const Pose* pose_of(std::int32_t frame) const;
   [[nodiscard]] AnchorResidual judge_one(const Camera& camera, const Chain& chain,
-                                         const RigidPoint& point, const SE3& T_current_world) const;
+                                         const RigidPoint& point, const SE3& T_current_odom) const;
 
   AnchorConfig config_;
   std::vector<Chain> chains_;  // per feature of the newest frame

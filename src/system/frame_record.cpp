@@ -26,6 +26,8 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result) {
 }
 
 SE3 corrected_pose(const FrameRecord& record, const Map& map) {
+  if (const KeyframeId own = map.keyframe_of(record.frame); own != kNoKeyframe)
+    return map.resolved_pose(own).inverse();
   return (record.pose.T_camera_reference * map.resolved_pose(record.pose.reference)).inverse();
 }
 

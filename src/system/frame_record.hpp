@@ -13,7 +13,7 @@ struct FrameRecord {
   FrameId frame = kNoFrame;
   Timestamp stamp;
   TrackState state = TrackState::kWaiting;
-  AnchoredPose pose;
+  KeyframeRelativePose pose;
   SE3 T_world_camera_live;  ///< as delivered
   int matches = 0, inliers = 0;
   int static_points = 0, dynamic_points = 0, unknown_points = 0;

@@ -2,6 +2,7 @@
 // (only the very first frame may wait for its mask and frames out of a file for masks that are too
 // old, where configured).
 #include <atomic>
+#include <future>
 #include <thread>
 #include <variant>
 
@@ -19,7 +20,13 @@ constexpr std::size_t kBusyMapper = 1;  // keyframes waiting
 constexpr double kSilentAfterS = 2.0;   // of input time without a mask
 constexpr double kMaskPatienceS = 1.0;  // a mask that takes longer is not waited for again
 
-using MapMessage = std::variant<KeyframeMessage, SegmentationPtr>;
+struct Focus {
+  KeyframeId keyframe;
+};
+struct MapRequest {
+  std::promise<Map> answer;
+};
+using MapMessage = std::variant<KeyframeMessage, SegmentationPtr, MapPatch, Focus, MapRequest>;
 
 class LiveRunner final : public Runner {
  public:
@@ -50,10 +57,20 @@ class LiveRunner final : public Runner {
       urgent_.store(true);
       map_queue_.push(KeyframeMessage{std::move(*result.candidate), result.labels.label});
     }
+    if (result.wanted_view) map_queue_.push(Focus{*result.wanted_view});
     record.track_ms = timer.wall_ms();
     record.track_cpu_ms = timer.cpu_ms();
     outcome_.frames.push_back(record);
     return result;
+  }
+
+  void correct(MapPatch patch) override { map_queue_.push(std::move(patch)); }
+
+  Map map_copy() override {
+    MapRequest request;
+    std::future<Map> answer = request.answer.get_future();
+    map_queue_.push(std::move(request));
+    return answer.get();
   }
 
   SlamOutcome finish() override {
@@ -137,22 +154,34 @@ class LiveRunner final : public Runner {
 
   void map_loop(const std::stop_token& stop) {
     while (auto message = map_queue_.pop(stop)) {
-      const ScopedTimer timer;
-      if (const auto* masks = std::get_if<SegmentationPtr>(&*message)) {
-        if (mapping_.apply(**masks)) view_.store(mapping_.view());
-        continue;
-      }
-      mapping_.insert(std::get<KeyframeMessage>(*message));
-      view_.store(mapping_.view());
-      if (--waiting_keyframes_ == 0) {
-        urgent_.store(false);
-        mapping_.refine(&urgent_);
-        view_.store(mapping_.view());
-      }
-      map_ms_.push_back(timer.wall_ms());
-      map_cpu_ms_.push_back(timer.cpu_ms());
+      std::visit([this](auto& m) { take(m); }, *message);
     }
   }
+
+  void take(KeyframeMessage& message) {
+    const ScopedTimer timer;
+    mapping_.insert(message);
+    view_.store(mapping_.view());
+    if (--waiting_keyframes_ == 0) {
+      urgent_.store(false);
+      mapping_.refine(&urgent_);
+      view_.store(mapping_.view());
+    }
+    map_ms_.push_back(timer.wall_ms());
+    map_cpu_ms_.push_back(timer.cpu_ms());
+  }
+  void take(const SegmentationPtr& masks) {
+    if (mapping_.apply(*masks)) view_.store(mapping_.view());
+  }
+  void take(const MapPatch& patch) {
+    mapping_.correct(patch);
+    view_.store(mapping_.view());
+  }
+  void take(const Focus& focus) {
+    mapping_.look_around(focus.keyframe);
+    view_.store(mapping_.view());
+  }
+  void take(MapRequest& request) { request.answer.set_value(mapping_.map()); }
 
   const RunConfig config_;
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one

@@ -36,12 +36,14 @@ class MappingStage {
   /// Quick: the keyframe and its landmarks are in the next view().
   void insert(const KeyframeMessage& message);
   void refine(const std::atomic<bool>* abort = nullptr);
+  void correct(const MapPatch& patch) { mapper_.correct(patch); }
+  void look_around(KeyframeId focus) { mapper_.look_around(focus); }
   /// @return true if the map changed.
   bool apply(const Segmentation& masks);
   /// End of the run: keyframes whose mask never came enter the cloud with their point labels alone.
   void finish();
 
-  [[nodiscard]] LocalViewPtr view() { return mapper_.view(); }
+  [[nodiscard]] LocalViewPtr view() const { return mapper_.view(); }
   [[nodiscard]] const Map& map() const { return mapper_.map(); }
   /// Frames of keyframes that still wait for their mask, oldest first.
   [[nodiscard]] std::vector<FramePtr> waiting() const;

@@ -1,6 +1,7 @@
 // One thread, one schedule: masks arrive a fixed number of frames late, a keyframe is mapped before
 // the next frame is tracked. Same input, seed and binary: same bytes.
 #include <deque>
+#include <utility>
 
 #include "core/log.hpp"
 #include "system/runner.hpp"
@@ -22,6 +23,7 @@ class OfflineRunner final : public Runner {
   TrackResult process(const FramePtr& frame) override {
     segment(frame);
     const std::vector<SegmentationPtr> arrived = due(frame->id);
+    if (std::exchange(map_corrected_, false)) view_ = mapping_.view();
     const ScopedTimer timer;
     TrackResult result = tracker_.step(frame, view_, arrived, false);
     FrameRecord record = make_record(*frame, result);
@@ -32,6 +34,13 @@ class OfflineRunner final : public Runner {
     map(result);
     return result;
   }
+
+  void correct(MapPatch patch) override {
+    mapping_.correct(patch);
+    map_corrected_ = true;
+  }
+
+  Map map_copy() override { return mapping_.map(); }
 
   SlamOutcome finish() override {
     for (const Pending& p : pending_) mapping_.apply(*p.masks);
@@ -84,7 +93,8 @@ class OfflineRunner final : public Runner {
       outcome_.statistics.map_ms.push_back(timer.wall_ms());
       outcome_.statistics.map_cpu_ms.push_back(timer.cpu_ms());
     }
-    if (inserted || map_changed_) view_ = mapping_.view();
+    if (result.wanted_view) mapping_.look_around(*result.wanted_view);
+    if (inserted || map_changed_ || result.wanted_view) view_ = mapping_.view();
     map_changed_ = false;
   }
 
@@ -96,6 +106,7 @@ class OfflineRunner final : public Runner {
   std::deque<Pending> pending_;
   SlamOutcome outcome_;
   bool map_changed_ = false;
+  bool map_corrected_ = false;
 };
 
 }  // namespace

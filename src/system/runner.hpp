@@ -31,6 +31,11 @@ class Runner {
   virtual ~Runner() = default;
   /// Frames in order of their stamps. @return the frame's result at once.
   virtual TrackResult process(const FramePtr& frame) = 0;
+  /// Takes over what was computed on a copy of the map (loops, welds); tracking goes on in the
+  /// corrected world with the next view.
+  virtual void correct(MapPatch patch) = 0;
+  /// A copy of the map as it is now; features and depths are shared, not copied.
+  [[nodiscard]] virtual Map map_copy() = 0;
   /// No more frames: lets the side stages end. process() must not be called after.
   virtual SlamOutcome finish() = 0;
   /// Valid after finish().

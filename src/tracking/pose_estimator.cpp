@@ -76,6 +76,21 @@ std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame
   return refine(frame, &view, {}, start);
 }
 
+std::optional<SE3> PoseEstimator::pose_on_landmarks(const TrackedFrame& frame,
+                                                    const LocalView& view,
+                                                    const SE3& T_guess_world) const {
+  std::vector<Pairing> pairings;
+  for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i) {
+    const std::int32_t k = frame.landmarks[i] == kNoLandmark ? -1 : view.find(frame.landmarks[i]);
+    if (k < 0) continue;
+    pairings.push_back(
+        {view.landmarks[k].p_world, i, frame.landmarks[i], weight_of(frame.landmarks[i], &view)});
+  }
+  const auto pose = solve(frame, pairings, T_guess_world);
+  if (!pose || pose->inliers < config_.min_matches) return std::nullopt;
+  return pose->T_camera_world;
+}
+
 Vec3 PoseEstimator::point_of(const TrackedFrame& last, std::uint32_t feature,
                              const SE3& T_world_last, const LocalView* view) const {
   if (view && last.landmarks[feature] != kNoLandmark) {

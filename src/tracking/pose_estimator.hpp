@@ -55,6 +55,10 @@ class PoseEstimator {
   [[nodiscard]] std::optional<PoseResult> refine_on_map(const TrackedFrame& frame,
                                                         const LocalView& view,
                                                         const SE3& T_guess_world) const;
+  /// Pose of a frame whose landmarks were moved by a correction of the map, from those alone.
+  [[nodiscard]] std::optional<SE3> pose_on_landmarks(const TrackedFrame& frame,
+                                                     const LocalView& view,
+                                                     const SE3& T_guess_world) const;
 
  private:
   struct Pairing {

@@ -7,14 +7,9 @@
 #include "features/feature_grid.hpp"
 #include "geometry/se3.hpp"
 #include "image/rgbd_frame.hpp"
+#include "map/messages.hpp"
 
 namespace ygslam {
-
-/// A pose outlives corrections of the map by being stored relative to a keyframe.
-struct AnchoredPose {
-  KeyframeId reference = kNoKeyframe;
-  SE3 T_camera_reference;
-};
 
 struct TrackedFrame {
   FramePtr frame;
@@ -23,7 +18,7 @@ struct TrackedFrame {
   std::vector<float> static_weight;    ///< per feature, 0 = dynamic .. 1 = static
   std::vector<std::uint8_t> intrudes;  ///< per feature: lay in empty space before (intruders.hpp)
   std::vector<LandmarkId> landmarks;   ///< per feature: the landmark it agreed with, or kNoLandmark
-  AnchoredPose pose;                   ///< meaningless while lost
+  KeyframeRelativePose pose;
 };
 
 }  // namespace ygslam

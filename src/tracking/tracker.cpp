@@ -1,23 +1,19 @@
 #include "tracking/tracker.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "features/attach.hpp"
 
 namespace ygslam {
 namespace {
 
-// T_reference_world as the view knows it, if the keyframe is in it.
-std::optional<SE3> pose_in_view(const LocalView& view, KeyframeId id) {
-  for (const ViewKeyframe& keyframe : view.keyframes) {
-    if (keyframe.data->id == id) return keyframe.T_camera_world;
-  }
-  return std::nullopt;
-}
+constexpr double kLeastBendM = 0.003;  // more than a local adjustment moves a frame
+constexpr double kClearlyMore = 1.5;   // times as many shared landmarks
 
-AnchoredPose anchor(const SE3& T_camera_world, const LocalView& view) {
-  // Before the first view there is but the first keyframe, which is the world.
-  if (view.empty()) return {KeyframeId{0}, T_camera_world};
+KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
+  // Before the first view there is but the run's first keyframe, which is the world.
+  if (view.empty()) return {kNoKeyframe, T_camera_world};
   const ViewKeyframe& reference = view.reference();
   return {reference.data->id, T_camera_world * reference.T_camera_world.inverse()};
 }
@@ -25,6 +21,45 @@ AnchoredPose anchor(const SE3& T_camera_world, const LocalView& view) {
 DynamicConfig with_pyramid_of(const OrbConfig& orb, DynamicConfig dynamic) {
   dynamic.rim.pyramid_scale = orb.scale_factor;
   return dynamic;
+}
+
+/// The keyframe that shares most of the frame's landmarks, if that is clearly another than the
+/// reference: the camera has left the place the view was made for.
+std::optional<KeyframeId> better_reference(const TrackedFrame& frame, const LocalView& view) {
+  std::vector<std::uint8_t> seen(view.landmarks.size(), 0);
+  for (const LandmarkId id : frame.landmarks)
+    if (const std::int32_t i = id == kNoLandmark ? -1 : view.find(id); i >= 0) seen[i] = 1;
+  const auto shared = [&](const ViewKeyframe& keyframe) {
+    return std::count_if(keyframe.landmarks.begin(), keyframe.landmarks.end(),
+                         [&](std::int32_t i) { return i >= 0 && seen[i] != 0; });
+  };
+  const auto best = std::max_element(
+      view.keyframes.begin(), view.keyframes.end(),
+      [&](const ViewKeyframe& a, const ViewKeyframe& b) { return shared(a) < shared(b); });
+  if (best == view.keyframes.end()) return std::nullopt;
+  if (static_cast<double>(shared(*best)) <=
+      kClearlyMore * static_cast<double>(shared(view.reference())))
+    return std::nullopt;
+  return best->data->id;
+}
+
+std::optional<SE3> pose_in(const LocalView& view, const KeyframeRelativePose& pose) {
+  const auto T_reference_world = view.pose_of(pose.reference);
+  if (!T_reference_world) return std::nullopt;
+  return pose.T_camera_reference * *T_reference_world;
+}
+
+/// The tracker keeps objects in the odometry frame; users see them in the world.
+std::vector<TrackedObject> in_world(std::vector<TrackedObject> objects, const SE3& T_world_odom) {
+  for (TrackedObject& object : objects) {
+    object.centre_world = T_world_odom * object.centre_world;
+    object.velocity_world_mps = T_world_odom.R() * object.velocity_world_mps;
+    const Vec3 middle = T_world_odom * (0.5 * (object.min_world + object.max_world));
+    const Vec3 half = T_world_odom.R().cwiseAbs() * (0.5 * (object.max_world - object.min_world));
+    object.min_world = middle - half;
+    object.max_world = middle + half;
+  }
+  return objects;
 }
 
 double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world) {
@@ -76,6 +111,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   ++frames_since_keyframe_;
   if (state_ == TrackState::kLost) {
     motion_model_.reset(frame->stamp);
+    result.T_odom_camera = T_odom_last_;
   } else {
     move_to(*found.pose, *view, T_last_world, was_lost, current, result);
     deliver(*found.pose, *view, mapper_busy, current, result);
@@ -104,20 +140,23 @@ Tracker::Found Tracker::find_pose(const TrackedFrame& current, const LocalView& 
 void Tracker::move_to(const PoseResult& pose, const LocalView& view, const SE3& T_last_world,
                       bool was_lost, TrackedFrame& current, TrackResult& result) {
   const SE3 T_now_last = pose.T_camera_world * T_last_world.inverse();
-  T_last_world_ = pose.T_camera_world;
   if (was_lost) {
     motion_model_.reset(current.frame->stamp);
   } else {
     motion_model_.update(current.frame->stamp, T_now_last);
+    T_odom_last_ = (T_odom_last_ * T_now_last.inverse()).normalized();
   }
+  result.T_world_camera = pose.T_camera_world.inverse();
+  result.T_odom_camera = T_odom_last_;
+  result.T_world_odom = result.T_world_camera * T_odom_last_.inverse();
   const auto intrudes = find_intruders(camera_, current, pose.landmarks, current.intrudes, view,
                                        pose.T_camera_world, config_.intruders);
   // The flow reaches back to the frame before, whose pose is known unless the camera was lost
   // there.
   result.labels = filter_.rejudge(was_lost ? std::nullopt : std::optional(T_now_last),
-                                  pose.T_camera_world, intrudes);
+                                  T_odom_last_.inverse(), intrudes);
   current.static_weight = result.labels.weight;
-  if (!was_lost) result.objects = filter_.objects();
+  if (!was_lost) result.objects = in_world(filter_.objects(), result.T_world_odom);
   judge_points(pose, result.labels);
   remember_seen(pose.seen);
 }
@@ -125,14 +164,15 @@ void Tracker::move_to(const PoseResult& pose, const LocalView& view, const SE3& 
 void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                       TrackedFrame& current, TrackResult& result) {
   current.landmarks = pose.landmarks;
-  current.pose = anchor(pose.T_camera_world, view);
-  result.T_world_camera = pose.T_camera_world.inverse();
+  current.pose = relative_to_keyframe(pose.T_camera_world, view);
   result.landmarks = pose.landmarks;
   result.matches = pose.matches;
   result.inliers = pose.inliers;
   result.rms = pose.rms;
   if (!view.empty() && wants_keyframe(current, view, pose, mapper_busy)) {
-    result.candidate = make_candidate(current);
+    result.candidate = make_candidate(current, view.map_version);
+  } else {
+    result.wanted_view = better_reference(current, view);
   }
   result.pose = current.pose;
 }
@@ -171,12 +211,11 @@ TrackResult Tracker::start(TrackedFrame frame, TrackResult result) {
   if (usable < config_.min_start_points) return result;
   state_ = result.state = TrackState::kTracking;
   motion_model_.reset(frame.frame->stamp);
-  frame.pose = {KeyframeId{0}, SE3()};
+  frame.pose = {};
   result.pose = frame.pose;
   result.landmarks = frame.landmarks;
   result.inliers = usable;
-  result.candidate = make_candidate(frame);
-  result.candidate->reference = kNoKeyframe;
+  result.candidate = make_candidate(frame, 0);
   last_ = std::move(frame);
   return result;
 }
@@ -222,27 +261,31 @@ bool Tracker::wants_keyframe(const TrackedFrame& frame, const LocalView& view,
   return ygslam::wants_keyframe(evidence, config_.keyframe);
 }
 
-KeyframeCandidate Tracker::make_candidate(TrackedFrame& frame) {
-  KeyframeCandidate candidate{frame.frame,
-                              frame.features,
-                              frame.landmarks,
-                              frame.static_weight,
-                              frame.pose.reference,
-                              frame.pose.T_camera_reference,
-                              {}};
+KeyframeCandidate Tracker::make_candidate(const TrackedFrame& frame, std::uint64_t map_version) {
+  KeyframeCandidate candidate{frame.frame,         frame.features, frame.landmarks,
+                              frame.static_weight, frame.pose,     {},
+                              map_version_};
   for (const LandmarkId id : seen_order_) candidate.seen.push_back(seen_.at(id));
   seen_.clear();
   seen_order_.clear();
   frames_since_keyframe_ = 0;
-  frame.pose = {KeyframeId{next_keyframe_++}, SE3()};
+  map_version_ = map_version;
   return candidate;
 }
 
-SE3 Tracker::last_pose(const LocalView& view) const {
-  if (const auto T_reference_world = pose_in_view(view, last_->pose.reference)) {
-    return last_->pose.T_camera_reference * *T_reference_world;
-  }
-  return T_last_world_;
+/// T_last_world in the map as the view has it.
+SE3 Tracker::last_pose(const LocalView& view) {
+  if (view.empty()) return last_->pose.T_camera_reference;
+  for (const ViewKeyframe& keyframe : view.keyframes)
+    if (keyframe.data->frame == last_->frame->id) last_->pose = {keyframe.data->id, SE3()};
+  const auto T_last_world = pose_in(view, last_->pose);
+  CHECK(T_last_world, "views reach from the keyframe they were asked for to the last one");
+  if (std::exchange(bends_, view.bends) == view.bends) return *T_last_world;
+  // Where the world was bent the frame's landmarks, seen first by several keyframes, did not all
+  // move as its reference keyframe did; the difference would look like a motion of the camera.
+  const auto on_landmarks = pose_estimator_.pose_on_landmarks(*last_, view, *T_last_world);
+  const bool bent = on_landmarks && centre_distance_m(*on_landmarks, *T_last_world) > kLeastBendM;
+  return bent ? *on_landmarks : *T_last_world;
 }
 
 void Tracker::remember_seen(const std::vector<KeyframeCandidate::Seen>& seen) {

@@ -49,7 +49,13 @@ struct TrackerConfig {
 struct TrackResult {
   TrackState state = TrackState::kWaiting;
   SE3 T_world_camera;  ///< as known now; meaningful while tracking or weak
-  AnchoredPose pose;   ///< the same, to follow later corrections of the map
+  /// The same in a frame that drifts but never jumps (odom of ROS REP 105): corrections of the map
+  /// and relocalisation move T_world_odom instead. While lost it stays where it was.
+  SE3 T_odom_camera;
+  SE3 T_world_odom;
+  KeyframeRelativePose pose;  ///< follows later corrections of the map
+  /// The keyframe the camera shares most with, where that is no longer the view's reference.
+  std::optional<KeyframeId> wanted_view;
   std::optional<KeyframeCandidate> candidate;
   FeaturesPtr features;
   StaticLabels labels;                 ///< final label and weight of every feature
@@ -84,6 +90,7 @@ class Tracker {
   };
   [[nodiscard]] Found find_pose(const TrackedFrame& current, const LocalView& view,
                                 const SE3& T_last_world);
+  [[nodiscard]] SE3 last_pose(const LocalView& view);
   /// Takes the pose over into the motion model and into the judgement of the points.
   void move_to(const PoseResult& pose, const LocalView& view, const SE3& T_last_world,
                bool was_lost, TrackedFrame& current, TrackResult& result);
@@ -93,9 +100,9 @@ class Tracker {
   [[nodiscard]] TrackState assess(const Found& found, const SE3& T_last_world, double gap_s);
   [[nodiscard]] bool wants_keyframe(const TrackedFrame& frame, const LocalView& view,
                                     const PoseResult& pose, bool mapper_busy) const;
-  /// Hands the frame to the mapper; from here on its pose is that keyframe's.
-  [[nodiscard]] KeyframeCandidate make_candidate(TrackedFrame& frame);
-  [[nodiscard]] SE3 last_pose(const LocalView& view) const;
+  /// Hands the frame to the mapper. @param map_version of the view it was tracked in.
+  [[nodiscard]] KeyframeCandidate make_candidate(const TrackedFrame& frame,
+                                                 std::uint64_t map_version);
   void remember_seen(const std::vector<KeyframeCandidate::Seen>& seen);
   void judge_points(const PoseResult& pose, StaticLabels& labels);
 
@@ -110,10 +117,11 @@ class Tracker {
 
   TrackState state_ = TrackState::kWaiting;
   std::optional<TrackedFrame> last_;  // newest frame with a pose
-  SE3 T_last_world_;                  // its pose when it was tracked
+  SE3 T_odom_last_;
+  std::uint32_t bends_ = 0;  // of the view it was last posed in
   int weak_frames_ = 0;
   int frames_since_keyframe_ = 0;
-  std::uint32_t next_keyframe_ = 0;  // the mapper numbers keyframes in the order of the candidates
+  std::uint64_t map_version_ = 0;  // of the first view since the last candidate
   std::unordered_map<LandmarkId, KeyframeCandidate::Seen> seen_;  // since the last candidate
   std::vector<LandmarkId> seen_order_;
 };

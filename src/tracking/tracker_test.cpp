@@ -62,7 +62,7 @@ TEST_F(TrackerStart, WaitsForAFrameWithTextureAndDepth) {
   ASSERT_EQ(start.state, TrackState::kTracking);
   EXPECT_GE(start.inliers, TrackerConfig{}.min_start_points);
   ASSERT_TRUE(start.candidate);
-  EXPECT_EQ(start.candidate->reference, kNoKeyframe);
+  EXPECT_EQ(start.candidate->pose.reference, kNoKeyframe);
   EXPECT_LT(start.T_world_camera.log().norm(), 1e-12) << "the first camera is the world";
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <set>
 #include <string_view>
-#include <utility>
+
+#include "core/edit_distance.hpp"
 
 namespace ygslam {
 namespace {
@@ -26,21 +26,6 @@ const std::vector<Group>& groups() {
       {"furniture", {13, 56, 57, 58, 59, 60}},
   };
   return kGroups;
-}
-
-/// Levenshtein distance, row by row.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, substituted});
-    }
-  }
-  return row.back();
 }
 
 std::string nearest_name(std::string_view name) {

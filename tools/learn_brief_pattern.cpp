@@ -59,7 +59,7 @@ std::vector<Patch> cut_patches(const GreyImage& image, const OrbConfig& config,
                                const Features& features, const std::vector<Point>& points) {
   std::vector<Patch> patches(features.size());
   PaddedImage level, next, smooth;
-  level.assign(image);
+  level.assign(image, kLevelBorder_px);
   for (int octave = 0; octave < config.levels; ++octave) {
     const double scale = octave_scale(config, octave);
     if (octave > 0) {

@@ -42,7 +42,7 @@ void OrbExtractor::build_pyramid(const GreyImage& image) {
     const int height = level_size(image.height(), scale);
     if (std::min(width, height) < kSmallestSide_px) return;
     if (level == 0) {
-      pyramid_[0].assign(image);
+      pyramid_[0].assign(image, kLevelBorder_px);
     } else {
       reduce(pyramid_[level - 1], config_.scale_factor, width, height, pyramid_[level]);
     }

@@ -6,7 +6,7 @@
 #include "features/brief.hpp"
 #include "features/fast.hpp"
 #include "features/feature.hpp"
-#include "features/padded_image.hpp"
+#include "features/scale_space.hpp"
 #include "image/image.hpp"
 
 namespace ygslam {

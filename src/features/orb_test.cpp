@@ -221,7 +221,7 @@ TEST(CornerStrength, IsLargeAtCornersAndNoneOnEdgesAndPlains) {
     for (int u = 32; u < 64; ++u) image.at(u, v) = 200;
   }
   PaddedImage padded;
-  padded.assign(image);
+  padded.assign(image, kLevelBorder_px);
   const auto at = [&](int u, int v) { return harris_strength(padded.row(v) + u, padded.stride()); };
   EXPECT_GT(at(32, 32), 1e6F);
   EXPECT_EQ(at(32, 50), 0);

@@ -162,7 +162,7 @@ TEST(Orb, FieldsAreInTheirRanges) {
     EXPECT_GT(p.response, 0);
     EXPECT_EQ(p.depth_m, 0);
     EXPECT_EQ(p.ideal_px, p.uv_px);
-    const double margin_px = 15 * octave_scale(config, p.octave);
+    const double margin_px = 15 * PyramidScales(config.levels, config.scale_factor).of(p.octave);
     EXPECT_GE(p.uv_px.minCoeff(), margin_px);
     EXPECT_LE(p.uv_px.x(), kWidth - 1 - margin_px);
     EXPECT_LE(p.uv_px.y(), kHeight - 1 - margin_px);

@@ -5,10 +5,10 @@
 #include <limits>
 #include <optional>
 
+#include "image/point_grid.hpp"
 #include "motion/flow_patch.hpp"
 #include "motion/guess_correction.hpp"
 #include "motion/image_pyramid_levels.hpp"
-#include "motion/point_grid.hpp"
 
 namespace ygslam {
 namespace {

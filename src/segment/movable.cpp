@@ -1,7 +1,6 @@
 #include "segment/movable.hpp"
 
 #include <algorithm>
-#include <array>
 #include <set>
 #include <string_view>
 
@@ -58,15 +57,21 @@ Result<std::vector<int>> movable_classes(std::span<const std::string> names) {
   return std::vector<int>(ids.begin(), ids.end());
 }
 
-GreyImage movable_mask(const Segmentation& segmentation, std::span<const int> classes) {
-  std::array<std::uint8_t, 256> inside{};
-  for (std::size_t i = 0; i < segmentation.instances.size() && i + 1 < inside.size(); ++i) {
+std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
+                                          std::span<const int> classes) {
+  std::array<std::uint8_t, 256> movable{};
+  for (std::size_t i = 0; i < segmentation.instances.size() && i + 1 < movable.size(); ++i) {
     const int class_id = segmentation.instances[i].class_id;
-    if (std::find(classes.begin(), classes.end(), class_id) != classes.end()) inside[i + 1] = 255;
+    if (std::find(classes.begin(), classes.end(), class_id) != classes.end()) movable[i + 1] = 1;
   }
+  return movable;
+}
+
+GreyImage movable_mask(const Segmentation& segmentation, std::span<const int> classes) {
+  const auto movable = movable_ids(segmentation, classes);
   GreyImage mask(segmentation.ids.width(), segmentation.ids.height());
   std::transform(segmentation.ids.begin(), segmentation.ids.end(), mask.begin(),
-                 [&](std::uint8_t id) { return inside[id]; });
+                 [&](std::uint8_t id) { return static_cast<std::uint8_t>(255 * movable[id]); });
   return mask;
 }
 

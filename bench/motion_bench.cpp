@@ -117,7 +117,7 @@ std::vector<Recorded> read_sequence(const std::string& folder, const Camera& cam
     raw.copyTo(cv_view(raw_depth));
     frame->depth_m = depth_from_raw(raw_depth, camera.config().depth_scale, {});
     auto features = std::make_shared<Features>(orb.extract(frame->grey));
-    attach_geometry(*features, camera, frame->depth_m, OrbConfig{}.scale_factor);
+    attach_geometry(*features, camera, frame->depth_m, orb.scales());
     Recorded r{
         frame, poses[stamp], features, read_masks(folder + "/mask/" + stamp + ".png", *frame), {}};
     r.dynamic =

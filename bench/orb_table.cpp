@@ -15,6 +15,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/rng.hpp"
+#include "core/statistics.hpp"
 #include "features/matcher.hpp"
 #include "geometry/camera.hpp"
 #include "image/cv_view.hpp"
@@ -115,16 +116,11 @@ void print_header() {
 }
 
 void print_row(const std::string& what, const std::string& who, Score& s) {
-  double median = 0;
-  if (!s.errors_px.empty()) {
-    auto middle = s.errors_px.begin() + static_cast<std::ptrdiff_t>(s.errors_px.size() / 2);
-    std::nth_element(s.errors_px.begin(), middle, s.errors_px.end());
-    median = *middle;
-  }
+  const double median_px = s.errors_px.empty() ? 0 : median(s.errors_px);
   const double n = std::max(1.0, s.pairs);
   std::printf("%-34s %-12s %6.0f %6.0f %7.2f%% %8.1f %9.1f %7.2f%% %8.3f %6.1f%%\n", what.c_str(),
               who.c_str(), s.count / n, s.pairs, 100 * s.repeated / std::max(1.0, s.visible),
-              s.matches / n, s.correct / n, 100 * s.correct / std::max(1.0, s.matches), median,
+              s.matches / n, s.correct / n, 100 * s.correct / std::max(1.0, s.matches), median_px,
               100 * s.spread / n);
 }
 

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "core/statistics.hpp"
 #include "core/time.hpp"
 #include "image/cv_view.hpp"
 #include "segment/png_ids.hpp"
@@ -90,11 +91,6 @@ std::optional<double> mask_iou(const GreyImage& ids, const GreyImage& truth) {
 double masked_share(const GreyImage& ids) {
   const auto none = std::count(ids.begin(), ids.end(), std::uint8_t{0});
   return 1.0 - static_cast<double>(none) / static_cast<double>(ids.size());
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 class BareNetwork {

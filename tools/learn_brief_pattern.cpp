@@ -55,17 +55,17 @@ struct Pair {
   Eigen::Vector2f uv_px;  // in the second view
 };
 
-std::vector<Patch> cut_patches(const GreyImage& image, const OrbConfig& config,
+std::vector<Patch> cut_patches(const GreyImage& image, const PyramidScales& scales,
                                const Features& features, const std::vector<Point>& points) {
   std::vector<Patch> patches(features.size());
   PaddedImage level, next, smooth;
-  level.assign(image);
-  for (int octave = 0; octave < config.levels; ++octave) {
-    const double scale = octave_scale(config, octave);
+  level.assign(image, kLevelBorder_px);
+  for (int octave = 0; octave < scales.levels(); ++octave) {
+    const double scale = scales.of(octave);
     if (octave > 0) {
       const int width = static_cast<int>((image.width() - 1) / scale) + 1;
       const int height = static_cast<int>((image.height() - 1) / scale) + 1;
-      reduce(level, config.scale_factor, width, height, next);
+      reduce(level, scales.of(1), width, height, next);
       std::swap(level, next);
     }
     blur_7x7(level, smooth);
@@ -88,17 +88,16 @@ std::vector<Patch> cut_patches(const GreyImage& image, const OrbConfig& config,
 
 void add_pairs(const GreyImage& image, const std::string& kind, std::size_t view,
                const std::vector<Point>& points, Rng& rng, std::vector<Pair>& pairs) {
-  const OrbConfig config;
-  OrbExtractor extractor(config);
+  OrbExtractor extractor{OrbConfig{}};
   const Warp warp = make_warp(kind, image.width(), image.height(), rng);
   const GreyImage warped = apply_warp(image, warp, rng);
   const Features a = extractor.extract(image);
   const Features b = extractor.extract(warped);
-  const std::vector<Patch> patches_a = cut_patches(image, config, a, points);
-  const std::vector<Patch> patches_b = cut_patches(warped, config, b, points);
+  const std::vector<Patch> patches_a = cut_patches(image, extractor.scales(), a, points);
+  const std::vector<Patch> patches_b = cut_patches(warped, extractor.scales(), b, points);
   for (std::size_t i = 0; i < a.size(); ++i) {
     const Eigen::Vector2f expected = warp(a.points[i].uv_px.cast<double>()).cast<float>();
-    double nearest = kSameCorner_px * octave_scale(config, a.points[i].octave);
+    double nearest = kSameCorner_px * extractor.scales().of(a.points[i].octave);
     std::size_t partner = b.size();
     for (std::size_t j = 0; j < b.size(); ++j) {
       const double d = (b.points[j].uv_px - expected).norm();

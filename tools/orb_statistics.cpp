@@ -71,8 +71,8 @@ int measure(const char* folder, const Sampling& sampling) {
     if (!a || !b) continue;
     Features fa = orb.extract(a->grey);
     Features fb = orb.extract(b->grey);
-    attach_geometry(fa, camera, a->depth_m, OrbConfig{}.scale_factor);
-    attach_geometry(fb, camera, b->depth_m, OrbConfig{}.scale_factor);
+    attach_geometry(fa, camera, a->depth_m, orb.scales());
+    attach_geometry(fb, camera, b->depth_m, orb.scales());
     ++frames;
     features += static_cast<double>(fa.size());
     const auto T_world_a = pose_at(*truth, a->stamp);

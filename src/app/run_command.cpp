@@ -10,6 +10,7 @@
 #include "app/run_options.hpp"
 #include "app/stop_signal.hpp"
 #include "core/log.hpp"
+#include "core/statistics.hpp"
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
 #include "system/metrics.hpp"
@@ -28,12 +29,6 @@ bool is_quiet() { return spdlog::get_level() > spdlog::level::warn; }
 constexpr float kNearestMedian_m = 0.5F, kFarthestMedian_m = 4.3F, kNearestFar_m = 1.4F;
 constexpr double kLeastValidShare = 0.1;
 
-float percentile(std::vector<float>& values, double share) {
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
-}
-
 void warn_about_depth(const RgbdFrame& frame) {
   std::vector<float> depths;
   for (const float d : frame.depth_m) {
@@ -45,8 +40,8 @@ void warn_about_depth(const RgbdFrame& frame) {
     log::warn("the first frame has no depth in range: is depth_scale right?");
     return;
   }
-  const float median_m = percentile(depths, 0.5);
-  const float far_m = percentile(depths, 0.99);
+  const float median_m = quantile(depths, 0.5);
+  const float far_m = quantile(depths, 0.99);
   if (median_m < kNearestMedian_m || median_m > kFarthestMedian_m || far_m < kNearestFar_m ||
       valid < kLeastValidShare) {
     log::warn(

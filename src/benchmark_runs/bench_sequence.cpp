@@ -204,7 +204,7 @@ void inspect_sequence(BenchSequence& sequence) {
   if (!tum->groundtruth) return;
   const auto truth = read_tum_trajectory(*tum->groundtruth);
   if (truth.ok()) {
-    sequence.truth = path_figures(*truth, tum->pairs.front().stamp, tum->pairs.back().stamp);
+    sequence.truth = path_statistics(*truth, tum->pairs.front().stamp, tum->pairs.back().stamp);
   }
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "eval/path_figures.hpp"
+#include "eval/path_statistics.hpp"
 
 namespace ygslam {
 
@@ -20,10 +20,10 @@ struct BenchSequence {
   std::size_t frames = 0;                ///< pairs listed
   double duration_s = 0;                 ///< from the first pair to the last
   std::optional<std::filesystem::path> groundtruth;
-  std::optional<PathFigures> truth;  ///< of the true poses at the time of the frames
-  std::string fingerprint;           ///< of lists, camera, truth and the images' sizes
-  std::string masks_fingerprint;     ///< of recorded masks; empty where the sweep reads none
-  std::optional<std::string> error;  ///< why it cannot be used, one line
+  std::optional<PathStatistics> truth;  ///< of the true poses at the time of the frames
+  std::string fingerprint;              ///< of lists, camera, truth and the images' sizes
+  std::string masks_fingerprint;        ///< of recorded masks; empty where the sweep reads none
+  std::optional<std::string> error;     ///< why it cannot be used, one line
 };
 
 /// Folders below root (root itself may be one) that are meant to be sequences in TUM layout: with

@@ -4,6 +4,7 @@
 
 #include "benchmark_runs/run_files.hpp"
 #include "core/log.hpp"  // brings {fmt}
+#include "core/statistics.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
@@ -109,10 +110,7 @@ std::optional<Spread> ResultRow::spread(Figure figure) const {
   }
   if (values.empty()) return std::nullopt;
   std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  const double median =
-      values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-  return Spread{values.size(), median, values.front(), values.back()};
+  return Spread{values.size(), sorted_median(values), values.front(), values.back()};
 }
 
 std::size_t ResultRow::good_runs() const {

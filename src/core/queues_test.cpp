@@ -1,4 +1,4 @@
-// Queue, mailbox, snapshot: what two threads hand to each other arrives once, in order, and nobody
+// Queue and snapshot: what two threads hand to each other arrives once, in order, and nobody
 // waits for ever.
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/bounded_queue.hpp"
-#include "core/mailbox.hpp"
 #include "core/published.hpp"
 
 namespace ygslam {
@@ -105,39 +104,6 @@ TEST(BoundedQueue, DroppingKeepsOrderAndAccountsForEveryEntry) {
   EXPECT_TRUE(std::is_sorted(received.begin(), received.end()));
   EXPECT_EQ(received.size() + queue.dropped(), kCount);
   EXPECT_EQ(received.back(), kCount - 1);
-}
-
-TEST(Mailbox, NewestWins) {
-  Mailbox<int> box;
-  EXPECT_EQ(box.try_take(), std::nullopt);
-  box.put(1);
-  box.put(2);
-  EXPECT_EQ(box.take({}), 2);
-  EXPECT_EQ(box.try_take(), std::nullopt);
-}
-
-TEST(Mailbox, AReaderSeesOnlyNewerMessagesAndTheLast) {
-  constexpr int kLast = 3000;
-  Mailbox<int> box;
-  std::vector<int> seen;
-  {
-    const std::jthread writer([&] {
-      for (int i = 1; i <= kLast; ++i) box.put(i);
-    });
-    while (seen.empty() || seen.back() != kLast) seen.push_back(*box.take({}));
-  }
-  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
-  EXPECT_EQ(std::adjacent_find(seen.begin(), seen.end()), seen.end());
-}
-
-TEST(Mailbox, AStopTokenFreesTheReader) {
-  Mailbox<int> box;
-  std::optional<int> taken = 7;
-  {
-    std::jthread reader([&](const std::stop_token& stop) { taken = box.take(stop); });
-    reader.request_stop();
-  }
-  EXPECT_EQ(taken, std::nullopt);
 }
 
 TEST(Published, ReadersSeeWholeSnapshotsThatOnlyGetNewer) {

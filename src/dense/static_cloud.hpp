@@ -7,6 +7,7 @@
 
 #include "core/ids.hpp"
 #include "geometry/camera.hpp"
+#include "image/coloured_point.hpp"
 #include "image/rgbd_frame.hpp"
 
 namespace ygslam {
@@ -17,11 +18,6 @@ struct StaticCloudConfig {
   int pixel_stride = 2;      ///< every n-th pixel of every n-th row
   int margin_px = 6;   ///< this far around a mask nothing is taken: masks and depth have soft edges
   int min_points = 2;  ///< measurements that make a voxel
-};
-
-struct ColouredPoint {
-  Eigen::Vector3f p_world;
-  Rgb8 colour;
 };
 
 /// Keeps each keyframe's static measurements in its own camera frame, so that the cloud can follow

@@ -8,7 +8,7 @@
 
 #include "core/log.hpp"  // brings {fmt}: numbers look the same in every locale
 #include "io/text.hpp"
-#include "io/trajectory_doubts.hpp"
+#include "io/trajectory_checks.hpp"
 
 namespace ygslam {
 namespace {

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/statistics.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -39,8 +41,7 @@ Statistics summarize(std::span<const double> errors) {
   }
   s.rmse = std::sqrt(squares / n);
   s.std = std::sqrt(deviations / n);
-  const std::size_t half = sorted.size() / 2;
-  s.median = sorted.size() % 2 == 1 ? sorted[half] : 0.5 * (sorted[half - 1] + sorted[half]);
+  s.median = sorted_median(sorted);
   s.min = sorted.front();
   s.max = sorted.back();
   return s;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "features/feature.hpp"
+#include "features/pyramid_scales.hpp"
 #include "geometry/camera.hpp"
 #include "image/image.hpp"
 
@@ -10,8 +11,8 @@ namespace ygslam {
 /// Sets ideal_px (lens distortion removed), depth_m (0 = none) and on_depth_edge of every feature
 /// from its uv_px.
 /// @param depth_m registered to the image of the features; empty = no depth at all.
-/// @param pyramid_scale between the levels the features were found in.
+/// @param scales of the levels the features were found in.
 void attach_geometry(Features& features, const Camera& camera, const DepthImage& depth_m,
-                     double pyramid_scale);
+                     const PyramidScales& scales);
 
 }  // namespace ygslam

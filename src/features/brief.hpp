@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "features/feature.hpp"
-#include "features/padded_image.hpp"
 
 namespace ygslam {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "features/padded_image.hpp"
+#include "image/padded_image.hpp"
 
 namespace ygslam {
 

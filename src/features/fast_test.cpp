@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "features/features_testing.hpp"
+#include "features/scale_space.hpp"
 
 namespace ygslam {
 namespace {
@@ -33,7 +34,7 @@ int score_by_trying_thresholds(const PaddedImage& image, int u, int v) {
 
 PaddedImage padded(const GreyImage& image) {
   PaddedImage result;
-  result.assign(image);
+  result.assign(image, kLevelBorder_px);
   return result;
 }
 

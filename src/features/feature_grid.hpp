@@ -1,13 +1,13 @@
 // Finds the features near an ideal pixel.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "features/feature.hpp"
+#include "image/point_grid.hpp"
 
 namespace ygslam {
 
@@ -16,7 +16,7 @@ namespace ygslam {
 class FeatureGrid {
  public:
   FeatureGrid() = default;
-  /// @param bounds {min_x, min_y, max_x, max_y} of ideal pixels, as of Camera::ideal_bounds().
+  /// @param bounds {min_x, min_y, ...} of ideal pixels, as of Camera::ideal_bounds().
   FeatureGrid(const Features& features, const std::array<double, 4>& bounds,
               double cell_size_px = 16);
 
@@ -28,17 +28,10 @@ class FeatureGrid {
   template <typename Visitor>
   void visit(const Eigen::Vector2f& centre_px, float radius_px, int min_octave, int max_octave,
              Visitor&& visitor) const {
-    if (entries_.empty() || !centre_px.allFinite() || !(radius_px >= 0) ||
-        radius_px > kMaxRadius_px)
-      return;
-    const int left = column(centre_px.x() - radius_px);
-    const int right = column(centre_px.x() + radius_px);
-    const int bottom = row(centre_px.y() + radius_px);
+    if (!(radius_px >= 0 && radius_px <= kMaxRadius_px)) return;
     const float limit = radius_px * radius_px;
-    for (int r = row(centre_px.y() - radius_px); r <= bottom; ++r) {
-      const std::size_t line = static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_);
-      const std::uint32_t end = begins_[line + static_cast<std::size_t>(right) + 1];
-      for (std::uint32_t i = begins_[line + static_cast<std::size_t>(left)]; i < end; ++i) {
+    cells_.near_ranges(centre_px, radius_px, [&](std::uint32_t first, std::uint32_t last) {
+      for (std::uint32_t i = first; i < last; ++i) {
         const Entry& e = entries_[i];
         const float dx = e.x_px - centre_px.x();
         const float dy = e.y_px - centre_px.y();
@@ -46,7 +39,7 @@ class FeatureGrid {
           visitor(e.index);
         }
       }
-    }
+    });
   }
 
   /// The same into a list that is cleared first and keeps its memory.
@@ -63,17 +56,8 @@ class FeatureGrid {
     std::uint32_t index;
     std::int32_t octave;
   };
-  [[nodiscard]] int column(float x_px) const { return cell(x_px - min_x_px_, columns_); }
-  [[nodiscard]] int row(float y_px) const { return cell(y_px - min_y_px_, rows_); }
-  [[nodiscard]] int cell(float offset_px, int count) const {
-    return static_cast<int>(std::clamp(offset_px * per_px_, 0.0F, static_cast<float>(count - 1)));
-  }
-
-  float min_x_px_ = 0, min_y_px_ = 0;
-  float per_px_ = 1;  // cells per pixel
-  int columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> begins_;  // first entry of each cell, row by row, and the end
-  std::vector<Entry> entries_;         // by cell, within a cell by index
+  PointGrid cells_{16};
+  std::vector<Entry> entries_;  // in the order of cells_
 };
 
 }  // namespace ygslam

@@ -92,7 +92,7 @@ TEST(AttachGeometry, UndistortsAndTakesDepthFromTheRecordedPixel) {
     f.points.push_back(p);
     f.descriptors.emplace_back();
   }
-  attach_geometry(f, camera, depth_m, 1.2);
+  attach_geometry(f, camera, depth_m, PyramidScales(8, 1.2));
   for (const Feature& p : f.points) {
     EXPECT_LT((camera.distort(p.ideal_px.cast<double>()) - p.uv_px.cast<double>()).norm(), 0.01);
     if (p.uv_px.x() < 298) {
@@ -101,7 +101,7 @@ TEST(AttachGeometry, UndistortsAndTakesDepthFromTheRecordedPixel) {
       EXPECT_EQ(p.depth_m, 0.0F);
     }
   }
-  attach_geometry(f, camera, DepthImage(), 1.2);
+  attach_geometry(f, camera, DepthImage(), PyramidScales(8, 1.2));
   for (const Feature& p : f.points) EXPECT_EQ(p.depth_m, 0.0F);
 }
 

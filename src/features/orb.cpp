@@ -22,13 +22,11 @@ int level_size(int size, double scale) { return static_cast<int>((size - 1) / sc
 
 }  // namespace
 
-double octave_scale(const OrbConfig& config, int octave) {
-  return std::pow(config.scale_factor, octave);
-}
-
 OrbExtractor::OrbExtractor(const OrbConfig& config)
-    : config_(config), pyramid_(static_cast<std::size_t>(std::max(config.levels, 0))) {
-  CHECK(config.features >= 0 && config.levels >= 1 && config.levels <= 32);
+    : config_(config),
+      scales_(config.levels, config.scale_factor),
+      pyramid_(static_cast<std::size_t>(config.levels)) {
+  CHECK(config.features >= 0 && config.levels <= 32);
   CHECK(config.scale_factor >= 1.05 && config.scale_factor <= 2.0);
   CHECK(config.fast_threshold_low >= 1 && config.fast_threshold_low <= config.fast_threshold);
   CHECK(config.fast_threshold <= 254 && config.cell_px >= 8 && config.evenness >= 0);
@@ -37,12 +35,12 @@ OrbExtractor::OrbExtractor(const OrbConfig& config)
 void OrbExtractor::build_pyramid(const GreyImage& image) {
   levels_ = 0;
   for (int level = 0; level < config_.levels; ++level) {
-    const double scale = octave_scale(config_, level);
+    const double scale = scales_.of(level);
     const int width = level_size(image.width(), scale);
     const int height = level_size(image.height(), scale);
     if (std::min(width, height) < kSmallestSide_px) return;
     if (level == 0) {
-      pyramid_[0].assign(image);
+      pyramid_[0].assign(image, kLevelBorder_px);
     } else {
       reduce(pyramid_[level - 1], config_.scale_factor, width, height, pyramid_[level]);
     }
@@ -78,7 +76,7 @@ int OrbExtractor::extract_level(int level, int quota, Features& features) {
   if (chosen.empty()) return 0;
 
   blur_7x7(image, smooth_);
-  const auto scale = static_cast<float>(octave_scale(config_, level));
+  const auto scale = static_cast<float>(scales_.of(level));
   for (const Corner& c : chosen) {
     const std::uint8_t* const pixel = image.row(c.v) + c.u;
     const Orientation orientation = patch_orientation(pixel, image.stride());

@@ -6,7 +6,8 @@
 #include "features/brief.hpp"
 #include "features/fast.hpp"
 #include "features/feature.hpp"
-#include "features/padded_image.hpp"
+#include "features/pyramid_scales.hpp"
+#include "features/scale_space.hpp"
 #include "image/image.hpp"
 
 namespace ygslam {
@@ -21,16 +22,13 @@ struct OrbConfig {
   double evenness = 0.5;       ///< 0: the strongest corners; more: more even, see spread_corners()
 };
 
-/// Scale of a level: pixels of the level times this are pixels of the image.
-[[nodiscard]] double octave_scale(const OrbConfig& config, int octave);
-
 /// Same image, same features in the same order: by octave, then in raster order.
 /// Not to be shared between threads: buffers are kept from image to image.
 class OrbExtractor {
  public:
   explicit OrbExtractor(const OrbConfig& config);
 
-  [[nodiscard]] const OrbConfig& config() const { return config_; }
+  [[nodiscard]] const PyramidScales& scales() const { return scales_; }
 
   /// Depth is 0 and ideal_px equals uv_px; see attach_geometry(). Images too small for a patch and
   /// images without texture give no features.
@@ -43,6 +41,7 @@ class OrbExtractor {
   int extract_level(int level, int quota, Features& features);
 
   OrbConfig config_;
+  PyramidScales scales_;
   Brief brief_;
   FastDetector detector_;
   std::vector<PaddedImage> pyramid_;

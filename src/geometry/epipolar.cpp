@@ -47,7 +47,11 @@ std::optional<Mat3> fundamental_eight_point(std::span<const PointPair> pairs,
   return Mat3(F / norm);
 }
 
-Mat3 fundamental_from_pose(const Mat3& K_inverse, const SE3& T_2_1) {
+Mat3 fundamental_from_pose(const Camera& camera, const SE3& T_2_1) {
+  Mat3 K_inverse;
+  K_inverse << 1 / camera.fx(), 0, -camera.cx() / camera.fx(),  //
+      0, 1 / camera.fy(), -camera.cy() / camera.fy(),           //
+      0, 0, 1;
   // E = [t]x R, F = K^-T E K^-1 (Hartley & Zisserman 2nd ed., eqs. 9.11, 9.12).
   Mat3 F = K_inverse.transpose() * skew(T_2_1.t()) * T_2_1.R() * K_inverse;
   const double norm = F.norm();

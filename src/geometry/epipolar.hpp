@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
+#include "geometry/camera.hpp"
 #include "geometry/ransac.hpp"
 #include "geometry/se3.hpp"
 
@@ -53,8 +54,8 @@ struct FundamentalFit {
 [[nodiscard]] std::optional<FundamentalFit> fit_fundamental(std::span<const PointPair> pairs,
                                                             const RansacConfig& config, Rng& rng);
 
-/// F of two calibrated views. K_inverse takes ideal pixels to rays; T_2_1 takes points from the
-/// first camera's frame to the second's. Zero where the cameras coincide.
-[[nodiscard]] Mat3 fundamental_from_pose(const Mat3& K_inverse, const SE3& T_2_1);
+/// F of two views of one camera, with Frobenius norm 1. T_2_1 takes points from the first camera's
+/// frame to the second's. Zero where the cameras coincide.
+[[nodiscard]] Mat3 fundamental_from_pose(const Camera& camera, const SE3& T_2_1);
 
 }  // namespace ygslam

@@ -97,7 +97,7 @@ TEST(AtomicFile, F26AFullDiskIsAnOutputErrorAndTheEarlierFileIsIntact) {
     ASSERT_FALSE(status.ok());
     EXPECT_EQ(status.error().kind, ErrorKind::kOutput);
     EXPECT_EQ(status.error().message.find(target.string() + ": "), 0U) << status.error().message;
-    const std::vector<CloudPoint> points(1000);
+    const std::vector<ColouredPoint> points(1000);
     EXPECT_FALSE(write_ply(target, points).ok());
   }
   EXPECT_EQ(read(target), "old");

@@ -57,17 +57,6 @@ ColourImage colour_from_grey(const GreyImage& grey) {
   return colour;
 }
 
-// Runs a decoder on a file's content and puts the path in front of its complaint.
-template <typename Decode>
-auto decode_file(const std::filesystem::path& path, Decode decode)
-    -> decltype(decode(std::string_view{})) {
-  const auto bytes = read_file(path);
-  if (!bytes.ok()) return bytes.error();
-  auto image = decode(std::string_view(*bytes));
-  if (!image.ok()) return Error{image.error().kind, path.string() + ": " + image.error().message};
-  return image;
-}
-
 }  // namespace
 
 Result<ImageHeader> decode_header(Bytes bytes) {
@@ -109,21 +98,13 @@ Result<GreyImage> decode_grey(Bytes bytes, std::optional<ImageSize> size) {
 }
 
 Result<ImageHeader> read_image_header(const std::filesystem::path& path) {
-  return decode_file(path, decode_header);
-}
-
-Result<ColourImage> read_colour(const std::filesystem::path& path, std::optional<ImageSize> size,
-                                int channels) {
-  return decode_file(path, [&](Bytes bytes) { return decode_colour(bytes, size, channels); });
-}
-
-Result<Image<std::uint16_t>> read_depth(const std::filesystem::path& path,
-                                        std::optional<ImageSize> size) {
-  return decode_file(path, [&](Bytes bytes) { return decode_depth(bytes, size); });
-}
-
-Result<GreyImage> read_grey(const std::filesystem::path& path, std::optional<ImageSize> size) {
-  return decode_file(path, [&](Bytes bytes) { return decode_grey(bytes, size); });
+  const auto bytes = read_file(path);
+  if (!bytes.ok()) return bytes.error();
+  auto header = decode_header(*bytes);
+  if (!header.ok()) {
+    return Error{header.error().kind, path.string() + ": " + header.error().message};
+  }
+  return header;
 }
 
 GreyImage grey_from_colour(const ColourImage& colour) {

@@ -36,6 +36,8 @@ struct ImageHeader {
 // front.
 
 [[nodiscard]] Result<ImageHeader> decode_header(std::string_view bytes);
+/// The same from a file; the message begins with the path.
+[[nodiscard]] Result<ImageHeader> read_image_header(const std::filesystem::path& path);
 /// 8-bit colour; a grey image is accepted where channels is 1 (r = g = b).
 /// @param size if given, any other size is an error, found before anything is allocated.
 [[nodiscard]] Result<ColourImage> decode_colour(std::string_view bytes,
@@ -47,15 +49,6 @@ struct ImageHeader {
 /// 8-bit grey PNG (instance ids).
 [[nodiscard]] Result<GreyImage> decode_grey(std::string_view bytes,
                                             std::optional<ImageSize> size = {});
-
-// The same from a file; the message begins with the path.
-[[nodiscard]] Result<ImageHeader> read_image_header(const std::filesystem::path& path);
-[[nodiscard]] Result<ColourImage> read_colour(const std::filesystem::path& path,
-                                              std::optional<ImageSize> size = {}, int channels = 3);
-[[nodiscard]] Result<Image<std::uint16_t>> read_depth(const std::filesystem::path& path,
-                                                      std::optional<ImageSize> size = {});
-[[nodiscard]] Result<GreyImage> read_grey(const std::filesystem::path& path,
-                                          std::optional<ImageSize> size = {});
 
 /// Luma by ITU-R BT.601 in 14-bit integers: 0.299 r + 0.587 g + 0.114 b, rounded.
 [[nodiscard]] GreyImage grey_from_colour(const ColourImage& colour);

@@ -194,9 +194,9 @@ TEST(Depth, F5NanInfiniteNegativeAndFarFloatValuesBecomeNone) {
 TEST(Images, AFilesErrorBeginsWithItsPath) {
   const testing::TempFolder folder("ygslam bilder äöü");
   testing::write(folder.path() / "leer.png", "");
-  const auto image = read_depth(folder.path() / "leer.png");
-  ASSERT_FALSE(image.ok());
-  EXPECT_EQ(image.error().message, (folder.path() / "leer.png").string() + ": empty file");
+  const auto header = read_image_header(folder.path() / "leer.png");
+  ASSERT_FALSE(header.ok());
+  EXPECT_EQ(header.error().message, (folder.path() / "leer.png").string() + ": empty file");
 }
 
 }  // namespace

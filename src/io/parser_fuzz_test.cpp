@@ -103,8 +103,8 @@ TEST(ParserFuzz, F25Trajectory) {
 }
 
 TEST(ParserFuzz, F25Ply) {
-  const std::vector<CloudPoint> points(8);
-  expect_survives(encode_ply(points, {true, "x"}), [](const std::string& bytes) {
+  const std::vector<ColouredPoint> points(8);
+  expect_survives(encode_ply(points), [](const std::string& bytes) {
     const auto back = parse_ply(bytes, "p");
     return back.ok();
   });

@@ -20,31 +20,25 @@ constexpr std::string_view kMagic = "ply\nformat binary_little_endian 1.0\n";
 constexpr std::string_view kProperties =
     "property float x\nproperty float y\nproperty float z\n"
     "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-constexpr std::string_view kLabelProperty = "property ushort label\n";
 constexpr std::string_view kEnd = "end_header\n";
 
-std::string make_header(std::size_t count, const PlyOptions& options) {
-  std::string header(kMagic);
-  if (!options.comment.empty()) header += "comment " + printable(options.comment) + "\n";
-  header += "element vertex " + std::to_string(count) + "\n" + std::string(kProperties);
-  if (options.with_label) header += kLabelProperty;
-  return header += kEnd;
+std::string make_header(std::size_t count) {
+  return std::string(kMagic) + "element vertex " + std::to_string(count) + "\n" +
+         std::string(kProperties) + std::string(kEnd);
 }
 
-void append_points(std::span<const CloudPoint> points, bool with_label, std::string& bytes) {
-  for (const CloudPoint& point : points) {
+void append_points(std::span<const ColouredPoint> points, std::string& bytes) {
+  for (const ColouredPoint& point : points) {
     CHECK(point.p_world.allFinite(), "a point that is not finite must not be written");
-    std::array<char, kPointBytes + sizeof(std::uint16_t)> record;
+    std::array<char, kPointBytes> record;
     std::memcpy(record.data(), point.p_world.data(), 3 * sizeof(float));
     std::memcpy(record.data() + 12, &point.colour, 3);
-    std::memcpy(record.data() + 15, &point.label, sizeof point.label);
-    bytes.append(record.data(), with_label ? record.size() : kPointBytes);
+    bytes.append(record.data(), record.size());
   }
 }
 
 struct Header {
   std::size_t count = 0;
-  bool with_label = false;
   std::size_t bytes = 0;
 };
 
@@ -72,30 +66,25 @@ std::string parse_header(std::string_view bytes, Header& header) {
     }
     properties += std::string(line) + "\n";
   }
-  header.with_label = properties == std::string(kProperties) + std::string(kLabelProperty);
-  if (!counted || (!header.with_label && properties != kProperties)) {
-    return "other properties than x y z red green blue [label]";
-  }
+  if (!counted || properties != kProperties) return "other properties than x y z red green blue";
   return {};
 }
 
 }  // namespace
 
-std::string encode_ply(std::span<const CloudPoint> points, const PlyOptions& options) {
-  std::string bytes = make_header(points.size(), options);
-  append_points(points, options.with_label, bytes);
+std::string encode_ply(std::span<const ColouredPoint> points) {
+  std::string bytes = make_header(points.size());
+  append_points(points, bytes);
   return bytes;
 }
 
-Status write_ply(const std::filesystem::path& path, std::span<const CloudPoint> points,
-                 const PlyOptions& options) {
+Status write_ply(const std::filesystem::path& path, std::span<const ColouredPoint> points) {
   constexpr std::size_t kPiece = 1 << 16;  // points; about 1 MB in memory at a time
   auto file = AtomicFile::create(path);
   if (!file.ok()) return file.error();
-  std::string bytes = make_header(points.size(), options);
+  std::string bytes = make_header(points.size());
   for (std::size_t i = 0; i < points.size(); i += kPiece) {
-    append_points(points.subspan(i, std::min(kPiece, points.size() - i)), options.with_label,
-                  bytes);
+    append_points(points.subspan(i, std::min(kPiece, points.size() - i)), bytes);
     if (Status written = file->write(bytes); !written.ok()) return written;
     bytes.clear();
   }
@@ -103,7 +92,7 @@ Status write_ply(const std::filesystem::path& path, std::span<const CloudPoint> 
   return file->commit();
 }
 
-Result<std::vector<CloudPoint>> parse_ply(std::string_view bytes, const std::string& name) {
+Result<std::vector<ColouredPoint>> parse_ply(std::string_view bytes, const std::string& name) {
   const auto fault = [&](const std::string& what) {
     return Error{ErrorKind::kInput, name + ": " + what};
   };
@@ -111,21 +100,19 @@ Result<std::vector<CloudPoint>> parse_ply(std::string_view bytes, const std::str
   const std::string wrong = parse_header(bytes, header);
   if (!wrong.empty()) return fault(wrong);
   bytes.remove_prefix(header.bytes);
-  const std::size_t stride = kPointBytes + (header.with_label ? sizeof(std::uint16_t) : 0);
-  if (bytes.size() / stride < header.count) return fault("truncated PLY file");
-  if (bytes.size() != header.count * stride) return fault("more bytes than points");
-  std::vector<CloudPoint> points(header.count);
-  for (CloudPoint& point : points) {
+  if (bytes.size() / kPointBytes < header.count) return fault("truncated PLY file");
+  if (bytes.size() != header.count * kPointBytes) return fault("more bytes than points");
+  std::vector<ColouredPoint> points(header.count);
+  for (ColouredPoint& point : points) {
     std::memcpy(point.p_world.data(), bytes.data(), 3 * sizeof(float));
     std::memcpy(&point.colour, bytes.data() + 12, 3);
-    if (header.with_label) std::memcpy(&point.label, bytes.data() + 15, sizeof point.label);
     if (!point.p_world.allFinite()) return fault("a coordinate is not finite");
-    bytes.remove_prefix(stride);
+    bytes.remove_prefix(kPointBytes);
   }
   return points;
 }
 
-Result<std::vector<CloudPoint>> read_ply(const std::filesystem::path& path) {
+Result<std::vector<ColouredPoint>> read_ply(const std::filesystem::path& path) {
   const auto bytes = read_file(path, std::size_t{4} << 30);
   if (!bytes.ok()) return bytes.error();
   return parse_ply(*bytes, path.string());

@@ -10,14 +10,13 @@
 namespace ygslam {
 namespace {
 
-std::vector<CloudPoint> random_points(std::size_t count, Rng& rng) {
-  std::vector<CloudPoint> points(count);
-  for (CloudPoint& point : points) {
+std::vector<ColouredPoint> random_points(std::size_t count, Rng& rng) {
+  std::vector<ColouredPoint> points(count);
+  for (ColouredPoint& point : points) {
     for (int i = 0; i < 3; ++i) point.p_world[i] = static_cast<float>(rng.normal(0, 3));
     point.colour = {static_cast<std::uint8_t>(rng.below(256)),
                     static_cast<std::uint8_t>(rng.below(256)),
                     static_cast<std::uint8_t>(rng.below(256))};
-    point.label = static_cast<std::uint16_t>(rng.below(65536));
   }
   return points;
 }
@@ -26,25 +25,22 @@ TEST(Ply, PointsComeBackExactly) {
   const testing::TempFolder folder;
   Rng rng(1);
   for (const std::size_t count : {0U, 1U, 1000U, 70'000U}) {
-    for (const bool with_label : {false, true}) {
-      const auto points = random_points(count, rng);
-      const auto path = folder.path() / "map.ply";
-      ASSERT_TRUE(write_ply(path, points, {with_label, "static points\nof a run"}).ok());
-      const auto back = read_ply(path);
-      ASSERT_TRUE(back.ok()) << back.error().message;
-      ASSERT_EQ(back->size(), count);
-      for (std::size_t i = 0; i < count; ++i) {
-        ASSERT_EQ((*back)[i].p_world, points[i].p_world);
-        ASSERT_EQ((*back)[i].colour, points[i].colour);
-        ASSERT_EQ((*back)[i].label, with_label ? points[i].label : 0);
-      }
-      EXPECT_EQ(testing::read(path), encode_ply(points, {with_label, "static points\nof a run"}));
+    const auto points = random_points(count, rng);
+    const auto path = folder.path() / "map.ply";
+    ASSERT_TRUE(write_ply(path, points).ok());
+    const auto back = read_ply(path);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    ASSERT_EQ(back->size(), count);
+    for (std::size_t i = 0; i < count; ++i) {
+      ASSERT_EQ((*back)[i].p_world, points[i].p_world);
+      ASSERT_EQ((*back)[i].colour, points[i].colour);
     }
+    EXPECT_EQ(testing::read(path), encode_ply(points));
   }
 }
 
 TEST(Ply, HeaderSaysWhatFollows) {
-  const std::string bytes = encode_ply(std::vector<CloudPoint>(2));
+  const std::string bytes = encode_ply(std::vector<ColouredPoint>(2));
   EXPECT_EQ(bytes.substr(0, bytes.find("end_header")),
             "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\n"
             "property float y\nproperty float z\nproperty uchar red\nproperty uchar green\n"
@@ -66,7 +62,7 @@ TEST(Ply, TruncatedAnywhereOrOfAnotherLayoutIsRefused) {
 }
 
 TEST(Ply, ACoordinateThatIsNotFiniteIsRefused) {
-  std::string bytes = encode_ply(std::vector<CloudPoint>(1));
+  std::string bytes = encode_ply(std::vector<ColouredPoint>(1));
   const float nan = std::numeric_limits<float>::quiet_NaN();
   bytes.replace(bytes.size() - 15, 4, reinterpret_cast<const char*>(&nan), 4);
   EXPECT_FALSE(parse_ply(bytes, "x").ok());

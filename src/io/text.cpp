@@ -6,7 +6,8 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <numeric>
+
+#include "core/edit_distance.hpp"
 
 namespace ygslam {
 namespace {
@@ -161,17 +162,9 @@ std::string_view nearest_word(std::string_view word, std::span<const std::string
   std::string_view best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2) + 1;
   for (const std::string_view candidate : candidates) {
-    std::vector<std::size_t> row(candidate.size() + 1);  // Levenshtein distance, row by row
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < std::min<std::size_t>(word.size(), 64); ++i) {
-      std::size_t diagonal = std::exchange(row[0], i + 1);
-      for (std::size_t j = 0; j < candidate.size(); ++j) {
-        const std::size_t replaced = diagonal + (word[i] == candidate[j] ? 0 : 1);
-        diagonal = std::exchange(row[j + 1], std::min({row[j] + 1, row[j + 1] + 1, replaced}));
-      }
-    }
-    if (row.back() < best_distance) {
-      best_distance = row.back();
+    const std::size_t distance = edit_distance(word.substr(0, 64), candidate);
+    if (distance < best_distance) {
+      best_distance = distance;
       best = candidate;
     }
   }

@@ -7,7 +7,7 @@
 
 #include "core/log.hpp"
 #include "io/text.hpp"
-#include "io/trajectory_doubts.hpp"
+#include "io/trajectory_checks.hpp"
 
 namespace ygslam {
 namespace {

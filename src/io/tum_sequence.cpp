@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/statistics.hpp"
 #include "io/calibration.hpp"
 #include "io/image_file.hpp"
 #include "io/pairing.hpp"
@@ -61,9 +62,7 @@ std::int64_t median_difference_ns(const std::vector<SequencePair>& pairs) {
   for (const SequencePair& pair : pairs) {
     differences.push_back(std::llabs(pair.depth_stamp.ns - pair.stamp.ns));
   }
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return *middle;
+  return median(differences);
 }
 
 // Warns where colour and depth belong together at another offset than the pairs have.

@@ -183,7 +183,7 @@ TEST(LoadFrame, GivesColourGreyAndDepthOfTheSamePair) {
   const auto sequence = open_tum_sequence(folder.path());
   const auto frame = load_frame(*sequence, 4);
   ASSERT_TRUE(frame.ok()) << frame.error().message;
-  const auto raw = read_depth(folder.path() / small.depth_file(4));
+  const auto raw = decode_depth(testing::read(folder.path() / small.depth_file(4)));
   const float expected = static_cast<float>(raw->at(3, 2)) / 5000.0F;
   const bool in_range = expected >= 0.3F && expected <= 8.0F;
   EXPECT_FLOAT_EQ(frame->depth_m.at(3, 2), in_range ? expected : 0.0F);

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/epipolar.hpp"
+#include "geometry/triangulation.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -19,20 +22,6 @@ std::vector<std::uint32_t> without_landmark(const Keyframe& keyframe, bool with_
   return free;
 }
 
-// x_b^T E x_a = 0 for normalised image points.
-Mat3 essential(const SE3& T_b_a) { return skew(T_b_a.t()) * T_b_a.R(); }
-
-Vec3 ray(const Camera& camera, const Feature& feature) {
-  return camera.unproject(feature.ideal_px.cast<double>(), 1.0);
-}
-
-// Squared distance to the epipolar line in image b [normalised units].
-double epipolar_distance2(const Mat3& E, const Vec3& x_a, const Vec3& x_b) {
-  const Vec3 line = E * x_a;
-  const double error = x_b.dot(line);
-  return error * error / std::max(1e-18, line.head<2>().squaredNorm());
-}
-
 bool reprojects(const Camera& camera, const SE3& T_camera_world, const Vec3& p_world,
                 const Feature& feature, double octave_scale, double max_chi2) {
   const Vec3 p_camera = T_camera_world * p_world;
@@ -45,32 +34,31 @@ void triangulate_pair(Map& map, const Camera& camera, KeyframeId id, KeyframeId 
                       const LandmarkMakerConfig& config, std::vector<LandmarkId>& made) {
   const Keyframe& a = map.keyframe(id);
   const Keyframe& b = map.keyframe(neighbour_id);
-  const Mat3 E = essential(b.T_camera_world * a.T_camera_world.inverse());
+  const Mat3 F = fundamental_from_pose(camera, b.T_camera_world * a.T_camera_world.inverse());
   const Features& fa = *a.data->features;
   const Features& fb = *b.data->features;
   const auto free_a = without_landmark(a, false, config.min_static_weight);
   auto free_b = without_landmark(b, false, config.min_static_weight);
   std::vector<std::uint8_t> taken(fb.size(), 0);
+  const double max_epipolar_sigmas = std::sqrt(config.max_epipolar_chi2);
   for (const std::uint32_t i : free_a) {
-    const Vec3 x_a = ray(camera, fa.points[i]);
+    const Vec2 a_px = fa.points[i].ideal_px.cast<double>();
     int best = config.max_distance + 1;
     std::uint32_t best_j = 0;
     for (const std::uint32_t j : free_b) {
       if (taken[j]) continue;
       const int d = distance(fa.descriptors[i], fb.descriptors[j]);
       if (d >= best) continue;
-      const double sigma = map.octave_scale(fb.points[j].octave) / camera.fx();
-      if (epipolar_distance2(E, x_a, ray(camera, fb.points[j])) >
-          config.max_epipolar_chi2 * sigma * sigma) {
+      const double limit_px = max_epipolar_sigmas * map.octave_scale(fb.points[j].octave);
+      if (epipolar_distance_px(F, {a_px, fb.points[j].ideal_px.cast<double>()}) > limit_px)
         continue;
-      }
       best = d;
       best_j = j;
     }
     if (best > config.max_distance) continue;
-    const auto p_world = triangulate(camera, a.T_camera_world, fa.points[i].ideal_px.cast<double>(),
-                                     b.T_camera_world, fb.points[best_j].ideal_px.cast<double>(),
-                                     config.min_parallax_rad);
+    const auto p_world =
+        triangulate(camera, a.T_camera_world, a_px, b.T_camera_world,
+                    fb.points[best_j].ideal_px.cast<double>(), config.min_parallax_rad);
     if (!p_world) continue;
     const double scale_a = map.octave_scale(fa.points[i].octave);
     const double scale_b = map.octave_scale(fb.points[best_j].octave);
@@ -117,23 +105,6 @@ int make_by_triangulation(Map& map, const Camera& camera, KeyframeId keyframe,
     triangulate_pair(map, camera, keyframe, neighbour, config, made);
   }
   return static_cast<int>(made.size() - before);
-}
-
-std::optional<Vec3> triangulate(const Camera& camera, const SE3& T_a_world, const Vec2& a_px,
-                                const SE3& T_b_world, const Vec2& b_px, double min_parallax_rad) {
-  const SE3 T_world_a = T_a_world.inverse();
-  const SE3 T_world_b = T_b_world.inverse();
-  const Vec3 d_a = (T_world_a.R() * camera.unproject(a_px, 1.0)).normalized();
-  const Vec3 d_b = (T_world_b.R() * camera.unproject(b_px, 1.0)).normalized();
-  const double cosine = d_a.dot(d_b);
-  if (cosine > std::cos(min_parallax_rad)) return std::nullopt;
-  // Normal equations of |a + s d_a - b - t d_b|^2.
-  const Vec3 baseline = T_world_b.t() - T_world_a.t();
-  const double denominator = 1.0 - cosine * cosine;
-  const double s = (baseline.dot(d_a) - cosine * baseline.dot(d_b)) / denominator;
-  const double t = (cosine * baseline.dot(d_a) - baseline.dot(d_b)) / denominator;
-  if (s < 0.1 || t < 0.1) return std::nullopt;
-  return 0.5 * (T_world_a.t() + s * d_a + T_world_b.t() + t * d_b);
 }
 
 }  // namespace ygslam

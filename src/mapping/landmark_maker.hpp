@@ -1,7 +1,7 @@
 // New landmarks for a keyframe: from its depth, and by triangulation where depth is missing.
 #pragma once
 
-#include <span>
+#include <vector>
 
 #include "geometry/camera.hpp"
 #include "map/map.hpp"
@@ -26,11 +26,5 @@ int make_from_depth(Map& map, const Camera& camera, KeyframeId keyframe,
 /// Pairs features without depth with those of the most covisible keyframes.
 int make_by_triangulation(Map& map, const Camera& camera, KeyframeId keyframe,
                           const LandmarkMakerConfig& config, std::vector<LandmarkId>& made);
-
-/// Point nearest to both rays (midpoint). @return nullopt if they are nearly parallel or it lies
-/// behind a camera. Poses T_camera_world, pixels ideal.
-[[nodiscard]] std::optional<Vec3> triangulate(const Camera& camera, const SE3& T_a_world,
-                                              const Vec2& a_px, const SE3& T_b_world,
-                                              const Vec2& b_px, double min_parallax_rad);
 
 }  // namespace ygslam

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "image/image.hpp"
+#include "image/point_grid.hpp"
 #include "motion/labels.hpp"
-#include "motion/point_grid.hpp"
 
 namespace ygslam {
 

@@ -24,7 +24,7 @@ class Sampler {
  public:
   /// @param left_px, top_px where the first of the sixteen columns and the first row lie from
   /// at_px.
-  Sampler(const PyramidLevel& image, const Eigen::Vector2f& at_px, int left_px, int top_px)
+  Sampler(const PaddedImage& image, const Eigen::Vector2f& at_px, int left_px, int top_px)
       : stride_(image.stride()) {
     const float x0 = std::floor(at_px.x());
     const float y0 = std::floor(at_px.y());
@@ -98,12 +98,12 @@ int FlowPatch::reach_px(int window_px) {
   return (reach + 7) / 8 * 8;
 }
 
-bool FlowPatch::is_in_reach(const PyramidLevel& image, const Eigen::Vector2f& at_px) {
+bool FlowPatch::is_in_reach(const PaddedImage& image, const Eigen::Vector2f& at_px) {
   return at_px.x() >= -1 && at_px.y() >= -1 && at_px.x() <= static_cast<float>(image.width()) &&
          at_px.y() <= static_cast<float>(image.height());
 }
 
-void FlowPatch::take(const PyramidLevel& image, const Eigen::Vector2f& centre_px) {
+void FlowPatch::take(const PaddedImage& image, const Eigen::Vector2f& centre_px) {
   for (int c = 0; c < stride_; c += kLanes) {
     Sampler sampler(image, centre_px, c - half_px_ - 1, -half_px_ - 1);
     for (int r = 0; r < window_px_ + 2; ++r)
@@ -154,7 +154,7 @@ void FlowPatch::measure_gradients() {
   step_from_sums_ = (scale * inverse).cast<float>();
 }
 
-Eigen::Vector2f FlowPatch::step(const PyramidLevel& image, const Eigen::Vector2f& at_px) const {
+Eigen::Vector2f FlowPatch::step(const PaddedImage& image, const Eigen::Vector2f& at_px) const {
   std::int64_t x = 0;
   std::int64_t y = 0;
   const std::int16_t* values = around_.data() + stride_ + 1;
@@ -175,7 +175,7 @@ Eigen::Vector2f FlowPatch::step(const PyramidLevel& image, const Eigen::Vector2f
   return step_from_sums_ * Eigen::Vector2f(static_cast<float>(x), static_cast<float>(y));
 }
 
-FlowPatch::Difference FlowPatch::difference(const PyramidLevel& image,
+FlowPatch::Difference FlowPatch::difference(const PaddedImage& image,
                                             const Eigen::Vector2f& at_px) const {
   const std::int16_t* values = around_.data() + stride_ + 1;
   std::int64_t window = 0;

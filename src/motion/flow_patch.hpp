@@ -8,7 +8,7 @@
 
 namespace ygslam {
 
-class PyramidLevel;
+class PaddedImage;
 
 class FlowPatch {
  public:
@@ -18,7 +18,7 @@ class FlowPatch {
   /// Takes the square about a point of the image, interpolated bilinearly, and its gradients
   /// (Scharr's 3x3 kernel).
   /// @param centre_px see is_in_reach().
-  void take(const PyramidLevel& image, const Eigen::Vector2f& centre_px);
+  void take(const PaddedImage& image, const Eigen::Vector2f& centre_px);
 
   /// Smaller eigenvalue of the mean of g g^T, g the gradient in units of 32 grey levels per pixel:
   /// the measure of Shi and Tomasi (1994), scaled as FlowConfig::min_eigenvalue.
@@ -30,18 +30,17 @@ class FlowPatch {
   /// Gauss-Newton step [px] that brings the square at at_px of another image nearer to this one
   /// (Lucas and Kanade 1981). The gradients are those of the square taken, so that the normal
   /// matrix stays the same in all steps (inverse composition: Baker and Matthews 2004).
-  [[nodiscard]] Eigen::Vector2f step(const PyramidLevel& image, const Eigen::Vector2f& at_px) const;
+  [[nodiscard]] Eigen::Vector2f step(const PaddedImage& image, const Eigen::Vector2f& at_px) const;
 
   struct Difference {
     float window = 0;  ///< of the whole square
     float centre = 0;  ///< of the 3x3 pixels in its middle
   };
   /// Mean absolute difference to the square at at_px of another image [grey levels].
-  [[nodiscard]] Difference difference(const PyramidLevel& image,
-                                      const Eigen::Vector2f& at_px) const;
+  [[nodiscard]] Difference difference(const PaddedImage& image, const Eigen::Vector2f& at_px) const;
 
   /// True if a square about the point can be read: at most a pixel outside the image.
-  [[nodiscard]] static bool is_in_reach(const PyramidLevel& image, const Eigen::Vector2f& at_px);
+  [[nodiscard]] static bool is_in_reach(const PaddedImage& image, const Eigen::Vector2f& at_px);
   /// Border that images need for squares of this side.
   [[nodiscard]] static int reach_px(int window_px);
 

@@ -68,7 +68,7 @@ TEST(ImagePyramid, HalvesWithABinomialFilterAndMirrorsTheBorder) {
   const GreyImage image = textured(75, 62, 0, 0);
   const ImagePyramid pyramid(image, 1, 11);
   ASSERT_EQ(pyramid.levels().level.size(), 2U);
-  const PyramidLevel& coarse = pyramid.levels().level[1];
+  const PaddedImage& coarse = pyramid.levels().level[1];
   ASSERT_EQ(coarse.width(), 38);
   ASSERT_EQ(coarse.height(), 31);
   const auto mirrored = [](int i, int size) {
@@ -179,7 +179,7 @@ TEST(FlowPatch, HardestContrastsDoNotOverflow) {
 TEST(FlowPatch, BorderIsReadableWhereverAPatchMayLie) {
   for (const int side : {3, 11, 15, 51}) {
     const ImagePyramid pyramid(textured(60, 50, 0, 0), 0, side);
-    const PyramidLevel& image = pyramid.levels().level[0];
+    const PaddedImage& image = pyramid.levels().level[0];
     FlowPatch patch(side);
     for (const Eigen::Vector2f& at : {Eigen::Vector2f(-1, -1), Eigen::Vector2f(60, 50),
                                       Eigen::Vector2f(-1, 50), Eigen::Vector2f(60, -1)}) {

@@ -12,7 +12,7 @@ std::vector<Eigen::Vector2f> harris_corners(const ImagePyramid& image, int max_c
   constexpr int kBlockPx = 3;
   constexpr double kHarrisK = 0.04;
   std::vector<cv::Point2f> corners;
-  const PyramidLevel& full = image.levels().level[0];
+  const PaddedImage& full = image.levels().level[0];
   // OpenCV has no const header; it only reads.
   const cv::Mat grey(full.height(), full.width(), CV_8UC1, const_cast<std::uint8_t*>(full.row(0)),
                      static_cast<std::size_t>(full.stride()));

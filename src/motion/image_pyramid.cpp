@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <cstring>
 #include <utility>
 
 #ifdef __AVX2__
@@ -15,14 +13,6 @@
 
 namespace ygslam {
 namespace {
-
-// Index mirrored about 0 and size - 1, any distance away.
-int mirrored(int i, int size) {
-  if (size == 1) return 0;
-  const int period = 2 * (size - 1);
-  i = std::abs(i) % period;
-  return i < size ? i : period - i;
-}
 
 /// 1 4 6 4 1 down the columns; sums in 1/16.
 void sum_columns(const std::array<const std::uint8_t*, 5>& rows, int count,
@@ -66,8 +56,8 @@ void sum_rows(const std::uint16_t* sums, int count, std::uint8_t* out) {
 }
 
 /// Gaussian reduction (Burt and Adelson 1983): pixel (u, v) of the result lies at (2u, 2v).
-PyramidLevel halved(const PyramidLevel& fine) {
-  PyramidLevel coarse((fine.width() + 1) / 2, (fine.height() + 1) / 2, fine.border_px());
+PaddedImage halved(const PaddedImage& fine) {
+  PaddedImage coarse((fine.width() + 1) / 2, (fine.height() + 1) / 2, fine.border_px());
   const int count = 2 * coarse.width() + 3;  // at most 4 beyond the fine image
   std::vector<std::uint16_t> sums(static_cast<std::size_t>(count) + 16);
   for (int v = 0; v < coarse.height(); ++v) {
@@ -80,45 +70,16 @@ PyramidLevel halved(const PyramidLevel& fine) {
   return coarse;
 }
 
-PyramidLevel full_size(const GreyImage& image, int border_px) {
-  PyramidLevel level(image.width(), image.height(), border_px);
-  for (int v = 0; v < image.height(); ++v)
-    std::memcpy(level.row(v), image.row(v), static_cast<std::size_t>(image.width()));
-  level.mirror_border();
-  return level;
-}
-
 }  // namespace
-
-void PyramidLevel::mirror_border() {
-  for (int v = 0; v < height_; ++v) {
-    std::uint8_t* const p = row(v);
-    if (border_px_ < width_) {
-      std::reverse_copy(p + 1, p + 1 + border_px_, p - border_px_);
-      std::reverse_copy(p + width_ - 1 - border_px_, p + width_ - 1, p + width_);
-      continue;
-    }
-    for (int i = 1; i <= border_px_; ++i) {
-      p[-i] = p[mirrored(i, width_)];
-      p[width_ - 1 + i] = p[mirrored(width_ - 1 + i, width_)];
-    }
-  }
-  const auto bytes = static_cast<std::size_t>(width_ + 2 * border_px_);
-  for (int i = 1; i <= border_px_; ++i) {
-    std::memcpy(row(-i) - border_px_, row(mirrored(i, height_)) - border_px_, bytes);
-    std::memcpy(row(height_ - 1 + i) - border_px_,
-                row(mirrored(height_ - 1 + i, height_)) - border_px_, bytes);
-  }
-}
 
 ImagePyramid::ImagePyramid(const GreyImage& image, int levels, int window_px) {
   CHECK(!image.empty() && levels >= 0 && window_px >= 3);
   auto built = std::make_shared<Levels>();
   built->window_px = window_px;
   built->level.reserve(static_cast<std::size_t>(levels) + 1);
-  built->level.push_back(full_size(image, FlowPatch::reach_px(window_px)));
+  built->level.emplace_back().assign(image, FlowPatch::reach_px(window_px));
   for (int i = 0; i < levels; ++i) {
-    const PyramidLevel& last = built->level.back();
+    const PaddedImage& last = built->level.back();
     // Where the window covers the whole image it says nothing.
     if (std::min(last.width(), last.height()) <= 2 * window_px) break;
     built->level.push_back(halved(last));

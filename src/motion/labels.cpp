@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "motion/point_grid.hpp"
+#include "image/point_grid.hpp"
 
 namespace ygslam {
 std::vector<std::int32_t> link_to_previous(std::span<const Feature> current,

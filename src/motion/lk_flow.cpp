@@ -5,10 +5,10 @@
 #include <limits>
 #include <optional>
 
+#include "image/point_grid.hpp"
 #include "motion/flow_patch.hpp"
 #include "motion/guess_correction.hpp"
 #include "motion/image_pyramid_levels.hpp"
-#include "motion/point_grid.hpp"
 
 namespace ygslam {
 namespace {
@@ -25,7 +25,7 @@ constexpr float kCoarsePrecision = 4.0F;  // times epsilon_px: coarse levels onl
 constexpr float kMinGain = 0.5F;
 constexpr float kMaxGain = 2.0F;
 
-bool inside(const Eigen::Vector2f& p, const PyramidLevel& image, float margin_px) {
+bool inside(const Eigen::Vector2f& p, const PaddedImage& image, float margin_px) {
   return p.x() >= margin_px && p.y() >= margin_px &&
          p.x() <= static_cast<float>(image.width() - 1) - margin_px &&
          p.y() <= static_cast<float>(image.height() - 1) - margin_px;
@@ -139,8 +139,8 @@ class PointFollower {
     return point;
   }
 
-  const std::vector<PyramidLevel>& previous_;
-  const std::vector<PyramidLevel>& current_;
+  const std::vector<PaddedImage>& previous_;
+  const std::vector<PaddedImage>& current_;
   const FlowConfig& config_;
   int top_;
   FlowPatch patch_;

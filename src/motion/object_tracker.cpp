@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/check.hpp"
+#include "image/point_grid.hpp"
 #include "motion/flow_field.hpp"
-#include "motion/point_grid.hpp"
 
 namespace ygslam {
 namespace {

@@ -1,11 +1,10 @@
 #include "segment/movable.hpp"
 
 #include <algorithm>
-#include <array>
-#include <numeric>
 #include <set>
 #include <string_view>
-#include <utility>
+
+#include "core/edit_distance.hpp"
 
 namespace ygslam {
 namespace {
@@ -26,21 +25,6 @@ const std::vector<Group>& groups() {
       {"furniture", {13, 56, 57, 58, 59, 60}},
   };
   return kGroups;
-}
-
-/// Levenshtein distance, row by row.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, substituted});
-    }
-  }
-  return row.back();
 }
 
 std::string nearest_name(std::string_view name) {
@@ -73,15 +57,21 @@ Result<std::vector<int>> movable_classes(std::span<const std::string> names) {
   return std::vector<int>(ids.begin(), ids.end());
 }
 
-GreyImage movable_mask(const Segmentation& segmentation, std::span<const int> classes) {
-  std::array<std::uint8_t, 256> inside{};
-  for (std::size_t i = 0; i < segmentation.instances.size() && i + 1 < inside.size(); ++i) {
+std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
+                                          std::span<const int> classes) {
+  std::array<std::uint8_t, 256> movable{};
+  for (std::size_t i = 0; i < segmentation.instances.size() && i + 1 < movable.size(); ++i) {
     const int class_id = segmentation.instances[i].class_id;
-    if (std::find(classes.begin(), classes.end(), class_id) != classes.end()) inside[i + 1] = 255;
+    if (std::find(classes.begin(), classes.end(), class_id) != classes.end()) movable[i + 1] = 1;
   }
+  return movable;
+}
+
+GreyImage movable_mask(const Segmentation& segmentation, std::span<const int> classes) {
+  const auto movable = movable_ids(segmentation, classes);
   GreyImage mask(segmentation.ids.width(), segmentation.ids.height());
   std::transform(segmentation.ids.begin(), segmentation.ids.end(), mask.begin(),
-                 [&](std::uint8_t id) { return inside[id]; });
+                 [&](std::uint8_t id) { return static_cast<std::uint8_t>(255 * movable[id]); });
   return mask;
 }
 

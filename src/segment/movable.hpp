@@ -1,6 +1,8 @@
 // Which classes can move is configuration: COCO names and groups of them.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +16,9 @@ namespace ygslam {
 /// @return class ids, ascending, each once; an unknown name is an error that names the nearest.
 [[nodiscard]] Result<std::vector<int>> movable_classes(std::span<const std::string> names);
 
+/// @return for each instance id whether it is of one of the given classes (0 or 1); id 0 is none.
+[[nodiscard]] std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
+                                                        std::span<const int> classes);
 /// @return image of the segmentation's size: 255 inside instances of the given classes, else 0.
 [[nodiscard]] GreyImage movable_mask(const Segmentation& segmentation,
                                      std::span<const int> classes);

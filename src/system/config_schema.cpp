@@ -6,8 +6,9 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <numeric>
 #include <sstream>
+
+#include "core/edit_distance.hpp"
 
 namespace ygslam {
 namespace {
@@ -18,21 +19,6 @@ constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
 constexpr int kMaxEntries = 10000;
 constexpr std::size_t kMaxValueBytes = 1 << 16;
 constexpr std::size_t kMaxKeyBytes = 200;  // the nearest key is sought by edit distance
-
-// Levenshtein distance.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substitution = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({substitution, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
-}
 
 // A scalar or a flow list as the text that ConfigKey::set takes; cut off where it is far too long
 // for any key.

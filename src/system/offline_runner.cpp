@@ -5,7 +5,7 @@
 
 #include "core/log.hpp"
 #include "system/runner.hpp"
-#include "system/safe_segment.hpp"
+#include "system/segment_safely.hpp"
 
 namespace ygslam {
 namespace {

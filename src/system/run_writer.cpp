@@ -108,9 +108,7 @@ Status write_run(const std::filesystem::path& directory, const SlamOutcome& outc
     Status written = write_file_atomically(directory / name, text);
     if (!written.ok()) return written;
   }
-  std::vector<CloudPoint> points;
-  for (const ColouredPoint& p : mapping.cloud()) points.push_back({p.p_world, p.colour, 0});
-  return write_ply(directory / "map.ply", points);
+  return write_ply(directory / "map.ply", mapping.cloud());
 }
 
 }  // namespace ygslam

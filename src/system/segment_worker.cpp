@@ -1,7 +1,7 @@
 #include "system/segment_worker.hpp"
 
 #include "core/log.hpp"
-#include "system/safe_segment.hpp"
+#include "system/segment_safely.hpp"
 
 namespace ygslam {
 namespace {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "system/safe_segment.hpp"
+#include "system/segment_safely.hpp"
 #include "system/system_test_world.hpp"
 
 namespace ygslam::system_test {

@@ -183,7 +183,7 @@ TrackedFrame Tracker::perceive(const FramePtr& frame, std::span<const Segmentati
   current.frame = frame;
   const ScopedTimer orb_timer;
   Features features = orb_.extract(frame->grey);
-  attach_geometry(features, camera_, frame->depth_m, orb_.config().scale_factor);
+  attach_geometry(features, camera_, frame->depth_m, orb_.scales());
   current.features = std::make_shared<const Features>(std::move(features));
   current.grid = FeatureGrid(*current.features, camera_.ideal_bounds());
   result.orb_ms = orb_timer.wall_ms();

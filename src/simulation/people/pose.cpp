@@ -26,11 +26,6 @@ PoseBuilder::PoseBuilder(const BodyModel& model, const BodyShape& shape)
   local_.fill(Mat3::Identity());
 }
 
-Mat3 PoseBuilder::parent_rotation(Bone bone) const {
-  const int parent = model_.parent[index(bone)];
-  return parent < 0 ? Mat3::Identity() : R_[static_cast<std::size_t>(parent)];
-}
-
 void PoseBuilder::settle() {
   for (std::size_t b = 1; b < kBones; ++b) {
     if (!fixed_[b]) R_[b] = R_[static_cast<std::size_t>(model_.parent[b])] * local_[b];

@@ -36,7 +36,6 @@ class PoseBuilder {
   [[nodiscard]] BodyPose finish(const SE3& T_world_body) const;
 
  private:
-  [[nodiscard]] Mat3 parent_rotation(Bone bone) const;
   void settle();
 
   const BodyModel& model_;

@@ -126,18 +126,4 @@ void add_sphere(Mesh& mesh, const Vec3f& centre, float radius_m, int rings, Mate
   }
 }
 
-void compute_normals(const std::vector<Triangle>& triangles, const std::vector<Vec3f>& points,
-                     std::vector<Vec3f>& normals) {
-  normals.assign(points.size(), Vec3f::Zero());
-  for (const Triangle& triangle : triangles) {
-    const auto& [a, b, c] = triangle.corner;
-    const Vec3f area = (points[b] - points[a]).cross(points[c] - points[a]);
-    for (const std::uint32_t corner : triangle.corner) normals[corner] += area;
-  }
-  for (Vec3f& n : normals) {
-    const float length = n.norm();
-    n = length > 1e-12F ? Vec3f(n / length) : Vec3f::UnitZ();
-  }
-}
-
 }  // namespace ygslam::sim

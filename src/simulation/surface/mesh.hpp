@@ -47,8 +47,4 @@ void add_cylinder(Mesh& mesh, const Vec3f& base, const Vec3f& top, float base_ra
 
 void add_sphere(Mesh& mesh, const Vec3f& centre, float radius_m, int rings, MaterialId material);
 
-/// Recomputes smooth normals, each vertex the area-weighted mean of its triangles.
-void compute_normals(const std::vector<Triangle>& triangles, const std::vector<Vec3f>& points,
-                     std::vector<Vec3f>& normals);
-
 }  // namespace ygslam::sim

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "core/check.hpp"
@@ -53,16 +52,6 @@ PathSpeed default_speed(PathKind kind) {
 }
 
 }  // namespace
-
-std::optional<PathKind> path_kind_from(const std::string& name) {
-  static const std::map<std::string, PathKind> kinds = {{"static", PathKind::kStatic},
-                                                        {"xyz", PathKind::kXyz},
-                                                        {"rpy", PathKind::kRpy},
-                                                        {"halfsphere", PathKind::kHalfsphere},
-                                                        {"walk", PathKind::kWalk}};
-  const auto found = kinds.find(name);
-  return found == kinds.end() ? std::nullopt : std::optional(found->second);
-}
 
 SE3 look_at_pose(const Vec3& at, const Vec3& look_at) {
   const Vec3 forward = (look_at - at).normalized();

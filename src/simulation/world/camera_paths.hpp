@@ -3,7 +3,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "geometry/se3.hpp"
@@ -11,7 +10,6 @@
 namespace ygslam::sim {
 
 enum class PathKind { kStatic, kXyz, kRpy, kHalfsphere, kWalk };
-[[nodiscard]] std::optional<PathKind> path_kind_from(const std::string& name);
 
 /// Average speeds over a sequence; measured over poses 1/30 s apart.
 struct PathSpeed {

@@ -1,4 +1,4 @@
-#include "features/padded_image.hpp"
+#include "features/scale_space.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,24 +11,8 @@ namespace {
 
 PaddedImage padded(const GreyImage& image) {
   PaddedImage result;
-  result.assign(image);
+  result.assign(image, kLevelBorder_px);
   return result;
-}
-
-TEST(PaddedImage, BorderMirrorsTheImageHoweverSmall) {
-  for (const auto& [width, height] : {std::pair{1, 1}, {2, 5}, {7, 3}, {100, 40}}) {
-    const GreyImage image = testing::noise_image(width, height, 2);
-    const PaddedImage p = padded(image);
-    const auto fold = [](int i, int size) {
-      while (i < 0 || i >= size) i = size == 1 ? 0 : (i < 0 ? -i : 2 * (size - 1) - i);
-      return i;
-    };
-    for (int v = -PaddedImage::kMirror; v < height + PaddedImage::kMirror; ++v) {
-      for (int u = -PaddedImage::kMirror; u < width + PaddedImage::kMirror; ++u) {
-        ASSERT_EQ(p.row(v)[u], image.at(fold(u, width), fold(v, height))) << u << ' ' << v;
-      }
-    }
-  }
 }
 
 TEST(Reduce, EqualsBilinearInterpolationAtTheScaledPixel) {

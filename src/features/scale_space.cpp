@@ -1,9 +1,8 @@
-#include "features/padded_image.hpp"
+#include "features/scale_space.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
+#include <vector>
 
 #ifdef __AVX2__
 #include <immintrin.h>
@@ -12,14 +11,6 @@
 namespace ygslam {
 
 namespace {
-
-// Index mirrored about 0 and size - 1, any distance away.
-int mirrored(int i, int size) {
-  if (size == 1) return 0;
-  const int period = 2 * (size - 1);
-  i = std::abs(i) % period;
-  return i < size ? i : period - i;
-}
 
 constexpr int kWeightBits = 6;
 constexpr int kWeightOne = 1 << kWeightBits;
@@ -110,32 +101,8 @@ constexpr int kReach = 8;
 
 }  // namespace
 
-void PaddedImage::assign(const GreyImage& image) {
-  resize(image.width(), image.height());
-  for (int v = 0; v < height_; ++v) {
-    std::memcpy(row(v), image.row(v), static_cast<std::size_t>(width_));
-  }
-  mirror_border();
-}
-
-void PaddedImage::mirror_border() {
-  for (int v = 0; v < height_; ++v) {
-    std::uint8_t* const p = row(v);
-    for (int i = 1; i <= kMirror; ++i) {
-      p[-i] = p[mirrored(i, width_)];
-      p[width_ - 1 + i] = p[mirrored(width_ - 1 + i, width_)];
-    }
-  }
-  const auto bytes = static_cast<std::size_t>(width_ + 2 * kMirror);
-  for (int i = 1; i <= kMirror; ++i) {
-    std::memcpy(row(-i) - kMirror, row(mirrored(i, height_)) - kMirror, bytes);
-    std::memcpy(row(height_ - 1 + i) - kMirror, row(mirrored(height_ - 1 + i, height_)) - kMirror,
-                bytes);
-  }
-}
-
 void reduce(const PaddedImage& source, double ratio, int width, int height, PaddedImage& target) {
-  target.resize(width, height);
+  target.resize(width, height, source.border_px());
   const RowReducer reduce_row(width, ratio);
   const int source_width = reduce_row.source_width();
   std::vector<std::uint8_t> mixed(static_cast<std::size_t>(source_width) + 16);
@@ -152,7 +119,7 @@ void reduce(const PaddedImage& source, double ratio, int width, int height, Padd
 }
 
 void blur_7x7(const PaddedImage& source, PaddedImage& target) {
-  target.resize(source.width(), source.height());
+  target.resize(source.width(), source.height(), source.border_px());
   const int begin = -kReach;
   const int count = source.width() + 2 * kReach;
   std::vector<std::uint8_t> columns(static_cast<std::size_t>(count) + 6);

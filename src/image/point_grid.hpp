@@ -17,9 +17,11 @@ class PointGrid {
   explicit PointGrid(double cell_px) : inverse_cell_(static_cast<float>(1.0 / cell_px)) {}
 
   /// Sorts the points in; those that are not finite are left out.
-  void build(std::span<const Eigen::Vector2f> points) {
-    min_ = Eigen::Vector2f::Constant(1e9F);
-    Eigen::Vector2f max = -min_;
+  /// @param corner from which cells are counted; from farther up and left where points lie there.
+  void build(std::span<const Eigen::Vector2f> points,
+             const Eigen::Vector2f& corner = Eigen::Vector2f::Constant(1e9F)) {
+    min_ = corner;
+    Eigen::Vector2f max = Eigen::Vector2f::Constant(-1e9F);
     for (const auto& p : points) {
       if (!usable(p)) continue;
       min_ = min_.cwiseMin(p);

@@ -1,4 +1,4 @@
-#include "system/safe_segment.hpp"
+#include "system/segment_safely.hpp"
 
 #include <algorithm>
 #include <cmath>

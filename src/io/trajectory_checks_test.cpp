@@ -1,4 +1,4 @@
-#include "io/trajectory_doubts.hpp"
+#include "io/trajectory_checks.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ std::string fault_of(const std::string& text, std::optional<TrajectoryFormat> fo
   return file.ok() ? "none" : file.error().message;
 }
 
-TEST(TrajectoryDoubts, DecimalCommasAreTold) {
+TEST(TrajectoryChecks, DecimalCommasAreTold) {
   for (const char* text :
        {"1305031102,5 1,5 2,5 3,5 0,0 0,0 0,0 1,0\n", "1305031102,5\t1,5\t2\t3,5\t0\t0\t0\t1\n",
         "1305031102,5;-1,5;2,5;3,5;0,0;0,0;0,0;1,0\n", "1,5,1,5,2,5,3,5,0,0,0,0,0,0,1,0\n",
@@ -29,7 +29,7 @@ TEST(TrajectoryDoubts, DecimalCommasAreTold) {
   }
 }
 
-TEST(TrajectoryDoubts, LinesThatEndInCarriageReturnsAloneAreTold) {
+TEST(TrajectoryChecks, LinesThatEndInCarriageReturnsAloneAreTold) {
   const std::string wanted = "a carriage return within the line; lines must end in LF or CR LF";
   for (const char* text :
        {"1 0 0 0 0 0 0 1\r2 0 0 0 0 0 0 1\r", "# stamp x\r1 0 0 0 0 0 0 1\r2 0 0 0 0 0 0 1",
@@ -43,7 +43,7 @@ TEST(TrajectoryDoubts, LinesThatEndInCarriageReturnsAloneAreTold) {
   }
 }
 
-TEST(TrajectoryDoubts, KittiIsNotTakenForTum) {
+TEST(TrajectoryChecks, KittiIsNotTakenForTum) {
   const std::string whole = "0.6 -0.8 0 5 0.8 0.6 0 -1 0 0 1 2\n";
   EXPECT_EQ(fault_of(whole), "none");
   EXPECT_NE(fault_of(whole, TrajectoryFormat::kTum).find("f:1: a KITTI pose"), std::string::npos);
@@ -59,7 +59,7 @@ TEST(TrajectoryDoubts, KittiIsNotTakenForTum) {
   }
 }
 
-TEST(TrajectoryDoubts, StampsOfAnotherUnitAreTold) {
+TEST(TrajectoryChecks, StampsOfAnotherUnitAreTold) {
   EXPECT_NE(fault_of("1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n", TrajectoryFormat::kEuroc)
                 .find("less than a microsecond apart"),
             std::string::npos);
@@ -68,7 +68,7 @@ TEST(TrajectoryDoubts, StampsOfAnotherUnitAreTold) {
   EXPECT_EQ(fault_of("0,0,0,0,1,0,0,0\n5000000,0,0,0,1,0,0,0\n", TrajectoryFormat::kEuroc), "none");
 }
 
-TEST(TrajectoryDoubts, TimesHaveDecimalPointsAndLines) {
+TEST(TrajectoryChecks, TimesHaveDecimalPointsAndLines) {
   const testing::TempFolder folder;
   const auto times = folder.path() / "times.txt";
   for (const char* text : {"0,0\n0,1\n", "0.0\r0.1\r"}) {

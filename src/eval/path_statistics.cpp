@@ -1,4 +1,4 @@
-#include "eval/path_figures.hpp"
+#include "eval/path_statistics.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -11,9 +11,9 @@ constexpr double kStepSlack_s = 0.002;
 
 }  // namespace
 
-std::optional<PathFigures> path_figures(std::span<const StampedPose> poses) {
+std::optional<PathStatistics> path_statistics(std::span<const StampedPose> poses) {
   if (poses.size() < 2) return std::nullopt;
-  PathFigures figures;
+  PathStatistics figures;
   double angle_rad = 0;
   const StampedPose* before = &poses.front();
   for (const StampedPose& pose : poses.subspan(1)) {
@@ -33,14 +33,14 @@ std::optional<PathFigures> path_figures(std::span<const StampedPose> poses) {
   return figures;
 }
 
-std::optional<PathFigures> path_figures(std::span<const StampedPose> poses, Timestamp from,
-                                        Timestamp to, double slack_s) {
+std::optional<PathStatistics> path_statistics(std::span<const StampedPose> poses, Timestamp from,
+                                              Timestamp to, double slack_s) {
   const auto earlier = [](const StampedPose& pose, std::int64_t ns) { return pose.stamp.ns < ns; };
   const auto begin =
       std::lower_bound(poses.begin(), poses.end(), from.ns - to_ns(slack_s), earlier);
   const auto end = std::lower_bound(begin, poses.end(), to.ns + to_ns(slack_s) + 1, earlier);
-  return path_figures(poses.subspan(static_cast<std::size_t>(begin - poses.begin()),
-                                    static_cast<std::size_t>(end - begin)));
+  return path_statistics(poses.subspan(static_cast<std::size_t>(begin - poses.begin()),
+                                       static_cast<std::size_t>(end - begin)));
 }
 
 }  // namespace ygslam

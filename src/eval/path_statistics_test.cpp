@@ -1,4 +1,4 @@
-#include "eval/path_figures.hpp"
+#include "eval/path_statistics.hpp"
 
 #include <gtest/gtest.h>
 
@@ -24,8 +24,8 @@ std::vector<StampedPose> circle(double rate_hz, double noise_m = 0) {
   return poses;
 }
 
-TEST(PathFigures, OfACircleAreThoseOfTheFormula) {
-  const auto figures = path_figures(circle(30));
+TEST(PathStatistics, OfACircleAreThoseOfTheFormula) {
+  const auto figures = path_statistics(circle(30));
   ASSERT_TRUE(figures.has_value());
   EXPECT_NEAR(figures->duration_s, 10, 1e-9);
   EXPECT_NEAR(figures->length_m, 2 * std::numbers::pi, 1e-3);
@@ -33,27 +33,27 @@ TEST(PathFigures, OfACircleAreThoseOfTheFormula) {
   EXPECT_NEAR(figures->angular_speed_degps, 36, 1e-6);
 }
 
-TEST(PathFigures, DoNotAddUpTheNoiseOfAFastMotionCapture) {
-  const auto slow = path_figures(circle(30, 0.0005));
-  const auto fast = path_figures(circle(300, 0.0005));
+TEST(PathStatistics, DoNotAddUpTheNoiseOfAFastMotionCapture) {
+  const auto slow = path_statistics(circle(30, 0.0005));
+  const auto fast = path_statistics(circle(300, 0.0005));
   EXPECT_NEAR(fast->length_m, slow->length_m, 0.01);
   EXPECT_NEAR(fast->angular_speed_degps, 36, 1e-6) << "every turn counts once";
 }
 
-TEST(PathFigures, CanBeRestrictedToTheTimeOfTheFrames) {
+TEST(PathStatistics, CanBeRestrictedToTheTimeOfTheFrames) {
   const auto poses = circle(100);
-  const auto half = path_figures(poses, {to_ns(7.5)}, {to_ns(12.5)});
+  const auto half = path_statistics(poses, {to_ns(7.5)}, {to_ns(12.5)});
   ASSERT_TRUE(half.has_value());
   EXPECT_NEAR(half->duration_s, 5.04, 1e-6) << "the slack of 0.02 s at both ends";
   EXPECT_NEAR(half->speed_mps, 0.2 * std::numbers::pi, 1e-3);
-  EXPECT_FALSE(path_figures(poses, {to_ns(100)}, {to_ns(200)}).has_value());
+  EXPECT_FALSE(path_statistics(poses, {to_ns(100)}, {to_ns(200)}).has_value());
 }
 
-TEST(PathFigures, NeedTwoPosesAtDifferentTimes) {
+TEST(PathStatistics, NeedTwoPosesAtDifferentTimes) {
   const auto poses = circle(30);
-  EXPECT_FALSE(path_figures({}).has_value());
-  EXPECT_FALSE(path_figures({poses.data(), 1}).has_value());
-  EXPECT_TRUE(path_figures({poses.data(), 2}).has_value());
+  EXPECT_FALSE(path_statistics({}).has_value());
+  EXPECT_FALSE(path_statistics({poses.data(), 1}).has_value());
+  EXPECT_TRUE(path_statistics({poses.data(), 2}).has_value());
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 namespace ygslam {
 
-struct PathFigures {
+struct PathStatistics {
   double duration_s = 0;
   double length_m = 0;
   double speed_mps = 0;            ///< length / duration
@@ -21,10 +21,10 @@ struct PathFigures {
 inline constexpr double kPathStep_s = 1.0 / 30;
 
 /// @param poses in order of time. @return nothing for fewer than two poses at different times.
-[[nodiscard]] std::optional<PathFigures> path_figures(std::span<const StampedPose> poses);
+[[nodiscard]] std::optional<PathStatistics> path_statistics(std::span<const StampedPose> poses);
 /// The same of the poses between two times (each within slack_s).
-[[nodiscard]] std::optional<PathFigures> path_figures(std::span<const StampedPose> poses,
-                                                      Timestamp from, Timestamp to,
-                                                      double slack_s = 0.02);
+[[nodiscard]] std::optional<PathStatistics> path_statistics(std::span<const StampedPose> poses,
+                                                            Timestamp from, Timestamp to,
+                                                            double slack_s = 0.02);
 
 }  // namespace ygslam

@@ -1,4 +1,4 @@
-#include "io/trajectory_doubts.hpp"
+#include "io/trajectory_checks.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// The door through which masks come in: whatever a Segmenter does, the run goes on.
+// Calls a segmenter and checks what it returns: whatever it does, the run goes on.
 #pragma once
 
 #include "segment/segmenter.hpp"

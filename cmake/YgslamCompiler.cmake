@@ -23,6 +23,9 @@ elseif(YGSLAM_ARCH)
   target_compile_options(ygslam_compiler INTERFACE -march=${YGSLAM_ARCH})
 endif()
 
+if(YGSLAM_FUZZ)
+  target_compile_options(ygslam_compiler INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 if(YGSLAM_SANITIZE)
   target_compile_options(ygslam_compiler INTERFACE -fsanitize=${YGSLAM_SANITIZE}
                          -fno-omit-frame-pointer -fno-sanitize-recover=all)

@@ -238,8 +238,11 @@ class Resume(BenchTest):
         done = self.bench("--quiet")
         self.assertEqual(done.returncode, 9)
         self.assertIn("made by version 0.0.1", done.stderr)
-        (self.out / "sweep.json").write_text("{", encoding="utf-8")
-        self.assertEqual(self.bench("--quiet").returncode, 4)
+        for damaged in ("{", "[]", '{"format": 1}', "\0"):
+            (self.out / "sweep.json").write_text(damaged, encoding="utf-8")
+            done = self.bench("--quiet")
+            self.assertEqual(done.returncode, 9, damaged)
+            self.assertRegex(done.stderr, r"\Aerror: [^\n]*sweep.json: [^\n]*remove the old results\n\Z")
         self.assertEqual(self.run_times(), before)
 
 

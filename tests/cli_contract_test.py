@@ -1,6 +1,8 @@
 """The contract of the command line: options, output files and their content."""
 import csv
 import json
+import os
+import pathlib
 import struct
 import subprocess
 import unittest
@@ -108,6 +110,25 @@ class Config(CliTest):
         self.assert_error(self.run_slam(sequence(), "--set", "motion.tau_px", "--quiet"), 3,
                           "key=value")
 
+    def test_all_faults_are_told_at_once(self):
+        file = self.folder / "settings.yaml"
+        file.write_text("motion:\n  tau_pxx: 1\n  limit_tau_px: 99\norb:\n  fast_threshold_low: 30\n"
+                        "  levels: 3\n  levels: 4\n", encoding="utf-8")
+        done = self.run_slam(sequence(), "--config", file, "--set", "flow.window_px=12", "--set",
+                             "nonsense", "--quiet")
+        self.assert_error(done, 3, "settings.yaml: line 2:", "motion.tau_px'", "line 3:",
+                          "motion.limit_tau_px", "line 7: 'orb.levels' is given twice",
+                          "orb.fast_threshold_low must not exceed orb.fast_threshold",
+                          "flow.window_px must be odd", "key=value")
+
+    def test_values_that_abort_nothing(self):
+        for setting in ("orb.fast_threshold=1", "orb.fast_threshold=255",
+                        "orb.fast_threshold_low=30"):
+            self.assert_error(self.run_slam(sequence(), "--set", setting, "--quiet"), 3,
+                              "orb.fast_threshold")
+        self.assert_ran(self.run_slam(sequence(), "--to", 5, "--set", "orb.fast_threshold=254",
+                                      "--set", "orb.fast_threshold_low=254"), code=7)
+
     def test_a_broken_settings_file_is_named(self):
         file = self.folder / "settings.yaml"
         for text in ("motion: [\n", "just words\n", "- a\n- b\n", "{" * 100000,
@@ -116,7 +137,10 @@ class Config(CliTest):
             file.write_text(text, encoding="utf-8")
             self.assert_error(self.run_slam(sequence(), "--config", file, "--quiet"), 3,
                               "settings.yaml")
-        for missing in (self.folder / "none.yaml", self.folder):
+        os.mkfifo(self.folder / "pipe.yaml")
+        for missing in (self.folder / "none.yaml", self.folder, self.folder / "pipe.yaml",
+                        pathlib.Path("/proc/self/mem"), pathlib.Path("/proc/self/attr/current"),
+                        file / "below.yaml"):
             self.assert_error(self.run_slam(sequence(), "--config", missing, "--quiet"), 3,
                               missing.name)
 

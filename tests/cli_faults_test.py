@@ -130,6 +130,14 @@ class Images(CliTest):
         for _, _, _, depth in self.pairs(folder):
             (folder / depth).write_bytes(b"no picture")
         self.assert_error(self.run_slam(folder, "--quiet"), 4, str(folder))
+        self.assertFalse((self.folder / "out").exists())
+        # An earlier run's files, the log among them, stay as they were; so does a folder of others.
+        self.assert_ran(self.run_slam(sequence(), "--to", 5))
+        before = {path.name: path.read_bytes() for path in (self.folder / "out").iterdir()}
+        self.assertIn(f"{FRAMES} pairs", self.log())
+        self.assertEqual(self.run_slam(folder).returncode, 4)
+        self.assertEqual({path.name: path.read_bytes() for path in (self.folder / "out").iterdir()},
+                         before)
 
 
 class Lists(CliTest):
@@ -208,7 +216,8 @@ class Cameras(CliTest):
     BAD = (("fx 0", "fx"), ("fy -500", "fy"), ("fx nan", "fx"), ("fx inf", "fx"), ("fx 1e9", "fx"),
            ("k1 1e9", "k1"), ("depth_scale 0", "depth_scale"), ("width -3", "width"),
            ("width 0.5", "width"), ("fx 12,5", "fx"), ("cx 1e5", "cx"), ("fz 500", "fx"),
-           ("fx 500\nfx 500", "fx"), ("p1 2", "p1"), ("height 99999999999", "height"))
+           ("fx 500\nfx 500", "fx"), ("p1 2", "p1"), ("height 99999999999", "height"),
+           ("cx -1", "cx"), ("cy 241", "cy"), ("k1 -1", "k1"))
 
     def test_an_impossible_calibration_names_file_line_and_key(self):
         folder = self.copy_sequence(frames=3)
@@ -224,6 +233,21 @@ class Cameras(CliTest):
         self.assert_error(self.run_slam(folder, "--quiet"), 3, "calibration.txt", "'cy'")
         (folder / "calibration.txt").unlink()
         self.assert_error(self.run_slam(folder, "--quiet"), 3, "no calibration.txt", "--camera")
+
+    def test_a_lens_that_cannot_be_undone_is_refused_and_an_odd_one_runs(self):
+        folder = self.copy_sequence(frames=12)
+        freiburg1 = {"fx": 258.7, "fy": 258.2, "cx": 159.3, "cy": 127.7, "k1": 0.262383,
+                     "k2": -0.953104, "p1": -0.005358, "p2": 0.002628, "k3": 1.163314}
+        def run(**changes):
+            text = "".join(f"{k} {v}\n" for k, v in {**freiburg1, **changes}.items())
+            (folder / "calibration.txt").write_text(text, encoding="utf-8")
+            return self.run_slam(folder, "--quiet")
+        for changes in ({"k3": 0}, {"k1": -1}, {"p1": -0.9}):
+            self.assert_error(run(**changes), 3, "calibration.txt:5: k1", "cannot be undone")
+        plain = dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0)
+        for changes in ({}, {"cx": 0}, {**plain, "cx": 0}, {**plain, "k1": 9}, {**plain, "k3": 900}):
+            self.assertIn(run(**changes).returncode, (0, 7), changes)  # the images know another lens
+            self.assert_sound()
 
     def test_an_impossible_camera_file_names_file_and_key(self):
         file = self.folder / "camera.yaml"

@@ -13,7 +13,7 @@ import subprocess
 import time
 import unittest
 
-from ygslam_cli import BINARY, FILES, HANG_S, CliTest, sequence, trajectory, ygslam
+from ygslam_cli import (BINARY, FILES, HANG_S, CliTest, lines_of, sequence, trajectory, ygslam)
 
 RESULTS = sorted(FILES - {"metrics.json", "log.txt"})
 
@@ -59,7 +59,8 @@ class FullDisk(CliTest):
 
     def test_a_file_size_limit_ends_a_run_with_one_line(self):
         done = self.limited(600, "--quiet")
-        self.assert_error(done, 9, self.folder / "out" / "trajectory.txt", "File too large")
+        self.assert_error(done, 9, self.folder / "out" / "trajectory.txt", "File too large",
+                          left=["log.txt"])
 
     def test_a_file_size_limit_leaves_a_rendering_without_lists(self):
         out = self.folder / "rendered"
@@ -134,6 +135,79 @@ class FullDisk(CliTest):
         self.assertEqual(contents(self.folder / "out"), before)
 
 
+class Links(CliTest):
+    """What lies in the output folder under the name of one of our files is replaced, never followed."""
+
+    def test_no_file_outside_the_folder_is_written(self):
+        out, outside = self.folder / "out", self.folder / "outside"
+        out.mkdir()
+        outside.mkdir()
+        for name in FILES:
+            (outside / name).write_text("precious", encoding="utf-8")
+            (out / name).symlink_to(outside / name)
+        self.assert_ran(self.run_slam(sequence(), "--to", 12))
+        self.assert_sound()
+        for name in FILES:
+            self.assertEqual((outside / name).read_text(encoding="utf-8"), "precious", name)
+            self.assertFalse((out / name).is_symlink(), name)
+
+    def test_a_rendering_writes_through_no_link(self):
+        out, precious = self.folder / "rendered", self.folder / "precious"
+        precious.write_text("precious", encoding="utf-8")
+        (out / "rgb").mkdir(parents=True)
+        how = ("simulate", "static_xyz", "--out", out, "--size", "160x120", "--seconds", "0.1",
+               "--threads", "1", "--quiet")
+        self.assert_ran(ygslam(*how))
+        first = sorted((out / "rgb").iterdir())[0]
+        first.unlink()
+        first.symlink_to(precious)
+        self.assert_ran(ygslam(*how))
+        self.assertEqual(precious.read_text(encoding="utf-8"), "precious")
+        self.assertFalse(first.is_symlink())
+
+    def test_the_log_of_a_sweep_is_continued_unless_it_is_a_link(self):
+        precious = self.folder / "precious"
+        precious.write_text("precious", encoding="utf-8")
+        out = self.folder / "sweep"
+        out.mkdir()
+        (out / "log.txt").symlink_to(precious)
+        how = ("--modes", "off", "--runs", 1, "--no-report", "--deterministic")
+        folder = self.copy_sequence(frames=12)
+        self.assert_ran(ygslam("bench", folder, "--out", out, *how))
+        self.assertEqual(precious.read_text(encoding="utf-8"), "precious")
+        first = (out / "log.txt").read_text(encoding="utf-8")
+        self.assertIn("1 sequences", first)
+        self.assert_ran(ygslam("bench", folder, "--out", out, *how))
+        self.assertTrue((out / "log.txt").read_text(encoding="utf-8").startswith(first))
+
+    def test_a_locked_folder_that_is_a_link_is_refused(self):
+        out = self.folder / "out"
+        out.mkdir()
+        (out / ".lock").symlink_to(self.folder / "elsewhere")
+        done = self.run_slam(sequence(), "--quiet")
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertFalse((self.folder / "elsewhere").exists())
+
+
+class Memory(CliTest):
+    """What does not fit into memory is told, in one line, with a code of its own."""
+
+    def test_want_of_memory_is_code_1_and_says_so(self):
+        refused = 0
+        for limit_mb in (1200, 600, 400, 300, 250, 200, 160):
+            limit = limit_mb << 20
+            done = self.run_slam(sequence(), "--to", 8, "--quiet", out=f"out{limit_mb}",
+                                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS,
+                                                                       (limit, limit)))
+            if "error while loading shared libraries" in done.stderr:
+                continue  # it did not even start
+            self.assertIn(done.returncode, (0, 1), f"{limit_mb} MB: {done.stderr}")
+            if done.returncode == 1:
+                refused += 1
+                self.assertEqual(done.stderr, "error: out of memory\n", limit_mb)
+        self.assertGreater(refused, 0, "no limit was low enough: the test tests nothing")
+
+
 class LongRuns(CliTest):
     """Tests that need a run that does not end by itself: the same images again and again."""
 
@@ -183,6 +257,10 @@ class Signals(LongRuns):
             rows = trajectory(self.folder / out / "trajectory.txt")
             self.assertEqual(len(rows), metrics["tracked"])
             self.assertGreater(len(rows), 0)
+            # Frames that were read ahead do not count.
+            frames = lines_of(self.folder / out / "frames.csv")[1:]
+            self.assertEqual(metrics["readable"], len(frames))
+            self.assertEqual(metrics["coverage"], len(rows) / len(frames))
 
     def test_a_second_signal_ends_it_at_once(self):
         process = self.start()
@@ -192,7 +270,7 @@ class Signals(LongRuns):
         os.kill(process.pid, signal.SIGCONT)
         done = self.finish(process)
         self.assertIn(done.returncode, (130, 143), done.stderr)  # whichever is handled last
-        self.assert_nothing_written()
+        self.assert_nothing_written(left=[".lock", "log.txt"])
 
 
 class SimulateSignals(CliTest):
@@ -284,7 +362,7 @@ class TwoAtOnce(LongRuns):
     def test_a_second_run_on_the_same_output_is_code_9_and_disturbs_nothing(self):
         process = self.start()
         done = self.run_slam(sequence(), "--quiet")
-        self.assert_error(done, 9, "locked", self.folder / "out")
+        self.assert_error(done, 9, "locked", self.folder / "out", left=[".lock", "log.txt"])
         self.assertIn("20000 pairs", self.log())
         process.send_signal(signal.SIGINT)
         self.assert_ran(self.finish(process), 130)

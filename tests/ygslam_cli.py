@@ -117,8 +117,8 @@ class CliTest(unittest.TestCase):
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertNotRegex(done.stderr, r"(?m)^error")
 
-    def assert_error(self, done, code, *parts, out="out"):
-        """The exit code, one line of error that holds the parts, and nothing written."""
+    def assert_error(self, done, code, *parts, out="out", left=()):
+        """The exit code, one line of error that holds the parts, and nothing written but `left`."""
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertEqual(done.stdout, "")
         errors = [line for line in done.stderr.splitlines()
@@ -127,17 +127,17 @@ class CliTest(unittest.TestCase):
         self.assertTrue(errors[0].startswith("error: "), errors[0])
         for part in parts:
             self.assertIn(str(part), errors[0])
-        self.assert_nothing_written(out)
+        self.assert_nothing_written(out, left)
 
-    def assert_nothing_written(self, out="out"):
+    def assert_nothing_written(self, out="out", left=()):
         folder = self.folder / out
-        left = [] if not folder.is_dir() else sorted(p.name for p in folder.iterdir())
-        self.assertEqual([name for name in left if name not in (".lock", "log.txt")], [])
+        found = [] if not folder.is_dir() else sorted(p.name for p in folder.iterdir())
+        self.assertEqual(found, sorted(left))
 
     def assert_sound(self, out="out"):
         """All files are there and no pose is broken."""
         found = {path.name for path in (self.folder / out).iterdir()}
-        self.assertEqual(found - {".lock"}, FILES)
+        self.assertEqual(found, FILES)
         for name in ("trajectory.txt", "trajectory_live.txt", "keyframes.txt"):
             for stamp, pose in trajectory(self.folder / out / name):
                 self.assertEqual(len(pose), 7, f"{name} {stamp}")

@@ -5,11 +5,19 @@
 //   auto slam = ygslam::api::Slam::open(settings);  // throws ygslam::api::Error
 //   ygslam::api::Result r = slam.process({t_ns, rgb, depth_m});
 //
-// This header needs the standard library only. Objects may be used from one thread at a time.
+// This header needs the standard library only. Objects may be used from one thread at a time;
+// several may live side by side.
+//
+// What it does to the program it lives in: it starts no process, writes no file and nothing to
+// standard output, sets no signal handler and changes no global setting. Every failure is an Error,
+// bugs and want of memory included. Threads: unless deterministic, each object has one that maps
+// and, with a model, one that segments; the network runs on `segment.threads` threads (default 1).
+// A few image operations are OpenCV's, whose own pool follows the program's cv::setNumThreads.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -31,17 +39,26 @@ struct CameraModel {
   int width = 640, height = 480;  ///< [px]
 };
 
+enum class LogLevel { kInfo, kWarning, kError };
+
 struct Settings {
   CameraModel camera;
-  std::string model;    ///< YOLOv8-seg network (.onnx or .xml); empty = geometry alone
-  std::string dynamic;  ///< off, geometry, semantic, full; empty = full with a model, else geometry
+  /// YOLOv8-seg network (.onnx or .xml); empty = geometry alone. Read in this process: a file made
+  /// to crash its reader will.
+  std::string model;
+  /// off, geometry, semantic, full; empty: the option dynamic.mode, else full with a model, else
+  /// geometry.
+  std::string dynamic;
   bool deterministic = false;  ///< one schedule without threads: same input, same result
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`
+  /// Takes the log's lines in place of standard error, which gets warnings and errors only. Called
+  /// by the object's threads, too, one line at a time or several; what it throws is ignored.
+  std::function<void(LogLevel, const std::string&)> log;
 };
 
 /// Row-major, rows contiguous. Pointers are read during the call only.
 struct Frame {
-  std::int64_t t_ns = 0;              ///< strictly increasing
+  std::int64_t t_ns = 0;              ///< strictly increasing, within 146 years of 0
   const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
   const float* depth_m =
       nullptr;  ///< height x width, along the optical axis; 0, NaN, negative = none
@@ -92,8 +109,9 @@ struct Outcome {
   std::vector<MapPoint> static_map;
 };
 
-/// What went wrong in one line; `code` as the exit codes of the command line (3 settings or camera,
-/// 4 input, 5 model).
+/// What went wrong in one line; `code` as the exit codes of the command line: 1 a bug or out of
+/// memory (the object is of no further use), 2 used after finish() or moved from, 3 settings or
+/// camera (all faults of the settings at once), 4 input, 5 model.
 class YGSLAM_API Error : public std::runtime_error {
  public:
   Error(int error_code, const std::string& message)
@@ -103,15 +121,16 @@ class YGSLAM_API Error : public std::runtime_error {
 
 class YGSLAM_API Slam {
  public:
-  /// @throws Error for impossible settings or an unusable model.
+  /// @throws Error (3, 5, 1)
   static Slam open(const Settings& settings);
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
   ~Slam();
 
-  /// @throws Error (4) if a pointer is null or the stamp does not increase.
+  /// @throws Error (4) if a pointer is null or the stamp does not increase (the frame is left out),
+  /// (2) after finish(), (1) also for what failed in another thread since.
   Result process(const Frame& frame);
-  /// Ends the run; process() must not be called after.
+  /// Ends the run. May be called again: the outcome is the same. @throws Error (1, 2)
   Outcome finish();
 
  private:

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "app/bench_options.hpp"
-#include "app/log_file.hpp"
+#include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
 #include "benchmark_runs/child_process.hpp"
@@ -14,15 +14,12 @@
 #include "benchmark_runs/pictures.hpp"
 #include "benchmark_runs/python_tool.hpp"
 #include "benchmark_runs/sweep.hpp"
-#include "core/log.hpp"
 #include "core/time.hpp"
 
 namespace ygslam {
 namespace {
 
 constexpr double kChecksOfPictures = 3;  // each takes as long as a run
-
-bool is_quiet() { return log::get_level() > log::level::warn; }
 
 // Names come from the file system and may be any bytes; JSON needs UTF-8.
 void print(const nlohmann::ordered_json& json) {
@@ -61,7 +58,7 @@ class SweepDisplay {
  private:
   void say(const std::string& line, bool fault) {
     if (bar_) bar_->clear();
-    log::log(fault ? log::level::warn : log::level::info, "{}", line);
+    log::write(fault ? log::Level::kWarning : log::Level::kInfo, line);
   }
   void show(std::size_t done, std::size_t total, const std::string& now) {
     if (!bar_) {
@@ -181,8 +178,9 @@ Result<int> run_sweep(const BenchArguments& a) {
   SweepDisplay display(is_quiet());
   auto sweep = Sweep::open(*options, display.observer());
   if (!sweep.ok()) return sweep.error();
-  const auto log_file = LogFile::open(out / "log.txt", false);
+  auto log_file = LogFile::open(out / "log.txt", true);
   if (!log_file.ok()) return log_file.error();
+  if (Status placed = log_file->place(); !placed.ok()) return placed.error();
   auto code = make_runs(a, *options, *sweep, display);
   if (code.ok()) return code;
   log::error("{}", code.error().message);  // while the log is open

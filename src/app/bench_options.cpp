@@ -62,8 +62,8 @@ Status read_settings(const BenchArguments& a, SweepOptions& options) {
   Status loaded = load_settings(run, config);
   if (!loaded.ok()) return loaded;
   SlamConfig defaults;
-  const ConfigSchema set = run_schema(config);
-  const ConfigSchema unset = run_schema(defaults);
+  const ConfigSchema set = schema_of(config);
+  const ConfigSchema unset = schema_of(defaults);
   for (std::size_t i = 0; i < set.keys().size(); ++i) {
     const ConfigKey& key = set.keys()[i];
     if (key.name == "segment.precision") options.precision = key.get();

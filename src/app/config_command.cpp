@@ -15,7 +15,7 @@ void add_config_command(CLI::App& app) {
       "  motion:\n    tau_px: 1.5\n");
   command->callback([] {
     SlamConfig config;
-    const ConfigSchema schema = run_schema(config);
+    const ConfigSchema schema = schema_of(config);
     for (const ConfigKey& key : schema.keys()) {
       const std::string value = key.get() + (key.unit.empty() ? "" : " " + key.unit);
       std::printf("%-32s %-22s %s (%s)\n", key.name.c_str(), value.c_str(), key.meaning.c_str(),

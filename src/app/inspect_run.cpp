@@ -6,9 +6,9 @@
 #include <span>
 
 #include "app/point_picture.hpp"
+#include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
-#include "core/log.hpp"
 #include "segment/movable.hpp"
 #include "segment/recorded_masks.hpp"
 
@@ -75,6 +75,7 @@ Status Inspection::run(Check& check) {
   session_options.config = check.config;
   session_options.camera = sequence_.camera;
   session_options.deterministic = true;
+  session_options.may_fork = true;
   auto session = open_session(std::move(session_options));
   if (!session.ok()) return session.error();
   std::unique_ptr<Segmenter> true_masks;
@@ -90,7 +91,7 @@ Status Inspection::run(Check& check) {
   if (options_.run.to > 0) reading.to = options_.run.to;
   reading.depth = check.config.depth;
   FrameReader reader(sequence_, reading);
-  ProgressBar progress(reader.counts().offered, log::get_level() > log::level::warn);
+  ProgressBar progress(reader.counts().offered, is_quiet());
   while (auto frame = reader.next()) {
     const TrackResult result = session->runner->process(*frame);
     std::optional<DynamicTruth> truth;

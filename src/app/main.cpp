@@ -10,14 +10,16 @@
 #include "app/config_command.hpp"
 #include "app/eval_command.hpp"
 #include "app/inspect_command.hpp"
+#include "app/program_log.hpp"
 #include "app/run_command.hpp"
 #include "app/simulate_command.hpp"
-#include "core/log.hpp"
+#include "system/failure.hpp"
 #include "system/metrics.hpp"
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("ygslam"));
   spdlog::set_pattern("%^%l%$: %v");
+  const ygslam::log::ScopedSink log_sink(ygslam::program_log());
   std::signal(SIGXFSZ, SIG_IGN);  // what goes beyond a file size limit is then an error to report
   cv::setNumThreads(1);  // the stages have threads of their own; two cores are all a robot may have
   try {
@@ -52,7 +54,7 @@ int main(int argc, char** argv) {
     }
     return exit_code;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "error: internal: %s\n", e.what());
+    ygslam::log::error("{}", ygslam::describe(e));
     return static_cast<int>(ygslam::ErrorKind::kInternal);
   }
 }

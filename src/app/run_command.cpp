@@ -5,11 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/debug_images.hpp"
-#include "app/log_file.hpp"
+#include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/run_options.hpp"
 #include "app/stop_signal.hpp"
-#include "core/log.hpp"
 #include "core/statistics.hpp"
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
@@ -18,9 +17,6 @@
 
 namespace ygslam {
 namespace {
-
-// --quiet is the program's, not the command's.
-bool is_quiet() { return spdlog::get_level() > spdlog::level::warn; }
 
 // A wrong depth scale or camera shows in the depth itself: a room's median lies between these, and
 // something in view is farther than the last. Over the recordings the bounds were tried on, medians
@@ -80,6 +76,7 @@ Status prepare(Run& run) {
   session.camera = run.sequence.camera;
   session.deterministic = o.deterministic;
   session.may_wait = !o.realtime;
+  session.may_fork = true;
   auto opened = open_session(std::move(session));
   if (!opened.ok()) return opened.error();
   run.session = std::move(opened).value();
@@ -98,7 +95,7 @@ void start_reader(Run& run) {
   run.reader = std::make_unique<FrameReader>(run.sequence, config);
 }
 
-Status process_frames(Run& run, SlamOutcome& outcome) {
+Status process_frames(Run& run, LogFile& log_file, SlamOutcome& outcome) {
   const RunOptions& o = run.options;
   std::optional<DebugImages> pictures;
   if (!o.debug_dir.empty()) {
@@ -110,7 +107,11 @@ Status process_frames(Run& run, SlamOutcome& outcome) {
   bool first = true;
   std::optional<Error> picture_error;
   while (auto frame = run.reader->next()) {
-    if (std::exchange(first, false)) warn_about_depth(**frame);
+    if (std::exchange(first, false)) {
+      // Not before: a run without a frame leaves an earlier one's files alone.
+      if (Status placed = log_file.place(); !placed.ok()) return placed;
+      warn_about_depth(**frame);
+    }
     const TrackResult result = run.session.runner->process(*frame);
     if (pictures && !picture_error) {
       Status drawn = pictures->add(*frame, result);
@@ -169,7 +170,7 @@ Status write_outputs(const Run& run, const SlamOutcome& outcome) {
   written = write_file_atomically(out / "metrics.json", metrics.dump(2) + "\n");
   if (!written.ok()) return written;
   SlamConfig config = run.config;
-  return write_file_atomically(out / "config.yaml", run_schema(config).to_yaml());
+  return write_file_atomically(out / "config.yaml", schema_of(config).to_yaml());
 }
 
 Result<int> run_all(Run& run) {
@@ -181,7 +182,7 @@ Result<int> run_all(Run& run) {
   if (!writable.ok()) return writable.error();
   auto lock = OutputLock::acquire(o.out_dir);
   if (!lock.ok()) return lock.error();
-  auto log_file = LogFile::open(std::filesystem::path(o.out_dir) / "log.txt", true);
+  auto log_file = LogFile::open(std::filesystem::path(o.out_dir) / "log.txt");
   if (!log_file.ok()) return log_file.error();
   start_reader(run);
   run.facts.mode = mode_name(run.config.dynamic.mode);
@@ -196,19 +197,28 @@ Result<int> run_all(Run& run) {
 
   const ScopedTimer wall;
   SlamOutcome outcome;
-  Status processed = process_frames(run, outcome);
+  Status processed = process_frames(run, *log_file, outcome);
   run.facts.wall_s = wall.wall_ms() / 1000;
   if (!outcome.frames.empty()) {
     Status written = write_outputs(run, outcome);
     if (!written.ok()) return written.error();
   }
   if (!processed.ok()) return processed.error();
-  if (run.interrupted_by) return 128 + run.interrupted_by;
-  if (1 - coverage(outcome) > run.config.run.max_lost_share) {
+  if (outcome.frames.empty()) return 128 + run.interrupted_by;  // nothing to save
+  const bool lost = 1 - coverage(outcome) > run.config.run.max_lost_share && !run.interrupted_by;
+  if (lost)
     log::warn("{}: lost for {:.0f} % of the frames", o.sequence, 100 * (1 - coverage(outcome)));
-    return kExitLost;
-  }
-  return 0;
+  if (Status written = log_file->finish(); !written.ok()) return written.error();
+  return run.interrupted_by ? 128 + run.interrupted_by : lost ? kExitLost : 0;
+}
+
+// Like run_all(), but a run that wrote nothing leaves no new folder.
+Result<int> run_and_tidy(Run& run) {
+  std::error_code code;
+  const bool is_new = !std::filesystem::exists(run.options.out_dir, code);
+  auto result = run_all(run);
+  if (is_new && !code) std::filesystem::remove(run.options.out_dir, code);  // if it is empty
+  return result;
 }
 
 void declare_options(CLI::App& command, RunOptions& o) {
@@ -261,7 +271,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
     const StopSignal signal;
     Run run;
     run.options = *options;
-    const Result<int> code = run_all(run);
+    const Result<int> code = run_and_tidy(run);
     if (!code.ok()) log::error("{}", code.error().message);
     exit_code = code.ok() ? *code : static_cast<int>(code.error().kind);
   });

@@ -6,7 +6,6 @@
 
 #include "io/calibration.hpp"
 #include "io/text.hpp"
-#include "segment/movable.hpp"
 
 namespace ygslam {
 
@@ -26,46 +25,25 @@ void add_input_options(CLI::App& command, RunOptions& o) {
       ->type_name("N");
 }
 
-ConfigSchema run_schema(SlamConfig& config) {
-  ConfigSchema schema = schema_of(config);
-  schema.choice("dynamic.mode", config.dynamic.mode,
-                {{"off", DynamicMode::kOff},
-                 {"geometry", DynamicMode::kGeometry},
-                 {"semantic", DynamicMode::kSemantic},
-                 {"full", DynamicMode::kFull}},
-                "what is done about moving things (--dynamic)");
-  return schema;
-}
-
 Status load_settings(const RunOptions& options, SlamConfig& config) {
-  ConfigSchema schema = run_schema(config);
-  if (!options.config_file.empty()) {
-    Status loaded = schema.load_yaml(options.config_file);
-    if (!loaded.ok()) return loaded;
-  }
+  ConfigSchema schema = schema_of(config);
+  ConfigFaults faults;
+  if (!options.config_file.empty()) faults.add(schema.load_yaml(options.config_file));
   for (const std::string& assignment : options.sets) {
     const auto equals = assignment.find('=');
     if (equals == std::string::npos) {
-      return Error{ErrorKind::kConfig, "--set " + assignment + ": write key=value"};
+      faults.add("--set " + printable(assignment) + ": write key=value");
+      continue;
     }
-    Status set = schema.set(assignment.substr(0, equals), assignment.substr(equals + 1), "--set");
-    if (!set.ok()) return set;
+    faults.add(schema.set(assignment.substr(0, equals), assignment.substr(equals + 1), "--set"));
   }
   if (!options.dynamic_mode.empty()) {
     Status set = schema.set("dynamic.mode", options.dynamic_mode, "--dynamic");
     if (!set.ok()) return Error{ErrorKind::kUsage, set.error().message};
   }
   if (options.seed) config.run.seed = *options.seed;
-  if (config.dynamic.flow.window_px % 2 == 0) {
-    return Error{ErrorKind::kConfig, "flow.window_px must be odd"};
-  }
-  if (config.depth.min_m >= config.depth.max_m) {
-    return Error{ErrorKind::kConfig, "depth.min_m must be less than depth.max_m"};
-  }
-  if (const auto movable = movable_classes(config.segment.movable); !movable.ok()) {
-    return Error{ErrorKind::kConfig, "segment.movable: " + movable.error().message};
-  }
-  return Ok{};
+  faults.add(validate(config));
+  return faults.status();
 }
 
 Result<CameraConfig> read_camera_yaml(const std::string& path) {

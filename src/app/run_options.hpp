@@ -30,9 +30,8 @@ struct RunOptions {
 /// SEQUENCE, where masks come from, camera, settings and seed.
 void add_input_options(CLI::App& command, RunOptions& options);
 
-/// All keys: those of the system and dynamic.mode.
-[[nodiscard]] ConfigSchema run_schema(SlamConfig& config);
-/// Settings from defaults, --config, --set and the options, in this order.
+/// Settings from defaults, --config, --set and the options, in this order. @return all their faults
+/// at once (kConfig), or kUsage for --dynamic.
 [[nodiscard]] Status load_settings(const RunOptions& options, SlamConfig& config);
 /// YAML with the keys of calibration.txt (fx fy cx cy k1 k2 p1 p2 k3 width height depth_scale).
 [[nodiscard]] Result<CameraConfig> read_camera_yaml(const std::string& path);

@@ -11,13 +11,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
 #include "core/bounded_queue.hpp"
-#include "core/log.hpp"
+#include "core/worker_thread.hpp"
 #include "io/atomic_file.hpp"
 #include "simulation/sequence/sequence_source.hpp"
 #include "simulation/sequence/sequence_writer.hpp"
@@ -74,22 +73,24 @@ Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& wr
   BoundedQueue<std::shared_ptr<const sim::SimulatedFrame>> queue(4, Overflow::kBlock);
   std::optional<Error> failure;
   std::atomic<bool> failed{false};
-  std::jthread writing([&] {
-    while (auto frame = queue.pop()) {
-      if (failure) continue;
-      if (Status status = writer.add(**frame, source); !status) {
-        failure = status.error();
-        failed = true;
-      }
-    }
-  });
+  WorkerThread writing(
+      [&](const std::stop_token&) {
+        while (auto frame = queue.pop()) {
+          if (failure) continue;
+          if (Status status = writer.add(**frame, source); !status) {
+            failure = status.error();
+            failed = true;
+          }
+        }
+      },
+      [&] { queue.close(); });
   const auto start = std::chrono::steady_clock::now();
   int done = 0;
   ProgressBar bar(static_cast<std::size_t>(source.frame_count()), false);
   while (!failed && StopSignal::received() == 0) {
     auto frame = source.next_with_losses();
     if (!frame) break;
-    queue.push(std::make_shared<const sim::SimulatedFrame>(std::move(*frame)));
+    if (!queue.push(std::make_shared<const sim::SimulatedFrame>(std::move(*frame)))) break;
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     ++done;
     bar.update(static_cast<std::size_t>(done),
@@ -97,6 +98,7 @@ Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& wr
   }
   queue.close();
   writing.join();
+  writing.rethrow();
   if (failure) return *failure;
   if (done == 0) return 0;
   if (Status status = writer.finish(source); !status) return status.error();

@@ -49,9 +49,12 @@ std::optional<std::string> change_since(const SweepOptions& options, const Bench
 
 }  // namespace
 
+Error not_ours(const std::string& what) {
+  return {ErrorKind::kOutput, what + "; give another --out, or remove the old results"};
+}
+
 Error of_other_make(const fs::path& file, const std::string& what) {
-  return {ErrorKind::kOutput,
-          file.string() + ": " + what + "; give another --out, or remove the old results"};
+  return not_ours(file.string() + ": " + what);
 }
 
 std::optional<std::string> other_make(const std::string& version, const nlohmann::json& options,

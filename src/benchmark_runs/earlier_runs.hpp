@@ -29,7 +29,9 @@ struct EarlierRuns {
                                                     const nlohmann::json& options,
                                                     const std::string& version_now,
                                                     const nlohmann::json& options_now);
-/// The refusal of a file of another make.
+/// The refusal of results that are damaged or of another make. @param what begins with the file.
+[[nodiscard]] Error not_ours(const std::string& what);
+/// The same for a file of another make.
 [[nodiscard]] Error of_other_make(const std::filesystem::path& file, const std::string& what);
 
 }  // namespace ygslam

@@ -70,7 +70,7 @@ Status Sweep::check_earlier() {
   std::error_code code;
   if (fs::exists(file, code)) {
     auto earlier = read_sweep_file(file);
-    if (!earlier.ok()) return earlier.error();
+    if (!earlier.ok()) return not_ours(earlier.error().message);
     if (const auto other =
             other_make(earlier->version, earlier->options, options_.version, comparable_)) {
       return of_other_make(file, *other);

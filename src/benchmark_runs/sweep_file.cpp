@@ -6,6 +6,7 @@
 #include <map>
 
 #include "io/json_text.hpp"
+#include "io/text.hpp"
 
 namespace ygslam {
 namespace {
@@ -172,10 +173,16 @@ std::vector<RunKey> asked_runs(const nlohmann::json& sweep) {
 }
 
 Result<SweepFile> read_sweep_file(const std::filesystem::path& file) {
-  auto json = read_json(file);
+  const auto text = read_file(file);
+  if (!text.ok()) return text.error();
+  return parse_sweep_file(*text, file.string());
+}
+
+Result<SweepFile> parse_sweep_file(std::string_view text, const std::string& name) {
+  auto json = parse_json(text, name);
   if (!json.ok()) return json.error();
   const auto fault = [&](const char* what) {
-    return Error{ErrorKind::kInput, file.string() + ": " + what};
+    return Error{ErrorKind::kInput, name + ": " + what};
   };
   try {
     if (json->at("format") != kFormat) return fault("of another format; made by another version?");

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "benchmark_runs/sweep_options.hpp"
@@ -38,6 +39,8 @@ struct SweepFile {
 };
 /// @return kInput naming the file: not there, no JSON, of another format, a key missing.
 [[nodiscard]] Result<SweepFile> read_sweep_file(const std::filesystem::path& file);
+/// The same from its text. @param name of the file, for messages.
+[[nodiscard]] Result<SweepFile> parse_sweep_file(std::string_view text, const std::string& name);
 
 [[nodiscard]] std::string iso_time_now();
 

@@ -1,9 +1,11 @@
 // The public facade (include/ygslam/slam.hpp) over a session.
 #include <algorithm>
+#include <optional>
 
+#include "core/log.hpp"
 #include "image/depth.hpp"
 #include "io/image_file.hpp"
-#include "system/metrics.hpp"
+#include "system/failure.hpp"
 #include "system/run_writer.hpp"
 #include "system/session.hpp"
 #include "ygslam/slam.hpp"
@@ -56,66 +58,137 @@ State to_api(TrackState state) {
   return State::kLost;
 }
 
-DynamicMode mode_of(const Settings& settings) {
-  const std::string& name = settings.dynamic;
-  if (name.empty()) return settings.model.empty() ? DynamicMode::kGeometry : DynamicMode::kFull;
-  for (const auto mode :
-       {DynamicMode::kOff, DynamicMode::kGeometry, DynamicMode::kSemantic, DynamicMode::kFull}) {
-    if (name == mode_name(mode)) return mode;
-  }
-  fail({ErrorKind::kConfig, "dynamic = '" + name + "' is not off, geometry, semantic or full"});
+// The settings and their faults, all at once.
+SlamConfig config_of(const Settings& settings) {
+  SlamConfig config;
+  config.dynamic.mode = settings.model.empty() ? DynamicMode::kGeometry : DynamicMode::kFull;
+  ConfigSchema schema = schema_of(config);
+  ConfigFaults faults;
+  for (const auto& [key, value] : settings.options) faults.add(schema.set(key, value, "options"));
+  if (!settings.dynamic.empty())
+    faults.add(schema.set("dynamic.mode", settings.dynamic, "dynamic"));
+  faults.add(validate(config));
+  if (const Status status = faults.status(); !status.ok()) fail(status.error());
+  return config;
 }
+
+log::SinkPtr sink_of(const Settings& settings) {
+  if (!settings.log) return nullptr;
+  return std::make_shared<const log::Sink>(
+      [log = settings.log](log::Level level, const std::string& line) {
+        log(level == log::Level::kError     ? LogLevel::kError
+            : level == log::Level::kWarning ? LogLevel::kWarning
+                                            : LogLevel::kInfo,
+            line);
+      });
+}
+
+// The library's border: nothing but Error leaves it.
+template <typename Work>
+auto guarded(const log::SinkPtr& sink, const Work& work) {
+  const log::ScopedSink scope(sink);
+  try {
+    return work();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    fail({ErrorKind::kInternal, describe(e)});
+  } catch (...) {
+    fail({ErrorKind::kInternal, "internal: unknown exception"});
+  }
+}
+
+// Differences of any two stamps fit 64 bits.
+constexpr std::int64_t kLatest_ns = INT64_MAX / 2;
 
 }  // namespace
 
 struct Slam::Impl {
-  Session session;
   SlamConfig config;
-  Timestamp last{INT64_MIN};
+  log::SinkPtr sink;
+  Session session;
+  std::int64_t last_ns = -kLatest_ns - 1;
   std::uint32_t next_frame = 0;
+  std::optional<SlamOutcome> outcome;  // once finished
+  std::optional<Error> failure;        // of code 1: for every later call
+
+  Result process(const Frame& frame);
+  Outcome finish();
+
+  // A call of the user's, unless there can be none any more.
+  template <typename Work>
+  auto call(const Work& work) {
+    if (failure) throw *failure;
+    try {
+      return guarded(sink, work);
+    } catch (const Error& e) {
+      if (e.code == static_cast<int>(ErrorKind::kInternal)) failure = e;
+      throw;
+    }
+  }
 };
 
 Slam::Slam(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Slam::Slam(Slam&&) noexcept = default;
-Slam& Slam::operator=(Slam&&) noexcept = default;
-Slam::~Slam() = default;
+Slam& Slam::operator=(Slam&& other) noexcept {
+  if (this == &other) return *this;
+  const Slam before(std::move(*this));  // ends as any other
+  impl_ = std::move(other.impl_);
+  return *this;
+}
+Slam::~Slam() {
+  if (!impl_) return;
+  const log::ScopedSink scope(impl_->sink);
+  impl_.reset();
+}
 
 Slam Slam::open(const Settings& settings) {
-  auto impl = std::make_unique<Impl>();
-  ConfigSchema schema = schema_of(impl->config);
-  for (const auto& [key, value] : settings.options) {
-    const Status set = schema.set(key, value, "options");
-    if (!set.ok()) fail(set.error());
-  }
-  impl->config.dynamic.mode = mode_of(settings);
-  SessionOptions options;
-  options.config = impl->config;
-  options.camera = to_config(settings.camera);
-  options.model = settings.model;
-  options.deterministic = settings.deterministic;
-  auto session = open_session(std::move(options));
-  if (!session.ok()) fail(session.error());
-  impl->session = std::move(session).value();
-  return Slam(std::move(impl));
+  const log::SinkPtr sink = sink_of(settings);
+  return guarded(sink, [&] {
+    auto impl = std::make_unique<Impl>();
+    impl->config = config_of(settings);
+    impl->sink = sink;
+    SessionOptions options;
+    options.config = impl->config;
+    options.camera = to_config(settings.camera);
+    options.model = settings.model;
+    options.deterministic = settings.deterministic;
+    auto session = open_session(std::move(options));
+    if (!session.ok()) fail(session.error());
+    impl->session = std::move(session).value();
+    return Slam(std::move(impl));
+  });
 }
 
 Result Slam::process(const Frame& frame) {
+  if (!impl_) fail({ErrorKind::kUsage, "process() of an object that was moved from"});
+  return impl_->call([&] { return impl_->process(frame); });
+}
+
+Outcome Slam::finish() {
+  if (!impl_) fail({ErrorKind::kUsage, "finish() of an object that was moved from"});
+  return impl_->call([&] { return impl_->finish(); });
+}
+
+Result Slam::Impl::process(const Frame& frame) {
+  if (outcome) fail({ErrorKind::kUsage, "process() after finish()"});
   if (!frame.rgb || !frame.depth_m) fail({ErrorKind::kInput, "frame without colour or depth"});
-  if (frame.t_ns <= impl_->last.ns) fail({ErrorKind::kInput, "frame stamps must increase"});
-  impl_->last.ns = frame.t_ns;
-  const Camera& camera = *impl_->session.camera;
+  if (frame.t_ns <= last_ns) fail({ErrorKind::kInput, "frame stamps must increase"});
+  if (frame.t_ns > kLatest_ns) fail({ErrorKind::kInput, "frame stamp too far from 0"});
+  last_ns = frame.t_ns;
+  const Camera& camera = *session.camera;
   const std::size_t pixels = static_cast<std::size_t>(camera.width()) * camera.height();
   auto input = std::make_shared<RgbdFrame>();
-  input->id = FrameId{impl_->next_frame++};
+  input->id = FrameId{next_frame++};
   input->stamp = {frame.t_ns};
   input->colour = ColourImage(camera.width(), camera.height());
   std::copy_n(frame.rgb, 3 * pixels, reinterpret_cast<std::uint8_t*>(input->colour.data()));
   input->grey = grey_from_colour(input->colour);
   DepthImage depth_m(camera.width(), camera.height());
   std::copy_n(frame.depth_m, pixels, depth_m.data());
-  input->depth_m = sanitized_depth(depth_m, impl_->config.depth);
+  input->depth_m = sanitized_depth(depth_m, config.depth);
 
-  const TrackResult tracked = impl_->session.runner->process(input);
+  const TrackResult tracked = session.runner->process(input);
   Result result;
   result.state = to_api(tracked.state);
   result.T_world_camera = to_api(tracked.T_world_camera);
@@ -129,11 +202,11 @@ Result Slam::process(const Frame& frame) {
   return result;
 }
 
-Outcome Slam::finish() {
-  const SlamOutcome outcome = impl_->session.runner->finish();
-  const MappingStage& mapping = impl_->session.runner->mapping();
+Outcome Slam::Impl::finish() {
+  if (!outcome) outcome = session.runner->finish();
+  const MappingStage& mapping = session.runner->mapping();
   Outcome result;
-  for (const auto& pose : final_trajectory(outcome, mapping.map())) {
+  for (const auto& pose : final_trajectory(*outcome, mapping.map())) {
     result.trajectory.push_back({pose.stamp.ns, to_api(pose.T_world_camera)});
   }
   for (const ColouredPoint& p : mapping.cloud()) {

@@ -15,7 +15,68 @@ Vec2 distort_normalized(const CameraConfig& c, const Vec2& x) {
           x.y() * radial + c.p1 * (r2 + 2.0 * x.y() * x.y()) + 2.0 * c.p2 * x.x() * x.y()};
 }
 
+Eigen::Matrix2d distortion_jacobian(const CameraConfig& c, const Vec2& x) {
+  const double r2 = x.squaredNorm();
+  const double radial = 1.0 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
+  const double slope = 2.0 * (c.k1 + r2 * (2.0 * c.k2 + r2 * 3.0 * c.k3));  // of radial, by r2 / 2
+  const double mixed = slope * x.x() * x.y() + 2.0 * (c.p1 * x.x() + c.p2 * x.y());
+  Eigen::Matrix2d J;
+  J << radial + slope * x.x() * x.x() + 2.0 * c.p1 * x.y() + 6.0 * c.p2 * x.x(), mixed,  //
+      mixed, radial + slope * x.y() * x.y() + 6.0 * c.p1 * x.y() + 2.0 * c.p2 * x.x();
+  return J;
+}
+
+constexpr double kConverged2 = 1e-20;  // squared, in normalised coordinates
+
+// Newton's method on the side of the centre: a step that would cross a fold of the distorted image,
+// or does not come nearer, is halved. @return the nearest it came.
+Vec2 undistort_normalized(const CameraConfig& c, const Vec2& target) {
+  Vec2 x = distortion_jacobian(c, target).determinant() > 0 ? target : Vec2::Zero();
+  Vec2 error = distort_normalized(c, x) - target;
+  Vec2 step = Vec2::Zero();
+  const auto comes_nearer = [&] {
+    const Vec2 next = x - step;
+    const Vec2 next_error = distort_normalized(c, next) - target;
+    if (!(next_error.squaredNorm() < error.squaredNorm()) ||
+        distortion_jacobian(c, next).determinant() <= 0)
+      return false;
+    x = next;
+    error = next_error;
+    return true;
+  };
+  for (int i = 0; i < 50 && error.squaredNorm() > kConverged2; ++i) {
+    step = distortion_jacobian(c, x).inverse() * error;
+    int halvings = 0;
+    while (!comes_nearer() && ++halvings < 12) step *= 0.5;
+    if (halvings == 12) break;  // at a fold, or as near as rounding allows
+  }
+  return x;
+}
+
 }  // namespace
+
+std::optional<Vec2> pixel_without_ray(const CameraConfig& c) {
+  if (!c.is_distorted()) return std::nullopt;
+  constexpr int kSteps = 32;
+  constexpr double kExact_px = 1e-3;
+  const auto has_ray = [&](const Vec2& uv_px) {
+    const Vec2 target((uv_px.x() - c.cx) / c.fx, (uv_px.y() - c.cy) / c.fy);
+    const Vec2 x = undistort_normalized(c, target);
+    if (!((distort_normalized(c, x) - target).norm() * std::max(c.fx, c.fy) < kExact_px))
+      return false;
+    for (int i = 1; i <= kSteps; ++i)
+      if (distortion_jacobian(c, x * i / kSteps).determinant() <= 0) return false;
+    return true;
+  };
+  for (int i = 0; i <= kSteps; ++i) {
+    const double u = (c.width - 1.0) * i / kSteps;
+    const double v = (c.height - 1.0) * i / kSteps;
+    for (const Vec2& uv_px :
+         {Vec2(u, 0), Vec2(u, c.height - 1.0), Vec2(0, v), Vec2(c.width - 1.0, v)})
+      if (!has_ray(uv_px)) return uv_px;
+  }
+  return std::nullopt;
+}
 
 Camera::Camera(const CameraConfig& config) : config_(config) {
   ideal_bounds_ = {0.0, 0.0, config.width - 1.0, config.height - 1.0};
@@ -35,13 +96,7 @@ Camera::Camera(const CameraConfig& config) : config_(config) {
 
 Vec2 Camera::undistort_exact(const Vec2& uv_px) const {
   const Vec2 target((uv_px.x() - config_.cx) / config_.fx, (uv_px.y() - config_.cy) / config_.fy);
-  Vec2 x = target;
-  for (int i = 0; i < 50; ++i) {  // fixed point iteration, as in Zhang's toolbox
-    const Vec2 error = distort_normalized(config_, x) - target;
-    x -= error;
-    if (error.squaredNorm() < 1e-20) break;
-  }
-  if (!x.allFinite()) x = target;
+  const Vec2 x = undistort_normalized(config_, target);
   return {config_.fx * x.x() + config_.cx, config_.fy * x.y() + config_.cy};
 }
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "geometry/se3.hpp"
@@ -23,8 +24,13 @@ struct CameraConfig {
   }
 };
 
+/// A pixel of the image's border that no ray falls on, because the distortion folds the image on the
+/// way there; nothing if the distortion can be undone everywhere.
+[[nodiscard]] std::optional<Vec2> pixel_without_ray(const CameraConfig& config);
+
 class Camera {
  public:
+  /// @param config one without pixel_without_ray(); a pixel that has none gets the nearest ray.
   explicit Camera(const CameraConfig& config);
 
   [[nodiscard]] const CameraConfig& config() const { return config_; }

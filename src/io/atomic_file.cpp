@@ -62,7 +62,8 @@ AtomicFile::AtomicFile(fs::path target, fs::path temporary, int descriptor)
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
     : target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
-      descriptor_(std::exchange(other.descriptor_, -1)) {}
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      placed_(other.placed_) {}
 
 AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
   if (this == &other) return *this;
@@ -70,6 +71,7 @@ AtomicFile& AtomicFile::operator=(AtomicFile&& other) noexcept {
   target_ = std::move(other.target_);
   temporary_ = std::move(other.temporary_);
   descriptor_ = std::exchange(other.descriptor_, -1);
+  placed_ = other.placed_;
   return *this;
 }
 
@@ -78,7 +80,7 @@ AtomicFile::~AtomicFile() { abandon(); }
 void AtomicFile::abandon() noexcept {
   if (descriptor_ < 0) return;
   ::close(std::exchange(descriptor_, -1));
-  ::unlink(temporary_.c_str());
+  if (!placed_) ::unlink(temporary_.c_str());
 }
 
 Result<AtomicFile> AtomicFile::create(const fs::path& target) {
@@ -104,12 +106,20 @@ Status AtomicFile::write(std::string_view bytes) {
   return Ok{};
 }
 
+Status AtomicFile::place() {
+  CHECK(descriptor_ >= 0, "place after commit");
+  if (placed_) return Ok{};
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) return output_error(target_, errno);
+  placed_ = true;
+  return Ok{};
+}
+
 Status AtomicFile::commit() {
   CHECK(descriptor_ >= 0, "commit twice");
   if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != EROFS) {
     return output_error(target_, errno);
   }
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0) return output_error(target_, errno);
+  if (Status placed = place(); !placed.ok()) return placed;
   // The new file is in place. What may still fail is making the rename itself survive a power cut.
   if (::close(std::exchange(descriptor_, -1)) != 0) return output_error(target_, errno);
   const int directory = ::open(directory_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -129,26 +139,39 @@ Status write_file_atomically(const fs::path& target, std::string_view content) {
 
 Result<OutputLock> OutputLock::acquire(const fs::path& directory) {
   const fs::path path = directory / ".lock";
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
-  if (descriptor < 0) return output_error(path, errno);
-  OutputLock lock(descriptor);
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
-  if (errno == EWOULDBLOCK) {
-    return Error{ErrorKind::kOutput, directory.string() + ": locked by another run"};
+  while (true) {
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (descriptor < 0) return output_error(path, errno);
+    OutputLock lock(path, descriptor);
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+      const int error_number = errno;
+      lock.path_.clear();  // another's
+      if (error_number != EWOULDBLOCK) return output_error(path, error_number);
+      return Error{ErrorKind::kOutput, directory.string() + ": locked by another run"};
+    }
+    // The file may have gone between the two calls, with the run that held it.
+    struct stat held {
+    }, there{};
+    if (::fstat(descriptor, &held) == 0 && ::stat(path.c_str(), &there) == 0 &&
+        held.st_dev == there.st_dev && held.st_ino == there.st_ino)
+      return lock;
+    lock.path_.clear();
   }
-  return output_error(path, errno);
 }
 
 OutputLock::OutputLock(OutputLock&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)) {}
+    : path_(std::exchange(other.path_, {})), descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 OutputLock& OutputLock::operator=(OutputLock&& other) noexcept {
+  std::swap(path_, other.path_);
   std::swap(descriptor_, other.descriptor_);
   return *this;
 }
 
 OutputLock::~OutputLock() {
-  if (descriptor_ >= 0) ::close(descriptor_);  // releases the lock; the file may stay
+  if (descriptor_ < 0) return;
+  if (!path_.empty()) ::unlink(path_.c_str());  // while it is still held
+  ::close(descriptor_);                         // releases the lock
 }
 
 }  // namespace ygslam

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/result.hpp"
 
@@ -26,6 +27,8 @@ class AtomicFile {
   ~AtomicFile();
 
   Status write(std::string_view bytes);
+  /// Renames it over the target now; what is written later goes into the file in its place.
+  Status place();
   Status commit();
 
  private:
@@ -35,12 +38,14 @@ class AtomicFile {
   std::filesystem::path target_;
   std::filesystem::path temporary_;
   int descriptor_ = -1;
+  bool placed_ = false;
 };
 
 /// The whole content at once, atomically.
 Status write_file_atomically(const std::filesystem::path& target, std::string_view content);
 
-/// Keeps a second process (or run) out of an output directory while it lives: flock on DIR/.lock.
+/// Keeps a second process (or run) out of an output directory while it lives: flock on DIR/.lock,
+/// which goes with it.
 class OutputLock {
  public:
   /// @return kOutput "locked" if another holds it.
@@ -52,7 +57,9 @@ class OutputLock {
   ~OutputLock();
 
  private:
-  explicit OutputLock(int descriptor) : descriptor_(descriptor) {}
+  OutputLock(std::filesystem::path path, int descriptor)
+      : path_(std::move(path)), descriptor_(descriptor) {}
+  std::filesystem::path path_;
   int descriptor_ = -1;
 };
 

@@ -46,27 +46,23 @@ class Faults {
   std::vector<CameraFault> list;
 };
 
-// The radial distortion must grow with the radius over the inner half of the image; where it folds
-// back, two rays share a pixel and nothing can be undistorted.
-bool radial_distortion_folds(const CameraConfig& c) {
-  const double half = 0.5 * std::hypot(0.5 * c.width / c.fx, 0.5 * c.height / c.fy);
-  for (int i = 1; i <= 32; ++i) {
-    const double r2 = std::pow(half * i / 32.0, 2);
-    if (1.0 + r2 * (3.0 * c.k1 + r2 * (5.0 * c.k2 + r2 * 7.0 * c.k3)) <= 0.0) return true;
-  }
-  return false;
-}
-
 void judge_against_size(const CameraConfig& c, Faults& faults) {
   const std::size_t before = faults.list.size();
   // 0.1 x the width is a field of view of 157 degrees, 20 x one of 3 degrees.
   faults.require(c.fx, 0.1 * c.width, 20.0 * c.width, "fx", " px for this image size");
   faults.require(c.fy, 0.1 * c.height, 20.0 * c.height, "fy", " px for this image size");
-  faults.require(c.cx, -0.5 * c.width, 1.5 * c.width, "cx", " px for this image size");
-  faults.require(c.cy, -0.5 * c.height, 1.5 * c.height, "cy", " px for this image size");
-  if (faults.list.size() == before && radial_distortion_folds(c)) {
-    faults.list.push_back({"k1", "folds the image together with k2 and k3 (not invertible)"});
-  }
+  faults.require(c.cx, 0, c.width, "cx", " px for this image size");
+  faults.require(c.cy, 0, c.height, "cy", " px for this image size");
+  if (faults.list.size() > before) return;
+  const auto pixel = pixel_without_ray(c);
+  if (!pixel) return;
+  const auto used = std::find_if(kKeys.begin(), kKeys.end(), [&](const Key& key) {
+    return key.name.find_first_of("kp") == 0 && c.*key.value != 0;
+  });
+  faults.list.push_back({std::string(used->name),
+                         "the distortion cannot be undone at pixel (" +
+                             shown(std::floor(pixel->x())) + ", " + shown(std::floor(pixel->y())) +
+                             "): it folds the image (are all of k1 k2 p1 p2 k3 given?)"});
 }
 
 Error config_error(const std::string& name, int line, const std::string& what) {

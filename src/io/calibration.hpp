@@ -18,7 +18,8 @@ struct CameraFault {
   std::string reason;  ///< "must be ..., is ..."
 };
 /// Every value that no real camera has: not finite, focal length or depth scale not positive or
-/// absurd, principal point far outside, distortion that folds the image, size out of range.
+/// absurd, principal point outside the image, distortion that cannot be undone over the whole
+/// image, size out of range.
 /// Values that depend on the image size are judged only where width and height are given (> 0).
 [[nodiscard]] std::vector<CameraFault> camera_faults(const CameraConfig& camera);
 

@@ -74,6 +74,16 @@ TEST(Calibration, F20ValuesThatDoNotFitTheImageSizeAreRefused) {
   folded.k1 = -9;
   ASSERT_FALSE(camera_faults(folded).empty());
   EXPECT_EQ(camera_faults(folded).front().key, "k1");
+  CameraConfig k3_forgotten = camera_preset("freiburg1")->camera;
+  k3_forgotten.k3 = 0;
+  ASSERT_FALSE(camera_faults(k3_forgotten).empty());
+  EXPECT_EQ(camera_faults(k3_forgotten).front().key, "k1");
+  EXPECT_NE(camera_faults(k3_forgotten).front().reason.find("k3 given?"), std::string::npos);
+  CameraConfig at_the_edge = camera;
+  at_the_edge.cx = 0;
+  EXPECT_TRUE(camera_faults(at_the_edge).empty()) << "odd, but a camera";
+  at_the_edge.cx = -1;
+  EXPECT_EQ(camera_faults(at_the_edge).front().key, "cx");
   CameraConfig wide = camera;
   wide.fx = 5;
   EXPECT_EQ(camera_faults(wide).front().key, "fx");

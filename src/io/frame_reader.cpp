@@ -24,7 +24,7 @@ FrameReader::FrameReader(TumSequence sequence, const FrameReaderConfig& config)
       offered_(count_offered(sequence_, config)),
       queue_(config.realtime ? config.realtime_waiting : config.ahead,
              config.realtime ? Overflow::kDropOldest : Overflow::kBlock),
-      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+      thread_([this](const std::stop_token& stop) { run(stop); }, [this] { queue_.close(); }) {}
 
 FrameReader::~FrameReader() { stop(); }
 
@@ -39,8 +39,12 @@ std::optional<FramePtr> FrameReader::next(std::stop_token stop) {
     consumer_started_ = true;
   }
   wake_.notify_all();
-  if (thread_.get_stop_token().stop_requested()) return std::nullopt;
-  return queue_.pop(std::move(stop));
+  if (thread_.stop_requested()) return std::nullopt;
+  auto frame = queue_.pop(std::move(stop));
+  if (!frame) thread_.rethrow();
+  const std::lock_guard lock(mutex_);
+  counts_.readable += frame ? 1 : 0;
+  return frame;
 }
 
 FrameReaderCounts FrameReader::counts() const {
@@ -48,6 +52,7 @@ FrameReaderCounts FrameReader::counts() const {
   FrameReaderCounts counts = counts_;
   counts.offered = offered_;
   counts.dropped = config_.realtime ? queue_.dropped() : 0;
+  counts.readable += counts.dropped;
   return counts;
 }
 
@@ -62,7 +67,6 @@ void FrameReader::run(const std::stop_token& stop) {
     if (config_.realtime && !wait_for_stamp(frame->stamp, stop)) break;
     if (!queue_.push(std::move(frame))) break;
   }
-  queue_.close();
 }
 
 // Counts what could not be used; one warning per run of bad pairs.
@@ -73,7 +77,6 @@ void FrameReader::note(LoadedPair& pair, bool& in_burst) {
               pair.bad.front().reason);
   }
   const std::lock_guard lock(mutex_);
-  counts_.readable += bad ? 0 : 1;
   counts_.bursts += bad && !in_burst ? 1 : 0;
   std::move(pair.bad.begin(), pair.bad.end(), std::back_inserter(counts_.skipped));
   in_burst = bad;

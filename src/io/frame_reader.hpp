@@ -7,10 +7,10 @@
 #include <mutex>
 #include <optional>
 #include <stop_token>
-#include <thread>
 #include <vector>
 
 #include "core/bounded_queue.hpp"
+#include "core/worker_thread.hpp"
 #include "image/rgbd_frame.hpp"
 #include "io/frame_loader.hpp"
 #include "io/tum_sequence.hpp"
@@ -30,7 +30,7 @@ struct FrameReaderConfig {
 
 struct FrameReaderCounts {
   std::size_t offered = 0;   ///< pairs selected by from, to and stride
-  std::size_t readable = 0;  ///< of those looked at so far, pairs that could be decoded
+  std::size_t readable = 0;  ///< frames that came out of next() or were dropped
   std::size_t dropped = 0;   ///< decoded, but dropped because the consumer was late (realtime)
   std::size_t bursts = 0;    ///< runs of consecutive unreadable pairs
   std::vector<SkippedImage> skipped;  ///< every image that could not be used, in order
@@ -47,7 +47,8 @@ class FrameReader {
   /// Stops at once, within the decoding of one frame.
   ~FrameReader();
 
-  /// Waits for the next frame. @return nullopt at the end, or once stopped.
+  /// Waits for the next frame. @return nullopt at the end, or once stopped. Throws what the thread
+  /// ended with, if it was an exception.
   [[nodiscard]] std::optional<FramePtr> next(std::stop_token stop = {});
   /// Ends the stream from any thread; waiting calls of next() return.
   void stop();
@@ -75,7 +76,7 @@ class FrameReader {
   std::optional<Timestamp> previous_stamp_;
   std::chrono::steady_clock::time_point previous_due_;
 
-  std::jthread thread_;  // last: it uses everything above
+  WorkerThread thread_;  // last: it uses everything above
 };
 
 }  // namespace ygslam

@@ -1,11 +1,10 @@
 #include "io/frame_reader.hpp"
 
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
 
 #include <algorithm>
 #include <chrono>
-#include <sstream>
+#include <mutex>
 
 #include "core/log.hpp"
 #include "io/testing/small_sequence.hpp"
@@ -20,25 +19,21 @@ using testing::TempFolder;
 // Collects what is logged while it lives.
 class LogCapture {
  public:
-  LogCapture() : before_(log::default_logger()) {
-    const auto sink = std::make_shared<spdlog::sinks::ostream_sink_mt>(text_);
-    log::set_default_logger(std::make_shared<spdlog::logger>("captured", sink));
-  }
-  LogCapture(const LogCapture&) = delete;
-  LogCapture& operator=(const LogCapture&) = delete;
-  ~LogCapture() { log::set_default_logger(before_); }
-
   [[nodiscard]] std::size_t lines_with(const std::string& what) const {
-    std::istringstream stream(text_.str());
-    std::size_t count = 0;
-    for (std::string line; std::getline(stream, line);)
-      count += line.find(what) != std::string::npos ? 1 : 0;
-    return count;
+    const std::lock_guard lock(mutex_);
+    return static_cast<std::size_t>(std::count_if(
+        lines_.begin(), lines_.end(),
+        [&](const std::string& line) { return line.find(what) != std::string::npos; }));
   }
 
  private:
-  std::ostringstream text_;
-  std::shared_ptr<spdlog::logger> before_;
+  mutable std::mutex mutex_;
+  std::vector<std::string> lines_;
+  const log::ScopedSink scope_{
+      std::make_shared<const log::Sink>([this](log::Level, const std::string& line) {
+        const std::lock_guard lock(mutex_);
+        lines_.push_back(line);
+      })};
 };
 
 std::vector<std::uint32_t> ids_of_rest(FrameReader& reader) {
@@ -180,8 +175,10 @@ TEST(FrameReader, FileSpeedNeverDrops) {
   const TempFolder folder;
   SmallSequence{.count = 20}.write_to(folder.path());
   FrameReader reader(open(folder.path()), {.ahead = 1});
-  while (reader.counts().readable < 2) std::this_thread::yield();  // decoded ahead, waiting
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // one is decoded ahead, waiting
+  EXPECT_EQ(reader.counts().readable, 0U) << "nobody has had one";
   EXPECT_EQ(ids_of_rest(reader).size(), 20U);
+  EXPECT_EQ(reader.counts().readable, 20U);
   EXPECT_EQ(reader.counts().dropped, 0U);
 }
 

@@ -70,14 +70,23 @@ Result<std::string> read_file(const std::filesystem::path& path, std::size_t max
   }
   const std::uintmax_t size = std::filesystem::file_size(path, code);
   if (code) return Error{ErrorKind::kInput, path.string() + ": " + code.message()};
-  if (size > max_bytes) {
+  const auto too_large = [&](std::uintmax_t bytes) {
     return Error{ErrorKind::kInput,
-                 path.string() + ": too large (" + std::to_string(size) + " bytes)"};
-  }
+                 path.string() + ": too large (" + std::to_string(bytes) + " bytes)"};
+  };
+  if (size > max_bytes) return too_large(size);
   errno = 0;
   std::ifstream file(path, std::ios::binary);
-  std::string content(static_cast<std::size_t>(size), '\0');
-  if (!file || (size > 0 && !file.read(content.data(), static_cast<std::streamsize>(size)))) {
+  std::string content;
+  // A byte more than there should be: a file may have grown, and some have no size to tell.
+  for (std::size_t more = static_cast<std::size_t>(size) + 1; file; more = content.size() + 1) {
+    const std::size_t before = content.size();
+    content.resize(before + more);
+    file.read(content.data() + before, static_cast<std::streamsize>(more));
+    content.resize(before + static_cast<std::size_t>(file.gcount()));
+    if (content.size() > max_bytes) return too_large(content.size());
+  }
+  if (!file.is_open() || file.bad() || content.size() < size) {
     return Error{ErrorKind::kInput,
                  path.string() + ": cannot be read" +
                      (errno != 0 ? std::string(": ") + std::strerror(errno) : std::string())};

@@ -105,6 +105,10 @@ TEST(ReadFile, RefusesFoldersMissingAndLargeFilesByName) {
   EXPECT_NE(missing.error().message.find("none: no such file"), std::string::npos);
   EXPECT_FALSE(read_file(folder.path()).ok());
   EXPECT_FALSE(read_file("/dev/zero").ok());
+  EXPECT_FALSE(read_file("/proc/self/mem").ok()) << "a regular file that cannot be read";
+  const auto status = read_file("/proc/self/status");  // a size of 0 is told of it
+  EXPECT_NE(status.ok() ? status->find("VmRSS") : std::string::npos, std::string::npos);
+  EXPECT_FALSE(read_file("/proc/self/status", 10).ok());
   testing::write(folder.path() / "ten", "0123456789");
   EXPECT_EQ(*read_file(folder.path() / "ten"), "0123456789");
   EXPECT_FALSE(read_file(folder.path() / "ten", 9).ok());

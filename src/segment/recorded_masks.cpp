@@ -19,7 +19,6 @@ namespace fs = std::filesystem;
 constexpr std::int64_t kToleranceNs = 1000;
 constexpr int kUnknownClass = -1;
 constexpr int kMaxId = 255;
-using ClassOfId = std::array<int, 256>;
 
 Error bad_input(const fs::path& file, const std::string& what) {
   return {ErrorKind::kInput, file.string() + ": " + what};
@@ -58,30 +57,12 @@ std::optional<fs::path> find_instances(const fs::path& directory) {
 }
 
 Result<ClassOfId> read_classes(const fs::path& directory) {
-  ClassOfId classes{};  // 0: person
   const auto found = find_instances(directory);
-  if (!found) return classes;
-  const fs::path& file = *found;
+  if (!found) return ClassOfId{};  // 0: person
   std::error_code code;
-  if (!fs::is_regular_file(file, code)) return bad_input(file, "not a regular file");
-  std::ifstream stream(file);
-  const auto json = nlohmann::json::parse(stream, nullptr, false);
-  if (!json.is_object()) return bad_input(file, "is not a JSON object of id: class");
-  for (const auto& [key, value] : json.items()) {
-    int id = 0;
-    const auto [end, ec] = std::from_chars(key.data(), key.data() + key.size(), id);
-    if (ec != std::errc{} || end != key.data() + key.size() || id < 1 || id > kMaxId) {
-      return bad_input(file, "'" + key.substr(0, 40) + "' is no instance id (1 to 255)");
-    }
-    if (!value.is_string() && !value.is_number_integer()) {
-      return bad_input(file, "class of instance " + key + " is neither a name nor a number");
-    }
-    classes[id] = class_of(value);
-    if (classes[id] == kUnknownClass) {
-      log::warn("{}: instance {} is of no COCO class and is left out", file.string(), id);
-    }
-  }
-  return classes;
+  if (!fs::is_regular_file(*found, code)) return bad_input(*found, "not a regular file");
+  std::ifstream stream(*found);
+  return parse_instances({std::istreambuf_iterator<char>(stream), {}}, found->string());
 }
 
 /// Bounding boxes of the ids in use, ids renumbered without gaps.
@@ -150,6 +131,30 @@ class RecordedSegmenter final : public Segmenter {
 };
 
 }  // namespace
+
+Result<ClassOfId> parse_instances(const std::string& text, const std::string& name) {
+  const auto fault = [&](const std::string& what) {
+    return Error{ErrorKind::kInput, name + ": " + what};
+  };
+  ClassOfId classes{};
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  if (!json.is_object()) return fault("is not a JSON object of id: class");
+  for (const auto& [key, value] : json.items()) {
+    int id = 0;
+    const auto [end, ec] = std::from_chars(key.data(), key.data() + key.size(), id);
+    if (ec != std::errc{} || end != key.data() + key.size() || id < 1 || id > kMaxId) {
+      return fault("'" + key.substr(0, 40) + "' is no instance id (1 to 255)");
+    }
+    if (!value.is_string() && !value.is_number_integer()) {
+      return fault("class of instance " + key + " is neither a name nor a number");
+    }
+    classes[id] = class_of(value);
+    if (classes[id] == kUnknownClass) {
+      log::warn("{}: instance {} is of no COCO class and is left out", name, id);
+    }
+  }
+  return classes;
+}
 
 Result<std::unique_ptr<Segmenter>> make_recorded_segmenter(const fs::path& directory) {
   std::error_code ec;

@@ -1,8 +1,10 @@
 // Masks from files in place of a network's: rendered truth, or what another program computed.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "segment/segmenter.hpp"
 
@@ -18,5 +20,10 @@ namespace ygslam {
 /// colour image. Its own: `directory` without any mask, or a bad instances.json (kInput).
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> make_recorded_segmenter(
     const std::filesystem::path& directory);
+
+/// COCO class of each instance id, -1 for one that COCO does not know; 0 (person) by default.
+using ClassOfId = std::array<int, 256>;
+/// The text of an instances.json. @param name for messages. @return kInput.
+[[nodiscard]] Result<ClassOfId> parse_instances(const std::string& text, const std::string& name);
 
 }  // namespace ygslam

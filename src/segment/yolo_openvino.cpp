@@ -149,14 +149,16 @@ Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config)
   const auto read = [&] {
     return read_yolo_model(config.model, config.input_width, config.input_height);
   };
-  const Status probed = try_in_child(
-      [&]() -> Status {
-        const auto model = read();
-        if (!model.ok()) return model.error();
-        return Ok{};
-      },
-      config.model.string());
-  if (!probed.ok()) return probed.error();
+  if (config.try_in_child) {
+    const Status probed = try_in_child(
+        [&]() -> Status {
+          const auto model = read();
+          if (!model.ok()) return model.error();
+          return Ok{};
+        },
+        config.model.string());
+    if (!probed.ok()) return probed.error();
+  }
 
   const auto model = read();
   if (!model.ok()) return model.error();

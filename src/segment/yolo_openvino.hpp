@@ -27,10 +27,12 @@ struct YoloConfig {
   int input_width = 640;   ///< [px] multiple of 32; for models exported with open sizes
   int input_height = 480;  ///< [px] multiple of 32
   DecodeConfig decode;
+  /// The file is first read in a child process, so that one made to crash the reader costs an error
+  /// and no more (see model_probe.hpp about threads).
+  bool try_in_child = false;
 };
 
-/// Loads the network; the file is first read in a child process, so that one made to crash the
-/// reader costs an error and no more (see model_probe.hpp about threads).
+/// Loads the network.
 /// @return kModel: file missing, unreadable or of another shape; kConfig: a precision that model or
 /// processor does not have, or a bad number in the configuration.
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config);

@@ -39,6 +39,7 @@ class YoloSegmenterTest : public ::testing::Test {
   YoloConfig config_for_bytes(const std::string& bytes, const char* name) {
     YoloConfig config;
     config.model = dir_ / name;
+    config.try_in_child = true;
     std::ofstream(config.model, std::ios::binary) << bytes;
     return config;
   }

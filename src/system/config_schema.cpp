@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
+#include <set>
 #include <sstream>
 
 #include "core/edit_distance.hpp"
@@ -14,11 +14,11 @@ namespace ygslam {
 namespace {
 
 constexpr int kMaxDepth = 8;
-constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
+constexpr std::size_t kMaxFileBytes = 1 << 20;
+constexpr std::size_t kMostClauses = 50;
 // A small file may stand for a huge tree: each alias repeats what its anchor holds.
 constexpr int kMaxEntries = 10000;
 constexpr std::size_t kMaxValueBytes = 1 << 16;
-constexpr std::size_t kMaxKeyBytes = 200;  // the nearest key is sought by edit distance
 
 // A scalar or a flow list as the text that ConfigKey::set takes; cut off where it is far too long
 // for any key.
@@ -32,26 +32,43 @@ std::string scalar_text(const YAML::Node& node) {
   return text + "]";
 }
 
-Status load_node(ConfigSchema& schema, const YAML::Node& node, const std::string& prefix,
-                 const std::string& path, int depth, int& entries_left) {
-  if (depth > kMaxDepth) return Error{ErrorKind::kConfig, path + ": nested too deep at " + prefix};
+/// A settings file as it is read.
+struct Reading {
+  ConfigSchema& schema;
+  ConfigFaults faults;
+  std::set<std::string> seen;  // keys and sections
+  int entries_left = kMaxEntries;
+};
+
+// @return false where nothing more is worth reading.
+bool load_node(Reading& reading, const YAML::Node& node, const std::string& prefix, int depth) {
+  const auto fault = [&](const YAML::Node& at, const std::string& what) {
+    reading.faults.add("line " + std::to_string(at.Mark().line + 1) + ": " + what);
+  };
   for (const auto& entry : node) {
-    if (--entries_left < 0) return Error{ErrorKind::kConfig, path + ": too many entries"};
-    const std::string key = entry.first.as<std::string>("").substr(0, kMaxKeyBytes);
-    const std::string name = (prefix.empty() ? "" : prefix + ".") + key;
-    Status status = Ok{};
-    if (entry.second.IsMap()) {
-      status = load_node(schema, entry.second, name, path, depth + 1, entries_left);
-    } else {
-      const std::string text = scalar_text(entry.second);
-      if (text.size() > kMaxValueBytes) {
-        return Error{ErrorKind::kConfig, path + ": value of " + name + " is too long"};
-      }
-      status = schema.set(name, text, path);
+    const YAML::Node& key = entry.first;
+    const YAML::Node& value = entry.second;
+    if (--reading.entries_left < 0) {
+      fault(key, "too many entries");
+      return false;
     }
-    if (!status.ok()) return status;
+    const std::string word = printable(key.IsScalar() ? key.Scalar() : std::string());
+    const std::string name = (prefix.empty() ? "" : prefix + ".") + word;
+    if (!reading.seen.insert(name).second) {
+      fault(key, "'" + name + "' is given twice");
+    } else if (value.IsMap()) {
+      if (depth == kMaxDepth) {
+        fault(key, "nested too deep at " + name);
+        return false;
+      }
+      if (!load_node(reading, value, name, depth + 1)) return false;
+    } else if (const std::string text = scalar_text(value); text.size() > kMaxValueBytes) {
+      fault(value, "value of " + name + " is too long");
+    } else if (const Status status = reading.schema.set(name, text, ""); !status.ok()) {
+      fault(key, status.error().message);
+    }
   }
-  return Ok{};
+  return true;
 }
 
 std::vector<std::string> split_words(std::string text) {
@@ -74,6 +91,16 @@ std::string join_words(const std::vector<std::string>& words) {
 
 }  // namespace
 
+Status ConfigFaults::status(const std::string& source) const {
+  if (clauses_.empty()) return Ok{};
+  std::string message = source;
+  for (std::size_t i = 0; i < std::min(clauses_.size(), kMostClauses); ++i)
+    message += (i > 0 ? "; " : source.empty() ? "" : ": ") + clauses_[i];
+  if (clauses_.size() > kMostClauses)
+    message += "; and " + std::to_string(clauses_.size() - kMostClauses) + " more";
+  return Error{ErrorKind::kConfig, message};
+}
+
 void ConfigSchema::flag(const std::string& name, bool& field, const std::string& meaning) {
   choice<bool>(name, field, {{"true", true}, {"false", false}}, meaning);
 }
@@ -89,33 +116,40 @@ void ConfigSchema::words(const std::string& name, std::vector<std::string>& fiel
 
 Status ConfigSchema::set(const std::string& name, const std::string& value,
                          const std::string& source) {
+  const std::string prefix = source.empty() ? "" : source + ": ";
   const auto key =
       std::find_if(keys_.begin(), keys_.end(), [&](const ConfigKey& k) { return k.name == name; });
   if (key == keys_.end()) {
     const auto near = nearest(name);
-    return Error{ErrorKind::kConfig, source + ": unknown key '" + name + "'" +
+    return Error{ErrorKind::kConfig, prefix + "unknown key '" + printable(name) + "'" +
                                          (near ? ", did you mean '" + *near + "'?" : "")};
   }
   if (!key->set(value)) {
     return Error{ErrorKind::kConfig,
-                 source + ": " + name + " = '" + value + "' is not in " + key->range};
+                 prefix + name + " = '" + printable(value) + "' is not in " + key->range};
   }
   return Ok{};
 }
 
 Status ConfigSchema::load_yaml(const std::string& path) {
-  std::error_code code;
-  const auto size = std::filesystem::file_size(path, code);
-  if (code) return Error{ErrorKind::kConfig, path + ": " + code.message()};
-  if (size > kMaxFileBytes) return Error{ErrorKind::kConfig, path + ": larger than 1 MiB"};
+  const auto text = read_file(path, kMaxFileBytes);
+  if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
+  return load_yaml_text(*text, path);
+}
+
+Status ConfigSchema::load_yaml_text(const std::string& text, const std::string& name) {
+  const auto fault = [&](const std::string& what) {
+    return Error{ErrorKind::kConfig, name + ": " + what};
+  };
   try {
-    const YAML::Node root = YAML::LoadFile(path);
+    const YAML::Node root = YAML::Load(text);
     if (root.IsNull()) return Ok{};
-    if (!root.IsMap()) return Error{ErrorKind::kConfig, path + ": not a map of keys"};
-    int entries_left = kMaxEntries;
-    return load_node(*this, root, "", path, 0, entries_left);
+    if (!root.IsMap()) return fault("not a map of keys");
+    Reading reading{*this, {}, {}};
+    load_node(reading, root, "", 0);
+    return reading.faults.status(name);
   } catch (const YAML::Exception& e) {
-    return Error{ErrorKind::kConfig, path + ":" + std::to_string(e.mark.line + 1) + ": " + e.msg};
+    return fault("line " + std::to_string(e.mark.line + 1) + ": " + e.msg);
   }
 }
 

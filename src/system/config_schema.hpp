@@ -12,6 +12,21 @@
 
 namespace ygslam {
 
+/// What is wrong with settings, all of it at once.
+class ConfigFaults {
+ public:
+  void add(std::string clause) { clauses_.push_back(std::move(clause)); }
+  void add(const Status& status) {
+    if (!status.ok()) add(status.error().message);
+  }
+  [[nodiscard]] bool empty() const { return clauses_.empty(); }
+  /// Ok, or one kConfig error of one line: `source` and the clauses, of very many the first.
+  [[nodiscard]] Status status(const std::string& source = "") const;
+
+ private:
+  std::vector<std::string> clauses_;
+};
+
 struct ConfigKey {
   std::string name;  ///< dotted, e.g. "motion.tau_px"
   std::string unit;  ///< "" where it has none
@@ -37,8 +52,11 @@ class ConfigSchema {
   /// @param source names the file or option in the error.
   [[nodiscard]] Status set(const std::string& name, const std::string& value,
                            const std::string& source);
-  /// Reads a YAML file of nested maps; an unknown key is an error that names the nearest.
+  /// Reads a YAML file of nested maps: sets what is right and tells of all that is wrong, unknown
+  /// keys (naming the nearest), keys given twice, values out of range.
   [[nodiscard]] Status load_yaml(const std::string& path);
+  /// The same from its text. @param name of the file, for the error.
+  [[nodiscard]] Status load_yaml_text(const std::string& text, const std::string& name);
   [[nodiscard]] std::string to_yaml() const;
   [[nodiscard]] std::optional<std::string> nearest(const std::string& name) const;
 

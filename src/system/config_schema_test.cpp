@@ -75,6 +75,25 @@ TEST_F(ConfigFile, AnUnknownKeyNamesTheNearest) {
   }
 }
 
+TEST_F(ConfigFile, AllFaultsOfAFileAreToldAtOnceWithTheirLines) {
+  const std::string all =
+      fault("orb:\n  levels: 13\n  feature: 5\nmotion: {tau_px: x}\norb.levels: 3\n");
+  for (const char* part : {"line 2: orb.levels = '13' is not in 1 .. 12",
+                           "line 3: unknown key 'orb.feature', did you mean 'orb.features'?",
+                           "line 4: motion.tau_px = 'x'", "line 5: 'orb.levels' is given twice"})
+    EXPECT_TRUE(has(all, part)) << part << " not in: " << all;
+  std::string many;
+  for (int i = 0; i < 200; ++i) many += "a" + std::to_string(i) + ": 1\n";
+  EXPECT_TRUE(has(fault(many), "and 150 more"));
+}
+
+TEST_F(ConfigFile, AKeyOrSectionThatIsGivenTwiceIsRefused) {
+  for (const char* text :
+       {"orb: {levels: 3, levels: 3}", "orb: {levels: 3}\norb: {features: 100}",
+        "orb: {levels: 3}\norb.levels: 3", "segment: {movable: [person], movable: [dog]}"})
+    EXPECT_TRUE(has(fault(text), "is given twice")) << text;
+}
+
 TEST_F(ConfigFile, RefusesWhatIsOutOfRangeOrOfAnotherType) {
   for (const char* text :
        {"orb: {levels: 0}", "orb: {levels: 13}", "orb: {levels: 7.5}", "orb: {levels: many}",

@@ -3,12 +3,12 @@
 // old, where configured).
 #include <atomic>
 #include <future>
-#include <thread>
 #include <variant>
 
 #include "core/bounded_queue.hpp"
 #include "core/log.hpp"
 #include "core/published.hpp"
+#include "core/worker_thread.hpp"
 #include "system/runner.hpp"
 #include "system/segment_worker.hpp"
 
@@ -37,7 +37,8 @@ class LiveRunner final : public Runner {
         tracker_(config.tracking, config.orb, config.dynamic, camera, config.run.seed),
         mapping_(mapping, camera, config.orb.levels, config.orb.scale_factor),
         view_(mapping_.view()),
-        map_thread_([this](const std::stop_token& stop) { map_loop(stop); }) {}
+        map_thread_([this](const std::stop_token& stop) { map_loop(stop); },
+                    [this] { map_queue_.close(); }) {}
 
   ~LiveRunner() override {
     map_thread_.request_stop();
@@ -45,6 +46,7 @@ class LiveRunner final : public Runner {
   }
 
   TrackResult process(const FramePtr& frame) override {
+    map_thread_.rethrow();
     if (segmenter_) segmenter_->put_frame(frame);
     std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
     const ScopedTimer timer;
@@ -84,6 +86,7 @@ class LiveRunner final : public Runner {
     }
     map_queue_.close();
     map_thread_.join();
+    map_thread_.rethrow();
     if (answers) segment_waiting(time_left_s);
     take_statistics();
     mapping_.finish();
@@ -195,7 +198,7 @@ class LiveRunner final : public Runner {
   bool segmenter_answers_ = true;            // not waited for in vain since the last mask
   SlamOutcome outcome_;                      // the caller's
   std::vector<double> map_ms_, map_cpu_ms_;  // the map thread's
-  std::jthread map_thread_;                  // last: it uses everything above
+  WorkerThread map_thread_;                  // last: it uses everything above
 };
 
 }  // namespace

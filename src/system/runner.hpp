@@ -29,7 +29,8 @@ struct SlamOutcome {
 class Runner {
  public:
   virtual ~Runner() = default;
-  /// Frames in order of their stamps. @return the frame's result at once.
+  /// Frames in order of their stamps. @return the frame's result at once. Throws what a side stage
+  /// ended with, if it was an exception, as finish() does.
   virtual TrackResult process(const FramePtr& frame) = 0;
   /// Takes over what was computed on a copy of the map (loops, welds); tracking goes on in the
   /// corrected world with the next view.

@@ -37,7 +37,8 @@ void SegmentWorker::loop(Shared& shared, const std::stop_token& stop) {
       shared.statistics.cpu_ms.push_back(timer.cpu_ms());
       if (!masks.ok()) first_failure = shared.statistics.failed++ == 0;
     }
-    if (first_failure) log::warn("{}", masks.error().message);
+    // Left behind, it is silent: whom the line would go to may be gone.
+    if (first_failure && !stop.stop_requested()) log::warn("{}", masks.error().message);
     if (masks.ok())
       shared.masks.push(std::make_shared<const Segmentation>(std::move(masks).value()));
     shared.inbox.done();

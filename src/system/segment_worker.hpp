@@ -3,9 +3,9 @@
 #pragma once
 
 #include <memory>
-#include <thread>
 
 #include "core/bounded_queue.hpp"
+#include "core/worker_thread.hpp"
 #include "segment/segmenter.hpp"
 #include "system/segment_inbox.hpp"
 
@@ -58,7 +58,7 @@ class SegmentWorker {
   static void loop(Shared& shared, const std::stop_token& stop);
 
   std::shared_ptr<Shared> shared_;
-  std::jthread thread_;
+  WorkerThread thread_;
 };
 
 }  // namespace ygslam

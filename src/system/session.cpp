@@ -21,6 +21,7 @@ SegmenterResult make_segmenter(const SessionOptions& options, const std::vector<
   }
   YoloConfig yolo = options.config.segment.yolo;
   yolo.model = options.model;
+  yolo.try_in_child = options.may_fork;
   yolo.decode.classes = movable;
   return make_yolo_segmenter(yolo);
 }
@@ -28,6 +29,7 @@ SegmenterResult make_segmenter(const SessionOptions& options, const std::vector<
 }  // namespace
 
 Result<Session> open_session(SessionOptions options) {
+  if (Status valid = validate(options.config); !valid.ok()) return valid.error();
   if (const auto faults = camera_faults(options.camera); !faults.empty()) {
     return Error{ErrorKind::kConfig, "camera: " + faults.front().key + " " + faults.front().reason};
   }
@@ -36,7 +38,7 @@ Result<Session> open_session(SessionOptions options) {
   }
   auto movable = movable_classes(options.config.segment.movable);
   if (!movable.ok()) return movable.error();
-  // Before anything else: the model is first read in a forked child, which wants no other threads.
+  // Before anything else: a child that the model is tried in wants no other threads.
   auto segmenter = make_segmenter(options, *movable);
   if (!segmenter.ok()) return segmenter.error();
 

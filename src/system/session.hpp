@@ -19,6 +19,7 @@ struct SessionOptions {
   std::filesystem::path model;      ///< for kModel
   std::filesystem::path masks_dir;  ///< for kMasks
   bool deterministic = false;
+  bool may_fork = false;  ///< a model is first read in a child process, which it may bring down
   bool may_wait = false;  ///< frames come out of a file: nothing is missed while masks are awaited
 };
 
@@ -31,7 +32,8 @@ struct Session {
 
 /// Modes off and geometry use no segmenter, whatever the options say.
 /// @return kModel: no model given where one is needed (says how to get one) or unreadable;
-/// kConfig: impossible camera, unknown class or precision; kInput: no masks in the folder.
+/// kConfig: see validate() and camera_faults(), precision the model has not; kInput: no masks in
+/// the folder.
 [[nodiscard]] Result<Session> open_session(SessionOptions options);
 
 }  // namespace ygslam

@@ -21,12 +21,18 @@ void add_input_keys(ConfigSchema& s, SlamConfig& c) {
   s.number("orb.features", c.orb.features, 50, 10000, "", "features per frame");
   s.number("orb.levels", c.orb.levels, 1, 12, "", "pyramid levels");
   s.number("orb.scale_factor", c.orb.scale_factor, 1.05, 2.0, "", "between pyramid levels");
-  s.number("orb.fast_threshold", c.orb.fast_threshold, 1, 255, "grey levels", "FAST threshold");
-  s.number("orb.fast_threshold_low", c.orb.fast_threshold_low, 1, 255, "grey levels",
-           "FAST threshold of cells without a corner");
+  s.number("orb.fast_threshold", c.orb.fast_threshold, 1, 254, "grey levels", "FAST threshold");
+  s.number("orb.fast_threshold_low", c.orb.fast_threshold_low, 1, 254, "grey levels",
+           "FAST threshold of cells without a corner, at most orb.fast_threshold");
 }
 
 void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
+  s.choice("dynamic.mode", c.mode,
+           {{"off", DynamicMode::kOff},
+            {"geometry", DynamicMode::kGeometry},
+            {"semantic", DynamicMode::kSemantic},
+            {"full", DynamicMode::kFull}},
+           "what is done about moving things (--dynamic)");
   s.flag("motion.prior", c.motion.prior,
          "fundamental matrix from points static in the previous frame only; false = all vote");
   s.choice("motion.corners", c.motion.corners,
@@ -114,9 +120,9 @@ void add_segment_keys(ConfigSchema& s, SegmentConfig& c) {
             {"int8", Precision::kInt8}},
            "of the network; auto = the fastest the processor has for the given model");
   s.number("segment.threads", c.yolo.threads, 1, 64, "", "threads that run the network");
-  s.number("segment.input_width", c.yolo.input_width, 32, 4096, "px",
+  s.number("segment.input_width", c.yolo.input_width, 32, 2048, "px",
            "for models with open input size, a multiple of 32");
-  s.number("segment.input_height", c.yolo.input_height, 32, 4096, "px",
+  s.number("segment.input_height", c.yolo.input_height, 32, 2048, "px",
            "for models with open input size, a multiple of 32");
   s.number("segment.score_threshold", c.yolo.decode.score_threshold, 0.01, 1.0, "",
            "detections below are ignored");

@@ -44,4 +44,8 @@ struct SlamConfig {
 /// The table of all keys, bound to `config` (which must outlive it).
 [[nodiscard]] ConfigSchema schema_of(SlamConfig& config);
 
+/// Everything that is wrong with the settings: values out of range and values that do not go
+/// together. The one check; every way to a session passes it.
+[[nodiscard]] Status validate(const SlamConfig& config);
+
 }  // namespace ygslam

@@ -74,7 +74,9 @@ std::string cut_short(const std::string& bytes, bool truncate) {
 
 Status SequenceWriter::put(const fs::path& name, const std::string& bytes) const {
   const fs::path path = folder_ / name;
-  std::FILE* file = std::fopen(path.c_str(), "wb");
+  std::error_code ignored;
+  fs::remove(path, ignored);  // a link in its place would be written through
+  std::FILE* file = std::fopen(path.c_str(), "wbx");
   if (file == nullptr) return cannot_write(path, errno);
   const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
   int code = errno;
@@ -82,7 +84,6 @@ Status SequenceWriter::put(const fs::path& name, const std::string& bytes) const
     code = errno;
   else if (written)
     return Ok{};
-  std::error_code ignored;
   fs::remove(path, ignored);
   return cannot_write(path, code);
 }

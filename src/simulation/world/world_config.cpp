@@ -1,15 +1,16 @@
 #include "simulation/world/world_config.hpp"
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
+#include "io/text.hpp"
 #include "simulation/embedded_files.hpp"
 #include "simulation/world/world_config_reader.hpp"
 
 namespace ygslam::sim {
 
 namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 
 bool is_world_file(const std::string& file) {
   return file.ends_with(".yaml") && file.find('/') == std::string::npos;
@@ -33,11 +34,9 @@ Result<WorldConfig> load_world(const std::string& name_or_file) {
   if (const auto embedded = embedded_file(name_or_file + ".yaml");
       embedded && is_world_file(name_or_file + ".yaml")) {
     text = std::string(*embedded);
-  } else if (std::ifstream file(name_or_file);
-             file && (name_or_file.ends_with(".yaml") || name_or_file.ends_with(".yml"))) {
-    std::stringstream content;
-    content << file.rdbuf();
-    text = content.str();
+  } else if (auto file = read_file(name_or_file, kMostBytes);
+             file.ok() && (name_or_file.ends_with(".yaml") || name_or_file.ends_with(".yml"))) {
+    text = std::move(*file);
     name = name_or_file.substr(name_or_file.find_last_of('/') + 1);
     name = name.substr(0, name.find_last_of('.'));
   } else {

@@ -1,0 +1,27 @@
+#include <cmath>
+
+#include "core/check.hpp"
+#include "fuzz/targets.hpp"
+#include "io/calibration.hpp"
+
+namespace ygslam::fuzz {
+
+void calibration(std::string_view bytes) {
+  auto camera = parse_calibration(bytes, "calibration.txt");
+  if (!camera.ok()) return;
+  if (camera->width <= 0) camera->width = 640;
+  if (camera->height <= 0) camera->height = 480;
+  if (!camera_faults(*camera).empty() || camera->width > 1280 || camera->height > 1024) return;
+  // Nothing that is accepted has a pixel without a ray, or one far from all others.
+  const Camera made(*camera);
+  const auto& bounds = made.ideal_bounds();
+  for (const double bound : bounds) CHECK(std::isfinite(bound) && std::abs(bound) < 1e6);
+  for (int v = 0; v < made.height(); v += 1 + made.height() / 16) {
+    for (int u = 0; u < made.width(); u += 1 + made.width() / 16) {
+      const Vec2 uv_px(u, v);
+      CHECK((made.distort(made.undistort(uv_px)) - uv_px).norm() < 0.1);
+    }
+  }
+}
+
+}  // namespace ygslam::fuzz

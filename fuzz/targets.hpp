@@ -1,0 +1,19 @@
+// One function per reader of foreign files: hands it any bytes and checks what it makes of them.
+// A broken promise throws (CHECK), which libFuzzer and the replaying test both take for a failure.
+#pragma once
+
+#include <string_view>
+
+namespace ygslam::fuzz {
+
+void settings(std::string_view bytes);
+void calibration(std::string_view bytes);
+void worlds(std::string_view bytes);
+void lists(std::string_view bytes);
+void trajectories(std::string_view bytes);
+void png(std::string_view bytes);
+void jpeg(std::string_view bytes);
+void instances(std::string_view bytes);
+void sweep(std::string_view bytes);
+
+}  // namespace ygslam::fuzz

@@ -1,0 +1,23 @@
+#include "core/check.hpp"
+#include "fuzz/targets.hpp"
+#include "io/trajectory_doubts.hpp"
+#include "io/trajectory_formats.hpp"
+
+namespace ygslam::fuzz {
+
+void trajectories(std::string_view bytes) {
+  for (const auto format :
+       {std::optional<TrajectoryFormat>(), std::optional(TrajectoryFormat::kTum),
+        std::optional(TrajectoryFormat::kKitti), std::optional(TrajectoryFormat::kEuroc)}) {
+    const auto trajectory = parse_trajectory(bytes, "trajectory.txt", format);
+    if (!trajectory.ok()) continue;
+    CHECK(!trajectory->poses.empty());
+    for (const StampedPose& pose : trajectory->poses) CHECK(pose.T_world_camera.is_finite());
+    (void)format_tum(trajectory->poses, 6);
+  }
+  const auto poses = parse_tum_trajectory(bytes, "trajectory.txt");
+  if (!poses.ok()) return;
+  for (std::size_t i = 1; i < poses->size(); ++i) CHECK((*poses)[i - 1].stamp < (*poses)[i].stamp);
+}
+
+}  // namespace ygslam::fuzz

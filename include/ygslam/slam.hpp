@@ -88,6 +88,10 @@ struct Object {
 struct Result {
   State state = State::kWaiting;
   Pose T_world_camera;  ///< world = first tracked camera; meaningful while tracking or weak
+  /// The same in a frame that drifts but never jumps (odom of ROS REP 105): corrections of the map
+  /// and relocalisation change T_world_odom instead. While lost it stays where it was.
+  Pose T_odom_camera;
+  Pose T_world_odom;  ///< T_world_camera = T_world_odom * T_odom_camera, while tracking or weak
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   int inliers = 0;           ///< points that agree with the pose
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
@@ -102,6 +106,13 @@ struct StampedPose {
 struct MapPoint {
   float x_m, y_m, z_m;
   std::uint8_t r, g, b;
+};
+
+/// The map as it is in the middle of a run.
+struct MapSnapshot {
+  std::vector<StampedPose> keyframes;
+  std::vector<std::array<float, 3>> landmarks_world_m;  ///< in no particular order
+  std::vector<MapPoint> static_map;
 };
 
 struct Outcome {
@@ -130,6 +141,11 @@ class YGSLAM_API Slam {
   /// @throws Error (4) if a pointer is null or the stamp does not increase (the frame is left out),
   /// (2) after finish(), (1) also for what failed in another thread since.
   Result process(const Frame& frame);
+  /// A copy of the map, at any time. Takes a few milliseconds a keyframe. @throws Error (1, 2)
+  MapSnapshot map();
+  /// Forgets everything but settings and network; the next frame starts a new world. Stamps go on
+  /// increasing. @throws Error (1, 2)
+  void reset();
   /// Ends the run. May be called again: the outcome is the same. @throws Error (1, 2)
   Outcome finish();
 

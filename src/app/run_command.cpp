@@ -53,6 +53,7 @@ struct Run {
   TumSequence sequence;
   std::unique_ptr<FrameReader> reader;
   Session session;
+  std::optional<FrameFiles> files;
   RunFacts facts;
   int interrupted_by = 0;
 };
@@ -95,7 +96,7 @@ void start_reader(Run& run) {
   run.reader = std::make_unique<FrameReader>(run.sequence, config);
 }
 
-Status process_frames(Run& run, LogFile& log_file, SlamOutcome& outcome) {
+Status process_frames(Run& run, LogFile& log_file) {
   const RunOptions& o = run.options;
   std::optional<DebugImages> pictures;
   if (!o.debug_dir.empty()) {
@@ -103,6 +104,11 @@ Status process_frames(Run& run, LogFile& log_file, SlamOutcome& outcome) {
     if (!writable.ok()) return writable;
     pictures.emplace(o.debug_dir, o.debug_every, *run.session.camera);
   }
+  auto files = FrameFiles::create(o.out_dir, run.sequence.stamp_decimals, !o.deterministic);
+  if (!files.ok()) return files.error();
+  run.files = std::move(*files);
+  run.session.runner->add_sink(
+      [&run](const FrameRecord& record, const TrackResult&) { run.files->add(record); });
   ProgressBar progress(run.reader->counts().offered, is_quiet());
   bool first = true;
   std::optional<Error> picture_error;
@@ -121,26 +127,26 @@ Status process_frames(Run& run, LogFile& log_file, SlamOutcome& outcome) {
     run.interrupted_by = StopSignal::received();
     if (run.interrupted_by) break;
   }
-  outcome = run.session.runner->finish();
+  const SlamOutcome& outcome = run.session.runner->finish();
   if (pictures && !picture_error) {
     Status drawn = pictures->finish();
     if (!drawn.ok()) picture_error = drawn.error();
   }
-  if (outcome.frames.empty() && !run.interrupted_by) {
+  if (outcome.statistics.frames == 0 && !run.interrupted_by) {
     return Error{ErrorKind::kInput, o.sequence + ": not one frame could be read"};
   }
   if (picture_error) return *picture_error;
   return Ok{};
 }
 
-void add_truth(const Run& run, const SlamOutcome& outcome, nlohmann::ordered_json& metrics) {
+void add_truth(const Run& run, std::span<const StampedPose> trajectory,
+               nlohmann::ordered_json& metrics) {
   if (!run.sequence.groundtruth) return;
   const auto truth = read_tum_trajectory(*run.sequence.groundtruth);
   if (!truth.ok()) {
     log::warn("{}", truth.error().message);
     return;
   }
-  const auto trajectory = final_trajectory(outcome, run.session.runner->mapping().map());
   const auto report = evaluate(*truth, trajectory);
   if (!report.ok()) {
     log::warn("{}: {}", run.sequence.groundtruth->string(), report.error().message);
@@ -154,19 +160,20 @@ void add_truth(const Run& run, const SlamOutcome& outcome, nlohmann::ordered_jso
     std::printf("ATE RMSE %.4f m over %zu poses\n", report->ate_m.rmse, report->pairs);
 }
 
-Status write_outputs(const Run& run, const SlamOutcome& outcome) {
+Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const std::filesystem::path out = run.options.out_dir;
-  const MappingStage& mapping = run.session.runner->mapping();
+  const Map map = run.session.runner->map();
   Status written =
-      write_run(out, outcome, mapping, run.sequence.stamp_decimals, !run.options.deterministic);
+      write_run(out, outcome, map, run.session.runner->cloud(), run.sequence.stamp_decimals);
+  if (written.ok()) written = run.files->commit();
   if (!written.ok()) return written;
-  auto metrics = metrics_json(outcome, mapping.map(), run.reader->counts(), run.facts);
+  auto metrics = metrics_json(outcome, map, run.reader->counts(), run.facts);
   if (!is_quiet()) {
-    std::printf("%zu frames, %.1f %% tracked, %zu keyframes, %zu landmarks, %.1f s\n",
-                outcome.frames.size(), 100 * coverage(outcome), mapping.map().keyframes().size(),
-                mapping.map().landmark_count(), run.facts.wall_s);
+    std::printf("%llu frames, %.1f %% tracked, %zu keyframes, %zu landmarks, %.1f s\n",
+                static_cast<unsigned long long>(outcome.statistics.frames), 100 * coverage(outcome),
+                map.keyframes().size(), map.landmark_count(), run.facts.wall_s);
   }
-  add_truth(run, outcome, metrics);
+  add_truth(run, final_trajectory(outcome, map), metrics);
   written = write_file_atomically(out / "metrics.json", metrics.dump(2) + "\n");
   if (!written.ok()) return written;
   SlamConfig config = run.config;
@@ -196,15 +203,15 @@ Result<int> run_all(Run& run) {
             run.facts.segmenter, run.facts.precision);
 
   const ScopedTimer wall;
-  SlamOutcome outcome;
-  Status processed = process_frames(run, *log_file, outcome);
+  Status processed = process_frames(run, *log_file);
+  const SlamOutcome& outcome = run.session.runner->finish();
   run.facts.wall_s = wall.wall_ms() / 1000;
-  if (!outcome.frames.empty()) {
+  if (outcome.statistics.frames > 0) {
     Status written = write_outputs(run, outcome);
     if (!written.ok()) return written.error();
   }
   if (!processed.ok()) return processed.error();
-  if (outcome.frames.empty()) return 128 + run.interrupted_by;  // nothing to save
+  if (outcome.statistics.frames == 0) return 128 + run.interrupted_by;  // nothing to save
   const bool lost = 1 - coverage(outcome) > run.config.run.max_lost_share && !run.interrupted_by;
   if (lost)
     log::warn("{}: lost for {:.0f} % of the frames", o.sequence, 100 * (1 - coverage(outcome)));

@@ -1,6 +1,7 @@
 // The public facade (include/ygslam/slam.hpp) over a session.
 #include <algorithm>
 #include <optional>
+#include <span>
 
 #include "core/log.hpp"
 #include "image/depth.hpp"
@@ -23,6 +24,18 @@ Pose to_api(const SE3& T) {
 }
 
 std::array<double, 3> to_api(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+api::StampedPose to_api(const ygslam::StampedPose& pose) {
+  return {pose.stamp.ns, to_api(pose.T_world_camera)};
+}
+
+std::vector<MapPoint> to_api(std::span<const ColouredPoint> points) {
+  std::vector<MapPoint> result;
+  for (const ColouredPoint& p : points)
+    result.push_back(
+        {p.p_world.x(), p.p_world.y(), p.p_world.z(), p.colour.r, p.colour.g, p.colour.b});
+  return result;
+}
 
 Object to_api(const TrackedObject& o) {
   return {index(o.id),
@@ -109,10 +122,12 @@ struct Slam::Impl {
   Session session;
   std::int64_t last_ns = -kLatest_ns - 1;
   std::uint32_t next_frame = 0;
-  std::optional<SlamOutcome> outcome;  // once finished
-  std::optional<Error> failure;        // of code 1: for every later call
+  bool finished = false;
+  std::optional<Error> failure;  // of code 1: for every later call
 
   Result process(const Frame& frame);
+  MapSnapshot map();
+  void reset();
   Outcome finish();
 
   // A call of the user's, unless there can be none any more.
@@ -165,13 +180,23 @@ Result Slam::process(const Frame& frame) {
   return impl_->call([&] { return impl_->process(frame); });
 }
 
+MapSnapshot Slam::map() {
+  if (!impl_) fail({ErrorKind::kUsage, "map() of an object that was moved from"});
+  return impl_->call([&] { return impl_->map(); });
+}
+
+void Slam::reset() {
+  if (!impl_) fail({ErrorKind::kUsage, "reset() of an object that was moved from"});
+  impl_->call([&] { impl_->reset(); });
+}
+
 Outcome Slam::finish() {
   if (!impl_) fail({ErrorKind::kUsage, "finish() of an object that was moved from"});
   return impl_->call([&] { return impl_->finish(); });
 }
 
 Result Slam::Impl::process(const Frame& frame) {
-  if (outcome) fail({ErrorKind::kUsage, "process() after finish()"});
+  if (finished) fail({ErrorKind::kUsage, "process() after finish()"});
   if (!frame.rgb || !frame.depth_m) fail({ErrorKind::kInput, "frame without colour or depth"});
   if (frame.t_ns <= last_ns) fail({ErrorKind::kInput, "frame stamps must increase"});
   if (frame.t_ns > kLatest_ns) fail({ErrorKind::kInput, "frame stamp too far from 0"});
@@ -192,27 +217,42 @@ Result Slam::Impl::process(const Frame& frame) {
   Result result;
   result.state = to_api(tracked.state);
   result.T_world_camera = to_api(tracked.T_world_camera);
-  const FrameRecord record = make_record(*input, tracked);
-  result.static_points = record.static_points;
-  result.dynamic_points = record.dynamic_points;
-  result.unknown_points = record.unknown_points;
+  result.T_odom_camera = to_api(tracked.T_odom_camera);
+  result.T_world_odom = to_api(tracked.T_world_odom);
+  result.static_points = tracked.labels.static_points;
+  result.dynamic_points = tracked.labels.dynamic_points;
+  result.unknown_points = tracked.labels.unknown_points;
   result.inliers = tracked.inliers;
   result.mask_age_frames = tracked.mask_age_frames;
   for (const TrackedObject& object : tracked.objects) result.objects.push_back(to_api(object));
   return result;
 }
 
+MapSnapshot Slam::Impl::map() {
+  MapSnapshot snapshot;
+  const Map map = session.runner->map();
+  for (const ygslam::StampedPose& pose : keyframe_trajectory(map))
+    snapshot.keyframes.push_back(to_api(pose));
+  map.for_each_landmark([&](const Landmark& landmark) {
+    const Eigen::Vector3f p = landmark.p_world.cast<float>();
+    snapshot.landmarks_world_m.push_back({p.x(), p.y(), p.z()});
+  });
+  snapshot.static_map = to_api(session.runner->cloud());
+  return snapshot;
+}
+
+void Slam::Impl::reset() {
+  if (finished) fail({ErrorKind::kUsage, "reset() after finish()"});
+  session.runner->reset();
+}
+
 Outcome Slam::Impl::finish() {
-  if (!outcome) outcome = session.runner->finish();
-  const MappingStage& mapping = session.runner->mapping();
+  finished = true;
+  const SlamOutcome& outcome = session.runner->finish();
   Outcome result;
-  for (const auto& pose : final_trajectory(*outcome, mapping.map())) {
-    result.trajectory.push_back({pose.stamp.ns, to_api(pose.T_world_camera)});
-  }
-  for (const ColouredPoint& p : mapping.cloud()) {
-    result.static_map.push_back(
-        {p.p_world.x(), p.p_world.y(), p.p_world.z(), p.colour.r, p.colour.g, p.colour.b});
-  }
+  for (const ygslam::StampedPose& pose : final_trajectory(outcome, session.runner->map()))
+    result.trajectory.push_back(to_api(pose));
+  result.static_map = to_api(session.runner->cloud());
   return result;
 }
 

@@ -12,11 +12,12 @@ namespace ygslam {
 class PyramidScales {
  public:
   /// @param levels >= 1. @param factor between levels, > 1.
-  PyramidScales(int levels, double factor) : log_factor_(std::log(factor)) {
+  PyramidScales(int levels, double factor) : factor_(factor), log_factor_(std::log(factor)) {
     CHECK(levels >= 1 && factor > 1);
     for (int octave = 0; octave < levels; ++octave) scale_.push_back(std::pow(factor, octave));
   }
 
+  [[nodiscard]] double factor() const { return factor_; }
   [[nodiscard]] int levels() const { return static_cast<int>(scale_.size()); }
   /// Pixels of a level times this are pixels of the image.
   [[nodiscard]] double of(int octave) const { return scale_[static_cast<std::size_t>(octave)]; }
@@ -30,6 +31,7 @@ class PyramidScales {
 
  private:
   std::vector<double> scale_;
+  double factor_;
   double log_factor_;
 };
 

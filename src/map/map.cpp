@@ -31,10 +31,6 @@ Descriptor most_typical(std::span<const Descriptor> descriptors) {
 
 }  // namespace
 
-Map::Map(int pyramid_levels, double pyramid_scale) {
-  for (int i = 0; i < pyramid_levels; ++i) octave_scale_.push_back(std::pow(pyramid_scale, i));
-}
-
 Keyframe& Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
                             std::vector<float> static_weight) {
   const KeyframeId id = data->id;
@@ -276,8 +272,8 @@ void Map::refresh(LandmarkId id) {
   const Keyframe& reference = keyframes_.at(first.keyframe);
   const int octave = reference.data->features->points[first.feature].octave;
   const double distance_m = (landmark.p_world - reference.position_world()).norm();
-  landmark.max_distance_m = distance_m * octave_scale_[octave];
-  landmark.min_distance_m = landmark.max_distance_m / octave_scale_.back();
+  landmark.max_distance_m = distance_m * scales_.of(octave);
+  landmark.min_distance_m = landmark.max_distance_m / scales_.of(scales_.levels() - 1);
 }
 
 void Map::change_covisibility(const Landmark& landmark, KeyframeId keyframe, int change) {

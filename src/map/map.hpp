@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "features/pyramid_scales.hpp"
 #include "map/keyframe.hpp"
 #include "map/landmark.hpp"
 #include "map/map_patch.hpp"
@@ -23,9 +24,8 @@ struct RemovedKeyframe {
 
 class Map {
  public:
-  /// @param levels, scale of the feature pyramid, for the distances at which a landmark can be
-  /// seen.
-  Map(int pyramid_levels, double pyramid_scale);
+  /// @param scales of the feature pyramid, for the distances at which a landmark can be seen.
+  explicit Map(PyramidScales scales) : scales_(std::move(scales)) {}
 
   // Keyframes, ascending id.
   Keyframe& add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
@@ -94,8 +94,7 @@ class Map {
     for (const auto& [id, landmark] : landmarks_) visit(landmark);
   }
 
-  [[nodiscard]] double octave_scale(int octave) const { return octave_scale_[octave]; }
-  [[nodiscard]] int octaves() const { return static_cast<int>(octave_scale_.size()); }
+  [[nodiscard]] const PyramidScales& scales() const { return scales_; }
 
  private:
   Landmark& mutable_landmark(LandmarkId id);
@@ -113,7 +112,7 @@ class Map {
   std::unordered_map<FrameId, KeyframeId> keyframe_of_;
   std::unordered_map<LandmarkId, Landmark> landmarks_;  // no result depends on its order
   std::unordered_map<LandmarkId, Fused> fused_;
-  std::vector<double> octave_scale_;
+  PyramidScales scales_;
   KeyframeId origin_ = kNoKeyframe;
   std::uint32_t next_keyframe_ = 0;
   std::uint32_t next_landmark_ = 0;

@@ -128,8 +128,8 @@ void landmark_fields(Archive& archive, auto& l) {
 class MapBytes {
  public:
   static void write(Writer& out, const Map& map) {
-    out.number(static_cast<std::uint32_t>(map.octave_scale_.size()));
-    out.number(map.octave_scale_.size() > 1 ? map.octave_scale_[1] : 1.0);
+    out.number(static_cast<std::uint32_t>(map.scales_.levels()));
+    out.number(map.scales_.factor());
     out.number(map.next_keyframe_);
     out.number(map.next_landmark_);
     out.number(map.version_);
@@ -152,9 +152,9 @@ class MapBytes {
     double scale = 0;
     in.number(levels);
     in.number(scale);
-    in.check(levels >= 1 && levels <= kMaxLevels && scale >= 1 && scale <= 4);
+    in.check(levels >= 1 && levels <= kMaxLevels && scale > 1 && scale <= 4);
     if (!in.ok()) return std::nullopt;
-    Map map(static_cast<int>(levels), scale);
+    Map map({static_cast<int>(levels), scale});
     in.number(map.next_keyframe_);
     in.number(map.next_landmark_);
     std::uint64_t version = 0;
@@ -193,7 +193,7 @@ class MapBytes {
     in.number(data->stamp.ns);
     auto seen = std::make_shared<Features>();
     features(in, *seen);
-    for (const Feature& f : seen->points) in.check(f.octave < map.octave_scale_.size());
+    for (const Feature& f : seen->points) in.check(f.octave < map.scales_.levels());
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     in.number(width);

@@ -38,7 +38,7 @@ TEST(MapBytes, ComesBackAsItWas) {
 }
 
 TEST(MapBytes, AnEmptyMapComesBackToo) {
-  const auto back = map_from_bytes(to_bytes(Map(8, 1.2)), {0, 0, 640, 480});
+  const auto back = map_from_bytes(to_bytes(Map({8, 1.2})), {0, 0, 640, 480});
   ASSERT_TRUE(back.ok());
   EXPECT_TRUE(back->keyframes().empty());
 }

@@ -76,7 +76,7 @@ class RandomEditor {
     }
   }
 
-  Map map{map_test::kLevels, map_test::kScale};
+  Map map{{map_test::kLevels, map_test::kScale}};
   std::vector<LandmarkId> made;
   std::map<LandmarkId, LandmarkId> fused;
   std::map<KeyframeId, SE3> removed_pose;

@@ -134,7 +134,7 @@ inline KeyframeId add_keyframe(Map& map, const SeenFrame& seen, KeyframeId paren
 
 /// A map of `keyframes` poses of the walk with every point's landmark at its true place.
 struct TrueMap {
-  Map map{kLevels, kScale};
+  Map map{{kLevels, kScale}};
   std::vector<SeenFrame> seen;
   std::vector<LandmarkId> landmark;  ///< per point of the world, kNoLandmark where nobody saw it
 };

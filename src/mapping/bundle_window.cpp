@@ -75,7 +75,7 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
       const Feature& feature = keyframe.data->features->points[o.feature];
       const double weight = std::max(0.05F, keyframe.static_weight[o.feature]);
       window.problem.observations.push_back(
-          {pose->second, i, observe(feature, map.octave_scale(feature.octave), noise, weight)});
+          {pose->second, i, observe(feature, map.scales().of(feature.octave), noise, weight)});
     }
   }
   return window;

@@ -49,7 +49,7 @@ void triangulate_pair(Map& map, const Camera& camera, KeyframeId id, KeyframeId 
       if (taken[j]) continue;
       const int d = distance(fa.descriptors[i], fb.descriptors[j]);
       if (d >= best) continue;
-      const double limit_px = max_epipolar_sigmas * map.octave_scale(fb.points[j].octave);
+      const double limit_px = max_epipolar_sigmas * map.scales().of(fb.points[j].octave);
       if (epipolar_distance_px(F, {a_px, fb.points[j].ideal_px.cast<double>()}) > limit_px)
         continue;
       best = d;
@@ -60,8 +60,8 @@ void triangulate_pair(Map& map, const Camera& camera, KeyframeId id, KeyframeId 
         triangulate(camera, a.T_camera_world, a_px, b.T_camera_world,
                     fb.points[best_j].ideal_px.cast<double>(), config.min_parallax_rad);
     if (!p_world) continue;
-    const double scale_a = map.octave_scale(fa.points[i].octave);
-    const double scale_b = map.octave_scale(fb.points[best_j].octave);
+    const double scale_a = map.scales().of(fa.points[i].octave);
+    const double scale_b = map.scales().of(fb.points[best_j].octave);
     if (!reprojects(camera, a.T_camera_world, *p_world, fa.points[i], scale_a,
                     config.max_reprojection_chi2) ||
         !reprojects(camera, b.T_camera_world, *p_world, fb.points[best_j], scale_b,

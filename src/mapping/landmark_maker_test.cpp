@@ -11,7 +11,7 @@ using map_test::World;
 
 TEST(MakeFromDepth, EveryStaticFeatureWithDepthBecomesALandmarkAtItsPlace) {
   World world(600, 2);
-  Map map(map_test::kLevels, map_test::kScale);
+  Map map({map_test::kLevels, map_test::kScale});
   const auto seen = world.see(World::pose(4), 0, {.depth_share = 0.7});
   const KeyframeId id = map_test::add_keyframe(map, seen, kNoKeyframe);
   std::vector<float> weight(seen.features->size(), 1.0F);
@@ -37,7 +37,7 @@ TEST(MakeFromDepth, EveryStaticFeatureWithDepthBecomesALandmarkAtItsPlace) {
 TEST(MakeFromDepth, FarDepthMakesLandmarksTooForItHoldsTheRotation) {
   World world(600, 3);
   for (auto& p : world.points()) p.p_world.z() += 2.3;  // 3.8 to 7.3 m
-  Map map(map_test::kLevels, map_test::kScale);
+  Map map({map_test::kLevels, map_test::kScale});
   const auto seen = world.see(SE3(), 0);
   const KeyframeId id = map_test::add_keyframe(map, seen, kNoKeyframe);
   std::vector<LandmarkId> made;
@@ -47,7 +47,7 @@ TEST(MakeFromDepth, FarDepthMakesLandmarksTooForItHoldsTheRotation) {
 
 TEST(MakeFromDepth, BeyondTheCloseDepthOnlyTheNearestOfASmallNumber) {
   World world(600, 4);
-  Map map(map_test::kLevels, map_test::kScale);
+  Map map({map_test::kLevels, map_test::kScale});
   const auto seen = world.see(SE3(), 0);
   const KeyframeId id = map_test::add_keyframe(map, seen, kNoKeyframe);
   LandmarkMakerConfig config;
@@ -70,7 +70,7 @@ TEST(MakeFromDepth, BeyondTheCloseDepthOnlyTheNearestOfASmallNumber) {
 TEST(MakeByTriangulation, FindsPointsWithoutDepthNearTheirTruePlace) {
   World world(700, 5);
   // Half of the points are known, so that the keyframes are neighbours; the rest has no landmark.
-  Map map(map_test::kLevels, map_test::kScale);
+  Map map({map_test::kLevels, map_test::kScale});
   std::vector<map_test::SeenFrame> seen;
   std::vector<LandmarkId> known(world.points().size(), kNoLandmark);
   for (int i = 0; i < 2; ++i) {

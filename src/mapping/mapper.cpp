@@ -24,9 +24,8 @@ NearestDepth nearest_static_depth(const KeyframeCandidate& candidate) {
 
 }  // namespace
 
-Mapper::Mapper(const MapperConfig& config, const Camera& camera, int pyramid_levels,
-               double pyramid_scale)
-    : config_(config), camera_(camera), map_(pyramid_levels, pyramid_scale) {}
+Mapper::Mapper(const MapperConfig& config, const Camera& camera, const PyramidScales& scales)
+    : config_(config), camera_(camera), map_(scales) {}
 
 KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
   const KeyframeId id = map_.next_keyframe_id();

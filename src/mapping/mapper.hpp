@@ -29,8 +29,7 @@ struct MapperConfig {
 
 class Mapper {
  public:
-  Mapper(const MapperConfig& config, const Camera& camera, int pyramid_levels,
-         double pyramid_scale);
+  Mapper(const MapperConfig& config, const Camera& camera, const PyramidScales& scales);
 
   /// Takes a candidate into the map with the landmarks it brings: quick, so that the tracker can
   /// have them at once. @return its id.

@@ -19,7 +19,7 @@ using map_test::kScale;
 using map_test::World;
 
 Mapper make_mapper(const World& world, const MapperConfig& config = {}) {
-  return Mapper(config, world.camera(), kLevels, kScale);
+  return Mapper(config, world.camera(), {kLevels, kScale});
 }
 
 KeyframeCandidate candidate_of(const map_test::SeenFrame& seen, KeyframeId reference,
@@ -35,7 +35,7 @@ KeyframeCandidate candidate_of(const map_test::SeenFrame& seen, KeyframeId refer
 
 TEST(NeighbourFusion, TwoLandmarksOfOnePointBecomeOne) {
   World world(400, 1);
-  Map map(kLevels, kScale);
+  Map map({kLevels, kScale});
   std::vector<map_test::SeenFrame> seen;
   // Every keyframe makes its own landmarks; none knows of the others'.
   for (int i = 0; i < 4; ++i) {
@@ -66,7 +66,7 @@ TEST(NeighbourFusion, AnotherDepthIsAnotherPoint) {
   World world(300, 2);
   auto truth = map_test::true_map(world, 2);
   // The same descriptors, but everything that keyframe 1 measured is farther by a third.
-  Map map(kLevels, kScale);
+  Map map({kLevels, kScale});
   map_test::add_keyframe(map, truth.seen[0], kNoKeyframe);
   auto moved = truth.seen[1];
   auto features = std::make_shared<Features>(*moved.features);
@@ -196,7 +196,7 @@ TEST(Culling, LandmarksThatNobodyFindsAgainGo) {
 TEST(Culling, OnlyKeyframesThatOthersCoverGo) {
   World world(400, 9);
   // Eight keyframes from nearly one place: all but the protected ones are superfluous.
-  Map map(kLevels, kScale);
+  Map map({kLevels, kScale});
   std::vector<LandmarkId> landmark(world.points().size(), kNoLandmark);
   for (int i = 0; i < 8; ++i) {
     const auto seen = world.see(World::pose(0), static_cast<std::uint32_t>(i));

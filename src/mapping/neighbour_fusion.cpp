@@ -12,12 +12,6 @@ namespace {
 constexpr double kMaxNeighbourDistanceM = 2.5;
 constexpr double kMinDirectionCosine = 0.5;
 
-int predicted_octave(const Map& map, const Landmark& landmark, double range_m) {
-  const double log_scale = std::log(map.octave_scale(1));
-  const double octave = std::ceil(std::log(landmark.max_distance_m / range_m) / log_scale - 1e-6);
-  return std::clamp(static_cast<int>(octave), 0, map.octaves() - 1);
-}
-
 // Search points for those landmarks that the keyframe could see and does not yet.
 std::vector<SearchPoint> visible_points(const Map& map, const Keyframe& keyframe,
                                         const std::vector<LandmarkId>& landmarks,
@@ -31,10 +25,10 @@ std::vector<SearchPoint> visible_points(const Map& map, const Keyframe& keyframe
     if (range_m < 0.8 * landmark.min_distance_m || range_m > 1.2 * landmark.max_distance_m)
       continue;
     if (ray.dot(landmark.normal_world) < 0.5 * range_m) continue;
-    const int octave = predicted_octave(map, landmark, range_m);
+    const int octave = map.scales().octave_at(landmark.max_distance_m / range_m);
     points.push_back({landmark.p_world, &landmark.descriptor, std::max(0, octave - 1),
-                      std::min(map.octaves() - 1, octave + 1),
-                      config.search_px * map.octave_scale(octave), -1.0F, i});
+                      std::min(map.scales().levels() - 1, octave + 1),
+                      config.search_px * map.scales().of(octave), -1.0F, i});
   }
   return points;
 }

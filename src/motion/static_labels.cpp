@@ -127,6 +127,8 @@ void recall_least_suspicious(std::span<const PointEvidence> evidence, const Fusi
   out.recalled = static_cast<int>(excluded.size());
 }
 
+}  // namespace
+
 void count(StaticLabels& labels) {
   labels.static_points = labels.dynamic_points = labels.unknown_points = 0;
   for (const MotionLabel label : labels.label) {
@@ -135,8 +137,6 @@ void count(StaticLabels& labels) {
     labels.unknown_points += label == MotionLabel::kUnknown ? 1 : 0;
   }
 }
-
-}  // namespace
 
 StaticLabels all_static(std::size_t n) {
   StaticLabels labels;

@@ -79,6 +79,9 @@ struct StaticLabels {
                                 const MotionCheck& check, const FusionLimits& limits,
                                 const FusionConfig& config);
 
+/// Counts the labels anew, after a change.
+void count(StaticLabels& labels);
+
 /// Labels of n points that nobody judges: all static with weight 1.
 [[nodiscard]] StaticLabels all_static(std::size_t n);
 

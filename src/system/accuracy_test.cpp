@@ -47,7 +47,7 @@ TEST(Accuracy, StaticWorldWithoutNoiseStaysWithinThreeMillimetres) {
   const Trial run = run_offline(full_size_config(DynamicMode::kOff), recording);
   EXPECT_EQ(lost_frames(run), 0);
   EXPECT_LT(ate_rmse_m(recording, run.trajectory()), 0.003);
-  EXPECT_LT(ate_rmse_m(recording, live_trajectory(run.outcome)), 0.004);
+  EXPECT_LT(ate_rmse_m(recording, run.live_trajectory()), 0.004);
 }
 
 TEST(Accuracy, StaticWorldWithSensorNoiseStaysWithinTenMillimetres) {

@@ -2,8 +2,11 @@
 
 namespace ygslam {
 
-FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result) {
+FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
+                        const ScopedTimer& timer) {
   FrameRecord record;
+  record.track_ms = timer.wall_ms();
+  record.track_cpu_ms = timer.cpu_ms();
   record.frame = frame.id;
   record.stamp = frame.stamp;
   record.state = result.state;
@@ -11,11 +14,9 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result) {
   record.T_world_camera_live = result.T_world_camera;
   record.matches = result.matches;
   record.inliers = result.inliers;
-  for (const MotionLabel label : result.labels.label) {
-    record.static_points += static_cast<int>(label == MotionLabel::kStatic);
-    record.dynamic_points += static_cast<int>(label == MotionLabel::kDynamic);
-    record.unknown_points += static_cast<int>(label == MotionLabel::kUnknown);
-  }
+  record.static_points = result.labels.static_points;
+  record.dynamic_points = result.labels.dynamic_points;
+  record.unknown_points = result.labels.unknown_points;
   record.few_static = result.labels.too_few_static;
   record.mask_age_frames = result.mask_age_frames;
   record.objects = result.objects;
@@ -25,10 +26,11 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result) {
   return record;
 }
 
-SE3 corrected_pose(const FrameRecord& record, const Map& map) {
-  if (const KeyframeId own = map.keyframe_of(record.frame); own != kNoKeyframe)
+SE3 corrected_pose(const PosedFrame& frame, const Map& map) {
+  if (const KeyframeId own = map.keyframe_of(frame.frame); own != kNoKeyframe)
     return map.resolved_pose(own).inverse();
-  return (record.pose.T_camera_reference * map.resolved_pose(record.pose.reference)).inverse();
+  const SE3 T_camera_reference(frame.q_camera_reference, frame.t_camera_reference);
+  return (T_camera_reference * map.resolved_pose(frame.reference)).inverse();
 }
 
 }  // namespace ygslam

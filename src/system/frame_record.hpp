@@ -1,6 +1,8 @@
-// What is kept of every frame for the files at the end.
+// What is told about every frame, and what is kept of it.
 #pragma once
 
+#include <deque>
+#include <functional>
 #include <vector>
 
 #include "core/time.hpp"
@@ -27,9 +29,31 @@ struct FrameRecord {
   }
 };
 
-[[nodiscard]] FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result);
+/// @param timer runs since the frame's tracking began.
+[[nodiscard]] FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
+                                      const ScopedTimer& timer);
 
-/// Pose of a tracked frame with the map's present keyframe poses.
-[[nodiscard]] SE3 corrected_pose(const FrameRecord& record, const Map& map);
+/// Called for every frame, in the thread that called process().
+using FrameSink = std::function<void(const FrameRecord&, const TrackResult&)>;
+
+/// All that is kept of a tracked frame to the end of the run.
+struct PosedFrame {
+  Timestamp stamp;
+  FrameId frame = kNoFrame;
+  KeyframeId reference = kNoKeyframe;
+  Vec3 t_camera_reference;
+  Eigen::Quaterniond q_camera_reference;
+
+  explicit PosedFrame(const FrameRecord& record)
+      : stamp(record.stamp),
+        frame(record.frame),
+        reference(record.pose.reference),
+        t_camera_reference(record.pose.T_camera_reference.t()),
+        q_camera_reference(record.pose.T_camera_reference.quaternion()) {}
+};
+using Trajectory = std::deque<PosedFrame>;
+
+/// T_world_camera of a tracked frame with the map's present keyframe poses.
+[[nodiscard]] SE3 corrected_pose(const PosedFrame& frame, const Map& map);
 
 }  // namespace ygslam

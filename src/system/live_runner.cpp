@@ -1,204 +1,174 @@
 // The stages in threads: the caller's tracks, one segments, one maps. Tracking waits for neither
 // (only the very first frame may wait for its mask and frames out of a file for masks that are too
-// old, where configured).
-#include <atomic>
-#include <future>
-#include <variant>
+// old, where configured; and where the mapper is 64 keyframes behind, for the mapper).
+#include <deque>
+#include <set>
 
-#include "core/bounded_queue.hpp"
 #include "core/log.hpp"
-#include "core/published.hpp"
-#include "core/worker_thread.hpp"
+#include "system/map_thread.hpp"
 #include "system/runner.hpp"
 #include "system/segment_worker.hpp"
 
 namespace ygslam {
 namespace {
 
-constexpr std::size_t kMapQueue = 64;
 constexpr std::size_t kBusyMapper = 1;  // keyframes waiting
+constexpr std::size_t kMostWithoutMask = 256;
 constexpr double kSilentAfterS = 2.0;   // of input time without a mask
 constexpr double kMaskPatienceS = 1.0;  // a mask that takes longer is not waited for again
-
-struct Focus {
-  KeyframeId keyframe;
-};
-struct MapRequest {
-  std::promise<Map> answer;
-};
-using MapMessage = std::variant<KeyframeMessage, SegmentationPtr, MapPatch, Focus, MapRequest>;
 
 class LiveRunner final : public Runner {
  public:
   LiveRunner(const SlamConfig& config, const Camera& camera, std::unique_ptr<Segmenter> segmenter,
              const MappingStageConfig& mapping)
-      : config_(config.run),
-        segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr),
-        tracker_(config.tracking, config.orb, config.dynamic, camera, config.run.seed),
-        mapping_(mapping, camera, config.orb.levels, config.orb.scale_factor),
-        view_(mapping_.view()),
-        map_thread_([this](const std::stop_token& stop) { map_loop(stop); },
-                    [this] { map_queue_.close(); }) {}
-
-  ~LiveRunner() override {
-    map_thread_.request_stop();
-    map_queue_.close();
+      : config_(config),
+        mapping_config_(mapping),
+        camera_(camera),
+        segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr) {
+    start();
   }
 
   TrackResult process(const FramePtr& frame) override {
-    map_thread_.rethrow();
+    map_->rethrow();
     if (segmenter_) segmenter_->put_frame(frame);
-    std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
+    const std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
     const ScopedTimer timer;
     TrackResult result =
-        tracker_.step(frame, view_.load(), arrived, waiting_keyframes_.load() >= kBusyMapper);
-    FrameRecord record = make_record(*frame, result);
+        tracker_->step(frame, map_->view(), arrived, map_->waiting_keyframes() >= kBusyMapper);
     if (result.candidate) {
       if (segmenter_) segmenter_->put_keyframe(frame);
-      ++waiting_keyframes_;
-      urgent_.store(true);
-      map_queue_.push(KeyframeMessage{std::move(*result.candidate), result.labels.label});
+      without_mask_.insert(frame->id);
+      if (without_mask_.size() > kMostWithoutMask) without_mask_.erase(without_mask_.begin());
+      map_->insert({std::move(*result.candidate), result.labels.label});
     }
-    if (result.wanted_view) map_queue_.push(Focus{*result.wanted_view});
-    record.track_ms = timer.wall_ms();
-    record.track_cpu_ms = timer.cpu_ms();
-    outcome_.frames.push_back(record);
+    if (result.wanted_view) map_->look_around(*result.wanted_view);
+    for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
+    log_.add(make_record(*frame, result, timer), result);
+    last_frames_.push_back(frame->id);
+    if (last_frames_.size() > std::max<std::size_t>(1, longest_lag())) last_frames_.pop_front();
     return result;
   }
 
-  void correct(MapPatch patch) override { map_queue_.push(std::move(patch)); }
+  void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
-  Map map_copy() override {
-    MapRequest request;
-    std::future<Map> answer = request.answer.get_future();
-    map_queue_.push(std::move(request));
-    return answer.get();
+  Map map() override {
+    std::optional<Map> copy;
+    map_->inspect([&](const MappingStage& stage) { copy = stage.map(); });
+    return std::move(copy).value();
   }
 
-  SlamOutcome finish() override {
+  std::vector<ColouredPoint> cloud() override {
+    std::vector<ColouredPoint> points;
+    map_->inspect([&](const MappingStage& stage) { points = stage.cloud(); });
+    return points;
+  }
+
+  void correct(MapPatch patch) override { map_->correct(std::move(patch)); }
+
+  void reset() override {
+    log_.clear();
+    start();
+  }
+
+  const SlamOutcome& finish() override {
+    if (std::exchange(finished_, true)) return log_.outcome();
     const ScopedTimer timer;
-    const auto time_left_s = [&] { return config_.finish_patience_s - 1e-3 * timer.wall_ms(); };
+    const auto time_left_s = [&] { return config_.run.finish_patience_s - 1e-3 * timer.wall_ms(); };
     const bool answers = segmenter_ && segmenter_->wait_idle(time_left_s());
     while (answers) {
       const auto masks = segmenter_->try_pop();
       if (!masks) break;
-      map_queue_.push(*masks);
+      hand_to_mapper(*masks);
     }
-    map_queue_.close();
-    map_thread_.join();
-    map_thread_.rethrow();
+    map_->join();
     if (answers) segment_waiting(time_left_s);
-    take_statistics();
-    mapping_.finish();
-    return std::move(outcome_);
+    map_->stage().finish();
+    RunStatistics& statistics = log_.statistics();
+    statistics.map = map_->times();
+    if (segmenter_) {
+      statistics.segment = segmenter_->statistics().times;
+      statistics.masks_failed = segmenter_->statistics().failed;
+    }
+    return log_.outcome();
   }
 
-  const MappingStage& mapping() const override { return mapping_; }
-
  private:
+  void start() {
+    map_.reset();
+    tracker_.emplace(config_.tracking, config_.orb, config_.dynamic, camera_, config_.run.seed);
+    map_ = std::make_unique<MapThread>(
+        MappingStage(mapping_config_, camera_, {config_.orb.levels, config_.orb.scale_factor}));
+    without_mask_.clear();
+    last_frames_.clear();
+    last_mask_.reset();
+    segmenter_answers_ = true;
+  }
+
+  /// The map has no use for masks of other frames.
+  void hand_to_mapper(const SegmentationPtr& masks) {
+    if (without_mask_.erase(masks->frame) > 0) map_->apply(masks);
+  }
+
   std::vector<SegmentationPtr> arrived_masks(const RgbdFrame& frame) {
     std::vector<SegmentationPtr> arrived;
     if (!segmenter_) return arrived;
-    if (outcome_.frames.empty()) last_mask_ = frame.stamp;  // silence is counted from here
+    if (!last_mask_) last_mask_ = frame.stamp;  // silence is counted from here
     wait_for_segmenter(frame.id);
     while (auto masks = segmenter_->try_pop()) arrived.push_back(std::move(*masks));
-    if (!arrived.empty()) segmenter_answers_ = true;
-    for (const SegmentationPtr& masks : arrived) {
-      map_queue_.push(masks);
+    RunStatistics& statistics = log_.statistics();
+    statistics.masks_used += static_cast<int>(arrived.size());
+    if (!arrived.empty()) {
+      segmenter_answers_ = true;
       last_mask_ = frame.stamp;
     }
-    outcome_.statistics.masks_used += static_cast<int>(arrived.size());
-    if (!outcome_.statistics.segmenter_silent &&
-        seconds_between(frame.stamp, last_mask_) > kSilentAfterS) {
-      outcome_.statistics.segmenter_silent = true;
+    if (!statistics.segmenter_silent && seconds_between(frame.stamp, *last_mask_) > kSilentAfterS) {
+      statistics.segmenter_silent = true;
       log::warn("no mask for {:.0f} s: tracking goes on without the segmentation", kSilentAfterS);
     }
     return arrived;
+  }
+
+  [[nodiscard]] std::size_t longest_lag() const {
+    return static_cast<std::size_t>(config_.run.file_mask_lag_frames);
   }
 
   // A file can wait: without a camera's pace tracking would take the processor from the network.
   // It waits until the segmenter is done with a frame, with or without a mask.
   void wait_for_segmenter(FrameId current) {
     const ScopedTimer timer;
-    const auto& frames = outcome_.frames;
-    const auto longest = static_cast<std::size_t>(config_.file_mask_lag_frames);
-    if (frames.empty()) {
-      static_cast<void>(segmenter_->wait_answer(current, config_.first_mask_timeout_s));
-    } else if (longest > 0 && frames.size() >= longest && segmenter_answers_) {
-      segmenter_answers_ =
-          segmenter_->wait_answer(frames[frames.size() - longest].frame, kMaskPatienceS);
+    if (last_frames_.empty()) {
+      static_cast<void>(segmenter_->wait_answer(current, config_.run.first_mask_timeout_s));
+    } else if (longest_lag() > 0 && last_frames_.size() >= longest_lag() && segmenter_answers_) {
+      segmenter_answers_ = segmenter_->wait_answer(last_frames_.front(), kMaskPatienceS);
     }
-    outcome_.statistics.mask_wait_s += 1e-3 * timer.wall_ms();
+    log_.statistics().mask_wait_s += 1e-3 * timer.wall_ms();
   }
 
   // Keyframes whose mask the end of the run overtook: the map can wait for them, for a while.
   template <typename TimeLeft>
   void segment_waiting(const TimeLeft& time_left_s) {
-    for (const FramePtr& frame : mapping_.waiting()) {
+    for (const FramePtr& frame : map_->stage().waiting()) {
       segmenter_->put_frame(frame);
       if (!segmenter_->wait_done(time_left_s())) {
         log::warn("segmentation too slow: the last keyframes are mapped without their masks");
         return;
       }
-      if (const auto masks = segmenter_->try_pop()) mapping_.apply(**masks);
+      if (const auto masks = segmenter_->try_pop()) map_->stage().apply(**masks);
     }
   }
 
-  void take_statistics() {
-    StageStatistics& statistics = outcome_.statistics;
-    statistics.map_ms = std::move(map_ms_);
-    statistics.map_cpu_ms = std::move(map_cpu_ms_);
-    if (!segmenter_) return;
-    SegmentWorker::Statistics segment = segmenter_->statistics();
-    statistics.segment_ms = std::move(segment.ms);
-    statistics.segment_cpu_ms = std::move(segment.cpu_ms);
-    statistics.masks_failed = segment.failed;
-  }
-
-  void map_loop(const std::stop_token& stop) {
-    while (auto message = map_queue_.pop(stop)) {
-      std::visit([this](auto& m) { take(m); }, *message);
-    }
-  }
-
-  void take(KeyframeMessage& message) {
-    const ScopedTimer timer;
-    mapping_.insert(message);
-    view_.store(mapping_.view());
-    if (--waiting_keyframes_ == 0) {
-      urgent_.store(false);
-      mapping_.refine(&urgent_);
-      view_.store(mapping_.view());
-    }
-    map_ms_.push_back(timer.wall_ms());
-    map_cpu_ms_.push_back(timer.cpu_ms());
-  }
-  void take(const SegmentationPtr& masks) {
-    if (mapping_.apply(*masks)) view_.store(mapping_.view());
-  }
-  void take(const MapPatch& patch) {
-    mapping_.correct(patch);
-    view_.store(mapping_.view());
-  }
-  void take(const Focus& focus) {
-    mapping_.look_around(focus.keyframe);
-    view_.store(mapping_.view());
-  }
-  void take(MapRequest& request) { request.answer.set_value(mapping_.map()); }
-
-  const RunConfig config_;
+  const SlamConfig config_;
+  const MappingStageConfig mapping_config_;
+  const Camera& camera_;
+  RunLog log_;
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one
-  Tracker tracker_;
-  MappingStage mapping_;  // the map thread's while it runs
-  Published<LocalView> view_;
-  BoundedQueue<MapMessage> map_queue_{kMapQueue, Overflow::kBlock};
-  std::atomic<std::size_t> waiting_keyframes_{0};
-  std::atomic<bool> urgent_{false};
-  Timestamp last_mask_;                      // when it came
-  bool segmenter_answers_ = true;            // not waited for in vain since the last mask
-  SlamOutcome outcome_;                      // the caller's
-  std::vector<double> map_ms_, map_cpu_ms_;  // the map thread's
-  WorkerThread map_thread_;                  // last: it uses everything above
+  std::optional<Tracker> tracker_;
+  std::unique_ptr<MapThread> map_;
+  std::set<FrameId> without_mask_;      // keyframes whose mask has not come
+  std::deque<FrameId> last_frames_;     // as many as masks may lag behind
+  std::optional<Timestamp> last_mask_;  // when it came
+  bool segmenter_answers_ = true;       // not waited for in vain since the last mask
+  bool finished_ = false;
 };
 
 }  // namespace

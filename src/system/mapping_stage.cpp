@@ -14,10 +14,8 @@ constexpr float kPointDepthRatio = 0.08F;
 }  // namespace
 
 MappingStage::MappingStage(const MappingStageConfig& config, const Camera& camera,
-                           int pyramid_levels, double pyramid_scale)
-    : config_(config),
-      mapper_(config.mapper, camera, pyramid_levels, pyramid_scale),
-      cloud_(config.dense, camera) {}
+                           const PyramidScales& scales)
+    : config_(config), mapper_(config.mapper, camera, scales), cloud_(config.dense, camera) {}
 
 void MappingStage::insert(const KeyframeMessage& message) {
   const KeyframeId id = mapper_.insert(message.candidate);

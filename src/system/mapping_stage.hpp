@@ -30,8 +30,7 @@ struct MappingStageConfig {
 /// Thread-free; one thread at a time may call it.
 class MappingStage {
  public:
-  MappingStage(const MappingStageConfig& config, const Camera& camera, int pyramid_levels,
-               double pyramid_scale);
+  MappingStage(const MappingStageConfig& config, const Camera& camera, const PyramidScales& scales);
 
   /// Quick: the keyframe and its landmarks are in the next view().
   void insert(const KeyframeMessage& message);

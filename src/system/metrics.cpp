@@ -19,60 +19,29 @@ using Json = nlohmann::ordered_json;
 
 double round_to(double value, double unit) { return std::round(value / unit) * unit; }
 
-// Nearest-rank percentile of sorted values.
-double percentile(const std::vector<double>& sorted, double share) {
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-  return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
-}
-
-Json summary_ms(std::vector<double> values) {
-  if (values.empty()) return nullptr;
-  std::sort(values.begin(), values.end());
-  const double mean =
-      std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+Json summary_ms(const Histogram& times) {
+  if (times.count() == 0) return nullptr;
   const auto ms = [](double v) { return round_to(v, 0.001); };
-  return {{"median", ms(percentile(values, 0.5))},
-          {"mean", ms(mean)},
-          {"p95", ms(percentile(values, 0.95))},
-          {"p99", ms(percentile(values, 0.99))},
-          {"max", ms(values.back())},
-          {"count", values.size()}};
-}
-
-template <typename Get>
-std::vector<double> collect(const SlamOutcome& outcome, Get get) {
-  std::vector<double> values;
-  for (const FrameRecord& record : outcome.frames) values.push_back(get(record));
-  return values;
+  return {{"median", ms(times.percentile(0.5))},
+          {"mean", ms(times.mean())},
+          {"p95", ms(times.percentile(0.95))},
+          {"p99", ms(times.percentile(0.99))},
+          {"max", ms(times.max())},
+          {"count", times.count()}};
 }
 
 double seconds(Timestamp stamp) { return static_cast<double>(stamp.ns) * 1e-9; }
 
-Json lost_intervals(const SlamOutcome& outcome) {
+Json lost_intervals(const RunStatistics& statistics) {
   Json intervals = Json::array();
-  const FrameRecord* begin = nullptr;
-  const FrameRecord* end = nullptr;
-  for (const FrameRecord& record : outcome.frames) {
-    if (record.state == TrackState::kLost) {
-      if (!begin) begin = &record;
-      end = &record;
-    } else if (begin) {
-      intervals.push_back({seconds(begin->stamp), seconds(end->stamp)});
-      begin = nullptr;
-    }
-  }
-  if (begin) intervals.push_back({seconds(begin->stamp), seconds(end->stamp)});
+  for (const auto& [first, last] : statistics.lost_intervals)
+    intervals.push_back({seconds(first), seconds(last)});
   return intervals;
 }
 
-Json mask_age(const SlamOutcome& outcome) {
-  std::vector<double> ages;
-  for (const FrameRecord& record : outcome.frames) {
-    if (record.mask_age_frames >= 0) ages.push_back(record.mask_age_frames);
-  }
-  if (ages.empty()) return nullptr;
-  std::sort(ages.begin(), ages.end());
-  return {{"median", percentile(ages, 0.5)}, {"p95", percentile(ages, 0.95)}};
+Json mask_age(const Histogram& ages) {
+  if (ages.count() == 0) return nullptr;
+  return {{"median", std::round(ages.percentile(0.5))}, {"p95", std::round(ages.percentile(0.95))}};
 }
 
 double peak_rss_mb() {
@@ -81,22 +50,11 @@ double peak_rss_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-Json timing(const SlamOutcome& outcome) {
-  return {{"track", summary_ms(collect(outcome, [](const auto& r) { return r.track_ms; }))},
-          {"orb", summary_ms(collect(outcome, [](const auto& r) { return r.orb_ms; }))},
-          {"motion", summary_ms(collect(outcome, [](const auto& r) { return r.motion_ms; }))},
-          {"pose", summary_ms(collect(outcome, [](const auto& r) { return r.pose_ms; }))},
-          {"segment", summary_ms(outcome.statistics.segment_ms)},
-          {"map", summary_ms(outcome.statistics.map_ms)}};
-}
-
 }  // namespace
 
 double coverage(const SlamOutcome& outcome) {
-  if (outcome.frames.empty()) return 0;
-  const auto tracked = std::count_if(outcome.frames.begin(), outcome.frames.end(),
-                                     [](const FrameRecord& r) { return r.has_pose(); });
-  return static_cast<double>(tracked) / static_cast<double>(outcome.frames.size());
+  const RunStatistics& s = outcome.statistics;
+  return s.frames ? static_cast<double>(s.tracked) / static_cast<double>(s.frames) : 0.0;
 }
 
 std::string mode_name(DynamicMode mode) {
@@ -125,17 +83,14 @@ std::string processor_name() {
 
 Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderCounts& input,
                   const RunFacts& facts) {
-  const auto tracked = std::count_if(outcome.frames.begin(), outcome.frames.end(),
-                                     [](const FrameRecord& r) { return r.has_pose(); });
-  const auto few_static = std::count_if(outcome.frames.begin(), outcome.frames.end(),
-                                        [](const FrameRecord& r) { return r.few_static; });
+  const RunStatistics& s = outcome.statistics;
   Json json;
   json["frames"] = input.offered;
   json["readable"] = input.readable;
-  json["tracked"] = tracked;
+  json["tracked"] = s.tracked;
   json["coverage"] =
-      input.readable ? static_cast<double>(tracked) / static_cast<double>(input.readable) : 0.0;
-  json["lost_intervals"] = lost_intervals(outcome);
+      input.readable ? static_cast<double>(s.tracked) / static_cast<double>(input.readable) : 0.0;
+  json["lost_intervals"] = lost_intervals(s);
   json["keyframes"] = map.keyframes().size();
   json["landmarks"] = map.landmark_count();
   json["skipped_images"] = Json::array();
@@ -143,17 +98,19 @@ Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderC
     json["skipped_images"].push_back({{"file", skipped.file}, {"reason", skipped.reason}});
   }
   json["dropped"] = input.dropped;
-  json["masks_used"] = outcome.statistics.masks_used;
-  json["masks_failed"] = outcome.statistics.masks_failed;
-  json["mask_wait_s"] = round_to(outcome.statistics.mask_wait_s, 1e-3);
-  json["segmenter_silent"] = outcome.statistics.segmenter_silent;
-  json["frames_with_few_static_points"] = few_static;
-  json["mask_age_frames"] = mask_age(outcome);
-  json["timing_ms"] = timing(outcome);
-  json["cpu_ms"] = {
-      {"track", summary_ms(collect(outcome, [](const auto& r) { return r.track_cpu_ms; }))},
-      {"segment", summary_ms(outcome.statistics.segment_cpu_ms)},
-      {"map", summary_ms(outcome.statistics.map_cpu_ms)}};
+  json["masks_used"] = s.masks_used;
+  json["masks_failed"] = s.masks_failed;
+  json["mask_wait_s"] = round_to(s.mask_wait_s, 1e-3);
+  json["segmenter_silent"] = s.segmenter_silent;
+  json["frames_with_few_static_points"] = s.few_static;
+  json["mask_age_frames"] = mask_age(s.mask_age_frames);
+  json["timing_ms"] = {
+      {"track", summary_ms(s.track.wall_ms)},     {"orb", summary_ms(s.orb_ms)},
+      {"motion", summary_ms(s.motion_ms)},        {"pose", summary_ms(s.pose_ms)},
+      {"segment", summary_ms(s.segment.wall_ms)}, {"map", summary_ms(s.map.wall_ms)}};
+  json["cpu_ms"] = {{"track", summary_ms(s.track.cpu_ms)},
+                    {"segment", summary_ms(s.segment.cpu_ms)},
+                    {"map", summary_ms(s.map.cpu_ms)}};
   json["startup_s"] = round_to(facts.startup_s, 1e-3);
   json["wall_s"] = round_to(facts.wall_s, 1e-3);
   json["peak_rss_mb"] = round_to(peak_rss_mb(), 0.1);

@@ -42,21 +42,22 @@ MapPatch bent(const Map& map, Rng& rng) {
 using Correction = MapPatch (*)(const Map&, Rng&);
 
 struct CorrectedTrial : Trial {
+  using Trial::Trial;
   std::vector<std::size_t> corrected;  ///< frames before which the map was
 };
 
 CorrectedTrial run_corrected(std::unique_ptr<Runner> runner, const Recording& recording,
                              Correction correction, std::uint64_t seed) {
-  CorrectedTrial run{{std::move(runner), {}, {}}, {}};
+  CorrectedTrial run(std::move(runner));
   Rng rng(seed);
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
     if (i > 5 && rng.below(16) == 0) {
-      run.runner->correct(correction(run.runner->map_copy(), rng));
+      run.runner->correct(correction(run.map(), rng));
       run.corrected.push_back(i);
     }
-    run.results.push_back(run.runner->process(recording.frames[i]));
+    run.process(recording.frames[i]);
   }
-  run.outcome = run.runner->finish();
+  run.finish();
   return run;
 }
 

@@ -14,42 +14,51 @@ class OfflineRunner final : public Runner {
  public:
   OfflineRunner(const SlamConfig& config, const Camera& camera,
                 std::unique_ptr<Segmenter> segmenter, const MappingStageConfig& mapping)
-      : mask_delay_frames_(config.run.mask_delay_frames),
-        segmenter_(std::move(segmenter)),
-        tracker_(config.tracking, config.orb, config.dynamic, camera, config.run.seed),
-        mapping_(mapping, camera, config.orb.levels, config.orb.scale_factor),
-        view_(mapping_.view()) {}
+      : config_(config),
+        mapping_config_(mapping),
+        camera_(camera),
+        segmenter_(std::move(segmenter)) {
+    reset();
+  }
 
   TrackResult process(const FramePtr& frame) override {
     segment(frame);
     const std::vector<SegmentationPtr> arrived = due(frame->id);
-    if (std::exchange(map_corrected_, false)) view_ = mapping_.view();
+    if (std::exchange(map_corrected_, false)) view_ = mapping_->view();
     const ScopedTimer timer;
-    TrackResult result = tracker_.step(frame, view_, arrived, false);
-    FrameRecord record = make_record(*frame, result);
-    record.track_ms = timer.wall_ms();
-    record.track_cpu_ms = timer.cpu_ms();
-    outcome_.frames.push_back(record);
-    for (const SegmentationPtr& masks : arrived) map_changed_ |= mapping_.apply(*masks);
-    map(result);
+    TrackResult result = tracker_->step(frame, view_, arrived, false);
+    log_.add(make_record(*frame, result, timer), result);
+    for (const SegmentationPtr& masks : arrived) map_changed_ |= mapping_->apply(*masks);
+    map_keyframe(result);
     return result;
   }
 
+  void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
+
   void correct(MapPatch patch) override {
-    mapping_.correct(patch);
+    mapping_->correct(patch);
     map_corrected_ = true;
   }
 
-  Map map_copy() override { return mapping_.map(); }
+  Map map() override { return mapping_->map(); }
+  std::vector<ColouredPoint> cloud() override { return mapping_->cloud(); }
 
-  SlamOutcome finish() override {
-    for (const Pending& p : pending_) mapping_.apply(*p.masks);
+  void reset() override {
+    log_.clear();
     pending_.clear();
-    mapping_.finish();
-    return std::move(outcome_);
+    tracker_.emplace(config_.tracking, config_.orb, config_.dynamic, camera_, config_.run.seed);
+    mapping_.emplace(mapping_config_, camera_,
+                     PyramidScales(config_.orb.levels, config_.orb.scale_factor));
+    view_ = mapping_->view();
+    map_changed_ = map_corrected_ = false;
   }
 
-  const MappingStage& mapping() const override { return mapping_; }
+  const SlamOutcome& finish() override {
+    for (const Pending& p : pending_) mapping_->apply(*p.masks);
+    pending_.clear();
+    mapping_->finish();
+    return log_.outcome();
+  }
 
  private:
   struct Pending {
@@ -61,15 +70,15 @@ class OfflineRunner final : public Runner {
     if (!segmenter_) return;
     const ScopedTimer timer;
     Result<Segmentation> masks = segment_safely(*segmenter_, *frame);
-    outcome_.statistics.segment_ms.push_back(timer.wall_ms());
-    outcome_.statistics.segment_cpu_ms.push_back(timer.cpu_ms());
+    log_.statistics().segment.add(timer);
     if (!masks.ok()) {
-      if (outcome_.statistics.masks_failed++ == 0) log::warn("{}", masks.error().message);
+      if (log_.statistics().masks_failed++ == 0) log::warn("{}", masks.error().message);
       return;
     }
     // The very first mask is there at once, as in a live run that waits for it.
-    const std::uint32_t delay =
-        outcome_.frames.empty() ? 0U : static_cast<std::uint32_t>(mask_delay_frames_);
+    const std::uint32_t delay = log_.statistics().frames == 0
+                                    ? 0U
+                                    : static_cast<std::uint32_t>(config_.run.mask_delay_frames);
     pending_.push_back(
         {index(frame->id) + delay, std::make_shared<const Segmentation>(std::move(masks).value())});
   }
@@ -80,31 +89,32 @@ class OfflineRunner final : public Runner {
       arrived.push_back(pending_.front().masks);
       pending_.pop_front();
     }
-    outcome_.statistics.masks_used += static_cast<int>(arrived.size());
+    log_.statistics().masks_used += static_cast<int>(arrived.size());
     return arrived;
   }
 
-  void map(TrackResult& result) {
+  void map_keyframe(TrackResult& result) {
     const bool inserted = result.candidate.has_value();
     const ScopedTimer timer;
     if (inserted) {
-      mapping_.insert({std::move(*result.candidate), result.labels.label});
-      mapping_.refine();
-      outcome_.statistics.map_ms.push_back(timer.wall_ms());
-      outcome_.statistics.map_cpu_ms.push_back(timer.cpu_ms());
+      mapping_->insert({std::move(*result.candidate), result.labels.label});
+      mapping_->refine();
+      log_.statistics().map.add(timer);
     }
-    if (result.wanted_view) mapping_.look_around(*result.wanted_view);
-    if (inserted || map_changed_ || result.wanted_view) view_ = mapping_.view();
+    if (result.wanted_view) mapping_->look_around(*result.wanted_view);
+    if (inserted || map_changed_ || result.wanted_view) view_ = mapping_->view();
     map_changed_ = false;
   }
 
-  const int mask_delay_frames_;
+  const SlamConfig config_;
+  const MappingStageConfig mapping_config_;
+  const Camera& camera_;
+  RunLog log_;
   std::unique_ptr<Segmenter> segmenter_;
-  Tracker tracker_;
-  MappingStage mapping_;
+  std::optional<Tracker> tracker_;
+  std::optional<MappingStage> mapping_;
   LocalViewPtr view_;
   std::deque<Pending> pending_;
-  SlamOutcome outcome_;
   bool map_changed_ = false;
   bool map_corrected_ = false;
 };

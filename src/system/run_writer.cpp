@@ -29,21 +29,49 @@ void append_number(std::string& text, double value, int decimals) {
   }
 }
 
+constexpr std::size_t kWriteBytes = 1 << 16;
+
+constexpr const char* kFramesHeader =
+    "stamp,frame,state,matches,inliers,static_points,dynamic_points,unknown_points,few_static,"
+    "mask_age_frames,track_ms,track_cpu_ms,orb_ms,motion_ms,pose_ms\n";
+constexpr const char* kObjectsHeader =
+    "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
+    "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m\n";
+
+std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times) {
+  std::string text = stamp_text(r.stamp, stamp_decimals);
+  text += ',' + std::to_string(index(r.frame)) + ',' + to_string(r.state);
+  for (const int value : {r.matches, r.inliers, r.static_points, r.dynamic_points, r.unknown_points,
+                          static_cast<int>(r.few_static), r.mask_age_frames}) {
+    text += ',' + std::to_string(value);
+  }
+  for (const double ms : {r.track_ms, r.track_cpu_ms, r.orb_ms, r.motion_ms, r.pose_ms}) {
+    text += ',';
+    if (with_times) append_number(text, ms, 3);
+  }
+  return text + '\n';
+}
+
+std::string object_lines(const FrameRecord& record, int stamp_decimals) {
+  std::string text;
+  for (const TrackedObject& o : record.objects) {
+    text += stamp_text(record.stamp, stamp_decimals) + ',' + std::to_string(index(record.frame)) +
+            ',' + std::to_string(index(o.id)) + ',' + coco_class_name(o.class_id);
+    for (const int value : {o.age_frames, o.missing_frames, static_cast<int>(o.resting), o.points})
+      text += ',' + std::to_string(value);
+    for (const Vec3* vector : {&o.centre_world, &o.velocity_world_mps, &o.min_world, &o.max_world})
+      for (int axis = 0; axis < 3; ++axis) text += ',', append_number(text, (*vector)[axis], 3);
+    text += '\n';
+  }
+  return text;
+}
+
 }  // namespace
 
 std::vector<StampedPose> final_trajectory(const SlamOutcome& outcome, const Map& map) {
   std::vector<StampedPose> poses;
-  for (const FrameRecord& record : outcome.frames) {
-    if (record.has_pose()) poses.push_back({record.stamp, corrected_pose(record, map)});
-  }
-  return poses;
-}
-
-std::vector<StampedPose> live_trajectory(const SlamOutcome& outcome) {
-  std::vector<StampedPose> poses;
-  for (const FrameRecord& record : outcome.frames) {
-    if (record.has_pose()) poses.push_back({record.stamp, record.T_world_camera_live});
-  }
+  for (const PosedFrame& frame : outcome.trajectory)
+    poses.push_back({frame.stamp, corrected_pose(frame, map)});
   return poses;
 }
 
@@ -55,60 +83,58 @@ std::vector<StampedPose> keyframe_trajectory(const Map& map) {
   return poses;
 }
 
-std::string frames_csv(const SlamOutcome& outcome, int stamp_decimals, bool with_times) {
-  std::string text =
-      "stamp,frame,state,matches,inliers,static_points,dynamic_points,unknown_points,few_static,"
-      "mask_age_frames,track_ms,track_cpu_ms,orb_ms,motion_ms,pose_ms\n";
-  for (const FrameRecord& r : outcome.frames) {
-    text += stamp_text(r.stamp, stamp_decimals);
-    text += ',' + std::to_string(index(r.frame)) + ',' + to_string(r.state);
-    for (const int value : {r.matches, r.inliers, r.static_points, r.dynamic_points,
-                            r.unknown_points, static_cast<int>(r.few_static), r.mask_age_frames}) {
-      text += ',' + std::to_string(value);
-    }
-    for (const double ms : {r.track_ms, r.track_cpu_ms, r.orb_ms, r.motion_ms, r.pose_ms}) {
-      text += ',';
-      if (with_times) append_number(text, ms, 3);
-    }
-    text += '\n';
-  }
-  return text;
+Result<FrameFiles> FrameFiles::create(const std::filesystem::path& directory, int stamp_decimals,
+                                      bool with_times) {
+  auto frames = AtomicFile::create(directory / "frames.csv");
+  if (!frames.ok()) return frames.error();
+  auto objects = AtomicFile::create(directory / "objects.csv");
+  if (!objects.ok()) return objects.error();
+  auto live = AtomicFile::create(directory / "trajectory_live.txt");
+  if (!live.ok()) return live.error();
+  return FrameFiles(std::move(*frames), std::move(*objects), std::move(*live), stamp_decimals,
+                    with_times);
 }
 
-std::string objects_csv(const SlamOutcome& outcome, int stamp_decimals) {
-  std::string text =
-      "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
-      "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m\n";
-  for (const FrameRecord& record : outcome.frames) {
-    for (const TrackedObject& o : record.objects) {
-      text += stamp_text(record.stamp, stamp_decimals) + ',' + std::to_string(index(record.frame)) +
-              ',' + std::to_string(index(o.id)) + ',' + coco_class_name(o.class_id);
-      for (const int value :
-           {o.age_frames, o.missing_frames, static_cast<int>(o.resting), o.points})
-        text += ',' + std::to_string(value);
-      for (const Vec3* vector :
-           {&o.centre_world, &o.velocity_world_mps, &o.min_world, &o.max_world})
-        for (int axis = 0; axis < 3; ++axis) text += ',', append_number(text, (*vector)[axis], 3);
-      text += '\n';
-    }
-  }
-  return text;
+FrameFiles::FrameFiles(AtomicFile frames, AtomicFile objects, AtomicFile live, int stamp_decimals,
+                       bool with_times)
+    : frames_{std::move(frames), kFramesHeader},
+      objects_{std::move(objects), kObjectsHeader},
+      live_{std::move(live), ""},
+      stamp_decimals_(stamp_decimals),
+      with_times_(with_times) {}
+
+void FrameFiles::add(const FrameRecord& record) {
+  put(frames_, frame_line(record, stamp_decimals_, with_times_));
+  put(objects_, object_lines(record, stamp_decimals_));
+  const StampedPose live{record.stamp, record.T_world_camera_live};
+  if (record.has_pose()) put(live_, format_tum(std::span(&live, 1), stamp_decimals_));
 }
 
-Status write_run(const std::filesystem::path& directory, const SlamOutcome& outcome,
-                 const MappingStage& mapping, int stamp_decimals, bool with_times) {
-  const Map& map = mapping.map();
+void FrameFiles::put(Growing& growing, std::string_view text) {
+  growing.waiting += text;
+  if (growing.waiting.size() < kWriteBytes || !state_.ok()) return;
+  state_ = growing.file.write(growing.waiting);
+  growing.waiting.clear();
+}
+
+Status FrameFiles::commit() {
+  for (Growing* growing : {&frames_, &objects_, &live_}) {
+    if (state_.ok()) state_ = growing->file.write(growing->waiting);
+    if (state_.ok()) state_ = growing->file.commit();
+  }
+  return state_;
+}
+
+Status write_run(const std::filesystem::path& directory, const SlamOutcome& outcome, const Map& map,
+                 std::span<const ColouredPoint> cloud, int stamp_decimals) {
   const std::pair<const char*, std::string> texts[] = {
       {"trajectory.txt", format_tum(final_trajectory(outcome, map), stamp_decimals)},
-      {"trajectory_live.txt", format_tum(live_trajectory(outcome), stamp_decimals)},
-      {"keyframes.txt", format_tum(keyframe_trajectory(map), stamp_decimals)},
-      {"frames.csv", frames_csv(outcome, stamp_decimals, with_times)},
-      {"objects.csv", objects_csv(outcome, stamp_decimals)}};
+      {"keyframes.txt", format_tum(keyframe_trajectory(map), stamp_decimals)}};
   for (const auto& [name, text] : texts) {
     Status written = write_file_atomically(directory / name, text);
     if (!written.ok()) return written;
   }
-  return write_ply(directory / "map.ply", mapping.cloud());
+  return write_ply(directory / "map.ply", cloud);
 }
 
 }  // namespace ygslam

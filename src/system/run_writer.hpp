@@ -8,6 +8,7 @@
 
 #include "core/result.hpp"
 #include "dense/static_cloud.hpp"
+#include "io/atomic_file.hpp"
 #include "io/trajectory.hpp"
 #include "system/runner.hpp"
 
@@ -15,20 +16,38 @@ namespace ygslam {
 
 /// Final poses of all tracked frames, with the map's corrected keyframes.
 [[nodiscard]] std::vector<StampedPose> final_trajectory(const SlamOutcome& outcome, const Map& map);
-/// Poses as they were delivered.
-[[nodiscard]] std::vector<StampedPose> live_trajectory(const SlamOutcome& outcome);
 [[nodiscard]] std::vector<StampedPose> keyframe_trajectory(const Map& map);
-/// One line per frame. @param with_times false: the *_ms columns stay empty, so that two
-/// deterministic runs give the same bytes.
-[[nodiscard]] std::string frames_csv(const SlamOutcome& outcome, int stamp_decimals,
-                                     bool with_times);
 
-/// One line per frame and object (see TrackedObject), in the live world frame.
-[[nodiscard]] std::string objects_csv(const SlamOutcome& outcome, int stamp_decimals);
+/// The files that grow with the run, written as it goes on: frames.csv (a line per frame),
+/// objects.csv (a line per frame and object, in the live world frame) and trajectory_live.txt
+/// (poses as they were delivered). Nothing is seen of them before commit().
+class FrameFiles {
+ public:
+  /// @param with_times false: the *_ms columns stay empty, so that two deterministic runs give the
+  /// same bytes.
+  static Result<FrameFiles> create(const std::filesystem::path& directory, int stamp_decimals,
+                                   bool with_times);
+  /// After the first fault, which commit() tells, nothing more is written.
+  void add(const FrameRecord& record);
+  [[nodiscard]] Status commit();
 
-/// trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, objects.csv and map.ply, each
-/// atomically.
+ private:
+  FrameFiles(AtomicFile frames, AtomicFile objects, AtomicFile live, int stamp_decimals,
+             bool with_times);
+  struct Growing {
+    AtomicFile file;
+    std::string waiting;  ///< not yet written
+  };
+  void put(Growing& growing, std::string_view text);
+  Growing frames_, objects_, live_;
+  int stamp_decimals_;
+  bool with_times_;
+  Status state_ = Ok{};
+};
+
+/// trajectory.txt, keyframes.txt and map.ply, each atomically.
 [[nodiscard]] Status write_run(const std::filesystem::path& directory, const SlamOutcome& outcome,
-                               const MappingStage& mapping, int stamp_decimals, bool with_times);
+                               const Map& map, std::span<const ColouredPoint> cloud,
+                               int stamp_decimals);
 
 }  // namespace ygslam

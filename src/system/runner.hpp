@@ -2,45 +2,37 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
-#include "system/frame_record.hpp"
 #include "system/mapping_stage.hpp"
+#include "system/run_log.hpp"
 #include "system/slam_config.hpp"
 
 namespace ygslam {
 
-/// What the side stages did, for metrics.
-struct StageStatistics {
-  std::vector<double> segment_ms, segment_cpu_ms, map_ms, map_cpu_ms;
-  int masks_used = 0;
-  int masks_failed = 0;
-  double mask_wait_s = 0;         ///< tracking stood still for the segmentation
-  bool segmenter_silent = false;  ///< no mask came for long while frames did
-};
-
-/// Everything a run leaves behind.
-struct SlamOutcome {
-  std::vector<FrameRecord> frames;
-  StageStatistics statistics;
-};
-
+/// One thread at a time may call it. Nothing in it grows with time but the map and the trajectory.
 class Runner {
  public:
   virtual ~Runner() = default;
-  /// Frames in order of their stamps. @return the frame's result at once. Throws what a side stage
-  /// ended with, if it was an exception, as finish() does.
+  /// Frames in order of their stamps, their ids ascending. @return the frame's result at once.
+  /// Throws what a side stage ended with, if it was an exception, as the other calls do.
   virtual TrackResult process(const FramePtr& frame) = 0;
+
+  /// Is told about every frame from now on; also after reset().
+  virtual void add_sink(FrameSink sink) = 0;
+  /// A copy of the map as it is now; features and depths are shared, not copied.
+  [[nodiscard]] virtual Map map() = 0;
+  /// The coloured static points of the keyframes so far.
+  [[nodiscard]] virtual std::vector<ColouredPoint> cloud() = 0;
   /// Takes over what was computed on a copy of the map (loops, welds); tracking goes on in the
   /// corrected world with the next view.
   virtual void correct(MapPatch patch) = 0;
-  /// A copy of the map as it is now; features and depths are shared, not copied.
-  [[nodiscard]] virtual Map map_copy() = 0;
-  /// No more frames: lets the side stages end. process() must not be called after.
-  virtual SlamOutcome finish() = 0;
-  /// Valid after finish().
-  [[nodiscard]] virtual const MappingStage& mapping() const = 0;
+  /// Forgets map, trajectory and objects; the next frame starts a new world.
+  virtual void reset() = 0;
+
+  /// No more frames: lets the side stages end. process(), correct() and reset() must not be called
+  /// after; everything else may, and finish() again.
+  virtual const SlamOutcome& finish() = 0;
 };
 
 /// @param segmenter null in modes without one.

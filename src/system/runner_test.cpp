@@ -9,7 +9,7 @@ namespace ygslam::system_test {
 namespace {
 
 std::string bytes(const Trial& run) {
-  return format_tum(run.trajectory(), 6) + format_tum(live_trajectory(run.outcome), 6) +
+  return format_tum(run.trajectory(), 6) + format_tum(run.live_trajectory(), 6) +
          format_tum(keyframe_trajectory(run.map()), 6);
 }
 
@@ -29,8 +29,8 @@ TEST(OfflineRunner, F38TheSameRunTwiceGivesTheSameBytes) {
   const Trial first = run_offline(config, recording, truth(recording));
   const Trial second = run_offline(config, recording, truth(recording));
   EXPECT_EQ(bytes(first), bytes(second));
-  const auto a = first.runner->mapping().cloud();
-  const auto b = second.runner->mapping().cloud();
+  const auto a = first.runner->cloud();
+  const auto b = second.runner->cloud();
   ASSERT_EQ(a.size(), b.size());
   ASSERT_FALSE(a.empty());
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -61,10 +61,8 @@ TEST(LiveRunner, FollowsTheCameraAsTheOfflineRunnerDoes) {
   EXPECT_LT(ate_rmse_m(recording, run.trajectory()), 0.015);
   EXPECT_GT(run.map().keyframes().size(), 1U);
   // The first frame waits for its mask.
-  EXPECT_EQ(run.outcome.frames.front().mask_age_frames, 0);
-  // No keyframe is left without its mask at the end: each contributes to the cloud.
-  EXPECT_TRUE(run.runner->mapping().waiting().empty());
-  EXPECT_FALSE(run.runner->mapping().cloud().empty());
+  EXPECT_EQ(run.frames.front().mask_age_frames, 0);
+  EXPECT_FALSE(run.runner->cloud().empty());
 }
 
 TEST(LiveRunner, FramesOutOfAFileWaitForMasksThatAreTooOld) {
@@ -72,7 +70,7 @@ TEST(LiveRunner, FramesOutOfAFileWaitForMasksThatAreTooOld) {
   SlamConfig config = patient();
   config.run.file_mask_lag_frames = 2;
   const Trial run = run_live(config, recording, truth(recording));
-  for (const FrameRecord& frame : run.outcome.frames) {
+  for (const FrameRecord& frame : run.frames) {
     EXPECT_GE(frame.mask_age_frames, 0);
     EXPECT_LE(frame.mask_age_frames, 2);
   }
@@ -84,11 +82,65 @@ TEST(LiveRunner, FeedAFewAndFinishFiftyTimes) {
     auto runner = make_live_runner(patient(), recording.camera, truth(recording), {0});
     const std::size_t count = static_cast<std::size_t>(i) % (recording.frames.size() + 1);
     for (std::size_t k = 0; k < count; ++k) (void)runner->process(recording.frames[k]);
-    const SlamOutcome outcome = runner->finish();
-    EXPECT_EQ(outcome.frames.size(), count);
-    EXPECT_EQ(final_trajectory(outcome, runner->mapping().map()).size(), count);
+    const SlamOutcome& outcome = runner->finish();
+    EXPECT_EQ(outcome.statistics.frames, count);
+    EXPECT_EQ(final_trajectory(outcome, runner->map()).size(), count);
   }
 }
+
+using MakeRunner = decltype(&make_live_runner);
+
+/// What holds for both runners.
+class AnyRunner : public ::testing::TestWithParam<MakeRunner> {
+ protected:
+  std::unique_ptr<Runner> make() {
+    return GetParam()(patient(), recording_.camera, truth(recording_), {0});
+  }
+  Recording recording_ = record("moving_box", small(1.0));
+};
+
+TEST_P(AnyRunner, LetsOneLookInWhileItRuns) {
+  auto runner = make();
+  std::size_t told = 0;
+  runner->add_sink([&](const FrameRecord& frame, const TrackResult& result) {
+    EXPECT_EQ(frame.frame, recording_.frames[told++]->id);
+    EXPECT_EQ(result.labels.label.size(), result.features->size());
+  });
+  std::uint64_t version = 0;
+  for (const FramePtr& frame : recording_.frames) {
+    (void)runner->process(frame);
+    const Map map = runner->map();
+    EXPECT_GE(map.version(), version);
+    version = map.version();
+    (void)runner->cloud();
+  }
+  EXPECT_EQ(told, recording_.frames.size());
+  const auto& outcome = runner->finish();
+  EXPECT_EQ(&runner->finish(), &outcome) << "may be called again";
+  EXPECT_EQ(outcome.statistics.frames, recording_.frames.size());
+  EXPECT_GE(runner->map().version(), version);
+  EXPECT_GT(runner->map().landmark_count(), 100U);
+}
+
+TEST_P(AnyRunner, StartsANewWorldAfterReset) {
+  auto runner = make();
+  for (std::size_t i = 0; i < 10; ++i) (void)runner->process(recording_.frames[i]);
+  runner->reset();
+  EXPECT_TRUE(runner->map().keyframes().empty());
+  for (std::size_t i = 10; i < recording_.frames.size(); ++i) {
+    const TrackResult result = runner->process(recording_.frames[i]);
+    EXPECT_EQ(result.state, TrackState::kTracking) << i;
+    if (i == 10) {
+      EXPECT_EQ(result.T_world_camera.t(), Vec3::Zero()) << "the new world";
+    }
+  }
+  const auto& outcome = runner->finish();
+  EXPECT_EQ(outcome.trajectory.size(), recording_.frames.size() - 10);
+  EXPECT_EQ(outcome.trajectory.front().frame, recording_.frames[10]->id);
+}
+
+INSTANTIATE_TEST_SUITE_P(LiveAndOffline, AnyRunner,
+                         ::testing::Values(&make_live_runner, &make_offline_runner));
 
 TEST(LiveRunner, MayBeDroppedWithoutFinish) {
   const Recording recording = record("moving_box", small(0.25));

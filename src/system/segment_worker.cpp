@@ -33,8 +33,7 @@ void SegmentWorker::loop(Shared& shared, const std::stop_token& stop) {
     bool first_failure = false;
     {
       const std::lock_guard lock(shared.mutex);
-      shared.statistics.ms.push_back(timer.wall_ms());
-      shared.statistics.cpu_ms.push_back(timer.cpu_ms());
+      shared.statistics.times.add(timer);
       if (!masks.ok()) first_failure = shared.statistics.failed++ == 0;
     }
     // Left behind, it is silent: whom the line would go to may be gone.

@@ -7,6 +7,7 @@
 #include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
 #include "segment/segmenter.hpp"
+#include "system/run_log.hpp"
 #include "system/segment_inbox.hpp"
 
 namespace ygslam {
@@ -39,7 +40,7 @@ class SegmentWorker {
   [[nodiscard]] bool wait_done(double seconds) { return shared_->inbox.wait_done(seconds); }
 
   struct Statistics {
-    std::vector<double> ms, cpu_ms;
+    StageTimes times;
     int failed = 0;
   };
   [[nodiscard]] Statistics statistics() const;

@@ -154,12 +154,12 @@ TEST(SegmenterFault, F15ADeadDetectorNeverHoldsTrackingUpAndIsNoticed) {
                                    return Result<Segmentation>(nothing_found(frame));
                                  }),
                                  {0});
-  Trial run{std::move(runner), {}, {}};
+  Trial run(std::move(runner));
   // Every frame gets its result although no mask ever comes.
-  for (const FramePtr& frame : recording.frames) run.results.push_back(run.runner->process(frame));
+  for (const FramePtr& frame : recording.frames) run.process(frame);
   for (const TrackResult& result : run.results) EXPECT_EQ(result.mask_age_frames, -1);
   gate->open();
-  run.outcome = run.runner->finish();
+  run.finish();
   expect_tracked(recording, run);
   EXPECT_TRUE(run.outcome.statistics.segmenter_silent);
   EXPECT_EQ(run.outcome.statistics.masks_used, 0);
@@ -195,13 +195,13 @@ TEST(SegmenterFault, F15ASlowDetectorsMasksAreTakenLateAndOldOnesAreSkipped) {
         return Result<Segmentation>(nothing_found(frame));
       }),
       {0});
-  Trial run{std::move(runner), {}, {}};
+  Trial run(std::move(runner));
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
-    run.results.push_back(run.runner->process(recording.frames[i]));
+    run.process(recording.frames[i]);
     if (i % 10 == 9) gates[i / 10]->open();
   }
   for (const auto& gate : gates) gate->open();
-  run.outcome = run.runner->finish();
+  run.finish();
   expect_tracked(recording, run);
   const auto& statistics = run.outcome.statistics;
   EXPECT_LT(statistics.masks_used, static_cast<int>(recording.frames.size()) / 2);

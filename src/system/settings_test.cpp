@@ -67,12 +67,12 @@ class Settings : public ::testing::Test {
       return session.error().message;
     }
     for (const FramePtr& frame : recording_->frames) (void)session->runner->process(frame);
-    const SlamOutcome outcome = session->runner->finish();
-    EXPECT_EQ(outcome.frames.size(), recording_->frames.size());
-    for (const StampedPose& pose : final_trajectory(outcome, session->runner->mapping().map())) {
+    const SlamOutcome& outcome = session->runner->finish();
+    EXPECT_EQ(outcome.statistics.frames, recording_->frames.size());
+    for (const StampedPose& pose : final_trajectory(outcome, session->runner->map())) {
       EXPECT_TRUE(pose.T_world_camera.is_finite());
     }
-    (void)session->runner->mapping().cloud();
+    (void)session->runner->cloud();
     return "";
   }
 
@@ -155,7 +155,7 @@ TEST_F(Settings, TheLiveRunnerTakesTheEndsOfItsOwnSettings) {
       auto session = open_session(std::move(options));
       ASSERT_TRUE(session.ok()) << session.error().message;
       for (const FramePtr& frame : recording_->frames) (void)session->runner->process(frame);
-      EXPECT_EQ(session->runner->finish().frames.size(), recording_->frames.size());
+      EXPECT_EQ(session->runner->finish().statistics.frames, recording_->frames.size());
     }
   }
 }

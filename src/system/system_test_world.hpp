@@ -104,19 +104,42 @@ class TruthSegmenter final : public Segmenter {
 struct Trial {
   std::unique_ptr<Runner> runner;
   std::vector<TrackResult> results;  ///< as delivered, per frame
+  std::vector<FrameRecord> frames;
   SlamOutcome outcome;
 
-  [[nodiscard]] const Map& map() const { return runner->mapping().map(); }
+  explicit Trial(std::unique_ptr<Runner> made) : runner(std::move(made)) {
+    runner->add_sink([recorded = recorded_](const FrameRecord& record, const TrackResult& result) {
+      recorded->push_back(record);
+      static_cast<void>(result);
+    });
+  }
+  void process(const FramePtr& frame) { results.push_back(runner->process(frame)); }
+  void finish() {
+    outcome = runner->finish();
+    frames = *recorded_;
+  }
+  [[nodiscard]] Map map() const { return runner->map(); }
   [[nodiscard]] std::vector<StampedPose> trajectory() const {
     return final_trajectory(outcome, map());
   }
-  [[nodiscard]] bool has_pose(std::size_t i) const { return outcome.frames[i].has_pose(); }
+  /// Poses as they were delivered.
+  [[nodiscard]] std::vector<StampedPose> live_trajectory() const {
+    std::vector<StampedPose> poses;
+    for (const FrameRecord& frame : frames)
+      if (frame.has_pose()) poses.push_back({frame.stamp, frame.T_world_camera_live});
+    return poses;
+  }
+  [[nodiscard]] bool has_pose(std::size_t i) const { return frames[i].has_pose(); }
+
+ private:
+  std::shared_ptr<std::vector<FrameRecord>> recorded_ =
+      std::make_shared<std::vector<FrameRecord>>();
 };
 
 inline Trial run(std::unique_ptr<Runner> runner, const Recording& recording) {
-  Trial run{std::move(runner), {}, {}};
-  for (const FramePtr& frame : recording.frames) run.results.push_back(run.runner->process(frame));
-  run.outcome = run.runner->finish();
+  Trial run(std::move(runner));
+  for (const FramePtr& frame : recording.frames) run.process(frame);
+  run.finish();
   return run;
 }
 
@@ -147,7 +170,7 @@ inline double drift_m(const Recording& recording, const Trial& run, std::size_t 
 inline bool all_poses_finite(const Trial& run) {
   const auto finite = [](const StampedPose& p) { return p.T_world_camera.is_finite(); };
   const auto trajectory = run.trajectory();
-  const auto live = live_trajectory(run.outcome);
+  const auto live = run.live_trajectory();
   return std::all_of(trajectory.begin(), trajectory.end(), finite) &&
          std::all_of(live.begin(), live.end(), finite);
 }
@@ -165,7 +188,7 @@ inline int keyframes_between(const Recording& recording, const Trial& run, doubl
 }
 
 inline int lost_frames(const Trial& run) {
-  return static_cast<int>(std::count_if(run.outcome.frames.begin(), run.outcome.frames.end(),
+  return static_cast<int>(std::count_if(run.frames.begin(), run.frames.end(),
                                         [](const auto& f) { return !f.has_pose(); }));
 }
 

@@ -39,10 +39,8 @@ std::vector<std::uint8_t> usable_features(const TrackedFrame& frame) {
 }  // namespace
 
 PoseEstimator::PoseEstimator(const PoseEstimatorConfig& config, const Camera& camera,
-                             double pyramid_scale, int pyramid_levels)
-    : config_(config), camera_(camera), log_scale_(std::log(pyramid_scale)) {
-  for (int i = 0; i < pyramid_levels; ++i) octave_scale_.push_back(std::pow(pyramid_scale, i));
-}
+                             const PyramidScales& scales)
+    : config_(config), camera_(camera), scales_(scales) {}
 
 std::optional<PoseResult> PoseEstimator::track(const TrackedFrame& frame, const TrackedFrame& last,
                                                const SE3& T_last_world, const LocalView* view,
@@ -110,7 +108,7 @@ std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
     const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
     const LocalView* view, const SE3& T_guess_world, double radius_px) const {
   const SE3 T_world_last = T_last_world.inverse();
-  const int top = static_cast<int>(octave_scale_.size()) - 1;
+  const int top = scales_.levels() - 1;
   std::vector<SearchPoint> points;
   points.reserve(last.features->size());
   for (std::uint32_t i = 0; i < last.features->size(); ++i) {
@@ -121,7 +119,7 @@ std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
     if (last.static_weight[i] <= 0 || (!mapped && !temporary)) continue;
     points.push_back({point_of(last, i, T_world_last, view), &last.features->descriptors[i],
                       std::max(0, f.octave - 1), std::min(top, f.octave + 1),
-                      radius_px * octave_scale_[f.octave], f.angle_rad, i});
+                      radius_px * scales_.of(f.octave), f.angle_rad, i});
   }
   ProjectionMatcherConfig matcher;
   matcher.ratio = 0.9;
@@ -167,7 +165,7 @@ std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
   observations.reserve(pairings.size());
   for (const Pairing& p : pairings) {
     const Feature& f = frame.features->points[p.feature];
-    observations.push_back({p.p_world, observe(f, octave_scale_[f.octave], noise,
+    observations.push_back({p.p_world, observe(f, scales_.of(f.octave), noise,
                                                p.weight * frame.static_weight[p.feature])});
   }
   return solve_pose(camera_, T_guess_world, observations, config_.pose);
@@ -248,7 +246,7 @@ void PoseEstimator::add_map_matches(const TrackedFrame& frame, const LocalView& 
     seen.push_back({p.landmark, 1, 0});
   }
   const Vec3 centre_world = T_camera_world.inverse().t();
-  const int top = static_cast<int>(octave_scale_.size()) - 1;
+  const int top = scales_.levels() - 1;
   const auto& bounds = camera_.ideal_bounds();
   std::vector<SearchPoint> points;
   for (std::uint32_t i = 0; i < view.landmarks.size(); ++i) {
@@ -265,13 +263,10 @@ void PoseEstimator::add_map_matches(const TrackedFrame& frame, const LocalView& 
       continue;
     const double cosine = ray.dot(landmark.normal_world) / range_m;
     if (cosine < kMaxViewAngleCosine) continue;
-    const int octave =
-        std::clamp(static_cast<int>(
-                       std::ceil(std::log(landmark.max_distance_m / range_m) / log_scale_ - 1e-6)),
-                   0, top);
+    const int octave = scales_.octave_at(landmark.max_distance_m / range_m);
     const double radius_px = config_.search_map_px * (cosine > 0.998 ? 1.0 : 1.6);
     points.push_back({landmark.p_world, &landmark.descriptor, std::max(0, octave - 1),
-                      std::min(top, octave + 1), radius_px * octave_scale_[octave], -1.0F, i});
+                      std::min(top, octave + 1), radius_px * scales_.of(octave), -1.0F, i});
     seen.push_back({landmark.id, 1, 0});
   }
   for (const PointMatch& m : match_by_projection(camera_, T_camera_world, points, *frame.features,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
+#include "features/pyramid_scales.hpp"
 #include "geometry/camera.hpp"
 #include "map/local_view.hpp"
 #include "map/messages.hpp"
@@ -41,8 +42,8 @@ struct PoseResult {
 
 class PoseEstimator {
  public:
-  PoseEstimator(const PoseEstimatorConfig& config, const Camera& camera, double pyramid_scale,
-                int pyramid_levels);
+  PoseEstimator(const PoseEstimatorConfig& config, const Camera& camera,
+                const PyramidScales& scales);
 
   /// @param frame features, grid and weights of the current frame.
   /// @param last the previous tracked frame at T_last_world.
@@ -95,8 +96,7 @@ class PoseEstimator {
 
   PoseEstimatorConfig config_;
   const Camera& camera_;
-  std::vector<double> octave_scale_;
-  double log_scale_;
+  PyramidScales scales_;
 };
 
 }  // namespace ygslam

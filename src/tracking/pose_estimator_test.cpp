@@ -66,7 +66,7 @@ struct Scene {
         last(tracked(truth.seen.back())),
         now(world.see(World::pose(6), 100, sight)),
         frame(tracked(now)),
-        estimator({}, world.camera(), kScale, kLevels) {
+        estimator({}, world.camera(), {kLevels, kScale}) {
     last.landmarks = truth.map.keyframe(KeyframeId{5}).landmarks;
   }
   [[nodiscard]] std::optional<PoseResult> track(const SE3& T_guess, Rng& rng) const {

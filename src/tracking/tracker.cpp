@@ -88,7 +88,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       camera_(camera),
       orb_(orb),
       filter_(with_pyramid_of(orb, dynamic), camera, seed),
-      pose_estimator_(config.pose, camera, orb.scale_factor, orb.levels),
+      pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
       rng_(seed) {
@@ -304,6 +304,7 @@ void Tracker::judge_points(const PoseResult& pose, StaticLabels& labels) {
       labels.label[i] = MotionLabel::kStatic;  // it agrees with a point of the static map
     }
   }
+  count(labels);
   filter_.report(labels.label);
 }
 

@@ -1,0 +1,76 @@
+#include "system/map_thread.hpp"
+
+namespace ygslam {
+
+MapThread::MapThread(MappingStage stage)
+    : stage_(std::move(stage)),
+      view_(stage_.view()),
+      thread_([this](const std::stop_token& stop) { loop(stop); }, [this] { queue_.close(); }) {}
+
+MapThread::~MapThread() {
+  thread_.request_stop();
+  queue_.close();
+}
+
+void MapThread::insert(KeyframeMessage message) {
+  ++waiting_keyframes_;
+  urgent_.store(true);
+  queue_.push(std::move(message));
+}
+
+void MapThread::inspect(const std::function<void(const MappingStage&)>& look) {
+  if (!thread_.joinable()) return look(stage_);
+  Inspection inspection{&look, {}};
+  std::future<void> done = inspection.done.get_future();
+  if (!queue_.push(std::move(inspection))) {
+    thread_.rethrow();
+    return;
+  }
+  done.get();
+}
+
+void MapThread::join() {
+  queue_.close();
+  thread_.join();
+  thread_.rethrow();
+}
+
+void MapThread::loop(const std::stop_token& stop) {
+  while (auto message = queue_.pop(stop)) {
+    std::visit([this](auto& m) { take(m); }, *message);
+  }
+}
+
+void MapThread::take(const KeyframeMessage& message) {
+  const ScopedTimer timer;
+  stage_.insert(message);
+  view_.store(stage_.view());
+  if (--waiting_keyframes_ == 0) {
+    urgent_.store(false);
+    if (waiting_keyframes_.load() > 0) urgent_.store(true);  // one came in between
+    stage_.refine(&urgent_);
+    view_.store(stage_.view());
+  }
+  times_.add(timer);
+}
+
+void MapThread::take(const SegmentationPtr& masks) {
+  if (stage_.apply(*masks)) view_.store(stage_.view());
+}
+
+void MapThread::take(const MapPatch& patch) {
+  stage_.correct(patch);
+  view_.store(stage_.view());
+}
+
+void MapThread::take(KeyframeId focus) {
+  stage_.look_around(focus);
+  view_.store(stage_.view());
+}
+
+void MapThread::take(Inspection& inspection) {
+  (*inspection.look)(stage_);
+  inspection.done.set_value();
+}
+
+}  // namespace ygslam

@@ -1,0 +1,64 @@
+// The mapping stage in a thread of its own: takes messages, publishes views.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <future>
+#include <variant>
+
+#include "core/bounded_queue.hpp"
+#include "core/published.hpp"
+#include "core/worker_thread.hpp"
+#include "system/mapping_stage.hpp"
+#include "system/run_log.hpp"
+
+namespace ygslam {
+
+class MapThread {
+ public:
+  explicit MapThread(MappingStage stage);
+  ~MapThread();
+
+  [[nodiscard]] LocalViewPtr view() const { return view_.load(); }
+  /// Keyframes that wait to be inserted.
+  [[nodiscard]] std::size_t waiting_keyframes() const { return waiting_keyframes_.load(); }
+  void insert(KeyframeMessage message);
+  void apply(SegmentationPtr masks) { queue_.push(std::move(masks)); }
+  void correct(MapPatch patch) { queue_.push(std::move(patch)); }
+  void look_around(KeyframeId focus) { queue_.push(focus); }
+  /// Calls `look` with the stage between two messages and waits for it; after join() at once.
+  void inspect(const std::function<void(const MappingStage&)>& look);
+
+  /// Throws what the thread ended with, if it was an exception.
+  void rethrow() const { thread_.rethrow(); }
+  /// Works off what has come and ends the thread.
+  void join();
+  /// After join().
+  [[nodiscard]] MappingStage& stage() { return stage_; }
+  [[nodiscard]] const StageTimes& times() const { return times_; }
+
+ private:
+  struct Inspection {
+    const std::function<void(const MappingStage&)>* look = nullptr;
+    std::promise<void> done;
+  };
+  using Message = std::variant<KeyframeMessage, SegmentationPtr, MapPatch, KeyframeId, Inspection>;
+  static constexpr std::size_t kQueue = 64;
+
+  void loop(const std::stop_token& stop);
+  void take(const KeyframeMessage& message);
+  void take(const SegmentationPtr& masks);
+  void take(const MapPatch& patch);
+  void take(KeyframeId focus);
+  void take(Inspection& inspection);
+
+  MappingStage stage_;  // the thread's while it runs
+  StageTimes times_;    // the thread's while it runs
+  Published<LocalView> view_;
+  BoundedQueue<Message> queue_{kQueue, Overflow::kBlock};
+  std::atomic<std::size_t> waiting_keyframes_{0};
+  std::atomic<bool> urgent_{false};  // a keyframe waits: adjustments end early
+  WorkerThread thread_;              // last: it uses everything above
+};
+
+}  // namespace ygslam

@@ -1,0 +1,25 @@
+#include "system/run_log.hpp"
+
+namespace ygslam {
+
+void RunLog::add(const FrameRecord& record, const TrackResult& result) {
+  RunStatistics& s = outcome_.statistics;
+  ++s.frames;
+  if (record.has_pose()) {
+    ++s.tracked;
+    outcome_.trajectory.emplace_back(record);
+  }
+  s.few_static += record.few_static ? 1 : 0;
+  const bool was_lost = std::exchange(lost_, record.state == TrackState::kLost);
+  if (lost_ && !was_lost) s.lost_intervals.emplace_back(record.stamp, record.stamp);
+  if (lost_) s.lost_intervals.back().second = record.stamp;
+  if (record.mask_age_frames >= 0) s.mask_age_frames.add(record.mask_age_frames);
+  s.track.wall_ms.add(record.track_ms);
+  s.track.cpu_ms.add(record.track_cpu_ms);
+  s.orb_ms.add(record.orb_ms);
+  s.motion_ms.add(record.motion_ms);
+  s.pose_ms.add(record.pose_ms);
+  for (const FrameSink& sink : sinks_) sink(record, result);
+}
+
+}  // namespace ygslam

@@ -1,0 +1,54 @@
+// What a run leaves behind, in bounded memory but for the trajectory itself (80 bytes a frame).
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "core/histogram.hpp"
+#include "system/frame_record.hpp"
+
+namespace ygslam {
+
+struct StageTimes {
+  Histogram wall_ms, cpu_ms;
+  void add(const ScopedTimer& timer) {
+    wall_ms.add(timer.wall_ms());
+    cpu_ms.add(timer.cpu_ms());
+  }
+};
+
+struct RunStatistics {
+  std::uint64_t frames = 0;  ///< processed
+  std::uint64_t tracked = 0;
+  std::uint64_t few_static = 0;                                 ///< frames
+  std::vector<std::pair<Timestamp, Timestamp>> lost_intervals;  ///< first and last frame
+  Histogram mask_age_frames, orb_ms, motion_ms, pose_ms;
+  StageTimes track, segment, map;
+  int masks_used = 0;
+  int masks_failed = 0;
+  double mask_wait_s = 0;         ///< live: tracking waited for masks, in all
+  bool segmenter_silent = false;  ///< no mask came for long while frames did
+};
+
+struct SlamOutcome {
+  Trajectory trajectory;  ///< of the tracked frames
+  RunStatistics statistics;
+};
+
+class RunLog {
+ public:
+  void add_sink(FrameSink sink) { sinks_.push_back(std::move(sink)); }
+  void add(const FrameRecord& record, const TrackResult& result);
+
+  [[nodiscard]] RunStatistics& statistics() { return outcome_.statistics; }
+  [[nodiscard]] const SlamOutcome& outcome() const { return outcome_; }
+  /// Forgets the run; the sinks stay.
+  void clear() { outcome_ = {}; }
+
+ private:
+  std::vector<FrameSink> sinks_;
+  SlamOutcome outcome_;
+  bool lost_ = false;  // in the last frame
+};
+
+}  // namespace ygslam

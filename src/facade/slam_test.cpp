@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "io/testing/temp_folder.hpp"
-#include "simulation/sequence_source.hpp"
+#include "simulation/sequence/sequence_source.hpp"
 
 namespace ygslam::api {
 namespace {

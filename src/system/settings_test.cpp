@@ -83,7 +83,8 @@ class Settings : public ::testing::Test {
 TEST_F(Settings, EachAtBothEndsOfItsRangeRunsOrNamesTheRuleItBreaks) {
   SlamConfig config;
   int refused = 0;
-  for (const ConfigKey& key : schema_of(config).keys()) {
+  const ConfigSchema schema = schema_of(config);
+  for (const ConfigKey& key : schema.keys()) {
     const auto ends = ends_of(key);
     ASSERT_GE(ends.size(), 2U) << key.name << ": " << key.range;
     for (const std::string& end : ends) {
@@ -142,12 +143,12 @@ TEST_F(Settings, RandomOnesRunOrNameTheRulesTheyBreak) {
 
 TEST_F(Settings, TheLiveRunnerTakesTheEndsOfItsOwnSettings) {
   SlamConfig config;
-  for (const ConfigKey& key : schema_of(config).keys()) {
+  const ConfigSchema schema = schema_of(config);
+  for (const ConfigKey& key : schema.keys()) {
     if (!key.name.starts_with("run.")) continue;
     for (const std::string& end : ends_of(key)) {
       SessionOptions options;
-      ConfigSchema schema = schema_of(options.config);
-      ASSERT_TRUE(schema.set(key.name, end, "test").ok());
+      ASSERT_TRUE(schema_of(options.config).set(key.name, end, "test").ok());
       options.camera = recording_->camera.config();
       options.segmenter = SegmenterKind::kMasks;
       options.masks_dir = masks_->path();

@@ -6,7 +6,8 @@ namespace ygslam {
 Status validate(const SlamConfig& config) {
   ConfigFaults faults;
   SlamConfig copy = config;
-  for (const ConfigKey& key : schema_of(copy).keys()) {
+  const ConfigSchema schema = schema_of(copy);
+  for (const ConfigKey& key : schema.keys()) {
     if (!key.set(key.get())) faults.add(key.name + " = '" + key.get() + "' is not in " + key.range);
   }
   const auto require = [&](bool fine, const char* rule) {

@@ -5,7 +5,12 @@ namespace ygslam {
 MapThread::MapThread(MappingStage stage)
     : stage_(std::move(stage)),
       view_(stage_.view()),
-      thread_([this](const std::stop_token& stop) { loop(stop); }, [this] { queue_.close(); }) {}
+      thread_([this](const std::stop_token& stop) { loop(stop); },
+              [this] {
+                queue_.close();
+                while (queue_.try_pop()) {  // whoever waits for an inspection gives up
+                }
+              }) {}
 
 MapThread::~MapThread() {
   thread_.request_stop();
@@ -22,11 +27,13 @@ void MapThread::inspect(const std::function<void(const MappingStage&)>& look) {
   if (!thread_.joinable()) return look(stage_);
   Inspection inspection{&look, {}};
   std::future<void> done = inspection.done.get_future();
-  if (!queue_.push(std::move(inspection))) {
+  try {
+    queue_.push(std::move(inspection));
+    done.get();
+  } catch (const std::future_error&) {
     thread_.rethrow();
-    return;
+    throw;
   }
-  done.get();
 }
 
 void MapThread::join() {

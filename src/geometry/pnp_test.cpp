@@ -4,14 +4,12 @@
 
 #include <cmath>
 
+#include "geometry/geometry_testing.hpp"
+
 namespace ygslam {
 namespace {
 
-Camera test_camera() {
-  CameraConfig c;
-  c.fx = c.fy = 525.0, c.cx = 319.5, c.cy = 239.5;
-  return Camera(c);
-}
+using testing::test_camera;
 
 SE3 random_pose(Rng& rng) {
   Vec6 twist;

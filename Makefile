@@ -7,7 +7,7 @@ YGSLAM_SHARED ?= $(abspath ../shared)
 export YGSLAM_SHARED
 
 SOURCES = git ls-files --cached --others --exclude-standard \
-  'src/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp'
+  'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp'
 
 .PHONY: help setup setup-checks configure build demo test bench model quantize \
   format check-format lint sanitize clean

@@ -1,6 +1,6 @@
 #include "core/check.hpp"
 #include "fuzz/targets.hpp"
-#include "io/trajectory_doubts.hpp"
+#include "io/trajectory_checks.hpp"
 #include "io/trajectory_formats.hpp"
 
 namespace ygslam::fuzz {

@@ -2,7 +2,7 @@
 
 #include "core/check.hpp"
 #include "fuzz/targets.hpp"
-#include "simulation/world_config.hpp"
+#include "simulation/world/world_config.hpp"
 
 namespace ygslam::fuzz {
 

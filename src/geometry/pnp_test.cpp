@@ -80,7 +80,7 @@ TEST(P3p, DegenerateTrianglesHaveNoSolution) {
             0);
 }
 
-class PnpRansacWithDepthShare : public testing::TestWithParam<double> {};
+class PnpRansacWithDepthShare : public ::testing::TestWithParam<double> {};
 
 TEST_P(PnpRansacWithDepthShare, FindsThePoseAmongSeventyPercentWrongMatches) {
   Rng rng(2);
@@ -103,7 +103,7 @@ TEST_P(PnpRansacWithDepthShare, FindsThePoseAmongSeventyPercentWrongMatches) {
   EXPECT_GE(found, 49);
 }
 
-INSTANTIATE_TEST_SUITE_P(Depths, PnpRansacWithDepthShare, testing::Values(0.0, 0.5, 0.9, 1.0));
+INSTANTIATE_TEST_SUITE_P(Depths, PnpRansacWithDepthShare, ::testing::Values(0.0, 0.5, 0.9, 1.0));
 
 TEST(PnpRansac, SamplesUsedFollowTheShareOfInliers) {
   Rng rng(3);

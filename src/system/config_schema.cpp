@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/edit_distance.hpp"
+#include "io/text.hpp"
 
 namespace ygslam {
 namespace {

@@ -6,9 +6,13 @@ JOBS ?= $(shell nproc)
 YGSLAM_SHARED ?= $(abspath ../shared)
 export YGSLAM_SHARED
 
-.PHONY: help setup configure build demo test bench model quantize format lint clean
+SOURCES = git ls-files --cached --others --exclude-standard \
+  'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp'
+
+.PHONY: help setup setup-checks configure build demo test bench model quantize \
+  format check-format lint sanitize clean
 help: ## this list
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
 
 setup: .venv/.ready ## install Debian packages (with sudo if not root) and the Python environment
 
@@ -16,10 +20,13 @@ setup: .venv/.ready ## install Debian packages (with sudo if not root) and the P
 	tools/setup.sh
 	@touch $@
 
+setup-checks: .venv/.ready ## install what `make check-format` and `make lint` need
+	@tools/setup.sh checks
+
 configure: .venv/.ready
 	@[ -f $(BUILD)/build.ninja ] || cmake --preset $(PRESET)
 
-build: configure ## build library, command line, tests and benchmarks
+build: configure ## build library, command line and tests
 	@cmake --build $(BUILD) -j $(JOBS)
 
 demo: configure ## run the main job; SEQ=folder MODEL=file.onnx OUT=folder
@@ -29,8 +36,8 @@ demo: configure ## run the main job; SEQ=folder MODEL=file.onnx OUT=folder
 test: build ## build and run all tests
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
 
-bench: configure ## run the benchmarks
-	@cmake --build $(BUILD) -j $(JOBS)
+bench: configure ## build and run the benchmarks
+	@cmake --build $(BUILD) -j $(JOBS) --target bench/all
 	@tools/bench.sh $(BUILD)
 
 model: ## export YOLOv8n-seg to models/ (needs the public internet; WEIGHTS=file.pt|untrained)
@@ -40,11 +47,29 @@ quantize: ## write an int8 model beside MODEL, calibrated on IMAGES=folder
 	@python3 tools/quantize_model.py --model $(or $(MODEL),models/yolov8n-seg_480x640.onnx) --images "$(IMAGES)"
 
 format: ## format all sources
-	@git ls-files 'src/*.[ch]pp' 'bench/*.cpp' 'tests/*.cpp' 'include/*.hpp' 'examples/*.cpp' | xargs clang-format -i
+	@$(SOURCES) | xargs clang-format-16 -i
 
-lint: configure ## check formatting and run clang-tidy
-	@git ls-files 'src/*.[ch]pp' 'bench/*.cpp' 'tests/*.cpp' 'include/*.hpp' 'examples/*.cpp' | xargs clang-format --dry-run -Werror
-	@git ls-files 'src/*.cpp' | grep -v _test | xargs -P $(JOBS) -n 4 clang-tidy -p $(BUILD) --quiet
+check-format: setup-checks ## fail where `make format` would change something
+	@$(SOURCES) | xargs clang-format-16 --dry-run -Werror
+
+# The files of a module are compiled together, so that headers are read once; precompiled headers
+# are all that is built.
+lint: setup-checks ## clang's warnings and clang-tidy on all sources, any finding is an error
+	@cmake --preset clang >/dev/null
+	@cmake --build build/clang -j $(JOBS) --target ygslam_precompiled ygslam_precompiled_test
+	@run-clang-tidy-16 -p build/clang -j $(JOBS) -quiet '/Unity/'
+
+# Address and undefined behaviour: the unit tests of these modules. Threads: whatever has some.
+ASAN_TESTS := core geometry image io features segment optim map motion mapping tracking dense facade
+TSAN_TESTS := ^(BoundedQueue|Published|FrameReader|LiveRunner|SegmentInbox|SegmenterFault)
+tests_of = $(foreach module,$(1),$(if $(wildcard src/$(module)/*_test.cpp),$(module)_test))
+space := $(subst ,, )
+sanitize: .venv/.ready ## unit tests under address, undefined behaviour and thread sanitizers
+	@cmake --preset asan >/dev/null && cmake --preset tsan >/dev/null
+	@cmake --build build/asan -j $(JOBS) --target $(call tests_of,$(ASAN_TESTS))
+	@ctest --preset asan -j $(JOBS) -L '^($(subst $(space),|,$(ASAN_TESTS)))$$'
+	@cmake --build build/tsan -j $(JOBS) --target core_test io_test system_test
+	@ctest --preset tsan -j $(JOBS) -R '$(TSAN_TESTS)'
 
 clean: ## remove what was built
 	rm -rf build

@@ -7,10 +7,14 @@ endif()
 
 add_library(ygslam_compiler INTERFACE)
 target_compile_options(ygslam_compiler INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
-                       -Wno-psabi -fno-math-errno)
+                       -Wno-psabi -fno-math-errno -fPIC)  # all alike: they share precompiled headers
+if(YGSLAM_WERROR)
+  target_compile_options(ygslam_compiler INTERFACE -Werror)
+endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # GCC 12 sees overlaps and overruns in inlined std::string and Eigen code that are not there.
-  target_compile_options(ygslam_compiler INTERFACE -Wno-restrict -Wno-array-bounds)
+  target_compile_options(ygslam_compiler INTERFACE -Wno-restrict -Wno-array-bounds
+                         -fpch-preprocess)  # lets ccache see which header was precompiled
 endif()
 # Contracting a*b+c differently in two translation units would make equal formulas unequal.
 target_compile_options(ygslam_compiler INTERFACE -ffp-contract=on)

@@ -24,6 +24,7 @@ find_package(OpenVINO REQUIRED COMPONENTS Runtime)
 
 if(YGSLAM_BUILD_TESTS)
   find_package(GTest REQUIRED)
+  find_package(rapidcheck REQUIRED)
   find_package(Ceres QUIET)
 endif()
 if(YGSLAM_BUILD_BENCH)

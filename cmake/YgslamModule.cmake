@@ -19,6 +19,7 @@ function(ygslam_module name)
     set(scope PUBLIC)
     set_property(GLOBAL APPEND PROPERTY YGSLAM_MODULES ygslam_${name})
     target_link_libraries(ygslam_${name} PRIVATE ygslam_compiler)
+    target_precompile_headers(ygslam_${name} REUSE_FROM ygslam_precompiled)
   else()
     add_library(ygslam_${name} INTERFACE)
     set(scope INTERFACE)
@@ -31,8 +32,10 @@ function(ygslam_module name)
 
   if(YGSLAM_BUILD_TESTS AND tests)
     add_executable(${name}_test ${tests})
-    target_link_libraries(${name}_test PRIVATE ygslam_${name} ygslam_compiler ${arg_TEST_DEPENDS}
-                          ${arg_TEST_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
+    target_link_libraries(${name}_test PRIVATE ygslam_${name} ygslam_compiler ygslam_test_options
+                          ${arg_TEST_DEPENDS} ${arg_TEST_LIBS} GTest::gtest GTest::gmock
+                          GTest::gtest_main)
+    target_precompile_headers(${name}_test REUSE_FROM ygslam_precompiled_test)
     gtest_discover_tests(${name}_test WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} DISCOVERY_TIMEOUT 60
                          PROPERTIES TIMEOUT 600 LABELS ${name})
   endif()

@@ -83,8 +83,7 @@ class FullDisk(CliTest):
 
     def test_a_full_disk_of_its_own(self):
         if os.geteuid() != 0:
-            print("skipped: needs root to mount a small disk")
-            return
+            self.skipTest("needs root to mount a small disk")
         script = ('mount -t tmpfs -o size=64k none "$1" && head -c 60000 /dev/zero > "$1/full"; '
                   'shift; "$@"; code=$?; ls -A "$OUT"; exit $code')
         out = self.folder / "out"
@@ -96,11 +95,9 @@ class FullDisk(CliTest):
                 capture_output=True, text=True, check=False, timeout=HANG_S,
                 env={**os.environ, "OUT": str(out)})
         except FileNotFoundError:
-            print("skipped: no unshare")
-            return
+            self.skipTest("no unshare")
         if "unshare" in done.stderr or "mount" in done.stderr:
-            print(f"skipped: {done.stderr.strip()}")
-            return
+            self.skipTest(done.stderr.strip())
         self.assertEqual(done.returncode, 9, done.stderr)
         self.assertIn("No space left on device", done.stderr)
         self.assertNotIn(".tmp", done.stdout)
@@ -123,8 +120,7 @@ class FullDisk(CliTest):
             os.chmod(self.folder, 0o755)
             readable = subprocess.run(["test", "-x", BINARY], check=False, **user)
             if readable.returncode != 0:
-                print("skipped: nobody cannot run the program")
-                return
+                self.skipTest("nobody cannot run the program")
         os.chmod(self.folder / "out", 0o555)
         self.addCleanup(os.chmod, self.folder / "out", 0o755)
         done = subprocess.run([binary, "run", sequence(), "--out", self.folder / "out",

@@ -357,8 +357,7 @@ class EvalAgainstEvo(unittest.TestCase):
         shared = pathlib.Path(os.environ.get("YGSLAM_SHARED", "../shared"))
         folder = shared / "data" / "trajectories"
         if not folder.is_dir():
-            print("skipped: no recorded data")
-            return
+            self.skipTest(f"no recorded data at {folder}")
         # (truth, estimate, largest difference, ATE RMSE computed independently, poses)
         for truth, estimate, max_diff, rmse, pairs in (
                 ("freiburg1_xyz-groundtruth.txt", "freiburg1_xyz-rgbdslam.txt", 0.02, 0.0135, 786),

@@ -126,8 +126,7 @@ class Installed(unittest.TestCase):
         shared = pathlib.Path(os.environ.get("YGSLAM_SHARED", "../shared")).resolve()
         model = shared / "models" / "yolov8n-seg_480x640.onnx"
         if not model.exists():
-            print("skipped: no model")
-            return
+            self.skipTest(f"no model at {model}")
         shutil.copyfile(model, self.folder / "model.onnx")
         done = self.hidden(self.example, self.folder / "model.onnx")
         self.assertEqual(done.returncode, 0, done.stderr)

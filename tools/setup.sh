@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Installs what the project builds and runs with: Debian packages and a local Python environment.
+# setup.sh checks: what the checks of the sources need, too.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,8 +10,8 @@ packages=(
   libopencv-video-dev libopencv-features2d-dev libturbojpeg0-dev libpng-dev libeigen3-dev
   libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
-  clang-format clang-tidy
 )
+if [ "${1:-}" = checks ]; then packages+=(clang-16 clang-format-16 clang-tidy-16); fi
 missing=()
 for package in "${packages[@]}"; do
   dpkg -s "$package" >/dev/null 2>&1 || missing+=("$package")
@@ -24,6 +25,7 @@ if ((${#missing[@]})); then
   "${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}"
 fi
 
+if [ "${1:-}" = checks ]; then exit; fi
 [ -x .venv/bin/python ] || python3 -m venv .venv
 echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib and plotly)"
 .venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements.txt

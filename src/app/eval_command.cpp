@@ -232,7 +232,7 @@ void declare_options(CLI::App& command, EvalArguments& a) {
   command.add_flag("--json", a.json, "JSON instead of a table");
 }
 
-constexpr const char* kFooter =
+constexpr const char* kEvalFooter =
     "Each stamp of the shorter trajectory takes its nearest in the other one. ATE over all "
     "matched\n"
     "poses; RPE over 30 frames and over 1 s, all pairs. Without stamps (KITTI without --times) "
@@ -255,7 +255,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "eval", "Absolute and relative trajectory errors (ATE, RPE) against ground truth");
   declare_options(*command, *arguments);
-  command->footer(kFooter);
+  command->footer(kEvalFooter);
   command->callback([arguments, &exit_code] {
     const auto text = run_eval(*arguments);
     if (text.ok()) {

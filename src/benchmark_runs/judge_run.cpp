@@ -85,11 +85,6 @@ Status write_errors(const fs::path& folder, const BenchSequence& sequence) {
   return write_file_atomically(folder / "errors.csv", errors_csv(evaluation->series));
 }
 
-double number_at(const nlohmann::json& json, const char* pointer) {
-  const nlohmann::json::json_pointer at(pointer);
-  return json.contains(at) && json[at].is_number() ? json[at].get<double>() : -1;
-}
-
 }  // namespace
 
 Result<RunRecord> judge_run(const SweepOptions& options, const BenchSequence& sequence,
@@ -131,11 +126,12 @@ std::string describe_run(const fs::path& folder, const BenchSequence& sequence,
   }
   const auto metrics = read_metrics(folder / "metrics.json");
   if (!metrics.ok()) return text + "ok";
-  const double ate_m = number_at(*metrics, "/ate/rmse");
+  const double ate_m = number_at(*metrics, "/ate/rmse").value_or(-1);
   text += ate_m < 0 ? "no truth" : fmt::format("ATE {:.4f} m", ate_m);
   return text + fmt::format(", {:.1f} % tracked, {:.1f} ms a frame, {:.1f} s",
-                            100 * number_at(*metrics, "/coverage"),
-                            number_at(*metrics, "/timing_ms/track/median"), record.wall_s);
+                            100 * number_at(*metrics, "/coverage").value_or(-1),
+                            number_at(*metrics, "/timing_ms/track/median").value_or(-1),
+                            record.wall_s);
 }
 
 }  // namespace ygslam

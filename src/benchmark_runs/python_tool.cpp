@@ -15,7 +15,7 @@ std::string environment(const char* name) {
   return value != nullptr ? value : "";
 }
 
-bool is_there(const fs::path& path) {
+bool is_installed(const fs::path& path) {
   std::error_code code;
   return fs::exists(path, code);
 }
@@ -23,7 +23,7 @@ bool is_there(const fs::path& path) {
 fs::path interpreter(const fs::path& root) {
   if (const std::string given = environment("YGSLAM_PYTHON"); !given.empty()) return given;
   const fs::path own = root / ".venv" / "bin" / "python";
-  return !root.empty() && is_there(own) ? own : fs::path("python3");
+  return !root.empty() && is_installed(own) ? own : fs::path("python3");
 }
 
 }  // namespace
@@ -42,16 +42,17 @@ Result<PythonTool> find_report_tool(const fs::path& executable, const std::strin
   const std::string given = environment("YGSLAM_REPORT");
   for (int level = 0; level < kLevelsUp && !root.empty(); ++level, root = root.parent_path()) {
     if (!given.empty()) {
-      if (is_there(root / "tools" / "report")) break;  // its interpreter is still the one to use
+      if (is_installed(root / "tools" / "report"))
+        break;  // its interpreter is still the one to use
       continue;
     }
     const fs::path source = root / "tools" / "report";
-    if (is_there(source / needed)) return tool(source, root);
+    if (is_installed(source / needed)) return tool(source, root);
     const fs::path installed = root / "share" / "ygslam" / "report";
-    if (is_there(installed / needed)) return tool(installed, {});
+    if (is_installed(installed / needed)) return tool(installed, {});
   }
   if (!given.empty()) {
-    if (is_there(fs::path(given) / needed)) return tool(given, root);
+    if (is_installed(fs::path(given) / needed)) return tool(given, root);
     return Error{ErrorKind::kOutput, "$YGSLAM_REPORT: no " + (fs::path(given) / needed).string()};
   }
   return Error{ErrorKind::kOutput,

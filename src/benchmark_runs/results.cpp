@@ -10,12 +10,6 @@ namespace ygslam {
 namespace fs = std::filesystem;
 namespace {
 
-std::optional<double> number_at(const nlohmann::json& json, const char* pointer) {
-  const nlohmann::json::json_pointer at(pointer);
-  if (!json.contains(at) || !json[at].is_number()) return std::nullopt;
-  return json[at].get<double>();
-}
-
 // A run whose files are damaged has no figures and is no good one.
 RunFigures read_run(const fs::path& folder, const RunRecord& record,
                     std::optional<std::string>& damage) {

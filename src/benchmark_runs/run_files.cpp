@@ -59,6 +59,12 @@ Result<nlohmann::json> read_metrics(const fs::path& file) {
   return metrics;
 }
 
+std::optional<double> number_at(const nlohmann::json& json, const char* pointer) {
+  const nlohmann::json::json_pointer at(pointer);
+  if (!json.contains(at) || !json[at].is_number()) return std::nullopt;
+  return json[at].get<double>();
+}
+
 std::map<std::string, std::string> fingerprints_of(const fs::path& folder) {
   std::map<std::string, std::string> prints;
   for (const char* name : kFiles) {

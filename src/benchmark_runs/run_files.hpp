@@ -17,6 +17,9 @@ namespace ygslam {
 /// outside of 0 to 1 or missing; an error or a time that is negative or no finite number.
 [[nodiscard]] Result<nlohmann::json> read_metrics(const std::filesystem::path& file);
 
+/// The number at a JSON pointer such as "/ate/rmse"; nothing if there is none.
+[[nodiscard]] std::optional<double> number_at(const nlohmann::json& json, const char* pointer);
+
 /// Name to fingerprint of those of metrics.json, trajectory.txt and errors.csv that are there.
 [[nodiscard]] std::map<std::string, std::string> fingerprints_of(
     const std::filesystem::path& folder);

@@ -12,7 +12,7 @@ namespace ygslam {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr int kFormat = 1;
+constexpr int kSweepFormat = 1;
 
 template <typename T>
 Json or_null(const std::optional<T>& value) {
@@ -144,7 +144,7 @@ Json sweep_json(const SweepOptions& options, const nlohmann::json& comparable,
                 const nlohmann::json& earlier) {
   const std::vector<std::string> modes = all_modes(options, earlier);
   Json json;
-  json["format"] = kFormat;
+  json["format"] = kSweepFormat;
   json["version"] = options.version;
   json["machine"] = options.machine;
   json["started"] = facts.started;
@@ -185,7 +185,8 @@ Result<SweepFile> parse_sweep_file(std::string_view text, const std::string& nam
     return Error{ErrorKind::kInput, name + ": " + what};
   };
   try {
-    if (json->at("format") != kFormat) return fault("of another format; made by another version?");
+    if (json->at("format") != kSweepFormat)
+      return fault("of another format; made by another version?");
     SweepFile sweep;
     sweep.version = json->at("version");
     sweep.started = json->at("started");

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "features/features_testing.hpp"
-#include "features/scale_space.hpp"
 
 namespace ygslam {
 namespace {
@@ -32,18 +31,12 @@ int score_by_trying_thresholds(const PaddedImage& image, int u, int v) {
   return t;
 }
 
-PaddedImage padded(const GreyImage& image) {
-  PaddedImage result;
-  result.assign(image, kLevelBorder_px);
-  return result;
-}
-
 TEST(Fast, ScoreIsTheDefinition) {
   // Coarse grey values make arcs of nine likely in random pictures.
   for (const int levels : {2, 3, 6, 256}) {
     GreyImage image = testing::noise_image(40, 40, 3);
     for (auto& p : image) p = static_cast<std::uint8_t>(p * levels / 256 * (255 / (levels - 1)));
-    const PaddedImage view = padded(image);
+    const PaddedImage view = testing::padded(image);
     int corners = 0;
     for (int v = 0; v < 40; ++v) {
       for (int u = 0; u < 40; ++u) {
@@ -57,7 +50,7 @@ TEST(Fast, ScoreIsTheDefinition) {
 }
 
 TEST(Fast, RowsEqualSinglePixelsAtEveryThresholdAndLength) {
-  const PaddedImage image = padded(testing::DiscWorld(5).view(150, 60));
+  const PaddedImage image = testing::padded(testing::DiscWorld(5).view(150, 60));
   for (const int threshold : {0, 1, 7, 20, 60, 254}) {
     for (const int end : {17, 48, 49, 133, 150}) {
       std::vector<std::uint8_t> scores(200);
@@ -98,7 +91,7 @@ std::set<std::pair<int, int>> maxima(const PaddedImage& image, int margin, int t
 
 TEST(Fast, DetectsExactlyTheLocalMaxima) {
   for (const int width : {33, 64, 100, 131}) {
-    const PaddedImage image = padded(testing::noise_image(width, 50, 8, 60));
+    const PaddedImage image = testing::padded(testing::noise_image(width, 50, 8, 60));
     std::vector<Corner> corners;
     FastDetector().detect(image, 6, 35, 12, 12, corners);
     std::set<std::pair<int, int>> found;
@@ -117,7 +110,7 @@ TEST(Fast, LowThresholdServesOnlyCellsWithoutStrongCorners) {
       image.at(u, v) = static_cast<std::uint8_t>(120 + (image.at(u, v) - 120) / 10);
     }
   }
-  const PaddedImage view = padded(image);
+  const PaddedImage view = testing::padded(image);
   std::vector<Corner> both, high;
   FastDetector().detect(view, 16, 35, 30, 5, both);
   FastDetector().detect(view, 16, 35, 30, 30, high);

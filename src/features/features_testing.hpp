@@ -8,6 +8,7 @@
 
 #include "core/rng.hpp"
 #include "features/feature.hpp"
+#include "features/scale_space.hpp"
 #include "image/image.hpp"
 
 namespace ygslam::testing {
@@ -81,6 +82,12 @@ inline GreyImage noise_image(int width, int height, std::uint64_t seed, int ampl
     p = static_cast<std::uint8_t>(rng.below(static_cast<std::uint32_t>(amplitude) + 1));
   }
   return image;
+}
+
+inline PaddedImage padded(const GreyImage& image) {
+  PaddedImage result;
+  result.assign(image, kLevelBorder_px);
+  return result;
 }
 
 inline Descriptor random_descriptor(Rng& rng) {

@@ -9,14 +9,8 @@
 namespace ygslam {
 namespace {
 
-PaddedImage padded(const GreyImage& image) {
-  PaddedImage result;
-  result.assign(image, kLevelBorder_px);
-  return result;
-}
-
 TEST(Reduce, EqualsBilinearInterpolationAtTheScaledPixel) {
-  const PaddedImage source = padded(testing::noise_image(131, 90, 3));
+  const PaddedImage source = testing::padded(testing::noise_image(131, 90, 3));
   for (const double ratio : {1.05, 1.2, 1.5, 1.99}) {
     const int width = static_cast<int>(130 / ratio) + 1;
     const int height = static_cast<int>(89 / ratio) + 1;
@@ -46,14 +40,14 @@ TEST(Reduce, KeepsUniformImagesAndRamps) {
     for (int u = 0; u < 200; ++u) image.at(u, v) = static_cast<std::uint8_t>(u);
   }
   PaddedImage target;
-  reduce(padded(image), 1.2, 150, 49, target);
+  reduce(testing::padded(image), 1.2, 150, 49, target);
   for (int u = 0; u < 150; ++u) ASSERT_NEAR(target.row(20)[u], 1.2 * u, 0.51);
-  reduce(padded(GreyImage(200, 60, 255)), 1.2, 166, 50, target);
+  reduce(testing::padded(GreyImage(200, 60, 255)), 1.2, 166, 50, target);
   for (int u = 0; u < 166; ++u) ASSERT_EQ(target.row(49)[u], 255);
 }
 
 TEST(Blur, EqualsTheGaussian) {
-  const PaddedImage source = padded(testing::noise_image(70, 50, 4));
+  const PaddedImage source = testing::padded(testing::noise_image(70, 50, 4));
   PaddedImage target;
   blur_7x7(source, target);
   double weights[7];

@@ -14,16 +14,7 @@ CameraConfig freiburg1() {
   return c;
 }
 
-TEST(Camera, ProjectInvertsUnproject) {
-  const Camera camera(freiburg1());
-  Rng rng(1);
-  for (int i = 0; i < 100; ++i) {
-    const Vec2 px(rng.uniform(0, 639), rng.uniform(0, 479));
-    EXPECT_LT((camera.project(camera.unproject(px, rng.uniform(0.3, 8))) - px).norm(), 1e-9);
-  }
-}
-
-TEST(Camera, DistortInvertsUndistort) {
+TEST(Camera, DistortInvertsUndistortBetweenPixelCentres) {
   const Camera camera(freiburg1());
   Rng rng(2);
   for (int i = 0; i < 1000; ++i) {
@@ -78,18 +69,6 @@ TEST(Camera, WithoutDistortionIdealIsRecorded) {
   c.k1 = c.k2 = c.p1 = c.p2 = c.k3 = 0;
   const Camera camera(c);
   EXPECT_EQ(camera.undistort({12.5, 30.25}), Vec2(12.5, 30.25));
-}
-
-TEST(Camera, IdealBoundsHoldEveryCorner) {
-  const Camera camera(freiburg1());
-  const auto& b = camera.ideal_bounds();
-  for (const Vec2& px : {Vec2(0, 0), Vec2(639, 0), Vec2(0, 479), Vec2(639, 479)}) {
-    const Vec2 ideal = camera.undistort(px);
-    EXPECT_GE(ideal.x(), b[0] - 1e-3);
-    EXPECT_LE(ideal.x(), b[2] + 1e-3);
-    EXPECT_GE(ideal.y(), b[1] - 1e-3);
-    EXPECT_LE(ideal.y(), b[3] + 1e-3);
-  }
 }
 
 }  // namespace

@@ -8,13 +8,13 @@ namespace ygslam {
 namespace {
 
 constexpr double kNearestDepth_m = 0.01;
-constexpr int kSample = 3;
+constexpr int kP3pPoints = 3;
 
-struct Score {
+struct PoseScore {
   int inliers = 0;
   double agreement = 0;  // sum over inliers of 1 - squared normalised error, as MSAC
 
-  [[nodiscard]] bool is_better_than(const Score& other) const {
+  [[nodiscard]] bool is_better_than(const PoseScore& other) const {
     return agreement > other.agreement;
   }
 };
@@ -29,15 +29,15 @@ class PnpRansac {
   }
 
   std::optional<PnpResult> run(Rng& rng) {
-    const int least = std::max(kSample, config_.ransac.min_inliers);
+    const int least = std::max(kP3pPoints, config_.ransac.min_inliers);
     if (static_cast<int>(usable_.size()) < least) return std::nullopt;
     int wanted = config_.ransac.max_iterations;
     int drawn = 0;
     for (; drawn < wanted; ++drawn) {
-      if (!try_sample(draw_sample<kSample>(static_cast<std::uint32_t>(usable_.size()), rng)))
+      if (!try_sample(draw_sample<kP3pPoints>(static_cast<std::uint32_t>(usable_.size()), rng)))
         continue;
       const double share = static_cast<double>(best_.inliers) / static_cast<double>(usable_.size());
-      wanted = ransac_iterations(share, kSample, config_.ransac.confidence,
+      wanted = ransac_iterations(share, kP3pPoints, config_.ransac.confidence,
                                  config_.ransac.max_iterations);
     }
     if (best_.inliers < least) return std::nullopt;
@@ -64,8 +64,8 @@ class PnpRansac {
     return std::max(pixel, depth * depth);
   }
 
-  [[nodiscard]] Score score_of(const SE3& T) const {
-    Score score;
+  [[nodiscard]] PoseScore score_of(const SE3& T) const {
+    PoseScore score;
     for (const std::uint32_t i : usable_) {
       const double error = error_of(T, points_[i]);
       if (!(error < 1)) continue;
@@ -76,10 +76,10 @@ class PnpRansac {
   }
 
   /// Distances between points do not depend on the pose: do the measured depths allow them?
-  [[nodiscard]] bool is_congruent(const std::array<std::uint32_t, kSample>& sample) const {
-    for (int i = 0; i < kSample; ++i) {
+  [[nodiscard]] bool is_congruent(const std::array<std::uint32_t, kP3pPoints>& sample) const {
+    for (int i = 0; i < kP3pPoints; ++i) {
       const PnpPoint& a = points_[usable_[sample[i]]];
-      const PnpPoint& b = points_[usable_[sample[(i + 1) % kSample]]];
+      const PnpPoint& b = points_[usable_[sample[(i + 1) % kP3pPoints]]];
       if (!has_depth(a) || !has_depth(b)) continue;
       const double measured_m =
           (camera_.unproject(a.ideal_px, a.depth_m) - camera_.unproject(b.ideal_px, b.depth_m))
@@ -93,10 +93,10 @@ class PnpRansac {
   }
 
   /// @return true if the sample gave a better pose than the best so far.
-  bool try_sample(const std::array<std::uint32_t, kSample>& sample) {
+  bool try_sample(const std::array<std::uint32_t, kP3pPoints>& sample) {
     if (!is_congruent(sample)) return false;
-    std::array<Vec3, kSample> rays, p_world;
-    for (int i = 0; i < kSample; ++i) {
+    std::array<Vec3, kP3pPoints> rays, p_world;
+    for (int i = 0; i < kP3pPoints; ++i) {
       const PnpPoint& p = points_[usable_[sample[i]]];
       rays[i] = camera_.unproject(p.ideal_px, 1.0).normalized();
       p_world[i] = p.p_world;
@@ -105,7 +105,7 @@ class PnpRansac {
     bool is_better = false;
     for (int k = 0; k < solutions.count; ++k) {
       const SE3& T = solutions.T_camera_world[k];
-      const Score score = score_of(T);
+      const PoseScore score = score_of(T);
       if (!score.is_better_than(best_)) continue;
       is_better = true;
       T_best_ = T;
@@ -126,7 +126,7 @@ class PnpRansac {
       const Vec6 step = -H.ldlt().solve(g);
       if (!step.allFinite()) return;
       const SE3 T = (SE3::exp(step) * T_best_).normalized();
-      const Score score = score_of(T);
+      const PoseScore score = score_of(T);
       if (!score.is_better_than(best_)) return;
       T_best_ = T;
       best_ = score;
@@ -157,7 +157,7 @@ class PnpRansac {
   const PnpConfig& config_;
   std::vector<std::uint32_t> usable_;
   SE3 T_best_;
-  Score best_;
+  PoseScore best_;
 };
 
 }  // namespace

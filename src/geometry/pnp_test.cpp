@@ -4,14 +4,12 @@
 
 #include <cmath>
 
+#include "geometry/geometry_testing.hpp"
+
 namespace ygslam {
 namespace {
 
-Camera test_camera() {
-  CameraConfig c;
-  c.fx = c.fy = 525.0, c.cx = 319.5, c.cy = 239.5;
-  return Camera(c);
-}
+using testing::test_camera;
 
 SE3 random_pose(Rng& rng) {
   Vec6 twist;
@@ -82,7 +80,7 @@ TEST(P3p, DegenerateTrianglesHaveNoSolution) {
             0);
 }
 
-class PnpRansacWithDepthShare : public testing::TestWithParam<double> {};
+class PnpRansacWithDepthShare : public ::testing::TestWithParam<double> {};
 
 TEST_P(PnpRansacWithDepthShare, FindsThePoseAmongSeventyPercentWrongMatches) {
   Rng rng(2);
@@ -105,7 +103,7 @@ TEST_P(PnpRansacWithDepthShare, FindsThePoseAmongSeventyPercentWrongMatches) {
   EXPECT_GE(found, 49);
 }
 
-INSTANTIATE_TEST_SUITE_P(Depths, PnpRansacWithDepthShare, testing::Values(0.0, 0.5, 0.9, 1.0));
+INSTANTIATE_TEST_SUITE_P(Depths, PnpRansacWithDepthShare, ::testing::Values(0.0, 0.5, 0.9, 1.0));
 
 TEST(PnpRansac, SamplesUsedFollowTheShareOfInliers) {
   Rng rng(3);

@@ -3,15 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
+#include "geometry/geometry_testing.hpp"
 
 namespace ygslam {
 namespace {
 
-Camera test_camera() {
-  CameraConfig c;
-  c.fx = c.fy = 525, c.cx = 319.5, c.cy = 239.5;
-  return Camera(c);
-}
+using testing::test_camera;
 
 TEST(Triangulate, FindsThePointWhereTheRaysMeet) {
   const Camera camera = test_camera();

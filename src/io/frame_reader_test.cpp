@@ -223,7 +223,9 @@ TEST(FrameReader, StopsWhereverItIs) {
   SmallSequence{.count = 6, .interval_ns = 3'600'000'000'000}.write_to(folder.path());
   const TumSequence sequence = open(folder.path());
   for (int round = 0; round < 60; ++round) {
-    { const FrameReader never_asked(sequence, {.ahead = 1, .realtime = round % 2 == 0}); }
+    {
+      const FrameReader never_asked(sequence, {.ahead = 1, .realtime = round % 2 == 0});
+    }
     // Waiting for a stamp that is an hour away.
     FrameReader waiting(sequence, {.realtime = true, .longest_gap_s = 1e6});
     EXPECT_TRUE(waiting.next().has_value());

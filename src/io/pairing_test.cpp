@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <set>
 
 #include "core/rng.hpp"
+#include "core/testing/recorded_data.hpp"
 #include "io/image_list.hpp"
 #include "io/testing/temp_folder.hpp"
 
@@ -107,10 +107,7 @@ TEST(Offset, F12IsExactForListsOfTheSameLength) {
 
 TEST(Pairing, GivesTheOfficialAssociationsOfTheRecordedLists) {
   const auto folder = testing::shared_folder() / "data" / "associations";
-  if (!std::filesystem::is_directory(folder)) {
-    std::puts("skipped: no recorded data");
-    return;
-  }
+  YGSLAM_NEEDS_RECORDED(folder);
   for (const auto& file : std::filesystem::directory_iterator(folder)) {
     const auto official = parse_associations(testing::read(file.path()));
     ASSERT_GT(official.entries.size(), 100U) << file.path();

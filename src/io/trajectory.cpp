@@ -13,8 +13,6 @@
 namespace ygslam {
 namespace {
 
-constexpr double kLeastQuaternionLength = 0.1;  // anything shorter is no rounded unit quaternion
-
 // One line's pose, or what is wrong with it.
 Result<StampedPose> parse_pose(std::string_view line) {
   const auto fault = [](std::string what) { return Error{ErrorKind::kInput, std::move(what)}; };

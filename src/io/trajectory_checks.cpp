@@ -9,9 +9,7 @@
 namespace ygslam {
 namespace {
 
-constexpr std::size_t kKittiColumns = 12;
 constexpr std::size_t kMostWholeNumbers = 12;  // more columns have no format, all without a point
-constexpr double kRotationTolerance = 1e-2;
 
 // How many digits a text begins with.
 std::size_t digits_of(std::string_view text) {
@@ -32,7 +30,7 @@ bool is_exponent_or_empty(std::string_view rest) {
   return !rest.empty() && digits_of(rest) == rest.size();
 }
 
-bool is_whole_number(std::string_view word) {
+bool is_written_whole(std::string_view word) {
   word = without_sign(word);
   const std::size_t digits = digits_of(word);
   return digits > 0 && is_exponent_or_empty(word.substr(digits));
@@ -91,12 +89,12 @@ bool has_decimal_commas(std::string_view line) {
   if (words.size() > 1) {
     return std::any_of(words.begin(), words.end(), is_decimal_comma) &&
            std::all_of(words.begin(), words.end(), [](std::string_view word) {
-             return is_decimal_comma(word) || is_whole_number(word);
+             return is_decimal_comma(word) || is_written_whole(word);
            });
   }
   const auto parts = words_of(line, ",");
   return parts.size() > kMostWholeNumbers &&
-         std::all_of(parts.begin(), parts.end(), is_whole_number);
+         std::all_of(parts.begin(), parts.end(), is_written_whole);
 }
 
 bool looks_like_kitti(std::string_view line) {

@@ -1,12 +1,19 @@
 // Text that could be read as a trajectory although it is something else: better refused than read.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
 #include "core/result.hpp"
 
 namespace ygslam {
+
+inline constexpr std::size_t kKittiColumns = 12;
+// Printed with few decimals a rotation matrix is only nearly orthonormal.
+inline constexpr double kRotationTolerance = 1e-2;
+// Anything shorter is no rounded unit quaternion.
+inline constexpr double kLeastQuaternionLength = 0.1;
 
 /// Lines that end in a carriage return alone (as on the first Macintosh) would all be one line.
 /// @param name for the message. @return kInput naming file and line.

@@ -17,19 +17,15 @@ constexpr std::array<std::pair<std::string_view, TrajectoryFormat>, 3> kNames = 
     {"kitti", TrajectoryFormat::kKitti},
     {"euroc", TrajectoryFormat::kEuroc},
 }};
-constexpr std::size_t kKittiColumns = 12;
 constexpr std::size_t kEurocColumns = 8;
 constexpr double kLargest_m = 1e9;
-constexpr double kLeastQuaternionLength = 0.1;
-// Printed with few decimals a rotation matrix is only nearly orthonormal.
-constexpr double kRotationTolerance = 1e-2;
 // Seconds of our century have ten digits before the point; nanoseconds have nineteen. Clocks that
 // start near zero are told apart by the missing point only, so a whole number must be this large.
 constexpr std::size_t kLeastNanosecondDigits = 12;
 
 constexpr double kLeastStep_s = 1e-6, kGreatestStep_s = 86400;
 
-Error fault(std::string what) { return {ErrorKind::kInput, std::move(what)}; }
+Error input_fault(std::string what) { return {ErrorKind::kInput, std::move(what)}; }
 
 bool is_whole_number(std::string_view word) {
   return !word.empty() &&
@@ -44,7 +40,8 @@ Result<std::array<double, N>> numbers(const std::vector<std::string_view>& words
   for (std::size_t i = 0; i < N; ++i) {
     const auto value = parse_number(words[first + i]);
     if (!value || std::abs(*value) > kLargest_m) {
-      return fault("'" + printable(words[first + i]) + "' is no finite number of sensible size");
+      return input_fault("'" + printable(words[first + i]) +
+                         "' is no finite number of sensible size");
     }
     values[i] = *value;
   }
@@ -54,7 +51,7 @@ Result<std::array<double, N>> numbers(const std::vector<std::string_view>& words
 Result<StampedPose> parse_kitti(std::string_view line, std::size_t position) {
   const auto words = words_of(line, ",;");
   if (words.size() != kKittiColumns) {
-    return fault(std::to_string(words.size()) + " columns, KITTI poses have 12 (3x4 matrix)");
+    return input_fault(std::to_string(words.size()) + " columns, KITTI poses have 12 (3x4 matrix)");
   }
   const auto v = numbers<kKittiColumns>(words, 0);
   if (!v.ok()) return v.error();
@@ -62,7 +59,7 @@ Result<StampedPose> parse_kitti(std::string_view line, std::size_t position) {
   const Mat3 R = matrix.leftCols<3>();
   if ((R * R.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() > kRotationTolerance ||
       R.determinant() < 0) {
-    return fault("the matrix is no rotation");
+    return input_fault("the matrix is no rotation");
   }
   return StampedPose{{static_cast<std::int64_t>(position)}, SE3(R, matrix.col(3)).normalized()};
 }
@@ -70,18 +67,18 @@ Result<StampedPose> parse_kitti(std::string_view line, std::size_t position) {
 Result<StampedPose> parse_euroc(std::string_view line, std::size_t /*position*/) {
   const auto words = words_of(line, ",;");
   if (words.size() < kEurocColumns) {
-    return fault(std::to_string(words.size()) +
-                 " columns, EuRoC needs 8 (stamp px py pz qw qx qy qz)");
+    return input_fault(std::to_string(words.size()) +
+                       " columns, EuRoC needs 8 (stamp px py pz qw qx qy qz)");
   }
   std::int64_t ns = 0;
   const auto [end, code] = std::from_chars(words[0].data(), words[0].data() + words[0].size(), ns);
   if (code != std::errc{} || end != words[0].data() + words[0].size()) {
-    return fault("'" + printable(words[0]) + "' is no stamp in nanoseconds");
+    return input_fault("'" + printable(words[0]) + "' is no stamp in nanoseconds");
   }
   const auto v = numbers<kEurocColumns - 1>(words, 1);
   if (!v.ok()) return v.error();
   const Eigen::Quaterniond q((*v)[3], (*v)[4], (*v)[5], (*v)[6]);
-  if (q.norm() < kLeastQuaternionLength) return fault("quaternion without length");
+  if (q.norm() < kLeastQuaternionLength) return input_fault("quaternion without length");
   return StampedPose{{ns}, SE3(q, {(*v)[0], (*v)[1], (*v)[2]})};
 }
 
@@ -102,15 +99,15 @@ Result<std::vector<StampedPose>> parse_lines(std::string_view text, const std::s
   if (!line_ends.ok()) return line_ends.error();
   std::vector<StampedPose> poses;
   for (const TextLine& line : data_lines(text)) {
-    const Result<StampedPose> pose = has_decimal_commas(line.text)
-                                         ? fault("decimal commas; numbers need a decimal point")
-                                         : parse_line(line.text, poses.size());
+    const Result<StampedPose> pose =
+        has_decimal_commas(line.text) ? input_fault("decimal commas; numbers need a decimal point")
+                                      : parse_line(line.text, poses.size());
     if (!pose.ok()) {
-      return fault(name + ":" + std::to_string(line.number) + ": " + pose.error().message);
+      return input_fault(name + ":" + std::to_string(line.number) + ": " + pose.error().message);
     }
     poses.push_back(*pose);
   }
-  if (poses.empty()) return fault(name + ": no pose in the file");
+  if (poses.empty()) return input_fault(name + ": no pose in the file");
   put_in_order(name, poses);
   return poses;
 }
@@ -120,9 +117,10 @@ Status check_is_tum(std::string_view text, const std::string& name) {
   const auto lines = data_lines(text);
   if (lines.empty() || !looks_like_kitti(lines.front().text)) return Ok{};
   const bool is_whole = words_of(lines.front().text, ",;").size() == kKittiColumns;
-  return fault(name + ":" + std::to_string(lines.front().number) +
-               (is_whole ? ": a KITTI pose (12 numbers with a rotation matrix), not a TUM line"
-                         : ": 11 columns, a KITTI pose of 12 with one missing"));
+  return input_fault(name + ":" + std::to_string(lines.front().number) +
+                     (is_whole
+                          ? ": a KITTI pose (12 numbers with a rotation matrix), not a TUM line"
+                          : ": 11 columns, a KITTI pose of 12 with one missing"));
 }
 
 // Stamps in another unit than the format's show in their distance from each other.
@@ -132,12 +130,12 @@ Status check_step(const std::vector<StampedPose>& poses, TrajectoryFormat format
   const double step_s = seconds_between(poses.back().stamp, poses.front().stamp) /
                         static_cast<double>(poses.size() - 1);
   if (format == TrajectoryFormat::kEuroc && step_s < kLeastStep_s) {
-    return fault(name + ": poses less than a microsecond apart; are the stamps nanoseconds?");
+    return input_fault(name + ": poses less than a microsecond apart; are the stamps nanoseconds?");
   }
   if (format == TrajectoryFormat::kTum && step_s > kGreatestStep_s) {
-    return fault(name +
-                 ": poses more than a day apart; are the stamps seconds? (nanoseconds: "
-                 "--format euroc)");
+    return input_fault(name +
+                       ": poses more than a day apart; are the stamps seconds? (nanoseconds: "
+                       "--format euroc)");
   }
   return Ok{};
 }
@@ -206,16 +204,18 @@ Status add_stamps(const std::filesystem::path& times, const std::string& name,
   std::vector<Timestamp> stamps;
   for (const TextLine& line : data_lines(*text)) {
     const std::string place = times.string() + ":" + std::to_string(line.number) + ": ";
-    if (is_decimal_comma(line.text)) return fault(place + "a decimal comma; needs a decimal point");
+    if (is_decimal_comma(line.text))
+      return input_fault(place + "a decimal comma; needs a decimal point");
     const auto words = words_of(line.text, ",;");
     const auto stamp = words.empty() ? std::nullopt : parse_stamp(words.front());
-    if (!stamp) return fault(place + "'" + printable(line.text) + "' is no stamp");
-    if (!stamps.empty() && stamp->stamp <= stamps.back()) return fault(place + "not increasing");
+    if (!stamp) return input_fault(place + "'" + printable(line.text) + "' is no stamp");
+    if (!stamps.empty() && stamp->stamp <= stamps.back())
+      return input_fault(place + "not increasing");
     stamps.push_back(stamp->stamp);
   }
   if (stamps.size() != trajectory.poses.size()) {
-    return fault(times.string() + ": " + std::to_string(stamps.size()) + " stamps for the " +
-                 std::to_string(trajectory.poses.size()) + " poses of " + name);
+    return input_fault(times.string() + ": " + std::to_string(stamps.size()) + " stamps for the " +
+                       std::to_string(trajectory.poses.size()) + " poses of " + name);
   }
   for (std::size_t i = 0; i < stamps.size(); ++i) trajectory.poses[i].stamp = stamps[i];
   trajectory.has_stamps = true;

@@ -19,7 +19,7 @@ SE3 random_pose(Rng& rng) {
   return SE3::exp(twist);
 }
 
-std::string refusal(const std::string& text) {
+std::string refusal_of_lines(const std::string& text) {
   const auto poses = parse_tum_trajectory(text, "est.txt");
   if (poses.ok()) return {};
   EXPECT_EQ(poses.error().kind, ErrorKind::kInput);
@@ -93,21 +93,21 @@ TEST(Trajectory, BadLinesAreRefusedNamingFileAndLine) {
   for (const char* line :
        {"2 0 0 0 0 0 1", "nan 0 0 0 0 0 0 1", "2 nan 0 0 0 0 0 1", "2 0 inf 0 0 0 0 1",
         "2 0 0 1e300 0 0 0 1", "2 0 0 0 0 0 0 0", "2 0 0 0 x 0 0 1", "hello"}) {
-    const std::string message = refusal(good + "# c\n" + line + "\n");
+    const std::string message = refusal_of_lines(good + "# c\n" + line + "\n");
     EXPECT_EQ(message.find("est.txt:3: "), 0U) << line << " -> " << message;
   }
-  EXPECT_EQ(refusal("# only comments\n"), "est.txt: no pose in the file");
+  EXPECT_EQ(refusal_of_lines("# only comments\n"), "est.txt: no pose in the file");
   EXPECT_FALSE(read_tum_trajectory("/nonexistent/est.txt").ok());
 }
 
-struct CommaPoint : std::numpunct<char> {
+struct DecimalComma : std::numpunct<char> {
   char do_decimal_point() const override { return ','; }
 };
 
 TEST(Trajectory, F37IsWrittenAndReadWithPointsInEveryLocale) {
   const StampedPose pose{{1'250'000'000}, SE3(Mat3::Identity(), {0.5, -0.25, 1234.5})};
   const std::string expected = format_tum(pose, 2);
-  const std::locale before = std::locale::global(std::locale(std::locale(), new CommaPoint));
+  const std::locale before = std::locale::global(std::locale(std::locale(), new DecimalComma));
   const std::string line = format_tum(pose, 2);
   const auto back = parse_tum_trajectory(line, "t");
   std::locale::global(before);

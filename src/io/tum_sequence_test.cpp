@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdio>
 
+#include "core/testing/recorded_data.hpp"
 #include "io/frame_loader.hpp"
 #include "io/testing/small_sequence.hpp"
 
@@ -194,10 +194,7 @@ TEST(LoadFrame, GivesColourGreyAndDepthOfTheSamePair) {
 
 TEST(TumSequence, RecordedSequencesOpenAndTheirFramesDecode) {
   const fs::path data = testing::shared_folder() / "data";
-  if (!fs::is_directory(data)) {
-    std::puts("skipped: no recorded data");
-    return;
-  }
+  YGSLAM_NEEDS_RECORDED(data);
   for (const auto& folder : fs::directory_iterator(data)) {
     if (!fs::exists(folder.path() / "associations.txt")) continue;
     const auto sequence = open_tum_sequence(folder.path());

@@ -43,7 +43,7 @@ void expect_same_but_moved(const Map& map, const Map& before, const SE3& T_new_o
   });
 }
 
-class Patch : public testing::TestWithParam<bool> {
+class Patch : public ::testing::TestWithParam<bool> {
  protected:
   World world_{300, 21};
   Rng rng_{5};
@@ -92,7 +92,7 @@ TEST_P(Patch, WhatCameSinceIsCarriedAlong) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(PointsNamedOrNot, Patch, testing::Bool());
+INSTANTIATE_TEST_SUITE_P(PointsNamedOrNot, Patch, ::testing::Bool());
 
 TEST(MapPatch, ABentWorldKeepsEachKeyframesView) {
   World world(300, 22);

@@ -163,7 +163,7 @@ TEST(Map, StaysConsistentUnderRandomEdits) {
     for (int i = 0; i < 300; ++i) {
       editor.step();
       if (i % 25 == 0) expect_consistent(editor.map, editor.made);
-      if (testing::Test::HasFatalFailure()) FAIL() << "seed " << seed << " step " << i;
+      if (::testing::Test::HasFatalFailure()) FAIL() << "seed " << seed << " step " << i;
     }
     expect_consistent(editor.map, editor.made);
   }

@@ -12,7 +12,7 @@ constexpr int kHarrisCorners = 1000;
 constexpr double kHarrisDistancePx = 8;
 constexpr int kDepthEdgePx = 3;       // how far depth edges lie from the colour image's
 constexpr double kUsualDepthM = 2.0;  // where a frame has no depth at all
-constexpr double kMinDepthM = 0.05;
+constexpr double kLeastDepthM = 0.05;
 
 float median_depth_m(const Features& features) {
   std::vector<float> depths;
@@ -34,7 +34,7 @@ std::vector<Eigen::Vector2f> predict_ends(const Camera& camera, const Features& 
     const double depth_m = f.depth_m > 0 ? f.depth_m : usual_m;
     const Vec3 p_cam = T_current_previous * camera.unproject(f.ideal_px.cast<double>(), depth_m);
     ends[i] = f.uv_px;
-    if (p_cam.z() > kMinDepthM) ends[i] = camera.distort(camera.project(p_cam)).cast<float>();
+    if (p_cam.z() > kLeastDepthM) ends[i] = camera.distort(camera.project(p_cam)).cast<float>();
   }
   return ends;
 }

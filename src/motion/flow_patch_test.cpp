@@ -124,7 +124,7 @@ Eigen::Vector2d exact_step(const GreyImage& previous, const GreyImage& current,
   return -G.inverse() * b;
 }
 
-class FlowPatchOfSide : public testing::TestWithParam<int> {};
+class FlowPatchOfSide : public ::testing::TestWithParam<int> {};
 
 TEST_P(FlowPatchOfSide, StepsAsTheFormulasSay) {
   const int side = GetParam();
@@ -152,7 +152,7 @@ TEST_P(FlowPatchOfSide, StepsAsTheFormulasSay) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sides, FlowPatchOfSide, testing::Values(5, 11, 15, 21, 51));
+INSTANTIATE_TEST_SUITE_P(Sides, FlowPatchOfSide, ::testing::Values(5, 11, 15, 21, 51));
 
 TEST(FlowPatch, HardestContrastsDoNotOverflow) {
   for (const int side : {11, 51}) {

@@ -8,7 +8,7 @@
 namespace ygslam {
 namespace {
 
-constexpr double kMostLimits = 2.0;  // bad poses stretch the limit no further
+constexpr double kMostAnchorLimits = 2.0;  // bad poses stretch the limit no further
 
 }  // namespace
 
@@ -32,8 +32,8 @@ AnchorJudgement PointAnchors::judge(const Camera& camera, std::span<const RigidP
   if (of_voters_px.empty()) return result;
   const auto middle = of_voters_px.begin() + static_cast<std::ptrdiff_t>(of_voters_px.size() / 2);
   std::nth_element(of_voters_px.begin(), middle, of_voters_px.end());
-  result.limit_px =
-      std::clamp(config_.limit_medians * *middle, config_.limit_px, kMostLimits * config_.limit_px);
+  result.limit_px = std::clamp(config_.limit_medians * *middle, config_.limit_px,
+                               kMostAnchorLimits * config_.limit_px);
   return result;
 }
 

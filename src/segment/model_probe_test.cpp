@@ -14,7 +14,7 @@
 namespace ygslam {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
 void expect_error(const Status& status, ErrorKind kind, const std::string& what) {

@@ -9,8 +9,8 @@
 namespace ygslam {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using testing::IsSupersetOf;
 
 std::vector<int> classes(const std::vector<std::string>& names) {

@@ -10,7 +10,7 @@
 namespace ygslam {
 namespace {
 
-constexpr png_uint_32 kMaxSide = 8192;
+constexpr png_uint_32 kMaxIdSide = 8192;
 
 struct Reader {
   png_structp png = nullptr;
@@ -31,7 +31,7 @@ void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
 bool read_header(Reader& reader, std::FILE* file, png_uint_32& width, png_uint_32& height) {
   if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
   png_init_io(reader.png, file);
-  png_set_user_limits(reader.png, kMaxSide, kMaxSide);
+  png_set_user_limits(reader.png, kMaxIdSide, kMaxIdSide);
   png_read_info(reader.png, reader.info);
   width = png_get_image_width(reader.png, reader.info);
   height = png_get_image_height(reader.png, reader.info);

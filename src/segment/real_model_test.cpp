@@ -1,12 +1,12 @@
 // The trained network on recorded images; runs where $YGSLAM_SHARED (else ../shared) has them.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/testing/recorded_data.hpp"
 #include "image/cv_view.hpp"
 #include "segment/movable.hpp"
 #include "segment/png_ids.hpp"
@@ -17,18 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path shared_folder() {
-  const char* given = std::getenv("YGSLAM_SHARED");
-  return given != nullptr ? fs::path(given) : fs::path("../shared");
-}
+using testing::shared_folder;
 
 fs::path model_file() { return shared_folder() / "models" / "yolov8n-seg_480x640.onnx"; }
-
-bool recorded(const fs::path& path) {
-  if (fs::exists(path)) return true;
-  std::cout << "skipped: no recorded data\n";
-  return false;
-}
 
 RgbdFrame read_frame(const fs::path& file) {
   const cv::Mat bgr = cv::imread(file.string(), cv::IMREAD_COLOR);
@@ -53,7 +44,8 @@ std::optional<double> mask_iou(const GreyImage& a, const GreyImage& b) {
 
 TEST(TrainedYolo, PersonMasksMatchTheRecordedOnes) {
   const fs::path data = shared_folder() / "data" / "redkitchen_walk";
-  if (!recorded(data) || !recorded(model_file())) return;
+  YGSLAM_NEEDS_RECORDED(data);
+  YGSLAM_NEEDS_RECORDED(model_file());
   YoloConfig config;
   config.model = model_file();
   config.decode.classes = {0};
@@ -83,7 +75,8 @@ TEST(TrainedYolo, PersonMasksMatchTheRecordedOnes) {
 
 TEST(TrainedYolo, MaskOfALetterboxedImageAgreesWithTheFullSizeOne) {
   const fs::path file = shared_folder() / "data" / "images" / "bus.jpg";
-  if (!recorded(file) || !recorded(model_file())) return;
+  YGSLAM_NEEDS_RECORDED(file);
+  YGSLAM_NEEDS_RECORDED(model_file());
   YoloConfig config;
   config.model = model_file();
   config.decode.classes = {0, 5};
@@ -103,7 +96,7 @@ TEST(TrainedYolo, MaskOfALetterboxedImageAgreesWithTheFullSizeOne) {
 }
 
 TEST(TrainedYolo, TruncatedFileIsAModelError) {
-  if (!recorded(model_file())) return;
+  YGSLAM_NEEDS_RECORDED(model_file());
   const fs::path copy = fs::temp_directory_path() / "ygslam_truncated.onnx";
   std::ifstream in(model_file(), std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});

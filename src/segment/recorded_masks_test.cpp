@@ -17,8 +17,8 @@ namespace ygslam {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ElementsAreArray;
-using testing::HasSubstr;
+using ::testing::ElementsAreArray;
+using ::testing::HasSubstr;
 
 class RecordedMasksTest : public ::testing::Test {
  protected:

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
+#include "core/testing/recorded_data.hpp"
 #include "io/frame_reader.hpp"
-#include "io/testing/temp_folder.hpp"
 #include "segment/recorded_masks.hpp"
 #include "system/system_test_world.hpp"
 

@@ -36,7 +36,7 @@ FramePtr wall(std::uint32_t id, double depth_share, bool textured = true) {
   return frame;
 }
 
-class TrackerStart : public testing::Test {
+class TrackerStart : public ::testing::Test {
  protected:
   TrackResult step(const FramePtr& frame) {
     return tracker_.step(frame, std::make_shared<LocalView>(), {}, false);

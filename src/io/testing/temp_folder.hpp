@@ -3,7 +3,6 @@
 
 #include <stdlib.h>  // NOLINT(modernize-deprecated-headers): mkdtemp
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -42,12 +41,6 @@ inline void write(const std::filesystem::path& path, std::string_view content) {
 inline std::string read(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// Where recorded data lies, if there is any: $YGSLAM_SHARED, else ../shared.
-inline std::filesystem::path shared_folder() {
-  const char* given = std::getenv("YGSLAM_SHARED");
-  return given != nullptr ? given : "../shared";
 }
 
 }  // namespace ygslam::testing

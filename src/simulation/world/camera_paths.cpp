@@ -12,7 +12,7 @@ namespace ygslam::sim {
 namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
-constexpr double kStep_s = 1.0 / 30;
+constexpr double kFrame_s = 1.0 / 30;
 
 /// One excursion to both sides that starts and ends at rest; phase and value in -1..1.
 double excursion(double phase) {
@@ -243,17 +243,17 @@ SE3 CameraPath::T_world_camera(double t_s) const {
 }
 
 PathSpeed CameraPath::measured_speed() const {
-  const int steps = std::max(1, static_cast<int>(config_.seconds / kStep_s));
+  const int steps = std::max(1, static_cast<int>(config_.seconds / kFrame_s));
   double length_m = 0;
   double angle_rad = 0;
   SE3 T_world_before = in_hand(0);
   for (int i = 1; i <= steps; ++i) {
-    const SE3 T_world_now = in_hand(i * kStep_s);
+    const SE3 T_world_now = in_hand(i * kFrame_s);
     length_m += (T_world_now.t() - T_world_before.t()).norm();
     angle_rad += (T_world_before.inverse() * T_world_now).angle();
     T_world_before = T_world_now;
   }
-  const double duration_s = steps * kStep_s;
+  const double duration_s = steps * kFrame_s;
   return {length_m / duration_s, angle_rad / duration_s * 180 / std::numbers::pi};
 }
 

@@ -73,24 +73,15 @@ void Mapper::correct(const MapPatch& patch) {
   if (map_.apply(patch)) ++bends_;
 }
 
-bool Mapper::apply_mask(FrameId frame, const GreyImage& movable) {
-  const KeyframeId id = map_.keyframe_of(frame);
+bool Mapper::apply_mask(KeyframeId id, std::span<const SemanticLabel> labels) {
   if (!map_.has_keyframe(id)) return false;
-  const auto& points = map_.keyframe(id).data->features->points;
-  std::vector<std::uint8_t> inside(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const int u = static_cast<int>(std::lround(points[i].uv_px.x()));
-    const int v = static_cast<int>(std::lround(points[i].uv_px.y()));
-    inside[i] = movable.contains(u, v) && movable.at(u, v) != 0 ? 1 : 0;
-  }
-  const auto outside = std::count(inside.begin(), inside.end(), std::uint8_t{0});
-  if (outside < std::min<std::ptrdiff_t>(kMinOutside, std::ssize(points))) return false;
+  const auto on_movables = std::count(labels.begin(), labels.end(), SemanticLabel::kMovable);
+  const auto outside = std::ssize(labels) - on_movables;
+  if (outside < std::min<std::ptrdiff_t>(kMinOutside, std::ssize(labels))) return false;
   std::vector<float> weight = map_.keyframe(id).static_weight;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (!inside[i]) {
-      if (weight[i] > 0) weight[i] = 1.0F;
-      continue;
-    }
+  for (std::uint32_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == SemanticLabel::kStatic && weight[i] > 0) weight[i] = 1.0F;
+    if (labels[i] != SemanticLabel::kMovable) continue;
     weight[i] = 0.0F;
     const LandmarkId landmark = map_.keyframe(id).landmarks[i];
     if (landmark != kNoLandmark) map_.remove_observation(landmark, id);

@@ -13,6 +13,7 @@
 #include "mapping/landmark_maker.hpp"
 #include "mapping/neighbour_fusion.hpp"
 #include "mapping/view_builder.hpp"
+#include "motion/labels.hpp"
 
 namespace ygslam {
 
@@ -43,10 +44,10 @@ class Mapper {
   /// Views are cut out around this keyframe from now on, until a new one is inserted. One that is
   /// no longer there is as good as the newest.
   void look_around(KeyframeId focus);
-  /// The mask of a frame arrived: if that frame is a keyframe, its features inside lose their
-  /// landmarks and those outside are now surely static. A mask that covers nearly all features is
-  /// ignored. @param movable 255 inside; of the image's size. @return true if the map changed.
-  bool apply_mask(FrameId frame, const GreyImage& movable);
+  /// The mask of a keyframe arrived: its features on movable things lose their landmarks and those
+  /// seen outside are now surely static. A mask that covers nearly all features is ignored.
+  /// @param labels per feature. @return true if the map changed.
+  bool apply_mask(KeyframeId id, std::span<const SemanticLabel> labels);
 
   [[nodiscard]] LocalViewPtr view() const;
   [[nodiscard]] const Map& map() const { return map_; }

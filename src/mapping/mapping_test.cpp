@@ -249,6 +249,15 @@ TEST(Mapper, BuildsAConsistentMapOfAWalk) {
   }
 }
 
+/// Labels of the features by which side of a line they are on.
+template <typename Inside>
+std::vector<SemanticLabel> labels_of(const map_test::SeenFrame& seen, const Inside& inside) {
+  std::vector<SemanticLabel> labels;
+  for (const Feature& f : seen.features->points)
+    labels.push_back(inside(f.uv_px) ? SemanticLabel::kMovable : SemanticLabel::kStatic);
+  return labels;
+}
+
 TEST(Mapper, AMaskTakesAwayWhatIsInsideAndTrustsWhatIsOutside) {
   World world(500, 12);
   Mapper mapper = make_mapper(world);
@@ -258,16 +267,16 @@ TEST(Mapper, AMaskTakesAwayWhatIsInsideAndTrustsWhatIsOutside) {
   candidate.static_weight[0] = 0.0F;
   const KeyframeId id = mapper.insert(candidate);
   EXPECT_EQ(mapper.map().landmark_count(), 0U) << "nothing was surely static";
-  GreyImage movable(640, 480);
-  for (int v = 0; v < 480; ++v)
-    for (int u = 0; u < 200; ++u) movable.at(u, v) = 255;
-  EXPECT_FALSE(mapper.apply_mask(FrameId{8}, movable)) << "the mask of another frame";
-  EXPECT_TRUE(mapper.apply_mask(FrameId{7}, movable));
+  const auto is_inside = [](const Eigen::Vector2f& uv_px) { return uv_px.x() < 200; };
+  auto labels = labels_of(seen, is_inside);
+  labels[1] = SemanticLabel::kUnknown;
+  EXPECT_FALSE(mapper.apply_mask(KeyframeId{8}, labels)) << "no such keyframe";
+  EXPECT_TRUE(mapper.apply_mask(id, labels));
   const Keyframe& keyframe = mapper.map().keyframe(id);
+  EXPECT_EQ(keyframe.static_weight[1], 0.3F) << "who the mask knows nothing of stays as he was";
   for (std::uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
-    const Eigen::Vector2f uv_px = seen.features->points[i].uv_px;
-    if (std::abs(uv_px.x() - 199.5F) < 1) continue;
-    const bool inside = uv_px.x() < 199.5F;
+    if (i == 1) continue;
+    const bool inside = is_inside(seen.features->points[i].uv_px);
     EXPECT_EQ(keyframe.static_weight[i], inside || i == 0 ? 0.0F : 1.0F);
     EXPECT_EQ(keyframe.landmarks[i] != kNoLandmark, !inside && i != 0);
   }
@@ -277,25 +286,26 @@ TEST(Mapper, AMaskRemovesLandmarksThatWereMadeInside) {
   World world(500, 13);
   Mapper mapper = make_mapper(world);
   const auto seen = world.see(World::pose(0), 0);
-  mapper.insert(candidate_of(seen, kNoKeyframe, SE3()));
+  const KeyframeId id = mapper.insert(candidate_of(seen, kNoKeyframe, SE3()));
   const std::size_t before = mapper.map().landmark_count();
-  GreyImage movable(640, 480);
-  std::fill(movable.begin(), movable.begin() + 640 * 240, std::uint8_t{255});
-  ASSERT_TRUE(mapper.apply_mask(FrameId{0}, movable));
+  ASSERT_TRUE(mapper.apply_mask(
+      id, labels_of(seen, [](const Eigen::Vector2f& uv_px) { return uv_px.y() < 240; })));
   EXPECT_LT(mapper.map().landmark_count(), before);
-  for (const LandmarkId id : mapper.map().keyframe(KeyframeId{0}).landmarks) {
-    if (id == kNoLandmark) continue;
-    const std::uint32_t feature = mapper.map().landmark(id).observations[0].feature;
-    EXPECT_GT(seen.features->points[feature].uv_px.y(), 238.0F);
+  for (const LandmarkId landmark : mapper.map().keyframe(id).landmarks) {
+    if (landmark == kNoLandmark) continue;
+    const std::uint32_t feature = mapper.map().landmark(landmark).observations[0].feature;
+    EXPECT_GE(seen.features->points[feature].uv_px.y(), 240.0F);
   }
 }
 
 TEST(Mapper, F14AMaskOverEverythingDoesNotEmptyTheMap) {
   World world(500, 14);
   Mapper mapper = make_mapper(world);
-  mapper.insert(candidate_of(world.see(World::pose(0), 0), kNoKeyframe, SE3()));
+  const auto seen = world.see(World::pose(0), 0);
+  const KeyframeId id = mapper.insert(candidate_of(seen, kNoKeyframe, SE3()));
   const std::size_t before = mapper.map().landmark_count();
-  EXPECT_FALSE(mapper.apply_mask(FrameId{0}, GreyImage(640, 480, 255)));
+  EXPECT_FALSE(
+      mapper.apply_mask(id, labels_of(seen, [](const Eigen::Vector2f&) { return true; })));
   EXPECT_EQ(mapper.map().landmark_count(), before);
 }
 

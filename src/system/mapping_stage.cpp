@@ -36,13 +36,16 @@ void MappingStage::refine(const std::atomic<bool>* abort) {
 }
 
 bool MappingStage::apply(const Segmentation& masks) {
-  GreyImage movable = movable_mask(masks, config_.movable_classes);
-  const bool changed = mapper_.apply_mask(masks.frame, movable);
-  const auto waiting = waiting_.find(masks.frame);
-  if (waiting != waiting_.end()) {
-    integrate(waiting->second, std::move(movable));
-    waiting_.erase(waiting);
-  }
+  const auto at = waiting_.find(masks.frame);
+  if (at == waiting_.end()) return false;
+  const Waiting& keyframe = at->second;
+  std::vector<SemanticLabel> labels;
+  for (const PointMask& point : label_by_mask(*keyframe.features, masks,
+                                              CoarseDepth(keyframe.frame->depth_m), config_.mask))
+    labels.push_back(point.label);
+  const bool changed = mapper_.apply_mask(keyframe.keyframe, labels);
+  integrate(keyframe, movable_mask(masks, config_.mask.movable_classes));
+  waiting_.erase(at);
   return changed;
 }
 

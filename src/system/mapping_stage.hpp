@@ -7,7 +7,7 @@
 
 #include "dense/static_cloud.hpp"
 #include "mapping/mapper.hpp"
-#include "motion/labels.hpp"
+#include "motion/mask_labels.hpp"
 #include "segment/segmenter.hpp"
 
 namespace ygslam {
@@ -21,7 +21,7 @@ struct KeyframeMessage {
 struct MappingStageConfig {
   MapperConfig mapper;
   StaticCloudConfig dense;
-  std::vector<int> movable_classes;
+  MaskConfig mask;  ///< as tracking reads masks
   bool expects_masks =
       false;  ///< a keyframe's pixels wait for its mask before they enter the cloud
   int max_waiting_keyframes = 64;  ///< beyond: the oldest enters with the point labels alone
@@ -37,6 +37,7 @@ class MappingStage {
   void refine(const std::atomic<bool>* abort = nullptr);
   void correct(const MapPatch& patch) { mapper_.correct(patch); }
   void look_around(KeyframeId focus) { mapper_.look_around(focus); }
+  /// The mask of a keyframe that waits for it; of other frames it is ignored.
   /// @return true if the map changed.
   bool apply(const Segmentation& masks);
   /// End of the run: keyframes whose mask never came enter the cloud with their point labels alone.

@@ -124,7 +124,9 @@ class OfflineRunner final : public Runner {
 std::unique_ptr<Runner> make_offline_runner(const SlamConfig& config, const Camera& camera,
                                             std::unique_ptr<Segmenter> segmenter,
                                             std::vector<int> movable_classes) {
-  const MappingStageConfig mapping{config.mapping, config.dense, std::move(movable_classes),
+  MaskConfig mask = config.dynamic.propagation.mask;
+  mask.movable_classes = std::move(movable_classes);
+  const MappingStageConfig mapping{config.mapping, config.dense, std::move(mask),
                                    segmenter != nullptr};
   return std::make_unique<OfflineRunner>(config, camera, std::move(segmenter), mapping);
 }

@@ -227,6 +227,15 @@ void ObjectTracker::update_motion(Points points, const Members& members, double 
                                   Track& track) const {
   TrackedObject& seen = track.seen;
   seen.points = static_cast<int>(members.size());
+  seen.box_px = {};
+  if (std::ssize(members) >= config_.min_mask_points) {
+    std::vector<float> u, v;
+    for (const std::uint32_t i : members) {
+      u.push_back(points[i].uv_px.x());
+      v.push_back(points[i].uv_px.y());
+    }
+    seen.box_px = {quantile(u, 0), quantile(v, 0), quantile(u, 1), quantile(v, 1)};
+  }
   const std::vector<Vec3> where = positions(points, members);
   if (std::ssize(where) >= config_.min_mask_points) {
     seen.centre_world = quantile(where, 0.5);

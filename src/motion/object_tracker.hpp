@@ -14,6 +14,7 @@
 #include "core/ids.hpp"
 #include "core/time.hpp"
 #include "geometry/se3.hpp"
+#include "image/pixel_box.hpp"
 
 namespace ygslam {
 
@@ -58,6 +59,7 @@ struct TrackedObject {
   Vec3 velocity_world_mps = Vec3::Zero();
   Vec3 min_world = Vec3::Zero();  ///< box about 90 % of its visible points, along the world's axes
   Vec3 max_world = Vec3::Zero();
+  PixelBox box_px;  ///< where it is seen in the image; empty if it is not
 };
 
 class ObjectTracker {

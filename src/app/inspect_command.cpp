@@ -100,7 +100,8 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       "false alarms.\n"
       "With mask/ (and moving/) beside the images it prints precision and recall of the dynamic\n"
       "points; unknown points count as static, points at mask edges and on movable things at rest\n"
-      "are left out, as are the first 10 frames. Objects are compared with the persons of mask/ and\n"
+      "are left out, as are the first 10 frames. Objects are compared with the persons of mask/ "
+      "and\n"
       "other things while they move: HOTA, IDF1, MOTA, identity switches, at a box IoU of 0.5.");
   command->callback([options, &exit_code] {
     const StopSignal signal;

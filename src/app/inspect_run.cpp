@@ -9,8 +9,8 @@
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
-#include "segment/movable.hpp"
 #include "eval/truth_boxes.hpp"
+#include "segment/movable.hpp"
 #include "segment/recorded_masks.hpp"
 
 namespace ygslam {
@@ -33,7 +33,8 @@ std::vector<JudgedPoint> judged_points(const TrackResult& result) {
 std::vector<IdBox> tracked_boxes(const TrackResult& result) {
   std::vector<IdBox> boxes;
   for (const TrackedObject& object : result.objects)
-    if (!object.box_px.empty()) boxes.push_back({static_cast<int>(index(object.id)), object.box_px});
+    if (!object.box_px.empty())
+      boxes.push_back({static_cast<int>(index(object.id)), object.box_px});
   return boxes;
 }
 
@@ -142,6 +143,7 @@ void Inspection::draw(const RgbdFrame& frame, const TrackResult& result,
   cv::Mat picture = picture_of(frame);
   draw_points(picture, *result.features, result.labels);
   if (truth) ring_wrong_points(picture, judged_points(result), *truth);
+  draw_objects(picture, result.objects);
   draw_caption(picture, check.name + "  frame " + std::to_string(number) + "  static " +
                             std::to_string(result.labels.static_points) + "  dynamic " +
                             std::to_string(result.labels.dynamic_points) + "  unknown " +

@@ -30,7 +30,7 @@ struct Check {
   SlamConfig config;
   PointCounts points;
   MaskOverlap mask;
-  std::vector<BoxFrame> objects;  ///< per frame
+  std::vector<BoxFrame> objects;              ///< per frame
   std::map<std::uint32_t, cv::Mat> pictures;  ///< by number of the frame, BGR
 };
 

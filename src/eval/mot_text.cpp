@@ -16,7 +16,7 @@ bool is_whole(double value, double least, double most) {
   return value == std::floor(value) && value >= least && value <= most;
 }
 
-Status read_into(const std::filesystem::path& file, std::vector<IdBox> BoxFrame::* boxes,
+Status read_into(const std::filesystem::path& file, std::vector<IdBox> BoxFrame::*boxes,
                  std::vector<BoxFrame>& frames) {
   const auto text = read_file(file);
   if (!text.ok()) return text.error();
@@ -49,7 +49,7 @@ Status read_into(const std::filesystem::path& file, std::vector<IdBox> BoxFrame:
 
 }  // namespace
 
-std::string mot_text(std::span<const BoxFrame> frames, std::vector<IdBox> BoxFrame::* boxes) {
+std::string mot_text(std::span<const BoxFrame> frames, std::vector<IdBox> BoxFrame::*boxes) {
   std::string text;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     for (const IdBox& b : frames[k].*boxes) {

@@ -38,14 +38,14 @@ nlohmann::ordered_json to_json(const TrackingScore& s) {
 
 std::string format_tracking(const TrackingScore& s) {
   char text[400];
-  std::snprintf(text, sizeof text,
-                "objects: HOTA %.3f (DetA %.3f, AssA %.3f)  IDF1 %.3f (precision %.3f, recall %.3f)"
-                "  MOTA %.3f\n"
-                "  boxes found %zu, missed %zu, false alarms %zu; identity switches %zu; %zu ids of "
-                "%zu things\n",
-                s.hota, s.det_a, s.ass_a, s.idf1, s.id_precision, s.id_recall, s.mota, s.found,
-                s.missed, s.false_alarms, s.id_switches, s.tracked_frames.size(),
-                s.truth_frames.size());
+  std::snprintf(
+      text, sizeof text,
+      "objects: HOTA %.3f (DetA %.3f, AssA %.3f)  IDF1 %.3f (precision %.3f, recall %.3f)"
+      "  MOTA %.3f\n"
+      "  boxes found %zu, missed %zu, false alarms %zu; identity switches %zu; %zu ids of "
+      "%zu things\n",
+      s.hota, s.det_a, s.ass_a, s.idf1, s.id_precision, s.id_recall, s.mota, s.found, s.missed,
+      s.false_alarms, s.id_switches, s.tracked_frames.size(), s.truth_frames.size());
   std::string lines = text;
   for (const auto& [id, frames] : s.truth_frames) {
     std::snprintf(text, sizeof text, "  thing %d: %zu frames, %zu identity switches\n", id, frames,

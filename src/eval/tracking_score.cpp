@@ -11,6 +11,7 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kIgnoredShare = 0.5;   // of a tracked box within what does not count
 constexpr double kKeepsPartner = 1000;  // outweighs every sum of similarities
 
 double ratio(double part, double whole) { return part / std::max(1.0, whole); }
@@ -94,7 +95,8 @@ void add_hota(std::span<const SimilarityFrame> frames, const Counted& counted,
       const double s = frame.similarity(static_cast<Eigen::Index>(i), partner[i]);
       for (int a = 0; a < kAlphas; ++a)
         if (s >= 0.05 * (a + 1) - kEpsilon)
-          ++matches[a](counted.row.at(frame.truth[i]), counted.column.at(frame.tracked[partner[i]]));
+          ++matches[a](counted.row.at(frame.truth[i]),
+                       counted.column.at(frame.tracked[partner[i]]));
     }
   }
   for (const Matrix& n : matches) {
@@ -179,10 +181,16 @@ SimilarityFrame compare(const BoxFrame& frame) {
   std::vector<char> left_out(frame.tracked.size(), 0);
   const Matrix cost = (all.array() >= kSameBoxIou).select(-all, 0.0);
   const std::vector<int> partner = assign(cost);
+  std::vector<char> found(frame.tracked.size(), 0);
   for (std::size_t i = 0; i < partner.size(); ++i)
-    if (!frame.truth[i].counts && partner[i] >= 0 &&
-        cost(static_cast<Eigen::Index>(i), partner[i]) < 0)
-      left_out[partner[i]] = 1;
+    if (partner[i] >= 0 && cost(static_cast<Eigen::Index>(i), partner[i]) < 0)
+      (frame.truth[i].counts ? found : left_out)[partner[i]] = 1;
+  for (std::size_t j = 0; j < left_out.size(); ++j) {
+    const PixelBox& box = frame.tracked[j].box;
+    for (const IdBox& truth : frame.truth)
+      if (!truth.counts && !found[j] && (truth.box & box).area() >= kIgnoredShare * box.area())
+        left_out[j] = 1;
+  }
   std::vector<IdBox> truth, tracked;
   for (const IdBox& box : frame.truth)
     if (box.counts) truth.push_back(box);

@@ -32,7 +32,8 @@ struct SimilarityFrame {
 /// Two boxes this alike (IoU) show the same thing; HOTA takes the mean over many such limits.
 inline constexpr double kSameBoxIou = 0.5;
 
-/// IoU of the boxes; a tracked one that fits best to a truth that does not count is left out.
+/// IoU of the boxes. A tracked one is left out that fits best to a truth that does not count, or
+/// that shows nothing else and lies half in such a one (as KITTI's "don't care").
 [[nodiscard]] SimilarityFrame compare(const BoxFrame& frame);
 
 struct TrackingScore {

@@ -65,6 +65,14 @@ TEST(TrackingScore, WhatDoesNotCountMayBeFoundOrNot) {
   EXPECT_DOUBLE_EQ(score_tracking(std::vector{compare(frame)}).hota, 1);
 }
 
+TEST(TrackingScore, APartOfWhatDoesNotCountIsNoFalseAlarm) {
+  const PixelBox part{0, 0, 5, 8};
+  EXPECT_TRUE(compare({{{1, kLeft, false}}, {{7, part}}}).tracked.empty());
+  EXPECT_EQ(compare({{{1, kLeft}}, {{7, part}}}).tracked.size(), 1U);
+  // What shows a thing that counts is that thing's.
+  EXPECT_EQ(compare({{{1, kLeft, false}, {2, part}}, {{7, part}}}).tracked.size(), 1U);
+}
+
 TEST(TrackingScore, NothingTrackedOrNothingThere) {
   EXPECT_EQ(score_tracking({}).hota, 0);
   EXPECT_EQ(score_tracking(compared({{{{1, kLeft}}, {}}})).missed, 1U);
@@ -72,9 +80,8 @@ TEST(TrackingScore, NothingTrackedOrNothingThere) {
 }
 
 TEST(MotText, ComesBackAsWritten) {
-  const std::vector<BoxFrame> frames{{{{1, kLeft}}, {{7, kLeft}}},
-                                     {},
-                                     {{{1, kLeft, false}, {2, kRight}}, {{7, kRight}}}};
+  const std::vector<BoxFrame> frames{
+      {{{1, kLeft}}, {{7, kLeft}}}, {}, {{{1, kLeft, false}, {2, kRight}}, {{7, kRight}}}};
   const testing::TempFolder folder;
   testing::write(folder.path() / "truth.txt", mot_text(frames, &BoxFrame::truth));
   testing::write(folder.path() / "tracks.txt", mot_text(frames, &BoxFrame::tracked));

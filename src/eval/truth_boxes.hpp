@@ -1,4 +1,5 @@
-// Which things a tracker of objects should show in a frame, from the frame's exact or recorded masks.
+// Which things a tracker of objects should show in a frame, from the frame's exact or recorded
+// masks.
 #pragma once
 
 #include <array>
@@ -13,7 +14,8 @@ namespace ygslam {
 
 /// Fewer visible pixels need not be found (COCO's limit of a small object).
 inline constexpr std::size_t kLeastVisiblePx = 32 * 32;
-/// A thing of no movable class counts while it moves and for so long after, [s].
+/// A thing of no movable class counts while it moves and for so long after [s], unless it touches
+/// one that is (what a person carries or pushes may be taken for a part of the person).
 inline constexpr double kMovedLately_s = 1;
 
 class TruthBoxes {
@@ -25,6 +27,12 @@ class TruthBoxes {
   [[nodiscard]] std::vector<IdBox> step(Timestamp stamp, const DynamicTruth& truth);
 
  private:
+  struct Visible {
+    PixelBox box;
+    std::size_t pixels = 0, moving = 0;
+  };
+  [[nodiscard]] bool is_held(std::size_t id, const std::array<Visible, 256>& things) const;
+
   std::array<bool, 256> movable_;
   std::array<std::optional<Timestamp>, 256> moved_;  // last time per id
 };

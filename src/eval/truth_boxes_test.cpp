@@ -40,6 +40,16 @@ TEST(TruthBoxes, PersonsCountAlwaysOtherThingsWhileAndShortlyAfterTheyMove) {
   EXPECT_FALSE(counts(1.2, false));
 }
 
+TEST(TruthBoxes, WhatTouchesAPersonMayBePartOfThePerson) {
+  std::array<bool, 256> movable{};
+  movable[kPersonId] = true;
+  TruthBoxes truth(movable);
+  DynamicTruth touching = frame(40, true);
+  EXPECT_TRUE(truth.step(at(0), touching)[1].counts);
+  for (int u = 40; u < 110; ++u) touching.ids.at(u, 20) = kPersonId;
+  EXPECT_FALSE(truth.step(at(0.1), touching)[1].counts);
+}
+
 TEST(TruthBoxes, WhatIsHardlyVisibleNeedNotBeFound) {
   std::array<bool, 256> movable{};
   movable.fill(true);

@@ -11,8 +11,8 @@
 namespace ygslam {
 
 using ClassOfId = std::array<int, 256>;
-/// COCO class of each id in a folder of masks, -1 = none of COCO's, from instances.json there or, as
-/// in rendered sequences, in the folder above: an object that maps id to a class name or number.
+/// COCO class of each id in a folder of masks, -1 = none of COCO's, from instances.json there or,
+/// as in rendered sequences, in the folder above: an object that maps id to a class name or number.
 /// Without it, or for ids it leaves out, all are persons. @return kInput.
 [[nodiscard]] Result<ClassOfId> read_recorded_classes(const std::filesystem::path& directory);
 

@@ -54,7 +54,6 @@ PARTS = {  # name: (mode, settings)
     "no memory of empty space": ("full", ["tracking.intruders=false"]),
     "landmarks weigh alike": ("full", ["tracking.weigh_landmarks=false"]),
     "edges weigh as surfaces": ("full", ["noise.edge_weight=1"]),
-    "objects not followed": ("full", ["objects.enabled=false"]),
 }
 
 

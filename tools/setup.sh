@@ -29,3 +29,5 @@ if [ "${1:-}" = checks ]; then exit; fi
 [ -x .venv/bin/python ] || python3 -m venv .venv
 echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib and plotly)"
 .venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements.txt
+# Its metrics need NumPy and SciPy only; what it would pull in for video data sets is large.
+.venv/bin/pip install --quiet --disable-pip-version-check --no-deps trackeval==1.3.0

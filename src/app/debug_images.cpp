@@ -10,10 +10,8 @@ namespace {
 constexpr std::size_t kWaitFrames = 12;
 }  // namespace
 
-DebugImages::DebugImages(std::filesystem::path directory, int every, const Camera& camera)
-    : directory_(std::move(directory)),
-      every_(static_cast<std::uint32_t>(every)),
-      camera_(camera) {}
+DebugImages::DebugImages(std::filesystem::path directory, int every)
+    : directory_(std::move(directory)), every_(static_cast<std::uint32_t>(every)) {}
 
 Status DebugImages::add(const FramePtr& frame, const TrackResult& result) {
   for (const SegmentationPtr& masks : result.masks) {
@@ -22,8 +20,8 @@ Status DebugImages::add(const FramePtr& frame, const TrackResult& result) {
     }
   }
   if (index(frame->id) % every_ == 0) {
-    waiting_.push_back({frame, result.features, result.labels, result.state, result.objects,
-                        result.T_world_camera.inverse(), nullptr});
+    waiting_.push_back(
+        {frame, result.features, result.labels, result.state, result.objects, nullptr});
     for (const SegmentationPtr& masks : result.masks) {
       if (masks->frame == frame->id) waiting_.back().masks = masks;
     }
@@ -51,7 +49,7 @@ Status DebugImages::write(const Waiting& waiting) const {
   cv::Mat picture = picture_of(*waiting.frame);
   if (waiting.masks) tint_masks(picture, waiting.masks->ids);
   draw_points(picture, *waiting.features, waiting.labels);
-  draw_objects(picture, waiting.objects, camera_, waiting.T_camera_world);
+  draw_objects(picture, waiting.objects);
   const auto& labels = waiting.labels;
   draw_caption(picture, "frame " + std::to_string(index(waiting.frame->id)) + "  " +
                             to_string(waiting.state) + "  static " +

@@ -15,8 +15,7 @@ namespace ygslam {
 class DebugImages {
  public:
   /// @param every n-th frame is drawn, >= 1.
-  /// @param camera must outlive this.
-  DebugImages(std::filesystem::path directory, int every, const Camera& camera);
+  DebugImages(std::filesystem::path directory, int every);
 
   [[nodiscard]] Status add(const FramePtr& frame, const TrackResult& result);
   /// Writes what still waits.
@@ -29,14 +28,12 @@ class DebugImages {
     StaticLabels labels;
     TrackState state;
     std::vector<TrackedObject> objects;
-    SE3 T_camera_world;
     SegmentationPtr masks;
   };
   [[nodiscard]] Status write(const Waiting& waiting) const;
 
   std::filesystem::path directory_;
   std::uint32_t every_;
-  const Camera& camera_;
   std::deque<Waiting> waiting_;
 };
 

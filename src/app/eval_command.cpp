@@ -10,7 +10,9 @@
 
 #include "app/eval_plot.hpp"
 #include "core/log.hpp"
+#include "eval/mot_text.hpp"
 #include "eval/report.hpp"
+#include "eval/tracking_report.hpp"
 #include "io/atomic_file.hpp"
 #include "io/trajectory_formats.hpp"
 
@@ -23,7 +25,7 @@ struct EvalArguments {
   std::string format = "auto", align = "se3";
   double max_diff_s = EvalOptions{}.max_diff_s, offset_s = 0;
   std::string frames, times, plot, errors;
-  bool json = false;
+  bool tracks = false, json = false;
 };
 
 // One estimate and what came out.
@@ -176,7 +178,19 @@ std::string as_table(const std::vector<Judged>& judged) {
   return format_comparison(reports);
 }
 
+/// Tracks of things in place of trajectories of cameras.
+Result<std::string> run_tracks(const EvalArguments& a) {
+  if (a.estimates.size() != 1) return usage("--tracks: takes one --est");
+  const auto boxes = read_mot(a.truth, a.estimates.front());
+  if (!boxes.ok()) return boxes.error();
+  std::vector<SimilarityFrame> frames;
+  for (const BoxFrame& frame : *boxes) frames.push_back(compare(frame));
+  const TrackingScore score = score_tracking(frames);
+  return a.json ? to_json(score).dump(2) + "\n" : format_tracking(score);
+}
+
 Result<std::string> run_eval(const EvalArguments& a) {
+  if (a.tracks) return run_tracks(a);
   const Status checked = check(a);
   if (!checked.ok()) return checked.error();
   const Status outputs = check_outputs(a);
@@ -229,6 +243,8 @@ void declare_options(CLI::App& command, EvalArguments& a) {
   command.add_option("--errors", a.errors, "Write the errors of every pose")->type_name("FILE.csv");
   command.add_option("--plot", a.plot, "Draw the paths and the errors over time")
       ->type_name("FILE.svg|png|pdf");
+  command.add_flag("--tracks", a.tracks,
+                   "The files are tracks of things (MOTChallenge text): HOTA, IDF1, CLEAR MOT");
   command.add_flag("--json", a.json, "JSON instead of a table");
 }
 
@@ -245,6 +261,7 @@ constexpr const char* kEvalFooter =
     "  ygslam eval --gt poses/00.txt --est 00.txt --times sequences/00/times.txt   # KITTI\n"
     "  ygslam eval --gt mav0/state_groundtruth_estimate0/data.csv --est vio.txt --align sim3\n"
     "  ygslam eval --gt gt.txt --est robot.txt --offset -0.035   # its stamps are 35 ms late\n"
+    "  ygslam eval --tracks --gt out/tracks_truth.txt --est out/tracks.txt   # of `inspect`\n"
     "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used or no common time, 9 output not\n"
     "written.";
 

@@ -49,6 +49,7 @@ Result<int> inspect(const InspectOptions& options) {
   if (!options.run.out_dir.empty()) {
     const std::filesystem::path out = options.run.out_dir;
     Status written = write_pictures(out, checks);
+    if (written.ok()) written = write_tracks(out, checks);
     if (written.ok()) written = write_file_atomically(out / "inspect.json", json.dump(2) + "\n");
     if (!written.ok()) return written.error();
   }
@@ -84,6 +85,8 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
   command->add_option("--to", options->run.to, "One past the last pair")
       ->check(CLI::NonNegativeNumber)
       ->type_name("N");
+  command->add_flag("--live", options->live,
+                    "As `run` does: masks when they come (default: offline, two frames late)");
   command->add_flag("--json", options->json, "Print JSON in place of the table");
   command->footer(
       "Examples:\n"
@@ -97,7 +100,9 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       "false alarms.\n"
       "With mask/ (and moving/) beside the images it prints precision and recall of the dynamic\n"
       "points; unknown points count as static, points at mask edges and on movable things at rest\n"
-      "are left out, as are the first 10 frames.");
+      "are left out, as are the first 10 frames. Objects are compared with the persons of mask/ "
+      "and\n"
+      "other things while they move: HOTA, IDF1, MOTA, identity switches, at a box IoU of 0.5.");
   command->callback([options, &exit_code] {
     const StopSignal signal;
     const Result<int> code = inspect(*options);

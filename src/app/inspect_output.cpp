@@ -5,6 +5,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/point_picture.hpp"
+#include "eval/mot_text.hpp"
+#include "eval/tracking_report.hpp"
+#include "io/atomic_file.hpp"
 
 namespace ygslam {
 namespace {
@@ -15,7 +18,28 @@ std::string percent(double share) {
   return text;
 }
 
+/// Only the full system knows objects by their masks.
+bool has_objects(const Check& check) { return check.name == "full"; }
+
+TrackingScore score_objects(const Check& check) {
+  std::vector<SimilarityFrame> frames;
+  for (const BoxFrame& frame : check.objects) frames.push_back(compare(frame));
+  return score_tracking(frames);
+}
+
 }  // namespace
+
+Status write_tracks(const std::filesystem::path& out, const std::vector<Check>& checks) {
+  for (const Check& check : checks) {
+    if (!has_objects(check)) continue;
+    for (const auto& [name, boxes] : {std::pair("tracks.txt", &BoxFrame::tracked),
+                                      std::pair("tracks_truth.txt", &BoxFrame::truth)}) {
+      Status written = write_file_atomically(out / name, mot_text(check.objects, boxes));
+      if (!written.ok()) return written;
+    }
+  }
+  return Ok{};
+}
 
 Status write_pictures(const std::filesystem::path& out, const std::vector<Check>& checks) {
   cv::Mat sheet;
@@ -54,6 +78,7 @@ nlohmann::ordered_json checks_json(const std::vector<Check>& checks, bool has_tr
       one["left_out"] = check.points.left_out;
       if (check.mask.either > 0) one["mask_iou"] = check.mask.iou();
     }
+    if (has_objects(check)) one["objects"] = to_json(score_objects(check));
     json["checks"].push_back(one);
   }
   return json;
@@ -73,6 +98,8 @@ void print_checks(const std::vector<Check>& checks, bool has_truth) {
                 check.points.standing, check.points.left_out,
                 check.mask.either > 0 ? percent(check.mask.iou()).c_str() : "-");
   }
+  for (const Check& check : checks)
+    if (has_objects(check)) std::fputs(format_tracking(score_objects(check)).c_str(), stdout);
 }
 
 }  // namespace ygslam

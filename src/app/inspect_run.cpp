@@ -9,6 +9,7 @@
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
+#include "eval/truth_boxes.hpp"
 #include "segment/movable.hpp"
 #include "segment/recorded_masks.hpp"
 
@@ -29,6 +30,14 @@ std::vector<JudgedPoint> judged_points(const TrackResult& result) {
   return points;
 }
 
+std::vector<IdBox> tracked_boxes(const TrackResult& result) {
+  std::vector<IdBox> boxes;
+  for (const TrackedObject& object : result.objects)
+    if (!object.box_px.empty())
+      boxes.push_back({static_cast<int>(index(object.id)), object.box_px});
+  return boxes;
+}
+
 /// White ring: moves but was not found; black ring: stands but was called dynamic.
 void ring_wrong_points(cv::Mat& picture, const std::vector<JudgedPoint>& points,
                        const DynamicTruth& truth) {
@@ -44,7 +53,7 @@ void ring_wrong_points(cv::Mat& picture, const std::vector<JudgedPoint>& points,
 }  // namespace
 
 Check make_check(const std::string& name, const SlamConfig& base) {
-  Check check{name, base, {}, {}, {}};
+  Check check{name, base, {}, {}, {}, {}};
   DynamicConfig& dynamic = check.config.dynamic;
   dynamic.mode = name == "full" ? DynamicMode::kFull : DynamicMode::kGeometry;
   if (name == "classic") {
@@ -74,18 +83,25 @@ Status Inspection::run(Check& check) {
   if (!segmenter.ok()) return segmenter;
   session_options.config = check.config;
   session_options.camera = sequence_.camera;
-  session_options.deterministic = true;
+  session_options.deterministic = !options_.live;
+  session_options.may_wait = true;
   session_options.may_fork = true;
   auto session = open_session(std::move(session_options));
   if (!session.ok()) return session.error();
+  const auto movable = movable_classes(check.config.segment.movable);
   std::unique_ptr<Segmenter> true_masks;
+  std::array<bool, 256> movable_id{};
   if (truth_.available()) {
     auto made = make_recorded_segmenter(sequence_.root / "mask");
     if (!made.ok()) return made.error();
     true_masks = std::move(made).value();
+    const auto classes = read_recorded_classes(sequence_.root / "mask");
+    if (!classes.ok()) return classes.error();
+    for (std::size_t id = 0; id < movable_id.size(); ++id)
+      movable_id[id] = std::binary_search(movable->begin(), movable->end(), (*classes)[id]);
   }
+  TruthBoxes truth_boxes(movable_id);
   std::map<FrameId, FramePtr> recent;
-  const auto movable = movable_classes(check.config.segment.movable);
   FrameReaderConfig reading;
   reading.from = options_.run.from;
   if (options_.run.to > 0) reading.to = options_.run.to;
@@ -95,10 +111,12 @@ Status Inspection::run(Check& check) {
   while (auto frame = reader.next()) {
     const TrackResult result = session->runner->process(*frame);
     std::optional<DynamicTruth> truth;
+    check.objects.push_back({{}, tracked_boxes(result)});
     if (truth_.available()) {
       auto read = truth_.read((*frame)->stamp);
       if (!read.ok()) return read.error();
       truth = std::move(read).value();
+      check.objects.back().truth = truth_boxes.step((*frame)->stamp, *truth);
       if (index((*frame)->id) >= kFirstScored)
         check.points += count_points(judged_points(result), *truth);
     }
@@ -125,6 +143,7 @@ void Inspection::draw(const RgbdFrame& frame, const TrackResult& result,
   cv::Mat picture = picture_of(frame);
   draw_points(picture, *result.features, result.labels);
   if (truth) ring_wrong_points(picture, judged_points(result), *truth);
+  draw_objects(picture, result.objects);
   draw_caption(picture, check.name + "  frame " + std::to_string(number) + "  static " +
                             std::to_string(result.labels.static_points) + "  dynamic " +
                             std::to_string(result.labels.dynamic_points) + "  unknown " +

@@ -12,6 +12,7 @@
 #include "app/run_options.hpp"
 #include "app/truth_images.hpp"
 #include "eval/dynamic_score.hpp"
+#include "eval/tracking_score.hpp"
 
 namespace ygslam {
 
@@ -20,6 +21,7 @@ struct InspectOptions {
   std::vector<std::size_t> frames;
   std::vector<std::string> checks{"classic", "improved", "full"};
   bool json = false;
+  bool live = false;  ///< threads, masks when they come; else offline, on one schedule
 };
 
 /// One way to tell dynamic points, and how it did.
@@ -28,6 +30,7 @@ struct Check {
   SlamConfig config;
   PointCounts points;
   MaskOverlap mask;
+  std::vector<BoxFrame> objects;              ///< per frame
   std::map<std::uint32_t, cv::Mat> pictures;  ///< by number of the frame, BGR
 };
 

@@ -1,7 +1,5 @@
 #include "app/point_picture.hpp"
 
-#include <array>
-#include <cmath>
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -15,38 +13,17 @@ namespace {
 
 const cv::Scalar kGreen(60, 200, 60), kRed(50, 50, 235), kYellow(60, 200, 230),
     kBlue(240, 140, 40);  // b, g, r
-constexpr double kNearestDrawnM = 0.1;
 
-cv::Point pixel_of(const Camera& camera, const Vec3& p_camera) {
-  const Vec2 uv_px = camera.distort(camera.project(p_camera));
-  return {static_cast<int>(std::lround(uv_px.x())), static_cast<int>(std::lround(uv_px.y()))};
-}
-
-/// Corner i of a box: bit 0, 1, 2 choose its end along x, y, z.
-Vec3 corner(const TrackedObject& object, int i) {
-  Vec3 p = object.min_world;
-  for (int axis = 0; axis < 3; ++axis)
-    if (i >> axis & 1) p[axis] = object.max_world[axis];
-  return p;
-}
-
-void draw_object(cv::Mat& picture, const TrackedObject& object, const Camera& camera,
-                 const SE3& T_camera_world) {
-  std::array<cv::Point, 8> corners;
-  for (int i = 0; i < 8; ++i) {
-    const Vec3 p_camera = T_camera_world * corner(object, i);
-    if (!(p_camera.z() > kNearestDrawnM)) return;
-    corners[i] = pixel_of(camera, p_camera);
-  }
-  const int width = object.resting ? 1 : 2;
-  for (int i = 0; i < 8; ++i)
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(i >> axis & 1))
-        cv::line(picture, corners[i], corners[i | 1 << axis], kBlue, width, cv::LINE_AA);
+void draw_object(cv::Mat& picture, const TrackedObject& object) {
+  const PixelBox& box = object.box_px;
+  const cv::Point corner(static_cast<int>(box.x0), static_cast<int>(box.y0));
+  cv::rectangle(picture,
+                cv::Rect(corner, cv::Point(static_cast<int>(box.x1), static_cast<int>(box.y1))),
+                kBlue, object.resting ? 1 : 2, cv::LINE_AA);
   char text[64];
   std::snprintf(text, sizeof text, "%u %s %.1f m/s", index(object.id),
                 coco_class_name(object.class_id).c_str(), object.velocity_world_mps.norm());
-  const cv::Point at = pixel_of(camera, T_camera_world * object.centre_world);
+  const cv::Point at = corner + cv::Point(4, 15);
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, cv::Scalar(0, 0, 0), 3,
               cv::LINE_AA);
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, cv::Scalar(255, 255, 255), 1,
@@ -88,10 +65,9 @@ void draw_points(cv::Mat& picture, const Features& features, const StaticLabels&
   }
 }
 
-void draw_objects(cv::Mat& picture, std::span<const TrackedObject> objects, const Camera& camera,
-                  const SE3& T_camera_world) {
+void draw_objects(cv::Mat& picture, std::span<const TrackedObject> objects) {
   for (const TrackedObject& object : objects)
-    if (object.points > 0) draw_object(picture, object, camera, T_camera_world);
+    if (!object.box_px.empty()) draw_object(picture, object);
 }
 
 void draw_caption(cv::Mat& picture, const std::string& text) {

@@ -8,10 +8,9 @@
 #include <string>
 
 #include "core/result.hpp"
-#include "geometry/camera.hpp"
 #include "image/rgbd_frame.hpp"
-#include "motion/object_tracker.hpp"
 #include "motion/static_labels.hpp"
+#include "objects/object_tracker.hpp"
 
 namespace ygslam {
 
@@ -21,8 +20,7 @@ namespace ygslam {
 void tint_masks(cv::Mat& picture, const GreyImage& ids);
 void draw_points(cv::Mat& picture, const Features& features, const StaticLabels& labels);
 /// Boxes of the objects with id, class and speed; resting ones are drawn thin.
-void draw_objects(cv::Mat& picture, std::span<const TrackedObject> objects, const Camera& camera,
-                  const SE3& T_camera_world);
+void draw_objects(cv::Mat& picture, std::span<const TrackedObject> objects);
 /// White text on a dark bar at the lower edge.
 void draw_caption(cv::Mat& picture, const std::string& text);
 [[nodiscard]] Status write_jpeg(const std::filesystem::path& file, const cv::Mat& picture);

@@ -102,7 +102,7 @@ Status process_frames(Run& run, LogFile& log_file) {
   if (!o.debug_dir.empty()) {
     Status writable = ensure_writable_directory(o.debug_dir);
     if (!writable.ok()) return writable;
-    pictures.emplace(o.debug_dir, o.debug_every, *run.session.camera);
+    pictures.emplace(o.debug_dir, o.debug_every);
   }
   auto files = FrameFiles::create(o.out_dir, run.sequence.stamp_decimals, !o.deterministic);
   if (!files.ok()) return files.error();

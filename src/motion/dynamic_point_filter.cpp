@@ -21,6 +21,11 @@ FilterResult trust_everything(std::size_t n) {
   return result;
 }
 
+ObjectConfig with_classes(ObjectConfig objects, std::vector<int> movable_classes) {
+  objects.movable_classes = std::move(movable_classes);
+  return objects;
+}
+
 bool same_size(const ImagePyramid& a, const ImagePyramid& b) {
   return a.width() == b.width() && a.height() == b.height();
 }
@@ -34,13 +39,14 @@ DynamicPointFilter::DynamicPointFilter(DynamicConfig config, const Camera& camer
       rng_(seed),
       history_(config_.propagation),
       anchors_(config_.anchor),
-      objects_(config_.objects) {}
+      objects_(with_classes(config_.objects, config_.propagation.mask.movable_classes), camera_) {}
 
 void DynamicPointFilter::reset() {
   previous_.reset();
   history_.clear();
   anchors_.clear();
   objects_.clear();
+  shown_.clear();
   T_previous_odom_.reset();
   judged_ = {};
   links_ = {};
@@ -63,6 +69,9 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
   if (previous_ && !same_size(previous_->pyramid, current.pyramid)) reset();
   begin_step(n);
   Followed orb = follow(current, predicted, result);
+  object_input_ = {frame.id, frame.stamp, {}, {}, make_thumbnail(frame), {}};
+  if (config_.mode != DynamicMode::kGeometry)
+    object_input_.masks.assign(new_masks.begin(), new_masks.end());
   history_.push(frame.id, features, result.links, orb.ends, frame.depth_m);
   find_same_points(*features);
   read_masks(new_masks, result);
@@ -88,7 +97,6 @@ FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr featur
 void DynamicPointFilter::begin_step(std::size_t features) {
   if (previous_ && uses_anchors()) drop_anchors();
   if (!std::exchange(objects_seen_, false)) objects_.lose_points();
-  ++steps_;
   judged_ = {};
   judged_.evidence.resize(features);
   judged_.source.assign(features, -1);
@@ -136,8 +144,7 @@ void DynamicPointFilter::take_prior(std::span<const SemanticPoint> semantic) {
     if (k < 0) continue;
     evidence.previous = previous_->label[k];
     evidence.intrudes = uses_geometry() && previous_->intrudes[k] != 0;
-    const TrackedObject* object = objects_.object_at(static_cast<std::size_t>(k));
-    evidence.rests = object && object->resting;
+    evidence.rests = objects_.rests(static_cast<std::size_t>(k));
   }
 }
 
@@ -264,7 +271,7 @@ StaticLabels DynamicPointFilter::rejudge(const std::optional<SE3>& T_current_pre
     fuse_evidence();
     previous_->label = judged_.labels.label;
   }
-  if (config_.objects.enabled && previous_ && config_.mode != DynamicMode::kOff &&
+  if (previous_ && config_.mode != DynamicMode::kOff &&
       T_current_previous && T_current_odom.is_finite())
     follow_objects(T_current_odom);
   return judged_.labels;
@@ -280,29 +287,23 @@ void DynamicPointFilter::look_again(const SE3& T_current_previous) {
   take_verdicts(*previous_->features, links_);
 }
 
-/// Tells the object tracker what masks and motion say about each feature.
+/// Tells the object tracker what is known about each feature.
 void DynamicPointFilter::follow_objects(const SE3& T_current_odom) {
   const SE3 T_odom_current = T_current_odom.inverse();
   const auto& features = previous_->features->points;
-  std::vector<ObjectPoint> points(features.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const SemanticPoint& semantic = judged_.evidence[i].semantic;
-    ObjectPoint& point = points[i];
+  object_input_.T_camera_odom = T_current_odom;
+  object_input_.points.resize(features.size());
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    ObjectPoint& point = object_input_.points[i];
     point.uv_px = features[i].uv_px;
     point.depth_m = features[i].depth_m;
-    point.p_world =
+    point.p_odom =
         T_odom_current * camera_.unproject(features[i].ideal_px.cast<double>(), point.depth_m);
     if (links_[i] >= 0 && history_.field().reliable(static_cast<std::size_t>(links_[i])))
       point.previous = links_[i];
-    if (semantic.label == SemanticLabel::kMovable && semantic.instance > 0) {
-      const auto mask = steps_ - static_cast<std::uint64_t>(semantic.mask_age_frames);
-      point.instance = (mask << 8U) | semantic.instance;
-      point.class_id = semantic.class_id;
-    }
-    point.outside = semantic.label == SemanticLabel::kStatic;
     set_motion(judged_.evidence[i], point);
   }
-  objects_.step(previous_->stamp, std::move(points));
+  shown_ = objects_.step(std::move(object_input_));
   objects_seen_ = true;
 }
 

@@ -12,11 +12,11 @@
 #include "motion/lk_flow.hpp"
 #include "motion/mask_propagation.hpp"
 #include "motion/motion_consistency.hpp"
-#include "motion/object_tracker.hpp"
 #include "motion/occlusion_rim.hpp"
 #include "motion/point_anchors.hpp"
 #include "motion/rigid_flow.hpp"
 #include "motion/static_labels.hpp"
+#include "objects/object_tracker.hpp"
 
 namespace ygslam {
 
@@ -69,7 +69,7 @@ class DynamicPointFilter {
                                      std::span<const std::uint8_t> intrudes = {});
 
   /// What is known of the things that move or could, as of the last rejudge().
-  [[nodiscard]] std::vector<TrackedObject> objects() const { return objects_.objects(); }
+  [[nodiscard]] const std::vector<TrackedObject>& objects() const { return shown_; }
 
   /// Labels of the last frame's features as the tracker sees them after its own pose check; they
   /// are the prior of the next step. Size as the features of that frame.
@@ -126,7 +126,8 @@ class DynamicPointFilter {
   PointAnchors anchors_;
   ObjectTracker objects_;
   bool objects_seen_ = false;  // by the last step; false after frames without a pose
-  std::uint64_t steps_ = 0;
+  ObjectInput object_input_;
+  std::vector<TrackedObject> shown_;
   std::optional<FlowFrame> previous_;
   std::optional<SE3> T_previous_odom_;    // where the tracker found it
   std::vector<std::int32_t> links_;       // of the last step

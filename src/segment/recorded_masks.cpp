@@ -56,7 +56,14 @@ std::optional<fs::path> find_instances(const fs::path& directory) {
   return std::nullopt;
 }
 
+<<<<<<< HEAD
 Result<ClassOfId> read_classes(const fs::path& directory) {
+=======
+}  // namespace
+
+Result<ClassOfId> read_recorded_classes(const fs::path& directory) {
+  ClassOfId classes{};  // 0: person
+>>>>>>> ec58f3f (Objects over time are judged: HOTA, IDF1, CLEAR MOT in inspect and eval --tracks, held against TrackEval)
   const auto found = find_instances(directory);
   if (!found) return ClassOfId{};  // 0: person
   std::error_code code;
@@ -64,6 +71,8 @@ Result<ClassOfId> read_classes(const fs::path& directory) {
   std::ifstream stream(*found);
   return parse_instances({std::istreambuf_iterator<char>(stream), {}}, found->string());
 }
+
+namespace {
 
 /// Bounding boxes of the ids in use, ids renumbered without gaps.
 Segmentation to_segmentation(GreyImage ids, const ClassOfId& classes) {
@@ -166,7 +175,7 @@ Result<std::unique_ptr<Segmenter>> make_recorded_segmenter(const fs::path& direc
   }
   if (ec) return bad_input(directory, "cannot be listed: " + ec.message());
   if (files.empty()) return bad_input(directory, "holds no masks named STAMP.png");
-  const auto classes = read_classes(directory);
+  const auto classes = read_recorded_classes(directory);
   if (!classes.ok()) return classes.error();
   return std::unique_ptr<Segmenter>(
       std::make_unique<RecordedSegmenter>(std::move(files), directory, *classes));

@@ -10,11 +10,15 @@
 
 namespace ygslam {
 
+using ClassOfId = std::array<int, 256>;
+/// COCO class of each id in a folder of masks, -1 = none of COCO's, from instances.json there or,
+/// as in rendered sequences, in the folder above: an object that maps id to a class name or number.
+/// Without it, or for ids it leaves out, all are persons. @return kInput.
+[[nodiscard]] Result<ClassOfId> read_recorded_classes(const std::filesystem::path& directory);
+
 /// Reads `directory`/STAMP.png, 8-bit instance ids (0 = none), where STAMP is the colour image's
-/// stamp in seconds (to within 1 us), and instances.json there or, as in rendered sequences, in the
-/// folder above: an object that maps id to a COCO class name or number. Without it, or for ids it
-/// leaves out, all are persons. Classes COCO does not know are left out, as a network trained on it
-/// would.
+/// stamp in seconds (to within 1 us). Classes COCO does not know are left out, as a network trained
+/// on it would.
 ///
 /// The segmenter's error for one frame: no mask, an unreadable one, or one of another size than the
 /// colour image. Its own: `directory` without any mask, or a bad instances.json (kInput).

@@ -63,23 +63,8 @@ void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
            "... and farther than this many medians of the standing points' residuals");
   s.number("anchor.spacing_frames", c.anchor.spacing_frames, 1, 30, "frames",
            "between the anchors of a point; four are kept");
-  s.flag("objects.enabled", c.objects.enabled,
-         "follow persons and unknown movers over time (objects.csv); what rests returns first when "
-         "points are few");
-  s.number("objects.keep_frames", c.objects.keep_frames, 1, 3000, "frames",
-           "an object that neither mask nor motion confirms is forgotten after");
-  s.number("objects.min_mover_points", c.objects.min_mover_points, 3, 1000, "points",
-           "that must move together to be an object without a mask");
-  s.number("objects.confirm_frames", c.objects.confirm_frames, 0, 300, "frames",
-           "an object is shown once so many have confirmed it");
-  s.number("objects.gate_m", c.objects.gate_m, 0.0, 100.0, "m",
-           "a mask farther from where an object should be shows another one");
-  s.number("objects.velocity_window_s", c.objects.velocity_window_s, 0.01, 60.0, "s",
-           "an object's velocity is its mean over");
-  s.number("objects.rest_moving_share", c.objects.rest_moving_share, 0.0, 1.0, "",
-           "an object rests while no more of its points move");
-  s.number("objects.rest_frames", c.objects.rest_frames, 1, 3000, "frames",
-           "... and has done so for");
+  s.number("objects.keep_s", c.objects.keep_s, 0.0, 3600.0, "s",
+           "a person out of sight for no longer gets the same number again");
   s.flag("labels.second_look", c.fusion.second_look,
          "judge every point again against the pose found from the map; needs rigid.enabled");
   s.flag("labels.rim", c.rim.enabled,

@@ -1,0 +1,59 @@
+// What a mask shows of each thing that can move: its box, its place in space, and how it looks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/camera.hpp"
+#include "image/pixel_box.hpp"
+#include "image/rgbd_frame.hpp"
+#include "segment/segmenter.hpp"
+
+namespace ygslam {
+
+/// A frame at every eighth pixel, small enough to keep until its mask has come.
+struct Thumbnail {
+  static constexpr int kStep = 8;
+  DepthImage depth_m;
+  ColourImage colour;
+};
+[[nodiscard]] Thumbnail make_thumbnail(const RgbdFrame& frame);
+
+/// Shares of the colours of the upper and of the lower half (4 x 4 x 4 bins of RGB each): what
+/// people wear.
+class Look {
+ public:
+  void add(const Rgb8& colour, bool lower);
+  void normalise();
+  /// Follows a newer look, slowly.
+  void blend(const Look& newer, float share);
+  /// Bhattacharyya coefficient, mean of the halves: 1 = the same, 0 = no colour in common.
+  [[nodiscard]] double likeness(const Look& other) const;
+
+ private:
+  std::array<std::array<float, 64>, 2> share_{};
+};
+
+struct InstanceView {
+  int class_id = 0;
+  float score = 0;
+  std::vector<std::uint8_t> ids;  ///< values of Segmentation::ids that are this thing
+  PixelBox box;
+  double own_share = 0;    ///< of the box that its pixels fill
+  bool has_depth = false;  ///< else what follows means nothing
+  float depth_m = 0;
+  Vec3 centre_odom = Vec3::Zero();                        ///< medians
+  Vec3 min_odom = Vec3::Zero(), max_odom = Vec3::Zero();  ///< box about 90 %
+  Look look;
+};
+
+/// Instances of the given classes, best score first; those that show one thing put together.
+[[nodiscard]] std::vector<InstanceView> view_instances(const Segmentation& masks,
+                                                       const Thumbnail& thumbnail,
+                                                       const Camera& camera,
+                                                       const SE3& T_odom_camera,
+                                                       std::span<const int> classes);
+
+}  // namespace ygslam

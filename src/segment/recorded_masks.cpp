@@ -56,14 +56,9 @@ std::optional<fs::path> find_instances(const fs::path& directory) {
   return std::nullopt;
 }
 
-<<<<<<< HEAD
-Result<ClassOfId> read_classes(const fs::path& directory) {
-=======
 }  // namespace
 
 Result<ClassOfId> read_recorded_classes(const fs::path& directory) {
-  ClassOfId classes{};  // 0: person
->>>>>>> ec58f3f (Objects over time are judged: HOTA, IDF1, CLEAR MOT in inspect and eval --tracks, held against TrackEval)
   const auto found = find_instances(directory);
   if (!found) return ClassOfId{};  // 0: person
   std::error_code code;

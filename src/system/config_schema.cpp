@@ -155,16 +155,17 @@ Status ConfigSchema::load_yaml_text(const std::string& text, const std::string& 
 }
 
 std::string ConfigSchema::to_yaml() const {
-  std::string text;
-  std::string section;
+  std::vector<std::pair<std::string, std::string>> sections;  // in the order of their first keys
   for (const ConfigKey& key : keys_) {
     const auto dot = key.name.find('.');
-    if (key.name.substr(0, dot) != section) {
-      section = key.name.substr(0, dot);
-      text += section + ":\n";
-    }
-    text += "  " + key.name.substr(dot + 1) + ": " + key.get() + "\n";
+    const std::string name = key.name.substr(0, dot);
+    auto section = std::find_if(sections.begin(), sections.end(),
+                                [&](const auto& s) { return s.first == name; });
+    if (section == sections.end()) section = sections.insert(section, {name, name + ":\n"});
+    section->second += "  " + key.name.substr(dot + 1) + ": " + key.get() + "\n";
   }
+  std::string text;
+  for (const auto& [name, lines] : sections) text += lines;
   return text;
 }
 

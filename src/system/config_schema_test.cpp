@@ -127,7 +127,7 @@ TEST_F(ConfigFile, F21NestingAliasesAndSizeAreLimited) {
   for (int i = 0; i < 100000; ++i) lists += '[';
   EXPECT_NE(fault("x: " + lists), "(accepted)");
   EXPECT_NE(fault("x: " + lists + std::string(100000, ']')), "(accepted)");
-  EXPECT_TRUE(has(fault(std::string((1 << 20) + 1, '#')), "larger"));
+  EXPECT_TRUE(has(fault(std::string((1 << 20) + 1, '#')), "too large"));
   // Ten aliases to ten aliases to ...: a few lines that stand for ten million empty maps.
   std::string bomb = "a0: &a0 {}\n";
   for (int level = 1; level < 8; ++level) {
@@ -152,7 +152,8 @@ TEST_F(ConfigFile, WhatIsWrittenReadsBackTheSame) {
       for (const std::string& text :
            {format_number(rng.uniform(0, 20)), std::to_string(rng.below(200)),
             std::to_string(rng.below(9)), std::string("true"), std::string("false"),
-            std::string("int8"), std::string("harris"), std::string("[dog, cat]")}) {
+            std::string("int8"), std::string("harris"), std::string("geometry"),
+            std::string("[dog, cat]")}) {
         if (key.range != "list" || text.front() == '[') (void)key.set(text);
       }
     }

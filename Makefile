@@ -56,7 +56,8 @@ check-format: setup-checks ## fail where `make format` would change something
 # are all that is built.
 lint: setup-checks ## clang's warnings and clang-tidy on all sources, any finding is an error
 	@cmake --preset clang >/dev/null
-	@cmake --build build/clang -j $(JOBS) --target ygslam_precompiled ygslam_precompiled_test
+	@cmake --build build/clang -j $(JOBS) --target ygslam_precompiled ygslam_precompiled_test \
+	  ygslam_precompiled_simulation
 	@run-clang-tidy-16 -p build/clang -j $(JOBS) -quiet '/Unity/|_test\.cpp$$'
 
 # Address and undefined behaviour: the unit tests of these modules. Threads: whatever has some.

@@ -38,7 +38,7 @@ const Film& film(const std::string& world) {
   Film& film = films[world];
   if (!film.frames.empty()) return film;
   sim::SequenceOptions options;
-  options.seconds = 1.5;
+  options.seconds = world == "moving_box" ? 6 : 1.5;  // a mover is one after half a second
   options.fps = 20;
   options.width = kWidth;
   options.height = kHeight;
@@ -134,7 +134,8 @@ TEST(Open, AnImpossibleCameraIsCode3AndNamesTheKey) {
                        .k3 = 1.1633};
     change(settings.camera);
     std::string message;
-    EXPECT_EQ(code_of([&] { Slam::open(settings); }, &message), message.empty() ? 0 : 3);
+    const int code = code_of([&] { Slam::open(settings); }, &message);
+    EXPECT_EQ(code, message.empty() ? 0 : 3);
     return message;
   };
   EXPECT_EQ(refusal([](CameraModel&) {}), "");
@@ -185,7 +186,7 @@ TEST(Process, FollowsTheCamera) {
     const Result& r = record.results[i];
     EXPECT_EQ(r.state, State::kTracking);
     EXPECT_GT(r.inliers, 30);
-    EXPECT_GT(r.static_points, 100);
+    EXPECT_GT(r.static_points + (i == 0 ? r.unknown_points : 0), 100) << "nothing moved yet";
     EXPECT_EQ(r.mask_age_frames, -1) << "there are no masks";
     const Vec3 truth = (T_start.inverse() * seen.frames[i]->T_world_camera).t();
     const auto& t = r.T_world_camera.translation_m;
@@ -442,6 +443,15 @@ TEST(Slam, WantOfMemoryIsCode1AndNeverTheEnd) {
       const rlim_t limit = pages * 4096 + (extra_mb << 20);
       const rlimit memory{limit, limit};
       setrlimit(RLIMIT_AS, &memory);
+      // What earlier work left to the allocator counts as well: all is taken, then as much given
+      // back as there is to be.
+      std::vector<std::unique_ptr<char[]>> taken;
+      taken.reserve(1 << 16);
+      try {
+        while (taken.size() < taken.capacity()) taken.emplace_back(new char[1 << 20]);
+      } catch (const std::bad_alloc&) {
+      }
+      taken.resize(taken.size() - std::min(taken.size(), extra_mb));
       try {
         run(settings_for(seen), seen);
         std::_Exit(0);

@@ -10,7 +10,7 @@
 namespace ygslam {
 namespace {
 
-Features random_features(std::size_t count, Rng& rng) {
+Features described_features(std::size_t count, Rng& rng) {
   Features f;
   for (std::size_t i = 0; i < count; ++i) {
     f.points.emplace_back();
@@ -36,7 +36,7 @@ TEST(Matcher, DistanceCountsFlippedBits) {
 
 TEST(Matcher, RecoversAPermutationUnderNoise) {
   Rng rng(2);
-  const Features a = random_features(200, rng);
+  const Features a = described_features(200, rng);
   Features b = a;
   for (std::size_t i = 0; i < b.size(); ++i) {
     b.descriptors[(i * 37 + 5) % 200] = with_flipped_bits(a.descriptors[i], 30, rng);
@@ -51,8 +51,8 @@ TEST(Matcher, RecoversAPermutationUnderNoise) {
 
 TEST(Matcher, MutualMatchingIsSymmetric) {
   Rng rng(3);
-  const Features a = random_features(150, rng);
-  const Features b = random_features(180, rng);
+  const Features a = described_features(150, rng);
+  const Features b = described_features(180, rng);
   const MatchConfig config{.max_distance = 256, .max_ratio = 1};
   std::set<std::pair<std::uint32_t, std::uint32_t>> forth, back;
   for (const Match& m : match_brute_force(a, b, config)) forth.emplace(m.a, m.b);
@@ -63,8 +63,8 @@ TEST(Matcher, MutualMatchingIsSymmetric) {
 
 TEST(Matcher, EachTestOnlyTakesAway) {
   Rng rng(4);
-  const Features a = random_features(100, rng);
-  const Features b = random_features(100, rng);
+  const Features a = described_features(100, rng);
+  const Features b = described_features(100, rng);
   const MatchConfig open{.max_distance = 256, .max_ratio = 1, .mutual = false};
   EXPECT_EQ(match_brute_force(a, b, open).size(), 100U);
   MatchConfig near = open;
@@ -81,7 +81,7 @@ TEST(Matcher, EachTestOnlyTakesAway) {
 
 TEST(Matcher, RatioTestRejectsTwins) {
   Rng rng(5);
-  const Features a = random_features(1, rng);
+  const Features a = described_features(1, rng);
   Features b = a;
   b.points.push_back(b.points[0]);
   b.descriptors.push_back(with_flipped_bits(a.descriptors[0], 1, rng));
@@ -91,7 +91,7 @@ TEST(Matcher, RatioTestRejectsTwins) {
 
 TEST(Matcher, BestTwoOfCandidatesLooksAtThemOnly) {
   Rng rng(6);
-  const Features f = random_features(50, rng);
+  const Features f = described_features(50, rng);
   const Descriptor query = testing::random_descriptor(rng);
   const std::vector<std::uint32_t> candidates = {3, 17, 29, 44};
   const BestTwo best = best_two(query, f.descriptors, candidates);
@@ -105,7 +105,7 @@ TEST(Matcher, BestTwoOfCandidatesLooksAtThemOnly) {
 
 TEST(Matcher, CommonRotationDropsTheOthers) {
   Rng rng(7);
-  Features a = random_features(60, rng);
+  Features a = described_features(60, rng);
   Features b = a;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const double turn = i < 40 ? 6.2 + rng.uniform(-0.05, 0.05) : rng.uniform(1.0, 5.0);
@@ -122,7 +122,7 @@ TEST(Matcher, CommonRotationDropsTheOthers) {
 
 TEST(Matcher, NothingMatchesNothing) {
   Rng rng(8);
-  const Features some = random_features(5, rng);
+  const Features some = described_features(5, rng);
   const Features none;
   const MatchConfig config{.max_distance = 256, .max_ratio = 1, .max_rotation_rad = 0.3};
   EXPECT_TRUE(match_brute_force(some, none, config).empty());

@@ -99,6 +99,7 @@ CameraConfig camera_config(bool is_distorted) {
     const double slope = 1 + 3 * c.k1 * r2 + 5 * c.k2 * r2 * r2 + 7 * c.k3 * r2 * r2 * r2;
     RC_PRE(slope > 0.5 && slope < 1.5);
   }
+  RC_PRE(!pixel_without_ray(c));  // no fold within the image
   return c;
 }
 

@@ -79,7 +79,7 @@ TEST(ParserFuzz, F25ImageLists) {
 
 TEST(ParserFuzz, F25Calibration) {
   expect_survives(
-      "fx 517.3\nfy 516.5\ncx 318.6\ncy 255.3\nk1 0.26\nk2 -0.95\nwidth 640\nheight 480\n",
+      "fx 517.3\nfy 516.5\ncx 318.6\ncy 255.3\nk1 0.26\nk2 -0.95\nk3 1.16\nwidth 640\nheight 480\n",
       [](const std::string& text) {
         const auto camera = parse_calibration(text, "c");
         if (camera.ok()) {

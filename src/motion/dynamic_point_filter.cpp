@@ -261,6 +261,8 @@ void DynamicPointFilter::fuse_evidence() {
 StaticLabels DynamicPointFilter::rejudge(const std::optional<SE3>& T_current_previous,
                                          const SE3& T_current_odom,
                                          std::span<const std::uint8_t> intrudes) {
+  // The odometry frame does not know how far the camera came while it was lost.
+  if (!T_current_previous) anchors_.clear();
   if (T_current_odom.is_finite()) T_previous_odom_ = T_current_odom;
   if (uses_geometry() && judged_.followed.size() > 0) {
     for (std::size_t i = 0; i < intrudes.size(); ++i) {
@@ -271,8 +273,8 @@ StaticLabels DynamicPointFilter::rejudge(const std::optional<SE3>& T_current_pre
     fuse_evidence();
     previous_->label = judged_.labels.label;
   }
-  if (previous_ && config_.mode != DynamicMode::kOff &&
-      T_current_previous && T_current_odom.is_finite())
+  if (previous_ && config_.mode != DynamicMode::kOff && T_current_previous &&
+      T_current_odom.is_finite())
     follow_objects(T_current_odom);
   return judged_.labels;
 }

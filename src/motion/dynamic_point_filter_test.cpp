@@ -289,7 +289,7 @@ TEST(DynamicPointFilter, WhatMovesWithoutAMaskBecomesAnObject) {
   config.mode = DynamicMode::kGeometry;
   DynamicPointFilter filter(config, motion_test::small_camera(), 7);
   Rendered last;
-  for (int k = 0; k < 10; ++k) {
+  for (int k = 0; k < 14; ++k) {
     last = render(scene_at(k, true), static_cast<std::uint32_t>(k));
     const auto features = detect(*last.frame, motion_test::small_camera());
     (void)filter.step(*last.frame, features, {}, std::nullopt);
@@ -300,7 +300,7 @@ TEST(DynamicPointFilter, WhatMovesWithoutAMaskBecomesAnObject) {
   const auto objects = filter.objects();
   ASSERT_EQ(objects.size(), 1U);
   EXPECT_FALSE(objects[0].resting);
-  const SE3 T_camera_world = scene_at(9, true).T_camera_world;
+  const SE3 T_camera_world = scene_at(13, true).T_camera_world;
   const Vec2 centre_px =
       motion_test::small_camera().project(T_camera_world * objects[0].centre_world);
   EXPECT_TRUE(last.board.at(static_cast<int>(centre_px.x()), static_cast<int>(centre_px.y())));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "core/check.hpp"
@@ -11,13 +12,19 @@ void calibration(std::string_view bytes) {
   if (!camera.ok()) return;
   if (camera->width <= 0) camera->width = 640;
   if (camera->height <= 0) camera->height = 480;
-  if (!camera_faults(*camera).empty() || camera->width > 1280 || camera->height > 1024) return;
+  if (!camera_faults(*camera).empty()) return;
+  // The same lens with fewer pixels: every one of them is undone.
+  const double scale = std::min(1.0, 40.0 / std::max(camera->width, camera->height));
+  for (double* value : {&camera->fx, &camera->fy, &camera->cx, &camera->cy}) *value *= scale;
+  camera->width = std::max(1, static_cast<int>(scale * camera->width));
+  camera->height = std::max(1, static_cast<int>(scale * camera->height));
+  if (!camera_faults(*camera).empty()) return;
   // Nothing that is accepted has a pixel without a ray, or one far from all others.
   const Camera made(*camera);
   const auto& bounds = made.ideal_bounds();
   for (const double bound : bounds) CHECK(std::isfinite(bound) && std::abs(bound) < 1e6);
-  for (int v = 0; v < made.height(); v += 1 + made.height() / 16) {
-    for (int u = 0; u < made.width(); u += 1 + made.width() / 16) {
+  for (int v = 0; v < made.height(); ++v) {
+    for (int u = 0; u < made.width(); ++u) {
       const Vec2 uv_px(u, v);
       CHECK((made.distort(made.undistort(uv_px)) - uv_px).norm() < 0.1);
     }

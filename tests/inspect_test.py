@@ -44,7 +44,8 @@ class Inspect(CliTest):
         self.assertEqual(checks["full"]["mask_iou"], 1)  # the masks are the truth
         self.assertNotIn("mask_iou", checks["classic"])
         self.assertEqual({path.name for path in out.iterdir()},
-                         {"frame_000020.jpg", "frame_000040.jpg", "checks.jpg", "inspect.json"})
+                         {"frame_000020.jpg", "frame_000040.jpg", "checks.jpg", "inspect.json",
+                          "tracks.txt", "tracks_truth.txt"})
         self.assertEqual(jpeg_size(out / "frame_000020.jpg"), (3 * WIDTH, HEIGHT))
         self.assertEqual(jpeg_size(out / "checks.jpg"), (2 * WIDTH // 2, 3 * HEIGHT // 2))
 

@@ -1,7 +1,12 @@
 #include "system/run_writer.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "io/atomic_file.hpp"
 #include "io/ply.hpp"
@@ -85,23 +90,48 @@ std::vector<StampedPose> keyframe_trajectory(const Map& map) {
 
 Result<FrameFiles> FrameFiles::create(const std::filesystem::path& directory, int stamp_decimals,
                                       bool with_times) {
-  auto frames = AtomicFile::create(directory / "frames.csv");
-  if (!frames.ok()) return frames.error();
-  auto objects = AtomicFile::create(directory / "objects.csv");
-  if (!objects.ok()) return objects.error();
-  auto live = AtomicFile::create(directory / "trajectory_live.txt");
-  if (!live.ok()) return live.error();
-  return FrameFiles(std::move(*frames), std::move(*objects), std::move(*live), stamp_decimals,
-                    with_times);
+  FrameFiles files(directory, stamp_decimals, with_times);
+  for (Growing* growing : {&files.frames_, &files.objects_, &files.live_})
+    if (Status opened = files.open(*growing); !opened.ok()) return opened.error();
+  return files;
 }
 
-FrameFiles::FrameFiles(AtomicFile frames, AtomicFile objects, AtomicFile live, int stamp_decimals,
-                       bool with_times)
-    : frames_{std::move(frames), kFramesHeader},
-      objects_{std::move(objects), kObjectsHeader},
-      live_{std::move(live), ""},
+FrameFiles::FrameFiles(std::filesystem::path directory, int stamp_decimals, bool with_times)
+    : directory_(std::move(directory)),
+      frames_{"frames.csv", kFramesHeader},
+      objects_{"objects.csv", kObjectsHeader},
+      live_{"trajectory_live.txt", ""},
       stamp_decimals_(stamp_decimals),
       with_times_(with_times) {}
+
+Status FrameFiles::open(Growing& growing) const {
+  std::string name = (directory_ / ("." + growing.name + ".XXXXXX")).string();
+  const int descriptor = ::mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor >= 0) ::unlink(name.c_str());
+  growing.file.reset(descriptor >= 0 ? ::fdopen(descriptor, "w+b") : nullptr);
+  if (growing.file) return Ok{};
+  return Error{ErrorKind::kOutput,
+               (directory_ / growing.name).string() + ": " + std::strerror(errno)};
+}
+
+Status FrameFiles::flush(Growing& growing) const {
+  const std::string text = std::exchange(growing.waiting, "");
+  if (std::fwrite(text.data(), 1, text.size(), growing.file.get()) == text.size() &&
+      std::fflush(growing.file.get()) == 0)
+    return Ok{};
+  return Error{ErrorKind::kOutput,
+               (directory_ / growing.name).string() + ": " + std::strerror(errno)};
+}
+
+Status FrameFiles::copy(Growing& growing) const {
+  auto target = AtomicFile::create(directory_ / growing.name);
+  if (!target.ok()) return target.error();
+  std::rewind(growing.file.get());
+  std::vector<char> block(kWriteBytes);
+  while (const std::size_t n = std::fread(block.data(), 1, block.size(), growing.file.get()))
+    if (Status written = target->write({block.data(), n}); !written.ok()) return written;
+  return target->commit();
+}
 
 void FrameFiles::add(const FrameRecord& record) {
   put(frames_, frame_line(record, stamp_decimals_, with_times_));
@@ -112,15 +142,13 @@ void FrameFiles::add(const FrameRecord& record) {
 
 void FrameFiles::put(Growing& growing, std::string_view text) {
   growing.waiting += text;
-  if (growing.waiting.size() < kWriteBytes || !state_.ok()) return;
-  state_ = growing.file.write(growing.waiting);
-  growing.waiting.clear();
+  if (growing.waiting.size() >= kWriteBytes && state_.ok()) state_ = flush(growing);
 }
 
 Status FrameFiles::commit() {
   for (Growing* growing : {&frames_, &objects_, &live_}) {
-    if (state_.ok()) state_ = growing->file.write(growing->waiting);
-    if (state_.ok()) state_ = growing->file.commit();
+    if (state_.ok()) state_ = flush(*growing);
+    if (state_.ok()) state_ = copy(*growing);
   }
   return state_;
 }

@@ -1,7 +1,9 @@
 // The files of a run (contract: "Output of run").
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,13 +34,19 @@ class FrameFiles {
   [[nodiscard]] Status commit();
 
  private:
-  FrameFiles(AtomicFile frames, AtomicFile objects, AtomicFile live, int stamp_decimals,
-             bool with_times);
+  FrameFiles(std::filesystem::path directory, int stamp_decimals, bool with_times);
+  /// A file without a name until it is whole: whatever ends the program leaves nothing behind.
   struct Growing {
-    AtomicFile file;
+    std::string name;
     std::string waiting;  ///< not yet written
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, &std::fclose};
   };
+  [[nodiscard]] Status open(Growing& growing) const;
+  [[nodiscard]] Status flush(Growing& growing) const;
+  [[nodiscard]] Status copy(Growing& growing) const;
   void put(Growing& growing, std::string_view text);
+
+  std::filesystem::path directory_;
   Growing frames_, objects_, live_;
   int stamp_decimals_;
   bool with_times_;

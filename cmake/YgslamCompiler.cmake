@@ -13,7 +13,7 @@ if(YGSLAM_WERROR)
 endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # GCC 12 sees overlaps and overruns in inlined std::string and Eigen code that are not there.
-  target_compile_options(ygslam_compiler INTERFACE -Wno-restrict -Wno-array-bounds
+  target_compile_options(ygslam_compiler INTERFACE -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow
                          -fpch-preprocess)  # lets ccache see which header was precompiled
 endif()
 # Contracting a*b+c differently in two translation units would make equal formulas unequal.

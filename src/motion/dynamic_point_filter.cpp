@@ -52,7 +52,7 @@ void DynamicPointFilter::reset() {
   links_ = {};
 }
 
-FilterResult DynamicPointFilter::step(const RgbdFrame& frame, FeaturesPtr features,
+FilterResult DynamicPointFilter::step(const RgbdFrame& frame, const FeaturesPtr& features,
                                       std::span<const SegmentationPtr> new_masks,
                                       const std::optional<FlowPrediction>& predicted) {
   CHECK(features != nullptr);

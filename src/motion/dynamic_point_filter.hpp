@@ -51,7 +51,7 @@ class DynamicPointFilter {
 
   /// @param new_masks results that arrived since the last call, of this or earlier frames.
   /// @param predicted nullopt: points are searched from where they were.
-  [[nodiscard]] FilterResult step(const RgbdFrame& frame, FeaturesPtr features,
+  [[nodiscard]] FilterResult step(const RgbdFrame& frame, const FeaturesPtr& features,
                                   std::span<const SegmentationPtr> new_masks,
                                   const std::optional<FlowPrediction>& predicted);
 

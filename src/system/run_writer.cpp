@@ -24,7 +24,7 @@ std::string stamp_text(Timestamp stamp, int decimals) {
 void append_number(std::string& text, double value, int decimals) {
   // Through to_chars-like integers: snprintf would follow the locale's decimal point.
   const auto scale = decimals == 3 ? 1000.0 : 1.0;
-  const auto fixed = static_cast<long long>(std::abs(value) * scale + 0.5);
+  const auto fixed = std::llround(std::abs(value) * scale);
   if (value < 0 && fixed > 0) text += '-';
   text += std::to_string(fixed / static_cast<long long>(scale));
   if (decimals == 3) {

@@ -159,10 +159,14 @@ TEST(FitFundamental, ResultsAreFiniteForRepeatedAndCollinearPoints) {
   Rng rng(4);
   std::vector<PointPair> line;
   for (int i = 0; i < 100; ++i) line.push_back({{1.0 * i, 2.0 * i}, {1.0 * i + 3, 2.0 * i}});
-  if (const auto fit = fit_fundamental(line, {}, rng)) EXPECT_TRUE(fit->F.allFinite());
+  if (const auto fit = fit_fundamental(line, {}, rng)) {
+    EXPECT_TRUE(fit->F.allFinite());
+  }
   std::vector<PointPair> few(100, PointPair{{5, 5}, {6, 5}});
   for (int i = 0; i < 6; ++i) few[i] = random_pair(rng);
-  if (const auto fit = fit_fundamental(few, {}, rng)) EXPECT_TRUE(fit->F.allFinite());
+  if (const auto fit = fit_fundamental(few, {}, rng)) {
+    EXPECT_TRUE(fit->F.allFinite());
+  }
 }
 
 TEST(FitFundamental, NotFinitePairsAreOutliers) {
@@ -176,7 +180,8 @@ TEST(FitFundamental, NotFinitePairsAreOutliers) {
   ASSERT_TRUE(fit);
   ASSERT_EQ(fit->inlier.size(), pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (!pairs[i].p1_px.allFinite()) EXPECT_EQ(fit->inlier[i], 0);
+    if (pairs[i].p1_px.allFinite()) continue;
+    EXPECT_EQ(fit->inlier[i], 0);
   }
   EXPECT_GT(fit->inliers, 95);
 }

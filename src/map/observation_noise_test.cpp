@@ -6,7 +6,8 @@ namespace ygslam {
 namespace {
 
 TEST(ObservationNoise, ACornerOnADepthEdgeWeighsLessAndIsOtherwiseTheSame) {
-  Feature corner;
+  Feature corner{};
+  corner.ideal_px.setZero();
   corner.depth_m = 2.0F;
   const NoiseConfig noise;
   const Observation inside = observe(corner, 1.2, noise, 0.5);

@@ -65,7 +65,10 @@ TEST(TryInChild, ChildThatNeverAnswersIsStopped) {
   expect_error(try_in_child(hang, "slow.onnx", short_wait), ErrorKind::kModel,
                "slow.onnx: reading it took too long");
   const auto spin = []() -> Status {
-    for (volatile unsigned i = 0;; i = i + 1) {
+    volatile unsigned steps = 0;  // the loop must not be optimised away
+    while (true) {
+      const unsigned before = steps;
+      steps = before + 1;
     }
   };
   ChildLimits little_work;

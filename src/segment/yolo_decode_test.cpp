@@ -52,7 +52,8 @@ class FakeOutputs {
   std::vector<float> detections, prototypes;
 };
 
-DecodedYolo decode(const FakeOutputs& outputs, int width, int height, DecodeConfig config = {}) {
+DecodedYolo decode(const FakeOutputs& outputs, int width, int height,
+                   const DecodeConfig& config = {}) {
   return decode_yolo(outputs.view(),
                      make_letterbox(width, height, outputs.layout.width, outputs.layout.height),
                      config);

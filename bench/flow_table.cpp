@@ -11,7 +11,7 @@
 #include "core/time.hpp"
 #include "features/orb.hpp"
 #include "image/cv_view.hpp"
-#include "motion/lk_flow.hpp"
+#include "motion/flow/lk_flow.hpp"
 #include "texture.hpp"
 
 namespace ygslam::bench {

@@ -18,7 +18,8 @@ SIDE = {"io": {"core", "geometry", "image"},
         "benchmark_runs": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"}}
 # Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
-ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence")}
+ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence"),
+         "motion": ("flow", "masks", "checks", "classification")}
 USERS_OF_SIDE = {"system", "facade", "app"}
 
 HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/)")

@@ -25,7 +25,7 @@ class DebugImages {
   struct Waiting {
     FramePtr frame;
     FeaturesPtr features;
-    StaticLabels labels;
+    PointLabels labels;
     TrackState state;
     std::vector<TrackedObject> objects;
     SegmentationPtr masks;

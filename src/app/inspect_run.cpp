@@ -58,11 +58,11 @@ Check make_check(const std::string& name, const SlamConfig& base) {
   dynamic.mode = name == "full" ? DynamicMode::kFull : DynamicMode::kGeometry;
   if (name == "classic") {
     // Harris corners, all vote, the distance to the epipolar line alone decides.
-    dynamic.motion.prior = false;
-    dynamic.motion.corners = FlowCorners::kHarris;
-    dynamic.rigid.enabled = false;
-    dynamic.rim.enabled = false;
-    dynamic.fusion.ask_neighbours = false;
+    dynamic.epipolar.prior = false;
+    dynamic.epipolar.corners = FlowCorners::kHarris;
+    dynamic.ego_motion.enabled = false;
+    dynamic.boundary.enabled = false;
+    dynamic.classifier.vote_of_neighbours = false;
   }
   return check;
 }

@@ -54,7 +54,7 @@ void tint_masks(cv::Mat& picture, const GreyImage& ids) {
   cv::drawContours(picture, contours, -1, cv::Scalar(220, 120, 40), 1, cv::LINE_AA);
 }
 
-void draw_points(cv::Mat& picture, const Features& features, const StaticLabels& labels) {
+void draw_points(cv::Mat& picture, const Features& features, const PointLabels& labels) {
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::Point2f p(features.points[i].uv_px.x(), features.points[i].uv_px.y());
     const MotionLabel label = labels.label[i];

@@ -9,7 +9,7 @@
 
 #include "core/result.hpp"
 #include "image/rgbd_frame.hpp"
-#include "motion/static_labels.hpp"
+#include "motion/classification/point_labels.hpp"
 #include "objects/object_tracker.hpp"
 
 namespace ygslam {
@@ -18,7 +18,7 @@ namespace ygslam {
 [[nodiscard]] cv::Mat picture_of(const RgbdFrame& frame);
 /// Tints and outlines where ids > 0. @param ids empty, or of the picture's size.
 void tint_masks(cv::Mat& picture, const GreyImage& ids);
-void draw_points(cv::Mat& picture, const Features& features, const StaticLabels& labels);
+void draw_points(cv::Mat& picture, const Features& features, const PointLabels& labels);
 /// Boxes of the objects with id, class and speed; resting ones are drawn thin.
 void draw_objects(cv::Mat& picture, std::span<const TrackedObject> objects);
 /// White text on a dark bar at the lower edge.

@@ -4,10 +4,14 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "image/depth.hpp"
+
 namespace ygslam {
 namespace {
 
 constexpr double kDepthUnit_m = 1e-4;
+// A pixel at a depth step mixes both surfaces.
+constexpr float kStepRatio = 0.03F;
 
 struct VoxelSum {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
@@ -25,18 +29,6 @@ std::uint64_t voxel_key(const Vec3& p_world, double voxel_m) {
   return key;
 }
 
-// A pixel at a depth step mixes both surfaces.
-bool at_depth_edge(const DepthImage& depth_m, int u, int v) {
-  const float d = depth_m.at(u, v);
-  const float limit = 0.03F * d;
-  for (const auto& [du, dv] : {std::pair{-2, 0}, {2, 0}, {0, -2}, {0, 2}}) {
-    if (!depth_m.contains(u + du, v + dv)) continue;
-    const float neighbour = depth_m.at(u + du, v + dv);
-    if (neighbour > 0 && std::abs(neighbour - d) > limit) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 StaticCloud::StaticCloud(const StaticCloudConfig& config, const Camera& camera)
@@ -50,7 +42,7 @@ void StaticCloud::insert(KeyframeId keyframe, const RgbdFrame& frame, const Grey
       const float depth_m = frame.depth_m.at(u, v);
       if (depth_m <= 0 || depth_m > config_.max_depth_m) continue;
       if (!blocked.empty() && blocked.at(u, v)) continue;
-      if (at_depth_edge(frame.depth_m, u, v)) continue;
+      if (depth_range(frame.depth_m, u, v, 1).has_step(kStepRatio)) continue;
       samples.push_back({static_cast<std::uint16_t>(u), static_cast<std::uint16_t>(v),
                          static_cast<std::uint16_t>(std::lround(depth_m / kDepthUnit_m)),
                          frame.colour.at(u, v)});

@@ -1,10 +1,58 @@
 #include "image/depth.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
 namespace ygslam {
+namespace {
+
+constexpr float kFarthestM = 1e9F;  // stands for "no depth seen"
+
+/// Where no depth is known, minimum and maximum stay as they were.
+void widen(DepthRange& range, float d) {
+  const bool known = d > 0 && d < kFarthestM;  // false for NaN
+  range.min_m = std::min(range.min_m, known ? d : kFarthestM);
+  range.max_m = std::max(range.max_m, known ? d : 0.0F);
+}
+
+#ifdef __AVX2__
+/// Eight columns at once, of which those of the square count.
+DepthRange inner_depth_range(const DepthImage& depth_m, int u, int v, int radius_px) {
+  const __m256 none = _mm256_setzero_ps();
+  const __m256 farthest = _mm256_set1_ps(kFarthestM);
+  const __m256i column = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+  const __m256 counts =
+      _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_set1_epi32(2 * radius_px + 1), column));
+  __m256 min_m = farthest;
+  __m256 max_m = none;
+  for (int y = v - radius_px; y <= v + radius_px; ++y) {
+    const __m256 d = _mm256_loadu_ps(depth_m.row(y) + u - radius_px);
+    const __m256 positive = _mm256_cmp_ps(d, none, _CMP_GT_OQ);
+    const __m256 finite = _mm256_cmp_ps(d, farthest, _CMP_LT_OQ);
+    const __m256 known = _mm256_and_ps(_mm256_and_ps(positive, finite), counts);
+    min_m = _mm256_min_ps(min_m, _mm256_blendv_ps(farthest, d, known));
+    max_m = _mm256_max_ps(max_m, _mm256_and_ps(d, known));
+  }
+  alignas(32) std::array<float, 8> low;
+  alignas(32) std::array<float, 8> high;
+  _mm256_store_ps(low.data(), min_m);
+  _mm256_store_ps(high.data(), max_m);
+  DepthRange range{kFarthestM, 0};
+  for (std::size_t k = 0; k < 8; ++k) {
+    range.min_m = std::min(range.min_m, low[k]);
+    range.max_m = std::max(range.max_m, high[k]);
+  }
+  return range.max_m > 0 ? range : DepthRange{};
+}
+#endif
+
+}  // namespace
 
 DepthImage depth_from_raw(const Image<std::uint16_t>& raw, double scale,
                           const DepthConfig& config) {
@@ -44,6 +92,19 @@ float depth_at(const DepthImage& depth_m, double u, double v) {
   if (centre <= 0) return nearest;
   // A step of more than 5 % is an edge: corners there belong to the surface in front.
   return centre - nearest > 0.05F * centre ? nearest : centre;
+}
+
+DepthRange depth_range(const DepthImage& depth_m, int u, int v, int radius_px) {
+#ifdef __AVX2__
+  if (radius_px >= 0 && radius_px <= 3 && u >= radius_px && v >= radius_px &&
+      u - radius_px + 8 <= depth_m.width() && v + radius_px < depth_m.height())
+    return inner_depth_range(depth_m, u, v, radius_px);
+#endif
+  DepthRange range{kFarthestM, 0};
+  for (int y = std::max(v - radius_px, 0); y <= std::min(v + radius_px, depth_m.height() - 1); ++y)
+    for (int x = std::max(u - radius_px, 0); x <= std::min(u + radius_px, depth_m.width() - 1); ++x)
+      widen(range, depth_m.at(x, y));
+  return range.max_m > 0 ? range : DepthRange{};
 }
 
 bool on_depth_edge(const DepthImage& depth_m, double u, double v, double depth_at_m,

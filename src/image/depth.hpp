@@ -23,6 +23,21 @@ struct DepthConfig {
 /// hole, in which case the nearer surface wins. @return 0 if there is none.
 [[nodiscard]] float depth_at(const DepthImage& depth_m, double u, double v);
 
+/// The depths [m] seen around a pixel: at the edge of an object the sensor's depth may be off by a
+/// few pixels, and what is seen there belongs to either surface. Both 0 = none.
+struct DepthRange {
+  float min_m = 0;
+  float max_m = 0;
+
+  /// Whether the farthest lies behind the nearest by more than this share of its depth: two
+  /// surfaces, or one seen at a grazing angle.
+  [[nodiscard]] bool has_step(float ratio) const { return max_m > (1 + ratio) * min_m; }
+};
+
+/// Nearest and farthest depth in the square of half side radius_px about a pixel, which may lie
+/// outside the image. Values that are not finite count as none.
+[[nodiscard]] DepthRange depth_range(const DepthImage& depth_m, int u, int v, int radius_px);
+
 /// Whether surfaces at different depths meet within radius_px of a pixel. Judged in inverse depth,
 /// in which a plane is an affine function of the pixel and a Kinect's noise hardly depends on the
 /// range. Directions with a hole say nothing.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <limits>
 
 namespace ygslam {
 namespace {
@@ -53,6 +54,22 @@ TEST(DepthEdge, NeitherHolesNorTheImageBorderMakeOne) {
   for (int v = 0; v < 41; ++v) plane.at(22, v) = 0;
   EXPECT_FALSE(edge_at(plane, 20, 20, 2));
   EXPECT_FALSE(edge_at(plane, 0, 40, 5));
+}
+
+TEST(DepthRange, SpansTheNeighbourhoodAndSkipsHoles) {
+  DepthImage depth(20, 20, 2.0F);
+  depth.at(12, 10) = 5.0F;
+  depth.at(9, 9) = 0.0F;
+  depth.at(10, 9) = std::numeric_limits<float>::quiet_NaN();
+  const DepthRange range = depth_range(depth, 10, 10, 3);
+  EXPECT_EQ(range.min_m, 2.0F);
+  EXPECT_EQ(range.max_m, 5.0F);
+  EXPECT_EQ(depth_range(depth, 3, 3, 3).max_m, 2.0F);
+  EXPECT_EQ(depth_range(depth, 100, 100, 3).max_m, 0.0F);
+  EXPECT_EQ(depth_range(depth, -2, 19, 3).max_m, 2.0F);
+  EXPECT_TRUE(range.has_step(1.49F));
+  EXPECT_FALSE(range.has_step(1.51F));
+  EXPECT_FALSE(DepthRange{}.has_step(0.03F));
 }
 
 }  // namespace

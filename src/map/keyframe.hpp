@@ -10,7 +10,7 @@
 #include "features/feature.hpp"
 #include "features/feature_grid.hpp"
 #include "geometry/se3.hpp"
-#include "map/nearest_depth.hpp"
+#include "map/free_space_image.hpp"
 
 namespace ygslam {
 
@@ -21,7 +21,7 @@ struct KeyframeData {
   Timestamp stamp;
   FeaturesPtr features;
   FeatureGrid grid;
-  NearestDepth nearest{};
+  FreeSpaceImage nearest{};
 };
 using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 

@@ -12,14 +12,14 @@ constexpr std::ptrdiff_t kMinOutside = 30;
 // A frame may refer to the focus of any view since its own; more messages than this never wait.
 constexpr std::size_t kRememberedFoci = 128;
 
-NearestDepth nearest_static_depth(const KeyframeCandidate& candidate) {
+FreeSpaceImage nearest_static_depth(const KeyframeCandidate& candidate) {
   std::vector<Vec3> movers;
   for (std::size_t i = 0; i < candidate.features->size(); ++i) {
     const Feature& f = candidate.features->points[i];
     if (candidate.static_weight[i] <= 0 && f.depth_m > 0)
       movers.emplace_back(f.uv_px.x(), f.uv_px.y(), f.depth_m);
   }
-  return NearestDepth(candidate.frame->depth_m, movers);
+  return FreeSpaceImage(candidate.frame->depth_m, movers);
 }
 
 }  // namespace

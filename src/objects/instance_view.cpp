@@ -41,10 +41,10 @@ bool measure(std::uint8_t id, const Segmentation& masks, const Thumbnail& thumbn
   view.look.normalise();
   view.has_depth = depths_m.size() >= kMinSamples;
   if (view.has_depth) {
-    view.depth_m = static_cast<float>(quantile_of(depths_m, 0.5));
-    view.centre_odom = quantile(points_odom, 0.5);
-    view.min_odom = quantile(points_odom, kBoxShare);
-    view.max_odom = quantile(points_odom, 1 - kBoxShare);
+    view.depth_m = static_cast<float>(quantile(depths_m, 0.5));
+    view.centre_odom = axis_quantile(points_odom, 0.5);
+    view.min_odom = axis_quantile(points_odom, kBoxShare);
+    view.max_odom = axis_quantile(points_odom, 1 - kBoxShare);
   }
   view.own_share = static_cast<double>(samples * kStep * kStep) / box.area();
   return samples >= kMinSamples;

@@ -57,8 +57,6 @@ double reach_m(double away_s) {
   return std::min(kMaxReach_m, kReach_m + std::max(0.0, away_s) * kReachMps);
 }
 
-double median(std::vector<double>& values) { return quantile_of(values, 0.5); }
-
 }  // namespace
 
 void ObjectTracker::clear() {
@@ -94,10 +92,12 @@ std::vector<TrackedObject> ObjectTracker::step(ObjectInput input) {
   return result;
 }
 
-bool ObjectTracker::rests(std::size_t point) const {
-  if (views_.empty() || point >= views_.back().track_of.size()) return false;
-  const int key = views_.back().track_of[point];
-  return key >= 0 && tracks_.at(key).object.resting;
+std::vector<std::uint8_t> ObjectTracker::resting_points() const {
+  if (views_.empty()) return {};
+  std::vector<std::uint8_t> rests;
+  for (const int key : views_.back().track_of)
+    rests.push_back(key >= 0 && tracks_.at(key).object.resting ? 1 : 0);
+  return rests;
 }
 
 /// Takes points, boxes and places from one frame to the next. Also when done again, after a mask
@@ -139,10 +139,10 @@ ObjectTracker::Place ObjectTracker::carried(int key, const Place& place, const V
   }
   Place result = place;
   result.centre_odom += moved.size() >= kMinPoints
-                            ? quantile(moved, 0.5)
+                            ? axis_quantile(moved, 0.5)
                             : Vec3(dt_s * tracks_.at(key).object.velocity_world_mps);
   if (scale.size() >= kMinPoints) {
-    result.box = shifted(place.box, {median(du), median(dv)}, std::clamp(median(scale), 0.9, 1.1));
+    result.box = shifted(place.box, {quantile(du, 0.5), quantile(dv, 0.5)}, std::clamp(quantile(scale, 0.5), 0.9, 1.1));
     return result;
   }
   const Vec3 a = from.in.T_camera_odom * place.centre_odom;
@@ -382,11 +382,11 @@ void ObjectTracker::update_tracks(View& now, double dt_s) {
       }
       if (u.size() >= kMinPoints && where.size() >= kMinPoints) {
         Place& place = now.place[key];
-        place.box = {static_cast<float>(quantile_of(u, 0)), static_cast<float>(quantile_of(v, 0)),
-                     static_cast<float>(quantile_of(u, 1)), static_cast<float>(quantile_of(v, 1))};
-        place.centre_odom = quantile(where, 0.5);
-        track.low_m = quantile(where, 0.05) - place.centre_odom;
-        track.high_m = quantile(where, 0.95) - place.centre_odom;
+        place.box = {static_cast<float>(quantile(u, 0)), static_cast<float>(quantile(v, 0)),
+                     static_cast<float>(quantile(u, 1)), static_cast<float>(quantile(v, 1))};
+        place.centre_odom = axis_quantile(where, 0.5);
+        track.low_m = axis_quantile(where, 0.05) - place.centre_odom;
+        track.high_m = axis_quantile(where, 0.95) - place.centre_odom;
       }
     }
     track.place = now.place[key];
@@ -435,7 +435,7 @@ void ObjectTracker::update_motion(const View& now, const Members& members, doubl
     }
   }
   if (moved.size() >= kMinPoints) {
-    track.moves.push_back({dt_s, quantile(moved, 0.5)});
+    track.moves.push_back({dt_s, axis_quantile(moved, 0.5)});
     track.way_m += track.moves.back().moved_m;
     track.path_m += track.moves.back().moved_m.norm();
   }

@@ -68,8 +68,8 @@ class ObjectTracker {
   /// yet.
   std::vector<TrackedObject> step(ObjectInput input);
 
-  /// Whether a point of the last step lies on an object that demonstrably stands still.
-  [[nodiscard]] bool rests(std::size_t point) const;
+  /// Per point of the last step 1 where it lies on an object that demonstrably stands still.
+  [[nodiscard]] std::vector<std::uint8_t> resting_points() const;
   /// The last step's points can no longer be followed; objects wait to be seen again.
   void lose_points() { views_.clear(); }
   void clear();

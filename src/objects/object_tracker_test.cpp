@@ -327,7 +327,7 @@ TEST(ObjectTracker, RestsAfterAWhileAndMovesAtOnce) {
   ObjectTracker tracker({}, scene.camera());
   EXPECT_FALSE(run(tracker, scene, 0, 8)[0].resting);
   EXPECT_TRUE(run(tracker, scene, 8, 40)[0].resting);
-  EXPECT_TRUE(tracker.rests(0));
+  EXPECT_TRUE(tracker.resting_points().at(0) != 0);
   ObjectInput input = scene.frame(40);
   for (int i = 0; i < 15; ++i) input.points[i].moves = true, input.points[i].stands = false;
   EXPECT_FALSE(tracker.step(std::move(input))[0].resting);

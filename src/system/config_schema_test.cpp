@@ -40,7 +40,7 @@ TEST_F(ConfigFile, SetsWhatItNamesAndLeavesTheRest) {
   ASSERT_TRUE(load("motion:\n  tau_px: 2.5\norb: {features: 700}\nsegment: {precision: int8}\n"
                    "tracking:\n  use_local_map: false\n")
                   .ok());
-  EXPECT_EQ(config_.dynamic.motion.tau_px, 2.5);
+  EXPECT_EQ(config_.dynamic.epipolar.tau_px, 2.5);
   EXPECT_EQ(config_.orb.features, 700);
   EXPECT_EQ(config_.segment.yolo.precision, Precision::kInt8);
   EXPECT_FALSE(config_.tracking.pose.use_local_map);

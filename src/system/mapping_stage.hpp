@@ -7,7 +7,7 @@
 
 #include "dense/static_cloud.hpp"
 #include "mapping/mapper.hpp"
-#include "motion/mask_labels.hpp"
+#include "motion/masks/mask_labels.hpp"
 #include "segment/segmenter.hpp"
 
 namespace ygslam {

@@ -99,7 +99,7 @@ std::optional<Scene> recorded() {
   if (!sequence.ok()) return std::nullopt;
   SlamConfig config;
   config.tracking.pose.noise = config.mapping.noise;
-  config.dynamic.propagation.mask.movable_classes = {0};
+  config.dynamic.masks.mask.movable_classes = {0};
   Recording recording{Camera(sequence->camera), {}, {}, {}};
   FrameReader reader(*sequence, FrameReaderConfig{});
   while (auto frame = reader.next()) recording.frames.push_back(*frame);

@@ -124,7 +124,7 @@ class OfflineRunner final : public Runner {
 std::unique_ptr<Runner> make_offline_runner(const SlamConfig& config, const Camera& camera,
                                             std::unique_ptr<Segmenter> segmenter,
                                             std::vector<int> movable_classes) {
-  MaskConfig mask = config.dynamic.propagation.mask;
+  MaskConfig mask = config.dynamic.masks.mask;
   mask.movable_classes = std::move(movable_classes);
   const MappingStageConfig mapping{config.mapping, config.dense, std::move(mask),
                                    segmenter != nullptr};

@@ -50,7 +50,7 @@ Result<Session> open_session(SessionOptions options) {
   }
   if (!options.may_wait) options.config.run.file_mask_lag_frames = 0;
   options.config.tracking.pose.noise = options.config.mapping.noise;
-  options.config.dynamic.propagation.mask.movable_classes = *movable;
+  options.config.dynamic.masks.mask.movable_classes = *movable;
   session.camera = std::make_unique<Camera>(options.camera);
   const auto make = options.deterministic ? make_offline_runner : make_live_runner;
   session.runner = make(options.config, *session.camera, std::move(segmenter).value(),

@@ -33,55 +33,53 @@ void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
             {"semantic", DynamicMode::kSemantic},
             {"full", DynamicMode::kFull}},
            "what is done about moving things (--dynamic)");
-  s.flag("motion.prior", c.motion.prior,
+  s.flag("motion.prior", c.epipolar.prior,
          "fundamental matrix from points static in the previous frame only; false = all vote");
-  s.choice("motion.corners", c.motion.corners,
+  s.choice("motion.corners", c.epipolar.corners,
            {{"orb", FlowCorners::kOrb}, {"harris", FlowCorners::kHarris}},
            "which corners the epipolar check follows");
-  s.number("motion.tau_px", c.motion.tau_px, 0.01, 50.0, "px",
+  s.number("motion.tau_px", c.epipolar.tau_px, 0.01, 50.0, "px",
            "within this distance of its epipolar line a point obeys it (Algorithm 1, tau)");
-  s.number("motion.limit_tau_px", c.motion.limit_tau_px, 0.01, 50.0, "px",
+  s.number("motion.limit_tau_px", c.epipolar.limit_tau_px, 0.01, 50.0, "px",
            "beyond this distance a point is dynamic (Algorithm 1, limit_tau)");
-  s.number("motion.link_radius_px", c.motion.link_radius_px, 0.1, 20.0, "px",
+  s.number("motion.link_radius_px", c.epipolar.link_radius_px, 0.1, 20.0, "px",
            "a feature takes the label of the nearest flow end within");
-  s.number("motion.min_static", c.motion.min_static, 8, 1000, "points", "fewer voters: no verdict");
+  s.number("motion.min_static", c.epipolar.min_static, 8, 1000, "points", "fewer candidates: no verdict");
   s.flag(
-      "rigid.enabled", c.rigid.enabled,
+      "rigid.enabled", c.ego_motion.enabled,
       "hold the flow against the camera's motion in three dimensions; false = epipolar line alone");
-  s.number("rigid.limit_px", c.rigid.limit_px, 0.1, 50.0, "px",
+  s.number("rigid.limit_px", c.ego_motion.limit_px, 0.1, 50.0, "px",
            "farther from where a standing point would be: dynamic");
-  s.number("rigid.limit_medians", c.rigid.limit_medians, 1.0, 100.0, "",
+  s.number("rigid.limit_medians", c.ego_motion.limit_medians, 1.0, 100.0, "",
            "... and farther than this many medians of the standing points' residuals");
-  s.flag("anchor.enabled", c.anchor.enabled,
+  s.flag("anchor.enabled", c.history.enabled,
          "hold points against where they were a dozen frames ago (finds slow movers); needs "
          "rigid.enabled, motion.corners orb");
-  s.number("anchor.min_age_frames", c.anchor.min_age_frames, 1, 16, "frames",
+  s.number("anchor.min_age_frames", c.history.min_age_frames, 1, 16, "frames",
            "a younger anchor says nothing");
-  s.number("anchor.limit_px", c.anchor.limit_px, 0.1, 50.0, "px",
+  s.number("anchor.limit_px", c.history.limit_px, 0.1, 50.0, "px",
            "farther from where its anchor puts it: the point moves");
-  s.number("anchor.limit_medians", c.anchor.limit_medians, 1.0, 100.0, "",
+  s.number("anchor.limit_medians", c.history.limit_medians, 1.0, 100.0, "",
            "... and farther than this many medians of the standing points' residuals");
-  s.number("anchor.spacing_frames", c.anchor.spacing_frames, 1, 30, "frames",
+  s.number("anchor.spacing_frames", c.history.spacing_frames, 1, 30, "frames",
            "between the anchors of a point; four are kept");
-  s.number("objects.keep_s", c.objects.keep_s, 0.0, 3600.0, "s",
-           "a person out of sight for no longer gets the same number again");
-  s.flag("labels.second_look", c.fusion.second_look,
+    s.flag("labels.second_look", c.classifier.second_look,
          "judge every point again against the pose found from the map; needs rigid.enabled");
-  s.flag("labels.rim", c.rim.enabled,
+  s.flag("labels.rim", c.boundary.enabled,
          "corners where an outline crosses what is behind it are unknown, not dynamic");
-  s.flag("labels.ask_neighbours", c.fusion.ask_neighbours,
+  s.flag("labels.vote_of_neighbours", c.classifier.vote_of_neighbours,
          "features at which no flow ends are judged as the flows around them");
-  s.number("labels.min_moving_share", c.fusion.min_moving_share, 0.0, 1.0, "",
+  s.number("labels.min_moving_share", c.classifier.min_moving_share, 0.0, 1.0, "",
            "of the points around it that must move for a point to be dynamic");
-  s.number("propagation.missed_object_frames", c.propagation.missed_object_frames, 0, 300, "frames",
+  s.number("propagation.missed_object_frames", c.masks.missed_object_frames, 0, 300, "frames",
            "an object that a mask overlooks is kept this long");
-  s.number("masks.rim_px", c.propagation.mask.rim_px, 0.0, 20.0, "px",
+  s.number("masks.outer_band_px", c.masks.mask.outer_band_px, 0.0, 20.0, "px",
            "outside, this near to a mask's edge: on the object where the depth says so");
-  s.number("masks.inner_rim_px", c.propagation.mask.inner_rim_px, 0.0, 20.0, "px",
+  s.number("masks.inner_band_px", c.masks.mask.inner_band_px, 0.0, 20.0, "px",
            "inside, this near to a mask's edge: background where the depth says so");
-  s.number("masks.same_depth_ratio", c.propagation.mask.same_depth_ratio, 0.0, 1.0, "",
+  s.number("masks.same_depth_ratio", c.masks.mask.same_depth_ratio, 0.0, 1.0, "",
            "just outside a mask and at the object's depth to this: on the object");
-  s.number("masks.behind_ratio", c.propagation.mask.behind_ratio, 0.01, 1.0, "",
+  s.number("masks.behind_ratio", c.masks.mask.behind_ratio, 0.01, 1.0, "",
            "inside a mask but farther than the object by this: background");
   s.number("flow.window_px", c.flow.window_px, 5, 51, "px", "side of the flow window, odd");
   s.number("flow.levels", c.flow.levels, 0, 6, "", "pyramid levels of the flow");
@@ -89,11 +87,11 @@ void add_motion_keys(ConfigSchema& s, DynamicConfig& c) {
            "mean difference of the 3x3 patches above which a flow is dropped");
   s.number("flow.border_px", c.flow.border_px, 0.0, 100.0, "px",
            "flows that end nearer to the border are dropped");
-  s.number("labels.unknown_weight", c.fusion.unknown_weight, 0.0, 1.0, "",
+  s.number("labels.unknown_weight", c.classifier.unknown_weight, 0.0, 1.0, "",
            "weight of a point nothing is known about");
-  s.number("labels.min_static", c.fusion.min_static, 0, 1000, "points",
+  s.number("labels.min_static", c.classifier.min_static, 0, 1000, "points",
            "fewer static points: the least suspicious come back");
-  s.number("labels.max_dynamic_share", c.fusion.max_dynamic_share, 0.0, 1.0, "",
+  s.number("labels.max_dynamic_share", c.classifier.max_dynamic_share, 0.0, 1.0, "",
            "an epipolar check that flags more than this is not believed");
 }
 
@@ -138,7 +136,7 @@ void add_tracking_keys(ConfigSchema& s, TrackerConfig& c) {
            "window around the first pose, at pyramid level 0");
   s.flag("tracking.weigh_landmarks", c.pose.weigh_landmarks,
          "a landmark weighs by how often it was found where it should be");
-  s.flag("tracking.intruders", c.intruders.enabled,
+  s.flag("tracking.intruders", c.free_space.enabled,
          "points where keyframes saw empty space are dynamic, whether they move or not");
   s.flag("tracking.use_local_map", c.pose.use_local_map,
          "false: match the previous frame only (to see what the map is worth)");

@@ -8,7 +8,7 @@
 #include "features/orb.hpp"
 #include "image/depth.hpp"
 #include "mapping/mapper.hpp"
-#include "motion/dynamic_point_filter.hpp"
+#include "motion/classification/point_classifier.hpp"
 #include "segment/yolo_openvino.hpp"
 #include "system/config_schema.hpp"
 #include "tracking/tracker.hpp"

@@ -72,7 +72,7 @@ inline SlamConfig small_config(DynamicMode mode) {
   config.orb.features = 600;
   config.run.file_mask_lag_frames = 0;
   config.tracking.pose.noise = config.mapping.noise;
-  config.dynamic.propagation.mask.movable_classes = {0};
+  config.dynamic.masks.mask.movable_classes = {0};
   return config;
 }
 

@@ -16,7 +16,6 @@ struct TrackedFrame {
   FeaturesPtr features;
   FeatureGrid grid;
   std::vector<float> static_weight;    ///< per feature, 0 = dynamic .. 1 = static
-  std::vector<std::uint8_t> intrudes;  ///< per feature: lay in empty space before (intruders.hpp)
   std::vector<LandmarkId> landmarks;   ///< per feature: the landmark it agreed with, or kNoLandmark
   KeyframeRelativePose pose;
 };

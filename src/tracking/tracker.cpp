@@ -19,8 +19,13 @@ KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const Local
 }
 
 DynamicConfig with_pyramid_of(const OrbConfig& orb, DynamicConfig dynamic) {
-  dynamic.rim.pyramid_scale = orb.scale_factor;
+  dynamic.boundary.pyramid_scale = orb.scale_factor;
   return dynamic;
+}
+
+ObjectConfig with_classes(ObjectConfig objects, const DynamicConfig& dynamic) {
+  objects.movable_classes = dynamic.masks.mask.movable_classes;
+  return objects;
 }
 
 /// The keyframe that shares most of the frame's landmarks, if that is clearly another than the
@@ -62,6 +67,16 @@ std::vector<TrackedObject> in_world(std::vector<TrackedObject> objects, const SE
   return objects;
 }
 
+/// What agrees with a point of the static map is static.
+PointLabels promote(PointLabels labels, std::span<const LandmarkId> landmarks) {
+  for (std::size_t i = 0; i < labels.label.size(); ++i)
+    if (landmarks[i] != kNoLandmark && labels.label[i] == MotionLabel::kUnknown &&
+        labels.weight[i] > 0)
+      labels.label[i] = MotionLabel::kStatic;
+  count(labels);
+  return labels;
+}
+
 double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world) {
   return (T_a_world.inverse().t() - T_b_world.inverse().t()).norm();
 }
@@ -87,45 +102,78 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
     : config_(config),
       camera_(camera),
       orb_(orb),
-      filter_(with_pyramid_of(orb, dynamic), camera, seed),
+      classifier_(with_pyramid_of(orb, dynamic), camera, seed),
+      objects_(with_classes(config.objects, dynamic), camera),
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
       rng_(seed) {
-  config_.intruders.enabled &= uses_geometry(dynamic.mode);
+  config_.free_space.enabled &= uses_geometry(dynamic.mode);
 }
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
   TrackResult result;
   result.masks.assign(masks.begin(), masks.end());
-  TrackedFrame current = perceive(frame, masks, result);
-  if (state_ == TrackState::kWaiting) return start(std::move(current), std::move(result));
-
   const ScopedTimer timer;
+  TrackedFrame current = extract_features(frame);
+  result.features = current.features;
+  result.orb_ms = timer.wall_ms();
+
+  FrameEvidence evidence = classifier_.observe(*frame, current.features, masks, predicted_flow(*frame));
+  result.mask_age_frames = evidence.mask_age_frames;
+  result.labels = classifier_.classify(evidence);
+  current.static_weight = result.labels.weight;
+  result.motion_ms = timer.wall_ms() - result.orb_ms;
+
+  if (state_ == TrackState::kWaiting) {
+    start(std::move(current), std::move(evidence), result);
+    return result;
+  }
   const SE3 T_last_world = last_pose(*view);
   const bool was_lost = state_ == TrackState::kLost;
-  const Found found = find_pose(current, *view, T_last_world);
-  state_ = assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
-  result.state = state_;
+  const PoseHypothesis found = find_pose(current, *view, T_last_world);
+  result.state = state_ = assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
   ++frames_since_keyframe_;
   if (state_ == TrackState::kLost) {
-    motion_model_.reset(frame->stamp);
-    result.T_odom_camera = T_odom_last_;
+    stay_lost(frame->stamp, std::move(evidence), result);
   } else {
-    move_to(*found.pose, *view, T_last_world, was_lost, current, result);
+    const auto T_now_last = move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp, result);
+    evidence = classifier_.reobserve(std::move(evidence), T_now_last,
+                                     free_space_violations(current, evidence, *found.pose, *view));
+    result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
+    current.static_weight = result.labels.weight;
+    result.objects = follow_objects(evidence, current, masks, was_lost, result.T_world_odom);
+    classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points(),
+                         T_odom_last_.inverse());
     deliver(*found.pose, *view, mapper_busy, current, result);
     last_ = std::move(current);
   }
-  result.pose_ms = timer.wall_ms();
+  result.pose_ms = timer.wall_ms() - result.orb_ms - result.motion_ms;
   return result;
 }
 
-Tracker::Found Tracker::find_pose(const TrackedFrame& current, const LocalView& view,
+TrackedFrame Tracker::extract_features(const FramePtr& frame) {
+  TrackedFrame current;
+  current.frame = frame;
+  Features features = orb_.extract(frame->grey);
+  attach_geometry(features, camera_, frame->depth_m, orb_.scales());
+  current.features = std::make_shared<const Features>(std::move(features));
+  current.grid = FeatureGrid(*current.features, camera_.ideal_bounds());
+  current.landmarks.assign(current.features->size(), kNoLandmark);
+  return current;
+}
+
+std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) const {
+  if (state_ != TrackState::kTracking) return std::nullopt;
+  return FlowPrediction{motion_model_.predict(frame.stamp)};
+}
+
+Tracker::PoseHypothesis Tracker::find_pose(const TrackedFrame& current, const LocalView& view,
                                   const SE3& T_last_world) {
   const LocalView* map = view.empty() ? nullptr : &view;
   const SE3 T_guess_world = motion_model_.predict(current.frame->stamp) * T_last_world;
-  Found found{pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_), 0};
+  PoseHypothesis found{pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_), 0};
   if (state_ == TrackState::kLost && found.pose &&
       found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
     found.pose.reset();  // after a loss only a pose that the map confirms counts
@@ -137,32 +185,66 @@ Tracker::Found Tracker::find_pose(const TrackedFrame& current, const LocalView& 
   return found;
 }
 
-void Tracker::move_to(const PoseResult& pose, const LocalView& view, const SE3& T_last_world,
-                      bool was_lost, TrackedFrame& current, TrackResult& result) {
-  const SE3 T_now_last = pose.T_camera_world * T_last_world.inverse();
+/// Takes the pose over into odometry and motion model. @return the camera's motion since the last
+/// frame; nullopt after a loss, when the flow comes from a frame without a pose.
+std::optional<SE3> Tracker::move_to(const SE3& T_camera_world, const SE3& T_last_world,
+                                    bool was_lost, Timestamp stamp, TrackResult& result) {
+  const SE3 T_now_last = T_camera_world * T_last_world.inverse();
   if (was_lost) {
-    motion_model_.reset(current.frame->stamp);
+    motion_model_.reset(stamp);
   } else {
-    motion_model_.update(current.frame->stamp, T_now_last);
+    motion_model_.update(stamp, T_now_last);
     T_odom_last_ = (T_odom_last_ * T_now_last.inverse()).normalized();
   }
-  result.T_world_camera = pose.T_camera_world.inverse();
+  result.T_world_camera = T_camera_world.inverse();
   result.T_odom_camera = T_odom_last_;
   result.T_world_odom = result.T_world_camera * T_odom_last_.inverse();
-  const auto intrudes = find_intruders(camera_, current, pose.landmarks, current.intrudes, view,
-                                       pose.T_camera_world, config_.intruders);
-  // The flow reaches back to the frame before, whose pose is known unless the camera was lost
-  // there.
-  result.labels = filter_.rejudge(was_lost ? std::nullopt : std::optional(T_now_last),
-                                  T_odom_last_.inverse(), intrudes);
-  current.static_weight = result.labels.weight;
-  if (!was_lost) result.objects = in_world(filter_.objects(), result.T_world_odom);
-  judge_points(pose, result.labels);
-  remember_seen(pose.seen);
+  return was_lost ? std::nullopt : std::optional(T_now_last);
+}
+
+void Tracker::stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result) {
+  motion_model_.reset(stamp);
+  result.T_odom_camera = T_odom_last_;
+  objects_.lose_points();
+  classifier_.remember(std::move(evidence), result.labels.label, {}, std::nullopt);
+}
+
+std::vector<std::uint8_t> Tracker::free_space_violations(const TrackedFrame& current,
+                                                         const FrameEvidence& evidence,
+                                                         const PoseResult& pose,
+                                                         const LocalView& view) const {
+  std::vector<std::uint8_t> known;
+  for (const PointEvidence& point : evidence.points) known.push_back(point.in_free_space ? 1 : 0);
+  return find_free_space_violations(camera_, current, pose.landmarks, known, view,
+                                    pose.T_camera_world, config_.free_space);
+}
+
+std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence,
+                                                   const TrackedFrame& current,
+                                                   std::span<const SegmentationPtr> masks,
+                                                   bool was_lost, const SE3& T_world_odom) {
+  const DynamicMode mode = classifier_.config().mode;
+  if (mode == DynamicMode::kOff || was_lost) {
+    objects_.lose_points();
+    return {};
+  }
+  const auto motion = classifier_.motion_of(evidence);
+  const auto links = classifier_.reliable_links(evidence);
+  ObjectInput input{current.frame->id,  current.frame->stamp,           T_odom_last_.inverse(), {},
+                    make_thumbnail(*current.frame), {}};
+  if (uses_masks(mode)) input.masks.assign(masks.begin(), masks.end());
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const Feature& feature = current.features->points[i];
+    const Vec3 p_cam = camera_.unproject(feature.ideal_px.cast<double>(), feature.depth_m);
+    input.points.push_back({feature.uv_px, feature.depth_m, T_odom_last_ * p_cam, links[i],
+                            motion[i] == PointMotion::kMoves, motion[i] == PointMotion::kStands});
+  }
+  return in_world(objects_.step(std::move(input)), T_world_odom);
 }
 
 void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                       TrackedFrame& current, TrackResult& result) {
+  remember_seen(pose.seen);
   current.landmarks = pose.landmarks;
   current.pose = relative_to_keyframe(pose.T_camera_world, view);
   result.landmarks = pose.landmarks;
@@ -177,50 +259,21 @@ void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper
   result.pose = current.pose;
 }
 
-TrackedFrame Tracker::perceive(const FramePtr& frame, std::span<const SegmentationPtr> masks,
-                               TrackResult& result) {
-  TrackedFrame current;
-  current.frame = frame;
-  const ScopedTimer orb_timer;
-  Features features = orb_.extract(frame->grey);
-  attach_geometry(features, camera_, frame->depth_m, orb_.scales());
-  current.features = std::make_shared<const Features>(std::move(features));
-  current.grid = FeatureGrid(*current.features, camera_.ideal_bounds());
-  result.orb_ms = orb_timer.wall_ms();
-
-  const ScopedTimer motion_timer;
-  std::optional<FlowPrediction> predicted;
-  if (state_ == TrackState::kTracking)
-    predicted = FlowPrediction{motion_model_.predict(frame->stamp)};
-  FilterResult filtered = filter_.step(*frame, current.features, masks, predicted);
-  result.labels = std::move(filtered.labels);
-  current.intrudes = std::move(filtered.intrudes);
-  result.mask_age_frames = filtered.mask_age_frames;
-  current.static_weight = result.labels.weight;
-  current.landmarks.assign(current.features->size(), kNoLandmark);
-  result.features = current.features;
-  result.motion_ms = motion_timer.wall_ms();
-  return current;
-}
-
-TrackResult Tracker::start(TrackedFrame frame, TrackResult result) {
+void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& result) {
+  classifier_.remember(std::move(evidence), result.labels.label, {}, T_odom_last_.inverse());
   int usable = 0;
-  for (std::size_t i = 0; i < frame.features->size(); ++i) {
-    usable += static_cast<int>(frame.static_weight[i] > 0 && frame.features->points[i].depth_m > 0);
-  }
-  if (usable < config_.min_start_points) return result;
+  for (std::size_t i = 0; i < current.features->size(); ++i)
+    usable += static_cast<int>(current.static_weight[i] > 0 && current.features->points[i].depth_m > 0);
+  if (usable < config_.min_start_points) return;
   state_ = result.state = TrackState::kTracking;
-  motion_model_.reset(frame.frame->stamp);
-  frame.pose = {};
-  result.pose = frame.pose;
-  result.landmarks = frame.landmarks;
+  motion_model_.reset(current.frame->stamp);
+  result.landmarks = current.landmarks;
   result.inliers = usable;
-  result.candidate = make_candidate(frame, 0);
-  last_ = std::move(frame);
-  return result;
+  result.candidate = make_candidate(current, 0);
+  last_ = std::move(current);
 }
 
-TrackState Tracker::assess(const Found& found, const SE3& T_last_world, double gap_s) {
+TrackState Tracker::assess(const PoseHypothesis& found, const SE3& T_last_world, double gap_s) {
   const auto& pose = found.pose;
   if (!pose || pose->inliers < config_.min_inliers_weak || !pose->T_camera_world.is_finite() ||
       !(pose->position_std_m <= config_.lost_position_std_m)) {
@@ -295,17 +348,6 @@ void Tracker::remember_seen(const std::vector<KeyframeCandidate::Seen>& seen) {
     it->second.visible += s.visible;
     it->second.found += s.found;
   }
-}
-
-void Tracker::judge_points(const PoseResult& pose, StaticLabels& labels) {
-  for (std::size_t i = 0; i < labels.label.size(); ++i) {
-    if (pose.landmarks[i] != kNoLandmark && labels.label[i] == MotionLabel::kUnknown &&
-        labels.weight[i] > 0) {
-      labels.label[i] = MotionLabel::kStatic;  // it agrees with a point of the static map
-    }
-  }
-  count(labels);
-  filter_.report(labels.label);
 }
 
 }  // namespace ygslam

@@ -9,9 +9,10 @@
 #include "geometry/camera.hpp"
 #include "map/local_view.hpp"
 #include "map/messages.hpp"
-#include "motion/dynamic_point_filter.hpp"
+#include "motion/classification/point_classifier.hpp"
+#include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
-#include "tracking/intruders.hpp"
+#include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_policy.hpp"
 #include "tracking/motion_model.hpp"
 #include "tracking/pose_estimator.hpp"
@@ -33,7 +34,8 @@ struct TrackerConfig {
   MotionModelConfig motion_model;
   KeyframePolicyConfig keyframe;
   RelocalizerConfig relocalizer;
-  IntruderConfig intruders;
+  FreeSpaceConfig free_space;
+  ObjectConfig objects;
   int min_start_points = 100;         ///< static features with depth in the first frame
   int min_inliers = 30;               ///< below: weak
   int min_inliers_weak = 15;          ///< below: lost
@@ -58,7 +60,7 @@ struct TrackResult {
   std::optional<KeyframeId> wanted_view;
   std::optional<KeyframeCandidate> candidate;
   FeaturesPtr features;
-  StaticLabels labels;                 ///< final label and weight of every feature
+  PointLabels labels;                 ///< final label and weight of every feature
   int mask_age_frames = -1;            ///< of the newest mask used; -1 = none
   std::vector<SegmentationPtr> masks;  ///< that arrived with this frame, of this or earlier frames
   std::vector<TrackedObject> objects;  ///< things that move or could
@@ -81,35 +83,45 @@ class Tracker {
                                  std::span<const SegmentationPtr> masks, bool mapper_busy);
 
  private:
-  [[nodiscard]] TrackedFrame perceive(const FramePtr& frame, std::span<const SegmentationPtr> masks,
-                                      TrackResult& result);
-  [[nodiscard]] TrackResult start(TrackedFrame frame, TrackResult result);
-  struct Found {
+  struct PoseHypothesis {
     std::optional<PoseResult> pose;
     double jump_m = 0;  ///< of the camera centre from its prediction; 0 after relocalisation
   };
-  [[nodiscard]] Found find_pose(const TrackedFrame& current, const LocalView& view,
-                                const SE3& T_last_world);
+  // The steps of a frame, in their order.
+  [[nodiscard]] TrackedFrame extract_features(const FramePtr& frame);
+  [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const RgbdFrame& frame) const;
+  void start(TrackedFrame current, FrameEvidence evidence, TrackResult& result);
   [[nodiscard]] SE3 last_pose(const LocalView& view);
-  /// Takes the pose over into the motion model and into the judgement of the points.
-  void move_to(const PoseResult& pose, const LocalView& view, const SE3& T_last_world,
-               bool was_lost, TrackedFrame& current, TrackResult& result);
+  [[nodiscard]] PoseHypothesis find_pose(const TrackedFrame& current, const LocalView& view,
+                                         const SE3& T_last_world);
+  [[nodiscard]] TrackState assess(const PoseHypothesis& found, const SE3& T_last_world,
+                                  double gap_s);
+  void stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result);
+  [[nodiscard]] std::optional<SE3> move_to(const SE3& T_camera_world, const SE3& T_last_world,
+                                           bool was_lost, Timestamp stamp, TrackResult& result);
+  [[nodiscard]] std::vector<std::uint8_t> free_space_violations(const TrackedFrame& current,
+                                                                const FrameEvidence& evidence,
+                                                                const PoseResult& pose,
+                                                                const LocalView& view) const;
+  [[nodiscard]] std::vector<TrackedObject> follow_objects(const FrameEvidence& evidence,
+                                                          const TrackedFrame& current,
+                                                          std::span<const SegmentationPtr> masks,
+                                                          bool was_lost, const SE3& T_world_odom);
   /// Fills the result, with a candidate where a keyframe is due.
   void deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                TrackedFrame& current, TrackResult& result);
-  [[nodiscard]] TrackState assess(const Found& found, const SE3& T_last_world, double gap_s);
   [[nodiscard]] bool wants_keyframe(const TrackedFrame& frame, const LocalView& view,
                                     const PoseResult& pose, bool mapper_busy) const;
   /// Hands the frame to the mapper. @param map_version of the view it was tracked in.
   [[nodiscard]] KeyframeCandidate make_candidate(const TrackedFrame& frame,
                                                  std::uint64_t map_version);
   void remember_seen(const std::vector<KeyframeCandidate::Seen>& seen);
-  void judge_points(const PoseResult& pose, StaticLabels& labels);
 
   TrackerConfig config_;
   const Camera& camera_;
   OrbExtractor orb_;
-  DynamicPointFilter filter_;
+  PointClassifier classifier_;
+  ObjectTracker objects_;
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
   MotionModel motion_model_;

@@ -1,0 +1,276 @@
+#include "motion/classification/point_classifier.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "motion/checks/neighbour_vote.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr int kSameCornerBits = 64;  // of 256 that may differ
+
+bool same_size(const ImagePyramid& a, const ImagePyramid& b) {
+  return a.width() == b.width() && a.height() == b.height();
+}
+
+std::vector<FollowedPoint> points_of(const FlowFrame& frame) {
+  std::vector<FollowedPoint> points(frame.features->size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Feature& feature = frame.features->points[i];
+    points[i].previous_px = feature.ideal_px.cast<double>();
+    points[i].depth_m = feature.depth_m;
+    points[i].range = frame.range[i];
+  }
+  return points;
+}
+
+}  // namespace
+
+PointClassifier::PointClassifier(DynamicConfig config, const Camera& camera, std::uint64_t seed)
+    : config_(std::move(config)),
+      camera_(camera),
+      rng_(seed),
+      labels_(config_.masks),
+      history_(config_.history) {}
+
+void PointClassifier::forget() {
+  previous_.reset();
+  labels_.clear();
+  history_.clear();
+}
+
+FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr& features,
+                                       std::span<const SegmentationPtr> new_masks,
+                                       const std::optional<FlowPrediction>& predicted) {
+  CHECK(features != nullptr);
+  FrameEvidence evidence;
+  evidence.frame.features = features;
+  evidence.links.assign(features->size(), -1);
+  evidence.same_corner = evidence.links;
+  evidence.points.resize(features->size());
+  if (config_.mode == DynamicMode::kOff) return evidence;
+  evidence.frame.pyramid = ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px);
+  evidence.frame.range = depth_ranges(*features, frame.depth_m);
+  if (previous_ && !same_size(previous_->pyramid, evidence.frame.pyramid)) forget();
+  evidence.is_first = !previous_;
+
+  const ImagePyramid& image = evidence.frame.pyramid;
+  if (previous_) {
+    evidence.followed = follow_features(camera_, *previous_, image, predicted, config_.flow);
+    evidence.links = link_to_previous(features->points, evidence.followed.ends,
+                                      config_.epipolar.link_radius_px);
+  }
+  carry_masks(frame, evidence.followed.ends, new_masks, evidence);
+  if (!previous_ || !uses_geometry()) return evidence;
+
+  evidence.same_corner = same_corners(evidence);
+  if (config_.epipolar.corners == FlowCorners::kHarris)
+    evidence.followed = follow_harris(camera_, *previous_, image, config_.epipolar.link_radius_px,
+                                      config_.flow);
+  const Followed& followed = evidence.followed;
+  evidence.epipolar = check_epipolar(followed.pairs, followed.label, config_.epipolar, rng_);
+  if (config_.ego_motion.enabled) {
+    const SE3 guess = predicted ? predicted->T_current_previous : SE3();
+    evidence.ego_motion = fit_ego_motion(camera_, followed.points, static_before(followed), guess,
+                                         config_.ego_motion);
+    hold_against(evidence.ego_motion ? evidence.ego_motion->T_current_previous : guess, evidence);
+  }
+  give_to_features(evidence);
+  return evidence;
+}
+
+FrameEvidence PointClassifier::reobserve(FrameEvidence evidence,
+                                         const std::optional<SE3>& T_current_previous,
+                                         std::span<const std::uint8_t> in_free_space) const {
+  if (!uses_geometry() || evidence.followed.size() == 0) return evidence;
+  for (std::size_t i = 0; i < in_free_space.size(); ++i)
+    evidence.points[i].in_free_space = in_free_space[i] != 0;
+  if (!T_current_previous || !T_current_previous->is_finite() || !config_.ego_motion.enabled ||
+      !config_.classifier.second_look)
+    return evidence;
+  evidence.ego_motion =
+      assess_ego_motion(camera_, evidence.followed.points, static_before(evidence.followed),
+                        *T_current_previous, config_.ego_motion);
+  hold_against(*T_current_previous, evidence);
+  give_to_features(evidence);
+  return evidence;
+}
+
+PointLabels PointClassifier::classify(const FrameEvidence& evidence) const {
+  return ygslam::classify(config_.mode, evidence.points, evidence.epipolar, limits(evidence),
+                          config_.classifier);
+}
+
+void PointClassifier::remember(FrameEvidence evidence, std::span<const MotionLabel> label,
+                               std::vector<std::uint8_t> rests,
+                               const std::optional<SE3>& T_camera_odom) {
+  if (config_.mode == DynamicMode::kOff) return;
+  CHECK(label.size() == evidence.points.size());
+  FlowFrame& frame = evidence.frame;
+  frame.label.assign(label.begin(), label.end());
+  // Before anything is known everything counts as static: the first check is the classic one.
+  if (evidence.is_first && evidence.mask_age_frames < 0)
+    frame.label.assign(label.size(), MotionLabel::kStatic);
+  frame.in_free_space.clear();
+  for (const PointEvidence& point : evidence.points)
+    frame.in_free_space.push_back(point.in_free_space ? 1 : 0);
+  frame.rests = std::move(rests);
+  frame.rests.resize(label.size(), 0);
+  if (uses_history()) {
+    if (T_camera_odom) {
+      history_.push(points_of(frame), evidence.same_corner, *T_camera_odom);
+    } else {
+      history_.clear();
+    }
+  }
+  previous_ = std::move(frame);
+}
+
+/// Late masks label the features of their own frames; those labels come along the flow.
+void PointClassifier::carry_masks(const RgbdFrame& frame, const std::vector<FlowEnd>& ends,
+                                  std::span<const SegmentationPtr> new_masks,
+                                  FrameEvidence& evidence) {
+  labels_.push(frame.id, evidence.frame.features, evidence.links, ends, frame.depth_m);
+  if (config_.mode != DynamicMode::kGeometry)
+    for (const SegmentationPtr& masks : new_masks)
+      if (masks) labels_.apply(*masks);
+  evidence.mask_age_frames = labels_.mask_age_frames();
+  evidence.points = prior(evidence);
+}
+
+/// What is known of each feature before its motion is looked at.
+std::vector<PointEvidence> PointClassifier::prior(const FrameEvidence& evidence) const {
+  const std::vector<SemanticPoint> semantic = labels_.current();
+  std::vector<PointEvidence> points(semantic.size());
+  for (std::size_t i = 0; i < semantic.size(); ++i) {
+    points[i].semantic = semantic[i];
+    const std::int32_t k = evidence.links[i];
+    if (k < 0) continue;
+    points[i].previous = previous_->label[k];
+    points[i].in_free_space = uses_geometry() && previous_->in_free_space[k] != 0;
+    points[i].rests = previous_->rests[k] != 0;
+  }
+  return points;
+}
+
+/// A flow that slid onto another surface or corner would hand on the history of the wrong thing.
+std::vector<std::int32_t> PointClassifier::same_corners(const FrameEvidence& evidence) const {
+  const Features& before = *previous_->features;
+  const Features& now = *evidence.frame.features;
+  std::vector<std::int32_t> same = reliable_links(evidence);
+  for (std::size_t i = 0; i < same.size(); ++i) {
+    if (same[i] < 0) continue;
+    const auto k = static_cast<std::size_t>(same[i]);
+    if (std::abs(before.points[k].octave - now.points[i].octave) > 1 ||
+        distance(before.descriptors[k], now.descriptors[i]) > kSameCornerBits)
+      same[i] = -1;
+  }
+  return same;
+}
+
+std::vector<std::int32_t> PointClassifier::reliable_links(const FrameEvidence& evidence) const {
+  std::vector<std::int32_t> links = evidence.links;
+  for (std::int32_t& k : links)
+    if (k >= 0 && !labels_.field().reliable(static_cast<std::size_t>(k))) k = -1;
+  return links;
+}
+
+/// Per followed point 1 where it may say how the camera moved.
+std::vector<std::uint8_t> PointClassifier::static_before(const Followed& followed) const {
+  std::vector<std::uint8_t> result(followed.size());
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] = !config_.epipolar.prior || followed.label[i] == MotionLabel::kStatic ? 1 : 0;
+  return result;
+}
+
+/// Where the points were in the previous frame and up to sixteen frames ago, against a camera motion
+/// since the previous frame.
+void PointClassifier::hold_against(const SE3& T_current_previous, FrameEvidence& evidence) const {
+  evidence.residual.clear();
+  if (evidence.ego_motion)
+    for (const FollowedPoint& point : evidence.followed.points)
+      evidence.residual.push_back(ego_motion_residual(camera_, T_current_previous, point));
+  if (uses_history())
+    evidence.history = history_.check(camera_, evidence.followed.points,
+                                      static_before(evidence.followed), T_current_previous);
+}
+
+/// Per followed point 1 where any check sees it move.
+std::vector<std::uint8_t> PointClassifier::moving(const FrameEvidence& evidence) const {
+  const Followed& followed = evidence.followed;
+  std::vector<std::uint8_t> moves(followed.size(), 0);
+  for (std::size_t k = 0; k < followed.size(); ++k) {
+    moves[k] = evidence.epipolar.points[k].label == MotionLabel::kDynamic ? 1 : 0;
+    if (!evidence.ego_motion) continue;
+    const EgoMotionResidual& residual = evidence.residual[k];
+    const double limit_px = evidence.ego_motion->limit_px;
+    if (residual.any_depth_px > limit_px) moves[k] = 1;
+    // Where depth agrees with a standing point, a crossed epipolar line means a bad F.
+    if (residual.own_depth_px >= 0 && residual.own_depth_px <= limit_px) moves[k] = 0;
+  }
+  const HistoryCheck& history = evidence.history;
+  for (std::size_t k = 0; k < history.residual.size(); ++k)
+    if (history.residual[k].px.any_depth_px > history.limit_px) moves[k] = 1;
+  return moves;
+}
+
+/// Each feature takes over what was found for the followed point at it or, failing that, around it.
+void PointClassifier::give_to_features(FrameEvidence& evidence) const {
+  const Features& features = *evidence.frame.features;
+  const Followed& followed = evidence.followed;
+  const std::vector<std::uint8_t> moves = moving(evidence);
+  std::vector<float> share(followed.size(), -1.0F);
+  std::vector<std::int32_t> source = evidence.links;  // per feature: the followed point
+  if (config_.epipolar.corners == FlowCorners::kHarris) {
+    source = link_to_previous(features.points, followed.ends, config_.epipolar.link_radius_px);
+  } else if (config_.classifier.vote_of_neighbours) {
+    source = vote_of_neighbours(features, evidence.links, moves, labels_.field(),
+                                config_.classifier.neighbour_majority);
+    share = moving_share(moves, labels_.field());
+  }
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    PointEvidence& point = evidence.points[i];
+    const std::int32_t k = source[i];
+    point.epipolar_px = -1;
+    point.moving_share = -1;
+    point.ego_motion = {};
+    point.history = {};
+    if (k >= 0) {
+      point.epipolar_px = evidence.epipolar.points[k].distance_px;
+      point.moving_share = share[k];
+      if (!evidence.residual.empty()) point.ego_motion = evidence.residual[k];
+      if (!evidence.history.residual.empty()) point.history = evidence.history.residual[k];
+    }
+    // Only of points that could be called dynamic does it matter.
+    const bool suspect = point.previous == MotionLabel::kDynamic || (k >= 0 && moves[k]);
+    point.on_boundary =
+        suspect && config_.boundary.enabled &&
+        is_on_occlusion_boundary(features.points[i], labels_.depth_m(), config_.boundary);
+  }
+}
+
+MotionLimits PointClassifier::limits(const FrameEvidence& evidence) const {
+  const HistoryCheck& history = evidence.history;
+  return {config_.epipolar.tau_px, config_.epipolar.limit_tau_px,
+          evidence.ego_motion ? evidence.ego_motion->limit_px : config_.ego_motion.limit_px,
+          history.limit_px > 0 ? history.limit_px : config_.history.limit_px};
+}
+
+std::vector<PointMotion> PointClassifier::motion_of(const FrameEvidence& evidence) const {
+  const MotionLimits limit = limits(evidence);
+  std::vector<PointMotion> motion(evidence.points.size(), PointMotion::kUnknown);
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const PointEvidence& point = evidence.points[i];
+    const bool drifts = point.history.px.any_depth_px > limit.history_px;
+    const double own_px = point.ego_motion.own_depth_px;
+    if (!point.on_boundary && (drifts || point.ego_motion.any_depth_px > limit.ego_motion_px)) {
+      motion[i] = PointMotion::kMoves;
+    } else if (own_px >= 0 && own_px <= limit.ego_motion_px) {
+      motion[i] = PointMotion::kStands;
+    }
+  }
+  return motion;
+}
+
+}  // namespace ygslam

@@ -1,0 +1,70 @@
+#include "motion/flow/affine_prediction.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "core/rng.hpp"
+
+namespace ygslam {
+namespace {
+
+struct Case {
+  std::vector<Eigen::Vector2f> guess, found;
+};
+
+/// 60 points under an affine map with noise; every third moves on its own.
+Case mixed(const Eigen::Matrix<float, 2, 3>& map, Rng& rng) {
+  Case c;
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector2f p(static_cast<float>(rng.uniform(0, 640)),
+                            static_cast<float>(rng.uniform(0, 480)));
+    Eigen::Vector2f q = map * p.homogeneous();
+    q += Eigen::Vector2f(static_cast<float>(rng.normal(0, 0.1)),
+                         static_cast<float>(rng.normal(0, 0.1)));
+    if (i % 3 == 0) q += Eigen::Vector2f(12, -7);
+    c.guess.push_back(p);
+    c.found.push_back(q);
+  }
+  return c;
+}
+
+TEST(GuessCorrection, FindsTheMotionOfTheMajority) {
+  Rng rng(2);
+  Eigen::Matrix<float, 2, 3> map;
+  map << 1.002F, -0.012F, 5.5F, 0.012F, 0.998F, -8.0F;
+  const Case c = mixed(map, rng);
+  const auto fit = fit_guess_correction(c.guess, c.found);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(fit->error_px, 0.3F);
+  for (const Eigen::Vector2f& p : c.guess)
+    EXPECT_LT(((*fit)(p)-map * p.homogeneous()).norm(), 0.3F);
+}
+
+TEST(GuessCorrection, SaysHowFarPointsScatter) {
+  Rng rng(4);
+  Case c;
+  for (int i = 0; i < 60; ++i) {
+    c.guess.emplace_back(static_cast<float>(rng.uniform(0, 640)),
+                         static_cast<float>(rng.uniform(0, 480)));
+    c.found.push_back(c.guess.back() + Eigen::Vector2f(static_cast<float>(rng.uniform(-30, 30)),
+                                                       static_cast<float>(rng.uniform(-30, 30))));
+  }
+  const auto fit = fit_guess_correction(c.guess, c.found);
+  ASSERT_TRUE(fit);
+  EXPECT_GT(fit->error_px, 5.0F);
+}
+
+TEST(GuessCorrection, RefusesTooFewPointsAndPointsOnALine) {
+  std::vector<Eigen::Vector2f> few(11, Eigen::Vector2f(3, 4));
+  EXPECT_FALSE(fit_guess_correction(few, few));
+  EXPECT_FALSE(fit_guess_correction({}, {}));
+  std::vector<Eigen::Vector2f> line;
+  for (int i = 0; i < 40; ++i)
+    line.emplace_back(static_cast<float>(10 * i), static_cast<float>(5 * i));
+  EXPECT_FALSE(fit_guess_correction(line, line));
+}
+
+}  // namespace
+}  // namespace ygslam

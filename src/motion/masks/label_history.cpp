@@ -1,0 +1,134 @@
+#include "motion/masks/label_history.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace ygslam {
+void LabelHistory::push(FrameId frame, FeaturesPtr features,
+                        std::vector<std::int32_t> link_to_previous, std::span<const FlowEnd> ends,
+                        const DepthImage& depth_m) {
+  CHECK(features != nullptr && link_to_previous.size() == features->size());
+  CHECK(ends.size() == (entries_.empty() ? 0 : entries_.back().features->size()));
+  Entry entry;
+  entry.frame = frame;
+  entry.sequence = next_sequence_++;
+  entry.features = std::move(features);
+  entry.link = std::move(link_to_previous);
+  entry.depth_m = CoarseDepth(depth_m);
+  entry.width = depth_m.width();
+  entry.height = depth_m.height();
+  entry.points.resize(entry.features->size());
+  if (!entries_.empty()) {
+    entry.field = FlowField(ends, entries_.back().features->points, depth_m, config_.field);
+    carry(entries_.back(), entry);
+  }
+  entries_.push_back(std::move(entry));
+  while (static_cast<int>(entries_.size()) > config_.history_frames + 1) entries_.pop_front();
+}
+
+bool LabelHistory::apply(const Segmentation& masks) {
+  const auto at = std::find_if(entries_.begin(), entries_.end(),
+                               [&](const Entry& entry) { return entry.frame == masks.frame; });
+  if (at == entries_.end() || masks.ids.empty()) return false;
+  if (masks.ids.width() != at->width || masks.ids.height() != at->height) return false;
+  if (at->sequence <= newest_mask_) return false;
+  newest_mask_ = at->sequence;
+  const auto fresh = label_by_mask(*at->features, masks, at->depth_m, config_.mask);
+  const auto keep = overlooked(*at, fresh);
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    if (keep[i]) continue;
+    const std::size_t instance = fresh[i].instance;
+    const int class_id = instance > 0 ? masks.instances[instance - 1].class_id : -1;
+    at->points[i] = {fresh[i].label, fresh[i].instance, static_cast<std::int16_t>(class_id),
+                     at->sequence};
+  }
+  for (auto next = at + 1; next != entries_.end(); ++next) carry(*(next - 1), *next);
+  return true;
+}
+
+/// 1 for each feature of an object that earlier masks saw and this one does not.
+std::vector<std::uint8_t> LabelHistory::overlooked(const Entry& entry,
+                                                   std::span<const PointMask> fresh) const {
+  struct Object {
+    int points = 0;
+    int covered = 0;
+  };
+  std::map<std::pair<std::int32_t, std::uint8_t>, Object> objects;  // by mask and id in it
+  const auto key = [](const PointState& p) { return std::pair(p.source, p.instance); };
+  const auto lives = [&](const PointState& p) {
+    return p.label == SemanticLabel::kMovable &&
+           entry.sequence - p.source <= config_.missed_object_frames;
+  };
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    if (!lives(entry.points[i])) continue;
+    Object& object = objects[key(entry.points[i])];
+    ++object.points;
+    object.covered += fresh[i].label == SemanticLabel::kStatic ? 0 : 1;
+  }
+  std::vector<std::uint8_t> keep(fresh.size(), 0);
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    if (!lives(entry.points[i]) || fresh[i].label != SemanticLabel::kStatic) continue;
+    const Object& object = objects.at(key(entry.points[i]));
+    keep[i] = object.points >= config_.missed_min_points &&
+                      object.covered < config_.missed_cover * object.points
+                  ? 1
+                  : 0;
+  }
+  return keep;
+}
+
+void LabelHistory::carry(const Entry& from, Entry& to) const {
+  const auto& now = to.features->points;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const std::int32_t k = to.link[i];
+    CHECK(k < static_cast<std::int32_t>(from.points.size()));
+    const bool linked = k >= 0 && to.field.reliable(static_cast<std::size_t>(k)) &&
+                        from.points[k].label != SemanticLabel::kUnknown;
+    to.points[i] = linked ? from.points[k] : vote(now[i], to.field, from.points);
+  }
+}
+
+/// What the followed points around the feature, at its depth, are said to be.
+LabelHistory::PointState LabelHistory::vote(const Feature& feature, const FlowField& field,
+                                            std::span<const PointState> before) const {
+  float votes[2] = {0, 0};  // static, movable
+  float best[2] = {0, 0};
+  PointState choice[2];
+  field.neighbours(feature, [&](std::uint32_t k, float distance2_px2) {
+    if (before[k].label == SemanticLabel::kUnknown) return;
+    const int side = before[k].label == SemanticLabel::kMovable ? 1 : 0;
+    const float weight = vote_weight(distance2_px2);
+    votes[side] += weight;
+    if (weight > best[side]) best[side] = weight, choice[side] = before[k];
+  });
+  const int side = votes[1] > votes[0] ? 1 : 0;
+  const float total = votes[0] + votes[1];
+  return total > 0 && votes[side] >= config_.vote_majority * total ? choice[side] : PointState{};
+}
+
+std::vector<SemanticPoint> LabelHistory::current() const {
+  if (entries_.empty()) return {};
+  const Entry& entry = entries_.back();
+  std::vector<SemanticPoint> result(entry.points.size());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const PointState& p = entry.points[i];
+    const std::int32_t age = entry.sequence - p.source;
+    if (p.source < 0 || age > config_.max_mask_age_frames) continue;
+    result[i] = {p.label, static_cast<std::int16_t>(age), p.instance, p.class_id};
+  }
+  return result;
+}
+
+int LabelHistory::mask_age_frames() const {
+  if (entries_.empty() || newest_mask_ < 0) return -1;
+  const std::int32_t age = entries_.back().sequence - newest_mask_;
+  return age <= config_.max_mask_age_frames ? age : -1;
+}
+
+void LabelHistory::clear() {
+  entries_.clear();
+  newest_mask_ = -1;
+}
+
+}  // namespace ygslam

@@ -1,0 +1,192 @@
+#include "tracking/free_space_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ygslam {
+namespace {
+
+constexpr double kMinDepthM = 0.1;
+constexpr int kFewWrong = 5;  // of this many points on the map one may seem an intruder
+constexpr double kNearShareOfWidth = 1.0 / 8;  // what hangs together lies nearer than this ...
+constexpr float kSameDepthRatio = 0.05F;       // ... and differs less in depth
+
+constexpr int kSupport = 4;   // an intruder has so many others around it, at least ...
+constexpr int kMajority = 2;  // ... and so many for each point around it that stood
+
+enum class CellState : std::uint8_t {
+  kUnknown,   // no keyframe saw the place
+  kSurface,     // a surface was seen there before
+  kViolation,  // a keyframe saw through it
+};
+
+class FreeSpaceCheck {
+ public:
+  FreeSpaceCheck(const Camera& camera, const TrackedFrame& frame, std::span<const LandmarkId> landmarks,
+        std::span<const std::uint8_t> known, const LocalView& view, const FreeSpaceConfig& config)
+      : camera_(camera),
+        features_(frame.features->points),
+        grid_(frame.grid),
+        static_weight_(frame.static_weight),
+        landmarks_(landmarks),
+        known_(known),
+        keyframes_(view.keyframes),
+        config_(config),
+        near_px_(static_cast<float>(kNearShareOfWidth * camera.width())),
+        state_(features_.size(), CellState::kUnknown) {
+    keyframes_ = keyframes_.first(std::min(keyframes_.size(), std::size_t(config.keyframes)));
+  }
+
+  /// Judges every feature with depth, unless too many that stand on the map seem to intrude.
+  void ask_map(const SE3& T_camera_world) {
+    const SE3 T_world_camera = T_camera_world.inverse();
+    int on_map = 0;
+    int wrong = 0;
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      const Feature& f = features_[i];
+      if (f.depth_m <= 0) continue;
+      const Vec3 p_camera = camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
+      state_[i] = judge(T_world_camera * p_camera);
+      if (landmarks_[i] == kNoLandmark) continue;
+      const bool seems_wrong = state_[i] == CellState::kViolation;
+      ++on_map;
+      wrong += seems_wrong ? 1 : 0;
+      state_[i] = seems_wrong ? CellState::kUnknown : CellState::kSurface;
+    }
+    if (on_map < config_.min_landmarks || kFewWrong * wrong > on_map)
+      state_.assign(features_.size(), CellState::kUnknown);
+  }
+
+  void carry_over_known() {
+    for (std::uint32_t i = 0; i < state_.size(); ++i) {
+      if (is_known(i) && state_[i] == CellState::kUnknown && landmarks_[i] == kNoLandmark)
+        state_[i] = CellState::kViolation;
+    }
+  }
+
+  /// Lone intruders among what stands are bad depths; what no keyframe saw is judged as most of
+  /// what it hangs together with, from the other intruders on.
+  void vote_of_neighbours() {
+    if (std::find(state_.begin(), state_.end(), CellState::kViolation) == state_.end()) return;
+    count_neighbours();
+    std::vector<std::uint32_t> lone;
+    std::vector<std::uint32_t> front;
+    for (std::uint32_t i = 0; i < state_.size(); ++i)
+      if (state_[i] == CellState::kViolation)
+        (!is_open(i) || is_supported(i) ? front : lone).push_back(i);
+    for (const std::uint32_t i : lone) turn(i, CellState::kUnknown);
+    while (!front.empty()) {
+      const std::uint32_t from = front.back();
+      front.pop_back();
+      visit_near(from, [&](std::uint32_t k) {
+        if (!is_open(k) || state_[k] == CellState::kViolation || !is_supported(k)) return;
+        turn(k, CellState::kViolation);
+        front.push_back(k);
+      });
+    }
+  }
+
+  [[nodiscard]] std::vector<std::uint8_t> violations() const {
+    std::vector<std::uint8_t> result(state_.size());
+    for (std::uint32_t i = 0; i < result.size(); ++i)
+      result[i] = state_[i] == CellState::kViolation && is_open(i) ? 1 : 0;
+    return result;
+  }
+
+ private:
+  [[nodiscard]] CellState judge(const Vec3& p_world) const {
+    CellState state = CellState::kUnknown;
+    for (const ViewKeyframe& keyframe : keyframes_) {
+      const Vec3 p = keyframe.T_camera_world * p_world;
+      if (p.z() < kMinDepthM) continue;
+      const double seen_m = seen_around(keyframe, camera_.project(p));
+      if (seen_m <= 0) continue;
+      const double margin_m = config_.margin_m + config_.margin_ratio * seen_m;
+      if (p.z() < seen_m - margin_m) {
+        state = CellState::kViolation;
+      } else if (p.z() < seen_m + margin_m) {
+        return CellState::kSurface;
+      }
+    }
+    return state;
+  }
+
+  /// 0 = nobody knows.
+  [[nodiscard]] double seen_around(const ViewKeyframe& keyframe, const Vec2& ideal_px) const {
+    const auto& bounds = camera_.ideal_bounds();
+    const bool inside = ideal_px.x() >= bounds[0] && ideal_px.y() >= bounds[1] &&
+                        ideal_px.x() <= bounds[2] && ideal_px.y() <= bounds[3];
+    return inside ? keyframe.data->nearest.around_m(camera_.distort(ideal_px)) : 0;
+  }
+
+  template <typename Visitor>
+  void visit_near(std::uint32_t i, Visitor&& visitor) const {
+    const Feature& f = features_[i];
+    grid_.visit(f.ideal_px, near_px_, 0, 255, [&](std::uint32_t k) {
+      const float depth_m = features_[k].depth_m;
+      if (k != i && depth_m > 0 && std::abs(depth_m - f.depth_m) < kSameDepthRatio * f.depth_m)
+        visitor(k);
+    });
+  }
+
+  /// True if it is to be judged: what is out for another reason is only a witness.
+  [[nodiscard]] bool is_open(std::uint32_t i) const {
+    return state_[i] != CellState::kSurface && landmarks_[i] == kNoLandmark &&
+           features_[i].depth_m > 0 && (static_weight_[i] > 0 || is_known(i));
+  }
+  [[nodiscard]] bool is_known(std::uint32_t i) const { return i < known_.size() && known_[i] != 0; }
+
+  void count_neighbours() {
+    around_.assign(state_.size(), {});
+    for (std::uint32_t i = 0; i < state_.size(); ++i) {
+      if (!is_open(i)) continue;
+      visit_near(i, [&](std::uint32_t k) {
+        around_[i].violating += state_[k] == CellState::kViolation ? 1 : 0;
+        around_[i].surface += state_[k] == CellState::kSurface ? 1 : 0;
+      });
+    }
+  }
+
+  /// From unknown to intruder or back.
+  void turn(std::uint32_t i, CellState state) {
+    state_[i] = state;
+    const int change = state == CellState::kViolation ? 1 : -1;
+    visit_near(i, [&](std::uint32_t k) { around_[k].violating += change; });
+  }
+
+  [[nodiscard]] bool is_supported(std::uint32_t i) const {
+    return around_[i].violating >= kSupport && around_[i].violating > kMajority * around_[i].surface;
+  }
+
+  struct Around {
+    int violating = 0, surface = 0;
+  };
+
+  const Camera& camera_;
+  const std::vector<Feature>& features_;
+  const FeatureGrid& grid_;
+  const std::vector<float>& static_weight_;
+  std::span<const LandmarkId> landmarks_;
+  std::span<const std::uint8_t> known_;
+  std::span<const ViewKeyframe> keyframes_;
+  const FreeSpaceConfig& config_;
+  float near_px_;
+  std::vector<CellState> state_;
+  std::vector<Around> around_;  // near each open feature, at its depth
+};
+
+}  // namespace
+
+std::vector<std::uint8_t> find_free_space_violations(const Camera& camera, const TrackedFrame& frame,
+                                         std::span<const LandmarkId> landmarks,
+                                         std::span<const std::uint8_t> known, const LocalView& view,
+                                         const SE3& T_camera_world, const FreeSpaceConfig& config) {
+  FreeSpaceCheck check(camera, frame, landmarks, known, view, config);
+  if (!config.enabled) return check.violations();
+  check.ask_map(T_camera_world);
+  check.carry_over_known();
+  check.vote_of_neighbours();
+  return check.violations();
+}
+
+}  // namespace ygslam

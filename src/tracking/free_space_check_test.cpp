@@ -1,0 +1,132 @@
+// A wall at 3 m that a keyframe has seen, and things before it.
+#include "tracking/free_space_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace ygslam {
+namespace {
+
+constexpr float kWallM = 3.0F;
+
+Camera camera() { return Camera({.fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5}); }
+
+std::shared_ptr<const KeyframeData> keyframe(const DepthImage& depth_m) {
+  auto data = std::make_shared<KeyframeData>();
+  data->nearest = FreeSpaceImage(depth_m);
+  return data;
+}
+
+LocalView view_of(const DepthImage& depth_m) {
+  LocalView view;
+  view.keyframes.push_back({keyframe(depth_m), SE3(), {}, 0});
+  return view;
+}
+
+/// Features on a lattice: 5 x 5 on the wall and on the map at the left, the rest new at the right.
+struct Scene {
+  explicit Scene(float right_m, int on_map = 25) {
+    auto features = std::make_shared<Features>();
+    for (int k = 0; k < 50; ++k) {
+      Feature f;
+      const bool right = k >= 25;
+      f.uv_px = {static_cast<float>((right ? 400 : 80) + 30 * (k % 5)),
+                 static_cast<float>(100 + 30 * (k / 5 % 5))};
+      f.ideal_px = f.uv_px;
+      f.depth_m = right ? right_m : kWallM;
+      features->points.push_back(f);
+      features->descriptors.emplace_back();
+      landmarks.push_back(k < on_map ? LandmarkId{static_cast<std::uint32_t>(k)} : kNoLandmark);
+    }
+    frame.grid = FeatureGrid(*features, cam.ideal_bounds());
+    frame.features = std::move(features);
+    frame.static_weight.assign(50, 0.6F);
+  }
+  [[nodiscard]] int intruders(const LocalView& view, const SE3& T_camera_world = SE3(),
+                              const std::vector<std::uint8_t>& known = {}) const {
+    int count = 0;
+    for (const auto i :
+         find_free_space_violations(cam, frame, landmarks, known, view, T_camera_world, FreeSpaceConfig{}))
+      count += i;
+    return count;
+  }
+
+  Camera cam = camera();
+  TrackedFrame frame;
+  std::vector<LandmarkId> landmarks;
+};
+
+const DepthImage kWall(640, 480, kWallM);
+
+TEST(Intruders, WhatStandsWhereTheKeyframeSawTheWallIsOne) {
+  EXPECT_EQ(Scene(1.0F).intruders(view_of(kWall)), 25);
+  EXPECT_EQ(Scene(kWallM).intruders(view_of(kWall)), 0);
+  EXPECT_EQ(Scene(kWallM - 0.2F).intruders(view_of(kWall)), 0) << "within the margin";
+  EXPECT_EQ(Scene(5.0F).intruders(view_of(kWall)), 0) << "behind the wall nobody saw";
+  EXPECT_EQ(Scene(0.0F).intruders(view_of(kWall)), 0) << "no depth";
+}
+
+TEST(Intruders, NobodyKnowsWhatAKeyframeDidNotSee) {
+  const Scene scene(1.0F);
+  EXPECT_EQ(scene.intruders(LocalView{}), 0);
+  EXPECT_EQ(scene.intruders(view_of(DepthImage(640, 480, 0.0F))), 0);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(scene.intruders(view_of(DepthImage(640, 480, nan))), 0);
+  LocalView elsewhere = view_of(kWall);
+  elsewhere.keyframes[0].T_camera_world = SE3(Mat3::Identity(), Vec3(0, 0, -2));
+  EXPECT_EQ(scene.intruders(elsewhere), 0) << "behind that camera";
+}
+
+TEST(Intruders, ASurfaceThatAnyKeyframeSawThereClears) {
+  LocalView view = view_of(kWall);
+  view.keyframes.push_back({keyframe(DepthImage(640, 480, 1.0F)), SE3(), {}, 0});
+  EXPECT_EQ(Scene(1.0F).intruders(view), 0);
+}
+
+TEST(Intruders, WhatAKeyframeKnewToBeNoPartOfTheWorldIsForgotten) {
+  const std::vector<Vec3> movers = {{100, 100, 1.02}, {300, 100, 2.0}, {1e9, 0, 1}};
+  const FreeSpaceImage nearest(DepthImage(640, 480, 1.0F), movers);
+  EXPECT_EQ(nearest.around_m({100, 100}), 0);
+  EXPECT_EQ(nearest.around_m({300, 100}), 1.0F) << "another surface";
+  EXPECT_EQ(nearest.around_m({-3, 100}), 0);
+  EXPECT_EQ(nearest.around_m({1e30, 0}), 0);
+  EXPECT_EQ(FreeSpaceImage().around_m({1, 1}), 0);
+}
+
+TEST(Intruders, NearEdgesTheNearerSurfaceCounts) {
+  DepthImage depth_m = kWall;
+  for (int v = 0; v < 480; ++v) depth_m.at(200, v) = 1.5F;
+  const FreeSpaceImage nearest(depth_m);
+  EXPECT_EQ(nearest.around_m({195, 50}), 1.5F);
+  EXPECT_EQ(nearest.around_m({212, 50}), 1.5F);
+  EXPECT_EQ(nearest.around_m({230, 50}), kWallM);
+}
+
+TEST(Intruders, AWrongPoseOrTooLittleOfTheMapJudgesNobody) {
+  const Scene scene(1.0F);
+  const SE3 too_near(Mat3::Identity(), Vec3(0, 0, 1.5));  // all seems 1.5 m nearer than it was
+  EXPECT_EQ(scene.intruders(view_of(kWall), too_near), 0);
+  EXPECT_EQ(Scene(1.0F, 10).intruders(view_of(kWall)), 0);
+}
+
+TEST(Intruders, KnownOnesStayWhereTheMapIsSilentAndTakeInTheirLike) {
+  const Scene scene(1.0F, 10);  // too little of the map to judge by
+  std::vector<std::uint8_t> known(50, 0);
+  for (std::size_t i = 25; i < 40; ++i) known[i] = 1;
+  EXPECT_EQ(scene.intruders(view_of(kWall), SE3(), known), 25);
+  for (std::size_t i = 0; i < 15; ++i) std::swap(known[i], known[i + 25]);
+  const Scene on_wall(1.0F);
+  EXPECT_EQ(on_wall.intruders(LocalView{}, SE3(), known), 0) << "on the map they are none";
+}
+
+TEST(Intruders, ALoneOneIsABadDepth) {
+  Scene scene(kWallM);
+  auto features = std::make_shared<Features>(*scene.frame.features);
+  features->points[30].depth_m = 1.0F;
+  scene.frame.features = features;
+  EXPECT_EQ(scene.intruders(view_of(kWall)), 0);
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -29,31 +29,20 @@ from pathlib import Path
 from scipy.stats import t as student
 
 FULL = "full"
+WITHOUT = ("static_prior", "ego_motion", "point_history", "second_look", "occlusion_boundaries",
+           "neighbour_votes", "neighbour_support", "missed_objects", "free_space",
+           "landmark_weights", "depth_edge_weights", "local_map", "local_bundle")
 PARTS = {  # name: (mode, settings)
     FULL: ("full", []),
     "mode off": ("off", []),
     "mode geometry": ("geometry", []),
     "mode semantic": ("semantic", []),
-    "all points vote for F": ("full", ["motion.prior=false"]),
-    "Harris corners": ("full", ["motion.corners=harris"]),
-    "epipolar line alone": ("full", ["rigid.enabled=false"]),
-    "no epipolar line": ("full", ["motion.limit_tau_px=50", "motion.tau_px=50"]),
-    "no second look": ("full", ["labels.second_look=false"]),
-    "no anchors": ("full", ["anchor.enabled=false"]),
-    "no rim": ("full", ["labels.rim=false"]),
-    "no neighbours asked": ("full", ["labels.ask_neighbours=false"]),
-    "a lone violator counts": ("full", ["labels.min_moving_share=0"]),
+    **{f"no {part.replace('_', ' ')}": ("full", [f"run.without=[{part}]"]) for part in WITHOUT},
+    "no epipolar line": ("full", ["motion.tau_px=50"]),
     "nobody comes back": ("full", ["labels.min_static=0"]),
-    "any check believed": ("full", ["labels.max_dynamic_share=1"]),
-    "missed objects dropped": ("full", ["propagation.missed_object_frames=0"]),
-    "mask edges not mended": ("full", ["masks.rim_px=0", "masks.inner_rim_px=0"]),
-    "outer mask edge not mended": ("full", ["masks.rim_px=0"]),
-    "inner mask edge not mended": ("full", ["masks.inner_rim_px=0"]),
+    "mask edges not mended": ("full", ["masks.outer_band_px=0", "masks.inner_band_px=0"]),
     "unknown weighs as static": ("full", ["labels.unknown_weight=1"]),
     "unknown weighs nothing": ("full", ["labels.unknown_weight=0"]),
-    "no memory of empty space": ("full", ["tracking.intruders=false"]),
-    "landmarks weigh alike": ("full", ["tracking.weigh_landmarks=false"]),
-    "edges weigh as surfaces": ("full", ["noise.edge_weight=1"]),
 }
 
 

@@ -27,9 +27,9 @@ RECORDED = [  # sequence, mode, ATE RMSE to reach [m]
 ]
 ABLATION = [
     ("everything", []),
-    ("no bundle adjustment", ["mapping.local_bundle=false"]),
-    ("no local map", ["tracking.use_local_map=false"]),
-    ("neither", ["mapping.local_bundle=false", "tracking.use_local_map=false"]),
+    ("no bundle adjustment", ["run.without=[local_bundle]"]),
+    ("no local map", ["run.without=[local_map]"]),
+    ("neither", ["run.without=[local_bundle, local_map]"]),
 ]
 
 

@@ -221,7 +221,8 @@ void run_variant(const Variant& variant, const std::vector<Recorded>& sequence,
               tally.positive > 0 ? tally.true_positive / tally.positive : 0.0,
               (tally.flagged - tally.true_positive) / std::max(tally.negative, 1.0),
               quantile(ms, 0.5), quantile(ms, 0.95), linked / std::max(points, 1.0),
-              believed / std::max(checked, 1.0), fallback_points / static_cast<double>(sequence.size()));
+              believed / std::max(checked, 1.0),
+              fallback_points / static_cast<double>(sequence.size()));
 }
 
 void compare_flow(const std::vector<Recorded>& sequence, const Camera& camera) {

@@ -67,7 +67,7 @@ class Inspect(CliTest):
                 (("--frames", "one"), None, 2, "one"),
                 (("--checks", "best"), None, 2, "best"),
                 (("--checks", "full"), None, 5, "make model"),
-                (("--set", "rigid.limit=1", "--checks", "classic"), None, 3, "rigid.limit_px"),
+                (("--set", "motion.reprojection=1", "--checks", "classic"), None, 3, "motion.reprojection_px"),
                 (("--checks", "classic"), self.folder / "nowhere", 4, "nowhere"),
                 (("--checks", "classic"), damaged, 4, missing.name)):
             with self.subTest(options=options):

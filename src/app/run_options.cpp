@@ -63,10 +63,10 @@ Result<CameraConfig> read_camera_yaml(const std::string& path) {
                             {"p2", &camera.p2},
                             {"k3", &camera.k3},
                             {"depth_scale", &camera.depth_scale}}) {
-    schema.number(key, *field, -kBig, kBig, "", "");
+    schema.number(key, *field, -kBig, kBig, "", "", "");
   }
-  schema.number("width", camera.width, 0, 1 << 20, "px", "");
-  schema.number("height", camera.height, 0, 1 << 20, "px", "");
+  schema.number("width", camera.width, 0, 1 << 20, "px", "", "");
+  schema.number("height", camera.height, 0, 1 << 20, "px", "", "");
   Status loaded = schema.load_yaml(path);
   if (!loaded.ok()) return loaded.error();
   for (const auto& [key, value] :

@@ -181,9 +181,7 @@ Result<SweepFile> read_sweep_file(const std::filesystem::path& file) {
 Result<SweepFile> parse_sweep_file(std::string_view text, const std::string& name) {
   auto json = parse_json(text, name);
   if (!json.ok()) return json.error();
-  const auto fault = [&](const char* what) {
-    return Error{ErrorKind::kInput, name + ": " + what};
-  };
+  const auto fault = [&](const char* what) { return Error{ErrorKind::kInput, name + ": " + what}; };
   try {
     if (json->at("format") != kSweepFormat)
       return fault("of another format; made by another version?");

@@ -110,12 +110,12 @@ TEST(Open, EveryFaultOfTheSettingsIsToldAtOnceWithCode3) {
   Settings settings = settings_for(film("static_xyz"));
   settings.options = {{"motion.tau_pz", "1"},
                       {"orb.levels", "99"},
-                      {"orb.fast_threshold_low", "30"},
+                      {"segment.input_width", "100"},
                       {"segment.movable", "[unicorn]"}};
   settings.dynamic = "fast";
   std::string message;
   EXPECT_EQ(code_of([&] { Slam::open(settings); }, &message), 3);
-  for (const char* part : {"motion.tau_pz", "'motion.tau_px'", "orb.levels", "fast_threshold_low",
+  for (const char* part : {"motion.tau_pz", "'motion.tau_px'", "orb.levels", "segment.input_width",
                            "unicorn", "dynamic.mode = 'fast'"})
     EXPECT_NE(message.find(part), std::string::npos) << part << " not in: " << message;
 }

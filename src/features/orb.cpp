@@ -18,6 +18,11 @@ constexpr int kSmallestSide_px = 2 * kMargin_px + 2;
 // proportional to the contrast.
 constexpr float kStrengthPower = 0.2F;
 
+/// Of cells without a corner.
+int low_threshold(int fast_threshold) {
+  return std::max(1, static_cast<int>(std::lround(fast_threshold / 3.0)));
+}
+
 int level_size(int size, double scale) { return static_cast<int>((size - 1) / scale) + 1; }
 
 }  // namespace
@@ -28,7 +33,7 @@ OrbExtractor::OrbExtractor(const OrbConfig& config)
       pyramid_(static_cast<std::size_t>(config.levels)) {
   CHECK(config.features >= 0 && config.levels <= 32);
   CHECK(config.scale_factor >= 1.05 && config.scale_factor <= 2.0);
-  CHECK(config.fast_threshold_low >= 1 && config.fast_threshold_low <= config.fast_threshold);
+  CHECK(config.fast_threshold >= 1);
   CHECK(config.fast_threshold <= 254 && config.cell_px >= 8 && config.evenness >= 0);
 }
 
@@ -70,7 +75,7 @@ std::vector<int> OrbExtractor::quotas() const {
 int OrbExtractor::extract_level(int level, int quota, Features& features) {
   const PaddedImage& image = pyramid_[level];
   detector_.detect(image, kMargin_px, config_.cell_px, config_.fast_threshold,
-                   config_.fast_threshold_low, corners_);
+                   low_threshold(config_.fast_threshold), corners_);
   for (Corner& c : corners_) c.score *= harris_strength(image.row(c.v) + c.u, image.stride());
   const std::vector<Corner> chosen = spread_corners(corners_, quota, config_.evenness);
   if (chosen.empty()) return 0;

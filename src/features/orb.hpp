@@ -13,13 +13,12 @@
 namespace ygslam {
 
 struct OrbConfig {
-  int features = 1000;         ///< per image, at most
-  int levels = 8;              ///< of the pyramid
-  double scale_factor = 1.2;   ///< between levels, in [1.05, 2]
-  int fast_threshold = 20;     ///< grey values
-  int fast_threshold_low = 7;  ///< in cells where no corner exceeds fast_threshold
-  int cell_px = 35;            ///< of the level
-  double evenness = 0.5;       ///< 0: the strongest corners; more: more even, see spread_corners()
+  int features = 1000;        ///< per image, at most
+  int levels = 8;             ///< of the pyramid
+  double scale_factor = 1.2;  ///< between levels, in [1.05, 2]
+  int fast_threshold = 20;    ///< grey values
+  int cell_px = 35;           ///< of the level
+  double evenness = 0.5;      ///< 0: the strongest corners; more: more even, see spread_corners()
 };
 
 /// Same image, same features in the same order: by octave, then in raster order.

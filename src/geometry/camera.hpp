@@ -24,8 +24,8 @@ struct CameraConfig {
   }
 };
 
-/// A pixel of the image's border that no ray falls on, because the distortion folds the image on the
-/// way there; nothing if the distortion can be undone everywhere.
+/// A pixel of the image's border that no ray falls on, because the distortion folds the image on
+/// the way there; nothing if the distortion can be undone everywhere.
 [[nodiscard]] std::optional<Vec2> pixel_without_ray(const CameraConfig& config);
 
 class Camera {

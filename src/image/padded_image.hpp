@@ -1,5 +1,5 @@
-// A grey image with a border of mirrored pixels, so that filters, patches and vector loads may reach
-// beyond it.
+// A grey image with a border of mirrored pixels, so that filters, patches and vector loads may
+// reach beyond it.
 #pragma once
 
 #include <cstddef>

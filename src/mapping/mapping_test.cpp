@@ -304,8 +304,7 @@ TEST(Mapper, F14AMaskOverEverythingDoesNotEmptyTheMap) {
   const auto seen = world.see(World::pose(0), 0);
   const KeyframeId id = mapper.insert(candidate_of(seen, kNoKeyframe, SE3()));
   const std::size_t before = mapper.map().landmark_count();
-  EXPECT_FALSE(
-      mapper.apply_mask(id, labels_of(seen, [](const Eigen::Vector2f&) { return true; })));
+  EXPECT_FALSE(mapper.apply_mask(id, labels_of(seen, [](const Eigen::Vector2f&) { return true; })));
   EXPECT_EQ(mapper.map().landmark_count(), before);
 }
 

@@ -142,7 +142,8 @@ ObjectTracker::Place ObjectTracker::carried(int key, const Place& place, const V
                             ? axis_quantile(moved, 0.5)
                             : Vec3(dt_s * tracks_.at(key).object.velocity_world_mps);
   if (scale.size() >= kMinPoints) {
-    result.box = shifted(place.box, {quantile(du, 0.5), quantile(dv, 0.5)}, std::clamp(quantile(scale, 0.5), 0.9, 1.1));
+    result.box = shifted(place.box, {quantile(du, 0.5), quantile(dv, 0.5)},
+                         std::clamp(quantile(scale, 0.5), 0.9, 1.1));
     return result;
   }
   const Vec3 a = from.in.T_camera_odom * place.centre_odom;

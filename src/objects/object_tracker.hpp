@@ -46,12 +46,13 @@ struct ObjectInput {
 struct TrackedObject {
   ObjectId id = kNoObject;
   int class_id = kUnknownClass;
-  int age_frames = 0;               ///< since it was first seen
-  int missing_frames = 0;           ///< since a mask showed it or it was seen to move
-  bool resting = false;             ///< demonstrably stands still
-  int points = 0;                   ///< features on it now
-  PixelBox box_px;                  ///< where it is seen in the image; empty while out of sight
-  // In the odometry frame as step() returns them; whoever shows them to a user moves them to the world.
+  int age_frames = 0;      ///< since it was first seen
+  int missing_frames = 0;  ///< since a mask showed it or it was seen to move
+  bool resting = false;    ///< demonstrably stands still
+  int points = 0;          ///< features on it now
+  PixelBox box_px;         ///< where it is seen in the image; empty while out of sight
+  // In the odometry frame as step() returns them; whoever shows them to a user moves them to the
+  // world.
   Vec3 centre_world = Vec3::Zero();  ///< median of its visible surface, or where its motion puts it
   Vec3 velocity_world_mps = Vec3::Zero();
   Vec3 min_world = Vec3::Zero();  ///< box about 90 % of its visible surface, along the axes

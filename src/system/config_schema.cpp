@@ -102,13 +102,9 @@ Status ConfigFaults::status(const std::string& source) const {
   return Error{ErrorKind::kConfig, message};
 }
 
-void ConfigSchema::flag(const std::string& name, bool& field, const std::string& meaning) {
-  choice<bool>(name, field, {{"true", true}, {"false", false}}, meaning);
-}
-
 void ConfigSchema::words(const std::string& name, std::vector<std::string>& field,
-                         const std::string& meaning) {
-  keys_.push_back({name, "", meaning, "list", [&field] { return join_words(field); },
+                         const std::string& meaning, const std::string& when) {
+  keys_.push_back({name, "", meaning, when, "list", [&field] { return join_words(field); },
                    [&field](const std::string& text) {
                      field = split_words(text);
                      return true;

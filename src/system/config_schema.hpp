@@ -31,6 +31,7 @@ struct ConfigKey {
   std::string name;  ///< dotted, e.g. "motion.tau_px"
   std::string unit;  ///< "" where it has none
   std::string meaning;
+  std::string when;   ///< a user would change it
   std::string range;  ///< what is allowed, as text
   std::function<std::string()> get;
   std::function<bool(const std::string&)> set;  ///< false: not of the type or out of range
@@ -40,13 +41,13 @@ class ConfigSchema {
  public:
   template <typename T>
   void number(const std::string& name, T& field, T low, T high, const std::string& unit,
-              const std::string& meaning);
-  void flag(const std::string& name, bool& field, const std::string& meaning);
+              const std::string& meaning, const std::string& when);
   /// A list of words, written "[a, b]".
-  void words(const std::string& name, std::vector<std::string>& field, const std::string& meaning);
+  void words(const std::string& name, std::vector<std::string>& field, const std::string& meaning,
+             const std::string& when);
   template <typename E>
   void choice(const std::string& name, E& field, std::vector<std::pair<std::string, E>> options,
-              const std::string& meaning);
+              const std::string& meaning, const std::string& when);
 
   [[nodiscard]] const std::vector<ConfigKey>& keys() const { return keys_; }
   /// @param source names the file or option in the error.
@@ -70,12 +71,13 @@ class ConfigSchema {
 
 template <typename T>
 void ConfigSchema::number(const std::string& name, T& field, T low, T high, const std::string& unit,
-                          const std::string& meaning) {
+                          const std::string& meaning, const std::string& when) {
   static_assert(std::is_arithmetic_v<T>);
   const auto range =
       format_number(static_cast<double>(low)) + " .. " + format_number(static_cast<double>(high));
   keys_.push_back(
-      {name, unit, meaning, range, [&field] { return format_number(static_cast<double>(field)); },
+      {name, unit, meaning, when, range,
+       [&field] { return format_number(static_cast<double>(field)); },
        [&field, low, high](const std::string& text) {
          const auto value = parse_finite(text);
          if (!value || *value < static_cast<double>(low) || *value > static_cast<double>(high)) {
@@ -92,10 +94,10 @@ void ConfigSchema::number(const std::string& name, T& field, T low, T high, cons
 template <typename E>
 void ConfigSchema::choice(const std::string& name, E& field,
                           std::vector<std::pair<std::string, E>> options,
-                          const std::string& meaning) {
+                          const std::string& meaning, const std::string& when) {
   std::string range;
   for (const auto& [word, value] : options) range += (range.empty() ? "" : " | ") + word;
-  keys_.push_back({name, "", meaning, range,
+  keys_.push_back({name, "", meaning, when, range,
                    [&field, options] {
                      for (const auto& [word, value] : options) {
                        if (value == field) return word;

@@ -38,12 +38,12 @@ bool has(const std::string& text, const std::string& part) {
 TEST_F(ConfigFile, SetsWhatItNamesAndLeavesTheRest) {
   const SlamConfig before = config_;
   ASSERT_TRUE(load("motion:\n  tau_px: 2.5\norb: {features: 700}\nsegment: {precision: int8}\n"
-                   "tracking:\n  use_local_map: false\n")
+                   "run:\n  without: [local_map]\n")
                   .ok());
   EXPECT_EQ(config_.dynamic.epipolar.tau_px, 2.5);
   EXPECT_EQ(config_.orb.features, 700);
   EXPECT_EQ(config_.segment.yolo.precision, Precision::kInt8);
-  EXPECT_FALSE(config_.tracking.pose.use_local_map);
+  EXPECT_EQ(config_.run.without, std::vector<std::string>{"local_map"});
   EXPECT_EQ(config_.orb.levels, before.orb.levels);
   EXPECT_TRUE(load("").ok());
   EXPECT_TRUE(load("# nothing but a comment\n").ok());
@@ -100,7 +100,7 @@ TEST_F(ConfigFile, RefusesWhatIsOutOfRangeOrOfAnotherType) {
         "orb: {levels: }", "orb: {levels: [1, 2]}", "orb: {levels: '8 '}", "orb: {levels: 0x8}",
         "depth: {max_m: .nan}", "depth: {max_m: .inf}", "depth: {max_m: nan}",
         "depth: {max_m: 1e999}", "depth: {max_m: -1}", "run: {seed: -1}",
-        "segment: {precision: fp16}", "tracking: {use_local_map: 2}", "motion: {prior: maybe}"}) {
+        "segment: {precision: fp16}", "dynamic: {mode: maybe}", "motion: {tau_px: 0}"}) {
     const SlamConfig before = config_;
     EXPECT_TRUE(has(fault(text), " is not in ")) << text;
     EXPECT_EQ(config_.orb.levels, before.orb.levels);

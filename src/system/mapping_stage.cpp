@@ -40,8 +40,8 @@ bool MappingStage::apply(const Segmentation& masks) {
   if (at == waiting_.end()) return false;
   const Waiting& keyframe = at->second;
   std::vector<SemanticLabel> labels;
-  for (const PointMask& point : label_by_mask(*keyframe.features, masks,
-                                              CoarseDepth(keyframe.frame->depth_m), config_.mask))
+  for (const PointMask& point :
+       label_by_mask(*keyframe.features, masks, CoarseDepth(keyframe.frame->depth_m), config_.mask))
     labels.push_back(point.label);
   const bool changed = mapper_.apply_mask(keyframe.keyframe, labels);
   integrate(keyframe, movable_mask(masks, config_.mask.movable_classes));

@@ -97,9 +97,7 @@ std::optional<Scene> recorded() {
   const auto root = ygslam::testing::shared_folder() / "data/redkitchen_walk";
   auto sequence = open_tum_sequence(root);
   if (!sequence.ok()) return std::nullopt;
-  SlamConfig config;
-  config.tracking.pose.noise = config.mapping.noise;
-  config.dynamic.masks.mask.movable_classes = {0};
+  const SlamConfig config = resolved(SlamConfig()).value();
   Recording recording{Camera(sequence->camera), {}, {}, {}};
   FrameReader reader(*sequence, FrameReaderConfig{});
   while (auto frame = reader.next()) recording.frames.push_back(*frame);
@@ -117,7 +115,7 @@ std::optional<Scene> recorded() {
 void expect_undisturbed_by_rigid_motions(const Scene& scene, double most_labels) {
   const Trial still = run_offline(scene.config, scene.recording, scene.make_segmenter());
   const CorrectedTrial moving = run_corrected(
-      make_offline_runner(scene.config, scene.recording.camera, scene.make_segmenter(), {0}),
+      make_offline_runner(scene.config, scene.recording.camera, scene.make_segmenter()),
       scene.recording, moved, 3);
   ASSERT_GE(moving.corrected.size(), 5U);
   std::size_t labels = 0;
@@ -145,7 +143,7 @@ void expect_undisturbed_by_rigid_motions(const Scene& scene, double most_labels)
 void expect_to_go_on_in_a_bent_world(const Scene& scene) {
   const Trial still = run_offline(scene.config, scene.recording, scene.make_segmenter());
   const CorrectedTrial bending = run_corrected(
-      make_offline_runner(scene.config, scene.recording.camera, scene.make_segmenter(), {0}),
+      make_offline_runner(scene.config, scene.recording.camera, scene.make_segmenter()),
       scene.recording, bent, 4);
   std::size_t points = 0;
   std::size_t equal = 0;
@@ -185,9 +183,9 @@ TEST(MovingWorld, ABentWorldIsFollowedRecorded) {
 
 TEST(MovingWorld, CorrectionsInTheMiddleOfALiveRunAreFollowed) {
   const Scene scene = rendered();
-  const CorrectedTrial run = run_corrected(
-      make_live_runner(scene.config, scene.recording.camera, scene.make_segmenter(), {0}),
-      scene.recording, moved, 7);
+  const CorrectedTrial run =
+      run_corrected(make_live_runner(scene.config, scene.recording.camera, scene.make_segmenter()),
+                    scene.recording, moved, 7);
   EXPECT_EQ(lost_frames(run), 0);
   EXPECT_LT(ate_rmse_m(scene.recording, run.trajectory()), 0.02);
   for (std::size_t i = 1; i < run.results.size(); ++i) {

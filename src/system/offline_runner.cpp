@@ -122,11 +122,8 @@ class OfflineRunner final : public Runner {
 }  // namespace
 
 std::unique_ptr<Runner> make_offline_runner(const SlamConfig& config, const Camera& camera,
-                                            std::unique_ptr<Segmenter> segmenter,
-                                            std::vector<int> movable_classes) {
-  MaskConfig mask = config.dynamic.masks.mask;
-  mask.movable_classes = std::move(movable_classes);
-  const MappingStageConfig mapping{config.mapping, config.dense, std::move(mask),
+                                            std::unique_ptr<Segmenter> segmenter) {
+  const MappingStageConfig mapping{config.mapping, config.dense, config.dynamic.masks.mask,
                                    segmenter != nullptr};
   return std::make_unique<OfflineRunner>(config, camera, std::move(segmenter), mapping);
 }

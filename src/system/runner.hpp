@@ -35,14 +35,12 @@ class Runner {
   virtual const SlamOutcome& finish() = 0;
 };
 
-/// @param segmenter null in modes without one.
+/// @param config resolved (slam_config.hpp). @param segmenter null in modes without one.
 [[nodiscard]] std::unique_ptr<Runner> make_live_runner(const SlamConfig& config,
                                                        const Camera& camera,
-                                                       std::unique_ptr<Segmenter> segmenter,
-                                                       std::vector<int> movable_classes);
+                                                       std::unique_ptr<Segmenter> segmenter);
 [[nodiscard]] std::unique_ptr<Runner> make_offline_runner(const SlamConfig& config,
                                                           const Camera& camera,
-                                                          std::unique_ptr<Segmenter> segmenter,
-                                                          std::vector<int> movable_classes);
+                                                          std::unique_ptr<Segmenter> segmenter);
 
 }  // namespace ygslam

@@ -79,7 +79,7 @@ TEST(LiveRunner, FramesOutOfAFileWaitForMasksThatAreTooOld) {
 TEST(LiveRunner, FeedAFewAndFinishFiftyTimes) {
   const Recording recording = record("moving_box", small(0.25));
   for (int i = 0; i < 50; ++i) {
-    auto runner = make_live_runner(patient(), recording.camera, truth(recording), {0});
+    auto runner = make_live_runner(patient(), recording.camera, truth(recording));
     const std::size_t count = static_cast<std::size_t>(i) % (recording.frames.size() + 1);
     for (std::size_t k = 0; k < count; ++k) (void)runner->process(recording.frames[k]);
     const SlamOutcome& outcome = runner->finish();
@@ -94,7 +94,7 @@ using MakeRunner = decltype(&make_live_runner);
 class AnyRunner : public ::testing::TestWithParam<MakeRunner> {
  protected:
   std::unique_ptr<Runner> make() {
-    return GetParam()(patient(), recording_.camera, truth(recording_), {0});
+    return GetParam()(patient(), recording_.camera, truth(recording_));
   }
   Recording recording_ = record("moving_box", small(1.0));
 };
@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(LiveAndOffline, AnyRunner,
 TEST(LiveRunner, MayBeDroppedWithoutFinish) {
   const Recording recording = record("moving_box", small(0.25));
   for (int i = 0; i < 20; ++i) {
-    auto runner = make_live_runner(patient(), recording.camera, truth(recording), {0});
+    auto runner = make_live_runner(patient(), recording.camera, truth(recording));
     const std::size_t count = static_cast<std::size_t>(i) % (recording.frames.size() + 1);
     for (std::size_t k = 0; k < count; ++k) (void)runner->process(recording.frames[k]);
   }

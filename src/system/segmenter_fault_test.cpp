@@ -152,8 +152,7 @@ TEST(SegmenterFault, F15ADeadDetectorNeverHoldsTrackingUpAndIsNoticed) {
   auto runner = make_live_runner(impatient(), recording.camera, by([gate](const RgbdFrame& frame) {
                                    gate->wait();
                                    return Result<Segmentation>(nothing_found(frame));
-                                 }),
-                                 {0});
+                                 }));
   Trial run(std::move(runner));
   // Every frame gets its result although no mask ever comes.
   for (const FramePtr& frame : recording.frames) run.process(frame);
@@ -193,8 +192,7 @@ TEST(SegmenterFault, F15ASlowDetectorsMasksAreTakenLateAndOldOnesAreSkipped) {
       impatient(), recording.camera, by([gates](const RgbdFrame& frame) {
         gates[std::min<std::size_t>(index(frame.id) / 10, gates.size() - 1)]->wait();
         return Result<Segmentation>(nothing_found(frame));
-      }),
-      {0});
+      }));
   Trial run(std::move(runner));
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
     run.process(recording.frames[i]);
@@ -218,8 +216,7 @@ TEST(SegmenterFault, AMaskOfThePresentFrameIsNotTakenForAnOldOne) {
   auto runner = make_live_runner(config, recording.camera, by([gate](const RgbdFrame& frame) {
                                    gate->wait();
                                    return Result<Segmentation>(nothing_found(frame));
-                                 }),
-                                 {0});
+                                 }));
   // The first mask comes while the fourth frame waits: the next is then the fourth frame's own.
   for (std::size_t i = 0; i < 2; ++i) (void)runner->process(recording.frames[i]);
   {

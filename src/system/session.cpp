@@ -1,7 +1,6 @@
 #include "system/session.hpp"
 
 #include "io/calibration.hpp"
-#include "segment/movable.hpp"
 #include "segment/recorded_masks.hpp"
 
 namespace ygslam {
@@ -9,10 +8,9 @@ namespace {
 
 using SegmenterResult = Result<std::unique_ptr<Segmenter>>;
 
-SegmenterResult make_segmenter(const SessionOptions& options, const std::vector<int>& movable) {
-  const DynamicMode mode = options.config.dynamic.mode;
-  const bool wanted = mode == DynamicMode::kSemantic || mode == DynamicMode::kFull;
-  if (!wanted || options.segmenter == SegmenterKind::kNone) return std::unique_ptr<Segmenter>();
+SegmenterResult make_segmenter(const SessionOptions& options) {
+  if (!uses_masks(options.config.dynamic.mode) || options.segmenter == SegmenterKind::kNone)
+    return std::unique_ptr<Segmenter>();
   if (options.segmenter == SegmenterKind::kMasks) return make_recorded_segmenter(options.masks_dir);
   if (options.model.empty()) {
     return Error{ErrorKind::kModel,
@@ -22,7 +20,7 @@ SegmenterResult make_segmenter(const SessionOptions& options, const std::vector<
   YoloConfig yolo = options.config.segment.yolo;
   yolo.model = options.model;
   yolo.try_in_child = options.may_fork;
-  yolo.decode.classes = movable;
+  yolo.decode.classes = options.config.dynamic.masks.mask.movable_classes;
   return make_yolo_segmenter(yolo);
 }
 
@@ -36,10 +34,11 @@ Result<Session> open_session(SessionOptions options) {
   if (options.camera.width <= 0 || options.camera.height <= 0) {
     return Error{ErrorKind::kConfig, "camera: width and height must be positive"};
   }
-  auto movable = movable_classes(options.config.segment.movable);
-  if (!movable.ok()) return movable.error();
+  const auto config = resolved(options.config);
+  if (!config.ok()) return config.error();
+  options.config = *config;
   // Before anything else: a child that the model is tried in wants no other threads.
-  auto segmenter = make_segmenter(options, *movable);
+  auto segmenter = make_segmenter(options);
   if (!segmenter.ok()) return segmenter.error();
 
   Session session;
@@ -49,12 +48,9 @@ Result<Session> open_session(SessionOptions options) {
     session.precision = (*segmenter)->precision();
   }
   if (!options.may_wait) options.config.run.file_mask_lag_frames = 0;
-  options.config.tracking.pose.noise = options.config.mapping.noise;
-  options.config.dynamic.masks.mask.movable_classes = *movable;
   session.camera = std::make_unique<Camera>(options.camera);
   const auto make = options.deterministic ? make_offline_runner : make_live_runner;
-  session.runner = make(options.config, *session.camera, std::move(segmenter).value(),
-                        std::move(movable).value());
+  session.runner = make(options.config, *session.camera, std::move(segmenter).value());
   return session;
 }
 

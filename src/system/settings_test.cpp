@@ -7,6 +7,7 @@
 #include "io/image_file.hpp"
 #include "io/testing/temp_folder.hpp"
 #include "io/text.hpp"
+#include "system/parts.hpp"
 #include "system/session.hpp"
 #include "system/system_test_world.hpp"
 
@@ -18,6 +19,7 @@ using Setting = std::pair<std::string, std::string>;  // key, value
 
 /// What a key may be at most and at least, or each of its choices.
 std::vector<std::string> ends_of(const ConfigKey& key) {
+  if (key.name == "run.without") return {"[]", "[" + part_names() + "]"};
   if (key.range == "list") return {"[]", "[person, animals, vehicles, handheld, furniture]"};
   std::vector<std::string> ends;
   for (const std::string& separator : {std::string(" .. "), std::string(" | ")}) {
@@ -101,10 +103,7 @@ TEST_F(Settings, EachAtBothEndsOfItsRangeRunsOrNamesTheRuleItBreaks) {
 TEST_F(Settings, PairsThatARuleSpeaksOfRunAtTheEndsThatKeepIt) {
   const std::vector<std::pair<std::string, std::string>> pairs = {
       {"depth.min_m", "depth.max_m"},
-      {"orb.fast_threshold_low", "orb.fast_threshold"},
-      {"tracking.min_inliers_weak", "tracking.min_inliers"},
-      {"tracking.weak_position_std_m", "tracking.lost_position_std_m"},
-      {"keyframe.min_interval_frames", "keyframe.max_interval_frames"}};
+      {"tracking.weak_position_std_m", "tracking.lost_position_std_m"}};
   SlamConfig config;
   const ConfigSchema schema = schema_of(config);
   const auto ends = [&](const std::string& name) {
@@ -161,12 +160,39 @@ TEST_F(Settings, TheLiveRunnerTakesTheEndsOfItsOwnSettings) {
   }
 }
 
+TEST(Validate, ThereAreFewSettingsAndEachSaysWhenToChangeIt) {
+  SlamConfig config;
+  const ConfigSchema schema = schema_of(config);
+  EXPECT_LE(schema.keys().size(), 45U);
+  for (const ConfigKey& key : schema.keys()) EXPECT_GT(key.when.size(), 15U) << key.name;
+}
+
+TEST(Validate, EveryPartThatCanBeLeftOutChangesSomething) {
+  const std::string names = part_names();
+  std::istringstream stream(names);
+  for (std::string name; std::getline(stream >> std::ws, name, ',');) {
+    SlamConfig config = resolved(SlamConfig()).value();
+    const auto switches = [](const SlamConfig& c) {
+      return std::tuple(c.dynamic.epipolar.prior, c.dynamic.ego_motion.enabled,
+                        c.dynamic.history.enabled, c.dynamic.classifier.second_look,
+                        c.dynamic.boundary.enabled, c.dynamic.classifier.vote_of_neighbours,
+                        c.dynamic.classifier.min_moving_share, c.dynamic.masks.missed_object_frames,
+                        c.tracking.free_space.enabled, c.tracking.pose.weigh_landmarks,
+                        c.mapping.noise.edge_weight, c.tracking.pose.use_local_map,
+                        c.mapping.local_bundle);
+    };
+    const auto before = switches(config);
+    ASSERT_TRUE(leave_out(name, config).ok()) << name;
+    EXPECT_NE(switches(config), before) << name;
+  }
+}
+
 TEST(Validate, TellsOfEveryRuleAtOnce) {
   SlamConfig config;
   EXPECT_TRUE(validate(config).ok());
   config.orb.levels = 0;
-  config.orb.fast_threshold_low = 30;
-  config.dynamic.flow.window_px = 12;
+  config.segment.yolo.input_width = 100;
+  config.run.without = {"wheels"};
   config.depth.min_m = 50;
   config.depth.max_m = std::numeric_limits<double>::quiet_NaN();
   config.segment.movable = {"unicorn"};
@@ -174,8 +200,9 @@ TEST(Validate, TellsOfEveryRuleAtOnce) {
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error().kind, ErrorKind::kConfig);
   const std::string& message = status.error().message;
-  for (const char* part : {"orb.levels = '0'", "orb.fast_threshold_low must", "flow.window_px must",
-                           "depth.max_m = 'nan'", "segment.movable: ", "unicorn"})
+  for (const char* part :
+       {"orb.levels = '0'", "segment.input_width must", "run.without: no part 'wheels'",
+        "depth.max_m = 'nan'", "segment.movable: ", "unicorn"})
     EXPECT_NE(message.find(part), std::string::npos) << part << " not in: " << message;
   EXPECT_EQ(message.find('\n'), std::string::npos);
 }

@@ -23,6 +23,7 @@ struct RunConfig {
   double first_mask_timeout_s =
       3;  ///< live: how long the first frame may wait for its mask; 0 = not at all
   int file_mask_lag_frames = 4;  ///< frames out of a file wait for masks older than this; 0 = never
+  std::vector<std::string> without;  ///< parts that are left out, see parts.hpp
 };
 
 struct SegmentConfig {
@@ -43,6 +44,10 @@ struct SlamConfig {
 
 /// The table of all keys, bound to `config` (which must outlive it).
 [[nodiscard]] ConfigSchema schema_of(SlamConfig& config);
+
+/// With what follows from other settings: movable classes by name, one noise for tracking and
+/// mapping, the parts left out. For the stages; not to be resolved again.
+[[nodiscard]] Result<SlamConfig> resolved(SlamConfig config);
 
 /// Everything that is wrong with the settings: values out of range and values that do not go
 /// together. The one check; every way to a session passes it.

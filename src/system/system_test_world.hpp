@@ -71,9 +71,7 @@ inline SlamConfig small_config(DynamicMode mode) {
   config.dynamic.mode = mode;
   config.orb.features = 600;
   config.run.file_mask_lag_frames = 0;
-  config.tracking.pose.noise = config.mapping.noise;
-  config.dynamic.masks.mask.movable_classes = {0};
-  return config;
+  return resolved(std::move(config)).value();
 }
 
 /// The truth in place of a network: every mover is taken for a person.
@@ -145,12 +143,12 @@ inline Trial run(std::unique_ptr<Runner> runner, const Recording& recording) {
 
 inline Trial run_offline(const SlamConfig& config, const Recording& recording,
                          std::unique_ptr<Segmenter> segmenter = nullptr) {
-  return run(make_offline_runner(config, recording.camera, std::move(segmenter), {0}), recording);
+  return run(make_offline_runner(config, recording.camera, std::move(segmenter)), recording);
 }
 
 inline Trial run_live(const SlamConfig& config, const Recording& recording,
                       std::unique_ptr<Segmenter> segmenter = nullptr) {
-  return run(make_live_runner(config, recording.camera, std::move(segmenter), {0}), recording);
+  return run(make_live_runner(config, recording.camera, std::move(segmenter)), recording);
 }
 
 /// Root mean square position error after SE(3) alignment [m].

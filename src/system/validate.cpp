@@ -1,4 +1,5 @@
 #include "segment/movable.hpp"
+#include "system/parts.hpp"
 #include "system/slam_config.hpp"
 
 namespace ygslam {
@@ -15,19 +16,15 @@ Status validate(const SlamConfig& config) {
   };
   const SlamConfig& c = config;
   require(c.depth.min_m < c.depth.max_m, "depth.min_m must be less than depth.max_m");
-  require(c.orb.fast_threshold_low <= c.orb.fast_threshold,
-          "orb.fast_threshold_low must not exceed orb.fast_threshold");
-  require(c.dynamic.flow.window_px % 2 == 1, "flow.window_px must be odd");
   require(c.segment.yolo.input_width % 32 == 0, "segment.input_width must be a multiple of 32");
   require(c.segment.yolo.input_height % 32 == 0, "segment.input_height must be a multiple of 32");
-  require(c.tracking.min_inliers_weak <= c.tracking.min_inliers,
-          "tracking.min_inliers_weak must not exceed tracking.min_inliers");
   require(c.tracking.weak_position_std_m <= c.tracking.lost_position_std_m,
           "tracking.weak_position_std_m must not exceed tracking.lost_position_std_m");
-  require(c.tracking.keyframe.min_interval_frames <= c.tracking.keyframe.max_interval_frames,
-          "keyframe.min_interval_frames must not exceed keyframe.max_interval_frames");
   if (const auto movable = movable_classes(c.segment.movable); !movable.ok())
     faults.add("segment.movable: " + movable.error().message);
+  for (const std::string& part : c.run.without)
+    if (const Status known = leave_out(part, copy); !known.ok())
+      faults.add("run.without: " + known.error().message);
   return faults.status();
 }
 

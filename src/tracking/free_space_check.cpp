@@ -15,15 +15,16 @@ constexpr int kSupport = 4;   // an intruder has so many others around it, at le
 constexpr int kMajority = 2;  // ... and so many for each point around it that stood
 
 enum class CellState : std::uint8_t {
-  kUnknown,   // no keyframe saw the place
-  kSurface,     // a surface was seen there before
+  kUnknown,    // no keyframe saw the place
+  kSurface,    // a surface was seen there before
   kViolation,  // a keyframe saw through it
 };
 
 class FreeSpaceCheck {
  public:
-  FreeSpaceCheck(const Camera& camera, const TrackedFrame& frame, std::span<const LandmarkId> landmarks,
-        std::span<const std::uint8_t> known, const LocalView& view, const FreeSpaceConfig& config)
+  FreeSpaceCheck(const Camera& camera, const TrackedFrame& frame,
+                 std::span<const LandmarkId> landmarks, std::span<const std::uint8_t> known,
+                 const LocalView& view, const FreeSpaceConfig& config)
       : camera_(camera),
         features_(frame.features->points),
         grid_(frame.grid),
@@ -155,7 +156,8 @@ class FreeSpaceCheck {
   }
 
   [[nodiscard]] bool is_supported(std::uint32_t i) const {
-    return around_[i].violating >= kSupport && around_[i].violating > kMajority * around_[i].surface;
+    return around_[i].violating >= kSupport &&
+           around_[i].violating > kMajority * around_[i].surface;
   }
 
   struct Around {
@@ -177,10 +179,10 @@ class FreeSpaceCheck {
 
 }  // namespace
 
-std::vector<std::uint8_t> find_free_space_violations(const Camera& camera, const TrackedFrame& frame,
-                                         std::span<const LandmarkId> landmarks,
-                                         std::span<const std::uint8_t> known, const LocalView& view,
-                                         const SE3& T_camera_world, const FreeSpaceConfig& config) {
+std::vector<std::uint8_t> find_free_space_violations(
+    const Camera& camera, const TrackedFrame& frame, std::span<const LandmarkId> landmarks,
+    std::span<const std::uint8_t> known, const LocalView& view, const SE3& T_camera_world,
+    const FreeSpaceConfig& config) {
   FreeSpaceCheck check(camera, frame, landmarks, known, view, config);
   if (!config.enabled) return check.violations();
   check.ask_map(T_camera_world);

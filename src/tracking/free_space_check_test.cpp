@@ -46,8 +46,8 @@ struct Scene {
   [[nodiscard]] int intruders(const LocalView& view, const SE3& T_camera_world = SE3(),
                               const std::vector<std::uint8_t>& known = {}) const {
     int count = 0;
-    for (const auto i :
-         find_free_space_violations(cam, frame, landmarks, known, view, T_camera_world, FreeSpaceConfig{}))
+    for (const auto i : find_free_space_violations(cam, frame, landmarks, known, view,
+                                                   T_camera_world, FreeSpaceConfig{}))
       count += i;
     return count;
   }

@@ -15,8 +15,8 @@ struct TrackedFrame {
   FramePtr frame;
   FeaturesPtr features;
   FeatureGrid grid;
-  std::vector<float> static_weight;    ///< per feature, 0 = dynamic .. 1 = static
-  std::vector<LandmarkId> landmarks;   ///< per feature: the landmark it agreed with, or kNoLandmark
+  std::vector<float> static_weight;   ///< per feature, 0 = dynamic .. 1 = static
+  std::vector<LandmarkId> landmarks;  ///< per feature: the landmark it agreed with, or kNoLandmark
   KeyframeRelativePose pose;
 };
 

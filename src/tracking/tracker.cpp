@@ -18,16 +18,6 @@ KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const Local
   return {reference.data->id, T_camera_world * reference.T_camera_world.inverse()};
 }
 
-DynamicConfig with_pyramid_of(const OrbConfig& orb, DynamicConfig dynamic) {
-  dynamic.boundary.pyramid_scale = orb.scale_factor;
-  return dynamic;
-}
-
-ObjectConfig with_classes(ObjectConfig objects, const DynamicConfig& dynamic) {
-  objects.movable_classes = dynamic.masks.mask.movable_classes;
-  return objects;
-}
-
 /// The keyframe that shares most of the frame's landmarks, if that is clearly another than the
 /// reference: the camera has left the place the view was made for.
 std::optional<KeyframeId> better_reference(const TrackedFrame& frame, const LocalView& view) {
@@ -102,14 +92,12 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
     : config_(config),
       camera_(camera),
       orb_(orb),
-      classifier_(with_pyramid_of(orb, dynamic), camera, seed),
-      objects_(with_classes(config.objects, dynamic), camera),
+      classifier_(dynamic, camera, seed),
+      objects_(config.objects, camera),
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
-      rng_(seed) {
-  config_.free_space.enabled &= uses_geometry(dynamic.mode);
-}
+      rng_(seed) {}
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
@@ -120,7 +108,8 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   result.features = current.features;
   result.orb_ms = timer.wall_ms();
 
-  FrameEvidence evidence = classifier_.observe(*frame, current.features, masks, predicted_flow(*frame));
+  FrameEvidence evidence =
+      classifier_.observe(*frame, current.features, masks, predicted_flow(*frame));
   result.mask_age_frames = evidence.mask_age_frames;
   result.labels = classifier_.classify(evidence);
   current.static_weight = result.labels.weight;
@@ -133,12 +122,14 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   const SE3 T_last_world = last_pose(*view);
   const bool was_lost = state_ == TrackState::kLost;
   const PoseHypothesis found = find_pose(current, *view, T_last_world);
-  result.state = state_ = assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
+  result.state = state_ =
+      assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
   ++frames_since_keyframe_;
   if (state_ == TrackState::kLost) {
     stay_lost(frame->stamp, std::move(evidence), result);
   } else {
-    const auto T_now_last = move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp, result);
+    const auto T_now_last =
+        move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp, result);
     evidence = classifier_.reobserve(std::move(evidence), T_now_last,
                                      free_space_violations(current, evidence, *found.pose, *view));
     result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
@@ -170,16 +161,17 @@ std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) co
 }
 
 Tracker::PoseHypothesis Tracker::find_pose(const TrackedFrame& current, const LocalView& view,
-                                  const SE3& T_last_world) {
+                                           const SE3& T_last_world) {
   const LocalView* map = view.empty() ? nullptr : &view;
   const SE3 T_guess_world = motion_model_.predict(current.frame->stamp) * T_last_world;
-  PoseHypothesis found{pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_), 0};
+  PoseHypothesis found{
+      pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_), 0};
   if (state_ == TrackState::kLost && found.pose &&
       found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
     found.pose.reset();  // after a loss only a pose that the map confirms counts
   }
   if (found.pose) found.jump_m = centre_distance_m(found.pose->T_camera_world, T_guess_world);
-  if ((!found.pose || found.pose->inliers < config_.min_inliers_weak) && map) {
+  if ((!found.pose || found.pose->inliers < config_.least_inliers()) && map) {
     found = {relocalizer_.step(current, *map, rng_), 0};
   }
   return found;
@@ -230,8 +222,12 @@ std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence
   }
   const auto motion = classifier_.motion_of(evidence);
   const auto links = classifier_.reliable_links(evidence);
-  ObjectInput input{current.frame->id,  current.frame->stamp,           T_odom_last_.inverse(), {},
-                    make_thumbnail(*current.frame), {}};
+  ObjectInput input{current.frame->id,
+                    current.frame->stamp,
+                    T_odom_last_.inverse(),
+                    {},
+                    make_thumbnail(*current.frame),
+                    {}};
   if (uses_masks(mode)) input.masks.assign(masks.begin(), masks.end());
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const Feature& feature = current.features->points[i];
@@ -263,7 +259,8 @@ void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& r
   classifier_.remember(std::move(evidence), result.labels.label, {}, T_odom_last_.inverse());
   int usable = 0;
   for (std::size_t i = 0; i < current.features->size(); ++i)
-    usable += static_cast<int>(current.static_weight[i] > 0 && current.features->points[i].depth_m > 0);
+    usable +=
+        static_cast<int>(current.static_weight[i] > 0 && current.features->points[i].depth_m > 0);
   if (usable < config_.min_start_points) return;
   state_ = result.state = TrackState::kTracking;
   motion_model_.reset(current.frame->stamp);
@@ -275,7 +272,7 @@ void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& r
 
 TrackState Tracker::assess(const PoseHypothesis& found, const SE3& T_last_world, double gap_s) {
   const auto& pose = found.pose;
-  if (!pose || pose->inliers < config_.min_inliers_weak || !pose->T_camera_world.is_finite() ||
+  if (!pose || pose->inliers < config_.least_inliers() || !pose->T_camera_world.is_finite() ||
       !(pose->position_std_m <= config_.lost_position_std_m)) {
     return TrackState::kLost;
   }

@@ -37,8 +37,7 @@ struct TrackerConfig {
   FreeSpaceConfig free_space;
   ObjectConfig objects;
   int min_start_points = 100;         ///< static features with depth in the first frame
-  int min_inliers = 30;               ///< below: weak
-  int min_inliers_weak = 15;          ///< below: lost
+  int min_inliers = 30;               ///< below: weak; below half of it: lost
   int weak_frames_until_lost = 10;    ///< in a row
   double weak_position_std_m = 0.03;  ///< the camera centre less certain than this: weak
   double lost_position_std_m = 0.1;   ///< ... than this: lost
@@ -46,6 +45,9 @@ struct TrackerConfig {
   /// longer gap), or after a loss from the last known place, rests on wrong matches.
   double max_jump_m = 0.08;
   double max_jump_mps = 1.0;
+
+  /// Fewer inliers: lost.
+  [[nodiscard]] int least_inliers() const { return min_inliers / 2; }
 };
 
 struct TrackResult {
@@ -60,7 +62,7 @@ struct TrackResult {
   std::optional<KeyframeId> wanted_view;
   std::optional<KeyframeCandidate> candidate;
   FeaturesPtr features;
-  PointLabels labels;                 ///< final label and weight of every feature
+  PointLabels labels;                  ///< final label and weight of every feature
   int mask_age_frames = -1;            ///< of the newest mask used; -1 = none
   std::vector<SegmentationPtr> masks;  ///< that arrived with this frame, of this or earlier frames
   std::vector<TrackedObject> objects;  ///< things that move or could

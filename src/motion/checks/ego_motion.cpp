@@ -42,7 +42,8 @@ double distance_to_segment(const Vec2& p, const Vec2& a, const Vec2& b) {
   return (p - a - t * ab).norm();
 }
 
-double median_residual_px(const Camera& camera, const SE3& T, std::span<const StaticCandidate> candidates) {
+double median_residual_px(const Camera& camera, const SE3& T,
+                          std::span<const StaticCandidate> candidates) {
   std::vector<double> residuals;
   residuals.reserve(candidates.size());
   for (const StaticCandidate& v : candidates)
@@ -51,7 +52,7 @@ double median_residual_px(const Camera& camera, const SE3& T, std::span<const St
 }
 
 std::vector<StaticCandidate> choose(const Camera& camera, std::span<const FollowedPoint> points,
-                          std::span<const std::uint8_t> candidate) {
+                                    std::span<const std::uint8_t> candidate) {
   CHECK(points.size() == candidate.size());
   std::vector<StaticCandidate> candidates;
   candidates.reserve(points.size());
@@ -63,8 +64,8 @@ std::vector<StaticCandidate> choose(const Camera& camera, std::span<const Follow
   return candidates;
 }
 
-EgoMotion assess(const Camera& camera, std::span<const StaticCandidate> candidates, const SE3& T_current_previous,
-               const EgoMotionConfig& config) {
+EgoMotion assess(const Camera& camera, std::span<const StaticCandidate> candidates,
+                 const SE3& T_current_previous, const EgoMotionConfig& config) {
   EgoMotion fit;
   fit.T_current_previous = T_current_previous;
   fit.candidates = static_cast<int>(candidates.size());
@@ -88,8 +89,8 @@ struct NormalEquations {
 };
 
 /// Left perturbation exp(xi) * T, translation first.
-NormalEquations linearise(const Camera& camera, const SE3& T, std::span<const StaticCandidate> candidates,
-                          double scale_px) {
+NormalEquations linearise(const Camera& camera, const SE3& T,
+                          std::span<const StaticCandidate> candidates, double scale_px) {
   NormalEquations eq;
   const double s2 = scale_px * scale_px;
   for (const StaticCandidate& candidate : candidates) {
@@ -119,7 +120,7 @@ NormalEquations linearise(const Camera& camera, const SE3& T, std::span<const St
 }  // namespace
 
 EgoMotionResidual ego_motion_residual(const Camera& camera, const SE3& T_current_previous,
-                             const FollowedPoint& point) {
+                                      const FollowedPoint& point) {
   if (!point.previous_px.allFinite() || !point.current_px.allFinite()) return {};
   const DepthRange& range = point.range.max_m > 0 ? point.range : kAnyDepth;
   const Vec3 near = T_current_previous * camera.unproject(point.previous_px, range.min_m);
@@ -137,14 +138,14 @@ EgoMotionResidual ego_motion_residual(const Camera& camera, const SE3& T_current
 }
 
 EgoMotion assess_ego_motion(const Camera& camera, std::span<const FollowedPoint> points,
-                          std::span<const std::uint8_t> candidate, const SE3& T_current_previous,
-                          const EgoMotionConfig& config) {
+                            std::span<const std::uint8_t> candidate, const SE3& T_current_previous,
+                            const EgoMotionConfig& config) {
   return assess(camera, choose(camera, points, candidate), T_current_previous, config);
 }
 
 std::optional<EgoMotion> fit_ego_motion(const Camera& camera, std::span<const FollowedPoint> points,
-                                       std::span<const std::uint8_t> candidate, const SE3& guess,
-                                       const EgoMotionConfig& config) {
+                                        std::span<const std::uint8_t> candidate, const SE3& guess,
+                                        const EgoMotionConfig& config) {
   const std::vector<StaticCandidate> candidates = choose(camera, points, candidate);
   if (static_cast<int>(candidates.size()) < config.min_points) return std::nullopt;
 

@@ -17,8 +17,8 @@ struct EgoMotionConfig {
   bool enabled = true;    ///< false: the epipolar line alone decides, as in the paper
   int min_points = 20;    ///< fewer candidates with depth: no fit
   double limit_px = 2.0;  ///< farther from where the static world would be: dynamic
-  /// ... and farther than this many medians of the candidates' residuals: fast motion blurs the image
-  /// and shifts depth against colour.
+  /// ... and farther than this many medians of the candidates' residuals: fast motion blurs the
+  /// image and shifts depth against colour.
   double limit_medians = 5.0;
   double final_scale_px = 0.7;  ///< width of the robust kernel in the last iterations
   int iterations = 12;
@@ -40,23 +40,25 @@ struct EgoMotionResidual {
   double any_depth_px = -1;
 };
 
-[[nodiscard]] EgoMotionResidual ego_motion_residual(const Camera& camera, const SE3& T_current_previous,
-                                           const FollowedPoint& point);
+[[nodiscard]] EgoMotionResidual ego_motion_residual(const Camera& camera,
+                                                    const SE3& T_current_previous,
+                                                    const FollowedPoint& point);
 
 /// A given motion held against the candidates, which should obey it.
-[[nodiscard]] EgoMotion assess_ego_motion(const Camera& camera, std::span<const FollowedPoint> points,
-                                        std::span<const std::uint8_t> candidate,
-                                        const SE3& T_current_previous,
-                                        const EgoMotionConfig& config);
+[[nodiscard]] EgoMotion assess_ego_motion(const Camera& camera,
+                                          std::span<const FollowedPoint> points,
+                                          std::span<const std::uint8_t> candidate,
+                                          const SE3& T_current_previous,
+                                          const EgoMotionConfig& config);
 
 /// Gauss-Newton on the reprojection with the Geman-McClure kernel, narrowed from the size of the
 /// flow to final_scale_px (graduated non-convexity; Black and Rangarajan 1996).
-/// @param candidate 1 for each point to fit from. @return nullopt if fewer than min_points vote, fewer
-/// than half of them agree, or there is no finite solution.
+/// @param candidate 1 for each point to fit from. @return nullopt if fewer than min_points vote,
+/// fewer than half of them agree, or there is no finite solution.
 [[nodiscard]] std::optional<EgoMotion> fit_ego_motion(const Camera& camera,
-                                                     std::span<const FollowedPoint> points,
-                                                     std::span<const std::uint8_t> candidate,
-                                                     const SE3& guess,
-                                                     const EgoMotionConfig& config);
+                                                      std::span<const FollowedPoint> points,
+                                                      std::span<const std::uint8_t> candidate,
+                                                      const SE3& guess,
+                                                      const EgoMotionConfig& config);
 
 }  // namespace ygslam

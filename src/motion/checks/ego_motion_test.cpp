@@ -48,8 +48,8 @@ TEST(EgoMotion, FindsTheCameraMotionAmongMovers) {
     EXPECT_LT(error.t().norm(), 0.003) << seed;
     EXPECT_LT(error.angle(), 0.002) << seed;
     for (std::size_t i = 0; i < world.points.size(); ++i) {
-      const double r =
-          ego_motion_residual(small_camera(), fit->T_current_previous, world.points[i]).any_depth_px;
+      const double r = ego_motion_residual(small_camera(), fit->T_current_previous, world.points[i])
+                           .any_depth_px;
       EXPECT_EQ(r > fit->limit_px, world.moving[i] != 0) << r;
     }
   }
@@ -94,7 +94,8 @@ TEST(EgoMotion, HoldsInPureRotation) {
 TEST(EgoMotion, OnlyVotersDecide) {
   Rng rng(5);
   World world = make_world(60, 200, Vec3(0.1, 0, 0), 0.1, rng);
-  for (std::size_t i = 0; i < world.candidate.size(); ++i) world.candidate[i] = world.moving[i] ? 0 : 1;
+  for (std::size_t i = 0; i < world.candidate.size(); ++i)
+    world.candidate[i] = world.moving[i] ? 0 : 1;
   const auto fit = fit_ego_motion(small_camera(), world.points, world.candidate, SE3(), {});
   ASSERT_TRUE(fit);
   EXPECT_EQ(fit->candidates, 60);

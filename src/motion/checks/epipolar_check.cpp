@@ -10,7 +10,7 @@ namespace {
 bool followed(const PointPair& pair) { return pair.p1_px.allFinite() && pair.p2_px.allFinite(); }
 
 std::vector<PointPair> choose_candidates(std::span<const PointPair> flow,
-                                     std::span<const MotionLabel> previous_label, bool prior) {
+                                         std::span<const MotionLabel> previous_label, bool prior) {
   std::vector<PointPair> candidates;
   candidates.reserve(flow.size());
   for (std::size_t i = 0; i < flow.size(); ++i) {
@@ -26,20 +26,15 @@ EpipolarLabel classify(const Mat3& F, const PointPair& pair, const EpipolarConfi
   if (!followed(pair)) return result;
   const double distance_px = epipolar_distance_px(F, pair);
   result.distance_px = static_cast<float>(std::min(distance_px, 1e6));
-  result.consistent = distance_px <= config.tau_px;
-  if (distance_px > config.limit_tau_px) {
-    result.label = MotionLabel::kDynamic;
-  } else if (result.consistent) {
-    result.label = MotionLabel::kStatic;
-  }
+  result.label = distance_px > config.tau_px ? MotionLabel::kDynamic : MotionLabel::kStatic;
   return result;
 }
 
 }  // namespace
 
 EpipolarCheck check_epipolar(std::span<const PointPair> flow,
-                         std::span<const MotionLabel> previous_label, const EpipolarConfig& config,
-                         Rng& rng) {
+                             std::span<const MotionLabel> previous_label,
+                             const EpipolarConfig& config, Rng& rng) {
   CHECK(flow.size() == previous_label.size());
   EpipolarCheck check;
   check.points.resize(flow.size());

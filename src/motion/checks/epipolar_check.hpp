@@ -23,8 +23,7 @@ struct EpipolarConfig {
   bool prior =
       true;  ///< F from points static in the previous frame only; false = all vote (classic)
   FlowCorners corners = FlowCorners::kOrb;
-  double tau_px = 1.0;        ///< within: obeys F (the paper's lists F2)
-  double limit_tau_px = 1.0;  ///< beyond: dynamic (the paper's T_M); between the two: unknown
+  double tau_px = 1.0;        ///< farther from its line a point is dynamic (tau = limit_tau)
   double link_radius_px = 2;  ///< a feature takes the label of the nearest flow end within
   int min_static = 20;        ///< fewer candidates: no verdict
   RansacConfig ransac{};
@@ -39,17 +38,16 @@ enum class CheckState : std::uint8_t {
 
 struct EpipolarLabel {
   MotionLabel label = MotionLabel::kUnknown;
-  float distance_px = -1;   ///< D of eq. (16); negative: not judged
-  bool consistent = false;  ///< D <= tau_px
+  float distance_px = -1;  ///< D of eq. (16); negative: not judged
 };
 
 struct EpipolarCheck {
   CheckState state = CheckState::kNotRun;
-  std::optional<Mat3> F;               ///< P2^T F P1 = 0, 1 = previous, 2 = current, ideal pixels
+  std::optional<Mat3> F;              ///< P2^T F P1 = 0, 1 = previous, 2 = current, ideal pixels
   std::vector<EpipolarLabel> points;  ///< per point handed in
-  int candidates = 0;                      ///< points F was fitted from
-  int inliers = 0;                     ///< of them
-  double dynamic_share = 0;            ///< of the judged points
+  int candidates = 0;                 ///< points F was fitted from
+  int inliers = 0;                    ///< of them
+  double dynamic_share = 0;           ///< of the judged points
   /// 0..1: how far "violates F" speaks for a moving point. Small where the candidates disagreed.
   double fit_quality = 0;
 };
@@ -57,7 +55,7 @@ struct EpipolarCheck {
 /// @param flow previous and current ideal pixel of each followed point; not finite = not followed.
 /// @param previous_label of the same points in the previous frame; same size as flow.
 [[nodiscard]] EpipolarCheck check_epipolar(std::span<const PointPair> flow,
-                                       std::span<const MotionLabel> previous_label,
-                                       const EpipolarConfig& config, Rng& rng);
+                                           std::span<const MotionLabel> previous_label,
+                                           const EpipolarConfig& config, Rng& rng);
 
 }  // namespace ygslam

@@ -115,9 +115,9 @@ TEST(EpipolarCheck, TooFewStaticPointsGiveNoVerdict) {
   EXPECT_EQ(check.state, CheckState::kTooFewStatic);
   EXPECT_FALSE(check.F);
   EXPECT_EQ(check.candidates, 19);
-  for (const auto& verdict : check.points) {
-    EXPECT_EQ(verdict.label, MotionLabel::kUnknown);
-    EXPECT_LT(verdict.distance_px, 0);
+  for (const auto& point : check.points) {
+    EXPECT_EQ(point.label, MotionLabel::kUnknown);
+    EXPECT_LT(point.distance_px, 0);
   }
   EXPECT_EQ(check_epipolar({}, {}, {}, rng).state, CheckState::kTooFewStatic);
 }
@@ -132,27 +132,26 @@ TEST(EpipolarCheck, VotersWithoutCommonMotionGiveNoVerdict) {
   const auto check =
       check_epipolar(flow, std::vector<MotionLabel>(60, MotionLabel::kStatic), config, rng);
   EXPECT_EQ(check.state, CheckState::kNoFit);
-  for (const auto& verdict : check.points) EXPECT_EQ(verdict.label, MotionLabel::kUnknown);
+  for (const auto& point : check.points) EXPECT_EQ(point.label, MotionLabel::kUnknown);
 }
 
-TEST(EpipolarCheck, BetweenTheTwoThresholdsAPointIsUnknown) {
+TEST(EpipolarCheck, BeyondTheThresholdAPointIsDynamic) {
   Rng rng(2);
   PointWorldConfig world_config;
   world_config.cube_step_m = Vec3(0, 0.05, 0);
   const PointWorld world = make_point_world(world_config, rng);
   EpipolarConfig config;
-  config.tau_px = 0.2;
-  config.limit_tau_px = 3.0;
+  config.tau_px = 0.7;
   const auto check = check_epipolar(world.flow, true_labels(world), config, rng);
-  int between = 0;
-  for (const auto& verdict : check.points) {
-    const double d = verdict.distance_px;
-    EXPECT_EQ(verdict.consistent, d <= config.tau_px);
-    EXPECT_EQ(verdict.label == MotionLabel::kDynamic, d > config.limit_tau_px);
-    EXPECT_EQ(verdict.label == MotionLabel::kStatic, d <= config.tau_px);
-    between += verdict.label == MotionLabel::kUnknown ? 1 : 0;
+  int within = 0, beyond = 0;
+  for (const EpipolarLabel& point : check.points) {
+    if (point.distance_px < 0) continue;
+    const bool is_dynamic = point.distance_px > config.tau_px;
+    EXPECT_EQ(point.label, is_dynamic ? MotionLabel::kDynamic : MotionLabel::kStatic);
+    ++(is_dynamic ? beyond : within);
   }
-  EXPECT_GT(between, 10);
+  EXPECT_GT(within, 10);
+  EXPECT_GT(beyond, 10);
 }
 
 TEST(EpipolarCheck, PureRotationFlagsNoStandingPoint) {

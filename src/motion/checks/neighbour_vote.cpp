@@ -28,9 +28,9 @@ std::int32_t elect(const Feature& feature, std::span<const std::uint8_t> moves,
 }  // namespace
 
 std::vector<std::int32_t> vote_of_neighbours(const Features& features,
-                                         std::span<const std::int32_t> nearest,
-                                         std::span<const std::uint8_t> moves,
-                                         const FlowField& field, double majority) {
+                                             std::span<const std::int32_t> nearest,
+                                             std::span<const std::uint8_t> moves,
+                                             const FlowField& field, double majority) {
   CHECK(nearest.size() == features.size());
   std::vector<std::int32_t> result(nearest.begin(), nearest.end());
   for (std::size_t i = 0; i < result.size(); ++i)

@@ -16,9 +16,9 @@ namespace ygslam {
 /// @return nearest, and for features without one the nearest followed point of the majority around
 /// them at their depth (-1 where the neighbours disagree or there are none).
 [[nodiscard]] std::vector<std::int32_t> vote_of_neighbours(const Features& features,
-                                                       std::span<const std::int32_t> nearest,
-                                                       std::span<const std::uint8_t> moves,
-                                                       const FlowField& field, double majority);
+                                                           std::span<const std::int32_t> nearest,
+                                                           std::span<const std::uint8_t> moves,
+                                                           const FlowField& field, double majority);
 
 /// Per followed point the share of its neighbours' votes that move as well, -1 where it has fewer
 /// than two neighbours. A mover moves as a whole; a lone violator is a bad flow or a bad depth.

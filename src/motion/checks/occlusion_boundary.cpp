@@ -5,7 +5,8 @@
 
 namespace ygslam {
 
-bool is_on_occlusion_boundary(const Feature& feature, const CoarseDepth& depth_m, const OcclusionBoundaryConfig& config) {
+bool is_on_occlusion_boundary(const Feature& feature, const CoarseDepth& depth_m,
+                              const OcclusionBoundaryConfig& config) {
   if (!feature.uv_px.allFinite()) return false;
   constexpr int kStep = CoarseDepth::kStep;
   const double support_px = config.support_px * std::pow(config.pyramid_scale, feature.octave);

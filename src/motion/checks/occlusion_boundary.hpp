@@ -16,6 +16,6 @@ struct OcclusionBoundaryConfig {
 
 /// True for a feature without depth, or on the far side, beside a nearer surface.
 [[nodiscard]] bool is_on_occlusion_boundary(const Feature& feature, const CoarseDepth& depth_m,
-                             const OcclusionBoundaryConfig& config);
+                                            const OcclusionBoundaryConfig& config);
 
 }  // namespace ygslam

@@ -14,8 +14,8 @@ constexpr double kMostHistoryLimits = 2.0;  // bad poses stretch the limit no fu
 }  // namespace
 
 HistoryCheck PointHistory::check(const Camera& camera, std::span<const FollowedPoint> points,
-                                    std::span<const std::uint8_t> candidate,
-                                    const SE3& T_current_newest) const {
+                                 std::span<const std::uint8_t> candidate,
+                                 const SE3& T_current_newest) const {
   CHECK(points.size() == candidate.size());
   HistoryCheck result;
   result.residual.resize(points.size());
@@ -37,7 +37,8 @@ HistoryCheck PointHistory::check(const Camera& camera, std::span<const FollowedP
 }
 
 HistoryResidual PointHistory::residual_of(const Camera& camera, const Chain& chain,
-                                       const FollowedPoint& point, const SE3& T_current_odom) const {
+                                          const FollowedPoint& point,
+                                          const SE3& T_current_odom) const {
   for (int a = 0; a < chain.size; ++a) {
     const Sample& sample = chain.samples[a];
     const int age = newest_ + 1 - sample.frame;
@@ -45,7 +46,7 @@ HistoryResidual PointHistory::residual_of(const Camera& camera, const Chain& cha
     const Pose* then = pose_of(sample.frame);
     if (!then) continue;
     const FollowedPoint seen{sample.ideal_px.cast<double>(), point.current_px, sample.depth_m,
-                          sample.range};
+                             sample.range};
     return {ego_motion_residual(camera, T_current_odom * then->T_camera_odom.inverse(), seen), age};
   }
   return {};

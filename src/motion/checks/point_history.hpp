@@ -15,21 +15,22 @@ namespace ygslam {
 
 struct PointHistoryConfig {
   bool enabled = true;
-  int spacing_frames = 4;      ///< between the samples of a point
-  int min_age_frames = 4;      ///< a younger sample says no more than the flow
-  double limit_px = 3.0;       ///< farther from where its sample puts it: the point moves
-  double limit_medians = 4.0;  ///< ... and farther than this many medians of the candidates' residuals
+  int spacing_frames = 4;  ///< between the samples of a point
+  int min_age_frames = 4;  ///< a younger sample says no more than the flow
+  double limit_px = 3.0;   ///< farther from where its sample puts it: the point moves
+  double limit_medians =
+      4.0;  ///< ... and farther than this many medians of the candidates' residuals
 };
 
 /// What the oldest sample of a point says.
 struct HistoryResidual {
-  EgoMotionResidual px;    ///< against the camera's motion since the sample; negative = not judged
-  int age_frames = 0;  ///< of that sample; 0 = none old enough
+  EgoMotionResidual px;  ///< against the camera's motion since the sample; negative = not judged
+  int age_frames = 0;    ///< of that sample; 0 = none old enough
 };
 
 struct HistoryCheck {
   std::vector<HistoryResidual> residual;  ///< per point of the newest frame
-  double limit_px = 0;                   ///< beyond, a point moves
+  double limit_px = 0;                    ///< beyond, a point moves
 };
 
 class PointHistory {
@@ -40,8 +41,8 @@ class PointHistory {
   /// @param points followed points, one per feature of the newest frame (their current_px counts).
   /// @param candidate 1 for points whose residuals set the limit.
   [[nodiscard]] HistoryCheck check(const Camera& camera, std::span<const FollowedPoint> points,
-                                      std::span<const std::uint8_t> candidate,
-                                      const SE3& T_current_newest) const;
+                                   std::span<const std::uint8_t> candidate,
+                                   const SE3& T_current_newest) const;
 
   /// The current frame becomes the newest.
   /// @param points its features: previous_px, depth_m and range of this frame.
@@ -68,7 +69,8 @@ class PointHistory {
   };
   [[nodiscard]] const Pose* pose_of(std::int32_t frame) const;
   [[nodiscard]] HistoryResidual residual_of(const Camera& camera, const Chain& chain,
-                                         const FollowedPoint& point, const SE3& T_current_odom) const;
+                                            const FollowedPoint& point,
+                                            const SE3& T_current_odom) const;
 
   PointHistoryConfig config_;
   std::vector<Chain> chains_;  // per feature of the newest frame

@@ -58,16 +58,16 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
   const ImagePyramid& image = evidence.frame.pyramid;
   if (previous_) {
     evidence.followed = follow_features(camera_, *previous_, image, predicted, config_.flow);
-    evidence.links = link_to_previous(features->points, evidence.followed.ends,
-                                      config_.epipolar.link_radius_px);
+    evidence.links =
+        link_to_previous(features->points, evidence.followed.ends, config_.epipolar.link_radius_px);
   }
   carry_masks(frame, evidence.followed.ends, new_masks, evidence);
   if (!previous_ || !uses_geometry()) return evidence;
 
   evidence.same_corner = same_corners(evidence);
   if (config_.epipolar.corners == FlowCorners::kHarris)
-    evidence.followed = follow_harris(camera_, *previous_, image, config_.epipolar.link_radius_px,
-                                      config_.flow);
+    evidence.followed =
+        follow_harris(camera_, *previous_, image, config_.epipolar.link_radius_px, config_.flow);
   const Followed& followed = evidence.followed;
   evidence.epipolar = check_epipolar(followed.pairs, followed.label, config_.epipolar, rng_);
   if (config_.ego_motion.enabled) {
@@ -184,8 +184,8 @@ std::vector<std::uint8_t> PointClassifier::static_before(const Followed& followe
   return result;
 }
 
-/// Where the points were in the previous frame and up to sixteen frames ago, against a camera motion
-/// since the previous frame.
+/// Where the points were in the previous frame and up to sixteen frames ago, against a camera
+/// motion since the previous frame.
 void PointClassifier::hold_against(const SE3& T_current_previous, FrameEvidence& evidence) const {
   evidence.residual.clear();
   if (evidence.ego_motion)
@@ -252,7 +252,7 @@ void PointClassifier::give_to_features(FrameEvidence& evidence) const {
 
 MotionLimits PointClassifier::limits(const FrameEvidence& evidence) const {
   const HistoryCheck& history = evidence.history;
-  return {config_.epipolar.tau_px, config_.epipolar.limit_tau_px,
+  return {config_.epipolar.tau_px,
           evidence.ego_motion ? evidence.ego_motion->limit_px : config_.ego_motion.limit_px,
           history.limit_px > 0 ? history.limit_px : config_.history.limit_px};
 }

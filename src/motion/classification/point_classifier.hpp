@@ -1,5 +1,5 @@
-// Which points of a frame stand still: flow from the previous frame, late masks carried along it, the
-// checks of motion, and one label and weight per feature out of all of them. The tracker calls
+// Which points of a frame stand still: flow from the previous frame, late masks carried along it,
+// the checks of motion, and one label and weight per feature out of all of them. The tracker calls
 //   observe -> classify -> (pose) -> reobserve -> classify -> remember
 // with values going from one to the next; only remember() and the masks change what is kept.
 #pragma once
@@ -14,10 +14,10 @@
 #include "motion/checks/epipolar_check.hpp"
 #include "motion/checks/occlusion_boundary.hpp"
 #include "motion/checks/point_history.hpp"
+#include "motion/classification/point_labels.hpp"
 #include "motion/flow/flow_follower.hpp"
 #include "motion/flow/lk_flow.hpp"
 #include "motion/masks/label_history.hpp"
-#include "motion/classification/point_labels.hpp"
 
 namespace ygslam {
 
@@ -37,14 +37,14 @@ struct FrameEvidence {
   FlowFrame frame;                  ///< what the next frame's flow starts from
   Followed followed;                ///< points of the previous frame: features or Harris corners
   std::vector<std::int32_t> links;  ///< per feature: the previous feature it continues; -1 = none
-  std::vector<std::int32_t> same_corner;  ///< links, where it surely is the same corner
-  EpipolarCheck epipolar;                 ///< Algorithm 1, per followed point
-  std::optional<EgoMotion> ego_motion;    ///< the camera motion the points were held against
+  std::vector<std::int32_t> same_corner;    ///< links, where it surely is the same corner
+  EpipolarCheck epipolar;                   ///< Algorithm 1, per followed point
+  std::optional<EgoMotion> ego_motion;      ///< the camera motion the points were held against
   std::vector<EgoMotionResidual> residual;  ///< from it, per followed point; empty without
   HistoryCheck history;                     ///< over several frames, per followed point
-  std::vector<PointEvidence> points;      ///< all of it per feature
-  int mask_age_frames = -1;               ///< of the newest mask used, -1 = none
-  bool is_first = true;                   ///< no frame before it
+  std::vector<PointEvidence> points;        ///< all of it per feature
+  int mask_age_frames = -1;                 ///< of the newest mask used, -1 = none
+  bool is_first = true;                     ///< no frame before it
 };
 
 /// How a feature moves against the camera's motion.
@@ -54,8 +54,8 @@ class PointClassifier {
  public:
   PointClassifier(DynamicConfig config, const Camera& camera, std::uint64_t seed);
 
-  /// Flow of the previous frame's points, the masks' labels carried along it, the fundamental matrix
-  /// from points that were static before and each point's distance from its epipolar line
+  /// Flow of the previous frame's points, the masks' labels carried along it, the fundamental
+  /// matrix from points that were static before and each point's distance from its epipolar line
   /// (Algorithm 1), and the camera's motion as flow and depth give it. Everything but masks is left
   /// out in mode semantic, masks in mode geometry, all in mode off.
   /// @param new_masks results that arrived since the last call, of this or earlier frames.

@@ -52,8 +52,8 @@ void remember(PointClassifier& classifier, const Step& step) {
 std::vector<std::uint8_t> on_board(const Step& step) {
   std::vector<std::uint8_t> result;
   for (const Feature& f : step.features->points)
-    result.push_back(step.rendered.board.at(static_cast<int>(f.uv_px.x()),
-                                            static_cast<int>(f.uv_px.y())) > 0);
+    result.push_back(
+        step.rendered.board.at(static_cast<int>(f.uv_px.x()), static_cast<int>(f.uv_px.y())) > 0);
   return result;
 }
 
@@ -141,8 +141,7 @@ TEST(PointClassifier, StaticRoomFlagsAlmostNothing) {
   for (const bool predict : {false, true}) {
     const auto steps = run({.board_moves = false, .predict = predict});
     for (const Step& step : steps) {
-      EXPECT_LE(step.labels.dynamic_points,
-                0.01 * static_cast<double>(step.features->size()));
+      EXPECT_LE(step.labels.dynamic_points, 0.01 * static_cast<double>(step.features->size()));
       EXPECT_FALSE(step.labels.too_few_static);
     }
   }
@@ -348,9 +347,9 @@ TEST(PointClassifier, SurvivesBlankFramesMissingDepthAndOtherSizes) {
       for (auto& p : broken->points) p.depth_m = nan;
       features = broken;
     }
-    FrameEvidence evidence =
-        classifier.observe(frame, features, std::vector<SegmentationPtr>{nullptr, board_mask(rendered)},
-                           FlowPrediction{SE3(Mat3::Identity(), Vec3(0.01, 0, 0))});
+    FrameEvidence evidence = classifier.observe(
+        frame, features, std::vector<SegmentationPtr>{nullptr, board_mask(rendered)},
+        FlowPrediction{SE3(Mat3::Identity(), Vec3(0.01, 0, 0))});
     const PointLabels labels = classifier.classify(evidence);
     EXPECT_EQ(labels.label.size(), features->size());
     for (const float w : labels.weight) EXPECT_TRUE(w >= 0 && w <= 1);

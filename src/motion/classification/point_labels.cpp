@@ -30,7 +30,7 @@ float excess_score(double excess, bool believed) {
 class Classifier {
  public:
   Classifier(DynamicMode mode, const EpipolarCheck& check, const MotionLimits& limits,
-         const ClassifierConfig& config)
+             const ClassifierConfig& config)
       : geometry_(uses_geometry(mode)),
         semantic_(uses_masks(mode)),
         believed_(geometry_ && is_believed(check, config)),
@@ -55,13 +55,15 @@ class Classifier {
       obeys = judged && moves <= 0 && e.epipolar_px <= limits_.tau_px;
     }
     const bool cleared = seen_outside || obeys || e.previous == MotionLabel::kStatic;
-    // A corner on an occlusion boundary moves with it: of no use to tracking, but no moving surface.
-    const bool boundary = dynamic_score > 1 && e.on_boundary && e.semantic.label != SemanticLabel::kMovable;
+    // A corner on an occlusion boundary moves with it: of no use to tracking, but no moving
+    // surface.
+    const bool boundary =
+        dynamic_score > 1 && e.on_boundary && e.semantic.label != SemanticLabel::kMovable;
     out.dynamic_score.push_back(dynamic_score);
     out.label.push_back(dynamic_score > 1 && !boundary ? MotionLabel::kDynamic
-                        : dynamic_score > 0           ? MotionLabel::kUnknown
-                        : cleared                 ? MotionLabel::kStatic
-                                                  : MotionLabel::kUnknown);
+                        : dynamic_score > 0            ? MotionLabel::kUnknown
+                        : cleared                      ? MotionLabel::kStatic
+                                                       : MotionLabel::kUnknown);
     out.weight.push_back(boundary ? 0 : weight(out.label.back(), dynamic_score));
   }
 
@@ -72,12 +74,14 @@ class Classifier {
   [[nodiscard]] float violation(const PointEvidence& e) const {
     const bool is_supported = e.moving_share < 0 || e.moving_share >= config_.min_moving_share;
     // Where depth agrees with a standing point, a crossed epipolar line means a bad F.
-    const bool obeys_depth = e.ego_motion.own_depth_px >= 0 && e.ego_motion.own_depth_px <= limits_.ego_motion_px;
-    const float epipolar = excess_score(e.epipolar_px / limits_.limit_tau_px,
-                                            believed_ && is_supported && !obeys_depth);
+    const bool obeys_depth =
+        e.ego_motion.own_depth_px >= 0 && e.ego_motion.own_depth_px <= limits_.ego_motion_px;
+    const float epipolar =
+        excess_score(e.epipolar_px / limits_.tau_px, believed_ && is_supported && !obeys_depth);
     // At a depth edge the point's own depth may be its neighbour's: a motion that another depth
     // around it explains is only a doubt.
-    const float rigid = excess_score(e.ego_motion.any_depth_px / limits_.ego_motion_px, is_supported);
+    const float rigid =
+        excess_score(e.ego_motion.any_depth_px / limits_.ego_motion_px, is_supported);
     const float edge = excess_score(e.ego_motion.own_depth_px / limits_.ego_motion_px, false);
     const float slow = excess_score(e.history.px.any_depth_px / limits_.history_px, is_supported);
     return std::max({epipolar, rigid, edge, slow});
@@ -85,7 +89,8 @@ class Classifier {
   [[nodiscard]] float weight(MotionLabel label, float dynamic_score) const {
     if (label == MotionLabel::kDynamic) return 0;
     if (label == MotionLabel::kStatic) return 1;
-    return static_cast<float>(config_.unknown_weight) * (1.0F - 0.5F * std::min(dynamic_score, 1.0F));
+    return static_cast<float>(config_.unknown_weight) *
+           (1.0F - 0.5F * std::min(dynamic_score, 1.0F));
   }
 
   bool geometry_;
@@ -97,7 +102,7 @@ class Classifier {
 
 /// Too few points left: those with the lowest score come back with reduced weight.
 void fall_back_to_least_dynamic(std::span<const PointEvidence> evidence, const MotionLimits& limits,
-                             const ClassifierConfig& config, PointLabels& out) {
+                                const ClassifierConfig& config, PointLabels& out) {
   std::vector<std::uint32_t> excluded;
   int usable = 0;
   for (std::size_t i = 0; i < out.label.size(); ++i) {
@@ -107,7 +112,7 @@ void fall_back_to_least_dynamic(std::span<const PointEvidence> evidence, const M
     }
     const bool sure = evidence[i].in_free_space ||
                       (evidence[i].semantic.label == SemanticLabel::kMovable &&
-                       evidence[i].epipolar_px > config.sure_mover_factor * limits.limit_tau_px);
+                       evidence[i].epipolar_px > config.sure_mover_factor * limits.tau_px);
     if (!sure) excluded.push_back(static_cast<std::uint32_t>(i));
   }
   if (usable >= config.min_static) return;
@@ -148,8 +153,8 @@ PointLabels all_static(std::size_t n) {
 }
 
 PointLabels classify(DynamicMode mode, std::span<const PointEvidence> evidence,
-                  const EpipolarCheck& check, const MotionLimits& limits,
-                  const ClassifierConfig& config) {
+                     const EpipolarCheck& check, const MotionLimits& limits,
+                     const ClassifierConfig& config) {
   if (mode == DynamicMode::kOff) return all_static(evidence.size());
   PointLabels labels;
   labels.label.reserve(evidence.size());

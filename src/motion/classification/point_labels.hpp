@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "motion/labels.hpp"
-#include "motion/masks/label_history.hpp"
+#include "motion/checks/ego_motion.hpp"
 #include "motion/checks/epipolar_check.hpp"
 #include "motion/checks/point_history.hpp"
-#include "motion/checks/ego_motion.hpp"
+#include "motion/labels.hpp"
+#include "motion/masks/label_history.hpp"
 
 namespace ygslam {
 
@@ -31,15 +31,15 @@ enum class DynamicMode : std::uint8_t {
 
 struct ClassifierConfig {
   bool second_look = true;  ///< classify every point again against the pose found from the map
-  /// Features at which no flow ends are classified as the flow ends around them at their depth; false:
-  /// they stay unknown, as in the paper.
+  /// Features at which no flow ends are classified as the flow ends around them at their depth;
+  /// false: they stay unknown, as in the paper.
   bool vote_of_neighbours = true;
-  double min_moving_share = 0.3;      ///< of the neighbours; below, a violation is only a doubt
-  double neighbour_majority = 0.7;    ///< share of the neighbours' votes that must agree
-  double unknown_weight = 0.6;        ///< of a point nobody has said anything about
-  double max_dynamic_share = 0.7;     ///< a check that flags more than this is not believed
-  double min_fit_quality = 0.3;       ///< ... nor one whose candidates disagreed this much
-  int min_static = 60;                ///< fewer usable points: those with the lowest score come back
+  double min_moving_share = 0.3;    ///< of the neighbours; below, a violation is only a doubt
+  double neighbour_majority = 0.7;  ///< share of the neighbours' votes that must agree
+  double unknown_weight = 0.6;      ///< of a point nobody has said anything about
+  double max_dynamic_share = 0.7;   ///< a check that flags more than this is not believed
+  double min_fit_quality = 0.3;     ///< ... nor one whose candidates disagreed this much
+  int min_static = 60;              ///< fewer usable points: those with the lowest score come back
   double fallback_weight_high = 0.5;  ///< of those with the lowest score
   double fallback_weight_low = 0.1;   ///< of those with the highest
   double sure_mover_factor =
@@ -48,39 +48,38 @@ struct ClassifierConfig {
 
 /// Beyond these a point moves.
 struct MotionLimits {
-  double tau_px = 1.0;        ///< EpipolarConfig::tau_px
-  double limit_tau_px = 1.0;  ///< EpipolarConfig::limit_tau_px
-  double ego_motion_px = 2.0;      ///< EgoMotion::limit_px
+  double tau_px = 1.0;         ///< EpipolarConfig::tau_px
+  double ego_motion_px = 2.0;  ///< EgoMotion::limit_px
   double history_px = 3.0;     ///< HistoryCheck::limit_px
 };
 
 /// All that is known about one feature of the current frame.
 struct PointEvidence {
   SemanticPoint semantic{};
-  float epipolar_px = -1;   ///< D of eq. (16) of the flow that ends at it; -1 = not judged
-  float moving_share = -1;  ///< of the neighbours' votes, -1 = not asked
-  EgoMotionResidual ego_motion{};    ///< of the same flow
-  HistoryResidual history{};  ///< of the same point over a longer time
-  bool rests = false;       ///< on an object that demonstrably stands still
-  bool on_boundary = false;      ///< behind an outline, see occlusion_rim.hpp
-  bool in_free_space = false;    ///< in space that the map knows to be empty
+  float epipolar_px = -1;          ///< D of eq. (16) of the flow that ends at it; -1 = not judged
+  float moving_share = -1;         ///< of the neighbours' votes, -1 = not asked
+  EgoMotionResidual ego_motion{};  ///< of the same flow
+  HistoryResidual history{};       ///< of the same point over a longer time
+  bool rests = false;              ///< on an object that demonstrably stands still
+  bool on_boundary = false;        ///< behind an outline, see occlusion_rim.hpp
+  bool in_free_space = false;      ///< in space that the map knows to be empty
   MotionLabel previous = MotionLabel::kUnknown;  ///< final label of the feature it continues
 };
 
 struct PointLabels {
   std::vector<MotionLabel> label;
-  std::vector<float> weight;     ///< 0..1: how far to trust the point in the pose; 0 for dynamic
+  std::vector<float> weight;  ///< 0..1: how far to trust the point in the pose; 0 for dynamic
   std::vector<float> dynamic_score;  ///< 0 = none; above 1 a point is dynamic
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   bool too_few_static = false;  ///< fewer than min_static points were left
-  int fallback_points = 0;             ///< points that came back because of that, label unknown
+  int fallback_points = 0;      ///< points that came back because of that, label unknown
   bool check_believed = false;  ///< the epipolar check counted in full
 };
 
 /// @param check the epipolar check's summary; its distances come with the evidence.
 [[nodiscard]] PointLabels classify(DynamicMode mode, std::span<const PointEvidence> evidence,
-                                const EpipolarCheck& check, const MotionLimits& limits,
-                                const ClassifierConfig& config);
+                                   const EpipolarCheck& check, const MotionLimits& limits,
+                                   const ClassifierConfig& config);
 
 /// Counts the labels anew, after a change.
 void count(PointLabels& labels);

@@ -179,7 +179,8 @@ TEST(PointLabels, IntrudersAreDynamicByGeometryAndNeverComeBack) {
   auto intruder = evidence(SemanticLabel::kStatic, 0.3F);
   intruder.in_free_space = true;
   for (const DynamicMode mode : {DynamicMode::kGeometry, DynamicMode::kFull}) {
-    const auto labels = classify(mode, std::vector(5, intruder), good_check(), {}, ClassifierConfig{});
+    const auto labels =
+        classify(mode, std::vector(5, intruder), good_check(), {}, ClassifierConfig{});
     EXPECT_TRUE(labels.too_few_static);
     EXPECT_EQ(labels.dynamic_points, 5);
   }

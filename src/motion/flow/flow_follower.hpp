@@ -20,8 +20,8 @@ struct FlowPrediction {
 struct FlowFrame {
   ImagePyramid pyramid;
   FeaturesPtr features;
-  std::vector<DepthRange> range;       ///< of the depths around each feature
-  std::vector<MotionLabel> label;      ///< final label of each feature
+  std::vector<DepthRange> range;            ///< of the depths around each feature
+  std::vector<MotionLabel> label;           ///< final label of each feature
   std::vector<std::uint8_t> in_free_space;  ///< of each feature, see PointEvidence
   std::vector<std::uint8_t> rests;          ///< of each feature: on an object that stands still
 };
@@ -37,9 +37,9 @@ struct FollowedPoint {
 /// Points of the previous frame in the current one: its features, or corners of their own.
 struct Followed {
   std::vector<FlowEnd> ends;
-  std::vector<PointPair> pairs;    ///< ideal pixels; not finite = not followed
+  std::vector<PointPair> pairs;       ///< ideal pixels; not finite = not followed
   std::vector<FollowedPoint> points;  ///< the same with depth
-  std::vector<MotionLabel> label;  ///< in the previous frame
+  std::vector<MotionLabel> label;     ///< in the previous frame
   [[nodiscard]] std::size_t size() const { return ends.size(); }
 };
 

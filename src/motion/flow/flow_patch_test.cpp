@@ -9,8 +9,8 @@
 
 #include "core/rng.hpp"
 #include "motion/flow/image_pyramid_levels.hpp"
-#include "motion/motion_test_world.hpp"
 #include "motion/flow/words16.hpp"
+#include "motion/motion_test_world.hpp"
 
 namespace ygslam {
 namespace {

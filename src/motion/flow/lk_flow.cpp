@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "image/point_grid.hpp"
-#include "motion/flow/flow_patch.hpp"
 #include "motion/flow/affine_prediction.hpp"
+#include "motion/flow/flow_patch.hpp"
 #include "motion/flow/image_pyramid_levels.hpp"
 
 namespace ygslam {

@@ -23,7 +23,10 @@ struct Surroundings {
 class Labeller {
  public:
   Labeller(const Segmentation& masks, const CoarseDepth& depth_m, const MaskConfig& config)
-      : ids_(masks.ids), depth_m_(depth_m), config_(config), movable_(movable_ids(masks, config.movable_classes)) {
+      : ids_(masks.ids),
+        depth_m_(depth_m),
+        config_(config),
+        movable_(movable_ids(masks, config.movable_classes)) {
     sample();
   }
 
@@ -89,7 +92,8 @@ class Labeller {
 
   [[nodiscard]] Surroundings look_around(int u, int v) const {
     Surroundings found;
-    const double outer_band_px = movable_[ids_.at(u, v)] ? config_.inner_band_px : config_.outer_band_px;
+    const double outer_band_px =
+        movable_[ids_.at(u, v)] ? config_.inner_band_px : config_.outer_band_px;
     const int r = static_cast<int>(std::ceil(outer_band_px));
     if (is_uniform(u, v, r)) {
       if (const std::uint8_t id = ids_.at(u, v); movable_[id]) found.nearest_movable = id;

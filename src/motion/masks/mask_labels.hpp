@@ -12,7 +12,7 @@ namespace ygslam {
 
 struct MaskConfig {
   std::vector<int> movable_classes{0};  ///< COCO classes that can move; 0 = person
-  double outer_band_px = 3;        ///< just outside: depth decides up to this far from the mask's edge
+  double outer_band_px = 3;  ///< just outside: depth decides up to this far from the mask's edge
   double inner_band_px = 6;  ///< just inside: the same (networks draw masks a little too large)
   double same_depth_ratio =
       0.02;                       ///< just outside, at the object's depth up to this: on the object

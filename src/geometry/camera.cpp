@@ -102,10 +102,10 @@ Vec2 Camera::undistort_exact(const Vec2& uv_px) const {
 
 Vec2 Camera::undistort(const Vec2& uv_px) const {
   if (undistorted_.empty()) return uv_px;
-  const double u = std::clamp(uv_px.x(), 0.0, config_.width - 1.001);
-  const double v = std::clamp(uv_px.y(), 0.0, config_.height - 1.001);
-  const int u0 = static_cast<int>(u);
-  const int v0 = static_cast<int>(v);
+  const double u = std::clamp(uv_px.x(), 0.0, config_.width - 1.0);
+  const double v = std::clamp(uv_px.y(), 0.0, config_.height - 1.0);
+  const int u0 = std::min(static_cast<int>(u), config_.width - 2);
+  const int v0 = std::min(static_cast<int>(v), config_.height - 2);
   const double a = u - u0;
   const double b = v - v0;
   const auto* row = &undistorted_[static_cast<std::size_t>(v0) * config_.width + u0];

@@ -15,6 +15,7 @@ constexpr double kHarrisDistancePx = 8;
 constexpr int kDepthEdgePx = 3;       // how far depth edges lie from the colour image's
 constexpr double kUsualDepthM = 2.0;  // where a frame has no depth at all
 constexpr double kLeastDepthM = 0.05;
+constexpr double kStartGridPx = 1.0 / 32;
 
 float median_depth_m(const Features& features) {
   std::vector<float> depths;
@@ -34,7 +35,10 @@ std::vector<Eigen::Vector2f> predict_ends(const Camera& camera, const Features& 
     const double depth_m = f.depth_m > 0 ? f.depth_m : usual_m;
     const Vec3 p_cam = T_current_previous * camera.unproject(f.ideal_px.cast<double>(), depth_m);
     ends[i] = f.uv_px;
-    if (p_cam.z() > kLeastDepthM) ends[i] = camera.distort(camera.project(p_cam)).cast<float>();
+    if (p_cam.z() <= kLeastDepthM) continue;
+    // On a grid the last bits of a pose do not show: equal motions start equal searches.
+    const Vec2 end_px = camera.distort(camera.project(p_cam));
+    ends[i] = ((end_px / kStartGridPx).array().round() * kStartGridPx).cast<float>();
   }
   return ends;
 }

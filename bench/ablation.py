@@ -29,9 +29,8 @@ from pathlib import Path
 from scipy.stats import t as student
 
 FULL = "full"
-WITHOUT = ("static_prior", "ego_motion", "point_history", "second_look", "occlusion_boundaries",
-           "neighbour_votes", "neighbour_support", "missed_objects", "free_space",
-           "landmark_weights", "depth_edge_weights", "local_map", "local_bundle")
+WITHOUT = ("static_prior", "ego_motion", "occlusion_boundaries", "neighbour_votes",
+           "neighbour_support", "free_space", "depth_edge_weights", "local_map", "local_bundle")
 PARTS = {  # name: (mode, settings)
     FULL: ("full", []),
     "mode off": ("off", []),

@@ -131,7 +131,6 @@ struct Variant {
   const char* name;
   DynamicConfig config;
   int mask_delay_frames = -1;  // -1 = no masks
-  bool true_motion = false;    // a second look with the true camera motion, as a tracker would take
 };
 
 std::vector<Variant> variants() {
@@ -151,15 +150,13 @@ std::vector<Variant> variants() {
   c.ego_motion.enabled = true;
   c.boundary.enabled = true;
   c.classifier.vote_of_neighbours = true;
-  list.push_back({"improved + neighbours + rigid flow", c});
-  list.push_back({"... + second look, true motion", c, -1, true});
+  list.push_back({"improved + neighbours + ego-motion", c});
   c.mode = DynamicMode::kSemantic;
   list.push_back({"masks, same frame", c, 0});
   list.push_back({"masks, 2 frames late", c, 2});
   list.push_back({"masks, 10 frames late", c, 10});
   c.mode = DynamicMode::kFull;
   list.push_back({"full, masks 2 frames late", c, 2});
-  list.push_back({"... + second look, true motion", c, 2, true});
   return list;
 }
 
@@ -196,16 +193,10 @@ void run_variant(const Variant& variant, const std::vector<Recorded>& sequence,
     const ScopedTimer timer;
     FrameEvidence evidence =
         classifier.observe(*sequence[k].frame, sequence[k].features, masks, std::nullopt);
-    std::optional<SE3> T_camera_odom;
-    if (variant.true_motion && k > 0) {
-      T_camera_odom = sequence[k].T_world_camera.inverse();
-      evidence = classifier.reobserve(std::move(evidence),
-                                      *T_camera_odom * sequence[k - 1].T_world_camera, {});
-    }
     const PointLabels labels = classifier.classify(evidence);
     const bool done = evidence.epipolar.state == CheckState::kDone;
     const auto links = evidence.links;
-    classifier.remember(std::move(evidence), labels.label, {}, T_camera_odom);
+    classifier.remember(std::move(evidence), labels.label);
     ms.push_back(timer.cpu_ms());
     if (k == 0) continue;
     count(sequence[k], labels, tally);

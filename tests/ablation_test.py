@@ -11,7 +11,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "bench")
 
 import ablation  # noqa: E402
 
-PART = "no anchors"
+PART = "no free space"
 
 
 def runs(sequence, part, ates, **more):

@@ -104,14 +104,15 @@ Vec2 Camera::undistort(const Vec2& uv_px) const {
   if (undistorted_.empty()) return uv_px;
   const double u = std::clamp(uv_px.x(), 0.0, config_.width - 1.0);
   const double v = std::clamp(uv_px.y(), 0.0, config_.height - 1.0);
-  const int u0 = std::min(static_cast<int>(u), config_.width - 2);
-  const int v0 = std::min(static_cast<int>(v), config_.height - 2);
+  const int u0 = std::clamp(static_cast<int>(u), 0, std::max(0, config_.width - 2));
+  const int v0 = std::clamp(static_cast<int>(v), 0, std::max(0, config_.height - 2));
   const double a = u - u0;
   const double b = v - v0;
   const auto* row = &undistorted_[static_cast<std::size_t>(v0) * config_.width + u0];
-  const auto* below = row + config_.width;
-  const Vec2 ideal = (1 - b) * ((1 - a) * row[0].cast<double>() + a * row[1].cast<double>()) +
-                     b * ((1 - a) * below[0].cast<double>() + a * below[1].cast<double>());
+  const auto* below = config_.height > 1 ? row + config_.width : row;
+  const int right = config_.width > 1 ? 1 : 0;
+  const Vec2 ideal = (1 - b) * ((1 - a) * row[0].cast<double>() + a * row[right].cast<double>()) +
+                     b * ((1 - a) * below[0].cast<double>() + a * below[right].cast<double>());
   return ideal + (uv_px - Vec2(u, v));
 }
 

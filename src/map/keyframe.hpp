@@ -21,7 +21,7 @@ struct KeyframeData {
   Timestamp stamp;
   FeaturesPtr features;
   FeatureGrid grid;
-  FreeSpaceImage nearest{};
+  FreeSpaceImage free_space{};
 };
 using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 

@@ -178,7 +178,7 @@ class MapBytes {
     out.number(id);
     out.number(keyframe.data->stamp.ns);
     features(out, *keyframe.data->features);
-    const DepthImage& nearest_m = keyframe.data->nearest.nearest_m_;
+    const DepthImage& nearest_m = keyframe.data->free_space.nearest_m_;
     out.number(static_cast<std::uint32_t>(nearest_m.width()));
     out.number(static_cast<std::uint32_t>(nearest_m.height()));
     for (const float depth_m : nearest_m) out.number(depth_m);
@@ -200,8 +200,8 @@ class MapBytes {
     in.number(height);
     in.check(width <= 4096 && height <= 4096);
     if (!in.ok()) return;
-    data->nearest.nearest_m_ = DepthImage(static_cast<int>(width), static_cast<int>(height));
-    for (float& depth_m : data->nearest.nearest_m_) in.number(depth_m);
+    data->free_space.nearest_m_ = DepthImage(static_cast<int>(width), static_cast<int>(height));
+    for (float& depth_m : data->free_space.nearest_m_) in.number(depth_m);
     SE3 T_camera_world;
     pose(in, T_camera_world);
     KeyframeId parent = kNoKeyframe;

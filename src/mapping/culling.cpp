@@ -27,14 +27,15 @@ bool is_redundant(const Map& map, const Keyframe& keyframe, const CullingConfig&
 
 }  // namespace
 
-int cull_landmarks(Map& map, std::vector<LandmarkId>& on_probation, const CullingConfig& config) {
+int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
+                   const CullingConfig& config) {
   const auto newest = static_cast<int>(index(map.next_keyframe_id())) - 1;
   int removed = 0;
-  std::erase_if(on_probation, [&](LandmarkId id) {
+  std::erase_if(recent_landmarks, [&](LandmarkId id) {
     if (!map.has_landmark(id)) return true;
     const Landmark& landmark = map.landmark(id);
     const int age = newest - static_cast<int>(index(landmark.first_keyframe));
-    const bool old = age >= config.probation_keyframes;
+    const bool old = age >= config.recent_keyframes;
     const bool thin = static_cast<int>(landmark.observations.size()) < config.min_observations;
     if (landmark.found_ratio() < config.min_found_ratio || (old && thin)) {
       map.remove_landmark(id);

@@ -9,16 +9,17 @@ namespace ygslam {
 
 struct CullingConfig {
   double min_found_ratio = 0.25;
-  int probation_keyframes = 3;   ///< age at which a landmark must have been seen by ...
+  int recent_keyframes = 3;      ///< age at which a landmark must have been seen by ...
   int min_observations = 2;      ///< ... this many keyframes
   double redundant_share = 0.9;  ///< of a keyframe's landmarks that ...
   int redundant_observers = 3;   ///< ... this many others see at the same or a finer scale
   int protected_keyframes = 3;   ///< newest ones that are never culled
 };
 
-/// Judges the landmarks on probation; those that passed or went are taken out of the list.
+/// Judges the recent landmarks; those that passed or went are taken out of the list.
 /// @return number removed.
-int cull_landmarks(Map& map, std::vector<LandmarkId>& on_probation, const CullingConfig& config);
+int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
+                   const CullingConfig& config);
 
 /// Judges the neighbours of a keyframe. @return the removed keyframes.
 std::vector<KeyframeId> cull_keyframes(Map& map, KeyframeId around, const CullingConfig& config);

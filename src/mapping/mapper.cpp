@@ -12,7 +12,7 @@ constexpr std::ptrdiff_t kMinOutside = 30;
 // A frame may refer to the focus of any view since its own; more messages than this never wait.
 constexpr std::size_t kRememberedFoci = 128;
 
-FreeSpaceImage nearest_static_depth(const KeyframeCandidate& candidate) {
+FreeSpaceImage free_space_of(const KeyframeCandidate& candidate) {
   std::vector<Vec3> movers;
   for (std::size_t i = 0; i < candidate.features->size(); ++i) {
     const Feature& f = candidate.features->points[i];
@@ -31,7 +31,7 @@ KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
   const KeyframeId id = map_.next_keyframe_id();
   auto data = std::make_shared<KeyframeData>(KeyframeData{
       id, candidate.frame->id, candidate.frame->stamp, candidate.features,
-      FeatureGrid(*candidate.features, camera_.ideal_bounds()), nearest_static_depth(candidate)});
+      FeatureGrid(*candidate.features, camera_.ideal_bounds()), free_space_of(candidate)});
   SE3 T_camera_world = candidate.pose.T_camera_reference;
   const KeyframeId parent = newest_;
   if (parent != kNoKeyframe)
@@ -40,7 +40,7 @@ KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
   newest_ = id;
   look_around(id);
   associate(candidate, id);
-  make_from_depth(map_, camera_, id, config_.landmarks, on_probation_);
+  make_from_depth(map_, camera_, id, config_.landmarks, recent_landmarks_);
   return id;
 }
 
@@ -59,8 +59,8 @@ void Mapper::associate(const KeyframeCandidate& candidate, KeyframeId id) {
 
 std::vector<KeyframeId> Mapper::refine(const std::atomic<bool>* abort) {
   if (newest_ == kNoKeyframe) return {};
-  cull_landmarks(map_, on_probation_, config_.culling);
-  make_by_triangulation(map_, camera_, newest_, config_.landmarks, on_probation_);
+  cull_landmarks(map_, recent_landmarks_, config_.culling);
+  make_by_triangulation(map_, camera_, newest_, config_.landmarks, recent_landmarks_);
   fuse_with_neighbours(map_, camera_, newest_, config_.fusion);
   if (config_.local_bundle && map_.keyframes().size() > 1 && !(abort && abort->load())) {
     const BundleWindow window = make_bundle_window(map_, newest_, config_.noise, config_.window);
@@ -87,7 +87,7 @@ bool Mapper::apply_mask(KeyframeId id, std::span<const SemanticLabel> labels) {
     if (landmark != kNoLandmark) map_.remove_observation(landmark, id);
   }
   map_.set_static_weight(id, std::move(weight));
-  make_from_depth(map_, camera_, id, config_.landmarks, on_probation_);
+  make_from_depth(map_, camera_, id, config_.landmarks, recent_landmarks_);
   return true;
 }
 

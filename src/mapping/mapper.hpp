@@ -60,7 +60,7 @@ class Mapper {
   Map map_;
   KeyframeId newest_ = kNoKeyframe;
   std::deque<KeyframeId> foci_;  // of the views so far, newest last: where the camera is
-  std::vector<LandmarkId> on_probation_;
+  std::vector<LandmarkId> recent_landmarks_;
   std::uint32_t bends_ = 0;
 };
 

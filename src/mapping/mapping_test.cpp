@@ -173,20 +173,20 @@ TEST(Culling, LandmarksThatNobodyFindsAgainGo) {
   World world(300, 8);
   auto truth = map_test::true_map(world, 5);
   Map& map = truth.map;
-  std::vector<LandmarkId> probation;
+  std::vector<LandmarkId> recent;
   for (const LandmarkId id : truth.landmark)
-    if (id != kNoLandmark) probation.push_back(id);
-  const LandmarkId overlooked = probation[0];  // predicted often, matched hardly ever
+    if (id != kNoLandmark) recent.push_back(id);
+  const LandmarkId overlooked = recent[0];  // predicted often, matched hardly ever
   map.count_seen(overlooked, 100, 2);
-  const LandmarkId lonely = probation[1];  // old, seen by one keyframe
+  const LandmarkId lonely = recent[1];  // old, seen by one keyframe
   while (map.landmark(lonely).observations.size() > 1)
     map.remove_observation(lonely, map.landmark(lonely).observations.back().keyframe);
   const bool lonely_is_old = index(map.landmark(lonely).first_keyframe) == 0;
   ASSERT_TRUE(lonely_is_old);
-  cull_landmarks(map, probation, {});
+  cull_landmarks(map, recent, {});
   EXPECT_FALSE(map.has_landmark(overlooked));
   EXPECT_FALSE(map.has_landmark(lonely));
-  for (const LandmarkId id : probation) {
+  for (const LandmarkId id : recent) {
     ASSERT_TRUE(map.has_landmark(id));
     EXPECT_GT(index(map.landmark(id).first_keyframe), 1U) << "the old have passed";
   }

@@ -25,7 +25,7 @@ Node convolve(const Node& input, std::size_t stride, const ov::Shape& shape,
                                            ov::CoordinateDiff{0, 0}, ov::Strides{1, 1});
 }
 
-/// channels x (anchors of one stride): `values` at every anchor, whatever the image.
+/// channels x (cells of one stride): `values` at every cell, whatever the image.
 Node constant_detections(const Node& image, std::size_t stride, const std::vector<float>& values) {
   const std::size_t channels = values.size();
   const Node zeros = convolve(image, stride, {channels, 3, stride, stride},

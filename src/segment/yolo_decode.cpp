@@ -10,12 +10,12 @@
 namespace ygslam {
 namespace {
 
-constexpr int kMaxCandidates = 1000;  // bounds the suppression when every anchor fires
+constexpr int kMaxCandidates = 1000;  // bounds the suppression when every cell fires
 constexpr float kScoreSlack = 1e-3F;  // a sigmoid may round above 1 in low precision
 
 struct Candidates {
   std::vector<Instance> instances;
-  std::vector<int> anchors;  // column of each instance
+  std::vector<int> cells;  // column of each instance
   int rejected = 0;
 };
 
@@ -25,9 +25,9 @@ struct BestClass {
   int invalid = 0;  // scores that are not probabilities
 };
 
-/// Per anchor the best of the wanted classes; row by row, as the scores lie in memory.
+/// Per cell the best of the wanted classes; row by row, as the scores lie in memory.
 BestClass best_classes(const YoloOutputs& outputs, std::span<const int> classes) {
-  const int n = outputs.anchors;
+  const int n = outputs.cells;
   BestClass best{std::vector<float>(n, 0.0F), std::vector<int>(n, 0), 0};
   for (const int class_id : classes) {
     if (class_id < 0 || class_id >= kYoloClasses) continue;
@@ -45,11 +45,11 @@ BestClass best_classes(const YoloOutputs& outputs, std::span<const int> classes)
   return best;
 }
 
-/// Box of one anchor in the recorded image, clipped to it. @return false if nothing is left.
-bool read_box(const YoloOutputs& outputs, int anchor, const Letterbox& box, Instance& instance) {
+/// Box of one cell in the recorded image, clipped to it. @return false if nothing is left.
+bool read_box(const YoloOutputs& outputs, int cell, const Letterbox& box, Instance& instance) {
   float v[kYoloBoxValues];
   for (int k = 0; k < kYoloBoxValues; ++k) {
-    v[k] = outputs.detections[static_cast<std::size_t>(k) * outputs.anchors + anchor];
+    v[k] = outputs.detections[static_cast<std::size_t>(k) * outputs.cells + cell];
     if (!std::isfinite(v[k])) return false;
   }
   const EdgePoint low = box.to_image({v[0] - 0.5 * v[2], v[1] - 0.5 * v[3]});
@@ -61,11 +61,11 @@ bool read_box(const YoloOutputs& outputs, int anchor, const Letterbox& box, Inst
   return instance.x1 > instance.x0 && instance.y1 > instance.y0;
 }
 
-std::optional<MaskCoefficients> read_coefficients(const YoloOutputs& outputs, int anchor) {
+std::optional<MaskCoefficients> read_coefficients(const YoloOutputs& outputs, int cell) {
   MaskCoefficients c{};
   const std::size_t first = kYoloBoxValues + kYoloClasses;
   for (std::size_t k = 0; k < c.size(); ++k) {
-    c[k] = outputs.detections[(first + k) * outputs.anchors + anchor];
+    c[k] = outputs.detections[(first + k) * outputs.cells + cell];
     if (!std::isfinite(c[k])) return std::nullopt;
   }
   return c;
@@ -79,7 +79,7 @@ Candidates collect(const YoloOutputs& outputs, const Letterbox& box, const Decod
   }
   const BestClass best = best_classes(outputs, classes);
   std::vector<int> firing;
-  for (int i = 0; i < outputs.anchors; ++i) {
+  for (int i = 0; i < outputs.cells; ++i) {
     if (best.score[i] >= config.score_threshold) firing.push_back(i);
   }
   std::stable_sort(firing.begin(), firing.end(),
@@ -88,11 +88,11 @@ Candidates collect(const YoloOutputs& outputs, const Letterbox& box, const Decod
 
   Candidates out;
   out.rejected = best.invalid;
-  for (const int anchor : firing) {
-    Instance instance{best.class_id[anchor], std::min(best.score[anchor], 1.0F)};
-    if (read_box(outputs, anchor, box, instance)) {
+  for (const int cell : firing) {
+    Instance instance{best.class_id[cell], std::min(best.score[cell], 1.0F)};
+    if (read_box(outputs, cell, box, instance)) {
       out.instances.push_back(instance);
-      out.anchors.push_back(anchor);
+      out.cells.push_back(cell);
     } else {
       ++out.rejected;
     }
@@ -130,7 +130,7 @@ std::vector<int> suppress_overlaps(std::span<const Instance> candidates, double 
 
 DecodedYolo decode_yolo(const YoloOutputs& outputs, const Letterbox& box,
                         const DecodeConfig& config) {
-  CHECK(outputs.detections.size() == static_cast<std::size_t>(kYoloChannels) * outputs.anchors);
+  CHECK(outputs.detections.size() == static_cast<std::size_t>(kYoloChannels) * outputs.cells);
   CHECK(outputs.prototypes.size() ==
         static_cast<std::size_t>(kYoloCoefficients) * outputs.proto_width * outputs.proto_height);
   const Candidates candidates = collect(outputs, box, config);
@@ -138,7 +138,7 @@ DecodedYolo decode_yolo(const YoloOutputs& outputs, const Letterbox& box,
   DecodedYolo out{{}, GreyImage(box.image_width, box.image_height), candidates.rejected};
   MaskPainter painter(outputs, box);
   for (const int i : suppress_overlaps(candidates.instances, config.nms_iou, limit)) {
-    const auto coefficients = read_coefficients(outputs, candidates.anchors[i]);
+    const auto coefficients = read_coefficients(outputs, candidates.cells[i]);
     const auto id = static_cast<std::uint8_t>(out.instances.size() + 1);
     // Best first, and only on pixels still free: where masks overlap the better score wins.
     if (coefficients && painter.paint(*coefficients, candidates.instances[i], id, out.ids)) {

@@ -19,8 +19,8 @@ inline constexpr int kMaxInstances = 255;  ///< ids are bytes, 0 = none
 
 /// The network's two outputs, as they lie in memory.
 struct YoloOutputs {
-  std::span<const float> detections;  ///< kYoloChannels x anchors, row-major
-  int anchors = 0;
+  std::span<const float> detections;  ///< kYoloChannels x cells, row-major
+  int cells = 0;
   std::span<const float> prototypes;  ///< kYoloCoefficients x proto_height x proto_width
   int proto_width = 0, proto_height = 0;
 };
@@ -38,7 +38,7 @@ struct DecodedYolo {
   int rejected = 0;  ///< detections that made no sense (NaN, scores outside 0..1, empty boxes)
 };
 
-/// Never fails: what makes no sense is rejected and counted. An anchor takes the best of the wanted
+/// Never fails: what makes no sense is rejected and counted. An cell takes the best of the wanted
 /// classes, also where an unwanted one scores better: a person taken for a teddy bear moves too.
 /// @param box placement of the image in the input, of the size the network ran at.
 [[nodiscard]] DecodedYolo decode_yolo(const YoloOutputs& outputs, const Letterbox& box,

@@ -18,26 +18,26 @@ class FakeOutputs {
  public:
   FakeOutputs(int width, int height)
       : layout(standard_layout(width, height)),
-        detections(static_cast<std::size_t>(kYoloChannels) * layout.anchors, 0.0F),
+        detections(static_cast<std::size_t>(kYoloChannels) * layout.cells, 0.0F),
         prototypes(
             static_cast<std::size_t>(kYoloCoefficients) * layout.proto_width * layout.proto_height,
             0.0F) {}
 
-  float& detection(int channel, int anchor) {
-    return detections[static_cast<std::size_t>(channel) * layout.anchors + anchor];
+  float& detection(int channel, int cell) {
+    return detections[static_cast<std::size_t>(channel) * layout.cells + cell];
   }
   float& prototype(int k, int x, int y) {
     return prototypes[(static_cast<std::size_t>(k) * layout.proto_height + y) * layout.proto_width +
                       x];
   }
   /// Centre and size in network pixels; its mask is prototype `k`.
-  void add(int anchor, int class_id, float score, float cx, float cy, float w, float h, int k) {
-    detection(0, anchor) = cx;
-    detection(1, anchor) = cy;
-    detection(2, anchor) = w;
-    detection(3, anchor) = h;
-    detection(kYoloBoxValues + class_id, anchor) = score;
-    detection(kYoloBoxValues + kYoloClasses + k, anchor) = 1.0F;
+  void add(int cell, int class_id, float score, float cx, float cy, float w, float h, int k) {
+    detection(0, cell) = cx;
+    detection(1, cell) = cy;
+    detection(2, cell) = w;
+    detection(3, cell) = h;
+    detection(kYoloBoxValues + class_id, cell) = score;
+    detection(kYoloBoxValues + kYoloClasses + k, cell) = 1.0F;
   }
   void fill_prototype(int k, float value) {
     for (int y = 0; y < layout.proto_height; ++y) {
@@ -45,7 +45,7 @@ class FakeOutputs {
     }
   }
   YoloOutputs view() const {
-    return {detections, layout.anchors, prototypes, layout.proto_width, layout.proto_height};
+    return {detections, layout.cells, prototypes, layout.proto_width, layout.proto_height};
   }
 
   YoloLayout layout;

@@ -76,7 +76,7 @@ Result<YoloLayout> fix_input(ov::Model& network, const std::filesystem::path& fi
 
 Status check_outputs(const ov::Model& network, const std::filesystem::path& file,
                      YoloLayout& layout) {
-  const ov::PartialShape boxes{1, kYoloChannels, layout.anchors};
+  const ov::PartialShape boxes{1, kYoloChannels, layout.cells};
   const ov::PartialShape prototypes{1, kYoloCoefficients, layout.proto_height, layout.proto_width};
   const ov::PartialShape first = network.output(0).get_partial_shape();
   const ov::PartialShape second = network.output(1).get_partial_shape();
@@ -122,7 +122,7 @@ std::shared_ptr<ov::Model> with_float_borders(const std::shared_ptr<ov::Model>& 
 
 YoloLayout standard_layout(int width, int height) {
   YoloLayout layout{width, height};
-  for (const int stride : {8, 16, 32}) layout.anchors += (width / stride) * (height / stride);
+  for (const int stride : {8, 16, 32}) layout.cells += (width / stride) * (height / stride);
   layout.proto_width = width / 4;
   layout.proto_height = height / 4;
   return layout;

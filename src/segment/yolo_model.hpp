@@ -14,7 +14,7 @@ namespace ygslam {
 
 struct YoloLayout {
   int width = 0, height = 0;  ///< of the input [px], multiples of 32
-  int anchors = 0;
+  int cells = 0;
   int proto_width = 0, proto_height = 0;
   bool boxes_first = true;  ///< output 0 holds the detections, output 1 the prototypes
   bool quantised = false;   ///< has FakeQuantize operations: made for int8

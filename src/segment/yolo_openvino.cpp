@@ -59,7 +59,7 @@ class YoloSegmenter final : public Segmenter {
     const ov::Tensor boxes = request_.get_output_tensor(layout_.boxes_first ? 0 : 1);
     const ov::Tensor prototypes = request_.get_output_tensor(layout_.boxes_first ? 1 : 0);
     return {{boxes.data<const float>(), boxes.get_size()},
-            layout_.anchors,
+            layout_.cells,
             {prototypes.data<const float>(), prototypes.get_size()},
             layout_.proto_width,
             layout_.proto_height};

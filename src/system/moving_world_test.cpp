@@ -105,8 +105,7 @@ std::optional<Scene> recorded() {
   CHECK(truth.ok());
   recording.truth = *truth;
   return Scene{std::move(recording), config,
-               [root] { return make_recorded_segmenter(root / "mask").value(); },
-               0.005};
+               [root] { return make_recorded_segmenter(root / "mask").value(); }, 0.01};
 }
 
 void expect_undisturbed_by_rigid_motions(const Scene& scene) {

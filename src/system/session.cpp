@@ -31,8 +31,8 @@ Result<Session> open_session(SessionOptions options) {
   if (const auto faults = camera_faults(options.camera); !faults.empty()) {
     return Error{ErrorKind::kConfig, "camera: " + faults.front().key + " " + faults.front().reason};
   }
-  if (options.camera.width < 2 || options.camera.height < 2) {
-    return Error{ErrorKind::kConfig, "camera: width and height must be at least 2"};
+  if (options.camera.width <= 0 || options.camera.height <= 0) {
+    return Error{ErrorKind::kConfig, "camera: width and height must be positive"};
   }
   const auto config = resolved(options.config);
   if (!config.ok()) return config.error();

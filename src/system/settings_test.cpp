@@ -174,10 +174,8 @@ TEST(Validate, EveryPartThatCanBeLeftOutChangesSomething) {
     SlamConfig config = resolved(SlamConfig()).value();
     const auto switches = [](const SlamConfig& c) {
       return std::tuple(c.dynamic.epipolar.prior, c.dynamic.ego_motion.enabled,
-                        c.dynamic.history.enabled, c.dynamic.classifier.second_look,
                         c.dynamic.boundary.enabled, c.dynamic.classifier.vote_of_neighbours,
-                        c.dynamic.classifier.min_moving_share, c.dynamic.masks.missed_object_frames,
-                        c.tracking.free_space.enabled, c.tracking.pose.weigh_landmarks,
+                        c.dynamic.classifier.min_moving_share, c.tracking.free_space.enabled,
                         c.mapping.noise.edge_weight, c.tracking.pose.use_local_map,
                         c.mapping.local_bundle);
     };

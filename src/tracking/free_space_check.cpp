@@ -7,12 +7,12 @@ namespace ygslam {
 namespace {
 
 constexpr double kMinDepthM = 0.1;
-constexpr int kFewWrong = 5;  // of this many points on the map one may seem an intruder
+constexpr int kFewWrong = 5;  // of this many points on the map one may seem a violation
 constexpr double kNearShareOfWidth = 1.0 / 8;  // what hangs together lies nearer than this ...
 constexpr float kSameDepthRatio = 0.05F;       // ... and differs less in depth
 
-constexpr int kSupport = 4;   // an intruder has so many others around it, at least ...
-constexpr int kMajority = 2;  // ... and so many for each point around it that stood
+constexpr int kSupport = 4;   // a violation has so many others around it, at least ...
+constexpr int kMajority = 2;  // ... and so many for each surface point around it
 
 enum class CellState : std::uint8_t {
   kUnknown,    // no keyframe saw the place
@@ -38,7 +38,8 @@ class FreeSpaceCheck {
     keyframes_ = keyframes_.first(std::min(keyframes_.size(), std::size_t(config.keyframes)));
   }
 
-  /// Judges every feature with depth, unless too many that stand on the map seem to intrude.
+  /// Judges every feature with depth, unless too many that stand on the map seem to violate free
+  /// space.
   void ask_map(const SE3& T_camera_world) {
     const SE3 T_world_camera = T_camera_world.inverse();
     int on_map = 0;
@@ -65,8 +66,8 @@ class FreeSpaceCheck {
     }
   }
 
-  /// Lone intruders among what stands are bad depths; what no keyframe saw is judged as most of
-  /// what it hangs together with, from the other intruders on.
+  /// Lone violations among surface points are bad depths; what no keyframe saw is judged as most of
+  /// what it hangs together with, from the other violations on.
   void vote_of_neighbours() {
     if (std::find(state_.begin(), state_.end(), CellState::kViolation) == state_.end()) return;
     count_neighbours();
@@ -117,7 +118,7 @@ class FreeSpaceCheck {
     const auto& bounds = camera_.ideal_bounds();
     const bool inside = ideal_px.x() >= bounds[0] && ideal_px.y() >= bounds[1] &&
                         ideal_px.x() <= bounds[2] && ideal_px.y() <= bounds[3];
-    return inside ? keyframe.data->nearest.around_m(camera_.distort(ideal_px)) : 0;
+    return inside ? keyframe.data->free_space.around_m(camera_.distort(ideal_px)) : 0;
   }
 
   template <typename Visitor>
@@ -130,7 +131,7 @@ class FreeSpaceCheck {
     });
   }
 
-  /// True if it is to be judged: what is out for another reason is only a witness.
+  /// True if it is to be judged: what is out for another reason only counts as a neighbour.
   [[nodiscard]] bool is_open(std::uint32_t i) const {
     return state_[i] != CellState::kSurface && landmarks_[i] == kNoLandmark &&
            features_[i].depth_m > 0 && (static_weight_[i] > 0 || is_known(i));

@@ -1,6 +1,6 @@
-// Points where keyframes saw empty space: whatever lies there came since, moving now or not. The
-// map's own memory finds what flow cannot: a person who entered and stands, a thing put down, a
-// thing so large that its motion looks like the camera's.
+// Free-space violations: points where keyframes saw empty space: whatever lies there came since,
+// moving now or not. The map's own memory finds what flow cannot: a person who entered and stands,
+// a thing put down, a thing so large that its motion looks like the camera's.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,9 @@ struct FreeSpaceConfig {
 };
 
 /// @param landmarks per feature: what it agreed with in the map. Those stand where the map says;
-/// where many of them would be intruders too, the pose or the map is wrong and only `known` counts.
-/// @param known per feature: an intruder already, unless a surface was seen there before.
-/// @return per feature 1 = intruder.
+/// where many of them would violate it too, the pose or the map is wrong and only `known` counts.
+/// @param known per feature: violates it already, unless a surface was seen there before.
+/// @return per feature 1 = violates free space.
 [[nodiscard]] std::vector<std::uint8_t> find_free_space_violations(
     const Camera& camera, const TrackedFrame& frame, std::span<const LandmarkId> landmarks,
     std::span<const std::uint8_t> known, const LocalView& view, const SE3& T_camera_world,

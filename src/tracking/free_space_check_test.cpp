@@ -14,7 +14,7 @@ Camera camera() { return Camera({.fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5}
 
 std::shared_ptr<const KeyframeData> keyframe(const DepthImage& depth_m) {
   auto data = std::make_shared<KeyframeData>();
-  data->nearest = FreeSpaceImage(depth_m);
+  data->free_space = FreeSpaceImage(depth_m);
   return data;
 }
 
@@ -43,8 +43,8 @@ struct Scene {
     frame.features = std::move(features);
     frame.static_weight.assign(50, 0.6F);
   }
-  [[nodiscard]] int intruders(const LocalView& view, const SE3& T_camera_world = SE3(),
-                              const std::vector<std::uint8_t>& known = {}) const {
+  [[nodiscard]] int violations(const LocalView& view, const SE3& T_camera_world = SE3(),
+                               const std::vector<std::uint8_t>& known = {}) const {
     int count = 0;
     for (const auto i : find_free_space_violations(cam, frame, landmarks, known, view,
                                                    T_camera_world, FreeSpaceConfig{}))
@@ -59,32 +59,32 @@ struct Scene {
 
 const DepthImage kWall(640, 480, kWallM);
 
-TEST(Intruders, WhatStandsWhereTheKeyframeSawTheWallIsOne) {
-  EXPECT_EQ(Scene(1.0F).intruders(view_of(kWall)), 25);
-  EXPECT_EQ(Scene(kWallM).intruders(view_of(kWall)), 0);
-  EXPECT_EQ(Scene(kWallM - 0.2F).intruders(view_of(kWall)), 0) << "within the margin";
-  EXPECT_EQ(Scene(5.0F).intruders(view_of(kWall)), 0) << "behind the wall nobody saw";
-  EXPECT_EQ(Scene(0.0F).intruders(view_of(kWall)), 0) << "no depth";
+TEST(FreeSpaceCheck, WhatStandsWhereTheKeyframeSawTheWallIsOne) {
+  EXPECT_EQ(Scene(1.0F).violations(view_of(kWall)), 25);
+  EXPECT_EQ(Scene(kWallM).violations(view_of(kWall)), 0);
+  EXPECT_EQ(Scene(kWallM - 0.2F).violations(view_of(kWall)), 0) << "within the margin";
+  EXPECT_EQ(Scene(5.0F).violations(view_of(kWall)), 0) << "behind the wall nobody saw";
+  EXPECT_EQ(Scene(0.0F).violations(view_of(kWall)), 0) << "no depth";
 }
 
-TEST(Intruders, NobodyKnowsWhatAKeyframeDidNotSee) {
+TEST(FreeSpaceCheck, NobodyKnowsWhatAKeyframeDidNotSee) {
   const Scene scene(1.0F);
-  EXPECT_EQ(scene.intruders(LocalView{}), 0);
-  EXPECT_EQ(scene.intruders(view_of(DepthImage(640, 480, 0.0F))), 0);
+  EXPECT_EQ(scene.violations(LocalView{}), 0);
+  EXPECT_EQ(scene.violations(view_of(DepthImage(640, 480, 0.0F))), 0);
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(scene.intruders(view_of(DepthImage(640, 480, nan))), 0);
+  EXPECT_EQ(scene.violations(view_of(DepthImage(640, 480, nan))), 0);
   LocalView elsewhere = view_of(kWall);
   elsewhere.keyframes[0].T_camera_world = SE3(Mat3::Identity(), Vec3(0, 0, -2));
-  EXPECT_EQ(scene.intruders(elsewhere), 0) << "behind that camera";
+  EXPECT_EQ(scene.violations(elsewhere), 0) << "behind that camera";
 }
 
-TEST(Intruders, ASurfaceThatAnyKeyframeSawThereClears) {
+TEST(FreeSpaceCheck, ASurfaceThatAnyKeyframeSawThereClears) {
   LocalView view = view_of(kWall);
   view.keyframes.push_back({keyframe(DepthImage(640, 480, 1.0F)), SE3(), {}, 0});
-  EXPECT_EQ(Scene(1.0F).intruders(view), 0);
+  EXPECT_EQ(Scene(1.0F).violations(view), 0);
 }
 
-TEST(Intruders, WhatAKeyframeKnewToBeNoPartOfTheWorldIsForgotten) {
+TEST(FreeSpaceCheck, WhatAKeyframeKnewToBeNoPartOfTheWorldIsForgotten) {
   const std::vector<Vec3> movers = {{100, 100, 1.02}, {300, 100, 2.0}, {1e9, 0, 1}};
   const FreeSpaceImage nearest(DepthImage(640, 480, 1.0F), movers);
   EXPECT_EQ(nearest.around_m({100, 100}), 0);
@@ -94,7 +94,7 @@ TEST(Intruders, WhatAKeyframeKnewToBeNoPartOfTheWorldIsForgotten) {
   EXPECT_EQ(FreeSpaceImage().around_m({1, 1}), 0);
 }
 
-TEST(Intruders, NearEdgesTheNearerSurfaceCounts) {
+TEST(FreeSpaceCheck, NearEdgesTheNearerSurfaceCounts) {
   DepthImage depth_m = kWall;
   for (int v = 0; v < 480; ++v) depth_m.at(200, v) = 1.5F;
   const FreeSpaceImage nearest(depth_m);
@@ -103,29 +103,29 @@ TEST(Intruders, NearEdgesTheNearerSurfaceCounts) {
   EXPECT_EQ(nearest.around_m({230, 50}), kWallM);
 }
 
-TEST(Intruders, AWrongPoseOrTooLittleOfTheMapJudgesNobody) {
+TEST(FreeSpaceCheck, AWrongPoseOrTooLittleOfTheMapJudgesNobody) {
   const Scene scene(1.0F);
   const SE3 too_near(Mat3::Identity(), Vec3(0, 0, 1.5));  // all seems 1.5 m nearer than it was
-  EXPECT_EQ(scene.intruders(view_of(kWall), too_near), 0);
-  EXPECT_EQ(Scene(1.0F, 10).intruders(view_of(kWall)), 0);
+  EXPECT_EQ(scene.violations(view_of(kWall), too_near), 0);
+  EXPECT_EQ(Scene(1.0F, 10).violations(view_of(kWall)), 0);
 }
 
-TEST(Intruders, KnownOnesStayWhereTheMapIsSilentAndTakeInTheirLike) {
+TEST(FreeSpaceCheck, KnownOnesStayWhereTheMapIsSilentAndTakeInTheirLike) {
   const Scene scene(1.0F, 10);  // too little of the map to judge by
   std::vector<std::uint8_t> known(50, 0);
   for (std::size_t i = 25; i < 40; ++i) known[i] = 1;
-  EXPECT_EQ(scene.intruders(view_of(kWall), SE3(), known), 25);
+  EXPECT_EQ(scene.violations(view_of(kWall), SE3(), known), 25);
   for (std::size_t i = 0; i < 15; ++i) std::swap(known[i], known[i + 25]);
   const Scene on_wall(1.0F);
-  EXPECT_EQ(on_wall.intruders(LocalView{}, SE3(), known), 0) << "on the map they are none";
+  EXPECT_EQ(on_wall.violations(LocalView{}, SE3(), known), 0) << "on the map they are none";
 }
 
-TEST(Intruders, ALoneOneIsABadDepth) {
+TEST(FreeSpaceCheck, ALoneOneIsABadDepth) {
   Scene scene(kWallM);
   auto features = std::make_shared<Features>(*scene.frame.features);
   features->points[30].depth_m = 1.0F;
   scene.frame.features = features;
-  EXPECT_EQ(scene.intruders(view_of(kWall)), 0);
+  EXPECT_EQ(scene.violations(view_of(kWall)), 0);
 }
 
 }  // namespace

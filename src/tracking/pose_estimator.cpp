@@ -99,9 +99,9 @@ Vec3 PoseEstimator::point_of(const TrackedFrame& last, std::uint32_t feature,
   return T_world_last * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
 }
 
-float PoseEstimator::weight_of(LandmarkId landmark, const LocalView* view) const {
+float PoseEstimator::weight_of(LandmarkId landmark, const LocalView* view) {
   const std::int32_t i = view && landmark != kNoLandmark ? view->find(landmark) : -1;
-  return config_.weigh_landmarks && i >= 0 ? view->landmarks[i].static_weight : 1.0F;
+  return i >= 0 ? view->landmarks[i].static_weight : 1.0F;
 }
 
 std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
@@ -213,18 +213,13 @@ std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const
   if (!pose) return std::nullopt;
   result.T_camera_world = pose->T_camera_world;
   result.landmarks.assign(frame.features->size(), kNoLandmark);
-  result.disagrees.assign(frame.features->size(), 0);
   result.matches = static_cast<int>(pairings.size());
   result.inliers = pose->inliers;
-  result.rms = pose->rms;
   result.position_std_m = position_std_m(*pose);
   for (std::size_t i = 0; i < pairings.size(); ++i) {
-    if (!pose->inlier[i]) {
-      result.disagrees[pairings[i].feature] = 1;
-    } else if (pairings[i].landmark != kNoLandmark) {
-      result.landmarks[pairings[i].feature] = pairings[i].landmark;
-      ++result.landmark_inliers;
-    }
+    if (!pose->inlier[i] || pairings[i].landmark == kNoLandmark) continue;
+    result.landmarks[pairings[i].feature] = pairings[i].landmark;
+    ++result.landmark_inliers;
   }
   std::unordered_map<LandmarkId, int> found;
   for (const LandmarkId id : result.landmarks) {

@@ -24,19 +24,16 @@ struct PoseEstimatorConfig {
   double search_map_px = 3;          ///< window around the refined pose, level 0
   int min_matches = 15;              ///< below: the next wider search
   double max_temporary_depth_m = 5;  ///< points of the last frame that are not in the map yet
-  bool weigh_landmarks = true;       ///< by how often they were found where they should be
   bool use_local_map = true;  ///< false: only the previous frame and its landmarks (ablation)
 };
 
 struct PoseResult {
   SE3 T_camera_world;
-  std::vector<LandmarkId> landmarks;    ///< per feature: landmark it agrees with
-  std::vector<std::uint8_t> disagrees;  ///< per feature: 1 = matched a point but not its position
-  int landmark_inliers = 0;             ///< features that agree with a landmark
-  int inliers = 0;                      ///< of these and of points of the previous frame
-  int matches = 0;                      ///< of the final step
-  double position_std_m = 0;            ///< of the camera centre, by the residuals' curvature
-  double rms = 0;                       ///< normalised reprojection residual of the inliers
+  std::vector<LandmarkId> landmarks;          ///< per feature: landmark it agrees with
+  int landmark_inliers = 0;                   ///< features that agree with a landmark
+  int inliers = 0;                            ///< of these and of points of the previous frame
+  int matches = 0;                            ///< of the final step
+  double position_std_m = 0;                  ///< of the camera centre, by the residuals' curvature
   std::vector<KeyframeCandidate::Seen> seen;  ///< landmarks predicted in view
 };
 
@@ -68,7 +65,7 @@ class PoseEstimator {
     LandmarkId landmark;
     float weight = 1;  // of the landmark
   };
-  [[nodiscard]] float weight_of(LandmarkId landmark, const LocalView* view) const;
+  [[nodiscard]] static float weight_of(LandmarkId landmark, const LocalView* view);
   [[nodiscard]] std::vector<Pairing> match_last(const TrackedFrame& frame, const TrackedFrame& last,
                                                 const SE3& T_last_world, const LocalView* view,
                                                 const SE3& T_guess_world, double radius_px) const;

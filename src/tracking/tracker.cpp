@@ -8,8 +8,10 @@
 namespace ygslam {
 namespace {
 
-constexpr double kLeastBendM = 0.003;  // more than a local adjustment moves a frame
-constexpr double kClearlyMore = 1.5;   // times as many shared landmarks
+constexpr double kLeastBendM = 0.003;    // more than a local adjustment moves a frame
+constexpr int kProvingFrames = 10;       // after a loss ...
+constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
+constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
   // Before the first view there is but the run's first keyframe, which is the world.
@@ -128,15 +130,13 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   if (state_ == TrackState::kLost) {
     stay_lost(frame->stamp, std::move(evidence), result);
   } else {
-    const auto T_now_last =
-        move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp, result);
-    evidence = classifier_.reobserve(std::move(evidence), T_now_last,
-                                     free_space_violations(current, evidence, *found.pose, *view));
+    move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp, result);
+    evidence =
+        with_free_space(evidence, free_space_violations(current, evidence, *found.pose, *view));
     result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
     current.static_weight = result.labels.weight;
     result.objects = follow_objects(evidence, current, masks, was_lost, result.T_world_odom);
-    classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points(),
-                         T_odom_last_.inverse());
+    classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points());
     deliver(*found.pose, *view, mapper_busy, current, result);
     last_ = std::move(current);
   }
@@ -177,13 +177,13 @@ Tracker::PoseHypothesis Tracker::find_pose(const TrackedFrame& current, const Lo
   return found;
 }
 
-/// Takes the pose over into odometry and motion model. @return the camera's motion since the last
-/// frame; nullopt after a loss, when the flow comes from a frame without a pose.
-std::optional<SE3> Tracker::move_to(const SE3& T_camera_world, const SE3& T_last_world,
-                                    bool was_lost, Timestamp stamp, TrackResult& result) {
+/// Takes the pose over into odometry and motion model.
+void Tracker::move_to(const SE3& T_camera_world, const SE3& T_last_world, bool was_lost,
+                      Timestamp stamp, TrackResult& result) {
   const SE3 T_now_last = T_camera_world * T_last_world.inverse();
   if (was_lost) {
     motion_model_.reset(stamp);
+    frames_since_keyframe_ = 0;  // a place just found again must prove itself before it is mapped
   } else {
     motion_model_.update(stamp, T_now_last);
     T_odom_last_ = (T_odom_last_ * T_now_last.inverse()).normalized();
@@ -191,14 +191,13 @@ std::optional<SE3> Tracker::move_to(const SE3& T_camera_world, const SE3& T_last
   result.T_world_camera = T_camera_world.inverse();
   result.T_odom_camera = T_odom_last_;
   result.T_world_odom = result.T_world_camera * T_odom_last_.inverse();
-  return was_lost ? std::nullopt : std::optional(T_now_last);
 }
 
 void Tracker::stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result) {
   motion_model_.reset(stamp);
   result.T_odom_camera = T_odom_last_;
   objects_.lose_points();
-  classifier_.remember(std::move(evidence), result.labels.label, {}, std::nullopt);
+  classifier_.remember(std::move(evidence), result.labels.label);
 }
 
 std::vector<std::uint8_t> Tracker::free_space_violations(const TrackedFrame& current,
@@ -246,7 +245,6 @@ void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper
   result.landmarks = pose.landmarks;
   result.matches = pose.matches;
   result.inliers = pose.inliers;
-  result.rms = pose.rms;
   if (!view.empty() && wants_keyframe(current, view, pose, mapper_busy)) {
     result.candidate = make_candidate(current, view.map_version);
   } else {
@@ -256,7 +254,7 @@ void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper
 }
 
 void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& result) {
-  classifier_.remember(std::move(evidence), result.labels.label, {}, T_odom_last_.inverse());
+  classifier_.remember(std::move(evidence), result.labels.label);
   int usable = 0;
   for (std::size_t i = 0; i < current.features->size(); ++i)
     usable +=
@@ -276,13 +274,17 @@ TrackState Tracker::assess(const PoseHypothesis& found, const SE3& T_last_world,
       !(pose->position_std_m <= config_.lost_position_std_m)) {
     return TrackState::kLost;
   }
+  // A place found again must prove itself for a while: few points fit many places.
+  frames_since_loss_ = state_ == TrackState::kLost ? 0 : frames_since_loss_ + 1;
+  if (frames_since_loss_ < kProvingFrames && pose->inliers < kProvingFactor * config_.min_inliers)
+    return TrackState::kLost;
   const bool many = pose->inliers >= config_.min_inliers;
   const bool certain = pose->position_std_m <= config_.weak_position_std_m;
   if (many && certain) {
     weak_frames_ = 0;
     return TrackState::kTracking;
   }
-  // After a loss only the last known place vouches for a weak pose.
+  // After a loss only the last known place vouches for a weak pose of few points.
   const bool was_lost = state_ == TrackState::kLost;
   const double jump_m =
       was_lost ? centre_distance_m(pose->T_camera_world, T_last_world) : found.jump_m;
@@ -301,13 +303,16 @@ bool Tracker::wants_keyframe(const TrackedFrame& frame, const LocalView& view,
   evidence.reference_landmarks = view.reference().tracked_landmarks;
   evidence.T_camera_reference = frame.pose.T_camera_reference;
   evidence.mapper_busy = mapper_busy;
+  int usable = 0;
   for (std::size_t i = 0; i < frame.features->size(); ++i) {
     const float depth_m = frame.features->points[i].depth_m;
-    if (depth_m <= 0 || depth_m > config_.keyframe.close_depth_m || frame.static_weight[i] < 0.5F) {
-      continue;
-    }
+    if (depth_m <= 0 || frame.static_weight[i] < 0.5F) continue;
+    ++usable;
+    if (depth_m > config_.keyframe.close_depth_m) continue;
     ++(frame.landmarks[i] != kNoLandmark ? evidence.close_tracked : evidence.close_untracked);
   }
+  // A view that shows less of the fixed world than a first frame must would map what covers it.
+  if (usable < config_.min_start_points) return false;
   return ygslam::wants_keyframe(evidence, config_.keyframe);
 }
 

@@ -69,7 +69,6 @@ struct TrackResult {
   std::vector<LandmarkId> landmarks;   ///< per feature, matched
   int matches = 0;
   int inliers = 0;
-  double rms = 0;
   double orb_ms = 0, motion_ms = 0, pose_ms = 0;
 };
 
@@ -99,8 +98,8 @@ class Tracker {
   [[nodiscard]] TrackState assess(const PoseHypothesis& found, const SE3& T_last_world,
                                   double gap_s);
   void stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result);
-  [[nodiscard]] std::optional<SE3> move_to(const SE3& T_camera_world, const SE3& T_last_world,
-                                           bool was_lost, Timestamp stamp, TrackResult& result);
+  void move_to(const SE3& T_camera_world, const SE3& T_last_world, bool was_lost, Timestamp stamp,
+               TrackResult& result);
   [[nodiscard]] std::vector<std::uint8_t> free_space_violations(const TrackedFrame& current,
                                                                 const FrameEvidence& evidence,
                                                                 const PoseResult& pose,
@@ -134,6 +133,7 @@ class Tracker {
   SE3 T_odom_last_;
   std::uint32_t bends_ = 0;  // of the view it was last posed in
   int weak_frames_ = 0;
+  int frames_since_loss_ = 1 << 20;
   int frames_since_keyframe_ = 0;
   std::uint64_t map_version_ = 0;  // of the first view since the last candidate
   std::unordered_map<LandmarkId, KeyframeCandidate::Seen> seen_;  // since the last candidate

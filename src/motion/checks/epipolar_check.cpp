@@ -56,14 +56,7 @@ EpipolarCheck check_epipolar(std::span<const PointPair> flow,
   const double share = static_cast<double>(fit->inliers) / check.candidates;
   check.fit_quality = std::clamp((share - 0.5) / 0.3, 0.0, 1.0);
 
-  int judged = 0;
-  int dynamic = 0;
-  for (std::size_t i = 0; i < flow.size(); ++i) {
-    check.points[i] = classify(fit->F, flow[i], config);
-    judged += check.points[i].distance_px >= 0 ? 1 : 0;
-    dynamic += check.points[i].label == MotionLabel::kDynamic ? 1 : 0;
-  }
-  check.dynamic_share = judged > 0 ? static_cast<double>(dynamic) / judged : 0;
+  for (std::size_t i = 0; i < flow.size(); ++i) check.points[i] = classify(fit->F, flow[i], config);
   return check;
 }
 

@@ -47,7 +47,6 @@ struct EpipolarCheck {
   std::vector<EpipolarLabel> points;  ///< per point handed in
   int candidates = 0;                 ///< points F was fitted from
   int inliers = 0;                    ///< of them
-  double dynamic_share = 0;           ///< of the judged points
   /// 0..1: how far "violates F" speaks for a moving point. Small where the candidates disagreed.
   double fit_quality = 0;
 };

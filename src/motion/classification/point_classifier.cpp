@@ -8,36 +8,18 @@
 namespace ygslam {
 namespace {
 
-constexpr int kSameCornerBits = 64;  // of 256 that may differ
-
 bool same_size(const ImagePyramid& a, const ImagePyramid& b) {
   return a.width() == b.width() && a.height() == b.height();
-}
-
-std::vector<FollowedPoint> points_of(const FlowFrame& frame) {
-  std::vector<FollowedPoint> points(frame.features->size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Feature& feature = frame.features->points[i];
-    points[i].previous_px = feature.ideal_px.cast<double>();
-    points[i].depth_m = feature.depth_m;
-    points[i].range = frame.range[i];
-  }
-  return points;
 }
 
 }  // namespace
 
 PointClassifier::PointClassifier(DynamicConfig config, const Camera& camera, std::uint64_t seed)
-    : config_(std::move(config)),
-      camera_(camera),
-      rng_(seed),
-      labels_(config_.masks),
-      history_(config_.history) {}
+    : config_(std::move(config)), camera_(camera), rng_(seed), labels_(config_.masks) {}
 
 void PointClassifier::forget() {
   previous_.reset();
   labels_.clear();
-  history_.clear();
 }
 
 FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr& features,
@@ -47,7 +29,6 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
   FrameEvidence evidence;
   evidence.frame.features = features;
   evidence.links.assign(features->size(), -1);
-  evidence.same_corner = evidence.links;
   evidence.points.resize(features->size());
   if (config_.mode == DynamicMode::kOff) return evidence;
   evidence.frame.pyramid = ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px);
@@ -64,7 +45,6 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
   carry_masks(frame, evidence.followed.ends, new_masks, evidence);
   if (!previous_ || !uses_geometry()) return evidence;
 
-  evidence.same_corner = same_corners(evidence);
   if (config_.epipolar.corners == FlowCorners::kHarris)
     evidence.followed =
         follow_harris(camera_, *previous_, image, config_.epipolar.link_radius_px, config_.flow);
@@ -74,26 +54,19 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
     const SE3 guess = predicted ? predicted->T_current_previous : SE3();
     evidence.ego_motion = fit_ego_motion(camera_, followed.points, static_before(followed), guess,
                                          config_.ego_motion);
-    hold_against(evidence.ego_motion ? evidence.ego_motion->T_current_previous : guess, evidence);
+    for (const FollowedPoint& point : followed.points)
+      if (evidence.ego_motion)
+        evidence.residual.push_back(
+            ego_motion_residual(camera_, evidence.ego_motion->T_current_previous, point));
   }
   give_to_features(evidence);
   return evidence;
 }
 
-FrameEvidence PointClassifier::reobserve(FrameEvidence evidence,
-                                         const std::optional<SE3>& T_current_previous,
-                                         std::span<const std::uint8_t> in_free_space) const {
-  if (!uses_geometry() || evidence.followed.size() == 0) return evidence;
+FrameEvidence with_free_space(FrameEvidence evidence, std::span<const std::uint8_t> in_free_space) {
+  CHECK(in_free_space.size() == evidence.points.size());
   for (std::size_t i = 0; i < in_free_space.size(); ++i)
     evidence.points[i].in_free_space = in_free_space[i] != 0;
-  if (!T_current_previous || !T_current_previous->is_finite() || !config_.ego_motion.enabled ||
-      !config_.classifier.second_look)
-    return evidence;
-  evidence.ego_motion =
-      assess_ego_motion(camera_, evidence.followed.points, static_before(evidence.followed),
-                        *T_current_previous, config_.ego_motion);
-  hold_against(*T_current_previous, evidence);
-  give_to_features(evidence);
   return evidence;
 }
 
@@ -103,8 +76,7 @@ PointLabels PointClassifier::classify(const FrameEvidence& evidence) const {
 }
 
 void PointClassifier::remember(FrameEvidence evidence, std::span<const MotionLabel> label,
-                               std::vector<std::uint8_t> rests,
-                               const std::optional<SE3>& T_camera_odom) {
+                               std::vector<std::uint8_t> rests) {
   if (config_.mode == DynamicMode::kOff) return;
   CHECK(label.size() == evidence.points.size());
   FlowFrame& frame = evidence.frame;
@@ -117,13 +89,6 @@ void PointClassifier::remember(FrameEvidence evidence, std::span<const MotionLab
     frame.in_free_space.push_back(point.in_free_space ? 1 : 0);
   frame.rests = std::move(rests);
   frame.rests.resize(label.size(), 0);
-  if (uses_history()) {
-    if (T_camera_odom) {
-      history_.push(points_of(frame), evidence.same_corner, *T_camera_odom);
-    } else {
-      history_.clear();
-    }
-  }
   previous_ = std::move(frame);
 }
 
@@ -154,21 +119,6 @@ std::vector<PointEvidence> PointClassifier::prior(const FrameEvidence& evidence)
   return points;
 }
 
-/// A flow that slid onto another surface or corner would hand on the history of the wrong thing.
-std::vector<std::int32_t> PointClassifier::same_corners(const FrameEvidence& evidence) const {
-  const Features& before = *previous_->features;
-  const Features& now = *evidence.frame.features;
-  std::vector<std::int32_t> same = reliable_links(evidence);
-  for (std::size_t i = 0; i < same.size(); ++i) {
-    if (same[i] < 0) continue;
-    const auto k = static_cast<std::size_t>(same[i]);
-    if (std::abs(before.points[k].octave - now.points[i].octave) > 1 ||
-        distance(before.descriptors[k], now.descriptors[i]) > kSameCornerBits)
-      same[i] = -1;
-  }
-  return same;
-}
-
 std::vector<std::int32_t> PointClassifier::reliable_links(const FrameEvidence& evidence) const {
   std::vector<std::int32_t> links = evidence.links;
   for (std::int32_t& k : links)
@@ -184,18 +134,6 @@ std::vector<std::uint8_t> PointClassifier::static_before(const Followed& followe
   return result;
 }
 
-/// Where the points were in the previous frame and up to sixteen frames ago, against a camera
-/// motion since the previous frame.
-void PointClassifier::hold_against(const SE3& T_current_previous, FrameEvidence& evidence) const {
-  evidence.residual.clear();
-  if (evidence.ego_motion)
-    for (const FollowedPoint& point : evidence.followed.points)
-      evidence.residual.push_back(ego_motion_residual(camera_, T_current_previous, point));
-  if (uses_history())
-    evidence.history = history_.check(camera_, evidence.followed.points,
-                                      static_before(evidence.followed), T_current_previous);
-}
-
 /// Per followed point 1 where any check sees it move.
 std::vector<std::uint8_t> PointClassifier::moving(const FrameEvidence& evidence) const {
   const Followed& followed = evidence.followed;
@@ -209,9 +147,6 @@ std::vector<std::uint8_t> PointClassifier::moving(const FrameEvidence& evidence)
     // Where depth agrees with a standing point, a crossed epipolar line means a bad F.
     if (residual.own_depth_px >= 0 && residual.own_depth_px <= limit_px) moves[k] = 0;
   }
-  const HistoryCheck& history = evidence.history;
-  for (std::size_t k = 0; k < history.residual.size(); ++k)
-    if (history.residual[k].px.any_depth_px > history.limit_px) moves[k] = 1;
   return moves;
 }
 
@@ -235,12 +170,10 @@ void PointClassifier::give_to_features(FrameEvidence& evidence) const {
     point.epipolar_px = -1;
     point.moving_share = -1;
     point.ego_motion = {};
-    point.history = {};
     if (k >= 0) {
       point.epipolar_px = evidence.epipolar.points[k].distance_px;
       point.moving_share = share[k];
       if (!evidence.residual.empty()) point.ego_motion = evidence.residual[k];
-      if (!evidence.history.residual.empty()) point.history = evidence.history.residual[k];
     }
     // Only of points that could be called dynamic does it matter.
     const bool suspect = point.previous == MotionLabel::kDynamic || (k >= 0 && moves[k]);
@@ -251,10 +184,8 @@ void PointClassifier::give_to_features(FrameEvidence& evidence) const {
 }
 
 MotionLimits PointClassifier::limits(const FrameEvidence& evidence) const {
-  const HistoryCheck& history = evidence.history;
   return {config_.epipolar.tau_px,
-          evidence.ego_motion ? evidence.ego_motion->limit_px : config_.ego_motion.limit_px,
-          history.limit_px > 0 ? history.limit_px : config_.history.limit_px};
+          evidence.ego_motion ? evidence.ego_motion->limit_px : config_.ego_motion.limit_px};
 }
 
 std::vector<PointMotion> PointClassifier::motion_of(const FrameEvidence& evidence) const {
@@ -262,9 +193,8 @@ std::vector<PointMotion> PointClassifier::motion_of(const FrameEvidence& evidenc
   std::vector<PointMotion> motion(evidence.points.size(), PointMotion::kUnknown);
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const PointEvidence& point = evidence.points[i];
-    const bool drifts = point.history.px.any_depth_px > limit.history_px;
     const double own_px = point.ego_motion.own_depth_px;
-    if (!point.on_boundary && (drifts || point.ego_motion.any_depth_px > limit.ego_motion_px)) {
+    if (!point.on_boundary && point.ego_motion.any_depth_px > limit.ego_motion_px) {
       motion[i] = PointMotion::kMoves;
     } else if (own_px >= 0 && own_px <= limit.ego_motion_px) {
       motion[i] = PointMotion::kStands;

@@ -1,6 +1,6 @@
 // Which points of a frame stand still: flow from the previous frame, late masks carried along it,
 // the checks of motion, and one label and weight per feature out of all of them. The tracker calls
-//   observe -> classify -> (pose) -> reobserve -> classify -> remember
+//   observe -> classify -> (pose, free space) -> classify -> remember
 // with values going from one to the next; only remember() and the masks change what is kept.
 #pragma once
 
@@ -13,7 +13,6 @@
 #include "motion/checks/ego_motion.hpp"
 #include "motion/checks/epipolar_check.hpp"
 #include "motion/checks/occlusion_boundary.hpp"
-#include "motion/checks/point_history.hpp"
 #include "motion/classification/point_labels.hpp"
 #include "motion/flow/flow_follower.hpp"
 #include "motion/flow/lk_flow.hpp"
@@ -25,7 +24,6 @@ struct DynamicConfig {
   DynamicMode mode = DynamicMode::kFull;
   EpipolarConfig epipolar{};
   EgoMotionConfig ego_motion{};
-  PointHistoryConfig history{};
   FlowConfig flow{};
   LabelHistoryConfig masks{};
   OcclusionBoundaryConfig boundary{};
@@ -37,15 +35,18 @@ struct FrameEvidence {
   FlowFrame frame;                  ///< what the next frame's flow starts from
   Followed followed;                ///< points of the previous frame: features or Harris corners
   std::vector<std::int32_t> links;  ///< per feature: the previous feature it continues; -1 = none
-  std::vector<std::int32_t> same_corner;    ///< links, where it surely is the same corner
-  EpipolarCheck epipolar;                   ///< Algorithm 1, per followed point
+  EpipolarCheck epipolar;           ///< Algorithm 1, per followed point
   std::optional<EgoMotion> ego_motion;      ///< the camera motion the points were held against
   std::vector<EgoMotionResidual> residual;  ///< from it, per followed point; empty without
-  HistoryCheck history;                     ///< over several frames, per followed point
   std::vector<PointEvidence> points;        ///< all of it per feature
   int mask_age_frames = -1;                 ///< of the newest mask used, -1 = none
   bool is_first = true;                     ///< no frame before it
 };
+
+/// @param in_free_space per feature: where the map saw empty space; of no weight in modes without
+/// geometry.
+[[nodiscard]] FrameEvidence with_free_space(FrameEvidence evidence,
+                                            std::span<const std::uint8_t> in_free_space);
 
 /// How a feature moves against the camera's motion.
 enum class PointMotion : std::uint8_t { kUnknown, kMoves, kStands };
@@ -64,14 +65,6 @@ class PointClassifier {
                                       std::span<const SegmentationPtr> new_masks,
                                       const std::optional<FlowPrediction>& predicted);
 
-  /// The evidence held against the camera's motion as the tracker found it from the map.
-  /// @param T_current_previous nullopt where the previous frame's pose is not known: only the free
-  /// space is new.
-  /// @param in_free_space per feature: where the map saw empty space.
-  [[nodiscard]] FrameEvidence reobserve(FrameEvidence evidence,
-                                        const std::optional<SE3>& T_current_previous,
-                                        std::span<const std::uint8_t> in_free_space) const;
-
   [[nodiscard]] PointLabels classify(const FrameEvidence& evidence) const;
 
   /// How each feature moves, for the objects.
@@ -82,26 +75,17 @@ class PointClassifier {
   /// The frame becomes the previous one.
   /// @param label the final ones: candidates for the next fundamental matrix are those static here.
   /// @param rests per feature: on an object that stands still; empty = none.
-  /// @param T_camera_odom nullopt where the frame has no pose; points of before are then forgotten
-  /// by the checks over several frames.
   void remember(FrameEvidence evidence, std::span<const MotionLabel> label,
-                std::vector<std::uint8_t> rests, const std::optional<SE3>& T_camera_odom);
+                std::vector<std::uint8_t> rests = {});
 
   [[nodiscard]] const DynamicConfig& config() const { return config_; }
 
  private:
   [[nodiscard]] bool uses_geometry() const { return ygslam::uses_geometry(config_.mode); }
-  /// Histories need the check by depth and points that stay the same from frame to frame.
-  [[nodiscard]] bool uses_history() const {
-    return uses_geometry() && config_.history.enabled && config_.ego_motion.enabled &&
-           config_.epipolar.corners == FlowCorners::kOrb;
-  }
   void carry_masks(const RgbdFrame& frame, const std::vector<FlowEnd>& ends,
                    std::span<const SegmentationPtr> new_masks, FrameEvidence& evidence);
-  [[nodiscard]] std::vector<std::int32_t> same_corners(const FrameEvidence& evidence) const;
   [[nodiscard]] std::vector<PointEvidence> prior(const FrameEvidence& evidence) const;
   [[nodiscard]] std::vector<std::uint8_t> static_before(const Followed& followed) const;
-  void hold_against(const SE3& T_current_previous, FrameEvidence& evidence) const;
   [[nodiscard]] std::vector<std::uint8_t> moving(const FrameEvidence& evidence) const;
   void give_to_features(FrameEvidence& evidence) const;
   [[nodiscard]] MotionLimits limits(const FrameEvidence& evidence) const;
@@ -111,7 +95,6 @@ class PointClassifier {
   Camera camera_;
   Rng rng_;
   LabelHistory labels_;
-  PointHistory history_;
   std::optional<FlowFrame> previous_;
 };
 

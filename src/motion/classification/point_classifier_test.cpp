@@ -45,7 +45,7 @@ void observe(PointClassifier& classifier, std::span<const SegmentationPtr> masks
 }
 
 void remember(PointClassifier& classifier, const Step& step) {
-  classifier.remember(step.evidence, step.labels.label, {}, std::nullopt);
+  classifier.remember(step.evidence, step.labels.label);
 }
 
 /// Per feature 1 on the board.
@@ -238,41 +238,6 @@ TEST(PointClassifier, RememberedLabelsAreTheNextPrior) {
   EXPECT_EQ(third.evidence.epipolar.state, CheckState::kTooFewStatic);
 }
 
-TEST(PointClassifier, TheTrueMotionCorrectsAWrongPrior) {
-  DynamicConfig config;
-  config.mode = DynamicMode::kGeometry;
-  PointClassifier classifier(config, motion_test::small_camera(), 7);
-  Step first = seen_at(0, true);
-  observe(classifier, {}, std::nullopt, first);
-  remember(classifier, first);
-  Step second = seen_at(1, true);
-  observe(classifier, {}, std::nullopt, second);
-  // The board is taken for the room and the room for the mover.
-  const auto board = on_board(second);
-  for (std::size_t i = 0; i < board.size(); ++i)
-    second.labels.label[i] = board[i] ? MotionLabel::kStatic : MotionLabel::kDynamic;
-  remember(classifier, second);
-  Step third = seen_at(2, true);
-  observe(classifier, {}, std::nullopt, third);
-  const Score before = score(third);
-  const SE3 T_third_second =
-      scene_at(2, true).T_camera_world * scene_at(1, true).T_camera_world.inverse();
-  third.evidence = classifier.reobserve(third.evidence, T_third_second, {});
-  third.labels = classifier.classify(third.evidence);
-  const Score after = score(third);
-  EXPECT_GT(before.false_alarm, 0.3);
-  EXPECT_LT(after.false_alarm, 0.05);
-  EXPECT_GT(after.recall, 0.7);
-}
-
-TEST(PointClassifier, AFirstFrameCannotBeHeldAgainstAMotion) {
-  PointClassifier classifier({}, motion_test::small_camera(), 7);
-  Step first = seen_at(0, true);
-  observe(classifier, {}, std::nullopt, first);
-  const FrameEvidence again = classifier.reobserve(first.evidence, SE3(), {});
-  EXPECT_EQ(classifier.classify(again).label, first.labels.label);
-}
-
 TEST(PointClassifier, FreeSpaceViolationsStayWithTheirPointsUntilTheMapSaysOtherwise) {
   DynamicConfig config;
   config.mode = DynamicMode::kGeometry;
@@ -289,13 +254,13 @@ TEST(PointClassifier, FreeSpaceViolationsStayWithTheirPointsUntilTheMapSaysOther
     const auto board = on_board(step);
     const std::vector<std::uint8_t> none(board.size(), 0);
     if (k == 1) {
-      step.evidence = classifier.reobserve(step.evidence, SE3(), board);
+      step.evidence = with_free_space(step.evidence, board);
       step.labels = classifier.classify(step.evidence);
       for (std::size_t i = 0; i < board.size(); ++i)
         EXPECT_EQ(step.labels.label[i] == MotionLabel::kDynamic, board[i] != 0) << i;
     } else if (k == 2) {
       EXPECT_EQ(flags(step.evidence), board) << "nothing moves, but it is remembered";
-      step.evidence = classifier.reobserve(step.evidence, SE3(), none);
+      step.evidence = with_free_space(step.evidence, none);
     } else if (k == 3) {
       EXPECT_EQ(flags(step.evidence), none);
     }
@@ -353,7 +318,7 @@ TEST(PointClassifier, SurvivesBlankFramesMissingDepthAndOtherSizes) {
     const PointLabels labels = classifier.classify(evidence);
     EXPECT_EQ(labels.label.size(), features->size());
     for (const float w : labels.weight) EXPECT_TRUE(w >= 0 && w <= 1);
-    classifier.remember(std::move(evidence), labels.label, {}, SE3());
+    classifier.remember(std::move(evidence), labels.label);
   }
 }
 

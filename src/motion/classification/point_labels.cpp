@@ -16,8 +16,7 @@ constexpr float kDoubtful = 0.6F;       // a violation found by a check that is 
 constexpr float kWasDynamic = 0.5F;     // dynamic in the previous frame, consistent now
 
 bool is_believed(const EpipolarCheck& check, const ClassifierConfig& config) {
-  return check.state == CheckState::kDone && check.dynamic_share <= config.max_dynamic_share &&
-         check.fit_quality >= config.min_fit_quality;
+  return check.state == CheckState::kDone && check.fit_quality >= config.min_fit_quality;
 }
 
 /// Score of a point that is `excess` times its limit away from where it should be.
@@ -37,12 +36,13 @@ class Classifier {
         limits_(limits),
         config_(config) {}
 
-  void classify(const PointEvidence& e, PointLabels& out) const {
+  void classify(const PointEvidence& e, PointLabels& out) {
     const bool seen_outside = semantic_ && e.semantic.label == SemanticLabel::kStatic;
     float dynamic_score = 0;
     if (semantic_ && e.semantic.label == SemanticLabel::kMovable)
       dynamic_score = e.rests ? kAtRest : kInMask;
     bool obeys = false;
+    bool is_moving = false;
     if (geometry_) {
       const float moves = violation(e);
       const bool judged = (believed_ && e.epipolar_px >= 0) || e.ego_motion.own_depth_px >= 0;
@@ -51,6 +51,7 @@ class Classifier {
       const bool was_dynamic = e.previous == MotionLabel::kDynamic && !seen_outside;
       const float was = !was_dynamic ? 0.0F : judged ? kWasDynamic : kViolation;
       dynamic_score += std::max(moves, was);
+      is_moving = std::max(moves, was) >= kViolation;
       if (e.in_free_space) dynamic_score = std::max(dynamic_score, kInFreeSpace);
       obeys = judged && moves <= 0 && e.epipolar_px <= limits_.tau_px;
     }
@@ -60,6 +61,7 @@ class Classifier {
     const bool boundary =
         dynamic_score > 1 && e.on_boundary && e.semantic.label != SemanticLabel::kMovable;
     out.dynamic_score.push_back(dynamic_score);
+    may_come_back_.push_back(!is_moving && !e.in_free_space);
     out.label.push_back(dynamic_score > 1 && !boundary ? MotionLabel::kDynamic
                         : dynamic_score > 0            ? MotionLabel::kUnknown
                         : cleared                      ? MotionLabel::kStatic
@@ -68,6 +70,8 @@ class Classifier {
   }
 
   [[nodiscard]] bool check_believed() const { return believed_; }
+  /// Per point: whether a mask alone speaks against it.
+  [[nodiscard]] const std::vector<bool>& may_come_back() const { return may_come_back_; }
 
  private:
   /// Score by motion alone.
@@ -83,8 +87,7 @@ class Classifier {
     const float rigid =
         excess_score(e.ego_motion.any_depth_px / limits_.ego_motion_px, is_supported);
     const float edge = excess_score(e.ego_motion.own_depth_px / limits_.ego_motion_px, false);
-    const float slow = excess_score(e.history.px.any_depth_px / limits_.history_px, is_supported);
-    return std::max({epipolar, rigid, edge, slow});
+    return std::max({epipolar, rigid, edge});
   }
   [[nodiscard]] float weight(MotionLabel label, float dynamic_score) const {
     if (label == MotionLabel::kDynamic) return 0;
@@ -98,10 +101,12 @@ class Classifier {
   bool believed_;
   MotionLimits limits_;
   const ClassifierConfig& config_;
+  std::vector<bool> may_come_back_;
 };
 
-/// Too few points left: those with the lowest score come back with reduced weight.
-void fall_back_to_least_dynamic(std::span<const PointEvidence> evidence, const MotionLimits& limits,
+/// Too few points left: those that a mask alone excludes come back with reduced weight, the lowest
+/// scores first. What moves does not: better lost than dragged along.
+void fall_back_to_least_dynamic(const std::vector<bool>& may_come_back,
                                 const ClassifierConfig& config, PointLabels& out) {
   std::vector<std::uint32_t> excluded;
   int usable = 0;
@@ -110,10 +115,7 @@ void fall_back_to_least_dynamic(std::span<const PointEvidence> evidence, const M
       ++usable;
       continue;
     }
-    const bool sure = evidence[i].in_free_space ||
-                      (evidence[i].semantic.label == SemanticLabel::kMovable &&
-                       evidence[i].epipolar_px > config.sure_mover_factor * limits.tau_px);
-    if (!sure) excluded.push_back(static_cast<std::uint32_t>(i));
+    if (may_come_back[i]) excluded.push_back(static_cast<std::uint32_t>(i));
   }
   if (usable >= config.min_static) return;
   out.too_few_static = true;
@@ -160,10 +162,10 @@ PointLabels classify(DynamicMode mode, std::span<const PointEvidence> evidence,
   labels.label.reserve(evidence.size());
   labels.weight.reserve(evidence.size());
   labels.dynamic_score.reserve(evidence.size());
-  const Classifier classifier(mode, check, limits, config);
+  Classifier classifier(mode, check, limits, config);
   for (const PointEvidence& e : evidence) classifier.classify(e, labels);
   labels.check_believed = classifier.check_believed();
-  fall_back_to_least_dynamic(evidence, limits, config, labels);
+  fall_back_to_least_dynamic(classifier.may_come_back(), config, labels);
   count(labels);
   return labels;
 }

@@ -8,7 +8,6 @@
 
 #include "motion/checks/ego_motion.hpp"
 #include "motion/checks/epipolar_check.hpp"
-#include "motion/checks/point_history.hpp"
 #include "motion/labels.hpp"
 #include "motion/masks/label_history.hpp"
 
@@ -16,7 +15,7 @@ namespace ygslam {
 
 enum class DynamicMode : std::uint8_t {
   kOff,       ///< everything is static (the ORB-SLAM2 base)
-  kGeometry,  ///< motion alone: epipolar line, depth, point histories
+  kGeometry,  ///< motion alone: epipolar line and depth
   kSemantic,  ///< masks only
   kFull,      ///< both
 };
@@ -30,27 +29,22 @@ enum class DynamicMode : std::uint8_t {
 }
 
 struct ClassifierConfig {
-  bool second_look = true;  ///< classify every point again against the pose found from the map
   /// Features at which no flow ends are classified as the flow ends around them at their depth;
   /// false: they stay unknown, as in the paper.
   bool vote_of_neighbours = true;
   double min_moving_share = 0.3;    ///< of the neighbours; below, a violation is only a doubt
   double neighbour_majority = 0.7;  ///< share of the neighbours' votes that must agree
   double unknown_weight = 0.6;      ///< of a point nobody has said anything about
-  double max_dynamic_share = 0.7;   ///< a check that flags more than this is not believed
-  double min_fit_quality = 0.3;     ///< ... nor one whose candidates disagreed this much
+  double min_fit_quality = 0.3;     ///< a check whose candidates disagreed this much
   int min_static = 60;              ///< fewer usable points: those with the lowest score come back
   double fallback_weight_high = 0.5;  ///< of those with the lowest score
   double fallback_weight_low = 0.1;   ///< of those with the highest
-  double sure_mover_factor =
-      4.0;  ///< inside a mask and this many limits off its line: never fallback_points
 };
 
 /// Beyond these a point moves.
 struct MotionLimits {
   double tau_px = 1.0;         ///< EpipolarConfig::tau_px
   double ego_motion_px = 2.0;  ///< EgoMotion::limit_px
-  double history_px = 3.0;     ///< HistoryCheck::limit_px
 };
 
 /// All that is known about one feature of the current frame.
@@ -59,7 +53,6 @@ struct PointEvidence {
   float epipolar_px = -1;          ///< D of eq. (16) of the flow that ends at it; -1 = not judged
   float moving_share = -1;         ///< of the neighbours' votes, -1 = not asked
   EgoMotionResidual ego_motion{};  ///< of the same flow
-  HistoryResidual history{};       ///< of the same point over a longer time
   bool rests = false;              ///< on an object that demonstrably stands still
   bool on_boundary = false;        ///< behind an outline, see occlusion_rim.hpp
   bool in_free_space = false;      ///< in space that the map knows to be empty

@@ -52,7 +52,7 @@ std::vector<Eigen::Vector2f> positions(const Features& features) {
 /// Ends and pairs of points that start at from_ideal_px; depths and labels still empty.
 Followed from_flow(const Camera& camera, std::span<const Vec2> from_ideal_px,
                    std::span<const FlowPoint> flow) {
-  const Vec2 nowhere = Vec2::Constant(std::numeric_limits<double>::quiet_NaN());
+  const Vec2 invalid = Vec2::Constant(std::numeric_limits<double>::quiet_NaN());
   Followed followed;
   followed.ends = flow_ends(flow);
   followed.pairs.resize(flow.size());
@@ -60,7 +60,7 @@ Followed from_flow(const Camera& camera, std::span<const Vec2> from_ideal_px,
   followed.label.resize(flow.size(), MotionLabel::kUnknown);
   for (std::size_t i = 0; i < flow.size(); ++i) {
     const Vec2 end =
-        followed.ends[i].found ? camera.undistort(flow[i].end_uv_px.cast<double>()) : nowhere;
+        followed.ends[i].found ? camera.undistort(flow[i].end_uv_px.cast<double>()) : invalid;
     followed.pairs[i] = {from_ideal_px[i], end};
     followed.points[i] = {from_ideal_px[i], end, 0, {}};
   }

@@ -13,13 +13,13 @@
 namespace ygslam {
 namespace {
 
-constexpr std::size_t kScouts = 64;
+constexpr std::size_t kSeeds = 64;
 // A window that differs more than both is searched again from the coarsest level: by grey levels,
 // and by what a shift of so many pixels would cause.
 constexpr float kDoubtfulDifference = 8.0F;
 constexpr float kDoubtfulShiftPx = 0.8F;
-constexpr float kTwinPx = 1.0F;           // points this near have the same window, but for its rim
-constexpr float kSameEndPx = 0.7F;        // a start this near to a known end leads there again
+constexpr float kDuplicatePx = 1.0F;  // points this near have the same window, but for its border
+constexpr float kSameEndPx = 0.7F;    // a start this near to a known end leads there again
 constexpr float kCoarsePrecision = 4.0F;  // times epsilon_px: coarse levels only bring near
 // A step is stretched or cut at most so much; see refine().
 constexpr float kMinGain = 0.5F;
@@ -31,7 +31,7 @@ bool inside(const Eigen::Vector2f& p, const PaddedImage& image, float margin_px)
          p.y() <= static_cast<float>(image.height() - 1) - margin_px;
 }
 
-const Eigen::Vector2f kNowhere = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
+const Eigen::Vector2f kInvalid = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
 
 /// Where the search begins if guesses are right to so many pixels: within the reach of the window.
 int first_level(float guess_error_px) {
@@ -67,9 +67,9 @@ class PointFollower {
   [[nodiscard]] FlowPoint follow(const Eigen::Vector2f& from, const Eigen::Vector2f& guess,
                                  int first) {
     if (!from.allFinite() || !inside(from, previous_[0], 0)) return {};
-    std::optional<Match> match = search(from, guess, std::min(first, top_), kNowhere);
+    std::optional<Match> match = search(from, guess, std::min(first, top_), kInvalid);
     if (first < top_ && (!match || is_doubtful(*match))) {
-      const auto again = search(from, guess, top_, match ? match->end_uv_px : kNowhere);
+      const auto again = search(from, guess, top_, match ? match->end_uv_px : kInvalid);
       if (again && (!match || again->difference.window < match->difference.window)) match = again;
     }
     return match ? judge(from, *match) : FlowPoint{};
@@ -146,20 +146,21 @@ class PointFollower {
   FlowPatch patch_;
 };
 
-/// Per point the first one within kTwinPx, itself if none comes before it: a corner is found on
-/// several pyramid levels, and its flow is the same.
-std::vector<std::uint32_t> twins(std::span<const Eigen::Vector2f> points_uv_px) {
-  PointGrid grid(2 * kTwinPx);
+/// Per point the first one within kDuplicatePx, itself if none comes before it: a corner is found
+/// on several pyramid levels, and its flow is the same.
+std::vector<std::uint32_t> duplicates(std::span<const Eigen::Vector2f> points_uv_px) {
+  PointGrid grid(2 * kDuplicatePx);
   grid.build(points_uv_px);
-  std::vector<std::uint32_t> twin(points_uv_px.size());
-  for (std::uint32_t i = 0; i < twin.size(); ++i) {
-    twin[i] = i;
-    grid.near(points_uv_px[i], kTwinPx, [&](std::uint32_t k) {
-      if (k < twin[i] && (points_uv_px[k] - points_uv_px[i]).squaredNorm() <= kTwinPx * kTwinPx)
-        twin[i] = k;
+  std::vector<std::uint32_t> first_of(points_uv_px.size());
+  for (std::uint32_t i = 0; i < first_of.size(); ++i) {
+    first_of[i] = i;
+    grid.near(points_uv_px[i], kDuplicatePx, [&](std::uint32_t k) {
+      if (k < first_of[i] &&
+          (points_uv_px[k] - points_uv_px[i]).squaredNorm() <= kDuplicatePx * kDuplicatePx)
+        first_of[i] = k;
     });
   }
-  return twin;
+  return first_of;
 }
 
 }  // namespace
@@ -179,8 +180,8 @@ std::vector<FlowPoint> track_points(const ImagePyramid& previous, const ImagePyr
   };
   std::vector<FlowPoint> flow(points_uv_px.size());
   PointFollower follower(previous.levels(), current.levels(), config);
-  // Scouts are searched with care; the others start where the scouts say.
-  const std::size_t every = std::max<std::size_t>(flow.size() / kScouts, 1);
+  // Seed points are searched with care; the others start where the seeds say.
+  const std::size_t every = std::max<std::size_t>(flow.size() / kSeeds, 1);
   std::vector<Eigen::Vector2f> expected;
   std::vector<Eigen::Vector2f> found;
   for (std::size_t i = 0; i < flow.size(); i += every) {
@@ -191,12 +192,12 @@ std::vector<FlowPoint> track_points(const ImagePyramid& previous, const ImagePyr
   }
   const auto correction = fit_guess_correction(expected, found);
   const int first = correction ? first_level(correction->error_px) : follower.top();
-  const std::vector<std::uint32_t> twin = twins(points_uv_px);
+  const std::vector<std::uint32_t> first_of = duplicates(points_uv_px);
   for (std::size_t i = 0; i < flow.size(); ++i) {
     if (i % every == 0) continue;
-    if (twin[i] != i && flow[twin[i]].status == FlowStatus::kFound) {
-      flow[i] = flow[twin[i]];
-      flow[i].end_uv_px += points_uv_px[i] - points_uv_px[twin[i]];
+    if (first_of[i] != i && flow[first_of[i]].status == FlowStatus::kFound) {
+      flow[i] = flow[first_of[i]];
+      flow[i].end_uv_px += points_uv_px[i] - points_uv_px[first_of[i]];
       continue;
     }
     flow[i] =

@@ -1,10 +1,10 @@
 #include "motion/masks/label_history.hpp"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 namespace ygslam {
+
 void LabelHistory::push(FrameId frame, FeaturesPtr features,
                         std::vector<std::int32_t> link_to_previous, std::span<const FlowEnd> ends,
                         const DepthImage& depth_m) {
@@ -35,9 +35,7 @@ bool LabelHistory::apply(const Segmentation& masks) {
   if (at->sequence <= newest_mask_) return false;
   newest_mask_ = at->sequence;
   const auto fresh = label_by_mask(*at->features, masks, at->depth_m, config_.mask);
-  const auto keep = overlooked(*at, fresh);
   for (std::size_t i = 0; i < fresh.size(); ++i) {
-    if (keep[i]) continue;
     const std::size_t instance = fresh[i].instance;
     const int class_id = instance > 0 ? masks.instances[instance - 1].class_id : -1;
     at->points[i] = {fresh[i].label, fresh[i].instance, static_cast<std::int16_t>(class_id),
@@ -45,37 +43,6 @@ bool LabelHistory::apply(const Segmentation& masks) {
   }
   for (auto next = at + 1; next != entries_.end(); ++next) carry(*(next - 1), *next);
   return true;
-}
-
-/// 1 for each feature of an object that earlier masks saw and this one does not.
-std::vector<std::uint8_t> LabelHistory::overlooked(const Entry& entry,
-                                                   std::span<const PointMask> fresh) const {
-  struct Object {
-    int points = 0;
-    int covered = 0;
-  };
-  std::map<std::pair<std::int32_t, std::uint8_t>, Object> objects;  // by mask and id in it
-  const auto key = [](const PointState& p) { return std::pair(p.source, p.instance); };
-  const auto lives = [&](const PointState& p) {
-    return p.label == SemanticLabel::kMovable &&
-           entry.sequence - p.source <= config_.missed_object_frames;
-  };
-  for (std::size_t i = 0; i < fresh.size(); ++i) {
-    if (!lives(entry.points[i])) continue;
-    Object& object = objects[key(entry.points[i])];
-    ++object.points;
-    object.covered += fresh[i].label == SemanticLabel::kStatic ? 0 : 1;
-  }
-  std::vector<std::uint8_t> keep(fresh.size(), 0);
-  for (std::size_t i = 0; i < fresh.size(); ++i) {
-    if (!lives(entry.points[i]) || fresh[i].label != SemanticLabel::kStatic) continue;
-    const Object& object = objects.at(key(entry.points[i]));
-    keep[i] = object.points >= config_.missed_min_points &&
-                      object.covered < config_.missed_cover * object.points
-                  ? 1
-                  : 0;
-  }
-  return keep;
 }
 
 void LabelHistory::carry(const Entry& from, Entry& to) const {

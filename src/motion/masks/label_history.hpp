@@ -19,12 +19,6 @@ struct LabelHistoryConfig {
   int max_mask_age_frames = 30;  ///< a label older than this means unknown again
   FlowFieldConfig field{};       ///< whom a feature without a link asks
   double vote_majority = 0.7;    ///< share of the neighbours' votes that must agree
-  /// An object of an earlier mask whose features the new mask hardly covers was overlooked by the
-  /// network: its features stay movable for this many frames after its last mask. 0 = believe every
-  /// mask.
-  int missed_object_frames = 12;
-  double missed_cover = 0.3;  ///< covered share below which an object counts as overlooked
-  int missed_min_points = 8;  ///< an object needs this many features to be kept that way
 };
 
 struct SemanticPoint {
@@ -82,8 +76,6 @@ class LabelHistory {
   void carry(const Entry& from, Entry& to) const;
   [[nodiscard]] PointState vote(const Feature& feature, const FlowField& field,
                                 std::span<const PointState> before) const;
-  [[nodiscard]] std::vector<std::uint8_t> overlooked(const Entry& entry,
-                                                     std::span<const PointMask> fresh) const;
 
   LabelHistoryConfig config_;
   std::deque<Entry> entries_;

@@ -223,33 +223,6 @@ TEST(LabelHistory, OnlyMovableClassesCount) {
   }
 }
 
-TEST(LabelHistory, AnOverlookedObjectKeepsItsLabelForAWhile) {
-  BoxWorld world(6);
-  LabelHistoryConfig config;
-  config.missed_object_frames = 5;
-  LabelHistory history(config);
-  Segmentation nothing = world.mask(0);
-  nothing.ids = GreyImage(kWidth, kHeight);
-  nothing.instances.clear();
-  for (int k = 0; k <= 8; ++k) {
-    const auto f = world.frame(k, 0.0);
-    history.push(FrameId{static_cast<std::uint32_t>(k)}, f.features, f.link, f.ends,
-                 world.depth(k));
-    if (k == 0) {
-      ASSERT_TRUE(history.apply(world.mask(0)));
-    } else {
-      nothing.frame = FrameId{static_cast<std::uint32_t>(k)};
-      ASSERT_TRUE(history.apply(nothing));
-    }
-    const auto t = compare(history.current(), f.moving);
-    if (k <= 5) {
-      EXPECT_EQ(t.wrong, 0) << k;
-    } else {
-      EXPECT_GE(t.wrong, 70) << k;  // the masks are believed in the end
-    }
-  }
-}
-
 TEST(MaskLabels, DepthMendsTheRim) {
   BoxWorld world(7);
   Segmentation small =

@@ -50,6 +50,9 @@ struct Settings {
   /// geometry.
   std::string dynamic;
   bool deterministic = false;  ///< one schedule without threads: same input, same result
+  /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 72
+  /// bytes a frame.
+  bool keep_trajectory = true;
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`
   /// Takes the log's lines in place of standard error, which gets warnings and errors only. Called
   /// by the object's threads, too, one line at a time or several; what it throws is ignored.
@@ -116,7 +119,7 @@ struct MapSnapshot {
 };
 
 struct Outcome {
-  std::vector<StampedPose> trajectory;  ///< corrected by what the map learned later
+  std::vector<StampedPose> trajectory;  ///< corrected by what the map learned later; if kept
   std::vector<MapPoint> static_map;
 };
 

@@ -74,6 +74,7 @@ Status prepare(Run& run) {
                                         std::to_string(run.sequence.pairs.size())};
   }
   session.config = run.config;
+  session.config.run.keep_trajectory = false;  // FrameFiles does, in a file
   session.camera = run.sequence.camera;
   session.deterministic = o.deterministic;
   session.may_wait = !o.realtime;
@@ -163,8 +164,11 @@ void add_truth(const Run& run, std::span<const StampedPose> trajectory,
 Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const std::filesystem::path out = run.options.out_dir;
   const Map map = run.session.runner->map();
+  const auto posed = run.files->trajectory();
+  if (!posed.ok()) return posed.error();
+  const std::vector<StampedPose> trajectory = final_trajectory(*posed, map);
   Status written =
-      write_run(out, outcome, map, run.session.runner->cloud(), run.sequence.stamp_decimals);
+      write_run(out, trajectory, map, run.session.runner->cloud(), run.sequence.stamp_decimals);
   if (written.ok()) written = run.files->commit();
   if (!written.ok()) return written;
   auto metrics = metrics_json(outcome, map, run.reader->counts(), run.facts);
@@ -173,7 +177,7 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
                 static_cast<unsigned long long>(outcome.statistics.frames), 100 * coverage(outcome),
                 map.keyframes().size(), map.landmark_count(), run.facts.wall_s);
   }
-  add_truth(run, final_trajectory(outcome, map), metrics);
+  add_truth(run, trajectory, metrics);
   written = write_file_atomically(out / "metrics.json", metrics.dump(2) + "\n");
   if (!written.ok()) return written;
   SlamConfig config = run.config;

@@ -168,6 +168,7 @@ Slam Slam::open(const Settings& settings) {
     options.camera = to_config(settings.camera);
     options.model = settings.model;
     options.deterministic = settings.deterministic;
+    options.config.run.keep_trajectory = settings.keep_trajectory;
     auto session = open_session(std::move(options));
     if (!session.ok()) fail(session.error());
     impl->session = std::move(session).value();
@@ -250,7 +251,8 @@ Outcome Slam::Impl::finish() {
   finished = true;
   const SlamOutcome& outcome = session.runner->finish();
   Outcome result;
-  for (const ygslam::StampedPose& pose : final_trajectory(outcome, session.runner->map()))
+  for (const ygslam::StampedPose& pose :
+       final_trajectory(outcome.trajectory, session.runner->map()))
     result.trajectory.push_back(to_api(pose));
   result.static_map = to_api(session.runner->cloud());
   return result;

@@ -319,6 +319,15 @@ TEST(Finish, MayBeCalledAgainAndAfterNothing) {
   }
 }
 
+TEST(Finish, GivesTheMapAloneWhereNoTrajectoryIsKept) {
+  const Film& seen = film("static_xyz");
+  Settings settings = settings_for(seen);
+  settings.keep_trajectory = false;
+  const Outcome outcome = run(settings, seen).outcome;
+  EXPECT_TRUE(outcome.trajectory.empty());
+  EXPECT_GT(outcome.static_map.size(), 500U);
+}
+
 TEST(Slam, AnObjectThatWasMovedFromSaysSo) {
   const Film& seen = film("static_xyz");
   Slam first = Slam::open(settings_for(seen));

@@ -38,7 +38,10 @@ Keyframe& Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, Key
   next_keyframe_ = index(id) + 1;
   ++version_;
   if (parent == kNoKeyframe) origin_ = id;
-  if (data->frame != kNoFrame) keyframe_of_[data->frame] = id;
+  if (data->frame != kNoFrame) {
+    CHECK(keyframe_of_.empty() || keyframe_of_.back().first < data->frame, "frame ids ascend");
+    keyframe_of_.emplace_back(data->frame, id);
+  }
   Keyframe& keyframe = keyframes_[id];
   keyframe.landmarks.assign(data->features->size(), kNoLandmark);
   CHECK(static_weight.size() == data->features->size());
@@ -56,17 +59,31 @@ void Map::remove_keyframe(KeyframeId id) {
   }
   const KeyframeId parent = keyframe.parent;
   CHECK(parent != kNoKeyframe, "the first keyframe stays");
-  removed_keyframes_[id] = {parent, keyframe.T_camera_world * resolved_pose(parent).inverse()};
+  const SE3 T_camera_parent = keyframe.T_camera_world * resolved_pose(parent).inverse();
   for (auto& [other_id, other] : keyframes_) {
     if (other.parent == id) other.parent = parent;
   }
+  // No way through removed parents grows longer with every generation.
+  for (RemovedKeyframe& child : removed_keyframes_) {
+    if (child.parent != id) continue;
+    child.parent = parent;
+    child.T_camera_parent = PackedPose(child.T_camera_parent.unpacked() * T_camera_parent);
+  }
+  const auto place = std::ranges::lower_bound(removed_keyframes_, id, {}, &RemovedKeyframe::id);
+  removed_keyframes_.insert(place, {id, parent, PackedPose(T_camera_parent)});
   keyframes_.erase(id);
   ++version_;
 }
 
 KeyframeId Map::keyframe_of(FrameId frame) const {
-  const auto it = keyframe_of_.find(frame);
-  return it == keyframe_of_.end() ? kNoKeyframe : it->second;
+  using Entry = std::pair<FrameId, KeyframeId>;
+  const auto it = std::ranges::lower_bound(keyframe_of_, frame, {}, &Entry::first);
+  return it == keyframe_of_.end() || it->first != frame ? kNoKeyframe : it->second;
+}
+
+const RemovedKeyframe* Map::removed(KeyframeId id) const {
+  const auto it = std::ranges::lower_bound(removed_keyframes_, id, {}, &RemovedKeyframe::id);
+  return it == removed_keyframes_.end() || it->id != id ? nullptr : &*it;
 }
 
 const Keyframe& Map::keyframe(KeyframeId id) const {
@@ -90,9 +107,10 @@ SE3 Map::resolved_pose(KeyframeId id) const {
   if (id == kNoKeyframe) id = origin_;
   SE3 T_camera_ancestor;
   while (!keyframes_.contains(id)) {
-    const RemovedKeyframe& removed = removed_keyframes_.at(id);
-    T_camera_ancestor = T_camera_ancestor * removed.T_camera_parent;
-    id = removed.parent;
+    const RemovedKeyframe* gone = removed(id);
+    CHECK(gone, "keyframe ids are never forgotten");
+    T_camera_ancestor = T_camera_ancestor * gone->T_camera_parent.unpacked();
+    id = gone->parent;
   }
   return T_camera_ancestor * keyframes_.at(id).T_camera_world;
 }

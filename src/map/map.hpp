@@ -3,6 +3,7 @@
 // everyone else reads copies and published views (local_view.hpp).
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <span>
@@ -10,16 +11,19 @@
 #include <vector>
 
 #include "features/pyramid_scales.hpp"
+#include "geometry/packed_pose.hpp"
 #include "map/keyframe.hpp"
 #include "map/landmark.hpp"
 #include "map/map_patch.hpp"
 
 namespace ygslam {
 
-/// Where a keyframe that is no longer in the map was, so that frames that refer to it keep a pose.
+/// Where a keyframe that is no longer in the map was, so that frames that refer to it keep a pose:
+/// 64 bytes for each, all that a walk over known ground adds to a map in the end.
 struct RemovedKeyframe {
-  KeyframeId parent = kNoKeyframe;
-  SE3 T_camera_parent;
+  KeyframeId id = kNoKeyframe;
+  KeyframeId parent = kNoKeyframe;  ///< in the map, or removed itself in a map that was loaded
+  PackedPose T_camera_parent;
 };
 
 class Map {
@@ -47,7 +51,8 @@ class Map {
   /// The keyframe made of a frame of this run, kept or removed; kNoKeyframe if there is none.
   /// A map that was loaded knows no frames.
   [[nodiscard]] KeyframeId keyframe_of(FrameId frame) const;
-  [[nodiscard]] const std::map<KeyframeId, RemovedKeyframe>& removed_keyframes() const {
+  /// Ascending id.
+  [[nodiscard]] const std::deque<RemovedKeyframe>& removed_keyframes() const {
     return removed_keyframes_;
   }
 
@@ -98,6 +103,8 @@ class Map {
 
  private:
   Landmark& mutable_landmark(LandmarkId id);
+  /// Null for a keyframe that was never removed.
+  [[nodiscard]] const RemovedKeyframe* removed(KeyframeId id) const;
   void change_covisibility(const Landmark& landmark, KeyframeId keyframe, int change);
 
   [[nodiscard]] std::map<KeyframeId, SE3> apply_poses(const MapPatch& patch);
@@ -108,9 +115,9 @@ class Map {
     std::uint64_t version = 0;  // of the map it happened in
   };
   std::map<KeyframeId, Keyframe> keyframes_;
-  std::map<KeyframeId, RemovedKeyframe> removed_keyframes_;
-  std::unordered_map<FrameId, KeyframeId> keyframe_of_;
-  std::unordered_map<LandmarkId, Landmark> landmarks_;  // no result depends on its order
+  std::deque<RemovedKeyframe> removed_keyframes_;           // ascending id
+  std::deque<std::pair<FrameId, KeyframeId>> keyframe_of_;  // ascending frame
+  std::unordered_map<LandmarkId, Landmark> landmarks_;      // no result depends on its order
   std::unordered_map<LandmarkId, Fused> fused_;
   PyramidScales scales_;
   KeyframeId origin_ = kNoKeyframe;

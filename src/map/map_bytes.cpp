@@ -11,7 +11,7 @@ namespace ygslam {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x504d4759;  // "YGMP"
-constexpr std::uint32_t kSchema = 1;
+constexpr std::uint32_t kSchema = 2;
 constexpr int kMaxLevels = 32;
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they lie");
 
@@ -74,12 +74,19 @@ void pose(Writer& archive, const SE3& T) {
   coefficients(archive, T.t());
 }
 void pose(Reader& archive, SE3& T) {
-  Mat3 R;
-  Vec3 t;
+  Mat3 R = Mat3::Identity();
+  Vec3 t = Vec3::Zero();
   coefficients(archive, R);
   coefficients(archive, t);
   archive.check((R.transpose() * R - Mat3::Identity()).norm() < 1e-6 && R.determinant() > 0);
   if (archive.ok()) T = SE3(R, t);
+}
+
+template <typename Archive>
+void pose(Archive& archive, auto& T) {  // a PackedPose
+  for (auto& q : T.q_xyzw) archive.number(q);
+  for (auto& t : T.t) archive.number(t);
+  archive.check(std::abs(Eigen::Vector4d(T.q_xyzw.data()).norm() - 1) < 1e-6);
 }
 
 template <typename Archive>
@@ -136,8 +143,8 @@ class MapBytes {
     out.count(map.keyframes_);
     for (const auto& [id, keyframe] : map.keyframes_) write(out, id, keyframe);
     out.count(map.removed_keyframes_);
-    for (const auto& [id, removed] : map.removed_keyframes_) {
-      out.number(id);
+    for (const RemovedKeyframe& removed : map.removed_keyframes_) {
+      out.number(removed.id);
       out.number(removed.parent);
       pose(out, removed.T_camera_parent);
     }
@@ -220,13 +227,13 @@ class MapBytes {
   }
 
   static void read_removed(Reader& in, Map& map) {
-    KeyframeId id = kNoKeyframe;
     RemovedKeyframe removed;
-    in.number(id);
+    in.number(removed.id);
     in.number(removed.parent);
     pose(in, removed.T_camera_parent);
-    in.check(!map.has_keyframe(id));
-    if (in.ok()) map.removed_keyframes_[id] = removed;
+    in.check(!map.has_keyframe(removed.id) &&
+             (map.removed_keyframes_.empty() || map.removed_keyframes_.back().id < removed.id));
+    if (in.ok()) map.removed_keyframes_.push_back(removed);
   }
 
   static void read_landmark(Reader& in, Map& map) {
@@ -248,13 +255,12 @@ class MapBytes {
   /// Ways through parents must end: ids grow from parent to child.
   static void check_references(Reader& in, const Map& map) {
     const auto is_before = [&](KeyframeId parent, KeyframeId id) {
-      return parent < id &&
-             (map.keyframes_.contains(parent) || map.removed_keyframes_.contains(parent));
+      return parent < id && (map.keyframes_.contains(parent) || map.removed(parent) != nullptr);
     };
     for (const auto& [id, keyframe] : map.keyframes_)
       in.check(keyframe.parent == kNoKeyframe || is_before(keyframe.parent, id));
-    for (const auto& [id, removed] : map.removed_keyframes_)
-      in.check(is_before(removed.parent, id));
+    for (const RemovedKeyframe& removed : map.removed_keyframes_)
+      in.check(is_before(removed.parent, removed.id));
   }
 };
 

@@ -1,6 +1,7 @@
 #include "map/map.hpp"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <set>
 
@@ -223,6 +224,44 @@ TEST(Map, ARemovedKeyframeFollowsItsAncestors) {
   for (const std::uint32_t id : {2U, 3U, 4U}) {
     const SE3 expected = before[id] * T_new_old;
     EXPECT_LT((truth.map.resolved_pose(KeyframeId{id}) * expected.inverse()).log().norm(), 1e-9);
+  }
+}
+
+/// A keyframe without features, as frame 10 id.
+KeyframeDataPtr bare_keyframe(std::uint32_t id) {
+  static const auto features = std::make_shared<const Features>();
+  return std::make_shared<KeyframeData>(
+      KeyframeData{KeyframeId{id}, FrameId{10 * id}, {}, features, FeatureGrid()});
+}
+
+TEST(Map, ThousandsOfRemovedKeyframesKeepTheirPlaceAndCostLittle) {
+  constexpr std::uint32_t kGenerations = 5000;
+  constexpr std::size_t kStay = 10;
+  Rng rng(7);
+  Map map({8, 1.2});
+  map.add_keyframe(bare_keyframe(0), SE3(), kNoKeyframe, {});
+  std::vector<SE3> poses = {SE3()};
+  poses.reserve(kGenerations + 1);
+  const std::size_t before = mallinfo2().uordblks;
+  for (std::uint32_t id = 1; id <= kGenerations; ++id) {
+    Vec6 twist;
+    for (int i = 0; i < 6; ++i) twist[i] = rng.uniform(-1, 1);
+    poses.push_back(SE3::exp(twist));
+    map.add_keyframe(bare_keyframe(id), poses.back(), map.keyframes().rbegin()->first, {});
+    if (map.keyframes().size() <= kStay) continue;
+    auto old = std::next(map.keyframes().begin(), 1 + rng.below(kStay - 1));  // any but the first
+    map.remove_keyframe(old->first);
+  }
+  // 64 bytes each, 8 for its frame, and what the allocator and ten keyframes take.
+  EXPECT_LT(mallinfo2().uordblks - before, kGenerations * 80U);
+  ASSERT_EQ(map.removed_keyframes().size() + map.keyframes().size(), poses.size());
+  for (const RemovedKeyframe& removed : map.removed_keyframes())
+    ASSERT_TRUE(map.has_keyframe(removed.parent)) << "the way to a pose is one step";
+  for (std::uint32_t id = 0; id <= kGenerations; ++id) {
+    const SE3 difference = map.resolved_pose(KeyframeId{id}) * poses[id].inverse();
+    ASSERT_LT(difference.log().norm(), 1e-9) << id;
+    ASSERT_EQ(map.keyframe_of(FrameId{10 * id}), KeyframeId{id});
+    ASSERT_EQ(map.keyframe_of(FrameId{10 * id + 1}), kNoKeyframe);
   }
 }
 

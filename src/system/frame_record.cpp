@@ -29,8 +29,7 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
 SE3 corrected_pose(const PosedFrame& frame, const Map& map) {
   if (const KeyframeId own = map.keyframe_of(frame.frame); own != kNoKeyframe)
     return map.resolved_pose(own).inverse();
-  const SE3 T_camera_reference(frame.q_camera_reference, frame.t_camera_reference);
-  return (T_camera_reference * map.resolved_pose(frame.reference)).inverse();
+  return (frame.T_camera_reference.unpacked() * map.resolved_pose(frame.reference)).inverse();
 }
 
 }  // namespace ygslam

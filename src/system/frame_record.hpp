@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/time.hpp"
+#include "geometry/packed_pose.hpp"
 #include "map/map.hpp"
 #include "tracking/tracker.hpp"
 
@@ -36,20 +37,19 @@ struct FrameRecord {
 /// Called for every frame, in the thread that called process().
 using FrameSink = std::function<void(const FrameRecord&, const TrackResult&)>;
 
-/// All that is kept of a tracked frame to the end of the run.
+/// All that is kept of a tracked frame to the end of the run: 72 bytes.
 struct PosedFrame {
   Timestamp stamp;
   FrameId frame = kNoFrame;
   KeyframeId reference = kNoKeyframe;
-  Vec3 t_camera_reference;
-  Eigen::Quaterniond q_camera_reference;
+  PackedPose T_camera_reference;
 
+  PosedFrame() = default;
   explicit PosedFrame(const FrameRecord& record)
       : stamp(record.stamp),
         frame(record.frame),
         reference(record.pose.reference),
-        t_camera_reference(record.pose.T_camera_reference.t()),
-        q_camera_reference(record.pose.T_camera_reference.quaternion()) {}
+        T_camera_reference(record.pose.T_camera_reference) {}
 };
 using Trajectory = std::deque<PosedFrame>;
 

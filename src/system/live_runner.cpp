@@ -24,6 +24,7 @@ class LiveRunner final : public Runner {
       : config_(config),
         mapping_config_(mapping),
         camera_(camera),
+        log_(config.run.keep_trajectory),
         segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr) {
     start();
   }

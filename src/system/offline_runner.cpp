@@ -17,6 +17,7 @@ class OfflineRunner final : public Runner {
       : config_(config),
         mapping_config_(mapping),
         camera_(camera),
+        log_(config.run.keep_trajectory),
         segmenter_(std::move(segmenter)) {
     reset();
   }

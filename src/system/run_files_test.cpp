@@ -35,7 +35,7 @@ std::vector<FrameRecord> sample() {
 }
 
 SlamOutcome outcome_of(const std::vector<FrameRecord>& frames) {
-  RunLog log;
+  RunLog log(true);
   for (const FrameRecord& frame : frames) log.add(frame, {});
   return log.outcome();
 }
@@ -115,13 +115,13 @@ TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
 TEST(Trajectories, HoldTheFramesWithAPoseAndFollowTheKeyframe) {
   Map map = one_keyframe();
   const SlamOutcome outcome = outcome_of(sample());
-  auto poses = final_trajectory(outcome, map);
+  auto poses = final_trajectory(outcome.trajectory, map);
   ASSERT_EQ(poses.size(), 2U) << "tracking and weak";
   EXPECT_EQ(poses[0].stamp.ns, to_ns(100.5));
   EXPECT_EQ(poses[1].stamp.ns, to_ns(102.0));
   EXPECT_NEAR(poses[1].T_world_camera.t().z(), 0.4, 1e-12);
   map.set_pose(KeyframeId{0}, SE3(Mat3::Identity(), Vec3(-1, 0, 0)));  // corrected later
-  poses = final_trajectory(outcome, map);
+  poses = final_trajectory(outcome.trajectory, map);
   EXPECT_NEAR(poses[1].T_world_camera.t().x(), 1.0, 1e-12);
   const auto live = parse_tum_trajectory(file_of(sample(), "trajectory_live.txt"), "live").value();
   EXPECT_NEAR(live[1].T_world_camera.t().x(), 0.0, 1e-12) << "as delivered";
@@ -187,10 +187,16 @@ TEST(RunWriter, WritesEveryFileAndLeavesOthersAlone) {
     ASSERT_TRUE(files.ok());
     for (const FrameRecord& frame : sample()) files->add(frame);
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "frames.csv")) << "not before it is whole";
+    const auto kept = files->trajectory();
+    ASSERT_TRUE(kept.ok());
+    ASSERT_EQ(kept->size(), 2U) << "the tracked ones";
+    EXPECT_EQ(kept->back().frame, FrameId{4});
+    EXPECT_EQ(kept->back().T_camera_reference.unpacked().t(), Vec3(0, 0, -0.1 * 4));
     ASSERT_TRUE(files->commit().ok());
   }
   const SlamOutcome outcome = outcome_of(sample());
-  ASSERT_TRUE(write_run(folder.path(), outcome, one_keyframe(), {}, 6).ok());
+  const auto poses = final_trajectory(outcome.trajectory, one_keyframe());
+  ASSERT_TRUE(write_run(folder.path(), poses, one_keyframe(), {}, 6).ok());
   EXPECT_EQ(testing::read(folder.path() / "mine.txt"), "keep");
   EXPECT_EQ(read_tum_trajectory(folder.path() / "trajectory.txt")->size(), 2U);
   EXPECT_EQ(read_tum_trajectory(folder.path() / "trajectory_live.txt")->size(), 2U);
@@ -203,7 +209,7 @@ TEST(RunWriter, WritesEveryFileAndLeavesOthersAlone) {
     ++files;
   EXPECT_EQ(files, 7U) << "no temporary file is left";
   const Status nowhere =
-      write_run(folder.path() / "absent" / "deeper", outcome, one_keyframe(), {}, 6);
+      write_run(folder.path() / "absent" / "deeper", poses, one_keyframe(), {}, 6);
   EXPECT_TRUE(nowhere.ok() || nowhere.error().kind == ErrorKind::kOutput);
 }
 

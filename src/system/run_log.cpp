@@ -7,7 +7,7 @@ void RunLog::add(const FrameRecord& record, const TrackResult& result) {
   ++s.frames;
   if (record.has_pose()) {
     ++s.tracked;
-    outcome_.trajectory.emplace_back(record);
+    if (keep_trajectory_) outcome_.trajectory.emplace_back(record);
   }
   s.few_static += record.few_static ? 1 : 0;
   const bool was_lost = std::exchange(lost_, record.state == TrackState::kLost);

@@ -1,4 +1,4 @@
-// What a run leaves behind, in bounded memory but for the trajectory itself (80 bytes a frame).
+// What a run leaves behind, in bounded memory but for the trajectory where it is kept.
 #pragma once
 
 #include <utility>
@@ -31,12 +31,13 @@ struct RunStatistics {
 };
 
 struct SlamOutcome {
-  Trajectory trajectory;  ///< of the tracked frames
+  Trajectory trajectory;  ///< of the tracked frames, where it is kept
   RunStatistics statistics;
 };
 
 class RunLog {
  public:
+  explicit RunLog(bool keep_trajectory) : keep_trajectory_(keep_trajectory) {}
   void add_sink(FrameSink sink) { sinks_.push_back(std::move(sink)); }
   void add(const FrameRecord& record, const TrackResult& result);
 
@@ -48,6 +49,7 @@ class RunLog {
  private:
   std::vector<FrameSink> sinks_;
   SlamOutcome outcome_;
+  const bool keep_trajectory_;
   bool lost_ = false;  // in the last frame
 };
 

@@ -73,9 +73,9 @@ std::string object_lines(const FrameRecord& record, int stamp_decimals) {
 
 }  // namespace
 
-std::vector<StampedPose> final_trajectory(const SlamOutcome& outcome, const Map& map) {
+std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Map& map) {
   std::vector<StampedPose> poses;
-  for (const PosedFrame& frame : outcome.trajectory)
+  for (const PosedFrame& frame : trajectory)
     poses.push_back({frame.stamp, corrected_pose(frame, map)});
   return poses;
 }
@@ -91,7 +91,7 @@ std::vector<StampedPose> keyframe_trajectory(const Map& map) {
 Result<FrameFiles> FrameFiles::create(const std::filesystem::path& directory, int stamp_decimals,
                                       bool with_times) {
   FrameFiles files(directory, stamp_decimals, with_times);
-  for (Growing* growing : {&files.frames_, &files.objects_, &files.live_})
+  for (Growing* growing : {&files.frames_, &files.objects_, &files.live_, &files.poses_})
     if (Status opened = files.open(*growing); !opened.ok()) return opened.error();
   return files;
 }
@@ -101,6 +101,7 @@ FrameFiles::FrameFiles(std::filesystem::path directory, int stamp_decimals, bool
       frames_{"frames.csv", kFramesHeader},
       objects_{"objects.csv", kObjectsHeader},
       live_{"trajectory_live.txt", ""},
+      poses_{"trajectory.txt", ""},
       stamp_decimals_(stamp_decimals),
       with_times_(with_times) {}
 
@@ -136,8 +137,24 @@ Status FrameFiles::copy(Growing& growing) const {
 void FrameFiles::add(const FrameRecord& record) {
   put(frames_, frame_line(record, stamp_decimals_, with_times_));
   put(objects_, object_lines(record, stamp_decimals_));
+  if (!record.has_pose()) return;
   const StampedPose live{record.stamp, record.T_world_camera_live};
-  if (record.has_pose()) put(live_, format_tum(std::span(&live, 1), stamp_decimals_));
+  put(live_, format_tum(std::span(&live, 1), stamp_decimals_));
+  const PosedFrame posed(record);
+  static_assert(std::is_trivially_copyable_v<PosedFrame>);
+  put(poses_, {reinterpret_cast<const char*>(&posed), sizeof posed});
+}
+
+Result<Trajectory> FrameFiles::trajectory() {
+  if (state_.ok()) state_ = flush(poses_);
+  if (!state_.ok()) return state_.error();
+  Trajectory trajectory;
+  std::rewind(poses_.file.get());
+  for (PosedFrame posed; std::fread(&posed, sizeof posed, 1, poses_.file.get()) == 1;)
+    trajectory.push_back(posed);
+  if (std::ferror(poses_.file.get()) == 0) return trajectory;
+  return Error{ErrorKind::kOutput,
+               (directory_ / poses_.name).string() + ": " + std::strerror(errno)};
 }
 
 void FrameFiles::put(Growing& growing, std::string_view text) {
@@ -153,10 +170,10 @@ Status FrameFiles::commit() {
   return state_;
 }
 
-Status write_run(const std::filesystem::path& directory, const SlamOutcome& outcome, const Map& map,
-                 std::span<const ColouredPoint> cloud, int stamp_decimals) {
+Status write_run(const std::filesystem::path& directory, std::span<const StampedPose> trajectory,
+                 const Map& map, std::span<const ColouredPoint> cloud, int stamp_decimals) {
   const std::pair<const char*, std::string> texts[] = {
-      {"trajectory.txt", format_tum(final_trajectory(outcome, map), stamp_decimals)},
+      {"trajectory.txt", format_tum(trajectory, stamp_decimals)},
       {"keyframes.txt", format_tum(keyframe_trajectory(map), stamp_decimals)}};
   for (const auto& [name, text] : texts) {
     Status written = write_file_atomically(directory / name, text);

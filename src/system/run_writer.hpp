@@ -16,13 +16,15 @@
 
 namespace ygslam {
 
-/// Final poses of all tracked frames, with the map's corrected keyframes.
-[[nodiscard]] std::vector<StampedPose> final_trajectory(const SlamOutcome& outcome, const Map& map);
+/// Final poses of the frames, with the map's corrected keyframes.
+[[nodiscard]] std::vector<StampedPose> final_trajectory(const Trajectory& trajectory,
+                                                        const Map& map);
 [[nodiscard]] std::vector<StampedPose> keyframe_trajectory(const Map& map);
 
 /// The files that grow with the run, written as it goes on: frames.csv (a line per frame),
 /// objects.csv (a line per frame and object, in the live world frame) and trajectory_live.txt
-/// (poses as they were delivered). Nothing is seen of them before commit().
+/// (poses as they were delivered). Nothing is seen of them before commit(). The poses that later
+/// corrections will move grow in a file, too, not in memory.
 class FrameFiles {
  public:
   /// @param with_times false: the *_ms columns stay empty, so that two deterministic runs give the
@@ -31,6 +33,8 @@ class FrameFiles {
                                    bool with_times);
   /// After the first fault, which commit() tells, nothing more is written.
   void add(const FrameRecord& record);
+  /// Of the tracked frames so far, for final_trajectory().
+  [[nodiscard]] Result<Trajectory> trajectory();
   [[nodiscard]] Status commit();
 
  private:
@@ -48,14 +52,15 @@ class FrameFiles {
 
   std::filesystem::path directory_;
   Growing frames_, objects_, live_;
+  Growing poses_;  // PosedFrame by PosedFrame; nobody else reads it
   int stamp_decimals_;
   bool with_times_;
   Status state_ = Ok{};
 };
 
 /// trajectory.txt, keyframes.txt and map.ply, each atomically.
-[[nodiscard]] Status write_run(const std::filesystem::path& directory, const SlamOutcome& outcome,
-                               const Map& map, std::span<const ColouredPoint> cloud,
-                               int stamp_decimals);
+[[nodiscard]] Status write_run(const std::filesystem::path& directory,
+                               std::span<const StampedPose> trajectory, const Map& map,
+                               std::span<const ColouredPoint> cloud, int stamp_decimals);
 
 }  // namespace ygslam

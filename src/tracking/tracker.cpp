@@ -284,7 +284,7 @@ TrackState Tracker::assess(const PoseHypothesis& found, const SE3& T_last_world,
     weak_frames_ = 0;
     return TrackState::kTracking;
   }
-  // After a loss only the last known place vouches for a weak pose of few points.
+  // After a loss only the last known place vouches for a weak pose.
   const bool was_lost = state_ == TrackState::kLost;
   const double jump_m =
       was_lost ? centre_distance_m(pose->T_camera_world, T_last_world) : found.jump_m;

@@ -157,6 +157,28 @@ TEST(ObjectTracker, AWalkerHasPlaceBoxAndVelocity) {
   EXPECT_NEAR(o.max_world.y() - o.min_world.y(), 0.9 * 1.2, 0.1);
 }
 
+TEST(ObjectTracker, ShowsObjectsInTheWorld) {
+  const SE3 T_world_odom(so3_exp(Vec3(0.1, 0.7, -0.2)), Vec3(1, -2, 3));
+  std::vector<TrackedObject> shown;
+  for (const SE3& T : {SE3(), T_world_odom}) {
+    Scene scene;
+    scene.things = {{.centre = {-0.6, 0, 2}, .velocity_mps = {0.9, 0, -0.3}}};
+    ObjectTracker tracker({}, scene.camera());
+    (void)run(tracker, scene, 0, 20);
+    ObjectInput input = scene.frame(20);
+    input.T_world_odom = T;
+    shown.push_back(tracker.step(std::move(input)).at(0));
+  }
+  EXPECT_LT((shown[1].centre_world - T_world_odom * shown[0].centre_world).norm(), 1e-9);
+  EXPECT_LT((shown[1].velocity_world_mps - T_world_odom.R() * shown[0].velocity_world_mps).norm(),
+            1e-9);
+  for (const Vec3& corner : {shown[0].min_world, shown[0].max_world}) {  // the box holds the box
+    const Vec3 p_world = T_world_odom * corner;
+    EXPECT_TRUE((p_world.array() >= shown[1].min_world.array() - 1e-9).all());
+    EXPECT_TRUE((p_world.array() <= shown[1].max_world.array() + 1e-9).all());
+  }
+}
+
 TEST(ObjectTracker, TheBoxOfALateMaskIsCarriedToThePresent) {
   for (const int delay : {0, 2, 8}) {
     Scene scene;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -339,6 +340,25 @@ TEST(ObjectTracker, PointsThatTrembleAreNoObject) {
     ObjectInput input = scene.frame(k);
     const Vec3 off(rng.normal(0, 0.01), 0, rng.normal(0, 0.02));
     for (ObjectPoint& p : input.points) p.moves = true, p.p_odom += off;
+    EXPECT_TRUE(tracker.step(std::move(input)).empty()) << k;
+  }
+}
+
+TEST(ObjectTracker, PointsThatSlideAlongAnEdgeAreNoObject) {
+  constexpr double kLength_m = 0.8, kStep_m = 0.02;
+  Scene scene;
+  scene.things = {{.in_mask = false}};
+  ObjectTracker tracker({}, scene.camera());
+  for (int k = 0; k < 60; ++k) {
+    ObjectInput input = scene.frame(k);
+    for (std::size_t i = 0; i < input.points.size(); ++i) {
+      ObjectPoint& p = input.points[i];
+      const double along_m = std::fmod(0.013 * static_cast<double>(i) + kStep_m * k, kLength_m);
+      p.p_odom = {0, along_m - kLength_m / 2, 2};
+      p.uv_px = scene.camera().project(p.p_odom).cast<float>();
+      p.moves = true;
+      if (along_m < kStep_m) p.previous = -1;  // vanished at one end, came at the other
+    }
     EXPECT_TRUE(tracker.step(std::move(input)).empty()) << k;
   }
 }

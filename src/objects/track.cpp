@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "objects/quantile.hpp"
 
@@ -15,11 +14,12 @@ constexpr double kVelocityWindow_s = 0.5;
 constexpr double kAppearanceShare = 0.1;  // of a new appearance in the remembered one
 
 // When a track is confirmed.
-constexpr double kMaskEvidence = 1.5;   // sum of the scores of its masks
-constexpr double kMoverEvidence = 10;   // frames of motion
-constexpr double kMoverWay_m = 0.05;    // that a mover has come ...
-constexpr double kMoverStraight = 0.5;  // ... of its path: noise goes to and fro
-constexpr double kTentative_s = 1;      // unconfirmed or without a class it is kept for so long
+constexpr double kMaskEvidence = 1.5;  // sum of the scores of its masks
+constexpr double kMoverEvidence = 10;  // frames of motion
+constexpr double kMoverWay_m = 0.05;   // that a mover has come ...
+constexpr double kMoverStraight =
+    0.5;                            // ... of its path (noise goes to and fro), its centre of that
+constexpr double kTentative_s = 1;  // unconfirmed or without a class it is kept for so long
 
 // When it is in sight.
 constexpr double kShowMissed_s = 0.5;     // masks may overlook it for so long
@@ -85,8 +85,12 @@ PixelBox box_along_motion(const PixelBox& box, const Vec3& from_cam, const Vec3&
 
 bool Track::is_confirmed() const {
   if (is_known()) return evidence_ >= kMaskEvidence;
+  if (evidence_ < kMoverEvidence || !first_centre_odom_) return false;
+  // Points that slide along an edge come from one end and vanish at the other: the thing stays.
   const double way_m = way_m_.norm();
-  return evidence_ >= kMoverEvidence && way_m >= kMoverWay_m && way_m >= kMoverStraight * path_m_;
+  const double centre_m = (place.centre_odom - *first_centre_odom_).dot(way_m_.normalized());
+  return way_m >= kMoverWay_m && way_m >= kMoverStraight * path_m_ &&
+         centre_m >= kMoverStraight * way_m;
 }
 
 bool Track::is_forgotten(Timestamp now, double keep_s) const {
@@ -169,6 +173,7 @@ void Track::measure(const ObjectFrame& now, const PointIndices& on_it, TrackPlac
   }
   if (where.size() < kMinTrackPoints) return;
   place_now = {box, axis_quantile(where, 0.5)};
+  if (!first_centre_odom_) first_centre_odom_ = place_now.centre_odom;
   low_m = axis_quantile(where, 0.05) - place_now.centre_odom;
   high_m = axis_quantile(where, 0.95) - place_now.centre_odom;
 }

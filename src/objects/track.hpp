@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 
 #include "objects/object_frame.hpp"
 
@@ -73,10 +74,11 @@ struct Track {
   void update_box(const ObjectFrame& now, Timestamp masks_seen, const Camera& camera);
   [[nodiscard]] bool is_present(const ObjectFrame& now) const;
 
-  double evidence_ = 0;        // masks by their scores, or frames of motion
-  Vec3 way_m_ = Vec3::Zero();  // that its points came since its birth
-  double path_m_ = 0;          // the same, without regard to direction
-  std::deque<Move> moves_;     // of the last kVelocityWindow_s
+  double evidence_ = 0;                    // masks by their scores, or frames of motion
+  Vec3 way_m_ = Vec3::Zero();              // that its points came since its birth
+  double path_m_ = 0;                      // the same, without regard to direction
+  std::deque<Move> moves_;                 // of the last kVelocityWindow_s
+  std::optional<Vec3> first_centre_odom_;  // of what no mask shows
   int judged_frames_ = 0;
   double moving_share_ = 1;  // of its judged points, mean over about half a second
 };

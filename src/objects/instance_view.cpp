@@ -30,7 +30,7 @@ bool measure(std::uint8_t id, const Segmentation& masks, const Thumbnail& thumbn
       const int u = x * kStep, v = y * kStep;
       if (!masks.ids.contains(u, v) || masks.ids.at(u, v) != id) continue;
       ++samples;
-      view.look.add(thumbnail.colour.at(x, y), static_cast<float>(v) > middle_v);
+      view.appearance.add(thumbnail.colour.at(x, y), static_cast<float>(v) > middle_v);
       const float depth_m = thumbnail.depth_m.at(x, y);
       if (!(depth_m > 0) || !std::isfinite(depth_m)) continue;
       depths_m.push_back(depth_m);
@@ -38,7 +38,7 @@ bool measure(std::uint8_t id, const Segmentation& masks, const Thumbnail& thumbn
                             camera.unproject(camera.undistort(Vec2(u, v)), depth_m));
     }
   }
-  view.look.normalise();
+  view.appearance.normalise();
   view.has_depth = depths_m.size() >= kMinSamples;
   if (view.has_depth) {
     view.depth_m = static_cast<float>(quantile(depths_m, 0.5));
@@ -76,11 +76,11 @@ Thumbnail make_thumbnail(const RgbdFrame& frame) {
   return result;
 }
 
-void Look::add(const Rgb8& colour, bool lower) {
+void Appearance::add(const Rgb8& colour, bool lower) {
   ++share_[lower ? 1 : 0][(colour.r / 64) * 16 + (colour.g / 64) * 4 + colour.b / 64];
 }
 
-void Look::normalise() {
+void Appearance::normalise() {
   for (auto& half : share_) {
     float sum = 0;
     for (const float n : half) sum += n;
@@ -88,13 +88,13 @@ void Look::normalise() {
   }
 }
 
-void Look::blend(const Look& newer, float share) {
+void Appearance::blend(const Appearance& newer, float share) {
   for (std::size_t h = 0; h < share_.size(); ++h)
     for (std::size_t b = 0; b < share_[h].size(); ++b)
       share_[h][b] += share * (newer.share_[h][b] - share_[h][b]);
 }
 
-double Look::likeness(const Look& other) const {
+double Appearance::similarity(const Appearance& other) const {
   double sum = 0;
   for (std::size_t h = 0; h < share_.size(); ++h)
     for (std::size_t b = 0; b < share_[h].size(); ++b)

@@ -23,14 +23,14 @@ struct Thumbnail {
 
 /// Shares of the colours of the upper and of the lower half (4 x 4 x 4 bins of RGB each): what
 /// people wear.
-class Look {
+class Appearance {
  public:
   void add(const Rgb8& colour, bool lower);
   void normalise();
-  /// Follows a newer look, slowly.
-  void blend(const Look& newer, float share);
+  /// Follows a newer appearance, slowly.
+  void blend(const Appearance& newer, float share);
   /// Bhattacharyya coefficient, mean of the halves: 1 = the same, 0 = no colour in common.
-  [[nodiscard]] double likeness(const Look& other) const;
+  [[nodiscard]] double similarity(const Appearance& other) const;
 
  private:
   std::array<std::array<float, 64>, 2> share_{};
@@ -46,7 +46,7 @@ struct InstanceView {
   float depth_m = 0;
   Vec3 centre_odom = Vec3::Zero();                        ///< medians
   Vec3 min_odom = Vec3::Zero(), max_odom = Vec3::Zero();  ///< box about 90 %
-  Look look;
+  Appearance appearance;
 };
 
 /// Instances of the given classes, best score first; those that show one thing put together.

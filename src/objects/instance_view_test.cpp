@@ -80,19 +80,19 @@ TEST(InstanceView, ABoxAboutTwoPersonsIsNoThird) {
   EXPECT_EQ(seen[1].box.x0, 160);
 }
 
-TEST(Look, KnowsColoursByHalves) {
-  Look red_over_blue, red_over_green, other;
+TEST(Appearance, KnowsColoursByHalves) {
+  Appearance red_over_blue, red_over_green, other;
   for (int i = 0; i < 10; ++i) {
     red_over_blue.add({200, 0, 0}, false), red_over_blue.add({0, 0, 200}, true);
     red_over_green.add({200, 0, 0}, false), red_over_green.add({0, 200, 0}, true);
     other.add({0, 0, 200}, false), other.add({200, 0, 0}, true);
   }
-  for (Look* look : {&red_over_blue, &red_over_green, &other}) look->normalise();
-  EXPECT_NEAR(red_over_blue.likeness(red_over_blue), 1, 1e-6);
-  EXPECT_NEAR(red_over_blue.likeness(red_over_green), 0.5, 1e-6);
-  EXPECT_NEAR(red_over_blue.likeness(other), 0, 1e-6);
+  for (Appearance* appearance : {&red_over_blue, &red_over_green, &other}) appearance->normalise();
+  EXPECT_NEAR(red_over_blue.similarity(red_over_blue), 1, 1e-6);
+  EXPECT_NEAR(red_over_blue.similarity(red_over_green), 0.5, 1e-6);
+  EXPECT_NEAR(red_over_blue.similarity(other), 0, 1e-6);
   red_over_blue.blend(red_over_green, 1);
-  EXPECT_NEAR(red_over_blue.likeness(red_over_green), 1, 1e-6);
+  EXPECT_NEAR(red_over_blue.similarity(red_over_green), 1, 1e-6);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "objects/object_tracker.hpp"
+#include "objects/object_frame.hpp"
 
 namespace ygslam {
 namespace {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -155,6 +156,28 @@ TEST(ObjectTracker, AWalkerHasPlaceBoxAndVelocity) {
   EXPECT_LT((o.velocity_world_mps - Vec3(0.9, 0, -0.3)).norm(), 0.01);
   EXPECT_LT((o.centre_world - Vec3(0.3, 0, 1.7)).norm(), 0.05);
   EXPECT_NEAR(o.max_world.y() - o.min_world.y(), 0.9 * 1.2, 0.1);
+}
+
+TEST(ObjectTracker, ShowsObjectsInTheWorld) {
+  const SE3 T_world_odom(so3_exp(Vec3(0.1, 0.7, -0.2)), Vec3(1, -2, 3));
+  std::vector<TrackedObject> shown;
+  for (const SE3& T : {SE3(), T_world_odom}) {
+    Scene scene;
+    scene.things = {{.centre = {-0.6, 0, 2}, .velocity_mps = {0.9, 0, -0.3}}};
+    ObjectTracker tracker({}, scene.camera());
+    (void)run(tracker, scene, 0, 20);
+    ObjectInput input = scene.frame(20);
+    input.T_world_odom = T;
+    shown.push_back(tracker.step(std::move(input)).at(0));
+  }
+  EXPECT_LT((shown[1].centre_world - T_world_odom * shown[0].centre_world).norm(), 1e-9);
+  EXPECT_LT((shown[1].velocity_world_mps - T_world_odom.R() * shown[0].velocity_world_mps).norm(),
+            1e-9);
+  for (const Vec3& corner : {shown[0].min_world, shown[0].max_world}) {  // the box holds the box
+    const Vec3 p_world = T_world_odom * corner;
+    EXPECT_TRUE((p_world.array() >= shown[1].min_world.array() - 1e-9).all());
+    EXPECT_TRUE((p_world.array() <= shown[1].max_world.array() + 1e-9).all());
+  }
 }
 
 TEST(ObjectTracker, TheBoxOfALateMaskIsCarriedToThePresent) {
@@ -317,6 +340,25 @@ TEST(ObjectTracker, PointsThatTrembleAreNoObject) {
     ObjectInput input = scene.frame(k);
     const Vec3 off(rng.normal(0, 0.01), 0, rng.normal(0, 0.02));
     for (ObjectPoint& p : input.points) p.moves = true, p.p_odom += off;
+    EXPECT_TRUE(tracker.step(std::move(input)).empty()) << k;
+  }
+}
+
+TEST(ObjectTracker, PointsThatSlideAlongAnEdgeAreNoObject) {
+  constexpr double kLength_m = 0.8, kStep_m = 0.02;
+  Scene scene;
+  scene.things = {{.in_mask = false}};
+  ObjectTracker tracker({}, scene.camera());
+  for (int k = 0; k < 60; ++k) {
+    ObjectInput input = scene.frame(k);
+    for (std::size_t i = 0; i < input.points.size(); ++i) {
+      ObjectPoint& p = input.points[i];
+      const double along_m = std::fmod(0.013 * static_cast<double>(i) + kStep_m * k, kLength_m);
+      p.p_odom = {0, along_m - kLength_m / 2, 2};
+      p.uv_px = scene.camera().project(p.p_odom).cast<float>();
+      p.moves = true;
+      if (along_m < kStep_m) p.previous = -1;  // vanished at one end, came at the other
+    }
     EXPECT_TRUE(tracker.step(std::move(input)).empty()) << k;
   }
 }

@@ -46,19 +46,6 @@ std::optional<SE3> pose_in(const LocalView& view, const KeyframeRelativePose& po
   return pose.T_camera_reference * *T_reference_world;
 }
 
-/// The tracker keeps objects in the odometry frame; users see them in the world.
-std::vector<TrackedObject> in_world(std::vector<TrackedObject> objects, const SE3& T_world_odom) {
-  for (TrackedObject& object : objects) {
-    object.centre_world = T_world_odom * object.centre_world;
-    object.velocity_world_mps = T_world_odom.R() * object.velocity_world_mps;
-    const Vec3 middle = T_world_odom * (0.5 * (object.min_world + object.max_world));
-    const Vec3 half = T_world_odom.R().cwiseAbs() * (0.5 * (object.max_world - object.min_world));
-    object.min_world = middle - half;
-    object.max_world = middle + half;
-  }
-  return objects;
-}
-
 /// What agrees with a point of the static map is static.
 PointLabels promote(PointLabels labels, std::span<const LandmarkId> landmarks) {
   for (std::size_t i = 0; i < labels.label.size(); ++i)
@@ -224,6 +211,7 @@ std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence
   ObjectInput input{current.frame->id,
                     current.frame->stamp,
                     T_odom_last_.inverse(),
+                    T_world_odom,
                     {},
                     make_thumbnail(*current.frame),
                     {}};
@@ -234,7 +222,7 @@ std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence
     input.points.push_back({feature.uv_px, feature.depth_m, T_odom_last_ * p_cam, links[i],
                             motion[i] == PointMotion::kMoves, motion[i] == PointMotion::kStands});
   }
-  return in_world(objects_.step(std::move(input)), T_world_odom);
+  return objects_.step(std::move(input));
 }
 
 void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,

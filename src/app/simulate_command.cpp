@@ -74,8 +74,8 @@ Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& wr
   std::optional<Error> failure;
   std::atomic<bool> failed{false};
   WorkerThread writing(
-      [&](const std::stop_token&) {
-        while (auto frame = queue.pop()) {
+      [&](const std::stop_token& stop) {
+        while (auto frame = queue.pop(stop)) {
           if (failure) continue;
           if (Status status = writer.add(**frame, source); !status) {
             failure = status.error();

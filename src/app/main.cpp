@@ -42,8 +42,12 @@ int main(int argc, char** argv) {
     app.add_flag_callback(
            "--quiet", [] { spdlog::set_level(spdlog::level::err); }, "Errors only")
         ->trigger_on_parse();
-    app.add_flag_callback(
-           "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "More log")
+    const auto show_details = [&] {
+      spdlog::set_level(spdlog::level::debug);
+      ygslam::log_detail(fmt::format("version {}, called with {}", ygslam::version(),
+                                     fmt::join(argv + 1, argv + argc, " ")));
+    };
+    app.add_flag_callback("-v,--verbose", show_details, "A line for the call and for every frame")
         ->trigger_on_parse();
     int exit_code = 0;
     ygslam::add_run_command(app, exit_code);

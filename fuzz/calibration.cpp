@@ -4,23 +4,23 @@
 #include "core/check.hpp"
 #include "fuzz/targets.hpp"
 #include "io/calibration.hpp"
+#include "system/camera_yaml.hpp"
 
 namespace ygslam::fuzz {
+namespace {
 
-void calibration(std::string_view bytes) {
-  auto camera = parse_calibration(bytes, "calibration.txt");
-  if (!camera.ok()) return;
-  if (camera->width <= 0) camera->width = 640;
-  if (camera->height <= 0) camera->height = 480;
-  if (!camera_faults(*camera).empty()) return;
+void check(CameraConfig camera) {
+  if (camera.width <= 0) camera.width = 640;
+  if (camera.height <= 0) camera.height = 480;
+  if (!camera_faults(camera).empty()) return;
   // The same lens with fewer pixels: every one of them is undone.
-  const double scale = std::min(1.0, 40.0 / std::max(camera->width, camera->height));
-  for (double* value : {&camera->fx, &camera->fy, &camera->cx, &camera->cy}) *value *= scale;
-  camera->width = std::max(1, static_cast<int>(scale * camera->width));
-  camera->height = std::max(1, static_cast<int>(scale * camera->height));
-  if (!camera_faults(*camera).empty()) return;
+  const double scale = std::min(1.0, 40.0 / std::max(camera.width, camera.height));
+  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value *= scale;
+  camera.width = std::max(1, static_cast<int>(scale * camera.width));
+  camera.height = std::max(1, static_cast<int>(scale * camera.height));
+  if (!camera_faults(camera).empty()) return;
   // Nothing that is accepted has a pixel without a ray, or one far from all others.
-  const Camera made(*camera);
+  const Camera made(camera);
   const auto& bounds = made.ideal_bounds();
   for (const double bound : bounds) CHECK(std::isfinite(bound) && std::abs(bound) < 1e6);
   for (int v = 0; v < made.height(); ++v) {
@@ -29,6 +29,15 @@ void calibration(std::string_view bytes) {
       CHECK((made.distort(made.undistort(uv_px)) - uv_px).norm() < 0.1);
     }
   }
+}
+
+}  // namespace
+
+void calibration(std::string_view bytes) {
+  const auto text = parse_calibration(bytes, "calibration.txt");
+  if (text.ok()) check(*text);
+  const auto yaml = parse_camera_yaml(std::string(bytes), "camera.yaml");
+  if (yaml.ok()) check(*yaml);
 }
 
 }  // namespace ygslam::fuzz

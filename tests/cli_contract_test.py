@@ -3,6 +3,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import struct
 import subprocess
 import unittest
@@ -16,7 +17,7 @@ METRICS = {"frames", "readable", "tracked", "coverage", "lost_intervals", "keyfr
            "version", "machine"}
 SUMMARY = {"median", "mean", "p95", "p99", "max"}
 ERRORS = {"rmse", "mean", "median", "std", "min", "max"}
-COMMANDS = ("run", "eval", "bench", "simulate", "config")
+COMMANDS = ("run", "eval", "bench", "simulate", "inspect", "config")
 
 
 def read_ply(path):
@@ -58,6 +59,22 @@ class Help(CliTest):
             truth = sequence() / "groundtruth.txt"
             done = ygslam("eval", "--gt", truth, "--est", truth, option)
             self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_verbose_tells_of_the_call_and_of_every_frame(self):
+        done = self.run_slam(sequence(), "--to", 8, "-v")
+        self.assert_ran(done)
+        for text in (done.stderr, self.log()):
+            self.assertEqual(re.findall(r"debug\W+frame (\d+): tracking, \d+ matches", text),
+                             [str(i) for i in range(8)])
+        self.assertRegex(done.stderr, r"\Adebug: version .*, called with run .*-v\n")
+        self.assertNotIn("debug", self.run_slam(sequence(), "--to", 8, out="plain").stderr)
+        truth = sequence() / "groundtruth.txt"
+        done = ygslam("eval", "--gt", truth, "--est", truth, "-v")
+        self.assertIn(f"debug: {truth}: {FRAMES} poses\n", done.stderr)
+        done = ygslam("-v", "simulate", "static_xyz", "--out", self.folder / "rendered", "--size",
+                      "160x120", "--seconds", "0.1", "--threads", "1")
+        self.assertIn("debug: frame 1 of ", done.stderr)
+        self.assertRegex(ygslam("config", "-v").stderr, r"\Adebug: version .*\n\Z")
 
     def test_help_of_run_names_every_option_of_the_contract(self):
         text = ygslam("run", "--help").stdout

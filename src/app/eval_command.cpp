@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/eval_plot.hpp"
+#include "app/program_log.hpp"
 #include "core/log.hpp"
 #include "eval/mot_text.hpp"
 #include "eval/report.hpp"
@@ -59,6 +60,7 @@ Status check(const EvalArguments& a) {
 
 Result<TrajectoryFile> read(const std::string& path, const EvalArguments& a) {
   auto file = read_trajectory(path, parse_trajectory_format(a.format));  // nothing for auto
+  if (file.ok()) log_detail(fmt::format("{}: {} poses", path, file->poses.size()));
   if (!file.ok() || file->has_stamps || a.times.empty()) return file;
   Status stamped = add_stamps(a.times, path, *file);
   if (!stamped.ok()) return stamped.error();

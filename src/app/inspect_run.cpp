@@ -106,6 +106,7 @@ Status Inspection::run(Check& check) {
   reading.from = options_.run.from;
   if (options_.run.to > 0) reading.to = options_.run.to;
   reading.depth = check.config.depth;
+  session->runner->add_sink(log_frame);
   FrameReader reader(sequence_, reading);
   ProgressBar progress(reader.counts().offered, is_quiet());
   while (auto frame = reader.next()) {

@@ -31,7 +31,7 @@ struct Check {
   PointCounts points;
   MaskOverlap mask;
   std::vector<BoxFrame> objects;              ///< per frame
-  std::map<std::uint32_t, cv::Mat> pictures;  ///< by number of the frame, BGR
+  std::map<std::uint32_t, cv::Mat> pictures;  ///< by number of the frame, RGB
 };
 
 /// @param name classic, improved or full.

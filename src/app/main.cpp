@@ -13,16 +13,25 @@
 #include "app/program_log.hpp"
 #include "app/run_command.hpp"
 #include "app/simulate_command.hpp"
+#include "core/memory.hpp"
 #include "system/failure.hpp"
 #include "system/metrics.hpp"
+
+namespace {
+
+constexpr std::size_t kLeastMemory_bytes = std::size_t{16} << 20;  // without it: out of memory
+
+}  // namespace
 
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("ygslam"));
   spdlog::set_pattern("%^%l%$: %v");
   const ygslam::log::ScopedSink log_sink(ygslam::program_log());
   std::signal(SIGXFSZ, SIG_IGN);  // what goes beyond a file size limit is then an error to report
-  cv::setNumThreads(1);  // the stages have threads of their own; two cores are all a robot may have
   try {
+    // TBB, which OpenCV starts here, waits for itself without end where its first memory fails.
+    ygslam::require_memory(kLeastMemory_bytes);
+    cv::setNumThreads(1);  // the stages have threads of their own; a robot may have two cores
     CLI::App app{"RGB-D SLAM for rooms with people in them", "ygslam"};
     app.set_version_flag("--version", ygslam::version());
     app.require_subcommand(1);
@@ -33,8 +42,12 @@ int main(int argc, char** argv) {
     app.add_flag_callback(
            "--quiet", [] { spdlog::set_level(spdlog::level::err); }, "Errors only")
         ->trigger_on_parse();
-    app.add_flag_callback(
-           "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "More log")
+    const auto show_details = [&] {
+      spdlog::set_level(spdlog::level::debug);
+      ygslam::log_detail(fmt::format("version {}, called with {}", ygslam::version(),
+                                     fmt::join(argv + 1, argv + argc, " ")));
+    };
+    app.add_flag_callback("-v,--verbose", show_details, "A line for the call and for every frame")
         ->trigger_on_parse();
     int exit_code = 0;
     ygslam::add_run_command(app, exit_code);

@@ -1,18 +1,18 @@
 #include "app/point_picture.hpp"
 
 #include <cstdio>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "image/cv_view.hpp"
 #include "io/atomic_file.hpp"
+#include "io/image_file.hpp"
 #include "segment/segmenter.hpp"
 
 namespace ygslam {
 namespace {
 
-const cv::Scalar kGreen(60, 200, 60), kRed(50, 50, 235), kYellow(60, 200, 230),
-    kBlue(240, 140, 40);  // b, g, r
+const cv::Scalar kGreen(60, 200, 60), kRed(235, 50, 50), kYellow(230, 200, 60),
+    kBlue(40, 140, 240);  // r, g, b
 
 void draw_object(cv::Mat& picture, const TrackedObject& object) {
   const PixelBox& box = object.box_px;
@@ -32,15 +32,11 @@ void draw_object(cv::Mat& picture, const TrackedObject& object) {
 
 }  // namespace
 
-cv::Mat picture_of(const RgbdFrame& frame) {
-  cv::Mat picture;
-  cv::cvtColor(cv_view(frame.colour), picture, cv::COLOR_RGB2BGR);
-  return picture;
-}
+cv::Mat picture_of(const RgbdFrame& frame) { return cv_view(frame.colour).clone(); }
 
 void tint_masks(cv::Mat& picture, const GreyImage& ids) {
   if (ids.empty()) return;
-  const cv::Vec3b tint(200, 90, 30);
+  const cv::Vec3b tint(30, 90, 200);
   for (int v = 0; v < picture.rows; ++v) {
     for (int u = 0; u < picture.cols; ++u) {
       if (!ids.at(u, v)) continue;
@@ -51,7 +47,7 @@ void tint_masks(cv::Mat& picture, const GreyImage& ids) {
   cv::Mat inside = cv_view(ids) > 0;
   std::vector<std::vector<cv::Point>> contours;
   cv::findContours(inside, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-  cv::drawContours(picture, contours, -1, cv::Scalar(220, 120, 40), 1, cv::LINE_AA);
+  cv::drawContours(picture, contours, -1, cv::Scalar(40, 120, 220), 1, cv::LINE_AA);
 }
 
 void draw_points(cv::Mat& picture, const Features& features, const PointLabels& labels) {
@@ -78,9 +74,9 @@ void draw_caption(cv::Mat& picture, const std::string& text) {
 }
 
 Status write_jpeg(const std::filesystem::path& file, const cv::Mat& picture) {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 88});
-  return write_file_atomically(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  ColourImage image(picture.cols, picture.rows);
+  picture.copyTo(cv_view(image));
+  return write_file_atomically(file, encode_jpeg(image, 88));
 }
 
 }  // namespace ygslam

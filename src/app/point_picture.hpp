@@ -14,7 +14,7 @@
 
 namespace ygslam {
 
-/// The frame's colour image as OpenCV draws on it (blue first).
+/// A copy of the frame's colour image to draw on (red first).
 [[nodiscard]] cv::Mat picture_of(const RgbdFrame& frame);
 /// Tints and outlines where ids > 0. @param ids empty, or of the picture's size.
 void tint_masks(cv::Mat& picture, const GreyImage& ids);

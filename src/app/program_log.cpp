@@ -9,17 +9,39 @@
 #include "io/text.hpp"
 
 namespace ygslam {
+namespace {
+
+// Names and keys of foreign files may be any bytes; a message stays one line.
+void log_line(spdlog::level::level_enum level, std::string line) {
+  std::replace_if(
+      line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+  spdlog::log(level, spdlog::string_view_t(line));
+}
+
+}  // namespace
 
 log::SinkPtr program_log() {
   return std::make_shared<const log::Sink>([](log::Level level, std::string line) {
-    // Names and keys of foreign files may be any bytes; a message stays one line.
-    std::replace_if(
-        line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
-    spdlog::log(level == log::Level::kError     ? spdlog::level::err
-                : level == log::Level::kWarning ? spdlog::level::warn
-                                                : spdlog::level::info,
-                spdlog::string_view_t(line));
+    log_line(level == log::Level::kError     ? spdlog::level::err
+             : level == log::Level::kWarning ? spdlog::level::warn
+                                             : spdlog::level::info,
+             std::move(line));
   });
+}
+
+void log_detail(std::string line) { log_line(spdlog::level::debug, std::move(line)); }
+
+void log_frame(const FrameRecord& record, const TrackResult& result) {
+  if (!spdlog::should_log(spdlog::level::debug)) return;
+  const std::string mask = record.mask_age_frames < 0
+                               ? "no mask"
+                               : fmt::format("a mask {} frames old", record.mask_age_frames);
+  log_detail(
+      fmt::format("frame {}: {}, {} matches, {} inliers, {} static and {} dynamic points, "
+                  "{}, {:.1f} ms{}",
+                  index(record.frame), to_string(record.state), record.matches, record.inliers,
+                  record.static_points, record.dynamic_points, mask, record.track_ms,
+                  result.candidate ? ", a keyframe" : ""));
 }
 
 // Line by line, so that a crash does not take the log along.

@@ -7,6 +7,7 @@
 
 #include "core/log.hpp"
 #include "core/result.hpp"
+#include "system/frame_record.hpp"
 
 namespace ygslam {
 
@@ -15,6 +16,11 @@ namespace ygslam {
 
 /// To standard error and the open LogFile.
 [[nodiscard]] log::SinkPtr program_log();
+
+/// A line that only -v shows.
+void log_detail(std::string line);
+/// The same, of a tracked frame: a FrameSink.
+void log_frame(const FrameRecord& record, const TrackResult& result);
 
 /// A log.txt beside standard error while it lives. It takes the place of an earlier one only when
 /// place() is called; until then nothing of it is seen, and without it nothing remains.

@@ -108,6 +108,7 @@ Status process_frames(Run& run, LogFile& log_file) {
   auto files = FrameFiles::create(o.out_dir, run.sequence.stamp_decimals, !o.deterministic);
   if (!files.ok()) return files.error();
   run.files = std::move(*files);
+  run.session.runner->add_sink(log_frame);
   run.session.runner->add_sink(
       [&run](const FrameRecord& record, const TrackResult&) { run.files->add(record); });
   ProgressBar progress(run.reader->counts().offered, is_quiet());

@@ -33,8 +33,6 @@ void add_input_options(CLI::App& command, RunOptions& options);
 /// Settings from defaults, --config, --set and the options, in this order. @return all their faults
 /// at once (kConfig), or kUsage for --dynamic.
 [[nodiscard]] Status load_settings(const RunOptions& options, SlamConfig& config);
-/// YAML with the keys of calibration.txt (fx fy cx cy k1 k2 p1 p2 k3 width height depth_scale).
-[[nodiscard]] Result<CameraConfig> read_camera_yaml(const std::string& path);
 /// The sequence with the camera of --camera, if given.
 [[nodiscard]] Result<TumSequence> open_sequence(const RunOptions& options);
 /// --segmenter model|none|masks:DIR.

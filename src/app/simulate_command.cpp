@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
 #include "core/bounded_queue.hpp"
@@ -74,8 +75,8 @@ Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& wr
   std::optional<Error> failure;
   std::atomic<bool> failed{false};
   WorkerThread writing(
-      [&](const std::stop_token&) {
-        while (auto frame = queue.pop()) {
+      [&](const std::stop_token& stop) {
+        while (auto frame = queue.pop(stop)) {
           if (failure) continue;
           if (Status status = writer.add(**frame, source); !status) {
             failure = status.error();
@@ -90,6 +91,7 @@ Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& wr
   while (!failed && StopSignal::received() == 0) {
     auto frame = source.next_with_losses();
     if (!frame) break;
+    log_detail(fmt::format("frame {} of {}", done + 1, source.frame_count()));
     if (!queue.push(std::make_shared<const sim::SimulatedFrame>(std::move(*frame)))) break;
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     ++done;

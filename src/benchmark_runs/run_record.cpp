@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "io/json_text.hpp"
+#include "io/text.hpp"
 
 namespace ygslam {
 namespace {
@@ -74,19 +75,25 @@ nlohmann::ordered_json to_json(const RunRecord& r) {
 }
 
 Result<RunRecord> read_run_record(const std::filesystem::path& file) {
-  const auto json = read_json(file);
+  const auto text = read_file(file);
+  if (!text.ok()) return text.error();
+  return parse_run_record(*text, file.string());
+}
+
+Result<RunRecord> parse_run_record(std::string_view text, const std::string& name) {
+  const auto json = parse_json(text, name);
   if (!json.ok()) return json.error();
   const auto fault = [&](const std::string& what) {
-    return Error{ErrorKind::kInput, file.string() + ": " + what};
+    return Error{ErrorKind::kInput, name + ": " + what};
   };
   try {
     if (json->at("format") != kFormat) return fault("of another format");
     RunRecord r;
     const std::string status = json->at("status");
     bool known = false;
-    for (const auto& [name, value] : kStatusNames) {
-      if (name == status) r.status = value;
-      known |= name == status;
+    for (const auto& [known_status, value] : kStatusNames) {
+      if (known_status == status) r.status = value;
+      known |= known_status == status;
     }
     if (!known) return fault("unknown status");
     r.exit_code = json->at("exit_code");

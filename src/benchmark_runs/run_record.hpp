@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/result.hpp"
 
@@ -63,5 +64,7 @@ struct RunRecord {
 /// @return kInput naming the file: unreadable, no JSON, of another format, or a value of the wrong
 /// type.
 [[nodiscard]] Result<RunRecord> read_run_record(const std::filesystem::path& file);
+/// The same from its text. @param name of the file, for messages.
+[[nodiscard]] Result<RunRecord> parse_run_record(std::string_view text, const std::string& name);
 
 }  // namespace ygslam

@@ -17,22 +17,27 @@ enum class Level { kInfo, kWarning, kError };
 using Sink = std::function<void(Level, const std::string&)>;
 using SinkPtr = std::shared_ptr<const Sink>;
 
+namespace detail {
+// A pointer: what has a destructor costs memory at its first use in a thread, and where there is
+// none the C library ends the program.
+inline constinit thread_local const SinkPtr* sink = nullptr;
+}  // namespace detail
+
 /// The calling thread's; null: warnings and errors go to standard error.
-[[nodiscard]] inline SinkPtr& thread_sink() {
-  thread_local SinkPtr sink;
-  return sink;
-}
+[[nodiscard]] inline SinkPtr thread_sink() { return detail::sink ? *detail::sink : nullptr; }
 
 /// The calling thread logs to `sink` while this lives.
 class ScopedSink {
  public:
-  explicit ScopedSink(SinkPtr sink) : before_(std::exchange(thread_sink(), std::move(sink))) {}
+  explicit ScopedSink(SinkPtr sink)
+      : sink_(std::move(sink)), before_(std::exchange(detail::sink, &sink_)) {}
   ScopedSink(const ScopedSink&) = delete;
   ScopedSink& operator=(const ScopedSink&) = delete;
-  ~ScopedSink() { thread_sink() = std::move(before_); }
+  ~ScopedSink() { detail::sink = before_; }
 
  private:
-  SinkPtr before_;
+  const SinkPtr sink_;
+  const SinkPtr* const before_;
 };
 
 inline void write(Level level, const std::string& line) noexcept {

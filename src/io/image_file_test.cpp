@@ -1,10 +1,14 @@
 #include "io/image_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <functional>
 #include <limits>
+#include <new>
 
 #include "image/depth.hpp"
 #include "io/testing/small_sequence.hpp"
@@ -198,6 +202,55 @@ TEST(Images, AFilesErrorBeginsWithItsPath) {
   ASSERT_FALSE(header.ok());
   EXPECT_EQ(header.error().message, (folder.path() / "leer.png").string() + ": empty file");
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// In a child each: nothing is left but `kilobytes`. @return 0 what was asked for, 1 std::bad_alloc,
+// 2 anything else.
+template <typename Work>
+int outcome_within(std::size_t kilobytes, const Work& work) {
+  std::vector<void*> room(kilobytes / 4);
+  for (void*& piece : room) piece = std::malloc(4000);
+  const rlimit nothing_more{0, 0};
+  setrlimit(RLIMIT_DATA, &nothing_more);
+  for (std::size_t piece = 1 << 20; piece >= 16; piece /= 2) {
+    while (volatile void* taken = std::malloc(piece)) static_cast<void>(taken);
+  }
+  for (void* piece : room) std::free(piece);
+  try {
+    return work() ? 0 : 2;
+  } catch (const std::bad_alloc&) {
+    return 1;
+  }
+}
+
+TEST(ImageFile, WantOfMemoryIsNoFaultOfTheFile) {
+  const ColourImage colour = gradient(64, 48);
+  const std::string png = encode_png(colour);
+  const std::string jpeg = encode_jpeg(colour);
+  const auto tries = {
+      std::function([&] { return decode_colour(png).ok(); }),
+      std::function([&] { return decode_colour(jpeg).ok(); }),
+      std::function([&] { return encode_png(colour) == png; }),
+      std::function([&] { return encode_jpeg(colour) == jpeg; }),
+  };
+  for (const auto& work : tries) {
+    int outcomes[2] = {};
+    for (std::size_t kilobytes = 0; kilobytes <= 1024; kilobytes += 16) {
+      EXPECT_EXIT(
+          std::_Exit(outcome_within(kilobytes, work)),
+          [&](int status) {
+            if (!WIFEXITED(status) || WEXITSTATUS(status) > 1) return false;
+            ++outcomes[WEXITSTATUS(status)];
+            return true;
+          },
+          "")
+          << kilobytes << " kB";
+    }
+    EXPECT_GT(outcomes[0], 0);
+    EXPECT_GT(outcomes[1], 0);
+  }
+}
+#endif
 
 }  // namespace
 }  // namespace ygslam

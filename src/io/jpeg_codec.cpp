@@ -3,6 +3,7 @@
 #include <turbojpeg.h>
 
 #include <memory>
+#include <new>
 #include <type_traits>
 
 namespace ygslam::jpeg {
@@ -22,8 +23,20 @@ bool has_end_marker(std::string_view bytes) {
   return bytes.rfind("\xFF\xD9") != std::string_view::npos;
 }
 
+/// Throws std::bad_alloc where that is what the library lacked.
+Handle checked(tjhandle handle) {
+  if (handle == nullptr) throw std::bad_alloc();
+  return Handle(handle);
+}
+std::string fault_of(const Handle& handle) {
+  const std::string fault = tjGetErrorStr2(handle.get());
+  // "Insufficient memory", "Memory allocation failure": the library has no code for it.
+  if (fault.find("emory") != std::string::npos) throw std::bad_alloc();
+  return fault;
+}
+
 Error corrupt(const Handle& handle) {
-  return {ErrorKind::kInput, std::string("corrupt JPEG (") + tjGetErrorStr2(handle.get()) + ")"};
+  return {ErrorKind::kInput, "corrupt JPEG (" + fault_of(handle) + ")"};
 }
 
 }  // namespace
@@ -31,8 +44,7 @@ Error corrupt(const Handle& handle) {
 bool has_signature(std::string_view bytes) { return bytes.starts_with("\xFF\xD8\xFF"); }
 
 Result<ImageHeader> header(std::string_view bytes) {
-  const Handle handle(tjInitDecompress());
-  CHECK(handle != nullptr, "libturbojpeg: out of memory");
+  const Handle handle = checked(tjInitDecompress());
   ImageHeader header;
   int subsampling = 0;
   int space = 0;
@@ -47,8 +59,7 @@ Result<ImageHeader> header(std::string_view bytes) {
 
 Status decode(std::string_view bytes, std::uint8_t* pixels, const ImageSize& size) {
   if (!has_end_marker(bytes)) return Error{ErrorKind::kInput, "truncated JPEG"};
-  const Handle handle(tjInitDecompress());
-  CHECK(handle != nullptr, "libturbojpeg: out of memory");
+  const Handle handle = checked(tjInitDecompress());
   // A warning means that the decoder made something up (its texts say "premature end", "corrupt").
   if (tjDecompress2(handle.get(), data_of(bytes), bytes.size(), pixels, size.width, 0, size.height,
                     TJPF_RGB, TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS) != 0) {
@@ -58,8 +69,7 @@ Status decode(std::string_view bytes, std::uint8_t* pixels, const ImageSize& siz
 }
 
 std::string encode(const std::uint8_t* rgb, const ImageSize& size, int quality) {
-  const Handle handle(tjInitCompress());
-  CHECK(handle != nullptr, "libturbojpeg: out of memory");
+  const Handle handle = checked(tjInitCompress());
   unsigned char* buffer = nullptr;
   unsigned long count = 0;  // NOLINT(google-runtime-int): the library's type
   const int failed = tjCompress2(handle.get(), rgb, size.width, 0, size.height, TJPF_RGB, &buffer,
@@ -67,7 +77,7 @@ std::string encode(const std::uint8_t* rgb, const ImageSize& size, int quality) 
   std::string bytes =
       failed != 0 ? std::string() : std::string(reinterpret_cast<char*>(buffer), count);
   tjFree(buffer);
-  CHECK(failed == 0, "libturbojpeg: encoding failed");
+  CHECK(failed == 0, fault_of(handle).c_str());
   return bytes;
 }
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <bit>
 #include <csetjmp>
+#include <cstdlib>
 #include <cstring>
+#include <new>
 
 namespace ygslam::png {
 namespace {
@@ -15,6 +17,7 @@ namespace {
 struct Source {
   std::string_view rest;
   bool ran_out = false;
+  bool out_of_memory = false;
   char fault[96] = {};
 };
 
@@ -36,7 +39,16 @@ void read_bytes(png_structp png, png_bytep out, std::size_t count) {
 
 void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
 
+void* allocate(png_structp png, png_alloc_size_t bytes) {
+  void* const memory = std::malloc(bytes);
+  if (memory == nullptr) static_cast<Source*>(png_get_mem_ptr(png))->out_of_memory = true;
+  return memory;
+}
+void release(png_structp /*png*/, void* memory) { std::free(memory); }
+
+/// Throws std::bad_alloc where that is what libpng lacked.
 Error fault_of(const Source& source) {
+  if (source.out_of_memory) throw std::bad_alloc();
   return {ErrorKind::kInput, source.ran_out ? std::string("truncated PNG")
                                             : std::string("corrupt PNG (") + source.fault + ")"};
 }
@@ -44,9 +56,13 @@ Error fault_of(const Source& source) {
 class Reader {
  public:
   explicit Reader(Source& source)
-      : png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, &source, on_error, on_warning)),
+      : png_(png_create_read_struct_2(PNG_LIBPNG_VER_STRING, &source, on_error, on_warning, &source,
+                                      allocate, release)),
         info_(png_ != nullptr ? png_create_info_struct(png_) : nullptr) {
-    CHECK(png_ != nullptr && info_ != nullptr, "libpng: out of memory");
+    if (info_ == nullptr) {
+      png_destroy_read_struct(&png_, nullptr, nullptr);
+      throw std::bad_alloc();
+    }
     png_set_read_fn(png_, &source, read_bytes);
     png_set_user_limits(png_, kMaxImageSide_px, kMaxImageSide_px);
     // Colour profiles and texts are of no interest and a frequent source of faults.
@@ -150,15 +166,19 @@ std::string encode(const std::uint8_t* pixels, const ImageHeader& header, int co
                    PngFilter filter) {
   std::string bytes;
   Source faults;
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &faults, on_error, on_warning);
+  png_structp png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, &faults, on_error, on_warning,
+                                              &faults, allocate, release);
   png_infop info = png_create_info_struct(png);
-  CHECK(png != nullptr && info != nullptr, "libpng: out of memory");
+  if (info == nullptr) {
+    png_destroy_write_struct(&png, nullptr);
+    throw std::bad_alloc();
+  }
   png_set_write_fn(png, &bytes, append_bytes, no_flush);
   // libpng does not write to the rows; its interface predates const.
   std::vector<png_bytep> rows = row_pointers(const_cast<std::uint8_t*>(pixels), header);
   const bool written = run_encode(png, info, rows.data(), header, compression, filter);
   png_destroy_write_struct(&png, &info);
-  CHECK(written, faults.fault);
+  CHECK(written, fault_of(faults).message.c_str());
   return bytes;
 }
 

@@ -5,6 +5,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <memory>
+#include <new>
 #include <vector>
 
 namespace ygslam {
@@ -69,7 +70,7 @@ Result<GreyImage> read_png_ids(const std::filesystem::path& file) {
   Reader reader;
   reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, on_error, on_warning);
   reader.info = reader.png != nullptr ? png_create_info_struct(reader.png) : nullptr;
-  if (reader.info == nullptr) return Error{ErrorKind::kInternal, "libpng: out of memory"};
+  if (reader.info == nullptr) throw std::bad_alloc();
 
   png_uint_32 width = 0;
   png_uint_32 height = 0;

@@ -7,6 +7,7 @@
 #include <openvino/runtime/core.hpp>
 #include <sstream>
 
+#include "core/memory.hpp"
 #include "segment/yolo_decode.hpp"
 
 namespace ygslam {
@@ -157,6 +158,7 @@ Result<YoloModel> read_yolo_model(const std::filesystem::path& file, int width, 
     model.network = with_float_borders(model.network);
     return model;
   } catch (const std::exception& e) {
+    require_memory(kAmpleMemory_bytes);
     return fault(file, "cannot be read as a network: " + one_line(e.what()));
   }
 }

@@ -4,6 +4,7 @@
 #include <openvino/runtime/core.hpp>
 #include <openvino/runtime/properties.hpp>
 
+#include "core/memory.hpp"
 #include "core/time.hpp"
 #include "segment/cpu_features.hpp"
 #include "segment/model_probe.hpp"
@@ -12,6 +13,9 @@
 
 namespace ygslam {
 namespace {
+
+// With less OpenVINO may crash. The nano network takes some 150 MB.
+constexpr std::size_t kLeastMemory_bytes = std::size_t{128} << 20;
 
 class YoloSegmenter final : public Segmenter {
  public:
@@ -146,6 +150,7 @@ std::optional<Precision> parse_precision(std::string_view text) {
 
 Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config) {
   if (const Status sound = check(config); !sound.ok()) return sound.error();
+  require_memory(kLeastMemory_bytes);
   const auto read = [&] {
     return read_yolo_model(config.model, config.input_width, config.input_height);
   };
@@ -170,6 +175,7 @@ Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config)
     return std::unique_ptr<Segmenter>(std::make_unique<YoloSegmenter>(
         std::move(compiled), model->layout, config.decode, name_of(*precision)));
   } catch (const std::exception& e) {
+    require_memory(kAmpleMemory_bytes);
     return Error{ErrorKind::kModel,
                  config.model.string() + ": cannot be compiled: " + one_line(e.what())};
   }

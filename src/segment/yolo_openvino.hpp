@@ -34,7 +34,7 @@ struct YoloConfig {
 
 /// Loads the network.
 /// @return kModel: file missing, unreadable or of another shape; kConfig: a precision that model or
-/// processor does not have, or a bad number in the configuration.
+/// processor does not have, or a bad number in the configuration. Throws std::bad_alloc.
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config);
 
 }  // namespace ygslam

@@ -2,10 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <openvino/core/model.hpp>
 
 #include "segment/cpu_features.hpp"
@@ -262,6 +266,41 @@ TEST_F(YoloSegmenterTest, BadNumbersAreConfigurationErrors) {
   bad.input_width = 100;
   expect_config_error(bad);
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(YoloSegmenterTest, WantOfMemoryIsNoFaultOfTheModel) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // OpenVINO's threads do not survive a fork
+  const YoloConfig config = config_for({});
+  int refused = 0;
+  for (const std::size_t extra_mb : {16, 64, 124, 132, 140, 160, 200, 300}) {
+    const auto child = [&] {
+      std::ifstream statm("/proc/self/statm");
+      rlim_t pages = 0;
+      statm >> pages;
+      const rlim_t bytes = pages * 4096 + (extra_mb << 20);
+      const rlimit limit{bytes, bytes};
+      setrlimit(RLIMIT_AS, &limit);
+      try {
+        const auto made = make_yolo_segmenter(config);
+        if (!made.ok()) std::fprintf(stderr, "%s\n", made.error().message.c_str());
+        std::_Exit(made.ok() ? 0 : 2);
+      } catch (const std::bad_alloc&) {
+        std::_Exit(1);
+      }
+    };
+    EXPECT_EXIT(
+        child(),
+        [&](int status) {
+          if (!WIFEXITED(status) || WEXITSTATUS(status) > 1) return false;
+          refused += WEXITSTATUS(status);
+          return true;
+        },
+        "")
+        << extra_mb;
+  }
+  EXPECT_GE(refused, 3);
+}
+#endif
 
 TEST(ParsePrecision, KnowsItsNamesOnly) {
   EXPECT_EQ(parse_precision("auto"), Precision::kAuto);

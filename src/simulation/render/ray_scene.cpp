@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <new>
 
 #include "core/check.hpp"
 #include "simulation/parallel.hpp"
@@ -14,6 +15,14 @@
 namespace ygslam::sim {
 
 namespace {
+/// Throws what Embree met on this thread since the last call, if anything.
+/// @param device null: it could not be made.
+void check_errors(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  CHECK(device != nullptr && error == RTC_ERROR_NONE, "Embree failed");
+}
+
 /// New triangle geometry with room for points; indices are filled in.
 RTCGeometry make_geometry(RTCDevice device, const std::vector<Triangle>& triangles,
                           std::size_t points, float** p_buffer) {
@@ -21,11 +30,12 @@ RTCGeometry make_geometry(RTCDevice device, const std::vector<Triangle>& triangl
   auto* indices = static_cast<std::uint32_t*>(
       rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                               3 * sizeof(std::uint32_t), triangles.size()));
+  *p_buffer = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points));
+  check_errors(device);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     std::memcpy(indices + 3 * i, triangles[i].corner.data(), 3 * sizeof(std::uint32_t));
   }
-  *p_buffer = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points));
   return geometry;
 }
 
@@ -81,7 +91,7 @@ RayScene::RayScene(const Scene& scene)
     : scene_(scene), embree_(std::make_unique<Embree>()), fixed_corners_(corners_of(scene.fixed)) {
   // One build thread: the tree, and with it every tie between coincident hits, repeats.
   embree_->device = rtcNewDevice("threads=1,set_affinity=0");
-  CHECK(embree_->device != nullptr, "Embree does not start");
+  check_errors(embree_->device);
   RTCDevice device = embree_->device;
   embree_->moving = rtcNewScene(device);
   embree_->fixed = rtcNewScene(device);
@@ -133,6 +143,7 @@ RayScene::RayScene(const Scene& scene)
     state.instance = add_instance(state.scene, static_cast<unsigned>(i));
   }
   rtcJoinCommitScene(embree_->moving);
+  check_errors(embree_->device);
 }
 
 RayScene::~RayScene() {
@@ -182,6 +193,7 @@ void RayScene::set_time(double t_s, double before_s, int threads) {
     rtcCommitGeometry(state.instance);
   }
   rtcJoinCommitScene(embree_->moving);
+  check_errors(embree_->device);
 }
 
 namespace {

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "io/frame_loader.hpp"
+#include "io/testing/file_size_limit.hpp"
 #include "io/tum_sequence.hpp"
 #include "simulation/sequence/test_worlds.hpp"
 
@@ -86,11 +87,10 @@ TEST_F(SequenceFiles, ReadBackAsWritten) {
 
 TEST_F(SequenceFiles, FullDiskLeavesNoSequenceThatLooksWhole) {
   ASSERT_TRUE(write(folder_, truth_options(), {.jpeg = true}).ok());  // an earlier sequence
-  const fs::path third = folder_ / "rgb" / "1000.400000.jpg";
-  ASSERT_TRUE(fs::exists(third));
-  fs::remove(third);
-  fs::create_directories(third / "in the way");  // the file cannot be written, as on a full disk
-  const Status status = write(folder_, truth_options(), {.jpeg = true});
+  const Status status = [&] {
+    const ygslam::testing::FileSizeLimit full(2000);
+    return write(folder_, truth_options(), {.jpeg = true});
+  }();
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error().kind, ErrorKind::kOutput);
   for (const char* list :

@@ -34,8 +34,9 @@ Result<WorldConfig> load_world(const std::string& name_or_file) {
   if (const auto embedded = embedded_file(name_or_file + ".yaml");
       embedded && is_world_file(name_or_file + ".yaml")) {
     text = std::string(*embedded);
-  } else if (auto file = read_file(name_or_file, kMostBytes);
-             file.ok() && (name_or_file.ends_with(".yaml") || name_or_file.ends_with(".yml"))) {
+  } else if (name_or_file.ends_with(".yaml") || name_or_file.ends_with(".yml")) {
+    auto file = read_file(name_or_file, kMostBytes);
+    if (!file.ok()) return file.error();
     text = std::move(*file);
     name = name_or_file.substr(name_or_file.find_last_of('/') + 1);
     name = name.substr(0, name.find_last_of('.'));
@@ -43,7 +44,7 @@ Result<WorldConfig> load_world(const std::string& name_or_file) {
     std::string known;
     for (const WorldName& world : known_worlds()) known += (known.empty() ? "" : ", ") + world.name;
     return Error{ErrorKind::kUsage, "no world named '" + name_or_file +
-                                        "' and no such .yaml file; known worlds: " + known};
+                                        "' (a file's name ends in .yaml); known worlds: " + known};
   }
   Result<WorldConfig> world = parse_world(
       text, name_or_file.find('.') == std::string::npos ? name_or_file + ".yaml" : name_or_file);

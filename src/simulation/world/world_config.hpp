@@ -97,7 +97,8 @@ struct WorldConfig {
 /// @return kInput with "file:line: ..." for a wrong key or value.
 [[nodiscard]] Result<WorldConfig> parse_world(const std::string& yaml, const std::string& source);
 
-/// A world by name or by file. @return kUsage listing the known names if there is no such world.
+/// A world by name or by file (*.yaml, *.yml). @return kUsage listing the known names if there is
+/// no such world; kInput if the file cannot be read or is faulty.
 [[nodiscard]] Result<WorldConfig> load_world(const std::string& name_or_file);
 
 struct WorldName {

@@ -62,6 +62,17 @@ TEST(WorldFile, FaultyFilesAreRefusedWithALine) {
 }
 
 // Every prefix and every damaged byte of a real world is either a world or refused with its name.
+TEST(WorldFile, OneThatCannotBeReadIsNoUnknownWorld) {
+  const auto missing = load_world("no/such_world.yaml");
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.error().kind, ErrorKind::kInput);
+  EXPECT_EQ(missing.error().message, "no/such_world.yaml: no such file");
+  const auto unknown = load_world("no/such_world");
+  ASSERT_FALSE(unknown.ok());
+  EXPECT_EQ(unknown.error().kind, ErrorKind::kUsage);
+  EXPECT_NE(unknown.error().message.find("known worlds: "), std::string::npos);
+}
+
 TEST(WorldFile, CorruptFilesAreRefusedOrHarmless) {
   const auto whole = embedded_file("moved_chair.yaml");
   ASSERT_TRUE(whole.has_value());

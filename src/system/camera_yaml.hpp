@@ -1,0 +1,17 @@
+// The camera file of --camera: YAML with the keys of calibration.txt.
+#pragma once
+
+#include <string>
+
+#include "core/result.hpp"
+#include "geometry/camera.hpp"
+
+namespace ygslam {
+
+/// Keys fx fy cx cy k1 k2 p1 p2 k3 width height depth_scale; defaults as in parse_calibration().
+/// @param name for messages. @return kConfig naming file and key, and the line where it is known.
+[[nodiscard]] Result<CameraConfig> parse_camera_yaml(const std::string& text,
+                                                     const std::string& name);
+[[nodiscard]] Result<CameraConfig> read_camera_yaml(const std::string& path);
+
+}  // namespace ygslam

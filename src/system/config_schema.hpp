@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace ygslam {
 /// What is wrong with settings, all of it at once.
 class ConfigFaults {
  public:
-  void add(std::string clause) { clauses_.push_back(std::move(clause)); }
+  void add(std::string_view clause) { clauses_.emplace_back(clause); }
   void add(const Status& status) {
     if (!status.ok()) add(status.error().message);
   }

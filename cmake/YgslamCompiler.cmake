@@ -16,6 +16,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(ygslam_compiler INTERFACE -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow
                          -fpch-preprocess)  # lets ccache see which header was precompiled
 endif()
+if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+  # Loops over lanes join truth values with & and | on purpose: they have no branches.
+  target_compile_options(ygslam_compiler INTERFACE -Wno-bitwise-instead-of-logical)
+endif()
 # Contracting a*b+c differently in two translation units would make equal formulas unequal.
 target_compile_options(ygslam_compiler INTERFACE -ffp-contract=on)
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "benchmark_runs/fingerprint.hpp"
+#include "io/calibration.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
 #include "io/tum_sequence.hpp"
@@ -115,10 +116,7 @@ std::string fingerprint_of(const TumSequence& tum) {
       print.add(bytes_of(tum.root / file));
     }
   }
-  const CameraConfig& c = tum.camera;
-  for (const double value : {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, c.depth_scale}) {
-    print.add(std::to_string(value));
-  }
+  for (const CameraKey& key : camera_keys()) print.add(std::to_string(tum.camera.*key.value));
   if (tum.groundtruth) {
     const auto text = read_file(*tum.groundtruth);
     print.add(text.ok() ? *text : text.error().message);

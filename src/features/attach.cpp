@@ -1,11 +1,31 @@
 #include "features/attach.hpp"
 
+#include "geometry/rolling_shutter.hpp"
 #include "image/depth.hpp"
 
 namespace ygslam {
 namespace {
 
 constexpr double kCornerRadius_px = 3;  // of the circle by which FAST finds a corner, in its level
+constexpr double kLeastDepth_m = 0.05;
+constexpr double kFar_m = 1e6;  // where only rotation shows
+
+/// Depth [m] of a pixel of the colour image, at the time of that pixel, where the depth image was
+/// taken at another.
+float depth_at_time_of_colour(const Camera& camera, const DepthImage& depth_m,
+                              const RollingShutter& shutter, const Eigen::Vector2f& uv_px) {
+  const float there_m = depth_at(depth_m, uv_px.x(), uv_px.y());
+  if (there_m <= 0) return 0;
+  const Vec2 ideal_px = camera.undistort(uv_px.cast<double>());
+  const double dt_s = shutter.depth_time_s(uv_px.y()) - shutter.colour_time_s(uv_px.y());
+  const Vec3 then = shutter.earlier(camera.unproject(ideal_px, there_m), -dt_s);
+  if (then.z() < kLeastDepth_m) return 0;
+  const Vec2 depth_uv_px = camera.distort(camera.project(then));
+  const float then_m = depth_at(depth_m, depth_uv_px.x(), depth_uv_px.y());
+  if (then_m <= 0) return 0;
+  const Vec3 p_cam = camera.unproject(camera.undistort(depth_uv_px), then_m);
+  return static_cast<float>(shutter.earlier(p_cam, dt_s).z());
+}
 
 }  // namespace
 
@@ -16,6 +36,25 @@ void attach_geometry(Features& features, const Camera& camera, const DepthImage&
     f.depth_m = depth_m.empty() ? 0.0F : depth_at(depth_m, f.uv_px.x(), f.uv_px.y());
     f.on_depth_edge = f.depth_m > 0 && on_depth_edge(depth_m, f.uv_px.x(), f.uv_px.y(), f.depth_m,
                                                      kCornerRadius_px * scales.of(f.octave));
+  }
+}
+
+void move_to_middle_instant(Features& features, const Camera& camera, const DepthImage& depth_m,
+                            const Vec6& body_velocity) {
+  const RollingShutter shutter(camera.config(), body_velocity);
+  if (!shutter.is_rolling()) return;
+  for (Feature& f : features.points) {
+    const Vec2 seen_px = camera.undistort(f.uv_px.cast<double>());
+    f.depth_m = depth_m.empty() ? 0.0F
+                : shutter.depth_has_own_time()
+                    ? depth_at_time_of_colour(camera, depth_m, shutter, f.uv_px)
+                    : depth_at(depth_m, f.uv_px.x(), f.uv_px.y());
+    const bool has_depth = f.depth_m > 0;
+    const Vec3 p_cam = camera.unproject(seen_px, has_depth ? f.depth_m : kFar_m);
+    const Vec3 p_middle = shutter.to_middle(p_cam, f.uv_px.y());
+    if (p_middle.z() < kLeastDepth_m) continue;
+    f.ideal_px = camera.project(p_middle).cast<float>();
+    if (has_depth) f.depth_m = static_cast<float>(p_middle.z());
   }
 }
 

@@ -10,8 +10,8 @@ namespace ygslam {
 
 float harris_strength(const std::uint8_t* pixel, int stride) {
   constexpr int kRadius = 2;
-  constexpr int kLanes = 8;  // columns -2 .. 2, and three without weight
-  static constexpr int kWeight[kLanes] = {1, 1, 1, 1, 1, 0, 0, 0};
+  constexpr int kWindowLanes = 8;  // columns -2 .. 2, and three without weight
+  static constexpr int kWeight[kWindowLanes] = {1, 1, 1, 1, 1, 0, 0, 0};
   int uu = 0;
   int uv = 0;
   int vv = 0;
@@ -19,7 +19,7 @@ float harris_strength(const std::uint8_t* pixel, int stride) {
     const std::uint8_t* const here = pixel + static_cast<std::ptrdiff_t>(dv) * stride - kRadius;
     const std::uint8_t* const above = here - stride;
     const std::uint8_t* const below = here + stride;
-    for (int i = 0; i < kLanes; ++i) {
+    for (int i = 0; i < kWindowLanes; ++i) {
       const int right = above[i + 1] + 2 * here[i + 1] + below[i + 1];
       const int left = above[i - 1] + 2 * here[i - 1] + below[i - 1];
       const int bottom = below[i - 1] + 2 * below[i] + below[i + 1];

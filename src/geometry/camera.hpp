@@ -18,6 +18,10 @@ struct CameraConfig {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
   int width = 640, height = 480;  ///< [px]
   double depth_scale = 5000;      ///< raw depth units per metre
+  // When the rows are read (geometry/rolling_shutter.hpp). 0 = all at once; < 0 = last row first.
+  double colour_readout_ms = 0;  ///< of all rows of the colour image
+  double depth_readout_ms = 0;   ///< of all rows of the depth image
+  double depth_delay_ms = 0;     ///< middle row of the depth image after that of the colour image
 
   [[nodiscard]] bool is_distorted() const {
     return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0;

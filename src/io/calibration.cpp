@@ -12,23 +12,23 @@
 namespace ygslam {
 namespace {
 
-struct Key {
-  std::string_view name;
-  double CameraConfig::*value;  // nullptr for the two integers
-  bool required;
-};
-constexpr std::array<Key, 12> kKeys = {{{"fx", &CameraConfig::fx, true},
-                                        {"fy", &CameraConfig::fy, true},
-                                        {"cx", &CameraConfig::cx, true},
-                                        {"cy", &CameraConfig::cy, true},
-                                        {"k1", &CameraConfig::k1, false},
-                                        {"k2", &CameraConfig::k2, false},
-                                        {"p1", &CameraConfig::p1, false},
-                                        {"p2", &CameraConfig::p2, false},
-                                        {"k3", &CameraConfig::k3, false},
-                                        {"depth_scale", &CameraConfig::depth_scale, false},
-                                        {"width", nullptr, false},
-                                        {"height", nullptr, false}}};
+constexpr std::array<CameraKey, 13> kKeys = {
+    {{"fx", &CameraConfig::fx, true},
+     {"fy", &CameraConfig::fy, true},
+     {"cx", &CameraConfig::cx, true},
+     {"cy", &CameraConfig::cy, true},
+     {"k1", &CameraConfig::k1},
+     {"k2", &CameraConfig::k2},
+     {"p1", &CameraConfig::p1},
+     {"p2", &CameraConfig::p2},
+     {"k3", &CameraConfig::k3},
+     {"depth_scale", &CameraConfig::depth_scale},
+     {"colour_readout_ms", &CameraConfig::colour_readout_ms},
+     {"depth_readout_ms", &CameraConfig::depth_readout_ms},
+     {"depth_delay_ms", &CameraConfig::depth_delay_ms}}};
+constexpr std::array<std::string_view, 2> kWholeKeys = {"width", "height"};
+
+constexpr double kMostReadout_ms = 200;  // of a camera with 5 frames a second
 
 std::string shown(double value) {
   std::array<char, 32> buffer;  // the shortest form that reads back the same, whatever the locale
@@ -56,7 +56,7 @@ void judge_against_size(const CameraConfig& c, Faults& faults) {
   if (faults.list.size() > before) return;
   const auto pixel = pixel_without_ray(c);
   if (!pixel) return;
-  const auto used = std::find_if(kKeys.begin(), kKeys.end(), [&](const Key& key) {
+  const auto used = std::find_if(kKeys.begin(), kKeys.end(), [&](const CameraKey& key) {
     return key.name.find_first_of("kp") == 0 && c.*key.value != 0;
   });
   faults.list.push_back({std::string(used->name),
@@ -71,30 +71,38 @@ Error config_error(const std::string& name, int line, const std::string& what) {
 }
 
 std::string unknown_key(std::string_view key) {
-  std::array<std::string_view, kKeys.size()> names;
-  std::transform(kKeys.begin(), kKeys.end(), names.begin(), [](const Key& k) { return k.name; });
+  std::vector<std::string_view> names(kWholeKeys.begin(), kWholeKeys.end());
+  for (const CameraKey& known : kKeys) names.push_back(known.name);
   const std::string_view nearest = nearest_word(key, names);
   return "unknown key '" + printable(key) + "'" +
          (nearest.empty() ? std::string() : ", did you mean '" + std::string(nearest) + "'?");
 }
 
+const CameraKey* find_key(std::string_view name) {
+  const auto key = std::find_if(kKeys.begin(), kKeys.end(),
+                                [&](const CameraKey& known) { return known.name == name; });
+  return key == kKeys.end() ? nullptr : &*key;
+}
+
 // Puts one value in its place. @return what is wrong with it, empty if nothing.
-std::string store(const Key& key, std::string_view word, CameraConfig& camera) {
+std::string store(std::string_view name, std::string_view word, CameraConfig& camera) {
   const auto value = parse_number(word);
   if (!value) return "'" + printable(word) + "' is not a finite number";
-  if (key.value != nullptr) {
-    camera.*key.value = *value;
+  if (const CameraKey* key = find_key(name)) {
+    camera.*key->value = *value;
     return {};
   }
   if (*value != std::floor(*value) || *value < 1 || *value > kMaxImageSide_px) {
     return "must be a whole number from 1 to " + std::to_string(kMaxImageSide_px) + ", is '" +
            printable(word) + "'";
   }
-  (key.name == "width" ? camera.width : camera.height) = static_cast<int>(*value);
+  (name == "width" ? camera.width : camera.height) = static_cast<int>(*value);
   return {};
 }
 
 }  // namespace
+
+std::span<const CameraKey> camera_keys() { return kKeys; }
 
 std::vector<CameraFault> camera_faults(const CameraConfig& c) {
   Faults faults;
@@ -110,6 +118,9 @@ std::vector<CameraFault> camera_faults(const CameraConfig& c) {
   faults.require(c.p2, -1, 1, "p2", "");
   faults.require(c.k3, -1000, 1000, "k3", "");
   faults.require(c.depth_scale, 1e-3, 1e6, "depth_scale", " units per metre");
+  faults.require(c.colour_readout_ms, -kMostReadout_ms, kMostReadout_ms, "colour_readout_ms", "");
+  faults.require(c.depth_readout_ms, -kMostReadout_ms, kMostReadout_ms, "depth_readout_ms", "");
+  faults.require(c.depth_delay_ms, -kMostReadout_ms, kMostReadout_ms, "depth_delay_ms", "");
   if (c.width < 0 || c.width > kMaxImageSide_px)
     faults.require(-1, 1, kMaxImageSide_px, "width", " px");
   if (c.height < 0 || c.height > kMaxImageSide_px)
@@ -125,18 +136,16 @@ Result<CameraConfig> parse_calibration(std::string_view text, const std::string&
   for (const TextLine& line : data_lines(text)) {
     const auto words = words_of(line.text.substr(0, line.text.find('#')), ":=");
     if (words.empty()) return config_error(name, line.number, "needs `key value`");
-    const auto key = std::find_if(kKeys.begin(), kKeys.end(),
-                                  [&](const Key& k) { return k.name == words.front(); });
-    if (key == kKeys.end()) return config_error(name, line.number, unknown_key(words.front()));
-    const std::string quoted = std::string(key->name) + ": ";
+    const std::string_view key = words.front();
+    const bool whole = std::find(kWholeKeys.begin(), kWholeKeys.end(), key) != kWholeKeys.end();
+    if (!whole && !find_key(key)) return config_error(name, line.number, unknown_key(key));
+    const std::string quoted = std::string(key) + ": ";
     if (words.size() != 2) return config_error(name, line.number, quoted + "needs one value");
-    if (!seen.insert(key->name).second) {
-      return config_error(name, line.number, quoted + "given twice");
-    }
-    const std::string wrong = store(*key, words[1], camera);
+    if (!seen.insert(key).second) return config_error(name, line.number, quoted + "given twice");
+    const std::string wrong = store(key, words[1], camera);
     if (!wrong.empty()) return config_error(name, line.number, quoted + wrong);
   }
-  for (const Key& key : kKeys) {
+  for (const CameraKey& key : kKeys) {
     if (key.required && !seen.contains(key.name)) {
       return config_error(name, 0, "missing key '" + std::string(key.name) + "'");
     }

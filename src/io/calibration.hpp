@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,15 @@
 #include "geometry/camera.hpp"
 
 namespace ygslam {
+
+/// A number of a camera by its key in camera files.
+struct CameraKey {
+  std::string_view name;
+  double CameraConfig::*value;
+  bool required = false;
+};
+/// All but width and height, which are whole numbers.
+[[nodiscard]] std::span<const CameraKey> camera_keys();
 
 /// What is wrong with one value of a camera.
 struct CameraFault {
@@ -24,7 +34,7 @@ struct CameraFault {
 [[nodiscard]] std::vector<CameraFault> camera_faults(const CameraConfig& camera);
 
 /// Lines `key value`, comments with #. Needs fx fy cx cy; k1 k2 p1 p2 k3 default to 0, depth_scale
-/// to 5000, width and height to 0 = "as the first image".
+/// to 5000, the shutter's times to 0, width and height to 0 = "as the first image".
 /// @param name for messages. @return kConfig naming file, line and key; an unknown key names the
 /// nearest known one.
 [[nodiscard]] Result<CameraConfig> parse_calibration(std::string_view text,

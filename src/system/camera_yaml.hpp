@@ -8,7 +8,7 @@
 
 namespace ygslam {
 
-/// Keys fx fy cx cy k1 k2 p1 p2 k3 width height depth_scale; defaults as in parse_calibration().
+/// The keys of calibration.txt, with the same defaults; see parse_calibration().
 /// @param name for messages. @return kConfig naming file and key, and the line where it is known.
 [[nodiscard]] Result<CameraConfig> parse_camera_yaml(const std::string& text,
                                                      const std::string& name);

@@ -42,18 +42,18 @@ PoseEstimator::PoseEstimator(const PoseEstimatorConfig& config, const Camera& ca
                              const PyramidScales& scales)
     : config_(config), camera_(camera), scales_(scales) {}
 
-std::optional<PoseResult> PoseEstimator::track(const TrackedFrame& frame, const TrackedFrame& last,
-                                               const SE3& T_last_world, const LocalView* view,
-                                               const SE3& T_guess_world, Rng& rng) const {
+std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
+    const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
+    const LocalView* view, const SE3& T_guess_world, Rng& rng) const {
   const auto enough = [&](const std::optional<PoseSolution>& pose) {
     return pose && pose->inliers >= config_.min_matches;
   };
   for (const double radius_px : {config_.search_last_px, config_.search_wide_px}) {
-    const auto pairings = match_last(frame, last, T_last_world, view, T_guess_world, radius_px);
+    auto pairings = match_last(frame, last, T_last_world, view, T_guess_world, radius_px);
     const auto pose = solve(frame, pairings, T_guess_world);
-    if (enough(pose)) return refine_twice(frame, view, pairings, *pose);
+    if (enough(pose)) return FirstPose{*pose, std::move(pairings)};
   }
-  const auto pairings = match_last_by_descriptor(frame, last, T_last_world, view, rng);
+  auto pairings = match_last_by_descriptor(frame, last, T_last_world, view, rng);
   std::vector<PnpPoint> points;
   for (const Pairing& p : pairings) {
     const Feature& f = frame.features->points[p.feature];
@@ -63,15 +63,15 @@ std::optional<PoseResult> PoseEstimator::track(const TrackedFrame& frame, const 
   if (!rough) return std::nullopt;
   const auto pose = solve(frame, pairings, rough->T_camera_world);
   if (!enough(pose)) return std::nullopt;
-  return refine_twice(frame, view, pairings, *pose);
+  return FirstPose{*pose, std::move(pairings)};
 }
 
 std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame,
                                                        const LocalView& view,
                                                        const SE3& T_guess_world) const {
-  PoseSolution start;
-  start.T_camera_world = T_guess_world;
-  return refine(frame, &view, {}, start);
+  FirstPose start;
+  start.solution.T_camera_world = T_guess_world;
+  return refine(frame, &view, start);
 }
 
 std::optional<SE3> PoseEstimator::pose_on_landmarks(const TrackedFrame& frame,
@@ -171,13 +171,11 @@ std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
   return solve_pose(camera_, T_guess_world, observations, config_.pose);
 }
 
-std::optional<PoseResult> PoseEstimator::refine_twice(const TrackedFrame& frame,
-                                                      const LocalView* view,
-                                                      const std::vector<Pairing>& first,
-                                                      const PoseSolution& first_pose) const {
-  auto result = refine(frame, view, first, first_pose);
+std::optional<PoseResult> PoseEstimator::match_map(const TrackedFrame& frame, const LocalView* view,
+                                                   const FirstPose& first) const {
+  auto result = refine(frame, view, first);
   if (!result || !view || result->landmark_inliers < kThinMap) return result;
-  const SE3 correction = result->T_camera_world * first_pose.T_camera_world.inverse();
+  const SE3 correction = result->T_camera_world * first.solution.T_camera_world.inverse();
   const double moved_px =
       camera_.fx() * (correction.angle() + correction.t().norm() / kTypicalDepth_m);
   if (moved_px <= 0.5 * config_.search_map_px) return result;
@@ -186,20 +184,20 @@ std::optional<PoseResult> PoseEstimator::refine_twice(const TrackedFrame& frame,
 }
 
 std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const LocalView* view,
-                                                const std::vector<Pairing>& first,
-                                                const PoseSolution& first_pose) const {
+                                                const FirstPose& first) const {
   PoseResult result;
   std::vector<Pairing> pairings;
   std::vector<Pairing> temporary;
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    if (!first_pose.inlier[i]) continue;
+  for (std::size_t i = 0; i < first.pairings.size(); ++i) {
+    if (!first.solution.inlier[i]) continue;
+    const Pairing& pairing = first.pairings[i];
     const bool mapped =
-        view && first[i].landmark != kNoLandmark && view->find(first[i].landmark) >= 0;
-    (mapped ? pairings : temporary).push_back(first[i]);
+        view && pairing.landmark != kNoLandmark && view->find(pairing.landmark) >= 0;
+    (mapped ? pairings : temporary).push_back(pairing);
     if (!mapped) temporary.back().landmark = kNoLandmark;
   }
   if (view && config_.use_local_map) {
-    add_map_matches(frame, *view, first_pose.T_camera_world, pairings, result.seen);
+    add_map_matches(frame, *view, first.solution.T_camera_world, pairings, result.seen);
   }
   // Points of the previous frame carry its error: they help only where the map is thin.
   if (std::ssize(pairings) < kThinMap) {
@@ -209,7 +207,7 @@ std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const
       if (!taken[p.feature]) pairings.push_back(p);
     }
   }
-  const auto pose = solve(frame, pairings, first_pose.T_camera_world);
+  const auto pose = solve(frame, pairings, first.solution.T_camera_world);
   if (!pose) return std::nullopt;
   result.T_camera_world = pose->T_camera_world;
   result.landmarks.assign(frame.features->size(), kNoLandmark);

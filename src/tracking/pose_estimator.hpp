@@ -42,13 +42,32 @@ class PoseEstimator {
   PoseEstimator(const PoseEstimatorConfig& config, const Camera& camera,
                 const PyramidScales& scales);
 
+  /// A match of a feature with a point of the map or of the previous frame.
+  struct Pairing {
+    Vec3 p_world;
+    std::uint32_t feature;
+    LandmarkId landmark;
+    float weight = 1;  // of the landmark
+  };
+  /// What the first step found.
+  struct FirstPose {
+    PoseSolution solution;
+    std::vector<Pairing> pairings;
+  };
+
+  /// The first step, against the previous frame.
   /// @param frame features, grid and weights of the current frame.
   /// @param last the previous tracked frame at T_last_world.
   /// @param T_guess_world predicted pose T_camera_world of the current frame.
   /// @return nullopt if no pose explains enough points.
-  [[nodiscard]] std::optional<PoseResult> track(const TrackedFrame& frame, const TrackedFrame& last,
-                                                const SE3& T_last_world, const LocalView* view,
-                                                const SE3& T_guess_world, Rng& rng) const;
+  [[nodiscard]] std::optional<FirstPose> match_previous_frame(
+      const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
+      const LocalView* view, const SE3& T_guess_world, Rng& rng) const;
+  /// The second step, against the local map; once more where that moved the pose so far that the
+  /// search windows were off.
+  [[nodiscard]] std::optional<PoseResult> match_map(const TrackedFrame& frame,
+                                                    const LocalView* view,
+                                                    const FirstPose& first) const;
   /// The second step alone, from a good guess (used after relocalisation).
   [[nodiscard]] std::optional<PoseResult> refine_on_map(const TrackedFrame& frame,
                                                         const LocalView& view,
@@ -59,12 +78,6 @@ class PoseEstimator {
                                                      const SE3& T_guess_world) const;
 
  private:
-  struct Pairing {
-    Vec3 p_world;
-    std::uint32_t feature;
-    LandmarkId landmark;
-    float weight = 1;  // of the landmark
-  };
   [[nodiscard]] static float weight_of(LandmarkId landmark, const LocalView* view);
   [[nodiscard]] std::vector<Pairing> match_last(const TrackedFrame& frame, const TrackedFrame& last,
                                                 const SE3& T_last_world, const LocalView* view,
@@ -77,14 +90,8 @@ class PoseEstimator {
   [[nodiscard]] std::optional<PoseSolution> solve(const TrackedFrame& frame,
                                                   const std::vector<Pairing>& pairings,
                                                   const SE3& T_guess_world) const;
-  /// refine(), and once more where that moved the pose so far that the search windows were off.
-  [[nodiscard]] std::optional<PoseResult> refine_twice(const TrackedFrame& frame,
-                                                       const LocalView* view,
-                                                       const std::vector<Pairing>& first,
-                                                       const PoseSolution& first_pose) const;
   [[nodiscard]] std::optional<PoseResult> refine(const TrackedFrame& frame, const LocalView* view,
-                                                 const std::vector<Pairing>& first,
-                                                 const PoseSolution& first_pose) const;
+                                                 const FirstPose& first) const;
   void add_map_matches(const TrackedFrame& frame, const LocalView& view, const SE3& T_camera_world,
                        std::vector<Pairing>& pairings,
                        std::vector<KeyframeCandidate::Seen>& seen) const;

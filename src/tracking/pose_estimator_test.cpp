@@ -70,7 +70,13 @@ struct Scene {
     last.landmarks = truth.map.keyframe(KeyframeId{5}).landmarks;
   }
   [[nodiscard]] std::optional<PoseResult> track(const SE3& T_guess, Rng& rng) const {
-    return estimator.track(frame, last, World::pose(5), &view, T_guess, rng);
+    return track(frame, &view, T_guess, rng);
+  }
+  [[nodiscard]] std::optional<PoseResult> track(const TrackedFrame& current, const LocalView* map,
+                                                const SE3& T_guess, Rng& rng) const {
+    const auto first =
+        estimator.match_previous_frame(current, last, World::pose(5), map, T_guess, rng);
+    return first ? estimator.match_map(current, map, *first) : std::nullopt;
   }
 
   World world;
@@ -154,8 +160,7 @@ TEST(PoseEstimator, WorksFromTheLastFramesDepthBeforeThereIsAMap) {
   Scene scene(14);
   scene.last.landmarks.assign(scene.last.landmarks.size(), kNoLandmark);
   Rng rng(4);
-  const auto pose =
-      scene.estimator.track(scene.frame, scene.last, World::pose(5), nullptr, World::pose(5), rng);
+  const auto pose = scene.track(scene.frame, nullptr, World::pose(5), rng);
   ASSERT_TRUE(pose);
   EXPECT_LT(pose_error(pose->T_camera_world, World::pose(6)), 0.01);
   EXPECT_EQ(pose->landmark_inliers, 0);
@@ -166,8 +171,7 @@ TEST(PoseEstimator, AnotherWorldGivesNoPose) {
   World other(700, 999);
   const auto elsewhere = other.see(World::pose(6), 100);
   Rng rng(5);
-  const auto pose = scene.estimator.track(tracked(elsewhere), scene.last, World::pose(5),
-                                          &scene.view, World::pose(6), rng);
+  const auto pose = scene.track(tracked(elsewhere), &scene.view, World::pose(6), rng);
   EXPECT_TRUE(!pose || pose->landmark_inliers < 15);
 }
 

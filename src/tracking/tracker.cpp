@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "features/attach.hpp"
+#include "geometry/rolling_shutter.hpp"
 
 namespace ygslam {
 namespace {
@@ -94,11 +95,12 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   result.masks.assign(masks.begin(), masks.end());
   const ScopedTimer timer;
   TrackedFrame current = extract_features(frame);
+  const auto predicted = predicted_flow(*frame);
+  if (predicted) move_to_middle(current, predicted->body_velocity);
   result.features = current.features;
   result.orb_ms = timer.wall_ms();
 
-  FrameEvidence evidence =
-      classifier_.observe(*frame, current.features, masks, predicted_flow(*frame));
+  FrameEvidence evidence = classifier_.observe(*frame, current.features, masks, predicted);
   result.mask_age_frames = evidence.mask_age_frames;
   result.labels = classifier_.classify(evidence);
   current.static_weight = result.labels.weight;
@@ -111,6 +113,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   const SE3 T_last_world = last_pose(*view);
   const bool was_lost = state_ == TrackState::kLost;
   const PoseHypothesis found = find_pose(current, *view, T_last_world);
+  result.features = evidence.frame.features = current.features;
   result.state = state_ =
       assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
   ++frames_since_keyframe_;
@@ -142,17 +145,33 @@ TrackedFrame Tracker::extract_features(const FramePtr& frame) {
   return current;
 }
 
-std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) const {
-  if (state_ != TrackState::kTracking) return std::nullopt;
-  return FlowPrediction{motion_model_.predict(frame.stamp)};
+void Tracker::move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const {
+  if (!is_rolling(camera_.config())) return;
+  auto features = std::make_shared<Features>(*current.features);
+  move_to_middle_instant(*features, camera_, current.frame->depth_m, body_velocity);
+  current.grid = FeatureGrid(*features, camera_.ideal_bounds());
+  current.features = std::move(features);
 }
 
-Tracker::PoseHypothesis Tracker::find_pose(const TrackedFrame& current, const LocalView& view,
+std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) const {
+  if (state_ != TrackState::kTracking) return std::nullopt;
+  const SE3 T_now_last = motion_model_.predict(frame.stamp);
+  return FlowPrediction{T_now_last, motion_model_.body_velocity(frame.stamp, T_now_last),
+                        motion_model_.velocity_gain_per_s(frame.stamp)};
+}
+
+Tracker::PoseHypothesis Tracker::find_pose(TrackedFrame& current, const LocalView& view,
                                            const SE3& T_last_world) {
   const LocalView* map = view.empty() ? nullptr : &view;
-  const SE3 T_guess_world = motion_model_.predict(current.frame->stamp) * T_last_world;
-  PoseHypothesis found{
-      pose_estimator_.track(current, *last_, T_last_world, map, T_guess_world, rng_), 0};
+  const Timestamp stamp = current.frame->stamp;
+  const SE3 T_guess_world = motion_model_.predict(stamp) * T_last_world;
+  PoseHypothesis found;
+  if (const auto first = pose_estimator_.match_previous_frame(current, *last_, T_last_world, map,
+                                                              T_guess_world, rng_)) {
+    const SE3 T_now_last = first->solution.T_camera_world * T_last_world.inverse();
+    move_to_middle(current, motion_model_.body_velocity(stamp, T_now_last));
+    found.pose = pose_estimator_.match_map(current, map, *first);
+  }
   if (state_ == TrackState::kLost && found.pose &&
       found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
     found.pose.reset();  // after a loss only a pose that the map confirms counts

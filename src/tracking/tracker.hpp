@@ -7,6 +7,7 @@
 #include "core/rng.hpp"
 #include "features/orb.hpp"
 #include "geometry/camera.hpp"
+#include "geometry/motion_model.hpp"
 #include "map/local_view.hpp"
 #include "map/messages.hpp"
 #include "motion/classification/point_classifier.hpp"
@@ -14,7 +15,6 @@
 #include "segment/segmenter.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_policy.hpp"
-#include "tracking/motion_model.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
 #include "tracking/tracked_frame.hpp"
@@ -90,10 +90,12 @@ class Tracker {
   };
   // The steps of a frame, in their order.
   [[nodiscard]] TrackedFrame extract_features(const FramePtr& frame);
+  /// Moves the features to the frame's middle instant; a global shutter's stay as they are.
+  void move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const;
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const RgbdFrame& frame) const;
   void start(TrackedFrame current, FrameEvidence evidence, TrackResult& result);
   [[nodiscard]] SE3 last_pose(const LocalView& view);
-  [[nodiscard]] PoseHypothesis find_pose(const TrackedFrame& current, const LocalView& view,
+  [[nodiscard]] PoseHypothesis find_pose(TrackedFrame& current, const LocalView& view,
                                          const SE3& T_last_world);
   [[nodiscard]] TrackState assess(const PoseHypothesis& found, const SE3& T_last_world,
                                   double gap_s);

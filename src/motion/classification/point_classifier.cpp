@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "geometry/rolling_shutter.hpp"
 #include "motion/checks/neighbour_vote.hpp"
 
 namespace ygslam {
@@ -48,17 +49,25 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
   if (config_.epipolar.corners == FlowCorners::kHarris)
     evidence.followed =
         follow_harris(camera_, *previous_, image, config_.epipolar.link_radius_px, config_.flow);
-  const Followed& followed = evidence.followed;
-  evidence.epipolar = check_epipolar(followed.pairs, followed.label, config_.epipolar, rng_);
+  Followed& followed = evidence.followed;
   if (config_.ego_motion.enabled) {
-    const SE3 guess = predicted ? predicted->T_current_previous : SE3();
-    evidence.ego_motion = fit_ego_motion(camera_, followed.points, static_before(followed), guess,
-                                         config_.ego_motion);
+    const FlowPrediction guess = predicted.value_or(FlowPrediction{});
+    const auto fit = [&](const SE3& start) {
+      return fit_ego_motion(camera_, followed.points, static_before(followed), start,
+                            config_.ego_motion);
+    };
+    evidence.ego_motion = fit(guess.T_current_previous);
+    if (evidence.ego_motion && is_rolling(camera_.config())) {
+      const SE3 T_current_previous = evidence.ego_motion->T_current_previous;
+      followed = with_motion(camera_, std::move(followed), guess.corrected(T_current_previous));
+      evidence.ego_motion = fit(T_current_previous);
+    }
     for (const FollowedPoint& point : followed.points)
       if (evidence.ego_motion)
         evidence.residual.push_back(
             ego_motion_residual(camera_, evidence.ego_motion->T_current_previous, point));
   }
+  evidence.epipolar = check_epipolar(followed.pairs, followed.label, config_.epipolar, rng_);
   give_to_features(evidence);
   return evidence;
 }

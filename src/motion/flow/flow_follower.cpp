@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/statistics.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "motion/flow/harris.hpp"
 
 namespace ygslam {
@@ -15,6 +16,7 @@ constexpr double kHarrisDistancePx = 8;
 constexpr int kDepthEdgePx = 3;       // how far depth edges lie from the colour image's
 constexpr double kUsualDepthM = 2.0;  // where a frame has no depth at all
 constexpr double kLeastDepthM = 0.05;
+constexpr double kFarM = 1e6;  // where only rotation shows
 constexpr double kStartGridPx = 1.0 / 32;
 
 float median_depth_m(const Features& features) {
@@ -27,17 +29,19 @@ float median_depth_m(const Features& features) {
 
 /// Where fixed points should appear; those without depth are taken at the median one.
 std::vector<Eigen::Vector2f> predict_ends(const Camera& camera, const Features& features,
-                                          const SE3& T_current_previous) {
+                                          const FlowPrediction& predicted) {
+  const RollingShutter shutter(camera.config(), predicted.body_velocity);
   const float usual_m = median_depth_m(features);
   std::vector<Eigen::Vector2f> ends(features.size());
   for (std::size_t i = 0; i < ends.size(); ++i) {
     const Feature& f = features.points[i];
     const double depth_m = f.depth_m > 0 ? f.depth_m : usual_m;
-    const Vec3 p_cam = T_current_previous * camera.unproject(f.ideal_px.cast<double>(), depth_m);
+    const Vec3 p_cam =
+        predicted.T_current_previous * camera.unproject(f.ideal_px.cast<double>(), depth_m);
     ends[i] = f.uv_px;
     if (p_cam.z() <= kLeastDepthM) continue;
     // On a grid the last bits of a pose do not show: equal motions start equal searches.
-    const Vec2 end_px = camera.distort(camera.project(p_cam));
+    const Vec2 end_px = shutter.seen_at(camera, p_cam);
     ends[i] = ((end_px / kStartGridPx).array().round() * kStartGridPx).cast<float>();
   }
   return ends;
@@ -85,7 +89,7 @@ Followed follow_features(const Camera& camera, const FlowFrame& previous,
                          const std::optional<FlowPrediction>& predicted, const FlowConfig& config) {
   const Features& features = *previous.features;
   std::vector<Eigen::Vector2f> guesses;
-  if (predicted) guesses = predict_ends(camera, features, predicted->T_current_previous);
+  if (predicted) guesses = predict_ends(camera, features, *predicted);
   const auto flow = track_points(previous.pyramid, current, positions(features), guesses, config);
   std::vector<Vec2> from(features.size());
   for (std::size_t i = 0; i < from.size(); ++i)
@@ -95,6 +99,26 @@ Followed follow_features(const Camera& camera, const FlowFrame& previous,
   for (std::size_t i = 0; i < followed.size(); ++i) {
     followed.points[i].depth_m = features.points[i].depth_m;
     followed.points[i].range = previous.range[i];
+  }
+  return predicted ? with_motion(camera, std::move(followed), *predicted) : followed;
+}
+
+Followed with_motion(const Camera& camera, Followed followed, const FlowPrediction& motion) {
+  const RollingShutter shutter(camera.config(), motion.body_velocity);
+  if (!shutter.is_rolling()) return followed;
+  for (std::size_t i = 0; i < followed.size(); ++i) {
+    if (!followed.ends[i].found) continue;
+    FollowedPoint& point = followed.points[i];
+    const Vec2 end_uv_px = followed.ends[i].uv_px.cast<double>();
+    const double depth_m =
+        point.depth_m > 0
+            ? (motion.T_current_previous * camera.unproject(point.previous_px, point.depth_m)).z()
+            : kFarM;
+    const Vec3 p_middle = shutter.to_middle(
+        camera.unproject(camera.undistort(end_uv_px), std::max(depth_m, kLeastDepthM)),
+        end_uv_px.y());
+    if (p_middle.z() <= kLeastDepthM) continue;
+    point.current_px = followed.pairs[i].p2_px = camera.project(p_middle);
   }
   return followed;
 }

@@ -11,9 +11,18 @@
 
 namespace ygslam {
 
-/// How the camera is expected to have moved since the previous frame; speeds up the flow.
+/// How the camera is expected to have moved since the previous frame.
 struct FlowPrediction {
   SE3 T_current_previous;
+  Vec6 body_velocity = Vec6::Zero();  ///< in the current frame, see RollingShutter
+  /// How much faster it is there if its twist from frame to frame is larger, see MotionModel.
+  double velocity_gain_per_s = 0;
+
+  /// The same with the motion that was measured.
+  [[nodiscard]] FlowPrediction corrected(const SE3& T_measured) const {
+    const Vec6 surplus = T_current_previous.log() - T_measured.log();
+    return {T_measured, body_velocity + velocity_gain_per_s * surplus, velocity_gain_per_s};
+  }
 };
 
 /// What is kept of a frame for the next one.
@@ -37,7 +46,7 @@ struct FollowedPoint {
 /// Points of the previous frame in the current one: its features, or corners of their own.
 struct Followed {
   std::vector<FlowEnd> ends;
-  std::vector<PointPair> pairs;       ///< ideal pixels; not finite = not followed
+  std::vector<PointPair> pairs;  ///< ideal pixels of the middle instants; not finite = not followed
   std::vector<FollowedPoint> points;  ///< the same with depth
   std::vector<MotionLabel> label;     ///< in the previous frame
   [[nodiscard]] std::size_t size() const { return ends.size(); }
@@ -52,6 +61,11 @@ struct Followed {
                                        const ImagePyramid& current,
                                        const std::optional<FlowPrediction>& predicted,
                                        const FlowConfig& config);
+
+/// The points again, with the ends moved to the middle instant of a camera that moves otherwise
+/// than predicted.
+[[nodiscard]] Followed with_motion(const Camera& camera, Followed followed,
+                                   const FlowPrediction& motion);
 
 /// The same for Harris corners of the previous image. A corner has the label and the depth of the
 /// feature within link_radius_px, if there is one.

@@ -154,7 +154,7 @@ void Renderer::light_packet(int u0, int v0, int sample, const std::uint8_t* arou
     }
   }
   for (int k = 0; k < kLanes; ++k)
-    packet.active[k] = (by_fixed[k] == kFixedLets) & (by_movers[k] == 0) ? lit[k] : 0;
+    packet.active[k] = ((by_fixed[k] == kFixedLets) & (by_movers[k] == 0)) ? lit[k] : 0;
   if (any(packet.active)) {
     rays_.blocked_by_movers(packet, blocked);
     for (int k = 0; k < kLanes; ++k) {

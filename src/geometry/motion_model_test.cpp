@@ -1,4 +1,4 @@
-#include "tracking/motion_model.hpp"
+#include "geometry/motion_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,6 +22,35 @@ TEST(MotionModel, ConstantVelocityIsPredictedExactlyOverAnyStep) {
       const SE3 expected = SE3::exp(velocity * dt_s);
       EXPECT_LT((model.predict(at(10.04 + dt_s)) * expected.inverse()).log().norm(), 1e-9);
     }
+  }
+}
+
+TEST(MotionModel, VelocityAtTheEndOfASteadilyAcceleratedStepIsExact) {
+  const Vec6 axis = (Vec6() << 0.3, -0.2, 0.1, 0.6, -0.4, 0.2).finished();
+  // The twist since t = 0 grows as t + 2 t^2 along one axis: the velocity is 1 + 4 t.
+  const auto step = [&](double from_s, double to_s) {
+    const auto grown = [](double t_s) { return t_s + 2 * t_s * t_s; };
+    return SE3::exp(-(grown(to_s) - grown(from_s)) * axis);
+  };
+  MotionModel model({});
+  model.reset(at(0));
+  EXPECT_LT((model.body_velocity(at(0.03), step(0, 0.03)) - 1.06 * axis).norm(), 1e-9)
+      << "of one step the mean";
+  model.update(at(0.03), step(0, 0.03));
+  EXPECT_LT((model.body_velocity(at(0.08), step(0.03, 0.08)) - 1.32 * axis).norm(), 1e-9);
+  EXPECT_LT(model.body_velocity(at(3), step(0.03, 0.08)).norm(), 1e-12) << "too long ago";
+}
+
+TEST(MotionModel, VelocityFollowsTheStepByItsGain) {
+  MotionModel model({});
+  model.reset(at(1));
+  for (const double now_s : {1.03, 1.05}) {
+    const Vec6 twist = Vec6::Constant(0.02);
+    const Vec6 change = (Vec6() << 1, 2, 3, 4, 5, 6).finished() * 1e-3;
+    const Vec6 slower = model.body_velocity(at(now_s), SE3::exp(twist));
+    const Vec6 faster = model.body_velocity(at(now_s), SE3::exp(twist - change));
+    EXPECT_LT((faster - slower - model.velocity_gain_per_s(at(now_s)) * change).norm(), 1e-9);
+    model.update(at(now_s), SE3::exp(twist));
   }
 }
 

@@ -1,0 +1,54 @@
+// A camera whose rows are read one after the other while it moves. Over one frame its velocity is
+// taken as constant: with t = 0 at the middle row of the colour image,
+//   T_world_camera(t) = T_world_camera(0) exp(t velocity)      (Ringaby and Forssen 2011, Kerl
+//   2015)
+// so that a fixed point seen at t lies at p_middle = exp(t velocity) p(t) in the camera as it is at
+// the frame's middle instant. All geometry works on points of that instant.
+#pragma once
+
+#include "geometry/camera.hpp"
+
+namespace ygslam {
+
+/// Whether any pixel may be seen at another time than the middle of the frame.
+[[nodiscard]] constexpr bool is_rolling(const CameraConfig& camera) {
+  return camera.colour_readout_ms != 0 || camera.depth_readout_ms != 0 ||
+         camera.depth_delay_ms != 0;
+}
+
+class RollingShutter {
+ public:
+  /// @param body_velocity twist per second in the camera's frame at the middle instant.
+  RollingShutter(const CameraConfig& camera, const Vec6& body_velocity);
+
+  /// False if every pixel is as it would be at the middle instant.
+  [[nodiscard]] bool is_rolling() const { return rolling_; }
+  /// Whether a pixel's depth was seen at another time than its colour.
+  [[nodiscard]] bool depth_has_own_time() const { return depth_has_own_time_; }
+  /// When a row of the recorded image was seen [s].
+  [[nodiscard]] double colour_time_s(double row_px) const {
+    return (row_px + 0.5 - middle_px_) * colour_row_s_;
+  }
+  [[nodiscard]] double depth_time_s(double row_px) const {
+    return depth_delay_s_ + (row_px + 0.5 - middle_px_) * depth_row_s_;
+  }
+  /// A fixed point in the camera at one instant, in the camera as it is `dt_s` earlier.
+  [[nodiscard]] Vec3 earlier(const Vec3& p_cam, double dt_s) const {
+    return SE3::exp(dt_s * velocity_) * p_cam;
+  }
+  /// A point seen in a row of the colour image, in the camera at the middle instant.
+  [[nodiscard]] Vec3 to_middle(const Vec3& p_cam, double row_px) const {
+    return earlier(p_cam, colour_time_s(row_px));
+  }
+  /// Where the colour image shows a point of the middle instant.
+  /// @return recorded pixel.
+  [[nodiscard]] Vec2 seen_at(const Camera& camera, const Vec3& p_middle) const;
+
+ private:
+  Vec6 velocity_;
+  double middle_px_;
+  double colour_row_s_, depth_row_s_, depth_delay_s_;
+  bool rolling_, depth_has_own_time_;
+};
+
+}  // namespace ygslam

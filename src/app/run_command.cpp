@@ -11,6 +11,7 @@
 #include "app/stop_signal.hpp"
 #include "core/statistics.hpp"
 #include "eval/report.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "io/atomic_file.hpp"
 #include "system/metrics.hpp"
 #include "system/run_writer.hpp"
@@ -185,6 +186,19 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   return write_file_atomically(out / "config.yaml", schema_of(config).to_yaml());
 }
 
+void log_shutter(const TumSequence& sequence) {
+  const CameraConfig& camera = sequence.camera;
+  if (is_rolling(camera)) {
+    log::info("shutter from {}: colour is read in {} ms, depth in {} ms, {} ms later",
+              sequence.shutter_source, camera.colour_readout_ms, camera.depth_readout_ms,
+              camera.depth_delay_ms);
+  } else if (!camera.shutter_known) {
+    log::info(
+        "shutter unknown, taken as global: `camera NAME` or colour_readout_ms and "
+        "depth_readout_ms in the camera file tell of another (docs/camera.md)");
+  }
+}
+
 Result<int> run_all(Run& run) {
   const RunOptions& o = run.options;
   const ScopedTimer startup;
@@ -206,6 +220,7 @@ Result<int> run_all(Run& run) {
   log::info("{}: {} pairs, camera from {}, mode {}, segmenter {} {}", o.sequence,
             run.sequence.pairs.size(), run.sequence.camera_source, run.facts.mode,
             run.facts.segmenter, run.facts.precision);
+  log_shutter(run.sequence);
 
   const ScopedTimer wall;
   Status processed = process_frames(run, *log_file);

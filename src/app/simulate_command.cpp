@@ -132,8 +132,8 @@ Status write_origin(const SimulateArguments& arguments, const sim::SequenceSourc
 Status simulate(SimulateArguments arguments) {
   // CLI11's ranges let NaN through.
   const sim::SequenceOptions& o = arguments.options;
-  for (const double value :
-       {o.seconds.value_or(0), o.fps.value_or(0), o.blur, o.rolling, o.exposure_drift}) {
+  for (const double value : {o.seconds.value_or(0), o.fps.value_or(0), o.blur, o.rolling,
+                             o.depth_rolling.value_or(0), o.depth_delay_ms, o.exposure_drift}) {
     if (!std::isfinite(value))
       return Error{ErrorKind::kUsage, "a number among the options is not finite"};
   }
@@ -184,9 +184,16 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_option("--blur", a.options.blur, "Motion blur: exposure time / frame time")
       ->check(CLI::Range(0.0, 1.0));
-  command
-      ->add_option("--rolling", a.options.rolling, "Rolling exposure: read-out time / frame time")
+  command->add_option("--rolling", a.options.rolling, "Rolling shutter: read-out time / frame time")
       ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option("--depth-rolling", a.options.depth_rolling,
+                   "The same of the depth image (default: as --rolling)")
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option("--depth-delay-ms", a.options.depth_delay_ms,
+                   "The depth image is taken so much later than the colour image")
+      ->check(CLI::Range(-100.0, 100.0));
   command->add_flag("--distortion", a.options.distortion,
                     "A lens that bends lines (TUM freiburg1)");
   command

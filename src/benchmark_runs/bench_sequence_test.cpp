@@ -41,7 +41,7 @@ TEST(PaperRow, IsFoundInWholeAndShortenedNames) {
 
 TEST(FindSequences, TakesWhatIsMeantAsOneAndLeavesOutTheRest) {
   const TempFolder folder;
-  const fs::path root = folder.path();
+  const fs::path& root = folder.path();
   testing::write(root / "b/associations.txt", "x");
   testing::write(root / "a/deep/down/rgb.txt", "x");
   testing::write(root / "c ü/rgb/1.png", "x");

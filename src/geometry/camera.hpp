@@ -22,6 +22,7 @@ struct CameraConfig {
   double colour_readout_ms = 0;  ///< of all rows of the colour image
   double depth_readout_ms = 0;   ///< of all rows of the depth image
   double depth_delay_ms = 0;     ///< middle row of the depth image after that of the colour image
+  bool shutter_known = false;    ///< somebody said so; else these are a guess
 
   [[nodiscard]] bool is_distorted() const {
     return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "io/camera_devices.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
 
@@ -27,7 +28,10 @@ constexpr std::array<CameraKey, 13> kKeys = {
      {"depth_readout_ms", &CameraConfig::depth_readout_ms},
      {"depth_delay_ms", &CameraConfig::depth_delay_ms}}};
 constexpr std::array<std::string_view, 2> kWholeKeys = {"width", "height"};
+constexpr std::string_view kDeviceKey = "camera";
 
+constexpr std::array<std::string_view, 3> kShutterKeys = {"colour_readout_ms", "depth_readout_ms",
+                                                          "depth_delay_ms"};
 constexpr double kMostReadout_ms = 200;  // of a camera with 5 frames a second
 
 std::string shown(double value) {
@@ -72,6 +76,7 @@ Error config_error(const std::string& name, int line, const std::string& what) {
 
 std::string unknown_key(std::string_view key) {
   std::vector<std::string_view> names(kWholeKeys.begin(), kWholeKeys.end());
+  names.push_back(kDeviceKey);
   for (const CameraKey& known : kKeys) names.push_back(known.name);
   const std::string_view nearest = nearest_word(key, names);
   return "unknown key '" + printable(key) + "'" +
@@ -104,6 +109,36 @@ std::string store(std::string_view name, std::string_view word, CameraConfig& ca
 
 std::span<const CameraKey> camera_keys() { return kKeys; }
 
+bool is_shutter_key(std::string_view key) {
+  return std::find(kShutterKeys.begin(), kShutterKeys.end(), key) != kShutterKeys.end();
+}
+
+std::optional<CameraFault> apply_device(std::string_view name, CameraConfig& camera) {
+  if (name.empty()) return std::nullopt;
+  const CameraDevice* device = find_camera_device(name);
+  if (device == nullptr) {
+    std::vector<std::string_view> names;
+    for (const CameraDevice& known : camera_devices()) names.push_back(known.name);
+    std::string list;
+    for (const std::string_view known : names)
+      list += (list.empty() ? "" : ", ") + std::string(known);
+    return CameraFault{std::string(kDeviceKey), "'" + printable(name) + "' is none of " + list};
+  }
+  if (!camera.shutter_known) {
+    set_shutter(*device, camera);
+    return std::nullopt;
+  }
+  const auto refuses = [&](const ReadOut& known, double readout_ms) {
+    return known.kind == ReadOut::Kind::kGlobal && readout_ms != 0;
+  };
+  const std::string reason = "the " + std::string(device->title) + " takes this image at once";
+  if (refuses(device->colour, camera.colour_readout_ms))
+    return CameraFault{"colour_readout_ms", reason};
+  if (refuses(device->depth, camera.depth_readout_ms))
+    return CameraFault{"depth_readout_ms", reason};
+  return std::nullopt;
+}
+
 std::vector<CameraFault> camera_faults(const CameraConfig& c) {
   Faults faults;
   faults.require(c.fx, 1, 1e6, "fx", " px");
@@ -133,18 +168,28 @@ Result<CameraConfig> parse_calibration(std::string_view text, const std::string&
   CameraConfig camera;
   camera.width = camera.height = 0;
   std::set<std::string_view> seen;
+  std::string_view device;
   for (const TextLine& line : data_lines(text)) {
     const auto words = words_of(line.text.substr(0, line.text.find('#')), ":=");
     if (words.empty()) return config_error(name, line.number, "needs `key value`");
     const std::string_view key = words.front();
     const bool whole = std::find(kWholeKeys.begin(), kWholeKeys.end(), key) != kWholeKeys.end();
-    if (!whole && !find_key(key)) return config_error(name, line.number, unknown_key(key));
+    if (key != kDeviceKey && !whole && !find_key(key))
+      return config_error(name, line.number, unknown_key(key));
     const std::string quoted = std::string(key) + ": ";
     if (words.size() != 2) return config_error(name, line.number, quoted + "needs one value");
     if (!seen.insert(key).second) return config_error(name, line.number, quoted + "given twice");
+    if (key == kDeviceKey) {
+      device = words[1];
+      continue;
+    }
     const std::string wrong = store(key, words[1], camera);
     if (!wrong.empty()) return config_error(name, line.number, quoted + wrong);
   }
+  camera.shutter_known = std::any_of(seen.begin(), seen.end(), is_shutter_key);
+  if (const auto fault = apply_device(device, camera))
+    return config_error(name, calibration_line(text, fault->key),
+                        fault->key + ": " + fault->reason);
   for (const CameraKey& key : kKeys) {
     if (key.required && !seen.contains(key.name)) {
       return config_error(name, 0, "missing key '" + std::string(key.name) + "'");

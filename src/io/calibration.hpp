@@ -21,20 +21,29 @@ struct CameraKey {
 };
 /// All but width and height, which are whole numbers.
 [[nodiscard]] std::span<const CameraKey> camera_keys();
+/// Whether a key says when rows are read.
+[[nodiscard]] bool is_shutter_key(std::string_view key);
 
 /// What is wrong with one value of a camera.
 struct CameraFault {
   std::string key;     ///< as in calibration.txt: fx, k1, depth_scale, ...
   std::string reason;  ///< "must be ..., is ..."
 };
+/// A camera file's `camera NAME`: the device's shutter where the file says nothing else of it.
+/// @param name of camera_devices(); empty = none.
+/// @return a fault where there is no such device, or it takes its images otherwise than the file
+/// says.
+[[nodiscard]] std::optional<CameraFault> apply_device(std::string_view name, CameraConfig& camera);
+
 /// Every value that no real camera has: not finite, focal length or depth scale not positive or
 /// absurd, principal point outside the image, distortion that cannot be undone over the whole
 /// image, size out of range.
 /// Values that depend on the image size are judged only where width and height are given (> 0).
 [[nodiscard]] std::vector<CameraFault> camera_faults(const CameraConfig& camera);
 
-/// Lines `key value`, comments with #. Needs fx fy cx cy; k1 k2 p1 p2 k3 default to 0, depth_scale
-/// to 5000, the shutter's times to 0, width and height to 0 = "as the first image".
+/// Lines `key value`, comments with #, and `camera NAME` for a device's shutter. Needs fx fy cx cy;
+/// k1 k2 p1 p2 k3 default to 0, depth_scale to 5000, the shutter's times to 0, width and height to
+/// 0 = "as the first image".
 /// @param name for messages. @return kConfig naming file, line and key; an unknown key names the
 /// nearest known one.
 [[nodiscard]] Result<CameraConfig> parse_calibration(std::string_view text,

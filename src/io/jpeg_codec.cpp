@@ -29,7 +29,7 @@ Handle checked(tjhandle handle) {
   return Handle(handle);
 }
 std::string fault_of(const Handle& handle) {
-  const std::string fault = tjGetErrorStr2(handle.get());
+  std::string fault = tjGetErrorStr2(handle.get());
   // "Insufficient memory", "Memory allocation failure": the library has no code for it.
   if (fault.find("emory") != std::string::npos) throw std::bad_alloc();
   return fault;

@@ -4,7 +4,9 @@
 #include <cstdlib>
 
 #include "core/statistics.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "io/calibration.hpp"
+#include "io/camera_devices.hpp"
 #include "io/image_file.hpp"
 #include "io/pairing.hpp"
 #include "io/text.hpp"
@@ -168,8 +170,47 @@ std::string camera_place(const TumSequence& sequence, const std::string& key) {
   return path.string() + (line > 0 ? ":" + std::to_string(line) : std::string());
 }
 
+constexpr double kEnlarged = 1.25;  // a depth image by its registration to colour
+
+std::string shown_ms(double time_ms) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.4g ms", time_ms);
+  return text.data();
+}
+
+void find_shutter(TumSequence& sequence) {
+  CameraConfig& camera = sequence.camera;
+  if (camera.shutter_known || is_rolling(camera)) {
+    sequence.shutter_source = sequence.camera_source;
+  } else if (const auto* device = recognised_device(folder_name(sequence.root), camera)) {
+    set_shutter(*device, camera);
+    sequence.shutter_source = std::string(device->title) + ", recognised";
+  }
+}
+
+/// A read-out that is not over when the next image begins cannot be.
+Status check_against_frame_time(const TumSequence& sequence) {
+  std::vector<double> steps_ms;
+  for (std::size_t i = 1; i < sequence.pairs.size(); ++i)
+    steps_ms.push_back(1e3 * seconds_between(sequence.pairs[i].stamp, sequence.pairs[i - 1].stamp));
+  if (steps_ms.empty()) return Ok{};
+  const double step_ms = median(steps_ms);
+  for (const CameraKey& key : camera_keys()) {
+    const double time_ms = std::abs(sequence.camera.*key.value);
+    const double limit_ms = key.name == "colour_readout_ms" ? step_ms : kEnlarged * step_ms;
+    if (is_shutter_key(key.name) && time_ms > limit_ms)
+      return Error{ErrorKind::kConfig, camera_place(sequence, std::string(key.name)) + ": " +
+                                           std::string(key.name) + ": " + shown_ms(time_ms) +
+                                           " are longer than the " + shown_ms(step_ms) +
+                                           " from frame to frame"};
+  }
+  return Ok{};
+}
+
 Status complete_camera(const CameraConfig& camera, TumSequence& sequence) {
   sequence.camera = camera;
+  find_shutter(sequence);
+  if (Status status = check_against_frame_time(sequence); !status) return status;
   const auto header = first_header(sequence);
   if (!header.ok()) return header.error();
   sequence.colour_channels = header->channels == 1 ? 1 : 3;

@@ -26,8 +26,9 @@ struct TumSequence {
   int stamp_decimals =
       6;                ///< the most digits any colour stamp was written with: use them for output
   CameraConfig camera;  ///< complete, width and height included
-  std::string camera_source;  ///< "calibration.txt", "preset TUM freiburg1", ...
-  int colour_channels = 3;    ///< of the first readable colour image: 3, or 1 for grey recordings
+  std::string camera_source;   ///< "calibration.txt", "preset TUM freiburg1", ...
+  std::string shutter_source;  ///< where its shutter's times come from, for the log; empty: nowhere
+  int colour_channels = 3;     ///< of the first readable colour image: 3, or 1 for grey recordings
   std::optional<std::filesystem::path> groundtruth;
   ListCounts counts;
   std::vector<std::string> warnings;  ///< one line each, for the log

@@ -13,24 +13,39 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
   CameraConfig camera;
   camera.width = camera.height = 0;
   for (const CameraKey& key : camera_keys())
-    if (key.required) camera.*key.value = std::numeric_limits<double>::quiet_NaN();
+    if (key.required || is_shutter_key(key.name))
+      camera.*key.value = std::numeric_limits<double>::quiet_NaN();
   ConfigSchema schema;
   constexpr double kBig = 1e9;
   for (const CameraKey& key : camera_keys())
     schema.number(std::string(key.name), camera.*key.value, -kBig, kBig, "", "", "");
   schema.number("width", camera.width, 0, 1 << 20, "px", "", "");
   schema.number("height", camera.height, 0, 1 << 20, "px", "", "");
+  std::vector<std::string> device;
+  schema.words("camera", device, "", "");
   Status loaded = schema.load_yaml_text(text, name);
   if (!loaded.ok()) return loaded.error();
+  for (const CameraKey& key : camera_keys()) {
+    if (!is_shutter_key(key.name)) continue;
+    if (std::isnan(camera.*key.value)) {
+      camera.*key.value = 0;
+    } else {
+      camera.shutter_known = true;
+    }
+  }
   for (const CameraKey& key : camera_keys()) {
     if (std::isnan(camera.*key.value))
       return Error{ErrorKind::kConfig, name + ": " + std::string(key.name) + " is missing"};
   }
-  if (const auto faults = camera_faults(camera); !faults.empty()) {
-    const int line = calibration_line(text, faults.front().key);
+  const auto refusal = [&](const CameraFault& fault) {
+    const int line = calibration_line(text, fault.key);
     return Error{ErrorKind::kConfig, name + (line > 0 ? ":" + std::to_string(line) : "") + ": " +
-                                         faults.front().key + ": " + faults.front().reason};
-  }
+                                         fault.key + ": " + fault.reason};
+  };
+  if (device.size() > 1) return refusal({"camera", "needs one name"});
+  if (const auto fault = apply_device(device.empty() ? "" : device.front(), camera))
+    return refusal(*fault);
+  if (const auto faults = camera_faults(camera); !faults.empty()) return refusal(faults.front());
   return camera;
 }
 

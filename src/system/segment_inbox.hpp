@@ -34,7 +34,7 @@ class SegmentInbox {
     available_.notify_one();
   }
   /// @return nullptr once stopped.
-  FramePtr take(std::stop_token stop) {
+  FramePtr take(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
     available_.wait(lock, stop, [&] { return newest_ != nullptr || !keyframes_.empty(); });
     if (stop.stop_requested()) return nullptr;

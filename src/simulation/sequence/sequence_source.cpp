@@ -14,6 +14,14 @@ namespace {
 
 constexpr std::int64_t kStart_ns = 1'000'000'000'000;  // a stamp of 1000 s
 
+CameraConfig with_shutter(CameraConfig c, const SequenceOptions& options, double fps) {
+  c.colour_readout_ms = 1e3 * options.rolling / fps;
+  c.depth_readout_ms = 1e3 * options.depth_rolling.value_or(options.rolling) / fps;
+  c.depth_delay_ms = options.depth_delay_ms;
+  c.shutter_known = true;
+  return c;
+}
+
 CameraConfig scaled_intrinsics(CameraConfig c, const SequenceOptions& options) {
   const double sx = static_cast<double>(options.width) / c.width;
   const double sy = static_cast<double>(options.height) / c.height;
@@ -63,7 +71,7 @@ struct SequenceSource::State {
         options(std::move(o)),
         fps(frame_rate),
         frames(std::max(1, static_cast<int>(std::lround(seconds * frame_rate)))),
-        camera(scaled_intrinsics(world.intrinsics, options)),
+        camera(with_shutter(scaled_intrinsics(world.intrinsics, options), options, frame_rate)),
         path(path_config),
         scene(std::move(s)),
         renderer(*scene, camera,
@@ -84,15 +92,25 @@ struct SequenceSource::State {
     return world.exposure * (1 + options.exposure_drift * (0.7 * std::sin(0.11 * phase) +
                                                            0.3 * std::sin(0.37 * phase + 1)));
   }
-  [[nodiscard]] RowPoses row_poses(double t_s) const {
-    if (options.rolling <= 0) return {path.T_world_camera(t_s)};
+  /// @param readout_ms from the first row to the last, t_s in the middle.
+  [[nodiscard]] RowPoses row_poses(double t_s, double readout_ms) const {
+    if (readout_ms == 0) return {path.T_world_camera(t_s)};
     RowPoses poses;
     const int height = camera.height();
     for (int v = 0; v < height; ++v) {
       const double share = (v + 0.5) / height - 0.5;
-      poses.push_back(path.T_world_camera(t_s + share * options.rolling / fps));
+      poses.push_back(path.T_world_camera(t_s + share * readout_ms * 1e-3));
     }
     return poses;
+  }
+  [[nodiscard]] View view_at(double t_s, double readout_ms) {
+    const double before_s = t_s - 1 / fps;
+    return renderer.render(row_poses(t_s, readout_ms), path.T_world_camera(before_s), t_s,
+                           before_s);
+  }
+  [[nodiscard]] bool depth_is_seen_apart() const {
+    const CameraConfig& c = camera.config();
+    return c.depth_readout_ms != c.colour_readout_ms || c.depth_delay_ms != 0;
   }
   [[nodiscard]] SimulatedFrame render(int i);
   void add_noise(const View& view, ColourImage& colour, DepthImage& depth_m, int i) const;
@@ -116,8 +134,15 @@ void SequenceSource::State::add_noise(const View& view, ColourImage& colour, Dep
 SimulatedFrame SequenceSource::State::render(int i) {
   const double t_s = time_of(i);
   renderer.set_exposure(exposure_at(t_s));
-  View view =
-      renderer.render(row_poses(t_s), path.T_world_camera(time_of(i - 1)), t_s, time_of(i - 1));
+  View view = view_at(t_s, camera.config().colour_readout_ms);
+  if (depth_is_seen_apart()) {
+    View depth =
+        view_at(t_s + camera.config().depth_delay_ms * 1e-3, camera.config().depth_readout_ms);
+    view.depth_m = std::move(depth.depth_m);
+    view.facing = std::move(depth.facing);
+    view.ir_return = std::move(depth.ir_return);
+    view.depth_static_m = std::move(depth.depth_static_m);
+  }
   SimulatedFrame out;
   out.index = i;
   out.t_s = t_s;

@@ -30,9 +30,11 @@ struct SequenceOptions {
   bool without_movers = false;    ///< nothing moves
   bool truth_static = false;      ///< also render the view without movers
   bool antialias = true;
-  bool distortion = false;    ///< the lens of TUM freiburg1
-  double blur = 0;            ///< exposure time / frame time, 0 = no motion blur
-  double rolling = 0;         ///< time between first and last row / frame time
+  bool distortion = false;              ///< the lens of TUM freiburg1
+  double blur = 0;                      ///< exposure time / frame time, 0 = no motion blur
+  double rolling = 0;                   ///< time between first and last row / frame time
+  std::optional<double> depth_rolling;  ///< the same of the depth image, if it differs
+  double depth_delay_ms = 0;  ///< middle row of the depth image after that of the colour image
   double exposure_drift = 0;  ///< how far the exposure wanders, e.g. 0.15 = by 15 %
   std::vector<Fault> faults;
   int texture_size = 512;  ///< smaller builds faster [texels]

@@ -61,6 +61,9 @@ std::string calibration_text(const CameraConfig& c) {
     line("k3", c.k3);
   }
   line("depth_scale", c.depth_scale);
+  line("colour_readout_ms", c.colour_readout_ms);
+  line("depth_readout_ms", c.depth_readout_ms);
+  line("depth_delay_ms", c.depth_delay_ms);
   line("width", c.width);
   line("height", c.height);
   return text;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "core/check.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "image/depth.hpp"
 
 namespace ygslam {
@@ -29,39 +31,56 @@ std::uint64_t voxel_key(const Vec3& p_world, double voxel_m) {
   return key;
 }
 
+/// The camera's pose when each row of the depth image was read.
+std::vector<SE3> row_poses(const Camera& camera, const SE3& T_world_middle,
+                           const Vec6& body_velocity) {
+  std::vector<SE3> rows(static_cast<std::size_t>(camera.height()), T_world_middle);
+  const RollingShutter shutter(camera.config(), body_velocity);
+  if (!shutter.is_rolling()) return rows;
+  for (std::size_t v = 0; v < rows.size(); ++v)
+    rows[v] =
+        T_world_middle * SE3::exp(shutter.depth_time_s(static_cast<double>(v)) * body_velocity);
+  return rows;
+}
+
 }  // namespace
 
 StaticCloud::StaticCloud(const StaticCloudConfig& config, const Camera& camera)
     : config_(config), camera_(camera) {}
 
-void StaticCloud::insert(KeyframeId keyframe, const RgbdFrame& frame, const GreyImage& dynamic) {
+void StaticCloud::insert(KeyframeId keyframe, const RgbdFrame& frame, const GreyImage& dynamic,
+                         const Vec6& body_velocity) {
+  CHECK(frame.depth_m.height() == camera_.height());
   const GreyImage blocked = dilated(dynamic, config_.margin_px);
-  auto& samples = samples_[keyframe];
+  View& view = views_[keyframe];
+  view.body_velocity = body_velocity;
   for (int v = 0; v < frame.depth_m.height(); v += config_.pixel_stride) {
     for (int u = 0; u < frame.depth_m.width(); u += config_.pixel_stride) {
       const float depth_m = frame.depth_m.at(u, v);
       if (depth_m <= 0 || depth_m > config_.max_depth_m) continue;
       if (!blocked.empty() && blocked.at(u, v)) continue;
       if (depth_range(frame.depth_m, u, v, 1).has_step(kStepRatio)) continue;
-      samples.push_back({static_cast<std::uint16_t>(u), static_cast<std::uint16_t>(v),
-                         static_cast<std::uint16_t>(std::lround(depth_m / kDepthUnit_m)),
-                         frame.colour.at(u, v)});
+      view.samples.push_back({static_cast<std::uint16_t>(u), static_cast<std::uint16_t>(v),
+                              static_cast<std::uint16_t>(std::lround(depth_m / kDepthUnit_m)),
+                              frame.colour.at(u, v)});
     }
   }
 }
 
-void StaticCloud::remove(KeyframeId keyframe) { samples_.erase(keyframe); }
+void StaticCloud::remove(KeyframeId keyframe) { views_.erase(keyframe); }
 
 std::vector<ColouredPoint> StaticCloud::build(
     const std::map<KeyframeId, SE3>& T_world_camera) const {
   std::unordered_map<std::uint64_t, std::uint32_t> voxel_of;
   std::vector<VoxelSum> voxels;  // in order of first touch: the output does not depend on hashing
-  for (const auto& [id, samples] : samples_) {
+  for (const auto& [id, view] : views_) {
     const auto pose = T_world_camera.find(id);
     if (pose == T_world_camera.end()) continue;
-    for (const Sample& s : samples) {
+    const std::vector<SE3> T_world_row = row_poses(camera_, pose->second, view.body_velocity);
+    for (const Sample& s : view.samples) {
       const Vec2 ideal_px = camera_.undistort({s.u, s.v});
-      const Vec3 p_world = pose->second * camera_.unproject(ideal_px, s.depth_mm10 * kDepthUnit_m);
+      const Vec3 p_world =
+          T_world_row[s.v] * camera_.unproject(ideal_px, s.depth_mm10 * kDepthUnit_m);
       const auto [it, is_new] = voxel_of.emplace(voxel_key(p_world, config_.voxel_m),
                                                  static_cast<std::uint32_t>(voxels.size()));
       if (is_new) voxels.emplace_back();

@@ -27,7 +27,9 @@ class StaticCloud {
   StaticCloud(const StaticCloudConfig& config, const Camera& camera);
 
   /// @param dynamic 255 where the pixel may move (nothing is taken there); empty = none.
-  void insert(KeyframeId keyframe, const RgbdFrame& frame, const GreyImage& dynamic);
+  /// @param body_velocity of the camera while the frame was read, see RollingShutter.
+  void insert(KeyframeId keyframe, const RgbdFrame& frame, const GreyImage& dynamic,
+              const Vec6& body_velocity = Vec6::Zero());
   void remove(KeyframeId keyframe);
 
   /// @param T_world_camera of the keyframes; those without a pose are left out.
@@ -40,9 +42,13 @@ class StaticCloud {
     std::uint16_t depth_mm10;  // 0.1 mm
     Rgb8 colour;
   };
+  struct View {
+    Vec6 body_velocity;
+    std::vector<Sample> samples;
+  };
   StaticCloudConfig config_;
   const Camera& camera_;
-  std::map<KeyframeId, std::vector<Sample>> samples_;
+  std::map<KeyframeId, View> views_;
 };
 
 /// The mask grown by radius_px (square). @return empty for an empty mask.

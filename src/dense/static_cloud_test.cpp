@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/rng.hpp"
+#include "geometry/rolling_shutter.hpp"
 
 namespace ygslam {
 namespace {
@@ -64,6 +65,31 @@ TEST(StaticCloud, APlaneComesOutWhereItIs) {
     ++voxels[{static_cast<int>(std::floor(p.p_world.x() / 0.01F)),
               static_cast<int>(std::floor(p.p_world.y() / 0.01F))}];
   EXPECT_GT(voxels.size(), 0.97 * static_cast<double>(points.size()));
+}
+
+TEST(StaticCloud, EachRowOfAMovingCameraIsPutWhereItWasSeen) {
+  CameraConfig config = small_camera().config();
+  config.depth_readout_ms = 30;
+  config.depth_delay_ms = 4;
+  const Camera camera(config);
+  Vec6 velocity;
+  velocity << 0.3, -0.2, 0.4, 0.6, -0.9, 0.3;
+  const RollingShutter shutter(config, velocity);
+  RgbdFrame frame = plane_view(camera, SE3(), 2.005);
+  for (int v = 0; v < camera.height(); ++v) {
+    const SE3 T_world_row = SE3::exp(shutter.depth_time_s(v) * velocity);
+    for (int u = 0; u < camera.width(); ++u) {
+      const Vec3 ray = T_world_row.R() * camera.unproject(Vec2(u, v), 1.0);
+      frame.depth_m.at(u, v) = static_cast<float>((2.005 - T_world_row.t().z()) / ray.z());
+    }
+  }
+  StaticCloudConfig every = every_pixel();
+  every.min_points = 1;
+  StaticCloud cloud(every, camera);
+  cloud.insert(KeyframeId{0}, frame, {}, velocity);
+  const auto points = cloud.build({{KeyframeId{0}, SE3()}});
+  ASSERT_GT(points.size(), 1000U);
+  for (const ColouredPoint& p : points) ASSERT_NEAR(p.p_world.z(), 2.005F, 3e-4F);
 }
 
 TEST(StaticCloud, FollowsCorrectedPosesAndForgetsRemovedKeyframes) {

@@ -53,6 +53,9 @@ CameraConfig to_config(const CameraModel& m) {
   CameraConfig c;
   c.fx = m.fx, c.fy = m.fy, c.cx = m.cx, c.cy = m.cy;
   c.k1 = m.k1, c.k2 = m.k2, c.p1 = m.p1, c.p2 = m.p2, c.k3 = m.k3;
+  c.colour_readout_ms = m.colour_readout_ms;
+  c.depth_readout_ms = m.depth_readout_ms;
+  c.depth_delay_ms = m.depth_delay_ms;
   c.width = m.width, c.height = m.height;
   return c;
 }

@@ -1,6 +1,12 @@
 #include "geometry/motion_model.hpp"
 
 namespace ygslam {
+namespace {
+
+// Of the change of velocity within a step that two steps show: all of it would double the noise.
+constexpr double kTrustInAcceleration = 0.5;
+
+}  // namespace
 
 SE3 MotionModel::predict(Timestamp now) const {
   const double dt_s = seconds_between(now, last_);
@@ -20,7 +26,8 @@ double MotionModel::velocity_gain_per_s(Timestamp now) const {
   const double dt_s = seconds_between(now, last_);
   if (dt_s <= 0 || dt_s > config_.max_gap_s) return 0;
   // A step gives the velocity in its middle; with the step before it goes on to its end.
-  const double beyond = velocity_per_s_ ? dt_s / (dt_s + last_step_s_) : 0;
+  const double beyond =
+      velocity_per_s_ ? kTrustInAcceleration * dt_s / (dt_s + last_step_s_) : 0;
   return (1 + beyond) / dt_s;
 }
 

@@ -22,6 +22,8 @@ struct KeyframeData {
   FeaturesPtr features;
   FeatureGrid grid;
   FreeSpaceImage free_space{};
+  /// Of the camera while the frame was read (RollingShutter); the features are corrected by it.
+  Vec6 body_velocity = Vec6::Zero();
 };
 using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 

@@ -11,7 +11,7 @@ namespace ygslam {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x504d4759;  // "YGMP"
-constexpr std::uint32_t kSchema = 2;
+constexpr std::uint32_t kSchema = 3;
 constexpr int kMaxLevels = 32;
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they lie");
 
@@ -189,6 +189,7 @@ class MapBytes {
     out.number(static_cast<std::uint32_t>(nearest_m.width()));
     out.number(static_cast<std::uint32_t>(nearest_m.height()));
     for (const float depth_m : nearest_m) out.number(depth_m);
+    coefficients(out, keyframe.data->body_velocity);
     pose(out, keyframe.T_camera_world);
     out.number(keyframe.parent);
     for (const float weight : keyframe.static_weight) out.number(weight);
@@ -209,6 +210,8 @@ class MapBytes {
     if (!in.ok()) return;
     data->free_space.nearest_m_ = DepthImage(static_cast<int>(width), static_cast<int>(height));
     for (float& depth_m : data->free_space.nearest_m_) in.number(depth_m);
+    coefficients(in, data->body_velocity);
+    in.check(data->body_velocity.allFinite());
     SE3 T_camera_world;
     pose(in, T_camera_world);
     KeyframeId parent = kNoKeyframe;

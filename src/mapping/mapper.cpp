@@ -29,9 +29,10 @@ Mapper::Mapper(const MapperConfig& config, const Camera& camera, const PyramidSc
 
 KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
   const KeyframeId id = map_.next_keyframe_id();
-  auto data = std::make_shared<KeyframeData>(KeyframeData{
-      id, candidate.frame->id, candidate.frame->stamp, candidate.features,
-      FeatureGrid(*candidate.features, camera_.ideal_bounds()), free_space_of(candidate)});
+  auto data = std::make_shared<KeyframeData>(
+      KeyframeData{id, candidate.frame->id, candidate.frame->stamp, candidate.features,
+                   FeatureGrid(*candidate.features, camera_.ideal_bounds()),
+                   free_space_of(candidate), candidate.body_velocity});
   SE3 T_camera_world = candidate.pose.T_camera_reference;
   const KeyframeId parent = newest_;
   if (parent != kNoKeyframe)

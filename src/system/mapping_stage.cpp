@@ -60,7 +60,8 @@ void MappingStage::integrate(const Waiting& waiting, GreyImage dynamic) {
   if (dynamic.empty()) dynamic = GreyImage(depth_m.width(), depth_m.height());
   paint_dynamic_points(dynamic, depth_m, *waiting.features, waiting.labels, kPointRadiusPx,
                        kPointDepthRatio);
-  cloud_.insert(waiting.keyframe, *waiting.frame, dynamic);
+  cloud_.insert(waiting.keyframe, *waiting.frame, dynamic,
+                map().keyframe(waiting.keyframe).data->body_velocity);
 }
 
 std::vector<FramePtr> MappingStage::waiting() const {

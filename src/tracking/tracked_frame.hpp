@@ -14,6 +14,7 @@ namespace ygslam {
 struct TrackedFrame {
   FramePtr frame;
   FeaturesPtr features;
+  Vec6 body_velocity = Vec6::Zero();  ///< that the features were moved to the middle with
   FeatureGrid grid;
   std::vector<float> static_weight;   ///< per feature, 0 = dynamic .. 1 = static
   std::vector<LandmarkId> landmarks;  ///< per feature: the landmark it agreed with, or kNoLandmark

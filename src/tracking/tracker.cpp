@@ -117,6 +117,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   result.state = state_ =
       assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
   ++frames_since_keyframe_;
+  if (std::exchange(first_keyframe_is_due_, false)) result.candidate = make_candidate(*last_, 0);
   if (state_ == TrackState::kLost) {
     stay_lost(frame->stamp, std::move(evidence), result);
   } else {
@@ -151,6 +152,7 @@ void Tracker::move_to_middle(TrackedFrame& current, const Vec6& body_velocity) c
   move_to_middle_instant(*features, camera_, current.frame->depth_m, body_velocity);
   current.grid = FeatureGrid(*features, camera_.ideal_bounds());
   current.features = std::move(features);
+  current.body_velocity = body_velocity;
 }
 
 std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) const {
@@ -165,12 +167,20 @@ Tracker::PoseHypothesis Tracker::find_pose(TrackedFrame& current, const LocalVie
   const LocalView* map = view.empty() ? nullptr : &view;
   const Timestamp stamp = current.frame->stamp;
   const SE3 T_guess_world = motion_model_.predict(stamp) * T_last_world;
+  const auto match_previous = [&] {
+    return pose_estimator_.match_previous_frame(current, *last_, T_last_world, map, T_guess_world,
+                                                rng_);
+  };
   PoseHypothesis found;
-  if (const auto first = pose_estimator_.match_previous_frame(current, *last_, T_last_world, map,
-                                                              T_guess_world, rng_)) {
+  if (auto first = match_previous()) {
     const SE3 T_now_last = first->solution.T_camera_world * T_last_world.inverse();
-    move_to_middle(current, motion_model_.body_velocity(stamp, T_now_last));
-    found.pose = pose_estimator_.match_map(current, map, *first);
+    const Vec6 body_velocity = motion_model_.body_velocity(stamp, T_now_last);
+    move_to_middle(current, body_velocity);
+    if (first_keyframe_is_due_) {  // the first frame's velocity shows only now
+      move_to_middle(*last_, body_velocity);
+      first = match_previous();
+    }
+    if (first) found.pose = pose_estimator_.match_map(current, map, *first);
   }
   if (state_ == TrackState::kLost && found.pose &&
       found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
@@ -271,7 +281,8 @@ void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& r
   motion_model_.reset(current.frame->stamp);
   result.landmarks = current.landmarks;
   result.inliers = usable;
-  result.candidate = make_candidate(current, 0);
+  first_keyframe_is_due_ = is_rolling(camera_.config());
+  if (!first_keyframe_is_due_) result.candidate = make_candidate(current, 0);
   last_ = std::move(current);
 }
 
@@ -324,8 +335,13 @@ bool Tracker::wants_keyframe(const TrackedFrame& frame, const LocalView& view,
 }
 
 KeyframeCandidate Tracker::make_candidate(const TrackedFrame& frame, std::uint64_t map_version) {
-  KeyframeCandidate candidate{frame.frame,         frame.features, frame.landmarks,
-                              frame.static_weight, frame.pose,     {},
+  KeyframeCandidate candidate{frame.frame,
+                              frame.features,
+                              frame.body_velocity,
+                              frame.landmarks,
+                              frame.static_weight,
+                              frame.pose,
+                              {},
                               map_version_};
   for (const LandmarkId id : seen_order_) candidate.seen.push_back(seen_.at(id));
   seen_.clear();

@@ -188,7 +188,7 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
 
 void log_shutter(const TumSequence& sequence) {
   const CameraConfig& camera = sequence.camera;
-  if (is_rolling(camera)) {
+  if (!shutter_times(camera).is_global()) {
     log::info("shutter from {}: colour is read in {} ms, depth in {} ms, {} ms later",
               sequence.shutter_source, camera.colour_readout_ms, camera.depth_readout_ms,
               camera.depth_delay_ms);

@@ -33,13 +33,13 @@ std::uint64_t voxel_key(const Vec3& p_world, double voxel_m) {
 
 /// The camera's pose when each row of the depth image was read.
 std::vector<SE3> row_poses(const Camera& camera, const SE3& T_world_middle,
-                           const Vec6& body_velocity) {
+                           const ReadOut& read_out) {
   std::vector<SE3> rows(static_cast<std::size_t>(camera.height()), T_world_middle);
-  const RollingShutter shutter(camera.config(), body_velocity);
+  const RollingShutter shutter(camera.height(), read_out);
   if (!shutter.is_rolling()) return rows;
   for (std::size_t v = 0; v < rows.size(); ++v)
-    rows[v] =
-        T_world_middle * SE3::exp(shutter.depth_time_s(static_cast<double>(v)) * body_velocity);
+    rows[v] = T_world_middle *
+              SE3::exp(shutter.depth_time_s(static_cast<double>(v)) * read_out.body_velocity);
   return rows;
 }
 
@@ -49,11 +49,11 @@ StaticCloud::StaticCloud(const StaticCloudConfig& config, const Camera& camera)
     : config_(config), camera_(camera) {}
 
 void StaticCloud::insert(KeyframeId keyframe, const RgbdFrame& frame, const GreyImage& dynamic,
-                         const Vec6& body_velocity) {
+                         const ReadOut& read_out) {
   CHECK(frame.depth_m.height() == camera_.height());
   const GreyImage blocked = dilated(dynamic, config_.margin_px);
   View& view = views_[keyframe];
-  view.body_velocity = body_velocity;
+  view.read_out = read_out;
   for (int v = 0; v < frame.depth_m.height(); v += config_.pixel_stride) {
     for (int u = 0; u < frame.depth_m.width(); u += config_.pixel_stride) {
       const float depth_m = frame.depth_m.at(u, v);
@@ -76,7 +76,7 @@ std::vector<ColouredPoint> StaticCloud::build(
   for (const auto& [id, view] : views_) {
     const auto pose = T_world_camera.find(id);
     if (pose == T_world_camera.end()) continue;
-    const std::vector<SE3> T_world_row = row_poses(camera_, pose->second, view.body_velocity);
+    const std::vector<SE3> T_world_row = row_poses(camera_, pose->second, view.read_out);
     for (const Sample& s : view.samples) {
       const Vec2 ideal_px = camera_.undistort({s.u, s.v});
       const Vec3 p_world =

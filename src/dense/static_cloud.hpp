@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/ids.hpp"
-#include "geometry/camera.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "image/coloured_point.hpp"
 #include "image/rgbd_frame.hpp"
 
@@ -27,9 +27,8 @@ class StaticCloud {
   StaticCloud(const StaticCloudConfig& config, const Camera& camera);
 
   /// @param dynamic 255 where the pixel may move (nothing is taken there); empty = none.
-  /// @param body_velocity of the camera while the frame was read, see RollingShutter.
   void insert(KeyframeId keyframe, const RgbdFrame& frame, const GreyImage& dynamic,
-              const Vec6& body_velocity = Vec6::Zero());
+              const ReadOut& read_out = {});
   void remove(KeyframeId keyframe);
 
   /// @param T_world_camera of the keyframes; those without a pose are left out.
@@ -43,7 +42,7 @@ class StaticCloud {
     Rgb8 colour;
   };
   struct View {
-    Vec6 body_velocity;
+    ReadOut read_out;
     std::vector<Sample> samples;
   };
   StaticCloudConfig config_;

@@ -74,7 +74,8 @@ TEST(StaticCloud, EachRowOfAMovingCameraIsPutWhereItWasSeen) {
   const Camera camera(config);
   Vec6 velocity;
   velocity << 0.3, -0.2, 0.4, 0.6, -0.9, 0.3;
-  const RollingShutter shutter(config, velocity);
+  const ReadOut read_out{shutter_times(config), velocity};
+  const RollingShutter shutter(camera.height(), read_out);
   RgbdFrame frame = plane_view(camera, SE3(), 2.005);
   for (int v = 0; v < camera.height(); ++v) {
     const SE3 T_world_row = SE3::exp(shutter.depth_time_s(v) * velocity);
@@ -86,7 +87,7 @@ TEST(StaticCloud, EachRowOfAMovingCameraIsPutWhereItWasSeen) {
   StaticCloudConfig every = every_pixel();
   every.min_points = 1;
   StaticCloud cloud(every, camera);
-  cloud.insert(KeyframeId{0}, frame, {}, velocity);
+  cloud.insert(KeyframeId{0}, frame, {}, read_out);
   const auto points = cloud.build({{KeyframeId{0}, SE3()}});
   ASSERT_GT(points.size(), 1000U);
   for (const ColouredPoint& p : points) ASSERT_NEAR(p.p_world.z(), 2.005F, 3e-4F);

@@ -1,6 +1,5 @@
 #include "features/attach.hpp"
 
-#include "geometry/rolling_shutter.hpp"
 #include "image/depth.hpp"
 
 namespace ygslam {
@@ -40,8 +39,8 @@ void attach_geometry(Features& features, const Camera& camera, const DepthImage&
 }
 
 void move_to_middle_instant(Features& features, const Camera& camera, const DepthImage& depth_m,
-                            const Vec6& body_velocity) {
-  const RollingShutter shutter(camera.config(), body_velocity);
+                            const ReadOut& read_out) {
+  const RollingShutter shutter(camera.height(), read_out);
   if (!shutter.is_rolling()) return;
   for (Feature& f : features.points) {
     const Vec2 seen_px = camera.undistort(f.uv_px.cast<double>());

@@ -3,7 +3,7 @@
 
 #include "features/feature.hpp"
 #include "features/pyramid_scales.hpp"
-#include "geometry/camera.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "image/image.hpp"
 
 namespace ygslam {
@@ -19,6 +19,6 @@ void attach_geometry(Features& features, const Camera& camera, const DepthImage&
 /// had it seen all of them at the frame's middle instant. Without depth only the camera's rotation
 /// is taken into account. Nothing changes for a global shutter.
 void move_to_middle_instant(Features& features, const Camera& camera, const DepthImage& depth_m,
-                            const Vec6& body_velocity);
+                            const ReadOut& read_out);
 
 }  // namespace ygslam

@@ -41,12 +41,12 @@ struct Wall {
 };
 
 DepthImage depth_of(const Wall& wall, const Camera& camera, const Vec6& velocity) {
-  const RollingShutter shutter(camera.config(), velocity);
+  const RollingShutter shutter(camera.height(), {shutter_times(camera.config()), velocity});
   DepthImage depth_m(camera.width(), camera.height());
   for (int v = 0; v < camera.height(); ++v)
     for (int u = 0; u < camera.width(); ++u)
-      depth_m.at(u, v) = static_cast<float>(
-          wall.seen(camera, Vec2(u, v), velocity, shutter.depth_time_s(v)).z());
+      depth_m.at(u, v) =
+          static_cast<float>(wall.seen(camera, Vec2(u, v), velocity, shutter.depth_time_s(v)).z());
   return depth_m;
 }
 
@@ -54,7 +54,8 @@ DepthImage depth_of(const Wall& wall, const Camera& camera, const Vec6& velocity
 double worst_error_m(const CameraConfig& config) {
   const Camera camera(config);
   const Wall wall;
-  const RollingShutter shutter(config, fast());
+  const ReadOut read_out{shutter_times(config), fast()};
+  const RollingShutter shutter(camera.height(), read_out);
   const DepthImage depth_m = depth_of(wall, camera, fast());
   Rng rng(5);
   Features features;
@@ -63,7 +64,7 @@ double worst_error_m(const CameraConfig& config) {
   for (Feature& f : features.points)
     f.uv_px = {static_cast<float>(rng.uniform(20, 620)), static_cast<float>(rng.uniform(20, 460))};
   attach_geometry(features, camera, depth_m, PyramidScales(1, 1.2));
-  move_to_middle_instant(features, camera, depth_m, fast());
+  move_to_middle_instant(features, camera, depth_m, read_out);
   double worst_m = 0;
   for (const Feature& f : features.points) {
     const double t_s = shutter.colour_time_s(f.uv_px.y());
@@ -92,11 +93,12 @@ TEST(MoveToMiddleInstant, WithoutDepthTheRotationIsUndone) {
   const Camera camera(kinect());
   Vec6 turning = fast();
   turning.head<3>().setZero();
-  const RollingShutter shutter(kinect(), turning);
+  const ReadOut read_out{shutter_times(kinect()), turning};
+  const RollingShutter shutter(camera.height(), read_out);
   Features features;
   features.points.resize(1);
   features.points[0].uv_px = {100, 30};
-  move_to_middle_instant(features, camera, {}, turning);
+  move_to_middle_instant(features, camera, {}, read_out);
   const Vec3 ray = shutter.to_middle(camera.unproject(Vec2(100, 30), 1), 30);
   EXPECT_LT((features.points[0].ideal_px.cast<double>() - camera.project(ray)).norm(), 1e-3);
   EXPECT_EQ(features.points[0].depth_m, 0);
@@ -110,16 +112,16 @@ TEST(MoveToMiddleInstant, TwiceIsOnceAndAGlobalShutterIsLeftAlone) {
   const DepthImage depth_m(640, 480, 1.5F);
   attach_geometry(once, Camera(config), depth_m, PyramidScales(1, 1.2));
   const Feature seen = once.points[0];
-  move_to_middle_instant(once, Camera(config), depth_m, fast());
+  move_to_middle_instant(once, Camera(config), depth_m, {shutter_times(config), fast()});
   Features twice = once;
-  move_to_middle_instant(twice, Camera(config), depth_m, fast());
+  move_to_middle_instant(twice, Camera(config), depth_m, {shutter_times(config), fast()});
   EXPECT_EQ(once.points[0].ideal_px, twice.points[0].ideal_px);
   EXPECT_EQ(once.points[0].depth_m, twice.points[0].depth_m);
   EXPECT_GT((once.points[0].ideal_px - seen.ideal_px).norm(), 1);
   config.colour_readout_ms = config.depth_readout_ms = 0;
   Features global;
   global.points = {seen};
-  move_to_middle_instant(global, Camera(config), depth_m, fast());
+  move_to_middle_instant(global, Camera(config), depth_m, {shutter_times(config), fast()});
   EXPECT_EQ(global.points[0].ideal_px, seen.ideal_px);
 }
 

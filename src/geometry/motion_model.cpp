@@ -26,8 +26,7 @@ double MotionModel::velocity_gain_per_s(Timestamp now) const {
   const double dt_s = seconds_between(now, last_);
   if (dt_s <= 0 || dt_s > config_.max_gap_s) return 0;
   // A step gives the velocity in its middle; with the step before it goes on to its end.
-  const double beyond =
-      velocity_per_s_ ? kTrustInAcceleration * dt_s / (dt_s + last_step_s_) : 0;
+  const double beyond = velocity_per_s_ ? kTrustInAcceleration * dt_s / (dt_s + last_step_s_) : 0;
   return (1 + beyond) / dt_s;
 }
 

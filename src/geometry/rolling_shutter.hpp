@@ -10,16 +10,28 @@
 
 namespace ygslam {
 
-/// Whether any pixel may be seen at another time than the middle of the frame.
-[[nodiscard]] constexpr bool is_rolling(const CameraConfig& camera) {
-  return camera.colour_readout_ms != 0 || camera.depth_readout_ms != 0 ||
-         camera.depth_delay_ms != 0;
-}
+/// When the rows of a frame are read; see CameraConfig.
+struct ShutterTimes {
+  double colour_readout_s = 0;
+  double depth_readout_s = 0;
+  double depth_delay_s = 0;
+
+  [[nodiscard]] bool is_global() const {
+    return colour_readout_s == 0 && depth_readout_s == 0 && depth_delay_s == 0;
+  }
+};
+[[nodiscard]] ShutterTimes shutter_times(const CameraConfig& camera);
+
+/// How a frame came about.
+struct ReadOut {
+  ShutterTimes times;
+  /// Of the camera: twist per second in its own frame at the middle instant.
+  Vec6 body_velocity = Vec6::Zero();
+};
 
 class RollingShutter {
  public:
-  /// @param body_velocity twist per second in the camera's frame at the middle instant.
-  RollingShutter(const CameraConfig& camera, const Vec6& body_velocity);
+  RollingShutter(int image_height, const ReadOut& read_out);
 
   /// False if every pixel is as it would be at the middle instant.
   [[nodiscard]] bool is_rolling() const { return rolling_; }

@@ -19,6 +19,10 @@ CameraConfig rolling_camera(double colour_ms, double depth_ms, double delay_ms) 
   return camera;
 }
 
+RollingShutter shutter(const CameraConfig& camera, const Vec6& body_velocity) {
+  return {camera.height, {shutter_times(camera), body_velocity}};
+}
+
 Vec6 random_velocity(Rng& rng) {
   Vec6 velocity;
   for (int i = 0; i < 3; ++i) velocity[i] = rng.normal(0, 0.5);
@@ -27,12 +31,12 @@ Vec6 random_velocity(Rng& rng) {
 }
 
 TEST(RollingShutter, RowsAreReadEvenlyAboutTheMiddle) {
-  const RollingShutter shutter(rolling_camera(24, 48, 5), Vec6::Ones());
-  EXPECT_NEAR(shutter.colour_time_s(239.5), 0, 1e-12);
-  EXPECT_NEAR(shutter.colour_time_s(479.5) - shutter.colour_time_s(-0.5), 0.024, 1e-12);
-  EXPECT_NEAR(shutter.depth_time_s(239.5), 0.005, 1e-12);
-  EXPECT_NEAR(shutter.depth_time_s(0) - shutter.depth_time_s(479), -0.048 * 479 / 480, 1e-12);
-  const RollingShutter upwards(rolling_camera(-24, 0, 0), Vec6::Ones());
+  const RollingShutter rolling = shutter(rolling_camera(24, 48, 5), Vec6::Ones());
+  EXPECT_NEAR(rolling.colour_time_s(239.5), 0, 1e-12);
+  EXPECT_NEAR(rolling.colour_time_s(479.5) - rolling.colour_time_s(-0.5), 0.024, 1e-12);
+  EXPECT_NEAR(rolling.depth_time_s(239.5), 0.005, 1e-12);
+  EXPECT_NEAR(rolling.depth_time_s(0) - rolling.depth_time_s(479), -0.048 * 479 / 480, 1e-12);
+  const RollingShutter upwards = shutter(rolling_camera(-24, 0, 0), Vec6::Ones());
   EXPECT_GT(upwards.colour_time_s(0), 0);
 }
 
@@ -42,28 +46,28 @@ TEST(RollingShutter, BringsAPointOfAnyRowToTheMiddleInstantAndBack) {
     const CameraConfig config = rolling_camera(rng.uniform(-30, 30), 0, 0);
     const Camera camera(config);
     const Vec6 velocity = random_velocity(rng);
-    const RollingShutter shutter(config, velocity);
+    const RollingShutter rolling = shutter(config, velocity);
     const SE3 T_world_middle(so3_exp(Vec3(0.3, -1, 2)), Vec3(1, 2, 3));
     const Vec3 p_middle(rng.uniform(-0.4, 0.4), rng.uniform(-0.3, 0.3), rng.uniform(0.8, 4));
     const Vec3 p_world = T_world_middle * p_middle;
-    const Vec2 uv_px = shutter.seen_at(camera, p_middle);
-    const double t_s = shutter.colour_time_s(uv_px.y());
+    const Vec2 uv_px = rolling.seen_at(camera, p_middle);
+    const double t_s = rolling.colour_time_s(uv_px.y());
     const SE3 T_world_row = T_world_middle * SE3::exp(t_s * velocity);
     const Vec3 p_row = T_world_row.inverse() * p_world;
     EXPECT_LT((camera.distort(camera.project(p_row)) - uv_px).norm(), 0.02);
-    EXPECT_LT((shutter.to_middle(p_row, uv_px.y()) - p_middle).norm(), 1e-9);
+    EXPECT_LT((rolling.to_middle(p_row, uv_px.y()) - p_middle).norm(), 1e-9);
   }
 }
 
 TEST(RollingShutter, AGlobalShutterAndAStandingCameraChangeNothing) {
-  const RollingShutter global(rolling_camera(0, 0, 0), Vec6::Ones());
-  const RollingShutter standing(rolling_camera(26, 30, 4), Vec6::Zero());
+  const RollingShutter global = shutter(rolling_camera(0, 0, 0), Vec6::Ones());
+  const RollingShutter standing = shutter(rolling_camera(26, 30, 4), Vec6::Zero());
   EXPECT_FALSE(global.is_rolling());
   EXPECT_FALSE(standing.is_rolling());
-  EXPECT_TRUE(is_rolling(rolling_camera(0, 0, 1)));
-  EXPECT_FALSE(is_rolling(rolling_camera(0, 0, 0)));
-  EXPECT_FALSE(RollingShutter(rolling_camera(26, 26, 0), Vec6::Ones()).depth_has_own_time());
-  EXPECT_TRUE(RollingShutter(rolling_camera(26, 26, 1), Vec6::Ones()).depth_has_own_time());
+  EXPECT_FALSE(shutter_times(rolling_camera(0, 0, 1)).is_global());
+  EXPECT_TRUE(shutter_times(rolling_camera(0, 0, 0)).is_global());
+  EXPECT_FALSE(shutter(rolling_camera(26, 26, 0), Vec6::Ones()).depth_has_own_time());
+  EXPECT_TRUE(shutter(rolling_camera(26, 26, 1), Vec6::Ones()).depth_has_own_time());
 }
 
 }  // namespace

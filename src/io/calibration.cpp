@@ -128,8 +128,8 @@ std::optional<CameraFault> apply_device(std::string_view name, CameraConfig& cam
     set_shutter(*device, camera);
     return std::nullopt;
   }
-  const auto refuses = [&](const ReadOut& known, double readout_ms) {
-    return known.kind == ReadOut::Kind::kGlobal && readout_ms != 0;
+  const auto refuses = [&](const ImageShutter& known, double readout_ms) {
+    return known.kind == ImageShutter::Kind::kGlobal && readout_ms != 0;
   };
   const std::string reason = "the " + std::string(device->title) + " takes this image at once";
   if (refuses(device->colour, camera.colour_readout_ms))

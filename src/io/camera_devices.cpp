@@ -10,13 +10,13 @@
 namespace ygslam {
 namespace {
 
-using Kind = ReadOut::Kind;
+using Kind = ImageShutter::Kind;
 
 // Kinect: 480 rows at 54.21 us (libfreenect, pull request 670). Its infrared image is read in 30.5
 // ms; registered to colour a row of it takes 585 / 525 of that. Xtion and Carmine are of the same
 // design; nobody published a figure of their own.
-constexpr ReadOut kKinectColour{Kind::kRolling, 26.0};
-constexpr ReadOut kKinectDepth{Kind::kRolling, 34.0};
+constexpr ImageShutter kKinectColour{Kind::kRolling, 26.0};
+constexpr ImageShutter kKinectDepth{Kind::kRolling, 34.0};
 
 constexpr std::array<CameraDevice, 9> kDevices = {{
     {"kinect_v1", "Microsoft Kinect (Xbox 360)", kKinectColour, kKinectDepth},

@@ -11,7 +11,7 @@
 namespace ygslam {
 
 /// When an image's rows are read.
-struct ReadOut {
+struct ImageShutter {
   enum class Kind { kGlobal, kRolling, kRollingUnknown };
   Kind kind = Kind::kGlobal;
   double readout_ms = 0;  ///< of all rows, where kind is kRolling
@@ -20,12 +20,12 @@ struct ReadOut {
 struct CameraDevice {
   std::string_view name;  ///< as in `camera kinect_v1`
   std::string_view title;
-  ReadOut colour;
-  ReadOut depth;  ///< of the rows of the depth image registered to colour
+  ImageShutter colour;
+  ImageShutter depth;  ///< of the rows of the depth image registered to colour
 
   [[nodiscard]] bool is_known() const {
-    return colour.kind != ReadOut::Kind::kRollingUnknown &&
-           depth.kind != ReadOut::Kind::kRollingUnknown;
+    return colour.kind != ImageShutter::Kind::kRollingUnknown &&
+           depth.kind != ImageShutter::Kind::kRollingUnknown;
   }
 };
 

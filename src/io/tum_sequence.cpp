@@ -180,7 +180,7 @@ std::string shown_ms(double time_ms) {
 
 void find_shutter(TumSequence& sequence) {
   CameraConfig& camera = sequence.camera;
-  if (camera.shutter_known || is_rolling(camera)) {
+  if (camera.shutter_known || !shutter_times(camera).is_global()) {
     sequence.shutter_source = sequence.camera_source;
   } else if (const auto* device = recognised_device(folder_name(sequence.root), camera)) {
     set_shutter(*device, camera);

@@ -9,7 +9,7 @@
 #include "core/time.hpp"
 #include "features/feature.hpp"
 #include "features/feature_grid.hpp"
-#include "geometry/se3.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "map/free_space_image.hpp"
 
 namespace ygslam {
@@ -22,8 +22,7 @@ struct KeyframeData {
   FeaturesPtr features;
   FeatureGrid grid;
   FreeSpaceImage free_space{};
-  /// Of the camera while the frame was read (RollingShutter); the features are corrected by it.
-  Vec6 body_velocity = Vec6::Zero();
+  ReadOut read_out{};  ///< that the features were brought to the middle instant with
 };
 using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 

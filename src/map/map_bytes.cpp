@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x504d4759;  // "YGMP"
 constexpr std::uint32_t kSchema = 3;
+constexpr double kMostShutterTime_s = 1;
 constexpr int kMaxLevels = 32;
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they lie");
 
@@ -80,6 +81,17 @@ void pose(Reader& archive, SE3& T) {
   coefficients(archive, t);
   archive.check((R.transpose() * R - Mat3::Identity()).norm() < 1e-6 && R.determinant() > 0);
   if (archive.ok()) T = SE3(R, t);
+}
+
+template <typename Archive>
+void read_out(Archive& archive, auto& r) {  // a ReadOut
+  for (auto* time_s :
+       {&r.times.colour_readout_s, &r.times.depth_readout_s, &r.times.depth_delay_s}) {
+    archive.number(*time_s);
+    archive.check(std::abs(*time_s) < kMostShutterTime_s);
+  }
+  coefficients(archive, r.body_velocity);
+  archive.check(r.body_velocity.allFinite());
 }
 
 template <typename Archive>
@@ -189,7 +201,7 @@ class MapBytes {
     out.number(static_cast<std::uint32_t>(nearest_m.width()));
     out.number(static_cast<std::uint32_t>(nearest_m.height()));
     for (const float depth_m : nearest_m) out.number(depth_m);
-    coefficients(out, keyframe.data->body_velocity);
+    read_out(out, keyframe.data->read_out);
     pose(out, keyframe.T_camera_world);
     out.number(keyframe.parent);
     for (const float weight : keyframe.static_weight) out.number(weight);
@@ -210,8 +222,7 @@ class MapBytes {
     if (!in.ok()) return;
     data->free_space.nearest_m_ = DepthImage(static_cast<int>(width), static_cast<int>(height));
     for (float& depth_m : data->free_space.nearest_m_) in.number(depth_m);
-    coefficients(in, data->body_velocity);
-    in.check(data->body_velocity.allFinite());
+    read_out(in, data->read_out);
     SE3 T_camera_world;
     pose(in, T_camera_world);
     KeyframeId parent = kNoKeyframe;

@@ -19,7 +19,7 @@ struct KeyframeRelativePose {
 struct KeyframeCandidate {
   FramePtr frame;
   FeaturesPtr features;
-  Vec6 body_velocity;                 ///< see KeyframeData
+  ReadOut read_out;                   ///< see KeyframeData
   std::vector<LandmarkId> landmarks;  ///< per feature, kNoLandmark where none matched
   std::vector<float> static_weight;   ///< per feature: 0 = dynamic, 1 = static
   KeyframeRelativePose pose;          ///< relative to a keyframe the mapper has published

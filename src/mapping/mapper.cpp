@@ -32,7 +32,7 @@ KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
   auto data = std::make_shared<KeyframeData>(
       KeyframeData{id, candidate.frame->id, candidate.frame->stamp, candidate.features,
                    FeatureGrid(*candidate.features, camera_.ideal_bounds()),
-                   free_space_of(candidate), candidate.body_velocity});
+                   free_space_of(candidate), candidate.read_out});
   SE3 T_camera_world = candidate.pose.T_camera_reference;
   const KeyframeId parent = newest_;
   if (parent != kNoKeyframe)

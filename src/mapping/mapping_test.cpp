@@ -26,7 +26,7 @@ KeyframeCandidate candidate_of(const map_test::SeenFrame& seen, KeyframeId refer
                                const SE3& T_reference_world) {
   return {seen.frame,
           seen.features,
-          Vec6::Zero(),
+          ReadOut{},
           std::vector<LandmarkId>(seen.features->size(), kNoLandmark),
           std::vector<float>(seen.features->size(), 1.0F),
           {reference, seen.T_camera_world * T_reference_world.inverse()},

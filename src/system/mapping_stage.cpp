@@ -61,7 +61,7 @@ void MappingStage::integrate(const Waiting& waiting, GreyImage dynamic) {
   paint_dynamic_points(dynamic, depth_m, *waiting.features, waiting.labels, kPointRadiusPx,
                        kPointDepthRatio);
   cloud_.insert(waiting.keyframe, *waiting.frame, dynamic,
-                map().keyframe(waiting.keyframe).data->body_velocity);
+                map().keyframe(waiting.keyframe).data->read_out);
 }
 
 std::vector<FramePtr> MappingStage::waiting() const {

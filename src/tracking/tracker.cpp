@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "features/attach.hpp"
-#include "geometry/rolling_shutter.hpp"
 
 namespace ygslam {
 namespace {
@@ -81,6 +80,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
                  const Camera& camera, std::uint64_t seed)
     : config_(config),
       camera_(camera),
+      shutter_(shutter_times(camera.config())),
       orb_(orb),
       classifier_(dynamic, camera, seed),
       objects_(config.objects, camera),
@@ -96,7 +96,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   const ScopedTimer timer;
   TrackedFrame current = extract_features(frame);
   const auto predicted = predicted_flow(*frame);
-  if (predicted) move_to_middle(current, predicted->body_velocity);
+  if (predicted) move_to_middle(current, predicted->read_out.body_velocity);
   result.features = current.features;
   result.orb_ms = timer.wall_ms();
 
@@ -147,18 +147,20 @@ TrackedFrame Tracker::extract_features(const FramePtr& frame) {
 }
 
 void Tracker::move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const {
-  if (!is_rolling(camera_.config())) return;
+  if (shutter_.is_global()) return;
+  const ReadOut read_out{shutter_, body_velocity};
   auto features = std::make_shared<Features>(*current.features);
-  move_to_middle_instant(*features, camera_, current.frame->depth_m, body_velocity);
+  move_to_middle_instant(*features, camera_, current.frame->depth_m, read_out);
   current.grid = FeatureGrid(*features, camera_.ideal_bounds());
   current.features = std::move(features);
-  current.body_velocity = body_velocity;
+  current.read_out = read_out;
 }
 
 std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) const {
   if (state_ != TrackState::kTracking) return std::nullopt;
   const SE3 T_now_last = motion_model_.predict(frame.stamp);
-  return FlowPrediction{T_now_last, motion_model_.body_velocity(frame.stamp, T_now_last),
+  return FlowPrediction{T_now_last,
+                        {shutter_, motion_model_.body_velocity(frame.stamp, T_now_last)},
                         motion_model_.velocity_gain_per_s(frame.stamp)};
 }
 
@@ -281,7 +283,7 @@ void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& r
   motion_model_.reset(current.frame->stamp);
   result.landmarks = current.landmarks;
   result.inliers = usable;
-  first_keyframe_is_due_ = is_rolling(camera_.config());
+  first_keyframe_is_due_ = !shutter_.is_global();
   if (!first_keyframe_is_due_) result.candidate = make_candidate(current, 0);
   last_ = std::move(current);
 }
@@ -335,14 +337,9 @@ bool Tracker::wants_keyframe(const TrackedFrame& frame, const LocalView& view,
 }
 
 KeyframeCandidate Tracker::make_candidate(const TrackedFrame& frame, std::uint64_t map_version) {
-  KeyframeCandidate candidate{frame.frame,
-                              frame.features,
-                              frame.body_velocity,
-                              frame.landmarks,
-                              frame.static_weight,
-                              frame.pose,
-                              {},
-                              map_version_};
+  KeyframeCandidate candidate{
+      frame.frame, frame.features, frame.read_out, frame.landmarks, frame.static_weight, frame.pose,
+      {},          map_version_};
   for (const LandmarkId id : seen_order_) candidate.seen.push_back(seen_.at(id));
   seen_.clear();
   seen_order_.clear();

@@ -122,6 +122,7 @@ class Tracker {
 
   TrackerConfig config_;
   const Camera& camera_;
+  ShutterTimes shutter_;
   OrbExtractor orb_;
   PointClassifier classifier_;
   ObjectTracker objects_;
@@ -131,7 +132,7 @@ class Tracker {
   Rng rng_;
 
   TrackState state_ = TrackState::kWaiting;
-  std::optional<TrackedFrame> last_;  // newest frame with a pose
+  std::optional<TrackedFrame> last_;    // newest frame with a pose
   bool first_keyframe_is_due_ = false;  // a rolling shutter's waits for the second frame
   SE3 T_odom_last_;
   std::uint32_t bends_ = 0;  // of the view it was last posed in

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "geometry/rolling_shutter.hpp"
 #include "motion/checks/neighbour_vote.hpp"
 
 namespace ygslam {
@@ -57,7 +56,7 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
                             config_.ego_motion);
     };
     evidence.ego_motion = fit(guess.T_current_previous);
-    if (evidence.ego_motion && is_rolling(camera_.config())) {
+    if (evidence.ego_motion && !guess.read_out.times.is_global()) {
       const SE3 T_current_previous = evidence.ego_motion->T_current_previous;
       followed = with_motion(camera_, std::move(followed), guess.corrected(T_current_previous));
       evidence.ego_motion = fit(T_current_previous);

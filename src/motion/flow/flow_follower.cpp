@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "core/statistics.hpp"
-#include "geometry/rolling_shutter.hpp"
 #include "motion/flow/harris.hpp"
 
 namespace ygslam {
@@ -30,7 +29,7 @@ float median_depth_m(const Features& features) {
 /// Where fixed points should appear; those without depth are taken at the median one.
 std::vector<Eigen::Vector2f> predict_ends(const Camera& camera, const Features& features,
                                           const FlowPrediction& predicted) {
-  const RollingShutter shutter(camera.config(), predicted.body_velocity);
+  const RollingShutter shutter(camera.height(), predicted.read_out);
   const float usual_m = median_depth_m(features);
   std::vector<Eigen::Vector2f> ends(features.size());
   for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -104,7 +103,7 @@ Followed follow_features(const Camera& camera, const FlowFrame& previous,
 }
 
 Followed with_motion(const Camera& camera, Followed followed, const FlowPrediction& motion) {
-  const RollingShutter shutter(camera.config(), motion.body_velocity);
+  const RollingShutter shutter(camera.height(), motion.read_out);
   if (!shutter.is_rolling()) return followed;
   for (std::size_t i = 0; i < followed.size(); ++i) {
     if (!followed.ends[i].found) continue;

@@ -6,6 +6,7 @@
 
 #include "geometry/camera.hpp"
 #include "geometry/epipolar.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "image/depth.hpp"
 #include "motion/flow/lk_flow.hpp"
 
@@ -14,14 +15,15 @@ namespace ygslam {
 /// How the camera is expected to have moved since the previous frame.
 struct FlowPrediction {
   SE3 T_current_previous;
-  Vec6 body_velocity = Vec6::Zero();  ///< in the current frame, see RollingShutter
+  ReadOut read_out{};  ///< of the current frame
   /// How much faster it is there if its twist from frame to frame is larger, see MotionModel.
   double velocity_gain_per_s = 0;
 
   /// The same with the motion that was measured.
   [[nodiscard]] FlowPrediction corrected(const SE3& T_measured) const {
     const Vec6 surplus = T_current_previous.log() - T_measured.log();
-    return {T_measured, body_velocity + velocity_gain_per_s * surplus, velocity_gain_per_s};
+    const Vec6 body_velocity = read_out.body_velocity + velocity_gain_per_s * surplus;
+    return {T_measured, {read_out.times, body_velocity}, velocity_gain_per_s};
   }
 };
 

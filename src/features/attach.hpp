@@ -8,8 +8,8 @@
 
 namespace ygslam {
 
-/// Sets ideal_px (lens distortion removed), depth_m (0 = none) and on_depth_edge of every feature
-/// from its uv_px.
+/// Sets ideal_px (lens distortion removed), depth_m (0 = none), depth_slope and on_depth_edge of
+/// every feature from its uv_px.
 /// @param depth_m registered to the image of the features; empty = no depth at all.
 /// @param scales of the levels the features were found in.
 void attach_geometry(Features& features, const Camera& camera, const DepthImage& depth_m,

@@ -25,9 +25,10 @@ struct Descriptor {
 }
 
 struct Feature {
-  Eigen::Vector2f uv_px;       ///< in the recorded image, full resolution
-  Eigen::Vector2f ideal_px;    ///< the same without lens distortion
-  float depth_m = 0;           ///< 0 = none
+  Eigen::Vector2f uv_px;     ///< in the recorded image, full resolution
+  Eigen::Vector2f ideal_px;  ///< the same without lens distortion
+  float depth_m = 0;         ///< 0 = none
+  Eigen::Vector2f depth_slope = Eigen::Vector2f::Zero();  ///< change of depth per pixel [m/px]
   float angle_rad = 0;         ///< orientation of the patch, in [0, 2 pi)
   float response = 0;          ///< corner strength
   std::uint8_t octave = 0;     ///< pyramid level

@@ -127,4 +127,20 @@ bool on_depth_edge(const DepthImage& depth_m, double u, double v, double depth_a
   });
 }
 
+Eigen::Vector2f depth_slope(const DepthImage& depth_m, double u, double v) {
+  constexpr int kReach_px = 4;
+  constexpr float kSameSurface = 0.1F;  // of the depth, over the whole reach
+  const int x = static_cast<int>(std::lround(u));
+  const int y = static_cast<int>(std::lround(v));
+  const auto along = [&](int du, int dv) {
+    if (!depth_m.contains(x - du, y - dv) || !depth_m.contains(x + du, y + dv)) return 0.0F;
+    const float before_m = depth_m.at(x - du, y - dv);
+    const float after_m = depth_m.at(x + du, y + dv);
+    const bool same = before_m > 0 && after_m > 0 &&
+                      std::abs(after_m - before_m) < kSameSurface * std::min(before_m, after_m);
+    return same ? (after_m - before_m) / (2 * kReach_px) : 0.0F;
+  };
+  return {along(kReach_px, 0), along(0, kReach_px)};
+}
+
 }  // namespace ygslam

@@ -45,6 +45,10 @@ struct DepthRange {
 [[nodiscard]] bool on_depth_edge(const DepthImage& depth_m, double u, double v, double depth_at_m,
                                  double radius_px);
 
+/// Change of depth per pixel to the right and down [m/px], from the depths 4 px away on both sides;
+/// 0 where one of them is missing or lies on another surface.
+[[nodiscard]] Eigen::Vector2f depth_slope(const DepthImage& depth_m, double u, double v);
+
 /// Standard deviation of a Kinect's depth [m] (Nguyen, Izadi, Lovell 2012, axial noise).
 [[nodiscard]] constexpr double kinect_depth_sigma_m(double depth_m) {
   return 0.0012 + 0.0019 * (depth_m - 0.4) * (depth_m - 0.4);

@@ -11,7 +11,10 @@ namespace {
 constexpr double kLeastBendM = 0.003;    // more than a local adjustment moves a frame
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
-constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
+constexpr double kSigmas = 3.0;          // that two read-out times must lie apart to differ
+constexpr double kSure_s = 0.0015;
+constexpr double kReportedSurplus_s = 0.003;  // that is worth a word to the user
+constexpr double kClearlyMore = 1.5;          // times as many shared landmarks
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
   // Before the first view there is but the run's first keyframe, which is the world.
@@ -87,6 +90,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
+      shutter_estimator_(camera, {CameraParameter::kReadout}),
       rng_(seed) {}
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
@@ -129,10 +133,36 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
     result.objects = follow_objects(evidence, current, masks, was_lost, result.T_world_odom);
     classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points());
     deliver(*found.pose, *view, mapper_busy, current, result);
+    result.shutter = watch_shutter(current, found.pose->T_camera_world, *view);
     last_ = std::move(current);
   }
   result.pose_ms = timer.wall_ms() - result.orb_ms - result.motion_ms;
   return result;
+}
+
+/// Takes the estimated read-out time over once it is sure, where nobody gave another.
+std::optional<ShutterReport> Tracker::watch_shutter(const TrackedFrame& current,
+                                                    const SE3& T_camera_world,
+                                                    const LocalView& view) {
+  if (state_ != TrackState::kTracking) return std::nullopt;
+  shutter_estimator_.add(current, T_camera_world, view);
+  const auto estimate = shutter_estimator_.estimate();
+  if (!estimate || estimate->parts < shutter_parts_wanted_ || estimate->std[0] > kSure_s)
+    return std::nullopt;
+  ShutterReport report{estimate->value[0], estimate->std[0], shutter_.colour_readout_s, false};
+  const double surplus_s = std::abs(report.readout_s - report.in_use_s);
+  const bool differs = surplus_s > kSigmas * report.std_s;
+  if (camera_.config().shutter_known) {
+    if (!differs || surplus_s < kReportedSurplus_s || std::exchange(shutter_reported_, true))
+      return std::nullopt;
+    return report;
+  }
+  shutter_estimator_.clear();  // what was seen with other times does not count
+  shutter_parts_wanted_ *= 2;
+  if (!differs) return std::nullopt;
+  shutter_.colour_readout_s = shutter_.depth_readout_s = report.readout_s;
+  report.taken_over = true;
+  return report;
 }
 
 TrackedFrame Tracker::extract_features(const FramePtr& frame) {
@@ -147,13 +177,13 @@ TrackedFrame Tracker::extract_features(const FramePtr& frame) {
 }
 
 void Tracker::move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const {
-  if (shutter_.is_global()) return;
   const ReadOut read_out{shutter_, body_velocity};
+  current.read_out = read_out;
+  if (shutter_.is_global()) return;
   auto features = std::make_shared<Features>(*current.features);
   move_to_middle_instant(*features, camera_, current.frame->depth_m, read_out);
   current.grid = FeatureGrid(*features, camera_.ideal_bounds());
   current.features = std::move(features);
-  current.read_out = read_out;
 }
 
 std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) const {

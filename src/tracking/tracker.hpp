@@ -13,6 +13,7 @@
 #include "motion/classification/point_classifier.hpp"
 #include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
+#include "tracking/camera_estimator.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_policy.hpp"
 #include "tracking/pose_estimator.hpp"
@@ -50,6 +51,14 @@ struct TrackerConfig {
   [[nodiscard]] int least_inliers() const { return min_inliers / 2; }
 };
 
+/// A read-out time that was found to differ from the one in use.
+struct ShutterReport {
+  double readout_s = 0;  ///< of colour and depth, taken as equal
+  double std_s = 0;
+  double in_use_s = 0;
+  bool taken_over = false;  ///< false: the camera's file is believed
+};
+
 struct TrackResult {
   TrackState state = TrackState::kWaiting;
   SE3 T_world_camera;  ///< as known now; meaningful while tracking or weak
@@ -67,12 +76,15 @@ struct TrackResult {
   std::vector<SegmentationPtr> masks;  ///< that arrived with this frame, of this or earlier frames
   std::vector<TrackedObject> objects;  ///< things that move or could
   std::vector<LandmarkId> landmarks;   ///< per feature, matched
+  std::optional<ShutterReport> shutter;  ///< where something new is known
   int matches = 0;
   int inliers = 0;
   double orb_ms = 0, motion_ms = 0, pose_ms = 0;
 };
 
 class Tracker {
+  static constexpr int kFewestShutterParts = 6;  // half seconds
+
  public:
   Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
           const Camera& camera, std::uint64_t seed);
@@ -110,6 +122,9 @@ class Tracker {
                                                           const TrackedFrame& current,
                                                           std::span<const SegmentationPtr> masks,
                                                           bool was_lost, const SE3& T_world_odom);
+  [[nodiscard]] std::optional<ShutterReport> watch_shutter(const TrackedFrame& current,
+                                                           const SE3& T_camera_world,
+                                                           const LocalView& view);
   /// Fills the result, with a candidate where a keyframe is due.
   void deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                TrackedFrame& current, TrackResult& result);
@@ -129,6 +144,9 @@ class Tracker {
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
   MotionModel motion_model_;
+  CameraEstimator shutter_estimator_;
+  int shutter_parts_wanted_ = kFewestShutterParts;
+  bool shutter_reported_ = false;
   Rng rng_;
 
   TrackState state_ = TrackState::kWaiting;

@@ -7,6 +7,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "app/bench_command.hpp"
+#include "app/calibrate_command.hpp"
 #include "app/config_command.hpp"
 #include "app/eval_command.hpp"
 #include "app/inspect_command.hpp"
@@ -53,6 +54,7 @@ int main(int argc, char** argv) {
     ygslam::add_run_command(app, exit_code);
     ygslam::add_eval_command(app, exit_code);
     ygslam::add_bench_command(app, exit_code);
+    ygslam::add_calibrate_command(app, exit_code);
     ygslam::add_simulate_command(app, exit_code);
     ygslam::add_inspect_command(app, exit_code);
     ygslam::add_config_command(app);

@@ -14,7 +14,8 @@ struct RgbdFrame {
   Timestamp stamp;        ///< of the colour image
   ColourImage colour;
   GreyImage grey;
-  DepthImage depth_m;  ///< registered to the colour image
+  DepthImage depth_m;        ///< registered to the colour image
+  double depth_delay_s = 0;  ///< its stamp after that of the colour image
 };
 using FramePtr = std::shared_ptr<const RgbdFrame>;
 

@@ -43,6 +43,7 @@ LoadedPair load_pair(const TumSequence& sequence, std::size_t position, FrameId 
   frame.stamp = entry.stamp;
   frame.colour = std::move(*colour);
   frame.grey = grey_from_colour(frame.colour);
+  frame.depth_delay_s = seconds_between(entry.depth_stamp, entry.stamp);
   frame.depth_m = depth_from_raw(*raw, sequence.camera.depth_scale, depth);
   return pair;
 }

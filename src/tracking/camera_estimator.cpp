@@ -45,8 +45,12 @@ Eigen::Matrix<double, 2, 3> projection_jacobian(const Camera& camera, const Vec3
   return J;
 }
 
+/// Whose depth a point has. One image's noise would make every effect of depth look smaller than it
+/// is; the map's is an average.
+enum class DepthSource : std::uint8_t { kMap, kSensor };
+
 MovingPoint moving_point(const Camera& camera, const Feature& feature, double depth_m,
-                         const Vec6& body_velocity,
+                         DepthSource source, const Vec6& body_velocity,
                          const std::vector<CameraParameter>& parameters) {
   MovingPoint point{camera.unproject(feature.ideal_px.cast<double>(), depth_m), {}};
   const Vec3& p = point.p;
@@ -55,7 +59,8 @@ MovingPoint moving_point(const Camera& camera, const Feature& feature, double de
   // How the depth read at the feature's pixel changes while the camera moves on.
   const Vec2 flow_pxps = projection_jacobian(camera, p) * -to_middle;
   const double rate_mps = -to_middle.z() - feature.depth_slope.cast<double>().dot(flow_pxps);
-  const Vec3 by_depth_time = -rate_mps * p / p.z();
+  const bool measured = source == DepthSource::kSensor;
+  const Vec3 by_depth_time = measured ? Vec3(-rate_mps * p / p.z()) : Vec3(Vec3::Zero());
   point.shift.resize(3, std::ssize(parameters));
   for (Eigen::Index i = 0; i < point.shift.cols(); ++i) {
     auto shift = point.shift.col(i);
@@ -82,7 +87,7 @@ MovingPoint moving_point(const Camera& camera, const Feature& feature, double de
         shift = Vec3(0, -p.z() / camera.fy(), 0);
         break;
       case CameraParameter::kDepthBias:
-        shift = p.z() * p;
+        shift = measured ? Vec3(p.z() * p) : Vec3(Vec3::Zero());
         break;
     }
   }
@@ -171,7 +176,9 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
   }
   const SE3 T_here_there = T_camera_world * keyframe.T_camera_world.inverse();
   const ReadOut& read_out_there = keyframe.data->read_out;
-  const Parameters here_in_use = in_use(frame.read_out.times, parameters_);
+  ShutterTimes here_times = frame.read_out.times;
+  if (!here_times.is_global()) here_times.depth_delay_s -= frame.frame->depth_delay_s;
+  const Parameters here_in_use = in_use(here_times, parameters_);
   const Parameters there_in_use = in_use(read_out_there.times, parameters_);
   std::vector<Rows> points;
   for (std::uint32_t j = 0; j < keyframe.landmarks.size(); ++j) {
@@ -181,13 +188,17 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
     const Feature& f_there = keyframe.data->features->points[j];
     const Feature& f_here = frame.features->points[it->second];
     if (!(f_there.depth_m > 0) || f_there.on_depth_edge || f_here.on_depth_edge) continue;
-    const MovingPoint there =
-        moving_point(camera_, f_there, f_there.depth_m, read_out_there.body_velocity, parameters_);
+    const ViewLandmark& landmark = view.landmarks[static_cast<std::size_t>(keyframe.landmarks[j])];
+    const double mapped_m = (keyframe.T_camera_world * landmark.p_world).z();
+    if (mapped_m < kLeastDepth_m) continue;
+    const MovingPoint there = moving_point(camera_, f_there, mapped_m, DepthSource::kMap,
+                                           read_out_there.body_velocity, parameters_);
     const double predicted_m = (T_here_there * there.p).z();
     if (predicted_m < kLeastDepth_m) continue;
     const bool has_depth = f_here.depth_m > 0;
-    const MovingPoint here = moving_point(camera_, f_here, has_depth ? f_here.depth_m : predicted_m,
-                                          frame.read_out.body_velocity, parameters_);
+    const MovingPoint here =
+        moving_point(camera_, f_here, has_depth ? f_here.depth_m : predicted_m,
+                     DepthSource::kSensor, frame.read_out.body_velocity, parameters_);
     points.push_back(rows_of(camera_, T_here_there, there, there_in_use, here, here_in_use, f_here,
                              parameters_));
     if (!has_depth) points.back().sigma.z() = 0;

@@ -90,7 +90,8 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
-      shutter_estimator_(camera, {CameraParameter::kReadout}),
+      camera_estimator_(camera, config.calibrated.empty() ? std::vector{CameraParameter::kReadout}
+                                                          : config.calibrated),
       rng_(seed) {}
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
@@ -133,20 +134,27 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
     result.objects = follow_objects(evidence, current, masks, was_lost, result.T_world_odom);
     classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points());
     deliver(*found.pose, *view, mapper_busy, current, result);
-    result.shutter = watch_shutter(current, found.pose->T_camera_world, *view);
+    estimate_camera(current, found.pose->T_camera_world, *view, result);
     last_ = std::move(current);
   }
   result.pose_ms = timer.wall_ms() - result.orb_ms - result.motion_ms;
   return result;
 }
 
+void Tracker::estimate_camera(const TrackedFrame& current, const SE3& T_camera_world,
+                              const LocalView& view, TrackResult& result) {
+  if (state_ != TrackState::kTracking) return;
+  camera_estimator_.add(current, T_camera_world, view);
+  if (config_.calibrated.empty()) {
+    result.shutter = watch_shutter();
+  } else {
+    result.camera_estimate = camera_estimator_.estimate();
+  }
+}
+
 /// Takes the estimated read-out time over once it is sure, where nobody gave another.
-std::optional<ShutterReport> Tracker::watch_shutter(const TrackedFrame& current,
-                                                    const SE3& T_camera_world,
-                                                    const LocalView& view) {
-  if (state_ != TrackState::kTracking) return std::nullopt;
-  shutter_estimator_.add(current, T_camera_world, view);
-  const auto estimate = shutter_estimator_.estimate();
+std::optional<ShutterReport> Tracker::watch_shutter() {
+  const auto estimate = camera_estimator_.estimate();
   if (!estimate || estimate->parts < shutter_parts_wanted_ || estimate->std[0] > kSure_s)
     return std::nullopt;
   ShutterReport report{estimate->value[0], estimate->std[0], shutter_.colour_readout_s, false};
@@ -157,7 +165,7 @@ std::optional<ShutterReport> Tracker::watch_shutter(const TrackedFrame& current,
       return std::nullopt;
     return report;
   }
-  shutter_estimator_.clear();  // what was seen with other times does not count
+  camera_estimator_.clear();  // what was seen with other times does not count
   shutter_parts_wanted_ *= 2;
   if (!differs) return std::nullopt;
   shutter_.colour_readout_s = shutter_.depth_readout_s = report.readout_s;
@@ -177,9 +185,10 @@ TrackedFrame Tracker::extract_features(const FramePtr& frame) {
 }
 
 void Tracker::move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const {
-  const ReadOut read_out{shutter_, body_velocity};
-  current.read_out = read_out;
+  ReadOut& read_out = current.read_out;
+  read_out = {shutter_, body_velocity};
   if (shutter_.is_global()) return;
+  read_out.times.depth_delay_s += current.frame->depth_delay_s;
   auto features = std::make_shared<Features>(*current.features);
   move_to_middle_instant(*features, camera_, current.frame->depth_m, read_out);
   current.grid = FeatureGrid(*features, camera_.ideal_bounds());

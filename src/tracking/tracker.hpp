@@ -37,6 +37,8 @@ struct TrackerConfig {
   RelocalizerConfig relocalizer;
   FreeSpaceConfig free_space;
   ObjectConfig objects;
+  /// What of the camera is looked for in place of an unknown read-out time. Not a setting.
+  std::vector<CameraParameter> calibrated{};
   int min_start_points = 100;         ///< static features with depth in the first frame
   int min_inliers = 30;               ///< below: weak; below half of it: lost
   int weak_frames_until_lost = 10;    ///< in a row
@@ -77,6 +79,8 @@ struct TrackResult {
   std::vector<TrackedObject> objects;  ///< things that move or could
   std::vector<LandmarkId> landmarks;   ///< per feature, matched
   std::optional<ShutterReport> shutter;  ///< where something new is known
+  /// Of TrackerConfig::calibrated, once there is one.
+  std::optional<CameraEstimator::Estimate> camera_estimate;
   int matches = 0;
   int inliers = 0;
   double orb_ms = 0, motion_ms = 0, pose_ms = 0;
@@ -122,9 +126,9 @@ class Tracker {
                                                           const TrackedFrame& current,
                                                           std::span<const SegmentationPtr> masks,
                                                           bool was_lost, const SE3& T_world_odom);
-  [[nodiscard]] std::optional<ShutterReport> watch_shutter(const TrackedFrame& current,
-                                                           const SE3& T_camera_world,
-                                                           const LocalView& view);
+  void estimate_camera(const TrackedFrame& current, const SE3& T_camera_world,
+                       const LocalView& view, TrackResult& result);
+  [[nodiscard]] std::optional<ShutterReport> watch_shutter();
   /// Fills the result, with a candidate where a keyframe is due.
   void deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                TrackedFrame& current, TrackResult& result);
@@ -144,7 +148,7 @@ class Tracker {
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
   MotionModel motion_model_;
-  CameraEstimator shutter_estimator_;
+  CameraEstimator camera_estimator_;
   int shutter_parts_wanted_ = kFewestShutterParts;
   bool shutter_reported_ = false;
   Rng rng_;

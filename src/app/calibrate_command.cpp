@@ -1,0 +1,227 @@
+#include "app/calibrate_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "app/program_log.hpp"
+#include "app/progress_bar.hpp"
+#include "app/run_options.hpp"
+#include "app/stop_signal.hpp"
+#include "core/log.hpp"
+#include "io/atomic_file.hpp"
+#include "io/calibration.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr int kRounds = 6;  // each tracks the recording with what the one before found
+constexpr double kMs = 1e-3;
+constexpr double kSigmas = 3.0;
+constexpr double kMostTime_ms = 100;
+
+/// A number of the camera that is looked for.
+struct Wanted {
+  CameraParameter parameter;
+  const char* name;
+  const char* unit;
+  double per_unit;  // of the estimator's unit
+  double told_std;  // in `unit`: a larger standard deviation says nothing
+};
+constexpr std::array<Wanted, 7> kWanted = {{
+    {CameraParameter::kColourReadout, "colour_readout_ms", "ms", kMs, 2},
+    {CameraParameter::kDepthReadout, "depth_readout_ms", "ms", kMs, 5},
+    {CameraParameter::kDepthDelay, "depth_delay_ms", "ms", kMs, 3},
+    {CameraParameter::kFocalLength, "focal length", "%", 0.01, 1},
+    {CameraParameter::kCentreX, "cx", "px", 1, 3},
+    {CameraParameter::kCentreY, "cy", "px", 1, 3},
+    {CameraParameter::kDepthBias, "depth bias", "%/m", 0.01, 0.5},
+}};
+
+double CameraConfig::*shutter_time(CameraParameter parameter) {
+  switch (parameter) {
+    case CameraParameter::kColourReadout:
+      return &CameraConfig::colour_readout_ms;
+    case CameraParameter::kDepthReadout:
+      return &CameraConfig::depth_readout_ms;
+    case CameraParameter::kDepthDelay:
+      return &CameraConfig::depth_delay_ms;
+    default:
+      return nullptr;
+  }
+}
+
+struct Found {
+  double value = 0;  // times as they are; the others as surplus over what was used
+  double std = 0;
+  [[nodiscard]] bool is_told(const Wanted& wanted) const { return std < wanted.told_std; }
+};
+using Findings = std::array<Found, kWanted.size()>;
+
+struct Calibration {
+  RunOptions options;
+  std::string write;
+  TumSequence sequence;
+  SlamConfig config;
+};
+
+/// Tracks the recording with the given camera. @return nothing if it tells too little of any of it.
+Result<std::optional<Findings>> track(const Calibration& calibration, const CameraConfig& camera,
+                                      int round) {
+  SessionOptions session;
+  session.config = calibration.config;
+  for (const Wanted& wanted : kWanted)
+    session.config.tracking.calibrated.push_back(wanted.parameter);
+  session.config.run.keep_trajectory = false;
+  session.camera = camera;
+  session.deterministic = true;
+  session.may_fork = true;
+  if (Status segmenter = parse_segmenter(calibration.options, session); !segmenter)
+    return segmenter.error();
+  auto opened = open_session(std::move(session));
+  if (!opened) return opened.error();
+
+  TumSequence sequence = calibration.sequence;
+  sequence.camera = camera;
+  FrameReaderConfig reading;
+  reading.from = calibration.options.from;
+  if (calibration.options.to > 0) reading.to = calibration.options.to;
+  reading.depth = calibration.config.depth;
+  FrameReader reader(std::move(sequence), reading);
+  ProgressBar progress(reader.counts().offered, is_quiet());
+  std::optional<CameraEstimator::Estimate> estimate;
+  int frames = 0;
+  while (auto frame = reader.next()) {
+    TrackResult result = opened->runner->process(*frame);
+    if (result.camera_estimate) estimate = std::move(result.camera_estimate);
+    progress.update(index((*frame)->id) + 1, "round " + std::to_string(round + 1));
+    ++frames;
+    if (StopSignal::received() != 0) return std::optional<Findings>();
+  }
+  if (frames == 0)
+    return Error{ErrorKind::kInput, calibration.options.sequence + ": not one frame could be read"};
+  if (!estimate) return std::optional<Findings>();
+  Findings findings;
+  for (std::size_t i = 0; i < kWanted.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    findings[i] = {estimate->value[k] / kWanted[i].per_unit,
+                   estimate->std[k] / kWanted[i].per_unit};
+  }
+  return std::optional(findings);
+}
+
+CameraConfig with_times(CameraConfig camera, const Findings& findings) {
+  for (std::size_t i = 0; i < kWanted.size(); ++i)
+    if (double CameraConfig::*time_ms = shutter_time(kWanted[i].parameter);
+        time_ms != nullptr && findings[i].is_told(kWanted[i]))
+      camera.*time_ms = std::clamp(findings[i].value, -kMostTime_ms, kMostTime_ms);
+  camera.shutter_known = true;
+  return camera;
+}
+
+void print(const CameraConfig& used, const Findings& findings) {
+  std::printf("%-18s %10s %10s %8s\n", "", "file", "found", "+-");
+  for (std::size_t i = 0; i < kWanted.size(); ++i) {
+    const Wanted& wanted = kWanted[i];
+    const double CameraConfig::*time_ms = shutter_time(wanted.parameter);
+    const double in_file = time_ms != nullptr ? used.*time_ms : 0;
+    const Found& found = findings[i];
+    const char* verdict = !found.is_told(wanted) ? "this motion does not tell"
+                          : std::abs(found.value - in_file) > kSigmas * found.std ? "differs"
+                                                                                  : "agrees";
+    if (time_ms != nullptr) {
+      std::printf("%-18s %10.2f %10.2f %8.2f %-4s %s\n", wanted.name, in_file, found.value,
+                  found.std, wanted.unit, verdict);
+    } else {
+      std::printf("%-18s %10s %+10.2f %8.2f %-4s %s\n", wanted.name, "", found.value, found.std,
+                  wanted.unit, verdict);
+    }
+  }
+  std::printf(
+      "The scale of depth cannot be told by pictures alone. Times belong in the camera's file;\n"
+      "focal length, centre and bias are what this recording would like to be changed.\n");
+}
+
+std::string camera_text(const CameraConfig& camera) {
+  std::string text = "# shutter found by ygslam calibrate\n";
+  std::array<char, 96> line{};
+  for (const CameraKey& key : camera_keys()) {
+    std::snprintf(line.data(), line.size(), "%s: %.9g\n", std::string(key.name).c_str(),
+                  camera.*key.value);
+    text += line.data();
+  }
+  std::snprintf(line.data(), line.size(), "width: %d\nheight: %d\n", camera.width, camera.height);
+  return text + line.data();
+}
+
+Status calibrate(Calibration& calibration) {
+  RunOptions& options = calibration.options;
+  if (options.model.empty() && options.segmenter == "model") options.segmenter = "none";
+  if (options.dynamic_mode.empty() && options.segmenter == "none")
+    options.dynamic_mode = "geometry";
+  if (Status settings = load_settings(options, calibration.config); !settings) return settings;
+  auto sequence = open_sequence(options);
+  if (!sequence) return sequence.error();
+  calibration.sequence = std::move(*sequence);
+  const CameraConfig& used = calibration.sequence.camera;
+  CameraConfig camera = used;
+  camera.shutter_known = true;
+  Findings findings;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto found = track(calibration, camera, round);
+    if (!found) return found.error();
+    if (StopSignal::received() != 0) return Ok{};
+    if (!*found) {
+      return Error{ErrorKind::kInput, options.sequence +
+                                          ": too short, or the camera hardly moves: nothing can be "
+                                          "told of it"};
+    }
+    findings = **found;
+    camera = with_times(used, findings);
+  }
+  print(used, findings);
+  if (calibration.write.empty()) return Ok{};
+  return write_file_atomically(calibration.write, camera_text(camera));
+}
+
+}  // namespace
+
+void add_calibrate_command(CLI::App& app, int& exit_code) {
+  auto calibration = std::make_shared<Calibration>();
+  CLI::App* command = app.add_subcommand(
+      "calibrate", "Find out from a lively recording when the camera reads its rows");
+  RunOptions& options = calibration->options;
+  add_input_options(*command, options);
+  command->add_option("--from", options.from, "First pair")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--to", options.to, "One past the last pair")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--write", calibration->write,
+                   "Camera file for --camera, with the times that were told")
+      ->type_name("FILE.yaml");
+  command->footer(
+      "Turn the camera quickly up and down and from side to side for ten seconds or more, in a "
+      "room\n"
+      "with texture, best without people; then:\n"
+      "  ygslam calibrate RECORDING --write camera.yaml\n"
+      "  ygslam run RECORDING --camera camera.yaml --out out\n"
+      "Prints each number with its standard deviation, from how far parts of the recording "
+      "disagree,\n"
+      "and says where the motion does not tell. See docs/camera.md.");
+  command->callback([calibration, &exit_code] {
+    const StopSignal watch;
+    if (Status status = calibrate(*calibration); !status) {
+      log::error("{}", status.error().message);
+      exit_code = static_cast<int>(status.error().kind);
+    } else if (StopSignal::received() != 0) {
+      exit_code = 128 + StopSignal::received();
+    }
+  });
+}
+
+}  // namespace ygslam

@@ -165,6 +165,7 @@ Status calibrate(Calibration& calibration) {
   auto sequence = open_sequence(options);
   if (!sequence) return sequence.error();
   calibration.sequence = std::move(*sequence);
+  if (Status range = check_range(options, calibration.sequence); !range) return range;
   const CameraConfig& used = calibration.sequence.camera;
   CameraConfig camera = used;
   camera.shutter_known = true;

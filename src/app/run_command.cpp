@@ -69,11 +69,7 @@ Status prepare(Run& run) {
   auto sequence = open_sequence(o);
   if (!sequence.ok()) return sequence.error();
   run.sequence = std::move(sequence).value();
-  if (o.from >= run.sequence.pairs.size() || (o.to > 0 && o.to <= o.from)) {
-    return Error{ErrorKind::kUsage, "--from " + std::to_string(o.from) + " --to " +
-                                        std::to_string(o.to) + ": no frame of the " +
-                                        std::to_string(run.sequence.pairs.size())};
-  }
+  if (Status range = check_range(o, run.sequence); !range.ok()) return range;
   session.config = run.config;
   session.config.run.keep_trajectory = false;  // FrameFiles does, in a file
   session.camera = run.sequence.camera;

@@ -57,6 +57,13 @@ Result<TumSequence> open_sequence(const RunOptions& options) {
   return sequence;
 }
 
+Status check_range(const RunOptions& o, const TumSequence& sequence) {
+  if (o.from < sequence.pairs.size() && (o.to == 0 || o.to > o.from)) return Ok{};
+  return Error{ErrorKind::kUsage, "--from " + std::to_string(o.from) + " --to " +
+                                      std::to_string(o.to) + ": no frame of the " +
+                                      std::to_string(sequence.pairs.size())};
+}
+
 Status parse_segmenter(const RunOptions& options, SessionOptions& session) {
   session.model = options.model;
   if (options.segmenter == "model") {

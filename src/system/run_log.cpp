@@ -1,8 +1,29 @@
 #include "system/run_log.hpp"
 
+#include "core/log.hpp"
+
 namespace ygslam {
+namespace {
+
+void log_shutter(const ShutterReport& report) {
+  constexpr double kMs = 1e3;
+  if (report.taken_over) {
+    log::info(
+        "the camera reads an image in {:.1f} +- {:.1f} ms: taken into account from now on; "
+        "`ygslam calibrate` finds it for whole runs",
+        kMs * report.readout_s, kMs * report.std_s);
+  } else {
+    log::warn(
+        "the camera seems to read an image in {:.1f} +- {:.1f} ms, its file says {:.1f} ms "
+        "(colour_readout_ms); see `ygslam calibrate`",
+        kMs * report.readout_s, kMs * report.std_s, kMs * report.in_use_s);
+  }
+}
+
+}  // namespace
 
 void RunLog::add(const FrameRecord& record, const TrackResult& result) {
+  if (result.shutter) log_shutter(*result.shutter);
   RunStatistics& s = outcome_.statistics;
   ++s.frames;
   if (record.has_pose()) {

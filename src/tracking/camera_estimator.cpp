@@ -13,16 +13,22 @@ namespace {
 
 constexpr std::size_t kFewestParts = 6;
 constexpr std::size_t kMostParts = 64;
-constexpr int kKeyframes = 4;      // of the view each frame is compared with
-constexpr int kFewestPoints = 60;  // that a pair has in common
-constexpr int kRounds = 4;         // of the robust kernel
+constexpr int kKeyframes = 2;           // of the view each frame is compared with
+constexpr double kLively_radps = 0.15;  // a camera that turns slower tells next to nothing
+constexpr int kFewestPoints = 60;       // that a pair has in common
+constexpr int kRounds = 4;              // of the robust kernel
 constexpr double kLeastScale = 0.7;
 constexpr double kOctaveFactor = 1.2;  // of a corner's uncertainty
 constexpr double kDepthSigmas = 3.0;   // corners sit on edges and slopes
 constexpr double kLeastDepth_m = 0.1;
 constexpr double kDamping = 1e-9;
 
-using Mat3X = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+constexpr int kMostColumns = 6 + 7;
+// No memory is asked for.
+using Mat3X = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMostColumns>;
+using MatXX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostColumns,
+                            kMostColumns>;
+using VecX = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostColumns, 1>;
 
 /// A point of a frame and what the parameters do to it.
 struct MovingPoint {
@@ -32,7 +38,7 @@ struct MovingPoint {
 
 /// A pixel's two residuals and its depth's, linear in the camera's motion and the parameters.
 struct Rows {
-  Eigen::Matrix<double, 3, Eigen::Dynamic> J;
+  Mat3X J;
   Vec3 r;
   Vec3 sigma;
 };
@@ -206,10 +212,10 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
   if (std::ssize(points) < kFewestPoints) return std::nullopt;
 
   const auto n = std::ssize(parameters_);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(6 + n);
+  VecX x = VecX::Zero(6 + n);
   x.tail(n) = here_in_use;
-  Eigen::MatrixXd H(6 + n, 6 + n);
-  Eigen::VectorXd b(6 + n);
+  MatXX H(6 + n, 6 + n);
+  VecX b(6 + n);
   std::vector<double> size_px(points.size());
   std::vector<double> size_depth(points.size());
   for (int round = 0; round < kRounds; ++round) {
@@ -236,7 +242,7 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
       const double w_px = weight_of(size_px[i], scale_px, rows.sigma.x());
       Vec3 weight(w_px, w_px, 0);
       if (rows.sigma.z() > 0) weight.z() = weight_of(size_depth[i], scale_depth, rows.sigma.z());
-      const auto weighted = (weight.asDiagonal() * rows.J).eval();
+      const Mat3X weighted = weight.asDiagonal() * rows.J;
       H.noalias() += rows.J.transpose() * weighted;
       b.noalias() -= weighted.transpose() * rows.r;
     }
@@ -244,7 +250,7 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
     x = H.ldlt().solve(b);
     if (!x.allFinite()) return std::nullopt;
   }
-  const Eigen::MatrixXd solved = H.topLeftCorner(6, 6).ldlt().solve(H.topRightCorner(6, n));
+  const MatXX solved = H.topLeftCorner(6, 6).ldlt().solve(H.topRightCorner(6, n));
   Part part{H.bottomRightCorner(n, n) - H.bottomLeftCorner(n, 6) * solved,
             b.tail(n) - solved.transpose() * b.head(6)};
   if (!part.H.allFinite() || !part.g.allFinite()) return std::nullopt;
@@ -259,6 +265,8 @@ void CameraEstimator::add(const TrackedFrame& frame, const SE3& T_camera_world,
     close_part();
     part_began_ = frame.frame->stamp;
   }
+  if (frame.read_out.body_velocity.tail<3>().norm() < kLively_radps) return;
+  if (skip_ = !skip_; skip_) return;
   int compared = 0;
   for (const ViewKeyframe& keyframe : view.keyframes) {
     if (compared >= kKeyframes) break;

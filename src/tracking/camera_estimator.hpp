@@ -67,6 +67,7 @@ class CameraEstimator {
   const Camera& camera_;
   std::vector<CameraParameter> parameters_;
   double part_s_ = 0.5;
+  bool skip_ = false;  // neighbouring frames tell the same
   std::optional<Timestamp> part_began_;
   Part part_;
   std::vector<Part> parts_;  // of bounded number: they grow longer instead

@@ -1,0 +1,102 @@
+"""`ygslam calibrate`, and how cameras tell of their shutter."""
+import re
+import shutil
+import unittest
+
+from ygslam_cli import CliTest, sequence, ygslam
+
+TIMES = ("colour_readout_ms", "depth_readout_ms", "depth_delay_ms")
+READOUT_MS = 0.8 * 1000 / 30
+
+
+def with_lines(folder, *lines):
+    """Its calibration.txt with these lines in place of the shutter's."""
+    path = folder / "calibration.txt"
+    kept = [line for line in path.read_text().splitlines() if not line.startswith(TIMES)]
+    path.write_text("\n".join([*kept, *lines]) + "\n")
+
+
+class Calibrate(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.lively = self.folder / "lively"
+        done = ygslam("simulate", "walking_rpy", "--out", self.lively, "--without", "movers",
+                      "--size", "320x240", "--seconds", 6, "--rolling", 0.8)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def found(self, done):
+        """Name: (found, standard deviation, verdict)."""
+        rows = re.findall(r"^(\S.*?) {2,}[^\n]*?([-+]?[\d.]+) +([\d.]+) (?:ms|%/m|%|px) +(.*)$",
+                          done.stdout, re.M)
+        return {name: (float(value), float(std), verdict) for name, value, std, verdict in rows}
+
+    def test_finds_an_unknown_readout_and_writes_a_camera_that_runs_use(self):
+        with_lines(self.lively)
+        camera = self.folder / "camera.yaml"
+        done = ygslam("calibrate", self.lively, "--write", camera)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = self.found(done)
+        value, std, verdict = found["colour_readout_ms"]
+        self.assertAlmostEqual(value, READOUT_MS, delta=2)
+        self.assertLess(std, 2)
+        self.assertEqual(verdict, "differs")
+        self.assertAlmostEqual(found["depth_delay_ms"][0], 0, delta=3)
+        errors = {}
+        for name, options in (("without", ()), ("with", ("--camera", camera))):
+            run = ygslam("run", self.lively, *options, "--deterministic", "--dynamic", "geometry",
+                         "--out", self.folder / name)
+            self.assert_ran(run)
+            errors[name] = self.metrics(name)["ate"]["rmse"]
+        self.assertLess(errors["with"], 0.5 * errors["without"])
+
+    def test_a_file_that_is_right_agrees(self):
+        done = ygslam("calibrate", self.lively)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertAlmostEqual(self.found(done)["colour_readout_ms"][0], READOUT_MS, delta=2)
+
+    def test_what_cannot_be_told_is_an_error_in_one_line(self):
+        for arguments, code in ((("--to", 10), 4), (("--from", 9999), 2)):
+            done = ygslam("calibrate", self.lively, *arguments)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertRegex(done.stderr, r"\Aerror: [^\n]+\n\Z")
+        done = ygslam("calibrate", self.lively, "--to", 100, "--write", self.folder / "no" / "c.yaml")
+        self.assertIn(done.returncode, (4, 9), done.stderr)
+
+
+class Shutter(CliTest):
+    def assert_refused(self, lines, *words):
+        folder = self.folder / "refused"
+        shutil.copytree(sequence(), folder, dirs_exist_ok=True)
+        with_lines(folder, *lines)
+        done = self.run_slam(folder)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertRegex(done.stderr, r"\Aerror: [^\n]+\n\Z")
+        for word in ("calibration.txt:", *words):
+            self.assertIn(word, done.stderr)
+
+    def test_times_no_camera_has_are_refused_with_file_line_and_key(self):
+        self.assert_refused(["colour_readout_ms 40"], "colour_readout_ms", "frame to frame")
+        self.assert_refused(["depth_readout_ms 1e9"], "depth_readout_ms")
+        self.assert_refused(["depth_delay_ms nan"], "depth_delay_ms")
+        self.assert_refused(["camera nikon"], "camera: 'nikon'", "kinect_v1")
+        self.assert_refused(["camera realsense_d455", "colour_readout_ms 20"],
+                            "colour_readout_ms", "at once")
+        self.assert_refused(["camera xtion", "camera xtion"], "given twice")
+
+    def test_the_log_says_where_the_times_come_from(self):
+        folder = self.folder / "named"
+        shutil.copytree(sequence(), folder)
+        with_lines(folder, "camera kinect_v1")
+        done = self.run_slam(folder, "--to", 10)
+        self.assert_ran(done)
+        self.assertIn("colour is read in 26 ms", done.stderr)
+        with_lines(folder)
+        (folder / "calibration.txt").write_text(
+            (folder / "calibration.txt").read_text().replace("camera kinect_v1\n", ""))
+        self.assertIn("shutter unknown", self.run_slam(folder, "--to", 10, out="unknown").stderr)
+        with_lines(folder, "colour_readout_ms -20")
+        self.assert_ran(self.run_slam(folder, "--to", 10, out="upwards"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -31,6 +31,8 @@ constexpr std::array<CameraDevice, 9> kDevices = {{
 }};
 
 constexpr double kSameIntrinsics_px = 0.05;
+constexpr double kDelivered_px = 525;  // focal length in PrimeSense's driver
+constexpr double kDeliveredCentre_px = 1.5;
 constexpr double kSimilarFocal = 0.05;  // 525 of the default, 517 and 535 as calibrated
 
 bool same_intrinsics(const CameraConfig& a, const CameraConfig& b) {
@@ -78,16 +80,19 @@ void set_shutter(const CameraDevice& device, CameraConfig& camera) {
   camera.shutter_known = device.is_known();
 }
 
-const CameraDevice* recognised_device(std::string_view folder_name, const CameraConfig& camera) {
+RecognisedDevice recognised_device(std::string_view folder_name, const CameraConfig& camera) {
   for (const KnownRecordings& known : kRecordings) {
     const CameraConfig preset = camera_preset(known.preset)->camera;
     const bool named = folder_name.find(known.preset) != std::string_view::npos ||
                        names(folder_name, known.short_name);
     const bool similar = std::abs(camera.fx / preset.fx - 1) < kSimilarFocal;
     if ((named && similar) || (preset.is_distorted() && same_intrinsics(camera, preset)))
-      return find_camera_device(known.device);
+      return {find_camera_device(known.device), true};
   }
-  return nullptr;
+  const bool as_delivered = camera.fx == kDelivered_px && camera.fy == kDelivered_px &&
+                            std::abs(camera.cx - 320) < kDeliveredCentre_px &&
+                            std::abs(camera.cy - 240) < kDeliveredCentre_px;
+  return {as_delivered ? find_camera_device("kinect_v1") : nullptr, false};
 }
 
 }  // namespace ygslam

@@ -35,9 +35,14 @@ struct CameraDevice {
 /// Sets the times of the device that is known; shutter_known where all are.
 void set_shutter(const CameraDevice& device, CameraConfig& camera);
 
-/// The device that made a recording of TUM or Bonn, known by its folder's name and its intrinsics.
-/// Distorted intrinsics of theirs are enough: nobody else's agree to a hundredth of a pixel.
-[[nodiscard]] const CameraDevice* recognised_device(std::string_view folder_name,
-                                                    const CameraConfig& camera);
+struct RecognisedDevice {
+  const CameraDevice* device = nullptr;  ///< nullptr: none
+  bool is_certain = false;               ///< false: another may have the same numbers
+};
+/// The device that made a recording of TUM or Bonn is certain by the folder's name and similar
+/// intrinsics, or by distorted intrinsics of theirs: nobody else's agree to a hundredth of a pixel.
+/// The numbers every Kinect, Xtion and Carmine comes with (525 px) are a guess.
+[[nodiscard]] RecognisedDevice recognised_device(std::string_view folder_name,
+                                                 const CameraConfig& camera);
 
 }  // namespace ygslam

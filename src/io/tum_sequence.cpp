@@ -178,16 +178,6 @@ std::string shown_ms(double time_ms) {
   return text.data();
 }
 
-void find_shutter(TumSequence& sequence) {
-  CameraConfig& camera = sequence.camera;
-  if (camera.shutter_known || !shutter_times(camera).is_global()) {
-    sequence.shutter_source = sequence.camera_source;
-  } else if (const auto* device = recognised_device(folder_name(sequence.root), camera)) {
-    set_shutter(*device, camera);
-    sequence.shutter_source = std::string(device->title) + ", recognised";
-  }
-}
-
 /// A read-out that is not over when the next image begins cannot be.
 Status check_against_frame_time(const TumSequence& sequence) {
   std::vector<double> steps_ms;
@@ -205,6 +195,25 @@ Status check_against_frame_time(const TumSequence& sequence) {
                                            " from frame to frame"};
   }
   return Ok{};
+}
+
+void find_shutter(TumSequence& sequence) {
+  CameraConfig& camera = sequence.camera;
+  if (camera.shutter_known || !shutter_times(camera).is_global()) {
+    sequence.shutter_source = sequence.camera_source;
+    return;
+  }
+  const RecognisedDevice recognised = recognised_device(folder_name(sequence.root), camera);
+  if (recognised.device == nullptr) return;
+  const CameraConfig given = camera;
+  set_shutter(*recognised.device, camera);
+  if (!check_against_frame_time(sequence)) {  // recorded otherwise than these usually are
+    camera = given;
+    return;
+  }
+  camera.shutter_known = recognised.is_certain;
+  sequence.shutter_source = std::string(recognised.device->title) +
+                            (recognised.is_certain ? ", recognised" : ", guessed by the 525 px");
 }
 
 Status complete_camera(const CameraConfig& camera, TumSequence& sequence) {

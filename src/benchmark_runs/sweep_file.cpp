@@ -111,10 +111,15 @@ bool are_texts(const nlohmann::json& list) {
          std::all_of(list.begin(), list.end(), [](const auto& entry) { return entry.is_string(); });
 }
 
+bool is_mode(const nlohmann::json& name) {
+  return name.is_string() && std::find(kSweepModes.begin(), kSweepModes.end(),
+                                       name.get<std::string>()) != kSweepModes.end();
+}
+
 bool is_runs_asked(const nlohmann::json& table) {
   if (!table.is_object()) return false;
   for (const auto& [mode, runs] : table.items()) {
-    if (std::find(kSweepModes.begin(), kSweepModes.end(), mode) == kSweepModes.end()) return false;
+    if (!is_mode(mode)) return false;
     if (!runs.is_number_integer() || runs < 0 || runs > kMostRuns) return false;
   }
   return true;
@@ -125,7 +130,9 @@ std::string fault_of_values(const nlohmann::json& json) {
   const nlohmann::json& runs = json.at("options").at("runs");
   if (!runs.is_number_integer() || runs < 1 || runs > kMostRuns)
     return "runs is no sensible number";
-  if (!are_texts(json.at("modes"))) return "modes is no list of names";
+  const nlohmann::json& modes = json.at("modes");
+  if (!modes.is_array() || !std::all_of(modes.begin(), modes.end(), is_mode))
+    return "modes is no list of modes";
   if (!json.at("sequences").is_array()) return "sequences is no list";
   if (!json.at("timings_valid").is_boolean()) return "timings_valid is neither true nor false";
   for (const auto& entry : json["sequences"]) {

@@ -13,8 +13,8 @@ constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
 constexpr double kSigmas = 3.0;          // that two read-out times must lie apart to differ
 constexpr double kSure_s = 0.0015;
-constexpr double kReportedSurplus_s = 0.003;  // that is worth a word to the user
-constexpr double kClearlyMore = 1.5;          // times as many shared landmarks
+constexpr double kLeastSurplus_s = 0.003;  // that is worth a word to the user
+constexpr double kClearlyMore = 1.5;       // times as many shared landmarks
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
   // Before the first view there is but the run's first keyframe, which is the world.
@@ -159,10 +159,9 @@ std::optional<ShutterReport> Tracker::watch_shutter() {
     return std::nullopt;
   ShutterReport report{estimate->value[0], estimate->std[0], shutter_.colour_readout_s, false};
   const double surplus_s = std::abs(report.readout_s - report.in_use_s);
-  const bool differs = surplus_s > kSigmas * report.std_s;
+  const bool differs = surplus_s > std::max(kSigmas * report.std_s, kLeastSurplus_s);
   if (camera_.config().shutter_known) {
-    if (!differs || surplus_s < kReportedSurplus_s || std::exchange(shutter_reported_, true))
-      return std::nullopt;
+    if (!differs || std::exchange(shutter_reported_, true)) return std::nullopt;
     return report;
   }
   camera_estimator_.clear();  // what was seen with other times does not count

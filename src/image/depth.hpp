@@ -1,6 +1,7 @@
 // The one place that turns raw sensor depth into metres and knows the sensor's noise.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 
 #include "image/image.hpp"

@@ -37,10 +37,12 @@ struct CameraModel {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
   int width = 640, height = 480;  ///< [px]
-  // A rolling shutter (docs/camera.md); 0 = all rows at once, < 0 = the last row first.
+  // A rolling shutter (docs/camera.md); < 0 = the last row first. All 0: taken as global until the
+  // pictures tell otherwise, unless shutter_known says that they need not.
   double colour_readout_ms = 0;  ///< from the first row of the colour image to the last
   double depth_readout_ms = 0;   ///< the same of the depth image
   double depth_delay_ms = 0;     ///< middle of the depth image after that of the colour image
+  bool shutter_known = false;    ///< the three times are right even where they are 0
 };
 
 enum class LogLevel { kInfo, kWarning, kError };

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "app/bench_options.hpp"
+#include "app/exit_code.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
@@ -196,10 +197,8 @@ void add_bench_command(CLI::App& app, int& exit_code) {
   declare_bench_options(*command, *arguments);
   command->callback([arguments, &exit_code] {
     const StopSignal signal;
-    const Result<int> code =
-        arguments->compare.empty() ? run_sweep(*arguments) : compare_results(*arguments);
-    if (!code.ok()) log::error("{}", code.error().message);
-    exit_code = code.ok() ? *code : static_cast<int>(code.error().kind);
+    exit_code = exit_code_of(arguments->compare.empty() ? run_sweep(*arguments)
+                                                        : compare_results(*arguments));
   });
 }
 

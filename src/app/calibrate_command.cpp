@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/exit_code.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/run_options.hpp"
@@ -184,6 +185,10 @@ Status calibrate(Calibration& calibration) {
   }
   print(used, findings);
   if (calibration.write.empty()) return Ok{};
+  if (!findings.front().is_told(kWanted.front())) {
+    return Error{ErrorKind::kInput, options.sequence + ": does not tell colour_readout_ms: " +
+                                        calibration.write + " is not written"};
+  }
   return write_file_atomically(calibration.write, camera_text(camera));
 }
 
@@ -216,12 +221,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       "and says where the motion does not tell. See docs/camera.md.");
   command->callback([calibration, &exit_code] {
     const StopSignal watch;
-    if (Status status = calibrate(*calibration); !status) {
-      log::error("{}", status.error().message);
-      exit_code = static_cast<int>(status.error().kind);
-    } else if (StopSignal::received() != 0) {
-      exit_code = 128 + StopSignal::received();
-    }
+    exit_code = exit_code_of(calibrate(*calibration));
   });
 }
 

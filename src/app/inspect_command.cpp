@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/exit_code.hpp"
 #include "app/inspect_output.hpp"
 #include "app/inspect_run.hpp"
 #include "app/stop_signal.hpp"
@@ -105,9 +106,7 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       "other things while they move: HOTA, IDF1, MOTA, identity switches, at a box IoU of 0.5.");
   command->callback([options, &exit_code] {
     const StopSignal signal;
-    const Result<int> code = inspect(*options);
-    if (!code.ok()) log::error("{}", code.error().message);
-    exit_code = code.ok() ? *code : static_cast<int>(code.error().kind);
+    exit_code = exit_code_of(inspect(*options));
   });
 }
 

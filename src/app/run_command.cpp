@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/debug_images.hpp"
+#include "app/exit_code.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/run_options.hpp"
@@ -294,9 +295,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
     const StopSignal signal;
     Run run;
     run.options = *options;
-    const Result<int> code = run_and_tidy(run);
-    if (!code.ok()) log::error("{}", code.error().message);
-    exit_code = code.ok() ? *code : static_cast<int>(code.error().kind);
+    exit_code = exit_code_of(run_and_tidy(run));
   });
 }
 

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "app/exit_code.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
@@ -205,12 +206,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->callback([arguments, &exit_code] {
     const StopSignal watch;
-    if (Status status = simulate(*arguments); !status) {
-      log::error("{}", status.error().message);
-      exit_code = static_cast<int>(status.error().kind);
-    } else if (StopSignal::received() != 0) {
-      exit_code = 128 + StopSignal::received();
-    }
+    exit_code = exit_code_of(simulate(*arguments));
   });
 }
 

@@ -56,6 +56,7 @@ CameraConfig to_config(const CameraModel& m) {
   c.colour_readout_ms = m.colour_readout_ms;
   c.depth_readout_ms = m.depth_readout_ms;
   c.depth_delay_ms = m.depth_delay_ms;
+  c.shutter_known = m.shutter_known || !shutter_times(c).is_global();
   c.width = m.width, c.height = m.height;
   return c;
 }

@@ -41,14 +41,16 @@ void attach_geometry(Features& features, const Camera& camera, const DepthImage&
 
 void move_to_middle_instant(Features& features, const Camera& camera, const DepthImage& depth_m,
                             const ReadOut& read_out) {
+  if (read_out.times.is_global()) return;
   const RollingShutter shutter(camera.height(), read_out);
-  if (!shutter.is_rolling()) return;
   for (Feature& f : features.points) {
     const Vec2 seen_px = camera.undistort(f.uv_px.cast<double>());
+    f.ideal_px = seen_px.cast<float>();
     f.depth_m = depth_m.empty() ? 0.0F
                 : shutter.depth_has_own_time()
                     ? depth_at_time_of_colour(camera, depth_m, shutter, f.uv_px)
                     : depth_at(depth_m, f.uv_px.x(), f.uv_px.y());
+    if (!shutter.is_rolling()) continue;
     const bool has_depth = f.depth_m > 0;
     const Vec3 p_cam = camera.unproject(seen_px, has_depth ? f.depth_m : kFar_m);
     const Vec3 p_middle = shutter.to_middle(p_cam, f.uv_px.y());

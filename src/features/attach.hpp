@@ -17,7 +17,7 @@ void attach_geometry(Features& features, const Camera& camera, const DepthImage&
 
 /// Moves ideal_px and depth_m, from uv_px again, to where the camera would have seen the features
 /// had it seen all of them at the frame's middle instant. Without depth only the camera's rotation
-/// is taken into account. Nothing changes for a global shutter.
+/// is taken into account, without a velocity nothing. A global shutter's features stay as they are.
 void move_to_middle_instant(Features& features, const Camera& camera, const DepthImage& depth_m,
                             const ReadOut& read_out);
 

@@ -3,16 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
-#include "geometry/rolling_shutter.hpp"
+#include "geometry/geometry_testing.hpp"
 
 namespace ygslam {
 namespace {
 
 CameraConfig kinect() {
-  CameraConfig camera;
-  camera.fx = camera.fy = 525;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
+  CameraConfig camera = testing::test_camera().config();
   camera.colour_readout_ms = 26;
   camera.depth_readout_ms = 26;
   return camera;
@@ -118,6 +115,9 @@ TEST(MoveToMiddleInstant, TwiceIsOnceAndAGlobalShutterIsLeftAlone) {
   EXPECT_EQ(once.points[0].ideal_px, twice.points[0].ideal_px);
   EXPECT_EQ(once.points[0].depth_m, twice.points[0].depth_m);
   EXPECT_GT((once.points[0].ideal_px - seen.ideal_px).norm(), 1);
+  move_to_middle_instant(once, Camera(config), depth_m, {shutter_times(config), Vec6::Zero()});
+  EXPECT_EQ(once.points[0].ideal_px, seen.ideal_px) << "taken back";
+  EXPECT_EQ(once.points[0].depth_m, seen.depth_m);
   config.colour_readout_ms = config.depth_readout_ms = 0;
   Features global;
   global.points = {seen};

@@ -1,9 +1,9 @@
 // A camera whose rows are read one after the other while it moves. Over one frame its velocity is
 // taken as constant: with t = 0 at the middle row of the colour image,
-//   T_world_camera(t) = T_world_camera(0) exp(t velocity)      (Ringaby and Forssen 2011, Kerl
-//   2015)
-// so that a fixed point seen at t lies at p_middle = exp(t velocity) p(t) in the camera as it is at
-// the frame's middle instant. All geometry works on points of that instant.
+//   T_world_camera(t) = T_world_camera(0) exp(t velocity)
+// (Ringaby and Forssen 2011; Kerl et al. 2015 with a spline), so that a fixed point seen at t lies
+// at p_middle = exp(t velocity) p(t) in the camera as it is at the frame's middle instant. All
+// geometry works on points of that instant.
 #pragma once
 
 #include "geometry/camera.hpp"

@@ -3,15 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
+#include "geometry/geometry_testing.hpp"
 
 namespace ygslam {
 namespace {
 
 CameraConfig rolling_camera(double colour_ms, double depth_ms, double delay_ms) {
-  CameraConfig camera;
-  camera.fx = camera.fy = 525;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
+  CameraConfig camera = testing::test_camera().config();
   camera.k1 = 0.05;
   camera.colour_readout_ms = colour_ms;
   camera.depth_readout_ms = depth_ms;

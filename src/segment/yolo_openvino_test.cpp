@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -12,6 +11,7 @@
 #include <new>
 #include <openvino/core/model.hpp>
 
+#include "core/testing/memory_limit.hpp"
 #include "segment/cpu_features.hpp"
 #include "segment/letterbox.hpp"
 #include "segment/movable.hpp"
@@ -274,12 +274,7 @@ TEST_F(YoloSegmenterTest, WantOfMemoryIsNoFaultOfTheModel) {
   int refused = 0;
   for (const std::size_t extra_mb : {16, 64, 124, 132, 140, 160, 200, 300}) {
     const auto child = [&] {
-      std::ifstream statm("/proc/self/statm");
-      rlim_t pages = 0;
-      statm >> pages;
-      const rlim_t bytes = pages * 4096 + (extra_mb << 20);
-      const rlimit limit{bytes, bytes};
-      setrlimit(RLIMIT_AS, &limit);
+      testing::limit_memory(extra_mb);
       try {
         const auto made = make_yolo_segmenter(config);
         if (!made.ok()) std::fprintf(stderr, "%s\n", made.error().message.c_str());
@@ -288,15 +283,7 @@ TEST_F(YoloSegmenterTest, WantOfMemoryIsNoFaultOfTheModel) {
         std::_Exit(1);
       }
     };
-    EXPECT_EXIT(
-        child(),
-        [&](int status) {
-          if (!WIFEXITED(status) || WEXITSTATUS(status) > 1) return false;
-          refused += WEXITSTATUS(status);
-          return true;
-        },
-        "")
-        << extra_mb;
+    refused += testing::refusals_of(child, extra_mb);
   }
   EXPECT_GE(refused, 3);
 }

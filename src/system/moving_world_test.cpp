@@ -92,15 +92,20 @@ Scene rendered() {
           [recording] { return std::make_unique<TruthSegmenter>(*recording); }, 0.005};
 }
 
-/// Two recorded people in a recorded room; nullopt where there is no recorded data.
-std::optional<Scene> recorded() {
-  const auto root = ygslam::testing::shared_folder() / "data/redkitchen_walk";
+std::filesystem::path recording_folder() {
+  return ygslam::testing::shared_folder() / "data/redkitchen_walk";
+}
+
+/// Two recorded people in a recorded room.
+Scene recorded() {
+  const auto root = recording_folder();
   auto sequence = open_tum_sequence(root);
-  if (!sequence.ok()) return std::nullopt;
+  CHECK(sequence.ok());
   const SlamConfig config = resolved(SlamConfig()).value();
   Recording recording{Camera(sequence->camera), {}, {}, {}};
   FrameReader reader(*sequence, FrameReaderConfig{});
   while (auto frame = reader.next()) recording.frames.push_back(*frame);
+  CHECK(recording.frames.size() == sequence->pairs.size());
   const auto truth = read_tum_trajectory(root / "groundtruth.txt");
   CHECK(truth.ok());
   recording.truth = *truth;
@@ -159,15 +164,13 @@ TEST(MovingWorld, RigidMotionsChangeNothingRendered) {
 TEST(MovingWorld, ABentWorldIsFollowedRendered) { expect_to_go_on_in_a_bent_world(rendered()); }
 
 TEST(MovingWorld, RigidMotionsChangeNothingRecorded) {
-  const auto scene = recorded();
-  if (!scene) GTEST_SKIP() << "no recorded data";
-  expect_undisturbed_by_rigid_motions(*scene);
+  YGSLAM_NEEDS_RECORDED(recording_folder());
+  expect_undisturbed_by_rigid_motions(recorded());
 }
 
 TEST(MovingWorld, ABentWorldIsFollowedRecorded) {
-  const auto scene = recorded();
-  if (!scene) GTEST_SKIP() << "no recorded data";
-  expect_to_go_on_in_a_bent_world(*scene);
+  YGSLAM_NEEDS_RECORDED(recording_folder());
+  expect_to_go_on_in_a_bent_world(recorded());
 }
 
 TEST(MovingWorld, CorrectionsInTheMiddleOfALiveRunAreFollowed) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
+#include "geometry/geometry_testing.hpp"
 
 namespace ygslam {
 namespace {
@@ -10,13 +11,7 @@ namespace {
 constexpr int kPoints = 200;
 constexpr double kFrame_s = 1.0 / 30;
 
-CameraConfig true_camera() {
-  CameraConfig camera;
-  camera.fx = camera.fy = 525;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
-}
+CameraConfig true_camera() { return testing::test_camera().config(); }
 
 /// A camera that is waved about in front of points, read with the true times.
 class Waving {

@@ -11,10 +11,7 @@ namespace {
 constexpr double kLeastBendM = 0.003;    // more than a local adjustment moves a frame
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
-constexpr double kSigmas = 3.0;          // that two read-out times must lie apart to differ
-constexpr double kSure_s = 0.0015;
-constexpr double kLeastSurplus_s = 0.003;  // that is worth a word to the user
-constexpr double kClearlyMore = 1.5;       // times as many shared landmarks
+constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
   // Before the first view there is but the run's first keyframe, which is the world.
@@ -83,15 +80,14 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
                  const Camera& camera, std::uint64_t seed)
     : config_(config),
       camera_(camera),
-      shutter_(shutter_times(camera.config())),
+      shutter_(camera),
       orb_(orb),
       classifier_(dynamic, camera, seed),
       objects_(config.objects, camera),
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
-      camera_estimator_(camera, config.calibrated.empty() ? std::vector{CameraParameter::kReadout}
-                                                          : config.calibrated),
+      calibration_(camera, config.calibrated),
       rng_(seed) {}
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
@@ -144,32 +140,12 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
 void Tracker::estimate_camera(const TrackedFrame& current, const SE3& T_camera_world,
                               const LocalView& view, TrackResult& result) {
   if (state_ != TrackState::kTracking) return;
-  camera_estimator_.add(current, T_camera_world, view);
   if (config_.calibrated.empty()) {
-    result.shutter = watch_shutter();
+    result.shutter = shutter_.step(current, T_camera_world, view);
   } else {
-    result.camera_estimate = camera_estimator_.estimate();
+    calibration_.add(current, T_camera_world, view);
+    result.camera_estimate = calibration_.estimate();
   }
-}
-
-/// Takes the estimated read-out time over once it is sure, where nobody gave another.
-std::optional<ShutterReport> Tracker::watch_shutter() {
-  const auto estimate = camera_estimator_.estimate();
-  if (!estimate || estimate->parts < shutter_parts_wanted_ || estimate->std[0] > kSure_s)
-    return std::nullopt;
-  ShutterReport report{estimate->value[0], estimate->std[0], shutter_.colour_readout_s, false};
-  const double surplus_s = std::abs(report.readout_s - report.in_use_s);
-  const bool differs = surplus_s > std::max(kSigmas * report.std_s, kLeastSurplus_s);
-  if (camera_.config().shutter_known) {
-    if (!differs || std::exchange(shutter_reported_, true)) return std::nullopt;
-    return report;
-  }
-  camera_estimator_.clear();  // what was seen with other times does not count
-  shutter_parts_wanted_ *= 2;
-  if (!differs) return std::nullopt;
-  shutter_.colour_readout_s = shutter_.depth_readout_s = report.readout_s;
-  report.taken_over = true;
-  return report;
 }
 
 TrackedFrame Tracker::extract_features(const FramePtr& frame) {
@@ -185,8 +161,8 @@ TrackedFrame Tracker::extract_features(const FramePtr& frame) {
 
 void Tracker::move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const {
   ReadOut& read_out = current.read_out;
-  read_out = {shutter_, body_velocity};
-  if (shutter_.is_global()) return;
+  read_out = {shutter_.times(), body_velocity};
+  if (read_out.times.is_global()) return;
   read_out.times.depth_delay_s += current.frame->depth_delay_s;
   auto features = std::make_shared<Features>(*current.features);
   move_to_middle_instant(*features, camera_, current.frame->depth_m, read_out);
@@ -195,10 +171,13 @@ void Tracker::move_to_middle(TrackedFrame& current, const Vec6& body_velocity) c
 }
 
 std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) const {
-  if (state_ != TrackState::kTracking) return std::nullopt;
+  // A weak pose's motion is no good start for the flow; but where rows are read one after the
+  // other, ends that are left where they are seen would look as if they moved.
+  const bool weak_will_do = !shutter_.times().is_global() && state_ == TrackState::kWeak;
+  if (state_ != TrackState::kTracking && !weak_will_do) return std::nullopt;
   const SE3 T_now_last = motion_model_.predict(frame.stamp);
   return FlowPrediction{T_now_last,
-                        {shutter_, motion_model_.body_velocity(frame.stamp, T_now_last)},
+                        {shutter_.times(), motion_model_.body_velocity(frame.stamp, T_now_last)},
                         motion_model_.velocity_gain_per_s(frame.stamp)};
 }
 
@@ -228,6 +207,7 @@ Tracker::PoseHypothesis Tracker::find_pose(TrackedFrame& current, const LocalVie
   }
   if (found.pose) found.jump_m = centre_distance_m(found.pose->T_camera_world, T_guess_world);
   if ((!found.pose || found.pose->inliers < config_.least_inliers()) && map) {
+    move_to_middle(current, Vec6::Zero());  // as seen: what the velocity came from was wrong
     found = {relocalizer_.step(current, *map, rng_), 0};
   }
   return found;
@@ -321,7 +301,7 @@ void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& r
   motion_model_.reset(current.frame->stamp);
   result.landmarks = current.landmarks;
   result.inliers = usable;
-  first_keyframe_is_due_ = !shutter_.is_global();
+  first_keyframe_is_due_ = !shutter_.times().is_global();
   if (!first_keyframe_is_due_) result.candidate = make_candidate(current, 0);
   last_ = std::move(current);
 }

@@ -13,11 +13,11 @@
 #include "motion/classification/point_classifier.hpp"
 #include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
-#include "tracking/camera_estimator.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_policy.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
+#include "tracking/shutter_watch.hpp"
 #include "tracking/tracked_frame.hpp"
 
 namespace ygslam {
@@ -53,14 +53,6 @@ struct TrackerConfig {
   [[nodiscard]] int least_inliers() const { return min_inliers / 2; }
 };
 
-/// A read-out time that was found to differ from the one in use.
-struct ShutterReport {
-  double readout_s = 0;  ///< of colour and depth, taken as equal
-  double std_s = 0;
-  double in_use_s = 0;
-  bool taken_over = false;  ///< false: the camera's file is believed
-};
-
 struct TrackResult {
   TrackState state = TrackState::kWaiting;
   SE3 T_world_camera;  ///< as known now; meaningful while tracking or weak
@@ -87,8 +79,6 @@ struct TrackResult {
 };
 
 class Tracker {
-  static constexpr int kFewestShutterParts = 6;  // half seconds
-
  public:
   Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
           const Camera& camera, std::uint64_t seed);
@@ -128,7 +118,6 @@ class Tracker {
                                                           bool was_lost, const SE3& T_world_odom);
   void estimate_camera(const TrackedFrame& current, const SE3& T_camera_world,
                        const LocalView& view, TrackResult& result);
-  [[nodiscard]] std::optional<ShutterReport> watch_shutter();
   /// Fills the result, with a candidate where a keyframe is due.
   void deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                TrackedFrame& current, TrackResult& result);
@@ -141,16 +130,14 @@ class Tracker {
 
   TrackerConfig config_;
   const Camera& camera_;
-  ShutterTimes shutter_;
+  ShutterWatch shutter_;
   OrbExtractor orb_;
   PointClassifier classifier_;
   ObjectTracker objects_;
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
   MotionModel motion_model_;
-  CameraEstimator camera_estimator_;
-  int shutter_parts_wanted_ = kFewestShutterParts;
-  bool shutter_reported_ = false;
+  CameraEstimator calibration_;  // of TrackerConfig::calibrated
   Rng rng_;
 
   TrackState state_ = TrackState::kWaiting;

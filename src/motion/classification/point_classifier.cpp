@@ -56,7 +56,9 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
                             config_.ego_motion);
     };
     evidence.ego_motion = fit(guess.T_current_previous);
-    if (evidence.ego_motion && !guess.read_out.times.is_global()) {
+    // Harris corners stay as seen at both ends, where the rows' times nearly cancel.
+    const bool brought_to_middle = config_.epipolar.corners == FlowCorners::kOrb;
+    if (evidence.ego_motion && brought_to_middle && !guess.read_out.times.is_global()) {
       const SE3 T_current_previous = evidence.ego_motion->T_current_previous;
       followed = with_motion(camera_, std::move(followed), guess.corrected(T_current_previous));
       evidence.ego_motion = fit(T_current_previous);

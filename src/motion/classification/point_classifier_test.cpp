@@ -322,6 +322,40 @@ TEST(PointClassifier, SurvivesBlankFramesMissingDepthAndOtherSizes) {
   }
 }
 
+// With a rolling shutter both ends of a flow are brought to the middle of their frames, or neither.
+TEST(PointClassifier, CornersWithoutAMiddleInstantKeepBothEndsAsSeen) {
+  for (const FlowCorners corners : {FlowCorners::kHarris, FlowCorners::kOrb}) {
+    DynamicConfig config;
+    config.mode = DynamicMode::kGeometry;
+    config.epipolar.corners = corners;
+    std::vector<std::vector<FollowedPoint>> ends;
+    for (const double readout_s : {0.0, 0.03}) {
+      PointClassifier classifier(config, motion_test::small_camera(), 7);
+      Step before = seen_at(0, false);
+      observe(classifier, {}, std::nullopt, before);
+      remember(classifier, before);
+      Step step = seen_at(1, false);
+      FlowPrediction predicted;
+      predicted.T_current_previous =
+          scene_at(1, false).T_camera_world * scene_at(0, false).T_camera_world.inverse();
+      predicted.read_out.times.colour_readout_s = readout_s;
+      predicted.read_out.body_velocity << 0.5, 0.2, 0, 0.3, 1, 0.5;
+      observe(classifier, {}, predicted, step);
+      ends.push_back(step.evidence.followed.points);
+    }
+    ASSERT_EQ(ends[0].size(), ends[1].size());
+    double apart_px = 0;
+    for (std::size_t i = 0; i < ends[0].size(); ++i)
+      if (ends[0][i].current_px.allFinite() && ends[1][i].current_px.allFinite())
+        apart_px = std::max(apart_px, (ends[0][i].current_px - ends[1][i].current_px).norm());
+    if (corners == FlowCorners::kHarris) {
+      EXPECT_EQ(apart_px, 0);
+    } else {
+      EXPECT_GT(apart_px, 0.5);
+    }
+  }
+}
+
 TEST(PointClassifier, SameSeedSameResult) {
   const auto a = run({.mode = DynamicMode::kFull, .mask_delay = 2});
   const auto b = run({.mode = DynamicMode::kFull, .mask_delay = 2});

@@ -1,0 +1,37 @@
+// The shutter's times as tracking uses them: what the camera's file says, until the pictures tell
+// otherwise of a camera nobody knows.
+#pragma once
+
+#include <optional>
+
+#include "tracking/camera_estimator.hpp"
+
+namespace ygslam {
+
+/// A read-out time that was found to differ from the one in use.
+struct ShutterReport {
+  double readout_s = 0;  ///< of colour and depth, taken as equal
+  double std_s = 0;
+  double in_use_s = 0;
+  bool taken_over = false;  ///< false: the camera's file is believed
+};
+
+class ShutterWatch {
+ public:
+  explicit ShutterWatch(const Camera& camera);
+
+  [[nodiscard]] const ShutterTimes& times() const { return times_; }
+
+  /// @param frame one that was tracked. @return something where it is new to the user.
+  [[nodiscard]] std::optional<ShutterReport> step(const TrackedFrame& frame,
+                                                  const SE3& T_camera_world, const LocalView& view);
+
+ private:
+  CameraEstimator estimator_;
+  ShutterTimes times_;
+  const bool known_;
+  bool reported_ = false;
+  int parts_wanted_ = 6;  // half seconds
+};
+
+}  // namespace ygslam

@@ -54,6 +54,17 @@ class Calibrate(CliTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertAlmostEqual(self.found(done)["colour_readout_ms"][0], READOUT_MS, delta=2)
 
+    def test_times_that_were_not_told_are_not_written(self):
+        calm, camera = self.folder / "calm", self.folder / "camera.yaml"
+        done = ygslam("simulate", "walking_halfsphere", "--out", calm, "--without", "movers",
+                      "--size", "160x120", "--seconds", 5, "--rolling", 0.8)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = ygslam("calibrate", calm, "--write", camera, "--quiet")
+        self.assertEqual(self.found(done)["colour_readout_ms"][2], "this motion does not tell")
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertRegex(done.stderr, r"\Aerror: [^\n]+not written\n\Z")
+        self.assertFalse(camera.exists())
+
     def test_what_cannot_be_told_is_an_error_in_one_line(self):
         for arguments, code in ((("--to", 10), 4), (("--from", 9999), 2)):
             done = ygslam("calibrate", self.lively, *arguments)

@@ -9,44 +9,19 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <vector>
 
 #include "geometry/camera.hpp"
 #include "geometry/epipolar.hpp"
 #include "geometry/pnp.hpp"
+#include "geometry/properties_testing.hpp"
 #include "geometry/se3.hpp"
 
 namespace ygslam {
 namespace {
 
-[[maybe_unused]] const int kSeedIsFixed = setenv("RC_PARAMS", "seed=1", 0);
-
-// A number from low to high, uniform; failing cases shrink towards the middle.
-double real(double low, double high) {
-  constexpr int kSteps = 1'000'000;
-  const auto steps = rc::gen::resize(rc::kNominalSize, rc::gen::inRange(0, 2 * kSteps + 1));
-  const int folded = *steps;  // 0, 1, 2, 3 ... stand for 0, -1, 1, -2 ...
-  const int step = folded % 2 == 0 ? folded / 2 : -(folded + 1) / 2;
-  return 0.5 * (low + high) + 0.5 * (high - low) * step / kSteps;
-}
-
-Vec3 vector(double size) { return {real(-size, size), real(-size, size), real(-size, size)}; }
-
-Vec3 direction() {
-  const Vec3 v = vector(1);
-  RC_PRE(v.norm() > 0.1);
-  return v.normalized();
-}
-
-// A motion turning by at most max_angle_rad and moving by at most size_m along each axis.
-SE3 motion(double max_angle_rad, double size_m) {
-  const Vec3 axis = direction();
-  return {so3_exp(real(0, max_angle_rad) * axis), vector(size_m)};
-}
-
-SE3 pose() { return motion(std::numbers::pi, 10); }
+using namespace properties;
 
 double difference(const SE3& a, const SE3& b) {
   return (a.R() - b.R()).norm() + (a.t() - b.t()).norm();
@@ -78,6 +53,21 @@ RC_GTEST_PROP(SE3Properties, AdjointMovesATwistAcross, ()) {
   Vec6 twist;
   twist << vector(1), vector(1);
   RC_ASSERT(difference(SE3::exp(T.adjoint() * twist), T * SE3::exp(twist) * T.inverse()) < 1e-9);
+}
+
+RC_GTEST_PROP(SE3Properties, LeftJacobianInverseIsTheDerivativeOfTheLogarithm, ()) {
+  const double angle_rad = *rc::gen::element(0.0, 1e-6, 1e-3, 0.099, 0.101, 1.0, 3.0);
+  Vec6 twist;
+  twist << vector(5), angle_rad * direction();
+  const Mat6 analytic = se3_left_jacobian_inverse(twist);
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < 6; ++i) {
+    const Vec6 d = kStep * Vec6::Unit(i);
+    const Vec6 numeric =
+        ((SE3::exp(d) * SE3::exp(twist)).log() - (SE3::exp(-d) * SE3::exp(twist)).log()) /
+        (2 * kStep);
+    RC_ASSERT((analytic.col(i) - numeric).norm() < 1e-6 * (1 + numeric.norm()));
+  }
 }
 
 RC_GTEST_PROP(SE3Properties, AngleIsThatOfTheRotation, ()) {

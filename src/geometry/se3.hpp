@@ -55,4 +55,8 @@ class SE3 {
   Vec3 t_;
 };
 
+/// Inverse of the left Jacobian of SE(3), twist (rho, omega), |omega| < 2 pi:
+/// log(exp(d) * exp(twist)) = twist + se3_left_jacobian_inverse(twist) * d, to first order in d.
+[[nodiscard]] Mat6 se3_left_jacobian_inverse(const Vec6& twist);
+
 }  // namespace ygslam

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "optim/local_bundle.hpp"
-#include "optim/reduced_camera_system.hpp"
+#include "optim/pose_block_system.hpp"
 #include "optim/residual.hpp"
 
 namespace ygslam {
@@ -91,7 +91,7 @@ class BundleSystem {
   std::vector<Mat43> R_transposed_;      // per pose
   std::vector<Mat6> H_pose_;             // per slot, lower triangle
   std::vector<Vec6> g_pose_;
-  ReducedCameraSystem reduced_;
+  PoseBlockSystem reduced_;
   Eigen::VectorXd pose_step_;
 };
 

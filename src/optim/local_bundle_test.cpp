@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "optim/reduced_camera_system.hpp"
+#include "optim/pose_block_system.hpp"
 #include "optim/synthetic_views.hpp"
 
 namespace ygslam {
@@ -297,7 +297,7 @@ TEST(LocalBundle, OrderOfObservationsDoesNotMatter) {
 
 TEST(LocalBundle, ManyPosesUseTheSparseSolver) {
   Rng rng(12);
-  const int poses = ReducedCameraSystem::kLargestDense + 20;
+  const int poses = PoseBlockSystem::kLargestDense + 20;
   BundleWorld world = synthetic::bundle_world(poses, 1200, 5, kExact, rng);
   synthetic::perturb(world.problem, 0.005, 0.005, 0.02, rng);
   const BundleResult r = adjust_bundle(synthetic::camera(), world.problem, {});
@@ -318,10 +318,10 @@ TEST(LocalBundle, AbortKeepsWhatWasReached) {
   EXPECT_FALSE(adjust_bundle(synthetic::camera(), world.problem, {}, &go_on).interrupted);
 }
 
-TEST(ReducedCameraSystem, DenseAndSparseSolveTheSame) {
+TEST(PoseBlockSystem, DenseAndSparseSolveTheSame) {
   Rng rng(14);
-  for (const int n : {5, ReducedCameraSystem::kLargestDense + 5}) {
-    ReducedCameraSystem system;
+  for (const int n : {5, PoseBlockSystem::kLargestDense + 5}) {
+    PoseBlockSystem system;
     system.reset(n);
     std::vector<std::uint32_t> chain;
     for (int i = 0; i + 1 < n; ++i) chain.push_back(system.add_pair(i, i + 1));

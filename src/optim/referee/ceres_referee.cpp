@@ -3,6 +3,8 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -45,6 +47,46 @@ struct DepthResidual {
   bool operator()(const T* pose, const T* point, T* r) const {
     const auto p = transformed(pose, point);
     r[0] = (1.0 / p[2] - 1.0 / depth_m) / (sigma_depth_m / (depth_m * depth_m));
+    return true;
+  }
+};
+
+// log of a rigid motion, translation first. Written anew with Rodrigues' vector and the closed form
+// of the inverse Jacobian, so that it shares nothing with what it judges.
+template <class T>
+void log_motion(const T* R, const T* t, T* twist) {
+  T* omega = twist + 3;
+  ceres::RotationMatrixToAngleAxis(R, omega);
+  const T theta2 = omega[0] * omega[0] + omega[1] * omega[1] + omega[2] * omega[2];
+  T k = 1.0 / 12 + theta2 / 720.0 + theta2 * theta2 / 30240.0;
+  if (theta2 > 1e-2) {
+    const T theta = sqrt(theta2);
+    k = 1.0 / theta2 - (1.0 + cos(theta)) / (2.0 * theta * sin(theta));
+  }
+  T once[3], twice[3];
+  ceres::CrossProduct(omega, t, once);
+  ceres::CrossProduct(omega, once, twice);
+  for (int i = 0; i < 3; ++i) twist[i] = t[i] - 0.5 * once[i] + k * twice[i];
+}
+
+struct RelativePoseResidual {
+  SE3 T_from_to;
+  Mat6 root;  // root^T root = information
+
+  template <class T>
+  bool operator()(const T* from, const T* to, T* r) const {
+    using Mat = Eigen::Matrix<T, 3, 3>;  // column-major, as Ceres' rotations
+    using Vec = Eigen::Matrix<T, 3, 1>;
+    Mat R_from, R_to;
+    ceres::AngleAxisToRotationMatrix(from, R_from.data());
+    ceres::AngleAxisToRotationMatrix(to, R_to.data());
+    const Mat R_predicted = R_to * R_from.transpose();
+    const Vec t_predicted = Vec(to[3], to[4], to[5]) - R_predicted * Vec(from[3], from[4], from[5]);
+    const Mat R = R_predicted * T_from_to.R().cast<T>();
+    const Vec t = R_predicted * T_from_to.t().cast<T>() + t_predicted;
+    Eigen::Matrix<T, 6, 1> twist;
+    log_motion(R.data(), t.data(), twist.data());
+    Eigen::Map<Eigen::Matrix<T, 6, 1>>(r, 6) = root.cast<T>() * twist;
     return true;
   }
 };
@@ -119,6 +161,28 @@ Solution solve_pose(const Camera& camera, const SE3& T_camera_world_guess,
   }
   solve(problem, ceres::DENSE_QR, settings, solution);
   solution.T_camera_world = {to_pose(pose)};
+  return solution;
+}
+
+Solution optimize_pose_graph(const PoseGraph& graph, const Settings& settings) {
+  std::vector<PoseParameters> poses;
+  for (const SE3& T : graph.T_camera_world) poses.push_back(to_parameters(T));
+  ceres::Problem problem;
+  for (const PoseGraphEdge& edge : graph.edges) {
+    const Mat6 root = edge.information.llt().matrixU();
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<RelativePoseResidual, 6, 6, 6>(
+                                 new RelativePoseResidual{edge.T_to_from.inverse(), root}),
+                             nullptr, poses[edge.from].data(), poses[edge.to].data());
+  }
+  std::vector<std::uint8_t> fixed = graph.fixed;
+  fixed.resize(poses.size(), 0);
+  if (std::ranges::count(fixed, 1) == 0) fixed[0] = 1;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (fixed[i]) problem.SetParameterBlockConstant(poses[i].data());
+  }
+  Solution solution;
+  solve(problem, ceres::SPARSE_NORMAL_CHOLESKY, settings, solution);
+  for (const PoseParameters& pose : poses) solution.T_camera_world.push_back(to_pose(pose));
   return solution;
 }
 

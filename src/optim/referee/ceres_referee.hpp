@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "optim/local_bundle.hpp"
+#include "optim/pose_graph.hpp"
 #include "optim/pose_only.hpp"
 
 namespace ygslam::referee {
@@ -31,5 +32,7 @@ struct Solution {
 [[nodiscard]] Solution solve_pose(const Camera& camera, const SE3& T_camera_world_guess,
                                   const std::vector<PoseObservation>& observations,
                                   const Settings& settings);
+/// All weights 1, sparse normal equations, one thread; the first pose is held if none is fixed.
+[[nodiscard]] Solution optimize_pose_graph(const PoseGraph& graph, const Settings& settings);
 
 }  // namespace ygslam::referee

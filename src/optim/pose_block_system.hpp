@@ -1,5 +1,6 @@
-// The reduced camera system: symmetric, positive definite, in 6x6 blocks, one per pair of poses
-// that see a point together. Dense below a size, sparse above it.
+// Symmetric, positive definite equations in 6x6 blocks, one per pair of poses that have something
+// to do with each other: the reduced camera system of a bundle adjustment, the normal equations of
+// a pose graph. Dense below a size, sparse above it.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +16,7 @@ namespace ygslam {
 /// 6x6 block with its columns padded to 8, two AVX registers; the last two rows are of no account.
 using PoseBlock = Eigen::Matrix<double, 8, 6>;
 
-class ReducedCameraSystem {
+class PoseBlockSystem {
  public:
   /// Up to here the dense factorisation is the faster one.
   static constexpr int kLargestDense = 60;
@@ -24,7 +25,8 @@ class ReducedCameraSystem {
   void reset(int poses);
 
   [[nodiscard]] int poses() const { return poses_; }
-  /// Registers a pair that shares a point. Call before freeze(). @return the index of its block.
+  /// Registers a pair; the same pair twice is one. Call before freeze(). @return the index of its
+  /// block.
   std::uint32_t add_pair(std::uint32_t row, std::uint32_t column);
   /// No more pairs: lays out the matrices.
   void freeze();

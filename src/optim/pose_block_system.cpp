@@ -1,4 +1,4 @@
-#include "optim/reduced_camera_system.hpp"
+#include "optim/pose_block_system.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -7,14 +7,14 @@
 
 namespace ygslam {
 
-void ReducedCameraSystem::reset(int poses) {
+void PoseBlockSystem::reset(int poses) {
   poses_ = poses;
   pairs_.clear();
   index_of_pair_.clear();
   for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(poses); ++i) pairs_.push_back({i, i});
 }
 
-std::uint32_t ReducedCameraSystem::add_pair(std::uint32_t row, std::uint32_t column) {
+std::uint32_t PoseBlockSystem::add_pair(std::uint32_t row, std::uint32_t column) {
   CHECK(row <= column && column < static_cast<std::uint32_t>(poses_));
   if (row == column) return row;
   const std::uint64_t key = (static_cast<std::uint64_t>(row) << 32) | column;
@@ -24,7 +24,7 @@ std::uint32_t ReducedCameraSystem::add_pair(std::uint32_t row, std::uint32_t col
   return entry->second;
 }
 
-void ReducedCameraSystem::freeze() {
+void PoseBlockSystem::freeze() {
   blocks_.resize(pairs_.size());
   const int n = 6 * poses_;
   if (is_dense()) {
@@ -57,15 +57,15 @@ void ReducedCameraSystem::freeze() {
   }
 }
 
-void ReducedCameraSystem::set_zero() {
+void PoseBlockSystem::set_zero() {
   for (PoseBlock& block : blocks_) block.setZero();
 }
 
-bool ReducedCameraSystem::solve(Eigen::VectorXd& rhs) {
+bool PoseBlockSystem::solve(Eigen::VectorXd& rhs) {
   return (is_dense() ? solve_dense(rhs) : solve_sparse(rhs)) && rhs.allFinite();
 }
 
-bool ReducedCameraSystem::solve_dense(Eigen::VectorXd& rhs) {
+bool PoseBlockSystem::solve_dense(Eigen::VectorXd& rhs) {
   dense_.setZero();
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     const Pair& p = pairs_[k];
@@ -81,7 +81,7 @@ bool ReducedCameraSystem::solve_dense(Eigen::VectorXd& rhs) {
   return true;
 }
 
-bool ReducedCameraSystem::solve_sparse(Eigen::VectorXd& rhs) {
+bool PoseBlockSystem::solve_sparse(Eigen::VectorXd& rhs) {
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     for (int c = 0; c < 6; ++c) {
       for (int r = 0; r < 6; ++r) {

@@ -7,7 +7,9 @@
 
 #include "geometry/pnp.hpp"
 #include "optim/local_bundle.hpp"
+#include "optim/pose_graph.hpp"
 #include "optim/pose_only.hpp"
+#include "optim/synthetic_pose_graph.hpp"
 #include "optim/synthetic_views.hpp"
 #ifdef YGSLAM_HAVE_CERES
 #include "optim/referee/ceres_referee.hpp"
@@ -80,6 +82,29 @@ void BM_PnpRansac(benchmark::State& state) {
 }
 BENCHMARK(BM_PnpRansac)->Arg(30)->Arg(50)->Arg(70)->Unit(benchmark::kMicrosecond);
 
+// Laps of one way, each pose tied to the four before it and loops between any two laps: 4500 poses
+// give the 22,000 edges of a long run's essential graph. The more laps, the more the factor fills.
+PoseGraph essential_graph(int poses, int laps) {
+  Rng rng(4);
+  return synthetic::pose_graph_world(
+             {.poses = poses, .laps = laps, .neighbours = 4, .loops = poses * 8 / 9}, rng)
+      .graph;
+}
+
+void BM_PoseGraph(benchmark::State& state) {
+  const PoseGraph graph =
+      essential_graph(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  PoseGraphResult result;
+  for (auto _ : state) result = optimize_pose_graph(graph, {.gnc = state.range(2) != 0});
+  state.counters["edges"] = static_cast<double>(graph.edges.size());
+  state.counters["iterations"] = result.iterations;
+}
+BENCHMARK(BM_PoseGraph)
+    ->ArgNames({"poses", "laps", "gnc"})
+    ->ArgsProduct({{300, 1000, 4500}, {3}, {0, 1}})
+    ->Args({4500, 15, 0})
+    ->Unit(benchmark::kMillisecond);
+
 #ifdef YGSLAM_HAVE_CERES
 
 double thread_cpu_seconds() {
@@ -143,6 +168,32 @@ void BM_PoseOnlyBesideCeres(benchmark::State& state) {
   report(state, ours_s, ceres_s);
 }
 BENCHMARK(BM_PoseOnlyBesideCeres)->Unit(benchmark::kMillisecond);
+
+// Both to the end: a step that lowers the cost by 1e-8.
+void BM_PoseGraphBesideCeres(benchmark::State& state) {
+  const PoseGraph graph =
+      essential_graph(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  double ours_s = 0, ceres_s = 0;
+  PoseGraphResult ours;
+  referee::Solution ceres;
+  for (auto _ : state) {
+    ours_s += seconds([&] { ours = optimize_pose_graph(graph, {.gnc = false}); });
+    ceres_s +=
+        seconds([&] { ceres = referee::optimize_pose_graph(graph, {.relative_decrease = 1e-8}); });
+  }
+  report(state, ours_s, ceres_s);
+  state.counters["edges"] = static_cast<double>(graph.edges.size());
+  state.counters["our_iterations"] = ours.iterations;
+  state.counters["ceres_iterations"] = ceres.iterations;
+  state.counters["cost_above_ceres"] = ours.cost / ceres.final_cost - 1;
+}
+BENCHMARK(BM_PoseGraphBesideCeres)
+    ->ArgNames({"poses", "laps"})
+    ->Args({300, 3})
+    ->Args({1000, 3})
+    ->Args({4500, 3})
+    ->Args({4500, 15})
+    ->Unit(benchmark::kMillisecond);
 
 #endif  // YGSLAM_HAVE_CERES
 

@@ -112,7 +112,7 @@ class PoseGraphOptimizer {
       if (!is_linearized) system_.linearize(poses_, weight_);
       is_linearized = true;
       ++iterations_;
-      const bool solved = system_.solve(lambda_);
+      const bool solved = system_.solve(lambda_, abort_);
       // What an undamped step would be, to a factor.
       if (solved && (1 + lambda_) * system_.largest_step() <= config_.step_tolerance) return true;
       if (solved) system_.apply_step(poses_, trial_poses_);

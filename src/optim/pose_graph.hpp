@@ -61,8 +61,8 @@ struct PoseGraphResult {
 ///
 /// The gauge: in each connected part of the graph without a fixed pose the first pose is held.
 /// Poses that are not finite come back as they were given, not converged.
-/// @param abort looked at in each iteration where given; may be set by another thread.
-/// Never stops on the clock; the same input gives the same bytes.
+/// @param abort looked at in each iteration and in each column of the factorisation, where given;
+/// may be set by another thread. Never stops on the clock; the same input gives the same bytes.
 [[nodiscard]] PoseGraphResult optimize_pose_graph(const PoseGraph& graph,
                                                   const PoseGraphConfig& config,
                                                   const std::atomic<bool>* abort = nullptr);

@@ -64,17 +64,15 @@ PoseGraphSystem::PoseGraphSystem(const PoseGraph& graph) : graph_(graph) {
   choose_unknowns();
   const auto slots = pose_of_slot_.size();
   equations_.reset(static_cast<int>(slots));
-  std::uint32_t blocks = static_cast<std::uint32_t>(slots);
   for (const PoseGraphEdge& edge : graph.edges) {
     const std::int32_t a = slot_of_pose_[edge.from], b = slot_of_pose_[edge.to];
     block_of_edge_.push_back(kNoBlock);
     if (a < 0 || b < 0) continue;
     block_of_edge_.back() = equations_.add_pair(static_cast<std::uint32_t>(std::min(a, b)),
                                                 static_cast<std::uint32_t>(std::max(a, b)));
-    blocks = std::max(blocks, block_of_edge_.back() + 1);
   }
   equations_.freeze();
-  linearized_.assign(blocks, PoseBlock::Zero());
+  linearized_.assign(equations_.blocks(), PoseBlock::Zero());
   gradient_.setZero(6 * static_cast<Eigen::Index>(slots));
   step_ = gradient_;
 }
@@ -130,14 +128,14 @@ void PoseGraphSystem::linearize(std::span<const SE3> T_camera_world,
   }
 }
 
-bool PoseGraphSystem::solve(double lambda) {
+bool PoseGraphSystem::solve(double lambda, const std::atomic<bool>* abort) {
   for (std::uint32_t i = 0; i < linearized_.size(); ++i) equations_.block(i) = linearized_[i];
   for (std::uint32_t i = 0; i < pose_of_slot_.size(); ++i) {
     PoseBlock& block = equations_.diagonal(i);
     for (int k = 0; k < 6; ++k) block(k, k) += lambda * std::max(block(k, k), kLeastPoseDiagonal);
   }
   step_ = -gradient_;
-  return equations_.solve(step_);
+  return equations_.solve(step_, abort);
 }
 
 void PoseGraphSystem::apply_step(std::span<const SE3> from, std::vector<SE3>& to) const {

@@ -19,8 +19,9 @@ class PoseGraphSystem {
   void chi2(std::span<const SE3> T_camera_world, std::vector<double>& chi2) const;
   void linearize(std::span<const SE3> T_camera_world, std::span<const double> edge_weight);
   /// Solves the equations of the last linearize(), each diagonal entry enlarged by the share
-  /// lambda. @return false if they are not positive definite.
-  [[nodiscard]] bool solve(double lambda);
+  /// lambda. @return false if they are not positive definite or the flag was set
+  /// meanwhile.
+  [[nodiscard]] bool solve(double lambda, const std::atomic<bool>* abort);
   /// Largest entry of the last solution [m, rad].
   [[nodiscard]] double largest_step() const { return step_.lpNorm<Eigen::Infinity>(); }
   /// `from` moved by the last solution, written to `to`.

@@ -43,6 +43,25 @@ BENCHMARK(BM_LocalBundle)
     ->Args({100, 10000})
     ->Unit(benchmark::kMillisecond);
 
+// A whole map: about 300 observations per keyframe, all but the first pose free.
+BundleProblem whole_map(int poses) {
+  Rng rng(5);
+  auto world = synthetic::bundle_world(poses, 54 * poses, 6,
+                                       {.wrong_pixel_share = 0.02, .wrong_depth_share = 0.05}, rng);
+  synthetic::perturb(world.problem, 0.01, 0.005, 0.02, rng);
+  return world.problem;
+}
+
+void BM_WholeMapBundle(benchmark::State& state) {
+  const BundleProblem problem = whole_map(static_cast<int>(state.range(0)));
+  BundleResult result;
+  for (auto _ : state) result = adjust_bundle(synthetic::camera(), problem, {});
+  state.counters["observations"] = static_cast<double>(problem.observations.size());
+  state.counters["iterations"] = result.iterations;
+  state.counters["cost_ratio"] = result.final_cost / result.initial_cost;
+}
+BENCHMARK(BM_WholeMapBundle)->Arg(225)->Arg(1400)->Unit(benchmark::kMillisecond);
+
 struct PoseCase {
   std::vector<PoseObservation> observations;
   SE3 T_guess;

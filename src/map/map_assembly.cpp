@@ -168,6 +168,18 @@ void MapAssembly::count_covisibility() {
   }
 }
 
+void MapAssembly::number_by_parts() {
+  numbers_.next_keyframe = 0;
+  if (!map_.keyframes_.empty())
+    numbers_.next_keyframe = index(map_.keyframes_.rbegin()->first) + 1;
+  if (!map_.removed_keyframes_.empty())
+    numbers_.next_keyframe =
+        std::max(numbers_.next_keyframe, index(map_.removed_keyframes_.back().id) + 1);
+  map_.next_landmark_ = 0;
+  for (const auto& [id, landmark] : map_.landmarks_)
+    map_.next_landmark_ = std::max(map_.next_landmark_, index(id) + 1);
+}
+
 Map MapAssembly::finish() {
   CHECK(!parent_fault());
   count_covisibility();

@@ -35,6 +35,9 @@ class MapAssembly {
   Fault add_removed(const RemovedKeyframe& removed);
   Fault add_landmark(Landmark landmark);
 
+  /// Where nobody knows the numbers any more: new ids go on after the highest there are.
+  void number_by_parts();
+
   /// The first keyframe, kept or removed, whose parent is not there or not made before it: ways
   /// through parents would not end.
   [[nodiscard]] Fault parent_fault() const;

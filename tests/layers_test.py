@@ -16,13 +16,14 @@ LAYERS = (("core",), ("geometry", "image"), ("features", "segment", "optim"), ("
 SIDE = {"io": {"core", "geometry", "image"},
         "eval": {"core", "geometry", "image", "io"},
         "benchmark_runs": {"core", "geometry", "image", "io", "eval"},
-        "simulation": {"core", "geometry", "image", "io"}}
+        "simulation": {"core", "geometry", "image", "io"},
+        "map_file": {"core", "geometry", "image", "io", "features", "map"}}
 # Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
 ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence"),
          "motion": ("flow", "masks", "checks", "classification")}
 USERS_OF_SIDE = {"system", "facade", "app"}
 
-HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/)")
+HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h)")
 CV_VIEW = "image/cv_view.hpp"  # hands our images to OpenCV; for .cpp files
 
 

@@ -5,7 +5,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -40,6 +42,14 @@ Temporary open_temporary(const fs::path& target) {
     if (file.error_number != 0 && file.error_number != EEXIST) break;
   }
   return file;
+}
+
+// " (process 123)", where the lock file says so.
+std::string holder_of(int descriptor) {
+  std::array<char, 16> text{};
+  const ssize_t read = ::pread(descriptor, text.data(), text.size() - 1, 0);
+  const int process = read > 0 ? std::atoi(text.data()) : 0;
+  return process > 0 ? " (process " + std::to_string(process) + ")" : "";
 }
 
 }  // namespace
@@ -138,7 +148,16 @@ Status write_file_atomically(const fs::path& target, std::string_view content) {
 }
 
 Result<OutputLock> OutputLock::acquire(const fs::path& directory) {
-  const fs::path path = directory / ".lock";
+  return acquire(directory / ".lock", directory.string());
+}
+
+Result<OutputLock> OutputLock::acquire_beside(const fs::path& file) {
+  fs::path path = file;
+  path += ".lock";
+  return acquire(path, file.string());
+}
+
+Result<OutputLock> OutputLock::acquire(const fs::path& path, const std::string& name) {
   while (true) {
     const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor < 0) return output_error(path, errno);
@@ -147,14 +166,19 @@ Result<OutputLock> OutputLock::acquire(const fs::path& directory) {
       const int error_number = errno;
       lock.path_.clear();  // another's
       if (error_number != EWOULDBLOCK) return output_error(path, error_number);
-      return Error{ErrorKind::kOutput, directory.string() + ": locked by another run"};
+      return Error{ErrorKind::kOutput, name + ": locked by another run" + holder_of(descriptor)};
     }
     // The file may have gone between the two calls, with the run that held it.
     struct stat held {
     }, there{};
     if (::fstat(descriptor, &held) == 0 && ::stat(path.c_str(), &there) == 0 &&
-        held.st_dev == there.st_dev && held.st_ino == there.st_ino)
+        held.st_dev == there.st_dev && held.st_ino == there.st_ino) {
+      // For the message of another alone: where it cannot be written the lock holds all the same.
+      const std::string process = std::to_string(::getpid()) + "\n";
+      if (::ftruncate(descriptor, 0) == 0)
+        (void)!::pwrite(descriptor, process.data(), process.size(), 0);
       return lock;
+    }
     lock.path_.clear();
   }
 }

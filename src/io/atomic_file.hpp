@@ -44,12 +44,13 @@ class AtomicFile {
 /// The whole content at once, atomically.
 Status write_file_atomically(const std::filesystem::path& target, std::string_view content);
 
-/// Keeps a second process (or run) out of an output directory while it lives: flock on DIR/.lock,
-/// which goes with it.
+/// Keeps a second process (or run) out of an output directory or file while it lives: flock on
+/// DIR/.lock or FILE.lock, which names the process and goes with it.
 class OutputLock {
  public:
   /// @return kOutput "locked" if another holds it.
   static Result<OutputLock> acquire(const std::filesystem::path& directory);
+  static Result<OutputLock> acquire_beside(const std::filesystem::path& file);
   OutputLock(OutputLock&& other) noexcept;
   OutputLock& operator=(OutputLock&& other) noexcept;
   OutputLock(const OutputLock&) = delete;
@@ -57,6 +58,7 @@ class OutputLock {
   ~OutputLock();
 
  private:
+  static Result<OutputLock> acquire(const std::filesystem::path& path, const std::string& name);
   OutputLock(std::filesystem::path path, int descriptor)
       : path_(std::move(path)), descriptor_(descriptor) {}
   std::filesystem::path path_;

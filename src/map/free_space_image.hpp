@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 
 #include "geometry/se3.hpp"
 #include "image/image.hpp"
@@ -20,8 +21,15 @@ class FreeSpaceImage {
   /// (outside the image, or too many pixels of its block without depth).
   [[nodiscard]] float around_m(const Vec2& uv_px) const;
 
+  /// The blocks themselves, to be kept in a file.
+  [[nodiscard]] const DepthImage& blocks_m() const { return nearest_m_; }
+  [[nodiscard]] static FreeSpaceImage of_blocks(DepthImage blocks_m) {
+    FreeSpaceImage image;
+    image.nearest_m_ = std::move(blocks_m);
+    return image;
+  }
+
  private:
-  friend class MapBytes;
   DepthImage nearest_m_;  // per block, of it and its neighbours; 0 = unknown
 };
 

@@ -1,5 +1,5 @@
 // Keyframes and landmarks with their mutual references: a plain value that can be copied, patched
-// (map_patch.hpp) and serialised (map_bytes.hpp). The mapping stage alone writes the map of a run;
+// (map_patch.hpp) and serialised (map_bytes.hpp, map_file/). The mapping stage alone writes the map of a run;
 // everyone else reads copies and published views (local_view.hpp).
 #pragma once
 
@@ -75,6 +75,7 @@ class Map {
   void set_position(LandmarkId id, const Vec3& p_world);
   void count_seen(LandmarkId id, int visible, int found);
   [[nodiscard]] std::size_t landmark_count() const { return landmarks_.size(); }
+  [[nodiscard]] LandmarkId next_landmark_id() const { return LandmarkId{next_landmark_}; }
 
   // Observations. A feature shows at most one landmark, a landmark at most once per keyframe.
   /// @return false if the feature is taken or the keyframe sees the landmark already.
@@ -125,7 +126,7 @@ class Map {
   std::uint32_t next_landmark_ = 0;
   std::uint64_t version_ = 0;
 
-  friend class MapBytes;
+  friend class MapAssembly;
 };
 
 }  // namespace ygslam

@@ -1,0 +1,37 @@
+// Opens a map file of which nothing is known yet.
+#pragma once
+
+#include <filesystem>
+
+#include "map_file/database.hpp"
+#include "map_file/map_meta.hpp"
+
+namespace ygslam::map_file {
+
+inline constexpr std::uint32_t kApplicationId = 0x59474d50;  // "YGMP"
+inline constexpr std::uint32_t kFormat = 1;                  // SQLite's user_version
+
+/// The statements that make a map's tables; the schema of a map is these and nothing else.
+[[nodiscard]] const std::vector<std::string>& table_statements();
+
+struct OpenedMap {
+  Database database;  ///< in a read transaction: nothing changes under the reader
+  Meta meta;
+  std::uint64_t bytes = 0;  ///< on disk
+};
+enum class MetaFaults { kRefuse, kKeep };
+/// Looks at the kind of file, its header, its schema and its `meta`.
+/// @return kSavedMap naming file and cause.
+Result<OpenedMap> open_map(const std::filesystem::path& path,
+                           MetaFaults faults = MetaFaults::kRefuse);
+
+/// Whether the file starts as a map does.
+[[nodiscard]] bool has_map_header(const std::filesystem::path& path);
+
+/// SQLite's own check of the file's structure. @return what it found; empty if nothing.
+[[nodiscard]] std::string structure_fault(Database& database);
+
+/// The entries of `meta`, as they stand there.
+Result<MetaEntries> read_meta_entries(Database& database);
+
+}  // namespace ygslam::map_file

@@ -11,7 +11,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
 # Bottom up. Folders of one line do not know each other.
 LAYERS = (("core",), ("geometry", "image"), ("features", "segment", "optim"), ("objects",), ("map", "motion"),
-          ("tracking", "mapping", "dense"), ("system",), ("facade",), ("app",))
+          ("tracking", "mapping", "loop", "dense"), ("system",), ("facade",), ("app",))
 # Beside the layers: what each may use.
 SIDE = {"io": {"core", "geometry", "image"},
         "eval": {"core", "geometry", "image", "io"},

@@ -168,6 +168,10 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const std::vector<StampedPose> trajectory = final_trajectory(*posed, map);
   Status written =
       write_run(out, trajectory, map, run.session.runner->cloud(), run.sequence.stamp_decimals);
+  if (written.ok())
+    written = write_file_atomically(
+        out / "loops.csv",
+        loops_csv(run.session.runner->loop_attempts(), run.sequence.stamp_decimals));
   if (written.ok()) written = run.files->commit();
   if (!written.ok()) return written;
   auto metrics = metrics_json(outcome, map, run.reader->counts(), run.facts);

@@ -60,8 +60,8 @@ Statement& Statement::bind(int place, std::span<const char> bytes) {
 }
 
 Statement& Statement::bind_text(int place, std::string_view text) {
-  require_no_want(sqlite3_bind_text64(handle_.get(), place, text.data(), text.size(),
-                                      SQLITE_STATIC, SQLITE_UTF8));
+  require_no_want(sqlite3_bind_text64(handle_.get(), place, text.data(), text.size(), SQLITE_STATIC,
+                                      SQLITE_UTF8));
   return *this;
 }
 
@@ -114,8 +114,8 @@ Result<Database> Database::open(const fs::path& path, Access access) {
   flags |= reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
   if (access == Access::kCreate) flags |= SQLITE_OPEN_CREATE;
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(uri_of(path, access == Access::kReadAlone).c_str(), &handle,
-                                   flags, nullptr);
+  const int code =
+      sqlite3_open_v2(uri_of(path, access == Access::kReadAlone).c_str(), &handle, flags, nullptr);
   Database database(handle);
   require_no_want(code);
   const ErrorKind kind = reads ? ErrorKind::kSavedMap : ErrorKind::kOutput;

@@ -100,7 +100,8 @@ TEST(MapFile, OpensForTheSameCameraAndPyramidOnly) {
   CameraConfig other = camera().config();
   other.depth_scale = 1000;
   other.colour_readout_ms = 5;
-  EXPECT_TRUE(load_map(path, Camera(other), scales()).ok()) << "not what decides where features lie";
+  EXPECT_TRUE(load_map(path, Camera(other), scales()).ok())
+      << "not what decides where features lie";
   other.fx = 535.4;
   const auto refused = load_map(path, Camera(other), scales());
   ASSERT_FALSE(refused.ok());

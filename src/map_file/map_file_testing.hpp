@@ -29,8 +29,7 @@ inline PyramidScales scales() { return {map_test::kLevels, map_test::kScale}; }
 class GrowingMap {
  public:
   explicit GrowingMap(int points = 150, std::uint64_t seed = 5)
-      : world_(points, seed),
-        landmark_(static_cast<std::size_t>(points), kNoLandmark) {}
+      : world_(points, seed), landmark_(static_cast<std::size_t>(points), kNoLandmark) {}
 
   void grow(int keyframes) {
     for (int i = 0; i < keyframes; ++i) grow();
@@ -53,8 +52,8 @@ class GrowingMap {
     data->free_space = FreeSpaceImage(depth_m);
     data->read_out = {{0.03, 0.02, -0.01}, Vec6::Constant(0.1 * (i % 5))};
     std::vector<float> weight(seen.features->size(), 0.75F);
-    const KeyframeId parent = map_.keyframes().empty() ? kNoKeyframe
-                                                       : map_.keyframes().rbegin()->first;
+    const KeyframeId parent =
+        map_.keyframes().empty() ? kNoKeyframe : map_.keyframes().rbegin()->first;
     map_.add_keyframe(std::move(data), seen.T_camera_world, parent, std::move(weight));
     for (std::uint32_t k = 0; k < seen.point.size(); ++k) {
       const auto point = static_cast<std::size_t>(seen.point[k]);
@@ -127,9 +126,10 @@ inline std::string row_blob(const fs::path& path, const map_file::RowKey& key) {
 }
 inline void set_row_blob(const fs::path& path, const map_file::RowKey& key,
                          std::span<const char> blob) {
-  put_blob(path, fmt::format("UPDATE {} SET data = ? WHERE id = {}", map_file::name_of(key.table),
-                             key.id),
-           blob);
+  put_blob(
+      path,
+      fmt::format("UPDATE {} SET data = ? WHERE id = {}", map_file::name_of(key.table), key.id),
+      blob);
 }
 
 /// Changes `meta` as a writer does who knows its checksums.

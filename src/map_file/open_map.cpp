@@ -105,8 +105,9 @@ const std::vector<std::string>& table_statements() {
         "CREATE TABLE keyframe(id INTEGER PRIMARY KEY, parent INTEGER NOT NULL, stamp_ns INTEGER "
         "NOT NULL, checksum INTEGER NOT NULL) STRICT"};
     for (std::size_t table = 1; table < kTables; ++table)
-      all.push_back(fmt::format(
-          "CREATE TABLE {}(id INTEGER PRIMARY KEY, data BLOB NOT NULL) STRICT", kTableNames[table]));
+      all.push_back(
+          fmt::format("CREATE TABLE {}(id INTEGER PRIMARY KEY, data BLOB NOT NULL) STRICT",
+                      kTableNames[table]));
     return all;
   }();
   return statements;

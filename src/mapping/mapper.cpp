@@ -74,6 +74,10 @@ void Mapper::correct(const MapPatch& patch) {
   if (map_.apply(patch)) ++bends_;
 }
 
+void Mapper::weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place) {
+  for (const KeyframeId id : keyframes) fuse_with(map_, camera_, id, place, config_.fusion);
+}
+
 bool Mapper::apply_mask(KeyframeId id, std::span<const SemanticLabel> labels) {
   if (!map_.has_keyframe(id)) return false;
   const auto on_movables = std::count(labels.begin(), labels.end(), SemanticLabel::kMovable);

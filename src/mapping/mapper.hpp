@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <deque>
+#include <span>
 
 #include "geometry/camera.hpp"
 #include "map/local_view.hpp"
@@ -41,6 +42,8 @@ class Mapper {
   std::vector<KeyframeId> refine(const std::atomic<bool>* abort = nullptr);
   /// Takes over what was computed on a copy of the map.
   void correct(const MapPatch& patch);
+  /// Fuses what keyframes see with what those at a place see that they were found at.
+  void weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place);
   /// Views are cut out around this keyframe from now on, until a new one is inserted. One that is
   /// no longer there is as good as the newest.
   void look_around(KeyframeId focus);

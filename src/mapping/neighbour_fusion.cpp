@@ -4,34 +4,14 @@
 #include <cmath>
 #include <set>
 
-#include "map/projection_matcher.hpp"
+#include "map/search_points.hpp"
 
 namespace ygslam {
 namespace {
 
 constexpr double kMaxNeighbourDistanceM = 2.5;
 constexpr double kMinDirectionCosine = 0.5;
-
-// Search points for those landmarks that the keyframe could see and does not yet.
-std::vector<SearchPoint> visible_points(const Map& map, const Keyframe& keyframe,
-                                        const std::vector<LandmarkId>& landmarks,
-                                        const NeighbourFusionConfig& config) {
-  const Vec3 centre_world = keyframe.position_world();
-  std::vector<SearchPoint> points;
-  for (std::uint32_t i = 0; i < landmarks.size(); ++i) {
-    const Landmark& landmark = map.landmark(landmarks[i]);
-    const Vec3 ray = landmark.p_world - centre_world;
-    const double range_m = ray.norm();
-    if (range_m < 0.8 * landmark.min_distance_m || range_m > 1.2 * landmark.max_distance_m)
-      continue;
-    if (ray.dot(landmark.normal_world) < 0.5 * range_m) continue;
-    const int octave = map.scales().octave_at(landmark.max_distance_m / range_m);
-    points.push_back({landmark.p_world, &landmark.descriptor, std::max(0, octave - 1),
-                      std::min(map.scales().levels() - 1, octave + 1),
-                      config.search_px * map.scales().of(octave), -1.0F, i});
-  }
-  return points;
-}
+constexpr int kJustBefore = 8;  // keyframes
 
 bool depth_agrees(const Keyframe& keyframe, std::uint32_t feature, const Vec3& p_world,
                   double max_relative) {
@@ -49,9 +29,10 @@ int fuse_into(Map& map, const Camera& camera, KeyframeId target,
   ProjectionMatcherConfig matcher;
   matcher.max_distance = config.max_distance;
   matcher.ratio = 1.0;
-  const auto matches = match_by_projection(
-      camera, keyframe.T_camera_world, visible_points(map, keyframe, landmarks, config),
-      *keyframe.data->features, keyframe.data->grid, usable, matcher);
+  const auto matches =
+      match_by_projection(camera, keyframe.T_camera_world,
+                          visible_points(map, keyframe.T_camera_world, landmarks, config.search_px),
+                          *keyframe.data->features, keyframe.data->grid, usable, matcher);
   int changes = 0;
   for (const PointMatch& m : matches) {
     const LandmarkId id = map.current_id(landmarks[m.source]);
@@ -75,6 +56,23 @@ int fuse_into(Map& map, const Camera& camera, KeyframeId target,
   return changes;
 }
 
+/// Keyframes made just before, those that share landmarks, and those that these share some with.
+/// What is near in space alone may be there by drift: to join it is for loops.
+std::set<KeyframeId> near_in_map(const Map& map, const Keyframe& keyframe) {
+  std::set<KeyframeId> near;
+  const auto add_with_covisible = [&](KeyframeId id) {
+    near.insert(id);
+    for (const auto& [other, shared] : map.keyframe(id).covisible) near.insert(other);
+  };
+  for (const auto& [id, shared] : keyframe.covisible) add_with_covisible(id);
+  KeyframeId before = keyframe.parent;
+  for (int i = 0; i < kJustBefore && map.has_keyframe(before); ++i) {
+    add_with_covisible(before);
+    before = map.keyframe(before).parent;
+  }
+  return near;
+}
+
 std::vector<LandmarkId> landmarks_of(const Map& map, const std::vector<KeyframeId>& keyframes,
                                      const Keyframe& except) {
   std::set<LandmarkId> have(except.landmarks.begin(), except.landmarks.end());
@@ -95,9 +93,10 @@ std::vector<KeyframeId> neighbours(const Map& map, KeyframeId id, std::size_t ma
   const Vec3 position = keyframe.position_world();
   const Vec3 direction = keyframe.T_camera_world.R().row(2);
   std::vector<std::pair<double, KeyframeId>> near;
-  for (const auto& [other_id, other] : map.keyframes()) {
+  for (const KeyframeId other_id : near_in_map(map, keyframe)) {
     if (other_id == id || std::find(result.begin(), result.end(), other_id) != result.end())
       continue;
+    const Keyframe& other = map.keyframe(other_id);
     const double distance_m = (other.position_world() - position).norm();
     const double cosine = direction.dot(Vec3(other.T_camera_world.R().row(2)));
     if (distance_m > kMaxNeighbourDistanceM || cosine < kMinDirectionCosine) continue;
@@ -113,7 +112,12 @@ std::vector<KeyframeId> neighbours(const Map& map, KeyframeId id, std::size_t ma
 
 int fuse_with_neighbours(Map& map, const Camera& camera, KeyframeId id,
                          const NeighbourFusionConfig& config) {
-  const auto around = neighbours(map, id, static_cast<std::size_t>(config.max_neighbours));
+  return fuse_with(map, camera, id,
+                   neighbours(map, id, static_cast<std::size_t>(config.max_neighbours)), config);
+}
+
+int fuse_with(Map& map, const Camera& camera, KeyframeId id, const std::vector<KeyframeId>& around,
+              const NeighbourFusionConfig& config) {
   int changes = fuse_into(map, camera, id, landmarks_of(map, around, map.keyframe(id)), config);
   for (const KeyframeId neighbour : around) {
     std::vector<LandmarkId> own;

@@ -15,7 +15,8 @@ struct NeighbourFusionConfig {
   double max_depth_error = 0.06;  ///< relative difference between measured and predicted depth
 };
 
-/// Keyframes that look at the same place: covisible ones and ones near in space and direction.
+/// Keyframes that look at the same place: covisible ones and those that these
+/// share with, near in space and direction.
 [[nodiscard]] std::vector<KeyframeId> neighbours(const Map& map, KeyframeId keyframe,
                                                  std::size_t max_count);
 
@@ -23,5 +24,9 @@ struct NeighbourFusionConfig {
 /// or fuses landmarks. @return number of changes.
 int fuse_with_neighbours(Map& map, const Camera& camera, KeyframeId keyframe,
                          const NeighbourFusionConfig& config);
+
+/// The same with keyframes that are not neighbours yet.
+int fuse_with(Map& map, const Camera& camera, KeyframeId keyframe,
+              const std::vector<KeyframeId>& others, const NeighbourFusionConfig& config);
 
 }  // namespace ygslam

@@ -64,6 +64,12 @@ class LiveRunner final : public Runner {
     return points;
   }
 
+  std::vector<LoopAttempt> loop_attempts() override {
+    std::vector<LoopAttempt> attempts;
+    map_->inspect([&](const MappingStage& stage) { attempts = stage.loop_attempts(); });
+    return attempts;
+  }
+
   void correct(MapPatch patch) override { map_->correct(std::move(patch)); }
 
   void reset() override {
@@ -176,8 +182,7 @@ class LiveRunner final : public Runner {
 
 std::unique_ptr<Runner> make_live_runner(const SlamConfig& config, const Camera& camera,
                                          std::unique_ptr<Segmenter> segmenter) {
-  const MappingStageConfig mapping{config.mapping, config.dense, config.dynamic.masks.mask,
-                                   segmenter != nullptr};
+  const MappingStageConfig mapping = mapping_config(config, segmenter != nullptr);
   return std::make_unique<LiveRunner>(config, camera, std::move(segmenter), mapping);
 }
 

@@ -56,13 +56,16 @@ void MapThread::take(const KeyframeMessage& message) {
     urgent_.store(false);
     if (waiting_keyframes_.load() > 0) urgent_.store(true);  // one came in between
     stage_.refine(&urgent_);
+    stage_.close_loops();
     view_.store(stage_.view());
   }
   times_.add(timer);
 }
 
 void MapThread::take(const SegmentationPtr& masks) {
-  if (stage_.apply(*masks)) view_.store(stage_.view());
+  bool changed = stage_.apply(*masks);
+  if (waiting_keyframes_.load() == 0) changed |= stage_.close_loops();
+  if (changed) view_.store(stage_.view());
 }
 
 void MapThread::take(const MapPatch& patch) {

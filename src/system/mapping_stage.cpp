@@ -10,12 +10,22 @@ namespace {
 
 constexpr int kPointRadiusPx = 20;
 constexpr float kPointDepthRatio = 0.08F;
+constexpr std::size_t kRememberedAttempts = 20000;  // of loops
 
 }  // namespace
 
+MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks) {
+  return {config.mapping, config.loop, config.close_loops, config.dense, config.dynamic.masks.mask,
+          expects_masks};
+}
+
 MappingStage::MappingStage(const MappingStageConfig& config, const Camera& camera,
                            const PyramidScales& scales)
-    : config_(config), mapper_(config.mapper, camera, scales), cloud_(config.dense, camera) {}
+    : config_(config),
+      mapper_(config.mapper, camera, scales),
+      index_(config.loop.index),
+      loop_closer_(config.loop, camera),
+      cloud_(config.dense, camera) {}
 
 void MappingStage::insert(const KeyframeMessage& message) {
   const KeyframeId id = mapper_.insert(message.candidate);
@@ -33,6 +43,25 @@ void MappingStage::insert(const KeyframeMessage& message) {
 
 void MappingStage::refine(const std::atomic<bool>* abort) {
   for (const KeyframeId culled : mapper_.refine(abort)) cloud_.remove(culled);
+}
+
+bool MappingStage::close_loops() {
+  bool changed = false;
+  while (!complete_.empty()) {
+    const KeyframeId id = complete_.front();
+    complete_.pop_front();
+    if (!map().has_keyframe(id)) continue;
+    LoopResult result = loop_closer_.step(map(), index_, id);
+    if (attempts_.size() < kRememberedAttempts)
+      attempts_.insert(attempts_.end(), result.attempts.begin(), result.attempts.end());
+    if (result.closure) {
+      mapper_.correct(result.closure->patch);
+      mapper_.weld(result.closure->window, result.closure->place);
+      changed = true;
+    }
+    index_.add(map(), id);
+  }
+  return changed;
 }
 
 bool MappingStage::apply(const Segmentation& masks) {
@@ -62,6 +91,7 @@ void MappingStage::integrate(const Waiting& waiting, GreyImage dynamic) {
                        kPointDepthRatio);
   cloud_.insert(waiting.keyframe, *waiting.frame, dynamic,
                 map().keyframe(waiting.keyframe).data->read_out);
+  if (config_.close_loops) complete_.push_back(waiting.keyframe);
 }
 
 std::vector<FramePtr> MappingStage::waiting() const {

@@ -1,14 +1,18 @@
-// Mapping and the dense cloud as one stage: takes keyframe candidates and masks, publishes views.
+// Mapping, loop closing and the dense cloud as one stage: takes keyframe candidates and masks,
+// publishes views.
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <map>
 #include <vector>
 
 #include "dense/static_cloud.hpp"
+#include "loop/loop_closer.hpp"
 #include "mapping/mapper.hpp"
 #include "motion/masks/mask_labels.hpp"
 #include "segment/segmenter.hpp"
+#include "system/slam_config.hpp"
 
 namespace ygslam {
 
@@ -20,12 +24,16 @@ struct KeyframeMessage {
 
 struct MappingStageConfig {
   MapperConfig mapper;
+  LoopConfig loop;
+  bool close_loops = true;
   StaticCloudConfig dense;
   MaskConfig mask;  ///< as tracking reads masks
   bool expects_masks =
       false;  ///< a keyframe's pixels wait for its mask before they enter the cloud
   int max_waiting_keyframes = 64;  ///< beyond: the oldest enters with the point labels alone
 };
+
+[[nodiscard]] MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks);
 
 /// Thread-free; one thread at a time may call it.
 class MappingStage {
@@ -35,6 +43,9 @@ class MappingStage {
   /// Quick: the keyframe and its landmarks are in the next view().
   void insert(const KeyframeMessage& message);
   void refine(const std::atomic<bool>* abort = nullptr);
+  /// Looks for the place of the keyframes that are complete since the last call.
+  /// @return true if the map changed.
+  bool close_loops();
   void correct(const MapPatch& patch) { mapper_.correct(patch); }
   void look_around(KeyframeId focus) { mapper_.look_around(focus); }
   /// The mask of a keyframe that waits for it; of other frames it is ignored.
@@ -48,6 +59,8 @@ class MappingStage {
   /// Frames of keyframes that still wait for their mask, oldest first.
   [[nodiscard]] std::vector<FramePtr> waiting() const;
   [[nodiscard]] std::vector<ColouredPoint> cloud() const;
+  /// What the latest keyframes were compared with.
+  [[nodiscard]] const std::vector<LoopAttempt>& loop_attempts() const { return attempts_; }
 
  private:
   struct Waiting {
@@ -60,6 +73,10 @@ class MappingStage {
 
   MappingStageConfig config_;
   Mapper mapper_;
+  PlaceIndex index_;
+  LoopCloser loop_closer_;
+  std::vector<LoopAttempt> attempts_;
+  std::deque<KeyframeId> complete_;  // mapped and rid of moving things, not compared yet
   StaticCloud cloud_;
   std::map<FrameId, Waiting> waiting_;
 };

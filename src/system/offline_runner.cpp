@@ -43,6 +43,7 @@ class OfflineRunner final : public Runner {
 
   Map map() override { return mapping_->map(); }
   std::vector<ColouredPoint> cloud() override { return mapping_->cloud(); }
+  std::vector<LoopAttempt> loop_attempts() override { return mapping_->loop_attempts(); }
 
   void reset() override {
     log_.clear();
@@ -100,8 +101,9 @@ class OfflineRunner final : public Runner {
     if (inserted) {
       mapping_->insert({std::move(*result.candidate), result.labels.label});
       mapping_->refine();
-      log_.statistics().map.add(timer);
     }
+    if (inserted || map_changed_) map_changed_ |= mapping_->close_loops();
+    if (inserted) log_.statistics().map.add(timer);
     if (result.wanted_view) mapping_->look_around(*result.wanted_view);
     if (inserted || map_changed_ || result.wanted_view) view_ = mapping_->view();
     map_changed_ = false;
@@ -124,8 +126,7 @@ class OfflineRunner final : public Runner {
 
 std::unique_ptr<Runner> make_offline_runner(const SlamConfig& config, const Camera& camera,
                                             std::unique_ptr<Segmenter> segmenter) {
-  const MappingStageConfig mapping{config.mapping, config.dense, config.dynamic.masks.mask,
-                                   segmenter != nullptr};
+  const MappingStageConfig mapping = mapping_config(config, segmenter != nullptr);
   return std::make_unique<OfflineRunner>(config, camera, std::move(segmenter), mapping);
 }
 

@@ -170,6 +170,29 @@ Status FrameFiles::commit() {
   return state_;
 }
 
+std::string loops_csv(std::span<const LoopAttempt> attempts, int stamp_decimals) {
+  std::string text =
+      "stamp,keyframe,place,outcome,verdict,score,matches,guided,inliers,contradiction,path_m,"
+      "correction_m,correction_rad,agreeing,stretch\n";
+  for (const LoopAttempt& attempt : attempts) {
+    const PlaceMatch& match = attempt.match;
+    text += stamp_text(attempt.stamp, stamp_decimals) + ',' +
+            std::to_string(index(attempt.keyframe)) + ',' + std::to_string(index(match.place)) +
+            ',' + to_string(attempt.outcome) + ',' + to_string(match.verdict) + ',';
+    append_number(text, attempt.score, 3);
+    for (const int count : {match.matches, match.guided, match.inliers})
+      text += ',' + std::to_string(count);
+    for (const double value :
+         {match.contradiction, attempt.path_m, attempt.correction_m, attempt.correction_rad,
+          static_cast<double>(attempt.agreeing), attempt.stretch}) {
+      text += ',';
+      append_number(text, value, 3);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 Status write_run(const std::filesystem::path& directory, std::span<const StampedPose> trajectory,
                  const Map& map, std::span<const ColouredPoint> cloud, int stamp_decimals) {
   const std::pair<const char*, std::string> texts[] = {

@@ -58,6 +58,9 @@ class FrameFiles {
   Status state_ = Ok{};
 };
 
+/// `loops.csv`: what keyframes were compared with to close loops, and why not where they were not.
+[[nodiscard]] std::string loops_csv(std::span<const LoopAttempt> attempts, int stamp_decimals);
+
 /// trajectory.txt, keyframes.txt and map.ply, each atomically.
 [[nodiscard]] Status write_run(const std::filesystem::path& directory,
                                std::span<const StampedPose> trajectory, const Map& map,

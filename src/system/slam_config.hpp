@@ -7,6 +7,7 @@
 #include "dense/static_cloud.hpp"
 #include "features/orb.hpp"
 #include "image/depth.hpp"
+#include "loop/loop_closer.hpp"
 #include "mapping/mapper.hpp"
 #include "motion/classification/point_classifier.hpp"
 #include "segment/yolo_openvino.hpp"
@@ -40,6 +41,8 @@ struct SlamConfig {
   SegmentConfig segment;
   TrackerConfig tracking;
   MapperConfig mapping;
+  LoopConfig loop;
+  bool close_loops = true;
   StaticCloudConfig dense;
 };
 

@@ -1,0 +1,92 @@
+// The loop closing stage: a keyframe in, what it was compared with and the correction of the map
+// out (Mur-Artal, Tardos 2017, sec. III-C; the checks are explained in docs/loops.md).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "loop/place_index.hpp"
+#include "loop/place_verifier.hpp"
+#include "optim/pose_graph.hpp"
+
+namespace ygslam {
+
+struct LoopConfig {
+  PlaceIndexConfig index;
+  PlaceVerifierConfig verifier;
+  PoseGraphConfig graph;
+  std::size_t places = 3;  ///< compared with a keyframe at most
+  int min_agreeing = 2;    ///< covisible keyframes that must find the same place
+  /// Another place that agrees with so many times the inliers makes a loop ambiguous.
+  double ambiguous_share = 0.7;
+  /// The map cannot be wrong by more than this: a part of the way between the two views.
+  double max_drift_m = 0.1;
+  double max_drift_ratio = 0.04;
+  double max_drift_rad = 0.35;
+  int min_shared = 15;  ///< landmarks that make an edge of the pose graph
+};
+
+enum class LoopOutcome : std::uint8_t {
+  kRefused,       ///< by the verdict on the place
+  kTooFar,        ///< odometry cannot have drifted so far
+  kAmbiguous,     ///< another place fits as well
+  kAlone,         ///< keyframes beside this one do not agree (yet)
+  kInconsistent,  ///< the pose graph would have to stretch too far
+  kClosed,
+};
+[[nodiscard]] const char* to_string(LoopOutcome outcome);
+
+/// One row of `loops.csv`.
+struct LoopAttempt {
+  KeyframeId keyframe = kNoKeyframe;
+  Timestamp stamp;
+  double score = 0;  ///< of the place index
+  PlaceMatch match;
+  LoopOutcome outcome = LoopOutcome::kRefused;
+  double path_m = 0;        ///< along the map between the two views
+  double correction_m = 0;  ///< how far the keyframe would move ...
+  double correction_rad = 0;
+  int agreeing = 0;    ///< covisible keyframes
+  double stretch = 0;  ///< largest residual of an edge of the pose graph, in standard deviations
+};
+
+struct LoopClosure {
+  MapPatch patch;
+  std::vector<KeyframeId> window;  ///< keyframes that see the place ...
+  std::vector<KeyframeId> place;   ///< ... and those of the place: to be fused
+};
+
+struct LoopResult {
+  std::vector<LoopAttempt> attempts;
+  std::optional<LoopClosure> closure;
+};
+
+class LoopCloser {
+ public:
+  LoopCloser(const LoopConfig& config, const Camera& camera);
+
+  /// @param keyframe mapped, and rid of moving things by its mask where masks are expected.
+  [[nodiscard]] LoopResult step(const Map& map, const PlaceIndex& index, KeyframeId keyframe);
+
+ private:
+  /// Between two keyframes of the map, measured by their views of one place.
+  struct LoopEdge {
+    KeyframeId from = kNoKeyframe;
+    KeyframeId to = kNoKeyframe;
+    SE3 T_to_from;
+  };
+  void check_drift(const Map& map, LoopAttempt& attempt) const;
+  [[nodiscard]] LoopAttempt* choose(std::vector<LoopAttempt>& attempts) const;
+  [[nodiscard]] std::optional<LoopClosure> close(const Map& map, LoopAttempt& attempt);
+  [[nodiscard]] std::vector<LoopEdge> agreeing_edges(const Map& map,
+                                                     const LoopAttempt& attempt) const;
+  [[nodiscard]] std::optional<MapPatch> correction(const Map& map,
+                                                   const std::vector<LoopEdge>& loops,
+                                                   LoopAttempt& attempt) const;
+
+  LoopConfig config_;
+  PlaceVerifier verifier_;
+  std::vector<LoopEdge> loops_;  // closed so far; both ends still in the map
+};
+
+}  // namespace ygslam

@@ -1,0 +1,89 @@
+// A walk around a ring of points that drifts, mapped as a tracker would that never recognises a
+// place: the oracle of the tests of loops.
+#pragma once
+
+#include <numbers>
+#include <vector>
+
+#include "map/map_test_world.hpp"
+
+namespace ygslam::loop_test {
+
+using map_test::SeenFrame;
+using map_test::World;
+
+struct Walk {
+  int keyframes_per_lap = 48;
+  int keyframes = 58;
+  double drift_m = 0.2;     ///< at the end, grown evenly; along the x axis of the world
+  double drift_rad = 0.03;  ///< the same, about the z axis of the world
+};
+
+/// Looks outwards from a circle of 1.5 m around the z axis.
+inline SE3 ring_pose(double turns) {
+  const double angle = 2 * std::numbers::pi * turns;
+  const Vec3 forward(std::cos(angle), std::sin(angle), 0);
+  Mat3 R_camera_world;
+  R_camera_world.row(2) = forward;
+  R_camera_world.row(1) = Vec3(0, 0, -1);
+  R_camera_world.row(0) = Vec3(0, 0, -1).cross(forward);
+  return {R_camera_world, R_camera_world * (-1.5 * forward)};
+}
+
+class RingWorld {
+ public:
+  explicit RingWorld(std::uint64_t seed, int points = 2500) : world_(points, seed) {
+    Rng rng(seed + 1);
+    for (auto& point : world_.points()) {
+      const double angle = rng.uniform(0, 2 * std::numbers::pi);
+      const double radius_m = rng.uniform(4, 6);
+      point.p_world = {radius_m * std::cos(angle), radius_m * std::sin(angle),
+                       rng.uniform(-1.5, 1.5)};
+    }
+  }
+
+  [[nodiscard]] World& world() { return world_; }
+  [[nodiscard]] const Camera& camera() const { return world_.camera(); }
+
+  [[nodiscard]] static SE3 true_pose(const Walk& walk, int i) {
+    return ring_pose(static_cast<double>(i) / walk.keyframes_per_lap);
+  }
+  [[nodiscard]] static SE3 drifted_pose(const Walk& walk, int i) {
+    const double share = static_cast<double>(i) / (walk.keyframes - 1);
+    Vec6 drift;
+    drift << share * walk.drift_m, 0, 0, 0, 0, share * walk.drift_rad;
+    return true_pose(walk, i) * SE3::exp(drift).inverse();
+  }
+
+  /// Points are followed from keyframe to keyframe; one that was out of view is a new landmark.
+  [[nodiscard]] Map walk(const Walk& walk) {
+    Map map({map_test::kLevels, map_test::kScale});
+    std::vector<LandmarkId> followed(world_.points().size(), kNoLandmark);
+    for (int i = 0; i < walk.keyframes; ++i) {
+      SeenFrame seen = world_.see(true_pose(walk, i), static_cast<std::uint32_t>(i));
+      seen.T_camera_world = drifted_pose(walk, i);
+      const KeyframeId parent = i ? KeyframeId{static_cast<std::uint32_t>(i - 1)} : kNoKeyframe;
+      const KeyframeId id = map_test::add_keyframe(map, seen, parent);
+      std::vector<LandmarkId> now(followed.size(), kNoLandmark);
+      for (std::uint32_t k = 0; k < seen.point.size(); ++k) {
+        LandmarkId& landmark = now[seen.point[k]];
+        landmark = followed[seen.point[k]];
+        if (landmark != kNoLandmark) {
+          map.add_observation(landmark, id, k);
+          map.refresh(landmark);
+          continue;
+        }
+        const Feature& f = seen.features->points[k];
+        const Vec3 p_camera = camera().unproject(f.ideal_px.cast<double>(), f.depth_m);
+        landmark = map.add_landmark(seen.T_camera_world.inverse() * p_camera, id, k);
+      }
+      followed = std::move(now);
+    }
+    return map;
+  }
+
+ private:
+  World world_;
+};
+
+}  // namespace ygslam::loop_test

@@ -3,7 +3,11 @@
 // busy machine.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <ctime>
+#include <thread>
 
 #include "geometry/pnp.hpp"
 #include "optim/local_bundle.hpp"
@@ -62,6 +66,38 @@ void BM_WholeMapBundle(benchmark::State& state) {
   state.counters["cost_ratio"] = result.final_cost / result.initial_cost;
 }
 BENCHMARK(BM_WholeMapBundle)->Arg(225)->Arg(1400)->Unit(benchmark::kMillisecond);
+
+// From the flag, set by another thread at some moment, to the result.
+void BM_WholeMapBundleStops(benchmark::State& state) {
+  using Clock = std::chrono::steady_clock;
+  const BundleProblem problem = whole_map(static_cast<int>(state.range(0)), {});
+  double sum_ms = 0, worst_ms = 0;
+  int delay_ms = 0;
+  for (auto _ : state) {
+    delay_ms = (delay_ms + 37) % 300;
+    std::atomic<bool> abort = false;
+    Clock::time_point asked;
+    std::jthread other([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+      asked = Clock::now();
+      abort = true;
+    });
+    const BundleResult result = adjust_bundle(synthetic::camera(), problem, {}, &abort);
+    const auto returned = Clock::now();
+    other.join();
+    if (!result.interrupted) continue;
+    const double ms = std::chrono::duration<double, std::milli>(returned - asked).count();
+    sum_ms += ms;
+    worst_ms = std::max(worst_ms, ms);
+  }
+  state.counters["mean_ms"] = sum_ms / static_cast<double>(state.iterations());
+  state.counters["worst_ms"] = worst_ms;
+}
+BENCHMARK(BM_WholeMapBundleStops)
+    ->Arg(225)
+    ->Arg(1400)
+    ->Iterations(20)
+    ->Unit(benchmark::kMillisecond);
 
 struct PoseCase {
   std::vector<PoseObservation> observations;

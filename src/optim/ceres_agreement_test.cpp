@@ -87,6 +87,14 @@ TEST(CeresAgreement, LocalBundleWithPointsSeenTwiceInOneImage) {
   expect_same_optimum(world.problem, to_convergence(), {});
 }
 
+TEST(CeresAgreement, WholeMapWithAllPosesButTheFirstFree) {
+  Rng rng(7);
+  BundleWorld world = synthetic::room_world(120, 3, 3000, 100, {}, rng);
+  ASSERT_GT(world.problem.observations.size(), 8000u);
+  synthetic::perturb(world.problem, 0.01, 0.005, 0.02, rng);
+  expect_same_optimum(world.problem, to_convergence(), {});
+}
+
 TEST(CeresAgreement, PoseOnlyWithoutKernel) {
   Rng rng(4);
   PoseOnlyConfig config;

@@ -5,6 +5,7 @@
 
 #include "core/check.hpp"
 #include "optim/bundle_system.hpp"
+#include "optim/stop_flag.hpp"
 
 namespace ygslam {
 namespace {
@@ -104,15 +105,15 @@ class BundleAdjuster {
   }
 
   [[nodiscard]] bool is_aborted() {
-    if (abort_ != nullptr && abort_->load(std::memory_order_relaxed)) interrupted_ = true;
+    if (is_stopped(abort_)) interrupted_ = true;
     return interrupted_;
   }
 
   // Levenberg-Marquardt with Marquardt's scaling. @return false if the equations were never
   // solvable.
   bool minimise(int iterations) {
-    BundleSystem system(terms_, fixed_);
-    if (!system.has_unknowns()) return true;
+    BundleSystem system(terms_, fixed_, abort_);
+    if (is_aborted() || !system.has_unknowns()) return true;
     double cost = bundle_cost(terms_, state_, kernels_);
     double lambda = kFirstLambda;
     bool is_linearized = false;

@@ -90,8 +90,9 @@ std::vector<BundleTerm> sorted_terms(const Camera& camera, const BundleProblem& 
   for (auto begin = terms.begin(); begin != terms.end();) {
     auto end = begin;
     while (end != terms.end() && end->point == begin->point) ++end;
-    std::stable_sort(begin, end,
-                     [](const BundleTerm& a, const BundleTerm& b) { return a.pose < b.pose; });
+    std::sort(begin, end, [](const BundleTerm& a, const BundleTerm& b) {
+      return a.pose != b.pose ? a.pose < b.pose : a.source < b.source;
+    });
     begin = end;
   }
   return terms;
@@ -119,9 +120,11 @@ BundleSystem::BundleSystem(const std::vector<BundleTerm>& terms,
                            const std::vector<std::uint8_t>& pose_is_fixed,
                            const std::atomic<bool>* abort)
     : terms_(terms), abort_(abort) {
+  if (is_stopped(abort_)) return;
   choose_unknowns(pose_is_fixed);
   reduced_.reset(static_cast<int>(pose_of_slot_.size()));
   list_pairs();
+  if (is_stopped(abort_)) return;
   reduced_.freeze();
   linearized_.resize(kept_.size());
   R_transposed_.assign(pose_is_fixed.size(), Mat43::Zero());

@@ -3,7 +3,11 @@
 // busy machine.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <ctime>
+#include <thread>
 
 #include "geometry/pnp.hpp"
 #include "optim/local_bundle.hpp"
@@ -43,17 +47,18 @@ BENCHMARK(BM_LocalBundle)
     ->Args({100, 10000})
     ->Unit(benchmark::kMillisecond);
 
-// A whole map: about 300 observations per keyframe, all but the first pose free.
-BundleProblem whole_map(int poses) {
+// A whole map: about 300 observations per keyframe, all but the first pose free, every place seen
+// again in each of three laps.
+BundleProblem whole_map(int poses, const synthetic::Noise& noise) {
   Rng rng(5);
-  auto world = synthetic::bundle_world(poses, 54 * poses, 6,
-                                       {.wrong_pixel_share = 0.02, .wrong_depth_share = 0.05}, rng);
+  auto world = synthetic::room_world(poses, 3, 36 * poses, 300, noise, rng);
   synthetic::perturb(world.problem, 0.01, 0.005, 0.02, rng);
   return world.problem;
 }
 
 void BM_WholeMapBundle(benchmark::State& state) {
-  const BundleProblem problem = whole_map(static_cast<int>(state.range(0)));
+  const BundleProblem problem = whole_map(static_cast<int>(state.range(0)),
+                                          {.wrong_pixel_share = 0.02, .wrong_depth_share = 0.05});
   BundleResult result;
   for (auto _ : state) result = adjust_bundle(synthetic::camera(), problem, {});
   state.counters["observations"] = static_cast<double>(problem.observations.size());
@@ -61,6 +66,38 @@ void BM_WholeMapBundle(benchmark::State& state) {
   state.counters["cost_ratio"] = result.final_cost / result.initial_cost;
 }
 BENCHMARK(BM_WholeMapBundle)->Arg(225)->Arg(1400)->Unit(benchmark::kMillisecond);
+
+// From the flag, set by another thread at some moment, to the result.
+void BM_WholeMapBundleStops(benchmark::State& state) {
+  using Clock = std::chrono::steady_clock;
+  const BundleProblem problem = whole_map(static_cast<int>(state.range(0)), {});
+  double sum_ms = 0, worst_ms = 0;
+  int delay_ms = 0;
+  for (auto _ : state) {
+    delay_ms = (delay_ms + 37) % 300;
+    std::atomic<bool> abort = false;
+    Clock::time_point asked;
+    std::jthread other([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+      asked = Clock::now();
+      abort = true;
+    });
+    const BundleResult result = adjust_bundle(synthetic::camera(), problem, {}, &abort);
+    const auto returned = Clock::now();
+    other.join();
+    if (!result.interrupted) continue;
+    const double ms = std::chrono::duration<double, std::milli>(returned - asked).count();
+    sum_ms += ms;
+    worst_ms = std::max(worst_ms, ms);
+  }
+  state.counters["mean_ms"] = sum_ms / static_cast<double>(state.iterations());
+  state.counters["worst_ms"] = worst_ms;
+}
+BENCHMARK(BM_WholeMapBundleStops)
+    ->Arg(225)
+    ->Arg(1400)
+    ->Iterations(20)
+    ->Unit(benchmark::kMillisecond);
 
 struct PoseCase {
   std::vector<PoseObservation> observations;
@@ -146,13 +183,15 @@ void report(benchmark::State& state, double ours_s, double ceres_s) {
   state.counters["ceres_over_ours"] = ceres_s / ours_s;
 }
 
-// One robust phase with the same kernel and the same end: a step that lowers the cost by 1e-5.
-void BM_LocalBundleBesideCeres(benchmark::State& state) {
-  const BundleProblem problem = local_window(15, 2000);
+// One robust phase with the same kernel and the same end.
+void bundle_beside_ceres(benchmark::State& state, const BundleProblem& problem, int iterations,
+                         double relative_decrease) {
   BundleConfig config;
-  config.iterations_robust = 15;
+  config.iterations_robust = iterations;
   config.iterations_refine = 0;
-  const referee::Settings settings = {.iterations = 15, .relative_decrease = 1e-5};
+  config.relative_decrease = relative_decrease;
+  const referee::Settings settings = {.iterations = iterations,
+                                      .relative_decrease = relative_decrease};
   double ours_s = 0, ceres_s = 0;
   BundleResult ours;
   referee::Solution ceres;
@@ -164,10 +203,18 @@ void BM_LocalBundleBesideCeres(benchmark::State& state) {
   report(state, ours_s, ceres_s);
   state.counters["our_iterations"] = ours.iterations;
   state.counters["ceres_iterations"] = ceres.iterations;
-  state.counters["our_cost"] = ours.final_cost;
-  state.counters["ceres_cost"] = ceres.final_cost;
+  state.counters["cost_above_ceres"] = ours.final_cost / ceres.final_cost - 1;
+}
+
+void BM_LocalBundleBesideCeres(benchmark::State& state) {
+  bundle_beside_ceres(state, local_window(15, 2000), 15, 1e-5);
 }
 BENCHMARK(BM_LocalBundleBesideCeres)->Unit(benchmark::kMillisecond);
+
+void BM_WholeMapBundleBesideCeres(benchmark::State& state) {
+  bundle_beside_ceres(state, whole_map(static_cast<int>(state.range(0)), {}), 50, 1e-8);
+}
+BENCHMARK(BM_WholeMapBundleBesideCeres)->Arg(225)->Unit(benchmark::kMillisecond);
 
 void BM_PoseOnlyBesideCeres(benchmark::State& state) {
   const PoseCase c = pose_case(500);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/check.hpp"
+#include "optim/stop_flag.hpp"
 
 namespace ygslam {
 namespace {
@@ -145,7 +146,7 @@ bool BlockCholesky::finish_column(std::uint32_t column) {
 bool BlockCholesky::factorize(std::span<const PoseBlock> blocks, const std::atomic<bool>* abort) {
   load(blocks);
   for (std::uint32_t column = 0; column < size_; ++column) {
-    if (abort != nullptr && abort->load(std::memory_order_relaxed)) return false;
+    if (is_stopped(abort)) return false;
     subtract_left(column);
     if (!finish_column(column)) return false;
   }

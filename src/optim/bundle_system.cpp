@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/check.hpp"
+#include "optim/stop_flag.hpp"
 
 namespace ygslam {
 namespace {
@@ -89,8 +90,9 @@ std::vector<BundleTerm> sorted_terms(const Camera& camera, const BundleProblem& 
   for (auto begin = terms.begin(); begin != terms.end();) {
     auto end = begin;
     while (end != terms.end() && end->point == begin->point) ++end;
-    std::stable_sort(begin, end,
-                     [](const BundleTerm& a, const BundleTerm& b) { return a.pose < b.pose; });
+    std::sort(begin, end, [](const BundleTerm& a, const BundleTerm& b) {
+      return a.pose != b.pose ? a.pose < b.pose : a.source < b.source;
+    });
     begin = end;
   }
   return terms;
@@ -115,11 +117,14 @@ double bundle_cost(const std::vector<BundleTerm>& terms, const BundleState& stat
 }
 
 BundleSystem::BundleSystem(const std::vector<BundleTerm>& terms,
-                           const std::vector<std::uint8_t>& pose_is_fixed)
-    : terms_(terms) {
+                           const std::vector<std::uint8_t>& pose_is_fixed,
+                           const std::atomic<bool>* abort)
+    : terms_(terms), abort_(abort) {
+  if (is_stopped(abort_)) return;
   choose_unknowns(pose_is_fixed);
   reduced_.reset(static_cast<int>(pose_of_slot_.size()));
   list_pairs();
+  if (is_stopped(abort_)) return;
   reduced_.freeze();
   linearized_.resize(kept_.size());
   R_transposed_.assign(pose_is_fixed.size(), Mat43::Zero());
@@ -153,6 +158,7 @@ void BundleSystem::choose_unknowns(const std::vector<std::uint8_t>& pose_is_fixe
 void BundleSystem::list_pairs() {
   std::size_t longest = 0;
   for (Point& point : points_) {
+    if (is_stopped(abort_)) return;
     point.pairs = static_cast<std::uint32_t>(pair_block_.size());
     longest = std::max<std::size_t>(longest, point.end - point.begin);
     for (std::uint32_t a = point.begin; a < point.end; ++a) {
@@ -174,6 +180,7 @@ void BundleSystem::linearize(const BundleState& state, const ResidualKernels& ke
     R_transposed_[i].topRows<3>() = state.T_camera_world[i].R().transpose();
   }
   for (Point& point : points_) {
+    if (is_stopped(abort_)) return;
     point.H.setZero();
     point.g.setZero();
     const Vec3& p_world = state.points_world[point.index];
@@ -264,9 +271,9 @@ void BundleSystem::back_substitute() {
 bool BundleSystem::solve(double lambda) {
   start_reduced(lambda);
   for (Point& point : points_) {
-    if (!eliminate(point, lambda)) return false;
+    if (is_stopped(abort_) || !eliminate(point, lambda)) return false;
   }
-  if (reduced_.poses() > 0 && !reduced_.solve(pose_step_)) return false;
+  if (reduced_.poses() > 0 && !reduced_.solve(pose_step_, abort_)) return false;
   back_substitute();
   return true;
 }

@@ -3,7 +3,7 @@
 // from one iteration to the next.
 #pragma once
 
-#include <optional>
+#include <atomic>
 
 #include "optim/local_bundle.hpp"
 #include "optim/pose_block_system.hpp"
@@ -39,13 +39,15 @@ class BundleSystem {
   /// Sets out the system for those parts of `terms` that are in use; the points they see and the
   /// poses with at least six residuals are unknowns. `terms` must outlive it and
   /// stay as they are.
-  BundleSystem(const std::vector<BundleTerm>& terms,
-               const std::vector<std::uint8_t>& pose_is_fixed);
+  /// @param abort where given, looked at for every point and in every column of the factorisation;
+  /// once set, nothing that was computed is of use.
+  BundleSystem(const std::vector<BundleTerm>& terms, const std::vector<std::uint8_t>& pose_is_fixed,
+               const std::atomic<bool>* abort = nullptr);
 
   [[nodiscard]] bool has_unknowns() const { return !points_.empty() || reduced_.poses() > 0; }
   void linearize(const BundleState& state, const ResidualKernels& kernels);
   /// Solves the equations of the last linearize(), each diagonal entry enlarged by the share
-  /// lambda. @return false if they are not positive definite.
+  /// lambda. @return false if they are not positive definite, or when aborted.
   [[nodiscard]] bool solve(double lambda);
   /// `from` moved by the last solution, written to `to`.
   void apply_step(const BundleState& from, BundleState& to) const;
@@ -81,6 +83,7 @@ class BundleSystem {
   void back_substitute();
 
   const std::vector<BundleTerm>& terms_;
+  const std::atomic<bool>* abort_;
   std::vector<std::int32_t> slot_of_pose_;
   std::vector<std::uint32_t> pose_of_slot_;
   std::vector<Point> points_;

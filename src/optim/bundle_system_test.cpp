@@ -99,5 +99,20 @@ TEST(BundleSystem, TermsAreSortedByPointThenPoseAndNoneIsLost) {
   for (const int times : seen) EXPECT_EQ(times, 1);
 }
 
+TEST(BundleSystem, SolvesNothingOnceTheFlagIsSet) {
+  Rng rng(3);
+  const synthetic::BundleWorld world = synthetic::bundle_world(5, 40, 4, {}, rng);
+  BundleState state{world.T_camera_world, world.points_world};
+  auto terms = sorted_terms(synthetic::camera(), world.problem);
+  for (BundleTerm& t : terms) t.use_pixel = t.use_depth = 1;
+  drop_undetermined_points(terms, state.points_world.size());
+  std::atomic<bool> abort = false;
+  BundleSystem system(terms, {1, 0, 0, 0, 0}, &abort);
+  system.linearize(state, {});
+  EXPECT_TRUE(system.solve(1e-5));
+  abort = true;
+  EXPECT_FALSE(system.solve(1e-5));
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "optim/local_bundle.hpp"
+#include "optim/pose_graph.hpp"
 #include "optim/pose_only.hpp"
 #include "optim/referee/ceres_referee.hpp"
+#include "optim/synthetic_pose_graph.hpp"
 #include "optim/synthetic_views.hpp"
 
 namespace ygslam {
@@ -87,6 +89,14 @@ TEST(CeresAgreement, LocalBundleWithPointsSeenTwiceInOneImage) {
   expect_same_optimum(world.problem, to_convergence(), {});
 }
 
+TEST(CeresAgreement, WholeMapWithAllPosesButTheFirstFree) {
+  Rng rng(7);
+  BundleWorld world = synthetic::room_world(120, 3, 3000, 100, {}, rng);
+  ASSERT_GT(world.problem.observations.size(), 8000u);
+  synthetic::perturb(world.problem, 0.01, 0.005, 0.02, rng);
+  expect_same_optimum(world.problem, to_convergence(), {});
+}
+
 TEST(CeresAgreement, PoseOnlyWithoutKernel) {
   Rng rng(4);
   PoseOnlyConfig config;
@@ -119,6 +129,26 @@ TEST(CeresAgreement, PoseOnlyWithTheHuberKernelAtWork) {
     const auto theirs = referee::solve_pose(synthetic::camera(), T_guess, world.observations, {});
     ASSERT_TRUE(ours);
     EXPECT_LT((ours->T_camera_world * theirs.T_camera_world[0].inverse()).log().norm(), 1e-6);
+  }
+}
+
+TEST(CeresAgreement, PoseGraphsOf300Poses) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Rng rng(seed);
+    const synthetic::Laps laps = {.neighbours = static_cast<int>(seed % 3) + 1, .loops = 60};
+    auto world = synthetic::pose_graph_world(laps, rng);
+    for (PoseGraphEdge& edge : world.graph.edges) {
+      edge.information = 0.1 * synthetic::random_information(rng);
+    }
+    if (seed == 3) world.graph.fixed[150] = 1;
+    const PoseGraphResult ours = optimize_pose_graph(world.graph, {.gnc = false});
+    const referee::Solution theirs = referee::optimize_pose_graph(world.graph, {});
+    EXPECT_TRUE(ours.converged);
+    EXPECT_NEAR(ours.initial_cost, theirs.initial_cost, 1e-9 * theirs.initial_cost);
+    EXPECT_NEAR(ours.cost, theirs.final_cost, 1e-6 * theirs.final_cost);
+    for (std::size_t i = 0; i < ours.T_camera_world.size(); ++i) {
+      EXPECT_LT((ours.T_camera_world[i] * theirs.T_camera_world[i].inverse()).log().norm(), 1e-4);
+    }
   }
 }
 

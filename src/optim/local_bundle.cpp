@@ -5,6 +5,7 @@
 
 #include "core/check.hpp"
 #include "optim/bundle_system.hpp"
+#include "optim/stop_flag.hpp"
 
 namespace ygslam {
 namespace {
@@ -50,17 +51,9 @@ class BundleAdjuster {
     use_all();
     result.initial_cost = bundle_cost(terms_, state_, kernels_);
     if (!std::isfinite(result.initial_cost)) return false;
-    if (!minimise(config_.iterations_robust)) return false;
-    const BundleState robust = state_;
-    if (!interrupted_) {
-      drop_outliers();
-      if (!minimise(config_.iterations_refine)) return false;
-      use_all();
-      // Without the outliers the sum over all observations may end above where it began.
-      if (!(bundle_cost(terms_, state_, kernels_) <= result.initial_cost)) state_ = robust;
-    }
-    use_all();
-    result.final_cost = bundle_cost(terms_, state_, kernels_);
+    result.final_cost = result.initial_cost;
+    if (!minimise(config_.iterations_robust, result.final_cost)) return false;
+    if (!interrupted_ && !refine(result)) return false;
     result.iterations = iterations_;
     result.interrupted = interrupted_;
     result.outlier = judge(result.outlier.size());
@@ -70,6 +63,23 @@ class BundleAdjuster {
   }
 
  private:
+  // Without the outliers. Then the sum over all observations may end above where it began.
+  // @return false if the equations were never solvable.
+  bool refine(BundleResult& result) {
+    const BundleState robust = state_;
+    drop_outliers();
+    double cost = bundle_cost(terms_, state_, kernels_);
+    if (!minimise(config_.iterations_refine, cost)) return false;
+    use_all();
+    cost = bundle_cost(terms_, state_, kernels_);
+    if (cost <= result.initial_cost) {
+      result.final_cost = cost;
+    } else {
+      state_ = robust;
+    }
+    return true;
+  }
+
   void use_all() {
     for (BundleTerm& t : terms_) t.use_pixel = t.use_depth = t.weight;
     drop_undetermined_points(terms_, state_.points_world.size());
@@ -104,16 +114,16 @@ class BundleAdjuster {
   }
 
   [[nodiscard]] bool is_aborted() {
-    if (abort_ != nullptr && abort_->load(std::memory_order_relaxed)) interrupted_ = true;
+    if (is_stopped(abort_)) interrupted_ = true;
     return interrupted_;
   }
 
-  // Levenberg-Marquardt with Marquardt's scaling. @return false if the equations were never
-  // solvable.
-  bool minimise(int iterations) {
-    BundleSystem system(terms_, fixed_);
-    if (!system.has_unknowns()) return true;
-    double cost = bundle_cost(terms_, state_, kernels_);
+  // Levenberg-Marquardt with Marquardt's scaling.
+  // @param cost that of state_, before and after.
+  // @return false if the equations were never solvable.
+  bool minimise(int iterations, double& cost) {
+    BundleSystem system(terms_, fixed_, abort_);
+    if (is_aborted() || !system.has_unknowns()) return true;
     double lambda = kFirstLambda;
     bool is_linearized = false;
     bool was_solved = iterations <= 0;

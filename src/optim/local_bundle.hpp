@@ -1,5 +1,5 @@
-// Local bundle adjustment: some poses and points free, the rest fixed. Plain problem in, result
-// out.
+// Bundle adjustment of a window of the map, or of the whole of it: some poses and all points free,
+// the rest fixed. Plain problem in, result out.
 #pragma once
 
 #include <atomic>
@@ -56,7 +56,8 @@ struct BundleResult {
 /// Two phases: all observations with Huber's kernel; then without the outliers, kernel still on.
 /// Left as they are: fixed poses (the first pose if none is fixed), poses with fewer than 6
 /// residuals and points with fewer than 3.
-/// @param abort checked between iterations where given; may be set by another thread.
+/// @param abort where given, looked at for every point and in every column of the factorisation;
+/// may be set by another thread and is to stay set. A step begun is then not taken.
 ///
 /// Levenberg-Marquardt with the Schur complement on the points (Triggs et al. 2000, sec. 6.1).
 /// Never throws; stops on iterations and convergence, never on the clock.

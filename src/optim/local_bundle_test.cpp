@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstring>
+#include <thread>
 
 #include "optim/synthetic_views.hpp"
 
@@ -301,6 +303,26 @@ TEST(LocalBundle, ManyPosesOfASparseSystem) {
   const BundleResult r = adjust_bundle(synthetic::camera(), world.problem, {});
   ASSERT_TRUE(r.usable);
   EXPECT_LT(worst_pose_error(r, world.T_camera_world), 1e-5);
+}
+
+TEST(LocalBundle, StoppedAtAnyMomentItIsNoWorseThanItWas) {
+  Rng rng(15);
+  BundleWorld world = synthetic::room_world(60, 3, 2000, 100, {}, rng);
+  synthetic::perturb(world.problem, 0.02, 0.01, 0.02, rng);
+  int interrupted = 0;
+  for (int delay_us = 0; delay_us < 20'000; delay_us += 1000) {
+    std::atomic<bool> abort = false;
+    std::jthread other([&] {
+      std::this_thread::sleep_for(std::chrono::microseconds(delay_us));
+      abort = true;
+    });
+    const BundleResult r = adjust_bundle(synthetic::camera(), world.problem, {}, &abort);
+    interrupted += r.interrupted ? 1 : 0;
+    ASSERT_TRUE(r.usable);
+    EXPECT_LE(r.final_cost, r.initial_cost);
+    for (const SE3& T : r.T_camera_world) EXPECT_TRUE(T.is_finite());
+  }
+  EXPECT_GT(interrupted, 0);
 }
 
 TEST(LocalBundle, AbortKeepsWhatWasReached) {

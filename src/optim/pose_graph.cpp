@@ -5,6 +5,7 @@
 
 #include "core/check.hpp"
 #include "optim/pose_graph_system.hpp"
+#include "optim/stop_flag.hpp"
 
 namespace ygslam {
 namespace {
@@ -59,7 +60,7 @@ class PoseGraphOptimizer {
     }
     if (largest_chi2 <= config_.inlier_chi2) return;
     double mu = config_.inlier_chi2 / (2 * largest_chi2 - config_.inlier_chi2);
-    for (; mu < kLastMu && !is_stopped(); mu *= config_.gnc_growth) {
+    for (; mu < kLastMu && !is_over(); mu *= config_.gnc_growth) {
       weigh([&](double chi2) { return truncated_weight(chi2, config_.inlier_chi2, mu); });
       if (std::ranges::all_of(weight_, [](double w) { return w == 0 || w == 1; })) return;
       (void)minimise(kIterationsPerLevel);
@@ -97,9 +98,8 @@ class PoseGraphOptimizer {
     return 0.5 * sum;
   }
 
-  [[nodiscard]] bool is_stopped() const {
-    return iterations_ >= config_.max_iterations ||
-           (abort_ != nullptr && abort_->load(std::memory_order_relaxed));
+  [[nodiscard]] bool is_over() const {
+    return iterations_ >= config_.max_iterations || is_stopped(abort_);
   }
 
   // Levenberg-Marquardt with Marquardt's scaling, weights as they are. @return false if it ended
@@ -108,7 +108,7 @@ class PoseGraphOptimizer {
     if (!system_.has_unknowns()) return true;
     double cost = cost_of(chi2_);
     bool is_linearized = false;
-    for (int i = 0; i < iterations && lambda_ < kLargestGraphLambda && !is_stopped(); ++i) {
+    for (int i = 0; i < iterations && lambda_ < kLargestGraphLambda && !is_over(); ++i) {
       if (!is_linearized) system_.linearize(poses_, weight_);
       is_linearized = true;
       ++iterations_;

@@ -38,6 +38,14 @@ struct PoseGraphWorld {
   return SE3(R_world_camera, p_world).inverse();
 }
 
+/// Full, of deviations about a millimetre and a milliradian.
+[[nodiscard]] inline Mat6 random_information(Rng& rng) {
+  Mat6 A;
+  for (int i = 0; i < 36; ++i) A(i) = rng.normal();
+  const Vec6 scale = (Vec6() << 300, 200, 100, 500, 800, 700).finished();
+  return scale.asDiagonal() * (A * A.transpose() + Mat6::Identity()) * scale.asDiagonal();
+}
+
 /// The motion from one pose of the truth to another, disturbed as its information says.
 [[nodiscard]] inline PoseGraphEdge measured_edge(const PoseGraphWorld& world, std::uint32_t from,
                                                  std::uint32_t to, double sigma_m, double sigma_rad,

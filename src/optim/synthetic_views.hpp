@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
 #include "core/rng.hpp"
 #include "optim/local_bundle.hpp"
@@ -99,6 +100,45 @@ struct BundleWorld {
       world.problem.observations.push_back({static_cast<std::uint32_t>(i),
                                             static_cast<std::uint32_t>(k),
                                             observe(cam, T_i, p, noise, rng)});
+    }
+  }
+  world.problem.points_world = world.points_world;
+  return world;
+}
+
+/// Cameras walking laps of a round room, a quarter of a metre between them, looking at the wall;
+/// each sees about per_view of the points. Every place is seen again in each lap, as in a whole
+/// map. First pose fixed.
+[[nodiscard]] inline BundleWorld room_world(int poses, int laps, int points, int per_view,
+                                            const Noise& noise, Rng& rng) {
+  BundleWorld world;
+  const Camera cam = camera();
+  const double path_radius_m = 0.25 * poses / laps / (2 * std::numbers::pi);
+  for (int k = 0; k < points; ++k) {
+    const double angle = rng.uniform(-std::numbers::pi, std::numbers::pi);
+    const double radius_m = path_radius_m + rng.uniform(1.8, 3.3);
+    world.points_world.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle),
+                                    rng.uniform(-1.5, 1.5));
+  }
+  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(poses); ++i) {
+    const double angle = 2 * std::numbers::pi * laps * i / poses;
+    const Vec3 forward(std::cos(angle), std::sin(angle), 0), down(0, 0, -1);
+    Mat3 R_world_camera;
+    R_world_camera << down.cross(forward), down, forward;
+    const SE3 T_camera_world = SE3::exp(random_twist(rng, 0.1, 0.1)) *
+                               SE3(R_world_camera, path_radius_m * forward + 0.2 * down).inverse();
+    world.T_camera_world.push_back(T_camera_world);
+    world.problem.poses.push_back({T_camera_world, i == 0});
+    std::vector<std::uint32_t> visible;
+    for (std::uint32_t k = 0; k < world.points_world.size(); ++k) {
+      const Vec3 p_cam = T_camera_world * world.points_world[k];
+      if (p_cam.z() > 0.3 && cam.contains(cam.project(p_cam))) visible.push_back(k);
+    }
+    const double share = per_view / std::max(1.0, static_cast<double>(visible.size()));
+    for (const std::uint32_t k : visible) {
+      if (rng.uniform() >= share) continue;
+      world.problem.observations.push_back(
+          {i, k, observe(cam, T_camera_world, world.points_world[k], noise, rng)});
     }
   }
   world.problem.points_world = world.points_world;

@@ -153,7 +153,7 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   if (!database->run("PRAGMA cell_size_check=ON; PRAGMA mmap_size=0; PRAGMA query_only=ON; BEGIN"))
     return fault(path, database->message());
   if (header->format > kFormat) return fault(path, newer_text(*database, header->format));
-  if (header->format != kFormat) return fault(path, "is no map that was ever completed");
+  if (header->format != kFormat) return fault(path, "is a map that was never completed");
   if (const std::string schema = schema_fault(*database); !schema.empty())
     return fault(path, schema);
   const auto entries = read_meta_entries(*database);

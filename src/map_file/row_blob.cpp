@@ -16,6 +16,7 @@ constexpr std::uint16_t kFormat = 1;
 constexpr std::uint32_t kMostRaw_bytes = 64U << 20;  // of one row
 // Descriptors are random to any compressor: higher levels take four times as long for 1 % less.
 constexpr int kLevel = 1;
+constexpr std::size_t kLeastPart_bytes = 256;  // that is worth a block of its own
 
 struct Header {
   std::uint32_t magic = kMagic;
@@ -58,15 +59,33 @@ RowCodec::RowCodec(RowCodec&&) noexcept = default;
 RowCodec& RowCodec::operator=(RowCodec&&) noexcept = default;
 RowCodec::~RowCodec() = default;
 
+std::size_t RowCodec::compress(std::span<const char> raw, std::span<const std::size_t> parts) {
+  ZSTD_CCtx* const zstd = contexts_->compressor;
+  const auto require = [](std::size_t code) {  // there is room: nothing but memory can be wanting
+    if (ZSTD_isError(code) != 0) throw std::bad_alloc();
+    return code;
+  };
+  require(ZSTD_CCtx_reset(zstd, ZSTD_reset_session_only));
+  require(ZSTD_CCtx_setParameter(zstd, ZSTD_c_compressionLevel, kLevel));
+  require(ZSTD_CCtx_setPledgedSrcSize(zstd, raw.size()));
+  ZSTD_outBuffer out{stored_.data() + sizeof(Header), stored_.size() - sizeof(Header), 0};
+  ZSTD_inBuffer in{raw.data(), 0, 0};
+  for (const std::size_t end : parts) {
+    if (end < in.size + kLeastPart_bytes || end > raw.size()) continue;
+    in.size = end;
+    require(ZSTD_compressStream2(zstd, &out, &in, ZSTD_e_flush));
+  }
+  in.size = raw.size();
+  if (require(ZSTD_compressStream2(zstd, &out, &in, ZSTD_e_end)) != 0) throw std::bad_alloc();
+  return out.pos;
+}
+
 std::span<const char> RowCodec::encode(const RowKey& key, std::span<const char> raw,
-                                       std::uint64_t hash) {
+                                       std::uint64_t hash, std::span<const std::size_t> parts) {
   CHECK(raw.size() <= kMostRaw_bytes, "a row too large to be read again");
-  stored_.resize(sizeof(Header) + ZSTD_compressBound(raw.size()));
-  const std::size_t size =
-      ZSTD_compressCCtx(contexts_->compressor, stored_.data() + sizeof(Header),
-                        stored_.size() - sizeof(Header), raw.data(), raw.size(), kLevel);
-  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // there is room, so nothing else can fail
-  stored_.resize(sizeof(Header) + size);
+  constexpr std::size_t kBytesPerPart = 8;  // what a new block costs
+  stored_.resize(sizeof(Header) + ZSTD_compressBound(raw.size()) + kBytesPerPart * parts.size());
+  stored_.resize(sizeof(Header) + compress(raw, parts));
   Header header;
   header.table = static_cast<std::uint16_t>(key.table);
   header.raw_bytes = static_cast<std::uint32_t>(raw.size());

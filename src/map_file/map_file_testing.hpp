@@ -85,6 +85,7 @@ inline void sql(const fs::path& path, const std::string& statements) {
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
   sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+  sqlite3_exec(db, "PRAGMA synchronous=OFF", nullptr, nullptr, nullptr);
   char* message = nullptr;
   EXPECT_EQ(sqlite3_exec(db, statements.c_str(), nullptr, nullptr, &message), SQLITE_OK)
       << statements << ": " << (message == nullptr ? "" : message);
@@ -97,6 +98,7 @@ inline void put_blob(const fs::path& path, const std::string& statement,
                      std::span<const char> bytes) {
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
+  sqlite3_exec(db, "PRAGMA synchronous=OFF", nullptr, nullptr, nullptr);
   sqlite3_stmt* row = nullptr;
   ASSERT_EQ(sqlite3_prepare_v2(db, statement.c_str(), -1, &row, nullptr), SQLITE_OK) << statement;
   sqlite3_bind_blob64(row, 1, bytes.data(), bytes.size(), SQLITE_STATIC);
@@ -139,8 +141,10 @@ inline void sign_meta(const fs::path& path, const std::function<void(map_file::M
   map_file::Meta meta = opened->meta;
   opened->database.close();
   change(meta);
+  std::string statements = "BEGIN;";
   for (const auto& [name, value] : map_file::entries_of(meta))
-    sql(path, fmt::format("UPDATE meta SET value = '{}' WHERE key = '{}'", value, name));
+    statements += fmt::format("UPDATE meta SET value = '{}' WHERE key = '{}';", value, name);
+  sql(path, statements + "COMMIT");
 }
 
 /// Changes a row's content and signs it again: checksums are right, the content need not be.

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr int kLevels = 8;
 constexpr double kScale = 1.2;
 constexpr int kWidth = 640, kHeight = 480;
-constexpr int kSightings = 8;        // keyframes that see a landmark
+constexpr int kSightings = 8;         // keyframes that see a landmark
 constexpr double kWithLandmark = .6;  // of the features
 constexpr float kRawPerMetre = 5000;  // depth comes in whole units
 
@@ -52,8 +52,8 @@ FeaturesPtr make_features(const Options& options, Rng& rng) {
     f.uv_px = {static_cast<float>(rng.uniform(16, kWidth - 17)),
                static_cast<float>(rng.uniform(16, kHeight - 17))};
     f.ideal_px = f.uv_px;
-    f.depth_m = rng.uniform() < .85 ? static_cast<float>(rng.below(20'000) + 2'500) / kRawPerMetre
-                                    : 0.0F;
+    f.depth_m =
+        rng.uniform() < .85 ? static_cast<float>(rng.below(20'000) + 2'500) / kRawPerMetre : 0.0F;
     f.angle_rad = static_cast<float>(rng.uniform(0, 6.28));
     f.response = static_cast<float>(rng.uniform(5, 100));
     f.on_depth_edge = rng.uniform() < .25;
@@ -179,8 +179,9 @@ void make_and_save(const Options& options) {
 
 void load(const Options& options) {
   std::optional<Result<Map>> map;
-  const double load_s =
-      seconds_of([&] { map = load_map(options.file, camera(), {kLevels, kScale}); });
+  const double load_s = seconds_of([&] {
+    map = load_map(options.file, camera(), {kLevels, kScale});
+  });
   if (!map->ok()) std::printf("%s\n", map->error().message.c_str()), ::_exit(1);
   const double peak_MB = memory_MB("VmHWM");
   malloc_trim(0);
@@ -200,7 +201,8 @@ void write_while_running(const Options& options) {
   tell("first write (all rows compared)");
   tell("nothing changed");
   for (std::uint32_t i = 0; i < 10; ++i)
-    map->set_pose(KeyframeId{i}, SE3::exp(Vec6::Constant(.01)) * map->keyframe(KeyframeId{i}).T_camera_world);
+    map->set_pose(KeyframeId{i},
+                  SE3::exp(Vec6::Constant(.01)) * map->keyframe(KeyframeId{i}).T_camera_world);
   for (std::uint32_t i = 0; i < 2000; ++i)
     if (map->has_landmark(LandmarkId{i})) map->count_seen(LandmarkId{i}, 1, 1);
   tell("10 poses and 2000 landmarks changed");

@@ -62,8 +62,7 @@ Result<int> show(const MapOptions& options) {
               c.cy);
   if (c.is_distorted())
     std::printf(", k1 %g k2 %g p1 %g p2 %g k3 %g", c.k1, c.k2, c.p1, c.p2, c.k3);
-  std::printf("\npyramid       %d levels, factor %g\n", info->pyramid_levels,
-              info->pyramid_factor);
+  std::printf("\npyramid       %d levels, factor %g\n", info->pyramid_levels, info->pyramid_factor);
   std::printf("file          %.1f MB, written %llu times, created %s, by version %s\n",
               static_cast<double>(info->bytes) * 1e-6,
               static_cast<unsigned long long>(info->generation), info->created.c_str(),
@@ -75,8 +74,8 @@ Result<int> show(const MapOptions& options) {
 void print_faults(const MapCheck& check) {
   for (const std::string& fault : check.faults) std::printf("%s\n", fault.c_str());
   if (check.faults_in_all > check.faults.size())
-    std::printf("and %llu more\n", static_cast<unsigned long long>(check.faults_in_all -
-                                                                   check.faults.size()));
+    std::printf("and %llu more\n",
+                static_cast<unsigned long long>(check.faults_in_all - check.faults.size()));
 }
 
 Result<int> check(const MapOptions& options) {

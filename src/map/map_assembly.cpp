@@ -170,8 +170,7 @@ void MapAssembly::count_covisibility() {
 
 void MapAssembly::number_by_parts() {
   numbers_.next_keyframe = 0;
-  if (!map_.keyframes_.empty())
-    numbers_.next_keyframe = index(map_.keyframes_.rbegin()->first) + 1;
+  if (!map_.keyframes_.empty()) numbers_.next_keyframe = index(map_.keyframes_.rbegin()->first) + 1;
   if (!map_.removed_keyframes_.empty())
     numbers_.next_keyframe =
         std::max(numbers_.next_keyframe, index(map_.removed_keyframes_.back().id) + 1);

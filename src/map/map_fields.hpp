@@ -87,8 +87,10 @@ void features(Archive& archive, auto& features) {
   const auto v = [&](std::size_t i) -> auto& { return points[i].uv_px.y(); };
   archive.template column<float>(n, u);
   archive.template column<float>(n, v);
-  difference(archive, n, [&](std::size_t i) -> auto& { return points[i].ideal_px.x(); }, u);
-  difference(archive, n, [&](std::size_t i) -> auto& { return points[i].ideal_px.y(); }, v);
+  difference(
+      archive, n, [&](std::size_t i) -> auto& { return points[i].ideal_px.x(); }, u);
+  difference(
+      archive, n, [&](std::size_t i) -> auto& { return points[i].ideal_px.y(); }, v);
   archive.template column<float>(n, [&](std::size_t i) -> auto& { return points[i].depth_m; });
   archive.template column<float>(n, [&](std::size_t i) -> auto& { return points[i].angle_rad; });
   archive.template column<float>(n, [&](std::size_t i) -> auto& { return points[i].response; });

@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <new>
@@ -60,8 +61,8 @@ Statement& Statement::bind(int place, std::span<const char> bytes) {
 }
 
 Statement& Statement::bind_text(int place, std::string_view text) {
-  require_no_want(sqlite3_bind_text64(handle_.get(), place, text.data(), text.size(),
-                                      SQLITE_STATIC, SQLITE_UTF8));
+  require_no_want(sqlite3_bind_text64(handle_.get(), place, text.data(), text.size(), SQLITE_STATIC,
+                                      SQLITE_UTF8));
   return *this;
 }
 
@@ -114,8 +115,8 @@ Result<Database> Database::open(const fs::path& path, Access access) {
   flags |= reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
   if (access == Access::kCreate) flags |= SQLITE_OPEN_CREATE;
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(uri_of(path, access == Access::kReadAlone).c_str(), &handle,
-                                   flags, nullptr);
+  const int code =
+      sqlite3_open_v2(uri_of(path, access == Access::kReadAlone).c_str(), &handle, flags, nullptr);
   Database database(handle);
   require_no_want(code);
   const ErrorKind kind = reads ? ErrorKind::kSavedMap : ErrorKind::kOutput;
@@ -163,6 +164,19 @@ std::optional<Statement> Database::prepare(std::string_view sql) {
   return std::optional<Statement>(std::in_place, statement);
 }
 
+std::optional<std::size_t> Database::read_start(std::span<unsigned char> bytes) const {
+  sqlite3_file* file = nullptr;
+  sqlite3_int64 size = 0;
+  if (sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file) != SQLITE_OK ||
+      file == nullptr || file->pMethods == nullptr ||
+      file->pMethods->xFileSize(file, &size) != SQLITE_OK)
+    return std::nullopt;
+  const auto wanted = static_cast<int>(std::min(static_cast<sqlite3_int64>(bytes.size()), size));
+  if (wanted > 0 && file->pMethods->xRead(file, bytes.data(), wanted, 0) != SQLITE_OK)
+    return std::nullopt;
+  return static_cast<std::size_t>(wanted);
+}
+
 std::string Database::message() const {
   sqlite3* const db = handle_.get();
   std::string text = sqlite3_errmsg(db);
@@ -173,9 +187,9 @@ std::string Database::message() const {
   return text;
 }
 
-bool Database::is_damaged() const {
+bool Database::lacks_access() const {
   const int code = sqlite3_errcode(handle_.get()) & 0xff;
-  return code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+  return code == SQLITE_CANTOPEN || code == SQLITE_READONLY || code == SQLITE_PERM;
 }
 
 bool Database::close() {

@@ -128,17 +128,19 @@ TEST_F(MapContent, FeaturesLieInTheImage) {
   expect_refused_with(key, octaves, std::uint8_t{200}, "keyframe 0: a feature of a pyramid level");
   // The highest bytes of all numbers of a column stand together; of ideal_px its difference.
   expect_refused_with(key, 4 + 3 * n, std::uint8_t{0x7f}, "seen 0: a number is not finite");
-  expect_refused_with(key, 4 + 8 * n + 3 * n, std::uint8_t{0x0c}, "keyframe 0: a feature lies outside");
+  expect_refused_with(key, 4 + 8 * n + 3 * n, std::uint8_t{0x0c},
+                      "keyframe 0: a feature lies outside");
   const std::size_t free_space = 4 + 62 * n;
   expect_refused_with(key, free_space, std::uint32_t{4000}, "seen 0: a free-space image is larger");
   expect_refused_with(key, free_space, std::uint32_t{0x80000000}, "seen 0: a free-space image");
-  const std::size_t read_out = free_space + 8 + 4 * map_.keyframe(KeyframeId{0})
-                                                        .data->free_space.blocks_m()
-                                                        .size();
+  const std::size_t read_out =
+      free_space + 8 + 4 * map_.keyframe(KeyframeId{0}).data->free_space.blocks_m().size();
   expect_refused_with(key, read_out, 2.0, "seen 0: a shutter time is too long");
   expect_refused_with(key, read_out + 24, kNan, "seen 0: a number is not finite");
-  expect_refused_with(RowKey{Table::kWeight, 0}, 0, static_cast<std::uint32_t>(0), "weight 0: bytes left");
-  expect_refused_with(RowKey{Table::kWeight, 0}, 4 + 3 * n, std::uint8_t{0xbf}, "weight 0: a weight");
+  expect_refused_with(RowKey{Table::kWeight, 0}, 0, static_cast<std::uint32_t>(0),
+                      "weight 0: bytes left");
+  expect_refused_with(RowKey{Table::kWeight, 0}, 4 + 3 * n, std::uint8_t{0xbf},
+                      "weight 0: a weight");
   restore();
   sign_row(path_, {Table::kWeight, 0}, [&](std::string& raw) {
     ArchiveWriter out;
@@ -154,8 +156,7 @@ TEST_F(MapContent, LandmarksAreSeenByWhatIsThere) {
   const auto change = [&](const std::function<void(Landmark&)>& first, const std::string& cause) {
     change_landmarks([&](Landmarks& all) { first(all[1]); }, cause);
   };
-  change([](Landmark& l) { l.observations.front().keyframe = KeyframeId{500}; },
-         "landmark 1: ");
+  change([](Landmark& l) { l.observations.front().keyframe = KeyframeId{500}; }, "landmark 1: ");
   change([](Landmark& l) { l.observations.back().keyframe = KeyframeId{501}; },
          "seen by keyframe 501, which is not there");
   change([](Landmark& l) { l.observations.front().feature = 1'000'000; }, "has no feature 1000000");

@@ -75,10 +75,12 @@ TEST_F(MapDamage, EveryTruncationIsSeen) {
 
 TEST_F(MapDamage, WrittenByANewerProgram) {
   sign_meta(path_, [](map_file::Meta& meta) { meta.info.program_version = "9.1.0"; });
-  sql(path_, "UPDATE meta SET value = '9.1.0' WHERE key = 'program_version';"
-             "PRAGMA user_version=2");
-  expect_refused(path_, "written by version 9.1.0 in format 2; this version 0.1.0 reads up to "
-                        "format 1");
+  sql(path_,
+      "UPDATE meta SET value = '9.1.0' WHERE key = 'program_version';"
+      "PRAGMA user_version=2");
+  expect_refused(path_,
+                 "written by version 9.1.0 in format 2; this version 0.1.0 reads up to "
+                 "format 1");
 }
 
 /// One bit of a row's blob, or of its checksum where it has no blob.
@@ -96,8 +98,8 @@ TEST_F(MapDamage, AFlippedBitIsNamedAndTheRestSaved) {
       const bool chunked = table >= static_cast<std::size_t>(Table::kLandmarks);
       const RowKey key{static_cast<Table>(table), chunked ? 0 : middle};
       if (key.table == Table::kKeyframe) {
-        sql(path_, "UPDATE keyframe SET stamp_ns = stamp_ns + 1 WHERE id = " +
-                       std::to_string(middle));
+        sql(path_,
+            "UPDATE keyframe SET stamp_ns = stamp_ns + 1 WHERE id = " + std::to_string(middle));
       } else {
         std::string blob = row_blob(path_, key);
         ASSERT_GT(blob.size(), map_file::kRowHeader_bytes);
@@ -105,8 +107,8 @@ TEST_F(MapDamage, AFlippedBitIsNamedAndTheRestSaved) {
             static_cast<char>(1 << rng.below(8));
         set_row_blob(path_, key, blob);
       }
-      const std::string name = std::string(map_file::name_of(key.table)) + " " +
-                               std::to_string(key.id);
+      const std::string name =
+          std::string(map_file::name_of(key.table)) + " " + std::to_string(key.id);
       expect_refused(path_, name + ": ");
       const auto check = check_map(path_);
       ASSERT_TRUE(check.ok()) << check.error().message;
@@ -194,7 +196,8 @@ TEST_F(MapDamage, HalfAMapDoesNotLookWhole) {
   restore();
   const Map older = [&] {
     Map map = map_;
-    map.set_pose(KeyframeId{0}, SE3::exp(Vec6::Constant(0.1)) * map.keyframe(KeyframeId{0}).T_camera_world);
+    map.set_pose(KeyframeId{0},
+                 SE3::exp(Vec6::Constant(0.1)) * map.keyframe(KeyframeId{0}).T_camera_world);
     return map;
   }();
   const fs::path other = folder_.path() / "older.map";
@@ -274,12 +277,14 @@ TEST_F(MapDamage, ValuesOfOtherTypesAreRefused) {
     by_the_back_door("pose", loose, "UPDATE pose SET data = " + plain + " WHERE id = 0");
     expect_refused(path_, "");
   }
-  by_the_back_door("keyframe", "CREATE TABLE keyframe(id INTEGER PRIMARY KEY, parent, stamp_ns, "
-                               "checksum)",
+  by_the_back_door("keyframe",
+                   "CREATE TABLE keyframe(id INTEGER PRIMARY KEY, parent, stamp_ns, "
+                   "checksum)",
                    "UPDATE keyframe SET parent = 'nobody'");
   expect_refused(path_, "");
-  by_the_back_door("keyframe", "CREATE TABLE keyframe(id INTEGER PRIMARY KEY, parent, stamp_ns, "
-                               "checksum)",
+  by_the_back_door("keyframe",
+                   "CREATE TABLE keyframe(id INTEGER PRIMARY KEY, parent, stamp_ns, "
+                   "checksum)",
                    "UPDATE keyframe SET stamp_ns = NULL");
   expect_refused(path_, "");
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <functional>
@@ -29,8 +30,7 @@ inline PyramidScales scales() { return {map_test::kLevels, map_test::kScale}; }
 class GrowingMap {
  public:
   explicit GrowingMap(int points = 150, std::uint64_t seed = 5)
-      : world_(points, seed),
-        landmark_(static_cast<std::size_t>(points), kNoLandmark) {}
+      : world_(points, seed), landmark_(static_cast<std::size_t>(points), kNoLandmark) {}
 
   void grow(int keyframes) {
     for (int i = 0; i < keyframes; ++i) grow();
@@ -53,8 +53,8 @@ class GrowingMap {
     data->free_space = FreeSpaceImage(depth_m);
     data->read_out = {{0.03, 0.02, -0.01}, Vec6::Constant(0.1 * (i % 5))};
     std::vector<float> weight(seen.features->size(), 0.75F);
-    const KeyframeId parent = map_.keyframes().empty() ? kNoKeyframe
-                                                       : map_.keyframes().rbegin()->first;
+    const KeyframeId parent =
+        map_.keyframes().empty() ? kNoKeyframe : map_.keyframes().rbegin()->first;
     map_.add_keyframe(std::move(data), seen.T_camera_world, parent, std::move(weight));
     for (std::uint32_t k = 0; k < seen.point.size(); ++k) {
       const auto point = static_cast<std::size_t>(seen.point[k]);
@@ -129,9 +129,10 @@ inline std::string row_blob(const fs::path& path, const map_file::RowKey& key) {
 }
 inline void set_row_blob(const fs::path& path, const map_file::RowKey& key,
                          std::span<const char> blob) {
-  put_blob(path, fmt::format("UPDATE {} SET data = ? WHERE id = {}", map_file::name_of(key.table),
-                             key.id),
-           blob);
+  put_blob(
+      path,
+      fmt::format("UPDATE {} SET data = ? WHERE id = {}", map_file::name_of(key.table), key.id),
+      blob);
 }
 
 /// Changes `meta` as a writer does who knows its checksums.
@@ -202,6 +203,22 @@ inline void expect_refused(const fs::path& path, const std::string& cause) {
   EXPECT_NE(map.error().message.find(cause), std::string::npos) << map.error().message;
   EXPECT_EQ(map.error().message.find('\n'), std::string::npos) << map.error().message;
 }
+
+/// Root may write anywhere: be nobody while this lives.
+class Nobody {
+ public:
+  Nobody() : before_(::geteuid()) {
+    if (before_ == 0 && ::seteuid(65534) != 0) ADD_FAILURE() << "cannot be nobody";
+  }
+  Nobody(const Nobody&) = delete;
+  Nobody& operator=(const Nobody&) = delete;
+  ~Nobody() {
+    if (::seteuid(before_) != 0) ADD_FAILURE() << "cannot be root again";
+  }
+
+ private:
+  uid_t before_;
+};
 
 /// Files in a folder.
 inline std::vector<std::string> names_in(const fs::path& folder) {

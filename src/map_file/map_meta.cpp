@@ -133,9 +133,7 @@ MetaEntries entries_of(const Meta& meta) {
 }
 
 Result<Meta> meta_of(const MetaEntries& entries) {
-  const auto refuse = [](std::string what) {
-    return Error{ErrorKind::kSavedMap, std::move(what)};
-  };
+  const auto refuse = [](std::string what) { return Error{ErrorKind::kSavedMap, std::move(what)}; };
   const std::map<std::string, std::string> by_name(entries.begin(), entries.end());
   Meta meta;
   MetaFields fields(&by_name);

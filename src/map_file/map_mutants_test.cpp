@@ -37,18 +37,19 @@ class MapMutants : public ::testing::Test {
   ~MapMutants() override {
     EXPECT_LT(slowest_s_, 5);
     EXPECT_LT(peak_MB(), before_MB_ + 200 + 2e-6 * static_cast<double>(whole_.size()));
-    std::printf("%d refused, %d the map as it was, %d other maps that hold together; slowest %.2f s, "
-                "%.0f MB more\n",
-                refused_, same_, others_, slowest_s_, peak_MB() - before_MB_);
+    std::printf(
+        "%d refused, %d the map as it was, %d other maps that hold together; slowest %.2f s, "
+        "%.0f MB more\n",
+        refused_, same_, others_, slowest_s_, peak_MB() - before_MB_);
   }
 
   /// All that can be asked of a file.
   void try_it(bool may_differ) {
     const auto start = std::chrono::steady_clock::now();
     const auto map = load(path_);
-    slowest_s_ = std::max(
-        slowest_s_,
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    slowest_s_ =
+        std::max(slowest_s_,
+                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     if (!map.ok()) {
       ++refused_;
       EXPECT_EQ(map.error().kind, ErrorKind::kSavedMap);
@@ -118,9 +119,8 @@ TEST_F(MapMutants, OfTheRowsSignedAgain) {
                                             Table::kWeight,       Table::kLandmarks,
                                             Table::kObservations, Table::kRemoved};
   // Numbers that break what is not looked at.
-  constexpr std::array<std::uint64_t, 8> kOdd = {0,          1,          0xffffffff, 0x7fffffff,
-                                                 0x80000000, ~0ULL,      0x7ff8000000000000,
-                                                 0x7ff0000000000000};
+  constexpr std::array<std::uint64_t, 8> kOdd = {
+      0, 1, 0xffffffff, 0x7fffffff, 0x80000000, ~0ULL, 0x7ff8000000000000, 0x7ff0000000000000};
   for (int i = 0; i < mutants() && !HasFailure(); ++i) {
     testing::write(path_, whole_);
     const Table table = kTables[below(kTables.size())];
@@ -130,8 +130,8 @@ TEST_F(MapMutants, OfTheRowsSignedAgain) {
     sign_row(path_, key, [&](std::string& raw) {
       const std::uint32_t changes = 1 + below(4);
       for (std::uint32_t change = 0; change < changes && !raw.empty(); ++change) {
-        const std::size_t at = below(3) == 0 ? below(std::min<std::size_t>(raw.size(), 16))
-                                             : below(raw.size());
+        const std::size_t at =
+            below(3) == 0 ? below(std::min<std::size_t>(raw.size(), 16)) : below(raw.size());
         switch (below(5)) {
           case 0:
             raw[at] = static_cast<char>(rng_.next());
@@ -162,14 +162,29 @@ TEST_F(MapMutants, OfTheSummarySignedAgain) {
     sign_meta(path_, [&](map_file::Meta& meta) {
       const std::uint64_t odd = below(2) == 0 ? rng_.next() : below(20);
       switch (below(8)) {
-        case 0: meta.info.camera.fx = std::bit_cast<double>(odd); break;
-        case 1: meta.info.camera.width = static_cast<int>(odd); break;
-        case 2: meta.info.camera.k2 = std::bit_cast<double>(odd); break;
-        case 3: meta.info.pyramid_levels = static_cast<int>(odd); break;
-        case 4: meta.info.pyramid_factor = std::bit_cast<double>(odd); break;
-        case 5: meta.info.keyframes = odd; break;
-        case 6: meta.numbers.next_keyframe = static_cast<std::uint32_t>(odd); break;
-        default: meta.numbers.next_landmark = static_cast<std::uint32_t>(odd);
+        case 0:
+          meta.info.camera.fx = std::bit_cast<double>(odd);
+          break;
+        case 1:
+          meta.info.camera.width = static_cast<int>(odd);
+          break;
+        case 2:
+          meta.info.camera.k2 = std::bit_cast<double>(odd);
+          break;
+        case 3:
+          meta.info.pyramid_levels = static_cast<int>(odd);
+          break;
+        case 4:
+          meta.info.pyramid_factor = std::bit_cast<double>(odd);
+          break;
+        case 5:
+          meta.info.keyframes = odd;
+          break;
+        case 6:
+          meta.numbers.next_keyframe = static_cast<std::uint32_t>(odd);
+          break;
+        default:
+          meta.numbers.next_landmark = static_cast<std::uint32_t>(odd);
       }
     });
     try_it(true);  // numbers of ids that go on later are a map, too

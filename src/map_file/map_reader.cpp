@@ -31,8 +31,8 @@ MapReader::MapReader(OpenedMap& opened, const std::array<double, 4>& bounds,
       assembly_(PyramidScales(opened.meta.info.pyramid_levels, opened.meta.info.pyramid_factor),
                 numbers_of(opened.meta), bounds),
       budget_(DecodeBudget::of_file(opened.bytes)) {
-  by_id_.push_back(opened_.database.prepare(
-      "SELECT parent, stamp_ns, checksum FROM keyframe WHERE id = ?"));
+  by_id_.push_back(
+      opened_.database.prepare("SELECT parent, stamp_ns, checksum FROM keyframe WHERE id = ?"));
   for (std::size_t table = 1; table < kTables; ++table)
     by_id_.push_back(opened_.database.prepare(
         fmt::format("SELECT data FROM {} WHERE id = ?", kTableNames[table])));
@@ -156,8 +156,8 @@ void MapReader::read_keyframe(KeyframeId id) {
   if (with_row(key(Table::kPose), [&](ArchiveReader& in) { map_fields::pose(in, T); }))
     T_camera_world = T;
   whole = T_camera_world.has_value() && whole;
-  whole = with_row(key(Table::kSeen), [&](ArchiveReader& in) { map_fields::seen(in, *data); }) &&
-          whole;
+  whole =
+      with_row(key(Table::kSeen), [&](ArchiveReader& in) { map_fields::seen(in, *data); }) && whole;
   whole = with_row(key(Table::kWeight),
                    [&](ArchiveReader& in) { map_fields::static_weight(in, weight); }) &&
           whole;
@@ -257,7 +257,8 @@ void MapReader::check_sums() {
 }
 
 void MapReader::add_removed() {
-  // A lost keyframe whose pose is known goes on as a removed one: what refers to it keeps its place.
+  // A lost keyframe whose pose is known goes on as a removed one: what refers to it keeps its
+  // place.
   const Map& map = assembly_.map();
   for (const auto& [id, lost] : lost_) {
     if (!lost.T_camera_world || lost.parent == kNoKeyframe || removed_.contains(id)) continue;

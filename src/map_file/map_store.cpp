@@ -78,10 +78,9 @@ Result<MapStore> MapStore::go_on(const fs::path& path, Meta meta) {
 Status MapStore::read_hashes() {
   std::uint64_t digest = 0;
   for (std::size_t table = 0; table < kTables; ++table) {
-    auto rows = database_.prepare(
-        table == 0 ? "SELECT id, parent, stamp_ns FROM keyframe"
-                   : fmt::format("SELECT id, substr(data, 1, {}) FROM {}", kRowHeader_bytes,
-                                 kTableNames[table]));
+    auto rows = database_.prepare(table == 0 ? "SELECT id, parent, stamp_ns FROM keyframe"
+                                             : fmt::format("SELECT id, substr(data, 1, {}) FROM {}",
+                                                           kRowHeader_bytes, kTableNames[table]));
     while (rows && rows->next()) {
       const RowKey key{static_cast<Table>(table),
                        static_cast<std::uint32_t>(rows->integer(0).value_or(-1))};
@@ -174,10 +173,8 @@ Status MapStore::write_removed(const Map& map, Change& change) {
     for (; it != all.end() && index(it->id) / kChunk == number; ++it) chunk.push_back(*it);
     change.raw.clear();
     change.raw.count(chunk);
-    for (const RemovedKeyframe& removed : chunk)
-      map_fields::removed_keyframe(change.raw, removed);
-    if (Status done = put({Table::kRemoved, number}, change); !done)
-      return done;
+    for (const RemovedKeyframe& removed : chunk) map_fields::removed_keyframe(change.raw, removed);
+    if (Status done = put({Table::kRemoved, number}, change); !done) return done;
   }
   return Ok{};
 }
@@ -198,8 +195,7 @@ Status MapStore::write_landmarks(const Map& map, Change& change) {
         map_fields::landmarks(change.raw, chunk);
       } else {
         map_fields::observations(change.raw, chunk);
-        for (const Landmark* landmark : chunk)
-          change.observations += landmark->observations.size();
+        for (const Landmark* landmark : chunk) change.observations += landmark->observations.size();
       }
       if (Status done = put({table, number}, change); !done) return done;
     }
@@ -220,12 +216,10 @@ Status MapStore::delete_others(const Change& change) {
 }
 
 Status MapStore::write_meta() {
-  auto statement =
-      database_.prepare("INSERT OR REPLACE INTO meta(key, value) VALUES (?, ?)");
+  auto statement = database_.prepare("INSERT OR REPLACE INTO meta(key, value) VALUES (?, ?)");
   if (!statement) return error(database_.message());
   for (const auto& [name, value] : entries_of(meta_))
-    if (!statement->bind_text(1, name).bind_text(2, value).run())
-      return error(database_.message());
+    if (!statement->bind_text(1, name).bind_text(2, value).run()) return error(database_.message());
   return Ok{};
 }
 

@@ -26,8 +26,8 @@ Result<MapWriter> MapWriter::open(const fs::path& path, const Camera& camera,
   std::error_code code;
   // A map from the first moment on: whenever the process ends, there is something to open.
   if (!fs::exists(*target, code)) {
-    Status made = map_file::save_new(*target, Map(scales),
-                                     map_file::new_info(camera.config(), scales));
+    Status made =
+        map_file::save_new(*target, Map(scales), map_file::new_info(camera.config(), scales));
     if (!made) return made.error();
   }
   fs::path journal = *target;

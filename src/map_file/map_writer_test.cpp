@@ -56,7 +56,8 @@ TEST(MapWriter, WritesWhatHasChangedOnly) {
     return fs::file_size(log);
   };
   Map moved = map;
-  moved.set_pose(KeyframeId{0}, SE3::exp(Vec6::Constant(0.1)) * map.keyframe(KeyframeId{0}).T_camera_world);
+  moved.set_pose(KeyframeId{0},
+                 SE3::exp(Vec6::Constant(0.1)) * map.keyframe(KeyframeId{0}).T_camera_world);
   EXPECT_LT(log_bytes_of(moved), 4U * 16384) << "one row and the summary";
   EXPECT_EQ(to_bytes(*load(path)), to_bytes(moved));
 }
@@ -96,8 +97,7 @@ TEST(MapWriter, ASecondOneIsRefused) {
   const auto second = MapWriter::open(path, camera(), scales());
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.error().kind, ErrorKind::kOutput);
-  EXPECT_NE(second.error().message.find("process " + std::to_string(::getpid())),
-            std::string::npos)
+  EXPECT_NE(second.error().message.find("process " + std::to_string(::getpid())), std::string::npos)
       << second.error().message;
   EXPECT_EQ(save_map(path, some_map(1), camera()).error().kind, ErrorKind::kOutput);
   EXPECT_TRUE(load(path).ok()) << "whoever reads is not kept off";
@@ -211,6 +211,24 @@ TEST(MapWriter, LogsThatDoNotBelong) {
   EXPECT_TRUE(load(path).ok());
   EXPECT_FALSE(MapWriter::open(path, camera(), scales()).ok());
   EXPECT_TRUE(load(path).ok());
+}
+
+TEST(MapWriter, WhatAKilledWriterLeftInAReadOnlyFolder) {
+  const LeftBehind left = left_behind();
+  const TempFolder folder;
+  const fs::path path = folder.path() / "room.map";
+  testing::write(path, left.file);
+  testing::write(path.string() + "-wal", left.log);
+  fs::permissions(folder.path(), fs::perms(0555));
+  {
+    const Nobody nobody;
+    const auto map = load(path);
+    ASSERT_FALSE(map.ok()) << "the log cannot be taken in, and without it the map is another";
+    EXPECT_EQ(map.error().kind, ErrorKind::kSavedMap);
+    EXPECT_NE(map.error().message.find("copy both"), std::string::npos) << map.error().message;
+  }
+  fs::permissions(folder.path(), fs::perms(0755));
+  EXPECT_EQ(to_bytes(*load(path)), to_bytes(left.last));
 }
 
 TEST(MapWriter, SavingOverWhatAKilledWriterLeft) {

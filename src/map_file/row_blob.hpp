@@ -37,7 +37,8 @@ class RowCodec {
   RowCodec& operator=(RowCodec&&) noexcept;
   ~RowCodec();
 
-  /// @param hash hash_of(raw). @param parts ArchiveWriter::parts. @return what to store, valid until the next call.
+  /// @param hash hash_of(raw). @param parts ArchiveWriter::parts. @return what to store, valid
+  /// until the next call.
   [[nodiscard]] std::span<const char> encode(const RowKey& key, std::span<const char> raw,
                                              std::uint64_t hash,
                                              std::span<const std::size_t> parts = {});

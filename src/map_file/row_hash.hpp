@@ -57,8 +57,8 @@ struct RowKey {
 /// A row's share of the file's digest, which is the sum of all shares: rows may come and go in any
 /// order without all others being read again.
 [[nodiscard]] inline std::uint64_t share_of(const RowKey& key, std::uint64_t hash) {
-  return spread(hash ^ spread((std::uint64_t{key.id} << 8) + static_cast<std::uint64_t>(key.table) +
-                              1));
+  return spread(hash ^
+                spread((std::uint64_t{key.id} << 8) + static_cast<std::uint64_t>(key.table) + 1));
 }
 
 }  // namespace ygslam::map_file

@@ -72,9 +72,9 @@ FreeSpaceImage make_free_space(Rng& rng) {
   for (int v = 0; v < kHeight; ++v)
     for (int u = 0; u < kWidth; ++u)
       depth_m.at(u, v) =
-          std::round(static_cast<float>((2 + slope_u * u + slope_v * v) + rng.uniform(0, .02)) *
-                     kRawPerMetre) /
-          kRawPerMetre;
+          std::round(static_cast<float>(2 + slope_u * u + slope_v * v + rng.uniform(0, .02)) *
+                     kRawPerMetre) *
+          (1 / kRawPerMetre);
   return FreeSpaceImage(depth_m);
 }
 

@@ -133,8 +133,10 @@ TEST_F(MapContent, FeaturesLieInTheImage) {
   const std::size_t free_space = 4 + 62 * n;
   expect_refused_with(key, free_space, std::uint32_t{4000}, "seen 0: a free-space image is larger");
   expect_refused_with(key, free_space, std::uint32_t{0x80000000}, "seen 0: a free-space image");
+  expect_refused_with(key, free_space + 8, -1.0F, "seen 0: a free-space image of no unit");
+  expect_refused_with(key, free_space + 8, 0.001F, "seen 0: ");
   const std::size_t read_out =
-      free_space + 8 + 4 * map_.keyframe(KeyframeId{0}).data->free_space.blocks_m().size();
+      free_space + 12 + 4 * map_.keyframe(KeyframeId{0}).data->free_space.blocks_m().size();
   expect_refused_with(key, read_out, 2.0, "seen 0: a shutter time is too long");
   expect_refused_with(key, read_out + 24, kNan, "seen 0: a number is not finite");
   expect_refused_with(RowKey{Table::kWeight, 0}, 0, static_cast<std::uint32_t>(0),

@@ -50,6 +50,8 @@ class GrowingMap {
     data->grid = seen.grid;
     DepthImage depth_m(80, 64);
     for (float& d : depth_m) d = static_cast<float>(world_.rng().uniform(1, 4));
+    if (i % 2 == 1)  // in whole units, as a sensor has it
+      for (float& d : depth_m) d = std::round(d * 5000) * static_cast<float>(1 / 5000.0);
     data->free_space = FreeSpaceImage(depth_m);
     data->read_out = {{0.03, 0.02, -0.01}, Vec6::Constant(0.1 * (i % 5))};
     std::vector<float> weight(seen.features->size(), 0.75F);

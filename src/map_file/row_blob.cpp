@@ -11,16 +11,16 @@
 namespace ygslam::map_file {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x57524759;  // "YGRW"
-constexpr std::uint16_t kFormat = 1;
+constexpr std::uint32_t kRowMagic = 0x57524759;  // "YGRW"
+constexpr std::uint16_t kRowFormat = 1;
 constexpr std::uint32_t kMostRaw_bytes = 64U << 20;  // of one row
 // Descriptors are random to any compressor: higher levels take four times as long for 1 % less.
 constexpr int kLevel = 1;
 constexpr std::size_t kLeastPart_bytes = 256;  // that is worth a block of its own
 
 struct Header {
-  std::uint32_t magic = kMagic;
-  std::uint16_t format = kFormat;
+  std::uint32_t magic = kRowMagic;
+  std::uint16_t format = kRowFormat;
   std::uint16_t table = 0;
   std::uint32_t raw_bytes = 0;
   std::uint32_t checksum = 0;
@@ -101,9 +101,9 @@ const char* RowCodec::decode(const RowKey& key, std::span<const char> stored, De
   if (stored.size() < sizeof(Header)) return "cut short";
   std::memcpy(&header, stored.data(), sizeof(Header));
   const auto payload = stored.subspan(sizeof(Header));
-  if (header.magic != kMagic || header.table != static_cast<std::uint16_t>(key.table))
+  if (header.magic != kRowMagic || header.table != static_cast<std::uint16_t>(key.table))
     return "damaged: no row of this table";
-  if (header.format != kFormat) return "of a format this program does not know";
+  if (header.format != kRowFormat) return "of a format this program does not know";
   if (checksum(header, key.id, payload) != header.checksum)
     return "damaged: the checksum does not match";
   if (header.raw_bytes > kMostRaw_bytes || header.raw_bytes > budget.left_bytes)
@@ -123,7 +123,7 @@ std::optional<std::uint64_t> hash_in_header(Table table, std::span<const char> h
   Header h;
   if (header.size() < sizeof(Header)) return std::nullopt;
   std::memcpy(&h, header.data(), sizeof(Header));
-  if (h.magic != kMagic || h.format != kFormat || h.table != static_cast<std::uint16_t>(table))
+  if (h.magic != kRowMagic || h.format != kRowFormat || h.table != static_cast<std::uint16_t>(table))
     return std::nullopt;
   return h.hash;
 }

@@ -152,7 +152,7 @@ Result<std::unique_ptr<Runner>> open_runner(const Options& options, const Record
   if (!config.ok()) return config.error();
   auto segmenter = recording.masks.empty() ? nullptr : std::make_unique<PlayedMasks>(recording);
   const auto make = options.live ? make_live_runner : make_offline_runner;
-  return make(*config, *recording.camera, std::move(segmenter));
+  return make(*config, *recording.camera, std::move(segmenter), {});
 }
 
 double process_cpu_ms() {

@@ -53,6 +53,7 @@ int main(int argc, char** argv) {
         ->trigger_on_parse();
     int exit_code = 0;
     ygslam::add_run_command(app, exit_code);
+    ygslam::add_localize_command(app, exit_code);
     ygslam::add_eval_command(app, exit_code);
     ygslam::add_bench_command(app, exit_code);
     ygslam::add_calibrate_command(app, exit_code);

@@ -14,6 +14,8 @@
 #include "eval/report.hpp"
 #include "geometry/rolling_shutter.hpp"
 #include "io/atomic_file.hpp"
+#include "map_file/map_file.hpp"
+#include "system/map_saver.hpp"
 #include "system/metrics.hpp"
 #include "system/run_writer.hpp"
 
@@ -54,11 +56,37 @@ struct Run {
   SlamConfig config;
   TumSequence sequence;
   std::unique_ptr<FrameReader> reader;
+  std::unique_ptr<MapSaver> map_saver;  // the session's map goes to it
   Session session;
   std::optional<FrameFiles> files;
   RunFacts facts;
   int interrupted_by = 0;
 };
+
+/// What the run starts from and where its map goes.
+Status prepare_map(Run& run, MapUse& use) {
+  const RunOptions& o = run.options;
+  if (o.load_map.empty() && o.save_map.empty()) return Ok{};
+  const Camera camera(run.sequence.camera);
+  const PyramidScales scales(run.config.orb.levels, run.config.orb.scale_factor);
+  use.frozen = o.localize;
+  if (!o.load_map.empty()) {
+    auto map = load_map(o.load_map, camera, scales);
+    if (!map.ok()) return map.error();
+    log::info("{}: {} keyframes, {} landmarks", o.load_map, map->keyframes().size(),
+              map->landmark_count());
+    if (map->keyframes().empty() && o.localize)
+      return Error{ErrorKind::kSavedMap, o.load_map + ": an empty map: nothing to localise in"};
+    use.start = std::move(map).value();
+  }
+  if (!o.save_map.empty()) {
+    auto saver = MapSaver::open(o.save_map, camera, scales);
+    if (!saver.ok()) return saver.error();
+    run.map_saver = std::move(saver).value();
+    use.sink = [&saver = *run.map_saver](const Map& map) { saver.look(map); };
+  }
+  return Ok{};
+}
 
 Status prepare(Run& run) {
   const RunOptions& o = run.options;
@@ -77,6 +105,7 @@ Status prepare(Run& run) {
   session.deterministic = o.deterministic;
   session.may_wait = !o.realtime;
   session.may_fork = true;
+  if (Status map = prepare_map(run, session.map_use); !map.ok()) return map;
   auto opened = open_session(std::move(session));
   if (!opened.ok()) return opened.error();
   run.session = std::move(opened).value();
@@ -166,8 +195,14 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const auto posed = run.files->trajectory();
   if (!posed.ok()) return posed.error();
   const std::vector<StampedPose> trajectory = final_trajectory(*posed, map);
-  Status written =
-      write_run(out, trajectory, map, run.session.runner->cloud(), run.sequence.stamp_decimals);
+  Status written = Ok{};
+  if (run.options.localize) {
+    written = write_file_atomically(out / "trajectory.txt",
+                                    format_tum(trajectory, run.sequence.stamp_decimals));
+  } else {
+    written =
+        write_run(out, trajectory, map, run.session.runner->cloud(), run.sequence.stamp_decimals);
+  }
   if (written.ok())
     written = write_file_atomically(
         out / "loops.csv",
@@ -184,7 +219,9 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   written = write_file_atomically(out / "metrics.json", metrics.dump(2) + "\n");
   if (!written.ok()) return written;
   SlamConfig config = run.config;
-  return write_file_atomically(out / "config.yaml", schema_of(config).to_yaml());
+  written = write_file_atomically(out / "config.yaml", schema_of(config).to_yaml());
+  if (written.ok() && run.map_saver) written = run.map_saver->finish(map);
+  return written;
 }
 
 void log_shutter(const TumSequence& sequence) {
@@ -249,8 +286,7 @@ Result<int> run_and_tidy(Run& run) {
   return result;
 }
 
-void declare_options(CLI::App& command, RunOptions& o) {
-  add_input_options(command, o);
+void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
   command
       .add_option("--dynamic", o.dynamic_mode,
@@ -275,6 +311,17 @@ void declare_options(CLI::App& command, RunOptions& o) {
   command.add_option("--debug-every", o.debug_every, "Draw every n-th frame")
       ->check(CLI::Range(1, 1000000))
       ->type_name("N");
+}
+
+void declare_options(CLI::App& command, RunOptions& o) {
+  add_input_options(command, o);
+  command.add_option("--load-map", o.load_map, "Go on with the map of an earlier run")
+      ->type_name("FILE");
+  command
+      .add_option("--save-map", o.save_map,
+                  "Keep the map in this file while it grows (see docs/maps.md)")
+      ->type_name("FILE");
+  add_run_options(command, o);
   command.footer(
       "Examples:\n"
       "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
@@ -282,25 +329,54 @@ void declare_options(CLI::App& command, RunOptions& o) {
       "  ygslam run SEQ --out out --segmenter masks:SEQ/mask  # recorded masks\n"
       "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, "
       "objects.csv,\n"
-      "map.ply, metrics.json, config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 settings or "
-      "camera, 4 input, 5 model,\n"
+      "loops.csv, map.ply, metrics.json, config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 "
+      "settings "
+      "or "
+      "camera, 4 input, 5 model, 6 map file,\n"
       "7 lost for more than run.max_lost_share, 9 output not written, 130/143 interrupted "
       "(saved).");
 }
 
+void declare_localize_options(CLI::App& command, RunOptions& o) {
+  add_input_options(command, o);
+  command.add_option("--map", o.load_map, "Map of an earlier run (--save-map); stays as it is")
+      ->required()
+      ->type_name("FILE");
+  add_run_options(command, o);
+  command.footer(
+      "Example:\n"
+      "  ygslam run MONDAY --out mapped --save-map office.ygmap --model yolov8n-seg.onnx\n"
+      "  ygslam localize TUESDAY --map office.ygmap --out localized --model yolov8n-seg.onnx\n"
+      "Poses are in the frame of the map. Until the place is recognised frames are lost.\n"
+      "Writes trajectory.txt, trajectory_live.txt, frames.csv, objects.csv, metrics.json, "
+      "config.yaml,\nlog.txt. Exit codes as of run; 6 where the map is damaged, empty or of "
+      "another camera.");
+}
+
+void run_and_exit(const RunOptions& options, int& exit_code) {
+  const StopSignal signal;
+  Run run;
+  run.options = options;
+  exit_code = exit_code_of(run_and_tidy(run));
+}
+
 }  // namespace
+
+void add_localize_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<RunOptions>();
+  options->localize = true;
+  CLI::App* command = app.add_subcommand(
+      "localize", "Place the frames of a recording in the map of an earlier run");
+  declare_localize_options(*command, *options);
+  command->callback([options, &exit_code] { run_and_exit(*options, exit_code); });
+}
 
 void add_run_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<RunOptions>();
   CLI::App* command =
       app.add_subcommand("run", "Track the camera through a recording and map what stands still");
   declare_options(*command, *options);
-  command->callback([options, &exit_code] {
-    const StopSignal signal;
-    Run run;
-    run.options = *options;
-    exit_code = exit_code_of(run_and_tidy(run));
-  });
+  command->callback([options, &exit_code] { run_and_exit(*options, exit_code); });
 }
 
 }  // namespace ygslam

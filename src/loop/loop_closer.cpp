@@ -9,8 +9,6 @@
 namespace ygslam {
 namespace {
 
-constexpr double kSamePlaceM = 0.5;  // two poses nearer than this are of one place ...
-constexpr double kSamePlaceRad = 0.17;
 constexpr double kAgreeM = 0.1;  // covisible keyframes place the pose within this
 constexpr double kAgreeRad = 0.05;
 constexpr std::size_t kNeighbours = 5;
@@ -114,20 +112,19 @@ const char* to_string(LoopOutcome outcome) {
 }
 
 LoopCloser::LoopCloser(const LoopConfig& config, const Camera& camera)
-    : config_(config), verifier_(config.verifier, camera) {}
+    : config_(config), finder_(config.finder, camera) {}
 
 LoopResult LoopCloser::step(const Map& map, const PlaceIndex& index, KeyframeId id) {
   LoopResult result;
   if (!map.has_keyframe(id)) return result;
   const Keyframe& keyframe = map.keyframe(id);
-  const auto hits = index.query(map, *keyframe.data->features, keyframe.static_weight);
   const auto near = near_in_graph(map, id, config_.min_shared);
-  for (const PlaceCandidate& place : index.candidates(map, hits, near, config_.places)) {
+  for (FoundPlace& place : finder_.find(map, index, view_of(keyframe), near, ygslam::index(id))) {
     LoopAttempt attempt;
     attempt.keyframe = id;
     attempt.stamp = keyframe.data->stamp;
     attempt.score = place.score;
-    attempt.match = verifier_.verify(map, view_of(keyframe), place.keyframe, ygslam::index(id));
+    attempt.match = place.match;
     if (attempt.match.verdict == PlaceVerdict::kAgrees) check_drift(map, attempt);
     result.attempts.push_back(attempt);
   }
@@ -159,10 +156,7 @@ LoopAttempt* LoopCloser::choose(std::vector<LoopAttempt>& attempts) const {
   if (!best) return nullptr;
   for (LoopAttempt& other : attempts) {
     if (&other == best || other.outcome != LoopOutcome::kAlone) continue;
-    if (same_pose(best->match.T_camera_world, other.match.T_camera_world, kSamePlaceM,
-                  kSamePlaceRad))
-      continue;
-    if (other.match.inliers < config_.ambiguous_share * best->match.inliers) continue;
+    if (!finder_.rivals(best->match, other.match)) continue;
     best->outcome = other.outcome = LoopOutcome::kAmbiguous;
     return nullptr;
   }
@@ -202,7 +196,8 @@ std::vector<LoopCloser::LoopEdge> LoopCloser::agreeing_edges(const Map& map,
   for (const KeyframeId id : map.covisible(attempt.keyframe, config_.min_shared, kNeighbours)) {
     const Keyframe& neighbour = map.keyframe(id);
     const SE3 T_guess = neighbour.T_camera_world * T_world_keyframe * attempt.match.T_camera_world;
-    const PlaceMatch match = verifier_.verify_near(map, view_of(neighbour), place, T_guess);
+    const PlaceMatch match =
+        finder_.verifier().verify_near(map, view_of(neighbour), place, T_guess);
     if (match.verdict != PlaceVerdict::kAgrees) continue;
     if (!same_pose(match.T_camera_world, T_guess, kAgreeM, kAgreeRad)) continue;
     edges.push_back({place, id, match.T_camera_world * T_place_world.inverse()});

@@ -5,20 +5,16 @@
 #include <optional>
 #include <vector>
 
-#include "loop/place_index.hpp"
-#include "loop/place_verifier.hpp"
+#include "loop/place_finder.hpp"
 #include "optim/pose_graph.hpp"
 
 namespace ygslam {
 
 struct LoopConfig {
   PlaceIndexConfig index;
-  PlaceVerifierConfig verifier;
+  PlaceFinderConfig finder;
   PoseGraphConfig graph;
-  std::size_t places = 3;  ///< compared with a keyframe at most
-  int min_agreeing = 2;    ///< covisible keyframes that must find the same place
-  /// Another place that agrees with so many times the inliers makes a loop ambiguous.
-  double ambiguous_share = 0.7;
+  int min_agreeing = 2;  ///< covisible keyframes that must find the same place
   /// The map cannot be wrong by more than this: a part of the way between the two views.
   double max_drift_m = 0.1;
   double max_drift_ratio = 0.04;
@@ -85,7 +81,7 @@ class LoopCloser {
                                                    LoopAttempt& attempt) const;
 
   LoopConfig config_;
-  PlaceVerifier verifier_;
+  PlaceFinder finder_;
   std::vector<LoopEdge> loops_;  // closed so far; both ends still in the map
 };
 

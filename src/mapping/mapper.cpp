@@ -24,8 +24,12 @@ FreeSpaceImage free_space_of(const KeyframeCandidate& candidate) {
 
 }  // namespace
 
-Mapper::Mapper(const MapperConfig& config, const Camera& camera, const PyramidScales& scales)
-    : config_(config), camera_(camera), map_(scales) {}
+Mapper::Mapper(const MapperConfig& config, const Camera& camera, Map map)
+    : config_(config), camera_(camera), map_(std::move(map)) {
+  if (map_.keyframes().empty()) return;
+  newest_ = map_.keyframes().rbegin()->first;
+  look_around(newest_);
+}
 
 KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
   const KeyframeId id = map_.next_keyframe_id();
@@ -105,10 +109,11 @@ LocalViewPtr Mapper::view() const {
   return view;
 }
 
-void Mapper::look_around(KeyframeId focus) {
-  if (!foci_.empty() && foci_.back() == focus) return;
+bool Mapper::look_around(KeyframeId focus) {
+  if (!foci_.empty() && foci_.back() == focus) return false;
   foci_.push_back(focus);
   if (foci_.size() > kRememberedFoci) foci_.pop_front();
+  return true;
 }
 
 }  // namespace ygslam

@@ -31,7 +31,8 @@ struct MapperConfig {
 
 class Mapper {
  public:
-  Mapper(const MapperConfig& config, const Camera& camera, const PyramidScales& scales);
+  /// @param map to go on with; an empty one to start.
+  Mapper(const MapperConfig& config, const Camera& camera, Map map);
 
   /// Takes a candidate into the map with the landmarks it brings: quick, so that the tracker can
   /// have them at once. @return its id.
@@ -45,8 +46,8 @@ class Mapper {
   /// Fuses what keyframes see with what those at a place see that they were found at.
   void weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place);
   /// Views are cut out around this keyframe from now on, until a new one is inserted. One that is
-  /// no longer there is as good as the newest.
-  void look_around(KeyframeId focus);
+  /// no longer there is as good as the newest. @return false if they are already.
+  bool look_around(KeyframeId focus);
   /// The mask of a keyframe arrived: its features on movable things lose their landmarks and those
   /// seen outside are now surely static. A mask that covers nearly all features is ignored.
   /// @param labels per feature. @return true if the map changed.

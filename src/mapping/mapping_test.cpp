@@ -19,7 +19,7 @@ using map_test::kScale;
 using map_test::World;
 
 Mapper make_mapper(const World& world, const MapperConfig& config = {}) {
-  return Mapper(config, world.camera(), {kLevels, kScale});
+  return Mapper(config, world.camera(), Map({kLevels, kScale}));
 }
 
 KeyframeCandidate candidate_of(const map_test::SeenFrame& seen, KeyframeId reference,

@@ -20,9 +20,10 @@ constexpr double kMaskPatienceS = 1.0;  // a mask that takes longer is not waite
 class LiveRunner final : public Runner {
  public:
   LiveRunner(const SlamConfig& config, const Camera& camera, std::unique_ptr<Segmenter> segmenter,
-             const MappingStageConfig& mapping)
+             const MappingStageConfig& mapping, MapUse map_use)
       : config_(config),
         mapping_config_(mapping),
+        map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory),
         segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr) {
@@ -43,6 +44,7 @@ class LiveRunner final : public Runner {
       map_->insert({std::move(*result.candidate), result.labels.label});
     }
     if (result.wanted_view) map_->look_around(*result.wanted_view);
+    if (result.state == TrackState::kLost) map_->look_for({result.features, result.labels.weight});
     for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
     log_.add(make_record(*frame, result, timer), result);
     last_frames_.push_back(frame->id);
@@ -102,10 +104,12 @@ class LiveRunner final : public Runner {
  private:
   void start() {
     map_.reset();
-    tracker_.emplace(config_.tracking, config_.orb, config_.dynamic, camera_, config_.run.seed);
+    tracker_.emplace(tracker_config(config_, map_use_), config_.orb, config_.dynamic, camera_,
+                     config_.run.seed);
+    const Map empty({config_.orb.levels, config_.orb.scale_factor});
     map_ = std::make_unique<MapThread>(
-        MappingStage(mapping_config_, camera_, {config_.orb.levels, config_.orb.scale_factor}),
-        camera_, mapping_config_.mapper.bundle);
+        MappingStage(mapping_config_, camera_, map_use_.start.value_or(empty)), camera_,
+        mapping_config_.mapper.bundle, map_use_.sink);
     without_mask_.clear();
     last_frames_.clear();
     last_mask_.reset();
@@ -167,6 +171,7 @@ class LiveRunner final : public Runner {
 
   const SlamConfig config_;
   const MappingStageConfig mapping_config_;
+  const MapUse map_use_;
   const Camera& camera_;
   RunLog log_;
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one
@@ -182,9 +187,10 @@ class LiveRunner final : public Runner {
 }  // namespace
 
 std::unique_ptr<Runner> make_live_runner(const SlamConfig& config, const Camera& camera,
-                                         std::unique_ptr<Segmenter> segmenter) {
-  const MappingStageConfig mapping = mapping_config(config, segmenter != nullptr);
-  return std::make_unique<LiveRunner>(config, camera, std::move(segmenter), mapping);
+                                         std::unique_ptr<Segmenter> segmenter, MapUse map_use) {
+  const MappingStageConfig mapping = mapping_config(config, segmenter != nullptr, map_use.frozen);
+  return std::make_unique<LiveRunner>(config, camera, std::move(segmenter), mapping,
+                                      std::move(map_use));
 }
 
 }  // namespace ygslam

@@ -2,9 +2,11 @@
 
 namespace ygslam {
 
-MapThread::MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle)
+MapThread::MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle,
+                     MapSink sink)
     : stage_(std::move(stage)),
       view_(stage_.view()),
+      sink_(std::move(sink)),
       adjustment_(camera, bundle),
       thread_([this](const std::stop_token& stop) { loop(stop); },
               [this] {
@@ -22,6 +24,10 @@ void MapThread::insert(KeyframeMessage message) {
   ++waiting_keyframes_;
   urgent_.store(true);
   queue_.push(std::move(message));
+}
+
+void MapThread::look_for(LostView lost) {
+  if (!lost_view_waits_.exchange(true)) queue_.push(std::move(lost));
 }
 
 void MapThread::inspect(const std::function<void(const MappingStage&)>& look) {
@@ -58,11 +64,16 @@ bool MapThread::close_loops() {
   return true;
 }
 
+void MapThread::publish() {
+  view_.store(stage_.view());
+  if (sink_) sink_(stage_.map());
+}
+
 void MapThread::take_adjustment() {
   const auto patch = adjustment_.take_result();
   if (!patch) return;
   stage_.correct(*patch);
-  view_.store(stage_.view());
+  publish();
 }
 
 void MapThread::take(const KeyframeMessage& message) {
@@ -74,7 +85,7 @@ void MapThread::take(const KeyframeMessage& message) {
     if (waiting_keyframes_.load() > 0) urgent_.store(true);  // one came in between
     stage_.refine(&urgent_);
     close_loops();
-    view_.store(stage_.view());
+    publish();
   }
   times_.add(timer);
 }
@@ -82,17 +93,22 @@ void MapThread::take(const KeyframeMessage& message) {
 void MapThread::take(const SegmentationPtr& masks) {
   bool changed = stage_.apply(*masks);
   if (waiting_keyframes_.load() == 0) changed |= close_loops();
-  if (changed) view_.store(stage_.view());
+  if (changed) publish();
 }
 
 void MapThread::take(const MapPatch& patch) {
   stage_.correct(patch);
-  view_.store(stage_.view());
+  publish();
 }
 
 void MapThread::take(KeyframeId focus) {
   stage_.look_around(focus);
   view_.store(stage_.view());
+}
+
+void MapThread::take(const LostView& lost) {
+  lost_view_waits_.store(false);
+  if (stage_.look_for(*lost.features, lost.static_weight)) view_.store(stage_.view());
 }
 
 void MapThread::take(Inspection& inspection) {

@@ -12,12 +12,14 @@
 #include "system/adjustment_thread.hpp"
 #include "system/mapping_stage.hpp"
 #include "system/run_log.hpp"
+#include "system/runner.hpp"
 
 namespace ygslam {
 
 class MapThread {
  public:
-  MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle);
+  /// @param sink told about the map after each change; may be empty.
+  MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle, MapSink sink);
   ~MapThread();
 
   [[nodiscard]] LocalViewPtr view() const { return view_.load(); }
@@ -27,6 +29,12 @@ class MapThread {
   void apply(SegmentationPtr masks) { queue_.push(std::move(masks)); }
   void correct(MapPatch patch) { queue_.push(std::move(patch)); }
   void look_around(KeyframeId focus) { queue_.push(focus); }
+  /// What a lost camera sees; passed over while an earlier one waits.
+  struct LostView {
+    FeaturesPtr features;
+    std::vector<float> static_weight;
+  };
+  void look_for(LostView lost);
   /// Calls `look` with the stage between two messages and waits for it; after join() at once.
   void inspect(const std::function<void(const MappingStage&)>& look);
 
@@ -43,7 +51,8 @@ class MapThread {
     const std::function<void(const MappingStage&)>* look = nullptr;
     std::promise<void> done;
   };
-  using Message = std::variant<KeyframeMessage, SegmentationPtr, MapPatch, KeyframeId, Inspection>;
+  using Message =
+      std::variant<KeyframeMessage, SegmentationPtr, MapPatch, KeyframeId, LostView, Inspection>;
   static constexpr std::size_t kQueue = 64;
 
   void loop(const std::stop_token& stop);
@@ -51,7 +60,9 @@ class MapThread {
   void take(const SegmentationPtr& masks);
   void take(const MapPatch& patch);
   void take(KeyframeId focus);
+  void take(const LostView& lost);
   void take(Inspection& inspection);
+  void publish();
   bool close_loops();
   void take_adjustment();
 
@@ -61,8 +72,10 @@ class MapThread {
   BoundedQueue<Message> queue_{kQueue, Overflow::kBlock};
   std::atomic<std::size_t> waiting_keyframes_{0};
   std::atomic<bool> urgent_{false};  // a keyframe waits: adjustments end early
-  AdjustmentThread adjustment_;      // of the whole map, after loops
-  WorkerThread thread_;              // last: it uses everything above
+  std::atomic<bool> lost_view_waits_{false};
+  MapSink sink_;
+  AdjustmentThread adjustment_;  // of the whole map, after loops
+  WorkerThread thread_;          // last: it uses everything above
 };
 
 }  // namespace ygslam

@@ -14,20 +14,25 @@ constexpr std::size_t kRememberedAttempts = 20000;  // of loops
 
 }  // namespace
 
-MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks) {
-  return {config.mapping, config.loop, config.close_loops, config.dense, config.dynamic.masks.mask,
+MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks, bool frozen) {
+  return {config.mapping, config.loop,  config.close_loops,
+          frozen,         config.dense, config.dynamic.masks.mask,
           expects_masks};
 }
 
-MappingStage::MappingStage(const MappingStageConfig& config, const Camera& camera,
-                           const PyramidScales& scales)
+MappingStage::MappingStage(const MappingStageConfig& config, const Camera& camera, Map map)
     : config_(config),
-      mapper_(config.mapper, camera, scales),
+      camera_(camera),
+      mapper_(config.mapper, camera, std::move(map)),
       index_(config.loop.index),
+      place_finder_(config.loop.finder, camera),
       loop_closer_(config.loop, camera),
-      cloud_(config.dense, camera) {}
+      cloud_(config.dense, camera) {
+  index_.rebuild(this->map());
+}
 
 void MappingStage::insert(const KeyframeMessage& message) {
+  CHECK(!config_.frozen, "nobody proposes keyframes for a map that stays as it is");
   const KeyframeId id = mapper_.insert(message.candidate);
   Waiting waiting{id, message.candidate.frame, message.candidate.features, message.labels};
   if (!config_.expects_masks) {
@@ -43,6 +48,12 @@ void MappingStage::insert(const KeyframeMessage& message) {
 
 void MappingStage::refine(const std::atomic<bool>* abort) {
   for (const KeyframeId culled : mapper_.refine(abort)) cloud_.remove(culled);
+}
+
+bool MappingStage::look_for(const Features& features, std::span<const float> static_weight) {
+  const FeatureGrid grid(features, camera_.ideal_bounds());
+  const auto place = place_finder_.find_one(map(), index_, {features, grid, static_weight}, 0);
+  return place && mapper_.look_around(place->place);
 }
 
 bool MappingStage::close_loops() {

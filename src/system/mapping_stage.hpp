@@ -27,6 +27,7 @@ struct MappingStageConfig {
   MapperConfig mapper;
   LoopConfig loop;
   bool close_loops = true;
+  bool frozen = false;  ///< the map stays as it is: frames are placed in it, nothing is added
   StaticCloudConfig dense;
   MaskConfig mask;  ///< as tracking reads masks
   bool expects_masks =
@@ -34,12 +35,14 @@ struct MappingStageConfig {
   int max_waiting_keyframes = 64;  ///< beyond: the oldest enters with the point labels alone
 };
 
-[[nodiscard]] MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks);
+[[nodiscard]] MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks,
+                                                bool frozen);
 
 /// Thread-free; one thread at a time may call it.
 class MappingStage {
  public:
-  MappingStage(const MappingStageConfig& config, const Camera& camera, const PyramidScales& scales);
+  /// @param map to go on with; an empty one to start.
+  MappingStage(const MappingStageConfig& config, const Camera& camera, Map map);
 
   /// Quick: the keyframe and its landmarks are in the next view().
   void insert(const KeyframeMessage& message);
@@ -47,6 +50,9 @@ class MappingStage {
   /// Looks for the place of the keyframes that are complete since the last call.
   /// @return true if the map changed.
   bool close_loops();
+  /// The camera is lost and sees this: the next view is of the place that it shows, if one does.
+  /// @return true if there is another view.
+  bool look_for(const Features& features, std::span<const float> static_weight);
   /// The whole map as a job for another thread; its patch goes to correct(). Only of a map that has
   /// keyframes.
   [[nodiscard]] FullAdjustment full_adjustment() const {
@@ -78,8 +84,10 @@ class MappingStage {
   void integrate(const Waiting& waiting, GreyImage dynamic);
 
   MappingStageConfig config_;
+  const Camera& camera_;
   Mapper mapper_;
   PlaceIndex index_;
+  PlaceFinder place_finder_;
   LoopCloser loop_closer_;
   std::vector<LoopAttempt> attempts_;
   std::deque<KeyframeId> complete_;  // mapped and rid of moving things, not compared yet

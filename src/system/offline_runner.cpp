@@ -13,9 +13,11 @@ namespace {
 class OfflineRunner final : public Runner {
  public:
   OfflineRunner(const SlamConfig& config, const Camera& camera,
-                std::unique_ptr<Segmenter> segmenter, const MappingStageConfig& mapping)
+                std::unique_ptr<Segmenter> segmenter, const MappingStageConfig& mapping,
+                MapUse map_use)
       : config_(config),
         mapping_config_(mapping),
+        map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory),
         segmenter_(std::move(segmenter)) {
@@ -48,9 +50,10 @@ class OfflineRunner final : public Runner {
   void reset() override {
     log_.clear();
     pending_.clear();
-    tracker_.emplace(config_.tracking, config_.orb, config_.dynamic, camera_, config_.run.seed);
-    mapping_.emplace(mapping_config_, camera_,
-                     PyramidScales(config_.orb.levels, config_.orb.scale_factor));
+    tracker_.emplace(tracker_config(config_, map_use_), config_.orb, config_.dynamic, camera_,
+                     config_.run.seed);
+    const Map empty({config_.orb.levels, config_.orb.scale_factor});
+    mapping_.emplace(mapping_config_, camera_, map_use_.start.value_or(empty));
     view_ = mapping_->view();
     map_changed_ = map_corrected_ = false;
   }
@@ -113,12 +116,16 @@ class OfflineRunner final : public Runner {
     }
     if (inserted) log_.statistics().map.add(timer);
     if (result.wanted_view) mapping_->look_around(*result.wanted_view);
-    if (inserted || map_changed_ || result.wanted_view) view_ = mapping_->view();
+    const bool looks_elsewhere = result.state == TrackState::kLost &&
+                                 mapping_->look_for(*result.features, result.labels.weight);
+    if (inserted || map_changed_ || result.wanted_view || looks_elsewhere) view_ = mapping_->view();
+    if ((inserted || map_changed_) && map_use_.sink) map_use_.sink(mapping_->map());
     map_changed_ = false;
   }
 
   const SlamConfig config_;
   const MappingStageConfig mapping_config_;
+  const MapUse map_use_;
   const Camera& camera_;
   RunLog log_;
   std::unique_ptr<Segmenter> segmenter_;
@@ -133,9 +140,10 @@ class OfflineRunner final : public Runner {
 }  // namespace
 
 std::unique_ptr<Runner> make_offline_runner(const SlamConfig& config, const Camera& camera,
-                                            std::unique_ptr<Segmenter> segmenter) {
-  const MappingStageConfig mapping = mapping_config(config, segmenter != nullptr);
-  return std::make_unique<OfflineRunner>(config, camera, std::move(segmenter), mapping);
+                                            std::unique_ptr<Segmenter> segmenter, MapUse map_use) {
+  const MappingStageConfig mapping = mapping_config(config, segmenter != nullptr, map_use.frozen);
+  return std::make_unique<OfflineRunner>(config, camera, std::move(segmenter), mapping,
+                                         std::move(map_use));
 }
 
 }  // namespace ygslam

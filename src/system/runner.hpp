@@ -1,7 +1,9 @@
 // Two ways to drive the same stages: live (threads) and offline (one fixed schedule).
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "system/mapping_stage.hpp"
@@ -37,12 +39,30 @@ class Runner {
   virtual const SlamOutcome& finish() = 0;
 };
 
+/// Called with the map by the thread that maps, after it changed; what is slow is for another.
+using MapSink = std::function<void(const Map&)>;
+
+/// What a run starts from and what becomes of its map.
+struct MapUse {
+  std::optional<Map> start;  ///< goes on with it; reset() comes back to it
+  bool frozen = false;       ///< the map stays as it is: frames are only placed in it
+  MapSink sink;              ///< may be empty
+};
+
+[[nodiscard]] inline TrackerConfig tracker_config(const SlamConfig& config, const MapUse& use) {
+  TrackerConfig tracking = config.tracking;
+  tracking.proposes_keyframes = !use.frozen;
+  return tracking;
+}
+
 /// @param config resolved (slam_config.hpp). @param segmenter null in modes without one.
 [[nodiscard]] std::unique_ptr<Runner> make_live_runner(const SlamConfig& config,
                                                        const Camera& camera,
-                                                       std::unique_ptr<Segmenter> segmenter);
+                                                       std::unique_ptr<Segmenter> segmenter,
+                                                       MapUse map_use = {});
 [[nodiscard]] std::unique_ptr<Runner> make_offline_runner(const SlamConfig& config,
                                                           const Camera& camera,
-                                                          std::unique_ptr<Segmenter> segmenter);
+                                                          std::unique_ptr<Segmenter> segmenter,
+                                                          MapUse map_use = {});
 
 }  // namespace ygslam

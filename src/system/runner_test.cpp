@@ -94,7 +94,7 @@ using MakeRunner = decltype(&make_live_runner);
 class AnyRunner : public ::testing::TestWithParam<MakeRunner> {
  protected:
   std::unique_ptr<Runner> make() {
-    return GetParam()(patient(), recording_.camera, truth(recording_));
+    return GetParam()(patient(), recording_.camera, truth(recording_), {});
   }
   Recording recording_ = record("moving_box", small(1.0));
 };

@@ -50,7 +50,8 @@ Result<Session> open_session(SessionOptions options) {
   if (!options.may_wait) options.config.run.file_mask_lag_frames = 0;
   session.camera = std::make_unique<Camera>(options.camera);
   const auto make = options.deterministic ? make_offline_runner : make_live_runner;
-  session.runner = make(options.config, *session.camera, std::move(segmenter).value());
+  session.runner = make(options.config, *session.camera, std::move(segmenter).value(),
+                        std::move(options.map_use));
   return session;
 }
 

@@ -18,6 +18,7 @@ struct SessionOptions {
   SegmenterKind segmenter = SegmenterKind::kModel;
   std::filesystem::path model;      ///< for kModel
   std::filesystem::path masks_dir;  ///< for kMasks
+  MapUse map_use;
   bool deterministic = false;
   bool may_fork = false;  ///< a model is first read in a child process, which it may bring down
   bool may_wait = false;  ///< frames come out of a file: nothing is missed while masks are awaited

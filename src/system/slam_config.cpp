@@ -173,8 +173,8 @@ Result<SlamConfig> resolved(SlamConfig config) {
   for (const std::string& part : config.run.without)
     if (const Status status = leave_out(part, config); !status.ok()) return status.error();
   config.tracking.pose.noise = config.mapping.noise;
-  config.loop.verifier.noise = config.mapping.noise;
-  config.loop.verifier.pose = config.tracking.pose.pose;
+  config.loop.finder.verifier.noise = config.mapping.noise;
+  config.loop.finder.verifier.pose = config.tracking.pose.pose;
   return config;
 }
 

@@ -1,6 +1,7 @@
 #include "tracking/relocalizer.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "features/matcher.hpp"
 #include "geometry/pnp.hpp"
@@ -14,6 +15,8 @@ Relocalizer::Relocalizer(const RelocalizerConfig& config, const Camera& camera,
 std::optional<PoseResult> Relocalizer::step(const TrackedFrame& frame, const LocalView& view,
                                             Rng& rng) {
   if (frame.features->size() < static_cast<std::size_t>(config_.min_matches)) return std::nullopt;
+  if (std::exchange(reference_, view.reference().data->id) != view.reference().data->id)
+    next_ = 0;  // another place: its nearest keyframes first
   const int tries =
       std::min<int>(config_.keyframes_per_frame, static_cast<int>(view.keyframes.size()));
   for (int i = 0; i < tries; ++i) {

@@ -30,6 +30,7 @@ class Relocalizer {
   RelocalizerConfig config_;
   const Camera& camera_;
   const PoseEstimator& pose_estimator_;
+  KeyframeId reference_ = kNoKeyframe;  // of the last view
   std::size_t next_ = 0;
 };
 

@@ -107,6 +107,10 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   current.static_weight = result.labels.weight;
   result.motion_ms = timer.wall_ms() - result.orb_ms;
 
+  if (state_ == TrackState::kWaiting && !view->empty()) {
+    start_in_map(std::move(current), std::move(evidence), *view, result);
+    return result;
+  }
   if (state_ == TrackState::kWaiting) {
     start(std::move(current), std::move(evidence), result);
     return result;
@@ -306,6 +310,22 @@ void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& r
   last_ = std::move(current);
 }
 
+void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
+                           TrackResult& result) {
+  classifier_.remember(std::move(evidence), result.labels.label);
+  const auto found = relocalizer_.step(current, view, rng_);
+  result.state = TrackState::kLost;
+  motion_model_.reset(current.frame->stamp);
+  if (!found || found->inliers < kProvingFactor * config_.min_inliers) return;
+  state_ = result.state = TrackState::kTracking;
+  frames_since_loss_ = 0;
+  bends_ = view.bends;
+  result.T_world_camera = found->T_camera_world.inverse();
+  result.T_world_odom = result.T_world_camera;
+  deliver(*found, view, true, current, result);
+  last_ = std::move(current);
+}
+
 TrackState Tracker::assess(const PoseHypothesis& found, const SE3& T_last_world, double gap_s) {
   const auto& pose = found.pose;
   if (!pose || pose->inliers < config_.least_inliers() || !pose->T_camera_world.is_finite() ||
@@ -334,7 +354,7 @@ TrackState Tracker::assess(const PoseHypothesis& found, const SE3& T_last_world,
 
 bool Tracker::wants_keyframe(const TrackedFrame& frame, const LocalView& view,
                              const PoseResult& pose, bool mapper_busy) const {
-  if (state_ != TrackState::kTracking) return false;
+  if (state_ != TrackState::kTracking || !config_.proposes_keyframes) return false;
   KeyframeEvidence evidence;
   evidence.frames_since_last = frames_since_keyframe_;
   evidence.tracked_landmarks = pose.landmark_inliers;

@@ -39,6 +39,7 @@ struct TrackerConfig {
   ObjectConfig objects;
   /// What of the camera is looked for in place of an unknown read-out time. Not a setting.
   std::vector<CameraParameter> calibrated{};
+  bool proposes_keyframes = true;     ///< false: frames are only placed. Not a setting.
   int min_start_points = 100;         ///< static features with depth in the first frame
   int min_inliers = 30;               ///< below: weak; below half of it: lost
   int weak_frames_until_lost = 10;    ///< in a row
@@ -100,6 +101,9 @@ class Tracker {
   void move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const;
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const RgbdFrame& frame) const;
   void start(TrackedFrame current, FrameEvidence evidence, TrackResult& result);
+  /// The first frame of a run that goes on with a map: found there, or lost.
+  void start_in_map(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
+                    TrackResult& result);
   [[nodiscard]] SE3 last_pose(const LocalView& view);
   [[nodiscard]] PoseHypothesis find_pose(TrackedFrame& current, const LocalView& view,
                                          const SE3& T_last_world);

@@ -81,6 +81,16 @@ KeyframeId Map::keyframe_of(FrameId frame) const {
   return it == keyframe_of_.end() || it->first != frame ? kNoKeyframe : it->second;
 }
 
+void Map::forget_frames() {
+  keyframe_of_.clear();
+  for (auto& [id, keyframe] : keyframes_) {
+    if (keyframe.data->frame == kNoFrame) continue;
+    auto data = std::make_shared<KeyframeData>(*keyframe.data);
+    data->frame = kNoFrame;
+    keyframe.data = std::move(data);
+  }
+}
+
 const RemovedKeyframe* Map::removed(KeyframeId id) const {
   const auto it = std::ranges::lower_bound(removed_keyframes_, id, {}, &RemovedKeyframe::id);
   return it == removed_keyframes_.end() || it->id != id ? nullptr : &*it;

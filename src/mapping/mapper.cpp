@@ -27,6 +27,7 @@ FreeSpaceImage free_space_of(const KeyframeCandidate& candidate) {
 Mapper::Mapper(const MapperConfig& config, const Camera& camera, Map map)
     : config_(config), camera_(camera), map_(std::move(map)) {
   if (map_.keyframes().empty()) return;
+  map_.forget_frames();
   newest_ = map_.keyframes().rbegin()->first;
   look_around(newest_);
 }

@@ -1,0 +1,140 @@
+// Runs that go on with a map, and runs that are only placed in one.
+#include <gtest/gtest.h>
+
+#include "io/testing/temp_folder.hpp"
+#include "map/map_bytes.hpp"
+#include "system/map_saver.hpp"
+#include "system/system_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+using system_test::record;
+using system_test::Recording;
+using system_test::small;
+using system_test::small_config;
+using system_test::Trial;
+
+using MakeRunner = decltype(&make_live_runner);
+
+/// The frames from `first` on as if they came `later_s` later, with ids from `first_id` on.
+std::vector<FramePtr> again(const Recording& recording, std::size_t first, std::uint32_t first_id,
+                            double later_s) {
+  std::vector<FramePtr> frames;
+  for (std::size_t i = first; i < recording.frames.size(); ++i) {
+    auto frame = std::make_shared<RgbdFrame>(*recording.frames[i]);
+    frame->id = FrameId{first_id + static_cast<std::uint32_t>(i - first)};
+    frame->stamp.ns += static_cast<std::int64_t>(later_s * 1e9);
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+int lost(const Trial& run) {
+  return static_cast<int>(
+      std::count_if(run.results.begin(), run.results.end(),
+                    [](const TrackResult& r) { return r.state == TrackState::kLost; }));
+}
+
+double largest_difference_m(const Trial& a, const Trial& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.results.size(); ++i)
+    largest = std::max(largest,
+                       (a.results[i].T_world_camera.t() - b.results[i].T_world_camera.t()).norm());
+  return largest;
+}
+
+class MapOfARun : public ::testing::TestWithParam<MakeRunner> {
+ protected:
+  Trial run(MapUse use, const Recording& recording) {
+    return system_test::run(GetParam()(config_, recording.camera, nullptr, std::move(use)),
+                            recording);
+  }
+  SlamConfig config_ = small_config(DynamicMode::kOff);
+};
+
+TEST_P(MapOfARun, IsKeptAsItIsByARunThatIsOnlyPlacedInIt) {
+  const Recording recording = record("static_xyz", small(2));
+  const Trial mapped = run({}, recording);
+  const std::string bytes = to_bytes(mapped.map());
+  const Trial placed = run({mapped.map(), true, {}}, recording);
+  EXPECT_EQ(lost(placed), 0);
+  EXPECT_LT(largest_difference_m(mapped, placed), 0.02);
+  EXPECT_EQ(to_bytes(placed.map()), bytes);
+}
+
+TEST_P(MapOfARun, GoesOnInTheNext) {
+  const Recording recording = record("static_xyz", small(2));
+  const Trial first = run({}, recording);
+  const auto next = first.map().next_keyframe_id();
+  const Trial second = run({first.map(), false, {}}, recording);
+  EXPECT_EQ(lost(second), 0);
+  EXPECT_GE(second.map().next_keyframe_id(), next);
+  EXPECT_LT(largest_difference_m(first, second), 0.02) << "the same world";
+  EXPECT_LT(second.map().keyframes().size(), 2 * first.map().keyframes().size());
+}
+
+TEST_P(MapOfARun, IsNotWhereTheCameraIsInAnotherBuilding) {
+  const Recording here = record("static_xyz", small(1));
+  const Recording elsewhere = record("corridor_loop", small(1));
+  const Trial mapped = run({}, here);
+  const Trial placed = run({mapped.map(), true, {}}, elsewhere);
+  EXPECT_EQ(lost(placed), static_cast<int>(elsewhere.frames.size()));
+}
+
+TEST_P(MapOfARun, IsTakenUpAgainAfterReset) {
+  const Recording recording = record("static_xyz", small(1));
+  const Trial mapped = run({}, recording);
+  auto runner = GetParam()(config_, recording.camera, nullptr, {mapped.map(), true, {}});
+  for (int round = 0; round < 2; ++round) {
+    for (const FramePtr& frame : recording.frames)
+      EXPECT_EQ(runner->process(frame).state, TrackState::kTracking);
+    runner->reset();
+  }
+  EXPECT_EQ(runner->map().keyframes().size(), mapped.map().keyframes().size());
+}
+
+INSTANTIATE_TEST_SUITE_P(LiveAndOffline, MapOfARun,
+                         ::testing::Values(&make_live_runner, &make_offline_runner));
+
+TEST(Relocalisation, FindsAPlaceThatWasLeftLongAgo) {
+  const Recording recording = record("room_walk", small(14));
+  auto runner = make_offline_runner(small_config(DynamicMode::kOff), recording.camera, nullptr);
+  Trial run(std::move(runner));
+  for (const FramePtr& frame : recording.frames) run.process(frame);
+  ASSERT_EQ(lost(run), 0);
+  // The camera is carried back to its start in no time.
+  const auto count = static_cast<std::uint32_t>(recording.frames.size());
+  int frames = 0;
+  for (const FramePtr& frame : again(recording, 0, count, 14.1)) {
+    run.process(frame);
+    if (run.results.back().state == TrackState::kTracking) break;
+    if (++frames == 15) break;
+  }
+  EXPECT_LT(frames, 15);
+  const Vec3 truth_m = (recording.truth[0].T_world_camera.inverse() *
+                        recording.truth[static_cast<std::size_t>(frames)].T_world_camera)
+                           .t();
+  EXPECT_LT((run.results.back().T_world_camera.t() - truth_m).norm(), 0.03);
+}
+
+TEST(MapSaver, TheFileHasTheMapOfTheEnd) {
+  const Recording recording = record("static_xyz", small(1));
+  const SlamConfig config = small_config(DynamicMode::kOff);
+  const PyramidScales scales(config.orb.levels, config.orb.scale_factor);
+  const testing::TempFolder folder;
+  const auto path = folder.path() / "room.ygmap";
+  auto saver = MapSaver::open(path, recording.camera, scales, 0);
+  ASSERT_TRUE(saver.ok()) << saver.error().message;
+  const Trial run =
+      system_test::run(make_live_runner(config, recording.camera, nullptr,
+                                        {{}, false, [&](const Map& map) { (*saver)->look(map); }}),
+                       recording);
+  ASSERT_TRUE((*saver)->finish(run.map()).ok());
+  const auto loaded = load_map(path, recording.camera, scales);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  EXPECT_EQ(to_bytes(*loaded), to_bytes(run.map()));
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -55,6 +55,10 @@ struct Settings {
   /// off, geometry, semantic, full; empty: the option dynamic.mode, else full with a model, else
   /// geometry.
   std::string dynamic;
+  /// Map of an earlier run (save_map(), `ygslam run --save-map`) to go on with; empty = none. Frames
+  /// are lost until the place is recognised.
+  std::string load_map;
+  bool localize_only = false;  ///< the loaded map stays as it is
   bool deterministic = false;  ///< one schedule without threads: same input, same result
   /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 72
   /// bytes a frame.
@@ -96,7 +100,8 @@ struct Object {
 
 struct Result {
   State state = State::kWaiting;
-  Pose T_world_camera;  ///< world = first tracked camera; meaningful while tracking or weak
+  Pose T_world_camera;  ///< world = first tracked camera, or that of the loaded map; meaningful
+                        ///< while tracking or weak
   /// The same in a frame that drifts but never jumps (odom of ROS REP 105): corrections of the map
   /// and relocalisation change T_world_odom instead. While lost it stays where it was.
   Pose T_odom_camera;
@@ -131,7 +136,8 @@ struct Outcome {
 
 /// What went wrong in one line; `code` as the exit codes of the command line: 1 a bug or out of
 /// memory (the object is of no further use), 2 used after finish() or moved from, 3 settings or
-/// camera (all faults of the settings at once), 4 input, 5 model.
+/// camera (all faults of the settings at once), 4 input, 5 model,
+/// 6 map file, 9 not written.
 class YGSLAM_API Error : public std::runtime_error {
  public:
   Error(int error_code, const std::string& message)
@@ -141,7 +147,7 @@ class YGSLAM_API Error : public std::runtime_error {
 
 class YGSLAM_API Slam {
  public:
-  /// @throws Error (3, 5, 1)
+  /// @throws Error (3, 5, 6, 1)
   static Slam open(const Settings& settings);
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
@@ -152,7 +158,10 @@ class YGSLAM_API Slam {
   Result process(const Frame& frame);
   /// A copy of the map, at any time. Takes a few milliseconds a keyframe. @throws Error (1, 2)
   MapSnapshot map();
-  /// Forgets everything but settings and network; the next frame starts a new world. Stamps go on
+  /// Writes the map as it is now to a file, whole or not at all. @throws Error (9, 1, 2)
+  void save_map(const std::string& path);
+  /// Forgets everything but settings and network; the next frame starts a new world, or is
+  /// placed in the loaded map. Stamps go on
   /// increasing. @throws Error (1, 2)
   void reset();
   /// Ends the run. May be called again: the outcome is the same. @throws Error (1, 2)

@@ -14,7 +14,6 @@
 #include "eval/report.hpp"
 #include "geometry/rolling_shutter.hpp"
 #include "io/atomic_file.hpp"
-#include "map_file/map_file.hpp"
 #include "system/map_saver.hpp"
 #include "system/metrics.hpp"
 #include "system/run_writer.hpp"
@@ -63,28 +62,14 @@ struct Run {
   int interrupted_by = 0;
 };
 
-/// What the run starts from and where its map goes.
-Status prepare_map(Run& run, MapUse& use) {
-  const RunOptions& o = run.options;
-  if (o.load_map.empty() && o.save_map.empty()) return Ok{};
-  const Camera camera(run.sequence.camera);
-  const PyramidScales scales(run.config.orb.levels, run.config.orb.scale_factor);
-  use.frozen = o.localize;
-  if (!o.load_map.empty()) {
-    auto map = load_map(o.load_map, camera, scales);
-    if (!map.ok()) return map.error();
-    log::info("{}: {} keyframes, {} landmarks", o.load_map, map->keyframes().size(),
-              map->landmark_count());
-    if (map->keyframes().empty() && o.localize)
-      return Error{ErrorKind::kSavedMap, o.load_map + ": an empty map: nothing to localise in"};
-    use.start = std::move(map).value();
-  }
-  if (!o.save_map.empty()) {
-    auto saver = MapSaver::open(o.save_map, camera, scales);
-    if (!saver.ok()) return saver.error();
-    run.map_saver = std::move(saver).value();
-    use.sink = [&saver = *run.map_saver](const Map& map) { saver.look(map); };
-  }
+Status open_map_saver(Run& run, MapSink& sink) {
+  if (run.options.save_map.empty()) return Ok{};
+  const OrbConfig& orb = run.config.orb;
+  auto saver = MapSaver::open(run.options.save_map, Camera(run.sequence.camera),
+                              {orb.levels, orb.scale_factor});
+  if (!saver.ok()) return saver.error();
+  run.map_saver = std::move(saver).value();
+  sink = [&saver = *run.map_saver](const Map& map) { saver.look(map); };
   return Ok{};
 }
 
@@ -105,7 +90,9 @@ Status prepare(Run& run) {
   session.deterministic = o.deterministic;
   session.may_wait = !o.realtime;
   session.may_fork = true;
-  if (Status map = prepare_map(run, session.map_use); !map.ok()) return map;
+  session.load_map = o.load_map;
+  session.localize_only = o.localize;
+  if (Status opened = open_map_saver(run, session.map_sink); !opened.ok()) return opened;
   auto opened = open_session(std::move(session));
   if (!opened.ok()) return opened.error();
   run.session = std::move(opened).value();

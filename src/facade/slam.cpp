@@ -6,6 +6,7 @@
 #include "core/log.hpp"
 #include "image/depth.hpp"
 #include "io/image_file.hpp"
+#include "map_file/map_file.hpp"
 #include "system/failure.hpp"
 #include "system/run_writer.hpp"
 #include "system/session.hpp"
@@ -171,6 +172,8 @@ Slam Slam::open(const Settings& settings) {
     options.config = impl->config;
     options.camera = to_config(settings.camera);
     options.model = settings.model;
+    options.load_map = settings.load_map;
+    options.localize_only = settings.localize_only;
     options.deterministic = settings.deterministic;
     options.config.run.keep_trajectory = settings.keep_trajectory;
     auto session = open_session(std::move(options));
@@ -188,6 +191,15 @@ Result Slam::process(const Frame& frame) {
 MapSnapshot Slam::map() {
   if (!impl_) fail({ErrorKind::kUsage, "map() of an object that was moved from"});
   return impl_->call([&] { return impl_->map(); });
+}
+
+void Slam::save_map(const std::string& path) {
+  if (!impl_) fail({ErrorKind::kUsage, "save_map() of an object that was moved from"});
+  impl_->call([&] {
+    const Status written =
+        ygslam::save_map(path, impl_->session.runner->map(), *impl_->session.camera);
+    if (!written.ok()) fail(written.error());
+  });
 }
 
 void Slam::reset() {

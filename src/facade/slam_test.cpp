@@ -426,6 +426,42 @@ struct Lines {
 
 /// A model path leads to no line; a segmenter that fails does. Without a network at hand the only
 /// way to a warning is a model: this is skipped without one.
+TEST(SaveMap, AnotherObjectGoesOnWithTheMapOrIsPlacedInIt) {
+  const Film& room = film("static_xyz");
+  const ygslam::testing::TempFolder folder;
+  Settings settings = settings_for(room);
+  settings.deterministic = true;
+  settings.load_map = (folder.path() / "room.ygmap").string();
+  EXPECT_EQ(code_of([&] { Slam::open(settings); }), 6) << "not there yet";
+  {
+    Settings first = settings;
+    first.load_map.clear();
+    Slam slam = Slam::open(first);
+    for (std::size_t i = 0; i < room.size(); ++i) (void)slam.process(room[i]);
+    slam.save_map(settings.load_map);
+    EXPECT_EQ(code_of([&] { slam.save_map((folder.path() / "none" / "room").string()); }), 9);
+    (void)slam.finish();
+    slam.save_map(settings.load_map);
+  }
+  for (const bool localize_only : {false, true}) {
+    settings.localize_only = localize_only;
+    Slam slam = Slam::open(settings);
+    const std::size_t keyframes = slam.map().keyframes.size();
+    EXPECT_GT(keyframes, 0U);
+    for (std::size_t i = 0; i < room.size(); ++i) {
+      const Result result = slam.process(room[i]);
+      EXPECT_EQ(result.state, State::kTracking) << i;
+      if (i > 0) continue;
+      for (const double t_m : result.T_world_camera.translation_m) EXPECT_NEAR(t_m, 0, 0.01);
+    }
+    if (localize_only) EXPECT_EQ(slam.map().keyframes.size(), keyframes);
+  }
+  settings.camera.fx += 40;
+  EXPECT_EQ(code_of([&] { Slam::open(settings); }), 6) << "another camera";
+  settings.load_map.clear();
+  EXPECT_EQ(code_of([&] { Slam::open(settings); }), 2) << "nothing to localise in";
+}
+
 TEST(Slam, WithoutTroubleNothingIsWritten) {
   const Film& seen = film("moving_box");
   ::testing::internal::CaptureStdout();

@@ -1,6 +1,8 @@
 #include "system/session.hpp"
 
+#include "core/log.hpp"
 #include "io/calibration.hpp"
+#include "map_file/map_file.hpp"
 #include "segment/recorded_masks.hpp"
 
 namespace ygslam {
@@ -22,6 +24,24 @@ SegmenterResult make_segmenter(const SessionOptions& options) {
   yolo.try_in_child = options.may_fork;
   yolo.decode.classes = options.config.dynamic.masks.mask.movable_classes;
   return make_yolo_segmenter(yolo);
+}
+
+Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
+  MapUse use{{}, options.localize_only, options.map_sink};
+  if (options.load_map.empty()) {
+    if (options.localize_only) return Error{ErrorKind::kUsage, "no map to localise in"};
+    return use;
+  }
+  const OrbConfig& orb = options.config.orb;
+  auto map = load_map(options.load_map, camera, {orb.levels, orb.scale_factor});
+  if (!map.ok()) return map.error();
+  if (options.localize_only && map->keyframes().empty())
+    return Error{ErrorKind::kSavedMap,
+                 options.load_map.string() + ": an empty map, nothing to localise in"};
+  log::info("{}: {} keyframes, {} landmarks", options.load_map.string(), map->keyframes().size(),
+            map->landmark_count());
+  use.start = std::move(map).value();
+  return use;
 }
 
 }  // namespace
@@ -49,9 +69,11 @@ Result<Session> open_session(SessionOptions options) {
   }
   if (!options.may_wait) options.config.run.file_mask_lag_frames = 0;
   session.camera = std::make_unique<Camera>(options.camera);
+  auto map_use = open_map(options, *session.camera);
+  if (!map_use.ok()) return map_use.error();
   const auto make = options.deterministic ? make_offline_runner : make_live_runner;
-  session.runner = make(options.config, *session.camera, std::move(segmenter).value(),
-                        std::move(options.map_use));
+  session.runner =
+      make(options.config, *session.camera, std::move(segmenter).value(), std::move(*map_use));
   return session;
 }
 

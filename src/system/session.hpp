@@ -18,7 +18,9 @@ struct SessionOptions {
   SegmenterKind segmenter = SegmenterKind::kModel;
   std::filesystem::path model;      ///< for kModel
   std::filesystem::path masks_dir;  ///< for kMasks
-  MapUse map_use;
+  std::filesystem::path load_map;  ///< of an earlier run, to go on with; empty = none
+  bool localize_only = false;      ///< the loaded map stays as it is
+  MapSink map_sink;                ///< see MapUse; may be empty
   bool deterministic = false;
   bool may_fork = false;  ///< a model is first read in a child process, which it may bring down
   bool may_wait = false;  ///< frames come out of a file: nothing is missed while masks are awaited
@@ -34,7 +36,7 @@ struct Session {
 /// Modes off and geometry use no segmenter, whatever the options say.
 /// @return kModel: no model given where one is needed (says how to get one) or unreadable;
 /// kConfig: see validate() and camera_faults(), precision the model has not; kInput: no masks in
-/// the folder.
+/// the folder; kSavedMap: see load_map(), or nothing to localise in.
 [[nodiscard]] Result<Session> open_session(SessionOptions options);
 
 }  // namespace ygslam

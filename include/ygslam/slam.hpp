@@ -105,6 +105,9 @@ struct Result {
   /// The same in a frame that drifts but never jumps (odom of ROS REP 105): corrections of the map
   /// and relocalisation change T_world_odom instead. While lost it stays where it was.
   Pose T_odom_camera;
+  /// The pose was found by what the camera sees alone, far from where odometry left it (after being
+  /// lost, or in a loaded map): another room may look the same. Until it has gone 8 m from there.
+  bool provisional = false;
   Pose T_world_odom;  ///< T_world_camera = T_world_odom * T_odom_camera, while tracking or weak
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   int inliers = 0;           ///< points that agree with the pose

@@ -236,6 +236,7 @@ Result Slam::Impl::process(const Frame& frame) {
   result.T_world_camera = to_api(tracked.T_world_camera);
   result.T_odom_camera = to_api(tracked.T_odom_camera);
   result.T_world_odom = to_api(tracked.T_world_odom);
+  result.provisional = tracked.provisional;
   result.static_points = tracked.labels.static_points;
   result.dynamic_points = tracked.labels.dynamic_points;
   result.unknown_points = tracked.labels.unknown_points;

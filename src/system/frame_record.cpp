@@ -19,6 +19,8 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
   record.unknown_points = result.labels.unknown_points;
   record.few_static = result.labels.too_few_static;
   record.mask_age_frames = result.mask_age_frames;
+  record.provisional = result.provisional;
+  record.correction_m = result.correction_m;
   record.objects = result.objects;
   record.orb_ms = result.orb_ms;
   record.motion_ms = result.motion_ms;

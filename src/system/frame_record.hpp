@@ -20,6 +20,8 @@ struct FrameRecord {
   SE3 T_world_camera_live;  ///< as delivered
   int matches = 0, inliers = 0;
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
+  bool provisional = false;  ///< see TrackResult
+  double correction_m = 0;   ///< see TrackResult
   bool few_static = false;   ///< suspicious points had to come back
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
   std::vector<TrackedObject> objects;

@@ -61,6 +61,8 @@ TEST_P(MapOfARun, IsKeptAsItIsByARunThatIsOnlyPlacedInIt) {
   EXPECT_EQ(lost(placed), 0);
   EXPECT_LT(largest_difference_m(mapped, placed), 0.02);
   EXPECT_EQ(to_bytes(placed.map()), bytes);
+  EXPECT_TRUE(placed.results.front().provisional) << "another room may look the same";
+  EXPECT_FALSE(mapped.results.back().provisional);
 }
 
 TEST_P(MapOfARun, GoesOnInTheNext) {
@@ -116,6 +118,8 @@ TEST(Relocalisation, FindsAPlaceThatWasLeftLongAgo) {
                         recording.truth[static_cast<std::size_t>(frames)].T_world_camera)
                            .t();
   EXPECT_LT((run.results.back().T_world_camera.t() - truth_m).norm(), 0.03);
+  EXPECT_TRUE(run.results.back().provisional) << "odometry does not know how it came here";
+  EXPECT_GT(run.results.back().correction_m, 0.5);
 }
 
 TEST(MapSaver, TheFileHasTheMapOfTheEnd) {

@@ -18,9 +18,9 @@ struct SessionOptions {
   SegmenterKind segmenter = SegmenterKind::kModel;
   std::filesystem::path model;      ///< for kModel
   std::filesystem::path masks_dir;  ///< for kMasks
-  std::filesystem::path load_map;  ///< of an earlier run, to go on with; empty = none
-  bool localize_only = false;      ///< the loaded map stays as it is
-  MapSink map_sink;                ///< see MapUse; may be empty
+  std::filesystem::path load_map;   ///< of an earlier run, to go on with; empty = none
+  bool localize_only = false;       ///< the loaded map stays as it is
+  MapSink map_sink;                 ///< see MapUse; may be empty
   bool deterministic = false;
   bool may_fork = false;  ///< a model is first read in a child process, which it may bring down
   bool may_wait = false;  ///< frames come out of a file: nothing is missed while masks are awaited

@@ -11,6 +11,8 @@ namespace {
 constexpr double kLeastBendM = 0.003;    // more than a local adjustment moves a frame
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
+constexpr double kSamePlaceM = 0.5;      // a loss that ends this near has moved nothing
+constexpr double kProvingWayM = 8;       // no room that looks like another is larger, let us hope
 constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
@@ -126,7 +128,10 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   if (state_ == TrackState::kLost) {
     stay_lost(frame->stamp, std::move(evidence), result);
   } else {
+    const double gap_s = seconds_between(frame->stamp, last_->frame->stamp);
     move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp, result);
+    if (was_lost) prove(found.pose->T_camera_world, T_last_world, gap_s * config_.max_jump_mps);
+    result.provisional = is_provisional();
     evidence =
         with_free_space(evidence, free_space_violations(current, evidence, *found.pose, *view));
     result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
@@ -228,9 +233,31 @@ void Tracker::move_to(const SE3& T_camera_world, const SE3& T_last_world, bool w
     motion_model_.update(stamp, T_now_last);
     T_odom_last_ = (T_odom_last_ * T_now_last.inverse()).normalized();
   }
+  place_odometry(T_camera_world, result);
+}
+
+void Tracker::place_odometry(const SE3& T_camera_world, TrackResult& result) {
   result.T_world_camera = T_camera_world.inverse();
   result.T_odom_camera = T_odom_last_;
   result.T_world_odom = result.T_world_camera * T_odom_last_.inverse();
+  if (T_world_odom_) {
+    const SE3 T_world_before = *T_world_odom_ * T_odom_last_;
+    result.correction_m = (result.T_world_camera.t() - T_world_before.t()).norm();
+  }
+  T_world_odom_ = result.T_world_odom;
+}
+
+void Tracker::prove(const SE3& T_camera_world, const std::optional<SE3>& T_last_world,
+                    double reach_m) {
+  const bool near_last =
+      T_last_world && centre_distance_m(T_camera_world, *T_last_world) < kSamePlaceM + reach_m;
+  if (!near_last) unproved_from_ = T_odom_last_.t();
+}
+
+bool Tracker::is_provisional() {
+  if (unproved_from_ && (T_odom_last_.t() - *unproved_from_).norm() > kProvingWayM)
+    unproved_from_.reset();
+  return unproved_from_.has_value();
 }
 
 void Tracker::stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result) {
@@ -320,8 +347,9 @@ void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const L
   state_ = result.state = TrackState::kTracking;
   frames_since_loss_ = 0;
   bends_ = view.bends;
-  result.T_world_camera = found->T_camera_world.inverse();
-  result.T_world_odom = result.T_world_camera;
+  place_odometry(found->T_camera_world, result);
+  prove(found->T_camera_world, std::nullopt, 0);
+  result.provisional = is_provisional();
   deliver(*found, view, true, current, result);
   last_ = std::move(current);
 }

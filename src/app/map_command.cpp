@@ -11,7 +11,9 @@
 #include "io/ply.hpp"
 #include "io/trajectory.hpp"
 #include "map_file/map_file.hpp"
+#include "system/map_merge.hpp"
 #include "system/run_writer.hpp"
+#include "system/slam_config.hpp"
 
 namespace ygslam {
 namespace {
@@ -19,9 +21,13 @@ namespace {
 constexpr Rgb8 kLandmarkColour{200, 200, 200};
 constexpr int kStampDecimals = 6;
 
+/// Rooms that look alike agree over a room: what spans less proves nothing by itself.
+constexpr double kProvingExtent_m = 8;
+
 struct MapOptions {
-  std::string file;
+  std::string file, other;
   std::string out;
+  bool same_place = false;  ///< the user says so
   bool json = false;
 };
 
@@ -131,11 +137,45 @@ Result<int> export_map(const MapOptions& options) {
   return 0;
 }
 
+Result<int> merge(const MapOptions& options) {
+  const auto info = read_map_info(options.file);
+  if (!info) return info.error();
+  const auto a = load_map(options.file);
+  if (!a) return a.error();
+  const Camera camera(info->camera);
+  const auto b = load_map(options.other, camera, a->scales());
+  if (!b) return b.error();
+  const auto config = resolved(SlamConfig{});
+  if (!config) return config.error();
+  const MapAlignment alignment =
+      align_maps(*a, *b, camera, {config->loop.index, config->loop.finder});
+  std::printf("%d sights of %s in %s; %zu agree, %d of them independent, over %.1f m\n",
+              alignment.found, options.other.c_str(), options.file.c_str(), alignment.pairs.size(),
+              alignment.independent, alignment.extent_m);
+  const auto refuse = [&](const std::string& why) {
+    return Error{ErrorKind::kSavedMap, options.other + ": " + why + "; nothing was written"};
+  };
+  if (alignment.outcome == MapAlignment::Outcome::kNoOverlap)
+    return refuse("too few independent sights of " + options.file);
+  if (alignment.outcome == MapAlignment::Outcome::kAmbiguous)
+    return refuse("ambiguous, it fits " + options.file + " in two ways");
+  if (!options.same_place && alignment.extent_m < kProvingExtent_m)
+    return refuse(
+        "what both maps show spans less than 8 m and another room may look the same: "
+        "--same-place if it is this one");
+  const Map merged = merge_maps(*a, *b, alignment, camera, config->mapping);
+  if (Status written = save_map(options.out, merged, camera); !written) return written.error();
+  std::printf("%s: %zu keyframes, %zu landmarks\n", options.out.c_str(), merged.keyframes().size(),
+              merged.landmark_count());
+  return 0;
+}
+
 }  // namespace
 
 void add_map_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<MapOptions>();
-  CLI::App* command = app.add_subcommand("map", "Look into map files, check and repair them");
+  CLI::App* command =
+      app.add_subcommand("map", "Look into map files, check, repair and merge them");
   command->require_subcommand(1);
   command->fallthrough();
   const auto add = [&](const char* name, const char* what, Result<int> (*work)(const MapOptions&)) {
@@ -157,6 +197,13 @@ void add_map_command(CLI::App& app, int& exit_code) {
                    "NAME.ply: landmarks; NAME.txt: poses of the keyframes in TUM format")
       ->required()
       ->type_name("FILE");
+  CLI::App* merging = add("merge", "Make one map of two that show some of the same places", merge);
+  merging->add_option("OTHER", options->other, "The map to add; the frame of the first stays")
+      ->required()
+      ->type_name("");
+  merging->add_option("-o,--out", options->out, "New map")->required()->type_name("NEW");
+  merging->add_flag("--same-place", options->same_place,
+                    "Believe a small overlap: no other room looks the same");
   command->footer(
       "Examples:\n"
       "  ygslam map info room.map\n"
@@ -164,8 +211,10 @@ void add_map_command(CLI::App& app, int& exit_code) {
       "  ygslam map recover room.map -o rescued.map\n"
       "  ygslam map export room.map -o room.ply\n"
       "  ygslam map export room.map -o keyframes.txt\n"
+      "  ygslam map merge monday.map tuesday.map -o both.map\n"
       "A map is one file; where a run was killed its log FILE-wal belongs to it: move both.\n"
-      "Codes: 0 done, 2 usage, 6 damaged, no map, or of a newer format, 9 output not writable.\n"
+      "Codes: 0 done, 2 usage, 6 damaged, no map, of a newer format or not to be merged, 9 output "
+      "not writable.\n"
       "See docs/maps.md.");
 }
 

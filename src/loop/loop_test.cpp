@@ -179,7 +179,9 @@ TEST(LoopCloser, OdometryCannotHaveDriftedSoFar) {
 
 TEST(LoopCloser, AKeyframeAloneIsNotBelieved) {
   RingWorld ring(9);
-  const LoopResult result = close_loop(ring, ring.walk({}), {.min_agreeing = 6});
+  LoopConfig config;
+  config.min_agreeing = 6;
+  const LoopResult result = close_loop(ring, ring.walk({}), config);
   ASSERT_FALSE(result.attempts.empty());
   EXPECT_FALSE(result.closure);
   EXPECT_EQ(result.attempts.front().outcome, LoopOutcome::kAlone);

@@ -15,6 +15,7 @@ using map_test::World;
 struct Walk {
   int keyframes_per_lap = 48;
   int keyframes = 58;
+  int first = 0;            ///< where on the lap it starts
   double drift_m = 0.2;     ///< at the end, grown evenly; along the x axis of the world
   double drift_rad = 0.03;  ///< the same, about the z axis of the world
 };
@@ -46,7 +47,7 @@ class RingWorld {
   [[nodiscard]] const Camera& camera() const { return world_.camera(); }
 
   [[nodiscard]] static SE3 true_pose(const Walk& walk, int i) {
-    return ring_pose(static_cast<double>(i) / walk.keyframes_per_lap);
+    return ring_pose(static_cast<double>(walk.first + i) / walk.keyframes_per_lap);
   }
   [[nodiscard]] static SE3 drifted_pose(const Walk& walk, int i) {
     const double share = static_cast<double>(i) / (walk.keyframes - 1);

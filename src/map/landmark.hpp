@@ -24,8 +24,9 @@ struct Landmark {
   double max_distance_m = 0;
   std::vector<LandmarkObservation> observations;  ///< ascending keyframe id
   KeyframeId first_keyframe = kNoKeyframe;
-  int visible = 1;  ///< frames in whose view it was predicted
-  int found = 1;    ///< frames that matched it
+  int visible = 1;       ///< frames in whose view it was predicted
+  int found = 1;         ///< frames that matched it
+  int seen_through = 0;  ///< keyframes that saw what is behind it, since one that saw it
 
   [[nodiscard]] double found_ratio() const { return static_cast<double>(found) / visible; }
   /// How far its history speaks for a point that stands still, 0..1: what has moved away, or is

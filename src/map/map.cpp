@@ -173,6 +173,10 @@ void Map::count_seen(LandmarkId id, int visible, int found) {
   landmark.found += found;
 }
 
+void Map::set_seen_through(LandmarkId id, int keyframes) {
+  mutable_landmark(id).seen_through = keyframes;
+}
+
 bool Map::add_observation(LandmarkId id, KeyframeId keyframe_id, std::uint32_t feature) {
   Landmark& landmark = mutable_landmark(id);
   Keyframe& keyframe = keyframes_.at(keyframe_id);

@@ -76,6 +76,7 @@ class Map {
   [[nodiscard]] const Landmark& landmark(LandmarkId id) const;
   void set_position(LandmarkId id, const Vec3& p_world);
   void count_seen(LandmarkId id, int visible, int found);
+  void set_seen_through(LandmarkId id, int keyframes);
   [[nodiscard]] std::size_t landmark_count() const { return landmarks_.size(); }
   [[nodiscard]] LandmarkId next_landmark_id() const { return LandmarkId{next_landmark_}; }
 

@@ -1,9 +1,17 @@
 #include "mapping/culling.hpp"
 
 #include <algorithm>
+#include <set>
+
+#include "mapping/neighbour_fusion.hpp"
 
 namespace ygslam {
 namespace {
+
+constexpr std::size_t kSpaceNeighbours = 12;
+constexpr double kNearest_m = 0.3;
+constexpr double kThroughM = 0.1;  // farther than the noise of depth and pose ...
+constexpr double kThroughRatio = 0.1;
 
 bool is_redundant(const Map& map, const Keyframe& keyframe, const CullingConfig& config) {
   int judged = 0;
@@ -25,6 +33,15 @@ bool is_redundant(const Map& map, const Keyframe& keyframe, const CullingConfig&
   return judged > 0 && redundant > config.redundant_share * judged;
 }
 
+/// Whether the keyframe saw nothing but what lies clearly behind the point.
+bool sees_through(const Camera& camera, const Keyframe& keyframe, const Vec3& p_world) {
+  const Vec3 p_camera = keyframe.T_camera_world * p_world;
+  if (p_camera.z() < kNearest_m) return false;
+  const double nearest_m =
+      keyframe.data->free_space.around_m(camera.distort(camera.project(p_camera)));
+  return p_camera.z() < nearest_m - std::max(kThroughM, kThroughRatio * nearest_m);
+}
+
 }  // namespace
 
 int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
@@ -44,6 +61,28 @@ int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
     }
     return old;
   });
+  return removed;
+}
+
+int cull_seen_through(Map& map, const Camera& camera, KeyframeId id, const CullingConfig& config) {
+  const Keyframe& keyframe = map.keyframe(id);
+  std::set<LandmarkId> around;
+  for (const KeyframeId neighbour : neighbours(map, id, kSpaceNeighbours))
+    for (const LandmarkId landmark : map.keyframe(neighbour).landmarks)
+      if (landmark != kNoLandmark) around.insert(landmark);
+  const std::set<LandmarkId> seen(keyframe.landmarks.begin(), keyframe.landmarks.end());
+  int removed = 0;
+  for (const LandmarkId landmark_id : around) {
+    const Landmark& landmark = map.landmark(landmark_id);
+    if (seen.contains(landmark_id)) {
+      map.set_seen_through(landmark_id, 0);
+    } else if (sees_through(camera, keyframe, landmark.p_world)) {
+      map.set_seen_through(landmark_id, landmark.seen_through + 1);
+    }
+    if (landmark.seen_through < config.seen_through) continue;
+    map.remove_landmark(landmark_id);
+    ++removed;
+  }
   return removed;
 }
 

@@ -1,8 +1,10 @@
-// What the map does not need goes: landmarks nobody finds again, keyframes that show nothing new.
+// What the map does not need goes: landmarks nobody finds again or that
+// keyframes see through, keyframes that show nothing new.
 #pragma once
 
 #include <vector>
 
+#include "geometry/camera.hpp"
 #include "map/map.hpp"
 
 namespace ygslam {
@@ -11,6 +13,7 @@ struct CullingConfig {
   double min_found_ratio = 0.25;
   int recent_keyframes = 3;      ///< age at which a landmark must have been seen by ...
   int min_observations = 2;      ///< ... this many keyframes
+  int seen_through = 3;          ///< keyframes in a row that see through a landmark end it
   double redundant_share = 0.9;  ///< of a keyframe's landmarks that ...
   int redundant_observers = 3;   ///< ... this many others see at the same or a finer scale
   int protected_keyframes = 3;   ///< newest ones that are never culled
@@ -20,6 +23,11 @@ struct CullingConfig {
 /// @return number removed.
 int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
                    const CullingConfig& config);
+
+/// Ends landmarks of the neighbours that this keyframe, as others before it, saw through: what they
+/// were on has been carried away. @return number removed.
+int cull_seen_through(Map& map, const Camera& camera, KeyframeId keyframe,
+                      const CullingConfig& config);
 
 /// Judges the neighbours of a keyframe. @return the removed keyframes.
 std::vector<KeyframeId> cull_keyframes(Map& map, KeyframeId around, const CullingConfig& config);

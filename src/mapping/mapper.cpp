@@ -66,6 +66,7 @@ void Mapper::associate(const KeyframeCandidate& candidate, KeyframeId id) {
 std::vector<KeyframeId> Mapper::refine(const std::atomic<bool>* abort) {
   if (newest_ == kNoKeyframe) return {};
   cull_landmarks(map_, recent_landmarks_, config_.culling);
+  cull_seen_through(map_, camera_, newest_, config_.culling);
   make_by_triangulation(map_, camera_, newest_, config_.landmarks, recent_landmarks_);
   fuse_with_neighbours(map_, camera_, newest_, config_.fusion);
   if (config_.local_bundle && map_.keyframes().size() > 1 && !(abort && abort->load())) {

@@ -228,6 +228,39 @@ TEST(Culling, OnlyKeyframesThatOthersCoverGo) {
   EXPECT_TRUE(cull_keyframes(apart.map, KeyframeId{2}, config).empty());
 }
 
+TEST(Culling, WhatKeyframesSeeThroughGoes) {
+  World world(300, 14);
+  auto truth = map_test::true_map(world, 4);
+  Map& map = truth.map;
+  const CullingConfig config;
+  DepthImage far_m(640, 480), wall_m(640, 480);
+  for (float& d : far_m) d = 12;
+  for (float& d : wall_m) d = 1;
+  const auto keyframe_with = [&](const DepthImage& depth_m) {
+    const KeyframeId id = map.next_keyframe_id();
+    auto data = std::make_shared<KeyframeData>(*map.keyframe(KeyframeId{3}).data);
+    data->id = id;
+    data->frame = kNoFrame;
+    data->free_space = FreeSpaceImage(depth_m);
+    map.add_keyframe(data, World::pose(3), KeyframeId{static_cast<std::uint32_t>(index(id) - 1)},
+                     std::vector<float>(data->features->size(), 1));
+    return id;
+  };
+  const std::size_t before = map.landmark_count();
+  for (int i = 0; i < config.seen_through; ++i)
+    EXPECT_EQ(cull_seen_through(map, world.camera(), keyframe_with(wall_m), config), 0)
+        << "what stands before them hides them";
+  for (int i = 1; i < config.seen_through; ++i)
+    EXPECT_EQ(cull_seen_through(map, world.camera(), keyframe_with(far_m), config), 0);
+  const KeyframeId last = keyframe_with(far_m);
+  const LandmarkId kept = map.keyframe(KeyframeId{3}).landmarks[0];
+  map.add_observation(kept, last, 0);
+  const int removed = cull_seen_through(map, world.camera(), last, config);
+  EXPECT_GT(removed, 0.8 * static_cast<double>(before));
+  EXPECT_TRUE(map.has_landmark(kept)) << "it is still seen";
+  EXPECT_EQ(map.landmark_count(), before - static_cast<std::size_t>(removed));
+}
+
 TEST(Mapper, BuildsAConsistentMapOfAWalk) {
   World world(600, 11);
   Mapper mapper = make_mapper(world);

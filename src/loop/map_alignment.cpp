@@ -1,0 +1,107 @@
+#include "loop/map_alignment.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+namespace ygslam {
+namespace {
+
+constexpr double kIndependentM = 1;
+constexpr double kIndependentRad = std::numbers::pi / 6;
+
+SE3 alignment_of(const MapPair& pair, const Map& b) {
+  return pair.match.T_camera_world.inverse() * b.keyframe(pair.in_b).T_camera_world;
+}
+
+/// The pairs that agree with the alignment which one of them claims.
+std::vector<MapPair> supporters(const std::vector<MapPair>& pairs, const MapPair& of, const Map& b,
+                                const MapAlignmentConfig& config) {
+  const SE3 T_a_b = alignment_of(of, b);
+  const Vec3 from_b = b.keyframe(of.in_b).position_world();
+  std::vector<MapPair> agree;
+  for (const MapPair& pair : pairs) {
+    const Vec3 at_b = b.keyframe(pair.in_b).position_world();
+    const SE3 T_other = alignment_of(pair, b);
+    const double off_m = (T_a_b * at_b - T_other * at_b).norm();
+    const double off_rad = (T_a_b.inverse() * T_other).angle();
+    const double way_m = (at_b - from_b).norm();
+    if (off_m <= config.same_m + config.same_ratio * way_m && off_rad <= config.same_rad)
+      agree.push_back(pair);
+  }
+  return agree;
+}
+
+int count_independent(const std::vector<MapPair>& pairs, const Map& b) {
+  std::vector<SE3> chosen;
+  for (const MapPair& pair : pairs) {
+    const SE3 T_world_camera = b.keyframe(pair.in_b).T_camera_world.inverse();
+    const bool independent = std::all_of(chosen.begin(), chosen.end(), [&](const SE3& other) {
+      const SE3 between = other.inverse() * T_world_camera;
+      return between.t().norm() > kIndependentM || between.angle() > kIndependentRad;
+    });
+    if (independent) chosen.push_back(T_world_camera);
+  }
+  return static_cast<int>(chosen.size());
+}
+
+double extent_m(const std::vector<MapPair>& pairs, const Map& b) {
+  double largest = 0;
+  for (const MapPair& i : pairs)
+    for (const MapPair& j : pairs)
+      largest = std::max(
+          largest,
+          (b.keyframe(i.in_b).position_world() - b.keyframe(j.in_b).position_world()).norm());
+  return largest;
+}
+
+/// The largest set that agrees with one of the pairs.
+std::vector<MapPair> best_supported(const std::vector<MapPair>& pairs, const Map& b,
+                                    const MapAlignmentConfig& config) {
+  std::vector<MapPair> best;
+  for (const MapPair& pair : pairs) {
+    auto agree = supporters(pairs, pair, b, config);
+    if (agree.size() > best.size()) best = std::move(agree);
+  }
+  return best;
+}
+
+}  // namespace
+
+MapAlignment align_maps(const Map& a, const Map& b, const Camera& camera,
+                        const MapAlignmentConfig& config) {
+  PlaceIndex index(config.index);
+  index.rebuild(a);
+  const PlaceFinder finder(config.finder, camera);
+  std::vector<MapPair> pairs;
+  for (const auto& [id, keyframe] : b.keyframes()) {
+    const PlaceView view{*keyframe.data->features, keyframe.data->grid, keyframe.static_weight,
+                         &keyframe.data->free_space};
+    for (const FoundPlace& place : finder.find(a, index, view, {}, ygslam::index(id)))
+      if (place.match.verdict == PlaceVerdict::kAgrees) pairs.push_back({id, place.match});
+  }
+  MapAlignment result;
+  result.found = static_cast<int>(pairs.size());
+  result.pairs = best_supported(pairs, b, config);
+  result.independent = count_independent(result.pairs, b);
+  if (result.independent < config.min_pairs) return result;
+  std::vector<MapPair> others;
+  for (const MapPair& pair : pairs) {
+    const bool agrees = std::any_of(
+        result.pairs.begin(), result.pairs.end(),
+        [&](const MapPair& p) { return p.in_b == pair.in_b && p.match.place == pair.match.place; });
+    if (!agrees) others.push_back(pair);
+  }
+  const auto rival = best_supported(others, b, config);
+  const auto most = std::max_element(
+      result.pairs.begin(), result.pairs.end(),
+      [](const MapPair& x, const MapPair& y) { return x.match.inliers < y.match.inliers; });
+  result.T_a_b = alignment_of(*most, b);
+  result.extent_m = extent_m(result.pairs, b);
+  const bool ambiguous = static_cast<double>(rival.size()) >=
+                             config.ambiguous_share * static_cast<double>(result.pairs.size()) &&
+                         count_independent(rival, b) >= config.min_pairs;
+  result.outcome = ambiguous ? MapAlignment::Outcome::kAmbiguous : MapAlignment::Outcome::kAligned;
+  return result;
+}
+
+}  // namespace ygslam

@@ -11,6 +11,7 @@
 #include "app/config_command.hpp"
 #include "app/eval_command.hpp"
 #include "app/inspect_command.hpp"
+#include "app/map_command.hpp"
 #include "app/program_log.hpp"
 #include "app/run_command.hpp"
 #include "app/simulate_command.hpp"
@@ -57,6 +58,7 @@ int main(int argc, char** argv) {
     ygslam::add_calibrate_command(app, exit_code);
     ygslam::add_simulate_command(app, exit_code);
     ygslam::add_inspect_command(app, exit_code);
+    ygslam::add_map_command(app, exit_code);
     ygslam::add_config_command(app);
     try {
       app.parse(argc, argv);

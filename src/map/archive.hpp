@@ -35,6 +35,7 @@ class ArchiveWriter {
   void column(std::size_t n, Value&& value) {
     const std::size_t start = bytes_.size();
     bytes_.resize(start + n * sizeof(T));
+    for (std::size_t b = 0; b <= sizeof(T); ++b) parts_.push_back(start + b * n);
     char* const planes = bytes_.data() + start;
     for (std::size_t i = 0; i < n; ++i) {
       const T v = value(i);
@@ -44,11 +45,17 @@ class ArchiveWriter {
   }
   void check(bool, const char*) {}
   [[nodiscard]] const std::string& bytes() const { return bytes_; }
+  /// Places at which bytes of another kind begin, ascending: there a compressor starts afresh.
+  [[nodiscard]] const std::vector<std::size_t>& parts() const { return parts_; }
   /// Keeps its memory.
-  void clear() { bytes_.clear(); }
+  void clear() {
+    bytes_.clear();
+    parts_.clear();
+  }
 
  private:
   std::string bytes_;
+  std::vector<std::size_t> parts_;
 };
 
 /// After a fault everything reads as zero, ok() is false and fault() says what it was.

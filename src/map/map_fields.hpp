@@ -2,6 +2,7 @@
 // checked for what they can be by themselves; how the parts fit together checks MapAssembly.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -110,6 +111,50 @@ void features(Archive& archive, auto& features) {
     for (auto& bits : descriptor.bits) archive.number(bits);
 }
 
+/// The unit [m] of which all depths are whole multiples, as images of depth have it; 0 if none of
+/// the usual ones. Exact: the same numbers come back.
+inline float depth_unit_m(const DepthImage& depth_m) {
+  for (const double per_metre : {5000.0, 1000.0}) {
+    const auto unit_m = static_cast<float>(1.0 / per_metre);
+    const auto is_multiple = [&](float m) {
+      const float k = std::round(m / unit_m);
+      return k >= 0 && k <= 65535 && k * unit_m == m;
+    };
+    if (std::all_of(depth_m.begin(), depth_m.end(), is_multiple)) return unit_m;
+  }
+  return 0;
+}
+
+/// Depths as they are, or in whole units, each as what it has more than the one before.
+template <typename Archive>
+void depths(Archive& archive, auto& depth_m) {  // a DepthImage
+  float unit_m = 0;
+  if constexpr (!Archive::kReads) unit_m = depth_unit_m(depth_m);
+  archive.number(unit_m);
+  archive.check(unit_m >= 0 && unit_m < 1, "a free-space image of no unit");
+  const std::size_t n = depth_m.size();
+  const auto at = [&](std::size_t i) -> auto& {
+    return depth_m.begin()[static_cast<std::ptrdiff_t>(i)];
+  };
+  if (unit_m == 0) return archive.template column<float>(n, at);
+  std::vector<std::uint16_t> more(n);
+  std::uint16_t before = 0;
+  if constexpr (!Archive::kReads) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto units = static_cast<std::uint16_t>(std::round(at(i) / unit_m));
+      more[i] = static_cast<std::uint16_t>(units - before);
+      before = units;
+    }
+  }
+  archive.template column<std::uint16_t>(n, [&](std::size_t i) -> auto& { return more[i]; });
+  if constexpr (Archive::kReads) {
+    for (std::size_t i = 0; i < n; ++i) {
+      before = static_cast<std::uint16_t>(before + more[i]);
+      at(i) = static_cast<float>(before) * unit_m;
+    }
+  }
+}
+
 template <typename Archive>
 void free_space(Archive& archive, auto& data) {  // a KeyframeData
   std::uint32_t width = static_cast<std::uint32_t>(data.free_space.blocks_m().width());
@@ -118,19 +163,14 @@ void free_space(Archive& archive, auto& data) {  // a KeyframeData
   archive.number(height);
   if constexpr (Archive::kReads) {
     archive.check(width <= kMostBlocks && height <= kMostBlocks &&
-                      std::size_t{width} * height <= archive.remaining() / sizeof(float),
+                      std::size_t{width} * height <= archive.remaining() / sizeof(std::uint16_t),
                   "a free-space image is larger than its bytes");
     if (!archive.ok()) return;
-    DepthImage nearest_m(static_cast<int>(width), static_cast<int>(height));
-    archive.template column<float>(std::size_t{width} * height, [&](std::size_t i) -> auto& {
-      return nearest_m.begin()[static_cast<std::ptrdiff_t>(i)];
-    });
-    data.free_space = FreeSpaceImage::of_blocks(std::move(nearest_m));
+    DepthImage blocks_m(static_cast<int>(width), static_cast<int>(height));
+    depths(archive, blocks_m);
+    data.free_space = FreeSpaceImage::of_blocks(std::move(blocks_m));
   } else {
-    const DepthImage& nearest_m = data.free_space.blocks_m();
-    archive.template column<float>(std::size_t{width} * height, [&](std::size_t i) -> auto& {
-      return nearest_m.begin()[static_cast<std::ptrdiff_t>(i)];
-    });
+    depths(archive, data.free_space.blocks_m());
   }
 }
 

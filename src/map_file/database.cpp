@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <new>
@@ -163,6 +164,19 @@ std::optional<Statement> Database::prepare(std::string_view sql) {
   return std::optional<Statement>(std::in_place, statement);
 }
 
+std::optional<std::size_t> Database::read_start(std::span<unsigned char> bytes) const {
+  sqlite3_file* file = nullptr;
+  sqlite3_int64 size = 0;
+  if (sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_FILE_POINTER, &file) != SQLITE_OK ||
+      file == nullptr || file->pMethods == nullptr ||
+      file->pMethods->xFileSize(file, &size) != SQLITE_OK)
+    return std::nullopt;
+  const auto wanted = static_cast<int>(std::min(static_cast<sqlite3_int64>(bytes.size()), size));
+  if (wanted > 0 && file->pMethods->xRead(file, bytes.data(), wanted, 0) != SQLITE_OK)
+    return std::nullopt;
+  return static_cast<std::size_t>(wanted);
+}
+
 std::string Database::message() const {
   sqlite3* const db = handle_.get();
   std::string text = sqlite3_errmsg(db);
@@ -173,9 +187,9 @@ std::string Database::message() const {
   return text;
 }
 
-bool Database::is_damaged() const {
+bool Database::lacks_access() const {
   const int code = sqlite3_errcode(handle_.get()) & 0xff;
-  return code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+  return code == SQLITE_CANTOPEN || code == SQLITE_READONLY || code == SQLITE_PERM;
 }
 
 bool Database::close() {

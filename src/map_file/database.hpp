@@ -61,10 +61,14 @@ class Database {
   bool run(const char* sql);
   /// @return nothing after a fault.
   std::optional<Statement> prepare(std::string_view sql);
+  /// The first bytes of the file as they lie there. Through SQLite: whoever opens and closes the
+  /// file by himself takes its locks from every other connection of the process.
+  /// @return how many there are; nothing after a fault.
+  std::optional<std::size_t> read_start(std::span<unsigned char> bytes) const;
   /// The last fault, with the system's reason where there is one.
   [[nodiscard]] std::string message() const;
-  /// Whether the last fault is one of the file's content, not of the system.
-  [[nodiscard]] bool is_damaged() const;
+  /// Whether the last fault was that something beside the file cannot be opened or made.
+  [[nodiscard]] bool lacks_access() const;
   /// Closes it. @return false if something could not be written.
   bool close();
 

@@ -2,7 +2,6 @@
 
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "io/testing/file_size_limit.hpp"
 #include "map_file/map_file_testing.hpp"
@@ -13,26 +12,11 @@ namespace {
 using map_file_test::camera;
 using map_file_test::load;
 using map_file_test::names_in;
+using map_file_test::Nobody;
 using map_file_test::scales;
 using map_file_test::some_map;
 using testing::TempFolder;
 namespace fs = std::filesystem;
-
-/// Root may write anywhere: be nobody while this lives.
-class Nobody {
- public:
-  Nobody() : before_(::geteuid()) {
-    if (before_ == 0 && ::seteuid(65534) != 0) ADD_FAILURE() << "cannot be nobody";
-  }
-  Nobody(const Nobody&) = delete;
-  Nobody& operator=(const Nobody&) = delete;
-  ~Nobody() {
-    if (::seteuid(before_) != 0) ADD_FAILURE() << "cannot be root again";
-  }
-
- private:
-  uid_t before_;
-};
 
 TEST(MapFile, ComesBackAsItWas) {
   const TempFolder folder;

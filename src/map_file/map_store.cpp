@@ -61,6 +61,7 @@ Result<MapStore> MapStore::create(const fs::path& path, MapFileInfo info) {
   for (const std::string& statement : table_statements()) sql += statement + ";";
   sql += fmt::format("PRAGMA application_id={}; PRAGMA user_version={};", kApplicationId, kFormat);
   if (!store.database_.run(sql.c_str())) return store.error(store.database_.message());
+  store.is_new_ = true;
   return store;
 }
 
@@ -104,8 +105,8 @@ Status MapStore::read_hashes() {
   return Ok{};
 }
 
-/// Writes the row if the file has it otherwise.
-Status MapStore::put(const RowKey& key, std::span<const char> raw, Change& change) {
+Status MapStore::put(const RowKey& key, Change& change) {
+  const std::string& raw = change.raw.bytes();
   const auto table = static_cast<std::size_t>(key.table);
   const std::uint64_t hash = hash_of(raw);
   change.keep(key, hash);
@@ -121,7 +122,7 @@ Status MapStore::put(const RowKey& key, std::span<const char> raw, Change& chang
     in.number(stamp_ns);
     statement.bind(2, parent).bind(3, stamp_ns).bind(4, checksum_of(key, raw));
   } else {
-    statement.bind(2, codec_.encode(key, raw, hash));
+    statement.bind(2, codec_.encode(key, raw, hash, change.raw.parts()));
   }
   return statement.run() ? Status(Ok{}) : error(database_.message());
 }
@@ -139,7 +140,7 @@ Status MapStore::write_rows(const Map& map, Change& change) {
       }
       raw.clear();
       fields(keyframe);
-      if (Status done = put(key, raw.bytes(), change); !done) return done;
+      if (Status done = put(key, change); !done) return done;
     }
     return Ok{};
   };
@@ -173,8 +174,7 @@ Status MapStore::write_removed(const Map& map, Change& change) {
     change.raw.clear();
     change.raw.count(chunk);
     for (const RemovedKeyframe& removed : chunk) map_fields::removed_keyframe(change.raw, removed);
-    if (Status done = put({Table::kRemoved, number}, change.raw.bytes(), change); !done)
-      return done;
+    if (Status done = put({Table::kRemoved, number}, change); !done) return done;
   }
   return Ok{};
 }
@@ -197,7 +197,7 @@ Status MapStore::write_landmarks(const Map& map, Change& change) {
         map_fields::observations(change.raw, chunk);
         for (const Landmark* landmark : chunk) change.observations += landmark->observations.size();
       }
-      if (Status done = put({table, number}, change.raw.bytes(), change); !done) return done;
+      if (Status done = put({table, number}, change); !done) return done;
     }
   }
   return Ok{};
@@ -262,6 +262,9 @@ Status MapStore::write(const Map& map) {
 }
 
 Status MapStore::close() {
+  // Files lie on the disk ready for a log: turning that on later takes a journal, which a process
+  // that is killed at that moment would leave behind.
+  if (is_new_ && !database_.run("PRAGMA journal_mode=WAL")) return error(database_.message());
   // Fails without harm where somebody is reading: the log then stays beside the file.
   (void)database_.run("PRAGMA wal_checkpoint(TRUNCATE)");
   return database_.close() ? Status(Ok{}) : error(database_.message());

@@ -33,13 +33,15 @@ class MapStore {
   Status write_rows(const Map& map, Change& change);
   Status write_landmarks(const Map& map, Change& change);
   Status write_removed(const Map& map, Change& change);
-  Status put(const RowKey& key, std::span<const char> raw, Change& change);
+  /// Writes change.raw if the file has the row otherwise.
+  Status put(const RowKey& key, Change& change);
   Status delete_others(const Change& change);
   Status write_meta();
 
   std::filesystem::path path_;
   Database database_;
   Meta meta_;
+  bool is_new_ = false;
   // What the rows of `seen` were made of: it never changes, and two worlds never share it.
   std::unordered_map<std::uint32_t, std::weak_ptr<const KeyframeData>> seen_;
   std::array<Hashes, kTables> hashes_;

@@ -1,9 +1,5 @@
 #include "map_file/open_map.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -24,11 +20,6 @@ Error fault(const fs::path& path, const std::string& what) {
   return {ErrorKind::kSavedMap, path.string() + ": " + what};
 }
 
-std::uint32_t big_endian(const std::array<unsigned char, kHeader_bytes>& header, std::size_t at) {
-  return (std::uint32_t{header[at]} << 24) | (std::uint32_t{header[at + 1]} << 16) |
-         (std::uint32_t{header[at + 2]} << 8) | header[at + 3];
-}
-
 std::string short_text(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string plain;
@@ -36,37 +27,49 @@ std::string short_text(std::string_view text) {
   return plain;
 }
 
-/// What SQLite's header says, read without SQLite: it reports less, and a pipe would not let go.
+/// @return why the path can be no map; empty if it may be one.
+std::string kind_fault(const fs::path& path) {
+  std::error_code code;
+  const fs::file_status status = fs::status(path, code);
+  if (!fs::exists(status)) return code ? code.message() : std::strerror(ENOENT);
+  if (fs::is_directory(status)) return "is a folder, not a map";
+  return fs::is_regular_file(status) ? "" : "is no regular file";
+}
+
+/// What SQLite's header says: SQLite itself reports less of it.
 struct FileHeader {
-  std::uint64_t bytes = 0;
+  std::uint32_t application = 0;
   std::uint32_t format = 0;
+  std::uint64_t bytes = 0;  ///< that there should be
+  std::string fault;
 };
-Result<FileHeader> read_header(const fs::path& path, bool has_log) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-  if (descriptor < 0) return fault(path, std::strerror(errno));
-  struct stat status {};
-  std::array<unsigned char, kHeader_bytes> header{};
-  const bool known = ::fstat(descriptor, &status) == 0;
-  const bool regular = known && S_ISREG(status.st_mode);
-  const ssize_t read = regular ? ::pread(descriptor, header.data(), header.size(), 0) : 0;
-  ::close(descriptor);
-  if (known && S_ISDIR(status.st_mode)) return fault(path, "is a folder, not a map");
-  if (!regular) return fault(path, "is no regular file");
-  if (read < 0) return fault(path, "cannot be read");
-  if (read == 0) return fault(path, "is empty, not a map");
+FileHeader read_header(const Database& database) {
+  FileHeader header;
+  std::array<unsigned char, kHeader_bytes> bytes{};
+  const std::optional<std::size_t> read = database.read_start(bytes);
   constexpr std::string_view kMagic("SQLite format 3\0", 16);
-  const std::size_t seen = std::min(kMagic.size(), static_cast<std::size_t>(read));
-  if (std::memcmp(header.data(), kMagic.data(), seen) != 0) return fault(path, "is not a map");
-  if (static_cast<std::size_t>(read) < header.size()) return fault(path, "is cut short");
-  if (big_endian(header, 68) != kApplicationId)
-    return fault(path, "is a database of another program, not a map");
-  const std::uint32_t page_field = (std::uint32_t{header[16]} << 8) | header[17];
-  const std::uint64_t page_bytes = page_field == 1 ? 65536 : page_field;
-  const std::uint64_t expected = page_bytes * big_endian(header, 28);
-  const auto bytes = static_cast<std::uint64_t>(status.st_size);
-  if (!has_log && bytes < expected)
-    return fault(path, fmt::format("is cut short: {} bytes of {}", bytes, expected));
-  return FileHeader{bytes, big_endian(header, 60)};
+  if (!read) {
+    header.fault = "cannot be read";
+  } else if (*read == 0) {
+    header.fault = "is empty, not a map";
+  } else if (std::memcmp(bytes.data(), kMagic.data(), std::min(kMagic.size(), *read)) != 0) {
+    header.fault = "is not a map";
+  } else if (*read < bytes.size()) {
+    header.fault = "is cut short";
+  }
+  if (!header.fault.empty()) return header;
+  const auto number = [&](std::size_t at, std::size_t size) {  // big endian
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < size; ++i) value = (value << 8) | bytes[at + i];
+    return value;
+  };
+  const std::uint32_t page_bytes = number(16, 2) == 1 ? 65536 : number(16, 2);
+  header.bytes = std::uint64_t{page_bytes} * number(28, 4);
+  header.format = number(60, 4);
+  header.application = number(68, 4);
+  if (header.application != kApplicationId)
+    header.fault = "is a database of another program, not a map";
+  return header;
 }
 
 /// @return what the schema has that a map's has not, or the other way round; empty if nothing.
@@ -114,7 +117,8 @@ const std::vector<std::string>& table_statements() {
 }
 
 bool has_map_header(const fs::path& path) {
-  return read_header(path, true).ok();  // of any length
+  const auto database = Database::open(path, Database::Access::kReadAlone);
+  return database.ok() && read_header(*database).fault.empty();
 }
 
 Result<MetaEntries> read_meta_entries(Database& database) {
@@ -139,29 +143,36 @@ std::string structure_fault(Database& database) {
 }
 
 Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
+  if (const std::string kind = kind_fault(path); !kind.empty()) return fault(path, kind);
   std::error_code none;
   fs::path log = path;
   log += "-wal";
-  const auto log_bytes = fs::file_size(log, none);
-  // Without a log nobody is writing, or nothing was written yet: SQLite need not share the file
-  // and leaves nothing in its folder.
-  const bool has_log = !none && log_bytes > 0;
-  const auto header = read_header(path, has_log);
-  if (!header) return header.error();
+  // Without a log nobody is writing: SQLite need not share the file and leaves nothing beside it.
+  const bool has_log = fs::exists(log, none);
+  const auto log_bytes = has_log ? fs::file_size(log, none) : 0;
+  const auto file_bytes = fs::file_size(path, none);
   auto database =
       Database::open(path, has_log ? Database::Access::kRead : Database::Access::kReadAlone);
   if (!database) return database.error();
+  const FileHeader header = read_header(*database);
+  if (!header.fault.empty()) return fault(path, header.fault);
+  if (log_bytes == 0 && file_bytes < header.bytes)
+    return fault(path, fmt::format("is cut short: {} bytes of {}", file_bytes, header.bytes));
   if (!database->run("PRAGMA cell_size_check=ON; PRAGMA mmap_size=0; PRAGMA query_only=ON; BEGIN"))
     return fault(path, database->message());
-  if (header->format > kFormat) return fault(path, newer_text(*database, header->format));
-  if (header->format != kFormat) return fault(path, "is no map that was ever completed");
-  if (const std::string schema = schema_fault(*database); !schema.empty())
-    return fault(path, schema);
+  if (header.format > kFormat) return fault(path, newer_text(*database, header.format));
+  if (header.format != kFormat) return fault(path, "is a map that was never completed");
+  if (const std::string schema = schema_fault(*database); !schema.empty()) {
+    const bool log_is_shut = has_log && database->lacks_access();
+    return fault(path, schema + (log_is_shut ? "; its log beside it needs a folder that can be "
+                                               "written: copy both"
+                                             : ""));
+  }
   const auto entries = read_meta_entries(*database);
   if (!entries) return fault(path, entries.error().message);
   auto meta = meta_of(*entries);
   if (!meta) return fault(path, meta.error().message);
-  const std::uint64_t bytes = header->bytes + (has_log ? log_bytes : 0);
+  const std::uint64_t bytes = file_bytes + log_bytes;
   if (faults == MetaFaults::kRefuse && !meta->fault.empty()) return fault(path, meta->fault);
   meta->info.bytes = bytes;
   return OpenedMap{std::move(*database), std::move(*meta), bytes};

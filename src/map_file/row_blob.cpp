@@ -11,15 +11,16 @@
 namespace ygslam::map_file {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x57524759;  // "YGRW"
-constexpr std::uint16_t kFormat = 1;
+constexpr std::uint32_t kRowMagic = 0x57524759;  // "YGRW"
+constexpr std::uint16_t kRowFormat = 1;
 constexpr std::uint32_t kMostRaw_bytes = 64U << 20;  // of one row
 // Descriptors are random to any compressor: higher levels take four times as long for 1 % less.
 constexpr int kLevel = 1;
+constexpr std::size_t kLeastPart_bytes = 256;  // that is worth a block of its own
 
 struct Header {
-  std::uint32_t magic = kMagic;
-  std::uint16_t format = kFormat;
+  std::uint32_t magic = kRowMagic;
+  std::uint16_t format = kRowFormat;
   std::uint16_t table = 0;
   std::uint32_t raw_bytes = 0;
   std::uint32_t checksum = 0;
@@ -58,15 +59,33 @@ RowCodec::RowCodec(RowCodec&&) noexcept = default;
 RowCodec& RowCodec::operator=(RowCodec&&) noexcept = default;
 RowCodec::~RowCodec() = default;
 
+std::size_t RowCodec::compress(std::span<const char> raw, std::span<const std::size_t> parts) {
+  ZSTD_CCtx* const zstd = contexts_->compressor;
+  const auto require = [](std::size_t code) {  // there is room: nothing but memory can be wanting
+    if (ZSTD_isError(code) != 0) throw std::bad_alloc();
+    return code;
+  };
+  require(ZSTD_CCtx_reset(zstd, ZSTD_reset_session_only));
+  require(ZSTD_CCtx_setParameter(zstd, ZSTD_c_compressionLevel, kLevel));
+  require(ZSTD_CCtx_setPledgedSrcSize(zstd, raw.size()));
+  ZSTD_outBuffer out{stored_.data() + sizeof(Header), stored_.size() - sizeof(Header), 0};
+  ZSTD_inBuffer in{raw.data(), 0, 0};
+  for (const std::size_t end : parts) {
+    if (end < in.size + kLeastPart_bytes || end > raw.size()) continue;
+    in.size = end;
+    require(ZSTD_compressStream2(zstd, &out, &in, ZSTD_e_flush));
+  }
+  in.size = raw.size();
+  if (require(ZSTD_compressStream2(zstd, &out, &in, ZSTD_e_end)) != 0) throw std::bad_alloc();
+  return out.pos;
+}
+
 std::span<const char> RowCodec::encode(const RowKey& key, std::span<const char> raw,
-                                       std::uint64_t hash) {
+                                       std::uint64_t hash, std::span<const std::size_t> parts) {
   CHECK(raw.size() <= kMostRaw_bytes, "a row too large to be read again");
-  stored_.resize(sizeof(Header) + ZSTD_compressBound(raw.size()));
-  const std::size_t size =
-      ZSTD_compressCCtx(contexts_->compressor, stored_.data() + sizeof(Header),
-                        stored_.size() - sizeof(Header), raw.data(), raw.size(), kLevel);
-  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // there is room, so nothing else can fail
-  stored_.resize(sizeof(Header) + size);
+  constexpr std::size_t kBytesPerPart = 8;  // what a new block costs
+  stored_.resize(sizeof(Header) + ZSTD_compressBound(raw.size()) + kBytesPerPart * parts.size());
+  stored_.resize(sizeof(Header) + compress(raw, parts));
   Header header;
   header.table = static_cast<std::uint16_t>(key.table);
   header.raw_bytes = static_cast<std::uint32_t>(raw.size());
@@ -82,9 +101,9 @@ const char* RowCodec::decode(const RowKey& key, std::span<const char> stored, De
   if (stored.size() < sizeof(Header)) return "cut short";
   std::memcpy(&header, stored.data(), sizeof(Header));
   const auto payload = stored.subspan(sizeof(Header));
-  if (header.magic != kMagic || header.table != static_cast<std::uint16_t>(key.table))
+  if (header.magic != kRowMagic || header.table != static_cast<std::uint16_t>(key.table))
     return "damaged: no row of this table";
-  if (header.format != kFormat) return "of a format this program does not know";
+  if (header.format != kRowFormat) return "of a format this program does not know";
   if (checksum(header, key.id, payload) != header.checksum)
     return "damaged: the checksum does not match";
   if (header.raw_bytes > kMostRaw_bytes || header.raw_bytes > budget.left_bytes)
@@ -104,7 +123,7 @@ std::optional<std::uint64_t> hash_in_header(Table table, std::span<const char> h
   Header h;
   if (header.size() < sizeof(Header)) return std::nullopt;
   std::memcpy(&h, header.data(), sizeof(Header));
-  if (h.magic != kMagic || h.format != kFormat || h.table != static_cast<std::uint16_t>(table))
+  if (h.magic != kRowMagic || h.format != kRowFormat || h.table != static_cast<std::uint16_t>(table))
     return std::nullopt;
   return h.hash;
 }

@@ -37,9 +37,11 @@ class RowCodec {
   RowCodec& operator=(RowCodec&&) noexcept;
   ~RowCodec();
 
-  /// @param hash hash_of(raw). @return what to store, valid until the next call.
+  /// @param hash hash_of(raw). @param parts ArchiveWriter::parts. @return what to store, valid
+  /// until the next call.
   [[nodiscard]] std::span<const char> encode(const RowKey& key, std::span<const char> raw,
-                                             std::uint64_t hash);
+                                             std::uint64_t hash,
+                                             std::span<const std::size_t> parts = {});
   /// The checksum is looked at before anything is decoded, the size before anything is allocated.
   /// @param raw set to the content. @param hash set to its hash.
   /// @return what is wrong; null if nothing.
@@ -47,6 +49,7 @@ class RowCodec {
                                    DecodeBudget& budget, std::string& raw, std::uint64_t& hash);
 
  private:
+  std::size_t compress(std::span<const char> raw, std::span<const std::size_t> parts);
   struct Contexts;
   std::unique_ptr<Contexts> contexts_;
   std::string stored_;

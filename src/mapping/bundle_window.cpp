@@ -34,25 +34,10 @@ std::vector<KeyframeId> other_observers(const Map& map, const std::vector<Landma
   return ids;
 }
 
-}  // namespace
-
-BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseConfig& noise,
-                                const BundleWindowConfig& config) {
-  BundleWindow window;
-  window.T_local_world = map.keyframe(newest).T_camera_world;
+/// Poses, points and observations of the window's keyframes, of which the first are free.
+void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_count,
+                   BundleWindow& window) {
   const SE3 T_world_local = window.T_local_world.inverse();
-  window.keyframes = {newest};
-  for (const KeyframeId id :
-       map.covisible(newest, 1, static_cast<std::size_t>(config.free_keyframes - 1))) {
-    window.keyframes.push_back(id);
-  }
-  std::sort(window.keyframes.begin(), window.keyframes.end());
-  window.landmarks = landmarks_seen_by(map, window.keyframes);
-  const std::size_t free_count = window.keyframes.size();
-  for (const KeyframeId id :
-       other_observers(map, window.landmarks, window.keyframes, config.fixed_keyframes)) {
-    window.keyframes.push_back(id);
-  }
   std::map<KeyframeId, std::uint32_t> pose_of;
   for (std::uint32_t i = 0; i < window.keyframes.size(); ++i) {
     const Keyframe& keyframe = map.keyframe(window.keyframes[i]);
@@ -78,6 +63,39 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
           {pose->second, i, observe(feature, map.scales().of(feature.octave), noise, weight)});
     }
   }
+}
+
+}  // namespace
+
+BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseConfig& noise,
+                                const BundleWindowConfig& config) {
+  BundleWindow window;
+  window.T_local_world = map.keyframe(newest).T_camera_world;
+  window.keyframes = {newest};
+  for (const KeyframeId id :
+       map.covisible(newest, 1, static_cast<std::size_t>(config.free_keyframes - 1))) {
+    window.keyframes.push_back(id);
+  }
+  std::sort(window.keyframes.begin(), window.keyframes.end());
+  window.landmarks = landmarks_seen_by(map, window.keyframes);
+  const std::size_t free_count = window.keyframes.size();
+  for (const KeyframeId id :
+       other_observers(map, window.landmarks, window.keyframes, config.fixed_keyframes)) {
+    window.keyframes.push_back(id);
+  }
+  state_problem(map, noise, free_count, window);
+  return window;
+}
+
+BundleWindow make_whole_window(const Map& map, const NoiseConfig& noise) {
+  BundleWindow window;
+  window.T_local_world = map.keyframe(map.origin()).T_camera_world;
+  for (const auto& [id, keyframe] : map.keyframes()) window.keyframes.push_back(id);
+  map.for_each_landmark([&](const Landmark& landmark) {
+    if (landmark.observations.size() > 1) window.landmarks.push_back(landmark.id);
+  });
+  std::sort(window.landmarks.begin(), window.landmarks.end());
+  state_problem(map, noise, window.keyframes.size(), window);
   return window;
 }
 

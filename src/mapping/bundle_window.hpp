@@ -28,6 +28,10 @@ struct BundleWindow {
                                               const NoiseConfig& noise,
                                               const BundleWindowConfig& config);
 
+/// Everything: keyframes without a parent hold the gauge, landmarks seen once say nothing.
+/// @param map not empty.
+[[nodiscard]] BundleWindow make_whole_window(const Map& map, const NoiseConfig& noise);
+
 /// Writes poses and points back and removes the observations that disagree.
 void apply_bundle(Map& map, const BundleWindow& window, const BundleResult& result);
 

@@ -104,7 +104,8 @@ class LiveRunner final : public Runner {
     map_.reset();
     tracker_.emplace(config_.tracking, config_.orb, config_.dynamic, camera_, config_.run.seed);
     map_ = std::make_unique<MapThread>(
-        MappingStage(mapping_config_, camera_, {config_.orb.levels, config_.orb.scale_factor}));
+        MappingStage(mapping_config_, camera_, {config_.orb.levels, config_.orb.scale_factor}),
+        camera_, mapping_config_.mapper.bundle);
     without_mask_.clear();
     last_frames_.clear();
     last_mask_.reset();

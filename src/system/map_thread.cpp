@@ -2,9 +2,10 @@
 
 namespace ygslam {
 
-MapThread::MapThread(MappingStage stage)
+MapThread::MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle)
     : stage_(std::move(stage)),
       view_(stage_.view()),
+      adjustment_(camera, bundle),
       thread_([this](const std::stop_token& stop) { loop(stop); },
               [this] {
                 queue_.close();
@@ -40,12 +41,28 @@ void MapThread::join() {
   queue_.close();
   thread_.join();
   thread_.rethrow();
+  adjustment_.finish();
+  take_adjustment();
 }
 
 void MapThread::loop(const std::stop_token& stop) {
   while (auto message = queue_.pop(stop)) {
     std::visit([this](auto& m) { take(m); }, *message);
+    take_adjustment();
   }
+}
+
+bool MapThread::close_loops() {
+  if (!stage_.close_loops()) return false;
+  adjustment_.start(stage_.full_adjustment());
+  return true;
+}
+
+void MapThread::take_adjustment() {
+  const auto patch = adjustment_.take_result();
+  if (!patch) return;
+  stage_.correct(*patch);
+  view_.store(stage_.view());
 }
 
 void MapThread::take(const KeyframeMessage& message) {
@@ -56,7 +73,7 @@ void MapThread::take(const KeyframeMessage& message) {
     urgent_.store(false);
     if (waiting_keyframes_.load() > 0) urgent_.store(true);  // one came in between
     stage_.refine(&urgent_);
-    stage_.close_loops();
+    close_loops();
     view_.store(stage_.view());
   }
   times_.add(timer);
@@ -64,7 +81,7 @@ void MapThread::take(const KeyframeMessage& message) {
 
 void MapThread::take(const SegmentationPtr& masks) {
   bool changed = stage_.apply(*masks);
-  if (waiting_keyframes_.load() == 0) changed |= stage_.close_loops();
+  if (waiting_keyframes_.load() == 0) changed |= close_loops();
   if (changed) view_.store(stage_.view());
 }
 

@@ -9,6 +9,7 @@
 #include "core/bounded_queue.hpp"
 #include "core/published.hpp"
 #include "core/worker_thread.hpp"
+#include "system/adjustment_thread.hpp"
 #include "system/mapping_stage.hpp"
 #include "system/run_log.hpp"
 
@@ -16,7 +17,7 @@ namespace ygslam {
 
 class MapThread {
  public:
-  explicit MapThread(MappingStage stage);
+  MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle);
   ~MapThread();
 
   [[nodiscard]] LocalViewPtr view() const { return view_.load(); }
@@ -51,6 +52,8 @@ class MapThread {
   void take(const MapPatch& patch);
   void take(KeyframeId focus);
   void take(Inspection& inspection);
+  bool close_loops();
+  void take_adjustment();
 
   MappingStage stage_;  // the thread's while it runs
   StageTimes times_;    // the thread's while it runs
@@ -58,6 +61,7 @@ class MapThread {
   BoundedQueue<Message> queue_{kQueue, Overflow::kBlock};
   std::atomic<std::size_t> waiting_keyframes_{0};
   std::atomic<bool> urgent_{false};  // a keyframe waits: adjustments end early
+  AdjustmentThread adjustment_;      // of the whole map, after loops
   WorkerThread thread_;              // last: it uses everything above
 };
 

@@ -9,6 +9,7 @@
 
 #include "dense/static_cloud.hpp"
 #include "loop/loop_closer.hpp"
+#include "mapping/full_adjustment.hpp"
 #include "mapping/mapper.hpp"
 #include "motion/masks/mask_labels.hpp"
 #include "segment/segmenter.hpp"
@@ -46,6 +47,11 @@ class MappingStage {
   /// Looks for the place of the keyframes that are complete since the last call.
   /// @return true if the map changed.
   bool close_loops();
+  /// The whole map as a job for another thread; its patch goes to correct(). Only of a map that has
+  /// keyframes.
+  [[nodiscard]] FullAdjustment full_adjustment() const {
+    return make_full_adjustment(map(), config_.mapper.noise);
+  }
   void correct(const MapPatch& patch) { mapper_.correct(patch); }
   void look_around(KeyframeId focus) { mapper_.look_around(focus); }
   /// The mask of a keyframe that waits for it; of other frames it is ignored.

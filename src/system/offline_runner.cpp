@@ -95,6 +95,11 @@ class OfflineRunner final : public Runner {
     return arrived;
   }
 
+  void adjust_all() {
+    auto patch = solve(camera_, mapping_->full_adjustment(), mapping_config_.mapper.bundle);
+    if (patch) mapping_->correct(*patch);
+  }
+
   void map_keyframe(TrackResult& result) {
     const bool inserted = result.candidate.has_value();
     const ScopedTimer timer;
@@ -102,7 +107,10 @@ class OfflineRunner final : public Runner {
       mapping_->insert({std::move(*result.candidate), result.labels.label});
       mapping_->refine();
     }
-    if (inserted || map_changed_) map_changed_ |= mapping_->close_loops();
+    if ((inserted || map_changed_) && mapping_->close_loops()) {
+      map_changed_ = true;
+      adjust_all();
+    }
     if (inserted) log_.statistics().map.add(timer);
     if (result.wanted_view) mapping_->look_around(*result.wanted_view);
     if (inserted || map_changed_ || result.wanted_view) view_ = mapping_->view();

@@ -1,0 +1,172 @@
+#include "app/map_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/exit_code.hpp"
+#include "core/log.hpp"
+#include "io/atomic_file.hpp"
+#include "io/ply.hpp"
+#include "io/trajectory.hpp"
+#include "map_file/map_file.hpp"
+#include "system/run_writer.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr Rgb8 kLandmarkColour{200, 200, 200};
+constexpr int kStampDecimals = 6;
+
+struct MapOptions {
+  std::string file;
+  std::string out;
+  bool json = false;
+};
+
+nlohmann::ordered_json json_of(const MapFileInfo& info) {
+  nlohmann::ordered_json json;
+  json["uuid"] = info.uuid;
+  json["created"] = info.created;
+  json["program_version"] = info.program_version;
+  json["generation"] = info.generation;
+  const CameraConfig& c = info.camera;
+  json["camera"] = {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy},
+                    {"cx", c.cx},       {"cy", c.cy},         {"k1", c.k1}, {"k2", c.k2},
+                    {"p1", c.p1},       {"p2", c.p2},         {"k3", c.k3}};
+  json["pyramid"] = {{"levels", info.pyramid_levels}, {"factor", info.pyramid_factor}};
+  json["keyframes"] = info.keyframes;
+  json["removed_keyframes"] = info.removed_keyframes;
+  json["landmarks"] = info.landmarks;
+  json["observations"] = info.observations;
+  json["bytes"] = info.bytes;
+  return json;
+}
+
+Result<int> show(const MapOptions& options) {
+  const auto info = read_map_info(options.file);
+  if (!info) return info.error();
+  if (options.json) {
+    std::printf("%s\n", json_of(*info).dump(2).c_str());
+    return 0;
+  }
+  const CameraConfig& c = info->camera;
+  std::printf("keyframes     %llu (and the poses of %llu removed)\n",
+              static_cast<unsigned long long>(info->keyframes),
+              static_cast<unsigned long long>(info->removed_keyframes));
+  std::printf("landmarks     %llu, observed %llu times\n",
+              static_cast<unsigned long long>(info->landmarks),
+              static_cast<unsigned long long>(info->observations));
+  std::printf("camera        %dx%d, fx %g fy %g cx %g cy %g", c.width, c.height, c.fx, c.fy, c.cx,
+              c.cy);
+  if (c.is_distorted())
+    std::printf(", k1 %g k2 %g p1 %g p2 %g k3 %g", c.k1, c.k2, c.p1, c.p2, c.k3);
+  std::printf("\npyramid       %d levels, factor %g\n", info->pyramid_levels, info->pyramid_factor);
+  std::printf("file          %.1f MB, written %llu times, created %s, by version %s\n",
+              static_cast<double>(info->bytes) * 1e-6,
+              static_cast<unsigned long long>(info->generation), info->created.c_str(),
+              info->program_version.c_str());
+  std::printf("uuid          %s\n", info->uuid.c_str());
+  return 0;
+}
+
+void print_faults(const MapCheck& check) {
+  for (const std::string& fault : check.faults) std::printf("%s\n", fault.c_str());
+  if (check.faults_in_all > check.faults.size())
+    std::printf("and %llu more\n",
+                static_cast<unsigned long long>(check.faults_in_all - check.faults.size()));
+}
+
+Result<int> check(const MapOptions& options) {
+  const auto checked = check_map(options.file);
+  if (!checked) return checked.error();
+  if (checked->faults_in_all == 0) {
+    std::printf("%s: whole: %llu keyframes, %llu landmarks\n", options.file.c_str(),
+                static_cast<unsigned long long>(checked->info.keyframes),
+                static_cast<unsigned long long>(checked->info.landmarks));
+    return 0;
+  }
+  print_faults(*checked);
+  return Error{ErrorKind::kSavedMap,
+               options.file + ": " + std::to_string(checked->faults_in_all) + " faults"};
+}
+
+Result<int> recover(const MapOptions& options) {
+  const auto recovered = recover_map(options.file, options.out);
+  if (!recovered) return recovered.error();
+  print_faults(recovered->found);
+  const MapFileInfo& before = recovered->found.info;
+  std::printf("%s: %llu of %llu keyframes, %llu of %llu landmarks, %llu of %llu observations\n",
+              options.out.c_str(), static_cast<unsigned long long>(recovered->keyframes),
+              static_cast<unsigned long long>(before.keyframes),
+              static_cast<unsigned long long>(recovered->landmarks),
+              static_cast<unsigned long long>(before.landmarks),
+              static_cast<unsigned long long>(recovered->observations),
+              static_cast<unsigned long long>(before.observations));
+  return 0;
+}
+
+Result<int> export_map(const MapOptions& options) {
+  const std::filesystem::path out = options.out;
+  const bool cloud = out.extension() == ".ply";
+  if (!cloud && out.extension() != ".txt")
+    return Error{ErrorKind::kUsage,
+                 options.out + ": .ply for landmarks or .txt for the keyframes' trajectory"};
+  const auto map = load_map(options.file);
+  if (!map) return map.error();
+  if (cloud) {
+    std::map<LandmarkId, ColouredPoint> sorted;  // the same map gives the same file
+    map->for_each_landmark([&](const Landmark& landmark) {
+      sorted[landmark.id] = {landmark.p_world.cast<float>(), kLandmarkColour};
+    });
+    std::vector<ColouredPoint> points;
+    for (const auto& [id, point] : sorted)
+      if (point.p_world.allFinite()) points.push_back(point);  // not beyond what a float holds
+    if (Status written = write_ply(out, points); !written) return written.error();
+    return 0;
+  }
+  const std::string poses = format_tum(keyframe_trajectory(*map), kStampDecimals);
+  if (Status written = write_file_atomically(out, poses); !written) return written.error();
+  return 0;
+}
+
+}  // namespace
+
+void add_map_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<MapOptions>();
+  CLI::App* command = app.add_subcommand("map", "Look into map files, check and repair them");
+  command->require_subcommand(1);
+  command->fallthrough();
+  const auto add = [&](const char* name, const char* what, Result<int> (*work)(const MapOptions&)) {
+    CLI::App* sub = command->add_subcommand(name, what);
+    sub->fallthrough();
+    sub->add_option("FILE", options->file, "The map")->required()->type_name("");
+    sub->callback([options, work, &exit_code] { exit_code = exit_code_of(work(*options)); });
+    return sub;
+  };
+  add("info", "Camera, size and age of a map, without reading it all", show)
+      ->add_flag("--json", options->json, "As JSON");
+  add("check", "Read all of it and name every fault; code 6 if there is one", check);
+  add("recover", "Write what is good of a damaged map to a new file", recover)
+      ->add_option("-o,--out", options->out, "New map; must not be there yet")
+      ->required()
+      ->type_name("NEW");
+  add("export", "Landmarks as a point cloud, or the keyframes' poses", export_map)
+      ->add_option("-o,--out", options->out,
+                   "NAME.ply: landmarks; NAME.txt: poses of the keyframes in TUM format")
+      ->required()
+      ->type_name("FILE");
+  command->footer(
+      "Examples:\n"
+      "  ygslam map info room.map\n"
+      "  ygslam map check room.map\n"
+      "  ygslam map recover room.map -o rescued.map\n"
+      "  ygslam map export room.map -o room.ply\n"
+      "  ygslam map export room.map -o keyframes.txt\n"
+      "A map is one file; where a run was killed its log FILE-wal belongs to it: move both.\n"
+      "Codes: 0 done, 2 usage, 6 damaged, no map, or of a newer format, 9 output not writable.\n"
+      "See docs/maps.md.");
+}
+
+}  // namespace ygslam

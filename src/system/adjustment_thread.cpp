@@ -1,0 +1,33 @@
+#include "system/adjustment_thread.hpp"
+
+namespace ygslam {
+
+void AdjustmentThread::start(FullAdjustment job) {
+  give_up();
+  abort_.store(false);
+  thread_ = std::make_unique<WorkerThread>([this, job = std::move(job)](const std::stop_token&) {
+    auto patch = solve(camera_, job, config_, &abort_);
+    const std::lock_guard lock(mutex_);
+    result_ = std::move(patch);
+  });
+}
+
+void AdjustmentThread::give_up() {
+  abort_.store(true);
+  thread_.reset();  // joins
+  result_.reset();
+}
+
+std::optional<MapPatch> AdjustmentThread::take_result() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(result_, std::nullopt);
+}
+
+void AdjustmentThread::finish() {
+  if (!thread_) return;
+  thread_->join();
+  thread_->rethrow();
+  thread_.reset();
+}
+
+}  // namespace ygslam

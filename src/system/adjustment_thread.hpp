@@ -1,0 +1,39 @@
+// The adjustment of the whole map in a thread of its own: one job at a time, a new one replaces it.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "core/worker_thread.hpp"
+#include "mapping/full_adjustment.hpp"
+
+namespace ygslam {
+
+class AdjustmentThread {
+ public:
+  AdjustmentThread(const Camera& camera, const BundleConfig& config)
+      : camera_(camera), config_(config) {}
+  ~AdjustmentThread() { give_up(); }
+  AdjustmentThread(const AdjustmentThread&) = delete;
+  AdjustmentThread& operator=(const AdjustmentThread&) = delete;
+
+  /// Gives up a job that still runs: its map is no longer the newest.
+  void start(FullAdjustment job);
+  void give_up();
+  /// The result, once.
+  [[nodiscard]] std::optional<MapPatch> take_result();
+  /// Waits for the job.
+  void finish();
+
+ private:
+  const Camera& camera_;
+  const BundleConfig config_;
+  std::atomic<bool> abort_{false};
+  std::mutex mutex_;
+  std::optional<MapPatch> result_;  // under the mutex
+  std::unique_ptr<WorkerThread> thread_;
+};
+
+}  // namespace ygslam

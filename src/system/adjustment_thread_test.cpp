@@ -1,0 +1,40 @@
+#include "system/adjustment_thread.hpp"
+
+#include <gtest/gtest.h>
+
+#include "map/map_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+TEST(AdjustmentThread, GivesItsResultOnce) {
+  map_test::World world(300, 31);
+  const Map map = map_test::true_map(world, 6, {.noise_px = 0.5}).map;
+  AdjustmentThread thread(world.camera(), {});
+  EXPECT_FALSE(thread.take_result());
+  thread.start(make_full_adjustment(map, {}));
+  thread.finish();
+  const auto patch = thread.take_result();
+  ASSERT_TRUE(patch);
+  EXPECT_EQ(patch->poses.size(), 6U);
+  EXPECT_FALSE(thread.take_result());
+}
+
+TEST(AdjustmentThread, ANewJobReplacesTheOld) {
+  map_test::World world(300, 32);
+  const Map old = map_test::true_map(world, 8, {.noise_px = 0.5}).map;
+  const Map newer = map_test::true_map(world, 4, {.noise_px = 0.5}).map;
+  AdjustmentThread thread(world.camera(), {});
+  thread.start(make_full_adjustment(old, {}));
+  thread.start(make_full_adjustment(newer, {}));
+  thread.finish();
+  const auto patch = thread.take_result();
+  ASSERT_TRUE(patch);
+  EXPECT_EQ(patch->poses.size(), 4U);
+  thread.start(make_full_adjustment(old, {}));
+  thread.give_up();
+  EXPECT_FALSE(thread.take_result());
+}
+
+}  // namespace
+}  // namespace ygslam

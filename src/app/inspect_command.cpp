@@ -114,17 +114,16 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       "are left out, as are the first 10 frames. Objects are compared with the persons of mask/ "
       "and\n"
       "other things while they move: HOTA, IDF1, MOTA, identity switches, at a box IoU of 0.5.\n"
-      "--loops reads OUT/loops.csv. Each place that a keyframe was compared with ended at a stage, "
-      "in\n"
-      "this order: few matches (of descriptors), no pose, few inliers, narrow (in too few parts "
-      "of\n"
-      "the image or of space), contradicts (one view is full where the other saw through), too "
-      "far\n"
-      "(odometry cannot have drifted so much), ambiguous (another place fits as well), alone (the\n"
-      "keyframes beside it do not agree), inconsistent (the map would have to stretch), closed. "
-      "With\n"
-      "groundtruth.txt in SEQ a place counts as true if the cameras stood less than 3 m apart and\n"
-      "looked less than 60 degrees apart; a false place that was closed damages the map.");
+      "--loops reads OUT/loops.csv. A place that a keyframe was compared with ends at one of "
+      "these\n"
+      "stages, in this order: few matches (of descriptors), no pose, few inliers, narrow (in too\n"
+      "few parts of the image or of space), contradicts (full where the other view saw through),\n"
+      "too far (odometry cannot have drifted so much), ambiguous (another place fits as well),\n"
+      "alone (the keyframes beside it do not agree), inconsistent (the map would have to "
+      "stretch),\n"
+      "closed. With groundtruth.txt in SEQ a place counts as true if the cameras stood less than\n"
+      "3 m apart and looked less than 60 degrees apart. A false place that was closed damages the\n"
+      "map.");
   command->callback([options, &exit_code] {
     const StopSignal signal;
     exit_code = options->loops.empty() ? exit_code_of(inspect(*options))

@@ -16,8 +16,8 @@ import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BINARY = os.environ.get("YGSLAM_BINARY", str(ROOT / "build" / "release" / "ygslam"))
-FILES = {"trajectory.txt", "trajectory_live.txt", "keyframes.txt", "frames.csv", "objects.csv", "loops.csv", "map.ply",
-         "metrics.json", "config.yaml", "log.txt"}
+FILES = {"trajectory.txt", "trajectory_live.txt", "keyframes.txt", "frames.csv", "objects.csv", "map.ply",
+         "loops.csv", "metrics.json", "config.yaml", "log.txt"}
 WIDTH, HEIGHT, FRAMES = 320, 240, 60
 HANG_S = 300  # far beyond anything a loaded machine needs
 

@@ -36,7 +36,8 @@ enum class LoopOutcome : std::uint8_t {
 struct LoopAttempt {
   KeyframeId keyframe = kNoKeyframe;
   Timestamp stamp;
-  double score = 0;  ///< of the place index
+  Timestamp place_stamp;  ///< of match.place, which may be gone when the run ends
+  double score = 0;       ///< of the place index
   PlaceMatch match;
   LoopOutcome outcome = LoopOutcome::kRefused;
   double path_m = 0;        ///< along the map between the two views

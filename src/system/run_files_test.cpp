@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <clocale>
+#include <cmath>
+#include <limits>
 #include <sstream>
 
+#include "eval/loop_report.hpp"
 #include "io/ply.hpp"
 #include "io/testing/temp_folder.hpp"
 #include "system/metrics.hpp"
@@ -176,6 +179,34 @@ TEST(Metrics, AnEmptyRunHasNoCoverageAndNoCrash) {
   EXPECT_EQ(json["coverage"], 0.0);
   EXPECT_TRUE(json["mask_age_frames"].is_null());
   EXPECT_TRUE(json["lost_intervals"].empty());
+}
+
+TEST(LoopsCsv, TheReportReadsEveryStage) {
+  std::vector<LoopAttempt> attempts;
+  for (int v = 0; v <= static_cast<int>(PlaceVerdict::kAgrees); ++v) {
+    attempts.emplace_back().match.verdict = static_cast<PlaceVerdict>(v);
+    if (attempts.back().match.verdict == PlaceVerdict::kAgrees)
+      attempts.back().outcome = LoopOutcome::kTooFar;
+  }
+  for (int o = static_cast<int>(LoopOutcome::kAmbiguous);
+       o <= static_cast<int>(LoopOutcome::kClosed); ++o) {
+    attempts.emplace_back().match.verdict = PlaceVerdict::kAgrees;
+    attempts.back().outcome = static_cast<LoopOutcome>(o);
+  }
+  attempts.front().stamp = Timestamp{2'500'000'000};
+  attempts.front().place_stamp = Timestamp{1'500'000'000};
+  attempts.front().path_m = std::numeric_limits<double>::infinity();
+  for (LoopAttempt& attempt : attempts) attempt.keyframe = attempt.match.place = KeyframeId{3};
+  const testing::TempFolder folder;
+  testing::write(folder.path() / "loops.csv", loops_csv(attempts, 6));
+  const auto rows = read_loops(folder.path() / "loops.csv");
+  ASSERT_TRUE(rows.ok()) << rows.error().message;
+  const auto stages = loop_stages();
+  ASSERT_EQ(rows->size(), stages.size());
+  for (std::size_t i = 0; i < stages.size(); ++i) EXPECT_EQ((*rows)[i].stage, stages[i]);
+  EXPECT_EQ(rows->front().stamp.ns, 2'500'000'000);
+  EXPECT_EQ(rows->front().place_stamp.ns, 1'500'000'000);
+  EXPECT_TRUE(std::isinf(rows->front().path_m));
 }
 
 TEST(RunWriter, WritesEveryFileAndLeavesOthersAlone) {

@@ -22,6 +22,10 @@ std::string stamp_text(Timestamp stamp, int decimals) {
 }
 
 void append_number(std::string& text, double value, int decimals) {
+  if (!std::isfinite(value)) {
+    text += value > 0 ? "inf" : value < 0 ? "-inf" : "nan";
+    return;
+  }
   // Through to_chars-like integers: snprintf would follow the locale's decimal point.
   const auto scale = decimals == 3 ? 1000.0 : 1.0;
   const auto fixed = std::llround(std::abs(value) * scale);
@@ -175,13 +179,15 @@ Status FrameFiles::commit() {
 
 std::string loops_csv(std::span<const LoopAttempt> attempts, int stamp_decimals) {
   std::string text =
-      "stamp,keyframe,place,outcome,verdict,score,matches,guided,inliers,contradiction,path_m,"
+      "stamp,keyframe,place,place_stamp,outcome,verdict,score,matches,guided,inliers,contradiction,"
+      "path_m,"
       "correction_m,correction_rad,agreeing,stretch\n";
   for (const LoopAttempt& attempt : attempts) {
     const PlaceMatch& match = attempt.match;
     text += stamp_text(attempt.stamp, stamp_decimals) + ',' +
             std::to_string(index(attempt.keyframe)) + ',' + std::to_string(index(match.place)) +
-            ',' + to_string(attempt.outcome) + ',' + to_string(match.verdict) + ',';
+            ',' + stamp_text(attempt.place_stamp, stamp_decimals) + ',' +
+            to_string(attempt.outcome) + ',' + to_string(match.verdict) + ',';
     append_number(text, attempt.score, 3);
     for (const int count : {match.matches, match.guided, match.inliers})
       text += ',' + std::to_string(count);

@@ -105,12 +105,31 @@ TEST(RenderedWorld, DepthAndPoseAgreeBetweenFramesWithinAMillimetre) {
 }
 
 TEST(RenderedWorld, StaticWorldsFlagNoMovingPixel) {
-  for (const char* name : {"static_xyz", "room_walk", "corridor_loop", "twin_rooms", "kidnap"}) {
+  for (const char* name :
+       {"static_xyz", "room_walk", "corridor_loop", "twin_rooms", "ring", "kidnap"}) {
     for (const SimulatedFrame& frame : all_frames(open_or_die(name, small_options(4, 1)))) {
       EXPECT_EQ(count_set(frame.moving), 0U) << name;
       EXPECT_EQ(count_set(frame.ids), 0U) << name;
     }
   }
+}
+
+// Things that are put elsewhere out of sight: no pixel moves, and the second lap looks different.
+TEST(RenderedWorld, ThingsOfTheMovedRoomJumpOutOfSight) {
+  const SequenceOptions options = small_options(60, 1);
+  const auto moved = all_frames(open_or_die("moved_room", options));
+  const auto unmoved = all_frames(open_or_die("unmoved_room", options));
+  ASSERT_EQ(moved.size(), unmoved.size());
+  int different = 0;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    EXPECT_EQ(count_set(moved[i].moving), 0U) << i;
+    const bool same = same_pixels(moved[i].depth_true_m, unmoved[i].depth_true_m);
+    if (i < 18) {
+      EXPECT_TRUE(same) << i;
+    }
+    different += same ? 0 : 1;
+  }
+  EXPECT_GT(different, 4);
 }
 
 TEST(RenderedWorld, BoxIsFlaggedOnlyWhileItMoves) {
@@ -227,7 +246,7 @@ TEST(RenderedWorld, UnknownNameListsTheKnownOnes) {
 
 TEST(RenderedWorld, EveryNamedWorldOpensAndRenders) {
   const auto worlds = known_worlds();
-  EXPECT_GE(worlds.size(), 13U);
+  EXPECT_GE(worlds.size(), 17U);
   for (const WorldName& world : worlds) {
     EXPECT_FALSE(world.description.empty()) << world.name;
     const auto frames = all_frames(open_or_die(world.name, small_options(0.5, 2)));

@@ -55,8 +55,8 @@ struct Settings {
   /// off, geometry, semantic, full; empty: the option dynamic.mode, else full with a model, else
   /// geometry.
   std::string dynamic;
-  /// Map of an earlier run (save_map(), `ygslam run --save-map`) to go on with; empty = none. Frames
-  /// are lost until the place is recognised.
+  /// Map of an earlier run (save_map(), `ygslam run --save-map`) to go on with; empty = none.
+  /// Frames are lost until the place is recognised.
   std::string load_map;
   bool localize_only = false;  ///< the loaded map stays as it is
   bool deterministic = false;  ///< one schedule without threads: same input, same result

@@ -454,7 +454,9 @@ TEST(SaveMap, AnotherObjectGoesOnWithTheMapOrIsPlacedInIt) {
       if (i > 0) continue;
       for (const double t_m : result.T_world_camera.translation_m) EXPECT_NEAR(t_m, 0, 0.01);
     }
-    if (localize_only) EXPECT_EQ(slam.map().keyframes.size(), keyframes);
+    if (localize_only) {
+      EXPECT_EQ(slam.map().keyframes.size(), keyframes);
+    }
   }
   settings.camera.fx += 40;
   EXPECT_EQ(code_of([&] { Slam::open(settings); }), 6) << "another camera";

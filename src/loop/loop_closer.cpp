@@ -123,7 +123,7 @@ LoopResult LoopCloser::step(const Map& map, const PlaceIndex& index, KeyframeId 
     LoopAttempt attempt;
     attempt.keyframe = id;
     attempt.stamp = keyframe.data->stamp;
-    attempt.place_stamp = map.keyframe(place.keyframe).data->stamp;
+    attempt.place_stamp = map.keyframe(place.match.place).data->stamp;
     attempt.score = place.score;
     attempt.match = place.match;
     if (attempt.match.verdict == PlaceVerdict::kAgrees) check_drift(map, attempt);

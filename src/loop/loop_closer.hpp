@@ -17,7 +17,7 @@ struct LoopConfig {
   int min_agreeing = 2;  ///< covisible keyframes that must find the same place
   /// The map cannot be wrong by more than this: a part of the way between the two views.
   double max_drift_m = 0.1;
-  double max_drift_ratio = 0.04;
+  double max_drift_ratio = 0.02;
   double max_drift_rad = 0.35;
   int min_shared = 15;  ///< landmarks that make an edge of the pose graph
 };

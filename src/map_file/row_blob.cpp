@@ -123,7 +123,8 @@ std::optional<std::uint64_t> hash_in_header(Table table, std::span<const char> h
   Header h;
   if (header.size() < sizeof(Header)) return std::nullopt;
   std::memcpy(&h, header.data(), sizeof(Header));
-  if (h.magic != kRowMagic || h.format != kRowFormat || h.table != static_cast<std::uint16_t>(table))
+  if (h.magic != kRowMagic || h.format != kRowFormat ||
+      h.table != static_cast<std::uint16_t>(table))
     return std::nullopt;
   return h.hash;
 }

@@ -176,8 +176,8 @@ TEST(Validate, EveryPartThatCanBeLeftOutChangesSomething) {
       return std::tuple(c.dynamic.epipolar.prior, c.dynamic.ego_motion.enabled,
                         c.dynamic.boundary.enabled, c.dynamic.classifier.vote_of_neighbours,
                         c.dynamic.classifier.min_moving_share, c.tracking.free_space.enabled,
-                        c.mapping.noise.edge_weight, c.tracking.pose.use_local_map,
-                        c.close_loops, c.mapping.local_bundle);
+                        c.mapping.noise.edge_weight, c.tracking.pose.use_local_map, c.close_loops,
+                        c.mapping.local_bundle);
     };
     const auto before = switches(config);
     ASSERT_TRUE(leave_out(name, config).ok()) << name;

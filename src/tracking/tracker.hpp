@@ -64,7 +64,7 @@ struct TrackResult {
   /// Found again far from where odometry left it, by what it sees alone: another room may look the
   /// same. Until it has gone some way in the map from there.
   bool provisional = false;
-  double correction_m = 0;  ///< how far a change of T_world_odom moved the camera in this frame
+  double correction_m = 0;    ///< how far a change of T_world_odom moved the camera in this frame
   KeyframeRelativePose pose;  ///< follows later corrections of the map
   /// The keyframe the camera shares most with, where that is no longer the view's reference.
   std::optional<KeyframeId> wanted_view;
@@ -157,7 +157,7 @@ class Tracker {
   bool first_keyframe_is_due_ = false;  // a rolling shutter's waits for the second frame
   SE3 T_odom_last_;
   std::optional<SE3> T_world_odom_;  // as delivered last
-  std::uint32_t bends_ = 0;  // of the view it was last posed in
+  std::uint32_t bends_ = 0;          // of the view it was last posed in
   int weak_frames_ = 0;
   int frames_since_loss_ = 1 << 20;
   std::optional<Vec3> unproved_from_;  // odometry's place where a provisional pose was found

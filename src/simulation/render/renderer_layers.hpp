@@ -9,7 +9,7 @@
 namespace ygslam::sim {
 
 inline constexpr float kReach_m = 150;  ///< nothing is seen farther away
-inline constexpr int kTile = 4;        ///< pixels whose rays travel together: kTile x kTile
+inline constexpr int kTile = 4;         ///< pixels whose rays travel together: kTile x kTile
 static_assert(kTile * kTile == kLanes);
 inline constexpr int kBlock = 16;  ///< pixels whose light samples travel together, a side
 static_assert(kBlock == kLanes);   // and a row of a block is shaded at once

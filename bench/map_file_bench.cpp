@@ -135,7 +135,7 @@ double seconds_of(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-double memory_MB(const char* key) {  // of /proc/self/status
+double memory_mb(const char* key) {  // of /proc/self/status
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;)
     if (word == std::string(key) + ":") {
@@ -163,7 +163,7 @@ void apart(const std::function<void()>& work) {
 void make_and_save(const Options& options) {
   const Map map = make_map(options);
   malloc_trim(0);
-  const double before_MB = memory_MB("VmRSS");
+  const double before_mb = memory_mb("VmRSS");
   std::ofstream("/proc/self/clear_refs") << 5;  // VmHWM counts from here
   Status saved = Ok{};
   const double save_s = seconds_of([&] { saved = save_map(options.file, map, camera()); });
@@ -171,10 +171,10 @@ void make_and_save(const Options& options) {
   std::size_t observations = 0;
   map.for_each_landmark([&](const Landmark& l) { observations += l.observations.size(); });
   std::printf("map: %zu keyframes, %zu landmarks, %zu observations, %.0f MB in memory\n",
-              map.keyframes().size(), map.landmark_count(), observations, before_MB);
+              map.keyframes().size(), map.landmark_count(), observations, before_mb);
   std::printf("file %.1f MB\n", static_cast<double>(fs::file_size(options.file)) / 1e6);
   std::printf("save %.2f s, peak memory %.2f of the map's\n", save_s,
-              memory_MB("VmHWM") / before_MB);
+              memory_mb("VmHWM") / before_mb);
 }
 
 void load(const Options& options) {
@@ -183,10 +183,10 @@ void load(const Options& options) {
     map = load_map(options.file, camera(), {kLevels, kScale});
   });
   if (!map->ok()) std::printf("%s\n", map->error().message.c_str()), ::_exit(1);
-  const double peak_MB = memory_MB("VmHWM");
+  const double peak_mb = memory_mb("VmHWM");
   malloc_trim(0);
   std::printf("load %.2f s, peak memory %.2f of the map's (%.0f MB)\n", load_s,
-              peak_MB / memory_MB("VmRSS"), peak_MB);
+              peak_mb / memory_mb("VmRSS"), peak_mb);
 }
 
 void write_while_running(const Options& options) {

@@ -26,7 +26,7 @@ constexpr double kMayGrow_MB = 200 + 256;  // freed memory is kept aside for a w
 constexpr double kMayGrow_MB = 200;
 #endif
 
-double peak_MB() {
+double peak_mb() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024;
@@ -38,15 +38,15 @@ class MapMutants : public ::testing::Test {
     EXPECT_TRUE(save_map(path_, map_, camera()).ok());
     whole_ = testing::read(path_);
     bytes_ = to_bytes(map_);
-    before_MB_ = peak_MB();
+    before_MB_ = peak_mb();
   }
   ~MapMutants() override {
     EXPECT_LT(slowest_s_, 5);
-    EXPECT_LT(peak_MB(), before_MB_ + kMayGrow_MB + 2e-6 * static_cast<double>(whole_.size()));
+    EXPECT_LT(peak_mb(), before_MB_ + kMayGrow_MB + 2e-6 * static_cast<double>(whole_.size()));
     std::printf(
         "%d refused, %d the map as it was, %d other maps that hold together; slowest %.2f s, "
         "%.0f MB more\n",
-        refused_, same_, others_, slowest_s_, peak_MB() - before_MB_);
+        refused_, same_, others_, slowest_s_, peak_mb() - before_MB_);
   }
 
   /// All that can be asked of a file.

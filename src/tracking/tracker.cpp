@@ -12,7 +12,6 @@ constexpr double kLeastBendM = 0.003;    // more than a local adjustment moves a
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
 constexpr double kSamePlaceM = 0.5;      // a loss that ends this near has moved nothing
-constexpr double kProvingWayM = 8;       // no room that looks like another is larger, let us hope
 constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
@@ -128,10 +127,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   if (state_ == TrackState::kLost) {
     stay_lost(frame->stamp, std::move(evidence), result);
   } else {
-    const double gap_s = seconds_between(frame->stamp, last_->frame->stamp);
     move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp, result);
-    if (was_lost) prove(found.pose->T_camera_world, T_last_world, gap_s * config_.max_jump_mps);
-    result.provisional = is_provisional();
     evidence =
         with_free_space(evidence, free_space_violations(current, evidence, *found.pose, *view));
     result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
@@ -229,40 +225,28 @@ void Tracker::move_to(const SE3& T_camera_world, const SE3& T_last_world, bool w
   if (was_lost) {
     motion_model_.reset(stamp);
     frames_since_keyframe_ = 0;  // a place just found again must prove itself before it is mapped
+    const double reach_m =
+        config_.max_jump_mps * seconds_between(stamp, last_->frame->stamp) + kSamePlaceM;
+    if (centre_distance_m(T_camera_world, T_last_world) > reach_m) odometry_.doubt();
   } else {
     motion_model_.update(stamp, T_now_last);
-    T_odom_last_ = (T_odom_last_ * T_now_last.inverse()).normalized();
+    odometry_.move(T_now_last);
   }
-  place_odometry(T_camera_world, result);
+  deliver_place(T_camera_world, result);
 }
 
-void Tracker::place_odometry(const SE3& T_camera_world, TrackResult& result) {
+void Tracker::deliver_place(const SE3& T_camera_world, TrackResult& result) {
   result.T_world_camera = T_camera_world.inverse();
-  result.T_odom_camera = T_odom_last_;
-  result.T_world_odom = result.T_world_camera * T_odom_last_.inverse();
-  if (T_world_odom_) {
-    const SE3 T_world_before = *T_world_odom_ * T_odom_last_;
-    result.correction_m = (result.T_world_camera.t() - T_world_before.t()).norm();
-  }
-  T_world_odom_ = result.T_world_odom;
-}
-
-void Tracker::prove(const SE3& T_camera_world, const std::optional<SE3>& T_last_world,
-                    double reach_m) {
-  const bool near_last =
-      T_last_world && centre_distance_m(T_camera_world, *T_last_world) < kSamePlaceM + reach_m;
-  if (!near_last) unproved_from_ = T_odom_last_.t();
-}
-
-bool Tracker::is_provisional() {
-  if (unproved_from_ && (T_odom_last_.t() - *unproved_from_).norm() > kProvingWayM)
-    unproved_from_.reset();
-  return unproved_from_.has_value();
+  result.T_odom_camera = odometry_.T_odom_camera();
+  const Odometry::Place place = odometry_.place(result.T_world_camera);
+  result.T_world_odom = place.T_world_odom;
+  result.correction_m = place.correction_m;
+  result.provisional = place.provisional;
 }
 
 void Tracker::stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result) {
   motion_model_.reset(stamp);
-  result.T_odom_camera = T_odom_last_;
+  result.T_odom_camera = odometry_.T_odom_camera();
   objects_.lose_points();
   classifier_.remember(std::move(evidence), result.labels.label);
 }
@@ -290,7 +274,7 @@ std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence
   const auto links = classifier_.reliable_links(evidence);
   ObjectInput input{current.frame->id,
                     current.frame->stamp,
-                    T_odom_last_.inverse(),
+                    odometry_.T_odom_camera().inverse(),
                     T_world_odom,
                     {},
                     make_thumbnail(*current.frame),
@@ -299,8 +283,9 @@ std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const Feature& feature = current.features->points[i];
     const Vec3 p_cam = camera_.unproject(feature.ideal_px.cast<double>(), feature.depth_m);
-    input.points.push_back({feature.uv_px, feature.depth_m, T_odom_last_ * p_cam, links[i],
-                            motion[i] == PointMotion::kMoves, motion[i] == PointMotion::kStands});
+    input.points.push_back({feature.uv_px, feature.depth_m, odometry_.T_odom_camera() * p_cam,
+                            links[i], motion[i] == PointMotion::kMoves,
+                            motion[i] == PointMotion::kStands});
   }
   return objects_.step(std::move(input));
 }
@@ -347,9 +332,8 @@ void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const L
   state_ = result.state = TrackState::kTracking;
   frames_since_loss_ = 0;
   bends_ = view.bends;
-  place_odometry(found->T_camera_world, result);
-  prove(found->T_camera_world, std::nullopt, 0);
-  result.provisional = is_provisional();
+  odometry_.doubt();
+  deliver_place(found->T_camera_world, result);
   deliver(*found, view, true, current, result);
   last_ = std::move(current);
 }

@@ -15,6 +15,7 @@
 #include "segment/segmenter.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_policy.hpp"
+#include "tracking/odometry.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
 #include "tracking/shutter_watch.hpp"
@@ -113,11 +114,8 @@ class Tracker {
                                          const SE3& T_last_world);
   [[nodiscard]] TrackState assess(const PoseHypothesis& found, const SE3& T_last_world,
                                   double gap_s);
-  /// @param reach_m how far from the last place the camera may have got while lost.
-  void prove(const SE3& T_camera_world, const std::optional<SE3>& T_last_world, double reach_m);
-  [[nodiscard]] bool is_provisional();
   void stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result);
-  void place_odometry(const SE3& T_camera_world, TrackResult& result);
+  void deliver_place(const SE3& T_camera_world, TrackResult& result);
   void move_to(const SE3& T_camera_world, const SE3& T_last_world, bool was_lost, Timestamp stamp,
                TrackResult& result);
   [[nodiscard]] std::vector<std::uint8_t> free_space_violations(const TrackedFrame& current,
@@ -155,12 +153,10 @@ class Tracker {
   TrackState state_ = TrackState::kWaiting;
   std::optional<TrackedFrame> last_;    // newest frame with a pose
   bool first_keyframe_is_due_ = false;  // a rolling shutter's waits for the second frame
-  SE3 T_odom_last_;
-  std::optional<SE3> T_world_odom_;  // as delivered last
-  std::uint32_t bends_ = 0;          // of the view it was last posed in
+  Odometry odometry_;
+  std::uint32_t bends_ = 0;  // of the view it was last posed in
   int weak_frames_ = 0;
   int frames_since_loss_ = 1 << 20;
-  std::optional<Vec3> unproved_from_;  // odometry's place where a provisional pose was found
   int frames_since_keyframe_ = 0;
   std::uint64_t map_version_ = 0;  // of the first view since the last candidate
   std::unordered_map<LandmarkId, KeyframeCandidate::Seen> seen_;  // since the last candidate

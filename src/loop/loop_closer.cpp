@@ -141,8 +141,9 @@ void LoopCloser::check_drift(const Map& map, LoopAttempt& attempt) const {
   attempt.correction_m = (T_now.inverse().t() - T_found.inverse().t()).norm();
   attempt.correction_rad = (T_now * T_found.inverse()).angle();
   const double drift_m = config_.max_drift_m + config_.max_drift_ratio * attempt.path_m;
-  const bool possible =
-      attempt.correction_m <= drift_m && attempt.correction_rad <= config_.max_drift_rad;
+  // Where no way leads from one view to the other odometry vouches for nothing.
+  const bool possible = std::isfinite(attempt.path_m) && attempt.correction_m <= drift_m &&
+                        attempt.correction_rad <= config_.max_drift_rad;
   attempt.outcome = possible ? LoopOutcome::kAlone : LoopOutcome::kTooFar;
 }
 

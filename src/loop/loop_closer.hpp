@@ -24,7 +24,7 @@ struct LoopConfig {
 
 enum class LoopOutcome : std::uint8_t {
   kRefused,       ///< by the verdict on the place
-  kTooFar,        ///< odometry cannot have drifted so far
+  kTooFar,        ///< odometry cannot have drifted so far, or does not reach there
   kAmbiguous,     ///< another place fits as well
   kAlone,         ///< keyframes beside this one do not agree (yet)
   kInconsistent,  ///< the pose graph would have to stretch too far

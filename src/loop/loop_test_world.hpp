@@ -16,6 +16,7 @@ struct Walk {
   int keyframes_per_lap = 48;
   int keyframes = 58;
   int first = 0;            ///< where on the lap it starts
+  int torn_at = -1;         ///< this keyframe knows nothing of those before it; -1 = none
   double drift_m = 0.2;     ///< at the end, grown evenly; along the x axis of the world
   double drift_rad = 0.03;  ///< the same, about the z axis of the world
 };
@@ -43,6 +44,16 @@ class RingWorld {
     }
   }
 
+  /// From now on half a turn away everything looks the same.
+  void repeat_half_a_turn_away() {
+    auto& points = world_.points();
+    const std::size_t half = points.size() / 2;
+    for (std::size_t i = 0; i < half; ++i) {
+      points[half + i] = points[i];
+      points[half + i].p_world.head<2>() = -points[i].p_world.head<2>();
+    }
+  }
+
   [[nodiscard]] World& world() { return world_; }
   [[nodiscard]] const Camera& camera() const { return world_.camera(); }
 
@@ -63,7 +74,9 @@ class RingWorld {
     for (int i = 0; i < walk.keyframes; ++i) {
       SeenFrame seen = world_.see(true_pose(walk, i), static_cast<std::uint32_t>(i));
       seen.T_camera_world = drifted_pose(walk, i);
-      const KeyframeId parent = i ? KeyframeId{static_cast<std::uint32_t>(i - 1)} : kNoKeyframe;
+      const bool is_root = i == 0 || i == walk.torn_at;
+      if (is_root) followed.assign(followed.size(), kNoLandmark);
+      const KeyframeId parent = is_root ? kNoKeyframe : KeyframeId(i - 1);
       const KeyframeId id = map_test::add_keyframe(map, seen, parent);
       std::vector<LandmarkId> now(followed.size(), kNoLandmark);
       for (std::uint32_t k = 0; k < seen.point.size(); ++k) {

@@ -48,13 +48,7 @@ TEST(MapAlignment, WithoutACommonPlaceThereIsNone) {
 
 TEST(MapAlignment, TwoWaysToFitAreAmbiguous) {
   RingWorld ring(44);
-  auto& points = ring.world().points();
-  const std::size_t half = points.size() / 2;
-  for (std::size_t i = 0; i < half; ++i) {
-    points[half + i] = points[i];
-    points[half + i].p_world = {-points[i].p_world.x(), -points[i].p_world.y(),
-                                points[i].p_world.z()};
-  }
+  ring.repeat_half_a_turn_away();
   const Map a = ring.walk({.keyframes = 48, .drift_m = 0, .drift_rad = 0});
   const Map b = moved(ring.walk({.keyframes = 12, .drift_m = 0, .drift_rad = 0}), kElsewhere);
   EXPECT_EQ(align_maps(a, b, ring.camera(), {}).outcome, MapAlignment::Outcome::kAmbiguous);

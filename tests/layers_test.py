@@ -10,13 +10,14 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
 # Bottom up. Folders of one line do not know each other.
-LAYERS = (("core",), ("geometry", "image"), ("features", "segment", "optim"), ("objects",), ("map", "motion"),
+LAYERS = (("core",), ("geometry", "image"), ("scene",), ("features", "segment", "optim", "volume"), ("objects",), ("map", "motion"),
           ("tracking", "mapping", "loop", "dense"), ("system",), ("facade",), ("app",))
 # Beside the layers: what each may use.
 SIDE = {"io": {"core", "geometry", "image"},
         "eval": {"core", "geometry", "image", "io"},
         "benchmark_runs": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"},
+        "scene_file": {"core", "geometry", "image", "io", "scene"},
         "map_file": {"core", "geometry", "image", "io", "features", "map"}}
 # Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
 ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence"),

@@ -6,6 +6,7 @@
 
 #include "core/result.hpp"
 #include "image/rgbd_frame.hpp"
+#include "scene/coco.hpp"
 
 namespace ygslam {
 
@@ -35,10 +36,5 @@ class Segmenter {
   /// Precision in use, e.g. "int8", "f32"; "recorded" for masks from files.
   [[nodiscard]] virtual std::string precision() const = 0;
 };
-
-/// COCO's 80 class names in the order of the network's outputs; index 0 is "person".
-[[nodiscard]] const std::vector<std::string>& coco_class_names();
-/// "unknown" for a class that is none of them.
-[[nodiscard]] std::string coco_class_name(int class_id);
 
 }  // namespace ygslam

@@ -1,4 +1,4 @@
-#include "segment/segmenter.hpp"
+#include "scene/coco.hpp"
 
 namespace ygslam {
 

@@ -182,6 +182,11 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const auto posed = run.files->trajectory();
   if (!posed.ok()) return posed.error();
   const std::vector<StampedPose> trajectory = final_trajectory(*posed, map);
+  if (trajectory.size() < posed->size())
+    log::warn(
+        "{} tracked frames are of a submap, begun after a loss, that was never joined to the rest: "
+        "trajectory.txt leaves them out",
+        posed->size() - trajectory.size());
   Status written = Ok{};
   if (run.options.localize) {
     written = write_file_atomically(out / "trajectory.txt",

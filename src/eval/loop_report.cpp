@@ -17,9 +17,9 @@ namespace {
 constexpr double kSamePlaceM = 3;
 constexpr double kSamePlaceRad = std::numbers::pi / 3;
 constexpr double kMaxCount = 1e9;
-constexpr std::array kStages = {"few matches",  "no pose",   "few inliers", "narrow",
-                                "contradicts",  "too far",   "ambiguous",   "alone",
-                                "inconsistent", kClosedStage};
+constexpr std::array kStages = {"few matches", "no pose",      "few inliers",  "narrow",
+                                "contradicts", "too far",      "other submap", "ambiguous",
+                                "alone",       "inconsistent", kClosedStage};
 
 /// The columns that are read, in any order and among others.
 enum LoopColumn : std::size_t {

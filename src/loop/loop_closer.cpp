@@ -99,6 +99,8 @@ const char* to_string(LoopOutcome outcome) {
       return "refused";
     case LoopOutcome::kTooFar:
       return "too far";
+    case LoopOutcome::kOtherSubmap:
+      return "other submap";
     case LoopOutcome::kAmbiguous:
       return "ambiguous";
     case LoopOutcome::kAlone:
@@ -141,10 +143,11 @@ void LoopCloser::check_drift(const Map& map, LoopAttempt& attempt) const {
   attempt.correction_m = (T_now.inverse().t() - T_found.inverse().t()).norm();
   attempt.correction_rad = (T_now * T_found.inverse()).angle();
   const double drift_m = config_.max_drift_m + config_.max_drift_ratio * attempt.path_m;
-  // Where no way leads from one view to the other odometry vouches for nothing.
-  const bool possible = std::isfinite(attempt.path_m) && attempt.correction_m <= drift_m &&
-                        attempt.correction_rad <= config_.max_drift_rad;
+  const bool possible =
+      attempt.correction_m <= drift_m && attempt.correction_rad <= config_.max_drift_rad;
   attempt.outcome = possible ? LoopOutcome::kAlone : LoopOutcome::kTooFar;
+  // Where no way leads from one view to the other odometry vouches for nothing.
+  if (!std::isfinite(attempt.path_m)) attempt.outcome = LoopOutcome::kOtherSubmap;
 }
 
 /// The attempt with most inliers of those that odometry allows; null if none, or if another place

@@ -24,7 +24,8 @@ struct LoopConfig {
 
 enum class LoopOutcome : std::uint8_t {
   kRefused,       ///< by the verdict on the place
-  kTooFar,        ///< odometry cannot have drifted so far, or does not reach there
+  kTooFar,        ///< odometry cannot have drifted so far
+  kOtherSubmap,   ///< no odometry leads there (yet): see SubmapJoiner
   kAmbiguous,     ///< another place fits as well
   kAlone,         ///< keyframes beside this one do not agree (yet)
   kInconsistent,  ///< the pose graph would have to stretch too far

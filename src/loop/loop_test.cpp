@@ -184,7 +184,7 @@ TEST(LoopCloser, OdometryThatDoesNotReachThePlaceAllowsNothing) {
   ASSERT_FALSE(result.attempts.empty());
   EXPECT_FALSE(result.closure);
   EXPECT_EQ(result.attempts.front().match.verdict, PlaceVerdict::kAgrees);
-  EXPECT_EQ(result.attempts.front().outcome, LoopOutcome::kTooFar);
+  EXPECT_EQ(result.attempts.front().outcome, LoopOutcome::kOtherSubmap);
 }
 
 TEST(LoopCloser, AKeyframeAloneIsNotBelieved) {

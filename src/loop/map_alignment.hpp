@@ -18,16 +18,17 @@ struct MapAlignmentConfig {
   double ambiguous_share = 0.5;  ///< of the best's pairs: another alignment with so many is a rival
 };
 
-/// A keyframe of b that shows a place of a.
+/// A view in b that shows a place of a.
 struct MapPair {
-  KeyframeId in_b = kNoKeyframe;
-  PlaceMatch match;  ///< in a
+  KeyframeId in_b = kNoKeyframe;  ///< the keyframe itself, or the one that the frame refers to
+  SE3 T_camera_b;                 ///< pose of the view
+  PlaceMatch match;               ///< in a
 };
 
 struct MapAlignment {
   enum class Outcome : std::uint8_t { kAligned, kNoOverlap, kAmbiguous };
   Outcome outcome = Outcome::kNoOverlap;
-  SE3 T_a_b;                   ///< of the world frames
+  SE3 T_a_b;  ///< of the world frames; of the pairs that agree, however few, if there are any
   std::vector<MapPair> pairs;  ///< that agree on it
   int independent = 0;         ///< of them
   int found = 0;               ///< keyframes of b that show some place of a
@@ -39,5 +40,9 @@ struct MapAlignment {
 /// counts (as Mangelson et al. 2018, by support of each pair).
 [[nodiscard]] MapAlignment align_maps(const Map& a, const Map& b, const Camera& camera,
                                       const MapAlignmentConfig& config);
+
+/// The same from pairs that were found.
+[[nodiscard]] MapAlignment align_pairs(const std::vector<MapPair>& pairs,
+                                       const MapAlignmentConfig& config);
 
 }  // namespace ygslam

@@ -43,7 +43,8 @@ struct LocalView {
   std::unordered_map<LandmarkId, std::uint32_t> landmark_index;
   std::vector<ViewKeyframe> keyframes;  ///< the reference first, then the most covisible
   std::vector<KeyframePose> others;     ///< the run's first keyframe, references of earlier views
-  KeyframeId origin = kNoKeyframe;      ///< the run's first keyframe
+  KeyframeId origin = kNoKeyframe;      ///< the map's first keyframe
+  bool placed = true;                   ///< false: of a submap whose place in the world is a guess
 
   [[nodiscard]] bool empty() const { return keyframes.empty(); }
   [[nodiscard]] const ViewKeyframe& reference() const { return keyframes.front(); }

@@ -37,7 +37,8 @@ Keyframe& Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, Key
   CHECK(index(id) >= next_keyframe_, "keyframe ids ascend");
   next_keyframe_ = index(id) + 1;
   ++version_;
-  if (parent == kNoKeyframe) origin_ = id;
+  if (parent == kNoKeyframe) ++roots_;
+  if (origin_ == kNoKeyframe) origin_ = id;
   if (data->frame != kNoFrame) {
     CHECK(keyframe_of_.empty() || keyframe_of_.back().first < data->frame, "frame ids ascend");
     keyframe_of_.emplace_back(data->frame, id);
@@ -58,7 +59,7 @@ void Map::remove_keyframe(KeyframeId id) {
     if (landmark != kNoLandmark) remove_observation(landmark, id);
   }
   const KeyframeId parent = keyframe.parent;
-  CHECK(parent != kNoKeyframe, "the first keyframe stays");
+  CHECK(parent != kNoKeyframe, "the first keyframe of a submap stays");
   const SE3 T_camera_parent = keyframe.T_camera_world * resolved_pose(parent).inverse();
   for (auto& [other_id, other] : keyframes_) {
     if (other.parent == id) other.parent = parent;
@@ -111,6 +112,48 @@ void Map::set_static_weight(KeyframeId id, std::vector<float> weight) {
   Keyframe& keyframe = keyframes_.at(id);
   CHECK(weight.size() == keyframe.static_weight.size());
   keyframe.static_weight = std::move(weight);
+}
+
+KeyframeId Map::nearest_kept(KeyframeId id) const {
+  if (id == kNoKeyframe) id = origin_;
+  while (!keyframes_.contains(id)) {
+    const RemovedKeyframe* gone = removed(id);
+    CHECK(gone, "keyframe ids are never forgotten");
+    id = gone->parent;
+  }
+  return id;
+}
+
+KeyframeId Map::root_of(KeyframeId id) const {
+  if (roots_ == 1) return origin_;
+  while (keyframe(id).parent != kNoKeyframe) id = nearest_kept(keyframe(id).parent);
+  return id;
+}
+
+std::map<KeyframeId, KeyframeId> Map::roots() const {
+  std::map<KeyframeId, KeyframeId> roots;  // parents are older
+  for (const auto& [id, keyframe] : keyframes_)
+    roots[id] = keyframe.parent == kNoKeyframe ? id : roots.at(nearest_kept(keyframe.parent));
+  return roots;
+}
+
+KeyframeId Map::main_root() const {
+  const bool is_of_earlier_run = roots_ > 0 && keyframe(origin_).data->frame == kNoFrame;
+  return is_of_earlier_run ? origin_ : largest_root();
+}
+
+KeyframeId Map::largest_root() const {
+  if (roots_ <= 1) return origin_;
+  std::map<KeyframeId, int> keyframes;
+  for (const auto& [id, root] : roots()) ++keyframes[root];
+  return std::ranges::max_element(keyframes, {}, &std::pair<const KeyframeId, int>::second)->first;
+}
+
+void Map::join(KeyframeId root, KeyframeId parent) {
+  CHECK(keyframe(root).parent == kNoKeyframe && parent < root && root_of(parent) != root);
+  keyframes_.at(root).parent = parent;
+  --roots_;
+  ++version_;
 }
 
 SE3 Map::resolved_pose(KeyframeId id) const {

@@ -46,8 +46,23 @@ class Map {
   /// kNoKeyframe stands for origin().
   [[nodiscard]] SE3 resolved_pose(KeyframeId id) const;
   [[nodiscard]] KeyframeId next_keyframe_id() const { return KeyframeId{next_keyframe_}; }
-  /// The newest keyframe without a parent: the first of this run. kNoKeyframe in an empty map.
+  /// The first keyframe; in a map that was loaded the root of its largest submap. kNoKeyframe in an
+  /// empty map.
   [[nodiscard]] KeyframeId origin() const { return origin_; }
+  /// Itself, or of a keyframe that was removed its nearest kept ancestor.
+  [[nodiscard]] KeyframeId nearest_kept(KeyframeId id) const;
+
+  // Submaps: where the camera was lost a new one began, whose place in the world is a guess until
+  // it is joined. Each is a tree; the keyframe without a parent is its root, and is never removed.
+  /// Of a keyframe in the map.
+  [[nodiscard]] KeyframeId root_of(KeyframeId id) const;
+  /// Of every keyframe.
+  [[nodiscard]] std::map<KeyframeId, KeyframeId> roots() const;
+  /// The root of what is said to be the world at the end: the submap with most keyframes, or what
+  /// was there before this run.
+  [[nodiscard]] KeyframeId main_root() const;
+  /// Ends a submap: its root becomes a child of an older keyframe. Poses stay.
+  void join(KeyframeId root, KeyframeId parent);
   /// The keyframe made of a frame of this run, kept or removed; kNoKeyframe if there is none.
   /// A map that was loaded knows no frames.
   [[nodiscard]] KeyframeId keyframe_of(FrameId frame) const;
@@ -106,6 +121,7 @@ class Map {
   [[nodiscard]] const PyramidScales& scales() const { return scales_; }
 
  private:
+  [[nodiscard]] KeyframeId largest_root() const;
   Landmark& mutable_landmark(LandmarkId id);
   /// Null for a keyframe that was never removed.
   [[nodiscard]] const RemovedKeyframe* removed(KeyframeId id) const;
@@ -125,6 +141,7 @@ class Map {
   std::unordered_map<LandmarkId, Fused> fused_;
   PyramidScales scales_;
   KeyframeId origin_ = kNoKeyframe;
+  int roots_ = 0;
   std::uint32_t next_keyframe_ = 0;
   std::uint32_t next_landmark_ = 0;
   std::uint64_t version_ = 0;

@@ -184,6 +184,7 @@ Map MapAssembly::finish() {
   count_covisibility();
   map_.next_keyframe_ = numbers_.next_keyframe;
   map_.version_ = numbers_.version;
+  map_.origin_ = map_.largest_root();
   return std::move(map_);
 }
 

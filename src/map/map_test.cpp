@@ -234,6 +234,34 @@ KeyframeDataPtr bare_keyframe(std::uint32_t id) {
       KeyframeData{KeyframeId{id}, FrameId{10 * id}, {}, features, FeatureGrid()});
 }
 
+TEST(Map, ASubmapHasARootOfItsOwnUntilItIsJoined) {
+  World world(100, 5);
+  Map map({map_test::kLevels, map_test::kScale});
+  const auto add = [&](std::uint32_t number, KeyframeId parent) {
+    return map_test::add_keyframe(map, world.see(SE3(), number), parent);
+  };
+  const KeyframeId first = add(0, kNoKeyframe);
+  const KeyframeId second = add(1, first);
+  const KeyframeId root = add(2, kNoKeyframe);
+  const KeyframeId gone = add(3, root);
+  const KeyframeId last = add(4, gone);
+  map.remove_keyframe(gone);
+  EXPECT_EQ(map.origin(), first);
+  EXPECT_EQ(map.root_of(second), first);
+  EXPECT_EQ(map.root_of(last), root);
+  EXPECT_EQ(map.nearest_kept(gone), root);
+  EXPECT_EQ(map.roots(), (std::map<KeyframeId, KeyframeId>{
+                             {first, first}, {second, first}, {root, root}, {last, root}}));
+  EXPECT_EQ(map.main_root(), first) << "of two as large the older";
+  const KeyframeId newest = add(5, last);
+  EXPECT_EQ(map.main_root(), root);
+  map.forget_frames();
+  EXPECT_EQ(map.main_root(), first) << "the world that was there before this run";
+  map.join(root, second);
+  EXPECT_EQ(map.root_of(newest), first);
+  EXPECT_EQ(map.main_root(), first);
+}
+
 TEST(Map, ThousandsOfRemovedKeyframesKeepTheirPlaceAndCostLittle) {
   constexpr std::uint32_t kGenerations = 5000;
   constexpr std::size_t kStay = 10;

@@ -1,6 +1,7 @@
 // What tracking hands to mapping.
 #pragma once
 
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct KeyframeCandidate {
   std::vector<Seen> seen;
   /// Of the oldest view that the landmarks above were found in.
   std::uint64_t map_version = 0;
+  /// The camera was lost and its pose is a guess: a submap begins. So far it can have come since it
+  /// was last known; 0: the place is known by sight alone.
+  std::optional<double> submap_reach_m{};
 };
 
 }  // namespace ygslam

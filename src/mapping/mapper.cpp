@@ -39,15 +39,27 @@ KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
                    FeatureGrid(*candidate.features, camera_.ideal_bounds()),
                    free_space_of(candidate), candidate.read_out});
   SE3 T_camera_world = candidate.pose.T_camera_reference;
-  const KeyframeId parent = newest_;
-  if (parent != kNoKeyframe)
+  if (newest_ != kNoKeyframe)
     T_camera_world = T_camera_world * map_.resolved_pose(candidate.pose.reference);
-  map_.add_keyframe(std::move(data), T_camera_world.normalized(), parent, candidate.static_weight);
+  map_.add_keyframe(std::move(data), T_camera_world.normalized(), parent_of(candidate),
+                    candidate.static_weight);
   newest_ = id;
   look_around(id);
   associate(candidate, id);
   make_from_depth(map_, camera_, id, config_.landmarks, recent_landmarks_);
   return id;
+}
+
+/// The newest keyframe, if the camera has not come back to another submap since.
+KeyframeId Mapper::parent_of(const KeyframeCandidate& candidate) const {
+  if (newest_ == kNoKeyframe || candidate.submap_reach_m) return kNoKeyframe;
+  const KeyframeId reference = map_.nearest_kept(candidate.pose.reference);
+  return map_.root_of(newest_) == map_.root_of(reference) ? newest_ : reference;
+}
+
+void Mapper::join(KeyframeId root, KeyframeId parent, const MapPatch& patch) {
+  correct(patch);
+  map_.join(root, parent);
 }
 
 void Mapper::associate(const KeyframeCandidate& candidate, KeyframeId id) {

@@ -43,6 +43,8 @@ class Mapper {
   std::vector<KeyframeId> refine(const std::atomic<bool>* abort = nullptr);
   /// Takes over what was computed on a copy of the map.
   void correct(const MapPatch& patch);
+  /// A submap's place was found: Map::join() after the patch that moves it there.
+  void join(KeyframeId root, KeyframeId parent, const MapPatch& patch);
   /// Fuses what keyframes see with what those at a place see that they were found at.
   void weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place);
   /// Views are cut out around this keyframe from now on, until a new one is inserted. One that is
@@ -57,6 +59,7 @@ class Mapper {
   [[nodiscard]] const Map& map() const { return map_; }
 
  private:
+  [[nodiscard]] KeyframeId parent_of(const KeyframeCandidate& candidate) const;
   void associate(const KeyframeCandidate& candidate, KeyframeId id);
 
   MapperConfig config_;

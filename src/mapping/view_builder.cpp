@@ -7,7 +7,7 @@
 namespace ygslam {
 namespace {
 
-std::vector<KeyframeId> choose_keyframes(const Map& map, KeyframeId focus,
+std::vector<KeyframeId> choose_keyframes(const Map& map, KeyframeId focus, KeyframeId root,
                                          const ViewConfig& config) {
   std::vector<KeyframeId> chosen = {focus};
   for (const KeyframeId id : neighbours(map, focus, static_cast<std::size_t>(config.keyframes))) {
@@ -16,9 +16,8 @@ std::vector<KeyframeId> choose_keyframes(const Map& map, KeyframeId focus,
   int recent = 0;
   for (auto it = map.keyframes().rbegin();
        it != map.keyframes().rend() && recent < config.recent_keyframes; ++it, ++recent) {
-    if (std::find(chosen.begin(), chosen.end(), it->first) == chosen.end()) {
-      chosen.push_back(it->first);
-    }
+    const bool is_new = std::find(chosen.begin(), chosen.end(), it->first) == chosen.end();
+    if (is_new && map.root_of(it->first) == root) chosen.push_back(it->first);
   }
   return chosen;
 }
@@ -38,10 +37,11 @@ void add_landmarks(const Map& map, const Keyframe& keyframe, const ViewConfig& c
   }
 }
 
-ViewKeyframe view_of(const Map& map, const Keyframe& keyframe, const LocalView& view) {
+/// @param well_observed landmarks are found again by the tracker: seen by so many keyframes.
+ViewKeyframe view_of(const Map& map, const Keyframe& keyframe, const LocalView& view,
+                     std::size_t well_observed) {
   ViewKeyframe result{keyframe.data, keyframe.T_camera_world, {}, 0};
   result.landmarks.reserve(keyframe.landmarks.size());
-  const std::size_t well_observed = std::min<std::size_t>(3, map.keyframes().size());
   for (const LandmarkId id : keyframe.landmarks) {
     result.landmarks.push_back(id == kNoLandmark ? -1 : view.find(id));
     if (id != kNoLandmark && map.landmark(id).observations.size() >= well_observed) {
@@ -61,10 +61,13 @@ std::shared_ptr<LocalView> build_view(const Map& map, KeyframeId focus,
   view->origin = map.origin();
   view->others = {{map.origin(), map.resolved_pose(map.origin())}};
   for (const KeyframeId id : poses_of) view->others.push_back({id, map.resolved_pose(id)});
-  const auto chosen = choose_keyframes(map, focus, config);
+  const KeyframeId root = map.root_of(focus);
+  view->placed = root == map.origin();
+  const auto chosen = choose_keyframes(map, focus, root, config);
+  const std::size_t well_observed = std::min<std::size_t>(3, chosen.size());
   for (const KeyframeId id : chosen) add_landmarks(map, map.keyframe(id), config, *view);
   for (const KeyframeId id : chosen) {
-    view->keyframes.push_back(view_of(map, map.keyframe(id), *view));
+    view->keyframes.push_back(view_of(map, map.keyframe(id), *view, well_observed));
   }
   return view;
 }

@@ -44,7 +44,10 @@ class LiveRunner final : public Runner {
       map_->insert({std::move(*result.candidate), result.labels.label});
     }
     if (result.wanted_view) map_->look_around(*result.wanted_view);
-    if (result.state == TrackState::kLost) map_->look_for({result.features, result.labels.weight});
+    if (result.state == TrackState::kLost)
+      map_->look_for({result.features, result.labels.weight, std::nullopt});
+    if (asks_for_place(*frame, result))
+      map_->look_for({result.features, result.labels.weight, result.pose});
     for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
     log_.add(make_record(*frame, result, timer), result);
     last_frames_.push_back(frame->id);

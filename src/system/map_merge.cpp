@@ -22,9 +22,12 @@ Numbers add_keyframes(Map& map, const Map& b, const MapAlignment& alignment) {
     auto data = std::make_shared<KeyframeData>(*keyframe.data);
     data->id = numbers[id] = map.next_keyframe_id();
     data->frame = kNoFrame;
-    const auto parent = numbers.find(keyframe.parent);
-    map.add_keyframe(std::move(data), (keyframe.T_camera_world * T_b_a).normalized(),
-                     parent == numbers.end() ? joint : parent->second, keyframe.static_weight);
+    // What b never joined to its own world stays a submap by itself.
+    KeyframeId parent = id == b.main_root() ? joint : kNoKeyframe;
+    if (const auto known = numbers.find(keyframe.parent); known != numbers.end())
+      parent = known->second;
+    map.add_keyframe(std::move(data), (keyframe.T_camera_world * T_b_a).normalized(), parent,
+                     keyframe.static_weight);
   }
   return numbers;
 }

@@ -108,7 +108,12 @@ void MapThread::take(KeyframeId focus) {
 
 void MapThread::take(const LostView& lost) {
   lost_view_waits_.store(false);
-  if (stage_.look_for(*lost.features, lost.static_weight)) view_.store(stage_.view());
+  if (!lost.pose) {
+    if (stage_.look_for(*lost.features, lost.static_weight)) view_.store(stage_.view());
+  } else if (stage_.look_for(*lost.features, lost.static_weight, *lost.pose)) {
+    adjustment_.start(stage_.full_adjustment());
+    publish();
+  }
 }
 
 void MapThread::take(Inspection& inspection) {

@@ -29,10 +29,12 @@ class MapThread {
   void apply(SegmentationPtr masks) { queue_.push(std::move(masks)); }
   void correct(MapPatch patch) { queue_.push(std::move(patch)); }
   void look_around(KeyframeId focus) { queue_.push(focus); }
-  /// What a lost camera sees; passed over while an earlier one waits.
+  /// What a lost camera sees, or one in a submap without a place; passed over while an earlier one
+  /// waits.
   struct LostView {
     FeaturesPtr features;
     std::vector<float> static_weight;
+    std::optional<KeyframeRelativePose> pose;  ///< in a submap
   };
   void look_for(LostView lost);
   /// Calls `look` with the stage between two messages and waits for it; after join() at once.

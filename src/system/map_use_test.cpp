@@ -122,6 +122,61 @@ TEST(Relocalisation, FindsAPlaceThatWasLeftLongAgo) {
   EXPECT_GT(run.results.back().correction_m, 0.5);
 }
 
+TEST(Submap, GoesOnWhereNothingIsKnownAndIsJoinedWhereThePlaceIsSeenAgain) {
+  const Recording recording = record("room_walk", small(14));
+  constexpr std::size_t kKnown = 200;  // frames from here on are mapped first
+  for (const auto make : {&make_offline_runner, &make_live_runner}) {
+    Trial run(make(small_config(DynamicMode::kOff), recording.camera, nullptr, {}));
+    std::vector<StampedPose> truth;
+    const auto play = [&](std::size_t first, std::uint32_t first_id, double later_s) {
+      for (const FramePtr& frame : again(recording, first, first_id, later_s)) {
+        truth.push_back(
+            {frame->stamp, recording.truth[first + index(frame->id) - first_id].T_world_camera});
+        run.process(frame);
+      }
+    };
+    play(kKnown, 0, -10);
+    ASSERT_EQ(lost(run), 0);
+    const std::size_t carried_off_at = run.results.size();
+    play(0, static_cast<std::uint32_t>(carried_off_at), 4.1);
+    run.finish();
+
+    EXPECT_LT(lost(run), 25) << "a second, and a frame or two";
+    int unplaced = 0;
+    for (std::size_t i = carried_off_at; i < run.results.size(); ++i) {
+      const TrackResult& result = run.results[i];
+      unplaced += result.unplaced ? 1 : 0;
+      EXPECT_TRUE(result.provisional || !result.unplaced);
+      const SE3 step = run.results[i - 1].T_odom_camera.inverse() * result.T_odom_camera;
+      EXPECT_LT(step.t().norm(), 0.1) << "odometry jumps at " << i;
+    }
+    EXPECT_GT(unplaced, 100);
+    EXPECT_FALSE(run.results.back().unplaced);
+    const auto trajectory = run.trajectory();
+    EXPECT_GT(trajectory.size(), run.results.size() - 25) << "with what came before the joint";
+    const auto report = evaluate(truth, trajectory, {});
+    ASSERT_TRUE(report.ok());
+    EXPECT_LT(report->ate_m.rmse, 0.03);
+  }
+}
+
+TEST(Submap, IsLeftOutOfTheTrajectoryAsLongAsNobodyKnowsWhereItIs) {
+  const Recording recording = record("room_walk", small(4));
+  Recording elsewhere = record("static_xyz", small(4));
+  Trial run(make_offline_runner(small_config(DynamicMode::kOff), recording.camera, nullptr, {}));
+  for (const FramePtr& frame : recording.frames) run.process(frame);
+  const auto count = static_cast<std::uint32_t>(recording.frames.size());
+  for (const FramePtr& frame : again(elsewhere, 0, count, 4.1)) run.process(frame);
+  for (const FramePtr& frame : again(recording, 40, 2 * count, 8.2)) run.process(frame);
+  run.finish();
+  EXPECT_EQ(run.results[count].state, TrackState::kLost);
+  EXPECT_TRUE(run.results[2 * count - 1].unplaced);
+  EXPECT_FALSE(run.results.back().unplaced);
+  const auto trajectory = run.trajectory();
+  EXPECT_LT(trajectory.size(), 2 * count);
+  EXPECT_GT(trajectory.size(), count + count / 2 - 5);
+}
+
 TEST(MapSaver, TheFileHasTheMapOfTheEnd) {
   const Recording recording = record("static_xyz", small(1));
   const SlamConfig config = small_config(DynamicMode::kOff);

@@ -11,6 +11,15 @@ namespace {
 constexpr int kPointRadiusPx = 20;
 constexpr float kPointDepthRatio = 0.08F;
 constexpr std::size_t kRememberedAttempts = 20000;  // of loops
+constexpr std::size_t kPlaceKeyframes = 10;         // besides the one that was found, to be fused
+
+std::vector<KeyframeId> submap_of(const Map& map, KeyframeId keyframe) {
+  const KeyframeId root = map.root_of(keyframe);
+  std::vector<KeyframeId> submap;
+  for (const auto& [id, its_root] : map.roots())
+    if (its_root == root) submap.push_back(id);
+  return submap;
+}
 
 }  // namespace
 
@@ -27,6 +36,7 @@ MappingStage::MappingStage(const MappingStageConfig& config, const Camera& camer
       index_(config.loop.index),
       place_finder_(config.loop.finder, camera),
       loop_closer_(config.loop, camera),
+      submap_joiner_({config.loop.index, config.loop.finder}),
       cloud_(config.dense, camera) {
   index_.rebuild(this->map());
 }
@@ -34,6 +44,7 @@ MappingStage::MappingStage(const MappingStageConfig& config, const Camera& camer
 void MappingStage::insert(const KeyframeMessage& message) {
   CHECK(!config_.frozen, "nobody proposes keyframes for a map that stays as it is");
   const KeyframeId id = mapper_.insert(message.candidate);
+  if (message.candidate.submap_reach_m) submap_joiner_.begin(id, *message.candidate.submap_reach_m);
   Waiting waiting{id, message.candidate.frame, message.candidate.features, message.labels};
   if (!config_.expects_masks) {
     integrate(waiting, {});
@@ -56,6 +67,25 @@ bool MappingStage::look_for(const Features& features, std::span<const float> sta
   return place && mapper_.look_around(place->place);
 }
 
+bool MappingStage::look_for(const Features& features, std::span<const float> static_weight,
+                            const KeyframeRelativePose& pose) {
+  if (!config_.close_loops) return false;
+  const KeyframeId reference = map().nearest_kept(pose.reference);
+  const SE3 T_camera_reference = pose.T_camera_reference * map().resolved_pose(pose.reference) *
+                                 map().keyframe(reference).T_camera_world.inverse();
+  const FeatureGrid grid(features, camera_.ideal_bounds());
+  const auto own = submap_of(map(), reference);
+  for (const FoundPlace& place :
+       place_finder_.find(map(), index_, {features, grid, static_weight}, own, 0)) {
+    if (place.match.verdict != PlaceVerdict::kAgrees) continue;
+    const auto found = submap_joiner_.step(map(), reference, T_camera_reference, place.match);
+    if (!found) continue;
+    join(*found);
+    return true;
+  }
+  return false;
+}
+
 bool MappingStage::close_loops() {
   bool changed = false;
   while (!complete_.empty()) {
@@ -70,9 +100,23 @@ bool MappingStage::close_loops() {
       mapper_.weld(result.closure->window, result.closure->place);
       changed = true;
     }
+    if (const auto found = submap_joiner_.step(map(), result.attempts)) {
+      join(*found);
+      changed = true;
+    }
     index_.add(map(), id);
   }
   return changed;
+}
+
+void MappingStage::join(const SubmapJoin& join) {
+  mapper_.join(join.root, join.parent, join.patch);
+  for (const MapPair& pair : join.pairs) {
+    std::vector<KeyframeId> place = map().covisible(pair.match.place, 1, kPlaceKeyframes);
+    place.push_back(pair.match.place);
+    std::erase(place, pair.in_b);
+    mapper_.weld({&pair.in_b, 1}, place);
+  }
 }
 
 bool MappingStage::apply(const Segmentation& masks) {
@@ -113,9 +157,8 @@ std::vector<FramePtr> MappingStage::waiting() const {
 
 std::vector<ColouredPoint> MappingStage::cloud() const {
   std::map<KeyframeId, SE3> T_world_camera;
-  for (const auto& [id, keyframe] : map().keyframes()) {
-    T_world_camera[id] = keyframe.T_camera_world.inverse();
-  }
+  for (const auto& [id, root] : map().roots())
+    if (root == map().main_root()) T_world_camera[id] = map().keyframe(id).T_camera_world.inverse();
   return cloud_.build(T_world_camera);
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dense/static_cloud.hpp"
-#include "loop/loop_closer.hpp"
+#include "loop/submap_joiner.hpp"
 #include "mapping/full_adjustment.hpp"
 #include "mapping/mapper.hpp"
 #include "motion/masks/mask_labels.hpp"
@@ -53,6 +53,10 @@ class MappingStage {
   /// The camera is lost and sees this: the next view is of the place that it shows, if one does.
   /// @return true if there is another view.
   bool look_for(const Features& features, std::span<const float> static_weight);
+  /// The camera is in a submap that has no place yet and sees this.
+  /// @return true if the map changed: the submap was joined to the rest.
+  bool look_for(const Features& features, std::span<const float> static_weight,
+                const KeyframeRelativePose& pose);
   /// The whole map as a job for another thread; its patch goes to correct(). Only of a map that has
   /// keyframes.
   [[nodiscard]] FullAdjustment full_adjustment() const {
@@ -82,6 +86,7 @@ class MappingStage {
     std::vector<MotionLabel> labels;
   };
   void integrate(const Waiting& waiting, GreyImage dynamic);
+  void join(const SubmapJoin& join);
 
   MappingStageConfig config_;
   const Camera& camera_;
@@ -89,6 +94,7 @@ class MappingStage {
   PlaceIndex index_;
   PlaceFinder place_finder_;
   LoopCloser loop_closer_;
+  SubmapJoiner submap_joiner_;
   std::vector<LoopAttempt> attempts_;
   std::deque<KeyframeId> complete_;  // mapped and rid of moving things, not compared yet
   StaticCloud cloud_;

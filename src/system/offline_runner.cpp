@@ -32,7 +32,7 @@ class OfflineRunner final : public Runner {
     TrackResult result = tracker_->step(frame, view_, arrived, false);
     log_.add(make_record(*frame, result, timer), result);
     for (const SegmentationPtr& masks : arrived) map_changed_ |= mapping_->apply(*masks);
-    map_keyframe(result);
+    map_keyframe(*frame, result);
     return result;
   }
 
@@ -103,7 +103,7 @@ class OfflineRunner final : public Runner {
     if (patch) mapping_->correct(*patch);
   }
 
-  void map_keyframe(TrackResult& result) {
+  void map_keyframe(const RgbdFrame& frame, TrackResult& result) {
     const bool inserted = result.candidate.has_value();
     const ScopedTimer timer;
     if (inserted) {
@@ -111,6 +111,11 @@ class OfflineRunner final : public Runner {
       mapping_->refine();
     }
     if ((inserted || map_changed_) && mapping_->close_loops()) {
+      map_changed_ = true;
+      adjust_all();
+    }
+    if (asks_for_place(frame, result) &&
+        mapping_->look_for(*result.features, result.labels.weight, result.pose)) {
       map_changed_ = true;
       adjust_all();
     }

@@ -21,7 +21,8 @@ constexpr std::array kParts = {
     Part{"free_space", [](SlamConfig& c) { c.tracking.free_space.enabled = false; }},
     Part{"depth_edge_weights", [](SlamConfig& c) { c.mapping.noise.edge_weight = 1; }},
     Part{"local_map", [](SlamConfig& c) { c.tracking.pose.use_local_map = false; }},
-    Part{"loops", [](SlamConfig& c) { c.close_loops = false; }},
+    Part{"submaps", [](SlamConfig& c) { c.tracking.starts_submaps = false; }},
+    Part{"loops", [](SlamConfig& c) { c.close_loops = c.tracking.starts_submaps = false; }},
     Part{"local_bundle", [](SlamConfig& c) { c.mapping.local_bundle = false; }},
 };
 

@@ -82,15 +82,21 @@ std::string object_lines(const FrameRecord& record, int stamp_decimals) {
 
 std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Map& map) {
   std::vector<StampedPose> poses;
+  if (map.keyframes().empty()) return poses;
+  const KeyframeId root = map.main_root();
+  const auto roots = map.roots();
   for (const PosedFrame& frame : trajectory)
-    poses.push_back({frame.stamp, corrected_pose(frame, map)});
+    if (roots.at(map.nearest_kept(frame.reference)) == root)
+      poses.push_back({frame.stamp, corrected_pose(frame, map)});
   return poses;
 }
 
 std::vector<StampedPose> keyframe_trajectory(const Map& map) {
   std::vector<StampedPose> poses;
-  for (const auto& [id, keyframe] : map.keyframes()) {
-    poses.push_back({keyframe.data->stamp, keyframe.T_camera_world.inverse()});
+  for (const auto& [id, root] : map.roots()) {
+    const Keyframe& keyframe = map.keyframe(id);
+    if (root == map.main_root())
+      poses.push_back({keyframe.data->stamp, keyframe.T_camera_world.inverse()});
   }
   return poses;
 }

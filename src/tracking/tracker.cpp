@@ -13,6 +13,8 @@ constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
 constexpr double kSamePlaceM = 0.5;      // a loss that ends this near has moved nothing
 constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
+constexpr double kLostBeforeSubmapS = 1.0;
+constexpr float kMappedWeight = 0.5F;  // a static point may enter the map
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
   // Before the first view there is but the run's first keyframe, which is the world.
@@ -125,9 +127,14 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   ++frames_since_keyframe_;
   if (std::exchange(first_keyframe_is_due_, false)) result.candidate = make_candidate(*last_, 0);
   if (state_ == TrackState::kLost) {
-    stay_lost(frame->stamp, std::move(evidence), result);
+    stay_lost(std::move(current), std::move(evidence), *view, result);
   } else {
-    move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp, result);
+    lost_since_.reset();
+    move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp);
+    const bool carried_off =
+        was_lost && is_carried_off(found.pose->T_camera_world, *view, frame->stamp);
+    if (carried_off) odometry_.doubt();
+    deliver_place(found.pose->T_camera_world, *view, result);
     evidence =
         with_free_space(evidence, free_space_violations(current, evidence, *found.pose, *view));
     result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
@@ -135,6 +142,8 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
     result.objects = follow_objects(evidence, current, masks, was_lost, result.T_world_odom);
     classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points());
     deliver(*found.pose, *view, mapper_busy, current, result);
+    if (carried_off && starts_submaps()) result.candidate = make_submap(current, 0, *view);
+    if (view->placed && !carried_off) placed_ = {current.pose, frame->stamp};
     estimate_camera(current, found.pose->T_camera_world, *view, result);
     last_ = std::move(current);
   }
@@ -220,35 +229,73 @@ Tracker::PoseHypothesis Tracker::find_pose(TrackedFrame& current, const LocalVie
 
 /// Takes the pose over into odometry and motion model.
 void Tracker::move_to(const SE3& T_camera_world, const SE3& T_last_world, bool was_lost,
-                      Timestamp stamp, TrackResult& result) {
+                      Timestamp stamp) {
   const SE3 T_now_last = T_camera_world * T_last_world.inverse();
   if (was_lost) {
     motion_model_.reset(stamp);
     frames_since_keyframe_ = 0;  // a place just found again must prove itself before it is mapped
-    const double reach_m =
-        config_.max_jump_mps * seconds_between(stamp, last_->frame->stamp) + kSamePlaceM;
-    if (centre_distance_m(T_camera_world, T_last_world) > reach_m) odometry_.doubt();
   } else {
     motion_model_.update(stamp, T_now_last);
     odometry_.move(T_now_last);
   }
-  deliver_place(T_camera_world, result);
 }
 
-void Tracker::deliver_place(const SE3& T_camera_world, TrackResult& result) {
+double Tracker::reach_m(Timestamp now) const {
+  return placed_ ? config_.max_jump_mps * seconds_between(now, placed_->stamp) + kSamePlaceM : 0;
+}
+
+bool Tracker::is_carried_off(const SE3& T_camera_world, const LocalView& view,
+                             Timestamp now) const {
+  if (!view.placed) return false;
+  const auto T_placed_world = placed_ ? pose_in(view, placed_->pose) : std::nullopt;
+  return !T_placed_world || centre_distance_m(T_camera_world, *T_placed_world) > reach_m(now);
+}
+
+void Tracker::deliver_place(const SE3& T_camera_world, const LocalView& view, TrackResult& result) {
   result.T_world_camera = T_camera_world.inverse();
   result.T_odom_camera = odometry_.T_odom_camera();
   const Odometry::Place place = odometry_.place(result.T_world_camera);
   result.T_world_odom = place.T_world_odom;
   result.correction_m = place.correction_m;
-  result.provisional = place.provisional;
+  result.unplaced = !view.placed;
+  result.provisional = place.provisional || result.unplaced;
 }
 
-void Tracker::stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result) {
-  motion_model_.reset(stamp);
+void Tracker::stay_lost(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
+                        TrackResult& result) {
+  motion_model_.reset(current.frame->stamp);
   result.T_odom_camera = odometry_.T_odom_camera();
   objects_.lose_points();
   classifier_.remember(std::move(evidence), result.labels.label);
+  offer_submap(std::move(current), view, result);
+}
+
+void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackResult& result) {
+  const Timestamp now = current.frame->stamp;
+  if (!lost_since_) lost_since_ = now;
+  if (!starts_submaps() || view.empty()) return;
+  if (seconds_between(now, *lost_since_) < kLostBeforeSubmapS) return;
+  if (usable_points(current, kMappedWeight) < config_.min_start_points) return;
+  lost_since_ = now;
+  move_to_middle(current, Vec6::Zero());
+  current.pose = last_ ? last_->pose : KeyframeRelativePose{view.reference().data->id, SE3()};
+  result.candidate = make_submap(current, view.placed ? reach_m(now) : 0, view);
+  last_ = std::move(current);
+}
+
+KeyframeCandidate Tracker::make_submap(TrackedFrame& frame, double reach_m, const LocalView& view) {
+  frame.landmarks.assign(frame.features->size(), kNoLandmark);
+  KeyframeCandidate candidate = make_candidate(frame, view.map_version);
+  candidate.submap_reach_m = reach_m;
+  return candidate;
+}
+
+int Tracker::usable_points(const TrackedFrame& frame, float min_static_weight) const {
+  int usable = 0;
+  for (std::size_t i = 0; i < frame.features->size(); ++i)
+    if (frame.features->points[i].depth_m > 0 && frame.static_weight[i] >= min_static_weight)
+      ++usable;
+  return usable;
 }
 
 std::vector<std::uint8_t> Tracker::free_space_violations(const TrackedFrame& current,
@@ -319,6 +366,7 @@ void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& r
   result.inliers = usable;
   first_keyframe_is_due_ = !shutter_.times().is_global();
   if (!first_keyframe_is_due_) result.candidate = make_candidate(current, 0);
+  placed_ = {current.pose, current.frame->stamp};
   last_ = std::move(current);
 }
 
@@ -328,12 +376,16 @@ void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const L
   const auto found = relocalizer_.step(current, view, rng_);
   result.state = TrackState::kLost;
   motion_model_.reset(current.frame->stamp);
-  if (!found || found->inliers < kProvingFactor * config_.min_inliers) return;
+  if (!found || found->inliers < kProvingFactor * config_.min_inliers) {
+    offer_submap(std::move(current), view, result);
+    if (result.candidate) state_ = TrackState::kLost;
+    return;
+  }
   state_ = result.state = TrackState::kTracking;
   frames_since_loss_ = 0;
   bends_ = view.bends;
   odometry_.doubt();
-  deliver_place(found->T_camera_world, result);
+  deliver_place(found->T_camera_world, view, result);
   deliver(*found, view, true, current, result);
   last_ = std::move(current);
 }
@@ -373,16 +425,14 @@ bool Tracker::wants_keyframe(const TrackedFrame& frame, const LocalView& view,
   evidence.reference_landmarks = view.reference().tracked_landmarks;
   evidence.T_camera_reference = frame.pose.T_camera_reference;
   evidence.mapper_busy = mapper_busy;
-  int usable = 0;
   for (std::size_t i = 0; i < frame.features->size(); ++i) {
     const float depth_m = frame.features->points[i].depth_m;
-    if (depth_m <= 0 || frame.static_weight[i] < 0.5F) continue;
-    ++usable;
+    if (depth_m <= 0 || frame.static_weight[i] < kMappedWeight) continue;
     if (depth_m > config_.keyframe.close_depth_m) continue;
     ++(frame.landmarks[i] != kNoLandmark ? evidence.close_tracked : evidence.close_untracked);
   }
   // A view that shows less of the fixed world than a first frame must would map what covers it.
-  if (usable < config_.min_start_points) return false;
+  if (usable_points(frame, kMappedWeight) < config_.min_start_points) return false;
   return ygslam::wants_keyframe(evidence, config_.keyframe);
 }
 

@@ -41,6 +41,7 @@ struct TrackerConfig {
   /// What of the camera is looked for in place of an unknown read-out time. Not a setting.
   std::vector<CameraParameter> calibrated{};
   bool proposes_keyframes = true;     ///< false: frames are only placed. Not a setting.
+  bool starts_submaps = true;         ///< false: a lost camera waits for a place it knows
   int min_start_points = 100;         ///< static features with depth in the first frame
   int min_inliers = 30;               ///< below: weak; below half of it: lost
   int weak_frames_until_lost = 10;    ///< in a row
@@ -63,8 +64,10 @@ struct TrackResult {
   SE3 T_odom_camera;
   SE3 T_world_odom;
   /// Found again far from where odometry left it, by what it sees alone: another room may look the
-  /// same. Until it has gone some way in the map from there.
+  /// same. Until it has gone some way in the map from there. Or in a submap begun after a loss,
+  /// whose place is a guess until it is joined to the world.
   bool provisional = false;
+  bool unplaced = false;      ///< in such a submap
   double correction_m = 0;    ///< how far a change of T_world_odom moved the camera in this frame
   KeyframeRelativePose pose;  ///< follows later corrections of the map
   /// The keyframe the camera shares most with, where that is no longer the view's reference.
@@ -114,10 +117,23 @@ class Tracker {
                                          const SE3& T_last_world);
   [[nodiscard]] TrackState assess(const PoseHypothesis& found, const SE3& T_last_world,
                                   double gap_s);
-  void stay_lost(Timestamp stamp, FrameEvidence evidence, TrackResult& result);
-  void deliver_place(const SE3& T_camera_world, TrackResult& result);
-  void move_to(const SE3& T_camera_world, const SE3& T_last_world, bool was_lost, Timestamp stamp,
-               TrackResult& result);
+  void stay_lost(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
+                 TrackResult& result);
+  /// What a lost camera sees becomes the start of a submap, if that is enough.
+  void offer_submap(TrackedFrame current, const LocalView& view, TrackResult& result);
+  [[nodiscard]] KeyframeCandidate make_submap(TrackedFrame& frame, double reach_m,
+                                              const LocalView& view);
+  /// How far from the last frame that was surely in the world the camera can be by now.
+  [[nodiscard]] double reach_m(Timestamp now) const;
+  /// It was lost, and is found where it cannot have come by itself.
+  [[nodiscard]] bool is_carried_off(const SE3& T_camera_world, const LocalView& view,
+                                    Timestamp now) const;
+  [[nodiscard]] bool starts_submaps() const {
+    return config_.starts_submaps && config_.proposes_keyframes;
+  }
+  [[nodiscard]] int usable_points(const TrackedFrame& frame, float min_static_weight) const;
+  void deliver_place(const SE3& T_camera_world, const LocalView& view, TrackResult& result);
+  void move_to(const SE3& T_camera_world, const SE3& T_last_world, bool was_lost, Timestamp stamp);
   [[nodiscard]] std::vector<std::uint8_t> free_space_violations(const TrackedFrame& current,
                                                                 const FrameEvidence& evidence,
                                                                 const PoseResult& pose,
@@ -157,6 +173,13 @@ class Tracker {
   std::uint32_t bends_ = 0;  // of the view it was last posed in
   int weak_frames_ = 0;
   int frames_since_loss_ = 1 << 20;
+  std::optional<Timestamp> lost_since_;  // or since the last submap was begun in vain
+  /// The newest frame with a place in the world that is no guess.
+  struct Placed {
+    KeyframeRelativePose pose;
+    Timestamp stamp;
+  };
+  std::optional<Placed> placed_;
   int frames_since_keyframe_ = 0;
   std::uint64_t map_version_ = 0;  // of the first view since the last candidate
   std::unordered_map<LandmarkId, KeyframeCandidate::Seen> seen_;  // since the last candidate

@@ -37,12 +37,14 @@ class Neighbourhood {
   [[nodiscard]] float distance_m(int x, int y, int z) const {
     const SurfaceBlock* found = block(x, y, z);
     if (found == nullptr) return kNan;
-    return mean(*found, cell_offset(x & 7, y & 7, z & 7));
+    const VoxelPlace place = voxel_place(x & 7, y & 7, z & 7);
+    const SurfaceBrick* brick = found->bricks[place.brick];
+    return brick == nullptr ? kNan : mean(*brick, place.voxel);
   }
-  [[nodiscard]] float mean(const SurfaceBlock& block, int offset) const {
-    const auto i = static_cast<std::size_t>(offset);
-    if (block.views[i] < min_views_) return kNan;
-    return static_cast<float>(block.weighted_distance[i]) / static_cast<float>(block.weight[i]) *
+  [[nodiscard]] float mean(const SurfaceBrick& brick, int voxel) const {
+    const auto i = static_cast<std::size_t>(voxel);
+    if (brick.views[i] < min_views_) return kNan;
+    return static_cast<float>(brick.weighted_distance[i]) / static_cast<float>(brick.weight[i]) *
            quantum_m_;
   }
 
@@ -77,8 +79,13 @@ struct CubeCorners {
           is_inside |= static_cast<unsigned>(value < 0) << x;
         };
         if (const SurfaceBlock* block = around.block(0, y, z)) {
-          const int first = cell_offset(0, y & 7, z & 7);
-          for (int x = 0; x < kBlockSide; ++x) put(x, around.mean(*block, first + x));
+          for (int half = 0; half < 2; ++half) {
+            const VoxelPlace place = voxel_place(kBrickSide * half, y & 7, z & 7);
+            const SurfaceBrick* brick = block->bricks[place.brick];
+            if (brick == nullptr) continue;
+            for (int x = 0; x < kBrickSide; ++x)
+              put(kBrickSide * half + x, around.mean(*brick, place.voxel + x));
+          }
         }
         put(kBlockSide, around.distance_m(kBlockSide, y, z));
         valid[row(y, z)] = static_cast<std::uint16_t>(is_valid);
@@ -144,24 +151,29 @@ class BlockMesher {
     for (int i = 0; i < 3; ++i)
       vertex.normal_world[static_cast<std::size_t>(i)] =
           static_cast<std::int16_t>(length > 0 ? std::lround(gradient[i] / length * 32767.0F) : 0);
-    const bool at_lower = fraction < 0.5F;
-    const SurfaceBlock& lower_block = *around_.block(voxel.x(), voxel.y(), voxel.z());
+    const VoxelPlace lower_place = voxel_place(voxel.x(), voxel.y(), voxel.z());
+    const VoxelPlace upper_place = voxel_place(upper.x() & 7, upper.y() & 7, upper.z() & 7);
     const SurfaceBlock& upper_block = *around_.block(upper.x(), upper.y(), upper.z());
-    const int lower_offset = cell_offset(voxel.x() & 7, voxel.y() & 7, voxel.z() & 7);
-    const int upper_offset = cell_offset(upper.x() & 7, upper.y() & 7, upper.z() & 7);
-    const Rgb8 first = lower_block.mean_colour(lower_offset);
-    const Rgb8 second = upper_block.mean_colour(upper_offset);
+    const SurfaceBlock& lower_block = *around_.block(voxel.x(), voxel.y(), voxel.z());
+    const SurfaceBrick& lower_brick = *lower_block.bricks[lower_place.brick];
+    const SurfaceBrick& upper_brick = *upper_block.bricks[upper_place.brick];
+    const int lower_views = lower_brick.views[static_cast<std::size_t>(lower_place.voxel)];
+    const int upper_views = upper_brick.views[static_cast<std::size_t>(upper_place.voxel)];
+    const Rgb8 first = lower_brick.mean_colour(lower_place.voxel);
+    const Rgb8 second = upper_brick.mean_colour(upper_place.voxel);
     const auto mixed = [&](std::uint8_t p, std::uint8_t q) {
       const float value = (1 - fraction) * static_cast<float>(p) + fraction * static_cast<float>(q);
       return static_cast<std::uint8_t>(value + 0.5F);
     };
     vertex.colour = {mixed(first.r, second.r), mixed(first.g, second.g), mixed(first.b, second.b)};
     const SurfaceLabel label =
-        (at_lower ? lower_block : upper_block).label(at_lower ? lower_offset : upper_offset);
+        fraction < 0.5F
+            ? lower_block.label(cell_offset(voxel.x(), voxel.y(), voxel.z()), lower_views)
+            : upper_block.label(cell_offset(upper.x() & 7, upper.y() & 7, upper.z() & 7),
+                                upper_views);
     vertex.object = label.object;
     vertex.probability = static_cast<std::uint8_t>(label.probability * 255.0F + 0.5F);
-    vertex.views = std::min(lower_block.views[static_cast<std::size_t>(lower_offset)],
-                            upper_block.views[static_cast<std::size_t>(upper_offset)]);
+    vertex.views = static_cast<std::uint16_t>(std::min(lower_views, upper_views));
     mesh_.vertices.push_back(vertex);
   }
 

@@ -12,20 +12,8 @@ namespace {
 constexpr int kTile = DepthPyramid::kTile_px;
 constexpr auto kUnit_m = static_cast<float>(DepthView::kUnit_m);
 
-struct NoiseOf {
-  float base_m, factor, from_m;
-  explicit NoiseOf(const DepthNoise& noise)
-      : base_m(static_cast<float>(noise.base_m)),
-        factor(static_cast<float>(noise.factor_per_m)),
-        from_m(static_cast<float>(noise.from_m)) {}
-  [[nodiscard]] float sigma_m(float depth_m) const {
-    const float beyond = depth_m - from_m;
-    return base_m + factor * beyond * beyond;
-  }
-};
-
 struct JumpOf {
-  NoiseOf noise;
+  NoiseModel noise;
   float sigmas, least_m;
   explicit JumpOf(const PreparationConfig& config)
       : noise(config.noise),
@@ -58,6 +46,7 @@ void PreparedView::assign(const DepthView& view, const PreparationConfig& config
   find_tile_depths(view, config);
   find_tile_slopes(config);
   weigh_pixels(view, config);
+  find_surface_tiles(config);
 }
 
 void PreparedView::find_tile_depths(const DepthView& view, const PreparationConfig& config) {
@@ -161,7 +150,7 @@ void PreparedView::find_tile_slopes(const PreparationConfig& config) {
 
 void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& config) {
   const JumpOf jump(config);
-  const NoiseOf noise(config.noise);
+  const NoiseModel noise(config.noise);
   const int width = camera_.width;
   const int height = camera_.height;
   const auto max_depth_m = static_cast<float>(config.max_depth_m);
@@ -225,6 +214,52 @@ void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& 
       appearance[u] = colour[u].r | (static_cast<std::uint32_t>(colour[u].g) << 8) |
                       (static_cast<std::uint32_t>(colour[u].b) << 16) |
                       (static_cast<std::uint32_t>(object[u]) << 24);
+  }
+}
+
+void PreparedView::find_surface_tiles(const PreparationConfig& config) {
+  const JumpOf jump(config);
+  constexpr float kMiddle_px = 0.5F * (kTile - 1);
+  surface_tiles_.clear();
+  std::array<std::uint16_t, kTile * kTile> depths{};
+  for (int row = 0; row < rows_; ++row) {
+    const int v1 = std::min((row + 1) * kTile, camera_.height);
+    for (int column = 0; column < columns_; ++column) {
+      const int u0 = column * kTile;
+      const int u1 = std::min(u0 + kTile, camera_.width);
+      std::size_t count = 0;
+      std::uint16_t low = 0xffff, high = 0;
+      for (int v = row * kTile; v < v1; ++v) {
+        const std::uint32_t* geometry =
+            geometry_.data() + static_cast<std::ptrdiff_t>(v) * camera_.width;
+        for (int u = u0; u < u1; ++u) {
+          const auto depth = static_cast<std::uint16_t>(geometry[u]);
+          depths[count] = depth;
+          const bool counts = geometry[u] >> 24 != 0;
+          count += counts ? 1 : 0;
+          low = std::min(low, counts ? depth : std::uint16_t{0xffff});
+          high = std::max(high, counts ? depth : std::uint16_t{0});
+        }
+      }
+      if (count == 0) continue;
+      SurfaceTile tile;
+      tile.middle_px = {static_cast<float>(u0) + kMiddle_px,
+                        static_cast<float>(row * kTile) + kMiddle_px};
+      tile.normal_camera = tile_normals_[static_cast<std::size_t>(row * columns_ + column)];
+      const float limit = jump.limit_m(static_cast<float>(high) * kUnit_m) / kUnit_m;
+      tile.near_m = static_cast<float>(low) * kUnit_m;
+      if (static_cast<float>(high - low) > limit) {  // several surfaces: one after the other
+        std::sort(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(count));
+        for (std::size_t i = 1; i < count; ++i) {
+          if (static_cast<float>(depths[i] - depths[i - 1]) <= limit) continue;
+          tile.far_m = static_cast<float>(depths[i - 1]) * kUnit_m;
+          surface_tiles_.push_back(tile);
+          tile.near_m = static_cast<float>(depths[i]) * kUnit_m;
+        }
+      }
+      tile.far_m = static_cast<float>(high) * kUnit_m;
+      surface_tiles_.push_back(tile);
+    }
   }
 }
 

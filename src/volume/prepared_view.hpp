@@ -18,6 +18,21 @@ struct DepthNoise {
   double from_m = 0.4;
 };
 
+struct NoiseModel {
+  float base_m, factor_per_m, from_m;
+
+  explicit NoiseModel(const DepthNoise& noise)
+      : base_m(static_cast<float>(noise.base_m)),
+        factor_per_m(static_cast<float>(noise.factor_per_m)),
+        from_m(static_cast<float>(noise.from_m)) {}
+  [[nodiscard]] float sigma_m(float depth_m) const {
+    const float beyond_m = depth_m - from_m;
+    const float square = beyond_m * beyond_m;
+    const float growth_m = factor_per_m * square;
+    return base_m + growth_m;
+  }
+};
+
 struct PreparationConfig {
   DepthNoise noise;
   double max_depth_m = 4.5;     ///< farther depth makes no surface; it still carves up to here
@@ -25,6 +40,13 @@ struct PreparationConfig {
   double jump_m = 0.02;         ///< belongs to two surfaces and is left out
   double pose_sigma_m = 0.005;  ///< of the camera's place: what no single depth can be better than
   double min_cos_incidence = 0.12;  ///< surfaces seen at a flatter angle are left out
+};
+
+/// The pixels of a tile of DepthPyramid::kTile_px pixels a side that lie on one surface.
+struct SurfaceTile {
+  Eigen::Vector2f middle_px;
+  float near_m = 0, far_m = 0;
+  Eigen::Vector3f normal_camera;  ///< unit length, towards the camera
 };
 
 /// Reusable: assign() keeps the memory of the view before.
@@ -42,8 +64,8 @@ class PreparedView {
   [[nodiscard]] const std::uint32_t* geometry() const { return geometry_.data(); }
   /// Of each pixel: red | green << 8 | blue << 16 | object << 24, as DepthView::object has it.
   [[nodiscard]] const std::uint32_t* appearance() const { return appearance_.data(); }
-  /// Of each tile of DepthPyramid::kTile_px pixels: unit normal in the camera frame, towards it.
-  [[nodiscard]] const std::vector<Eigen::Vector3f>& tile_normals() const { return tile_normals_; }
+  /// Where the pixels with a weight are.
+  [[nodiscard]] const std::vector<SurfaceTile>& surface_tiles() const { return surface_tiles_; }
   [[nodiscard]] const DepthPyramid& nearest() const { return nearest_; }
   [[nodiscard]] const std::vector<ObjectId>& objects() const { return objects_; }
   /// Of all pixels, at most PreparationConfig::max_depth_m.
@@ -53,6 +75,7 @@ class PreparedView {
   void find_tile_depths(const DepthView& view, const PreparationConfig& config);
   void find_tile_slopes(const PreparationConfig& config);
   void weigh_pixels(const DepthView& view, const PreparationConfig& config);
+  void find_surface_tiles(const PreparationConfig& config);
 
   Pinhole camera_;
   std::vector<std::uint32_t> geometry_, appearance_;
@@ -64,6 +87,7 @@ class PreparedView {
   std::vector<float> tile_depth_m_;  // mean of the nearest surface in the tile, 0 = none
   std::vector<float> tile_slope_, tile_cos_;
   std::vector<Eigen::Vector3f> tile_normals_;
+  std::vector<SurfaceTile> surface_tiles_;
 };
 
 }  // namespace ygslam

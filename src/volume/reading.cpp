@@ -21,17 +21,11 @@ void colour_cell(const SurfaceLayer& layer, double cell_m, SpaceCell& cell) {
   for (int z = low.z(); z < high.z(); ++z) {
     for (int y = low.y(); y < high.y(); ++y) {
       for (int x = low.x(); x < high.x(); ++x) {
-        const SurfaceBlock* block = layer.blocks().find(block_key({x >> 3, y >> 3, z >> 3}));
-        if (block == nullptr) continue;
-        const int offset = cell_offset(x & 7, y & 7, z & 7);
-        const auto i = static_cast<std::size_t>(offset);
-        if (block->views[i] == 0) continue;
-        const double distance = std::abs(static_cast<double>(block->weighted_distance[i])) /
-                                static_cast<double>(block->weight[i]);
-        if (distance >= nearest) continue;
-        nearest = distance;
-        cell.colour = block->mean_colour(offset);
-        cell.label = block->label(offset);
+        const std::optional<Voxel> voxel = layer.voxel({x, y, z});
+        if (!voxel || std::abs(voxel->distance_m) >= nearest) continue;
+        nearest = std::abs(voxel->distance_m);
+        cell.colour = voxel->colour;
+        cell.label = voxel->label;
       }
     }
   }

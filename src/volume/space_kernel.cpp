@@ -18,8 +18,11 @@ constexpr int kWidest_tiles = (1 << DepthPyramid::kLevels) - 1;
 }  // namespace
 
 SpaceProjection::SpaceProjection(const PreparedView& prepared, const SE3& T_world_camera,
-                                 const SpaceConfig& config, const DepthNoise& noise)
-    : view(&prepared), T_camera_world(T_world_camera.inverse()), cell_m(config.cell_m) {
+                                 const SpaceConfig& config, const DepthNoise& depth_noise)
+    : view(&prepared),
+      T_camera_world(T_world_camera.inverse()),
+      noise(depth_noise),
+      cell_m(config.cell_m) {
   const Pinhole& camera = prepared.camera();
   const Vec3 scale(camera.fx * kPerTile, camera.fy * kPerTile, 1);
   const Mat3 steps = scale.asDiagonal() * T_camera_world.R() * config.cell_m;
@@ -31,9 +34,6 @@ SpaceProjection::SpaceProjection(const PreparedView& prepared, const SE3& T_worl
   half_size_tile_m =
       static_cast<float>(0.5 * config.cell_m * std::max(camera.fx, camera.fy) * kPerTile);
   half_depth_m = static_cast<float>(0.5 * steps.row(2).cwiseAbs().sum());
-  noise_base_m = static_cast<float>(noise.base_m);
-  noise_factor = static_cast<float>(noise.factor_per_m);
-  noise_from_m = static_cast<float>(noise.from_m);
   margin_m = static_cast<float>(config.margin_cells * config.cell_m);
   margin_sigmas = static_cast<float>(config.margin_sigmas);
 }
@@ -89,10 +89,7 @@ CellMask cells_seen_through_plain(const SpaceProjection& projection, BlockKey ke
                                          std::min(depth_at(x0, high), depth_at(low, high)));
     if (depth == DepthPyramid::kNone) continue;
     const float depth_m = static_cast<float>(depth) * kPyramidUnit_m;
-    const float beyond_m = depth_m - p.noise_from_m;
-    const float square_m2 = beyond_m * beyond_m;
-    const float growth_m = p.noise_factor * square_m2;
-    const float noise_m = p.margin_sigmas * (p.noise_base_m + growth_m);
+    const float noise_m = p.margin_sigmas * p.noise.sigma_m(depth_m);
     const float behind_m = (z + p.half_depth_m) + std::max(p.margin_m, noise_m);
     if (!(depth_m > behind_m)) continue;
     std::uint8_t& bits = through.rows[static_cast<std::size_t>(offset / kBlockSide)];
@@ -169,11 +166,11 @@ CellMask cells_seen_through(const SpaceProjection& projection, BlockKey key) {
                          _mm256_min_epi32(depth_at(x0, high), depth_at(low, high)));
     mask = _mm256_andnot_si256(_mm256_cmpeq_epi32(depth, none), mask);
     const __m256 depth_m = _mm256_mul_ps(_mm256_cvtepi32_ps(depth), _mm256_set1_ps(kPyramidUnit_m));
-    const __m256 beyond_m = _mm256_sub_ps(depth_m, _mm256_set1_ps(p.noise_from_m));
+    const __m256 beyond_m = _mm256_sub_ps(depth_m, _mm256_set1_ps(p.noise.from_m));
     const __m256 growth_m =
-        _mm256_mul_ps(_mm256_set1_ps(p.noise_factor), _mm256_mul_ps(beyond_m, beyond_m));
+        _mm256_mul_ps(_mm256_set1_ps(p.noise.factor_per_m), _mm256_mul_ps(beyond_m, beyond_m));
     const __m256 noise_m = _mm256_mul_ps(_mm256_set1_ps(p.margin_sigmas),
-                                         _mm256_add_ps(_mm256_set1_ps(p.noise_base_m), growth_m));
+                                         _mm256_add_ps(_mm256_set1_ps(p.noise.base_m), growth_m));
     const __m256 behind_m = _mm256_add_ps(back, _mm256_max_ps(_mm256_set1_ps(p.margin_m), noise_m));
     const __m256 seen =
         _mm256_and_ps(_mm256_castsi256_ps(mask), _mm256_cmp_ps(depth_m, behind_m, _CMP_GT_OQ));

@@ -14,12 +14,12 @@ struct SpaceProjection {
   float centre_tile_u, centre_tile_v;      ///< principal point [tiles of the depth pyramid]
   float half_size_tile_m;  ///< half a cell times the focal length: over z, its half size [tiles]
   float half_depth_m;      ///< half of a cell's extent along the optical axis
-  float noise_base_m, noise_factor, noise_from_m;
+  NoiseModel noise;
   float margin_m, margin_sigmas;
   double cell_m;
 
   SpaceProjection(const PreparedView& prepared, const SE3& T_world_camera,
-                  const SpaceConfig& config, const DepthNoise& noise);
+                  const SpaceConfig& config, const DepthNoise& depth_noise);
   /// The first cell's centre.
   [[nodiscard]] Eigen::Vector3f origin(BlockKey key) const;
 };

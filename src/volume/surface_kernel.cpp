@@ -6,6 +6,8 @@
 #include <immintrin.h>
 #endif
 
+#include "core/check.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -20,9 +22,12 @@ std::uint64_t spread_colour(std::uint32_t appearance) {
 }  // namespace
 
 SurfaceProjection::SurfaceProjection(const PreparedView& prepared, const SE3& T_world_camera,
-                                     const SurfaceConfig& config, const DepthNoise& noise,
+                                     const SurfaceConfig& config, const DepthNoise& depth_noise,
                                      double quantum_m)
-    : view(&prepared), T_camera_world(T_world_camera.inverse()), voxel_m(config.voxel_m) {
+    : view(&prepared),
+      T_camera_world(T_world_camera.inverse()),
+      noise(depth_noise),
+      voxel_m(config.voxel_m) {
   const Pinhole& camera = prepared.camera();
   const Vec3 focal(camera.fx, camera.fy, 1);
   const Mat3 steps = focal.asDiagonal() * T_camera_world.R() * config.voxel_m;
@@ -31,9 +36,6 @@ SurfaceProjection::SurfaceProjection(const PreparedView& prepared, const SE3& T_
   step_z = steps.col(2).cast<float>();
   centre_u = static_cast<float>(camera.cx + 0.5);
   centre_v = static_cast<float>(camera.cy + 0.5);
-  noise_base_m = static_cast<float>(noise.base_m);
-  noise_factor = static_cast<float>(noise.factor_per_m);
-  noise_from_m = static_cast<float>(noise.from_m);
   truncation_m = static_cast<float>(config.truncation_voxels * config.voxel_m);
   truncation_sigmas = static_cast<float>(config.truncation_sigmas);
   per_quantum = static_cast<float>(1 / quantum_m);
@@ -46,24 +48,83 @@ Eigen::Vector3f SurfaceProjection::origin(BlockKey key) const {
   return Vec3(camera.fx * p_camera.x(), camera.fy * p_camera.y(), p_camera.z()).cast<float>();
 }
 
+namespace {
+
+/// Eight voxels that lie one after the other in a brick: two rows of four along x.
+struct EightVoxels {
+  std::size_t brick = 0;
+  int first = 0;    // voxel in the brick
+  int x, y, z = 0;  // of the first voxel in the block
+};
+constexpr EightVoxels eight_voxels(int group) {
+  const int brick = group / 8;
+  const int in_brick = group % 8;
+  return {static_cast<std::size_t>(brick), 8 * in_brick, 4 * (brick & 1),
+          4 * (brick >> 1 & 1) + 2 * (in_brick % 2), 4 * (brick >> 2) + in_brick / 2};
+}
+/// Of a lane's voxel in the block.
+constexpr int block_offset(const EightVoxels& eight, int lane) {
+  return cell_offset(eight.x + lane % 4, eight.y + lane / 4, eight.z);
+}
+
 // Every product that goes into a sum stands in a statement of its own, so that no compiler fuses
-// the two into one rounding where the vector code has two.
-int fuse_block_plain(const SurfaceProjection& projection, BlockKey key, int sign,
-                     SurfaceBlock& block) {
+// the two into one rounding where another does not.
+Eigen::Vector3f start_of(const SurfaceProjection& p, const Eigen::Vector3f& origin,
+                         const EightVoxels& eight) {
+  Eigen::Vector3f start;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float along_x = static_cast<float>(eight.x) * p.step_x[axis];
+    const float along_y = static_cast<float>(eight.y) * p.step_y[axis];
+    const float along_z = static_cast<float>(eight.z) * p.step_z[axis];
+    start[axis] = ((origin[axis] + along_x) + along_y) + along_z;
+  }
+  return start;
+}
+
+SurfaceBrick& brick_for(int sign, std::size_t place, BrickPool& pool, SurfaceBlock& block) {
+  SurfaceBrick*& brick = block.bricks[place];
+  if (brick == nullptr) {
+    CHECK(sign > 0, "a view taken back that was never added");
+    brick = pool.obtain();
+  }
+  return *brick;
+}
+
+/// Gives back the bricks in which nothing is left. @return whether anything was contributed.
+bool settle(int sign, const std::array<std::uint32_t, 8>& voxels, BrickPool& pool,
+            SurfaceBlock& block) {
+  std::uint32_t all = 0;
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    all += voxels[i];
+    CHECK(sign > 0 || block.contributions[i] >= voxels[i],
+          "a view taken back that was never added");
+    block.contributions[i] += sign > 0 ? voxels[i] : 0U - voxels[i];
+    if (voxels[i] == 0 || block.contributions[i] != 0) continue;
+    pool.release(block.bricks[i]);
+    block.bricks[i] = nullptr;
+  }
+  return all != 0;
+}
+
+}  // namespace
+
+bool fuse_block_plain(const SurfaceProjection& projection, BlockKey key, int sign, BrickPool& pool,
+                      SurfaceBlock& block) {
   const SurfaceProjection& p = projection;
   const PreparedView& view = *p.view;
   const auto width = static_cast<float>(view.camera().width);
   const auto height = static_cast<float>(view.camera().height);
   const Eigen::Vector3f origin = p.origin(key);
-  int contributions = 0;
-  for (int offset = 0; offset < kBlockCells; ++offset) {
+  std::array<std::uint32_t, 8> voxels{};
+  for (int step = 0; step < kBlockCells; ++step) {
+    const EightVoxels eight = eight_voxels(step / 8);
+    const int lane = step % 8;
+    const Eigen::Vector3f start = start_of(p, origin, eight);
     float at[3];
     for (int axis = 0; axis < 3; ++axis) {
-      const float along_x = static_cast<float>(offset % 8) * p.step_x[axis];
-      const float along_y = static_cast<float>(offset / 8 % 8) * p.step_y[axis];
-      const float along_z = static_cast<float>(offset / 64) * p.step_z[axis];
-      const float row = (origin[axis] + along_y) + along_z;
-      at[axis] = row + along_x;
+      const float along_x = static_cast<float>(lane % 4) * p.step_x[axis];
+      const float along_y = static_cast<float>(lane / 4) * p.step_y[axis];
+      at[axis] = start[axis] + (along_x + along_y);
     }
     const float z = at[2];
     if (!(z > kNearest_m)) continue;
@@ -80,24 +141,22 @@ int fuse_block_plain(const SurfaceProjection& projection, BlockKey key, int sign
     const float depth_m = static_cast<float>(geometry & 0xffffU) * kDepthUnit_m;
     const float slope = static_cast<float>((geometry >> 16) & 0xffU) * PreparedView::kSlopeUnit;
     const float distance_m = (depth_m - z) * slope;
-    const float beyond_m = depth_m - p.noise_from_m;
-    const float square = beyond_m * beyond_m;
-    const float growth_m = p.noise_factor * square;
-    const float noise_m = p.truncation_sigmas * (p.noise_base_m + growth_m);
+    const float noise_m = p.truncation_sigmas * p.noise.sigma_m(depth_m);
     if (!(std::abs(distance_m) <= std::max(p.truncation_m, noise_m))) continue;
     const int distance = static_cast<int>(std::nearbyint(distance_m * p.per_quantum));
-    const auto i = static_cast<std::size_t>(offset);
     const std::uint32_t appearance = view.appearance()[pixel];
-    block.weighted_distance[i] += sign * weight * distance;
-    block.weight[i] = static_cast<std::uint16_t>(block.weight[i] + sign * weight);
-    block.views[i] = static_cast<std::uint16_t>(block.views[i] + sign);
+    SurfaceBrick& brick = brick_for(sign, eight.brick, pool, block);
+    const auto i = static_cast<std::size_t>(eight.first + lane);
+    brick.weighted_distance[i] += sign * weight * distance;
+    brick.weight[i] = static_cast<std::uint16_t>(brick.weight[i] + sign * weight);
+    brick.views[i] = static_cast<std::uint16_t>(brick.views[i] + sign);
     const std::uint64_t colour = spread_colour(appearance);
-    block.colour[i] += sign > 0 ? colour : ~colour + 1;
+    brick.colour[i] += sign > 0 ? colour : ~colour + 1;
     if (const std::uint32_t object = appearance >> 24; object != 0)
-      block.vote(view.objects()[object - 1], offset, sign);
-    ++contributions;
+      block.vote(view.objects()[object - 1], block_offset(eight, lane), sign);
+    ++voxels[eight.brick];
   }
-  return contributions;
+  return settle(sign, voxels, pool, block);
 }
 
 #ifdef __AVX2__
@@ -128,30 +187,30 @@ void accumulate_colour(std::uint64_t* sums, __m128i appearance) {
 }
 
 template <bool kAdd>
-int fuse_block_avx2(const SurfaceProjection& p, BlockKey key, SurfaceBlock& block) {
+bool fuse_block_avx2(const SurfaceProjection& p, BlockKey key, BrickPool& pool,
+                     SurfaceBlock& block) {
   const PreparedView& view = *p.view;
   const Eigen::Vector3f origin = p.origin(key);
-  const __m256 lane = _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7);
-  const __m256 along_x = _mm256_mul_ps(lane, _mm256_set1_ps(p.step_x.x()));
-  const __m256 along_y = _mm256_mul_ps(lane, _mm256_set1_ps(p.step_x.y()));
-  const __m256 along_z = _mm256_mul_ps(lane, _mm256_set1_ps(p.step_x.z()));
+  const __m256 lane_x = _mm256_setr_ps(0, 1, 2, 3, 0, 1, 2, 3);
+  const __m256 lane_y = _mm256_setr_ps(0, 0, 0, 0, 1, 1, 1, 1);
+  const auto across = [&](int axis) {
+    return _mm256_add_ps(_mm256_mul_ps(lane_x, _mm256_set1_ps(p.step_x[axis])),
+                         _mm256_mul_ps(lane_y, _mm256_set1_ps(p.step_y[axis])));
+  };
+  const __m256 across_x = across(0), across_y = across(1), across_z = across(2);
   const __m256 zero = _mm256_setzero_ps();
   const __m256 width = _mm256_set1_ps(static_cast<float>(view.camera().width));
   const __m256 height = _mm256_set1_ps(static_cast<float>(view.camera().height));
   const __m256i stride = _mm256_set1_epi32(view.camera().width);
   const __m256 sign_bit = _mm256_set1_ps(-0.0F);
-  int contributions = 0;
-  for (int row = 0; row < kBlockCells / kBlockSide; ++row) {
-    float start[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      const float row_y = static_cast<float>(row % 8) * p.step_y[axis];
-      const float row_z = static_cast<float>(row / 8) * p.step_z[axis];
-      start[axis] = (origin[axis] + row_y) + row_z;
-    }
-    const __m256 z = _mm256_add_ps(_mm256_set1_ps(start[2]), along_z);
+  std::array<std::uint32_t, 8> voxels{};
+  for (int group = 0; group < kBlockCells / 8; ++group) {
+    const EightVoxels eight = eight_voxels(group);
+    const Eigen::Vector3f start = start_of(p, origin, eight);
+    const __m256 z = _mm256_add_ps(_mm256_set1_ps(start[2]), across_z);
     const __m256 inverse_z = _mm256_div_ps(_mm256_set1_ps(1.0F), z);
-    const __m256 x_px = _mm256_mul_ps(_mm256_add_ps(_mm256_set1_ps(start[0]), along_x), inverse_z);
-    const __m256 y_px = _mm256_mul_ps(_mm256_add_ps(_mm256_set1_ps(start[1]), along_y), inverse_z);
+    const __m256 x_px = _mm256_mul_ps(_mm256_add_ps(_mm256_set1_ps(start[0]), across_x), inverse_z);
+    const __m256 y_px = _mm256_mul_ps(_mm256_add_ps(_mm256_set1_ps(start[1]), across_y), inverse_z);
     const __m256 u = _mm256_add_ps(x_px, _mm256_set1_ps(p.centre_u));
     const __m256 v = _mm256_add_ps(y_px, _mm256_set1_ps(p.centre_v));
     __m256 in = _mm256_cmp_ps(z, _mm256_set1_ps(kNearest_m), _CMP_GT_OQ);
@@ -175,11 +234,11 @@ int fuse_block_avx2(const SurfaceProjection& p, BlockKey key, SurfaceBlock& bloc
                                                           _mm256_set1_epi32(0xff))),
                       _mm256_set1_ps(PreparedView::kSlopeUnit));
     const __m256 distance_m = _mm256_mul_ps(_mm256_sub_ps(depth_m, z), slope);
-    const __m256 beyond_m = _mm256_sub_ps(depth_m, _mm256_set1_ps(p.noise_from_m));
+    const __m256 beyond_m = _mm256_sub_ps(depth_m, _mm256_set1_ps(p.noise.from_m));
     const __m256 growth_m =
-        _mm256_mul_ps(_mm256_set1_ps(p.noise_factor), _mm256_mul_ps(beyond_m, beyond_m));
+        _mm256_mul_ps(_mm256_set1_ps(p.noise.factor_per_m), _mm256_mul_ps(beyond_m, beyond_m));
     const __m256 noise_m = _mm256_mul_ps(_mm256_set1_ps(p.truncation_sigmas),
-                                         _mm256_add_ps(_mm256_set1_ps(p.noise_base_m), growth_m));
+                                         _mm256_add_ps(_mm256_set1_ps(p.noise.base_m), growth_m));
     const __m256 band_m = _mm256_max_ps(_mm256_set1_ps(p.truncation_m), noise_m);
     in = _mm256_and_ps(in,
                        _mm256_cmp_ps(_mm256_andnot_ps(sign_bit, distance_m), band_m, _CMP_LE_OQ));
@@ -187,42 +246,45 @@ int fuse_block_avx2(const SurfaceProjection& p, BlockKey key, SurfaceBlock& bloc
                                           _mm256_cmpgt_epi32(weight, _mm256_setzero_si256()));
     const int lanes = _mm256_movemask_ps(_mm256_castsi256_ps(mask));
     if (lanes == 0) continue;
-    contributions += std::popcount(static_cast<unsigned>(lanes));
+    voxels[eight.brick] += static_cast<std::uint32_t>(std::popcount(static_cast<unsigned>(lanes)));
 
-    const auto first = static_cast<std::size_t>(row * kBlockSide);
+    SurfaceBrick& brick = brick_for(kAdd ? 1 : -1, eight.brick, pool, block);
+    const auto first = static_cast<std::size_t>(eight.first);
     const __m256i distance =
         _mm256_cvtps_epi32(_mm256_mul_ps(distance_m, _mm256_set1_ps(p.per_quantum)));
     const __m256i counted = _mm256_and_si256(mask, weight);
-    auto* distances = reinterpret_cast<__m256i*>(block.weighted_distance.data() + first);
+    auto* distances = reinterpret_cast<__m256i*>(brick.weighted_distance.data() + first);
     _mm256_store_si256(distances, plus32<kAdd>(_mm256_load_si256(distances),
                                                _mm256_mullo_epi32(counted, distance)));
-    accumulate16<kAdd>(block.weight.data() + first, counted);
-    accumulate16<kAdd>(block.views.data() + first, _mm256_srli_epi32(mask, 31));
+    accumulate16<kAdd>(brick.weight.data() + first, counted);
+    accumulate16<kAdd>(brick.views.data() + first, _mm256_srli_epi32(mask, 31));
     const __m256i appearance = _mm256_and_si256(
         mask, _mm256_i32gather_epi32(reinterpret_cast<const int*>(view.appearance()), pixel, 4));
-    accumulate_colour<kAdd>(block.colour.data() + first, _mm256_castsi256_si128(appearance));
-    accumulate_colour<kAdd>(block.colour.data() + first + 4,
+    accumulate_colour<kAdd>(brick.colour.data() + first, _mm256_castsi256_si128(appearance));
+    accumulate_colour<kAdd>(brick.colour.data() + first + 4,
                             _mm256_extracti128_si256(appearance, 1));
     const __m256i objects = _mm256_srli_epi32(appearance, 24);
     if (_mm256_testz_si256(objects, objects)) continue;
     alignas(32) std::uint32_t object[kBlockSide];
     _mm256_store_si256(reinterpret_cast<__m256i*>(object), objects);
-    for (std::size_t k = 0; k < kBlockSide; ++k)
+    for (int k = 0; k < 8; ++k)
       if (object[k] != 0)
-        block.vote(view.objects()[object[k] - 1], static_cast<int>(first + k), kAdd ? 1 : -1);
+        block.vote(view.objects()[object[k] - 1], block_offset(eight, k), kAdd ? 1 : -1);
   }
-  return contributions;
+  return settle(kAdd ? 1 : -1, voxels, pool, block);
 }
 
 }  // namespace
 
-int fuse_block(const SurfaceProjection& projection, BlockKey key, int sign, SurfaceBlock& block) {
-  return sign > 0 ? fuse_block_avx2<true>(projection, key, block)
-                  : fuse_block_avx2<false>(projection, key, block);
+bool fuse_block(const SurfaceProjection& projection, BlockKey key, int sign, BrickPool& pool,
+                SurfaceBlock& block) {
+  return sign > 0 ? fuse_block_avx2<true>(projection, key, pool, block)
+                  : fuse_block_avx2<false>(projection, key, pool, block);
 }
 #else
-int fuse_block(const SurfaceProjection& projection, BlockKey key, int sign, SurfaceBlock& block) {
-  return fuse_block_plain(projection, key, sign, block);
+bool fuse_block(const SurfaceProjection& projection, BlockKey key, int sign, BrickPool& pool,
+                SurfaceBlock& block) {
+  return fuse_block_plain(projection, key, sign, pool, block);
 }
 #endif
 

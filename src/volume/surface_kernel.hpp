@@ -12,23 +12,24 @@ struct SurfaceProjection {
   SE3 T_camera_world;
   Eigen::Vector3f step_x, step_y, step_z;  ///< from one voxel to the next along the world's axes
   float centre_u, centre_v;                ///< principal point and half a pixel [px]
-  float noise_base_m, noise_factor, noise_from_m;
+  NoiseModel noise;
   float truncation_m, truncation_sigmas;
   float per_quantum;  ///< quanta per metre
   double voxel_m;
 
   SurfaceProjection(const PreparedView& prepared, const SE3& T_world_camera,
-                    const SurfaceConfig& config, const DepthNoise& noise, double quantum_m);
-  /// The first voxel's centre.
+                    const SurfaceConfig& config, const DepthNoise& depth_noise, double quantum_m);
+  /// The centre of the block's first voxel.
   [[nodiscard]] Eigen::Vector3f origin(BlockKey key) const;
 };
 
 /// Adds (sign 1) or subtracts (sign -1) the view's contribution to a block.
-/// @return how many voxels it contributed to.
-int fuse_block(const SurfaceProjection& projection, BlockKey key, int sign, SurfaceBlock& block);
+/// @param pool where bricks come from and go back to. @return whether there was any.
+bool fuse_block(const SurfaceProjection& projection, BlockKey key, int sign, BrickPool& pool,
+                SurfaceBlock& block);
 
 /// The same, voxel by voxel: what processors without AVX2 use; equal bits.
-int fuse_block_plain(const SurfaceProjection& projection, BlockKey key, int sign,
-                     SurfaceBlock& block);
+bool fuse_block_plain(const SurfaceProjection& projection, BlockKey key, int sign, BrickPool& pool,
+                      SurfaceBlock& block);
 
 }  // namespace ygslam

@@ -14,47 +14,34 @@ namespace {
 constexpr double kQuantaPerVoxel = 512;
 constexpr int kSampleStride_px = 2;
 constexpr int kBlocksAtOnce = 32;
+constexpr std::size_t kBricksAtOnce = 64;
 constexpr std::uint64_t kColourMask = (std::uint64_t{1} << 21) - 1;
 
 }  // namespace
 
-void SurfaceBlock::vote(ObjectId object, int voxel, int sign) {
-  const auto place = std::lower_bound(
-      votes.begin(), votes.end(), object,
-      [](const ObjectVotes& entry, ObjectId wanted) { return entry.object < wanted; });
-  auto entry = place;
-  if (entry == votes.end() || entry->object != object) {
-    CHECK(sign > 0, "votes taken back that were never given");
-    entry = votes.emplace(place);
-    entry->object = object;
+SurfaceBrick* BrickPool::obtain() {
+  const std::scoped_lock lock(mutex_);
+  if (free_.empty()) {
+    chunks_.push_back(std::make_unique<SurfaceBrick[]>(kBricksAtOnce));
+    for (std::size_t i = kBricksAtOnce; i-- > 0;) free_.push_back(&chunks_.back()[i]);
   }
-  std::uint16_t& count = entry->votes[static_cast<std::size_t>(voxel)];
-  count = static_cast<std::uint16_t>(count + sign);
-  entry->total += static_cast<std::uint32_t>(sign);
-  if (entry->total == 0) votes.erase(entry);
-  if (votes.empty()) votes = {};  // gives the memory back
+  SurfaceBrick* brick = free_.back();
+  free_.pop_back();
+  return brick;
 }
 
-SurfaceLabel SurfaceBlock::label(int voxel) const {
-  const auto i = static_cast<std::size_t>(voxel);
-  SurfaceLabel label;
-  if (views[i] == 0) return label;
-  int most = 0, none = views[i];
-  for (const ObjectVotes& entry : votes) {
-    none -= entry.votes[i];
-    if (entry.votes[i] <= most) continue;
-    most = entry.votes[i];
-    label.object = entry.object;
-  }
-  if (most < none) {
-    label.object = kNoObject;
-    most = none;
-  }
-  label.probability = static_cast<float>(most) / static_cast<float>(views[i]);
-  return label;
+void BrickPool::release(SurfaceBrick* brick) {
+  const std::scoped_lock lock(mutex_);
+  free_.push_back(brick);
 }
 
-Rgb8 SurfaceBlock::mean_colour(int voxel) const {
+std::size_t BrickPool::memory_bytes() const {
+  const std::scoped_lock lock(mutex_);
+  return chunks_.size() * kBricksAtOnce * sizeof(SurfaceBrick) +
+         free_.capacity() * sizeof(SurfaceBrick*);
+}
+
+Rgb8 SurfaceBrick::mean_colour(int voxel) const {
   const auto i = static_cast<std::size_t>(voxel);
   if (views[i] == 0) return {};
   const auto mean = [&](int shift) {
@@ -64,6 +51,42 @@ Rgb8 SurfaceBlock::mean_colour(int voxel) const {
   return {mean(0), mean(21), mean(42)};
 }
 
+void SurfaceBlock::vote(ObjectId object, int offset, int sign) {
+  const auto place = std::lower_bound(
+      votes.begin(), votes.end(), object,
+      [](const ObjectVotes& entry, ObjectId wanted) { return entry.object < wanted; });
+  auto entry = place;
+  if (entry == votes.end() || entry->object != object) {
+    CHECK(sign > 0, "votes taken back that were never given");
+    entry = votes.emplace(place);
+    entry->object = object;
+  }
+  std::uint16_t& count = entry->votes[static_cast<std::size_t>(offset)];
+  count = static_cast<std::uint16_t>(count + sign);
+  entry->total += static_cast<std::uint32_t>(sign);
+  if (entry->total == 0) votes.erase(entry);
+  if (votes.empty()) votes = {};  // gives the memory back
+}
+
+SurfaceLabel SurfaceBlock::label(int offset, int views) const {
+  SurfaceLabel label;
+  if (views == 0) return label;
+  int most = 0, none = views;
+  for (const ObjectVotes& entry : votes) {
+    const int count = entry.votes[static_cast<std::size_t>(offset)];
+    none -= count;
+    if (count <= most) continue;
+    most = count;
+    label.object = entry.object;
+  }
+  if (most < none) {
+    label.object = kNoObject;
+    most = none;
+  }
+  label.probability = static_cast<float>(most) / static_cast<float>(views);
+  return label;
+}
+
 SurfaceLayer::SurfaceLayer(const SurfaceConfig& config, const DepthNoise& noise)
     : config_(config), noise_(noise), quantum_m_(config.voxel_m / kQuantaPerVoxel) {
   CHECK(config.voxel_m > 0 && config.truncation_voxels >= 1 && config.truncation_sigmas >= 0);
@@ -71,35 +94,30 @@ SurfaceLayer::SurfaceLayer(const SurfaceConfig& config, const DepthNoise& noise)
 
 void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_camera) {
   const Pinhole& camera = view.camera();
-  constexpr int kTile = DepthPyramid::kTile_px;
-  const int columns = (camera.width + kTile - 1) / kTile;
   const double block_m = kBlockSide * config_.voxel_m;
-  const Eigen::Matrix3f R = T_world_camera.R().cast<float>();
+  const Eigen::Matrix3f R = (T_world_camera.R() / block_m).cast<float>();
+  const Eigen::Matrix3f spread = R.cwiseAbs();
+  // Blocks are counted from the camera's own, so that floats are exact enough anywhere.
   const Vec3 t_blocks = T_world_camera.t() / block_m;
-  const auto per_block = static_cast<float>(1 / block_m);
+  const Eigen::Vector3i camera_block = t_blocks.array().floor().cast<int>();
+  const Eigen::Vector3f t = (t_blocks - camera_block.cast<double>()).cast<float>();
   const auto least_m = static_cast<float>(config_.truncation_voxels * config_.voxel_m);
-  const auto unit_m = static_cast<float>(DepthView::kUnit_m);
-  const auto inverse_fx = static_cast<float>(1 / camera.fx);
-  const auto inverse_fy = static_cast<float>(1 / camera.fy);
-  // Pixels between samples belong to points this far from them.
-  const float gap = 0.75F * kSampleStride_px * std::max(inverse_fx, inverse_fy);
+  const auto sigmas = static_cast<float>(config_.truncation_sigmas);
+  const NoiseModel noise(noise_);
+  constexpr float kHalfTile_px = 0.5F * DepthPyramid::kTile_px;
+  const Eigen::Vector2f per_px(static_cast<float>(1 / camera.fx),
+                               static_cast<float>(1 / camera.fy));
   touched_.clear();
   Eigen::Vector3i last_low(0, 0, 0), last_high(-1, -1, -1);
-  const auto touch = [&](int u, int v, const Eigen::Vector3f& normal_world) {
-    const std::uint32_t geometry = view.geometry()[v * camera.width + u];
-    if (geometry >> 24 == 0) return;
-    const float depth_m = static_cast<float>(geometry & 0xffffU) * unit_m;
-    const Eigen::Vector3f p_camera(
-        (static_cast<float>(u) - static_cast<float>(camera.cx)) * inverse_fx * depth_m,
-        (static_cast<float>(v) - static_cast<float>(camera.cy)) * inverse_fy * depth_m, depth_m);
-    const float beyond_m = depth_m - static_cast<float>(noise_.from_m);
-    const float sigma_m = static_cast<float>(noise_.base_m) +
-                          static_cast<float>(noise_.factor_per_m) * beyond_m * beyond_m;
-    const float band_m = std::max(least_m, static_cast<float>(config_.truncation_sigmas) * sigma_m);
-    const Eigen::Vector3f reach = (band_m * normal_world.cwiseAbs()).array() + gap * depth_m;
-    const Vec3 middle = (R * p_camera * per_block).cast<double>() + t_blocks;
-    const Vec3 extent = (reach * per_block).cast<double>();
-    if (!(middle.cwiseAbs().maxCoeff() < kBlockBias / 2)) return;
+  const auto touch = [&](const Eigen::Vector3f& ray, float near_m, float far_m,
+                         const Eigen::Vector3f& normal_camera) {
+    const float middle_m = 0.5F * (near_m + far_m);
+    const float band_m = std::max(least_m, sigmas * noise.sigma_m(far_m));
+    // The tile's pixels lie in a box in the camera's axes, the band adds a bit along the normal.
+    const Eigen::Vector3f half(kHalfTile_px * per_px.x() * far_m, kHalfTile_px * per_px.y() * far_m,
+                               0.5F * (far_m - near_m));
+    const Eigen::Vector3f middle = R * (ray * middle_m) + t;
+    const Eigen::Vector3f extent = spread * half + (R * normal_camera).cwiseAbs() * band_m;
     const Eigen::Vector3i low = (middle - extent).array().floor().cast<int>();
     const Eigen::Vector3i high = (middle + extent).array().floor().cast<int>();
     if (low == last_low && high == last_high) return;
@@ -107,15 +125,13 @@ void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_cam
     last_high = high;
     for (int z = low.z(); z <= high.z(); ++z)
       for (int y = low.y(); y <= high.y(); ++y)
-        for (int x = low.x(); x <= high.x(); ++x) touched_.insert(block_key({x, y, z}));
+        for (int x = low.x(); x <= high.x(); ++x)
+          touched_.insert(block_key(camera_block + Eigen::Vector3i(x, y, z)));
   };
-  for (int v = 0; v < camera.height; v += kSampleStride_px) {
-    for (int column = 0; column < columns; ++column) {
-      const Eigen::Vector3f normal_world =
-          R * view.tile_normals()[static_cast<std::size_t>(v / kTile * columns + column)];
-      const int end = std::min((column + 1) * kTile, camera.width);
-      for (int u = column * kTile; u < end; u += kSampleStride_px) touch(u, v, normal_world);
-    }
+  for (const SurfaceTile& tile : view.surface_tiles()) {
+    const Eigen::Vector3f ray((tile.middle_px.x() - static_cast<float>(camera.cx)) * per_px.x(),
+                              (tile.middle_px.y() - static_cast<float>(camera.cy)) * per_px.y(), 1);
+    touch(ray, tile.near_m, tile.far_m, tile.normal_camera);
   }
 }
 
@@ -138,23 +154,36 @@ void SurfaceLayer::fuse(const PreparedView& view, const SE3& T_world_camera, int
     const int end = std::min((chunk + 1) * kBlocksAtOnce, count);
     for (int k = chunk * kBlocksAtOnce; k < end; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      const int voxels = fuse_block(projection, keys[i], sign, *blocks[i]);
-      if (voxels == 0) continue;
-      CHECK(sign > 0 || blocks[i]->contributions >= static_cast<std::uint32_t>(voxels),
-            "a view taken back that was never added");
-      blocks[i]->contributions += static_cast<std::uint32_t>(sign * voxels);
-      blocks[i]->revision = revision_;
+      if (fuse_block(projection, keys[i], sign, bricks_, *blocks[i]))
+        blocks[i]->revision = revision_;
     }
   });
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (blocks[i]->contributions != 0) continue;
+    if (!blocks[i]->empty()) continue;
     blocks[i]->revision = 0;
     blocks_.release(keys[i]);
   }
 }
 
+std::optional<Voxel> SurfaceLayer::voxel(const Eigen::Vector3i& index) const {
+  const SurfaceBlock* block =
+      blocks_.find(block_key({index.x() >> 3, index.y() >> 3, index.z() >> 3}));
+  if (block == nullptr) return std::nullopt;
+  const VoxelPlace place = voxel_place(index.x() & 7, index.y() & 7, index.z() & 7);
+  const SurfaceBrick* brick = block->bricks[place.brick];
+  const auto i = static_cast<std::size_t>(place.voxel);
+  if (brick == nullptr || brick->views[i] == 0) return std::nullopt;
+  Voxel voxel;
+  voxel.distance_m =
+      static_cast<float>(quantum_m_ * brick->weighted_distance[i] / brick->weight[i]);
+  voxel.views = brick->views[i];
+  voxel.colour = brick->mean_colour(place.voxel);
+  voxel.label = block->label(cell_offset(index.x() & 7, index.y() & 7, index.z() & 7), voxel.views);
+  return voxel;
+}
+
 std::size_t SurfaceLayer::memory_bytes() const {
-  std::size_t bytes = blocks_.memory_bytes();
+  std::size_t bytes = blocks_.memory_bytes() + bricks_.memory_bytes();
   for (const BlockKey key : blocks_.keys())
     bytes += blocks_.find(key)->votes.capacity() * sizeof(ObjectVotes);
   return bytes;
@@ -165,10 +194,14 @@ std::uint64_t SurfaceLayer::fingerprint() const {
   for (const BlockKey key : blocks_.keys()) {
     const SurfaceBlock& block = *blocks_.find(key);
     hash.add(key);
-    hash.add_all(block.weighted_distance);
-    hash.add_all(block.weight);
-    hash.add_all(block.views);
-    hash.add_all(block.colour);
+    for (std::size_t i = 0; i < block.bricks.size(); ++i) {
+      if (block.bricks[i] == nullptr) continue;
+      hash.add(i);
+      hash.add_all(block.bricks[i]->weighted_distance);
+      hash.add_all(block.bricks[i]->weight);
+      hash.add_all(block.bricks[i]->views);
+      hash.add_all(block.bricks[i]->colour);
+    }
     for (const ObjectVotes& entry : block.votes) {
       hash.add(static_cast<std::uint64_t>(entry.object));
       hash.add_all(entry.votes);

@@ -53,13 +53,14 @@ double estimated_bytes(const VolumeConfig& config, const Vec3& room_m) {
   const double area_m2 =
       2 * kFurnished *
       (room_m.x() * room_m.y() + room_m.y() * room_m.z() + room_m.z() * room_m.x());
-  const double block_m = kBlockSide * config.surface.voxel_m;
+  const double brick_m = kBrickSide * config.surface.voxel_m;
   const double band_m = 2 * config.surface.truncation_voxels * config.surface.voxel_m;
-  // A surface at any angle: so many blocks lie within the band about it.
-  const double blocks = area_m2 * (band_m + 1.5 * block_m) / (block_m * block_m * block_m);
+  // A surface at any angle: so many bricks lie within the band about it.
+  const double bricks = area_m2 * (band_m + 1.5 * brick_m) / (brick_m * brick_m * brick_m);
   const double space_block_m = kBlockSide * config.space.cell_m;
   const Vec3 space_blocks = room_m / space_block_m + Vec3::Ones();
-  return blocks * sizeof(SurfaceBlock) + space_blocks.prod() * sizeof(SpaceBlock);
+  return bricks * (sizeof(SurfaceBrick) + sizeof(SurfaceBlock) / 4.0) +
+         space_blocks.prod() * sizeof(SpaceBlock);
 }
 
 }  // namespace ygslam

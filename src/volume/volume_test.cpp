@@ -48,11 +48,13 @@ void expect_same(const Volume& a, const Volume& b) {
   for (const BlockKey key : keys) {
     const SurfaceBlock& p = *a.surface().blocks().find(key);
     const SurfaceBlock& q = *b.surface().blocks().find(key);
-    ASSERT_EQ(p.weighted_distance, q.weighted_distance);
-    ASSERT_EQ(p.weight, q.weight);
-    ASSERT_EQ(p.views, q.views);
-    ASSERT_EQ(p.colour, q.colour);
     ASSERT_EQ(p.contributions, q.contributions);
+    for (std::size_t i = 0; i < p.bricks.size(); ++i) {
+      ASSERT_EQ(p.bricks[i] == nullptr, q.bricks[i] == nullptr);
+      if (p.bricks[i] != nullptr) {
+        ASSERT_TRUE(*p.bricks[i] == *q.bricks[i]);
+      }
+    }
     ASSERT_EQ(p.votes.size(), q.votes.size());
     for (std::size_t i = 0; i < p.votes.size(); ++i) {
       ASSERT_EQ(p.votes[i].object, q.votes[i].object);

@@ -1,0 +1,49 @@
+// The volume's surface as a triangle mesh: all of it, or kept up to date block by block.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "scene/scene.hpp"
+#include "volume/block_mesh.hpp"
+#include "volume/volume.hpp"
+
+namespace ygslam {
+
+struct ReadingConfig {
+  int min_views = 2;               ///< that a voxel needs to be believed
+  double max_through_ratio = 1.5;  ///< views through the place for each that saw a surface there
+  int min_triangles = 40;          ///< smaller pieces by themselves are left out; about 20 voxels
+};
+
+/// Keeps the triangles of every block and renews those that changed.
+class Mesher {
+ public:
+  explicit Mesher(const ReadingConfig& config = {}) : config_(config) {}
+
+  /// Renews the blocks that changed since the last call; always of the same volume.
+  /// @return how many were renewed.
+  int update(const Volume& volume);
+  /// The mesh as of the last update(). Blocks stand in ascending order of their keys: equal
+  /// contents give equal bytes. Labels name the object and its share of the votes; classes are
+  /// not known here.
+  [[nodiscard]] TriangleMesh mesh(const Volume& volume) const;
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  ReadingConfig config_;
+  std::uint64_t seen_revision_ = 0;
+  std::vector<BlockKey> seen_keys_;       // ascending
+  std::map<BlockKey, BlockMesh> meshes_;  // without empty ones
+};
+
+/// The mesh from nothing; the same bytes as an updated Mesher's.
+[[nodiscard]] TriangleMesh volume_mesh(const Volume& volume, const ReadingConfig& config = {});
+
+/// The triangles most of whose corners show the object (kNoObject: none), with their vertices.
+[[nodiscard]] TriangleMesh object_mesh(const TriangleMesh& mesh, ObjectId object);
+/// All of them at once; kNoObject's as well.
+[[nodiscard]] std::map<ObjectId, TriangleMesh> object_meshes(const TriangleMesh& mesh);
+
+}  // namespace ygslam

@@ -1,0 +1,266 @@
+#include "volume/prepared_view.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/check.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr int kTile = DepthPyramid::kTile_px;
+constexpr auto kUnit_m = static_cast<float>(DepthView::kUnit_m);
+
+struct JumpOf {
+  NoiseModel noise;
+  float sigmas, least_m;
+  explicit JumpOf(const PreparationConfig& config)
+      : noise(config.noise),
+        sigmas(static_cast<float>(config.jump_sigmas)),
+        least_m(static_cast<float>(config.jump_m)) {}
+  /// How far apart [m] two depths of one surface may be.
+  [[nodiscard]] float limit_m(float depth_m) const {
+    return sigmas * noise.sigma_m(depth_m) + least_m;
+  }
+};
+
+/// Change of depth per tile from the tiles on both sides, 0 = none; at an edge the flatter side's.
+float slope_per_tile(float before, float here, float after, float limit_m) {
+  const float back = here - before;
+  const float forth = after - here;
+  if (before <= 0 && after <= 0) return 0;
+  if (before <= 0) return std::abs(forth) < limit_m ? forth : 0;
+  if (after <= 0) return std::abs(back) < limit_m ? back : 0;
+  if (std::abs(forth - back) < limit_m) return 0.5F * (forth + back);
+  return std::abs(forth) < std::abs(back) ? forth : back;
+}
+
+}  // namespace
+
+void PreparedView::assign(const DepthView& view, const PreparationConfig& config) {
+  CHECK(view.depth.width() == view.camera.width && view.depth.height() == view.camera.height);
+  CHECK(view.colour.same_size(view.depth) && view.object.same_size(view.depth));
+  camera_ = view.camera;
+  objects_ = view.objects;
+  find_tile_depths(view, config);
+  find_tile_slopes(config);
+  weigh_pixels(view, config);
+  find_surface_tiles(config);
+}
+
+void PreparedView::find_tile_depths(const DepthView& view, const PreparationConfig& config) {
+  const int width = camera_.width;
+  columns_ = (width + kTile - 1) / kTile;
+  rows_ = (camera_.height + kTile - 1) / kTile;
+  const auto tiles = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  tile_nearest_.resize(tiles);
+  tile_depth_m_.resize(tiles);
+  const JumpOf jump(config);
+  const auto padded = static_cast<std::size_t>(columns_) * kTile;
+  std::vector<std::uint16_t> nearest(padded), limit(padded), count(padded);
+  std::vector<std::uint32_t> sum(padded);
+  int farthest = 0;
+  for (int row = 0; row < rows_; ++row) {
+    const int v0 = row * kTile;
+    const int v1 = std::min(v0 + kTile, camera_.height);
+    // One less than the depth, so that none is the farthest.
+    std::fill(nearest.begin(), nearest.end(), DepthPyramid::kNone);
+    for (int v = v0; v < v1; ++v) {
+      const std::uint16_t* depth = view.depth.row(v);
+      for (int u = 0; u < width; ++u) {
+        nearest[static_cast<std::size_t>(u)] = std::min(nearest[static_cast<std::size_t>(u)],
+                                                        static_cast<std::uint16_t>(depth[u] - 1));
+        farthest = std::max(farthest, static_cast<int>(depth[u]));
+      }
+    }
+    for (std::size_t column = 0; column < static_cast<std::size_t>(columns_); ++column) {
+      const auto first = nearest.begin() + static_cast<std::ptrdiff_t>(column * kTile);
+      const std::uint16_t least = *std::min_element(first, first + kTile);
+      const bool none = least == DepthPyramid::kNone;
+      const auto depth = static_cast<std::uint16_t>(none ? DepthPyramid::kNone : least + 1);
+      tile_nearest_[static_cast<std::size_t>(row * columns_) + column] = depth;
+      const float reach = none ? 0 : depth + jump.limit_m(depth * kUnit_m) / kUnit_m;
+      const auto last = static_cast<std::uint16_t>(std::min(reach, 65534.0F));
+      std::fill_n(limit.begin() + static_cast<std::ptrdiff_t>(column * kTile), kTile, last);
+    }
+    std::fill(sum.begin(), sum.end(), 0U);
+    std::fill(count.begin(), count.end(), std::uint16_t{0});
+    for (int v = v0; v < v1; ++v) {
+      const std::uint16_t* depth = view.depth.row(v);
+      for (int u = 0; u < width; ++u) {
+        const auto i = static_cast<std::size_t>(u);
+        const bool counts = (depth[u] != 0) & (depth[u] <= limit[i]);
+        sum[i] += counts ? depth[u] : 0U;
+        count[i] = static_cast<std::uint16_t>(count[i] + (counts ? 1 : 0));
+      }
+    }
+    for (std::size_t column = 0; column < static_cast<std::size_t>(columns_); ++column) {
+      std::uint32_t total = 0, n = 0;
+      for (std::size_t i = column * kTile; i < (column + 1) * kTile; ++i) {
+        total += sum[i];
+        n += count[i];
+      }
+      tile_depth_m_[static_cast<std::size_t>(row * columns_) + column] =
+          n == 0 ? 0 : static_cast<float>(total) / static_cast<float>(n) * kUnit_m;
+    }
+  }
+  farthest_m_ =
+      std::min(static_cast<float>(farthest) * kUnit_m, static_cast<float>(config.max_depth_m));
+  nearest_.assign(columns_, rows_, tile_nearest_);
+}
+
+void PreparedView::find_tile_slopes(const PreparationConfig& config) {
+  const JumpOf jump(config);
+  tile_slope_.assign(tile_depth_m_.size(), 0);
+  tile_cos_.assign(tile_depth_m_.size(), 0);
+  tile_normals_.assign(tile_depth_m_.size(), Eigen::Vector3f(0, 0, -1));
+  const auto fx = static_cast<float>(camera_.fx) / kTile;
+  const auto fy = static_cast<float>(camera_.fy) / kTile;
+  constexpr float kMiddle_px = 0.5F * (kTile - 1);
+  for (int row = 0; row < rows_; ++row) {
+    const float y =
+        (static_cast<float>(row * kTile) + kMiddle_px - static_cast<float>(camera_.cy)) /
+        static_cast<float>(camera_.fy);
+    for (int column = 0; column < columns_; ++column) {
+      const auto i = static_cast<std::size_t>(row * columns_ + column);
+      const auto at = [&](int c, int r) {
+        return c < 0 || r < 0 || c >= columns_ || r >= rows_
+                   ? 0
+                   : tile_depth_m_[static_cast<std::size_t>(r * columns_ + c)];
+      };
+      const float z = tile_depth_m_[i];
+      if (z <= 0) continue;
+      const float x =
+          (static_cast<float>(column * kTile) + kMiddle_px - static_cast<float>(camera_.cx)) /
+          static_cast<float>(camera_.fx);
+      const float limit_m = jump.limit_m(z);
+      const float z_u = fx * slope_per_tile(at(column - 1, row), z, at(column + 1, row), limit_m);
+      const float z_v = fy * slope_per_tile(at(column, row - 1), z, at(column, row + 1), limit_m);
+      // The plane's tangents are z_u r + z e_x and z_v r + z e_y, r the ray: this is their cross
+      // product, whose product with r is z.
+      const Eigen::Vector3f across(-z_u, -z_v, z + x * z_u + y * z_v);
+      const float slope = z / across.norm();
+      tile_slope_[i] = slope;
+      tile_cos_[i] = slope / std::sqrt(x * x + y * y + 1);
+      tile_normals_[i] = -across.normalized();
+    }
+  }
+}
+
+void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& config) {
+  const JumpOf jump(config);
+  const NoiseModel noise(config.noise);
+  const int width = camera_.width;
+  const int height = camera_.height;
+  const auto max_depth_m = static_cast<float>(config.max_depth_m);
+  const auto min_cos = static_cast<float>(config.min_cos_incidence);
+  const auto pose_variance = static_cast<float>(config.pose_sigma_m * config.pose_sigma_m);
+  const float near_sigma_m = noise.sigma_m(1.0F);
+  const float scale = kMaxWeight * (near_sigma_m * near_sigma_m + pose_variance);
+  geometry_.resize(view.depth.size());
+  appearance_.resize(view.depth.size());
+
+  // Three rows of depths [m] with a border of none, so that neighbours need no case of their own.
+  const auto padded = static_cast<std::size_t>(width) + 2;
+  std::array<std::vector<float>, 3> depths;
+  for (auto& row : depths) row.assign(padded, 0);
+  const auto load = [&](int v, std::vector<float>& row) {
+    if (v >= height) {
+      std::fill(row.begin(), row.end(), 0.0F);
+      return;
+    }
+    const std::uint16_t* from = view.depth.row(v);
+    for (int u = 0; u < width; ++u) row[static_cast<std::size_t>(u) + 1] = from[u] * kUnit_m;
+  };
+  const auto tiled = static_cast<std::size_t>(columns_) * kTile;
+  std::vector<float> slope(tiled), cosine(tiled);
+  load(0, depths[1]);
+  for (int v = 0; v < height; ++v) {
+    const float* above = depths[static_cast<std::size_t>(v % 3)].data() + 1;
+    const float* here = depths[static_cast<std::size_t>((v + 1) % 3)].data() + 1;
+    load(v + 1, depths[static_cast<std::size_t>((v + 2) % 3)]);
+    const float* below = depths[static_cast<std::size_t>((v + 2) % 3)].data() + 1;
+    if (v % kTile == 0) {
+      const std::size_t first = static_cast<std::size_t>(v / kTile * columns_);
+      for (std::size_t i = 0; i < tiled; ++i) {
+        slope[i] = tile_slope_[first + i / kTile];
+        cosine[i] = tile_cos_[first + i / kTile];
+      }
+    }
+    const std::uint16_t* depth = view.depth.row(v);
+    const std::uint8_t* object = view.object.row(v);
+    const Rgb8* colour = view.colour.row(v);
+    std::uint32_t* geometry = geometry_.data() + static_cast<std::ptrdiff_t>(v) * width;
+    std::uint32_t* appearance = appearance_.data() + static_cast<std::ptrdiff_t>(v) * width;
+    for (int u = 0; u < width; ++u) {
+      const float z = here[u];
+      const float limit_m = jump.limit_m(z);
+      const auto jumps = [&](float other) { return (other > 0) & (std::abs(other - z) > limit_m); };
+      const bool edge = jumps(here[u - 1]) | jumps(here[u + 1]) | jumps(above[u]) | jumps(below[u]);
+      const bool counts = (z > 0) & (z <= max_depth_m) & !edge &
+                          (cosine[static_cast<std::size_t>(u)] >= min_cos) &
+                          (object[u] != DepthView::kExcluded);
+      const float sigma_m = noise.sigma_m(z);
+      const float weight =
+          scale * cosine[static_cast<std::size_t>(u)] / (sigma_m * sigma_m + pose_variance) + 0.5F;
+      const float bounded = std::min(std::max(weight, 1.0F), static_cast<float>(kMaxWeight));
+      const float steps = std::min(slope[static_cast<std::size_t>(u)] / kSlopeUnit + 0.5F, 255.0F);
+      const auto w = counts ? static_cast<std::uint32_t>(static_cast<int>(bounded)) : 0U;
+      geometry[u] =
+          depth[u] | (static_cast<std::uint32_t>(static_cast<int>(steps)) << 16) | (w << 24);
+    }
+    for (int u = 0; u < width; ++u)
+      appearance[u] = colour[u].r | (static_cast<std::uint32_t>(colour[u].g) << 8) |
+                      (static_cast<std::uint32_t>(colour[u].b) << 16) |
+                      (static_cast<std::uint32_t>(object[u]) << 24);
+  }
+}
+
+void PreparedView::find_surface_tiles(const PreparationConfig& config) {
+  const JumpOf jump(config);
+  constexpr float kMiddle_px = 0.5F * (kTile - 1);
+  surface_tiles_.clear();
+  std::array<std::uint16_t, kTile * kTile> depths{};
+  for (int row = 0; row < rows_; ++row) {
+    const int v1 = std::min((row + 1) * kTile, camera_.height);
+    for (int column = 0; column < columns_; ++column) {
+      const int u0 = column * kTile;
+      const int u1 = std::min(u0 + kTile, camera_.width);
+      std::size_t count = 0;
+      std::uint16_t low = 0xffff, high = 0;
+      for (int v = row * kTile; v < v1; ++v) {
+        const std::uint32_t* geometry =
+            geometry_.data() + static_cast<std::ptrdiff_t>(v) * camera_.width;
+        for (int u = u0; u < u1; ++u) {
+          const auto depth = static_cast<std::uint16_t>(geometry[u]);
+          depths[count] = depth;
+          const bool counts = geometry[u] >> 24 != 0;
+          count += counts ? 1 : 0;
+          low = std::min(low, counts ? depth : std::uint16_t{0xffff});
+          high = std::max(high, counts ? depth : std::uint16_t{0});
+        }
+      }
+      if (count == 0) continue;
+      SurfaceTile tile;
+      tile.middle_px = {static_cast<float>(u0) + kMiddle_px,
+                        static_cast<float>(row * kTile) + kMiddle_px};
+      tile.normal_camera = tile_normals_[static_cast<std::size_t>(row * columns_ + column)];
+      const float limit = jump.limit_m(static_cast<float>(high) * kUnit_m) / kUnit_m;
+      tile.near_m = static_cast<float>(low) * kUnit_m;
+      if (static_cast<float>(high - low) > limit) {  // several surfaces: one after the other
+        std::sort(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(count));
+        for (std::size_t i = 1; i < count; ++i) {
+          if (static_cast<float>(depths[i] - depths[i - 1]) <= limit) continue;
+          tile.far_m = static_cast<float>(depths[i - 1]) * kUnit_m;
+          surface_tiles_.push_back(tile);
+          tile.near_m = static_cast<float>(depths[i]) * kUnit_m;
+        }
+      }
+      tile.far_m = static_cast<float>(high) * kUnit_m;
+      surface_tiles_.push_back(tile);
+    }
+  }
+}
+
+}  // namespace ygslam

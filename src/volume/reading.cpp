@@ -1,0 +1,62 @@
+#include "volume/reading.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace ygslam {
+namespace {
+
+/// Gives a cell the colour and label of the voxel nearest to the surface among those whose centre
+/// it holds; leaves it as it is where there is none.
+void colour_cell(const SurfaceLayer& layer, double cell_m, SpaceCell& cell) {
+  const double voxel_m = layer.config().voxel_m;
+  const auto first_voxel = [&](int index) {
+    return static_cast<int>(std::ceil(index * cell_m / voxel_m - 0.5));
+  };
+  const Eigen::Vector3i low = cell.index.unaryExpr(first_voxel);
+  const Eigen::Vector3i high = (cell.index + Eigen::Vector3i::Ones()).unaryExpr(first_voxel);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int z = low.z(); z < high.z(); ++z) {
+    for (int y = low.y(); y < high.y(); ++y) {
+      for (int x = low.x(); x < high.x(); ++x) {
+        const std::optional<Voxel> voxel = layer.voxel({x, y, z});
+        if (!voxel || std::abs(voxel->distance_m) >= nearest) continue;
+        nearest = std::abs(voxel->distance_m);
+        cell.colour = voxel->colour;
+        cell.label = voxel->label;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+SpaceCells space_cells(const Volume& volume) {
+  const SpaceLayer& space = volume.space();
+  SpaceCells result;
+  result.cell_m = space.config().cell_m;
+  for (const BlockKey key : space.blocks().keys()) {
+    const SpaceBlock& block = *space.blocks().find(key);
+    const Eigen::Vector3i first = block_of(key) * kBlockSide;
+    for (int offset = 0; offset < kBlockCells; ++offset) {
+      const auto i = static_cast<std::size_t>(offset);
+      const SpaceCounts counts{block.hits[i], block.through[i]};
+      SpaceCell cell;
+      cell.state = counts.state();
+      if (cell.state == SpaceState::kUnknown) continue;
+      cell.index = first + Eigen::Vector3i(offset % 8, offset / 8 % 8, offset / 64);
+      cell.log_odds = counts.log_odds();
+      if (cell.state == SpaceState::kOccupied) colour_cell(volume.surface(), result.cell_m, cell);
+      result.cells.push_back(cell);
+    }
+  }
+  std::sort(result.cells.begin(), result.cells.end(), [](const SpaceCell& a, const SpaceCell& b) {
+    return std::tie(a.index.z(), a.index.y(), a.index.x()) <
+           std::tie(b.index.z(), b.index.y(), b.index.x());
+  });
+  return result;
+}
+
+}  // namespace ygslam

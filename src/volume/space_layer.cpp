@@ -1,0 +1,191 @@
+#include "volume/space_layer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/check.hpp"
+#include "core/parallel.hpp"
+#include "volume/content_hash.hpp"
+#include "volume/space_kernel.hpp"
+
+namespace ygslam {
+namespace {
+
+// Hundredths of OctoMap's log-odds (Hornung et al. 2013: .7 for a hit, .4 for a miss).
+constexpr int kHit = 85, kMiss = -41, kLeast = -200, kMost = 350;
+constexpr int kHitStride_px = 2;
+constexpr int kSpaceBlocksAtOnce = 16;
+
+int evidence(const SpaceCounts& counts) {
+  return std::clamp(kHit * counts.hits + kMiss * counts.through, kLeast, kMost);
+}
+
+/// Adds or subtracts one where the mask has a bit.
+int count_row(std::uint16_t* counts, std::uint8_t mask, int sign) {
+  int bits = 0;
+  for (int k = 0; k < kBlockSide; ++k) {
+    const int bit = (mask >> k) & 1;
+    counts[k] = static_cast<std::uint16_t>(counts[k] + sign * bit);
+    bits += bit;
+  }
+  return bits;
+}
+
+}  // namespace
+
+float SpaceCounts::log_odds() const { return static_cast<float>(evidence(*this)) * 0.01F; }
+
+SpaceState SpaceCounts::state() const {
+  if (hits == 0 && through == 0) return SpaceState::kUnknown;
+  return evidence(*this) >= 0 ? SpaceState::kOccupied : SpaceState::kFree;
+}
+
+SpaceLayer::SpaceLayer(const SpaceConfig& config, const DepthNoise& noise)
+    : config_(config), noise_(noise) {
+  CHECK(config.cell_m > 0 && config.margin_sigmas >= 0 && config.margin_cells >= 0);
+}
+
+void SpaceLayer::find_hits(const PreparedView& view, const SE3& T_world_camera) {
+  for (const BlockKey key : hit_cells_.keys()) {
+    *hit_cells_.find(key) = {};
+    hit_cells_.release(key);
+  }
+  const Pinhole& camera = view.camera();
+  const Eigen::Matrix3f R = (T_world_camera.R() / config_.cell_m).cast<float>();
+  const Vec3 t_cells = T_world_camera.t() / config_.cell_m;
+  // Cells are counted from the camera's own, so that floats are exact enough anywhere.
+  const Eigen::Vector3i camera_cell = t_cells.array().floor().cast<int>();
+  const Eigen::Vector3f t = (t_cells - camera_cell.cast<double>()).cast<float>();
+  const auto unit_m = static_cast<float>(DepthView::kUnit_m);
+  const Eigen::Vector3f right = R.col(0) * static_cast<float>(1 / camera.fx);
+  BlockKey last_key = ~BlockKey{0};
+  CellMask* last = nullptr;
+  for (int v = 0; v < camera.height; v += kHitStride_px) {
+    const Eigen::Vector3f row_ray = R.col(1) * static_cast<float>((v - camera.cy) / camera.fy) +
+                                    R.col(2) - R.col(0) * static_cast<float>(camera.cx / camera.fx);
+    const std::uint32_t* geometry = view.geometry() + v * camera.width;
+    for (int u = 0; u < camera.width; u += kHitStride_px) {
+      if (geometry[u] >> 24 == 0) continue;
+      const float depth_m = static_cast<float>(geometry[u] & 0xffffU) * unit_m;
+      const Eigen::Vector3f p = (row_ray + right * static_cast<float>(u)) * depth_m + t;
+      const Eigen::Vector3i cell = p.array().floor().cast<int>().matrix() + camera_cell;
+      const Eigen::Vector3i block(cell.x() >> 3, cell.y() >> 3, cell.z() >> 3);
+      const BlockKey key = block_key(block);
+      if (key != last_key) {
+        last = &hit_cells_.obtain(key);
+        last_key = key;
+      }
+      const auto row = static_cast<std::size_t>((cell.z() & 7) * kBlockSide + (cell.y() & 7));
+      last->rows[row] = static_cast<std::uint8_t>(last->rows[row] | (1U << (cell.x() & 7)));
+    }
+  }
+}
+
+void SpaceLayer::find_visible(const PreparedView& view, const SE3& T_world_camera) {
+  touched_.clear();
+  for (const BlockKey key : hit_cells_.keys()) touched_.insert(key);
+  const Pinhole& camera = view.camera();
+  const double block_m = kBlockSide * config_.cell_m;
+  const double farthest_m = view.farthest_m();
+  Vec3 low = T_world_camera.t(), high = low;
+  for (const double u : {-0.5, camera.width - 0.5}) {
+    for (const double v : {-0.5, camera.height - 0.5}) {
+      const Vec3 ray((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1);
+      const Vec3 corner = T_world_camera * (ray * farthest_m);
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+  }
+  const Eigen::Vector3i first = (low / block_m).array().floor().cast<int>();
+  const Eigen::Vector3i last = (high / block_m).array().floor().cast<int>();
+  // A block whose ball lies outside one of the four sides of what the camera sees is left out.
+  const double radius_m = 0.5 * std::sqrt(3.0) * block_m;
+  const SE3 T_camera_world = T_world_camera.inverse();
+  const auto side = [](double focal_px, double edge_px) {
+    return Vec2(focal_px, edge_px).normalized();
+  };
+  const Vec2 left = side(camera.fx, camera.cx + 0.5);
+  const Vec2 right = side(camera.fx, camera.width - 0.5 - camera.cx);
+  const Vec2 top = side(camera.fy, camera.cy + 0.5);
+  const Vec2 bottom = side(camera.fy, camera.height - 0.5 - camera.cy);
+  for (int z = first.z(); z <= last.z(); ++z) {
+    for (int y = first.y(); y <= last.y(); ++y) {
+      for (int x = first.x(); x <= last.x(); ++x) {
+        const Vec3 middle = (Vec3(x, y, z) + Vec3::Constant(0.5)) * block_m;
+        const Vec3 p = T_camera_world * middle;
+        if (p.z() < -radius_m || p.z() > farthest_m + radius_m) continue;
+        if (left.x() * p.x() + left.y() * p.z() < -radius_m) continue;
+        if (-right.x() * p.x() + right.y() * p.z() < -radius_m) continue;
+        if (top.x() * p.y() + top.y() * p.z() < -radius_m) continue;
+        if (-bottom.x() * p.y() + bottom.y() * p.z() < -radius_m) continue;
+        touched_.insert(block_key({x, y, z}));
+      }
+    }
+  }
+}
+
+void SpaceLayer::fuse(const PreparedView& view, const SE3& T_world_camera, int sign, int threads) {
+  CHECK((sign == 1 || sign == -1) && T_world_camera.is_finite());
+  CHECK(T_world_camera.t().cwiseAbs().maxCoeff() / config_.cell_m < kBlockBias);
+  find_hits(view, T_world_camera);
+  find_visible(view, T_world_camera);
+  std::vector<BlockKey> keys;
+  std::vector<SpaceBlock*> blocks;
+  for (const BlockKey key : touched_.keys()) {
+    SpaceBlock* block = sign > 0 ? &blocks_.obtain(key) : blocks_.find(key);
+    if (block == nullptr) continue;
+    keys.push_back(key);
+    blocks.push_back(block);
+  }
+  const SpaceProjection projection(view, T_world_camera, config_, noise_);
+  const int count = static_cast<int>(keys.size());
+  const CellMask no_hits;
+  const BlockStore<CellMask>& hit_cells = hit_cells_;
+  parallel_for((count + kSpaceBlocksAtOnce - 1) / kSpaceBlocksAtOnce, threads, [&](int chunk) {
+    const int end = std::min((chunk + 1) * kSpaceBlocksAtOnce, count);
+    for (int k = chunk * kSpaceBlocksAtOnce; k < end; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      SpaceBlock& block = *blocks[i];
+      const CellMask* found = hit_cells.find(keys[i]);
+      const CellMask& hits = found != nullptr ? *found : no_hits;
+      const CellMask through = cells_seen_through(projection, keys[i]);
+      int cells = 0;
+      for (std::size_t row = 0; row < hits.rows.size(); ++row) {
+        const auto free = static_cast<std::uint8_t>(through.rows[row] & ~hits.rows[row]);
+        if (hits.rows[row] != 0)
+          cells += count_row(block.hits.data() + row * kBlockSide, hits.rows[row], sign);
+        if (free != 0) cells += count_row(block.through.data() + row * kBlockSide, free, sign);
+      }
+      CHECK(sign > 0 || block.contributions >= static_cast<std::uint32_t>(cells),
+            "a view taken back that was never added");
+      block.contributions += static_cast<std::uint32_t>(sign * cells);
+    }
+  });
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    if (blocks[i]->contributions == 0) blocks_.release(keys[i]);
+}
+
+SpaceCounts SpaceLayer::counts(const Eigen::Vector3i& cell) const {
+  const Eigen::Vector3i block(cell.x() >> 3, cell.y() >> 3, cell.z() >> 3);
+  const SpaceBlock* found = blocks_.find(block_key(block));
+  if (found == nullptr) return {};
+  const auto i = static_cast<std::size_t>(cell_offset(cell.x() & 7, cell.y() & 7, cell.z() & 7));
+  return {found->hits[i], found->through[i]};
+}
+
+SpaceCounts SpaceLayer::counts_at(const Vec3& p_world) const {
+  return counts((p_world / config_.cell_m).array().floor().cast<int>());
+}
+
+std::uint64_t SpaceLayer::fingerprint() const {
+  ContentHash hash;
+  for (const BlockKey key : blocks_.keys()) {
+    const SpaceBlock& block = *blocks_.find(key);
+    hash.add(key);
+    hash.add_all(block.hits);
+    hash.add_all(block.through);
+  }
+  return hash.value();
+}
+
+}  // namespace ygslam

@@ -1,0 +1,66 @@
+#include "volume/volume.hpp"
+
+#include <algorithm>
+
+#include "core/check.hpp"
+
+namespace ygslam {
+namespace {
+
+// Furniture adds this much to the area of walls, floor and ceiling.
+constexpr double kFurnished = 1.6;
+
+}  // namespace
+
+Volume::Volume(const VolumeConfig& config)
+    : config_(config),
+      surface_(config.surface, config.preparation.noise),
+      space_(config.space, config.preparation.noise) {
+  CHECK(config.threads >= 1);
+}
+
+void Volume::integrate(const DepthView& view, const SE3& T_world_camera) {
+  prepared_.assign(view, config_.preparation);
+  fuse(T_world_camera, 1);
+}
+
+void Volume::withdraw(const DepthView& view, const SE3& T_world_camera) {
+  prepared_.assign(view, config_.preparation);
+  fuse(T_world_camera, -1);
+}
+
+void Volume::move(const DepthView& view, const SE3& T_world_camera_old,
+                  const SE3& T_world_camera_new) {
+  prepared_.assign(view, config_.preparation);
+  fuse(T_world_camera_old, -1);
+  fuse(T_world_camera_new, 1);
+}
+
+void Volume::fuse(const SE3& T_world_camera, int sign) {
+  CHECK(sign > 0 ? views_ < kMaxViews : views_ > 0);
+  views_ += sign;
+  surface_.fuse(prepared_, T_world_camera, sign, config_.threads);
+  space_.fuse(prepared_, T_world_camera, sign, config_.threads);
+}
+
+std::size_t Volume::memory_bytes() const { return surface_.memory_bytes() + space_.memory_bytes(); }
+
+std::uint64_t Volume::fingerprint() const {
+  return surface_.fingerprint() * 31 + space_.fingerprint();
+}
+
+double estimated_bytes(const VolumeConfig& config, const Vec3& room_m) {
+  const double area_m2 =
+      2 * kFurnished *
+      (room_m.x() * room_m.y() + room_m.y() * room_m.z() + room_m.z() * room_m.x());
+  const double brick_m = kBrickSide * config.surface.voxel_m;
+  const double band_m = 2 * config.surface.truncation_voxels * config.surface.voxel_m;
+  // A surface at any angle: so many bricks lie within the band about it.
+  const double bricks = area_m2 * (band_m + 1.5 * brick_m) / (brick_m * brick_m * brick_m);
+  const double space_block_m = kBlockSide * config.space.cell_m;
+  const Vec3 space_blocks = room_m / space_block_m + Vec3::Ones();
+  return bricks * (sizeof(SurfaceBrick) + sizeof(SurfaceBlock) / 4.0) +
+         space_blocks.prod() * sizeof(SpaceBlock);
+}
+
+}  // namespace ygslam

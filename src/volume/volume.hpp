@@ -1,0 +1,63 @@
+// The dense map's volume: a surface layer and a space layer that are a pure function of the views
+// put into them and their poses. integrate() and withdraw() are exact opposites: whatever the
+// order and whatever came between, the same set of (view, pose) gives the same bits, for any
+// number of threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "volume/depth_view.hpp"
+#include "volume/prepared_view.hpp"
+#include "volume/space_layer.hpp"
+#include "volume/surface_layer.hpp"
+
+namespace ygslam {
+
+struct VolumeConfig {
+  SurfaceConfig surface;
+  SpaceConfig space;
+  PreparationConfig preparation;
+  int threads = 1;  ///< that work on one view, the caller's included
+};
+
+/// Not for several threads at once, except for reading.
+class Volume {
+ public:
+  /// Sums of more views than this could overflow.
+  static constexpr int kMaxViews = 4096;
+
+  explicit Volume(const VolumeConfig& config);
+
+  /// Adds what a view at a pose contributes; there must be fewer than kMaxViews.
+  void integrate(const DepthView& view, const SE3& T_world_camera);
+  /// Takes it back: the same view at the same pose, to the bit, as was integrated.
+  void withdraw(const DepthView& view, const SE3& T_world_camera);
+  /// Both, for a view whose pose was corrected.
+  void move(const DepthView& view, const SE3& T_world_camera_old, const SE3& T_world_camera_new);
+
+  [[nodiscard]] const VolumeConfig& config() const { return config_; }
+  /// How many are in it.
+  [[nodiscard]] int views() const { return views_; }
+  [[nodiscard]] const SurfaceLayer& surface() const { return surface_; }
+  [[nodiscard]] const SpaceLayer& space() const { return space_; }
+  /// Of both layers, votes, tables and pools included.
+  [[nodiscard]] std::size_t memory_bytes() const;
+  /// Equal for equal contents.
+  [[nodiscard]] std::uint64_t fingerprint() const;
+
+ private:
+  void fuse(const SE3& T_world_camera, int sign);
+
+  VolumeConfig config_;
+  SurfaceLayer surface_;
+  SpaceLayer space_;
+  PreparedView prepared_;
+  int views_ = 0;
+};
+
+/// What the volume of a furnished room would take; measured rooms take .7 to 1.3 times this.
+/// @param room_m its length, width and height [m].
+[[nodiscard]] double estimated_bytes(const VolumeConfig& config, const Vec3& room_m);
+
+}  // namespace ygslam

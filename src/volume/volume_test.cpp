@@ -1,0 +1,134 @@
+#include "volume/volume.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <numbers>
+
+#include "volume/mesher.hpp"
+#include "volume/reading.hpp"
+#include "volume/volume_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+using volume_test::look_at;
+using volume_test::render;
+using volume_test::World;
+
+VolumeConfig coarse(int threads = 1) {
+  VolumeConfig config;
+  config.surface.voxel_m = 0.04;
+  config.space.cell_m = 0.08;
+  config.threads = threads;
+  return config;
+}
+
+World furnished() {
+  World world;
+  world.spheres.push_back({Vec3(0.2, 0.3, 0.1), 0.35, ObjectId{7}});
+  world.cuboids.push_back({Vec3(-1.2, 0.4, -1.1), Vec3(-0.5, 1.2, -0.4), ObjectId{3}});
+  world.cuboids.push_back(
+      {Vec3(0.7, -0.2, 0.4), Vec3(1.1, 1.2, 0.8), kNoObject, {10, 10, 10}, true});
+  return world;
+}
+
+SE3 random_pose(Rng& rng) {
+  const auto inside = [&] {
+    return Vec3(rng.uniform(-1.3, 1.3), rng.uniform(-1, 0), rng.uniform(-1.3, 1.3));
+  };
+  return look_at(inside(), inside());
+}
+
+// What is in a volume, bit by bit, whatever way it came about.
+void expect_same(const Volume& a, const Volume& b) {
+  EXPECT_EQ(a.views(), b.views());
+  const auto keys = a.surface().blocks().keys();
+  ASSERT_EQ(keys, b.surface().blocks().keys());
+  for (const BlockKey key : keys) {
+    const SurfaceBlock& p = *a.surface().blocks().find(key);
+    const SurfaceBlock& q = *b.surface().blocks().find(key);
+    ASSERT_EQ(p.contributions, q.contributions);
+    for (std::size_t i = 0; i < p.bricks.size(); ++i) {
+      ASSERT_EQ(p.bricks[i] == nullptr, q.bricks[i] == nullptr);
+      if (p.bricks[i] != nullptr) {
+        ASSERT_TRUE(*p.bricks[i] == *q.bricks[i]);
+      }
+    }
+    ASSERT_EQ(p.votes.size(), q.votes.size());
+    for (std::size_t i = 0; i < p.votes.size(); ++i) {
+      ASSERT_EQ(p.votes[i].object, q.votes[i].object);
+      ASSERT_EQ(p.votes[i].votes, q.votes[i].votes);
+    }
+  }
+  const auto space_keys = a.space().blocks().keys();
+  ASSERT_EQ(space_keys, b.space().blocks().keys());
+  for (const BlockKey key : space_keys) {
+    const SpaceBlock& p = *a.space().blocks().find(key);
+    const SpaceBlock& q = *b.space().blocks().find(key);
+    ASSERT_EQ(p.hits, q.hits);
+    ASSERT_EQ(p.through, q.through);
+  }
+  EXPECT_EQ(a.fingerprint(), b.fingerprint());
+}
+
+void expect_same_mesh(const TriangleMesh& a, const TriangleMesh& b) {
+  ASSERT_EQ(a.triangles, b.triangles);
+  ASSERT_EQ(a.vertices.size(), b.vertices.size());
+  for (std::size_t i = 0; i < a.vertices.size(); ++i) {
+    ASSERT_EQ(a.vertices[i].p_world, b.vertices[i].p_world);
+    ASSERT_EQ(a.vertices[i].normal_world, b.vertices[i].normal_world);
+    ASSERT_EQ(a.vertices[i].colour, b.vertices[i].colour);
+    ASSERT_EQ(a.vertices[i].label.object, b.vertices[i].label.object);
+  }
+}
+
+TEST(Volume, LiveEqualsFusedFromNothing) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    Rng rng(seed);
+    World world = furnished();
+    std::vector<DepthView> views;
+    for (int i = 0; i < 8; ++i) {
+      if (i == 4) world.spheres[0].middle += Vec3(-0.4, 0, 0.3);  // somebody moved it
+      views.push_back(render(world, random_pose(rng), seed * 100 + static_cast<std::uint64_t>(i)));
+    }
+    Volume live(coarse(1 + static_cast<int>(seed % 3)));
+    Mesher mesher;
+    std::map<std::size_t, SE3> in;  // by view
+    for (int step = 0; step < 40; ++step) {
+      const std::size_t i = rng.next() % views.size();
+      const SE3 pose = random_pose(rng);
+      const auto found = in.find(i);
+      if (found == in.end()) {
+        live.integrate(views[i], pose);
+        in[i] = pose;
+      } else if (rng.uniform() < 0.4) {
+        live.withdraw(views[i], found->second);
+        in.erase(found);
+      } else {
+        live.move(views[i], found->second, pose);
+        found->second = pose;
+      }
+      if (rng.uniform() < 0.3) mesher.update(live);
+    }
+    mesher.update(live);
+    for (const int threads : {1, 2, 4}) {
+      Volume fresh(coarse(threads));
+      std::vector<std::size_t> order;
+      for (const auto& [i, pose] : in) order.push_back(i);
+      for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[rng.next() % i]);
+      for (const std::size_t i : order) fresh.integrate(views[i], in[i]);
+      expect_same(live, fresh);
+      expect_same_mesh(mesher.mesh(live), volume_mesh(fresh));
+    }
+    for (const auto& [i, pose] : in) live.withdraw(views[i], pose);
+    EXPECT_EQ(live.surface().blocks().size(), 0U);
+    EXPECT_EQ(live.space().blocks().size(), 0U);
+    EXPECT_EQ(live.fingerprint(), Volume(coarse()).fingerprint());
+    mesher.update(live);
+    EXPECT_TRUE(mesher.mesh(live).vertices.empty());
+  }
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -51,7 +51,7 @@ TEST(ExportScene, AnEmptySceneGivesAllFilesAndPrintsNothing) {
   ASSERT_TRUE(export_scene(folder.path(), SampleScene{}.content()).ok());
   ASSERT_TRUE(export_scene(folder.path(), sample_scene(Vec3(0, 0, 1)).content()).ok());
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
-  EXPECT_EQ(entries(folder.path()), 12U);
+  EXPECT_EQ(entries(folder.path()), 11U);
 }
 
 TEST(ExportScene, AFullDiskLeavesTheOlderFileWhole) {

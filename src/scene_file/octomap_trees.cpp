@@ -45,12 +45,26 @@ void write_tree(double cell_m, const LeafSource& leaves, const ByteSink& sink, S
   write(tree, stream);
 }
 
+// As the trees' own write() and writeBinary() do it, which print to the terminal, too.
+template <typename Tree>
+void write_header(const char* kind, const Tree& tree, std::ostream& stream) {
+  stream << "# Octomap OcTree " << kind
+         << "file\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+         << "id " << tree.getTreeType() << "\nsize " << tree.size() << "\nres "
+         << tree.getResolution() << "\ndata\n";
+}
+
 }  // namespace
 
 void write_bt(double cell_m, const LeafSource& leaves, const ByteSink& sink) {
   write_tree<octomap::OcTree>(
       cell_m, leaves, sink, [](octomap::OcTreeNode&, const Leaf&) {},
-      [](octomap::OcTree& tree, std::ostream& stream) { tree.writeBinary(stream); });
+      [](octomap::OcTree& tree, std::ostream& stream) {
+        tree.toMaxLikelihood();
+        tree.prune();
+        write_header("binary ", tree, stream);
+        tree.writeBinaryData(stream);
+      });
 }
 
 void write_ot(double cell_m, const LeafSource& leaves, const ByteSink& sink) {
@@ -60,12 +74,7 @@ void write_ot(double cell_m, const LeafSource& leaves, const ByteSink& sink) {
         if (leaf.coloured) node.setColor(leaf.rgb[0], leaf.rgb[1], leaf.rgb[2]);
       },
       [](octomap::ColorOcTree& tree, std::ostream& stream) {
-        // As tree.write() does it, which prints to the terminal, too.
-        stream
-            << "# Octomap OcTree file\n# (feel free to add / change comments, but leave the first "
-               "line as it is!)\n#\nid "
-            << tree.getTreeType() << "\nsize " << tree.size() << "\nres " << tree.getResolution()
-            << "\ndata\n";
+        write_header("", tree, stream);
         tree.writeData(stream);
       });
 }

@@ -29,7 +29,11 @@ fi
 
 if [ "${1:-}" = checks ]; then exit; fi
 [ -x .venv/bin/python ] || python3 -m venv .venv
-echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib and plotly)"
+echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib and plotly, readers of exports)"
 .venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements.txt
 # Its metrics need NumPy and SciPy only; what it would pull in for video data sets is large.
 .venv/bin/pip install --quiet --disable-pip-version-check --no-deps trackeval==1.3.0
+# Khronos' validator of GLB files, for one test; where there is no Node.js that test is skipped.
+if command -v npm >/dev/null; then
+  npm install --silent --no-audit --no-fund --prefix .venv/gltf-validator gltf-validator@2.0.0-dev.3.10
+fi

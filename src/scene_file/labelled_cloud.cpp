@@ -10,11 +10,12 @@
 namespace ygslam {
 namespace {
 
+// "uint16", not its other name "ushort": Open3D leaves out what is called so.
 constexpr std::string_view kPointProperties =
     "property float x\nproperty float y\nproperty float z\n"
     "property float nx\nproperty float ny\nproperty float nz\n"
     "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-    "property ushort label\nproperty ushort instance\nproperty float prob\n";
+    "property uint16 label\nproperty uint16 instance\nproperty float prob\n";
 constexpr std::string_view kFaceProperties = "property list uchar int vertex_indices\n";
 
 std::string class_comments(std::span<const SurfacePoint> points) {

@@ -50,7 +50,7 @@ TEST(LabelledCloud, EveryFieldIsWhereThePlyHeaderSays) {
             "comment label 82 ceiling\ncomment label 255 unknown\nelement vertex 1000\n"
             "property float x\nproperty float y\nproperty float z\nproperty float nx\n"
             "property float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\n"
-            "property uchar blue\nproperty ushort label\nproperty ushort instance\n"
+            "property uchar blue\nproperty uint16 label\nproperty uint16 instance\n"
             "property float prob\nend_header\n");
   const std::size_t first = data_offset(bytes, "end_header\n");
   ASSERT_EQ(bytes.size() - first, cloud.size() * kPlyPointBytes);

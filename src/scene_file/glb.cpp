@@ -139,7 +139,7 @@ Parts split_by_object(const TriangleMesh& mesh, std::span<const SceneObject> obj
   return split;
 }
 
-Json vector_json(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
+Json corner_json(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
 
 // The accessors of one part; @return its primitive.
 Json add_accessors(const Part& part, Json& accessors) {
@@ -153,8 +153,8 @@ Json add_accessors(const Part& part, Json& accessors) {
                      {"type", attribute.type}};
     if (attribute.name == std::string_view("COLOR_0")) accessor["normalized"] = true;
     if (attribute.name == std::string_view("POSITION")) {
-      accessor["min"] = vector_json(part.min);
-      accessor["max"] = vector_json(part.max);
+      accessor["min"] = corner_json(part.min);
+      accessor["max"] = corner_json(part.max);
     }
     accessors.push_back(std::move(accessor));
   }

@@ -110,9 +110,9 @@ Status write_occupancy_grid(const std::filesystem::path& yaml, const OccupancyGr
   const Vec3& t = grid.T_world_floor.t();
   const Eigen::Quaterniond q = grid.T_world_floor.quaternion();
   // 205 is 0.19608 of the way to black: free_thresh must be less, or unknown reads as free.
-  using Json = nlohmann::json;  // whose quoted text is YAML's, too
-  const std::string name =
-      Json(image.filename().string()).dump(-1, ' ', false, Json::error_handler_t::replace);
+  // JSON's quoted text is YAML's, too.
+  const std::string name = nlohmann::json(image.filename().string())
+                               .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   std::string text = "image: " + name + "\nmode: trinary\nresolution: ";
   text += yaml_list(std::array{grid.resolution_m}).substr(1);
   text.back() = '\n';

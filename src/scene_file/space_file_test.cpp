@@ -27,7 +27,7 @@ using Leaves = std::map<Index, FoundLeaf>;
 // Reads OctoMap's trees as its file formats are described, cutting pruned leaves into cells.
 class TreeParser {
  public:
-  TreeParser(const std::string& bytes, bool binary) : bytes_(bytes), binary_(binary) {
+  TreeParser(const std::string& bytes, bool binary) : bytes_(bytes) {
     at_ = bytes.find("\ndata\n") + 6;
     if (bytes.find("\nsize 0\n") != std::string::npos) return;
     const Index root{-32768, -32768, -32768};
@@ -74,7 +74,6 @@ class TreeParser {
   }
 
   const std::string& bytes_;
-  bool binary_;
   std::size_t at_ = 0;
   Leaves leaves_;
 };

@@ -12,6 +12,8 @@ find_package(ZLIB REQUIRED)
 find_package(SQLite3 3.37 REQUIRED)
 find_library(ZSTD_LIBRARY zstd REQUIRED)
 find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)
+find_library(OCTOMAP_LIBRARY octomap REQUIRED)
+find_library(OCTOMATH_LIBRARY octomath REQUIRED)
 find_library(TURBOJPEG_LIBRARY turbojpeg REQUIRED)
 find_path(TURBOJPEG_INCLUDE_DIR turbojpeg.h REQUIRED)
 

@@ -24,7 +24,7 @@ ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "seque
          "motion": ("flow", "masks", "checks", "classification")}
 USERS_OF_SIDE = {"system", "facade", "app"}
 
-HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h)")
+HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h|zlib\.h|octomap/)")
 CV_VIEW = "image/cv_view.hpp"  # hands our images to OpenCV; for .cpp files
 
 

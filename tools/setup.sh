@@ -9,8 +9,9 @@ packages=(
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
   libopencv-video-dev libopencv-features2d-dev libturbojpeg0-dev libpng-dev libeigen3-dev
   libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
-  libzstd-dev
+  libzstd-dev liboctomap-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
+  octomap-tools assimp-utils
 )
 if [ "${1:-}" = checks ]; then packages+=(clang-16 clang-format-16 clang-tidy-16); fi
 missing=()
@@ -28,7 +29,11 @@ fi
 
 if [ "${1:-}" = checks ]; then exit; fi
 [ -x .venv/bin/python ] || python3 -m venv .venv
-echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib and plotly)"
+echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib and plotly, readers of exports)"
 .venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements.txt
 # Its metrics need NumPy and SciPy only; what it would pull in for video data sets is large.
 .venv/bin/pip install --quiet --disable-pip-version-check --no-deps trackeval==1.3.0
+# Khronos' validator of GLB files, for one test; where there is no Node.js that test is skipped.
+if command -v npm >/dev/null; then
+  npm install --silent --no-audit --no-fund --prefix .venv/gltf-validator gltf-validator@2.0.0-dev.3.10
+fi

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cstring>
 
-#include "io/atomic_file.hpp"
+#include "io/piece_file.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -23,18 +23,15 @@ constexpr std::string_view kProperties =
 constexpr std::string_view kEnd = "end_header\n";
 
 std::string make_header(std::size_t count) {
-  return std::string(kMagic) + "element vertex " + std::to_string(count) + "\n" +
-         std::string(kProperties) + std::string(kEnd);
+  return ply_header(std::array{PlyElement{"vertex", count, kProperties}});
 }
 
-void append_points(std::span<const ColouredPoint> points, std::string& bytes) {
-  for (const ColouredPoint& point : points) {
-    CHECK(point.p_world.allFinite(), "a point that is not finite must not be written");
-    std::array<char, kPointBytes> record;
-    std::memcpy(record.data(), point.p_world.data(), 3 * sizeof(float));
-    std::memcpy(record.data() + 12, &point.colour, 3);
-    bytes.append(record.data(), record.size());
-  }
+std::array<char, kPointBytes> encode_point(const ColouredPoint& point) {
+  CHECK(point.p_world.allFinite(), "a point that is not finite must not be written");
+  std::array<char, kPointBytes> record;
+  std::memcpy(record.data(), point.p_world.data(), 3 * sizeof(float));
+  std::memcpy(record.data() + 12, &point.colour, 3);
+  return record;
 }
 
 struct Header {
@@ -72,23 +69,29 @@ std::string parse_header(std::string_view bytes, Header& header) {
 
 }  // namespace
 
+std::string ply_header(std::span<const PlyElement> elements, std::string_view comments) {
+  std::string header = std::string(kMagic).append(comments);
+  for (const PlyElement& element : elements) {
+    header.append("element ").append(element.name).append(" ");
+    header.append(std::to_string(element.count)).append("\n").append(element.properties);
+  }
+  return header.append(kEnd);
+}
+
 std::string encode_ply(std::span<const ColouredPoint> points) {
   std::string bytes = make_header(points.size());
-  append_points(points, bytes);
+  for (const ColouredPoint& point : points) {
+    const auto record = encode_point(point);
+    bytes.append(record.data(), record.size());
+  }
   return bytes;
 }
 
 Status write_ply(const std::filesystem::path& path, std::span<const ColouredPoint> points) {
-  constexpr std::size_t kPiece = 1 << 16;  // points; about 1 MB in memory at a time
-  auto file = AtomicFile::create(path);
+  auto file = PieceFile::create(path);
   if (!file.ok()) return file.error();
-  std::string bytes = make_header(points.size());
-  for (std::size_t i = 0; i < points.size(); i += kPiece) {
-    append_points(points.subspan(i, std::min(kPiece, points.size() - i)), bytes);
-    if (Status written = file->write(bytes); !written.ok()) return written;
-    bytes.clear();
-  }
-  if (Status written = file->write(bytes); !written.ok()) return written;
+  file->add(make_header(points.size()));
+  for (const ColouredPoint& point : points) file->add_value(encode_point(point));
   return file->commit();
 }
 

@@ -1,0 +1,27 @@
+// Observed space as files: OctoMap's trees for planners, NumPy arrays for everything else.
+#pragma once
+
+#include <filesystem>
+
+#include "core/result.hpp"
+#include "scene/scene.hpp"
+
+namespace ygslam {
+
+/// OctoMap's `.bt` (OcTree): free and occupied cells, no more. What is in no cell stays unknown.
+/// @return kOutput naming the file; also where a cell's index does not fit in 16 bits.
+Status write_octomap_bt(const std::filesystem::path& path, const SpaceCells& space);
+
+enum class CellColour { kClass, kSurface };
+/// OctoMap's `.ot` (ColorOcTree): with log-odds, and occupied cells in the colour of their class
+/// (as labels.json has it) or of their surface.
+/// @return as write_octomap_bt.
+Status write_octomap_ot(const std::filesystem::path& path, const SpaceCells& space,
+                        CellColour colour = CellColour::kClass);
+
+/// NumPy's `.npz`: of every cell `index` (N x 3, int32), `state` (1 free, 2 occupied), `log_odds`,
+/// `colour` (N x 3), `label`, `instance`, `prob`; and `cell_m`, `label_ids`, `label_names`.
+/// @return kOutput naming the file; also beyond 4 GiB.
+Status write_voxels(const std::filesystem::path& path, const SpaceCells& space);
+
+}  // namespace ygslam

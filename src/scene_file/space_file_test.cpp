@@ -1,0 +1,225 @@
+#include "scene_file/space_file.hpp"
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <cstring>
+#include <map>
+
+#include "io/testing/temp_folder.hpp"
+#include "scene/class_colour.hpp"
+#include "scene_file/testing/sample_scene.hpp"
+
+namespace ygslam {
+namespace {
+
+using testing::read;
+using testing::sample_scene;
+
+using Index = std::array<int, 3>;
+struct FoundLeaf {
+  bool occupied = false;
+  float log_odds = 0;
+  Rgb8 colour;
+};
+using Leaves = std::map<Index, FoundLeaf>;
+
+// Reads OctoMap's trees as its file formats are described, cutting pruned leaves into cells.
+class TreeParser {
+ public:
+  TreeParser(const std::string& bytes, bool binary) : bytes_(bytes) {
+    at_ = bytes.find("\ndata\n") + 6;
+    if (bytes.find("\nsize 0\n") != std::string::npos) return;
+    const Index root{-32768, -32768, -32768};
+    if (binary) {
+      parse_binary(root, 1 << 16);
+    } else {
+      parse_full(root, 1 << 16);
+    }
+  }
+  [[nodiscard]] const Leaves& leaves() const { return leaves_; }
+  [[nodiscard]] bool at_end() const { return at_ == bytes_.size(); }
+
+ private:
+  void parse_binary(const Index& low, int side) {
+    const auto kinds = static_cast<std::uint8_t>(bytes_.at(at_)) |
+                       static_cast<std::uint8_t>(bytes_.at(at_ + 1)) << 8;
+    at_ += 2;
+    for (int child = 0; child < 8; ++child) {  // bits: 1 free, 2 occupied, 3 has children
+      const int kind = kinds >> (2 * child) & 3;
+      if (kind == 1 || kind == 2) add(child_of(low, side, child), side / 2, {kind == 2, 0, {}});
+    }
+    for (int child = 0; child < 8; ++child)
+      if ((kinds >> (2 * child) & 3) == 3) parse_binary(child_of(low, side, child), side / 2);
+  }
+  void parse_full(const Index& low, int side) {
+    FoundLeaf leaf;
+    std::memcpy(&leaf.log_odds, bytes_.data() + at_, 4);
+    std::memcpy(&leaf.colour, bytes_.data() + at_ + 4, 3);
+    leaf.occupied = leaf.log_odds >= 0;
+    const int children = static_cast<std::uint8_t>(bytes_.at(at_ + 7));
+    at_ += 8;
+    if (children == 0) add(low, side, leaf);
+    for (int child = 0; child < 8; ++child)
+      if (children >> child & 1) parse_full(child_of(low, side, child), side / 2);
+  }
+  static Index child_of(const Index& low, int side, int child) {
+    return {low[0] + (child & 1) * side / 2, low[1] + (child >> 1 & 1) * side / 2,
+            low[2] + (child >> 2 & 1) * side / 2};
+  }
+  void add(const Index& low, int side, const FoundLeaf& leaf) {
+    for (int z = 0; z < side; ++z)
+      for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x) leaves_[{low[0] + x, low[1] + y, low[2] + z}] = leaf;
+  }
+
+  const std::string& bytes_;
+  std::size_t at_ = 0;
+  Leaves leaves_;
+};
+
+Index index_of(const SpaceCell& cell) { return {cell.index.x(), cell.index.y(), cell.index.z()}; }
+
+TEST(SpaceFile, OctomapHasEveryKnownCellAndNoOther) {
+  const testing::TempFolder folder;
+  const SpaceCells space = sample_scene(Vec3(0.2, -1, 0.1)).space;
+  ASSERT_TRUE(write_octomap_bt(folder.path() / "a.bt", space).ok());
+  ASSERT_TRUE(write_octomap_ot(folder.path() / "a.ot", space).ok());
+  ASSERT_TRUE(write_octomap_ot(folder.path() / "b.ot", space, CellColour::kSurface).ok());
+  const std::string bt = read(folder.path() / "a.bt"), ot = read(folder.path() / "a.ot"),
+                    painted = read(folder.path() / "b.ot");
+  EXPECT_EQ(bt.find("# Octomap OcTree binary file\n"), 0U);
+  EXPECT_NE(bt.find("\nid OcTree\n"), std::string::npos);
+  EXPECT_NE(ot.find("\nid ColorOcTree\n"), std::string::npos);
+  EXPECT_NE(ot.find("\nres 0.1\n"), std::string::npos);
+  const TreeParser binary(bt, true), full(ot, false), surface(painted, false);
+  EXPECT_TRUE(binary.at_end() && full.at_end() && surface.at_end());
+
+  std::size_t known = 0, unknown = 0;
+  for (const SpaceCell& cell : space.cells) {
+    if (cell.state == SpaceState::kUnknown) {
+      ++unknown;
+      ASSERT_FALSE(binary.leaves().contains(index_of(cell)) ||
+                   full.leaves().contains(index_of(cell)));
+      continue;
+    }
+    ++known;
+    const bool occupied = cell.state == SpaceState::kOccupied;
+    ASSERT_EQ(binary.leaves().at(index_of(cell)).occupied, occupied);
+    const FoundLeaf leaf = full.leaves().at(index_of(cell));
+    ASSERT_EQ(leaf.occupied, occupied);
+    ASSERT_EQ(leaf.log_odds, cell.log_odds);
+    if (!occupied) continue;
+    ASSERT_EQ(leaf.colour, class_colour(cell.label.semantic_class));
+    ASSERT_EQ(surface.leaves().at(index_of(cell)).colour, cell.colour);
+  }
+  EXPECT_EQ(binary.leaves().size(), known);
+  EXPECT_EQ(full.leaves().size(), known);
+  EXPECT_GT(unknown, 100U);
+}
+
+TEST(SpaceFile, TheStateDecidesWhatIsOccupied) {
+  const testing::TempFolder folder;
+  SpaceCells space;
+  space.cells.resize(2);
+  space.cells[0].state = SpaceState::kFree;
+  space.cells[1].state = SpaceState::kOccupied;
+  space.cells[1].index.z() = 1;
+  for (SpaceCell& cell : space.cells)
+    cell.log_odds = cell.state == SpaceState::kFree ? 0.5F : -0.5F;
+  ASSERT_TRUE(write_octomap_ot(folder.path() / "a.ot", space).ok());
+  const std::string bytes = read(folder.path() / "a.ot");
+  const TreeParser tree(bytes, false);
+  EXPECT_FALSE(tree.leaves().at({0, 0, 0}).occupied);
+  EXPECT_TRUE(tree.leaves().at({0, 0, 1}).occupied);
+}
+
+TEST(SpaceFile, ACellBeyondOctomapsReachIsRefused) {
+  const testing::TempFolder folder;
+  SpaceCells space;
+  space.cells.resize(1);
+  space.cells[0].state = SpaceState::kFree;
+  for (const int far : {-32768, 32767}) {
+    space.cells[0].index.y() = far;
+    EXPECT_TRUE(write_octomap_bt(folder.path() / "a.bt", space).ok());
+    space.cells[0].index.y() += far < 0 ? -1 : 1;
+    const Status refused = write_octomap_bt(folder.path() / "a.bt", space);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().kind, ErrorKind::kOutput);
+    EXPECT_NE(refused.error().message.find("a.bt: a cell lies farther out"), std::string::npos);
+  }
+}
+
+// The arrays of an .npz file, told by its directory at the end: name to (header, data).
+std::map<std::string, std::pair<std::string, std::string>> read_npz(const std::string& bytes) {
+  const auto number = [&](std::size_t offset, int count) {
+    std::size_t value = 0;
+    for (int i = 0; i < count; ++i)
+      value |= static_cast<std::size_t>(
+                   static_cast<std::uint8_t>(bytes.at(offset + static_cast<std::size_t>(i))))
+               << (8 * i);
+    return value;
+  };
+  std::map<std::string, std::pair<std::string, std::string>> arrays;
+  const std::size_t end = bytes.size() - 22;
+  EXPECT_EQ(bytes.substr(end, 4), "PK\x05\x06");
+  std::size_t entry = number(end + 16, 4);
+  for (std::size_t left = number(end + 10, 2); left > 0; --left) {
+    const std::size_t packed = number(entry + 20, 4), size = number(entry + 24, 4),
+                      name_size = number(entry + 28, 2), local = number(entry + 42, 4);
+    const std::string name = bytes.substr(entry + 46, name_size);
+    EXPECT_EQ(bytes.substr(local + 14, 12), bytes.substr(entry + 16, 12)) << "both heads alike";
+    std::string data(size, '\0');
+    z_stream stream{};
+    EXPECT_EQ(inflateInit2(&stream, -MAX_WBITS), Z_OK);
+    std::string in = bytes.substr(local + 30 + name_size, packed);
+    stream.next_in = reinterpret_cast<Bytef*>(in.data());
+    stream.avail_in = static_cast<uInt>(packed);
+    stream.next_out = reinterpret_cast<Bytef*>(data.data());
+    stream.avail_out = static_cast<uInt>(size);
+    EXPECT_EQ(inflate(&stream, Z_FINISH), Z_STREAM_END);
+    inflateEnd(&stream);
+    EXPECT_EQ(crc32(0, reinterpret_cast<const Bytef*>(data.data()), static_cast<uInt>(size)),
+              number(entry + 16, 4));
+    EXPECT_EQ(data.substr(0, 8), std::string("\x93NUMPY\x01\0", 8));
+    const std::size_t header =
+        static_cast<std::uint8_t>(data[8]) | static_cast<std::uint8_t>(data[9]) << 8;
+    EXPECT_EQ((10 + header) % 64, 0U);
+    arrays[name] = {data.substr(10, header), data.substr(10 + header)};
+    entry += 46 + name_size;
+  }
+  EXPECT_EQ(entry, end);
+  return arrays;
+}
+
+TEST(SpaceFile, VoxelsAreArraysOfTheKnownCells) {
+  const testing::TempFolder folder;
+  const SpaceCells space = sample_scene(Vec3(0, -1, 0)).space;
+  ASSERT_TRUE(write_voxels(folder.path() / "a.npz", space).ok());
+  const auto arrays = read_npz(read(folder.path() / "a.npz"));
+  std::vector<SpaceCell> known;
+  for (const SpaceCell& cell : space.cells)
+    if (cell.state != SpaceState::kUnknown) known.push_back(cell);
+  const std::string count = std::to_string(known.size());
+  EXPECT_NE(arrays.at("index.npy")
+                .first.find("'<i4', 'fortran_order': False, 'shape': (" + count + ",3,)"),
+            std::string::npos)
+      << arrays.at("index.npy").first;
+  EXPECT_NE(arrays.at("cell_m.npy").first.find("'shape': ()"), std::string::npos);
+  const std::string& index = arrays.at("index.npy").second;
+  const std::string& label = arrays.at("label.npy").second;
+  ASSERT_EQ(index.size(), known.size() * 12);
+  ASSERT_EQ(label.size(), known.size() * 2);
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    Eigen::Vector3i found;
+    std::memcpy(found.data(), index.data() + 12 * i, 12);
+    ASSERT_EQ(found, known[i].index);
+    std::uint16_t id = 0;
+    std::memcpy(&id, label.data() + 2 * i, 2);
+    ASSERT_EQ(id, static_cast<int>(known[i].label.semantic_class));
+    ASSERT_EQ(arrays.at("state.npy").second.at(i), static_cast<char>(known[i].state));
+  }
+}
+
+}  // namespace
+}  // namespace ygslam

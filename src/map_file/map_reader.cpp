@@ -167,7 +167,7 @@ void MapReader::read_keyframe(KeyframeId id) {
     if (!wrong) return;
     fault(*wrong);
   }
-  lost_[id] = {parent, T_camera_world};
+  lost_[id] = {removed_.contains(parent) ? kept_before(id) : parent, T_camera_world};
 }
 
 void MapReader::read_keyframes() {

@@ -10,8 +10,9 @@ namespace ygslam::map_file {
 namespace fs = std::filesystem;
 namespace {
 
+// No journal on the disk. OFF is not to be had: SQLite's protection refuses it.
 constexpr const char* kNewFile =
-    "PRAGMA page_size=16384; PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF;"
+    "PRAGMA page_size=16384; PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF;"
     "PRAGMA locking_mode=EXCLUSIVE;";
 // FULL: what write() returned for survives a loss of power. A log that one large write made long
 // is cut again.

@@ -17,7 +17,8 @@ constexpr const char* kNewFile =
 // FULL: what write() returned for survives a loss of power. A log that one large write made long
 // is cut again.
 constexpr const char* kRunning =
-    "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA journal_size_limit=33554432;";
+    "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA journal_size_limit=33554432;"
+    "BEGIN IMMEDIATE; ROLLBACK;";  // whether it can be written is told at once
 
 std::string put_statement(std::size_t table) {
   if (table == 0)

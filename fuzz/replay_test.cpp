@@ -40,7 +40,9 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Replay,
                                            Target{"worlds", worlds}, Target{"lists", lists},
                                            Target{"trajectories", trajectories}, Target{"png", png},
                                            Target{"jpeg", jpeg}, Target{"instances", instances},
-                                           Target{"sweep", sweep}),
+                                           Target{"sweep", sweep}, Target{"map_bytes", map_bytes},
+                                           Target{"map_file", map_file},
+                                           Target{"map_rows", map_rows}),
                          [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace

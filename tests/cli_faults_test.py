@@ -4,9 +4,7 @@ The numbers F1 ... F24 are those of docs/reliability.md.
 """
 import math
 import os
-import re
 import resource
-import sqlite3
 import struct
 import unittest
 
@@ -141,37 +139,6 @@ class Images(CliTest):
         self.assertEqual(self.run_slam(folder).returncode, 4)
         self.assertEqual({path.name: path.read_bytes() for path in (self.folder / "out").iterdir()},
                          before)
-
-
-class Maps(CliTest):
-    """Files that are no maps; what is wrong inside of maps is tested beside the code."""
-
-    def test_what_is_no_map_is_code_6_with_one_line(self):
-        letter = self.folder / "letter.txt"
-        letter.write_text("Dear all,\n")
-        empty = self.folder / "empty.map"
-        empty.touch()
-        database = self.folder / "other.map"
-        with sqlite3.connect(database) as other:
-            other.execute("CREATE TABLE shopping(item TEXT)")
-        pipe = self.folder / "pipe"
-        os.mkfifo(pipe)
-        for file, cause in ((letter, "is not a map"), (empty, "is empty"), (self.folder, "is a folder"),
-                            (database, "another program"), (pipe, "no regular file"),
-                            (self.folder / "none.map", "No such file")):
-            for command in (["info"], ["check"], ["recover", "-o", self.folder / "new.map"],
-                            ["export", "-o", self.folder / "new.ply"]):
-                done = ygslam("map", *command, file, timeout=20)
-                self.assertEqual(done.returncode, 6, f"{command} {file}: {done.stderr}")
-                self.assertRegex(done.stderr, rf"^error: {re.escape(str(file))}: .*{cause}.*\n$")
-                self.assertEqual(done.stdout, "")
-        self.assertEqual(letter.read_text(), "Dear all,\n")
-        self.assertFalse((self.folder / "new.map").exists() or (self.folder / "new.ply").exists())
-
-    def test_exports_know_two_endings(self):
-        done = ygslam("map", "export", self.folder / "none.map", "-o", self.folder / "room.obj")
-        self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertIn(".ply", done.stderr)
 
 
 class Lists(CliTest):

@@ -391,66 +391,6 @@ class TwoAtOnce(LongRuns):
         self.assert_ran(self.run_slam(sequence(), "--to", 12))  # free again
 
 
-class KeptMaps(CliTest):
-    """--save-map, --load-map and localize."""
-
-    def setUp(self):
-        super().setUp()
-        self.map = self.folder / "room.ygmap"
-
-    def save(self, **how):
-        done = self.run_slam(sequence(), "--to", 40, "--save-map", self.map, out="mapped", **how)
-        self.assert_ran(done)
-
-    def localize(self, *options, **how):
-        return ygslam("localize", sequence(), "--map", self.map, "--out", self.folder / "placed",
-                      "--dynamic", "geometry", "--deterministic", *options, **how)
-
-    def states(self, out):
-        lines = lines_of(self.folder / out / "frames.csv")
-        column = lines[0].split(",").index("state")
-        return [line.split(",")[column] for line in lines[1:]]
-
-    def test_a_map_is_saved_found_again_and_left_as_it_is(self):
-        self.save()
-        self.assertEqual(os.listdir(self.folder).count("room.ygmap-wal"), 0, "one file")
-        self.assertEqual(ygslam("map", "check", self.map).returncode, 0)
-        before = self.map.read_bytes()
-        done = self.localize("--from", 10, "--to", 40)
-        self.assert_ran(done)
-        self.assertEqual(set(self.states("placed")[1:]), {"tracking"})
-        self.assertEqual(self.map.read_bytes(), before)
-        self.assertFalse((self.folder / "placed" / "map.ply").exists())
-
-    def test_a_run_goes_on_with_a_map_and_saves_it_again(self):
-        self.save()
-        first = ygslam("map", "info", self.map).stdout
-        done = self.run_slam(sequence(), "--from", 10, "--load-map", self.map, "--save-map",
-                             self.map, out="second")
-        self.assert_ran(done)
-        self.assertEqual(set(self.states("second")[1:]), {"tracking"})
-        self.assertNotEqual(ygslam("map", "info", self.map).stdout, first)
-        self.assertEqual(ygslam("map", "check", self.map).returncode, 0)
-
-    def test_no_map_another_camera_or_a_damaged_one_is_code_6(self):
-        self.assert_error(self.localize(), 6, "room.ygmap")
-        self.save()
-        camera = self.folder / "camera.yaml"
-        camera.write_text("fx: 400\nfy: 400\ncx: 160\ncy: 120\nwidth: 320\nheight: 240\n")
-        for command in (self.localize, ):
-            self.assert_error(command("--camera", camera), 6, "room.ygmap")
-        content = bytearray(self.map.read_bytes())
-        content[len(content) // 2] ^= 0x10
-        self.map.write_bytes(content)
-        done = self.run_slam(sequence(), "--load-map", self.map, out="third")
-        self.assert_error(done, 6, "room.ygmap")
-        self.assertFalse((self.folder / "third").exists())
-
-    def test_a_map_that_cannot_be_written_is_code_9(self):
-        done = self.run_slam(sequence(), "--to", 10, "--save-map", self.folder / "none" / "map")
-        self.assert_error(done, 9, "none")
-
-
 class SameBytes(CliTest):
     """F37, F38: nothing but the input decides what is written."""
 

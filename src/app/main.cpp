@@ -23,6 +23,14 @@ namespace {
 
 constexpr std::size_t kLeastMemory_bytes = std::size_t{16} << 20;  // without it: out of memory
 
+/// Mostly a variable of a script that was never set: not to be taken for an option not given.
+void refuse_empty_values(CLI::App& app) {
+  for (CLI::Option* option : app.get_options())
+    if (option->get_items_expected_max() > 0)
+      option->check([](const std::string& value) { return value.empty() ? "is empty" : ""; });
+  for (CLI::App* command : app.get_subcommands({})) refuse_empty_values(*command);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -61,6 +69,7 @@ int main(int argc, char** argv) {
     ygslam::add_inspect_command(app, exit_code);
     ygslam::add_map_command(app, exit_code);
     ygslam::add_config_command(app);
+    refuse_empty_values(app);
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -10,7 +10,9 @@
 #include "io/atomic_file.hpp"
 #include "io/ply.hpp"
 #include "io/trajectory.hpp"
+#include "map/map_bytes.hpp"
 #include "map_file/map_file.hpp"
+#include "map_file/open_map.hpp"
 #include "system/map_merge.hpp"
 #include "system/run_writer.hpp"
 #include "system/slam_config.hpp"
@@ -119,6 +121,9 @@ Result<int> export_map(const MapOptions& options) {
   if (!cloud && out.extension() != ".txt")
     return Error{ErrorKind::kUsage,
                  options.out + ": .ply for landmarks or .txt for the keyframes' trajectory"};
+  std::error_code code;
+  if (std::filesystem::is_regular_file(out, code) && map_file::has_map_header(out))
+    return Error{ErrorKind::kOutput, options.out + ": is a map: not replaced"};
   const auto map = load_map(options.file);
   if (!map) return map.error();
   if (cloud) {
@@ -145,6 +150,8 @@ Result<int> merge(const MapOptions& options) {
   const Camera camera(info->camera);
   const auto b = load_map(options.other, camera, a->scales());
   if (!b) return b.error();
+  if (a->version() == b->version() && to_bytes(*a) == to_bytes(*b))
+    return Error{ErrorKind::kUsage, options.other + ": the same map as " + options.file};
   const auto config = resolved(SlamConfig{});
   if (!config) return config.error();
   const MapAlignment alignment =

@@ -62,14 +62,14 @@ struct Run {
   int interrupted_by = 0;
 };
 
-Status open_map_saver(Run& run, MapSink& sink) {
+/// Not before there is a frame: a call that ends in an error leaves no empty map.
+Status open_map_saver(Run& run) {
   if (run.options.save_map.empty()) return Ok{};
   const OrbConfig& orb = run.config.orb;
   auto saver = MapSaver::open(run.options.save_map, Camera(run.sequence.camera),
                               {orb.levels, orb.scale_factor});
   if (!saver.ok()) return saver.error();
   run.map_saver = std::move(saver).value();
-  sink = [&saver = *run.map_saver](const Map& map) { saver.look(map); };
   return Ok{};
 }
 
@@ -92,7 +92,7 @@ Status prepare(Run& run) {
   session.may_fork = true;
   session.load_map = o.load_map;
   session.localize_only = o.localize;
-  if (Status opened = open_map_saver(run, session.map_sink); !opened.ok()) return opened;
+  if (!o.save_map.empty()) session.map_sink = [&run](const Map& map) { run.map_saver->look(map); };
   auto opened = open_session(std::move(session));
   if (!opened.ok()) return opened.error();
   run.session = std::move(opened).value();
@@ -130,6 +130,7 @@ Status process_frames(Run& run, LogFile& log_file) {
   std::optional<Error> picture_error;
   while (auto frame = run.reader->next()) {
     if (std::exchange(first, false)) {
+      if (Status opened = open_map_saver(run); !opened.ok()) return opened;
       // Not before: a run without a frame leaves an earlier one's files alone.
       if (Status placed = log_file.place(); !placed.ok()) return placed;
       warn_about_depth(**frame);
@@ -179,6 +180,8 @@ void add_truth(const Run& run, std::span<const StampedPose> trajectory,
 Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const std::filesystem::path out = run.options.out_dir;
   const Map map = run.session.runner->map();
+  // The map comes first: it lies elsewhere, and what befalls the folder must not cost it.
+  const Status saved = run.map_saver ? run.map_saver->finish(map) : Status(Ok{});
   const auto posed = run.files->trajectory();
   if (!posed.ok()) return posed.error();
   const std::vector<StampedPose> trajectory = final_trajectory(*posed, map);
@@ -212,8 +215,7 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   if (!written.ok()) return written;
   SlamConfig config = run.config;
   written = write_file_atomically(out / "config.yaml", schema_of(config).to_yaml());
-  if (written.ok() && run.map_saver) written = run.map_saver->finish(map);
-  return written;
+  return written.ok() ? saved : written;
 }
 
 void log_shutter(const TumSequence& sequence) {

@@ -160,7 +160,12 @@ Result<OutputLock> OutputLock::acquire_beside(const fs::path& file) {
 Result<OutputLock> OutputLock::acquire(const fs::path& path, const std::string& name) {
   while (true) {
     const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
-    if (descriptor < 0) return output_error(path, errno);
+    if (descriptor < 0) {
+      const int error_number = errno;
+      std::error_code ignored;
+      const bool is_there = fs::exists(fs::symlink_status(path, ignored));
+      return output_error(is_there ? path : fs::path(name), error_number);
+    }
     OutputLock lock(path, descriptor);
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
       const int error_number = errno;

@@ -19,7 +19,13 @@ class MapAssembly {
     std::uint32_t next_keyframe = 0;
     std::uint32_t next_landmark = 0;
     std::uint64_t version = 0;
+    /// Whether there are any left for what is to come.
+    [[nodiscard]] bool are_possible() const {
+      return next_keyframe <= kMostIds && next_landmark <= kMostIds && version <= kMostVersions;
+    }
   };
+  static constexpr std::uint32_t kMostIds = 1U << 30;
+  static constexpr std::uint64_t kMostVersions = std::uint64_t{1} << 62;
   static constexpr int kMostLevels = 32;
   /// Nothing if there can be no such pyramid.
   [[nodiscard]] static std::optional<PyramidScales> scales(std::uint32_t levels, double factor);

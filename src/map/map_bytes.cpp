@@ -115,6 +115,7 @@ Result<Map> map_from_bytes(std::span<const char> bytes, const std::array<double,
   in.number(numbers.version);
   auto scales = MapAssembly::scales(levels, factor);
   if (!in.ok() || !scales) return fault("damaged: no image pyramid");
+  if (!numbers.are_possible()) return fault("damaged: no numbers are left");
   MapAssembly assembly(std::move(*scales), numbers, bounds);
   if (const auto wrong = read_parts(in, assembly)) return fault("damaged: " + *wrong);
   return assembly.finish();

@@ -15,6 +15,11 @@
 namespace ygslam::map_fields {
 
 inline constexpr double kMostShutterTime_s = 1;
+// Beyond these nothing is but numbers that would not stay finite when they are reckoned with.
+inline constexpr double kFarthest_m = 1e7;
+inline constexpr double kFastest = 1e6;       // m/s, rad/s
+inline constexpr int kMostCounted = 1 << 30;  // of frames
+inline constexpr const char* kTooFar = "a position is farther than any place";
 inline constexpr std::uint32_t kMostBlocks = 4096;  // of a free-space image, in a row or column
 
 template <typename Archive, typename Vector>
@@ -33,6 +38,7 @@ inline void pose(ArchiveReader& archive, SE3& T) {
   coefficients(archive, t);
   archive.check((R.transpose() * R - Mat3::Identity()).norm() < 1e-6 && R.determinant() > 0,
                 "a pose is no rotation");
+  archive.check(t.cwiseAbs().maxCoeff() < kFarthest_m, kTooFar);
   if (archive.ok()) T = SE3(R, t);
 }
 
@@ -44,6 +50,7 @@ void read_out(Archive& archive, auto& r) {  // a ReadOut
     archive.check(std::abs(*time_s) < kMostShutterTime_s, "a shutter time is too long");
   }
   coefficients(archive, r.body_velocity);
+  archive.check(r.body_velocity.cwiseAbs().maxCoeff() < kFastest, "a camera is too fast");
 }
 
 template <typename Archive>
@@ -52,7 +59,10 @@ void removed_keyframe(Archive& archive, auto& removed) {  // a RemovedKeyframe
   archive.number(removed.parent);
   auto& T = removed.T_camera_parent;
   for (auto& q : T.q_xyzw) archive.number(q);
-  for (auto& t : T.t) archive.number(t);
+  for (auto& t : T.t) {
+    archive.number(t);
+    archive.check(std::abs(t) < kFarthest_m, kTooFar);
+  }
   archive.check(std::abs(Eigen::Vector4d(T.q_xyzw.data()).norm() - 1) < 1e-6,
                 "a pose is no rotation");
 }
@@ -227,8 +237,10 @@ void landmarks(Archive& archive, auto& list) {
     for (auto& bits : at(list, i).descriptor.bits) archive.number(bits);
   for (std::size_t i = 0; i < n && Archive::kReads; ++i) {
     const Landmark& l = at(list, i);
+    archive.check(l.p_world.cwiseAbs().maxCoeff() < kFarthest_m, kTooFar);
     archive.check(l.visible >= 1 && l.found >= 0 && l.found <= l.visible,
                   "a landmark was found more often than it was visible");
+    archive.check(l.visible <= kMostCounted, "a landmark was visible too often");
     archive.check(l.min_distance_m >= 0 && l.min_distance_m <= l.max_distance_m,
                   "a landmark has no range of distances");
     const double length = l.normal_world.norm();

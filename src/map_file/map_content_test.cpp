@@ -76,6 +76,7 @@ TEST_F(MapContent, PosesAreRotations) {
   expect_refused_with(RowKey{Table::kPose, 0}, 88, std::numeric_limits<double>::infinity(),
                       "pose 0: a number is not finite");
   expect_refused_with(RowKey{Table::kPose, 0}, 0, 1.001, "pose 0: a pose is no rotation");
+  expect_refused_with(RowKey{Table::kPose, 0}, 72, 1e155, "pose 0: a position is farther");
   restore();  // a reflection is orthogonal, too
   sign_row(path_, {Table::kPose, 0}, [](std::string& raw) {
     for (std::size_t i = 0; i < 9; ++i) {
@@ -117,6 +118,7 @@ TEST_F(MapContent, ParentsAreOlder) {
   expect_refused_with(RowKey{Table::kRemoved, 0}, first, kNoKeyframe, "another chunk");
   expect_refused_with(RowKey{Table::kRemoved, 0}, first, KeyframeId{0}, "removed keyframe 0");
   expect_refused_with(RowKey{Table::kRemoved, 0}, first + 8, 2.0, "no rotation");
+  expect_refused_with(RowKey{Table::kRemoved, 0}, first + 40, -1e8, "a position is farther");
 }
 
 TEST_F(MapContent, FeaturesLieInTheImage) {
@@ -139,6 +141,7 @@ TEST_F(MapContent, FeaturesLieInTheImage) {
       free_space + 12 + 4 * map_.keyframe(KeyframeId{0}).data->free_space.blocks_m().size();
   expect_refused_with(key, read_out, 2.0, "seen 0: a shutter time is too long");
   expect_refused_with(key, read_out + 24, kNan, "seen 0: a number is not finite");
+  expect_refused_with(key, read_out + 24, -1e7, "seen 0: a camera is too fast");
   expect_refused_with(RowKey{Table::kWeight, 0}, 0, static_cast<std::uint32_t>(0),
                       "weight 0: bytes left");
   expect_refused_with(RowKey{Table::kWeight, 0}, 4 + 3 * n, std::uint8_t{0xbf},
@@ -168,6 +171,9 @@ TEST_F(MapContent, LandmarksAreSeenByWhatIsThere) {
   change([](Landmark& l) { l.id = kNoLandmark; }, "landmarks 0: a landmark of another chunk");
   change([](Landmark& l) { l.id = LandmarkId{1000}; }, "landmark 1000: the map has numbers below");
   change([](Landmark& l) { l.p_world.x() = kNan; }, "landmarks 0: a number is not finite");
+  change([](Landmark& l) { l.p_world.y() = -1e200; }, "landmarks 0: a position is farther");
+  change([](Landmark& l) { l.visible = l.found = std::numeric_limits<int>::max(); },
+         "landmarks 0: a landmark was visible too often");
   change([](Landmark& l) { l.normal_world *= 2; }, "a normal has not length 1");
   change([](Landmark& l) { l.min_distance_m = 2 * l.max_distance_m; }, "no range of distances");
   change([](Landmark& l) { l.found = l.visible + 1; }, "found more often");
@@ -196,6 +202,8 @@ TEST_F(MapContent, TheSummaryIsChecked) {
   change([](auto& m) { m.info.keyframes += 1; }, "keyframes of");
   change([](auto& m) { m.numbers.next_keyframe = 3; }, "the map has numbers below 3");
   change([](auto& m) { m.numbers.next_landmark = 3; }, "the map has numbers below 3");
+  change([](auto& m) { m.numbers.next_landmark = index(kNoLandmark); }, "no numbers are left");
+  change([](auto& m) { m.numbers.version = ~std::uint64_t{0}; }, "no numbers are left");
   change([](auto& m) { m.rows_digest ^= 1; }, "do not belong together");
 }
 

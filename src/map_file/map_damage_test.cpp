@@ -149,6 +149,23 @@ TEST_F(MapDamage, AFlippedBitIsNamedAndTheRestSaved) {
   }
 }
 
+TEST_F(MapDamage, AChildOfARemovedKeyframeMayBeLost) {
+  const KeyframeId removed = map_.removed_keyframes().front().id;
+  const auto child = map_.keyframes().upper_bound(removed);
+  const std::uint32_t id = index(child->first);
+  sign_keyframe(path_, id, index(child->second.parent), index(removed),
+                child->second.data->stamp.ns);
+  ASSERT_TRUE(load(path_).ok());
+  sql(path_, "DELETE FROM seen WHERE id = " + std::to_string(id));
+  const auto recovery = recover_map(path_, folder_.path() / "saved.map");
+  ASSERT_TRUE(recovery.ok()) << recovery.error().message;
+  EXPECT_EQ(recovery->keyframes, map_.keyframes().size() - 1);
+  const auto back = load(folder_.path() / "saved.map");
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_LT((back->resolved_pose(child->first).t() - child->second.T_camera_world.t()).norm(),
+            1e-9);
+}
+
 TEST_F(MapDamage, ADamagedSummaryIsMadeAnew) {
   for (const std::string& value : {std::string("landmarks"), std::string("next_keyframe"),
                                    std::string("rows_digest"), std::string("uuid")}) {

@@ -10,6 +10,7 @@ namespace ygslam {
 namespace {
 
 using map_file_test::camera;
+using map_file_test::GrowingMap;
 using map_file_test::load;
 using map_file_test::names_in;
 using map_file_test::Nobody;
@@ -104,7 +105,11 @@ TEST(MapFile, OlderFileStaysWholeWhenTheDiskIsFull) {
   const Map old = some_map(1);
   ASSERT_TRUE(save_map(path, old, camera()).ok());
   const Map map = some_map();
-  for (const rlim_t limit : {0, 1000, 40'000, 150'000}) {
+  const fs::path whole = folder.path() / "whole.map";
+  ASSERT_TRUE(save_map(whole, map, camera()).ok());
+  const auto bytes = fs::file_size(whole);
+  fs::remove(whole);
+  for (rlim_t limit = 0; limit < bytes; limit += 5000) {
     const testing::FileSizeLimit full(limit);
     const Status saved = save_map(path, map, camera());
     ASSERT_FALSE(saved.ok()) << limit;
@@ -116,6 +121,15 @@ TEST(MapFile, OlderFileStaysWholeWhenTheDiskIsFull) {
     EXPECT_EQ(names_in(folder.path()), std::vector<std::string>{"room.map"}) << limit;
   }
   EXPECT_TRUE(save_map(path, map, camera()).ok());
+}
+
+TEST(MapFile, NothingIsLeftOfALargeMapWhenTheDiskIsFull) {
+  const TempFolder folder;
+  GrowingMap growing(3000);
+  growing.grow(40);  // more than SQLite keeps in memory
+  const testing::FileSizeLimit full(1 << 20);
+  ASSERT_FALSE(save_map(folder.path() / "room.map", growing.map(), camera()).ok());
+  EXPECT_EQ(names_in(folder.path()), std::vector<std::string>{});
 }
 
 TEST(MapFile, ReadOnlyFolderIsToldOfAndReadFrom) {

@@ -150,6 +150,8 @@ Result<Meta> meta_of(const MetaEntries& entries) {
     if (is_camera(name)) return refuse(fault);
     if (meta.fault.empty()) meta.fault = fault;
   }
+  if (meta.fault.empty() && !meta.numbers.are_possible())
+    meta.fault = "meta: next_keyframe, next_landmark, map_version: no numbers are left";
   constexpr std::int64_t kMostPixels = 1 << 24;
   const CameraConfig& camera = meta.info.camera;
   if (camera.width < 1 || camera.height < 1 ||

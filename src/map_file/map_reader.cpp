@@ -16,10 +16,11 @@ struct KeyframeRow {
   std::int64_t stamp_ns = 0;
 };
 
-/// Any, where the file does not say any more which there can be.
+/// Any possible, where the file does not say any more which there can be.
 MapAssembly::Numbers numbers_of(const Meta& meta) {
   if (meta.fault.empty()) return meta.numbers;
-  return {index(kNoKeyframe), index(kNoLandmark), meta.numbers.version};
+  return {MapAssembly::kMostIds, MapAssembly::kMostIds,
+          std::min(meta.numbers.version, MapAssembly::kMostVersions)};
 }
 
 }  // namespace
@@ -167,7 +168,7 @@ void MapReader::read_keyframe(KeyframeId id) {
     if (!wrong) return;
     fault(*wrong);
   }
-  lost_[id] = {parent, T_camera_world};
+  lost_[id] = {removed_.contains(parent) ? kept_before(id) : parent, T_camera_world};
 }
 
 void MapReader::read_keyframes() {

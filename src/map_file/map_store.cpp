@@ -10,13 +10,15 @@ namespace ygslam::map_file {
 namespace fs = std::filesystem;
 namespace {
 
+// No journal on the disk. OFF is not to be had: SQLite's protection refuses it.
 constexpr const char* kNewFile =
-    "PRAGMA page_size=16384; PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF;"
+    "PRAGMA page_size=16384; PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF;"
     "PRAGMA locking_mode=EXCLUSIVE;";
 // FULL: what write() returned for survives a loss of power. A log that one large write made long
 // is cut again.
 constexpr const char* kRunning =
-    "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA journal_size_limit=33554432;";
+    "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA journal_size_limit=33554432;"
+    "BEGIN IMMEDIATE; ROLLBACK;";  // whether it can be written is told at once
 
 std::string put_statement(std::size_t table) {
   if (table == 0)

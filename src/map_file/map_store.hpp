@@ -12,7 +12,7 @@ namespace ygslam::map_file {
 class MapStore {
  public:
   /// A new file with empty tables, not yet a map: that it becomes with the first write(). It keeps
-  /// no journal, so that it is worth nothing until it is closed.
+  /// no journal on the disk, so that it is worth nothing until it is closed.
   static Result<MapStore> create(const std::filesystem::path& path, MapFileInfo info);
   /// A file whose map goes on, with a write-ahead log.
   /// @param meta what stands there.

@@ -1,3 +1,9 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
 #include "core/check.hpp"
 #include "map_file/map_file.hpp"
 #include "map_file/map_store.hpp"
@@ -30,6 +36,9 @@ Result<MapWriter> MapWriter::open(const fs::path& path, const Camera& camera,
         map_file::save_new(*target, Map(scales), map_file::new_info(camera.config(), scales));
     if (!made) return made.error();
   }
+  // Not only at the end of a long run.
+  if (::faccessat(AT_FDCWD, target->c_str(), W_OK, AT_EACCESS) != 0)
+    return Error{ErrorKind::kOutput, path.string() + ": " + std::strerror(errno)};
   fs::path journal = *target;
   journal += "-journal";
   if (fs::exists(journal, code))  // SQLite would take it for the file's own and roll it back

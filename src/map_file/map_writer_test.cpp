@@ -122,6 +122,20 @@ TEST(MapWriter, RefusesWhatIsNoMapOfThisCamera) {
             ErrorKind::kOutput);
 }
 
+TEST(MapWriter, AFileThatCannotBeWrittenIsRefusedAtOnce) {
+  const TempFolder folder;
+  const fs::path path = folder.path() / "room.map";
+  ASSERT_TRUE(save_map(path, some_map(1), camera()).ok());
+  fs::permissions(path, fs::perms(0444));
+  fs::permissions(folder.path(), fs::perms(0777));
+  const Nobody nobody;
+  const auto writer = MapWriter::open(path, camera(), scales());
+  ASSERT_FALSE(writer.ok());
+  EXPECT_EQ(writer.error().kind, ErrorKind::kOutput);
+  EXPECT_EQ(writer.error().message, path.string() + ": Permission denied");
+  EXPECT_EQ(names_in(folder.path()), std::vector<std::string>{"room.map"});
+}
+
 TEST(MapWriter, GoesOnAfterAFullDisk) {
   const TempFolder folder;
   const fs::path path = folder.path() / "room.map";

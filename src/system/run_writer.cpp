@@ -28,7 +28,8 @@ void append_number(std::string& text, double value, int decimals) {
   }
   // Through to_chars-like integers: snprintf would follow the locale's decimal point.
   const auto scale = decimals == 3 ? 1000.0 : 1.0;
-  const auto fixed = std::llround(std::abs(value) * scale);
+  constexpr double kMost = 9e18;  // that a long long holds
+  const auto fixed = std::llround(std::min(std::abs(value) * scale, kMost));
   if (value < 0 && fixed > 0) text += '-';
   text += std::to_string(fixed / static_cast<long long>(scale));
   if (decimals == 3) {

@@ -14,6 +14,7 @@
 #include "eval/report.hpp"
 #include "geometry/rolling_shutter.hpp"
 #include "io/atomic_file.hpp"
+#include "scene_file/export_scene.hpp"
 #include "system/map_saver.hpp"
 #include "system/metrics.hpp"
 #include "system/run_writer.hpp"
@@ -177,6 +178,13 @@ void add_truth(const Run& run, std::span<const StampedPose> trajectory,
     std::printf("ATE RMSE %.4f m over %zu poses\n", report->ate_m.rmse, report->pairs);
 }
 
+Status write_scene(const std::filesystem::path& folder, const StaticScene& scene) {
+  if (scene.mesh.triangles.empty())
+    log::warn("{}: nothing of the static scene was seen, its files are empty", folder.string());
+  return export_scene(
+      folder, {scene.mesh.vertices, scene.mesh, scene.space, scene.objects, scene.gravity, {}});
+}
+
 Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const std::filesystem::path out = run.options.out_dir;
   const Map map = run.session.runner->map();
@@ -198,6 +206,8 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
     written =
         write_run(out, trajectory, map, run.session.runner->cloud(), run.sequence.stamp_decimals);
   }
+  if (written.ok() && !run.options.export_dir.empty())
+    written = write_scene(run.options.export_dir, run.session.runner->scene());
   if (written.ok())
     written = write_file_atomically(
         out / "loops.csv",
@@ -237,6 +247,8 @@ Result<int> run_all(Run& run) {
   Status prepared = prepare(run);
   if (!prepared.ok()) return prepared.error();
   Status writable = ensure_writable_directory(o.out_dir);
+  if (!writable.ok()) return writable.error();
+  if (!o.export_dir.empty()) writable = ensure_writable_directory(o.export_dir);
   if (!writable.ok()) return writable.error();
   auto lock = OutputLock::acquire(o.out_dir);
   if (!lock.ok()) return lock.error();
@@ -315,6 +327,11 @@ void declare_options(CLI::App& command, RunOptions& o) {
       .add_option("--save-map", o.save_map,
                   "Keep the map in this file while it grows (see docs/maps.md)")
       ->type_name("FILE");
+  command
+      .add_option(
+          "--export", o.export_dir,
+          "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)")
+      ->type_name("DIR");
   add_run_options(command, o);
   command.footer(
       "Examples:\n"

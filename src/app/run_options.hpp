@@ -20,7 +20,7 @@ struct RunOptions {
   std::string sequence, out_dir;
   std::string model, segmenter = "model", dynamic_mode;
   std::string camera_file, config_file, debug_dir;
-  std::string load_map, save_map;
+  std::string load_map, save_map, export_dir;
   bool localize = false;          ///< in the loaded map, which stays as it is
   std::vector<std::string> sets;  ///< key=value
   std::size_t from = 0, to = 0, stride = 1;

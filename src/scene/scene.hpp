@@ -16,7 +16,7 @@ namespace ygslam {
 /// What a point of a surface is, and how sure that is.
 struct SurfaceLabel {
   SemanticClass semantic_class = SemanticClass::kUnknown;
-  ObjectId object = kNoObject;
+  SceneObjectId object = kNoSceneObject;
   float probability = 0;  ///< of the class, 0 to 1
 };
 
@@ -68,7 +68,7 @@ struct OrientedBox {
 
 /// A thing that stands in the room.
 struct SceneObject {
-  ObjectId id = kNoObject;
+  SceneObjectId id = kNoSceneObject;
   SemanticClass semantic_class = SemanticClass::kUnknown;
   float probability = 0;  ///< of the class
   ObjectState state = ObjectState::kCandidate;
@@ -82,6 +82,14 @@ struct SceneObject {
 struct Gravity {
   Vec3 up_world = Vec3(0, 0, 1);
   double floor_m = 0;  ///< of the floor along up_world
+};
+
+/// All that is known of it.
+struct StaticScene {
+  TriangleMesh mesh;
+  SpaceCells space;
+  std::vector<SceneObject> objects;
+  Gravity gravity;
 };
 
 }  // namespace ygslam

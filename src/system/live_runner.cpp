@@ -65,8 +65,14 @@ class LiveRunner final : public Runner {
 
   std::vector<ColouredPoint> cloud() override {
     std::vector<ColouredPoint> points;
-    map_->inspect([&](const MappingStage& stage) { points = stage.cloud(); });
+    map_->inspect_dense([&](DenseMap& dense) { points = dense.cloud(); });
     return points;
+  }
+
+  StaticScene scene() override {
+    StaticScene scene;
+    map_->inspect_dense([&](DenseMap& dense) { scene = dense.scene(); });
+    return scene;
   }
 
   std::vector<LoopAttempt> loop_attempts() override {
@@ -95,6 +101,7 @@ class LiveRunner final : public Runner {
     map_->join();
     if (answers) segment_waiting(time_left_s);
     map_->stage().finish();
+    map_->finish_dense();
     RunStatistics& statistics = log_.statistics();
     statistics.map = map_->times();
     if (segmenter_) {
@@ -112,7 +119,7 @@ class LiveRunner final : public Runner {
     const Map empty({config_.orb.levels, config_.orb.scale_factor});
     map_ = std::make_unique<MapThread>(
         MappingStage(mapping_config_, camera_, map_use_.start.value_or(empty)), camera_,
-        mapping_config_.mapper.bundle, map_use_.sink);
+        mapping_config_.mapper.bundle, config_.dense, map_use_.sink);
     without_mask_.clear();
     last_frames_.clear();
     last_mask_.reset();

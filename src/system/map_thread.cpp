@@ -3,11 +3,12 @@
 namespace ygslam {
 
 MapThread::MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle,
-                     MapSink sink)
+                     const DenseMapConfig& dense, MapSink sink)
     : stage_(std::move(stage)),
       view_(stage_.view()),
       sink_(std::move(sink)),
       adjustment_(camera, bundle),
+      dense_(dense, camera),
       thread_([this](const std::stop_token& stop) { loop(stop); },
               [this] {
                 queue_.close();
@@ -66,7 +67,13 @@ bool MapThread::close_loops() {
 
 void MapThread::publish() {
   view_.store(stage_.view());
+  dense_.apply(stage_.take_dense_update());
   if (sink_) sink_(stage_.map());
+}
+
+void MapThread::finish_dense() {
+  dense_.apply(stage_.take_dense_update());
+  dense_.finish();
 }
 
 void MapThread::take_adjustment() {

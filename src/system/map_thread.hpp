@@ -10,6 +10,7 @@
 #include "core/published.hpp"
 #include "core/worker_thread.hpp"
 #include "system/adjustment_thread.hpp"
+#include "system/dense_thread.hpp"
 #include "system/mapping_stage.hpp"
 #include "system/run_log.hpp"
 #include "system/runner.hpp"
@@ -19,7 +20,8 @@ namespace ygslam {
 class MapThread {
  public:
   /// @param sink told about the map after each change; may be empty.
-  MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle, MapSink sink);
+  MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle,
+            const DenseMapConfig& dense, MapSink sink);
   ~MapThread();
 
   [[nodiscard]] LocalViewPtr view() const { return view_.load(); }
@@ -46,6 +48,9 @@ class MapThread {
   void join();
   /// After join().
   [[nodiscard]] MappingStage& stage() { return stage_; }
+  /// After join(), with the stage's last changes.
+  void finish_dense();
+  void inspect_dense(const std::function<void(DenseMap&)>& look) { dense_.inspect(look); }
   [[nodiscard]] const StageTimes& times() const { return times_; }
 
  private:
@@ -77,7 +82,8 @@ class MapThread {
   std::atomic<bool> lost_view_waits_{false};
   MapSink sink_;
   AdjustmentThread adjustment_;  // of the whole map, after loops
-  WorkerThread thread_;          // last: it uses everything above
+  DenseThread dense_;
+  WorkerThread thread_;  // last: it uses everything above
 };
 
 }  // namespace ygslam

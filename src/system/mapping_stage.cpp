@@ -24,8 +24,7 @@ std::vector<KeyframeId> submap_of(const Map& map, KeyframeId keyframe) {
 }  // namespace
 
 MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks, bool frozen) {
-  return {config.mapping, config.loop,  config.close_loops,
-          frozen,         config.dense, config.dynamic.masks.mask,
+  return {config.mapping, config.loop, config.close_loops, frozen, config.dynamic.masks.mask,
           expects_masks};
 }
 
@@ -36,8 +35,7 @@ MappingStage::MappingStage(const MappingStageConfig& config, const Camera& camer
       index_(config.loop.index),
       place_finder_(config.loop.finder, camera),
       loop_closer_(config.loop, camera),
-      submap_joiner_({config.loop.index, config.loop.finder}),
-      cloud_(config.dense, camera) {
+      submap_joiner_({config.loop.index, config.loop.finder}) {
   index_.rebuild(this->map());
 }
 
@@ -58,7 +56,7 @@ void MappingStage::insert(const KeyframeMessage& message) {
 }
 
 void MappingStage::refine(const std::atomic<bool>* abort) {
-  for (const KeyframeId culled : mapper_.refine(abort)) cloud_.remove(culled);
+  for (const KeyframeId culled : mapper_.refine(abort)) dense_update_.removed.push_back(culled);
 }
 
 bool MappingStage::look_for(const Features& features, std::span<const float> static_weight) {
@@ -144,8 +142,9 @@ void MappingStage::integrate(const Waiting& waiting, GreyImage dynamic) {
   if (dynamic.empty()) dynamic = GreyImage(depth_m.width(), depth_m.height());
   paint_dynamic_points(dynamic, depth_m, *waiting.features, waiting.labels, kPointRadiusPx,
                        kPointDepthRatio);
-  cloud_.insert(waiting.keyframe, *waiting.frame, dynamic,
-                map().keyframe(waiting.keyframe).data->read_out);
+  dense_update_.added.push_back({waiting.keyframe, waiting.frame,
+                                 map().keyframe(waiting.keyframe).data->read_out,
+                                 std::move(dynamic)});
   if (config_.close_loops) complete_.push_back(waiting.keyframe);
 }
 
@@ -155,11 +154,11 @@ std::vector<FramePtr> MappingStage::waiting() const {
   return frames;
 }
 
-std::vector<ColouredPoint> MappingStage::cloud() const {
-  std::map<KeyframeId, SE3> T_world_camera;
+DenseUpdate MappingStage::take_dense_update() {
   for (const auto& [id, root] : map().roots())
-    if (root == map().main_root()) T_world_camera[id] = map().keyframe(id).T_camera_world.inverse();
-  return cloud_.build(T_world_camera);
+    if (root == map().main_root())
+      dense_update_.T_world_camera[id] = map().keyframe(id).T_camera_world.inverse();
+  return std::exchange(dense_update_, {});
 }
 
 void paint_dynamic_points(GreyImage& mask, const DepthImage& depth_m, const Features& features,

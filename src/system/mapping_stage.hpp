@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "dense/static_cloud.hpp"
+#include "dense/dense_map.hpp"
 #include "loop/submap_joiner.hpp"
 #include "mapping/full_adjustment.hpp"
 #include "mapping/mapper.hpp"
@@ -28,8 +28,7 @@ struct MappingStageConfig {
   LoopConfig loop;
   bool close_loops = true;
   bool frozen = false;  ///< the map stays as it is: frames are placed in it, nothing is added
-  StaticCloudConfig dense;
-  MaskConfig mask;  ///< as tracking reads masks
+  MaskConfig mask;      ///< as tracking reads masks
   bool expects_masks =
       false;  ///< a keyframe's pixels wait for its mask before they enter the cloud
   int max_waiting_keyframes = 64;  ///< beyond: the oldest enters with the point labels alone
@@ -74,7 +73,8 @@ class MappingStage {
   [[nodiscard]] const Map& map() const { return mapper_.map(); }
   /// Frames of keyframes that still wait for their mask, oldest first.
   [[nodiscard]] std::vector<FramePtr> waiting() const;
-  [[nodiscard]] std::vector<ColouredPoint> cloud() const;
+  /// What changed for the dense map since the last call.
+  [[nodiscard]] DenseUpdate take_dense_update();
   /// What the latest keyframes were compared with.
   [[nodiscard]] const std::vector<LoopAttempt>& loop_attempts() const { return attempts_; }
 
@@ -97,7 +97,7 @@ class MappingStage {
   SubmapJoiner submap_joiner_;
   std::vector<LoopAttempt> attempts_;
   std::deque<KeyframeId> complete_;  // mapped and rid of moving things, not compared yet
-  StaticCloud cloud_;
+  DenseUpdate dense_update_;
   std::map<FrameId, Waiting> waiting_;
 };
 

@@ -44,7 +44,8 @@ class OfflineRunner final : public Runner {
   }
 
   Map map() override { return mapping_->map(); }
-  std::vector<ColouredPoint> cloud() override { return mapping_->cloud(); }
+  std::vector<ColouredPoint> cloud() override { return dense_->cloud(); }
+  StaticScene scene() override { return dense_->scene(); }
   std::vector<LoopAttempt> loop_attempts() override { return mapping_->loop_attempts(); }
 
   void reset() override {
@@ -54,6 +55,7 @@ class OfflineRunner final : public Runner {
                      config_.run.seed);
     const Map empty({config_.orb.levels, config_.orb.scale_factor});
     mapping_.emplace(mapping_config_, camera_, map_use_.start.value_or(empty));
+    dense_.emplace(config_.dense, camera_);
     view_ = mapping_->view();
     map_changed_ = map_corrected_ = false;
   }
@@ -62,6 +64,8 @@ class OfflineRunner final : public Runner {
     for (const Pending& p : pending_) mapping_->apply(*p.masks);
     pending_.clear();
     mapping_->finish();
+    dense_->apply(mapping_->take_dense_update());
+    dense_->finish();
     return log_.outcome();
   }
 
@@ -124,7 +128,12 @@ class OfflineRunner final : public Runner {
     const bool looks_elsewhere = result.state == TrackState::kLost &&
                                  mapping_->look_for(*result.features, result.labels.weight);
     if (inserted || map_changed_ || result.wanted_view || looks_elsewhere) view_ = mapping_->view();
-    if ((inserted || map_changed_) && map_use_.sink) map_use_.sink(mapping_->map());
+    if (inserted || map_changed_) {
+      dense_->apply(mapping_->take_dense_update());
+      while (dense_->step()) {
+      }
+      if (map_use_.sink) map_use_.sink(mapping_->map());
+    }
     map_changed_ = false;
   }
 
@@ -136,6 +145,7 @@ class OfflineRunner final : public Runner {
   std::unique_ptr<Segmenter> segmenter_;
   std::optional<Tracker> tracker_;
   std::optional<MappingStage> mapping_;
+  std::optional<DenseMap> dense_;
   LocalViewPtr view_;
   std::deque<Pending> pending_;
   bool map_changed_ = false;

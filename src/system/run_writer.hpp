@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "dense/static_cloud.hpp"
 #include "io/atomic_file.hpp"
 #include "io/trajectory.hpp"
 #include "system/runner.hpp"

@@ -26,6 +26,8 @@ class Runner {
   [[nodiscard]] virtual Map map() = 0;
   /// The coloured static points of the keyframes so far.
   [[nodiscard]] virtual std::vector<ColouredPoint> cloud() = 0;
+  /// The static scene as far as it has been fused.
+  [[nodiscard]] virtual StaticScene scene() = 0;
   /// What the latest keyframes were compared with to close loops.
   [[nodiscard]] virtual std::vector<LoopAttempt> loop_attempts() = 0;
   /// Takes over what was computed on a copy of the map (loops, welds); tracking goes on in the

@@ -140,13 +140,12 @@ void add_mapping_keys(ConfigSchema& s, SlamConfig& c) {
   s.number("noise.depth_sigma_scale", c.mapping.noise.depth_sigma_scale, 0.1, 100.0, "",
            "noise of a corner's depth in units of the Kinect's on a plane",
            "1 for rendered sequences or a depth camera that is one with the colour camera");
-  s.number("dense.voxel_m", c.dense.voxel_m, 0.001, 1.0, "m", "side of a voxel of map.ply",
-           "smaller for detail, larger for large rooms");
-  s.number("dense.max_depth_m", c.dense.max_depth_m, 0.1, 6.5, "m", "farther depth is left out",
-           "nearer for a cleaner cloud, farther for a fuller one");
-  s.number("dense.pixel_stride", c.dense.pixel_stride, 1, 16, "px", "every n-th pixel is used",
-           "1 for the densest cloud, more to save memory");
-  s.number("dense.min_points", c.dense.min_points, 1, 100, "", "measurements that make a voxel",
+  s.number("dense.voxel_m", c.dense.volume.surface.voxel_m, 0.005, 1.0, "m",
+           "side of a voxel of the dense map", "smaller for detail, larger for large rooms");
+  s.number("dense.max_depth_m", c.dense.volume.preparation.max_depth_m, 0.1, 6.5, "m",
+           "farther depth makes no surface", "nearer for a cleaner map, farther for a fuller one");
+  s.number("dense.min_views", c.dense.reading.min_views, 1, 100, "",
+           "keyframes that must have seen a surface",
            "higher against single wrong measurements, 1 for short recordings");
 }
 

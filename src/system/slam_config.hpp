@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "dense/static_cloud.hpp"
+#include "dense/dense_map.hpp"
 #include "features/orb.hpp"
 #include "image/depth.hpp"
 #include "loop/loop_closer.hpp"
@@ -43,7 +43,7 @@ struct SlamConfig {
   MapperConfig mapping;
   LoopConfig loop;
   bool close_loops = true;
-  StaticCloudConfig dense;
+  DenseMapConfig dense;
 };
 
 /// The table of all keys, bound to `config` (which must outlive it).

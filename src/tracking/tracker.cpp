@@ -14,6 +14,7 @@ constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the u
 constexpr double kSamePlaceM = 0.5;      // a loss that ends this near has moved nothing
 constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
 constexpr double kLostBeforeSubmapS = 1.0;
+constexpr double kCoveredShare = 0.5;
 constexpr float kMappedWeight = 0.5F;  // a static point may enter the map
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
@@ -273,14 +274,29 @@ void Tracker::stay_lost(TrackedFrame current, FrameEvidence evidence, const Loca
 void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackResult& result) {
   const Timestamp now = current.frame->stamp;
   if (!lost_since_) lost_since_ = now;
-  if (!starts_submaps() || view.empty()) return;
+  // Points that came back only because there were too few others are no ground for a new world.
+  if (!starts_submaps() || view.empty() || result.labels.too_few_static) return;
   if (seconds_between(now, *lost_since_) < kLostBeforeSubmapS) return;
-  if (usable_points(current, kMappedWeight) < config_.min_start_points) return;
+  const int usable = usable_points(current, kMappedWeight);
+  if (usable < config_.min_start_points || is_covered(current, usable, view)) return;
   lost_since_ = now;
   move_to_middle(current, Vec6::Zero());
   current.pose = last_ ? last_->pose : KeyframeRelativePose{view.reference().data->id, SE3()};
   result.candidate = make_submap(current, view.placed ? reach_m(now) : 0, view);
   last_ = std::move(current);
+}
+
+/// Seen from where the camera was last, most of it would stand in what was free: something came
+/// before the lens, and it is not the world.
+bool Tracker::is_covered(const TrackedFrame& current, int usable, const LocalView& view) {
+  if (!last_) return false;
+  const std::vector<LandmarkId> no_landmarks(current.features->size(), kNoLandmark);
+  const std::vector<std::uint8_t> none_known(current.features->size(), 0);
+  FreeSpaceConfig config = config_.free_space;
+  config.min_landmarks = 0;  // the pose is a guess
+  const auto in_free_space = find_free_space_violations(camera_, current, no_landmarks, none_known,
+                                                        view, last_pose(view), config);
+  return std::count(in_free_space.begin(), in_free_space.end(), 1) > kCoveredShare * usable;
 }
 
 KeyframeCandidate Tracker::make_submap(TrackedFrame& frame, double reach_m, const LocalView& view) {

@@ -121,6 +121,7 @@ class Tracker {
                  TrackResult& result);
   /// What a lost camera sees becomes the start of a submap, if that is enough.
   void offer_submap(TrackedFrame current, const LocalView& view, TrackResult& result);
+  [[nodiscard]] bool is_covered(const TrackedFrame& current, int usable, const LocalView& view);
   [[nodiscard]] KeyframeCandidate make_submap(TrackedFrame& frame, double reach_m,
                                               const LocalView& view);
   /// How far from the last frame that was surely in the world the camera can be by now.

@@ -1,0 +1,79 @@
+// The dense map stage: a pure function of the dense keyframes, their poses and the state of their
+// pixels. A corrected pose and a keyframe that went are both "this contribution changed": it is
+// taken back as it was and put in as it is.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "core/ids.hpp"
+#include "dense/stored_view.hpp"
+#include "image/coloured_point.hpp"
+#include "image/rgbd_frame.hpp"
+#include "volume/mesher.hpp"
+
+namespace ygslam {
+
+struct DenseMapConfig {
+  VolumeConfig volume;
+  ReadingConfig reading;
+  int margin_px = 6;  ///< this far around a mover nothing is taken: masks and depth have soft edges
+};
+
+struct DenseKeyframe {
+  KeyframeId id = kNoKeyframe;
+  FramePtr frame;
+  ReadOut read_out;
+  GreyImage movers;  ///< 255 where something moves or may move; empty = none
+};
+
+/// What changed since the last one.
+struct DenseUpdate {
+  std::vector<DenseKeyframe> added;
+  std::vector<KeyframeId> removed;
+  /// Of the keyframes that have a place in the world: all of them.
+  std::map<KeyframeId, SE3> T_world_camera;
+};
+
+class DenseMap {
+ public:
+  DenseMap(const DenseMapConfig& config, const Camera& camera);
+
+  void apply(const DenseUpdate& update);
+  /// Brings the keyframe up to date that is most out of place, if one is by more than half a voxel
+  /// at some distance. @return false if none is.
+  bool step();
+  /// Brings all of them up to date, however little they moved.
+  void finish();
+
+  /// As of the contributions that are in.
+  [[nodiscard]] TriangleMesh mesh();
+  [[nodiscard]] std::vector<ColouredPoint> cloud();
+  [[nodiscard]] StaticScene scene();
+  [[nodiscard]] const Volume& volume() const { return *volume_; }
+  /// Of the volume, its mesh and the keyframes' images.
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  struct Contribution {
+    StoredView view;
+    std::optional<SE3> wanted;  // T_world_camera; none: it has no place
+    std::optional<SE3> fused;
+  };
+  [[nodiscard]] double out_of_place_m(const Contribution& contribution) const;
+  void bring_up_to_date(Contribution& contribution);
+  void start_again();
+
+  DenseMapConfig config_;
+  const Camera& camera_;
+  std::map<KeyframeId, Contribution> contributions_;
+  std::optional<Volume> volume_;
+  std::optional<Mesher> mesher_;
+  int min_views_ = 0;  // that the mesher asks for
+};
+
+/// The mask grown by radius_px (square). @return empty for an empty mask.
+[[nodiscard]] GreyImage dilated(const GreyImage& mask, int radius_px);
+
+}  // namespace ygslam

@@ -1,0 +1,201 @@
+#include "dense/room_structure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+namespace ygslam {
+namespace {
+
+constexpr double kHeightBinM = 0.02;
+constexpr double kLevelCos = 0.94;    // within 20 degrees of up
+constexpr double kUprightSin = 0.26;  // within 15 degrees of level
+constexpr int kAzimuths = 72;         // of walls: bins of 5 degrees
+constexpr double kOffsetBinM = 0.05;
+constexpr double kFacingCos = 0.9;
+
+/// A third of the area of each triangle around a vertex [m2].
+std::vector<double> vertex_areas_m2(const TriangleMesh& mesh) {
+  std::vector<double> areas(mesh.vertices.size(), 0);
+  for (const auto& triangle : mesh.triangles) {
+    const Eigen::Vector3f& a = mesh.vertices[triangle[0]].p_world;
+    const Eigen::Vector3f& b = mesh.vertices[triangle[1]].p_world;
+    const Eigen::Vector3f& c = mesh.vertices[triangle[2]].p_world;
+    const double area_m2 = 0.5 * static_cast<double>((b - a).cross(c - a).norm());
+    for (const std::uint32_t corner : triangle) areas[corner] += area_m2 / 3;
+  }
+  return areas;
+}
+
+/// Mean direction of the surfaces that face up or down, in a narrowing cone around the last one.
+Vec3 refined_up(const TriangleMesh& mesh, const std::vector<double>& areas_m2, const Vec3& guess,
+                double max_tilt_rad) {
+  Vec3 up = guess.normalized();
+  for (double cone_rad = max_tilt_rad; cone_rad > 0.08; cone_rad *= 0.7) {
+    const double least_cos = std::cos(cone_rad);
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = 0; i < areas_m2.size(); ++i) {
+      const Vec3 normal = mesh.vertices[i].normal_world.cast<double>();
+      const double cosine = normal.dot(up);
+      if (std::abs(cosine) >= least_cos) sum += std::copysign(areas_m2[i], cosine) * normal;
+    }
+    if (sum.norm() > 0) up = sum.normalized();
+  }
+  return up;
+}
+
+/// Area by height of the surfaces whose normal's part along up is within [low, high].
+std::map<int, double> area_by_height(const TriangleMesh& mesh, const std::vector<double>& areas_m2,
+                                     const Vec3& up, double low, double high) {
+  std::map<int, double> area;
+  for (std::size_t i = 0; i < areas_m2.size(); ++i) {
+    const SurfacePoint& vertex = mesh.vertices[i];
+    const double cosine = vertex.normal_world.cast<double>().dot(up);
+    if (cosine < low || cosine > high) continue;
+    const double height_m = vertex.p_world.cast<double>().dot(up);
+    area[static_cast<int>(std::floor(height_m / kHeightBinM))] += areas_m2[i];
+  }
+  return area;
+}
+
+/// Area within plane_m of a bin's middle.
+double area_near(const std::map<int, double>& area, int bin, double plane_m) {
+  const int reach = static_cast<int>(plane_m / kHeightBinM);
+  double sum = 0;
+  for (auto it = area.lower_bound(bin - reach); it != area.end() && it->first <= bin + reach; ++it)
+    sum += it->second;
+  return sum;
+}
+
+/// Height of the plane with most area among those next to the first (in the order of `bins`) that
+/// has enough.
+template <typename Bins>
+std::optional<double> first_plane_m(const std::map<int, double>& area, const Bins& bins,
+                                    double min_m2, double plane_m) {
+  const int reach = 2 * static_cast<int>(plane_m / kHeightBinM);
+  for (const int first : bins) {
+    if (area_near(area, first, plane_m) < min_m2) continue;
+    int best = first;
+    for (int bin = first - reach; bin <= first + reach; ++bin)
+      if (area_near(area, bin, plane_m) > area_near(area, best, plane_m)) best = bin;
+    double weighted = 0, sum = 0;
+    for (auto it = area.lower_bound(best - reach / 2);
+         it != area.end() && it->first <= best + reach / 2; ++it) {
+      weighted += it->second * (it->first + 0.5) * kHeightBinM;
+      sum += it->second;
+    }
+    return weighted / sum;
+  }
+  return std::nullopt;
+}
+
+struct WallPlane {
+  int azimuth = 0;
+  int offset = 0;
+  auto operator<=>(const WallPlane&) const = default;
+};
+struct WallArea {
+  double area_m2 = 0;
+  double low_m = 1e9, high_m = -1e9;
+};
+
+/// Direction and distance of upright surfaces, as bins.
+class WallBins {
+ public:
+  explicit WallBins(const Vec3& up) : up_(up), x_(up.unitOrthogonal()), y_(up.cross(x_)) {}
+
+  [[nodiscard]] std::optional<WallPlane> of(const SurfacePoint& vertex) const {
+    const Vec3 normal = vertex.normal_world.cast<double>();
+    if (std::abs(normal.dot(up_)) > kUprightSin) return std::nullopt;
+    const double azimuth = std::atan2(normal.dot(y_), normal.dot(x_));
+    const int bin =
+        static_cast<int>(std::floor((azimuth / (2 * std::numbers::pi) + 1) * kAzimuths + 0.5)) %
+        kAzimuths;
+    return WallPlane{bin, offset(vertex, bin)};
+  }
+  /// Along the direction of a bin.
+  [[nodiscard]] int offset(const SurfacePoint& vertex, int azimuth) const {
+    const double angle = 2 * std::numbers::pi * azimuth / kAzimuths;
+    const Vec3 direction = std::cos(angle) * x_ + std::sin(angle) * y_;
+    return static_cast<int>(std::floor(vertex.p_world.cast<double>().dot(direction) / kOffsetBinM));
+  }
+
+ private:
+  Vec3 up_, x_, y_;
+};
+
+bool is_large(const std::map<WallPlane, WallArea>& walls, const WallPlane& plane,
+              const RoomStructureConfig& config) {
+  WallArea sum;
+  for (int offset = plane.offset - 1; offset <= plane.offset + 1; ++offset) {
+    const auto wall = walls.find({plane.azimuth, offset});
+    if (wall == walls.end()) continue;
+    sum.area_m2 += wall->second.area_m2;
+    sum.low_m = std::min(sum.low_m, wall->second.low_m);
+    sum.high_m = std::max(sum.high_m, wall->second.high_m);
+  }
+  return sum.area_m2 >= config.min_wall_m2 && sum.high_m - sum.low_m >= config.min_wall_height_m;
+}
+
+}  // namespace
+
+Gravity find_gravity(const TriangleMesh& mesh, const Vec3& up_guess_world, const Vec3& camera_world,
+                     const RoomStructureConfig& config) {
+  const auto areas_m2 = vertex_areas_m2(mesh);
+  Gravity gravity;
+  gravity.up_world = refined_up(mesh, areas_m2, up_guess_world, config.max_tilt_rad);
+  const auto area = area_by_height(mesh, areas_m2, gravity.up_world, kLevelCos, 1.01);
+  const double camera_m = camera_world.dot(gravity.up_world);
+  std::vector<int> bins;
+  for (const auto& [bin, m2] : area)
+    if ((bin + 0.5) * kHeightBinM < camera_m - config.min_below_camera_m) bins.push_back(bin);
+  const auto floor_m = first_plane_m(area, bins, config.min_floor_m2, config.plane_m);
+  gravity.floor_m = floor_m.value_or(area.empty() ? 0 : area.begin()->first * kHeightBinM);
+  return gravity;
+}
+
+void label_structure(TriangleMesh& mesh, const Gravity& gravity,
+                     const RoomStructureConfig& config) {
+  const auto areas_m2 = vertex_areas_m2(mesh);
+  const Vec3& up = gravity.up_world;
+  const auto down = area_by_height(mesh, areas_m2, up, -1.01, -kLevelCos);
+  std::vector<int> bins;
+  for (const auto& [bin, m2] : down)
+    if ((bin + 0.5) * kHeightBinM > gravity.floor_m + config.min_room_height_m) bins.push_back(bin);
+  std::reverse(bins.begin(), bins.end());
+  const auto ceiling_m = first_plane_m(down, bins, config.min_floor_m2, config.plane_m);
+
+  const WallBins wall_bins(up);
+  std::map<WallPlane, WallArea> walls;
+  for (std::size_t i = 0; i < areas_m2.size(); ++i) {
+    const auto plane = wall_bins.of(mesh.vertices[i]);
+    if (!plane) continue;
+    WallArea& wall = walls[*plane];
+    const double height_m = mesh.vertices[i].p_world.cast<double>().dot(up);
+    wall.area_m2 += areas_m2[i];
+    wall.low_m = std::min(wall.low_m, height_m);
+    wall.high_m = std::max(wall.high_m, height_m);
+  }
+  for (SurfacePoint& vertex : mesh.vertices) {
+    if (vertex.label.object != kNoSceneObject) continue;
+    const double cosine = vertex.normal_world.cast<double>().dot(up);
+    const double height_m = vertex.p_world.cast<double>().dot(up);
+    const auto near = [&](double plane_m) {
+      return static_cast<float>(
+          std::clamp(1 - std::abs(height_m - plane_m) / (2 * config.plane_m), 0.0, 1.0));
+    };
+    if (cosine > kFacingCos && near(gravity.floor_m) > 0.5F) {
+      vertex.label = {SemanticClass::kFloor, kNoSceneObject, near(gravity.floor_m)};
+    } else if (cosine < -kFacingCos && ceiling_m && near(*ceiling_m) > 0.5F) {
+      vertex.label = {SemanticClass::kCeiling, kNoSceneObject, near(*ceiling_m)};
+    } else if (const auto plane = wall_bins.of(vertex); plane && is_large(walls, *plane, config)) {
+      vertex.label = {SemanticClass::kWall, kNoSceneObject,
+                      static_cast<float>(1 - std::abs(cosine) / (2 * kUprightSin))};
+    }
+  }
+}
+
+}  // namespace ygslam

@@ -1,0 +1,39 @@
+// The dense map stage in a thread of its own, behind everything else: what waits for it waits for
+// nobody.
+#pragma once
+
+#include <functional>
+#include <mutex>
+
+#include "core/bounded_queue.hpp"
+#include "core/worker_thread.hpp"
+#include "dense/dense_map.hpp"
+
+namespace ygslam {
+
+class DenseThread {
+ public:
+  DenseThread(const DenseMapConfig& config, const Camera& camera);
+  ~DenseThread();
+  DenseThread(const DenseThread&) = delete;
+  DenseThread& operator=(const DenseThread&) = delete;
+
+  /// Waits only where it is many updates behind.
+  void apply(DenseUpdate update) { queue_.push(std::move(update)); }
+  /// Calls `look` with the map between two steps.
+  void inspect(const std::function<void(DenseMap&)>& look);
+  /// Works off what has come, brings all up to date and ends the thread. May be called again.
+  void finish();
+
+ private:
+  void loop(const std::stop_token& stop);
+  [[nodiscard]] bool step();
+
+  static constexpr std::size_t kQueue = 64;
+  std::mutex mutex_;
+  DenseMap map_;  // under the mutex
+  BoundedQueue<DenseUpdate> queue_{kQueue, Overflow::kBlock};
+  WorkerThread thread_;  // last: it uses everything above
+};
+
+}  // namespace ygslam

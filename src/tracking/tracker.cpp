@@ -130,7 +130,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   if (state_ == TrackState::kLost) {
     stay_lost(std::move(current), std::move(evidence), *view, result);
   } else {
-    lost_since_.reset();
+    fit_since_.reset();
     move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp);
     const bool carried_off =
         was_lost && is_carried_off(found.pose->T_camera_world, *view, frame->stamp);
@@ -272,14 +272,15 @@ void Tracker::stay_lost(TrackedFrame current, FrameEvidence evidence, const Loca
 }
 
 void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackResult& result) {
+  if (!starts_submaps() || view.empty()) return;
   const Timestamp now = current.frame->stamp;
-  if (!lost_since_) lost_since_ = now;
   // Points that came back only because there were too few others are no ground for a new world.
-  if (!starts_submaps() || view.empty() || result.labels.too_few_static) return;
-  if (seconds_between(now, *lost_since_) < kLostBeforeSubmapS) return;
   const int usable = usable_points(current, kMappedWeight);
-  if (usable < config_.min_start_points || is_covered(current, usable, view)) return;
-  lost_since_ = now;
+  const bool is_fit = usable >= config_.min_start_points && !result.labels.too_few_static &&
+                      !is_covered(current, usable, view);
+  if (!is_fit || !fit_since_) fit_since_ = now;
+  if (!is_fit || seconds_between(now, *fit_since_) < kLostBeforeSubmapS) return;
+  fit_since_.reset();
   move_to_middle(current, Vec6::Zero());
   current.pose = last_ ? last_->pose : KeyframeRelativePose{view.reference().data->id, SE3()};
   result.candidate = make_submap(current, view.placed ? reach_m(now) : 0, view);

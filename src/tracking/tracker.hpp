@@ -174,7 +174,7 @@ class Tracker {
   std::uint32_t bends_ = 0;  // of the view it was last posed in
   int weak_frames_ = 0;
   int frames_since_loss_ = 1 << 20;
-  std::optional<Timestamp> lost_since_;  // or since the last submap was begun in vain
+  std::optional<Timestamp> fit_since_;  // lost, and what is seen would do for a submap
   /// The newest frame with a place in the world that is no guess.
   struct Placed {
     KeyframeRelativePose pose;

@@ -76,6 +76,8 @@ class PreparedView {
   void find_tile_slopes(const PreparationConfig& config);
   void weigh_pixels(const DepthView& view, const PreparationConfig& config);
   void find_surface_tiles(const PreparationConfig& config);
+  /// Of a tile of several surfaces: one after the other, where depths lie farther apart than this.
+  void add_parts(SurfaceTile tile, int u0, int v0, float gap_m);
 
   Pinhole camera_;
   std::vector<std::uint32_t> geometry_, appearance_;

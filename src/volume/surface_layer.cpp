@@ -20,7 +20,7 @@ constexpr std::uint64_t kColourMask = (std::uint64_t{1} << 21) - 1;
 }  // namespace
 
 SurfaceBrick* BrickPool::obtain() {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(*mutex_);
   if (free_.empty()) {
     chunks_.push_back(std::make_unique<SurfaceBrick[]>(kBricksAtOnce));
     for (std::size_t i = kBricksAtOnce; i-- > 0;) free_.push_back(&chunks_.back()[i]);
@@ -31,12 +31,12 @@ SurfaceBrick* BrickPool::obtain() {
 }
 
 void BrickPool::release(SurfaceBrick* brick) {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(*mutex_);
   free_.push_back(brick);
 }
 
 std::size_t BrickPool::memory_bytes() const {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(*mutex_);
   return chunks_.size() * kBricksAtOnce * sizeof(SurfaceBrick) +
          free_.capacity() * sizeof(SurfaceBrick*);
 }

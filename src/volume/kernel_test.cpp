@@ -94,6 +94,26 @@ TEST(SpaceKernel, VectorsAndScalarsGiveEqualBits) {
   }
 }
 
+// Blocks that are left out because they seem hidden would not have counted anything.
+TEST(SpaceLayer, LooksIntoEveryBlockThatIsSeenThrough) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Posed posed = random_view(seed);
+    const SpaceConfig config;
+    SpaceLayer layer(config, {});
+    layer.fuse(posed.view, posed.T_world_camera, 1, 1);
+    const SpaceProjection projection(posed.view, posed.T_world_camera, config, {});
+    visit_blocks(posed.T_world_camera, kBlockSide * config.cell_m, 12, [&](BlockKey key) {
+      const SpaceBlock* block = layer.blocks().find(key);
+      const CellMask through = cells_seen_through(projection, key);
+      for (std::size_t i = 0; i < kBlockCells; ++i) {
+        const bool seen = (through.rows[i / kBlockSide] >> (i % kBlockSide) & 1) != 0;
+        const bool hit = block != nullptr && block->hits[i] != 0;
+        ASSERT_EQ(block != nullptr && block->through[i] != 0, seen && !hit);
+      }
+    });
+  }
+}
+
 TEST(DepthPyramid, HoldsTheMinimumOfEverySquare) {
   constexpr int kColumns = 21, kRows = 13;
   Rng rng(5);

@@ -60,8 +60,12 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
   const auto padded = static_cast<std::size_t>(columns_) * kTile;
   std::vector<std::uint16_t> nearest(padded), limit(padded), count(padded);
   std::vector<std::uint32_t> sum(padded);
-  int farthest = 0;
+  field_columns_ = (columns_ + kFieldTiles - 1) / kFieldTiles;
+  field_rows_ = (rows_ + kFieldTiles - 1) / kFieldTiles;
+  field_farthest_m_.assign(static_cast<std::size_t>(field_columns_ * field_rows_), 0);
+  std::vector<std::uint16_t> farthest(padded);
   for (int row = 0; row < rows_; ++row) {
+    std::fill(farthest.begin(), farthest.end(), std::uint16_t{0});
     const int v0 = row * kTile;
     const int v1 = std::min(v0 + kTile, camera_.height);
     // One less than the depth, so that none is the farthest.
@@ -69,9 +73,9 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
     for (int v = v0; v < v1; ++v) {
       const std::uint16_t* depth = view.depth.row(v);
       for (int u = 0; u < width; ++u) {
-        nearest[static_cast<std::size_t>(u)] = std::min(nearest[static_cast<std::size_t>(u)],
-                                                        static_cast<std::uint16_t>(depth[u] - 1));
-        farthest = std::max(farthest, static_cast<int>(depth[u]));
+        const auto i = static_cast<std::size_t>(u);
+        nearest[i] = std::min(nearest[i], static_cast<std::uint16_t>(depth[u] - 1));
+        farthest[i] = std::max(farthest[i], depth[u]);
       }
     }
     for (std::size_t column = 0; column < static_cast<std::size_t>(columns_); ++column) {
@@ -83,6 +87,15 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
       const float reach = none ? 0 : depth + jump.limit_m(depth * kUnit_m) / kUnit_m;
       const auto last = static_cast<std::uint16_t>(std::min(reach, 65534.0F));
       std::fill_n(limit.begin() + static_cast<std::ptrdiff_t>(column * kTile), kTile, last);
+    }
+    for (int field = 0; field < field_columns_; ++field) {
+      const int first = field * kFieldTiles * kTile;
+      const int last = std::min(first + kFieldTiles * kTile, columns_ * kTile);
+      const std::uint16_t most =
+          *std::max_element(farthest.begin() + first, farthest.begin() + last);
+      float& most_m =
+          field_farthest_m_[static_cast<std::size_t>(row / kFieldTiles * field_columns_ + field)];
+      most_m = std::max(most_m, static_cast<float>(most) * kUnit_m);
     }
     std::fill(sum.begin(), sum.end(), 0U);
     std::fill(count.begin(), count.end(), std::uint16_t{0});
@@ -105,9 +118,24 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
           n == 0 ? 0 : static_cast<float>(total) / static_cast<float>(n) * kUnit_m;
     }
   }
-  farthest_m_ =
-      std::min(static_cast<float>(farthest) * kUnit_m, static_cast<float>(config.max_depth_m));
+  farthest_m_ = std::min(*std::max_element(field_farthest_m_.begin(), field_farthest_m_.end()),
+                         static_cast<float>(config.max_depth_m));
   nearest_.assign(columns_, rows_, tile_nearest_);
+}
+
+float PreparedView::farthest_m(const Vec2& low_px, const Vec2& high_px) const {
+  constexpr double kField_px = kFieldTiles * kTile;
+  const auto field = [](double px, int count) {
+    return static_cast<int>(std::clamp((px + 0.5) / kField_px, 0.0, count - 1.0));
+  };
+  float farthest_m = 0;
+  const int last_column = field(high_px.x(), field_columns_);
+  const int last_row = field(high_px.y(), field_rows_);
+  for (int row = field(low_px.y(), field_rows_); row <= last_row; ++row)
+    for (int column = field(low_px.x(), field_columns_); column <= last_column; ++column)
+      farthest_m = std::max(
+          farthest_m, field_farthest_m_[static_cast<std::size_t>(row * field_columns_ + column)]);
+  return farthest_m;
 }
 
 void PreparedView::find_tile_slopes(const PreparationConfig& config) {

@@ -134,6 +134,15 @@ void SpaceLayer::find_visible(const PreparedView& view, const SE3& T_world_camer
         if (-right.x() * p.x() + right.y() * p.z() < -radius_m) continue;
         if (top.x() * p.y() + top.y() * p.z() < -radius_m) continue;
         if (-bottom.x() * p.y() + bottom.y() * p.z() < -radius_m) continue;
+        const double front_m = p.z() - radius_m;
+        if (front_m > 0.1) {  // hidden behind everything that was seen in its direction?
+          const Vec2 tangent(p.x() / p.z(), p.y() / p.z());
+          const Vec2 reach = (Vec2::Ones() + tangent.cwiseAbs()) * (radius_m / front_m);
+          const Vec2 focal(camera.fx, camera.fy), centre(camera.cx, camera.cy);
+          if (view.farthest_m(focal.cwiseProduct(tangent - reach) + centre,
+                              focal.cwiseProduct(tangent + reach) + centre) < front_m)
+            continue;
+        }
         touched_.insert(block_key({x, y, z}));
       }
     }

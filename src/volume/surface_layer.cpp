@@ -12,7 +12,6 @@ namespace ygslam {
 namespace {
 
 constexpr double kQuantaPerVoxel = 512;
-constexpr int kSampleStride_px = 2;
 constexpr int kBlocksAtOnce = 32;
 constexpr std::size_t kBricksAtOnce = 64;
 constexpr std::uint64_t kColourMask = (std::uint64_t{1} << 21) - 1;

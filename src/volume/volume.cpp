@@ -9,6 +9,8 @@ namespace {
 
 // Furniture adds this much to the area of walls, floor and ceiling.
 constexpr double kFurnished = 1.6;
+// Noise and edges reach into more bricks than a smooth surface does.
+constexpr double kRagged = 1.5;
 
 }  // namespace
 
@@ -56,7 +58,8 @@ double estimated_bytes(const VolumeConfig& config, const Vec3& room_m) {
   const double brick_m = kBrickSide * config.surface.voxel_m;
   const double band_m = 2 * config.surface.truncation_voxels * config.surface.voxel_m;
   // A surface at any angle: so many bricks lie within the band about it.
-  const double bricks = area_m2 * (band_m + 1.5 * brick_m) / (brick_m * brick_m * brick_m);
+  const double bricks =
+      kRagged * area_m2 * (band_m + 1.5 * brick_m) / (brick_m * brick_m * brick_m);
   const double space_block_m = kBlockSide * config.space.cell_m;
   const Vec3 space_blocks = room_m / space_block_m + Vec3::Ones();
   return bricks * (sizeof(SurfaceBrick) + sizeof(SurfaceBlock) / 4.0) +

@@ -265,13 +265,18 @@ TEST(SceneVolume, SmallPiecesCanBeLeftOut) {
 TEST(SceneVolume, MemoryIsAsEstimated) {
   const World world = room_with_ball();
   const Volume volume = fuse(world, around(60), 1);
-  const double estimate = estimated_bytes(volume.config(), world.high - world.low);
+  const Vec3 room_m = world.high - world.low;
+  const double walls_m2 =
+      2 * (room_m.x() * room_m.y() + room_m.y() * room_m.z() + room_m.z() * room_m.x());
+  const double ball_m2 = 4 * std::numbers::pi * 0.4 * 0.4;
+  const double estimate = estimated_bytes(volume.config(), walls_m2 + ball_m2, room_m.prod());
+  EXPECT_GT(estimated_bytes(volume.config(), room_m), estimate);  // which is not furnished
   const auto bytes = static_cast<double>(volume.memory_bytes());
   EXPECT_GT(bytes, 0.5 * estimate);
   EXPECT_LT(bytes, 1.5 * estimate);
   VolumeConfig finer = volume.config();
   finer.surface.voxel_m /= 4;
-  EXPECT_GT(estimated_bytes(finer, world.high - world.low), 8 * estimate);
+  EXPECT_GT(estimated_bytes(finer, room_m), 8 * estimate);
 }
 
 TEST(SceneVolume, MisuseIsABug) {

@@ -57,9 +57,12 @@ class Volume {
   int views_ = 0;
 };
 
-/// What the volume of a furnished room would take. Per m2 of surface, recordings took .7 (walls
-/// nearby) to 1.5 times (a room seen from afar) as much.
-/// @param room_m its length, width and height [m].
+/// What a volume would take. Per m2 of surface, recordings took .7 (walls nearby) to 1.5 times (a
+/// room seen from afar) as much.
+/// @param surface_m2 area of all surfaces. @param space_m3 that is seen.
+[[nodiscard]] double estimated_bytes(const VolumeConfig& config, double surface_m2,
+                                     double space_m3);
+/// The same of a furnished room. @param room_m its length, width and height [m].
 [[nodiscard]] double estimated_bytes(const VolumeConfig& config, const Vec3& room_m);
 
 }  // namespace ygslam

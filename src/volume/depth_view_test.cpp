@@ -25,7 +25,7 @@ CameraConfig small_config() {
 struct Recorded {
   DepthImage depth_m;
   ColourImage colour;
-  Image<ObjectId> object;
+  Image<SceneObjectId> object;
   GreyImage excluded;
 };
 
@@ -34,8 +34,8 @@ Recorded record(const World& world, const Camera& camera, const SE3& T_world_mid
                 const ReadOut& read_out) {
   const int width = camera.width();
   const int height = camera.height();
-  Recorded r{DepthImage(width, height), ColourImage(width, height), Image<ObjectId>(width, height),
-             GreyImage(width, height)};
+  Recorded r{DepthImage(width, height), ColourImage(width, height),
+             Image<SceneObjectId>(width, height), GreyImage(width, height)};
   const RollingShutter shutter(height, read_out);
   for (int v = 0; v < height; ++v) {
     const SE3 T_world_depth =
@@ -57,9 +57,9 @@ Recorded record(const World& world, const Camera& camera, const SE3& T_world_mid
 
 World two_things() {
   World world;
-  world.spheres.push_back({Vec3(-0.3, 0.1, 0.7), 0.35, ObjectId{41}, {250, 0, 0}});
+  world.spheres.push_back({Vec3(-0.3, 0.1, 0.7), 0.35, SceneObjectId{41}, {250, 0, 0}});
   world.cuboids.push_back(
-      {Vec3(0.4, -0.4, 0.6), Vec3(0.8, 0.5, 0.9), kNoObject, {0, 0, 250}, true});
+      {Vec3(0.4, -0.4, 0.6), Vec3(0.8, 0.5, 0.9), kNoSceneObject, {0, 0, 250}, true});
   return world;
 }
 
@@ -92,7 +92,7 @@ TEST(DepthView, OfAnIdealCameraIsWhatWasRecorded) {
   EXPECT_EQ(a.colour, a.pixels);
   EXPECT_EQ(a.object, a.pixels);
   EXPECT_EQ(a.depth, a.pixels);
-  ASSERT_EQ(view.objects, std::vector<ObjectId>{ObjectId{41}});
+  ASSERT_EQ(view.objects, std::vector<SceneObjectId>{SceneObjectId{41}});
 }
 
 TEST(DepthView, UndoesDistortionAndRollingShutter) {
@@ -130,15 +130,15 @@ TEST(DepthView, MissingDepthAndObjectsBeyondItsNumbers) {
   depth_m.at(3, 4) = 20.0F;  // beyond the unit's range
   const ColourImage colour(160, 120);
   const GreyImage nothing;
-  const Image<ObjectId> no_objects;
+  const Image<SceneObjectId> no_objects;
   const DepthView view = make_depth_view({depth_m, colour, no_objects, nothing}, camera);
   EXPECT_EQ(view.depth.at(0, 0), 0);
   EXPECT_EQ(view.depth.at(3, 4), 65534);
-  Image<ObjectId> many(160, 120);
+  Image<SceneObjectId> many(160, 120);
   std::fill(depth_m.begin(), depth_m.end(), 1.0F);
-  for (std::size_t i = 0; i < 254; ++i) many.data()[i] = static_cast<ObjectId>(i + 1);
+  for (std::size_t i = 0; i < 254; ++i) many.data()[i] = static_cast<SceneObjectId>(i + 1);
   EXPECT_EQ(make_depth_view({depth_m, colour, many, nothing}, camera).objects.size(), 254U);
-  many.data()[254] = ObjectId{255};
+  many.data()[254] = SceneObjectId{255};
   EXPECT_THROW(static_cast<void>(make_depth_view({depth_m, colour, many, nothing}, camera)),
                InternalError);
 }

@@ -22,8 +22,9 @@ struct Posed {
 Posed random_view(std::uint64_t seed) {
   Rng rng(seed);
   World world;
-  world.spheres.push_back({Vec3(0.2, 0.3, 0.1), 0.35, ObjectId{7}});
-  world.cuboids.push_back({Vec3(-1.2, 0.4, -1.1), Vec3(-0.5, 1.2, -0.4), ObjectId{3}, {}, true});
+  world.spheres.push_back({Vec3(0.2, 0.3, 0.1), 0.35, SceneObjectId{7}});
+  world.cuboids.push_back(
+      {Vec3(-1.2, 0.4, -1.1), Vec3(-0.5, 1.2, -0.4), SceneObjectId{3}, {}, true});
   const auto inside = [&] {
     return Vec3(rng.uniform(-1.3, 1.3), rng.uniform(-1, 0), rng.uniform(-1.3, 1.3));
   };

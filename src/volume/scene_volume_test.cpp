@@ -15,7 +15,7 @@ using volume_test::look_at;
 using volume_test::render;
 using volume_test::World;
 
-constexpr ObjectId kBall{7};
+constexpr SceneObjectId kBall{7};
 
 VolumeConfig fine() {
   VolumeConfig config;
@@ -24,7 +24,7 @@ VolumeConfig fine() {
   return config;
 }
 
-World room_with_ball(ObjectId object = kBall) {
+World room_with_ball(SceneObjectId object = kBall) {
   World world;
   world.spheres.push_back({Vec3(0, 0, 0), 0.4, object});
   return world;
@@ -182,7 +182,7 @@ TEST(SceneVolume, ThingThatWentAwayFreesItsSpace) {
 }
 
 TEST(SceneVolume, MoversCarveUpToThemselvesAndLeaveNothing) {
-  World world = room_with_ball(kNoObject);
+  World world = room_with_ball(kNoSceneObject);
   world.spheres[0].excluded = true;
   const Volume volume = fuse(world, around(20));
   for (const SurfacePoint& p : volume_mesh(volume).vertices) EXPECT_GT(p.p_world.norm(), 0.8F);
@@ -197,19 +197,19 @@ TEST(SceneVolume, MoversCarveUpToThemselvesAndLeaveNothing) {
 
 TEST(SceneVolume, LabelsAreVotedForAndTakenBack) {
   const std::vector<SE3> poses = around(12);
-  const World as_seven = room_with_ball(ObjectId{7}), as_nine = room_with_ball(ObjectId{9}),
-              as_none = room_with_ball(kNoObject);
+  const World as_seven = room_with_ball(SceneObjectId{7}),
+              as_nine = room_with_ball(SceneObjectId{9}), as_none = room_with_ball(kNoSceneObject);
   Volume volume(fine());
-  const auto triangles = [&](ObjectId object) {
+  const auto triangles = [&](SceneObjectId object) {
     return object_mesh(volume_mesh(volume), object).triangles.size();
   };
   for (const SE3& pose : poses) volume.integrate(render(as_seven, pose), pose);
   for (const SE3& pose : poses) volume.integrate(render(as_none, pose), pose);
   for (const SE3& pose : poses) volume.integrate(render(as_seven, pose), pose);
-  const std::size_t ball = triangles(ObjectId{7});
+  const std::size_t ball = triangles(SceneObjectId{7});
   EXPECT_GT(ball, 500U);
-  for (const SurfacePoint& p : object_mesh(volume_mesh(volume), ObjectId{7}).vertices) {
-    if (p.label.object == ObjectId{7}) {
+  for (const SurfacePoint& p : object_mesh(volume_mesh(volume), SceneObjectId{7}).vertices) {
+    if (p.label.object == SceneObjectId{7}) {
       EXPECT_NEAR(p.label.probability, 2.0F / 3, 0.01F);
     }
   }
@@ -219,23 +219,23 @@ TEST(SceneVolume, LabelsAreVotedForAndTakenBack) {
     volume.integrate(render(as_nine, pose), pose);
     volume.integrate(render(as_nine, pose), pose);
   }
-  EXPECT_EQ(triangles(ObjectId{7}), 0U);
-  EXPECT_EQ(triangles(ObjectId{9}), ball);
+  EXPECT_EQ(triangles(SceneObjectId{7}), 0U);
+  EXPECT_EQ(triangles(SceneObjectId{9}), ball);
   for (const SE3& pose : poses) {
     volume.withdraw(render(as_nine, pose), pose);
     volume.withdraw(render(as_nine, pose), pose);
     volume.withdraw(render(as_seven, pose), pose);
   }
-  EXPECT_EQ(triangles(kNoObject), volume_mesh(volume).triangles.size());
+  EXPECT_EQ(triangles(kNoSceneObject), volume_mesh(volume).triangles.size());
   for (const BlockKey key : volume.surface().blocks().keys())
     EXPECT_TRUE(volume.surface().blocks().find(key)->votes.empty());
 }
 
 TEST(SceneVolume, ObjectMeshesSplitTheMesh) {
   World world = room_with_ball();
-  world.cuboids.push_back({Vec3(-1.5, 0.6, -1.5), Vec3(-0.8, 1.2, -0.9), ObjectId{2}});
+  world.cuboids.push_back({Vec3(-1.5, 0.6, -1.5), Vec3(-0.8, 1.2, -0.9), SceneObjectId{2}});
   const TriangleMesh mesh = volume_mesh(fuse(world, around(24)));
-  const std::map<ObjectId, TriangleMesh> parts = object_meshes(mesh);
+  const std::map<SceneObjectId, TriangleMesh> parts = object_meshes(mesh);
   ASSERT_EQ(parts.size(), 3U);
   std::size_t triangles = 0;
   for (const auto& [object, part] : parts) {

@@ -62,7 +62,7 @@ PosedRecording load_posed(const std::string& sequence, std::size_t stride, std::
     frame.read_out.times = shutter_times(recording.camera);
     const std::filesystem::path name = recording.pairs[i].colour_file;
     const cv::Mat mask =
-        cv::imread((recording.root / "mask" / name.stem()).replace_extension(".png").string(),
+        cv::imread((recording.root / "mask" / (name.stem().string() + ".png")).string(),
                    cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
     if (mask.type() == CV_8UC1 && mask.cols == images.colour.width() &&
         mask.rows == images.colour.height()) {

@@ -60,8 +60,12 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
   const auto padded = static_cast<std::size_t>(columns_) * kTile;
   std::vector<std::uint16_t> nearest(padded), limit(padded), count(padded);
   std::vector<std::uint32_t> sum(padded);
-  int farthest = 0;
+  field_columns_ = (columns_ + kFieldTiles - 1) / kFieldTiles;
+  field_rows_ = (rows_ + kFieldTiles - 1) / kFieldTiles;
+  field_farthest_m_.assign(static_cast<std::size_t>(field_columns_ * field_rows_), 0);
+  std::vector<std::uint16_t> farthest(padded);
   for (int row = 0; row < rows_; ++row) {
+    std::fill(farthest.begin(), farthest.end(), std::uint16_t{0});
     const int v0 = row * kTile;
     const int v1 = std::min(v0 + kTile, camera_.height);
     // One less than the depth, so that none is the farthest.
@@ -69,9 +73,9 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
     for (int v = v0; v < v1; ++v) {
       const std::uint16_t* depth = view.depth.row(v);
       for (int u = 0; u < width; ++u) {
-        nearest[static_cast<std::size_t>(u)] = std::min(nearest[static_cast<std::size_t>(u)],
-                                                        static_cast<std::uint16_t>(depth[u] - 1));
-        farthest = std::max(farthest, static_cast<int>(depth[u]));
+        const auto i = static_cast<std::size_t>(u);
+        nearest[i] = std::min(nearest[i], static_cast<std::uint16_t>(depth[u] - 1));
+        farthest[i] = std::max(farthest[i], depth[u]);
       }
     }
     for (std::size_t column = 0; column < static_cast<std::size_t>(columns_); ++column) {
@@ -83,6 +87,15 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
       const float reach = none ? 0 : depth + jump.limit_m(depth * kUnit_m) / kUnit_m;
       const auto last = static_cast<std::uint16_t>(std::min(reach, 65534.0F));
       std::fill_n(limit.begin() + static_cast<std::ptrdiff_t>(column * kTile), kTile, last);
+    }
+    for (int field = 0; field < field_columns_; ++field) {
+      const int first = field * kFieldTiles * kTile;
+      const int last = std::min(first + kFieldTiles * kTile, columns_ * kTile);
+      const std::uint16_t most =
+          *std::max_element(farthest.begin() + first, farthest.begin() + last);
+      float& most_m =
+          field_farthest_m_[static_cast<std::size_t>(row / kFieldTiles * field_columns_ + field)];
+      most_m = std::max(most_m, static_cast<float>(most) * kUnit_m);
     }
     std::fill(sum.begin(), sum.end(), 0U);
     std::fill(count.begin(), count.end(), std::uint16_t{0});
@@ -105,9 +118,24 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
           n == 0 ? 0 : static_cast<float>(total) / static_cast<float>(n) * kUnit_m;
     }
   }
-  farthest_m_ =
-      std::min(static_cast<float>(farthest) * kUnit_m, static_cast<float>(config.max_depth_m));
+  farthest_m_ = std::min(*std::max_element(field_farthest_m_.begin(), field_farthest_m_.end()),
+                         static_cast<float>(config.max_depth_m));
   nearest_.assign(columns_, rows_, tile_nearest_);
+}
+
+float PreparedView::farthest_m(const Vec2& low_px, const Vec2& high_px) const {
+  constexpr double kField_px = kFieldTiles * kTile;
+  const auto field = [](double px, int count) {
+    return static_cast<int>(std::clamp((px + 0.5) / kField_px, 0.0, count - 1.0));
+  };
+  float farthest_m = 0;
+  const int last_column = field(high_px.x(), field_columns_);
+  const int last_row = field(high_px.y(), field_rows_);
+  for (int row = field(low_px.y(), field_rows_); row <= last_row; ++row)
+    for (int column = field(low_px.x(), field_columns_); column <= last_column; ++column)
+      farthest_m = std::max(
+          farthest_m, field_farthest_m_[static_cast<std::size_t>(row * field_columns_ + column)]);
+  return farthest_m;
 }
 
 void PreparedView::find_tile_slopes(const PreparationConfig& config) {
@@ -202,8 +230,10 @@ void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& 
                           (cosine[static_cast<std::size_t>(u)] >= min_cos) &
                           (object[u] != DepthView::kExcluded);
       const float sigma_m = noise.sigma_m(z);
-      const float weight =
-          scale * cosine[static_cast<std::size_t>(u)] / (sigma_m * sigma_m + pose_variance) + 0.5F;
+      const float weight = scale * cosine[static_cast<std::size_t>(u)] *
+                               cosine[static_cast<std::size_t>(u)] /
+                               (sigma_m * sigma_m + pose_variance) +
+                           0.5F;
       const float bounded = std::min(std::max(weight, 1.0F), static_cast<float>(kMaxWeight));
       const float steps = std::min(slope[static_cast<std::size_t>(u)] / kSlopeUnit + 0.5F, 255.0F);
       const auto w = counts ? static_cast<std::uint32_t>(static_cast<int>(bounded)) : 0U;
@@ -218,48 +248,64 @@ void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& 
 }
 
 void PreparedView::find_surface_tiles(const PreparationConfig& config) {
-  const JumpOf jump(config);
   constexpr float kMiddle_px = 0.5F * (kTile - 1);
   surface_tiles_.clear();
-  std::array<std::uint16_t, kTile * kTile> depths{};
+  const auto width = static_cast<std::size_t>(camera_.width);
+  constexpr int kNever = 0xffff;
+  std::vector<int> low(static_cast<std::size_t>(columns_) * kTile), high(low.size());
+  const JumpOf jump(config);
   for (int row = 0; row < rows_; ++row) {
+    std::fill(low.begin(), low.end(), kNever);
+    std::fill(high.begin(), high.end(), 0);
     const int v1 = std::min((row + 1) * kTile, camera_.height);
-    for (int column = 0; column < columns_; ++column) {
-      const int u0 = column * kTile;
-      const int u1 = std::min(u0 + kTile, camera_.width);
-      std::size_t count = 0;
-      std::uint16_t low = 0xffff, high = 0;
-      for (int v = row * kTile; v < v1; ++v) {
-        const std::uint32_t* geometry =
-            geometry_.data() + static_cast<std::ptrdiff_t>(v) * camera_.width;
-        for (int u = u0; u < u1; ++u) {
-          const auto depth = static_cast<std::uint16_t>(geometry[u]);
-          depths[count] = depth;
-          const bool counts = geometry[u] >> 24 != 0;
-          count += counts ? 1 : 0;
-          low = std::min(low, counts ? depth : std::uint16_t{0xffff});
-          high = std::max(high, counts ? depth : std::uint16_t{0});
-        }
+    for (int v = row * kTile; v < v1; ++v) {
+      const std::uint32_t* geometry = geometry_.data() + static_cast<std::size_t>(v) * width;
+      for (std::size_t u = 0; u < width; ++u) {
+        const int depth = static_cast<int>(geometry[u] & 0xffffU);
+        const bool counts = static_cast<int>(geometry[u]) >= 1 << 24;
+        low[u] = std::min(low[u], counts ? depth : kNever);
+        high[u] = std::max(high[u], counts ? depth : 0);
       }
-      if (count == 0) continue;
+    }
+    for (int column = 0; column < columns_; ++column) {
+      const int* l = low.data() + column * kTile;
+      const int* h = high.data() + column * kTile;
+      static_assert(kTile == 4);
+      const int nearest = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
+      const int farthest = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
+      if (farthest == 0) continue;
       SurfaceTile tile;
-      tile.middle_px = {static_cast<float>(u0) + kMiddle_px,
+      tile.middle_px = {static_cast<float>(column * kTile) + kMiddle_px,
                         static_cast<float>(row * kTile) + kMiddle_px};
       tile.normal_camera = tile_normals_[static_cast<std::size_t>(row * columns_ + column)];
-      const float limit = jump.limit_m(static_cast<float>(high) * kUnit_m) / kUnit_m;
-      tile.near_m = static_cast<float>(low) * kUnit_m;
-      if (static_cast<float>(high - low) > limit) {  // several surfaces: one after the other
-        std::sort(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(count));
-        for (std::size_t i = 1; i < count; ++i) {
-          if (static_cast<float>(depths[i] - depths[i - 1]) <= limit) continue;
-          tile.far_m = static_cast<float>(depths[i - 1]) * kUnit_m;
-          surface_tiles_.push_back(tile);
-          tile.near_m = static_cast<float>(depths[i]) * kUnit_m;
-        }
-      }
-      tile.far_m = static_cast<float>(high) * kUnit_m;
-      surface_tiles_.push_back(tile);
+      tile.near_m = static_cast<float>(nearest) * kUnit_m;
+      tile.far_m = static_cast<float>(farthest) * kUnit_m;
+      // Noise alone spreads a tile's depths by more than the limit between two neighbours.
+      const float gap_m = 2 * jump.limit_m(tile.far_m);
+      if (tile.far_m - tile.near_m > gap_m)
+        add_parts(tile, column * kTile, row * kTile, gap_m);
+      else
+        surface_tiles_.push_back(tile);
     }
+  }
+}
+
+void PreparedView::add_parts(SurfaceTile tile, int u0, int v0, float gap_m) {
+  std::array<float, kTile * kTile> depths_m{};
+  std::size_t count = 0;
+  for (int v = v0; v < std::min(v0 + kTile, camera_.height); ++v) {
+    for (int u = u0; u < std::min(u0 + kTile, camera_.width); ++u) {
+      const std::uint32_t geometry = geometry_[static_cast<std::size_t>(v * camera_.width + u)];
+      if (geometry >> 24 != 0) depths_m[count++] = static_cast<float>(geometry & 0xffffU) * kUnit_m;
+    }
+  }
+  std::sort(depths_m.begin(), depths_m.begin() + static_cast<std::ptrdiff_t>(count));
+  tile.near_m = depths_m[0];
+  for (std::size_t i = 1; i <= count; ++i) {
+    if (i < count && depths_m[i] - depths_m[i - 1] <= gap_m) continue;
+    tile.far_m = depths_m[i - 1];
+    surface_tiles_.push_back(tile);
+    if (i < count) tile.near_m = depths_m[i];
   }
 }
 

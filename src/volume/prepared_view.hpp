@@ -70,18 +70,25 @@ class PreparedView {
   [[nodiscard]] const std::vector<SceneObjectId>& objects() const { return objects_; }
   /// Of all pixels, at most PreparationConfig::max_depth_m.
   [[nodiscard]] float farthest_m() const { return farthest_m_; }
+  /// No depth of the pixels in a rectangle, as far as it lies in the image, is greater.
+  [[nodiscard]] float farthest_m(const Vec2& low_px, const Vec2& high_px) const;
 
  private:
   void find_tile_depths(const DepthView& view, const PreparationConfig& config);
   void find_tile_slopes(const PreparationConfig& config);
   void weigh_pixels(const DepthView& view, const PreparationConfig& config);
   void find_surface_tiles(const PreparationConfig& config);
+  /// Of a tile of several surfaces: one after the other, where depths lie farther apart than this.
+  void add_parts(SurfaceTile tile, int u0, int v0, float gap_m);
 
   Pinhole camera_;
   std::vector<std::uint32_t> geometry_, appearance_;
   std::vector<SceneObjectId> objects_;
   DepthPyramid nearest_;
   float farthest_m_ = 0;
+  static constexpr int kFieldTiles = 8;  // along a side of the fields whose farthest is kept
+  int field_columns_ = 0, field_rows_ = 0;
+  std::vector<float> field_farthest_m_;
   int columns_ = 0, rows_ = 0;  // of tiles
   std::vector<std::uint16_t> tile_nearest_;
   std::vector<float> tile_depth_m_;  // mean of the nearest surface in the tile, 0 = none

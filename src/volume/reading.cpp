@@ -8,27 +8,32 @@
 namespace ygslam {
 namespace {
 
+// Pixels that hit a cell need not fall on a voxel in it: then its neighbours are asked [voxels].
+constexpr int kBeside = 2;
+
 /// Gives a cell the colour and label of the voxel nearest to the surface among those whose centre
-/// it holds; leaves it as it is where there is none.
-void colour_cell(const SurfaceLayer& layer, double cell_m, SpaceCell& cell) {
+/// lies in it or at most `around` voxels beside. @return whether there is one.
+bool colour_cell(const SurfaceLayer& layer, double cell_m, int around, SpaceCell& cell) {
   const double voxel_m = layer.config().voxel_m;
   const auto first_voxel = [&](int index) {
     return static_cast<int>(std::ceil(index * cell_m / voxel_m - 0.5));
   };
-  const Eigen::Vector3i low = cell.index.unaryExpr(first_voxel);
-  const Eigen::Vector3i high = (cell.index + Eigen::Vector3i::Ones()).unaryExpr(first_voxel);
-  double nearest = std::numeric_limits<double>::infinity();
+  const Eigen::Vector3i low = cell.index.unaryExpr(first_voxel).array() - around;
+  const Eigen::Vector3i high =
+      (cell.index + Eigen::Vector3i::Ones()).unaryExpr(first_voxel).array() + around;
+  float nearest_m = std::numeric_limits<float>::infinity();
   for (int z = low.z(); z < high.z(); ++z) {
     for (int y = low.y(); y < high.y(); ++y) {
       for (int x = low.x(); x < high.x(); ++x) {
         const std::optional<Voxel> voxel = layer.voxel({x, y, z});
-        if (!voxel || std::abs(voxel->distance_m) >= nearest) continue;
-        nearest = std::abs(voxel->distance_m);
+        if (!voxel || std::abs(voxel->distance_m) >= nearest_m) continue;
+        nearest_m = std::abs(voxel->distance_m);
         cell.colour = voxel->colour;
         cell.label = voxel->label;
       }
     }
   }
+  return nearest_m < std::numeric_limits<float>::infinity();
 }
 
 }  // namespace
@@ -48,7 +53,9 @@ SpaceCells space_cells(const Volume& volume) {
       if (cell.state == SpaceState::kUnknown) continue;
       cell.index = first + Eigen::Vector3i(offset % 8, offset / 8 % 8, offset / 64);
       cell.log_odds = counts.log_odds();
-      if (cell.state == SpaceState::kOccupied) colour_cell(volume.surface(), result.cell_m, cell);
+      if (cell.state == SpaceState::kOccupied &&
+          !colour_cell(volume.surface(), result.cell_m, 0, cell))
+        colour_cell(volume.surface(), result.cell_m, kBeside, cell);
       result.cells.push_back(cell);
     }
   }

@@ -78,7 +78,7 @@ CellMask cells_seen_through_plain(const SpaceProjection& projection, BlockKey ke
     const int y0 = static_cast<int>(top), y1 = static_cast<int>(bottom);
     const int size = std::min(x1 - x0, y1 - y0) + 1;
     if (size > kWidest_tiles) continue;
-    const int level = std::bit_width(static_cast<unsigned>(size)) - 1;
+    const int level = static_cast<int>(std::bit_width(static_cast<unsigned>(size))) - 1;
     const int square = 1 << level;
     const std::uint16_t* plane = nearest.planes() + level * nearest.plane_size();
     const auto depth_at = [&](int column, int row) {

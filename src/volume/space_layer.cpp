@@ -14,6 +14,9 @@ namespace {
 // Hundredths of OctoMap's log-odds (Hornung et al. 2013: .7 for a hit, .4 for a miss).
 constexpr int kHit = 85, kMiss = -41, kLeast = -200, kMost = 350;
 constexpr int kHitStride_px = 2;
+// Cells from the camera are counted up from here, so that rounding towards 0 rounds down.
+constexpr int kCellBias = 1 << 13;
+constexpr double kLeastCell_m = 0.005;
 constexpr int kSpaceBlocksAtOnce = 16;
 
 int evidence(const SpaceCounts& counts) {
@@ -42,7 +45,7 @@ SpaceState SpaceCounts::state() const {
 
 SpaceLayer::SpaceLayer(const SpaceConfig& config, const DepthNoise& noise)
     : config_(config), noise_(noise) {
-  CHECK(config.cell_m > 0 && config.margin_sigmas >= 0 && config.margin_cells >= 0);
+  CHECK(config.cell_m >= kLeastCell_m && config.margin_sigmas >= 0 && config.margin_cells >= 0);
 }
 
 void SpaceLayer::find_hits(const PreparedView& view, const SE3& T_world_camera) {
@@ -56,27 +59,40 @@ void SpaceLayer::find_hits(const PreparedView& view, const SE3& T_world_camera) 
   // Cells are counted from the camera's own, so that floats are exact enough anywhere.
   const Eigen::Vector3i camera_cell = t_cells.array().floor().cast<int>();
   const Eigen::Vector3f t = (t_cells - camera_cell.cast<double>()).cast<float>();
+  const Eigen::Vector3i base = camera_cell - Eigen::Vector3i::Constant(kCellBias);
   const auto unit_m = static_cast<float>(DepthView::kUnit_m);
-  const Eigen::Vector3f right = R.col(0) * static_cast<float>(1 / camera.fx);
-  BlockKey last_key = ~BlockKey{0};
-  CellMask* last = nullptr;
+  const Eigen::Vector3f right = R.col(0) * static_cast<float>(kHitStride_px / camera.fx);
+  const auto samples = static_cast<std::size_t>((camera.width + kHitStride_px - 1) / kHitStride_px);
+  std::vector<float> depths_m(samples);
+  std::array<std::vector<int>, 3> cells;  // of a row's samples, from the camera's; by axis
+  for (auto& along : cells) along.resize(samples);
+  Eigen::Vector3i last_block = Eigen::Vector3i::Constant(kBlockBias);
+  CellMask* mask = nullptr;
   for (int v = 0; v < camera.height; v += kHitStride_px) {
     const Eigen::Vector3f row_ray = R.col(1) * static_cast<float>((v - camera.cy) / camera.fy) +
                                     R.col(2) - R.col(0) * static_cast<float>(camera.cx / camera.fx);
     const std::uint32_t* geometry = view.geometry() + v * camera.width;
-    for (int u = 0; u < camera.width; u += kHitStride_px) {
-      if (geometry[u] >> 24 == 0) continue;
-      const float depth_m = static_cast<float>(geometry[u] & 0xffffU) * unit_m;
-      const Eigen::Vector3f p = (row_ray + right * static_cast<float>(u)) * depth_m + t;
-      const Eigen::Vector3i cell = p.array().floor().cast<int>().matrix() + camera_cell;
+    for (std::size_t i = 0; i < samples; ++i)
+      depths_m[i] =
+          static_cast<float>(static_cast<int>(geometry[i * kHitStride_px] & 0xffffU)) * unit_m;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float first = row_ray[axis], step = right[axis], from = t[axis] + kCellBias;
+      int* along = cells[static_cast<std::size_t>(axis)].data();
+      for (std::size_t i = 0; i < samples; ++i) {
+        const float ray = first + static_cast<float>(static_cast<int>(i)) * step;
+        along[i] = static_cast<int>(ray * depths_m[i] + from);
+      }
+    }
+    for (std::size_t i = 0; i < samples; ++i) {
+      if (geometry[i * kHitStride_px] >> 24 == 0) continue;
+      const Eigen::Vector3i cell = Eigen::Vector3i(cells[0][i], cells[1][i], cells[2][i]) + base;
       const Eigen::Vector3i block(cell.x() >> 3, cell.y() >> 3, cell.z() >> 3);
-      const BlockKey key = block_key(block);
-      if (key != last_key) {
-        last = &hit_cells_.obtain(key);
-        last_key = key;
+      if (block != last_block) {
+        mask = &hit_cells_.obtain(block_key(block));
+        last_block = block;
       }
       const auto row = static_cast<std::size_t>((cell.z() & 7) * kBlockSide + (cell.y() & 7));
-      last->rows[row] = static_cast<std::uint8_t>(last->rows[row] | (1U << (cell.x() & 7)));
+      mask->rows[row] = static_cast<std::uint8_t>(mask->rows[row] | (1U << (cell.x() & 7)));
     }
   }
 }
@@ -118,6 +134,15 @@ void SpaceLayer::find_visible(const PreparedView& view, const SE3& T_world_camer
         if (-right.x() * p.x() + right.y() * p.z() < -radius_m) continue;
         if (top.x() * p.y() + top.y() * p.z() < -radius_m) continue;
         if (-bottom.x() * p.y() + bottom.y() * p.z() < -radius_m) continue;
+        const double front_m = p.z() - radius_m;
+        if (front_m > 0.1) {  // hidden behind everything that was seen in its direction?
+          const Vec2 tangent(p.x() / p.z(), p.y() / p.z());
+          const Vec2 reach = (Vec2::Ones() + tangent.cwiseAbs()) * (radius_m / front_m);
+          const Vec2 focal(camera.fx, camera.fy), centre(camera.cx, camera.cy);
+          if (view.farthest_m(focal.cwiseProduct(tangent - reach) + centre,
+                              focal.cwiseProduct(tangent + reach) + centre) < front_m)
+            continue;
+        }
         touched_.insert(block_key({x, y, z}));
       }
     }

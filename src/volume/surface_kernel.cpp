@@ -12,6 +12,9 @@ namespace ygslam {
 namespace {
 
 constexpr float kNearest_m = 0.05F;  // in front of the lens
+// At a grazing view the band about a pixel's plane reaches far along the ray, to where the surface
+// has long bent away: so many widths of the band are believed.
+constexpr float kLongestReach = 1.5F;
 constexpr auto kDepthUnit_m = static_cast<float>(DepthView::kUnit_m);
 
 std::uint64_t spread_colour(std::uint32_t appearance) {
@@ -140,9 +143,12 @@ bool fuse_block_plain(const SurfaceProjection& projection, BlockKey key, int sig
     if (weight == 0) continue;
     const float depth_m = static_cast<float>(geometry & 0xffffU) * kDepthUnit_m;
     const float slope = static_cast<float>((geometry >> 16) & 0xffU) * PreparedView::kSlopeUnit;
-    const float distance_m = (depth_m - z) * slope;
+    const float along_ray_m = depth_m - z;
+    const float distance_m = along_ray_m * slope;
     const float noise_m = p.truncation_sigmas * p.noise.sigma_m(depth_m);
-    if (!(std::abs(distance_m) <= std::max(p.truncation_m, noise_m))) continue;
+    const float band_m = std::max(p.truncation_m, noise_m);
+    if (!(std::abs(distance_m) <= band_m)) continue;
+    if (!(std::abs(along_ray_m) <= kLongestReach * band_m)) continue;
     const int distance = static_cast<int>(std::nearbyint(distance_m * p.per_quantum));
     const std::uint32_t appearance = view.appearance()[pixel];
     SurfaceBrick& brick = brick_for(sign, eight.brick, pool, block);
@@ -233,7 +239,8 @@ bool fuse_block_avx2(const SurfaceProjection& p, BlockKey key, BrickPool& pool,
         _mm256_mul_ps(_mm256_cvtepi32_ps(_mm256_and_si256(_mm256_srli_epi32(geometry, 16),
                                                           _mm256_set1_epi32(0xff))),
                       _mm256_set1_ps(PreparedView::kSlopeUnit));
-    const __m256 distance_m = _mm256_mul_ps(_mm256_sub_ps(depth_m, z), slope);
+    const __m256 along_ray_m = _mm256_sub_ps(depth_m, z);
+    const __m256 distance_m = _mm256_mul_ps(along_ray_m, slope);
     const __m256 beyond_m = _mm256_sub_ps(depth_m, _mm256_set1_ps(p.noise.from_m));
     const __m256 growth_m =
         _mm256_mul_ps(_mm256_set1_ps(p.noise.factor_per_m), _mm256_mul_ps(beyond_m, beyond_m));
@@ -242,6 +249,9 @@ bool fuse_block_avx2(const SurfaceProjection& p, BlockKey key, BrickPool& pool,
     const __m256 band_m = _mm256_max_ps(_mm256_set1_ps(p.truncation_m), noise_m);
     in = _mm256_and_ps(in,
                        _mm256_cmp_ps(_mm256_andnot_ps(sign_bit, distance_m), band_m, _CMP_LE_OQ));
+    const __m256 reach_m = _mm256_mul_ps(_mm256_set1_ps(kLongestReach), band_m);
+    in = _mm256_and_ps(in,
+                       _mm256_cmp_ps(_mm256_andnot_ps(sign_bit, along_ray_m), reach_m, _CMP_LE_OQ));
     const __m256i mask = _mm256_and_si256(_mm256_castps_si256(in),
                                           _mm256_cmpgt_epi32(weight, _mm256_setzero_si256()));
     const int lanes = _mm256_movemask_ps(_mm256_castsi256_ps(mask));

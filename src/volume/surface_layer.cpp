@@ -12,7 +12,6 @@ namespace ygslam {
 namespace {
 
 constexpr double kQuantaPerVoxel = 512;
-constexpr int kSampleStride_px = 2;
 constexpr int kBlocksAtOnce = 32;
 constexpr std::size_t kBricksAtOnce = 64;
 constexpr std::uint64_t kColourMask = (std::uint64_t{1} << 21) - 1;
@@ -20,7 +19,7 @@ constexpr std::uint64_t kColourMask = (std::uint64_t{1} << 21) - 1;
 }  // namespace
 
 SurfaceBrick* BrickPool::obtain() {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(*mutex_);
   if (free_.empty()) {
     chunks_.push_back(std::make_unique<SurfaceBrick[]>(kBricksAtOnce));
     for (std::size_t i = kBricksAtOnce; i-- > 0;) free_.push_back(&chunks_.back()[i]);
@@ -31,12 +30,12 @@ SurfaceBrick* BrickPool::obtain() {
 }
 
 void BrickPool::release(SurfaceBrick* brick) {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(*mutex_);
   free_.push_back(brick);
 }
 
 std::size_t BrickPool::memory_bytes() const {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(*mutex_);
   return chunks_.size() * kBricksAtOnce * sizeof(SurfaceBrick) +
          free_.capacity() * sizeof(SurfaceBrick*);
 }
@@ -138,6 +137,7 @@ void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_cam
 void SurfaceLayer::fuse(const PreparedView& view, const SE3& T_world_camera, int sign,
                         int threads) {
   CHECK((sign == 1 || sign == -1) && T_world_camera.is_finite());
+  CHECK(T_world_camera.t().cwiseAbs().maxCoeff() / (kBlockSide * config_.voxel_m) < kBlockBias / 2);
   find_touched(view, T_world_camera);
   ++revision_;
   std::vector<BlockKey> keys;

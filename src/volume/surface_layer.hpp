@@ -58,7 +58,7 @@ class BrickPool {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  mutable std::mutex mutex_;
+  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  // so that it can be moved
   std::vector<std::unique_ptr<SurfaceBrick[]>> chunks_;
   std::vector<SurfaceBrick*> free_;
 };

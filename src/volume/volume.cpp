@@ -1,6 +1,6 @@
 #include "volume/volume.hpp"
 
-#include <algorithm>
+#include <cmath>
 
 #include "core/check.hpp"
 
@@ -9,6 +9,10 @@ namespace {
 
 // Furniture adds this much to the area of walls, floor and ceiling.
 constexpr double kFurnished = 1.6;
+// Noise and edges reach into more bricks than a smooth surface does.
+constexpr double kRagged = 1.5;
+// Blocks of space that reach into walls.
+constexpr double kSpaceBorder = 1.5;
 
 }  // namespace
 
@@ -49,18 +53,21 @@ std::uint64_t Volume::fingerprint() const {
   return surface_.fingerprint() * 31 + space_.fingerprint();
 }
 
-double estimated_bytes(const VolumeConfig& config, const Vec3& room_m) {
-  const double area_m2 =
-      2 * kFurnished *
-      (room_m.x() * room_m.y() + room_m.y() * room_m.z() + room_m.z() * room_m.x());
+double estimated_bytes(const VolumeConfig& config, double surface_m2, double space_m3) {
   const double brick_m = kBrickSide * config.surface.voxel_m;
   const double band_m = 2 * config.surface.truncation_voxels * config.surface.voxel_m;
   // A surface at any angle: so many bricks lie within the band about it.
-  const double bricks = area_m2 * (band_m + 1.5 * brick_m) / (brick_m * brick_m * brick_m);
-  const double space_block_m = kBlockSide * config.space.cell_m;
-  const Vec3 space_blocks = room_m / space_block_m + Vec3::Ones();
+  const double bricks =
+      kRagged * surface_m2 * (band_m + 1.5 * brick_m) / (brick_m * brick_m * brick_m);
+  const double space_blocks = space_m3 / std::pow(kBlockSide * config.space.cell_m, 3);
   return bricks * (sizeof(SurfaceBrick) + sizeof(SurfaceBlock) / 4.0) +
-         space_blocks.prod() * sizeof(SpaceBlock);
+         kSpaceBorder * space_blocks * sizeof(SpaceBlock);
+}
+
+double estimated_bytes(const VolumeConfig& config, const Vec3& room_m) {
+  const double sides_m2 =
+      room_m.x() * room_m.y() + room_m.y() * room_m.z() + room_m.z() * room_m.x();
+  return estimated_bytes(config, 2 * kFurnished * sides_m2, room_m.prod());
 }
 
 }  // namespace ygslam

@@ -29,7 +29,8 @@ class Volume {
 
   explicit Volume(const VolumeConfig& config);
 
-  /// Adds what a view at a pose contributes; there must be fewer than kMaxViews.
+  /// Adds what a view at a pose contributes; there must be fewer than kMaxViews. The pose is
+  /// finite and within 10^6 cells and half as many blocks of the world's origin (50 km at 5 cm).
   void integrate(const DepthView& view, const SE3& T_world_camera);
   /// Takes it back: the same view at the same pose, to the bit, as was integrated.
   void withdraw(const DepthView& view, const SE3& T_world_camera);
@@ -56,8 +57,12 @@ class Volume {
   int views_ = 0;
 };
 
-/// What the volume of a furnished room would take; measured rooms take .7 to 1.3 times this.
-/// @param room_m its length, width and height [m].
+/// What a volume would take. Per m2 of surface, recordings took .7 (walls nearby) to 1.5 times (a
+/// room seen from afar) as much.
+/// @param surface_m2 area of all surfaces. @param space_m3 that is seen.
+[[nodiscard]] double estimated_bytes(const VolumeConfig& config, double surface_m2,
+                                     double space_m3);
+/// The same of a furnished room. @param room_m its length, width and height [m].
 [[nodiscard]] double estimated_bytes(const VolumeConfig& config, const Vec3& room_m);
 
 }  // namespace ygslam

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
-#include "scene_file/export_scene.hpp"
+#include "scene/scene.hpp"
 
 namespace ygslam::testing {
 
@@ -43,10 +43,6 @@ struct SampleScene {
   TriangleMesh mesh;
   SpaceCells space;
   std::vector<SceneObject> objects;
-
-  [[nodiscard]] SceneContent content() const {
-    return {cloud, mesh, space, objects, gravity, GridOptions{}};
-  }
 };
 
 inline void add_box_mesh(const SampleBox& box, const SE3& T_world_room, TriangleMesh& mesh) {

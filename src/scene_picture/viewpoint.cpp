@@ -37,8 +37,8 @@ std::vector<Vec3> sampled_points(std::span<const SurfacePoint> points, const SE3
   const std::size_t step = points.size() / kEnough + 1;
   std::vector<Vec3> sample;
   for (std::size_t i = 0; i < points.size(); i += step) {
-    const Vec3 p_floor = T_floor_world * points[i].p_world.cast<double>();
-    if (p_floor.z() <= cut_above_m) sample.push_back(p_floor);
+    sample.emplace_back(T_floor_world * points[i].p_world.cast<double>());
+    sample.back().z() = std::min(sample.back().z(), cut_above_m);  // the wall below it stays
   }
   drop_strays(sample);
   return sample;

@@ -22,7 +22,7 @@ struct Overview {
   int width = 1280, height = 960;  ///< [px]
   double elevation_rad = 0.9;      ///< of the camera over the horizon, up to pi / 2: straight down
   double azimuth_rad = 0.4;        ///< turn about up; at 0 the longer side of the scene lies across
-  double cut_above_m = 1e9;        ///< what lies higher over the floor does not count
+  double cut_above_m = 1e9;        ///< what is higher over the floor is not drawn
 };
 
 /// The whole scene from above at an angle, filling the picture; stray points are left out of

@@ -49,23 +49,28 @@ class Painter {
     light_ = (back + 0.4F * left + 0.5F * up_).normalized();
   }
 
-  [[nodiscard]] RasterVertex vertex(const SurfacePoint& point) const {
+  // @param normal_world where the point has none of its own; need not be of unit length.
+  [[nodiscard]] RasterVertex vertex(const SurfacePoint& point,
+                                    const Eigen::Vector3f& normal_world) const {
     const Rgb8 c = colour_of(point);
+    const bool has_normal = !point.normal_world.isZero();
     return {R_camera_world_ * point.p_world + t_camera_world_,
-            Eigen::Array3f(c.r, c.g, c.b) * shade(point.normal_world)};
+            Eigen::Array3f(c.r, c.g, c.b) * shade(has_normal ? point.normal_world : normal_world)};
   }
 
   void add_triangle(const std::array<const SurfacePoint*, 3>& corners) {
+    const Eigen::Vector3f& p_world = corners[0]->p_world;
+    const Eigen::Vector3f normal_world =
+        (corners[1]->p_world - p_world).cross(corners[2]->p_world - p_world);
+    const Eigen::Vector3f p_camera = R_camera_world_ * p_world + t_camera_world_;
+    if (!style_.shows_backs && (R_camera_world_ * normal_world).dot(p_camera) >= 0) return;
     std::array<RasterVertex, 3> triangle;
     std::array<float, 3> under_cut_m{};
     for (std::size_t i = 0; i < 3; ++i) {
       if (is_cut_ceiling(*corners[i])) return;
-      triangle[i] = vertex(*corners[i]);
+      triangle[i] = vertex(*corners[i], normal_world);
       under_cut_m[i] = static_cast<float>(style_.cut_above_m - height_of(*corners[i]));
     }
-    const Eigen::Vector3f normal = (triangle[1].p_camera - triangle[0].p_camera)
-                                       .cross(triangle[2].p_camera - triangle[0].p_camera);
-    if (!style_.shows_backs && normal.dot(triangle[0].p_camera) >= 0) return;
     const bool agree = key_of(*corners[1]) == key_of(*corners[2]);
     const std::uint16_t key = key_of(*corners[agree ? 1 : 0]);
     if (!std::isfinite(style_.cut_above_m)) return raster_.add_triangle(triangle, key);
@@ -77,7 +82,7 @@ class Painter {
 
   void add_point(const SurfacePoint& point) {
     if (is_cut_ceiling(point) || height_of(point) > style_.cut_above_m) return;
-    const RasterVertex drawn = vertex(point);
+    const RasterVertex drawn = vertex(point, Eigen::Vector3f::Zero());
     const Eigen::Vector3f normal_camera = R_camera_world_ * point.normal_world;
     if (!style_.shows_backs && normal_camera.dot(drawn.p_camera) > 0) return;
     raster_.add_point(drawn, style_.point_m, key_of(point));

@@ -177,7 +177,8 @@ Json scene_json(const SampleScene& scene) {
   return json;
 }
 
-// Writes sample scenes for tests/scene_file_test.py and tests/scene_space_file_test.py into $YGSLAM_SAMPLE_SCENES.
+// Writes sample scenes for tests/scene_file_test.py and tests/scene_space_file_test.py into
+// $YGSLAM_SAMPLE_SCENES.
 TEST(ExportScene, SamplesForOtherReaders) {
   const char* folder = std::getenv("YGSLAM_SAMPLE_SCENES");
   if (folder == nullptr) GTEST_SKIP() << "$YGSLAM_SAMPLE_SCENES is not set";

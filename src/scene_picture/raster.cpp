@@ -107,13 +107,15 @@ void Raster::add_point(const RasterVertex& point, double side_m, std::uint16_t k
   }
 }
 
-ColourImage Raster::image() const {
+ColourImage Raster::image(const std::function<Rgb8(Rgb8)>& finish) const {
   ColourImage image(samples_.width() / kSamples, samples_.height() / kSamples);
   for (int v = 0; v < image.height(); ++v) {
     for (int u = 0; u < image.width(); ++u) {
       Eigen::Array3i sum = Eigen::Array3i::Constant(kSamples * kSamples / 2);
       for (int i = 0; i < kSamples * kSamples; ++i) {
-        const Rgb8 sample = samples_.at(u * kSamples + i % kSamples, v * kSamples + i / kSamples);
+        const int x = u * kSamples + i % kSamples, y = v * kSamples + i / kSamples;
+        const bool drawn = keys_.at(x, y) != 0;
+        const Rgb8 sample = finish && drawn ? finish(samples_.at(x, y)) : samples_.at(x, y);
         sum += Eigen::Array3i(sample.r, sample.g, sample.b);
       }
       sum /= kSamples * kSamples;

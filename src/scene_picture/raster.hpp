@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 
 #include "image/image.hpp"
 #include "scene_picture/viewpoint.hpp"
@@ -29,8 +30,9 @@ class Raster {
   /// A square of this side that faces the camera, a pixel at least.
   void add_point(const RasterVertex& point, double side_m, std::uint16_t key);
 
-  /// The mean of each pixel's samples.
-  [[nodiscard]] ColourImage image() const;
+  /// The mean of each pixel's samples. @param finish if given, makes a sample's colour of what was
+  /// drawn there.
+  [[nodiscard]] ColourImage image(const std::function<Rgb8(Rgb8)>& finish = {}) const;
   /// Of every sample; 0 where there is only background.
   [[nodiscard]] const Image<std::uint16_t>& keys() const { return keys_; }
 

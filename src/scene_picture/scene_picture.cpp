@@ -52,10 +52,16 @@ class Painter {
   // @param normal_world where the point has none of its own; need not be of unit length.
   [[nodiscard]] RasterVertex vertex(const SurfacePoint& point,
                                     const Eigen::Vector3f& normal_world) const {
-    const Rgb8 c = colour_of(point);
     const bool has_normal = !point.normal_world.isZero();
-    return {R_camera_world_ * point.p_world + t_camera_world_,
-            Eigen::Array3f(c.r, c.g, c.b) * shade(has_normal ? point.normal_world : normal_world)};
+    const float light = shade(has_normal ? point.normal_world : normal_world);
+    RasterVertex vertex{R_camera_world_ * point.p_world + t_camera_world_, {}};
+    if (style_.colour == PictureColour::kHeight) {
+      vertex.colour = Eigen::Array3f(height_share(point), light, 0) * 255;  // see finish()
+    } else {
+      const Rgb8 c = colour_of(point);
+      vertex.colour = Eigen::Array3f(c.r, c.g, c.b) * light;
+    }
+    return vertex;
   }
 
   void add_triangle(const std::array<const SurfacePoint*, 3>& corners) {
@@ -89,8 +95,9 @@ class Painter {
   }
 
   [[nodiscard]] ScenePicture picture(std::span<const SceneObject> objects) const {
-    ScenePicture picture{raster_.image(), style_.colour, {}};
-    if (style_.colour == PictureColour::kHeight) {
+    const bool by_height = style_.colour == PictureColour::kHeight;
+    ScenePicture picture{by_height ? raster_.image(finish) : raster_.image(), style_.colour, {}};
+    if (by_height) {
       for (const double height_m : {range_.low_m, range_.high_m}) {
         std::array<char, 32> text{};
         std::snprintf(text.data(), text.size(), "%.2f m", height_m);
@@ -112,18 +119,24 @@ class Painter {
     return static_cast<double>(point.p_world.dot(up_)) - floor_m_;
   }
 
+  [[nodiscard]] float height_share(const SurfacePoint& point) const {
+    const double share = (height_of(point) - range_.low_m) / (range_.high_m - range_.low_m);
+    return static_cast<float>(share);
+  }
+
+  // Between the corners of a large triangle it is the height that changes evenly, not the colour.
+  static Rgb8 finish(Rgb8 share_and_light) {
+    const Rgb8 c = height_colour(share_and_light.r / 255.0);
+    const auto lit = [&](std::uint8_t value) {
+      return static_cast<std::uint8_t>(value * share_and_light.g / 255);
+    };
+    return {lit(c.r), lit(c.g), lit(c.b)};
+  }
+
   [[nodiscard]] Rgb8 colour_of(const SurfacePoint& point) const {
-    switch (style_.colour) {
-      case PictureColour::kSurface:
-        return point.colour;
-      case PictureColour::kClass:
-        return class_colour(point.label.semantic_class);
-      case PictureColour::kObject:
-        return object_colour(point.label.object);
-      case PictureColour::kHeight:
-        break;
-    }
-    return height_colour((height_of(point) - range_.low_m) / (range_.high_m - range_.low_m));
+    if (style_.colour == PictureColour::kClass) return class_colour(point.label.semantic_class);
+    if (style_.colour == PictureColour::kObject) return object_colour(point.label.object);
+    return point.colour;
   }
 
   // Colours of a camera have light and shadow in them already.

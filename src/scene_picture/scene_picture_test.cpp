@@ -166,6 +166,22 @@ TEST(ScenePicture, ARoomFromAboveShowsItsInside) {
   }
 }
 
+TEST(ScenePicture, HeightsAreRightInTheMiddleOfALargeTriangle) {
+  TriangleMesh wall;  // at y = 0, from the floor up to 2 m, seen from y < 0
+  for (const auto& p : {Eigen::Vector3f(-1, 0, 0), Eigen::Vector3f(1, 0, 0),
+                        Eigen::Vector3f(1, 0, 2), Eigen::Vector3f(-1, 0, 2)})
+    wall.vertices.push_back({p, Eigen::Vector3f(0, -1, 0), {}, {}});
+  wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+  Viewpoint view{200, 200, 200, look_at(Vec3(0, -3, 1), Vec3(0, 0, 1), Vec3(0, 0, 1))};
+  PictureStyle style;
+  style.colour = PictureColour::kHeight;
+  const ScenePicture picture = draw_mesh(wall, view, {}, style);
+  for (const double height_m : {0.2, 0.5, 1.0, 1.4, 1.8}) {
+    const Rgb8 found = shade_at(picture.image, pixel_of(view, Vec3(0.3, 0, height_m)));
+    EXPECT_TRUE(same_hue(found, height_colour(height_m / 2))) << height_m;
+  }
+}
+
 TEST(ScenePicture, TheLegendNamesWhatIsInSight) {
   const SampleScene scene = sample_scene(Vec3(0, -1, 0));
   Overview options;

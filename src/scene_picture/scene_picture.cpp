@@ -23,7 +23,7 @@ HeightRange height_range(std::span<const SurfacePoint> points, const Vec3& up, d
   const std::size_t step = points.size() / 100'000 + 1;
   for (std::size_t i = 0; i < points.size(); i += step) {
     const double height = points[i].p_world.cast<double>().dot(up) - floor_m;
-    if (height <= cut_above_m) heights.push_back(height);
+    heights.push_back(std::min(height, cut_above_m));
   }
   if (heights.empty()) return {};
   std::sort(heights.begin(), heights.end());

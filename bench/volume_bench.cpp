@@ -37,9 +37,9 @@ struct Times {
 };
 
 /// Numbers for things: every sixth cube of 60 cm is one, the same from every view.
-Image<ObjectId> made_up_objects(const PosedFrame& frame, const Camera& camera) {
+Image<SceneObjectId> made_up_objects(const PosedFrame& frame, const Camera& camera) {
   constexpr double kThing_m = 0.6;
-  Image<ObjectId> objects(camera.width(), camera.height(), kNoObject);
+  Image<SceneObjectId> objects(camera.width(), camera.height(), kNoSceneObject);
   for (int v = 0; v < camera.height(); ++v) {
     for (int u = 0; u < camera.width(); ++u) {
       const float depth_m = frame.depth_m.at(u, v);
@@ -49,7 +49,7 @@ Image<ObjectId> made_up_objects(const PosedFrame& frame, const Camera& camera) {
       const Eigen::Vector3i cube = (p_world / kThing_m).array().floor().cast<int>();
       const auto hash = static_cast<std::uint32_t>(cube.x() * 73856093 ^ cube.y() * 19349663 ^
                                                    cube.z() * 83492791);
-      if (hash % 6 == 0) objects.at(u, v) = static_cast<ObjectId>(1 + hash / 6 % 199);
+      if (hash % 6 == 0) objects.at(u, v) = static_cast<SceneObjectId>(1 + hash / 6 % 199);
     }
   }
   return objects;
@@ -65,7 +65,7 @@ Views make_views(const PosedRecording& recording) {
   Views made;
   Times times;
   for (const PosedFrame& frame : recording.frames) {
-    const Image<ObjectId> objects = made_up_objects(frame, camera);
+    const Image<SceneObjectId> objects = made_up_objects(frame, camera);
     const ScopedTimer timer;
     made.views.push_back(make_depth_view({frame.depth_m, frame.colour, objects, frame.movers},
                                          camera, frame.read_out));

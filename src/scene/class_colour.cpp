@@ -59,9 +59,9 @@ Rgb8 class_colour(SemanticClass semantic_class) {
   return colour_of_number(static_cast<int>(semantic_class));
 }
 
-Rgb8 object_colour(ObjectId object) {
+Rgb8 object_colour(SceneObjectId object) {
   constexpr Rgb8 kGrey{190, 190, 190};
-  return object == kNoObject ? kGrey : colour_of_number(static_cast<int>(object));
+  return object == kNoSceneObject ? kGrey : colour_of_number(static_cast<int>(object));
 }
 
 }  // namespace ygslam

@@ -14,7 +14,7 @@ namespace ygslam {
 /// No two classes have the same; none is white, which OctoMap takes for "no colour".
 [[nodiscard]] Rgb8 class_colour(SemanticClass semantic_class);
 
-/// Neighbours in number differ clearly; kNoObject is grey.
-[[nodiscard]] Rgb8 object_colour(ObjectId object);
+/// Neighbours in number differ clearly; kNoSceneObject is grey.
+[[nodiscard]] Rgb8 object_colour(SceneObjectId object);
 
 }  // namespace ygslam

@@ -16,7 +16,7 @@ namespace ygslam {
 /// What a point of a surface is, and how sure that is.
 struct SurfaceLabel {
   SemanticClass semantic_class = SemanticClass::kUnknown;
-  ObjectId object = kNoObject;
+  SceneObjectId object = kNoSceneObject;
   float probability = 0;  ///< of the class, 0 to 1
 };
 
@@ -68,7 +68,7 @@ struct OrientedBox {
 
 /// A thing that stands in the room.
 struct SceneObject {
-  ObjectId id = kNoObject;
+  SceneObjectId id = kNoSceneObject;
   SemanticClass semantic_class = SemanticClass::kUnknown;
   float probability = 0;  ///< of the class
   ObjectState state = ObjectState::kCandidate;

@@ -14,8 +14,8 @@ enum class SemanticClass : std::uint8_t { kFloor = 80, kWall = 81, kCeiling = 82
 }
 
 /// 0 is no object; everything else a SceneObject's number.
-enum class ObjectId : std::uint16_t {};
-inline constexpr ObjectId kNoObject{0};
+enum class SceneObjectId : std::uint16_t {};
+inline constexpr SceneObjectId kNoSceneObject{0};
 
 /// COCO's name, "floor", "wall", "ceiling" or "unknown".
 [[nodiscard]] std::string semantic_class_name(SemanticClass semantic_class);

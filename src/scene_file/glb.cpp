@@ -87,7 +87,7 @@ std::vector<std::uint32_t> triangles_by_part(const TriangleMesh& mesh,
                                              std::vector<Part>& parts) {
   std::vector<std::uint16_t> part_of(std::numeric_limits<std::uint16_t>::max() + 1);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    CHECK(objects[i].id != kNoObject && part_of[static_cast<std::size_t>(objects[i].id)] == 0,
+    CHECK(objects[i].id != kNoSceneObject && part_of[static_cast<std::size_t>(objects[i].id)] == 0,
           "each object once, with a number");
     part_of[static_cast<std::size_t>(objects[i].id)] = static_cast<std::uint16_t>(i + 1);
   }

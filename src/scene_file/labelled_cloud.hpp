@@ -11,7 +11,7 @@
 namespace ygslam {
 
 /// Binary little-endian PLY: x y z nx ny nz (float), red green blue (uchar), label instance
-/// (uint16: SemanticClass and ObjectId), prob (float); a comment names each class in it.
+/// (uint16: SemanticClass and SceneObjectId), prob (float); a comment names each class in it.
 /// @return kOutput naming the file.
 Status write_labelled_ply(const std::filesystem::path& path, std::span<const SurfacePoint> points);
 

@@ -161,8 +161,8 @@ class Painter {
       const auto semantic_class = static_cast<SemanticClass>(number);
       return {semantic_class_name(semantic_class), class_colour(semantic_class), 0};
     }
-    const ObjectId id{number};
-    if (id == kNoObject) return {"no object", object_colour(id), 0};
+    const SceneObjectId id{number};
+    if (id == kNoSceneObject) return {"no object", object_colour(id), 0};
     const auto object = std::find_if(objects.begin(), objects.end(),
                                      [&](const SceneObject& o) { return o.id == id; });
     const std::string name =

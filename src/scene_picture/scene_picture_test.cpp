@@ -209,7 +209,7 @@ TEST(ScenePicture, TheLegendNamesWhatIsInSight) {
   EXPECT_EQ(objects.legend[0].name, "no object");
   EXPECT_EQ(objects.legend[1].name, "chair 3");
   EXPECT_EQ(objects.legend[2].name, "dining table 700");
-  EXPECT_EQ(objects.legend[1].colour, object_colour(ObjectId{3}));
+  EXPECT_EQ(objects.legend[1].colour, object_colour(SceneObjectId{3}));
   style.colour = PictureColour::kHeight;
   const ScenePicture heights = draw_mesh(scene.mesh, view, scene.gravity, style);
   ASSERT_EQ(heights.legend.size(), 2U);
@@ -269,7 +269,7 @@ TEST(Annotate, BoxesAndPathsAreDrawnWhereTheyAre) {
   ColourImage image(view.width, view.height, {255, 255, 255});
   draw_boxes(image, std::span(scene.objects).first(1), view);
   const Vec3 corner = scene.T_world_room * Vec3(0.3, 0.2, 0);
-  EXPECT_EQ(shade_at(image, pixel_of(view, corner)), object_colour(ObjectId{3}));
+  EXPECT_EQ(shade_at(image, pixel_of(view, corner)), object_colour(SceneObjectId{3}));
   const Vec3 a = scene.T_world_room * Vec3(1, 1, 0.1), b = scene.T_world_room * Vec3(1.5, 1, 0.1);
   draw_path(image, std::vector{a, b}, view, {0, 90, 200});
   EXPECT_EQ(shade_at(image, pixel_of(view, (a + b) / 2)), (Rgb8{0, 90, 200}));

@@ -17,7 +17,7 @@ struct BlockVertex {
   std::array<std::int16_t, 3> normal_world{};  ///< [1/32767]
   Rgb8 colour;
   std::uint8_t probability = 0;  ///< share of votes for the object [1/255]
-  ObjectId object = kNoObject;
+  SceneObjectId object = kNoSceneObject;
   std::uint16_t views = 0;  ///< of the voxel that fewer views saw
 
   [[nodiscard]] SurfacePoint point(const Eigen::Vector3i& block, double voxel_m) const;

@@ -22,8 +22,8 @@ std::uint16_t depth_units(float depth_m) {
 class ObjectNumbers {
  public:
   explicit ObjectNumbers(DepthView& view) : view_(view) {}
-  std::uint8_t operator()(ObjectId object) {
-    if (object == kNoObject) return DepthView::kNothing;
+  std::uint8_t operator()(SceneObjectId object) {
+    if (object == kNoSceneObject) return DepthView::kNothing;
     if (object == last_) return last_number_;
     const auto next = static_cast<std::uint8_t>(view_.objects.size() + 1);
     const auto [it, is_new] = numbers_.emplace(object, next);
@@ -37,8 +37,8 @@ class ObjectNumbers {
 
  private:
   DepthView& view_;
-  std::map<ObjectId, std::uint8_t> numbers_;
-  ObjectId last_ = kNoObject;
+  std::map<SceneObjectId, std::uint8_t> numbers_;
+  SceneObjectId last_ = kNoSceneObject;
   std::uint8_t last_number_ = 0;
 };
 

@@ -30,15 +30,15 @@ struct DepthView {
   /// What the pixel shows: kNothing: static, no object; 1 to 254: objects[value - 1]; kExcluded: a
   /// mover, or too close to the edge of a mask: carves space as far as it was seen, adds nothing.
   Image<std::uint8_t> object;
-  std::vector<ObjectId> objects;
+  std::vector<SceneObjectId> objects;
 };
 
 /// The images of a frame as recorded; all of one size.
 struct RecordedImages {
   const DepthImage& depth_m;  ///< registered to the colour image
   const ColourImage& colour;
-  const Image<ObjectId>& object;  ///< of each pixel of the colour image; empty = no objects
-  const GreyImage& excluded;      ///< not 0: see DepthView::kExcluded; empty = none
+  const Image<SceneObjectId>& object;  ///< of each pixel of the colour image; empty = no objects
+  const GreyImage& excluded;           ///< not 0: see DepthView::kExcluded; empty = none
 };
 
 /// Undoes distortion and rolling shutter.

@@ -28,10 +28,10 @@ std::vector<BlockMesh> mesh_blocks(const Volume& volume, const std::vector<Block
 }
 
 /// The object most of a triangle's corners show; where all differ, the first's.
-ObjectId majority(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  const ObjectId a = mesh.vertices[triangle[0]].label.object;
-  const ObjectId b = mesh.vertices[triangle[1]].label.object;
-  const ObjectId c = mesh.vertices[triangle[2]].label.object;
+SceneObjectId majority(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+  const SceneObjectId a = mesh.vertices[triangle[0]].label.object;
+  const SceneObjectId b = mesh.vertices[triangle[1]].label.object;
+  const SceneObjectId c = mesh.vertices[triangle[2]].label.object;
   return b == c ? b : a;
 }
 
@@ -115,17 +115,17 @@ TriangleMesh volume_mesh(const Volume& volume, const ReadingConfig& config) {
   return assemble_mesh(volume, placed, config);
 }
 
-std::map<ObjectId, TriangleMesh> object_meshes(const TriangleMesh& mesh) {
-  std::map<ObjectId, std::vector<std::size_t>> triangles;
+std::map<SceneObjectId, TriangleMesh> object_meshes(const TriangleMesh& mesh) {
+  std::map<SceneObjectId, std::vector<std::size_t>> triangles;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     triangles[majority(mesh, mesh.triangles[t])].push_back(t);
   std::vector<std::uint32_t> number(mesh.vertices.size(), 0xffffffffU);
-  std::map<ObjectId, TriangleMesh> parts;
+  std::map<SceneObjectId, TriangleMesh> parts;
   for (const auto& [object, which] : triangles) parts[object] = part_of(mesh, which, number);
   return parts;
 }
 
-TriangleMesh object_mesh(const TriangleMesh& mesh, ObjectId object) {
+TriangleMesh object_mesh(const TriangleMesh& mesh, SceneObjectId object) {
   std::vector<std::size_t> triangles;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (majority(mesh, mesh.triangles[t]) == object) triangles.push_back(t);

@@ -41,9 +41,9 @@ class Mesher {
 /// The mesh from nothing; the same bytes as an updated Mesher's.
 [[nodiscard]] TriangleMesh volume_mesh(const Volume& volume, const ReadingConfig& config = {});
 
-/// The triangles most of whose corners show the object (kNoObject: none), with their vertices.
-[[nodiscard]] TriangleMesh object_mesh(const TriangleMesh& mesh, ObjectId object);
-/// All of them at once; kNoObject's as well.
-[[nodiscard]] std::map<ObjectId, TriangleMesh> object_meshes(const TriangleMesh& mesh);
+/// The triangles most of whose corners show the object (kNoSceneObject: none), with their vertices.
+[[nodiscard]] TriangleMesh object_mesh(const TriangleMesh& mesh, SceneObjectId object);
+/// All of them at once; kNoSceneObject's as well.
+[[nodiscard]] std::map<SceneObjectId, TriangleMesh> object_meshes(const TriangleMesh& mesh);
 
 }  // namespace ygslam

@@ -67,7 +67,7 @@ class PreparedView {
   /// Where the pixels with a weight are.
   [[nodiscard]] const std::vector<SurfaceTile>& surface_tiles() const { return surface_tiles_; }
   [[nodiscard]] const DepthPyramid& nearest() const { return nearest_; }
-  [[nodiscard]] const std::vector<ObjectId>& objects() const { return objects_; }
+  [[nodiscard]] const std::vector<SceneObjectId>& objects() const { return objects_; }
   /// Of all pixels, at most PreparationConfig::max_depth_m.
   [[nodiscard]] float farthest_m() const { return farthest_m_; }
 
@@ -79,7 +79,7 @@ class PreparedView {
 
   Pinhole camera_;
   std::vector<std::uint32_t> geometry_, appearance_;
-  std::vector<ObjectId> objects_;
+  std::vector<SceneObjectId> objects_;
   DepthPyramid nearest_;
   float farthest_m_ = 0;
   int columns_ = 0, rows_ = 0;  // of tiles

@@ -51,10 +51,10 @@ Rgb8 SurfaceBrick::mean_colour(int voxel) const {
   return {mean(0), mean(21), mean(42)};
 }
 
-void SurfaceBlock::vote(ObjectId object, int offset, int sign) {
+void SurfaceBlock::vote(SceneObjectId object, int offset, int sign) {
   const auto place = std::lower_bound(
       votes.begin(), votes.end(), object,
-      [](const ObjectVotes& entry, ObjectId wanted) { return entry.object < wanted; });
+      [](const ObjectVotes& entry, SceneObjectId wanted) { return entry.object < wanted; });
   auto entry = place;
   if (entry == votes.end() || entry->object != object) {
     CHECK(sign > 0, "votes taken back that were never given");
@@ -80,7 +80,7 @@ SurfaceLabel SurfaceBlock::label(int offset, int views) const {
     label.object = entry.object;
   }
   if (most < none) {
-    label.object = kNoObject;
+    label.object = kNoSceneObject;
     most = none;
   }
   label.probability = static_cast<float>(most) / static_cast<float>(views);

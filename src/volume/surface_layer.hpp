@@ -28,7 +28,7 @@ struct SurfaceConfig {
 
 /// Votes of views for one object, by voxel of a block (cell_offset(x, y, z)).
 struct ObjectVotes {
-  ObjectId object = kNoObject;
+  SceneObjectId object = kNoSceneObject;
   std::uint32_t total = 0;
   std::array<std::uint16_t, kBlockCells> votes{};
 };
@@ -84,10 +84,10 @@ struct SurfaceBlock {
   std::uint64_t revision = 0;  ///< SurfaceLayer::revision() of the last change
 
   [[nodiscard]] bool empty() const { return contributions == std::array<std::uint32_t, 8>{}; }
-  void vote(ObjectId object, int offset, int sign);
+  void vote(SceneObjectId object, int offset, int sign);
   /// @param views of the voxel at cell_offset `offset`. @return the object with most votes there,
-  /// the lowest number among equals, and its share of the views; kNoObject where more views voted
-  /// for none.
+  /// the lowest number among equals, and its share of the views; kNoSceneObject where more views
+  /// voted for none.
   [[nodiscard]] SurfaceLabel label(int offset, int views) const;
 };
 

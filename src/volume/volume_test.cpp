@@ -26,10 +26,10 @@ VolumeConfig coarse(int threads = 1) {
 
 World furnished() {
   World world;
-  world.spheres.push_back({Vec3(0.2, 0.3, 0.1), 0.35, ObjectId{7}});
-  world.cuboids.push_back({Vec3(-1.2, 0.4, -1.1), Vec3(-0.5, 1.2, -0.4), ObjectId{3}});
+  world.spheres.push_back({Vec3(0.2, 0.3, 0.1), 0.35, SceneObjectId{7}});
+  world.cuboids.push_back({Vec3(-1.2, 0.4, -1.1), Vec3(-0.5, 1.2, -0.4), SceneObjectId{3}});
   world.cuboids.push_back(
-      {Vec3(0.7, -0.2, 0.4), Vec3(1.1, 1.2, 0.8), kNoObject, {10, 10, 10}, true});
+      {Vec3(0.7, -0.2, 0.4), Vec3(1.1, 1.2, 0.8), kNoSceneObject, {10, 10, 10}, true});
   return world;
 }
 

@@ -15,20 +15,20 @@ namespace ygslam::volume_test {
 struct Sphere {
   Vec3 middle;
   double radius_m = 0;
-  ObjectId object = kNoObject;
+  SceneObjectId object = kNoSceneObject;
   Rgb8 colour{200, 40, 40};
   bool excluded = false;  ///< a mover
 };
 struct Cuboid {
   Vec3 low, high;
-  ObjectId object = kNoObject;
+  SceneObjectId object = kNoSceneObject;
   Rgb8 colour{40, 200, 40};
   bool excluded = false;
 };
 
 struct Seen {
   double distance_m = std::numeric_limits<double>::infinity();  ///< along the ray
-  ObjectId object = kNoObject;
+  SceneObjectId object = kNoSceneObject;
   Rgb8 colour;
   bool excluded = false;
 };
@@ -40,11 +40,11 @@ struct World {
 
   [[nodiscard]] Seen look(const Vec3& from, const Vec3& ray) const {
     Seen seen;
-    const auto take = [&](double distance_m, ObjectId object, Rgb8 colour, bool excluded) {
+    const auto take = [&](double distance_m, SceneObjectId object, Rgb8 colour, bool excluded) {
       if (distance_m > 1e-6 && distance_m < seen.distance_m)
         seen = {distance_m, object, colour, excluded};
     };
-    take(slabs(from, ray, low, high).second, kNoObject, {180, 180, 160}, false);
+    take(slabs(from, ray, low, high).second, kNoSceneObject, {180, 180, 160}, false);
     for (const Cuboid& c : cuboids) {
       const auto [in, out] = slabs(from, ray, c.low, c.high);
       if (in <= out) take(in, c.object, c.colour, c.excluded);
@@ -110,7 +110,7 @@ inline DepthView render(const World& world, const SE3& T_world_camera,
       view.colour.at(u, v) = seen.colour;
       if (seen.excluded) {
         view.object.at(u, v) = DepthView::kExcluded;
-      } else if (seen.object != kNoObject) {
+      } else if (seen.object != kNoSceneObject) {
         const auto found = std::find(view.objects.begin(), view.objects.end(), seen.object);
         view.object.at(u, v) = static_cast<std::uint8_t>(found - view.objects.begin() + 1);
         if (found == view.objects.end()) view.objects.push_back(seen.object);

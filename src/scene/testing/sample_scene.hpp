@@ -20,7 +20,7 @@ struct SampleBox {
   }
 };
 
-inline constexpr ObjectId kSampleChair{3}, kSampleTable{700}, kSampleGone{9};
+inline constexpr SceneObjectId kSampleChair{3}, kSampleTable{700}, kSampleGone{9};
 inline const Vec3 kSampleRoom_m(2.0, 1.5, 2.2);
 /// Nobody looked in here.
 inline const SampleBox kSampleHidden{{}, {}, Vec3(1.5, 0, -1), Vec3(2, 0.4, 2.2)};
@@ -28,12 +28,21 @@ inline const SampleBox kSampleHidden{{}, {}, Vec3(1.5, 0, -1), Vec3(2, 0.4, 2.2)
 inline std::vector<SampleBox> sample_boxes() {
   const SemanticClass chair = coco_class(56), table = coco_class(60);
   return {
-      {{SemanticClass::kFloor, kNoObject, 0.98F}, {150, 120, 90}, {0, 0, -0.1}, {2, 1.5, 0}},
-      {{SemanticClass::kWall, kNoObject, 0.9F}, {220, 215, 200}, {0, 1.5, -0.1}, {2, 1.6, 2.2}},
-      {{SemanticClass::kCeiling, kNoObject, 0.8F}, {250, 250, 250}, {0, 0, 2.2}, {2, 1.6, 2.3}},
+      {{SemanticClass::kFloor, kNoSceneObject, 0.98F}, {150, 120, 90}, {0, 0, -0.1}, {2, 1.5, 0}},
+      {{SemanticClass::kWall, kNoSceneObject, 0.9F},
+       {220, 215, 200},
+       {0, 1.5, -0.1},
+       {2, 1.6, 2.2}},
+      {{SemanticClass::kCeiling, kNoSceneObject, 0.8F},
+       {250, 250, 250},
+       {0, 0, 2.2},
+       {2, 1.6, 2.3}},
       {{chair, kSampleChair, 0.75F}, {200, 30, 40}, {0.3, 0.2, 0}, {0.7, 0.6, 0.8}},
       {{table, kSampleTable, 0.625F}, {90, 60, 30}, {1.0, 0.8, 0.6}, {1.8, 1.2, 0.7}},
-      {{SemanticClass::kUnknown, kNoObject, 0.3F}, {10, 200, 90}, {0, 1.2, 0}, {0.2, 1.5, 0.3}}};
+      {{SemanticClass::kUnknown, kNoSceneObject, 0.3F},
+       {10, 200, 90},
+       {0, 1.2, 0},
+       {0.2, 1.5, 0.3}}};
 }
 
 struct SampleScene {
@@ -130,7 +139,7 @@ inline SampleScene sample_scene(const Vec3& up_world, double cell_m = 0.1) {
   scene.gravity = {up_world, -1.2};
   for (const SampleBox& box : sample_boxes()) {
     add_box_mesh(box, scene.T_world_room, scene.mesh);
-    if (box.label.object != kNoObject)
+    if (box.label.object != kNoSceneObject)
       scene.objects.push_back(sample_object(box, scene.T_world_room));
   }
   scene.mesh.triangles.push_back(

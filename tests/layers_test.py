@@ -18,6 +18,7 @@ SIDE = {"io": {"core", "geometry", "image"},
         "benchmark_runs": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"},
         "scene_file": {"core", "geometry", "image", "io", "scene"},
+        "scene_picture": {"core", "geometry", "image", "io", "scene"},
         "map_file": {"core", "geometry", "image", "io", "features", "map"}}
 # Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
 ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence"),

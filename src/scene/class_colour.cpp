@@ -29,6 +29,13 @@ Rgb8 from_hsv(double hue, double saturation, double value) {
   return {channel(5), channel(3), channel(1)};
 }
 
+// Neighbours in number lie a golden angle of hue apart; saturation and value tell the rounds apart.
+Rgb8 colour_of_number(int number) {
+  constexpr double kGoldenRatio = 0.6180339887498949;
+  return from_hsv(std::fmod(number * kGoldenRatio, 1), 0.85 - 0.2 * (number % 3),
+                  0.95 - 0.15 * (number / 3 % 3));
+}
+
 }  // namespace
 
 std::span<const SemanticClass> all_semantic_classes() {
@@ -49,12 +56,12 @@ Rgb8 class_colour(SemanticClass semantic_class) {
     default:
       break;
   }
-  // Neighbours in number lie a golden angle of hue apart; saturation and value tell the rounds
-  // apart.
-  constexpr double kGoldenRatio = 0.6180339887498949;
-  const int id = static_cast<int>(semantic_class);
-  return from_hsv(std::fmod(id * kGoldenRatio, 1), 0.85 - 0.2 * (id % 3),
-                  0.95 - 0.15 * (id / 3 % 3));
+  return colour_of_number(static_cast<int>(semantic_class));
+}
+
+Rgb8 object_colour(SceneObjectId object) {
+  constexpr Rgb8 kGrey{190, 190, 190};
+  return object == kNoSceneObject ? kGrey : colour_of_number(static_cast<int>(object));
 }
 
 }  // namespace ygslam

@@ -1,4 +1,4 @@
-// A colour for each class, so that files and pictures of a scene agree.
+// A colour for each class and object, so that files and pictures of a scene agree.
 #pragma once
 
 #include <span>
@@ -13,5 +13,8 @@ namespace ygslam {
 
 /// No two classes have the same; none is white, which OctoMap takes for "no colour".
 [[nodiscard]] Rgb8 class_colour(SemanticClass semantic_class);
+
+/// Neighbours in number differ clearly; kNoSceneObject is grey.
+[[nodiscard]] Rgb8 object_colour(SceneObjectId object);
 
 }  // namespace ygslam

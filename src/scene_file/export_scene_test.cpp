@@ -8,8 +8,8 @@
 
 #include "io/testing/file_size_limit.hpp"
 #include "io/testing/temp_folder.hpp"
+#include "scene/testing/sample_scene.hpp"
 #include "scene_file/objects_file.hpp"
-#include "scene_file/testing/sample_scene.hpp"
 
 namespace ygslam {
 namespace {
@@ -20,6 +20,10 @@ using testing::read;
 using testing::sample_scene;
 using testing::SampleScene;
 using testing::TempFolder;
+
+SceneContent content_of(const SampleScene& scene) {
+  return {scene.cloud, scene.mesh, scene.space, scene.objects, scene.gravity, GridOptions{}};
+}
 
 std::vector<std::string> files_of(const SceneFileKind& kind) {
   std::istringstream words{std::string(kind.files)};
@@ -32,8 +36,8 @@ std::size_t entries(const fs::path& folder) {
 
 TEST(ExportScene, TheSameSceneGivesTheSameBytes) {
   const TempFolder first, second;
-  ASSERT_TRUE(export_scene(first.path(), sample_scene(Vec3(0.1, -1, 0.2)).content()).ok());
-  ASSERT_TRUE(export_scene(second.path(), sample_scene(Vec3(0.1, -1, 0.2)).content()).ok());
+  ASSERT_TRUE(export_scene(first.path(), content_of(sample_scene(Vec3(0.1, -1, 0.2)))).ok());
+  ASSERT_TRUE(export_scene(second.path(), content_of(sample_scene(Vec3(0.1, -1, 0.2)))).ok());
   std::size_t files = 0;
   for (const SceneFileKind& kind : scene_file_kinds()) {
     for (const std::string& file : files_of(kind)) {
@@ -48,8 +52,8 @@ TEST(ExportScene, TheSameSceneGivesTheSameBytes) {
 TEST(ExportScene, AnEmptySceneGivesAllFilesAndPrintsNothing) {
   const TempFolder folder;
   ::testing::internal::CaptureStderr();
-  ASSERT_TRUE(export_scene(folder.path(), SampleScene{}.content()).ok());
-  ASSERT_TRUE(export_scene(folder.path(), sample_scene(Vec3(0, 0, 1)).content()).ok());
+  ASSERT_TRUE(export_scene(folder.path(), content_of(SampleScene{})).ok());
+  ASSERT_TRUE(export_scene(folder.path(), content_of(sample_scene(Vec3(0, 0, 1)))).ok());
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(entries(folder.path()), 11U);
 }
@@ -61,7 +65,7 @@ TEST(ExportScene, AFullDiskLeavesTheOlderFileWhole) {
     for (const std::string& file : files_of(kind)) testing::write(folder.path() / file, "old");
     {
       const testing::FileSizeLimit full(100);
-      const Status status = kind.write(folder.path(), scene.content());
+      const Status status = kind.write(folder.path(), content_of(scene));
       ASSERT_FALSE(status.ok()) << kind.name;
       EXPECT_EQ(status.error().kind, ErrorKind::kOutput);
       EXPECT_EQ(status.error().message.find((folder.path() / files_of(kind)[0]).string() + ": "),
@@ -76,7 +80,7 @@ TEST(ExportScene, AFullDiskLeavesTheOlderFileWhole) {
 TEST(ExportScene, AFolderThatIsNotThereIsAnOutputError) {
   const SampleScene scene;
   for (const SceneFileKind& kind : scene_file_kinds()) {
-    const Status status = kind.write("/nonexistent/folder", scene.content());
+    const Status status = kind.write("/nonexistent/folder", content_of(scene));
     ASSERT_FALSE(status.ok()) << kind.name;
     EXPECT_EQ(status.error().kind, ErrorKind::kOutput);
   }
@@ -173,7 +177,8 @@ Json scene_json(const SampleScene& scene) {
   return json;
 }
 
-// Writes sample scenes for tests/scene_file_test.py into $YGSLAM_SAMPLE_SCENES.
+// Writes sample scenes for tests/scene_file_test.py and tests/scene_space_file_test.py into
+// $YGSLAM_SAMPLE_SCENES.
 TEST(ExportScene, SamplesForOtherReaders) {
   const char* folder = std::getenv("YGSLAM_SAMPLE_SCENES");
   if (folder == nullptr) GTEST_SKIP() << "$YGSLAM_SAMPLE_SCENES is not set";
@@ -185,7 +190,7 @@ TEST(ExportScene, SamplesForOtherReaders) {
         std::pair{"tilted", sample_scene(Vec3(0.1, -1, 0.2))}, std::pair{"empty", empty}}) {
     const fs::path out = fs::path(folder) / name;
     fs::create_directories(out);
-    const Status written = export_scene(out, scene.content());
+    const Status written = export_scene(out, content_of(scene));
     ASSERT_TRUE(written.ok()) << written.error().message;
     testing::write(out / "truth.json", scene_json(scene).dump());
   }

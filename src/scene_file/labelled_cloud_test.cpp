@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "io/testing/temp_folder.hpp"
-#include "scene_file/testing/sample_scene.hpp"
+#include "scene/testing/sample_scene.hpp"
 
 namespace ygslam {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/testing/temp_folder.hpp"
-#include "scene_file/testing/sample_scene.hpp"
+#include "scene/testing/sample_scene.hpp"
 
 namespace ygslam {
 namespace {

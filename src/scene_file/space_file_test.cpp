@@ -8,7 +8,7 @@
 
 #include "io/testing/temp_folder.hpp"
 #include "scene/class_colour.hpp"
-#include "scene_file/testing/sample_scene.hpp"
+#include "scene/testing/sample_scene.hpp"
 
 namespace ygslam {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
-#include "scene_file/export_scene.hpp"
+#include "scene/scene.hpp"
 
 namespace ygslam::testing {
 
@@ -52,10 +52,6 @@ struct SampleScene {
   TriangleMesh mesh;
   SpaceCells space;
   std::vector<SceneObject> objects;
-
-  [[nodiscard]] SceneContent content() const {
-    return {cloud, mesh, space, objects, gravity, GridOptions{}};
-  }
 };
 
 inline void add_box_mesh(const SampleBox& box, const SE3& T_world_room, TriangleMesh& mesh) {
@@ -116,7 +112,7 @@ inline SpaceCells sample_space(const SE3& T_world_room, double cell_m) {
   space.cell_m = cell_m;
   Rng rng(5);
   const SE3 T_room_world = T_world_room.inverse();
-  const int reach = static_cast<int>(4 / cell_m);
+  const int reach = static_cast<int>(2 / cell_m);  // farther than any corner of the room
   const Vec3 centre_world = T_world_room * (kSampleRoom_m / 2) / cell_m;
   const Eigen::Vector3i middle = centre_world.array().floor().cast<int>();
   for (int z = -reach; z < reach; ++z) {

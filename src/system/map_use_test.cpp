@@ -177,6 +177,21 @@ TEST(Submap, IsLeftOutOfTheTrajectoryAsLongAsNobodyKnowsWhereItIs) {
   EXPECT_GT(trajectory.size(), count + count / 2 - 5);
 }
 
+TEST(Relocalisation, IsProvisionalWhereTheCameraMayHaveLeftTheRoomMeanwhile) {
+  const Recording recording = record("static_xyz", small(1));
+  const auto count = static_cast<std::uint32_t>(recording.frames.size());
+  const auto is_provisional = [&](double unseen_s) {
+    Trial run(make_offline_runner(small_config(DynamicMode::kOff), recording.camera, nullptr));
+    for (const FramePtr& frame : recording.frames) run.process(frame);
+    EXPECT_FALSE(run.results.back().provisional);
+    for (const FramePtr& frame : again(recording, count - 3, count, unseen_s)) run.process(frame);
+    EXPECT_EQ(run.results.back().state, TrackState::kTracking);
+    return run.results.back().provisional;
+  };
+  EXPECT_FALSE(is_provisional(0.6));
+  EXPECT_TRUE(is_provisional(5)) << "the next room may look the same";
+}
+
 TEST(MapSaver, TheFileHasTheMapOfTheEnd) {
   const Recording recording = record("static_xyz", small(1));
   const SlamConfig config = small_config(DynamicMode::kOff);

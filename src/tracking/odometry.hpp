@@ -21,10 +21,11 @@ class Odometry {
     bool provisional = false;
   };
   /// Where the camera is in the world, after move().
-  [[nodiscard]] Place place(const SE3& T_world_camera);
+  /// @param sees_known_ground what it sees was in the map before doubt().
+  [[nodiscard]] Place place(const SE3& T_world_camera, bool sees_known_ground);
 
-  /// The camera was found by what it sees alone. Its place is provisional until it has gone so far
-  /// that no room which looks like another can be meant.
+  /// The camera was found by what it sees alone. Its place is provisional until it sees known
+  /// ground so far from there that no room which looks like another can be meant.
   void doubt() { doubtful_since_ = T_odom_camera_.t(); }
 
   [[nodiscard]] const SE3& T_odom_camera() const { return T_odom_camera_; }

@@ -15,6 +15,7 @@ constexpr double kSamePlaceM = 0.5;      // a loss that ends this near has moved
 constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
 constexpr double kLostBeforeSubmapS = 1.0;
 constexpr double kCoveredShare = 0.5;
+constexpr double kGlanceS = 1.0;       // unseen for longer, the camera may have left the room
 constexpr float kMappedWeight = 0.5F;  // a static point may enter the map
 
 KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
@@ -134,7 +135,8 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
     move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp);
     const bool carried_off =
         was_lost && is_carried_off(found.pose->T_camera_world, *view, frame->stamp);
-    if (carried_off) odometry_.doubt();
+    if (carried_off || is_doubtful(found.pose->T_camera_world, T_last_world, *view, frame->stamp))
+      doubt(frame->id);
     deliver_place(found.pose->T_camera_world, *view, result);
     evidence =
         with_free_space(evidence, free_space_violations(current, evidence, *found.pose, *view));
@@ -252,10 +254,26 @@ bool Tracker::is_carried_off(const SE3& T_camera_world, const LocalView& view,
   return !T_placed_world || centre_distance_m(T_camera_world, *T_placed_world) > reach_m(now);
 }
 
+bool Tracker::is_doubtful(const SE3& T_camera_world, const SE3& T_last_world, const LocalView& view,
+                          Timestamp now) const {
+  const double unseen_s = seconds_between(now, last_->frame->stamp);
+  const double unplaced_s = view.placed && placed_ ? seconds_between(now, placed_->stamp) : 0;
+  const double jump_m = centre_distance_m(T_camera_world, T_last_world);
+  return std::max(unseen_s, unplaced_s) > kGlanceS ||
+         jump_m > config_.max_jump_mps * unseen_s + kSamePlaceM;
+}
+
+void Tracker::doubt(FrameId frame) {
+  odometry_.doubt();
+  doubtful_since_ = frame;
+}
+
 void Tracker::deliver_place(const SE3& T_camera_world, const LocalView& view, TrackResult& result) {
   result.T_world_camera = T_camera_world.inverse();
   result.T_odom_camera = odometry_.T_odom_camera();
-  const Odometry::Place place = odometry_.place(result.T_world_camera);
+  const FrameId mapped = view.empty() ? doubtful_since_ : view.reference().data->frame;
+  const bool sees_known_ground = mapped == kNoFrame || index(mapped) < index(doubtful_since_);
+  const Odometry::Place place = odometry_.place(result.T_world_camera, sees_known_ground);
   result.T_world_odom = place.T_world_odom;
   result.correction_m = place.correction_m;
   result.unplaced = !view.placed;
@@ -401,7 +419,7 @@ void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const L
   state_ = result.state = TrackState::kTracking;
   frames_since_loss_ = 0;
   bends_ = view.bends;
-  odometry_.doubt();
+  doubt(current.frame->id);
   deliver_place(found->T_camera_world, view, result);
   deliver(*found, view, true, current, result);
   last_ = std::move(current);

@@ -129,6 +129,10 @@ class Tracker {
   /// It was lost, and is found where it cannot have come by itself.
   [[nodiscard]] bool is_carried_off(const SE3& T_camera_world, const LocalView& view,
                                     Timestamp now) const;
+  /// Where it is now is known by what it sees alone: it jumped, or was unseen for long.
+  [[nodiscard]] bool is_doubtful(const SE3& T_camera_world, const SE3& T_last_world,
+                                 const LocalView& view, Timestamp now) const;
+  void doubt(FrameId frame);
   [[nodiscard]] bool starts_submaps() const {
     return config_.starts_submaps && config_.proposes_keyframes;
   }
@@ -181,6 +185,7 @@ class Tracker {
     Timestamp stamp;
   };
   std::optional<Placed> placed_;
+  FrameId doubtful_since_ = kNoFrame;
   int frames_since_keyframe_ = 0;
   std::uint64_t map_version_ = 0;  // of the first view since the last candidate
   std::unordered_map<LandmarkId, KeyframeCandidate::Seen> seen_;  // since the last candidate

@@ -105,8 +105,8 @@ TEST(RenderedWorld, DepthAndPoseAgreeBetweenFramesWithinAMillimetre) {
 }
 
 TEST(RenderedWorld, StaticWorldsFlagNoMovingPixel) {
-  for (const char* name :
-       {"static_xyz", "room_walk", "corridor_loop", "twin_rooms", "ring", "kidnap"}) {
+  for (const char* name : {"static_xyz", "room_walk", "corridor_loop", "twin_rooms",
+                           "twin_rooms_return", "ring", "kidnap"}) {
     for (const SimulatedFrame& frame : all_frames(open_or_die(name, small_options(4, 1)))) {
       EXPECT_EQ(count_set(frame.moving), 0U) << name;
       EXPECT_EQ(count_set(frame.ids), 0U) << name;

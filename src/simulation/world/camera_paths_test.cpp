@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 #include "simulation/world/world_config.hpp"
 
 namespace ygslam::sim {
@@ -66,6 +69,23 @@ TEST(CameraPath, AKidnappingChangesNothingBeforeAndAfter) {
       EXPECT_EQ(change_m.norm(), 0) << t_s;
     }
   }
+}
+
+TEST(CameraPath, TwinRoomsReturnSeesTheFirstRoomTwiceAndTheOtherOnceInBetween) {
+  const Result<WorldConfig> world = load_world("twin_rooms_return");
+  ASSERT_TRUE(world.ok()) << world.error().message;
+  const CameraPath path(world->camera);
+  std::string rooms;  // 0 is the corridor
+  for (double t_s = 0; t_s < world->seconds; t_s += 0.1) {
+    const Vec3 at = path.T_world_camera(t_s).t();
+    const auto inside = std::find_if(world->rooms.begin(), world->rooms.end(), [&](const auto& r) {
+      return (at.head<2>() - r.low).minCoeff() > 0 && (r.high - at.head<2>()).minCoeff() > 0;
+    });
+    if (inside == world->rooms.end()) continue;  // in a doorway
+    const char room = static_cast<char>('0' + (inside - world->rooms.begin()));
+    if (rooms.empty() || rooms.back() != room) rooms += room;
+  }
+  EXPECT_EQ(rooms, "10201");
 }
 
 TEST(CameraPath, LookAtPoseLooksAtThePointWithTheImageUpright) {

@@ -96,6 +96,19 @@ TEST(WorldFile, CorruptFilesAreRefusedOrHarmless) {
   EXPECT_GT(refused, 50);
 }
 
+TEST(WorldFile, TheEveningIsTheOfficeOfTheDayInDimmerLightWithOtherPeople) {
+  const Result<WorldConfig> day = load_world("office_day");
+  const Result<WorldConfig> evening = load_world("office_evening");
+  ASSERT_TRUE(day.ok() && evening.ok());
+  EXPECT_LT(evening->ambient, 0.5 * day->ambient);
+  ASSERT_GT(evening->furniture.size(), 40U);
+  for (std::size_t i = 0; i < evening->furniture.size(); ++i)
+    EXPECT_EQ(evening->furniture[i].at, day->furniture[i].at) << i;
+  ASSERT_GE(evening->people.size(), 2U);
+  for (const PersonPlan& person : evening->people)
+    for (const PersonPlan& other : day->people) EXPECT_NE(person.name, other.name);
+}
+
 TEST(WorldFile, AUsersWorldNeedsOnlyARoom) {
   const Result<WorldConfig> world =
       parse_world("rooms: [{low: [0, 0], high: [4, 5], height: 3}]\n", "my.yaml");

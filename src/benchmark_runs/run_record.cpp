@@ -96,6 +96,9 @@ Result<RunRecord> parse_run_record(std::string_view text, const std::string& nam
       known |= known_status == status;
     }
     if (!known) return fault("unknown status");
+    for (const char* key : {"exit_code", "signal", "run", "seed"})
+      if (!json->at(key).is_number_integer())
+        return fault(std::string(key) + " is no whole number");
     r.exit_code = json->at("exit_code");
     r.signal = json->at("signal");
     if (!json->at("error").is_null()) r.error = json->at("error").get<std::string>();

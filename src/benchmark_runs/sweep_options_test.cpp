@@ -149,6 +149,12 @@ TEST(RunRecord, HalfWrittenOrForeignFilesAreErrorsThatNameTheFile) {
     ASSERT_FALSE(read.ok()) << text;
     EXPECT_EQ(read.error().message.find(file.string()), 0U);
   }
+  nlohmann::ordered_json beyond = to_json(RunRecord{});
+  ASSERT_TRUE(parse_run_record(beyond.dump(), "run.json").ok());
+  beyond["run"] = 1e88;
+  const auto read = parse_run_record(beyond.dump(), "run.json");
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.error().message, "run.json: run is no whole number");
 }
 
 }  // namespace

@@ -209,6 +209,14 @@ TEST(LoopsCsv, TheReportReadsEveryStage) {
   EXPECT_TRUE(std::isinf(rows->front().path_m));
 }
 
+TEST(LoopsCsv, NumbersBeyondAllIntegersAreWritten) {
+  std::vector<LoopAttempt> attempts(1);
+  attempts.front().path_m = 1e155;
+  attempts.front().correction_m = -1e300;
+  const std::string line = loops_csv(attempts, 6);
+  EXPECT_NE(line.find(",9000000000000000.000,-9000000000000000.000,"), std::string::npos) << line;
+}
+
 TEST(RunWriter, WritesEveryFileAndLeavesOthersAlone) {
   const testing::TempFolder folder;
   testing::write(folder.path() / "mine.txt", "keep");

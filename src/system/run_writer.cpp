@@ -94,9 +94,10 @@ std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Ma
 
 std::vector<StampedPose> keyframe_trajectory(const Map& map) {
   std::vector<StampedPose> poses;
+  const KeyframeId main_root = map.main_root();
   for (const auto& [id, root] : map.roots()) {
     const Keyframe& keyframe = map.keyframe(id);
-    if (root == map.main_root())
+    if (root == main_root)
       poses.push_back({keyframe.data->stamp, keyframe.T_camera_world.inverse()});
   }
   return poses;

@@ -33,6 +33,8 @@ bool read_header(Reader& reader, std::FILE* file, png_uint_32& width, png_uint_3
   if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
   png_init_io(reader.png, file);
   png_set_user_limits(reader.png, kMaxIdSide, kMaxIdSide);
+  // Texts are of no interest, and libpng takes memory for them by the size they announce.
+  png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(reader.png, reader.info);
   width = png_get_image_width(reader.png, reader.info);
   height = png_get_image_height(reader.png, reader.info);

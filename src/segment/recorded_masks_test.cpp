@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <png.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <string_view>
 
 #include "core/rng.hpp"
 #include "image/cv_view.hpp"
@@ -183,6 +185,22 @@ TEST_F(RecordedMasksTest, PaletteImagesGiveTheirIndices) {
   const auto ids = read_png_ids(file);
   ASSERT_TRUE(ids.ok()) << ids.error().message;
   EXPECT_THAT(std::vector<std::uint8_t>(ids->begin(), ids->end()), ElementsAreArray(indices));
+}
+
+TEST_F(RecordedMasksTest, AnAnnouncedTextTakesNoMemory) {
+  using std::string_view_literals::operator""sv;
+  constexpr auto kBytes =  // 7 x 4 pixels, then a text of 704 MB that is not there
+      "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x07\0\0\0\x04\x08\x02\0\0\0\xcd\xa4\xb2**\0\0\0iTXt"sv;
+  const fs::path file = dir_ / "text.png";
+  std::ofstream(file, std::ios::binary) << kBytes;
+  const auto peak_kb = [] {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;
+  };
+  const auto before_kb = peak_kb();
+  EXPECT_FALSE(read_png_ids(file.string()).ok());
+  EXPECT_LT(peak_kb(), before_kb + 100'000);
 }
 
 TEST_F(RecordedMasksTest, DamagedBytesNeverBreakTheReader) {

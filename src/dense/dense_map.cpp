@@ -53,6 +53,7 @@ void DenseMap::start_again() {
 }
 
 void DenseMap::apply(const DenseUpdate& update) {
+  if (!config_.enabled) return;
   for (const DenseKeyframe& keyframe : update.added) {
     const GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
     DepthView view =

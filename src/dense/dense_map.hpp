@@ -16,6 +16,7 @@
 namespace ygslam {
 
 struct DenseMapConfig {
+  bool enabled = true;  ///< false: it stays empty
   VolumeConfig volume;
   ReadingConfig reading;
   int margin_px = 6;  ///< this far around a mover nothing is taken: masks and depth have soft edges

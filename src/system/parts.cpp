@@ -23,6 +23,7 @@ constexpr std::array kParts = {
     Part{"local_map", [](SlamConfig& c) { c.tracking.pose.use_local_map = false; }},
     Part{"submaps", [](SlamConfig& c) { c.tracking.starts_submaps = false; }},
     Part{"loops", [](SlamConfig& c) { c.close_loops = c.tracking.starts_submaps = false; }},
+    Part{"dense_map", [](SlamConfig& c) { c.dense.enabled = false; }},
     Part{"local_bundle", [](SlamConfig& c) { c.mapping.local_bundle = false; }},
 };
 

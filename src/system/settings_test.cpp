@@ -177,7 +177,7 @@ TEST(Validate, EveryPartThatCanBeLeftOutChangesSomething) {
                         c.dynamic.boundary.enabled, c.dynamic.classifier.vote_of_neighbours,
                         c.dynamic.classifier.min_moving_share, c.tracking.free_space.enabled,
                         c.mapping.noise.edge_weight, c.tracking.pose.use_local_map, c.close_loops,
-                        c.mapping.local_bundle);
+                        c.mapping.local_bundle, c.tracking.starts_submaps, c.dense.enabled);
     };
     const auto before = switches(config);
     ASSERT_TRUE(leave_out(name, config).ok()) << name;

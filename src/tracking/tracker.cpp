@@ -15,6 +15,7 @@ constexpr double kSamePlaceM = 0.5;      // a loss that ends this near has moved
 constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
 constexpr double kLostBeforeSubmapS = 1.0;
 constexpr double kCoveredShare = 0.5;
+constexpr double kVouchedReachM = 2;   // farther away the next room may look the same
 constexpr double kGlanceS = 1.0;       // unseen for longer, the camera may have left the room
 constexpr float kMappedWeight = 0.5F;  // a static point may enter the map
 
@@ -301,7 +302,8 @@ void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackRes
   fit_since_.reset();
   move_to_middle(current, Vec6::Zero());
   current.pose = last_ ? last_->pose : KeyframeRelativePose{view.reference().data->id, SE3()};
-  result.candidate = make_submap(current, view.placed ? reach_m(now) : 0, view);
+  const double reach = view.placed ? std::min(reach_m(now), kVouchedReachM) : 0;
+  result.candidate = make_submap(current, reach, view);
   last_ = std::move(current);
 }
 

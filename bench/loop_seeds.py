@@ -150,8 +150,9 @@ def found_again(bench, name, folder, sequence, back):
 
 def sessions(bench, seed):
     """Poses of the evening in the map of the day, against the truth in the day's frame."""
-    day = bench.render(f"day_{seed}", "office_day", seed, "--truth")
-    evening = bench.render(f"evening_{seed}", "office_evening", seed, "--truth")
+    how = [*SMALL, "--fps", "10", "--truth"]
+    day = bench.render(f"day_{seed}", "office_day", seed, *how)
+    evening = bench.render(f"evening_{seed}", "office_evening", seed, *how)
 
     def masked(sequence):
         return ["--deterministic", "--segmenter", f"masks:{sequence.folder / 'mask'}"]

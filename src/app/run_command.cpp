@@ -360,7 +360,8 @@ void declare_localize_options(CLI::App& command, RunOptions& o) {
       "  ygslam localize TUESDAY --map office.ygmap --out localized --model yolov8n-seg.onnx\n"
       "Poses are in the frame of the map. Until the place is recognised frames are lost.\n"
       "Writes trajectory.txt, trajectory_live.txt, frames.csv, objects.csv, loops.csv, "
-      "metrics.json,\nconfig.yaml, log.txt. Exit codes as of run; 6 where the map is damaged, empty or of "
+      "metrics.json,\nconfig.yaml, log.txt. Exit codes as of run; 6 where the map is damaged, "
+      "empty or of "
       "another camera.");
 }
 

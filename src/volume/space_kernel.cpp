@@ -59,8 +59,9 @@ CellMask cells_seen_through_plain(const SpaceProjection& projection, BlockKey ke
     float at[3];
     for (int axis = 0; axis < 3; ++axis) {
       const float along_x = static_cast<float>(offset % 8) * p.step_x[axis];
-      const float along_y = static_cast<float>(offset / 8 % 8) * p.step_y[axis];
-      const float along_z = static_cast<float>(offset / 64) * p.step_z[axis];
+      const int y = offset / 8 % 8, z = offset / 64;
+      const float along_y = static_cast<float>(y) * p.step_y[axis];
+      const float along_z = static_cast<float>(z) * p.step_z[axis];
       const float row = (origin[axis] + along_y) + along_z;
       at[axis] = row + along_x;
     }
@@ -118,8 +119,9 @@ CellMask cells_seen_through(const SpaceProjection& projection, BlockKey key) {
   for (std::size_t row = 0; row < through.rows.size(); ++row) {
     float start[3];
     for (int axis = 0; axis < 3; ++axis) {
+      const int layer = row / 8;
       const float row_y = static_cast<float>(row % 8) * p.step_y[axis];
-      const float row_z = static_cast<float>(row / 8) * p.step_z[axis];
+      const float row_z = static_cast<float>(layer) * p.step_z[axis];
       start[axis] = (origin[axis] + row_y) + row_z;
     }
     const __m256 z = _mm256_add_ps(_mm256_set1_ps(start[2]), along_z);

@@ -126,7 +126,8 @@ bool fuse_block_plain(const SurfaceProjection& projection, BlockKey key, int sig
     float at[3];
     for (int axis = 0; axis < 3; ++axis) {
       const float along_x = static_cast<float>(lane % 4) * p.step_x[axis];
-      const float along_y = static_cast<float>(lane / 4) * p.step_y[axis];
+      const int y = lane / 4;
+      const float along_y = static_cast<float>(y) * p.step_y[axis];
       at[axis] = start[axis] + (along_x + along_y);
     }
     const float z = at[2];

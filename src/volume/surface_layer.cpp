@@ -137,7 +137,8 @@ void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_cam
 void SurfaceLayer::fuse(const PreparedView& view, const SE3& T_world_camera, int sign,
                         int threads) {
   CHECK((sign == 1 || sign == -1) && T_world_camera.is_finite());
-  CHECK(T_world_camera.t().cwiseAbs().maxCoeff() / (kBlockSide * config_.voxel_m) < kBlockBias / 2);
+  constexpr int kMostBlocks = kBlockBias / 2;  // away from the origin
+  CHECK(T_world_camera.t().cwiseAbs().maxCoeff() < kMostBlocks * (kBlockSide * config_.voxel_m));
   find_touched(view, T_world_camera);
   ++revision_;
   std::vector<BlockKey> keys;

@@ -1,0 +1,60 @@
+#include "system/dense_thread.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ygslam {
+namespace {
+
+Camera small_camera() {
+  CameraConfig c;
+  c.fx = c.fy = 65, c.cx = 39.5, c.cy = 29.5, c.width = 80, c.height = 60;
+  return Camera(c);
+}
+
+/// A wall two metres ahead, from places beside each other; each update moves the ones before a bit.
+std::vector<DenseUpdate> walk(const Camera& camera, std::uint32_t views) {
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->colour = ColourImage(camera.width(), camera.height());
+  frame->depth_m = DepthImage(camera.width(), camera.height());
+  for (float& depth_m : frame->depth_m) depth_m = 2;
+  std::vector<DenseUpdate> updates(views);
+  for (std::uint32_t i = 0; i < views; ++i) {
+    updates[i].added.push_back({KeyframeId{i}, frame, {}, {}});
+    for (std::uint32_t k = 0; k <= i; ++k)
+      updates[i].T_world_camera[KeyframeId{k}] =
+          SE3(Mat3::Identity(), Vec3(0.1 * k + 0.02 * i, 0, 0.001 * i));
+  }
+  return updates;
+}
+
+TEST(DenseThread, ComesToTheSameAsOneStageAfterTheOther) {
+  const Camera camera = small_camera();
+  const auto updates = walk(camera, 8);
+  DenseThread thread({}, camera);
+  std::size_t seen = 0;
+  for (const DenseUpdate& update : updates) {
+    thread.apply(update);
+    thread.inspect([&](DenseMap& map) { seen += map.cloud().size(); });
+  }
+  thread.finish();
+  thread.finish();
+  DenseMap map({}, camera);
+  for (const DenseUpdate& update : updates) map.apply(update);
+  map.finish();
+  std::uint64_t fingerprint = 0;
+  thread.inspect([&](DenseMap& of_thread) { fingerprint = of_thread.volume().fingerprint(); });
+  EXPECT_EQ(fingerprint, map.volume().fingerprint());
+  EXPECT_GT(map.volume().views(), 0);
+}
+
+TEST(DenseThread, EndsWhereNobodyWaitsForIt) {
+  const Camera camera = small_camera();
+  const auto updates = walk(camera, 3);
+  for (int i = 0; i < 20; ++i) {
+    DenseThread thread({}, camera);
+    for (const DenseUpdate& update : updates) thread.apply(update);
+  }
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -59,7 +59,7 @@ void DenseMap::apply(const DenseUpdate& update) {
   for (const DenseKeyframe& keyframe : update.added) {
     const GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
     CHECK(keyframe.detections.size() <= kMaxDetections);
-    const GreyImage inner = eroded(keyframe.things, config_.edge_px);
+    const GreyImage inner = without_edges(keyframe.things, config_.edge_px);
     Image<SceneObjectId> numbers(inner.width(), inner.height());
     std::transform(inner.begin(), inner.end(), numbers.begin(),
                    [](std::uint8_t number) { return SceneObjectId{number}; });

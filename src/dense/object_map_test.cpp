@@ -250,5 +250,16 @@ TEST(ThingViews, ErosionKeepsTheSquaresInsideAndTheBorder) {
     for (int u = 0; u < 9; ++u) EXPECT_EQ(inner.at(u, v), u < 3 || u > 5 ? 1 : 0) << u;
 }
 
+TEST(ThingViews, SmallOnesKeepTheirEdges) {
+  GreyImage ids(60, 40);
+  for (int v = 2; v < 38; ++v)
+    for (int u = 2; u < 38; ++u) ids.at(u, v) = 1;
+  for (int v = 10; v < 16; ++v)
+    for (int u = 45; u < 51; ++u) ids.at(u, v) = 2;
+  const GreyImage inner = without_edges(ids, 2);
+  EXPECT_EQ(std::count(inner.begin(), inner.end(), 1), 32 * 32);
+  EXPECT_EQ(std::count(inner.begin(), inner.end(), 2), 6 * 6);
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kStepPx = 2;              // between the pixels that are looked at
 constexpr double kGrainM = 0.025;       // one point for a cube of this size
+constexpr double kSmallShare = 0.7;     // of its pixels that are not near its mask's edge
 constexpr std::size_t kMinPoints = 12;  // 75 cm2 of surface
 
 }  // namespace
@@ -37,6 +38,18 @@ GreyImage eroded(const GreyImage& ids, int radius_px) {
                ids.height());
   }
   return result;
+}
+
+GreyImage without_edges(const GreyImage& ids, int radius_px) {
+  GreyImage inner = eroded(ids, radius_px);
+  std::array<int, 256> before{}, after{};
+  for (const std::uint8_t id : ids) ++before[id];
+  for (const std::uint8_t id : inner) ++after[id];
+  std::transform(ids.begin(), ids.end(), inner.begin(), inner.begin(),
+                 [&](std::uint8_t id, std::uint8_t kept) {
+                   return after[id] < kSmallShare * before[id] ? id : kept;
+                 });
+  return inner;
 }
 
 std::vector<ThingView> thing_views(DepthView& view, const std::vector<Detection>& detections,

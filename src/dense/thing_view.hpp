@@ -25,6 +25,9 @@ inline constexpr int kMaxDetections = 254;  ///< of one keyframe that a DepthVie
 /// Without the pixels within radius_px (square) of another value; the image's border is no edge.
 [[nodiscard]] GreyImage eroded(const GreyImage& ids, int radius_px);
 
+/// The same for masks of things, but that small ones, which are mostly edge, stay whole.
+[[nodiscard]] GreyImage without_edges(const GreyImage& ids, int radius_px);
+
 /// One for each detection. Those of which too little is seen to say where they are have no points,
 /// and their pixels in the view become DepthView::kNothing.
 /// @param view objects are numbers of detections, from 1. @param max_depth_m of points.

@@ -67,7 +67,7 @@ SE3 view_pose(std::uint32_t i) {
   return look_at(Vec3(1.7 * std::sin(angle), -0.5, -1.7 * std::cos(angle)), Vec3(0.1, 0.7, 0));
 }
 
-/// Seven views from one side to the other; in the second the chair is taken for a dog's basket.
+/// Seven views from one side to the other; in two of them the chair is taken for a couch.
 DenseUpdate seven_views(const Camera& camera, const World& world) {
   DenseUpdate update;
   for (std::uint32_t i = 0; i < 7; ++i) {
@@ -123,10 +123,7 @@ TEST(Objects, TwoBoxesAreTwoObjectsWithTheirClassesAndBoxes) {
     ASSERT_EQ(vertex.label.semantic_class, classes[i]);
     const volume_test::Cuboid& truth = world.cuboids[i];
     const Vec3 p = vertex.p_world.cast<double>();
-    ASSERT_LT(p.cwiseMax(truth.low).cwiseMin(truth.high).cwiseEqual(p).all()
-                  ? 0
-                  : (p - p.cwiseMax(truth.low).cwiseMin(truth.high)).norm(),
-              0.05);
+    ASSERT_LT((p - p.cwiseMax(truth.low).cwiseMin(truth.high)).norm(), 0.05);
   }
   EXPECT_GT(labelled, 1000);
   int chair_cells = 0;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dense/room_structure.hpp"
+#include "dense/scene_objects.hpp"
 #include "volume/reading.hpp"
 
 namespace ygslam {
@@ -15,11 +16,12 @@ namespace {
 constexpr double kTypicalDepthM = 3;
 constexpr double kLooseVoxels = 0.5;
 
-/// An occupied cell is what the surest vertex in it is.
+/// An occupied cell is what the surest vertex of a known class in it is.
 void label_cells(const TriangleMesh& mesh, SpaceCells& space) {
   using Index = std::array<int, 3>;
   std::map<Index, SurfaceLabel> labels;
   for (const SurfacePoint& vertex : mesh.vertices) {
+    if (vertex.label.semantic_class == SemanticClass::kUnknown) continue;
     Index index;
     for (int axis = 0; axis < 3; ++axis)
       index[static_cast<std::size_t>(axis)] =
@@ -41,7 +43,7 @@ bool same(const std::optional<SE3>& a, const std::optional<SE3>& b) {
 }  // namespace
 
 DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
-    : config_(config), camera_(camera) {
+    : config_(config), camera_(camera), objects_(config.objects) {
   start_again();
 }
 
@@ -56,15 +58,24 @@ void DenseMap::apply(const DenseUpdate& update) {
   if (!config_.enabled) return;
   for (const DenseKeyframe& keyframe : update.added) {
     const GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
+    CHECK(keyframe.detections.size() <= kMaxDetections);
+    const GreyImage inner = without_edges(keyframe.things, config_.edge_px);
+    Image<SceneObjectId> numbers(inner.width(), inner.height());
+    std::transform(inner.begin(), inner.end(), numbers.begin(),
+                   [](std::uint8_t number) { return SceneObjectId{number}; });
     DepthView view =
-        make_depth_view({keyframe.frame->depth_m, keyframe.frame->colour, {}, excluded}, camera_,
-                        keyframe.read_out);
-    contributions_.emplace(keyframe.id, Contribution{StoredView(view), {}, {}});
+        make_depth_view({keyframe.frame->depth_m, keyframe.frame->colour, numbers, excluded},
+                        camera_, keyframe.read_out);
+    auto things = thing_views(view, keyframe.detections, config_.volume.preparation.max_depth_m);
+    contributions_.emplace(
+        keyframe.id,
+        Contribution{StoredView(view), std::move(things), keyframe.frame->stamp, {}, {}, {}, {}});
   }
   for (const KeyframeId id : update.removed) {
     const auto gone = contributions_.find(id);
     if (gone == contributions_.end()) continue;
-    if (gone->second.fused) volume_->withdraw(gone->second.view.restored(), *gone->second.fused);
+    const Contribution& old = gone->second;
+    if (old.fused) volume_->withdraw(view_of(old, old.fused_ids), *old.fused);
     contributions_.erase(gone);
   }
   for (auto& [id, contribution] : contributions_) {
@@ -74,23 +85,47 @@ void DenseMap::apply(const DenseUpdate& update) {
   }
 }
 
+bool DenseMap::Contribution::is_up_to_date() const {
+  return same(wanted, fused) && (!fused || wanted_ids == fused_ids);
+}
+
+DepthView DenseMap::view_of(const Contribution& contribution, const ObjectIds& ids) {
+  DepthView view = contribution.view.restored();
+  for (SceneObjectId& object : view.objects) object = ids[static_cast<std::size_t>(object) - 1];
+  return view;
+}
+
 double DenseMap::out_of_place_m(const Contribution& contribution) const {
-  const auto& [view, wanted, fused] = contribution;
+  const auto& wanted = contribution.wanted;
+  const auto& fused = contribution.fused;
   if (!wanted && !fused) return 0;
   if (!wanted || !fused) return std::numeric_limits<double>::infinity();
   const SE3 T_fused_wanted = fused->inverse() * *wanted;
   return T_fused_wanted.t().norm() + kTypicalDepthM * T_fused_wanted.angle();
 }
 
-void DenseMap::bring_up_to_date(Contribution& contribution) {
-  auto& [stored, wanted, fused] = contribution;
-  if (same(wanted, fused)) return;
-  const DepthView view = stored.restored();
-  if (fused) volume_->withdraw(view, *fused);
-  fused.reset();
-  if (!wanted || volume_->views() + 1 >= Volume::kMaxViews) return;
-  volume_->integrate(view, *wanted);
-  fused = wanted;
+void DenseMap::bring_up_to_date(Contribution& now) {
+  if (now.is_up_to_date()) return;
+  if (now.fused) volume_->withdraw(view_of(now, now.fused_ids), *now.fused);
+  now.fused.reset();
+  if (!now.wanted || volume_->views() + 1 >= Volume::kMaxViews) return;
+  if (now.wanted_ids.size() != now.things.size())
+    now.wanted_ids = objects_.step(now.things, *now.wanted, now.stamp);
+  volume_->integrate(view_of(now, now.wanted_ids), *now.wanted);
+  now.fused = now.wanted;
+  now.fused_ids = now.wanted_ids;
+}
+
+void DenseMap::associate_all() {
+  objects_ = ObjectMap(config_.objects);
+  for (auto& [id, contribution] : contributions_) {
+    contribution.wanted_ids.clear();
+    if (!contribution.wanted) continue;
+    contribution.wanted_ids =
+        objects_.step(contribution.things, *contribution.wanted, contribution.stamp);
+  }
+  for (auto& [id, contribution] : contributions_)
+    for (SceneObjectId& object : contribution.wanted_ids) object = objects_.current(object);
 }
 
 bool DenseMap::step() {
@@ -104,12 +139,13 @@ bool DenseMap::step() {
   }
   if (!farthest) return false;
   bring_up_to_date(*farthest);
-  return same(farthest->wanted, farthest->fused);
+  return farthest->is_up_to_date();
 }
 
 void DenseMap::finish() {
+  associate_all();
   const auto moved = std::count_if(contributions_.begin(), contributions_.end(), [](const auto& c) {
-    return c.second.fused && !same(c.second.wanted, c.second.fused);
+    return c.second.fused && !c.second.is_up_to_date();
   });
   // Putting all in anew costs half as much as taking each back first.
   if (2 * moved > std::ssize(contributions_)) start_again();
@@ -147,6 +183,7 @@ StaticScene DenseMap::scene() {
   }
   if (views == 0) return scene;
   scene.gravity = find_gravity(scene.mesh, up, place / views);
+  scene.objects = place_objects(objects_, scene.gravity, scene.mesh, scene.space);
   label_structure(scene.mesh, scene.gravity);
   label_cells(scene.mesh, scene.space);
   return scene;
@@ -154,7 +191,11 @@ StaticScene DenseMap::scene() {
 
 std::size_t DenseMap::memory_bytes() const {
   std::size_t bytes = volume_->memory_bytes() + mesher_->memory_bytes();
-  for (const auto& [id, contribution] : contributions_) bytes += contribution.view.bytes();
+  for (const auto& [id, contribution] : contributions_) {
+    bytes += contribution.view.bytes();
+    for (const ThingView& thing : contribution.things)
+      bytes += thing.p_camera.capacity() * sizeof(Eigen::Vector3f);
+  }
   return bytes;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/ids.hpp"
+#include "dense/object_map.hpp"
 #include "dense/stored_view.hpp"
 #include "image/coloured_point.hpp"
 #include "image/rgbd_frame.hpp"
@@ -19,6 +20,8 @@ struct DenseMapConfig {
   bool enabled = true;  ///< false: it stays empty
   VolumeConfig volume;
   ReadingConfig reading;
+  ObjectMapConfig objects;
+  int edge_px = 2;    ///< so near the edge of a thing's mask nothing is said to be of the thing
   int margin_px = 6;  ///< this far around a mover nothing is taken: masks and depth have soft edges
 };
 
@@ -26,7 +29,9 @@ struct DenseKeyframe {
   KeyframeId id = kNoKeyframe;
   FramePtr frame;
   ReadOut read_out;
-  GreyImage movers;  ///< 255 where something moves or may move; empty = none
+  GreyImage movers;                   ///< 255 where something moves or may move; empty = none
+  GreyImage things;                   ///< 0 = none, i + 1 = detections[i]; empty = none
+  std::vector<Detection> detections;  ///< of things that stand about; at most kMaxDetections
 };
 
 /// What changed since the last one.
@@ -57,11 +62,19 @@ class DenseMap {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
+  using ObjectIds = std::vector<SceneObjectId>;  // of detections
   struct Contribution {
-    StoredView view;
+    StoredView view;  // its objects are numbers of detections, from 1
+    std::vector<ThingView> things;
+    Timestamp stamp;
     std::optional<SE3> wanted;  // T_world_camera; none: it has no place
     std::optional<SE3> fused;
+    ObjectIds wanted_ids, fused_ids;  // none wanted: not compared with the others yet
+
+    [[nodiscard]] bool is_up_to_date() const;
   };
+  [[nodiscard]] static DepthView view_of(const Contribution& contribution, const ObjectIds& ids);
+  void associate_all();
   [[nodiscard]] double out_of_place_m(const Contribution& contribution) const;
   void bring_up_to_date(Contribution& contribution);
   void start_again();
@@ -69,6 +82,7 @@ class DenseMap {
   DenseMapConfig config_;
   const Camera& camera_;
   std::map<KeyframeId, Contribution> contributions_;
+  ObjectMap objects_;
   std::optional<Volume> volume_;
   std::optional<Mesher> mesher_;
   int min_views_ = 0;  // that the mesher asks for

@@ -39,7 +39,8 @@ DenseUpdate three_views(const Camera& camera, double distance_m) {
   for (std::uint32_t i = 0; i < 3; ++i) {
     const SE3 T_world_camera = pose(0.1 * i, 0.1 * i - 0.1);
     update.T_world_camera[KeyframeId{i}] = T_world_camera;
-    update.added.push_back({KeyframeId{i}, plane_view(camera, T_world_camera, distance_m), {}, {}});
+    update.added.push_back(
+        {KeyframeId{i}, plane_view(camera, T_world_camera, distance_m), {}, {}, {}, {}});
   }
   return update;
 }
@@ -134,7 +135,7 @@ TEST(DenseMap, NothingComesFromMaskedPixelsOrTheirMargin) {
     for (int u = 50; u < 110; ++u) movers.at(u, v) = 255;
   DenseUpdate update;
   update.T_world_camera[KeyframeId{0}] = SE3();
-  update.added.push_back({KeyframeId{0}, plane_view(camera, SE3(), 2.0), {}, movers});
+  update.added.push_back({KeyframeId{0}, plane_view(camera, SE3(), 2.0), {}, movers, {}, {}});
   map.apply(update);
   map.finish();
   const auto points = map.cloud();

@@ -57,6 +57,13 @@ Result<std::vector<int>> movable_classes(std::span<const std::string> names) {
   return std::vector<int>(ids.begin(), ids.end());
 }
 
+std::vector<int> living_classes() {
+  std::vector<int> classes{0};
+  const std::vector<int>& animals = groups().front().classes;
+  classes.insert(classes.end(), animals.begin(), animals.end());
+  return classes;
+}
+
 std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
                                           std::span<const int> classes) {
   std::array<std::uint8_t, 256> movable{};

@@ -16,6 +16,9 @@ namespace ygslam {
 /// @return class ids, ascending, each once; an unknown name is an error that names the nearest.
 [[nodiscard]] Result<std::vector<int>> movable_classes(std::span<const std::string> names);
 
+/// Persons and animals: what is no part of a room, even where it rests. Ascending.
+[[nodiscard]] std::vector<int> living_classes();
+
 /// @return for each instance id whether it is of one of the given classes (0 or 1); id 0 is none.
 [[nodiscard]] std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
                                                         std::span<const int> classes);

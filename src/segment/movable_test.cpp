@@ -75,5 +75,10 @@ TEST(MovableMask, IsSetExactlyInsideInstancesOfTheGivenClasses) {
   EXPECT_THAT(std::vector<int>(none.begin(), none.end()), ElementsAre(0, 0, 0, 0));
 }
 
+TEST(LivingClasses, ArePersonsAndAnimals) {
+  std::vector<int> named = classes({"animals", "person"});
+  EXPECT_EQ(living_classes(), named);
+}
+
 }  // namespace
 }  // namespace ygslam

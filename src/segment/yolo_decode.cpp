@@ -71,12 +71,8 @@ std::optional<MaskCoefficients> read_coefficients(const YoloOutputs& outputs, in
   return c;
 }
 
-Candidates collect(const YoloOutputs& outputs, const Letterbox& box, const DecodeConfig& config) {
-  std::vector<int> classes = config.classes;
-  if (classes.empty()) {
-    classes.resize(kYoloClasses);
-    std::iota(classes.begin(), classes.end(), 0);
-  }
+Candidates collect(const YoloOutputs& outputs, const Letterbox& box, std::span<const int> classes,
+                   const DecodeConfig& config) {
   const BestClass best = best_classes(outputs, classes);
   std::vector<int> firing;
   for (int i = 0; i < outputs.cells; ++i) {
@@ -128,15 +124,13 @@ std::vector<int> suppress_overlaps(std::span<const Instance> candidates, double 
   return kept;
 }
 
-DecodedYolo decode_yolo(const YoloOutputs& outputs, const Letterbox& box,
-                        const DecodeConfig& config) {
-  CHECK(outputs.detections.size() == static_cast<std::size_t>(kYoloChannels) * outputs.cells);
-  CHECK(outputs.prototypes.size() ==
-        static_cast<std::size_t>(kYoloCoefficients) * outputs.proto_width * outputs.proto_height);
-  const Candidates candidates = collect(outputs, box, config);
-  const int limit = std::clamp(config.max_instances, 0, kMaxInstances);
-  DecodedYolo out{{}, GreyImage(box.image_width, box.image_height), candidates.rejected};
-  MaskPainter painter(outputs, box);
+namespace {
+
+void draw(const YoloOutputs& outputs, const Candidates& candidates, const DecodeConfig& config,
+          MaskPainter& painter, DecodedYolo& out) {
+  out.rejected += candidates.rejected;
+  const int left = kMaxInstances - static_cast<int>(out.instances.size());
+  const int limit = std::clamp(config.max_instances, 0, left);
   for (const int i : suppress_overlaps(candidates.instances, config.nms_iou, limit)) {
     const auto coefficients = read_coefficients(outputs, candidates.cells[i]);
     const auto id = static_cast<std::uint8_t>(out.instances.size() + 1);
@@ -147,6 +141,43 @@ DecodedYolo decode_yolo(const YoloOutputs& outputs, const Letterbox& box,
       ++out.rejected;
     }
   }
+}
+
+/// Leaves out candidates whose box is that of an instance.
+void drop_covered(std::span<const Instance> instances, double max_iou, Candidates& candidates) {
+  Candidates rest{{}, {}, candidates.rejected};
+  for (std::size_t k = 0; k < candidates.cells.size(); ++k) {
+    const bool is_covered = std::any_of(
+        instances.begin(), instances.end(),
+        [&](const Instance& better) { return box_iou(better, candidates.instances[k]) > max_iou; });
+    if (is_covered) continue;
+    rest.instances.push_back(candidates.instances[k]);
+    rest.cells.push_back(candidates.cells[k]);
+  }
+  candidates = std::move(rest);
+}
+
+}  // namespace
+
+DecodedYolo decode_yolo(const YoloOutputs& outputs, const Letterbox& box,
+                        const DecodeConfig& config) {
+  CHECK(outputs.detections.size() == static_cast<std::size_t>(kYoloChannels) * outputs.cells);
+  CHECK(outputs.prototypes.size() ==
+        static_cast<std::size_t>(kYoloCoefficients) * outputs.proto_width * outputs.proto_height);
+  const auto is_wanted = [&](int class_id) {
+    return config.classes.empty() || std::find(config.classes.begin(), config.classes.end(),
+                                               class_id) != config.classes.end();
+  };
+  std::vector<int> wanted, others;
+  for (int class_id = 0; class_id < kYoloClasses; ++class_id)
+    (is_wanted(class_id) ? wanted : others).push_back(class_id);
+  DecodedYolo out{{}, GreyImage(box.image_width, box.image_height), 0};
+  MaskPainter painter(outputs, box);
+  draw(outputs, collect(outputs, box, wanted, config), config, painter, out);
+  if (!config.others) return out;
+  Candidates candidates = collect(outputs, box, others, config);
+  drop_covered(out.instances, config.nms_iou, candidates);
+  draw(outputs, candidates, config, painter, out);
   return out;
 }
 

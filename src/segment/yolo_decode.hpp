@@ -30,16 +30,20 @@ struct DecodeConfig {
   double nms_iou = 0.7;      ///< of two boxes of one class that overlap more, the better stays
   int max_instances = 32;    ///< the best are kept; at most kMaxInstances
   std::vector<int> classes;  ///< wanted classes; empty = all
+  /// The other classes as well, after the wanted ones and as many again, on pixels those left free.
+  bool others = false;
 };
 
 struct DecodedYolo {
-  std::vector<Instance> instances;  ///< best score first, boxes clipped to the image
-  GreyImage ids;                    ///< recorded-image size; see Segmentation::ids
+  /// The wanted ones, then the others; each best score first, boxes clipped to the image.
+  std::vector<Instance> instances;
+  GreyImage ids;     ///< recorded-image size; see Segmentation::ids
   int rejected = 0;  ///< detections that made no sense (NaN, scores outside 0..1, empty boxes)
 };
 
 /// Never fails: what makes no sense is rejected and counted. An cell takes the best of the wanted
-/// classes, also where an unwanted one scores better: a person taken for a teddy bear moves too.
+/// classes, also where an unwanted one scores better: a person taken for a teddy bear moves too. So
+/// another class whose box is that of a wanted one is left out.
 /// @param box placement of the image in the input, of the size the network ran at.
 [[nodiscard]] DecodedYolo decode_yolo(const YoloOutputs& outputs, const Letterbox& box,
                                       const DecodeConfig& config);

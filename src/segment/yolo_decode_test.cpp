@@ -182,6 +182,31 @@ TEST(YoloDecode, OnlyWantedClassesCount) {
   EXPECT_FLOAT_EQ(out.instances[1].score, 0.4F);
 }
 
+TEST(YoloDecode, OtherClassesTakeWhatTheWantedOnesLeaveAndChangeNothingOfThem) {
+  FakeOutputs raw(640, 480);
+  raw.fill_prototype(0, 1.0F);
+  raw.add(1, 0, 0.5F, 200, 200, 100, 100, 0);   // a person ...
+  raw.add(2, 77, 0.9F, 204, 200, 100, 100, 0);  // ... also taken for a teddy bear,
+  raw.add(3, 56, 0.9F, 250, 200, 100, 100, 0);  // behind which a chair stands,
+  raw.add(4, 62, 0.7F, 500, 400, 60, 60, 0);    // and a screen elsewhere
+  DecodeConfig config{0.25, 0.7, 32, {0}};
+  const DecodedYolo wanted = decode(raw, 640, 480, config);
+  config.others = true;
+  const DecodedYolo all = decode(raw, 640, 480, config);
+  ASSERT_EQ(wanted.instances.size(), 1U);
+  ASSERT_EQ(all.instances.size(), 3U);
+  EXPECT_EQ(all.instances[0].class_id, 0);
+  EXPECT_EQ(all.instances[1].class_id, 56);
+  EXPECT_EQ(all.instances[2].class_id, 62);
+  for (std::size_t i = 0; i < all.ids.size(); ++i) {
+    const int id = all.ids.begin()[i];
+    ASSERT_EQ(wanted.ids.begin()[i], id == 1 ? 1 : 0);
+  }
+  EXPECT_EQ(all.ids.at(220, 200), 1) << "the chair's box holds this pixel too";
+  EXPECT_EQ(all.ids.at(280, 200), 2);
+  EXPECT_EQ(all.ids.at(500, 400), 3);
+}
+
 TEST(YoloDecode, ScoresBelowTheThresholdAreNoDetections) {
   FakeOutputs raw(640, 480);
   raw.fill_prototype(0, 1.0F);

@@ -1,6 +1,7 @@
 #include "system/mapping_stage.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "segment/movable.hpp"
@@ -19,6 +20,21 @@ std::vector<KeyframeId> submap_of(const Map& map, KeyframeId keyframe) {
   for (const auto& [id, its_root] : map.roots())
     if (its_root == root) submap.push_back(id);
   return submap;
+}
+
+/// What stands about, among what the mask shows.
+void add_things(const Segmentation& masks, std::span<const int> excluded, DenseKeyframe& keyframe) {
+  const auto is_excluded = movable_ids(masks, excluded);
+  std::array<std::uint8_t, 256> number{};
+  for (std::size_t i = 0; i < masks.instances.size() && i + 1 < number.size(); ++i) {
+    const Instance& instance = masks.instances[i];
+    if (is_excluded[i + 1] || keyframe.detections.size() >= kMaxDetections) continue;
+    keyframe.detections.push_back({coco_class(instance.class_id), instance.score});
+    number[i + 1] = static_cast<std::uint8_t>(keyframe.detections.size());
+  }
+  keyframe.things = GreyImage(masks.ids.width(), masks.ids.height());
+  std::transform(masks.ids.begin(), masks.ids.end(), keyframe.things.begin(),
+                 [&](std::uint8_t id) { return number[id]; });
 }
 
 }  // namespace
@@ -45,12 +61,12 @@ void MappingStage::insert(const KeyframeMessage& message) {
   if (message.candidate.submap_reach_m) submap_joiner_.begin(id, *message.candidate.submap_reach_m);
   Waiting waiting{id, message.candidate.frame, message.candidate.features, message.labels};
   if (!config_.expects_masks) {
-    integrate(waiting, {});
+    integrate(waiting, nullptr);
     return;
   }
   waiting_.emplace(waiting.frame->id, std::move(waiting));
   while (waiting_.size() > static_cast<std::size_t>(config_.max_waiting_keyframes)) {
-    integrate(waiting_.begin()->second, {});
+    integrate(waiting_.begin()->second, nullptr);
     waiting_.erase(waiting_.begin());
   }
 }
@@ -126,25 +142,35 @@ bool MappingStage::apply(const Segmentation& masks) {
        label_by_mask(*keyframe.features, masks, CoarseDepth(keyframe.frame->depth_m), config_.mask))
     labels.push_back(point.label);
   const bool changed = mapper_.apply_mask(keyframe.keyframe, labels);
-  integrate(keyframe, movable_mask(masks, config_.mask.movable_classes));
+  integrate(keyframe, &masks);
   waiting_.erase(at);
   return changed;
 }
 
 void MappingStage::finish() {
-  for (const auto& [frame, waiting] : waiting_) integrate(waiting, {});
+  for (const auto& [frame, waiting] : waiting_) integrate(waiting, nullptr);
   waiting_.clear();
 }
 
-void MappingStage::integrate(const Waiting& waiting, GreyImage dynamic) {
+void MappingStage::integrate(const Waiting& waiting, const Segmentation* masks) {
   if (!map().has_keyframe(waiting.keyframe)) return;  // culled before its mask came
   const DepthImage& depth_m = waiting.frame->depth_m;
-  if (dynamic.empty()) dynamic = GreyImage(depth_m.width(), depth_m.height());
-  paint_dynamic_points(dynamic, depth_m, *waiting.features, waiting.labels, kPointRadiusPx,
+  DenseKeyframe keyframe{waiting.keyframe,
+                         waiting.frame,
+                         map().keyframe(waiting.keyframe).data->read_out,
+                         GreyImage(depth_m.width(), depth_m.height()),
+                         {},
+                         {}};
+  if (masks) {
+    std::vector<int> excluded = living_classes();
+    const std::vector<int>& movable = config_.mask.movable_classes;
+    excluded.insert(excluded.end(), movable.begin(), movable.end());
+    keyframe.movers = movable_mask(*masks, excluded);
+    add_things(*masks, excluded, keyframe);
+  }
+  paint_dynamic_points(keyframe.movers, depth_m, *waiting.features, waiting.labels, kPointRadiusPx,
                        kPointDepthRatio);
-  dense_update_.added.push_back({waiting.keyframe, waiting.frame,
-                                 map().keyframe(waiting.keyframe).data->read_out,
-                                 std::move(dynamic)});
+  dense_update_.added.push_back(std::move(keyframe));
   if (config_.close_loops) complete_.push_back(waiting.keyframe);
 }
 

@@ -85,7 +85,8 @@ class MappingStage {
     FeaturesPtr features;
     std::vector<MotionLabel> labels;
   };
-  void integrate(const Waiting& waiting, GreyImage dynamic);
+  /// @param masks of its frame; nullptr: none came.
+  void integrate(const Waiting& waiting, const Segmentation* masks);
   void join(const SubmapJoin& join);
 
   MappingStageConfig config_;

@@ -23,6 +23,7 @@ SegmenterResult make_segmenter(const SessionOptions& options) {
   yolo.model = options.model;
   yolo.try_in_child = options.may_fork;
   yolo.decode.classes = options.config.dynamic.masks.mask.movable_classes;
+  yolo.decode.others = true;  // for the dense map: what stands in the room
   return make_yolo_segmenter(yolo);
 }
 

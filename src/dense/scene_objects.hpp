@@ -1,0 +1,29 @@
+// Objects with their boxes, from the mesh that shows them.
+#pragma once
+
+#include "dense/object_map.hpp"
+#include "scene/scene.hpp"
+
+namespace ygslam {
+
+struct PlacingConfig {
+  int min_views = 3;              ///< keyframes that show a static object
+  std::size_t min_vertices = 30;  ///< of the mesh
+  double box_share = 0.02;        ///< of the vertices left out at either side of a box
+  double gap_m = 0.1;  ///< what lies farther from the rest is none of it, but for the largest part
+};
+
+/// Labels that name an object are given its class; where it is only a candidate they are withdrawn.
+/// @param mesh, space labelled with the map's objects or such as were merged since.
+/// @return those the mesh shows, in ascending order of ids.
+[[nodiscard]] std::vector<SceneObject> place_objects(const ObjectMap& objects,
+                                                     const Gravity& gravity, TriangleMesh& mesh,
+                                                     SpaceCells& space,
+                                                     const PlacingConfig& config = {});
+
+/// The upright box with the least ground area around the points but for a share of them at either
+/// side. @param p_world at least one.
+[[nodiscard]] OrientedBox upright_box(std::span<const Vec3> p_world, const Gravity& gravity,
+                                      double share_left_out);
+
+}  // namespace ygslam

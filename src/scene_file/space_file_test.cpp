@@ -147,6 +147,7 @@ TEST(SpaceFile, ACellBeyondOctomapsReachIsRefused) {
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().kind, ErrorKind::kOutput);
     EXPECT_NE(refused.error().message.find("a.bt: a cell lies farther out"), std::string::npos);
+    EXPECT_FALSE(write_octomap_ot(folder.path() / "a.ot", space).ok());
   }
 }
 

@@ -1,4 +1,4 @@
-#include "scene_file/octomap_trees.hpp"
+#include "scene_file/testing/octomap_trees.hpp"
 
 #include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
@@ -6,7 +6,7 @@
 #include <ostream>
 #include <streambuf>
 
-namespace ygslam::octomap_trees {
+namespace ygslam::testing::octomap_trees {
 namespace {
 
 class SinkBuffer : public std::streambuf {
@@ -79,4 +79,4 @@ void write_ot(double cell_m, const LeafSource& leaves, const ByteSink& sink) {
       });
 }
 
-}  // namespace ygslam::octomap_trees
+}  // namespace ygslam::testing::octomap_trees

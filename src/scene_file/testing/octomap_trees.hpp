@@ -1,4 +1,5 @@
-// OctoMap behind a plain interface, in C++17: its headers stay in one file.
+// OctoMap as the referee of our files, behind a plain interface: its headers, which are no C++20,
+// stay in one file.
 #pragma once
 
 #include <array>
@@ -6,7 +7,7 @@
 #include <functional>
 #include <string_view>
 
-namespace ygslam::octomap_trees {
+namespace ygslam::testing::octomap_trees {
 
 struct Leaf {
   std::array<std::uint16_t, 3> key{};  ///< OctoMap's: cell index + 32768, for x, y and z
@@ -24,4 +25,4 @@ void write_bt(double cell_m, const LeafSource& leaves, const ByteSink& sink);
 /// A ColorOcTree, every leaf as it was given.
 void write_ot(double cell_m, const LeafSource& leaves, const ByteSink& sink);
 
-}  // namespace ygslam::octomap_trees
+}  // namespace ygslam::testing::octomap_trees

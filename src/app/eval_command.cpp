@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/eval_map.hpp"
 #include "app/eval_plot.hpp"
 #include "app/program_log.hpp"
 #include "core/log.hpp"
@@ -26,6 +27,7 @@ struct EvalArguments {
   std::string format = "auto", align = "se3";
   double max_diff_s = EvalOptions{}.max_diff_s, offset_s = 0;
   std::string frames, times, plot, errors;
+  std::string map, surface;
   bool tracks = false, json = false;
 };
 
@@ -191,7 +193,19 @@ Result<std::string> run_tracks(const EvalArguments& a) {
   return a.json ? to_json(score).dump(2) + "\n" : format_tracking(score);
 }
 
+/// A map's surface in place of a trajectory.
+Result<std::string> run_map(const EvalArguments& a) {
+  if (a.surface.empty()) return usage("--map: needs --truth, the true surface");
+  if (a.estimates.size() > 1) return usage("--map: takes one --est");
+  const std::string trajectory = a.estimates.empty() ? "" : a.estimates.front();
+  return eval_map(
+      {a.map, a.surface, trajectory, a.truth, *parse_align_mode(a.align), a.max_diff_s, a.json});
+}
+
 Result<std::string> run_eval(const EvalArguments& a) {
+  if (!a.map.empty()) return run_map(a);
+  if (a.truth.empty()) throw CLI::RequiredError("--gt");
+  if (a.estimates.empty()) throw CLI::RequiredError("--est");
   if (a.tracks) return run_tracks(a);
   const Status checked = check(a);
   if (!checked.ok()) return checked.error();
@@ -211,9 +225,8 @@ Result<std::string> run_eval(const EvalArguments& a) {
 }
 
 void declare_options(CLI::App& command, EvalArguments& a) {
-  command.add_option("--gt", a.truth, "True trajectory")->required()->type_name("FILE");
+  command.add_option("--gt", a.truth, "True trajectory")->type_name("FILE");
   command.add_option("--est", a.estimates, "Estimated trajectories; several are compared")
-      ->required()
       ->type_name("FILE...");
   command
       .add_option("--format", a.format,
@@ -247,6 +260,17 @@ void declare_options(CLI::App& command, EvalArguments& a) {
       ->type_name("FILE.svg|png|pdf");
   command.add_flag("--tracks", a.tracks,
                    "The files are tracks of things (MOTChallenge text): HOTA, IDF1, CLEAR MOT");
+  command
+      .add_option("--map", a.map,
+                  "Judge a surface: mesh.ply, cloud.ply or the folder it lies in (see below)")
+      ->excludes("--align")
+      ->excludes("--tracks")
+      ->type_name("FILE|DIR");
+  command
+      .add_option("--truth", a.surface,
+                  "Of --map: a folder that `simulate --truth` wrote, or a PLY file of the surface")
+      ->needs("--map")
+      ->type_name("DIR|FILE");
   command.add_flag("--json", a.json, "JSON instead of a table");
 }
 
@@ -256,6 +280,14 @@ constexpr const char* kEvalFooter =
     "poses; RPE over 30 frames and over 1 s, all pairs. Without stamps (KITTI without --times) "
     "the\n"
     "n-th pose belongs to the n-th.\n"
+    "A map lies in the frame of its run: --est takes that run's trajectory, whose mean pose "
+    "against\n"
+    "--gt (else groundtruth.txt in the folder of --truth) lays the map over the truth. Without "
+    "--est\n"
+    "it lies there already. Told are the distance of the map to the true surface (accuracy), the\n"
+    "share within 5 cm of it (precision), how much of what was seen the map has (completeness), "
+    "and,\n"
+    "where --truth is a folder, the share left where movers were (ghosts).\n"
     "Examples:\n"
     "  ygslam eval --gt SEQUENCE/groundtruth.txt --est out/trajectory.txt\n"
     "  ygslam eval --gt SEQUENCE/groundtruth.txt --est a.txt b.txt c.txt      # one table\n"
@@ -264,6 +296,8 @@ constexpr const char* kEvalFooter =
     "  ygslam eval --gt mav0/state_groundtruth_estimate0/data.csv --est vio.txt --align sim3\n"
     "  ygslam eval --gt gt.txt --est robot.txt --offset -0.035   # its stamps are 35 ms late\n"
     "  ygslam eval --tracks --gt out/tracks_truth.txt --est out/tracks.txt   # of `inspect`\n"
+    "  ygslam eval --map scene/mesh.ply --truth SEQ --est out/trajectory.txt   # of `run "
+    "--export`\n"
     "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used or no common time, 9 output not\n"
     "written.";
 
@@ -272,7 +306,7 @@ constexpr const char* kEvalFooter =
 void add_eval_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<EvalArguments>();
   CLI::App* command = app.add_subcommand(
-      "eval", "Absolute and relative trajectory errors (ATE, RPE) against ground truth");
+      "eval", "Errors against ground truth: of trajectories (ATE, RPE), tracks and maps");
   declare_options(*command, *arguments);
   command->footer(kEvalFooter);
   command->callback([arguments, &exit_code] {

@@ -13,6 +13,7 @@
 #include "app/inspect_command.hpp"
 #include "app/map_command.hpp"
 #include "app/program_log.hpp"
+#include "app/render_command.hpp"
 #include "app/run_command.hpp"
 #include "app/simulate_command.hpp"
 #include "core/memory.hpp"
@@ -68,6 +69,7 @@ int main(int argc, char** argv) {
     ygslam::add_simulate_command(app, exit_code);
     ygslam::add_inspect_command(app, exit_code);
     ygslam::add_map_command(app, exit_code);
+    ygslam::add_render_command(app, exit_code);
     ygslam::add_config_command(app);
     refuse_empty_values(app);
     try {

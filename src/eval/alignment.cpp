@@ -89,4 +89,21 @@ Alignment align(const PosePairs& pairs, AlignMode mode) {
   return alignment;
 }
 
+Alignment align_with_orientations(const PosePairs& pairs) {
+  CHECK(pairs.size() > 0, "alignment without poses");
+  Mat3 sum = Mat3::Zero();
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    sum += pairs.truth[i].T_world_camera.R() * pairs.estimate[i].T_world_camera.R().transpose();
+  const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Mat3 U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
+  const Mat3 R = U * svd.matrixV().transpose();
+  Vec3 t = Vec3::Zero();
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    t += pairs.truth[i].T_world_camera.t() - R * pairs.estimate[i].T_world_camera.t();
+  Alignment alignment;
+  alignment.T_truth_estimate = SE3(R, t / static_cast<double>(pairs.size()));
+  return alignment;
+}
+
 }  // namespace ygslam

@@ -1,0 +1,218 @@
+#include "app/render_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "app/scene_input.hpp"
+#include "core/log.hpp"
+#include "io/atomic_file.hpp"
+#include "io/image_file.hpp"
+#include "io/trajectory_formats.hpp"
+#include "scene_picture/annotate.hpp"
+
+namespace ygslam {
+namespace {
+
+struct RenderArguments {
+  std::string scene, other, out, path;
+  std::string by = "colour", size = "1280x960";
+  std::string from, look_at, up;
+  std::optional<double> cut_m;
+  double point_m = PictureStyle{}.point_m;
+  bool boxes = false;
+};
+
+// What the arguments say, read and checked.
+struct Job {
+  int width = 0, height = 0;
+  std::optional<Vec3> from, look_at, up;
+  PictureStyle style;
+  std::vector<Vec3> path_world;
+};
+
+constexpr int kLargestSide_px = 16384;
+constexpr Rgb8 kPathColour{220, 30, 30};
+
+Error bad_option(const std::string& what) { return {ErrorKind::kUsage, what}; }
+
+Result<std::optional<Vec3>> parse_vector(const std::string& option, const std::string& text) {
+  if (text.empty()) return std::optional<Vec3>{};
+  Vec3 v;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &v[0], &v[1], &v[2], &rest) != 3 || !v.allFinite())
+    return bad_option(option + ": wants three numbers x,y,z, not '" + text + "'");
+  return std::optional<Vec3>(v);
+}
+
+PictureColour colour_by(const std::string& name) {
+  if (name == "class") return PictureColour::kClass;
+  if (name == "object") return PictureColour::kObject;
+  if (name == "height") return PictureColour::kHeight;
+  return PictureColour::kSurface;
+}
+
+Status read_places(const RenderArguments& a, Job& job) {
+  for (const auto& [option, text, value] :
+       {std::tuple{"--from", &a.from, &job.from}, std::tuple{"--look-at", &a.look_at, &job.look_at},
+        std::tuple{"--up", &a.up, &job.up}}) {
+    auto parsed = parse_vector(option, *text);
+    if (!parsed.ok()) return parsed.error();
+    *value = *parsed;
+  }
+  if (job.from.has_value() != job.look_at.has_value())
+    return bad_option("--from and --look-at belong together");
+  if (job.from && (*job.from - *job.look_at).norm() < 1e-6)
+    return bad_option("--look-at: is the place of --from");
+  if (job.up && job.up->norm() < 1e-6) return bad_option("--up: has no direction");
+  return Ok{};
+}
+
+Result<Job> read_job(const RenderArguments& a) {
+  Job job;
+  char rest = 0;
+  if (std::sscanf(a.size.c_str(), "%dx%d%c", &job.width, &job.height, &rest) != 2 ||
+      job.width < 16 || job.height < 16 || std::max(job.width, job.height) > kLargestSide_px)
+    return bad_option("--size wants WIDTHxHEIGHT, 16 to 16384 each, not '" + a.size + "'");
+  if (!a.out.ends_with(".png")) return bad_option("--out " + a.out + ": the name must end in .png");
+  if (Status places = read_places(a, job); !places.ok()) return places.error();
+  job.style.colour = colour_by(a.by);
+  job.style.point_m = a.point_m;
+  if (a.cut_m) job.style.cut_above_m = *a.cut_m;
+  if (!a.path.empty()) {
+    const auto trajectory = read_trajectory(a.path);
+    if (!trajectory.ok()) return trajectory.error();
+    for (const StampedPose& pose : trajectory->poses)
+      job.path_world.push_back(pose.T_world_camera.t());
+  }
+  return job;
+}
+
+Result<SceneInput> read_scene(const std::string& path, const Job& job) {
+  auto scene = read_scene_input(path);
+  if (!scene.ok()) return scene;
+  if (scene->mesh.vertices.empty()) log::warn("{}: nothing in it to draw", path);
+  if (job.up) {
+    scene->gravity.up_world = job.up->normalized();
+    scene->gravity.floor_m = lowest_height(scene->mesh, scene->gravity.up_world);
+  }
+  return scene;
+}
+
+Viewpoint viewpoint_of(const Job& job, const SceneInput& scene) {
+  if (!job.from) {
+    Overview options;
+    options.width = job.width;
+    options.height = job.height;
+    if (std::isfinite(job.style.cut_above_m)) options.cut_above_m = job.style.cut_above_m;
+    return overview(scene.mesh.vertices, scene.gravity, options);
+  }
+  Viewpoint view;
+  view.width = job.width;
+  view.height = job.height;
+  view.focal_px = 0.86 * job.width;  // 60 degrees from side to side
+  view.T_camera_world = look_at(*job.from, *job.look_at, scene.gravity.up_world);
+  return view;
+}
+
+ColourImage draw(const Job& job, const SceneInput& scene, const Viewpoint& view, bool boxes) {
+  const bool is_cloud = scene.mesh.triangles.empty();
+  ScenePicture picture =
+      is_cloud ? draw_points(scene.mesh.vertices, view, scene.gravity, job.style, scene.objects)
+               : draw_mesh(scene.mesh, view, scene.gravity, job.style, scene.objects);
+  if (boxes) draw_boxes(picture.image, scene.objects, view);
+  draw_path(picture.image, job.path_world, view, kPathColour);
+  return with_legend(picture);
+}
+
+Status render(const RenderArguments& a) {
+  const auto job = read_job(a);
+  if (!job.ok()) return job.error();
+  const auto scene = read_scene(a.scene, *job);
+  if (!scene.ok()) return scene.error();
+  const Viewpoint view = viewpoint_of(*job, *scene);
+  ColourImage image = draw(*job, *scene, view, a.boxes);
+  if (!a.other.empty()) {
+    auto other = read_scene(a.other, *job);
+    if (!other.ok()) return other.error();
+    other->gravity = scene->gravity;  // one light, one cut
+    const ColourImage beside = draw(*job, *other, view, a.boxes);
+    image =
+        side_by_side(std::array{CaptionedImage{&image, a.scene}, CaptionedImage{&beside, a.other}});
+  }
+  return write_file_atomically(a.out, encode_png(image, 9));
+}
+
+void declare_options(CLI::App& command, RenderArguments& a) {
+  command.add_option("scene", a.scene, "mesh.ply, cloud.ply or map.ply, or the folder it lies in")
+      ->required()
+      ->type_name("FILE|DIR");
+  command.add_option("--out", a.out, "The picture")->required()->type_name("FILE.png");
+  command
+      .add_option(
+          "--by", a.by,
+          "What colours tell: the surface's own colour, its class, its object or the height "
+          "over the floor")
+      ->check(CLI::IsMember({"colour", "class", "object", "height"}))
+      ->type_name("NAME")
+      ->capture_default_str();
+  command
+      .add_option("--side-by-side", a.other, "A second scene beside it, from the same viewpoint")
+      ->type_name("FILE|DIR");
+  command.add_option("--path", a.path, "Draw the way of a camera (trajectory.txt of the same run)")
+      ->type_name("FILE");
+  command.add_flag("--boxes", a.boxes, "Draw the boxes and names of objects.json");
+  command.add_option("--from", a.from, "Place of the eye in the file's frame [m]")
+      ->type_name("X,Y,Z");
+  command.add_option("--look-at", a.look_at, "What it looks at [m]")->type_name("X,Y,Z");
+  command
+      .add_option(
+          "--up", a.up,
+          "What is up; else as objects.json beside the file has it, as the floor lies, or -y "
+          "(up in the first camera's view)")
+      ->type_name("X,Y,Z");
+  command
+      .add_option("--cut", a.cut_m, "Leave out the ceiling and what is higher over the floor [m]")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("M");
+  command.add_option("--point", a.point_m, "Side of a point of a cloud [m]")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("M")
+      ->capture_default_str();
+  command.add_option("--size", a.size, "Size of the picture (of each of two)")
+      ->type_name("WxH")
+      ->capture_default_str();
+}
+
+constexpr const char* kRenderFooter =
+    "No display is needed. Without --from the whole scene is seen from above at an angle; "
+    "surfaces\n"
+    "seen from behind are left out, so that one looks through the ceiling and the nearest walls.\n"
+    "Examples:\n"
+    "  ygslam run SEQ --out out --export scene && ygslam render scene --out room.png\n"
+    "  ygslam render scene --by class --out classes.png          # with a legend\n"
+    "  ygslam render scene --by object --boxes --cut 2 --out things.png\n"
+    "  ygslam render scene --path out/trajectory.txt --out way.png\n"
+    "  ygslam render out/map.ply --point 0.04 --by height --out landmarks.png\n"
+    "  ygslam render clean --side-by-side raw --from 0,-1,-1 --look-at 0,0,3 --out fig9.png\n"
+    "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used, 9 picture not written.";
+
+}  // namespace
+
+void add_render_command(CLI::App& app, int& exit_code) {
+  const auto arguments = std::make_shared<RenderArguments>();
+  CLI::App* command = app.add_subcommand("render", "Draw a mesh or a cloud into a PNG");
+  declare_options(*command, *arguments);
+  command->footer(kRenderFooter);
+  command->callback([arguments, &exit_code] {
+    const Status done = render(*arguments);
+    if (done.ok()) return;
+    log::error("{}", done.error().message);
+    exit_code = static_cast<int>(done.error().kind);
+  });
+}
+
+}  // namespace ygslam

@@ -1,0 +1,137 @@
+#include "scene_file/read_surface.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "io/testing/temp_folder.hpp"
+#include "scene/testing/sample_scene.hpp"
+#include "scene_file/labelled_cloud.hpp"
+#include "scene_file/objects_file.hpp"
+#include "scene_file/read_objects.hpp"
+
+namespace ygslam {
+namespace {
+
+using testing::read;
+using testing::sample_scene;
+using testing::TempFolder;
+
+void expect_equal(const SurfacePoint& a, const SurfacePoint& b) {
+  EXPECT_EQ(a.p_world, b.p_world);
+  EXPECT_EQ(a.normal_world, b.normal_world);
+  EXPECT_EQ(a.colour, b.colour);
+  EXPECT_EQ(a.label.semantic_class, b.label.semantic_class);
+  EXPECT_EQ(a.label.object, b.label.object);
+  EXPECT_EQ(a.label.probability, b.label.probability);
+}
+
+std::string mesh_bytes() {
+  const TempFolder folder;
+  const TriangleMesh mesh = sample_scene(Vec3(0, -1, 0)).mesh;
+  EXPECT_TRUE(write_mesh_ply(folder.path() / "a.ply", mesh).ok());
+  return read(folder.path() / "a.ply");
+}
+
+TEST(ReadSurface, AMeshIsWhatWasWritten) {
+  const TriangleMesh mesh = sample_scene(Vec3(0, -1, 0)).mesh;
+  const auto back = parse_surface_ply(mesh_bytes(), "a.ply");
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back->triangles, mesh.triangles);
+  ASSERT_EQ(back->vertices.size(), mesh.vertices.size());
+  ASSERT_FALSE(mesh.vertices.empty());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    expect_equal(back->vertices[i], mesh.vertices[i]);
+}
+
+void expect_refused(const std::string& bytes, const std::string& what) {
+  const auto result = parse_surface_ply(bytes, "some.ply");
+  ASSERT_FALSE(result.ok()) << what;
+  EXPECT_EQ(result.error().kind, ErrorKind::kInput);
+  EXPECT_EQ(result.error().message.rfind("some.ply: ", 0), 0U) << result.error().message;
+  EXPECT_NE(result.error().message.find(what), std::string::npos) << result.error().message;
+}
+
+TEST(ReadSurface, EveryShorterFileIsRefused) {
+  const std::string bytes = mesh_bytes();
+  const std::size_t data = bytes.find("end_header\n") + 11;
+  for (std::size_t size = 0; size < data; ++size) expect_refused(bytes.substr(0, size), "PLY");
+  for (std::size_t size = data; size < bytes.size(); size += 97)
+    expect_refused(bytes.substr(0, size), "truncated");
+  expect_refused(bytes.substr(0, bytes.size() - 1), "truncated");
+  expect_refused(bytes + "x", "more bytes");
+}
+
+TEST(ReadSurface, NumbersThatAreNotFiniteAreRefused) {
+  for (const std::size_t offset : {0, 12, 31}) {  // x, nx, prob
+    std::string bytes = mesh_bytes();
+    const float value = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(bytes.data() + bytes.find("end_header\n") + 11 + offset, &value, sizeof value);
+    expect_refused(bytes, "not finite");
+  }
+}
+
+std::string ply(const std::string& header, const std::string& data = {}) {
+  return "ply\nformat binary_little_endian 1.0\n" + header + "end_header\n" + data;
+}
+
+TEST(ReadSurface, ForeignFilesAreRefusedOrUnderstood) {
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  expect_refused("OFF\n3 1 0\n", "not a PLY");
+  expect_refused("ply\nformat ascii 1.0\nelement vertex 0\n" + xyz + "end_header\n", "binary");
+  expect_refused(ply("element vertex 99999999999999999\n" + xyz), "truncated");
+  expect_refused(ply("element vertex -1\n" + xyz), "count");
+  expect_refused(ply("element vertex 0\nproperty float x\n"), "without x, y and z");
+  expect_refused(ply("element vertex 0\n"), "without x, y and z");
+  expect_refused(ply("element vertex 0\nproperty quaternion x\n"), "property");
+  expect_refused(ply("property float x\n"), "property");
+  expect_refused(ply("element edge 0\n"), "neither");
+  expect_refused(ply(""), "no vertices");
+  const std::string quad = "property list uchar int vertex_index\n";
+  expect_refused(ply("element vertex 0\n" + xyz + "element face 1\n" + quad,
+                     std::string("\3\0\0\0\0\0\0\0\0\0\0\0\0", 13)),
+                 "without its vertex");
+  const auto fan = parse_surface_ply(
+      ply("element vertex 4\n" + xyz + "property double quality\nelement face 1\n" + quad,
+          std::string(80, '\0') + std::string("\4\0\0\0\0\1\0\0\0\2\0\0\0\3\0\0\0", 17)),
+      "quad.ply");
+  ASSERT_TRUE(fan.ok()) << fan.error().message;
+  EXPECT_EQ(fan->triangles, (std::vector<std::array<std::uint32_t, 3>>{{{0, 1, 2}}, {{0, 2, 3}}}));
+  EXPECT_EQ(fan->vertices[0].label.semantic_class, SemanticClass::kUnknown);
+}
+
+TEST(ReadObjects, AreWhatWasWritten) {
+  const TempFolder folder;
+  const auto scene = sample_scene(Vec3(0, -1, 0));
+  ASSERT_FALSE(scene.objects.empty());
+  ASSERT_TRUE(write_objects(folder.path() / "o.json", scene.objects, scene.gravity).ok());
+  const auto back = read_objects(folder.path() / "o.json");
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_LT((back->gravity.up_world - scene.gravity.up_world.normalized()).norm(), 2e-6);
+  EXPECT_NEAR(back->gravity.floor_m, scene.gravity.floor_m, 1e-6);
+  ASSERT_EQ(back->objects.size(), scene.objects.size());
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const SceneObject &a = scene.objects[i], &b = back->objects[i];
+    EXPECT_EQ(object_name(a), object_name(b));
+    EXPECT_EQ(a.state, b.state);
+    EXPECT_LT((a.box.size_m - b.box.size_m).norm(), 2e-6);
+    EXPECT_LT((a.box.T_world_box.t() - b.box.T_world_box.t()).norm(), 2e-6);
+    EXPECT_LT((a.box.T_world_box.R() - b.box.T_world_box.R()).norm(), 1e-5);
+  }
+}
+
+TEST(ReadObjects, AnythingElseIsRefused) {
+  for (const char* text : {"", "{", "[]", "{}", R"({"format": "ygslam labels"})",
+                           R"({"format": "ygslam objects", "up_world": [0, 0, 0]})",
+                           R"({"format": "ygslam objects", "up_world": [0, 1]})"}) {
+    const auto result = parse_objects(text, "o.json");
+    ASSERT_FALSE(result.ok()) << text;
+    EXPECT_EQ(result.error().kind, ErrorKind::kInput);
+    EXPECT_EQ(result.error().message.rfind("o.json: ", 0), 0U);
+    EXPECT_EQ(result.error().message.find('\n'), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -198,8 +198,7 @@ Result<std::string> run_map(const EvalArguments& a) {
   if (a.surface.empty()) return usage("--map: needs --truth, the true surface");
   if (a.estimates.size() > 1) return usage("--map: takes one --est");
   const std::string trajectory = a.estimates.empty() ? "" : a.estimates.front();
-  return eval_map(
-      {a.map, a.surface, trajectory, a.truth, *parse_align_mode(a.align), a.max_diff_s, a.json});
+  return eval_map({a.map, a.surface, trajectory, a.truth, a.max_diff_s, a.json});
 }
 
 Result<std::string> run_eval(const EvalArguments& a) {

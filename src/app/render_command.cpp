@@ -108,6 +108,7 @@ Viewpoint viewpoint_of(const Job& job, const SceneInput& scene) {
     options.width = job.width;
     options.height = job.height;
     if (std::isfinite(job.style.cut_above_m)) options.cut_above_m = job.style.cut_above_m;
+    options.also_world = job.path_world;
     return overview(scene.mesh.vertices, scene.gravity, options);
   }
   Viewpoint view;

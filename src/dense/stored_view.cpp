@@ -2,6 +2,7 @@
 
 #include <zstd.h>
 
+#include <new>
 #include <utility>
 
 #include "core/check.hpp"
@@ -59,7 +60,7 @@ StoredView::StoredView(DepthView& view) : camera_(view.camera), objects_(view.ob
   packed_.resize(ZSTD_compressBound(raw.size()));
   const std::size_t size =
       ZSTD_compress(packed_.data(), packed_.size(), raw.data(), raw.size(), kLevel);
-  CHECK(!ZSTD_isError(size));
+  if (ZSTD_isError(size)) throw std::bad_alloc();  // nothing else can go wrong
   packed_.resize(size);
   packed_.shrink_to_fit();
 }
@@ -74,6 +75,7 @@ DepthView StoredView::restored() const {
   const std::size_t pixels = view.depth.size();
   std::string raw(kPlanes * pixels, '\0');
   const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), packed_.data(), packed_.size());
+  if (ZSTD_isError(size)) throw std::bad_alloc();
   CHECK(size == raw.size());
   std::uint16_t before = 0;
   const auto depth = view.depth.begin();

@@ -86,7 +86,8 @@ SE3 look_at(const Vec3& eye_world, const Vec3& target_world, const Vec3& up_worl
 Viewpoint overview(std::span<const SurfacePoint> points, const Gravity& gravity,
                    const Overview& options) {
   const SE3 T_world = T_world_floor(gravity);
-  const auto sample = sampled_points(points, T_world.inverse(), options.cut_above_m);
+  auto sample = sampled_points(points, T_world.inverse(), options.cut_above_m);
+  for (const Vec3& p_world : options.also_world) sample.push_back(T_world.inverse() * p_world);
   // Never quite straight down, so that the way ahead stays up in the picture.
   const double elevation = std::min(options.elevation_rad, 1.5707);
   const double azimuth = options.azimuth_rad + (sample.empty() ? 0 : longer_side(sample));

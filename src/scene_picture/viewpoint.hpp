@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "scene/scene.hpp"
 
@@ -23,6 +24,7 @@ struct Overview {
   double elevation_rad = 0.9;      ///< of the camera over the horizon, up to pi / 2: straight down
   double azimuth_rad = 0.4;        ///< turn about up; at 0 the longer side of the scene lies across
   double cut_above_m = 1e9;        ///< what is higher over the floor is not drawn
+  std::vector<Vec3> also_world{};  ///< to be in the picture as well, e.g. the way of a camera
 };
 
 /// The whole scene from above at an angle, filling the picture; stray points are left out of

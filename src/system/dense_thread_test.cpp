@@ -19,7 +19,9 @@ std::vector<DenseUpdate> walk(const Camera& camera, std::uint32_t views) {
   for (float& depth_m : frame->depth_m) depth_m = 2;
   std::vector<DenseUpdate> updates(views);
   for (std::uint32_t i = 0; i < views; ++i) {
-    updates[i].added.push_back({KeyframeId{i}, frame, {}, {}});
+    DenseKeyframe& keyframe = updates[i].added.emplace_back();
+    keyframe.id = KeyframeId{i};
+    keyframe.frame = frame;
     for (std::uint32_t k = 0; k <= i; ++k)
       updates[i].T_world_camera[KeyframeId{k}] =
           SE3(Mat3::Identity(), Vec3(0.1 * k + 0.02 * i, 0, 0.001 * i));

@@ -199,15 +199,17 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
         "trajectory.txt leaves them out",
         posed->size() - trajectory.size());
   Status written = Ok{};
+  std::optional<StaticScene> scene;
+  if (!run.options.export_dir.empty()) scene = run.session.runner->scene();
   if (run.options.localize) {
     written = write_file_atomically(out / "trajectory.txt",
                                     format_tum(trajectory, run.sequence.stamp_decimals));
   } else {
-    written =
-        write_run(out, trajectory, map, run.session.runner->cloud(), run.sequence.stamp_decimals);
+    written = write_run(out, trajectory, map,
+                        scene ? coloured_points(scene->mesh) : run.session.runner->cloud(),
+                        run.sequence.stamp_decimals);
   }
-  if (written.ok() && !run.options.export_dir.empty())
-    written = write_scene(run.options.export_dir, run.session.runner->scene());
+  if (written.ok() && scene) written = write_scene(run.options.export_dir, *scene);
   if (written.ok())
     written = write_file_atomically(
         out / "loops.csv",

@@ -164,9 +164,10 @@ TriangleMesh DenseMap::mesh() {
   return mesher_->mesh(*volume_);
 }
 
-std::vector<ColouredPoint> DenseMap::cloud() {
+std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh) {
   std::vector<ColouredPoint> points;
-  for (const SurfacePoint& vertex : mesh().vertices)
+  points.reserve(mesh.vertices.size());
+  for (const SurfacePoint& vertex : mesh.vertices)
     points.push_back({vertex.p_world, vertex.colour});
   return points;
 }

@@ -42,6 +42,9 @@ struct DenseUpdate {
   std::map<KeyframeId, SE3> T_world_camera;
 };
 
+/// The mesh's vertices.
+[[nodiscard]] std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh);
+
 class DenseMap {
  public:
   DenseMap(const DenseMapConfig& config, const Camera& camera);
@@ -55,7 +58,7 @@ class DenseMap {
 
   /// As of the contributions that are in.
   [[nodiscard]] TriangleMesh mesh();
-  [[nodiscard]] std::vector<ColouredPoint> cloud();
+  [[nodiscard]] std::vector<ColouredPoint> cloud() { return coloured_points(mesh()); }
   [[nodiscard]] StaticScene scene();
   [[nodiscard]] const Volume& volume() const { return *volume_; }
   /// Of the volume, its mesh and the keyframes' images.

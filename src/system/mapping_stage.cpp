@@ -181,8 +181,9 @@ std::vector<FramePtr> MappingStage::waiting() const {
 }
 
 DenseUpdate MappingStage::take_dense_update() {
+  const KeyframeId main_root = map().main_root();
   for (const auto& [id, root] : map().roots())
-    if (root == map().main_root())
+    if (root == main_root)
       dense_update_.T_world_camera[id] = map().keyframe(id).T_camera_world.inverse();
   return std::exchange(dense_update_, {});
 }

@@ -19,6 +19,14 @@ struct TrackedFrame {
   std::vector<float> static_weight;   ///< per feature, 0 = dynamic .. 1 = static
   std::vector<LandmarkId> landmarks;  ///< per feature: the landmark it agreed with, or kNoLandmark
   KeyframeRelativePose pose;
+
+  /// How many features with depth are static with at least this weight.
+  [[nodiscard]] int usable_points(float min_static_weight) const {
+    int usable = 0;
+    for (std::size_t i = 0; i < features->size(); ++i)
+      if (features->points[i].depth_m > 0 && static_weight[i] >= min_static_weight) ++usable;
+    return usable;
+  }
 };
 
 }  // namespace ygslam

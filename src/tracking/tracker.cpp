@@ -1,6 +1,7 @@
 #include "tracking/tracker.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "features/attach.hpp"
@@ -11,46 +12,10 @@ namespace {
 constexpr double kLeastBendM = 0.003;    // more than a local adjustment moves a frame
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
-constexpr double kSamePlaceM = 0.5;      // a loss that ends this near has moved nothing
-constexpr double kClearlyMore = 1.5;     // times as many shared landmarks
 constexpr double kLostBeforeSubmapS = 1.0;
 constexpr double kCoveredShare = 0.5;
-constexpr double kVouchedReachM = 2;   // farther away the next room may look the same
-constexpr double kGlanceS = 1.0;       // unseen for longer, the camera may have left the room
-constexpr float kMappedWeight = 0.5F;  // a static point may enter the map
-
-KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
-  // Before the first view there is but the run's first keyframe, which is the world.
-  if (view.empty()) return {kNoKeyframe, T_camera_world};
-  const ViewKeyframe& reference = view.reference();
-  return {reference.data->id, T_camera_world * reference.T_camera_world.inverse()};
-}
-
-/// The keyframe that shares most of the frame's landmarks, if that is clearly another than the
-/// reference: the camera has left the place the view was made for.
-std::optional<KeyframeId> better_reference(const TrackedFrame& frame, const LocalView& view) {
-  std::vector<std::uint8_t> seen(view.landmarks.size(), 0);
-  for (const LandmarkId id : frame.landmarks)
-    if (const std::int32_t i = id == kNoLandmark ? -1 : view.find(id); i >= 0) seen[i] = 1;
-  const auto shared = [&](const ViewKeyframe& keyframe) {
-    return std::count_if(keyframe.landmarks.begin(), keyframe.landmarks.end(),
-                         [&](std::int32_t i) { return i >= 0 && seen[i] != 0; });
-  };
-  const auto best = std::max_element(
-      view.keyframes.begin(), view.keyframes.end(),
-      [&](const ViewKeyframe& a, const ViewKeyframe& b) { return shared(a) < shared(b); });
-  if (best == view.keyframes.end()) return std::nullopt;
-  if (static_cast<double>(shared(*best)) <=
-      kClearlyMore * static_cast<double>(shared(view.reference())))
-    return std::nullopt;
-  return best->data->id;
-}
-
-std::optional<SE3> pose_in(const LocalView& view, const KeyframeRelativePose& pose) {
-  const auto T_reference_world = view.pose_of(pose.reference);
-  if (!T_reference_world) return std::nullopt;
-  return pose.T_camera_reference * *T_reference_world;
-}
+constexpr double kVouchedReachM = 2;  // farther away the next room may look the same
+constexpr float kAnyWeight = std::numeric_limits<float>::min();
 
 /// What agrees with a point of the static map is static.
 PointLabels promote(PointLabels labels, std::span<const LandmarkId> landmarks) {
@@ -60,10 +25,6 @@ PointLabels promote(PointLabels labels, std::span<const LandmarkId> landmarks) {
       labels.label[i] = MotionLabel::kStatic;
   count(labels);
   return labels;
-}
-
-double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world) {
-  return (T_a_world.inverse().t() - T_b_world.inverse().t()).norm();
 }
 
 }  // namespace
@@ -94,6 +55,8 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
       calibration_(camera, config.calibrated),
+      localization_(config.max_jump_mps),
+      keyframes_(config.keyframe, config.min_start_points),
       rng_(seed) {}
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
@@ -127,17 +90,17 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   result.features = evidence.frame.features = current.features;
   result.state = state_ =
       assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
-  ++frames_since_keyframe_;
-  if (std::exchange(first_keyframe_is_due_, false)) result.candidate = make_candidate(*last_, 0);
+  keyframes_.count_frame();
+  if (std::exchange(first_keyframe_is_due_, false)) result.candidate = keyframes_.make(*last_, 0);
   if (state_ == TrackState::kLost) {
     stay_lost(std::move(current), std::move(evidence), *view, result);
   } else {
     fit_since_.reset();
     move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp);
-    const bool carried_off =
-        was_lost && is_carried_off(found.pose->T_camera_world, *view, frame->stamp);
-    if (carried_off || is_doubtful(found.pose->T_camera_world, T_last_world, *view, frame->stamp))
-      doubt(frame->id);
+    const auto arrival = localization_.arrive({frame->id, frame->stamp, last_->frame->stamp,
+                                               found.pose->T_camera_world, T_last_world, was_lost},
+                                              *view);
+    const bool carried_off = arrival == Localization::Arrival::kCarriedOff;
     deliver_place(found.pose->T_camera_world, *view, result);
     evidence =
         with_free_space(evidence, free_space_violations(current, evidence, *found.pose, *view));
@@ -147,7 +110,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
     classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points());
     deliver(*found.pose, *view, mapper_busy, current, result);
     if (carried_off && starts_submaps()) result.candidate = make_submap(current, 0, *view);
-    if (view->placed && !carried_off) placed_ = {current.pose, frame->stamp};
+    if (view->placed && !carried_off) localization_.trust(current.pose, frame->stamp);
     estimate_camera(current, found.pose->T_camera_world, *view, result);
     last_ = std::move(current);
   }
@@ -237,44 +200,17 @@ void Tracker::move_to(const SE3& T_camera_world, const SE3& T_last_world, bool w
   const SE3 T_now_last = T_camera_world * T_last_world.inverse();
   if (was_lost) {
     motion_model_.reset(stamp);
-    frames_since_keyframe_ = 0;  // a place just found again must prove itself before it is mapped
+    keyframes_.restart();  // a place just found again must prove itself before it is mapped
   } else {
     motion_model_.update(stamp, T_now_last);
-    odometry_.move(T_now_last);
+    localization_.move(T_now_last);
   }
-}
-
-double Tracker::reach_m(Timestamp now) const {
-  return placed_ ? config_.max_jump_mps * seconds_between(now, placed_->stamp) + kSamePlaceM : 0;
-}
-
-bool Tracker::is_carried_off(const SE3& T_camera_world, const LocalView& view,
-                             Timestamp now) const {
-  if (!view.placed) return false;
-  const auto T_placed_world = placed_ ? pose_in(view, placed_->pose) : std::nullopt;
-  return !T_placed_world || centre_distance_m(T_camera_world, *T_placed_world) > reach_m(now);
-}
-
-bool Tracker::is_doubtful(const SE3& T_camera_world, const SE3& T_last_world, const LocalView& view,
-                          Timestamp now) const {
-  const double unseen_s = seconds_between(now, last_->frame->stamp);
-  const double unplaced_s = view.placed && placed_ ? seconds_between(now, placed_->stamp) : 0;
-  const double jump_m = centre_distance_m(T_camera_world, T_last_world);
-  return std::max(unseen_s, unplaced_s) > kGlanceS ||
-         jump_m > config_.max_jump_mps * unseen_s + kSamePlaceM;
-}
-
-void Tracker::doubt(FrameId frame) {
-  odometry_.doubt();
-  doubtful_since_ = frame;
 }
 
 void Tracker::deliver_place(const SE3& T_camera_world, const LocalView& view, TrackResult& result) {
   result.T_world_camera = T_camera_world.inverse();
-  result.T_odom_camera = odometry_.T_odom_camera();
-  const FrameId mapped = view.empty() ? doubtful_since_ : view.reference().data->frame;
-  const bool sees_known_ground = mapped == kNoFrame || index(mapped) < index(doubtful_since_);
-  const Odometry::Place place = odometry_.place(result.T_world_camera, sees_known_ground);
+  result.T_odom_camera = localization_.T_odom_camera();
+  const Odometry::Place place = localization_.place(T_camera_world, view);
   result.T_world_odom = place.T_world_odom;
   result.correction_m = place.correction_m;
   result.unplaced = !view.placed;
@@ -284,7 +220,7 @@ void Tracker::deliver_place(const SE3& T_camera_world, const LocalView& view, Tr
 void Tracker::stay_lost(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
                         TrackResult& result) {
   motion_model_.reset(current.frame->stamp);
-  result.T_odom_camera = odometry_.T_odom_camera();
+  result.T_odom_camera = localization_.T_odom_camera();
   objects_.lose_points();
   classifier_.remember(std::move(evidence), result.labels.label);
   offer_submap(std::move(current), view, result);
@@ -294,7 +230,7 @@ void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackRes
   if (!starts_submaps() || view.empty()) return;
   const Timestamp now = current.frame->stamp;
   // Points that came back only because there were too few others are no ground for a new world.
-  const int usable = usable_points(current, kMappedWeight);
+  const int usable = current.usable_points(kMappedWeight);
   const bool is_fit = usable >= config_.min_start_points && !result.labels.too_few_static &&
                       !is_covered(current, usable, view);
   if (!is_fit || !fit_since_) fit_since_ = now;
@@ -302,7 +238,7 @@ void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackRes
   fit_since_.reset();
   move_to_middle(current, Vec6::Zero());
   current.pose = last_ ? last_->pose : KeyframeRelativePose{view.reference().data->id, SE3()};
-  const double reach = view.placed ? std::min(reach_m(now), kVouchedReachM) : 0;
+  const double reach = view.placed ? std::min(localization_.reach_m(now), kVouchedReachM) : 0;
   result.candidate = make_submap(current, reach, view);
   last_ = std::move(current);
 }
@@ -322,17 +258,9 @@ bool Tracker::is_covered(const TrackedFrame& current, int usable, const LocalVie
 
 KeyframeCandidate Tracker::make_submap(TrackedFrame& frame, double reach_m, const LocalView& view) {
   frame.landmarks.assign(frame.features->size(), kNoLandmark);
-  KeyframeCandidate candidate = make_candidate(frame, view.map_version);
+  KeyframeCandidate candidate = keyframes_.make(frame, view.map_version);
   candidate.submap_reach_m = reach_m;
   return candidate;
-}
-
-int Tracker::usable_points(const TrackedFrame& frame, float min_static_weight) const {
-  int usable = 0;
-  for (std::size_t i = 0; i < frame.features->size(); ++i)
-    if (frame.features->points[i].depth_m > 0 && frame.static_weight[i] >= min_static_weight)
-      ++usable;
-  return usable;
 }
 
 std::vector<std::uint8_t> Tracker::free_space_violations(const TrackedFrame& current,
@@ -358,7 +286,7 @@ std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence
   const auto links = classifier_.reliable_links(evidence);
   ObjectInput input{current.frame->id,
                     current.frame->stamp,
-                    odometry_.T_odom_camera().inverse(),
+                    localization_.T_odom_camera().inverse(),
                     T_world_odom,
                     {},
                     make_thumbnail(*current.frame),
@@ -367,7 +295,7 @@ std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const Feature& feature = current.features->points[i];
     const Vec3 p_cam = camera_.unproject(feature.ideal_px.cast<double>(), feature.depth_m);
-    input.points.push_back({feature.uv_px, feature.depth_m, odometry_.T_odom_camera() * p_cam,
+    input.points.push_back({feature.uv_px, feature.depth_m, localization_.T_odom_camera() * p_cam,
                             links[i], motion[i] == PointMotion::kMoves,
                             motion[i] == PointMotion::kStands});
   }
@@ -376,14 +304,15 @@ std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence
 
 void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                       TrackedFrame& current, TrackResult& result) {
-  remember_seen(pose.seen);
+  keyframes_.remember_seen(pose.seen);
   current.landmarks = pose.landmarks;
   current.pose = relative_to_keyframe(pose.T_camera_world, view);
   result.landmarks = pose.landmarks;
   result.matches = pose.matches;
   result.inliers = pose.inliers;
-  if (!view.empty() && wants_keyframe(current, view, pose, mapper_busy)) {
-    result.candidate = make_candidate(current, view.map_version);
+  const bool may_propose = config_.proposes_keyframes && state_ == TrackState::kTracking;
+  if (may_propose && !view.empty() && keyframes_.wants(current, view, pose, mapper_busy)) {
+    result.candidate = keyframes_.make(current, view.map_version);
   } else {
     result.wanted_view = better_reference(current, view);
   }
@@ -392,18 +321,15 @@ void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper
 
 void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& result) {
   classifier_.remember(std::move(evidence), result.labels.label);
-  int usable = 0;
-  for (std::size_t i = 0; i < current.features->size(); ++i)
-    usable +=
-        static_cast<int>(current.static_weight[i] > 0 && current.features->points[i].depth_m > 0);
+  const int usable = current.usable_points(kAnyWeight);
   if (usable < config_.min_start_points) return;
   state_ = result.state = TrackState::kTracking;
   motion_model_.reset(current.frame->stamp);
   result.landmarks = current.landmarks;
   result.inliers = usable;
   first_keyframe_is_due_ = !shutter_.times().is_global();
-  if (!first_keyframe_is_due_) result.candidate = make_candidate(current, 0);
-  placed_ = {current.pose, current.frame->stamp};
+  if (!first_keyframe_is_due_) result.candidate = keyframes_.make(current, 0);
+  localization_.trust(current.pose, current.frame->stamp);
   last_ = std::move(current);
 }
 
@@ -421,7 +347,7 @@ void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const L
   state_ = result.state = TrackState::kTracking;
   frames_since_loss_ = 0;
   bends_ = view.bends;
-  doubt(current.frame->id);
+  localization_.arrive(current.frame->id);
   deliver_place(found->T_camera_world, view, result);
   deliver(*found, view, true, current, result);
   last_ = std::move(current);
@@ -453,38 +379,6 @@ TrackState Tracker::assess(const PoseHypothesis& found, const SE3& T_last_world,
   return ++weak_frames_ > config_.weak_frames_until_lost ? TrackState::kLost : TrackState::kWeak;
 }
 
-bool Tracker::wants_keyframe(const TrackedFrame& frame, const LocalView& view,
-                             const PoseResult& pose, bool mapper_busy) const {
-  if (state_ != TrackState::kTracking || !config_.proposes_keyframes) return false;
-  KeyframeEvidence evidence;
-  evidence.frames_since_last = frames_since_keyframe_;
-  evidence.tracked_landmarks = pose.landmark_inliers;
-  evidence.reference_landmarks = view.reference().tracked_landmarks;
-  evidence.T_camera_reference = frame.pose.T_camera_reference;
-  evidence.mapper_busy = mapper_busy;
-  for (std::size_t i = 0; i < frame.features->size(); ++i) {
-    const float depth_m = frame.features->points[i].depth_m;
-    if (depth_m <= 0 || frame.static_weight[i] < kMappedWeight) continue;
-    if (depth_m > config_.keyframe.close_depth_m) continue;
-    ++(frame.landmarks[i] != kNoLandmark ? evidence.close_tracked : evidence.close_untracked);
-  }
-  // A view that shows less of the fixed world than a first frame must would map what covers it.
-  if (usable_points(frame, kMappedWeight) < config_.min_start_points) return false;
-  return ygslam::wants_keyframe(evidence, config_.keyframe);
-}
-
-KeyframeCandidate Tracker::make_candidate(const TrackedFrame& frame, std::uint64_t map_version) {
-  KeyframeCandidate candidate{
-      frame.frame, frame.features, frame.read_out, frame.landmarks, frame.static_weight, frame.pose,
-      {},          map_version_};
-  for (const LandmarkId id : seen_order_) candidate.seen.push_back(seen_.at(id));
-  seen_.clear();
-  seen_order_.clear();
-  frames_since_keyframe_ = 0;
-  map_version_ = map_version;
-  return candidate;
-}
-
 /// T_last_world in the map as the view has it.
 SE3 Tracker::last_pose(const LocalView& view) {
   if (view.empty()) return last_->pose.T_camera_reference;
@@ -498,15 +392,6 @@ SE3 Tracker::last_pose(const LocalView& view) {
   const auto on_landmarks = pose_estimator_.pose_on_landmarks(*last_, view, *T_last_world);
   const bool bent = on_landmarks && centre_distance_m(*on_landmarks, *T_last_world) > kLeastBendM;
   return bent ? *on_landmarks : *T_last_world;
-}
-
-void Tracker::remember_seen(const std::vector<KeyframeCandidate::Seen>& seen) {
-  for (const auto& s : seen) {
-    const auto [it, is_new] = seen_.try_emplace(s.id, KeyframeCandidate::Seen{s.id, 0, 0});
-    if (is_new) seen_order_.push_back(s.id);
-    it->second.visible += s.visible;
-    it->second.found += s.found;
-  }
 }
 
 }  // namespace ygslam

@@ -14,8 +14,8 @@
 #include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
 #include "tracking/free_space_check.hpp"
-#include "tracking/keyframe_policy.hpp"
-#include "tracking/odometry.hpp"
+#include "tracking/keyframe_proposer.hpp"
+#include "tracking/localization.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
 #include "tracking/shutter_watch.hpp"
@@ -124,19 +124,9 @@ class Tracker {
   [[nodiscard]] bool is_covered(const TrackedFrame& current, int usable, const LocalView& view);
   [[nodiscard]] KeyframeCandidate make_submap(TrackedFrame& frame, double reach_m,
                                               const LocalView& view);
-  /// How far from the last frame that was surely in the world the camera can be by now.
-  [[nodiscard]] double reach_m(Timestamp now) const;
-  /// It was lost, and is found where it cannot have come by itself.
-  [[nodiscard]] bool is_carried_off(const SE3& T_camera_world, const LocalView& view,
-                                    Timestamp now) const;
-  /// Where it is now is known by what it sees alone: it jumped, or was unseen for long.
-  [[nodiscard]] bool is_doubtful(const SE3& T_camera_world, const SE3& T_last_world,
-                                 const LocalView& view, Timestamp now) const;
-  void doubt(FrameId frame);
   [[nodiscard]] bool starts_submaps() const {
     return config_.starts_submaps && config_.proposes_keyframes;
   }
-  [[nodiscard]] int usable_points(const TrackedFrame& frame, float min_static_weight) const;
   void deliver_place(const SE3& T_camera_world, const LocalView& view, TrackResult& result);
   void move_to(const SE3& T_camera_world, const SE3& T_last_world, bool was_lost, Timestamp stamp);
   [[nodiscard]] std::vector<std::uint8_t> free_space_violations(const TrackedFrame& current,
@@ -152,13 +142,6 @@ class Tracker {
   /// Fills the result, with a candidate where a keyframe is due.
   void deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
                TrackedFrame& current, TrackResult& result);
-  [[nodiscard]] bool wants_keyframe(const TrackedFrame& frame, const LocalView& view,
-                                    const PoseResult& pose, bool mapper_busy) const;
-  /// Hands the frame to the mapper. @param map_version of the view it was tracked in.
-  [[nodiscard]] KeyframeCandidate make_candidate(const TrackedFrame& frame,
-                                                 std::uint64_t map_version);
-  void remember_seen(const std::vector<KeyframeCandidate::Seen>& seen);
-
   TrackerConfig config_;
   const Camera& camera_;
   ShutterWatch shutter_;
@@ -169,27 +152,17 @@ class Tracker {
   Relocalizer relocalizer_;
   MotionModel motion_model_;
   CameraEstimator calibration_;  // of TrackerConfig::calibrated
+  Localization localization_;
+  KeyframeProposer keyframes_;
   Rng rng_;
 
   TrackState state_ = TrackState::kWaiting;
   std::optional<TrackedFrame> last_;    // newest frame with a pose
   bool first_keyframe_is_due_ = false;  // a rolling shutter's waits for the second frame
-  Odometry odometry_;
-  std::uint32_t bends_ = 0;  // of the view it was last posed in
+  std::uint32_t bends_ = 0;             // of the view it was last posed in
   int weak_frames_ = 0;
   int frames_since_loss_ = 1 << 20;
   std::optional<Timestamp> fit_since_;  // lost, and what is seen would do for a submap
-  /// The newest frame with a place in the world that is no guess.
-  struct Placed {
-    KeyframeRelativePose pose;
-    Timestamp stamp;
-  };
-  std::optional<Placed> placed_;
-  FrameId doubtful_since_ = kNoFrame;
-  int frames_since_keyframe_ = 0;
-  std::uint64_t map_version_ = 0;  // of the first view since the last candidate
-  std::unordered_map<LandmarkId, KeyframeCandidate::Seen> seen_;  // since the last candidate
-  std::vector<LandmarkId> seen_order_;
 };
 
 }  // namespace ygslam

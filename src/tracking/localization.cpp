@@ -1,0 +1,59 @@
+#include "tracking/localization.hpp"
+
+#include <algorithm>
+
+namespace ygslam {
+namespace {
+
+constexpr double kSamePlaceM = 0.5;  // a loss that ends this near has moved nothing
+constexpr double kGlanceS = 1.0;     // unseen for longer, the camera may have left the room
+constexpr double kLongerStep = 1.5;  // than the step before: frames are missing
+
+}  // namespace
+
+double Localization::reach_m(Timestamp now) const {
+  return trusted_ ? max_speed_mps_ * seconds_between(now, trusted_->stamp) + kSamePlaceM : 0;
+}
+
+bool Localization::is_carried_off(const Step& step, const LocalView& view) const {
+  if (!step.was_lost || !view.placed) return false;
+  const auto T_trusted_world = trusted_ ? pose_in(view, trusted_->pose) : std::nullopt;
+  return !T_trusted_world ||
+         centre_distance_m(step.T_camera_world, *T_trusted_world) > reach_m(step.stamp);
+}
+
+bool Localization::is_known_by_view_alone(const Step& step, const LocalView& view) const {
+  const double unseen_s = seconds_between(step.stamp, step.last_stamp);
+  const double untrusted_s =
+      view.placed && trusted_ ? seconds_between(step.stamp, trusted_->stamp) : 0;
+  // A camera that takes an image every two seconds is not unseen in between.
+  const double glance_s = std::max(kGlanceS, kLongerStep * usual_step_s_.value_or(unseen_s));
+  const double jump_m = centre_distance_m(step.T_camera_world, step.T_last_world);
+  return std::max(unseen_s, untrusted_s) > glance_s ||
+         jump_m > max_speed_mps_ * unseen_s + kSamePlaceM;
+}
+
+Localization::Arrival Localization::arrive(const Step& step, const LocalView& view) {
+  Arrival arrival = Arrival::kFollowed;
+  if (is_carried_off(step, view)) {
+    arrival = Arrival::kCarriedOff;
+  } else if (is_known_by_view_alone(step, view)) {
+    arrival = Arrival::kByView;
+  }
+  if (arrival != Arrival::kFollowed) doubt(step.frame);
+  usual_step_s_ = seconds_between(step.stamp, step.last_stamp);
+  return arrival;
+}
+
+void Localization::doubt(FrameId frame) {
+  odometry_.doubt();
+  doubtful_since_ = frame;
+}
+
+Odometry::Place Localization::place(const SE3& T_camera_world, const LocalView& view) {
+  const FrameId mapped = view.empty() ? doubtful_since_ : view.reference().data->frame;
+  const bool sees_known_ground = mapped == kNoFrame || index(mapped) < index(doubtful_since_);
+  return odometry_.place(T_camera_world.inverse(), sees_known_ground);
+}
+
+}  // namespace ygslam

@@ -1,0 +1,62 @@
+// Where the camera is in the world, and whether that can be relied on: after a loss, a gap or a
+// jump a place is known by what is seen alone, and another room may look the same.
+#pragma once
+
+#include <optional>
+
+#include "tracking/odometry.hpp"
+#include "tracking/view_poses.hpp"
+
+namespace ygslam {
+
+class Localization {
+ public:
+  /// @param max_speed_mps faster than this a camera is not carried.
+  explicit Localization(double max_speed_mps) : max_speed_mps_(max_speed_mps) {}
+
+  /// Surely in the world: the run's first frame, or one that follows such a frame.
+  void trust(const KeyframeRelativePose& pose, Timestamp stamp) { trusted_ = {{pose, stamp}}; }
+
+  /// A frame with a pose, and the last one before it in the same map.
+  struct Step {
+    FrameId frame = kNoFrame;
+    Timestamp stamp, last_stamp;
+    SE3 T_camera_world, T_last_world;
+    bool was_lost = false;
+  };
+  enum class Arrival : std::uint8_t {
+    kFollowed,    ///< from frame to frame
+    kByView,      ///< it jumped, or was unseen for long: known by what it sees alone
+    kCarriedOff,  ///< it was lost, and is found where it cannot have come by itself
+  };
+  /// From kByView and kCarriedOff on the place is provisional, see Odometry::doubt().
+  Arrival arrive(const Step& step, const LocalView& view);
+  /// Found by what it sees, without anything before.
+  void arrive(FrameId frame) { doubt(frame); }
+
+  /// @param T_now_last motion of the camera since its last frame with a pose.
+  void move(const SE3& T_now_last) { odometry_.move(T_now_last); }
+  /// After move() and arrive().
+  [[nodiscard]] Odometry::Place place(const SE3& T_camera_world, const LocalView& view);
+
+  /// How far from the last trusted frame the camera can be by now.
+  [[nodiscard]] double reach_m(Timestamp now) const;
+  [[nodiscard]] const SE3& T_odom_camera() const { return odometry_.T_odom_camera(); }
+
+ private:
+  struct Trusted {
+    KeyframeRelativePose pose;
+    Timestamp stamp;
+  };
+  [[nodiscard]] bool is_carried_off(const Step& step, const LocalView& view) const;
+  [[nodiscard]] bool is_known_by_view_alone(const Step& step, const LocalView& view) const;
+  void doubt(FrameId frame);
+
+  double max_speed_mps_;
+  Odometry odometry_;
+  std::optional<Trusted> trusted_;
+  FrameId doubtful_since_ = kNoFrame;
+  std::optional<double> usual_step_s_;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,78 @@
+#include "tracking/localization.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ygslam {
+namespace {
+
+using Arrival = Localization::Arrival;
+
+constexpr double kMaxSpeedMps = 1;
+
+SE3 camera_at(double x_m) { return SE3(Mat3::Identity(), Vec3(x_m, 0, 0)).inverse(); }
+Timestamp at_s(double s) { return {to_ns(s)}; }
+
+struct Walk {
+  LocalView view;  // of the run's first keyframe alone
+  Localization localization{kMaxSpeedMps};
+  double last_s = 0, last_x_m = 0;
+  std::uint32_t frame = 0;
+
+  Walk() {
+    view.origin = KeyframeId(0);
+    view.others = {{KeyframeId(0), SE3()}};
+    localization.trust({kNoKeyframe, SE3()}, at_s(0));
+  }
+  Arrival go(double s, double x_m, bool was_lost = false) {
+    const Arrival arrival = localization.arrive(
+        {FrameId(++frame), at_s(s), at_s(last_s), camera_at(x_m), camera_at(last_x_m), was_lost},
+        view);
+    localization.move(camera_at(x_m) * camera_at(last_x_m).inverse());
+    if (arrival != Arrival::kCarriedOff) localization.trust({kNoKeyframe, camera_at(x_m)}, at_s(s));
+    last_s = s;
+    last_x_m = x_m;
+    return arrival;
+  }
+  [[nodiscard]] bool is_provisional() {
+    return localization.place(camera_at(last_x_m), view).provisional;
+  }
+};
+
+TEST(Localization, FollowedFromFrameToFrameItIsSure) {
+  Walk walk;
+  for (int i = 1; i <= 90; ++i) {
+    EXPECT_EQ(walk.go(i / 30.0, i / 90.0), Arrival::kFollowed);
+    EXPECT_FALSE(walk.is_provisional());
+  }
+}
+
+TEST(Localization, WhatWasUnseenForLongOrJumpedIsKnownByItsViewAlone) {
+  Walk unseen;
+  EXPECT_EQ(unseen.go(0.1, 0), Arrival::kFollowed);
+  EXPECT_EQ(unseen.go(2.0, 0), Arrival::kByView);
+  EXPECT_TRUE(unseen.is_provisional());
+  Walk jumped;
+  EXPECT_EQ(jumped.go(0.1, 1.0), Arrival::kByView);
+  EXPECT_TRUE(jumped.is_provisional());
+}
+
+TEST(Localization, AnImageEveryTwoSecondsIsNoGap) {
+  Walk walk;
+  for (int i = 1; i <= 20; ++i) EXPECT_EQ(walk.go(2 * i, 0.1 * i), Arrival::kFollowed) << i;
+  EXPECT_EQ(walk.go(44, 2.1), Arrival::kByView) << "an image is missing";
+}
+
+TEST(Localization, FoundWhereItCannotHaveComeItWasCarried) {
+  Walk near;
+  EXPECT_EQ(near.go(0.1, 0.4, true), Arrival::kFollowed);
+  Walk far;
+  EXPECT_EQ(far.go(0.1, 3, true), Arrival::kCarriedOff);
+  EXPECT_NEAR(far.localization.reach_m(at_s(0.1)), 0.6, 1e-9);
+  EXPECT_TRUE(far.is_provisional());
+  Walk in_submap;
+  in_submap.view.placed = false;
+  EXPECT_EQ(in_submap.go(0.1, 3, true), Arrival::kByView) << "its place is a guess anyway";
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -1,0 +1,46 @@
+#include "tracking/view_poses.hpp"
+
+#include <algorithm>
+
+namespace ygslam {
+namespace {
+
+constexpr double kClearlyMore = 1.5;  // times as many shared landmarks
+
+}  // namespace
+
+KeyframeRelativePose relative_to_keyframe(const SE3& T_camera_world, const LocalView& view) {
+  if (view.empty()) return {kNoKeyframe, T_camera_world};
+  const ViewKeyframe& reference = view.reference();
+  return {reference.data->id, T_camera_world * reference.T_camera_world.inverse()};
+}
+
+std::optional<SE3> pose_in(const LocalView& view, const KeyframeRelativePose& pose) {
+  const auto T_reference_world = view.pose_of(pose.reference);
+  if (!T_reference_world) return std::nullopt;
+  return pose.T_camera_reference * *T_reference_world;
+}
+
+std::optional<KeyframeId> better_reference(const TrackedFrame& frame, const LocalView& view) {
+  std::vector<std::uint8_t> seen(view.landmarks.size(), 0);
+  for (const LandmarkId id : frame.landmarks)
+    if (const std::int32_t i = id == kNoLandmark ? -1 : view.find(id); i >= 0) seen[i] = 1;
+  const auto shared = [&](const ViewKeyframe& keyframe) {
+    return std::count_if(keyframe.landmarks.begin(), keyframe.landmarks.end(),
+                         [&](std::int32_t i) { return i >= 0 && seen[i] != 0; });
+  };
+  const auto best = std::max_element(
+      view.keyframes.begin(), view.keyframes.end(),
+      [&](const ViewKeyframe& a, const ViewKeyframe& b) { return shared(a) < shared(b); });
+  if (best == view.keyframes.end()) return std::nullopt;
+  if (static_cast<double>(shared(*best)) <=
+      kClearlyMore * static_cast<double>(shared(view.reference())))
+    return std::nullopt;
+  return best->data->id;
+}
+
+double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world) {
+  return (T_a_world.inverse().t() - T_b_world.inverse().t()).norm();
+}
+
+}  // namespace ygslam

@@ -11,9 +11,10 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
 # Bottom up. Folders of one line do not know each other.
 LAYERS = (("core",), ("geometry", "image"), ("scene",), ("features", "segment", "optim", "volume"), ("objects",), ("map", "motion"),
-          ("tracking", "mapping", "loop", "dense"), ("system",), ("facade",), ("app",))
+          ("tracking", "mapping", "loop", "dense"), ("system",), ("live",), ("facade",), ("app",))
 # Beside the layers: what each may use.
 SIDE = {"io": {"core", "geometry", "image"},
+        "bag": {"core", "geometry", "image"},
         "eval": {"core", "geometry", "image", "io"},
         "benchmark_runs": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"},
@@ -23,7 +24,7 @@ SIDE = {"io": {"core", "geometry", "image"},
 # Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
 ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence"),
          "motion": ("flow", "masks", "checks", "classification")}
-USERS_OF_SIDE = {"system", "facade", "app"}
+USERS_OF_SIDE = {"system", "live", "facade", "app"}
 
 HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h|zlib\.h|octomap/)")
 CV_VIEW = "image/cv_view.hpp"  # hands our images to OpenCV; for .cpp files

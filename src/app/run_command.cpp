@@ -14,6 +14,7 @@
 #include "eval/report.hpp"
 #include "geometry/rolling_shutter.hpp"
 #include "io/atomic_file.hpp"
+#include "live/run_recorder.hpp"
 #include "scene_file/export_scene.hpp"
 #include "system/map_saver.hpp"
 #include "system/metrics.hpp"
@@ -126,6 +127,13 @@ Status process_frames(Run& run, LogFile& log_file) {
   run.session.runner->add_sink(log_frame);
   run.session.runner->add_sink(
       [&run](const FrameRecord& record, const TrackResult&) { run.files->add(record); });
+  std::optional<RunRecorder> recorder;
+  Status recorded = Ok{};
+  if (!o.mcap.empty()) {
+    auto created = RunRecorder::create(o.mcap, run.sequence.camera);
+    if (!created.ok()) return created.error();
+    recorder = std::move(created).value();
+  }
   ProgressBar progress(run.reader->counts().offered, is_quiet());
   bool first = true;
   std::optional<Error> picture_error;
@@ -141,6 +149,7 @@ Status process_frames(Run& run, LogFile& log_file) {
       Status drawn = pictures->add(*frame, result);
       if (!drawn.ok()) picture_error = drawn.error();
     }
+    if (recorder && recorded.ok()) recorded = recorder->add(**frame, result, *run.session.runner);
     progress.update(index((*frame)->id) + 1, to_string(result.state));
     run.interrupted_by = StopSignal::received();
     if (run.interrupted_by) break;
@@ -153,8 +162,9 @@ Status process_frames(Run& run, LogFile& log_file) {
   if (outcome.statistics.frames == 0 && !run.interrupted_by) {
     return Error{ErrorKind::kInput, o.sequence + ": not one frame could be read"};
   }
+  if (recorder && recorded.ok()) recorded = recorder->finish(*run.session.runner);
   if (picture_error) return *picture_error;
-  return Ok{};
+  return recorded;
 }
 
 void add_truth(const Run& run, std::span<const StampedPose> trajectory,
@@ -328,6 +338,10 @@ void declare_options(CLI::App& command, RunOptions& o) {
   command
       .add_option("--save-map", o.save_map,
                   "Keep the map in this file while it grows (see docs/maps.md)")
+      ->type_name("FILE");
+  command
+      .add_option("--mcap", o.mcap,
+                  "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)")
       ->type_name("FILE");
   command
       .add_option(

@@ -21,6 +21,7 @@ struct RunOptions {
   std::string model, segmenter = "model", dynamic_mode;
   std::string camera_file, config_file, debug_dir;
   std::string load_map, save_map, export_dir;
+  std::string mcap;               ///< empty = none
   bool localize = false;          ///< in the loaded map, which stays as it is
   std::vector<std::string> sets;  ///< key=value
   std::size_t from = 0, to = 0, stride = 1;

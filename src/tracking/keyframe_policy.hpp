@@ -22,7 +22,7 @@ struct KeyframeEvidence {
   int reference_landmarks = 0;  ///< well-observed landmarks of the reference keyframe
   int close_tracked = 0;        ///< static features with near depth and a landmark
   int close_untracked = 0;      ///< the same without
-  SE3 T_camera_reference;
+  SE3 T_camera_nearest;         ///< from the keyframe in view that was taken nearest to here
   bool mapper_busy = false;
 };
 

@@ -40,9 +40,9 @@ TEST(KeyframePolicy, ThinningMatchesMakeOneOnceTheCameraMoved) {
   KeyframeEvidence e = content();
   e.tracked_landmarks = static_cast<int>(kConfig.tracked_ratio * e.reference_landmarks) - 1;
   EXPECT_FALSE(wants_keyframe(e, kConfig));
-  e.T_camera_reference = moved(kConfig.min_translation_m * 1.1);
+  e.T_camera_nearest = moved(kConfig.min_translation_m * 1.1);
   EXPECT_TRUE(wants_keyframe(e, kConfig));
-  e.T_camera_reference = SE3(so3_exp(Vec3(0, kConfig.min_rotation_rad * 1.1, 0)), Vec3::Zero());
+  e.T_camera_nearest = SE3(so3_exp(Vec3(0, kConfig.min_rotation_rad * 1.1, 0)), Vec3::Zero());
   EXPECT_TRUE(wants_keyframe(e, kConfig)) << "turning is moving";
   e.tracked_landmarks = e.reference_landmarks;
   EXPECT_FALSE(wants_keyframe(e, kConfig));
@@ -50,7 +50,7 @@ TEST(KeyframePolicy, ThinningMatchesMakeOneOnceTheCameraMoved) {
 
 TEST(KeyframePolicy, AMovingCameraMakesOneEverySoOften) {
   KeyframeEvidence e = content();
-  e.T_camera_reference = moved(0.1);
+  e.T_camera_nearest = moved(0.1);
   e.frames_since_last = kConfig.max_interval_frames;
   EXPECT_TRUE(wants_keyframe(e, kConfig));
   --e.frames_since_last;
@@ -62,14 +62,14 @@ TEST(KeyframePolicy, NeverTwoInShortOrder) {
   e.close_tracked = 0;
   e.close_untracked = 1000;
   e.tracked_landmarks = 0;
-  e.T_camera_reference = moved(1);
+  e.T_camera_nearest = moved(1);
   e.frames_since_last = kConfig.min_interval_frames - 1;
   EXPECT_FALSE(wants_keyframe(e, kConfig));
 }
 
 TEST(KeyframePolicy, ABusyMapperGetsOnlyWhatTrackingStarvesFor) {
   KeyframeEvidence due = content();
-  due.T_camera_reference = moved(0.1);
+  due.T_camera_nearest = moved(0.1);
   due.frames_since_last = 10 * kConfig.max_interval_frames;
   due.mapper_busy = true;
   EXPECT_FALSE(wants_keyframe(due, kConfig));

@@ -1,6 +1,22 @@
 #include "tracking/keyframe_proposer.hpp"
 
+#include <algorithm>
+
 namespace ygslam {
+
+/// A camera that sways comes back to where keyframes were taken, and adds nothing.
+SE3 KeyframeProposer::motion_from_nearest(const TrackedFrame& frame, const LocalView& view) const {
+  const SE3 T_camera_world = frame.pose.T_camera_reference * view.reference().T_camera_world;
+  const auto steps = [&](const SE3& T) {  // the larger of both in what counts as having moved
+    return std::max(T.t().norm() / config_.min_translation_m, T.angle() / config_.min_rotation_rad);
+  };
+  SE3 nearest = frame.pose.T_camera_reference;
+  for (const ViewKeyframe& keyframe : view.keyframes) {
+    const SE3 T_camera_keyframe = T_camera_world * keyframe.T_camera_world.inverse();
+    if (steps(T_camera_keyframe) < steps(nearest)) nearest = T_camera_keyframe;
+  }
+  return nearest;
+}
 
 bool KeyframeProposer::wants(const TrackedFrame& frame, const LocalView& view,
                              const PoseResult& pose, bool mapper_busy) const {
@@ -9,7 +25,7 @@ bool KeyframeProposer::wants(const TrackedFrame& frame, const LocalView& view,
   evidence.frames_since_last = frames_since_keyframe_;
   evidence.tracked_landmarks = pose.landmark_inliers;
   evidence.reference_landmarks = view.reference().tracked_landmarks;
-  evidence.T_camera_reference = frame.pose.T_camera_reference;
+  evidence.T_camera_nearest = motion_from_nearest(frame, view);
   evidence.mapper_busy = mapper_busy;
   for (std::size_t i = 0; i < frame.features->size(); ++i) {
     const float depth_m = frame.features->points[i].depth_m;

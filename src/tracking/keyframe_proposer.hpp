@@ -33,6 +33,8 @@ class KeyframeProposer {
   [[nodiscard]] KeyframeCandidate make(const TrackedFrame& frame, std::uint64_t map_version);
 
  private:
+  [[nodiscard]] SE3 motion_from_nearest(const TrackedFrame& frame, const LocalView& view) const;
+
   KeyframePolicyConfig config_;
   int min_points_;
   int frames_since_keyframe_ = 0;

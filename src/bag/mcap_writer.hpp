@@ -1,0 +1,70 @@
+// Recordings in MCAP (mcap.dev/spec), which Foxglove, Lichtblick, Rerun and ROS 2 open: chunks
+// compressed with Zstandard, with an index at the end. A file whose writer died is readable up to
+// its last chunk.
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bag/ros_messages.hpp"
+#include "core/result.hpp"
+
+namespace ygslam {
+
+class McapWriter {
+ public:
+  /// Replaces an older recording of that name.
+  /// @return kOutput if the file cannot be written, or is there and no recording.
+  static Result<McapWriter> create(const std::filesystem::path& path);
+
+  /// @param type, schema see ros::schema_of(). @return the channel to write to.
+  std::uint16_t add_channel(const std::string& topic, const std::string& type);
+  /// @return kOutput, from the first write that failed on.
+  Status write(std::uint16_t channel, Timestamp stamp, const Bytes& cdr);
+  template <typename Message>
+  Status write(const std::string& topic, Timestamp stamp, const Message& message) {
+    const auto it = channel_of_.find(topic);
+    const std::uint16_t channel =
+        it == channel_of_.end() ? add_channel(topic, Message::kType) : it->second;
+    return write(channel, stamp, to_cdr(message));
+  }
+  /// Puts what is not in the file yet there, so that it survives what may come.
+  Status flush();
+  /// The index. Nothing may be written afterwards.
+  Status finish();
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  struct Entry {  // of a chunk's index
+    std::int64_t ns;
+    std::uint64_t offset;
+  };
+  struct ChunkPlace {
+    std::int64_t first_ns, last_ns;
+    std::uint64_t offset, bytes, index_bytes, compressed, uncompressed;
+    std::map<std::uint16_t, std::uint64_t> index_offsets;
+  };
+
+  explicit McapWriter(std::filesystem::path path, std::FILE* file);
+  Status put(const Bytes& bytes);
+  Status close_chunk();
+
+  std::filesystem::path path_;
+  std::unique_ptr<std::FILE, CloseFile> file_;
+  std::uint64_t at_ = 0;  // bytes in the file
+  Bytes chunk_;
+  std::map<std::uint16_t, std::vector<Entry>> chunk_index_;
+  std::vector<ChunkPlace> chunks_;
+  std::map<std::string, std::uint16_t> channel_of_, schema_of_;
+  std::map<std::uint16_t, std::uint64_t> counts_;
+  std::vector<Bytes> schemas_, channels_;  // records, again at the end
+  std::optional<Error> failed_;
+};
+
+}  // namespace ygslam

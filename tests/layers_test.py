@@ -26,7 +26,7 @@ ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "seque
          "motion": ("flow", "masks", "checks", "classification")}
 USERS_OF_SIDE = {"system", "live", "facade", "app"}
 
-HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h|zlib\.h|octomap/)")
+HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h|zlib\.h|boost/|octomap/)")
 CV_VIEW = "image/cv_view.hpp"  # hands our images to OpenCV; for .cpp files
 
 

@@ -15,6 +15,7 @@
 #include "geometry/rolling_shutter.hpp"
 #include "io/atomic_file.hpp"
 #include "live/run_recorder.hpp"
+#include "live/run_view.hpp"
 #include "scene_file/export_scene.hpp"
 #include "system/map_saver.hpp"
 #include "system/metrics.hpp"
@@ -60,6 +61,7 @@ struct Run {
   std::unique_ptr<MapSaver> map_saver;  // the session's map goes to it
   Session session;
   std::optional<FrameFiles> files;
+  std::unique_ptr<RunView> view;
   RunFacts facts;
   int interrupted_by = 0;
 };
@@ -113,6 +115,48 @@ void start_reader(Run& run) {
   run.reader = std::make_unique<FrameReader>(run.sequence, config);
 }
 
+Result<std::unique_ptr<RunView>> start_view(const Run& run) {
+  const RunOptions& o = run.options;
+  auto config = parse_view_address(*o.view);
+  if (!config.ok()) return config.error();
+  config->token = o.view_token;
+  config->origins = o.view_origins;
+  auto view = RunView::start(
+      {*config, run.sequence.camera, o.realtime, !o.save_map.empty(), o.view_paused});
+  if (!view.ok()) return view.error();
+  std::fprintf(stderr, "look at %s\n", (*view)->url().c_str());
+  return view;
+}
+
+/// Forgets all that was, in the run's files too.
+Status begin_anew(Run& run) {
+  run.session.runner->reset();
+  auto files = FrameFiles::create(run.options.out_dir, run.sequence.stamp_decimals,
+                                  !run.options.deterministic);
+  if (!files.ok()) return files.error();
+  run.files = std::move(*files);
+  log::info("begun anew, as the live page asked");
+  return Ok{};
+}
+
+/// Does what those who drive wish until the frame is due. @return false if the run is to end.
+bool await_turn(Run& run, Timestamp stamp) {
+  Runner& runner = *run.session.runner;
+  for (;;) {
+    const auto wishes =
+        run.view->wait_turn(stamp, runner, [] { return StopSignal::received() != 0; });
+    if (wishes.save && run.map_saver) run.map_saver->save(runner.map());
+    if (wishes.reset) {
+      if (Status begun = begin_anew(run); !begun.ok()) {
+        log::error("{}", begun.error().message);
+        return false;
+      }
+    }
+    if (wishes.stop) return false;
+    if (wishes.go || StopSignal::received()) return true;
+  }
+}
+
 Status process_frames(Run& run, LogFile& log_file) {
   const RunOptions& o = run.options;
   std::optional<DebugImages> pictures;
@@ -134,6 +178,11 @@ Status process_frames(Run& run, LogFile& log_file) {
     if (!created.ok()) return created.error();
     recorder = std::move(created).value();
   }
+  if (o.view) {
+    auto started = start_view(run);
+    if (!started.ok()) return started.error();
+    run.view = std::move(started).value();
+  }
   ProgressBar progress(run.reader->counts().offered, is_quiet());
   bool first = true;
   std::optional<Error> picture_error;
@@ -144,10 +193,15 @@ Status process_frames(Run& run, LogFile& log_file) {
       if (Status placed = log_file.place(); !placed.ok()) return placed;
       warn_about_depth(**frame);
     }
+    if (run.view && !await_turn(run, (*frame)->stamp)) break;
     const TrackResult result = run.session.runner->process(*frame);
     if (pictures && !picture_error) {
       Status drawn = pictures->add(*frame, result);
       if (!drawn.ok()) picture_error = drawn.error();
+    }
+    if (run.view) {
+      run.view->show(*frame, result);
+      run.view->show_map(*run.session.runner);
     }
     if (recorder && recorded.ok()) recorded = recorder->add(**frame, result, *run.session.runner);
     progress.update(index((*frame)->id) + 1, to_string(result.state));
@@ -287,6 +341,11 @@ Result<int> run_all(Run& run) {
     if (!written.ok()) return written.error();
   }
   if (!processed.ok()) return processed.error();
+  if (run.view && o.view_stay) {
+    run.view->finish(*run.session.runner);
+    log::info("the page stays until it is interrupted (Ctrl-C)");
+    run.view->stay([] { return StopSignal::received() != 0; });
+  }
   if (outcome.statistics.frames == 0) return 128 + run.interrupted_by;  // nothing to save
   const bool lost = 1 - coverage(outcome) > run.config.run.max_lost_share && !run.interrupted_by;
   if (lost)
@@ -339,6 +398,24 @@ void declare_options(CLI::App& command, RunOptions& o) {
       .add_option("--save-map", o.save_map,
                   "Keep the map in this file while it grows (see docs/maps.md)")
       ->type_name("FILE");
+  command
+      .add_option("--view", o.view,
+                  "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
+      ->expected(0, 1)
+      ->default_str("")
+      ->type_name("[[ADDRESS:]PORT]");
+  command.add_flag("--view-stay", o.view_stay, "Keep the page after the end, until Ctrl-C");
+  command.add_flag("--view-paused", o.view_paused,
+                   "Wait before the first frame for Resume or Step");
+  command
+      .add_option("--view-token", o.view_token,
+                  "Whoever knows it may drive the run; needed to look on from other machines "
+                  "(default: a new one)")
+      ->type_name("TEXT");
+  command
+      .add_option("--view-origin", o.view_origins,
+                  "Page of another program that may connect, e.g. https://app.example.org")
+      ->type_name("ORIGIN");
   command
       .add_option("--mcap", o.mcap,
                   "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)")

@@ -21,7 +21,12 @@ struct RunOptions {
   std::string model, segmenter = "model", dynamic_mode;
   std::string camera_file, config_file, debug_dir;
   std::string load_map, save_map, export_dir;
-  std::string mcap;               ///< empty = none
+  std::string mcap;                   ///< empty = none
+  std::optional<std::string> view{};  ///< where the live page listens; none = nowhere
+  bool view_paused = false;           ///< before the first frame
+  bool view_stay = false;             ///< after the end, until it is interrupted
+  std::string view_token;             ///< empty = a new one
+  std::vector<std::string> view_origins;
   bool localize = false;          ///< in the loaded map, which stays as it is
   std::vector<std::string> sets;  ///< key=value
   std::size_t from = 0, to = 0, stride = 1;

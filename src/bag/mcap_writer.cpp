@@ -90,7 +90,11 @@ std::uint16_t McapWriter::add_channel(const std::string& topic, const std::strin
   return channel;
 }
 
-Status McapWriter::write(std::uint16_t channel, Timestamp stamp, const Bytes& cdr) {
+Status McapWriter::write(const std::string& topic, const std::string& type, Timestamp stamp,
+                         const Bytes& cdr) {
+  const auto known = channel_of_.find(topic);
+  const std::uint16_t channel =
+      known == channel_of_.end() ? add_channel(topic, type) : known->second;
   const auto count = static_cast<std::uint32_t>(counts_[channel]++);
   chunk_index_[channel].push_back({stamp.ns, chunk_.size()});
   append(chunk_, Record(kMessage)

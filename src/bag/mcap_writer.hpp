@@ -21,17 +21,10 @@ class McapWriter {
   /// @return kOutput if the file cannot be written, or is there and no recording.
   static Result<McapWriter> create(const std::filesystem::path& path);
 
-  /// @param type, schema see ros::schema_of(). @return the channel to write to.
-  std::uint16_t add_channel(const std::string& topic, const std::string& type);
+  /// @param type of the topic, which stays the same; see ros::schema_of().
   /// @return kOutput, from the first write that failed on.
-  Status write(std::uint16_t channel, Timestamp stamp, const Bytes& cdr);
-  template <typename Message>
-  Status write(const std::string& topic, Timestamp stamp, const Message& message) {
-    const auto it = channel_of_.find(topic);
-    const std::uint16_t channel =
-        it == channel_of_.end() ? add_channel(topic, Message::kType) : it->second;
-    return write(channel, stamp, to_cdr(message));
-  }
+  Status write(const std::string& topic, const std::string& type, Timestamp stamp,
+               const Bytes& cdr);
   /// Puts what is not in the file yet there, so that it survives what may come.
   Status flush();
   /// The index. Nothing may be written afterwards.
@@ -52,6 +45,7 @@ class McapWriter {
   };
 
   explicit McapWriter(std::filesystem::path path, std::FILE* file);
+  std::uint16_t add_channel(const std::string& topic, const std::string& type);
   Status put(const Bytes& bytes);
   Status close_chunk();
 

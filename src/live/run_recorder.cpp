@@ -1,5 +1,7 @@
 #include "live/run_recorder.hpp"
 
+#include <limits>
+
 namespace ygslam {
 namespace {
 
@@ -15,15 +17,15 @@ Result<RunRecorder> RunRecorder::create(const std::filesystem::path& file,
   return RunRecorder(std::move(writer).value(), camera);
 }
 
+bool RunRecorder::wants(std::string_view /*topic*/) const { return status_.ok(); }
+
+void RunRecorder::put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr) {
+  if (status_.ok()) status_ = writer_.write(std::string(topic), type, stamp, cdr);
+}
+
 Status RunRecorder::add(const RgbdFrame& frame, const TrackResult& result, Runner& runner) {
   now_ = frame.stamp;
-  put("/tf", tf_message(frame, result));
-  put("/odometry", odometry_message(frame, result));
-  put("/camera/image/compressed", image_message(frame));
-  put("/camera/camera_info", camera_info_message(camera_, now_));
-  put("/camera/annotations", annotation_message(frame, result));
-  put("/objects", object_message(frame, result));
-  put("/state", state_message(frame, result));
+  publish_frame(frame, result, camera_, *this);
   if (!map_stamp_ || seconds_between(now_, *map_stamp_) >= kMapEveryS)
     return add_map(runner, kMostPointsAtOnce);
   return status_;
@@ -31,10 +33,7 @@ Status RunRecorder::add(const RgbdFrame& frame, const TrackResult& result, Runne
 
 Status RunRecorder::add_map(Runner& runner, std::size_t most_points) {
   map_stamp_ = now_;
-  const Map map = runner.map();
-  put("/landmarks", landmark_message(map, now_));
-  put("/path", path_message(map, now_));
-  put("/cloud", cloud_message(runner.cloud(), most_points, now_));
+  publish_map(runner, now_, most_points, *this);
   if (status_.ok()) status_ = writer_.flush();
   return status_;
 }

@@ -2,15 +2,13 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 
 #include "bag/mcap_writer.hpp"
-#include "live/run_messages.hpp"
-#include "system/runner.hpp"
+#include "live/run_topics.hpp"
 
 namespace ygslam {
 
-class RunRecorder {
+class RunRecorder : private MessageSink {
  public:
   /// @return as McapWriter::create().
   static Result<RunRecorder> create(const std::filesystem::path& file, const CameraConfig& camera);
@@ -23,11 +21,9 @@ class RunRecorder {
  private:
   RunRecorder(McapWriter writer, const CameraConfig& camera)
       : writer_(std::move(writer)), camera_(camera) {}
+  [[nodiscard]] bool wants(std::string_view topic) const override;
+  void put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr) override;
   Status add_map(Runner& runner, std::size_t most_points);
-  template <typename Message>
-  void put(const char* topic, const Message& message) {
-    if (status_.ok()) status_ = writer_.write(topic, now_, message);
-  }
 
   McapWriter writer_;
   CameraConfig camera_;

@@ -25,7 +25,7 @@ MapSaver::~MapSaver() {
 void MapSaver::look(const Map& map) {
   if (1e-3 * since_last_.wall_ms() < every_s_) return;
   since_last_ = ScopedTimer();
-  queue_.push(map);
+  save(map);
 }
 
 void MapSaver::write(const Map& map) {

@@ -25,6 +25,8 @@ class MapSaver {
 
   /// Takes a copy where it is time to write. Returns at once.
   void look(const Map& map);
+  /// Writes it soon, whatever the time. Returns at once.
+  void save(const Map& map) { queue_.push(map); }
   /// The map as it is at the end. @return what could not be written (kOutput).
   Status finish(const Map& map);
 

@@ -1,0 +1,237 @@
+// The page: a client of the same protocol that Foxglove speaks.
+'use strict';
+
+const $ = (id) => document.getElementById(id);
+const kHistory = 300, kMostSteps = 20000;
+
+const scene = new Scene($('scene'));
+const channels = new Map();       // topic to channel
+const topicOf = new Map();        // subscription to topic
+const services = new Map();       // name to number
+const last = {};                  // topic to its newest message
+const history = {time: [], points: [], age: []};
+const way = [];                   // where the camera was, in map
+let socket, calls = 0, frames = [], token = location.hash.slice(1);
+
+function say(text) { $('said').textContent = text; }
+
+function connect() {
+  const query = token ? `?token=${encodeURIComponent(token)}` : '';
+  socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/ws${query}`, ['foxglove.websocket.v1']);
+  socket.binaryType = 'arraybuffer';
+  socket.onmessage = (event) => typeof event.data === 'string' ? hear(JSON.parse(event.data)) : take(event.data);
+  socket.onclose = () => { setState('the run has ended, or is not reached', 'error'); for (const b of $('drive').children) b.disabled = true; setTimeout(connect, 2000); };
+}
+
+function hear(message) {
+  if (message.op === 'advertise') {
+    const subscriptions = [];
+    for (const channel of message.channels) {
+      if (!decoders[channel.schemaName]) continue;
+      channels.set(channel.topic, channel);
+      topicOf.set(channel.id, channel.topic);
+      subscriptions.push({id: channel.id, channelId: channel.id});
+    }
+    way.length = 0;
+    frames = [];
+    setState('waiting for a frame', '');
+    socket.send(JSON.stringify({op: 'subscribe', subscriptions}));
+  } else if (message.op === 'advertiseServices') {
+    for (const service of message.services) services.set(service.name, service.id);
+    for (const b of $('drive').children) { b.disabled = !token; b.title = token ? '' : 'open the address with the token that the run printed'; }
+  } else if (message.op === 'serviceCallFailure' || message.op === 'status') {
+    say(message.message);
+  }
+}
+
+function call(name) {
+  const bytes = new Uint8Array(1 + 4 + 4 + 4 + 3 + 4), view = new DataView(bytes.buffer);
+  bytes[0] = 2;
+  view.setUint32(1, services.get(name), true);
+  view.setUint32(5, ++calls, true);
+  view.setUint32(9, 3, true);
+  bytes.set(new TextEncoder().encode('cdr'), 13);
+  bytes.set([0, 1, 0, 0], 16);
+  socket.send(bytes);
+}
+for (const button of $('drive').children) button.addEventListener('click', () => call(button.dataset.service));
+
+function take(buffer) {
+  const view = new DataView(buffer);
+  if (view.getUint8(0) === 3) {  // a service's answer
+    const reader = new Cdr(buffer, 13 + view.getUint32(9, true));
+    const done = reader.u8() !== 0;
+    say((done ? '' : 'not done: ') + reader.string());
+    return;
+  }
+  const topic = topicOf.get(view.getUint32(1, true));
+  if (view.getUint8(0) !== 1 || !topic) return;
+  const message = decoders[channels.get(topic).schemaName](new Cdr(buffer, 13));
+  last[topic] = message;
+  const shown = shows[topic];
+  if (shown) shown(message);
+}
+
+const shows = {
+  '/tf': (of) => {
+    if (!of.odom || !of.camera) return;
+    const pose = composed(of.odom, of.camera);
+    way.push(pose.t);
+    if (way.length > kMostSteps) way.splice(0, way.length - kMostSteps);
+    scene.set('way', 'LINE_STRIP', new Float32Array(way.flat()), repeated(colourOf('--accent'), way.length));
+    const corner = (y, z) => add(pose.t, turned(pose.q, [0.25, 0.16 * y, 0.12 * z]));
+    const corners = [corner(1, 1), corner(-1, 1), corner(-1, -1), corner(1, -1)];
+    const edges = corners.flatMap((c, i) => [pose.t, c, c, corners[(i + 1) % 4]]);
+    scene.lines('camera', edges, colourOf('--accent'));
+    if ($('follow').checked) scene.target = add(pose.t, turned(pose.q, [1.5, 0, 0]));
+  },
+  '/camera/image/compressed': async (image) => {
+    const bitmap = await createImageBitmap(new Blob([image.data], {type: 'image/jpeg'}));
+    const canvas = $('image');
+    if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) Object.assign(canvas, {width: bitmap.width, height: bitmap.height});
+    const g = canvas.getContext('2d');
+    g.drawImage(bitmap, 0, 0);
+    bitmap.close();
+    annotate(g);
+  },
+  '/objects': (markers) => {
+    const boxes = markers.filter((m) => m.ns === 'objects'), edges = [];
+    for (const m of boxes) {
+      const corner = (i) => [0, 1, 2].map((k) => m.pose.t[k] + ((i >> k & 1) - 0.5) * m.scale[k]);
+      for (let i = 0; i < 8; ++i) for (const k of [1, 2, 4]) if (!(i & k)) edges.push(corner(i), corner(i | k));
+    }
+    for (const m of markers) if (m.ns === 'velocities') edges.push(...m.points);
+    scene.lines('objects', edges, colourOf('--dynamic'));
+    scene.names = markers.filter((m) => m.ns === 'names').map((m) => ({text: m.text, at: m.pose.t}));
+    const rows = markers.filter((m) => m.ns === 'velocities').map((m) => {
+      const name = markers.find((o) => o.ns === 'names' && o.id === m.id).text;
+      const speed = Math.hypot(...sub(m.points[1], m.points[0]));
+      const row = document.createElement('tr');
+      for (const text of [name, m.points[0].map((v) => v.toFixed(1)).join(', '), speed.toFixed(2)]) row.insertCell().textContent = text;
+      return row;
+    });
+    document.querySelector('#objects tbody').replaceChildren(...rows);
+  },
+  '/state': (all) => {
+    const {level, message, values} = all[0];
+    setState(message, ['ok', 'warn', 'error'][level]);
+    const number = (key) => Number(values[key]);
+    const stages = ['features [ms]', 'motion check [ms]', 'pose [ms]'].map(number);
+    remember('time', stages);
+    remember('points', ['static points', 'dynamic points', 'unknown points'].map(number));
+    remember('age', [Math.max(0, number('mask age [frames]'))]);
+    $('ms').textContent = `${stages.reduce((a, b) => a + b, 0).toFixed(1)}: features ${stages[0]}, motion ${stages[1]}, pose ${stages[2]}`;
+    $('points').textContent = `${values['static points']} static, ${values['dynamic points']} dynamic, ${values['unknown points']} unknown`;
+    $('age').textContent = number('mask age [frames]') < 0 ? 'no mask' : values['mask age [frames]'];
+    const now = performance.now();
+    frames = frames.filter((t) => now - t < 2000);
+    frames.push(now);
+    $('rate').textContent = `frame ${values.frame}, ${(frames.length / 2).toFixed(0)} frames/s, ${values.inliers} of ${values.matches} matches`;
+    drawPlots();
+  },
+  '/cloud': (cloud) => showCloud('cloud', cloud, 0.02),
+  '/landmarks': (cloud) => showCloud('landmarks', cloud, 0.015),
+  '/path': (poses) => {
+    const marks = poses.flatMap((p) => [p.t, add(p.t, turned(p.q, [0.08, 0, 0]))]);
+    scene.lines('path', marks, colourOf('--unknown'));
+  },
+};
+
+function setState(text, kind) { $('state').textContent = text; $('state').className = `state ${kind}`; }
+function remember(name, values) { history[name].push(values); if (history[name].length > kHistory) history[name].shift(); }
+function repeated(colour, count) { const all = new Uint8Array(3 * count); for (let i = 0; i < count; ++i) all.set(colour, 3 * i); return all; }
+function colourOf(name) {
+  const hex = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+}
+
+function showCloud(name, cloud, size) {
+  const view = new DataView(cloud.data.buffer, cloud.data.byteOffset, cloud.data.byteLength);
+  const positions = new Float32Array(3 * cloud.count), colours = new Uint8Array(3 * cloud.count);
+  const coloured = cloud.fields.some((f) => f.name === 'rgb');
+  const plain = colourOf('--static');
+  for (let i = 0; i < cloud.count; ++i) {
+    const at = i * cloud.step;
+    for (let k = 0; k < 3; ++k) positions[3 * i + k] = view.getFloat32(at + 4 * k, true);
+    if (coloured) {
+      const rgb = view.getUint32(at + 12, true);
+      colours.set([rgb >> 16 & 255, rgb >> 8 & 255, rgb & 255], 3 * i);
+    } else {
+      colours.set(plain, 3 * i);
+    }
+  }
+  scene.set(name, 'POINTS', positions, colours, size);
+}
+
+function annotate(g) {
+  const said = last['/camera/annotations'];
+  if (!said) return;
+  const css = (c) => `rgb(${c.slice(0, 3).map((v) => Math.round(255 * v)).join(' ')})`;
+  for (const shape of said.shapes) {
+    if (shape.type === 1 && $('show-points').checked) {
+      shape.points.forEach((p, i) => { g.fillStyle = css(shape.colours[i]); g.fillRect(p[0] - 2, p[1] - 2, 4, 4); });
+    } else if (shape.type === 2 && $('show-boxes').checked) {
+      g.strokeStyle = css(shape.colour);
+      g.lineWidth = 3;
+      g.beginPath();
+      shape.points.forEach((p, i) => i ? g.lineTo(...p) : g.moveTo(...p));
+      g.closePath();
+      g.stroke();
+    }
+  }
+  if (!$('show-boxes').checked) return;
+  g.font = '16px system-ui, sans-serif';
+  for (const {at, text} of said.texts) {
+    const y = Math.max(18, at[1]);
+    g.fillStyle = '#000a';
+    g.fillRect(at[0], y - 18, g.measureText(text).width + 8, 20);
+    g.fillStyle = '#fff';
+    g.fillText(text, at[0] + 4, y - 3);
+  }
+}
+
+function drawPlots() {
+  const colours = {time: ['--accent', '--static', '--unknown'], points: ['--static', '--dynamic', '--unknown'], age: ['--accent']};
+  for (const name of Object.keys(colours)) {
+    const canvas = $(`plot-${name}`), ratio = window.devicePixelRatio || 1;
+    const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
+    const g = canvas.getContext('2d'), rows = history[name];
+    g.clearRect(0, 0, width, height);
+    const top = Math.max(1, ...rows.map((row) => Math.max(...row))) * 1.1;
+    const style = getComputedStyle(document.documentElement);
+    g.lineWidth = 1.5 * ratio;
+    colours[name].forEach((colour, k) => {
+      g.strokeStyle = style.getPropertyValue(colour);
+      g.beginPath();
+      rows.forEach((row, i) => {
+        const x = width * (1 - (rows.length - 1 - i) / (kHistory - 1)), y = height - row[k] / top * (height - 2) - 1;
+        i ? g.lineTo(x, y) : g.moveTo(x, y);
+      });
+      g.stroke();
+    });
+    g.fillStyle = style.getPropertyValue('--faint');
+    g.font = `${10 * ratio}px system-ui, sans-serif`;
+    g.fillText(top.toFixed(0), 2, 10 * ratio);
+  }
+}
+
+scene.drawn = () => {
+  const shown = $('show-objects').checked ? scene.names || [] : [];
+  $('names').replaceChildren(...shown.flatMap(({text, at}) => {
+    const pixel = scene.pixel(at);
+    if (!pixel) return [];
+    const span = document.createElement('span');
+    span.textContent = text;
+    span.style.left = `${pixel[0]}px`;
+    span.style.top = `${pixel[1]}px`;
+    return [span];
+  }));
+};
+scene.panned = () => { $('follow').checked = false; };
+for (const name of ['cloud', 'landmarks', 'path', 'objects'])
+  $(`show-${name}`).addEventListener('change', (e) => scene.show(name, e.target.checked));
+$('from-above').addEventListener('click', () => { scene.pitch = 1.54; scene.ask(); });
+
+if (!scene.gl) say('this browser has no WebGL2: the map is not drawn');
+connect();

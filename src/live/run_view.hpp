@@ -1,0 +1,88 @@
+// The live page of a run: shows it to whoever looks on, and lets those drive it who may.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+
+#include "core/bounded_queue.hpp"
+#include "core/worker_thread.hpp"
+#include "live/view_server.hpp"
+
+namespace ygslam {
+
+struct RunViewConfig {
+  ViewServerConfig server{};
+  CameraConfig camera{};
+  bool paced = false;   ///< the input comes at its own pace: slower and faster are refused
+  bool saves = false;   ///< the run keeps a map file: "save" is understood, "reset" is not
+  bool paused = false;  ///< from the beginning
+};
+
+class RunView : private MessageSink {
+ public:
+  /// @return as ViewServer::start().
+  static Result<std::unique_ptr<RunView>> start(const RunViewConfig& config);
+  ~RunView() override;
+
+  /// After a frame was processed: it is shown by a thread of its own if somebody looks on.
+  void show(const FramePtr& frame, const TrackResult& result);
+  /// The map, if somebody wants it and it is time; asks the runner in this thread.
+  void show_map(Runner& runner);
+
+  /// What those who drive asked for since the last time.
+  struct Wishes {
+    bool stop = false, save = false, reset = false;
+    bool go = false;  ///< the frame is due
+  };
+  /// Waits until the frame is due (not while paused, nor before its time at the speed asked for)
+  /// or something is wished.
+  /// @param interrupted ends the wait when it says so. @param runner shows its map meanwhile.
+  [[nodiscard]] Wishes wait_turn(Timestamp stamp, Runner& runner,
+                                 const std::function<bool()>& interrupted);
+
+  /// The run has ended: shows the whole map as it is now, and says so.
+  void finish(Runner& runner);
+  /// Goes on showing it until `interrupted`, or somebody who drives stops it.
+  void stay(const std::function<bool()>& interrupted);
+
+  [[nodiscard]] std::string url() const { return server_->url(); }
+  [[nodiscard]] std::uint16_t port() const { return server_->port(); }
+
+ private:
+  struct Sight {
+    FramePtr frame;
+    std::shared_ptr<const TrackResult> result;
+  };
+  using Clock = std::chrono::steady_clock;
+
+  explicit RunView(const RunViewConfig& config) : config_(config), is_paused_(config.paused) {}
+  [[nodiscard]] bool wants(std::string_view topic) const override;
+  void put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr) override;
+  void publish(const Sight& sight);
+  Result<std::string> drive(std::string_view service);
+  void subscribed();
+  [[nodiscard]] bool is_due(Timestamp stamp) const;  // under the mutex
+
+  const RunViewConfig config_;
+  Clock::time_point map_due_;  // the frame thread's, as what follows
+  Timestamp now_;
+  std::optional<Timestamp> last_stamp_;
+  Clock::time_point last_turn_;
+
+  std::atomic<bool> has_ended_{false};  // what is said then is kept for those who come later
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  // Under the mutex.
+  bool is_paused_, step_ = false, map_wanted_ = false;
+  double speed_ = 0;  // times real time; 0 = as fast as it goes
+  Wishes wishes_;
+  Sight last_;
+
+  BoundedQueue<Sight> sights_{1, Overflow::kDropOldest};
+  std::unique_ptr<ViewServer> server_;
+  std::optional<WorkerThread> thread_;  // last: it uses everything above
+};
+
+}  // namespace ygslam

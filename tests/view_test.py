@@ -1,0 +1,300 @@
+"""The live page (`--view`): seen, driven and attacked by independent clients.
+
+    python tests/view_test.py
+"""
+import asyncio
+import json
+import re
+import signal
+import socket
+import struct
+import subprocess
+import unittest
+import urllib.error
+import urllib.request
+
+import websockets
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from ygslam_cli import BINARY, FRAMES, CliTest, sequence, trajectory
+
+EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_info",
+               "/camera/annotations", "/objects", "/state"}
+OF_THE_MAP = {"/landmarks", "/path", "/cloud"}
+PROTOCOL = "foxglove.websocket.v1"
+WAIT_S = 120  # far beyond anything a loaded machine needs
+
+
+class Client:
+    """Speaks Foxglove's protocol, version 1."""
+
+    def __init__(self, connection):
+        self.connection = connection
+        self.topics, self.services, self.info = {}, {}, None
+
+    @classmethod
+    async def connect(cls, port, token="", protocol=PROTOCOL, **how):
+        query = f"?token={token}" if token else ""
+        client = cls(await websockets.connect(f"ws://127.0.0.1:{port}/ws{query}", max_size=None,
+                                              subprotocols=[protocol], **how))
+        client.info = json.loads(await client.next())
+        for channel in json.loads(await client.next())["channels"]:
+            client.topics[channel["topic"]] = channel
+        for service in json.loads(await client.next())["services"]:
+            client.services[service["name"]] = service["id"]
+        return client
+
+    async def next(self):
+        return await asyncio.wait_for(self.connection.recv(), WAIT_S)
+
+    async def subscribe(self, topics):
+        await self.connection.send(json.dumps({"op": "subscribe", "subscriptions": [
+            {"id": self.topics[t]["id"] + 100, "channelId": self.topics[t]["id"]} for t in topics]}))
+
+    async def messages(self):
+        """(topic, stamp, bytes) as they come."""
+        of_id = {c["id"] + 100: topic for topic, c in self.topics.items()}
+        while True:
+            data = await self.next()
+            if isinstance(data, bytes) and data[0] == 1:
+                subscription, stamp_ns = struct.unpack_from("<IQ", data, 1)
+                yield of_id[subscription], stamp_ns, data[13:]
+
+    async def call(self, name):
+        """(success, message) of a service; messages that come meanwhile are passed over."""
+        head = struct.pack("<BIII", 2, self.services[name], 77, 3)
+        await self.connection.send(head + b"cdr" + b"\0\1\0\0")
+        while True:
+            data = await self.next()
+            if isinstance(data, str):
+                said = json.loads(data)
+                if said["op"] == "serviceCallFailure":
+                    return False, said["message"]
+            elif data[0] == 3:
+                assert struct.unpack_from("<II", data, 1) == (self.services[name], 77)
+                body = data[16:]
+                length = struct.unpack_from("<I", body, 8)[0]
+                return bool(body[4]), body[12:12 + length - 1].decode()
+
+
+class View(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.runs = []
+        self.addCleanup(lambda: [run.kill() for run in self.runs])
+
+    def start(self, *options, out="out"):
+        """A run with a page. @return process, port, token."""
+        run = subprocess.Popen(
+            [BINARY, "run", sequence(), "--out", self.folder / out, "--deterministic",
+             "--segmenter", f"masks:{sequence() / 'mask'}", "--view", "0", *map(str, options)],
+            stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        self.runs.append(run)
+        for line in run.stderr:
+            found = re.search(r"look at http://127\.0\.0\.1:(\d+)/#(\w+)", line)
+            if found:
+                return run, int(found[1]), found[2]
+        self.fail("no address was told")
+
+    def end(self, run):
+        run.send_signal(signal.SIGINT)
+        run.communicate(timeout=WAIT_S)
+        self.assertIn(run.returncode, (0, 130), "at the end, or on the way there")
+
+    def fetch(self, port, path="/", **headers):
+        """(status, body, headers) of a page's file."""
+        request = urllib.request.Request(f"http://127.0.0.1:{port}{path}", headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=WAIT_S) as answer:
+                return answer.status, answer.read().decode(), answer.headers
+        except urllib.error.HTTPError as error:
+            return error.code, error.read().decode(), error.headers
+
+    def test_a_client_sees_every_frame_it_can_take_and_the_map(self):
+        async def look(port):
+            client = await Client.connect(port)
+            self.assertEqual(set(client.topics), EVERY_FRAME | OF_THE_MAP)
+            await client.subscribe(client.topics)
+            seen = {}
+            async for topic, stamp_ns, data in client.messages():
+                seen[topic] = stamp_ns, data
+                if len(seen) == len(client.topics):
+                    return client.topics, seen
+        run, port, _ = self.start("--view-stay")
+        topics, seen = asyncio.run(look(port))
+        store = get_typestore(Stores.EMPTY)
+        store.register(get_types_from_msg(topics["/odometry"]["schema"], "nav_msgs/msg/Odometry"))
+        stamp_ns, data = seen["/odometry"]
+        odometry = store.deserialize_cdr(data, "nav_msgs/msg/Odometry")
+        stamp = odometry.header.stamp
+        self.assertEqual(stamp.sec * 10**9 + stamp.nanosec, stamp_ns)
+        self.assertEqual(odometry.child_frame_id, "camera")
+        self.end(run)
+
+    def test_who_comes_after_the_end_sees_it_as_it_was(self):
+        async def look(port):
+            client = await Client.connect(port)
+            await client.subscribe(client.topics)
+            seen = set()
+            async for topic, _, data in client.messages():
+                if topic != "/state" or b"the run has ended" in data:
+                    seen.add(topic)
+                if seen == set(client.topics):
+                    return
+        run, port, _ = self.start("--view-stay")
+        for line in run.stderr:
+            if "stays" in line:
+                break
+        asyncio.run(look(port))
+        self.end(run)
+
+    def test_looking_on_changes_nothing(self):
+        async def look(port):
+            client = await Client.connect(port)
+            await client.subscribe(client.topics)
+            async for _ in client.messages():
+                pass
+        run, port, _ = self.start()
+        try:
+            asyncio.run(look(port))
+        except websockets.ConnectionClosed:
+            pass
+        run.communicate(timeout=WAIT_S)
+        self.assertEqual(run.returncode, 0)
+        alone = self.run_slam(sequence(), "--segmenter", f"masks:{sequence() / 'mask'}",
+                              out="alone", geometry=False)
+        self.assert_ran(alone)
+        for name in ("trajectory.txt", "trajectory_live.txt", "map.ply"):
+            self.assertEqual((self.folder / "out" / name).read_bytes(),
+                             (self.folder / "alone" / name).read_bytes(), name)
+
+    def test_it_is_driven_by_who_has_the_token_alone(self):
+        async def drive(port, token):
+            onlooker = await Client.connect(port)
+            done, why = await onlooker.call("pause")
+            self.assertFalse(done)
+            self.assertIn("token", why)
+            driver = await Client.connect(port, token)
+            await driver.subscribe(["/odometry"])
+            seen = driver.messages()
+            stamps = []
+            for _ in range(3):  # it was paused: each step shows one frame
+                await driver.call("step")
+                stamps.append((await anext(seen))[1])
+            self.assertEqual(len(set(stamps)), 3)
+            self.assertEqual(await driver.call("pause"), (True, "paused"))
+            self.assertEqual((await driver.call("save"))[0], False)
+            self.assertTrue((await driver.call("slower"))[0])
+            self.assertTrue((await driver.call("stop"))[0])
+        run, port, token = self.start("--view-paused")
+        asyncio.run(drive(port, token))
+        run.communicate(timeout=WAIT_S)
+        self.assertEqual(run.returncode, 0)
+        self.assertEqual(len(trajectory(self.folder / "out" / "trajectory.txt")), 3)
+        self.assert_sound()
+
+    def test_reset_begins_anew(self):
+        async def drive(port, token):
+            driver = await Client.connect(port, token)
+            await driver.subscribe(["/odometry"])
+            seen = driver.messages()
+            for _ in range(10):
+                await driver.call("step")
+                await anext(seen)
+            self.assertTrue((await driver.call("reset"))[0])
+            await driver.call("resume")
+        run, port, token = self.start("--view-paused")
+        asyncio.run(drive(port, token))
+        run.communicate(timeout=WAIT_S)
+        self.assertEqual(run.returncode, 0)
+        self.assert_sound()
+        self.assertEqual(len(trajectory(self.folder / "out" / "trajectory.txt")), FRAMES - 10)
+
+    def test_strangers_are_refused(self):
+        run, port, token = self.start("--view-stay", "--view-origin", "https://friend.example")
+        status, page, headers = self.fetch(port)
+        self.assertEqual(status, 200)
+        self.assertIn("YG-SLAM", page)
+        self.assertIn("default-src 'self'", headers["Content-Security-Policy"])
+        for name in re.findall(r'(?:src|href)="(\w+\.\w+)"', page):
+            self.assertEqual(self.fetch(port, "/" + name)[0], 200, name)
+        self.assertEqual(self.fetch(port, "/../etc/passwd")[0], 404)
+        self.assertEqual(self.fetch(port, Host="evil.example")[0], 403)
+        self.assertEqual(self.fetch(port, Host=f"evil.example:{port}")[0], 403)
+        self.assertEqual(self.fetch(port, Origin="https://evil.example")[0], 403)
+        self.assertEqual(self.fetch(port, Origin=f"http://127.0.0.1:{port}")[0], 200)
+
+        async def knock():
+            for origin, code in (("https://evil.example", 403), ("null", 403),
+                                 (f"http://127.0.0.1:{port}", None),
+                                 ("https://friend.example", None)):
+                if code is None:
+                    await Client.connect(port, origin=origin)
+                    continue
+                with self.assertRaises(websockets.InvalidStatus) as refused:
+                    await Client.connect(port, origin=origin)
+                self.assertEqual(refused.exception.response.status_code, code)
+            with self.assertRaises(websockets.InvalidStatus) as refused:
+                await Client.connect(port, token="0" * len(token))
+            self.assertEqual(refused.exception.response.status_code, 401)
+            with self.assertRaises(websockets.InvalidStatus):
+                await Client.connect(port, protocol="chat")
+            self.assertEqual((await Client.connect(port, protocol="foxglove.sdk.v1")).info["name"],
+                             "ygslam")
+        asyncio.run(knock())
+        self.end(run)
+
+    def test_at_an_address_that_others_reach_nobody_looks_on_without_the_token(self):
+        async def knock(port, token):
+            with self.assertRaises(websockets.InvalidStatus) as refused:
+                await Client.connect(port)
+            self.assertEqual(refused.exception.response.status_code, 401)
+            self.assertTrue((await Client.connect(port, token)).topics)
+        run = subprocess.Popen(
+            [BINARY, "run", sequence(), "--out", self.folder / "out", "--dynamic", "off",
+             "--view", "0.0.0.0:0", "--view-stay", "--view-token", "open-sesame"],
+            stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        self.runs.append(run)
+        port = int(re.search(r"look at http://0\.0\.0\.0:(\d+)/#open-sesame", next(
+            line for line in run.stderr if "look at" in line))[1])
+        asyncio.run(knock(port, "open-sesame"))
+        self.end(run)
+
+    def test_nonsense_and_clients_that_stop_reading_hold_nobody_up(self):
+        async def pester(port, token):
+            clients = []
+            for _ in range(50):
+                clients.append(await Client.connect(port))
+                await clients[-1].subscribe(clients[-1].topics)  # and never read
+            self.assertEqual(len(clients), 50)
+            rude = await Client.connect(port)
+            for message in ("", "{", "[]", '{"op":"subscribe","subscriptions":[{"id":1}]}', b"", b"\2",
+                            b"\2" + b"\xff" * 40, "x" * 60000):
+                await rude.connection.send(message)
+                self.assertEqual(json.loads(await rude.next())["op"], "status")
+            await rude.connection.send("x" * 100000)
+            with self.assertRaises(websockets.ConnectionClosed):
+                await rude.next()
+            await (await Client.connect(port, token)).call("resume")
+            await asyncio.to_thread(with_idlers.communicate, timeout=WAIT_S)  # all still connected
+        with_idlers, port, token = self.start("--view-paused")
+        slow = [socket.create_connection(("127.0.0.1", port)) for _ in range(5)]
+        for s in slow:
+            s.sendall(b"GET / HTTP/1.1\r\nHost: ")  # and never goes on
+        garbage = socket.create_connection(("127.0.0.1", port))
+        garbage.sendall(b"\x16\x03\x01\x02\x00" * 5000)
+        asyncio.run(pester(port, token))
+        self.assertEqual(with_idlers.returncode, 0)
+        self.assertEqual(self.metrics()["frames"], FRAMES)
+
+    def test_an_address_in_use_or_impossible_is_told(self):
+        taken = socket.create_server(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        for address, part in ((str(port), "in use"), ("203.0.113.7:80", "ssign"),
+                              ("robot:80", "ADDRESS:PORT"), ("99999", "ADDRESS:PORT")):
+            done = self.run_slam(sequence(), "--view", address)
+            self.assert_error(done, 2, "--view", part)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -34,16 +34,16 @@ TEST_P(Replay, EveryInputOfTheCorpusIsTakenOrRefused) {
   EXPECT_GT(count, 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Fuzz, Replay,
-                         ::testing::Values(Target{"settings", settings},
-                                           Target{"calibration", calibration},
-                                           Target{"worlds", worlds}, Target{"lists", lists},
-                                           Target{"trajectories", trajectories}, Target{"png", png},
-                                           Target{"jpeg", jpeg}, Target{"instances", instances},
-                                           Target{"sweep", sweep}, Target{"map_bytes", map_bytes},
-                                           Target{"map_file", map_file},
-                                           Target{"map_rows", map_rows}),
-                         [](const auto& target) { return std::string(target.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    Fuzz, Replay,
+    ::testing::Values(Target{"settings", settings}, Target{"calibration", calibration},
+                      Target{"worlds", worlds}, Target{"lists", lists},
+                      Target{"trajectories", trajectories}, Target{"png", png},
+                      Target{"jpeg", jpeg}, Target{"instances", instances}, Target{"sweep", sweep},
+                      Target{"map_bytes", map_bytes}, Target{"map_file", map_file},
+                      Target{"map_rows", map_rows}, Target{"surface_ply", surface_ply},
+                      Target{"objects", objects}),
+    [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace
 }  // namespace ygslam::fuzz

@@ -18,5 +18,7 @@ void sweep(std::string_view bytes);
 void map_bytes(std::string_view bytes);
 void map_file(std::string_view bytes);
 void map_rows(std::string_view bytes);
+void surface_ply(std::string_view bytes);
+void objects(std::string_view bytes);
 
 }  // namespace ygslam::fuzz

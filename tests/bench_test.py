@@ -15,7 +15,8 @@ import unittest
 from ygslam_cli import BINARY, HANG_S, HEIGHT, WIDTH, CliTest, lines_of, png, ygslam
 
 RUN_FILES = {"metrics.json", "trajectory.txt", "trajectory_live.txt", "keyframes.txt",
-             "frames.csv", "objects.csv", "loops.csv", "map.ply", "config.yaml", "log.txt", "errors.csv", "run.json"}
+             "frames.csv", "objects.csv", "loops.csv", "map.ply", "config.yaml", "log.txt",
+             "errors.csv", "run.json"}
 FRAMES = 36  # enough for an RPE over 30 frames
 FAKE_REPORT = """
 import argparse, json, pathlib

@@ -1,6 +1,6 @@
 """Clouds and meshes of a scene, each opened by programs of others, against what lay in memory.
 
-    python tests/scene_file_test.py --samples build/release/src/scene_file/scene_file_test
+    python tests/scene_file_test.py --samples build/release/src/scene_file/write_sample_scenes
 """
 import json
 import os

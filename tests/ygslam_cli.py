@@ -60,6 +60,11 @@ def png(width, height, channels=1, bits=8, value=0, interlace=0):
             + chunk(b"IEND", b""))
 
 
+def contents(folder):
+    """Name to bytes of the files of a run."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
 def lines_of(path):
     """Lines of a list without comments."""
     return [line for line in pathlib.Path(path).read_text(encoding="utf-8").splitlines()

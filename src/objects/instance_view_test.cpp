@@ -2,26 +2,19 @@
 
 #include <gtest/gtest.h>
 
+#include "objects/testing/board_scene.hpp"
+
 namespace ygslam {
 namespace {
 
-constexpr int kPerson = 0;
+using testing::kPerson;
+using testing::small_camera;
 
 struct Shown {
   PixelBox box;
   float score;
   float depth_m;
 };
-
-Camera small_camera() {
-  CameraConfig config;
-  config.fx = config.fy = 250;
-  config.cx = 160;
-  config.cy = 120;
-  config.width = 320;
-  config.height = 240;
-  return Camera(config);
-}
 
 /// A mask of upright boxes, best score first as a network paints them.
 std::vector<InstanceView> view(const std::vector<Shown>& shown) {

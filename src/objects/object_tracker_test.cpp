@@ -2,145 +2,19 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <memory>
 
-#include "core/rng.hpp"
+#include "objects/testing/board_scene.hpp"
 
 namespace ygslam {
 namespace {
 
-constexpr int kPerson = 0;
-constexpr double kRate_hz = 30;
-
-Camera small_camera() {
-  CameraConfig config;
-  config.fx = config.fy = 250;
-  config.cx = 160;
-  config.cy = 120;
-  config.width = 320;
-  config.height = 240;
-  return Camera(config);
-}
-
-/// An upright board before a wall, with points on it that stay the same.
-struct Thing {
-  Vec3 centre = {0, 0, 2};  // in frame 0
-  Vec3 velocity_mps = Vec3::Zero();
-  Rgb8 colour{200, 30, 30};
-  double width_m = 0.4, height_m = 1.2;
-  bool in_mask = true;
-  float score = 0.9F;
-  int points = 60;
-  bool same_points = true;  // false: none continues a point of the frame before
-};
-
-/// Frames of things before a wall; the camera stands at the origin and looks along z. Masks are
-/// exact and come late.
-class Scene {
- public:
-  static constexpr double kWall_m = 6;
-  std::vector<Thing> things;
-  int mask_delay = 2;
-
-  ObjectInput frame(int k) {
-    RgbdFrame image;
-    image.colour = ColourImage(camera_.width(), camera_.height(), {90, 90, 90});
-    image.depth_m = DepthImage(camera_.width(), camera_.height(), static_cast<float>(kWall_m));
-    Segmentation masks;
-    masks.frame = FrameId(static_cast<std::uint32_t>(k));
-    masks.ids = GreyImage(camera_.width(), camera_.height());
-    for (const Thing& thing : things) paint(thing, k, image, masks);
-    waiting_.push_back(std::make_shared<const Segmentation>(masks));
-    ObjectInput input;
-    input.frame = masks.frame;
-    input.stamp = {static_cast<std::int64_t>(k * 1e9 / kRate_hz)};
-    input.thumbnail = make_thumbnail(image);
-    input.points = points(k, image.depth_m);
-    while (std::ssize(waiting_) > mask_delay) {
-      input.masks.push_back(waiting_.front());
-      waiting_.pop_front();
-    }
-    return input;
-  }
-
-  [[nodiscard]] PixelBox box_of(const Thing& thing, int k) const {
-    const Vec3 c = at(thing, k), half(thing.width_m / 2, thing.height_m / 2, 0);
-    const Vec2 low = camera_.project(c - half), high = camera_.project(c + half);
-    return {static_cast<float>(low.x()), static_cast<float>(low.y()), static_cast<float>(high.x()),
-            static_cast<float>(high.y())};
-  }
-  [[nodiscard]] const Camera& camera() const { return camera_; }
-
- private:
-  static Vec3 at(const Thing& thing, int k) {
-    return thing.centre + k / kRate_hz * thing.velocity_mps;
-  }
-
-  void paint(const Thing& thing, int k, RgbdFrame& image, Segmentation& masks) const {
-    const PixelBox box = box_of(thing, k);
-    const auto depth_m = static_cast<float>(at(thing, k).z());
-    if (thing.in_mask)
-      masks.instances.push_back({kPerson, thing.score, box.x0, box.y0, box.x1, box.y1});
-    const auto id = static_cast<std::uint8_t>(thing.in_mask ? masks.instances.size() : 0);
-    for (int v = 0; v < camera_.height(); ++v) {
-      for (int u = 0; u < camera_.width(); ++u) {
-        const auto x = static_cast<float>(u), y = static_cast<float>(v);
-        if (x < box.x0 || x >= box.x1 || y < box.y0 || y >= box.y1) continue;
-        if (image.depth_m.at(u, v) < depth_m) continue;
-        image.depth_m.at(u, v) = depth_m;
-        image.colour.at(u, v) = thing.colour;
-        masks.ids.at(u, v) = id;
-      }
-    }
-  }
-
-  /// Those that nothing hides.
-  std::vector<ObjectPoint> points(int k, const DepthImage& depth_m) {
-    std::vector<ObjectPoint> result;
-    std::map<std::pair<std::size_t, int>, std::int32_t> index;
-    for (std::size_t t = 0; t < things.size(); ++t) {
-      const Thing& thing = things[t];
-      Rng rng(t + 1);
-      for (int i = 0; i < thing.points; ++i) {
-        const Vec3 offset(rng.uniform(-0.48, 0.48) * thing.width_m,
-                          rng.uniform(-0.48, 0.48) * thing.height_m, 0);
-        ObjectPoint p;
-        p.p_odom = at(thing, k) + offset;
-        p.depth_m = static_cast<float>(p.p_odom.z());
-        p.uv_px = camera_.project(p.p_odom).cast<float>();
-        const int u = static_cast<int>(p.uv_px.x()), v = static_cast<int>(p.uv_px.y());
-        if (!depth_m.contains(u, v) || depth_m.at(u, v) < p.depth_m - 0.01F) continue;
-        const auto before = before_.find({t, i});
-        if (before != before_.end() && thing.same_points) p.previous = before->second;
-        p.moves = thing.velocity_mps.norm() > 0;
-        p.stands = !p.moves;
-        index[{t, i}] = static_cast<std::int32_t>(result.size());
-        result.push_back(p);
-      }
-    }
-    before_ = std::move(index);
-    return result;
-  }
-
-  Camera camera_ = small_camera();
-  std::deque<SegmentationPtr> waiting_;
-  std::map<std::pair<std::size_t, int>, std::int32_t> before_;
-};
-
-/// Steps over frames [from, to).
-std::vector<TrackedObject> run(ObjectTracker& tracker, Scene& scene, int from, int to) {
-  std::vector<TrackedObject> objects;
-  for (int k = from; k < to; ++k) objects = tracker.step(scene.frame(k));
-  return objects;
-}
-
-std::vector<TrackedObject> seen(std::vector<TrackedObject> objects) {
-  std::erase_if(objects, [](const TrackedObject& o) { return o.box_px.empty(); });
-  return objects;
-}
+using testing::kPerson;
+using testing::run;
+using testing::Scene;
+using testing::seen;
+using testing::small_camera;
+using testing::Thing;
 
 TEST(ObjectTracker, AWalkerHasPlaceBoxAndVelocity) {
   Scene scene;
@@ -263,104 +137,6 @@ TEST(ObjectTracker, WhoIsGoneForLongIsForgotten) {
   scene.things.clear();
   EXPECT_EQ(run(tracker, scene, 15, 40).size(), 1U);
   EXPECT_TRUE(run(tracker, scene, 40, 50).empty());
-}
-
-TEST(ObjectTracker, AGhostOfOneMaskIsNeverShown) {
-  Scene scene;
-  scene.things = {{}};
-  ObjectTracker tracker({}, scene.camera());
-  (void)tracker.step(scene.frame(0));
-  scene.things[0].in_mask = false;
-  for (int k = 1; k < 60; ++k) EXPECT_TRUE(tracker.step(scene.frame(k)).empty()) << k;
-}
-
-TEST(ObjectTracker, AWeakDetectionContinuesAnObjectButBeginsNone) {
-  Scene scene;
-  scene.things = {{.score = 0.3F}};
-  ObjectTracker tracker({}, scene.camera());
-  EXPECT_TRUE(run(tracker, scene, 0, 30).empty());
-  scene.things[0].score = 0.9F;
-  EXPECT_EQ(run(tracker, scene, 30, 40).size(), 1U);
-  scene.things[0].score = 0.3F;
-  EXPECT_EQ(seen(run(tracker, scene, 40, 90)).size(), 1U);
-}
-
-TEST(ObjectTracker, AHeadFoundOnceMoreIsNoSecondPerson) {
-  Scene scene;
-  scene.things = {{}, {.centre = {0, -0.45, 1.9}, .width_m = 0.2, .height_m = 0.25, .score = 0.6F}};
-  ObjectTracker tracker({}, scene.camera());
-  const auto objects = run(tracker, scene, 0, 20);
-  ASSERT_EQ(objects.size(), 1U);
-  EXPECT_GT(objects[0].box_px.height(), 100);
-}
-
-TEST(ObjectTracker, APersonBehindAnotherIsASecondOne) {
-  Scene scene;
-  scene.things = {{.centre = {0, 0, 2}}, {.centre = {0.25, -0.2, 3.2}, .colour = {20, 20, 220}}};
-  ObjectTracker tracker({}, scene.camera());
-  EXPECT_EQ(run(tracker, scene, 0, 20).size(), 2U);
-}
-
-TEST(ObjectTracker, WhatMovesWithoutAMaskBecomesAnObjectAndGetsAClassLater) {
-  Scene scene;
-  scene.things = {{.centre = {-0.7, 0, 2}, .velocity_mps = {0.5, 0, 0}, .in_mask = false},
-                  {.centre = {0.7, 0, 2}, .in_mask = false}};
-  ObjectTracker tracker({}, scene.camera());
-  EXPECT_TRUE(run(tracker, scene, 0, 5).empty());  // not confirmed yet
-  auto objects = run(tracker, scene, 5, 20);
-  ASSERT_EQ(objects.size(), 1U);  // not the one that stands
-  EXPECT_EQ(objects[0].class_id, kUnknownClass);
-  EXPECT_GT(iou(objects[0].box_px, scene.box_of(scene.things[0], 19)), 0.7);
-  scene.things[0].in_mask = true;
-  objects = run(tracker, scene, 20, 30);
-  ASSERT_EQ(objects.size(), 1U);
-  EXPECT_EQ(objects[0].id, ObjectId{0});
-  EXPECT_EQ(objects[0].class_id, kPerson);
-}
-
-TEST(ObjectTracker, WhatAPersonCarriesIsNoObjectOfItsOwn) {
-  Scene scene;
-  scene.things = {{.centre = {-0.6, 0, 2}, .velocity_mps = {0.5, 0, 0}},
-                  {.centre = {-0.36, 0.1, 1.9},
-                   .velocity_mps = {0.5, 0, 0},
-                   .width_m = 0.15,
-                   .height_m = 0.15,
-                   .in_mask = false,
-                   .points = 20}};
-  ObjectTracker tracker({}, scene.camera());
-  EXPECT_EQ(run(tracker, scene, 0, 45).size(), 1U);
-}
-
-TEST(ObjectTracker, PointsThatTrembleAreNoObject) {
-  Scene scene;
-  scene.things = {{.in_mask = false}};
-  ObjectTracker tracker({}, scene.camera());
-  Rng rng(3);
-  for (int k = 0; k < 60; ++k) {
-    ObjectInput input = scene.frame(k);
-    const Vec3 off(rng.normal(0, 0.01), 0, rng.normal(0, 0.02));
-    for (ObjectPoint& p : input.points) p.moves = true, p.p_odom += off;
-    EXPECT_TRUE(tracker.step(std::move(input)).empty()) << k;
-  }
-}
-
-TEST(ObjectTracker, PointsThatSlideAlongAnEdgeAreNoObject) {
-  constexpr double kLength_m = 0.8, kStep_m = 0.02;
-  Scene scene;
-  scene.things = {{.in_mask = false}};
-  ObjectTracker tracker({}, scene.camera());
-  for (int k = 0; k < 60; ++k) {
-    ObjectInput input = scene.frame(k);
-    for (std::size_t i = 0; i < input.points.size(); ++i) {
-      ObjectPoint& p = input.points[i];
-      const double along_m = std::fmod(0.013 * static_cast<double>(i) + kStep_m * k, kLength_m);
-      p.p_odom = {0, along_m - kLength_m / 2, 2};
-      p.uv_px = scene.camera().project(p.p_odom).cast<float>();
-      p.moves = true;
-      if (along_m < kStep_m) p.previous = -1;  // vanished at one end, came at the other
-    }
-    EXPECT_TRUE(tracker.step(std::move(input)).empty()) << k;
-  }
 }
 
 TEST(ObjectTracker, RestsAfterAWhileAndMovesAtOnce) {

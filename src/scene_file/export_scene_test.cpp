@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -120,80 +119,6 @@ TEST(ExportScene, EveryStateHasItsName) {
                                        "settled",   "absent", "unobserved"};
   for (std::size_t i = 0; i < names.size(); ++i)
     EXPECT_EQ(object_state_name(static_cast<ObjectState>(i)), names[i]);
-}
-
-Json point_json(const SurfacePoint& point) {
-  return {point.p_world.x(),
-          point.p_world.y(),
-          point.p_world.z(),
-          point.normal_world.x(),
-          point.normal_world.y(),
-          point.normal_world.z(),
-          point.colour.r,
-          point.colour.g,
-          point.colour.b,
-          static_cast<int>(point.label.semantic_class),
-          static_cast<int>(point.label.object),
-          point.label.probability};
-}
-
-Json cell_json(const SpaceCell& cell) {
-  return {cell.index.x(),
-          cell.index.y(),
-          cell.index.z(),
-          static_cast<int>(cell.state),
-          cell.log_odds,
-          cell.colour.r,
-          cell.colour.g,
-          cell.colour.b,
-          static_cast<int>(cell.label.semantic_class),
-          static_cast<int>(cell.label.object),
-          cell.label.probability};
-}
-
-Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
-// The scene as it lies in memory, for readers of the files to compare with.
-Json scene_json(const SampleScene& scene) {
-  Json json = {
-      {"cell_m", scene.space.cell_m},     {"up_world", vector_json(scene.gravity.up_world)},
-      {"floor_m", scene.gravity.floor_m}, {"cloud", Json::array()},
-      {"vertices", Json::array()},        {"triangles", scene.mesh.triangles},
-      {"cells", Json::array()},           {"objects", Json::array()}};
-  for (const SurfacePoint& point : scene.cloud) json["cloud"].push_back(point_json(point));
-  for (const SurfacePoint& point : scene.mesh.vertices)
-    json["vertices"].push_back(point_json(point));
-  for (const SpaceCell& cell : scene.space.cells) json["cells"].push_back(cell_json(cell));
-  for (const SceneObject& object : scene.objects) {
-    const Mat3& R = object.box.T_world_box.R();
-    json["objects"].push_back(
-        {{"id", static_cast<int>(object.id)},
-         {"label", static_cast<int>(object.semantic_class)},
-         {"state", object_state_name(object.state)},
-         {"centre_m", vector_json(object.box.T_world_box.t())},
-         {"axes", {vector_json(R.col(0)), vector_json(R.col(1)), vector_json(R.col(2))}},
-         {"size_m", vector_json(object.box.size_m)}});
-  }
-  return json;
-}
-
-// Writes sample scenes for tests/scene_file_test.py and tests/scene_space_file_test.py into
-// $YGSLAM_SAMPLE_SCENES.
-TEST(ExportScene, SamplesForOtherReaders) {
-  const char* folder = std::getenv("YGSLAM_SAMPLE_SCENES");
-  if (folder == nullptr) GTEST_SKIP() << "$YGSLAM_SAMPLE_SCENES is not set";
-  SampleScene empty;
-  empty.gravity.up_world = Vec3(0, -1, 0);
-  for (const auto& [name, scene] :
-       {std::pair{"level", sample_scene(Vec3(0, 0, 1))},
-        std::pair{"camera", sample_scene(Vec3(0, -1, 0))},
-        std::pair{"tilted", sample_scene(Vec3(0.1, -1, 0.2))}, std::pair{"empty", empty}}) {
-    const fs::path out = fs::path(folder) / name;
-    fs::create_directories(out);
-    const Status written = export_scene(out, content_of(scene));
-    ASSERT_TRUE(written.ok()) << written.error().message;
-    testing::write(out / "truth.json", scene_json(scene).dump());
-  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "io/text.hpp"
 #include "scene_file/objects_file.hpp"
@@ -10,12 +11,29 @@
 namespace ygslam {
 namespace {
 
+constexpr double kFarthest_m = 1e9;  // squares and micrometres still are numbers
+
+double metres_of(const nlohmann::json& json) {
+  const double value = json.get<double>();
+  if (!(std::abs(value) <= kFarthest_m)) throw std::runtime_error("a number beyond 10^9 m");
+  return value;
+}
+
 template <int kSize>
 Eigen::Matrix<double, kSize, 1> numbers_of(const nlohmann::json& json) {
   Eigen::Matrix<double, kSize, 1> values;
   if (json.size() != kSize) throw std::runtime_error("a vector of another length");
-  for (int i = 0; i < kSize; ++i) values[i] = json.at(static_cast<std::size_t>(i)).get<double>();
+  for (int i = 0; i < kSize; ++i) values[i] = metres_of(json.at(static_cast<std::size_t>(i)));
   return values;
+}
+
+template <typename T>
+T whole_number_of(const nlohmann::json& json) {
+  if (!json.is_number_integer()) throw std::runtime_error("a number that is not whole");
+  const bool fits = json.is_number_unsigned() ? std::in_range<T>(json.get<std::uint64_t>())
+                                              : std::in_range<T>(json.get<std::int64_t>());
+  if (!fits) throw std::runtime_error("a number out of its range");
+  return json.get<T>();
 }
 
 ObjectState state_of(const std::string& name) {
@@ -28,9 +46,12 @@ ObjectState state_of(const std::string& name) {
 
 SceneObject object_of(const nlohmann::json& json) {
   SceneObject object;
-  object.id = static_cast<SceneObjectId>(json.at("id").get<std::uint16_t>());
-  object.semantic_class = static_cast<SemanticClass>(json.at("label").get<std::uint8_t>());
-  object.probability = json.at("probability").get<float>();
+  object.id = static_cast<SceneObjectId>(whole_number_of<std::uint16_t>(json.at("id")));
+  object.semantic_class =
+      static_cast<SemanticClass>(whole_number_of<std::uint8_t>(json.at("label")));
+  const double probability = json.at("probability").get<double>();
+  if (!(probability >= 0 && probability <= 1)) throw std::runtime_error("no probability");
+  object.probability = static_cast<float>(probability);
   object.state = state_of(json.at("state").get<std::string>());
   const nlohmann::json& box = json.at("box");
   const Eigen::Vector4d xyzw = numbers_of<4>(box.at("rotation_xyzw"));
@@ -39,10 +60,11 @@ SceneObject object_of(const nlohmann::json& json) {
   object.box.T_world_box =
       SE3(q.normalized().toRotationMatrix(), numbers_of<3>(box.at("centre_m")));
   object.box.size_m = numbers_of<3>(box.at("size_m"));
-  object.views = json.at("views").get<int>();
-  object.epochs = json.at("epochs").get<int>();
-  object.first_seen.ns = json.at("first_seen_ns").get<std::int64_t>();
-  object.last_seen.ns = json.at("last_seen_ns").get<std::int64_t>();
+  if (object.box.size_m.minCoeff() < 0) throw std::runtime_error("a box of negative size");
+  object.views = whole_number_of<int>(json.at("views"));
+  object.epochs = whole_number_of<int>(json.at("epochs"));
+  object.first_seen.ns = whole_number_of<std::int64_t>(json.at("first_seen_ns"));
+  object.last_seen.ns = whole_number_of<std::int64_t>(json.at("last_seen_ns"));
   return object;
 }
 
@@ -55,7 +77,7 @@ Result<SceneObjects> parse_objects(std::string_view text, const std::string& nam
     SceneObjects scene;
     scene.gravity.up_world = numbers_of<3>(json.at("up_world"));
     if (!(scene.gravity.up_world.norm() > 0.5)) throw std::runtime_error("up without length");
-    scene.gravity.floor_m = json.at("floor_m").get<double>();
+    scene.gravity.floor_m = metres_of(json.at("floor_m"));
     for (const nlohmann::json& object : json.at("objects"))
       scene.objects.push_back(object_of(object));
     return scene;

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <sstream>
 
@@ -142,17 +143,22 @@ struct Field {
   void (*put)(SurfacePoint&, double);
 };
 
+float float_of(double value) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -kMost, kMost));
+}
+
 std::uint8_t byte_of(double value) {
   return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
 }
 
 constexpr std::array<std::pair<std::string_view, void (*)(SurfacePoint&, double)>, 12> kFields{
-    {{"x", [](SurfacePoint& p, double v) { p.p_world.x() = static_cast<float>(v); }},
-     {"y", [](SurfacePoint& p, double v) { p.p_world.y() = static_cast<float>(v); }},
-     {"z", [](SurfacePoint& p, double v) { p.p_world.z() = static_cast<float>(v); }},
-     {"nx", [](SurfacePoint& p, double v) { p.normal_world.x() = static_cast<float>(v); }},
-     {"ny", [](SurfacePoint& p, double v) { p.normal_world.y() = static_cast<float>(v); }},
-     {"nz", [](SurfacePoint& p, double v) { p.normal_world.z() = static_cast<float>(v); }},
+    {{"x", [](SurfacePoint& p, double v) { p.p_world.x() = float_of(v); }},
+     {"y", [](SurfacePoint& p, double v) { p.p_world.y() = float_of(v); }},
+     {"z", [](SurfacePoint& p, double v) { p.p_world.z() = float_of(v); }},
+     {"nx", [](SurfacePoint& p, double v) { p.normal_world.x() = float_of(v); }},
+     {"ny", [](SurfacePoint& p, double v) { p.normal_world.y() = float_of(v); }},
+     {"nz", [](SurfacePoint& p, double v) { p.normal_world.z() = float_of(v); }},
      {"red", [](SurfacePoint& p, double v) { p.colour.r = byte_of(v); }},
      {"green", [](SurfacePoint& p, double v) { p.colour.g = byte_of(v); }},
      {"blue", [](SurfacePoint& p, double v) { p.colour.b = byte_of(v); }},
@@ -163,12 +169,14 @@ constexpr std::array<std::pair<std::string_view, void (*)(SurfacePoint&, double)
         p.label.object =
             static_cast<SceneObjectId>(static_cast<std::uint16_t>(std::clamp(v, 0.0, 65535.0)));
       }},
-     {"prob", [](SurfacePoint& p, double v) { p.label.probability = static_cast<float>(v); }}}};
+     {"prob", [](SurfacePoint& p, double v) { p.label.probability = float_of(v); }}}};
 
+// Where squares and products of coordinates still are numbers.
 void check(const SurfacePoint& point) {
-  if (!point.p_world.allFinite() || !point.normal_world.allFinite() ||
-      !std::isfinite(point.label.probability))
-    fail("a point that is not finite");
+  constexpr float kFarthest_m = 1e9F;
+  if (point.p_world.lpNorm<Eigen::Infinity>() > kFarthest_m ||
+      point.normal_world.lpNorm<Eigen::Infinity>() > kFarthest_m)
+    fail("a point beyond 10^9 m");
 }
 
 std::vector<SurfacePoint> take_points(const Element& element, std::string_view& bytes) {
@@ -188,8 +196,11 @@ std::vector<SurfacePoint> take_points(const Element& element, std::string_view& 
   if (bytes.size() / stride < element.count) fail(kTruncated);
   std::vector<SurfacePoint> points(element.count);
   for (SurfacePoint& point : points) {
-    for (const Field& field : fields)
-      field.put(point, load(field.kind, bytes.data() + field.offset));
+    for (const Field& field : fields) {
+      const double value = load(field.kind, bytes.data() + field.offset);
+      if (!std::isfinite(value)) fail("a number that is not finite");
+      field.put(point, value);
+    }
     check(point);
     bytes.remove_prefix(stride);
   }

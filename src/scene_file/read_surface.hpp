@@ -16,7 +16,8 @@ namespace ygslam {
 /// fans). Other properties are skipped; without a label points are SemanticClass::kUnknown. A cloud
 /// is a mesh without triangles.
 /// @param name for messages. @return kInput naming file and fault: another format, fewer or more
-/// bytes than the header says, a number that is not finite, a face without its vertex. Never
+/// bytes than the header says, a number that is not finite, a point beyond 10^9 m, a face without
+/// its vertex. Never
 /// allocates more than the bytes can hold.
 [[nodiscard]] Result<TriangleMesh> parse_surface_ply(std::string_view bytes,
                                                      const std::string& name);

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "io/testing/temp_folder.hpp"
 #include "scene/testing/sample_scene.hpp"
@@ -63,6 +65,21 @@ TEST(ReadSurface, EveryShorterFileIsRefused) {
   expect_refused(bytes + "x", "more bytes");
 }
 
+std::string ply(const std::string& header, const std::string& data = {}) {
+  return "ply\nformat binary_little_endian 1.0\n" + header + "end_header\n" + data;
+}
+
+// A fourth number behind those of a point at the origin.
+std::string one_point(const std::string& name, double value) {
+  std::string data(4 * sizeof value, '\0');
+  std::memcpy(data.data() + 3 * sizeof value, &value, sizeof value);
+  return ply(
+      "element vertex 1\nproperty double x\nproperty double y\nproperty double z\n"
+      "property double " +
+          name + "\n",
+      data);
+}
+
 TEST(ReadSurface, NumbersThatAreNotFiniteAreRefused) {
   for (const std::size_t offset : {0, 12, 31}) {  // x, nx, prob
     std::string bytes = mesh_bytes();
@@ -70,10 +87,13 @@ TEST(ReadSurface, NumbersThatAreNotFiniteAreRefused) {
     std::memcpy(bytes.data() + bytes.find("end_header\n") + 11 + offset, &value, sizeof value);
     expect_refused(bytes, "not finite");
   }
+  for (const char* name : {"red", "label"}) expect_refused(one_point(name, std::nan("")), "finite");
 }
 
-std::string ply(const std::string& header, const std::string& data = {}) {
-  return "ply\nformat binary_little_endian 1.0\n" + header + "end_header\n" + data;
+TEST(ReadSurface, PointsBeyondAllRoomsAreRefused) {
+  EXPECT_TRUE(parse_surface_ply(one_point("nz", 1e8), "far.ply").ok());
+  for (const double value : {1e10, -1e10, 1e300})
+    for (const char* name : {"x", "nz"}) expect_refused(one_point(name, value), "beyond");
 }
 
 TEST(ReadSurface, ForeignFilesAreRefusedOrUnderstood) {
@@ -119,6 +139,31 @@ TEST(ReadObjects, AreWhatWasWritten) {
     EXPECT_LT((a.box.T_world_box.t() - b.box.T_world_box.t()).norm(), 2e-6);
     EXPECT_LT((a.box.T_world_box.R() - b.box.T_world_box.R()).norm(), 1e-5);
   }
+}
+
+TEST(ReadObjects, ABadNumberIsRefused) {
+  const TempFolder folder;
+  const auto scene = sample_scene(Vec3(0, -1, 0));
+  ASSERT_TRUE(write_objects(folder.path() / "o.json", scene.objects, scene.gravity).ok());
+  const nlohmann::json good = nlohmann::json::parse(read(folder.path() / "o.json"));
+  using Pointer = nlohmann::json::json_pointer;
+  for (const auto& [where, value] : std::initializer_list<std::pair<const char*, nlohmann::json>>{
+           {"/objects/0/id", 65536},
+           {"/objects/0/id", -1},
+           {"/objects/0/label", 1e300},
+           {"/objects/0/probability", 1.5},
+           {"/objects/0/views", 1e10},
+           {"/objects/0/last_seen_ns", 1ULL << 63U},
+           {"/objects/0/box/size_m/1", -0.1},
+           {"/objects/0/box/centre_m/0", 1e300},
+           {"/up_world/2", 1e200},
+           {"/floor_m", -1e10}}) {
+    nlohmann::json json = good;
+    ASSERT_TRUE(json.contains(Pointer(where))) << where;
+    json[Pointer(where)] = value;
+    EXPECT_FALSE(parse_objects(json.dump(), "o.json").ok()) << where;
+  }
+  EXPECT_TRUE(parse_objects(good.dump(), "o.json").ok());
 }
 
 TEST(ReadObjects, AnythingElseIsRefused) {

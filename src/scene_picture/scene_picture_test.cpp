@@ -3,10 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 
-#include "io/atomic_file.hpp"
-#include "io/image_file.hpp"
 #include "scene/class_colour.hpp"
 #include "scene/testing/sample_scene.hpp"
 #include "scene_picture/annotate.hpp"
@@ -275,36 +272,6 @@ TEST(Annotate, BoxesAndPathsAreDrawnWhereTheyAre) {
   EXPECT_EQ(shade_at(image, pixel_of(view, (a + b) / 2)), (Rgb8{0, 90, 200}));
   // Behind the camera, or through it: nothing breaks.
   draw_path(image, std::vector{Vec3(view.T_camera_world.inverse() * Vec3(0, 0, -1)), a}, view, {});
-}
-
-// Pictures to look at, in $YGSLAM_SAMPLE_SCENES.
-TEST(ScenePicture, SamplesToLookAt) {
-  const char* folder = std::getenv("YGSLAM_SAMPLE_SCENES");
-  if (folder == nullptr) GTEST_SKIP() << "$YGSLAM_SAMPLE_SCENES is not set";
-  const SampleScene scene = sample_scene(Vec3(0.2, -1, 0.3));
-  Overview options;
-  options.width = 640;
-  options.height = 480;
-  options.cut_above_m = 1.5;
-  const Viewpoint view = overview(scene.mesh.vertices, scene.gravity, options);
-  PictureStyle style;
-  style.cut_above_m = options.cut_above_m;
-  std::vector<ColourImage> images;
-  for (const PictureColour colour : {PictureColour::kSurface, PictureColour::kClass,
-                                     PictureColour::kObject, PictureColour::kHeight}) {
-    style.colour = colour;
-    ScenePicture picture = draw_mesh(scene.mesh, view, scene.gravity, style, scene.objects);
-    if (colour == PictureColour::kSurface) draw_boxes(picture.image, scene.objects, view);
-    images.push_back(with_legend(picture));
-  }
-  const ColourImage upper = side_by_side(
-      std::vector<CaptionedImage>{{&images[0], "as it looks"}, {&images[1], "by class"}});
-  const ColourImage lower = side_by_side(
-      std::vector<CaptionedImage>{{&images[2], "by object"}, {&images[3], "by height"}});
-  const std::filesystem::path out(folder);
-  std::filesystem::create_directories(out);
-  EXPECT_TRUE(write_file_atomically(out / "upper.png", encode_png(upper)).ok());
-  EXPECT_TRUE(write_file_atomically(out / "lower.png", encode_png(lower)).ok());
 }
 
 }  // namespace

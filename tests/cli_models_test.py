@@ -1,0 +1,93 @@
+"""Bad models given to `ygslam run`."""
+import os
+import pathlib
+import resource
+import struct
+import unittest
+
+from ygslam_cli import CliTest, png, sequence, ygslam
+
+
+def onnx_field(number, payload):
+    """One length-delimited field of a protocol buffer."""
+    def varint(value):
+        out = b""
+        while value > 127:
+            out, value = out + bytes([value & 127 | 128]), value >> 7
+        return out + bytes([value])
+    return varint(number << 3 | 2) + varint(len(payload)) + payload
+
+
+def onnx_with_huge_tensor():
+    """A syntactically right ONNX model with a constant of 2^62 numbers it does not hold."""
+    huge = b"\x08" + b"\x80" * 8 + b"\x40"  # dims: 2^62
+    tensor = huge + b"\x10\x01" + onnx_field(8, b"c") + onnx_field(9, struct.pack("<f", 1.0))
+    node = onnx_field(1, b"c") + onnx_field(2, b"y") + onnx_field(4, b"Identity")
+    graph = onnx_field(1, node) + onnx_field(2, b"g") + onnx_field(5, tensor)
+    graph += onnx_field(12, onnx_field(1, b"y"))
+    return b"\x08\x08" + onnx_field(7, graph) + onnx_field(8, b"\x10\x0d")
+
+
+class Models(CliTest):
+    """F24: models that are none, and no model at all."""
+
+    def assert_refused(self, model, *parts):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = ygslam("run", sequence(), "--out", self.folder / "out", "--model", model, "--quiet")
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self.assert_error(done, 5, *parts)
+        spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        self.assertLess(spent, 5.0, "seconds of processor time")
+
+    def test_without_a_model_the_hint_says_how_to_get_one(self):
+        for mode in ("full", "semantic"):
+            done = self.run_slam(sequence(), "--dynamic", mode, "--quiet", geometry=False)
+            self.assert_error(done, 5, "make model", "--model", "--segmenter none",
+                              "--dynamic geometry")
+
+    def test_files_that_are_no_model_are_named(self):
+        contents = {"empty.onnx": b"", "garbage.onnx": bytes(range(256)) * 400,
+                    "words.xml": b"<html>sign in</html>", "deep.xml": b"<a>" * 200000,
+                    "zeros.onnx": bytes(100000), "picture.onnx": png(8, 8), "model.pt": b"x",
+                    "huge_tensor.onnx": onnx_with_huge_tensor()}
+        for name, data in contents.items():
+            with self.subTest(name):
+                (self.folder / name).write_bytes(data)
+                self.assert_refused(self.folder / name, name)
+        with open(self.folder / "huge.onnx", "wb") as file:
+            file.truncate(5 << 30)
+        self.assert_refused(self.folder / "huge.onnx", "huge.onnx")
+        self.assert_refused(self.folder / "none.onnx", "none.onnx")
+        self.assert_refused(self.folder, self.folder.name)
+
+    def test_another_network_and_a_truncated_one_are_refused(self):
+        import openvino as ov  # pylint: disable=import-outside-toplevel
+        from openvino import opset8  # pylint: disable=import-outside-toplevel
+        for shape, outputs in (([1, 10], 1), ([1, 3, 64, 64], 1), ([1, 3, 64, 64], 2)):
+            data = opset8.parameter(shape, dtype=ov.Type.f32, name="images")
+            results = [opset8.result(opset8.relu(data)) for _ in range(outputs)]
+            path = self.folder / f"net{len(shape)}{outputs}.xml"
+            ov.save_model(ov.Model(results, [data]), path)
+            self.assert_refused(path, path.name)
+        whole = path.read_bytes()
+        for share in (0.3, 0.9):
+            path.write_bytes(whole[:int(share * len(whole))])
+            self.assert_refused(path, path.name)
+
+    def test_truncations_of_the_real_model_are_refused(self):
+        shared = pathlib.Path(os.environ.get("YGSLAM_SHARED", "../shared"))
+        model = shared / "models" / "yolov8n-seg_480x640.onnx"
+        if not model.exists():
+            self.skipTest(f"no model at {model}")
+        data = model.read_bytes()
+        for share in (0.01, 0.5, 0.99):
+            path = self.folder / "cut.onnx"
+            path.write_bytes(data[:int(share * len(data))])
+            self.assert_refused(path, "cut.onnx")
+        done = ygslam("run", sequence(), "--out", self.folder / "out", "--model", model, "--set",
+                      "segment.precision=int8", "--quiet")
+        self.assert_error(done, 3, "int8")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

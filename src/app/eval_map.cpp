@@ -1,11 +1,15 @@
 #include "app/eval_map.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "app/object_truth.hpp"
 #include "app/scene_input.hpp"
 #include "app/surface_truth.hpp"
 #include "eval/alignment.hpp"
+#include "io/text.hpp"
 #include "io/trajectory_formats.hpp"
 
 namespace ygslam {
@@ -32,6 +36,32 @@ Result<SE3> align_map(const MapEvalArguments& a) {
   return align_with_orientations(pairs).T_truth_estimate;
 }
 
+bool stands_there(const SceneObject& object) {
+  return object.state == ObjectState::kStatic || object.state == ObjectState::kSettled ||
+         object.state == ObjectState::kUnobserved;
+}
+
+// Nothing where the truth or the map tells of no things.
+Result<std::optional<ObjectScore>> judge_objects(const fs::path& truth, const SceneInput& scene,
+                                                 const SE3& T_truth_map) {
+  std::error_code code;
+  const fs::path file = truth / "true_objects.json";
+  if (!scene.has_objects || !fs::exists(file, code)) return std::optional<ObjectScore>();
+  const auto bytes = read_file(file, std::size_t{64} << 20);
+  if (!bytes.ok()) return bytes.error();
+  const auto things = parse_true_objects(*bytes, file.string());
+  if (!things.ok()) return things.error();
+  std::vector<FoundObject> found;
+  for (const SceneObject& object : scene.objects) {
+    if (!stands_there(object)) continue;
+    const SE3 T_truth_box = T_truth_map * object.box.T_world_box;
+    found.push_back({semantic_class_name(object.semantic_class),
+                     {T_truth_box.t(), object.box.size_m,
+                      std::atan2(T_truth_box.R()(1, 0), T_truth_box.R()(0, 0))}});
+  }
+  return std::optional(score_objects(found, standing_at_end(*things)));
+}
+
 }  // namespace
 
 Result<std::string> eval_map(const MapEvalArguments& a) {
@@ -39,6 +69,8 @@ Result<std::string> eval_map(const MapEvalArguments& a) {
   if (!T_truth_map.ok()) return T_truth_map.error();
   auto scene = read_scene_input(a.map);
   if (!scene.ok()) return scene.error();
+  const auto objects = judge_objects(a.truth, *scene, *T_truth_map);
+  if (!objects.ok()) return objects.error();
   Surface map{{}, std::move(scene->mesh.triangles)};
   for (const SurfacePoint& point : scene->mesh.vertices) {
     map.points.emplace_back((*T_truth_map * point.p_world.cast<double>()).cast<float>());
@@ -46,9 +78,11 @@ Result<std::string> eval_map(const MapEvalArguments& a) {
   const auto truth = read_surface_truth(a.truth);
   if (!truth.ok()) return truth.error();
   const SurfaceScore score = score_surface(map, *truth);
-  if (!a.json) return format_surface(score, a.map);
+  if (!a.json) return format_surface(score, a.map) + (*objects ? format_objects(**objects) : "");
   nlohmann::json json = to_json(score);
   json["map"] = a.map;
+  json["objects"] = nullptr;
+  if (*objects) json["objects"] = to_json(**objects);
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

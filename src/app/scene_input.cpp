@@ -42,13 +42,14 @@ Result<SceneInput> read_scene_input(const fs::path& path) {
   if (!file.ok()) return file.error();
   auto mesh = read_surface_ply(*file);
   if (!mesh.ok()) return mesh.error();
-  SceneInput scene{std::move(*mesh), {}, {}};
+  SceneInput scene{std::move(*mesh), {}, {}, false};
   const fs::path beside = file->parent_path() / "objects.json";
   std::error_code code;
   if (fs::exists(beside, code)) {
     auto known = read_objects(beside);
     if (!known.ok()) return known.error();
     scene.objects = std::move(known->objects);
+    scene.has_objects = true;
     scene.gravity = known->gravity;
   } else {
     scene.gravity.up_world = up_of(scene.mesh);

@@ -13,6 +13,7 @@ struct SceneInput {
   TriangleMesh mesh;  ///< without triangles: a cloud
   std::vector<SceneObject> objects;
   Gravity gravity;
+  bool has_objects = false;  ///< an objects.json told of them, be it of none
 };
 
 /// @param path a PLY file, or a folder: its mesh.ply, else cloud.ply, else map.ply. Objects and

@@ -52,7 +52,7 @@ Status complete_options(SimulateArguments& arguments) {
   arguments.options.height = height;
   arguments.options.noise =
       arguments.noise == "kinect" ? sim::NoiseKind::kKinect : sim::NoiseKind::kNone;
-  arguments.options.truth_static = arguments.truth;
+  arguments.options.truth_static = arguments.options.truth_things = arguments.truth;
   for (const std::string& what : arguments.without) {
     arguments.options.without_people |= what == "people";
     arguments.options.without_movers |= what == "movers";

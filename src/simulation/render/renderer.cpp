@@ -130,6 +130,13 @@ void Renderer::tell_truth(const Frame& frame, const RayPacket& packet, const See
     const auto put = [&](const Floats16& lanes, Image<float>& image) {
       std::copy_n(lanes.lane + kTile * j, columns, image.row(v0 + j) + u0);
     };
+    for (int i = 0; i < columns && config_.things; ++i) {
+      const int k = kTile * j + i;
+      if (seen.hits.object[k] == Hits16::kNothing) continue;
+      view.things.at(u0 + i, v0 + j) =
+          scene_.thing_ids[static_cast<std::size_t>(seen.hits.object[k])]
+                          [static_cast<std::size_t>(seen.hits.triangle[k])];
+    }
     put(seen.hits.distance, view.depth_m);  // rays have z = 1 in the camera frame
     put(facing, view.facing);
     put(ir_return, view.ir_return);
@@ -212,6 +219,7 @@ View Renderer::render(const RowPoses& T_world_camera, const SE3& T_world_before,
   view.depth_m = DepthImage(width, height);
   view.ids = GreyImage(width, height);
   view.moving = GreyImage(width, height);
+  if (config_.things) view.things = GreyImage(width, height);
   view.facing = Image<float>(width, height);
   view.ir_return = Image<float>(width, height);
   if (config_.flow) view.flow_px = Image<Eigen::Vector2f>(width, height, Eigen::Vector2f::Zero());

@@ -16,6 +16,7 @@ struct RenderConfig {
   bool antialias = true;     ///< two more rays where surfaces meet
   bool static_view = false;  ///< also render the view without movers
   bool flow = false;         ///< also compute image motion (for motion blur)
+  bool things = false;       ///< also tell which thing each pixel shows
   double moving_m = 0.005;   ///< a surface that moved this far since the previous frame moves
   double exposure = 1;
 };
@@ -26,6 +27,7 @@ struct View {
   DepthImage depth_m;              ///< along the optical axis, 0 = nothing within reach
   GreyImage ids;                   ///< instance id of the mover, 0 = fixed scene
   GreyImage moving;                ///< 255 where the surface moved since the previous frame
+  GreyImage things;                ///< NamedThing::id, 0 = none; empty unless asked
   Image<float> facing;             ///< cosine between surface normal and line of sight
   Image<float> ir_return;          ///< share of a depth sensor's light that comes back
   Image<Eigen::Vector2f> flow_px;  ///< image motion since the previous frame; empty unless asked

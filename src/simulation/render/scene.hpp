@@ -43,6 +43,15 @@ struct Mover {
   }
 };
 
+/// A thing of a class that people give names to, or a part of the room.
+struct NamedThing {
+  std::uint8_t id = 0;     ///< in View::things
+  std::string class_name;  ///< COCO's, or "floor", "wall", "ceiling"
+  bool is_group = false;   ///< several that touch
+  std::size_t object = 0;  ///< 0: it is of the fixed scene; i + 1: of mover i
+  NamedPart part;          ///< of the object's mesh; a body is one whole
+};
+
 /// A rectangular lamp that shines downwards from the ceiling.
 struct AreaLight {
   Vec3f centre = Vec3f::Zero();  ///< [m]
@@ -65,6 +74,9 @@ struct Scene {
   std::vector<AreaLight> lights;
   std::vector<LightZone> zones;
   float ambient = 0.38F;
+  std::vector<NamedThing> things;  ///< in ascending order of ids; all floors have one id, and so on
+  /// Id of the thing that each triangle belongs to, 0 = none; of the fixed scene, then each mover.
+  std::vector<std::vector<std::uint8_t>> thing_ids;
 };
 
 }  // namespace ygslam::sim

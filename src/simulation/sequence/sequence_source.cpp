@@ -78,7 +78,8 @@ struct SequenceSource::State {
                  {.threads = options.threads,
                   .antialias = options.antialias,
                   .static_view = options.truth_static,
-                  .flow = options.blur > 0}),
+                  .flow = options.blur > 0,
+                  .things = options.truth_things}),
         faults(options.faults, 1 / frame_rate, options.seed) {}
 
   [[nodiscard]] double time_of(int i) const { return static_cast<double>(i) / fps; }
@@ -162,6 +163,7 @@ SimulatedFrame SequenceSource::State::render(int i) {
   out.depth_true_m = std::move(view.depth_m);
   out.ids = std::move(view.ids);
   out.moving = std::move(view.moving);
+  out.things = std::move(view.things);
   out.rgb_static = std::move(view.colour_static);
   out.depth_static_m = std::move(view.depth_static_m);
   return out;

@@ -29,6 +29,7 @@ struct SequenceOptions {
   bool without_people = false;    ///< and without what they carry or push
   bool without_movers = false;    ///< nothing moves
   bool truth_static = false;      ///< also render the view without movers
+  bool truth_things = false;      ///< also tell which thing each pixel shows
   bool antialias = true;
   bool distortion = false;              ///< the lens of TUM freiburg1
   double blur = 0;                      ///< exposure time / frame time, 0 = no motion blur
@@ -50,6 +51,7 @@ struct SimulatedFrame {
   DepthImage depth_true_m;
   GreyImage ids;           ///< instance id of the mover at each pixel, 0 = fixed scene
   GreyImage moving;        ///< 255 where the surface moved 5 mm or more since the previous frame
+  GreyImage things;        ///< NamedThing::id at each pixel, 0 = none; empty unless asked for
   ColourImage rgb_static;  ///< without movers; empty unless asked for
   DepthImage depth_static_m;
   Delivery delivery;  ///< what of the frame arrives

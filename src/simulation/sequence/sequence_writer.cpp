@@ -98,14 +98,14 @@ Result<SequenceWriter> SequenceWriter::create(const fs::path& folder,
   std::vector<fs::path> folders = {folder / "rgb", folder / "depth"};
   if (options.truth) {
     for (const char* name :
-         {"mask", "moving", "depth_true", "rgb_static", "depth_static", "movers"})
+         {"mask", "things", "moving", "depth_true", "rgb_static", "depth_static", "movers"})
       folders.push_back(folder / name);
   }
   std::error_code error;
   // Truth of an earlier rendering would be taken for that of this one.
   if (fs::exists(folder / "simulation.json", error)) {
-    for (const char* name : {"mask", "moving", "depth_true", "rgb_static", "depth_static", "movers",
-                             "instances.json", "static.ply"}) {
+    for (const char* name : {"mask", "things", "moving", "depth_true", "rgb_static", "depth_static",
+                             "movers", "instances.json", "true_objects.json", "static.ply"}) {
       fs::remove_all(folder / name, error);
       if (error)
         return Error{ErrorKind::kOutput, (folder / name).string() + ": " + error.message()};
@@ -128,6 +128,7 @@ Status SequenceWriter::add_truth(const SimulatedFrame& frame, const std::string&
   for (const auto& [name, bytes] :
        {std::pair<std::string, std::string>{"mask/" + png,
                                             encode_png(frame.ids, 1, PngFilter::kUp)},
+        {"things/" + png, encode_png(frame.things, 1, PngFilter::kUp)},
         {"moving/" + png, encode_png(frame.moving, 1, PngFilter::kUp)},
         {"depth_true/" + png, encode_png(raw_depth(frame.depth_true_m, scale), 1, PngFilter::kUp)},
         {"rgb_static/" + stamp + (options_.jpeg ? ".jpg" : ".png"),
@@ -167,6 +168,7 @@ Status SequenceWriter::add(const SimulatedFrame& frame, const SequenceSource& so
   for (const auto& [name, T_world_object] : source.mover_poses(frame.t_s)) {
     mover_poses_[name] += format_tum({frame.frame->stamp, T_world_object}, 6);
   }
+  objects_.add(source.scene(), frame.t_s, frame.frame->stamp, frame.things, frame.depth_true_m);
   return add_truth(frame, stamp);
 }
 
@@ -176,6 +178,8 @@ Status SequenceWriter::finish(const SequenceSource& source) {
     for (const auto& [id, name] : source.instance_classes()) instances[std::to_string(id)] = name;
     std::vector<std::pair<std::string, std::string>> files = {
         {"instances.json", instances.dump(2) + "\n"},
+        {"things/instances.json", thing_names_json(source.scene())},
+        {"true_objects.json", objects_.json(source.scene())},
         {"static.ply", static_mesh_ply(source.scene())}};
     for (const Mover& mover : source.scene().movers) {
       files.emplace_back("movers/" + std::to_string(mover.instance_id) + ".txt",

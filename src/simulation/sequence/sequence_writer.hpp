@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "simulation/sequence/sequence_source.hpp"
+#include "simulation/sequence/true_objects.hpp"
 
 namespace ygslam::sim {
 
@@ -39,6 +40,7 @@ class SequenceWriter {
   WriteOptions options_;
   std::string colour_list_, depth_list_, pairs_, poses_;
   std::map<std::string, std::string> mover_poses_;
+  TrueObjects objects_;
 };
 
 /// The fixed scene as a binary PLY mesh with a colour per vertex.

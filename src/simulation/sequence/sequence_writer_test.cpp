@@ -48,7 +48,7 @@ class SequenceFiles : public ::testing::Test {
 SequenceOptions truth_options() {
   SequenceOptions options = small_options(0.6, 5);
   options.noise = NoiseKind::kKinect;
-  options.truth_static = true;
+  options.truth_static = options.truth_things = true;
   return options;
 }
 

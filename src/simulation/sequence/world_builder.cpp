@@ -6,6 +6,7 @@
 
 #include "simulation/embedded_files.hpp"
 #include "simulation/people/person.hpp"
+#include "simulation/sequence/true_objects.hpp"
 #include "simulation/world/furniture.hpp"
 #include "simulation/world/mover_motions.hpp"
 
@@ -125,6 +126,7 @@ Result<std::shared_ptr<const Scene>> build_world(const WorldConfig& world,
     }
     scene->movers.push_back(std::move(mover));
   }
+  number_things(*scene);
   scene->materials.paint(options.threads);
   return std::shared_ptr<const Scene>(std::move(scene));
 }

@@ -29,6 +29,14 @@ void add_parallelogram(Mesh& mesh, const Vec3f& origin, const Vec3f& edge_u, con
 
 void append(Mesh& mesh, const Mesh& other, const SE3& T_mesh_other) {
   const auto offset = static_cast<std::uint32_t>(mesh.points.size());
+  const auto first_triangle = static_cast<std::uint32_t>(mesh.triangles.size());
+  const double yaw_rad = std::atan2(T_mesh_other.R()(1, 0), T_mesh_other.R()(0, 0));
+  for (NamedPart part : other.parts) {
+    part.first += first_triangle;
+    part.end += first_triangle;
+    part.yaw_rad += yaw_rad;
+    mesh.parts.push_back(std::move(part));
+  }
   const Eigen::Matrix3f R = T_mesh_other.R().cast<float>();
   const Vec3f t = T_mesh_other.t().cast<float>();
   for (const Vec3f& p : other.points) mesh.points.emplace_back(R * p + t);
@@ -38,6 +46,11 @@ void append(Mesh& mesh, const Mesh& other, const SE3& T_mesh_other) {
     for (std::uint32_t& corner : triangle.corner) corner += offset;
     mesh.triangles.push_back(triangle);
   }
+}
+
+void name_part(Mesh& mesh, std::size_t first, const char* class_name, bool is_group) {
+  mesh.parts.push_back({class_name, is_group, static_cast<std::uint32_t>(first),
+                        static_cast<std::uint32_t>(mesh.triangles.size()), 0});
 }
 
 void add_quad(Mesh& mesh, const Vec3f& origin, const Vec3f& edge_u, const Vec3f& edge_v,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "geometry/se3.hpp"
@@ -18,6 +19,14 @@ struct Triangle {
   MaterialId material = 0;
 };
 
+/// Triangles of a mesh, [first, end), that are a thing or a part of the room with a name.
+struct NamedPart {
+  std::string class_name;  ///< COCO's, or "floor", "wall", "ceiling"
+  bool is_group = false;   ///< several things of the class that touch: a pile of books
+  std::uint32_t first = 0, end = 0;
+  double yaw_rad = 0;  ///< of its front about the mesh's z, 0 = towards -y
+};
+
 /// Vertex attributes are parallel vectors. Texture coordinates are metres on the surface for tiled
 /// materials and 0..1 for fitted ones (v downwards, as in images).
 struct Mesh {
@@ -25,10 +34,14 @@ struct Mesh {
   std::vector<Vec3f> normals;  ///< unit, outwards
   std::vector<Vec2f> uv;
   std::vector<Triangle> triangles;
+  std::vector<NamedPart> parts;  ///< in ascending order, apart from one another
 };
 
 /// Appends other, moved by T_mesh_other.
 void append(Mesh& mesh, const Mesh& other, const SE3& T_mesh_other);
+
+/// Names the triangles from `first` to the last so far.
+void name_part(Mesh& mesh, std::size_t first, const char* class_name, bool is_group = false);
 
 /// A parallelogram; its normal is edge_u x edge_v. uv in metres from the origin.
 void add_quad(Mesh& mesh, const Vec3f& origin, const Vec3f& edge_u, const Vec3f& edge_v,

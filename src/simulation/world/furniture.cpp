@@ -24,6 +24,7 @@ Mesh desk(const Order& o) {
   }
   box_at(mesh, 0, s.y() / 2 - 0.05F, 0.35F, s.x() - 0.2F, 0.015F, 0.3F,
          o.materials.plain({170, 168, 164}));
+  name_part(mesh, 0, "dining table");
   return mesh;
 }
 
@@ -40,6 +41,7 @@ Mesh chair(const Order& o) {
     add_cylinder(mesh, {x, 0.22F, 0}, {x, 0.18F, 0.45F}, 0.012F, 0.012F, 8, metal);
     add_cylinder(mesh, {x, 0.18F, 0.45F}, {x, 0.27F, 0.90F}, 0.012F, 0.012F, 8, metal);
   }
+  name_part(mesh, 0, "chair");
   return mesh;
 }
 
@@ -57,6 +59,7 @@ Mesh office_chair(const Order& o) {
   box_at(mesh, 0, 0, 0.42F, 0.46F, 0.44F, 0.07F, cloth);
   box_at(mesh, 0, 0.24F, 0.40F, 0.06F, 0.03F, 0.3F, dark);
   box_at(mesh, 0, 0.23F, 0.58F, 0.42F, 0.05F, 0.42F, cloth);
+  name_part(mesh, 0, "chair");
   return mesh;
 }
 
@@ -75,6 +78,7 @@ Mesh monitor(const Order& o) {
               o.materials.get(picture, o.variant));
   box_at(mesh, 0, 0.03F, 0.01F, 0.06F, 0.03F, 0.2F, frame);
   box_at(mesh, 0, 0.03F, 0, 0.24F, 0.16F, 0.012F, frame);
+  name_part(mesh, 0, "tv");
   return mesh;
 }
 
@@ -83,7 +87,10 @@ Mesh keyboard(const Order& o) {
   box_at(mesh, 0, 0, 0, 0.45F, 0.16F, 0.018F, o.materials.plain({34, 34, 36}, 0.6F));
   add_picture(mesh, {-0.22F, -0.075F, 0.0185F}, {0.44F, 0, 0}, {0, 0.15F, 0},
               o.materials.get("keyboard", o.variant));
+  name_part(mesh, 0, "keyboard");
+  const std::size_t mouse = mesh.triangles.size();
   box_at(mesh, 0.31F, -0.01F, 0, 0.06F, 0.10F, 0.03F, o.materials.plain({30, 30, 32}, 0.6F));
+  name_part(mesh, mouse, "mouse");
   return mesh;
 }
 
@@ -104,6 +111,7 @@ Mesh shelf(const Order& o) {
     const float height = std::min(0.30F, s.z() / static_cast<float>(boards) - 0.06F);
     const float depth = 0.62F * s.y();
     const Vec3f low(-s.x() / 2 + 0.03F, s.y() / 2 - 0.02F - depth, z + 0.024F);
+    const std::size_t first = mesh.triangles.size();
     add_box(mesh, low, low + Vec3f(fill, depth, height), o.materials.plain({52, 44, 40}));
     Mesh spines;  // every shelf starts elsewhere in the strip of books
     add_quad(spines, low + Vec3f(0, -0.001F, 0), {fill, 0, 0}, {0, 0, height},
@@ -111,6 +119,7 @@ Mesh shelf(const Order& o) {
     const auto shift = static_cast<float>(rng.uniform(0, 1.2));
     for (Vec2f& uv : spines.uv) uv = {uv.x() + shift, 0.32F * (1 - uv.y() / height)};
     append(mesh, spines, SE3());
+    name_part(mesh, first, "book", true);
     if (fill < 0.75F * s.x()) {
       box_at(mesh, s.x() / 2 - 0.16F, 0, z + 0.024F, 0.16F, 0.16F, 0.18F,
              o.materials.get("cardboard", o.variant + i));
@@ -180,6 +189,7 @@ Mesh sofa(const Order& o) {
   box_at(mesh, 0, 0, 0.08F, 1.8F, 0.85F, 0.34F, m);
   box_at(mesh, 0, 0.33F, 0.40F, 1.8F, 0.2F, 0.42F, m);
   for (const float x : {-0.82F, 0.82F}) box_at(mesh, x, 0, 0.3F, 0.16F, 0.85F, 0.3F, m);
+  name_part(mesh, 0, "couch");
   return mesh;
 }
 

@@ -39,6 +39,7 @@ Mesh book_pile(const Order& o) {
     append(mesh, book, SE3(so3_exp(Vec3(0, 0, rng.uniform(-0.3, 0.3))), Vec3(0, 0, z)));
     z += thick;
   }
+  name_part(mesh, 0, "book", true);
   return mesh;
 }
 
@@ -51,6 +52,7 @@ Mesh mug(const Order& o) {
       0.9F, 0.3F);
   add_cylinder(mesh, {0, 0, 0}, {0, 0, 0.095F}, 0.038F, 0.042F, 18, m);
   box_at(mesh, 0.05F, 0, 0.02F, 0.025F, 0.012F, 0.055F, m);
+  name_part(mesh, 0, "cup");
   return mesh;
 }
 
@@ -62,6 +64,7 @@ Mesh bottle(const Order& o) {
   add_cylinder(mesh, {0, 0, 0.19F}, {0, 0, 0.25F}, 0.034F, 0.012F, 16, m);
   add_cylinder(mesh, {0, 0, 0.07F}, {0, 0, 0.14F}, 0.0345F, 0.0345F, 16,
                o.materials.plain({230, 226, 210}));
+  name_part(mesh, 0, "bottle");
   return mesh;
 }
 
@@ -95,6 +98,7 @@ Mesh plant(const Order& o) {
     add_quad(mesh, from - side, 2 * side, tip - from, green);
     add_quad(mesh, from + side, -2 * side, tip - from, green);
   }
+  name_part(mesh, 0, "potted plant");
   return mesh;
 }
 
@@ -112,6 +116,7 @@ Mesh ball(const Order& o) {
   Mesh mesh;
   const float radius = o.size_or(0.22F, 0.22F, 0.22F).x() / 2;
   add_sphere(mesh, Vec3f::Zero(), radius, 16, o.materials.get("ball", o.variant));
+  name_part(mesh, 0, "sports ball");
   return mesh;
 }
 

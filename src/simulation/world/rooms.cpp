@@ -126,14 +126,22 @@ void add_room(Scene& scene, const RoomPlan& plan) {
   const Vec3f high(static_cast<float>(plan.high.x()), static_cast<float>(plan.high.y()),
                    static_cast<float>(plan.height_m));
   const Vec3f size = high - low;
+  std::size_t first = scene.fixed.triangles.size();
+  const auto name = [&](const char* class_name) {
+    name_part(scene.fixed, first, class_name);
+    first = scene.fixed.triangles.size();
+  };
   add_quad(scene.fixed, low, {size.x(), 0, 0}, {0, size.y(), 0},
            scene.materials.get(plan.floor, plan.variant));
+  name("floor");
   add_quad(scene.fixed, {low.x(), low.y(), high.z()}, {0, size.y(), 0}, {size.x(), 0, 0},
            scene.materials.get(plan.ceiling, plan.variant));
+  name("ceiling");
   const MaterialId wall = scene.materials.get(plan.wall, plan.variant);
   for (const Side side : {Side::kWest, Side::kEast, Side::kSouth, Side::kNorth}) {
     add_wall(scene, plan, side, wall);
   }
+  name("wall");
   add_lamps(scene, plan);
 }
 

@@ -1,0 +1,58 @@
+#include "app/object_truth.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace ygslam {
+namespace {
+
+Eigen::Vector3d vector_of(const nlohmann::json& json) {
+  if (json.size() != 3) throw std::runtime_error("a vector of another length");
+  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+}
+
+TruePlace place_of(const nlohmann::json& json) {
+  TruePlace place;
+  place.box = {vector_of(json.at("centre_m")), vector_of(json.at("size_m")),
+               json.at("yaw_rad").get<double>()};
+  if (!(place.box.size_m.minCoeff() > 0)) throw std::runtime_error("a box without a volume");
+  place.from.ns = json.at("from_ns").get<std::int64_t>();
+  place.until.ns = json.at("until_ns").get<std::int64_t>();
+  place.frames = json.at("frames").get<int>();
+  return place;
+}
+
+}  // namespace
+
+Result<std::vector<TrueThing>> parse_true_objects(std::string_view text, const std::string& name) {
+  try {
+    const nlohmann::json json = nlohmann::json::parse(text);
+    if (json.at("format") != "ygslam true objects") throw std::runtime_error("not true objects");
+    std::vector<TrueThing> things;
+    for (const nlohmann::json& object : json.at("objects")) {
+      TrueThing thing{object.at("class").get<std::string>(), object.at("group").get<bool>(), {}};
+      for (const nlohmann::json& place : object.at("places"))
+        thing.places.push_back(place_of(place));
+      things.push_back(std::move(thing));
+    }
+    return things;
+  } catch (const std::exception& e) {
+    return Error{ErrorKind::kInput, name + ": " + e.what()};
+  }
+}
+
+std::vector<TrueObject> standing_at_end(const std::vector<TrueThing>& things) {
+  Timestamp end;
+  for (const TrueThing& thing : things)
+    for (const TruePlace& place : thing.places) end.ns = std::max(end.ns, place.until.ns);
+  std::vector<TrueObject> standing;
+  for (const TrueThing& thing : things) {
+    if (thing.places.empty() || thing.places.back().until != end) continue;
+    const TruePlace& place = thing.places.back();
+    standing.push_back({thing.class_name, place.box, place.frames, thing.is_group});
+  }
+  return standing;
+}
+
+}  // namespace ygslam

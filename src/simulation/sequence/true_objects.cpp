@@ -1,0 +1,137 @@
+#include "simulation/sequence/true_objects.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace ygslam::sim {
+
+namespace {
+
+constexpr double kStillM = 0.01, kStillRad = 0.02;  // since it came to rest
+constexpr double kRestS = 1;                        // a shorter stop is none
+constexpr double kShownShare = 0.001;               // of the image's pixels
+constexpr float kFarM = 4;                          // as far as maps are made
+constexpr int kMostThings = 255;
+
+bool is_room(const std::string& class_name) {
+  return class_name == "floor" || class_name == "wall" || class_name == "ceiling";
+}
+
+bool is_rest(const ThingPlace& place) {
+  return static_cast<double>(place.until.ns - place.from.ns) >= kRestS * 1e9;
+}
+
+double rounded(double value) { return std::round(value * 1e6) / 1e6 + 0.0; }
+
+}  // namespace
+
+void number_things(Scene& scene) {
+  std::map<std::string, std::uint8_t> room_ids;
+  int count = 0;
+  const auto add = [&](std::size_t object, const std::string& class_name, const NamedPart& part) {
+    std::uint8_t& room_id = room_ids[class_name];
+    const bool is_known = is_room(class_name) && room_id != 0;
+    if (!is_known && count == kMostThings) return;
+    const auto id = is_known ? room_id : static_cast<std::uint8_t>(++count);
+    if (is_room(class_name)) room_id = id;
+    if (!is_known) scene.things.push_back({id, class_name, part.is_group, object, part});
+    std::fill(scene.thing_ids[object].begin() + part.first,
+              scene.thing_ids[object].begin() + part.end, id);
+  };
+  scene.thing_ids.assign(scene.movers.size() + 1, {});
+  scene.thing_ids[0].assign(scene.fixed.triangles.size(), 0);
+  for (const NamedPart& part : scene.fixed.parts) add(0, part.class_name, part);
+  for (const bool bodies : {false, true}) {
+    for (std::size_t i = 0; i < scene.movers.size(); ++i) {
+      const Mover& mover = scene.movers[i];
+      if (mover.is_body() != bodies) continue;
+      const std::size_t triangles = (bodies ? mover.body->topology() : mover.mesh).triangles.size();
+      scene.thing_ids[i + 1].assign(triangles, 0);
+      for (const NamedPart& part : mover.mesh.parts) add(i + 1, part.class_name, part);
+      if (bodies)
+        add(i + 1, mover.class_name,
+            {mover.class_name, false, 0, static_cast<std::uint32_t>(triangles), 0});
+    }
+  }
+}
+
+ThingBox box_of(const Mesh& mesh, const NamedPart& part, const SE3& T_world_object) {
+  const Mat3& R = T_world_object.R();
+  ThingBox box;
+  box.yaw_rad = std::remainder(part.yaw_rad + std::atan2(R(1, 0), R(0, 0)), 2 * std::numbers::pi);
+  const Mat3 R_box_world = so3_exp(Vec3(0, 0, -box.yaw_rad));
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (std::uint32_t i = part.first; i < part.end; ++i) {
+    for (const std::uint32_t corner : mesh.triangles[i].corner) {
+      const Vec3 p = R_box_world * (T_world_object * mesh.points[corner].cast<double>());
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  box.size_m = high - low;
+  box.centre = R_box_world.transpose() * (0.5 * (low + high));
+  return box;
+}
+
+void TrueObjects::add(const Scene& scene, double t_s, Timestamp stamp, const GreyImage& things,
+                      const DepthImage& depth_m) {
+  std::array<int, 256> pixels{};
+  for (std::size_t i = 0; i < things.size(); ++i)
+    if (depth_m.data()[i] <= kFarM) ++pixels[things.data()[i]];
+  for (const NamedThing& thing : scene.things) {
+    if (thing.object > 0 && scene.movers[thing.object - 1].is_body()) continue;
+    const SE3 T_world_object =
+        thing.object == 0 ? SE3() : scene.movers[thing.object - 1].pose_at(t_s);
+    std::vector<ThingPlace>& places = places_[thing.id];
+    const SE3 T = places.empty() ? SE3() : places.back().T_world_object.inverse() * T_world_object;
+    if (places.empty() || T.t().norm() > kStillM || T.angle() > kStillRad) {
+      if (!places.empty() && !is_rest(places.back())) places.pop_back();
+      places.push_back({stamp, stamp, T_world_object, 0});
+    }
+    places.back().until = stamp;
+    if (pixels[thing.id] >= kShownShare * static_cast<double>(things.size()))
+      ++places.back().frames;
+  }
+}
+
+std::string TrueObjects::json(const Scene& scene) const {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const NamedThing& thing : scene.things) {
+    const auto known = places_.find(thing.id);
+    if (known == places_.end() || is_room(thing.class_name)) continue;
+    const Mesh& mesh = thing.object == 0 ? scene.fixed : scene.movers[thing.object - 1].mesh;
+    nlohmann::ordered_json places = nlohmann::ordered_json::array();
+    for (const ThingPlace& place : known->second) {
+      if (thing.object > 0 && !is_rest(place)) continue;
+      const ThingBox box = box_of(mesh, thing.part, place.T_world_object);
+      const auto vector = [](const Vec3& v) {
+        return nlohmann::ordered_json{rounded(v.x()), rounded(v.y()), rounded(v.z())};
+      };
+      places.push_back({{"from_ns", place.from.ns},
+                        {"until_ns", place.until.ns},
+                        {"centre_m", vector(box.centre)},
+                        {"size_m", vector(box.size_m)},
+                        {"yaw_rad", rounded(box.yaw_rad)},
+                        {"frames", place.frames}});
+    }
+    list.push_back({{"id", thing.id},
+                    {"class", thing.class_name},
+                    {"group", thing.is_group},
+                    {"places", std::move(places)}});
+  }
+  const nlohmann::ordered_json json = {
+      {"format", "ygslam true objects"}, {"version", 1}, {"objects", std::move(list)}};
+  return json.dump(1) + "\n";
+}
+
+std::string thing_names_json(const Scene& scene) {
+  nlohmann::ordered_json names = nlohmann::ordered_json::object();
+  for (const NamedThing& thing : scene.things) names[std::to_string(thing.id)] = thing.class_name;
+  return names.dump(2) + "\n";
+}
+
+}  // namespace ygslam::sim

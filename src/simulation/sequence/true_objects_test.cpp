@@ -1,0 +1,94 @@
+#include "simulation/sequence/true_objects.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "simulation/sequence/test_worlds.hpp"
+
+namespace ygslam::sim {
+namespace {
+
+nlohmann::json watched(const SequenceSource& source, double seconds) {
+  TrueObjects objects;
+  for (double t_s = 0; t_s <= seconds; t_s += 0.1) {
+    objects.add(source.scene(), t_s, {static_cast<std::int64_t>(t_s * 1e9)}, GreyImage(1, 1),
+                DepthImage(1, 1));
+  }
+  return nlohmann::json::parse(objects.json(source.scene())).at("objects");
+}
+
+TEST(TrueObjects, EveryPixelOfAThingLiesInItsBox) {
+  SequenceOptions options = small_options(0.3, 5);
+  options.truth_things = true;
+  SequenceSource source = open_or_die("moved_chair", options);
+  const Scene& scene = source.scene();
+  int checked = 0;
+  while (const auto frame = source.next_with_losses()) {
+    for (int v = 0; v < frame->things.height(); ++v) {
+      for (int u = 0; u < frame->things.width(); ++u) {
+        const std::uint8_t id = frame->things.at(u, v);
+        if (id == 0) continue;
+        const NamedThing& thing = scene.things.at(id - 1U);
+        ASSERT_EQ(thing.id, id);
+        const bool is_mover = thing.object > 0;
+        ASSERT_EQ(is_mover && scene.movers[thing.object - 1].is_body(),
+                  thing.class_name == "person");
+        if (thing.class_name == "person" || thing.class_name == "wall") continue;
+        const ThingBox box =
+            box_of(is_mover ? scene.movers[thing.object - 1].mesh : scene.fixed, thing.part,
+                   is_mover ? scene.movers[thing.object - 1].pose_at(frame->t_s) : SE3());
+        const Vec3 p = frame->T_world_camera *
+                       source.camera().unproject(Vec2(u, v), frame->depth_true_m.at(u, v));
+        const Vec3 off = so3_exp(Vec3(0, 0, -box.yaw_rad)) * (p - box.centre);
+        ASSERT_TRUE(((off.cwiseAbs() - box.size_m / 2).array() < 0.002).all())
+            << thing.class_name << ' ' << off.transpose() << " of " << box.size_m.transpose();
+        ++checked;
+      }
+    }
+  }
+  EXPECT_GT(checked, 2000);
+}
+
+TEST(TrueObjects, AThingThatWasPushedHasTwoPlacesAndTheFixedOnesHaveOne) {
+  const auto objects = watched(open_or_die("moved_chair", small_options(20, 5)), 20);
+  int moved = 0, fixed = 0;
+  for (const auto& object : objects) {
+    const auto& places = object.at("places");
+    ASSERT_NE(object.at("class"), "person");
+    if (object.at("class") == "sports ball") {
+      EXPECT_EQ(places.size(), 3U) << "it rolls twice; where it turns back at once is no place";
+    } else if (places.size() == 1) {
+      ++fixed;
+      EXPECT_EQ(places[0].at("from_ns"), 0);
+    } else {
+      ++moved;
+      EXPECT_EQ(object.at("class"), "chair");
+      ASSERT_EQ(places.size(), 2U);
+      EXPECT_LE(places[0].at("until_ns").get<double>(), 8e9);
+      EXPECT_GE(places[1].at("from_ns").get<double>(), 10e9);
+      const auto x_m = [&](int place) { return places[place].at("centre_m")[0].get<double>(); };
+      EXPECT_GT(std::abs(x_m(1) - x_m(0)), 0.5);
+    }
+  }
+  EXPECT_EQ(moved, 1);
+  EXPECT_GT(fixed, 20);
+}
+
+TEST(TrueObjects, LeavingMoversOutChangesNoId) {
+  SequenceOptions options = small_options(0.3, 5);
+  const SequenceSource all = open_or_die("crowd", options);
+  options.without_movers = true;
+  const SequenceSource fixed = open_or_die("crowd", options);
+  const auto& things = all.scene().things;
+  ASSERT_GT(things.size(), fixed.scene().things.size());
+  for (std::size_t i = 0; i < fixed.scene().things.size(); ++i) {
+    EXPECT_EQ(things[i].id, fixed.scene().things[i].id);
+    EXPECT_EQ(things[i].class_name, fixed.scene().things[i].class_name);
+  }
+  EXPECT_EQ(std::count_if(things.begin(), things.end(),
+                          [](const NamedThing& thing) { return thing.class_name == "person"; }),
+            5);
+}
+
+}  // namespace
+}  // namespace ygslam::sim

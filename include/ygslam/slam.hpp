@@ -75,6 +75,8 @@ struct Frame {
   const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
   const float* depth_m =
       nullptr;  ///< height x width, along the optical axis; 0, NaN, negative = none
+  /// When the depth image was taken, for a rolling shutter; 0 = with the colour image.
+  std::int64_t depth_t_ns = 0;
 };
 
 enum class State { kWaiting, kTracking, kWeak, kLost };

@@ -223,6 +223,8 @@ Result Slam::Impl::process(const Frame& frame) {
   auto input = std::make_shared<RgbdFrame>();
   input->id = FrameId{next_frame++};
   input->stamp = {frame.t_ns};
+  if (frame.depth_t_ns != 0)
+    input->depth_delay_s = seconds_between({frame.depth_t_ns}, {frame.t_ns});
   input->colour = ColourImage(camera.width(), camera.height());
   std::copy_n(frame.rgb, 3 * pixels, reinterpret_cast<std::uint8_t*>(input->colour.data()));
   input->grey = grey_from_colour(input->colour);

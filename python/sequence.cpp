@@ -1,0 +1,106 @@
+#include "sequence.hpp"
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+
+#include <ygslam/slam.hpp>
+
+#include "arrays.hpp"
+#include "io/frame_loader.hpp"
+
+namespace nb = nanobind;
+
+namespace ygslam::python {
+namespace {
+
+struct Frame {
+  RgbdFrame content;
+
+  [[nodiscard]] std::int64_t depth_t_ns() const {
+    return content.stamp.ns + to_ns(content.depth_delay_s);
+  }
+};
+
+[[noreturn]] void fail(const Error& error) {
+  throw api::Error(static_cast<int>(error.kind), error.message);
+}
+
+class Sequence {
+ public:
+  explicit Sequence(const std::string& path) : sequence_(open(path)) {}
+
+  [[nodiscard]] std::size_t size() const { return sequence_.pairs.size(); }
+  [[nodiscard]] Frame frame(std::int64_t i) const {
+    const auto n = static_cast<std::int64_t>(size());
+    if (i < 0) i += n;
+    if (i < 0 || i >= n) throw nb::index_error("no such frame");
+    const nb::gil_scoped_release unlocked;
+    auto loaded = load_frame(sequence_, static_cast<std::size_t>(i));
+    if (!loaded.ok()) fail(loaded.error());
+    return {std::move(loaded).value()};
+  }
+  [[nodiscard]] api::CameraModel camera() const {
+    const CameraConfig& c = sequence_.camera;
+    return {c.fx,
+            c.fy,
+            c.cx,
+            c.cy,
+            c.k1,
+            c.k2,
+            c.p1,
+            c.p2,
+            c.k3,
+            c.width,
+            c.height,
+            c.colour_readout_ms,
+            c.depth_readout_ms,
+            c.depth_delay_ms,
+            c.shutter_known};
+  }
+
+ private:
+  static TumSequence open(const std::string& path) {
+    auto sequence = open_tum_sequence(path);
+    if (!sequence.ok()) fail(sequence.error());
+    return std::move(sequence).value();
+  }
+  TumSequence sequence_;
+};
+
+}  // namespace
+
+void bind_sequence(nb::module_& m) {
+  nb::class_<Frame>(m, "Frame", "A registered pair of images.")
+      .def_prop_ro(
+          "t_ns", [](const Frame& f) { return f.content.stamp.ns; }, "of the colour image")
+      .def_prop_ro("depth_t_ns", &Frame::depth_t_ns, "of the depth image")
+      .def_prop_ro(
+          "rgb",
+          [](Frame& f) {
+            const ColourImage& image = f.content.colour;
+            return nb::ndarray<nb::numpy, const std::uint8_t, nb::ndim<3>, nb::c_contig>(
+                image.data(),
+                {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width()),
+                 3},
+                nb::find(f));
+          },
+          nb::rv_policy::automatic, "(H, W, 3) uint8")
+      .def_prop_ro(
+          "depth",
+          [](Frame& f) {
+            const DepthImage& image = f.content.depth_m;
+            return nb::ndarray<nb::numpy, const float, nb::ndim<2>, nb::c_contig>(
+                image.data(),
+                {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width())},
+                nb::find(f));
+          },
+          nb::rv_policy::automatic, "(H, W) float32 [m], 0 = none");
+  nb::class_<Sequence>(m, "Sequence", "A recorded sequence: its camera and its frames.")
+      .def(nb::init<const std::string&>(), nb::arg("path"),
+           "path: what `ygslam run` takes. Unreadable images raise Error when they are asked for.")
+      .def("__len__", &Sequence::size)
+      .def("__getitem__", &Sequence::frame, nb::arg("index"))
+      .def_prop_ro("camera", &Sequence::camera);
+}
+
+}  // namespace ygslam::python

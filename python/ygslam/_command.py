@@ -1,0 +1,71 @@
+"""The commands of the program, as functions: each runs it and raises ygslam.Error with its line."""
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+from typing import Any
+
+from ._core import Error
+
+_KINDS_OF_ERROR = range(1, 10)
+LOST = 7  # exit code of a run whose files are there, but that was lost for long
+
+
+def _program() -> str:
+    beside = pathlib.Path(__file__).parent / "ygslam"
+    found = os.environ.get("YGSLAM_BINARY") or (str(beside) if beside.exists() else shutil.which("ygslam"))
+    if not found:
+        raise FileNotFoundError("the program `ygslam` is neither beside this package nor in the PATH")
+    return found
+
+
+def _options(options: dict[str, Any]) -> list[str]:
+    """out_dir=1 -> --out-dir 1; True -> the flag alone; a dict under `set` -> --set key=value."""
+    words = []
+    for name, value in options.items():
+        flag = "--" + name.replace("_", "-")
+        if name == "set":
+            words += [f"--set={key}={text}" for key, text in value.items()]
+        elif value is True:
+            words.append(flag)
+        elif value is not False and value is not None:
+            words += [flag, str(value)]
+    return words
+
+
+def _call(*words: Any) -> str:
+    done = subprocess.run([_program(), "--quiet", *map(str, words)], capture_output=True, text=True,
+                          check=False)
+    if done.returncode in (0, LOST):
+        return done.stdout
+    lines = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
+    error = Error(lines[-1].removeprefix("error: ") if lines else done.stderr.strip())
+    error.code = done.returncode
+    raise error
+
+
+def run(sequence, out, **options) -> dict:
+    """`ygslam run`: options as on the command line (`deterministic=True`, `model="..."`,
+    `set={"run.seed": 2}`). @return what metrics.json says."""
+    _call("run", sequence, "--out", out, *_options(options))
+    return json.loads((pathlib.Path(out) / "metrics.json").read_text(encoding="utf-8"))
+
+
+def localize(sequence, map_file, out, **options) -> dict:
+    """`ygslam localize`: where a recording was taken in a map, which stays as it is."""
+    _call("localize", sequence, "--map", map_file, "--out", out, *_options(options))
+    return json.loads((pathlib.Path(out) / "metrics.json").read_text(encoding="utf-8"))
+
+
+def evaluate(ground_truth, estimate, **options) -> dict:
+    """`ygslam eval --json`: ATE, RPE and more of a TUM trajectory."""
+    return json.loads(_call("eval", "--gt", ground_truth, "--est", estimate, "--json",
+                            *_options(options)))
+
+
+def simulate(world, out, **options) -> None:
+    """`ygslam simulate`: renders a sequence with exact truth (`seconds=8`, `size="640x480"`)."""
+    _call("simulate", world, "--out", out, *_options(options))

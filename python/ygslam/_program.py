@@ -1,0 +1,10 @@
+"""The program `ygslam` of the command line, as it lies in the wheel."""
+import os
+import sys
+
+from ._command import _program
+
+
+def main() -> None:
+    program = _program()
+    os.execv(program, [program, *sys.argv[1:]])

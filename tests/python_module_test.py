@@ -1,0 +1,173 @@
+"""The Python module: as good as the command line, and honest about wrong use.
+
+    PYTHONPATH=build/release/python python tests/python_module_test.py
+"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+import ygslam
+
+from ygslam_cli import FRAMES, HEIGHT, WIDTH, CliTest, sequence, trajectory
+
+
+class PythonModule(CliTest):
+    def slam(self, **how):
+        how = {"dynamic": "geometry", "deterministic": True, **how}
+        return ygslam.Slam(self.frames.camera, **how)
+
+    def setUp(self):
+        super().setUp()
+        self.frames = ygslam.open(sequence())
+
+    def test_the_same_poses_as_the_command_line(self):
+        slam = self.slam()
+        for frame in self.frames:
+            result = slam.process(frame.rgb, frame.depth, frame.t_ns, depth_t_ns=frame.depth_t_ns)
+        self.assertEqual(result.state, ygslam.State.TRACKING)
+        outcome = slam.finish()
+        self.assert_ran(self.run_slam(sequence()))
+        expected = trajectory(self.folder / "out" / "trajectory.txt")
+        rows = np.array([[float(stamp), *pose] for stamp, pose in expected])
+        self.assertEqual(outcome.trajectory.shape, (FRAMES, 8))
+        np.testing.assert_allclose(outcome.trajectory[:, 1:4], rows[:, 1:4], atol=1e-8)
+        np.testing.assert_allclose(np.abs((outcome.trajectory[:, 4:] * rows[:, 4:]).sum(axis=1)), 1,
+                                   atol=1e-8)
+        np.testing.assert_allclose(outcome.trajectory[:, 0], rows[:, 0], atol=1e-6)
+        np.testing.assert_allclose(result.pose[:3, 3], outcome.trajectory[-1, 1:4], atol=0.05)
+        np.testing.assert_allclose(result.pose[:3, :3] @ result.pose[:3, :3].T, np.eye(3), atol=1e-9)
+        np.testing.assert_allclose(result.T_world_odom @ result.T_odom_camera, result.pose,
+                                   atol=1e-9)
+        self.assertEqual(outcome.points.shape, outcome.colors.shape)
+        self.assertGreater(len(outcome.points), 1000)
+        again = slam.finish()
+        np.testing.assert_array_equal(again.trajectory, outcome.trajectory)
+        ygslam.write_trajectory(self.folder / "written.txt", outcome.trajectory)
+        self.assertEqual(len(trajectory(self.folder / "written.txt")), FRAMES)
+
+    def test_arrays_are_views_of_the_frame(self):
+        frame = self.frames[-1]
+        self.assertEqual((frame.rgb.shape, frame.rgb.dtype), ((HEIGHT, WIDTH, 3), np.uint8))
+        self.assertEqual((frame.depth.shape, frame.depth.dtype), ((HEIGHT, WIDTH), np.float32))
+        self.assertEqual(frame.rgb.ctypes.data, frame.rgb.ctypes.data)
+        rgb = frame.rgb
+        before = rgb.copy()
+        del frame  # the array keeps it alive
+        np.testing.assert_array_equal(rgb, before)
+        self.assertEqual(len(self.frames), FRAMES)
+        with self.assertRaises(IndexError):
+            self.frames[FRAMES]
+
+    def test_raw_depth_is_metres_by_its_scale(self):
+        metric, raw = self.slam(), self.slam()
+        for frame in list(self.frames)[:10]:
+            units = np.round(frame.depth * 5000).astype(np.uint16)
+            in_metres = (units * (1 / 5000)).astype(np.float32)
+            a = metric.process(frame.rgb, in_metres, frame.t_ns)
+            b = raw.process(frame.rgb, units, frame.t_ns, depth_scale=5000)
+            np.testing.assert_array_equal(a.pose, b.pose)
+
+    def test_wrong_arrays_are_refused_in_words(self):
+        slam, frame = self.slam(), self.frames[0]
+        for rgb, depth, kind, words in (
+                (frame.rgb[:10], frame.depth, ValueError, "rgb"),
+                (frame.rgb, frame.depth[:, :9].copy(), ValueError, "depth"),
+                (frame.rgb, frame.depth.astype(np.float64), TypeError, "float32"),
+                (frame.rgb, frame.depth.T, TypeError, "contiguous"),
+                (frame.rgb, frame.depth.astype(np.uint16), ValueError, "depth_scale"),
+                (frame.rgb.astype(np.float32), frame.depth, TypeError, ""),
+                (None, None, TypeError, "")):
+            with self.assertRaises(kind) as refused:
+                slam.process(rgb, depth, 1)
+            self.assertIn(words, str(refused.exception))
+        self.assertEqual(slam.process(frame.rgb, frame.depth, 2).state, ygslam.State.TRACKING)
+
+    def test_errors_have_the_codes_of_the_command_line(self):
+        def code(call):
+            with self.assertRaises(ygslam.Error) as failed:
+                call()
+            self.assertNotIn("\n", str(failed.exception).strip())
+            return failed.exception.code
+        self.assertEqual(code(lambda: ygslam.open(self.folder / "nowhere")), 4)
+        self.assertEqual(code(lambda: self.slam(options={"orb.featurs": "3"})), 3)
+        self.assertEqual(code(lambda: self.slam(dynamic="full", model="no.onnx")), 5)
+        slam, frame = self.slam(), self.frames[0]
+        slam.process(frame.rgb, frame.depth, 5)
+        self.assertEqual(code(lambda: slam.process(frame.rgb, frame.depth, 5)), 4)
+        slam.finish()
+        self.assertEqual(code(lambda: slam.process(frame.rgb, frame.depth, 6)), 2)
+        self.assertEqual(code(lambda: ygslam.run(self.folder / "nowhere", self.folder / "o")), 4)
+
+    def test_others_work_while_it_works_and_may_not_use_it(self):
+        slam, frames = self.slam(deterministic=True), list(self.frames)
+        counted, busy, done = [0], [], threading.Event()
+
+        def count():
+            while not done.is_set():
+                counted[0] += 1
+                if counted[0] % 1000 == 0:
+                    try:
+                        slam.map()
+                    except RuntimeError as error:
+                        busy.append(str(error))
+        other = threading.Thread(target=count)
+        other.start()
+        tracked = 0
+        for i, frame in enumerate(frames):
+            try:
+                slam.process(frame.rgb, frame.depth, 1 + i)
+                tracked += 1
+            except RuntimeError as error:
+                busy.append(str(error))
+        done.set()
+        other.join()
+        self.assertGreater(counted[0], 1000, "the lock was not released")
+        self.assertTrue(busy, "nobody was told that it is in use")
+        self.assertTrue(all("another thread" in line for line in busy))
+        self.assertGreater(tracked, 0)
+
+    def test_maps_go_from_run_to_run(self):
+        with self.slam() as first:
+            for frame in self.frames:
+                first.process(frame.rgb, frame.depth, frame.t_ns)
+            snapshot = first.map()
+            self.assertEqual(snapshot.keyframes.shape[1], 8)
+            self.assertEqual(snapshot.landmarks.shape[1], 3)
+            first.save_map(str(self.folder / "room.map"))
+        second = self.slam(load_map=str(self.folder / "room.map"), localize_only=True)
+        states = [second.process(f.rgb, f.depth, f.t_ns).state for f in self.frames]
+        self.assertIn(ygslam.State.TRACKING, states)
+        second.reset()
+        first.reset  # noqa: B018 - a method of a finished one is still there
+
+    def test_the_commands_are_functions(self):
+        metrics = ygslam.run(sequence(), self.folder / "out", deterministic=True,
+                             dynamic="geometry", set={"run.seed": 2})
+        self.assertEqual(metrics["frames"], FRAMES)
+        report = ygslam.evaluate(sequence() / "groundtruth.txt",
+                                 self.folder / "out" / "trajectory.txt")
+        self.assertLess(report["ate"]["rmse"], 0.05)
+
+    def test_types_are_told(self):
+        package = pathlib.Path(ygslam.__file__).parent
+        self.assertTrue((package / "py.typed").exists())
+        self.assertIn("def process(", (package / "_core.pyi").read_text(encoding="utf-8"))
+        with tempfile.TemporaryDirectory() as folder:
+            use = pathlib.Path(folder, "use.py")
+            use.write_text("import ygslam\n"
+                           "s = ygslam.Slam(ygslam.CameraModel(fx=1, fy=1, cx=1, cy=1))\n"
+                           "x: int = s.finish().trajectory.shape[0]\n"
+                           "wrong: str = s.map().landmarks.ndim\n", encoding="utf-8")
+            done = subprocess.run([sys.executable, "-m", "mypy", "--no-incremental", use],
+                                  capture_output=True, text=True, check=False, cwd=package.parent)
+        lines = [line for line in done.stdout.splitlines() if "error" in line and "use.py" in line]
+        self.assertEqual(len(lines), 1, done.stdout)
+        self.assertIn("use.py:4", lines[0])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -138,6 +138,7 @@ TEST(ObjectTracker, WhoComesBackLegsFirstHasNoOtherNumberMeanwhile) {
   (void)run(tracker, scene, 15, 75);
   const Rgb8 shirt = back.colour, trousers{20, 20, 220};
   back.same_points = false;
+  back.centre.x() += 0.7;
   std::vector<ObjectId> shown;
   for (int k = 75; k < 95; ++k) {
     back.colour = k < 80 ? trousers : shirt;

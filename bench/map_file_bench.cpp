@@ -14,6 +14,7 @@
 #include <fstream>
 
 #include "core/rng.hpp"
+#include "geometry/geometry_testing.hpp"
 #include "map/map_bytes.hpp"
 #include "map_file/map_file.hpp"
 
@@ -29,11 +30,7 @@ constexpr int kSightings = 8;         // keyframes that see a landmark
 constexpr double kWithLandmark = .6;  // of the features
 constexpr float kRawPerMetre = 5000;  // depth comes in whole units
 
-Camera camera() {
-  CameraConfig c;
-  c.fx = c.fy = 525.0, c.cx = 319.5, c.cy = 239.5;
-  return Camera(c);
-}
+Camera camera() { return geometry_test::test_camera(); }
 
 struct Options {
   int keyframes = 5000;

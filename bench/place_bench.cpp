@@ -11,6 +11,7 @@
 #include "core/rng.hpp"
 #include "features/attach.hpp"
 #include "features/orb.hpp"
+#include "geometry/geometry_testing.hpp"
 #include "io/atomic_file.hpp"
 #include "io/frame_loader.hpp"
 #include "io/trajectory.hpp"
@@ -110,9 +111,7 @@ Descriptor random_descriptor(Rng& rng) {
 /// Keyframes that see 500 landmarks each, every landmark seen by five of them in a row.
 int time_made_up(int keyframes) {
   constexpr int kFresh = 100, kSightings = 5, kBlurredBits = 25;
-  CameraConfig c;
-  c.fx = c.fy = 525.0, c.cx = 319.5, c.cy = 239.5;
-  const Camera camera(c);
+  const Camera camera = geometry_test::test_camera();
   Rng rng(1);
   Map map({8, 1.2});
   std::vector<Descriptor> descriptors;

@@ -41,14 +41,7 @@ TEST(Complete, CoversWhatAllCallsAskedFor) {
 
 TEST(Complete, AsksForNothingThatNobodyAskedFor) {
   Bench bench;
-  bench.add_sequence("two");
-  bench.options.sequences = {"one"};
-  bench.options.modes = {"off"};
-  bench.run_all();
-  bench.options.sequences = {"two"};
-  bench.options.modes = {"geometry"};
-  bench.options.runs = 1;
-  bench.run_all();
+  bench.run_in_two_calls();
   const auto json = bench.sweep_file();
   EXPECT_EQ(json["complete"], true);
   EXPECT_EQ(json["sequences"][0]["runs_asked"], (nlohmann::json{{"off", 2}}));

@@ -7,6 +7,7 @@
 #include "benchmark_runs/judge_run.hpp"
 #include "benchmark_runs/run_files.hpp"
 #include "benchmark_runs/sweep_file.hpp"
+#include "core/utc_time.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
 
@@ -23,7 +24,7 @@ Sweep::Sweep(SweepOptions options, SweepObserver observer, OutputLock lock)
       comparable_(comparable_options(options_)),
       observer_(std::move(observer)),
       lock_(std::move(lock)),
-      started_(iso_time_now()) {}
+      started_(utc_time_now()) {}
 
 Result<Sweep> Sweep::open(SweepOptions options, SweepObserver observer) {
   const auto found = find_sequences(options.root);

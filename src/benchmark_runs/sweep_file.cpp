@@ -1,8 +1,6 @@
 #include "benchmark_runs/sweep_file.hpp"
 
 #include <algorithm>
-#include <array>
-#include <ctime>
 #include <map>
 
 #include "io/json_text.hpp"
@@ -206,15 +204,6 @@ Result<SweepFile> parse_sweep_file(std::string_view text, const std::string& nam
   } catch (const nlohmann::json::exception&) {
     return fault("a key is missing or has a value of another type");
   }
-}
-
-std::string iso_time_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text.data();
 }
 
 }  // namespace ygslam

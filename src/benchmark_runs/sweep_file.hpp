@@ -42,6 +42,4 @@ struct SweepFile {
 /// The same from its text. @param name of the file, for messages.
 [[nodiscard]] Result<SweepFile> parse_sweep_file(std::string_view text, const std::string& name);
 
-[[nodiscard]] std::string iso_time_now();
-
 }  // namespace ygslam

@@ -162,14 +162,7 @@ TEST(Sweep, ASequenceThatHasChangedIsTold) {
 
 TEST(Sweep, OtherSequencesAndModesOfEarlierCallsStay) {
   Bench bench;
-  bench.add_sequence("two");
-  bench.options.sequences = {"one"};
-  bench.options.modes = {"off"};
-  bench.run_all();
-  bench.options.sequences = {"two"};
-  bench.options.modes = {"geometry"};
-  bench.options.runs = 1;
-  bench.run_all();
+  bench.run_in_two_calls();
   const auto json = bench.sweep_file();
   EXPECT_EQ(json["sequences"].size(), 2U);
   EXPECT_EQ(json["modes"], (nlohmann::json{"off", "geometry"}));

@@ -105,6 +105,17 @@ struct Bench {
     ASSERT_TRUE(complete.ok()) << complete.error().message;
     EXPECT_TRUE(*complete);
   }
+  /// Sequence "one", mode off, twice; then in another call "two", geometry, once.
+  void run_in_two_calls() {
+    add_sequence("two");
+    options.sequences = {"one"};
+    options.modes = {"off"};
+    run_all();
+    options.sequences = {"two"};
+    options.modes = {"geometry"};
+    options.runs = 1;
+    run_all();
+  }
   [[nodiscard]] nlohmann::json sweep_file() const { return *read_json(options.out / "sweep.json"); }
 };
 

@@ -9,7 +9,7 @@ namespace ygslam {
 namespace {
 
 CameraConfig kinect() {
-  CameraConfig camera = testing::test_camera().config();
+  CameraConfig camera = geometry_test::test_camera().config();
   camera.colour_readout_ms = 26;
   camera.depth_readout_ms = 26;
   return camera;

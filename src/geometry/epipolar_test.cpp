@@ -12,7 +12,7 @@
 namespace ygslam {
 namespace {
 
-using testing::test_camera;
+using geometry_test::test_camera;
 
 SE3 random_motion(Rng& rng, double max_angle_rad, double distance_m) {
   const Vec3 omega(rng.normal(), rng.normal(), rng.normal());

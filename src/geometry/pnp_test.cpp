@@ -9,7 +9,7 @@
 namespace ygslam {
 namespace {
 
-using testing::test_camera;
+using geometry_test::test_camera;
 
 SE3 random_pose(Rng& rng) {
   Vec6 twist;

@@ -9,7 +9,7 @@ namespace ygslam {
 namespace {
 
 CameraConfig rolling_camera(double colour_ms, double depth_ms, double delay_ms) {
-  CameraConfig camera = testing::test_camera().config();
+  CameraConfig camera = geometry_test::test_camera().config();
   camera.k1 = 0.05;
   camera.colour_readout_ms = colour_ms;
   camera.depth_readout_ms = depth_ms;

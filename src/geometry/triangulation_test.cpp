@@ -8,7 +8,7 @@
 namespace ygslam {
 namespace {
 
-using testing::test_camera;
+using geometry_test::test_camera;
 
 TEST(Triangulate, FindsThePointWhereTheRaysMeet) {
   const Camera camera = test_camera();

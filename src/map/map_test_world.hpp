@@ -12,6 +12,7 @@
 #include "features/feature.hpp"
 #include "features/feature_grid.hpp"
 #include "geometry/camera.hpp"
+#include "geometry/geometry_testing.hpp"
 #include "image/rgbd_frame.hpp"
 #include "map/map.hpp"
 #include "map/messages.hpp"
@@ -21,11 +22,7 @@ namespace ygslam::map_test {
 constexpr int kLevels = 8;
 constexpr double kScale = 1.2;
 
-inline Camera camera() {
-  CameraConfig c;
-  c.fx = c.fy = 525.0, c.cx = 319.5, c.cy = 239.5;
-  return Camera(c);
-}
+inline Camera camera() { return geometry_test::test_camera(); }
 
 inline Descriptor random_descriptor(Rng& rng) {
   Descriptor d;

@@ -1,12 +1,12 @@
 #include "map_file/map_meta.hpp"
 
 #include <charconv>
-#include <ctime>
 #include <map>
 #include <random>
 
 #include <fmt/format.h>
 
+#include "core/utc_time.hpp"
 #include "io/calibration.hpp"
 #include "map_file/row_hash.hpp"
 
@@ -111,15 +111,6 @@ std::string random_uuid() {  // RFC 9562, version 4
                      high & 0xffff, low >> 48, low & 0xffffffffffffULL);
 }
 
-std::string time_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text.data();
-}
-
 }  // namespace
 
 MetaEntries entries_of(const Meta& meta) {
@@ -185,7 +176,7 @@ std::string differences(const MapFileInfo& info, const CameraConfig& camera,
 MapFileInfo new_info(const CameraConfig& camera, const PyramidScales& scales) {
   MapFileInfo info;
   info.uuid = random_uuid();
-  info.created = time_now();
+  info.created = utc_time_now();
   info.program_version = program_version();
   info.camera.width = camera.width;
   info.camera.height = camera.height;

@@ -12,6 +12,7 @@
 #include "core/rng.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/epipolar.hpp"
+#include "geometry/geometry_testing.hpp"
 #include "image/depth.hpp"
 #include "image/rgbd_frame.hpp"
 #include "motion/labels.hpp"
@@ -19,11 +20,7 @@
 
 namespace ygslam::motion_test {
 
-inline Camera small_camera() {
-  CameraConfig c;
-  c.fx = c.fy = 260, c.cx = 159.5, c.cy = 119.5, c.width = 320, c.height = 240;
-  return Camera(c);
-}
+inline Camera small_camera() { return geometry_test::test_camera(260, 320, 240); }
 
 /// Matches of static points and of a cube with its own motion, between two frames.
 struct PointWorld {

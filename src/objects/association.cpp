@@ -16,16 +16,22 @@ constexpr double kGateMps = 1.2;        // ... growing with the time it was out 
 constexpr double kMaxGate_m = 4;        // ... shows another one
 constexpr double kAway_s = 1;           // who came back is not taken for new after so long
 constexpr double kMinSimilarity = 0.7;  // of the appearance, to know an object again
+constexpr int kUnsureFrames = 10;       // who comes into sight bit by bit cannot be compared yet
 
 /// How far an instance is from where a track should be, as a share of how far it may be. Between
 /// their boxes, as centres jump where something hides a part.
+double gated_distance(const Vec3& min_odom, const Vec3& max_odom, const TrackPlace& place,
+                      const Track& track, double away_s) {
+  const Vec3 gap = (min_odom - place.centre_odom - track.high_m)
+                       .cwiseMax(place.centre_odom + track.low_m - max_odom)
+                       .cwiseMax(0.0);
+  return gap.norm() / std::min(kMaxGate_m, kGate_m + std::max(0.0, away_s) * kGateMps);
+}
+
 double gated_distance(const InstanceView& seen, const TrackPlace& place, const Track& track,
                       double away_s) {
   if (!seen.has_depth) return 0;
-  const Vec3 gap = (seen.min_odom - place.centre_odom - track.high_m)
-                       .cwiseMax(place.centre_odom + track.low_m - seen.max_odom)
-                       .cwiseMax(0.0);
-  return gap.norm() / std::min(kMaxGate_m, kGate_m + std::max(0.0, away_s) * kGateMps);
+  return gated_distance(seen.min_odom, seen.max_odom, place, track, away_s);
 }
 
 /// Overlap in the image and common points, likeness of appearance and of depth. @return 0 = no
@@ -104,6 +110,18 @@ Association associate(std::span<const InstanceView> instances,
   for (std::size_t s = 0; s < near.size(); ++s)
     if (near[s] >= 0 && near[s] != result.track_of[s]) result.duplicates.push_back(near[s]);
   return result;
+}
+
+bool may_be_known(const Track& young, const Tracks& tracks, Timestamp now) {
+  if (young.age_frames >= kUnsureFrames) return false;
+  return std::any_of(tracks.begin(), tracks.end(), [&](const auto& entry) {
+    const Track& other = entry.second;
+    const double away_s = seconds_between(now, other.seen);
+    return other.id != kNoObject && other.is_known() && other.class_id == young.class_id &&
+           away_s >= kAway_s &&
+           gated_distance(young.place.centre_odom + young.low_m,
+                          young.place.centre_odom + young.high_m, other.place, other, away_s) <= 1;
+  });
 }
 
 }  // namespace ygslam

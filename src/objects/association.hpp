@@ -22,4 +22,7 @@ struct Association {
                                     std::span<const PointIndices> points_on,
                                     const ObjectFrame& frame, const Tracks& tracks);
 
+/// Whether a track that has just come into sight may turn out to be one that was out of it.
+[[nodiscard]] bool may_be_known(const Track& young, const Tracks& tracks, Timestamp now);
+
 }  // namespace ygslam

@@ -196,7 +196,9 @@ void ObjectTracker::update_tracks(ObjectFrame& now) {
   auto points = points_by_track(now);
   for (auto& [key, track] : tracks_) {
     track.update(now, before, points[key], mask_stamp_, camera_, now.place[key]);
-    if (track.id == kNoObject && track.is_confirmed()) track.id = ObjectId{next_id_++};
+    if (track.id == kNoObject && track.is_confirmed() &&
+        !may_be_known(track, tracks_, now.in.stamp))
+      track.id = ObjectId{next_id_++};
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "objects/testing/board_scene.hpp"
@@ -121,10 +122,32 @@ TEST(ObjectTracker, WhoComesBackIsKnownByPlaceAndColours) {
     scene.things[0].centre.x() += 0.7;
     scene.things[0].same_points = false;
     if (!same_clothes) scene.things[0].colour = {20, 20, 220};
-    const auto back = seen(run(tracker, scene, 75, 85));
+    const auto back = seen(run(tracker, scene, 75, 90));
     ASSERT_EQ(back.size(), 1U);
     EXPECT_EQ(back[0].id == ObjectId{0}, same_clothes);
   }
+}
+
+TEST(ObjectTracker, WhoComesBackLegsFirstHasNoOtherNumberMeanwhile) {
+  Scene scene;
+  scene.things = {{}};
+  ObjectTracker tracker({}, scene.camera());
+  (void)run(tracker, scene, 0, 15);
+  Thing back = scene.things[0];
+  scene.things.clear();
+  (void)run(tracker, scene, 15, 75);
+  const Rgb8 shirt = back.colour, trousers{20, 20, 220};
+  back.same_points = false;
+  back.centre.x() += 0.7;
+  std::vector<ObjectId> shown;
+  for (int k = 75; k < 95; ++k) {
+    back.colour = k < 80 ? trousers : shirt;
+    scene.things = {back};
+    for (const TrackedObject& object : seen(tracker.step(scene.frame(k))))
+      shown.push_back(object.id);
+  }
+  EXPECT_GT(shown.size(), 10U);
+  EXPECT_EQ(std::count(shown.begin(), shown.end(), ObjectId{0}), std::ssize(shown));
 }
 
 TEST(ObjectTracker, WhoIsGoneForLongIsForgotten) {

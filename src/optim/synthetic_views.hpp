@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/rng.hpp"
+#include "geometry/geometry_testing.hpp"
 #include "optim/local_bundle.hpp"
 #include "optim/pose_only.hpp"
 
@@ -19,11 +20,7 @@ struct Noise {
   double without_depth_share = 0.2;  ///< of the observations
 };
 
-[[nodiscard]] inline Camera camera() {
-  CameraConfig c;
-  c.fx = c.fy = 525.0, c.cx = 319.5, c.cy = 239.5;
-  return Camera(c);
-}
+[[nodiscard]] inline Camera camera() { return geometry_test::test_camera(); }
 
 [[nodiscard]] inline Vec6 random_twist(Rng& rng, double translation_m, double rotation) {
   Vec6 twist;

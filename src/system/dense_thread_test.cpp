@@ -2,14 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/geometry_testing.hpp"
+
 namespace ygslam {
 namespace {
 
-Camera small_camera() {
-  CameraConfig c;
-  c.fx = c.fy = 65, c.cx = 39.5, c.cy = 29.5, c.width = 80, c.height = 60;
-  return Camera(c);
-}
+Camera small_camera() { return geometry_test::test_camera(65, 80, 60); }
 
 /// A wall two metres ahead, from places beside each other; each update moves the ones before a bit.
 std::vector<DenseUpdate> walk(const Camera& camera, std::uint32_t views) {

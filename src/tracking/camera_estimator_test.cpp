@@ -11,7 +11,7 @@ namespace {
 constexpr int kPoints = 200;
 constexpr double kFrame_s = 1.0 / 30;
 
-CameraConfig true_camera() { return testing::test_camera().config(); }
+CameraConfig true_camera() { return geometry_test::test_camera().config(); }
 
 /// A camera that is waved about in front of points, read with the true times.
 class Waving {

@@ -3,15 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
+#include "geometry/geometry_testing.hpp"
 
 namespace ygslam {
 namespace {
 
-Camera small_camera() {
-  CameraConfig c;
-  c.fx = c.fy = 260, c.cx = 159.5, c.cy = 119.5, c.width = 320, c.height = 240;
-  return Camera(c);
-}
+Camera small_camera() { return geometry_test::test_camera(260, 320, 240); }
 
 /// A wall of blocks of random brightness, 2 m away; depth on a share of its area.
 FramePtr wall(std::uint32_t id, double depth_share, bool textured = true) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/geometry_testing.hpp"
 #include "volume/prepared_view.hpp"
 #include "volume/volume_test_world.hpp"
 
@@ -12,15 +13,7 @@ using volume_test::look_at;
 using volume_test::render;
 using volume_test::World;
 
-CameraConfig small_config() {
-  CameraConfig config;
-  config.fx = config.fy = 140;
-  config.cx = 79.5;
-  config.cy = 59.5;
-  config.width = 160;
-  config.height = 120;
-  return config;
-}
+CameraConfig small_config() { return geometry_test::test_camera(140, 160, 120).config(); }
 
 struct Recorded {
   DepthImage depth_m;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
+#include "geometry/geometry_testing.hpp"
 #include "objects/object_tracker.hpp"
 
 namespace ygslam::testing {
@@ -15,15 +16,7 @@ namespace ygslam::testing {
 inline constexpr int kPerson = 0;
 inline constexpr double kRate_hz = 30;
 
-inline Camera small_camera() {
-  CameraConfig config;
-  config.fx = config.fy = 250;
-  config.cx = 160;
-  config.cy = 120;
-  config.width = 320;
-  config.height = 240;
-  return Camera(config);
-}
+inline Camera small_camera() { return geometry_test::test_camera(250, 320, 240); }
 
 /// An upright board before a wall, with points on it that stay the same.
 struct Thing {

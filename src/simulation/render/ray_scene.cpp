@@ -242,6 +242,13 @@ void clear(RTCHit16& hit) {
   }
 }
 
+void meet(RTCScene scene, const RayPacket& rays, RTCRayHit16& packet) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(rays.active.lane, scene, &context, &packet);
+}
+
 void blocked_by(RTCScene scene, const RayPacket& rays, Ints16& blocked) {
   alignas(64) RTCRay16 packet;
   fill(rays, packet);
@@ -257,13 +264,10 @@ void RayScene::intersect(const RayPacket& rays, Hits16& hits, Hits16* on_fixed) 
   alignas(64) RTCRayHit16 packet;
   fill(rays, packet.ray);
   clear(packet.hit);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(rays.active.lane, embree_->fixed, &context, &packet);
+  meet(embree_->fixed, rays, packet);
   if (on_fixed != nullptr) read(rays, packet, *on_fixed);
   // Only what is nearer than the fixed scene is found now.
-  if (!movers_.empty()) rtcIntersect16(rays.active.lane, embree_->moving, &context, &packet);
+  if (!movers_.empty()) meet(embree_->moving, rays, packet);
   read(rays, packet, hits);
 }
 
@@ -271,10 +275,7 @@ void RayScene::intersect_fixed(const RayPacket& rays, Hits16& hits) const {
   alignas(64) RTCRayHit16 packet;
   fill(rays, packet.ray);
   clear(packet.hit);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(rays.active.lane, embree_->fixed, &context, &packet);
+  meet(embree_->fixed, rays, packet);
   read(rays, packet, hits);
 }
 

@@ -22,7 +22,7 @@ SIDE = {"io": {"core", "geometry", "image"},
         "scene_picture": {"core", "geometry", "image", "io", "scene"},
         "map_file": {"core", "geometry", "image", "io", "features", "map"}}
 # Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
-ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence"),
+ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence", "random"),
          "motion": ("flow", "masks", "checks", "classification")}
 USERS_OF_SIDE = {"system", "live", "facade", "app"}
 

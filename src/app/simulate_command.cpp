@@ -10,12 +10,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "app/exit_code.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
+#include "app/simulate_random.hpp"
 #include "app/stop_signal.hpp"
 #include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
@@ -32,6 +34,7 @@ struct SimulateArguments {
   std::string world;
   std::string out;
   bool list = false;
+  std::optional<int> random;  // frames
   bool truth = false;
   std::string size = "640x480";
   std::string noise = "kinect";
@@ -62,9 +65,10 @@ Status complete_options(SimulateArguments& arguments) {
     if (!fault) return fault.error();
     arguments.options.faults.push_back(*fault);
   }
+  if (arguments.out.empty()) return Error{ErrorKind::kUsage, "--out DIR is missing"};
+  if (arguments.random) return Ok{};
   if (arguments.world.empty())
     return Error{ErrorKind::kUsage, "which world? --list shows the known ones"};
-  if (arguments.out.empty()) return Error{ErrorKind::kUsage, "--out DIR is missing"};
   return Ok{};
 }
 
@@ -144,6 +148,14 @@ Status simulate(SimulateArguments arguments) {
     return Ok{};
   }
   if (Status status = complete_options(arguments); !status) return status;
+  if (arguments.random) {
+    sim::RandomFramesOptions random;
+    random.seed = o.seed;
+    random.width = o.width;
+    random.height = o.height;
+    random.threads = o.threads;
+    return write_random_frames(arguments.out, *arguments.random, random);
+  }
   Result<sim::SequenceSource> source = sim::open_world(arguments.world, arguments.options);
   if (!source) return source.error();
   if (StopSignal::received() != 0) return Ok{};  // what is in the folder already stays
@@ -204,6 +216,15 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--threads", a.options.threads, "Rendering threads")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
+  CLI::Option* random = command->add_option(
+      "--random", a.random,
+      "Instead of a sequence: so many single frames of random rooms and people, for training");
+  random->check(CLI::Range(1, 10'000'000));
+  for (CLI::Option* other : command->get_options()) {
+    static const std::set<std::string> kAlso = {"--help", "--out",     "--seed",
+                                                "--size", "--threads", "--random"};
+    if (!kAlso.contains(other->get_name())) random->excludes(other);
+  }
   command->callback([arguments, &exit_code] {
     const StopSignal watch;
     exit_code = exit_code_of(simulate(*arguments));

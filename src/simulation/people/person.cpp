@@ -188,20 +188,7 @@ BodyPose Person::pose_at(double t_s) const {
 
 void Person::shape_at(double t_s, std::vector<Vec3f>& p_world, std::vector<Vec3f>& normals) const {
   skin(*model_, shape(), pose_at(t_s), p_world);
-  normals.assign(p_world.size(), Vec3f::Zero());
-  for (const Triangle& triangle : mesh_.triangles) {
-    const auto& [a, b, c] = triangle.corner;
-    const Vec3f area = (p_world[b] - p_world[a]).cross(p_world[c] - p_world[a]);
-    for (const std::uint32_t corner : triangle.corner) normals[model_->twin[corner]] += area;
-  }
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    if (model_->twin[i] != i) {
-      normals[i] = normals[model_->twin[i]];  // twins come after their first
-      continue;
-    }
-    const float length = normals[i].norm();
-    normals[i] = length > 1e-12F ? Vec3f(normals[i] / length) : Vec3f::UnitZ();
-  }
+  smooth_normals(mesh_.triangles, model_->twin, p_world, normals);
 }
 
 }  // namespace ygslam::sim

@@ -122,4 +122,22 @@ void skin(const BodyModel& model, const BodyShape& shape, const BodyPose& pose,
   }
 }
 
+void smooth_normals(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& twin,
+                    const std::vector<Vec3f>& p_world, std::vector<Vec3f>& normals) {
+  normals.assign(p_world.size(), Vec3f::Zero());
+  for (const Triangle& triangle : triangles) {
+    const auto& [a, b, c] = triangle.corner;
+    const Vec3f area = (p_world[b] - p_world[a]).cross(p_world[c] - p_world[a]);
+    for (const std::uint32_t corner : triangle.corner) normals[twin[corner]] += area;
+  }
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (twin[i] != i) {
+      normals[i] = normals[twin[i]];  // twins come after their first
+      continue;
+    }
+    const float length = normals[i].norm();
+    normals[i] = length > 1e-12F ? Vec3f(normals[i] / length) : Vec3f::UnitZ();
+  }
+}
+
 }  // namespace ygslam::sim

@@ -50,4 +50,9 @@ class PoseBuilder {
 void skin(const BodyModel& model, const BodyShape& shape, const BodyPose& pose,
           std::vector<Vec3f>& p_world);
 
+/// Unit normals of vertices, area-weighted; those at the same place share one.
+/// @param twin of every vertex the first one at its place.
+void smooth_normals(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& twin,
+                    const std::vector<Vec3f>& p_world, std::vector<Vec3f>& normals);
+
 }  // namespace ygslam::sim

@@ -75,8 +75,7 @@ std::string cut_short(const std::string& bytes, bool truncate) {
 
 }  // namespace
 
-Status SequenceWriter::put(const fs::path& name, const std::string& bytes) const {
-  const fs::path path = folder_ / name;
+Status write_new_file(const fs::path& path, const std::string& bytes) {
   std::error_code ignored;
   fs::remove(path, ignored);  // a link in its place would be written through
   std::FILE* file = std::fopen(path.c_str(), "wbx");
@@ -89,6 +88,10 @@ Status SequenceWriter::put(const fs::path& name, const std::string& bytes) const
     return Ok{};
   fs::remove(path, ignored);
   return cannot_write(path, code);
+}
+
+Status SequenceWriter::put(const fs::path& name, const std::string& bytes) const {
+  return write_new_file(folder_ / name, bytes);
 }
 
 Result<SequenceWriter> SequenceWriter::create(const fs::path& folder,

@@ -43,6 +43,9 @@ class SequenceWriter {
   TrueObjects objects_;
 };
 
+/// Writes a file anew: whole or not at all, and through no link. @return kOutput naming the path.
+[[nodiscard]] Status write_new_file(const std::filesystem::path& path, const std::string& bytes);
+
 /// The fixed scene as a binary PLY mesh with a colour per vertex.
 [[nodiscard]] std::string static_mesh_ply(const Scene& scene);
 

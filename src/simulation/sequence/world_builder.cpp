@@ -4,7 +4,7 @@
 #include <map>
 #include <numbers>
 
-#include "simulation/embedded_files.hpp"
+#include "simulation/people/baked_bodies.hpp"
 #include "simulation/people/person.hpp"
 #include "simulation/sequence/true_objects.hpp"
 #include "simulation/world/furniture.hpp"
@@ -52,15 +52,6 @@ SE3 held_pose(const Person& person, const MoverPlan& plan, double t_s) {
   return person.T_world_body(clamped_s) * SE3(so3_exp(Vec3(0, 0, std::numbers::pi / 2)), in_front);
 }
 
-Result<std::shared_ptr<const BodyModel>> baked_bodies() {
-  const auto bytes = embedded_file("bodies.bin");
-  CHECK(bytes.has_value(), "the library was built without its bodies");
-  Result<BodyModel> model = parse_bodies(*bytes);
-  if (!model) return model.error();
-  CHECK(model->shapes.size() == kBodies, "kBodies is not the number of the baked ones");
-  return std::make_shared<const BodyModel>(std::move(*model));
-}
-
 struct Cast {
   std::map<std::string, std::shared_ptr<const Person>> by_name;
 };
@@ -68,8 +59,9 @@ struct Cast {
 /// People get ids after all things, so that leaving people out changes no id.
 Status add_people(Scene& scene, const WorldConfig& world, const BuildOptions& options, Cast& cast) {
   if (world.people.empty() || options.without_people) return Ok{};
-  Result<std::shared_ptr<const BodyModel>> model = baked_bodies();
-  if (!model) return model.error();
+  Result<BodyModel> baked = baked_bodies();
+  if (!baked) return baked.error();
+  const auto model = std::make_shared<const BodyModel>(std::move(*baked));
   std::size_t id = world.movers.size();
   for (const PersonPlan& plan : world.people) {
     ++id;
@@ -78,7 +70,7 @@ Status add_people(Scene& scene, const WorldConfig& world, const BuildOptions& op
       if (mover.person == plan.name)
         holding.push_back({mover.from_s, mover.until_s, mover.motion == MotionKind::kPush});
     }
-    auto person = std::make_shared<const Person>(*model, plan, options.seed * 131U + id,
+    auto person = std::make_shared<const Person>(model, plan, options.seed * 131U + id,
                                                  std::move(holding), scene.materials);
     Mover mover;
     mover.name = plan.name.empty() ? "person" + std::to_string(id) : plan.name;

@@ -51,6 +51,16 @@ MaterialId MaterialLibrary::plain(const Vec3f& rgb, float ir_return, float shine
   return entry->second;
 }
 
+MaterialId MaterialLibrary::picture(const ColourImage& image, float glow) {
+  const MaterialId id = reserve();
+  Material& material = materials_.back();
+  material.glow = glow;
+  material.texel_m = texel_size_m(material, image);
+  material.frames.push_back(static_cast<std::uint16_t>(textures_.size()));
+  textures_.emplace_back(image);
+  return id;
+}
+
 void MaterialLibrary::paint(int threads) {
   const MaterialId white = to_colour_.empty() ? MaterialId{0} : get("white");
   struct Painted {

@@ -33,6 +33,9 @@ class MaterialLibrary {
   /// A plain colour with faint grain. @param rgb code values 0..255.
   [[nodiscard]] MaterialId plain(const Vec3f& rgb, float ir_return = 1, float shine = 0);
 
+  /// A picture of one's own, shown once. @param glow emitted light as a share of its colour.
+  [[nodiscard]] MaterialId picture(const ColourImage& image, float glow = 0);
+
   /// Paints what has been asked for since the last call; only then material() and texture() tell of
   /// it. The result does not depend on `threads`.
   void paint(int threads);

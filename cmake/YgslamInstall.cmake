@@ -31,3 +31,16 @@ install(DIRECTORY ${openvino_licences} DESTINATION ${CMAKE_INSTALL_DOCDIR}/openv
 # The Python programs behind `bench` and `eval --plot`.
 install(DIRECTORY tools/report DESTINATION ${CMAKE_INSTALL_DATADIR}/ygslam
         PATTERN "__pycache__" EXCLUDE)
+
+# `cpack -G DEB` in the build folder: a package for the Debian or Ubuntu it was built on.
+set(CPACK_PACKAGE_NAME ygslam)
+set(CPACK_PACKAGE_CONTACT "YG-SLAM developers <ygslam@example.org>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${openvino_dir}")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-venv")
+include(CPack)

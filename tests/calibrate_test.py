@@ -94,6 +94,22 @@ class Shutter(CliTest):
                             "colour_readout_ms", "at once")
         self.assert_refused(["camera xtion", "camera xtion"], "given twice")
 
+    def test_worlds_are_rendered_as_a_known_camera_reads_them(self):
+        out = self.folder / "rendered"
+        small = ("--out", out, "--size", "160x120", "--seconds", "0.1", "--quiet")
+        done = ygslam("simulate", "static_xyz", *small, "--camera", "kinect_v1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        calibration = (out / "calibration.txt").read_text()
+        self.assertIn("colour_readout_ms 26\n", calibration)
+        self.assertIn("depth_readout_ms 34\n", calibration)
+        for how, word in ((("nikon",), "realsense_d455"), (("azure_kinect",), "--rolling"),
+                          (("kinect_v1", "--rolling", 0.5), "--rolling"),
+                          (("kinect_v1", "--fps", 60), "60 frames per second")):
+            done = ygslam("simulate", "static_xyz", *small, "--camera", *how)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertRegex(done.stderr, r"\Aerror: [^\n]+\n\Z")
+            self.assertIn(word, done.stderr)
+
     def test_the_log_says_where_the_times_come_from(self):
         folder = self.folder / "named"
         shutil.copytree(sequence(), folder)

@@ -43,6 +43,8 @@ struct CameraModel {
   double depth_readout_ms = 0;   ///< the same of the depth image
   double depth_delay_ms = 0;     ///< middle of the depth image after that of the colour image
   bool shutter_known = false;    ///< the three times are right even where they are 0
+  /// kinect_v1, realsense_d455, ... (docs/camera.md): its times, where none are given above.
+  std::string device{};
 };
 
 enum class LogLevel { kInfo, kWarning, kError };

@@ -22,6 +22,7 @@
 #include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
 #include "io/atomic_file.hpp"
+#include "io/calibration.hpp"
 #include "simulation/sequence/sequence_source.hpp"
 #include "simulation/sequence/sequence_writer.hpp"
 #include "system/metrics.hpp"
@@ -39,6 +40,7 @@ struct SimulateArguments {
   std::string size = "640x480";
   std::string noise = "kinect";
   std::string format = "jpg";
+  std::string camera;
   std::vector<std::string> without;
   std::vector<std::string> faults;
   sim::SequenceOptions options;
@@ -69,6 +71,28 @@ Status complete_options(SimulateArguments& arguments) {
   if (arguments.random) return Ok{};
   if (arguments.world.empty())
     return Error{ErrorKind::kUsage, "which world? --list shows the known ones"};
+  return Ok{};
+}
+
+/// Reads the rows as a camera one can buy does.
+Status take_shutter(const std::string& name, double fps, sim::SequenceOptions& options) {
+  // A Kinect's depth, registered to colour, takes a little longer than a frame.
+  constexpr double kMostShare = 1.05;
+  CameraConfig camera;
+  if (const auto fault = apply_device(name, camera))
+    return Error{ErrorKind::kUsage, "--camera: " + fault->reason};
+  if (!camera.shutter_known) {
+    return Error{ErrorKind::kUsage,
+                 "--camera " + name + ": nobody published its read-out time; give --rolling"};
+  }
+  options.rolling = 1e-3 * camera.colour_readout_ms * fps;
+  options.depth_rolling = 1e-3 * camera.depth_readout_ms * fps;
+  if (std::max(options.rolling, *options.depth_rolling) > kMostShare) {
+    return Error{ErrorKind::kUsage,
+                 fmt::format("--camera {}: reads an image in {:.0f} ms, too slow for {:g} frames "
+                             "per second",
+                             name, camera.depth_readout_ms, fps)};
+  }
   return Ok{};
 }
 
@@ -156,7 +180,13 @@ Status simulate(SimulateArguments arguments) {
     random.threads = o.threads;
     return write_random_frames(arguments.out, *arguments.random, random);
   }
-  Result<sim::SequenceSource> source = sim::open_world(arguments.world, arguments.options);
+  const Result<sim::WorldConfig> world = sim::load_world(arguments.world);
+  if (!world) return world.error();
+  if (!arguments.camera.empty()) {
+    const double fps = arguments.options.fps.value_or(world->fps);
+    if (Status taken = take_shutter(arguments.camera, fps, arguments.options); !taken) return taken;
+  }
+  Result<sim::SequenceSource> source = sim::open_world(*world, arguments.options);
   if (!source) return source.error();
   if (StopSignal::received() != 0) return Ok{};  // what is in the folder already stays
   Result<sim::SequenceWriter> writer = sim::SequenceWriter::create(
@@ -197,12 +227,21 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_option("--blur", a.options.blur, "Motion blur: exposure time / frame time")
       ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--rolling", a.options.rolling, "Rolling shutter: read-out time / frame time")
-      ->check(CLI::Range(0.0, 1.0));
+  CLI::Option* rolling = command
+                             ->add_option("--rolling", a.options.rolling,
+                                          "Rolling shutter: read-out time / frame time")
+                             ->check(CLI::Range(0.0, 1.0));
+  CLI::Option* depth_rolling =
+      command
+          ->add_option("--depth-rolling", a.options.depth_rolling,
+                       "The same of the depth image (default: as --rolling)")
+          ->check(CLI::Range(0.0, 1.0));
   command
-      ->add_option("--depth-rolling", a.options.depth_rolling,
-                   "The same of the depth image (default: as --rolling)")
-      ->check(CLI::Range(0.0, 1.0));
+      ->add_option("--camera", a.camera,
+                   "Read the rows as this camera does, e.g. kinect_v1 (docs/camera.md)")
+      ->type_name("NAME")
+      ->excludes(rolling)
+      ->excludes(depth_rolling);
   command
       ->add_option("--depth-delay-ms", a.options.depth_delay_ms,
                    "The depth image is taken so much later than the colour image")

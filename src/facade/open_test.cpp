@@ -66,6 +66,14 @@ TEST(Open, AnImpossibleCameraIsCode3AndNamesTheKey) {
     EXPECT_NE(refusal([&](CameraModel& c) { c.width = size; }).find("width"), std::string::npos);
     EXPECT_NE(refusal([&](CameraModel& c) { c.height = size; }).find("height"), std::string::npos);
   }
+  EXPECT_EQ(refusal([](CameraModel& c) { c.device = "kinect_v1"; }), "");
+  EXPECT_NE(refusal([](CameraModel& c) { c.device = "nikon"; }).find("kinect_v1"),
+            std::string::npos);
+  EXPECT_NE(refusal([](CameraModel& c) {
+              c.device = "realsense_d455";
+              c.colour_readout_ms = 20;
+            }).find("colour_readout_ms"),
+            std::string::npos);
 }
 
 TEST(Open, AModelThatIsNoneIsCode5WithoutAChildProcess) {

@@ -5,6 +5,7 @@
 
 #include "core/log.hpp"
 #include "image/depth.hpp"
+#include "io/calibration.hpp"
 #include "io/image_file.hpp"
 #include "map_file/map_file.hpp"
 #include "system/failure.hpp"
@@ -59,6 +60,8 @@ CameraConfig to_config(const CameraModel& m) {
   c.depth_delay_ms = m.depth_delay_ms;
   c.shutter_known = m.shutter_known || !shutter_times(c).is_global();
   c.width = m.width, c.height = m.height;
+  if (const auto fault = apply_device(m.device, c))
+    fail({ErrorKind::kConfig, "camera: " + fault->key + ": " + fault->reason});
   return c;
 }
 

@@ -37,6 +37,8 @@ TEST(CameraDevices, RecordingsOfTumAndBonnAreRecognised) {
   }
   const CameraConfig fr1 = camera_preset("freiburg1")->camera;
   EXPECT_EQ(recognised("renamed", fr1), "kinect_v1") << "its distortion is nobody else's";
+  EXPECT_EQ(recognised_device("renamed", fr1).depth_delay_ms, -16) << "its stamps";
+  EXPECT_EQ(recognised_device("fr3", pinhole(525, 525, 319.5, 239.5)).depth_delay_ms, 0);
   EXPECT_EQ(recognised("tum_fr3_part", pinhole(535.4, 539.2, 320.1, 247.6)), "xtion");
   EXPECT_EQ(recognised("fr3", pinhole(525, 525, 319.5, 239.5)), "xtion") << "TUM's default";
 }

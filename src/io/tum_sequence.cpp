@@ -207,6 +207,7 @@ void find_shutter(TumSequence& sequence) {
   if (recognised.device == nullptr) return;
   const CameraConfig given = camera;
   set_shutter(*recognised.device, camera);
+  camera.depth_delay_ms = recognised.depth_delay_ms;
   if (!check_against_frame_time(sequence)) {  // recorded otherwise than these usually are
     camera = given;
     return;

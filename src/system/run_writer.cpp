@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "geometry/smooth_path.hpp"
 #include "io/atomic_file.hpp"
 #include "io/ply.hpp"
 #include "segment/segmenter.hpp"
@@ -79,6 +80,15 @@ std::string object_lines(const FrameRecord& record, int stamp_decimals) {
   return text;
 }
 
+void smooth(std::vector<StampedPose>& poses) {
+  std::vector<PathPoint> path;
+  for (const StampedPose& pose : poses)
+    path.push_back({seconds_between(pose.stamp, poses.front().stamp), pose.T_world_camera.t()});
+  const std::vector<Vec3> smoothed = smooth_path(path);
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    poses[i].T_world_camera = SE3(poses[i].T_world_camera.R(), smoothed[i]);
+}
+
 }  // namespace
 
 std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Map& map) {
@@ -89,6 +99,7 @@ std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Ma
   for (const PosedFrame& frame : trajectory)
     if (roots.at(map.nearest_kept(frame.reference)) == root)
       poses.push_back({frame.stamp, corrected_pose(frame, map)});
+  smooth(poses);
   return poses;
 }
 

@@ -41,25 +41,44 @@ bool stands_there(const SceneObject& object) {
          object.state == ObjectState::kUnobserved;
 }
 
+struct ObjectJudgement {
+  ObjectScore objects;
+  ChangeScore changes;
+};
+
+UprightBox upright(const SE3& T_truth_map, const OrientedBox& box) {
+  const SE3 T = T_truth_map * box.T_world_box;
+  return {T.t(), box.size_m, std::atan2(T.R()(1, 0), T.R()(0, 0))};
+}
+
+MappedThing mapped_thing(const SceneObject& object, const SE3& T_truth_map) {
+  MappedThing thing{semantic_class_name(object.semantic_class), {}};
+  for (const EarlierPlace& place : object.earlier)
+    thing.places.push_back({upright(T_truth_map, place.box), {}, place.found_empty});
+  thing.places.push_back({upright(T_truth_map, object.box), object.known, object.found_empty});
+  return thing;
+}
+
 // Nothing where the truth or the map tells of no things.
-Result<std::optional<ObjectScore>> judge_objects(const fs::path& truth, const SceneInput& scene,
-                                                 const SE3& T_truth_map) {
+Result<std::optional<ObjectJudgement>> judge_objects(const fs::path& truth, const SceneInput& scene,
+                                                     const SE3& T_truth_map) {
   std::error_code code;
   const fs::path file = truth / "true_objects.json";
-  if (!scene.has_objects || !fs::exists(file, code)) return std::optional<ObjectScore>();
+  if (!scene.has_objects || !fs::exists(file, code)) return std::optional<ObjectJudgement>();
   const auto bytes = read_file(file, std::size_t{64} << 20);
   if (!bytes.ok()) return bytes.error();
   const auto things = parse_true_objects(*bytes, file.string());
   if (!things.ok()) return things.error();
-  std::vector<FoundObject> found;
+  std::vector<FoundObject> standing;
+  std::vector<MappedThing> found;
   for (const SceneObject& object : scene.objects) {
-    if (!stands_there(object)) continue;
-    const SE3 T_truth_box = T_truth_map * object.box.T_world_box;
-    found.push_back({semantic_class_name(object.semantic_class),
-                     {T_truth_box.t(), object.box.size_m,
-                      std::atan2(T_truth_box.R()(1, 0), T_truth_box.R()(0, 0))}});
+    if (!stands_there(object) && object.state != ObjectState::kAbsent) continue;
+    found.push_back(mapped_thing(object, T_truth_map));
+    if (stands_there(object))
+      standing.push_back({found.back().class_name, found.back().places.back().box});
   }
-  return std::optional(score_objects(found, standing_at_end(*things)));
+  return std::optional(ObjectJudgement{score_objects(standing, standing_at_end(*things)),
+                                       score_changes(found, *things)});
 }
 
 }  // namespace
@@ -78,11 +97,18 @@ Result<std::string> eval_map(const MapEvalArguments& a) {
   const auto truth = read_surface_truth(a.truth);
   if (!truth.ok()) return truth.error();
   const SurfaceScore score = score_surface(map, *truth);
-  if (!a.json) return format_surface(score, a.map) + (*objects ? format_objects(**objects) : "");
+  if (!a.json) {
+    std::string text = format_surface(score, a.map);
+    if (*objects) text += format_objects((*objects)->objects) + format_changes((*objects)->changes);
+    return text;
+  }
   nlohmann::json json = to_json(score);
   json["map"] = a.map;
-  json["objects"] = nullptr;
-  if (*objects) json["objects"] = to_json(**objects);
+  json["objects"] = json["changes"] = nullptr;
+  if (*objects) {
+    json["objects"] = to_json((*objects)->objects);
+    json["changes"] = to_json((*objects)->changes);
+  }
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

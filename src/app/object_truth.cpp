@@ -1,6 +1,5 @@
 #include "app/object_truth.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -40,19 +39,6 @@ Result<std::vector<TrueThing>> parse_true_objects(std::string_view text, const s
   } catch (const std::exception& e) {
     return Error{ErrorKind::kInput, name + ": " + e.what()};
   }
-}
-
-std::vector<TrueObject> standing_at_end(const std::vector<TrueThing>& things) {
-  Timestamp end;
-  for (const TrueThing& thing : things)
-    for (const TruePlace& place : thing.places) end.ns = std::max(end.ns, place.until.ns);
-  std::vector<TrueObject> standing;
-  for (const TrueThing& thing : things) {
-    if (thing.places.empty() || thing.places.back().until != end) continue;
-    const TruePlace& place = thing.places.back();
-    standing.push_back({thing.class_name, place.box, place.frames, thing.is_group});
-  }
-  return standing;
 }
 
 }  // namespace ygslam

@@ -40,6 +40,12 @@ bool same(const std::optional<SE3>& a, const std::optional<SE3>& b) {
   return a.has_value() == b.has_value() && (!a || (a->R() == b->R() && a->t() == b->t()));
 }
 
+/// Of what they see.
+double distance_m(const SE3& T_world_a, const SE3& T_world_b) {
+  const SE3 T_a_b = T_world_a.inverse() * T_world_b;
+  return T_a_b.t().norm() + kTypicalDepthM * T_a_b.angle();
+}
+
 }  // namespace
 
 DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
@@ -57,8 +63,13 @@ void DenseMap::start_again() {
 void DenseMap::apply(const DenseUpdate& update) {
   if (!config_.enabled) return;
   for (const DenseKeyframe& keyframe : update.added) {
-    const GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
+    GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
     CHECK(keyframe.detections.size() <= kMaxDetections);
+    const auto moving = moving_things(keyframe.things, keyframe.movers, keyframe.detections.size());
+    for (std::size_t i = 0; i < excluded.size() && !keyframe.things.empty(); ++i) {
+      const std::uint8_t number = keyframe.things.begin()[i];  // where it moves is known first
+      if (number > 0 && moving[number - 1U]) excluded.begin()[i] = 0;
+    }
     const GreyImage inner = without_edges(keyframe.things, config_.edge_px);
     Image<SceneObjectId> numbers(inner.width(), inner.height());
     std::transform(inner.begin(), inner.end(), numbers.begin(),
@@ -67,15 +78,22 @@ void DenseMap::apply(const DenseUpdate& update) {
         make_depth_view({keyframe.frame->depth_m, keyframe.frame->colour, numbers, excluded},
                         camera_, keyframe.read_out);
     auto things = thing_views(view, keyframe.detections, config_.volume.preparation.max_depth_m);
+    std::vector<bool> is_gone;
+    for (const SceneObjectId number : view.objects) {
+      const std::size_t i = static_cast<std::size_t>(number) - 1;
+      is_gone.push_back(moving[i]);
+      things[i].is_moving = moving[i];
+    }
+    exclude_objects(view, is_gone, config_.margin_px);
     contributions_.emplace(
         keyframe.id,
-        Contribution{StoredView(view), std::move(things), keyframe.frame->stamp, {}, {}, {}, {}});
+        Contribution{
+            StoredView(view), std::move(things), keyframe.frame->stamp, {}, {}, {}, {}, {}});
   }
   for (const KeyframeId id : update.removed) {
     const auto gone = contributions_.find(id);
     if (gone == contributions_.end()) continue;
-    const Contribution& old = gone->second;
-    if (old.fused) volume_->withdraw(view_of(old, old.fused_ids), *old.fused);
+    take_back(gone->second);
     contributions_.erase(gone);
   }
   for (auto& [id, contribution] : contributions_) {
@@ -86,46 +104,77 @@ void DenseMap::apply(const DenseUpdate& update) {
 }
 
 bool DenseMap::Contribution::is_up_to_date() const {
-  return same(wanted, fused) && (!fused || wanted_ids == fused_ids);
+  return same(wanted, fused) && (!fused || wanted_state == fused_state);
 }
 
-DepthView DenseMap::view_of(const Contribution& contribution, const ObjectIds& ids) {
+DepthView DenseMap::view_of(const Contribution& contribution, const PixelState& state,
+                            const SE3& T_world_camera) const {
   DepthView view = contribution.view.restored();
-  for (SceneObjectId& object : view.objects) object = ids[static_cast<std::size_t>(object) - 1];
+  apply_state(state, T_world_camera, config_.margin_px, config_.objects.cell_m, view);
   return view;
+}
+
+void DenseMap::take_back(Contribution& old) {
+  if (old.fused) volume_->withdraw(view_of(old, old.fused_state, *old.fused), *old.fused);
+  old.fused.reset();
 }
 
 double DenseMap::out_of_place_m(const Contribution& contribution) const {
   const auto& wanted = contribution.wanted;
   const auto& fused = contribution.fused;
   if (!wanted && !fused) return 0;
-  if (!wanted || !fused) return std::numeric_limits<double>::infinity();
-  const SE3 T_fused_wanted = fused->inverse() * *wanted;
-  return T_fused_wanted.t().norm() + kTypicalDepthM * T_fused_wanted.angle();
+  if (!wanted || !fused || contribution.wanted_state != contribution.fused_state)
+    return std::numeric_limits<double>::infinity();
+  return distance_m(*fused, *wanted);
+}
+
+bool DenseMap::association_is_loose() const {
+  return std::any_of(contributions_.begin(), contributions_.end(), [&](const auto& entry) {
+    const Contribution& c = entry.second;
+    return c.wanted && c.associated && !c.things.empty() &&
+           distance_m(*c.associated, *c.wanted) > config_.objects.cell_m;
+  });
 }
 
 void DenseMap::bring_up_to_date(Contribution& now) {
   if (now.is_up_to_date()) return;
-  if (now.fused) volume_->withdraw(view_of(now, now.fused_ids), *now.fused);
-  now.fused.reset();
+  take_back(now);
   if (!now.wanted || volume_->views() + 1 >= Volume::kMaxViews) return;
-  if (now.wanted_ids.size() != now.things.size())
-    now.wanted_ids = objects_.step(now.things, *now.wanted, now.stamp);
-  volume_->integrate(view_of(now, now.wanted_ids), *now.wanted);
+  if (!now.wanted_state) associate(now);
+  volume_->integrate(view_of(now, *now.wanted_state, *now.wanted), *now.wanted);
   now.fused = now.wanted;
-  now.fused_ids = now.wanted_ids;
+  now.fused_state = *now.wanted_state;
+}
+
+void DenseMap::associate(Contribution& now) {
+  now.associated = now.wanted;
+  std::vector<SceneObjectId> gone;
+  if (!objects_.objects().empty())
+    gone = objects_.look(now.view.restored(), *now.wanted, now.stamp);
+  now.wanted_state = PixelState{objects_.step(now.things, *now.wanted, now.stamp), {}};
+  for (const SceneObjectId id : gone) withdraw(id);
+}
+
+void DenseMap::withdraw(SceneObjectId gone) {
+  const KnownObject& object = objects_.objects().at(gone);
+  const auto place = std::make_shared<const std::vector<CellKey>>(object.place());
+  for (auto& [id, contribution] : contributions_) {
+    if (!contribution.wanted_state || !object.shown.contains(contribution.stamp)) continue;
+    contribution.wanted_state->emptied.push_back(place);
+    for (SceneObjectId& its : contribution.wanted_state->ids)
+      if (objects_.current(its) == gone) its = kWithdrawnObject;
+  }
 }
 
 void DenseMap::associate_all() {
   objects_ = ObjectMap(config_.objects);
-  for (auto& [id, contribution] : contributions_) {
-    contribution.wanted_ids.clear();
-    if (!contribution.wanted) continue;
-    contribution.wanted_ids =
-        objects_.step(contribution.things, *contribution.wanted, contribution.stamp);
-  }
+  for (auto& [id, contribution] : contributions_) contribution.wanted_state.reset();
   for (auto& [id, contribution] : contributions_)
-    for (SceneObjectId& object : contribution.wanted_ids) object = objects_.current(object);
+    if (contribution.wanted) associate(contribution);
+  for (auto& [id, contribution] : contributions_) {
+    if (!contribution.wanted_state) continue;
+    for (SceneObjectId& object : contribution.wanted_state->ids) object = objects_.current(object);
+  }
 }
 
 bool DenseMap::step() {
@@ -137,7 +186,11 @@ bool DenseMap::step() {
     farthest = &contribution;
     farthest_m = off_m;
   }
-  if (!farthest) return false;
+  if (!farthest) {
+    if (!association_is_loose()) return false;
+    associate_all();
+    return true;
+  }
   bring_up_to_date(*farthest);
   return farthest->is_up_to_date();
 }
@@ -198,32 +251,6 @@ std::size_t DenseMap::memory_bytes() const {
       bytes += thing.p_camera.capacity() * sizeof(Eigen::Vector3f);
   }
   return bytes;
-}
-
-GreyImage dilated(const GreyImage& mask, int radius_px) {
-  if (mask.empty() || radius_px <= 0) return mask;
-  GreyImage rows(mask.width(), mask.height());
-  GreyImage result(mask.width(), mask.height());
-  // Separable: distance since the last set pixel, forwards and backwards.
-  const auto spread = [radius_px](auto read, auto write, int n) {
-    for (int i = 0, since = radius_px + 1; i < n; ++i) {
-      since = read(i) ? 0 : since + 1;
-      if (since <= radius_px) write(i);
-    }
-    for (int i = n - 1, since = radius_px + 1; i >= 0; --i) {
-      since = read(i) ? 0 : since + 1;
-      if (since <= radius_px) write(i);
-    }
-  };
-  for (int v = 0; v < mask.height(); ++v) {
-    spread([&](int u) { return mask.at(u, v) != 0; }, [&](int u) { rows.at(u, v) = 255; },
-           mask.width());
-  }
-  for (int u = 0; u < mask.width(); ++u) {
-    spread([&](int v) { return rows.at(u, v) != 0; }, [&](int v) { result.at(u, v) = 255; },
-           mask.height());
-  }
-  return result;
 }
 
 }  // namespace ygslam

@@ -9,6 +9,7 @@
 
 #include "core/ids.hpp"
 #include "dense/object_map.hpp"
+#include "dense/pixel_state.hpp"
 #include "dense/stored_view.hpp"
 #include "image/coloured_point.hpp"
 #include "image/rgbd_frame.hpp"
@@ -65,19 +66,27 @@ class DenseMap {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  using ObjectIds = std::vector<SceneObjectId>;  // of detections
   struct Contribution {
     StoredView view;  // its objects are numbers of detections, from 1
     std::vector<ThingView> things;
     Timestamp stamp;
     std::optional<SE3> wanted;  // T_world_camera; none: it has no place
     std::optional<SE3> fused;
-    ObjectIds wanted_ids, fused_ids;  // none wanted: not compared with the others yet
+    std::optional<SE3> associated;           // the pose its things were compared with others at
+    std::optional<PixelState> wanted_state;  // none: not compared with the others yet
+    PixelState fused_state;
 
     [[nodiscard]] bool is_up_to_date() const;
   };
-  [[nodiscard]] static DepthView view_of(const Contribution& contribution, const ObjectIds& ids);
+  [[nodiscard]] DepthView view_of(const Contribution& contribution, const PixelState& state,
+                                  const SE3& T_world_camera) const;
+  void take_back(Contribution& contribution);
+  /// Whether a keyframe was corrected by more than what things are told apart by.
+  [[nodiscard]] bool association_is_loose() const;
   void associate_all();
+  void associate(Contribution& contribution);
+  /// Of a thing that went: its pixels in the keyframes that showed it.
+  void withdraw(SceneObjectId gone);
   [[nodiscard]] double out_of_place_m(const Contribution& contribution) const;
   void bring_up_to_date(Contribution& contribution);
   void start_again();
@@ -90,8 +99,5 @@ class DenseMap {
   std::optional<Mesher> mesher_;
   int min_views_ = 0;  // that the mesher asks for
 };
-
-/// The mask grown by radius_px (square). @return empty for an empty mask.
-[[nodiscard]] GreyImage dilated(const GreyImage& mask, int radius_px);
 
 }  // namespace ygslam

@@ -2,54 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
+#include <set>
 #include <tuple>
 
 namespace ygslam {
 namespace {
 
-constexpr int kAxisBits = 21;
-constexpr std::int64_t kBias = std::int64_t{1} << (kAxisBits - 1);
 constexpr double kBesideWeight = 0.5;  // of a cell next to one of the other's
-constexpr int kManyViews = 4;          // then a cell that only one of them showed is not believed
-
-std::uint64_t key_of(const Vec3& p_world, double cell_m) {
-  std::uint64_t key = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<std::int64_t>(std::floor(p_world[axis] / cell_m));
-    key = key << kAxisBits |
-          static_cast<std::uint64_t>(std::clamp(i + kBias, std::int64_t{1}, 2 * kBias - 2));
-  }
-  return key;
-}
-
-/// Of the 26 cells around another and itself: what is added to the key.
-std::vector<std::uint64_t> neighbour_steps() {
-  std::vector<std::uint64_t> steps;
-  for (std::int64_t x = -1; x <= 1; ++x)
-    for (std::int64_t y = -1; y <= 1; ++y)
-      for (std::int64_t z = -1; z <= 1; ++z)
-        steps.push_back(static_cast<std::uint64_t>((x << 2 * kAxisBits) + (y << kAxisBits) + z));
-  return steps;
-}
 
 /// Weight of a cell that is in a set, or beside it.
 template <typename Contains>
-double closeness(std::uint64_t key, const Contains& contains) {
-  static const std::vector<std::uint64_t> kSteps = neighbour_steps();
+double closeness(CellKey key, const Contains& contains) {
   if (contains(key)) return 1;
-  const bool beside = std::any_of(kSteps.begin(), kSteps.end(),
-                                  [&](std::uint64_t step) { return contains(key + step); });
+  const auto& steps = neighbour_steps();
+  const bool beside =
+      std::any_of(steps.begin(), steps.end(), [&](CellKey step) { return contains(key + step); });
   return beside ? kBesideWeight : 0;
 }
 
-bool believed(const KnownObject& object, int views_of_cell) {
-  return views_of_cell > 1 || object.views() < kManyViews;
-}
 auto cells_in(const KnownObject& object) {
-  return [&object](std::uint64_t key) {
+  return [&object](CellKey key) {
     const auto cell = object.cells.find(key);
-    return cell != object.cells.end() && believed(object, cell->second);
+    return cell != object.cells.end() && object.believes(cell->second);
   };
 }
 
@@ -59,7 +34,7 @@ double share_in(const KnownObject& object, const Contains& contains) {
   double sum = 0;
   int count = 0;
   for (const auto& [key, views] : object.cells) {
-    if (!believed(object, views)) continue;
+    if (!object.believes(views)) continue;
     sum += closeness(key, contains);
     ++count;
   }
@@ -75,25 +50,12 @@ bool is_in_top_two(const KnownObject& object, SemanticClass semantic_class) {
 
 }  // namespace
 
-SemanticClass KnownObject::best_class() const {
-  const auto best =
-      std::max_element(class_scores.begin(), class_scores.end(),
-                       [](const auto& a, const auto& b) { return a.second < b.second; });
-  return best == class_scores.end() ? SemanticClass::kUnknown : best->first;
-}
-
-float KnownObject::probability() const {
-  const auto best = class_scores.find(best_class());
-  if (best == class_scores.end() || seen.empty()) return 0;
-  return static_cast<float>(std::min(1.0, best->second / views()));
-}
-
 ObjectMap::Cells ObjectMap::cells_of(const ThingView& view, const SE3& T_world_camera) const {
   Cells cells;
   for (const Eigen::Vector3f& p_camera : view.p_camera) {
     const Vec3 p_world = T_world_camera * p_camera.cast<double>();
     cells.extent_world.extend(p_world);
-    cells.keys.push_back(key_of(p_world, config_.cell_m));
+    cells.keys.push_back(cell_key(p_world, config_.cell_m));
   }
   std::sort(cells.keys.begin(), cells.keys.end());
   cells.keys.erase(std::unique(cells.keys.begin(), cells.keys.end()), cells.keys.end());
@@ -109,16 +71,48 @@ double ObjectMap::fit(const Detection& detection, const Cells& cells,
                       const KnownObject& object) const {
   if (are_apart(cells.extent_world, object.extent_world)) return 0;
   double sum = 0;
-  for (const std::uint64_t key : cells.keys) sum += closeness(key, cells_in(object));
+  for (const CellKey key : cells.keys) sum += closeness(key, cells_in(object));
   const double overlap = sum / static_cast<double>(cells.keys.size());
   if (overlap < config_.min_overlap) return 0;
   if (is_in_top_two(object, detection.semantic_class)) return overlap;
   if (overlap < config_.min_other_overlap) return 0;
   // A book lies in the place of its table, but the table is not in that of the book.
-  const double of_object = share_in(object, [&](std::uint64_t key) {
+  const double of_object = share_in(object, [&](CellKey key) {
     return std::binary_search(cells.keys.begin(), cells.keys.end(), key);
   });
   return of_object < config_.min_other_overlap ? 0 : std::min(overlap, of_object);
+}
+
+void ObjectMap::add_view(const ThingView& view, const Cells& cells, const SE3& T_world_camera,
+                         Timestamp stamp, KnownObject& object) const {
+  object.class_scores[view.detection.semantic_class] += view.detection.score;
+  for (const CellKey key : cells.keys) ++object.cells[key];
+  std::set<CellKey> grains;
+  for (const Eigen::Vector3f& p_camera : view.p_camera) {
+    const Vec3 p_world = T_world_camera * p_camera.cast<double>();
+    const CellKey key = cell_key(p_world, config_.grain_m);
+    SurfaceGrain& grain = object.grains[key];
+    grain.sum_world += p_world;
+    ++grain.points;
+    if (grains.insert(key).second) ++grain.views;
+    grain.looked_at = std::max(grain.looked_at, std::optional(stamp));
+    grain.seen_through = false;
+  }
+  object.extent_world.extend(cells.extent_world);
+  object.seen.insert(stamp);
+  object.shown.insert(stamp);
+  std::transform(object.colours.begin(), object.colours.end(), view.colours.begin(),
+                 object.colours.begin(), std::plus<>());
+}
+
+std::vector<SceneObjectId> ObjectMap::look(const DepthView& view, const SE3& T_world_camera,
+                                           Timestamp stamp) {
+  std::vector<SceneObjectId> gone;
+  for (auto& [id, object] : objects_) {
+    if (object.found_empty) continue;
+    if (look_at_place(view, T_world_camera, stamp, config_.look, object)) gone.push_back(id);
+  }
+  return gone;
 }
 
 std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
@@ -128,14 +122,17 @@ std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
     SceneObjectId object{};
     std::size_t view = 0;
   };
+  now_ = std::max(now_, stamp);
   std::vector<Pair> pairs;
   std::vector<Cells> cells;
   for (std::size_t i = 0; i < views.size(); ++i) {
     cells.push_back(cells_of(views[i], T_world_camera));
-    if (cells[i].keys.empty()) continue;
-    for (const auto& [id, object] : objects_)
+    if (cells[i].keys.empty() || views[i].is_moving) continue;
+    for (const auto& [id, object] : objects_) {
+      if (object.found_empty || object.is_leaving) continue;
       if (const double f = fit(views[i].detection, cells[i], object); f > 0)
         pairs.push_back({f, id, i});
+    }
   }
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
     return std::tuple(-a.fit, a.object, a.view) < std::tuple(-b.fit, b.object, b.view);
@@ -147,27 +144,48 @@ std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
   }
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (cells[i].keys.empty()) continue;
+    if (views[i].is_moving) {
+      note_motion(views[i], cells[i], stamp);
+      continue;
+    }
     if (result[i] == kNoSceneObject) {
-      if (last_id_ == std::numeric_limits<std::uint16_t>::max()) continue;  // no number is left
+      if (last_id_ + 1 >= static_cast<int>(kWithdrawnObject)) continue;  // no number is left
       result[i] = SceneObjectId{++last_id_};
     }
-    KnownObject& object = objects_[result[i]];
-    object.class_scores[views[i].detection.semantic_class] += views[i].detection.score;
-    for (const std::uint64_t key : cells[i].keys) ++object.cells[key];
-    object.extent_world.extend(cells[i].extent_world);
-    object.seen.insert(stamp);
+    add_view(views[i], cells[i], T_world_camera, stamp, objects_[result[i]]);
   }
   for (const SceneObjectId id : result)
     if (objects_.contains(id)) merge_with_equals(id);
+  find_again();
   for (SceneObjectId& id : result) id = current(id);
   return result;
+}
+
+void ObjectMap::note_motion(const ThingView& view, const Cells& cells, Timestamp stamp) {
+  const Vec3 middle = cells.extent_world.center();
+  KnownObject* nearest = nullptr;
+  double nearest_m = config_.max_way_m;
+  for (auto& [id, object] : objects_) {
+    if (object.best_class() != view.detection.semantic_class || has_later(id)) continue;
+    const Timestamp last = std::max(*object.shown.rbegin(), object.moving.value_or(Timestamp{}));
+    if (seconds_between(stamp, last) > config_.max_unseen_s) continue;
+    const bool was_moving = object.moving && *object.moving >= *object.shown.rbegin();
+    const Vec3 from = was_moving ? object.moving_world : object.extent_world.center();
+    if ((from - middle).norm() > nearest_m) continue;
+    nearest_m = (from - middle).norm();
+    nearest = &object;
+  }
+  if (!nearest) return;
+  nearest->moving = stamp;
+  nearest->moving_world = middle;
 }
 
 void ObjectMap::merge_with_equals(SceneObjectId id) {
   for (auto it = objects_.begin(); it != objects_.end();) {
     const auto other = it++;
     KnownObject& own = objects_.at(id);
-    if (other->first == id || other->second.best_class() != own.best_class() ||
+    if (other->first == id || other->second.found_empty ||
+        other->second.best_class() != own.best_class() ||
         are_apart(own.extent_world, other->second.extent_world))
       continue;
     const bool own_is_smaller = own.cells.size() < other->second.cells.size();
@@ -175,14 +193,9 @@ void ObjectMap::merge_with_equals(SceneObjectId id) {
     const KnownObject& larger = own_is_smaller ? other->second : own;
     if (share_in(smaller, cells_in(larger)) <= config_.merge_overlap) continue;
     const auto [kept, gone] = std::minmax(id, other->first);
-    KnownObject& into = objects_.at(kept);
-    const KnownObject& from = objects_.at(gone);
-    for (const auto& [semantic_class, score] : from.class_scores)
-      into.class_scores[semantic_class] += score;
-    for (const auto& [key, views] : from.cells) into.cells[key] += views;
-    into.extent_world.extend(from.extent_world);
-    into.seen.insert(from.seen.begin(), from.seen.end());
+    objects_.at(kept).merge(objects_.at(gone));
     merged_into_[gone] = kept;
+    if (const auto from = came_from_.extract(gone)) came_from_.try_emplace(kept, from.mapped());
     if (gone == other->first) {
       objects_.erase(other);
     } else {
@@ -191,6 +204,43 @@ void ObjectMap::merge_with_equals(SceneObjectId id) {
       it = objects_.begin();  // a larger one now: all are asked again
     }
   }
+}
+
+void ObjectMap::find_again() {
+  for (const auto& [old_id, old] : objects_) {
+    if (!old.found_empty || old.views() < config_.min_views || has_later(old_id)) continue;
+    double best = 0;
+    SceneObjectId best_id = kNoSceneObject;
+    for (const auto& [id, object] : objects_) {
+      if (object.found_empty || object.views() < config_.min_views || came_from_.contains(id) ||
+          object.best_class() != old.best_class() || *object.seen.begin() <= *old.seen.rbegin())
+        continue;
+      const Likeness like = likeness(old, object);
+      if (like.size < config_.min_like_size || like.colour < config_.min_like_colour ||
+          like.size * like.colour <= best)
+        continue;
+      best = like.size * like.colour;
+      best_id = id;
+    }
+    if (best > 0) came_from_[best_id] = old_id;
+  }
+}
+
+SceneObjectId ObjectMap::earlier(SceneObjectId object) const {
+  const auto from = came_from_.find(object);
+  return from == came_from_.end() ? kNoSceneObject : from->second;
+}
+
+SceneObjectId ObjectMap::thing(SceneObjectId object) const {
+  object = current(object);
+  for (SceneObjectId before = earlier(object); before != kNoSceneObject; before = earlier(object))
+    object = before;
+  return object;
+}
+
+bool ObjectMap::has_later(SceneObjectId object) const {
+  return std::any_of(came_from_.begin(), came_from_.end(),
+                     [&](const auto& entry) { return entry.second == object; });
 }
 
 SceneObjectId ObjectMap::current(SceneObjectId object) const {

@@ -1,15 +1,13 @@
 // Which of the things that one keyframe shows is which of those that others showed.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <cstdint>
 #include <map>
-#include <set>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "core/time.hpp"
+#include "dense/known_object.hpp"
+#include "dense/place_look.hpp"
 #include "dense/thing_view.hpp"
 #include "geometry/se3.hpp"
 
@@ -17,22 +15,15 @@ namespace ygslam {
 
 struct ObjectMapConfig {
   double cell_m = 0.05;
+  double grain_m = 0.025;
   double min_overlap = 0.25;       ///< share of a view's surface that lies in an object like it
   double min_other_overlap = 0.5;  ///< the same of both where the class is another
   double merge_overlap = 0.5;      ///< of the smaller: two objects of one class that are the same
-};
-
-/// Counts of the things seen at one place.
-struct KnownObject {
-  std::map<SemanticClass, double> class_scores;  ///< sums over its views
-  std::unordered_map<std::uint64_t, int> cells;  ///< how many views showed its surface there
-  Eigen::AlignedBox3d extent_world;              ///< of all its cells
-  std::set<Timestamp> seen;                      ///< of the keyframes that showed it
-
-  [[nodiscard]] int views() const { return static_cast<int>(seen.size()); }
-  [[nodiscard]] SemanticClass best_class() const;
-  /// Share of the best class in its views: what the scores left open is unknown.
-  [[nodiscard]] float probability() const;
+  PlaceLookConfig look;
+  int min_views = 3;           ///< of a thing that was found elsewhere again
+  double min_like_size = 0.8;  ///< Likeness of the same thing at two places
+  double min_like_colour = 0.5;
+  double max_way_m = 1.5, max_unseen_s = 3;  ///< of a thing between two views of it on the move
 };
 
 /// The same calls give the same objects.
@@ -44,13 +35,26 @@ class ObjectMap {
   /// most once by a keyframe.
   std::vector<SceneObjectId> step(std::span<const ThingView> views, const SE3& T_world_camera,
                                   Timestamp stamp);
+  /// Looks whether things are still where they stood; before the step of the same keyframe.
+  /// @return those that are absent since.
+  std::vector<SceneObjectId> look(const DepthView& view, const SE3& T_world_camera,
+                                  Timestamp stamp);
   /// What the object was found to be the same as, by now; itself for most.
   [[nodiscard]] SceneObjectId current(SceneObjectId object) const;
+  /// By place: a thing that was moved is several of them.
   [[nodiscard]] const std::map<SceneObjectId, KnownObject>& objects() const { return objects_; }
+  /// Where the thing stood before; kNoSceneObject if nowhere.
+  [[nodiscard]] SceneObjectId earlier(SceneObjectId object) const;
+  /// The number that the thing has at all its places: of the first.
+  [[nodiscard]] SceneObjectId thing(SceneObjectId object) const;
+  /// Whether it stands elsewhere by now.
+  [[nodiscard]] bool has_later(SceneObjectId object) const;
+  /// Of the last keyframe.
+  [[nodiscard]] Timestamp now() const { return now_; }
 
  private:
   struct Cells {
-    std::vector<std::uint64_t> keys;  // ascending
+    std::vector<CellKey> keys;  // ascending
     Eigen::AlignedBox3d extent_world;
   };
   [[nodiscard]] Cells cells_of(const ThingView& view, const SE3& T_world_camera) const;
@@ -58,11 +62,19 @@ class ObjectMap {
   [[nodiscard]] double fit(const Detection& detection, const Cells& cells,
                            const KnownObject& object) const;
   [[nodiscard]] bool are_apart(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) const;
+  void add_view(const ThingView& view, const Cells& cells, const SE3& T_world_camera,
+                Timestamp stamp, KnownObject& object) const;
+  /// Of a thing on the move: where it is now it will not stay.
+  void note_motion(const ThingView& view, const Cells& cells, Timestamp stamp);
   void merge_with_equals(SceneObjectId id);
+  /// Gives a thing that went and stands elsewhere its number back.
+  void find_again();
 
   ObjectMapConfig config_;
   std::map<SceneObjectId, KnownObject> objects_;
   std::map<SceneObjectId, SceneObjectId> merged_into_;
+  std::map<SceneObjectId, SceneObjectId> came_from_;  // place before
+  Timestamp now_;
   std::uint16_t last_id_ = 0;
 };
 

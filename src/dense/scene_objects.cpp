@@ -99,36 +99,74 @@ OrientedBox upright_box(std::span<const Vec3> p_world, const Gravity& gravity,
           high - low};
 }
 
+namespace {
+
+ObjectState state_of(const KnownObject& object, int epochs, Timestamp now,
+                     const PlacingConfig& config) {
+  const auto is_older = [now](Timestamp stamp, double seconds) {
+    return seconds_between(now, stamp) > seconds;
+  };
+  const bool was_moving = object.moving && *object.moving >= *object.shown.rbegin();
+  if (was_moving && !is_older(*object.moving, config.moving_s)) return ObjectState::kMoving;
+  if (object.found_empty) return ObjectState::kAbsent;
+  if (object.views() < config.min_views) return ObjectState::kCandidate;
+  if (is_older(*object.shown.rbegin(), config.out_of_sight_s)) return ObjectState::kUnobserved;
+  return epochs > 1 ? ObjectState::kSettled : ObjectState::kStatic;
+}
+
+OrientedBox box_of(const KnownObject& object, const Gravity& gravity, const PlacingConfig& config) {
+  std::vector<Vec3> surface = object.surface_world();
+  if (surface.empty()) surface.push_back(object.extent_world.center());
+  return upright_box(largest_part(surface, config.gap_m), gravity, config.box_share);
+}
+
+SceneObject placed_object(const ObjectMap& objects, SceneObjectId id, const Gravity& gravity,
+                          const PlacingConfig& config) {
+  const KnownObject& known = objects.objects().at(id);
+  SceneObject object;
+  object.id = objects.thing(id);
+  object.semantic_class = known.best_class();
+  object.probability = known.probability();
+  object.box = box_of(known, gravity, config);
+  object.views = known.views();
+  object.first_seen = *known.seen.begin();
+  object.last_seen = *known.seen.rbegin();
+  while ((id = objects.earlier(id)) != kNoSceneObject) {
+    const KnownObject& before = objects.objects().at(id);
+    ++object.epochs;
+    object.views += before.views();
+    object.first_seen = *before.seen.begin();
+    object.earlier.insert(object.earlier.begin(),
+                          {box_of(before, gravity, config), *before.seen.begin(),
+                           *before.seen.rbegin(), *before.found_empty});
+  }
+  object.state = state_of(known, object.epochs, objects.now(), config);
+  object.found_empty = known.found_empty;
+  if (known.views() >= config.min_views)
+    object.known = *std::next(known.seen.begin(), config.min_views - 1);
+  return object;
+}
+
+bool is_named(const SceneObject& object) {
+  return object.state != ObjectState::kCandidate && object.state != ObjectState::kAbsent &&
+         object.state != ObjectState::kMoving;
+}
+
+}  // namespace
+
 std::vector<SceneObject> place_objects(const ObjectMap& objects, const Gravity& gravity,
                                        TriangleMesh& mesh, SpaceCells& space,
                                        const PlacingConfig& config) {
-  std::map<SceneObjectId, std::vector<Vec3>> points;
-  for (SurfacePoint& vertex : mesh.vertices) {
-    if (vertex.label.object == kNoSceneObject) continue;
-    vertex.label.object = objects.current(vertex.label.object);
-    points[vertex.label.object].push_back(vertex.p_world.cast<double>());
-  }
   std::map<SceneObjectId, SceneObject> placed;
-  for (const auto& [id, p_world] : points) {
-    const auto known = objects.objects().find(id);
-    if (known == objects.objects().end()) continue;  // its keyframes went
-    const KnownObject& from = known->second;
-    SceneObject object;
-    object.id = id;
-    object.semantic_class = from.best_class();
-    object.probability = from.probability();
-    object.box = upright_box(largest_part(p_world, config.gap_m), gravity, config.box_share);
-    object.views = from.views();
-    object.first_seen = *from.seen.begin();
-    object.last_seen = *from.seen.rbegin();
-    if (object.views >= config.min_views && p_world.size() >= config.min_vertices)
-      object.state = ObjectState::kStatic;
-    placed.emplace(id, object);
+  for (const auto& [id, known] : objects.objects()) {
+    if (objects.has_later(id)) continue;
+    SceneObject object = placed_object(objects, id, gravity, config);
+    placed.emplace(object.id, std::move(object));
   }
   const auto name = [&](SurfaceLabel& label) {
     if (label.object == kNoSceneObject) return;
-    const auto object = placed.find(objects.current(label.object));
-    if (object == placed.end() || object->second.state != ObjectState::kStatic) {
+    const auto object = placed.find(objects.thing(label.object));
+    if (object == placed.end() || !is_named(object->second)) {
       label = {};
       return;
     }

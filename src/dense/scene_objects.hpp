@@ -1,4 +1,4 @@
-// Objects with their boxes, from the mesh that shows them.
+// Objects with their boxes and states, and what of the mesh is theirs.
 #pragma once
 
 #include "dense/object_map.hpp"
@@ -7,15 +7,16 @@
 namespace ygslam {
 
 struct PlacingConfig {
-  int min_views = 3;              ///< keyframes that show a static object
-  std::size_t min_vertices = 30;  ///< of the mesh
-  double box_share = 0.02;        ///< of the vertices left out at either side of a box
+  int min_views = 3;          ///< keyframes that show an object that is no candidate
+  double out_of_sight_s = 5;  ///< then it is unobserved
+  double moving_s = 2;        ///< since it was seen to move
+  double box_share = 0.02;    ///< of the surface left out at either side of a box
   double gap_m = 0.1;  ///< what lies farther from the rest is none of it, but for the largest part
 };
 
 /// Labels that name an object are given its class; where it is only a candidate they are withdrawn.
 /// @param mesh, space labelled with the map's objects or such as were merged since.
-/// @return those the mesh shows, in ascending order of ids.
+/// @return in ascending order of ids; each thing once, at the place where it was seen last.
 [[nodiscard]] std::vector<SceneObject> place_objects(const ObjectMap& objects,
                                                      const Gravity& gravity, TriangleMesh& mesh,
                                                      SpaceCells& space,

@@ -12,8 +12,35 @@ constexpr int kStepPx = 2;              // between the pixels that are looked at
 constexpr double kGrainM = 0.025;       // one point for a cube of this size
 constexpr double kSmallShare = 0.7;     // of its pixels that are not near its mask's edge
 constexpr std::size_t kMinPoints = 12;  // 75 cm2 of surface
+constexpr double kMovingShare = 0.4;    // a mover beside it is no motion of its own
 
 }  // namespace
+
+GreyImage dilated(const GreyImage& mask, int radius_px) {
+  if (mask.empty() || radius_px <= 0) return mask;
+  GreyImage rows(mask.width(), mask.height());
+  GreyImage result(mask.width(), mask.height());
+  // Separable: distance since the last set pixel, forwards and backwards.
+  const auto spread = [radius_px](auto read, auto write, int n) {
+    for (int i = 0, since = radius_px + 1; i < n; ++i) {
+      since = read(i) ? 0 : since + 1;
+      if (since <= radius_px) write(i);
+    }
+    for (int i = n - 1, since = radius_px + 1; i >= 0; --i) {
+      since = read(i) ? 0 : since + 1;
+      if (since <= radius_px) write(i);
+    }
+  };
+  for (int v = 0; v < mask.height(); ++v) {
+    spread([&](int u) { return mask.at(u, v) != 0; }, [&](int u) { rows.at(u, v) = 255; },
+           mask.width());
+  }
+  for (int u = 0; u < mask.width(); ++u) {
+    spread([&](int v) { return rows.at(u, v) != 0; }, [&](int v) { result.at(u, v) = 255; },
+           mask.height());
+  }
+  return result;
+}
 
 GreyImage eroded(const GreyImage& ids, int radius_px) {
   if (ids.empty() || radius_px <= 0) return ids;
@@ -52,6 +79,36 @@ GreyImage without_edges(const GreyImage& ids, int radius_px) {
   return inner;
 }
 
+std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers,
+                                std::size_t detections) {
+  std::vector<bool> moving(detections, false);
+  if (movers.empty() || things.empty()) return moving;
+  std::vector<int> pixels(detections + 1, 0), marked(detections + 1, 0);
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    ++pixels[things.begin()[i]];
+    marked[things.begin()[i]] += movers.begin()[i] != 0 ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < detections; ++i)
+    moving[i] = marked[i + 1] > kMovingShare * pixels[i + 1];
+  return moving;
+}
+
+void exclude_objects(DepthView& view, const std::vector<bool>& is_gone, int radius_px) {
+  if (std::find(is_gone.begin(), is_gone.end(), true) == is_gone.end()) return;
+  GreyImage gone(view.object.width(), view.object.height());
+  std::transform(view.object.begin(), view.object.end(), gone.begin(), [&](std::uint8_t object) {
+    const bool is_thing = object != DepthView::kNothing && object != DepthView::kExcluded;
+    return static_cast<std::uint8_t>(is_thing && is_gone[object - 1U] ? 255 : 0);
+  });
+  gone = dilated(gone, radius_px);
+  std::transform(gone.begin(), gone.end(), view.object.begin(), view.object.begin(),
+                 [&](std::uint8_t near, std::uint8_t object) {
+                   const bool is_other = object != DepthView::kNothing &&
+                                         object != DepthView::kExcluded && !is_gone[object - 1U];
+                   return near != 0 && !is_other ? DepthView::kExcluded : object;
+                 });
+}
+
 std::vector<ThingView> thing_views(DepthView& view, const std::vector<Detection>& detections,
                                    double max_depth_m) {
   std::vector<ThingView> things(detections.size());
@@ -74,11 +131,14 @@ std::vector<ThingView> thing_views(DepthView& view, const std::vector<Detection>
       for (int axis = 0; axis < 3; ++axis)
         grain[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(p[axis] / kGrainM));
       const std::size_t i = detection_of(object);
+      const Rgb8 colour = view.colour.at(u, v);
+      ++things[i].colours[static_cast<std::size_t>(colour.r / 64 + colour.g / 64 * 4 +
+                                                   colour.b / 64 * 16)];
       if (taken[i].insert(grain).second) things[i].p_camera.push_back(p.cast<float>());
     }
   }
   for (ThingView& thing : things)
-    if (thing.p_camera.size() < kMinPoints) thing.p_camera = {};
+    if (thing.p_camera.size() < kMinPoints) thing = {thing.detection, {}, {}, false};
   for (std::uint8_t& object : view.object) {
     const bool is_thing = object != DepthView::kNothing && object != DepthView::kExcluded;
     if (is_thing && things[detection_of(object)].p_camera.empty()) object = DepthView::kNothing;

@@ -1,6 +1,8 @@
 // What one keyframe shows of things that stand about: a chair, a screen, a bottle.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "scene/scene.hpp"
@@ -14,19 +16,35 @@ struct Detection {
   float score = 0;  ///< 0 to 1
 };
 
+/// Pixels by colour: red / 64 | green / 64 << 2 | blue / 64 << 4.
+using ColourCounts = std::array<std::uint32_t, 64>;
+
 /// The part of its surface that was seen.
 struct ThingView {
   Detection detection;
   std::vector<Eigen::Vector3f> p_camera;  ///< one for each small cube of its surface
+  ColourCounts colours{};
+  bool is_moving = false;
 };
 
 inline constexpr int kMaxDetections = 254;  ///< of one keyframe that a DepthView can number
+
+/// The mask grown by radius_px (square). @return empty for an empty mask.
+[[nodiscard]] GreyImage dilated(const GreyImage& mask, int radius_px);
 
 /// Without the pixels within radius_px (square) of another value; the image's border is no edge.
 [[nodiscard]] GreyImage eroded(const GreyImage& ids, int radius_px);
 
 /// The same for masks of things, but that small ones, which are mostly edge, stay whole.
 [[nodiscard]] GreyImage without_edges(const GreyImage& ids, int radius_px);
+
+/// Which of the detections move: of their pixels so many are marked in `movers` (empty: none).
+[[nodiscard]] std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers,
+                                              std::size_t detections);
+
+/// Excludes the pixels of some numbers of the view's objects, and what lies around them.
+/// @param is_gone by number - 1.
+void exclude_objects(DepthView& view, const std::vector<bool>& is_gone, int radius_px);
 
 /// One for each detection. Those of which too little is seen to say where they are have no points,
 /// and their pixels in the view become DepthView::kNothing.

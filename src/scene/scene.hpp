@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/time.hpp"
@@ -66,6 +67,13 @@ struct OrientedBox {
   Vec3 size_m = Vec3::Zero();  ///< along the box's axes
 };
 
+/// Where a thing stood that stands elsewhere now.
+struct EarlierPlace {
+  OrientedBox box;
+  Timestamp first_seen, last_seen;
+  Timestamp found_empty;  ///< when it was sure that it is not there any more
+};
+
 /// A thing that stands in the room.
 struct SceneObject {
   SceneObjectId id = kNoSceneObject;
@@ -76,6 +84,9 @@ struct SceneObject {
   int views = 0;   ///< keyframes that showed it
   int epochs = 1;  ///< places it has stood at
   Timestamp first_seen, last_seen;
+  std::vector<EarlierPlace> earlier;     ///< one less than epochs
+  std::optional<Timestamp> known;        ///< no candidate at this place since
+  std::optional<Timestamp> found_empty;  ///< absent since
 };
 
 /// Which way is up, and the floor's height; unknown where no floor was seen.

@@ -25,6 +25,13 @@ Json rotation_json(const SE3& T) {
   return {rounded(q.x()), rounded(q.y()), rounded(q.z()), rounded(q.w())};
 }
 
+Json box_json(const OrientedBox& box, const Gravity& gravity) {
+  return {{"centre_m", vector_json(box.T_world_box.t())},
+          {"size_m", vector_json(box.size_m)},
+          {"yaw_rad", rounded(box_yaw(box, gravity))},
+          {"rotation_xyzw", rotation_json(box.T_world_box)}};
+}
+
 Status write_json(const std::filesystem::path& path, const Json& json) {
   return write_file_atomically(path, json.dump(1) + "\n");
 }
@@ -56,20 +63,25 @@ std::string object_name(const SceneObject& object) {
 }
 
 Json object_json(const SceneObject& object, const Gravity& gravity) {
-  return {{"id", static_cast<int>(object.id)},
-          {"class", semantic_class_name(object.semantic_class)},
-          {"label", static_cast<int>(object.semantic_class)},
-          {"probability", rounded(object.probability)},
-          {"state", object_state_name(object.state)},
-          {"box",
-           {{"centre_m", vector_json(object.box.T_world_box.t())},
-            {"size_m", vector_json(object.box.size_m)},
-            {"yaw_rad", rounded(box_yaw(object.box, gravity))},
-            {"rotation_xyzw", rotation_json(object.box.T_world_box)}}},
-          {"views", object.views},
-          {"epochs", object.epochs},
-          {"first_seen_ns", object.first_seen.ns},
-          {"last_seen_ns", object.last_seen.ns}};
+  Json json = {{"id", static_cast<int>(object.id)},
+               {"class", semantic_class_name(object.semantic_class)},
+               {"label", static_cast<int>(object.semantic_class)},
+               {"probability", rounded(object.probability)},
+               {"state", object_state_name(object.state)},
+               {"box", box_json(object.box, gravity)},
+               {"views", object.views},
+               {"epochs", object.epochs},
+               {"first_seen_ns", object.first_seen.ns},
+               {"last_seen_ns", object.last_seen.ns}};
+  if (object.known) json["known_ns"] = object.known->ns;
+  if (object.found_empty) json["found_empty_ns"] = object.found_empty->ns;
+  for (const EarlierPlace& place : object.earlier) {
+    json["earlier"].push_back({{"box", box_json(place.box, gravity)},
+                               {"first_seen_ns", place.first_seen.ns},
+                               {"last_seen_ns", place.last_seen.ns},
+                               {"found_empty_ns", place.found_empty.ns}});
+  }
+  return json;
 }
 
 Status write_objects(const std::filesystem::path& path, std::span<const SceneObject> objects,

@@ -44,6 +44,19 @@ ObjectState state_of(const std::string& name) {
   throw std::runtime_error("unknown state \"" + name + "\"");
 }
 
+OrientedBox box_of(const nlohmann::json& json) {
+  const Eigen::Vector4d xyzw = numbers_of<4>(json.at("rotation_xyzw"));
+  if (!(xyzw.norm() > 0.5)) throw std::runtime_error("a rotation without length");
+  const Eigen::Quaterniond q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+  const Vec3 size_m = numbers_of<3>(json.at("size_m"));
+  if (size_m.minCoeff() < 0) throw std::runtime_error("a box of negative size");
+  return {SE3(q.normalized().toRotationMatrix(), numbers_of<3>(json.at("centre_m"))), size_m};
+}
+
+Timestamp stamp_of(const nlohmann::json& json, const char* key) {
+  return {whole_number_of<std::int64_t>(json.at(key))};
+}
+
 SceneObject object_of(const nlohmann::json& json) {
   SceneObject object;
   object.id = static_cast<SceneObjectId>(whole_number_of<std::uint16_t>(json.at("id")));
@@ -53,18 +66,17 @@ SceneObject object_of(const nlohmann::json& json) {
   if (!(probability >= 0 && probability <= 1)) throw std::runtime_error("no probability");
   object.probability = static_cast<float>(probability);
   object.state = state_of(json.at("state").get<std::string>());
-  const nlohmann::json& box = json.at("box");
-  const Eigen::Vector4d xyzw = numbers_of<4>(box.at("rotation_xyzw"));
-  if (!(xyzw.norm() > 0.5)) throw std::runtime_error("a rotation without length");
-  const Eigen::Quaterniond q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
-  object.box.T_world_box =
-      SE3(q.normalized().toRotationMatrix(), numbers_of<3>(box.at("centre_m")));
-  object.box.size_m = numbers_of<3>(box.at("size_m"));
-  if (object.box.size_m.minCoeff() < 0) throw std::runtime_error("a box of negative size");
+  object.box = box_of(json.at("box"));
   object.views = whole_number_of<int>(json.at("views"));
   object.epochs = whole_number_of<int>(json.at("epochs"));
-  object.first_seen.ns = whole_number_of<std::int64_t>(json.at("first_seen_ns"));
-  object.last_seen.ns = whole_number_of<std::int64_t>(json.at("last_seen_ns"));
+  object.first_seen = stamp_of(json, "first_seen_ns");
+  object.last_seen = stamp_of(json, "last_seen_ns");
+  if (json.contains("known_ns")) object.known = stamp_of(json, "known_ns");
+  if (json.contains("found_empty_ns")) object.found_empty = stamp_of(json, "found_empty_ns");
+  for (const nlohmann::json& place : json.value("earlier", nlohmann::json::array())) {
+    object.earlier.push_back({box_of(place.at("box")), stamp_of(place, "first_seen_ns"),
+                              stamp_of(place, "last_seen_ns"), stamp_of(place, "found_empty_ns")});
+  }
   return object;
 }
 

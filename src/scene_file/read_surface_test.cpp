@@ -123,8 +123,12 @@ TEST(ReadSurface, ForeignFilesAreRefusedOrUnderstood) {
 
 TEST(ReadObjects, AreWhatWasWritten) {
   const TempFolder folder;
-  const auto scene = sample_scene(Vec3(0, -1, 0));
-  ASSERT_FALSE(scene.objects.empty());
+  auto scene = sample_scene(Vec3(0, -1, 0));
+  ASSERT_EQ(scene.objects.size(), 3U);
+  scene.objects[0].earlier = {{scene.objects[1].box, {1}, {2}, {3}},
+                              {scene.objects[2].box, {4}, {5}, {6}}};
+  scene.objects[2].found_empty = Timestamp{7};
+  scene.objects[1].known = Timestamp{8};
   ASSERT_TRUE(write_objects(folder.path() / "o.json", scene.objects, scene.gravity).ok());
   const auto back = read_objects(folder.path() / "o.json");
   ASSERT_TRUE(back.ok()) << back.error().message;
@@ -138,6 +142,15 @@ TEST(ReadObjects, AreWhatWasWritten) {
     EXPECT_LT((a.box.size_m - b.box.size_m).norm(), 2e-6);
     EXPECT_LT((a.box.T_world_box.t() - b.box.T_world_box.t()).norm(), 2e-6);
     EXPECT_LT((a.box.T_world_box.R() - b.box.T_world_box.R()).norm(), 1e-5);
+    EXPECT_EQ(a.found_empty, b.found_empty);
+    EXPECT_EQ(a.known, b.known);
+    ASSERT_EQ(a.earlier.size(), b.earlier.size());
+    for (std::size_t k = 0; k < a.earlier.size(); ++k) {
+      EXPECT_LT((a.earlier[k].box.size_m - b.earlier[k].box.size_m).norm(), 2e-6);
+      EXPECT_EQ(a.earlier[k].first_seen, b.earlier[k].first_seen);
+      EXPECT_EQ(a.earlier[k].last_seen, b.earlier[k].last_seen);
+      EXPECT_EQ(a.earlier[k].found_empty, b.earlier[k].found_empty);
+    }
   }
 }
 

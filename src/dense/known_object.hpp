@@ -1,0 +1,76 @@
+// What is known of a thing that stands somewhere: counts over the keyframes that showed it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <unordered_map>
+#include <vector>
+
+#include "core/time.hpp"
+#include "dense/thing_view.hpp"
+#include "geometry/se3.hpp"
+
+namespace ygslam {
+
+/// A cube of the world, by the whole numbers of its place.
+using CellKey = std::uint64_t;
+[[nodiscard]] CellKey cell_key(const Vec3& p_world, double cell_m);
+/// The 26 cells around another, and itself: what is added to its key.
+[[nodiscard]] const std::vector<CellKey>& neighbour_steps();
+
+/// A small part of its surface.
+struct SurfaceGrain {
+  Vec3 sum_world = Vec3::Zero();  ///< of the points in it [m]
+  int points = 0;
+  int views = 0;  ///< that showed it
+  /// The last view in which it was not hidden, and whether that saw through it.
+  std::optional<Timestamp> looked_at;
+  bool seen_through = false;
+
+  [[nodiscard]] Vec3 mean_world() const { return sum_world / points; }
+};
+
+/// In place of the number of a thing that is not there any more.
+inline constexpr SceneObjectId kWithdrawnObject{0xffff};
+
+/// At one place: where it stands next it is another KnownObject.
+struct KnownObject {
+  std::map<SemanticClass, double> class_scores;  ///< sums over its views
+  std::unordered_map<CellKey, int> cells;        ///< how many views showed its surface there
+  std::map<CellKey, SurfaceGrain> grains;        ///< finer
+  Eigen::AlignedBox3d extent_world;              ///< of all its cells
+  std::set<Timestamp> seen;                      ///< of the keyframes that showed it
+  std::set<Timestamp> shown;  ///< the same, and those that saw its surface without a mask of it
+  ColourCounts colours{};
+  int empty_looks = 0;              ///< in a row that saw through its place
+  bool is_leaving = false;          ///< the keyframe that is being looked at sees through its place
+  std::optional<Timestamp> moving;  ///< when it was last seen to move,
+  Vec3 moving_world = Vec3::Zero();      ///< and where
+  std::optional<Timestamp> found_empty;  ///< since then it is absent
+
+  [[nodiscard]] int views() const { return static_cast<int>(seen.size()); }
+  [[nodiscard]] SemanticClass best_class() const;
+  /// Share of the best class in its views: what the scores left open is unknown.
+  [[nodiscard]] float probability() const;
+  /// Of a cell or a grain: what a single view showed is not believed once there are many.
+  [[nodiscard]] bool believes(int views_of_it) const;
+  /// Points of its surface, in a fixed order.
+  [[nodiscard]] std::vector<Vec3> surface_world() const;
+  /// Its cells, in ascending order.
+  [[nodiscard]] std::vector<CellKey> place() const;
+  /// Takes up all that is known of another that is the same.
+  void merge(const KnownObject& other);
+};
+
+/// How two things look that may be the same at different places.
+struct Likeness {
+  double size = 0;    ///< ratio of the smaller to the larger, 0 to 1
+  double colour = 0;  ///< shared part of their colours, 0 to 1
+};
+[[nodiscard]] Likeness likeness(const KnownObject& a, const KnownObject& b);
+
+}  // namespace ygslam

@@ -1,0 +1,30 @@
+// What is known by now of the pixels of a dense keyframe.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dense/known_object.hpp"
+#include "volume/depth_view.hpp"
+
+namespace ygslam {
+
+/// Cells from which something went that the keyframe still showed; in ascending order.
+using EmptiedPlace = std::shared_ptr<const std::vector<CellKey>>;
+
+struct PixelState {
+  /// Of each detection: its object, or kWithdrawnObject.
+  std::vector<SceneObjectId> ids;
+  std::vector<EmptiedPlace> emptied;
+
+  /// By content.
+  bool operator==(const PixelState& other) const;
+};
+
+/// Gives the objects of a view, which are numbers of detections from 1, their numbers, and excludes
+/// the pixels of what went.
+/// @param margin_px around the masks of what went. @param cell_m of the emptied places.
+void apply_state(const PixelState& state, const SE3& T_world_camera, int margin_px, double cell_m,
+                 DepthView& view);
+
+}  // namespace ygslam

@@ -1,0 +1,136 @@
+#include "eval/change_score.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/statistics.hpp"
+
+namespace ygslam {
+namespace {
+
+Timestamp end_of(std::span<const TrueThing> things) {
+  Timestamp end;
+  for (const TrueThing& thing : things)
+    for (const TruePlace& place : thing.places) end.ns = std::max(end.ns, place.until.ns);
+  return end;
+}
+
+/// The found things' places, as far as they belong to one of the truth.
+class Places {
+ public:
+  Places(std::span<const MappedThing> found, double min_iou) : found_(found), min_iou_(min_iou) {}
+
+  /// The thing that stands in the box; nothing: none does.
+  [[nodiscard]] const MappedThing* standing_in(const UprightBox& box) const {
+    const auto thing = std::find_if(found_.begin(), found_.end(), [&](const MappedThing& t) {
+      return !t.places.back().found_empty && fits(t.places.back(), box);
+    });
+    return thing == found_.end() ? nullptr : &*thing;
+  }
+  /// When a place there was found empty first, after `since`.
+  [[nodiscard]] std::optional<Timestamp> found_empty(const UprightBox& box, Timestamp since) const {
+    std::optional<Timestamp> first;
+    for (const MappedThing& thing : found_) {
+      for (const MappedPlace& place : thing.places) {
+        if (!place.found_empty || !fits(place, box) || *place.found_empty < since) continue;
+        if (!first || *place.found_empty < *first) first = place.found_empty;
+      }
+    }
+    return first;
+  }
+  [[nodiscard]] bool was_in(const MappedThing& thing, const UprightBox& box) const {
+    return std::any_of(thing.places.begin(), thing.places.end() - 1,
+                       [&](const MappedPlace& place) { return fits(place, box); });
+  }
+
+ private:
+  [[nodiscard]] bool fits(const MappedPlace& place, const UprightBox& box) const {
+    return box_iou(place.box, box) >= min_iou_;
+  }
+
+  std::span<const MappedThing> found_;
+  double min_iou_;
+};
+
+std::string times_text(std::vector<double> seconds) {
+  if (seconds.empty()) return "";
+  std::array<char, 64> text{};
+  const double worst = *std::max_element(seconds.begin(), seconds.end());
+  std::snprintf(text.data(), text.size(), " after %.1f s (at most %.1f s)", median(seconds), worst);
+  return text.data();
+}
+
+}  // namespace
+
+std::vector<TrueObject> standing_at_end(std::span<const TrueThing> things) {
+  const Timestamp end = end_of(things);
+  std::vector<TrueObject> standing;
+  for (const TrueThing& thing : things) {
+    if (thing.places.empty() || thing.places.back().until != end) continue;
+    const TruePlace& place = thing.places.back();
+    standing.push_back({thing.class_name, place.box, place.frames, thing.is_group});
+  }
+  return standing;
+}
+
+ChangeScore score_changes(std::span<const MappedThing> found, std::span<const TrueThing> truth,
+                          const ObjectScoreOptions& options) {
+  const Places places(found, options.min_iou);
+  const Timestamp end = end_of(truth);
+  ChangeScore score;
+  for (const TrueThing& thing : truth) {
+    if (thing.is_group) continue;
+    for (std::size_t i = 0; i < thing.places.size(); ++i) {
+      const TruePlace& place = thing.places[i];
+      if (place.frames < options.min_frames) continue;
+      const MappedThing* standing = places.standing_in(place.box);
+      if (place.until != end) {
+        ++score.left;
+        if (!standing) ++score.freed;
+        if (const auto when = places.found_empty(place.box, place.until))
+          score.freed_after_s.push_back(seconds_between(*when, place.until));
+      } else if (i == 0) {
+        ++score.stayed;
+        if (!standing && places.found_empty(place.box, place.from)) ++score.lost;
+      } else {
+        ++score.taken;
+        if (!standing) continue;
+        ++score.known;
+        if (standing->places.back().known)
+          score.known_after_s.push_back(
+              seconds_between(*standing->places.back().known, place.from));
+        if (places.was_in(*standing, thing.places[i - 1].box)) ++score.same_number;
+      }
+    }
+  }
+  return score;
+}
+
+nlohmann::json to_json(const ChangeScore& score) {
+  return {{"left", score.left},
+          {"freed", score.freed},
+          {"freed_after_s", score.freed_after_s},
+          {"taken", score.taken},
+          {"known", score.known},
+          {"known_after_s", score.known_after_s},
+          {"same_number", score.same_number},
+          {"stayed", score.stayed},
+          {"lost", score.lost}};
+}
+
+std::string format_changes(const ChangeScore& score) {
+  if (score.left + score.taken + score.lost == 0) return "";
+  std::array<char, 512> text{};
+  std::snprintf(text.data(), text.size(),
+                "changes       %d of %d left places free%s\n"
+                "              %d of %d new places known%s, %d under the old number\n"
+                "              %d of %d that stayed are lost\n",
+                score.freed, score.left, times_text(score.freed_after_s).c_str(), score.known,
+                score.taken, times_text(score.known_after_s).c_str(), score.same_number, score.lost,
+                score.stayed);
+  return text.data();
+}
+
+}  // namespace ygslam

@@ -1,0 +1,69 @@
+#include "eval/change_score.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ygslam {
+namespace {
+
+constexpr Timestamp at(double seconds) { return {static_cast<std::int64_t>(seconds * 1e9)}; }
+
+UprightBox box(double x) { return {{x, 0, 0.5}, {0.5, 0.5, 1}, 0}; }
+
+/// A chair that goes from 0 to 2 between 5 and 7 s, and a table that stays.
+std::vector<TrueThing> truth() {
+  return {{"chair", false, {{box(0), at(0), at(5), 50}, {box(2), at(7), at(20), 50}}},
+          {"dining table", false, {{box(5), at(0), at(20), 50}}},
+          {"book", true, {{box(8), at(0), at(20), 50}}}};
+}
+
+TEST(ChangeScore, OfAMapThatFollowed) {
+  const std::vector<MappedThing> found = {
+      {"chair", {{box(0), at(1), at(8)}, {box(2), at(9.5), {}}}},
+      {"dining table", {{box(5), at(1), {}}}}};
+  const ChangeScore score = score_changes(found, truth());
+  EXPECT_EQ(score.left, 1);
+  EXPECT_EQ(score.freed, 1);
+  EXPECT_EQ(score.taken, 1);
+  EXPECT_EQ(score.known, 1);
+  EXPECT_EQ(score.same_number, 1);
+  EXPECT_EQ(score.stayed, 1);
+  EXPECT_EQ(score.lost, 0);
+  ASSERT_EQ(score.freed_after_s.size(), 1U);
+  EXPECT_DOUBLE_EQ(score.freed_after_s[0], 3);
+  ASSERT_EQ(score.known_after_s.size(), 1U);
+  EXPECT_DOUBLE_EQ(score.known_after_s[0], 2.5);
+}
+
+TEST(ChangeScore, OfAMapThatDidNot) {
+  const std::vector<MappedThing> found = {{"chair", {{box(0), at(1), {}}}},
+                                          {"chair", {{box(2), at(8), {}}}},
+                                          {"dining table", {{box(5), at(1), at(6)}}}};
+  const ChangeScore score = score_changes(found, truth());
+  EXPECT_EQ(score.left, 1);
+  EXPECT_EQ(score.freed, 0);
+  EXPECT_TRUE(score.freed_after_s.empty());
+  EXPECT_EQ(score.known, 1);
+  EXPECT_EQ(score.same_number, 0);
+  EXPECT_EQ(score.lost, 1);
+}
+
+TEST(ChangeScore, WhatHardlyAnyFrameShowedDoesNotCount) {
+  auto things = truth();
+  for (TrueThing& thing : things)
+    for (TruePlace& place : thing.places) place.frames = 14;
+  const ChangeScore score = score_changes({}, things);
+  EXPECT_EQ(score.left + score.taken + score.stayed, 0);
+  EXPECT_EQ(format_changes(score), "");
+}
+
+TEST(ChangeScore, StandingAtTheEndAreTheLastPlaces) {
+  auto things = truth();
+  things.push_back({"sports ball", false, {{box(9), at(0), at(3), 20}}});  // it rolls since
+  const auto standing = standing_at_end(things);
+  ASSERT_EQ(standing.size(), 3U);
+  EXPECT_EQ(standing[0].box.centre_m.x(), 2);
+  EXPECT_TRUE(standing[2].is_group);
+}
+
+}  // namespace
+}  // namespace ygslam

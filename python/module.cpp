@@ -3,6 +3,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -10,6 +11,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <ygslam/slam.hpp>
 
 #include "arrays.hpp"
@@ -82,8 +84,11 @@ class PySlam {
         height_(static_cast<std::size_t>(settings.camera.height)),
         slam_(api::Slam::open(settings)) {}
 
-  api::Result process(const Rgb& rgb, nb::object depth, std::int64_t t_ns, double depth_scale,
-                      std::int64_t depth_t_ns) {
+  api::Result process(const nb::object& rgb_array, const nb::object& depth, std::int64_t t_ns,
+                      double depth_scale, std::int64_t depth_t_ns) {
+    Rgb rgb;
+    if (!nb::try_cast(rgb_array, rgb, false))
+      throw nb::type_error("rgb: a C-contiguous array of uint8, (H, W, 3), is expected");
     if (rgb.shape(0) != height_ || rgb.shape(1) != width_ || rgb.shape(2) != 3)
       throw nb::value_error(("rgb: shape (" + std::to_string(height_) + ", " +
                              std::to_string(width_) + ", 3) is expected")
@@ -122,10 +127,10 @@ class PySlam {
     const BusyFlag busy(busy_);
     return slam_.map();
   }
-  void save_map(const std::string& path) {
+  void save_map(const std::filesystem::path& path) {
     const nb::gil_scoped_release unlocked;
     const BusyFlag busy(busy_);
-    slam_.save_map(path);
+    slam_.save_map(path.string());
   }
   void reset() {
     const nb::gil_scoped_release unlocked;
@@ -147,20 +152,20 @@ class PySlam {
 
 /// ygslam.Error with what a user wants to tell apart: `code`.
 void bind_errors(nb::module_& m) {
-  static nb::object error = nb::steal(
+  static PyObject* const error =  // for as long as the interpreter lives
       PyErr_NewExceptionWithDoc("ygslam.Error",
                                 "What went wrong in one line; `code` as the exit codes of the "
                                 "command line: 1 a bug or out of memory, 2 wrong use, 3 settings "
                                 "or camera, 4 input, 5 model, 6 map file, 9 not written.",
-                                PyExc_RuntimeError, nullptr));
-  m.attr("Error") = error;
+                                PyExc_RuntimeError, nullptr);
+  m.attr("Error") = nb::handle(error);
   nb::register_exception_translator([](const std::exception_ptr& thrown, void*) {
     try {
       std::rethrow_exception(thrown);
     } catch (const api::Error& e) {
-      nb::object instance = error(e.what());
+      nb::object instance = nb::handle(error)(e.what());
       instance.attr("code") = e.code;
-      PyErr_SetObject(error.ptr(), instance.ptr());
+      PyErr_SetObject(error, instance.ptr());
     }
   });
 }
@@ -185,7 +190,7 @@ NB_MODULE(_core, m) {
           [](api::CameraModel* self, double fx, double fy, double cx, double cy, int width,
              int height, double k1, double k2, double p1, double p2, double k3,
              double colour_readout_ms, double depth_readout_ms, double depth_delay_ms,
-             bool shutter_known) {
+             bool shutter_known, const std::string& device) {
             new (self) api::CameraModel{fx,
                                         fy,
                                         cx,
@@ -200,13 +205,14 @@ NB_MODULE(_core, m) {
                                         colour_readout_ms,
                                         depth_readout_ms,
                                         depth_delay_ms,
-                                        shutter_known};
+                                        shutter_known,
+                                        device};
           },
           nb::arg("fx"), nb::arg("fy"), nb::arg("cx"), nb::arg("cy"), nb::arg("width") = 640,
           nb::arg("height") = 480, nb::kw_only(), nb::arg("k1") = 0.0, nb::arg("k2") = 0.0,
           nb::arg("p1") = 0.0, nb::arg("p2") = 0.0, nb::arg("k3") = 0.0,
           nb::arg("colour_readout_ms") = 0.0, nb::arg("depth_readout_ms") = 0.0,
-          nb::arg("depth_delay_ms") = 0.0, nb::arg("shutter_known") = false)
+          nb::arg("depth_delay_ms") = 0.0, nb::arg("shutter_known") = false, nb::arg("device") = "")
       .def_rw("fx", &api::CameraModel::fx)
       .def_rw("fy", &api::CameraModel::fy)
       .def_rw("cx", &api::CameraModel::cx)
@@ -222,6 +228,7 @@ NB_MODULE(_core, m) {
       .def_rw("depth_readout_ms", &api::CameraModel::depth_readout_ms)
       .def_rw("depth_delay_ms", &api::CameraModel::depth_delay_ms)
       .def_rw("shutter_known", &api::CameraModel::shutter_known)
+      .def_rw("device", &api::CameraModel::device, "name of a known camera, see docs/camera.md")
       .def("__repr__", [](const api::CameraModel& c) {
         return "CameraModel(" + std::to_string(c.width) + "x" + std::to_string(c.height) +
                ", fx=" + std::to_string(c.fx) + ", fy=" + std::to_string(c.fy) +
@@ -297,15 +304,15 @@ NB_MODULE(_core, m) {
                      "One RGB-D frame in, one result out. One thread at a time may use it.")
       .def(
           "__init__",
-          [](PySlam* self, const api::CameraModel& camera, const std::string& model,
-             const std::string& dynamic, const std::string& load_map, bool localize_only,
+          [](PySlam* self, const api::CameraModel& camera, const std::filesystem::path& model,
+             const std::string& dynamic, const std::filesystem::path& load_map, bool localize_only,
              bool deterministic, bool keep_trajectory,
              const std::map<std::string, std::string>& options) {
             api::Settings settings;
             settings.camera = camera;
-            settings.model = model;
+            settings.model = model.string();
             settings.dynamic = dynamic;
-            settings.load_map = load_map;
+            settings.load_map = load_map.string();
             settings.localize_only = localize_only;
             settings.deterministic = deterministic;
             settings.keep_trajectory = keep_trajectory;
@@ -321,8 +328,8 @@ NB_MODULE(_core, m) {
           "geometry, "
           "semantic, full. load_map: map of an earlier run to go on with; localize_only: it stays "
           "as it is. deterministic: same input, same result. options: keys of `ygslam config`.")
-      .def("process", &PySlam::process, nb::arg("rgb").noconvert(), nb::arg("depth"),
-           nb::arg("t_ns"), nb::kw_only(), nb::arg("depth_scale") = 0.0, nb::arg("depth_t_ns") = 0,
+      .def("process", &PySlam::process, nb::arg("rgb"), nb::arg("depth"), nb::arg("t_ns"),
+           nb::kw_only(), nb::arg("depth_scale") = 0.0, nb::arg("depth_t_ns") = 0,
            "rgb: (H, W, 3) uint8. depth: (H, W) float32 [m], 0 or NaN = none, or uint16 with "
            "depth_scale (units per metre). Both C-contiguous, read during the call. t_ns: strictly "
            "increasing. depth_t_ns: of the depth image, for a rolling shutter; 0 = t_ns.")

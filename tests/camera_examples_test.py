@@ -24,7 +24,8 @@ def realsense(frames):
     module.format = types.SimpleNamespace(rgb8="rgb8", z16="z16")
     module.config = lambda: mock.Mock(spec=["enable_stream"])
     module.align = lambda to: types.SimpleNamespace(process=lambda pair: pair)
-    camera, left = frames.camera, iter(list(frames)[:FRAMES])
+    some = list(frames)[:FRAMES]
+    camera, left = frames.camera, iter(some[:3] + some[2:])  # one comes twice, as they do
     intrinsics = types.SimpleNamespace(fx=camera.fx, fy=camera.fy, ppx=camera.cx, ppy=camera.cy,
                                        width=camera.width, height=camera.height)
     profile = mock.Mock()

@@ -79,8 +79,9 @@ class PythonModule(CliTest):
                 (frame.rgb, frame.depth.astype(np.float64), TypeError, "float32"),
                 (frame.rgb, frame.depth.T, TypeError, "contiguous"),
                 (frame.rgb, frame.depth.astype(np.uint16), ValueError, "depth_scale"),
-                (frame.rgb.astype(np.float32), frame.depth, TypeError, ""),
-                (None, None, TypeError, "")):
+                (frame.rgb.astype(np.float32), frame.depth, TypeError, "rgb"),
+                (frame.rgb[:, ::-1], frame.depth, TypeError, "contiguous"),
+                (None, None, TypeError, "rgb")):
             with self.assertRaises(kind) as refused:
                 slam.process(rgb, depth, 1)
             self.assertIn(words, str(refused.exception))
@@ -137,12 +138,11 @@ class PythonModule(CliTest):
             snapshot = first.map()
             self.assertEqual(snapshot.keyframes.shape[1], 8)
             self.assertEqual(snapshot.landmarks.shape[1], 3)
-            first.save_map(str(self.folder / "room.map"))
-        second = self.slam(load_map=str(self.folder / "room.map"), localize_only=True)
+            first.save_map(self.folder / "room.map")
+        second = self.slam(load_map=self.folder / "room.map", localize_only=True)
         states = [second.process(f.rgb, f.depth, f.t_ns).state for f in self.frames]
         self.assertIn(ygslam.State.TRACKING, states)
         second.reset()
-        first.reset  # noqa: B018 - a method of a finished one is still there
 
     def test_the_commands_are_functions(self):
         metrics = ygslam.run(sequence(), self.folder / "out", deterministic=True,
@@ -160,13 +160,14 @@ class PythonModule(CliTest):
             use = pathlib.Path(folder, "use.py")
             use.write_text("import ygslam\n"
                            "s = ygslam.Slam(ygslam.CameraModel(fx=1, fy=1, cx=1, cy=1))\n"
-                           "x: int = s.finish().trajectory.shape[0]\n"
+                           "try:\n    x: int = s.finish().trajectory.shape[0]\n"
+                           "except ygslam.Error as e:\n    code: int = e.code\n"
                            "wrong: str = s.map().landmarks.ndim\n", encoding="utf-8")
             done = subprocess.run([sys.executable, "-m", "mypy", "--no-incremental", use],
                                   capture_output=True, text=True, check=False, cwd=package.parent)
-        lines = [line for line in done.stdout.splitlines() if "error" in line and "use.py" in line]
+        lines = [line for line in done.stdout.splitlines() if ": error:" in line]
         self.assertEqual(len(lines), 1, done.stdout)
-        self.assertIn("use.py:4", lines[0])
+        self.assertIn("use.py:7", lines[0])
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import urllib.request
 import websockets
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from ygslam_cli import BINARY, FRAMES, CliTest, sequence, trajectory
+from ygslam_cli import BINARY, FRAMES, CliTest, sequence, trajectory, ygslam
 
 EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_info",
                "/camera/annotations", "/objects", "/state"}
@@ -193,6 +193,47 @@ class View(CliTest):
         self.assertEqual(len(trajectory(self.folder / "out" / "trajectory.txt")), 3)
         self.assert_sound()
 
+    def test_stopped_before_the_first_frame_it_ends_in_peace(self):
+        async def drive(port, token):
+            await (await Client.connect(port, token)).call("stop")
+        run, port, token = self.start("--view-paused")
+        asyncio.run(drive(port, token))
+        said = run.communicate(timeout=WAIT_S)[1]
+        self.assertEqual(run.returncode, 0, said)
+        self.assertNotIn("error", said)
+
+    def test_a_map_is_saved_when_asked(self):
+        async def drive(port, token):
+            driver = await Client.connect(port, token)
+            await driver.subscribe(["/odometry"])
+            seen = driver.messages()
+            for _ in range(5):
+                await driver.call("step")
+                await anext(seen)
+            self.assertTrue((await driver.call("save"))[0])
+            self.assertFalse((await driver.call("reset"))[0], "its map file would hold two worlds")
+            await driver.call("stop")
+        run, port, token = self.start("--view-paused", "--save-map", self.folder / "room.map")
+        asyncio.run(drive(port, token))
+        run.communicate(timeout=WAIT_S)
+        self.assertEqual(run.returncode, 0)
+        self.assert_ran(ygslam("map", "check", self.folder / "room.map"))
+
+    def test_what_cannot_begin_spoils_no_recording(self):
+        old = self.folder / "run.mcap"
+        self.assert_ran(self.run_slam(sequence(), "--mcap", old))
+        before = old.read_bytes()
+        taken = socket.create_server(("127.0.0.1", 0))
+        done = self.run_slam(sequence(), "--mcap", old, "--view", str(taken.getsockname()[1]),
+                             out="other")
+        self.assert_error(done, 2, "in use", out="other")
+        self.assertEqual(old.read_bytes(), before)
+
+    def test_options_of_the_page_want_a_page_and_sound_tokens(self):
+        for options, part in ((("--view-stay",), "--view"), (("--view-token", "abc"), "--view"),
+                              (("--view", "0", "--view-token", "a+b="), "--view-token")):
+            self.assert_error(self.run_slam(sequence(), *options), 2, part)
+
     def test_reset_begins_anew(self):
         async def drive(port, token):
             driver = await Client.connect(port, token)
@@ -255,7 +296,7 @@ class View(CliTest):
              "--view", "0.0.0.0:0", "--view-stay", "--view-token", "open-sesame"],
             stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
         self.runs.append(run)
-        port = int(re.search(r"look at http://0\.0\.0\.0:(\d+)/#open-sesame", next(
+        port = int(re.search(r"look at http://[^:]+:(\d+)/#open-sesame", next(
             line for line in run.stderr if "look at" in line))[1])
         asyncio.run(knock(port, "open-sesame"))
         self.end(run)

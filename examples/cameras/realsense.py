@@ -18,21 +18,25 @@ def main(model=""):
     metres = profile.get_device().first_depth_sensor().get_depth_scale()
     camera = ygslam.CameraModel(k.fx, k.fy, k.ppx, k.ppy, k.width, k.height)
     align = rs.align(rs.stream.color)  # depth as the colour camera would see it
-    slam = ygslam.Slam(camera, model=model)
+    slam, last_ns = ygslam.Slam(camera, model=model), 0
     try:
         while True:
             frames = align.process(pipeline.wait_for_frames())
             colour, depth = frames.get_color_frame(), frames.get_depth_frame()
             if not colour or not depth:
                 continue
-            result = slam.process(np.asarray(colour.get_data()), np.asarray(depth.get_data()),
-                                  round(1e6 * colour.get_timestamp()), depth_scale=1 / metres)
+            t_ns = round(1e6 * colour.get_timestamp())
+            if t_ns <= last_ns:  # the same image again
+                continue
+            last_ns = t_ns
+            result = slam.process(np.asarray(colour.get_data()), np.asarray(depth.get_data()), t_ns,
+                                  depth_scale=1 / metres)
             print(result.state.name, result.pose[:3, 3].round(3), f"{len(result.objects)} objects")
     except KeyboardInterrupt:
         pass
     finally:
+        ygslam.write_trajectory("trajectory.txt", slam.finish().trajectory)
         pipeline.stop()
-    ygslam.write_trajectory("trajectory.txt", slam.finish().trajectory)
 
 
 if __name__ == "__main__":

@@ -37,8 +37,9 @@ def main(model=""):
             print(result.state.name, result.pose[:3, 3].round(3), f"{len(result.objects)} objects")
     except KeyboardInterrupt:
         pass
-    if slam:
-        ygslam.write_trajectory("trajectory.txt", slam.finish().trajectory)
+    finally:
+        if slam:
+            ygslam.write_trajectory("trajectory.txt", slam.finish().trajectory)
 
 
 if __name__ == "__main__":

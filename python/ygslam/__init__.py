@@ -15,7 +15,7 @@ from ._core import (CameraModel, Error, Frame, MapSnapshot, Object, Outcome, Res
                     State)
 
 __all__ = ["CameraModel", "Error", "Frame", "MapSnapshot", "Object", "Outcome", "Result", "Sequence",
-           "Slam", "State", "evaluate", "localize", "open", "run", "simulate", "write_trajectory"]
+           "Slam", "State", "evaluate", "localize", "run", "simulate", "write_trajectory"]  # open hides a builtin
 
 
 def open(path) -> Sequence:  # noqa: A001 - as the module's other openers

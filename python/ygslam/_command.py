@@ -10,7 +10,6 @@ from typing import Any
 
 from ._core import Error
 
-_KINDS_OF_ERROR = range(1, 10)
 LOST = 7  # exit code of a run whose files are there, but that was lost for long
 
 
@@ -31,6 +30,9 @@ def _options(options: dict[str, Any]) -> list[str]:
             words += [f"--set={key}={text}" for key, text in value.items()]
         elif value is True:
             words.append(flag)
+        elif isinstance(value, (list, tuple)):
+            for item in value:
+                words += [flag, str(item)]
         elif value is not False and value is not None:
             words += [flag, str(value)]
     return words

@@ -64,6 +64,7 @@ struct Run {
   std::unique_ptr<RunView> view;
   RunFacts facts;
   int interrupted_by = 0;
+  bool stopped = false;  ///< on the live page
 };
 
 /// Not before there is a frame: a call that ends in an error leaves no empty map.
@@ -119,6 +120,10 @@ Result<std::unique_ptr<RunView>> start_view(const Run& run) {
   const RunOptions& o = run.options;
   auto config = parse_view_address(*o.view);
   if (!config.ok()) return config.error();
+  constexpr const char* kOfTokens =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";  // as in addresses
+  if (o.view_token.find_first_not_of(kOfTokens) != std::string::npos)
+    return Error{ErrorKind::kUsage, "--view-token: letters, digits and -._~ only"};
   config->token = o.view_token;
   config->origins = o.view_origins;
   auto view = RunView::start(
@@ -139,21 +144,19 @@ Status begin_anew(Run& run) {
   return Ok{};
 }
 
-/// Does what those who drive wish until the frame is due. @return false if the run is to end.
-bool await_turn(Run& run, Timestamp stamp) {
+/// Does what those who drive wish until the frame is due, or the run is stopped or interrupted.
+Status await_turn(Run& run, Timestamp stamp) {
   Runner& runner = *run.session.runner;
   for (;;) {
     const auto wishes =
         run.view->wait_turn(stamp, runner, [] { return StopSignal::received() != 0; });
     if (wishes.save && run.map_saver) run.map_saver->save(runner.map());
     if (wishes.reset) {
-      if (Status begun = begin_anew(run); !begun.ok()) {
-        log::error("{}", begun.error().message);
-        return false;
-      }
+      if (Status begun = begin_anew(run); !begun.ok()) return begun;
+      run.view->restart();
     }
-    if (wishes.stop) return false;
-    if (wishes.go || StopSignal::received()) return true;
+    run.stopped = wishes.stop;
+    if (wishes.stop || wishes.go || StopSignal::received()) return Ok{};
   }
 }
 
@@ -173,11 +176,6 @@ Status process_frames(Run& run, LogFile& log_file) {
       [&run](const FrameRecord& record, const TrackResult&) { run.files->add(record); });
   std::optional<RunRecorder> recorder;
   Status recorded = Ok{};
-  if (!o.mcap.empty()) {
-    auto created = RunRecorder::create(o.mcap, run.sequence.camera);
-    if (!created.ok()) return created.error();
-    recorder = std::move(created).value();
-  }
   if (o.view) {
     auto started = start_view(run);
     if (!started.ok()) return started.error();
@@ -189,11 +187,19 @@ Status process_frames(Run& run, LogFile& log_file) {
   while (auto frame = run.reader->next()) {
     if (std::exchange(first, false)) {
       if (Status opened = open_map_saver(run); !opened.ok()) return opened;
+      if (!o.mcap.empty()) {
+        auto created = RunRecorder::create(o.mcap, run.sequence.camera);
+        if (!created.ok()) return created.error();
+        recorder = std::move(created).value();
+      }
       // Not before: a run without a frame leaves an earlier one's files alone.
       if (Status placed = log_file.place(); !placed.ok()) return placed;
       warn_about_depth(**frame);
     }
-    if (run.view && !await_turn(run, (*frame)->stamp)) break;
+    if (run.view) {
+      if (Status due = await_turn(run, (*frame)->stamp); !due.ok()) return due;
+      if (run.stopped) break;
+    }
     const TrackResult result = run.session.runner->process(*frame);
     if (pictures && !picture_error) {
       Status drawn = pictures->add(*frame, result);
@@ -213,7 +219,7 @@ Status process_frames(Run& run, LogFile& log_file) {
     Status drawn = pictures->finish();
     if (!drawn.ok()) picture_error = drawn.error();
   }
-  if (outcome.statistics.frames == 0 && !run.interrupted_by) {
+  if (outcome.statistics.frames == 0 && !run.interrupted_by && !run.stopped) {
     return Error{ErrorKind::kInput, o.sequence + ": not one frame could be read"};
   }
   if (recorder && recorded.ok()) recorded = recorder->finish(*run.session.runner);
@@ -346,7 +352,8 @@ Result<int> run_all(Run& run) {
     log::info("the page stays until it is interrupted (Ctrl-C)");
     run.view->stay([] { return StopSignal::received() != 0; });
   }
-  if (outcome.statistics.frames == 0) return 128 + run.interrupted_by;  // nothing to save
+  if (outcome.statistics.frames == 0)  // nothing to save
+    return run.stopped ? 0 : 128 + run.interrupted_by;
   const bool lost = 1 - coverage(outcome) > run.config.run.max_lost_share && !run.interrupted_by;
   if (lost)
     log::warn("{}: lost for {:.0f} % of the frames", o.sequence, 100 * (1 - coverage(outcome)));
@@ -398,23 +405,28 @@ void declare_options(CLI::App& command, RunOptions& o) {
       .add_option("--save-map", o.save_map,
                   "Keep the map in this file while it grows (see docs/maps.md)")
       ->type_name("FILE");
+  CLI::Option* view =
+      command
+          .add_option("--view", o.view,
+                      "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
+          ->expected(0, 1)
+          ->default_str("")
+          ->type_name("[[ADDRESS:]PORT]");
   command
-      .add_option("--view", o.view,
-                  "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
-      ->expected(0, 1)
-      ->default_str("")
-      ->type_name("[[ADDRESS:]PORT]");
-  command.add_flag("--view-stay", o.view_stay, "Keep the page after the end, until Ctrl-C");
-  command.add_flag("--view-paused", o.view_paused,
-                   "Wait before the first frame for Resume or Step");
+      .add_flag("--view-paused", o.view_paused, "Wait before the first frame for Resume or Step")
+      ->needs(view);
+  command.add_flag("--view-stay", o.view_stay, "Keep the page after the end, until Ctrl-C")
+      ->needs(view);
   command
       .add_option("--view-token", o.view_token,
                   "Whoever knows it may drive the run; needed to look on from other machines "
                   "(default: a new one)")
+      ->needs(view)
       ->type_name("TEXT");
   command
       .add_option("--view-origin", o.view_origins,
                   "Page of another program that may connect, e.g. https://app.example.org")
+      ->needs(view)
       ->type_name("ORIGIN");
   command
       .add_option("--mcap", o.mcap,

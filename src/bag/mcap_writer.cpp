@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 
 #include "bag/mcap_format.hpp"
+#include "core/check.hpp"
 
 namespace ygslam {
 namespace {

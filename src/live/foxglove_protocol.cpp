@@ -106,8 +106,10 @@ Result<Subscriptions> parse_request(const std::string& text, std::size_t topics)
   if (!json.is_object() || !json.contains("op") || !json["op"].is_string())
     return fault("a JSON object with `op` is expected");
   Subscriptions result;
-  const auto list = [&](const char* key) {
-    return json.contains(key) && json[key].is_array() ? json[key] : Json::array();
+  const Json none = Json::array();
+  const auto list = [&](const char* key) -> const Json& {  // no copy: it may be nested deep
+    const auto it = json.find(key);
+    return it != json.end() && it->is_array() ? *it : none;
   };
   if (json["op"] == "subscribe") {
     for (const Json& subscription : list("subscriptions")) {

@@ -50,6 +50,11 @@ TEST(Foxglove, WhatMakesNoSenseIsToldOrPassedOver) {
     ASSERT_TRUE(request.ok()) << text;
     EXPECT_TRUE(request->added.empty());
   }
+  const std::string deep(32000, '[');
+  EXPECT_FALSE(parse_request(deep, 3).ok());
+  EXPECT_TRUE(
+      parse_request(R"({"op":"x","subscriptions":)" + deep + std::string(32000, ']') + "}", 3)
+          .ok());
   Rng rng(1);
   for (int i = 0; i < 10000; ++i) {  // whatever bytes come, they are answered
     std::string bytes(rng.below(64), '\0');

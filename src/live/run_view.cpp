@@ -100,6 +100,13 @@ bool RunView::is_due(Timestamp stamp) const {
   return std::chrono::duration<double>(Clock::now() - last_turn_).count() >= wait_s;
 }
 
+void RunView::restart() {
+  const std::lock_guard lock(mutex_);
+  map_wanted_ = true;
+  last_ = {};
+  last_stamp_.reset();
+}
+
 RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner& runner,
                                    const std::function<bool()>& interrupted) {
   std::unique_lock lock(mutex_);
@@ -110,6 +117,7 @@ RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner& runner,
       map_due_ = {};
       show_map(runner);
       lock.lock();
+      continue;  // somebody may have driven meanwhile
     }
     auto wake = Clock::now() + kLookUp;
     if (!is_paused_ && last_stamp_)
@@ -152,7 +160,7 @@ Result<std::string> RunView::drive(std::string_view service) {
   if (service == "save") {
     if (!config_.saves) return Error{ErrorKind::kUsage, "this run keeps no map (--save-map)"};
     wishes_.save = true;
-    return std::string("the map is saved");
+    return std::string("the map will be saved");
   }
   if (service == "reset") {
     if (config_.saves)

@@ -42,6 +42,8 @@ class RunView : private MessageSink {
   [[nodiscard]] Wishes wait_turn(Timestamp stamp, Runner& runner,
                                  const std::function<bool()>& interrupted);
 
+  /// The runner was reset.
+  void restart();
   /// The run has ended: shows the whole map as it is now, and says so.
   void finish(Runner& runner);
   /// Goes on showing it until `interrupted`, or somebody who drives stops it.

@@ -1,12 +1,16 @@
 #include "live/view_server.hpp"
 
+#include <array>
 #include <atomic>
 #include <boost/asio.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <charconv>
+#include <chrono>
 #include <deque>
+#include <map>
+#include <optional>
 #include <random>
 #include <set>
 
@@ -26,10 +30,13 @@ using tcp = asio::ip::tcp;
 using BoostError = boost::system::error_code;
 
 constexpr std::size_t kMostClients = 64;
-constexpr std::size_t kMostWaiting = 256;  // texts to a client that does not read them
+constexpr int kMostOnlookers = 56;              // of them, so that who has the token finds a place
+constexpr std::size_t kMostSubscriptions = 32;  // of a client
+constexpr std::size_t kMostWaiting = 256;       // texts to a client that does not read them
 constexpr std::size_t kLongestMessage = 1 << 16;
 constexpr std::uint32_t kLongestHead = 1 << 13;
 constexpr auto kHandshake = std::chrono::seconds(10);
+constexpr auto kRetry = std::chrono::milliseconds(100);
 
 using Request = http::request<http::empty_body>;
 using MessagePtr = std::shared_ptr<const foxglove::Data>;
@@ -140,9 +147,11 @@ class Session : public std::enable_shared_from_this<Session> {
     return is_known ? nullptr : "pages of this origin may not connect (--view-origin)";
   }
   [[nodiscard]] bool is_own_host(const std::string& host) const {
-    const std::string port = ":" + std::to_string(hub_.config.port);
-    return host == "127.0.0.1" + port || host == "localhost" + port || host == "[::1]" + port ||
-           host == hub_.config.host + port;
+    // The port may be another one here than there: ssh -L 9000:127.0.0.1:8765.
+    const std::size_t bracket = host.starts_with('[') ? host.find(']') : 0;
+    const std::string name = host.substr(0, host.find(':', bracket));
+    return name == "127.0.0.1" || name == "localhost" || name == "[::1]" ||
+           name == hub_.config.host;
   }
 
   void respond(http::status status, std::string_view content,
@@ -173,6 +182,8 @@ class Session : public std::enable_shared_from_this<Session> {
       return respond(http::status::not_found, "clients connect to /ws");
     if (!may_drive_ && (!hub_.is_loopback || !token.empty()))
       return respond(http::status::unauthorized, "the token is missing or wrong");
+    if (!may_drive_ && hub_.clients >= kMostOnlookers)
+      return respond(http::status::service_unavailable, "too many look on");
     const auto protocol =
         foxglove::chosen_protocol(text_of(request[http::field::sec_websocket_protocol]));
     if (!protocol)
@@ -213,7 +224,8 @@ class Session : public std::enable_shared_from_this<Session> {
     if (!request.ok()) return say(foxglove::status(request.error().message));
     bool is_new = false;
     for (const auto& [id, topic] : request->added) {
-      if (subscriptions_.size() >= kMostWaiting || !subscriptions_.try_emplace(id, topic).second)
+      if (subscriptions_.size() >= kMostSubscriptions ||
+          !subscriptions_.try_emplace(id, topic).second)
         continue;
       is_new |= hub_.wanted[topic]++ == 0;
       if (hub_.last.size() > topic && hub_.last[topic]) pending_[id] = hub_.last[topic];
@@ -334,7 +346,7 @@ class BeastViewServer : public ViewServer {
                                                   hub_.config.port, error.message())};
     hub_.config.port = acceptor_.local_endpoint().port();
     accept_next();
-    thread_.emplace([this](const std::stop_token&) { io_.run(); });
+    thread_.emplace([this](const std::stop_token&) { serve(); });
     return Ok{};
   }
 
@@ -354,16 +366,37 @@ class BeastViewServer : public ViewServer {
   }
   [[nodiscard]] int clients() const override { return hub_.clients; }
   [[nodiscard]] std::string url() const override {
-    const std::string& host = hub_.config.host;
+    const bool is_any = hub_.config.host == "0.0.0.0" || hub_.config.host == "::";
+    BoostError error;
+    const std::string name = is_any ? asio::ip::host_name(error) : "";
+    const std::string host = name.empty() ? hub_.config.host : name;
     return fmt::format("http://{}:{}/#{}", host.find(':') == host.npos ? host : "[" + host + "]",
                        hub_.config.port, hub_.config.token);
   }
   [[nodiscard]] std::uint16_t port() const override { return hub_.config.port; }
 
  private:
+  /// What one client's message comes to must not end the others' service.
+  void serve() {
+    for (;;) {
+      try {
+        io_.run();
+        return;
+      } catch (const std::exception& e) {
+        log::warn("the live page: {}", e.what());
+      }
+    }
+  }
+
   void accept_next() {
     acceptor_.async_accept([this](BoostError error, tcp::socket socket) {
-      if (!error && hub_.sessions.size() < kMostClients) {
+      if (error) {  // no files are left, say: it may pass
+        retry_.expires_after(kRetry);
+        return retry_.async_wait([this](BoostError stopped) {
+          if (!stopped && acceptor_.is_open()) accept_next();
+        });
+      }
+      if (hub_.sessions.size() < kMostClients) {
         socket.set_option(tcp::no_delay(true), error);
         const auto session = std::make_shared<Session>(hub_, std::move(socket));
         hub_.sessions.insert(session);
@@ -376,6 +409,7 @@ class BeastViewServer : public ViewServer {
   asio::io_context io_{1};
   Hub hub_;
   tcp::acceptor acceptor_;
+  asio::steady_timer retry_{io_};
   std::optional<WorkerThread> thread_;  // last: it uses everything above
 };
 

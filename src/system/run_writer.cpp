@@ -89,6 +89,18 @@ void smooth(std::vector<StampedPose>& poses) {
     poses[i].T_world_camera = SE3(poses[i].T_world_camera.R(), smoothed[i]);
 }
 
+/// Where the frames that they were made of lie in the trajectory.
+std::vector<StampedPose> in_trajectory(std::vector<StampedPose> keyframes,
+                                       std::span<const StampedPose> trajectory) {
+  for (StampedPose& keyframe : keyframes) {
+    const auto frame =
+        std::ranges::lower_bound(trajectory, keyframe.stamp, {}, &StampedPose::stamp);
+    if (frame != trajectory.end() && frame->stamp == keyframe.stamp)
+      keyframe.T_world_camera = frame->T_world_camera;
+  }
+  return keyframes;
+}
+
 }  // namespace
 
 std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Map& map) {
@@ -225,7 +237,8 @@ Status write_run(const std::filesystem::path& directory, std::span<const Stamped
                  const Map& map, std::span<const ColouredPoint> cloud, int stamp_decimals) {
   const std::pair<const char*, std::string> texts[] = {
       {"trajectory.txt", format_tum(trajectory, stamp_decimals)},
-      {"keyframes.txt", format_tum(keyframe_trajectory(map), stamp_decimals)}};
+      {"keyframes.txt",
+       format_tum(in_trajectory(keyframe_trajectory(map), trajectory), stamp_decimals)}};
   for (const auto& [name, text] : texts) {
     Status written = write_file_atomically(directory / name, text);
     if (!written.ok()) return written;

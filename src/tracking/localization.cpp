@@ -1,6 +1,7 @@
 #include "tracking/localization.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace ygslam {
 namespace {
@@ -41,7 +42,9 @@ Localization::Arrival Localization::arrive(const Step& step, const LocalView& vi
     arrival = Arrival::kByView;
   }
   if (arrival != Arrival::kFollowed) doubt(step.frame);
-  usual_step_s_ = seconds_between(step.stamp, step.last_stamp);
+  // The shorter of two steps in a row: what is missing once does not make the camera a slow one.
+  const double step_s = seconds_between(step.stamp, step.last_stamp);
+  if (!step.was_lost) usual_step_s_ = std::min(step_s, std::exchange(last_step_s_, step_s));
   return arrival;
 }
 

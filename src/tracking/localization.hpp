@@ -2,6 +2,7 @@
 // jump a place is known by what is seen alone, and another room may look the same.
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "tracking/odometry.hpp"
@@ -56,7 +57,8 @@ class Localization {
   Odometry odometry_;
   std::optional<Trusted> trusted_;
   FrameId doubtful_since_ = kNoFrame;
-  std::optional<double> usual_step_s_;
+  std::optional<double> usual_step_s_;  // of frames that follow each other
+  double last_step_s_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace ygslam

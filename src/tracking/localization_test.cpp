@@ -62,6 +62,15 @@ TEST(Localization, AnImageEveryTwoSecondsIsNoGap) {
   EXPECT_EQ(walk.go(44, 2.1), Arrival::kByView) << "an image is missing";
 }
 
+TEST(Localization, LongerAndLongerGapsAreNoSlowCamera) {
+  Walk walk;
+  double s = 0;
+  for (int i = 0; i < 30; ++i) walk.go(s += 1 / 30.0, 0);
+  EXPECT_EQ(walk.go(s += 0.9, 0), Arrival::kFollowed);
+  EXPECT_EQ(walk.go(s += 1.3, 0), Arrival::kByView);
+  EXPECT_EQ(walk.go(s += 1.9, 0), Arrival::kByView);
+}
+
 TEST(Localization, FoundWhereItCannotHaveComeItWasCarried) {
   Walk near;
   EXPECT_EQ(near.go(0.1, 0.4, true), Arrival::kFollowed);

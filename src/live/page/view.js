@@ -11,6 +11,7 @@ const services = new Map();       // name to number
 const last = {};                  // topic to its newest message
 const history = {time: [], points: [], age: []};
 const way = [];                   // where the camera was, in map
+let picture;                      // the newest image
 let socket, calls = 0, frames = [], token = location.hash.slice(1);
 
 function say(text) { $('said').textContent = text; }
@@ -20,7 +21,7 @@ function connect() {
   socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/ws${query}`, ['foxglove.websocket.v1']);
   socket.binaryType = 'arraybuffer';
   socket.onmessage = (event) => typeof event.data === 'string' ? hear(JSON.parse(event.data)) : take(event.data);
-  socket.onclose = () => { setState('the run has ended, or is not reached', 'error'); for (const b of $('drive').children) b.disabled = true; setTimeout(connect, 2000); };
+  socket.onclose = () => { setState('not reached: the run has ended, or its token is another', 'error'); for (const b of $('drive').children) b.disabled = true; setTimeout(connect, 2000); };
 }
 
 function hear(message) {
@@ -62,6 +63,7 @@ function take(buffer) {
     const reader = new Cdr(buffer, 13 + view.getUint32(9, true));
     const done = reader.u8() !== 0;
     say((done ? '' : 'not done: ') + reader.string());
+    if (done && view.getUint32(1, true) === services.get('reset')) way.length = 0;
     return;
   }
   const topic = topicOf.get(view.getUint32(1, true));
@@ -87,13 +89,11 @@ const shows = {
   },
   '/camera/image/compressed': async (image) => {
     const bitmap = await createImageBitmap(new Blob([image.data], {type: 'image/jpeg'}));
-    const canvas = $('image');
-    if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) Object.assign(canvas, {width: bitmap.width, height: bitmap.height});
-    const g = canvas.getContext('2d');
-    g.drawImage(bitmap, 0, 0);
-    bitmap.close();
-    annotate(g);
+    if (picture) picture.close();
+    picture = bitmap;
+    drawImage();
   },
+  '/camera/annotations': () => drawImage(),
   '/objects': (markers) => {
     const boxes = markers.filter((m) => m.ns === 'objects'), edges = [];
     for (const m of boxes) {
@@ -161,9 +161,15 @@ function showCloud(name, cloud, size) {
     }
   }
   scene.set(name, 'POINTS', positions, colours, size);
+  scene.show(name, $(`show-${name}`).checked);
 }
 
-function annotate(g) {
+function drawImage() {
+  if (!picture) return;
+  const canvas = $('image');
+  if (canvas.width !== picture.width || canvas.height !== picture.height) Object.assign(canvas, {width: picture.width, height: picture.height});
+  const g = canvas.getContext('2d');
+  g.drawImage(picture, 0, 0);
   const said = last['/camera/annotations'];
   if (!said) return;
   const css = (c) => `rgb(${c.slice(0, 3).map((v) => Math.round(255 * v)).join(' ')})`;
@@ -231,7 +237,10 @@ scene.drawn = () => {
 scene.panned = () => { $('follow').checked = false; };
 for (const name of ['cloud', 'landmarks', 'path', 'objects'])
   $(`show-${name}`).addEventListener('change', (e) => scene.show(name, e.target.checked));
+for (const name of ['points', 'boxes']) $(`show-${name}`).addEventListener('change', drawImage);
 $('from-above').addEventListener('click', () => { scene.pitch = 1.54; scene.ask(); });
+
+addEventListener('hashchange', () => location.reload());  // another run's token
 
 if (!scene.gl) say('this browser has no WebGL2: the map is not drawn');
 connect();

@@ -1,0 +1,5 @@
+__suffix__:
+    class Error(RuntimeError):
+        """What went wrong in one line."""
+
+        code: int

@@ -61,7 +61,7 @@ lint: setup-checks ## clang's warnings and clang-tidy on all sources, any findin
 	@run-clang-tidy-16 -p build/clang -j $(JOBS) -quiet '/Unity/|_test\.cpp$$'
 
 # Address and undefined behaviour: the unit tests of these modules. Threads: whatever has some.
-ASAN_TESTS := core geometry image scene io scene_file scene_picture features segment optim volume map map_file motion mapping loop tracking dense facade
+ASAN_TESTS := core geometry image scene io bag live scene_file scene_picture features segment optim volume map map_file motion mapping loop tracking dense facade
 TSAN_TESTS := ^(BoundedQueue|Published|FrameReader|LiveRunner|SegmentInbox|SegmenterFault|AdjustmentThread|DenseThread|MapSaver)
 tests_of = $(foreach module,$(1),$(if $(wildcard src/$(module)/*_test.cpp),$(module)_test))
 space := $(subst ,, )

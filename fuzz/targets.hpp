@@ -20,5 +20,6 @@ void map_file(std::string_view bytes);
 void map_rows(std::string_view bytes);
 void surface_ply(std::string_view bytes);
 void objects(std::string_view bytes);
+void live_requests(std::string_view bytes);
 
 }  // namespace ygslam::fuzz

@@ -62,7 +62,7 @@ struct Settings {
   std::string load_map;
   bool localize_only = false;  ///< the loaded map stays as it is
   bool deterministic = false;  ///< one schedule without threads: same input, same result
-  /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 72
+  /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 104
   /// bytes a frame.
   bool keep_trajectory = true;
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`

@@ -60,4 +60,18 @@ void move_to_middle_instant(Features& features, const Camera& camera, const Dept
   }
 }
 
+void move_to_other_times(Features& features, const Camera& camera, const ReadOut& was,
+                         const ReadOut& now) {
+  const RollingShutter before(camera.height(), was);
+  const RollingShutter after(camera.height(), now);
+  for (Feature& f : features.points) {
+    const bool has_depth = f.depth_m > 0;
+    const Vec3 p_cam = camera.unproject(f.ideal_px.cast<double>(), has_depth ? f.depth_m : kFar_m);
+    const Vec3 p_middle = after.to_middle(before.to_row(p_cam, f.uv_px.y()), f.uv_px.y());
+    if (p_middle.z() < kLeastDepth_m) continue;
+    f.ideal_px = camera.project(p_middle).cast<float>();
+    if (has_depth) f.depth_m = static_cast<float>(p_middle.z());
+  }
+}
+
 }  // namespace ygslam

@@ -21,4 +21,9 @@ void attach_geometry(Features& features, const Camera& camera, const DepthImage&
 void move_to_middle_instant(Features& features, const Camera& camera, const DepthImage& depth_m,
                             const ReadOut& read_out);
 
+/// Moves features that are at the middle instant as `was` had it to where `now` has it, without the
+/// depth image: depths are not read again, so only the time of their own pixel counts.
+void move_to_other_times(Features& features, const Camera& camera, const ReadOut& was,
+                         const ReadOut& now);
+
 }  // namespace ygslam

@@ -77,6 +77,32 @@ TEST(MoveToMiddleInstant, FeaturesOfAWallLieWhereTheMiddleInstantHasThem) {
   EXPECT_LT(worst_error_m(kinect()), 0.003);  // depths are those of whole pixels
 }
 
+TEST(MoveToOtherTimes, GivesWhatTheseTimesHadGivenAtOnce) {
+  const Camera camera(kinect());
+  const ReadOut was{{0.01, 0.01, 0}, fast()};
+  const ReadOut now{shutter_times(camera.config()), fast()};
+  const DepthImage wall_m(camera.width(), camera.height(), 2.5F);
+  Features features;
+  for (const float v : {5.F, 120.F, 300.F, 470.F}) {
+    Feature feature;
+    feature.uv_px = {1.3F * v, v};
+    features.points.push_back(feature);
+  }
+  features.descriptors.resize(features.size());
+  for (const DepthImage& depth_m : {wall_m, DepthImage()}) {
+    Features late = features, at_once = features;
+    move_to_middle_instant(late, camera, depth_m, was);
+    move_to_middle_instant(at_once, camera, depth_m, now);
+    const float before_px = (late.points[0].ideal_px - at_once.points[0].ideal_px).norm();
+    EXPECT_GT(before_px, 1);
+    move_to_other_times(late, camera, was, now);
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      EXPECT_LT((late.points[i].ideal_px - at_once.points[i].ideal_px).norm(), 0.01) << i;
+      EXPECT_NEAR(late.points[i].depth_m, at_once.points[i].depth_m, 1e-4) << i;
+    }
+  }
+}
+
 TEST(MoveToMiddleInstant, DepthMayHaveTimesOfItsOwn) {
   CameraConfig camera = kinect();
   camera.depth_readout_ms = 34;

@@ -52,6 +52,10 @@ class RollingShutter {
   [[nodiscard]] Vec3 to_middle(const Vec3& p_cam, double row_px) const {
     return earlier(p_cam, colour_time_s(row_px));
   }
+  /// The inverse.
+  [[nodiscard]] Vec3 to_row(const Vec3& p_middle, double row_px) const {
+    return earlier(p_middle, -colour_time_s(row_px));
+  }
   /// Where the colour image shows a point of the middle instant.
   /// @return recorded pixel.
   [[nodiscard]] Vec2 seen_at(const Camera& camera, const Vec3& p_middle) const;

@@ -12,6 +12,7 @@
 #include "mapping/bundle_window.hpp"
 #include "mapping/culling.hpp"
 #include "mapping/landmark_maker.hpp"
+#include "mapping/late_shutter.hpp"
 #include "mapping/neighbour_fusion.hpp"
 #include "mapping/view_builder.hpp"
 #include "motion/labels.hpp"
@@ -43,6 +44,10 @@ class Mapper {
   std::vector<KeyframeId> refine(const std::atomic<bool>* abort = nullptr);
   /// Takes over what was computed on a copy of the map.
   void correct(const MapPatch& patch);
+  /// A read-out time was found late; see late_shutter.hpp.
+  bool correct_shutter(double was_s, double now_s) {
+    return ygslam::correct_shutter(map_, camera_, was_s, now_s);
+  }
   /// A submap's place was found: Map::join() after the patch that moves it there.
   void join(KeyframeId root, KeyframeId parent, const MapPatch& patch);
   /// Fuses what keyframes see with what those at a place see that they were found at.

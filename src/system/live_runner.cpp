@@ -43,6 +43,7 @@ class LiveRunner final : public Runner {
       if (without_mask_.size() > kMostWithoutMask) without_mask_.erase(without_mask_.begin());
       map_->insert({std::move(*result.candidate), result.labels.label});
     }
+    if (result.shutter && result.shutter->taken_over) map_->correct_shutter(*result.shutter);
     if (result.wanted_view) map_->look_around(*result.wanted_view);
     if (result.state == TrackState::kLost)
       map_->look_for({result.features, result.labels.weight, std::nullopt});

@@ -108,6 +108,12 @@ void MapThread::take(const MapPatch& patch) {
   publish();
 }
 
+void MapThread::take(const ShutterReport& report) {
+  adjustment_.give_up();  // it goes by the pixels of before
+  stage_.correct_shutter(report);
+  publish();
+}
+
 void MapThread::take(KeyframeId focus) {
   stage_.look_around(focus);
   view_.store(stage_.view());

@@ -30,6 +30,7 @@ class MapThread {
   void insert(KeyframeMessage message);
   void apply(SegmentationPtr masks) { queue_.push(std::move(masks)); }
   void correct(MapPatch patch) { queue_.push(std::move(patch)); }
+  void correct_shutter(const ShutterReport& report) { queue_.push(report); }
   void look_around(KeyframeId focus) { queue_.push(focus); }
   /// What a lost camera sees, or one in a submap without a place; passed over while an earlier one
   /// waits.
@@ -58,14 +59,15 @@ class MapThread {
     const std::function<void(const MappingStage&)>* look = nullptr;
     std::promise<void> done;
   };
-  using Message =
-      std::variant<KeyframeMessage, SegmentationPtr, MapPatch, KeyframeId, LostView, Inspection>;
+  using Message = std::variant<KeyframeMessage, SegmentationPtr, MapPatch, ShutterReport,
+                               KeyframeId, LostView, Inspection>;
   static constexpr std::size_t kQueue = 64;
 
   void loop(const std::stop_token& stop);
   void take(const KeyframeMessage& message);
   void take(const SegmentationPtr& masks);
   void take(const MapPatch& patch);
+  void take(const ShutterReport& report);
   void take(KeyframeId focus);
   void take(const LostView& lost);
   void take(Inspection& inspection);

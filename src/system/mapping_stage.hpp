@@ -62,6 +62,8 @@ class MappingStage {
     return make_full_adjustment(map(), config_.mapper.noise);
   }
   void correct(const MapPatch& patch) { mapper_.correct(patch); }
+  /// A read-out time was found when part of the map was made: it is adjusted as a whole.
+  void correct_shutter(const ShutterReport& report);
   void look_around(KeyframeId focus) { mapper_.look_around(focus); }
   /// The mask of a keyframe that waits for it; of other frames it is ignored.
   /// @return true if the map changed.

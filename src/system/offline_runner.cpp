@@ -118,6 +118,10 @@ class OfflineRunner final : public Runner {
       map_changed_ = true;
       adjust_all();
     }
+    if (result.shutter && result.shutter->taken_over) {
+      mapping_->correct_shutter(*result.shutter);
+      map_changed_ = true;
+    }
     if (asks_for_place(frame, result) &&
         mapping_->look_for(*result.features, result.labels.weight, result.pose)) {
       map_changed_ = true;

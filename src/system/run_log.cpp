@@ -9,7 +9,7 @@ void log_shutter(const ShutterReport& report) {
   constexpr double kMs = 1e3;
   if (report.taken_over) {
     log::info(
-        "the camera reads an image in {:.1f} +- {:.1f} ms: taken into account from now on; "
+        "the camera reads an image in {:.1f} +- {:.1f} ms: taken into account, also in the map; "
         "`ygslam calibrate` finds it for whole runs",
         kMs * report.readout_s, kMs * report.std_s);
   } else {

@@ -108,9 +108,10 @@ std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Ma
   if (map.keyframes().empty()) return poses;
   const KeyframeId root = map.main_root();
   const auto roots = map.roots();
-  for (const PosedFrame& frame : trajectory)
-    if (roots.at(map.nearest_kept(frame.reference)) == root)
-      poses.push_back({frame.stamp, corrected_pose(frame, map)});
+  const std::vector<SE3> T_world_camera = corrected_poses(trajectory, map);
+  for (std::size_t i = 0; i < trajectory.size(); ++i)
+    if (roots.at(map.nearest_kept(trajectory[i].reference)) == root)
+      poses.push_back({trajectory[i].stamp, T_world_camera[i]});
   smooth(poses);
   return poses;
 }

@@ -48,6 +48,13 @@ TEST_F(LivelyRoom, AnUnknownReadOutIsFoundAndTakenOver) {
   EXPECT_NEAR(found.back().readout_s, kReadout_s, 0.003);
 }
 
+TEST_F(LivelyRoom, WhatCameBeforeAReadOutWasFoundIsCorrected) {
+  const double global_m = ate_rmse_m(*recording_, run_with(0, true).trajectory());
+  const double found_m = ate_rmse_m(*recording_, run_with(0, false).trajectory());
+  std::printf("as global %.1f mm, found %.1f mm\n", 1e3 * global_m, 1e3 * found_m);
+  EXPECT_LT(found_m, 0.5 * global_m);
+}
+
 TEST_F(LivelyRoom, AKnownOneIsBelievedAndContradictedOnce) {
   EXPECT_TRUE(reports(run_with(1e3 * kReadout_s, true)).empty()) << "it is right";
   const auto found = reports(run_with(10, true));

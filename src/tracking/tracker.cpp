@@ -122,6 +122,7 @@ void Tracker::estimate_camera(const TrackedFrame& current, const SE3& T_camera_w
                               const LocalView& view, TrackResult& result) {
   if (state_ != TrackState::kTracking) return;
   if (config_.calibrated.empty()) {
+    result.readout = shutter_.sensitivity(current, T_camera_world, view);
     result.shutter = shutter_.step(current, T_camera_world, view);
   } else {
     calibration_.add(current, T_camera_world, view);
@@ -327,7 +328,7 @@ void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& r
   motion_model_.reset(current.frame->stamp);
   result.landmarks = current.landmarks;
   result.inliers = usable;
-  first_keyframe_is_due_ = !shutter_.times().is_global();
+  first_keyframe_is_due_ = shutter_.may_roll();
   if (!first_keyframe_is_due_) result.candidate = keyframes_.make(current, 0);
   localization_.trust(current.pose, current.frame->stamp);
   last_ = std::move(current);

@@ -80,6 +80,7 @@ struct TrackResult {
   std::vector<TrackedObject> objects;  ///< things that move or could
   std::vector<LandmarkId> landmarks;   ///< per feature, matched
   std::optional<ShutterReport> shutter;  ///< where something new is known
+  ReadoutSensitivity readout;            ///< of the pose
   /// Of TrackerConfig::calibrated, once there is one.
   std::optional<CameraEstimator::Estimate> camera_estimate;
   int matches = 0;

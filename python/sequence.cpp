@@ -7,6 +7,7 @@
 
 #include "arrays.hpp"
 #include "io/frame_loader.hpp"
+#include "io/image_folders.hpp"
 
 namespace nb = nanobind;
 
@@ -59,12 +60,12 @@ class Sequence {
   }
 
  private:
-  static TumSequence open(const std::string& path) {
-    auto sequence = open_tum_sequence(path);
+  static ygslam::Sequence open(const std::string& path) {
+    auto sequence = open_folder_sequence(path);
     if (!sequence.ok()) fail(sequence.error());
     return std::move(sequence).value();
   }
-  TumSequence sequence_;
+  ygslam::Sequence sequence_;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "io/image_folders.hpp"
 #include "io/text.hpp"
 #include "system/camera_yaml.hpp"
 
@@ -44,20 +45,20 @@ Status load_settings(const RunOptions& options, SlamConfig& config) {
   return faults.status();
 }
 
-Result<TumSequence> open_sequence(const RunOptions& options) {
+Result<Sequence> open_sequence(const RunOptions& options) {
   std::optional<CameraConfig> camera;
   if (!options.camera_file.empty()) {
     auto read = read_camera_yaml(options.camera_file);
     if (!read.ok()) return read.error();
     camera = *read;
   }
-  auto sequence = open_tum_sequence(options.sequence, camera);
+  auto sequence = open_folder_sequence(options.sequence, camera);
   if (!sequence.ok() && camera && sequence.error().kind == ErrorKind::kConfig)
     return Error{ErrorKind::kConfig, options.camera_file + ": " + sequence.error().message};
   return sequence;
 }
 
-Status check_range(const RunOptions& o, const TumSequence& sequence) {
+Status check_range(const RunOptions& o, const Sequence& sequence) {
   if (o.from < sequence.pairs.size() && (o.to == 0 || o.to > o.from)) return Ok{};
   return Error{ErrorKind::kUsage, "--from " + std::to_string(o.from) + " --to " +
                                       std::to_string(o.to) + ": no frame of the " +

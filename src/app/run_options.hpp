@@ -42,9 +42,9 @@ void add_input_options(CLI::App& command, RunOptions& options);
 /// at once (kConfig), or kUsage for --dynamic.
 [[nodiscard]] Status load_settings(const RunOptions& options, SlamConfig& config);
 /// The sequence with the camera of --camera, if given.
-[[nodiscard]] Result<TumSequence> open_sequence(const RunOptions& options);
+[[nodiscard]] Result<Sequence> open_sequence(const RunOptions& options);
 /// kUsage where --from and --to leave no frame.
-[[nodiscard]] Status check_range(const RunOptions& options, const TumSequence& sequence);
+[[nodiscard]] Status check_range(const RunOptions& options, const Sequence& sequence);
 /// --segmenter model|none|masks:DIR.
 [[nodiscard]] Status parse_segmenter(const RunOptions& options, SessionOptions& session);
 

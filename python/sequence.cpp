@@ -6,6 +6,8 @@
 #include <ygslam/slam.hpp>
 
 #include "arrays.hpp"
+#include "bag/bag.hpp"
+#include "bag/bag_sequence.hpp"
 #include "io/frame_loader.hpp"
 #include "io/image_folders.hpp"
 
@@ -61,7 +63,7 @@ class Sequence {
 
  private:
   static ygslam::Sequence open(const std::string& path) {
-    auto sequence = open_folder_sequence(path);
+    auto sequence = is_bag(path) ? open_bag_sequence(path, {}, {}) : open_folder_sequence(path);
     if (!sequence.ok()) fail(sequence.error());
     return std::move(sequence).value();
   }

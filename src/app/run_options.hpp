@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bag/bag_sequence.hpp"
 #include "core/result.hpp"
 #include "io/frame_reader.hpp"
 #include "system/session.hpp"
@@ -20,6 +21,7 @@ struct RunOptions {
   std::string sequence, out_dir;
   std::string model, segmenter = "model", dynamic_mode;
   std::string camera_file, config_file, debug_dir;
+  BagTopics topics;  ///< where the sequence is a bag
   std::string load_map, save_map, export_dir;
   std::string mcap;                   ///< empty = none
   std::optional<std::string> view{};  ///< where the live page listens; none = nowhere

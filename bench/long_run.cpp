@@ -17,6 +17,7 @@
 #include "core/statistics.hpp"
 #include "io/frame_loader.hpp"
 #include "io/trajectory.hpp"
+#include "io/tum_sequence.hpp"
 #include "segment/recorded_masks.hpp"
 #include "system/runner.hpp"
 
@@ -74,7 +75,7 @@ class PlayedMasks final : public Segmenter {
   const Recording& recording_;
 };
 
-std::vector<std::optional<Vec3>> true_positions(const TumSequence& sequence,
+std::vector<std::optional<Vec3>> true_positions(const Sequence& sequence,
                                                 const std::vector<RgbdFrame>& frames) {
   std::vector<std::optional<Vec3>> positions(frames.size());
   if (!sequence.groundtruth) return positions;

@@ -15,6 +15,7 @@
 #include "io/atomic_file.hpp"
 #include "io/frame_loader.hpp"
 #include "io/trajectory.hpp"
+#include "io/tum_sequence.hpp"
 #include "loop/place_finder.hpp"
 #include "map_file/map_file.hpp"
 #include "motion/masks/mask_labels.hpp"

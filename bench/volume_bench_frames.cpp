@@ -7,6 +7,7 @@
 
 #include "io/frame_loader.hpp"
 #include "io/trajectory.hpp"
+#include "io/tum_sequence.hpp"
 
 namespace ygslam::bench {
 namespace {
@@ -43,7 +44,7 @@ bool pose_at(const std::vector<StampedPose>& poses, Timestamp stamp, PosedFrame&
 
 PosedRecording load_posed(const std::string& sequence, std::size_t stride, std::size_t most) {
   const auto opened = open_tum_sequence(sequence);
-  const TumSequence& recording = wanted(opened);
+  const Sequence& recording = wanted(opened);
   if (!recording.groundtruth) {
     std::fprintf(stderr, "volume_bench: %s has no ground truth\n", sequence.c_str());
     std::exit(2);

@@ -21,5 +21,7 @@ void map_rows(std::string_view bytes);
 void surface_ply(std::string_view bytes);
 void objects(std::string_view bytes);
 void live_requests(std::string_view bytes);
+void bags(std::string_view bytes);
+void messages(std::string_view bytes);
 
 }  // namespace ygslam::fuzz

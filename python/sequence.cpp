@@ -6,7 +6,10 @@
 #include <ygslam/slam.hpp>
 
 #include "arrays.hpp"
+#include "bag/bag.hpp"
+#include "bag/bag_sequence.hpp"
 #include "io/frame_loader.hpp"
+#include "io/image_folders.hpp"
 
 namespace nb = nanobind;
 
@@ -59,12 +62,12 @@ class Sequence {
   }
 
  private:
-  static TumSequence open(const std::string& path) {
-    auto sequence = open_tum_sequence(path);
+  static ygslam::Sequence open(const std::string& path) {
+    auto sequence = is_bag(path) ? open_bag_sequence(path, {}, {}) : open_folder_sequence(path);
     if (!sequence.ok()) fail(sequence.error());
     return std::move(sequence).value();
   }
-  TumSequence sequence_;
+  ygslam::Sequence sequence_;
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ LAYERS = (("core",), ("geometry", "image"), ("scene",), ("features", "segment", 
           ("tracking", "mapping", "loop", "dense"), ("system",), ("live",), ("facade",), ("app",))
 # Beside the layers: what each may use.
 SIDE = {"io": {"core", "geometry", "image"},
-        "bag": {"core", "geometry", "image"},
+        "bag": {"core", "geometry", "image", "io"},
         "eval": {"core", "geometry", "image", "io"},
         "benchmark_runs": {"core", "geometry", "image", "io", "eval"},
         "simulation": {"core", "geometry", "image", "io"},
@@ -26,7 +26,7 @@ ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "seque
          "motion": ("flow", "masks", "checks", "classification")}
 USERS_OF_SIDE = {"system", "live", "facade", "app"}
 
-HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h|zlib\.h|boost/|octomap/)")
+HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h|lz4frame\.h|bzlib\.h|zlib\.h|boost/|octomap/)")
 CV_VIEW = "image/cv_view.hpp"  # hands our images to OpenCV; for .cpp files
 
 

@@ -9,7 +9,7 @@ packages=(
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
   libopencv-video-dev libopencv-features2d-dev libturbojpeg0-dev libpng-dev libeigen3-dev
   libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
-  libzstd-dev libboost-dev
+  libzstd-dev liblz4-dev libbz2-dev libboost-dev
   libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
   liboctomap-dev octomap-tools assimp-utils
 )

@@ -64,7 +64,7 @@ using Findings = std::array<Found, kWanted.size()>;
 struct Calibration {
   RunOptions options;
   std::string write;
-  TumSequence sequence;
+  Sequence sequence;
   SlamConfig config;
 };
 
@@ -84,7 +84,7 @@ Result<std::optional<Findings>> track(const Calibration& calibration, const Came
   auto opened = open_session(std::move(session));
   if (!opened) return opened.error();
 
-  TumSequence sequence = calibration.sequence;
+  Sequence sequence = calibration.sequence;
   sequence.camera = camera;
   FrameReaderConfig reading;
   reading.from = calibration.options.from;

@@ -10,8 +10,8 @@ namespace ygslam {
 Status inspect_loops(const InspectOptions& options) {
   const std::filesystem::path sequence = options.run.sequence;
   std::error_code code;
-  if (!std::filesystem::is_directory(sequence, code))
-    return Error{ErrorKind::kInput, sequence.string() + ": is no folder"};
+  if (!std::filesystem::exists(sequence, code))
+    return Error{ErrorKind::kInput, sequence.string() + ": is not there"};
   const auto rows = read_loops(std::filesystem::path(options.loops) / "loops.csv");
   if (!rows.ok()) return rows.error();
   std::vector<StampedPose> truth;

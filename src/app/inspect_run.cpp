@@ -67,7 +67,7 @@ Check make_check(const std::string& name, const SlamConfig& base) {
   return check;
 }
 
-Inspection::Inspection(const InspectOptions& options, TumSequence sequence)
+Inspection::Inspection(const InspectOptions& options, Sequence sequence)
     : options_(options), sequence_(std::move(sequence)), truth_(sequence_) {
   const std::size_t from = options_.run.from;
   const std::size_t to = std::min(options_.run.to > 0 ? options_.run.to : sequence_.pairs.size(),

@@ -41,7 +41,7 @@ struct Check {
 class Inspection {
  public:
   /// @param options must outlive it.
-  Inspection(const InspectOptions& options, TumSequence sequence);
+  Inspection(const InspectOptions& options, Sequence sequence);
 
   /// Whether there are masks beside the sequence to compare with.
   [[nodiscard]] bool has_truth() const { return truth_.available(); }
@@ -54,7 +54,7 @@ class Inspection {
             const std::optional<DynamicTruth>& truth, Check& check) const;
 
   const InspectOptions& options_;
-  TumSequence sequence_;
+  Sequence sequence_;
   TruthImages truth_;
   std::set<std::size_t> shown_;
 };

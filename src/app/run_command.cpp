@@ -56,7 +56,7 @@ void warn_about_depth(const RgbdFrame& frame) {
 struct Run {
   RunOptions options;
   SlamConfig config;
-  TumSequence sequence;
+  Sequence sequence;
   std::unique_ptr<FrameReader> reader;
   std::unique_ptr<MapSaver> map_saver;  // the session's map goes to it
   Session session;
@@ -300,7 +300,7 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   return written.ok() ? saved : written;
 }
 
-void log_shutter(const TumSequence& sequence) {
+void log_shutter(const Sequence& sequence) {
   const CameraConfig& camera = sequence.camera;
   if (!shutter_times(camera).is_global()) {
     log::info("shutter from {}: colour is read in {} ms, depth in {} ms, {} ms later",

@@ -2,19 +2,29 @@
 
 #include <CLI/CLI.hpp>
 
+#include "bag/bag.hpp"
+#include "bag/ros_images.hpp"
+#include "io/image_folders.hpp"
 #include "io/text.hpp"
 #include "system/camera_yaml.hpp"
 
 namespace ygslam {
 
 void add_input_options(CLI::App& command, RunOptions& o) {
-  command.add_option("SEQUENCE", o.sequence, "Folder in TUM RGB-D layout")->required();
+  command.add_option("SEQUENCE", o.sequence, "Folder of images or bag (docs/inputs.md)")
+      ->required();
   command.add_option("--model", o.model, "YOLOv8-seg network, .onnx or .xml")->type_name("FILE");
   command.add_option("--segmenter", o.segmenter, "Where masks come from")
       ->type_name("model|none|masks:DIR")
       ->capture_default_str();
-  command.add_option("--camera", o.camera_file, "Camera file in place of calibration.txt")
+  command
+      .add_option("--camera", o.camera_file,
+                  "Camera file in place of calibration.txt or CameraInfo")
       ->type_name("FILE.yaml");
+  command.add_option("--rgb-topic", o.topics.rgb, "Colour images of a bag that has several")
+      ->type_name("TOPIC");
+  command.add_option("--depth-topic", o.topics.depth, "Depth images of a bag that has several")
+      ->type_name("TOPIC");
   command.add_option("--config", o.config_file, "Settings (see `ygslam config`)")
       ->type_name("FILE.yaml");
   command.add_option("--set", o.sets, "One setting; may be repeated")->type_name("KEY=VALUE");
@@ -44,20 +54,26 @@ Status load_settings(const RunOptions& options, SlamConfig& config) {
   return faults.status();
 }
 
-Result<TumSequence> open_sequence(const RunOptions& options) {
+Result<Sequence> open_sequence(const RunOptions& options) {
+  const bool is_bag = ygslam::is_bag(options.sequence);
+  if (!is_bag && !(options.topics.rgb + options.topics.depth).empty())
+    return Error{ErrorKind::kUsage,
+                 "--rgb-topic, --depth-topic: " + options.sequence + " is no bag"};
   std::optional<CameraConfig> camera;
   if (!options.camera_file.empty()) {
-    auto read = read_camera_yaml(options.camera_file);
+    auto read = is_bag ? read_camera_yaml(options.camera_file, ros::kMillimetres)
+                       : read_camera_yaml(options.camera_file);
     if (!read.ok()) return read.error();
     camera = *read;
   }
-  auto sequence = open_tum_sequence(options.sequence, camera);
+  auto sequence = is_bag ? open_bag_sequence(options.sequence, options.topics, camera)
+                         : open_folder_sequence(options.sequence, camera);
   if (!sequence.ok() && camera && sequence.error().kind == ErrorKind::kConfig)
     return Error{ErrorKind::kConfig, options.camera_file + ": " + sequence.error().message};
   return sequence;
 }
 
-Status check_range(const RunOptions& o, const TumSequence& sequence) {
+Status check_range(const RunOptions& o, const Sequence& sequence) {
   if (o.from < sequence.pairs.size() && (o.to == 0 || o.to > o.from)) return Ok{};
   return Error{ErrorKind::kUsage, "--from " + std::to_string(o.from) + " --to " +
                                       std::to_string(o.to) + ": no frame of the " +

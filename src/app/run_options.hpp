@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bag/bag_sequence.hpp"
 #include "core/result.hpp"
 #include "io/frame_reader.hpp"
 #include "system/session.hpp"
@@ -20,6 +21,7 @@ struct RunOptions {
   std::string sequence, out_dir;
   std::string model, segmenter = "model", dynamic_mode;
   std::string camera_file, config_file, debug_dir;
+  BagTopics topics;  ///< where the sequence is a bag
   std::string load_map, save_map, export_dir;
   std::string mcap;                   ///< empty = none
   std::optional<std::string> view{};  ///< where the live page listens; none = nowhere
@@ -42,9 +44,9 @@ void add_input_options(CLI::App& command, RunOptions& options);
 /// at once (kConfig), or kUsage for --dynamic.
 [[nodiscard]] Status load_settings(const RunOptions& options, SlamConfig& config);
 /// The sequence with the camera of --camera, if given.
-[[nodiscard]] Result<TumSequence> open_sequence(const RunOptions& options);
+[[nodiscard]] Result<Sequence> open_sequence(const RunOptions& options);
 /// kUsage where --from and --to leave no frame.
-[[nodiscard]] Status check_range(const RunOptions& options, const TumSequence& sequence);
+[[nodiscard]] Status check_range(const RunOptions& options, const Sequence& sequence);
 /// --segmenter model|none|masks:DIR.
 [[nodiscard]] Status parse_segmenter(const RunOptions& options, SessionOptions& session);
 

@@ -6,7 +6,7 @@ namespace ygslam {
 
 namespace fs = std::filesystem;
 
-TruthImages::TruthImages(const TumSequence& sequence)
+TruthImages::TruthImages(const Sequence& sequence)
     : root_(sequence.root), width_(sequence.camera.width), height_(sequence.camera.height) {
   std::error_code ec;
   has_masks_ = fs::is_directory(root_ / "mask", ec);

@@ -8,13 +8,13 @@
 #include "core/result.hpp"
 #include "core/time.hpp"
 #include "eval/dynamic_score.hpp"
-#include "io/tum_sequence.hpp"
+#include "io/sequence.hpp"
 
 namespace ygslam {
 
 class TruthImages {
  public:
-  explicit TruthImages(const TumSequence& sequence);
+  explicit TruthImages(const Sequence& sequence);
   [[nodiscard]] bool available() const { return has_masks_; }
   /// @return kInput, with file and fault: an image that is missing, unreadable or of another size.
   [[nodiscard]] Result<DynamicTruth> read(Timestamp stamp) const;

@@ -1,6 +1,6 @@
 // CDR, the byte layout of ROS 2's messages (OMG DDS-XTypes 1.3, 7.4.1, PLAIN_CDR): little-endian,
 // numbers aligned to their size after a head of four bytes. A message lists its fields once, in
-// `fields`, for reading and for writing.
+// `fields`, for reading and for writing. What ROS 1 wrote is read, too.
 #pragma once
 
 #include <algorithm>
@@ -69,11 +69,20 @@ class CdrWriter {
   Bytes bytes_{0, 1, 0, 0};  // plain, little-endian, no options
 };
 
+/// How the fields of a message lie in its bytes.
+enum class Layout {
+  kCdr,
+  kRos1,  ///< little-endian, no head, no padding, no zero after text; headers are counted
+};
+
 /// After the end of the bytes, or after a length that they do not hold, everything read is zero or
 /// empty and ok() is false.
 class CdrReader {
  public:
-  explicit CdrReader(std::span<const std::uint8_t> bytes) : bytes_(bytes), at_(kHead) {
+  explicit CdrReader(std::span<const std::uint8_t> bytes, Layout layout = Layout::kCdr)
+      : bytes_(bytes), is_ros1_(layout == Layout::kRos1) {
+    if (is_ros1_) return;
+    at_ = kHead;
     ok_ = bytes.size() >= kHead && bytes[0] == 0 && bytes[1] <= 1;
     swaps_ = ok_ && bytes[1] == 0;
   }
@@ -93,13 +102,18 @@ class CdrReader {
       value = T{};
       read_numbers(&value, 1);
     } else {
+      if constexpr (requires { T::kCountedInRos1; }) {
+        std::uint32_t count = 0;
+        if (is_ros1_) read(count);
+      }
       T::fields(value, *this);
     }
   }
   void read(std::string& text) {
-    const std::uint32_t length = read_count(1);  // with the zero at its end
+    const std::uint32_t length = read_count(1);
+    const std::uint32_t shown = is_ros1_ || length == 0 ? length : length - 1;  // without the zero
     text.clear();
-    if (length > 0) text.assign(reinterpret_cast<const char*>(bytes_.data() + at_), length - 1);
+    if (shown > 0) text.assign(reinterpret_cast<const char*>(bytes_.data() + at_), shown);
     at_ += length;
   }
   template <typename T, std::size_t n>
@@ -127,7 +141,8 @@ class CdrReader {
   template <typename T>
   void read_numbers(T* values, std::size_t n) {
     if (n == 0) return;
-    const std::size_t from = kHead + (at_ - kHead + sizeof(T) - 1) / sizeof(T) * sizeof(T);
+    const std::size_t from =
+        is_ros1_ ? at_ : kHead + (at_ - kHead + sizeof(T) - 1) / sizeof(T) * sizeof(T);
     if (!ok_ || from > bytes_.size() || n > (bytes_.size() - from) / sizeof(T)) {
       ok_ = false;
       return;
@@ -143,8 +158,9 @@ class CdrReader {
   }
 
   std::span<const std::uint8_t> bytes_;
-  std::size_t at_;
-  bool ok_ = false;
+  std::size_t at_ = 0;
+  bool is_ros1_;
+  bool ok_ = true;
   bool swaps_ = false;
 };
 
@@ -157,8 +173,9 @@ template <typename Message>
 
 /// @return false if the bytes end early or are no plain CDR; `message` is then undefined.
 template <typename Message>
-[[nodiscard]] bool from_cdr(std::span<const std::uint8_t> bytes, Message& message) {
-  CdrReader reader(bytes);
+[[nodiscard]] bool from_cdr(std::span<const std::uint8_t> bytes, Message& message,
+                            Layout layout = Layout::kCdr) {
+  CdrReader reader(bytes, layout);
   reader(message);
   return reader.ok();
 }

@@ -1,4 +1,4 @@
-// The ROS 2 messages that are written and read. Field names and order are those of the .msg files
+// The messages that are written and read. Field names and order are those of the .msg files
 // in ros2/common_interfaces, ros2/geometry2 and foxglove/schemas.
 #pragma once
 
@@ -25,6 +25,7 @@ struct Time {
 };
 
 struct Header {
+  static constexpr bool kCountedInRos1 = true;
   Time stamp;
   std::string frame_id;
   template <typename Self, typename Cdr>

@@ -10,7 +10,7 @@
 #include "io/calibration.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
-#include "io/tum_sequence.hpp"
+#include "io/image_folders.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
@@ -106,7 +106,7 @@ std::string bytes_of(const fs::path& path) {
   return code ? "none" : std::to_string(bytes);
 }
 
-std::string fingerprint_of(const TumSequence& tum) {
+std::string fingerprint_of(const Sequence& tum) {
   Fingerprint print;
   for (const SequencePair& pair : tum.pairs) {
     print.add(std::to_string(pair.stamp.ns));
@@ -190,7 +190,7 @@ void inspect_sequence(BenchSequence& sequence) {
   sequence.paper_row = sequence.kind == "rendered" ? rendered_row(sequence)
                        : sequence.kind == "tum"    ? paper_row_of(sequence.name)
                                                    : std::nullopt;
-  const auto tum = open_tum_sequence(sequence.folder);
+  const auto tum = open_folder_sequence(sequence.folder);
   if (!tum.ok()) {
     sequence.error = without_folder(tum.error().message, sequence);
     return;

@@ -9,12 +9,12 @@
 #include "core/result.hpp"
 #include "image/depth.hpp"
 #include "image/rgbd_frame.hpp"
-#include "io/tum_sequence.hpp"
+#include "io/sequence.hpp"
 
 namespace ygslam {
 
 struct SkippedImage {
-  std::string file;    ///< relative to the sequence's folder
+  std::string file;    ///< as the pair names it
   std::string reason;  ///< "missing", "truncated PNG", "other size: ...", ...
 };
 
@@ -27,11 +27,11 @@ struct LoadedPair {
 /// Decodes pair `position` of the sequence. Images of another size than the camera's, or of another
 /// format, are refused, never converted.
 /// @param position below sequence.pairs.size(). @param id becomes the frame's id.
-[[nodiscard]] LoadedPair load_pair(const TumSequence& sequence, std::size_t position, FrameId id,
+[[nodiscard]] LoadedPair load_pair(const Sequence& sequence, std::size_t position, FrameId id,
                                    const DepthConfig& depth = {});
 
 /// The same with the first fault as kInput; the frame's id is its position.
-[[nodiscard]] Result<RgbdFrame> load_frame(const TumSequence& sequence, std::size_t position,
+[[nodiscard]] Result<RgbdFrame> load_frame(const Sequence& sequence, std::size_t position,
                                            const DepthConfig& depth = {});
 
 }  // namespace ygslam

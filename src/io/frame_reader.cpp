@@ -9,7 +9,7 @@
 namespace ygslam {
 namespace {
 
-std::size_t count_offered(const TumSequence& sequence, const FrameReaderConfig& config) {
+std::size_t count_offered(const Sequence& sequence, const FrameReaderConfig& config) {
   CHECK(config.stride >= 1 && config.ahead >= 1 && config.realtime_waiting >= 1);
   const std::size_t end =
       std::min(config.to.value_or(sequence.pairs.size()), sequence.pairs.size());
@@ -18,7 +18,7 @@ std::size_t count_offered(const TumSequence& sequence, const FrameReaderConfig& 
 
 }  // namespace
 
-FrameReader::FrameReader(TumSequence sequence, const FrameReaderConfig& config)
+FrameReader::FrameReader(Sequence sequence, const FrameReaderConfig& config)
     : sequence_(std::move(sequence)),
       config_(config),
       offered_(count_offered(sequence_, config)),
@@ -73,7 +73,7 @@ void FrameReader::run(const std::stop_token& stop) {
 void FrameReader::note(LoadedPair& pair, bool& in_burst) {
   const bool bad = !pair.frame.has_value();
   if (bad && !in_burst) {
-    log::warn("{}: {}; skipping", (sequence_.root / pair.bad.front().file).string(),
+    log::warn("{}: {}; skipping", sequence_.place_of(pair.bad.front().file),
               pair.bad.front().reason);
   }
   const std::lock_guard lock(mutex_);

@@ -13,7 +13,7 @@
 #include "core/worker_thread.hpp"
 #include "image/rgbd_frame.hpp"
 #include "io/frame_loader.hpp"
-#include "io/tum_sequence.hpp"
+#include "io/sequence.hpp"
 
 namespace ygslam {
 
@@ -41,7 +41,7 @@ struct FrameReaderCounts {
 /// frame. A frame's id is its place among the pairs offered: 0, 1, ..., unreadable ones included.
 class FrameReader {
  public:
-  FrameReader(TumSequence sequence, const FrameReaderConfig& config);
+  FrameReader(Sequence sequence, const FrameReaderConfig& config);
   FrameReader(const FrameReader&) = delete;
   FrameReader& operator=(const FrameReader&) = delete;
   /// Stops at once, within the decoding of one frame.
@@ -53,7 +53,7 @@ class FrameReader {
   /// Ends the stream from any thread; waiting calls of next() return.
   void stop();
 
-  [[nodiscard]] const TumSequence& sequence() const { return sequence_; }
+  [[nodiscard]] const Sequence& sequence() const { return sequence_; }
   [[nodiscard]] FrameReaderCounts counts() const;
 
  private:
@@ -62,7 +62,7 @@ class FrameReader {
   bool wait_for_consumer(const std::stop_token& stop);
   bool wait_for_stamp(Timestamp stamp, const std::stop_token& stop);
 
-  const TumSequence sequence_;
+  const Sequence sequence_;
   const FrameReaderConfig config_;
   const std::size_t offered_;
   BoundedQueue<FramePtr> queue_;

@@ -8,6 +8,7 @@
 
 #include "core/log.hpp"
 #include "io/testing/small_sequence.hpp"
+#include "io/tum_sequence.hpp"
 
 namespace ygslam {
 namespace {
@@ -42,7 +43,7 @@ std::vector<std::uint32_t> ids_of_rest(FrameReader& reader) {
   return ids;
 }
 
-TumSequence open(const fs::path& root) { return *open_tum_sequence(root); }
+Sequence open(const fs::path& root) { return *open_tum_sequence(root); }
 
 TEST(FrameReader, YieldsAllFramesInOrder) {
   const TempFolder folder;
@@ -63,7 +64,7 @@ TEST(FrameReader, YieldsAllFramesInOrder) {
 TEST(FrameReader, FromToAndStrideSelectWhatIsOffered) {
   const TempFolder folder;
   SmallSequence{.count = 12}.write_to(folder.path());
-  const TumSequence sequence = open(folder.path());
+  const Sequence sequence = open(folder.path());
   for (std::size_t from : {0, 3, 11, 12, 100}) {
     for (std::size_t to : {0, 5, 12, 100}) {
       for (std::size_t stride : {1, 2, 5, 100}) {
@@ -221,7 +222,7 @@ TEST(FrameReader, RealtimeCutsALongGap) {
 TEST(FrameReader, StopsWhereverItIs) {
   const TempFolder folder;
   SmallSequence{.count = 6, .interval_ns = 3'600'000'000'000}.write_to(folder.path());
-  const TumSequence sequence = open(folder.path());
+  const Sequence sequence = open(folder.path());
   for (int round = 0; round < 60; ++round) {
     {
       const FrameReader never_asked(sequence, {.ahead = 1, .realtime = round % 2 == 0});

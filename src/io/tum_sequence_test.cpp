@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 using testing::SmallSequence;
 using testing::TempFolder;
 
-bool warns_of(const TumSequence& sequence, const std::string& what) {
+bool warns_of(const Sequence& sequence, const std::string& what) {
   return std::any_of(sequence.warnings.begin(), sequence.warnings.end(),
                      [&](const std::string& w) { return w.find(what) != std::string::npos; });
 }
@@ -26,7 +26,7 @@ Error refusal_of(const fs::path& root) {
   return sequence.ok() ? Error{} : sequence.error();
 }
 
-TEST(TumSequence, ListsAndAssociationsGiveTheSamePairs) {
+TEST(Sequence, ListsAndAssociationsGiveTheSamePairs) {
   const TempFolder folder;
   SmallSequence{.depth_offset_ns = 3'000'000}.write_to(folder.path() / "lists");
   SmallSequence{.depth_offset_ns = 3'000'000, .associations = true}.write_to(folder.path() /
@@ -45,7 +45,7 @@ TEST(TumSequence, ListsAndAssociationsGiveTheSamePairs) {
   EXPECT_TRUE(lists->warnings.empty());
 }
 
-TEST(TumSequence, SizeComesFromTheFirstReadableImage) {
+TEST(Sequence, SizeComesFromTheFirstReadableImage) {
   const TempFolder folder;
   const SmallSequence small{
       .width = 48, .height = 40, .calibration = "fx 40\nfy 40\ncx 24\ncy 20\n"};
@@ -58,7 +58,7 @@ TEST(TumSequence, SizeComesFromTheFirstReadableImage) {
   EXPECT_EQ(sequence->camera_source, "calibration.txt");
 }
 
-TEST(TumSequence, CameraComesFromTheCallerThenTheFileThenTheName) {
+TEST(Sequence, CameraComesFromTheCallerThenTheFileThenTheName) {
   const TempFolder folder;
   const fs::path root = folder.path() / "rgbd_dataset_freiburg3_test";
   SmallSequence{.count = 2, .width = 640, .height = 480, .calibration = ""}.write_to(root);
@@ -79,7 +79,7 @@ TEST(TumSequence, CameraComesFromTheCallerThenTheFileThenTheName) {
   EXPECT_EQ(with_given->camera.width, 640);
 }
 
-TEST(TumSequence, F20WithoutACameraOrWithABadOneItIsAConfigurationError) {
+TEST(Sequence, F20WithoutACameraOrWithABadOneItIsAConfigurationError) {
   const TempFolder folder;
   SmallSequence{.calibration = ""}.write_to(folder.path() / "none");
   EXPECT_EQ(refusal_of(folder.path() / "none").kind, ErrorKind::kConfig);
@@ -94,7 +94,7 @@ TEST(TumSequence, F20WithoutACameraOrWithABadOneItIsAConfigurationError) {
   EXPECT_NE(cx.message.find("calibration.txt:4: cx:"), std::string::npos) << cx.message;
 }
 
-TEST(TumSequence, MissingFolderListsAndImagesAreInputErrorsThatNameThem) {
+TEST(Sequence, MissingFolderListsAndImagesAreInputErrorsThatNameThem) {
   const TempFolder folder;
   EXPECT_EQ(refusal_of(folder.path() / "nowhere").kind, ErrorKind::kInput);
   EXPECT_NE(refusal_of(folder.path()).message.find("rgb.txt: no such file"), std::string::npos);
@@ -108,7 +108,7 @@ TEST(TumSequence, MissingFolderListsAndImagesAreInputErrorsThatNameThem) {
   EXPECT_EQ(refusal_of(folder.path()).kind, ErrorKind::kInput);
 }
 
-TEST(TumSequence, F11AllStampsBadIsAnInputErrorSomeBadAWarning) {
+TEST(Sequence, F11AllStampsBadIsAnInputErrorSomeBadAWarning) {
   const TempFolder folder;
   const SmallSequence small{.associations = true};
   small.write_to(folder.path());
@@ -126,7 +126,7 @@ TEST(TumSequence, F11AllStampsBadIsAnInputErrorSomeBadAWarning) {
   EXPECT_TRUE(warns_of(*sequence, "1 of 11 lines left out"));
 }
 
-TEST(TumSequence, F12AnOffsetOf50MsIsReportedWithItsSize) {
+TEST(Sequence, F12AnOffsetOf50MsIsReportedWithItsSize) {
   const TempFolder folder;
   SmallSequence{.count = 40, .depth_offset_ns = 50'000'000}.write_to(folder.path());
   const auto sequence = open_tum_sequence(folder.path());
@@ -134,7 +134,7 @@ TEST(TumSequence, F12AnOffsetOf50MsIsReportedWithItsSize) {
   EXPECT_TRUE(warns_of(*sequence, "offset by 50 ms")) << sequence->warnings.size();
 }
 
-TEST(TumSequence, F12WithoutPairsTheInputErrorTellsTheOffset) {
+TEST(Sequence, F12WithoutPairsTheInputErrorTellsTheOffset) {
   const TempFolder folder;
   SmallSequence{.interval_ns = 200'000'000, .depth_offset_ns = 50'000'000}.write_to(folder.path());
   const Error error = refusal_of(folder.path());
@@ -142,7 +142,7 @@ TEST(TumSequence, F12WithoutPairsTheInputErrorTellsTheOffset) {
   EXPECT_NE(error.message.find("offset by 50 ms"), std::string::npos) << error.message;
 }
 
-TEST(TumSequence, F12FewerThanATenthPairedIsAnInputError) {
+TEST(Sequence, F12FewerThanATenthPairedIsAnInputError) {
   const TempFolder folder;
   const SmallSequence small{.count = 30};
   small.write_to(folder.path());
@@ -158,7 +158,7 @@ TEST(TumSequence, F12FewerThanATenthPairedIsAnInputError) {
   EXPECT_TRUE(open_tum_sequence(folder.path()).ok());
 }
 
-TEST(TumSequence, F31ImagesOutsideTheFolderAreNotOpened) {
+TEST(Sequence, F31ImagesOutsideTheFolderAreNotOpened) {
   const TempFolder folder;
   const SmallSequence small{.count = 3, .associations = true};
   small.write_to(folder.path() / "seq");
@@ -167,7 +167,7 @@ TEST(TumSequence, F31ImagesOutsideTheFolderAreNotOpened) {
   EXPECT_EQ(refusal_of(folder.path() / "seq").kind, ErrorKind::kInput);
 }
 
-TEST(TumSequence, F37PathsWithSpacesAndUtf8Work) {
+TEST(Sequence, F37PathsWithSpacesAndUtf8Work) {
   const TempFolder folder("ygslam Küche mit Leuten");
   const SmallSequence small;
   small.write_to(folder.path() / "ein Raum");
@@ -192,7 +192,7 @@ TEST(LoadFrame, GivesColourGreyAndDepthOfTheSamePair) {
   EXPECT_TRUE(frame->grey.same_size(frame->colour));
 }
 
-TEST(TumSequence, RecordedSequencesOpenAndTheirFramesDecode) {
+TEST(Sequence, RecordedSequencesOpenAndTheirFramesDecode) {
   const fs::path data = testing::shared_folder() / "data";
   YGSLAM_NEEDS_RECORDED(data);
   for (const auto& folder : fs::directory_iterator(data)) {

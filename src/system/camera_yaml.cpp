@@ -9,8 +9,10 @@
 
 namespace ygslam {
 
-Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::string& name) {
+Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::string& name,
+                                       double depth_scale) {
   CameraConfig camera;
+  camera.depth_scale = depth_scale;
   camera.width = camera.height = 0;
   for (const CameraKey& key : camera_keys())
     if (key.required || is_shutter_key(key.name))
@@ -49,10 +51,10 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
   return camera;
 }
 
-Result<CameraConfig> read_camera_yaml(const std::string& path) {
+Result<CameraConfig> read_camera_yaml(const std::string& path, double depth_scale) {
   const auto text = read_file(path, std::size_t{1} << 20);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
-  return parse_camera_yaml(*text, path);
+  return parse_camera_yaml(*text, path, depth_scale);
 }
 
 }  // namespace ygslam

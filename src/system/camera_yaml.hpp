@@ -9,9 +9,12 @@
 namespace ygslam {
 
 /// The keys of calibration.txt, with the same defaults; see parse_calibration().
+/// @param depth_scale where the file gives none [units per metre].
 /// @param name for messages. @return kConfig naming file and key, and the line where it is known.
 [[nodiscard]] Result<CameraConfig> parse_camera_yaml(const std::string& text,
-                                                     const std::string& name);
-[[nodiscard]] Result<CameraConfig> read_camera_yaml(const std::string& path);
+                                                     const std::string& name,
+                                                     double depth_scale = 5000);
+[[nodiscard]] Result<CameraConfig> read_camera_yaml(const std::string& path,
+                                                    double depth_scale = 5000);
 
 }  // namespace ygslam

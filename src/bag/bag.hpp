@@ -1,0 +1,81 @@
+// A recording of messages, whatever its container: ROS 2 bags (MCAP, sqlite3) and ROS 1 bags.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "bag/cdr.hpp"
+#include "core/result.hpp"
+#include "core/time.hpp"
+
+namespace ygslam {
+
+struct BagTopic {
+  std::string name;
+  std::string type;  ///< as ROS 1 names it: sensor_msgs/Image
+  Layout layout = Layout::kCdr;
+};
+
+/// Where a message lies; what the numbers mean is the bag's own affair.
+struct MessagePlace {
+  std::size_t file = 0;  ///< of a bag of several files
+  std::uint64_t block = 0, offset = 0, bytes = 0;
+};
+
+struct BagMessage {
+  std::size_t topic = 0;  ///< position in topics()
+  Timestamp logged;       ///< when it was recorded
+  std::span<const std::uint8_t> bytes;
+  MessagePlace place;
+};
+
+class Bag {
+ public:
+  using Visitor = std::function<void(const BagMessage&)>;
+  virtual ~Bag() = default;
+
+  /// Hands every readable message to `visitor`, in the order of the file. What cannot be read is
+  /// passed over and told in warnings(). To be called once.
+  /// @return kInput, naming the file, where nothing can be made of it.
+  virtual Status visit(const Visitor& visitor) = 0;
+  /// A message met by visit(). May be called from several threads at once.
+  /// @return kInput with a reason alone.
+  [[nodiscard]] virtual Result<Bytes> read(const MessagePlace& place) const = 0;
+
+  /// Those met so far.
+  [[nodiscard]] const std::vector<BagTopic>& topics() const { return topics_; }
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+
+ protected:
+  /// @param type "sensor_msgs/msg/Image" or "sensor_msgs/Image".
+  std::size_t add_topic(const std::string& name, const std::string& type, Layout layout);
+
+  /// Something that is left out.
+  void note(const std::string& fault);
+  /// At the end: one warning of all that was noted.
+  void warn_of_faults(const std::filesystem::path& path);
+
+  std::vector<BagTopic> topics_;
+  std::vector<std::string> warnings_;
+
+ private:
+  std::map<std::tuple<std::string, std::string, Layout>, std::size_t> place_of_topic_;
+  std::size_t faults_ = 0;
+  std::string first_fault_;
+};
+
+/// Whether a path is a bag: by the first bytes of a file; a folder is one with metadata.yaml, or
+/// with files of bags in it, unless it has lists of images.
+[[nodiscard]] bool is_bag(const std::filesystem::path& path);
+
+/// @return kInput naming the file, where it cannot be read or is no bag.
+[[nodiscard]] Result<std::unique_ptr<Bag>> open_bag(const std::filesystem::path& path);
+
+}  // namespace ygslam

@@ -1,0 +1,181 @@
+#include "bag/bag_images.hpp"
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "io/text.hpp"
+
+namespace ygslam {
+namespace {
+
+/// The first field of every message with a header.
+struct Stamped {
+  ros::Header header;
+  template <typename Self, typename Cdr>
+  static void fields(Self& m, Cdr& cdr) {
+    cdr(m.header);
+  }
+};
+
+/// Digits after the point without which the stamp would be another; at least as many as TUM's.
+int stamp_decimals(Timestamp stamp) {
+  constexpr int kLeast = 6;
+  int decimals = 9;
+  for (std::int64_t ns = stamp.ns; decimals > kLeast && ns % 10 == 0; ns /= 10) --decimals;
+  return decimals;
+}
+
+std::string joined(const std::vector<const ImageTopic*>& topics) {
+  constexpr std::size_t kMost = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(topics.size(), kMost); ++i)
+    text += (i == 0 ? "" : ", ") + printable(topics[i]->topic.name);
+  return text + (topics.size() > kMost ? ", ..." : "");
+}
+
+std::string before_last(const std::string& topic) {
+  const std::size_t at = topic.rfind('/');
+  return at == std::string::npos ? "" : topic.substr(0, at);
+}
+
+/// Without what the transports of images append.
+std::string base_of(const BagTopic& topic) {
+  return topic.type == ros::kCompressedType ? before_last(topic.name) : topic.name;
+}
+
+}  // namespace
+
+Result<BagContent> read_content(Bag& bag) {
+  BagContent content;
+  std::unordered_map<std::size_t, std::size_t> place_of;  // of the bag's topic in images
+  const auto visited = bag.visit([&](const BagMessage& message) {
+    const BagTopic& topic = bag.topics()[message.topic];
+    if (topic.type == ros::kCameraType) {
+      ros::CameraInfo info;
+      if (!content.cameras.contains(topic.name) && from_cdr(message.bytes, info, topic.layout))
+        content.cameras[topic.name] = std::move(info);
+      return;
+    }
+    if (topic.type != ros::kImageType && topic.type != ros::kCompressedType) return;
+    const auto [at, is_new] = place_of.try_emplace(message.topic, content.images.size());
+    if (is_new) content.images.emplace_back().topic = topic;
+    ImageTopic& images = content.images[at->second];
+    Stamped head;
+    if (!from_cdr(message.bytes, head, topic.layout)) return;
+    if (images.kind == ros::ImageKind::kOther) {
+      images.kind = ros::image_kind(topic, message.bytes).value_or(ros::ImageKind::kOther);
+      images.frame_id = head.header.frame_id;
+    }
+    const Timestamp stamp = ros::from_ros(head.header.stamp);
+    images.images.push_back({stamp.ns == 0 ? message.logged : stamp, message.place});
+  });
+  if (!visited.ok()) return visited.error();
+  return content;
+}
+
+Result<const ImageTopic*> choose_topic(const BagContent& content, const std::string& name,
+                                       const std::string& what, const std::string& option) {
+  const auto refuse = [](std::string text) { return Error{ErrorKind::kInput, std::move(text)}; };
+  std::vector<const ImageTopic*> all;
+  std::vector<const ImageTopic*> fitting;
+  const auto collect = [&](ros::ImageKind kind) {
+    for (const ImageTopic& topic : content.images)
+      if (topic.kind == kind) fitting.push_back(&topic);
+  };
+  for (const ImageTopic& topic : content.images) all.push_back(&topic);
+  if (!name.empty()) {
+    const auto it = std::find_if(all.begin(), all.end(),
+                                 [&](const ImageTopic* t) { return t->topic.name == name; });
+    if (it != all.end()) return *it;
+    return refuse("no images under " + option + " " + printable(name) +
+                  (all.empty() ? "" : "; there are " + joined(all)));
+  }
+  if (what == "depth") {
+    collect(ros::ImageKind::kDepth);
+  } else {
+    collect(ros::ImageKind::kColour);
+    if (fitting.empty()) collect(ros::ImageKind::kGrey);
+  }
+  std::vector<const ImageTopic*> chosen;
+  for (const ImageTopic* topic : fitting) {
+    const bool is_there_raw = std::any_of(fitting.begin(), fitting.end(), [&](const auto* other) {
+      return other != topic && other->topic.type == ros::kImageType &&
+             other->topic.name == base_of(topic->topic);
+    });
+    if (!is_there_raw) chosen.push_back(topic);
+  }
+  if (chosen.size() == 1) return chosen.front();
+  if (chosen.empty())
+    return refuse("no topic with " + what + " images" +
+                  (all.empty() ? "" : " that can be read; there are " + joined(all)));
+  return refuse("several topics have " + what + " images: " + joined(chosen) + "; choose with " +
+                option);
+}
+
+Result<std::optional<BagCamera>> camera_of(const BagContent& content, const ImageTopic& colour) {
+  const std::string base = base_of(colour.topic);
+  auto it = content.cameras.find(before_last(base) + "/camera_info");
+  if (it == content.cameras.end() && content.cameras.size() == 1) it = content.cameras.begin();
+  if (it == content.cameras.end()) {
+    if (content.cameras.empty()) return std::optional<BagCamera>();
+    return Error{ErrorKind::kConfig, "none of its " + std::to_string(content.cameras.size()) +
+                                         " CameraInfo topics stands beside " +
+                                         printable(colour.topic.name) +
+                                         "; give --camera FILE.yaml"};
+  }
+  const std::string image = base.substr(before_last(base).size());
+  const auto camera = ros::camera_of(it->second, image.starts_with("/image_rect"));
+  if (camera.ok()) return std::optional(BagCamera{it->first, *camera});
+  return Error{ErrorKind::kConfig,
+               printable(it->first) + ": " + camera.error().message + "; give --camera FILE.yaml"};
+}
+
+std::vector<ListedImage> BagImages::list(const ImageTopic& topic, ListCounts& counts) {
+  std::vector<ListedImage> listed;
+  topics_.push_back(topic.topic);
+  for (std::size_t i = 0; i < topic.images.size(); ++i) {
+    const BagImage& image = topic.images[i];
+    const std::string slash = topic.topic.name.starts_with('/') ? "" : "/";
+    std::string name = slash + printable(topic.topic.name) + "[" + std::to_string(i) + "]";
+    while (place_of_.contains(name)) name += '\'';  // long names are shown cut
+    place_of_[name] = {topics_.size() - 1, image.place};
+    if (image.stamp.ns < 0) {
+      ++counts.negative;
+    } else {
+      listed.push_back({image.stamp, stamp_decimals(image.stamp), name});
+    }
+  }
+  counts.lines += topic.images.size();
+  std::stable_sort(listed.begin(), listed.end(),
+                   [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
+  const auto end = std::unique(listed.begin(), listed.end(),
+                               [](const auto& a, const auto& b) { return a.stamp == b.stamp; });
+  counts.out_of_order += static_cast<std::size_t>(listed.end() - end);
+  listed.erase(end, listed.end());
+  return listed;
+}
+
+Result<ImageHeader> BagImages::header(const std::string& name) const {
+  const Place& place = place_of_.at(name);
+  const auto bytes = bag_->read(place.place);
+  if (!bytes.ok()) return bytes.error();
+  return ros::decode_header(topics_[place.topic], *bytes);
+}
+
+Result<ColourImage> BagImages::colour(const std::string& name, const ImageSize& size,
+                                      int channels) const {
+  const Place& place = place_of_.at(name);
+  const auto bytes = bag_->read(place.place);
+  if (!bytes.ok()) return bytes.error();
+  return ros::decode_colour(topics_[place.topic], *bytes, size, channels);
+}
+
+Result<DepthImage> BagImages::depth_m(const std::string& name, const CameraConfig& camera,
+                                      const DepthConfig& config) const {
+  const Place& place = place_of_.at(name);
+  const auto bytes = bag_->read(place.place);
+  if (!bytes.ok()) return bytes.error();
+  return ros::decode_depth(topics_[place.topic], *bytes, camera, config);
+}
+
+}  // namespace ygslam

@@ -1,0 +1,78 @@
+// What of a bag a sequence may be made of.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "bag/ros_images.hpp"
+#include "io/sequence.hpp"
+
+namespace ygslam {
+
+struct BagImage {
+  Timestamp stamp;
+  MessagePlace place;
+};
+
+/// The messages of a topic with images.
+struct ImageTopic {
+  BagTopic topic;
+  ros::ImageKind kind = ros::ImageKind::kOther;  ///< of the first that can be read
+  std::string frame_id;
+  std::vector<BagImage> images;  ///< in the order of the file
+};
+
+struct BagContent {
+  std::vector<ImageTopic> images;
+  std::map<std::string, ros::CameraInfo> cameras;  ///< the first message of each topic
+};
+
+/// Reads through the bag.
+[[nodiscard]] Result<BagContent> read_content(Bag& bag);
+
+/// The topic of a kind: the one of that name, or the only one there is. Of the same image raw and
+/// compressed, the raw one.
+/// @param what "colour" or "depth". @param option that chooses, for messages.
+/// @return kInput with a reason alone.
+[[nodiscard]] Result<const ImageTopic*> choose_topic(const BagContent& content,
+                                                     const std::string& name,
+                                                     const std::string& what,
+                                                     const std::string& option);
+
+/// @return the camera and its topic; nothing where the bag tells none of these images.
+/// kConfig with a reason alone: one that cannot be used, or several that may be meant.
+struct BagCamera {
+  std::string topic;
+  CameraConfig camera;
+};
+[[nodiscard]] Result<std::optional<BagCamera>> camera_of(const BagContent& content,
+                                                         const ImageTopic& colour);
+
+/// The images of two topics, listed in order of time under names of their own.
+class BagImages final : public ImageSource {
+ public:
+  explicit BagImages(std::unique_ptr<Bag> bag) : bag_(std::move(bag)) {}
+
+  /// @param counts of those left out are added. @return what pair_images() takes.
+  std::vector<ListedImage> list(const ImageTopic& topic, ListCounts& counts);
+
+  Result<ImageHeader> header(const std::string& name) const override;
+  Result<ColourImage> colour(const std::string& name, const ImageSize& size,
+                             int channels) const override;
+  Result<DepthImage> depth_m(const std::string& name, const CameraConfig& camera,
+                             const DepthConfig& config) const override;
+
+ private:
+  struct Place {
+    std::size_t topic;
+    MessagePlace place;
+  };
+  std::unique_ptr<Bag> bag_;
+  std::vector<BagTopic> topics_;
+  std::unordered_map<std::string, Place> place_of_;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,243 @@
+#include "bag/ros_images.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace ygslam::ros {
+namespace {
+
+Error fault(std::string reason) { return {ErrorKind::kInput, std::move(reason)}; }
+
+std::string shown(const ImageSize& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+std::string_view text_of(const Bytes& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// How a pixel lies in a message.
+struct Encoding {
+  std::string_view name;
+  ImageKind kind;
+  int bytes;
+  std::array<int, 3> rgb{};  // places of red, green, blue
+};
+constexpr std::array<Encoding, 8> kEncodings = {{{"rgb8", ImageKind::kColour, 3, {0, 1, 2}},
+                                                 {"bgr8", ImageKind::kColour, 3, {2, 1, 0}},
+                                                 {"rgba8", ImageKind::kColour, 4, {0, 1, 2}},
+                                                 {"bgra8", ImageKind::kColour, 4, {2, 1, 0}},
+                                                 {"mono8", ImageKind::kGrey, 1, {0, 0, 0}},
+                                                 {"16UC1", ImageKind::kDepth, 2},
+                                                 {"mono16", ImageKind::kDepth, 2},
+                                                 {"32FC1", ImageKind::kDepth, 4}}};
+
+const Encoding* encoding_of(const std::string& name) {
+  const auto* it = std::find_if(kEncodings.begin(), kEncodings.end(),
+                                [&](const Encoding& e) { return e.name == name; });
+  return it == kEncodings.end() ? nullptr : it;
+}
+
+/// The fields in front of an image's pixels.
+struct ImageHead {
+  Header header;
+  std::uint32_t height = 0, width = 0;
+  std::string encoding;
+  template <typename Self, typename Cdr>
+  static void fields(Self& m, Cdr& cdr) {
+    cdr(m.header, m.height, m.width, m.encoding);
+  }
+};
+
+Result<Encoding> checked_encoding(const std::string& name, std::uint32_t width,
+                                  std::uint32_t height) {
+  if (width < 1 || height < 1 || width > kMaxImageSide_px || height > kMaxImageSide_px ||
+      std::int64_t{width} * height > kMaxImagePixels)
+    return fault("absurd size: " + std::to_string(width) + "x" + std::to_string(height));
+  const Encoding* encoding = encoding_of(name);
+  if (encoding == nullptr) return fault("encoding '" + name.substr(0, 40) + "' is not read");
+  return *encoding;
+}
+
+/// A raw image whose rows are there.
+struct RawImage {
+  Image message;
+  Encoding encoding;
+  [[nodiscard]] const std::uint8_t* row(int y) const {
+    return message.data.data() + static_cast<std::size_t>(y) * message.step;
+  }
+};
+
+Result<RawImage> read_raw(const BagTopic& topic, std::span<const std::uint8_t> bytes,
+                          const ImageSize& size) {
+  RawImage image;
+  Image& m = image.message;
+  if (!from_cdr(bytes, m, topic.layout)) return fault("the message ends early");
+  const auto encoding = checked_encoding(m.encoding, m.width, m.height);
+  if (!encoding.ok()) return encoding.error();
+  image.encoding = *encoding;
+  const ImageSize given = {static_cast<int>(m.width), static_cast<int>(m.height)};
+  if (given != size) return fault("other size: " + shown(given) + ", expected " + shown(size));
+  const std::uint64_t row_bytes = std::uint64_t{m.width} * static_cast<unsigned>(encoding->bytes);
+  if (m.step < row_bytes || (m.height - 1) * std::uint64_t{m.step} + row_bytes > m.data.size())
+    return fault("has fewer bytes than its size needs");
+  return image;
+}
+
+/// Depth samples of a raw image in this machine's byte order.
+template <typename T>
+ygslam::Image<T> depth_samples(const RawImage& raw) {
+  const auto width = static_cast<int>(raw.message.width);
+  const auto height = static_cast<int>(raw.message.height);
+  ygslam::Image<T> image(width, height);
+  for (int y = 0; y < height; ++y) {
+    auto* row = reinterpret_cast<std::uint8_t*>(image.row(y));
+    const std::size_t bytes = static_cast<std::size_t>(width) * sizeof(T);
+    std::memcpy(row, raw.row(y), bytes);
+    if (raw.message.is_bigendian == 0) continue;
+    for (std::size_t i = 0; i < bytes; i += sizeof(T)) std::reverse(row + i, row + i + sizeof(T));
+  }
+  return image;
+}
+
+Result<CompressedImage> read_compressed(const BagTopic& topic,
+                                        std::span<const std::uint8_t> bytes) {
+  CompressedImage message;
+  if (!from_cdr(bytes, message, topic.layout)) return fault("the message ends early");
+  return message;
+}
+
+bool is_compressed_depth(const CompressedImage& message) {
+  return message.format.find("compressedDepth") != std::string::npos;
+}
+
+/// compressed_depth_image_transport: four bytes of kind and two numbers, then a PNG. Floats are
+/// kept as a / depth + b.
+Result<DepthImage> decode_compressed_depth(const CompressedImage& message,
+                                           const CameraConfig& camera, const DepthConfig& config) {
+  constexpr std::size_t kHead = 12;
+  if (message.data.size() < kHead) return fault("the message ends early");
+  if (message.format.find("rvl") != std::string::npos) return fault("RVL compression is not read");
+  float a = 0;
+  float b = 0;
+  std::memcpy(&a, message.data.data() + 4, sizeof a);
+  std::memcpy(&b, message.data.data() + 8, sizeof b);
+  const auto raw = ygslam::decode_depth(text_of(message.data).substr(kHead),
+                                        ImageSize{camera.width, camera.height});
+  if (!raw.ok()) return raw.error();
+  if (!message.format.starts_with("32FC1")) return depth_from_raw(*raw, camera.depth_scale, config);
+  DepthImage depth_m(raw->width(), raw->height());
+  std::transform(raw->begin(), raw->end(), depth_m.begin(), [&](std::uint16_t value) {
+    return value == 0 ? 0.0F : a / (static_cast<float>(value) - b);
+  });
+  return sanitized_depth(depth_m, config);
+}
+
+}  // namespace
+
+std::optional<ImageKind> image_kind(const BagTopic& topic, std::span<const std::uint8_t> bytes) {
+  if (topic.type == kImageType) {
+    ImageHead head;
+    if (!from_cdr(bytes, head, topic.layout)) return std::nullopt;
+    const Encoding* encoding = encoding_of(head.encoding);
+    return encoding == nullptr ? ImageKind::kOther : encoding->kind;
+  }
+  const auto message = read_compressed(topic, bytes);
+  if (!message.ok()) return std::nullopt;
+  if (is_compressed_depth(*message)) return ImageKind::kDepth;
+  const auto header = ygslam::decode_header(text_of(message->data));
+  if (!header.ok()) return ImageKind::kOther;
+  return header->bits == 16      ? ImageKind::kDepth
+         : header->channels == 1 ? ImageKind::kGrey
+                                 : ImageKind::kColour;
+}
+
+Result<ImageHeader> decode_header(const BagTopic& topic, std::span<const std::uint8_t> bytes) {
+  if (topic.type == kImageType) {
+    ImageHead head;
+    if (!from_cdr(bytes, head, topic.layout)) return fault("the message ends early");
+    const auto encoding = checked_encoding(head.encoding, head.width, head.height);
+    if (!encoding.ok()) return encoding.error();
+    const bool is_grey = encoding->kind == ImageKind::kGrey;
+    return ImageHeader{
+        {static_cast<int>(head.width), static_cast<int>(head.height)}, is_grey ? 1 : 3, 8, false};
+  }
+  const auto message = read_compressed(topic, bytes);
+  if (!message.ok()) return message.error();
+  return ygslam::decode_header(text_of(message->data));
+}
+
+Result<ColourImage> decode_colour(const BagTopic& topic, std::span<const std::uint8_t> bytes,
+                                  const ImageSize& size, int channels) {
+  if (topic.type != kImageType) {
+    const auto message = read_compressed(topic, bytes);
+    if (!message.ok()) return message.error();
+    return ygslam::decode_colour(text_of(message->data), size, channels);
+  }
+  const auto raw = read_raw(topic, bytes, size);
+  if (!raw.ok()) return raw.error();
+  const auto [name, kind, pixel_bytes, rgb] = raw->encoding;
+  if (kind != (channels == 1 ? ImageKind::kGrey : ImageKind::kColour))
+    return fault("other encoding: " + raw->message.encoding);
+  ColourImage image(size.width, size.height);
+  for (int y = 0; y < size.height; ++y) {
+    const std::uint8_t* pixel = raw->row(y);
+    Rgb8* to = image.row(y);
+    for (int x = 0; x < size.width; ++x, pixel += pixel_bytes)
+      to[x] = {pixel[rgb[0]], pixel[rgb[1]], pixel[rgb[2]]};
+  }
+  return image;
+}
+
+Result<DepthImage> decode_depth(const BagTopic& topic, std::span<const std::uint8_t> bytes,
+                                const CameraConfig& camera, const DepthConfig& config) {
+  const ImageSize size = {camera.width, camera.height};
+  if (topic.type == kImageType) {
+    const auto raw = read_raw(topic, bytes, size);
+    if (!raw.ok()) return raw.error();
+    if (raw->encoding.name == "32FC1") return sanitized_depth(depth_samples<float>(*raw), config);
+    if (raw->encoding.kind != ImageKind::kDepth)
+      return fault("other encoding: " + raw->message.encoding);
+    return depth_from_raw(depth_samples<std::uint16_t>(*raw), camera.depth_scale, config);
+  }
+  const auto message = read_compressed(topic, bytes);
+  if (!message.ok()) return message.error();
+  if (is_compressed_depth(*message)) return decode_compressed_depth(*message, camera, config);
+  const auto raw = ygslam::decode_depth(text_of(message->data), size);
+  if (!raw.ok()) return raw.error();
+  return depth_from_raw(*raw, camera.depth_scale, config);
+}
+
+Result<CameraConfig> camera_of(const CameraInfo& info, bool rectified) {
+  const auto refuse = [](const std::string& what) { return Error{ErrorKind::kConfig, what}; };
+  if (info.binning_x > 1 || info.binning_y > 1 || info.roi[0] != 0 || info.roi[1] != 0)
+    return refuse("is of a binned or cut image, which is not read");
+  CameraConfig camera;
+  camera.depth_scale = kMillimetres;
+  camera.width = static_cast<int>(std::min<std::uint32_t>(info.width, kMaxImageSide_px + 1));
+  camera.height = static_cast<int>(std::min<std::uint32_t>(info.height, kMaxImageSide_px + 1));
+  if (rectified && info.p[0] != 0) {
+    camera.fx = info.p[0], camera.fy = info.p[5], camera.cx = info.p[2], camera.cy = info.p[6];
+    return camera;
+  }
+  camera.fx = info.k[0], camera.fy = info.k[4], camera.cx = info.k[2], camera.cy = info.k[5];
+  if (camera.fx == 0) return refuse("is not calibrated (its focal length is 0)");
+  const bool is_zero =
+      std::all_of(info.d.begin(), info.d.end(), [](double term) { return term == 0; });
+  if (is_zero) return camera;
+  constexpr std::size_t kTerms = 5;
+  if (info.distortion_model != "plumb_bob" && info.distortion_model != "rational_polynomial")
+    return refuse("has distortion of model '" + info.distortion_model.substr(0, 40) +
+                  "', which is not read");
+  if (std::any_of(info.d.begin() + static_cast<std::ptrdiff_t>(std::min(kTerms, info.d.size())),
+                  info.d.end(), [](double term) { return term != 0; }))
+    return refuse("has more terms of distortion than the five of plumb_bob");
+  constexpr std::array<double CameraConfig::*, kTerms> kOrder = {
+      &CameraConfig::k1, &CameraConfig::k2, &CameraConfig::p1, &CameraConfig::p2,
+      &CameraConfig::k3};
+  for (std::size_t i = 0; i < std::min(kTerms, info.d.size()); ++i) camera.*kOrder[i] = info.d[i];
+  return camera;
+}
+
+}  // namespace ygslam::ros

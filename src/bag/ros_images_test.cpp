@@ -1,0 +1,158 @@
+#include "bag/ros_images.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace ygslam::ros {
+namespace {
+
+const BagTopic kImages{"/images", kImageType, Layout::kCdr};
+const BagTopic kCompressed{"/images/compressedDepth", kCompressedType, Layout::kCdr};
+
+CameraConfig camera_of_size(int width, int height) {
+  CameraConfig camera;
+  camera.width = width;
+  camera.height = height;
+  camera.depth_scale = kMillimetres;
+  return camera;
+}
+
+/// 2x2 pixels of two bytes each, with a byte of padding after a row.
+Image small_image(const std::string& encoding) {
+  return {{{1, 2}, "camera"}, 2, 2, encoding, 0, 5, {0xe8, 3, 0xd0, 7, 99, 0, 0, 0x88, 0x13}};
+}
+
+TEST(RosImages, DepthIsInMillimetresWithoutTheRowsPadding) {
+  const auto depth_m =
+      decode_depth(kImages, to_cdr(small_image("16UC1")), camera_of_size(2, 2), {});
+  ASSERT_TRUE(depth_m.ok()) << depth_m.error().message;
+  EXPECT_FLOAT_EQ(depth_m->at(0, 0), 1.0F);
+  EXPECT_FLOAT_EQ(depth_m->at(1, 0), 2.0F);
+  EXPECT_EQ(depth_m->at(0, 1), 0.0F) << "none";
+  EXPECT_FLOAT_EQ(depth_m->at(1, 1), 5.0F);
+}
+
+TEST(RosImages, OtherByteOrdersAreTurned) {
+  Image image = small_image("mono16");
+  image.is_bigendian = 1;
+  image.data = {3, 0xe8, 7, 0xd0, 99, 0, 0, 0x13, 0x88};
+  const auto depth_m = decode_depth(kImages, to_cdr(image), camera_of_size(2, 2), {});
+  ASSERT_TRUE(depth_m.ok()) << depth_m.error().message;
+  EXPECT_FLOAT_EQ(depth_m->at(1, 1), 5.0F);
+}
+
+TEST(RosImages, FloatsAreMetresAndNanIsNone) {
+  const std::array<float, 2> metres = {1.25F, std::numeric_limits<float>::quiet_NaN()};
+  Image image{{}, 1, 2, "32FC1", 0, 8, Bytes(8)};
+  std::memcpy(image.data.data(), metres.data(), 8);
+  const auto depth_m = decode_depth(kImages, to_cdr(image), camera_of_size(2, 1), {});
+  ASSERT_TRUE(depth_m.ok()) << depth_m.error().message;
+  EXPECT_EQ(depth_m->at(0, 0), 1.25F);
+  EXPECT_EQ(depth_m->at(1, 0), 0.0F);
+}
+
+TEST(RosImages, CompressedFloatsAreKeptAsInverseDepth) {
+  // As the transport writes them: q = a / depth + b.
+  const float a = 100 * 101.0F;
+  const float b = 1 - a / 10;
+  ygslam::Image<std::uint16_t> raw(2, 1);
+  raw.at(0, 0) = static_cast<std::uint16_t>(std::lround(a / 2.5F + b));
+  raw.at(1, 0) = 0;
+  const std::string png = encode_png(raw);
+  CompressedImage image{{}, "32FC1; compressedDepth png", Bytes(12)};
+  std::memcpy(image.data.data() + 4, &a, 4);
+  std::memcpy(image.data.data() + 8, &b, 4);
+  image.data.insert(image.data.end(), png.begin(), png.end());
+  const auto depth_m = decode_depth(kCompressed, to_cdr(image), camera_of_size(2, 1), {});
+  ASSERT_TRUE(depth_m.ok()) << depth_m.error().message;
+  EXPECT_NEAR(depth_m->at(0, 0), 2.5F, 2e-3);
+  EXPECT_EQ(depth_m->at(1, 0), 0.0F);
+}
+
+TEST(RosImages, ColoursAreTakenFromTheirPlaces) {
+  for (const auto& [encoding, bytes] : {std::pair{"rgb8", Bytes{1, 2, 3}},
+                                        {"bgr8", {3, 2, 1}},
+                                        {"rgba8", {1, 2, 3, 255}},
+                                        {"bgra8", {3, 2, 1, 255}}}) {
+    const Image image{{}, 1, 1, encoding, 0, static_cast<std::uint32_t>(bytes.size()), bytes};
+    const auto colour = decode_colour(kImages, to_cdr(image), {1, 1}, 3);
+    ASSERT_TRUE(colour.ok()) << colour.error().message;
+    EXPECT_EQ(colour->at(0, 0).r, 1) << encoding;
+    EXPECT_EQ(colour->at(0, 0).g, 2) << encoding;
+    EXPECT_EQ(colour->at(0, 0).b, 3) << encoding;
+    EXPECT_EQ(decode_header(kImages, to_cdr(image))->channels, 3);
+  }
+  const Image grey{{}, 1, 1, "mono8", 0, 1, {7}};
+  EXPECT_EQ(decode_header(kImages, to_cdr(grey))->channels, 1);
+  EXPECT_EQ(decode_colour(kImages, to_cdr(grey), {1, 1}, 1)->at(0, 0).g, 7);
+  EXPECT_FALSE(decode_colour(kImages, to_cdr(grey), {1, 1}, 3).ok()) << "never converted silently";
+}
+
+TEST(RosImages, WhatDoesNotFitIsRefusedWithTheReason) {
+  const CameraConfig camera = camera_of_size(2, 2);
+  const auto reason = [&](const Image& image) {
+    return decode_depth(kImages, to_cdr(image), camera, {}).error().message;
+  };
+  Image image = small_image("16UC1");
+  image.data.pop_back();
+  EXPECT_NE(reason(image).find("fewer bytes"), std::string::npos);
+  image = small_image("16UC1");
+  image.step = 3;
+  EXPECT_NE(reason(image).find("fewer bytes"), std::string::npos);
+  image = small_image("16UC1");
+  image.width = 3;
+  EXPECT_NE(reason(image).find("other size: 3x2, expected 2x2"), std::string::npos);
+  image.width = 0xffffffff;
+  EXPECT_NE(reason(image).find("absurd size"), std::string::npos);
+  EXPECT_NE(reason(small_image("bayer_rggb8")).find("bayer_rggb8"), std::string::npos);
+  EXPECT_NE(reason(small_image("rgb8")).find("fewer bytes"), std::string::npos);
+  Bytes cut = to_cdr(small_image("16UC1"));
+  cut.resize(cut.size() - 4);
+  EXPECT_FALSE(decode_depth(kImages, cut, camera, {}).ok());
+  const CompressedImage tiny{{}, "16UC1; compressedDepth", {1, 2}};
+  EXPECT_FALSE(decode_depth(kCompressed, to_cdr(tiny), camera, {}).ok());
+}
+
+TEST(RosImages, OfACameraOnlyWhatWeKnowIsTaken) {
+  CameraInfo info;
+  info.width = 640;
+  info.height = 480;
+  info.k = {500, 0, 320, 0, 510, 240, 0, 0, 1};
+  info.p = {400, 0, 300, 0, 0, 410, 200, 0, 0, 0, 1, 0};
+  info.d = {0.1, 0.2, 0.3, 0.4, 0.5};
+  info.distortion_model = "plumb_bob";
+  const auto camera = camera_of(info, false);
+  ASSERT_TRUE(camera.ok());
+  EXPECT_EQ(camera->fx, 500);
+  EXPECT_EQ(camera->cy, 240);
+  EXPECT_EQ(camera->k2, 0.2);
+  EXPECT_EQ(camera->p1, 0.3);
+  EXPECT_EQ(camera->k3, 0.5);
+  EXPECT_EQ(camera->depth_scale, kMillimetres);
+  EXPECT_EQ(camera->height, 480);
+  const auto rectified = camera_of(info, true);
+  EXPECT_EQ(rectified->fy, 410);
+  EXPECT_FALSE(rectified->is_distorted());
+
+  info.distortion_model = "rational_polynomial";
+  info.d = {0.1, 0.2, 0.3, 0.4, 0.5, 0, 0, 0};
+  EXPECT_TRUE(camera_of(info, false).ok());
+  info.d.back() = 1e-3;
+  EXPECT_FALSE(camera_of(info, false).ok());
+  info.d = {0.1, 0, 0, 0};
+  info.distortion_model = "equidistant";
+  EXPECT_FALSE(camera_of(info, false).ok());
+  info.d = {0, 0, 0, 0};
+  EXPECT_TRUE(camera_of(info, false).ok()) << "none is none";
+  info.binning_x = 2;
+  EXPECT_FALSE(camera_of(info, false).ok());
+  info.binning_x = 0;
+  info.k = {};
+  EXPECT_FALSE(camera_of(info, false).ok()) << "not calibrated";
+}
+
+}  // namespace
+}  // namespace ygslam::ros

@@ -1,0 +1,143 @@
+#include "bag/sqlite_bag.hpp"
+
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <array>
+
+#include "bag/input_file.hpp"
+
+namespace ygslam {
+namespace fs = std::filesystem;
+namespace {
+
+// Of SQLite's machine, from row to row: a damaged file must not keep it busy without end.
+constexpr int kMostInstructions = 10'000'000;
+constexpr int kInstructionsAtOnce = 1'000'000;
+
+/// A path as SQLite's URIs spell it.
+std::string uri_of_bag(const fs::path& path) {
+  std::string uri = "file:";
+  for (const char c : fs::absolute(path).string()) {
+    if (std::string_view("%?#").find(c) == std::string_view::npos) {
+      uri += c;
+    } else {
+      uri += c == '%' ? "%25" : c == '?' ? "%3f" : "%23";
+    }
+  }
+  // Nothing is left beside the file, unless what its writer did not get to put into it lies there.
+  std::error_code code;
+  return uri + (fs::exists(path.string() + "-wal", code) ? "" : "?immutable=1");
+}
+
+struct FinalizeRows {
+  void operator()(sqlite3_stmt* rows) const { sqlite3_finalize(rows); }
+};
+using Rows = std::unique_ptr<sqlite3_stmt, FinalizeRows>;
+
+Rows prepare_rows(sqlite3* handle, const char* sql) {
+  sqlite3_stmt* rows = nullptr;
+  sqlite3_prepare_v2(handle, sql, -1, &rows, nullptr);
+  return Rows(rows);
+}
+
+std::string text_at(sqlite3_stmt* rows, int column) {
+  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(rows, column));
+  return text == nullptr ? "" : text;
+}
+
+std::span<const std::uint8_t> blob_at(sqlite3_stmt* rows, int column) {
+  const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(rows, column));
+  return {data, data == nullptr ? 0 : static_cast<std::size_t>(sqlite3_column_bytes(rows, column))};
+}
+
+constexpr std::array<std::uint8_t, 4> kZstdMagic = {0x28, 0xb5, 0x2f, 0xfd};
+
+/// A message as it was before rosbag2 compressed it. CDR begins otherwise.
+Result<Bytes> plain_message(std::span<const std::uint8_t> bytes) {
+  const bool is_packed = bytes.size() >= kZstdMagic.size() &&
+                         std::equal(kZstdMagic.begin(), kZstdMagic.end(), bytes.begin());
+  return decompressed(is_packed ? Compression::kZstd : Compression::kNone, bytes, std::nullopt);
+}
+
+}  // namespace
+
+void SqliteBag::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
+
+Result<std::unique_ptr<Bag>> SqliteBag::open(const fs::path& path) {
+  std::unique_ptr<SqliteBag> bag(new SqliteBag(path));
+  sqlite3* handle = nullptr;
+  const int code =
+      sqlite3_open_v2(uri_of_bag(path).c_str(), &handle,
+                      SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
+  bag->handle_.reset(handle);
+  if (code != SQLITE_OK)
+    return Error{ErrorKind::kInput, path.string() + ": " + sqlite3_errmsg(handle)};
+  // What SQLite's manual asks for where a file comes from somebody else (sqlite.org/security.html).
+  constexpr std::array<std::pair<int, int>, 4> kOptions = {{{SQLITE_DBCONFIG_DEFENSIVE, 1},
+                                                            {SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0},
+                                                            {SQLITE_DBCONFIG_ENABLE_TRIGGER, 0},
+                                                            {SQLITE_DBCONFIG_ENABLE_VIEW, 0}}};
+  for (const auto& [option, value] : kOptions) sqlite3_db_config(handle, option, value, nullptr);
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBlockBytes));
+  if (Status read = bag->read_topics(); !read.ok()) return read.error();
+  return std::unique_ptr<Bag>(std::move(bag));
+}
+
+Status SqliteBag::read_topics() {
+  const Rows rows =
+      prepare_rows(handle_.get(), "SELECT id, name, type, serialization_format FROM topics");
+  if (!rows)
+    return Error{ErrorKind::kInput,
+                 path_.string() + ": is no ROS 2 bag (" + sqlite3_errmsg(handle_.get()) + ")"};
+  while (sqlite3_step(rows.get()) == SQLITE_ROW) {
+    if (text_at(rows.get(), 3) != "cdr") continue;
+    topic_of_[sqlite3_column_int64(rows.get(), 0)] =
+        add_topic(text_at(rows.get(), 1), text_at(rows.get(), 2), Layout::kCdr);
+  }
+  return Ok{};
+}
+
+Status SqliteBag::visit(const Visitor& visitor) {
+  const Rows rows = prepare_rows(
+      handle_.get(), "SELECT rowid, topic_id, timestamp, data FROM messages ORDER BY rowid");
+  if (!rows)
+    return Error{ErrorKind::kInput,
+                 path_.string() + ": is no ROS 2 bag (" + sqlite3_errmsg(handle_.get()) + ")"};
+  int left = 0;
+  sqlite3_progress_handler(
+      handle_.get(), kInstructionsAtOnce,
+      [](void* times) { return (*static_cast<int*>(times))-- <= 0 ? 1 : 0; }, &left);
+  int code = SQLITE_ROW;
+  while (true) {
+    left = kMostInstructions / kInstructionsAtOnce;
+    code = sqlite3_step(rows.get());
+    if (code != SQLITE_ROW) break;
+    const auto topic = topic_of_.find(sqlite3_column_int64(rows.get(), 1));
+    if (topic == topic_of_.end()) continue;
+    const auto message = plain_message(blob_at(rows.get(), 3));
+    if (!message.ok()) {
+      note(message.error().message);
+      continue;
+    }
+    const auto row = static_cast<std::uint64_t>(sqlite3_column_int64(rows.get(), 0));
+    visitor({topic->second, {sqlite3_column_int64(rows.get(), 2)}, *message, {0, row, 0, 0}});
+  }
+  sqlite3_progress_handler(handle_.get(), 0, nullptr, nullptr);
+  if (code != SQLITE_DONE)
+    warnings_.push_back(path_.string() + ": read as far as it goes (" +
+                        sqlite3_errmsg(handle_.get()) + ")");
+  warn_of_faults(path_);
+  return Ok{};
+}
+
+Result<Bytes> SqliteBag::read(const MessagePlace& place) const {
+  const std::lock_guard lock(mutex_);
+  const Rows rows = prepare_rows(handle_.get(), "SELECT data FROM messages WHERE rowid = ?");
+  if (!rows || sqlite3_bind_int64(rows.get(), 1, static_cast<std::int64_t>(place.block)) != 0 ||
+      sqlite3_step(rows.get()) != SQLITE_ROW)
+    return Error{ErrorKind::kInput, sqlite3_errmsg(handle_.get())};
+  return plain_message(blob_at(rows.get(), 0));
+}
+
+}  // namespace ygslam

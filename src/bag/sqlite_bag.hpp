@@ -1,0 +1,35 @@
+// Reads ROS 2 bags in SQLite (rosbag2_storage_sqlite3), messages compressed with Zstandard
+// included.
+#pragma once
+
+#include <map>
+#include <mutex>
+
+#include "bag/bag.hpp"
+
+struct sqlite3;
+
+namespace ygslam {
+
+class SqliteBag final : public Bag {
+ public:
+  /// @return kInput naming the file.
+  static Result<std::unique_ptr<Bag>> open(const std::filesystem::path& path);
+
+  Status visit(const Visitor& visitor) override;
+  [[nodiscard]] Result<Bytes> read(const MessagePlace& place) const override;
+
+ private:
+  struct Close {
+    void operator()(sqlite3* handle) const;
+  };
+  explicit SqliteBag(std::filesystem::path path) : path_(std::move(path)) {}
+  Status read_topics();
+
+  std::filesystem::path path_;
+  mutable std::mutex mutex_;  // guards the handle
+  std::unique_ptr<sqlite3, Close> handle_;
+  std::map<std::int64_t, std::size_t> topic_of_;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,63 @@
+// A recorded RGB-D sequence: which image pairs there are, where their images come from, the camera.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "geometry/camera.hpp"
+#include "image/depth.hpp"
+#include "io/image_file.hpp"
+#include "io/image_list.hpp"
+
+namespace ygslam {
+
+/// Decodes images by their names. Faults are kInput with a reason alone ("truncated PNG"); callers
+/// put the place in front. May be called from several threads at once.
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+
+  /// Of a colour image, without decoding it.
+  [[nodiscard]] virtual Result<ImageHeader> header(const std::string& name) const = 0;
+  /// @param size any other is an error. @param channels 3, or 1 for grey recordings.
+  [[nodiscard]] virtual Result<ColourImage> colour(const std::string& name, const ImageSize& size,
+                                                   int channels) const = 0;
+  /// @param camera gives the size; any other is an error. @param scale raw units per metre.
+  [[nodiscard]] virtual Result<DepthImage> depth_m(const std::string& name,
+                                                   const CameraConfig& camera,
+                                                   const DepthConfig& config) const = 0;
+};
+
+/// One registered pair as listed; the images may still turn out unreadable.
+struct SequencePair {
+  Timestamp stamp;   ///< of the colour image, strictly increasing over the sequence
+  int decimals = 0;  ///< digits after the point of the colour stamp as written
+  Timestamp depth_stamp;
+  std::string colour_file, depth_file;  ///< relative to the root, or messages of a bag
+};
+
+struct Sequence {
+  std::filesystem::path root;  ///< a folder or a file
+  std::vector<SequencePair> pairs;
+  std::shared_ptr<const ImageSource> images;  ///< never null once opened
+  int stamp_decimals =
+      6;                ///< the most digits any colour stamp was written with: use them for output
+  CameraConfig camera;  ///< complete, width and height included
+  std::string camera_source;   ///< "calibration.txt", "preset TUM freiburg1", ...
+  std::string shutter_source;  ///< where its shutter's times come from, for the log; empty: nowhere
+  int colour_channels = 3;     ///< of the first readable colour image: 3, or 1 for grey recordings
+  std::optional<std::filesystem::path> groundtruth;
+  ListCounts counts;
+  std::vector<std::string> warnings;  ///< one line each, for the log
+
+  /// Where an image lies, for messages.
+  [[nodiscard]] std::string place_of(const std::string& image) const {
+    return image.starts_with('/') ? root.string() + ": " + image : (root / image).string();
+  }
+};
+
+}  // namespace ygslam

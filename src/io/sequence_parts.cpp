@@ -1,0 +1,239 @@
+#include "io/sequence_parts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+#include "core/statistics.hpp"
+#include "geometry/rolling_shutter.hpp"
+#include "io/calibration.hpp"
+#include "io/camera_devices.hpp"
+#include "io/pairing.hpp"
+#include "io/text.hpp"
+
+namespace ygslam {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kLeastPairedShare = 0.1;
+// Pairs this well together need no look at the clocks.
+constexpr std::int64_t kSynchronous_ns = 5'000'000;
+
+class FolderImages final : public ImageSource {
+ public:
+  explicit FolderImages(fs::path root) : root_(std::move(root)) {}
+
+  Result<ImageHeader> header(const std::string& name) const override {
+    const auto bytes = read(name);
+    return bytes.ok() ? decode_header(*bytes) : Result<ImageHeader>(bytes.error());
+  }
+  Result<ColourImage> colour(const std::string& name, const ImageSize& size,
+                             int channels) const override {
+    const auto bytes = read(name);
+    if (!bytes.ok()) return bytes.error();
+    return decode_colour(*bytes, size, channels);
+  }
+  Result<DepthImage> depth_m(const std::string& name, const CameraConfig& camera,
+                             const DepthConfig& config) const override {
+    const auto bytes = read(name);
+    if (!bytes.ok()) return bytes.error();
+    const auto raw = decode_depth(*bytes, ImageSize{camera.width, camera.height});
+    if (!raw.ok()) return raw.error();
+    return depth_from_raw(*raw, camera.depth_scale, config);
+  }
+
+ private:
+  Result<std::string> read(const std::string& name) const {
+    const fs::path path = root_ / name;
+    auto bytes = read_file(path);
+    if (bytes.ok()) return bytes;
+    // "PATH: reason" without the path
+    return Error{ErrorKind::kInput, bytes.error().message.substr(path.string().size() + 2)};
+  }
+
+  fs::path root_;
+};
+
+Error sequence_fault(const Sequence& sequence, const std::string& what) {
+  return {ErrorKind::kInput, sequence.root.string() + ": " + what};
+}
+
+std::string milliseconds(std::int64_t ns) { return std::to_string(ns / 1'000'000) + " ms"; }
+
+std::vector<Timestamp> stamps_of(const std::vector<ListedImage>& images) {
+  std::vector<Timestamp> stamps(images.size());
+  std::transform(images.begin(), images.end(), stamps.begin(),
+                 [](const ListedImage& image) { return image.stamp; });
+  return stamps;
+}
+
+// Warns where colour and depth belong together at another offset than the pairs have.
+void warn_of_offset(const std::optional<std::int64_t>& offset_ns, Sequence& sequence) {
+  if (!offset_ns || sequence.pairs.empty()) return;
+  if (median_difference_ns(sequence.pairs) <= kSynchronous_ns) return;
+  if (std::llabs(*offset_ns) <= kMaxPairDifference_ns) return;
+  sequence.warnings.push_back(sequence.root.string() + ": depth stamps seem offset by " +
+                              milliseconds(*offset_ns) +
+                              " against colour; wrong images may have been paired");
+}
+
+std::string folder_name(const fs::path& root) {
+  std::error_code code;
+  const fs::path full = fs::weakly_canonical(root, code);
+  return (code ? root : full).filename().string();
+}
+
+// The first colour image whose header can be read says what the others must look like.
+Result<ImageHeader> first_header(const Sequence& sequence) {
+  std::string first_reason;
+  for (const SequencePair& pair : sequence.pairs) {
+    auto header = sequence.images->header(pair.colour_file);
+    if (header.ok()) return header;
+    if (first_reason.empty())
+      first_reason = sequence.place_of(pair.colour_file) + ": " + header.error().message;
+  }
+  return sequence_fault(sequence, "none of " + std::to_string(sequence.pairs.size()) +
+                                      " colour images can be read (" + first_reason + ")");
+}
+
+// File and line of a camera value, as far as it has one.
+std::string camera_place(const Sequence& sequence, const std::string& key) {
+  const fs::path path = sequence.root / sequence.camera_source;
+  std::error_code code;
+  if (!fs::exists(path, code)) return sequence.root.string() + ": " + sequence.camera_source;
+  const auto text = read_file(path);
+  const int line = text.ok() ? calibration_line(*text, key) : 0;
+  return path.string() + (line > 0 ? ":" + std::to_string(line) : std::string());
+}
+
+constexpr double kEnlarged = 1.25;  // a depth image by its registration to colour
+
+std::string shown_ms(double time_ms) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.4g ms", time_ms);
+  return text.data();
+}
+
+/// A read-out that is not over when the next image begins cannot be.
+Status check_against_frame_time(const Sequence& sequence) {
+  std::vector<double> steps_ms;
+  for (std::size_t i = 1; i < sequence.pairs.size(); ++i)
+    steps_ms.push_back(1e3 * seconds_between(sequence.pairs[i].stamp, sequence.pairs[i - 1].stamp));
+  if (steps_ms.empty()) return Ok{};
+  const double step_ms = median(steps_ms);
+  for (const CameraKey& key : camera_keys()) {
+    const double time_ms = std::abs(sequence.camera.*key.value);
+    const double limit_ms = key.name == "colour_readout_ms" ? step_ms : kEnlarged * step_ms;
+    if (is_shutter_key(key.name) && time_ms > limit_ms)
+      return Error{ErrorKind::kConfig, camera_place(sequence, std::string(key.name)) + ": " +
+                                           std::string(key.name) + ": " + shown_ms(time_ms) +
+                                           " are longer than the " + shown_ms(step_ms) +
+                                           " from frame to frame"};
+  }
+  return Ok{};
+}
+
+void find_shutter(Sequence& sequence) {
+  CameraConfig& camera = sequence.camera;
+  if (camera.shutter_known || !shutter_times(camera).is_global()) {
+    sequence.shutter_source = sequence.camera_source;
+    return;
+  }
+  const RecognisedDevice recognised = recognised_device(folder_name(sequence.root), camera);
+  if (recognised.device == nullptr) return;
+  const CameraConfig given = camera;
+  set_shutter(*recognised.device, camera);
+  camera.depth_delay_ms = recognised.depth_delay_ms;
+  if (!check_against_frame_time(sequence)) {  // recorded otherwise than these usually are
+    camera = given;
+    return;
+  }
+  camera.shutter_known = recognised.is_certain;
+  sequence.shutter_source = std::string(recognised.device->title) +
+                            (recognised.is_certain ? ", recognised" : ", guessed by the 525 px");
+}
+
+}  // namespace
+
+std::int64_t median_difference_ns(const std::vector<SequencePair>& pairs) {
+  std::vector<std::int64_t> differences;
+  differences.reserve(pairs.size());
+  for (const SequencePair& pair : pairs) {
+    differences.push_back(std::llabs(pair.depth_stamp.ns - pair.stamp.ns));
+  }
+  return median(differences);
+}
+
+Status pair_images(const std::vector<ListedImage>& colour, const std::vector<ListedImage>& depth,
+                   Sequence& sequence) {
+  const auto colour_stamps = stamps_of(colour);
+  const auto depth_stamps = stamps_of(depth);
+  for (const StampPair& pair :
+       pair_one_to_one(colour_stamps, depth_stamps, kMaxPairDifference_ns)) {
+    const ListedImage& image = colour[pair.first];
+    const ListedImage& paired = depth[pair.second];
+    sequence.pairs.push_back({image.stamp, image.decimals, paired.stamp, image.file, paired.file});
+  }
+  const auto offset_ns = estimate_offset_ns(colour_stamps, depth_stamps);
+  const std::string counted = std::to_string(sequence.pairs.size()) + " of " +
+                              std::to_string(colour.size()) + " colour images have a depth image";
+  if (static_cast<double>(sequence.pairs.size()) <
+      kLeastPairedShare * static_cast<double>(colour.size())) {
+    return sequence_fault(sequence,
+                          "only " + counted + " within " + milliseconds(kMaxPairDifference_ns) +
+                              (offset_ns ? "; depth seems offset by " + milliseconds(*offset_ns)
+                                         : std::string("; the clocks have nothing in common")));
+  }
+  if (2 * sequence.pairs.size() < colour.size()) {
+    sequence.warnings.push_back(sequence.root.string() + ": " + counted);
+  }
+  warn_of_offset(offset_ns, sequence);
+  return Ok{};
+}
+
+Status complete_sequence(const CameraConfig& camera, Sequence& sequence) {
+  sequence.stamp_decimals = 0;
+  for (const SequencePair& pair : sequence.pairs) {
+    sequence.stamp_decimals = std::max(sequence.stamp_decimals, pair.decimals);
+  }
+  sequence.camera = camera;
+  find_shutter(sequence);
+  if (Status status = check_against_frame_time(sequence); !status) return status;
+  const auto header = first_header(sequence);
+  if (!header.ok()) return header.error();
+  sequence.colour_channels = header->channels == 1 ? 1 : 3;
+  if (sequence.camera.width <= 0) sequence.camera.width = header->size.width;
+  if (sequence.camera.height <= 0) sequence.camera.height = header->size.height;
+  const ImageSize expected = {sequence.camera.width, sequence.camera.height};
+  if (header->size != expected) {
+    sequence.warnings.push_back(
+        sequence.root.string() + ": the camera is for " + std::to_string(expected.width) + "x" +
+        std::to_string(expected.height) + ", the first image has " +
+        std::to_string(header->size.width) + "x" + std::to_string(header->size.height));
+  }
+  const auto faults = camera_faults(sequence.camera);
+  if (faults.empty()) return Ok{};
+  return Error{ErrorKind::kConfig, camera_place(sequence, faults.front().key) + ": " +
+                                       faults.front().key + ": " + faults.front().reason};
+}
+
+Result<std::optional<CameraConfig>> camera_of_folder(Sequence& sequence) {
+  const fs::path path = sequence.root / "calibration.txt";
+  std::error_code code;
+  if (fs::exists(path, code)) {
+    sequence.camera_source = "calibration.txt";
+    auto read = read_calibration(path);
+    if (!read.ok()) return read.error();
+    return std::optional(*read);
+  }
+  const auto preset = camera_preset(folder_name(sequence.root));
+  if (!preset) return std::optional<CameraConfig>();
+  sequence.camera_source = "preset " + preset->name;
+  return std::optional(preset->camera);
+}
+
+std::shared_ptr<const ImageSource> images_of_folder(const fs::path& root) {
+  return std::make_shared<FolderImages>(root);
+}
+
+}  // namespace ygslam

@@ -1,0 +1,35 @@
+// What every kind of sequence does when it is opened, once it knows its images.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/sequence.hpp"
+
+namespace ygslam {
+
+/// Pairs colour and depth images by their stamps.
+/// @param colour,depth stamps strictly increasing.
+/// @return kInput where less than 10 % of the colour images have a depth image.
+Status pair_images(const std::vector<ListedImage>& colour, const std::vector<ListedImage>& depth,
+                   Sequence& sequence);
+
+/// The median of |depth stamp - colour stamp|.
+[[nodiscard]] std::int64_t median_difference_ns(const std::vector<SequencePair>& pairs);
+
+/// Fills in what follows from pairs, images and camera: size, channels, shutter, digits of stamps.
+/// @param camera width or height <= 0: as the first image that can be read.
+/// @return kInput: no image header readable; kConfig: impossible values (file, line and key named).
+Status complete_sequence(const CameraConfig& camera, Sequence& sequence);
+
+/// calibration.txt in the folder, or the preset of its name; width and height may still be 0.
+/// @return nothing where there is neither.
+[[nodiscard]] Result<std::optional<CameraConfig>> camera_of_folder(Sequence& sequence);
+
+/// The images of a folder, by their paths relative to it.
+[[nodiscard]] std::shared_ptr<const ImageSource> images_of_folder(
+    const std::filesystem::path& root);
+
+}  // namespace ygslam

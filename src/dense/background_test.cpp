@@ -133,7 +133,7 @@ TEST(Background, FindsWhatStandsInFreeSpaceWithoutAMask) {
       hidden_pixels(wall_behind(camera, pose_at(0.08), thing), {}, geometry, map);
   for (int v = 0; v < 120; ++v)
     for (int u = 0; u < 160; ++u)
-      if (thing.contains(u, v)) ASSERT_EQ(hidden.at(u, v), 255) << u << ' ' << v;
+      ASSERT_TRUE(!thing.contains(u, v) || hidden.at(u, v) == 255) << u << ' ' << v;
   const auto count = [](const GreyImage& mask) {
     return std::count(mask.begin(), mask.end(), 255);
   };

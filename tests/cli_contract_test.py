@@ -17,7 +17,7 @@ METRICS = {"frames", "readable", "tracked", "coverage", "lost_intervals", "keyfr
            "version", "machine"}
 SUMMARY = {"median", "mean", "p95", "p99", "max"}
 ERRORS = {"rmse", "mean", "median", "std", "min", "max"}
-COMMANDS = ("run", "eval", "bench", "calibrate", "simulate", "inspect", "map", "render", "config")
+COMMANDS = ("run", "eval", "bench", "calibrate", "simulate", "inspect", "map", "export", "render", "config")
 
 
 def read_ply(path):

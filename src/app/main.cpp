@@ -10,6 +10,7 @@
 #include "app/calibrate_command.hpp"
 #include "app/config_command.hpp"
 #include "app/eval_command.hpp"
+#include "app/export_command.hpp"
 #include "app/inspect_command.hpp"
 #include "app/map_command.hpp"
 #include "app/program_log.hpp"
@@ -69,6 +70,7 @@ int main(int argc, char** argv) {
     ygslam::add_simulate_command(app, exit_code);
     ygslam::add_inspect_command(app, exit_code);
     ygslam::add_map_command(app, exit_code);
+    ygslam::add_export_command(app, exit_code);
     ygslam::add_render_command(app, exit_code);
     ygslam::add_config_command(app);
     refuse_empty_values(app);

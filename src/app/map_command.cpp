@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,7 @@
 #include "map/map_bytes.hpp"
 #include "map_file/map_file.hpp"
 #include "map_file/open_map.hpp"
+#include "system/dense_file.hpp"
 #include "system/map_merge.hpp"
 #include "system/run_writer.hpp"
 #include "system/slam_config.hpp"
@@ -32,6 +34,16 @@ struct MapOptions {
   bool same_place = false;  ///< the user says so
   bool json = false;
 };
+
+/// What lies beside the map; nothing without a file.
+Result<std::optional<DenseFileInfo>> dense_info(const MapOptions& options) {
+  const auto file = dense_file_of(options.file);
+  std::error_code code;
+  if (!std::filesystem::exists(file, code)) return std::optional<DenseFileInfo>{};
+  const auto info = read_dense_info(file);
+  if (!info.ok()) return info.error();
+  return std::optional<DenseFileInfo>(*info);
+}
 
 nlohmann::ordered_json json_of(const MapFileInfo& info) {
   nlohmann::ordered_json json;
@@ -55,8 +67,12 @@ nlohmann::ordered_json json_of(const MapFileInfo& info) {
 Result<int> show(const MapOptions& options) {
   const auto info = read_map_info(options.file);
   if (!info) return info.error();
+  const auto dense = dense_info(options);
+  if (!dense.ok()) return dense.error();
   if (options.json) {
-    std::printf("%s\n", json_of(*info).dump(2).c_str());
+    nlohmann::ordered_json json = json_of(*info);
+    if (*dense) json["dense"] = {{"views", (*dense)->views}, {"bytes", (*dense)->bytes}};
+    std::printf("%s\n", json.dump(2).c_str());
     return 0;
   }
   const CameraConfig& c = info->camera;
@@ -76,6 +92,10 @@ Result<int> show(const MapOptions& options) {
               static_cast<unsigned long long>(info->generation), info->created.c_str(),
               info->program_version.c_str());
   std::printf("uuid          %s\n", info->uuid.c_str());
+  if (*dense)
+    std::printf("dense map     %llu views, %.1f MB beside it\n",
+                static_cast<unsigned long long>((*dense)->views),
+                static_cast<double>((*dense)->bytes) * 1e-6);
   return 0;
 }
 
@@ -89,6 +109,11 @@ void print_faults(const MapCheck& check) {
 Result<int> check(const MapOptions& options) {
   const auto checked = check_map(options.file);
   if (!checked) return checked.error();
+  std::error_code code;
+  if (const auto file = dense_file_of(options.file); std::filesystem::exists(file, code)) {
+    const auto views = load_dense_views(file, Camera(checked->info.camera));
+    if (!views.ok()) return views.error();
+  }
   if (checked->faults_in_all == 0) {
     std::printf("%s: whole: %llu keyframes, %llu landmarks\n", options.file.c_str(),
                 static_cast<unsigned long long>(checked->info.keyframes),

@@ -1,6 +1,7 @@
 #include "app/render_command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -8,8 +9,10 @@
 #include <optional>
 
 #include "app/scene_input.hpp"
+#include "app/stop_signal.hpp"
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
+#include "io/avi_file.hpp"
 #include "io/image_file.hpp"
 #include "io/trajectory_formats.hpp"
 #include "scene_picture/annotate.hpp"
@@ -18,11 +21,12 @@ namespace ygslam {
 namespace {
 
 struct RenderArguments {
-  std::string scene, other, out, path;
+  std::string scene, other, out, video, path;
   std::string by = "colour", size = "1280x960";
   std::string from, look_at, up;
   std::optional<double> cut_m;
   double point_m = PictureStyle{}.point_m;
+  int frames_per_s = 15;
   bool boxes = false;
 };
 
@@ -31,10 +35,14 @@ struct Job {
   int width = 0, height = 0;
   std::optional<Vec3> from, look_at, up;
   PictureStyle style;
-  std::vector<Vec3> path_world;
+  std::vector<StampedPose> path;
 };
 
 constexpr int kLargestSide_px = 16384;
+constexpr int kLargestVideoSide_px = 4096;
+constexpr double kTurn_s = 8;  // that a video takes to go around the scene
+constexpr double kTau = 6.283185307179586;
+constexpr double kFocal = 0.86;  // of the width: 60 degrees from side to side
 constexpr Rgb8 kPathColour{220, 30, 30};
 
 Error bad_option(const std::string& what) { return {ErrorKind::kUsage, what}; }
@@ -77,7 +85,13 @@ Result<Job> read_job(const RenderArguments& a) {
   if (std::sscanf(a.size.c_str(), "%dx%d%c", &job.width, &job.height, &rest) != 2 ||
       job.width < 16 || job.height < 16 || std::max(job.width, job.height) > kLargestSide_px)
     return bad_option("--size wants WIDTHxHEIGHT, 16 to 16384 each, not '" + a.size + "'");
-  if (!a.out.ends_with(".png")) return bad_option("--out " + a.out + ": the name must end in .png");
+  if (a.out.empty() && a.video.empty()) return bad_option("one of --out and --video is required");
+  if (!a.out.empty() && !a.out.ends_with(".png"))
+    return bad_option("--out " + a.out + ": the name must end in .png");
+  if (!a.video.empty() && !a.video.ends_with(".avi"))
+    return bad_option("--video " + a.video + ": the name must end in .avi");
+  if (!a.video.empty() && std::max(job.width, job.height) > kLargestVideoSide_px)
+    return bad_option("--size " + a.size + ": a video has at most 4096 pixels a side");
   if (Status places = read_places(a, job); !places.ok()) return places.error();
   job.style.colour = colour_by(a.by);
   job.style.point_m = a.point_m;
@@ -85,8 +99,9 @@ Result<Job> read_job(const RenderArguments& a) {
   if (!a.path.empty()) {
     const auto trajectory = read_trajectory(a.path);
     if (!trajectory.ok()) return trajectory.error();
-    for (const StampedPose& pose : trajectory->poses)
-      job.path_world.push_back(pose.T_world_camera.t());
+    job.path = trajectory->poses;
+    if (!a.video.empty() && job.path.empty())
+      return Error{ErrorKind::kInput, a.path + ": no pose to look from"};
   }
   return job;
 }
@@ -102,56 +117,145 @@ Result<SceneInput> read_scene(const std::string& path, const Job& job) {
   return scene;
 }
 
-Viewpoint viewpoint_of(const Job& job, const SceneInput& scene) {
+std::vector<Vec3> places(const std::vector<StampedPose>& path) {
+  std::vector<Vec3> places_world;
+  for (const StampedPose& pose : path) places_world.push_back(pose.T_world_camera.t());
+  return places_world;
+}
+
+/// @param turn_rad of a view from above, about up.
+Viewpoint viewpoint_of(const Job& job, const SceneInput& scene, double turn_rad) {
   if (!job.from) {
     Overview options;
     options.width = job.width;
     options.height = job.height;
     if (std::isfinite(job.style.cut_above_m)) options.cut_above_m = job.style.cut_above_m;
-    options.also_world = job.path_world;
+    options.also_world = places(job.path);
+    options.azimuth_rad += turn_rad;
     return overview(scene.mesh.vertices, scene.gravity, options);
   }
   Viewpoint view;
   view.width = job.width;
   view.height = job.height;
-  view.focal_px = 0.86 * job.width;  // 60 degrees from side to side
+  view.focal_px = kFocal * job.width;
   view.T_camera_world = look_at(*job.from, *job.look_at, scene.gravity.up_world);
   return view;
 }
 
-ColourImage draw(const Job& job, const SceneInput& scene, const Viewpoint& view, bool boxes) {
+/// What a camera sees at every frame of a video: along the path at the pace of its stamps, or,
+/// without one, once around the scene.
+std::vector<Viewpoint> video_viewpoints(const Job& job, const SceneInput& scene, int frames_per_s) {
+  std::vector<Viewpoint> views;
+  if (job.path.empty()) {
+    const int count = static_cast<int>(kTurn_s * frames_per_s);
+    for (int i = 0; i < count; ++i) views.push_back(viewpoint_of(job, scene, kTau * i / count));
+    return views;
+  }
+  Timestamp due = job.path.front().stamp;
+  for (const StampedPose& pose : job.path) {
+    if (pose.stamp < due) continue;
+    views.push_back(
+        {job.width, job.height, kFocal * job.width, pose.T_world_camera.inverse().normalized()});
+    while (!(pose.stamp < due)) due.ns += 1'000'000'000 / frames_per_s;
+  }
+  return views;
+}
+
+ScenePicture draw(const Job& job, const SceneInput& scene, const Viewpoint& view, bool boxes) {
   const bool is_cloud = scene.mesh.triangles.empty();
   ScenePicture picture =
       is_cloud ? draw_points(scene.mesh.vertices, view, scene.gravity, job.style, scene.objects)
                : draw_mesh(scene.mesh, view, scene.gravity, job.style, scene.objects);
   if (boxes) draw_boxes(picture.image, scene.objects, view);
-  draw_path(picture.image, job.path_world, view, kPathColour);
-  return with_legend(picture);
+  return picture;
+}
+
+/// One scene, or two of them beside each other from the same viewpoint.
+class Picture {
+ public:
+  static Result<Picture> open(const RenderArguments& a, const Job& job) {
+    Picture picture(a, job);
+    for (const std::string& path : {a.scene, a.other}) {
+      if (path.empty()) continue;
+      auto scene = read_scene(path, job);
+      if (!scene.ok()) return scene.error();
+      picture.scenes_.push_back(std::move(*scene));
+    }
+    picture.scenes_.back().gravity = picture.scenes_.front().gravity;  // one light, one cut
+    return picture;
+  }
+  [[nodiscard]] const SceneInput& scene() const { return scenes_.front(); }
+  /// @param path to be drawn; may be empty.
+  [[nodiscard]] ColourImage draw(const Viewpoint& view, std::span<const Vec3> path_world) const {
+    std::vector<ColourImage> images;
+    for (const SceneInput& scene : scenes_) {
+      ScenePicture picture = ygslam::draw(job_, scene, view, arguments_.boxes);
+      draw_path(picture.image, path_world, view, kPathColour);
+      images.push_back(with_legend(picture));
+    }
+    if (images.size() == 1) return images.front();
+    return side_by_side(std::array{CaptionedImage{&images[0], arguments_.scene},
+                                   CaptionedImage{&images[1], arguments_.other}});
+  }
+
+ private:
+  Picture(const RenderArguments& a, const Job& job) : arguments_(a), job_(job) {}
+  const RenderArguments& arguments_;
+  const Job& job_;
+  std::vector<SceneInput> scenes_;
+};
+
+/// On white of that size, for legends are as wide as what is in sight.
+ColourImage fitted(const ColourImage& image, ImageSize size) {
+  ColourImage result(size.width, size.height, {255, 255, 255});
+  for (int v = 0; v < std::min(size.height, image.height()); ++v)
+    std::copy_n(image.row(v), std::min(size.width, image.width()), result.row(v));
+  return result;
+}
+
+Status write_video(const RenderArguments& a, const Job& job, const Picture& picture) {
+  std::optional<AviFile> video;
+  ImageSize size;
+  for (const Viewpoint& view : video_viewpoints(job, picture.scene(), a.frames_per_s)) {
+    if (StopSignal::received() != 0)
+      return Error{ErrorKind::kOutput, a.video + ": interrupted, not written"};
+    const ColourImage image = picture.draw(view, {});
+    if (!video) {
+      size = {image.width() + image.width() % 2, image.height() + image.height() % 2};
+      video.emplace(size, a.frames_per_s);
+    }
+    if (Status added = video->add(encode_jpeg(fitted(image, size))); !added.ok()) return added;
+  }
+  return write_file_atomically(a.video, video->bytes());
 }
 
 Status render(const RenderArguments& a) {
   const auto job = read_job(a);
   if (!job.ok()) return job.error();
-  const auto scene = read_scene(a.scene, *job);
-  if (!scene.ok()) return scene.error();
-  const Viewpoint view = viewpoint_of(*job, *scene);
-  ColourImage image = draw(*job, *scene, view, a.boxes);
-  if (!a.other.empty()) {
-    auto other = read_scene(a.other, *job);
-    if (!other.ok()) return other.error();
-    other->gravity = scene->gravity;  // one light, one cut
-    const ColourImage beside = draw(*job, *other, view, a.boxes);
-    image =
-        side_by_side(std::array{CaptionedImage{&image, a.scene}, CaptionedImage{&beside, a.other}});
+  const auto picture = Picture::open(a, *job);
+  if (!picture.ok()) return picture.error();
+  Status written = Ok{};
+  if (!a.out.empty()) {
+    const ColourImage image =
+        picture->draw(viewpoint_of(*job, picture->scene(), 0), places(job->path));
+    written = write_file_atomically(a.out, encode_png(image, 9));
   }
-  return write_file_atomically(a.out, encode_png(image, 9));
+  if (written.ok() && !a.video.empty()) written = write_video(a, *job, *picture);
+  return written;
 }
 
 void declare_options(CLI::App& command, RenderArguments& a) {
   command.add_option("scene", a.scene, "mesh.ply, cloud.ply or map.ply, or the folder it lies in")
       ->required()
       ->type_name("FILE|DIR");
-  command.add_option("--out", a.out, "The picture")->required()->type_name("FILE.png");
+  command.add_option("--out", a.out, "The picture")->type_name("FILE.png");
+  command
+      .add_option("--video", a.video,
+                  "A video along --path as its camera saw, or once around the scene")
+      ->type_name("FILE.avi");
+  command.add_option("--fps", a.frames_per_s, "Images of the video a second")
+      ->check(CLI::Range(1, 60))
+      ->capture_default_str();
   command
       .add_option(
           "--by", a.by,
@@ -163,7 +267,10 @@ void declare_options(CLI::App& command, RenderArguments& a) {
   command
       .add_option("--side-by-side", a.other, "A second scene beside it, from the same viewpoint")
       ->type_name("FILE|DIR");
-  command.add_option("--path", a.path, "Draw the way of a camera (trajectory.txt of the same run)")
+  command
+      .add_option("--path", a.path,
+                  "The way of a camera (trajectory.txt of the same run): drawn into the picture, "
+                  "followed by the video")
       ->type_name("FILE");
   command.add_flag("--boxes", a.boxes, "Draw the boxes and names of objects.json");
   command.add_option("--from", a.from, "Place of the eye in the file's frame [m]")
@@ -197,6 +304,7 @@ constexpr const char* kRenderFooter =
     "  ygslam render scene --by class --out classes.png          # with a legend\n"
     "  ygslam render scene --by object --boxes --cut 2 --out things.png\n"
     "  ygslam render scene --path out/trajectory.txt --out way.png\n"
+    "  ygslam render scene --path out/trajectory.txt --size 640x480 --video tour.avi\n"
     "  ygslam render out/map.ply --point 0.04 --by height --out landmarks.png\n"
     "  ygslam render clean --side-by-side raw --from 0,-1,-1 --look-at 0,0,3 --out fig9.png\n"
     "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used, 9 picture not written.";
@@ -205,14 +313,16 @@ constexpr const char* kRenderFooter =
 
 void add_render_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<RenderArguments>();
-  CLI::App* command = app.add_subcommand("render", "Draw a mesh or a cloud into a PNG");
+  CLI::App* command = app.add_subcommand("render", "Draw a mesh or a cloud: a PNG or a video");
   declare_options(*command, *arguments);
   command->footer(kRenderFooter);
   command->callback([arguments, &exit_code] {
+    const StopSignal signal;
     const Status done = render(*arguments);
     if (done.ok()) return;
     log::error("{}", done.error().message);
-    exit_code = static_cast<int>(done.error().kind);
+    const int stopped_by = StopSignal::received();
+    exit_code = stopped_by != 0 ? 128 + stopped_by : static_cast<int>(done.error().kind);
   });
 }
 

@@ -4,19 +4,22 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "app/background_files.hpp"
 #include "app/debug_images.hpp"
 #include "app/exit_code.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
+#include "app/recording_check.hpp"
 #include "app/run_options.hpp"
+#include "app/scene_output.hpp"
 #include "app/stop_signal.hpp"
 #include "core/statistics.hpp"
 #include "eval/report.hpp"
-#include "geometry/rolling_shutter.hpp"
 #include "io/atomic_file.hpp"
 #include "live/run_recorder.hpp"
 #include "live/run_view.hpp"
-#include "scene_file/export_scene.hpp"
+#include "segment/movable.hpp"
+#include "system/dense_file.hpp"
 #include "system/map_saver.hpp"
 #include "system/metrics.hpp"
 #include "system/run_writer.hpp"
@@ -24,41 +27,13 @@
 namespace ygslam {
 namespace {
 
-// A wrong depth scale or camera shows in the depth itself: a room's median lies between these, and
-// something in view is farther than the last. Over the recordings the bounds were tried on, medians
-// are 0.9 to 3.5 m and the 99th percentile at least 1.6 m; at a fifth of the scale that is at most
-// 1.3 m, at five times the scale the median of what stays in range is at least 4.7 m.
-constexpr float kNearestMedian_m = 0.5F, kFarthestMedian_m = 4.3F, kNearestFar_m = 1.4F;
-constexpr double kLeastValidShare = 0.1;
-
-void warn_about_depth(const RgbdFrame& frame) {
-  std::vector<float> depths;
-  for (const float d : frame.depth_m) {
-    if (d > 0) depths.push_back(d);
-  }
-  const double valid =
-      static_cast<double>(depths.size()) / static_cast<double>(frame.depth_m.size());
-  if (depths.empty()) {
-    log::warn("the first frame has no depth in range: is depth_scale right?");
-    return;
-  }
-  const float median_m = quantile(depths, 0.5);
-  const float far_m = quantile(depths, 0.99);
-  if (median_m < kNearestMedian_m || median_m > kFarthestMedian_m || far_m < kNearestFar_m ||
-      valid < kLeastValidShare) {
-    log::warn(
-        "the first frame's depth looks odd (median {:.2f} m, nearly all within {:.2f} m, {:.0f} % "
-        "of the pixels in range): is depth_scale right?",
-        median_m, far_m, 100 * valid);
-  }
-}
-
 struct Run {
   RunOptions options;
   SlamConfig config;
   Sequence sequence;
   std::unique_ptr<FrameReader> reader;
   std::unique_ptr<MapSaver> map_saver;  // the session's map goes to it
+  SessionOptions session_options;
   Session session;
   std::optional<FrameFiles> files;
   std::unique_ptr<RunView> view;
@@ -82,7 +57,7 @@ Status prepare(Run& run) {
   const RunOptions& o = run.options;
   Status settings = load_settings(o, run.config);
   if (!settings.ok()) return settings;
-  SessionOptions session;
+  SessionOptions& session = run.session_options;
   Status segmenter = parse_segmenter(o, session);
   if (!segmenter.ok()) return segmenter;
   auto sequence = open_sequence(o);
@@ -98,14 +73,14 @@ Status prepare(Run& run) {
   session.load_map = o.load_map;
   session.localize_only = o.localize;
   if (!o.save_map.empty()) session.map_sink = [&run](const Map& map) { run.map_saver->look(map); };
-  auto opened = open_session(std::move(session));
+  auto opened = open_session(session);
   if (!opened.ok()) return opened.error();
   run.session = std::move(opened).value();
   for (const std::string& warning : run.sequence.warnings) log::warn("{}", warning);
   return Ok{};
 }
 
-void start_reader(Run& run) {
+FrameReaderConfig reader_config(const Run& run) {
   const RunOptions& o = run.options;
   FrameReaderConfig config;
   config.from = o.from;
@@ -113,7 +88,7 @@ void start_reader(Run& run) {
   config.stride = o.stride;
   config.realtime = o.realtime;
   config.depth = run.config.depth;
-  run.reader = std::make_unique<FrameReader>(run.sequence, config);
+  return config;
 }
 
 Result<std::unique_ptr<RunView>> start_view(const Run& run) {
@@ -248,13 +223,6 @@ void add_truth(const Run& run, std::span<const StampedPose> trajectory,
     std::printf("ATE RMSE %.4f m over %zu poses\n", report->ate_m.rmse, report->pairs);
 }
 
-Status write_scene(const std::filesystem::path& folder, const StaticScene& scene) {
-  if (scene.mesh.triangles.empty())
-    log::warn("{}: nothing of the static scene was seen, its files are empty", folder.string());
-  return export_scene(
-      folder, {scene.mesh.vertices, scene.mesh, scene.space, scene.objects, scene.gravity, {}});
-}
-
 Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const std::filesystem::path out = run.options.out_dir;
   const Map map = run.session.runner->map();
@@ -300,17 +268,42 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   return written.ok() ? saved : written;
 }
 
-void log_shutter(const Sequence& sequence) {
-  const CameraConfig& camera = sequence.camera;
-  if (!shutter_times(camera).is_global()) {
-    log::info("shutter from {}: colour is read in {} ms, depth in {} ms, {} ms later",
-              sequence.shutter_source, camera.colour_readout_ms, camera.depth_readout_ms,
-              camera.depth_delay_ms);
-  } else if (!camera.shutter_known) {
-    log::info(
-        "shutter unknown, taken as global: `camera NAME` or colour_readout_ms and "
-        "depth_readout_ms in the camera file tell of another (docs/camera.md)");
-  }
+/// Beside the map that has the poses.
+Status save_dense_map(Run& run) {
+  if (!run.map_saver || !run.config.dense.enabled) return Ok{};
+  std::vector<SavedView> views;
+  run.session.runner->inspect_dense([&](DenseMap& dense) { views = dense.saved(); });
+  return save_dense_views(dense_file_of(run.options.save_map), *run.session.camera, views);
+}
+
+/// The recording once more, with the final map.
+Status write_background(Run& run) {
+  const auto trajectory = run.files->trajectory();
+  if (!trajectory.ok()) return trajectory.error();
+  run.session_options.may_fork = false;  // what was read once can be read again
+  const auto segmenter = open_segmenter(run.session_options);
+  if (!segmenter.ok()) return segmenter.error();
+  const auto config = resolved(run.config);
+  if (!config.ok()) return config.error();
+  const auto excluded = with_living_classes(config->dynamic.masks.mask.movable_classes);
+  FrameReaderConfig reader = reader_config(run);
+  reader.realtime = false;
+  const Map map = run.session.runner->map();
+  Result<BackgroundSummary> done = Error{ErrorKind::kOutput, ""};
+  run.session.runner->inspect_dense([&](DenseMap& dense) {
+    done = write_background(run.options.background_dir,
+                            {run.sequence, reader, *trajectory, map, *run.session.camera,
+                             segmenter->get(), excluded, is_quiet()},
+                            dense);
+  });
+  if (!done.ok()) return done.error();
+  run.interrupted_by = done->interrupted_by;
+  log::info(
+      "{}: {} frames; of their pixels {:.1f} % from other views, {:.1f} % from the map, {:.1f} % "
+      "never seen; {:.1f} ms a frame (median CPU time)",
+      run.options.background_dir, done->frames, 100 * done->from_views, 100 * done->from_map,
+      100 * done->never_seen, done->draw_cpu_ms.percentile(0.5));
+  return Ok{};
 }
 
 Result<int> run_all(Run& run) {
@@ -320,13 +313,14 @@ Result<int> run_all(Run& run) {
   if (!prepared.ok()) return prepared.error();
   Status writable = ensure_writable_directory(o.out_dir);
   if (!writable.ok()) return writable.error();
-  if (!o.export_dir.empty()) writable = ensure_writable_directory(o.export_dir);
+  for (const std::string& folder : {o.export_dir, o.background_dir})
+    if (!folder.empty() && writable.ok()) writable = ensure_writable_directory(folder);
   if (!writable.ok()) return writable.error();
   auto lock = OutputLock::acquire(o.out_dir);
   if (!lock.ok()) return lock.error();
   auto log_file = LogFile::open(std::filesystem::path(o.out_dir) / "log.txt");
   if (!log_file.ok()) return log_file.error();
-  start_reader(run);
+  run.reader = std::make_unique<FrameReader>(run.sequence, reader_config(run));
   run.facts.mode = mode_name(run.config.dynamic.mode);
   run.facts.segmenter = run.session.segmenter;
   run.facts.precision = run.session.precision;
@@ -344,9 +338,12 @@ Result<int> run_all(Run& run) {
   run.facts.wall_s = wall.wall_ms() / 1000;
   if (outcome.statistics.frames > 0) {
     Status written = write_outputs(run, outcome);
+    if (written.ok()) written = save_dense_map(run);
     if (!written.ok()) return written.error();
   }
   if (!processed.ok()) return processed.error();
+  if (!o.background_dir.empty() && outcome.statistics.frames > 0 && !run.interrupted_by)
+    if (Status drawn = write_background(run); !drawn.ok()) return drawn.error();
   if (run.view && o.view_stay) {
     run.view->finish(*run.session.runner);
     log::info("the page stays until it is interrupted (Ctrl-C)");
@@ -368,106 +365,6 @@ Result<int> run_and_tidy(Run& run) {
   auto result = run_all(run);
   if (is_new && !code) std::filesystem::remove(run.options.out_dir, code);  // if it is empty
   return result;
-}
-
-void add_run_options(CLI::App& command, RunOptions& o) {
-  command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
-  command
-      .add_option("--dynamic", o.dynamic_mode,
-                  "off: everything is static; geometry: epipolar check; semantic: masks; "
-                  "full: both (default)")
-      ->type_name("off|geometry|semantic|full");
-  // Of an unsigned number CLI11 takes "-1" as the largest one.
-  command.add_option("--from", o.from, "First pair")->check(CLI::NonNegativeNumber)->type_name("N");
-  command.add_option("--to", o.to, "One past the last pair")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("N");
-  command.add_option("--stride", o.stride, "Every n-th pair")
-      ->check(CLI::Range(1, 1000000))
-      ->type_name("N");
-  command.add_flag("--realtime", o.realtime, "Feed frames at their stamps, drop when late");
-  command
-      .add_flag("--deterministic", o.deterministic,
-                "One schedule: same input, same bytes (masks come 2 frames late)")
-      ->excludes("--realtime");
-  command.add_option("--debug-images", o.debug_dir, "Draw masks and labelled points here")
-      ->type_name("DIR");
-  command.add_option("--debug-every", o.debug_every, "Draw every n-th frame")
-      ->check(CLI::Range(1, 1000000))
-      ->type_name("N");
-}
-
-void declare_options(CLI::App& command, RunOptions& o) {
-  add_input_options(command, o);
-  command.add_option("--load-map", o.load_map, "Go on with the map of an earlier run")
-      ->type_name("FILE");
-  command
-      .add_option("--save-map", o.save_map,
-                  "Keep the map in this file while it grows (see docs/maps.md)")
-      ->type_name("FILE");
-  CLI::Option* view =
-      command
-          .add_option("--view", o.view,
-                      "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
-          ->expected(0, 1)
-          ->default_str("")
-          ->type_name("[[ADDRESS:]PORT]");
-  command
-      .add_flag("--view-paused", o.view_paused, "Wait before the first frame for Resume or Step")
-      ->needs(view);
-  command.add_flag("--view-stay", o.view_stay, "Keep the page after the end, until Ctrl-C")
-      ->needs(view);
-  command
-      .add_option("--view-token", o.view_token,
-                  "Whoever knows it may drive the run; needed to look on from other machines "
-                  "(default: a new one)")
-      ->needs(view)
-      ->type_name("TEXT");
-  command
-      .add_option("--view-origin", o.view_origins,
-                  "Page of another program that may connect, e.g. https://app.example.org")
-      ->needs(view)
-      ->type_name("ORIGIN");
-  command
-      .add_option("--mcap", o.mcap,
-                  "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)")
-      ->type_name("FILE");
-  command
-      .add_option(
-          "--export", o.export_dir,
-          "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)")
-      ->type_name("DIR");
-  add_run_options(command, o);
-  command.footer(
-      "Examples:\n"
-      "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
-      "  ygslam run SEQ --out out --dynamic geometry          # no network needed\n"
-      "  ygslam run SEQ --out out --segmenter masks:SEQ/mask  # recorded masks\n"
-      "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, "
-      "objects.csv,\n"
-      "loops.csv, map.ply, metrics.json, config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 "
-      "settings "
-      "or "
-      "camera, 4 input, 5 model, 6 map file,\n"
-      "7 lost for more than run.max_lost_share, 9 output not written, 130/143 interrupted "
-      "(saved).");
-}
-
-void declare_localize_options(CLI::App& command, RunOptions& o) {
-  add_input_options(command, o);
-  command.add_option("--map", o.load_map, "Map of an earlier run (--save-map); stays as it is")
-      ->required()
-      ->type_name("FILE");
-  add_run_options(command, o);
-  command.footer(
-      "Example:\n"
-      "  ygslam run MONDAY --out mapped --save-map office.ygmap --model yolov8n-seg.onnx\n"
-      "  ygslam localize TUESDAY --map office.ygmap --out localized --model yolov8n-seg.onnx\n"
-      "Poses are in the frame of the map. Until the place is recognised frames are lost.\n"
-      "Writes trajectory.txt, trajectory_live.txt, frames.csv, objects.csv, loops.csv, "
-      "metrics.json,\nconfig.yaml, log.txt. Exit codes as of run; 6 where the map is damaged, "
-      "empty or of "
-      "another camera.");
 }
 
 void run_and_exit(const RunOptions& options, int& exit_code) {
@@ -492,7 +389,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<RunOptions>();
   CLI::App* command =
       app.add_subcommand("run", "Track the camera through a recording and map what stands still");
-  declare_options(*command, *options);
+  declare_run_options(*command, *options);
   command->callback([options, &exit_code] { run_and_exit(*options, exit_code); });
 }
 

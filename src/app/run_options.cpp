@@ -9,6 +9,36 @@
 #include "system/camera_yaml.hpp"
 
 namespace ygslam {
+namespace {
+
+void add_run_options(CLI::App& command, RunOptions& o) {
+  command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
+  command
+      .add_option("--dynamic", o.dynamic_mode,
+                  "off: everything is static; geometry: epipolar check; semantic: masks; "
+                  "full: both (default)")
+      ->type_name("off|geometry|semantic|full");
+  // Of an unsigned number CLI11 takes "-1" as the largest one.
+  command.add_option("--from", o.from, "First pair")->check(CLI::NonNegativeNumber)->type_name("N");
+  command.add_option("--to", o.to, "One past the last pair")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+  command.add_option("--stride", o.stride, "Every n-th pair")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N");
+  command.add_flag("--realtime", o.realtime, "Feed frames at their stamps, drop when late");
+  command
+      .add_flag("--deterministic", o.deterministic,
+                "One schedule: same input, same bytes (masks come 2 frames late)")
+      ->excludes("--realtime");
+  command.add_option("--debug-images", o.debug_dir, "Draw masks and labelled points here")
+      ->type_name("DIR");
+  command.add_option("--debug-every", o.debug_every, "Draw every n-th frame")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N");
+}
+
+}  // namespace
 
 void add_input_options(CLI::App& command, RunOptions& o) {
   command.add_option("SEQUENCE", o.sequence, "Folder of images or bag (docs/inputs.md)")
@@ -31,6 +61,84 @@ void add_input_options(CLI::App& command, RunOptions& o) {
   command.add_option("--seed", o.seed, "Start of all random sequences")
       ->check(CLI::Range(0.0, 9007199254740992.0))
       ->type_name("N");
+}
+
+void declare_run_options(CLI::App& command, RunOptions& o) {
+  add_input_options(command, o);
+  command.add_option("--load-map", o.load_map, "Go on with the map of an earlier run")
+      ->type_name("FILE");
+  command
+      .add_option("--save-map", o.save_map,
+                  "Keep the map in this file while it grows (see docs/maps.md)")
+      ->type_name("FILE");
+  CLI::Option* view =
+      command
+          .add_option("--view", o.view,
+                      "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
+          ->expected(0, 1)
+          ->default_str("")
+          ->type_name("[[ADDRESS:]PORT]");
+  command
+      .add_flag("--view-paused", o.view_paused, "Wait before the first frame for Resume or Step")
+      ->needs(view);
+  command.add_flag("--view-stay", o.view_stay, "Keep the page after the end, until Ctrl-C")
+      ->needs(view);
+  command
+      .add_option("--view-token", o.view_token,
+                  "Whoever knows it may drive the run; needed to look on from other machines "
+                  "(default: a new one)")
+      ->needs(view)
+      ->type_name("TEXT");
+  command
+      .add_option("--view-origin", o.view_origins,
+                  "Page of another program that may connect, e.g. https://app.example.org")
+      ->needs(view)
+      ->type_name("ORIGIN");
+  command
+      .add_option("--mcap", o.mcap,
+                  "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)")
+      ->type_name("FILE");
+  command
+      .add_option(
+          "--export", o.export_dir,
+          "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)")
+      ->type_name("DIR");
+  command
+      .add_option("--background", o.background_dir,
+                  "After the run, write the recording here once more without what moves in it "
+                  "(docs/dense-map.md)")
+      ->type_name("DIR");
+  add_run_options(command, o);
+  command.footer(
+      "Examples:\n"
+      "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
+      "  ygslam run SEQ --out out --dynamic geometry          # no network needed\n"
+      "  ygslam run SEQ --out out --segmenter masks:SEQ/mask  # recorded masks\n"
+      "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, "
+      "objects.csv,\n"
+      "loops.csv, map.ply, metrics.json, config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 "
+      "settings "
+      "or "
+      "camera, 4 input, 5 model, 6 map file,\n"
+      "7 lost for more than run.max_lost_share, 9 output not written, 130/143 interrupted "
+      "(saved).");
+}
+
+void declare_localize_options(CLI::App& command, RunOptions& o) {
+  add_input_options(command, o);
+  command.add_option("--map", o.load_map, "Map of an earlier run (--save-map); stays as it is")
+      ->required()
+      ->type_name("FILE");
+  add_run_options(command, o);
+  command.footer(
+      "Example:\n"
+      "  ygslam run MONDAY --out mapped --save-map office.ygmap --model yolov8n-seg.onnx\n"
+      "  ygslam localize TUESDAY --map office.ygmap --out localized --model yolov8n-seg.onnx\n"
+      "Poses are in the frame of the map. Until the place is recognised frames are lost.\n"
+      "Writes trajectory.txt, trajectory_live.txt, frames.csv, objects.csv, loops.csv, "
+      "metrics.json,\nconfig.yaml, log.txt. Exit codes as of run; 6 where the map is damaged, "
+      "empty or of "
+      "another camera.");
 }
 
 Status load_settings(const RunOptions& options, SlamConfig& config) {

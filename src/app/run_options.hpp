@@ -22,7 +22,7 @@ struct RunOptions {
   std::string model, segmenter = "model", dynamic_mode;
   std::string camera_file, config_file, debug_dir;
   BagTopics topics;  ///< where the sequence is a bag
-  std::string load_map, save_map, export_dir;
+  std::string load_map, save_map, export_dir, background_dir;
   std::string mcap;                   ///< empty = none
   std::optional<std::string> view{};  ///< where the live page listens; none = nowhere
   bool view_paused = false;           ///< before the first frame
@@ -39,6 +39,11 @@ struct RunOptions {
 
 /// SEQUENCE, where masks come from, camera, settings and seed.
 void add_input_options(CLI::App& command, RunOptions& options);
+
+/// All of `ygslam run`, with its last words.
+void declare_run_options(CLI::App& command, RunOptions& options);
+/// All of `ygslam localize`.
+void declare_localize_options(CLI::App& command, RunOptions& options);
 
 /// Settings from defaults, --config, --set and the options, in this order. @return all their faults
 /// at once (kConfig), or kUsage for --dynamic.

@@ -85,10 +85,14 @@ void DenseMap::apply(const DenseUpdate& update) {
       things[i].is_moving = moving[i];
     }
     exclude_objects(view, is_gone, config_.margin_px);
-    contributions_.emplace(
-        keyframe.id,
-        Contribution{
-            StoredView(view), std::move(things), keyframe.frame->stamp, {}, {}, {}, {}, {}});
+    contributions_.emplace(keyframe.id, Contribution{std::make_shared<const StoredView>(view),
+                                                     std::move(things),
+                                                     keyframe.frame->stamp,
+                                                     {},
+                                                     {},
+                                                     {},
+                                                     {},
+                                                     {}});
   }
   for (const KeyframeId id : update.removed) {
     const auto gone = contributions_.find(id);
@@ -103,13 +107,29 @@ void DenseMap::apply(const DenseUpdate& update) {
   }
 }
 
+void DenseMap::restore(const std::vector<SavedView>& views) {
+  if (!config_.enabled) return;
+  for (const SavedView& saved : views)
+    contributions_.emplace(saved.id,
+                           Contribution{saved.view, saved.things, saved.stamp, {}, {}, {}, {}, {}});
+}
+
+std::vector<SavedView> DenseMap::saved() const {
+  std::vector<SavedView> views;
+  for (const auto& [id, contribution] : contributions_) {
+    if (!contribution.wanted) continue;
+    views.push_back({id, contribution.stamp, contribution.things, contribution.view});
+  }
+  return views;
+}
+
 bool DenseMap::Contribution::is_up_to_date() const {
   return same(wanted, fused) && (!fused || wanted_state == fused_state);
 }
 
 DepthView DenseMap::view_of(const Contribution& contribution, const PixelState& state,
                             const SE3& T_world_camera) const {
-  DepthView view = contribution.view.restored();
+  DepthView view = contribution.view->restored();
   apply_state(state, T_world_camera, config_.margin_px, config_.objects.cell_m, view);
   return view;
 }
@@ -150,7 +170,7 @@ void DenseMap::associate(Contribution& now) {
   now.associated = now.wanted;
   std::vector<SceneObjectId> gone;
   if (!objects_.objects().empty())
-    gone = objects_.look(now.view.restored(), *now.wanted, now.stamp);
+    gone = objects_.look(now.view->restored(), *now.wanted, now.stamp);
   now.wanted_state = PixelState{objects_.step(now.things, *now.wanted, now.stamp), {}};
   for (const SceneObjectId id : gone) withdraw(id);
 }
@@ -205,6 +225,14 @@ void DenseMap::finish() {
   for (auto& [id, contribution] : contributions_) bring_up_to_date(contribution);
 }
 
+bool DenseMap::add(const DepthView& view, const SE3& T_world_camera) {
+  if (volume_->views() + 1 >= Volume::kMaxViews) return false;
+  DepthView kept = view;
+  added_.emplace_back(T_world_camera, StoredView(kept));
+  volume_->integrate(kept, T_world_camera);
+  return true;
+}
+
 TriangleMesh DenseMap::mesh() {
   // A scene that fewer keyframes saw than a surface needs is shown all the same.
   const int min_views = std::clamp(volume_->views(), 1, config_.reading.min_views);
@@ -243,10 +271,18 @@ StaticScene DenseMap::scene() {
   return scene;
 }
 
+std::vector<DenseMap::PlacedView> DenseMap::views() const {
+  std::vector<PlacedView> views;
+  for (const auto& [id, contribution] : contributions_)
+    if (contribution.fused) views.push_back({*contribution.fused, contribution.view.get()});
+  for (const auto& [T_world_camera, view] : added_) views.push_back({T_world_camera, &view});
+  return views;
+}
+
 std::size_t DenseMap::memory_bytes() const {
   std::size_t bytes = volume_->memory_bytes() + mesher_->memory_bytes();
   for (const auto& [id, contribution] : contributions_) {
-    bytes += contribution.view.bytes();
+    bytes += contribution.view->bytes();
     for (const ThingView& thing : contribution.things)
       bytes += thing.p_camera.capacity() * sizeof(Eigen::Vector3f);
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -35,6 +36,14 @@ struct DenseKeyframe {
   std::vector<Detection> detections;  ///< of things that stand about; at most kMaxDetections
 };
 
+/// A keyframe's contribution as it is kept on disk; its pose is the map's.
+struct SavedView {
+  KeyframeId id = kNoKeyframe;
+  Timestamp stamp;
+  std::vector<ThingView> things;
+  std::shared_ptr<const StoredView> view;  ///< its objects are numbers of things, from 1
+};
+
 /// What changed since the last one.
 struct DenseUpdate {
   std::vector<DenseKeyframe> added;
@@ -51,23 +60,38 @@ class DenseMap {
   DenseMap(const DenseMapConfig& config, const Camera& camera);
 
   void apply(const DenseUpdate& update);
+  /// Takes over the keyframes of an earlier run; they go in where the next update has their poses.
+  void restore(const std::vector<SavedView>& views);
+  /// Of the keyframes that have a place in the world.
+  [[nodiscard]] std::vector<SavedView> saved() const;
   /// Brings the keyframe up to date that is most out of place, if one is by more than half a voxel
   /// at some distance. @return false if none is.
   bool step();
   /// Brings all of them up to date, however little they moved.
   void finish();
 
+  /// Puts a view in that is no keyframe's, whatever the next finish() does; not for a map that
+  /// goes on. @return false where there are too many already.
+  bool add(const DepthView& view, const SE3& T_world_camera);
+
   /// As of the contributions that are in.
   [[nodiscard]] TriangleMesh mesh();
   [[nodiscard]] std::vector<ColouredPoint> cloud() { return coloured_points(mesh()); }
   [[nodiscard]] StaticScene scene();
   [[nodiscard]] const Volume& volume() const { return *volume_; }
+  [[nodiscard]] const DenseMapConfig& config() const { return config_; }
+  struct PlacedView {
+    SE3 T_world_camera;
+    const StoredView* view;  ///< until the next change
+  };
+  /// Of all that is in.
+  [[nodiscard]] std::vector<PlacedView> views() const;
   /// Of the volume, its mesh and the keyframes' images.
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
   struct Contribution {
-    StoredView view;  // its objects are numbers of detections, from 1
+    std::shared_ptr<const StoredView> view;  // its objects are numbers of detections, from 1
     std::vector<ThingView> things;
     Timestamp stamp;
     std::optional<SE3> wanted;  // T_world_camera; none: it has no place
@@ -94,6 +118,7 @@ class DenseMap {
   DenseMapConfig config_;
   const Camera& camera_;
   std::map<KeyframeId, Contribution> contributions_;
+  std::vector<std::pair<SE3, StoredView>> added_;  // by add()
   ObjectMap objects_;
   std::optional<Volume> volume_;
   std::optional<Mesher> mesher_;

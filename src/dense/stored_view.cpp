@@ -65,6 +65,27 @@ StoredView::StoredView(DepthView& view) : camera_(view.camera), objects_(view.ob
   packed_.shrink_to_fit();
 }
 
+std::optional<StoredView> StoredView::from_parts(const Pinhole& camera,
+                                                 std::vector<SceneObjectId> objects,
+                                                 std::string packed) {
+  const auto pixels = static_cast<unsigned long long>(camera.width) *
+                      static_cast<unsigned long long>(camera.height);
+  if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != kPlanes * pixels)
+    return std::nullopt;
+  std::string raw(kPlanes * pixels, '\0');
+  if (ZSTD_decompress(raw.data(), raw.size(), packed.data(), packed.size()) != raw.size())
+    return std::nullopt;
+  StoredView view;
+  view.camera_ = camera;
+  view.objects_ = std::move(objects);
+  view.packed_ = std::move(packed);
+  for (const std::uint8_t object : view.restored().object)
+    if (object != DepthView::kNothing && object != DepthView::kExcluded &&
+        object > view.objects_.size())
+      return std::nullopt;
+  return view;
+}
+
 DepthView StoredView::restored() const {
   DepthView view;
   view.camera = camera_;

@@ -1,7 +1,9 @@
 // A dense keyframe's images in little memory, for the day its pose is corrected.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "volume/depth_view.hpp"
 
@@ -12,11 +14,19 @@ class StoredView {
  public:
   /// @param view is given the colours that will come back: what is fused is what is kept.
   explicit StoredView(DepthView& view);
+  /// Of what packed() gave. @return nothing where that is no view of this camera, or one of other
+  /// objects.
+  [[nodiscard]] static std::optional<StoredView> from_parts(const Pinhole& camera,
+                                                            std::vector<SceneObjectId> objects,
+                                                            std::string packed);
 
   [[nodiscard]] DepthView restored() const;
   [[nodiscard]] std::size_t bytes() const { return packed_.size(); }
+  [[nodiscard]] const std::vector<SceneObjectId>& objects() const { return objects_; }
+  [[nodiscard]] const std::string& packed() const { return packed_; }
 
  private:
+  StoredView() = default;
   Pinhole camera_;
   std::vector<SceneObjectId> objects_;
   std::string packed_;

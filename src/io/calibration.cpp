@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <set>
 
 #include "io/camera_devices.hpp"
@@ -205,6 +206,35 @@ Result<CameraConfig> read_calibration(const std::filesystem::path& path) {
   const auto text = read_file(path, std::size_t{1} << 20);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
   return parse_calibration(*text, path.string());
+}
+
+std::string format_calibration(const CameraConfig& c) {
+  std::string text;
+  const auto line = [&](const char* key, double value) {
+    std::array<char, 64> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), "%s %.10g\n", key, value);
+    text += buffer.data();
+  };
+  line("fx", c.fx);
+  line("fy", c.fy);
+  line("cx", c.cx);
+  line("cy", c.cy);
+  if (c.is_distorted()) {
+    line("k1", c.k1);
+    line("k2", c.k2);
+    line("p1", c.p1);
+    line("p2", c.p2);
+    line("k3", c.k3);
+  }
+  line("depth_scale", c.depth_scale);
+  if (c.shutter_known) {
+    line("colour_readout_ms", c.colour_readout_ms);
+    line("depth_readout_ms", c.depth_readout_ms);
+    line("depth_delay_ms", c.depth_delay_ms);
+  }
+  line("width", c.width);
+  line("height", c.height);
+  return text;
 }
 
 int calibration_line(std::string_view text, std::string_view key) {

@@ -50,6 +50,9 @@ struct CameraFault {
                                                      const std::string& name);
 [[nodiscard]] Result<CameraConfig> read_calibration(const std::filesystem::path& path);
 
+/// The text of a calibration.txt; parse_calibration() gives the same camera, to ten digits.
+[[nodiscard]] std::string format_calibration(const CameraConfig& camera);
+
 /// The line on which a key stands in a calibration file's text; 0 if nowhere.
 [[nodiscard]] int calibration_line(std::string_view text, std::string_view key);
 

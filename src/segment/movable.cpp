@@ -64,6 +64,12 @@ std::vector<int> living_classes() {
   return classes;
 }
 
+std::vector<int> with_living_classes(std::span<const int> movable) {
+  std::vector<int> classes = living_classes();
+  classes.insert(classes.end(), movable.begin(), movable.end());
+  return classes;
+}
+
 std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
                                           std::span<const int> classes) {
   std::array<std::uint8_t, 256> movable{};

@@ -19,6 +19,9 @@ namespace ygslam {
 /// Persons and animals: what is no part of a room, even where it rests. Ascending.
 [[nodiscard]] std::vector<int> living_classes();
 
+/// The given classes and the living ones: what no dense map holds.
+[[nodiscard]] std::vector<int> with_living_classes(std::span<const int> movable);
+
 /// @return for each instance id whether it is of one of the given classes (0 or 1); id 0 is none.
 [[nodiscard]] std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
                                                         std::span<const int> classes);

@@ -76,6 +76,10 @@ class LiveRunner final : public Runner {
     return scene;
   }
 
+  void inspect_dense(const std::function<void(DenseMap&)>& look) override {
+    map_->inspect_dense(look);
+  }
+
   std::vector<LoopAttempt> loop_attempts() override {
     std::vector<LoopAttempt> attempts;
     map_->inspect([&](const MappingStage& stage) { attempts = stage.loop_attempts(); });
@@ -121,6 +125,7 @@ class LiveRunner final : public Runner {
     map_ = std::make_unique<MapThread>(
         MappingStage(mapping_config_, camera_, map_use_.start.value_or(empty)), camera_,
         mapping_config_.mapper.bundle, config_.dense, map_use_.sink);
+    map_->inspect_dense([this](DenseMap& dense) { dense.restore(map_use_.dense); });
     without_mask_.clear();
     last_frames_.clear();
     last_mask_.reset();

@@ -170,9 +170,7 @@ void MappingStage::integrate(const Waiting& waiting, const Segmentation* masks) 
                          {},
                          {}};
   if (masks) {
-    std::vector<int> excluded = living_classes();
-    const std::vector<int>& movable = config_.mask.movable_classes;
-    excluded.insert(excluded.end(), movable.begin(), movable.end());
+    const std::vector<int> excluded = with_living_classes(config_.mask.movable_classes);
     keyframe.movers = movable_mask(*masks, excluded);
     add_things(*masks, excluded, keyframe);
   }

@@ -46,6 +46,7 @@ class OfflineRunner final : public Runner {
   Map map() override { return mapping_->map(); }
   std::vector<ColouredPoint> cloud() override { return dense_->cloud(); }
   StaticScene scene() override { return dense_->scene(); }
+  void inspect_dense(const std::function<void(DenseMap&)>& look) override { look(*dense_); }
   std::vector<LoopAttempt> loop_attempts() override { return mapping_->loop_attempts(); }
 
   void reset() override {
@@ -56,6 +57,7 @@ class OfflineRunner final : public Runner {
     const Map empty({config_.orb.levels, config_.orb.scale_factor});
     mapping_.emplace(mapping_config_, camera_, map_use_.start.value_or(empty));
     dense_.emplace(config_.dense, camera_);
+    dense_->restore(map_use_.dense);
     view_ = mapping_->view();
     map_changed_ = map_corrected_ = false;
   }

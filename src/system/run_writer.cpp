@@ -14,13 +14,14 @@
 #include "segment/segmenter.hpp"
 
 namespace ygslam {
-namespace {
 
 std::string stamp_text(Timestamp stamp, int decimals) {
   // format_tum() knows how stamps are written; its line starts with one.
   const std::string line = format_tum(StampedPose{stamp, SE3()}, decimals);
   return line.substr(0, line.find(' '));
 }
+
+namespace {
 
 void append_number(std::string& text, double value, int decimals) {
   if (!std::isfinite(value)) {

@@ -39,6 +39,9 @@ class Runner {
   /// No more frames: lets the side stages end. process(), correct() and reset() must not be called
   /// after; everything else may, and finish() again.
   virtual const SlamOutcome& finish() = 0;
+
+  /// Calls `look` with the dense map while nobody changes it.
+  virtual void inspect_dense(const std::function<void(DenseMap&)>& look) = 0;
 };
 
 /// Called with the map by the thread that maps, after it changed; what is slow is for another.
@@ -46,9 +49,10 @@ using MapSink = std::function<void(const Map&)>;
 
 /// What a run starts from and what becomes of its map.
 struct MapUse {
-  std::optional<Map> start;  ///< goes on with it; reset() comes back to it
-  bool frozen = false;       ///< the map stays as it is: frames are only placed in it
-  MapSink sink;              ///< may be empty
+  std::optional<Map> start;           ///< goes on with it; reset() comes back to it
+  bool frozen = false;                ///< the map stays as it is: frames are only placed in it
+  MapSink sink;                       ///< may be empty
+  std::vector<SavedView> dense = {};  ///< of the start's keyframes
 };
 
 [[nodiscard]] inline TrackerConfig tracker_config(const SlamConfig& config, const MapUse& use) {

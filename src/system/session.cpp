@@ -4,6 +4,7 @@
 #include "io/calibration.hpp"
 #include "map_file/map_file.hpp"
 #include "segment/recorded_masks.hpp"
+#include "system/dense_file.hpp"
 
 namespace ygslam {
 namespace {
@@ -28,7 +29,7 @@ SegmenterResult make_segmenter(const SessionOptions& options) {
 }
 
 Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
-  MapUse use{{}, options.localize_only, options.map_sink};
+  MapUse use{{}, options.localize_only, options.map_sink, {}};
   if (options.load_map.empty()) {
     if (options.localize_only) return Error{ErrorKind::kUsage, "no map to localise in"};
     return use;
@@ -41,11 +42,28 @@ Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
                  options.load_map.string() + ": an empty map, nothing to localise in"};
   log::info("{}: {} keyframes, {} landmarks", options.load_map.string(), map->keyframes().size(),
             map->landmark_count());
+  const auto dense_file = dense_file_of(options.load_map);
+  std::error_code code;
+  if (!options.localize_only && options.config.dense.enabled &&
+      std::filesystem::exists(dense_file, code)) {
+    auto dense = load_dense_views(dense_file, camera);
+    if (!dense.ok()) return dense.error();
+    use.dense = views_of(*map, std::move(dense).value());
+    log::info("{}: {} views", dense_file.string(), use.dense.size());
+  }
   use.start = std::move(map).value();
   return use;
 }
 
 }  // namespace
+
+Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options) {
+  const auto config = resolved(options.config);
+  if (!config.ok()) return config.error();
+  SessionOptions again = options;
+  again.config = *config;
+  return make_segmenter(again);
+}
 
 Result<Session> open_session(SessionOptions options) {
   if (Status valid = validate(options.config); !valid.ok()) return valid.error();
@@ -58,6 +76,8 @@ Result<Session> open_session(SessionOptions options) {
   const auto config = resolved(options.config);
   if (!config.ok()) return config.error();
   options.config = *config;
+  if (!options.localize_only)
+    if (Status fits = fits_in_memory(options.config.dense); !fits.ok()) return fits.error();
   // Before anything else: a child that the model is tried in wants no other threads.
   auto segmenter = make_segmenter(options);
   if (!segmenter.ok()) return segmenter.error();

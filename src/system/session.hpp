@@ -33,6 +33,9 @@ struct Session {
   std::string precision;  ///< of the segmenter, "" without one
 };
 
+/// What opens a session's segmenter once more; null where it has none. Errors as open_session().
+[[nodiscard]] Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options);
+
 /// Modes off and geometry use no segmenter, whatever the options say.
 /// @return kModel: no model given where one is needed (says how to get one) or unreadable;
 /// kConfig: see validate() and camera_faults(), precision the model has not; kInput: no masks in

@@ -57,4 +57,8 @@ struct SlamConfig {
 /// together. The one check; every way to a session passes it.
 [[nodiscard]] Status validate(const SlamConfig& config);
 
+/// kConfig where the dense map of a furnished room would not fit in memory with these voxels; the
+/// default ones always pass.
+[[nodiscard]] Status fits_in_memory(const DenseMapConfig& dense);
+
 }  // namespace ygslam

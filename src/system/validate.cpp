@@ -1,3 +1,6 @@
+#include <cstdio>
+
+#include "core/memory.hpp"
 #include "segment/movable.hpp"
 #include "system/parts.hpp"
 #include "system/slam_config.hpp"
@@ -26,6 +29,22 @@ Status validate(const SlamConfig& config) {
     if (const Status known = leave_out(part, copy); !known.ok())
       faults.add("run.without: " + known.error().message);
   return faults.status();
+}
+
+Status fits_in_memory(const DenseMapConfig& dense) {
+  const Vec3 room_m(6, 8, 2.7);
+  const double bytes = estimated_bytes(dense.volume, room_m);
+  const double default_bytes = estimated_bytes(VolumeConfig{}, room_m);
+  // What is seen may be less than a room: the default is let through everywhere.
+  if (!dense.enabled || bytes <= default_bytes || can_allocate(static_cast<std::size_t>(bytes)))
+    return Ok{};
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "dense.voxel_m %g: the dense map of a furnished room of 6 x 8 x 2.7 m would take "
+                "%.1f GB, more memory than there is; with %g it takes %.1f GB",
+                dense.volume.surface.voxel_m, 1e-9 * bytes, VolumeConfig{}.surface.voxel_m,
+                1e-9 * default_bytes);
+  return Error{ErrorKind::kConfig, text};
 }
 
 }  // namespace ygslam

@@ -8,7 +8,12 @@
 namespace ygslam {
 namespace {
 
-Camera small_camera() { return geometry_test::test_camera(260, 320, 240); }
+/// Its shutter is known: else the first keyframe waits for the second frame.
+Camera small_camera() {
+  CameraConfig config = geometry_test::test_camera(260, 320, 240).config();
+  config.shutter_known = true;
+  return Camera(config);
+}
 
 /// A wall of blocks of random brightness, 2 m away; depth on a share of its area.
 FramePtr wall(std::uint32_t id, double depth_share, bool textured = true) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "io/calibration.hpp"
 #include "io/image_file.hpp"
 #include "io/trajectory.hpp"
 
@@ -40,33 +41,6 @@ Image<std::uint16_t> raw_depth(const DepthImage& depth_m, double scale) {
     raw.data()[i] = value > 0 && value <= 65535 ? static_cast<std::uint16_t>(value) : 0;
   }
   return raw;
-}
-
-std::string calibration_text(const CameraConfig& c) {
-  std::string text = "# made by ygslam simulate\n";
-  const auto line = [&](const char* key, double value) {
-    std::array<char, 64> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), "%s %.10g\n", key, value);
-    text += buffer.data();
-  };
-  line("fx", c.fx);
-  line("fy", c.fy);
-  line("cx", c.cx);
-  line("cy", c.cy);
-  if (c.is_distorted()) {
-    line("k1", c.k1);
-    line("k2", c.k2);
-    line("p1", c.p1);
-    line("p2", c.p2);
-    line("k3", c.k3);
-  }
-  line("depth_scale", c.depth_scale);
-  line("colour_readout_ms", c.colour_readout_ms);
-  line("depth_readout_ms", c.depth_readout_ms);
-  line("depth_delay_ms", c.depth_delay_ms);
-  line("width", c.width);
-  line("height", c.height);
-  return text;
 }
 
 std::string cut_short(const std::string& bytes, bool truncate) {
@@ -192,12 +166,14 @@ Status SequenceWriter::finish(const SequenceSource& source) {
       if (Status status = put(name, bytes); !status) return status;
     }
   }
+  CameraConfig camera = source.camera().config();
+  camera.shutter_known = true;
   const std::array<std::pair<const char*, std::string>, 5> lists = {
       {{"rgb.txt", "# colour images\n" + colour_list_},
        {"depth.txt", "# depth images\n" + depth_list_},
        {"associations.txt", pairs_},
        {"groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n" + poses_},
-       {"calibration.txt", calibration_text(source.camera().config())}}};
+       {"calibration.txt", "# made by ygslam simulate\n" + format_calibration(camera)}}};
   for (const auto& [name, text] : lists) {
     if (Status status = put(name, text); !status) {
       std::error_code ignored;

@@ -1,0 +1,14 @@
+// What a user should know of a recording before it is worked on.
+#pragma once
+
+#include "image/rgbd_frame.hpp"
+#include "io/sequence.hpp"
+
+namespace ygslam {
+
+/// Warns where a frame's depth is none of a room.
+void warn_about_depth(const RgbdFrame& frame);
+/// Logs when its rows are read, as far as that is known.
+void log_shutter(const Sequence& sequence);
+
+}  // namespace ygslam

@@ -1,0 +1,248 @@
+#include "system/dense_file.hpp"
+
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "io/atomic_file.hpp"
+#include "map_file/row_hash.hpp"
+
+namespace ygslam {
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr std::array<char, 8> kMagic = {'Y', 'G', 'D', 'E', 'N', 'S', 'E', '\n'};
+constexpr std::uint32_t kFormat = 1;
+
+struct Header {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t format = kFormat;
+  std::uint32_t views = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  std::int32_t width = 0, height = 0;
+  std::uint64_t hash = 0;  ///< of all before
+
+  [[nodiscard]] std::uint64_t right_hash() const {
+    return map_file::hash_of({reinterpret_cast<const char*>(this), offsetof(Header, hash)});
+  }
+};
+static_assert(sizeof(Header) == 64);
+
+struct RecordHeader {
+  std::uint64_t bytes = 0;  ///< that follow
+  std::uint64_t hash = 0;   ///< of them
+};
+
+Header header_for(const Camera& camera, std::size_t views) {
+  Header header;
+  header.views = static_cast<std::uint32_t>(views);
+  header.fx = camera.fx(), header.fy = camera.fy();
+  header.cx = camera.cx(), header.cy = camera.cy();
+  header.width = camera.width(), header.height = camera.height();
+  header.hash = header.right_hash();
+  return header;
+}
+
+std::string text_of(const Header& h) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%dx%d fx %g fy %g cx %g cy %g", h.width, h.height, h.fx, h.fy,
+                h.cx, h.cy);
+  return text;
+}
+
+template <typename T>
+void put(std::string& bytes, const T& value) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// Reads values off the front; nothing more once one was not there.
+class Parts {
+ public:
+  explicit Parts(const std::string& bytes) : bytes_(bytes) {}
+  template <typename T>
+  T take() {
+    T value{};
+    if (bytes_.size() - at_ < sizeof value) {
+      whole_ = false;
+    } else {
+      std::memcpy(&value, bytes_.data() + at_, sizeof value);
+      at_ += sizeof value;
+    }
+    return value;
+  }
+  [[nodiscard]] bool whole() const { return whole_; }
+  [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
+  [[nodiscard]] std::string rest() const { return bytes_.substr(at_); }
+
+ private:
+  const std::string& bytes_;
+  std::size_t at_ = 0;
+  bool whole_ = true;
+};
+
+std::string record_of(const SavedView& saved) {
+  std::string bytes;
+  put(bytes, index(saved.id));
+  put(bytes, saved.stamp.ns);
+  put(bytes, static_cast<std::uint16_t>(saved.things.size()));
+  for (const ThingView& thing : saved.things) {
+    put(bytes, thing.detection.semantic_class);
+    put(bytes, thing.detection.score);
+    put(bytes, static_cast<std::uint8_t>(thing.is_moving));
+    put(bytes, thing.colours);
+    put(bytes, static_cast<std::uint32_t>(thing.p_camera.size()));
+    for (const Eigen::Vector3f& p : thing.p_camera)
+      for (int axis = 0; axis < 3; ++axis) put(bytes, p[axis]);
+  }
+  put(bytes, static_cast<std::uint16_t>(saved.view->objects().size()));
+  for (const SceneObjectId object : saved.view->objects()) put(bytes, object);
+  return bytes + saved.view->packed();
+}
+
+/// @return what is wrong; empty if nothing.
+std::string parse_thing(Parts& parts, ThingView& thing) {
+  constexpr float kFarthest_m = 100;
+  thing.detection.semantic_class = parts.take<SemanticClass>();
+  thing.detection.score = parts.take<float>();
+  const auto is_moving = parts.take<std::uint8_t>();
+  thing.colours = parts.take<ColourCounts>();
+  const auto points = parts.take<std::uint32_t>();
+  if (parts.left() / sizeof(Eigen::Vector3f) < points) return "cut short";
+  const SemanticClass named = thing.detection.semantic_class;
+  if (named > SemanticClass::kCeiling && named != SemanticClass::kUnknown) return "no such class";
+  if (!(thing.detection.score >= 0 && thing.detection.score <= 1)) return "no such score";
+  if (is_moving > 1) return "neither moves nor stands";
+  thing.is_moving = is_moving == 1;
+  thing.p_camera.resize(points);
+  for (Eigen::Vector3f& p : thing.p_camera) {
+    for (int axis = 0; axis < 3; ++axis) p[axis] = parts.take<float>();
+    if (!(p.cwiseAbs().maxCoeff() < kFarthest_m)) return "a point is nowhere";
+  }
+  return {};
+}
+
+/// @return what is wrong; empty if nothing.
+std::string parse_record(const std::string& bytes, const Pinhole& camera, SavedView& saved) {
+  Parts parts(bytes);
+  saved.id = KeyframeId{parts.take<std::uint32_t>()};
+  saved.stamp.ns = parts.take<std::int64_t>();
+  const int things = parts.take<std::uint16_t>();
+  if (things > kMaxDetections) return "more things than a view has";
+  for (int i = 0; i < things; ++i)
+    if (std::string what = parse_thing(parts, saved.things.emplace_back()); !what.empty())
+      return "thing " + std::to_string(i) + ": " + what;
+  std::vector<SceneObjectId> objects;
+  for (int left = parts.take<std::uint16_t>(); left > 0 && parts.whole(); --left) {
+    objects.push_back(parts.take<SceneObjectId>());
+    const auto thing = static_cast<std::size_t>(objects.back());
+    if (thing < 1 || thing > saved.things.size()) return "shows what is no thing of it";
+  }
+  if (!parts.whole()) return "cut short";
+  auto view = StoredView::from_parts(camera, std::move(objects), parts.rest());
+  if (!view) return "its images cannot be unpacked";
+  saved.view = std::make_shared<const StoredView>(std::move(*view));
+  return {};
+}
+
+Error damaged(const std::filesystem::path& path, const std::string& what) {
+  return {ErrorKind::kSavedMap, path.string() + ": " + what};
+}
+
+Result<Header> read_header(const std::filesystem::path& path, std::ifstream& file) {
+  Header header;
+  if (!file) return damaged(path, std::strerror(errno));
+  if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != kMagic)
+    return damaged(path, "no dense map of ygslam");
+  if (header.format != kFormat)
+    return damaged(path, "format " + std::to_string(header.format) +
+                             ", this program knows format " + std::to_string(kFormat));
+  if (header.hash != header.right_hash()) return damaged(path, "damaged header");
+  return header;
+}
+
+}  // namespace
+
+std::filesystem::path dense_file_of(const std::filesystem::path& map_file) {
+  return map_file.string() + ".dense";
+}
+
+Status save_dense_views(const std::filesystem::path& path, const Camera& camera,
+                        const std::vector<SavedView>& views) {
+  auto file = AtomicFile::create(path);
+  if (!file.ok()) return file.error();
+  std::string head;
+  put(head, header_for(camera, views.size()));
+  Status written = file->write(head);
+  for (const SavedView& view : views) {
+    if (!written.ok()) return written;
+    const std::string record = record_of(view);
+    std::string bytes;
+    put(bytes, RecordHeader{record.size(), map_file::hash_of(record)});
+    written = file->write(bytes + record);
+  }
+  return written.ok() ? file->commit() : written;
+}
+
+std::vector<SavedView> views_of(const Map& map, std::vector<SavedView> views) {
+  std::erase_if(views, [&](const SavedView& view) {
+    return !map.has_keyframe(view.id) || map.keyframe(view.id).data->stamp != view.stamp;
+  });
+  return views;
+}
+
+Result<DenseFileInfo> read_dense_info(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const auto header = read_header(path, file);
+  if (!header.ok()) return header.error();
+  std::error_code code;
+  return DenseFileInfo{header->views, std::filesystem::file_size(path, code)};
+}
+
+Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& path,
+                                                const Camera& camera) {
+  std::ifstream file(path, std::ios::binary);
+  const auto header = read_header(path, file);
+  if (!header.ok()) return header.error();
+  if (const Header mine = header_for(camera, header->views); mine.hash != header->hash)
+    return damaged(
+        path, "made with another camera: " + text_of(*header) + ", this one is " + text_of(mine));
+  std::error_code code;
+  std::uint64_t left = std::filesystem::file_size(path, code) - sizeof(Header);
+  if (code) return damaged(path, code.message());
+  const Pinhole pinhole{header->fx, header->fy,    header->cx,
+                        header->cy, header->width, header->height};
+  std::vector<SavedView> views;
+  std::set<KeyframeId> ids;
+  for (std::uint32_t i = 0; i < header->views; ++i) {
+    const auto fault = [&](const std::string& what) {
+      return damaged(path, "view " + std::to_string(i) + ": " + what);
+    };
+    RecordHeader record;
+    if (!file.read(reinterpret_cast<char*>(&record), sizeof record)) return fault("cut short");
+    left -= sizeof record;
+    if (record.bytes > left) return fault("cut short");
+    std::string bytes(record.bytes, '\0');
+    if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+      return fault("cut short");
+    left -= record.bytes;
+    if (map_file::hash_of(bytes) != record.hash) return fault("damaged");
+    SavedView view;
+    if (const std::string what = parse_record(bytes, pinhole, view); !what.empty())
+      return fault(what);
+    if (!ids.insert(view.id).second) return fault("of a keyframe that has one");
+    views.push_back(std::move(view));
+  }
+  if (left != 0) return damaged(path, "more follows than it tells of");
+  return views;
+}
+
+}  // namespace ygslam

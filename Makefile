@@ -9,7 +9,7 @@ export YGSLAM_SHARED
 SOURCES = git ls-files --cached --others --exclude-standard \
   'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp'
 
-.PHONY: help setup setup-checks configure build demo test bench model quantize \
+.PHONY: help setup setup-checks configure build demo test bench model quantize train \
   format check-format lint sanitize clean
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -45,6 +45,10 @@ model: ## export YOLOv8n-seg to models/ (needs the public internet; WEIGHTS=file
 
 quantize: ## write an int8 model beside MODEL, calibrated on IMAGES=folder
 	@python3 tools/quantize_model.py --model $(or $(MODEL),models/yolov8n-seg_480x640.onnx) --images "$(IMAGES)"
+
+train: configure ## render, train and export the people network; FRAMES=N SAMPLES=N; stop and go on at will
+	@cmake --build $(BUILD) -j $(JOBS) --target ygslam_cli
+	@python3 training/run.py --ygslam $(BUILD)/ygslam $(if $(FRAMES),--frames $(FRAMES)) $(if $(SAMPLES),--samples $(SAMPLES))
 
 format: ## format all sources
 	@$(SOURCES) | xargs clang-format-16 -i

@@ -65,5 +65,53 @@ class RandomFrames(CliTest):
         self.assertEqual(done.returncode, 9, done.stderr)
 
 
+class Preparation(unittest.TestCase):
+    """training/prepare.py"""
+
+    def test_it_gives_what_it_gave(self):
+        try:
+            import golden  # pylint: disable=import-outside-toplevel
+        except ImportError as error:
+            self.skipTest(f"{error}")
+        kept = json.loads(golden.FILE.read_text(encoding="utf-8"))
+        for old, new in zip(kept["frames"], golden.answers()["frames"], strict=True):
+            self.assertEqual(len(old["values"]), len(new["values"]))
+            for a, b in zip(old["values"], new["values"]):
+                self.assertAlmostEqual(a, b, delta=1e-4)
+
+
+@unittest.skipUnless(PYTHON.exists(), f"no PyTorch: {PYTHON} does not exist")
+class Training(CliTest):
+    """training/run.py, on a few frames"""
+
+    def test_a_small_one_learns_goes_on_and_its_network_loads(self):
+        work = self.folder / "people"
+        command = [sys.executable, TRAINING / "run.py", "--ygslam", BINARY, "--work", work, "--frames", "60",
+                   "--validation-frames", "12", "--coarse", "640", "--threads", "1",
+                   "--environment", PYTHON.parent.parent]
+
+        def train(samples):
+            return subprocess.run([*map(str, command), "--samples", str(samples)], capture_output=True, text=True,
+                                  check=False, timeout=3 * HANG_S)
+        first = train(640)
+        self.assertEqual(first.returncode, 0, first.stderr)
+        frames = bytes_of(work / "frames-00")
+        done = train(672)  # goes on where it was
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(bytes_of(work / "frames-00"), frames)
+        log = [json.loads(line) for line in (work / "log.jsonl").read_text(encoding="utf-8").splitlines()]
+        self.assertEqual([line["samples"] for line in log], [320, 640, 672])
+        self.assertLess(log[1]["loss"], log[0]["loss"])
+        card = json.loads((work / "people.json").read_text(encoding="utf-8"))
+        self.assertEqual(card["last"], log[-1])
+        size = (work / "people.onnx").stat().st_size
+        self.assertTrue(1e5 < size < 3e6, size)
+        loaded = subprocess.run(
+            [PYTHON, "-c", "import openvino, numpy, sys; net = openvino.Core().compile_model(sys.argv[1], 'CPU');"
+             "print(net([numpy.zeros((1, 8, 120, 160), numpy.float32)])[0].shape)", work / "people.onnx"],
+            capture_output=True, text=True, check=False, timeout=HANG_S)
+        self.assertEqual(loaded.stdout.strip(), "(1, 1, 120, 160)", loaded.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

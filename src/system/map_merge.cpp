@@ -9,7 +9,7 @@ namespace ygslam {
 namespace {
 
 constexpr double kDriftPx = 10;  // of b in itself: what it shows may lie so far from a's
-constexpr std::size_t kPlaceKeyframes = 10;
+constexpr std::size_t kFusedKeyframes = 10;
 
 /// Numbers of b in the merged map.
 using Numbers = std::map<KeyframeId, KeyframeId>;
@@ -54,7 +54,7 @@ void fuse_pairs(Map& map, const Camera& camera, const MapAlignment& alignment,
                 const Numbers& numbers, const NeighbourFusionConfig& config) {
   for (const MapPair& pair : alignment.pairs) {
     std::vector<KeyframeId> place = {pair.match.place};
-    for (const KeyframeId id : map.covisible(pair.match.place, 1, kPlaceKeyframes))
+    for (const KeyframeId id : map.covisible(pair.match.place, 1, kFusedKeyframes))
       place.push_back(id);
     const KeyframeId in_b = numbers.at(pair.in_b);
     std::erase(place, in_b);

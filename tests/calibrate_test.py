@@ -42,8 +42,12 @@ class Calibrate(CliTest):
         self.assertEqual(verdict, "differs")
         self.assertAlmostEqual(found["depth_delay_ms"][0], 0, delta=3)
         errors = {}
-        for name, options in (("without", ()), ("with", ("--camera", camera))):
-            run = ygslam("run", self.lively, *options, "--deterministic", "--dynamic", "geometry",
+        as_global = self.folder / "as_global"
+        shutil.copytree(self.lively, as_global)
+        with_lines(as_global, *(f"{key} 0" for key in TIMES))
+        for name, folder, options in (("without", as_global, ()),
+                                      ("with", self.lively, ("--camera", camera))):
+            run = ygslam("run", folder, *options, "--deterministic", "--dynamic", "geometry",
                          "--out", self.folder / name)
             self.assert_ran(run)
             errors[name] = self.metrics(name)["ate"]["rmse"]

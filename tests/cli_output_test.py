@@ -185,9 +185,9 @@ class Memory(CliTest):
         """Every limit ends with code 0 or 1 and nothing but the one line."""
         arguments = (*arguments, "--out", self.folder / "out", "--quiet")
         for kind, step_mb in (("data", 3), ("addresses", 6)):
-            # Below 8 MB of data, and of addresses below what the libraries take, the loader and
-            # the libraries give up before the program begins.
-            limit_mb = 8
+            # Below 8 MB of data, and of addresses below what program and libraries take, the
+            # kernel, the loader and the libraries give up before the program begins.
+            limit_mb = max(8, (os.stat(BINARY).st_size >> 20) + 2)
             while "shared libraries" in self.start(kind, limit_mb, arguments).stderr:
                 limit_mb += 4
             refused = fine = 0

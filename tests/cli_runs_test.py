@@ -169,7 +169,8 @@ class SimulateSignals(CliTest):
         process.communicate(timeout=HANG_S)
         for name in ("associations.txt", "rgb.txt", "groundtruth.txt", "calibration.txt"):
             self.assertFalse((out / name).exists(), name)
-        self.assert_error(self.run_slam(out, out="run"), 4, out, out="run")
+        # Two folders of images, and nothing that tells of their camera.
+        self.assert_error(self.run_slam(out, out="run"), 3, out, "camera", out="run")
 
 
 class TwoAtOnce(LongRuns):

@@ -8,9 +8,9 @@
 
 #include "benchmark_runs/fingerprint.hpp"
 #include "io/calibration.hpp"
+#include "io/image_folders.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
-#include "io/image_folders.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

@@ -98,7 +98,9 @@ class Render(CliTest):
         for image in images:
             read, picture = reader.read()
             self.assertTrue(read)
-            np.testing.assert_allclose(picture[..., ::-1].astype(int), np.asarray(image), atol=24)
+            off = np.abs(picture[..., ::-1].astype(int) - np.asarray(image))
+            self.assertLess(off.mean(), 1)
+            self.assertLess((off > 24).mean(), 1e-3, "but for JPEG's ringing at edges")
 
     def test_a_video_without_a_path_goes_around_the_scene(self):
         mesh, video = self.folder / "mesh.ply", self.folder / "tour.avi"

@@ -79,7 +79,7 @@ Status write_samples(const std::filesystem::path& folder) {
         std::pair{"tilted", sample_scene(Vec3(0.1, -1, 0.2))}, std::pair{"empty", empty}}) {
     const std::filesystem::path out = folder / name;
     testing::write(out / "truth.json", scene_json(scene).dump());
-    const Status written = export_scene(
+    Status written = export_scene(
         out, {scene.cloud, scene.mesh, scene.space, scene.objects, scene.gravity, GridOptions{}});
     if (!written.ok()) return written;
   }

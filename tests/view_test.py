@@ -60,6 +60,15 @@ class Client:
                 subscription, stamp_ns = struct.unpack_from("<IQ", data, 1)
                 yield of_id[subscription], stamp_ns, data[13:]
 
+    async def step(self, frames):
+        """Drives a paused run on. @return stamps of the frames, which came one by one."""
+        await self.subscribe(["/odometry"])
+        seen, stamps = self.messages(), []
+        for _ in range(frames):
+            await self.call("step")
+            stamps.append((await anext(seen))[1])
+        return stamps
+
     async def call(self, name):
         """(success, message) of a service; messages that come meanwhile are passed over."""
         head = struct.pack("<BIII", 2, self.services[name], 77, 3)
@@ -175,13 +184,7 @@ class View(CliTest):
             self.assertFalse(done)
             self.assertIn("token", why)
             driver = await Client.connect(port, token)
-            await driver.subscribe(["/odometry"])
-            seen = driver.messages()
-            stamps = []
-            for _ in range(3):  # it was paused: each step shows one frame
-                await driver.call("step")
-                stamps.append((await anext(seen))[1])
-            self.assertEqual(len(set(stamps)), 3)
+            self.assertEqual(len(set(await driver.step(3))), 3)
             self.assertEqual(await driver.call("pause"), (True, "paused"))
             self.assertEqual((await driver.call("save"))[0], False)
             self.assertTrue((await driver.call("slower"))[0])
@@ -205,11 +208,7 @@ class View(CliTest):
     def test_a_map_is_saved_when_asked(self):
         async def drive(port, token):
             driver = await Client.connect(port, token)
-            await driver.subscribe(["/odometry"])
-            seen = driver.messages()
-            for _ in range(5):
-                await driver.call("step")
-                await anext(seen)
+            await driver.step(5)
             self.assertTrue((await driver.call("save"))[0])
             self.assertFalse((await driver.call("reset"))[0], "its map file would hold two worlds")
             await driver.call("stop")
@@ -237,11 +236,7 @@ class View(CliTest):
     def test_reset_begins_anew(self):
         async def drive(port, token):
             driver = await Client.connect(port, token)
-            await driver.subscribe(["/odometry"])
-            seen = driver.messages()
-            for _ in range(10):
-                await driver.call("step")
-                await anext(seen)
+            await driver.step(10)
             self.assertTrue((await driver.call("reset"))[0])
             await driver.call("resume")
         run, port, token = self.start("--view-paused")

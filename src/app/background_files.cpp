@@ -35,9 +35,10 @@ std::map<FrameId, FramePose> frame_poses(const BackgroundJob& job) {
   if (job.map.keyframes().empty()) return {};
   const auto trajectory = final_trajectory(job.trajectory, job.map);
   const auto roots = job.map.roots();
+  const KeyframeId main_root = job.map.main_root();
   for (const PosedFrame& frame : job.trajectory) {
     const KeyframeId keyframe = job.map.nearest_kept(frame.reference);
-    if (roots.at(keyframe) != job.map.main_root()) continue;
+    if (roots.at(keyframe) != main_root) continue;
     const ShutterTimes& times = job.map.keyframe(keyframe).data->read_out.times;
     const SE3& T_world_camera = trajectory.at(placed.size()).T_world_camera;  // in the same order
     placed.push_back({frame.frame, frame.stamp, {T_world_camera, {times, Vec6::Zero()}}});

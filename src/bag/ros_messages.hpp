@@ -156,7 +156,7 @@ struct CameraInfo {
 };
 
 struct PointField {
-  static constexpr std::uint8_t kUint32 = 6, kFloat32 = 7;
+  static constexpr std::uint8_t kFloat32 = 7;
   std::string name;
   std::uint32_t offset = 0;
   std::uint8_t datatype = kFloat32;

@@ -50,7 +50,6 @@ class RunView : private MessageSink {
   void stay(const std::function<bool()>& interrupted);
 
   [[nodiscard]] std::string url() const { return server_->url(); }
-  [[nodiscard]] std::uint16_t port() const { return server_->port(); }
 
  private:
   struct Sight {

@@ -6,18 +6,17 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
-#include <charconv>
 #include <chrono>
 #include <deque>
 #include <map>
 #include <optional>
-#include <random>
 #include <set>
 
 #include "core/log.hpp"
 #include "core/worker_thread.hpp"
 #include "live/foxglove_protocol.hpp"
 #include "live/page_file.hpp"
+#include "live/view_access.hpp"
 
 namespace ygslam {
 namespace {
@@ -41,35 +40,7 @@ constexpr auto kRetry = std::chrono::milliseconds(100);
 using Request = http::request<http::empty_body>;
 using MessagePtr = std::shared_ptr<const foxglove::Data>;
 
-std::string new_token() {
-  std::random_device device;
-  std::string token;
-  for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", device());
-  return token;
-}
-
 std::string text_of(beast::string_view view) { return {view.data(), view.size()}; }
-
-/// The value of a key in what follows the `?` of a target.
-std::string query_value(std::string_view target, std::string_view key) {
-  const std::size_t question = target.find('?');
-  std::string_view rest = question == target.npos ? "" : target.substr(question + 1);
-  while (!rest.empty()) {
-    const std::string_view pair = rest.substr(0, rest.find('&'));
-    rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
-    if (pair.substr(0, pair.find('=')) == key && pair.size() > key.size())
-      return std::string(pair.substr(key.size() + 1));
-  }
-  return {};
-}
-
-/// Takes as long wherever they differ.
-bool is_same(std::string_view a, std::string_view b) {
-  unsigned difference = a.size() == b.size() ? 0 : 1;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-    difference |= static_cast<unsigned>(a[i] ^ b[i]);
-  return difference == 0;
-}
 
 const char* media_type(std::string_view name) {
   if (name.ends_with(".html")) return "text/html; charset=utf-8";
@@ -140,20 +111,13 @@ class Session : public std::enable_shared_from_this<Session> {
   /// under its own name (Origin), or under a name that it made point here (Host).
   [[nodiscard]] const char* fault_of(const Request& request) const {
     const std::string host = text_of(request[http::field::host]);
-    if (hub_.is_loopback && !is_own_host(host)) return "another host was meant";
+    if (hub_.is_loopback && !names_this_machine(host, hub_.config.host))
+      return "another host was meant";
     const std::string origin = text_of(request[http::field::origin]);
     const bool is_known = origin.empty() || origin == "http://" + host ||
                           std::ranges::count(hub_.config.origins, origin) > 0;
     return is_known ? nullptr : "pages of this origin may not connect (--view-origin)";
   }
-  [[nodiscard]] bool is_own_host(const std::string& host) const {
-    // The port may be another one here than there: ssh -L 9000:127.0.0.1:8765.
-    const std::size_t bracket = host.starts_with('[') ? host.find(']') : 0;
-    const std::string name = host.substr(0, host.find(':', bracket));
-    return name == "127.0.0.1" || name == "localhost" || name == "[::1]" ||
-           name == hub_.config.host;
-  }
-
   void respond(http::status status, std::string_view content,
                const char* type = "text/plain; charset=utf-8") {
     auto response = std::make_shared<http::response<http::string_body>>(status, 11);
@@ -177,7 +141,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void upgrade(const Request& request) {
     const std::string target = text_of(request.target());
     const std::string token = query_value(target, "token");
-    may_drive_ = is_same(token, hub_.config.token);
+    may_drive_ = is_same_token(token, hub_.config.token);
     if (target.substr(0, target.find('?')) != "/ws")
       return respond(http::status::not_found, "clients connect to /ws");
     if (!may_drive_ && (!hub_.is_loopback || !token.empty()))
@@ -373,7 +337,6 @@ class BeastViewServer : public ViewServer {
     return fmt::format("http://{}:{}/#{}", host.find(':') == host.npos ? host : "[" + host + "]",
                        hub_.config.port, hub_.config.token);
   }
-  [[nodiscard]] std::uint16_t port() const override { return hub_.config.port; }
 
  private:
   /// What one client's message comes to must not end the others' service.
@@ -422,25 +385,6 @@ Result<std::unique_ptr<ViewServer>> ViewServer::start(const ViewServerConfig& co
   auto server = std::make_unique<BeastViewServer>(config, topics, services, std::move(callbacks));
   if (Status listening = server->listen(); !listening.ok()) return listening.error();
   return std::unique_ptr<ViewServer>(std::move(server));
-}
-
-Result<ViewServerConfig> parse_view_address(const std::string& text) {
-  ViewServerConfig config;
-  const Error fault{ErrorKind::kUsage, "--view " + text + ": PORT or ADDRESS:PORT is meant"};
-  if (text.empty()) return config;
-  const std::size_t colon = text.rfind(':');
-  std::string port = text;
-  if (colon != text.npos) {
-    config.host = text.substr(0, colon);
-    port = text.substr(colon + 1);
-    if (config.host.starts_with('[') && config.host.ends_with(']'))
-      config.host = config.host.substr(1, config.host.size() - 2);
-  }
-  BoostError error;
-  static_cast<void>(asio::ip::make_address(config.host, error));
-  const auto [end, code] = std::from_chars(port.data(), port.data() + port.size(), config.port);
-  if (error || code != std::errc() || end != port.data() + port.size()) return fault;
-  return config;
 }
 
 }  // namespace ygslam

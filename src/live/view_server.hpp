@@ -53,7 +53,6 @@ class ViewServer {
 
   /// Of the page, with the token.
   [[nodiscard]] virtual std::string url() const = 0;
-  [[nodiscard]] virtual std::uint16_t port() const = 0;
 };
 
 }  // namespace ygslam

@@ -54,11 +54,12 @@ bool correct_shutter(Map& map, const Camera& camera, double was_s, double now_s)
     const ShutterTimes now{now_s, now_s, read_out.times.depth_delay_s};
     changes[id] = {read_out, {now, read_out.body_velocity}};
   }
+  if (changes.empty()) return false;
   for (const auto& [id, change] : changes) bring_to_middle_again(map, camera, id, change);
   std::vector<LandmarkId> landmarks;
   map.for_each_landmark([&](const Landmark& landmark) { landmarks.push_back(landmark.id); });
   for (const LandmarkId id : landmarks) move_along(map, camera, id, changes);
-  return !changes.empty();
+  return true;
 }
 
 }  // namespace ygslam

@@ -204,15 +204,17 @@ TEST(Images, AFilesErrorBeginsWithItsPath) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// In a child each: nothing is left but `kilobytes`. @return 0 what was asked for, 1 std::bad_alloc,
+// In a child each: nothing is left but `bytes`. @return 0 what was asked for, 1 std::bad_alloc,
 // 2 anything else.
 template <typename Work>
-int outcome_within(std::size_t kilobytes, const Work& work) {
-  std::vector<void*> room(kilobytes / 4);
+int outcome_within(std::size_t bytes, const Work& work) {
+  std::vector<void*> room(bytes / 4096 + 1);
   for (void*& piece : room) piece = std::malloc(4000);
+  room.back() = std::realloc(room.back(), bytes % 4096 + 1);
   const rlimit nothing_more{0, 0};
   setrlimit(RLIMIT_DATA, &nothing_more);
-  for (std::size_t piece = 1 << 20; piece >= 16; piece /= 2) {
+  // Small pieces that were used before are kept by their size.
+  for (std::size_t piece = 1 << 20; piece >= 16; piece = piece > 2048 ? piece / 2 : piece - 16) {
     while (volatile void* taken = std::malloc(piece)) static_cast<void>(taken);
   }
   for (void* piece : room) std::free(piece);
@@ -235,16 +237,17 @@ TEST(ImageFile, WantOfMemoryIsNoFaultOfTheFile) {
   };
   for (const auto& work : tries) {
     int outcomes[2] = {};
-    for (std::size_t kilobytes = 0; kilobytes <= 1024; kilobytes += 16) {
+    // In small steps at first: a library's structures are small, and each can be the one too much.
+    for (std::size_t bytes = 0; bytes <= 1 << 20; bytes += bytes < 4096 ? 64 : 1 << 14) {
       EXPECT_EXIT(
-          std::_Exit(outcome_within(kilobytes, work)),
+          std::_Exit(outcome_within(bytes, work)),
           [&](int status) {
             if (!WIFEXITED(status) || WEXITSTATUS(status) > 1) return false;
             ++outcomes[WEXITSTATUS(status)];
             return true;
           },
           "")
-          << kilobytes << " kB";
+          << bytes << " bytes";
     }
     EXPECT_GT(outcomes[0], 0);
     EXPECT_GT(outcomes[1], 0);

@@ -65,8 +65,6 @@ class Reader {
     }
     png_set_read_fn(png_, &source, read_bytes);
     png_set_user_limits(png_, kMaxImageSide_px, kMaxImageSide_px);
-    // Colour profiles and texts are of no interest and a frequent source of faults.
-    png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
     png_set_benign_errors(png_, 0);
   }
   Reader(const Reader&) = delete;
@@ -81,16 +79,23 @@ class Reader {
   png_infop info_;
 };
 
+// Where an error can jump to only.
+void read_info(Reader& reader) {
+  // Colour profiles and texts are of no interest and a frequent source of faults.
+  png_set_keep_unknown_chunks(reader.png(), PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+  png_read_info(reader.png(), reader.info());
+}
+
 bool run_header(Reader& reader) {
   if (setjmp(png_jmpbuf(reader.png())) != 0) return false;
-  png_read_info(reader.png(), reader.info());
+  read_info(reader);
   return true;
 }
 
 bool run_decode(Reader& reader, png_bytep* rows) {
   png_structp png = reader.png();
   if (setjmp(png_jmpbuf(png)) != 0) return false;
-  png_read_info(png, reader.info());
+  read_info(reader);
   if (std::endian::native == std::endian::little && png_get_bit_depth(png, reader.info()) == 16) {
     png_set_swap(png);
   }

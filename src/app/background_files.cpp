@@ -33,7 +33,7 @@ std::map<FrameId, FramePose> frame_poses(const BackgroundJob& job) {
   };
   std::vector<Placed> placed;
   if (job.map.keyframes().empty()) return {};
-  const auto trajectory = final_trajectory(job.trajectory, job.map);
+  const auto trajectory = final_trajectory(job.trajectory, job.revised, job.map);
   const auto roots = job.map.roots();
   const KeyframeId main_root = job.map.main_root();
   for (const PosedFrame& frame : job.trajectory) {

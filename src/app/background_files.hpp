@@ -17,6 +17,7 @@ struct BackgroundJob {
   const Sequence& sequence;
   FrameReaderConfig reader;      ///< that the run's frames came from
   const Trajectory& trajectory;  ///< of the run
+  const RevisedPoses& revised;
   const Map& map;
   const Camera& camera;
   Segmenter* segmenter = nullptr;  ///< null: without one

@@ -230,7 +230,7 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   const Status saved = run.map_saver ? run.map_saver->finish(map) : Status(Ok{});
   const auto posed = run.files->trajectory();
   if (!posed.ok()) return posed.error();
-  const std::vector<StampedPose> trajectory = final_trajectory(*posed, map);
+  const std::vector<StampedPose> trajectory = final_trajectory(*posed, outcome.revised, map);
   if (trajectory.size() < posed->size())
     log::warn(
         "{} tracked frames are of a submap, begun after a loss, that was never joined to the rest: "
@@ -277,7 +277,7 @@ Status save_dense_map(Run& run) {
 }
 
 /// The recording once more, with the final map.
-Status write_background(Run& run) {
+Status write_background(Run& run, const SlamOutcome& outcome) {
   const auto trajectory = run.files->trajectory();
   if (!trajectory.ok()) return trajectory.error();
   run.session_options.may_fork = false;  // what was read once can be read again
@@ -292,8 +292,8 @@ Status write_background(Run& run) {
   Result<BackgroundSummary> done = Error{ErrorKind::kOutput, ""};
   run.session.runner->inspect_dense([&](DenseMap& dense) {
     done = write_background(run.options.background_dir,
-                            {run.sequence, reader, *trajectory, map, *run.session.camera,
-                             segmenter->get(), excluded, is_quiet()},
+                            {run.sequence, reader, *trajectory, outcome.revised, map,
+                             *run.session.camera, segmenter->get(), excluded, is_quiet()},
                             dense);
   });
   if (!done.ok()) return done.error();
@@ -343,7 +343,7 @@ Result<int> run_all(Run& run) {
   }
   if (!processed.ok()) return processed.error();
   if (!o.background_dir.empty() && outcome.statistics.frames > 0 && !run.interrupted_by)
-    if (Status drawn = write_background(run); !drawn.ok()) return drawn.error();
+    if (Status drawn = write_background(run, outcome); !drawn.ok()) return drawn.error();
   if (run.view && o.view_stay) {
     run.view->finish(*run.session.runner);
     log::info("the page stays until it is interrupted (Ctrl-C)");

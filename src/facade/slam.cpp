@@ -274,7 +274,7 @@ Outcome Slam::Impl::finish() {
   const SlamOutcome& outcome = session.runner->finish();
   Outcome result;
   for (const ygslam::StampedPose& pose :
-       final_trajectory(outcome.trajectory, session.runner->map()))
+       final_trajectory(outcome.trajectory, outcome.revised, session.runner->map()))
     result.trajectory.push_back(to_api(pose));
   result.static_map = to_api(session.runner->cloud());
   return result;

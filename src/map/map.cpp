@@ -118,19 +118,7 @@ void Map::set_data(KeyframeId id, KeyframeDataPtr data) {
   Keyframe& keyframe = keyframes_.at(id);
   CHECK(data->id == id && data->features->size() == keyframe.landmarks.size());
   keyframe.data = std::move(data);
-  corrected_.insert(id);
   ++version_;
-}
-
-KeyframeId Map::nearest_corrected(KeyframeId id) const {
-  if (id == kNoKeyframe) id = origin_;
-  while (!keyframes_.contains(id) && !corrected_.contains(id)) id = removed(id)->parent;
-  return id;
-}
-
-FrameId Map::frame_of(KeyframeId id) const {
-  const auto it = std::ranges::find(keyframe_of_, id, &std::pair<FrameId, KeyframeId>::second);
-  return it == keyframe_of_.end() ? kNoFrame : it->first;
 }
 
 KeyframeId Map::nearest_kept(KeyframeId id) const {

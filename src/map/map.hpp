@@ -6,7 +6,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -43,8 +42,6 @@ class Map {
   void set_static_weight(KeyframeId id, std::vector<float> weight);
   /// What was seen stays, where it was seen is known better. @param data of as many features.
   void set_data(KeyframeId id, KeyframeDataPtr data);
-  /// Itself, or of a keyframe that was removed before set_data() its nearest ancestor that was not.
-  [[nodiscard]] KeyframeId nearest_corrected(KeyframeId id) const;
   [[nodiscard]] const std::map<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
   /// The newest kept pose of a keyframe that may have been removed: T_camera_world through its
   /// nearest kept ancestor.
@@ -71,8 +68,6 @@ class Map {
   /// The keyframe made of a frame of this run, kept or removed; kNoKeyframe if there is none.
   /// A map that was loaded knows no frames.
   [[nodiscard]] KeyframeId keyframe_of(FrameId frame) const;
-  /// The inverse; kNoFrame of a map that was loaded.
-  [[nodiscard]] FrameId frame_of(KeyframeId id) const;
   /// Another run goes on with the map: its frames are not those that keyframes were made of.
   void forget_frames();
   /// Ascending id.
@@ -144,7 +139,6 @@ class Map {
   std::map<KeyframeId, Keyframe> keyframes_;
   std::deque<RemovedKeyframe> removed_keyframes_;           // ascending id
   std::deque<std::pair<FrameId, KeyframeId>> keyframe_of_;  // ascending frame
-  std::set<KeyframeId> corrected_;                          // by set_data(), in this run
   std::unordered_map<LandmarkId, Landmark> landmarks_;      // no result depends on its order
   std::unordered_map<LandmarkId, Fused> fused_;
   PyramidScales scales_;

@@ -1,9 +1,9 @@
 // What is told about every frame, and what is kept of it.
 #pragma once
 
-#include <array>
 #include <deque>
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "core/time.hpp"
@@ -26,7 +26,6 @@ struct FrameRecord {
   bool few_static = false;   ///< suspicious points had to come back
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
   std::vector<TrackedObject> objects;
-  ReadoutSensitivity readout;
   double track_ms = 0, track_cpu_ms = 0, orb_ms = 0, motion_ms = 0, pose_ms = 0;
 
   [[nodiscard]] bool has_pose() const {
@@ -41,30 +40,27 @@ struct FrameRecord {
 /// Called for every frame, in the thread that called process().
 using FrameSink = std::function<void(const FrameRecord&, const TrackResult&)>;
 
-/// All that is kept of a tracked frame to the end of the run: 104 bytes.
+/// All that is kept of a tracked frame to the end of the run: 80 bytes.
 struct PosedFrame {
   Timestamp stamp;
   FrameId frame = kNoFrame;
   KeyframeId reference = kNoKeyframe;
   PackedPose T_camera_reference;
-  float readout_in_use_s = 0;  // ReadoutSensitivity
-  std::array<float, 6> twist_per_s{};
 
   PosedFrame() = default;
   explicit PosedFrame(const FrameRecord& record)
       : stamp(record.stamp),
         frame(record.frame),
         reference(record.pose.reference),
-        T_camera_reference(record.pose.T_camera_reference),
-        readout_in_use_s(static_cast<float>(record.readout.in_use_s)) {
-    for (std::size_t i = 0; i < twist_per_s.size(); ++i)
-      twist_per_s[i] = static_cast<float>(record.readout.twist_per_s[static_cast<Eigen::Index>(i)]);
-  }
+        T_camera_reference(record.pose.T_camera_reference) {}
 };
 using Trajectory = std::deque<PosedFrame>;
 
-/// T_world_camera of the tracked frames, in their order, with the map's present keyframe poses; of
-/// those tracked before a read-out time was found as if it had been known.
-[[nodiscard]] std::vector<SE3> corrected_poses(const Trajectory& trajectory, const Map& map);
+/// T_camera_world of frames whose poses were found again at the end (system/early_frames).
+using RevisedPoses = std::map<FrameId, SE3>;
+
+/// T_world_camera of the tracked frames, in their order, with the map's present keyframe poses.
+[[nodiscard]] std::vector<SE3> corrected_poses(const Trajectory& trajectory,
+                                               const RevisedPoses& revised, const Map& map);
 
 }  // namespace ygslam

@@ -113,6 +113,7 @@ class LiveRunner final : public Runner {
       statistics.segment = segmenter_->statistics().times;
       statistics.masks_failed = segmenter_->statistics().failed;
     }
+    log_.finish(map_->stage().map(), camera_);
     return log_.outcome();
   }
 

@@ -68,6 +68,7 @@ class OfflineRunner final : public Runner {
     mapping_->finish();
     dense_->apply(mapping_->take_dense_update());
     dense_->finish();
+    log_.finish(mapping_->map(), camera_);
     return log_.outcome();
   }
 

@@ -118,13 +118,13 @@ TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
 TEST(Trajectories, HoldTheFramesWithAPoseAndFollowTheKeyframe) {
   Map map = one_keyframe();
   const SlamOutcome outcome = outcome_of(sample());
-  auto poses = final_trajectory(outcome.trajectory, map);
+  auto poses = final_trajectory(outcome.trajectory, {}, map);
   ASSERT_EQ(poses.size(), 2U) << "tracking and weak";
   EXPECT_EQ(poses[0].stamp.ns, to_ns(100.5));
   EXPECT_EQ(poses[1].stamp.ns, to_ns(102.0));
   EXPECT_NEAR(poses[1].T_world_camera.t().z(), 0.4, 1e-12);
   map.set_pose(KeyframeId{0}, SE3(Mat3::Identity(), Vec3(-1, 0, 0)));  // corrected later
-  poses = final_trajectory(outcome.trajectory, map);
+  poses = final_trajectory(outcome.trajectory, {}, map);
   EXPECT_NEAR(poses[1].T_world_camera.t().x(), 1.0, 1e-12);
   const auto live = parse_tum_trajectory(file_of(sample(), "trajectory_live.txt"), "live").value();
   EXPECT_NEAR(live[1].T_world_camera.t().x(), 0.0, 1e-12) << "as delivered";
@@ -234,7 +234,7 @@ TEST(RunWriter, WritesEveryFileAndLeavesOthersAlone) {
     ASSERT_TRUE(files->commit().ok());
   }
   const SlamOutcome outcome = outcome_of(sample());
-  const auto poses = final_trajectory(outcome.trajectory, one_keyframe());
+  const auto poses = final_trajectory(outcome.trajectory, {}, one_keyframe());
   ASSERT_TRUE(write_run(folder.path(), poses, one_keyframe(), {}, 6).ok());
   EXPECT_EQ(testing::read(folder.path() / "mine.txt"), "keep");
   EXPECT_EQ(read_tum_trajectory(folder.path() / "trajectory.txt")->size(), 2U);

@@ -24,6 +24,7 @@ void log_shutter(const ShutterReport& report) {
 
 void RunLog::add(const FrameRecord& record, const TrackResult& result) {
   if (result.shutter) log_shutter(*result.shutter);
+  early_frames_.add(record, result);
   RunStatistics& s = outcome_.statistics;
   ++s.frames;
   if (record.has_pose()) {

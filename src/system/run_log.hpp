@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/histogram.hpp"
+#include "system/early_frames.hpp"
 #include "system/frame_record.hpp"
 
 namespace ygslam {
@@ -32,6 +33,7 @@ struct RunStatistics {
 
 struct SlamOutcome {
   Trajectory trajectory;  ///< of the tracked frames, where it is kept
+  RevisedPoses revised;   ///< at the end
   RunStatistics statistics;
 };
 
@@ -43,12 +45,20 @@ class RunLog {
 
   [[nodiscard]] RunStatistics& statistics() { return outcome_.statistics; }
   [[nodiscard]] const SlamOutcome& outcome() const { return outcome_; }
+  /// At the end: frames of the beginning are placed in the map as it has become.
+  void finish(const Map& map, const Camera& camera) {
+    if (outcome_.revised.empty()) outcome_.revised = early_frames_.revised(map, camera);
+  }
   /// Forgets the run; the sinks stay.
-  void clear() { outcome_ = {}; }
+  void clear() {
+    outcome_ = {};
+    early_frames_ = {};
+  }
 
  private:
   std::vector<FrameSink> sinks_;
   SlamOutcome outcome_;
+  EarlyFrames early_frames_;
   const bool keep_trajectory_;
   bool lost_ = false;  // in the last frame
 };

@@ -104,12 +104,13 @@ std::vector<StampedPose> in_trajectory(std::vector<StampedPose> keyframes,
 
 }  // namespace
 
-std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Map& map) {
+std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const RevisedPoses& revised,
+                                          const Map& map) {
   std::vector<StampedPose> poses;
   if (map.keyframes().empty()) return poses;
   const KeyframeId root = map.main_root();
   const auto roots = map.roots();
-  const std::vector<SE3> T_world_camera = corrected_poses(trajectory, map);
+  const std::vector<SE3> T_world_camera = corrected_poses(trajectory, revised, map);
   for (std::size_t i = 0; i < trajectory.size(); ++i)
     if (roots.at(map.nearest_kept(trajectory[i].reference)) == root)
       poses.push_back({trajectory[i].stamp, T_world_camera[i]});

@@ -20,6 +20,7 @@ namespace ygslam {
 
 /// Final poses of the frames, with the map's corrected keyframes, their centres on a smooth path.
 [[nodiscard]] std::vector<StampedPose> final_trajectory(const Trajectory& trajectory,
+                                                        const RevisedPoses& revised,
                                                         const Map& map);
 [[nodiscard]] std::vector<StampedPose> keyframe_trajectory(const Map& map);
 

@@ -84,7 +84,7 @@ TEST(LiveRunner, FeedAFewAndFinishFiftyTimes) {
     for (std::size_t k = 0; k < count; ++k) (void)runner->process(recording.frames[k]);
     const SlamOutcome& outcome = runner->finish();
     EXPECT_EQ(outcome.statistics.frames, count);
-    EXPECT_EQ(final_trajectory(outcome.trajectory, runner->map()).size(), count);
+    EXPECT_EQ(final_trajectory(outcome.trajectory, outcome.revised, runner->map()).size(), count);
   }
 }
 

@@ -71,7 +71,8 @@ class Settings : public ::testing::Test {
     for (const FramePtr& frame : recording_->frames) (void)session->runner->process(frame);
     const SlamOutcome& outcome = session->runner->finish();
     EXPECT_EQ(outcome.statistics.frames, recording_->frames.size());
-    for (const StampedPose& pose : final_trajectory(outcome.trajectory, session->runner->map())) {
+    for (const StampedPose& pose :
+         final_trajectory(outcome.trajectory, outcome.revised, session->runner->map())) {
       EXPECT_TRUE(pose.T_world_camera.is_finite());
     }
     (void)session->runner->cloud();

@@ -118,7 +118,7 @@ struct Trial {
   }
   [[nodiscard]] Map map() const { return runner->map(); }
   [[nodiscard]] std::vector<StampedPose> trajectory() const {
-    return final_trajectory(outcome.trajectory, map());
+    return final_trajectory(outcome.trajectory, outcome.revised, map());
   }
   /// Poses as they were delivered.
   [[nodiscard]] std::vector<StampedPose> live_trajectory() const {

@@ -16,28 +16,19 @@ struct ShutterReport {
   bool taken_over = false;  ///< false: the camera's file is believed
 };
 
-/// What a frame's pose becomes where its read-out time is found after it was tracked, to first
-/// order:
-///   T_camera_world <- exp((readout_s - in_use_s) twist_per_s) T_camera_world
-struct ReadoutSensitivity {
-  double in_use_s = 0;
-  Vec6 twist_per_s = Vec6::Zero();  ///< zero: does not depend on it, or not known
-};
-
 class ShutterWatch {
  public:
   explicit ShutterWatch(const Camera& camera);
 
   [[nodiscard]] const ShutterTimes& times() const { return times_; }
+  /// Told by the camera's file, not found.
+  [[nodiscard]] bool known() const { return known_; }
   /// It rolls, or nobody knows.
   [[nodiscard]] bool may_roll() const { return !known_ || !times_.is_global(); }
 
   /// @param frame one that was tracked. @return something where it is new to the user.
   [[nodiscard]] std::optional<ShutterReport> step(const TrackedFrame& frame,
                                                   const SE3& T_camera_world, const LocalView& view);
-  /// Of the pose, while the times are not surely known. Landmarks count alike, with one pixel.
-  [[nodiscard]] ReadoutSensitivity sensitivity(const TrackedFrame& frame, const SE3& T_camera_world,
-                                               const LocalView& view) const;
 
  private:
   const Camera& camera_;

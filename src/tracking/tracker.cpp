@@ -122,7 +122,7 @@ void Tracker::estimate_camera(const TrackedFrame& current, const SE3& T_camera_w
                               const LocalView& view, TrackResult& result) {
   if (state_ != TrackState::kTracking) return;
   if (config_.calibrated.empty()) {
-    result.readout = shutter_.sensitivity(current, T_camera_world, view);
+    if (!shutter_.known()) result.guessed_read_out = current.read_out;
     result.shutter = shutter_.step(current, T_camera_world, view);
   } else {
     calibration_.add(current, T_camera_world, view);

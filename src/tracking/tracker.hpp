@@ -80,7 +80,7 @@ struct TrackResult {
   std::vector<TrackedObject> objects;  ///< things that move or could
   std::vector<LandmarkId> landmarks;   ///< per feature, matched
   std::optional<ShutterReport> shutter;  ///< where something new is known
-  ReadoutSensitivity readout;            ///< of the pose
+  std::optional<ReadOut> guessed_read_out;  ///< of the features, while the camera's file says none
   /// Of TrackerConfig::calibrated, once there is one.
   std::optional<CameraEstimator::Estimate> camera_estimate;
   int matches = 0;

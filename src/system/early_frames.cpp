@@ -1,0 +1,133 @@
+#include "system/early_frames.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "features/attach.hpp"
+#include "map/observation_noise.hpp"
+#include "optim/pose_only.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr std::size_t kMostFrames = 1500;  // 50 s: who has not moved by then has nothing to correct
+constexpr std::size_t kMostSights = 150;
+constexpr std::size_t kLeastSights = 20;
+constexpr double kNearest_m = 0.3;   // nearer, a landmark's own error is many pixels
+constexpr double kNeighbourS = 0.1;  // two frames tell the velocity between them
+constexpr int kRounds = 2;           // the first with the velocities tracking had
+
+}  // namespace
+
+void EarlyFrames::add(const FrameRecord& record, const TrackResult& result) {
+  if (record.has_pose() && result.guessed_read_out) keep(record, result);
+  if (!result.shutter || !result.shutter->taken_over) return;
+  readout_s_ = result.shutter->readout_s;
+  std::ranges::move(waiting_, std::back_inserter(early_));
+  waiting_.clear();
+}
+
+void EarlyFrames::keep(const FrameRecord& record, const TrackResult& result) {
+  Frame frame{record.frame, record.stamp, record.pose, *result.guessed_read_out, {}};
+  const auto matched = static_cast<std::size_t>(std::ssize(result.landmarks) -
+                                                std::ranges::count(result.landmarks, kNoLandmark));
+  const std::size_t stride = matched / kMostSights + 1;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < result.landmarks.size(); ++i) {
+    if (result.landmarks[i] == kNoLandmark || found++ % stride != 0) continue;
+    const Feature& f = result.features->points[i];
+    frame.sights.push_back({result.landmarks[i], f.ideal_px, f.uv_px.y(), f.depth_m,
+                            result.labels.weight[i], f.octave, f.on_depth_edge});
+  }
+  waiting_.push_back(std::move(frame));
+  if (waiting_.size() > kMostFrames) waiting_.pop_front();
+}
+
+class EarlyFrames::Revision {
+ public:
+  Revision(const std::vector<Frame>& frames, double readout_s, const Map& map, const Camera& camera)
+      : frames_(frames), map_(map), camera_(camera) {
+    for (const Frame& frame : frames) {
+      ReadOut read_out{{readout_s, readout_s, 0}, frame.read_out.body_velocity};
+      placed_.push_back({read_out, pose_now(frame), false});
+    }
+    for (int round = 0; round < kRounds; ++round) {
+      if (round > 0) measure_velocities();
+      for (std::size_t i = 0; i < frames_.size(); ++i) place(frames_[i], placed_[i]);
+    }
+  }
+
+  [[nodiscard]] RevisedPoses poses() const {
+    RevisedPoses poses;
+    for (std::size_t i = 0; i < frames_.size(); ++i)
+      if (placed_[i].found) poses.emplace(frames_[i].frame, placed_[i].T_camera_world);
+    return poses;
+  }
+
+ private:
+  struct Placed {
+    ReadOut read_out;
+    SE3 T_camera_world;
+    bool found;
+  };
+
+  [[nodiscard]] SE3 pose_now(const Frame& frame) const {
+    const KeyframeId own = map_.keyframe_of(frame.frame);
+    return own != kNoKeyframe
+               ? map_.resolved_pose(own)
+               : frame.pose.T_camera_reference * map_.resolved_pose(frame.pose.reference);
+  }
+
+  void measure_velocities() {
+    for (std::size_t i = 1; i + 1 < frames_.size(); ++i) {
+      const double dt_s = seconds_between(frames_[i + 1].stamp, frames_[i - 1].stamp);
+      if (dt_s <= 0 || dt_s > kNeighbourS || !placed_[i - 1].found || !placed_[i + 1].found)
+        continue;
+      const SE3 T_before_after =
+          placed_[i - 1].T_camera_world * placed_[i + 1].T_camera_world.inverse();
+      placed_[i].read_out.body_velocity = T_before_after.log() / dt_s;
+    }
+  }
+
+  void place(const Frame& frame, Placed& placed) const {
+    Features features;
+    std::vector<const Sight*> sights;
+    for (const Sight& sight : frame.sights) {
+      if (!map_.has_landmark(sight.landmark)) continue;
+      const Vec3 p_cam = placed.T_camera_world * map_.landmark(sight.landmark).p_world;
+      if (p_cam.z() < kNearest_m) continue;
+      Feature f;
+      f.uv_px = {0, sight.row_px};
+      f.ideal_px = sight.ideal_px;
+      f.depth_m = sight.depth_m;
+      f.octave = sight.octave;
+      f.on_depth_edge = sight.on_depth_edge;
+      features.points.push_back(f);
+      sights.push_back(&sight);
+    }
+    if (sights.size() < kLeastSights) return;
+    move_to_other_times(features, camera_, frame.read_out, placed.read_out);
+    std::vector<PoseObservation> observations;
+    for (std::size_t i = 0; i < sights.size(); ++i) {
+      const Feature& f = features.points[i];
+      observations.push_back(
+          {map_.landmark(sights[i]->landmark).p_world,
+           observe(f, map_.scales().of(f.octave), NoiseConfig{}, sights[i]->weight)});
+    }
+    const auto pose = solve_pose(camera_, placed.T_camera_world, observations, PoseOnlyConfig{});
+    if (!pose || pose->inliers < static_cast<int>(kLeastSights)) return;
+    placed.T_camera_world = pose->T_camera_world;
+    placed.found = true;
+  }
+
+  const std::vector<Frame>& frames_;
+  const Map& map_;
+  const Camera& camera_;
+  std::vector<Placed> placed_;
+};
+
+RevisedPoses EarlyFrames::revised(const Map& map, const Camera& camera) const {
+  return readout_s_ ? Revision(early_, *readout_s_, map, camera).poses() : RevisedPoses{};
+}
+
+}  // namespace ygslam

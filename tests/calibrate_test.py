@@ -5,6 +5,7 @@ import unittest
 
 from ygslam_cli import CliTest, sequence, ygslam
 
+DELAY_MS = -8
 TIMES = ("colour_readout_ms", "depth_readout_ms", "depth_delay_ms")
 READOUT_MS = 0.8 * 1000 / 30
 
@@ -21,7 +22,8 @@ class Calibrate(CliTest):
         super().setUp()
         self.lively = self.folder / "lively"
         done = ygslam("simulate", "walking_rpy", "--out", self.lively, "--without", "movers",
-                      "--size", "320x240", "--seconds", 6, "--rolling", 0.8)
+                      "--size", "320x240", "--seconds", 6, "--rolling", 0.8,
+                      "--depth-delay-ms", DELAY_MS)
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def found(self, done):
@@ -40,7 +42,7 @@ class Calibrate(CliTest):
         self.assertAlmostEqual(value, READOUT_MS, delta=2)
         self.assertLess(std, 2)
         self.assertEqual(verdict, "differs")
-        self.assertAlmostEqual(found["depth_delay_ms"][0], 0, delta=3)
+        self.assertAlmostEqual(found["depth_delay_ms"][0], DELAY_MS, delta=3)
         errors = {}
         as_global = self.folder / "as_global"
         shutil.copytree(self.lively, as_global)

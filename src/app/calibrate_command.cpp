@@ -18,7 +18,8 @@
 namespace ygslam {
 namespace {
 
-constexpr int kRounds = 6;  // each tracks the recording with what the one before found
+constexpr int kRounds = 4;  // each tracks the recording with what the one before found
+constexpr double kDelayStep = 3;
 constexpr double kMs = 1e-3;
 constexpr double kSigmas = 3.0;
 constexpr double kMostTime_ms = 100;
@@ -122,6 +123,16 @@ CameraConfig with_times(CameraConfig camera, const Findings& findings) {
   return camera;
 }
 
+/// The times to track with next: the depth's delay goes beyond what was found, for the map, whose
+/// depths were delayed as well, hides most of it.
+CameraConfig for_next_round(const CameraConfig& camera, const Findings& findings) {
+  CameraConfig next = with_times(camera, findings);
+  next.depth_delay_ms = std::clamp(
+      camera.depth_delay_ms + kDelayStep * (next.depth_delay_ms - camera.depth_delay_ms),
+      -kMostTime_ms, kMostTime_ms);
+  return next;
+}
+
 void print(const CameraConfig& used, const Findings& findings) {
   std::printf("%-18s %10s %10s %8s\n", "", "file", "found", "+-");
   for (std::size_t i = 0; i < kWanted.size(); ++i) {
@@ -181,7 +192,7 @@ Status calibrate(Calibration& calibration) {
                                           "told of it"};
     }
     findings = **found;
-    camera = with_times(used, findings);
+    camera = for_next_round(camera, findings);
   }
   print(used, findings);
   if (calibration.write.empty()) return Ok{};
@@ -189,7 +200,7 @@ Status calibrate(Calibration& calibration) {
     return Error{ErrorKind::kInput, options.sequence + ": does not tell colour_readout_ms: " +
                                         calibration.write + " is not written"};
   }
-  return write_file_atomically(calibration.write, camera_text(camera));
+  return write_file_atomically(calibration.write, camera_text(with_times(used, findings)));
 }
 
 }  // namespace

@@ -2,8 +2,10 @@
 
     python tests/pipe_test.py
 """
+import asyncio
 import os
 import pathlib
+import re
 import signal
 import socket
 import subprocess
@@ -18,6 +20,7 @@ from rosbags.typesys import get_types_from_msg
 
 from bag_test import FRAMES, RESULTS, BagTest
 from bags import DEPTH, INFO, RGB, STORE, write_mcap
+from view_test import Client
 from ygslam_cli import BINARY, HANG_S, ROOT, CliTest, trajectory, ygslam
 
 CAMERA = os.environ.get("YGSLAM_CAMERA_STREAM",
@@ -154,6 +157,7 @@ class Pipe(BagTest):
         self.assertGreater(metrics["dropped"], 0)
         rows = (self.folder / "out" / "frames.csv").read_text(encoding="utf-8").count("\n") - 1
         self.assertEqual(rows + metrics["dropped"], FRAMES)
+        self.assertIn(f"{metrics['dropped']} of {FRAMES} frames were dropped", self.log())
 
     def test_one_that_breaks_off_ends_with_what_there_is(self):
         data = self.mcap("plain.mcap", "", use_chunking=False).read_bytes()
@@ -238,6 +242,25 @@ class Pipe(BagTest):
         process.wait(timeout=HANG_S)
         self.assertEqual(self.finish(process, None).returncode, 143)
         self.assertFalse((self.folder / "none").exists())
+
+    def test_the_page_stops_it_while_nothing_comes(self):
+        async def stop(port, token):
+            client = await Client.connect(port, token)
+            return await client.call("stop")
+        data = self.mcap("plain.mcap", "", use_chunking=False).read_bytes()
+        process = self.start("--realtime", "--view", "0")
+        process.stdin.write(data[:place_of_frame(data, 8)])
+        process.stdin.flush()
+        address = None
+        while not address:
+            line = process.stderr.readline().decode()
+            self.assertTrue(line, "no address was told")
+            address = re.search(r"look at http://127\.0\.0\.1:(\d+)/#(\w+)", line)
+        self.wait_for(lambda: (self.folder / "out" / "log.txt").exists())  # a frame has come
+        self.assertTrue(asyncio.run(stop(int(address[1]), address[2]))[0])
+        process.wait(timeout=HANG_S)
+        self.assert_ran(self.finish(process, None))
+        self.assertGreater(self.metrics()["readable"], 4)
 
     def wait_for(self, what):
         end = time.monotonic() + HANG_S

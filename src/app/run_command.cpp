@@ -238,7 +238,11 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
         loops_csv(run.session.runner->loop_attempts(), run.sequence.stamp_decimals));
   if (written.ok()) written = run.files->commit();
   if (!written.ok()) return written;
-  auto metrics = metrics_json(outcome, map, run.reader->counts(), run.facts);
+  const FrameReaderCounts counts = run.reader->counts();
+  if (counts.dropped > 0)
+    log::info("{} of {} frames were dropped: the tracker was late", counts.dropped,
+              counts.readable);
+  auto metrics = metrics_json(outcome, map, counts, run.facts);
   if (!is_quiet()) {
     std::printf("%llu frames, %.1f %% tracked, %zu keyframes, %zu landmarks, %.1f s\n",
                 static_cast<unsigned long long>(outcome.statistics.frames), 100 * coverage(outcome),

@@ -7,7 +7,8 @@ YGSLAM_SHARED ?= $(abspath ../shared)
 export YGSLAM_SHARED
 
 SOURCES = git ls-files --cached --others --exclude-standard \
-  'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp'
+  'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp' 'ros2/*.cpp' \
+  'tests/*.[ch]pp'
 
 .PHONY: help setup setup-checks configure build demo test bench model quantize train \
   format check-format lint sanitize clean

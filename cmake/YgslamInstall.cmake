@@ -16,6 +16,9 @@ install(FILES ${CMAKE_BINARY_DIR}/ygslamConfig.cmake ${CMAKE_BINARY_DIR}/ygslamC
 
 set_target_properties(ygslam_cli PROPERTIES INSTALL_RPATH "$ORIGIN/../${runtime_dir}")
 install(TARGETS ygslam_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(FILES ${CMAKE_BINARY_DIR}/ygslam.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${CMAKE_BINARY_DIR}/ygslam.bash RENAME ygslam
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 
 # OpenVINO: the core, the CPU plugin, the readers of ONNX and IR, and the thread pool they use.
 get_target_property(openvino_library openvino::runtime IMPORTED_LOCATION_RELEASE)

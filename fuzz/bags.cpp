@@ -1,13 +1,38 @@
 #include "bag/bag_sequence.hpp"
 
+#include <fcntl.h>
+
 #include <algorithm>
 
+#include "bag/stream_sequence.hpp"
 #include "core/check.hpp"
+#include "core/log.hpp"
 #include "fuzz/targets.hpp"
 #include "io/frame_loader.hpp"
+#include "io/frame_stream.hpp"
 #include "io/testing/temp_folder.hpp"
 
 namespace ygslam::fuzz {
+namespace {
+
+void as_stream(const std::filesystem::path& path, const std::optional<CameraConfig>& camera) {
+  const auto sequence = open_stream_sequence(
+      ByteStream(::open(path.c_str(), O_RDONLY | O_CLOEXEC), "stream", {}), {}, camera);
+  if (!sequence.ok()) {
+    CHECK(sequence.error().message.find('\n') == std::string::npos, "a fault is one line");
+    return;
+  }
+  std::optional<Timestamp> before;
+  while (const auto pair = sequence->stream->next(kNoFrame, {}, {})) {
+    if (!pair->frame) continue;
+    CHECK(!before || *before < pair->frame->stamp, "frames come in order");
+    before = pair->frame->stamp;
+    CHECK(pair->frame->colour.width() == sequence->camera.width &&
+          pair->frame->depth_m.height() == sequence->camera.height);
+  }
+}
+
+}  // namespace
 
 void bags(std::string_view bytes) {
   static const testing::TempFolder kFolder("ygslam-fuzz-bag");
@@ -16,7 +41,9 @@ void bags(std::string_view bytes) {
   CameraConfig camera;
   camera.fx = camera.fy = 10;
   camera.width = camera.height = 0;
+  const log::ScopedSink quiet(std::make_shared<const log::Sink>([](auto, const auto&) {}));
   for (const auto& given : {std::optional<CameraConfig>(), std::optional(camera)}) {
+    as_stream(path, given);
     const auto sequence = open_bag_sequence(path, {}, given);
     if (!sequence.ok()) {
       CHECK(sequence.error().message.find('\n') == std::string::npos, "a fault is one line");

@@ -17,7 +17,8 @@ METRICS = {"frames", "readable", "tracked", "coverage", "lost_intervals", "keyfr
            "version", "machine"}
 SUMMARY = {"median", "mean", "p95", "p99", "max"}
 ERRORS = {"rmse", "mean", "median", "std", "min", "max"}
-COMMANDS = ("run", "eval", "bench", "calibrate", "simulate", "inspect", "map", "export", "render", "config")
+COMMANDS = ("run", "eval", "bench", "calibrate", "simulate", "inspect", "map", "export", "render", "config",
+            "completion", "manual")
 
 
 def read_ply(path):

@@ -52,6 +52,11 @@ class Installed(unittest.TestCase):
         done = call("cmake", "--build", cls.folder / "build")
         assert done.returncode == 0, done.stdout + done.stderr
         cls.example = cls.folder / "build" / "example"
+        done = call("cmake", "-S", ROOT / "examples" / "camera_stream", "-B", cls.folder / "camera",
+                    f"-DCMAKE_PREFIX_PATH={cls.prefix}")
+        assert done.returncode == 0, done.stdout + done.stderr
+        done = call("cmake", "--build", cls.folder / "camera")
+        assert done.returncode == 0, done.stdout + done.stderr
         cls.program = cls.prefix / "bin" / "ygslam"
 
     def hidden(self, *command):
@@ -148,6 +153,15 @@ class Installed(unittest.TestCase):
                            "geometry")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue((self.folder / "out" / "map.ply").exists())
+
+    def test_a_camera_is_piped_into_it(self):
+        done = self.hidden("bash", "-c", '"$0" 0.5 | "$1" run - --out "$2" --dynamic geometry',
+                           self.folder / "camera" / "camera_stream", self.program,
+                           self.folder / "camera_out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("15 frames, 100.0 % tracked", done.stdout)
+        done = call("ldd", self.folder / "camera" / "camera_stream")
+        self.assertNotIn("ygslam", done.stdout)
 
     def test_the_python_tools_are_found_beside_the_program(self):
         tools = self.prefix / "share" / "ygslam" / "report"

@@ -86,7 +86,9 @@ class Client:
                 return bool(body[4]), body[12:12 + length - 1].decode()
 
 
-class View(CliTest):
+class Watched(CliTest):
+    """Runs with a page."""
+
     def setUp(self):
         super().setUp()
         self.runs = []
@@ -119,6 +121,8 @@ class View(CliTest):
         except urllib.error.HTTPError as error:
             return error.code, error.read().decode(), error.headers
 
+
+class View(Watched):
     def test_a_client_sees_every_frame_it_can_take_and_the_map(self):
         async def look(port):
             client = await Client.connect(port)

@@ -33,7 +33,9 @@ echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib
 .venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements.txt
 # Its metrics need NumPy and SciPy only; what it would pull in for video data sets is large.
 .venv/bin/pip install --quiet --disable-pip-version-check --no-deps trackeval==1.3.0
-# Khronos' validator of GLB files, for one test; where there is no Node.js that test is skipped.
+# Khronos' validator of GLB files and Foxglove's own client, for one test each; where there is no
+# Node.js these are skipped.
 if command -v npm >/dev/null; then
   npm install --silent --no-audit --no-fund --prefix .venv/gltf-validator gltf-validator@2.0.0-dev.3.10
+  npm install --silent --no-audit --no-fund --prefix .venv/foxglove @foxglove/ws-protocol@0.8.0 ws@8.23.0
 fi

@@ -8,10 +8,12 @@
 
 #include "app/bench_command.hpp"
 #include "app/calibrate_command.hpp"
+#include "app/completion_command.hpp"
 #include "app/config_command.hpp"
 #include "app/eval_command.hpp"
 #include "app/export_command.hpp"
 #include "app/inspect_command.hpp"
+#include "app/manual_command.hpp"
 #include "app/map_command.hpp"
 #include "app/program_log.hpp"
 #include "app/render_command.hpp"
@@ -73,6 +75,8 @@ int main(int argc, char** argv) {
     ygslam::add_export_command(app, exit_code);
     ygslam::add_render_command(app, exit_code);
     ygslam::add_config_command(app);
+    ygslam::add_completion_command(app);
+    ygslam::add_manual_command(app);
     refuse_empty_values(app);
     try {
       app.parse(argc, argv);

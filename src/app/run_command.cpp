@@ -11,13 +11,13 @@
 #include "app/progress_bar.hpp"
 #include "app/recording_check.hpp"
 #include "app/run_options.hpp"
+#include "app/run_page.hpp"
 #include "app/scene_output.hpp"
 #include "app/stop_signal.hpp"
 #include "core/statistics.hpp"
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
 #include "live/run_recorder.hpp"
-#include "live/run_view.hpp"
 #include "segment/movable.hpp"
 #include "system/dense_file.hpp"
 #include "system/map_saver.hpp"
@@ -91,23 +91,6 @@ FrameReaderConfig reader_config(const Run& run) {
   return config;
 }
 
-Result<std::unique_ptr<RunView>> start_view(const Run& run) {
-  const RunOptions& o = run.options;
-  auto config = parse_view_address(*o.view);
-  if (!config.ok()) return config.error();
-  constexpr const char* kOfTokens =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~";  // as in addresses
-  if (o.view_token.find_first_not_of(kOfTokens) != std::string::npos)
-    return Error{ErrorKind::kUsage, "--view-token: letters, digits and -._~ only"};
-  config->token = o.view_token;
-  config->origins = o.view_origins;
-  auto view = RunView::start(
-      {*config, run.sequence.camera, o.realtime, !o.save_map.empty(), o.view_paused});
-  if (!view.ok()) return view.error();
-  std::fprintf(stderr, "look at %s\n", (*view)->url().c_str());
-  return view;
-}
-
 /// Forgets all that was, in the run's files too.
 Status begin_anew(Run& run) {
   run.session.runner->reset();
@@ -152,14 +135,14 @@ Status process_frames(Run& run, LogFile& log_file) {
   std::optional<RunRecorder> recorder;
   Status recorded = Ok{};
   if (o.view) {
-    auto started = start_view(run);
+    auto started = start_page(o, run.sequence.camera);
     if (!started.ok()) return started.error();
     run.view = std::move(started).value();
   }
   ProgressBar progress(run.reader->counts().offered, is_quiet());
   bool first = true;
   std::optional<Error> picture_error;
-  while (auto frame = run.reader->next()) {
+  while (auto frame = run.reader->next(run.view ? run.view->stop_token() : std::stop_token())) {
     if (std::exchange(first, false)) {
       if (Status opened = open_map_saver(run); !opened.ok()) return opened;
       if (!o.mcap.empty()) {
@@ -186,9 +169,10 @@ Status process_frames(Run& run, LogFile& log_file) {
     }
     if (recorder && recorded.ok()) recorded = recorder->add(**frame, result, *run.session.runner);
     progress.update(index((*frame)->id) + 1, to_string(result.state));
-    run.interrupted_by = StopSignal::received();
-    if (run.interrupted_by) break;
+    if (StopSignal::received()) break;
   }
+  run.interrupted_by = StopSignal::received();
+  run.stopped = run.view && run.view->stop_token().stop_requested();
   const SlamOutcome& outcome = run.session.runner->finish();
   if (pictures && !picture_error) {
     Status drawn = pictures->finish();
@@ -254,7 +238,11 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
         loops_csv(run.session.runner->loop_attempts(), run.sequence.stamp_decimals));
   if (written.ok()) written = run.files->commit();
   if (!written.ok()) return written;
-  auto metrics = metrics_json(outcome, map, run.reader->counts(), run.facts);
+  const FrameReaderCounts counts = run.reader->counts();
+  if (counts.dropped > 0)
+    log::info("{} of {} frames were dropped: the tracker was late", counts.dropped,
+              counts.readable);
+  auto metrics = metrics_json(outcome, map, counts, run.facts);
   if (!is_quiet()) {
     std::printf("%llu frames, %.1f %% tracked, %zu keyframes, %zu landmarks, %.1f s\n",
                 static_cast<unsigned long long>(outcome.statistics.frames), 100 * coverage(outcome),
@@ -310,6 +298,7 @@ Result<int> run_all(Run& run) {
   const RunOptions& o = run.options;
   const ScopedTimer startup;
   Status prepared = prepare(run);
+  if (!prepared.ok() && StopSignal::received()) return 128 + StopSignal::received();
   if (!prepared.ok()) return prepared.error();
   Status writable = ensure_writable_directory(o.out_dir);
   if (!writable.ok()) return writable.error();
@@ -327,9 +316,9 @@ Result<int> run_all(Run& run) {
   run.facts.seed = run.config.run.seed;
   run.facts.schedule = o.deterministic ? "deterministic" : o.realtime ? "realtime" : "file";
   run.facts.startup_s = startup.wall_ms() / 1000;
-  log::info("{}: {} pairs, camera from {}, mode {}, segmenter {} {}", o.sequence,
-            run.sequence.pairs.size(), run.sequence.camera_source, run.facts.mode,
-            run.facts.segmenter, run.facts.precision);
+  log::info("{}: {}, camera from {}, mode {}, segmenter {} {}", o.sequence,
+            run.sequence.stream ? "a stream" : fmt::format("{} pairs", run.sequence.pairs.size()),
+            run.sequence.camera_source, run.facts.mode, run.facts.segmenter, run.facts.precision);
   log_shutter(run.sequence);
 
   const ScopedTimer wall;

@@ -2,8 +2,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/stop_signal.hpp"
 #include "bag/bag.hpp"
 #include "bag/ros_images.hpp"
+#include "bag/stream_sequence.hpp"
 #include "io/image_folders.hpp"
 #include "io/text.hpp"
 #include "system/camera_yaml.hpp"
@@ -11,7 +13,27 @@
 namespace ygslam {
 namespace {
 
+constexpr std::string_view kSocket = "unix:";
+
+bool is_stream(const std::string& sequence) {
+  return sequence == "-" || sequence.starts_with(kSocket);
+}
+
+Result<Sequence> open_stream(const RunOptions& options, const std::optional<CameraConfig>& camera) {
+  if (!options.may_stream)
+    return Error{ErrorKind::kUsage, options.sequence + ": streams are for run and localize only"};
+  if (!options.background_dir.empty())
+    return Error{ErrorKind::kUsage, "--background reads its input twice, which a stream is not"};
+  const auto interrupted = [] { return StopSignal::received() != 0; };
+  auto bytes = options.sequence == "-"
+                   ? ByteStream::standard_input(interrupted)
+                   : ByteStream::unix_socket(options.sequence.substr(kSocket.size()), interrupted);
+  if (!bytes.ok()) return bytes.error();
+  return open_stream_sequence(std::move(bytes).value(), options.topics, camera);
+}
+
 void add_run_options(CLI::App& command, RunOptions& o) {
+  o.may_stream = true;
   command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
   command
       .add_option("--dynamic", o.dynamic_mode,
@@ -41,7 +63,10 @@ void add_run_options(CLI::App& command, RunOptions& o) {
 }  // namespace
 
 void add_input_options(CLI::App& command, RunOptions& o) {
-  command.add_option("SEQUENCE", o.sequence, "Folder of images or bag (docs/inputs.md)")
+  command
+      .add_option("SEQUENCE", o.sequence,
+                  "Folder of images, bag, - for an MCAP stream on standard input, unix:SOCKET "
+                  "(docs/inputs.md)")
       ->required();
   command.add_option("--model", o.model, "YOLOv8-seg network, .onnx or .xml")->type_name("FILE");
   command.add_option("--segmenter", o.segmenter, "Where masks come from")
@@ -163,7 +188,8 @@ Status load_settings(const RunOptions& options, SlamConfig& config) {
 }
 
 Result<Sequence> open_sequence(const RunOptions& options) {
-  const bool is_bag = ygslam::is_bag(options.sequence);
+  const bool is_stream = ygslam::is_stream(options.sequence);
+  const bool is_bag = is_stream || ygslam::is_bag(options.sequence);
   if (!is_bag && !(options.topics.rgb + options.topics.depth).empty())
     return Error{ErrorKind::kUsage,
                  "--rgb-topic, --depth-topic: " + options.sequence + " is no bag"};
@@ -174,18 +200,21 @@ Result<Sequence> open_sequence(const RunOptions& options) {
     if (!read.ok()) return read.error();
     camera = *read;
   }
-  auto sequence = is_bag ? open_bag_sequence(options.sequence, options.topics, camera)
-                         : open_folder_sequence(options.sequence, camera);
+  auto sequence = is_stream ? open_stream(options, camera)
+                  : is_bag  ? open_bag_sequence(options.sequence, options.topics, camera)
+                            : open_folder_sequence(options.sequence, camera);
   if (!sequence.ok() && camera && sequence.error().kind == ErrorKind::kConfig)
     return Error{ErrorKind::kConfig, options.camera_file + ": " + sequence.error().message};
   return sequence;
 }
 
 Status check_range(const RunOptions& o, const Sequence& sequence) {
+  if (sequence.stream && (o.to == 0 || o.to > o.from)) return Ok{};
   if (o.from < sequence.pairs.size() && (o.to == 0 || o.to > o.from)) return Ok{};
-  return Error{ErrorKind::kUsage, "--from " + std::to_string(o.from) + " --to " +
-                                      std::to_string(o.to) + ": no frame of the " +
-                                      std::to_string(sequence.pairs.size())};
+  return Error{
+      ErrorKind::kUsage,
+      "--from " + std::to_string(o.from) + " --to " + std::to_string(o.to) + ": no frame" +
+          (sequence.stream ? std::string() : " of the " + std::to_string(sequence.pairs.size()))};
 }
 
 Status parse_segmenter(const RunOptions& options, SessionOptions& session) {

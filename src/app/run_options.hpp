@@ -21,7 +21,8 @@ struct RunOptions {
   std::string sequence, out_dir;
   std::string model, segmenter = "model", dynamic_mode;
   std::string camera_file, config_file, debug_dir;
-  BagTopics topics;  ///< where the sequence is a bag
+  BagTopics topics;         ///< where the sequence is a bag or a stream
+  bool may_stream = false;  ///< frames are looked at once, in their order
   std::string load_map, save_map, export_dir, background_dir;
   std::string mcap;                   ///< empty = none
   std::optional<std::string> view{};  ///< where the live page listens; none = nowhere
@@ -48,9 +49,9 @@ void declare_localize_options(CLI::App& command, RunOptions& options);
 /// Settings from defaults, --config, --set and the options, in this order. @return all their faults
 /// at once (kConfig), or kUsage for --dynamic.
 [[nodiscard]] Status load_settings(const RunOptions& options, SlamConfig& config);
-/// The sequence with the camera of --camera, if given.
+/// The sequence with the camera of --camera, if given. Waits for the first frames of a stream.
 [[nodiscard]] Result<Sequence> open_sequence(const RunOptions& options);
-/// kUsage where --from and --to leave no frame.
+/// kUsage where --from and --to leave no frame, as far as that is known.
 [[nodiscard]] Status check_range(const RunOptions& options, const Sequence& sequence);
 /// --segmenter model|none|masks:DIR.
 [[nodiscard]] Status parse_segmenter(const RunOptions& options, SessionOptions& session);

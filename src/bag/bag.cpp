@@ -90,7 +90,8 @@ Result<std::unique_ptr<Bag>> open_bag_file(const fs::path& path) {
 
 }  // namespace
 
-std::size_t Bag::add_topic(const std::string& name, const std::string& type, Layout layout) {
+std::size_t MessageReader::add_topic(const std::string& name, const std::string& type,
+                                     Layout layout) {
   std::string short_type = type;
   if (const std::size_t at = type.find("/msg/"); at != std::string::npos)
     short_type.erase(at, std::strlen("/msg"));
@@ -99,13 +100,13 @@ std::size_t Bag::add_topic(const std::string& name, const std::string& type, Lay
   return it->second;
 }
 
-void Bag::note(const std::string& fault) {
+void MessageReader::note(const std::string& fault) {
   if (faults_++ == 0) first_fault_ = fault;
 }
 
-void Bag::warn_of_faults(const fs::path& path) {
+void MessageReader::warn_of_faults(const std::string& source) {
   if (faults_ > 0)
-    warnings_.push_back(path.string() + ": " + std::to_string(faults_) +
+    warnings_.push_back(source + ": " + std::to_string(faults_) +
                         " records or chunks are left out, the first: " + first_fault_);
 }
 

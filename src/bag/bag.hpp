@@ -21,6 +21,7 @@ struct BagTopic {
   std::string name;
   std::string type;  ///< as ROS 1 names it: sensor_msgs/Image
   Layout layout = Layout::kCdr;
+  bool operator==(const BagTopic&) const = default;
 };
 
 /// Where a message lies; what the numbers mean is the bag's own affair.
@@ -36,19 +37,11 @@ struct BagMessage {
   MessagePlace place;
 };
 
-class Bag {
+using MessageVisitor = std::function<void(const BagMessage&)>;
+
+/// What a reader of messages has met: topics and faults.
+class MessageReader {
  public:
-  using Visitor = std::function<void(const BagMessage&)>;
-  virtual ~Bag() = default;
-
-  /// Hands every readable message to `visitor`, in the order of the file. What cannot be read is
-  /// passed over and told in warnings(). To be called once.
-  /// @return kInput, naming the file, where nothing can be made of it.
-  virtual Status visit(const Visitor& visitor) = 0;
-  /// A message met by visit(). May be called from several threads at once.
-  /// @return kInput with a reason alone.
-  [[nodiscard]] virtual Result<Bytes> read(const MessagePlace& place) const = 0;
-
   /// Those met so far.
   [[nodiscard]] const std::vector<BagTopic>& topics() const { return topics_; }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
@@ -60,7 +53,7 @@ class Bag {
   /// Something that is left out.
   void note(const std::string& fault);
   /// At the end: one warning of all that was noted.
-  void warn_of_faults(const std::filesystem::path& path);
+  void warn_of_faults(const std::string& source);
 
   std::vector<BagTopic> topics_;
   std::vector<std::string> warnings_;
@@ -69,6 +62,20 @@ class Bag {
   std::map<std::tuple<std::string, std::string, Layout>, std::size_t> place_of_topic_;
   std::size_t faults_ = 0;
   std::string first_fault_;
+};
+
+class Bag : public MessageReader {
+ public:
+  using Visitor = MessageVisitor;
+  virtual ~Bag() = default;
+
+  /// Hands every readable message to `visitor`, in the order of the file. What cannot be read is
+  /// passed over and told in warnings(). To be called once.
+  /// @return kInput, naming the file, where nothing can be made of it.
+  virtual Status visit(const Visitor& visitor) = 0;
+  /// A message met by visit(). May be called from several threads at once.
+  /// @return kInput with a reason alone.
+  [[nodiscard]] virtual Result<Bytes> read(const MessagePlace& place) const = 0;
 };
 
 /// Whether a path is a bag: by the first bytes of a file; a folder is one with metadata.yaml, or

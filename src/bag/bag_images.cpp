@@ -45,32 +45,46 @@ std::string base_of(const BagTopic& topic) {
 
 }  // namespace
 
+std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagMessage& message) {
+  if (topic.type == ros::kCameraType) {
+    ros::CameraInfo info;
+    if (!content_.cameras.contains(topic.name) && from_cdr(message.bytes, info, topic.layout))
+      content_.cameras[topic.name] = std::move(info);
+    return std::nullopt;
+  }
+  if (topic.type != ros::kImageType && topic.type != ros::kCompressedType) return std::nullopt;
+  const auto [at, is_new] = place_of_.try_emplace(message.topic, content_.images.size());
+  if (is_new) content_.images.emplace_back().topic = topic;
+  ImageTopic& images = content_.images[at->second];
+  Stamped head;
+  if (!from_cdr(message.bytes, head, topic.layout)) return std::nullopt;
+  if (images.kind == ros::ImageKind::kOther) {
+    images.kind = ros::image_kind(topic, message.bytes).value_or(ros::ImageKind::kOther);
+    images.frame_id = head.header.frame_id;
+  }
+  images.images.push_back({*image_stamp(topic, message), message.place});
+  return at->second;
+}
+
 Result<BagContent> read_content(Bag& bag) {
-  BagContent content;
-  std::unordered_map<std::size_t, std::size_t> place_of;  // of the bag's topic in images
-  const auto visited = bag.visit([&](const BagMessage& message) {
-    const BagTopic& topic = bag.topics()[message.topic];
-    if (topic.type == ros::kCameraType) {
-      ros::CameraInfo info;
-      if (!content.cameras.contains(topic.name) && from_cdr(message.bytes, info, topic.layout))
-        content.cameras[topic.name] = std::move(info);
-      return;
-    }
-    if (topic.type != ros::kImageType && topic.type != ros::kCompressedType) return;
-    const auto [at, is_new] = place_of.try_emplace(message.topic, content.images.size());
-    if (is_new) content.images.emplace_back().topic = topic;
-    ImageTopic& images = content.images[at->second];
-    Stamped head;
-    if (!from_cdr(message.bytes, head, topic.layout)) return;
-    if (images.kind == ros::ImageKind::kOther) {
-      images.kind = ros::image_kind(topic, message.bytes).value_or(ros::ImageKind::kOther);
-      images.frame_id = head.header.frame_id;
-    }
-    const Timestamp stamp = ros::from_ros(head.header.stamp);
-    images.images.push_back({stamp.ns == 0 ? message.logged : stamp, message.place});
-  });
+  ContentReader reader;
+  const auto visited = bag.visit(
+      [&](const BagMessage& message) { reader.take(bag.topics()[message.topic], message); });
   if (!visited.ok()) return visited.error();
-  return content;
+  return reader.content();
+}
+
+std::optional<Timestamp> image_stamp(const BagTopic& topic, const BagMessage& message) {
+  Stamped head;
+  if (!from_cdr(message.bytes, head, topic.layout)) return std::nullopt;
+  const Timestamp stamp = ros::from_ros(head.header.stamp);
+  return stamp.ns == 0 ? message.logged : stamp;
+}
+
+ListedImage listed_image(const BagTopic& topic, Timestamp stamp, std::size_t number) {
+  const std::string slash = topic.name.starts_with('/') ? "" : "/";
+  return {stamp, stamp_decimals(stamp),
+          slash + printable(topic.name) + "[" + std::to_string(number) + "]"};
 }
 
 Result<const ImageTopic*> choose_topic(const BagContent& content, const std::string& name,
@@ -135,14 +149,13 @@ std::vector<ListedImage> BagImages::list(const ImageTopic& topic, ListCounts& co
   topics_.push_back(topic.topic);
   for (std::size_t i = 0; i < topic.images.size(); ++i) {
     const BagImage& image = topic.images[i];
-    const std::string slash = topic.topic.name.starts_with('/') ? "" : "/";
-    std::string name = slash + printable(topic.topic.name) + "[" + std::to_string(i) + "]";
-    while (place_of_.contains(name)) name += '\'';  // long names are shown cut
-    place_of_[name] = {topics_.size() - 1, image.place};
+    ListedImage entry = listed_image(topic.topic, image.stamp, i);
+    while (place_of_.contains(entry.file)) entry.file += '\'';  // long names are shown cut
+    place_of_[entry.file] = {topics_.size() - 1, image.place};
     if (image.stamp.ns < 0) {
       ++counts.negative;
     } else {
-      listed.push_back({image.stamp, stamp_decimals(image.stamp), name});
+      listed.push_back(std::move(entry));
     }
   }
   counts.lines += topic.images.size();

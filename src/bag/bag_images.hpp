@@ -30,8 +30,27 @@ struct BagContent {
   std::map<std::string, ros::CameraInfo> cameras;  ///< the first message of each topic
 };
 
+/// Collects the content of a bag, message by message.
+class ContentReader {
+ public:
+  /// @param topic of the message.
+  /// @return where an image that can be used was put: its place in content().images.
+  std::optional<std::size_t> take(const BagTopic& topic, const BagMessage& message);
+  [[nodiscard]] const BagContent& content() const { return content_; }
+
+ private:
+  BagContent content_;
+  std::unordered_map<std::size_t, std::size_t> place_of_;  // of the bag's topic in images
+};
+
 /// Reads through the bag.
 [[nodiscard]] Result<BagContent> read_content(Bag& bag);
+
+/// An image's stamp, of its header; where that is zero, when it was recorded.
+[[nodiscard]] std::optional<Timestamp> image_stamp(const BagTopic& topic,
+                                                   const BagMessage& message);
+/// As it is listed and told in messages. @param number of its topic, from 0 on.
+[[nodiscard]] ListedImage listed_image(const BagTopic& topic, Timestamp stamp, std::size_t number);
 
 /// The topic of a kind: the one of that name, or the only one there is. Of the same image raw and
 /// compressed, the raw one.

@@ -12,6 +12,9 @@ namespace ygslam::mcap {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
 
+/// In front of every record: opcode and length.
+inline constexpr std::uint64_t kRecordHead = 9;
+
 enum Opcode : std::uint8_t {
   kHeader = 0x01,
   kFooter = 0x02,
@@ -30,7 +33,7 @@ inline void append(Bytes& to, const Bytes& from) { to.insert(to.end(), from.begi
 /// Opcode, length and content of a record, little-endian and unaligned.
 class Record {
  public:
-  explicit Record(Opcode opcode) : bytes_(kHead) { bytes_[0] = opcode; }
+  explicit Record(Opcode opcode) : bytes_(kRecordHead) { bytes_[0] = opcode; }
 
   template <typename T>
   Record& number(T value) {
@@ -46,13 +49,12 @@ class Record {
   }
   [[nodiscard]] Bytes bytes() const {
     Bytes all = bytes_;
-    const std::uint64_t length = all.size() - kHead;
+    const std::uint64_t length = all.size() - kRecordHead;
     std::memcpy(all.data() + 1, &length, sizeof length);
     return all;
   }
 
  private:
-  static constexpr std::size_t kHead = 9;
   Bytes bytes_;
 };
 

@@ -99,7 +99,7 @@ Status Ros1Bag::visit(const Visitor& visitor) {
     }
     at = record->data + record->data_bytes;
   }
-  warn_of_faults(file_.path());
+  warn_of_faults(file_.path().string());
   return Ok{};
 }
 

@@ -127,7 +127,7 @@ Status SqliteBag::visit(const Visitor& visitor) {
   if (code != SQLITE_DONE)
     warnings_.push_back(path_.string() + ": read as far as it goes (" +
                         sqlite3_errmsg(handle_.get()) + ")");
-  warn_of_faults(path_);
+  warn_of_faults(path_.string());
   return Ok{};
 }
 

@@ -3,22 +3,14 @@
 #include <optional>
 #include <span>
 
-#include "core/log.hpp"
+#include "facade/settings.hpp"
 #include "image/depth.hpp"
-#include "io/calibration.hpp"
 #include "io/image_file.hpp"
 #include "map_file/map_file.hpp"
-#include "system/failure.hpp"
 #include "system/run_writer.hpp"
-#include "system/session.hpp"
-#include "ygslam/slam.hpp"
 
 namespace ygslam::api {
 namespace {
-
-[[noreturn]] void fail(const ygslam::Error& error) {
-  throw Error(static_cast<int>(error.kind), error.message);
-}
 
 Pose to_api(const SE3& T) {
   const Eigen::Quaterniond q = T.quaternion();
@@ -51,20 +43,6 @@ Object to_api(const TrackedObject& o) {
           to_api(o.max_world)};
 }
 
-CameraConfig to_config(const CameraModel& m) {
-  CameraConfig c;
-  c.fx = m.fx, c.fy = m.fy, c.cx = m.cx, c.cy = m.cy;
-  c.k1 = m.k1, c.k2 = m.k2, c.p1 = m.p1, c.p2 = m.p2, c.k3 = m.k3;
-  c.colour_readout_ms = m.colour_readout_ms;
-  c.depth_readout_ms = m.depth_readout_ms;
-  c.depth_delay_ms = m.depth_delay_ms;
-  c.shutter_known = m.shutter_known || !shutter_times(c).is_global();
-  c.width = m.width, c.height = m.height;
-  if (const auto fault = apply_device(m.device, c))
-    fail({ErrorKind::kConfig, "camera: " + fault->key + ": " + fault->reason});
-  return c;
-}
-
 State to_api(TrackState state) {
   switch (state) {
     case TrackState::kWaiting:
@@ -77,46 +55,6 @@ State to_api(TrackState state) {
       return State::kLost;
   }
   return State::kLost;
-}
-
-// The settings and their faults, all at once.
-SlamConfig config_of(const Settings& settings) {
-  SlamConfig config;
-  config.dynamic.mode = settings.model.empty() ? DynamicMode::kGeometry : DynamicMode::kFull;
-  ConfigSchema schema = schema_of(config);
-  ConfigFaults faults;
-  for (const auto& [key, value] : settings.options) faults.add(schema.set(key, value, "options"));
-  if (!settings.dynamic.empty())
-    faults.add(schema.set("dynamic.mode", settings.dynamic, "dynamic"));
-  faults.add(validate(config));
-  if (const Status status = faults.status(); !status.ok()) fail(status.error());
-  return config;
-}
-
-log::SinkPtr sink_of(const Settings& settings) {
-  if (!settings.log) return nullptr;
-  return std::make_shared<const log::Sink>(
-      [log = settings.log](log::Level level, const std::string& line) {
-        log(level == log::Level::kError     ? LogLevel::kError
-            : level == log::Level::kWarning ? LogLevel::kWarning
-                                            : LogLevel::kInfo,
-            line);
-      });
-}
-
-// The library's border: nothing but Error leaves it.
-template <typename Work>
-auto guarded(const log::SinkPtr& sink, const Work& work) {
-  const log::ScopedSink scope(sink);
-  try {
-    return work();
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& e) {
-    fail({ErrorKind::kInternal, describe(e)});
-  } catch (...) {
-    fail({ErrorKind::kInternal, "internal: unknown exception"});
-  }
 }
 
 // Differences of any two stamps fit 64 bits.
@@ -169,16 +107,10 @@ Slam Slam::open(const Settings& settings) {
   const log::SinkPtr sink = sink_of(settings);
   return guarded(sink, [&] {
     auto impl = std::make_unique<Impl>();
-    impl->config = config_of(settings);
-    impl->sink = sink;
-    SessionOptions options;
-    options.config = impl->config;
+    SessionOptions options = session_options(settings);
     options.camera = to_config(settings.camera);
-    options.model = settings.model;
-    options.load_map = settings.load_map;
-    options.localize_only = settings.localize_only;
-    options.deterministic = settings.deterministic;
-    options.config.run.keep_trajectory = settings.keep_trajectory;
+    impl->config = options.config;
+    impl->sink = sink;
     auto session = open_session(std::move(options));
     if (!session.ok()) fail(session.error());
     impl->session = std::move(session).value();

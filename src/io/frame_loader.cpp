@@ -4,15 +4,10 @@
 
 namespace ygslam {
 
-LoadedPair load_pair(const Sequence& sequence, std::size_t position, FrameId id,
-                     const DepthConfig& depth) {
-  CHECK(position < sequence.pairs.size());
-  const SequencePair& entry = sequence.pairs[position];
-  const ImageSize size = {sequence.camera.width, sequence.camera.height};
+LoadedPair assembled_pair(const SequencePair& entry, FrameId id, Result<ColourImage> colour,
+                          Result<DepthImage> depth_m) {
   LoadedPair pair;
-  auto colour = sequence.images->colour(entry.colour_file, size, sequence.colour_channels);
   if (!colour.ok()) pair.bad.push_back({entry.colour_file, colour.error().message});
-  auto depth_m = sequence.images->depth_m(entry.depth_file, sequence.camera, depth);
   if (!depth_m.ok()) pair.bad.push_back({entry.depth_file, depth_m.error().message});
   if (!colour.ok() || !depth_m.ok()) return pair;
   RgbdFrame& frame = pair.frame.emplace();
@@ -23,6 +18,16 @@ LoadedPair load_pair(const Sequence& sequence, std::size_t position, FrameId id,
   frame.depth_delay_s = seconds_between(entry.depth_stamp, entry.stamp);
   frame.depth_m = std::move(*depth_m);
   return pair;
+}
+
+LoadedPair load_pair(const Sequence& sequence, std::size_t position, FrameId id,
+                     const DepthConfig& depth) {
+  CHECK(position < sequence.pairs.size());
+  const SequencePair& entry = sequence.pairs[position];
+  const ImageSize size = {sequence.camera.width, sequence.camera.height};
+  return assembled_pair(entry, id,
+                        sequence.images->colour(entry.colour_file, size, sequence.colour_channels),
+                        sequence.images->depth_m(entry.depth_file, sequence.camera, depth));
 }
 
 Result<RgbdFrame> load_frame(const Sequence& sequence, std::size_t position,

@@ -24,6 +24,10 @@ struct LoadedPair {
   std::vector<SkippedImage> bad;
 };
 
+/// Puts a decoded pair together. @param id becomes the frame's id.
+[[nodiscard]] LoadedPair assembled_pair(const SequencePair& entry, FrameId id,
+                                        Result<ColourImage> colour, Result<DepthImage> depth_m);
+
 /// Decodes pair `position` of the sequence. Images of another size than the camera's, or of another
 /// format, are refused, never converted.
 /// @param position below sequence.pairs.size(). @param id becomes the frame's id.

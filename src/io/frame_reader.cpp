@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/log.hpp"
+#include "io/frame_stream.hpp"
 
 namespace ygslam {
 namespace {
@@ -50,7 +51,7 @@ std::optional<FramePtr> FrameReader::next(std::stop_token stop) {
 FrameReaderCounts FrameReader::counts() const {
   const std::lock_guard lock(mutex_);
   FrameReaderCounts counts = counts_;
-  counts.offered = offered_;
+  if (!sequence_.stream) counts.offered = offered_;
   counts.dropped = config_.realtime ? queue_.dropped() : 0;
   counts.readable += counts.dropped;
   return counts;
@@ -58,15 +59,33 @@ FrameReaderCounts FrameReader::counts() const {
 
 void FrameReader::run(const std::stop_token& stop) {
   bool in_burst = false;
-  for (std::size_t i = 0; i < offered_ && !stop.stop_requested(); ++i) {
-    LoadedPair pair = load_pair(sequence_, config_.from + i * config_.stride,
-                                FrameId{static_cast<std::uint32_t>(i)}, config_.depth);
-    note(pair, in_burst);
-    if (!pair.frame) continue;
-    auto frame = std::make_shared<const RgbdFrame>(std::move(*pair.frame));
-    if (config_.realtime && !wait_for_stamp(frame->stamp, stop)) break;
+  for (std::size_t i = 0; !stop.stop_requested(); ++i) {
+    auto pair = sequence_.stream ? load_next(i, stop) : load(i);
+    if (!pair) break;
+    note(*pair, in_burst);
+    if (!pair->frame) continue;
+    auto frame = std::make_shared<const RgbdFrame>(std::move(*pair->frame));
+    const bool is_paced = config_.realtime && !sequence_.stream;
+    if (is_paced && !wait_for_stamp(frame->stamp, stop)) break;
     if (!queue_.push(std::move(frame))) break;
   }
+}
+
+std::optional<LoadedPair> FrameReader::load(std::size_t i) {
+  if (i >= offered_) return std::nullopt;
+  return load_pair(sequence_, config_.from + i * config_.stride,
+                   FrameId{static_cast<std::uint32_t>(i)}, config_.depth);
+}
+
+std::optional<LoadedPair> FrameReader::load_next(std::size_t i, const std::stop_token& stop) {
+  if (config_.to && config_.from + i * config_.stride >= *config_.to) return std::nullopt;
+  const std::size_t passed_over = i == 0 ? config_.from : config_.stride - 1;
+  for (std::size_t k = 0; k < passed_over; ++k)
+    if (!sequence_.stream->skip(stop)) return std::nullopt;
+  auto pair = sequence_.stream->next(FrameId{static_cast<std::uint32_t>(i)}, config_.depth, stop);
+  const std::lock_guard lock(mutex_);
+  counts_.offered += pair ? 1 : 0;
+  return pair;
 }
 
 // Counts what could not be used; one warning per run of bad pairs.

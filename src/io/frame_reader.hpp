@@ -22,14 +22,15 @@ struct FrameReaderConfig {
   std::optional<std::size_t> to = {};  ///< one past the last pair; nothing: to the end
   std::size_t stride = 1;              ///< offer every stride-th pair, >= 1
   std::size_t ahead = 4;               ///< decoded frames that may wait (file speed), >= 1
-  bool realtime = false;               ///< frames become available at their stamps
+  bool realtime = false;               ///< frames become available at their stamps; of a stream
+                                       ///< as they come
   std::size_t realtime_waiting = 2;    ///< frames that may wait; the oldest is dropped, >= 1
   double longest_gap_s = 10.0;         ///< realtime: a longer gap between stamps is cut to this
   DepthConfig depth = {};
 };
 
 struct FrameReaderCounts {
-  std::size_t offered = 0;   ///< pairs selected by from, to and stride
+  std::size_t offered = 0;   ///< pairs selected by from, to and stride; of a stream: so far
   std::size_t readable = 0;  ///< frames that came out of next() or were dropped
   std::size_t dropped = 0;   ///< decoded, but dropped because the consumer was late (realtime)
   std::size_t bursts = 0;    ///< runs of consecutive unreadable pairs
@@ -58,6 +59,8 @@ class FrameReader {
 
  private:
   void run(const std::stop_token& stop);
+  std::optional<LoadedPair> load(std::size_t i);
+  std::optional<LoadedPair> load_next(std::size_t i, const std::stop_token& stop);
   void note(LoadedPair& pair, bool& in_burst);
   bool wait_for_consumer(const std::stop_token& stop);
   bool wait_for_stamp(Timestamp stamp, const std::stop_token& stop);

@@ -40,10 +40,14 @@ struct SequencePair {
   std::string colour_file, depth_file;  ///< relative to the root, or messages of a bag
 };
 
+class FrameStream;
+
 struct Sequence {
-  std::filesystem::path root;  ///< a folder or a file
+  std::filesystem::path root;  ///< a folder or a file, or what a stream is called
   std::vector<SequencePair> pairs;
-  std::shared_ptr<const ImageSource> images;  ///< never null once opened
+  std::shared_ptr<const ImageSource> images;  ///< of `pairs`; null of a stream
+  /// Where nothing is known beforehand of what comes: `pairs` is empty, and it is read once.
+  std::shared_ptr<FrameStream> stream;
   int stamp_decimals =
       6;                ///< the most digits any colour stamp was written with: use them for output
   CameraConfig camera;  ///< complete, width and height included

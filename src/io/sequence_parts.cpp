@@ -192,6 +192,13 @@ Status pair_images(const std::vector<ListedImage>& colour, const std::vector<Lis
 }
 
 Status complete_sequence(const CameraConfig& camera, Sequence& sequence) {
+  const auto header = first_header(sequence);
+  if (!header.ok()) return header.error();
+  return complete_sequence(camera, *header, sequence);
+}
+
+Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
+                         Sequence& sequence) {
   sequence.stamp_decimals = 0;
   for (const SequencePair& pair : sequence.pairs) {
     sequence.stamp_decimals = std::max(sequence.stamp_decimals, pair.decimals);
@@ -199,17 +206,15 @@ Status complete_sequence(const CameraConfig& camera, Sequence& sequence) {
   sequence.camera = camera;
   find_shutter(sequence);
   if (Status status = check_against_frame_time(sequence); !status) return status;
-  const auto header = first_header(sequence);
-  if (!header.ok()) return header.error();
-  sequence.colour_channels = header->channels == 1 ? 1 : 3;
-  if (sequence.camera.width <= 0) sequence.camera.width = header->size.width;
-  if (sequence.camera.height <= 0) sequence.camera.height = header->size.height;
+  sequence.colour_channels = header.channels == 1 ? 1 : 3;
+  if (sequence.camera.width <= 0) sequence.camera.width = header.size.width;
+  if (sequence.camera.height <= 0) sequence.camera.height = header.size.height;
   const ImageSize expected = {sequence.camera.width, sequence.camera.height};
-  if (header->size != expected) {
+  if (header.size != expected) {
     sequence.warnings.push_back(
         sequence.root.string() + ": the camera is for " + std::to_string(expected.width) + "x" +
         std::to_string(expected.height) + ", the first image has " +
-        std::to_string(header->size.width) + "x" + std::to_string(header->size.height));
+        std::to_string(header.size.width) + "x" + std::to_string(header.size.height));
   }
   const auto faults = camera_faults(sequence.camera);
   if (faults.empty()) return Ok{};

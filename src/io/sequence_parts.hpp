@@ -24,6 +24,9 @@ Status pair_images(const std::vector<ListedImage>& colour, const std::vector<Lis
 /// @return kInput: no image header readable; kConfig: impossible values (file, line and key named).
 Status complete_sequence(const CameraConfig& camera, Sequence& sequence);
 
+/// The same where the header is at hand.
+Status complete_sequence(const CameraConfig& camera, const ImageHeader& header, Sequence& sequence);
+
 /// calibration.txt in the folder, or the preset of its name; width and height may still be 0.
 /// @return nothing where there is neither.
 [[nodiscard]] Result<std::optional<CameraConfig>> camera_of_folder(Sequence& sequence);

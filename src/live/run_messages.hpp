@@ -18,7 +18,10 @@ namespace ygslam {
 
 /// map -> odom (while the camera is tracked), odom -> camera, camera -> camera_optical.
 [[nodiscard]] ros::TfMessage tf_message(const RgbdFrame& frame, const TrackResult& result);
-/// The camera in odom; covariances are not known and zero.
+/// The variance of what is not known.
+inline constexpr double kUnknownVariance = 1e6;
+/// The camera in odom, with the pose's covariance (TrackResult::covariance) in the axes of odom as
+/// nav_msgs has it; velocities are not known.
 [[nodiscard]] ros::Odometry odometry_message(const RgbdFrame& frame, const TrackResult& result);
 /// The colour image as a JPEG.
 [[nodiscard]] ros::CompressedImage image_message(const RgbdFrame& frame);

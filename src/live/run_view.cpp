@@ -169,6 +169,7 @@ Result<std::string> RunView::drive(std::string_view service) {
     return std::string("map and trajectory begin anew");
   }
   wishes_.stop = true;
+  stop_.request_stop();
   return std::string("the run ends and writes its files");
 }
 

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 
 #include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
@@ -42,6 +43,9 @@ class RunView : private MessageSink {
   [[nodiscard]] Wishes wait_turn(Timestamp stamp, Runner& runner,
                                  const std::function<bool()>& interrupted);
 
+  /// Asked to stop, once somebody who drives wishes it: for waits that frames do not end.
+  [[nodiscard]] std::stop_token stop_token() const { return stop_.get_token(); }
+
   /// The runner was reset.
   void restart();
   /// The run has ended: shows the whole map as it is now, and says so.
@@ -72,6 +76,7 @@ class RunView : private MessageSink {
   std::optional<Timestamp> last_stamp_;
   Clock::time_point last_turn_;
 
+  std::stop_source stop_;
   std::atomic<bool> has_ended_{false};  // what is said then is kept for those who come later
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -17,17 +17,19 @@ constexpr int kThinMap = 60;                 // matches with the map
 constexpr double kFewOnSurfaces = 150;
 constexpr double kTypicalDepth_m = 2.0;  // turns a shift of the camera into pixels
 
-// Standard deviation of the camera centre: the twist is a left perturbation, so that its
-// translation moves the centre in the camera's axes.
-double position_std_m(const PoseSolution& pose) {
+// How certain a pose is: the twist is a left perturbation, so that its translation moves the camera
+// centre in the camera's axes.
+void judge_certainty(const PoseSolution& pose, PoseResult& result) {
   const Eigen::LDLT<Mat6> solver(pose.information);
   const Mat6 covariance = solver.solve(Mat6::Identity());
   const double variance_m2 = covariance.topLeftCorner<3, 3>().trace();
   const bool determined = solver.info() == Eigen::Success && solver.isPositive() &&
                           std::isfinite(variance_m2) && variance_m2 >= 0;
   // Residuals larger than the noise model expects widen the estimate.
-  return determined ? std::max(1.0, pose.rms) * std::sqrt(variance_m2)
-                    : std::numeric_limits<double>::infinity();
+  const double widened = std::max(1.0, pose.rms);
+  result.position_std_m =
+      determined ? widened * std::sqrt(variance_m2) : std::numeric_limits<double>::infinity();
+  if (determined) result.covariance = widened * widened * covariance;
 }
 
 std::vector<std::uint8_t> usable_features(const TrackedFrame& frame) {
@@ -213,7 +215,7 @@ std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const
   result.landmarks.assign(frame.features->size(), kNoLandmark);
   result.matches = static_cast<int>(pairings.size());
   result.inliers = pose->inliers;
-  result.position_std_m = position_std_m(*pose);
+  judge_certainty(*pose, result);
   for (std::size_t i = 0; i < pairings.size(); ++i) {
     if (!pose->inlier[i] || pairings[i].landmark == kNoLandmark) continue;
     result.landmarks[pairings[i].feature] = pairings[i].landmark;

@@ -29,11 +29,13 @@ struct PoseEstimatorConfig {
 
 struct PoseResult {
   SE3 T_camera_world;
-  std::vector<LandmarkId> landmarks;          ///< per feature: landmark it agrees with
-  int landmark_inliers = 0;                   ///< features that agree with a landmark
-  int inliers = 0;                            ///< of these and of points of the previous frame
-  int matches = 0;                            ///< of the final step
-  double position_std_m = 0;                  ///< of the camera centre, by the residuals' curvature
+  std::vector<LandmarkId> landmarks;  ///< per feature: landmark it agrees with
+  int landmark_inliers = 0;           ///< features that agree with a landmark
+  int inliers = 0;                    ///< of these and of points of the previous frame
+  int matches = 0;                    ///< of the final step
+  double position_std_m = 0;          ///< of the camera centre, by the residuals' curvature
+  /// Of the twist xi of exp(xi) * T_camera_world [m, rad], as far as the points determine it.
+  std::optional<Mat6> covariance;
   std::vector<KeyframeCandidate::Seen> seen;  ///< landmarks predicted in view
 };
 

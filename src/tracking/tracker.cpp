@@ -309,6 +309,7 @@ void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper
   current.landmarks = pose.landmarks;
   current.pose = relative_to_keyframe(pose.T_camera_world, view);
   result.landmarks = pose.landmarks;
+  result.covariance = pose.covariance;
   result.matches = pose.matches;
   result.inliers = pose.inliers;
   const bool may_propose = config_.proposes_keyframes && state_ == TrackState::kTracking;

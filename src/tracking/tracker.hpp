@@ -67,7 +67,11 @@ struct TrackResult {
   /// same. Until it has gone some way in the map from there. Or in a submap begun after a loss,
   /// whose place is a guess until it is joined to the world.
   bool provisional = false;
-  bool unplaced = false;      ///< in such a submap
+  bool unplaced = false;  ///< in such a submap
+  /// Of the twist xi of exp(xi) * T_camera_world [m, rad], against the points that the frame was
+  /// matched with: what odometry or map have drifted is not in it. None of the first frame, nor
+  /// while lost.
+  std::optional<Mat6> covariance;
   double correction_m = 0;    ///< how far a change of T_world_odom moved the camera in this frame
   KeyframeRelativePose pose;  ///< follows later corrections of the map
   /// The keyframe the camera shares most with, where that is no longer the view's reference.

@@ -1,0 +1,13 @@
+// `ygslam manual`.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace ygslam {
+
+/// @param app all of whose commands it tells of; to be added last.
+void add_manual_command(CLI::App& app);
+
+}  // namespace ygslam

@@ -1,0 +1,26 @@
+// Which messages of a recording are the sequence, and of which camera.
+#pragma once
+
+#include <optional>
+
+#include "bag/bag_images.hpp"
+#include "bag/bag_sequence.hpp"
+
+namespace ygslam {
+
+struct BagChoice {
+  const ImageTopic* colour;
+  const ImageTopic* depth;
+  CameraConfig camera;
+  std::string camera_source;
+};
+
+/// @param camera in place of the recording's own.
+/// @return kInput or kConfig, with a reason alone: what is missing or may be meant in several ways.
+[[nodiscard]] Result<BagChoice> choose(const BagContent& content, const BagTopics& topics,
+                                       const std::optional<CameraConfig>& camera);
+
+/// Says it where colour and depth are of different frames.
+void warn_of_frames(const BagChoice& choice, Sequence& sequence);
+
+}  // namespace ygslam

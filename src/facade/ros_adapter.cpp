@@ -1,0 +1,160 @@
+// The facade of include/ygslam/ros_adapter.hpp over a session: what a bag and a live page use, too.
+#include "ygslam/ros_adapter.hpp"
+
+#include <optional>
+
+#include "bag/bag_images.hpp"
+#include "bag/stream_pairing.hpp"
+#include "facade/settings.hpp"
+#include "io/frame_loader.hpp"
+#include "live/run_topics.hpp"
+#include "map_file/map_file.hpp"
+
+namespace ygslam::api {
+namespace {
+
+constexpr std::size_t kMostPoints = 100'000;
+
+/// "sensor_msgs/msg/Image" as bags call it.
+BagTopic topic_of(const char* name, std::string type) {
+  if (const std::size_t at = type.find("/msg/"); at != std::string::npos) type.erase(at, 4);
+  return {name, std::move(type), Layout::kCdr};
+}
+
+}  // namespace
+
+struct RosAdapter::Impl final : MessageSink {
+  SessionOptions options;
+  log::SinkPtr sink;
+  Topics topics;
+  std::optional<Session> session;
+  StreamPairing pairing;
+  std::array<BagTopic, 2> images;  // the latest types
+  std::array<std::size_t, 2> counts{};
+  int channels = 0;  // of the first colour image
+  std::uint32_t next_frame = 0;
+  std::optional<Timestamp> map_shown;
+
+  [[nodiscard]] bool wants(std::string_view topic) const override {
+    return !topics.wanted || topics.wanted(std::string(topic));
+  }
+  void put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr) override {
+    topics.publish({std::string(topic), type, stamp.ns, std::move(cdr)});
+  }
+
+  void take_camera(std::span<const std::uint8_t> bytes);
+  int take_image(StreamPairing::Side side, const BagTopic& topic,
+                 std::span<const std::uint8_t> bytes);
+  void process(const StreamPair& pair);
+};
+
+RosAdapter::RosAdapter(const Settings& settings, Topics topics) : impl_(std::make_unique<Impl>()) {
+  impl_->sink = sink_of(settings);
+  guarded(impl_->sink, [&] {
+    impl_->options = session_options(settings);
+    impl_->topics = std::move(topics);
+    if (settings.camera.fx == 0) return;
+    impl_->options.camera = to_config(settings.camera);
+    auto session = open_session(impl_->options);
+    if (!session.ok()) fail(session.error());
+    impl_->session = std::move(session).value();
+  });
+}
+RosAdapter::RosAdapter(RosAdapter&&) noexcept = default;
+RosAdapter& RosAdapter::operator=(RosAdapter&&) noexcept = default;
+RosAdapter::~RosAdapter() = default;
+
+int RosAdapter::take(Input input, const std::string& type, const std::uint8_t* cdr,
+                     std::size_t bytes) {
+  return guarded(impl_->sink, [&] {
+    const std::span message(cdr, bytes);
+    if (input == Input::kCameraInfo) {
+      impl_->take_camera(message);
+      return 0;
+    }
+    const bool is_colour = input == Input::kColour;
+    const BagTopic topic = topic_of(is_colour ? "colour" : "depth", type);
+    if (topic.type != ros::kImageType && topic.type != ros::kCompressedType)
+      fail({ErrorKind::kInput, topic.name + ": " + type + " is no type of images"});
+    return impl_->take_image(is_colour ? StreamPairing::kColour : StreamPairing::kDepth, topic,
+                             message);
+  });
+}
+
+void RosAdapter::Impl::take_camera(std::span<const std::uint8_t> bytes) {
+  if (session) return;
+  ros::CameraInfo info;
+  if (!from_cdr(bytes, info)) fail({ErrorKind::kInput, "camera info: the message ends early"});
+  const auto camera = ros::camera_of(info, false);
+  if (!camera.ok())
+    fail({camera.error().kind, "camera info: the camera " + camera.error().message});
+  options.camera = *camera;
+  auto opened = open_session(options);
+  if (!opened.ok()) fail(opened.error());
+  session = std::move(opened).value();
+}
+
+int RosAdapter::Impl::take_image(StreamPairing::Side side, const BagTopic& topic,
+                                 std::span<const std::uint8_t> bytes) {
+  if (!session) return 0;
+  const auto stamp = image_stamp(topic, {0, {}, bytes, {}});
+  if (!stamp) fail({ErrorKind::kInput, topic.name + ": the message ends early"});
+  images[side] = topic;
+  pairing.add(side, {*stamp, counts[side]++, {bytes.begin(), bytes.end()}});
+  int frames = 0;
+  for (; auto pair = pairing.take(); ++frames) process(*pair);
+  return frames;
+}
+
+void RosAdapter::Impl::process(const StreamPair& pair) {
+  const CameraConfig& camera = session->camera->config();
+  const BagTopic& colour = images[StreamPairing::kColour];
+  if (channels == 0) {
+    const auto header = ros::decode_header(colour, pair.colour.bytes);
+    if (!header.ok()) fail({ErrorKind::kInput, "colour: " + header.error().message});
+    channels = header->channels == 1 ? 1 : 3;
+  }
+  LoadedPair loaded = assembled_pair(
+      {pair.colour.stamp, 9, pair.depth.stamp, "colour", "depth"}, FrameId{next_frame++},
+      ros::decode_colour(colour, pair.colour.bytes, {camera.width, camera.height}, channels),
+      ros::decode_depth(images[StreamPairing::kDepth], pair.depth.bytes, camera,
+                        options.config.depth));
+  if (!loaded.frame)
+    fail({ErrorKind::kInput, loaded.bad.front().file + ": " + loaded.bad.front().reason});
+  const auto frame = std::make_shared<const RgbdFrame>(std::move(*loaded.frame));
+  const TrackResult result = session->runner->process(frame);
+  publish_frame(*frame, result, camera, *this);
+  const bool is_due =
+      !map_shown || seconds_between(frame->stamp, *map_shown) >= topics.map_period_s;
+  if (!is_due || !wants_map(*this)) return;
+  map_shown = frame->stamp;
+  publish_map(*session->runner, frame->stamp, kMostPoints, *this);
+}
+
+void RosAdapter::save_map(const std::string& path) {
+  guarded(impl_->sink, [&] {
+    if (!impl_->session) return;
+    const Status written =
+        ygslam::save_map(path, impl_->session->runner->map(), *impl_->session->camera);
+    if (!written.ok()) fail(written.error());
+  });
+}
+
+void RosAdapter::reset() {
+  guarded(impl_->sink, [&] {
+    if (impl_->session) impl_->session->runner->reset();
+    impl_->map_shown.reset();
+  });
+}
+
+void RosAdapter::finish() {
+  guarded(impl_->sink, [&] {
+    if (!impl_->session) return;
+    impl_->session->runner->finish();
+    if (const auto stamp = impl_->map_shown) {
+      if (wants_map(*impl_)) publish_map(*impl_->session->runner, *stamp, kMostPoints, *impl_);
+    }
+  });
+}
+
+}  // namespace ygslam::api

@@ -1,0 +1,60 @@
+#include "facade/settings.hpp"
+
+#include "io/calibration.hpp"
+
+namespace ygslam::api {
+namespace {
+
+// The settings and their faults, all at once.
+SlamConfig config_of(const Settings& settings) {
+  SlamConfig config;
+  config.dynamic.mode = settings.model.empty() ? DynamicMode::kGeometry : DynamicMode::kFull;
+  ConfigSchema schema = schema_of(config);
+  ConfigFaults faults;
+  for (const auto& [key, value] : settings.options) faults.add(schema.set(key, value, "options"));
+  if (!settings.dynamic.empty())
+    faults.add(schema.set("dynamic.mode", settings.dynamic, "dynamic"));
+  faults.add(validate(config));
+  if (const Status status = faults.status(); !status.ok()) fail(status.error());
+  return config;
+}
+
+}  // namespace
+
+SessionOptions session_options(const Settings& settings) {
+  SessionOptions options;
+  options.config = config_of(settings);
+  options.model = settings.model;
+  options.load_map = settings.load_map;
+  options.localize_only = settings.localize_only;
+  options.deterministic = settings.deterministic;
+  options.config.run.keep_trajectory = settings.keep_trajectory;
+  return options;
+}
+
+CameraConfig to_config(const CameraModel& m) {
+  CameraConfig c;
+  c.fx = m.fx, c.fy = m.fy, c.cx = m.cx, c.cy = m.cy;
+  c.k1 = m.k1, c.k2 = m.k2, c.p1 = m.p1, c.p2 = m.p2, c.k3 = m.k3;
+  c.colour_readout_ms = m.colour_readout_ms;
+  c.depth_readout_ms = m.depth_readout_ms;
+  c.depth_delay_ms = m.depth_delay_ms;
+  c.shutter_known = m.shutter_known || !shutter_times(c).is_global();
+  c.width = m.width, c.height = m.height;
+  if (const auto fault = apply_device(m.device, c))
+    fail({ErrorKind::kConfig, "camera: " + fault->key + ": " + fault->reason});
+  return c;
+}
+
+log::SinkPtr sink_of(const Settings& settings) {
+  if (!settings.log) return nullptr;
+  return std::make_shared<const log::Sink>(
+      [log = settings.log](log::Level level, const std::string& line) {
+        log(level == log::Level::kError     ? LogLevel::kError
+            : level == log::Level::kWarning ? LogLevel::kWarning
+                                            : LogLevel::kInfo,
+            line);
+      });
+}
+
+}  // namespace ygslam::api

@@ -1,0 +1,3 @@
+#pragma once
+
+#define RCLCPP_COMPONENTS_REGISTER_NODE(type)

@@ -31,7 +31,7 @@ build: configure ## build library, command line and tests
 	@cmake --build $(BUILD) -j $(JOBS)
 
 demo: configure ## run the main job; SEQ=folder MODEL=file.onnx OUT=folder
-	@cmake --build $(BUILD) -j $(JOBS) --target ygslam_cli
+	@cmake --build $(BUILD) -j $(JOBS) --target ygslam_cli ygslam_library
 	@tools/demo.sh $(BUILD)/ygslam "$(SEQ)" "$(MODEL)" "$(or $(OUT),out/demo)"
 
 test: build ## build and run all tests

@@ -216,7 +216,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--parts", default=".", help="regular expression")
     parser.add_argument("--live", action="store_true")
-    options = parser.parse_args()
+    options = parser.parse_intermixed_args()
     if options.sequences and not options.ygslam:
         parser.error("--ygslam: which program?")
     for sequence in options.sequences:

@@ -32,6 +32,18 @@ if(NOT OpenVINO_DIR)
   endif()
 endif()
 find_package(OpenVINO REQUIRED COMPONENTS Runtime)
+# One thread pool in a program: OpenVINO's own, which its libraries bring along.
+find_package(TBB QUIET)
+get_target_property(_openvino_library openvino::runtime IMPORTED_LOCATION_RELEASE)
+get_filename_component(_openvino_libs "${_openvino_library}" DIRECTORY)
+foreach(_pool tbb tbbmalloc)
+  file(GLOB _pool_library "${_openvino_libs}/lib${_pool}.so.*")
+  if(TARGET TBB::${_pool} AND _pool_library)
+    list(GET _pool_library 0 _pool_library)
+    set_target_properties(TBB::${_pool} PROPERTIES IMPORTED_LOCATION_RELEASE "${_pool_library}"
+                                                   IMPORTED_LOCATION_NONE "${_pool_library}")
+  endif()
+endforeach()
 
 if(YGSLAM_BUILD_TESTS)
   find_package(GTest REQUIRED)

@@ -10,7 +10,7 @@ if [ -z "$sequence" ]; then
     sequence=out/rendered/walking_xyz
     if [ ! -f "$sequence/groundtruth.txt" ]; then
       echo "demo: no recording given (SEQ=folder): rendering people who walk through an office"
-      "$ygslam" simulate walking_xyz --out "$sequence" --seconds 10
+      "$ygslam" simulate walking_xyz --out "$sequence" --seconds 10 --truth
     fi
   fi
 fi
@@ -22,8 +22,13 @@ if [ -z "$model" ]; then
   done
 fi
 options=(--model "$model")
-if [ -z "$model" ]; then
-  echo "demo: no segmentation network (get one with 'make model', or pass MODEL=file.onnx): geometry alone"
+if [ -z "$model" ] && [ -d "$sequence/mask" ]; then
+  echo "demo: no segmentation network (get one with 'make model', or pass MODEL=file.onnx): the masks of"
+  echo "demo: people are those that came with the sequence"
+  options=(--segmenter "masks:$sequence/mask")
+elif [ -z "$model" ]; then
+  echo "demo: no segmentation network (get one with 'make model', or pass MODEL=file.onnx): geometry alone,"
+  echo "demo: which sees what moves, not who sits or stands"
   options=(--dynamic geometry --segmenter none)
 fi
 
@@ -33,3 +38,4 @@ echo "demo: trajectory   $out/trajectory.txt"
 echo "demo: static map   $out/map.ply       (open it with any PLY viewer)"
 echo "demo: pictures     $out/images/"
 echo "demo: figures      $out/metrics.json"
+echo "demo: look at it   $ygslam render $out --out room.png"

@@ -14,7 +14,8 @@ constexpr double kAgreeRad = 0.05;
 constexpr std::size_t kNeighbours = 5;
 constexpr std::size_t kPlaceKeyframes = 10;  // besides the one found, to be fused
 
-constexpr double kMaxStretch = 3;  // standard deviations
+constexpr double kMaxStretch = 3;   // standard deviations
+constexpr double kMaxStrain = 0.5;  // of what contradicts a loop, in parts of the loop's own
 
 PlaceView view_of(const Keyframe& keyframe) {
   return {*keyframe.data->features, keyframe.data->grid, keyframe.static_weight,
@@ -128,12 +129,15 @@ void LoopCloser::check_drift(const MapGraph& graph, LoopAttempt& attempt) const 
   attempt.path_m = path_m(graph, attempt.keyframe, attempt.match.place);
   attempt.correction_m = (T_now.inverse().t() - T_found.inverse().t()).norm();
   attempt.correction_rad = (T_now * T_found.inverse()).angle();
-  const double drift_m = config_.max_drift_m + config_.max_drift_ratio * attempt.path_m;
-  const bool possible =
-      attempt.correction_m <= drift_m && attempt.correction_rad <= config_.max_drift_rad;
-  attempt.outcome = possible ? LoopOutcome::kAlone : LoopOutcome::kTooFar;
+  attempt.outcome = strain(attempt) <= 1 ? LoopOutcome::kAlone : LoopOutcome::kTooFar;
   // Where no way leads from one view to the other odometry vouches for nothing.
   if (!std::isfinite(attempt.path_m)) attempt.outcome = LoopOutcome::kOtherSubmap;
+}
+
+/// The correction in parts of the drift that odometry may have.
+double LoopCloser::strain(const LoopAttempt& attempt) const {
+  const double drift_m = config_.max_drift_m + config_.max_drift_ratio * attempt.path_m;
+  return std::max(attempt.correction_m / drift_m, attempt.correction_rad / config_.max_drift_rad);
 }
 
 /// The attempt with most inliers of those that odometry allows; null if none, or if another place
@@ -168,7 +172,8 @@ std::optional<LoopClosure> LoopCloser::close(const Map& map, const MapGraph& gra
   attempt.stretch = weighed.stretch;
   std::span<const std::uint8_t> kept = weighed.kept;
   if (!std::ranges::all_of(kept.last(edges.size()), std::identity{}) ||
-      weighed.stretch > kMaxStretch) return std::nullopt;
+      weighed.stretch > kMaxStretch)
+    return std::nullopt;
   attempt.outcome = LoopOutcome::kClosed;
   LoopClosure closure = closure_of(map, graph, weighed, attempt, edges);
   for (const ClosedLoop& loop : loops_) {
@@ -219,6 +224,8 @@ std::optional<LoopClosure> LoopCloser::contradict(const Map& map, const MapGraph
   LoopAttempt without = attempt;
   check_drift(apart, without);
   if (without.outcome != LoopOutcome::kAlone) return std::nullopt;
+  // Either may be the wrong one; odometry must speak clearly against the loop.
+  if (strain(without) > kMaxStrain * strain(loop.attempt)) return std::nullopt;
   std::vector<LoopEdge> edges = agreeing_edges(map, without);
   without.agreeing = static_cast<int>(edges.size()) - 1;
   if (without.agreeing < config_.min_agreeing) return std::nullopt;
@@ -234,20 +241,17 @@ std::optional<LoopClosure> LoopCloser::contradict(const Map& map, const MapGraph
   return closure;
 }
 
-/// @param apart the graph without the loop. @return nullopt if the map does not fit the edges better
-/// than the loop.
+/// @param apart the graph without the loop. @return nullopt if the edges do not fit it.
 std::optional<LoopClosure> LoopCloser::replace(const Map& map, const MapGraph& apart,
                                                const ClosedLoop& loop, const LoopAttempt& attempt,
                                                const std::vector<LoopEdge>& edges) const {
-  std::vector<LoopEdge> all = loop.edges;
+  std::vector<LoopEdge> all;
   for (const ClosedLoop& other : loops_)
     if (&other != &loop) all.insert(all.end(), other.edges.begin(), other.edges.end());
   all.insert(all.end(), edges.begin(), edges.end());
   const WeighedLoops weighed = weigh_loops(apart, all, config_.graph);
-  const std::span<const std::uint8_t> kept = weighed.kept;
-  const auto of_loop = kept.first(loop.edges.size());
-  if (!std::ranges::all_of(kept.last(edges.size()), std::identity{}) ||
-      std::ranges::any_of(of_loop, std::identity{}) || weighed.stretch > kMaxStretch)
+  const auto of_new = std::span(weighed.kept).last(edges.size());
+  if (!std::ranges::all_of(of_new, std::identity{}) || weighed.stretch > kMaxStretch)
     return std::nullopt;
   LoopClosure closure = closure_of(map, apart, weighed, attempt, edges);
   closure.revocation = make_revocation(map, camera_, *loop.effect);
@@ -263,8 +267,7 @@ void LoopCloser::forget(LoopResult& result, const ClosedLoop& loop) {
 
 /// The keyframe's own edge first, then those of covisible keyframes that find the place where the
 /// keyframe's pose puts it.
-std::vector<LoopEdge> LoopCloser::agreeing_edges(const Map& map,
-                                                             const LoopAttempt& attempt) const {
+std::vector<LoopEdge> LoopCloser::agreeing_edges(const Map& map, const LoopAttempt& attempt) const {
   const KeyframeId place = attempt.match.place;
   const SE3& T_place_world = map.keyframe(place).T_camera_world;
   const SE3 T_place_keyframe = T_place_world * attempt.match.T_camera_world.inverse();

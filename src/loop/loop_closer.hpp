@@ -21,7 +21,7 @@ struct LoopConfig {
   double max_drift_m = 0.1;
   double max_drift_ratio = 0.02;
   double max_drift_rad = 0.35;
-  int min_shared = 15;  ///< landmarks that make an edge of the pose graph
+  int min_shared = 15;             ///< landmarks that make an edge of the pose graph
   std::size_t contradictions = 2;  ///< keyframes that must contradict a loop to have it taken back
   std::size_t revocable = 16;      ///< loops, the newest, that can be taken back
 };
@@ -82,16 +82,16 @@ class LoopCloser {
   struct ClosedLoop {
     LoopAttempt attempt;
     std::vector<LoopEdge> edges;
-    std::optional<LoopEffect> effect;  ///< while it can be taken back
+    std::optional<LoopEffect> effect;           ///< while it can be taken back
     std::deque<std::vector<LoopEdge>> against;  ///< of the latest keyframes that contradict it
   };
   void follow_removed_keyframes(const Map& map);
   void check_drift(const MapGraph& graph, LoopAttempt& attempt) const;
+  [[nodiscard]] double strain(const LoopAttempt& attempt) const;
   [[nodiscard]] LoopAttempt* choose(std::vector<LoopAttempt>& attempts) const;
   [[nodiscard]] std::optional<LoopClosure> close(const Map& map, const MapGraph& graph,
                                                  LoopResult& result, LoopAttempt& attempt);
-  [[nodiscard]] std::optional<LoopClosure> contradict_earlier(const Map& map,
-                                                              const MapGraph& graph,
+  [[nodiscard]] std::optional<LoopClosure> contradict_earlier(const Map& map, const MapGraph& graph,
                                                               LoopResult& result);
   [[nodiscard]] std::optional<LoopClosure> contradict(const Map& map, const MapGraph& graph,
                                                       ClosedLoop& loop, LoopAttempt& attempt);

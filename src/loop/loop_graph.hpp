@@ -36,7 +36,8 @@ struct MapGraph {
 [[nodiscard]] MapGraph make_map_graph(const Map& map, int min_shared);
 
 /// The graph with these keyframes moved and without the edges that rest on the loop: they are
-/// stretched by more than half of what the loop moved. A keyframe's parent is its parent either way.
+/// stretched by more than half of what the loop moved. A keyframe's parent is its parent either
+/// way.
 [[nodiscard]] MapGraph without_loop(MapGraph graph, const std::map<KeyframeId, Map::Moved>& moved,
                                     double correction_m, double correction_rad);
 

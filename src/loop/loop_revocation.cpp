@@ -8,9 +8,9 @@
 namespace ygslam {
 namespace {
 
-constexpr double kApartPx = 3;     // in the pyramid level of the feature
-constexpr double kWorse = 2;       // times as far off as before
-constexpr double kAcross = 0.5;    // of how far what was fused comes apart: a sight across the weld
+constexpr double kApartPx = 3;   // in the pyramid level of the feature
+constexpr double kWorse = 2;     // times as far off as before
+constexpr double kAcross = 0.5;  // of how far what was fused comes apart: a sight across the weld
 
 using Observed = std::pair<KeyframeId, std::uint32_t>;
 
@@ -159,11 +159,12 @@ class Restored {
     for (const LandmarkObservation& o : apart) {
       const Feature& f = feature(o);
       if (made.observations.empty() && f.depth_m > 0) {
-        made.p_world = pose(o.keyframe).inverse() *
-                       camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
+        made.p_world =
+            pose(o.keyframe).inverse() * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
         made.first_keyframe = o.keyframe;
         made.observations.push_back(o);
-      } else if (made.observations.empty() || error_px(made.p_world, o) > kApartPx || !give(made, o)) {
+      } else if (made.observations.empty() || error_px(made.p_world, o) > kApartPx ||
+                 !give(made, o)) {
         patch_.unseen.push_back({landmark, o.keyframe});
       }
     }
@@ -174,9 +175,9 @@ class Restored {
   const Camera& camera_;
   MapPatch patch_;
   const std::map<KeyframeId, Map::Moved> moved_;
-  std::map<LandmarkId, Vec3> p_world_;                     // of what the weld fused
-  std::map<LandmarkId, std::vector<std::size_t>> parts_;   // splits of a landmark
-  std::map<Observed, LandmarkId> owner_;                   // after the splits
+  std::map<LandmarkId, Vec3> p_world_;                    // of what the weld fused
+  std::map<LandmarkId, std::vector<std::size_t>> parts_;  // splits of a landmark
+  std::map<Observed, LandmarkId> owner_;                  // after the splits
   std::set<std::pair<LandmarkId, KeyframeId>> unseen_;
   double apart_m_ = 0;  // between what was fused
 };

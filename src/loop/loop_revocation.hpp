@@ -19,8 +19,9 @@ struct LoopEffect {
 /// An adjustment that followed the loop is part of what the loop did: it is taken back as well.
 void add_adjustment(LoopEffect& effect, const MapPatch& adjustment);
 
-/// Keyframes go back to where they were, those made since go with their parents. What the weld fused
-/// is made again. What was seen since goes to the landmark that it shows, which may be a new one.
+/// Keyframes go back to where they were, those made since go with their parents. What the weld
+/// fused is made again. What was seen since goes to the landmark that it shows, which may be a new
+/// one.
 [[nodiscard]] MapPatch make_revocation(const Map& map, const Camera& camera,
                                        const LoopEffect& effect);
 

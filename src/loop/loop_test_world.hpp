@@ -2,6 +2,7 @@
 // place: the oracle of the tests of loops.
 #pragma once
 
+#include <functional>
 #include <numbers>
 #include <vector>
 
@@ -79,13 +80,14 @@ class RingWorld {
   }
 
   /// Goes on from the map's newest keyframe, which may have been moved.
-  /// @param T_shifted_camera all that is seen stands elsewhere than before. @param follow points of
-  /// the keyframe before.
-  void go_on(Map& map, const Walk& walk, bool follow, const SE3& T_shifted_camera = {}) {
+  /// @param follow which points are the landmarks that they were in the keyframe before.
+  void go_on(
+      Map& map, const Walk& walk,
+      const std::function<bool(int)>& follow = [](int) { return true; }) {
     const int i = static_cast<int>(index(map.next_keyframe_id()));
     const SE3 T_camera_before = drifted_pose(walk, i) * drifted_pose(walk, i - 1).inverse();
     const SE3 T_camera_world = T_camera_before * map.keyframe(KeyframeId(i - 1)).T_camera_world;
-    add(map, i, T_shifted_camera * true_pose(walk, i), T_camera_world, true, follow);
+    add(map, i, true_pose(walk, i), T_camera_world, true, follow);
   }
 
   /// Which point a feature of a keyframe of the latest walk shows.
@@ -94,16 +96,19 @@ class RingWorld {
   }
 
  private:
-  void add(Map& map, int i, const SE3& T_seen_world, const SE3& T_camera_world, bool has_parent,
-           bool follow = true) {
+  void add(
+      Map& map, int i, const SE3& T_seen_world, const SE3& T_camera_world, bool has_parent,
+      const std::function<bool(int)>& follow = [](int) { return true; }) {
     SeenFrame seen = world_.see(T_seen_world, static_cast<std::uint32_t>(i));
     seen.T_camera_world = T_camera_world;
     std::vector<LandmarkId> followed(world_.points().size(), kNoLandmark);
     const KeyframeId parent = has_parent ? KeyframeId(i - 1) : kNoKeyframe;
-    if (has_parent && follow) {
+    if (has_parent) {
       const auto& landmarks = map.keyframe(parent).landmarks;
-      for (std::uint32_t k = 0; k < landmarks.size(); ++k)
-        followed[static_cast<std::size_t>(point_of(parent, k))] = landmarks[k];
+      for (std::uint32_t k = 0; k < landmarks.size(); ++k) {
+        const int point = point_of(parent, k);
+        if (follow(point)) followed[static_cast<std::size_t>(point)] = landmarks[k];
+      }
     }
     const KeyframeId id = map_test::add_keyframe(map, seen, parent);
     for (std::uint32_t k = 0; k < seen.point.size(); ++k) {

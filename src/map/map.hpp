@@ -79,7 +79,9 @@ class Map {
   /// Grows with every change of the map.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// A patch against this map that changes nothing yet.
-  [[nodiscard]] MapPatch start_patch() const { return {version_, next_keyframe_id(), {}, {}, {}, {}, {}}; }
+  [[nodiscard]] MapPatch start_patch() const {
+    return {version_, next_keyframe_id(), {}, {}, {}, {}, {}};
+  }
   /// Takes a correction over. What came or changed since its base version is carried along:
   /// a keyframe that moved keeps that motion, a later one follows its parent, a landmark that is
   /// not named or has moved follows the keyframe that first saw it. What is gone is skipped.

@@ -56,8 +56,8 @@ class MappingStage {
   /// @return true if the map changed: the submap was joined to the rest.
   bool look_for(const Features& features, std::span<const float> static_weight,
                 const KeyframeRelativePose& pose);
-  /// The whole map as a job for another thread; its patch goes to take_adjustment(). Only of a map that has
-  /// keyframes.
+  /// The whole map as a job for another thread; its patch goes to take_adjustment(). Only of a map
+  /// that has keyframes.
   [[nodiscard]] FullAdjustment full_adjustment() const {
     return make_full_adjustment(map(), config_.mapper.noise);
   }

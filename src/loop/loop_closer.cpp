@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <queue>
+#include <functional>
 #include <set>
+#include <span>
 
 namespace ygslam {
 namespace {
@@ -14,14 +14,8 @@ constexpr double kAgreeRad = 0.05;
 constexpr std::size_t kNeighbours = 5;
 constexpr std::size_t kPlaceKeyframes = 10;  // besides the one found, to be fused
 
-// Standard deviations of the motion between two keyframes as mapped, and of one found by a loop.
-// The first are generous: whether odometry allows a loop was asked before (check_drift); here loops
-// are weighed against each other.
-constexpr double kEdgeSigmaM = 0.02;
-constexpr double kEdgeSigmaRad = 0.006;
-constexpr double kLoopSigmaM = 0.01;
-constexpr double kLoopSigmaRad = 0.003;
-constexpr double kMaxStretch = 3;  // standard deviations
+constexpr double kMaxStretch = 3;   // standard deviations
+constexpr double kMaxStrain = 0.5;  // of what contradicts a loop, in parts of the loop's own
 
 PlaceView view_of(const Keyframe& keyframe) {
   return {*keyframe.data->features, keyframe.data->grid, keyframe.static_weight,
@@ -39,56 +33,16 @@ std::vector<KeyframeId> near_in_graph(const Map& map, KeyframeId keyframe, int m
   return {near.begin(), near.end()};
 }
 
-/// Length of the shortest way between two keyframes over parents and shared landmarks (Dijkstra).
-double path_m(const Map& map, KeyframeId from, KeyframeId to, int min_shared) {
-  using Entry = std::pair<double, KeyframeId>;
-  std::map<KeyframeId, std::vector<KeyframeId>> children;
-  for (const auto& [id, keyframe] : map.keyframes()) children[keyframe.parent].push_back(id);
-  std::map<KeyframeId, double> shortest_m;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  open.emplace(0.0, from);
-  while (!open.empty()) {
-    const auto [so_far_m, id] = open.top();
-    open.pop();
-    if (!shortest_m.emplace(id, so_far_m).second) continue;
-    if (id == to) return so_far_m;
-    const Keyframe& keyframe = map.keyframe(id);
-    const Vec3 position = keyframe.position_world();
-    const auto go = [&](KeyframeId next) {
-      if (!map.has_keyframe(next) || shortest_m.contains(next)) return;
-      open.emplace(so_far_m + (map.keyframe(next).position_world() - position).norm(), next);
-    };
-    go(keyframe.parent);
-    for (const KeyframeId child : children[id]) go(child);
-    for (const auto& [other, shared] : keyframe.covisible)
-      if (shared >= min_shared) go(other);
-  }
-  return std::numeric_limits<double>::infinity();
-}
-
 bool same_pose(const SE3& T_a_world, const SE3& T_b_world, double within_m, double within_rad) {
   const SE3 T_a_b = T_a_world * T_b_world.inverse();
   return T_a_b.t().norm() < within_m && T_a_b.angle() < within_rad;
 }
 
-Mat6 information(double sigma_m, double sigma_rad, double scale) {
-  Vec6 diagonal;
-  diagonal << Vec3::Constant(scale / (sigma_m * sigma_m)),
-      Vec3::Constant(scale / (sigma_rad * sigma_rad));
-  return diagonal.asDiagonal();
-}
-
-/// Of the edges that count, in standard deviations.
-double largest_residual(const PoseGraph& graph, const PoseGraphResult& solved) {
-  double largest = 0;
-  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
-    const PoseGraphEdge& edge = graph.edges[i];
-    if (solved.edge_weight[i] <= 0.5) continue;
-    const Vec6 residual =
-        pose_graph_residual(edge, solved.T_camera_world[edge.from], solved.T_camera_world[edge.to]);
-    largest = std::max(largest, std::sqrt(residual.dot(edge.information * residual) / 6));
-  }
-  return largest;
+/// The map's graph as it would be without a loop that can be taken back.
+template <typename Loop>
+MapGraph apart_from(const Map& map, const MapGraph& graph, const Loop& loop) {
+  return without_loop(graph, map.moved_by(loop.effect->undo), loop.attempt.correction_m,
+                      loop.attempt.correction_rad);
 }
 
 }  // namespace
@@ -109,17 +63,20 @@ const char* to_string(LoopOutcome outcome) {
       return "inconsistent";
     case LoopOutcome::kClosed:
       return "closed";
+    case LoopOutcome::kRevoked:
+      return "revoked";
   }
   return "?";
 }
 
 LoopCloser::LoopCloser(const LoopConfig& config, const Camera& camera)
-    : config_(config), finder_(config.finder, camera) {}
+    : config_(config), camera_(camera), finder_(config.finder, camera) {}
 
 LoopResult LoopCloser::step(const Map& map, const PlaceIndex& index, KeyframeId id) {
   LoopResult result;
   if (!map.has_keyframe(id)) return result;
   const Keyframe& keyframe = map.keyframe(id);
+  std::optional<MapGraph> graph;  // of use only where a place agrees
   const auto near = near_in_graph(map, id, config_.min_shared);
   for (FoundPlace& place : finder_.find(map, index, view_of(keyframe), near, ygslam::index(id))) {
     LoopAttempt attempt;
@@ -128,26 +85,59 @@ LoopResult LoopCloser::step(const Map& map, const PlaceIndex& index, KeyframeId 
     attempt.place_stamp = map.keyframe(place.match.place).data->stamp;
     attempt.score = place.score;
     attempt.match = place.match;
-    if (attempt.match.verdict == PlaceVerdict::kAgrees) check_drift(map, attempt);
+    attempt.T_keyframe_place =
+        place.match.T_camera_world * map.keyframe(place.match.place).T_camera_world.inverse();
+    if (attempt.match.verdict == PlaceVerdict::kAgrees) {
+      if (!graph) graph = make_map_graph(map, config_.min_shared);
+      check_drift(*graph, attempt);
+    }
     result.attempts.push_back(attempt);
   }
-  if (LoopAttempt* best = choose(result.attempts)) result.closure = close(map, *best);
+  if (!graph) return result;
+  follow_removed_keyframes(map);
+  if (LoopAttempt* best = choose(result.attempts))
+    result.closure = close(map, *graph, result, *best);
+  if (!result.closure) result.closure = contradict_earlier(map, *graph, result);
   return result;
 }
 
+/// Their places in the map are known from those they stood beside.
+void LoopCloser::follow_removed_keyframes(const Map& map) {
+  const auto follow = [&](std::vector<LoopEdge>& edges) {
+    for (LoopEdge& edge : edges) {
+      const KeyframeId from = map.nearest_kept(edge.from);
+      const KeyframeId to = map.nearest_kept(edge.to);
+      const SE3 T_from_kept =
+          map.resolved_pose(edge.from) * map.keyframe(from).T_camera_world.inverse();
+      const SE3 T_to_kept = map.resolved_pose(edge.to) * map.keyframe(to).T_camera_world.inverse();
+      if (from != edge.from || to != edge.to)
+        edge = {from, to, T_to_kept.inverse() * edge.T_to_from * T_from_kept};
+    }
+    std::erase_if(edges, [](const LoopEdge& edge) { return edge.from == edge.to; });
+  };
+  for (ClosedLoop& loop : loops_) {
+    follow(loop.edges);
+    for (std::vector<LoopEdge>& edges : loop.against) follow(edges);
+  }
+  std::erase_if(loops_, [](const ClosedLoop& loop) { return loop.edges.empty(); });
+}
+
 /// Sets the outcome to kAlone where odometry could have drifted so far.
-void LoopCloser::check_drift(const Map& map, LoopAttempt& attempt) const {
-  const SE3& T_now = map.keyframe(attempt.keyframe).T_camera_world;
-  const SE3& T_found = attempt.match.T_camera_world;
-  attempt.path_m = path_m(map, attempt.keyframe, attempt.match.place, config_.min_shared);
+void LoopCloser::check_drift(const MapGraph& graph, LoopAttempt& attempt) const {
+  const SE3& T_now = graph.T_camera_world.at(attempt.keyframe);
+  const SE3 T_found = attempt.T_keyframe_place * graph.T_camera_world.at(attempt.match.place);
+  attempt.path_m = path_m(graph, attempt.keyframe, attempt.match.place);
   attempt.correction_m = (T_now.inverse().t() - T_found.inverse().t()).norm();
   attempt.correction_rad = (T_now * T_found.inverse()).angle();
-  const double drift_m = config_.max_drift_m + config_.max_drift_ratio * attempt.path_m;
-  const bool possible =
-      attempt.correction_m <= drift_m && attempt.correction_rad <= config_.max_drift_rad;
-  attempt.outcome = possible ? LoopOutcome::kAlone : LoopOutcome::kTooFar;
+  attempt.outcome = strain(attempt) <= 1 ? LoopOutcome::kAlone : LoopOutcome::kTooFar;
   // Where no way leads from one view to the other odometry vouches for nothing.
   if (!std::isfinite(attempt.path_m)) attempt.outcome = LoopOutcome::kOtherSubmap;
+}
+
+/// The correction in parts of the drift that odometry may have.
+double LoopCloser::strain(const LoopAttempt& attempt) const {
+  const double drift_m = config_.max_drift_m + config_.max_drift_ratio * attempt.path_m;
+  return std::max(attempt.correction_m / drift_m, attempt.correction_rad / config_.max_drift_rad);
 }
 
 /// The attempt with most inliers of those that odometry allows; null if none, or if another place
@@ -168,31 +158,116 @@ LoopAttempt* LoopCloser::choose(std::vector<LoopAttempt>& attempts) const {
   return best;
 }
 
-std::optional<LoopClosure> LoopCloser::close(const Map& map, LoopAttempt& attempt) {
-  std::vector<LoopEdge> loops = agreeing_edges(map, attempt);
-  attempt.agreeing = static_cast<int>(loops.size()) - 1;
+std::optional<LoopClosure> LoopCloser::close(const Map& map, const MapGraph& graph,
+                                             LoopResult& result, LoopAttempt& attempt) {
+  std::vector<LoopEdge> edges = agreeing_edges(map, attempt);
+  attempt.agreeing = static_cast<int>(edges.size()) - 1;
   attempt.outcome = LoopOutcome::kAlone;
   if (attempt.agreeing < config_.min_agreeing) return std::nullopt;
-  std::erase_if(loops_, [&](const LoopEdge& loop) {
-    return !map.has_keyframe(loop.from) || !map.has_keyframe(loop.to);
-  });
   attempt.outcome = LoopOutcome::kInconsistent;
-  auto patch = correction(map, loops, attempt);
-  if (!patch) return std::nullopt;
+  std::vector<LoopEdge> all;
+  for (const ClosedLoop& loop : loops_) all.insert(all.end(), loop.edges.begin(), loop.edges.end());
+  all.insert(all.end(), edges.begin(), edges.end());
+  const WeighedLoops weighed = weigh_loops(graph, all, config_.graph);
+  attempt.stretch = weighed.stretch;
+  std::span<const std::uint8_t> kept = weighed.kept;
+  if (!std::ranges::all_of(kept.last(edges.size()), std::identity{}) ||
+      weighed.stretch > kMaxStretch)
+    return std::nullopt;
   attempt.outcome = LoopOutcome::kClosed;
-  const KeyframeId place = attempt.match.place;
-  LoopClosure closure{std::move(*patch), {}, {place}};
-  for (const KeyframeId id : map.covisible(place, config_.min_shared, kPlaceKeyframes))
-    closure.place.push_back(id);
-  for (const LoopEdge& loop : loops) closure.window.push_back(loop.to);
-  loops_.insert(loops_.end(), loops.begin(), loops.end());
+  LoopClosure closure = closure_of(map, graph, weighed, attempt, edges);
+  for (const ClosedLoop& loop : loops_) {
+    const bool lost = std::ranges::none_of(kept.first(loop.edges.size()), std::identity{});
+    kept = kept.subspan(loop.edges.size());
+    if (!lost || !loop.effect) continue;
+    auto replaced = replace(map, apart_from(map, graph, loop), loop, attempt, edges);
+    if (!replaced) continue;
+    closure = std::move(*replaced);
+    forget(result, loop);
+    break;
+  }
+  loops_.push_back({attempt, std::move(edges), std::nullopt, {}});
   return closure;
+}
+
+/// Of the places that agree, but not with the map: whether they would without an earlier loop.
+std::optional<LoopClosure> LoopCloser::contradict_earlier(const Map& map, const MapGraph& graph,
+                                                          LoopResult& result) {
+  const auto has_rival = [&](const LoopAttempt& attempt) {
+    return std::ranges::any_of(result.attempts, [&](const LoopAttempt& other) {
+      return other.match.verdict == PlaceVerdict::kAgrees &&
+             finder_.rivals(attempt.match, other.match);
+    });
+  };
+  for (LoopAttempt& attempt : result.attempts) {
+    if (attempt.outcome != LoopOutcome::kTooFar && attempt.outcome != LoopOutcome::kInconsistent)
+      continue;
+    if (has_rival(attempt)) continue;
+    for (auto loop = loops_.rbegin(); loop != loops_.rend(); ++loop) {
+      if (!loop->effect) continue;
+      auto closure = contradict(map, graph, *loop, attempt);
+      if (!closure) continue;
+      std::vector<LoopEdge> edges = std::move(loop->against.back());
+      const LoopAttempt closed = attempt;
+      forget(result, *loop);  // which moves the attempts
+      loops_.push_back({closed, std::move(edges), std::nullopt, {}});
+      return closure;
+    }
+  }
+  return std::nullopt;
+}
+
+/// Remembers the attempt with the loop it contradicts. @return the closure when enough do.
+std::optional<LoopClosure> LoopCloser::contradict(const Map& map, const MapGraph& graph,
+                                                  ClosedLoop& loop, LoopAttempt& attempt) {
+  const MapGraph apart = apart_from(map, graph, loop);
+  LoopAttempt without = attempt;
+  check_drift(apart, without);
+  if (without.outcome != LoopOutcome::kAlone) return std::nullopt;
+  // Either may be the wrong one; odometry must speak clearly against the loop.
+  if (strain(without) > kMaxStrain * strain(loop.attempt)) return std::nullopt;
+  std::vector<LoopEdge> edges = agreeing_edges(map, without);
+  without.agreeing = static_cast<int>(edges.size()) - 1;
+  if (without.agreeing < config_.min_agreeing) return std::nullopt;
+  loop.against.push_back(std::move(edges));
+  if (loop.against.size() < config_.contradictions) return std::nullopt;
+  if (loop.against.size() > config_.contradictions) loop.against.pop_front();
+  std::vector<LoopEdge> all;
+  for (const auto& some : loop.against) all.insert(all.end(), some.begin(), some.end());
+  auto closure = replace(map, apart, loop, without, all);
+  if (!closure) return std::nullopt;
+  attempt = without;
+  attempt.outcome = LoopOutcome::kClosed;
+  return closure;
+}
+
+/// @param apart the graph without the loop. @return nullopt if the edges do not fit it.
+std::optional<LoopClosure> LoopCloser::replace(const Map& map, const MapGraph& apart,
+                                               const ClosedLoop& loop, const LoopAttempt& attempt,
+                                               const std::vector<LoopEdge>& edges) const {
+  std::vector<LoopEdge> all;
+  for (const ClosedLoop& other : loops_)
+    if (&other != &loop) all.insert(all.end(), other.edges.begin(), other.edges.end());
+  all.insert(all.end(), edges.begin(), edges.end());
+  const WeighedLoops weighed = weigh_loops(apart, all, config_.graph);
+  const auto of_new = std::span(weighed.kept).last(edges.size());
+  if (!std::ranges::all_of(of_new, std::identity{}) || weighed.stretch > kMaxStretch)
+    return std::nullopt;
+  LoopClosure closure = closure_of(map, apart, weighed, attempt, edges);
+  closure.revocation = make_revocation(map, camera_, *loop.effect);
+  return closure;
+}
+
+/// A loop was taken back.
+void LoopCloser::forget(LoopResult& result, const ClosedLoop& loop) {
+  result.attempts.push_back(loop.attempt);
+  result.attempts.back().outcome = LoopOutcome::kRevoked;
+  std::erase_if(loops_, [&](const ClosedLoop& other) { return &other == &loop; });
 }
 
 /// The keyframe's own edge first, then those of covisible keyframes that find the place where the
 /// keyframe's pose puts it.
-std::vector<LoopCloser::LoopEdge> LoopCloser::agreeing_edges(const Map& map,
-                                                             const LoopAttempt& attempt) const {
+std::vector<LoopEdge> LoopCloser::agreeing_edges(const Map& map, const LoopAttempt& attempt) const {
   const KeyframeId place = attempt.match.place;
   const SE3& T_place_world = map.keyframe(place).T_camera_world;
   const SE3 T_place_keyframe = T_place_world * attempt.match.T_camera_world.inverse();
@@ -210,52 +285,31 @@ std::vector<LoopCloser::LoopEdge> LoopCloser::agreeing_edges(const Map& map,
   return edges;
 }
 
-/// Spreads the loops' errors over the map. @return nullopt if it would have to stretch too far.
-std::optional<MapPatch> LoopCloser::correction(const Map& map, const std::vector<LoopEdge>& loops,
-                                               LoopAttempt& attempt) const {
-  PoseGraph graph;
-  std::map<KeyframeId, std::uint32_t> node;
-  for (const auto& [id, keyframe] : map.keyframes()) {
-    node[id] = static_cast<std::uint32_t>(graph.T_camera_world.size());
-    graph.T_camera_world.push_back(keyframe.T_camera_world);
-    graph.fixed.push_back(keyframe.parent == kNoKeyframe ? 1 : 0);
-  }
-  // Edges side by side rest on the same landmarks: all of a keyframe count as much as one.
-  const auto degree = [&](KeyframeId id) {
-    return std::max<std::size_t>(1, map.keyframe(id).covisible.size());
-  };
-  const auto add_as_mapped = [&](KeyframeId from, KeyframeId to) {
-    const SE3 T_to_from =
-        map.keyframe(to).T_camera_world * map.keyframe(from).T_camera_world.inverse();
-    const double scale = 2.0 / static_cast<double>(degree(from) + degree(to));
-    graph.edges.push_back({node.at(from), node.at(to), T_to_from,
-                           information(kEdgeSigmaM, kEdgeSigmaRad, scale), false});
-  };
-  for (const auto& [id, keyframe] : map.keyframes()) {
-    const auto& covisible = keyframe.covisible;
-    const bool has_parent = map.has_keyframe(keyframe.parent);
-    if (has_parent && !covisible.contains(keyframe.parent)) add_as_mapped(keyframe.parent, id);
-    for (const auto& [other, shared] : covisible)
-      if (other < id && (shared >= config_.min_shared || other == keyframe.parent))
-        add_as_mapped(other, id);
-  }
-  const auto add_loop = [&](const LoopEdge& loop) {
-    graph.edges.push_back({node.at(loop.from), node.at(loop.to), loop.T_to_from,
-                           information(kLoopSigmaM, kLoopSigmaRad, 1), true});
-  };
-  for (const LoopEdge& loop : loops_) add_loop(loop);
-  for (const LoopEdge& loop : loops) add_loop(loop);
+LoopClosure LoopCloser::closure_of(const Map& map, const MapGraph& graph,
+                                   const WeighedLoops& weighed, const LoopAttempt& attempt,
+                                   const std::vector<LoopEdge>& edges) const {
+  LoopClosure closure;
+  closure.patch = map.start_patch();
+  for (const auto& [id, T_camera_world] : graph.T_camera_world)
+    closure.patch.poses.push_back({id, T_camera_world, weighed.T_camera_world.at(id).normalized()});
+  const KeyframeId place = attempt.match.place;
+  closure.place = {place};
+  for (const KeyframeId id : map.covisible(place, config_.min_shared, kPlaceKeyframes))
+    closure.place.push_back(id);
+  std::set<KeyframeId> window;
+  for (const LoopEdge& edge : edges)
+    if (window.insert(edge.to).second) closure.window.push_back(edge.to);
+  return closure;
+}
 
-  const PoseGraphResult solved = optimize_pose_graph(graph, config_.graph);
-  attempt.stretch = largest_residual(graph, solved);
-  const auto is_kept = [](double weight) { return weight > 0.5; };
-  const auto of_new_loops = std::span(solved.edge_weight).last(loops.size());
-  const bool kept = std::all_of(of_new_loops.begin(), of_new_loops.end(), is_kept);
-  if (!kept || attempt.stretch > kMaxStretch) return std::nullopt;
-  MapPatch patch = map.start_patch();
-  for (const auto& [id, i] : node)
-    patch.poses.push_back({id, graph.T_camera_world[i], solved.T_camera_world[i].normalized()});
-  return patch;
+void LoopCloser::remember(const LoopClosure& closure, FusionLog fusions) {
+  loops_.back().effect = LoopEffect{inverse_poses(closure.patch), std::move(fusions)};
+  if (loops_.size() > config_.revocable)
+    loops_[loops_.size() - config_.revocable - 1].effect.reset();
+}
+
+void LoopCloser::remember(const MapPatch& adjustment) {
+  if (!loops_.empty() && loops_.back().effect) add_adjustment(*loops_.back().effect, adjustment);
 }
 
 }  // namespace ygslam

@@ -2,11 +2,13 @@
 // out (Mur-Artal, Tardos 2017, sec. III-C; the checks are explained in docs/loops.md).
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <vector>
 
+#include "loop/loop_graph.hpp"
+#include "loop/loop_revocation.hpp"
 #include "loop/place_finder.hpp"
-#include "optim/pose_graph.hpp"
 
 namespace ygslam {
 
@@ -19,7 +21,9 @@ struct LoopConfig {
   double max_drift_m = 0.1;
   double max_drift_ratio = 0.02;
   double max_drift_rad = 0.35;
-  int min_shared = 15;  ///< landmarks that make an edge of the pose graph
+  int min_shared = 15;             ///< landmarks that make an edge of the pose graph
+  std::size_t contradictions = 2;  ///< keyframes that must contradict a loop to have it taken back
+  std::size_t revocable = 16;      ///< loops, the newest, that can be taken back
 };
 
 enum class LoopOutcome : std::uint8_t {
@@ -30,6 +34,7 @@ enum class LoopOutcome : std::uint8_t {
   kAlone,         ///< keyframes beside this one do not agree (yet)
   kInconsistent,  ///< the pose graph would have to stretch too far
   kClosed,
+  kRevoked,  ///< closed earlier, and taken back now
 };
 [[nodiscard]] const char* to_string(LoopOutcome outcome);
 
@@ -40,6 +45,7 @@ struct LoopAttempt {
   Timestamp place_stamp;  ///< of match.place, which may be gone when the run ends
   double score = 0;       ///< of the place index
   PlaceMatch match;
+  SE3 T_keyframe_place;  ///< as match has it
   LoopOutcome outcome = LoopOutcome::kRefused;
   double path_m = 0;        ///< along the map between the two views
   double correction_m = 0;  ///< how far the keyframe would move ...
@@ -48,14 +54,16 @@ struct LoopAttempt {
   double stretch = 0;  ///< largest residual of an edge of the pose graph, in standard deviations
 };
 
+/// To be carried out in this order; then LoopCloser::remember().
 struct LoopClosure {
+  std::optional<MapPatch> revocation;  ///< of an earlier loop, which this one contradicts
   MapPatch patch;
   std::vector<KeyframeId> window;  ///< keyframes that see the place ...
   std::vector<KeyframeId> place;   ///< ... and those of the place: to be fused
 };
 
 struct LoopResult {
-  std::vector<LoopAttempt> attempts;
+  std::vector<LoopAttempt> attempts;  ///< also the loop that was taken back
   std::optional<LoopClosure> closure;
 };
 
@@ -65,26 +73,43 @@ class LoopCloser {
 
   /// @param keyframe mapped, and rid of moving things by its mask where masks are expected.
   [[nodiscard]] LoopResult step(const Map& map, const PlaceIndex& index, KeyframeId keyframe);
+  /// What the weld of the latest closure fused: kept while the loop can be taken back.
+  void remember(const LoopClosure& closure, FusionLog fusions);
+  /// The adjustment of the whole map that followed it.
+  void remember(const MapPatch& adjustment);
 
  private:
-  /// Between two keyframes of the map, measured by their views of one place.
-  struct LoopEdge {
-    KeyframeId from = kNoKeyframe;
-    KeyframeId to = kNoKeyframe;
-    SE3 T_to_from;
+  struct ClosedLoop {
+    LoopAttempt attempt;
+    std::vector<LoopEdge> edges;
+    std::optional<LoopEffect> effect;           ///< while it can be taken back
+    std::deque<std::vector<LoopEdge>> against;  ///< of the latest keyframes that contradict it
   };
-  void check_drift(const Map& map, LoopAttempt& attempt) const;
+  void follow_removed_keyframes(const Map& map);
+  void check_drift(const MapGraph& graph, LoopAttempt& attempt) const;
+  [[nodiscard]] double strain(const LoopAttempt& attempt) const;
   [[nodiscard]] LoopAttempt* choose(std::vector<LoopAttempt>& attempts) const;
-  [[nodiscard]] std::optional<LoopClosure> close(const Map& map, LoopAttempt& attempt);
+  [[nodiscard]] std::optional<LoopClosure> close(const Map& map, const MapGraph& graph,
+                                                 LoopResult& result, LoopAttempt& attempt);
+  [[nodiscard]] std::optional<LoopClosure> contradict_earlier(const Map& map, const MapGraph& graph,
+                                                              LoopResult& result);
+  [[nodiscard]] std::optional<LoopClosure> contradict(const Map& map, const MapGraph& graph,
+                                                      ClosedLoop& loop, LoopAttempt& attempt);
+  [[nodiscard]] std::optional<LoopClosure> replace(const Map& map, const MapGraph& apart,
+                                                   const ClosedLoop& loop,
+                                                   const LoopAttempt& attempt,
+                                                   const std::vector<LoopEdge>& edges) const;
+  void forget(LoopResult& result, const ClosedLoop& loop);
   [[nodiscard]] std::vector<LoopEdge> agreeing_edges(const Map& map,
                                                      const LoopAttempt& attempt) const;
-  [[nodiscard]] std::optional<MapPatch> correction(const Map& map,
-                                                   const std::vector<LoopEdge>& loops,
-                                                   LoopAttempt& attempt) const;
+  [[nodiscard]] LoopClosure closure_of(const Map& map, const MapGraph& graph,
+                                       const WeighedLoops& weighed, const LoopAttempt& attempt,
+                                       const std::vector<LoopEdge>& edges) const;
 
   LoopConfig config_;
+  const Camera& camera_;
   PlaceFinder finder_;
-  std::vector<LoopEdge> loops_;  // closed so far; both ends still in the map
+  std::deque<ClosedLoop> loops_;  // so far
 };
 
 }  // namespace ygslam

@@ -1,14 +1,11 @@
 #include "map/map.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/check.hpp"
 
 namespace ygslam {
 namespace {
-
-constexpr double kSameMotion = 1e-9;  // of a twist [m, rad]: rounding
 
 // The observed descriptor that is most like all others (least median distance).
 Descriptor most_typical(std::span<const Descriptor> descriptors) {
@@ -267,66 +264,6 @@ void Map::fuse(LandmarkId from, LandmarkId into) {
 
 void Map::forget_fusions(std::uint64_t up_to_version) {
   std::erase_if(fused_, [&](const auto& entry) { return entry.second.version <= up_to_version; });
-}
-
-bool Map::apply(const MapPatch& patch) {
-  const std::map<KeyframeId, SE3> T_world_base = apply_poses(patch);
-  apply_points(patch, T_world_base);
-  for (const MapPatch::Fusion& fusion : patch.fusions) {
-    const LandmarkId from = current_id(fusion.from);
-    const LandmarkId into = current_id(fusion.into);
-    if (from != kNoLandmark && into != kNoLandmark && from != into) fuse(from, into);
-  }
-  const auto moved_otherwise = [&](const auto& entry) {
-    const SE3 difference = T_world_base.begin()->second.inverse() * entry.second;
-    return difference.log().norm() > kSameMotion;
-  };
-  return T_world_base.size() != keyframes_.size() ||
-         std::any_of(T_world_base.begin(), T_world_base.end(), moved_otherwise);
-}
-
-/// @return for each keyframe that moved, how the world around it did.
-std::map<KeyframeId, SE3> Map::apply_poses(const MapPatch& patch) {
-  std::map<KeyframeId, SE3> T_world_base;
-  for (const MapPatch::Pose& pose : patch.poses) {
-    const auto it = keyframes_.find(pose.keyframe);
-    if (it == keyframes_.end()) continue;
-    const SE3 correction = pose.T_camera_world.inverse() * pose.T_camera_base;
-    T_world_base[pose.keyframe] = correction;
-    const SE3& T_now = it->second.T_camera_world;
-    const bool unmoved = T_now.R() == pose.T_camera_base.R() && T_now.t() == pose.T_camera_base.t();
-    set_pose(pose.keyframe, unmoved ? pose.T_camera_world : T_now * correction.inverse());
-  }
-  for (auto it = keyframes_.lower_bound(patch.first_later); it != keyframes_.end(); ++it) {
-    const auto parent = T_world_base.find(it->second.parent);
-    if (parent == T_world_base.end() || T_world_base.contains(it->first)) continue;
-    set_pose(it->first, it->second.T_camera_world * parent->second.inverse());
-    T_world_base[it->first] = parent->second;
-  }
-  return T_world_base;
-}
-
-void Map::apply_points(const MapPatch& patch, const std::map<KeyframeId, SE3>& T_world_base) {
-  std::unordered_map<LandmarkId, Vec3> named;
-  for (const MapPatch::Point& point : patch.points) {
-    const auto it = landmarks_.find(point.landmark);
-    if (it != landmarks_.end() && it->second.p_world == point.p_base)
-      named[point.landmark] = point.p_world;
-  }
-  // What a landmark looks like from where does not change: its keyframe's correction turns it.
-  for (const auto& [id, T_new_old] : T_world_base) {
-    for (const LandmarkId landmark : keyframes_.at(id).landmarks) {
-      if (landmark == kNoLandmark) continue;
-      Landmark& l = landmarks_.at(landmark);
-      if (l.observations.front().keyframe != id) continue;
-      const auto it = named.find(landmark);
-      l.p_world = it == named.end() ? T_new_old * l.p_world : it->second;
-      l.normal_world = T_new_old.R() * l.normal_world;
-      if (it != named.end()) named.erase(it);
-    }
-  }
-  for (const auto& [landmark, p_world] : named) landmarks_.at(landmark).p_world = p_world;
-  ++version_;
 }
 
 LandmarkId Map::current_id(LandmarkId id) const {

@@ -7,6 +7,7 @@
 
 #include "core/ids.hpp"
 #include "geometry/se3.hpp"
+#include "map/landmark.hpp"
 
 namespace ygslam {
 
@@ -27,12 +28,28 @@ struct MapPatch {
     LandmarkId from = kNoLandmark;
     LandmarkId into = kNoLandmark;
   };
+  /// What a fusion made one becomes two again.
+  struct Split {
+    LandmarkId landmark = kNoLandmark;  ///< made again under its id; kNoLandmark: under a new one
+    LandmarkId from = kNoLandmark;      ///< gives back what it was counted (visible, found)
+    Vec3 p_world = Vec3::Zero();
+    KeyframeId first_keyframe = kNoKeyframe;
+    int visible = 1;
+    int found = 1;
+    std::vector<LandmarkObservation> observations;  ///< taken from what the features show now
+  };
+  struct Sight {
+    LandmarkId landmark = kNoLandmark;
+    KeyframeId keyframe = kNoKeyframe;
+  };
 
   std::uint64_t base_version = 0;  ///< Map::version() of the map it was computed from
   KeyframeId first_later{0};       ///< keyframes from this number on were not in it
   std::vector<Pose> poses;
   std::vector<Point> points;  ///< those not named follow the keyframe that first saw them
   std::vector<Fusion> fusions;
+  std::vector<Split> splits;  ///< in this order, each of what those before have left
+  std::vector<Sight> unseen;  ///< observations to be dropped, after the splits
 };
 
 }  // namespace ygslam

@@ -22,7 +22,8 @@ bool depth_agrees(const Keyframe& keyframe, std::uint32_t feature, const Vec3& p
 }
 
 int fuse_into(Map& map, const Camera& camera, KeyframeId target,
-              const std::vector<LandmarkId>& landmarks, const NeighbourFusionConfig& config) {
+              const std::vector<LandmarkId>& landmarks, const NeighbourFusionConfig& config,
+              FusionLog* log) {
   const Keyframe& keyframe = map.keyframe(target);
   std::vector<std::uint8_t> usable(keyframe.landmarks.size());
   for (std::size_t i = 0; i < usable.size(); ++i) usable[i] = keyframe.static_weight[i] > 0;
@@ -43,6 +44,7 @@ int fuse_into(Map& map, const Camera& camera, KeyframeId target,
     if (there == id) continue;
     if (there == kNoLandmark) {
       if (map.add_observation(id, target, m.feature)) {
+        if (log) log->saw.push_back({id, target});
         map.refresh(id);
         ++changes;
       }
@@ -50,7 +52,10 @@ int fuse_into(Map& map, const Camera& camera, KeyframeId target,
     }
     const bool keep_there =
         map.landmark(there).observations.size() > map.landmark(id).observations.size();
-    map.fuse(keep_there ? id : there, keep_there ? there : id);
+    const LandmarkId from = keep_there ? id : there;
+    const LandmarkId into = keep_there ? there : id;
+    if (log) log->before_fusion(map, from, into);
+    map.fuse(from, into);
     ++changes;
   }
   return changes;
@@ -117,8 +122,9 @@ int fuse_with_neighbours(Map& map, const Camera& camera, KeyframeId id,
 }
 
 int fuse_with(Map& map, const Camera& camera, KeyframeId id, const std::vector<KeyframeId>& around,
-              const NeighbourFusionConfig& config) {
-  int changes = fuse_into(map, camera, id, landmarks_of(map, around, map.keyframe(id)), config);
+              const NeighbourFusionConfig& config, FusionLog* log) {
+  int changes =
+      fuse_into(map, camera, id, landmarks_of(map, around, map.keyframe(id)), config, log);
   for (const KeyframeId neighbour : around) {
     std::vector<LandmarkId> own;
     const auto& theirs = map.keyframe(neighbour);
@@ -126,7 +132,7 @@ int fuse_with(Map& map, const Camera& camera, KeyframeId id, const std::vector<K
     for (const LandmarkId landmark : map.keyframe(id).landmarks) {
       if (landmark != kNoLandmark && !have.contains(landmark)) own.push_back(landmark);
     }
-    changes += fuse_into(map, camera, neighbour, own, config);
+    changes += fuse_into(map, camera, neighbour, own, config, log);
   }
   return changes;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "geometry/camera.hpp"
+#include "map/fusion_log.hpp"
 #include "map/map.hpp"
 
 namespace ygslam {
@@ -25,8 +26,9 @@ struct NeighbourFusionConfig {
 int fuse_with_neighbours(Map& map, const Camera& camera, KeyframeId keyframe,
                          const NeighbourFusionConfig& config);
 
-/// The same with keyframes that are not neighbours yet.
+/// The same with keyframes that are not neighbours yet. @param log told what is fused; may be null.
 int fuse_with(Map& map, const Camera& camera, KeyframeId keyframe,
-              const std::vector<KeyframeId>& others, const NeighbourFusionConfig& config);
+              const std::vector<KeyframeId>& others, const NeighbourFusionConfig& config,
+              FusionLog* log = nullptr);
 
 }  // namespace ygslam

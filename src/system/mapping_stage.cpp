@@ -118,8 +118,7 @@ bool MappingStage::close_loops() {
     if (attempts_.size() < kRememberedAttempts)
       attempts_.insert(attempts_.end(), result.attempts.begin(), result.attempts.end());
     if (result.closure) {
-      mapper_.correct(result.closure->patch);
-      mapper_.weld(result.closure->window, result.closure->place);
+      carry_out(*result.closure);
       changed = true;
     }
     if (const auto found = submap_joiner_.step(map(), result.attempts)) {
@@ -129,6 +128,17 @@ bool MappingStage::close_loops() {
     index_.add(map(), id);
   }
   return changed;
+}
+
+void MappingStage::carry_out(const LoopClosure& closure) {
+  if (closure.revocation) mapper_.correct(*closure.revocation);
+  mapper_.correct(closure.patch);
+  loop_closer_.remember(closure, mapper_.weld(closure.window, closure.place));
+}
+
+void MappingStage::take_adjustment(const MapPatch& patch) {
+  correct(patch);
+  loop_closer_.remember(patch);
 }
 
 void MappingStage::join(const SubmapJoin& join) {

@@ -56,11 +56,13 @@ class MappingStage {
   /// @return true if the map changed: the submap was joined to the rest.
   bool look_for(const Features& features, std::span<const float> static_weight,
                 const KeyframeRelativePose& pose);
-  /// The whole map as a job for another thread; its patch goes to correct(). Only of a map that has
-  /// keyframes.
+  /// The whole map as a job for another thread; its patch goes to take_adjustment(). Only of a map
+  /// that has keyframes.
   [[nodiscard]] FullAdjustment full_adjustment() const {
     return make_full_adjustment(map(), config_.mapper.noise);
   }
+  /// Its result.
+  void take_adjustment(const MapPatch& patch);
   void correct(const MapPatch& patch) { mapper_.correct(patch); }
   /// A read-out time was found when part of the map was made: it is adjusted as a whole.
   void correct_shutter(const ShutterReport& report);
@@ -89,6 +91,7 @@ class MappingStage {
   };
   /// @param masks of its frame; nullptr: none came.
   void integrate(const Waiting& waiting, const Segmentation* masks);
+  void carry_out(const LoopClosure& closure);
   void join(const SubmapJoin& join);
 
   MappingStageConfig config_;

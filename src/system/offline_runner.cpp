@@ -107,7 +107,7 @@ class OfflineRunner final : public Runner {
 
   void adjust_all() {
     auto patch = solve(camera_, mapping_->full_adjustment(), mapping_config_.mapper.bundle);
-    if (patch) mapping_->correct(*patch);
+    if (patch) mapping_->take_adjustment(*patch);
   }
 
   void map_keyframe(const RgbdFrame& frame, TrackResult& result) {

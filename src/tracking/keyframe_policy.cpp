@@ -1,15 +1,33 @@
 #include "tracking/keyframe_policy.hpp"
 
 namespace ygslam {
+namespace {
+
+// Nearer than this to a keyframe the ground is known: another one would show the same. A part of
+// the features is found nowhere again, so that what has no landmark yet does not tell new ground
+// from known.
+constexpr double kKnownM = 0.2;
+constexpr double kKnownRad = 0.2;
+// Once in so many intervals it may do so all the same: what hid the ground may have gone.
+constexpr int kLookAgain = 3;
+
+bool has_moved(const KeyframeEvidence& e, double translation_m, double rotation_rad) {
+  return e.T_camera_nearest.t().norm() > translation_m || e.T_camera_nearest.angle() > rotation_rad;
+}
+
+}  // namespace
 
 bool wants_keyframe(const KeyframeEvidence& e, const KeyframePolicyConfig& config) {
   if (e.frames_since_last < config.min_interval_frames) return false;
-  const bool starving =
-      e.close_tracked < config.min_close_tracked && e.close_untracked > config.min_close_untracked;
+  // What is known is not found any more: something has changed.
   const bool thinning = e.tracked_landmarks < config.tracked_ratio * e.reference_landmarks;
-  const bool moved = e.T_camera_nearest.t().norm() > config.min_translation_m ||
-                     e.T_camera_nearest.angle() > config.min_rotation_rad;
-  const bool due = e.frames_since_last >= config.max_interval_frames && moved;
+  const bool is_new = has_moved(e, kKnownM, kKnownRad);
+  const bool may_help =
+      is_new || thinning || e.frames_since_last >= kLookAgain * config.max_interval_frames;
+  const bool starving = e.close_tracked < config.min_close_tracked &&
+                        e.close_untracked > config.min_close_untracked && may_help;
+  const bool moved = has_moved(e, config.min_translation_m, config.min_rotation_rad);
+  const bool due = e.frames_since_last >= config.max_interval_frames && is_new;
   // A busy mapper gets only what tracking cannot do without.
   if (e.mapper_busy) return starving && e.frames_since_last >= 2 * config.min_interval_frames;
   return starving || ((thinning || due) && moved);

@@ -7,12 +7,12 @@ namespace ygslam {
 
 struct KeyframePolicyConfig {
   int min_interval_frames = 2;
-  int max_interval_frames = 10;     ///< if the camera moved at all
+  int max_interval_frames = 10;     ///< where no keyframe was taken nearby
   double tracked_ratio = 0.75;      ///< of the reference keyframe's landmarks still tracked
   int min_close_tracked = 100;      ///< fewer tracked near points and ...
   int min_close_untracked = 70;     ///< ... more new ones than this: insert
   double close_depth_m = 3.5;       ///< depth is good up to here
-  double min_translation_m = 0.02;  ///< after max_interval_frames, counts as having moved
+  double min_translation_m = 0.02;  ///< where matches thin out, counts as having moved
   double min_rotation_rad = 0.02;
 };
 

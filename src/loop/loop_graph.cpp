@@ -1,0 +1,129 @@
+#include "loop/loop_graph.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+
+namespace ygslam {
+namespace {
+
+// Standard deviations of the motion between two keyframes as mapped, and of one found by a loop.
+// The first are generous: whether odometry allows a loop was asked before (LoopCloser); here loops
+// are weighed against each other.
+constexpr double kEdgeSigmaM = 0.02;
+constexpr double kEdgeSigmaRad = 0.006;
+constexpr double kLoopSigmaM = 0.01;
+constexpr double kLoopSigmaRad = 0.003;
+constexpr double kRestsOnLoop = 0.5;  // of what the loop moved
+
+Mat6 information(double sigma_m, double sigma_rad, double scale) {
+  Vec6 diagonal;
+  diagonal << Vec3::Constant(scale / (sigma_m * sigma_m)),
+      Vec3::Constant(scale / (sigma_rad * sigma_rad));
+  return diagonal.asDiagonal();
+}
+
+/// Of the edges that count, in standard deviations.
+double largest_residual(const PoseGraph& graph, const PoseGraphResult& solved) {
+  double largest = 0;
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    const PoseGraphEdge& edge = graph.edges[i];
+    if (solved.edge_weight[i] <= 0.5) continue;
+    const Vec6 residual =
+        pose_graph_residual(edge, solved.T_camera_world[edge.from], solved.T_camera_world[edge.to]);
+    largest = std::max(largest, std::sqrt(residual.dot(edge.information * residual) / 6));
+  }
+  return largest;
+}
+
+}  // namespace
+
+MapGraph make_map_graph(const Map& map, int min_shared) {
+  MapGraph graph;
+  const auto degree = [&](KeyframeId id) {
+    return std::max<std::size_t>(1, map.keyframe(id).covisible.size());
+  };
+  const auto add = [&](KeyframeId from, KeyframeId to, bool is_parent) {
+    graph.edges.push_back(
+        {from, to, is_parent, 2.0 / static_cast<double>(degree(from) + degree(to))});
+  };
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    graph.T_camera_world.emplace(id, keyframe.T_camera_world);
+    if (keyframe.parent == kNoKeyframe) graph.roots.insert(id);
+    const auto& covisible = keyframe.covisible;
+    const bool has_parent = map.has_keyframe(keyframe.parent);
+    if (has_parent && !covisible.contains(keyframe.parent)) add(keyframe.parent, id, true);
+    for (const auto& [other, shared] : covisible)
+      if (other < id && (shared >= min_shared || other == keyframe.parent))
+        add(other, id, other == keyframe.parent);
+  }
+  return graph;
+}
+
+MapGraph without_loop(MapGraph graph, const std::map<KeyframeId, Map::Moved>& moved,
+                      double correction_m, double correction_rad) {
+  const auto before = graph.T_camera_world;
+  for (const auto& [id, by] : moved) graph.T_camera_world.at(id) = by.T_camera_world;
+  const auto between = [](const auto& poses, const MapGraph::Edge& edge) {
+    return poses.at(edge.to) * poses.at(edge.from).inverse();
+  };
+  std::erase_if(graph.edges, [&](const MapGraph::Edge& edge) {
+    if (edge.is_parent) return false;
+    const SE3 T = between(graph.T_camera_world, edge) * between(before, edge).inverse();
+    return T.t().norm() > kRestsOnLoop * correction_m || T.angle() > kRestsOnLoop * correction_rad;
+  });
+  return graph;
+}
+
+double path_m(const MapGraph& graph, KeyframeId from, KeyframeId to) {
+  using Entry = std::pair<double, KeyframeId>;
+  std::map<KeyframeId, std::vector<KeyframeId>> next;
+  for (const MapGraph::Edge& edge : graph.edges) {
+    next[edge.from].push_back(edge.to);
+    next[edge.to].push_back(edge.from);
+  }
+  const auto position = [&](KeyframeId id) { return graph.T_camera_world.at(id).inverse().t(); };
+  std::map<KeyframeId, double> shortest_m;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  open.emplace(0.0, from);
+  while (!open.empty()) {
+    const auto [so_far_m, id] = open.top();
+    open.pop();
+    if (!shortest_m.emplace(id, so_far_m).second) continue;
+    if (id == to) return so_far_m;
+    for (const KeyframeId other : next[id])
+      if (!shortest_m.contains(other))
+        open.emplace(so_far_m + (position(other) - position(id)).norm(), other);
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+WeighedLoops weigh_loops(const MapGraph& graph, std::span<const LoopEdge> loops,
+                         const PoseGraphConfig& config) {
+  PoseGraph problem;
+  std::map<KeyframeId, std::uint32_t> node;
+  for (const auto& [id, T_camera_world] : graph.T_camera_world) {
+    node[id] = static_cast<std::uint32_t>(problem.T_camera_world.size());
+    problem.T_camera_world.push_back(T_camera_world);
+    problem.fixed.push_back(graph.roots.contains(id) ? 1 : 0);
+  }
+  for (const MapGraph::Edge& edge : graph.edges) {
+    const SE3 T_to_from =
+        graph.T_camera_world.at(edge.to) * graph.T_camera_world.at(edge.from).inverse();
+    problem.edges.push_back({node.at(edge.from), node.at(edge.to), T_to_from,
+                             information(kEdgeSigmaM, kEdgeSigmaRad, edge.information), false});
+  }
+  for (const LoopEdge& loop : loops)
+    problem.edges.push_back({node.at(loop.from), node.at(loop.to), loop.T_to_from,
+                             information(kLoopSigmaM, kLoopSigmaRad, 1), true});
+  const PoseGraphResult solved = optimize_pose_graph(problem, config);
+  WeighedLoops result;
+  result.stretch = largest_residual(problem, solved);
+  for (const auto& [id, i] : node) result.T_camera_world[id] = solved.T_camera_world[i];
+  for (const double weight : std::span(solved.edge_weight).last(loops.size()))
+    result.kept.push_back(weight > 0.5 ? 1 : 0);
+  return result;
+}
+
+}  // namespace ygslam

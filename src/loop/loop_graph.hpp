@@ -1,0 +1,56 @@
+// Keyframes and what ties them to each other, as the pose graph and the way between two places see
+// them.
+#pragma once
+
+#include <map>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "map/map.hpp"
+#include "optim/pose_graph.hpp"
+
+namespace ygslam {
+
+/// Between two keyframes of the map, measured by their views of one place.
+struct LoopEdge {
+  KeyframeId from = kNoKeyframe;
+  KeyframeId to = kNoKeyframe;
+  SE3 T_to_from;
+};
+
+/// The keyframes as they are mapped, or would be if a loop had not been closed.
+struct MapGraph {
+  struct Edge {
+    KeyframeId from = kNoKeyframe;
+    KeyframeId to = kNoKeyframe;
+    bool is_parent = false;
+    double information = 1;  ///< edges side by side rest on the same landmarks: each counts less
+  };
+  std::map<KeyframeId, SE3> T_camera_world;
+  std::set<KeyframeId> roots;
+  std::vector<Edge> edges;  ///< parents, and keyframes that share landmarks
+};
+
+/// @param min_shared landmarks that make an edge.
+[[nodiscard]] MapGraph make_map_graph(const Map& map, int min_shared);
+
+/// The graph with these keyframes moved and without the edges that rest on the loop: they are
+/// stretched by more than half of what the loop moved. A keyframe's parent is its parent either
+/// way.
+[[nodiscard]] MapGraph without_loop(MapGraph graph, const std::map<KeyframeId, Map::Moved>& moved,
+                                    double correction_m, double correction_rad);
+
+/// Length of the shortest way between two keyframes (Dijkstra); infinite if there is none.
+[[nodiscard]] double path_m(const MapGraph& graph, KeyframeId from, KeyframeId to);
+
+/// Loops weighed against the graph and each other.
+struct WeighedLoops {
+  std::map<KeyframeId, SE3> T_camera_world;
+  std::vector<std::uint8_t> kept;  ///< per loop
+  double stretch = 0;  ///< largest residual of an edge that counts, in standard deviations
+};
+[[nodiscard]] WeighedLoops weigh_loops(const MapGraph& graph, std::span<const LoopEdge> loops,
+                                       const PoseGraphConfig& config);
+
+}  // namespace ygslam

@@ -23,6 +23,7 @@ struct KeyframeEvidence {
   int close_tracked = 0;        ///< static features with near depth and a landmark
   int close_untracked = 0;      ///< the same without
   SE3 T_camera_nearest;         ///< from the keyframe in view that was taken nearest to here
+  double nearest_age_s = 0;     ///< since that one was taken
   bool mapper_busy = false;
 };
 

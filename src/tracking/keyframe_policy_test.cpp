@@ -7,7 +7,7 @@ namespace {
 
 const KeyframePolicyConfig kConfig;
 
-/// A frame well tracked, just after a keyframe, camera at rest.
+/// A frame well tracked, just after a keyframe, camera at rest, where it was a minute ago.
 KeyframeEvidence content() {
   KeyframeEvidence e;
   e.frames_since_last = 5;
@@ -15,6 +15,7 @@ KeyframeEvidence content() {
   e.reference_landmarks = 300;
   e.close_tracked = 300;
   e.close_untracked = 20;
+  e.nearest_age_s = 60;
   return e;
 }
 
@@ -36,6 +37,15 @@ TEST(KeyframePolicy, FewTrackedAndManyNewNearPointsMakeOne) {
   EXPECT_TRUE(wants_keyframe(e, kConfig));
   e.close_untracked = kConfig.min_close_untracked;
   EXPECT_FALSE(wants_keyframe(e, kConfig)) << "there is nothing to add";
+}
+
+TEST(KeyframePolicy, WhileAPlaceIsLookedAtAnotherKeyframeBesideTheLastHelps) {
+  KeyframeEvidence due = content();
+  due.frames_since_last = 2 * kConfig.max_interval_frames;
+  due.T_camera_nearest = moved(0.1);
+  EXPECT_FALSE(wants_keyframe(due, kConfig));
+  due.nearest_age_s = 5;
+  EXPECT_TRUE(wants_keyframe(due, kConfig));
 }
 
 TEST(KeyframePolicy, BesideAKeyframeAnotherWouldShowTheSame) {

@@ -5,17 +5,21 @@
 namespace ygslam {
 
 /// A camera that sways comes back to where keyframes were taken, and adds nothing.
-SE3 KeyframeProposer::motion_from_nearest(const TrackedFrame& frame, const LocalView& view) const {
+void KeyframeProposer::compare_with_nearest(const TrackedFrame& frame, const LocalView& view,
+                                            KeyframeEvidence& evidence) const {
   const SE3 T_camera_world = frame.pose.T_camera_reference * view.reference().T_camera_world;
   const auto steps = [&](const SE3& T) {  // the larger of both in what counts as having moved
     return std::max(T.t().norm() / config_.min_translation_m, T.angle() / config_.min_rotation_rad);
   };
-  SE3 nearest = frame.pose.T_camera_reference;
+  const KeyframeData* nearest = view.reference().data.get();
+  evidence.T_camera_nearest = frame.pose.T_camera_reference;
   for (const ViewKeyframe& keyframe : view.keyframes) {
     const SE3 T_camera_keyframe = T_camera_world * keyframe.T_camera_world.inverse();
-    if (steps(T_camera_keyframe) < steps(nearest)) nearest = T_camera_keyframe;
+    if (steps(T_camera_keyframe) >= steps(evidence.T_camera_nearest)) continue;
+    evidence.T_camera_nearest = T_camera_keyframe;
+    nearest = keyframe.data.get();
   }
-  return nearest;
+  evidence.nearest_age_s = seconds_between(frame.frame->stamp, nearest->stamp);
 }
 
 bool KeyframeProposer::wants(const TrackedFrame& frame, const LocalView& view,
@@ -25,7 +29,7 @@ bool KeyframeProposer::wants(const TrackedFrame& frame, const LocalView& view,
   evidence.frames_since_last = frames_since_keyframe_;
   evidence.tracked_landmarks = pose.landmark_inliers;
   evidence.reference_landmarks = view.reference().tracked_landmarks;
-  evidence.T_camera_nearest = motion_from_nearest(frame, view);
+  compare_with_nearest(frame, view, evidence);
   evidence.mapper_busy = mapper_busy;
   for (std::size_t i = 0; i < frame.features->size(); ++i) {
     const float depth_m = frame.features->points[i].depth_m;

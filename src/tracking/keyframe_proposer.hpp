@@ -33,7 +33,8 @@ class KeyframeProposer {
   [[nodiscard]] KeyframeCandidate make(const TrackedFrame& frame, std::uint64_t map_version);
 
  private:
-  [[nodiscard]] SE3 motion_from_nearest(const TrackedFrame& frame, const LocalView& view) const;
+  void compare_with_nearest(const TrackedFrame& frame, const LocalView& view,
+                            KeyframeEvidence& evidence) const;
 
   KeyframePolicyConfig config_;
   int min_points_;

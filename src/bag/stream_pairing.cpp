@@ -21,7 +21,9 @@ struct Candidate {
 
 bool StreamPairing::add(Side side, StreamImage image) {
   Topic& topic = topics_[side];
-  if (image.stamp.ns < 0 || (topic.last && image.stamp <= *topic.last)) return false;
+  constexpr std::int64_t kLatest_ns = std::numeric_limits<std::int64_t>::max() / 2;
+  if (image.stamp.ns < 0 || image.stamp.ns > kLatest_ns) return false;
+  if (topic.last && image.stamp <= *topic.last) return false;
   if (topic.last)
     topic.least_step_ns = std::min(topic.least_step_ns, image.stamp.ns - topic.last->ns);
   topic.last = image.stamp;

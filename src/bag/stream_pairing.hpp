@@ -30,7 +30,8 @@ class StreamPairing {
  public:
   enum Side { kColour, kDepth };
 
-  /// @return false where it is left out: not after the one before it, or its stamp is negative.
+  /// @return false where it is left out: not after the one before it, or its stamp is negative or
+  /// later than 146 years.
   bool add(Side side, StreamImage image);
   /// No more images come.
   void finish();

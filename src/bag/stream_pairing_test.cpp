@@ -92,6 +92,7 @@ TEST(StreamPairing, WhatComesOutOfOrderIsLeftOut) {
   EXPECT_FALSE(pairing.add(StreamPairing::kColour, {{5 * kMs}, 1, {}}));
   EXPECT_FALSE(pairing.add(StreamPairing::kColour, {{4 * kMs}, 2, {}}));
   EXPECT_FALSE(pairing.add(StreamPairing::kDepth, {{-1}, 0, {}}));
+  EXPECT_FALSE(pairing.add(StreamPairing::kDepth, {{INT64_MAX}, 0, {}}));
   EXPECT_TRUE(pairing.add(StreamPairing::kDepth, {{5 * kMs}, 1, {}}));
   const auto pair = pairing.take();
   ASSERT_TRUE(pair);

@@ -14,7 +14,7 @@
 namespace ygslam {
 namespace {
 
-constexpr std::int64_t kLongestLeadIn_ns = 2'000'000'000;
+constexpr double kLongestLeadIn_ns = 2e9;  // stamps may be anything: their difference, too
 constexpr std::size_t kMostLeadInImages = 256;
 constexpr std::size_t kMostLeadInBytes = std::size_t{256} << 20;
 /// Pairs that tell how far apart frames are and how stamps are written.
@@ -57,7 +57,8 @@ class LeadIn {
   }
   [[nodiscard]] bool is_too_long() const {
     return bytes_ > kMostLeadInBytes || images_.size() >= kMostLeadInImages ||
-           (first_ && last_->ns - first_->ns > kLongestLeadIn_ns);
+           (first_ &&
+            static_cast<double>(last_->ns) - static_cast<double>(first_->ns) > kLongestLeadIn_ns);
   }
   [[nodiscard]] Result<BagChoice> choice() const { return choose(content(), topics_, camera_); }
   [[nodiscard]] const BagContent& content() const { return reader_.content(); }

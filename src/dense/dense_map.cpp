@@ -103,8 +103,15 @@ void DenseMap::apply(const DenseUpdate& update) {
   }
   for (const RemovedAnchor& removed : update.removed) {
     if (const auto gone = contributions_.find(removed.id); gone != contributions_.end()) {
-      take_back(gone->second);
-      contributions_.erase(gone);
+      if (removed.now.keyframe == kNoKeyframe) {
+        take_back(gone->second);
+        contributions_.erase(gone);
+        continue;
+      }
+      // The map has enough landmarks there; whether the surface was seen enough is another
+      // question.
+      gone->second.anchor = {removed.id, gone->second.stamp, SE3()};
+      gone->second.sample = sample_of(gone->second.view->restored(), config_.volume);
     }
     for (auto& [id, contribution] : contributions_) {
       if (!contribution.anchor || contribution.anchor->keyframe != removed.id) continue;

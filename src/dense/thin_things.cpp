@@ -12,12 +12,13 @@ namespace ygslam {
 namespace {
 
 constexpr float kBefore_m = 0.06F, kBeforeShare = 0.03F;  // of the mesh: more than its noise
-constexpr float kSame_m = 0.03F;                          // depths of one thing beside each other
+constexpr float kBeside_m = 0.03F;                        // depths of one thing beside each other
 constexpr int kLeastBeside = 4;                           // of its eight neighbours
 constexpr double kCell_m = 0.02;
+constexpr float kReach_px = 0.6F;   // from the middle of a pixel that shows a point
 constexpr int kLeastViews = 2;      // that saw it in the same place
 constexpr double kGrain_m = 0.004;  // one point for a cube of this size
-constexpr auto kUnit_m = static_cast<float>(DepthView::kUnit_m);
+constexpr auto kDepthUnit_m = static_cast<float>(DepthView::kUnit_m);
 
 Camera camera_of(const Pinhole& pinhole) {
   CameraConfig config;
@@ -28,13 +29,13 @@ Camera camera_of(const Pinhole& pinhole) {
 
 /// A pixel between two surfaces has fewer like it around.
 bool hangs_together(const DepthView& view, int u, int v) {
-  const float z_m = static_cast<float>(view.depth.at(u, v)) * kUnit_m;
+  const float z_m = static_cast<float>(view.depth.at(u, v)) * kDepthUnit_m;
   int beside = 0;
   for (int i = 0; i < 9; ++i) {
     const int x = u + i % 3 - 1, y = v + i / 3 - 1;
     if (i == 4 || !view.depth.contains(x, y)) continue;
-    const float other_m = static_cast<float>(view.depth.at(x, y)) * kUnit_m;
-    beside += std::abs(other_m - z_m) <= kSame_m ? 1 : 0;
+    const float other_m = static_cast<float>(view.depth.at(x, y)) * kDepthUnit_m;
+    beside += std::abs(other_m - z_m) <= kBeside_m ? 1 : 0;
   }
   return beside >= kLeastBeside;
 }
@@ -50,7 +51,7 @@ std::vector<ColouredPoint> before_mesh(const DenseMap::PlacedView& placed, MeshV
   std::vector<ColouredPoint> points;
   for (int v = 0; v < camera.height(); ++v) {
     for (int u = 0; u < camera.width(); ++u) {
-      const float z_m = static_cast<float>(view.depth.at(u, v)) * kUnit_m;
+      const float z_m = static_cast<float>(view.depth.at(u, v)) * kDepthUnit_m;
       const float mesh_m = surface.depth_m.at(u, v);
       if (!(z_m > 0) || view.object.at(u, v) == DepthView::kExcluded) continue;
       if (!(z_m + std::max(kBefore_m, kBeforeShare * z_m) < mesh_m)) continue;
@@ -96,12 +97,14 @@ void ThinThings::draw(const FrameGeometry& geometry, const GreyImage& wanted,
   for (const ColouredPoint& point : points_) {
     const auto seen = geometry.project(point.p_world);
     if (!seen) continue;
-    // Its pixel was about as large as one of this image: four of them leave no gaps.
+    // Its pixel was about as large as one of this image.
     const float u0 = std::floor(seen->uv_px.x()), v0 = std::floor(seen->uv_px.y());
     if (!(std::abs(u0) < 1e6F && std::abs(v0) < 1e6F)) continue;
     for (int i = 0; i < 4; ++i) {
       const int u = static_cast<int>(u0) + (i & 1), v = static_cast<int>(v0) + (i >> 1);
-      if (!wanted.contains(u, v) || wanted.at(u, v) == 0) continue;
+      const bool is_near = std::abs(static_cast<float>(u) - seen->uv_px.x()) <= kReach_px &&
+                           std::abs(static_cast<float>(v) - seen->uv_px.y()) <= kReach_px;
+      if (!is_near || !wanted.contains(u, v) || wanted.at(u, v) == 0) continue;
       float& depth_m = surface.depth_m.at(u, v);
       if (depth_m != 0 && depth_m <= seen->z_m) continue;
       depth_m = seen->z_m;

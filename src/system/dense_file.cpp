@@ -92,6 +92,7 @@ std::string record_of(const SavedView& saved) {
   std::string bytes;
   put(bytes, index(saved.id.keyframe));
   put(bytes, saved.id.number);
+  put(bytes, static_cast<std::uint8_t>(saved.anchor.has_value()));
   if (saved.anchor) {
     put(bytes, index(saved.anchor->keyframe));
     put(bytes, saved.anchor->stamp.ns);
@@ -159,7 +160,7 @@ std::string parse_record(const std::string& bytes, const Pinhole& camera, std::u
   Parts parts(bytes);
   saved.id = KeyframeId{parts.take<std::uint32_t>()};
   if (format > 1) saved.id.number = parts.take<std::uint32_t>();
-  if (saved.id.number > 0) {
+  if (format > 1 && parts.take<std::uint8_t>() != 0) {
     saved.anchor = parse_anchor(parts);
     if (!saved.anchor) return "it is nowhere";
   }

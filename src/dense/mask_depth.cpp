@@ -12,7 +12,6 @@ constexpr double kLargeShare = 0.33;  // of the largest part: a thing behind a p
 
 struct Part {
   std::vector<int> pixels;  // offsets
-  double area = 0;          // of surface, in some unit
   double near_m = 0, far_m = 0;
 };
 
@@ -69,7 +68,6 @@ class Parts {
     done_.at(u, v) = 1;
     part.pixels.push_back(v * done_.width() + u);
     const double depth = depth_m(u, v);
-    part.area += depth * depth;
     part.near_m = std::min(part.near_m, depth);
     part.far_m = std::max(part.far_m, depth);
   }
@@ -93,12 +91,15 @@ void drop_what_lies_elsewhere(DepthView& view, const PreparationConfig& config) 
   }
   for (const std::vector<Part>& of_one : parts_of) {
     const auto largest = std::max_element(
-        of_one.begin(), of_one.end(), [](const Part& a, const Part& b) { return a.area < b.area; });
+        of_one.begin(), of_one.end(),
+        [](const Part& a, const Part& b) { return a.pixels.size() < b.pixels.size(); });
     for (const Part& part : of_one) {
       const double margin_m = parts.margin_m(part.near_m);
       const bool lies_there =
           part.near_m >= largest->near_m - margin_m && part.far_m <= largest->far_m + margin_m;
-      if (lies_there || part.area > kLargeShare * largest->area) continue;
+      if (lies_there || static_cast<double>(part.pixels.size()) >
+                            kLargeShare * static_cast<double>(largest->pixels.size()))
+        continue;
       for (const int pixel : part.pixels) view.object.data()[pixel] = DepthView::kNothing;
     }
   }

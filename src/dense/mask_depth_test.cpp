@@ -36,7 +36,7 @@ auto count(const DepthView& view, std::uint8_t object) {
 TEST(MaskDepth, TheWallAroundABottleIsNoneOfIt) {
   DepthView view = wall_at(2.0);
   fill(view.depth, 20, 10, 30, 40, 1.5);
-  mark(view, 17, 8, 33, 42, kIt);
+  mark(view, 19, 9, 31, 41, kIt);
   drop_what_lies_elsewhere(view, {});
   for (int v = 0; v < 48; ++v)
     for (int u = 0; u < 64; ++u)

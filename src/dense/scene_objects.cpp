@@ -137,8 +137,16 @@ OrientedBox box_of(const KnownObject& object, const Gravity& gravity, const Plac
   std::vector<Vec3> surface = object.surface_world();
   if (surface.empty()) surface.push_back(object.extent_world.center());
   OrientedBox box = upright_box(largest_part(surface, config.gap_m), gravity, config.box_share);
-  // Sideways it ends half the way to the next point beyond the last; above is its seen top.
-  box.size_m.head<2>().array() += config.grain_m;
+  // Sideways it ends half the way to the next point beyond the last, but not where it faces those
+  // who saw it: there, as above, its surface was seen. So much the more lies behind it.
+  Vec3 behind_m = Vec3::Zero();
+  for (int axis = 0; axis < 2; ++axis) {
+    const Vec3 axis_world = box.T_world_box.R().col(axis);
+    box.size_m[axis] += config.grain_m;
+    behind_m +=
+        config.grain_m / 2 * axis_world.dot(object.looked_along_world.normalized()) * axis_world;
+  }
+  box.T_world_box = SE3(box.T_world_box.R(), box.T_world_box.t() + behind_m);
   if (is_round(object.best_class())) complete_round(object.looked_along_world, box);
   return box;
 }

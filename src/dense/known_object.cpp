@@ -10,8 +10,8 @@ namespace {
 constexpr int kAxisBits = 21;
 constexpr std::int64_t kBias = std::int64_t{1} << (kAxisBits - 1);
 constexpr int kManyViews = 4;
-constexpr double kLeastShare = 0.1;   // of an object's views that show a point of its surface
-constexpr double kLeastVotes = 0.25;  // of those that see the point
+constexpr double kLeastShare = 0.1;  // of an object's views that show a point of its surface
+constexpr double kLeastVotes = 0.5;  // of those that see the point
 
 /// Mean distance of the surface from its middle.
 double radius_m(const std::vector<Vec3>& surface_world) {

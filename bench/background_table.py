@@ -6,7 +6,8 @@
 SEQ is rendered with --truth: rgb_static and depth_static show the world without movers, without noise, and
 mask/ has the movers' ids. Judged are the movers' pixels whose background was seen before: where some frame
 of SEQ shows the static surface within --cell of it, itself not hidden and nearer than --far. SSIM is Wang's
-(2004) of the whole picture, averaged over those pixels. Beside it, what DIR's pictures are worth where the
+(2004) of the picture but for what was never seen and stays black, averaged over those pixels; "ssim_black"
+counts the black as well: a pixel beside it then differs, whatever it shows. Beside it, what DIR's pictures are worth where the
 frame's own pixels are shown ("own"), and how many movers' pixels were taken for the room ("left").
 """
 import argparse
@@ -35,9 +36,13 @@ def nearest(poses, stamp):
     return Rotation.from_quat(row[4:8]).as_matrix(), row[1:4]
 
 
-def ssim(a, b):
-    """Structural similarity of each pixel of two grey images (0 to 255)."""
-    c1, c2, blur = (0.01 * 255) ** 2, (0.03 * 255) ** 2, lambda x: gaussian_filter(x, 1.5, truncate=3.5)
+def ssim(a, b, shown):
+    """Structural similarity of each pixel of two grey images (0 to 255), of what of its window is shown."""
+    share = np.maximum(gaussian_filter(shown.astype(float), 1.5, truncate=3.5), 1e-9)
+    c1, c2 = (0.01 * 255) ** 2, (0.03 * 255) ** 2
+
+    def blur(x):
+        return gaussian_filter(np.where(shown, x, 0), 1.5, truncate=3.5) / share
     ma, mb = blur(a), blur(b)
     va, vb, vab = blur(a * a) - ma * ma, blur(b * b) - mb * mb, blur(a * b) - ma * mb
     return (2 * ma * mb + c1) * (2 * vab + c2) / ((ma * ma + mb * mb + c1) * (va + vb + c2))
@@ -91,7 +96,7 @@ def measure(arguments):
     seq, folder = Sequence(arguments.seq), arguments.pictures
     stamps = sorted(read_list(folder / "rgb.txt"))
     seen = seen_cells(seq, sorted(seq.depths)[::arguments.step], arguments.cell, arguments.far)
-    squares, similar, depth_errors, sources, own, left = [], [], [], [], [], []
+    squares, similar, with_black, depth_errors, sources, own, left = [], [], [], [], [], [], []
     for stamp in stamps[::arguments.step]:
         name = f"{stamp:.6f}.png"
         colour, depth, hidden = seq.truth(stamp)
@@ -103,7 +108,8 @@ def measure(arguments):
         filled = wanted & ((source == VIEW) | (source == MAP))
         grey = [x.astype(float) @ (0.299, 0.587, 0.114) for x in (mine, colour)]
         squares.append(np.stack([error[filled], source[filled]], -1))
-        similar.append(ssim(*grey)[filled])
+        similar.append(ssim(*grey, source != NEVER)[filled])
+        with_black.append(ssim(*grey, np.full(source.shape, True))[filled])
         depth_errors.append((mine_depth - depth)[filled])
         sources.append(source[wanted])
         left.append(source[hidden] == 0)
@@ -115,6 +121,7 @@ def measure(arguments):
             "psnr_db": db(squares[:, 0]), "psnr_views_db": db(squares[squares[:, 1] == VIEW, 0]),
             "psnr_map_db": db(squares[squares[:, 1] == MAP, 0]), "psnr_own_db": db(np.concatenate(own)),
             "ssim": round(float(np.concatenate(similar).mean()), 4),
+            "ssim_black": round(float(np.concatenate(with_black).mean()), 4),
             "depth_rmse_m": round(float(np.sqrt(np.mean(depth_errors ** 2))), 4),
             "depth_median_m": round(float(np.median(np.abs(depth_errors))), 4),
             "depth_rmse_within_10cm_m": round(float(np.sqrt(np.mean(depth_errors[near] ** 2))), 4),

@@ -89,32 +89,19 @@ bool add_what_is_new(const RgbdFrame& frame, const GreyImage& hidden, const Fram
   const VolumeConfig& config = map.volume().config();
   const DepthView view =
       make_depth_view({frame.depth_m, frame.colour, {}, hidden}, geometry.camera(), read_out);
-  PreparedView prepared;
-  prepared.assign(view, config.preparation);
-  const auto point_world = [&](int u, int v, double depth_m) -> Vec3 {
-    const Vec3 ray((u - view.camera.cx) / view.camera.fx, (v - view.camera.cy) / view.camera.fy, 1);
-    return geometry.T_world_camera() * Vec3(depth_m * ray);
-  };
-  int seen = 0, is_new = 0;
-  for (int v = kStep_px / 2; v < view.depth.height(); v += kStep_px) {
-    for (int u = kStep_px / 2; u < view.depth.width(); u += kStep_px) {
-      const std::uint32_t geometry_word = prepared.geometry()[v * view.depth.width() + u];
-      if (geometry_word >> 24 == 0) continue;  // makes no surface
-      const double depth_m = (geometry_word & 0xffffU) * DepthView::kUnit_m;
-      const auto voxel = map.volume().surface().voxel(
-          (point_world(u, v, depth_m) / config.surface.voxel_m).array().floor().cast<int>());
-      ++seen;
-      is_new += !voxel || voxel->views < map.config().reading.min_views ? 1 : 0;
-    }
-  }
-  return is_new > kLeastNew * seen && map.add(view, geometry.T_world_camera());
+  const SurfaceSample sample(view, config.preparation, kStep_px);
+  const double is_new = sample.share_seen_less(map.config().reading.min_views,
+                                               geometry.T_world_camera(), map.volume().surface());
+  return is_new > kLeastNew && map.add(view, geometry.T_world_camera());
 }
 
-Background::Background(DenseMap& map) : mesh_(map.mesh()), colours_(map.views()) {}
+Background::Background(DenseMap& map)
+    : mesh_(map.mesh()), thin_(map.views(), mesh_), colours_(map.views()) {}
 
 BackgroundPicture Background::step(const RgbdFrame& frame, const GreyImage& hidden,
                                    const FrameGeometry& geometry) {
-  const SurfaceImage surface = mesh_.draw(geometry, hidden);
+  SurfaceImage surface = mesh_.draw(geometry, hidden);
+  thin_.draw(geometry, hidden, surface);
   BackgroundPicture picture{frame.colour, frame.depth_m,
                             GreyImage(hidden.width(), hidden.height())};
   for (std::size_t i = 0; i < hidden.size(); ++i) {

@@ -5,6 +5,7 @@
 #include "dense/dense_map.hpp"
 #include "dense/frame_geometry.hpp"
 #include "dense/mesh_view.hpp"
+#include "dense/thin_things.hpp"
 #include "dense/view_colours.hpp"
 #include "image/rgbd_frame.hpp"
 
@@ -39,6 +40,7 @@ class Background {
 
  private:
   MeshView mesh_;
+  ThinThings thin_;
   ViewColours colours_;
 };
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "dense/mask_depth.hpp"
 #include "dense/room_structure.hpp"
 #include "dense/scene_objects.hpp"
 #include "volume/reading.hpp"
@@ -15,6 +16,8 @@ namespace {
 
 constexpr double kTypicalDepthM = 3;
 constexpr double kLooseVoxels = 0.5;
+constexpr int kSampleStepPx = 12;
+constexpr int kCulledAtOnce = 8;  // views looked at
 
 /// An occupied cell is what the surest vertex of a known class in it is.
 void label_cells(const TriangleMesh& mesh, SpaceCells& space) {
@@ -40,6 +43,10 @@ bool same(const std::optional<SE3>& a, const std::optional<SE3>& b) {
   return a.has_value() == b.has_value() && (!a || (a->R() == b->R() && a->t() == b->t()));
 }
 
+SurfaceSample sample_of(const DepthView& view, const VolumeConfig& config) {
+  return {view, config.preparation, kSampleStepPx};
+}
+
 /// Of what they see.
 double distance_m(const SE3& T_world_a, const SE3& T_world_b) {
   const SE3 T_a_b = T_world_a.inverse() * T_world_b;
@@ -62,7 +69,7 @@ void DenseMap::start_again() {
 
 void DenseMap::apply(const DenseUpdate& update) {
   if (!config_.enabled) return;
-  for (const DenseKeyframe& keyframe : update.added) {
+  for (const DenseFrame& keyframe : update.added) {
     GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
     CHECK(keyframe.detections.size() <= kMaxDetections);
     const auto moving = moving_things(keyframe.things, keyframe.movers, keyframe.detections.size());
@@ -77,6 +84,7 @@ void DenseMap::apply(const DenseUpdate& update) {
     DepthView view =
         make_depth_view({keyframe.frame->depth_m, keyframe.frame->colour, numbers, excluded},
                         camera_, keyframe.read_out);
+    drop_what_lies_elsewhere(view, config_.volume.preparation);
     auto things = thing_views(view, keyframe.detections, config_.volume.preparation.max_depth_m);
     std::vector<bool> is_gone;
     for (const SceneObjectId number : view.objects) {
@@ -85,40 +93,69 @@ void DenseMap::apply(const DenseUpdate& update) {
       things[i].is_moving = moving[i];
     }
     exclude_objects(view, is_gone, config_.margin_px);
-    contributions_.emplace(keyframe.id, Contribution{std::make_shared<const StoredView>(view),
-                                                     std::move(things),
-                                                     keyframe.frame->stamp,
-                                                     {},
-                                                     {},
-                                                     {},
-                                                     {},
-                                                     {}});
+    Contribution contribution;
+    contribution.view = std::make_shared<const StoredView>(view);
+    contribution.things = std::move(things);
+    contribution.stamp = keyframe.frame->stamp;
+    contribution.anchor = keyframe.anchor;
+    contributions_.emplace(keyframe.anchor ? next_id(keyframe.id.keyframe) : keyframe.id,
+                           std::move(contribution));
   }
-  for (const KeyframeId id : update.removed) {
-    const auto gone = contributions_.find(id);
-    if (gone == contributions_.end()) continue;
-    take_back(gone->second);
-    contributions_.erase(gone);
+  for (const RemovedAnchor& removed : update.removed) {
+    if (const auto gone = contributions_.find(removed.id); gone != contributions_.end()) {
+      if (removed.now.keyframe == kNoKeyframe) {
+        take_back(gone->second);
+        contributions_.erase(gone);
+        continue;
+      }
+      // The map has enough landmarks there; whether the surface was seen enough is another
+      // question.
+      gone->second.anchor = {removed.id, gone->second.stamp, SE3()};
+      gone->second.sample = sample_of(gone->second.view->restored(), config_.volume);
+    }
+    for (auto& [id, contribution] : contributions_) {
+      if (!contribution.anchor || contribution.anchor->keyframe != removed.id) continue;
+      const SE3 T_camera_removed = contribution.anchor->T_camera_keyframe;
+      contribution.anchor = removed.now;
+      contribution.anchor->T_camera_keyframe = T_camera_removed * removed.now.T_camera_keyframe;
+    }
   }
   for (auto& [id, contribution] : contributions_) {
-    const auto pose = update.T_world_camera.find(id);
+    const auto& anchor = contribution.anchor;
+    const auto pose = update.T_world_camera.find(anchor ? anchor->keyframe : id.keyframe);
     contribution.wanted.reset();
-    if (pose != update.T_world_camera.end()) contribution.wanted = pose->second;
+    if (pose == update.T_world_camera.end()) continue;
+    contribution.wanted =
+        anchor ? pose->second * anchor->T_camera_keyframe.inverse() : pose->second;
   }
+}
+
+DenseViewId DenseMap::next_id(KeyframeId newest) const {
+  auto after = contributions_.upper_bound({newest, std::numeric_limits<std::uint32_t>::max()});
+  if (after == contributions_.begin()) return {newest, 1};
+  const DenseViewId last = (--after)->first;
+  return {newest, last.keyframe == newest ? last.number + 1 : 1};
 }
 
 void DenseMap::restore(const std::vector<SavedView>& views) {
   if (!config_.enabled) return;
-  for (const SavedView& saved : views)
-    contributions_.emplace(saved.id,
-                           Contribution{saved.view, saved.things, saved.stamp, {}, {}, {}, {}, {}});
+  for (const SavedView& saved : views) {
+    Contribution contribution;
+    contribution.view = saved.view;
+    contribution.things = saved.things;
+    contribution.stamp = saved.stamp;
+    contribution.anchor = saved.anchor;
+    if (saved.anchor) contribution.sample = sample_of(saved.view->restored(), config_.volume);
+    contributions_.emplace(saved.id, std::move(contribution));
+  }
 }
 
 std::vector<SavedView> DenseMap::saved() const {
   std::vector<SavedView> views;
   for (const auto& [id, contribution] : contributions_) {
     if (!contribution.wanted) continue;
-    views.push_back({id, contribution.stamp, contribution.things, contribution.view});
+    views.push_back(
+        {id, contribution.stamp, contribution.things, contribution.view, contribution.anchor});
   }
   return views;
 }
@@ -197,12 +234,61 @@ void DenseMap::associate_all() {
   }
 }
 
+bool DenseMap::shows_new(const Contribution& now, const SurfaceSample& sample) const {
+  const int needed = config_.reading.min_views;
+  return sample.share_seen_less(needed, *now.wanted, volume_->surface()) >= config_.min_new ||
+         objects_.knows_too_little(now.things, *now.wanted, config_.thing_views) ||
+         objects_.sees_change(now.view->restored(), *now.wanted);
+}
+
+bool DenseMap::drop_needless(DenseViewId id) {
+  Contribution& now = contributions_.at(id);
+  if (!now.anchor || now.sample || !now.wanted) return false;
+  const SurfaceSample sample = sample_of(now.view->restored(), config_.volume);
+  if (!shows_new(now, sample)) {
+    contributions_.erase(id);
+    return true;
+  }
+  now.sample = sample;
+  return false;
+}
+
+bool DenseMap::is_needed(const Contribution& old) const {
+  const int enough = config_.reading.min_views + config_.spare_views + 1;  // its own is one
+  if (old.sample->share_seen_less(enough, *old.fused, volume_->surface()) >= config_.min_new)
+    return true;
+  return std::any_of(old.fused_state.ids.begin(), old.fused_state.ids.end(), [&](SceneObjectId id) {
+    const auto object = objects_.objects().find(objects_.current(id));
+    if (object == objects_.objects().end()) return false;
+    const int views = object->second.views();
+    return views >= config_.objects.min_views && views <= config_.thing_views;
+  });
+}
+
+void DenseMap::cull() {
+  const Timestamp newest = objects_.now();
+  auto at = contributions_.upper_bound(culled_up_to_);
+  for (int i = 0; i < kCulledAtOnce && at != contributions_.end(); ++i) {
+    const auto looked_at = at++;
+    culled_up_to_ = looked_at->first;
+    Contribution& old = looked_at->second;
+    if (!old.sample || !old.fused || seconds_between(newest, old.stamp) <= config_.protected_s)
+      continue;
+    if (is_needed(old)) continue;
+    take_back(old);
+    contributions_.erase(looked_at);
+  }
+  if (at == contributions_.end()) culled_up_to_ = {KeyframeId{0}};
+}
+
 bool DenseMap::step() {
+  DenseViewId farthest_id;
   Contribution* farthest = nullptr;
   double farthest_m = kLooseVoxels * config_.volume.surface.voxel_m;
   for (auto& [id, contribution] : contributions_) {
     const double off_m = out_of_place_m(contribution);
     if (off_m <= farthest_m) continue;
+    farthest_id = id;
     farthest = &contribution;
     farthest_m = off_m;
   }
@@ -211,11 +297,28 @@ bool DenseMap::step() {
     associate_all();
     return true;
   }
+  if (drop_needless(farthest_id)) return true;
+  const bool is_new = !farthest->wanted_state;
   bring_up_to_date(*farthest);
-  return farthest->is_up_to_date();
+  const bool is_done = farthest->is_up_to_date();
+  if (is_new && is_done) cull();
+  return is_done;
+}
+
+void DenseMap::take_in_new_frames() {
+  const auto is_new_frame = [](const Contribution& c) { return c.anchor && !c.sample && c.wanted; };
+  if (std::none_of(contributions_.begin(), contributions_.end(),
+                   [&](const auto& c) { return is_new_frame(c.second); }))
+    return;
+  for (auto at = contributions_.begin(); at != contributions_.end();) {
+    const auto now = at++;
+    // Whether it shows something new depends on what those before it showed.
+    if (!now->second.fused && !drop_needless(now->first)) bring_up_to_date(now->second);
+  }
 }
 
 void DenseMap::finish() {
+  take_in_new_frames();
   associate_all();
   const auto moved = std::count_if(contributions_.begin(), contributions_.end(), [](const auto& c) {
     return c.second.fused && !c.second.is_up_to_date();
@@ -283,6 +386,7 @@ std::size_t DenseMap::memory_bytes() const {
   std::size_t bytes = volume_->memory_bytes() + mesher_->memory_bytes();
   for (const auto& [id, contribution] : contributions_) {
     bytes += contribution.view->bytes();
+    if (contribution.sample) bytes += contribution.sample->bytes();
     for (const ThingView& thing : contribution.things)
       bytes += thing.p_camera.capacity() * sizeof(Eigen::Vector3f);
   }

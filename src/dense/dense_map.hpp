@@ -1,6 +1,7 @@
-// The dense map stage: a pure function of the dense keyframes, their poses and the state of their
-// pixels. A corrected pose and a keyframe that went are both "this contribution changed": it is
-// taken back as it was and put in as it is.
+// The dense map stage: a pure function of the dense views, their poses and the state of their
+// pixels. A corrected pose and a view that went are both "this contribution changed": it is
+// taken back as it was and put in as it is. Views are the keyframes, and frames between them as
+// long as they show what others do not.
 #pragma once
 
 #include <map>
@@ -8,12 +9,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/ids.hpp"
+#include "dense/dense_frame.hpp"
 #include "dense/object_map.hpp"
 #include "dense/pixel_state.hpp"
-#include "dense/stored_view.hpp"
+#include "dense/surface_sample.hpp"
 #include "image/coloured_point.hpp"
-#include "image/rgbd_frame.hpp"
 #include "volume/mesher.hpp"
 
 namespace ygslam {
@@ -25,29 +25,23 @@ struct DenseMapConfig {
   ObjectMapConfig objects;
   int edge_px = 2;    ///< so near the edge of a thing's mask nothing is said to be of the thing
   int margin_px = 6;  ///< this far around a mover nothing is taken: masks and depth have soft edges
+  double interval_s = 0.5;  ///< without a view for so long, a frame is offered; 0: keyframes alone
+  double min_new = 0.02;    ///< share of a frame's surface, less of which is not worth a view
+  int spare_views = 2;      ///< beyond those that a surface needs: then a frame's goes again,
+  int thing_views = 6;      ///< if each thing that it shows has more than these
+  double protected_s = 10;  ///< a frame stays so long after it was taken
 };
 
-struct DenseKeyframe {
+/// A keyframe that the map dropped: what it was the anchor of has another from now on.
+struct RemovedAnchor {
   KeyframeId id = kNoKeyframe;
-  FramePtr frame;
-  ReadOut read_out;
-  GreyImage movers;                   ///< 255 where something moves or may move; empty = none
-  GreyImage things;                   ///< 0 = none, i + 1 = detections[i]; empty = none
-  std::vector<Detection> detections;  ///< of things that stand about; at most kMaxDetections
-};
-
-/// A keyframe's contribution as it is kept on disk; its pose is the map's.
-struct SavedView {
-  KeyframeId id = kNoKeyframe;
-  Timestamp stamp;
-  std::vector<ThingView> things;
-  std::shared_ptr<const StoredView> view;  ///< its objects are numbers of things, from 1
+  DenseAnchor now;  ///< its camera's
 };
 
 /// What changed since the last one.
 struct DenseUpdate {
-  std::vector<DenseKeyframe> added;
-  std::vector<KeyframeId> removed;
+  std::vector<DenseFrame> added;
+  std::vector<RemovedAnchor> removed;
   /// Of the keyframes that have a place in the world: all of them.
   std::map<KeyframeId, SE3> T_world_camera;
 };
@@ -60,12 +54,13 @@ class DenseMap {
   DenseMap(const DenseMapConfig& config, const Camera& camera);
 
   void apply(const DenseUpdate& update);
-  /// Takes over the keyframes of an earlier run; they go in where the next update has their poses.
+  /// Takes over the views of an earlier run; they go in where the next update has their poses.
   void restore(const std::vector<SavedView>& views);
-  /// Of the keyframes that have a place in the world.
+  /// Of the views that have a place in the world.
   [[nodiscard]] std::vector<SavedView> saved() const;
-  /// Brings the keyframe up to date that is most out of place, if one is by more than half a voxel
-  /// at some distance. @return false if none is.
+  /// Brings the view up to date that is most out of place, if one is by more than half a voxel
+  /// at some distance; a frame between keyframes that shows nothing new is dropped instead.
+  /// @return false if none is.
   bool step();
   /// Brings all of them up to date, however little they moved.
   void finish();
@@ -86,7 +81,7 @@ class DenseMap {
   };
   /// Of all that is in.
   [[nodiscard]] std::vector<PlacedView> views() const;
-  /// Of the volume, its mesh and the keyframes' images.
+  /// Of the volume, its mesh and the views' images.
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
@@ -94,7 +89,9 @@ class DenseMap {
     std::shared_ptr<const StoredView> view;  // its objects are numbers of detections, from 1
     std::vector<ThingView> things;
     Timestamp stamp;
-    std::optional<SE3> wanted;  // T_world_camera; none: it has no place
+    std::optional<DenseAnchor> anchor;    // none: a keyframe
+    std::optional<SurfaceSample> sample;  // of a frame that was found worth it
+    std::optional<SE3> wanted;            // T_world_camera; none: it has no place
     std::optional<SE3> fused;
     std::optional<SE3> associated;           // the pose its things were compared with others at
     std::optional<PixelState> wanted_state;  // none: not compared with the others yet
@@ -105,6 +102,8 @@ class DenseMap {
   [[nodiscard]] DepthView view_of(const Contribution& contribution, const PixelState& state,
                                   const SE3& T_world_camera) const;
   void take_back(Contribution& contribution);
+  /// Of a frame taken after that keyframe.
+  [[nodiscard]] DenseViewId next_id(KeyframeId newest) const;
   /// Whether a keyframe was corrected by more than what things are told apart by.
   [[nodiscard]] bool association_is_loose() const;
   void associate_all();
@@ -113,11 +112,19 @@ class DenseMap {
   void withdraw(SceneObjectId gone);
   [[nodiscard]] double out_of_place_m(const Contribution& contribution) const;
   void bring_up_to_date(Contribution& contribution);
+  /// Drops a frame between keyframes that shows nothing new. @return whether it did.
+  bool drop_needless(DenseViewId id);
+  [[nodiscard]] bool shows_new(const Contribution& contribution, const SurfaceSample& sample) const;
+  void take_in_new_frames();
+  /// Takes frames back of which the map has enough by now; looks at a few of them.
+  void cull();
+  [[nodiscard]] bool is_needed(const Contribution& old) const;
   void start_again();
 
   DenseMapConfig config_;
   const Camera& camera_;
-  std::map<KeyframeId, Contribution> contributions_;
+  std::map<DenseViewId, Contribution> contributions_;
+  DenseViewId culled_up_to_{KeyframeId{0}};        // the next look begins behind it
   std::vector<std::pair<SE3, StoredView>> added_;  // by add()
   ObjectMap objects_;
   std::optional<Volume> volume_;

@@ -79,7 +79,7 @@ TEST(DenseMap, FollowsCorrectedPosesAndForgetsRemovedKeyframes) {
   while (map.step()) {
   }
   expect_plane(map.cloud(), 2.5);
-  lifted.removed = {KeyframeId{0}, KeyframeId{1}, KeyframeId{2}};
+  lifted.removed = {{KeyframeId{0}, {}}, {KeyframeId{1}, {}}, {KeyframeId{2}, {}}};
   map.apply(lifted);
   EXPECT_TRUE(map.cloud().empty());
   EXPECT_EQ(map.volume().views(), 0);

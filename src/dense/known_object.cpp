@@ -11,6 +11,7 @@ constexpr int kAxisBits = 21;
 constexpr std::int64_t kBias = std::int64_t{1} << (kAxisBits - 1);
 constexpr int kManyViews = 4;
 constexpr double kLeastShare = 0.1;  // of an object's views that show a point of its surface
+constexpr double kLeastVotes = 0.5;  // of those that see the point
 
 /// Mean distance of the surface from its middle.
 double radius_m(const std::vector<Vec3>& surface_world) {
@@ -64,10 +65,15 @@ bool KnownObject::believes(int views_of_it) const {
   return views() < kManyViews || (views_of_it > 1 && views_of_it >= kLeastShare * views());
 }
 
+bool KnownObject::believes(const SurfaceGrain& grain) const {
+  return believes(grain.views) &&
+         (views() < kManyViews || grain.views >= kLeastVotes * grain.in_sight);
+}
+
 std::vector<Vec3> KnownObject::surface_world() const {
   std::vector<Vec3> surface;
   for (const auto& [key, grain] : grains)
-    if (believes(grain.views)) surface.push_back(grain.mean_world());
+    if (believes(grain)) surface.push_back(grain.mean_world());
   return surface;
 }
 
@@ -88,11 +94,13 @@ void KnownObject::merge(const KnownObject& other) {
     own.sum_world += grain.sum_world;
     own.points += grain.points;
     own.views += grain.views;
+    own.in_sight += grain.in_sight;
     if (!grain.looked_at || (own.looked_at && *grain.looked_at < *own.looked_at)) continue;
     own.looked_at = grain.looked_at;
     own.seen_through = grain.seen_through;
   }
   extent_world.extend(other.extent_world);
+  looked_along_world += other.looked_along_world;
   seen.insert(other.seen.begin(), other.seen.end());
   shown.insert(other.shown.begin(), other.shown.end());
   std::transform(colours.begin(), colours.end(), other.colours.begin(), colours.begin(),

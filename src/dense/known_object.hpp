@@ -26,7 +26,8 @@ using CellKey = std::uint64_t;
 struct SurfaceGrain {
   Vec3 sum_world = Vec3::Zero();  ///< of the points in it [m]
   int points = 0;
-  int views = 0;  ///< that showed it
+  int views = 0;     ///< that showed it in a mask of the thing
+  int in_sight = 0;  ///< views that showed it, and the thing in a mask
   /// The last view in which it was not hidden, and whether that saw through it.
   std::optional<Timestamp> looked_at;
   bool seen_through = false;
@@ -46,7 +47,8 @@ struct KnownObject {
   std::set<Timestamp> seen;                      ///< of the keyframes that showed it
   std::set<Timestamp> shown;  ///< the same, and those that saw its surface without a mask of it
   ColourCounts colours{};
-  int empty_looks = 0;              ///< in a row that saw through its place
+  Vec3 looked_along_world = Vec3::Zero();  ///< sum of the directions it was seen in, of unit length
+  int empty_looks = 0;                     ///< in a row that saw through its place
   bool is_leaving = false;          ///< the keyframe that is being looked at sees through its place
   std::optional<Timestamp> moving;  ///< when it was last seen to move,
   Vec3 moving_world = Vec3::Zero();      ///< and where
@@ -56,8 +58,10 @@ struct KnownObject {
   [[nodiscard]] SemanticClass best_class() const;
   /// Share of the best class in its views: what the scores left open is unknown.
   [[nodiscard]] float probability() const;
-  /// Of a cell or a grain: what a single view showed is not believed once there are many.
+  /// Of a cell: what a single view showed is not believed once there are many.
   [[nodiscard]] bool believes(int views_of_it) const;
+  /// Of a grain: masks reach over edges now and then, each view in another place.
+  [[nodiscard]] bool believes(const SurfaceGrain& grain) const;
   /// Points of its surface, in a fixed order.
   [[nodiscard]] std::vector<Vec3> surface_world() const;
   /// Its cells, in ascending order.

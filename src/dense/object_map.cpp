@@ -88,17 +88,25 @@ void ObjectMap::add_view(const ThingView& view, const Cells& cells, const SE3& T
   object.class_scores[view.detection.semantic_class] += view.detection.score;
   for (const CellKey key : cells.keys) ++object.cells[key];
   std::set<CellKey> grains;
+  for (auto& [key, grain] : object.grains) {  // that the look at this view's depth found in place
+    if (grain.looked_at != stamp || grain.seen_through) continue;
+    grains.insert(key);
+    ++grain.in_sight;
+  }
+  std::set<CellKey> in_mask;
   for (const Eigen::Vector3f& p_camera : view.p_camera) {
     const Vec3 p_world = T_world_camera * p_camera.cast<double>();
     const CellKey key = cell_key(p_world, config_.grain_m);
     SurfaceGrain& grain = object.grains[key];
     grain.sum_world += p_world;
     ++grain.points;
-    if (grains.insert(key).second) ++grain.views;
+    if (grains.insert(key).second) ++grain.in_sight;
+    if (in_mask.insert(key).second) ++grain.views;
     grain.looked_at = std::max(grain.looked_at, std::optional(stamp));
     grain.seen_through = false;
   }
   object.extent_world.extend(cells.extent_world);
+  object.looked_along_world += (cells.extent_world.center() - T_world_camera.t()).normalized();
   object.seen.insert(stamp);
   object.shown.insert(stamp);
   std::transform(object.colours.begin(), object.colours.end(), view.colours.begin(),
@@ -113,6 +121,30 @@ std::vector<SceneObjectId> ObjectMap::look(const DepthView& view, const SE3& T_w
     if (look_at_place(view, T_world_camera, stamp, config_.look, object)) gone.push_back(id);
   }
   return gone;
+}
+
+bool ObjectMap::knows_too_little(std::span<const ThingView> views, const SE3& T_world_camera,
+                                 int enough_views) const {
+  return std::any_of(views.begin(), views.end(), [&](const ThingView& view) {
+    const Cells cells = cells_of(view, T_world_camera);
+    if (cells.keys.empty() || view.is_moving) return false;
+    const KnownObject* best = nullptr;
+    double best_fit = 0;
+    for (const auto& [id, object] : objects_) {
+      const double its_fit = object.found_empty ? 0 : fit(view.detection, cells, object);
+      if (its_fit <= best_fit) continue;
+      best_fit = its_fit;
+      best = &object;
+    }
+    return best == nullptr || best->views() < enough_views;
+  });
+}
+
+bool ObjectMap::sees_change(const DepthView& view, const SE3& T_world_camera) const {
+  return std::any_of(objects_.begin(), objects_.end(), [&](const auto& entry) {
+    const KnownObject& object = entry.second;
+    return !object.found_empty && sees_through(view, T_world_camera, config_.look, object);
+  });
 }
 
 std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,

@@ -39,6 +39,11 @@ class ObjectMap {
   /// @return those that are absent since.
   std::vector<SceneObjectId> look(const DepthView& view, const SE3& T_world_camera,
                                   Timestamp stamp);
+  /// Whether one of the things that stand there is none that so many views showed.
+  [[nodiscard]] bool knows_too_little(std::span<const ThingView> views, const SE3& T_world_camera,
+                                      int enough_views) const;
+  /// Whether the view sees through a thing's place, and that says something that is not known yet.
+  [[nodiscard]] bool sees_change(const DepthView& view, const SE3& T_world_camera) const;
   /// What the object was found to be the same as, by now; itself for most.
   [[nodiscard]] SceneObjectId current(SceneObjectId object) const;
   /// By place: a thing that was moved is several of them.

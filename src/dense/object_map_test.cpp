@@ -97,7 +97,7 @@ TEST(Objects, SeenOnceOrTwiceAreCandidatesAndNameNoSurface) {
 TEST(Objects, WhatIsExcludedIsNone) {
   const Camera camera = room_camera();
   DenseUpdate update = seven_views(camera, two_boxes());
-  for (DenseKeyframe& keyframe : update.added) {
+  for (DenseFrame& keyframe : update.added) {
     keyframe.movers = GreyImage(camera.width(), camera.height());
     for (std::size_t i = 0; i < keyframe.movers.size(); ++i)
       keyframe.movers.begin()[i] = keyframe.things.begin()[i] == 2 ? 255 : 0;

@@ -34,7 +34,7 @@ void add_views(const World& world, const Camera& camera, DenseUpdate& update) {
     const auto id = static_cast<std::uint32_t>(update.added.size());
     // Back and forth.
     const SE3 T_world_camera = object_test::view_pose(id / 7 % 2 == 0 ? k : 6 - k);
-    DenseKeyframe keyframe = object_test::keyframe_of(
+    DenseFrame keyframe = object_test::keyframe_of(
         world, camera, id, T_world_camera, {{kChair, 0.8F}, {kScreen, 0.6F}, {kPerson, 0.9F}},
         Timestamp{1'000'000'000 * std::int64_t{id}});
     keyframe.movers = GreyImage(camera.width(), camera.height());
@@ -81,7 +81,7 @@ Outcome as_it_comes(const DenseUpdate& update, const Camera& camera,
   DenseMap map(object_test::room_config(), camera);
   DenseUpdate sofar;
   for (std::size_t i = 0; i < update.added.size(); ++i) {
-    const KeyframeId id = update.added[i].id;
+    const KeyframeId id = update.added[i].id.keyframe;
     const double drift_m = 0.004 * static_cast<double>(i % 9);
     sofar.added = {update.added[i]};
     sofar.T_world_camera[id] =
@@ -188,7 +188,7 @@ TEST(ObjectStates, WhatMovesAddsNothingWhereItPassesBy) {
   for (int i = 1; i <= 3; ++i) {
     add_views(room(true, Vec3(0, 0, 0.12 * i)), camera, update);
     update.added.resize(7 + static_cast<std::size_t>(i));  // one view of each place
-    DenseKeyframe& keyframe = update.added.back();
+    DenseFrame& keyframe = update.added.back();
     for (std::size_t k = 0; k < keyframe.things.size(); ++k)
       if (keyframe.things.begin()[k] == 1 && k % 2 == 0) keyframe.movers.begin()[k] = 255;
   }

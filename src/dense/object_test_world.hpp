@@ -43,15 +43,15 @@ inline World two_boxes() {
 }
 
 /// A view of it, with perfect masks.
-inline DenseKeyframe keyframe_of(const World& world, const Camera& camera, std::uint32_t id,
-                                 const SE3& T_world_camera, std::vector<Detection> detections,
-                                 std::optional<Timestamp> stamp = {}) {
+inline DenseFrame keyframe_of(const World& world, const Camera& camera, std::uint32_t id,
+                              const SE3& T_world_camera, std::vector<Detection> detections,
+                              std::optional<Timestamp> stamp = {}) {
   auto frame = std::make_shared<RgbdFrame>();
   frame->id = FrameId{id};
   frame->stamp = stamp.value_or(Timestamp{1000 + id});
   frame->colour = ColourImage(camera.width(), camera.height());
   frame->depth_m = DepthImage(camera.width(), camera.height());
-  DenseKeyframe keyframe{
+  DenseFrame keyframe{
       KeyframeId{id},       frame, {}, {}, GreyImage(camera.width(), camera.height()),
       std::move(detections)};
   for (int v = 0; v < camera.height(); ++v) {

@@ -39,31 +39,45 @@ struct Shares {
   [[nodiscard]] bool is_empty(double share) const { return through >= share * visible; }
 };
 
+/// What a view says of points of one object's surface.
+class Look {
+ public:
+  Look(const DepthView& view, const SE3& T_world_camera, const PlaceLookConfig& config)
+      : view_(view),
+        T_camera_world_(T_world_camera.inverse()),
+        noise_(config.noise),
+        config_(config) {}
+
+  [[nodiscard]] Sight at(const Vec3& p_world) const {
+    const Vec3 p_camera = T_camera_world_ * p_world;
+    if (p_camera.z() <= kNearM) return Sight::kHidden;
+    const double sigma_m = static_cast<double>(noise_.sigma_m(static_cast<float>(p_camera.z())));
+    return sight_of(p_camera, view_, config_.margin_m + config_.margin_sigmas * sigma_m);
+  }
+
+ private:
+  const DepthView& view_;
+  SE3 T_camera_world_;
+  NoiseModel noise_;
+  const PlaceLookConfig& config_;
+};
+
 }  // namespace
 
 bool look_at_place(const DepthView& view, const SE3& T_world_camera, Timestamp stamp,
                    const PlaceLookConfig& config, KnownObject& object) {
-  const SE3 T_camera_world = T_world_camera.inverse();
-  const NoiseModel noise(config.noise);
+  const Look look(view, T_world_camera, config);
   Shares now, lately;
   for (auto& [key, grain] : object.grains) {
-    if (!object.believes(grain.views)) continue;
+    const Sight sight = look.at(grain.mean_world());
+    if (sight != Sight::kHidden && (!grain.looked_at || *grain.looked_at <= stamp)) {
+      grain.looked_at = stamp;
+      grain.seen_through = sight == Sight::kThrough;
+    }
+    if (!object.believes(grain)) continue;
     ++now.all;
     ++lately.all;
-    const Vec3 p_camera = T_camera_world * grain.mean_world();
-    if (p_camera.z() > kNearM) {
-      const double margin_m =
-          config.margin_m + config.margin_sigmas * static_cast<double>(noise.sigma_m(
-                                                       static_cast<float>(p_camera.z())));
-      const Sight sight = sight_of(p_camera, view, margin_m);
-      if (sight != Sight::kHidden) {
-        now.add(sight == Sight::kThrough);
-        if (!grain.looked_at || *grain.looked_at <= stamp) {
-          grain.looked_at = stamp;
-          grain.seen_through = sight == Sight::kThrough;
-        }
-      }
-    }
+    if (sight != Sight::kHidden) now.add(sight == Sight::kThrough);
     const bool is_recent =
         grain.looked_at && std::abs(seconds_between(stamp, *grain.looked_at)) <= config.window_s;
     if (is_recent) lately.add(grain.seen_through);
@@ -79,6 +93,20 @@ bool look_at_place(const DepthView& view, const SE3& T_world_camera, Timestamp s
     return false;
   object.found_empty = stamp;
   return true;
+}
+
+bool sees_through(const DepthView& view, const SE3& T_world_camera, const PlaceLookConfig& config,
+                  const KnownObject& object) {
+  const Look look(view, T_world_camera, config);
+  Shares now;
+  for (const auto& [key, grain] : object.grains) {
+    if (!object.believes(grain)) continue;
+    ++now.all;
+    if (const Sight sight = look.at(grain.mean_world()); sight != Sight::kHidden)
+      now.add(sight == Sight::kThrough);
+  }
+  const double visible = object.empty_looks < config.min_looks ? kSomeShare : config.min_visible;
+  return now.sees(visible) && now.is_empty(config.min_through);
 }
 
 }  // namespace ygslam

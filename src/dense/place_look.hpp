@@ -22,4 +22,9 @@ struct PlaceLookConfig {
 bool look_at_place(const DepthView& view, const SE3& T_world_camera, Timestamp stamp,
                    const PlaceLookConfig& config, KnownObject& object);
 
+/// Whether it would find the place empty, if that is news: of the greater part of the surface, or
+/// of some of it before it was found so often enough.
+[[nodiscard]] bool sees_through(const DepthView& view, const SE3& T_world_camera,
+                                const PlaceLookConfig& config, const KnownObject& object);
+
 }  // namespace ygslam

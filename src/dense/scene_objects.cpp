@@ -114,10 +114,41 @@ ObjectState state_of(const KnownObject& object, int epochs, Timestamp now,
   return epochs > 1 ? ObjectState::kSettled : ObjectState::kStatic;
 }
 
+/// Turned about the upright they look alike: bottle, wine glass, cup, bowl, potted plant, vase,
+/// ball.
+bool is_round(SemanticClass semantic_class) {
+  constexpr std::array kRound = {39, 40, 41, 45, 58, 75, 32};
+  return std::any_of(kRound.begin(), kRound.end(),
+                     [&](int coco) { return coco_class(coco) == semantic_class; });
+}
+
+/// What is hidden of a round thing reaches as far as what is seen of it is wide.
+void complete_round(const Vec3& looked_along_world, OrientedBox& box) {
+  const int shorter = box.size_m.x() < box.size_m.y() ? 0 : 1;
+  const double missing_m = box.size_m[1 - shorter] - box.size_m[shorter];
+  const Vec3 axis_world = box.T_world_box.R().col(shorter);
+  const double side = axis_world.dot(looked_along_world) < 0 ? -1 : 1;
+  const Vec3 middle_world = box.T_world_box.t() + side * missing_m / 2 * axis_world;
+  box.T_world_box = SE3(box.T_world_box.R(), middle_world);
+  box.size_m[shorter] += missing_m;
+}
+
 OrientedBox box_of(const KnownObject& object, const Gravity& gravity, const PlacingConfig& config) {
   std::vector<Vec3> surface = object.surface_world();
   if (surface.empty()) surface.push_back(object.extent_world.center());
-  return upright_box(largest_part(surface, config.gap_m), gravity, config.box_share);
+  OrientedBox box = upright_box(largest_part(surface, config.gap_m), gravity, config.box_share);
+  // Sideways it ends half the way to the next point beyond the last, but not where it faces those
+  // who saw it: there, as above, its surface was seen. So much the more lies behind it.
+  Vec3 behind_m = Vec3::Zero();
+  for (int axis = 0; axis < 2; ++axis) {
+    const Vec3 axis_world = box.T_world_box.R().col(axis);
+    box.size_m[axis] += config.grain_m;
+    behind_m +=
+        config.grain_m / 2 * axis_world.dot(object.looked_along_world.normalized()) * axis_world;
+  }
+  box.T_world_box = SE3(box.T_world_box.R(), box.T_world_box.t() + behind_m);
+  if (is_round(object.best_class())) complete_round(object.looked_along_world, box);
+  return box;
 }
 
 SceneObject placed_object(const ObjectMap& objects, SceneObjectId id, const Gravity& gravity,

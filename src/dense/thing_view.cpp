@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kStepPx = 2;              // between the pixels that are looked at
 constexpr double kGrainM = 0.025;       // one point for a cube of this size
-constexpr double kSmallShare = 0.7;     // of its pixels that are not near its mask's edge
+constexpr double kSmallShare = 0.5;     // of its pixels that are not near its mask's edge
 constexpr std::size_t kMinPoints = 12;  // 75 cm2 of surface
 constexpr double kMovingShare = 0.4;    // a mover beside it is no motion of its own
 

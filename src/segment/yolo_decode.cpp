@@ -72,11 +72,11 @@ std::optional<MaskCoefficients> read_coefficients(const YoloOutputs& outputs, in
 }
 
 Candidates collect(const YoloOutputs& outputs, const Letterbox& box, std::span<const int> classes,
-                   const DecodeConfig& config) {
+                   double score_threshold) {
   const BestClass best = best_classes(outputs, classes);
   std::vector<int> firing;
   for (int i = 0; i < outputs.cells; ++i) {
-    if (best.score[i] >= config.score_threshold) firing.push_back(i);
+    if (best.score[i] >= score_threshold) firing.push_back(i);
   }
   std::stable_sort(firing.begin(), firing.end(),
                    [&](int a, int b) { return best.score[a] > best.score[b]; });
@@ -173,9 +173,9 @@ DecodedYolo decode_yolo(const YoloOutputs& outputs, const Letterbox& box,
     (is_wanted(class_id) ? wanted : others).push_back(class_id);
   DecodedYolo out{{}, GreyImage(box.image_width, box.image_height), 0};
   MaskPainter painter(outputs, box);
-  draw(outputs, collect(outputs, box, wanted, config), config, painter, out);
+  draw(outputs, collect(outputs, box, wanted, config.score_threshold), config, painter, out);
   if (!config.others) return out;
-  Candidates candidates = collect(outputs, box, others, config);
+  Candidates candidates = collect(outputs, box, others, config.others_threshold);
   drop_covered(out.instances, config.nms_iou, candidates);
   draw(outputs, candidates, config, painter, out);
   return out;

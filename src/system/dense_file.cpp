@@ -20,7 +20,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::array<char, 8> kMagic = {'Y', 'G', 'D', 'E', 'N', 'S', 'E', '\n'};
-constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kFormat = 2;  // 1 has keyframes alone, without what tells of other frames
 
 struct Header {
   std::array<char, 8> magic = kMagic;
@@ -41,9 +41,8 @@ struct RecordHeader {
   std::uint64_t hash = 0;   ///< of them
 };
 
-Header header_for(const Camera& camera, std::size_t views) {
-  Header header;
-  header.views = static_cast<std::uint32_t>(views);
+/// The same of another camera.
+Header header_for(const Camera& camera, Header header) {
   header.fx = camera.fx(), header.fy = camera.fy();
   header.cx = camera.cx(), header.cy = camera.cy();
   header.width = camera.width(), header.height = camera.height();
@@ -91,7 +90,15 @@ class Parts {
 
 std::string record_of(const SavedView& saved) {
   std::string bytes;
-  put(bytes, index(saved.id));
+  put(bytes, index(saved.id.keyframe));
+  put(bytes, saved.id.number);
+  put(bytes, static_cast<std::uint8_t>(saved.anchor.has_value()));
+  if (saved.anchor) {
+    put(bytes, index(saved.anchor->keyframe));
+    put(bytes, saved.anchor->stamp.ns);
+    for (int i = 0; i < 9; ++i) put(bytes, saved.anchor->T_camera_keyframe.R()(i / 3, i % 3));
+    for (int i = 0; i < 3; ++i) put(bytes, saved.anchor->T_camera_keyframe.t()[i]);
+  }
   put(bytes, saved.stamp.ns);
   put(bytes, static_cast<std::uint16_t>(saved.things.size()));
   for (const ThingView& thing : saved.things) {
@@ -130,10 +137,33 @@ std::string parse_thing(Parts& parts, ThingView& thing) {
   return {};
 }
 
+/// @return nothing where it is no pose.
+std::optional<DenseAnchor> parse_anchor(Parts& parts) {
+  constexpr double kFarthest_m = 1e6, kExact = 1e-6;
+  DenseAnchor anchor;
+  anchor.keyframe = KeyframeId{parts.take<std::uint32_t>()};
+  anchor.stamp.ns = parts.take<std::int64_t>();
+  Mat3 R;
+  Vec3 t;
+  for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = parts.take<double>();
+  for (int i = 0; i < 3; ++i) t[i] = parts.take<double>();
+  const bool turns =
+      (R * R.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() < kExact && R.determinant() > 0;
+  if (!parts.whole() || !turns || !(t.cwiseAbs().maxCoeff() < kFarthest_m)) return std::nullopt;
+  anchor.T_camera_keyframe = SE3(R, t);
+  return anchor;
+}
+
 /// @return what is wrong; empty if nothing.
-std::string parse_record(const std::string& bytes, const Pinhole& camera, SavedView& saved) {
+std::string parse_record(const std::string& bytes, const Pinhole& camera, std::uint32_t format,
+                         SavedView& saved) {
   Parts parts(bytes);
   saved.id = KeyframeId{parts.take<std::uint32_t>()};
+  if (format > 1) saved.id.number = parts.take<std::uint32_t>();
+  if (format > 1 && parts.take<std::uint8_t>() != 0) {
+    saved.anchor = parse_anchor(parts);
+    if (!saved.anchor) return "it is nowhere";
+  }
   saved.stamp.ns = parts.take<std::int64_t>();
   const int things = parts.take<std::uint16_t>();
   if (things > kMaxDetections) return "more things than a view has";
@@ -162,9 +192,9 @@ Result<Header> read_header(const std::filesystem::path& path, std::ifstream& fil
   if (!file) return damaged(path, std::strerror(errno));
   if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != kMagic)
     return damaged(path, "no dense map of ygslam");
-  if (header.format != kFormat)
+  if (header.format < 1 || header.format > kFormat)
     return damaged(path, "format " + std::to_string(header.format) +
-                             ", this program knows format " + std::to_string(kFormat));
+                             ", this program knows formats up to " + std::to_string(kFormat));
   if (header.hash != header.right_hash()) return damaged(path, "damaged header");
   return header;
 }
@@ -180,7 +210,9 @@ Status save_dense_views(const std::filesystem::path& path, const Camera& camera,
   auto file = AtomicFile::create(path);
   if (!file.ok()) return file.error();
   std::string head;
-  put(head, header_for(camera, views.size()));
+  Header header;
+  header.views = static_cast<std::uint32_t>(views.size());
+  put(head, header_for(camera, header));
   Status written = file->write(head);
   for (const SavedView& view : views) {
     if (!written.ok()) return written;
@@ -194,7 +226,9 @@ Status save_dense_views(const std::filesystem::path& path, const Camera& camera,
 
 std::vector<SavedView> views_of(const Map& map, std::vector<SavedView> views) {
   std::erase_if(views, [&](const SavedView& view) {
-    return !map.has_keyframe(view.id) || map.keyframe(view.id).data->stamp != view.stamp;
+    const KeyframeId keyframe = view.anchor ? view.anchor->keyframe : view.id.keyframe;
+    const Timestamp stamp = view.anchor ? view.anchor->stamp : view.stamp;
+    return !map.has_keyframe(keyframe) || map.keyframe(keyframe).data->stamp != stamp;
   });
   return views;
 }
@@ -212,7 +246,7 @@ Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& pat
   std::ifstream file(path, std::ios::binary);
   const auto header = read_header(path, file);
   if (!header.ok()) return header.error();
-  if (const Header mine = header_for(camera, header->views); mine.hash != header->hash)
+  if (const Header mine = header_for(camera, *header); mine.hash != header->hash)
     return damaged(
         path, "made with another camera: " + text_of(*header) + ", this one is " + text_of(mine));
   std::error_code code;
@@ -221,7 +255,7 @@ Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& pat
   const Pinhole pinhole{header->fx, header->fy,    header->cx,
                         header->cy, header->width, header->height};
   std::vector<SavedView> views;
-  std::set<KeyframeId> ids;
+  std::set<DenseViewId> ids;
   for (std::uint32_t i = 0; i < header->views; ++i) {
     const auto fault = [&](const std::string& what) {
       return damaged(path, "view " + std::to_string(i) + ": " + what);
@@ -236,9 +270,9 @@ Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& pat
     left -= record.bytes;
     if (map_file::hash_of(bytes) != record.hash) return fault("damaged");
     SavedView view;
-    if (const std::string what = parse_record(bytes, pinhole, view); !what.empty())
+    if (const std::string what = parse_record(bytes, pinhole, header->format, view); !what.empty())
       return fault(what);
-    if (!ids.insert(view.id).second) return fault("of a keyframe that has one");
+    if (!ids.insert(view.id).second) return fault("there is one of this number");
     views.push_back(std::move(view));
   }
   if (left != 0) return damaged(path, "more follows than it tells of");

@@ -17,7 +17,7 @@ std::vector<DenseUpdate> walk(const Camera& camera, std::uint32_t views) {
   for (float& depth_m : frame->depth_m) depth_m = 2;
   std::vector<DenseUpdate> updates(views);
   for (std::uint32_t i = 0; i < views; ++i) {
-    DenseKeyframe& keyframe = updates[i].added.emplace_back();
+    DenseFrame& keyframe = updates[i].added.emplace_back();
     keyframe.id = KeyframeId{i};
     keyframe.frame = frame;
     for (std::uint32_t k = 0; k <= i; ++k)

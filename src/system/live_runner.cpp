@@ -38,10 +38,12 @@ class LiveRunner final : public Runner {
     TrackResult result =
         tracker_->step(frame, map_->view(), arrived, map_->waiting_keyframes() >= kBusyMapper);
     if (result.candidate) {
-      if (segmenter_) segmenter_->put_keyframe(frame);
-      without_mask_.insert(frame->id);
-      if (without_mask_.size() > kMostWithoutMask) without_mask_.erase(without_mask_.begin());
+      await_mask(frame);
       map_->insert({std::move(*result.candidate), result.labels.label});
+    }
+    if (auto offered = offer_->step(frame, result)) {
+      await_mask(frame);
+      map_->look_at(std::move(*offered));
     }
     if (result.shutter && result.shutter->taken_over) map_->correct_shutter(*result.shutter);
     if (result.wanted_view) map_->look_around(*result.wanted_view);
@@ -127,10 +129,19 @@ class LiveRunner final : public Runner {
         MappingStage(mapping_config_, camera_, map_use_.start.value_or(empty)), camera_,
         mapping_config_.mapper.bundle, config_.dense, map_use_.sink);
     map_->inspect_dense([this](DenseMap& dense) { dense.restore(map_use_.dense); });
+    const bool is_offered = segmenter_ && config_.dense.enabled && !map_use_.frozen;
+    offer_.emplace(is_offered ? config_.dense.interval_s : 0);
     without_mask_.clear();
     last_frames_.clear();
     last_mask_.reset();
     segmenter_answers_ = true;
+  }
+
+  /// The mask of this frame is for the map, too.
+  void await_mask(const FramePtr& frame) {
+    if (segmenter_) segmenter_->put_keyframe(frame);
+    without_mask_.insert(frame->id);
+    if (without_mask_.size() > kMostWithoutMask) without_mask_.erase(without_mask_.begin());
   }
 
   /// The map has no use for masks of other frames.
@@ -194,7 +205,8 @@ class LiveRunner final : public Runner {
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one
   std::optional<Tracker> tracker_;
   std::unique_ptr<MapThread> map_;
-  std::set<FrameId> without_mask_;      // keyframes whose mask has not come
+  std::optional<DenseOffer> offer_;
+  std::set<FrameId> without_mask_;      // frames the map waits for, whose mask has not come
   std::deque<FrameId> last_frames_;     // as many as masks may lag behind
   std::optional<Timestamp> last_mask_;  // when it came
   bool segmenter_answers_ = true;       // not waited for in vain since the last mask

@@ -100,7 +100,11 @@ void MapThread::take(const KeyframeMessage& message) {
 void MapThread::take(const SegmentationPtr& masks) {
   bool changed = stage_.apply(*masks);
   if (waiting_keyframes_.load() == 0) changed |= close_loops();
-  if (changed) publish();
+  if (changed) {
+    publish();
+  } else if (stage_.has_dense_frames()) {
+    dense_.apply(stage_.take_dense_update());
+  }
 }
 
 void MapThread::take(const MapPatch& patch) {

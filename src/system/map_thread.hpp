@@ -28,6 +28,7 @@ class MapThread {
   /// Keyframes that wait to be inserted.
   [[nodiscard]] std::size_t waiting_keyframes() const { return waiting_keyframes_.load(); }
   void insert(KeyframeMessage message);
+  void look_at(DenseFrameMessage message) { queue_.push(std::move(message)); }
   void apply(SegmentationPtr masks) { queue_.push(std::move(masks)); }
   void correct(MapPatch patch) { queue_.push(std::move(patch)); }
   void correct_shutter(const ShutterReport& report) { queue_.push(report); }
@@ -59,12 +60,13 @@ class MapThread {
     const std::function<void(const MappingStage&)>* look = nullptr;
     std::promise<void> done;
   };
-  using Message = std::variant<KeyframeMessage, SegmentationPtr, MapPatch, ShutterReport,
-                               KeyframeId, LostView, Inspection>;
+  using Message = std::variant<KeyframeMessage, DenseFrameMessage, SegmentationPtr, MapPatch,
+                               ShutterReport, KeyframeId, LostView, Inspection>;
   static constexpr std::size_t kQueue = 64;
 
   void loop(const std::stop_token& stop);
   void take(const KeyframeMessage& message);
+  void take(const DenseFrameMessage& message) { stage_.look_at(message); }
   void take(const SegmentationPtr& masks);
   void take(const MapPatch& patch);
   void take(const ShutterReport& report);

@@ -23,17 +23,17 @@ std::vector<KeyframeId> submap_of(const Map& map, KeyframeId keyframe) {
 }
 
 /// What stands about, among what the mask shows.
-void add_things(const Segmentation& masks, std::span<const int> excluded, DenseKeyframe& keyframe) {
+void add_things(const Segmentation& masks, std::span<const int> excluded, DenseFrame& dense) {
   const auto is_excluded = movable_ids(masks, excluded);
   std::array<std::uint8_t, 256> number{};
   for (std::size_t i = 0; i < masks.instances.size() && i + 1 < number.size(); ++i) {
     const Instance& instance = masks.instances[i];
-    if (is_excluded[i + 1] || keyframe.detections.size() >= kMaxDetections) continue;
-    keyframe.detections.push_back({coco_class(instance.class_id), instance.score});
-    number[i + 1] = static_cast<std::uint8_t>(keyframe.detections.size());
+    if (is_excluded[i + 1] || dense.detections.size() >= kMaxDetections) continue;
+    dense.detections.push_back({coco_class(instance.class_id), instance.score});
+    number[i + 1] = static_cast<std::uint8_t>(dense.detections.size());
   }
-  keyframe.things = GreyImage(masks.ids.width(), masks.ids.height());
-  std::transform(masks.ids.begin(), masks.ids.end(), keyframe.things.begin(),
+  dense.things = GreyImage(masks.ids.width(), masks.ids.height());
+  std::transform(masks.ids.begin(), masks.ids.end(), dense.things.begin(),
                  [&](std::uint8_t id) { return number[id]; });
 }
 
@@ -71,8 +71,25 @@ void MappingStage::insert(const KeyframeMessage& message) {
   }
 }
 
+void MappingStage::look_at(const DenseFrameMessage& message) {
+  if (!config_.expects_masks || config_.frozen || map().keyframes().empty()) return;
+  const KeyframeId newest{index(map().next_keyframe_id()) - 1};
+  waiting_frames_.emplace(message.frame->id, WaitingFrame{newest, message});
+  while (waiting_frames_.size() > static_cast<std::size_t>(config_.max_waiting_frames))
+    waiting_frames_.erase(waiting_frames_.begin());
+}
+
+DenseAnchor MappingStage::anchor_of(const KeyframeRelativePose& pose) const {
+  const KeyframeId kept = map().nearest_kept(pose.reference);
+  const Keyframe& keyframe = map().keyframe(kept);
+  if (kept == pose.reference) return {kept, keyframe.data->stamp, pose.T_camera_reference};
+  return {kept, keyframe.data->stamp,
+          pose.T_camera_reference * map().resolved_pose(pose.reference) *
+              keyframe.T_camera_world.inverse()};
+}
+
 void MappingStage::refine(const std::atomic<bool>* abort) {
-  for (const KeyframeId culled : mapper_.refine(abort)) dense_update_.removed.push_back(culled);
+  for (const KeyframeId culled : mapper_.refine(abort)) culled_.push_back(culled);
 }
 
 bool MappingStage::look_for(const Features& features, std::span<const float> static_weight) {
@@ -152,6 +169,14 @@ void MappingStage::join(const SubmapJoin& join) {
 }
 
 bool MappingStage::apply(const Segmentation& masks) {
+  if (const auto frame = waiting_frames_.find(masks.frame); frame != waiting_frames_.end()) {
+    const auto& [newest, message] = frame->second;
+    DenseFrame dense{newest, message.frame, message.read_out, {}, {}, {}, anchor_of(message.pose)};
+    add_movers(&masks, *message.features, message.labels, dense);
+    dense_update_.added.push_back(std::move(dense));
+    waiting_frames_.erase(frame);
+    return false;
+  }
   const auto at = waiting_.find(masks.frame);
   if (at == waiting_.end()) return false;
   const Waiting& keyframe = at->second;
@@ -168,35 +193,41 @@ bool MappingStage::apply(const Segmentation& masks) {
 void MappingStage::finish() {
   for (const auto& [frame, waiting] : waiting_) integrate(waiting, nullptr);
   waiting_.clear();
+  waiting_frames_.clear();
 }
 
 void MappingStage::integrate(const Waiting& waiting, const Segmentation* masks) {
   if (!map().has_keyframe(waiting.keyframe)) return;  // culled before its mask came
-  const DepthImage& depth_m = waiting.frame->depth_m;
-  DenseKeyframe keyframe{waiting.keyframe,
-                         waiting.frame,
-                         map().keyframe(waiting.keyframe).data->read_out,
-                         GreyImage(depth_m.width(), depth_m.height()),
-                         {},
-                         {}};
+  DenseFrame dense{
+      waiting.keyframe, waiting.frame, map().keyframe(waiting.keyframe).data->read_out, {}, {}, {}};
+  add_movers(masks, *waiting.features, waiting.labels, dense);
+  dense_update_.added.push_back(std::move(dense));
+  if (config_.close_loops) complete_.push_back(waiting.keyframe);
+}
+
+void MappingStage::add_movers(const Segmentation* masks, const Features& features,
+                              std::span<const MotionLabel> labels, DenseFrame& dense) const {
+  const DepthImage& depth_m = dense.frame->depth_m;
+  dense.movers = GreyImage(depth_m.width(), depth_m.height());
   if (masks) {
     const std::vector<int> excluded = with_living_classes(config_.mask.movable_classes);
-    keyframe.movers = movable_mask(*masks, excluded);
-    add_things(*masks, excluded, keyframe);
+    dense.movers = movable_mask(*masks, excluded);
+    add_things(*masks, excluded, dense);
   }
-  paint_dynamic_points(keyframe.movers, depth_m, *waiting.features, waiting.labels, kPointRadiusPx,
-                       kPointDepthRatio);
-  dense_update_.added.push_back(std::move(keyframe));
-  if (config_.close_loops) complete_.push_back(waiting.keyframe);
+  paint_dynamic_points(dense.movers, depth_m, features, labels, kPointRadiusPx, kPointDepthRatio);
 }
 
 std::vector<FramePtr> MappingStage::waiting() const {
   std::vector<FramePtr> frames;
   for (const auto& [id, waiting] : waiting_) frames.push_back(waiting.frame);
+  for (const auto& [id, waiting] : waiting_frames_) frames.push_back(waiting.message.frame);
   return frames;
 }
 
 DenseUpdate MappingStage::take_dense_update() {
+  for (const KeyframeId culled : culled_)
+    dense_update_.removed.push_back({culled, anchor_of({culled, SE3()})});
+  culled_.clear();
   const KeyframeId main_root = map().main_root();
   for (const auto& [id, root] : map().roots())
     if (root == main_root)

@@ -13,6 +13,7 @@
 #include "mapping/mapper.hpp"
 #include "motion/masks/mask_labels.hpp"
 #include "segment/segmenter.hpp"
+#include "system/dense_offer.hpp"
 #include "system/slam_config.hpp"
 
 namespace ygslam {
@@ -32,6 +33,7 @@ struct MappingStageConfig {
   bool expects_masks =
       false;  ///< a keyframe's pixels wait for its mask before they enter the cloud
   int max_waiting_keyframes = 64;  ///< beyond: the oldest enters with the point labels alone
+  int max_waiting_frames = 8;      ///< that are no keyframes; beyond: the oldest is let go
 };
 
 [[nodiscard]] MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks,
@@ -45,6 +47,8 @@ class MappingStage {
 
   /// Quick: the keyframe and its landmarks are in the next view().
   void insert(const KeyframeMessage& message);
+  /// A frame for the dense map alone; it enters with its mask, or not at all.
+  void look_at(const DenseFrameMessage& message);
   void refine(const std::atomic<bool>* abort = nullptr);
   /// Looks for the place of the keyframes that are complete since the last call.
   /// @return true if the map changed.
@@ -67,16 +71,19 @@ class MappingStage {
   /// A read-out time was found when part of the map was made: it is adjusted as a whole.
   void correct_shutter(const ShutterReport& report);
   void look_around(KeyframeId focus) { mapper_.look_around(focus); }
-  /// The mask of a keyframe that waits for it; of other frames it is ignored.
+  /// The mask of a keyframe, or of a frame for the dense map, that waits for it; of others it is
+  /// ignored.
   /// @return true if the map changed.
   bool apply(const Segmentation& masks);
-  /// End of the run: keyframes whose mask never came enter the cloud with their point labels alone.
+  /// End of the run: keyframes whose mask never came enter the cloud with their point labels alone,
+  /// frames that are none do not.
   void finish();
 
   [[nodiscard]] LocalViewPtr view() const { return mapper_.view(); }
   [[nodiscard]] const Map& map() const { return mapper_.map(); }
-  /// Frames of keyframes that still wait for their mask, oldest first.
+  /// Frames that still wait for their mask, those of keyframes first, oldest first.
   [[nodiscard]] std::vector<FramePtr> waiting() const;
+  [[nodiscard]] bool has_dense_frames() const { return !dense_update_.added.empty(); }
   /// What changed for the dense map since the last call.
   [[nodiscard]] DenseUpdate take_dense_update();
   /// What the latest keyframes were compared with.
@@ -89,9 +96,18 @@ class MappingStage {
     FeaturesPtr features;
     std::vector<MotionLabel> labels;
   };
+  struct WaitingFrame {
+    KeyframeId newest = kNoKeyframe;
+    DenseFrameMessage message;
+  };
   /// @param masks of its frame; nullptr: none came.
   void integrate(const Waiting& waiting, const Segmentation* masks);
   void carry_out(const LoopClosure& closure);
+  void add_movers(const Segmentation* masks, const Features& features,
+                  std::span<const MotionLabel> labels, DenseFrame& dense) const;
+  /// The keyframe itself, or what a removed one is told by: where a camera is at a pose relative to
+  /// it.
+  [[nodiscard]] DenseAnchor anchor_of(const KeyframeRelativePose& pose) const;
   void join(const SubmapJoin& join);
 
   MappingStageConfig config_;
@@ -104,6 +120,8 @@ class MappingStage {
   std::vector<LoopAttempt> attempts_;
   std::deque<KeyframeId> complete_;  // mapped and rid of moving things, not compared yet
   DenseUpdate dense_update_;
+  std::vector<KeyframeId> culled_;  // that the dense map was not told of
+  std::map<FrameId, WaitingFrame> waiting_frames_;
   std::map<FrameId, Waiting> waiting_;
 };
 

@@ -32,6 +32,7 @@ class OfflineRunner final : public Runner {
     TrackResult result = tracker_->step(frame, view_, arrived, false);
     log_.add(make_record(*frame, result, timer), result);
     for (const SegmentationPtr& masks : arrived) map_changed_ |= mapping_->apply(*masks);
+    if (auto offered = offer_->step(frame, result)) mapping_->look_at(*offered);
     map_keyframe(*frame, result);
     return result;
   }
@@ -57,6 +58,7 @@ class OfflineRunner final : public Runner {
     const Map empty({config_.orb.levels, config_.orb.scale_factor});
     mapping_.emplace(mapping_config_, camera_, map_use_.start.value_or(empty));
     dense_.emplace(config_.dense, camera_);
+    offer_.emplace(config_.dense.enabled ? config_.dense.interval_s : 0);
     dense_->restore(map_use_.dense);
     view_ = mapping_->view();
     map_changed_ = map_corrected_ = false;
@@ -135,7 +137,7 @@ class OfflineRunner final : public Runner {
     const bool looks_elsewhere = result.state == TrackState::kLost &&
                                  mapping_->look_for(*result.features, result.labels.weight);
     if (inserted || map_changed_ || result.wanted_view || looks_elsewhere) view_ = mapping_->view();
-    if (inserted || map_changed_) {
+    if (inserted || map_changed_ || mapping_->has_dense_frames()) {
       dense_->apply(mapping_->take_dense_update());
       while (dense_->step()) {
       }
@@ -153,6 +155,7 @@ class OfflineRunner final : public Runner {
   std::optional<Tracker> tracker_;
   std::optional<MappingStage> mapping_;
   std::optional<DenseMap> dense_;
+  std::optional<DenseOffer> offer_;
   LocalViewPtr view_;
   std::deque<Pending> pending_;
   bool map_changed_ = false;

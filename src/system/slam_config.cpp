@@ -95,6 +95,9 @@ void add_segment_keys(ConfigSchema& s, SegmentConfig& c) {
   s.number("segment.score_threshold", c.yolo.decode.score_threshold, 0.01, 1.0, "",
            "detections below are ignored",
            "lower for a network that misses people, higher for one that sees ghosts");
+  s.number("segment.others_threshold", c.yolo.decode.others_threshold, 0.01, 1.0, "",
+           "the same of classes that cannot move: things of the dense map",
+           "lower to find more of them, higher for fewer that are none");
   s.words("segment.movable", c.movable,
           "classes that can move: COCO names, or animals, vehicles, handheld, furniture",
           "where pets, cars or pushed chairs are about");
@@ -147,6 +150,9 @@ void add_mapping_keys(ConfigSchema& s, SlamConfig& c) {
   s.number("dense.min_views", c.dense.reading.min_views, 1, 100, "",
            "keyframes that must have seen a surface",
            "higher against single wrong measurements, 1 for short recordings");
+  s.number("dense.interval_s", c.dense.interval_s, 0.0, 3600.0, "s",
+           "without a keyframe for so long, the dense map looks at a frame between them",
+           "0 for keyframes alone, longer on a weak processor");
 }
 
 }  // namespace

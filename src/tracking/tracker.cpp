@@ -319,6 +319,7 @@ void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper
     result.wanted_view = better_reference(current, view);
   }
   result.pose = current.pose;
+  result.read_out = current.read_out;
 }
 
 void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& result) {

@@ -74,6 +74,7 @@ struct TrackResult {
   std::optional<Mat6> covariance;
   double correction_m = 0;    ///< how far a change of T_world_odom moved the camera in this frame
   KeyframeRelativePose pose;  ///< follows later corrections of the map
+  ReadOut read_out;           ///< that the features were brought to the middle instant with
   /// The keyframe the camera shares most with, where that is no longer the view's reference.
   std::optional<KeyframeId> wanted_view;
   std::optional<KeyframeCandidate> candidate;

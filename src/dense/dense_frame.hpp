@@ -1,0 +1,55 @@
+// What the dense map is given of a frame.
+#pragma once
+
+#include <compare>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/ids.hpp"
+#include "dense/stored_view.hpp"
+#include "dense/thing_view.hpp"
+#include "geometry/rolling_shutter.hpp"
+#include "geometry/se3.hpp"
+#include "image/rgbd_frame.hpp"
+
+namespace ygslam {
+
+/// Names a dense view: a keyframe, or a frame between keyframes. Ascending in time.
+struct DenseViewId {
+  KeyframeId keyframe = kNoKeyframe;  ///< itself, or the newest one when the frame was taken
+  std::uint32_t number = 0;           ///< 0: the keyframe, else of the frame after it
+
+  DenseViewId() = default;
+  DenseViewId(KeyframeId its_keyframe, std::uint32_t its_number = 0)  // NOLINT: a keyframe is one
+      : keyframe(its_keyframe), number(its_number) {}
+  auto operator<=>(const DenseViewId&) const = default;
+};
+
+/// A frame's place is told by a keyframe, so that it moves along where the map is corrected.
+struct DenseAnchor {
+  KeyframeId keyframe = kNoKeyframe;
+  Timestamp stamp;  ///< of the keyframe
+  SE3 T_camera_keyframe;
+};
+
+struct DenseFrame {
+  DenseViewId id;  ///< of a frame that is no keyframe the number is the map's to give
+  FramePtr frame;
+  ReadOut read_out;
+  GreyImage movers;                        ///< 255 where something moves or may move; empty = none
+  GreyImage things;                        ///< 0 = none, i + 1 = detections[i]; empty = none
+  std::vector<Detection> detections;       ///< of things that stand about; at most kMaxDetections
+  std::optional<DenseAnchor> anchor = {};  ///< none: it is a keyframe
+};
+
+/// A view's contribution as it is kept on disk; the poses of keyframes are the map's.
+struct SavedView {
+  DenseViewId id;
+  Timestamp stamp;
+  std::vector<ThingView> things;
+  std::shared_ptr<const StoredView> view;  ///< its objects are numbers of things, from 1
+  std::optional<DenseAnchor> anchor = {};  ///< none: it is a keyframe
+};
+
+}  // namespace ygslam

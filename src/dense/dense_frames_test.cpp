@@ -1,0 +1,152 @@
+// Frames between keyframes: which of them the dense map takes, and how long it keeps them.
+#include <gtest/gtest.h>
+
+#include "dense/object_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+using object_test::kChair;
+using object_test::kScreen;
+using volume_test::World;
+
+constexpr KeyframeId kAnchor{3};
+
+/// Keyframes 0 to 6, one each second, of a room with a chair and a screen.
+struct KnownRoom {
+  Camera camera = object_test::room_camera();
+  World world = object_test::two_boxes();
+  DenseMap map{object_test::room_config(), camera};
+  std::map<KeyframeId, SE3> poses;
+
+  KnownRoom() {
+    DenseUpdate update;
+    for (std::uint32_t i = 0; i < 7; ++i) {
+      poses[KeyframeId{i}] = object_test::view_pose(i);
+      update.added.push_back(object_test::keyframe_of(
+          world, camera, i, poses[KeyframeId{i}], {{kChair, 0.8F}, {kScreen, 0.6F}}, stamp_of(i)));
+    }
+    give(std::move(update));
+  }
+
+  static Timestamp stamp_of(double t_s) { return {static_cast<std::int64_t>(1e9 * t_s)}; }
+
+  void give(DenseUpdate update) {
+    update.T_world_camera = poses;
+    map.apply(update);
+    while (map.step()) {
+    }
+  }
+  /// A frame that is no keyframe, of the world as it is now.
+  void look(const SE3& T_world_camera, double t_s, std::uint32_t newest = 6) {
+    DenseFrame frame = object_test::keyframe_of(world, camera, newest, T_world_camera,
+                                                {{kChair, 0.8F}, {kScreen, 0.6F}}, stamp_of(t_s));
+    frame.anchor = DenseAnchor{kAnchor, stamp_of(3), T_world_camera.inverse() * poses.at(kAnchor)};
+    DenseUpdate update;
+    update.added.push_back(std::move(frame));
+    give(std::move(update));
+  }
+  void take_chair_away() { world.cuboids.erase(world.cuboids.begin()); }
+
+  /// Of the views that the map has, all at once: for any number of threads the same map.
+  void expect_pure() {
+    map.finish();
+    for (const int threads : {1, 2, 4}) {
+      DenseMapConfig config = object_test::room_config();
+      config.volume.threads = threads;
+      DenseMap again(config, camera);
+      again.restore(map.saved());
+      again.apply({{}, {}, poses});
+      again.finish();
+      EXPECT_EQ(again.volume().fingerprint(), map.volume().fingerprint()) << threads;
+      EXPECT_EQ(again.scene().objects.size(), map.scene().objects.size());
+    }
+  }
+};
+
+const SceneObject* chair_of(const StaticScene& scene) {
+  const auto at = std::find_if(scene.objects.begin(), scene.objects.end(),
+                               [](const auto& object) { return object.semantic_class == kChair; });
+  return at == scene.objects.end() ? nullptr : &*at;
+}
+
+/// Of a part of the room that no keyframe shows.
+SE3 new_view() { return volume_test::look_at(Vec3(0, -0.5, -1), Vec3(0, -0.2, -1.9)); }
+
+TEST(DenseFrames, WhatShowsNothingNewIsDropped) {
+  KnownRoom room;
+  for (int i = 0; i < 5; ++i) room.look(object_test::view_pose(3), 7 + 0.5 * i);
+  EXPECT_EQ(room.map.volume().views(), 7);
+  EXPECT_EQ(room.map.saved().size(), 7U);
+  room.expect_pure();
+}
+
+TEST(DenseFrames, WhatShowsSomethingNewStaysUntilItWasSeenOftenEnough) {
+  KnownRoom room;
+  for (int i = 0; i < 8; ++i) room.look(new_view(), 7 + 0.5 * i);
+  const int taken = room.map.volume().views() - 7;
+  EXPECT_EQ(taken, room.map.config().reading.min_views);
+  room.expect_pure();
+}
+
+TEST(DenseFrames, MoveWithTheirKeyframeAndOutliveIt) {
+  KnownRoom room;
+  room.look(new_view(), 7);
+  room.look(new_view(), 7.5);
+  const auto place_of_last = [&] { return room.map.views().back().T_world_camera; };
+  const SE3 before = place_of_last();
+  const SE3 shift(so3_exp(Vec3(0, 0.1, 0)), Vec3(0.3, 0, -0.2));
+  for (auto& [id, T_world_camera] : room.poses) T_world_camera = shift * T_world_camera;
+  room.give({});
+  EXPECT_LT(((shift * before).t() - place_of_last().t()).norm(), 1e-9);
+
+  const KeyframeId next{4};
+  DenseUpdate update;
+  update.removed = {
+      {kAnchor,
+       {next, KnownRoom::stamp_of(4), room.poses.at(kAnchor).inverse() * room.poses.at(next)}}};
+  room.poses.erase(kAnchor);
+  room.give(std::move(update));
+  EXPECT_EQ(room.map.volume().views(), 9) << "what they show stays";
+  room.poses.at(next) = shift * room.poses.at(next);
+  room.give({});
+  EXPECT_LT(((shift * shift * before).t() - place_of_last().t()).norm(), 1e-9);
+  room.expect_pure();
+}
+
+TEST(DenseFrames, ACameraThatStandsSeesAThingGoAtOnce) {
+  KnownRoom room;
+  room.take_chair_away();
+  for (int i = 0; i < 40; ++i) room.look(object_test::view_pose(3), 7 + 0.5 * i);
+  const StaticScene scene = room.map.scene();
+  const SceneObject* chair = chair_of(scene);
+  ASSERT_TRUE(chair);
+  EXPECT_EQ(chair->state, ObjectState::kAbsent);
+  ASSERT_TRUE(chair->found_empty);
+  EXPECT_LE(chair->found_empty->ns, KnownRoom::stamp_of(7.5).ns);
+  EXPECT_LE(room.map.volume().views(), 7 + 4) << "no more of the same";
+  room.expect_pure();
+  EXPECT_EQ(chair_of(room.map.scene())->state, ObjectState::kAbsent);
+}
+
+TEST(DenseFrames, GoWhenOthersShowTheSame) {
+  KnownRoom room;
+  room.look(new_view(), 7);
+  room.look(new_view(), 7.5);
+  ASSERT_EQ(room.map.volume().views(), 9);
+  DenseUpdate update;
+  for (std::uint32_t i = 7; i < 16; ++i) {
+    const SE3 T_world_camera = i < 13 ? new_view() : object_test::view_pose(i % 7);
+    room.poses[KeyframeId{i}] = T_world_camera;
+    update.added.push_back(object_test::keyframe_of(room.world, room.camera, i, T_world_camera,
+                                                    {{kChair, 0.8F}, {kScreen, 0.6F}},
+                                                    KnownRoom::stamp_of(5.0 * i)));
+  }
+  room.give(std::move(update));
+  EXPECT_EQ(room.map.volume().views(), 16) << "keyframes alone";
+  EXPECT_EQ(room.map.saved().size(), 16U);
+  room.expect_pure();
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -259,7 +259,10 @@ class Output(CliTest):
         self.assertGreater(len(cells), 0.5 * len(points), "on a voxel grid of 1 cm")
 
     def test_data_goes_to_stdout_and_the_log_to_stderr_and_to_its_file(self):
-        self.assertIn("ATE RMSE", self.done.stdout)
+        self.assertRegex(self.done.stdout, rf"ATE RMSE 0\.0\d+ m over {FRAMES} poses: "
+                         r"trajectory\.txt aligned \(SE\(3\)\) to the ground truth\n")
+        for line in self.done.stdout.splitlines():
+            self.assertIn(line, self.log())
         self.assertIn("info: ", self.done.stderr)
         self.assertNotIn("\r", self.done.stderr)  # a progress bar is for terminals
         self.assertIn("mode full", self.log())

@@ -151,13 +151,16 @@ class Pipe(BagTest):
 
     def test_more_than_can_be_done_is_dropped_and_counted(self):
         data = self.mcap("plain.mcap", "", use_chunking=False).read_bytes()
-        self.assert_ran(self.piped(data, "--realtime"))
+        done = self.piped(data, "--realtime")
+        self.assert_ran(done)
         metrics = self.metrics()
         self.assertEqual(metrics["readable"], FRAMES)
         self.assertGreater(metrics["dropped"], 0)
         rows = (self.folder / "out" / "frames.csv").read_text(encoding="utf-8").count("\n") - 1
         self.assertEqual(rows + metrics["dropped"], FRAMES)
-        self.assertIn(f"{metrics['dropped']} of {FRAMES} frames were dropped", self.log())
+        told = f"{rows} of {FRAMES} frames, {metrics['dropped']} dropped (too late), "
+        self.assertTrue(done.stdout.startswith(told), done.stdout)
+        self.assertIn(told, self.log())
 
     def test_one_that_breaks_off_ends_with_what_there_is(self):
         data = self.mcap("plain.mcap", "", use_chunking=False).read_bytes()

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/exit_code.hpp"
+#include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
 #include "io/ply.hpp"
@@ -115,9 +116,9 @@ Result<int> check(const MapOptions& options) {
     if (!views.ok()) return views.error();
   }
   if (checked->faults_in_all == 0) {
-    std::printf("%s: whole: %llu keyframes, %llu landmarks\n", options.file.c_str(),
-                static_cast<unsigned long long>(checked->info.keyframes),
-                static_cast<unsigned long long>(checked->info.landmarks));
+    std::printf("%s: whole: %s, %s\n", options.file.c_str(),
+                counted(checked->info.keyframes, "keyframe").c_str(),
+                counted(checked->info.landmarks, "landmark").c_str());
     return 0;
   }
   print_faults(*checked);
@@ -197,8 +198,9 @@ Result<int> merge(const MapOptions& options) {
         "--same-place if it is this one");
   const Map merged = merge_maps(*a, *b, alignment, camera, config->mapping);
   if (Status written = save_map(options.out, merged, camera); !written) return written.error();
-  std::printf("%s: %zu keyframes, %zu landmarks\n", options.out.c_str(), merged.keyframes().size(),
-              merged.landmark_count());
+  std::printf("%s: %s, %s\n", options.out.c_str(),
+              counted(merged.keyframes().size(), "keyframe").c_str(),
+              counted(merged.landmark_count(), "landmark").c_str());
   return 0;
 }
 

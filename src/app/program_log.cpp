@@ -3,6 +3,7 @@
 #include <spdlog/sinks/base_sink.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <mutex>
 
 #include "io/atomic_file.hpp"
@@ -92,6 +93,12 @@ LogFile::LogFile(std::shared_ptr<Sink> sink) : sink_(std::move(sink)) {
 
 LogFile::~LogFile() {
   if (sink_) std::erase(spdlog::default_logger()->sinks(), sink_);
+}
+
+void LogFile::tell(const std::string& line) {
+  if (is_quiet()) return;
+  std::printf("%s\n", line.c_str());
+  sink_->log({"ygslam", spdlog::level::info, line});
 }
 
 Status LogFile::place() { return sink_->place(); }

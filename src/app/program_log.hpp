@@ -33,6 +33,8 @@ class LogFile {
   ~LogFile();
 
   Status place();
+  /// A line of the result: on standard output and in the file, but not with --quiet.
+  void tell(const std::string& line);
   /// The last line is written. @return the first error of all lines.
   Status finish();
 

@@ -14,6 +14,7 @@
 #include "app/run_page.hpp"
 #include "app/scene_output.hpp"
 #include "app/stop_signal.hpp"
+#include "core/counted.hpp"
 #include "core/statistics.hpp"
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
@@ -187,7 +188,7 @@ Status process_frames(Run& run, LogFile& log_file) {
 }
 
 void add_truth(const Run& run, std::span<const StampedPose> trajectory,
-               nlohmann::ordered_json& metrics) {
+               nlohmann::ordered_json& metrics, LogFile& log_file) {
   if (!run.sequence.groundtruth) return;
   const auto truth = read_tum_trajectory(*run.sequence.groundtruth);
   if (!truth.ok()) {
@@ -203,11 +204,12 @@ void add_truth(const Run& run, std::span<const StampedPose> trajectory,
   for (const char* key : {"ate", "rpe", "alignment", "pairs"}) {
     if (json.contains(key)) metrics[key] = json[key];
   }
-  if (!is_quiet())
-    std::printf("ATE RMSE %.4f m over %zu poses\n", report->ate_m.rmse, report->pairs);
+  log_file.tell(fmt::format(
+      "ATE RMSE {:.4f} m over {}: trajectory.txt aligned (SE(3)) to the ground truth",
+      report->ate_m.rmse, counted(report->pairs, "pose")));
 }
 
-Status write_outputs(Run& run, const SlamOutcome& outcome) {
+Status write_outputs(Run& run, const SlamOutcome& outcome, LogFile& log_file) {
   const std::filesystem::path out = run.options.out_dir;
   const Map map = run.session.runner->map();
   // The map comes first: it lies elsewhere, and what befalls the folder must not cost it.
@@ -239,16 +241,9 @@ Status write_outputs(Run& run, const SlamOutcome& outcome) {
   if (written.ok()) written = run.files->commit();
   if (!written.ok()) return written;
   const FrameReaderCounts counts = run.reader->counts();
-  if (counts.dropped > 0)
-    log::info("{} of {} frames were dropped: the tracker was late", counts.dropped,
-              counts.readable);
   auto metrics = metrics_json(outcome, map, counts, run.facts);
-  if (!is_quiet()) {
-    std::printf("%llu frames, %.1f %% tracked, %zu keyframes, %zu landmarks, %.1f s\n",
-                static_cast<unsigned long long>(outcome.statistics.frames), 100 * coverage(outcome),
-                map.keyframes().size(), map.landmark_count(), run.facts.wall_s);
-  }
-  add_truth(run, trajectory, metrics);
+  log_file.tell(summary_text(outcome, map, counts, run.facts));
+  add_truth(run, trajectory, metrics, log_file);
   written = write_file_atomically(out / "metrics.json", metrics.dump(2) + "\n");
   if (!written.ok()) return written;
   SlamConfig config = run.config;
@@ -326,7 +321,7 @@ Result<int> run_all(Run& run) {
   const SlamOutcome& outcome = run.session.runner->finish();
   run.facts.wall_s = wall.wall_ms() / 1000;
   if (outcome.statistics.frames > 0) {
-    Status written = write_outputs(run, outcome);
+    Status written = write_outputs(run, outcome, *log_file);
     if (written.ok()) written = save_dense_map(run);
     if (!written.ok()) return written.error();
   }

@@ -8,6 +8,9 @@
 #include <numeric>
 #include <thread>
 
+#include "core/counted.hpp"
+#include "core/log.hpp"
+
 #ifndef YGSLAM_VERSION
 #error "YGSLAM_VERSION comes from the build"
 #endif
@@ -55,6 +58,19 @@ double peak_rss_mb() {
 double coverage(const SlamOutcome& outcome) {
   const RunStatistics& s = outcome.statistics;
   return s.frames ? static_cast<double>(s.tracked) / static_cast<double>(s.frames) : 0.0;
+}
+
+std::string summary_text(const SlamOutcome& outcome, const Map& map, const FrameReaderCounts& input,
+                         const RunFacts& facts) {
+  const std::uint64_t frames = outcome.statistics.frames;
+  const std::string counts =
+      input.dropped == 0
+          ? fmt::format("{}, {:.1f} %", counted(frames, "frame"), 100 * coverage(outcome))
+          : fmt::format("{} of {}, {} dropped (too late), {:.1f} % of the rest", frames,
+                        counted(input.readable, "frame"), input.dropped, 100 * coverage(outcome));
+  return fmt::format("{} tracked, {}, {}, {:.1f} s", counts,
+                     counted(map.keyframes().size(), "keyframe"),
+                     counted(map.landmark_count(), "landmark"), facts.wall_s);
 }
 
 std::string mode_name(DynamicMode mode) {

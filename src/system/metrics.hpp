@@ -21,6 +21,10 @@ struct RunFacts {
                                                   const FrameReaderCounts& input,
                                                   const RunFacts& facts);
 
+/// The run in one line: frames, those that were dropped, keyframes, landmarks, time.
+[[nodiscard]] std::string summary_text(const SlamOutcome& outcome, const Map& map,
+                                       const FrameReaderCounts& input, const RunFacts& facts);
+
 /// Tracked frames (tracking and weak) / readable frames.
 [[nodiscard]] double coverage(const SlamOutcome& outcome);
 [[nodiscard]] std::string mode_name(DynamicMode mode);

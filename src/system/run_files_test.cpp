@@ -174,6 +174,22 @@ TEST(Metrics, SayWhatHappened) {
     EXPECT_TRUE(json.contains(key)) << key;
 }
 
+TEST(Metrics, TheSummaryTellsOfDroppedFrames) {
+  SlamOutcome outcome;
+  outcome.statistics.frames = outcome.statistics.tracked = 135;
+  FrameReaderCounts input;
+  input.readable = 135;
+  RunFacts facts;
+  facts.wall_s = 8.04;
+  EXPECT_EQ(summary_text(outcome, one_keyframe(), input, facts),
+            "135 frames, 100.0 % tracked, 1 keyframe, 0 landmarks, 8.0 s");
+  input.readable = 240;
+  input.dropped = 105;
+  EXPECT_EQ(summary_text(outcome, one_keyframe(), input, facts),
+            "135 of 240 frames, 105 dropped (too late), 100.0 % of the rest tracked, 1 keyframe, "
+            "0 landmarks, 8.0 s");
+}
+
 TEST(Metrics, AnEmptyRunHasNoCoverageAndNoCrash) {
   const auto json = metrics_json({}, Map({8, 1.2}), {}, {});
   EXPECT_EQ(json["coverage"], 0.0);

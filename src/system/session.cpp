@@ -2,6 +2,7 @@
 
 #include "core/log.hpp"
 #include "io/calibration.hpp"
+#include "io/text.hpp"
 #include "map_file/map_file.hpp"
 #include "segment/recorded_masks.hpp"
 #include "system/dense_file.hpp"
@@ -40,8 +41,8 @@ Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
   if (options.localize_only && map->keyframes().empty())
     return Error{ErrorKind::kSavedMap,
                  options.load_map.string() + ": an empty map, nothing to localise in"};
-  log::info("{}: {} keyframes, {} landmarks", options.load_map.string(), map->keyframes().size(),
-            map->landmark_count());
+  log::info("{}: {}, {}", options.load_map.string(), counted(map->keyframes().size(), "keyframe"),
+            counted(map->landmark_count(), "landmark"));
   const auto dense_file = dense_file_of(options.load_map);
   std::error_code code;
   if (!options.localize_only && options.config.dense.enabled &&
@@ -49,7 +50,7 @@ Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
     auto dense = load_dense_views(dense_file, camera);
     if (!dense.ok()) return dense.error();
     use.dense = views_of(*map, std::move(dense).value());
-    log::info("{}: {} views", dense_file.string(), use.dense.size());
+    log::info("{}: {}", dense_file.string(), counted(use.dense.size(), "view"));
   }
   use.start = std::move(map).value();
   return use;

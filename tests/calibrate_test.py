@@ -42,6 +42,8 @@ class Calibrate(CliTest):
         self.assertAlmostEqual(value, READOUT_MS, delta=2)
         self.assertLess(std, 2)
         self.assertEqual(verdict, "differs")
+        self.assertRegex(done.stdout, r"\A +in use +found ")
+        self.assertIn("In use: nothing is known, taken as global.\n", done.stdout)
         self.assertAlmostEqual(found["depth_delay_ms"][0], DELAY_MS, delta=3)
         errors = {}
         as_global = self.folder / "as_global"
@@ -59,6 +61,7 @@ class Calibrate(CliTest):
         done = ygslam("calibrate", self.lively)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertAlmostEqual(self.found(done)["colour_readout_ms"][0], READOUT_MS, delta=2)
+        self.assertIn("In use: calibration.txt.\n", done.stdout)
 
     def test_times_that_were_not_told_are_not_written(self):
         calm, camera = self.folder / "calm", self.folder / "camera.yaml"
@@ -119,6 +122,14 @@ class Shutter(CliTest):
     def test_the_log_says_where_the_times_come_from(self):
         folder = self.folder / "named"
         shutil.copytree(sequence(), folder)
+        named = self.folder / "tum_fr3_part"
+        shutil.copytree(sequence(), named)
+        text = (named / "calibration.txt").read_text()
+        (named / "calibration.txt").write_text(re.sub(r"(?m)^(f[xy]) .*", r"\1 530", text))
+        with_lines(named)
+        self.assertIn("shutter from Asus Xtion Pro Live, taken from the name of the folder: "
+                      "colour is read in 26 ms, depth in 34 ms, ",
+                      self.run_slam(named, "--to", 10, out="by_name").stderr)
         with_lines(folder, "camera kinect_v1")
         done = self.run_slam(folder, "--to", 10)
         self.assert_ran(done)
@@ -127,6 +138,16 @@ class Shutter(CliTest):
         (folder / "calibration.txt").write_text(
             (folder / "calibration.txt").read_text().replace("camera kinect_v1\n", ""))
         self.assertIn("shutter unknown", self.run_slam(folder, "--to", 10, out="unknown").stderr)
+        with_lines(folder, "colour_readout_ms 20.4626951")
+        self.assertIn("shutter from calibration.txt: colour is read in 20.5 ms, ",
+                      self.run_slam(folder, "--to", 10, out="exact").stderr)
+        camera = self.folder / "camera.yaml"
+        camera.write_text("".join(f"{key}: {value}\n" for key, value in (
+            line.split() for line in (folder / "calibration.txt").read_text().splitlines()
+            if line and line[0] != "#")))
+        told = self.run_slam(folder, "--to", 10, "--camera", camera, out="given").stderr
+        self.assertIn(f"camera from {camera}, ", told)
+        self.assertIn(f"shutter from {camera}: ", told)
         with_lines(folder, "colour_readout_ms -20")
         self.assert_ran(self.run_slam(folder, "--to", 10, out="upwards"))
 

@@ -127,30 +127,32 @@ CameraConfig with_times(CameraConfig camera, const Findings& findings) {
 /// depths were delayed as well, hides most of it.
 CameraConfig for_next_round(const CameraConfig& camera, const Findings& findings) {
   CameraConfig next = with_times(camera, findings);
-  next.depth_delay_ms = std::clamp(
-      camera.depth_delay_ms + kDelayStep * (next.depth_delay_ms - camera.depth_delay_ms),
-      -kMostTime_ms, kMostTime_ms);
+  next.depth_delay_ms =
+      std::clamp(camera.depth_delay_ms + kDelayStep * (next.depth_delay_ms - camera.depth_delay_ms),
+                 -kMostTime_ms, kMostTime_ms);
   return next;
 }
 
-void print(const CameraConfig& used, const Findings& findings) {
-  std::printf("%-18s %10s %10s %8s\n", "", "file", "found", "+-");
+void print(const CameraConfig& used, const std::string& source, const Findings& findings) {
+  std::printf("%-18s %10s %10s %8s\n", "", "in use", "found", "+-");
   for (std::size_t i = 0; i < kWanted.size(); ++i) {
     const Wanted& wanted = kWanted[i];
     const double CameraConfig::*time_ms = shutter_time(wanted.parameter);
-    const double in_file = time_ms != nullptr ? used.*time_ms : 0;
+    const double in_use = time_ms != nullptr ? used.*time_ms : 0;
     const Found& found = findings[i];
     const char* verdict = !found.is_told(wanted) ? "this motion does not tell"
-                          : std::abs(found.value - in_file) > kSigmas * found.std ? "differs"
-                                                                                  : "agrees";
+                          : std::abs(found.value - in_use) > kSigmas * found.std ? "differs"
+                                                                                 : "agrees";
     if (time_ms != nullptr) {
-      std::printf("%-18s %10.2f %10.2f %8.2f %-4s %s\n", wanted.name, in_file, found.value,
+      std::printf("%-18s %10.2f %10.2f %8.2f %-4s %s\n", wanted.name, in_use, found.value,
                   found.std, wanted.unit, verdict);
     } else {
       std::printf("%-18s %10s %+10.2f %8.2f %-4s %s\n", wanted.name, "", found.value, found.std,
                   wanted.unit, verdict);
     }
   }
+  std::printf("In use: %s.\n",
+              source.empty() ? "nothing is known, taken as global" : source.c_str());
   std::printf(
       "The scale of depth cannot be told by pictures alone. Times belong in the camera's file;\n"
       "focal length, centre and bias are what this recording would like to be changed.\n");
@@ -194,7 +196,7 @@ Status calibrate(Calibration& calibration) {
     findings = **found;
     camera = for_next_round(camera, findings);
   }
-  print(used, findings);
+  print(used, calibration.sequence.shutter_source, findings);
   if (calibration.write.empty()) return Ok{};
   if (!findings.front().is_told(kWanted.front())) {
     return Error{ErrorKind::kInput, options.sequence + ": does not tell colour_readout_ms: " +

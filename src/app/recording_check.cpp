@@ -43,7 +43,7 @@ void warn_about_depth(const RgbdFrame& frame) {
 void log_shutter(const Sequence& sequence) {
   const CameraConfig& camera = sequence.camera;
   if (!shutter_times(camera).is_global()) {
-    log::info("shutter from {}: colour is read in {} ms, depth in {} ms, {} ms later",
+    log::info("shutter from {}: colour is read in {:.3g} ms, depth in {:.3g} ms, {:.3g} ms later",
               sequence.shutter_source, camera.colour_readout_ms, camera.depth_readout_ms,
               camera.depth_delay_ms);
   } else if (!camera.shutter_known) {

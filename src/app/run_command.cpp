@@ -67,6 +67,7 @@ Status prepare(Run& run) {
   if (Status range = check_range(o, run.sequence); !range.ok()) return range;
   session.config = run.config;
   session.config.run.keep_trajectory = false;  // FrameFiles does, in a file
+  session.config.run.shutter_source = run.sequence.shutter_source;
   session.camera = run.sequence.camera;
   session.deterministic = o.deterministic;
   session.may_wait = !o.realtime;
@@ -204,9 +205,9 @@ void add_truth(const Run& run, std::span<const StampedPose> trajectory,
   for (const char* key : {"ate", "rpe", "alignment", "pairs"}) {
     if (json.contains(key)) metrics[key] = json[key];
   }
-  log_file.tell(fmt::format(
-      "ATE RMSE {:.4f} m over {}: trajectory.txt aligned (SE(3)) to the ground truth",
-      report->ate_m.rmse, counted(report->pairs, "pose")));
+  log_file.tell(
+      fmt::format("ATE RMSE {:.4f} m over {}: trajectory.txt aligned (SE(3)) to the ground truth",
+                  report->ate_m.rmse, counted(report->pairs, "pose")));
 }
 
 Status write_outputs(Run& run, const SlamOutcome& outcome, LogFile& log_file) {

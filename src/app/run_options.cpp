@@ -205,6 +205,11 @@ Result<Sequence> open_sequence(const RunOptions& options) {
                             : open_folder_sequence(options.sequence, camera);
   if (!sequence.ok() && camera && sequence.error().kind == ErrorKind::kConfig)
     return Error{ErrorKind::kConfig, options.camera_file + ": " + sequence.error().message};
+  if (sequence.ok() && camera) {
+    if (sequence->shutter_source == sequence->camera_source)
+      sequence->shutter_source = options.camera_file;
+    sequence->camera_source = options.camera_file;
+  }
   return sequence;
 }
 

@@ -88,13 +88,17 @@ RecognisedDevice recognised_device(std::string_view folder_name, const CameraCon
     const bool named = folder_name.find(known.preset) != std::string_view::npos ||
                        names(folder_name, known.short_name);
     const bool similar = std::abs(camera.fx / preset.fx - 1) < kSimilarFocal;
-    if ((named && similar) || (preset.is_distorted() && same_intrinsics(camera, preset)))
-      return {find_camera_device(known.device), true, known.depth_delay_ms};
+    const bool same = preset.is_distorted() && same_intrinsics(camera, preset);
+    if ((named && similar) || same)
+      return {find_camera_device(known.device), true,
+              named && similar ? "taken from the name of the folder" : "recognised by its lens",
+              known.depth_delay_ms};
   }
   const bool as_delivered = camera.fx == kDelivered_px && camera.fy == kDelivered_px &&
                             std::abs(camera.cx - 320) < kDeliveredCentre_px &&
                             std::abs(camera.cy - 240) < kDeliveredCentre_px;
-  return {as_delivered ? find_camera_device("kinect_v1") : nullptr};
+  if (!as_delivered) return {};
+  return {find_camera_device("kinect_v1"), false, "guessed by the 525 px"};
 }
 
 }  // namespace ygslam

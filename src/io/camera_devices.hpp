@@ -38,6 +38,7 @@ void set_shutter(const CameraDevice& device, CameraConfig& camera);
 struct RecognisedDevice {
   const CameraDevice* device = nullptr;  ///< nullptr: none
   bool is_certain = false;               ///< false: another may have the same numbers
+  std::string_view by;                   ///< what it was recognised by, for the log
   double depth_delay_ms = 0;             ///< of these recordings' stamps; see CameraConfig
 };
 /// The device that made a recording of TUM or Bonn is certain by the folder's name and similar

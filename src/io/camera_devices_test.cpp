@@ -34,9 +34,11 @@ TEST(CameraDevices, RecordingsOfTumAndBonnAreRecognised) {
     const CameraConfig camera = camera_preset(part)->camera;
     const std::string folder = std::string("rgbd_dataset_") + part + "_walking_rpy";
     EXPECT_TRUE(recognised_device(folder, camera).is_certain) << part;
+    EXPECT_EQ(recognised_device(folder, camera).by, "taken from the name of the folder");
   }
   const CameraConfig fr1 = camera_preset("freiburg1")->camera;
   EXPECT_EQ(recognised("renamed", fr1), "kinect_v1") << "its distortion is nobody else's";
+  EXPECT_EQ(recognised_device("renamed", fr1).by, "recognised by its lens");
   EXPECT_EQ(recognised_device("renamed", fr1).depth_delay_ms, -16) << "its stamps";
   EXPECT_EQ(recognised_device("fr3", pinhole(525, 525, 319.5, 239.5)).depth_delay_ms, 0);
   EXPECT_EQ(recognised("tum_fr3_part", pinhole(535.4, 539.2, 320.1, 247.6)), "xtion");
@@ -47,6 +49,7 @@ TEST(CameraDevices, NumbersAloneAreAGuessOrNothing) {
   const CameraConfig delivered = pinhole(525, 525, 320, 240.75);
   EXPECT_EQ(recognised("kitchen", delivered), "kinect_v1");
   EXPECT_FALSE(recognised_device("kitchen", delivered).is_certain);
+  EXPECT_EQ(recognised_device("kitchen", delivered).by, "guessed by the 525 px");
   EXPECT_EQ(recognised("kitchen", pinhole(525.1, 525.1, 320, 240)), "");
   // The rendered worlds have freiburg3's numbers and a shutter of their own.
   EXPECT_EQ(recognised("walking_rpy", pinhole(535.4, 539.2, 320.1, 247.6)), "");

@@ -149,8 +149,8 @@ void find_shutter(Sequence& sequence) {
     return;
   }
   camera.shutter_known = recognised.is_certain;
-  sequence.shutter_source = std::string(recognised.device->title) +
-                            (recognised.is_certain ? ", recognised" : ", guessed by the 525 px");
+  sequence.shutter_source =
+      std::string(recognised.device->title) + ", " + std::string(recognised.by);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ class LiveRunner final : public Runner {
         mapping_config_(mapping),
         map_use_(std::move(map_use)),
         camera_(camera),
-        log_(config.run.keep_trajectory),
+        log_(config.run.keep_trajectory, config.run.shutter_source),
         segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr) {
     start();
   }

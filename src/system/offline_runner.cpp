@@ -19,7 +19,7 @@ class OfflineRunner final : public Runner {
         mapping_config_(mapping),
         map_use_(std::move(map_use)),
         camera_(camera),
-        log_(config.run.keep_trajectory),
+        log_(config.run.keep_trajectory, config.run.shutter_source),
         segmenter_(std::move(segmenter)) {
     reset();
   }

@@ -174,6 +174,27 @@ TEST(Metrics, SayWhatHappened) {
     EXPECT_TRUE(json.contains(key)) << key;
 }
 
+TEST(RunLog, AReadOutThatDiffersNamesWhereTheOneInUseComesFrom) {
+  std::vector<std::string> lines;
+  const log::ScopedSink sink(std::make_shared<const log::Sink>(
+      [&](log::Level, std::string line) { lines.push_back(std::move(line)); }));
+  TrackResult result;
+  result.shutter = ShutterReport{0.0216, 0.0004, 0.026, false};
+  RunLog(true, "Asus, taken from the name of the folder").add(FrameRecord{}, result);
+  RunLog(true).add(FrameRecord{}, result);
+  result.shutter->taken_over = true;
+  RunLog found(true, "Kinect, guessed by the 525 px");
+  for (int times = 0; times < 2; ++times) found.add(FrameRecord{}, result);
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_EQ(lines[0],
+            "the camera seems to read an image in 21.6 +- 0.4 ms; 26.0 ms (Asus, taken from the "
+            "name of the folder) are in use; see `ygslam calibrate`");
+  EXPECT_NE(lines[1].find("26.0 ms (told by the caller) are in use"), std::string::npos);
+  EXPECT_NE(lines[2].find("ms, not in 26.0 ms (Kinect, guessed by the 525 px): taken into account"),
+            std::string::npos);
+  EXPECT_EQ(lines[3].find("guessed"), std::string::npos) << "it is not in use any more";
+}
+
 TEST(Metrics, TheSummaryTellsOfDroppedFrames) {
   SlamOutcome outcome;
   outcome.statistics.frames = outcome.statistics.tracked = 135;

@@ -5,25 +5,31 @@
 namespace ygslam {
 namespace {
 
-void log_shutter(const ShutterReport& report) {
+void log_shutter(const ShutterReport& report, const std::string& source) {
   constexpr double kMs = 1e3;
+  const std::string in_use = fmt::format("{:.1f} ms ({})", kMs * report.in_use_s,
+                                         source.empty() ? "told by the caller" : source);
   if (report.taken_over) {
     log::info(
-        "the camera reads an image in {:.1f} +- {:.1f} ms: taken into account, also in the map; "
+        "the camera reads an image in {:.1f} +- {:.1f} ms{}: taken into account, also in the map; "
         "`ygslam calibrate` finds it for whole runs",
-        kMs * report.readout_s, kMs * report.std_s);
+        kMs * report.readout_s, kMs * report.std_s,
+        report.in_use_s == 0 || source.empty() ? "" : ", not in " + in_use);
   } else {
     log::warn(
-        "the camera seems to read an image in {:.1f} +- {:.1f} ms, its file says {:.1f} ms "
-        "(colour_readout_ms); see `ygslam calibrate`",
-        kMs * report.readout_s, kMs * report.std_s, kMs * report.in_use_s);
+        "the camera seems to read an image in {:.1f} +- {:.1f} ms; {} are in use; see `ygslam "
+        "calibrate`",
+        kMs * report.readout_s, kMs * report.std_s, in_use);
   }
 }
 
 }  // namespace
 
 void RunLog::add(const FrameRecord& record, const TrackResult& result) {
-  if (result.shutter) log_shutter(*result.shutter);
+  if (result.shutter) {
+    log_shutter(*result.shutter, shutter_source_);
+    if (result.shutter->taken_over) shutter_source_.clear();
+  }
   early_frames_.add(record, result);
   RunStatistics& s = outcome_.statistics;
   ++s.frames;

@@ -1,6 +1,7 @@
 // What a run leaves behind, in bounded memory but for the trajectory where it is kept.
 #pragma once
 
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -39,7 +40,9 @@ struct SlamOutcome {
 
 class RunLog {
  public:
-  explicit RunLog(bool keep_trajectory) : keep_trajectory_(keep_trajectory) {}
+  /// @param shutter_source who told of the camera's times, for messages.
+  explicit RunLog(bool keep_trajectory, std::string shutter_source = {})
+      : keep_trajectory_(keep_trajectory), shutter_source_(std::move(shutter_source)) {}
   void add_sink(FrameSink sink) { sinks_.push_back(std::move(sink)); }
   void add(const FrameRecord& record, const TrackResult& result);
 
@@ -60,6 +63,7 @@ class RunLog {
   SlamOutcome outcome_;
   EarlyFrames early_frames_;
   const bool keep_trajectory_;
+  std::string shutter_source_;  // of the times in use; empty once they were found
   bool lost_ = false;  // in the last frame
 };
 

@@ -297,6 +297,35 @@ class Options(CliTest):
         done = self.run_slam(sequence(), "--to", 8, "--quiet")
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
 
+    def test_what_was_written_is_named_at_the_end(self):
+        targets = {option: self.folder / name for option, name in (
+            ("--export", "scene"), ("--save-map", "room.map"), ("--mcap", "run.mcap"),
+            ("--background", "back"), ("--debug-images", "pictures"))}
+        done = self.run_slam(sequence(), "--to", 8, *(word for both in targets.items() for word in both))
+        self.assert_ran(done)
+        last = done.stdout.splitlines()[-1]
+        self.assertTrue(last.startswith(f"written: {self.folder / 'out'}, "), last)
+        for option, path in targets.items():
+            self.assertRegex(last, rf"{re.escape(str(path))}( with \S.*?)? \({option}\)")
+        self.assertIn(last, self.log())
+        self.assertRegex(done.stderr, r"background: 8 frames drawn in \d+\.\d s")
+        plain = self.run_slam(sequence(), "--to", 8, out="plain").stdout.splitlines()[-1]
+        self.assertEqual(plain, f"written: {self.folder / 'plain'}")
+        truth = sequence() / "groundtruth.txt"
+        errors, cloud, picture = (self.folder / name for name in ("e.csv", "cloud.ply", "room.png"))
+        for file, command in ((errors, ("eval", "--gt", truth, "--est", truth, "--errors", errors)),
+                              (cloud, ("map", "export", self.folder / "room.map", "-o", cloud)),
+                              (picture, ("render", self.folder / "scene", "--out", picture)),
+                              (targets["--export"], ("export", self.folder / "room.map", "--out",
+                                                     targets["--export"]))):
+            done = ygslam(*command)
+            self.assert_ran(done)
+            self.assertEqual(done.stdout.splitlines()[-1], f"written: {file}")
+            self.assertNotIn("written", ygslam(*command, "--quiet").stdout)
+        done = ygslam("eval", "--gt", truth, "--est", truth, "--errors", errors, "--json")
+        json.loads(done.stdout)
+        self.assertIn(f"info: written: {errors}\n", done.stderr)
+
     def test_realtime_accounts_for_every_frame(self):
         done = self.run_slam(sequence(), "--realtime")
         self.assert_ran(done)

@@ -105,7 +105,10 @@ MoversByFrame find_movers(const BackgroundJob& job, const std::map<FrameId, Fram
     if (pose == poses.end()) continue;
     const auto masks = job.segmenter->segment(**frame);
     if (!masks.ok()) {
-      if (!std::exchange(failed, true)) log::warn("background: {}", masks.error().message);
+      if (!std::exchange(failed, true)) {
+        progress.clear();
+        log::warn("background: {}", masks.error().message);
+      }
       continue;
     }
     const GreyImage movers = movable_mask(*masks, job.excluded_classes);
@@ -116,6 +119,7 @@ MoversByFrame find_movers(const BackgroundJob& job, const std::map<FrameId, Fram
     progress.update(index((*frame)->id) + 1, "masks");
     if (StopSignal::received() != 0) break;
   }
+  progress.clear();
   log::info("background: {} frames show what keyframes do not", added);
   return found;
 }

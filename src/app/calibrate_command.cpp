@@ -202,7 +202,10 @@ Status calibrate(Calibration& calibration) {
     return Error{ErrorKind::kInput, options.sequence + ": does not tell colour_readout_ms: " +
                                         calibration.write + " is not written"};
   }
-  return write_file_atomically(calibration.write, camera_text(with_times(used, findings)));
+  Status written =
+      write_file_atomically(calibration.write, camera_text(with_times(used, findings)));
+  if (written) tell_written(calibration.write);
+  return written;
 }
 
 }  // namespace

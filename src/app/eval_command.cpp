@@ -223,6 +223,19 @@ Result<std::string> run_eval(const EvalArguments& a) {
   return a.json ? as_json(judged) : as_table(judged);
 }
 
+/// JSON stays alone on standard output.
+void tell_files(const EvalArguments& a) {
+  if (a.tracks || !a.map.empty()) return;  // these write none
+  for (const std::string& file : {a.errors, a.plot}) {
+    if (file.empty()) continue;
+    if (a.json) {
+      log::info("written: {}", file);
+    } else {
+      tell_written(file);
+    }
+  }
+}
+
 void declare_options(CLI::App& command, EvalArguments& a) {
   command.add_option("--gt", a.truth, "True trajectory")->type_name("FILE");
   command.add_option("--est", a.estimates, "Estimated trajectories; several are compared")
@@ -313,6 +326,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
     const auto text = run_eval(*arguments);
     if (text.ok()) {
       std::fputs(text->c_str(), stdout);
+      tell_files(*arguments);
       return;
     }
     log::error("{}", text.error().message);

@@ -64,6 +64,7 @@ Status export_saved(const ExportArguments& a) {
   if (written.ok() && !is_quiet())
     std::printf("%zu views, %zu triangles, %zu objects\n", of_map.size(),
                 scene.mesh.triangles.size(), scene.objects.size());
+  if (written.ok()) tell_written(a.out);
   return written;
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/exit_code.hpp"
+#include "app/program_log.hpp"
 #include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
@@ -161,10 +162,12 @@ Result<int> export_map(const MapOptions& options) {
     for (const auto& [id, point] : sorted)
       if (point.p_world.allFinite()) points.push_back(point);  // not beyond what a float holds
     if (Status written = write_ply(out, points); !written) return written.error();
+    tell_written(options.out);
     return 0;
   }
   const std::string poses = format_tum(keyframe_trajectory(*map), kStampDecimals);
   if (Status written = write_file_atomically(out, poses); !written) return written.error();
+  tell_written(options.out);
   return 0;
 }
 

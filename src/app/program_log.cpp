@@ -30,6 +30,10 @@ log::SinkPtr program_log() {
   });
 }
 
+void tell_written(const std::string& path) {
+  if (!is_quiet()) std::printf("written: %s\n", path.c_str());
+}
+
 void log_detail(std::string line) { log_line(spdlog::level::debug, std::move(line)); }
 
 void log_frame(const FrameRecord& record, const TrackResult& result) {

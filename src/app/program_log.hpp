@@ -17,6 +17,9 @@ namespace ygslam {
 /// To standard error and the open LogFile.
 [[nodiscard]] log::SinkPtr program_log();
 
+/// What a command wrote, on standard output, but not with --quiet.
+void tell_written(const std::string& path);
+
 /// A line that only -v shows.
 void log_detail(std::string line);
 /// The same, of a tracked frame: a FrameSink.

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/program_log.hpp"
 #include "app/scene_input.hpp"
 #include "app/stop_signal.hpp"
 #include "core/log.hpp"
@@ -239,8 +240,12 @@ Status render(const RenderArguments& a) {
     const ColourImage image =
         picture->draw(viewpoint_of(*job, picture->scene(), 0), places(job->path));
     written = write_file_atomically(a.out, encode_png(image, 9));
+    if (written.ok()) tell_written(a.out);
   }
-  if (written.ok() && !a.video.empty()) written = write_video(a, *job, *picture);
+  if (written.ok() && !a.video.empty()) {
+    written = write_video(a, *job, *picture);
+    if (written.ok()) tell_written(a.video);
+  }
   return written;
 }
 

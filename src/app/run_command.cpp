@@ -12,6 +12,7 @@
 #include "app/recording_check.hpp"
 #include "app/run_options.hpp"
 #include "app/run_page.hpp"
+#include "app/run_targets.hpp"
 #include "app/scene_output.hpp"
 #include "app/stop_signal.hpp"
 #include "core/counted.hpp"
@@ -262,6 +263,8 @@ Status save_dense_map(Run& run) {
 
 /// The recording once more, with the final map.
 Status write_background(Run& run, const SlamOutcome& outcome) {
+  const ScopedTimer timer;
+  log::info("background: the recording is drawn once more, to {}", run.options.background_dir);
   const auto trajectory = run.files->trajectory();
   if (!trajectory.ok()) return trajectory.error();
   run.session_options.may_fork = false;  // what was read once can be read again
@@ -283,10 +286,11 @@ Status write_background(Run& run, const SlamOutcome& outcome) {
   if (!done.ok()) return done.error();
   run.interrupted_by = done->interrupted_by;
   log::info(
-      "{}: {} frames; of their pixels {:.1f} % from other views, {:.1f} % from the map, {:.1f} % "
-      "never seen; {:.1f} ms a frame (median CPU time)",
-      run.options.background_dir, done->frames, 100 * done->from_views, 100 * done->from_map,
-      100 * done->never_seen, done->draw_cpu_ms.percentile(0.5));
+      "background: {} drawn in {:.1f} s; of the pixels {:.1f} % from other views, {:.1f} % from "
+      "the "
+      "map, {:.1f} % never seen; {:.1f} ms a frame (median CPU time)",
+      counted(done->frames, "frame"), timer.wall_ms() / 1000, 100 * done->from_views,
+      100 * done->from_map, 100 * done->never_seen, done->draw_cpu_ms.percentile(0.5));
   return Ok{};
 }
 
@@ -327,14 +331,17 @@ Result<int> run_all(Run& run) {
     if (!written.ok()) return written.error();
   }
   if (!processed.ok()) return processed.error();
-  if (!o.background_dir.empty() && outcome.statistics.frames > 0 && !run.interrupted_by)
+  const bool has_frames = outcome.statistics.frames > 0;
+  const bool draws = !o.background_dir.empty() && has_frames && !run.interrupted_by;
+  if (draws)
     if (Status drawn = write_background(run, outcome); !drawn.ok()) return drawn.error();
+  if (has_frames) log_file->tell(targets_text(o, run.config.dense.enabled, draws));
   if (run.view && o.view_stay) {
     run.view->finish(*run.session.runner);
     log::info("the page stays until it is interrupted (Ctrl-C)");
     run.view->stay([] { return StopSignal::received() != 0; });
   }
-  if (outcome.statistics.frames == 0)  // nothing to save
+  if (!has_frames)  // nothing to save
     return run.stopped ? 0 : 128 + run.interrupted_by;
   const bool lost = 1 - coverage(outcome) > run.config.run.max_lost_share && !run.interrupted_by;
   if (lost)

@@ -32,35 +32,94 @@ Result<Sequence> open_stream(const RunOptions& options, const std::optional<Came
   return open_stream_sequence(std::move(bytes).value(), options.topics, camera);
 }
 
+constexpr const char* kInput = "Input";
+constexpr const char* kSettings = "Settings";
+constexpr const char* kWritten = "What is written";
+constexpr const char* kWatching = "Watching";
+
+/// Without the range's own words, which --help would show as the type.
+CLI::Validator unsaid(const CLI::Validator& check) { return check.description(""); }
+
+void add_out_option(CLI::App& command, RunOptions& o) {
+  command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
+}
+
 void add_run_options(CLI::App& command, RunOptions& o) {
   o.may_stream = true;
-  command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
+  add_range_options(command, o);
+  command.add_option("--stride", o.stride, "Every n-th pair")
+      ->check(unsaid(CLI::Range(1, 1000000)))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kInput);
+  command.add_flag("--realtime", o.realtime, "Feed frames at their stamps, drop when late")
+      ->group(kInput);
   command
       .add_option("--dynamic", o.dynamic_mode,
                   "off: everything is static; geometry: epipolar check; semantic: masks; "
                   "full: both (default)")
-      ->type_name("off|geometry|semantic|full");
-  // Of an unsigned number CLI11 takes "-1" as the largest one.
-  command.add_option("--from", o.from, "First pair")->check(CLI::NonNegativeNumber)->type_name("N");
-  command.add_option("--to", o.to, "One past the last pair")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("N");
-  command.add_option("--stride", o.stride, "Every n-th pair")
-      ->check(CLI::Range(1, 1000000))
-      ->type_name("N");
-  command.add_flag("--realtime", o.realtime, "Feed frames at their stamps, drop when late");
+      ->type_name("off|geometry|semantic|full")
+      ->group(kSettings);
   command
       .add_flag("--deterministic", o.deterministic,
                 "One schedule: same input, same bytes (masks come 2 frames late)")
-      ->excludes("--realtime");
+      ->excludes("--realtime")
+      ->group(kSettings);
   command.add_option("--debug-images", o.debug_dir, "Draw masks and labelled points here")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->group(kWritten);
   command.add_option("--debug-every", o.debug_every, "Draw every n-th frame")
-      ->check(CLI::Range(1, 1000000))
-      ->type_name("N");
+      ->check(unsaid(CLI::Range(1, 1000000)))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kWritten);
+}
+
+void add_view_options(CLI::App& command, RunOptions& o) {
+  CLI::Option* view =
+      command
+          .add_option("--view", o.view,
+                      "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
+          ->expected(0, 1)
+          ->default_str("")
+          ->type_name("[[ADDRESS:]PORT]")
+          ->group(kWatching);
+  command
+      .add_flag("--view-paused", o.view_paused, "Wait before the first frame for Resume or Step")
+      ->needs(view)
+      ->group(kWatching);
+  command.add_flag("--view-stay", o.view_stay, "Keep the page after the end, until Ctrl-C")
+      ->needs(view)
+      ->group(kWatching);
+  command
+      .add_option("--view-token", o.view_token,
+                  "Whoever knows it may drive the run; needed to look on from other machines "
+                  "(default: a new one)")
+      ->needs(view)
+      ->type_name("TEXT")
+      ->group(kWatching);
+  command
+      .add_option("--view-origin", o.view_origins,
+                  "Page of another program that may connect, e.g. https://app.example.org")
+      ->needs(view)
+      ->type_name("ORIGIN")
+      ->group(kWatching);
 }
 
 }  // namespace
+
+void add_range_options(CLI::App& command, RunOptions& o) {
+  // Of an unsigned number CLI11 takes "-1" as the largest one.
+  command.add_option("--from", o.from, "First pair")
+      ->check(unsaid(CLI::NonNegativeNumber))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kInput);
+  command.add_option("--to", o.to, "One past the last pair (default: all)")
+      ->check(unsaid(CLI::NonNegativeNumber))
+      ->type_name("N")
+      ->group(kInput);
+}
 
 void add_input_options(CLI::App& command, RunOptions& o) {
   command
@@ -68,72 +127,66 @@ void add_input_options(CLI::App& command, RunOptions& o) {
                   "Folder of images, bag, - for an MCAP stream on standard input, unix:SOCKET "
                   "(docs/inputs.md)")
       ->required();
-  command.add_option("--model", o.model, "YOLOv8-seg network, .onnx or .xml")->type_name("FILE");
+  command.add_option("--model", o.model, "YOLOv8-seg network, .onnx or .xml")
+      ->type_name("FILE")
+      ->group(kInput);
   command.add_option("--segmenter", o.segmenter, "Where masks come from")
       ->type_name("model|none|masks:DIR")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kInput);
   command
       .add_option("--camera", o.camera_file,
                   "Camera file in place of calibration.txt or CameraInfo")
-      ->type_name("FILE.yaml");
+      ->type_name("FILE.yaml")
+      ->group(kInput);
   command.add_option("--rgb-topic", o.topics.rgb, "Colour images of a bag that has several")
-      ->type_name("TOPIC");
+      ->type_name("TOPIC")
+      ->group(kInput);
   command.add_option("--depth-topic", o.topics.depth, "Depth images of a bag that has several")
-      ->type_name("TOPIC");
+      ->type_name("TOPIC")
+      ->group(kInput);
   command.add_option("--config", o.config_file, "Settings (see `ygslam config`)")
-      ->type_name("FILE.yaml");
-  command.add_option("--set", o.sets, "One setting; may be repeated")->type_name("KEY=VALUE");
-  command.add_option("--seed", o.seed, "Start of all random sequences")
-      ->check(CLI::Range(0.0, 9007199254740992.0))
-      ->type_name("N");
+      ->type_name("FILE.yaml")
+      ->group(kSettings);
+  command.add_option("--set", o.sets, "One setting; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->group(kSettings);
+  command.add_option("--seed", o.seed, "Start of all random sequences (default: run.seed)")
+      ->check(unsaid(CLI::Range(0.0, 9007199254740992.0)))
+      ->type_name("N")
+      ->group(kSettings);
 }
 
 void declare_run_options(CLI::App& command, RunOptions& o) {
+  add_out_option(command, o);
   add_input_options(command, o);
   command.add_option("--load-map", o.load_map, "Go on with the map of an earlier run")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kInput);
+  add_run_options(command, o);
   command
       .add_option("--save-map", o.save_map,
                   "Keep the map in this file while it grows (see docs/maps.md)")
-      ->type_name("FILE");
-  CLI::Option* view =
-      command
-          .add_option("--view", o.view,
-                      "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
-          ->expected(0, 1)
-          ->default_str("")
-          ->type_name("[[ADDRESS:]PORT]");
-  command
-      .add_flag("--view-paused", o.view_paused, "Wait before the first frame for Resume or Step")
-      ->needs(view);
-  command.add_flag("--view-stay", o.view_stay, "Keep the page after the end, until Ctrl-C")
-      ->needs(view);
-  command
-      .add_option("--view-token", o.view_token,
-                  "Whoever knows it may drive the run; needed to look on from other machines "
-                  "(default: a new one)")
-      ->needs(view)
-      ->type_name("TEXT");
-  command
-      .add_option("--view-origin", o.view_origins,
-                  "Page of another program that may connect, e.g. https://app.example.org")
-      ->needs(view)
-      ->type_name("ORIGIN");
+      ->type_name("FILE")
+      ->group(kWritten);
   command
       .add_option("--mcap", o.mcap,
                   "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kWritten);
   command
       .add_option(
           "--export", o.export_dir,
           "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->group(kWritten);
   command
       .add_option("--background", o.background_dir,
                   "After the run, write the recording here once more without what moves in it "
                   "(docs/dense-map.md)")
-      ->type_name("DIR");
-  add_run_options(command, o);
+      ->type_name("DIR")
+      ->group(kWritten);
+  add_view_options(command, o);
   command.footer(
       "Examples:\n"
       "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
@@ -150,6 +203,7 @@ void declare_run_options(CLI::App& command, RunOptions& o) {
 }
 
 void declare_localize_options(CLI::App& command, RunOptions& o) {
+  add_out_option(command, o);
   add_input_options(command, o);
   command.add_option("--map", o.load_map, "Map of an earlier run (--save-map); stays as it is")
       ->required()

@@ -41,6 +41,9 @@ struct RunOptions {
 /// SEQUENCE, where masks come from, camera, settings and seed.
 void add_input_options(CLI::App& command, RunOptions& options);
 
+/// --from and --to.
+void add_range_options(CLI::App& command, RunOptions& options);
+
 /// All of `ygslam run`, with its last words.
 void declare_run_options(CLI::App& command, RunOptions& options);
 /// All of `ygslam localize`.

@@ -1,6 +1,7 @@
 """Bad models given to `ygslam run`."""
 import os
 import pathlib
+import re
 import resource
 import struct
 import unittest
@@ -44,6 +45,18 @@ class Models(CliTest):
             done = self.run_slam(sequence(), "--dynamic", mode, "--quiet", geometry=False)
             self.assert_error(done, 5, "make model", "--model", "--segmenter none",
                               "--dynamic geometry")
+
+    def test_the_hint_names_options_that_the_command_has(self):
+        for command, options in (("inspect", ()), ("inspect", ("--checks", "full")),
+                                 ("localize", ("--map", self.folder / "none.map", "--out", self.folder / "out"))):
+            done = ygslam(command, sequence(), *options, "--quiet")
+            self.assert_error(done, 5, "make model")
+            offered = re.findall(r"--[a-z]+", done.stderr)
+            self.assertGreater(len(offered), 3)
+            known = ygslam(command, "--help").stdout
+            for option in offered:
+                self.assertRegex(known, rf"(?m)^ +{option}\b", command)
+        self.assert_ran(ygslam("inspect", sequence(), "--to", 8, "--checks", "classic,improved"))
 
     def test_files_that_are_no_model_are_named(self):
         contents = {"empty.onnx": b"", "garbage.onnx": bytes(range(256)) * 400,

@@ -77,6 +77,7 @@ Result<std::optional<Findings>> track(const Calibration& calibration, const Came
   for (const Wanted& wanted : kWanted)
     session.config.tracking.calibrated.push_back(wanted.parameter);
   session.config.run.keep_trajectory = false;
+  session.without_model = "--segmenter none or --segmenter masks:DIR";
   session.camera = camera;
   session.deterministic = true;
   session.may_fork = true;
@@ -216,12 +217,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       "calibrate", "Find out from a lively recording when the camera reads its rows");
   RunOptions& options = calibration->options;
   add_input_options(*command, options);
-  command->add_option("--from", options.from, "First pair")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--to", options.to, "One past the last pair")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  add_range_options(*command, options);
   command
       ->add_option("--write", calibration->write,
                    "Camera file for --camera, with the times that were told")

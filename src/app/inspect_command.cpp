@@ -41,6 +41,9 @@ Result<int> inspect(const InspectOptions& options) {
   }
   Inspection inspection(options, std::move(sequence).value());
   std::vector<Check> checks;
+  for (const std::string& name : options.checks)
+    if (Status ready = inspection.ready(make_check(name, config)); !ready.ok())
+      return ready.error();
   for (const std::string& name : options.checks) {
     checks.push_back(make_check(name, config));
     Status ran = inspection.run(checks.back());
@@ -87,12 +90,7 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
           ->add_option("--loops", options->loops,
                        "In place of all that: what loop closing did in the run in this folder")
           ->type_name("OUT");
-  command->add_option("--from", options->run.from, "First pair")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("N");
-  command->add_option("--to", options->run.to, "One past the last pair")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("N");
+  add_range_options(*command, options->run);
   command->add_flag("--live", options->live,
                     "As `run` does: masks when they come (default: offline, two frames late)");
   for (const char* other : {"--out", "--frames", "--checks", "--from", "--to", "--live"})

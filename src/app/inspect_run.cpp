@@ -77,16 +77,32 @@ Inspection::Inspection(const InspectOptions& options, Sequence sequence)
     shown_.insert(from + (2 * k + 1) * (to - from) / (2 * kPictures));
 }
 
-Status Inspection::run(Check& check) {
+Result<SessionOptions> Inspection::session_options(const Check& check) const {
   SessionOptions session_options;
   Status segmenter = parse_segmenter(options_.run, session_options);
-  if (!segmenter.ok()) return segmenter;
+  if (!segmenter.ok()) return segmenter.error();
+  session_options.without_model =
+      "--segmenter none, --segmenter masks:DIR or --checks classic,improved";
   session_options.config = check.config;
   session_options.camera = sequence_.camera;
   session_options.deterministic = !options_.live;
   session_options.may_wait = true;
   session_options.may_fork = true;
-  auto session = open_session(std::move(session_options));
+  return session_options;
+}
+
+Status Inspection::ready(const Check& check) const {
+  if (!options_.run.model.empty()) return Ok{};  // to try it takes seconds
+  const auto session = session_options(check);
+  if (!session.ok()) return session.error();
+  const auto segmenter = open_segmenter(*session);
+  return segmenter.ok() ? Status(Ok{}) : Status(segmenter.error());
+}
+
+Status Inspection::run(Check& check) {
+  auto opened = session_options(check);
+  if (!opened.ok()) return opened.error();
+  auto session = open_session(std::move(opened).value());
   if (!session.ok()) return session.error();
   const auto movable = movable_classes(check.config.segment.movable);
   std::unique_ptr<Segmenter> true_masks;

@@ -45,11 +45,14 @@ class Inspection {
 
   /// Whether there are masks beside the sequence to compare with.
   [[nodiscard]] bool has_truth() const { return truth_.available(); }
+  /// @return kModel where the check needs a network and none was given, before others run.
+  [[nodiscard]] Status ready(const Check& check) const;
   /// Runs the whole sequence once, until it ends or a stop is asked for.
   /// @return kModel, kConfig or kInput: no session, or truth that cannot be read.
   Status run(Check& check);
 
  private:
+  [[nodiscard]] Result<SessionOptions> session_options(const Check& check) const;
   void draw(const RgbdFrame& frame, const TrackResult& result,
             const std::optional<DynamicTruth>& truth, Check& check) const;
 

@@ -1,8 +1,8 @@
 #include "system/session.hpp"
 
+#include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/calibration.hpp"
-#include "io/text.hpp"
 #include "map_file/map_file.hpp"
 #include "segment/recorded_masks.hpp"
 #include "system/dense_file.hpp"
@@ -19,7 +19,8 @@ SegmenterResult make_segmenter(const SessionOptions& options) {
   if (options.model.empty()) {
     return Error{ErrorKind::kModel,
                  "no segmentation network given: get one with 'make model' and pass --model FILE, "
-                 "or use --segmenter none, --segmenter masks:DIR or --dynamic geometry"};
+                 "or use " +
+                     options.without_model};
   }
   YoloConfig yolo = options.config.segment.yolo;
   yolo.model = options.model;

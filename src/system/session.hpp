@@ -21,6 +21,8 @@ struct SessionOptions {
   std::filesystem::path load_map;   ///< of an earlier run, to go on with; empty = none
   bool localize_only = false;       ///< the loaded map stays as it is
   MapSink map_sink;                 ///< see MapUse; may be empty
+  std::string without_model =       ///< what to do without a network, for the error that says so
+      "--segmenter none, --segmenter masks:DIR or --dynamic geometry";
   bool deterministic = false;
   bool may_fork = false;  ///< a model is first read in a child process, which it may bring down
   bool may_wait = false;  ///< frames come out of a file: nothing is missed while masks are awaited

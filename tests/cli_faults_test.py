@@ -150,6 +150,13 @@ class Lists(CliTest):
         file.write_text("x", encoding="utf-8")
         self.assert_error(self.run_slam(file, "--quiet"), 4, "file")
 
+    def test_a_folder_of_recordings_names_them(self):
+        for name in ("walk", "sit"):
+            self.copy_sequence(name, frames=2)
+        (self.folder / "notes").mkdir()
+        self.assert_error(self.run_slam(self.folder, "--quiet"), 4,
+                          f"{self.folder}: no recording; it contains 2: sit, walk")
+
     def test_odd_stamps_are_left_out_and_counted(self):
         folder = self.copy_sequence(frames=30)
         lines = lines_of(folder / "associations.txt")

@@ -162,6 +162,36 @@ Result<CameraConfig> find_folder_camera(const std::optional<CameraConfig>& given
                                        "FILE.yaml"};
 }
 
+bool is_recording(const fs::path& folder) {
+  std::error_code code;
+  for (const char* list : {"associations.txt", "rgb.txt"})
+    if (fs::is_regular_file(folder / list, code)) return true;
+  return std::any_of(kPatterns.begin(), kPatterns.end(), [&](const Pattern& pattern) {
+    return !images_in(folder, pattern.colour_folder, pattern.colour_start).empty() &&
+           !images_in(folder, pattern.depth_folder, pattern.depth_start).empty();
+  });
+}
+
+/// Names of the recordings that a folder contains, in order.
+std::vector<std::string> recordings_in(const fs::path& root) {
+  std::vector<std::string> names;
+  std::error_code code;
+  for (fs::directory_iterator at(root, code), end; !code && at != end; at.increment(code)) {
+    if (is_recording(at->path())) names.push_back(at->path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// "3: one, two, three", of many the first.
+std::string listed_names(const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNames = 8;
+  std::string text = std::to_string(names.size()) + ": ";
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i)
+    text += (i == 0 ? "" : ", ") + printable(names[i]);
+  return text + (names.size() > kMostNames ? ", ..." : "");
+}
+
 }  // namespace
 
 Result<Sequence> open_folder_sequence(const fs::path& root,
@@ -191,6 +221,9 @@ Result<Sequence> open_folder_sequence(const fs::path& root,
       return completed.error();
     return sequence;
   }
+  if (const auto names = recordings_in(root); !names.empty())
+    return Error{ErrorKind::kInput,
+                 root.string() + ": no recording; it contains " + listed_names(names)};
   return open_tum_sequence(root, camera);
 }
 

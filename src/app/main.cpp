@@ -1,10 +1,12 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <opencv2/core/utility.hpp>
+#include <span>
 
 #include "app/bench_command.hpp"
 #include "app/calibrate_command.hpp"
@@ -20,6 +22,7 @@
 #include "app/run_command.hpp"
 #include "app/simulate_command.hpp"
 #include "core/memory.hpp"
+#include "io/text.hpp"
 #include "system/failure.hpp"
 #include "system/metrics.hpp"
 
@@ -33,6 +36,28 @@ void refuse_empty_values(CLI::App& app) {
     if (option->get_items_expected_max() > 0)
       option->check([](const std::string& value) { return value.empty() ? "is empty" : ""; });
   for (CLI::App* command : app.get_subcommands({})) refuse_empty_values(*command);
+}
+
+/// Of a word that stands where a command should; empty where it is one.
+std::string unknown_command(const CLI::App& app, std::span<char* const> arguments) {
+  const CLI::App* current = &app;
+  for (const std::string word : arguments) {
+    if (word.starts_with('-')) continue;
+    const auto below = current->get_subcommands([](const CLI::App*) { return true; });
+    if (below.empty()) return "";
+    const auto found = std::find_if(below.begin(), below.end(),
+                                    [&](const CLI::App* sub) { return sub->check_name(word); });
+    if (found != below.end()) {
+      current = *found;
+      continue;
+    }
+    std::vector<std::string_view> names;
+    for (const CLI::App* sub : below) names.push_back(sub->get_name());
+    const std::string_view nearest = ygslam::nearest_word(word, names);
+    return "no command '" + ygslam::printable(word) + "'" +
+           (nearest.empty() ? "" : ": did you mean " + std::string(nearest) + "?");
+  }
+  return "";
 }
 
 }  // namespace
@@ -49,8 +74,10 @@ int main(int argc, char** argv) {
     CLI::App app{"RGB-D SLAM for rooms with people in them", "ygslam"};
     app.set_version_flag("--version", ygslam::version());
     app.require_subcommand(1);
-    app.failure_message([](const CLI::App*, const CLI::Error& e) {
-      return std::string("error: ") + e.what() + " (see --help)\n";
+    app.failure_message([&](const CLI::App*, const CLI::Error& e) {
+      const std::string unknown =
+          unknown_command(app, {argv + 1, static_cast<std::size_t>(std::max(argc - 1, 0))});
+      return "error: " + (unknown.empty() ? e.what() : unknown) + " (see --help)\n";
     });
     app.fallthrough();
     app.add_flag_callback(

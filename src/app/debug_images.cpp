@@ -3,6 +3,8 @@
 #include <cstdio>
 
 #include "app/point_picture.hpp"
+#include "core/counted.hpp"
+#include "core/log.hpp"
 
 namespace ygslam {
 namespace {
@@ -42,10 +44,25 @@ Status DebugImages::finish() {
     waiting_.pop_front();
     if (!written.ok()) return written;
   }
+  warn_of_others();
   return Ok{};
 }
 
-Status DebugImages::write(const Waiting& waiting) const {
+void DebugImages::warn_of_others() const {
+  std::size_t others = 0;
+  std::error_code code;
+  for (std::filesystem::directory_iterator at(directory_, code), end; !code && at != end;
+       at.increment(code)) {
+    const std::string name = at->path().filename().string();
+    const bool is_ours = name.starts_with("frame_") && name.ends_with(".jpg");
+    others += is_ours && !written_.contains(name) ? 1 : 0;
+  }
+  if (others > 0)
+    log::warn("{}: {} of an earlier run beside those of this one", directory_.string(),
+              counted(others, "picture"));
+}
+
+Status DebugImages::write(const Waiting& waiting) {
   cv::Mat picture = picture_of(*waiting.frame);
   if (waiting.masks) tint_masks(picture, waiting.masks->ids);
   draw_points(picture, *waiting.features, waiting.labels);
@@ -58,6 +75,7 @@ Status DebugImages::write(const Waiting& waiting) const {
                             std::to_string(labels.unknown_points) + " (yellow)");
   char name[32];
   std::snprintf(name, sizeof name, "frame_%06u.jpg", index(waiting.frame->id));
+  written_.insert(name);
   return write_jpeg(directory_ / name, picture);
 }
 

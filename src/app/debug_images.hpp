@@ -4,6 +4,8 @@
 
 #include <deque>
 #include <filesystem>
+#include <set>
+#include <string>
 
 #include "core/result.hpp"
 #include "image/rgbd_frame.hpp"
@@ -18,7 +20,7 @@ class DebugImages {
   DebugImages(std::filesystem::path directory, int every);
 
   [[nodiscard]] Status add(const FramePtr& frame, const TrackResult& result);
-  /// Writes what still waits.
+  /// Writes what still waits. Warns where pictures of an earlier run lie among them.
   [[nodiscard]] Status finish();
 
  private:
@@ -30,11 +32,13 @@ class DebugImages {
     std::vector<TrackedObject> objects;
     SegmentationPtr masks;
   };
-  [[nodiscard]] Status write(const Waiting& waiting) const;
+  [[nodiscard]] Status write(const Waiting& waiting);
+  void warn_of_others() const;
 
   std::filesystem::path directory_;
   std::uint32_t every_;
   std::deque<Waiting> waiting_;
+  std::set<std::string> written_;  // names
 };
 
 }  // namespace ygslam

@@ -1,4 +1,5 @@
-// A progress line on stderr, only when that is a terminal.
+// How far long work has come, on standard error: a bar on a terminal, elsewhere (a pipe, a log of
+// a build server) a plain line every ten seconds, so that nobody takes it for dead.
 #pragma once
 
 #include <unistd.h>
@@ -12,17 +13,31 @@ namespace ygslam {
 
 class ProgressBar {
  public:
+  /// @param total 0 where nobody knows: then there is no bar, but the lines are.
   ProgressBar(std::size_t total, bool quiet)
-      : total_(total), shown_(!quiet && isatty(STDERR_FILENO) != 0) {}
+      : total_(total), quiet_(quiet), on_terminal_(isatty(STDERR_FILENO) != 0) {}
   ~ProgressBar() { clear(); }
-  /// Takes the line away, so that something else can be written.
+  /// Takes the bar away, so that something else can be written.
   void clear() {
     if (drawn_) std::fprintf(stderr, "\r\033[K");
     drawn_ = false;
   }
   void update(std::size_t done, const std::string& note) {
-    if (!shown_ || total_ == 0) return;
-    const auto now = std::chrono::steady_clock::now();
+    if (quiet_) return;
+    if (on_terminal_) {
+      draw(done, note);
+    } else {
+      write_line(done, note);
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kLinePeriod{10};
+
+  void draw(std::size_t done, const std::string& note) {
+    if (total_ == 0) return;
+    const auto now = Clock::now();
     if (drawn_ && done < total_ && now - last_ < std::chrono::milliseconds(100)) return;
     last_ = now;
     drawn_ = true;
@@ -32,12 +47,20 @@ class ProgressBar {
                  std::string(kWidth - filled, ' ').c_str(), done, total_, note.c_str());
     std::fflush(stderr);
   }
+  /// As the log writes its lines, but not in log.txt.
+  void write_line(std::size_t done, const std::string& note) {
+    const auto now = Clock::now();
+    if (now - last_ < kLinePeriod) return;
+    last_ = now;
+    const std::string of = total_ == 0 ? " so far" : " of " + std::to_string(total_);
+    std::fprintf(stderr, "info: %zu%s, %s\n", done, of.c_str(), note.c_str());
+  }
 
- private:
   std::size_t total_;
-  bool shown_;
+  bool quiet_;
+  bool on_terminal_;
   bool drawn_ = false;
-  std::chrono::steady_clock::time_point last_;
+  Clock::time_point last_ = Clock::now();
 };
 
 }  // namespace ygslam

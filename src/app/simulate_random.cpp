@@ -62,7 +62,7 @@ Status write_random_frames(const fs::path& folder, int count,
   std::ofstream list(list_file);
   list << "name,width,height,fx,fy,cx,cy,depth_scale\n" << std::flush;
   const auto start = std::chrono::steady_clock::now();
-  ProgressBar bar(static_cast<std::size_t>(count), false);
+  ProgressBar bar(static_cast<std::size_t>(count), is_quiet());
   int done = 0;
   while (done < count && StopSignal::received() == 0) {
     const sim::RandomFrame frame = frames->next();

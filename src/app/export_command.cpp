@@ -90,7 +90,10 @@ void add_export_command(CLI::App& app, int& exit_code) {
       "  ygslam run SEQ --out out --save-map room.map\n"
       "  ygslam export room.map --out scene\n"
       "  ygslam export room.map --out fine --set dense.voxel_m=0.01\n"
-      "Writes what docs/exports.md tells of. Exit codes: 0 ok, 2 usage, 3 settings, 6 map file "
+      "Writes cloud.ply, cloud.pcd, mesh.ply, mesh.glb, space.bt, space.ot, voxels.npz, "
+      "grid.yaml,\n"
+      "grid.pgm, objects.json and labels.json (docs/exports.md). Exit codes: 0 ok, 2 usage, 3 "
+      "settings, 6 map file "
       "damaged\n"
       "or without its .dense, 9 output not written.");
   command->callback([arguments, &exit_code] {

@@ -116,7 +116,7 @@ Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& wr
       [&] { queue.close(); });
   const auto start = std::chrono::steady_clock::now();
   int done = 0;
-  ProgressBar bar(static_cast<std::size_t>(source.frame_count()), false);
+  ProgressBar bar(static_cast<std::size_t>(source.frame_count()), is_quiet());
   while (!failed && StopSignal::received() == 0) {
     auto frame = source.next_with_losses();
     if (!frame) break;
@@ -198,6 +198,23 @@ Status simulate(SimulateArguments arguments) {
   return write_origin(arguments, *source, *frames);
 }
 
+constexpr const char* kSimulateFooter =
+    "Examples:\n"
+    "  ygslam simulate --list\n"
+    "  ygslam simulate walking_xyz --out wx --truth\n"
+    "  ygslam simulate crowd --out c --seconds 10 --fault depth:stuck@4s+2s --blur 0.3\n"
+    "  ygslam simulate --random 1000 --out frames --size 320x240\n"
+    "Writes rgb/, depth/, rgb.txt, depth.txt, associations.txt, groundtruth.txt, calibration.txt "
+    "and\n"
+    "simulation.json (how it was made); --random: images in folders and frames.csv. --truth adds\n"
+    "mask/ (ids of people and movers, named in instances.json), things/ (ids of all things),\n"
+    "moving/ (what moved since the frame before), depth_true/, rgb_static/ and depth_static/ (the "
+    "view\n"
+    "without movers), movers/ (their poses), true_objects.json and static.ply (the room's "
+    "surface).\n"
+    "See docs/rendered-world.md. Exit codes: 0 ok, 2 usage, 4 a world that is wrong, 9 output not\n"
+    "written.";
+
 }  // namespace
 
 void add_simulate_command(CLI::App& app, int& exit_code) {
@@ -205,37 +222,48 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   SimulateArguments& a = *arguments;
   CLI::App* command = app.add_subcommand("simulate", "Render an RGB-D sequence with exact truth");
   command->add_option("world", a.world, "A known world (--list) or a .yaml file");
-  command->add_option("--out", a.out, "Folder for the sequence (TUM layout)");
+  command
+      ->add_option("--out", a.out, "Folder for the sequence (TUM layout); REQUIRED but with --list")
+      ->type_name("DIR");
   command->add_flag("--list", a.list, "List the known worlds");
-  command->add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)");
-  command->add_option("--fps", a.options.fps, "Frames per second (default: the world's)");
+  command->add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)")
+      ->type_name("S");
+  command->add_option("--fps", a.options.fps, "Frames per second (default: the world's)")
+      ->type_name("N");
   command->add_option("--seed", a.options.seed, "Seed of the hand's jerks, noise and faults")
-      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53U))
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53U).description(""))
+      ->type_name("N")
       ->capture_default_str();
-  command->add_option("--size", a.size, "Image size WIDTHxHEIGHT")->capture_default_str();
+  command->add_option("--size", a.size, "Image size")
+      ->type_name("WIDTHxHEIGHT")
+      ->capture_default_str();
   command->add_option("--noise", a.noise, "Sensor model")
       ->check(CLI::IsMember({"none", "kinect"}))
       ->capture_default_str();
   command->add_option("--format", a.format, "Colour images as jpg (quality 95) or png")
       ->check(CLI::IsMember({"jpg", "png"}))
       ->capture_default_str();
-  command->add_flag("--truth", a.truth, "Also write the truth images");
+  command->add_flag("--truth", a.truth, "Also write the truth, below");
   command->add_option("--without", a.without, "Leave out people, or all movers")
       ->check(CLI::IsMember({"people", "movers"}))
       ->allow_extra_args(false);  // else it would take the world's name for another
   command->add_option("--fault", a.faults, "A fault, e.g. depth:stuck@12s+2s (may be repeated)")
+      ->type_name("KIND@TIME")
       ->allow_extra_args(false);
   command->add_option("--blur", a.options.blur, "Motion blur: exposure time / frame time")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(CLI::Range(0.0, 1.0).description(""))
+      ->type_name("0..1");
   CLI::Option* rolling = command
                              ->add_option("--rolling", a.options.rolling,
                                           "Rolling shutter: read-out time / frame time")
-                             ->check(CLI::Range(0.0, 1.0));
+                             ->check(CLI::Range(0.0, 1.0).description(""))
+                             ->type_name("0..1");
   CLI::Option* depth_rolling =
       command
           ->add_option("--depth-rolling", a.options.depth_rolling,
                        "The same of the depth image (default: as --rolling)")
-          ->check(CLI::Range(0.0, 1.0));
+          ->check(CLI::Range(0.0, 1.0).description(""))
+          ->type_name("0..1");
   command
       ->add_option("--camera", a.camera,
                    "Read the rows as this camera does, e.g. kinect_v1 (docs/camera.md)")
@@ -245,25 +273,29 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--depth-delay-ms", a.options.depth_delay_ms,
                    "The depth image is taken so much later than the colour image")
-      ->check(CLI::Range(-100.0, 100.0));
+      ->check(CLI::Range(-100.0, 100.0).description(""))
+      ->type_name("MS");
   command->add_flag("--distortion", a.options.distortion,
                     "A lens that bends lines (TUM freiburg1)");
   command
       ->add_option("--exposure-drift", a.options.exposure_drift,
                    "How far the exposure wanders, 0.15 = by 15 %")
-      ->check(CLI::Range(0.0, 0.9));
+      ->check(CLI::Range(0.0, 0.9).description(""))
+      ->type_name("0..0.9");
   command->add_option("--threads", a.options.threads, "Rendering threads")
-      ->check(CLI::Range(1, 256))
+      ->check(CLI::Range(1, 256).description(""))
+      ->type_name("N")
       ->capture_default_str();
   CLI::Option* random = command->add_option(
       "--random", a.random,
       "Instead of a sequence: so many single frames of random rooms and people, for training");
-  random->check(CLI::Range(1, 10'000'000));
+  random->check(CLI::Range(1, 10'000'000).description(""))->type_name("N");
   for (CLI::Option* other : command->get_options()) {
     static const std::set<std::string> kAlso = {"--help", "--out",     "--seed",
                                                 "--size", "--threads", "--random"};
     if (!kAlso.contains(other->get_name())) random->excludes(other);
   }
+  command->footer(kSimulateFooter);
   command->callback([arguments, &exit_code] {
     const StopSignal watch;
     exit_code = exit_code_of(simulate(*arguments));

@@ -64,7 +64,7 @@ class RunLog {
   EarlyFrames early_frames_;
   const bool keep_trajectory_;
   std::string shutter_source_;  // of the times in use; empty once they were found
-  bool lost_ = false;  // in the last frame
+  bool lost_ = false;           // in the last frame
 };
 
 }  // namespace ygslam

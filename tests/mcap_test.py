@@ -3,6 +3,7 @@
     python tests/mcap_test.py
 """
 import io
+import os
 import unittest
 
 import numpy as np
@@ -139,6 +140,32 @@ class Mcap(CliTest):
     def test_a_folder_that_is_not_there_is_told(self):
         _, done = self.record(name="nowhere/run.mcap")
         self.assert_error(done, 9, "nowhere/run.mcap", "No such file")
+
+    def test_the_recording_that_is_read_is_not_replaced(self):
+        bag, done = self.record()
+        self.assert_ran(done)
+        whole = bag.read_bytes()
+        link = self.folder / "link.mcap"
+        link.symlink_to(bag)
+        folder = self.folder / "bag"
+        folder.mkdir()
+        part = folder / "part.mcap"
+        part.write_bytes(whole)
+        for read, written in ((bag, bag), (bag, link), (folder, part), (folder, folder / "new.mcap")):
+            done = self.run_slam(read, "--mcap", written, "--export", self.folder / "scene", out="x")
+            self.assert_error(done, 2, written, "is of the recording that is read", out="x")
+            self.assertFalse((self.folder / "x").exists() or (self.folder / "scene").exists())
+        self.assertEqual(bag.read_bytes(), whole)
+        self.assertEqual(sorted(folder.iterdir()), [part])
+
+    def test_a_pipe_is_not_waited_for_and_no_empty_map_is_left(self):
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        saved = self.folder / "room.map"
+        for target in (pipe, self.folder, "/dev/null"):
+            done = self.run_slam(sequence(), "--to", "3", "--mcap", target, "--save-map", saved)
+            self.assert_error(done, 9, target, "not replaced")
+            self.assertFalse(saved.exists())
 
     def test_help_names_it(self):
         self.assertIn("--mcap FILE", ygslam("run", "--help").stdout)

@@ -25,7 +25,9 @@ fs::path folder_behind(const fs::path& file) {
 
 Status check_recording(const RunOptions& options) {
   const fs::path file = options.mcap;
-  if (is_same_place(file, options.sequence) ||
+  // Standard input may be a file too: "run - < FILE".
+  const fs::path read = options.sequence == "-" ? "/dev/stdin" : options.sequence;
+  if (is_same_place(file, read) ||
       (is_bag(options.sequence) && is_same_place(folder_behind(file), options.sequence)))
     return Error{ErrorKind::kUsage,
                  file.string() + ": is of the recording that is read; give --mcap another file"};

@@ -141,23 +141,6 @@ class Mcap(CliTest):
         _, done = self.record(name="nowhere/run.mcap")
         self.assert_error(done, 9, "nowhere/run.mcap", "No such file")
 
-    def test_the_recording_that_is_read_is_not_replaced(self):
-        bag, done = self.record()
-        self.assert_ran(done)
-        whole = bag.read_bytes()
-        link = self.folder / "link.mcap"
-        link.symlink_to(bag)
-        folder = self.folder / "bag"
-        folder.mkdir()
-        part = folder / "part.mcap"
-        part.write_bytes(whole)
-        for read, written in ((bag, bag), (bag, link), (folder, part), (folder, folder / "new.mcap")):
-            done = self.run_slam(read, "--mcap", written, "--export", self.folder / "scene", out="x")
-            self.assert_error(done, 2, written, "is of the recording that is read", out="x")
-            self.assertFalse((self.folder / "x").exists() or (self.folder / "scene").exists())
-        self.assertEqual(bag.read_bytes(), whole)
-        self.assertEqual(sorted(folder.iterdir()), [part])
-
     def test_a_pipe_is_not_waited_for_and_no_empty_map_is_left(self):
         pipe = self.folder / "pipe"
         os.mkfifo(pipe)

@@ -51,6 +51,26 @@ class BackgroundPictures(CliTest):
         done = ygslam("run", folder, "--out", self.folder / "again", "--dynamic", "off", "--deterministic")
         self.assert_ran(done)
 
+    def test_the_recording_that_is_read_is_not_drawn_over(self):
+        seq = self.copy_sequence(frames=3)
+        before = {path: path.read_bytes() for path in seq.rglob("*") if path.is_file()}
+        link = self.folder / "link"
+        link.symlink_to(seq)
+        beside = self.folder / "beside"
+        beside.mkdir()
+        (beside / "rgb").symlink_to(seq / "rgb")
+        for folder in (seq, link, beside):
+            done = self.run_slam(seq, "--background", folder, out="x")
+            self.assert_error(done, 2, folder, "is of the recording that is read", out="x")
+        self.assertEqual({path: path.read_bytes() for path in seq.rglob("*") if path.is_file()}, before)
+
+    def test_a_call_that_ends_in_an_error_leaves_no_new_folder(self):
+        new = [self.folder / name for name in ("out", "scene", "clean", "debug")]
+        done = self.run_slam(sequence(), "--export", new[1], "--background", new[2], "--debug-images",
+                             new[3], "--view", "1.2.3.4:1")
+        self.assert_error(done, 2, "--view")
+        self.assertEqual([folder for folder in new if folder.exists()], [])
+
     def test_two_runs_give_the_same_bytes(self):
         for name in ("one", "two"):
             self.assert_ran(self.draw(name, "--to", "20"))

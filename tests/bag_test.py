@@ -144,6 +144,22 @@ class McapBags(BagTest):
         bag = self.mcap("colour.mcap", said=only)
         self.assert_error(self.run_slam(bag), 4, bag, "no topic with depth images", RGB)
 
+    def test_the_recording_that_is_read_is_not_replaced(self):
+        bag = self.mcap()
+        whole = bag.read_bytes()
+        link = self.folder / "link.mcap"
+        link.symlink_to(bag)
+        folder = self.folder / "bag"
+        folder.mkdir()
+        part = folder / "part.mcap"
+        part.write_bytes(whole)
+        for read, written in ((bag, bag), (bag, link), (folder, part), (folder, folder / "new.mcap")):
+            done = self.run_slam(read, "--mcap", written, "--export", self.folder / "scene", out="x")
+            self.assert_error(done, 2, written, "is of the recording that is read", out="x")
+            self.assertFalse((self.folder / "x").exists() or (self.folder / "scene").exists())
+        self.assertEqual(bag.read_bytes(), whole)
+        self.assertEqual(sorted(folder.iterdir()), [part])
+
     def test_depth_of_another_frame_is_told(self):
         said = [(t, s, m) for t, s, m in self.said()]
         for topic, _, message in said:

@@ -3,6 +3,7 @@
     python tests/mcap_test.py
 """
 import io
+import os
 import unittest
 
 import numpy as np
@@ -139,6 +140,15 @@ class Mcap(CliTest):
     def test_a_folder_that_is_not_there_is_told(self):
         _, done = self.record(name="nowhere/run.mcap")
         self.assert_error(done, 9, "nowhere/run.mcap", "No such file")
+
+    def test_a_pipe_is_not_waited_for_and_no_empty_map_is_left(self):
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        saved = self.folder / "room.map"
+        for target in (pipe, self.folder, "/dev/null"):
+            done = self.run_slam(sequence(), "--to", "3", "--mcap", target, "--save-map", saved)
+            self.assert_error(done, 9, target, "not replaced")
+            self.assertFalse(saved.exists())
 
     def test_help_names_it(self):
         self.assertIn("--mcap FILE", ygslam("run", "--help").stdout)

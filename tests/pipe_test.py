@@ -74,6 +74,15 @@ class Pipe(BagTest):
     def piped(self, data, *options, out="out"):
         return self.finish(self.start(*options, out=out), data)
 
+    def test_a_file_on_standard_input_is_not_replaced(self):
+        file = self.mcap()
+        before = file.read_bytes()
+        with open(file, "rb") as data:
+            done = self.finish(self.start("--mcap", file, stdin=data), None)
+        self.assert_error(done, 2, file, "the recording that is read")
+        self.assertEqual(file.read_bytes(), before)
+        self.assertFalse((self.folder / "out").exists())
+
     def test_file_and_pipe_give_the_same_bytes(self):
         for rgb, depth, compression, how in (
                 ("rgb8", "16UC1", "zstd", {}), ("png", "compressedDepth", "lz4", {}),

@@ -66,6 +66,7 @@ Status prepare(Run& run) {
   if (!sequence.ok()) return sequence.error();
   run.sequence = std::move(sequence).value();
   if (Status range = check_range(o, run.sequence); !range.ok()) return range;
+  if (Status targets = check_targets(o, run.sequence); !targets.ok()) return targets;
   session.config = run.config;
   session.config.run.keep_trajectory = false;  // FrameFiles does, in a file
   session.config.run.shutter_source = run.sequence.shutter_source;
@@ -350,20 +351,12 @@ Result<int> run_all(Run& run) {
   return run.interrupted_by ? 128 + run.interrupted_by : lost ? kExitLost : 0;
 }
 
-// Like run_all(), but a run that wrote nothing leaves no new folder.
-Result<int> run_and_tidy(Run& run) {
-  std::error_code code;
-  const bool is_new = !std::filesystem::exists(run.options.out_dir, code);
-  auto result = run_all(run);
-  if (is_new && !code) std::filesystem::remove(run.options.out_dir, code);  // if it is empty
-  return result;
-}
-
 void run_and_exit(const RunOptions& options, int& exit_code) {
   const StopSignal signal;
   Run run;
   run.options = options;
-  exit_code = exit_code_of(run_and_tidy(run));
+  const NewFolders folders(options);
+  exit_code = exit_code_of(run_all(run));
 }
 
 }  // namespace

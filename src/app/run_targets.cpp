@@ -1,10 +1,80 @@
 #include "app/run_targets.hpp"
 
 #include <array>
+#include <set>
 
+#include "bag/bag.hpp"
+#include "bag/mcap_writer.hpp"
 #include "system/dense_file.hpp"
 
 namespace ygslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// False also where one of them is not there.
+bool is_same_place(const fs::path& a, const fs::path& b) {
+  std::error_code code;
+  return fs::equivalent(a, b, code);
+}
+
+/// The folder of a file that need not be there, behind links.
+fs::path folder_behind(const fs::path& file) {
+  std::error_code code;
+  const fs::path real = fs::weakly_canonical(file, code);
+  return (code ? fs::absolute(file, code) : real).parent_path();
+}
+
+Status check_recording(const RunOptions& options) {
+  const fs::path file = options.mcap;
+  // Standard input may be a file too: "run - < FILE".
+  const fs::path read = options.sequence == "-" ? "/dev/stdin" : options.sequence;
+  if (is_same_place(file, read) ||
+      (is_bag(options.sequence) && is_same_place(folder_behind(file), options.sequence)))
+    return Error{ErrorKind::kUsage,
+                 file.string() + ": is of the recording that is read; give --mcap another file"};
+  return McapWriter::check(file);
+}
+
+/// The folders of the images, where they lie in folders.
+std::set<fs::path> image_folders(const Sequence& sequence) {
+  std::set<fs::path> folders{sequence.root};
+  for (const SequencePair& pair : sequence.pairs)
+    for (const std::string& file : {pair.colour_file, pair.depth_file})
+      folders.insert((sequence.root / fs::path(file).relative_path()).parent_path());
+  return folders;
+}
+
+Status check_background(const fs::path& folder, const Sequence& sequence) {
+  for (const fs::path& read : image_folders(sequence))
+    for (const fs::path& written : {folder, folder / "rgb", folder / "depth", folder / "source"})
+      if (is_same_place(read, written))
+        return Error{ErrorKind::kUsage, folder.string() +
+                                            ": is of the recording that is read; give "
+                                            "--background another folder"};
+  return Ok{};
+}
+
+}  // namespace
+
+Status check_targets(const RunOptions& options, const Sequence& sequence) {
+  if (!options.mcap.empty())
+    if (Status checked = check_recording(options); !checked.ok()) return checked;
+  if (options.background_dir.empty()) return Ok{};
+  return check_background(options.background_dir, sequence);
+}
+
+NewFolders::NewFolders(const RunOptions& options) {
+  std::error_code code;
+  for (const std::string& folder :
+       {options.out_dir, options.export_dir, options.background_dir, options.debug_dir})
+    if (!folder.empty() && !fs::exists(folder, code) && !code) folders_.emplace_back(folder);
+}
+
+NewFolders::~NewFolders() {
+  std::error_code code;
+  for (const fs::path& folder : folders_) fs::remove(folder, code);  // if it is empty
+}
 
 std::string targets_text(const RunOptions& o, bool has_dense, bool has_background) {
   const std::string map = has_dense && !o.save_map.empty()

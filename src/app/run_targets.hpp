@@ -1,11 +1,29 @@
-// What a run wrote, for its last line.
+// Where a run writes beside its results: looked at before the first frame, named at the end.
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "app/run_options.hpp"
 
 namespace ygslam {
+
+/// @return kUsage where --mcap or --background would replace the recording that is read; kOutput
+/// where --mcap cannot be written. Nothing is written.
+[[nodiscard]] Status check_targets(const RunOptions& options, const Sequence& sequence);
+
+/// The run's folders that were not there before: in the end those that are empty go again.
+class NewFolders {
+ public:
+  explicit NewFolders(const RunOptions& options);
+  NewFolders(const NewFolders&) = delete;
+  NewFolders& operator=(const NewFolders&) = delete;
+  ~NewFolders();
+
+ private:
+  std::vector<std::filesystem::path> folders_;
+};
 
 /// "written: out, scene (--export), ...". @param has_dense a dense map lies beside --save-map.
 /// @param has_background --background was drawn, which an interrupted run does not.

@@ -1,5 +1,6 @@
 #include "bag/mcap_writer.hpp"
 
+#include <unistd.h>
 #include <zlib.h>
 #include <zstd.h>
 
@@ -37,17 +38,29 @@ Bytes compressed(const Bytes& bytes) {
 McapWriter::McapWriter(std::filesystem::path path, std::FILE* file)
     : path_(std::move(path)), file_(file) {}
 
-Result<McapWriter> McapWriter::create(const std::filesystem::path& path) {
-  const Error no_recording{ErrorKind::kOutput,
-                           path.string() + ": is there and no recording; it is not replaced"};
+Status McapWriter::check(const std::filesystem::path& path) {
+  const auto fault = [&](const std::string& what) {
+    return Error{ErrorKind::kOutput, path.string() + ": " + what};
+  };
   std::error_code code;
-  if (std::filesystem::exists(path, code)) {
-    std::array<std::uint8_t, kMagic.size()> begin{};
-    const std::unique_ptr<std::FILE, CloseFile> old(std::fopen(path.c_str(), "rb"));
-    const std::size_t got = old ? std::fread(begin.data(), 1, begin.size(), old.get()) : 0;
-    if (!std::filesystem::is_regular_file(path, code) || (got > 0 && begin != kMagic))
-      return no_recording;
+  if (!std::filesystem::exists(path, code)) {
+    const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+    if (::access(folder.c_str(), W_OK) != 0) return fault(std::strerror(errno));
+    return Ok{};
   }
+  // Before it is opened: a pipe that nobody writes to would be waited for.
+  const std::string no_recording = "is there and no recording; it is not replaced";
+  if (!std::filesystem::is_regular_file(path, code)) return fault(no_recording);
+  std::array<std::uint8_t, kMagic.size()> begin{};
+  const std::unique_ptr<std::FILE, CloseFile> old(std::fopen(path.c_str(), "rb"));
+  const std::size_t got = old ? std::fread(begin.data(), 1, begin.size(), old.get()) : 0;
+  if (got > 0 && begin != kMagic) return fault(no_recording);
+  if (::access(path.c_str(), W_OK) != 0) return fault(std::strerror(errno));
+  return Ok{};
+}
+
+Result<McapWriter> McapWriter::create(const std::filesystem::path& path) {
+  if (Status checked = check(path); !checked.ok()) return checked.error();
   std::FILE* file = std::fopen(path.c_str(), "wb");
   if (file == nullptr)
     return Error{ErrorKind::kOutput, path.string() + ": " + std::strerror(errno)};

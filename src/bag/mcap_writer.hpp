@@ -17,6 +17,8 @@ namespace ygslam {
 
 class McapWriter {
  public:
+  /// Whether create() can be expected to do; nothing is written. @return its errors.
+  static Status check(const std::filesystem::path& path);
   /// Replaces an older recording of that name.
   /// @return kOutput if the file cannot be written, or is there and no recording.
   static Result<McapWriter> create(const std::filesystem::path& path);

@@ -24,7 +24,6 @@ struct KeyframeEvidence {
   int close_untracked = 0;      ///< the same without
   SE3 T_camera_nearest;         ///< from the keyframe in view that was taken nearest to here
   double nearest_age_s = 0;     ///< since that one was taken
-  double dynamic_share = 0;     ///< of the frame's features
   bool mapper_busy = false;
 };
 

@@ -39,16 +39,13 @@ TEST(KeyframePolicy, FewTrackedAndManyNewNearPointsMakeOne) {
   EXPECT_FALSE(wants_keyframe(e, kConfig)) << "there is nothing to add";
 }
 
-TEST(KeyframePolicy, WherePeopleStepAsideAnotherKeyframeBesideTheLastHelpsForAWhile) {
+TEST(KeyframePolicy, WhileAPlaceIsLookedAtAnotherKeyframeBesideTheLastHelps) {
   KeyframeEvidence due = content();
-  due.dynamic_share = 0.3;
   due.frames_since_last = 2 * kConfig.max_interval_frames;
   due.T_camera_nearest = moved(0.1);
   EXPECT_FALSE(wants_keyframe(due, kConfig));
   due.nearest_age_s = 5;
   EXPECT_TRUE(wants_keyframe(due, kConfig));
-  due.dynamic_share = 0;
-  EXPECT_FALSE(wants_keyframe(due, kConfig));
 }
 
 TEST(KeyframePolicy, BesideAKeyframeAnotherWouldShowTheSame) {

@@ -31,9 +31,6 @@ bool KeyframeProposer::wants(const TrackedFrame& frame, const LocalView& view,
   evidence.reference_landmarks = view.reference().tracked_landmarks;
   compare_with_nearest(frame, view, evidence);
   evidence.mapper_busy = mapper_busy;
-  evidence.dynamic_share =
-      static_cast<double>(std::ranges::count(frame.static_weight, 0.0F)) /
-      static_cast<double>(std::max<std::size_t>(1, frame.static_weight.size()));
   for (std::size_t i = 0; i < frame.features->size(); ++i) {
     const float depth_m = frame.features->points[i].depth_m;
     if (depth_m <= 0 || frame.static_weight[i] < kMappedWeight) continue;

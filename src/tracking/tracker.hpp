@@ -84,7 +84,7 @@ struct TrackResult {
   std::vector<SegmentationPtr> masks;  ///< that arrived with this frame, of this or earlier frames
   std::vector<TrackedObject> objects;  ///< things that move or could
   std::vector<LandmarkId> landmarks;   ///< per feature, matched
-  std::optional<ShutterReport> shutter;  ///< where something new is known
+  std::optional<ShutterReport> shutter;     ///< where something new is known
   std::optional<ReadOut> guessed_read_out;  ///< of the features, while the camera's file says none
   /// Of TrackerConfig::calibrated, once there is one.
   std::optional<CameraEstimator::Estimate> camera_estimate;

@@ -40,7 +40,7 @@ struct FrameRecord {
 /// Called for every frame, in the thread that called process().
 using FrameSink = std::function<void(const FrameRecord&, const TrackResult&)>;
 
-/// All that is kept of a tracked frame to the end of the run: 80 bytes.
+/// All that is kept of a tracked frame to the end of the run.
 struct PosedFrame {
   Timestamp stamp;
   FrameId frame = kNoFrame;
@@ -54,6 +54,7 @@ struct PosedFrame {
         reference(record.pose.reference),
         T_camera_reference(record.pose.T_camera_reference) {}
 };
+static_assert(sizeof(PosedFrame) == 72, "docs/architecture.md tells");
 using Trajectory = std::deque<PosedFrame>;
 
 /// T_camera_world of frames whose poses were found again at the end (system/early_frames).

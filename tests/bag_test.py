@@ -48,8 +48,8 @@ class BagTest(CliTest):
             self.assertEqual((self.folder / out / name).read_bytes(),
                              (self.folder / other / name).read_bytes(), f"{out}/{name}")
 
-    def run_bag(self, bag, *options, out="out"):
-        done = self.run_slam(bag, *options, out=out)
+    def run_bag(self, bag, *options, out="out", **how):
+        done = self.run_slam(bag, *options, out=out, **how)
         self.assert_ran(done)
         return done
 
@@ -144,6 +144,25 @@ class McapBags(BagTest):
         bag = self.mcap("colour.mcap", said=only)
         self.assert_error(self.run_slam(bag), 4, bag, "no topic with depth images", RGB)
 
+    def test_a_camera_that_changes_is_told_and_one_that_is_not_calibrated_waits(self):
+        said = list(self.said())
+        infos = [message for topic, _, message in said if topic == INFO]
+        infos[0].k[:] = 0
+        self.run_bag(self.seq, "--to", "3", out="folder")
+        self.assertNotIn("changes", self.run_bag(self.mcap(said=said), "--to", "3").stderr)
+        self.assert_same("out")
+        infos[-1].k[0] *= 2
+        done = self.run_bag(self.mcap("other.mcap", said=said), "--to", "3")
+        self.assertRegex(done.stderr, f"warning: .*{INFO} changes")
+        self.assert_same("out")
+
+    def test_stamps_that_are_all_negative_are_told(self):
+        said = list(self.said())
+        for topic, _, message in said:
+            message.header.stamp.sec = -5
+        bag = self.mcap(said=said)
+        self.assert_error(self.run_slam(bag), 4, bag, RGB, "negative")
+
     def test_the_recording_that_is_read_is_not_replaced(self):
         bag = self.mcap()
         whole = bag.read_bytes()
@@ -202,6 +221,11 @@ class Ros2Bags(BagTest):
         (self.folder / "part0" / "part0.db3").unlink()
         self.run_bag(self.folder / "part0")
         self.assertEqual(self.metrics()["frames"], FRAMES)
+
+    def test_a_path_may_begin_with_two_slashes(self):
+        bag = write_ros2(self.folder / "bag", self.said(), StoragePlugin.SQLITE3)
+        (file,) = bag.glob("*.db3")
+        self.run_bag(f"/{file}", "--to", "3")
 
     def test_one_compressed_as_a_whole_is_refused(self):
         bag = write_ros2(self.folder / "bag", self.said(), StoragePlugin.SQLITE3,
@@ -299,6 +323,30 @@ class Folders(BagTest):
             with self.subTest(name=name):
                 self.run_bag(self.rename(name, colour, depth, camera), out=f"out_{name}")
                 self.assert_like_the_folder(f"out_{name}")
+
+    def test_what_a_run_recorded_beside_the_images_is_not_taken_for_them(self):
+        own = self.rename("own", "rgb/{}.png", "depth/{}.png", {
+            "calibration.txt": (self.seq / "calibration.txt").read_text(encoding="utf-8")})
+        for _ in range(2):
+            self.run_bag(own, "--to", "3", "--mcap", own / "run.mcap")
+            self.assertEqual(self.metrics()["frames"], 3)
+
+    def test_a_bag_in_a_folder_with_other_folders_stays_a_bag(self):
+        folder = self.folder / "bags"
+        for name in ("results", "depth", "rgb"):
+            (folder / name).mkdir(parents=True)
+        write_mcap(folder / "run.mcap", self.said())
+        self.run_bag(folder, "--to", "3", out="bag")
+        self.assertEqual(self.metrics("bag")["frames"], 3)
+
+    def test_images_of_another_size_than_replicas_file_says_are_refused(self):
+        fx, fy, cx, cy = self.camera
+        folder = self.rename("replica", "results/frame{:06}.png", "results/depth{:06}.png", {
+            "cam_params.json": json.dumps({"camera": dict(w=2 * WIDTH, h=2 * HEIGHT, fx=2 * fx, fy=2 * fy,
+                                                          cx=2 * cx, cy=2 * cy, scale=1000)})})
+        done = self.run_slam(folder)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn(f"the camera is for {2 * WIDTH}x{2 * HEIGHT}", done.stderr)
 
     def test_without_a_camera_the_files_that_may_tell_it_are_named(self):
         folder = self.rename("own", "rgb/{}.png", "depth/{}.png")

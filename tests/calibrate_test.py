@@ -103,6 +103,14 @@ class Shutter(CliTest):
                             "colour_readout_ms", "at once")
         self.assert_refused(["camera xtion", "camera xtion"], "given twice")
 
+    def test_a_read_out_as_long_as_a_frame_is_taken(self):
+        out = self.folder / "rendered"
+        done = ygslam("simulate", "static_xyz", "--out", out, "--size", "160x120", "--seconds", "0.2",
+                      "--quiet", "--rolling", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.run_slam(out)
+        self.assertNotEqual(done.returncode, 3, done.stderr)
+
     def test_worlds_are_rendered_as_a_known_camera_reads_them(self):
         out = self.folder / "rendered"
         small = ("--out", out, "--size", "160x120", "--seconds", "0.1", "--quiet")

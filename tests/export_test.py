@@ -3,6 +3,7 @@
     python tests/export_test.py
 """
 import json
+import os
 import resource
 import struct
 import unittest
@@ -69,6 +70,14 @@ class Export(CliTest):
         self.assert_error(self.export(), 6, file, "format 3", out="scene")
         file.unlink()
         self.assert_error(self.export(), 6, file, "not there", out="scene")
+        with open(file, "wb") as holes:  # a view of 20 GB, of which nothing is on the disk
+            holes.write(good[:64] + struct.pack("<QQ", 20 * 10**9, 0))
+            holes.truncate(80 + 20 * 10**9)
+        self.assert_error(self.export(), 6, file, "larger than any", out="scene")
+        file.unlink()
+        os.mkfifo(file)
+        self.assert_error(self.export(timeout=60), 6, file, "no regular file", out="scene")
+        file.unlink()
         self.assertEqual(ygslam("map", "check", self.folder / "room.map").returncode, 0)
 
     def test_a_full_disk_leaves_the_earlier_files_whole(self):

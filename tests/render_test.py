@@ -233,6 +233,13 @@ class MapEval(CliTest):
         self.assert_error(ygslam("eval", "--map", mesh, "--truth", mesh, "--est", mesh), 2, "--gt")
         self.assert_error(ygslam("eval", "--map", mesh, "--truth", self.folder / "none"), 4, "none")
         self.assert_error(ygslam("eval", "--map", mesh, "--truth", self.folder), 4, "static.ply")
+        huge = self.folder / "huge.ply"
+        points, triangles = square()
+        write_mesh(huge, 1e6 * points, triangles)
+        for one, other in ((huge, mesh), (mesh, huge)):
+            self.assert_error(ygslam("eval", "--map", one, "--truth", other), 4, huge, "m^2 of surface")
+        (self.folder / "objects.json").write_text("[" * 10**6, encoding="utf-8")
+        self.assert_error(ygslam("eval", "--map", mesh, "--truth", mesh), 4, "objects.json", "nested")
 
 
 if __name__ == "__main__":

@@ -94,6 +94,7 @@ Result<std::string> eval_map(const MapEvalArguments& a) {
   for (const SurfacePoint& point : scene->mesh.vertices) {
     map.points.emplace_back((*T_truth_map * point.p_world.cast<double>()).cast<float>());
   }
+  if (Status fits = check_area(map, a.map); !fits.ok()) return fits.error();
   const auto truth = read_surface_truth(a.truth);
   if (!truth.ok()) return truth.error();
   const SurfaceScore score = score_surface(map, *truth);

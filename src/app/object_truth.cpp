@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "io/json_text.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -25,8 +27,10 @@ TruePlace place_of(const nlohmann::json& json) {
 }  // namespace
 
 Result<std::vector<TrueThing>> parse_true_objects(std::string_view text, const std::string& name) {
+  const auto parsed = parse_json(text, name);
+  if (!parsed.ok()) return parsed.error();
+  const nlohmann::json& json = *parsed;
   try {
-    const nlohmann::json json = nlohmann::json::parse(text);
     if (json.at("format") != "ygslam true objects") throw std::runtime_error("not true objects");
     std::vector<TrueThing> things;
     for (const nlohmann::json& object : json.at("objects")) {

@@ -190,6 +190,11 @@ Status process_frames(Run& run, LogFile& log_file) {
   return recorded;
 }
 
+/// Names of images may be any bytes.
+std::string text_of(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
 void add_truth(const Run& run, std::span<const StampedPose> trajectory,
                nlohmann::ordered_json& metrics, LogFile& log_file) {
   if (!run.sequence.groundtruth) return;
@@ -247,7 +252,7 @@ Status write_outputs(Run& run, const SlamOutcome& outcome, LogFile& log_file) {
   auto metrics = metrics_json(outcome, map, counts, run.facts);
   log_file.tell(summary_text(outcome, map, counts, run.facts));
   add_truth(run, trajectory, metrics, log_file);
-  written = write_file_atomically(out / "metrics.json", metrics.dump(2) + "\n");
+  written = write_file_atomically(out / "metrics.json", text_of(metrics));
   if (!written.ok()) return written;
   SlamConfig config = run.config;
   written = write_file_atomically(out / "config.yaml", schema_of(config).to_yaml());

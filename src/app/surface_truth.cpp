@@ -1,6 +1,8 @@
 #include "app/surface_truth.hpp"
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <unordered_map>
 
 #include "eval/associate.hpp"
@@ -109,6 +111,16 @@ Result<SurfaceTruth> read_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
+Status check_area(const Surface& surface, const std::filesystem::path& file) {
+  constexpr double kMost = 5e7;  // samples: a few bytes can make a triangle from here to the moon
+  const double samples = sample_count(surface, kCell_m);
+  if (samples <= kMost) return Ok{};
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), ": has %.3g m^2 of surface; judged are at most %.3g m^2",
+                samples * kCell_m * kCell_m, kMost * kCell_m * kCell_m);
+  return Error{ErrorKind::kInput, file.string() + text.data()};
+}
+
 Result<Surface> read_surface(const std::filesystem::path& file) {
   auto mesh = read_surface_ply(file);
   if (!mesh.ok()) return mesh.error();
@@ -124,6 +136,7 @@ Result<SurfaceTruth> read_surface_truth(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, code)) return read_folder(path);
   auto surface = read_surface(path);
   if (!surface.ok()) return surface.error();
+  if (Status fits = check_area(*surface, path); !fits.ok()) return fits.error();
   auto seen = sample_surface(*surface, kCell_m);
   if (seen.empty()) return Error{ErrorKind::kInput, path.string() + ": its triangles have no area"};
   return SurfaceTruth{std::move(*surface), std::move(seen), {}};

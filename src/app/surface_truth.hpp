@@ -18,4 +18,7 @@ namespace ygslam {
 /// @return kInput naming the file; also where it holds no point.
 [[nodiscard]] Result<Surface> read_surface(const std::filesystem::path& file);
 
+/// @return kInput, naming the file, where a surface is larger than what can be judged.
+[[nodiscard]] Status check_area(const Surface& surface, const std::filesystem::path& file);
+
 }  // namespace ygslam

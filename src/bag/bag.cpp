@@ -7,6 +7,7 @@
 #include "bag/mcap_bag.hpp"
 #include "bag/ros1_bag.hpp"
 #include "bag/sqlite_bag.hpp"
+#include "io/image_folders.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
@@ -90,14 +91,32 @@ Result<std::unique_ptr<Bag>> open_bag_file(const fs::path& path) {
 
 }  // namespace
 
+std::string cut_name(std::string name) {
+  constexpr std::size_t kLongestName = 1024;
+  if (name.size() > kLongestName) {
+    name.resize(kLongestName);
+    name.shrink_to_fit();
+  }
+  return name;
+}
+
 std::size_t MessageReader::add_topic(const std::string& name, const std::string& type,
                                      Layout layout) {
-  std::string short_type = type;
-  if (const std::size_t at = type.find("/msg/"); at != std::string::npos)
+  std::string short_type = cut_name(type);
+  if (const std::size_t at = short_type.find("/msg/"); at != std::string::npos)
     short_type.erase(at, std::strlen("/msg"));
-  const auto [it, is_new] = place_of_topic_.try_emplace({name, short_type, layout}, topics_.size());
-  if (is_new) topics_.push_back({name, std::move(short_type), layout});
-  return it->second;
+  std::tuple key{cut_name(name), std::move(short_type), layout};
+  if (const auto known = place_of_topic_.find(key); known != place_of_topic_.end())
+    return known->second;
+  constexpr std::size_t kLast = kMostTopics - 1;
+  if (topics_.size() >= kLast) {
+    // The last place is for all that are too many: of no type, so that nobody reads their messages.
+    if (topics_.size() == kLast) topics_.push_back({"", "", layout});
+    note("a topic after the first " + std::to_string(kLast));
+    return kLast;
+  }
+  topics_.push_back({std::get<0>(key), std::get<1>(key), layout});
+  return place_of_topic_.emplace(std::move(key), topics_.size() - 1).first->second;
 }
 
 void MessageReader::note(const std::string& fault) {
@@ -115,7 +134,8 @@ bool is_bag(const fs::path& path) {
   if (!fs::is_directory(path, code)) return bag_kind(path) != BagKind::kNone;
   for (const char* list : {"rgb.txt", "associations.txt"})  // a bag may lie beside its images
     if (fs::exists(path / list, code)) return false;
-  return fs::exists(path / "metadata.yaml", code) || !files_of_bag(path).empty();
+  if (fs::exists(path / "metadata.yaml", code)) return true;
+  return !files_of_bag(path).empty() && !has_image_folders(path);
 }
 
 Result<std::unique_ptr<Bag>> open_bag(const fs::path& path) {

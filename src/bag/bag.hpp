@@ -17,6 +17,10 @@
 
 namespace ygslam {
 
+inline constexpr std::size_t kMostTopics = 10'000;
+/// Names of other people's files, which may be as long as a file: not longer than a topic's.
+[[nodiscard]] std::string cut_name(std::string name);
+
 struct BagTopic {
   std::string name;
   std::string type;  ///< as ROS 1 names it: sensor_msgs/Image
@@ -79,7 +83,7 @@ class Bag : public MessageReader {
 };
 
 /// Whether a path is a bag: by the first bytes of a file; a folder is one with metadata.yaml, or
-/// with files of bags in it, unless it has lists of images.
+/// with files of bags in it, unless it has lists of images or folders of them.
 [[nodiscard]] bool is_bag(const std::filesystem::path& path);
 
 /// @return kInput naming the file, where it cannot be read or is no bag.

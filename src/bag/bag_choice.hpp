@@ -13,6 +13,7 @@ struct BagChoice {
   const ImageTopic* depth;
   CameraConfig camera;
   std::string camera_source;
+  bool camera_changes = false;  ///< what its topic says later
 };
 
 /// @param camera in place of the recording's own.
@@ -20,7 +21,7 @@ struct BagChoice {
 [[nodiscard]] Result<BagChoice> choose(const BagContent& content, const BagTopics& topics,
                                        const std::optional<CameraConfig>& camera);
 
-/// Says it where colour and depth are of different frames.
-void warn_of_frames(const BagChoice& choice, Sequence& sequence);
+/// Says it where colour and depth are of different frames, or the camera changes.
+void warn_of_choice(const BagChoice& choice, Sequence& sequence);
 
 }  // namespace ygslam

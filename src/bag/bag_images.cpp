@@ -38,6 +38,36 @@ std::string before_last(const std::string& topic) {
   return at == std::string::npos ? "" : topic.substr(0, at);
 }
 
+// A few bytes can unpack to messages without end: 18 hours at 30 Hz are enough for anybody.
+constexpr std::size_t kMostImages = 2'000'000;
+constexpr std::size_t kMostImagesOfAll = 4 * kMostImages;
+
+bool is_same_camera(const ros::CameraInfo& a, const ros::CameraInfo& b) {
+  return a.width == b.width && a.height == b.height && a.k == b.k && a.d == b.d && a.p == b.p;
+}
+
+/// Keeps the first of a topic that is calibrated, without the terms that no lens has.
+void take_camera(const std::string& topic, ros::CameraInfo& info, BagContent& content) {
+  constexpr std::size_t kMostTerms = 16;
+  if (info.d.size() > kMostTerms) {
+    const bool has_more = std::any_of(info.d.begin() + kMostTerms, info.d.end(),
+                                      [](double term) { return term != 0; });
+    info.d.resize(kMostTerms);
+    info.d.shrink_to_fit();
+    if (has_more) info.d.back() = 1;  // which no model that is read has
+  }
+  for (std::string* text : {&info.distortion_model, &info.header.frame_id})
+    *text = cut_name(std::move(*text));
+  const auto known = content.cameras.find(topic);
+  if (known == content.cameras.end()) {
+    content.cameras.emplace(topic, std::move(info));
+  } else if (known->second.k[0] == 0 && info.k[0] != 0) {
+    known->second = std::move(info);
+  } else if (!is_same_camera(known->second, info)) {
+    content.changed_cameras.insert(topic);
+  }
+}
+
 /// Without what the transports of images append.
 std::string base_of(const BagTopic& topic) {
   return topic.type == ros::kCompressedType ? before_last(topic.name) : topic.name;
@@ -48,8 +78,7 @@ std::string base_of(const BagTopic& topic) {
 std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagMessage& message) {
   if (topic.type == ros::kCameraType) {
     ros::CameraInfo info;
-    if (!content_.cameras.contains(topic.name) && from_cdr(message.bytes, info, topic.layout))
-      content_.cameras[topic.name] = std::move(info);
+    if (from_cdr(message.bytes, info, topic.layout)) take_camera(topic.name, info, content_);
     return std::nullopt;
   }
   if (topic.type != ros::kImageType && topic.type != ros::kCompressedType) return std::nullopt;
@@ -60,8 +89,13 @@ std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagM
   if (!from_cdr(message.bytes, head, topic.layout)) return std::nullopt;
   if (images.kind == ros::ImageKind::kOther) {
     images.kind = ros::image_kind(topic, message.bytes).value_or(ros::ImageKind::kOther);
-    images.frame_id = head.header.frame_id;
+    images.frame_id = cut_name(head.header.frame_id);
   }
+  if (images.images.size() >= kMostImages || image_count_ >= kMostImagesOfAll) {
+    ++content_.too_many;
+    return std::nullopt;
+  }
+  ++image_count_;
   images.images.push_back({*image_stamp(topic, message), message.place});
   return at->second;
 }
@@ -113,7 +147,7 @@ Result<const ImageTopic*> choose_topic(const BagContent& content, const std::str
   std::vector<const ImageTopic*> chosen;
   for (const ImageTopic* topic : fitting) {
     const bool is_there_raw = std::any_of(fitting.begin(), fitting.end(), [&](const auto* other) {
-      return other != topic && other->topic.type == ros::kImageType &&
+      return topic->topic.type == ros::kCompressedType && other->topic.type == ros::kImageType &&
              other->topic.name == base_of(topic->topic);
     });
     if (!is_there_raw) chosen.push_back(topic);

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -27,7 +28,10 @@ struct ImageTopic {
 
 struct BagContent {
   std::vector<ImageTopic> images;
-  std::map<std::string, ros::CameraInfo> cameras;  ///< the first message of each topic
+  /// The first message of each topic that is calibrated, else the first.
+  std::map<std::string, ros::CameraInfo> cameras;
+  std::set<std::string> changed_cameras;  ///< topics that say something else later
+  std::size_t too_many = 0;               ///< images that were left out
 };
 
 /// Collects the content of a bag, message by message.
@@ -41,6 +45,7 @@ class ContentReader {
  private:
   BagContent content_;
   std::unordered_map<std::size_t, std::size_t> place_of_;  // of the bag's topic in images
+  std::size_t image_count_ = 0;                            // of all topics
 };
 
 /// Reads through the bag.

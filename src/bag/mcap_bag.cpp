@@ -39,8 +39,9 @@ Status McapBag::visit(const Visitor& visitor) {
     RecordReader reader(*head);
     const auto opcode = reader.number<std::uint8_t>();
     const auto length = reader.number<std::uint64_t>();
-    if (length > file_.size() - at - mcap::kRecordHead) break;
-    ended = opcode == mcap::kDataEnd || opcode == mcap::kFooter;
+    // No record has the number 0: what was never written is zeros, perhaps without end.
+    if (opcode == 0 || length > file_.size() - at - mcap::kRecordHead) break;
+    ended = records_.is_end(opcode, length);
     if (McapRecords::is_used(opcode)) {
       const auto content = file_.read(at + mcap::kRecordHead, length);
       if (content.ok()) {

@@ -38,6 +38,14 @@ bool McapRecords::is_used(std::uint8_t opcode) {
          opcode == mcap::kChannel;
 }
 
+bool McapRecords::is_end(std::uint8_t opcode, std::uint64_t length) const {
+  if (opcode != mcap::kDataEnd && opcode != mcap::kFooter) return false;
+  constexpr std::uint64_t kDataEndBytes = 4, kFooterBytes = 20;
+  if (length == (opcode == mcap::kFooter ? kFooterBytes : kDataEndBytes)) return true;
+  note_("a record that ends the messages, but not of its length");
+  return false;
+}
+
 void McapRecords::take(std::uint8_t opcode, std::span<const std::uint8_t> content,
                        MessagePlace place, const MessageVisitor& visitor) {
   if (opcode != mcap::kChunk) return take_one(opcode, content, place, visitor);
@@ -63,8 +71,8 @@ void McapRecords::take_one(std::uint8_t opcode, std::span<const std::uint8_t> co
   RecordReader reader(content);
   if (opcode == mcap::kSchema) {
     const auto id = reader.number<std::uint16_t>();
-    Schema schema{reader.text(), reader.text()};
-    if (reader.ok()) schemas_[id] = std::move(schema);
+    std::string type = cut_name(reader.text());
+    if (reader.ok()) type_of_[id] = std::move(type);
   } else if (opcode == mcap::kChannel) {
     add_channel(content);
   } else if (opcode == mcap::kMessage) {
@@ -87,14 +95,14 @@ void McapRecords::take_one(std::uint8_t opcode, std::span<const std::uint8_t> co
 void McapRecords::add_channel(std::span<const std::uint8_t> content) {
   RecordReader reader(content);
   const auto id = reader.number<std::uint16_t>();
-  const auto schema = schemas_.find(reader.number<std::uint16_t>());
+  const auto type = type_of_.find(reader.number<std::uint16_t>());
   const std::string topic = reader.text();
   const std::string encoding = reader.text();
   if (!reader.ok()) return note_("a channel is shorter than it says");
   const auto [place, is_new] = topic_of_.try_emplace(id);
-  if (!is_new || schema == schemas_.end()) return;
-  if (encoding == "cdr") place->second = add_topic_(topic, schema->second.name, Layout::kCdr);
-  if (encoding == "ros1") place->second = add_topic_(topic, schema->second.name, Layout::kRos1);
+  if (!is_new || type == type_of_.end()) return;
+  if (encoding == "cdr") place->second = add_topic_(topic, type->second, Layout::kCdr);
+  if (encoding == "ros1") place->second = add_topic_(topic, type->second, Layout::kRos1);
 }
 
 }  // namespace ygslam

@@ -25,6 +25,8 @@ class McapRecords {
 
   /// Whether a record of this kind may hold anything of interest.
   [[nodiscard]] static bool is_used(std::uint8_t opcode);
+  /// Whether a record ends the messages. One of another length than those that do was hit: noted.
+  [[nodiscard]] bool is_end(std::uint8_t opcode, std::uint64_t length) const;
   /// A record's content; of a chunk all its records.
   /// @param place where the content lies.
   void take(std::uint8_t opcode, std::span<const std::uint8_t> content, MessagePlace place,
@@ -37,12 +39,9 @@ class McapRecords {
                 const MessageVisitor& visitor);
   void add_channel(std::span<const std::uint8_t> content);
 
-  struct Schema {
-    std::string name, encoding;
-  };
   AddTopic add_topic_;
   Note note_;
-  std::map<std::uint16_t, Schema> schemas_;
+  std::map<std::uint16_t, std::string> type_of_;                  // of a schema
   std::map<std::uint16_t, std::optional<std::size_t>> topic_of_;  // none: of another encoding
 };
 

@@ -69,11 +69,12 @@ bool McapStream::next(const MessageVisitor& visitor, const std::stop_token& stop
   const auto opcode = reader.number<std::uint8_t>();
   const auto length = reader.number<std::uint64_t>();
   if (opcode == 0 || length > kMostBlockBytes) return end("is damaged");
-  data_has_ended_ = data_has_ended_ || opcode == mcap::kDataEnd;
+  const bool is_end = records_.is_end(opcode, length);
+  data_has_ended_ = data_has_ended_ || is_end;
   const bool is_used = McapRecords::is_used(opcode) && !data_has_ended_;
   if (!read_content(length, is_used, stop)) return end(data_has_ended_ ? "" : "ends early");
   if (is_used) records_.take(opcode, content_, {}, visitor);
-  if (opcode != mcap::kFooter) return true;
+  if (!is_end || opcode != mcap::kFooter) return true;
   std::array<std::uint8_t, mcap::kMagic.size()> magic;  // so that who writes it is not left alone
   bytes_.read(magic, stop);
   return end("");

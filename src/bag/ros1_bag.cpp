@@ -7,6 +7,7 @@ namespace {
 
 constexpr std::uint64_t kMagicBytes = 13;  // #ROSBAG V2.0 and the end of the line
 constexpr std::uint8_t kMessageOp = 0x02, kChunkOp = 0x05, kConnectionOp = 0x07;
+constexpr std::size_t kMostConnections = 1'000'000;  // every publisher has its own, dead ones too
 
 /// Fields `name=value` of a record's head or of a connection.
 using Fields = std::map<std::string, std::string>;
@@ -89,7 +90,8 @@ Status Ros1Bag::visit(const Visitor& visitor) {
   std::uint64_t at = kMagicBytes;
   while (at < file_.size()) {
     const auto record = record_at(file_, at);
-    if (!record) {
+    // A head without a field: what was never written is zeros, perhaps without end.
+    if (!record || record->head.empty()) {
       warnings_.push_back(file_.path().string() + ": ends early, read as far as it goes");
       break;
     }
@@ -118,7 +120,7 @@ void Ros1Bag::visit_records(std::span<const std::uint8_t> records, std::uint64_t
       const Fields told = fields_of(data);
       const auto topic = head.find("topic");
       const auto type = told.find("type");
-      if (topic != head.end() && type != told.end())
+      if (topic != head.end() && type != told.end() && topic_of_.size() < kMostConnections)
         topic_of_.try_emplace(*connection, add_topic(topic->second, type->second, Layout::kRos1));
     } else if (op == kMessageOp && connection) {
       const auto topic = topic_of_.find(*connection);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "bag/input_file.hpp"
 
@@ -17,7 +18,7 @@ constexpr int kInstructionsAtOnce = 1'000'000;
 
 /// A path as SQLite's URIs spell it.
 std::string uri_of_bag(const fs::path& path) {
-  std::string uri = "file:";
+  std::string uri = "file://";  // of no host, however many slashes the path begins with
   for (const char c : fs::absolute(path).string()) {
     if (std::string_view("%?#").find(c) == std::string_view::npos) {
       uri += c;
@@ -40,6 +41,40 @@ Rows prepare_rows(sqlite3* handle, const char* sql) {
   sqlite3_prepare_v2(handle, sql, -1, &rows, nullptr);
   return Rows(rows);
 }
+
+/// Lets a statement take so many instructions from row to row, as long as it lives.
+class Patience {
+ public:
+  explicit Patience(sqlite3* handle) : handle_(handle) {
+    sqlite3_progress_handler(
+        handle_, kInstructionsAtOnce,
+        [](void* times) { return (*static_cast<int*>(times))-- <= 0 ? 1 : 0; }, &left_);
+  }
+  Patience(const Patience&) = delete;
+  Patience& operator=(const Patience&) = delete;
+  ~Patience() { sqlite3_progress_handler(handle_, 0, nullptr, nullptr); }
+  int step(sqlite3_stmt* rows) {
+    left_ = kMostInstructions / kInstructionsAtOnce;
+    return sqlite3_step(rows);
+  }
+
+ private:
+  sqlite3* handle_;
+  int left_ = 0;
+};
+
+/// Numbers of rows that only grow: pages that lead back to others give rows without end.
+class Ascending {
+ public:
+  bool take(sqlite3_int64 row) {
+    if (last_ && row <= *last_) return false;
+    last_ = row;
+    return true;
+  }
+
+ private:
+  std::optional<sqlite3_int64> last_;
+};
 
 std::string text_at(sqlite3_stmt* rows, int column) {
   const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(rows, column));
@@ -86,11 +121,16 @@ Result<std::unique_ptr<Bag>> SqliteBag::open(const fs::path& path) {
 
 Status SqliteBag::read_topics() {
   const Rows rows =
-      prepare_rows(handle_.get(), "SELECT id, name, type, serialization_format FROM topics");
+      prepare_rows(handle_.get(),
+                   "SELECT id, name, type, serialization_format, rowid FROM topics ORDER BY rowid");
   if (!rows)
     return Error{ErrorKind::kInput,
                  path_.string() + ": is no ROS 2 bag (" + sqlite3_errmsg(handle_.get()) + ")"};
-  while (sqlite3_step(rows.get()) == SQLITE_ROW) {
+  Patience patience(handle_.get());
+  Ascending ascending;
+  while (patience.step(rows.get()) == SQLITE_ROW) {
+    if (!ascending.take(sqlite3_column_int64(rows.get(), 4)))
+      return Error{ErrorKind::kInput, path_.string() + ": damaged: its topics come again"};
     if (text_at(rows.get(), 3) != "cdr") continue;
     topic_of_[sqlite3_column_int64(rows.get(), 0)] =
         add_topic(text_at(rows.get(), 1), text_at(rows.get(), 2), Layout::kCdr);
@@ -104,15 +144,11 @@ Status SqliteBag::visit(const Visitor& visitor) {
   if (!rows)
     return Error{ErrorKind::kInput,
                  path_.string() + ": is no ROS 2 bag (" + sqlite3_errmsg(handle_.get()) + ")"};
-  int left = 0;
-  sqlite3_progress_handler(
-      handle_.get(), kInstructionsAtOnce,
-      [](void* times) { return (*static_cast<int*>(times))-- <= 0 ? 1 : 0; }, &left);
+  Patience patience(handle_.get());
+  Ascending ascending;
   int code = SQLITE_ROW;
-  while (true) {
-    left = kMostInstructions / kInstructionsAtOnce;
-    code = sqlite3_step(rows.get());
-    if (code != SQLITE_ROW) break;
+  while ((code = patience.step(rows.get())) == SQLITE_ROW) {
+    if (!ascending.take(sqlite3_column_int64(rows.get(), 0))) break;
     const auto topic = topic_of_.find(sqlite3_column_int64(rows.get(), 1));
     if (topic == topic_of_.end()) continue;
     const auto message = plain_message(blob_at(rows.get(), 3));
@@ -123,10 +159,10 @@ Status SqliteBag::visit(const Visitor& visitor) {
     const auto row = static_cast<std::uint64_t>(sqlite3_column_int64(rows.get(), 0));
     visitor({topic->second, {sqlite3_column_int64(rows.get(), 2)}, *message, {0, row, 0, 0}});
   }
-  sqlite3_progress_handler(handle_.get(), 0, nullptr, nullptr);
   if (code != SQLITE_DONE)
-    warnings_.push_back(path_.string() + ": read as far as it goes (" +
-                        sqlite3_errmsg(handle_.get()) + ")");
+    warnings_.push_back(
+        path_.string() + ": read as far as it goes (" +
+        (code == SQLITE_ROW ? "its messages come again" : sqlite3_errmsg(handle_.get())) + ")");
   warn_of_faults(path_.string());
   return Ok{};
 }

@@ -134,7 +134,7 @@ Status StreamFrames::begin(const BagTopics& topics, const std::optional<CameraCo
   colour_ = choice->colour->topic;
   depth_ = choice->depth->topic;
   known_topics_ = stream_->topics().size();
-  warn_of_frames(*choice, sequence);
+  warn_of_choice(*choice, sequence);
   for (LeadIn::Early& early : lead_in.take_images()) {
     const ImageTopic* topic = &lead_in.content().images[early.topic];
     if (topic == choice->colour) add(StreamPairing::kColour, std::move(early.image));

@@ -91,6 +91,10 @@ class DistanceTree {
   Tree tree_;
 };
 
+double area(const Eigen::Vector3f& ab, const Eigen::Vector3f& ac) {
+  return static_cast<double>(ab.cross(ac).norm()) / 2;
+}
+
 double share_within(std::span<const float> distances_m, double within_m) {
   if (distances_m.empty()) return 0;
   const auto count = std::count_if(distances_m.begin(), distances_m.end(),
@@ -121,6 +125,16 @@ std::vector<float> distances_to(const Surface& surface, std::span<const Eigen::V
   return distances_m;
 }
 
+double sample_count(const Surface& surface, double spacing_m) {
+  if (surface.triangles.empty()) return static_cast<double>(surface.points.size());
+  double area_m2 = 0;
+  for (const auto& corners : surface.triangles) {
+    const Eigen::Vector3f& a = surface.points[corners[0]];
+    area_m2 += area(surface.points[corners[1]] - a, surface.points[corners[2]] - a);
+  }
+  return area_m2 / (spacing_m * spacing_m);
+}
+
 std::vector<Eigen::Vector3f> sample_surface(const Surface& surface, double spacing_m) {
   if (surface.triangles.empty()) return surface.points;
   std::vector<Eigen::Vector3f> samples;
@@ -129,7 +143,7 @@ std::vector<Eigen::Vector3f> sample_surface(const Surface& surface, double spaci
   for (const auto& corners : surface.triangles) {
     const Eigen::Vector3f& a = surface.points[corners[0]];
     const Eigen::Vector3f ab = surface.points[corners[1]] - a, ac = surface.points[corners[2]] - a;
-    due += static_cast<double>(ab.cross(ac).norm()) / (2 * spacing_m * spacing_m);
+    due += area(ab, ac) / (spacing_m * spacing_m);
     for (; due >= 1; --due) {
       // The R2 sequence (Roberts 2018), folded into the triangle.
       u = std::fmod(u + 0.7548776662466927, 1.0);

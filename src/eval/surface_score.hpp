@@ -27,6 +27,9 @@ struct Surface {
 /// The same for the same surface.
 [[nodiscard]] std::vector<Eigen::Vector3f> sample_surface(const Surface& surface, double spacing_m);
 
+/// How many that would be.
+[[nodiscard]] double sample_count(const Surface& surface, double spacing_m);
+
 struct SurfaceTruth {
   Surface surface;                    ///< of all that stays where it is; not empty
   std::vector<Eigen::Vector3f> seen;  ///< what of it a map can hold; not empty

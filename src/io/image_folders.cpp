@@ -5,6 +5,7 @@
 #include <cctype>
 #include <map>
 
+#include "io/image_file.hpp"
 #include "io/json_text.hpp"
 #include "io/sequence_parts.hpp"
 #include "io/text.hpp"
@@ -119,6 +120,12 @@ Result<std::optional<CameraConfig>> replica_camera(Sequence& sequence) {
       if (!is_there) return Error{ErrorKind::kConfig, path.string() + ": no number camera." + key};
       *value = (*camera)[key].get<double>();
     }
+    for (const auto& [key, side_px] :
+         {std::pair{"w", &config.width}, std::pair{"h", &config.height}}) {
+      const auto side = camera->find(key);
+      if (side != camera->end() && side->is_number_unsigned() && *side <= kMaxImageSide_px)
+        *side_px = side->get<int>();
+    }
     sequence.camera_source = place;
     return std::optional(config);
   }
@@ -193,6 +200,13 @@ std::string listed_names(const std::vector<std::string>& names) {
 }
 
 }  // namespace
+
+bool has_image_folders(const fs::path& root) {
+  return std::any_of(kPatterns.begin(), kPatterns.end(), [&](const Pattern& pattern) {
+    return !images_in(root, pattern.colour_folder, pattern.colour_start).empty() &&
+           !images_in(root, pattern.depth_folder, pattern.depth_start).empty();
+  });
+}
 
 Result<Sequence> open_folder_sequence(const fs::path& root,
                                       const std::optional<CameraConfig>& camera) {

@@ -18,4 +18,7 @@ namespace ygslam {
 [[nodiscard]] Result<Sequence> open_folder_sequence(const std::filesystem::path& root,
                                                     const std::optional<CameraConfig>& camera = {});
 
+/// Whether a folder holds images as open_folder_sequence() finds them without lists.
+[[nodiscard]] bool has_image_folders(const std::filesystem::path& root);
+
 }  // namespace ygslam

@@ -106,7 +106,8 @@ std::string camera_place(const Sequence& sequence, const std::string& key) {
   return path.string() + (line > 0 ? ":" + std::to_string(line) : std::string());
 }
 
-constexpr double kEnlarged = 1.25;  // a depth image by its registration to colour
+constexpr double kRounding = 1.001;  // stamps are written with six digits
+constexpr double kEnlarged = 1.25;   // a depth image by its registration to colour
 
 std::string shown_ms(double time_ms) {
   std::array<char, 32> text;
@@ -123,7 +124,7 @@ Status check_against_frame_time(const Sequence& sequence) {
   const double step_ms = median(steps_ms);
   for (const CameraKey& key : camera_keys()) {
     const double time_ms = std::abs(sequence.camera.*key.value);
-    const double limit_ms = key.name == "colour_readout_ms" ? step_ms : kEnlarged * step_ms;
+    const double limit_ms = (key.name == "colour_readout_ms" ? kRounding : kEnlarged) * step_ms;
     if (is_shutter_key(key.name) && time_ms > limit_ms)
       return Error{ErrorKind::kConfig, camera_place(sequence, std::string(key.name)) + ": " +
                                            std::string(key.name) + ": " + shown_ms(time_ms) +

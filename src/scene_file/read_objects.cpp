@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/json_text.hpp"
 #include "io/text.hpp"
 #include "scene_file/objects_file.hpp"
 
@@ -83,8 +84,10 @@ SceneObject object_of(const nlohmann::json& json) {
 }  // namespace
 
 Result<SceneObjects> parse_objects(std::string_view text, const std::string& name) {
+  const auto parsed = parse_json(text, name);
+  if (!parsed.ok()) return parsed.error();
+  const nlohmann::json& json = *parsed;
   try {
-    const nlohmann::json json = nlohmann::json::parse(text);
     if (json.at("format") != "ygslam objects") throw std::runtime_error("not an objects file");
     SceneObjects scene;
     scene.gravity.up_world = numbers_of<3>(json.at("up_world"));

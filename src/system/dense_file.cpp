@@ -21,6 +21,7 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::array<char, 8> kMagic = {'Y', 'G', 'D', 'E', 'N', 'S', 'E', '\n'};
 constexpr std::uint32_t kFormat = 2;  // 1 has keyframes alone, without what tells of other frames
+constexpr std::uint64_t kLargestRecord = 1 << 30;  // a file with holes may promise anything
 
 struct Header {
   std::array<char, 8> magic = kMagic;
@@ -187,8 +188,14 @@ Error damaged(const std::filesystem::path& path, const std::string& what) {
   return {ErrorKind::kSavedMap, path.string() + ": " + what};
 }
 
+/// @param file to be opened.
 Result<Header> read_header(const std::filesystem::path& path, std::ifstream& file) {
   Header header;
+  std::error_code code;
+  // A pipe that nobody writes to would be waited for.
+  if (std::filesystem::exists(path, code) && !std::filesystem::is_regular_file(path, code))
+    return damaged(path, "is no regular file");
+  file.open(path, std::ios::binary);
   if (!file) return damaged(path, std::strerror(errno));
   if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != kMagic)
     return damaged(path, "no dense map of ygslam");
@@ -234,7 +241,7 @@ std::vector<SavedView> views_of(const Map& map, std::vector<SavedView> views) {
 }
 
 Result<DenseFileInfo> read_dense_info(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file;
   const auto header = read_header(path, file);
   if (!header.ok()) return header.error();
   std::error_code code;
@@ -243,7 +250,7 @@ Result<DenseFileInfo> read_dense_info(const std::filesystem::path& path) {
 
 Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& path,
                                                 const Camera& camera) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file;
   const auto header = read_header(path, file);
   if (!header.ok()) return header.error();
   if (const Header mine = header_for(camera, *header); mine.hash != header->hash)
@@ -264,6 +271,7 @@ Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& pat
     if (!file.read(reinterpret_cast<char*>(&record), sizeof record)) return fault("cut short");
     left -= sizeof record;
     if (record.bytes > left) return fault("cut short");
+    if (record.bytes > kLargestRecord) return fault("larger than any");
     std::string bytes(record.bytes, '\0');
     if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
       return fault("cut short");

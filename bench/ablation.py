@@ -7,7 +7,8 @@
 
 Deterministic runs (or live ones, --live) over sequences and seeds; every run is a line of RESULTS,
 and a run whose line is there is not repeated. --masks names a folder inside each sequence with what
-the network once said (live runs want --model FILE); `--parts` chooses rows by a regular expression.
+the network once said (`run --save-masks`; live runs want --model FILE); `--parts` chooses rows by a
+regular expression.
 
 Prints, for each part and sequence, how much its absence changes the ATE in per cent: mean and 95 %
 interval (Student's t) of the differences to the full system with the same seed. Then, for each

@@ -331,6 +331,27 @@ class Options(CliTest):
         self.assertGreater(green, 500)
         self.assertGreater(red, 50)
 
+    def test_saved_masks_stand_for_the_network_that_said_them(self):
+        saved = self.folder / "saved"
+        for out, masks, *more in (("first", sequence() / "mask", "--save-masks", saved),
+                                  ("again", saved)):
+            done = self.run_slam(sequence(), "--segmenter", f"masks:{masks}", *more, geometry=False,
+                                 out=out)
+            self.assert_ran(done)
+        names = sorted(path.name for path in saved.iterdir())
+        self.assertEqual(len(names), FRAMES - 2 + 1, "those of the last two frames come too late")
+        self.assertEqual(json.loads((saved / "instances.json").read_text())["1"], "person")
+        for name in ("trajectory.txt", "objects.csv"):
+            first, again = ((self.folder / out / name).read_bytes() for out in ("first", "again"))
+            self.assertEqual(first, again, name)
+
+    def test_saved_masks_do_not_replace_those_that_are_read(self):
+        folder = self.copy_sequence()
+        for target in (folder / "mask", folder / "rgb"):
+            done = self.run_slam(folder, "--segmenter", f"masks:{folder / 'mask'}", "--save-masks",
+                                 target, geometry=False)
+            self.assert_error(done, 2, target, "--save-masks")
+
     def test_debug_images_that_cannot_be_written_are_code_9(self):
         blocked = self.folder / "file"
         blocked.write_text("x", encoding="utf-8")

@@ -48,8 +48,10 @@ class Words(CliTest):
     def test_what_was_written_is_named_at_the_end(self):
         targets = {option: self.folder / name for option, name in (
             ("--export", "scene"), ("--save-map", "room.map"), ("--mcap", "run.mcap"),
-            ("--background", "back"), ("--debug-images", "pictures"))}
-        done = self.run_slam(sequence(), "--to", 8, *(word for both in targets.items() for word in both))
+            ("--background", "back"), ("--debug-images", "pictures"),
+            ("--save-masks", "masks"))}
+        done = self.run_slam(sequence(), "--to", 8, *(word for both in targets.items() for word in both),
+                             "--segmenter", f"masks:{sequence() / 'mask'}", geometry=False)
         self.assert_ran(done)
         last = done.stdout.splitlines()[-1]
         self.assertTrue(last.startswith(f"written: {self.folder / 'out'}, "), last)

@@ -75,7 +75,8 @@ class OutputsPage(CliTest):
     def test_run(self):
         folder = self.copy_sequence()
         (folder / self.pairs(folder)[20][1]).write_bytes(b"damaged")
-        option = {"--export": "scene", "--background": "background", "--debug-images": "drawn"}
+        option = {"--export": "scene", "--background": "background", "--debug-images": "drawn",
+                  "--save-masks": "masks"}
         out = [word for name, target in option.items() for word in (name, self.folder / target)]
         self.done("run", folder, "--out", self.folder / "out", *self.with_masks(), "--deterministic",
                   "--save-map", self.folder / "room.map", "--mcap", self.folder / "run.mcap", *out)

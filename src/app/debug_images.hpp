@@ -7,21 +7,19 @@
 #include <set>
 #include <string>
 
-#include "core/result.hpp"
-#include "image/rgbd_frame.hpp"
-#include "tracking/tracker.hpp"
+#include "app/frame_writer.hpp"
 
 namespace ygslam {
 
 /// A picture waits a few frames for the mask that was computed from its own frame.
-class DebugImages {
+class DebugImages final : public FrameWriter {
  public:
   /// @param every n-th frame is drawn, >= 1.
   DebugImages(std::filesystem::path directory, int every);
 
-  [[nodiscard]] Status add(const FramePtr& frame, const TrackResult& result);
+  [[nodiscard]] Status add(const FramePtr& frame, const TrackResult& result) override;
   /// Writes what still waits. Warns where pictures of an earlier run lie among them.
-  [[nodiscard]] Status finish();
+  [[nodiscard]] Status finish() override;
 
  private:
   struct Waiting {

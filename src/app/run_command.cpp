@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/background_files.hpp"
-#include "app/debug_images.hpp"
 #include "app/exit_code.hpp"
+#include "app/frame_writer.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/recording_check.hpp"
@@ -124,12 +124,8 @@ Status await_turn(Run& run, Timestamp stamp) {
 
 Status process_frames(Run& run, LogFile& log_file) {
   const RunOptions& o = run.options;
-  std::optional<DebugImages> pictures;
-  if (!o.debug_dir.empty()) {
-    Status writable = ensure_writable_directory(o.debug_dir);
-    if (!writable.ok()) return writable;
-    pictures.emplace(o.debug_dir, o.debug_every);
-  }
+  auto writers = FrameWriters::create(o);
+  if (!writers.ok()) return writers.error();
   auto files = FrameFiles::create(o.out_dir, run.sequence.stamp_decimals, !o.deterministic);
   if (!files.ok()) return files.error();
   run.files = std::move(*files);
@@ -145,7 +141,6 @@ Status process_frames(Run& run, LogFile& log_file) {
   }
   ProgressBar progress(run.reader->counts().offered, is_quiet());
   bool first = true;
-  std::optional<Error> picture_error;
   while (auto frame = run.reader->next(run.view ? run.view->stop_token() : std::stop_token())) {
     if (std::exchange(first, false)) {
       if (Status opened = open_map_saver(run); !opened.ok()) return opened;
@@ -163,10 +158,7 @@ Status process_frames(Run& run, LogFile& log_file) {
       if (run.stopped) break;
     }
     const TrackResult result = run.session.runner->process(*frame);
-    if (pictures && !picture_error) {
-      Status drawn = pictures->add(*frame, result);
-      if (!drawn.ok()) picture_error = drawn.error();
-    }
+    writers->add(*frame, result);
     if (run.view) {
       run.view->show(*frame, result);
       run.view->show_map(*run.session.runner);
@@ -178,16 +170,12 @@ Status process_frames(Run& run, LogFile& log_file) {
   run.interrupted_by = StopSignal::received();
   run.stopped = run.view && run.view->stop_token().stop_requested();
   const SlamOutcome& outcome = run.session.runner->finish();
-  if (pictures && !picture_error) {
-    Status drawn = pictures->finish();
-    if (!drawn.ok()) picture_error = drawn.error();
-  }
+  const Status pictures = writers->finish();
   if (outcome.statistics.frames == 0 && !run.interrupted_by && !run.stopped) {
     return Error{ErrorKind::kInput, o.sequence + ": not one frame could be read"};
   }
   if (recorder && recorded.ok()) recorded = recorder->finish(*run.session.runner);
-  if (picture_error) return *picture_error;
-  return recorded;
+  return pictures.ok() ? recorded : pictures;
 }
 
 /// Names of images may be any bytes.

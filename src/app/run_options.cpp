@@ -68,6 +68,11 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_option("--debug-images", o.debug_dir, "Draw masks and labelled points here")
       ->type_name("DIR")
       ->group(kWritten);
+  command
+      .add_option("--save-masks", o.masks_dir,
+                  "Keep what the network says here: runs with --segmenter masks:DIR need none")
+      ->type_name("DIR")
+      ->group(kWritten);
   command.add_option("--debug-every", o.debug_every, "Draw every n-th frame")
       ->check(unsaid(CLI::Range(1, 1000000)))
       ->type_name("N")

@@ -55,19 +55,32 @@ Status check_background(const fs::path& folder, const Sequence& sequence) {
   return Ok{};
 }
 
+Status check_masks(const RunOptions& options, const Sequence& sequence) {
+  constexpr std::string_view kMasks = "masks:";
+  std::set<fs::path> read = image_folders(sequence);
+  if (options.segmenter.starts_with(kMasks)) read.insert(options.segmenter.substr(kMasks.size()));
+  for (const fs::path& folder : read)
+    if (is_same_place(folder, options.masks_dir))
+      return Error{ErrorKind::kUsage,
+                   options.masks_dir + ": is read; give --save-masks another folder"};
+  return Ok{};
+}
+
 }  // namespace
 
 Status check_targets(const RunOptions& options, const Sequence& sequence) {
   if (!options.mcap.empty())
     if (Status checked = check_recording(options); !checked.ok()) return checked;
+  if (!options.masks_dir.empty())
+    if (Status checked = check_masks(options, sequence); !checked.ok()) return checked;
   if (options.background_dir.empty()) return Ok{};
   return check_background(options.background_dir, sequence);
 }
 
 NewFolders::NewFolders(const RunOptions& options) {
   std::error_code code;
-  for (const std::string& folder :
-       {options.out_dir, options.export_dir, options.background_dir, options.debug_dir})
+  for (const std::string& folder : {options.out_dir, options.export_dir, options.background_dir,
+                                    options.debug_dir, options.masks_dir})
     if (!folder.empty() && !fs::exists(folder, code) && !code) folders_.emplace_back(folder);
 }
 
@@ -80,12 +93,13 @@ std::string targets_text(const RunOptions& o, bool has_dense, bool has_backgroun
   const std::string map = has_dense && !o.save_map.empty()
                               ? o.save_map + " with " + dense_file_of(o.save_map).string()
                               : o.save_map;
-  const std::array<std::pair<std::string, const char*>, 5> others = {
+  const std::array<std::pair<std::string, const char*>, 6> others = {
       {{o.export_dir, "--export"},
        {map, "--save-map"},
        {o.mcap, "--mcap"},
        {has_background ? o.background_dir : "", "--background"},
-       {o.debug_dir, "--debug-images"}}};
+       {o.debug_dir, "--debug-images"},
+       {o.masks_dir, "--save-masks"}}};
   std::string text = "written: " + o.out_dir;
   for (const auto& [path, option] : others)
     if (!path.empty()) text += ", " + path + " (" + option + ")";

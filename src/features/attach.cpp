@@ -12,17 +12,18 @@ constexpr double kFar_m = 1e6;  // where only rotation shows
 /// Depth [m] of a pixel of the colour image, at the time of that pixel, where the depth image was
 /// taken at another.
 float depth_at_time_of_colour(const Camera& camera, const DepthImage& depth_m,
-                              const RollingShutter& shutter, const Eigen::Vector2f& uv_px) {
+                              const RollingShutter& shutter, const Eigen::Vector2f& uv_px,
+                              const Vec2& ideal_px) {
   const float there_m = depth_at(depth_m, uv_px.x(), uv_px.y());
   if (there_m <= 0) return 0;
-  const Vec2 ideal_px = camera.undistort(uv_px.cast<double>());
   const double dt_s = shutter.depth_time_s(uv_px.y()) - shutter.colour_time_s(uv_px.y());
   const Vec3 then = shutter.earlier(camera.unproject(ideal_px, there_m), -dt_s);
   if (then.z() < kLeastDepth_m) return 0;
-  const Vec2 depth_uv_px = camera.distort(camera.project(then));
+  const Vec2 then_px = camera.project(then);
+  const Vec2 depth_uv_px = camera.distort(then_px);
   const float then_m = depth_at(depth_m, depth_uv_px.x(), depth_uv_px.y());
   if (then_m <= 0) return 0;
-  const Vec3 p_cam = camera.unproject(camera.undistort(depth_uv_px), then_m);
+  const Vec3 p_cam = camera.unproject(then_px, then_m);
   return static_cast<float>(shutter.earlier(p_cam, dt_s).z());
 }
 
@@ -48,7 +49,7 @@ void move_to_middle_instant(Features& features, const Camera& camera, const Dept
     f.ideal_px = seen_px.cast<float>();
     f.depth_m = depth_m.empty() ? 0.0F
                 : shutter.depth_has_own_time()
-                    ? depth_at_time_of_colour(camera, depth_m, shutter, f.uv_px)
+                    ? depth_at_time_of_colour(camera, depth_m, shutter, f.uv_px, seen_px)
                     : depth_at(depth_m, f.uv_px.x(), f.uv_px.y());
     if (!shutter.is_rolling()) continue;
     const bool has_depth = f.depth_m > 0;

@@ -45,9 +45,7 @@ class RollingShutter {
     return depth_delay_s_ + (row_px + 0.5 - middle_px_) * depth_row_s_;
   }
   /// A fixed point in the camera at one instant, in the camera as it is `dt_s` earlier.
-  [[nodiscard]] Vec3 earlier(const Vec3& p_cam, double dt_s) const {
-    return SE3::exp(dt_s * velocity_) * p_cam;
-  }
+  [[nodiscard]] Vec3 earlier(const Vec3& p_cam, double dt_s) const;
   /// A point seen in a row of the colour image, in the camera at the middle instant.
   [[nodiscard]] Vec3 to_middle(const Vec3& p_cam, double row_px) const {
     return earlier(p_cam, colour_time_s(row_px));
@@ -62,6 +60,7 @@ class RollingShutter {
 
  private:
   Vec6 velocity_;
+  Vec3 rotation_of_v_, rotated_twice_v_;  // w x v and w x (w x v), where velocity_ is (v, w)
   double middle_px_;
   double colour_row_s_, depth_row_s_, depth_delay_s_;
   bool rolling_, depth_has_own_time_;

@@ -57,6 +57,17 @@ TEST(RollingShutter, BringsAPointOfAnyRowToTheMiddleInstantAndBack) {
   }
 }
 
+TEST(RollingShutter, GoesAlongTheExponentialMapForAShortTimeAndALongOne) {
+  Rng rng(5);
+  for (int trial = 0; trial < 1000; ++trial) {
+    const Vec6 velocity = 3 * random_velocity(rng);
+    const RollingShutter rolling = shutter(rolling_camera(24, 30, -8), velocity);
+    const Vec3 p(rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(0.3, 6));
+    const double dt_s = rng.uniform(-0.2, 0.2);
+    EXPECT_LT((rolling.earlier(p, dt_s) - SE3::exp(dt_s * velocity) * p).norm(), 1e-9);
+  }
+}
+
 TEST(RollingShutter, AGlobalShutterAndAStandingCameraChangeNothing) {
   const RollingShutter global = shutter(rolling_camera(0, 0, 0), Vec6::Ones());
   const RollingShutter standing = shutter(rolling_camera(26, 30, 4), Vec6::Zero());

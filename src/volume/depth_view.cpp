@@ -9,7 +9,7 @@
 namespace ygslam {
 namespace {
 
-constexpr int kColourRounds = 3;  // as RollingShutter::seen_at
+constexpr int kColourRounds = 2;  // each shrinks the error by the skew per row, at most a twentieth
 constexpr std::int32_t kNoSource = -1;
 
 std::uint16_t depth_units(float depth_m) {
@@ -98,15 +98,16 @@ class ColourFinder {
         from_middle_(
             camera.height(), read_out, [&](int v) { return shutter.colour_time_s(v); }, -1) {}
 
+  /// @param row where the depth image showed the point: at most a few rows off.
   /// @return offset of the recorded pixel, or kNoSource outside the image.
-  [[nodiscard]] std::int32_t find(const Vec3& p_middle) const {
-    Vec2 uv_px = camera_.distort(camera_.project(p_middle));
+  [[nodiscard]] std::int32_t find(const Vec3& p_middle, int row) const {
+    Vec2 uv_px;
     for (int round = 0; round < kColourRounds; ++round) {
-      const int row = std::clamp(static_cast<int>(std::lround(uv_px.y())), 0, camera_.height() - 1);
       const Vec3 p_cam = from_middle_.move(row, p_middle.cast<float>()).cast<double>();
       if (p_cam.z() <= 0) return kNoSource;
       uv_px = camera_.distort(camera_.project(p_cam));
       if (!camera_.contains(uv_px)) return kNoSource;
+      row = std::clamp(static_cast<int>(std::lround(uv_px.y())), 0, camera_.height() - 1);
     }
     return static_cast<std::int32_t>(std::lround(uv_px.y())) * camera_.width() +
            static_cast<std::int32_t>(std::lround(uv_px.x()));
@@ -152,7 +153,8 @@ DepthView make_depth_view(const RecordedImages& images, const Camera& camera,
       if (view.depth.at(u, v) == 0) continue;
       std::int32_t from = as_recorded ? v * width + u : source.at(u, v);
       if (finder) {
-        from = finder->find(camera.unproject({u, v}, view.depth.at(u, v) * DepthView::kUnit_m));
+        from = finder->find(camera.unproject({u, v}, view.depth.at(u, v) * DepthView::kUnit_m),
+                            from / width);
         if (from == kNoSource) {  // nobody knows what it is: it only carves
           view.object.at(u, v) = DepthView::kExcluded;
           continue;

@@ -44,7 +44,7 @@ class YgslamNode : public rclcpp::Node {
     advertise();
     RosAdapter::Topics topics;
     topics.wanted = [this](const std::string& topic) { return is_wanted(topic); };
-    topics.publish = [this](RosMessage message) { publish(message); };
+    topics.publish = [this](const RosMessage& message) { publish(message); };
     topics.map_period_s = declare_parameter("map_period_s", 2.0);
     adapter_ = std::make_unique<RosAdapter>(settings, std::move(topics));
     subscribe();
@@ -95,7 +95,7 @@ class YgslamNode : public rclcpp::Node {
                                const std::string& type) {
       subscriptions_.push_back(create_generic_subscription(
           topic, type, rclcpp::SensorDataQoS(),
-          [this, input, type](std::shared_ptr<rclcpp::SerializedMessage> message) {
+          [this, input, type](const std::shared_ptr<rclcpp::SerializedMessage>& message) {
             take(input, type, *message);
           }));
     };
@@ -120,6 +120,8 @@ class YgslamNode : public rclcpp::Node {
   void serve() {
     const auto offer = [this](const char* name, auto work) {
       services_.push_back(create_service<Trigger>(
+          // rclcpp takes no other kind of parameters:
+          // NOLINTNEXTLINE(performance-unnecessary-value-param)
           name, [work](std::shared_ptr<Trigger::Request>, std::shared_ptr<Trigger::Response> done) {
             try {
               work();

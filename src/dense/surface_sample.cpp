@@ -24,8 +24,9 @@ double SurfaceSample::share_seen_less(int views, const SE3& T_world_camera,
     for (int u = 0; u < depth_.width(); ++u) {
       if (depth_.at(u, v) == 0) continue;
       const double depth_m = depth_.at(u, v) * DepthView::kUnit_m;
-      const Vec3 ray((u * step_px_ + step_px_ / 2 - camera_.cx) / camera_.fx,
-                     (v * step_px_ + step_px_ / 2 - camera_.cy) / camera_.fy, 1);
+      const int u_px = u * step_px_ + step_px_ / 2;
+      const int v_px = v * step_px_ + step_px_ / 2;
+      const Vec3 ray((u_px - camera_.cx) / camera_.fx, (v_px - camera_.cy) / camera_.fy, 1);
       const Vec3 p_world = T_world_camera * Vec3(depth_m * ray);
       const auto voxel =
           surface.voxel((p_world / surface.config().voxel_m).array().floor().cast<int>());

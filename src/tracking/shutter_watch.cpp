@@ -13,8 +13,7 @@ constexpr double kLeastSurplus_s = 0.003;  // ... and at least so far to be wort
 }  // namespace
 
 ShutterWatch::ShutterWatch(const Camera& camera)
-    : camera_(camera),
-      estimator_(camera, {CameraParameter::kReadout}),
+    : estimator_(camera, {CameraParameter::kReadout}),
       times_(shutter_times(camera.config())),
       known_(camera.config().shutter_known) {}
 

@@ -31,7 +31,6 @@ class ShutterWatch {
                                                   const SE3& T_camera_world, const LocalView& view);
 
  private:
-  const Camera& camera_;
   CameraEstimator estimator_;
   ShutterTimes times_;
   const bool known_;

@@ -1,5 +1,6 @@
 """Map files on the command line: `ygslam map`, `localize`, `run --save-map` and `--load-map`."""
 import os
+import pathlib
 import re
 import sqlite3
 import unittest
@@ -103,6 +104,18 @@ class KeptMaps(CliTest):
         self.map = self.folder / "mapped" / "room.ygmap"
         self.save()
         self.assertEqual(ygslam("map", "check", self.map).returncode, 0)
+
+    def test_the_dense_map_lies_beside_the_map_where_a_link_leads_to_it(self):
+        self.save()
+        link = self.folder / "links" / "room.map"
+        link.parent.mkdir()
+        link.symlink_to(self.map)
+        dense = pathlib.Path(f"{self.map}.dense")
+        dense.unlink()
+        self.assert_ran(self.run_slam(sequence(), "--to", 30, "--save-map", link, out="again"))
+        self.assertEqual([path.name for path in link.parent.iterdir()], ["room.map"])
+        self.assertTrue(link.is_symlink() and dense.is_file())
+        self.assertRegex(ygslam("map", "info", link).stdout, r"dense map +[1-9]")
 
     def test_a_call_that_fails_leaves_no_empty_map(self):
         none = self.folder / "none.onnx"

@@ -144,6 +144,20 @@ class Links(CliTest):
         self.assertEqual(precious.read_text(encoding="utf-8"), "precious")
         self.assertFalse(first.is_symlink())
 
+    def test_a_rendering_does_not_replace_a_recording(self):
+        folder = self.copy_sequence()
+        before = contents(folder)
+        done = ygslam("simulate", "static_xyz", "--out", folder, "--size", "160x120", "--seconds", "0.1",
+                      "--quiet")
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertRegex(done.stderr, rf"\Aerror: {folder}: holds a recording")
+        self.assertEqual(contents(folder), before)
+
+    def test_a_map_is_no_file_of_the_runs_own(self):
+        for option, name in (("--save-map", "metrics.json"), ("--mcap", "map.ply")):
+            target = self.folder / "out" / name
+            self.assert_error(self.run_slam(sequence(), "--to", 8, option, target), 2, target, option)
+
     def test_the_log_of_a_sweep_is_continued_unless_it_is_a_link(self):
         precious = self.folder / "precious"
         precious.write_text("precious", encoding="utf-8")

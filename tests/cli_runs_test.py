@@ -37,10 +37,10 @@ class LongRuns(CliTest):
                 _, colour, _, depth = there_and_back[i % len(there_and_back)]
                 file.write(f"{1000 + i / 30:.6f} {colour} {1000 + i / 30:.6f} {depth}\n")
 
-    def start(self, out="out"):
+    def start(self, out="out", before=()):
         """A run that has begun to track."""
         process = subprocess.Popen(
-            [BINARY, "run", self.long, "--out", self.folder / out, "--dynamic", "geometry",
+            [*before, BINARY, "run", self.long, "--out", self.folder / out, "--dynamic", "geometry",
              "--debug-images", self.folder / "pictures", "--debug-every", "10"],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.kill)
@@ -60,7 +60,7 @@ class Signals(LongRuns):
     """F27"""
 
     def test_a_signal_ends_the_run_and_what_there_is_is_saved(self):
-        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+        for number, code in ((signal.SIGHUP, 129), (signal.SIGINT, 130), (signal.SIGTERM, 143)):
             out = f"out{code}"
             shutil.rmtree(self.folder / "pictures", ignore_errors=True)
             process = self.start(out)
@@ -77,6 +77,18 @@ class Signals(LongRuns):
             frames = lines_of(self.folder / out / "frames.csv")[1:]
             self.assertEqual(metrics["readable"], len(frames))
             self.assertEqual(metrics["coverage"], len(rows) / len(frames))
+
+    def test_a_terminal_that_closes_does_not_end_a_run_under_nohup(self):
+        process = self.start(before=["nohup"])
+        drawn = len(list(self.folder.glob("pictures/*")))
+        process.send_signal(signal.SIGHUP)
+        end = time.monotonic() + HANG_S
+        while len(list(self.folder.glob("pictures/*"))) < drawn + 2:  # it goes on
+            self.assertIsNone(process.poll(), "it ended")
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+        process.send_signal(signal.SIGTERM)
+        self.assert_ran(self.finish(process), 143)
 
     def test_a_second_signal_ends_it_at_once(self):
         process = self.start()

@@ -152,7 +152,8 @@ class Render(CliTest):
         for options, part in ((("--size", "0x5"), "--size"), (("--from", "1,2,3"), "--look-at"),
                               (("--from", "1,2", "--look-at", "0,0,0"), "--from"),
                               (("--from", "0,0,0", "--look-at", "0,0,0"), "--look-at"),
-                              (("--up", "0,0,0"), "--up"), (("--by", "smell"), "--by")):
+                              (("--up", "0,0,0"), "--up"), (("--cut", "nan"), "--cut"), (("--point", "nan"), "--point"),
+                              (("--by", "smell"), "--by")):
             self.assert_error(ygslam("render", mesh, "--out", out, *options), 2, part)
         self.assert_error(ygslam("render", mesh, "--out", self.folder / "p.jpg"), 2, ".png")
         good = mesh.read_bytes()

@@ -35,7 +35,8 @@ constexpr const char* kFooter =
     "Exit codes: 0 all runs were made (however they ended), 2 usage, 3 settings, 4 no sequence "
     "can\n"
     "be used, 5 no model, 9 DIR cannot be written, holds results of another version or of other\n"
-    "options, or the report cannot be made (the results stay), 130/143 interrupted (go on with\n"
+    "options, or the report cannot be made (the results stay), 129/130/143 interrupted (go on "
+    "with\n"
     "the same command).";
 
 Status check_model(const BenchArguments& a, const std::vector<std::string>& modes) {

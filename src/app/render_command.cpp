@@ -93,6 +93,8 @@ Result<Job> read_job(const RenderArguments& a) {
     return bad_option("--video " + a.video + ": the name must end in .avi");
   if (!a.video.empty() && std::max(job.width, job.height) > kLargestVideoSide_px)
     return bad_option("--size " + a.size + ": a video has at most 4096 pixels a side");
+  if (a.cut_m && !std::isfinite(*a.cut_m)) return bad_option("--cut wants a height in metres");
+  if (!std::isfinite(a.point_m)) return bad_option("--point wants a length in metres");
   if (Status places = read_places(a, job); !places.ok()) return places.error();
   job.style.colour = colour_by(a.by);
   job.style.point_m = a.point_m;

@@ -203,7 +203,7 @@ void declare_run_options(CLI::App& command, RunOptions& o) {
       "settings "
       "or "
       "camera, 4 input, 5 model, 6 map file,\n"
-      "7 lost for more than run.max_lost_share, 9 output not written, 130/143 interrupted "
+      "7 lost for more than run.max_lost_share, 9 output not written, 129/130/143 interrupted "
       "(saved).");
 }
 

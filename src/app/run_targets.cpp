@@ -1,5 +1,6 @@
 #include "app/run_targets.hpp"
 
+#include <algorithm>
 #include <array>
 #include <set>
 
@@ -55,6 +56,25 @@ Status check_background(const fs::path& folder, const Sequence& sequence) {
   return Ok{};
 }
 
+/// A map or recording that a file of the run's own would replace, or be replaced by.
+Status check_own_files(const RunOptions& options, const char* option, const fs::path& file) {
+  constexpr std::array kOwn = {"trajectory.txt", "trajectory_live.txt",
+                               "keyframes.txt",  "frames.csv",
+                               "objects.csv",    "loops.csv",
+                               "map.ply",        "metrics.json",
+                               "config.yaml",    "log.txt",
+                               ".lock"};
+  const auto folder_of = [](const fs::path& path) {
+    std::error_code code;
+    return fs::weakly_canonical(fs::absolute(path, code).parent_path(), code);
+  };
+  if (file.empty() || std::find(kOwn.begin(), kOwn.end(), file.filename()) == kOwn.end() ||
+      folder_of(file) != folder_of(fs::path(options.out_dir) / kOwn.front()))
+    return Ok{};
+  return Error{ErrorKind::kUsage,
+               file.string() + ": is the run's own file; give " + option + " another name"};
+}
+
 Status check_masks(const RunOptions& options, const Sequence& sequence) {
   constexpr std::string_view kMasks = "masks:";
   std::set<fs::path> read = image_folders(sequence);
@@ -69,6 +89,9 @@ Status check_masks(const RunOptions& options, const Sequence& sequence) {
 }  // namespace
 
 Status check_targets(const RunOptions& options, const Sequence& sequence) {
+  for (const auto& [option, file] :
+       {std::pair{"--save-map", options.save_map}, std::pair{"--mcap", options.mcap}})
+    if (Status checked = check_own_files(options, option, file); !checked.ok()) return checked;
   if (!options.mcap.empty())
     if (Status checked = check_recording(options); !checked.ok()) return checked;
   if (!options.masks_dir.empty())

@@ -1,6 +1,8 @@
 #include "app/stop_signal.hpp"
 
 #include <unistd.h>
+
+#include <array>
 #include <csignal>
 
 namespace ygslam {
@@ -9,27 +11,34 @@ namespace {
 // A signal handler can reach nothing but a global of this kind.
 volatile std::sig_atomic_t received_signal = 0;
 
+constexpr std::array kSignals = {SIGHUP, SIGINT, SIGTERM};
+
 void handle(int signal) {
   if (received_signal) _exit(128 + signal);
   received_signal = signal;
+}
+
+/// `nohup` ignores it, and the run goes on when the terminal closes.
+bool is_ignored(int signal) {
+  struct sigaction now {};
+  return signal == SIGHUP && sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
+}
+
+void set_handler(void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  for (const int signal : kSignals)
+    if (!is_ignored(signal)) sigaction(signal, &action, nullptr);
 }
 
 }  // namespace
 
 StopSignal::StopSignal() {
   received_signal = 0;
-  struct sigaction action {};
-  action.sa_handler = handle;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  set_handler(handle);
 }
 
-StopSignal::~StopSignal() {
-  struct sigaction action {};
-  action.sa_handler = SIG_DFL;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
+StopSignal::~StopSignal() { set_handler(SIG_DFL); }
 
 int StopSignal::received() { return received_signal; }
 

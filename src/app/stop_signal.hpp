@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM end a run in good order; a second one ends the process at once.
+// SIGHUP, SIGINT and SIGTERM end a run in good order; a second one ends the process at once.
 #pragma once
 
 namespace ygslam {

@@ -209,7 +209,10 @@ Result<Header> read_header(const std::filesystem::path& path, std::ifstream& fil
 }  // namespace
 
 std::filesystem::path dense_file_of(const std::filesystem::path& map_file) {
-  return map_file.string() + ".dense";
+  std::error_code code;  // beside the map itself, where a link leads to it
+  const bool is_link = std::filesystem::is_symlink(map_file, code);
+  const auto map = is_link ? std::filesystem::weakly_canonical(map_file, code) : map_file;
+  return (code ? map_file : map).string() + ".dense";
 }
 
 Status save_dense_views(const std::filesystem::path& path, const Camera& camera,

@@ -79,6 +79,15 @@ Result<SequenceWriter> SequenceWriter::create(const fs::path& folder,
       folders.push_back(folder / name);
   }
   std::error_code error;
+  // Lists are written at the end of a rendering, with simulation.json beside them.
+  if (!fs::exists(folder / "simulation.json", error)) {
+    for (const char* list : kLists)
+      if (fs::exists(folder / list, error))
+        return Error{ErrorKind::kOutput, folder.string() +
+                                             ": holds a recording that was not "
+                                             "rendered (" +
+                                             list + "); it is left as it is"};
+  }
   // Truth of an earlier rendering would be taken for that of this one.
   if (fs::exists(folder / "simulation.json", error)) {
     for (const char* name : {"mask", "things", "moving", "depth_true", "rgb_static", "depth_static",

@@ -16,10 +16,11 @@ constexpr KeyframeId kAnchor{3};
 struct KnownRoom {
   Camera camera = object_test::room_camera();
   World world = object_test::two_boxes();
-  DenseMap map{object_test::room_config(), camera};
+  DenseMap map;
   std::map<KeyframeId, SE3> poses;
 
-  KnownRoom() {
+  explicit KnownRoom(const DenseMapConfig& config = object_test::room_config())
+      : map(config, camera) {
     DenseUpdate update;
     for (std::uint32_t i = 0; i < 7; ++i) {
       poses[KeyframeId{i}] = object_test::view_pose(i);
@@ -52,7 +53,7 @@ struct KnownRoom {
   void expect_pure() {
     map.finish();
     for (const int threads : {1, 2, 4}) {
-      DenseMapConfig config = object_test::room_config();
+      DenseMapConfig config = map.config();
       config.volume.threads = threads;
       DenseMap again(config, camera);
       again.restore(map.saved());
@@ -127,6 +128,19 @@ TEST(DenseFrames, ACameraThatStandsSeesAThingGoAtOnce) {
   EXPECT_LE(room.map.volume().views(), 7 + 4) << "no more of the same";
   room.expect_pure();
   EXPECT_EQ(chair_of(room.map.scene())->state, ObjectState::kAbsent);
+}
+
+TEST(DenseFrames, OfOnePlaceAreOnlySoManyHoweverNewEachOfThemLooks) {
+  DenseMapConfig config = object_test::room_config();
+  config.min_new = 0;  // all of them, as noise would have it
+  config.most_near = 5;
+  KnownRoom room(config);
+  const int protected_frames = static_cast<int>(config.protected_s / 0.5) + 1;
+  for (int i = 0; i < 40; ++i) room.look(object_test::view_pose(3), 7 + 0.5 * i);
+  EXPECT_EQ(room.map.volume().views(), 7 + config.most_near + protected_frames);
+  room.look(new_view(), 40);  // which is another place
+  EXPECT_EQ(room.map.volume().views(), 7 + config.most_near + protected_frames + 1);
+  room.expect_pure();
 }
 
 TEST(DenseFrames, GoWhenOthersShowTheSame) {

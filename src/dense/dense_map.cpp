@@ -104,8 +104,7 @@ void DenseMap::apply(const DenseUpdate& update) {
   for (const RemovedAnchor& removed : update.removed) {
     if (const auto gone = contributions_.find(removed.id); gone != contributions_.end()) {
       if (removed.now.keyframe == kNoKeyframe) {
-        take_back(gone->second);
-        contributions_.erase(gone);
+        remove(gone);
         continue;
       }
       // The map has enough landmarks there; whether the surface was seen enough is another
@@ -253,10 +252,13 @@ bool DenseMap::drop_needless(DenseViewId id) {
   return false;
 }
 
-bool DenseMap::is_needed(const Contribution& old) const {
+double DenseMap::share_of_its_own(const Contribution& old) const {
   const int enough = config_.reading.min_views + config_.spare_views + 1;  // its own is one
-  if (old.sample->share_seen_less(enough, *old.fused, volume_->surface()) >= config_.min_new)
-    return true;
+  return old.sample->share_seen_less(enough, *old.fused, volume_->surface());
+}
+
+bool DenseMap::is_needed(const Contribution& old) const {
+  if (share_of_its_own(old) >= config_.min_new) return true;
   return std::any_of(old.fused_state.ids.begin(), old.fused_state.ids.end(), [&](SceneObjectId id) {
     const auto object = objects_.objects().find(objects_.current(id));
     if (object == objects_.objects().end()) return false;
@@ -265,18 +267,35 @@ bool DenseMap::is_needed(const Contribution& old) const {
   });
 }
 
+bool DenseMap::may_go(const Contribution& old) const {
+  return old.sample && old.fused &&
+         seconds_between(objects_.now(), old.stamp) > config_.protected_s;
+}
+
+void DenseMap::remove(std::map<DenseViewId, Contribution>::iterator old) {
+  take_back(old->second);
+  objects_.forget(old->second.stamp);
+  contributions_.erase(old);
+}
+
+void DenseMap::thin_out(const SE3& T_world_camera) {
+  std::multimap<double, std::map<DenseViewId, Contribution>::iterator> near;
+  for (auto at = contributions_.begin(); at != contributions_.end(); ++at) {
+    const Contribution& old = at->second;
+    if (may_go(old) && distance_m(*old.fused, T_world_camera) < config_.near_m)
+      near.emplace(share_of_its_own(old), at);
+  }
+  for (auto at = near.begin(); std::distance(at, near.end()) > config_.most_near; ++at)
+    remove(at->second);
+}
+
 void DenseMap::cull() {
-  const Timestamp newest = objects_.now();
   auto at = contributions_.upper_bound(culled_up_to_);
   for (int i = 0; i < kCulledAtOnce && at != contributions_.end(); ++i) {
     const auto looked_at = at++;
     culled_up_to_ = looked_at->first;
     Contribution& old = looked_at->second;
-    if (!old.sample || !old.fused || seconds_between(newest, old.stamp) <= config_.protected_s)
-      continue;
-    if (is_needed(old)) continue;
-    take_back(old);
-    contributions_.erase(looked_at);
+    if (may_go(old) && !is_needed(old)) remove(looked_at);
   }
   if (at == contributions_.end()) culled_up_to_ = {KeyframeId{0}};
 }
@@ -301,7 +320,11 @@ bool DenseMap::step() {
   const bool is_new = !farthest->wanted_state;
   bring_up_to_date(*farthest);
   const bool is_done = farthest->is_up_to_date();
-  if (is_new && is_done) cull();
+  if (is_new && is_done) {
+    const SE3 T_world_camera = *farthest->fused;
+    cull();
+    thin_out(T_world_camera);
+  }
   return is_done;
 }
 

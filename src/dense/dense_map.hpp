@@ -30,6 +30,8 @@ struct DenseMapConfig {
   int spare_views = 2;      ///< beyond those that a surface needs: then a frame's goes again,
   int thing_views = 6;      ///< if each thing that it shows has more than these
   double protected_s = 10;  ///< a frame stays so long after it was taken
+  int most_near = 40;       ///< frames of one place, whatever they show
+  double near_m = 1.5;      ///< from which so little of what they see moved in the image [m]
 };
 
 /// A keyframe that the map dropped: what it was the anchor of has another from now on.
@@ -118,6 +120,12 @@ class DenseMap {
   void take_in_new_frames();
   /// Takes frames back of which the map has enough by now; looks at a few of them.
   void cull();
+  /// Of more frames near this one than a place may have those go that show least of what others
+  /// do not: noise makes each of them look a little new, for ever.
+  void thin_out(const SE3& T_world_camera);
+  [[nodiscard]] bool may_go(const Contribution& old) const;
+  void remove(std::map<DenseViewId, Contribution>::iterator old);
+  [[nodiscard]] double share_of_its_own(const Contribution& old) const;
   [[nodiscard]] bool is_needed(const Contribution& old) const;
   void start_again();
 

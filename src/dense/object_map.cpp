@@ -258,6 +258,21 @@ void ObjectMap::find_again() {
   }
 }
 
+void ObjectMap::forget(Timestamp view) {
+  for (auto at = objects_.begin(); at != objects_.end();) {
+    auto& [id, object] = *at;
+    object.seen.erase(view);
+    object.shown.erase(view);
+    if (!object.seen.empty()) {
+      ++at;
+      continue;
+    }
+    came_from_.erase(id);
+    std::erase_if(came_from_, [&](const auto& way) { return way.second == id; });
+    at = objects_.erase(at);
+  }
+}
+
 SceneObjectId ObjectMap::earlier(SceneObjectId object) const {
   const auto from = came_from_.find(object);
   return from == came_from_.end() ? kNoSceneObject : from->second;

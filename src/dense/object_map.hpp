@@ -44,6 +44,8 @@ class ObjectMap {
                                       int enough_views) const;
   /// Whether the view sees through a thing's place, and that says something that is not known yet.
   [[nodiscard]] bool sees_change(const DepthView& view, const SE3& T_world_camera) const;
+  /// A view is not in the map any more: what no other showed is no object.
+  void forget(Timestamp view);
   /// What the object was found to be the same as, by now; itself for most.
   [[nodiscard]] SceneObjectId current(SceneObjectId object) const;
   /// By place: a thing that was moved is several of them.

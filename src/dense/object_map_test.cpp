@@ -150,6 +150,19 @@ TEST(ObjectMap, TwoPartsAreOneOnceAViewShowsThemTogether) {
   EXPECT_EQ(map.objects().begin()->second.views(), 3);
 }
 
+TEST(ObjectMap, WhatNoViewOfTheMapShowsIsForgotten) {
+  ObjectMap map;
+  const std::vector<ThingView> chair = {patch(kChair, 0, 0.4)};
+  for (std::int64_t i = 1; i <= 3; ++i) map.step(chair, SE3(), Timestamp{i});
+  map.forget(Timestamp{1});
+  map.forget(Timestamp{3});
+  ASSERT_EQ(map.objects().size(), 1U);
+  EXPECT_EQ(map.objects().begin()->second.views(), 1);
+  map.forget(Timestamp{7});
+  map.forget(Timestamp{2});
+  EXPECT_TRUE(map.objects().empty());
+}
+
 TEST(ThingViews, ErosionKeepsTheSquaresInsideAndTheBorder) {
   GreyImage ids(9, 7, 1);
   for (int v = 0; v < 7; ++v) ids.at(4, v) = 2;

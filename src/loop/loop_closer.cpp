@@ -176,17 +176,18 @@ std::optional<LoopClosure> LoopCloser::close(const Map& map, const MapGraph& gra
     return std::nullopt;
   attempt.outcome = LoopOutcome::kClosed;
   LoopClosure closure = closure_of(map, graph, weighed, attempt, edges);
+  ClosedLoop closed{attempt, std::move(edges), std::nullopt, {}};
   for (const ClosedLoop& loop : loops_) {
     const bool lost = std::ranges::none_of(kept.first(loop.edges.size()), std::identity{});
     kept = kept.subspan(loop.edges.size());
     if (!lost || !loop.effect) continue;
-    auto replaced = replace(map, apart_from(map, graph, loop), loop, attempt, edges);
+    auto replaced = replace(map, apart_from(map, graph, loop), loop, closed.attempt, closed.edges);
     if (!replaced) continue;
     closure = std::move(*replaced);
-    forget(result, loop);
+    forget(result, loop);  // which moves the attempts
     break;
   }
-  loops_.push_back({attempt, std::move(edges), std::nullopt, {}});
+  loops_.push_back(std::move(closed));
   return closure;
 }
 

@@ -174,6 +174,15 @@ TEST(Metrics, SayWhatHappened) {
     EXPECT_TRUE(json.contains(key)) << key;
 }
 
+TEST(RunLog, WhatIsLostAfterResetIsALossOfItsOwn) {
+  RunLog log(true);
+  log.add(record(0, 100, TrackState::kLost), {});
+  log.clear();
+  log.add(record(1, 101, TrackState::kLost), {});
+  ASSERT_EQ(log.statistics().lost_intervals.size(), 1U);
+  EXPECT_EQ(log.statistics().lost_intervals[0].first, Timestamp{to_ns(101)});
+}
+
 TEST(RunLog, AReadOutThatDiffersNamesWhereTheOneInUseComesFrom) {
   std::vector<std::string> lines;
   const log::ScopedSink sink(std::make_shared<const log::Sink>(

@@ -56,6 +56,7 @@ class RunLog {
   void clear() {
     outcome_ = {};
     early_frames_ = {};
+    lost_ = false;
   }
 
  private:

@@ -40,7 +40,7 @@ class YGSLAM_API RosAdapter {
   /// @param type sensor_msgs/msg/Image, CompressedImage or CameraInfo.
   /// @return how many frames were processed.
   /// @throws Error (3: a camera that cannot be used, 4: no such message or an image that cannot be
-  /// used, 5, 6, 1)
+  /// used, 5, 6, 2, 1)
   int take(Input input, const std::string& type, const std::uint8_t* cdr, std::size_t bytes);
 
   /// As those of Slam; nothing before the first CameraInfo.

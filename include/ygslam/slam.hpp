@@ -10,8 +10,9 @@
 //
 // What it does to the program it lives in: it starts no process, writes no file and nothing to
 // standard output, sets no signal handler and changes no global setting. Every failure is an Error,
-// bugs and want of memory included. Threads: unless deterministic, each object has one that maps
-// and, with a model, one that segments; the network runs on `segment.threads` threads (default 1).
+// bugs and want of memory included. Threads: unless deterministic, each object has one that maps,
+// one for the dense map, at times one that adjusts the whole map and, with a model, one that
+// segments; the network runs on `segment.threads` threads (default 1).
 // A few image operations are OpenCV's, whose own pool follows the program's cv::setNumThreads.
 #pragma once
 
@@ -62,7 +63,7 @@ struct Settings {
   std::string load_map;
   bool localize_only = false;  ///< the loaded map stays as it is
   bool deterministic = false;  ///< one schedule without threads: same input, same result
-  /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 104
+  /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 72
   /// bytes a frame.
   bool keep_trajectory = true;
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`
@@ -73,7 +74,7 @@ struct Settings {
 
 /// Row-major, rows contiguous. Pointers are read during the call only.
 struct Frame {
-  std::int64_t t_ns = 0;              ///< strictly increasing, within 146 years of 0
+  std::int64_t t_ns = 0;  ///< strictly increasing; as depth_t_ns within 146 years of 0
   const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
   const float* depth_m =
       nullptr;  ///< height x width, along the optical axis; 0, NaN, negative = none
@@ -143,8 +144,7 @@ struct Outcome {
 
 /// What went wrong in one line; `code` as the exit codes of the command line: 1 a bug or out of
 /// memory (the object is of no further use), 2 used after finish() or moved from, 3 settings or
-/// camera (all faults of the settings at once), 4 input, 5 model,
-/// 6 map file, 9 not written.
+/// camera (all faults of the settings at once), 4 input, 5 model, 6 map file, 9 not written.
 class YGSLAM_API Error : public std::runtime_error {
  public:
   Error(int error_code, const std::string& message)
@@ -160,16 +160,15 @@ class YGSLAM_API Slam {
   Slam& operator=(Slam&&) noexcept;
   ~Slam();
 
-  /// @throws Error (4) if a pointer is null or the stamp does not increase (the frame is left out),
-  /// (2) after finish(), (1) also for what failed in another thread since.
+  /// @throws Error (4) if a pointer is null, the stamp does not increase or is too far from 0 (the
+  /// frame is left out), (2) after finish(), (1) also for what failed in another thread since.
   Result process(const Frame& frame);
   /// A copy of the map, at any time. Takes a few milliseconds a keyframe. @throws Error (1, 2)
   MapSnapshot map();
   /// Writes the map as it is now to a file, whole or not at all. @throws Error (9, 1, 2)
   void save_map(const std::string& path);
-  /// Forgets everything but settings and network; the next frame starts a new world, or is
-  /// placed in the loaded map. Stamps go on
-  /// increasing. @throws Error (1, 2)
+  /// Forgets everything but settings and network; the next frame starts a new world, or is placed
+  /// in the loaded map. Stamps go on increasing. @throws Error (1, 2)
   void reset();
   /// Ends the run. May be called again: the outcome is the same. @throws Error (1, 2)
   Outcome finish();

@@ -84,6 +84,9 @@ TEST(Process, BadFramesAreCode4AndLeaveTheRunAsItWas) {
     bad = seen[i];
     bad.t_ns = std::numeric_limits<std::int64_t>::max();
     EXPECT_EQ(code_of([&] { slam.process(bad); }), 4);
+    bad = seen[i];
+    bad.depth_t_ns = std::numeric_limits<std::int64_t>::min();
+    EXPECT_EQ(code_of([&] { slam.process(bad); }), 4);
     record.results.push_back(slam.process(seen[i]));
     EXPECT_EQ(code_of([&] { slam.process(seen[i]); }), 4) << "the same stamp again";
     bad.t_ns = std::numeric_limits<std::int64_t>::min();

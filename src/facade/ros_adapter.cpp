@@ -2,6 +2,7 @@
 #include "ygslam/ros_adapter.hpp"
 
 #include <optional>
+#include <utility>
 
 #include "bag/bag_images.hpp"
 #include "bag/stream_pairing.hpp"
@@ -34,7 +35,12 @@ struct RosAdapter::Impl final : MessageSink {
   int channels = 0;  // of the first colour image
   std::uint32_t next_frame = 0;
   std::optional<Timestamp> map_shown;
+  bool finished = false;
 
+  ~Impl() override {  // what ends may have something to say
+    const log::ScopedSink scope(sink);
+    if (session) session->runner.reset();
+  }
   [[nodiscard]] bool wants(std::string_view topic) const override {
     return !topics.wanted || topics.wanted(std::string(topic));
   }
@@ -66,18 +72,20 @@ RosAdapter::~RosAdapter() = default;
 
 int RosAdapter::take(Input input, const std::string& type, const std::uint8_t* cdr,
                      std::size_t bytes) {
-  return guarded(impl_->sink, [&] {
+  Impl& impl = alive(impl_, "take()");
+  return guarded(impl.sink, [&] {
+    if (impl.finished) fail({ErrorKind::kUsage, "take() after finish()"});
     const std::span message(cdr, bytes);
     if (input == Input::kCameraInfo) {
-      impl_->take_camera(message);
+      impl.take_camera(message);
       return 0;
     }
     const bool is_colour = input == Input::kColour;
     const BagTopic topic = topic_of(is_colour ? "colour" : "depth", type);
     if (topic.type != ros::kImageType && topic.type != ros::kCompressedType)
       fail({ErrorKind::kInput, topic.name + ": " + type + " is no type of images"});
-    return impl_->take_image(is_colour ? StreamPairing::kColour : StreamPairing::kDepth, topic,
-                             message);
+    return impl.take_image(is_colour ? StreamPairing::kColour : StreamPairing::kDepth, topic,
+                           message);
   });
 }
 
@@ -132,28 +140,31 @@ void RosAdapter::Impl::process(const StreamPair& pair) {
 }
 
 void RosAdapter::save_map(const std::string& path) {
-  guarded(impl_->sink, [&] {
-    if (!impl_->session) return;
+  Impl& impl = alive(impl_, "save_map()");
+  guarded(impl.sink, [&] {
+    if (!impl.session) return;
     const Status written =
-        ygslam::save_map(path, impl_->session->runner->map(), *impl_->session->camera);
+        ygslam::save_map(path, impl.session->runner->map(), *impl.session->camera);
     if (!written.ok()) fail(written.error());
   });
 }
 
 void RosAdapter::reset() {
-  guarded(impl_->sink, [&] {
-    if (impl_->session) impl_->session->runner->reset();
-    impl_->map_shown.reset();
+  Impl& impl = alive(impl_, "reset()");
+  guarded(impl.sink, [&] {
+    if (impl.finished) fail({ErrorKind::kUsage, "reset() after finish()"});
+    if (impl.session) impl.session->runner->reset();
+    impl.map_shown.reset();
   });
 }
 
 void RosAdapter::finish() {
-  guarded(impl_->sink, [&] {
-    if (!impl_->session) return;
-    impl_->session->runner->finish();
-    if (const auto stamp = impl_->map_shown) {
-      if (wants_map(*impl_)) publish_map(*impl_->session->runner, *stamp, kMostPoints, *impl_);
-    }
+  Impl& impl = alive(impl_, "finish()");
+  guarded(impl.sink, [&] {
+    if (std::exchange(impl.finished, true) || !impl.session) return;
+    impl.session->runner->finish();
+    if (impl.map_shown && wants_map(impl))
+      publish_map(*impl.session->runner, *impl.map_shown, kMostPoints, impl);
   });
 }
 

@@ -131,6 +131,25 @@ TEST(RosAdapter, ResetBeginsANewWorld) {
   EXPECT_EQ(told.pose_covariance[0], 0);
 }
 
+TEST(RosAdapter, AfterTheEndOrMovedFromItSaysSo) {
+  const Driver driver{film("static_xyz")};
+  Listener listener;
+  using Input = RosAdapter::Input;
+  RosAdapter first(settings_without_camera(), listener.topics());
+  give(first, Input::kCameraInfo, driver.info());
+  RosAdapter adapter = std::move(first);
+  EXPECT_EQ(code_of([&] { first.finish(); }), 2);  // NOLINT: that is the question
+  EXPECT_EQ(code_of([&] { give(first, Input::kDepth, driver.image(0, false)); }), 2);
+  give(adapter, Input::kDepth, driver.image(0, false));
+  EXPECT_EQ(give(adapter, Input::kColour, driver.image(0, true)), 1);
+  adapter.finish();
+  const std::size_t heard = listener.heard.size();
+  adapter.finish();
+  EXPECT_EQ(code_of([&] { give(adapter, Input::kDepth, driver.image(1, false)); }), 2);
+  EXPECT_EQ(code_of([&] { adapter.reset(); }), 2);
+  EXPECT_EQ(listener.heard.size(), heard);
+}
+
 TEST(RosAdapter, WhatCannotBeUsedIsAnError) {
   const Driver driver{film("static_xyz")};
   Listener listener;

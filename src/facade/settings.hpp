@@ -12,6 +12,13 @@ namespace ygslam::api {
   throw Error(static_cast<int>(error.kind), error.message);
 }
 
+/// @throws Error (2) of an object that was moved from
+template <typename Impl>
+[[nodiscard]] Impl& alive(const std::unique_ptr<Impl>& impl, const char* call) {
+  if (!impl) fail({ErrorKind::kUsage, std::string(call) + " of an object that was moved from"});
+  return *impl;
+}
+
 /// Without the camera. @throws Error (3)
 [[nodiscard]] SessionOptions session_options(const Settings& settings);
 /// @throws Error (3)

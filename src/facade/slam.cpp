@@ -1,5 +1,6 @@
 // The public facade (include/ygslam/slam.hpp) over a session.
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <span>
 
@@ -60,17 +61,23 @@ State to_api(TrackState state) {
 // Differences of any two stamps fit 64 bits.
 constexpr std::int64_t kLatest_ns = INT64_MAX / 2;
 
+bool is_too_far(std::int64_t t_ns) { return t_ns > kLatest_ns || t_ns < -kLatest_ns; }
+
 }  // namespace
 
 struct Slam::Impl {
   SlamConfig config;
   log::SinkPtr sink;
   Session session;
-  std::int64_t last_ns = -kLatest_ns - 1;
+  std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
   std::uint32_t next_frame = 0;
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
 
+  ~Impl() {  // what ends may have something to say
+    const log::ScopedSink scope(sink);
+    session.runner.reset();
+  }
   Result process(const Frame& frame);
   MapSnapshot map();
   void reset();
@@ -91,17 +98,8 @@ struct Slam::Impl {
 
 Slam::Slam(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Slam::Slam(Slam&&) noexcept = default;
-Slam& Slam::operator=(Slam&& other) noexcept {
-  if (this == &other) return *this;
-  const Slam before(std::move(*this));  // ends as any other
-  impl_ = std::move(other.impl_);
-  return *this;
-}
-Slam::~Slam() {
-  if (!impl_) return;
-  const log::ScopedSink scope(impl_->sink);
-  impl_.reset();
-}
+Slam& Slam::operator=(Slam&&) noexcept = default;
+Slam::~Slam() = default;
 
 Slam Slam::open(const Settings& settings) {
   const log::SinkPtr sink = sink_of(settings);
@@ -119,39 +117,39 @@ Slam Slam::open(const Settings& settings) {
 }
 
 Result Slam::process(const Frame& frame) {
-  if (!impl_) fail({ErrorKind::kUsage, "process() of an object that was moved from"});
-  return impl_->call([&] { return impl_->process(frame); });
+  Impl& impl = alive(impl_, "process()");
+  return impl.call([&] { return impl.process(frame); });
 }
 
 MapSnapshot Slam::map() {
-  if (!impl_) fail({ErrorKind::kUsage, "map() of an object that was moved from"});
-  return impl_->call([&] { return impl_->map(); });
+  Impl& impl = alive(impl_, "map()");
+  return impl.call([&] { return impl.map(); });
 }
 
 void Slam::save_map(const std::string& path) {
-  if (!impl_) fail({ErrorKind::kUsage, "save_map() of an object that was moved from"});
+  Session& session = alive(impl_, "save_map()").session;
   impl_->call([&] {
-    const Status written =
-        ygslam::save_map(path, impl_->session.runner->map(), *impl_->session.camera);
+    const Status written = ygslam::save_map(path, session.runner->map(), *session.camera);
     if (!written.ok()) fail(written.error());
   });
 }
 
 void Slam::reset() {
-  if (!impl_) fail({ErrorKind::kUsage, "reset() of an object that was moved from"});
-  impl_->call([&] { impl_->reset(); });
+  Impl& impl = alive(impl_, "reset()");
+  impl.call([&] { impl.reset(); });
 }
 
 Outcome Slam::finish() {
-  if (!impl_) fail({ErrorKind::kUsage, "finish() of an object that was moved from"});
-  return impl_->call([&] { return impl_->finish(); });
+  Impl& impl = alive(impl_, "finish()");
+  return impl.call([&] { return impl.finish(); });
 }
 
 Result Slam::Impl::process(const Frame& frame) {
   if (finished) fail({ErrorKind::kUsage, "process() after finish()"});
   if (!frame.rgb || !frame.depth_m) fail({ErrorKind::kInput, "frame without colour or depth"});
   if (frame.t_ns <= last_ns) fail({ErrorKind::kInput, "frame stamps must increase"});
-  if (frame.t_ns > kLatest_ns) fail({ErrorKind::kInput, "frame stamp too far from 0"});
+  if (is_too_far(frame.t_ns) || is_too_far(frame.depth_t_ns))
+    fail({ErrorKind::kInput, "frame stamp too far from 0"});
   last_ns = frame.t_ns;
   const Camera& camera = *session.camera;
   const std::size_t pixels = static_cast<std::size_t>(camera.width()) * camera.height();

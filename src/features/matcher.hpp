@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "features/feature.hpp"
@@ -19,10 +18,8 @@ struct Match {
 };
 
 struct MatchConfig {
-  int max_distance = 64;        ///< bits, inclusive
-  double max_ratio = 0.8;       ///< best distance < max_ratio * second best; >= 1: no test
-  bool mutual = true;           ///< a's best b must have a as its best
-  double max_rotation_rad = 0;  ///< see keep_common_rotation(); 0 = no test
+  int max_distance = 64;   ///< bits, inclusive
+  double max_ratio = 0.8;  ///< best distance < max_ratio * second best; >= 1: no test
 };
 
 /// The two smallest distances of a query; equal distances: the first candidate wins.
@@ -46,21 +43,9 @@ struct BestTwo {
   }
 };
 
-/// Best of all descriptors.
-[[nodiscard]] BestTwo best_two(const Descriptor& query, std::span<const Descriptor> all);
-/// Best of those listed in `candidates` (indices into `all`).
-[[nodiscard]] BestTwo best_two(const Descriptor& query, std::span<const Descriptor> all,
-                               std::span<const std::uint32_t> candidates);
-
-/// Compares every feature of a with every one of b. @return in the order of a; each b at most once
-/// if mutual.
+/// Compares every feature of a with every one of b; who is another's best must have it as its own.
+/// @return in the order of a; each b at most once.
 [[nodiscard]] std::vector<Match> match_brute_force(const Features& a, const Features& b,
                                                    const MatchConfig& config = {});
-
-/// Keeps the matches whose change of orientation lies within max_rotation_rad of the commonest one
-/// (the fullest window of that half-width over a histogram of one-degree bins).
-[[nodiscard]] std::vector<Match> keep_common_rotation(const Features& a, const Features& b,
-                                                      std::vector<Match> matches,
-                                                      double max_rotation_rad);
 
 }  // namespace ygslam

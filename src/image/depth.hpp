@@ -29,10 +29,6 @@ struct DepthConfig {
 struct DepthRange {
   float min_m = 0;
   float max_m = 0;
-
-  /// Whether the farthest lies behind the nearest by more than this share of its depth: two
-  /// surfaces, or one seen at a grazing angle.
-  [[nodiscard]] bool has_step(float ratio) const { return max_m > (1 + ratio) * min_m; }
 };
 
 /// Nearest and farthest depth in the square of half side radius_px about a pixel, which may lie

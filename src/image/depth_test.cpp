@@ -67,9 +67,6 @@ TEST(DepthRange, SpansTheNeighbourhoodAndSkipsHoles) {
   EXPECT_EQ(depth_range(depth, 3, 3, 3).max_m, 2.0F);
   EXPECT_EQ(depth_range(depth, 100, 100, 3).max_m, 0.0F);
   EXPECT_EQ(depth_range(depth, -2, 19, 3).max_m, 2.0F);
-  EXPECT_TRUE(range.has_step(1.49F));
-  EXPECT_FALSE(range.has_step(1.51F));
-  EXPECT_FALSE(DepthRange{}.has_step(0.03F));
 }
 
 }  // namespace

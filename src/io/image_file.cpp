@@ -5,7 +5,6 @@
 
 #include "io/jpeg_codec.hpp"
 #include "io/png_codec.hpp"
-#include "io/text.hpp"
 
 namespace ygslam {
 namespace {
@@ -95,16 +94,6 @@ Result<Image<std::uint16_t>> decode_depth(Bytes bytes, std::optional<ImageSize> 
 
 Result<GreyImage> decode_grey(Bytes bytes, std::optional<ImageSize> size) {
   return decode_png_grey<std::uint8_t>(bytes, size);
-}
-
-Result<ImageHeader> read_image_header(const std::filesystem::path& path) {
-  const auto bytes = read_file(path);
-  if (!bytes.ok()) return bytes.error();
-  auto header = decode_header(*bytes);
-  if (!header.ok()) {
-    return Error{header.error().kind, path.string() + ": " + header.error().message};
-  }
-  return header;
 }
 
 GreyImage grey_from_colour(const ColourImage& colour) {

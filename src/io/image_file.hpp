@@ -36,8 +36,6 @@ struct ImageHeader {
 // front.
 
 [[nodiscard]] Result<ImageHeader> decode_header(std::string_view bytes);
-/// The same from a file; the message begins with the path.
-[[nodiscard]] Result<ImageHeader> read_image_header(const std::filesystem::path& path);
 /// 8-bit colour; a grey image is accepted where channels is 1 (r = g = b).
 /// @param size if given, any other size is an error, found before anything is allocated.
 [[nodiscard]] Result<ColourImage> decode_colour(std::string_view bytes,

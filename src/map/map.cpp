@@ -28,8 +28,8 @@ Descriptor most_typical(std::span<const Descriptor> descriptors) {
 
 }  // namespace
 
-Keyframe& Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
-                            std::vector<float> static_weight) {
+void Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
+                       std::vector<float> static_weight) {
   const KeyframeId id = data->id;
   CHECK(index(id) >= next_keyframe_, "keyframe ids ascend");
   next_keyframe_ = index(id) + 1;
@@ -47,7 +47,6 @@ Keyframe& Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, Key
   keyframe.T_camera_world = T_camera_world;
   keyframe.parent = parent;
   keyframe.static_weight = std::move(static_weight);
-  return keyframe;
 }
 
 void Map::remove_keyframe(KeyframeId id) {

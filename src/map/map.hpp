@@ -32,8 +32,8 @@ class Map {
   explicit Map(PyramidScales scales) : scales_(std::move(scales)) {}
 
   // Keyframes, ascending id.
-  Keyframe& add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
-                         std::vector<float> static_weight);
+  void add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
+                    std::vector<float> static_weight);
   /// Takes it out of every landmark; its children are given its parent.
   void remove_keyframe(KeyframeId id);
   [[nodiscard]] bool has_keyframe(KeyframeId id) const { return keyframes_.contains(id); }

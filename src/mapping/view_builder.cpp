@@ -32,8 +32,7 @@ void add_landmarks(const Map& map, const Keyframe& keyframe, const ViewConfig& c
     if (!is_new) continue;
     const Landmark& l = map.landmark(id);
     view.landmarks.push_back({id, l.p_world, l.normal_world, l.descriptor, l.min_distance_m,
-                              l.max_distance_m, static_cast<int>(l.observations.size()),
-                              l.static_weight()});
+                              l.max_distance_m, l.static_weight()});
   }
 }
 

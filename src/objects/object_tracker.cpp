@@ -40,12 +40,6 @@ std::vector<PointIndices> points_by_instance(std::span<const InstanceView> insta
 
 }  // namespace
 
-void ObjectTracker::clear() {
-  frames_.clear();
-  tracks_.clear();
-  newest_mask_ = kNoFrame;
-}
-
 std::vector<TrackedObject> ObjectTracker::step(ObjectInput input) {
   add_frame(std::move(input));
   ObjectFrame& now = frames_.back();

@@ -26,7 +26,6 @@ class ObjectTracker {
   [[nodiscard]] std::vector<std::uint8_t> resting_points() const;
   /// The last step's points can no longer be followed; objects wait to be seen again.
   void lose_points() { frames_.clear(); }
-  void clear();
 
  private:
   void add_frame(ObjectInput input);

@@ -24,7 +24,6 @@ struct Segmentation {
   std::vector<Instance> instances;  ///< at most 255
   GreyImage ids;  ///< per pixel: 0 = none, i + 1 = instances[i]; where masks overlap the better
                   ///< score wins
-  double segment_ms = 0;  ///< wall time it took, 0 for recorded masks
 };
 using SegmentationPtr = std::shared_ptr<const Segmentation>;
 

@@ -5,7 +5,6 @@
 #include <openvino/runtime/properties.hpp>
 
 #include "core/memory.hpp"
-#include "core/time.hpp"
 #include "segment/cpu_features.hpp"
 #include "segment/model_probe.hpp"
 #include "segment/planar.hpp"
@@ -28,7 +27,6 @@ class YoloSegmenter final : public Segmenter {
         precision_(std::move(precision)) {}
 
   Result<Segmentation> segment(const RgbdFrame& frame) override {
-    const ScopedTimer timer;
     const std::string name = "frame " + std::to_string(index(frame.id));
     if (frame.colour.empty()) return Error{ErrorKind::kInput, name + ": no colour image"};
     const Letterbox box =
@@ -42,7 +40,7 @@ class YoloSegmenter final : public Segmenter {
                                             std::to_string(decoded.rejected) + " bad values)"};
       }
       return Segmentation{frame.id, frame.stamp, std::move(decoded.instances),
-                          std::move(decoded.ids), timer.wall_ms()};
+                          std::move(decoded.ids)};
     } catch (const std::exception& e) {
       return Error{ErrorKind::kModel, name + ": the network failed: " + one_line(e.what())};
     }
@@ -139,14 +137,6 @@ ov::AnyMap properties(const YoloConfig& config, Precision precision) {
 }
 
 }  // namespace
-
-std::optional<Precision> parse_precision(std::string_view text) {
-  if (text == "auto") return Precision::kAuto;
-  if (text == "f32") return Precision::kF32;
-  if (text == "bf16") return Precision::kBf16;
-  if (text == "int8") return Precision::kInt8;
-  return std::nullopt;
-}
 
 Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config) {
   if (const Status sound = check(config); !sound.ok()) return sound.error();

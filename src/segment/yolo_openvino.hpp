@@ -3,8 +3,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <optional>
-#include <string_view>
 
 #include "segment/segmenter.hpp"
 #include "segment/yolo_decode.hpp"
@@ -17,8 +15,6 @@ enum class Precision {
   kBf16,  ///< needs AVX512_BF16 or AMX; not for a quantised model
   kInt8,  ///< needs a quantised model
 };
-/// "auto", "f32", "bf16", "int8"; nullopt for anything else.
-[[nodiscard]] std::optional<Precision> parse_precision(std::string_view text);
 
 struct YoloConfig {
   std::filesystem::path model;  ///< .onnx, or OpenVINO's .xml with its .bin beside it

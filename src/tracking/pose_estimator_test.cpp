@@ -38,7 +38,7 @@ LocalView view_of(const Map& map) {
       if (is_new) {
         const Landmark& l = map.landmark(id);
         view.landmarks.push_back({id, l.p_world, l.normal_world, l.descriptor, l.min_distance_m,
-                                  l.max_distance_m, static_cast<int>(l.observations.size())});
+                                  l.max_distance_m});
       }
       keyframe.landmarks.push_back(static_cast<std::int32_t>(entry->second));
     }

@@ -72,14 +72,10 @@ EgoMotion assess(const Camera& camera, std::span<const StaticCandidate> candidat
   fit.limit_px =
       std::clamp(config.limit_medians * median_residual_px(camera, T_current_previous, candidates),
                  config.limit_px, kMostLimits * config.limit_px);
-  double sum2 = 0;
   for (const StaticCandidate& v : candidates) {
     const double r = residual_px(camera, T_current_previous, v);
-    if (r < 0 || r > fit.limit_px) continue;
-    sum2 += r * r;
-    ++fit.inliers;
+    fit.inliers += r < 0 || r > fit.limit_px ? 0 : 1;
   }
-  fit.rms_px = fit.inliers > 0 ? std::sqrt(sum2 / fit.inliers) : 0;
   return fit;
 }
 
@@ -135,12 +131,6 @@ EgoMotionResidual ego_motion_residual(const Camera& camera, const SE3& T_current
                         {camera.unproject(point.previous_px, point.depth_m), point.current_px})
           : residual.any_depth_px;
   return residual;
-}
-
-EgoMotion assess_ego_motion(const Camera& camera, std::span<const FollowedPoint> points,
-                            std::span<const std::uint8_t> candidate, const SE3& T_current_previous,
-                            const EgoMotionConfig& config) {
-  return assess(camera, choose(camera, points, candidate), T_current_previous, config);
 }
 
 std::optional<EgoMotion> fit_ego_motion(const Camera& camera, std::span<const FollowedPoint> points,

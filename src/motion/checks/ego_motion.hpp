@@ -28,8 +28,7 @@ struct EgoMotion {
   SE3 T_current_previous;
   double limit_px = 0;  ///< by config and residuals: beyond, a point moves
   int candidates = 0;
-  int inliers = 0;    ///< candidates within limit_px
-  double rms_px = 0;  ///< of the inliers
+  int inliers = 0;  ///< candidates within limit_px
 };
 
 struct EgoMotionResidual {
@@ -43,13 +42,6 @@ struct EgoMotionResidual {
 [[nodiscard]] EgoMotionResidual ego_motion_residual(const Camera& camera,
                                                     const SE3& T_current_previous,
                                                     const FollowedPoint& point);
-
-/// A given motion held against the candidates, which should obey it.
-[[nodiscard]] EgoMotion assess_ego_motion(const Camera& camera,
-                                          std::span<const FollowedPoint> points,
-                                          std::span<const std::uint8_t> candidate,
-                                          const SE3& T_current_previous,
-                                          const EgoMotionConfig& config);
 
 /// Gauss-Newton on the reprojection with the Geman-McClure kernel, narrowed from the size of the
 /// flow to final_scale_px (graduated non-convexity; Black and Rangarajan 1996).

@@ -32,7 +32,6 @@ class CoarseDepth {
   [[nodiscard]] float at(int u, int v) const {
     return samples_m_.contains(u / kStep, v / kStep) ? samples_m_.at(u / kStep, v / kStep) : 0.0F;
   }
-  [[nodiscard]] bool empty() const { return samples_m_.empty(); }
 
  private:
   DepthImage samples_m_;

@@ -64,6 +64,12 @@ class Camera {
   [[nodiscard]] Vec2 distort(const Vec2& ideal_px) const;
   /// Smallest box of ideal pixels that holds the whole image: {min_x, min_y, max_x, max_y}.
   [[nodiscard]] const std::array<double, 4>& ideal_bounds() const { return ideal_bounds_; }
+  /// True if the ideal pixel lies in ideal_bounds().
+  [[nodiscard]] bool sees(const Vec2& ideal_px) const {
+    const auto& [min_x, min_y, max_x, max_y] = ideal_bounds_;
+    return ideal_px.x() >= min_x && ideal_px.y() >= min_y && ideal_px.x() <= max_x &&
+           ideal_px.y() <= max_y;
+  }
   /// True if the recorded pixel lies in the image, at least margin_px from its border.
   [[nodiscard]] bool contains(const Vec2& uv_px, double margin_px = 0) const {
     return uv_px.x() >= margin_px && uv_px.y() >= margin_px &&

@@ -56,10 +56,15 @@ struct LocalView {
       if (other.id == id) return other.T_camera_world;
     return std::nullopt;
   }
-  /// Index into landmarks, or -1.
+  /// Index into landmarks, or -1, also of kNoLandmark.
   [[nodiscard]] std::int32_t find(LandmarkId id) const {
     const auto it = landmark_index.find(id);
     return it == landmark_index.end() ? -1 : static_cast<std::int32_t>(it->second);
+  }
+  /// Null for one that is not in view, and for kNoLandmark.
+  [[nodiscard]] const ViewLandmark* landmark(LandmarkId id) const {
+    const std::int32_t i = find(id);
+    return i < 0 ? nullptr : &landmarks[static_cast<std::size_t>(i)];
   }
 };
 using LocalViewPtr = std::shared_ptr<const LocalView>;

@@ -59,15 +59,11 @@ std::vector<PointMatch> match_by_projection(const Camera& camera, const SE3& T_c
   std::vector<std::int32_t> claim(features.size(), -1);
   std::vector<PointMatch> claims;
   std::vector<std::uint32_t> candidates;
-  const auto& bounds = camera.ideal_bounds();
   for (const SearchPoint& point : points) {
     const Vec3 p_camera = T_camera_world * point.p_world;
     if (p_camera.z() < 0.05) continue;
     const Vec2 ideal_px = camera.project(p_camera);
-    if (ideal_px.x() < bounds[0] || ideal_px.y() < bounds[1] || ideal_px.x() > bounds[2] ||
-        ideal_px.y() > bounds[3]) {
-      continue;
-    }
+    if (!camera.sees(ideal_px)) continue;
     grid.in_radius(ideal_px.cast<float>(), static_cast<float>(point.radius_px), point.min_octave,
                    point.max_octave, candidates);
     const auto match = find_one(point, features, candidates, usable, config);

@@ -177,8 +177,7 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
                                                               const LocalView& view) const {
   std::unordered_map<std::int32_t, std::uint32_t> seen_here;  // landmark to feature
   for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i) {
-    const std::int32_t k = frame.landmarks[i] == kNoLandmark ? -1 : view.find(frame.landmarks[i]);
-    if (k >= 0) seen_here.emplace(k, i);
+    if (const std::int32_t k = view.find(frame.landmarks[i]); k >= 0) seen_here.emplace(k, i);
   }
   const SE3 T_here_there = T_camera_world * keyframe.T_camera_world.inverse();
   const ReadOut& read_out_there = keyframe.data->read_out;

@@ -115,10 +115,8 @@ class FreeSpaceCheck {
 
   /// 0 = nobody knows.
   [[nodiscard]] double seen_around(const ViewKeyframe& keyframe, const Vec2& ideal_px) const {
-    const auto& bounds = camera_.ideal_bounds();
-    const bool inside = ideal_px.x() >= bounds[0] && ideal_px.y() >= bounds[1] &&
-                        ideal_px.x() <= bounds[2] && ideal_px.y() <= bounds[3];
-    return inside ? keyframe.data->free_space.around_m(camera_.distort(ideal_px)) : 0;
+    if (!camera_.sees(ideal_px)) return 0;
+    return keyframe.data->free_space.around_m(camera_.distort(ideal_px));
   }
 
   template <typename Visitor>

@@ -4,15 +4,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 
 #include "features/matcher.hpp"
 #include "geometry/pnp.hpp"
+#include "map/search_points.hpp"
 
 namespace ygslam {
 namespace {
 
-constexpr double kMaxViewAngleCosine = 0.5;  // a landmark seen from more than 60 degrees aside
-constexpr int kThinMap = 60;                 // matches with the map
+constexpr int kThinMap = 60;        // matches with the map
+constexpr double kAside = 1.6;      // times the window, unless a landmark is seen head-on
+constexpr double kNearest_m = 0.1;  // nearer no landmark is looked for
 // Sum of weights; below, the bias of outlines does less harm than the noise of the rest alone.
 constexpr double kFewOnSurfaces = 150;
 constexpr double kTypicalDepth_m = 2.0;  // turns a shift of the camera into pixels
@@ -46,7 +49,7 @@ PoseEstimator::PoseEstimator(const PoseEstimatorConfig& config, const Camera& ca
 
 std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
     const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
-    const LocalView* view, const SE3& T_guess_world, Rng& rng) const {
+    const LocalView& view, const SE3& T_guess_world, Rng& rng) const {
   const auto enough = [&](const std::optional<PoseSolution>& pose) {
     return pose && pose->inliers >= config_.min_matches;
   };
@@ -55,7 +58,7 @@ std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
     const auto pose = solve(frame, pairings, T_guess_world);
     if (enough(pose)) return FirstPose{*pose, std::move(pairings)};
   }
-  auto pairings = match_last_by_descriptor(frame, last, T_last_world, view, rng);
+  auto pairings = match_last_by_descriptor(frame, last, T_last_world, view);
   std::vector<PnpPoint> points;
   for (const Pairing& p : pairings) {
     const Feature& f = frame.features->points[p.feature];
@@ -73,7 +76,7 @@ std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame
                                                        const SE3& T_guess_world) const {
   FirstPose start;
   start.solution.T_camera_world = T_guess_world;
-  return refine(frame, &view, start);
+  return refine(frame, view, start);
 }
 
 std::optional<SE3> PoseEstimator::pose_on_landmarks(const TrackedFrame& frame,
@@ -81,74 +84,65 @@ std::optional<SE3> PoseEstimator::pose_on_landmarks(const TrackedFrame& frame,
                                                     const SE3& T_guess_world) const {
   std::vector<Pairing> pairings;
   for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i) {
-    const std::int32_t k = frame.landmarks[i] == kNoLandmark ? -1 : view.find(frame.landmarks[i]);
-    if (k < 0) continue;
-    pairings.push_back(
-        {view.landmarks[k].p_world, i, frame.landmarks[i], weight_of(frame.landmarks[i], &view)});
+    if (const ViewLandmark* landmark = view.landmark(frame.landmarks[i]))
+      pairings.push_back({landmark->p_world, i, landmark->id, landmark->static_weight});
   }
   const auto pose = solve(frame, pairings, T_guess_world);
   if (!pose || pose->inliers < config_.min_matches) return std::nullopt;
   return pose->T_camera_world;
 }
 
-Vec3 PoseEstimator::point_of(const TrackedFrame& last, std::uint32_t feature,
-                             const SE3& T_world_last, const LocalView* view) const {
-  if (view && last.landmarks[feature] != kNoLandmark) {
-    const std::int32_t i = view->find(last.landmarks[feature]);
-    if (i >= 0) return view->landmarks[i].p_world;
-  }
-  const Feature& f = last.features->points[feature];
-  return T_world_last * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
-}
-
-float PoseEstimator::weight_of(LandmarkId landmark, const LocalView* view) {
-  const std::int32_t i = view && landmark != kNoLandmark ? view->find(landmark) : -1;
-  return i >= 0 ? view->landmarks[i].static_weight : 1.0F;
+/// A point of the previous frame: its landmark in view, or without one what its depth says. Not yet
+/// paired with a feature.
+PoseEstimator::Pairing PoseEstimator::known_point(const TrackedFrame& last, std::uint32_t source,
+                                                  const SE3& T_world_last,
+                                                  const LocalView& view) const {
+  const LandmarkId id = last.landmarks[source];
+  if (const ViewLandmark* landmark = view.landmark(id))
+    return {landmark->p_world, 0, id, landmark->static_weight};
+  const Feature& f = last.features->points[source];
+  return {T_world_last * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m), 0, id};
 }
 
 std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
     const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
-    const LocalView* view, const SE3& T_guess_world, double radius_px) const {
+    const LocalView& view, const SE3& T_guess_world, double radius_px) const {
   const SE3 T_world_last = T_last_world.inverse();
   const int top = scales_.levels() - 1;
+  std::vector<Pairing> known;
   std::vector<SearchPoint> points;
-  points.reserve(last.features->size());
   for (std::uint32_t i = 0; i < last.features->size(); ++i) {
     const Feature& f = last.features->points[i];
-    const bool mapped =
-        view && last.landmarks[i] != kNoLandmark && view->find(last.landmarks[i]) >= 0;
     const bool temporary = f.depth_m > 0 && f.depth_m < config_.max_temporary_depth_m;
-    if (last.static_weight[i] <= 0 || (!mapped && !temporary)) continue;
-    points.push_back({point_of(last, i, T_world_last, view), &last.features->descriptors[i],
+    if (last.static_weight[i] <= 0 || (!temporary && !view.landmark(last.landmarks[i]))) continue;
+    const auto source = static_cast<std::uint32_t>(known.size());
+    known.push_back(known_point(last, i, T_world_last, view));
+    points.push_back({known.back().p_world, &last.features->descriptors[i],
                       std::max(0, f.octave - 1), std::min(top, f.octave + 1),
-                      radius_px * scales_.of(f.octave), f.angle_rad, i});
+                      radius_px * scales_.of(f.octave), f.angle_rad, source});
   }
   ProjectionMatcherConfig matcher;
   matcher.ratio = 0.9;
   matcher.check_orientation = true;
-  const auto usable = usable_features(frame);
-  const auto matches = match_by_projection(camera_, T_guess_world, points, *frame.features,
-                                           frame.grid, usable, matcher);
   std::vector<Pairing> pairings;
-  for (const PointMatch& m : matches) {
-    pairings.push_back({point_of(last, m.source, T_world_last, view), m.feature,
-                        last.landmarks[m.source], weight_of(last.landmarks[m.source], view)});
+  for (const PointMatch& m : match_by_projection(camera_, T_guess_world, points, *frame.features,
+                                                 frame.grid, usable_features(frame), matcher)) {
+    pairings.push_back(known[m.source]);
+    pairings.back().feature = m.feature;
   }
   return pairings;
 }
 
 std::vector<PoseEstimator::Pairing> PoseEstimator::match_last_by_descriptor(
     const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
-    const LocalView* view, Rng&) const {
+    const LocalView& view) const {
   const SE3 T_world_last = T_last_world.inverse();
   std::vector<Pairing> pairings;
   for (const Match& m : match_brute_force(*last.features, *frame.features, MatchConfig{})) {
     if (last.static_weight[m.a] <= 0 || frame.static_weight[m.b] <= 0) continue;
-    const bool mapped =
-        view && last.landmarks[m.a] != kNoLandmark && view->find(last.landmarks[m.a]) >= 0;
-    if (!mapped && last.features->points[m.a].depth_m <= 0) continue;
-    pairings.push_back({point_of(last, m.a, T_world_last, view), m.b, last.landmarks[m.a],
-                        weight_of(last.landmarks[m.a], view)});
+    if (last.features->points[m.a].depth_m <= 0 && !view.landmark(last.landmarks[m.a])) continue;
+    pairings.push_back(known_point(last, m.a, T_world_last, view));
+    pairings.back().feature = m.b;
   }
   return pairings;
 }
@@ -173,34 +167,31 @@ std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
   return solve_pose(camera_, T_guess_world, observations, config_.pose);
 }
 
-std::optional<PoseResult> PoseEstimator::match_map(const TrackedFrame& frame, const LocalView* view,
+std::optional<PoseResult> PoseEstimator::match_map(const TrackedFrame& frame, const LocalView& view,
                                                    const FirstPose& first) const {
   auto result = refine(frame, view, first);
-  if (!result || !view || result->landmark_inliers < kThinMap) return result;
+  if (!result || result->landmark_inliers < kThinMap) return result;
   const SE3 correction = result->T_camera_world * first.solution.T_camera_world.inverse();
   const double moved_px =
       camera_.fx() * (correction.angle() + correction.t().norm() / kTypicalDepth_m);
   if (moved_px <= 0.5 * config_.search_map_px) return result;
-  const auto better = refine_on_map(frame, *view, result->T_camera_world);
+  const auto better = refine_on_map(frame, view, result->T_camera_world);
   return better && better->inliers > result->inliers ? better : result;
 }
 
-std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const LocalView* view,
+std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const LocalView& view,
                                                 const FirstPose& first) const {
   PoseResult result;
   std::vector<Pairing> pairings;
   std::vector<Pairing> temporary;
   for (std::size_t i = 0; i < first.pairings.size(); ++i) {
     if (!first.solution.inlier[i]) continue;
-    const Pairing& pairing = first.pairings[i];
-    const bool mapped =
-        view && pairing.landmark != kNoLandmark && view->find(pairing.landmark) >= 0;
-    (mapped ? pairings : temporary).push_back(pairing);
+    const bool mapped = view.landmark(first.pairings[i].landmark) != nullptr;
+    (mapped ? pairings : temporary).push_back(first.pairings[i]);
     if (!mapped) temporary.back().landmark = kNoLandmark;
   }
-  if (view && config_.use_local_map) {
-    add_map_matches(frame, *view, first.solution.T_camera_world, pairings, result.seen);
-  }
+  if (config_.use_local_map)
+    add_map_matches(frame, view, first.solution.T_camera_world, pairings, result.seen);
   // Points of the previous frame carry its error: they help only where the map is thin.
   if (std::ssize(pairings) < kThinMap) {
     std::vector<std::uint8_t> taken(frame.features->size(), 0);
@@ -221,11 +212,8 @@ std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const
     result.landmarks[pairings[i].feature] = pairings[i].landmark;
     ++result.landmark_inliers;
   }
-  std::unordered_map<LandmarkId, int> found;
-  for (const LandmarkId id : result.landmarks) {
-    if (id != kNoLandmark) found[id] = 1;
-  }
-  for (auto& seen : result.seen) seen.found = static_cast<int>(found.contains(seen.id));
+  const std::unordered_set<LandmarkId> found(result.landmarks.begin(), result.landmarks.end());
+  for (auto& seen : result.seen) seen.found = found.contains(seen.id) ? 1 : 0;
   return result;
 }
 
@@ -236,38 +224,26 @@ void PoseEstimator::add_map_matches(const TrackedFrame& frame, const LocalView& 
   std::vector<std::uint8_t> already(view.landmarks.size(), 0);
   for (const Pairing& p : pairings) {
     usable[p.feature] = 0;
-    const std::int32_t i = view.find(p.landmark);
-    already[i] = 1;
+    already[static_cast<std::size_t>(view.find(p.landmark))] = 1;
     seen.push_back({p.landmark, 1, 0});
   }
   const Vec3 centre_world = T_camera_world.inverse().t();
-  const int top = scales_.levels() - 1;
-  const auto& bounds = camera_.ideal_bounds();
   std::vector<SearchPoint> points;
   for (std::uint32_t i = 0; i < view.landmarks.size(); ++i) {
     const ViewLandmark& landmark = view.landmarks[i];
     if (already[i]) continue;
     const Vec3 p_camera = T_camera_world * landmark.p_world;
-    if (p_camera.z() < 0.1) continue;
-    const Vec2 px = camera_.project(p_camera);
-    if (px.x() < bounds[0] || px.y() < bounds[1] || px.x() > bounds[2] || px.y() > bounds[3])
-      continue;
-    const Vec3 ray = landmark.p_world - centre_world;
-    const double range_m = ray.norm();
-    if (range_m < 0.8 * landmark.min_distance_m || range_m > 1.2 * landmark.max_distance_m)
-      continue;
-    const double cosine = ray.dot(landmark.normal_world) / range_m;
-    if (cosine < kMaxViewAngleCosine) continue;
-    const int octave = scales_.octave_at(landmark.max_distance_m / range_m);
-    const double radius_px = config_.search_map_px * (cosine > 0.998 ? 1.0 : 1.6);
-    points.push_back({landmark.p_world, &landmark.descriptor, std::max(0, octave - 1),
-                      std::min(top, octave + 1), radius_px * scales_.of(octave), -1.0F, i});
+    if (p_camera.z() < kNearest_m || !camera_.sees(camera_.project(p_camera))) continue;
+    const auto point =
+        search_point(landmark, centre_world, scales_, config_.search_map_px, kAside, i);
+    if (!point) continue;
+    points.push_back(*point);
     seen.push_back({landmark.id, 1, 0});
   }
   for (const PointMatch& m : match_by_projection(camera_, T_camera_world, points, *frame.features,
                                                  frame.grid, usable, ProjectionMatcherConfig{})) {
     const ViewLandmark& landmark = view.landmarks[m.source];
-    pairings.push_back({landmark.p_world, m.feature, landmark.id, weight_of(landmark.id, &view)});
+    pairings.push_back({landmark.p_world, m.feature, landmark.id, landmark.static_weight});
   }
 }
 

@@ -59,16 +59,16 @@ class PoseEstimator {
 
   /// The first step, against the previous frame.
   /// @param frame features, grid and weights of the current frame.
-  /// @param last the previous tracked frame at T_last_world.
+  /// @param last the previous tracked frame at T_last_world. @param view may be empty.
   /// @param T_guess_world predicted pose T_camera_world of the current frame.
   /// @return nullopt if no pose explains enough points.
   [[nodiscard]] std::optional<FirstPose> match_previous_frame(
       const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
-      const LocalView* view, const SE3& T_guess_world, Rng& rng) const;
+      const LocalView& view, const SE3& T_guess_world, Rng& rng) const;
   /// The second step, against the local map; once more where that moved the pose so far that the
   /// search windows were off.
   [[nodiscard]] std::optional<PoseResult> match_map(const TrackedFrame& frame,
-                                                    const LocalView* view,
+                                                    const LocalView& view,
                                                     const FirstPose& first) const;
   /// The second step alone, from a good guess (used after relocalisation).
   [[nodiscard]] std::optional<PoseResult> refine_on_map(const TrackedFrame& frame,
@@ -80,25 +80,23 @@ class PoseEstimator {
                                                      const SE3& T_guess_world) const;
 
  private:
-  [[nodiscard]] static float weight_of(LandmarkId landmark, const LocalView* view);
+  [[nodiscard]] Pairing known_point(const TrackedFrame& last, std::uint32_t source,
+                                    const SE3& T_world_last, const LocalView& view) const;
   [[nodiscard]] std::vector<Pairing> match_last(const TrackedFrame& frame, const TrackedFrame& last,
-                                                const SE3& T_last_world, const LocalView* view,
+                                                const SE3& T_last_world, const LocalView& view,
                                                 const SE3& T_guess_world, double radius_px) const;
   [[nodiscard]] std::vector<Pairing> match_last_by_descriptor(const TrackedFrame& frame,
                                                               const TrackedFrame& last,
                                                               const SE3& T_last_world,
-                                                              const LocalView* view,
-                                                              Rng& rng) const;
+                                                              const LocalView& view) const;
   [[nodiscard]] std::optional<PoseSolution> solve(const TrackedFrame& frame,
                                                   const std::vector<Pairing>& pairings,
                                                   const SE3& T_guess_world) const;
-  [[nodiscard]] std::optional<PoseResult> refine(const TrackedFrame& frame, const LocalView* view,
+  [[nodiscard]] std::optional<PoseResult> refine(const TrackedFrame& frame, const LocalView& view,
                                                  const FirstPose& first) const;
   void add_map_matches(const TrackedFrame& frame, const LocalView& view, const SE3& T_camera_world,
                        std::vector<Pairing>& pairings,
                        std::vector<KeyframeCandidate::Seen>& seen) const;
-  [[nodiscard]] Vec3 point_of(const TrackedFrame& last, std::uint32_t feature,
-                              const SE3& T_world_last, const LocalView* view) const;
 
   PoseEstimatorConfig config_;
   const Camera& camera_;

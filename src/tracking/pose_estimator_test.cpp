@@ -37,8 +37,8 @@ LocalView view_of(const Map& map) {
           view.landmark_index.emplace(id, static_cast<std::uint32_t>(view.landmarks.size()));
       if (is_new) {
         const Landmark& l = map.landmark(id);
-        view.landmarks.push_back({id, l.p_world, l.normal_world, l.descriptor, l.min_distance_m,
-                                  l.max_distance_m});
+        view.landmarks.push_back(
+            {id, l.p_world, l.normal_world, l.descriptor, l.min_distance_m, l.max_distance_m});
       }
       keyframe.landmarks.push_back(static_cast<std::int32_t>(entry->second));
     }
@@ -70,9 +70,9 @@ struct Scene {
     last.landmarks = truth.map.keyframe(KeyframeId{5}).landmarks;
   }
   [[nodiscard]] std::optional<PoseResult> track(const SE3& T_guess, Rng& rng) const {
-    return track(frame, &view, T_guess, rng);
+    return track(frame, view, T_guess, rng);
   }
-  [[nodiscard]] std::optional<PoseResult> track(const TrackedFrame& current, const LocalView* map,
+  [[nodiscard]] std::optional<PoseResult> track(const TrackedFrame& current, const LocalView& map,
                                                 const SE3& T_guess, Rng& rng) const {
     const auto first =
         estimator.match_previous_frame(current, last, World::pose(5), map, T_guess, rng);
@@ -160,7 +160,7 @@ TEST(PoseEstimator, WorksFromTheLastFramesDepthBeforeThereIsAMap) {
   Scene scene(14);
   scene.last.landmarks.assign(scene.last.landmarks.size(), kNoLandmark);
   Rng rng(4);
-  const auto pose = scene.track(scene.frame, nullptr, World::pose(5), rng);
+  const auto pose = scene.track(scene.frame, LocalView{}, World::pose(5), rng);
   ASSERT_TRUE(pose);
   EXPECT_LT(pose_error(pose->T_camera_world, World::pose(6)), 0.01);
   EXPECT_EQ(pose->landmark_inliers, 0);
@@ -171,7 +171,7 @@ TEST(PoseEstimator, AnotherWorldGivesNoPose) {
   World other(700, 999);
   const auto elsewhere = other.see(World::pose(6), 100);
   Rng rng(5);
-  const auto pose = scene.track(tracked(elsewhere), &scene.view, World::pose(6), rng);
+  const auto pose = scene.track(tracked(elsewhere), scene.view, World::pose(6), rng);
   EXPECT_TRUE(!pose || pose->landmark_inliers < 15);
 }
 

@@ -165,11 +165,10 @@ std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) co
 
 Tracker::PoseHypothesis Tracker::find_pose(TrackedFrame& current, const LocalView& view,
                                            const SE3& T_last_world) {
-  const LocalView* map = view.empty() ? nullptr : &view;
   const Timestamp stamp = current.frame->stamp;
   const SE3 T_guess_world = motion_model_.predict(stamp) * T_last_world;
   const auto match_previous = [&] {
-    return pose_estimator_.match_previous_frame(current, *last_, T_last_world, map, T_guess_world,
+    return pose_estimator_.match_previous_frame(current, *last_, T_last_world, view, T_guess_world,
                                                 rng_);
   };
   PoseHypothesis found;
@@ -181,16 +180,16 @@ Tracker::PoseHypothesis Tracker::find_pose(TrackedFrame& current, const LocalVie
       move_to_middle(*last_, body_velocity);
       first = match_previous();
     }
-    if (first) found.pose = pose_estimator_.match_map(current, map, *first);
+    if (first) found.pose = pose_estimator_.match_map(current, view, *first);
   }
   if (state_ == TrackState::kLost && found.pose &&
       found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
     found.pose.reset();  // after a loss only a pose that the map confirms counts
   }
   if (found.pose) found.jump_m = centre_distance_m(found.pose->T_camera_world, T_guess_world);
-  if ((!found.pose || found.pose->inliers < config_.least_inliers()) && map) {
+  if ((!found.pose || found.pose->inliers < config_.least_inliers()) && !view.empty()) {
     move_to_middle(current, Vec6::Zero());  // as seen: what the velocity came from was wrong
-    found = {relocalizer_.step(current, *map, rng_), 0};
+    found = {relocalizer_.step(current, view, rng_), 0};
   }
   return found;
 }

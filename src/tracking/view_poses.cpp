@@ -24,7 +24,7 @@ std::optional<SE3> pose_in(const LocalView& view, const KeyframeRelativePose& po
 std::optional<KeyframeId> better_reference(const TrackedFrame& frame, const LocalView& view) {
   std::vector<std::uint8_t> seen(view.landmarks.size(), 0);
   for (const LandmarkId id : frame.landmarks)
-    if (const std::int32_t i = id == kNoLandmark ? -1 : view.find(id); i >= 0) seen[i] = 1;
+    if (const std::int32_t i = view.find(id); i >= 0) seen[i] = 1;
   const auto shared = [&](const ViewKeyframe& keyframe) {
     return std::count_if(keyframe.landmarks.begin(), keyframe.landmarks.end(),
                          [&](std::int32_t i) { return i >= 0 && seen[i] != 0; });

@@ -6,6 +6,7 @@
 #include "image/point_grid.hpp"
 
 namespace ygslam {
+
 std::vector<std::int32_t> link_to_previous(std::span<const Feature> current,
                                            std::span<const FlowEnd> ends, double radius_px) {
   std::vector<Eigen::Vector2f> points(ends.size());

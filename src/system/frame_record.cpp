@@ -1,6 +1,7 @@
 #include "system/frame_record.hpp"
 
 namespace ygslam {
+
 FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
                         const ScopedTimer& timer) {
   FrameRecord record;

@@ -1,5 +1,5 @@
-// Features found anew, at which no flow ends: whom of the followed points around them they are
-// like.
+// Features found anew, at which no flow ends, are taken for what the followed points around them
+// are: a vote of the nearest neighbours at the same depth.
 #pragma once
 
 #include <cstdint>

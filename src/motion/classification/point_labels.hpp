@@ -54,7 +54,7 @@ struct PointEvidence {
   float moving_share = -1;         ///< of the neighbours' votes, -1 = not asked
   EgoMotionResidual ego_motion{};  ///< of the same flow
   bool rests = false;              ///< on an object that demonstrably stands still
-  bool on_boundary = false;        ///< behind an outline, see occlusion_rim.hpp
+  bool on_boundary = false;        ///< behind an outline, see occlusion_boundary.hpp
   bool in_free_space = false;      ///< in space that the map knows to be empty
   MotionLabel previous = MotionLabel::kUnknown;  ///< final label of the feature it continues
 };

@@ -1,8 +1,9 @@
-// Where all points of the previous frame ended in the current one, ready for "who is around here,
-// at my depth?". More of them than of links: a point is followed even where no feature is found
-// again.
+// Where all points of the previous frame ended in the current one, for queries of the neighbours of
+// a feature at its depth. There are more ends than links: a point is followed even where no feature
+// is found again.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,8 +15,8 @@
 namespace ygslam {
 
 struct FlowFieldConfig {
-  double radius_px = 25;      ///< who is farther away is no neighbour
-  double depth_ratio = 0.08;  ///< who is nearer or farther by more than this is on another surface
+  double radius_px = 25;      ///< of the neighbourhood
+  double depth_ratio = 0.08;  ///< a larger relative difference in depth: another surface
   /// A point whose depth changed by more than this between the frames slid onto another surface.
   double slip_ratio = 0.15;
 };
@@ -60,6 +61,35 @@ class FlowField {
     });
   }
 
+  /// Which of two sides the feature's neighbours are on, nearer ones with more weight.
+  /// @param side_of of a previous point: 0 or 1, or -1 = has no vote. @param majority share of the
+  /// votes that one side must have.
+  /// @return the nearest previous point of that side; -1 without a majority or without votes.
+  template <typename SideOf>
+  [[nodiscard]] std::int32_t majority_of_neighbours(const Feature& feature, double majority,
+                                                    const SideOf& side_of) const {
+    std::array<float, 2> votes{};
+    std::array<float, 2> best{};
+    std::array<std::int32_t, 2> nearest{-1, -1};
+    neighbours(feature, [&](std::uint32_t k, float distance2_px2) {
+      const int side = side_of(k);
+      if (side < 0) return;
+      const float weight = vote_weight(distance2_px2);
+      votes[side] += weight;
+      if (weight <= best[side]) return;
+      best[side] = weight;
+      nearest[side] = static_cast<std::int32_t>(k);
+    });
+    const int side = votes[1] > votes[0] ? 1 : 0;
+    return votes[side] >= majority * (votes[0] + votes[1]) ? nearest[side] : -1;
+  }
+
+  /// Weight of a neighbour's vote at a squared distance [px^2].
+  [[nodiscard]] static float vote_weight(float distance2_px2) {
+    constexpr float kFlatPx2 = 16;  // within 4 px all count about the same
+    return 1.0F / (kFlatPx2 + distance2_px2);
+  }
+
   /// False only where both depths are known and differ by more than the ratio.
   [[nodiscard]] static bool same_depth(float a_m, float b_m, double ratio) {
     if (!(a_m > 0) || !(b_m > 0)) return true;
@@ -80,11 +110,5 @@ class FlowField {
   std::vector<float> end_depth_m_;          // in the current frame
   std::vector<std::uint8_t> reliable_;
 };
-
-/// Weight of a neighbour's vote at a squared distance [px^2].
-[[nodiscard]] inline float vote_weight(float distance2_px2) {
-  constexpr float kFlatPx2 = 16;  // within 4 px all count about the same
-  return 1.0F / (kFlatPx2 + distance2_px2);
-}
 
 }  // namespace ygslam

@@ -59,19 +59,13 @@ void LabelHistory::carry(const Entry& from, Entry& to) const {
 /// What the followed points around the feature, at its depth, are said to be.
 LabelHistory::PointState LabelHistory::vote(const Feature& feature, const FlowField& field,
                                             std::span<const PointState> before) const {
-  float votes[2] = {0, 0};  // static, movable
-  float best[2] = {0, 0};
-  PointState choice[2];
-  field.neighbours(feature, [&](std::uint32_t k, float distance2_px2) {
-    if (before[k].label == SemanticLabel::kUnknown) return;
-    const int side = before[k].label == SemanticLabel::kMovable ? 1 : 0;
-    const float weight = vote_weight(distance2_px2);
-    votes[side] += weight;
-    if (weight > best[side]) best[side] = weight, choice[side] = before[k];
-  });
-  const int side = votes[1] > votes[0] ? 1 : 0;
-  const float total = votes[0] + votes[1];
-  return total > 0 && votes[side] >= config_.vote_majority * total ? choice[side] : PointState{};
+  const std::int32_t k =
+      field.majority_of_neighbours(feature, config_.vote_majority, [&](std::uint32_t i) {
+        return before[i].label == SemanticLabel::kUnknown   ? -1
+               : before[i].label == SemanticLabel::kMovable ? 1
+                                                            : 0;
+      });
+  return k < 0 ? PointState{} : before[static_cast<std::size_t>(k)];
 }
 
 std::vector<SemanticPoint> LabelHistory::current() const {

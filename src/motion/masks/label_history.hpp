@@ -17,7 +17,7 @@ struct LabelHistoryConfig {
   MaskConfig mask{};
   int history_frames = 30;       ///< a mask of an older frame comes too late
   int max_mask_age_frames = 30;  ///< a label older than this means unknown again
-  FlowFieldConfig field{};       ///< whom a feature without a link asks
+  FlowFieldConfig field{};       ///< neighbours of a feature without a link
   double vote_majority = 0.7;    ///< share of the neighbours' votes that must agree
 };
 

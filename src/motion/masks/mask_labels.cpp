@@ -92,14 +92,13 @@ class Labeller {
 
   [[nodiscard]] Surroundings look_around(int u, int v) const {
     Surroundings found;
-    const double outer_band_px =
-        movable_[ids_.at(u, v)] ? config_.inner_band_px : config_.outer_band_px;
-    const int r = static_cast<int>(std::ceil(outer_band_px));
+    const double band_px = movable_[ids_.at(u, v)] ? config_.inner_band_px : config_.outer_band_px;
+    const int r = static_cast<int>(std::ceil(band_px));
     if (is_uniform(u, v, r)) {
       if (const std::uint8_t id = ids_.at(u, v); movable_[id]) found.nearest_movable = id;
       return found;
     }
-    const double limit2 = outer_band_px * outer_band_px;
+    const double limit2 = band_px * band_px;
     int nearest2 = 1 << 30;
     bool other = false;
     for (int y = std::max(v - r, 0); y <= std::min(v + r, ids_.height() - 1); ++y) {

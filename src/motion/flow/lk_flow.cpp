@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "image/point_grid.hpp"
-#include "motion/flow/affine_prediction.hpp"
+#include "motion/flow/affine_correction.hpp"
 #include "motion/flow/flow_patch.hpp"
 #include "motion/flow/image_pyramid_levels.hpp"
 
@@ -190,7 +190,7 @@ std::vector<FlowPoint> track_points(const ImagePyramid& previous, const ImagePyr
     expected.push_back(guess(i));
     found.push_back(flow[i].end_uv_px);
   }
-  const auto correction = fit_guess_correction(expected, found);
+  const auto correction = fit_affine_correction(expected, found);
   const int first = correction ? first_level(correction->error_px) : follower.top();
   const std::vector<std::uint32_t> first_of = duplicates(points_uv_px);
   for (std::size_t i = 0; i < flow.size(); ++i) {

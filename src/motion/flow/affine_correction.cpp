@@ -1,4 +1,4 @@
-#include "motion/flow/affine_prediction.hpp"
+#include "motion/flow/affine_correction.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -25,8 +25,8 @@ double median_coordinate(std::span<const Eigen::Vector2f> guess,
 
 }  // namespace
 
-std::optional<GuessCorrection> fit_guess_correction(std::span<const Eigen::Vector2f> guess_uv_px,
-                                                    std::span<const Eigen::Vector2f> found_uv_px) {
+std::optional<AffineCorrection> fit_affine_correction(
+    std::span<const Eigen::Vector2f> guess_uv_px, std::span<const Eigen::Vector2f> found_uv_px) {
   CHECK(guess_uv_px.size() == found_uv_px.size());
   if (guess_uv_px.size() < kMinPoints) return std::nullopt;
   using Map = Eigen::Matrix<double, 2, 3>;
@@ -61,7 +61,7 @@ std::optional<GuessCorrection> fit_guess_correction(std::span<const Eigen::Vecto
     if (!map.allFinite()) return std::nullopt;
     left_px = measure();
   }
-  return GuessCorrection{map.cast<float>(), static_cast<float>(left_px)};
+  return AffineCorrection{map.cast<float>(), static_cast<float>(left_px)};
 }
 
 }  // namespace ygslam

@@ -1,4 +1,4 @@
-#include "motion/flow/affine_prediction.hpp"
+#include "motion/flow/affine_correction.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,19 +30,19 @@ Case mixed(const Eigen::Matrix<float, 2, 3>& map, Rng& rng) {
   return c;
 }
 
-TEST(GuessCorrection, FindsTheMotionOfTheMajority) {
+TEST(AffineCorrection, FindsTheMotionOfTheMajority) {
   Rng rng(2);
   Eigen::Matrix<float, 2, 3> map;
   map << 1.002F, -0.012F, 5.5F, 0.012F, 0.998F, -8.0F;
   const Case c = mixed(map, rng);
-  const auto fit = fit_guess_correction(c.guess, c.found);
+  const auto fit = fit_affine_correction(c.guess, c.found);
   ASSERT_TRUE(fit);
   EXPECT_LT(fit->error_px, 0.3F);
   for (const Eigen::Vector2f& p : c.guess)
     EXPECT_LT(((*fit)(p)-map * p.homogeneous()).norm(), 0.3F);
 }
 
-TEST(GuessCorrection, SaysHowFarPointsScatter) {
+TEST(AffineCorrection, SaysHowFarPointsScatter) {
   Rng rng(4);
   Case c;
   for (int i = 0; i < 60; ++i) {
@@ -51,19 +51,19 @@ TEST(GuessCorrection, SaysHowFarPointsScatter) {
     c.found.push_back(c.guess.back() + Eigen::Vector2f(static_cast<float>(rng.uniform(-30, 30)),
                                                        static_cast<float>(rng.uniform(-30, 30))));
   }
-  const auto fit = fit_guess_correction(c.guess, c.found);
+  const auto fit = fit_affine_correction(c.guess, c.found);
   ASSERT_TRUE(fit);
   EXPECT_GT(fit->error_px, 5.0F);
 }
 
-TEST(GuessCorrection, RefusesTooFewPointsAndPointsOnALine) {
+TEST(AffineCorrection, RefusesTooFewPointsAndPointsOnALine) {
   std::vector<Eigen::Vector2f> few(11, Eigen::Vector2f(3, 4));
-  EXPECT_FALSE(fit_guess_correction(few, few));
-  EXPECT_FALSE(fit_guess_correction({}, {}));
+  EXPECT_FALSE(fit_affine_correction(few, few));
+  EXPECT_FALSE(fit_affine_correction({}, {}));
   std::vector<Eigen::Vector2f> line;
   for (int i = 0; i < 40; ++i)
     line.emplace_back(static_cast<float>(10 * i), static_cast<float>(5 * i));
-  EXPECT_FALSE(fit_guess_correction(line, line));
+  EXPECT_FALSE(fit_affine_correction(line, line));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Guesses of where points went err together: the camera moved a little otherwise than expected.
+// Where the camera moved a little otherwise than predicted, the predicted ends of all flow are off
+// together: an affine map of the image corrects them.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +9,7 @@
 namespace ygslam {
 
 /// Affine map from where points were expected to where they were found.
-struct GuessCorrection {
+struct AffineCorrection {
   Eigen::Matrix<float, 2, 3> map = Eigen::Matrix<float, 2, 3>::Identity();
   float error_px = 0;  ///< median distance that is left
 
@@ -21,7 +22,7 @@ struct GuessCorrection {
 /// their own aside.
 /// @param guess_uv_px, found_uv_px the same points, finite. @return nullopt for fewer than 12
 /// points or a degenerate layout.
-[[nodiscard]] std::optional<GuessCorrection> fit_guess_correction(
+[[nodiscard]] std::optional<AffineCorrection> fit_affine_correction(
     std::span<const Eigen::Vector2f> guess_uv_px, std::span<const Eigen::Vector2f> found_uv_px);
 
 }  // namespace ygslam

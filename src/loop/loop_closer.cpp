@@ -17,11 +17,6 @@ constexpr std::size_t kPlaceKeyframes = 10;  // besides the one found, to be fus
 constexpr double kMaxStretch = 3;   // standard deviations
 constexpr double kMaxStrain = 0.5;  // of what contradicts a loop, in parts of the loop's own
 
-PlaceView view_of(const Keyframe& keyframe) {
-  return {*keyframe.data->features, keyframe.data->grid, keyframe.static_weight,
-          &keyframe.data->free_space};
-}
-
 /// A keyframe, those that share landmarks with it, and those that share some with these.
 std::vector<KeyframeId> near_in_graph(const Map& map, KeyframeId keyframe, int min_shared) {
   std::set<KeyframeId> near = {keyframe};
@@ -293,10 +288,7 @@ LoopClosure LoopCloser::closure_of(const Map& map, const MapGraph& graph,
   closure.patch = map.start_patch();
   for (const auto& [id, T_camera_world] : graph.T_camera_world)
     closure.patch.poses.push_back({id, T_camera_world, weighed.T_camera_world.at(id).normalized()});
-  const KeyframeId place = attempt.match.place;
-  closure.place = {place};
-  for (const KeyframeId id : map.covisible(place, config_.min_shared, kPlaceKeyframes))
-    closure.place.push_back(id);
+  closure.place = map.with_covisible(attempt.match.place, config_.min_shared, kPlaceKeyframes);
   std::set<KeyframeId> window;
   for (const LoopEdge& edge : edges)
     if (window.insert(edge.to).second) closure.window.push_back(edge.to);

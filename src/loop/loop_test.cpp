@@ -20,7 +20,7 @@ PlaceIndex index_of(const Map& map) {
   return index;
 }
 
-PlaceView view_of(const Keyframe& keyframe) {
+PlaceView view_without_space(const Keyframe& keyframe) {
   return {*keyframe.data->features, keyframe.data->grid, keyframe.static_weight, nullptr};
 }
 
@@ -118,7 +118,7 @@ TEST_F(PlaceVerifierTest, PlacesAViewThatIsNotInTheMap) {
 
 TEST_F(PlaceVerifierTest, AnotherPlaceDoesNotAgree) {
   const Keyframe& view = map_.keyframe(KeyframeId{29});
-  const PlaceMatch match = verifier_.verify(map_, view_of(view), kFirst, 1);
+  const PlaceMatch match = verifier_.verify(map_, view_without_space(view), kFirst, 1);
   EXPECT_THAT(match.verdict, testing::AnyOf(PlaceVerdict::kFewMatches, PlaceVerdict::kNoPose,
                                             PlaceVerdict::kFewInliers));
 }
@@ -140,7 +140,7 @@ TEST_F(PlaceVerifierTest, SeeingThroughWhatStoodThereContradicts) {
   DepthImage far_m(640, 480);
   for (float& d : far_m) d = 20;
   const FreeSpaceImage space(far_m);
-  PlaceView seen = view_of(view);
+  PlaceView seen = view_without_space(view);
   EXPECT_EQ(verifier_.verify(map_, seen, KeyframeId{9}, 1).verdict, PlaceVerdict::kAgrees);
   seen.free_space = &space;
   const PlaceMatch match = verifier_.verify(map_, seen, KeyframeId{9}, 1);

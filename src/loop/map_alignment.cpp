@@ -74,9 +74,7 @@ MapAlignment align_maps(const Map& a, const Map& b, const Camera& camera,
   const PlaceFinder finder(config.finder, camera);
   std::vector<MapPair> pairs;
   for (const auto& [id, keyframe] : b.keyframes()) {
-    const PlaceView view{*keyframe.data->features, keyframe.data->grid, keyframe.static_weight,
-                         &keyframe.data->free_space};
-    for (const FoundPlace& place : finder.find(a, index, view, {}, ygslam::index(id)))
+    for (const FoundPlace& place : finder.find(a, index, view_of(keyframe), {}, ygslam::index(id)))
       if (place.match.verdict == PlaceVerdict::kAgrees)
         pairs.push_back({id, keyframe.T_camera_world, place.match});
   }

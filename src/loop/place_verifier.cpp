@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
-#include <set>
 
 #include "features/matcher.hpp"
 #include "geometry/pnp.hpp"
@@ -20,20 +19,6 @@ constexpr std::size_t kSpaceKeyframes = 4;  // of the place whose free space is 
 constexpr int kLeastJudged = 40;            // points: fewer say nothing of the space
 constexpr double kSpaceMarginM = 0.10;
 constexpr double kSpaceMarginRatio = 0.1;
-
-std::vector<KeyframeId> window_around(const Map& map, KeyframeId place, std::size_t count) {
-  std::vector<KeyframeId> window = {place};
-  for (const KeyframeId id : map.covisible(place, 1, count)) window.push_back(id);
-  return window;
-}
-
-std::vector<LandmarkId> landmarks_of(const Map& map, std::span<const KeyframeId> keyframes) {
-  std::set<LandmarkId> landmarks;
-  for (const KeyframeId id : keyframes)
-    for (const LandmarkId landmark : map.keyframe(id).landmarks)
-      if (landmark != kNoLandmark) landmarks.insert(landmark);
-  return {landmarks.begin(), landmarks.end()};
-}
 
 struct SpaceCount {
   int judged = 0;
@@ -92,8 +77,8 @@ PlaceMatch PlaceVerifier::verify(const Map& map, const PlaceView& view, Keyframe
                                  std::uint64_t seed) const {
   PlaceMatch match;
   match.place = place;
-  const auto window = window_around(map, place, config_.window_keyframes);
-  const auto landmarks = landmarks_of(map, window);
+  const auto window = map.with_covisible(place, 1, config_.window_keyframes);
+  const auto landmarks = map.landmarks_of(window);
   if (const auto rough = rough_pose(map, view, landmarks, seed, match))
     judge_near(map, view, window, landmarks, *rough, match);
   return match;
@@ -103,8 +88,8 @@ PlaceMatch PlaceVerifier::verify_near(const Map& map, const PlaceView& view, Key
                                       const SE3& T_guess_world) const {
   PlaceMatch match;
   match.place = place;
-  const auto window = window_around(map, place, config_.window_keyframes);
-  judge_near(map, view, window, landmarks_of(map, window), T_guess_world, match);
+  const auto window = map.with_covisible(place, 1, config_.window_keyframes);
+  judge_near(map, view, window, map.landmarks_of(window), T_guess_world, match);
   return match;
 }
 

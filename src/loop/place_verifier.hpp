@@ -31,6 +31,10 @@ struct PlaceView {
   std::span<const float> static_weight;        ///< per feature
   const FreeSpaceImage* free_space = nullptr;  ///< null: not known
 };
+[[nodiscard]] inline PlaceView view_of(const Keyframe& keyframe) {
+  return {*keyframe.data->features, keyframe.data->grid, keyframe.static_weight,
+          &keyframe.data->free_space};
+}
 
 /// The first check that failed, in their order.
 enum class PlaceVerdict : std::uint8_t {

@@ -1,6 +1,7 @@
 #include "map/map.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "core/check.hpp"
 
@@ -314,6 +315,21 @@ std::vector<KeyframeId> Map::covisible(KeyframeId id, int min_shared, std::size_
   std::vector<KeyframeId> ids;
   for (const auto& [negative_shared, other] : ranked) ids.push_back(other);
   return ids;
+}
+
+std::vector<KeyframeId> Map::with_covisible(KeyframeId id, int min_shared,
+                                            std::size_t max_count) const {
+  std::vector<KeyframeId> ids = covisible(id, min_shared, max_count);
+  ids.insert(ids.begin(), id);
+  return ids;
+}
+
+std::vector<LandmarkId> Map::landmarks_of(std::span<const KeyframeId> keyframes) const {
+  std::set<LandmarkId> seen;
+  for (const KeyframeId id : keyframes)
+    for (const LandmarkId landmark : keyframe(id).landmarks)
+      if (landmark != kNoLandmark) seen.insert(landmark);
+  return {seen.begin(), seen.end()};
 }
 
 }  // namespace ygslam

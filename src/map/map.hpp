@@ -76,7 +76,7 @@ class Map {
   }
 
   // Corrections.
-  /// Grows with every change of the map.
+  /// Grows with every change of what there is and where it is; not with what is counted of it.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// A patch against this map that changes nothing yet.
   [[nodiscard]] MapPatch start_patch() const {
@@ -122,6 +122,11 @@ class Map {
   /// Keyframes that share at least min_shared landmarks, most first, at most max_count.
   [[nodiscard]] std::vector<KeyframeId> covisible(KeyframeId id, int min_shared,
                                                   std::size_t max_count) const;
+  /// The same behind the keyframe itself.
+  [[nodiscard]] std::vector<KeyframeId> with_covisible(KeyframeId id, int min_shared,
+                                                       std::size_t max_count) const;
+  /// The landmarks that any of the keyframes sees, ascending.
+  [[nodiscard]] std::vector<LandmarkId> landmarks_of(std::span<const KeyframeId> keyframes) const;
   /// Calls visit(landmark) in no particular order.
   template <typename Visit>
   void for_each_landmark(Visit&& visit) const {

@@ -2,21 +2,9 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 namespace ygslam {
 namespace {
-
-std::vector<LandmarkId> landmarks_seen_by(const Map& map,
-                                          const std::vector<KeyframeId>& keyframes) {
-  std::set<LandmarkId> seen;
-  for (const KeyframeId id : keyframes) {
-    for (const LandmarkId landmark : map.keyframe(id).landmarks) {
-      if (landmark != kNoLandmark) seen.insert(landmark);
-    }
-  }
-  return {seen.begin(), seen.end()};
-}
 
 std::vector<KeyframeId> other_observers(const Map& map, const std::vector<LandmarkId>& landmarks,
                                         const std::vector<KeyframeId>& except, int max_count) {
@@ -71,13 +59,10 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
                                 const BundleWindowConfig& config) {
   BundleWindow window;
   window.T_local_world = map.keyframe(newest).T_camera_world;
-  window.keyframes = {newest};
-  for (const KeyframeId id :
-       map.covisible(newest, 1, static_cast<std::size_t>(config.free_keyframes - 1))) {
-    window.keyframes.push_back(id);
-  }
+  window.keyframes =
+      map.with_covisible(newest, 1, static_cast<std::size_t>(config.free_keyframes - 1));
   std::sort(window.keyframes.begin(), window.keyframes.end());
-  window.landmarks = landmarks_seen_by(map, window.keyframes);
+  window.landmarks = map.landmarks_of(window.keyframes);
   const std::size_t free_count = window.keyframes.size();
   for (const KeyframeId id :
        other_observers(map, window.landmarks, window.keyframes, config.fixed_keyframes)) {

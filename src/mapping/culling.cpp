@@ -66,13 +66,9 @@ int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
 
 int cull_seen_through(Map& map, const Camera& camera, KeyframeId id, const CullingConfig& config) {
   const Keyframe& keyframe = map.keyframe(id);
-  std::set<LandmarkId> around;
-  for (const KeyframeId neighbour : neighbours(map, id, kSpaceNeighbours))
-    for (const LandmarkId landmark : map.keyframe(neighbour).landmarks)
-      if (landmark != kNoLandmark) around.insert(landmark);
   const std::set<LandmarkId> seen(keyframe.landmarks.begin(), keyframe.landmarks.end());
   int removed = 0;
-  for (const LandmarkId landmark_id : around) {
+  for (const LandmarkId landmark_id : map.landmarks_of(neighbours(map, id, kSpaceNeighbours))) {
     const Landmark& landmark = map.landmark(landmark_id);
     if (seen.contains(landmark_id)) {
       map.set_seen_through(landmark_id, 0);

@@ -53,9 +53,7 @@ void add_landmarks(Map& map, const Map& b, const MapAlignment& alignment, const 
 void fuse_pairs(Map& map, const Camera& camera, const MapAlignment& alignment,
                 const Numbers& numbers, const NeighbourFusionConfig& config) {
   for (const MapPair& pair : alignment.pairs) {
-    std::vector<KeyframeId> place = {pair.match.place};
-    for (const KeyframeId id : map.covisible(pair.match.place, 1, kFusedKeyframes))
-      place.push_back(id);
+    std::vector<KeyframeId> place = map.with_covisible(pair.match.place, 1, kFusedKeyframes);
     const KeyframeId in_b = numbers.at(pair.in_b);
     std::erase(place, in_b);
     fuse_with(map, camera, in_b, place, config);

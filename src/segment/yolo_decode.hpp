@@ -42,7 +42,7 @@ struct DecodedYolo {
   int rejected = 0;  ///< detections that made no sense (NaN, scores outside 0..1, empty boxes)
 };
 
-/// Never fails: what makes no sense is rejected and counted. An cell takes the best of the wanted
+/// Never fails: what makes no sense is rejected and counted. A cell takes the best of the wanted
 /// classes, also where an unwanted one scores better: a person taken for a teddy bear moves too. So
 /// another class whose box is that of a wanted one is left out.
 /// @param box placement of the image in the input, of the size the network ran at.

@@ -49,7 +49,9 @@ class EarlyFrames::Revision {
       : frames_(frames), map_(map), camera_(camera) {
     for (const Frame& frame : frames) {
       ReadOut read_out{{readout_s, readout_s, 0}, frame.read_out.body_velocity};
-      placed_.push_back({read_out, pose_now(frame), false});
+      const KeyframeRelativePose& pose = frame.pose;
+      placed_.push_back(
+          {read_out, pose_in(map, frame.frame, pose.reference, pose.T_camera_reference), false});
     }
     for (int round = 0; round < kRounds; ++round) {
       if (round > 0) measure_velocities();
@@ -70,13 +72,6 @@ class EarlyFrames::Revision {
     SE3 T_camera_world;
     bool found;
   };
-
-  [[nodiscard]] SE3 pose_now(const Frame& frame) const {
-    const KeyframeId own = map_.keyframe_of(frame.frame);
-    return own != kNoKeyframe
-               ? map_.resolved_pose(own)
-               : frame.pose.T_camera_reference * map_.resolved_pose(frame.pose.reference);
-  }
 
   void measure_velocities() {
     for (std::size_t i = 1; i + 1 < frames_.size(); ++i) {

@@ -28,20 +28,23 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
   return record;
 }
 
+SE3 pose_in(const Map& map, FrameId frame, KeyframeId reference, const SE3& T_camera_reference) {
+  const KeyframeId own = map.keyframe_of(frame);
+  return own != kNoKeyframe ? map.resolved_pose(own)
+                            : T_camera_reference * map.resolved_pose(reference);
+}
+
 std::vector<SE3> corrected_poses(const Trajectory& trajectory, const RevisedPoses& revised,
                                  const Map& map) {
   std::vector<SE3> poses;
   for (const PosedFrame& frame : trajectory) {
-    const KeyframeId own = map.keyframe_of(frame.frame);
-    const auto found_again = revised.find(frame.frame);
-    if (own != kNoKeyframe) {
-      poses.push_back(map.resolved_pose(own).inverse());
-    } else if (found_again != revised.end()) {
-      poses.push_back(found_again->second.inverse());
-    } else {
-      poses.push_back(
-          (frame.T_camera_reference.unpacked() * map.resolved_pose(frame.reference)).inverse());
-    }
+    const bool is_keyframe = map.keyframe_of(frame.frame) != kNoKeyframe;
+    const auto found_again = is_keyframe ? revised.end() : revised.find(frame.frame);
+    const SE3 T_camera_world =
+        found_again != revised.end()
+            ? found_again->second
+            : pose_in(map, frame.frame, frame.reference, frame.T_camera_reference.unpacked());
+    poses.push_back(T_camera_world.inverse());
   }
   return poses;
 }

@@ -60,6 +60,11 @@ using Trajectory = std::deque<PosedFrame>;
 /// T_camera_world of frames whose poses were found again at the end (system/early_frames).
 using RevisedPoses = std::map<FrameId, SE3>;
 
+/// T_camera_world of a frame in the map as it is: of the keyframe that was made of it, else
+/// relative to its reference.
+[[nodiscard]] SE3 pose_in(const Map& map, FrameId frame, KeyframeId reference,
+                          const SE3& T_camera_reference);
+
 /// T_world_camera of the tracked frames, in their order, with the map's present keyframe poses.
 [[nodiscard]] std::vector<SE3> corrected_poses(const Trajectory& trajectory,
                                                const RevisedPoses& revised, const Map& map);

@@ -20,9 +20,9 @@ constexpr double kMaskPatienceS = 1.0;  // a mask that takes longer is not waite
 class LiveRunner final : public Runner {
  public:
   LiveRunner(const SlamConfig& config, const Camera& camera, std::unique_ptr<Segmenter> segmenter,
-             const MappingStageConfig& mapping, MapUse map_use)
+             MapUse map_use)
       : config_(config),
-        mapping_config_(mapping),
+        mapping_config_(mapping_config(config, segmenter != nullptr, map_use.frozen)),
         map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory, config.run.shutter_source),
@@ -217,9 +217,7 @@ class LiveRunner final : public Runner {
 
 std::unique_ptr<Runner> make_live_runner(const SlamConfig& config, const Camera& camera,
                                          std::unique_ptr<Segmenter> segmenter, MapUse map_use) {
-  const MappingStageConfig mapping = mapping_config(config, segmenter != nullptr, map_use.frozen);
-  return std::make_unique<LiveRunner>(config, camera, std::move(segmenter), mapping,
-                                      std::move(map_use));
+  return std::make_unique<LiveRunner>(config, camera, std::move(segmenter), std::move(map_use));
 }
 
 }  // namespace ygslam

@@ -13,10 +13,9 @@ namespace {
 class OfflineRunner final : public Runner {
  public:
   OfflineRunner(const SlamConfig& config, const Camera& camera,
-                std::unique_ptr<Segmenter> segmenter, const MappingStageConfig& mapping,
-                MapUse map_use)
+                std::unique_ptr<Segmenter> segmenter, MapUse map_use)
       : config_(config),
-        mapping_config_(mapping),
+        mapping_config_(mapping_config(config, segmenter != nullptr, map_use.frozen)),
         map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory, config.run.shutter_source),
@@ -166,9 +165,7 @@ class OfflineRunner final : public Runner {
 
 std::unique_ptr<Runner> make_offline_runner(const SlamConfig& config, const Camera& camera,
                                             std::unique_ptr<Segmenter> segmenter, MapUse map_use) {
-  const MappingStageConfig mapping = mapping_config(config, segmenter != nullptr, map_use.frozen);
-  return std::make_unique<OfflineRunner>(config, camera, std::move(segmenter), mapping,
-                                         std::move(map_use));
+  return std::make_unique<OfflineRunner>(config, camera, std::move(segmenter), std::move(map_use));
 }
 
 }  // namespace ygslam

@@ -6,15 +6,15 @@
 namespace ygslam {
 namespace {
 
-constexpr double kMinDepthM = 0.1;
+constexpr double kMinDepth_m = 0.1;
 constexpr int kFewWrong = 5;  // of this many points on the map one may seem a violation
-constexpr double kNearShareOfWidth = 1.0 / 8;  // what hangs together lies nearer than this ...
-constexpr float kSameDepthRatio = 0.05F;       // ... and differs less in depth
+constexpr double kNearShareOfWidth = 1.0 / 8;  // neighbours are nearer than this ...
+constexpr float kSameDepthRatio = 0.05F;       // ... and differ less in depth
 
 constexpr int kSupport = 4;   // a violation has so many others around it, at least ...
 constexpr int kMajority = 2;  // ... and so many for each surface point around it
 
-enum class CellState : std::uint8_t {
+enum class PointState : std::uint8_t {
   kUnknown,    // no keyframe saw the place
   kSurface,    // a surface was seen there before
   kViolation,  // a keyframe saw through it
@@ -34,7 +34,7 @@ class FreeSpaceCheck {
         keyframes_(view.keyframes),
         config_(config),
         near_px_(static_cast<float>(kNearShareOfWidth * camera.width())),
-        state_(features_.size(), CellState::kUnknown) {
+        state_(features_.size(), PointState::kUnknown) {
     keyframes_ = keyframes_.first(std::min(keyframes_.size(), std::size_t(config.keyframes)));
   }
 
@@ -50,39 +50,39 @@ class FreeSpaceCheck {
       const Vec3 p_camera = camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
       state_[i] = judge(T_world_camera * p_camera);
       if (landmarks_[i] == kNoLandmark) continue;
-      const bool seems_wrong = state_[i] == CellState::kViolation;
+      const bool seems_wrong = state_[i] == PointState::kViolation;
       ++on_map;
       wrong += seems_wrong ? 1 : 0;
-      state_[i] = seems_wrong ? CellState::kUnknown : CellState::kSurface;
+      state_[i] = seems_wrong ? PointState::kUnknown : PointState::kSurface;
     }
     if (on_map < config_.min_landmarks || kFewWrong * wrong > on_map)
-      state_.assign(features_.size(), CellState::kUnknown);
+      state_.assign(features_.size(), PointState::kUnknown);
   }
 
   void carry_over_known() {
     for (std::uint32_t i = 0; i < state_.size(); ++i) {
-      if (is_known(i) && state_[i] == CellState::kUnknown && landmarks_[i] == kNoLandmark)
-        state_[i] = CellState::kViolation;
+      if (is_known(i) && state_[i] == PointState::kUnknown && landmarks_[i] == kNoLandmark)
+        state_[i] = PointState::kViolation;
     }
   }
 
-  /// Lone violations among surface points are bad depths; what no keyframe saw is judged as most of
-  /// what it hangs together with, from the other violations on.
+  /// Lone violations among surface points are bad depths. From the others on violation spreads to
+  /// neighbours that no keyframe saw, where most around them violate, too (region growing).
   void vote_of_neighbours() {
-    if (std::find(state_.begin(), state_.end(), CellState::kViolation) == state_.end()) return;
+    if (std::find(state_.begin(), state_.end(), PointState::kViolation) == state_.end()) return;
     count_neighbours();
     std::vector<std::uint32_t> lone;
     std::vector<std::uint32_t> front;
     for (std::uint32_t i = 0; i < state_.size(); ++i)
-      if (state_[i] == CellState::kViolation)
+      if (state_[i] == PointState::kViolation)
         (!is_open(i) || is_supported(i) ? front : lone).push_back(i);
-    for (const std::uint32_t i : lone) turn(i, CellState::kUnknown);
+    for (const std::uint32_t i : lone) set_state(i, PointState::kUnknown);
     while (!front.empty()) {
       const std::uint32_t from = front.back();
       front.pop_back();
       visit_near(from, [&](std::uint32_t k) {
-        if (!is_open(k) || state_[k] == CellState::kViolation || !is_supported(k)) return;
-        turn(k, CellState::kViolation);
+        if (!is_open(k) || state_[k] == PointState::kViolation || !is_supported(k)) return;
+        set_state(k, PointState::kViolation);
         front.push_back(k);
       });
     }
@@ -91,23 +91,23 @@ class FreeSpaceCheck {
   [[nodiscard]] std::vector<std::uint8_t> violations() const {
     std::vector<std::uint8_t> result(state_.size());
     for (std::uint32_t i = 0; i < result.size(); ++i)
-      result[i] = state_[i] == CellState::kViolation && is_open(i) ? 1 : 0;
+      result[i] = state_[i] == PointState::kViolation && is_open(i) ? 1 : 0;
     return result;
   }
 
  private:
-  [[nodiscard]] CellState judge(const Vec3& p_world) const {
-    CellState state = CellState::kUnknown;
+  [[nodiscard]] PointState judge(const Vec3& p_world) const {
+    PointState state = PointState::kUnknown;
     for (const ViewKeyframe& keyframe : keyframes_) {
       const Vec3 p = keyframe.T_camera_world * p_world;
-      if (p.z() < kMinDepthM) continue;
+      if (p.z() < kMinDepth_m) continue;
       const double seen_m = seen_around(keyframe, camera_.project(p));
       if (seen_m <= 0) continue;
       const double margin_m = config_.margin_m + config_.margin_ratio * seen_m;
       if (p.z() < seen_m - margin_m) {
-        state = CellState::kViolation;
+        state = PointState::kViolation;
       } else if (p.z() < seen_m + margin_m) {
-        return CellState::kSurface;
+        return PointState::kSurface;
       }
     }
     return state;
@@ -129,9 +129,10 @@ class FreeSpaceCheck {
     });
   }
 
-  /// True if it is to be judged: what is out for another reason only counts as a neighbour.
+  /// True if it may be called a violation: a point excluded for another reason counts only as a
+  /// neighbour.
   [[nodiscard]] bool is_open(std::uint32_t i) const {
-    return state_[i] != CellState::kSurface && landmarks_[i] == kNoLandmark &&
+    return state_[i] != PointState::kSurface && landmarks_[i] == kNoLandmark &&
            features_[i].depth_m > 0 && (static_weight_[i] > 0 || is_known(i));
   }
   [[nodiscard]] bool is_known(std::uint32_t i) const { return i < known_.size() && known_[i] != 0; }
@@ -141,16 +142,16 @@ class FreeSpaceCheck {
     for (std::uint32_t i = 0; i < state_.size(); ++i) {
       if (!is_open(i)) continue;
       visit_near(i, [&](std::uint32_t k) {
-        around_[i].violating += state_[k] == CellState::kViolation ? 1 : 0;
-        around_[i].surface += state_[k] == CellState::kSurface ? 1 : 0;
+        around_[i].violating += state_[k] == PointState::kViolation ? 1 : 0;
+        around_[i].surface += state_[k] == PointState::kSurface ? 1 : 0;
       });
     }
   }
 
-  /// From unknown to intruder or back.
-  void turn(std::uint32_t i, CellState state) {
+  /// From unknown to violation or back.
+  void set_state(std::uint32_t i, PointState state) {
     state_[i] = state;
-    const int change = state == CellState::kViolation ? 1 : -1;
+    const int change = state == PointState::kViolation ? 1 : -1;
     visit_near(i, [&](std::uint32_t k) { around_[k].violating += change; });
   }
 
@@ -172,7 +173,7 @@ class FreeSpaceCheck {
   std::span<const ViewKeyframe> keyframes_;
   const FreeSpaceConfig& config_;
   float near_px_;
-  std::vector<CellState> state_;
+  std::vector<PointState> state_;
   std::vector<Around> around_;  // near each open feature, at its depth
 };
 

@@ -1,6 +1,6 @@
-// Free-space violations: points where keyframes saw empty space: whatever lies there came since,
-// moving now or not. The map's own memory finds what flow cannot: a person who entered and stands,
-// a thing put down, a thing so large that its motion looks like the camera's.
+// Free-space violations: points where keyframes saw empty space. Whatever lies there came since,
+// moving now or not. The map finds in this way what flow cannot: a person who entered and stands, a
+// thing put down, a thing so large that its motion looks like the camera's.
 #pragma once
 
 #include <cstdint>

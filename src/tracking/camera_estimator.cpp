@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <unordered_map>
 
 #include "core/statistics.hpp"
@@ -126,6 +127,12 @@ Eigen::VectorXd in_use(const ShutterTimes& times, const std::vector<CameraParame
   }
   return value;
 }
+/// Without what the stamps of its images tell.
+Eigen::VectorXd in_use(const TrackedFrame& frame, const std::vector<CameraParameter>& parameters) {
+  ShutterTimes times = frame.read_out.times;
+  if (!times.is_global()) times.depth_delay_s -= frame.frame->depth_delay_s;
+  return in_use(times, parameters);
+}
 
 Rows rows_of(const Camera& camera, const SE3& T_here_there, const MovingPoint& there,
              const Eigen::VectorXd& there_in_use, const MovingPoint& here,
@@ -159,6 +166,77 @@ Rows rows_of(const Camera& camera, const SE3& T_here_there, const MovingPoint& t
   return rows;
 }
 
+/// Normal equations in x, with Geman-McClure weights by the spread of the residuals at x.
+void add_up(std::span<const Rows> points, const VecX& x, MatXX& H, VecX& b) {
+  std::vector<double> size_px(points.size());
+  std::vector<double> size_depth(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Rows& rows = points[i];
+    const Vec3 r = rows.r + rows.J * x;
+    size_px[i] = r.head<2>().norm() / rows.sigma.x();
+    size_depth[i] = rows.sigma.z() > 0 ? std::abs(r.z()) / rows.sigma.z() : 0;
+  }
+  const auto scale_of = [](std::vector<double> size) {
+    return std::max(kLeastScale, 1.5 * median(size));
+  };
+  const double scale_px = scale_of(size_px);
+  const double scale_depth = scale_of(size_depth);
+  const auto weight_of = [](double size, double scale, double sigma) {
+    const double root = 1 / ((1 + size * size / (scale * scale)) * sigma * scale);
+    return root * root;
+  };
+  H.setZero();
+  b.setZero();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Rows& rows = points[i];
+    const double w_px = weight_of(size_px[i], scale_px, rows.sigma.x());
+    Vec3 weight(w_px, w_px, 0);
+    if (rows.sigma.z() > 0) weight.z() = weight_of(size_depth[i], scale_depth, rows.sigma.z());
+    const Mat3X weighted = weight.asDiagonal() * rows.J;
+    H.noalias() += rows.J.transpose() * weighted;
+    b.noalias() -= weighted.transpose() * rows.r;
+  }
+  H.diagonal().array() += kDamping;
+}
+
+/// Rows of the landmarks that a frame and a keyframe both see.
+std::vector<Rows> rows_of_pair(const Camera& camera, const TrackedFrame& frame,
+                               const SE3& T_camera_world, const ViewKeyframe& keyframe,
+                               const LocalView& view,
+                               const std::vector<CameraParameter>& parameters) {
+  std::unordered_map<std::int32_t, std::uint32_t> seen_here;  // landmark to feature
+  for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i)
+    if (const std::int32_t k = view.find(frame.landmarks[i]); k >= 0) seen_here.emplace(k, i);
+  const SE3 T_here_there = T_camera_world * keyframe.T_camera_world.inverse();
+  const ReadOut& read_out_there = keyframe.data->read_out;
+  const Eigen::VectorXd here_in_use = in_use(frame, parameters);
+  const Eigen::VectorXd there_in_use = in_use(read_out_there.times, parameters);
+  std::vector<Rows> points;
+  for (std::uint32_t j = 0; j < keyframe.landmarks.size(); ++j) {
+    if (keyframe.landmarks[j] < 0) continue;
+    const auto it = seen_here.find(keyframe.landmarks[j]);
+    if (it == seen_here.end()) continue;
+    const Feature& f_there = keyframe.data->features->points[j];
+    const Feature& f_here = frame.features->points[it->second];
+    if (!(f_there.depth_m > 0) || f_there.on_depth_edge || f_here.on_depth_edge) continue;
+    const ViewLandmark& landmark = view.landmarks[static_cast<std::size_t>(keyframe.landmarks[j])];
+    const double mapped_m = (keyframe.T_camera_world * landmark.p_world).z();
+    if (mapped_m < kLeastDepth_m) continue;
+    const MovingPoint there = moving_point(camera, f_there, mapped_m, DepthSource::kMap,
+                                           read_out_there.body_velocity, parameters);
+    const double predicted_m = (T_here_there * there.p).z();
+    if (predicted_m < kLeastDepth_m) continue;
+    const bool has_depth = f_here.depth_m > 0;
+    const MovingPoint here =
+        moving_point(camera, f_here, has_depth ? f_here.depth_m : predicted_m, DepthSource::kSensor,
+                     frame.read_out.body_velocity, parameters);
+    points.push_back(
+        rows_of(camera, T_here_there, there, there_in_use, here, here_in_use, f_here, parameters));
+    if (!has_depth) points.back().sigma.z() = 0;
+  }
+  return points;
+}
+
 }  // namespace
 
 void CameraEstimator::Part::operator+=(const Part& other) {
@@ -175,77 +253,15 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
                                                               const SE3& T_camera_world,
                                                               const ViewKeyframe& keyframe,
                                                               const LocalView& view) const {
-  std::unordered_map<std::int32_t, std::uint32_t> seen_here;  // landmark to feature
-  for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i) {
-    if (const std::int32_t k = view.find(frame.landmarks[i]); k >= 0) seen_here.emplace(k, i);
-  }
-  const SE3 T_here_there = T_camera_world * keyframe.T_camera_world.inverse();
-  const ReadOut& read_out_there = keyframe.data->read_out;
-  ShutterTimes here_times = frame.read_out.times;
-  if (!here_times.is_global()) here_times.depth_delay_s -= frame.frame->depth_delay_s;
-  const Parameters here_in_use = in_use(here_times, parameters_);
-  const Parameters there_in_use = in_use(read_out_there.times, parameters_);
-  std::vector<Rows> points;
-  for (std::uint32_t j = 0; j < keyframe.landmarks.size(); ++j) {
-    if (keyframe.landmarks[j] < 0) continue;
-    const auto it = seen_here.find(keyframe.landmarks[j]);
-    if (it == seen_here.end()) continue;
-    const Feature& f_there = keyframe.data->features->points[j];
-    const Feature& f_here = frame.features->points[it->second];
-    if (!(f_there.depth_m > 0) || f_there.on_depth_edge || f_here.on_depth_edge) continue;
-    const ViewLandmark& landmark = view.landmarks[static_cast<std::size_t>(keyframe.landmarks[j])];
-    const double mapped_m = (keyframe.T_camera_world * landmark.p_world).z();
-    if (mapped_m < kLeastDepth_m) continue;
-    const MovingPoint there = moving_point(camera_, f_there, mapped_m, DepthSource::kMap,
-                                           read_out_there.body_velocity, parameters_);
-    const double predicted_m = (T_here_there * there.p).z();
-    if (predicted_m < kLeastDepth_m) continue;
-    const bool has_depth = f_here.depth_m > 0;
-    const MovingPoint here =
-        moving_point(camera_, f_here, has_depth ? f_here.depth_m : predicted_m,
-                     DepthSource::kSensor, frame.read_out.body_velocity, parameters_);
-    points.push_back(rows_of(camera_, T_here_there, there, there_in_use, here, here_in_use, f_here,
-                             parameters_));
-    if (!has_depth) points.back().sigma.z() = 0;
-  }
+  const auto points = rows_of_pair(camera_, frame, T_camera_world, keyframe, view, parameters_);
   if (std::ssize(points) < kFewestPoints) return std::nullopt;
-
   const auto n = std::ssize(parameters_);
   VecX x = VecX::Zero(6 + n);
-  x.tail(n) = here_in_use;
+  x.tail(n) = in_use(frame, parameters_);
   MatXX H(6 + n, 6 + n);
   VecX b(6 + n);
-  std::vector<double> size_px(points.size());
-  std::vector<double> size_depth(points.size());
   for (int round = 0; round < kRounds; ++round) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Rows& rows = points[i];
-      const Vec3 r = rows.r + rows.J * x;
-      size_px[i] = r.head<2>().norm() / rows.sigma.x();
-      size_depth[i] = rows.sigma.z() > 0 ? std::abs(r.z()) / rows.sigma.z() : 0;
-    }
-    const auto scale_of = [](std::vector<double> size) {
-      return std::max(kLeastScale, 1.5 * median(size));
-    };
-    const double scale_px = scale_of(size_px);
-    const double scale_depth = scale_of(size_depth);
-    // Geman-McClure, by the spread of the residuals
-    const auto weight_of = [](double size, double scale, double sigma) {
-      const double root = 1 / ((1 + size * size / (scale * scale)) * sigma * scale);
-      return root * root;
-    };
-    H.setZero();
-    b.setZero();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Rows& rows = points[i];
-      const double w_px = weight_of(size_px[i], scale_px, rows.sigma.x());
-      Vec3 weight(w_px, w_px, 0);
-      if (rows.sigma.z() > 0) weight.z() = weight_of(size_depth[i], scale_depth, rows.sigma.z());
-      const Mat3X weighted = weight.asDiagonal() * rows.J;
-      H.noalias() += rows.J.transpose() * weighted;
-      b.noalias() -= weighted.transpose() * rows.r;
-    }
-    H.diagonal().array() += kDamping;
+    add_up(points, x, H, b);
     x = H.ldlt().solve(b);
     if (!x.allFinite()) return std::nullopt;
   }

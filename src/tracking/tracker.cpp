@@ -76,46 +76,47 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   current.static_weight = result.labels.weight;
   result.motion_ms = timer.wall_ms() - result.orb_ms;
 
-  if (state_ == TrackState::kWaiting && !view->empty()) {
-    start_in_map(std::move(current), std::move(evidence), *view, result);
-    return result;
-  }
-  if (state_ == TrackState::kWaiting) {
+  if (state_ != TrackState::kWaiting) {
+    track(std::move(current), std::move(evidence), *view, mapper_busy, result);
+    result.pose_ms = timer.wall_ms() - result.orb_ms - result.motion_ms;
+  } else if (view->empty()) {
     start(std::move(current), std::move(evidence), result);
-    return result;
+  } else {
+    start_in_map(std::move(current), std::move(evidence), *view, result);
   }
-  const SE3 T_last_world = last_pose(*view);
+  return result;
+}
+
+void Tracker::track(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
+                    bool mapper_busy, TrackResult& result) {
+  const Timestamp stamp = current.frame->stamp, last_stamp = last_->frame->stamp;
+  const SE3 T_last_world = last_pose(view);
   const bool was_lost = state_ == TrackState::kLost;
-  const PoseHypothesis found = find_pose(current, *view, T_last_world);
+  const PoseHypothesis found = find_pose(current, view, T_last_world);
   result.features = evidence.frame.features = current.features;
-  result.state = state_ =
-      assess(found, T_last_world, seconds_between(frame->stamp, last_->frame->stamp));
+  result.state = state_ = assess(found, T_last_world, seconds_between(stamp, last_stamp));
   keyframes_.count_frame();
   if (std::exchange(first_keyframe_is_due_, false)) result.candidate = keyframes_.make(*last_, 0);
-  if (state_ == TrackState::kLost) {
-    stay_lost(std::move(current), std::move(evidence), *view, result);
-  } else {
-    fit_since_.reset();
-    move_to(found.pose->T_camera_world, T_last_world, was_lost, frame->stamp);
-    const auto arrival = localization_.arrive({frame->id, frame->stamp, last_->frame->stamp,
-                                               found.pose->T_camera_world, T_last_world, was_lost},
-                                              *view);
-    const bool carried_off = arrival == Localization::Arrival::kCarriedOff;
-    deliver_place(found.pose->T_camera_world, *view, result);
-    evidence =
-        with_free_space(evidence, free_space_violations(current, evidence, *found.pose, *view));
-    result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
-    current.static_weight = result.labels.weight;
-    result.objects = follow_objects(evidence, current, masks, was_lost, result.T_world_odom);
-    classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points());
-    deliver(*found.pose, *view, mapper_busy, current, result);
-    if (carried_off && starts_submaps()) result.candidate = make_submap(current, 0, *view);
-    if (view->placed && !carried_off) localization_.trust(current.pose, frame->stamp);
-    estimate_camera(current, found.pose->T_camera_world, *view, result);
-    last_ = std::move(current);
-  }
-  result.pose_ms = timer.wall_ms() - result.orb_ms - result.motion_ms;
-  return result;
+  if (state_ == TrackState::kLost)
+    return stay_lost(std::move(current), std::move(evidence), view, result);
+  const SE3& T_camera_world = found.pose->T_camera_world;
+  fit_since_.reset();
+  move_to(T_camera_world, T_last_world, was_lost, stamp);
+  const auto arrival = localization_.arrive(
+      {current.frame->id, stamp, last_stamp, T_camera_world, T_last_world, was_lost}, view);
+  const bool carried_off = arrival == Localization::Arrival::kCarriedOff;
+  deliver_place(T_camera_world, view, result);
+  const auto violations = free_space_violations(current, evidence, *found.pose, view);
+  evidence = with_free_space(std::move(evidence), violations);
+  result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
+  current.static_weight = result.labels.weight;
+  result.objects = follow_objects(evidence, current, result.masks, was_lost, result.T_world_odom);
+  classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points());
+  deliver(*found.pose, view, mapper_busy, current, result);
+  if (carried_off && starts_submaps()) result.candidate = make_submap(current, 0, view);
+  if (view.placed && !carried_off) localization_.trust(current.pose, stamp);
+  estimate_camera(current, T_camera_world, view, result);
+  last_ = std::move(current);
 }
 
 void Tracker::estimate_camera(const TrackedFrame& current, const SE3& T_camera_world,

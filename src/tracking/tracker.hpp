@@ -114,6 +114,9 @@ class Tracker {
   /// Moves the features to the frame's middle instant; a global shutter's stay as they are.
   void move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const;
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const RgbdFrame& frame) const;
+  /// A frame after the first: its pose, final labels, objects, and what is proposed to the mapper.
+  void track(TrackedFrame current, FrameEvidence evidence, const LocalView& view, bool mapper_busy,
+             TrackResult& result);
   void start(TrackedFrame current, FrameEvidence evidence, TrackResult& result);
   /// The first frame of a run that goes on with a map: found there, or lost.
   void start_in_map(TrackedFrame current, FrameEvidence evidence, const LocalView& view,

@@ -42,6 +42,15 @@ void count_contradictions(const Camera& camera, const Features& features,
   }
 }
 
+/// Which of the image's cells a recorded pixel lies in.
+std::size_t cell_of(const Camera& camera, const Eigen::Vector2f& uv_px) {
+  const auto cell = [](double at_px, int size_px) {
+    return std::clamp(static_cast<int>(at_px * kCells / size_px), 0, kCells - 1);
+  };
+  return static_cast<std::size_t>(cell(uv_px.y(), camera.height()) * kCells +
+                                  cell(uv_px.x(), camera.width()));
+}
+
 /// The second largest standard deviation of points in space.
 double second_extent_m(std::span<const Vec3> points) {
   Vec3 mean = Vec3::Zero();
@@ -147,12 +156,7 @@ void PlaceVerifier::judge_near(const Map& map, const PlaceView& view,
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (solution->inlier[i] == 0) continue;
       points.push_back(observations[i].p_world);
-      const Vec2 uv_px = view.features.points[found[i].feature].uv_px.cast<double>();
-      const auto cell = [](double at_px, int size_px) {
-        return std::clamp(static_cast<int>(at_px * kCells / size_px), 0, kCells - 1);
-      };
-      cells.set(static_cast<std::size_t>(cell(uv_px.y(), camera_.height()) * kCells +
-                                         cell(uv_px.x(), camera_.width())));
+      cells.set(cell_of(camera_, view.features.points[found[i].feature].uv_px));
     }
   }
   if (match.inliers < config_.min_inlier_share * match.guided) return;

@@ -48,29 +48,32 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
   if (config_.epipolar.corners == FlowCorners::kHarris)
     evidence.followed =
         follow_harris(camera_, *previous_, image, config_.epipolar.link_radius_px, config_.flow);
-  Followed& followed = evidence.followed;
-  if (config_.ego_motion.enabled) {
-    const FlowPrediction guess = predicted.value_or(FlowPrediction{});
-    const auto fit = [&](const SE3& start) {
-      return fit_ego_motion(camera_, followed.points, static_before(followed), start,
-                            config_.ego_motion);
-    };
-    evidence.ego_motion = fit(guess.T_current_previous);
-    // Harris corners stay as seen at both ends, where the rows' times nearly cancel.
-    const bool brought_to_middle = config_.epipolar.corners == FlowCorners::kOrb;
-    if (evidence.ego_motion && brought_to_middle && !guess.read_out.times.is_global()) {
-      const SE3 T_current_previous = evidence.ego_motion->T_current_previous;
-      followed = with_motion(camera_, std::move(followed), guess.corrected(T_current_previous));
-      evidence.ego_motion = fit(T_current_previous);
-    }
-    for (const FollowedPoint& point : followed.points)
-      if (evidence.ego_motion)
-        evidence.residual.push_back(
-            ego_motion_residual(camera_, evidence.ego_motion->T_current_previous, point));
-  }
-  evidence.epipolar = check_epipolar(followed.pairs, followed.label, config_.epipolar, rng_);
+  if (config_.ego_motion.enabled) find_ego_motion(predicted.value_or(FlowPrediction{}), evidence);
+  evidence.epipolar =
+      check_epipolar(evidence.followed.pairs, evidence.followed.label, config_.epipolar, rng_);
   give_to_features(evidence);
   return evidence;
+}
+
+/// The camera's motion by flow and depth, and how far each followed point is from obeying it.
+void PointClassifier::find_ego_motion(const FlowPrediction& guess, FrameEvidence& evidence) const {
+  Followed& followed = evidence.followed;
+  const auto fit = [&](const SE3& start) {
+    return fit_ego_motion(camera_, followed.points, static_before(followed), start,
+                          config_.ego_motion);
+  };
+  evidence.ego_motion = fit(guess.T_current_previous);
+  // Harris corners stay as seen at both ends, where the rows' times nearly cancel.
+  const bool brought_to_middle = config_.epipolar.corners == FlowCorners::kOrb;
+  if (evidence.ego_motion && brought_to_middle && !guess.read_out.times.is_global()) {
+    const SE3 T_current_previous = evidence.ego_motion->T_current_previous;
+    followed = with_motion(camera_, std::move(followed), guess.corrected(T_current_previous));
+    evidence.ego_motion = fit(T_current_previous);
+  }
+  if (!evidence.ego_motion) return;
+  for (const FollowedPoint& point : followed.points)
+    evidence.residual.push_back(
+        ego_motion_residual(camera_, evidence.ego_motion->T_current_previous, point));
 }
 
 FrameEvidence with_free_space(FrameEvidence evidence, std::span<const std::uint8_t> in_free_space) {

@@ -85,6 +85,7 @@ class PointClassifier {
   void carry_masks(const RgbdFrame& frame, const std::vector<FlowEnd>& ends,
                    std::span<const SegmentationPtr> new_masks, FrameEvidence& evidence);
   [[nodiscard]] std::vector<PointEvidence> prior(const FrameEvidence& evidence) const;
+  void find_ego_motion(const FlowPrediction& guess, FrameEvidence& evidence) const;
   [[nodiscard]] std::vector<std::uint8_t> static_before(const Followed& followed) const;
   [[nodiscard]] std::vector<std::uint8_t> moving(const FrameEvidence& evidence) const;
   void give_to_features(FrameEvidence& evidence) const;

@@ -40,6 +40,17 @@ constexpr const char* kWatching = "Watching";
 /// Without the range's own words, which --help would show as the type.
 CLI::Validator unsaid(const CLI::Validator& check) { return check.description(""); }
 
+/// @param type what --help calls the value.
+template <typename T>
+CLI::Option* add(CLI::App& command, const char* group, const char* name, T& value, const char* type,
+                 const char* help) {
+  return command.add_option(name, value, help)->type_name(type)->group(group);
+}
+CLI::Option* add_switch(CLI::App& command, const char* group, const char* name, bool& value,
+                        const char* help) {
+  return command.add_flag(name, value, help)->group(group);
+}
+
 void add_out_option(CLI::App& command, RunOptions& o) {
   command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
 }
@@ -47,83 +58,54 @@ void add_out_option(CLI::App& command, RunOptions& o) {
 void add_run_options(CLI::App& command, RunOptions& o) {
   o.may_stream = true;
   add_range_options(command, o);
-  command.add_option("--stride", o.stride, "Every n-th pair")
+  add(command, kInput, "--stride", o.stride, "N", "Every n-th pair")
       ->check(unsaid(CLI::Range(1, 1000000)))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kInput);
-  command.add_flag("--realtime", o.realtime, "Feed frames at their stamps, drop when late")
-      ->group(kInput);
-  command
-      .add_option("--dynamic", o.dynamic_mode,
-                  "off: everything is static; geometry: epipolar check; semantic: masks; "
-                  "full: both (default)")
-      ->type_name("off|geometry|semantic|full")
-      ->group(kSettings);
-  command
-      .add_flag("--deterministic", o.deterministic,
-                "One schedule: same input, same bytes (masks come 2 frames late)")
-      ->excludes("--realtime")
-      ->group(kSettings);
-  command.add_option("--debug-images", o.debug_dir, "Draw masks and labelled points here")
-      ->type_name("DIR")
-      ->group(kWritten);
-  command
-      .add_option("--save-masks", o.masks_dir,
-                  "Keep what the network says here: runs with --segmenter masks:DIR need none")
-      ->type_name("DIR")
-      ->group(kWritten);
-  command.add_option("--debug-every", o.debug_every, "Draw every n-th frame")
+      ->capture_default_str();
+  add_switch(command, kInput, "--realtime", o.realtime,
+             "Feed frames at their stamps, drop when late");
+  add(command, kSettings, "--dynamic", o.dynamic_mode, "off|geometry|semantic|full",
+      "off: everything is static; geometry: epipolar check; semantic: masks; full: both (default)");
+  add_switch(command, kSettings, "--deterministic", o.deterministic,
+             "One schedule: same input, same bytes (masks come 2 frames late)")
+      ->excludes("--realtime");
+  add(command, kWritten, "--debug-images", o.debug_dir, "DIR",
+      "Draw masks and labelled points here");
+  add(command, kWritten, "--save-masks", o.masks_dir, "DIR",
+      "Keep what the network says here: runs with --segmenter masks:DIR need none");
+  add(command, kWritten, "--debug-every", o.debug_every, "N", "Draw every n-th frame")
       ->check(unsaid(CLI::Range(1, 1000000)))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kWritten);
+      ->capture_default_str();
 }
 
 void add_view_options(CLI::App& command, RunOptions& o) {
-  CLI::Option* view =
-      command
-          .add_option("--view", o.view,
-                      "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
-          ->expected(0, 1)
-          ->default_str("")
-          ->type_name("[[ADDRESS:]PORT]")
-          ->group(kWatching);
-  command
-      .add_flag("--view-paused", o.view_paused, "Wait before the first frame for Resume or Step")
-      ->needs(view)
-      ->group(kWatching);
-  command.add_flag("--view-stay", o.view_stay, "Keep the page after the end, until Ctrl-C")
-      ->needs(view)
-      ->group(kWatching);
-  command
-      .add_option("--view-token", o.view_token,
-                  "Whoever knows it may drive the run; needed to look on from other machines "
-                  "(default: a new one)")
-      ->needs(view)
-      ->type_name("TEXT")
-      ->group(kWatching);
-  command
-      .add_option("--view-origin", o.view_origins,
-                  "Page of another program that may connect, e.g. https://app.example.org")
-      ->needs(view)
-      ->type_name("ORIGIN")
-      ->group(kWatching);
+  CLI::Option* view = add(command, kWatching, "--view", o.view, "[[ADDRESS:]PORT]",
+                          "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
+                          ->expected(0, 1)
+                          ->default_str("");
+  add_switch(command, kWatching, "--view-paused", o.view_paused,
+             "Wait before the first frame for Resume or Step")
+      ->needs(view);
+  add_switch(command, kWatching, "--view-stay", o.view_stay,
+             "Keep the page after the end, until Ctrl-C")
+      ->needs(view);
+  add(command, kWatching, "--view-token", o.view_token, "TEXT",
+      "Whoever knows it may drive the run; needed to look on from other machines (default: a new "
+      "one)")
+      ->needs(view);
+  add(command, kWatching, "--view-origin", o.view_origins, "ORIGIN",
+      "Page of another program that may connect, e.g. https://app.example.org")
+      ->needs(view);
 }
 
 }  // namespace
 
 void add_range_options(CLI::App& command, RunOptions& o) {
   // Of an unsigned number CLI11 takes "-1" as the largest one.
-  command.add_option("--from", o.from, "First pair")
+  add(command, kInput, "--from", o.from, "N", "First pair")
       ->check(unsaid(CLI::NonNegativeNumber))
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kInput);
-  command.add_option("--to", o.to, "One past the last pair (default: all)")
-      ->check(unsaid(CLI::NonNegativeNumber))
-      ->type_name("N")
-      ->group(kInput);
+      ->capture_default_str();
+  add(command, kInput, "--to", o.to, "N", "One past the last pair (default: all)")
+      ->check(unsaid(CLI::NonNegativeNumber));
 }
 
 void add_input_options(CLI::App& command, RunOptions& o) {
@@ -132,77 +114,45 @@ void add_input_options(CLI::App& command, RunOptions& o) {
                   "Folder of images, bag, - for an MCAP stream on standard input, unix:SOCKET "
                   "(docs/inputs.md)")
       ->required();
-  command.add_option("--model", o.model, "YOLOv8-seg network, .onnx or .xml")
-      ->type_name("FILE")
-      ->group(kInput);
-  command.add_option("--segmenter", o.segmenter, "Where masks come from")
-      ->type_name("model|none|masks:DIR")
-      ->capture_default_str()
-      ->group(kInput);
-  command
-      .add_option("--camera", o.camera_file,
-                  "Camera file in place of calibration.txt or CameraInfo")
-      ->type_name("FILE.yaml")
-      ->group(kInput);
-  command.add_option("--rgb-topic", o.topics.rgb, "Colour images of a bag that has several")
-      ->type_name("TOPIC")
-      ->group(kInput);
-  command.add_option("--depth-topic", o.topics.depth, "Depth images of a bag that has several")
-      ->type_name("TOPIC")
-      ->group(kInput);
-  command.add_option("--config", o.config_file, "Settings (see `ygslam config`)")
-      ->type_name("FILE.yaml")
-      ->group(kSettings);
-  command.add_option("--set", o.sets, "One setting; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->group(kSettings);
-  command.add_option("--seed", o.seed, "Start of all random sequences (default: run.seed)")
-      ->check(unsaid(CLI::Range(0.0, 9007199254740992.0)))
-      ->type_name("N")
-      ->group(kSettings);
+  add(command, kInput, "--model", o.model, "FILE", "YOLOv8-seg network, .onnx or .xml");
+  add(command, kInput, "--segmenter", o.segmenter, "model|none|masks:DIR", "Where masks come from")
+      ->capture_default_str();
+  add(command, kInput, "--camera", o.camera_file, "FILE.yaml",
+      "Camera file in place of calibration.txt or CameraInfo");
+  add(command, kInput, "--rgb-topic", o.topics.rgb, "TOPIC",
+      "Colour images of a bag that has several");
+  add(command, kInput, "--depth-topic", o.topics.depth, "TOPIC",
+      "Depth images of a bag that has several");
+  add(command, kSettings, "--config", o.config_file, "FILE.yaml", "Settings (see `ygslam config`)");
+  add(command, kSettings, "--set", o.sets, "KEY=VALUE", "One setting; may be repeated");
+  add(command, kSettings, "--seed", o.seed, "N",
+      "Start of all random sequences (default: run.seed)")
+      ->check(unsaid(CLI::Range(0.0, 9007199254740992.0)));
 }
 
 void declare_run_options(CLI::App& command, RunOptions& o) {
   add_out_option(command, o);
   add_input_options(command, o);
-  command.add_option("--load-map", o.load_map, "Go on with the map of an earlier run")
-      ->type_name("FILE")
-      ->group(kInput);
+  add(command, kInput, "--load-map", o.load_map, "FILE", "Go on with the map of an earlier run");
   add_run_options(command, o);
-  command
-      .add_option("--save-map", o.save_map,
-                  "Keep the map in this file while it grows (see docs/maps.md)")
-      ->type_name("FILE")
-      ->group(kWritten);
-  command
-      .add_option("--mcap", o.mcap,
-                  "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)")
-      ->type_name("FILE")
-      ->group(kWritten);
-  command
-      .add_option(
-          "--export", o.export_dir,
-          "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)")
-      ->type_name("DIR")
-      ->group(kWritten);
-  command
-      .add_option("--background", o.background_dir,
-                  "After the run, write the recording here once more without what moves in it "
-                  "(docs/dense-map.md)")
-      ->type_name("DIR")
-      ->group(kWritten);
+  add(command, kWritten, "--save-map", o.save_map, "FILE",
+      "Keep the map in this file while it grows (see docs/maps.md)");
+  add(command, kWritten, "--mcap", o.mcap, "FILE",
+      "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)");
+  add(command, kWritten, "--export", o.export_dir, "DIR",
+      "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)");
+  add(command, kWritten, "--background", o.background_dir, "DIR",
+      "After the run, write the recording here once more without what moves in it "
+      "(docs/dense-map.md)");
   add_view_options(command, o);
   command.footer(
       "Examples:\n"
       "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
       "  ygslam run SEQ --out out --dynamic geometry          # no network needed\n"
       "  ygslam run SEQ --out out --segmenter masks:SEQ/mask  # recorded masks\n"
-      "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, "
-      "objects.csv,\n"
+      "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, objects.csv,\n"
       "loops.csv, map.ply, metrics.json, config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 "
-      "settings "
-      "or "
-      "camera, 4 input, 5 model, 6 map file,\n"
+      "settings or camera, 4 input, 5 model, 6 map file,\n"
       "7 lost for more than run.max_lost_share, 9 output not written, 129/130/143 interrupted "
       "(saved).");
 }
@@ -221,8 +171,7 @@ void declare_localize_options(CLI::App& command, RunOptions& o) {
       "Poses are in the frame of the map. Until the place is recognised frames are lost.\n"
       "Writes trajectory.txt, trajectory_live.txt, frames.csv, objects.csv, loops.csv, "
       "metrics.json,\nconfig.yaml, log.txt. Exit codes as of run; 6 where the map is damaged, "
-      "empty or of "
-      "another camera.");
+      "empty or of another camera.");
 }
 
 Status load_settings(const RunOptions& options, SlamConfig& config) {

@@ -19,6 +19,7 @@ void AdjustmentThread::give_up() {
 }
 
 std::optional<MapPatch> AdjustmentThread::take_result() {
+  if (thread_) thread_->rethrow();
   const std::lock_guard lock(mutex_);
   return std::exchange(result_, std::nullopt);
 }

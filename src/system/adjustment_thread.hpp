@@ -22,7 +22,7 @@ class AdjustmentThread {
   /// Gives up a job that still runs: its map is no longer the newest.
   void start(FullAdjustment job);
   void give_up();
-  /// The result, once.
+  /// The result, once. Throws what the job ended with, if it was an exception.
   [[nodiscard]] std::optional<MapPatch> take_result();
   /// Waits for the job.
   void finish();

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "map/map_test_world.hpp"
 
 namespace ygslam {
@@ -34,6 +36,19 @@ TEST(AdjustmentThread, ANewJobReplacesTheOld) {
   thread.start(make_full_adjustment(old, {}));
   thread.give_up();
   EXPECT_FALSE(thread.take_result());
+}
+
+TEST(AdjustmentThread, AJobThatFailsSaysSoWhenItsResultIsAskedFor) {
+  map_test::World world(300, 33);
+  FullAdjustment job = make_full_adjustment(map_test::true_map(world, 3).map, {});
+  job.window.problem.observations.front().pose = 99;  // there are three
+  AdjustmentThread thread(world.camera(), {});
+  thread.start(job);
+  EXPECT_THROW(
+      {
+        while (!thread.take_result()) std::this_thread::yield();
+      },
+      InternalError);
 }
 
 }  // namespace

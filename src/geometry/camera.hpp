@@ -57,8 +57,8 @@ class Camera {
     return {(ideal_px.x() - config_.cx) / config_.fx * depth_m,
             (ideal_px.y() - config_.cy) / config_.fy * depth_m, depth_m};
   }
-  /// Recorded pixel to ideal pixel; exact at pixel centres up to the iteration's 1e-6 px,
-  /// interpolated between them.
+  /// Recorded pixel to ideal pixel; right to the 1e-4 px of a float at pixel centres, interpolated
+  /// between them.
   [[nodiscard]] Vec2 undistort(const Vec2& uv_px) const;
   /// Ideal pixel to recorded pixel.
   [[nodiscard]] Vec2 distort(const Vec2& ideal_px) const;

@@ -3,6 +3,11 @@
 #include <cmath>
 
 namespace ygslam {
+namespace {
+
+constexpr double kNearest_m = 0.1;
+
+}  // namespace
 
 std::optional<Vec3> triangulate(const Camera& camera, const SE3& T_a_world, const Vec2& a_px,
                                 const SE3& T_b_world, const Vec2& b_px, double min_parallax_rad) {
@@ -17,7 +22,7 @@ std::optional<Vec3> triangulate(const Camera& camera, const SE3& T_a_world, cons
   const double denominator = 1.0 - cosine * cosine;
   const double s = (baseline.dot(d_a) - cosine * baseline.dot(d_b)) / denominator;
   const double t = (cosine * baseline.dot(d_a) - baseline.dot(d_b)) / denominator;
-  if (s < 0.1 || t < 0.1) return std::nullopt;
+  if (s < kNearest_m || t < kNearest_m) return std::nullopt;
   return 0.5 * (T_world_a.t() + s * d_a + T_world_b.t() + t * d_b);
 }
 

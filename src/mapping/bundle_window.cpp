@@ -6,6 +6,8 @@
 namespace ygslam {
 namespace {
 
+constexpr float kLeastWeight = 0.05F;  // what became a landmark keeps a say
+
 std::vector<KeyframeId> other_observers(const Map& map, const std::vector<LandmarkId>& landmarks,
                                         const std::vector<KeyframeId>& except, int max_count) {
   std::map<KeyframeId, int> counts;
@@ -46,7 +48,7 @@ void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_co
       if (pose == pose_of.end()) continue;
       const Keyframe& keyframe = map.keyframe(o.keyframe);
       const Feature& feature = keyframe.data->features->points[o.feature];
-      const double weight = std::max(0.05F, keyframe.static_weight[o.feature]);
+      const double weight = std::max(kLeastWeight, keyframe.static_weight[o.feature]);
       window.problem.observations.push_back(
           {pose->second, i, observe(feature, map.scales().of(feature.octave), noise, weight)});
     }

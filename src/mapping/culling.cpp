@@ -9,6 +9,7 @@ namespace ygslam {
 namespace {
 
 constexpr std::size_t kSpaceNeighbours = 12;
+constexpr std::size_t kJudgedKeyframes = 30;
 constexpr double kNearest_m = 0.3;
 constexpr double kThroughM = 0.1;  // farther than the noise of depth and pose ...
 constexpr double kThroughRatio = 0.1;
@@ -85,7 +86,7 @@ int cull_seen_through(Map& map, const Camera& camera, KeyframeId id, const Culli
 std::vector<KeyframeId> cull_keyframes(Map& map, KeyframeId around, const CullingConfig& config) {
   std::vector<KeyframeId> removed;
   const auto newest = static_cast<int>(index(map.next_keyframe_id())) - 1;
-  for (const KeyframeId id : map.covisible(around, 1, 30)) {
+  for (const KeyframeId id : map.covisible(around, 1, kJudgedKeyframes)) {
     const Keyframe& keyframe = map.keyframe(id);
     if (keyframe.parent == kNoKeyframe) continue;
     if (newest - static_cast<int>(index(id)) < config.protected_keyframes) continue;

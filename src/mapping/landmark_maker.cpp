@@ -9,6 +9,8 @@
 namespace ygslam {
 namespace {
 
+constexpr int kSharedToPair = 15;  // landmarks that keyframes to triangulate from have in common
+
 std::vector<std::uint32_t> without_landmark(const Keyframe& keyframe, bool with_depth,
                                             float min_weight) {
   std::vector<std::uint32_t> free;
@@ -100,8 +102,8 @@ int make_from_depth(Map& map, const Camera& camera, KeyframeId id,
 int make_by_triangulation(Map& map, const Camera& camera, KeyframeId keyframe,
                           const LandmarkMakerConfig& config, std::vector<LandmarkId>& made) {
   const std::size_t before = made.size();
-  for (const KeyframeId neighbour :
-       map.covisible(keyframe, 15, static_cast<std::size_t>(config.triangulation_neighbours))) {
+  for (const KeyframeId neighbour : map.covisible(
+           keyframe, kSharedToPair, static_cast<std::size_t>(config.triangulation_neighbours))) {
     triangulate_pair(map, camera, keyframe, neighbour, config, made);
   }
   return static_cast<int>(made.size() - before);

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kMaxNeighbourDistanceM = 2.5;
 constexpr double kMinDirectionCosine = 0.5;
-constexpr int kJustBefore = 8;  // keyframes
+constexpr int kJustBefore = 8;           // keyframes
+constexpr int kSharedByNeighbours = 10;  // landmarks
 
 bool depth_agrees(const Keyframe& keyframe, std::uint32_t feature, const Vec3& p_world,
                   double max_relative) {
@@ -93,7 +94,7 @@ std::vector<LandmarkId> landmarks_of(const Map& map, const std::vector<KeyframeI
 }  // namespace
 
 std::vector<KeyframeId> neighbours(const Map& map, KeyframeId id, std::size_t max_count) {
-  std::vector<KeyframeId> result = map.covisible(id, 10, max_count);
+  std::vector<KeyframeId> result = map.covisible(id, kSharedByNeighbours, max_count);
   const Keyframe& keyframe = map.keyframe(id);
   const Vec3 position = keyframe.position_world();
   const Vec3 direction = keyframe.T_camera_world.R().row(2);

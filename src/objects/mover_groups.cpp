@@ -19,8 +19,8 @@ bool are_near(const ObjectPoint& a, const ObjectPoint& b) {
 
 }  // namespace
 
-std::vector<std::vector<std::uint32_t>> hang_together(std::span<const ObjectPoint> points,
-                                                      std::span<const std::uint32_t> members) {
+std::vector<std::vector<std::uint32_t>> connected_groups(std::span<const ObjectPoint> points,
+                                                         std::span<const std::uint32_t> members) {
   std::vector<std::uint32_t> left(members.begin(), members.end());
   std::vector<std::vector<std::uint32_t>> groups;
   while (!left.empty()) {

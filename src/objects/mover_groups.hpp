@@ -11,8 +11,8 @@ struct ObjectPoint;
 
 inline constexpr int kMinMoverPoints = 8;  ///< that move together, to be a thing
 
-/// Members (indices into points) in groups that hang together in the image and in depth.
-[[nodiscard]] std::vector<std::vector<std::uint32_t>> hang_together(
+/// Members (indices into points) in groups connected by nearness in the image and in depth.
+[[nodiscard]] std::vector<std::vector<std::uint32_t>> connected_groups(
     std::span<const ObjectPoint> points, std::span<const std::uint32_t> members);
 
 }  // namespace ygslam

@@ -146,7 +146,7 @@ void ObjectTracker::take_movers(ObjectFrame& now) {
     const bool moves = key >= 0 ? !tracks_.at(key).is_known() : points[i].moves;
     if (moves && points[i].uv_px.allFinite()) movers.push_back(i);
   }
-  for (const PointIndices& group : hang_together(points, movers)) {
+  for (const PointIndices& group : connected_groups(points, movers)) {
     const auto on_known = std::count_if(
         group.begin(), group.end(), [&](std::uint32_t i) { return is_on_known(points[i], now); });
     int key = -1;

@@ -23,7 +23,7 @@ struct FrameRecord {
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   bool provisional = false;  ///< see TrackResult
   double correction_m = 0;   ///< see TrackResult
-  bool few_static = false;   ///< suspicious points had to come back
+  bool few_static = false;   ///< see PointLabels::too_few_static
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
   std::vector<TrackedObject> objects;
   double track_ms = 0, track_cpu_ms = 0, orb_ms = 0, motion_ms = 0, pose_ms = 0;

@@ -1,5 +1,5 @@
-// Mapping, loop closing and the dense cloud as one stage: takes keyframe candidates and masks,
-// publishes views.
+// Mapping and loop closing as one stage: takes keyframe candidates and masks, gives views for the
+// tracker and updates for the dense map.
 #pragma once
 
 #include <atomic>
@@ -31,7 +31,7 @@ struct MappingStageConfig {
   bool frozen = false;  ///< the map stays as it is: frames are placed in it, nothing is added
   MaskConfig mask;      ///< as tracking reads masks
   bool expects_masks =
-      false;  ///< a keyframe's pixels wait for its mask before they enter the cloud
+      false;  ///< a keyframe's pixels wait for its mask before they enter the dense map
   int max_waiting_keyframes = 64;  ///< beyond: the oldest enters with the point labels alone
   int max_waiting_frames = 8;      ///< that are no keyframes; beyond: the oldest is let go
 };
@@ -75,8 +75,8 @@ class MappingStage {
   /// ignored.
   /// @return true if the map changed.
   bool apply(const Segmentation& masks);
-  /// End of the run: keyframes whose mask never came enter the cloud with their point labels alone,
-  /// frames that are none do not.
+  /// End of the run: keyframes whose mask never came enter the dense map with their point labels
+  /// alone, frames that are none do not.
   void finish();
 
   [[nodiscard]] LocalViewPtr view() const { return mapper_.view(); }

@@ -73,20 +73,6 @@ std::string summary_text(const SlamOutcome& outcome, const Map& map, const Frame
                      counted(map.landmark_count(), "landmark"), facts.wall_s);
 }
 
-std::string mode_name(DynamicMode mode) {
-  switch (mode) {
-    case DynamicMode::kOff:
-      return "off";
-    case DynamicMode::kGeometry:
-      return "geometry";
-    case DynamicMode::kSemantic:
-      return "semantic";
-    case DynamicMode::kFull:
-      return "full";
-  }
-  return "?";
-}
-
 const char* version() { return YGSLAM_VERSION; }
 
 std::string processor_name() {

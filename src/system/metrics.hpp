@@ -27,7 +27,6 @@ struct RunFacts {
 
 /// Tracked frames (tracking and weak) / readable frames.
 [[nodiscard]] double coverage(const SlamOutcome& outcome);
-[[nodiscard]] std::string mode_name(DynamicMode mode);
 [[nodiscard]] const char* version();
 /// Of this machine, as the kernel tells it.
 [[nodiscard]] std::string processor_name();

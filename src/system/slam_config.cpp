@@ -45,12 +45,11 @@ void add_input_keys(ConfigSchema& s, SlamConfig& c) {
 
 void add_motion_keys(ConfigSchema& s, SlamConfig& config) {
   DynamicConfig& c = config.dynamic;
-  s.choice("dynamic.mode", c.mode,
-           {{"off", DynamicMode::kOff},
-            {"geometry", DynamicMode::kGeometry},
-            {"semantic", DynamicMode::kSemantic},
-            {"full", DynamicMode::kFull}},
-           "what is done about moving things (--dynamic)",
+  std::vector<std::pair<std::string, DynamicMode>> modes;
+  for (const DynamicMode mode :
+       {DynamicMode::kOff, DynamicMode::kGeometry, DynamicMode::kSemantic, DynamicMode::kFull})
+    modes.emplace_back(mode_name(mode), mode);
+  s.choice("dynamic.mode", c.mode, modes, "what is done about moving things (--dynamic)",
            "off where nothing moves, geometry where no network can run");
   s.number("motion.tau_px", c.epipolar.tau_px, 0.01, 50.0, "px",
            "farther from its epipolar line a point is dynamic (Algorithm 1)",

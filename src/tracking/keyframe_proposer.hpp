@@ -39,7 +39,7 @@ class KeyframeProposer {
   KeyframePolicyConfig config_;
   int min_points_;
   int frames_since_keyframe_ = 0;
-  std::uint64_t map_version_ = 0;  // of the first view since the last candidate
+  std::uint64_t map_version_ = 0;  // of the last candidate: no view since is older
   std::unordered_map<LandmarkId, KeyframeCandidate::Seen> seen_;  // since the last candidate
   std::vector<LandmarkId> seen_order_;
 };

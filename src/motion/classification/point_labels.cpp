@@ -136,6 +136,20 @@ void fall_back_to_least_dynamic(const std::vector<bool>& may_come_back,
 
 }  // namespace
 
+const char* mode_name(DynamicMode mode) {
+  switch (mode) {
+    case DynamicMode::kOff:
+      return "off";
+    case DynamicMode::kGeometry:
+      return "geometry";
+    case DynamicMode::kSemantic:
+      return "semantic";
+    case DynamicMode::kFull:
+      return "full";
+  }
+  return "?";
+}
+
 void count(PointLabels& labels) {
   labels.static_points = labels.dynamic_points = labels.unknown_points = 0;
   for (const MotionLabel label : labels.label) {

@@ -20,6 +20,9 @@ enum class DynamicMode : std::uint8_t {
   kFull,      ///< both
 };
 
+/// "off", "geometry", "semantic", "full".
+[[nodiscard]] const char* mode_name(DynamicMode mode);
+
 /// Whether geometry has a say: flow, depth and the map's free space.
 [[nodiscard]] constexpr bool uses_geometry(DynamicMode mode) {
   return mode == DynamicMode::kGeometry || mode == DynamicMode::kFull;

@@ -19,7 +19,6 @@ class Restored {
  public:
   Restored(const Map& map, const Camera& camera, const LoopEffect& effect)
       : map_(map), camera_(camera), patch_(effect.undo), moved_(map.moved_by(effect.undo)) {
-    patch_.base_version = map.version();
     take_back(effect.fusions);
     apart_m_ = typical_distance_m(effect.fusions);
     for (const LandmarkId id : all_landmarks()) look_after(map.landmark(id));
@@ -186,7 +185,6 @@ class Restored {
 
 MapPatch inverse_poses(const MapPatch& patch) {
   MapPatch inverse;
-  inverse.base_version = patch.base_version;
   inverse.first_later = patch.first_later;
   for (const MapPatch::Pose& pose : patch.poses)
     inverse.poses.push_back({pose.keyframe, pose.T_camera_world, pose.T_camera_base});

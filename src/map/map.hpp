@@ -79,10 +79,8 @@ class Map {
   /// Grows with every change of what there is and where it is; not with what is counted of it.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// A patch against this map that changes nothing yet.
-  [[nodiscard]] MapPatch start_patch() const {
-    return {version_, next_keyframe_id(), {}, {}, {}, {}, {}};
-  }
-  /// Takes a correction over. What came or changed since its base version is carried along:
+  [[nodiscard]] MapPatch start_patch() const { return {next_keyframe_id(), {}, {}, {}, {}, {}}; }
+  /// Takes a correction over. What came or changed since it was started is carried along:
   /// a keyframe that moved keeps that motion, a later one follows its parent, a landmark that is
   /// not named or has moved follows the keyframe that first saw it. What is gone is skipped.
   /// @return true if it bent the map, false if all keyframes moved as one.

@@ -2,7 +2,6 @@
 // adjustment's, a weld of two places.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "core/ids.hpp"
@@ -43,8 +42,7 @@ struct MapPatch {
     KeyframeId keyframe = kNoKeyframe;
   };
 
-  std::uint64_t base_version = 0;  ///< Map::version() of the map it was computed from
-  KeyframeId first_later{0};       ///< keyframes from this number on were not in it
+  KeyframeId first_later{0};  ///< keyframes from this number on were not in it
   std::vector<Pose> poses;
   std::vector<Point> points;  ///< those not named follow the keyframe that first saw them
   std::vector<Fusion> fusions;

@@ -16,7 +16,7 @@
 
 #include "core/statistics.hpp"
 #include "io/frame_loader.hpp"
-#include "io/trajectory.hpp"
+#include "io/trajectory_formats.hpp"
 #include "io/tum_sequence.hpp"
 #include "segment/recorded_masks.hpp"
 #include "system/runner.hpp"

@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "io/frame_loader.hpp"
-#include "io/trajectory.hpp"
+#include "io/trajectory_formats.hpp"
 #include "io/tum_sequence.hpp"
 
 namespace ygslam::bench {

@@ -4,6 +4,7 @@
 
 #include "eval/loop_report.hpp"
 #include "eval/report.hpp"
+#include "io/trajectory_formats.hpp"
 
 namespace ygslam {
 

@@ -19,6 +19,7 @@
 #include "core/statistics.hpp"
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
+#include "io/trajectory_formats.hpp"
 #include "live/run_recorder.hpp"
 #include "segment/movable.hpp"
 #include "system/dense_file.hpp"

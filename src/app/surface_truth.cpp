@@ -9,6 +9,7 @@
 #include "image/depth.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
+#include "io/trajectory_formats.hpp"
 #include "io/tum_sequence.hpp"
 #include "scene_file/read_surface.hpp"
 

@@ -11,6 +11,7 @@
 #include "io/image_folders.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
+#include "io/trajectory_formats.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

@@ -6,6 +6,7 @@
 #include "core/log.hpp"  // brings {fmt}
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
+#include "io/trajectory_formats.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;

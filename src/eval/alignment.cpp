@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/check.hpp"
+
 namespace ygslam {
 namespace {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/check.hpp"
+
 namespace ygslam {
 namespace {
 

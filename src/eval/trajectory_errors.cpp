@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/check.hpp"
 #include "core/statistics.hpp"
 
 namespace ygslam {

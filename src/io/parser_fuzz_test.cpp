@@ -10,7 +10,7 @@
 #include "io/json_text.hpp"
 #include "io/ply.hpp"
 #include "io/testing/small_sequence.hpp"
-#include "io/trajectory.hpp"
+#include "io/trajectory_formats.hpp"
 
 namespace ygslam {
 namespace {

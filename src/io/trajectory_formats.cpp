@@ -17,7 +17,8 @@ constexpr std::array<std::pair<std::string_view, TrajectoryFormat>, 3> kNames = 
     {"kitti", TrajectoryFormat::kKitti},
     {"euroc", TrajectoryFormat::kEuroc},
 }};
-constexpr std::size_t kEurocColumns = 8;
+constexpr std::size_t kTumColumns = 8, kEurocColumns = 8;
+constexpr std::size_t kLargestFile_bytes = std::size_t{1} << 30;
 constexpr double kLargest_m = 1e9;
 // Seconds of our century have ten digits before the point; nanoseconds have nineteen. Clocks that
 // start near zero are told apart by the missing point only, so a whole number must be this large.
@@ -46,6 +47,24 @@ Result<std::array<double, N>> numbers(const std::vector<std::string_view>& words
     values[i] = *value;
   }
   return values;
+}
+
+Result<StampedPose> pose_of(Timestamp stamp, const Eigen::Quaterniond& q, const Vec3& p) {
+  if (q.norm() < kLeastQuaternionLength) return input_fault("quaternion without length");
+  return StampedPose{stamp, SE3(q, p)};
+}
+
+Result<StampedPose> parse_tum(std::string_view line, std::size_t /*position*/) {
+  const auto words = words_of(line, ",;");
+  if (words.size() < kTumColumns) {
+    return input_fault(std::to_string(words.size()) +
+                       " columns, needs 8 (stamp tx ty tz qx qy qz qw)");
+  }
+  const auto stamp = parse_stamp(words[0]);
+  if (!stamp) return input_fault("'" + printable(words[0]) + "' is no stamp");
+  const auto v = numbers<kTumColumns - 1>(words, 1);
+  if (!v.ok()) return v.error();
+  return pose_of(stamp->stamp, {(*v)[6], (*v)[3], (*v)[4], (*v)[5]}, {(*v)[0], (*v)[1], (*v)[2]});
 }
 
 Result<StampedPose> parse_kitti(std::string_view line, std::size_t position) {
@@ -77,9 +96,7 @@ Result<StampedPose> parse_euroc(std::string_view line, std::size_t /*position*/)
   }
   const auto v = numbers<kEurocColumns - 1>(words, 1);
   if (!v.ok()) return v.error();
-  const Eigen::Quaterniond q((*v)[3], (*v)[4], (*v)[5], (*v)[6]);
-  if (q.norm() < kLeastQuaternionLength) return input_fault("quaternion without length");
-  return StampedPose{{ns}, SE3(q, {(*v)[0], (*v)[1], (*v)[2]})};
+  return pose_of({ns}, {(*v)[3], (*v)[4], (*v)[5], (*v)[6]}, {(*v)[0], (*v)[1], (*v)[2]});
 }
 
 void put_in_order(const std::string& name, std::vector<StampedPose>& poses) {
@@ -178,7 +195,7 @@ Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string
     const Status is_tum = check_is_tum(text, name);
     if (!is_tum.ok()) return is_tum.error();
   }
-  auto poses = file.format == TrajectoryFormat::kTum     ? parse_tum_trajectory(text, name)
+  auto poses = file.format == TrajectoryFormat::kTum     ? parse_lines(text, name, parse_tum)
                : file.format == TrajectoryFormat::kKitti ? parse_lines(text, name, parse_kitti)
                                                          : parse_lines(text, name, parse_euroc);
   if (!poses.ok()) return poses.error();
@@ -190,9 +207,20 @@ Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string
 
 Result<TrajectoryFile> read_trajectory(const std::filesystem::path& path,
                                        std::optional<TrajectoryFormat> format) {
-  const auto text = read_file(path, std::size_t{1} << 30);
+  const auto text = read_file(path, kLargestFile_bytes);
   if (!text.ok()) return text.error();
   return parse_trajectory(*text, path.string(), format);
+}
+
+Result<std::vector<StampedPose>> parse_tum_trajectory(std::string_view text,
+                                                      const std::string& name) {
+  return parse_lines(text, name, parse_tum);
+}
+
+Result<std::vector<StampedPose>> read_tum_trajectory(const std::filesystem::path& path) {
+  const auto text = read_file(path, kLargestFile_bytes);
+  if (!text.ok()) return text.error();
+  return parse_tum_trajectory(*text, path.string());
 }
 
 Status add_stamps(const std::filesystem::path& times, const std::string& name,

@@ -42,6 +42,17 @@ struct TrajectoryFile {
 [[nodiscard]] Result<TrajectoryFile> read_trajectory(const std::filesystem::path& path,
                                                      std::optional<TrajectoryFormat> format = {});
 
+/// What must be TUM and is not asked whether it might be something else: ground truth, own output.
+/// Comments (#), blank lines, commas or tabs as separators and further columns are tolerated;
+/// quaternions are normalised. Poses are returned in order of time, of equal stamps the first.
+/// @param name for messages. @return kInput naming file and line: too few columns, not a finite
+/// number, decimal commas, lines that end in CR alone, quaternion without length; or no pose at
+/// all.
+[[nodiscard]] Result<std::vector<StampedPose>> parse_tum_trajectory(std::string_view text,
+                                                                    const std::string& name);
+[[nodiscard]] Result<std::vector<StampedPose>> read_tum_trajectory(
+    const std::filesystem::path& path);
+
 /// Gives a trajectory without stamps those of a file, one a line [s].
 /// @return kInput: unreadable, not one stamp for each pose, or stamps that do not increase.
 [[nodiscard]] Status add_stamps(const std::filesystem::path& times, const std::string& name,

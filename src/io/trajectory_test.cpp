@@ -9,6 +9,7 @@
 
 #include "core/rng.hpp"
 #include "io/text.hpp"
+#include "io/trajectory_formats.hpp"
 
 namespace ygslam {
 namespace {

@@ -4,6 +4,7 @@
 #include "core/rng.hpp"
 #include "core/testing/recorded_data.hpp"
 #include "io/frame_reader.hpp"
+#include "io/trajectory_formats.hpp"
 #include "io/tum_sequence.hpp"
 #include "segment/recorded_masks.hpp"
 #include "system/system_test_world.hpp"

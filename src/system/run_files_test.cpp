@@ -9,6 +9,7 @@
 #include "eval/loop_report.hpp"
 #include "io/ply.hpp"
 #include "io/testing/temp_folder.hpp"
+#include "io/trajectory_formats.hpp"
 #include "system/metrics.hpp"
 #include "system/run_writer.hpp"
 

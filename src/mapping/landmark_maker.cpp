@@ -41,14 +41,12 @@ void triangulate_pair(Map& map, const Camera& camera, KeyframeId id, KeyframeId 
   const Features& fb = *b.data->features;
   const auto free_a = without_landmark(a, false, config.min_static_weight);
   auto free_b = without_landmark(b, false, config.min_static_weight);
-  std::vector<std::uint8_t> taken(fb.size(), 0);
   const double max_epipolar_sigmas = std::sqrt(config.max_epipolar_chi2);
   for (const std::uint32_t i : free_a) {
     const Vec2 a_px = fa.points[i].ideal_px.cast<double>();
     int best = config.max_distance + 1;
     std::uint32_t best_j = 0;
     for (const std::uint32_t j : free_b) {
-      if (taken[j]) continue;
       const int d = distance(fa.descriptors[i], fb.descriptors[j]);
       if (d >= best) continue;
       const double limit_px = max_epipolar_sigmas * map.scales().of(fb.points[j].octave);
@@ -70,7 +68,7 @@ void triangulate_pair(Map& map, const Camera& camera, KeyframeId id, KeyframeId 
                     config.max_reprojection_chi2)) {
       continue;
     }
-    taken[best_j] = 1;
+    std::erase(free_b, best_j);
     const LandmarkId landmark = map.add_landmark(*p_world, id, i);
     map.add_observation(landmark, neighbour_id, best_j);
     map.refresh(landmark);

@@ -195,7 +195,9 @@ TEST(RunLog, AReadOutThatDiffersNamesWhereTheOneInUseComesFrom) {
   result.shutter->taken_over = true;
   RunLog found(true, "Kinect, guessed by the 525 px");
   for (int times = 0; times < 2; ++times) found.add(FrameRecord{}, result);
-  ASSERT_EQ(lines.size(), 4U);
+  found.clear();
+  found.add(FrameRecord{}, result);
+  ASSERT_EQ(lines.size(), 5U);
   EXPECT_EQ(lines[0],
             "the camera seems to read an image in 21.6 +- 0.4 ms; 26.0 ms (Asus, taken from the "
             "name of the folder) are in use; see `ygslam calibrate`");
@@ -203,6 +205,7 @@ TEST(RunLog, AReadOutThatDiffersNamesWhereTheOneInUseComesFrom) {
   EXPECT_NE(lines[2].find("ms, not in 26.0 ms (Kinect, guessed by the 525 px): taken into account"),
             std::string::npos);
   EXPECT_EQ(lines[3].find("guessed"), std::string::npos) << "it is not in use any more";
+  EXPECT_EQ(lines[4], lines[2]) << "after reset it is";
 }
 
 TEST(Metrics, TheSummaryTellsOfDroppedFrames) {

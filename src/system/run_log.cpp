@@ -27,8 +27,8 @@ void log_shutter(const ShutterReport& report, const std::string& source) {
 
 void RunLog::add(const FrameRecord& record, const TrackResult& result) {
   if (result.shutter) {
-    log_shutter(*result.shutter, shutter_source_);
-    if (result.shutter->taken_over) shutter_source_.clear();
+    log_shutter(*result.shutter, shutter_found_ ? "" : shutter_source_);
+    shutter_found_ |= result.shutter->taken_over;
   }
   early_frames_.add(record, result);
   RunStatistics& s = outcome_.statistics;

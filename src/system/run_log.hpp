@@ -56,7 +56,7 @@ class RunLog {
   void clear() {
     outcome_ = {};
     early_frames_ = {};
-    lost_ = false;
+    lost_ = shutter_found_ = false;
   }
 
  private:
@@ -64,7 +64,8 @@ class RunLog {
   SlamOutcome outcome_;
   EarlyFrames early_frames_;
   const bool keep_trajectory_;
-  std::string shutter_source_;  // of the times in use; empty once they were found
+  const std::string shutter_source_;
+  bool shutter_found_ = false;  // by this run: shutter_source_ tells no more
   bool lost_ = false;           // in the last frame
 };
 

@@ -68,6 +68,7 @@ TEST(Pairing, TakesNoStampTwiceAndNothingTooFar) {
     EXPECT_TRUE(seen.insert(pair.second).second);
     EXPECT_LE(std::llabs(a[pair.first].ns - b[pair.second].ns), kMaxPairDifference_ns);
   }
+  EXPECT_GT(seen.size(), a.size() / 2);
 }
 
 TEST(Pairing, EmptyListsMakeNoPairs) {

@@ -196,10 +196,9 @@ TEST(PoseOnly, PointsOnALineDoNotBreakIt) {
     line.push_back({p, synthetic::observe(camera, SE3(), p, {}, rng)});
   }
   const auto s = solve_pose(camera, SE3(), line, {});  // one rotation is undetermined
-  if (s) {
-    EXPECT_TRUE(s->T_camera_world.is_finite());
-    EXPECT_LT(s->information.selfadjointView<Eigen::Lower>().eigenvalues()[0], 1.0);
-  }
+  ASSERT_TRUE(s);
+  EXPECT_TRUE(s->T_camera_world.is_finite());
+  EXPECT_LT(s->information.selfadjointView<Eigen::Lower>().eigenvalues()[0], 1.0);
 }
 
 }  // namespace

@@ -8,9 +8,10 @@
 namespace ygslam {
 namespace {
 
-constexpr double kApartPx = 3;   // in the pyramid level of the feature
-constexpr double kWorse = 2;     // times as far off as before
-constexpr double kAcross = 0.5;  // of how far what was fused comes apart: a sight across the weld
+constexpr double kApartPx = 3;  // in the pyramid level of the feature
+constexpr double kWorse = 2;    // times as far off as before
+// Of how far what was fused comes apart: beyond, an observation is one across the weld.
+constexpr double kAcross = 0.5;
 
 using Observed = std::pair<KeyframeId, std::uint32_t>;
 
@@ -57,8 +58,8 @@ class Restored {
       parts_[split.from].push_back(patch_.splits.size());
       patch_.splits.push_back(std::move(split));
     }
-    patch_.unseen = log.saw;
-    for (const MapPatch::Sight& sight : log.saw) unseen_.emplace(sight.landmark, sight.keyframe);
+    patch_.dropped = log.added;
+    for (const MapPatch::Observation& o : log.added) dropped_.emplace(o.landmark, o.keyframe);
   }
 
   /// Between the two halves of what was fused.
@@ -114,15 +115,15 @@ class Restored {
     return error_px(pose(o.keyframe), p_world, o);
   }
 
-  /// Finds the sights of a landmark from across the weld that do not show it any more, and what
-  /// they show instead.
+  /// Finds the observations of a landmark from across the weld that do not show it any more, and
+  /// what they show instead.
   void look_after(const Landmark& landmark) {
     const Vec3 p_world = position(landmark);
     std::vector<LandmarkObservation> apart;
     for (const LandmarkObservation& o : landmark.observations) {
       const auto owner = owner_.find({o.keyframe, o.feature});
       const bool stays = owner == owner_.end() || owner->second == landmark.id;
-      if (!stays || unseen_.contains({landmark.id, o.keyframe})) continue;
+      if (!stays || dropped_.contains({landmark.id, o.keyframe})) continue;
       if (!is_across(landmark, o.keyframe)) continue;
       const double after_px = error_px(p_world, o);
       if (give_to_part(landmark.id, o, after_px)) continue;
@@ -152,7 +153,8 @@ class Restored {
     return true;
   }
 
-  /// A new landmark where the first of the sights has it; what does not show that shows nothing.
+  /// A new landmark where the first of the observations has it; what does not show that shows
+  /// nothing.
   void make_again(LandmarkId landmark, const std::vector<LandmarkObservation>& apart) {
     MapPatch::Split made;
     for (const LandmarkObservation& o : apart) {
@@ -164,7 +166,7 @@ class Restored {
         made.observations.push_back(o);
       } else if (made.observations.empty() || error_px(made.p_world, o) > kApartPx ||
                  !give(made, o)) {
-        patch_.unseen.push_back({landmark, o.keyframe});
+        patch_.dropped.push_back({landmark, o.keyframe});
       }
     }
     if (!made.observations.empty()) patch_.splits.push_back(std::move(made));
@@ -177,7 +179,7 @@ class Restored {
   std::map<LandmarkId, Vec3> p_world_;                    // of what the weld fused
   std::map<LandmarkId, std::vector<std::size_t>> parts_;  // splits of a landmark
   std::map<Observed, LandmarkId> owner_;                  // after the splits
-  std::set<std::pair<LandmarkId, KeyframeId>> unseen_;
+  std::set<std::pair<LandmarkId, KeyframeId>> dropped_;
   double apart_m_ = 0;  // between what was fused
 };
 

@@ -38,7 +38,7 @@ FusionLog weld(Map& map, const RingWorld& ring, const LoopClosure& closure) {
       const LandmarkId theirs = map.current_id(it->second);
       if (mine == theirs || theirs == kNoLandmark) continue;
       if (mine == kNoLandmark) {
-        if (map.add_observation(theirs, id, k)) log.saw.push_back({theirs, id});
+        if (map.add_observation(theirs, id, k)) log.added.push_back({theirs, id});
         continue;
       }
       const bool keep_mine = k % 2 == 0;

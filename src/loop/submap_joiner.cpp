@@ -5,7 +5,7 @@
 namespace ygslam {
 namespace {
 
-constexpr std::size_t kMostSights = 500;  // the oldest go
+constexpr std::size_t kMostCommonViews = 500;  // the oldest go
 constexpr std::size_t kMinWithinReach = 2;
 
 using Roots = std::map<KeyframeId, KeyframeId>;
@@ -56,34 +56,35 @@ void SubmapJoiner::remember(const Map& map, KeyframeId reference, const SE3& T_c
   const SE3 T_camera_place =
       match.T_camera_world * map.keyframe(match.place).T_camera_world.inverse();
   if (map.root_of(match.place) < map.root_of(reference)) {
-    sights_.push_back({reference, match.place, T_camera_reference, T_camera_place, match.inliers});
+    common_views_.push_back(
+        {reference, match.place, T_camera_reference, T_camera_place, match.inliers});
   } else {
-    sights_.push_back({match.place, reference, T_camera_place, T_camera_reference, match.inliers});
+    common_views_.push_back(
+        {match.place, reference, T_camera_place, T_camera_reference, match.inliers});
   }
-  if (sights_.size() > kMostSights) sights_.pop_front();
+  if (common_views_.size() > kMostCommonViews) common_views_.pop_front();
 }
 
 void SubmapJoiner::forget_what_is_gone(const Map& map) {
-  std::erase_if(sights_, [&](const Sight& sight) {
-    return !map.has_keyframe(sight.in_younger) || !map.has_keyframe(sight.in_older) ||
-           map.root_of(sight.in_younger) == map.root_of(sight.in_older);
+  std::erase_if(common_views_, [&](const CommonView& view) {
+    return !map.has_keyframe(view.in_younger) || !map.has_keyframe(view.in_older) ||
+           map.root_of(view.in_younger) == map.root_of(view.in_older);
   });
 }
 
 std::vector<MapPair> SubmapJoiner::pairs_of_latest(const Map& map) const {
-  const KeyframeId younger = map.root_of(sights_.back().in_younger);
-  const KeyframeId older = map.root_of(sights_.back().in_older);
+  const KeyframeId younger = map.root_of(common_views_.back().in_younger);
+  const KeyframeId older = map.root_of(common_views_.back().in_older);
   std::vector<MapPair> pairs;
-  for (const Sight& sight : sights_) {
-    if (map.root_of(sight.in_younger) != younger || map.root_of(sight.in_older) != older) continue;
+  for (const CommonView& view : common_views_) {
+    if (map.root_of(view.in_younger) != younger || map.root_of(view.in_older) != older) continue;
     PlaceMatch match;
-    match.place = sight.in_older;
+    match.place = view.in_older;
     match.verdict = PlaceVerdict::kAgrees;
-    match.inliers = sight.inliers;
-    match.T_camera_world = sight.T_camera_older * map.keyframe(sight.in_older).T_camera_world;
-    pairs.push_back({sight.in_younger,
-                     sight.T_camera_younger * map.keyframe(sight.in_younger).T_camera_world,
-                     match});
+    match.inliers = view.inliers;
+    match.T_camera_world = view.T_camera_older * map.keyframe(view.in_older).T_camera_world;
+    pairs.push_back({view.in_younger,
+                     view.T_camera_younger * map.keyframe(view.in_younger).T_camera_world, match});
   }
   return pairs;
 }
@@ -97,8 +98,8 @@ bool SubmapJoiner::is_within_reach(const Map& map, KeyframeId root,
 }
 
 std::optional<SubmapJoin> SubmapJoiner::try_latest(const Map& map) const {
-  const KeyframeId younger = map.root_of(sights_.back().in_younger);
-  const KeyframeId older = map.root_of(sights_.back().in_older);
+  const KeyframeId younger = map.root_of(common_views_.back().in_younger);
+  const KeyframeId older = map.root_of(common_views_.back().in_older);
   MapAlignment alignment = align_pairs(pairs_of_latest(map), config_);
   const bool joins = alignment.outcome == MapAlignment::Outcome::kAligned ||
                      (alignment.outcome == MapAlignment::Outcome::kNoOverlap &&

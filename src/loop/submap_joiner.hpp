@@ -38,7 +38,7 @@ class SubmapJoiner {
 
  private:
   /// One camera in two submaps.
-  struct Sight {
+  struct CommonView {
     KeyframeId in_younger = kNoKeyframe;
     KeyframeId in_older = kNoKeyframe;
     SE3 T_camera_younger;  ///< to the keyframes, not to the world
@@ -54,7 +54,7 @@ class SubmapJoiner {
   [[nodiscard]] std::optional<SubmapJoin> try_latest(const Map& map) const;
 
   MapAlignmentConfig config_;
-  std::deque<Sight> sights_;  // both ends in the map, in submaps that are not joined
+  std::deque<CommonView> common_views_;  // both ends in the map, in submaps that are not joined
   std::map<KeyframeId, double> reach_m_;
 };
 

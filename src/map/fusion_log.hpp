@@ -19,8 +19,8 @@ struct FusionLog {
     Anchored into_at;  ///< of the landmark that it went into, undo.from
   };
 
-  std::vector<Fusion> fusions;       ///< in the order in which they were made
-  std::vector<MapPatch::Sight> saw;  ///< observations that were added
+  std::vector<Fusion> fusions;               ///< in the order in which they were made
+  std::vector<MapPatch::Observation> added;  ///< to landmarks that were there
 
   /// To be called before Map::fuse(from, into).
   void before_fusion(const Map& map, LandmarkId from, LandmarkId into) {

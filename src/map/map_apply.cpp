@@ -15,10 +15,10 @@ bool Map::apply(const MapPatch& patch) {
   for (const auto& [id, by] : moved) set_pose(id, by.T_camera_world);
   apply_points(patch, moved);
   for (const MapPatch::Split& s : patch.splits) split(s);
-  for (const MapPatch::Sight& sight : patch.unseen) {
-    if (!has_landmark(sight.landmark)) continue;
-    remove_observation(sight.landmark, sight.keyframe);
-    if (has_landmark(sight.landmark)) refresh(sight.landmark);
+  for (const MapPatch::Observation& dropped : patch.dropped) {
+    if (!has_landmark(dropped.landmark)) continue;
+    remove_observation(dropped.landmark, dropped.keyframe);
+    if (has_landmark(dropped.landmark)) refresh(dropped.landmark);
   }
   for (const MapPatch::Fusion& fusion : patch.fusions) {
     const LandmarkId from = current_id(fusion.from);

@@ -37,7 +37,7 @@ struct MapPatch {
     int found = 1;
     std::vector<LandmarkObservation> observations;  ///< taken from what the features show now
   };
-  struct Sight {
+  struct Observation {
     LandmarkId landmark = kNoLandmark;
     KeyframeId keyframe = kNoKeyframe;
   };
@@ -46,8 +46,8 @@ struct MapPatch {
   std::vector<Pose> poses;
   std::vector<Point> points;  ///< those not named follow the keyframe that first saw them
   std::vector<Fusion> fusions;
-  std::vector<Split> splits;  ///< in this order, each of what those before have left
-  std::vector<Sight> unseen;  ///< observations to be dropped, after the splits
+  std::vector<Split> splits;         ///< in this order, each of what those before have left
+  std::vector<Observation> dropped;  ///< after the splits
 };
 
 }  // namespace ygslam

@@ -114,7 +114,7 @@ TEST(BundleWindow, AdjustmentBringsAPerturbedMapBack) {
       << "the first keyframe holds the world";
 }
 
-TEST(BundleWindow, HoldsFreeKeyframesFixedOnesAndAllTheirSights) {
+TEST(BundleWindow, HoldsFreeKeyframesFixedOnesAndAllTheirObservations) {
   World world(400, 5);
   const auto truth = map_test::true_map(world, 10);
   BundleWindowConfig config;
@@ -127,13 +127,14 @@ TEST(BundleWindow, HoldsFreeKeyframesFixedOnesAndAllTheirSights) {
   EXPECT_EQ(fixed, 4);
   const std::set<KeyframeId> unique(window.keyframes.begin(), window.keyframes.end());
   EXPECT_EQ(unique.size(), 7U);
-  std::size_t sights = 0;
+  std::size_t observations = 0;
   for (const LandmarkId id : window.landmarks)
-    for (const auto& o : truth.map.landmark(id).observations) sights += unique.contains(o.keyframe);
-  EXPECT_EQ(window.problem.observations.size(), sights);
+    for (const auto& o : truth.map.landmark(id).observations)
+      observations += unique.contains(o.keyframe);
+  EXPECT_EQ(window.problem.observations.size(), observations);
 }
 
-TEST(BundleWindow, AWrongSightingLosesItsObservationAndNotTheMap) {
+TEST(BundleWindow, AWrongMatchLosesItsObservationAndNotTheMap) {
   World world(400, 6);
   auto truth = map_test::true_map(world, 5, {.noise_px = 0.3});
   // One feature of the newest keyframe shows another point than its landmark.

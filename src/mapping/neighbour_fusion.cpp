@@ -45,7 +45,7 @@ int fuse_into(Map& map, const Camera& camera, KeyframeId target,
     if (there == id) continue;
     if (there == kNoLandmark) {
       if (map.add_observation(id, target, m.feature)) {
-        if (log) log->saw.push_back({id, target});
+        if (log) log->added.push_back({id, target});
         map.refresh(id);
         ++changes;
       }

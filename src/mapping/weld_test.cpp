@@ -41,13 +41,13 @@ TEST(Weld, WhatItsLogUndoesIsAsBefore) {
     for (const KeyframeId id : {KeyframeId{7}, KeyframeId{6}, KeyframeId{5}})
       fuse_with(map, world.camera(), id, {KeyframeId{0}, KeyframeId{1}, KeyframeId{2}}, {}, &log);
     ASSERT_GT(log.fusions.size(), 50U);
-    ASSERT_GT(log.saw.size(), 10U);
+    ASSERT_GT(log.added.size(), 10U);
     ASSERT_GT(map.keyframe(KeyframeId{7}).covisible.count(KeyframeId{0}), 0U);
 
     MapPatch undo = map.start_patch();
     for (auto fusion = log.fusions.rbegin(); fusion != log.fusions.rend(); ++fusion)
       undo.splits.push_back(fusion->undo);
-    undo.unseen = log.saw;
+    undo.dropped = log.added;
     map.apply(undo);
 
     ASSERT_EQ(map.landmark_count(), before.landmark_count());

@@ -11,8 +11,8 @@ namespace ygslam {
 namespace {
 
 constexpr std::size_t kMostFrames = 1500;  // 50 s: who has not moved by then has nothing to correct
-constexpr std::size_t kMostSights = 150;
-constexpr std::size_t kLeastSights = 20;
+constexpr std::size_t kMaxMatches = 150;
+constexpr std::size_t kMinMatches = 20;
 constexpr double kNearest_m = 0.3;   // nearer, a landmark's own error is many pixels
 constexpr double kNeighbourS = 0.1;  // two frames tell the velocity between them
 constexpr int kRounds = 2;           // the first with the velocities tracking had
@@ -31,13 +31,13 @@ void EarlyFrames::keep(const FrameRecord& record, const TrackResult& result) {
   Frame frame{record.frame, record.stamp, record.pose, *result.guessed_read_out, {}};
   const auto matched = static_cast<std::size_t>(std::ssize(result.landmarks) -
                                                 std::ranges::count(result.landmarks, kNoLandmark));
-  const std::size_t stride = matched / kMostSights + 1;
+  const std::size_t stride = matched / kMaxMatches + 1;
   std::size_t found = 0;
   for (std::size_t i = 0; i < result.landmarks.size(); ++i) {
     if (result.landmarks[i] == kNoLandmark || found++ % stride != 0) continue;
     const Feature& f = result.features->points[i];
-    frame.sights.push_back({result.landmarks[i], f.ideal_px, f.uv_px.y(), f.depth_m,
-                            result.labels.weight[i], f.octave, f.on_depth_edge});
+    frame.matches.push_back({result.landmarks[i], f.ideal_px, f.uv_px.y(), f.depth_m,
+                             result.labels.weight[i], f.octave, f.on_depth_edge});
   }
   waiting_.push_back(std::move(frame));
   if (waiting_.size() > kMostFrames) waiting_.pop_front();
@@ -86,31 +86,31 @@ class EarlyFrames::Revision {
 
   void place(const Frame& frame, Placed& placed) const {
     Features features;
-    std::vector<const Sight*> sights;
-    for (const Sight& sight : frame.sights) {
-      if (!map_.has_landmark(sight.landmark)) continue;
-      const Vec3 p_cam = placed.T_camera_world * map_.landmark(sight.landmark).p_world;
+    std::vector<const Match*> matches;
+    for (const Match& match : frame.matches) {
+      if (!map_.has_landmark(match.landmark)) continue;
+      const Vec3 p_cam = placed.T_camera_world * map_.landmark(match.landmark).p_world;
       if (p_cam.z() < kNearest_m) continue;
       Feature f;
-      f.uv_px = {0, sight.row_px};
-      f.ideal_px = sight.ideal_px;
-      f.depth_m = sight.depth_m;
-      f.octave = sight.octave;
-      f.on_depth_edge = sight.on_depth_edge;
+      f.uv_px = {0, match.row_px};
+      f.ideal_px = match.ideal_px;
+      f.depth_m = match.depth_m;
+      f.octave = match.octave;
+      f.on_depth_edge = match.on_depth_edge;
       features.points.push_back(f);
-      sights.push_back(&sight);
+      matches.push_back(&match);
     }
-    if (sights.size() < kLeastSights) return;
+    if (matches.size() < kMinMatches) return;
     move_to_other_times(features, camera_, frame.read_out, placed.read_out);
     std::vector<PoseObservation> observations;
-    for (std::size_t i = 0; i < sights.size(); ++i) {
+    for (std::size_t i = 0; i < matches.size(); ++i) {
       const Feature& f = features.points[i];
       observations.push_back(
-          {map_.landmark(sights[i]->landmark).p_world,
-           observe(f, map_.scales().of(f.octave), NoiseConfig{}, sights[i]->weight)});
+          {map_.landmark(matches[i]->landmark).p_world,
+           observe(f, map_.scales().of(f.octave), NoiseConfig{}, matches[i]->weight)});
     }
     const auto pose = solve_pose(camera_, placed.T_camera_world, observations, PoseOnlyConfig{});
-    if (!pose || pose->inliers < static_cast<int>(kLeastSights)) return;
+    if (!pose || pose->inliers < static_cast<int>(kMinMatches)) return;
     placed.T_camera_world = pose->T_camera_world;
     placed.found = true;
   }

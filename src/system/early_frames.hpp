@@ -20,7 +20,7 @@ class EarlyFrames {
   [[nodiscard]] RevisedPoses revised(const Map& map, const Camera& camera) const;
 
  private:
-  struct Sight {
+  struct Match {
     LandmarkId landmark;
     Eigen::Vector2f ideal_px;  ///< at the middle instant, as it was taken to be
     float row_px;              ///< where it was read
@@ -33,7 +33,7 @@ class EarlyFrames {
     Timestamp stamp;
     KeyframeRelativePose pose;
     ReadOut read_out;
-    std::vector<Sight> sights;
+    std::vector<Match> matches;
   };
   class Revision;
 

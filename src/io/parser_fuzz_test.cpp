@@ -8,7 +8,6 @@
 #include "io/image_file.hpp"
 #include "io/image_list.hpp"
 #include "io/json_text.hpp"
-#include "io/ply.hpp"
 #include "io/testing/small_sequence.hpp"
 #include "io/trajectory_formats.hpp"
 
@@ -99,14 +98,6 @@ TEST(ParserFuzz, F25Trajectory) {
     if (!poses.ok()) return false;
     for (const StampedPose& pose : *poses) EXPECT_TRUE(pose.T_world_camera.is_finite());
     return true;
-  });
-}
-
-TEST(ParserFuzz, F25Ply) {
-  const std::vector<ColouredPoint> points(8);
-  expect_survives(encode_ply(points), [](const std::string& bytes) {
-    const auto back = parse_ply(bytes, "p");
-    return back.ok();
   });
 }
 

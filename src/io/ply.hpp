@@ -5,7 +5,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/result.hpp"
 #include "image/coloured_point.hpp"
@@ -25,12 +24,5 @@ struct PlyElement {
 /// x y z (float, metres), red green blue (uchar); written atomically and in pieces. Points must be
 /// finite. @return kOutput naming the file.
 Status write_ply(const std::filesystem::path& path, std::span<const ColouredPoint> points);
-[[nodiscard]] std::string encode_ply(std::span<const ColouredPoint> points);
-
-/// Reads what write_ply writes. @return kInput naming the fault: another layout, fewer bytes than
-/// points, a coordinate that is not finite. Never allocates more than the bytes can hold.
-[[nodiscard]] Result<std::vector<ColouredPoint>> parse_ply(std::string_view bytes,
-                                                           const std::string& name);
-[[nodiscard]] Result<std::vector<ColouredPoint>> read_ply(const std::filesystem::path& path);
 
 }  // namespace ygslam

@@ -137,9 +137,7 @@ class BlockStore {
     std::sort(keys.begin(), keys.end());
     return keys;
   }
-  /// Of the blocks in use; the pool keeps released ones for the next.
-  [[nodiscard]] std::size_t block_bytes() const { return size_ * sizeof(Block); }
-  /// Of everything, the pool and the table included.
+  /// The pool, with blocks that wait for the next use, and the table.
   [[nodiscard]] std::size_t memory_bytes() const {
     return chunks_.size() * kChunk * sizeof(Block) + slots_.size() * sizeof(Slot) +
            free_.capacity() * sizeof(std::uint32_t);

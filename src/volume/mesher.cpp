@@ -35,28 +35,6 @@ SceneObjectId majority(const TriangleMesh& mesh, const std::array<std::uint32_t,
   return b == c ? b : a;
 }
 
-/// Some triangles of a mesh with the vertices they need.
-TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles,
-                     std::vector<std::uint32_t>& number) {
-  constexpr std::uint32_t kUnnumbered = 0xffffffffU;
-  TriangleMesh part;
-  for (const std::size_t t : triangles) {
-    std::array<std::uint32_t, 3> corners{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t vertex = mesh.triangles[t][i];
-      if (number[vertex] == kUnnumbered) {
-        number[vertex] = static_cast<std::uint32_t>(part.vertices.size());
-        part.vertices.push_back(mesh.vertices[vertex]);
-      }
-      corners[i] = number[vertex];
-    }
-    part.triangles.push_back(corners);
-  }
-  for (const std::size_t t : triangles)
-    for (const std::uint32_t vertex : mesh.triangles[t]) number[vertex] = kUnnumbered;
-  return part;
-}
-
 }  // namespace
 
 int Mesher::update(const Volume& volume) {
@@ -115,22 +93,22 @@ TriangleMesh volume_mesh(const Volume& volume, const ReadingConfig& config) {
   return assemble_mesh(volume, placed, config);
 }
 
-std::map<SceneObjectId, TriangleMesh> object_meshes(const TriangleMesh& mesh) {
-  std::map<SceneObjectId, std::vector<std::size_t>> triangles;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    triangles[majority(mesh, mesh.triangles[t])].push_back(t);
-  std::vector<std::uint32_t> number(mesh.vertices.size(), 0xffffffffU);
-  std::map<SceneObjectId, TriangleMesh> parts;
-  for (const auto& [object, which] : triangles) parts[object] = part_of(mesh, which, number);
-  return parts;
-}
-
 TriangleMesh object_mesh(const TriangleMesh& mesh, SceneObjectId object) {
-  std::vector<std::size_t> triangles;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (majority(mesh, mesh.triangles[t]) == object) triangles.push_back(t);
-  std::vector<std::uint32_t> number(mesh.vertices.size(), 0xffffffffU);
-  return part_of(mesh, triangles, number);
+  constexpr std::uint32_t kUnnumbered = 0xffffffffU;
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kUnnumbered);
+  TriangleMesh part;
+  for (std::array<std::uint32_t, 3> triangle : mesh.triangles) {
+    if (majority(mesh, triangle) != object) continue;
+    for (std::uint32_t& corner : triangle) {
+      if (number[corner] == kUnnumbered) {
+        number[corner] = static_cast<std::uint32_t>(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[corner]);
+      }
+      corner = number[corner];
+    }
+    part.triangles.push_back(triangle);
+  }
+  return part;
 }
 
 }  // namespace ygslam

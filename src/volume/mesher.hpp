@@ -43,7 +43,5 @@ class Mesher {
 
 /// The triangles most of whose corners show the object (kNoSceneObject: none), with their vertices.
 [[nodiscard]] TriangleMesh object_mesh(const TriangleMesh& mesh, SceneObjectId object);
-/// All of them at once; kNoSceneObject's as well.
-[[nodiscard]] std::map<SceneObjectId, TriangleMesh> object_meshes(const TriangleMesh& mesh);
 
 }  // namespace ygslam

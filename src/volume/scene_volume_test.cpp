@@ -231,22 +231,6 @@ TEST(SceneVolume, LabelsAreVotedForAndTakenBack) {
     EXPECT_TRUE(volume.surface().blocks().find(key)->votes.empty());
 }
 
-TEST(SceneVolume, ObjectMeshesSplitTheMesh) {
-  World world = room_with_ball();
-  world.cuboids.push_back({Vec3(-1.5, 0.6, -1.5), Vec3(-0.8, 1.2, -0.9), SceneObjectId{2}});
-  const TriangleMesh mesh = volume_mesh(fuse(world, around(24)));
-  const std::map<SceneObjectId, TriangleMesh> parts = object_meshes(mesh);
-  ASSERT_EQ(parts.size(), 3U);
-  std::size_t triangles = 0;
-  for (const auto& [object, part] : parts) {
-    triangles += part.triangles.size();
-    const TriangleMesh alone = object_mesh(mesh, object);
-    EXPECT_EQ(alone.triangles, part.triangles);
-    EXPECT_EQ(alone.vertices.size(), part.vertices.size());
-  }
-  EXPECT_EQ(triangles, mesh.triangles.size());
-}
-
 TEST(SceneVolume, SmallPiecesCanBeLeftOut) {
   World world = room_with_ball();
   world.spheres[0].radius_m = 0.1;

@@ -14,9 +14,9 @@
 namespace ygslam {
 namespace {
 
-constexpr double kTypicalDepthM = 3;
+constexpr double kTypicalDepth_m = 3;
 constexpr double kLooseVoxels = 0.5;
-constexpr int kSampleStepPx = 12;
+constexpr int kSampleStep_px = 12;
 constexpr int kCulledAtOnce = 8;  // views looked at
 
 /// An occupied cell is what the surest vertex of a known class in it is.
@@ -44,13 +44,13 @@ bool same(const std::optional<SE3>& a, const std::optional<SE3>& b) {
 }
 
 SurfaceSample sample_of(const DepthView& view, const VolumeConfig& config) {
-  return {view, config.preparation, kSampleStepPx};
+  return {view, config.preparation, kSampleStep_px};
 }
 
 /// Of what they see.
 double distance_m(const SE3& T_world_a, const SE3& T_world_b) {
   const SE3 T_a_b = T_world_a.inverse() * T_world_b;
-  return T_a_b.t().norm() + kTypicalDepthM * T_a_b.angle();
+  return T_a_b.t().norm() + kTypicalDepth_m * T_a_b.angle();
 }
 
 }  // namespace

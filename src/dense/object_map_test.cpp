@@ -22,7 +22,7 @@ TEST(Objects, TwoBoxesAreTwoObjectsWithTheirClassesAndBoxes) {
     EXPECT_EQ(object.views, 7);
     EXPECT_EQ(object.first_seen.ns, 1000);
     EXPECT_EQ(object.last_seen.ns, 1006);
-    expect_box(object, world.cuboids[i], kBoxToleranceM);
+    expect_box(object, world.cuboids[i], kBoxTolerance_m);
   }
   EXPECT_NEAR(scene.objects[0].probability, 5 * 0.8 / 7, 1e-5);
   EXPECT_NEAR(scene.objects[1].probability, 0.6, 1e-5);
@@ -72,8 +72,8 @@ TEST(Objects, KeepTheirNumbersWhenPosesAreCorrectedAndComeOutAsMadeAtOnce) {
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(before[i].id, after[i].id);
     EXPECT_EQ(corrected[i].id, after[i].id);
-    expect_box(corrected[i], world.cuboids[i], kBoxToleranceM);
-    expect_box(after[i], world.cuboids[i], kBoxToleranceM);
+    expect_box(corrected[i], world.cuboids[i], kBoxTolerance_m);
+    expect_box(after[i], world.cuboids[i], kBoxTolerance_m);
   }
 }
 

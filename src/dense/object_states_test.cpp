@@ -123,13 +123,13 @@ TEST(ObjectStates, AThingThatWasPutElsewhereKeepsItsNumberAndFreesItsOldPlace) {
   EXPECT_EQ(chair.state, ObjectState::kSettled);
   EXPECT_EQ(chair.epochs, 2);
   EXPECT_EQ(chair.views, 14);
-  constexpr double kBackM = 0.03;  // of what lies behind its edge
+  constexpr double kBack_m = 0.03;  // of what lies behind its edge
   object_test::expect_box(chair, room(true, moved).cuboids[0],
-                          object_test::kBoxToleranceM + kBackM);
+                          object_test::kBoxTolerance_m + kBack_m);
   ASSERT_EQ(chair.earlier.size(), 1U);
   SceneObject before = chair;
   before.box = chair.earlier[0].box;
-  object_test::expect_box(before, room(true).cuboids[0], object_test::kBoxToleranceM);
+  object_test::expect_box(before, room(true).cuboids[0], object_test::kBoxTolerance_m);
   EXPECT_EQ(chair.earlier[0].last_seen.ns, 6'000'000'000);
   EXPECT_LE(chair.earlier[0].found_empty.ns, 9'000'000'000);
   EXPECT_EQ(vertices_in(scene, room(true).cuboids[0]), 0);
@@ -148,7 +148,7 @@ TEST(ObjectStates, AThingThatWasTakenAwayIsAbsentAndNoSurfaceIsLeft) {
   EXPECT_EQ(scene.objects[0].state, ObjectState::kAbsent);
   ASSERT_TRUE(scene.objects[0].found_empty);
   EXPECT_LE(scene.objects[0].found_empty->ns, 9'000'000'000);
-  object_test::expect_box(scene.objects[0], room(true).cuboids[0], object_test::kBoxToleranceM);
+  object_test::expect_box(scene.objects[0], room(true).cuboids[0], object_test::kBoxTolerance_m);
   EXPECT_EQ(vertices_in(scene, room(true).cuboids[0]), 0);
   EXPECT_EQ(scene.objects[1].state, ObjectState::kStatic);
 }

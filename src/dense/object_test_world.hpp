@@ -15,7 +15,7 @@ using volume_test::look_at;
 using volume_test::World;
 
 // Masks end a pixel inside the edges (2 cm, more on a flat face), voxels round them.
-inline constexpr double kBoxToleranceM = 0.08;
+inline constexpr double kBoxTolerance_m = 0.08;
 inline constexpr SemanticClass kChair = coco_class(56), kScreen = coco_class(62),
                                kDog = coco_class(16);
 

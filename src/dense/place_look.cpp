@@ -5,8 +5,8 @@
 namespace ygslam {
 namespace {
 
-constexpr double kNearM = 0.2;
-constexpr int kBesidePx = 2;        // masks and depth are not exact to the pixel
+constexpr double kNear_m = 0.2;
+constexpr int kBeside_px = 2;       // masks and depth are not exact to the pixel
 constexpr double kSomeShare = 0.2;  // of the surface: enough to say something of this one look
 
 enum class Sight { kHidden, kThere, kThrough };
@@ -16,7 +16,7 @@ Sight sight_of(const Vec3& p_camera, const DepthView& view, double margin_m) {
   const int u = static_cast<int>(std::lround(camera.fx * p_camera.x() / p_camera.z() + camera.cx));
   const int v = static_cast<int>(std::lround(camera.fy * p_camera.y() / p_camera.z() + camera.cy));
   constexpr int kSteps[5][2] = {
-      {0, 0}, {kBesidePx, 0}, {-kBesidePx, 0}, {0, kBesidePx}, {0, -kBesidePx}};
+      {0, 0}, {kBeside_px, 0}, {-kBeside_px, 0}, {0, kBeside_px}, {0, -kBeside_px}};
   int beyond = 0;
   for (const auto& [du, dv] : kSteps) {
     if (!view.depth.contains(u + du, v + dv)) return Sight::kHidden;
@@ -50,7 +50,7 @@ class Look {
 
   [[nodiscard]] Sight at(const Vec3& p_world) const {
     const Vec3 p_camera = T_camera_world_ * p_world;
-    if (p_camera.z() <= kNearM) return Sight::kHidden;
+    if (p_camera.z() <= kNear_m) return Sight::kHidden;
     const double sigma_m = static_cast<double>(noise_.sigma_m(static_cast<float>(p_camera.z())));
     return sight_of(p_camera, view_, config_.margin_m + config_.margin_sigmas * sigma_m);
   }

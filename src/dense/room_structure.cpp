@@ -10,11 +10,11 @@
 namespace ygslam {
 namespace {
 
-constexpr double kHeightBinM = 0.02;
+constexpr double kHeightBin_m = 0.02;
 constexpr double kLevelCos = 0.94;    // within 20 degrees of up
 constexpr double kUprightSin = 0.26;  // within 15 degrees of level
 constexpr int kAzimuths = 72;         // of walls: bins of 5 degrees
-constexpr double kOffsetBinM = 0.05;
+constexpr double kOffsetBin_m = 0.05;
 constexpr double kFacingCos = 0.9;
 
 /// A third of the area of each triangle around a vertex [m2].
@@ -56,14 +56,14 @@ std::map<int, double> area_by_height(const TriangleMesh& mesh, const std::vector
     const double cosine = vertex.normal_world.cast<double>().dot(up);
     if (cosine < low || cosine > high) continue;
     const double height_m = vertex.p_world.cast<double>().dot(up);
-    area[static_cast<int>(std::floor(height_m / kHeightBinM))] += areas_m2[i];
+    area[static_cast<int>(std::floor(height_m / kHeightBin_m))] += areas_m2[i];
   }
   return area;
 }
 
 /// Area within plane_m of a bin's middle.
 double area_near(const std::map<int, double>& area, int bin, double plane_m) {
-  const int reach = static_cast<int>(plane_m / kHeightBinM);
+  const int reach = static_cast<int>(plane_m / kHeightBin_m);
   double sum = 0;
   for (auto it = area.lower_bound(bin - reach); it != area.end() && it->first <= bin + reach; ++it)
     sum += it->second;
@@ -75,7 +75,7 @@ double area_near(const std::map<int, double>& area, int bin, double plane_m) {
 template <typename Bins>
 std::optional<double> first_plane_m(const std::map<int, double>& area, const Bins& bins,
                                     double min_m2, double plane_m) {
-  const int reach = 2 * static_cast<int>(plane_m / kHeightBinM);
+  const int reach = 2 * static_cast<int>(plane_m / kHeightBin_m);
   for (const int first : bins) {
     if (area_near(area, first, plane_m) < min_m2) continue;
     int best = first;
@@ -84,7 +84,7 @@ std::optional<double> first_plane_m(const std::map<int, double>& area, const Bin
     double weighted = 0, sum = 0;
     for (auto it = area.lower_bound(best - reach / 2);
          it != area.end() && it->first <= best + reach / 2; ++it) {
-      weighted += it->second * (it->first + 0.5) * kHeightBinM;
+      weighted += it->second * (it->first + 0.5) * kHeightBin_m;
       sum += it->second;
     }
     return weighted / sum;
@@ -120,7 +120,8 @@ class WallBins {
   [[nodiscard]] int offset(const SurfacePoint& vertex, int azimuth) const {
     const double angle = 2 * std::numbers::pi * azimuth / kAzimuths;
     const Vec3 direction = std::cos(angle) * x_ + std::sin(angle) * y_;
-    return static_cast<int>(std::floor(vertex.p_world.cast<double>().dot(direction) / kOffsetBinM));
+    return static_cast<int>(
+        std::floor(vertex.p_world.cast<double>().dot(direction) / kOffsetBin_m));
   }
 
  private:
@@ -151,9 +152,9 @@ Gravity find_gravity(const TriangleMesh& mesh, const Vec3& up_guess_world, const
   const double camera_m = camera_world.dot(gravity.up_world);
   std::vector<int> bins;
   for (const auto& [bin, m2] : area)
-    if ((bin + 0.5) * kHeightBinM < camera_m - config.min_below_camera_m) bins.push_back(bin);
+    if ((bin + 0.5) * kHeightBin_m < camera_m - config.min_below_camera_m) bins.push_back(bin);
   const auto floor_m = first_plane_m(area, bins, config.min_floor_m2, config.plane_m);
-  gravity.floor_m = floor_m.value_or(area.empty() ? 0 : area.begin()->first * kHeightBinM);
+  gravity.floor_m = floor_m.value_or(area.empty() ? 0 : area.begin()->first * kHeightBin_m);
   return gravity;
 }
 
@@ -164,7 +165,8 @@ void label_structure(TriangleMesh& mesh, const Gravity& gravity,
   const auto down = area_by_height(mesh, areas_m2, up, -1.01, -kLevelCos);
   std::vector<int> bins;
   for (const auto& [bin, m2] : down)
-    if ((bin + 0.5) * kHeightBinM > gravity.floor_m + config.min_room_height_m) bins.push_back(bin);
+    if ((bin + 0.5) * kHeightBin_m > gravity.floor_m + config.min_room_height_m)
+      bins.push_back(bin);
   std::reverse(bins.begin(), bins.end());
   const auto ceiling_m = first_plane_m(down, bins, config.min_floor_m2, config.plane_m);
 

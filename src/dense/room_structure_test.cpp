@@ -10,9 +10,9 @@ namespace {
 /// A rectangle of small triangles: from corner along a and b, which a x b looks out of.
 void add_rectangle(TriangleMesh& mesh, const SE3& T_world_room, const Vec3& corner, const Vec3& a,
                    const Vec3& b) {
-  constexpr double kStepM = 0.05;
-  const int across = static_cast<int>(std::lround(a.norm() / kStepM));
-  const int along = static_cast<int>(std::lround(b.norm() / kStepM));
+  constexpr double kStep_m = 0.05;
+  const int across = static_cast<int>(std::lround(a.norm() / kStep_m));
+  const int along = static_cast<int>(std::lround(b.norm() / kStep_m));
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   for (int j = 0; j <= along; ++j) {
     for (int i = 0; i <= across; ++i) {

@@ -8,11 +8,11 @@
 namespace ygslam {
 namespace {
 
-constexpr int kStepPx = 2;              // between the pixels that are looked at
-constexpr double kGrainM = 0.025;       // one point for a cube of this size
-constexpr double kSmallShare = 0.5;     // of its pixels that are not near its mask's edge
-constexpr std::size_t kMinPoints = 12;  // 75 cm2 of surface
-constexpr double kMovingShare = 0.4;    // a mover beside it is no motion of its own
+constexpr int kThingStep_px = 2;         // between the pixels that are looked at
+constexpr double kThingGrain_m = 0.025;  // one point for a cube of this size
+constexpr double kSmallShare = 0.5;      // of its pixels that are not near its mask's edge
+constexpr std::size_t kMinPoints = 12;   // 75 cm2 of surface
+constexpr double kMovingShare = 0.4;     // a mover beside it is no motion of its own
 
 }  // namespace
 
@@ -118,8 +118,8 @@ std::vector<ThingView> thing_views(DepthView& view, const std::vector<Detection>
     return static_cast<std::size_t>(view.objects[object - 1U]) - 1;
   };
   const Pinhole& camera = view.camera;
-  for (int v = 0; v < view.depth.height(); v += kStepPx) {
-    for (int u = 0; u < view.depth.width(); u += kStepPx) {
+  for (int v = 0; v < view.depth.height(); v += kThingStep_px) {
+    for (int u = 0; u < view.depth.width(); u += kThingStep_px) {
       const std::uint8_t object = view.object.at(u, v);
       const double depth_m = view.depth.at(u, v) * DepthView::kUnit_m;
       if (object == DepthView::kNothing || object == DepthView::kExcluded || depth_m <= 0 ||
@@ -129,7 +129,8 @@ std::vector<ThingView> thing_views(DepthView& view, const std::vector<Detection>
                    depth_m);
       std::array<int, 3> grain{};
       for (int axis = 0; axis < 3; ++axis)
-        grain[static_cast<std::size_t>(axis)] = static_cast<int>(std::floor(p[axis] / kGrainM));
+        grain[static_cast<std::size_t>(axis)] =
+            static_cast<int>(std::floor(p[axis] / kThingGrain_m));
       const std::size_t i = detection_of(object);
       const Rgb8 colour = view.colour.at(u, v);
       ++things[i].colours[static_cast<std::size_t>(colour.r / 64 + colour.g / 64 * 4 +

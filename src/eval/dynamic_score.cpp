@@ -11,12 +11,12 @@ double share(std::size_t part, std::size_t rest) {
   return part + rest == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(part + rest);
 }
 
-/// Another instance, or none, within kEdgePx of a pixel.
+/// Another instance, or none, within kEdge_px of a pixel.
 bool at_edge(const GreyImage& ids, int u, int v) {
   const std::uint8_t own = ids.at(u, v);
-  for (int dv = -kEdgePx; dv <= kEdgePx; ++dv) {
-    for (int du = -kEdgePx; du <= kEdgePx; ++du) {
-      if (du * du + dv * dv > kEdgePx * kEdgePx || !ids.contains(u + du, v + dv)) continue;
+  for (int dv = -kEdge_px; dv <= kEdge_px; ++dv) {
+    for (int du = -kEdge_px; du <= kEdge_px; ++du) {
+      if (du * du + dv * dv > kEdge_px * kEdge_px || !ids.contains(u + du, v + dv)) continue;
       if (ids.at(u + du, v + dv) != own) return true;
     }
   }

@@ -36,7 +36,7 @@ struct PointCounts {
 };
 
 /// Points within this of a mask's edge belong to either side and are left out.
-inline constexpr int kEdgePx = 3;
+inline constexpr int kEdge_px = 3;
 
 /// Points outside the image are left out.
 [[nodiscard]] PointCounts count_points(std::span<const JudgedPoint> points,

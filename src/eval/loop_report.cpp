@@ -14,8 +14,8 @@
 namespace ygslam {
 namespace {
 
-constexpr double kSamePlaceM = 3;
-constexpr double kSamePlaceRad = std::numbers::pi / 3;
+constexpr double kSamePlace_m = 3;
+constexpr double kSamePlace_rad = std::numbers::pi / 3;
 constexpr double kMaxCount = 1e9;
 constexpr std::array kStages = {"few matches", "no pose",      "few inliers",  "narrow",
                                 "contradicts", "too far",      "other submap", "ambiguous",
@@ -139,7 +139,7 @@ std::map<std::string, StageCount> count_stages(std::span<const JudgedLoop> loops
 
 }  // namespace
 
-bool TrueView::same_place() const { return apart_m < kSamePlaceM && turned_rad < kSamePlaceRad; }
+bool TrueView::same_place() const { return apart_m < kSamePlace_m && turned_rad < kSamePlace_rad; }
 
 std::span<const char* const> loop_stages() { return kStages; }
 

@@ -47,7 +47,7 @@ std::vector<IdBox> TruthBoxes::step(Timestamp stamp, const DynamicTruth& truth) 
       moved_[id] = stamp;
     const bool moves = moved_[id] && seconds_between(stamp, *moved_[id]) <= kMovedLately_s;
     const bool wanted = movable_[id] || (moves && !is_held(id, things));
-    boxes.push_back({static_cast<int>(id), thing.box, wanted && thing.pixels >= kLeastVisiblePx});
+    boxes.push_back({static_cast<int>(id), thing.box, wanted && thing.pixels >= kLeastVisible_px});
   }
   return boxes;
 }

@@ -13,7 +13,7 @@
 namespace ygslam {
 
 /// Fewer visible pixels need not be found (COCO's limit of a small object).
-inline constexpr std::size_t kLeastVisiblePx = 32 * 32;
+inline constexpr std::size_t kLeastVisible_px = 32 * 32;
 /// A thing of no movable class counts while it moves and for so long after [s], unless it touches
 /// one that is (what a person carries or pushes may be taken for a part of the person).
 inline constexpr double kMovedLately_s = 1;

@@ -12,12 +12,12 @@
 namespace ygslam {
 namespace {
 
-constexpr float kFarthestM = 1e9F;  // stands for "no depth seen"
+constexpr float kFarthest_m = 1e9F;  // stands for "no depth seen"
 
 /// Where no depth is known, minimum and maximum stay as they were.
 void widen(DepthRange& range, float d) {
-  const bool known = d > 0 && d < kFarthestM;  // false for NaN
-  range.min_m = std::min(range.min_m, known ? d : kFarthestM);
+  const bool known = d > 0 && d < kFarthest_m;  // false for NaN
+  range.min_m = std::min(range.min_m, known ? d : kFarthest_m);
   range.max_m = std::max(range.max_m, known ? d : 0.0F);
 }
 
@@ -25,7 +25,7 @@ void widen(DepthRange& range, float d) {
 /// Eight columns at once, of which those of the square count.
 DepthRange inner_depth_range(const DepthImage& depth_m, int u, int v, int radius_px) {
   const __m256 none = _mm256_setzero_ps();
-  const __m256 farthest = _mm256_set1_ps(kFarthestM);
+  const __m256 farthest = _mm256_set1_ps(kFarthest_m);
   const __m256i column = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
   const __m256 counts =
       _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_set1_epi32(2 * radius_px + 1), column));
@@ -43,7 +43,7 @@ DepthRange inner_depth_range(const DepthImage& depth_m, int u, int v, int radius
   alignas(32) std::array<float, 8> high;
   _mm256_store_ps(low.data(), min_m);
   _mm256_store_ps(high.data(), max_m);
-  DepthRange range{kFarthestM, 0};
+  DepthRange range{kFarthest_m, 0};
   for (std::size_t k = 0; k < 8; ++k) {
     range.min_m = std::min(range.min_m, low[k]);
     range.max_m = std::max(range.max_m, high[k]);
@@ -100,7 +100,7 @@ DepthRange depth_range(const DepthImage& depth_m, int u, int v, int radius_px) {
       u - radius_px + 8 <= depth_m.width() && v + radius_px < depth_m.height())
     return inner_depth_range(depth_m, u, v, radius_px);
 #endif
-  DepthRange range{kFarthestM, 0};
+  DepthRange range{kFarthest_m, 0};
   for (int y = std::max(v - radius_px, 0); y <= std::min(v + radius_px, depth_m.height() - 1); ++y)
     for (int x = std::max(u - radius_px, 0); x <= std::min(u + radius_px, depth_m.width() - 1); ++x)
       widen(range, depth_m.at(x, y));

@@ -11,8 +11,8 @@ namespace ygslam {
 namespace {
 
 constexpr int kJpegQuality = 80;
-constexpr double kPointPx = 4;
-constexpr double kArrowS = 1;  // a velocity is drawn as the way of so long
+constexpr double kPoint_px = 4;
+constexpr double kArrow_s = 1;  // a velocity is drawn as the way of so long
 
 const ros::Colour64 kGreen{0.2, 0.8, 0.3, 1}, kRed{0.95, 0.2, 0.2, 1}, kYellow{0.95, 0.85, 0.2, 1},
     kWhite{1, 1, 1, 1}, kDark{0, 0, 0, 0.6};
@@ -137,7 +137,7 @@ ros::ImageAnnotations annotation_message(const RgbdFrame& frame, const TrackResu
   const ros::Time stamp = ros::to_ros(frame.stamp);
   ros::PointsAnnotation points;
   points.timestamp = stamp;
-  points.thickness = kPointPx;
+  points.thickness = kPoint_px;
   for (std::size_t i = 0; result.features && i < result.features->size(); ++i) {
     const Feature& feature = result.features->points[i];
     const MotionLabel label = result.labels.label[i];
@@ -188,7 +188,7 @@ ros::MarkerArray object_message(const RgbdFrame& frame, const TrackResult& resul
     way.type = ros::Marker::kLineList;
     way.pose = {};
     way.points = {to_map(object.centre_world),
-                  to_map(object.centre_world + kArrowS * object.velocity_world_mps)};
+                  to_map(object.centre_world + kArrow_s * object.velocity_world_mps)};
     way.scale = {0.02, 0, 0};
     for (ros::Marker* marker : {&box, &name, &way}) message.markers.push_back(*marker);
   }

@@ -5,7 +5,7 @@
 namespace ygslam {
 namespace {
 
-constexpr double kMapEveryS = 1;
+constexpr double kMapEvery_s = 1;
 constexpr std::size_t kMostPointsAtOnce = 100'000;
 
 }  // namespace
@@ -26,7 +26,7 @@ void RunRecorder::put(std::string_view topic, const char* type, Timestamp stamp,
 Status RunRecorder::add(const RgbdFrame& frame, const TrackResult& result, Runner& runner) {
   now_ = frame.stamp;
   publish_frame(frame, result, camera_, *this);
-  if (!map_stamp_ || seconds_between(now_, *map_stamp_) >= kMapEveryS)
+  if (!map_stamp_ || seconds_between(now_, *map_stamp_) >= kMapEvery_s)
     return add_map(runner, kMostPointsAtOnce);
   return status_;
 }

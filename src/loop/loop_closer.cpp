@@ -9,8 +9,8 @@
 namespace ygslam {
 namespace {
 
-constexpr double kAgreeM = 0.1;  // covisible keyframes place the pose within this
-constexpr double kAgreeRad = 0.05;
+constexpr double kAgree_m = 0.1;  // covisible keyframes place the pose within this
+constexpr double kAgree_rad = 0.05;
 constexpr std::size_t kNeighbours = 5;
 constexpr std::size_t kPlaceKeyframes = 10;  // besides the one found, to be fused
 
@@ -275,7 +275,7 @@ std::vector<LoopEdge> LoopCloser::agreeing_edges(const Map& map, const LoopAttem
     const PlaceMatch match =
         finder_.verifier().verify_near(map, view_of(neighbour), place, T_guess);
     if (match.verdict != PlaceVerdict::kAgrees) continue;
-    if (!same_pose(match.T_camera_world, T_guess, kAgreeM, kAgreeRad)) continue;
+    if (!same_pose(match.T_camera_world, T_guess, kAgree_m, kAgree_rad)) continue;
     edges.push_back({place, id, match.T_camera_world * T_place_world.inverse()});
   }
   return edges;

@@ -11,10 +11,10 @@ namespace {
 // Standard deviations of the motion between two keyframes as mapped, and of one found by a loop.
 // The first are generous: whether odometry allows a loop was asked before (LoopCloser); here loops
 // are weighed against each other.
-constexpr double kEdgeSigmaM = 0.02;
-constexpr double kEdgeSigmaRad = 0.006;
-constexpr double kLoopSigmaM = 0.01;
-constexpr double kLoopSigmaRad = 0.003;
+constexpr double kEdgeSigma_m = 0.02;
+constexpr double kEdgeSigma_rad = 0.006;
+constexpr double kLoopSigma_m = 0.01;
+constexpr double kLoopSigma_rad = 0.003;
 constexpr double kRestsOnLoop = 0.5;  // of what the loop moved
 
 Mat6 information(double sigma_m, double sigma_rad, double scale) {
@@ -112,11 +112,11 @@ WeighedLoops weigh_loops(const MapGraph& graph, std::span<const LoopEdge> loops,
     const SE3 T_to_from =
         graph.T_camera_world.at(edge.to) * graph.T_camera_world.at(edge.from).inverse();
     problem.edges.push_back({node.at(edge.from), node.at(edge.to), T_to_from,
-                             information(kEdgeSigmaM, kEdgeSigmaRad, edge.information), false});
+                             information(kEdgeSigma_m, kEdgeSigma_rad, edge.information), false});
   }
   for (const LoopEdge& loop : loops)
     problem.edges.push_back({node.at(loop.from), node.at(loop.to), loop.T_to_from,
-                             information(kLoopSigmaM, kLoopSigmaRad, 1), true});
+                             information(kLoopSigma_m, kLoopSigma_rad, 1), true});
   const PoseGraphResult solved = optimize_pose_graph(problem, config);
   WeighedLoops result;
   result.stretch = largest_residual(problem, solved);

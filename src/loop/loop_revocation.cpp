@@ -8,8 +8,8 @@
 namespace ygslam {
 namespace {
 
-constexpr double kApartPx = 3;  // in the pyramid level of the feature
-constexpr double kWorse = 2;    // times as far off as before
+constexpr double kApart_px = 3;  // in the pyramid level of the feature
+constexpr double kWorse = 2;     // times as far off as before
 // Of how far what was fused comes apart: beyond, an observation is one across the weld.
 constexpr double kAcross = 0.5;
 
@@ -129,7 +129,7 @@ class Restored {
       if (give_to_part(landmark.id, o, after_px)) continue;
       const double before_px =
           error_px(map_.keyframe(o.keyframe).T_camera_world, landmark.p_world, o);
-      if (after_px > kApartPx && after_px > kWorse * before_px) apart.push_back(o);
+      if (after_px > kApart_px && after_px > kWorse * before_px) apart.push_back(o);
     }
     make_again(landmark.id, apart);
   }
@@ -164,7 +164,7 @@ class Restored {
             pose(o.keyframe).inverse() * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
         made.first_keyframe = o.keyframe;
         made.observations.push_back(o);
-      } else if (made.observations.empty() || error_px(made.p_world, o) > kApartPx ||
+      } else if (made.observations.empty() || error_px(made.p_world, o) > kApart_px ||
                  !give(made, o)) {
         patch_.dropped.push_back({landmark, o.keyframe});
       }

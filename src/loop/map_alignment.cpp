@@ -6,8 +6,8 @@
 namespace ygslam {
 namespace {
 
-constexpr double kIndependentM = 1;
-constexpr double kIndependentRad = std::numbers::pi / 6;
+constexpr double kIndependent_m = 1;
+constexpr double kIndependent_rad = std::numbers::pi / 6;
 
 SE3 alignment_of(const MapPair& pair) {
   return pair.match.T_camera_world.inverse() * pair.T_camera_b;
@@ -39,7 +39,7 @@ int count_independent(const std::vector<MapPair>& pairs) {
     const SE3 T_world_camera = pair.T_camera_b.inverse();
     const bool independent = std::all_of(chosen.begin(), chosen.end(), [&](const SE3& other) {
       const SE3 between = other.inverse() * T_world_camera;
-      return between.t().norm() > kIndependentM || between.angle() > kIndependentRad;
+      return between.t().norm() > kIndependent_m || between.angle() > kIndependent_rad;
     });
     if (independent) chosen.push_back(T_world_camera);
   }

@@ -3,8 +3,8 @@
 namespace ygslam {
 namespace {
 
-constexpr double kSamePlaceM = 0.5;  // two poses nearer than this are of one place
-constexpr double kSamePlaceRad = 0.17;
+constexpr double kSamePlace_m = 0.5;  // two poses nearer than this are of one place
+constexpr double kSamePlace_rad = 0.17;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ std::vector<FoundPlace> PlaceFinder::find(const Map& map, const PlaceIndex& inde
 bool PlaceFinder::rivals(const PlaceMatch& best, const PlaceMatch& other) const {
   const SE3 T_best_other = best.T_camera_world * other.T_camera_world.inverse();
   const bool elsewhere =
-      T_best_other.t().norm() >= kSamePlaceM || T_best_other.angle() >= kSamePlaceRad;
+      T_best_other.t().norm() >= kSamePlace_m || T_best_other.angle() >= kSamePlace_rad;
   return elsewhere && other.inliers >= config_.ambiguous_share * best.inliers;
 }
 

@@ -12,12 +12,12 @@ namespace ygslam {
 namespace {
 
 constexpr int kCells = 4;                   // per side of the image
-constexpr double kWideSearchPx = 12;        // the first pose stands on few matches ...
-constexpr double kSearchPx = 5;             // ... the second on many
+constexpr double kWideSearch_px = 12;       // the first pose stands on few matches ...
+constexpr double kSearch_px = 5;            // ... the second on many
 constexpr int kMaxDistance = 64;            // Hamming; other light, another side
 constexpr std::size_t kSpaceKeyframes = 4;  // of the place whose free space is asked
 constexpr int kLeastJudged = 40;            // points: fewer say nothing of the space
-constexpr double kSpaceMarginM = 0.10;
+constexpr double kSpaceMargin_m = 0.10;
 constexpr double kSpaceMarginRatio = 0.1;
 
 struct SpaceCount {
@@ -37,7 +37,7 @@ void count_contradictions(const Camera& camera, const Features& features,
     const double nearest_m = space.around_m(camera.distort(camera.project(p)));
     if (nearest_m <= 0) continue;
     ++count.judged;
-    const double margin_m = std::max(kSpaceMarginM, kSpaceMarginRatio * nearest_m);
+    const double margin_m = std::max(kSpaceMargin_m, kSpaceMarginRatio * nearest_m);
     count.contradict += static_cast<int>(p.z() < nearest_m - margin_m);
   }
 }
@@ -134,7 +134,7 @@ void PlaceVerifier::judge_near(const Map& map, const PlaceView& view,
   match.T_camera_world = T_guess_world;
   std::vector<Vec3> points;
   std::bitset<kCells * kCells> cells;
-  for (const double search_px : {kWideSearchPx, kSearchPx}) {
+  for (const double search_px : {kWideSearch_px, kSearch_px}) {
     const auto found =
         match_by_projection(camera_, match.T_camera_world,
                             visible_points(map, match.T_camera_world, landmarks, search_px),

@@ -7,17 +7,17 @@
 namespace ygslam {
 namespace {
 
-constexpr int kBlockPx = 8;
+constexpr int kBlock_px = 8;
 constexpr double kSameDepthRatio = 0.1;
 // A thing that gives no depth leaves a hole; what is seen around it says nothing of it.
-constexpr int kMinKnown = kBlockPx * kBlockPx * 7 / 8;
+constexpr int kMinKnown = kBlock_px * kBlock_px * 7 / 8;
 
 float nearest_m(const DepthImage& depth_m, int u0, int v0) {
   float nearest = std::numeric_limits<float>::max();
   int known = 0;
-  for (int v = v0; v < v0 + kBlockPx; ++v) {
+  for (int v = v0; v < v0 + kBlock_px; ++v) {
     const float* row = depth_m.row(v);
-    for (int u = u0; u < u0 + kBlockPx; ++u) {
+    for (int u = u0; u < u0 + kBlock_px; ++u) {
       const bool valid = row[u] > 0;
       known += static_cast<int>(valid);
       nearest = valid ? std::min(nearest, row[u]) : nearest;
@@ -33,8 +33,8 @@ struct Block {
 /// Beyond any image for a pixel that is nowhere.
 Block block_of(double u_px, double v_px) {
   if (!(std::abs(u_px) < 1e6 && std::abs(v_px) < 1e6)) return {-2, -2};
-  return {static_cast<int>(std::floor((u_px + 0.5) / kBlockPx)),
-          static_cast<int>(std::floor((v_px + 0.5) / kBlockPx))};
+  return {static_cast<int>(std::floor((u_px + 0.5) / kBlock_px)),
+          static_cast<int>(std::floor((v_px + 0.5) / kBlock_px))};
 }
 
 template <typename Visitor>
@@ -47,10 +47,10 @@ void visit_around(DepthImage& blocks_m, const Block& at, Visitor&& visitor) {
 }  // namespace
 
 FreeSpaceImage::FreeSpaceImage(const DepthImage& depth_m, std::span<const Vec3> movers) {
-  DepthImage blocks_m(depth_m.width() / kBlockPx, depth_m.height() / kBlockPx);
+  DepthImage blocks_m(depth_m.width() / kBlock_px, depth_m.height() / kBlock_px);
   for (int v = 0; v < blocks_m.height(); ++v)
     for (int u = 0; u < blocks_m.width(); ++u)
-      blocks_m.at(u, v) = nearest_m(depth_m, u * kBlockPx, v * kBlockPx);
+      blocks_m.at(u, v) = nearest_m(depth_m, u * kBlock_px, v * kBlock_px);
   for (const Vec3& mover : movers) {
     visit_around(blocks_m, block_of(mover.x(), mover.y()), [&](float& block_m) {
       if (std::abs(block_m - mover.z()) < kSameDepthRatio * mover.z()) block_m = 0;

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kSpaceNeighbours = 12;
 constexpr std::size_t kJudgedKeyframes = 30;
 constexpr double kNearest_m = 0.3;
-constexpr double kThroughM = 0.1;  // farther than the noise of depth and pose ...
+constexpr double kThrough_m = 0.1;  // farther than the noise of depth and pose ...
 constexpr double kThroughRatio = 0.1;
 
 bool is_redundant(const Map& map, const Keyframe& keyframe, const CullingConfig& config) {
@@ -40,7 +40,7 @@ bool sees_through(const Camera& camera, const Keyframe& keyframe, const Vec3& p_
   if (p_camera.z() < kNearest_m) return false;
   const double nearest_m =
       keyframe.data->free_space.around_m(camera.distort(camera.project(p_camera)));
-  return p_camera.z() < nearest_m - std::max(kThroughM, kThroughRatio * nearest_m);
+  return p_camera.z() < nearest_m - std::max(kThrough_m, kThroughRatio * nearest_m);
 }
 
 }  // namespace

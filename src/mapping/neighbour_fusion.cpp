@@ -9,7 +9,7 @@
 namespace ygslam {
 namespace {
 
-constexpr double kMaxNeighbourDistanceM = 2.5;
+constexpr double kMaxNeighbourDistance_m = 2.5;
 constexpr double kMinDirectionCosine = 0.5;
 constexpr int kJustBefore = 8;           // keyframes
 constexpr int kSharedByNeighbours = 10;  // landmarks
@@ -105,7 +105,7 @@ std::vector<KeyframeId> neighbours(const Map& map, KeyframeId id, std::size_t ma
     const Keyframe& other = map.keyframe(other_id);
     const double distance_m = (other.position_world() - position).norm();
     const double cosine = direction.dot(Vec3(other.T_camera_world.R().row(2)));
-    if (distance_m > kMaxNeighbourDistanceM || cosine < kMinDirectionCosine) continue;
+    if (distance_m > kMaxNeighbourDistance_m || cosine < kMinDirectionCosine) continue;
     near.emplace_back(distance_m + 2.0 * (1.0 - cosine), other_id);
   }
   std::sort(near.begin(), near.end());

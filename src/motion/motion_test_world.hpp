@@ -110,7 +110,7 @@ inline Rendered render(const Scene& scene, std::uint32_t frame_id) {
   frame->depth_m = DepthImage(camera.width(), camera.height());
   Rendered out{nullptr, GreyImage(camera.width(), camera.height())};
   const SE3 T_world_camera = scene.T_camera_world.inverse();
-  constexpr double kTexelM = 0.012;
+  constexpr double kTexel_m = 0.012;
   for (int v = 0; v < camera.height(); ++v) {
     for (int u = 0; u < camera.width(); ++u) {
       const Vec3 ray_cam = camera.unproject(Vec2(u, v), 1.0);
@@ -129,7 +129,7 @@ inline Rendered render(const Scene& scene, std::uint32_t frame_id) {
       }
       frame->depth_m.at(u, v) = static_cast<float>(depth);  // rays have z = 1
       frame->grey.at(u, v) =
-          static_cast<std::uint8_t>(texture(p.x() / kTexelM + 500, p.y() / kTexelM + 500, seed));
+          static_cast<std::uint8_t>(texture(p.x() / kTexel_m + 500, p.y() / kTexel_m + 500, seed));
     }
   }
   out.frame = std::move(frame);

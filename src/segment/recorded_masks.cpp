@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kToleranceNs = 1000;
+constexpr std::int64_t kTolerance_ns = 1000;
 constexpr int kUnknownClass = -1;
 constexpr int kMaxId = 255;
 
@@ -106,8 +106,8 @@ class RecordedSegmenter final : public Segmenter {
       : files_(std::move(files)), directory_(std::move(directory)), classes_(classes) {}
 
   Result<Segmentation> segment(const RgbdFrame& frame) override {
-    const auto file = files_.lower_bound(Timestamp{frame.stamp.ns - kToleranceNs});
-    if (file == files_.end() || file->first.ns > frame.stamp.ns + kToleranceNs) {
+    const auto file = files_.lower_bound(Timestamp{frame.stamp.ns - kTolerance_ns});
+    if (file == files_.end() || file->first.ns > frame.stamp.ns + kTolerance_ns) {
       return bad_input(directory_, "no mask for frame " + std::to_string(index(frame.id)));
     }
     auto ids = read_png_ids(file->second);

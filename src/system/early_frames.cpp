@@ -13,9 +13,9 @@ namespace {
 constexpr std::size_t kMostFrames = 1500;  // 50 s: who has not moved by then has nothing to correct
 constexpr std::size_t kMaxMatches = 150;
 constexpr std::size_t kMinMatches = 20;
-constexpr double kNearest_m = 0.3;   // nearer, a landmark's own error is many pixels
-constexpr double kNeighbourS = 0.1;  // two frames tell the velocity between them
-constexpr int kRounds = 2;           // the first with the velocities tracking had
+constexpr double kNearest_m = 0.3;    // nearer, a landmark's own error is many pixels
+constexpr double kNeighbour_s = 0.1;  // two frames tell the velocity between them
+constexpr int kRounds = 2;            // the first with the velocities tracking had
 
 }  // namespace
 
@@ -76,7 +76,7 @@ class EarlyFrames::Revision {
   void measure_velocities() {
     for (std::size_t i = 1; i + 1 < frames_.size(); ++i) {
       const double dt_s = seconds_between(frames_[i + 1].stamp, frames_[i - 1].stamp);
-      if (dt_s <= 0 || dt_s > kNeighbourS || !placed_[i - 1].found || !placed_[i + 1].found)
+      if (dt_s <= 0 || dt_s > kNeighbour_s || !placed_[i - 1].found || !placed_[i + 1].found)
         continue;
       const SE3 T_before_after =
           placed_[i - 1].T_camera_world * placed_[i + 1].T_camera_world.inverse();

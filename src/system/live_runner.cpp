@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kBusyMapper = 1;  // keyframes waiting
 constexpr std::size_t kMostWithoutMask = 256;
-constexpr double kSilentAfterS = 2.0;   // of input time without a mask
-constexpr double kMaskPatienceS = 1.0;  // a mask that takes longer is not waited for again
+constexpr double kSilentAfter_s = 2.0;   // of input time without a mask
+constexpr double kMaskPatience_s = 1.0;  // a mask that takes longer is not waited for again
 
 class LiveRunner final : public Runner {
  public:
@@ -161,9 +161,10 @@ class LiveRunner final : public Runner {
       segmenter_answers_ = true;
       last_mask_ = frame.stamp;
     }
-    if (!statistics.segmenter_silent && seconds_between(frame.stamp, *last_mask_) > kSilentAfterS) {
+    if (!statistics.segmenter_silent &&
+        seconds_between(frame.stamp, *last_mask_) > kSilentAfter_s) {
       statistics.segmenter_silent = true;
-      log::warn("no mask for {:.0f} s: tracking goes on without the segmentation", kSilentAfterS);
+      log::warn("no mask for {:.0f} s: tracking goes on without the segmentation", kSilentAfter_s);
     }
     return arrived;
   }
@@ -179,7 +180,7 @@ class LiveRunner final : public Runner {
     if (last_frames_.empty()) {
       static_cast<void>(segmenter_->wait_answer(current, config_.run.first_mask_timeout_s));
     } else if (longest_lag() > 0 && last_frames_.size() >= longest_lag() && segmenter_answers_) {
-      segmenter_answers_ = segmenter_->wait_answer(last_frames_.front(), kMaskPatienceS);
+      segmenter_answers_ = segmenter_->wait_answer(last_frames_.front(), kMaskPatience_s);
     }
     log_.statistics().mask_wait_s += 1e-3 * timer.wall_ms();
   }

@@ -8,7 +8,7 @@
 namespace ygslam {
 namespace {
 
-constexpr double kDriftPx = 10;  // of b in itself: what it shows may lie so far from a's
+constexpr double kDrift_px = 10;  // of b in itself: what it shows may lie so far from a's
 constexpr std::size_t kFusedKeyframes = 10;
 
 /// Numbers of b in the merged map.
@@ -73,7 +73,7 @@ Map merge_maps(const Map& a, const Map& b, const MapAlignment& alignment, const 
   const Numbers numbers = add_keyframes(map, b, alignment);
   add_landmarks(map, b, alignment, numbers);
   NeighbourFusionConfig wide = config.fusion;
-  wide.search_px = kDriftPx;
+  wide.search_px = kDrift_px;
   fuse_pairs(map, camera, alignment, numbers, wide);
   adjust(map, camera, config);
   fuse_pairs(map, camera, alignment, numbers, config.fusion);

@@ -9,7 +9,7 @@
 namespace ygslam {
 namespace {
 
-constexpr int kPointRadiusPx = 20;
+constexpr int kPointRadius_px = 20;
 constexpr float kPointDepthRatio = 0.08F;
 constexpr std::size_t kRememberedAttempts = 20000;  // of loops
 constexpr std::size_t kPlaceKeyframes = 10;         // besides the one that was found, to be fused
@@ -214,7 +214,7 @@ void MappingStage::add_movers(const Segmentation* masks, const Features& feature
     dense.movers = movable_mask(*masks, excluded);
     add_things(*masks, excluded, dense);
   }
-  paint_dynamic_points(dense.movers, depth_m, features, labels, kPointRadiusPx, kPointDepthRatio);
+  paint_dynamic_points(dense.movers, depth_m, features, labels, kPointRadius_px, kPointDepthRatio);
 }
 
 std::vector<FramePtr> MappingStage::waiting() const {

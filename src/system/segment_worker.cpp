@@ -6,7 +6,7 @@
 namespace ygslam {
 namespace {
 
-constexpr double kPatienceAtEndS = 0.5;
+constexpr double kPatienceAtEnd_s = 0.5;
 
 }  // namespace
 
@@ -16,7 +16,7 @@ SegmentWorker::SegmentWorker(std::unique_ptr<Segmenter> segmenter)
 
 SegmentWorker::~SegmentWorker() {
   thread_.request_stop();
-  if (shared_->inbox.wait_idle(kPatienceAtEndS)) return;
+  if (shared_->inbox.wait_idle(kPatienceAtEnd_s)) return;
   log::warn("the segmentation does not come back: it is left behind");
   thread_.detach();
 }

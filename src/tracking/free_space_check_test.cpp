@@ -8,7 +8,7 @@
 namespace ygslam {
 namespace {
 
-constexpr float kWallM = 3.0F;
+constexpr float kWall_m = 3.0F;
 
 Camera camera() { return Camera({.fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5}); }
 
@@ -34,7 +34,7 @@ struct Scene {
       f.uv_px = {static_cast<float>((right ? 400 : 80) + 30 * (k % 5)),
                  static_cast<float>(100 + 30 * (k / 5 % 5))};
       f.ideal_px = f.uv_px;
-      f.depth_m = right ? right_m : kWallM;
+      f.depth_m = right ? right_m : kWall_m;
       features->points.push_back(f);
       features->descriptors.emplace_back();
       landmarks.push_back(k < on_map ? LandmarkId{static_cast<std::uint32_t>(k)} : kNoLandmark);
@@ -57,12 +57,12 @@ struct Scene {
   std::vector<LandmarkId> landmarks;
 };
 
-const DepthImage kWall(640, 480, kWallM);
+const DepthImage kWall(640, 480, kWall_m);
 
 TEST(FreeSpaceCheck, WhatStandsWhereTheKeyframeSawTheWallIsOne) {
   EXPECT_EQ(Scene(1.0F).violations(view_of(kWall)), 25);
-  EXPECT_EQ(Scene(kWallM).violations(view_of(kWall)), 0);
-  EXPECT_EQ(Scene(kWallM - 0.2F).violations(view_of(kWall)), 0) << "within the margin";
+  EXPECT_EQ(Scene(kWall_m).violations(view_of(kWall)), 0);
+  EXPECT_EQ(Scene(kWall_m - 0.2F).violations(view_of(kWall)), 0) << "within the margin";
   EXPECT_EQ(Scene(5.0F).violations(view_of(kWall)), 0) << "behind the wall nobody saw";
   EXPECT_EQ(Scene(0.0F).violations(view_of(kWall)), 0) << "no depth";
 }
@@ -100,7 +100,7 @@ TEST(FreeSpaceCheck, NearEdgesTheNearerSurfaceCounts) {
   const FreeSpaceImage nearest(depth_m);
   EXPECT_EQ(nearest.around_m({195, 50}), 1.5F);
   EXPECT_EQ(nearest.around_m({212, 50}), 1.5F);
-  EXPECT_EQ(nearest.around_m({230, 50}), kWallM);
+  EXPECT_EQ(nearest.around_m({230, 50}), kWall_m);
 }
 
 TEST(FreeSpaceCheck, AWrongPoseOrTooLittleOfTheMapJudgesNobody) {
@@ -121,7 +121,7 @@ TEST(FreeSpaceCheck, KnownOnesStayWhereTheMapIsSilentAndTakeInTheirLike) {
 }
 
 TEST(FreeSpaceCheck, ALoneOneIsABadDepth) {
-  Scene scene(kWallM);
+  Scene scene(kWall_m);
   auto features = std::make_shared<Features>(*scene.frame.features);
   features->points[30].depth_m = 1.0F;
   scene.frame.features = features;

@@ -6,14 +6,14 @@
 namespace ygslam {
 namespace {
 
-constexpr double kSamePlaceM = 0.5;  // a loss that ends this near has moved nothing
-constexpr double kGlanceS = 1.0;     // unseen for longer, the camera may have left the room
-constexpr double kLongerStep = 1.5;  // than the step before: frames are missing
+constexpr double kSamePlace_m = 0.5;  // a loss that ends this near has moved nothing
+constexpr double kGlance_s = 1.0;     // unseen for longer, the camera may have left the room
+constexpr double kLongerStep = 1.5;   // than the step before: frames are missing
 
 }  // namespace
 
 double Localization::reach_m(Timestamp now) const {
-  return trusted_ ? max_speed_mps_ * seconds_between(now, trusted_->stamp) + kSamePlaceM : 0;
+  return trusted_ ? max_speed_mps_ * seconds_between(now, trusted_->stamp) + kSamePlace_m : 0;
 }
 
 bool Localization::is_carried_off(const Step& step, const LocalView& view) const {
@@ -28,10 +28,10 @@ bool Localization::is_known_by_view_alone(const Step& step, const LocalView& vie
   const double untrusted_s =
       view.placed && trusted_ ? seconds_between(step.stamp, trusted_->stamp) : 0;
   // A camera that takes an image every two seconds is not unseen in between.
-  const double glance_s = std::max(kGlanceS, kLongerStep * usual_step_s_.value_or(unseen_s));
+  const double glance_s = std::max(kGlance_s, kLongerStep * usual_step_s_.value_or(unseen_s));
   const double jump_m = centre_distance_m(step.T_camera_world, step.T_last_world);
   return std::max(unseen_s, untrusted_s) > glance_s ||
-         jump_m > max_speed_mps_ * unseen_s + kSamePlaceM;
+         jump_m > max_speed_mps_ * unseen_s + kSamePlace_m;
 }
 
 Localization::Arrival Localization::arrive(const Step& step, const LocalView& view) {

@@ -3,7 +3,7 @@
 namespace ygslam {
 namespace {
 
-constexpr double kProvingWayM = 8;
+constexpr double kProvingWay_m = 8;
 
 }  // namespace
 
@@ -13,7 +13,7 @@ Odometry::Place Odometry::place(const SE3& T_world_camera, bool sees_known_groun
     place.correction_m = (T_world_camera.t() - (*T_world_odom_ * T_odom_camera_).t()).norm();
   T_world_odom_ = place.T_world_odom;
   if (doubtful_since_ && sees_known_ground &&
-      (T_odom_camera_.t() - *doubtful_since_).norm() > kProvingWayM)
+      (T_odom_camera_.t() - *doubtful_since_).norm() > kProvingWay_m)
     doubtful_since_.reset();
   place.provisional = doubtful_since_.has_value();
   return place;

@@ -9,12 +9,12 @@
 namespace ygslam {
 namespace {
 
-constexpr double kLeastBendM = 0.003;    // more than a local adjustment moves a frame
+constexpr double kLeastBend_m = 0.003;   // more than a local adjustment moves a frame
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
-constexpr double kLostBeforeSubmapS = 1.0;
+constexpr double kLostBeforeSubmap_s = 1.0;
 constexpr double kCoveredShare = 0.5;
-constexpr double kVouchedReachM = 2;  // farther away the next room may look the same
+constexpr double kVouchedReach_m = 2;  // farther away the next room may look the same
 constexpr float kAnyWeight = std::numeric_limits<float>::min();
 
 /// What agrees with a point of the static map is static.
@@ -235,11 +235,11 @@ void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackRes
   const bool is_fit = usable >= config_.min_start_points && !result.labels.too_few_static &&
                       !is_covered(current, usable, view);
   if (!is_fit || !fit_since_) fit_since_ = now;
-  if (!is_fit || seconds_between(now, *fit_since_) < kLostBeforeSubmapS) return;
+  if (!is_fit || seconds_between(now, *fit_since_) < kLostBeforeSubmap_s) return;
   fit_since_.reset();
   move_to_middle(current, Vec6::Zero());
   current.pose = last_ ? last_->pose : KeyframeRelativePose{view.reference().data->id, SE3()};
-  const double reach = view.placed ? std::min(localization_.reach_m(now), kVouchedReachM) : 0;
+  const double reach = view.placed ? std::min(localization_.reach_m(now), kVouchedReach_m) : 0;
   result.candidate = make_submap(current, reach, view);
   last_ = std::move(current);
 }
@@ -393,7 +393,7 @@ SE3 Tracker::last_pose(const LocalView& view) {
   // Where the world was bent the frame's landmarks, seen first by several keyframes, did not all
   // move as its reference keyframe did; the difference would look like a motion of the camera.
   const auto on_landmarks = pose_estimator_.pose_on_landmarks(*last_, view, *T_last_world);
-  const bool bent = on_landmarks && centre_distance_m(*on_landmarks, *T_last_world) > kLeastBendM;
+  const bool bent = on_landmarks && centre_distance_m(*on_landmarks, *T_last_world) > kLeastBend_m;
   return bent ? *on_landmarks : *T_last_world;
 }
 

@@ -10,10 +10,10 @@
 namespace ygslam {
 namespace {
 
-constexpr double kMinDepthM = 0.05;    // nearer than any lens focuses
-constexpr double kFirstScalePx = 4.0;  // of the kernel, at least
-constexpr double kSettledStep = 1e-5;  // [m and rad]: less than 0.01 px at a metre
-constexpr double kMostLimits = 2.0;    // bad measurements stretch the limit no further
+constexpr double kMinDepth_m = 0.05;    // nearer than any lens focuses
+constexpr double kFirstScale_px = 4.0;  // of the kernel, at least
+constexpr double kSettledStep = 1e-5;   // [m and rad]: less than 0.01 px at a metre
+constexpr double kMostLimits = 2.0;     // bad measurements stretch the limit no further
 
 // Where nothing is known about the depth it lies in between.
 constexpr DepthRange kAnyDepth{0.3F, 50.0F};
@@ -32,7 +32,7 @@ struct StaticCandidate {
 /// Residual [px], negative if the point falls behind the camera.
 double residual_px(const Camera& camera, const SE3& T, const StaticCandidate& candidate) {
   const Vec3 p = T * candidate.p_previous;
-  return p.z() < kMinDepthM ? -1 : (camera.project(p) - candidate.current_px).norm();
+  return p.z() < kMinDepth_m ? -1 : (camera.project(p) - candidate.current_px).norm();
 }
 
 double distance_to_segment(const Vec2& p, const Vec2& a, const Vec2& b) {
@@ -91,7 +91,7 @@ NormalEquations linearise(const Camera& camera, const SE3& T,
   const double s2 = scale_px * scale_px;
   for (const StaticCandidate& candidate : candidates) {
     const Vec3 p = T * candidate.p_previous;
-    if (p.z() < kMinDepthM) continue;
+    if (p.z() < kMinDepth_m) continue;
     const double iz = 1.0 / p.z();
     const double x = p.x() * iz;
     const double y = p.y() * iz;
@@ -121,7 +121,7 @@ EgoMotionResidual ego_motion_residual(const Camera& camera, const SE3& T_current
   const DepthRange& range = point.range.max_m > 0 ? point.range : kAnyDepth;
   const Vec3 near = T_current_previous * camera.unproject(point.previous_px, range.min_m);
   const Vec3 far = T_current_previous * camera.unproject(point.previous_px, range.max_m);
-  if (near.z() < kMinDepthM || far.z() < kMinDepthM) return {};
+  if (near.z() < kMinDepth_m || far.z() < kMinDepth_m) return {};
   EgoMotionResidual residual;
   residual.any_depth_px =
       distance_to_segment(point.current_px, camera.project(near), camera.project(far));
@@ -141,7 +141,7 @@ std::optional<EgoMotion> fit_ego_motion(const Camera& camera, std::span<const Fo
 
   EgoMotion fit;
   fit.T_current_previous = guess;
-  double scale_px = std::max(2.0 * median_residual_px(camera, guess, candidates), kFirstScalePx);
+  double scale_px = std::max(2.0 * median_residual_px(camera, guess, candidates), kFirstScale_px);
   for (int i = 0; i < config.iterations; ++i) {
     const NormalEquations eq = linearise(camera, fit.T_current_previous, candidates, scale_px);
     const Eigen::LDLT<Mat6> solver(eq.H);

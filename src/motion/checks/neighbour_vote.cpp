@@ -4,7 +4,7 @@ namespace ygslam {
 namespace {
 
 // Closer points are the same corner on another pyramid level and err together.
-constexpr float kSameCornerPx2 = 36;
+constexpr float kSameCorner_px2 = 36;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ std::vector<float> moving_share(std::span<const std::uint8_t> moves, const FlowF
     float total = 0;
     float moving = 0;
     field.neighbours_of(i, [&](std::uint32_t k, float distance2_px2) {
-      if (distance2_px2 < kSameCornerPx2) return;
+      if (distance2_px2 < kSameCorner_px2) return;
       const float weight = FlowField::vote_weight(distance2_px2);
       ++neighbours;
       total += weight;

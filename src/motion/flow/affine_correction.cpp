@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMinPoints = 12;
 constexpr int kIterations = 6;
-constexpr double kFinestScalePx = 0.5;
+constexpr double kFinestScale_px = 0.5;
 
 double median_coordinate(std::span<const Eigen::Vector2f> guess,
                          std::span<const Eigen::Vector2f> found, int axis) {
@@ -44,7 +44,7 @@ std::optional<AffineCorrection> fit_affine_correction(
   };
   double left_px = measure();
   for (int k = 0; k < kIterations; ++k) {
-    const double scale2 = std::pow(std::max(2 * left_px, kFinestScalePx), 2);
+    const double scale2 = std::pow(std::max(2 * left_px, kFinestScale_px), 2);
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Matrix<double, 3, 2> b = Eigen::Matrix<double, 3, 2>::Zero();
     for (std::size_t i = 0; i < error_px.size(); ++i) {

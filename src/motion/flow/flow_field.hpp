@@ -86,8 +86,8 @@ class FlowField {
 
   /// Weight of a neighbour's vote at a squared distance [px^2].
   [[nodiscard]] static float vote_weight(float distance2_px2) {
-    constexpr float kFlatPx2 = 16;  // within 4 px all count about the same
-    return 1.0F / (kFlatPx2 + distance2_px2);
+    constexpr float kFlat_px2 = 16;  // within 4 px all count about the same
+    return 1.0F / (kFlat_px2 + distance2_px2);
   }
 
   /// False only where both depths are known and differ by more than the ratio.

@@ -11,18 +11,18 @@ namespace ygslam {
 namespace {
 
 constexpr int kHarrisCorners = 1000;
-constexpr double kHarrisDistancePx = 8;
-constexpr int kDepthEdgePx = 3;       // how far depth edges lie from the colour image's
-constexpr double kUsualDepthM = 2.0;  // where a frame has no depth at all
-constexpr double kLeastDepthM = 0.05;
-constexpr double kFarM = 1e6;  // where only rotation shows
-constexpr double kStartGridPx = 1.0 / 32;
+constexpr double kHarrisDistance_px = 8;
+constexpr int kDepthEdge_px = 3;       // how far depth edges lie from the colour image's
+constexpr double kUsualDepth_m = 2.0;  // where a frame has no depth at all
+constexpr double kLeastDepth_m = 0.05;
+constexpr double kFar_m = 1e6;  // where only rotation shows
+constexpr double kStartGrid_px = 1.0 / 32;
 
 float median_depth_m(const Features& features) {
   std::vector<float> depths;
   for (const Feature& f : features.points)
     if (f.depth_m > 0) depths.push_back(f.depth_m);
-  if (depths.empty()) return kUsualDepthM;
+  if (depths.empty()) return kUsualDepth_m;
   return median(depths);
 }
 
@@ -38,10 +38,10 @@ std::vector<Eigen::Vector2f> predict_ends(const Camera& camera, const Features& 
     const Vec3 p_cam =
         predicted.T_current_previous * camera.unproject(f.ideal_px.cast<double>(), depth_m);
     ends[i] = f.uv_px;
-    if (p_cam.z() <= kLeastDepthM) continue;
+    if (p_cam.z() <= kLeastDepth_m) continue;
     // On a grid the last bits of a pose do not show: equal motions start equal searches.
     const Vec2 end_px = shutter.seen_at(camera, p_cam);
-    ends[i] = ((end_px / kStartGridPx).array().round() * kStartGridPx).cast<float>();
+    ends[i] = ((end_px / kStartGrid_px).array().round() * kStartGrid_px).cast<float>();
   }
   return ends;
 }
@@ -78,7 +78,7 @@ std::vector<DepthRange> depth_ranges(const Features& features, const DepthImage&
     const Eigen::Vector2f& px = features.points[i].uv_px;
     if (!px.allFinite() || px.cwiseAbs().maxCoeff() > 1e6F) continue;
     ranges[i] = depth_range(depth_m, static_cast<int>(std::lround(px.x())),
-                            static_cast<int>(std::lround(px.y())), kDepthEdgePx);
+                            static_cast<int>(std::lround(px.y())), kDepthEdge_px);
   }
   return ranges;
 }
@@ -112,11 +112,11 @@ Followed with_motion(const Camera& camera, Followed followed, const FlowPredicti
     const double depth_m =
         point.depth_m > 0
             ? (motion.T_current_previous * camera.unproject(point.previous_px, point.depth_m)).z()
-            : kFarM;
+            : kFar_m;
     const Vec3 p_middle = shutter.to_middle(
-        camera.unproject(camera.undistort(end_uv_px), std::max(depth_m, kLeastDepthM)),
+        camera.unproject(camera.undistort(end_uv_px), std::max(depth_m, kLeastDepth_m)),
         end_uv_px.y());
-    if (p_middle.z() <= kLeastDepthM) continue;
+    if (p_middle.z() <= kLeastDepth_m) continue;
     point.current_px = followed.pairs[i].p2_px = camera.project(p_middle);
   }
   return followed;
@@ -124,7 +124,7 @@ Followed with_motion(const Camera& camera, Followed followed, const FlowPredicti
 
 Followed follow_harris(const Camera& camera, const FlowFrame& previous, const ImagePyramid& current,
                        double link_radius_px, const FlowConfig& config) {
-  const auto corners = harris_corners(previous.pyramid, kHarrisCorners, kHarrisDistancePx);
+  const auto corners = harris_corners(previous.pyramid, kHarrisCorners, kHarrisDistance_px);
   const auto flow = track_points(previous.pyramid, current, corners, {}, config);
   std::vector<Vec2> from(corners.size());
   for (std::size_t i = 0; i < from.size(); ++i)

@@ -17,9 +17,9 @@ constexpr std::size_t kSeeds = 64;
 // A window that differs more than both is searched again from the coarsest level: by grey levels,
 // and by what a shift of so many pixels would cause.
 constexpr float kDoubtfulDifference = 8.0F;
-constexpr float kDoubtfulShiftPx = 0.8F;
-constexpr float kDuplicatePx = 1.0F;  // points this near have the same window, but for its border
-constexpr float kSameEndPx = 0.7F;    // a start this near to a known end leads there again
+constexpr float kDoubtfulShift_px = 0.8F;
+constexpr float kDuplicate_px = 1.0F;  // points this near have the same window, but for its border
+constexpr float kSameEnd_px = 0.7F;    // a start this near to a known end leads there again
 constexpr float kCoarsePrecision = 4.0F;  // times epsilon_px: coarse levels only bring near
 // A step is stretched or cut at most so much; see refine().
 constexpr float kMinGain = 0.5F;
@@ -46,7 +46,7 @@ struct Match {
 
 bool is_doubtful(const Match& match) {
   return match.difference.window > kDoubtfulDifference &&
-         match.difference.window > kDoubtfulShiftPx * match.gradient;
+         match.difference.window > kDoubtfulShift_px * match.gradient;
 }
 
 class PointFollower {
@@ -84,7 +84,8 @@ class PointFollower {
                                             const Eigen::Vector2f& known) {
     Eigen::Vector2f end = std::ldexp(1.0F, -first_level) * guess;
     for (int level = first_level; level >= 0; --level) {
-      if (level == 0 && (end - known).squaredNorm() < kSameEndPx * kSameEndPx) return std::nullopt;
+      if (level == 0 && (end - known).squaredNorm() < kSameEnd_px * kSameEnd_px)
+        return std::nullopt;
       patch_.take(previous_[level], std::ldexp(1.0F, -level) * from);
       const bool textured = patch_.min_eigenvalue() >= config_.min_eigenvalue;
       const auto refined = textured ? refine(level, end) : std::nullopt;
@@ -146,17 +147,17 @@ class PointFollower {
   FlowPatch patch_;
 };
 
-/// Per point the first one within kDuplicatePx, itself if none comes before it: a corner is found
+/// Per point the first one within kDuplicate_px, itself if none comes before it: a corner is found
 /// on several pyramid levels, and its flow is the same.
 std::vector<std::uint32_t> duplicates(std::span<const Eigen::Vector2f> points_uv_px) {
-  PointGrid grid(2 * kDuplicatePx);
+  PointGrid grid(2 * kDuplicate_px);
   grid.build(points_uv_px);
   std::vector<std::uint32_t> first_of(points_uv_px.size());
   for (std::uint32_t i = 0; i < first_of.size(); ++i) {
     first_of[i] = i;
-    grid.near(points_uv_px[i], kDuplicatePx, [&](std::uint32_t k) {
+    grid.near(points_uv_px[i], kDuplicate_px, [&](std::uint32_t k) {
       if (k < first_of[i] &&
-          (points_uv_px[k] - points_uv_px[i]).squaredNorm() <= kDuplicatePx * kDuplicatePx)
+          (points_uv_px[k] - points_uv_px[i]).squaredNorm() <= kDuplicate_px * kDuplicate_px)
         first_of[i] = k;
     });
   }

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
-constexpr float kWallM = 4.0F;
-constexpr float kBoxM = 2.0F;
+constexpr float kWall_m = 4.0F;
+constexpr float kBox_m = 2.0F;
 
 /// A box 100 px wide that moves over the image by step_px per frame, and points: on the box they
 /// move with it, on the wall they stay.
@@ -30,10 +30,10 @@ struct BoxWorld {
            p.y() >= 40 && p.y() < 200;
   }
   [[nodiscard]] DepthImage depth(int k) const {
-    DepthImage d(kWidth, kHeight, kWallM);
+    DepthImage d(kWidth, kHeight, kWall_m);
     for (int v = 40; v < 200; ++v)
       for (int u = std::max(box_x(k), 0); u < std::min(box_x(k) + 100, kWidth); ++u)
-        d.at(u, v) = kBoxM;
+        d.at(u, v) = kBox_m;
     return d;
   }
   [[nodiscard]] Segmentation mask(int k, int class_id = 0) const {
@@ -69,9 +69,9 @@ struct BoxWorld {
       features->points.push_back(f);
     };
     for (std::size_t i = 0; i < wall.size(); ++i)
-      if (!in_box(wall[i], k)) add(i, wall[i], kWallM, false);
+      if (!in_box(wall[i], k)) add(i, wall[i], kWall_m, false);
     for (std::size_t i = 0; i < on_box.size(); ++i)
-      add(wall.size() + i, on_box[i] + Eigen::Vector2f(static_cast<float>(box_x(k)), 40.0F), kBoxM,
+      add(wall.size() + i, on_box[i] + Eigen::Vector2f(static_cast<float>(box_x(k)), 40.0F), kBox_m,
           true);
     features->descriptors.resize(features->points.size());
     out.features = features;
@@ -238,14 +238,14 @@ TEST(MaskLabels, DepthMendsTheRim) {
     f.depth_m = depth_m;
     features.points.push_back(f);
   };
-  add(20, kBoxM);    // outside the mask, at the box's depth
-  add(121, kWallM);  // inside the mask, far behind
-  add(70, kBoxM);    // inside
-  add(10, kWallM);   // well outside
-  add(18, kWallM);   // within the rim, behind
-  add(70, kWallM);   // inside, seen through a hole
-  add(117, 0);       // inside, near the edge, without depth: in the object's shadow or on it
-  add(70, 0);        // inside, without depth
+  add(20, kBox_m);    // outside the mask, at the box's depth
+  add(121, kWall_m);  // inside the mask, far behind
+  add(70, kBox_m);    // inside
+  add(10, kWall_m);   // well outside
+  add(18, kWall_m);   // within the rim, behind
+  add(70, kWall_m);   // inside, seen through a hole
+  add(117, 0);        // inside, near the edge, without depth: in the object's shadow or on it
+  add(70, 0);         // inside, without depth
   features.descriptors.resize(features.points.size());
   const auto labels = label_by_mask(features, small, CoarseDepth(world.depth(0)), {});
   EXPECT_EQ(labels[0].label, SemanticLabel::kMovable);

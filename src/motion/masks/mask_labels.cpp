@@ -11,8 +11,8 @@
 namespace ygslam {
 namespace {
 
-constexpr int kStridePx = 8;  // between the samples of an object's depth
-constexpr int kWindow = 7;    // samples on a side of the square in which it is asked for
+constexpr int kStride_px = 8;  // between the samples of an object's depth
+constexpr int kWindow = 7;     // samples on a side of the square in which it is asked for
 
 /// What surrounds a pixel within the band.
 struct Surroundings {
@@ -44,16 +44,16 @@ class Labeller {
   }
 
  private:
-  /// Objects and depths at every kStridePx-th pixel.
+  /// Objects and depths at every kStride_px-th pixel.
   void sample() {
-    columns_ = (ids_.width() + kStridePx - 1) / kStridePx;
-    rows_ = (ids_.height() + kStridePx - 1) / kStridePx;
+    columns_ = (ids_.width() + kStride_px - 1) / kStride_px;
+    rows_ = (ids_.height() + kStride_px - 1) / kStride_px;
     samples_.resize(static_cast<std::size_t>(columns_) * rows_);
     std::array<std::vector<float>, 256> of_instance;
     for (int row = 0; row < rows_; ++row) {
       for (int column = 0; column < columns_; ++column) {
-        const int u = column * kStridePx;
-        const int v = row * kStridePx;
+        const int u = column * kStride_px;
+        const int v = row * kStride_px;
         const std::uint8_t id = movable_[ids_.at(u, v)] ? ids_.at(u, v) : 0;
         const float depth_m = id > 0 ? depth_m_.at(u, v) : 0.0F;
         if (!(depth_m > 0)) continue;
@@ -123,8 +123,8 @@ class Labeller {
   [[nodiscard]] float object_depth_m(std::uint8_t id, int u, int v) const {
     std::array<float, kWindow * kWindow> depths_m;
     std::size_t n = 0;
-    const int column = u / kStridePx - kWindow / 2;
-    const int row = v / kStridePx - kWindow / 2;
+    const int column = u / kStride_px - kWindow / 2;
+    const int row = v / kStride_px - kWindow / 2;
     for (int r = std::max(row, 0); r < std::min(row + kWindow, rows_); ++r) {
       for (int c = std::max(column, 0); c < std::min(column + kWindow, columns_); ++c) {
         const Sample& sample = samples_[static_cast<std::size_t>(r) * columns_ + c];

@@ -11,10 +11,10 @@ namespace ygslam::sim {
 
 namespace {
 
-constexpr double kStillM = 0.01, kStillRad = 0.02;  // since it came to rest
-constexpr double kRestS = 1;                        // a shorter stop is none
-constexpr double kShownShare = 0.001;               // of the image's pixels
-constexpr float kFarM = 4;                          // as far as maps are made
+constexpr double kStill_m = 0.01, kStill_rad = 0.02;  // since it came to rest
+constexpr double kRest_s = 1;                         // a shorter stop is none
+constexpr double kShownShare = 0.001;                 // of the image's pixels
+constexpr float kFar_m = 4;                           // as far as maps are made
 constexpr int kMostThings = 255;
 
 bool is_room(const std::string& class_name) {
@@ -22,7 +22,7 @@ bool is_room(const std::string& class_name) {
 }
 
 bool is_rest(const ThingPlace& place) {
-  return static_cast<double>(place.until.ns - place.from.ns) >= kRestS * 1e9;
+  return static_cast<double>(place.until.ns - place.from.ns) >= kRest_s * 1e9;
 }
 
 double rounded(double value) { return std::round(value * 1e6) / 1e6 + 0.0; }
@@ -81,14 +81,14 @@ void TrueObjects::add(const Scene& scene, double t_s, Timestamp stamp, const Gre
                       const DepthImage& depth_m) {
   std::array<int, 256> pixels{};
   for (std::size_t i = 0; i < things.size(); ++i)
-    if (depth_m.data()[i] <= kFarM) ++pixels[things.data()[i]];
+    if (depth_m.data()[i] <= kFar_m) ++pixels[things.data()[i]];
   for (const NamedThing& thing : scene.things) {
     if (thing.object > 0 && scene.movers[thing.object - 1].is_body()) continue;
     const SE3 T_world_object =
         thing.object == 0 ? SE3() : scene.movers[thing.object - 1].pose_at(t_s);
     std::vector<ThingPlace>& places = places_[thing.id];
     const SE3 T = places.empty() ? SE3() : places.back().T_world_object.inverse() * T_world_object;
-    if (places.empty() || T.t().norm() > kStillM || T.angle() > kStillRad) {
+    if (places.empty() || T.t().norm() > kStill_m || T.angle() > kStill_rad) {
       if (!places.empty() && !is_rest(places.back())) places.pop_back();
       places.push_back({stamp, stamp, T_world_object, 0});
     }

@@ -14,7 +14,7 @@
 #include "features/matcher.hpp"
 #include "features/orb.hpp"
 #include "io/frame_loader.hpp"
-#include "io/trajectory.hpp"
+#include "io/trajectory_formats.hpp"
 #include "io/tum_sequence.hpp"
 
 namespace ygslam {

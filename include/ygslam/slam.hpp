@@ -74,7 +74,7 @@ struct Settings {
 
 /// Row-major, rows contiguous. Pointers are read during the call only.
 struct Frame {
-  std::int64_t t_ns = 0;  ///< strictly increasing; as depth_t_ns within 146 years of 0
+  std::int64_t t_ns = 0;              ///< strictly increasing; as depth_t_ns within 146 years of 0
   const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
   const float* depth_m =
       nullptr;  ///< height x width, along the optical axis; 0, NaN, negative = none

@@ -154,9 +154,10 @@ class Links(CliTest):
         self.assertEqual(contents(folder), before)
 
     def test_a_map_is_no_file_of_the_runs_own(self):
-        for option, name in (("--save-map", "metrics.json"), ("--mcap", "map.ply")):
-            target = self.folder / "out" / name
-            self.assert_error(self.run_slam(sequence(), "--to", 8, option, target), 2, target, option)
+        for name in FILES:
+            for option in ("--save-map", "--mcap"):
+                target = self.folder / "out" / name
+                self.assert_error(self.run_slam(sequence(), "--to", 8, option, target), 2, target, option)
 
     def test_the_log_of_a_sweep_is_continued_unless_it_is_a_link(self):
         precious = self.folder / "precious"

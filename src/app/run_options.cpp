@@ -70,11 +70,11 @@ void add_run_options(CLI::App& command, RunOptions& o) {
       ->excludes("--realtime");
   add(command, kWritten, "--debug-images", o.debug_dir, "DIR",
       "Draw masks and labelled points here");
-  add(command, kWritten, "--save-masks", o.masks_dir, "DIR",
-      "Keep what the network says here: runs with --segmenter masks:DIR need none");
   add(command, kWritten, "--debug-every", o.debug_every, "N", "Draw every n-th frame")
       ->check(unsaid(CLI::Range(1, 1000000)))
       ->capture_default_str();
+  add(command, kWritten, "--save-masks", o.masks_dir, "DIR",
+      "Keep what the network says here: runs with --segmenter masks:DIR need none");
 }
 
 void add_view_options(CLI::App& command, RunOptions& o) {

@@ -1,7 +1,6 @@
 #include "dense/dense_map.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,26 +17,6 @@ constexpr double kTypicalDepth_m = 3;
 constexpr double kLooseVoxels = 0.5;
 constexpr int kSampleStep_px = 12;
 constexpr int kCulledAtOnce = 8;  // views looked at
-
-/// An occupied cell is what the surest vertex of a known class in it is.
-void label_cells(const TriangleMesh& mesh, SpaceCells& space) {
-  using Index = std::array<int, 3>;
-  std::map<Index, SurfaceLabel> labels;
-  for (const SurfacePoint& vertex : mesh.vertices) {
-    if (vertex.label.semantic_class == SemanticClass::kUnknown) continue;
-    Index index;
-    for (int axis = 0; axis < 3; ++axis)
-      index[static_cast<std::size_t>(axis)] =
-          static_cast<int>(std::floor(vertex.p_world[axis] / space.cell_m));
-    SurfaceLabel& label = labels[index];
-    if (vertex.label.probability > label.probability) label = vertex.label;
-  }
-  for (SpaceCell& cell : space.cells) {
-    if (cell.state != SpaceState::kOccupied) continue;
-    const auto label = labels.find({cell.index.x(), cell.index.y(), cell.index.z()});
-    if (label != labels.end()) cell.label = label->second;
-  }
-}
 
 bool same(const std::optional<SE3>& a, const std::optional<SE3>& b) {
   return a.has_value() == b.has_value() && (!a || (a->R() == b->R() && a->t() == b->t()));

@@ -1,6 +1,7 @@
 #include "dense/room_structure.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -197,6 +198,25 @@ void label_structure(TriangleMesh& mesh, const Gravity& gravity,
       vertex.label = {SemanticClass::kWall, kNoSceneObject,
                       static_cast<float>(1 - std::abs(cosine) / (2 * kUprightSin))};
     }
+  }
+}
+
+void label_cells(const TriangleMesh& mesh, SpaceCells& space) {
+  using Index = std::array<int, 3>;
+  std::map<Index, SurfaceLabel> labels;
+  for (const SurfacePoint& vertex : mesh.vertices) {
+    if (vertex.label.semantic_class == SemanticClass::kUnknown) continue;
+    Index index;
+    for (int axis = 0; axis < 3; ++axis)
+      index[static_cast<std::size_t>(axis)] =
+          static_cast<int>(std::floor(vertex.p_world[axis] / space.cell_m));
+    SurfaceLabel& label = labels[index];
+    if (vertex.label.probability > label.probability) label = vertex.label;
+  }
+  for (SpaceCell& cell : space.cells) {
+    if (cell.state != SpaceState::kOccupied) continue;
+    const auto label = labels.find({cell.index.x(), cell.index.y(), cell.index.z()});
+    if (label != labels.end()) cell.label = label->second;
   }
 }
 

@@ -1,5 +1,5 @@
 // What a room is built of, from its mesh alone: which way is up, floor, ceiling and walls, as no
-// network names them.
+// network names them; and what its cells are of.
 #pragma once
 
 #include "scene/scene.hpp"
@@ -26,5 +26,8 @@ struct RoomStructureConfig {
 /// as it does, the less probable.
 void label_structure(TriangleMesh& mesh, const Gravity& gravity,
                      const RoomStructureConfig& config = {});
+
+/// An occupied cell is what the surest vertex of a known class in it is.
+void label_cells(const TriangleMesh& mesh, SpaceCells& space);
 
 }  // namespace ygslam

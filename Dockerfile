@@ -5,7 +5,7 @@ FROM debian:12-slim AS build
 RUN apt-get update && apt-get install -y --no-install-recommends ca-certificates
 WORKDIR /src
 COPY tools/setup.sh tools/requirements.txt tools/
-RUN tools/setup.sh
+RUN tools/setup.sh program
 COPY . .
 RUN cmake --preset release -DYGSLAM_BUILD_TESTS=OFF -DYGSLAM_BUILD_BENCH=OFF \
  && cmake --build build/release \

@@ -10,28 +10,37 @@ SOURCES = git ls-files --cached --others --exclude-standard \
   'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp' 'ros2/*.cpp' \
   'tests/*.[ch]pp'
 
-.PHONY: help setup setup-checks configure build demo test bench model quantize train \
+.PHONY: help setup setup-checks configure configure-program build demo test bench model quantize train \
   format check-format lint sanitize clean
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
 
-setup: .venv/.ready ## install Debian packages (with sudo if not root) and the Python environment
+setup: .venv/.ready ## install all that program, report, tests and tools need: Debian packages (with sudo if not root), .venv
 
-.venv/.ready: tools/setup.sh tools/requirements.txt
+.venv/.ready: .venv/.program-ready tools/requirements-tools.txt
 	tools/setup.sh
 	@touch $@
 
-setup-checks: .venv/.ready ## install what `make check-format` and `make lint` need
+.venv/.program-ready: tools/setup.sh tools/requirements.txt
+	tools/setup.sh program
+	@touch $@
+
+setup-checks: setup ## install what `make check-format` and `make lint` need
 	@tools/setup.sh checks
 
-configure: .venv/.ready
-	@[ -f $(BUILD)/build.ninja ] || cmake --preset $(PRESET)
+configure: setup
+	@grep -qs '^YGSLAM_BUILD_TESTS:BOOL=ON' $(BUILD)/CMakeCache.txt || cmake --preset $(PRESET)
+
+# Without tests: nothing that only they need has to be there.
+configure-program: .venv/.program-ready
+	@[ -f $(BUILD)/build.ninja ] || cmake --preset $(PRESET) \
+	  -DYGSLAM_BUILD_TESTS=OFF -DYGSLAM_BUILD_BENCH=OFF -DYGSLAM_PYTHON_MODULE=OFF
 
 build: configure ## build library, command line and tests
 	@cmake --build $(BUILD) -j $(JOBS)
 
-demo: configure ## run the main job; SEQ=folder MODEL=file.onnx OUT=folder
-	@cmake --build $(BUILD) -j $(JOBS) --target ygslam_cli ygslam_library
+demo: configure-program ## run the main job; SEQ=folder MODEL=file.onnx OUT=folder
+	@cmake --build $(BUILD) -j $(JOBS) --target ygslam_cli
 	@tools/demo.sh $(BUILD)/ygslam "$(SEQ)" "$(MODEL)" "$(or $(OUT),out/demo)"
 
 test: build ## build and run all tests
@@ -47,7 +56,7 @@ model: ## export YOLOv8n-seg to models/ (needs the public internet; WEIGHTS=file
 quantize: ## write an int8 model beside MODEL, calibrated on IMAGES=folder
 	@python3 tools/quantize_model.py --model $(or $(MODEL),models/yolov8n-seg_480x640.onnx) --images "$(IMAGES)"
 
-train: configure ## render, train and export the people network; FRAMES=N SAMPLES=N; stop and go on at will
+train: configure-program ## render, train and export the people network; FRAMES=N SAMPLES=N; stop and go on at will
 	@cmake --build $(BUILD) -j $(JOBS) --target ygslam_cli
 	@python3 training/run.py --ygslam $(BUILD)/ygslam $(if $(FRAMES),--frames $(FRAMES)) $(if $(SAMPLES),--samples $(SAMPLES))
 
@@ -61,7 +70,7 @@ check-format: setup-checks ## fail where `make format` would change something
 # are all that is built.
 lint: setup-checks ## clang's warnings and clang-tidy on all sources, any finding is an error
 	@cmake --preset clang >/dev/null
-	@cmake --build build/clang -j $(JOBS) --target ygslam_precompiled ygslam_precompiled_test \
+	@cmake --build build/clang -j $(JOBS) --target ygslam_precompiled ygslam_precompiled_quick ygslam_precompiled_test \
 	  ygslam_precompiled_simulation
 	@run-clang-tidy-16 -p build/clang -j $(JOBS) -quiet '/Unity/|_test\.cpp$$'
 
@@ -70,7 +79,7 @@ ASAN_TESTS := core geometry image scene io bag live scene_file scene_picture fea
 TSAN_TESTS := ^(BoundedQueue|Published|FrameReader|LiveRunner|SegmentInbox|SegmenterFault|AdjustmentThread|DenseThread|MapSaver)
 tests_of = $(foreach module,$(1),$(if $(wildcard src/$(module)/*_test.cpp),$(module)_test))
 space := $(subst ,, )
-sanitize: .venv/.ready ## unit tests under address, undefined behaviour and thread sanitizers
+sanitize: setup ## unit tests under address, undefined behaviour and thread sanitizers
 	@cmake --preset asan >/dev/null && cmake --preset tsan >/dev/null
 	@cmake --build build/asan -j $(JOBS) --target $(call tests_of,$(ASAN_TESTS))
 	@ctest --preset asan -j $(JOBS) -L '^($(subst $(space),|,$(ASAN_TESTS)))$$'

@@ -1,10 +1,14 @@
 # Debian ships OpenCV's own CMake file only in libopencv-dev, which pulls in every module and the
-# whole of VTK. This finds the few modules we use from their own packages:
-# imported targets opencv_core, opencv_imgproc, opencv_imgcodecs, opencv_calib3d, opencv_video.
-find_package(OpenCV 4 QUIET COMPONENTS core imgproc imgcodecs calib3d video)
+# whole of VTK. This finds the few modules we use from their own packages: imported targets
+# opencv_core and opencv_imgproc; for tests and benchmarks opencv_imgcodecs and opencv_video, too.
+set(modules core imgproc)
+if(YGSLAM_BUILD_TESTS OR YGSLAM_BUILD_BENCH)
+  list(APPEND modules imgcodecs video)
+endif()
+find_package(OpenCV 4 QUIET COMPONENTS ${modules})
 if(NOT OpenCV_FOUND)
   find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
-  foreach(module core imgproc imgcodecs calib3d video)
+  foreach(module ${modules})
     find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
     find_path(OPENCV_${module}_HEADER opencv2/${module}.hpp PATH_SUFFIXES opencv4 REQUIRED)
     add_library(opencv_${module} SHARED IMPORTED GLOBAL)

@@ -1,11 +1,11 @@
 include(GoogleTest)
 
 # ygslam_module(NAME [DEPENDS modules...] [LIBS libraries...] [TEST_DEPENDS ...] [TEST_LIBS ...]
-#               [ROOMS sub-folders...])
+#               [ROOMS sub-folders...] [QUICK])
 # One folder of src/ = one static library = one layer. Sources are the *.cpp of the folder and of its
-# rooms; *_test.cpp beside them become the executable NAME_test.
+# rooms; *_test.cpp beside them become the executable NAME_test. QUICK: see YgslamPrecompiled.cmake.
 function(ygslam_module name)
-  cmake_parse_arguments(arg "" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS" ${ARGN})
+  cmake_parse_arguments(arg "QUICK" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS" ${ARGN})
   list(TRANSFORM arg_ROOMS APPEND /*.cpp)
   file(GLOB sources CONFIGURE_DEPENDS *.cpp ${arg_ROOMS})
   set(tests ${sources})
@@ -19,7 +19,12 @@ function(ygslam_module name)
     set(scope PUBLIC)
     set_property(GLOBAL APPEND PROPERTY YGSLAM_MODULES ygslam_${name})
     target_link_libraries(ygslam_${name} PRIVATE ygslam_compiler)
-    target_precompile_headers(ygslam_${name} REUSE_FROM ygslam_precompiled)
+    if(arg_QUICK)
+      target_link_libraries(ygslam_${name} PRIVATE ygslam_quick)
+      target_precompile_headers(ygslam_${name} REUSE_FROM ygslam_precompiled_quick)
+    else()
+      target_precompile_headers(ygslam_${name} REUSE_FROM ygslam_precompiled)
+    endif()
   else()
     add_library(ygslam_${name} INTERFACE)
     set(scope INTERFACE)
@@ -32,7 +37,7 @@ function(ygslam_module name)
 
   if(YGSLAM_BUILD_TESTS AND tests)
     add_executable(${name}_test ${tests})
-    target_link_libraries(${name}_test PRIVATE ygslam_${name} ygslam_compiler ygslam_test_options
+    target_link_libraries(${name}_test PRIVATE ygslam_${name} ygslam_compiler ygslam_quick
                           ${arg_TEST_DEPENDS} ${arg_TEST_LIBS} GTest::gtest GTest::gmock
                           GTest::gtest_main)
     target_precompile_headers(${name}_test REUSE_FROM ygslam_precompiled_test)

@@ -1,19 +1,26 @@
 #!/usr/bin/env bash
-# Installs what the project builds and runs with: Debian packages and a local Python environment.
-# setup.sh checks: what the checks of the sources need, too.
+# Installs Debian packages and a local Python environment.
+# setup.sh: all that the program, its report, tests and tools need; setup.sh program: the program alone;
+# setup.sh checks: clang and its tools, for the checks of the sources.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 packages=(
-  build-essential cmake ninja-build ccache git python3-venv python3-dev
-  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
-  libopencv-video-dev libopencv-features2d-dev libturbojpeg0-dev libpng-dev libeigen3-dev
+  build-essential cmake ninja-build ccache git python3-venv
+  libopencv-core-dev libopencv-imgproc-dev libturbojpeg0-dev libpng-dev libeigen3-dev
   libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
   libzstd-dev liblz4-dev libbz2-dev libboost-dev
-  libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
-  liboctomap-dev octomap-tools assimp-utils
 )
-if [ "${1:-}" = checks ]; then packages+=(clang-16 clang-format-16 clang-tidy-16); fi
+what=${1:-all}
+case $what in
+  program) ;;
+  all)
+    packages+=(python3-dev libopencv-imgcodecs-dev libopencv-video-dev libopencv-features2d-dev
+               libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
+               liboctomap-dev octomap-tools assimp-utils) ;;
+  checks) packages+=(clang-16 clang-format-16 clang-tidy-16) ;;
+  *) echo "setup: $what: must be program, all or checks" >&2; exit 2 ;;
+esac
 missing=()
 for package in "${packages[@]}"; do
   dpkg -s "$package" >/dev/null 2>&1 || missing+=("$package")
@@ -27,12 +34,16 @@ if ((${#missing[@]})); then
   "${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}"
 fi
 
-if [ "${1:-}" = checks ]; then exit; fi
+if [ "$what" = checks ]; then exit; fi
 [ -x .venv/bin/python ] || python3 -m venv .venv
-echo "setup: Python environment in .venv (OpenVINO, evo, the report's Matplotlib and plotly, readers of exports)"
-.venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements.txt
+pip_install() { .venv/bin/pip install --quiet --disable-pip-version-check "$@"; }
+echo "setup: OpenVINO in .venv"
+pip_install -r tools/requirements.txt
+if [ "$what" = program ]; then exit; fi
+echo "setup: evo, the report's Matplotlib and plotly, readers of exports in .venv"
+pip_install -r tools/requirements-tools.txt
 # Its metrics need NumPy and SciPy only; what it would pull in for video data sets is large.
-.venv/bin/pip install --quiet --disable-pip-version-check --no-deps trackeval==1.3.0
+pip_install --no-deps trackeval==1.3.0
 # Khronos' validator of GLB files and Foxglove's own client, for one test each; where there is no
 # Node.js these are skipped.
 if command -v npm >/dev/null; then

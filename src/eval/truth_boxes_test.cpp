@@ -19,14 +19,14 @@ DynamicTruth frame(int side_px, bool chair_moves) {
   return truth;
 }
 
-Timestamp at(double s) { return {to_ns(s)}; }
+Timestamp stamp_at(double s) { return {to_ns(s)}; }
 
 TEST(TruthBoxes, PersonsCountAlwaysOtherThingsWhileAndShortlyAfterTheyMove) {
   std::array<bool, 256> movable{};
   movable[kPersonId] = true;
   TruthBoxes truth(movable);
   const auto counts = [&](double s, bool chair_moves) {
-    const auto boxes = truth.step(at(s), frame(40, chair_moves));
+    const auto boxes = truth.step(stamp_at(s), frame(40, chair_moves));
     EXPECT_EQ(boxes.size(), 2U);
     EXPECT_EQ(boxes[1].box.x0, 100);
     EXPECT_EQ(boxes[1].box.x1, 140);
@@ -45,17 +45,17 @@ TEST(TruthBoxes, WhatTouchesAPersonMayBePartOfThePerson) {
   movable[kPersonId] = true;
   TruthBoxes truth(movable);
   DynamicTruth touching = frame(40, true);
-  EXPECT_TRUE(truth.step(at(0), touching)[1].counts);
+  EXPECT_TRUE(truth.step(stamp_at(0), touching)[1].counts);
   for (int u = 40; u < 110; ++u) touching.ids.at(u, 20) = kPersonId;
-  EXPECT_FALSE(truth.step(at(0.1), touching)[1].counts);
+  EXPECT_FALSE(truth.step(stamp_at(0.1), touching)[1].counts);
 }
 
 TEST(TruthBoxes, WhatIsHardlyVisibleNeedNotBeFound) {
   std::array<bool, 256> movable{};
   movable.fill(true);
   TruthBoxes truth(movable);
-  EXPECT_FALSE(truth.step(at(0), frame(31, true))[0].counts);
-  EXPECT_TRUE(truth.step(at(0), frame(32, true))[0].counts);
+  EXPECT_FALSE(truth.step(stamp_at(0), frame(31, true))[0].counts);
+  EXPECT_TRUE(truth.step(stamp_at(0), frame(32, true))[0].counts);
 }
 
 }  // namespace

@@ -173,9 +173,9 @@ constexpr std::array<std::pair<std::string_view, void (*)(SurfacePoint&, double)
 
 // Where squares and products of coordinates still are numbers.
 void check(const SurfacePoint& point) {
-  constexpr float kFarthest_m = 1e9F;
-  if (point.p_world.lpNorm<Eigen::Infinity>() > kFarthest_m ||
-      point.normal_world.lpNorm<Eigen::Infinity>() > kFarthest_m)
+  constexpr float kMostDistant_m = 1e9F;
+  if (point.p_world.lpNorm<Eigen::Infinity>() > kMostDistant_m ||
+      point.normal_world.lpNorm<Eigen::Infinity>() > kMostDistant_m)
     fail("a point beyond 10^9 m");
 }
 

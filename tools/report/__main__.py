@@ -21,7 +21,7 @@ try:
     from report.writer import OutputError, Writer
 except ModuleNotFoundError as missing:
     print(f"error: Python package '{missing.name}' is missing: pip install -r "
-          "tools/requirements.txt, or `make setup`", file=sys.stderr)
+          "tools/requirements-tools.txt, or `make setup`", file=sys.stderr)
     sys.exit(9)
 
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "simulation/random/clutter.hpp"
 #include "simulation/random/random_body.hpp"
 #include "simulation/random/random_pose.hpp"
 #include "simulation/world/camera_paths.hpp"
@@ -59,6 +60,8 @@ class Decorator {
     for (int i = 0; i < inside; ++i) add_inside();
     const int junk = static_cast<int>(crowded * uniform(0, 8));
     for (int i = 0; i < junk; ++i) add_shape();
+    const int cluttered = 1 + static_cast<int>(crowded * uniform(0, 5));
+    for (int i = 0; i < cluttered; ++i) add_cluttered();
     const int coats = rng_.uniform() < 0.35 ? 1 + static_cast<int>(rng_.below(4)) : 0;
     for (int i = 0; i < coats; ++i) add_coat();
     for (const ColourImage& picture : album_) {
@@ -78,6 +81,8 @@ class Decorator {
     return {uniform(room_.low.x(), room_.high.x()), uniform(room_.low.y(), room_.high.y())};
   }
   [[nodiscard]] const RoomPlan& room() const { return room_; }
+  /// Middles of what is cluttered; at least one.
+  [[nodiscard]] const std::vector<Vec3>& cluttered_world() const { return cluttered_world_; }
 
   void put(const std::string& kind, const Vec3& at, double yaw_deg,
            const std::optional<Vec3f>& size_m = {}) {
@@ -92,16 +97,6 @@ class Decorator {
     const double x = uniform(x0, x1);
     const double y = uniform(y0, y1);
     return Vec3(x, y, uniform(z0, z1)).cast<float>();
-  }
-  [[nodiscard]] MaterialId random_material() {
-    static const std::array<std::string, 8> kinds = {"wood",  "plaster",   "cloth", "board",
-                                                     "brick", "cardboard", "print", "stripes"};
-    if (rng_.uniform() < 0.5) return scene_.materials.get(one_of(kinds, rng_), variant());
-    const auto code = [&] { return static_cast<float>(uniform(10, 250)); };
-    const float r = code();
-    const float g = code();
-    return scene_.materials.plain({r, g, code()}, static_cast<float>(uniform(0.1, 1)),
-                                  static_cast<float>(uniform(0, 0.5)));
   }
   /// A place at a wall for something this deep. @return yaw [deg].
   double wall_place(double off_m, Vec2& at) {
@@ -173,13 +168,36 @@ class Decorator {
     put(kind, {at.x(), at.y(), 0}, uniform(0, 360), s);
     take(at, kind == "desk" ? 0.7 : 0.3);
   }
+  /// A counter, a table or a piece of floor with small things all over it.
+  void add_cluttered() {
+    Vec2 at = somewhere();
+    double yaw_deg = uniform(0, 360);
+    Vec3f s = size(0.8, 2, 0.5, 0.9, 0.5, 0.8);
+    const double what = rng_.uniform();
+    if (what < 0.35) {
+      s = size(0.8, 3, 0.45, 0.7, 0.7, 1.05);
+      yaw_deg = wall_place(0.5 * static_cast<double>(s.y()) + 0.01, at);
+      Mesh counter;
+      add_box(counter, {-s.x() / 2, -s.y() / 2, 0}, {s.x() / 2, s.y() / 2, s.z()},
+              random_material(scene_.materials, rng_));
+      append(scene_.fixed, counter, placed({at.x(), at.y(), 0}, yaw_deg));
+    } else if (what < 0.8) {
+      put("desk", {at.x(), at.y(), 0}, yaw_deg, s);
+    } else {
+      s = size(0.3, 1, 0.3, 1, 0, 0);
+    }
+    append(scene_.fixed, random_clutter(0.9 * s.head<2>().cast<double>(), scene_.materials, rng_),
+           placed({at.x(), at.y(), static_cast<double>(s.z())}, yaw_deg));
+    take(at, 0.4 * static_cast<double>(s.x()));
+    cluttered_world_.emplace_back(at.x(), at.y(), s.z());
+  }
   /// Rods, balls and boxes; some as tall and as thick as people.
   void add_shape() {
     const Vec2 at = somewhere();
     const Vec3f foot(static_cast<float>(at.x()), static_cast<float>(at.y()),
                      static_cast<float>(rng_.uniform() < 0.6 ? 0 : uniform(0.2, 1.6)));
     const auto f = [&](double low, double high) { return static_cast<float>(uniform(low, high)); };
-    const MaterialId m = random_material();
+    const MaterialId m = random_material(scene_.materials, rng_);
     const double what = rng_.uniform();
     if (what < 0.4) {
       const Vec3f tilt(f(-0.3, 0.3), f(-0.3, 0.3), f(0.2, 1.9));
@@ -197,7 +215,7 @@ class Decorator {
       const Vec3f top = foot + Vec3f(0, 0, height);
       add_cylinder(scene_.fixed, foot, top, 0.02F, 0.02F, 8, m);
       add_cylinder(scene_.fixed, top - Vec3f(0, 0, f(0.1, 0.9)), top, f(0.08, 0.28), f(0.05, 0.25),
-                   14, random_material());
+                   14, random_material(scene_.materials, rng_));
       if (rng_.uniform() < 0.4) add_sphere(scene_.fixed, top + Vec3f(0, 0, 0.1F), 0.11F, 10, m);
     }
     if (foot.z() == 0) take(at, 0.25);
@@ -237,6 +255,7 @@ class Decorator {
   Rng& rng_;
   RoomPlan room_;
   std::vector<std::pair<Vec2, double>> taken_;
+  std::vector<Vec3> cluttered_world_;
 };
 
 /// The camera of a shot: mostly held as a robot or a hand holds it, sometimes askew.
@@ -245,12 +264,23 @@ Shot draw_camera(Decorator& place, Rng& rng) {
   Vec2 at = place.somewhere();
   for (int i = 0; i < 30 && !place.is_free(at, 0.35); ++i) at = place.somewhere();
   const double ceiling_m = place.room().height_m - 0.2;
-  const double height_m =
+  double height_m =
       std::min(ceiling_m, rng.uniform() < 0.3 ? rng.uniform(0.25, 0.8) : rng.uniform(0.8, 2.1));
   // Towards the inside of the room more often than at the wall beside.
   const Vec2 middle = 0.6 * place.somewhere() - at;
-  const double yaw = std::atan2(middle.y(), middle.x()) + rng.normal(0, 0.5);
-  const double pitch = std::clamp(rng.normal(-0.12, 0.28), -0.8, 0.7);
+  double yaw = std::atan2(middle.y(), middle.x()) + rng.normal(0, 0.5);
+  double pitch = std::clamp(rng.normal(-0.12, 0.28), -0.8, 0.7);
+  if (rng.uniform() < 0.3) {  // at what lies on a table, as by somebody who stands or sits there
+    const auto& all = place.cluttered_world();
+    const Vec3& target = all[rng.below(static_cast<std::uint32_t>(all.size()))];
+    const double away_m = rng.uniform(0.4, 1.8);
+    const Vec2 back = away_m * (at - target.head<2>()).normalized();
+    at = (target.head<2>() + back).cwiseMax(place.room().low).cwiseMin(place.room().high);
+    height_m = std::min(ceiling_m, target.z() + rng.uniform(0.3, 1.1));
+    const Vec2 ahead = target.head<2>() - at;
+    yaw = std::atan2(ahead.y(), ahead.x()) + rng.normal(0, 0.3);
+    pitch = std::atan2(target.z() - height_m, away_m) + rng.uniform(-0.1, 0.7);
+  }
   const double roll = rng.uniform() < 0.6 ? rng.normal(0, 0.07) : rng.uniform(-60, 60) * kRad;
   const Vec3 eye(at.x(), at.y(), height_m);
   const Vec3 gaze(std::cos(yaw) * std::cos(pitch), std::sin(yaw) * std::cos(pitch),

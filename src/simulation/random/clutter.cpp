@@ -1,0 +1,108 @@
+#include "simulation/random/clutter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "simulation/world/furniture.hpp"
+
+namespace ygslam::sim {
+
+namespace {
+
+float uniform(Rng& rng, double low, double high) {
+  return static_cast<float>(rng.uniform(low, high));
+}
+
+/// Sizes of small things: many of a few centimetres, some of half a metre.
+float small_m(Rng& rng) { return std::exp(uniform(rng, std::log(0.015), std::log(0.3))); }
+
+/// Soft and uneven: bags, cushions, clothes in a heap, fruit.
+Mesh lump(MaterialId material, Rng& rng) {
+  Mesh mesh;
+  add_sphere(mesh, Vec3f::Zero(), 1, 9, material);
+  const Vec3f half(small_m(rng), small_m(rng), small_m(rng));
+  const Vec3f waves(uniform(rng, 1, 5), uniform(rng, 1, 5), uniform(rng, 1, 5));
+  const float phase = uniform(rng, 0, 2 * std::numbers::pi);
+  const float bumps = uniform(rng, 0, 0.3);
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const Vec3f on_ball = mesh.points[i];
+    const float swell = 1 + bumps * std::sin(waves.dot(on_ball) + phase);
+    mesh.points[i] = half.cwiseProduct(swell * on_ball) + Vec3f(0, 0, 0.8F * half.z());
+    mesh.normals[i] = on_ball.cwiseQuotient(half).normalized();
+  }
+  return mesh;
+}
+
+Mesh rod_or_tin(MaterialId material, Rng& rng) {
+  Mesh mesh;
+  const float radius = 0.4F * small_m(rng);
+  const float other = rng.uniform() < 0.6 ? radius : radius * uniform(rng, 0.3, 1.2);
+  const float length = 2 * small_m(rng);
+  const bool lies = rng.uniform() < 0.4;
+  const Vec3f foot(0, 0, lies ? radius : 0);
+  const Vec3f along = lies ? Vec3f(length, 0, uniform(rng, 0, 0.2)) : Vec3f(0, 0, length);
+  add_cylinder(mesh, foot, foot + along, radius, other, 12, material);
+  return mesh;
+}
+
+Mesh made_thing(MaterialLibrary& materials, Rng& rng) {
+  static const std::array<std::string, 14> kinds = {"paper",   "books",    "books",  "mug",  "mug",
+                                                    "bottle",  "bottle",   "lamp",   "duck", "bin",
+                                                    "monitor", "keyboard", "carton", "plant"};
+  const std::string& kind = kinds[rng.below(static_cast<std::uint32_t>(kinds.size()))];
+  std::optional<Vec3f> size_m;
+  if (kind == "carton") size_m = Vec3f(small_m(rng), small_m(rng), small_m(rng)) * 1.5F;
+  if (kind == "plant") size_m = Vec3f(0.2F, 0.2F, uniform(rng, 0.15, 0.5));
+  return *make_furniture(kind, static_cast<int>(rng.below(40)), size_m, materials);
+}
+
+Mesh small_thing(MaterialLibrary& materials, Rng& rng) {
+  const double what = rng.uniform();
+  if (what < 0.45) return made_thing(materials, rng);
+  const MaterialId material = random_material(materials, rng);
+  if (what < 0.65) return lump(material, rng);
+  if (what < 0.82) return rod_or_tin(material, rng);
+  Mesh box;
+  const Vec3f size(small_m(rng), small_m(rng), small_m(rng));
+  add_box(box, -0.5F * size, 0.5F * size, material);
+  const Vec3 turn(uniform(rng, -0.3, 0.3), uniform(rng, -0.3, 0.3), 0);
+  Mesh turned;
+  append(turned, box, SE3(so3_exp(turn), Vec3(0, 0, 0.5 * static_cast<double>(size.z()))));
+  return turned;
+}
+
+}  // namespace
+
+MaterialId random_material(MaterialLibrary& materials, Rng& rng) {
+  static const std::array<std::string, 8> kinds = {"wood",  "plaster",   "cloth", "board",
+                                                   "brick", "cardboard", "print", "stripes"};
+  if (rng.uniform() < 0.5) {
+    const std::string& kind = kinds[rng.below(static_cast<std::uint32_t>(kinds.size()))];
+    return materials.get(kind, static_cast<int>(rng.below(40)));
+  }
+  const float r = uniform(rng, 10, 250);
+  const float g = uniform(rng, 10, 250);
+  const float b = uniform(rng, 10, 250);
+  const float ir_return = uniform(rng, 0.1, 1);
+  return materials.plain({r, g, b}, ir_return, uniform(rng, 0, 0.5));
+}
+
+Mesh random_clutter(const Vec2& size_m, MaterialLibrary& materials, Rng& rng) {
+  Mesh mesh;
+  const double things_per_m2 = std::exp(rng.uniform(std::log(4), std::log(50)));
+  const int things = 1 + static_cast<int>(things_per_m2 * size_m.prod());
+  for (int i = 0; i < things; ++i) {
+    const double x = rng.uniform(-0.5, 0.5) * size_m.x();
+    const double y = rng.uniform(-0.5, 0.5) * size_m.y();
+    const double z = rng.uniform() < 0.25 ? rng.uniform(0, 0.2) : 0;  // on something else
+    const double yaw_rad = rng.uniform(-std::numbers::pi, std::numbers::pi);
+    append(mesh, small_thing(materials, rng), SE3(so3_exp(Vec3(0, 0, yaw_rad)), Vec3(x, y, z)));
+  }
+  return mesh;
+}
+
+}  // namespace ygslam::sim

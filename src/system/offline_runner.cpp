@@ -89,7 +89,7 @@ class OfflineRunner final : public Runner {
       return;
     }
     // The very first mask is there at once, as in a live run that waits for it.
-    const std::uint32_t delay = log_.statistics().frames == 0
+    const std::uint32_t delay = log_.statistics().frames == 0 || segmenter_->in_step()
                                     ? 0U
                                     : static_cast<std::uint32_t>(config_.run.mask_delay_frames);
     pending_.push_back(

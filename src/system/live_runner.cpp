@@ -35,7 +35,9 @@ class LiveRunner final : public Runner {
   TrackResult process(const FramePtr& frame) override {
     map_->rethrow();
     if (segmenter_) segmenter_->put_frame(frame);
+    const ScopedTimer mask_timer;
     const std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
+    const double mask_ms = mask_timer.wall_ms();
     const ScopedTimer timer;
     TrackResult result =
         tracker_->step(frame, map_->view(), arrived, map_->waiting_keyframes() >= kBusyMapper);
@@ -54,7 +56,7 @@ class LiveRunner final : public Runner {
     if (asks_for_place(*frame, result))
       map_->look_for({result.features, result.labels.weight, result.pose});
     for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
-    log_.add(make_record(*frame, result, timer), result);
+    log_.add(make_record(*frame, result, timer, mask_ms), result);
     last_frames_.push_back(frame->id);
     if (last_frames_.size() > std::max<std::size_t>(1, longest_lag())) last_frames_.pop_front();
     return result;

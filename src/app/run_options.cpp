@@ -66,7 +66,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   add(command, kSettings, "--dynamic", o.dynamic_mode, "off|geometry|semantic|full",
       "off: everything is static; geometry: epipolar check; semantic: masks; full: both (default)");
   add_switch(command, kSettings, "--deterministic", o.deterministic,
-             "One schedule: same input, same bytes (masks come 2 frames late)")
+             "One schedule: same input, same bytes (masks come 2 frames late, but for builtin)")
       ->excludes("--realtime");
   add(command, kWritten, "--debug-images", o.debug_dir, "DIR",
       "Draw masks and labelled points here");

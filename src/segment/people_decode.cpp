@@ -108,17 +108,17 @@ class Parts {
 std::vector<std::uint8_t> with_rim(const std::vector<std::uint8_t>& numbers,
                                    std::span<const float> logits, const PeopleGrid& grid) {
   std::vector<std::uint8_t> wider = numbers;
+  std::vector<float> surest(numbers.size(), 0.0F);  // of the cells beside each
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const int cell = row * kPeopleColumns + column;
-      if (logits[cell] > 0) continue;
-      float highest = 0;
+      if (numbers[cell] == 0) continue;
       for (int r = std::max(0, row - 1); r < std::min(grid.rows, row + 2); ++r) {
         for (int c = std::max(0, column - 1); c < std::min(grid.columns, column + 2); ++c) {
           const int other = r * kPeopleColumns + c;
-          if (logits[other] <= highest) continue;
-          highest = logits[other];
-          wider[cell] = numbers[other];
+          if (logits[other] > 0 || logits[cell] <= surest[other]) continue;
+          surest[other] = logits[cell];
+          wider[other] = numbers[cell];
         }
       }
     }
@@ -141,54 +141,56 @@ struct Axis {
   }
 };
 
-/// Numbers of the pixels where the logit, interpolated between cells, is positive.
+/// Numbers the pixels where the logit, interpolated between cells, is positive, and fits the boxes
+/// about them; of an instance without a pixel y0 stays -1.
 void paint(std::span<const float> logits, const std::vector<std::uint8_t>& numbers,
-           const PeopleGrid& grid, GreyImage& ids) {
+           const PeopleGrid& grid, DecodedPeople& people) {
+  GreyImage& ids = people.ids;
   const Axis columns(ids.width(), grid.columns, grid.scale);
   const Axis rows(ids.height(), grid.rows, grid.scale);
   std::array<float, kPeopleColumns> line{};
   for (int v = 0; v < ids.height(); ++v) {
     const std::uint8_t* number = numbers.data() + rows.nearest[v] * kPeopleColumns;
-    if (std::all_of(number, number + grid.columns, [](std::uint8_t n) { return n == 0; })) continue;
+    int first = 0;
+    int end = grid.columns;
+    while (first < end && number[first] == 0) ++first;
+    while (first < end && number[end - 1] == 0) --end;
     const float* low = logits.data() + rows.low[v] * kPeopleColumns;
     const float* high = logits.data() + rows.high[v] * kPeopleColumns;
     for (int c = 0; c < grid.columns; ++c) line[c] = low[c] + rows.weight[v] * (high[c] - low[c]);
-    std::uint8_t* out = ids.row(v);
-    for (int u = 0; u < ids.width(); ++u) {
+    const auto pixel_of = [&](int column) {
+      const auto& nearest = columns.nearest;
+      return static_cast<int>(std::lower_bound(nearest.begin(), nearest.end(), column) -
+                              nearest.begin());
+    };
+    const int end_px = pixel_of(end);
+    for (int u = pixel_of(first); u < end_px; ++u) {
       const float left = line[columns.low[u]];
       const float value = left + columns.weight[u] * (line[columns.high[u]] - left);
-      out[u] = value > 0 ? number[columns.nearest[u]] : 0;
+      const std::uint8_t id = number[columns.nearest[u]];
+      if (value <= 0 || id == 0) continue;
+      ids.at(u, v) = id;
+      Instance& person = people.instances[id - 1];
+      if (person.y0 < 0) person.y0 = static_cast<float>(v);
+      person.x0 = std::min(person.x0, static_cast<float>(u));
+      person.x1 = std::max(person.x1, static_cast<float>(u + 1));
+      person.y1 = static_cast<float>(v + 1);
     }
   }
 }
 
-/// Boxes by the painted pixels; an instance that is too thin to have any goes.
-void fit_boxes(DecodedPeople& people) {
-  const auto width = static_cast<float>(people.ids.width());
-  for (Instance& person : people.instances) person.x0 = width, person.y0 = -1;
-  for (int v = 0; v < people.ids.height(); ++v) {
-    const std::uint8_t* id = people.ids.row(v);
-    for (int u = 0; u < people.ids.width(); ++u) {
-      if (id[u] == 0) continue;
-      Instance& person = people.instances[id[u] - 1];
-      const auto x = static_cast<float>(u);
-      const auto y = static_cast<float>(v);
-      if (person.y0 < 0) person.y0 = y;
-      person.y1 = y + 1;
-      person.x0 = std::min(person.x0, x);
-      person.x1 = std::max(person.x1, x + 1);
-    }
-  }
+/// What is too thin to have a pixel goes.
+void drop_unseen(DecodedPeople& people) {
   std::array<std::uint8_t, kMostInstances + 1> id_of{};
-  std::vector<Instance> kept;
+  std::vector<Instance> seen;
   for (std::size_t i = 0; i < people.instances.size(); ++i) {
     if (people.instances[i].y0 < 0) continue;
-    kept.push_back(people.instances[i]);
-    id_of[i + 1] = static_cast<std::uint8_t>(kept.size());
+    seen.push_back(people.instances[i]);
+    id_of[i + 1] = static_cast<std::uint8_t>(seen.size());
   }
-  if (kept.size() < people.instances.size())
+  if (seen.size() < people.instances.size())
     for (std::uint8_t& id : people.ids) id = id_of[id];
-  people.instances = std::move(kept);
+  people.instances = std::move(seen);
 }
 
 }  // namespace
@@ -199,10 +201,12 @@ DecodedPeople decode_people(std::span<const float> logits, const DepthImage& cel
   std::vector<Part> parts;
   const std::vector<std::uint8_t> numbers = Parts(logits, cells_m, grid).numbers(parts);
   if (parts.empty()) return people;
+  const auto width = static_cast<float>(image_width);
   for (const Part& part : parts)
-    people.instances.push_back({0, part.score_sum / static_cast<float>(part.cells), 0, 0, 0, 0});
-  paint(logits, with_rim(numbers, logits, grid), grid, people.ids);
-  fit_boxes(people);
+    people.instances.push_back(
+        {0, part.score_sum / static_cast<float>(part.cells), width, -1, 0, 0});
+  paint(logits, with_rim(numbers, logits, grid), grid, people);
+  drop_unseen(people);
   return people;
 }
 

@@ -58,16 +58,17 @@ std::string name_of(Precision precision) {
   }
 }
 
-Result<ov::CompiledModel> compile_network(const std::shared_ptr<ov::Model>& network,
-                                          Precision precision, int threads,
-                                          const std::string& name) {
+Result<ov::InferRequest> compile_network(const std::shared_ptr<ov::Model>& network,
+                                         Precision precision, int threads,
+                                         const std::string& name) {
   // A quantised model's remaining float operations run as f32.
   const auto type = precision == Precision::kBf16 ? ov::element::bf16 : ov::element::f32;
   try {
-    return ov::Core().compile_model(
+    ov::CompiledModel compiled = ov::Core().compile_model(
         network, "CPU", ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
         ov::hint::inference_precision(type), ov::hint::enable_cpu_pinning(false),
         ov::inference_num_threads(threads), ov::num_streams(1));
+    return compiled.create_infer_request();
   } catch (const std::exception& e) {
     require_memory(kAmpleMemory_bytes);
     return Error{ErrorKind::kModel, name + ": cannot be compiled: " + one_line(e.what())};

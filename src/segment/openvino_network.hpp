@@ -9,7 +9,7 @@
 #include "segment/precision.hpp"
 
 namespace ov {
-class CompiledModel;
+class InferRequest;
 class Model;
 }  // namespace ov
 
@@ -27,9 +27,9 @@ inline constexpr std::size_t kAmpleMemory_bytes = std::size_t{256} << 20;
 
 [[nodiscard]] std::string name_of(Precision precision);
 
-/// For the processor, one request at a time. @return kModel. Throws std::bad_alloc.
-[[nodiscard]] Result<ov::CompiledModel> compile_network(const std::shared_ptr<ov::Model>& network,
-                                                        Precision precision, int threads,
-                                                        const std::string& name);
+/// Compiles a network for the processor. @return kModel. Throws std::bad_alloc.
+[[nodiscard]] Result<ov::InferRequest> compile_network(const std::shared_ptr<ov::Model>& network,
+                                                       Precision precision, int threads,
+                                                       const std::string& name);
 
 }  // namespace ygslam

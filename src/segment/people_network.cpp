@@ -17,9 +17,8 @@ constexpr const char* kName = "the built-in people network";
 
 class PeopleSegmenter final : public Segmenter {
  public:
-  PeopleSegmenter(ov::CompiledModel compiled, const CameraConfig& camera, std::string precision)
-      : compiled_(std::move(compiled)),
-        request_(compiled_.create_infer_request()),
+  PeopleSegmenter(ov::InferRequest request, const CameraConfig& camera, std::string precision)
+      : request_(std::move(request)),
         width_(camera.width),
         height_(camera.height),
         input_(camera),
@@ -49,7 +48,6 @@ class PeopleSegmenter final : public Segmenter {
   bool in_step() const override { return true; }
 
  private:
-  ov::CompiledModel compiled_;
   ov::InferRequest request_;
   int width_, height_;
   PeopleInput input_;
@@ -96,10 +94,10 @@ Result<std::unique_ptr<Segmenter>> make_people_segmenter(std::string_view onnx,
   if (!network.ok()) return network.error();
   const auto precision = choose_precision(config.precision, false, kName);
   if (!precision.ok()) return precision.error();
-  auto compiled = compile_network(*network, *precision, config.threads, kName);
-  if (!compiled.ok()) return compiled.error();
+  auto request = compile_network(*network, *precision, config.threads, kName);
+  if (!request.ok()) return request.error();
   return std::unique_ptr<Segmenter>(
-      std::make_unique<PeopleSegmenter>(std::move(compiled).value(), camera, name_of(*precision)));
+      std::make_unique<PeopleSegmenter>(std::move(request).value(), camera, name_of(*precision)));
 }
 
 }  // namespace ygslam

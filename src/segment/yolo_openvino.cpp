@@ -17,10 +17,9 @@ constexpr std::size_t kLeastMemory_bytes = std::size_t{128} << 20;
 
 class YoloSegmenter final : public Segmenter {
  public:
-  YoloSegmenter(ov::CompiledModel compiled, YoloLayout layout, DecodeConfig decode,
+  YoloSegmenter(ov::InferRequest request, YoloLayout layout, DecodeConfig decode,
                 std::string precision)
-      : compiled_(std::move(compiled)),
-        request_(compiled_.create_infer_request()),
+      : request_(std::move(request)),
         layout_(layout),
         decode_(std::move(decode)),
         precision_(std::move(precision)) {}
@@ -66,7 +65,6 @@ class YoloSegmenter final : public Segmenter {
             layout_.proto_height};
   }
 
-  ov::CompiledModel compiled_;
   ov::InferRequest request_;
   YoloLayout layout_;
   DecodeConfig decode_;
@@ -117,10 +115,10 @@ Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config)
   const std::string name = config.model.string();
   const auto precision = choose_precision(config.precision, model->layout.quantised, name);
   if (!precision.ok()) return precision.error();
-  auto compiled = compile_network(model->network, *precision, config.threads, name);
-  if (!compiled.ok()) return compiled.error();
+  auto request = compile_network(model->network, *precision, config.threads, name);
+  if (!request.ok()) return request.error();
   return std::unique_ptr<Segmenter>(std::make_unique<YoloSegmenter>(
-      std::move(compiled).value(), model->layout, config.decode, name_of(*precision)));
+      std::move(request).value(), model->layout, config.decode, name_of(*precision)));
 }
 
 }  // namespace ygslam

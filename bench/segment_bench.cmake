@@ -1,4 +1,3 @@
 # The segmenter beside OpenVINO's own loop over the bare network.
 add_executable(segment_bench ${CMAKE_CURRENT_LIST_DIR}/segment_bench.cpp)
-target_link_libraries(segment_bench PRIVATE ygslam_segment ygslam_compiler openvino::runtime
-                      opencv_imgcodecs opencv_imgproc opencv_core)
+target_link_libraries(segment_bench PRIVATE ygslam_segment ygslam_io ygslam_compiler openvino::runtime)

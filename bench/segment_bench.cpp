@@ -2,15 +2,14 @@
 //
 // For every precision each model has on this processor: wall time of the bare network (OpenVINO's
 // API, one thread, latency hint, otherwise its defaults, as benchmark_app runs it) and of our whole
-// segmenter (letterbox, network, decoding, masks at image size), measured in turns so that both see
-// the same machine. Also the share of the images under person masks, and with a sequence that has
-// mask/ how well they agree with it.
+// segmenter (preparation, network, decoding, masks at image size), measured in turns so that both
+// see the same machine. MODEL: a
+// YOLOv8-seg network or builtin. Also the share of the images under person masks, and with a
+// sequence that has mask/ how well they agree with it.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <openvino/runtime/core.hpp>
 #include <openvino/runtime/properties.hpp>
 #include <optional>
@@ -19,7 +18,10 @@
 
 #include "core/statistics.hpp"
 #include "core/time.hpp"
-#include "image/cv_view.hpp"
+#include "io/frame_reader.hpp"
+#include "io/image_folders.hpp"
+#include "segment/embedded_network.hpp"
+#include "segment/people_network.hpp"
 #include "segment/png_ids.hpp"
 #include "segment/yolo_openvino.hpp"
 
@@ -27,6 +29,8 @@ namespace ygslam::bench {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kBuiltin = "builtin";
 
 struct Options {
   std::vector<std::string> models;
@@ -36,38 +40,44 @@ struct Options {
 };
 
 struct Sample {
-  RgbdFrame frame;
+  FramePtr frame;
   std::optional<GreyImage> truth;
 };
 
-std::vector<fs::path> sorted_files(const fs::path& folder) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  return files;
+struct Samples {
+  CameraConfig camera;
+  std::vector<Sample> frames;
+};
+
+Samples plain(const Options& options) {
+  Samples samples;
+  samples.camera.fx = samples.camera.fy = 525;
+  samples.camera.cx = 319.5, samples.camera.cy = 239.5;
+  const auto frame = std::make_shared<const RgbdFrame>(RgbdFrame{
+      FrameId{0}, {}, ColourImage(640, 480, {90, 120, 60}), {}, DepthImage(640, 480, 2.0F)});
+  samples.frames.assign(static_cast<std::size_t>(options.frames), {frame, {}});
+  return samples;
 }
 
-std::vector<Sample> load(const Options& options) {
-  std::vector<Sample> samples;
-  if (options.sequence.empty()) {
-    for (int i = 0; i < options.frames; ++i) {
-      samples.push_back({{FrameId{0}, {}, ColourImage(640, 480, {90, 120, 60}), {}, {}}, {}});
-    }
-    return samples;
+Samples load(const Options& options) {
+  if (options.sequence.empty()) return plain(options);
+  auto sequence = open_folder_sequence(options.sequence);
+  if (!sequence.ok()) {
+    std::fprintf(stderr, "%s\n", sequence.error().message.c_str());
+    std::exit(4);
   }
-  const auto files = sorted_files(options.sequence / "rgb");
-  const std::size_t step = std::max<std::size_t>(1, files.size() / options.frames);
-  for (std::size_t i = 0; i < files.size(); i += step) {
-    const cv::Mat bgr = cv::imread(files[i].string(), cv::IMREAD_COLOR);
-    if (bgr.empty()) continue;
-    Sample s{{FrameId{static_cast<std::uint32_t>(i)}, {}, ColourImage(bgr.cols, bgr.rows), {}, {}},
-             {}};
-    cv::cvtColor(bgr, cv_view(s.frame.colour), cv::COLOR_BGR2RGB);
-    const fs::path mask = options.sequence / "mask" / files[i].filename().replace_extension("png");
-    if (fs::exists(mask)) {
-      if (auto ids = read_png_ids(mask); ids.ok()) s.truth = std::move(*ids);
-    }
-    samples.push_back(std::move(s));
+  Samples samples{sequence->camera, {}};
+  const auto pairs = sequence->pairs;
+  FrameReaderConfig reading;
+  reading.stride = std::max<std::size_t>(1, pairs.size() / options.frames);
+  FrameReader reader(std::move(*sequence), reading);
+  while (auto frame = reader.next()) {
+    const fs::path colour = pairs[index((*frame)->id) * reading.stride].colour_file;
+    const fs::path mask = options.sequence / "mask" / colour.filename().replace_extension("png");
+    Sample sample{std::move(*frame), {}};
+    if (fs::exists(mask))
+      if (auto ids = read_png_ids(mask); ids.ok()) sample.truth = std::move(*ids);
+    samples.frames.push_back(std::move(sample));
   }
   return samples;
 }
@@ -97,8 +107,12 @@ class BareNetwork {
  public:
   BareNetwork(const std::string& model, const std::string& precision) {
     const auto type = precision == "bf16" ? ov::element::bf16 : ov::element::f32;
+    const auto network =
+        model == kBuiltin
+            ? core_.read_model(std::string(*embedded_network("people.onnx")), ov::Tensor())
+            : core_.read_model(model);
     compiled_ = core_.compile_model(
-        model, "CPU", ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
+        network, "CPU", ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
         ov::inference_num_threads(1), ov::hint::inference_precision(type));
     request_ = compiled_.create_infer_request();
   }
@@ -114,14 +128,20 @@ class BareNetwork {
   ov::InferRequest request_;
 };
 
-void measure(const Options& options, const std::string& model, Precision precision,
-             const std::vector<Sample>& samples) {
+Result<std::unique_ptr<Segmenter>> make(const Options& options, const std::string& model,
+                                        Precision precision, const CameraConfig& camera) {
+  if (model == kBuiltin) return make_people_segmenter(camera, {precision, 1});
   YoloConfig config;
   config.model = model;
   config.precision = precision;
   config.decode = options.decode;
+  return make_yolo_segmenter(config);
+}
+
+void measure(const Options& options, const std::string& model, Precision precision,
+             const Samples& samples) {
   const ScopedTimer start;
-  const auto made = make_yolo_segmenter(config);
+  const auto made = make(options, model, precision, samples.camera);
   const double load_ms = start.wall_ms();
   if (!made.ok()) {
     if (made.error().kind != ErrorKind::kConfig)
@@ -134,13 +154,13 @@ void measure(const Options& options, const std::string& model, Precision precisi
   double iou_sum = 0;
   double masked = 0;
   int iou_count = 0;
-  for (const Sample& sample : samples) {
+  for (const Sample& sample : samples.frames) {
     bare_ms.push_back(bare.infer_ms());
     const ScopedTimer timer;
-    const auto out = segmenter.segment(sample.frame);
+    const auto out = segmenter.segment(*sample.frame);
     wall_ms.push_back(timer.wall_ms());
     cpu_ms.push_back(timer.cpu_ms());
-    if (out.ok()) masked += masked_share(out->ids) / static_cast<double>(samples.size());
+    if (out.ok()) masked += masked_share(out->ids) / static_cast<double>(samples.frames.size());
     if (!out.ok() || !sample.truth || !sample.truth->same_size(out->ids)) continue;
     if (const auto iou = mask_iou(out->ids, *sample.truth)) {
       iou_sum += *iou;

@@ -305,12 +305,14 @@ NB_MODULE(_core, m) {
       .def(
           "__init__",
           [](PySlam* self, const api::CameraModel& camera, const std::filesystem::path& model,
-             const std::string& dynamic, const std::filesystem::path& load_map, bool localize_only,
-             bool deterministic, bool keep_trajectory,
+             const std::string& segmenter, const std::string& dynamic,
+             const std::filesystem::path& load_map, bool localize_only, bool deterministic,
+             bool keep_trajectory,
              const std::map<std::string, std::string>& options) {
             api::Settings settings;
             settings.camera = camera;
             settings.model = model.string();
+            settings.segmenter = segmenter;
             settings.dynamic = dynamic;
             settings.load_map = load_map.string();
             settings.localize_only = localize_only;
@@ -320,13 +322,13 @@ NB_MODULE(_core, m) {
             const nb::gil_scoped_release unlocked;
             new (self) PySlam(settings);
           },
-          nb::arg("camera"), nb::kw_only(), nb::arg("model") = "", nb::arg("dynamic") = "",
-          nb::arg("load_map") = "", nb::arg("localize_only") = false,
+          nb::arg("camera"), nb::kw_only(), nb::arg("model") = "", nb::arg("segmenter") = "",
+          nb::arg("dynamic") = "", nb::arg("load_map") = "", nb::arg("localize_only") = false,
           nb::arg("deterministic") = false, nb::arg("keep_trajectory") = true,
           nb::arg("options") = std::map<std::string, std::string>{},
-          "model: a YOLOv8-seg network (.onnx, .xml), none: geometry alone. dynamic: off, "
-          "geometry, "
-          "semantic, full. load_map: map of an earlier run to go on with; localize_only: it stays "
+          "model: a YOLOv8-seg network (.onnx, .xml). segmenter: model, builtin, none, masks:DIR; "
+          "without it the model, if there is one. dynamic: off, geometry, semantic, full; without "
+          "it full where there are masks, else geometry. load_map: map of an earlier run to go on with; localize_only: it stays "
           "as it is. deterministic: same input, same result. options: keys of `ygslam config`.")
       .def("process", &PySlam::process, nb::arg("rgb"), nb::arg("depth"), nb::arg("t_ns"),
            nb::kw_only(), nb::arg("depth_scale") = 0.0, nb::arg("depth_t_ns") = 0,

@@ -1,4 +1,4 @@
-"""Bad models given to `ygslam run`."""
+"""Bad models given to `ygslam run`, none, and the built-in one."""
 import os
 import pathlib
 import re
@@ -86,6 +86,23 @@ class Models(CliTest):
         for share in (0.3, 0.9):
             path.write_bytes(whole[:int(share * len(whole))])
             self.assert_refused(path, path.name)
+
+    def test_the_built_in_network_runs_in_step_or_is_said_to_be_missing(self):
+        for schedule in ("--deterministic", "--realtime"):
+            done = self.run_slam(sequence(), "--segmenter", "builtin", "--to", 12, schedule, "--quiet",
+                                 out=schedule, geometry=False)
+            if done.returncode == 5:
+                self.assert_error(done, 5, "the built-in people network: not in this build", "--model FILE")
+                return  # built without assets/people.onnx
+            self.assert_ran(done)
+            metrics = self.metrics(schedule)
+            self.assertEqual(metrics["segmenter"], "builtin")
+            self.assertEqual(metrics["masks_used"], metrics["readable"] - metrics["dropped"])
+            self.assertIn(metrics["precision"], ("f32", "bf16"))
+            self.assertEqual(metrics["mask_age_frames"]["p95"], 0)
+        done = self.run_slam(sequence(), "--segmenter", "builtin", "--set", "segment.precision=int8",
+                             "--quiet", geometry=False)
+        self.assert_error(done, 3, "int8")
 
     def test_truncations_of_the_real_model_are_refused(self):
         shared = pathlib.Path(os.environ.get("YGSLAM_SHARED", "../shared"))

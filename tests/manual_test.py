@@ -59,7 +59,7 @@ class Manual(CliTest):
     @unittest.skipUnless(shutil.which("man") and shutil.which("groff"), "no man here")
     def test_man_shows_it_without_a_word_of_complaint(self):
         text = self.shown()
-        for words in ("ygslam - RGB-D SLAM", "--segmenter model|none|masks:DIR", "Default: model.",
+        for words in ("ygslam - RGB-D SLAM", "--segmenter model|builtin|none|masks:DIR", "Default: model.",
                       "ygslam map merge monday.map tuesday.map -o both.map", "dynamic.mode = "):
             self.assertIn(words, text)
 
@@ -98,7 +98,7 @@ class Completion(CliTest):
 
     def test_values(self):
         self.assertEqual(self.offered("run", "SEQ", "--dynamic", "s"), {"semantic"})
-        self.assertEqual(self.offered("run", "--segmenter", ""), {"model", "none", "masks:"})
+        self.assertEqual(self.offered("run", "--segmenter", ""), {"model", "builtin", "none", "masks:"})
         self.assertEqual(self.offered("simulate", "--format", ""), {"jpg", "png"})
         self.assertEqual(self.offered("run", "--seed", ""), set())
         self.assertEqual(self.offered("completion", ""), {"bash"})

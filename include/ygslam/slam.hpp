@@ -55,8 +55,11 @@ struct Settings {
   /// YOLOv8-seg network (.onnx or .xml); empty = geometry alone. Read in this process: a file made
   /// to crash its reader will.
   std::string model;
-  /// off, geometry, semantic, full; empty: the option dynamic.mode, else full with a model, else
-  /// geometry.
+  /// model, builtin (the built-in network that knows people), none, masks:DIR (docs/models.md);
+  /// empty: the model, if there is one.
+  std::string segmenter;
+  /// off, geometry, semantic, full; empty: the option dynamic.mode, else full where there are
+  /// masks, else geometry.
   std::string dynamic;
   /// Map of an earlier run (save_map(), `ygslam run --save-map`) to go on with; empty = none.
   /// Frames are lost until the place is recognised.

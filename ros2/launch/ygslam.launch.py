@@ -10,7 +10,7 @@ from launch_ros.actions import Node
 
 def generate_launch_description():
     camera = "/camera/camera"
-    arguments = {"model": "", "load_map": "", "map_file": "room.map",
+    arguments = {"model": "", "segmenter": "", "load_map": "", "map_file": "room.map",
                  "rgb": f"{camera}/color/image_raw", "info": f"{camera}/color/camera_info",
                  "depth": f"{camera}/aligned_depth_to_color/image_raw",
                  # Root of the camera's or the robot's own tree, and where it lies in the frame of the
@@ -20,7 +20,7 @@ def generate_launch_description():
     return LaunchDescription([
         *(DeclareLaunchArgument(name, default_value=value) for name, value in arguments.items()),
         Node(package="ygslam_ros", executable="ygslam", name="ygslam", output="screen",
-             parameters=[{name: values[name] for name in ("model", "load_map", "map_file")}],
+             parameters=[{name: values[name] for name in ("model", "segmenter", "load_map", "map_file")}],
              remappings=[("rgb/image", values["rgb"]), ("rgb/camera_info", values["info"]),
                          ("depth/image", values["depth"])]),
         Node(package="tf2_ros", executable="static_transform_publisher", name="ygslam_base",

@@ -24,7 +24,8 @@ class YgslamNode : public rclcpp::Node {
   explicit YgslamNode(const rclcpp::NodeOptions& options) : Node("ygslam", options) {
     ygslam::api::Settings settings;
     settings.camera.fx = 0;  // that of the camera info
-    settings.model = text("model", "", "YOLOv8-seg network, .onnx or .xml; empty: geometry alone");
+    settings.model = text("model", "", "YOLOv8-seg network, .onnx or .xml; empty: none");
+    settings.segmenter = text("segmenter", "", "model, builtin, none; empty: the model, if any");
     settings.load_map = text("load_map", "", "map of an earlier run to go on with");
     settings.localize_only = declare_parameter("localize_only", false);
     settings.keep_trajectory = false;  // a node may run for days

@@ -39,9 +39,10 @@ constexpr const char* kFooter =
     "with\n"
     "the same command).";
 
-Status check_model(const BenchArguments& a, const std::vector<std::string>& modes) {
+Status check_model(const BenchArguments& a, SegmenterKind segmenter,
+                   const std::vector<std::string>& modes) {
   if (a.model.empty()) {
-    if (a.segmenter != "model" || !any_uses_masks(modes)) return Ok{};
+    if (segmenter != SegmenterKind::kModel || !any_uses_masks(modes)) return Ok{};
     return Error{ErrorKind::kModel,
                  "modes semantic and full need a network: give --model FILE (`make model` exports "
                  "one), or --segmenter masks:DIR, or --modes off,geometry"};
@@ -119,9 +120,9 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
       ->type_name("FILE");
   command
       .add_option("--segmenter", a.segmenter,
-                  "Where masks come from; a relative DIR lies inside each sequence")
-      ->type_name("model|none|masks:DIR")
-      ->capture_default_str();
+                  std::string(kSegmenterHelp) + "; a relative DIR lies inside each sequence")
+      ->type_name(kSegmenterType)
+      ->default_str(segmenter_name(kDefaultSegmenter));
   command.add_option("--config", a.config_file, "Settings (see `ygslam config`)")
       ->type_name("FILE.yaml");
   command.add_option("--set", a.sets, "One setting; may be repeated")
@@ -161,10 +162,9 @@ Result<SweepOptions> sweep_options(const BenchArguments& a) {
     return Error{ErrorKind::kUsage, "--run-limit: must be a finite number"};
   }
   SessionOptions session;
-  RunOptions run;
-  run.segmenter = a.segmenter;
+  const Status chosen = choose_segmenter(a.segmenter, a.model, session);
   for (const Status& step :
-       {parse_segmenter(run, session), read_settings(a, options), check_model(a, options.modes)}) {
+       {chosen, read_settings(a, options), check_model(a, session.segmenter, options.modes)}) {
     if (!step.ok()) return step.error();
   }
   std::error_code code;
@@ -177,9 +177,10 @@ Result<SweepOptions> sweep_options(const BenchArguments& a) {
   options.schedule = a.deterministic ? Schedule::kDeterministic
                      : a.realtime    ? Schedule::kRealtime
                                      : Schedule::kFile;
-  options.segmenter = a.segmenter;
-  if (a.segmenter == "model" && !a.model.empty()) options.model = fs::absolute(a.model, code);
-  if (options.model.empty()) options.precision.clear();
+  options.segmenter = a.segmenter.empty() ? segmenter_name(session.segmenter) : a.segmenter;
+  const bool is_model = session.segmenter == SegmenterKind::kModel && !a.model.empty();
+  if (is_model) options.model = fs::absolute(a.model, code);
+  if (!is_model && session.segmenter != SegmenterKind::kBuiltin) options.precision.clear();
   options.version = version();
   options.machine = machine_name();
   options.program = executable_path();

@@ -17,7 +17,7 @@ namespace ygslam {
 struct BenchArguments {
   std::string root, out = "out/bench";
   std::vector<std::string> sequences, modes, sets, compare;
-  std::string model, segmenter = "model", config_file;
+  std::string model, segmenter, config_file;
   int runs = 5, jobs = 1;
   bool realtime = false, deterministic = false, report = true, pictures = true, json = false;
   std::optional<std::uint64_t> seed;

@@ -81,7 +81,9 @@ Result<std::optional<Findings>> track(const Calibration& calibration, const Came
   session.camera = camera;
   session.deterministic = true;
   session.may_fork = true;
-  if (Status segmenter = parse_segmenter(calibration.options, session); !segmenter)
+  if (Status segmenter =
+          choose_segmenter(calibration.options.segmenter, calibration.options.model, session);
+      !segmenter)
     return segmenter.error();
   auto opened = open_session(std::move(session));
   if (!opened) return opened.error();
@@ -173,7 +175,7 @@ std::string camera_text(const CameraConfig& camera) {
 
 Status calibrate(Calibration& calibration) {
   RunOptions& options = calibration.options;
-  if (options.model.empty() && options.segmenter == "model") options.segmenter = "none";
+  if (options.model.empty() && options.segmenter.empty()) options.segmenter = "none";
   if (options.dynamic_mode.empty() && options.segmenter == "none")
     options.dynamic_mode = "geometry";
   if (Status settings = load_settings(options, calibration.config); !settings) return settings;

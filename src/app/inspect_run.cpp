@@ -79,7 +79,7 @@ Inspection::Inspection(const InspectOptions& options, Sequence sequence)
 
 Result<SessionOptions> Inspection::session_options(const Check& check) const {
   SessionOptions session_options;
-  Status segmenter = parse_segmenter(options_.run, session_options);
+  Status segmenter = choose_segmenter(options_.run.segmenter, options_.run.model, session_options);
   if (!segmenter.ok()) return segmenter.error();
   session_options.without_model =
       "--segmenter none, --segmenter masks:DIR or --checks classic,improved";

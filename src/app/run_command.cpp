@@ -61,7 +61,7 @@ Status prepare(Run& run) {
   Status settings = load_settings(o, run.config);
   if (!settings.ok()) return settings;
   SessionOptions& session = run.session_options;
-  Status segmenter = parse_segmenter(o, session);
+  Status segmenter = choose_segmenter(o.segmenter, o.model, session);
   if (!segmenter.ok()) return segmenter;
   auto sequence = open_sequence(o);
   if (!sequence.ok()) return sequence.error();

@@ -66,7 +66,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   add(command, kSettings, "--dynamic", o.dynamic_mode, "off|geometry|semantic|full",
       "off: everything is static; geometry: epipolar check; semantic: masks; full: both (default)");
   add_switch(command, kSettings, "--deterministic", o.deterministic,
-             "One schedule: same input, same bytes (masks come 2 frames late)")
+             "One schedule: same input, same bytes (masks come 2 frames late, but for builtin)")
       ->excludes("--realtime");
   add(command, kWritten, "--debug-images", o.debug_dir, "DIR",
       "Draw masks and labelled points here");
@@ -115,8 +115,8 @@ void add_input_options(CLI::App& command, RunOptions& o) {
                   "(docs/inputs.md)")
       ->required();
   add(command, kInput, "--model", o.model, "FILE", "YOLOv8-seg network, .onnx or .xml");
-  add(command, kInput, "--segmenter", o.segmenter, "model|none|masks:DIR", "Where masks come from")
-      ->capture_default_str();
+  add(command, kInput, "--segmenter", o.segmenter, kSegmenterType, kSegmenterHelp)
+      ->default_str(segmenter_name(kDefaultSegmenter));
   add(command, kInput, "--camera", o.camera_file, "FILE.yaml",
       "Camera file in place of calibration.txt or CameraInfo");
   add(command, kInput, "--rgb-topic", o.topics.rgb, "TOPIC",
@@ -228,22 +228,6 @@ Status check_range(const RunOptions& o, const Sequence& sequence) {
       ErrorKind::kUsage,
       "--from " + std::to_string(o.from) + " --to " + std::to_string(o.to) + ": no frame" +
           (sequence.stream ? std::string() : " of the " + std::to_string(sequence.pairs.size()))};
-}
-
-Status parse_segmenter(const RunOptions& options, SessionOptions& session) {
-  session.model = options.model;
-  if (options.segmenter == "model") {
-    session.segmenter = SegmenterKind::kModel;
-  } else if (options.segmenter == "none") {
-    session.segmenter = SegmenterKind::kNone;
-  } else if (options.segmenter.starts_with("masks:") && options.segmenter.size() > 6) {
-    session.segmenter = SegmenterKind::kMasks;
-    session.masks_dir = options.segmenter.substr(6);
-  } else {
-    return Error{ErrorKind::kUsage,
-                 "--segmenter " + options.segmenter + ": write model, none or masks:DIR"};
-  }
-  return Ok{};
 }
 
 }  // namespace ygslam

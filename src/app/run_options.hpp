@@ -17,9 +17,14 @@ class App;
 
 namespace ygslam {
 
+/// --segmenter of every command that has it.
+inline constexpr const char* kSegmenterType = "model|builtin|none|masks:DIR";
+inline constexpr const char* kSegmenterHelp =
+    "Where masks come from: --model, the built-in network that knows people, nowhere, files";
+
 struct RunOptions {
   std::string sequence, out_dir;
-  std::string model, segmenter = "model", dynamic_mode;
+  std::string model, segmenter, dynamic_mode;
   std::string camera_file, config_file, debug_dir, masks_dir;
   BagTopics topics;         ///< where the sequence is a bag or a stream
   bool may_stream = false;  ///< frames are looked at once, in their order
@@ -56,7 +61,5 @@ void declare_localize_options(CLI::App& command, RunOptions& options);
 [[nodiscard]] Result<Sequence> open_sequence(const RunOptions& options);
 /// kUsage where --from and --to leave no frame, as far as that is known.
 [[nodiscard]] Status check_range(const RunOptions& options, const Sequence& sequence);
-/// --segmenter model|none|masks:DIR.
-[[nodiscard]] Status parse_segmenter(const RunOptions& options, SessionOptions& session);
 
 }  // namespace ygslam

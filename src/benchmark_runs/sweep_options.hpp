@@ -41,7 +41,8 @@ struct SweepOptions {
   std::optional<double> run_limit_s;  ///< longest time of a run, 0 = none; see run_limit_s()
   double patience_s = kPatience_s;    ///< for a run that is asked to end
   std::uint64_t seed = 0;             ///< of the first run; each further run has the next
-  std::string segmenter = "model";    ///< model, none or masks:DIR (relative: inside the sequence)
+  std::string segmenter =
+      "model";  ///< as --segmenter of run; DIR of masks:DIR relative: inside the sequence
   std::filesystem::path model;
   std::string precision;                      ///< of the network, as configured
   std::map<std::string, std::string> config;  ///< settings that are not the default

@@ -30,10 +30,11 @@ TEST(Open, EveryFaultOfTheSettingsIsToldAtOnceWithCode3) {
                       {"segment.input_width", "100"},
                       {"segment.movable", "[unicorn]"}};
   settings.dynamic = "fast";
+  settings.segmenter = "magic";
   std::string message;
   EXPECT_EQ(code_of([&] { Slam::open(settings); }, &message), 3);
   for (const char* part : {"motion.tau_pz", "'motion.tau_px'", "orb.levels", "segment.input_width",
-                           "unicorn", "dynamic.mode = 'fast'"})
+                           "unicorn", "dynamic.mode = 'fast'", "segmenter magic"})
     EXPECT_NE(message.find(part), std::string::npos) << part << " not in: " << message;
 }
 
@@ -95,6 +96,8 @@ TEST(Open, AModelThatIsNoneIsCode5WithoutAChildProcess) {
   settings.model.clear();
   settings.dynamic = "semantic";
   EXPECT_EQ(code_of([&] { Slam::open(settings); }), 5) << "a mode that needs one";
+  settings.segmenter = "none";
+  EXPECT_EQ(code_of([&] { Slam::open(settings); }), 0);
   EXPECT_EQ(forks, 0);
 }
 

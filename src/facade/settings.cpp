@@ -5,26 +5,26 @@
 namespace ygslam::api {
 namespace {
 
-// The settings and their faults, all at once.
-SlamConfig config_of(const Settings& settings) {
-  SlamConfig config;
-  config.dynamic.mode = settings.model.empty() ? DynamicMode::kGeometry : DynamicMode::kFull;
-  ConfigSchema schema = schema_of(config);
+bool has_masks(const SessionOptions& options) {
+  if (options.segmenter == SegmenterKind::kModel) return !options.model.empty();
+  return options.segmenter != SegmenterKind::kNone;
+}
+
+}  // namespace
+
+// The faults of the settings, all at once.
+SessionOptions session_options(const Settings& settings) {
+  SessionOptions options;
   ConfigFaults faults;
+  faults.add(choose_segmenter(settings.segmenter, settings.model, options));
+  SlamConfig& config = options.config;
+  config.dynamic.mode = has_masks(options) ? DynamicMode::kFull : DynamicMode::kGeometry;
+  ConfigSchema schema = schema_of(config);
   for (const auto& [key, value] : settings.options) faults.add(schema.set(key, value, "options"));
   if (!settings.dynamic.empty())
     faults.add(schema.set("dynamic.mode", settings.dynamic, "dynamic"));
   faults.add(validate(config));
   if (const Status status = faults.status(); !status.ok()) fail(status.error());
-  return config;
-}
-
-}  // namespace
-
-SessionOptions session_options(const Settings& settings) {
-  SessionOptions options;
-  options.config = config_of(settings);
-  options.model = settings.model;
   options.load_map = settings.load_map;
   options.localize_only = settings.localize_only;
   options.deterministic = settings.deterministic;

@@ -34,6 +34,9 @@ class Segmenter {
   [[nodiscard]] virtual Result<Segmentation> segment(const RgbdFrame& frame) = 0;
   /// Precision in use, e.g. "int8", "f32"; "recorded" for masks from files.
   [[nodiscard]] virtual std::string precision() const = 0;
+  /// Quick enough to be awaited: a frame is tracked with its own mask. Else masks come when they
+  /// are ready, some frames late.
+  [[nodiscard]] virtual bool in_step() const { return false; }
 };
 
 }  // namespace ygslam

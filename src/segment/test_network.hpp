@@ -1,9 +1,10 @@
-// For tests: an untrained network with the outputs of a YOLOv8-seg export whose answer is known.
+// For tests: untrained networks whose answers are known.
 #pragma once
 
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <string>
 
 namespace ov {
 class Model;
@@ -11,6 +12,7 @@ class Model;
 
 namespace ygslam::testing {
 
+/// With the outputs of a YOLOv8-seg export.
 struct TestNetwork {
   int width = 640, height = 480;  ///< 0: left open, as in an export with dynamic=True
   int channels = 4 + 80 + 32;     ///< of the detections
@@ -23,6 +25,10 @@ struct TestNetwork {
 /// each 4x4 block minus a half, and the box's only mask coefficient. So there is one instance, and
 /// its mask is where the image is red.
 [[nodiscard]] std::shared_ptr<ov::Model> make_test_network(const TestNetwork& shape);
+
+/// The bytes of a people network as ONNX: its logit is `red_weight` times the red channel, so there
+/// are people where the image is red.
+[[nodiscard]] std::string people_onnx(float red_weight = 4, int channels = 8);
 
 /// Writes `network` as OpenVINO IR: `file` (.xml) and the weights beside it.
 void write_network(const std::shared_ptr<ov::Model>& network, const std::filesystem::path& file);

@@ -1,6 +1,7 @@
-// The test network's own implementation; linked into the tests only.
+// The test networks' own implementation; linked into the tests only.
 #include "segment/test_network.hpp"
 
+#include <cstring>
 #include <openvino/core/model.hpp>
 #include <openvino/opsets/opset8.hpp>
 #include <openvino/pass/serialize.hpp>
@@ -35,7 +36,42 @@ Node constant_detections(const Node& image, std::size_t stride, const std::vecto
                                        false);
 }
 
+/// Of a protocol buffer: https://protobuf.dev/programming-guides/encoding
+std::string varint(std::uint64_t value) {
+  std::string bytes;
+  for (; value > 127; value >>= 7) bytes += static_cast<char>((value & 127) | 128);
+  return bytes + static_cast<char>(value);
+}
+std::string number(unsigned field, std::uint64_t value) {
+  return varint(field << 3) + varint(value);
+}
+std::string bytes(unsigned field, const std::string& payload) {
+  return varint(field << 3 | 2) + varint(payload.size()) + payload;
+}
+
+/// A ValueInfoProto of onnx.proto: 32-bit floats.
+std::string onnx_value(const std::string& name, const std::vector<int>& shape) {
+  std::string dims;
+  for (const int size : shape) dims += bytes(1, number(1, static_cast<std::uint64_t>(size)));
+  return bytes(1, name) + bytes(2, bytes(1, number(1, 1) + bytes(2, dims)));
+}
+
 }  // namespace
+
+std::string people_onnx(float red_weight, int channels) {
+  std::vector<float> weights(static_cast<std::size_t>(channels), 0.0F);
+  weights[0] = red_weight;
+  std::string raw(weights.size() * sizeof(float), '\0');
+  std::memcpy(raw.data(), weights.data(), raw.size());
+  const std::string tensor = number(1, 1) + number(1, weights.size()) + number(1, 1) +
+                             number(1, 1) + number(2, 1) + bytes(8, "w") + bytes(9, raw);
+  const std::string node =
+      bytes(1, "cells") + bytes(1, "w") + bytes(2, "people") + bytes(4, "Conv");
+  const std::string graph = bytes(1, node) + bytes(2, "g") + bytes(5, tensor) +
+                            bytes(11, onnx_value("cells", {1, channels, 120, 160})) +
+                            bytes(12, onnx_value("people", {1, 1, 120, 160}));
+  return number(1, 8) + bytes(7, graph) + bytes(8, bytes(1, "") + number(2, 17));
+}
 
 std::shared_ptr<ov::Model> make_test_network(const TestNetwork& shape) {
   const auto side = [](int size) { return size == 0 ? ov::Dimension() : ov::Dimension(size); };

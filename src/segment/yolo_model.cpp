@@ -1,13 +1,13 @@
 #include "segment/yolo_model.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <openvino/core/preprocess/pre_post_process.hpp>
 #include <openvino/op/fake_quantize.hpp>
 #include <openvino/runtime/core.hpp>
 #include <sstream>
 
 #include "core/memory.hpp"
+#include "segment/openvino_network.hpp"
 #include "segment/yolo_decode.hpp"
 
 namespace ygslam {
@@ -127,20 +127,6 @@ YoloLayout standard_layout(int width, int height) {
   layout.proto_width = width / 4;
   layout.proto_height = height / 4;
   return layout;
-}
-
-std::string one_line(const std::string& report) {
-  std::istringstream lines(report);
-  std::string line;
-  std::string chosen;
-  while (std::getline(lines, line)) {
-    const bool blank =
-        std::all_of(line.begin(), line.end(), [](unsigned char c) { return std::isspace(c) != 0; });
-    const bool position = line.find("Exception from ") == 0;
-    if (!blank && (!position || chosen.empty())) chosen = line;
-  }
-  std::erase_if(chosen, [](unsigned char c) { return std::iscntrl(c) != 0; });
-  return chosen.substr(0, 200);
 }
 
 Result<YoloModel> read_yolo_model(const std::filesystem::path& file, int width, int height) {

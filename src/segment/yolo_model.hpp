@@ -1,7 +1,6 @@
 // A network file, read and found to be what the decoder understands. Internal to this folder.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <memory>
 
@@ -33,11 +32,5 @@ struct YoloModel {
 /// @return kModel with file and fault if it is no network or not of the standard export's shape.
 [[nodiscard]] Result<YoloModel> read_yolo_model(const std::filesystem::path& file, int width,
                                                 int height);
-
-/// What OpenVINO throws where less can be had is taken for want of memory, whose texts are many.
-inline constexpr std::size_t kAmpleMemory_bytes = std::size_t{256} << 20;
-
-/// Makes OpenVINO's report, several lines with source positions, one line that says what is wrong.
-[[nodiscard]] std::string one_line(const std::string& report);
 
 }  // namespace ygslam

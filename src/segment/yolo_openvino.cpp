@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <openvino/runtime/core.hpp>
-#include <openvino/runtime/properties.hpp>
 
 #include "core/memory.hpp"
-#include "segment/cpu_features.hpp"
 #include "segment/model_probe.hpp"
+#include "segment/openvino_network.hpp"
 #include "segment/planar.hpp"
 #include "segment/yolo_model.hpp"
 
@@ -18,10 +17,9 @@ constexpr std::size_t kLeastMemory_bytes = std::size_t{128} << 20;
 
 class YoloSegmenter final : public Segmenter {
  public:
-  YoloSegmenter(ov::CompiledModel compiled, YoloLayout layout, DecodeConfig decode,
+  YoloSegmenter(ov::InferRequest request, YoloLayout layout, DecodeConfig decode,
                 std::string precision)
-      : compiled_(std::move(compiled)),
-        request_(compiled_.create_infer_request()),
+      : request_(std::move(request)),
         layout_(layout),
         decode_(std::move(decode)),
         precision_(std::move(precision)) {}
@@ -67,7 +65,6 @@ class YoloSegmenter final : public Segmenter {
             layout_.proto_height};
   }
 
-  ov::CompiledModel compiled_;
   ov::InferRequest request_;
   YoloLayout layout_;
   DecodeConfig decode_;
@@ -94,48 +91,6 @@ Status check(const YoloConfig& config) {
   return Ok{};
 }
 
-/// The precision to run at, never kAuto.
-Result<Precision> choose_precision(const YoloConfig& config, bool quantised) {
-  const auto no = [&](const std::string& why) {
-    return Error{ErrorKind::kConfig, config.model.string() + ": " + why};
-  };
-  switch (config.precision) {
-    case Precision::kAuto:
-      if (quantised) return Precision::kInt8;
-      return cpu_bf16() == Bf16::kFast ? Precision::kBf16 : Precision::kF32;
-    case Precision::kInt8:
-      if (quantised) return Precision::kInt8;
-      return no("precision int8 needs a quantised model (make quantize)");
-    case Precision::kBf16:
-      if (quantised) return no("is quantised, precision bf16 needs the model it was made from");
-      if (cpu_bf16() != Bf16::kNone) return Precision::kBf16;
-      return no("precision bf16: this processor has neither AVX512_BF16 nor AMX");
-    case Precision::kF32:
-      break;
-  }
-  if (quantised) return no("is quantised, precision f32 needs the model it was made from");
-  return Precision::kF32;
-}
-
-std::string name_of(Precision precision) {
-  switch (precision) {
-    case Precision::kInt8:
-      return "int8";
-    case Precision::kBf16:
-      return "bf16";
-    default:
-      return "f32";
-  }
-}
-
-/// A quantised model's remaining float operations run as f32.
-ov::AnyMap properties(const YoloConfig& config, Precision precision) {
-  const auto type = precision == Precision::kBf16 ? ov::element::bf16 : ov::element::f32;
-  return {ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
-          ov::hint::inference_precision(type), ov::hint::enable_cpu_pinning(false),
-          ov::inference_num_threads(config.threads), ov::num_streams(1)};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config) {
@@ -157,18 +112,13 @@ Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config)
 
   const auto model = read();
   if (!model.ok()) return model.error();
-  const auto precision = choose_precision(config, model->layout.quantised);
+  const std::string name = config.model.string();
+  const auto precision = choose_precision(config.precision, model->layout.quantised, name);
   if (!precision.ok()) return precision.error();
-  try {
-    ov::CompiledModel compiled =
-        ov::Core().compile_model(model->network, "CPU", properties(config, *precision));
-    return std::unique_ptr<Segmenter>(std::make_unique<YoloSegmenter>(
-        std::move(compiled), model->layout, config.decode, name_of(*precision)));
-  } catch (const std::exception& e) {
-    require_memory(kAmpleMemory_bytes);
-    return Error{ErrorKind::kModel,
-                 config.model.string() + ": cannot be compiled: " + one_line(e.what())};
-  }
+  auto request = compile_network(model->network, *precision, config.threads, name);
+  if (!request.ok()) return request.error();
+  return std::unique_ptr<Segmenter>(std::make_unique<YoloSegmenter>(
+      std::move(request).value(), model->layout, config.decode, name_of(*precision)));
 }
 
 }  // namespace ygslam

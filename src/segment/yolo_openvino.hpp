@@ -4,17 +4,11 @@
 #include <filesystem>
 #include <memory>
 
+#include "segment/precision.hpp"
 #include "segment/segmenter.hpp"
 #include "segment/yolo_decode.hpp"
 
 namespace ygslam {
-
-enum class Precision {
-  kAuto,  ///< the fastest the processor has for the given model
-  kF32,   ///< not for a quantised model
-  kBf16,  ///< needs AVX512_BF16 or AMX; not for a quantised model
-  kInt8,  ///< needs a quantised model
-};
 
 struct YoloConfig {
   std::filesystem::path model;  ///< .onnx, or OpenVINO's .xml with its .bin beside it

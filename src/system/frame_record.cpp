@@ -2,8 +2,8 @@
 
 namespace ygslam {
 
-FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
-                        const ScopedTimer& timer) {
+FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result, const ScopedTimer& timer,
+                        double mask_ms) {
   FrameRecord record;
   record.track_ms = timer.wall_ms();
   record.track_cpu_ms = timer.cpu_ms();
@@ -25,6 +25,7 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
   record.orb_ms = result.orb_ms;
   record.motion_ms = result.motion_ms;
   record.pose_ms = result.pose_ms;
+  record.mask_ms = mask_ms;
   return record;
 }
 

@@ -1,6 +1,7 @@
 // The stages in threads: the caller's tracks, one segments, one maps. Tracking waits for neither
-// (only the very first frame may wait for its mask and frames out of a file for masks that are too
-// old, where configured; and where the mapper is 64 keyframes behind, for the mapper).
+// (only every frame for its mask where the segmenter is in step, the very first frame, and frames
+// out of a file for masks that are too old, where configured; and where the mapper is 64 keyframes
+// behind, for the mapper).
 #include <deque>
 #include <set>
 
@@ -26,6 +27,7 @@ class LiveRunner final : public Runner {
         map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory, config.run.shutter_source),
+        in_step_(segmenter && segmenter->in_step()),
         segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr) {
     start();
   }
@@ -33,7 +35,9 @@ class LiveRunner final : public Runner {
   TrackResult process(const FramePtr& frame) override {
     map_->rethrow();
     if (segmenter_) segmenter_->put_frame(frame);
+    const ScopedTimer mask_timer;
     const std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
+    const double mask_ms = mask_timer.wall_ms();
     const ScopedTimer timer;
     TrackResult result =
         tracker_->step(frame, map_->view(), arrived, map_->waiting_keyframes() >= kBusyMapper);
@@ -52,7 +56,7 @@ class LiveRunner final : public Runner {
     if (asks_for_place(*frame, result))
       map_->look_for({result.features, result.labels.weight, result.pose});
     for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
-    log_.add(make_record(*frame, result, timer), result);
+    log_.add(make_record(*frame, result, timer, mask_ms), result);
     last_frames_.push_back(frame->id);
     if (last_frames_.size() > std::max<std::size_t>(1, longest_lag())) last_frames_.pop_front();
     return result;
@@ -173,12 +177,15 @@ class LiveRunner final : public Runner {
     return static_cast<std::size_t>(config_.run.file_mask_lag_frames);
   }
 
-  // A file can wait: without a camera's pace tracking would take the processor from the network.
-  // It waits until the segmenter is done with a frame, with or without a mask.
+  // Waits until the segmenter is done with a frame, with or without a mask: with this one where it
+  // is in step, else with one that is not too old where frames come out of a file. A file can wait;
+  // without a camera's pace tracking would take the processor from the network.
   void wait_for_segmenter(FrameId current) {
     const ScopedTimer timer;
     if (last_frames_.empty()) {
       static_cast<void>(segmenter_->wait_answer(current, config_.run.first_mask_timeout_s));
+    } else if (in_step_ && segmenter_answers_) {
+      segmenter_answers_ = segmenter_->wait_answer(current, kMaskPatience_s);
     } else if (longest_lag() > 0 && last_frames_.size() >= longest_lag() && segmenter_answers_) {
       segmenter_answers_ = segmenter_->wait_answer(last_frames_.front(), kMaskPatience_s);
     }
@@ -203,6 +210,7 @@ class LiveRunner final : public Runner {
   const MapUse map_use_;
   const Camera& camera_;
   RunLog log_;
+  const bool in_step_;                        // see Segmenter::in_step()
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one
   std::optional<Tracker> tracker_;
   std::unique_ptr<MapThread> map_;

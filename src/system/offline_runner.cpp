@@ -24,15 +24,17 @@ class OfflineRunner final : public Runner {
   }
 
   TrackResult process(const FramePtr& frame) override {
+    const ScopedTimer mask_timer;
     segment(frame);
+    const double mask_ms = mask_timer.wall_ms();
     const std::vector<SegmentationPtr> arrived = due(frame->id);
     if (std::exchange(map_corrected_, false)) view_ = mapping_->view();
     const ScopedTimer timer;
     TrackResult result = tracker_->step(frame, view_, arrived, false);
-    log_.add(make_record(*frame, result, timer), result);
-    for (const SegmentationPtr& masks : arrived) map_changed_ |= mapping_->apply(*masks);
+    log_.add(make_record(*frame, result, timer, mask_ms), result);
+    apply(arrived, [&](const Segmentation& masks) { return masks.frame != frame->id; });
     if (auto offered = offer_->step(frame, result)) mapping_->look_at(*offered);
-    map_keyframe(*frame, result);
+    map_keyframe(*frame, arrived, result);
     return result;
   }
 
@@ -89,7 +91,7 @@ class OfflineRunner final : public Runner {
       return;
     }
     // The very first mask is there at once, as in a live run that waits for it.
-    const std::uint32_t delay = log_.statistics().frames == 0
+    const std::uint32_t delay = log_.statistics().frames == 0 || segmenter_->in_step()
                                     ? 0U
                                     : static_cast<std::uint32_t>(config_.run.mask_delay_frames);
     pending_.push_back(
@@ -111,13 +113,20 @@ class OfflineRunner final : public Runner {
     if (patch) mapping_->take_adjustment(*patch);
   }
 
-  void map_keyframe(const RgbdFrame& frame, TrackResult& result) {
+  template <typename IsWanted>
+  void apply(const std::vector<SegmentationPtr>& arrived, const IsWanted& is_wanted) {
+    for (const SegmentationPtr& masks : arrived)
+      if (is_wanted(*masks)) map_changed_ |= mapping_->apply(*masks);
+  }
+
+  void map_keyframe(const RgbdFrame& frame, const std::vector<SegmentationPtr>& arrived,
+                    TrackResult& result) {
     const bool inserted = result.candidate.has_value();
     const ScopedTimer timer;
-    if (inserted) {
-      mapping_->insert({std::move(*result.candidate), result.labels.label});
-      mapping_->refine();
-    }
+    if (inserted) mapping_->insert({std::move(*result.candidate), result.labels.label});
+    // The frame's own mask finds it in the map.
+    apply(arrived, [&](const Segmentation& masks) { return masks.frame == frame.id; });
+    if (inserted) mapping_->refine();
     if ((inserted || map_changed_) && mapping_->close_loops()) {
       map_changed_ = true;
       adjust_all();

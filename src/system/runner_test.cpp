@@ -54,6 +54,41 @@ TEST(OfflineRunner, F38TwoAtOnceDoNotInfluenceEachOther) {
   EXPECT_EQ(still_beside, still_alone);
 }
 
+class TruthInStep final : public Segmenter {
+ public:
+  explicit TruthInStep(const Recording& recording) : truth_(recording) {}
+  [[nodiscard]] Result<Segmentation> segment(const RgbdFrame& frame) override {
+    return truth_.segment(frame);
+  }
+  [[nodiscard]] std::string precision() const override { return "truth"; }
+  [[nodiscard]] bool in_step() const override { return true; }
+
+ private:
+  TruthSegmenter truth_;
+};
+
+TEST(BothRunners, MasksOfASegmenterInStepAreOfTheFrameItself) {
+  const Recording recording = record("moving_box", small(1));
+  for (const auto make : {make_offline_runner, make_live_runner}) {
+    const Trial run = system_test::run(
+        make(patient(), recording.camera, std::make_unique<TruthInStep>(recording), MapUse{}),
+        recording);
+    for (const FrameRecord& frame : run.frames) {
+      EXPECT_EQ(frame.mask_age_frames, 0);
+      EXPECT_GT(frame.mask_ms, 0);
+    }
+    EXPECT_EQ(run.outcome.statistics.masks_used, static_cast<int>(run.frames.size()));
+  }
+}
+
+TEST(OfflineRunner, AKeyframesOwnMaskFindsItInTheMap) {
+  const Recording recording = record("moving_box", small(0.5));
+  Trial run(make_offline_runner(small_config(DynamicMode::kFull), recording.camera,
+                                std::make_unique<TruthInStep>(recording)));
+  run.process(recording.frames.front());
+  EXPECT_FALSE(run.runner->cloud().empty()) << "keyframes go into it with their masks";
+}
+
 TEST(LiveRunner, FollowsTheCameraAsTheOfflineRunnerDoes) {
   const Recording recording = record("moving_box", small(2));
   const Trial run = run_live(patient(), recording, truth(recording));

@@ -4,6 +4,7 @@
 #include "core/log.hpp"
 #include "io/calibration.hpp"
 #include "map_file/map_file.hpp"
+#include "segment/people_network.hpp"
 #include "segment/recorded_masks.hpp"
 #include "system/dense_file.hpp"
 
@@ -16,13 +17,16 @@ SegmenterResult make_segmenter(const SessionOptions& options) {
   if (!uses_masks(options.config.dynamic.mode) || options.segmenter == SegmenterKind::kNone)
     return std::unique_ptr<Segmenter>();
   if (options.segmenter == SegmenterKind::kMasks) return make_recorded_segmenter(options.masks_dir);
+  const YoloConfig& common = options.config.segment.yolo;
+  if (options.segmenter == SegmenterKind::kBuiltin)
+    return make_people_segmenter(options.camera, {common.precision, common.threads});
   if (options.model.empty()) {
     return Error{ErrorKind::kModel,
                  "no segmentation network given: get one with 'make model' and pass --model FILE, "
                  "or use " +
                      options.without_model};
   }
-  YoloConfig yolo = options.config.segment.yolo;
+  YoloConfig yolo = common;
   yolo.model = options.model;
   yolo.try_in_child = options.may_fork;
   yolo.decode.classes = options.config.dynamic.masks.mask.movable_classes;
@@ -59,6 +63,42 @@ Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
 
 }  // namespace
 
+Status choose_segmenter(const std::string& words, const std::filesystem::path& model,
+                        SessionOptions& options) {
+  constexpr std::string_view kMasks = "masks:";
+  options.model = model;
+  if (words.empty()) {
+    options.segmenter = model.empty() ? kDefaultSegmenter : SegmenterKind::kModel;
+  } else if (words == "model") {
+    options.segmenter = SegmenterKind::kModel;
+  } else if (words == "builtin") {
+    options.segmenter = SegmenterKind::kBuiltin;
+  } else if (words == "none") {
+    options.segmenter = SegmenterKind::kNone;
+  } else if (words.starts_with(kMasks) && words.size() > kMasks.size()) {
+    options.segmenter = SegmenterKind::kMasks;
+    options.masks_dir = words.substr(kMasks.size());
+  } else {
+    return Error{ErrorKind::kUsage,
+                 "segmenter " + words + ": write model, builtin, none or masks:DIR"};
+  }
+  return Ok{};
+}
+
+std::string segmenter_name(SegmenterKind kind) {
+  switch (kind) {
+    case SegmenterKind::kModel:
+      return "model";
+    case SegmenterKind::kBuiltin:
+      return "builtin";
+    case SegmenterKind::kMasks:
+      return "masks";
+    case SegmenterKind::kNone:
+      break;
+  }
+  return "none";
+}
+
 Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options) {
   const auto config = resolved(options.config);
   if (!config.ok()) return config.error();
@@ -87,7 +127,7 @@ Result<Session> open_session(SessionOptions options) {
   Session session;
   session.segmenter = "none";
   if (*segmenter) {
-    session.segmenter = options.segmenter == SegmenterKind::kMasks ? "masks" : "model";
+    session.segmenter = segmenter_name(options.segmenter);
     session.precision = (*segmenter)->precision();
   }
   if (!options.may_wait) options.config.run.file_mask_lag_frames = 0;

@@ -10,12 +10,15 @@
 
 namespace ygslam {
 
-enum class SegmenterKind { kModel, kNone, kMasks };
+enum class SegmenterKind { kModel, kBuiltin, kNone, kMasks };
+
+/// Where neither a segmenter nor a model is named. kModel asks for one.
+inline constexpr SegmenterKind kDefaultSegmenter = SegmenterKind::kModel;
 
 struct SessionOptions {
   SlamConfig config;
   CameraConfig camera;
-  SegmenterKind segmenter = SegmenterKind::kModel;
+  SegmenterKind segmenter = kDefaultSegmenter;
   std::filesystem::path model;      ///< for kModel
   std::filesystem::path masks_dir;  ///< for kMasks
   std::filesystem::path load_map;   ///< of an earlier run, to go on with; empty = none
@@ -31,9 +34,16 @@ struct SessionOptions {
 struct Session {
   std::unique_ptr<Camera> camera;  ///< the runner refers to it
   std::unique_ptr<Runner> runner;
-  std::string segmenter;  ///< "model", "masks" or "none", as used
+  std::string segmenter;  ///< "model", "builtin", "masks" or "none", as used
   std::string precision;  ///< of the segmenter, "" without one
 };
+
+/// What users write: model, builtin, none or masks:DIR; empty: model where there is one, else
+/// kDefaultSegmenter. @return kUsage.
+[[nodiscard]] Status choose_segmenter(const std::string& words, const std::filesystem::path& model,
+                                      SessionOptions& options);
+/// "model", "builtin", "masks" or "none".
+[[nodiscard]] std::string segmenter_name(SegmenterKind kind);
 
 /// What opens a session's segmenter once more; null where it has none. Errors as open_session().
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options);

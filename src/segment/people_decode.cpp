@@ -1,0 +1,213 @@
+#include "segment/people_decode.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace ygslam {
+namespace {
+
+constexpr float kGap_m = 0.15F;  // an arm before the body is of it, whoever walks behind is not
+// The network's last features lie on every fourth cell: what is smaller than one of them is noise.
+constexpr int kLeastCells = 16;
+constexpr std::size_t kMostInstances = 255;  // ids are bytes, 0 = none
+
+struct Part {
+  int cells = 0;
+  float score_sum = 0;
+};
+
+/// The cells that show somebody, parted where depth jumps.
+class Parts {
+ public:
+  Parts(std::span<const float> logits, const DepthImage& cells_m, const PeopleGrid& grid)
+      : logits_(logits), cells_m_(cells_m), grid_(grid), part_of_(kPeopleCells, kNone) {
+    for (int row = 0; row < grid.rows; ++row)
+      for (int column = 0; column < grid.columns; ++column) begin_part(index(column, row));
+    absorb_crumbs();
+  }
+
+  /// Of each cell the number of its part, the largest part is 1; 0 = none.
+  [[nodiscard]] std::vector<std::uint8_t> numbers(std::vector<Part>& numbered) const {
+    std::vector<std::size_t> order(parts_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::erase_if(order, [&](std::size_t i) { return parts_[i].cells < kLeastCells; });
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return parts_[a].cells > parts_[b].cells;
+    });
+    order.resize(std::min(order.size(), kMostInstances));
+    std::vector<std::uint8_t> number_of(parts_.size(), 0);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      number_of[order[i]] = static_cast<std::uint8_t>(i + 1);
+      numbered.push_back(parts_[order[i]]);
+    }
+    std::vector<std::uint8_t> numbers(part_of_.size(), 0);
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      if (part_of_[i] != kNone) numbers[i] = number_of[static_cast<std::size_t>(part_of_[i])];
+    return numbers;
+  }
+
+ private:
+  static constexpr int kNone = -1;
+  static int index(int column, int row) { return row * kPeopleColumns + column; }
+
+  void put(int cell, int part) {
+    part_of_[cell] = part;
+    parts_[part].cells += 1;
+    parts_[part].score_sum += 1.0F / (1.0F + std::exp(-logits_[cell]));
+    waiting_.push_back(cell);
+  }
+
+  void begin_part(int cell) {
+    if (logits_[cell] <= 0 || part_of_[cell] != kNone) return;
+    parts_.emplace_back();
+    put(cell, static_cast<int>(parts_.size()) - 1);
+    spread([&](int from, int to) {
+      const float a = cells_m_.data()[from];
+      const float b = cells_m_.data()[to];
+      return part_of_[to] == kNone && (a <= 0 || b <= 0 || std::abs(a - b) < kGap_m);
+    });
+  }
+
+  // Crumbs along the jumps of depth go to the part that they touch; others stay what they are.
+  void absorb_crumbs() {
+    const auto is_crumb = [&](int cell) { return parts_[part_of_[cell]].cells < kLeastCells; };
+    for (int cell = 0; cell < kPeopleCells; ++cell)
+      if (part_of_[cell] != kNone && !is_crumb(cell)) waiting_.push_back(cell);
+    spread([&](int, int to) { return is_crumb(to); });
+  }
+
+  /// From the waiting cells on to neighbours that show somebody, as far as `joins` says.
+  template <typename Joins>
+  void spread(const Joins& joins) {
+    for (std::size_t next = 0; next < waiting_.size(); ++next) {
+      const int from = waiting_[next];
+      const int column = from % kPeopleColumns;
+      const int row = from / kPeopleColumns;
+      const auto look = [&](bool is_inside, int to) {
+        if (is_inside && logits_[to] > 0 && joins(from, to)) put(to, part_of_[from]);
+      };
+      look(column > 0, from - 1);
+      look(column + 1 < grid_.columns, from + 1);
+      look(row > 0, from - kPeopleColumns);
+      look(row + 1 < grid_.rows, from + kPeopleColumns);
+    }
+    waiting_.clear();
+  }
+
+  std::span<const float> logits_;
+  const DepthImage& cells_m_;
+  const PeopleGrid& grid_;
+  std::vector<int> part_of_;
+  std::vector<Part> parts_;
+  std::vector<int> waiting_;
+};
+
+/// Cells beside a part take its number: its outline lies somewhere in them.
+std::vector<std::uint8_t> with_rim(const std::vector<std::uint8_t>& numbers,
+                                   std::span<const float> logits, const PeopleGrid& grid) {
+  std::vector<std::uint8_t> wider = numbers;
+  std::vector<float> surest(numbers.size(), 0.0F);  // of the cells beside each
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const int cell = row * kPeopleColumns + column;
+      if (numbers[cell] == 0) continue;
+      for (int r = std::max(0, row - 1); r < std::min(grid.rows, row + 2); ++r) {
+        for (int c = std::max(0, column - 1); c < std::min(grid.columns, column + 2); ++c) {
+          const int other = r * kPeopleColumns + c;
+          if (logits[other] > 0 || logits[cell] <= surest[other]) continue;
+          surest[other] = logits[cell];
+          wider[other] = numbers[cell];
+        }
+      }
+    }
+  }
+  return wider;
+}
+
+/// Where pixels lie between the centres of cells.
+struct Axis {
+  std::vector<int> low, high, nearest;
+  std::vector<float> weight;  ///< of `high`
+  Axis(int pixels, int cells, double scale) {
+    for (int i = 0; i < pixels; ++i) {
+      const double cell = std::clamp((i + 0.5) / scale - 0.5, 0.0, cells - 1.0);
+      low.push_back(static_cast<int>(cell));
+      high.push_back(std::min(low.back() + 1, cells - 1));
+      weight.push_back(static_cast<float>(cell - low.back()));
+      nearest.push_back(weight.back() < 0.5F ? low.back() : high.back());
+    }
+  }
+};
+
+/// Numbers the pixels where the logit, interpolated between cells, is positive, and fits the boxes
+/// about them; of an instance without a pixel y0 stays -1.
+void paint(std::span<const float> logits, const std::vector<std::uint8_t>& numbers,
+           const PeopleGrid& grid, DecodedPeople& people) {
+  GreyImage& ids = people.ids;
+  const Axis columns(ids.width(), grid.columns, grid.scale);
+  const Axis rows(ids.height(), grid.rows, grid.scale);
+  std::array<float, kPeopleColumns> line{};
+  for (int v = 0; v < ids.height(); ++v) {
+    const std::uint8_t* number = numbers.data() + rows.nearest[v] * kPeopleColumns;
+    int first = 0;
+    int end = grid.columns;
+    while (first < end && number[first] == 0) ++first;
+    while (first < end && number[end - 1] == 0) --end;
+    const float* low = logits.data() + rows.low[v] * kPeopleColumns;
+    const float* high = logits.data() + rows.high[v] * kPeopleColumns;
+    for (int c = 0; c < grid.columns; ++c) line[c] = low[c] + rows.weight[v] * (high[c] - low[c]);
+    const auto pixel_of = [&](int column) {
+      const auto& nearest = columns.nearest;
+      return static_cast<int>(std::lower_bound(nearest.begin(), nearest.end(), column) -
+                              nearest.begin());
+    };
+    const int end_px = pixel_of(end);
+    for (int u = pixel_of(first); u < end_px; ++u) {
+      const float left = line[columns.low[u]];
+      const float value = left + columns.weight[u] * (line[columns.high[u]] - left);
+      const std::uint8_t id = number[columns.nearest[u]];
+      if (value <= 0 || id == 0) continue;
+      ids.at(u, v) = id;
+      Instance& person = people.instances[id - 1];
+      if (person.y0 < 0) person.y0 = static_cast<float>(v);
+      person.x0 = std::min(person.x0, static_cast<float>(u));
+      person.x1 = std::max(person.x1, static_cast<float>(u + 1));
+      person.y1 = static_cast<float>(v + 1);
+    }
+  }
+}
+
+/// What is too thin to have a pixel goes.
+void drop_unseen(DecodedPeople& people) {
+  std::array<std::uint8_t, kMostInstances + 1> id_of{};
+  std::vector<Instance> seen;
+  for (std::size_t i = 0; i < people.instances.size(); ++i) {
+    if (people.instances[i].y0 < 0) continue;
+    seen.push_back(people.instances[i]);
+    id_of[i + 1] = static_cast<std::uint8_t>(seen.size());
+  }
+  if (seen.size() < people.instances.size())
+    for (std::uint8_t& id : people.ids) id = id_of[id];
+  people.instances = std::move(seen);
+}
+
+}  // namespace
+
+DecodedPeople decode_people(std::span<const float> logits, const DepthImage& cells_m,
+                            const PeopleGrid& grid, int image_width, int image_height) {
+  DecodedPeople people{{}, GreyImage(image_width, image_height)};
+  std::vector<Part> parts;
+  const std::vector<std::uint8_t> numbers = Parts(logits, cells_m, grid).numbers(parts);
+  if (parts.empty()) return people;
+  const auto width = static_cast<float>(image_width);
+  for (const Part& part : parts)
+    people.instances.push_back(
+        {0, part.score_sum / static_cast<float>(part.cells), width, -1, 0, 0});
+  paint(logits, with_rim(numbers, logits, grid), grid, people);
+  drop_unseen(people);
+  return people;
+}
+
+}  // namespace ygslam

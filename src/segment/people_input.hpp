@@ -1,0 +1,56 @@
+// What the people network is shown of a frame: training/prepare.py once more, held to the same
+// answers (training/prepared.json).
+#pragma once
+
+#include <vector>
+
+#include "geometry/camera.hpp"
+#include "image/image.hpp"
+
+namespace ygslam {
+
+inline constexpr int kPeopleColumns = 160, kPeopleRows = 120;  ///< of the network's grid [cells]
+inline constexpr int kPeopleCells = kPeopleColumns * kPeopleRows;
+/// Red, green, blue; size of a cell; measured; normal x, y, z.
+inline constexpr int kPeopleChannels = 8;
+
+/// Where an image lies on the grid: its upper left corner on the grid's, as large as it fits in,
+/// never enlarged.
+struct PeopleGrid {
+  double scale = 1;           ///< pixels along a cell's side
+  int columns = 0, rows = 0;  ///< cells that lie inside the image
+};
+[[nodiscard]] PeopleGrid make_people_grid(int image_width, int image_height);
+
+class PeopleInput {
+ public:
+  explicit PeopleInput(const CameraConfig& camera);
+
+  /// @param colour, depth_m of the camera's size. @param planes kPeopleChannels x kPeopleRows x
+  /// kPeopleColumns, all written; cells outside the image are black and not measured.
+  void fill(const ColourImage& colour, const DepthImage& depth_m, float* planes);
+
+  [[nodiscard]] const PeopleGrid& grid() const { return grid_; }
+  /// Of the cells of the frame that was filled in last: the nearest surface of each [m], 0 = none.
+  [[nodiscard]] const DepthImage& depth_m() const { return depth_m_; }
+
+ private:
+  void reduce_colour(const ColourImage& colour, int row, float* planes);
+  void reduce_depth(const DepthImage& depth_m, int row);
+  void write_depth(float* planes) const;
+  void write_normals(int row, float* planes) const;
+  [[nodiscard]] int pixels(int row_or_column) const {
+    return edges_[row_or_column + 1] - edges_[row_or_column];
+  }
+
+  PeopleGrid grid_;
+  float fx_ = 0;
+  std::vector<int> edges_;    // first pixel of each row or column of cells, and one more
+  std::vector<float> x_, y_;  // of the ray through each column, each row, at depth 1
+  DepthImage depth_m_;
+  // Of one row of cells, by pixel column.
+  std::vector<float> nearest_m_, limit_m_, sum_m_;
+  std::vector<int> count_, colour_;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,103 @@
+#include "segment/people_network.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <openvino/runtime/core.hpp>
+
+#include "core/memory.hpp"
+#include "segment/embedded_network.hpp"
+#include "segment/openvino_network.hpp"
+#include "segment/people_decode.hpp"
+#include "segment/people_input.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr const char* kName = "the built-in people network";
+
+class PeopleSegmenter final : public Segmenter {
+ public:
+  PeopleSegmenter(ov::InferRequest request, const CameraConfig& camera, std::string precision)
+      : request_(std::move(request)),
+        width_(camera.width),
+        height_(camera.height),
+        input_(camera),
+        precision_(std::move(precision)) {}
+
+  Result<Segmentation> segment(const RgbdFrame& frame) override {
+    const std::string name = "frame " + std::to_string(index(frame.id));
+    if (frame.colour.width() != width_ || frame.colour.height() != height_ ||
+        !frame.depth_m.same_size(frame.colour))
+      return Error{ErrorKind::kInput, name + ": images not of the camera's size"};
+    try {
+      input_.fill(frame.colour, frame.depth_m, request_.get_input_tensor().data<float>());
+      request_.infer();
+      const std::span logits(request_.get_output_tensor().data<const float>(),
+                             std::size_t{kPeopleCells});
+      if (!std::all_of(logits.begin(), logits.end(), [](float x) { return std::isfinite(x); }))
+        return Error{ErrorKind::kModel, name + ": the network's output makes no sense"};
+      DecodedPeople people =
+          decode_people(logits, input_.depth_m(), input_.grid(), width_, height_);
+      return Segmentation{frame.id, frame.stamp, std::move(people.instances),
+                          std::move(people.ids)};
+    } catch (const std::exception& e) {
+      return Error{ErrorKind::kModel, name + ": the network failed: " + one_line(e.what())};
+    }
+  }
+  std::string precision() const override { return precision_; }
+  bool in_step() const override { return true; }
+
+ private:
+  ov::InferRequest request_;
+  int width_, height_;
+  PeopleInput input_;
+  std::string precision_;
+};
+
+Error fault(const std::string& what) {
+  return {ErrorKind::kModel, std::string(kName) + ": " + what};
+}
+
+Result<std::shared_ptr<ov::Model>> read(std::string_view onnx) {
+  try {
+    std::shared_ptr<ov::Model> network = ov::Core().read_model(std::string(onnx), ov::Tensor());
+    const ov::PartialShape cells{1, kPeopleChannels, kPeopleRows, kPeopleColumns};
+    const ov::PartialShape people{1, 1, kPeopleRows, kPeopleColumns};
+    if (network->inputs().size() != 1 || network->outputs().size() != 1 ||
+        network->input().get_partial_shape() != cells ||
+        network->output().get_partial_shape() != people ||
+        network->input().get_element_type() != ov::element::f32 ||
+        network->output().get_element_type() != ov::element::f32)
+      return fault("is not of the shape that training/export.py writes");
+    return network;
+  } catch (const std::exception& e) {
+    require_memory(kAmpleMemory_bytes);
+    return fault("cannot be read: " + one_line(e.what()));
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Segmenter>> make_people_segmenter(const CameraConfig& camera,
+                                                         const PeopleConfig& config) {
+  if (const auto onnx = embedded_network("people.onnx"))
+    return make_people_segmenter(*onnx, camera, config);
+  return fault(
+      "not in this build (assets/people.onnx was missing), use --segmenter model with --model "
+      "FILE");
+}
+
+Result<std::unique_ptr<Segmenter>> make_people_segmenter(std::string_view onnx,
+                                                         const CameraConfig& camera,
+                                                         const PeopleConfig& config) {
+  const auto network = read(onnx);
+  if (!network.ok()) return network.error();
+  const auto precision = choose_precision(config.precision, false, kName);
+  if (!precision.ok()) return precision.error();
+  auto request = compile_network(*network, *precision, config.threads, kName);
+  if (!request.ok()) return request.error();
+  return std::unique_ptr<Segmenter>(
+      std::make_unique<PeopleSegmenter>(std::move(request).value(), camera, name_of(*precision)));
+}
+
+}  // namespace ygslam

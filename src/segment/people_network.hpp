@@ -1,0 +1,30 @@
+// The project's own network, which finds people in colour and depth, behind the Segmenter interface
+// (docs/model-card.md).
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "geometry/camera.hpp"
+#include "segment/precision.hpp"
+#include "segment/segmenter.hpp"
+
+namespace ygslam {
+
+struct PeopleConfig {
+  Precision precision = Precision::kAuto;
+  int threads = 1;  ///< that run the network
+};
+
+/// With the weights built into the library. The segmenter is in step with the frames.
+/// @return kModel: built without weights; kConfig: a precision that network or processor does not
+/// have. Throws std::bad_alloc.
+[[nodiscard]] Result<std::unique_ptr<Segmenter>> make_people_segmenter(const CameraConfig& camera,
+                                                                       const PeopleConfig& config);
+/// With an ONNX file's bytes as training/export.py writes them. @return also kModel: bytes that are
+/// no such network.
+[[nodiscard]] Result<std::unique_ptr<Segmenter>> make_people_segmenter(std::string_view onnx,
+                                                                       const CameraConfig& camera,
+                                                                       const PeopleConfig& config);
+
+}  // namespace ygslam

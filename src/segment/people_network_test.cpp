@@ -1,0 +1,179 @@
+#include "segment/people_network.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "segment/cpu_features.hpp"
+#include "segment/embedded_network.hpp"
+#include "segment/test_network.hpp"
+
+namespace ygslam {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::people_onnx;
+
+CameraConfig camera_of(int width, int height) {
+  CameraConfig camera;
+  camera.fx = camera.fy = std::max(width, height);
+  camera.cx = width / 2.0, camera.cy = height / 2.0;
+  camera.width = width, camera.height = height;
+  return camera;
+}
+
+/// Black, without depth.
+RgbdFrame empty_frame(int width, int height) {
+  return {
+      FrameId{7}, Timestamp{123456789}, ColourImage(width, height), {}, DepthImage(width, height)};
+}
+
+/// Red, so that the test network sees somebody there.
+void draw_person(RgbdFrame& frame, int u0, int v0, int u1, int v1, float depth_m) {
+  for (int v = v0; v < v1; ++v) {
+    for (int u = u0; u < u1; ++u) {
+      frame.colour.at(u, v) = {255, 0, 0};
+      frame.depth_m.at(u, v) = depth_m;
+    }
+  }
+}
+
+Segmentation segmented(const RgbdFrame& frame, PeopleConfig config = {Precision::kF32, 1}) {
+  const auto made = make_people_segmenter(
+      people_onnx(), camera_of(frame.colour.width(), frame.colour.height()), config);
+  if (!made.ok()) throw std::runtime_error(made.error().message);
+  auto masks = made.value()->segment(frame);
+  if (!masks.ok()) throw std::runtime_error(masks.error().message);
+  return std::move(masks).value();
+}
+
+/// Farther than slack_px from the rectangle's edge every pixel is right.
+void expect_rectangle(const GreyImage& ids, int u0, int v0, int u1, int v1, int slack_px) {
+  for (int v = 0; v < ids.height(); ++v) {
+    for (int u = 0; u < ids.width(); ++u) {
+      const int inset = std::min({u - u0, u1 - 1 - u, v - v0, v1 - 1 - v});
+      if (inset >= -slack_px && inset < slack_px) continue;
+      ASSERT_EQ(ids.at(u, v), inset >= 0 ? 1 : 0) << u << " " << v;
+    }
+  }
+}
+
+void expect_fault(const Result<std::unique_ptr<Segmenter>>& made, ErrorKind kind,
+                  const std::string& what) {
+  ASSERT_FALSE(made.ok());
+  EXPECT_EQ(made.error().kind, kind) << made.error().message;
+  EXPECT_THAT(made.error().message, HasSubstr("the built-in people network"));
+  EXPECT_THAT(made.error().message, HasSubstr(what));
+  EXPECT_EQ(made.error().message.find('\n'), std::string::npos);
+}
+
+TEST(PeopleNetwork, MaskLiesWhereTheNetworkSawSomebodyAndCarriesTheFramesId) {
+  RgbdFrame frame = empty_frame(640, 480);
+  draw_person(frame, 160, 120, 400, 360, 2);
+  const Segmentation out = segmented(frame);
+  EXPECT_EQ(out.frame, FrameId{7});
+  EXPECT_EQ(out.stamp.ns, 123456789);
+  ASSERT_EQ(out.instances.size(), 1U);
+  const Instance& person = out.instances[0];
+  EXPECT_EQ(person.class_id, 0);
+  EXPECT_NEAR(person.score, 1 / (1 + std::exp(-4.0)), 1e-3);
+  expect_rectangle(out.ids, 160, 120, 400, 360, 2);
+  EXPECT_NEAR(person.x0, 160, 2);
+  EXPECT_NEAR(person.y0, 120, 2);
+  EXPECT_NEAR(person.x1, 400, 2);
+  EXPECT_NEAR(person.y1, 360, 2);
+}
+
+TEST(PeopleNetwork, ImagesOfAnySizeAreTaken) {
+  for (const auto& [width, height] :
+       {std::pair{1280, 720}, {100, 160}, {160, 120}, {641, 479}, {321, 240}}) {
+    RgbdFrame frame = empty_frame(width, height);
+    const int u0 = width / 4, v0 = height / 5, u1 = width / 2, v1 = height / 2;
+    draw_person(frame, u0, v0, u1, v1, 2);
+    const Segmentation out = segmented(frame);
+    ASSERT_TRUE(out.ids.same_size(frame.colour));
+    EXPECT_EQ(out.instances.size(), 1U);
+    expect_rectangle(out.ids, u0, v0, u1, v1, 2 + width / 160);
+  }
+  for (const auto& [width, height] : {std::pair{1, 1}, {640, 3}, {2, 480}}) {
+    RgbdFrame frame = empty_frame(width, height);
+    draw_person(frame, 0, 0, width, height, 2);
+    EXPECT_TRUE(segmented(frame).ids.same_size(frame.colour));
+  }
+}
+
+TEST(PeopleNetwork, TwoWhoTouchInTheImageAreToldApartByDepth) {
+  RgbdFrame frame = empty_frame(640, 480);
+  draw_person(frame, 100, 100, 260, 400, 2);
+  draw_person(frame, 260, 100, 360, 400, 2.1F);
+  EXPECT_EQ(segmented(frame).instances.size(), 1U);
+  draw_person(frame, 260, 100, 360, 400, 2.5F);
+  const Segmentation two = segmented(frame);
+  ASSERT_EQ(two.instances.size(), 2U);
+  EXPECT_EQ(two.ids.at(180, 250), 1) << "the larger one first";
+  EXPECT_EQ(two.ids.at(300, 250), 2);
+  EXPECT_NEAR(two.instances[0].x1, 260, 2);
+  draw_person(frame, 260, 100, 360, 400, 0);
+  EXPECT_EQ(segmented(frame).instances.size(), 1U) << "no depth, no gap";
+}
+
+TEST(PeopleNetwork, CrumbsGoToWhomTheyTouchAndElsewhereAreNobody) {
+  RgbdFrame frame = empty_frame(640, 480);
+  draw_person(frame, 100, 100, 260, 400, 2);
+  draw_person(frame, 160, 200, 172, 212, 1);  // 3 x 3 cells before the chest
+  draw_person(frame, 500, 200, 512, 212, 2);
+  const Segmentation out = segmented(frame);
+  ASSERT_EQ(out.instances.size(), 1U);
+  EXPECT_EQ(out.ids.at(166, 206), 1);
+  EXPECT_EQ(out.ids.at(506, 206), 0);
+}
+
+TEST(PeopleNetwork, BytesThatAreNoSuchNetworkAreAModelError) {
+  const std::string whole = people_onnx();
+  const CameraConfig camera = camera_of(640, 480);
+  for (const std::string& bytes :
+       {std::string(), std::string("no network"), std::string(100000, '\0'),
+        whole.substr(0, whole.size() / 2), whole.substr(0, whole.size() - 1)})
+    expect_fault(make_people_segmenter(bytes, camera, {}), ErrorKind::kModel, "");
+  expect_fault(make_people_segmenter(people_onnx(4, 3), camera, {}), ErrorKind::kModel, "shape");
+}
+
+TEST(PeopleNetwork, PrecisionsAreThoseOfAnyNetwork) {
+  const CameraConfig camera = camera_of(640, 480);
+  expect_fault(make_people_segmenter(people_onnx(), camera, {Precision::kInt8, 1}),
+               ErrorKind::kConfig, "int8");
+  const auto exact = make_people_segmenter(people_onnx(), camera, {Precision::kF32, 1});
+  ASSERT_TRUE(exact.ok()) << exact.error().message;
+  EXPECT_EQ(exact.value()->precision(), "f32");
+  const auto coarse = make_people_segmenter(people_onnx(), camera, {Precision::kBf16, 1});
+  EXPECT_EQ(coarse.ok(), cpu_bf16() != Bf16::kNone);
+}
+
+TEST(PeopleNetwork, WhatMakesNoSenseIsAnErrorOfTheFrame) {
+  const CameraConfig camera = camera_of(640, 480);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto mad = make_people_segmenter(people_onnx(nan), camera, {Precision::kF32, 1});
+  ASSERT_TRUE(mad.ok()) << mad.error().message;
+  const auto none = mad.value()->segment(empty_frame(640, 480));
+  ASSERT_FALSE(none.ok());
+  EXPECT_THAT(none.error().message, HasSubstr("frame 7: the network's output makes no sense"));
+  const auto sound = make_people_segmenter(people_onnx(), camera, {});
+  EXPECT_FALSE(sound.value()->segment(empty_frame(320, 240)).ok()) << "of another camera";
+  EXPECT_TRUE(sound.value()->segment(empty_frame(640, 480)).ok());
+}
+
+TEST(PeopleNetwork, TheWeightsBuiltInAreReadOrSaidToBeMissing) {
+  const auto made = make_people_segmenter(camera_of(640, 480), {});
+  if (embedded_network("people.onnx")) {
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    EXPECT_TRUE(made.value()->in_step());
+    EXPECT_TRUE(made.value()->segment(empty_frame(640, 480)).ok());
+  } else {
+    expect_fault(made, ErrorKind::kModel, "assets/people.onnx");
+  }
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -114,6 +114,11 @@ def worn(depth_m, rgb, rng):
             hole |= ((u - rng.uniform(0, w)) / a) ** 2 + ((v - rng.uniform(0, h)) / b) ** 2 < 1
     if rng.random() < 0.3:  # single pixels
         hole |= rng.random((h, w), np.float32) < rng.uniform(0, 0.25)
+    if rng.random() < 0.4:  # the depth camera sees less than the other
+        top, bottom = (rng.exponential(0.04, 2) * h).astype(int)
+        left, right = (rng.exponential(0.04, 2) * w).astype(int)
+        hole[:top] = hole[h - min(bottom, h):] = True
+        hole[:, :left] = hole[:, w - min(right, w):] = True
     if rng.random() < 0.2:  # the range of the camera
         hole |= z > rng.uniform(2.5, 6)
     if rng.random() < 0.15:

@@ -118,11 +118,11 @@ void add_cylinder(Mesh& mesh, const Vec3f& base, const Vec3f& top, float base_ra
 void add_sphere(Mesh& mesh, const Vec3f& centre, float radius_m, int rings, MaterialId material) {
   const auto first = static_cast<std::uint32_t>(mesh.points.size());
   const int sides = 2 * rings;
-  constexpr float kPi = std::numbers::pi_v<float>;
+  constexpr float kHalfTurn_rad = std::numbers::pi_v<float>;
   for (int r = 0; r <= rings; ++r) {
-    const float polar = kPi * static_cast<float>(r) / static_cast<float>(rings);
+    const float polar = kHalfTurn_rad * static_cast<float>(r) / static_cast<float>(rings);
     for (int s = 0; s <= sides; ++s) {
-      const float angle = 2.0F * kPi * static_cast<float>(s) / static_cast<float>(sides);
+      const float angle = 2.0F * kHalfTurn_rad * static_cast<float>(s) / static_cast<float>(sides);
       const Vec3f n(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
                     std::cos(polar));
       add_vertex(mesh, centre + radius_m * n, n, {angle * radius_m, polar * radius_m});

@@ -178,6 +178,7 @@ Result<int> run_sweep(const BenchArguments& a) {
   const std::filesystem::path out = options->out;
   SweepDisplay display(is_quiet());
   auto sweep = Sweep::open(*options, display.observer());
+  if (StopSignal::received() != 0) return 128 + StopSignal::received();
   if (!sweep.ok()) return sweep.error();
   auto log_file = LogFile::open(out / "log.txt", true);
   if (!log_file.ok()) return log_file.error();

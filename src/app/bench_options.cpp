@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <regex>
 #include <thread>
 
 #include "app/run_options.hpp"
@@ -31,13 +32,13 @@ constexpr const char* kFooter =
     "  ygslam bench SEQ --modes off,geometry --runs 1     # a first look, no network needed\n"
     "  ygslam bench ~/tum --segmenter masks:mask --deterministic --out out/masks\n"
     "  ygslam bench ~/tum --model M.onnx --set motion.tau_px=2 --out out/tau2\n"
+    "  ygslam bench ~/tum --modes off --engine dask://head:8786   # on many machines\n"
     "  ygslam bench --compare out/bench out/tau2          # what got better, what got worse\n"
     "Exit codes: 0 all runs were made (however they ended), 2 usage, 3 settings, 4 no sequence "
     "can\n"
     "be used, 5 no model, 9 DIR cannot be written, holds results of another version or of other\n"
-    "options, or the report cannot be made (the results stay), 129/130/143 interrupted (go on "
-    "with\n"
-    "the same command).";
+    "options, the engine cannot be used, or the report cannot be made (the results stay),\n"
+    "129/130/143 interrupted (go on with the same command).";
 
 Status check_model(const BenchArguments& a, SegmenterKind segmenter,
                    const std::vector<std::string>& modes) {
@@ -79,6 +80,11 @@ Status read_settings(const BenchArguments& a, SweepOptions& options) {
   return Ok{};
 }
 
+bool is_engine(const std::string& text) {
+  static const std::regex form("dask://([A-Za-z0-9._-]+|\\[[0-9A-Fa-f:.]+\\]):[0-9]{1,5}");
+  return std::regex_match(text, form);
+}
+
 std::string machine_name() {
   return processor_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads";
 }
@@ -103,10 +109,24 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
       ->check(CLI::Range(1, kMostRuns))
       ->type_name("N")
       ->capture_default_str();
-  command.add_option("--jobs", a.jobs, "Runs at the same time; more than 1 spoils the timings")
+  command
+      .add_option(
+          "--jobs", a.jobs,
+          "Runs at the same time; more than 1 spoils the timings (default: 1; with --engine "
+          "as many as its workers have threads)")
       ->check(CLI::Range(1, 1024))
-      ->type_name("N")
-      ->capture_default_str();
+      ->type_name("N");
+  command
+      .add_option(
+          "--engine", a.engine,
+          "Send the runs to the workers of a Dask scheduler, which see the same files at the "
+          "same places")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return is_engine(text) ? "" : text + ": must be dask://HOST:PORT";
+          },
+          ""))
+      ->type_name("dask://HOST:PORT");
   command
       .add_option("--run-limit", a.run_limit_s,
                   "Longest time of a run [s], then it is ended and counts as timed out; 0: none "
@@ -173,7 +193,8 @@ Result<SweepOptions> sweep_options(const BenchArguments& a) {
   if (!options.out.has_filename()) options.out = options.out.parent_path();
   options.sequences = a.sequences;
   options.runs = a.runs;
-  options.jobs = a.jobs;
+  if (!a.engine.empty()) options.engine = a.engine.substr(std::string_view("dask://").size());
+  options.jobs = a.jobs.value_or(options.engine.empty() ? 1 : 0);
   options.schedule = a.deterministic ? Schedule::kDeterministic
                      : a.realtime    ? Schedule::kRealtime
                                      : Schedule::kFile;

@@ -17,8 +17,9 @@ namespace ygslam {
 struct BenchArguments {
   std::string root, out = "out/bench";
   std::vector<std::string> sequences, modes, sets, compare;
-  std::string model, segmenter, config_file;
-  int runs = 5, jobs = 1;
+  std::string model, segmenter, config_file, engine;
+  int runs = 5;
+  std::optional<int> jobs;
   bool realtime = false, deterministic = false, report = true, pictures = true, json = false;
   std::optional<std::uint64_t> seed;
   std::optional<double> run_limit_s;

@@ -61,12 +61,17 @@ Result<PythonTool> find_report_tool(const fs::path& executable, const std::strin
                    " nor in an installation's share/ygslam; set YGSLAM_REPORT to its folder"};
 }
 
-Status run_tool(const PythonTool& tool, const std::vector<std::string>& arguments,
-                const std::string& what, const fs::path& input, const std::function<bool()>& stop) {
+std::vector<std::string> tool_command(const PythonTool& tool,
+                                      const std::vector<std::string>& arguments) {
   std::vector<std::string> command = {tool.python.string(), "-B",  // writes no caches
                                       tool.script.string()};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  const auto done = run_child(command, input, stop);
+  return command;
+}
+
+Status run_tool(const PythonTool& tool, const std::vector<std::string>& arguments,
+                const std::string& what, const fs::path& input, const std::function<bool()>& stop) {
+  const auto done = run_child(tool_command(tool, arguments), input, stop);
   if (!done.ok()) return done.error();
   if (done->exit_code == 0 && done->signal == 0) return Ok{};
   std::string why = last_error_line(done->errors);

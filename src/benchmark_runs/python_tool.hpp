@@ -27,6 +27,10 @@ struct PythonTool {
 [[nodiscard]] Result<PythonTool> find_report_tool(const std::filesystem::path& executable,
                                                   const std::string& script = {});
 
+/// Its command line.
+[[nodiscard]] std::vector<std::string> tool_command(const PythonTool& tool,
+                                                    const std::vector<std::string>& arguments);
+
 /// Runs it to its end. @param what it makes, for the message, e.g. "the report".
 /// @param stop asked a few times a second; true ends it.
 /// @return kOutput with the last line it said, if it fails.

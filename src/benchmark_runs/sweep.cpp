@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 
+#include "benchmark_runs/dask_engine.hpp"
 #include "benchmark_runs/earlier_runs.hpp"
 #include "benchmark_runs/judge_run.hpp"
 #include "benchmark_runs/run_files.hpp"
@@ -42,6 +43,11 @@ Result<Sweep> Sweep::open(SweepOptions options, SweepObserver observer) {
   if (!checked.ok()) return checked.error();
   const Status copied = sweep.copy_truths();
   if (!copied.ok()) return copied.error();
+  if (!sweep.options_.engine.empty()) {
+    const auto slots = engine_slots(sweep.options_, sweep.sequences_, sweep.observer_.stop);
+    if (!slots.ok()) return slots.error();
+    if (sweep.options_.jobs == 0) sweep.options_.jobs = *slots;
+  }
   std::vector<RunKey> planned = planned_runs(sweep.options_, sweep.sequences_);
   sweep.total_ = planned.size();
   std::erase_if(planned,
@@ -176,6 +182,7 @@ Result<bool> Sweep::work() {
 
 // Asks those whose time is over to end, then makes them. @return one that was made to, or -1.
 int Sweep::end_late_ones() {
+  if (!options_.engine.empty()) return -1;  // there the worker looks at the clock
   for (std::size_t i = 0; i < active_.size(); ++i) {
     Active& run = active_[i];
     if (run.limit_s == 0 || children_[i].age_s() < run.limit_s) continue;
@@ -195,10 +202,17 @@ Status Sweep::start(const RunKey& key) {
   fs::remove_all(folder, code);  // what a broken-off run left
   if (!code) fs::create_directories(folder, code);
   if (code) return Error{ErrorKind::kOutput, folder.string() + ": " + code.message()};
-  auto child = ChildProcess::start(run_command(options_, sequence, key));
+  auto command = run_command(options_, sequence, key);
+  const double limit_s = run_limit_s(options_, sequence);
+  if (!options_.engine.empty()) {
+    auto handing = engine_command(options_, folder, limit_s, command);
+    if (!handing.ok()) return handing.error();
+    command = std::move(*handing);
+  }
+  auto child = ChildProcess::start(command);
   if (!child.ok()) return child.error();
   children_.push_back(std::move(*child));
-  active_.push_back({key, &sequence, run_limit_s(options_, sequence), false});
+  active_.push_back({key, &sequence, limit_s, false});
   return Ok{};
 }
 
@@ -206,10 +220,15 @@ Status Sweep::finish(std::size_t index) {
   const auto at = static_cast<std::ptrdiff_t>(index);
   const Active run = active_[index];
   ChildExit exit = children_[index].finish();
-  exit.limit_s = run.limit_s;
   exit.timed_out = run.timed_out;
   active_.erase(active_.begin() + at);
   children_.erase(children_.begin() + at);
+  if (!options_.engine.empty()) {
+    auto there = exit_on_worker(exit);
+    if (!there.ok()) return there.error();
+    exit = std::move(*there);
+  }
+  exit.limit_s = run.limit_s;
   const fs::path folder = options_.out / run.key.folder();
   auto record = judge_run(options_, *run.sequence, run.key, exit);
   if (!record.ok()) return record.error();

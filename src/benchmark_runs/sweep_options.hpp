@@ -36,7 +36,7 @@ struct SweepOptions {
   std::vector<std::string> sequences;  ///< names; none: all
   std::vector<std::string> modes;      ///< off, geometry, semantic, full
   int runs = 5;                        ///< of each sequence in each mode
-  int jobs = 1;                        ///< runs at the same time
+  int jobs = 1;  ///< runs at the same time; 0: as many as the engine has room for
   Schedule schedule = Schedule::kFile;
   std::optional<double> run_limit_s;  ///< longest time of a run, 0 = none; see run_limit_s()
   double patience_s = kPatience_s;    ///< for a run that is asked to end
@@ -48,6 +48,7 @@ struct SweepOptions {
   std::map<std::string, std::string> config;  ///< settings that are not the default
   std::string version, machine;
   std::filesystem::path program;  ///< whose `run` command does the work
+  std::string engine;             ///< HOST:PORT of a Dask scheduler; empty: runs are made here
 };
 
 [[nodiscard]] std::string_view name_of(Schedule schedule);

@@ -15,7 +15,7 @@ Result<nlohmann::json> outcome_of(const ChildExit& exit) {
   while (said.ends_with('\n')) said.pop_back();
   said.erase(0, said.rfind('\n') + 1);
   if (exit.exit_code == 0 && exit.signal == 0) {
-    auto json = parse_json(said, "the engine\'s tool");
+    auto json = parse_json(said, "the engine's tool");
     if (json.ok() && json->is_object()) return json;
   }
   std::string why = last_error_line(exit.errors);

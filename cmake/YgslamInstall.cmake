@@ -19,6 +19,14 @@ install(TARGETS ygslam_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(FILES ${CMAKE_BINARY_DIR}/ygslam.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${CMAKE_BINARY_DIR}/ygslam.bash RENAME ygslam
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+# Debian's zsh looks at another place for what a package brings than for what was built there.
+install(CODE [[
+  if(CMAKE_INSTALL_PREFIX MATCHES "/usr/?$")
+    set(zsh_place vendor-completions)
+  else()
+    set(zsh_place site-functions)
+  endif()]])
+install(FILES ${CMAKE_BINARY_DIR}/_ygslam DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/\${zsh_place}")
 
 # OpenVINO: the core, the CPU plugin, the readers of ONNX and IR, and the thread pool they use.
 get_target_property(openvino_library openvino::runtime IMPORTED_LOCATION_RELEASE)

@@ -2,12 +2,19 @@
 
     python tests/manual_test.py
 """
+import os
+import pathlib
+import pty
 import re
+import select
+import shlex
 import shutil
 import subprocess
+import tempfile
+import time
 import unittest
 
-from ygslam_cli import CliTest, ygslam
+from ygslam_cli import HANG_S, CliTest, ygslam
 
 
 def commands_and_options():
@@ -65,10 +72,13 @@ class Manual(CliTest):
 
 
 class Completion(CliTest):
+    SHELL = "bash"
+
     def setUp(self):
         super().setUp()
-        script = self.folder / "ygslam.bash"
-        done = ygslam("completion", "bash")
+        script = self.folder / "completion" / "_ygslam"
+        script.parent.mkdir()
+        done = ygslam("completion", self.SHELL)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         script.write_text(done.stdout, encoding="utf-8")
         self.script = script
@@ -101,7 +111,7 @@ class Completion(CliTest):
         self.assertEqual(self.offered("run", "--segmenter", ""), {"model", "builtin", "none", "masks:"})
         self.assertEqual(self.offered("simulate", "--format", ""), {"jpg", "png"})
         self.assertEqual(self.offered("run", "--seed", ""), set())
-        self.assertEqual(self.offered("completion", ""), {"bash"})
+        self.assertEqual(self.offered("completion", ""), {"bash", "zsh"})
         keys = {line.split()[0] + "=" for line in ygslam("config").stdout.splitlines()
                 if line[0] != " "}
         self.assertEqual(self.offered("run", "SEQ", "--set", ""), keys)
@@ -112,6 +122,7 @@ class Completion(CliTest):
 
     def test_worlds_files_and_folders(self):
         worlds = {line.split()[0] for line in ygslam("simulate", "--list").stdout.splitlines()}
+        self.assertEqual(self.offered("simulate", ""), worlds | {"completion"})
         (self.folder / "walking tour").mkdir()
         (self.folder / "walk.yaml").write_text("", encoding="utf-8")
         self.assertEqual(self.offered("simulate", "walking"), {w for w in worlds
@@ -125,6 +136,59 @@ class Completion(CliTest):
     def test_a_shell_it_does_not_know_is_refused(self):
         done = ygslam("completion", "tcsh")
         self.assertEqual((done.returncode, done.stdout), (2, ""))
+
+
+# Notes what is offered for a line, ends the shell after it.
+ZSH = """
+cd $1; fpath=($2 $fpath); autoload -Uz compinit; compinit -u -d $3/dump
+if [[ -n $4 ]]; then source $2/_ygslam; fi
+compadd() {
+  local -a hits
+  if [[ ${@[1,(i)(-|--)]} != *-(O|A|D)\ * ]]; then
+    builtin compadd -A hits "$@"
+    print -rl -- $hits >>$3/hits
+  fi
+  builtin compadd "$@"
+}
+note_end() { print >$3/ended; exit }
+comppostfuncs=(note_end)
+unset zle_bracketed_paste; setopt no_beep; bindkey '^I' complete-word
+"""
+
+
+@unittest.skipUnless(shutil.which("zsh"), "no zsh here")
+class ZshCompletion(Completion):
+    """The same, in a terminal of its own."""
+    SHELL = "zsh"
+    SOURCED = ""
+
+    def test_it_need_not_be_installed(self):
+        self.SOURCED = "sourced"
+        self.assertEqual(self.offered("re"), {"render"})
+
+    def offered(self, *words):
+        with tempfile.TemporaryDirectory() as notes:
+            pathlib.Path(notes, ".zshrc").write_text(
+                f"set -- {shlex.join([str(self.folder), str(self.script.parent), notes, self.SOURCED])}"
+                + ZSH.replace("$3", notes), encoding="utf-8")
+            pid, terminal = pty.fork()
+            if pid == 0:
+                os.execvpe("zsh", ["zsh", "-d", "-i"], {**os.environ, "ZDOTDIR": notes, "TERM": "dumb",
+                                                         "LC_ALL": "C.UTF-8"})
+            os.write(terminal, (" ".join(["ygslam", *words]) + "\t").encode())
+            end = time.monotonic() + HANG_S
+            while select.select([terminal], [], [], max(0, end - time.monotonic()))[0]:
+                try:
+                    if not os.read(terminal, 4096):
+                        break
+                except OSError:  # as Linux tells that nobody is there any more
+                    break
+            os.close(terminal)
+            os.waitpid(pid, 0)
+            self.assertTrue(pathlib.Path(notes, "ended").exists(), "zsh completed nothing")
+            hits = pathlib.Path(notes, "hits")
+            text = hits.read_text(encoding="utf-8") if hits.exists() else ""
+            return set(re.sub(r"\\(.)", r"\1", text).split("\n")) - {""}  # names come quoted
 
 
 if __name__ == "__main__":

@@ -97,7 +97,8 @@ class Package(unittest.TestCase):
         files = call("dpkg", "-c", self.deb).stdout
         for file in ("/usr/bin/ygslam", "/usr/include/ygslam/camera_stream.hpp",
                      "/usr/share/man/man1/ygslam.1.gz", "/usr/lib/ygslam/libopenvino",
-                     "/usr/share/bash-completion/completions/ygslam", "/usr/share/doc/ygslam/LICENSE"):
+                     "/usr/share/bash-completion/completions/ygslam",
+                     "/usr/share/zsh/vendor-completions/_ygslam", "/usr/share/doc/ygslam/LICENSE"):
             self.assertIn(f" .{file}", files)
         self.assertNotIn("__pycache__", files)
 

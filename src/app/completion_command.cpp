@@ -13,25 +13,69 @@
 namespace ygslam {
 namespace {
 
-constexpr const char* kHead = R"(# bash completion for ygslam, made by `ygslam completion bash`.
+/// What is of one shell alone; the cases between these are the same for all.
+struct Shell {
+  const char* head;   ///< the words before the one in question
+  const char* value;  ///< `key` where the word is the value of KEY=VALUE
+  const char* tail;   ///< offers what was found
+};
+
+// It takes KEY=VALUE for three words.
+constexpr Shell kBash = {R"(# bash completion for ygslam, made by `ygslam completion bash`.
 _ygslam() {
   local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]}
-  local command= word words= kind= key=
+  local command= word offers= kind= key=
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
-    case "$command/$word" in
-)";
-
-// What the words are of, then: bash takes KEY=VALUE for three words.
-constexpr const char* kMiddle = R"(    esac
-  done
-  if [[ $cur == = ]]; then
+)",
+                         R"(  if [[ $cur == = ]]; then
     key=$prev cur=
   elif [[ $prev == = ]]; then
     key=${COMP_WORDS[COMP_CWORD-2]}
   fi
-  if [[ -n $key ]]; then
-    case "$key" in
-)";
+)",
+                         R"(  COMPREPLY=()
+  if [[ -n $offers ]]; then
+    mapfile -t COMPREPLY < <(compgen -W "$offers" -- "$cur")
+    [[ $kind == key ]] && compopt -o nospace 2>/dev/null
+  fi
+  if [[ $kind == file || $kind == folder ]]; then
+    local paths=() actions=-f
+    [[ $kind == folder ]] && actions=-d
+    mapfile -t paths < <(compgen $actions -- "$cur")
+    COMPREPLY+=("${paths[@]}")
+    compopt -o filenames 2>/dev/null
+  fi
+  return 0
+}
+complete -F _ygslam ygslam
+)"};
+
+// Its file is found by its first line and is then itself the function; or it is sourced.
+constexpr Shell kZsh = {R"(#compdef ygslam
+# zsh completion for ygslam, made by `ygslam completion zsh`.
+_ygslam() {
+  local cur=${words[CURRENT]} prev=${words[CURRENT-1]}
+  local command= word= offers= kind= key=
+  for word in "${(@)words[2,CURRENT-1]}"; do
+)",
+                        R"(  if [[ $cur == *=* ]]; then
+    key=${${cur%=*}##*=}
+    compset -P '*='
+  fi
+)",
+                        R"(  local ended=1 after=' '
+  [[ $kind == key ]] && after=
+  compadd -S "$after" -- ${=offers} && ended=0
+  [[ $kind == file ]] && _files && ended=0
+  [[ $kind == folder ]] && _files -/ && ended=0
+  return ended
+}
+if [[ $funcstack[1] == _ygslam ]]; then
+  _ygslam "$@"
+else
+  compdef _ygslam ygslam
+fi
+)"};
 
 constexpr const char* kOptions = R"(    esac
   else
@@ -48,25 +92,10 @@ constexpr const char* kPlaces = R"(          esac
           case "$command" in
 )";
 
-constexpr const char* kTail = R"(          esac
+constexpr const char* kEnd = R"(          esac
         fi;;
     esac
   fi
-  COMPREPLY=()
-  if [[ -n $words ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$words" -- "$cur")
-    [[ $kind == key ]] && compopt -o nospace 2>/dev/null
-  fi
-  if [[ $kind == file || $kind == folder ]]; then
-    local paths=() actions=-f
-    [[ $kind == folder ]] && actions=-d
-    mapfile -t paths < <(compgen $actions -- "$cur")
-    COMPREPLY+=("${paths[@]}")
-    compopt -o filenames 2>/dev/null
-  fi
-  return 0
-}
-complete -F _ygslam ygslam
 )";
 
 std::string line(const std::string& pattern, const std::string& does) {
@@ -74,12 +103,12 @@ std::string line(const std::string& pattern, const std::string& does) {
 }
 
 std::string words(const std::vector<std::string>& words) {
-  return fmt::format("words='{}'", fmt::join(words, " "));
+  return fmt::format("offers='{}'", fmt::join(words, " "));
 }
 
 /// What a value may be: a file, a folder, one of some words; otherwise nothing is offered.
 std::string value_of(const CommandOption& option) {
-  if (option.names.back() == "--set") return "kind=key words=$settings";
+  if (option.names.back() == "--set") return "kind=key offers=$settings";
   if (!option.words.empty()) return words(option.words);
   if (option.value.starts_with("DIR")) return "kind=folder";
   const bool is_file = option.value.find("FILE") != std::string::npos || option.value == "NEW" ||
@@ -87,9 +116,16 @@ std::string value_of(const CommandOption& option) {
   return is_file ? "kind=file" : ":";
 }
 
-std::string bash_completion(const CLI::App& app) {
+std::string completion(const CLI::App& app, const Shell& shell) {
   const std::vector<Command> table = command_table(app);
-  std::string script = kHead;
+  SlamConfig config;
+  const ConfigSchema schema = schema_of(config);
+  std::vector<std::string> keys;
+  for (const ConfigKey& key : schema.keys()) keys.push_back(key.name + "=");
+  std::string script = shell.head;
+  const std::string settings = fmt::format("local settings='{}'\n  ", fmt::join(keys, " "));
+  script.insert(script.find("local command="), settings);
+  script += "    case \"$command/$word\" in\n";
   for (const Command& command : table) {
     if (command.name.empty()) continue;
     const std::size_t blank = command.name.find(' ');
@@ -98,21 +134,16 @@ std::string bash_completion(const CLI::App& app) {
         blank == std::string::npos ? command.name : command.name.substr(blank + 1);
     script += line("'" + above + "/" + own + "'", "command='" + command.name + "'");
   }
-  script += kMiddle;
-  SlamConfig config;
-  const ConfigSchema schema = schema_of(config);
-  std::vector<std::string> keys;
+  script += "    esac\n  done\n" + std::string(shell.value) +
+            "  if [[ -n $key ]]; then\n    case \"$key\" in\n";
   for (const ConfigKey& key : schema.keys()) {
-    keys.push_back(key.name + "=");
     if (key.range.find(" | ") == std::string::npos) continue;
     std::string choices = key.range;
     for (std::size_t at; (at = choices.find(" | ")) != std::string::npos;)
       choices.replace(at, 3, " ");
-    script += line(key.name, "words='" + choices + "'");
+    script += line(key.name, "offers='" + choices + "'");
   }
   script += kOptions;
-  std::string settings = "local settings='" + fmt::format("{}", fmt::join(keys, " ")) + "'\n  ";
-  script.insert(script.find("local command="), settings);
   for (const Command& command : table)
     for (const CommandOption& option : command.options)
       if (!option.is_positional && !option.value.empty())
@@ -150,7 +181,7 @@ std::string bash_completion(const CLI::App& app) {
     script += "      " +
               line("'" + command.name + "'", (takes_file ? "kind=file " : "") + words(offered));
   }
-  return script + kTail;
+  return script + kEnd + shell.tail;
 }
 
 }  // namespace
@@ -159,9 +190,13 @@ void add_completion_command(CLI::App& app) {
   const auto shell = std::make_shared<std::string>();
   CLI::App* command =
       app.add_subcommand("completion", "Print what lets a shell complete commands and options");
-  command->add_option("SHELL", *shell, "Which one")->required()->check(CLI::IsMember({"bash"}));
+  command->add_option("SHELL", *shell, "Which one")
+      ->required()
+      ->check(CLI::IsMember({"bash", "zsh"}));
   command->footer("Example, for the shell that runs:\n  source <(ygslam completion bash)");
-  command->callback([&app, shell] { std::fputs(bash_completion(app).c_str(), stdout); });
+  command->callback([&app, shell] {
+    std::fputs(completion(app, *shell == "zsh" ? kZsh : kBash).c_str(), stdout);
+  });
 }
 
 }  // namespace ygslam

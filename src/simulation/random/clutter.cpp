@@ -50,12 +50,13 @@ Mesh rod_or_tin(MaterialId material, Rng& rng) {
 }
 
 Mesh made_thing(MaterialLibrary& materials, Rng& rng) {
-  static const std::array<std::string, 14> kinds = {"paper",   "books",    "books",  "mug",  "mug",
-                                                    "bottle",  "bottle",   "lamp",   "duck", "bin",
-                                                    "monitor", "keyboard", "carton", "plant"};
+  static const std::array<std::string, 16> kinds = {
+      "paper", "books", "books",   "mug",     "mug",     "bottle",   "bottle", "lamp",
+      "duck",  "bin",   "monitor", "monitor", "monitor", "keyboard", "carton", "plant"};
   const std::string& kind = kinds[rng.below(static_cast<std::uint32_t>(kinds.size()))];
   std::optional<Vec3f> size_m;
   if (kind == "carton") size_m = Vec3f(small_m(rng), small_m(rng), small_m(rng)) * 1.5F;
+  if (kind == "monitor") size_m = Vec3f(uniform(rng, 0.35, 0.75), 0.05F, uniform(rng, 0.2, 0.45));
   if (kind == "plant") size_m = Vec3f(0.2F, 0.2F, uniform(rng, 0.15, 0.5));
   return *make_furniture(kind, static_cast<int>(rng.below(40)), size_m, materials);
 }

@@ -295,8 +295,22 @@ Shot draw_camera(Decorator& place, Rng& rng) {
   return shot;
 }
 
+/// Behind a table and what lies on it, as seen from the camera, and mostly turned towards it.
+SE3 behind_clutter(const Shot& shot, const Decorator& place, double lift_m, Rng& rng) {
+  const auto& all = place.cluttered_world();
+  const Vec2 table = all[rng.below(static_cast<std::uint32_t>(all.size()))].head<2>();
+  const Vec2 ahead = (table - shot.T_world_camera.t().head<2>()).normalized();
+  const Vec2 aside(-ahead.y(), ahead.x());
+  const Vec2 at = table + rng.uniform(0.3, 1.2) * ahead + rng.normal(0, 0.4) * aside;
+  const Vec2 inside =
+      at.cwiseMax(place.room().low + Vec2(0.2, 0.2)).cwiseMin(place.room().high - Vec2(0.2, 0.2));
+  const double yaw = std::atan2(-ahead.y(), -ahead.x()) + rng.normal(0, 0.9);
+  return {so3_exp(Vec3(0, 0, yaw)), Vec3(inside.x(), inside.y(), lift_m)};
+}
+
 /// Where a person is in a shot: mostly in the view, near ones often.
 SE3 draw_place(const Shot& shot, Decorator& place, double radius_m, double lift_m, Rng& rng) {
+  if (rng.uniform() < 0.3) return behind_clutter(shot, place, lift_m, rng);
   const Vec3& eye = shot.T_world_camera.t();
   const Vec3 gaze = shot.T_world_camera.R().col(2);
   const double ahead = std::atan2(gaze.y(), gaze.x());

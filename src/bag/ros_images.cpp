@@ -4,6 +4,8 @@
 #include <array>
 #include <cstring>
 
+#include "io/text.hpp"
+
 namespace ygslam::ros {
 namespace {
 
@@ -56,7 +58,7 @@ Result<Encoding> checked_encoding(const std::string& name, std::uint32_t width,
       std::int64_t{width} * height > kMaxImagePixels)
     return fault("absurd size: " + std::to_string(width) + "x" + std::to_string(height));
   const Encoding* encoding = encoding_of(name);
-  if (encoding == nullptr) return fault("encoding '" + name.substr(0, 40) + "' is not read");
+  if (encoding == nullptr) return fault("encoding '" + printable(name) + "' is not read");
   return *encoding;
 }
 

@@ -7,10 +7,14 @@
 #include <optional>
 
 #include "bag/input_file.hpp"
+#include "io/text.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
 namespace {
+
+// SQLite quotes the file, which is somebody else's.
+std::string said_by(sqlite3* handle) { return printable(sqlite3_errmsg(handle)); }
 
 // Of SQLite's machine, from row to row: a damaged file must not keep it busy without end.
 constexpr int kMostInstructions = 10'000'000;
@@ -106,8 +110,7 @@ Result<std::unique_ptr<Bag>> SqliteBag::open(const fs::path& path) {
       sqlite3_open_v2(uri_of_bag(path).c_str(), &handle,
                       SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
   bag->handle_.reset(handle);
-  if (code != SQLITE_OK)
-    return Error{ErrorKind::kInput, path.string() + ": " + sqlite3_errmsg(handle)};
+  if (code != SQLITE_OK) return Error{ErrorKind::kInput, path.string() + ": " + said_by(handle)};
   // What SQLite's manual asks for where a file comes from somebody else (sqlite.org/security.html).
   constexpr std::array<std::pair<int, int>, 4> kOptions = {{{SQLITE_DBCONFIG_DEFENSIVE, 1},
                                                             {SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0},
@@ -125,7 +128,7 @@ Status SqliteBag::read_topics() {
                    "SELECT id, name, type, serialization_format, rowid FROM topics ORDER BY rowid");
   if (!rows)
     return Error{ErrorKind::kInput,
-                 path_.string() + ": is no ROS 2 bag (" + sqlite3_errmsg(handle_.get()) + ")"};
+                 path_.string() + ": is no ROS 2 bag (" + said_by(handle_.get()) + ")"};
   Patience patience(handle_.get());
   Ascending ascending;
   while (patience.step(rows.get()) == SQLITE_ROW) {
@@ -143,7 +146,7 @@ Status SqliteBag::visit(const Visitor& visitor) {
       handle_.get(), "SELECT rowid, topic_id, timestamp, data FROM messages ORDER BY rowid");
   if (!rows)
     return Error{ErrorKind::kInput,
-                 path_.string() + ": is no ROS 2 bag (" + sqlite3_errmsg(handle_.get()) + ")"};
+                 path_.string() + ": is no ROS 2 bag (" + said_by(handle_.get()) + ")"};
   Patience patience(handle_.get());
   Ascending ascending;
   int code = SQLITE_ROW;
@@ -160,9 +163,9 @@ Status SqliteBag::visit(const Visitor& visitor) {
     visitor({topic->second, {sqlite3_column_int64(rows.get(), 2)}, *message, {0, row, 0, 0}});
   }
   if (code != SQLITE_DONE)
-    warnings_.push_back(
-        path_.string() + ": read as far as it goes (" +
-        (code == SQLITE_ROW ? "its messages come again" : sqlite3_errmsg(handle_.get())) + ")");
+    warnings_.push_back(path_.string() + ": read as far as it goes (" +
+                        (code == SQLITE_ROW ? "its messages come again" : said_by(handle_.get())) +
+                        ")");
   warn_of_faults(path_.string());
   return Ok{};
 }
@@ -172,7 +175,7 @@ Result<Bytes> SqliteBag::read(const MessagePlace& place) const {
   const Rows rows = prepare_rows(handle_.get(), "SELECT data FROM messages WHERE rowid = ?");
   if (!rows || sqlite3_bind_int64(rows.get(), 1, static_cast<std::int64_t>(place.block)) != 0 ||
       sqlite3_step(rows.get()) != SQLITE_ROW)
-    return Error{ErrorKind::kInput, sqlite3_errmsg(handle_.get())};
+    return Error{ErrorKind::kInput, said_by(handle_.get())};
   return plain_message(blob_at(rows.get(), 0));
 }
 

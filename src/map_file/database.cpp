@@ -7,6 +7,8 @@
 #include <cstring>
 #include <new>
 
+#include "io/text.hpp"
+
 namespace ygslam::map_file {
 namespace fs = std::filesystem;
 namespace {
@@ -179,7 +181,7 @@ std::optional<std::size_t> Database::read_start(std::span<unsigned char> bytes) 
 
 std::string Database::message() const {
   sqlite3* const db = handle_.get();
-  std::string text = sqlite3_errmsg(db);
+  std::string text = printable(sqlite3_errmsg(db));  // which may quote the file
   const int system = sqlite3_system_errno(db);
   const int code = sqlite3_errcode(db) & 0xff;
   if (system != 0 && (code == SQLITE_IOERR || code == SQLITE_CANTOPEN || code == SQLITE_FULL))

@@ -45,14 +45,14 @@ def parse_arguments(arguments=None):
     parser.add_argument("--ygslam", type=Path, default=HERE.parent / "build/release/ygslam")
     parser.add_argument("--work", type=Path, default=Path("out/people"))
     parser.add_argument("--environment", type=Path, default=HERE.parent / "build/training-env")
-    parser.add_argument("--frames", type=int, default=20_000)
+    parser.add_argument("--frames", type=int, default=30_000)
     parser.add_argument("--validation-frames", type=int, default=300)
-    parser.add_argument("--samples", type=int, default=400_000)
-    parser.add_argument("--coarse", type=int, help="of them a quarter as large (default: four of five)")
+    parser.add_argument("--samples", type=int, default=900_000)
+    parser.add_argument("--coarse", type=int, help="of them a quarter as large (default: two of three)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
     a = parser.parse_args(arguments)
-    a.coarse = a.samples * 4 // 5 if a.coarse is None else a.coarse
+    a.coarse = a.samples * 2 // 3 if a.coarse is None else a.coarse
     if min(a.frames, a.samples, a.validation_frames) < 1 or not 0 <= a.coarse <= a.samples:
         parser.error("--frames and --samples must be positive, --coarse no more than --samples")
     return a

@@ -119,8 +119,8 @@ bool MappingStage::look_for(const Features& features, std::span<const float> sta
 
 void MappingStage::correct_shutter(const ShutterReport& report) {
   if (config_.frozen || !mapper_.correct_shutter(report.in_use_s, report.readout_s)) return;
-  constexpr int kRounds = 2;  // the first begins where residuals of all rows are wrong
-  for (int round = 0; round < kRounds; ++round)
+  constexpr int kAdjustments = 2;  // the first begins where residuals of all rows are wrong
+  for (int round = 0; round < kAdjustments; ++round)
     if (const auto patch = solve(camera_, full_adjustment(), config_.mapper.bundle))
       correct(*patch);
 }

@@ -40,37 +40,13 @@ PeopleInput::PeopleInput(const CameraConfig& camera)
   const auto width = static_cast<std::size_t>(edges_[grid_.columns]);
   for (auto* line : {&nearest_m_, &limit_m_, &sum_m_}) line->resize(width);
   count_.resize(width);
-  colour_.resize(3 * width);
 }
 
-void PeopleInput::fill(const ColourImage& colour, const DepthImage& depth_m, float* planes) {
+void PeopleInput::fill(const DepthImage& depth_m, float* planes) {
   std::fill_n(planes, kPeopleChannels * kPeopleCells, 0.0F);
-  std::fill_n(planes, 3 * kPeopleCells, -1.0F);  // black
-  for (int row = 0; row < grid_.rows; ++row) {
-    reduce_colour(colour, row, planes);
-    reduce_depth(depth_m, row);
-  }
+  for (int row = 0; row < grid_.rows; ++row) reduce_depth(depth_m, row);
   write_depth(planes);
   for (int row = 1; row + 1 < kPeopleRows; ++row) write_normals(row, planes);
-}
-
-void PeopleInput::reduce_colour(const ColourImage& colour, int row, float* planes) {
-  std::fill(colour_.begin(), colour_.end(), 0);
-  int* __restrict sum = colour_.data();
-  const std::size_t n = colour_.size();
-  for (int v = edges_[row]; v < edges_[row + 1]; ++v) {
-    const auto* in = reinterpret_cast<const std::uint8_t*>(colour.row(v));
-    for (std::size_t i = 0; i < n; ++i) sum[i] += in[i];
-  }
-  for (int column = 0; column < grid_.columns; ++column) {
-    int total[3] = {0, 0, 0};
-    for (int u = edges_[column]; u < edges_[column + 1]; ++u)
-      for (int c = 0; c < 3; ++c) total[c] += sum[3 * u + c];
-    const auto samples = static_cast<float>(pixels(row) * pixels(column));
-    for (int c = 0; c < 3; ++c)
-      planes[c * kPeopleCells + row * kPeopleColumns + column] =
-          static_cast<float>(total[c]) / samples / 127.5F - 1.0F;
-  }
 }
 
 /// The depth of a cell is that of its nearest surface, 0 where less than a quarter of it was

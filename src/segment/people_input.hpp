@@ -1,5 +1,6 @@
-// What the people network is shown of a frame: training/prepare.py once more, held to the same
-// answers (training/prepared.json).
+// What the people network is shown of a frame: the depth of training/prepare.py once more, held to
+// the same answers (training/prepared.json). Colour is left out, as in three of ten of its training
+// samples: on recordings depth alone finds more (docs/model-card.md).
 #pragma once
 
 #include <vector>
@@ -11,7 +12,7 @@ namespace ygslam {
 
 inline constexpr int kPeopleColumns = 160, kPeopleRows = 120;  ///< of the network's grid [cells]
 inline constexpr int kPeopleCells = kPeopleColumns * kPeopleRows;
-/// Red, green, blue; size of a cell; measured; normal x, y, z.
+/// Red, green, blue (0: unknown); size of a cell; measured; normal x, y, z.
 inline constexpr int kPeopleChannels = 8;
 
 /// Where an image lies on the grid: its upper left corner on the grid's, as large as it fits in,
@@ -26,16 +27,15 @@ class PeopleInput {
  public:
   explicit PeopleInput(const CameraConfig& camera);
 
-  /// @param colour, depth_m of the camera's size. @param planes kPeopleChannels x kPeopleRows x
-  /// kPeopleColumns, all written; cells outside the image are black and not measured.
-  void fill(const ColourImage& colour, const DepthImage& depth_m, float* planes);
+  /// @param depth_m of the camera's size. @param planes kPeopleChannels x kPeopleRows x
+  /// kPeopleColumns, all written; cells outside the image are not measured.
+  void fill(const DepthImage& depth_m, float* planes);
 
   [[nodiscard]] const PeopleGrid& grid() const { return grid_; }
   /// Of the cells of the frame that was filled in last: the nearest surface of each [m], 0 = none.
   [[nodiscard]] const DepthImage& depth_m() const { return depth_m_; }
 
  private:
-  void reduce_colour(const ColourImage& colour, int row, float* planes);
   void reduce_depth(const DepthImage& depth_m, int row);
   void write_depth(float* planes) const;
   void write_normals(int row, float* planes) const;
@@ -50,7 +50,7 @@ class PeopleInput {
   DepthImage depth_m_;
   // Of one row of cells, by pixel column.
   std::vector<float> nearest_m_, limit_m_, sum_m_;
-  std::vector<int> count_, colour_;
+  std::vector<int> count_;
 };
 
 }  // namespace ygslam

@@ -30,7 +30,7 @@ class PeopleSegmenter final : public Segmenter {
         !frame.depth_m.same_size(frame.colour))
       return Error{ErrorKind::kInput, name + ": images not of the camera's size"};
     try {
-      input_.fill(frame.colour, frame.depth_m, request_.get_input_tensor().data<float>());
+      input_.fill(frame.depth_m, request_.get_input_tensor().data<float>());
       request_.infer();
       const std::span logits(request_.get_output_tensor().data<const float>(),
                              std::size_t{kPeopleCells});

@@ -26,9 +26,9 @@ struct TestNetwork {
 /// its mask is where the image is red.
 [[nodiscard]] std::shared_ptr<ov::Model> make_test_network(const TestNetwork& shape);
 
-/// The bytes of a people network as ONNX: its logit is `red_weight` times the red channel, so there
-/// are people where the image is red.
-[[nodiscard]] std::string people_onnx(float red_weight = 4, int channels = 8);
+/// The bytes of a people network as ONNX: its logit is `weight` times the channel that
+/// says whether a cell was measured, so there are people where the image has depth.
+[[nodiscard]] std::string people_onnx(float weight = 4, int channels = 8);
 
 /// Writes `network` as OpenVINO IR: `file` (.xml) and the weights beside it.
 void write_network(const std::shared_ptr<ov::Model>& network, const std::filesystem::path& file);

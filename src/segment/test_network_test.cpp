@@ -58,9 +58,10 @@ std::string onnx_value(const std::string& name, const std::vector<int>& shape) {
 
 }  // namespace
 
-std::string people_onnx(float red_weight, int channels) {
+std::string people_onnx(float weight, int channels) {
+  constexpr int kMeasured = 4;
   std::vector<float> weights(static_cast<std::size_t>(channels), 0.0F);
-  weights[0] = red_weight;
+  weights[std::min(kMeasured, channels - 1)] = weight;
   std::string raw(weights.size() * sizeof(float), '\0');
   std::memcpy(raw.data(), weights.data(), raw.size());
   const std::string tensor = number(1, 1) + number(1, weights.size()) + number(1, 1) +

@@ -22,14 +22,9 @@ if [ -z "$model" ]; then
   done
 fi
 options=(--model "$model")
-if [ -z "$model" ] && [ -d "$sequence/mask" ]; then
-  echo "demo: no segmentation network (get one with 'make model', or pass MODEL=file.onnx): the masks of"
-  echo "demo: people are those that came with the sequence"
-  options=(--segmenter "masks:$sequence/mask")
-elif [ -z "$model" ]; then
-  echo "demo: no segmentation network (get one with 'make model', or pass MODEL=file.onnx): geometry alone,"
-  echo "demo: which sees what moves, not who sits or stands"
-  options=(--dynamic geometry --segmenter none)
+if [ -z "$model" ]; then
+  echo "demo: people are found by the built-in network; YOLOv8, which knows 80 classes: 'make model', MODEL=file.onnx"
+  options=(--segmenter builtin)
 fi
 
 "$ygslam" run "$sequence" --out "$out" "${options[@]}" --debug-images "$out/images"

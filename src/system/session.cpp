@@ -21,10 +21,11 @@ SegmenterResult make_segmenter(const SessionOptions& options) {
   if (options.segmenter == SegmenterKind::kBuiltin)
     return make_people_segmenter(options.camera, {common.precision, common.threads});
   if (options.model.empty()) {
-    return Error{ErrorKind::kModel,
-                 "no segmentation network given: get one with 'make model' and pass --model FILE, "
-                 "or use " +
-                     options.without_model};
+    return Error{
+        ErrorKind::kModel,
+        "no segmentation network given: take --segmenter builtin, get one with 'make model' and "
+        "pass --model FILE, or use " +
+            options.without_model};
   }
   YoloConfig yolo = common;
   yolo.model = options.model;

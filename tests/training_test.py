@@ -87,20 +87,20 @@ class Training(CliTest):
     def test_a_small_one_learns_goes_on_and_its_network_loads(self):
         work = self.folder / "people"
         command = [sys.executable, TRAINING / "run.py", "--ygslam", BINARY, "--work", work, "--frames", "60",
-                   "--validation-frames", "12", "--coarse", "640", "--threads", "1",
+                   "--validation-frames", "12", "--coarse", "1280", "--threads", "1",
                    "--environment", PYTHON.parent.parent]
 
         def train(samples):
             return subprocess.run([*map(str, command), "--samples", str(samples)], capture_output=True, text=True,
                                   check=False, timeout=3 * HANG_S)
-        first = train(640)
+        first = train(1280)
         self.assertEqual(first.returncode, 0, first.stderr)
         frames = bytes_of(work / "frames-00")
-        done = train(672)  # goes on where it was
+        done = train(1312)  # goes on where it was
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(bytes_of(work / "frames-00"), frames)
         log = [json.loads(line) for line in (work / "log.jsonl").read_text(encoding="utf-8").splitlines()]
-        self.assertEqual([line["samples"] for line in log], [320, 640, 672])
+        self.assertEqual([line["samples"] for line in log], [640, 1280, 1312])
         self.assertLess(log[1]["loss"], log[0]["loss"])
         card = json.loads((work / "people.json").read_text(encoding="utf-8"))
         self.assertEqual(card["last"], log[-1])

@@ -1,4 +1,4 @@
-// The project's own network, which finds people in colour and depth, behind the Segmenter interface
+// The project's own network, which finds people in depth, behind the Segmenter interface
 // (docs/model-card.md).
 #pragma once
 

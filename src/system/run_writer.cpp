@@ -45,8 +45,8 @@ constexpr std::size_t kWriteBytes = 1 << 16;
 
 constexpr const char* kFramesHeader =
     "stamp,frame,state,matches,inliers,static_points,dynamic_points,unknown_points,few_static,"
-    "mask_age_frames,provisional,correction_m,track_ms,track_cpu_ms,orb_ms,motion_ms,pose_ms,mask_"
-    "ms\n";
+    "mask_age_frames,provisional,correction_m,track_ms,track_cpu_ms,orb_ms,motion_ms,pose_ms,"
+    "mask_ms\n";
 constexpr const char* kObjectsHeader =
     "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
     "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m\n";

@@ -13,33 +13,10 @@ constexpr float kGap_m = 0.15F;  // an arm before the body is of it, whoever wal
 constexpr int kLeastCells = 16;
 constexpr std::size_t kMostInstances = 255;  // ids are bytes, 0 = none
 
-// What a chair or an arm cuts off from a person: much smaller, about as deep, not far beside.
-constexpr float kLimbCells = 0.3F;  // most, of the cells of the rest
-constexpr float kLimbGap = 0.25F;   // farthest from its box, of that one's longer side
-constexpr float kLimbDepth_m = 0.4F;
-
 struct Part {
   int cells = 0;
   float score_sum = 0;
-  int measured = 0;  // cells with depth
-  float depth_sum_m = 0;
-  int low_column = kPeopleColumns, high_column = -1, low_row = kPeopleRows, high_row = -1;
 };
-
-/// Whether a part is a piece of a larger one.
-bool is_limb(const Part& small, const Part& large) {
-  if (static_cast<float>(small.cells) > kLimbCells * static_cast<float>(large.cells)) return false;
-  const int gap =
-      std::max({large.low_column - small.high_column, small.low_column - large.high_column,
-                large.low_row - small.high_row, small.low_row - large.high_row});
-  const int side =
-      std::max(large.high_column - large.low_column, large.high_row - large.low_row) + 1;
-  if (static_cast<float>(gap) > kLimbGap * static_cast<float>(side)) return false;
-  if (small.measured == 0 || large.measured == 0) return true;
-  const float step_m = small.depth_sum_m / static_cast<float>(small.measured) -
-                       large.depth_sum_m / static_cast<float>(large.measured);
-  return std::abs(step_m) < kLimbDepth_m;
-}
 
 /// The cells that show somebody, parted where depth jumps.
 class Parts {
@@ -61,17 +38,9 @@ class Parts {
     });
     order.resize(std::min(order.size(), kMostInstances));
     std::vector<std::uint8_t> number_of(parts_.size(), 0);
-    for (const std::size_t i : order) {
-      const Part& part = parts_[i];
-      const auto whose = std::find_if(numbered.begin(), numbered.end(),
-                                      [&](const Part& large) { return is_limb(part, large); });
-      number_of[i] = static_cast<std::uint8_t>(whose - numbered.begin() + 1);
-      if (whose == numbered.end()) {
-        numbered.push_back(part);
-      } else {
-        whose->cells += part.cells;
-        whose->score_sum += part.score_sum;
-      }
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      number_of[order[i]] = static_cast<std::uint8_t>(i + 1);
+      numbered.push_back(parts_[order[i]]);
     }
     std::vector<std::uint8_t> numbers(part_of_.size(), 0);
     for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -83,18 +52,10 @@ class Parts {
   static constexpr int kNone = -1;
   static int index(int column, int row) { return row * kPeopleColumns + column; }
 
-  void put(int cell, int number) {
-    part_of_[cell] = number;
-    Part& part = parts_[number];
-    part.cells += 1;
-    part.score_sum += 1.0F / (1.0F + std::exp(-logits_[cell]));
-    const float depth_m = cells_m_.data()[cell];
-    part.measured += depth_m > 0 ? 1 : 0;
-    part.depth_sum_m += depth_m;
-    part.low_column = std::min(part.low_column, cell % kPeopleColumns);
-    part.high_column = std::max(part.high_column, cell % kPeopleColumns);
-    part.low_row = std::min(part.low_row, cell / kPeopleColumns);
-    part.high_row = std::max(part.high_row, cell / kPeopleColumns);
+  void put(int cell, int part) {
+    part_of_[cell] = part;
+    parts_[part].cells += 1;
+    parts_[part].score_sum += 1.0F / (1.0F + std::exp(-logits_[cell]));
     waiting_.push_back(cell);
   }
 

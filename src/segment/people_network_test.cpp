@@ -114,19 +114,6 @@ TEST(PeopleNetwork, TwoWhoTouchInTheImageAreToldApartByDepth) {
   EXPECT_NEAR(two.instances[0].x1, 260, 4) << "to within a cell";
 }
 
-TEST(PeopleNetwork, AFootBehindAChairIsItsPersons) {
-  RgbdFrame frame = empty_frame(640, 480);
-  draw_person(frame, 100, 60, 260, 360, 2);
-  draw_person(frame, 200, 400, 250, 430, 2.1F);
-  EXPECT_EQ(segmented(frame).instances.size(), 1U);
-  EXPECT_EQ(segmented(frame).ids.at(225, 415), 1);
-  draw_person(frame, 200, 400, 250, 430, 3);
-  EXPECT_EQ(segmented(frame).instances.size(), 2U) << "of somebody behind";
-  draw_person(frame, 200, 400, 250, 430, 0);
-  draw_person(frame, 500, 400, 550, 430, 2);
-  EXPECT_EQ(segmented(frame).instances.size(), 2U) << "too far beside";
-}
-
 TEST(PeopleNetwork, WithoutDepthThereIsNoGap) {
   const std::vector<float> somebody_everywhere(kPeopleCells, 1.0F);
   DepthImage cells_m(kPeopleColumns, kPeopleRows, 2.0F);

@@ -15,9 +15,9 @@
 namespace ygslam::fuzz {
 namespace {
 
-void as_stream(const std::filesystem::path& path, const std::optional<CameraConfig>& camera) {
+void as_stream(const std::filesystem::path& path, const GivenCameras& cameras) {
   const auto sequence = open_stream_sequence(
-      ByteStream(::open(path.c_str(), O_RDONLY | O_CLOEXEC), "stream", {}), {}, camera);
+      ByteStream(::open(path.c_str(), O_RDONLY | O_CLOEXEC), "stream", {}), {}, cameras);
   if (!sequence.ok()) {
     CHECK(sequence.error().message.find('\n') == std::string::npos, "a fault is one line");
     return;
@@ -42,7 +42,7 @@ void bags(std::string_view bytes) {
   camera.fx = camera.fy = 10;
   camera.width = camera.height = 0;
   const log::ScopedSink quiet(std::make_shared<const log::Sink>([](auto, const auto&) {}));
-  for (const auto& given : {std::optional<CameraConfig>(), std::optional(camera)}) {
+  for (const GivenCameras& given : {GivenCameras(), GivenCameras{camera, {}, {}}}) {
     as_stream(path, given);
     const auto sequence = open_bag_sequence(path, {}, given);
     if (!sequence.ok()) {

@@ -185,7 +185,7 @@ class McapBags(BagTest):
             if topic == DEPTH:
                 message.header.frame_id = "depth_optical"
         done = self.run_bag(self.mcap(said=said), "--to", "3")
-        self.assertIn("must be registered", done.stderr)
+        self.assertIn("it is taken as registered; else give --depth-camera", done.stderr)
 
     def test_other_commands_take_it(self):
         bag = self.mcap()

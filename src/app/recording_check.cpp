@@ -53,4 +53,12 @@ void log_shutter(const Sequence& sequence) {
   }
 }
 
+void log_registration(const Sequence& sequence) {
+  if (!sequence.registration) return;
+  const DepthRegistration& depth = *sequence.registration;
+  log::info("depth is registered to colour: {}x{} pixels of a camera {:.1f} mm away, from {}",
+            depth.depth_camera().width, depth.depth_camera().height, 1e3 * depth.baseline_m(),
+            sequence.depth_camera_source);
+}
+
 }  // namespace ygslam

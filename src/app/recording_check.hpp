@@ -10,5 +10,7 @@ namespace ygslam {
 void warn_about_depth(const RgbdFrame& frame);
 /// Logs when its rows are read, as far as that is known.
 void log_shutter(const Sequence& sequence);
+/// Logs the camera of the depth images where it is another.
+void log_registration(const Sequence& sequence);
 
 }  // namespace ygslam

@@ -315,6 +315,7 @@ Result<int> run_all(Run& run) {
             run.sequence.stream ? "a stream" : fmt::format("{} pairs", run.sequence.pairs.size()),
             run.sequence.camera_source, run.facts.mode, run.facts.segmenter, run.facts.precision);
   log_shutter(run.sequence);
+  log_registration(run.sequence);
 
   const ScopedTimer wall;
   Status processed = process_frames(run, *log_file);

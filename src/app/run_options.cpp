@@ -6,6 +6,7 @@
 #include "bag/bag.hpp"
 #include "bag/ros_images.hpp"
 #include "bag/stream_sequence.hpp"
+#include "io/depth_calibration.hpp"
 #include "io/image_folders.hpp"
 #include "io/text.hpp"
 #include "system/camera_yaml.hpp"
@@ -19,7 +20,7 @@ bool is_stream(const std::string& sequence) {
   return sequence == "-" || sequence.starts_with(kSocket);
 }
 
-Result<Sequence> open_stream(const RunOptions& options, const std::optional<CameraConfig>& camera) {
+Result<Sequence> open_stream(const RunOptions& options, const GivenCameras& cameras) {
   if (!options.may_stream)
     return Error{ErrorKind::kUsage, options.sequence + ": streams are for run and localize only"};
   if (!options.background_dir.empty())
@@ -29,7 +30,7 @@ Result<Sequence> open_stream(const RunOptions& options, const std::optional<Came
                    ? ByteStream::standard_input(interrupted)
                    : ByteStream::unix_socket(options.sequence.substr(kSocket.size()), interrupted);
   if (!bytes.ok()) return bytes.error();
-  return open_stream_sequence(std::move(bytes).value(), options.topics, camera);
+  return open_stream_sequence(std::move(bytes).value(), options.topics, cameras);
 }
 
 constexpr const char* kInput = "Input";
@@ -119,6 +120,8 @@ void add_input_options(CLI::App& command, RunOptions& o) {
       ->default_str(segmenter_name(kDefaultSegmenter));
   add(command, kInput, "--camera", o.camera_file, "FILE.yaml",
       "Camera file in place of calibration.txt or CameraInfo");
+  add(command, kInput, "--depth-camera", o.depth_camera_file, "FILE",
+      "Depth has a camera of its own: lens and place, as calibration_depth.txt (docs/inputs.md)");
   add(command, kInput, "--rgb-topic", o.topics.rgb, "TOPIC",
       "Colour images of a bag that has several");
   add(command, kInput, "--depth-topic", o.topics.depth, "TOPIC",
@@ -201,19 +204,25 @@ Result<Sequence> open_sequence(const RunOptions& options) {
   if (!is_bag && !(options.topics.rgb + options.topics.depth).empty())
     return Error{ErrorKind::kUsage,
                  "--rgb-topic, --depth-topic: " + options.sequence + " is no bag"};
-  std::optional<CameraConfig> camera;
+  GivenCameras cameras;
   if (!options.camera_file.empty()) {
     auto read = is_bag ? read_camera_yaml(options.camera_file, ros::kMillimetres)
                        : read_camera_yaml(options.camera_file);
     if (!read.ok()) return read.error();
-    camera = *read;
+    cameras.colour = *read;
   }
-  auto sequence = is_stream ? open_stream(options, camera)
-                  : is_bag  ? open_bag_sequence(options.sequence, options.topics, camera)
-                            : open_folder_sequence(options.sequence, camera);
-  if (!sequence.ok() && camera && sequence.error().kind == ErrorKind::kConfig)
+  if (!options.depth_camera_file.empty()) {
+    auto read = read_depth_calibration(options.depth_camera_file);
+    if (!read.ok()) return read.error();
+    cameras.depth = *read;
+    cameras.depth_source = options.depth_camera_file;
+  }
+  auto sequence = is_stream ? open_stream(options, cameras)
+                  : is_bag  ? open_bag_sequence(options.sequence, options.topics, cameras)
+                            : open_folder_sequence(options.sequence, cameras);
+  if (!sequence.ok() && cameras.colour && sequence.error().kind == ErrorKind::kConfig)
     return Error{ErrorKind::kConfig, options.camera_file + ": " + sequence.error().message};
-  if (sequence.ok() && camera) {
+  if (sequence.ok() && cameras.colour) {
     if (sequence->shutter_source == sequence->camera_source)
       sequence->shutter_source = options.camera_file;
     sequence->camera_source = options.camera_file;

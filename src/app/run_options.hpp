@@ -25,7 +25,7 @@ inline constexpr const char* kSegmenterHelp =
 struct RunOptions {
   std::string sequence, out_dir;
   std::string model, segmenter, dynamic_mode;
-  std::string camera_file, config_file, debug_dir, masks_dir;
+  std::string camera_file, depth_camera_file, config_file, debug_dir, masks_dir;
   BagTopics topics;         ///< where the sequence is a bag or a stream
   bool may_stream = false;  ///< frames are looked at once, in their order
   std::string load_map, save_map, export_dir, background_dir;

@@ -23,6 +23,7 @@
 #include "core/worker_thread.hpp"
 #include "io/atomic_file.hpp"
 #include "io/calibration.hpp"
+#include "io/depth_calibration.hpp"
 #include "simulation/sequence/sequence_source.hpp"
 #include "simulation/sequence/sequence_writer.hpp"
 #include "system/metrics.hpp"
@@ -41,6 +42,7 @@ struct SimulateArguments {
   std::string noise = "kinect";
   std::string format = "jpg";
   std::string camera;
+  std::string depth_camera;
   std::vector<std::string> without;
   std::vector<std::string> faults;
   sim::SequenceOptions options;
@@ -66,6 +68,15 @@ Status complete_options(SimulateArguments& arguments) {
     Result<sim::Fault> fault = sim::parse_fault(text);
     if (!fault) return fault.error();
     arguments.options.faults.push_back(*fault);
+  }
+  if (!arguments.depth_camera.empty()) {
+    Result<DepthCamera> depth = read_depth_calibration(arguments.depth_camera);
+    if (!depth) return depth.error();
+    if (depth->camera.width <= 0 || depth->camera.height <= 0)
+      return Error{ErrorKind::kUsage, arguments.depth_camera + ": width and height are missing"};
+    constexpr double kScale = 5000;  // of TUM's files
+    if (depth->camera.depth_scale == 0) depth->camera.depth_scale = kScale;
+    arguments.options.depth_camera = *depth;
   }
   if (arguments.out.empty()) return Error{ErrorKind::kUsage, "--out DIR is missing"};
   if (arguments.random) return Ok{};
@@ -286,6 +297,11 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 256).description(""))
       ->type_name("N")
       ->capture_default_str();
+  command
+      ->add_option("--depth-camera", a.depth_camera,
+                   "Depth is taken by a camera of its own, as calibration_depth.txt says: not "
+                   "registered to colour")
+      ->type_name("FILE");
   CLI::Option* random = command->add_option(
       "--random", a.random,
       "Instead of a sequence: so many single frames of random rooms and people, for training");

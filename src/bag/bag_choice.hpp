@@ -14,12 +14,15 @@ struct BagChoice {
   CameraConfig camera;
   std::string camera_source;
   bool camera_changes = false;  ///< what its topic says later
+  std::optional<DepthCamera> depth_camera;
+  std::string depth_camera_source;
+  std::string depth_missing;  ///< why depth of another frame cannot be registered; empty: nothing
 };
 
-/// @param camera in place of the recording's own.
+/// @param cameras in place of the recording's own.
 /// @return kInput or kConfig, with a reason alone: what is missing or may be meant in several ways.
 [[nodiscard]] Result<BagChoice> choose(const BagContent& content, const BagTopics& topics,
-                                       const std::optional<CameraConfig>& camera);
+                                       const GivenCameras& cameras);
 
 /// Says it where colour and depth are of different frames, or the camera changes.
 void warn_of_choice(const BagChoice& choice, Sequence& sequence);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "io/depth_calibration.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -81,6 +82,7 @@ std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagM
     if (from_cdr(message.bytes, info, topic.layout)) take_camera(topic.name, info, content_);
     return std::nullopt;
   }
+  if (has_transforms(topic)) content_.frames.take(topic, message.bytes);
   if (topic.type != ros::kImageType && topic.type != ros::kCompressedType) return std::nullopt;
   const auto [at, is_new] = place_of_.try_emplace(message.topic, content_.images.size());
   if (is_new) content_.images.emplace_back().topic = topic;
@@ -160,9 +162,67 @@ Result<const ImageTopic*> choose_topic(const BagContent& content, const std::str
                 option);
 }
 
+namespace {
+
+std::string camera_topic_of(const BagTopic& images) {
+  return before_last(base_of(images)) + "/camera_info";
+}
+
+bool is_rectified(const BagTopic& images) {
+  const std::string base = base_of(images);
+  return base.substr(before_last(base).size()).starts_with("/image_rect");
+}
+
+bool calls_itself_registered(const BagTopic& depth) {
+  return depth.name.find("registered") != std::string::npos ||
+         depth.name.find("aligned") != std::string::npos;
+}
+
+bool are_other_frames(const std::string& a, const std::string& b) {
+  const auto name = [](std::string_view frame) {
+    return frame.starts_with('/') ? frame.substr(1) : frame;
+  };
+  return !a.empty() && !b.empty() && name(a) != name(b);
+}
+
+}  // namespace
+
+Result<BagDepthCamera> depth_camera_of(const BagContent& content, const ImageTopic& colour,
+                                       const ImageTopic& depth, const ImageSize& colour_size) {
+  if (calls_itself_registered(depth.topic)) return BagDepthCamera{};
+  BagDepthCamera found;
+  found.topic = camera_topic_of(depth.topic);
+  const auto info = content.cameras.find(found.topic);
+  SE3 T_colour_depth;
+  if (are_other_frames(colour.frame_id, depth.frame_id)) {
+    const auto T = content.frames.T_target_source(colour.frame_id, depth.frame_id);
+    if (!T) found.missing = "no transform between them";
+    if (info == content.cameras.end()) found.missing = "no CameraInfo beside the depth images";
+    if (!found.missing.empty()) return found;
+    T_colour_depth = *T;
+  } else {
+    const bool is_of_other_size =
+        info != content.cameras.end() && colour_size.width > 0 && info->second.width > 0 &&
+        (info->second.width != static_cast<std::uint32_t>(colour_size.width) ||
+         info->second.height != static_cast<std::uint32_t>(colour_size.height));
+    if (!is_of_other_size) return BagDepthCamera{};
+  }
+  const auto refuse = [&](const std::string& what) {
+    return Error{ErrorKind::kConfig,
+                 printable(found.topic) + ": " + what + "; give --depth-camera FILE"};
+  };
+  const auto lens = ros::camera_of(info->second, is_rectified(depth.topic));
+  if (!lens.ok()) return refuse(lens.error().message);
+  if (const auto wrong = fault_of_placement(T_colour_depth.quaternion(), T_colour_depth.t());
+      !wrong.empty())
+    return refuse(wrong);
+  found.camera = DepthCamera{*lens, T_colour_depth};
+  found.camera->camera.depth_scale = 0;  // a --camera may give one
+  return found;
+}
+
 Result<std::optional<BagCamera>> camera_of(const BagContent& content, const ImageTopic& colour) {
-  const std::string base = base_of(colour.topic);
-  auto it = content.cameras.find(before_last(base) + "/camera_info");
+  auto it = content.cameras.find(camera_topic_of(colour.topic));
   if (it == content.cameras.end() && content.cameras.size() == 1) it = content.cameras.begin();
   if (it == content.cameras.end()) {
     if (content.cameras.empty()) return std::optional<BagCamera>();
@@ -171,8 +231,7 @@ Result<std::optional<BagCamera>> camera_of(const BagContent& content, const Imag
                                          printable(colour.topic.name) +
                                          "; give --camera FILE.yaml"};
   }
-  const std::string image = base.substr(before_last(base).size());
-  const auto camera = ros::camera_of(it->second, image.starts_with("/image_rect"));
+  const auto camera = ros::camera_of(it->second, is_rectified(colour.topic));
   if (camera.ok()) return std::optional(BagCamera{it->first, *camera});
   return Error{ErrorKind::kConfig,
                printable(it->first) + ": " + camera.error().message + "; give --camera FILE.yaml"};

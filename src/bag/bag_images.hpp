@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bag/frame_tree.hpp"
 #include "bag/ros_images.hpp"
 #include "io/sequence.hpp"
 
@@ -31,7 +32,8 @@ struct BagContent {
   /// The first message of each topic that is calibrated, else the first.
   std::map<std::string, ros::CameraInfo> cameras;
   std::set<std::string> changed_cameras;  ///< topics that say something else later
-  std::size_t too_many = 0;               ///< images that were left out
+  FrameTree frames;
+  std::size_t too_many = 0;  ///< images that were left out
 };
 
 /// Collects the content of a bag, message by message.
@@ -74,6 +76,21 @@ struct BagCamera {
 };
 [[nodiscard]] Result<std::optional<BagCamera>> camera_of(const BagContent& content,
                                                          const ImageTopic& colour);
+
+/// The camera that takes the depth images, where it is another than the colour camera and the bag
+/// tells so: a CameraInfo beside the depth topic with another size, or of a frame whose place is
+/// known. Topics that call themselves registered or aligned are of the colour camera.
+struct BagDepthCamera {
+  std::string topic;  ///< of the CameraInfo
+  std::optional<DepthCamera> camera;
+  std::string missing;  ///< why depth of another frame cannot be registered; empty: nothing missing
+};
+/// @param colour_size of the colour camera, 0 = unknown.
+/// @return kConfig with a reason alone: one that cannot be used.
+[[nodiscard]] Result<BagDepthCamera> depth_camera_of(const BagContent& content,
+                                                     const ImageTopic& colour,
+                                                     const ImageTopic& depth,
+                                                     const ImageSize& colour_size);
 
 /// The images of two topics, listed in order of time under names of their own.
 class BagImages final : public ImageSource {

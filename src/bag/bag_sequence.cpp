@@ -36,7 +36,7 @@ Status pair_topics(std::unique_ptr<Bag> bag, const BagChoice& choice, Sequence& 
 }  // namespace
 
 Result<Sequence> open_bag_sequence(const std::filesystem::path& path, const BagTopics& topics,
-                                   const std::optional<CameraConfig>& camera) {
+                                   const GivenCameras& cameras) {
   auto bag = open_bag(path);
   if (!bag.ok()) return bag.error();
   Sequence sequence;
@@ -46,13 +46,17 @@ Result<Sequence> open_bag_sequence(const std::filesystem::path& path, const BagT
   sequence.warnings = (*bag)->warnings();
   if (content->too_many > 0)
     warn(sequence, std::to_string(content->too_many) + " images are left out: too many");
-  const auto choice = choose(*content, topics, camera);
+  const auto choice = choose(*content, topics, cameras);
   if (!choice.ok()) return in_bag(sequence, choice.error());
   sequence.camera_source = choice->camera_source;
   Status paired = pair_topics(std::move(*bag), *choice, sequence);
   if (!paired.ok()) return paired.error();
   Status completed = complete_sequence(choice->camera, sequence);
   if (!completed.ok()) return completed.error();
+  if (choice->depth_camera) {
+    Status placed = set_depth_camera(*choice->depth_camera, choice->depth_camera_source, sequence);
+    if (!placed.ok()) return in_bag(sequence, placed.error());
+  }
   return sequence;
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "io/sequence.hpp"
@@ -15,11 +14,11 @@ struct BagTopics {
 };
 
 /// Reads through the whole bag once; its images are decoded later.
-/// @param camera in place of the bag's CameraInfo; width or height <= 0: as the first image.
+/// @param cameras in place of the bag's CameraInfo; width or height <= 0: as the first image.
 /// @return kInput: no bag, no images in it or several topics of them, fewer than 10 % of the colour
 /// images have a depth image. kConfig: no usable camera.
 [[nodiscard]] Result<Sequence> open_bag_sequence(const std::filesystem::path& path,
                                                  const BagTopics& topics,
-                                                 const std::optional<CameraConfig>& camera);
+                                                 const GivenCameras& cameras);
 
 }  // namespace ygslam

@@ -33,8 +33,8 @@ class LeadIn {
     std::size_t topic;  // place in content().images
     StreamImage image;
   };
-  LeadIn(const BagTopics& topics, const std::optional<CameraConfig>& camera)
-      : topics_(topics), camera_(camera) {}
+  LeadIn(const BagTopics& topics, const GivenCameras& cameras)
+      : topics_(topics), cameras_(cameras) {}
 
   void take(const BagTopic& topic, const BagMessage& message) {
     const auto place = reader_.take(topic, message);
@@ -48,9 +48,10 @@ class LeadIn {
         {*place, {stamp, images.size() - 1, {message.bytes.begin(), message.bytes.end()}}});
   }
 
-  /// Of every topic that may be meant something has come.
+  /// Of every topic that may be meant something has come, and what may still place the cameras.
   [[nodiscard]] bool is_complete(const std::vector<BagTopic>& announced) const {
-    if (!choice().ok()) return false;
+    const auto now = choice();
+    if (!now.ok() || !now->depth_missing.empty()) return false;
     if (!topics_.rgb.empty() && !topics_.depth.empty()) return true;
     const auto shown = static_cast<std::ptrdiff_t>(content().images.size());
     return std::count_if(announced.begin(), announced.end(), is_image) == shown;
@@ -60,13 +61,13 @@ class LeadIn {
            (first_ &&
             static_cast<double>(last_->ns) - static_cast<double>(first_->ns) > kLongestLeadIn_ns);
   }
-  [[nodiscard]] Result<BagChoice> choice() const { return choose(content(), topics_, camera_); }
+  [[nodiscard]] Result<BagChoice> choice() const { return choose(content(), topics_, cameras_); }
   [[nodiscard]] const BagContent& content() const { return reader_.content(); }
   std::vector<Early> take_images() { return std::move(images_); }
 
  private:
   const BagTopics& topics_;
-  const std::optional<CameraConfig>& camera_;
+  const GivenCameras& cameras_;
   ContentReader reader_;
   std::vector<Early> images_;
   std::size_t bytes_ = 0;
@@ -79,8 +80,7 @@ class StreamFrames final : public FrameStream {
   explicit StreamFrames(std::unique_ptr<McapStream> stream) : stream_(std::move(stream)) {}
 
   /// Reads until topics and camera are known and the first pairs are there.
-  Status begin(const BagTopics& topics, const std::optional<CameraConfig>& camera,
-               Sequence& sequence);
+  Status begin(const BagTopics& topics, const GivenCameras& cameras, Sequence& sequence);
 
   std::optional<LoadedPair> next(FrameId id, const DepthConfig& depth,
                                  const std::stop_token& stop) override {
@@ -89,7 +89,9 @@ class StreamFrames final : public FrameStream {
     return assembled_pair(
         entry_of(*pair), id,
         ros::decode_colour(colour_, pair->colour.bytes, {camera_.width, camera_.height}, channels_),
-        ros::decode_depth(depth_, pair->depth.bytes, camera_, depth));
+        ros::decode_depth(depth_, pair->depth.bytes,
+                          registration_ ? registration_->depth_camera() : camera_, depth),
+        registration_.get());
   }
   bool skip(const std::stop_token& stop) override { return next_pair(stop).has_value(); }
 
@@ -107,6 +109,7 @@ class StreamFrames final : public FrameStream {
   std::unique_ptr<McapStream> stream_;
   BagTopic colour_, depth_;
   CameraConfig camera_;
+  std::shared_ptr<const DepthRegistration> registration_;
   int channels_ = 3;
   std::size_t known_topics_ = 0;  // when it was decided
   StreamPairing pairing_;
@@ -117,14 +120,14 @@ class StreamFrames final : public FrameStream {
   bool has_ended_ = false;  // the stream; pairs may wait
 };
 
-Status StreamFrames::begin(const BagTopics& topics, const std::optional<CameraConfig>& camera,
+Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
                            Sequence& sequence) {
   const auto refuse = [&](const Error& error) {
     if (stream_->bytes().was_stopped())
       return Error{ErrorKind::kInput, name() + ": interrupted before the first frame"};
     return Error{error.kind, name() + ": " + error.message};
   };
-  LeadIn lead_in(topics, camera);
+  LeadIn lead_in(topics, cameras);
   while (!lead_in.is_complete(stream_->topics()) && !lead_in.is_too_long() && !has_ended_)
     has_ended_ = !stream_->next(
         [&](const BagMessage& message) { lead_in.take(stream_->topics()[message.topic], message); },
@@ -157,9 +160,16 @@ Status StreamFrames::begin(const BagTopics& topics, const std::optional<CameraCo
   sequence.camera_source = choice->camera_source;
   Status completed = complete_sequence(choice->camera, *header, sequence);
   sequence.pairs.clear();
+  if (!completed.ok()) return completed;
+  if (choice->depth_camera) {
+    const Status placed =
+        set_depth_camera(*choice->depth_camera, choice->depth_camera_source, sequence);
+    if (!placed.ok()) return refuse(placed.error());
+  }
   camera_ = sequence.camera;
+  registration_ = sequence.registration;
   channels_ = sequence.colour_channels;
-  return completed;
+  return Ok{};
 }
 
 Result<ImageHeader> StreamFrames::first_header() const {
@@ -241,13 +251,13 @@ void StreamFrames::say_end() {
 }  // namespace
 
 Result<Sequence> open_stream_sequence(ByteStream bytes, const BagTopics& topics,
-                                      const std::optional<CameraConfig>& camera) {
+                                      const GivenCameras& cameras) {
   Sequence sequence;
   sequence.root = bytes.name();
   auto stream = McapStream::open(std::move(bytes), {});
   if (!stream.ok()) return stream.error();
   auto frames = std::make_shared<StreamFrames>(std::move(*stream));
-  Status begun = frames->begin(topics, camera, sequence);
+  Status begun = frames->begin(topics, cameras, sequence);
   if (!begun.ok()) return begun.error();
   sequence.stream = std::move(frames);
   return sequence;

@@ -1,8 +1,6 @@
 // A sequence out of an MCAP stream: a camera that is running, a recording in a pipe.
 #pragma once
 
-#include <optional>
-
 #include "bag/bag_sequence.hpp"
 #include "bag/byte_stream.hpp"
 
@@ -11,10 +9,10 @@ namespace ygslam {
 /// Reads as far as it takes to know topics and camera; those frames are not lost. The rest is read
 /// by the sequence's FrameStream. Topics are chosen as those of a bag among what has come by then:
 /// an image of every topic that was announced, two seconds of them at most.
-/// @param camera in place of the stream's CameraInfo.
+/// @param cameras in place of the stream's CameraInfo.
 /// @return kInput: no MCAP, no images or several topics of them, none with depth. kConfig: no
 /// usable camera.
 [[nodiscard]] Result<Sequence> open_stream_sequence(ByteStream bytes, const BagTopics& topics,
-                                                    const std::optional<CameraConfig>& camera);
+                                                    const GivenCameras& cameras);
 
 }  // namespace ygslam

@@ -126,7 +126,8 @@ void RosAdapter::Impl::process(const StreamPair& pair) {
       {pair.colour.stamp, 9, pair.depth.stamp, "colour", "depth"}, FrameId{next_frame++},
       ros::decode_colour(colour, pair.colour.bytes, {camera.width, camera.height}, channels),
       ros::decode_depth(images[StreamPairing::kDepth], pair.depth.bytes, camera,
-                        options.config.depth));
+                        options.config.depth),
+      nullptr);
   if (!loaded.frame)
     fail({ErrorKind::kInput, loaded.bad.front().file + ": " + loaded.bad.front().reason});
   const auto frame = std::make_shared<const RgbdFrame>(std::move(*loaded.frame));

@@ -5,7 +5,7 @@
 namespace ygslam {
 
 LoadedPair assembled_pair(const SequencePair& entry, FrameId id, Result<ColourImage> colour,
-                          Result<DepthImage> depth_m) {
+                          Result<DepthImage> depth_m, const DepthRegistration* registration) {
   LoadedPair pair;
   if (!colour.ok()) pair.bad.push_back({entry.colour_file, colour.error().message});
   if (!depth_m.ok()) pair.bad.push_back({entry.depth_file, depth_m.error().message});
@@ -16,7 +16,7 @@ LoadedPair assembled_pair(const SequencePair& entry, FrameId id, Result<ColourIm
   frame.colour = std::move(*colour);
   frame.grey = grey_from_colour(frame.colour);
   frame.depth_delay_s = seconds_between(entry.depth_stamp, entry.stamp);
-  frame.depth_m = std::move(*depth_m);
+  frame.depth_m = registration ? registration->registered(*depth_m) : std::move(*depth_m);
   return pair;
 }
 
@@ -27,7 +27,8 @@ LoadedPair load_pair(const Sequence& sequence, std::size_t position, FrameId id,
   const ImageSize size = {sequence.camera.width, sequence.camera.height};
   return assembled_pair(entry, id,
                         sequence.images->colour(entry.colour_file, size, sequence.colour_channels),
-                        sequence.images->depth_m(entry.depth_file, sequence.camera, depth));
+                        sequence.images->depth_m(entry.depth_file, sequence.depth_camera(), depth),
+                        sequence.registration.get());
 }
 
 Result<RgbdFrame> load_frame(const Sequence& sequence, std::size_t position,

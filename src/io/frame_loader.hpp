@@ -25,8 +25,10 @@ struct LoadedPair {
 };
 
 /// Puts a decoded pair together. @param id becomes the frame's id.
+/// @param registration of the depth image to the colour image; null where it is registered.
 [[nodiscard]] LoadedPair assembled_pair(const SequencePair& entry, FrameId id,
-                                        Result<ColourImage> colour, Result<DepthImage> depth_m);
+                                        Result<ColourImage> colour, Result<DepthImage> depth_m,
+                                        const DepthRegistration* registration);
 
 /// Decodes pair `position` of the sequence. Images of another size than the camera's, or of another
 /// format, are refused, never converted.

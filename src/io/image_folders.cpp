@@ -5,6 +5,7 @@
 #include <cctype>
 #include <map>
 
+#include "io/depth_calibration.hpp"
 #include "io/image_file.hpp"
 #include "io/json_text.hpp"
 #include "io/sequence_parts.hpp"
@@ -132,24 +133,70 @@ Result<std::optional<CameraConfig>> replica_camera(Sequence& sequence) {
   return std::optional<CameraConfig>();
 }
 
-/// ScanNet's 4x4 matrix beside the exported images.
-Result<std::optional<CameraConfig>> scannet_camera(Sequence& sequence) {
-  constexpr const char* kName = "intrinsic/intrinsic_color.txt";
-  const fs::path path = sequence.root / kName;
+using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+/// @return nothing where there is no such file.
+Result<std::optional<Matrix4>> read_matrix(const fs::path& path) {
   std::error_code code;
-  if (!fs::exists(path, code)) return std::optional<CameraConfig>();
+  if (!fs::exists(path, code)) return std::optional<Matrix4>();
   const auto text = read_file(path, std::size_t{1} << 16);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
   std::vector<double> numbers;
   for (const std::string_view word : words_of(*text, "\r\n"))
     numbers.push_back(parse_number(word).value_or(0));
   if (numbers.size() != 16) return Error{ErrorKind::kConfig, path.string() + ": is no 4x4 matrix"};
+  return std::optional<Matrix4>(Eigen::Map<const Matrix4>(numbers.data()));
+}
+
+CameraConfig scannet_lens(const Matrix4& K) {
   CameraConfig camera;
-  camera.fx = numbers[0], camera.cx = numbers[2], camera.fy = numbers[5], camera.cy = numbers[6];
+  camera.fx = K(0, 0), camera.cx = K(0, 2), camera.fy = K(1, 1), camera.cy = K(1, 2);
   camera.width = camera.height = 0;
   camera.depth_scale = kScannetScale;
+  return camera;
+}
+
+/// ScanNet's 4x4 matrix beside the exported images.
+Result<std::optional<CameraConfig>> scannet_camera(Sequence& sequence) {
+  constexpr const char* kName = "intrinsic/intrinsic_color.txt";
+  const auto K = read_matrix(sequence.root / kName);
+  if (!K.ok()) return K.error();
+  if (!K.value()) return std::optional<CameraConfig>();
   sequence.camera_source = kName;
-  return std::optional(camera);
+  return std::optional(scannet_lens(**K));
+}
+
+/// ScanNet's depth camera: its own matrix, and where both cameras stand in their device.
+Status find_scannet_depth_camera(Sequence& sequence) {
+  const fs::path lens = sequence.root / "intrinsic/intrinsic_depth.txt";
+  const auto K = read_matrix(lens);
+  if (!K.ok()) return K.error();
+  if (!K.value()) return Ok{};
+  std::array<SE3, 2> T_device_camera;
+  constexpr std::array kPlacements = {"intrinsic/extrinsic_color.txt",
+                                      "intrinsic/extrinsic_depth.txt"};
+  for (std::size_t i = 0; i < kPlacements.size(); ++i) {
+    const fs::path path = sequence.root / kPlacements[i];
+    const auto T = read_matrix(path);
+    if (!T.ok()) return T.error();
+    if (!T.value()) continue;
+    const Mat3 R = (**T).topLeftCorner<3, 3>();
+    if (!((R * R.transpose()).isIdentity(1e-3) && R.determinant() > 0))
+      return Error{ErrorKind::kConfig, path.string() + ": is no rigid motion"};
+    T_device_camera[i] = {Eigen::Quaterniond(R), (**T).topRightCorner<3, 1>()};
+  }
+  const SE3 T_colour_depth = T_device_camera[0].inverse() * T_device_camera[1];
+  if (const auto wrong = fault_of_placement(T_colour_depth.quaternion(), T_colour_depth.t());
+      !wrong.empty())
+    return Error{ErrorKind::kConfig, (sequence.root / kPlacements[1]).string() + ": " + wrong};
+  return set_depth_camera({scannet_lens(**K), T_colour_depth}, lens.string(), sequence);
+}
+
+Status find_folder_depth_camera(const GivenCameras& given, Sequence& sequence) {
+  if (Status found = find_depth_camera(given, sequence); !found.ok() || given.depth) return found;
+  // A calibration.txt is of somebody who prepared the images, registered depth.
+  if (sequence.registration || sequence.camera_source == "calibration.txt") return Ok{};
+  return find_scannet_depth_camera(sequence);
 }
 
 Result<CameraConfig> find_folder_camera(const std::optional<CameraConfig>& given,
@@ -208,11 +255,10 @@ bool has_image_folders(const fs::path& root) {
   });
 }
 
-Result<Sequence> open_folder_sequence(const fs::path& root,
-                                      const std::optional<CameraConfig>& camera) {
+Result<Sequence> open_folder_sequence(const fs::path& root, const GivenCameras& cameras) {
   for (const char* list : {"associations.txt", "rgb.txt", "depth.txt"}) {
     std::error_code code;
-    if (fs::exists(root / list, code)) return open_tum_sequence(root, camera);
+    if (fs::exists(root / list, code)) return open_tum_sequence(root, cameras);
   }
   for (const Pattern& pattern : kPatterns) {
     const auto colour = images_in(root, pattern.colour_folder, pattern.colour_start);
@@ -229,16 +275,18 @@ Result<Sequence> open_folder_sequence(const fs::path& root,
     if (Status paired = pair_images(colours, depths, sequence); !paired.ok()) return paired.error();
     std::error_code code;
     if (fs::exists(root / "groundtruth.txt", code)) sequence.groundtruth = root / "groundtruth.txt";
-    const auto found = find_folder_camera(camera, sequence);
+    const auto found = find_folder_camera(cameras.colour, sequence);
     if (!found.ok()) return found.error();
     if (Status completed = complete_sequence(*found, sequence); !completed.ok())
       return completed.error();
+    if (Status placed = find_folder_depth_camera(cameras, sequence); !placed.ok())
+      return placed.error();
     return sequence;
   }
   if (const auto names = recordings_in(root); !names.empty())
     return Error{ErrorKind::kInput,
                  root.string() + ": no recording; it contains " + listed_names(names)};
-  return open_tum_sequence(root, camera);
+  return open_tum_sequence(root, cameras);
 }
 
 }  // namespace ygslam

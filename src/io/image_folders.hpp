@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 
 #include "core/result.hpp"
 #include "io/sequence.hpp"
@@ -16,7 +15,7 @@ namespace ygslam {
 /// seconds, numbers count frames at 30 Hz.
 /// @return as open_tum_sequence().
 [[nodiscard]] Result<Sequence> open_folder_sequence(const std::filesystem::path& root,
-                                                    const std::optional<CameraConfig>& camera = {});
+                                                    const GivenCameras& cameras = {});
 
 /// Whether a folder holds images as open_folder_sequence() finds them without lists.
 [[nodiscard]] bool has_image_folders(const std::filesystem::path& root);

@@ -10,6 +10,7 @@
 #include "core/result.hpp"
 #include "geometry/camera.hpp"
 #include "image/depth.hpp"
+#include "io/depth_registration.hpp"
 #include "io/image_file.hpp"
 #include "io/image_list.hpp"
 
@@ -21,23 +22,30 @@ class ImageSource {
  public:
   virtual ~ImageSource() = default;
 
-  /// Of a colour image, without decoding it.
+  /// Of an image, without decoding it.
   [[nodiscard]] virtual Result<ImageHeader> header(const std::string& name) const = 0;
   /// @param size any other is an error. @param channels 3, or 1 for grey recordings.
   [[nodiscard]] virtual Result<ColourImage> colour(const std::string& name, const ImageSize& size,
                                                    int channels) const = 0;
-  /// @param camera gives the size; any other is an error. @param scale raw units per metre.
+  /// @param camera gives the size (any other is an error) and the raw units per metre.
   [[nodiscard]] virtual Result<DepthImage> depth_m(const std::string& name,
                                                    const CameraConfig& camera,
                                                    const DepthConfig& config) const = 0;
 };
 
-/// One registered pair as listed; the images may still turn out unreadable.
+/// One pair as listed; the images may still turn out unreadable.
 struct SequencePair {
   Timestamp stamp;   ///< of the colour image, strictly increasing over the sequence
   int decimals = 0;  ///< digits after the point of the colour stamp as written
   Timestamp depth_stamp;
   std::string colour_file, depth_file;  ///< relative to the root, or messages of a bag
+};
+
+/// What the user says of the cameras, in place of what the recording says.
+struct GivenCameras {
+  std::optional<CameraConfig> colour;
+  std::optional<DepthCamera> depth;
+  std::string depth_source;  ///< a file, for messages
 };
 
 class FrameStream;
@@ -51,13 +59,20 @@ struct Sequence {
   int stamp_decimals =
       6;                ///< the most digits any colour stamp was written with: use them for output
   CameraConfig camera;  ///< complete, width and height included
-  std::string camera_source;   ///< "calibration.txt", "preset TUM freiburg1", ...
+  /// Depth to the pixels of `camera`; null where it is of these already.
+  std::shared_ptr<const DepthRegistration> registration;
+  std::string depth_camera_source;  ///< of the registration, for the log
+  std::string camera_source;        ///< "calibration.txt", "preset TUM freiburg1", ...
   std::string shutter_source;  ///< where its shutter's times come from, for the log; empty: nowhere
   int colour_channels = 3;     ///< of the first readable colour image: 3, or 1 for grey recordings
   std::optional<std::filesystem::path> groundtruth;
   ListCounts counts;
   std::vector<std::string> warnings;  ///< one line each, for the log
 
+  /// Of the depth images as they are stored.
+  [[nodiscard]] const CameraConfig& depth_camera() const {
+    return registration ? registration->depth_camera() : camera;
+  }
   /// Where an image lies, for messages.
   [[nodiscard]] std::string place_of(const std::string& image) const {
     return image.starts_with('/') ? root.string() + ": " + image : (root / image).string();

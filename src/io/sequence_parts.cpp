@@ -8,6 +8,7 @@
 #include "geometry/rolling_shutter.hpp"
 #include "io/calibration.hpp"
 #include "io/camera_devices.hpp"
+#include "io/depth_calibration.hpp"
 #include "io/pairing.hpp"
 #include "io/text.hpp"
 
@@ -83,17 +84,18 @@ std::string folder_name(const fs::path& root) {
   return (code ? root : full).filename().string();
 }
 
-// The first colour image whose header can be read says what the others must look like.
-Result<ImageHeader> first_header(const Sequence& sequence) {
+// The first image whose header can be read says what the others must look like.
+Result<ImageHeader> first_header(const Sequence& sequence, std::string SequencePair::*file,
+                                 const std::string& what) {
   std::string first_reason;
   for (const SequencePair& pair : sequence.pairs) {
-    auto header = sequence.images->header(pair.colour_file);
+    auto header = sequence.images->header(pair.*file);
     if (header.ok()) return header;
     if (first_reason.empty())
-      first_reason = sequence.place_of(pair.colour_file) + ": " + header.error().message;
+      first_reason = sequence.place_of(pair.*file) + ": " + header.error().message;
   }
-  return sequence_fault(sequence, "none of " + std::to_string(sequence.pairs.size()) +
-                                      " colour images can be read (" + first_reason + ")");
+  return sequence_fault(sequence, "none of " + std::to_string(sequence.pairs.size()) + " " + what +
+                                      " images can be read (" + first_reason + ")");
 }
 
 // File and line of a camera value, as far as it has one.
@@ -193,7 +195,7 @@ Status pair_images(const std::vector<ListedImage>& colour, const std::vector<Lis
 }
 
 Status complete_sequence(const CameraConfig& camera, Sequence& sequence) {
-  const auto header = first_header(sequence);
+  const auto header = first_header(sequence, &SequencePair::colour_file, "colour");
   if (!header.ok()) return header.error();
   return complete_sequence(camera, *header, sequence);
 }
@@ -221,6 +223,36 @@ Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
   if (faults.empty()) return Ok{};
   return Error{ErrorKind::kConfig, camera_place(sequence, faults.front().key) + ": " +
                                        faults.front().key + ": " + faults.front().reason};
+}
+
+Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& sequence) {
+  CameraConfig& camera = depth.camera;
+  const auto refuse = [&](const std::string& what) {
+    return Error{ErrorKind::kConfig, source + ": " + what};
+  };
+  if (camera.width <= 0 || camera.height <= 0) {
+    if (!sequence.images) return refuse("says no width and height");
+    const auto header = first_header(sequence, &SequencePair::depth_file, "depth");
+    if (!header.ok()) return header.error();
+    if (camera.width <= 0) camera.width = header->size.width;
+    if (camera.height <= 0) camera.height = header->size.height;
+  }
+  if (camera.depth_scale == 0) camera.depth_scale = sequence.camera.depth_scale;
+  if (const auto faults = camera_faults(camera); !faults.empty())
+    return refuse(faults.front().key + ": " + faults.front().reason);
+  sequence.registration = depth_registration(depth, sequence.camera);
+  sequence.depth_camera_source = source;
+  return Ok{};
+}
+
+Status find_depth_camera(const GivenCameras& given, Sequence& sequence) {
+  if (given.depth) return set_depth_camera(*given.depth, given.depth_source, sequence);
+  const fs::path path = sequence.root / kDepthCalibration;
+  std::error_code code;
+  if (!fs::exists(path, code)) return Ok{};
+  const auto read = read_depth_calibration(path);
+  if (!read.ok()) return read.error();
+  return set_depth_camera(*read, path.string(), sequence);
 }
 
 Result<std::optional<CameraConfig>> camera_of_folder(Sequence& sequence) {

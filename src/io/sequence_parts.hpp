@@ -27,6 +27,16 @@ Status complete_sequence(const CameraConfig& camera, Sequence& sequence);
 /// The same where the header is at hand.
 Status complete_sequence(const CameraConfig& camera, const ImageHeader& header, Sequence& sequence);
 
+/// Takes depth images from a camera of its own; to be called when `camera` is complete.
+/// @param depth width or height <= 0: as the first depth image that can be read; depth_scale 0: as
+/// `camera` says.
+/// @param source for messages: a file or a topic.
+/// @return kConfig: impossible values; kInput: no image header readable.
+Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& sequence);
+
+/// The same for a folder: as given, else of calibration_depth.txt; nothing where there is neither.
+Status find_depth_camera(const GivenCameras& given, Sequence& sequence);
+
 /// calibration.txt in the folder, or the preset of its name; width and height may still be 0.
 /// @return nothing where there is neither.
 [[nodiscard]] Result<std::optional<CameraConfig>> camera_of_folder(Sequence& sequence);

@@ -73,8 +73,7 @@ Result<CameraConfig> find_camera(const std::optional<CameraConfig>& given, Seque
 
 }  // namespace
 
-Result<Sequence> open_tum_sequence(const fs::path& root,
-                                   const std::optional<CameraConfig>& camera) {
+Result<Sequence> open_tum_sequence(const fs::path& root, const GivenCameras& cameras) {
   std::error_code code;
   if (!fs::is_directory(root, code)) return input_error(root, "no such folder");
   Sequence sequence;
@@ -85,10 +84,12 @@ Result<Sequence> open_tum_sequence(const fs::path& root,
                                                        : pair_lists(sequence);
   if (!listed.ok()) return listed.error();
   if (fs::exists(root / "groundtruth.txt", code)) sequence.groundtruth = root / "groundtruth.txt";
-  const auto found = find_camera(camera, sequence);
+  const auto found = find_camera(cameras.colour, sequence);
   if (!found.ok()) return found.error();
   const Status completed = complete_sequence(*found, sequence);
   if (!completed.ok()) return completed.error();
+  const Status placed = find_depth_camera(cameras, sequence);
+  if (!placed.ok()) return placed.error();
   return sequence;
 }
 

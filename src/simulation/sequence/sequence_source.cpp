@@ -61,6 +61,8 @@ struct SequenceSource::State {
   CameraPath path;
   std::shared_ptr<const Scene> scene;
   Renderer renderer;
+  Camera depth_lens;                         // `camera`, unless depth has one of its own
+  std::unique_ptr<Renderer> depth_renderer;  // null where both images are of one camera
   FaultInjector faults;
   int index = 0;
   std::uint32_t delivered = 0;
@@ -80,6 +82,12 @@ struct SequenceSource::State {
                   .static_view = options.truth_static,
                   .flow = options.blur > 0,
                   .things = options.truth_things}),
+        depth_lens(options.depth_camera ? Camera(options.depth_camera->camera) : camera),
+        depth_renderer(options.depth_camera
+                           ? std::make_unique<Renderer>(
+                                 *scene, depth_lens,
+                                 RenderConfig{.threads = options.threads, .antialias = false})
+                           : nullptr),
         faults(options.faults, 1 / frame_rate, options.seed) {}
 
   [[nodiscard]] double time_of(int i) const { return static_cast<double>(i) / fps; }
@@ -94,10 +102,9 @@ struct SequenceSource::State {
                                                            0.3 * std::sin(0.37 * phase + 1)));
   }
   /// @param readout_ms from the first row to the last, t_s in the middle.
-  [[nodiscard]] RowPoses row_poses(double t_s, double readout_ms) const {
+  [[nodiscard]] RowPoses row_poses(double t_s, double readout_ms, int height) const {
     if (readout_ms == 0) return {path.T_world_camera(t_s)};
     RowPoses poses;
-    const int height = camera.height();
     for (int v = 0; v < height; ++v) {
       const double share = (v + 0.5) / height - 0.5;
       poses.push_back(path.T_world_camera(t_s + share * readout_ms * 1e-3));
@@ -106,30 +113,41 @@ struct SequenceSource::State {
   }
   [[nodiscard]] View view_at(double t_s, double readout_ms) {
     const double before_s = t_s - 1 / fps;
-    return renderer.render(row_poses(t_s, readout_ms), path.T_world_camera(before_s), t_s,
-                           before_s);
+    return renderer.render(row_poses(t_s, readout_ms, camera.height()),
+                           path.T_world_camera(before_s), t_s, before_s);
+  }
+  /// What the depth camera sees where it is another.
+  [[nodiscard]] View depth_view_at(double t_s) {
+    const double depth_s = t_s + camera.config().depth_delay_ms * 1e-3;
+    RowPoses poses = row_poses(depth_s, camera.config().depth_readout_ms, depth_lens.height());
+    for (SE3& T_world_camera : poses)
+      T_world_camera = T_world_camera * options.depth_camera->T_colour_depth;
+    return depth_renderer->render(poses, poses.front(), depth_s, depth_s - 1 / fps);
   }
   [[nodiscard]] bool depth_is_seen_apart() const {
     const CameraConfig& c = camera.config();
     return c.depth_readout_ms != c.colour_readout_ms || c.depth_delay_ms != 0;
   }
   [[nodiscard]] SimulatedFrame render(int i);
-  void add_noise(const View& view, ColourImage& colour, DepthImage& depth_m, int i) const;
+  /// @param depth what the depth camera sees; may be `view`.
+  void add_noise(const View& view, const View& depth, ColourImage& colour, DepthImage& depth_m,
+                 int i) const;
 };
 
-void SequenceSource::State::add_noise(const View& view, ColourImage& colour, DepthImage& depth_m,
-                                      int i) const {
+void SequenceSource::State::add_noise(const View& view, const View& depth, ColourImage& colour,
+                                      DepthImage& depth_m, int i) const {
   const std::uint64_t seed =
       options.seed * 0x9e3779b97f4a7c15ULL + static_cast<std::uint64_t>(i) * 2;
   if (options.blur > 0)
     colour = motion_blurred(colour, view.flow_px, options.blur, options.threads);
   if (options.noise == NoiseKind::kKinect) {
     colour = noisy_colour(colour, ColourNoiseConfig{}, Rng(seed).next(), options.threads);
-    depth_m = kinect_depth(view, camera, DepthNoiseConfig{}, Rng(seed + 1).next(), options.threads);
+    depth_m =
+        kinect_depth(depth, depth_lens, DepthNoiseConfig{}, Rng(seed + 1).next(), options.threads);
   } else {
-    depth_m = view.depth_m;
+    depth_m = depth.depth_m;
   }
-  quantise(depth_m, camera.config().depth_scale);
+  quantise(depth_m, depth_lens.config().depth_scale);
 }
 
 SimulatedFrame SequenceSource::State::render(int i) {
@@ -151,7 +169,11 @@ SimulatedFrame SequenceSource::State::render(int i) {
   auto frame = std::make_shared<RgbdFrame>();
   ColourImage colour = std::move(view.colour);
   DepthImage depth_m;
-  add_noise(view, colour, depth_m, i);
+  if (depth_renderer) {
+    add_noise(view, depth_view_at(t_s), colour, depth_m, i);
+  } else {
+    add_noise(view, view, colour, depth_m, i);
+  }
   out.delivery = faults.apply(i, t_s, stamp_of(i), colour, depth_m);
   frame->stamp = out.delivery.stamp;
   frame->grey = grey_from_colour(colour);
@@ -189,6 +211,9 @@ std::optional<SimulatedFrame> SequenceSource::next() {
 
 int SequenceSource::frame_count() const { return state_->frames; }
 const Camera& SequenceSource::camera() const { return state_->camera; }
+const std::optional<DepthCamera>& SequenceSource::depth_camera() const {
+  return state_->options.depth_camera;
+}
 double SequenceSource::fps() const { return state_->fps; }
 const WorldConfig& SequenceSource::world() const { return state_->world; }
 const Scene& SequenceSource::scene() const { return *state_->scene; }

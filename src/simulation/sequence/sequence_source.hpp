@@ -14,6 +14,7 @@
 #include "core/result.hpp"
 #include "geometry/camera.hpp"
 #include "image/rgbd_frame.hpp"
+#include "io/depth_registration.hpp"
 #include "simulation/sensor/faults.hpp"
 #include "simulation/sensor/sensor_noise.hpp"
 #include "simulation/world/world_config.hpp"
@@ -36,6 +37,8 @@ struct SequenceOptions {
   double rolling = 0;                   ///< time between first and last row / frame time
   std::optional<double> depth_rolling;  ///< the same of the depth image, if it differs
   double depth_delay_ms = 0;  ///< middle row of the depth image after that of the colour image
+  /// Takes the depth images, which then are not registered to colour; width and height > 0.
+  std::optional<DepthCamera> depth_camera;
   double exposure_drift = 0;  ///< how far the exposure wanders, e.g. 0.15 = by 15 %
   std::vector<Fault> faults;
   int texture_size = 512;  ///< smaller builds faster [texels]
@@ -44,7 +47,7 @@ struct SequenceOptions {
 
 /// A frame as the sensor delivers it, and the truth.
 struct SimulatedFrame {
-  FramePtr frame;      ///< with noise and faults; stamp as delivered
+  FramePtr frame;      ///< with noise and faults; stamp as delivered; depth as its camera took it
   int index = 0;       ///< of the frame, counting those that faults dropped
   double t_s = 0;      ///< true time since the start
   SE3 T_world_camera;  ///< true pose, optical frame
@@ -70,6 +73,7 @@ class SequenceSource {
 
   [[nodiscard]] int frame_count() const;
   [[nodiscard]] const Camera& camera() const;
+  [[nodiscard]] const std::optional<DepthCamera>& depth_camera() const;
   [[nodiscard]] double fps() const;
   [[nodiscard]] const WorldConfig& world() const;
   /// Class of every instance id that can occur.

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "io/calibration.hpp"
+#include "io/depth_calibration.hpp"
 #include "io/image_file.hpp"
 #include "io/trajectory.hpp"
 
@@ -18,8 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array kLists = {"rgb.txt", "depth.txt", "associations.txt", "groundtruth.txt",
-                               "calibration.txt"};
+constexpr std::array kLists = {"rgb.txt",         "depth.txt",       "associations.txt",
+                               "groundtruth.txt", "calibration.txt", kDepthCalibration};
 
 Error cannot_write(const fs::path& path, int code) {
   return {ErrorKind::kOutput, path.string() + ": " + std::strerror(code)};
@@ -41,6 +42,11 @@ Image<std::uint16_t> raw_depth(const DepthImage& depth_m, double scale) {
     raw.data()[i] = value > 0 && value <= 65535 ? static_cast<std::uint16_t>(value) : 0;
   }
   return raw;
+}
+
+double depth_scale(const SequenceSource& source) {
+  return source.depth_camera() ? source.depth_camera()->camera.depth_scale
+                               : source.camera().config().depth_scale;
 }
 
 std::string cut_short(const std::string& bytes, bool truncate) {
@@ -141,7 +147,7 @@ Status SequenceWriter::add(const SimulatedFrame& frame, const SequenceSource& so
   }
   if (delivery.depth) {
     const std::string bytes =
-        encode_png(raw_depth(frame.frame->depth_m, source.camera().config().depth_scale), 1,
+        encode_png(raw_depth(frame.frame->depth_m, depth_scale(source)), 1,
                    PngFilter::kNone);  // the sensor's steps repeat: best as they are
     if (Status status = put(depth_file, cut_short(bytes, delivery.truncate_depth)); !status)
       return status;
@@ -177,12 +183,14 @@ Status SequenceWriter::finish(const SequenceSource& source) {
   }
   CameraConfig camera = source.camera().config();
   camera.shutter_known = true;
-  const std::array<std::pair<const char*, std::string>, 5> lists = {
-      {{"rgb.txt", "# colour images\n" + colour_list_},
-       {"depth.txt", "# depth images\n" + depth_list_},
-       {"associations.txt", pairs_},
-       {"groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n" + poses_},
-       {"calibration.txt", "# made by ygslam simulate\n" + format_calibration(camera)}}};
+  std::vector<std::pair<const char*, std::string>> lists = {
+      {"rgb.txt", "# colour images\n" + colour_list_},
+      {"depth.txt", "# depth images\n" + depth_list_},
+      {"associations.txt", pairs_},
+      {"groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n" + poses_},
+      {"calibration.txt", "# made by ygslam simulate\n" + format_calibration(camera)}};
+  if (source.depth_camera())
+    lists.emplace_back(kDepthCalibration, format_depth_calibration(*source.depth_camera()));
   for (const auto& [name, text] : lists) {
     if (Status status = put(name, text); !status) {
       std::error_code ignored;

@@ -85,6 +85,43 @@ TEST_F(SequenceFiles, ReadBackAsWritten) {
   }
 }
 
+// Depth of a camera of its own, with another lens, size and place, is registered on reading: what
+// comes out is what the colour camera would have seen.
+TEST_F(SequenceFiles, DepthOfASecondCameraIsRegisteredToColour) {
+  SequenceOptions options = truth_options();
+  options.noise = NoiseKind::kNone;
+  DepthCamera depth;
+  depth.camera.fx = depth.camera.fy = 110;
+  depth.camera.cx = 99.5, depth.camera.cy = 59.5;
+  depth.camera.width = 200, depth.camera.height = 120;
+  depth.camera.depth_scale = 2000;
+  depth.T_colour_depth = {so3_exp({0.01, -0.02, 0.005}), {0.025, 0.002, -0.003}};
+  options.depth_camera = depth;
+  ASSERT_TRUE(write(folder_, options, {.jpeg = false}).ok());
+  const auto sequence = open_tum_sequence(folder_);
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  ASSERT_NE(sequence->registration, nullptr);
+  EXPECT_NEAR(sequence->registration->baseline_m(), 0.0253, 1e-4);
+  const auto frames = all_frames(open_or_die("crowd", options));
+  ASSERT_EQ(sequence->pairs.size(), frames.size());
+  int both = 0, equal = 0, truth = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto frame = load_frame(*sequence, i, {.min_m = 0.1, .max_m = 12});
+    ASSERT_TRUE(frame.ok()) << frame.error().message;
+    const DepthImage& true_m = frames[i].depth_true_m;
+    ASSERT_TRUE(frame->depth_m.same_size(true_m));
+    for (std::size_t k = 0; k < true_m.size(); ++k) {
+      if (!(true_m.data()[k] > 0.1F && true_m.data()[k] < 12)) continue;
+      ++truth;
+      if (!(frame->depth_m.data()[k] > 0)) continue;
+      ++both;
+      equal += std::abs(frame->depth_m.data()[k] - true_m.data()[k]) < 0.02F * true_m.data()[k];
+    }
+  }
+  EXPECT_GT(both, 0.93 * truth) << "the rest only the colour camera sees";
+  EXPECT_GT(equal, 0.95 * both) << "the rest are borders of things";
+}
+
 TEST_F(SequenceFiles, FullDiskLeavesNoSequenceThatLooksWhole) {
   ASSERT_TRUE(write(folder_, truth_options(), {.jpeg = true}).ok());  // an earlier sequence ...
   std::ofstream(folder_ / "simulation.json") << "{}";                 // ... that was rendered

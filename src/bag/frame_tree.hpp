@@ -1,0 +1,35 @@
+// How the frames of a recording stand to each other, as far as that never changes.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "bag/bag.hpp"
+#include "bag/ros_messages.hpp"
+
+namespace ygslam {
+
+/// Whether a topic has transforms: tf2_msgs/TFMessage, or ROS 1's older tf/tfMessage.
+[[nodiscard]] bool has_transforms(const BagTopic& topic);
+
+/// The tree of ROS's coordinate frames (REP 105). Of each frame the first transform is kept, and
+/// one of /tf_static goes before those of /tf: between the two cameras of a device both are fixed.
+class FrameTree {
+ public:
+  /// @param topic with transforms. What cannot be read, or is no rigid motion, is passed over.
+  void take(const BagTopic& topic, std::span<const std::uint8_t> bytes);
+  /// Names may begin with a slash, as in ROS 1. @return nothing where no transforms connect them.
+  [[nodiscard]] std::optional<SE3> T_target_source(const std::string& target,
+                                                   const std::string& source) const;
+
+ private:
+  struct Edge {
+    std::string parent;
+    SE3 T_parent_child;
+    bool is_static = false;
+  };
+  std::map<std::string, Edge> edge_of_;  // by the child's name
+};
+
+}  // namespace ygslam

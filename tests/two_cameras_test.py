@@ -1,0 +1,162 @@
+"""Depth that is taken by a camera of its own is registered to colour, whatever it comes in.
+
+    python tests/two_cameras_test.py
+"""
+import shutil
+import subprocess
+import unittest
+
+import numpy as np
+from PIL import Image
+from rosbags.typesys import get_types_from_msg
+
+from bags import RGB, STORE1, Messages, frames_of, write_mcap, write_ros1
+from ygslam_cli import BINARY, HANG_S, CliTest, lines_of, trajectory, ygslam
+
+DEPTH, DEPTH_INFO, RGB_INFO = ("/camera/depth/image_rect_raw", "/camera/depth/camera_info",
+                               "/camera/color/camera_info")
+COLOUR_FRAME, DEPTH_FRAME = "camera_color_optical_frame", "camera_depth_optical_frame"
+STORE1.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms",
+                                   "tf2_msgs/msg/TFMessage"))
+FRAMES = 15
+LENS = (212.0, 212.5, 211.5, 119.5)
+SIZE = (424, 240)
+PLACE_M, TURN = (0.015, 0.001, -0.0005), (0.0, 0.006, 0.0, 0.999982)  # x y z w
+DEPTH_CAMERA = ("".join(f"{key} {value}\n" for key, value in zip(
+    ("fx", "fy", "cx", "cy", "width", "height", "depth_scale"), (*LENS, *SIZE, 1000)))
+    + "T_colour_depth " + " ".join(map(str, (*PLACE_M, *TURN))) + "\n")
+
+
+class TwoCameras(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.depth_camera = self.folder / "depth_camera.txt"
+        self.depth_camera.write_text(DEPTH_CAMERA, encoding="utf-8")
+        self.seq = self.folder / "two"
+        self.assert_ran(ygslam("simulate", "walking_xyz", "--out", self.seq, "--size", "320x240",
+                               "--seconds", str(FRAMES / 30), "--format", "png",
+                               "--depth-camera", self.depth_camera))
+        rows = dict(line.split() for line in lines_of(self.seq / "calibration.txt"))
+        self.colour_lens = [float(rows[key]) for key in ("fx", "fy", "cx", "cy")]
+        self.frames = list(frames_of(self.seq, self.pairs(self.seq)))
+
+    def run_once(self, source, *options, out):
+        done = self.run_slam(source, *options, out=out)
+        self.assert_ran(done)
+        return done
+
+    def poses(self, out):
+        return np.array([pose for _, pose in trajectory(self.folder / out / "trajectory.txt")])
+
+    def said(self, messages, transforms=True):
+        """As a RealSense says it: both cameras hang on their device's frame."""
+        def transform(parent, child, place_m, turn):
+            types = messages.types
+            return types["geometry_msgs/msg/TransformStamped"](
+                messages.header(1, parent), child, types["geometry_msgs/msg/Transform"](
+                    types["geometry_msgs/msg/Vector3"](*place_m),
+                    types["geometry_msgs/msg/Quaternion"](*turn)))
+        start_ns = self.frames[0].stamp_ns
+        if transforms:
+            both = messages.types["tf2_msgs/msg/TFMessage"]([
+                transform("camera_link", COLOUR_FRAME, (0, 0.015, 0), (0, 0, 0, 1)),
+                transform("camera_link", "camera_depth_frame", (0, 0.015, 0), (0, 0, 0, 1))])
+            last = messages.types["tf2_msgs/msg/TFMessage"]([
+                transform("camera_depth_frame", DEPTH_FRAME, PLACE_M, TURN)])
+            yield "/tf_static", start_ns, both
+            yield "/tf_static", start_ns, last
+        for frame in self.frames:
+            yield DEPTH_INFO, frame.stamp_ns, messages.info(frame.stamp_ns, LENS, SIZE,
+                                                            frame=DEPTH_FRAME)
+            yield DEPTH, frame.stamp_ns, messages.image(frame.stamp_ns, "16UC1", frame.depth_mm,
+                                                        frame=DEPTH_FRAME)
+            yield RGB_INFO, frame.stamp_ns, messages.info(frame.stamp_ns, self.colour_lens,
+                                                          (320, 240), frame=COLOUR_FRAME)
+            yield RGB, frame.stamp_ns, messages.image(frame.stamp_ns, "rgb8", frame.colour,
+                                                      frame=COLOUR_FRAME)
+
+    def test_folder_bags_and_pipe_see_the_same(self):
+        done = self.run_once(self.seq, out="folder")
+        self.assertIn("depth is registered to colour: 424x240 pixels of a camera 15.0 mm away",
+                      done.stderr + self.log("folder"))
+        metrics = self.metrics("folder")
+        self.assertEqual(metrics["coverage"], 1)
+        self.assertLess(metrics["ate"]["rmse"], 0.005)
+        mcap = write_mcap(self.folder / "two.mcap", self.said(Messages()))
+        self.run_once(mcap, out="mcap")
+        # A bag does not say that the shutter is global, so that the camera is calibrated meanwhile.
+        np.testing.assert_allclose(self.poses("mcap"), self.poses("folder"), atol=3e-3)
+        self.run_once(write_ros1(self.folder / "two.bag", self.said(Messages(STORE1)), "LZ4"),
+                      out="ros1")
+        with open(mcap, "rb") as stream:
+            piped = subprocess.run([BINARY, "run", "-", "--out", self.folder / "piped", "--dynamic",
+                                    "geometry", "--deterministic"], stdin=stream, check=False,
+                                   capture_output=True, text=True, timeout=HANG_S)
+        self.assert_ran(piped)
+        for out in ("ros1", "piped"):
+            for name in ("trajectory.txt", "map.ply"):
+                self.assertEqual((self.folder / out / name).read_bytes(),
+                                 (self.folder / "mcap" / name).read_bytes(), f"{out}/{name}")
+
+    def test_the_depth_camera_may_be_given(self):
+        self.run_once(self.seq, out="folder")
+        bag = write_mcap(self.folder / "two.mcap", self.said(Messages(), transforms=False))
+        told = self.run_slam(bag, out="untold")
+        self.assertIn("there is no transform between them", told.stderr)
+        self.assertIn("other size: 424x240, expected 320x240", told.stderr)
+        self.assertEqual(told.returncode, 4)
+        self.run_once(bag, "--depth-camera", self.depth_camera, out="given")
+        np.testing.assert_allclose(self.poses("given"), self.poses("folder"), atol=3e-3)
+        (self.seq / "calibration_depth.txt").unlink()
+        self.run_once(self.seq, "--depth-camera", self.depth_camera, out="other")
+        self.assertEqual((self.folder / "other" / "trajectory.txt").read_bytes(),
+                         (self.folder / "folder" / "trajectory.txt").read_bytes())
+
+    def test_scannet_tells_of_its_depth_camera(self):
+        self.run_once(self.seq, out="folder")
+        export = self.folder / "scannet"
+        for kind in ("color", "depth", "intrinsic"):
+            (export / kind).mkdir(parents=True)
+        for i, (_, colour, _, depth) in enumerate(self.pairs(self.seq)):
+            shutil.copy(self.seq / colour, export / "color" / f"{i}.png")
+            shutil.copy(self.seq / depth, export / "depth" / f"{i}.png")
+        x, y, z, w = TURN
+        place = np.eye(4)
+        place[:3, :3] += 2 * np.array([[-y * y - z * z, x * y - z * w, x * z + y * w],
+                                       [x * y + z * w, -x * x - z * z, y * z - x * w],
+                                       [x * z - y * w, y * z + x * w, -x * x - y * y]])
+        place[:3, 3] = PLACE_M
+        for name, lens in (("color", self.colour_lens), ("depth", LENS)):
+            matrix = np.eye(4)
+            matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2] = lens
+            np.savetxt(export / "intrinsic" / f"intrinsic_{name}.txt", matrix)
+        np.savetxt(export / "intrinsic" / "extrinsic_color.txt", np.eye(4))
+        np.savetxt(export / "intrinsic" / "extrinsic_depth.txt", place)
+        self.run_once(export, out="scannet_out")
+        np.testing.assert_allclose(self.poses("scannet_out"), self.poses("folder"), atol=3e-3)
+        np.savetxt(export / "intrinsic" / "extrinsic_depth.txt", 2 * place)
+        self.assert_error(self.run_slam(export), 3, export, "extrinsic_depth.txt", "no rigid motion")
+
+    def test_depth_that_is_registered_already_stays(self):
+        """Aligned topics carry the frame of the depth camera with some drivers."""
+        for depth in (self.seq / "depth").iterdir():  # of the colour camera's size
+            Image.fromarray(np.asarray(Image.open(depth))[:, :320]).save(depth)
+        self.frames = list(frames_of(self.seq, self.pairs(self.seq)))
+        said = [(topic.replace("depth/image_rect_raw", "aligned_depth_to_color/image_raw"), stamp, message)
+                for topic, stamp, message in self.said(Messages())]
+        done = self.run_once(write_mcap(self.folder / "aligned.mcap", said), out="aligned")
+        self.assertNotIn("registered to colour", done.stderr + self.log("aligned"))
+
+    def test_faults_name_file_and_key(self):
+        self.depth_camera.write_text("fx 1\n", encoding="utf-8")
+        self.assert_error(self.run_slam(self.seq, "--depth-camera", self.depth_camera), 3,
+                          self.depth_camera, "fy")
+        missing = self.folder / "nowhere.txt"
+        self.assert_error(self.run_slam(self.seq, "--depth-camera", missing), 3, missing)
+        own = self.seq / "calibration_depth.txt"
+        own.write_text(DEPTH_CAMERA.replace("212.0", "9000"), encoding="utf-8")
+        self.assert_error(self.run_slam(self.seq), 3, own, "fx: must lie in")
+
+
+if __name__ == "__main__":
+    unittest.main()

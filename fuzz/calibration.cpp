@@ -4,6 +4,7 @@
 #include "core/check.hpp"
 #include "fuzz/targets.hpp"
 #include "io/calibration.hpp"
+#include "io/depth_calibration.hpp"
 #include "system/camera_yaml.hpp"
 
 namespace ygslam::fuzz {
@@ -38,6 +39,11 @@ void calibration(std::string_view bytes) {
   if (text.ok()) check(*text);
   const auto yaml = parse_camera_yaml(std::string(bytes), "camera.yaml");
   if (yaml.ok()) check(*yaml);
+  const auto depth = parse_depth_calibration(std::string(bytes), "calibration_depth.txt");
+  if (!depth.ok()) return;
+  check(depth->camera);
+  CHECK(std::abs(depth->T_colour_depth.R().determinant() - 1) < 1e-6);
+  CHECK(parse_depth_calibration(format_depth_calibration(*depth), "again").ok());
 }
 
 }  // namespace ygslam::fuzz

@@ -122,6 +122,7 @@ class PySlam {
     frame.depth_t_ns = depth_t_ns;
     return slam_.process(frame);
   }
+  std::string view_url() const { return slam_.view_url(); }
   api::MapSnapshot map() {
     const nb::gil_scoped_release unlocked;
     const BusyFlag busy(busy_);
@@ -307,7 +308,7 @@ NB_MODULE(_core, m) {
           [](PySlam* self, const api::CameraModel& camera, const std::filesystem::path& model,
              const std::string& segmenter, const std::string& dynamic,
              const std::filesystem::path& load_map, bool localize_only, bool deterministic,
-             bool keep_trajectory,
+             bool keep_trajectory, const std::string& view,
              const std::map<std::string, std::string>& options) {
             api::Settings settings;
             settings.camera = camera;
@@ -318,6 +319,7 @@ NB_MODULE(_core, m) {
             settings.localize_only = localize_only;
             settings.deterministic = deterministic;
             settings.keep_trajectory = keep_trajectory;
+            settings.view = view;
             settings.options = options;
             const nb::gil_scoped_release unlocked;
             new (self) PySlam(settings);
@@ -325,16 +327,19 @@ NB_MODULE(_core, m) {
           nb::arg("camera"), nb::kw_only(), nb::arg("model") = "", nb::arg("segmenter") = "",
           nb::arg("dynamic") = "", nb::arg("load_map") = "", nb::arg("localize_only") = false,
           nb::arg("deterministic") = false, nb::arg("keep_trajectory") = true,
+          nb::arg("view") = "",
           nb::arg("options") = std::map<std::string, std::string>{},
           "model: a YOLOv8-seg network (.onnx, .xml). segmenter: model, builtin, none, masks:DIR; "
           "without it the model, if there is one. dynamic: off, geometry, semantic, full; without "
           "it full where there are masks, else geometry. load_map: map of an earlier run to go on with; localize_only: it stays "
-          "as it is. deterministic: same input, same result. options: keys of `ygslam config`.")
+          "as it is. deterministic: same input, same result. view: where a page shows "
+          "the run, e.g. \"127.0.0.1:8765\" (port 0: any). options: keys of `ygslam config`.")
       .def("process", &PySlam::process, nb::arg("rgb"), nb::arg("depth"), nb::arg("t_ns"),
            nb::kw_only(), nb::arg("depth_scale") = 0.0, nb::arg("depth_t_ns") = 0,
            "rgb: (H, W, 3) uint8. depth: (H, W) float32 [m], 0 or NaN = none, or uint16 with "
            "depth_scale (units per metre). Both C-contiguous, read during the call. t_ns: strictly "
            "increasing. depth_t_ns: of the depth image, for a rolling shutter; 0 = t_ns.")
+      .def_prop_ro("view_url", &PySlam::view_url, "Address of the page; empty = none.")
       .def("map", &PySlam::map, "A copy of the map as it is now.")
       .def("save_map", &PySlam::save_map, nb::arg("path"),
            "Writes the map to a file, whole or not at all.")

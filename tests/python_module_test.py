@@ -8,6 +8,7 @@ import sys
 import tempfile
 import threading
 import unittest
+import urllib.request
 
 import numpy as np
 import ygslam
@@ -130,6 +131,17 @@ class PythonModule(CliTest):
         self.assertTrue(busy, "nobody was told that it is in use")
         self.assertTrue(all("another thread" in line for line in busy))
         self.assertGreater(tracked, 0)
+
+    def test_a_page_shows_the_run(self):
+        self.assertEqual(self.slam().view_url, "")
+        slam = self.slam(view="127.0.0.1:0")
+        with urllib.request.urlopen(slam.view_url, timeout=60) as page:
+            self.assertIn("<html", page.read().decode())
+        frame = next(iter(self.frames))
+        slam.process(frame.rgb, frame.depth, frame.t_ns)
+        slam.finish()
+        with self.assertRaises(ygslam.Error):
+            self.slam(view="nowhere")
 
     def test_maps_go_from_run_to_run(self):
         with self.slam() as first:

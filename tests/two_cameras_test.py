@@ -6,6 +6,8 @@ import shutil
 import subprocess
 import unittest
 
+import mcap.reader
+import mcap_ros2.decoder
 import numpy as np
 from PIL import Image
 from rosbags.typesys import get_types_from_msg
@@ -136,6 +138,33 @@ class TwoCameras(CliTest):
         np.testing.assert_allclose(self.poses("scannet_out"), self.poses("folder"), atol=3e-3)
         np.savetxt(export / "intrinsic" / "extrinsic_depth.txt", 2 * place)
         self.assert_error(self.run_slam(export), 3, export, "extrinsic_depth.txt", "no rigid motion")
+
+    def test_a_rendering_is_recorded_as_its_cameras_would(self):
+        self.run_once(self.seq, out="folder")
+        bag = self.folder / "rendered.mcap"
+        self.assert_ran(ygslam("simulate", "walking_xyz", "--mcap", bag, "--size", "320x240",
+                               "--seconds", str(FRAMES / 30), "--format", "png",
+                               "--depth-camera", self.depth_camera))
+        self.run_once(bag, out="bag")
+        self.assertIn("depth is registered to colour: 424x240", self.log("bag"))
+        np.testing.assert_allclose(self.poses("bag"), self.poses("folder"), atol=3e-3)
+        said = {"/tf": [], "/tf_static": []}
+        with open(bag, "rb") as stream:
+            reader = mcap.reader.make_reader(
+                stream, decoder_factories=[mcap_ros2.decoder.DecoderFactory()])
+            for _, channel, _, message in reader.iter_decoded_messages(topics=list(said)):
+                said[channel.topic].append(message.transforms)
+        truth = [transforms[1].transform.translation for transforms in said["/tf"]]
+        (place,), = said["/tf_static"]
+        self.assertEqual((place.header.frame_id, place.child_frame_id),
+                         ("camera_optical", "depth_optical"))
+        self.assertEqual(place.transform.translation.x, PLACE_M[0])
+        self.assertEqual(len(truth), FRAMES)
+        # Axes of REP 103: x forward, y left, z up.
+        rows = [pose[:3] for _, pose in trajectory(self.seq / "groundtruth.txt")]
+        self.assertAlmostEqual(np.linalg.norm(np.subtract(rows[-1], rows[0])),
+                               np.linalg.norm((truth[-1].x, truth[-1].y, truth[-1].z)), places=4)
+        np.testing.assert_allclose((truth[0].x, truth[0].y, truth[0].z), 0, atol=1e-12)
 
     def test_depth_that_is_registered_already_stays(self):
         """Aligned topics carry the frame of the depth camera with some drivers."""

@@ -96,10 +96,12 @@ class Watched(CliTest):
 
     def start(self, *options, out="out"):
         """A run with a page. @return process, port, token."""
-        run = subprocess.Popen(
-            [BINARY, "run", sequence(), "--out", self.folder / out, "--deterministic",
-             "--segmenter", f"masks:{sequence() / 'mask'}", "--view", "0", *map(str, options)],
-            stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        return self.start_command("run", sequence(), "--out", self.folder / out, "--deterministic",
+                                  "--segmenter", f"masks:{sequence() / 'mask'}", *options)
+
+    def start_command(self, *words):
+        run = subprocess.Popen([BINARY, *map(str, words), "--view", "0"],
+                               stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
         self.runs.append(run)
         for line in run.stderr:
             found = re.search(r"look at http://127\.0\.0\.1:(\d+)/#(\w+)", line)
@@ -249,6 +251,47 @@ class View(Watched):
         self.assertEqual(run.returncode, 0)
         self.assert_sound()
         self.assertEqual(len(trajectory(self.folder / "out" / "trajectory.txt")), FRAMES - 10)
+
+    def test_a_rendering_is_shown_and_driven(self):
+        async def drive(port, token):
+            driver = await Client.connect(port, token)
+            stamps = await driver.step(3)
+            self.assertEqual(len(set(stamps)), 3)
+            self.assertEqual((await driver.call("reset"))[0], False)
+            self.assertEqual((await driver.call("save"))[0], False)
+            await driver.subscribe(["/camera/image/compressed", "/tf"])
+            await driver.call("step")
+            seen = set()
+            async for topic, _, _ in driver.messages():
+                seen.add(topic)
+                if {"/camera/image/compressed", "/tf"} <= seen:
+                    break
+            self.assertTrue((await driver.call("stop"))[0])
+        run, port, token = self.start_command(
+            "simulate", "walking_xyz", "--out", self.folder / "sim", "--seconds", "1", "--size",
+            "160x120", "--view-paused")
+        asyncio.run(drive(port, token))
+        run.communicate(timeout=WAIT_S)
+        self.assertEqual(run.returncode, 0)
+        pairs = self.pairs(self.folder / "sim")
+        self.assertIn(len(pairs), (4, 5), "what was shown, and what was rendered ahead of it")
+
+    def test_frames_that_are_localised_are_shown(self):
+        async def watch(port, token):
+            driver = await Client.connect(port, token)
+            self.assertEqual(len(await driver.step(2)), 2)
+            self.assertTrue((await driver.call("resume"))[0])
+        room = self.folder / "room.map"
+        common = ("--deterministic", "--dynamic", "geometry")
+        self.assert_ran(ygslam("run", sequence(), "--out", self.folder / "first", "--save-map", room,
+                               *common))
+        run, port, token = self.start_command(
+            "localize", sequence(), "--map", room, "--out", self.folder / "again", "--mcap",
+            self.folder / "again.mcap", "--view-paused", *common)
+        asyncio.run(watch(port, token))
+        run.communicate(timeout=WAIT_S)
+        self.assertEqual(run.returncode, 0)
+        self.assertGreater((self.folder / "again.mcap").stat().st_size, 10_000)
 
     def test_strangers_are_refused(self):
         run, port, token = self.start("--view-stay", "--view-origin", "https://friend.example")

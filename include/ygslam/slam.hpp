@@ -69,6 +69,9 @@ struct Settings {
   /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 72
   /// bytes a frame.
   bool keep_trajectory = true;
+  /// Where a page shows the run (docs/live.md): ADDRESS:PORT, e.g. 127.0.0.1:8765, port 0 = any;
+  /// empty = nowhere. Those who look on cannot drive it. One thread more, nothing written.
+  std::string view;
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`
   /// Takes the log's lines in place of standard error, which gets warnings and errors only. Called
   /// by the object's threads, too, one line at a time or several; what it throws is ignored.
@@ -157,7 +160,7 @@ class YGSLAM_API Error : public std::runtime_error {
 
 class YGSLAM_API Slam {
  public:
-  /// @throws Error (3, 5, 6, 1)
+  /// @throws Error (3, 5, 6, 1; 2 where nothing can listen at Settings::view)
   static Slam open(const Settings& settings);
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
@@ -166,6 +169,8 @@ class YGSLAM_API Slam {
   /// @throws Error (4) if a pointer is null, the stamp does not increase or is too far from 0 (the
   /// frame is left out), (2) after finish(), (1) also for what failed in another thread since.
   Result process(const Frame& frame);
+  /// Of the page, with the token that other machines need; empty = none. @throws Error (2)
+  [[nodiscard]] std::string view_url() const;
   /// A copy of the map, at any time. Takes a few milliseconds a keyframe. @throws Error (1, 2)
   MapSnapshot map();
   /// Writes the map as it is now to a file, whole or not at all. @throws Error (9, 1, 2)

@@ -11,7 +11,6 @@
 #include "app/progress_bar.hpp"
 #include "app/recording_check.hpp"
 #include "app/run_options.hpp"
-#include "app/run_page.hpp"
 #include "app/run_targets.hpp"
 #include "app/scene_output.hpp"
 #include "app/stop_signal.hpp"
@@ -112,7 +111,7 @@ Status await_turn(Run& run, Timestamp stamp) {
   Runner& runner = *run.session.runner;
   for (;;) {
     const auto wishes =
-        run.view->wait_turn(stamp, runner, [] { return StopSignal::received() != 0; });
+        run.view->wait_turn(stamp, &runner, [] { return StopSignal::received() != 0; });
     if (wishes.save && run.map_saver) run.map_saver->save(runner.map());
     if (wishes.reset) {
       if (Status begun = begin_anew(run); !begun.ok()) return begun;
@@ -135,8 +134,11 @@ Status process_frames(Run& run, LogFile& log_file) {
       [&run](const FrameRecord& record, const TrackResult&) { run.files->add(record); });
   std::optional<RunRecorder> recorder;
   Status recorded = Ok{};
-  if (o.view) {
-    auto started = start_page(o, run.sequence.camera);
+  if (o.view.address) {
+    auto started = start_page(o.view, {.camera = run.sequence.camera,
+                                       .paced = o.realtime,
+                                       .map = o.save_map.empty() ? RunViewConfig::Map::kResets
+                                                                 : RunViewConfig::Map::kSaves});
     if (!started.ok()) return started.error();
     run.view = std::move(started).value();
   }
@@ -332,8 +334,8 @@ Result<int> run_all(Run& run) {
   if (draws)
     if (Status drawn = write_background(run, outcome); !drawn.ok()) return drawn.error();
   if (has_frames) log_file->tell(targets_text(o, run.config.dense.enabled, draws));
-  if (run.view && o.view_stay) {
-    run.view->finish(*run.session.runner);
+  if (run.view && o.view.stay) {
+    run.view->finish(run.session.runner.get());
     log::info("the page stays until it is interrupted (Ctrl-C)");
     run.view->stay([] { return StopSignal::received() != 0; });
   }

@@ -36,7 +36,6 @@ Result<Sequence> open_stream(const RunOptions& options, const GivenCameras& came
 constexpr const char* kInput = "Input";
 constexpr const char* kSettings = "Settings";
 constexpr const char* kWritten = "What is written";
-constexpr const char* kWatching = "Watching";
 
 /// Without the range's own words, which --help would show as the type.
 CLI::Validator unsaid(const CLI::Validator& check) { return check.description(""); }
@@ -78,24 +77,9 @@ void add_run_options(CLI::App& command, RunOptions& o) {
       "Keep what the network says here: runs with --segmenter masks:DIR need none");
 }
 
-void add_view_options(CLI::App& command, RunOptions& o) {
-  CLI::Option* view = add(command, kWatching, "--view", o.view, "[[ADDRESS:]PORT]",
-                          "Show the run on a page, by default at 127.0.0.1:8765 (docs/live.md)")
-                          ->expected(0, 1)
-                          ->default_str("");
-  add_switch(command, kWatching, "--view-paused", o.view_paused,
-             "Wait before the first frame for Resume or Step")
-      ->needs(view);
-  add_switch(command, kWatching, "--view-stay", o.view_stay,
-             "Keep the page after the end, until Ctrl-C")
-      ->needs(view);
-  add(command, kWatching, "--view-token", o.view_token, "TEXT",
-      "Whoever knows it may drive the run; needed to look on from other machines (default: a new "
-      "one)")
-      ->needs(view);
-  add(command, kWatching, "--view-origin", o.view_origins, "ORIGIN",
-      "Page of another program that may connect, e.g. https://app.example.org")
-      ->needs(view);
+void add_mcap_option(CLI::App& command, RunOptions& o) {
+  add(command, kWritten, "--mcap", o.mcap, "FILE",
+      "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)");
 }
 
 }  // namespace
@@ -140,14 +124,13 @@ void declare_run_options(CLI::App& command, RunOptions& o) {
   add_run_options(command, o);
   add(command, kWritten, "--save-map", o.save_map, "FILE",
       "Keep the map in this file while it grows (see docs/maps.md)");
-  add(command, kWritten, "--mcap", o.mcap, "FILE",
-      "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)");
+  add_mcap_option(command, o);
   add(command, kWritten, "--export", o.export_dir, "DIR",
       "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)");
   add(command, kWritten, "--background", o.background_dir, "DIR",
       "After the run, write the recording here once more without what moves in it "
       "(docs/dense-map.md)");
-  add_view_options(command, o);
+  add_view_options(command, o.view);
   command.footer(
       "Examples:\n"
       "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
@@ -167,6 +150,8 @@ void declare_localize_options(CLI::App& command, RunOptions& o) {
       ->required()
       ->type_name("FILE");
   add_run_options(command, o);
+  add_mcap_option(command, o);
+  add_view_options(command, o.view);
   command.footer(
       "Example:\n"
       "  ygslam run MONDAY --out mapped --save-map office.ygmap --model yolov8n-seg.onnx\n"

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/view_options.hpp"
 #include "bag/bag_sequence.hpp"
 #include "core/result.hpp"
 #include "io/frame_reader.hpp"
@@ -29,12 +30,8 @@ struct RunOptions {
   BagTopics topics;         ///< where the sequence is a bag or a stream
   bool may_stream = false;  ///< frames are looked at once, in their order
   std::string load_map, save_map, export_dir, background_dir;
-  std::string mcap;                   ///< empty = none
-  std::optional<std::string> view{};  ///< where the live page listens; none = nowhere
-  bool view_paused = false;           ///< before the first frame
-  bool view_stay = false;             ///< after the end, until it is interrupted
-  std::string view_token;             ///< empty = a new one
-  std::vector<std::string> view_origins;
+  std::string mcap;  ///< empty = none
+  ViewOptions view;
   bool localize = false;          ///< in the loaded map, which stays as it is
   std::vector<std::string> sets;  ///< key=value
   std::size_t from = 0, to = 0, stride = 1;

@@ -18,7 +18,9 @@
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/simulate_random.hpp"
+#include "app/simulation_recorder.hpp"
 #include "app/stop_signal.hpp"
+#include "app/view_options.hpp"
 #include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
 #include "io/atomic_file.hpp"
@@ -43,6 +45,8 @@ struct SimulateArguments {
   std::string format = "jpg";
   std::string camera;
   std::string depth_camera;
+  std::string mcap;
+  ViewOptions view;
   std::vector<std::string> without;
   std::vector<std::string> faults;
   sim::SequenceOptions options;
@@ -78,7 +82,12 @@ Status complete_options(SimulateArguments& arguments) {
     if (depth->camera.depth_scale == 0) depth->camera.depth_scale = kScale;
     arguments.options.depth_camera = *depth;
   }
-  if (arguments.out.empty()) return Error{ErrorKind::kUsage, "--out DIR is missing"};
+  const bool has_output =
+      !arguments.out.empty() ||
+      (!arguments.random && (!arguments.mcap.empty() || arguments.view.address));
+  if (!has_output) return Error{ErrorKind::kUsage, "--out DIR is missing"};
+  if (arguments.out.empty() && arguments.truth)
+    return Error{ErrorKind::kUsage, "--truth is written to --out DIR, which is missing"};
   if (arguments.random) return Ok{};
   if (arguments.world.empty())
     return Error{ErrorKind::kUsage, "which world? --list shows the known ones"};
@@ -107,10 +116,41 @@ Status take_shutter(const std::string& name, double fps, sim::SequenceOptions& o
   return Ok{};
 }
 
+/// Where the frames go, as far as that was asked for.
+struct Outputs {
+  std::optional<sim::SequenceWriter> files;
+  std::optional<SimulationRecorder> recording;
+  std::unique_ptr<RunView> view;
+
+  Status add(const sim::SimulatedFrame& frame, const sim::SequenceSource& source) {
+    Status status = files ? files->add(frame, source) : Status(Ok{});
+    if (status.ok() && recording) status = recording->add(frame);
+    return status;
+  }
+  Status finish(const sim::SequenceSource& source) {
+    Status status = files ? files->finish(source) : Status(Ok{});
+    if (status.ok() && recording) status = recording->finish();
+    return status;
+  }
+};
+
+/// Shows a frame when it is due. @return false if the rendering is to end.
+bool show(RunView& view, const sim::SimulatedFrame& frame, TrueResults& truth) {
+  const auto interrupted = [] { return StopSignal::received() != 0; };
+  while (!interrupted()) {
+    const auto wishes = view.wait_turn(frame.frame->stamp, nullptr, interrupted);
+    if (wishes.stop) return false;
+    if (!wishes.go) continue;
+    view.show(frame.frame, truth.of(frame));
+    return true;
+  }
+  return false;
+}
+
 /// Renders in this thread and writes in another, so that neither waits for the other.
 /// @return how many frames; if a signal came before the first, no lists are written, for a sequence
 /// of none would look whole.
-Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& writer) {
+Result<int> render(sim::SequenceSource& source, Outputs& outputs) {
   BoundedQueue<std::shared_ptr<const sim::SimulatedFrame>> queue(4, Overflow::kBlock);
   std::optional<Error> failure;
   std::atomic<bool> failed{false};
@@ -118,7 +158,7 @@ Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& wr
       [&](const std::stop_token& stop) {
         while (auto frame = queue.pop(stop)) {
           if (failure) continue;
-          if (Status status = writer.add(**frame, source); !status) {
+          if (Status status = outputs.add(**frame, source); !status) {
             failure = status.error();
             failed = true;
           }
@@ -127,23 +167,26 @@ Result<int> render_to_files(sim::SequenceSource& source, sim::SequenceWriter& wr
       [&] { queue.close(); });
   const auto start = std::chrono::steady_clock::now();
   int done = 0;
+  TrueResults truth;
   ProgressBar bar(static_cast<std::size_t>(source.frame_count()), is_quiet());
   while (!failed && StopSignal::received() == 0) {
-    auto frame = source.next_with_losses();
-    if (!frame) break;
+    auto rendered = source.next_with_losses();
+    if (!rendered) break;
+    const auto frame = std::make_shared<const sim::SimulatedFrame>(std::move(*rendered));
     log_detail(fmt::format("frame {} of {}", done + 1, source.frame_count()));
-    if (!queue.push(std::make_shared<const sim::SimulatedFrame>(std::move(*frame)))) break;
+    if (!queue.push(frame)) break;
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     ++done;
     bar.update(static_cast<std::size_t>(done),
                fmt::format("{:.1f} frames/s", done / std::max(1e-3, elapsed.count())));
+    if (outputs.view && !show(*outputs.view, *frame, truth)) break;
   }
   queue.close();
   writing.join();
   writing.rethrow();
   if (failure) return *failure;
   if (done == 0) return 0;
-  if (Status status = writer.finish(source); !status) return status.error();
+  if (Status status = outputs.finish(source); !status) return status.error();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   log::info("{} frames in {:.1f} s ({:.1f} per second)", done, elapsed.count(),
             done / std::max(1e-3, elapsed.count()));
@@ -167,6 +210,32 @@ Status write_origin(const SimulateArguments& arguments, const sim::SequenceSourc
   return write_file_atomically(
       std::filesystem::path(arguments.out) / "simulation.json",
       json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+Result<Outputs> open_outputs(const SimulateArguments& arguments,
+                             const sim::SequenceSource& source) {
+  const bool jpeg = arguments.format == "jpg";
+  Outputs outputs;
+  if (arguments.view.address) {
+    auto view = start_page(arguments.view,
+                           {.camera = source.camera().config(), .map = RunViewConfig::Map::kNone});
+    if (!view) return view.error();
+    outputs.view = std::move(*view);
+  }
+  if (!arguments.mcap.empty())
+    if (Status status = McapWriter::check(arguments.mcap); !status) return status.error();
+  if (!arguments.out.empty()) {
+    auto files = sim::SequenceWriter::create(arguments.out, source,
+                                             {.jpeg = jpeg, .truth = arguments.truth});
+    if (!files) return files.error();
+    outputs.files = std::move(*files);
+  }
+  if (!arguments.mcap.empty()) {
+    auto recording = SimulationRecorder::create(arguments.mcap, source, jpeg);
+    if (!recording) return recording.error();
+    outputs.recording = std::move(*recording);
+  }
+  return outputs;
 }
 
 Status simulate(SimulateArguments arguments) {
@@ -200,13 +269,18 @@ Status simulate(SimulateArguments arguments) {
   Result<sim::SequenceSource> source = sim::open_world(*world, arguments.options);
   if (!source) return source.error();
   if (StopSignal::received() != 0) return Ok{};  // what is in the folder already stays
-  Result<sim::SequenceWriter> writer = sim::SequenceWriter::create(
-      arguments.out, *source, {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
-  if (!writer) return writer.error();
-  const Result<int> frames = render_to_files(*source, *writer);
+  Result<Outputs> outputs = open_outputs(arguments, *source);
+  if (!outputs) return outputs.error();
+  const Result<int> frames = render(*source, *outputs);
   if (!frames) return frames.error();
-  if (*frames == 0) return Ok{};
-  return write_origin(arguments, *source, *frames);
+  if (*frames > 0 && outputs->files)
+    if (Status status = write_origin(arguments, *source, *frames); !status) return status;
+  if (*frames > 0 && outputs->view && arguments.view.stay) {
+    outputs->view->finish(nullptr);
+    log::info("the page stays until it is interrupted (Ctrl-C)");
+    outputs->view->stay([] { return StopSignal::received() != 0; });
+  }
+  return Ok{};
 }
 
 constexpr const char* kSimulateFooter =
@@ -234,7 +308,8 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("simulate", "Render an RGB-D sequence with exact truth");
   command->add_option("world", a.world, "A known world (--list) or a .yaml file");
   command
-      ->add_option("--out", a.out, "Folder for the sequence (TUM layout); REQUIRED but with --list")
+      ->add_option("--out", a.out,
+                   "Folder for the sequence (TUM layout); REQUIRED but with --list, --mcap, --view")
       ->type_name("DIR");
   command->add_flag("--list", a.list, "List the known worlds");
   command->add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)")
@@ -302,6 +377,11 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
                    "Depth is taken by a camera of its own, as calibration_depth.txt says: not "
                    "registered to colour")
       ->type_name("FILE");
+  command
+      ->add_option("--mcap", a.mcap,
+                   "Record it as a camera's messages, with the true pose; `ygslam run` reads it")
+      ->type_name("FILE");
+  add_view_options(*command, a.view);
   CLI::Option* random = command->add_option(
       "--random", a.random,
       "Instead of a sequence: so many single frames of random rooms and people, for training");

@@ -7,6 +7,7 @@
 #include "facade/settings.hpp"
 #include "image/depth.hpp"
 #include "io/image_file.hpp"
+#include "live/run_view.hpp"
 #include "map_file/map_file.hpp"
 #include "system/run_writer.hpp"
 
@@ -69,6 +70,7 @@ struct Slam::Impl {
   SlamConfig config;
   log::SinkPtr sink;
   Session session;
+  std::unique_ptr<RunView> view;
   std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
   std::uint32_t next_frame = 0;
   bool finished = false;
@@ -76,8 +78,10 @@ struct Slam::Impl {
 
   ~Impl() {  // what ends may have something to say
     const log::ScopedSink scope(sink);
+    view.reset();
     session.runner.reset();
   }
+  void open_view(const std::string& address);
   Result process(const Frame& frame);
   MapSnapshot map();
   void reset();
@@ -112,6 +116,7 @@ Slam Slam::open(const Settings& settings) {
     auto session = open_session(std::move(options));
     if (!session.ok()) fail(session.error());
     impl->session = std::move(session).value();
+    if (!settings.view.empty()) impl->open_view(settings.view);
     return Slam(std::move(impl));
   });
 }
@@ -119,6 +124,11 @@ Slam Slam::open(const Settings& settings) {
 Result Slam::process(const Frame& frame) {
   Impl& impl = alive(impl_, "process()");
   return impl.call([&] { return impl.process(frame); });
+}
+
+std::string Slam::view_url() const {
+  const Impl& impl = alive(impl_, "view_url()");
+  return impl.view ? impl.view->url() : std::string();
 }
 
 MapSnapshot Slam::map() {
@@ -144,6 +154,15 @@ Outcome Slam::finish() {
   return impl.call([&] { return impl.finish(); });
 }
 
+void Slam::Impl::open_view(const std::string& address) {
+  auto server = parse_view_address(address);
+  if (!server.ok()) fail(server.error());
+  auto started =
+      RunView::start({.server = *server, .camera = session.camera->config(), .driven = false});
+  if (!started.ok()) fail(started.error());
+  view = std::move(started).value();
+}
+
 Result Slam::Impl::process(const Frame& frame) {
   if (finished) fail({ErrorKind::kUsage, "process() after finish()"});
   if (!frame.rgb || !frame.depth_m) fail({ErrorKind::kInput, "frame without colour or depth"});
@@ -166,6 +185,10 @@ Result Slam::Impl::process(const Frame& frame) {
   input->depth_m = sanitized_depth(depth_m, config.depth);
 
   const TrackResult tracked = session.runner->process(input);
+  if (view) {
+    view->show(input, tracked);
+    view->show_map(*session.runner);
+  }
   Result result;
   result.state = to_api(tracked.state);
   result.T_world_camera = to_api(tracked.T_world_camera);
@@ -197,11 +220,13 @@ MapSnapshot Slam::Impl::map() {
 void Slam::Impl::reset() {
   if (finished) fail({ErrorKind::kUsage, "reset() after finish()"});
   session.runner->reset();
+  if (view) view->restart();
 }
 
 Outcome Slam::Impl::finish() {
-  finished = true;
+  const bool was_finished = std::exchange(finished, true);
   const SlamOutcome& outcome = session.runner->finish();
+  if (view && !was_finished) view->finish(session.runner.get());
   Outcome result;
   for (const ygslam::StampedPose& pose :
        final_trajectory(outcome.trajectory, outcome.revised, session.runner->map()))

@@ -50,6 +50,28 @@ TEST(Finish, GivesTheMapAloneWhereNoTrajectoryIsKept) {
   EXPECT_GT(outcome.static_map.size(), 500U);
 }
 
+TEST(View, ShowsTheRunAndChangesNothing) {
+  const Film& seen = film("static_xyz");
+  Settings settings = settings_for(seen);
+  settings.deterministic = true;
+  EXPECT_EQ(Slam::open(settings).view_url(), "");
+  const Record unseen = run(settings, seen);
+  settings.view = "127.0.0.1:0";
+  Slam slam = Slam::open(settings);
+  EXPECT_EQ(slam.view_url().rfind("http://127.0.0.1:", 0), 0U) << slam.view_url();
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Result result = slam.process(seen[i]);
+    EXPECT_EQ(result.T_world_camera.translation_m,
+              unseen.results[i].T_world_camera.translation_m);
+  }
+  slam.reset();
+  expect_same(slam.finish(), slam.finish());
+  for (const char* nowhere : {"somewhere", "127.0.0.1:99999", "203.0.113.7:0"}) {
+    settings.view = nowhere;
+    EXPECT_EQ(code_of([&] { Slam::open(settings); }), 2) << nowhere;
+  }
+}
+
 TEST(Slam, AnObjectThatWasMovedFromSaysSo) {
   const Film& seen = film("static_xyz");
   Slam first = Slam::open(settings_for(seen));

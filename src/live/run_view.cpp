@@ -81,9 +81,9 @@ void RunView::publish(const Sight& sight) {
   put("/state", ros::DiagnosticArray::kType, sight.frame->stamp, to_cdr(state));
 }
 
-void RunView::finish(Runner& runner) {
+void RunView::finish(Runner* runner) {
   has_ended_ = true;
-  publish_map(runner, now_, kMostPointsAtEnd, *this);
+  if (runner) publish_map(*runner, now_, kMostPointsAtEnd, *this);
   const std::lock_guard lock(mutex_);
   if (last_.frame) sights_.push(last_);
 }
@@ -107,15 +107,15 @@ void RunView::restart() {
   last_stamp_.reset();
 }
 
-RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner& runner,
+RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner* runner,
                                    const std::function<bool()>& interrupted) {
   std::unique_lock lock(mutex_);
   const auto is_wished = [&] { return wishes_.stop || wishes_.save || wishes_.reset; };
   while (!is_due(stamp) && !is_wished() && !interrupted()) {
-    if (std::exchange(map_wanted_, false)) {
+    if (std::exchange(map_wanted_, false) && runner) {
       lock.unlock();
       map_due_ = {};
-      show_map(runner);
+      show_map(*runner);
       lock.lock();
       continue;  // somebody may have driven meanwhile
     }
@@ -138,6 +138,7 @@ RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner& runner,
 Result<std::string> RunView::drive(std::string_view service) {
   const std::lock_guard lock(mutex_);
   changed_.notify_all();
+  if (!config_.driven) return Error{ErrorKind::kUsage, "only the program itself drives this run"};
   if (has_ended_ && service != "stop") return Error{ErrorKind::kUsage, "the run has ended"};
   if (service == "pause" || service == "resume") {
     is_paused_ = service == "pause";
@@ -158,12 +159,15 @@ Result<std::string> RunView::drive(std::string_view service) {
                        : fmt::format("{:g} times real time", speed_);
   }
   if (service == "save") {
-    if (!config_.saves) return Error{ErrorKind::kUsage, "this run keeps no map (--save-map)"};
+    if (config_.map != RunViewConfig::Map::kSaves)
+      return Error{ErrorKind::kUsage, "this run keeps no map (--save-map)"};
     wishes_.save = true;
     return std::string("the map will be saved");
   }
   if (service == "reset") {
-    if (config_.saves)
+    if (config_.map == RunViewConfig::Map::kNone)
+      return Error{ErrorKind::kUsage, "here is no map to begin anew"};
+    if (config_.map == RunViewConfig::Map::kSaves)
       return Error{ErrorKind::kUsage, "this run keeps a map file: start another run"};
     wishes_.reset = true;
     return std::string("map and trajectory begin anew");

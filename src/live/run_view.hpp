@@ -14,11 +14,17 @@
 namespace ygslam {
 
 struct RunViewConfig {
+  enum class Map {
+    kResets,  ///< those who drive may begin the map anew
+    kSaves,   ///< the run keeps a map file: they may save it now
+    kNone,
+  };
   ViewServerConfig server{};
   CameraConfig camera{};
   bool paced = false;   ///< the input comes at its own pace: slower and faster are refused
-  bool saves = false;   ///< the run keeps a map file: "save" is understood, "reset" is not
   bool paused = false;  ///< from the beginning
+  bool driven = true;   ///< false: nobody may do anything but look on
+  Map map = Map::kResets;
 };
 
 class RunView : private MessageSink {
@@ -39,8 +45,9 @@ class RunView : private MessageSink {
   };
   /// Waits until the frame is due (not while paused, nor before its time at the speed asked for)
   /// or something is wished.
-  /// @param interrupted ends the wait when it says so. @param runner shows its map meanwhile.
-  [[nodiscard]] Wishes wait_turn(Timestamp stamp, Runner& runner,
+  /// @param interrupted ends the wait when it says so. @param runner shows its map meanwhile; may
+  /// be null.
+  [[nodiscard]] Wishes wait_turn(Timestamp stamp, Runner* runner,
                                  const std::function<bool()>& interrupted);
 
   /// Asked to stop, once somebody who drives wishes it: for waits that frames do not end.
@@ -49,7 +56,8 @@ class RunView : private MessageSink {
   /// The runner was reset.
   void restart();
   /// The run has ended: shows the whole map as it is now, and says so.
-  void finish(Runner& runner);
+  /// @param runner may be null.
+  void finish(Runner* runner);
   /// Goes on showing it until `interrupted`, or somebody who drives stops it.
   void stay(const std::function<bool()>& interrupted);
 

@@ -1,0 +1,98 @@
+#include "app/simulation_recorder.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "bag/ros_images.hpp"
+#include "io/image_file.hpp"
+#include "live/run_messages.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr const char* kDepthFrame = "depth_optical";
+constexpr int kJpegQuality = 95;  // as in the files
+
+ros::Image depth_message(const DepthImage& depth_m, Timestamp stamp, const char* frame) {
+  ros::Image message;
+  message.header = {ros::to_ros(stamp), frame};
+  message.width = static_cast<std::uint32_t>(depth_m.width());
+  message.height = static_cast<std::uint32_t>(depth_m.height());
+  message.encoding = "16UC1";
+  message.step = 2 * message.width;
+  message.data.reserve(2 * depth_m.size());
+  for (const float metres : depth_m) {
+    const double mm = std::round(ros::kMillimetres * metres);
+    const auto raw = static_cast<std::uint16_t>(
+        mm > 0 && mm <= std::numeric_limits<std::uint16_t>::max() ? mm : 0);
+    message.data.push_back(static_cast<std::uint8_t>(raw & 0xFFU));
+    message.data.push_back(static_cast<std::uint8_t>(raw >> 8U));
+  }
+  return message;
+}
+
+}  // namespace
+
+TrackResult TrueResults::of(const sim::SimulatedFrame& frame) {
+  if (!T_first_world_) T_first_world_ = frame.T_world_camera.inverse();
+  TrackResult result;
+  result.state = TrackState::kTracking;
+  result.T_world_camera = result.T_odom_camera = *T_first_world_ * frame.T_world_camera;
+  return result;
+}
+
+Result<SimulationRecorder> SimulationRecorder::create(const std::filesystem::path& file,
+                                                      const sim::SequenceSource& source,
+                                                      bool jpeg) {
+  auto writer = McapWriter::create(file);
+  if (!writer.ok()) return writer.error();
+  return SimulationRecorder(std::move(writer).value(), source, jpeg);
+}
+
+Status SimulationRecorder::place_depth_camera(Timestamp stamp) {
+  if (!depth_camera_ || std::exchange(is_placed_, true)) return Ok{};
+  const ros::TransformStamped place{{ros::to_ros(stamp), "camera_optical"},
+                                    kDepthFrame,
+                                    ros::to_ros(depth_camera_->T_colour_depth)};
+  return write("/tf_static", stamp, ros::TfMessage{{place}});
+}
+
+Status SimulationRecorder::add_colour(const sim::SimulatedFrame& frame) {
+  const ColourImage& colour = frame.frame->colour;
+  std::string bytes = jpeg_ ? encode_jpeg(colour, kJpegQuality) : encode_png(colour, 1);
+  if (frame.delivery.truncate_colour) bytes.resize(bytes.size() / 2);
+  const Timestamp stamp = frame.frame->stamp;
+  Status written = write("/camera/camera_info", stamp, camera_info_message(camera_, stamp));
+  if (!written.ok()) return written;
+  return write("/camera/image/compressed", stamp,
+               ros::CompressedImage{{ros::to_ros(stamp), "camera_optical"},
+                                    jpeg_ ? "jpeg" : "png",
+                                    Bytes(bytes.begin(), bytes.end())});
+}
+
+Status SimulationRecorder::add_depth(const sim::SimulatedFrame& frame) {
+  const Timestamp stamp = frame.frame->stamp;
+  const char* name = depth_camera_ ? kDepthFrame : "camera_optical";
+  ros::CameraInfo info =
+      camera_info_message(depth_camera_ ? depth_camera_->camera : camera_, stamp);
+  info.header.frame_id = name;
+  Status written = write("/camera/depth/camera_info", stamp, info);
+  if (!written.ok()) return written;
+  ros::Image depth = depth_message(frame.frame->depth_m, stamp, name);
+  if (frame.delivery.truncate_depth) depth.data.resize(depth.data.size() / 2);
+  return write("/camera/depth/image", stamp, depth);
+}
+
+Status SimulationRecorder::add(const sim::SimulatedFrame& frame) {
+  if (!frame.delivery.frame) return Ok{};
+  const Timestamp stamp = frame.frame->stamp;
+  const TrackResult truth = truth_.of(frame);
+  Status status = place_depth_camera(stamp);
+  if (status.ok()) status = write("/tf", stamp, tf_message(*frame.frame, truth));
+  if (status.ok()) status = write("/odometry", stamp, odometry_message(*frame.frame, truth));
+  if (status.ok() && frame.delivery.depth) status = add_depth(frame);
+  if (status.ok() && frame.delivery.colour) status = add_colour(frame);
+  return status;
+}
+
+}  // namespace ygslam

@@ -2,6 +2,7 @@
 
     python tests/hostile_bags_test.py
 """
+import bz2
 import contextlib
 import json
 import resource
@@ -10,10 +11,22 @@ import struct
 import unittest
 
 import numpy as np
+import zstandard
+from rosbags.rosbag2 import StoragePlugin
 
 from bag_test import FRAMES, BagTest
-from bags import RGB, STORE1, Messages, recording, write_mcap, write_ros1
+from bags import RGB, STORE1, Messages, recording, write_mcap, write_ros1, write_ros2
 from ygslam_cli import HEIGHT, WIDTH
+
+CHUNK_BYTES = 1 << 29  # the largest that is read
+
+
+def mcap_text(text):
+    return struct.pack("<I", len(text)) + text
+
+
+def mcap_record(kind, content):
+    return struct.pack("<BQ", kind, len(content)) + content
 
 
 class HostileBags(BagTest):
@@ -72,6 +85,43 @@ class HostileBags(BagTest):
             resource.setrlimit(resource.RLIMIT_DATA, (1 << 30, 1 << 30))
         done = self.run_slam(bag, preexec_fn=limit)
         self.assert_error(done, 4, bag, "no topic with colour images")
+
+    def test_a_file_that_unpacks_to_hundreds_of_gigabytes_is_read_to_a_gigabyte(self):
+        """Chunks of 512 MB of zeros: 40 of them in 650 kB, alone and behind what is there to read."""
+        packed = zstandard.ZstdCompressor().compress(bytes(CHUNK_BYTES))
+        chunk = mcap_record(6, struct.pack("<QQQI", 0, 0, CHUNK_BYTES, 0) + mcap_text(b"zstd")
+                            + struct.pack("<Q", len(packed)) + packed)
+        whole = write_mcap(self.folder / "a.mcap", self.said()).read_bytes()
+        bag = self.folder / "bomb.mcap"
+        bag.write_bytes(whole[:8] + 40 * chunk)
+        self.assert_error(self.run_slam(bag, timeout=60), 4, bag, "unpacks to more than 1 GiB and 300 times",
+                          out="none")
+        end = whole.rindex(b"\x0f\x04\0\0\0\0\0\0\0")  # where the data ends
+        bag.write_bytes(whole[:end] + 40 * chunk)
+        self.assertIn("warning: " + str(bag) + ": unpacks to more", self.run_bag(bag, timeout=60).stderr)
+        self.assertEqual(self.metrics()["frames"], FRAMES)
+
+    def test_what_chunks_of_ros_1_promise_counts_whether_they_keep_it_or_not(self):
+        def fields(**values):
+            data = b"".join(struct.pack("<I", len(key) + 1 + len(value)) + key.encode() + b"=" + value
+                            for key, value in values.items())
+            return struct.pack("<I", len(data)) + data
+        packed = bz2.compress(bytes(1000))
+        chunk = (fields(op=b"\5", compression=b"bz2", size=struct.pack("<I", CHUNK_BYTES))
+                 + struct.pack("<I", len(packed)) + packed)
+        bag = self.folder / "bomb.bag"
+        bag.write_bytes(b"#ROSBAG V2.0\n" + 1000 * chunk)
+        self.assert_error(self.run_slam(bag, timeout=60), 4, bag, "unpacks to more than", out="none")
+
+    def test_messages_of_sqlite_that_unpack_to_gigabytes_are_read_to_one(self):
+        bag = write_ros2(self.folder / "bag", self.said(), StoragePlugin.SQLITE3)
+        (file,) = bag.glob("*.db3")
+        packed = zstandard.ZstdCompressor().compress(bytes(CHUNK_BYTES))
+        with contextlib.closing(sqlite3.connect(file)) as data:
+            data.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES(1, 0, ?)", 60 * [(packed,)])
+            data.commit()
+        self.assertIn("unpacks to more than 1 GiB", self.run_bag(bag, timeout=120).stderr)
+        self.assertEqual(self.metrics()["frames"], FRAMES)
 
     def test_topics_without_end_leave_the_first_as_they_are(self):
         info = self.messages.info(1, self.camera, (WIDTH, HEIGHT))

@@ -3,12 +3,15 @@
     python tests/view_test.py
 """
 import asyncio
+import http.client
 import json
 import re
 import signal
 import socket
 import struct
 import subprocess
+import threading
+import time
 import unittest
 import urllib.error
 import urllib.request
@@ -23,6 +26,8 @@ EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_i
 OF_THE_MAP = {"/landmarks", "/path", "/cloud"}
 PROTOCOL = "foxglove.websocket.v1"
 WAIT_S = 120  # far beyond anything a loaded machine needs
+PLACES = 64  # connections at once
+SOON_S = 4  # less than a connection without a request is waited for
 
 
 class Client:
@@ -369,6 +374,64 @@ class View(Watched):
         asyncio.run(pester(port, token))
         self.assertEqual(with_idlers.returncode, 0)
         self.assertEqual(self.metrics()["frames"], FRAMES)
+
+    def test_connections_that_never_ask_keep_nobody_out(self):
+        """More of them than there are places, opened again as soon as they are closed."""
+        def knock(number):
+            s = socket.create_connection(("127.0.0.1", port), timeout=WAIT_S)
+            s.sendall(b"GET / HTTP/1.1\r\nHost: 127.0" if number % 2 else b"")
+            s.setblocking(False)
+            return s
+
+        def is_closed(s):
+            try:
+                return not s.recv(1)
+            except BlockingIOError:
+                return False
+            except OSError:
+                return True
+
+        def besiege():
+            while not over.wait(0.002):
+                for i, s in enumerate(half_open):
+                    if is_closed(s):
+                        s.close()
+                        half_open[i] = knock(i)
+
+        async def soon(look):
+            """Who was slower than all who came after, on a loaded machine, comes again."""
+            end = time.monotonic() + SOON_S
+            while True:
+                try:
+                    return await look()
+                except (OSError, http.client.HTTPException, websockets.WebSocketException):
+                    if time.monotonic() > end:
+                        raise
+
+        async def look(port):
+            early = await Client.connect(port)
+            for i in range(PLACES + 6):
+                half_open.append(knock(i))
+            siege.start()
+            for _ in range(5):
+                self.assertEqual((await soon(lambda: asyncio.to_thread(self.fetch, port)))[0], 200)
+                await (await soon(lambda: Client.connect(port))).subscribe(["/odometry"])
+            await early.connection.ping()  # who looks on stays
+            await early.subscribe(["/odometry"])
+            async for topic, _, _ in early.messages():
+                self.assertEqual(topic, "/odometry")
+                return
+        half_open, over = [], threading.Event()
+        run, port, _ = self.start("--view-stay")
+        siege = threading.Thread(target=besiege)
+        try:
+            asyncio.run(look(port))
+        finally:
+            over.set()
+            siege.join()
+            for s in half_open:
+                s.close()
+        self.end(run)
 
     def test_an_address_in_use_or_impossible_is_told(self):
         taken = socket.create_server(("127.0.0.1", 0))

@@ -31,7 +31,7 @@ class Output {
   bool grow() {
     if (bytes_.size() >= most_) return false;
     bytes_.resize(static_cast<std::size_t>(
-        std::min<std::uint64_t>(most_, 2 * std::uint64_t{bytes_.size()} + 1024)));
+        std::min<std::uint64_t>(most_, 4 * std::uint64_t{bytes_.size()} + 1024)));
     return true;
   }
   Bytes finish() {
@@ -168,8 +168,12 @@ Result<Bytes> BlockCache::read(std::uint64_t block, std::uint64_t offset, std::u
   if (it == blocks_.end()) {
     auto loaded = load_(block);
     if (!loaded.ok()) return loaded.error();
+    bytes_ += loaded->size();
     blocks_.push_front({block, std::make_shared<const Bytes>(std::move(*loaded))});
-    if (blocks_.size() > kBlocks) blocks_.pop_back();
+    while (blocks_.size() > kBlocks || (blocks_.size() > 1 && bytes_ > kMostBytes)) {
+      bytes_ -= blocks_.back().bytes->size();
+      blocks_.pop_back();
+    }
     it = blocks_.begin();
   }
   const Bytes& all = *it->bytes;
@@ -177,6 +181,20 @@ Result<Bytes> BlockCache::read(std::uint64_t block, std::uint64_t offset, std::u
     return reason("the file changed while it was read");
   const auto begin = all.begin() + static_cast<std::ptrdiff_t>(offset);
   return Bytes(begin, begin + static_cast<std::ptrdiff_t>(bytes));
+}
+
+Error ExpansionLimit::error(const std::filesystem::path& path) {
+  return {ErrorKind::kInput, path.string() + ": unpacks to more than 1 GiB and " +
+                                 std::to_string(kMostRatio) +
+                                 " times its size, read as far as that"};
+}
+
+std::optional<std::uint64_t> promised_size(Compression compression,
+                                           std::span<const std::uint8_t> bytes) {
+  if (compression != Compression::kZstd) return std::nullopt;
+  const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
+  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR) return std::nullopt;
+  return size;
 }
 
 Result<Bytes> decompressed(Compression compression, std::span<const std::uint8_t> bytes,

@@ -1,6 +1,7 @@
 // A file of somebody else's, read piece by piece.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -83,6 +84,34 @@ class RecordReader {
   bool ok_ = true;
 };
 
+/// What may come out of a file's compressed blocks. A few bytes unpack to hundreds of gigabytes,
+/// which take an hour. Recordings come to less than 30 times their size, but where images of one
+/// colour, which come to thousands of times, are nearly all there is: of those the beginning is
+/// read.
+class ExpansionLimit {
+ public:
+  static constexpr std::uint64_t kFreeBytes = std::uint64_t{1} << 30;
+  static constexpr std::uint64_t kMostRatio = 300;
+  explicit ExpansionLimit(std::uint64_t file_bytes)
+      : left_(kFreeBytes + kMostRatio * std::min(file_bytes, kMostFile)) {}
+
+  /// @param bytes that the next block says it unpacks to: `decompressed` sees to it that it does.
+  /// @return false if that is too much.
+  [[nodiscard]] bool take(std::uint64_t bytes) {
+    is_reached_ = is_reached_ || bytes > left_;
+    if (!is_reached_) left_ -= bytes;
+    return !is_reached_;
+  }
+  [[nodiscard]] bool is_reached() const { return is_reached_; }
+  /// What there is to say then.
+  [[nodiscard]] static Error error(const std::filesystem::path& path);
+
+ private:
+  static constexpr std::uint64_t kMostFile = std::uint64_t{1} << 50;  // so that nothing overflows
+  std::uint64_t left_;
+  bool is_reached_ = false;
+};
+
 /// The blocks read last, so that neighbours in a chunk do not unpack it again.
 class BlockCache {
  public:
@@ -93,6 +122,7 @@ class BlockCache {
 
  private:
   static constexpr std::size_t kBlocks = 4;  // colour and depth may lie a few chunks apart
+  static constexpr std::size_t kMostBytes = std::size_t{1} << 28;  // of them, but for the newest
   struct Block {
     std::uint64_t number;
     std::shared_ptr<const Bytes> bytes;
@@ -100,9 +130,14 @@ class BlockCache {
   Load load_;
   std::mutex mutex_;
   std::list<Block> blocks_;  // newest first
+  std::size_t bytes_ = 0;    // of all
 };
 
 enum class Compression { kNone, kZstd, kLz4, kBz2 };
+
+/// What a block says that it unpacks to, where its compression has it. Not to be believed.
+[[nodiscard]] std::optional<std::uint64_t> promised_size(Compression compression,
+                                                         std::span<const std::uint8_t> bytes);
 
 /// @param size of the result as promised; without, any up to kMostBlockBytes. Memory grows with
 /// what comes out, not with what was promised.

@@ -32,6 +32,7 @@ Result<Bytes> McapBag::read(const MessagePlace& place) const {
 Status McapBag::visit(const Visitor& visitor) {
   std::uint64_t at = mcap::kMagic.size();
   bool ended = false;
+  ExpansionLimit expansion(file_.size());
   while (!ended && file_.holds(at, mcap::kRecordHead)) {
     const auto head = file_.read(at, mcap::kRecordHead);
     if (!head.ok())
@@ -44,7 +45,9 @@ Status McapBag::visit(const Visitor& visitor) {
     ended = records_.is_end(opcode, length);
     if (McapRecords::is_used(opcode)) {
       const auto content = file_.read(at + mcap::kRecordHead, length);
-      if (content.ok()) {
+      if (content.ok() && opcode == mcap::kChunk && !expansion.take(expansion_of_chunk(*content))) {
+        break;
+      } else if (content.ok()) {
         records_.take(opcode, *content, {0, at, 0, length}, visitor);
       } else {
         note(length > kMostBlockBytes ? "a record of " + std::to_string(length) + " bytes"
@@ -53,7 +56,12 @@ Status McapBag::visit(const Visitor& visitor) {
     }
     at += mcap::kRecordHead + length;
   }
-  if (!ended) warnings_.push_back(file_.path().string() + ": ends early, read as far as it goes");
+  if (expansion.is_reached() && topics_.empty()) return ExpansionLimit::error(file_.path());
+  if (expansion.is_reached()) {
+    warnings_.push_back(ExpansionLimit::error(file_.path()).message);
+  } else if (!ended) {
+    warnings_.push_back(file_.path().string() + ": ends early, read as far as it goes");
+  }
   warn_of_faults(file_.path().string());
   return Ok{};
 }

@@ -14,9 +14,14 @@ std::optional<Compression> mcap_compression(const std::string& name) {
   return std::nullopt;
 }
 
-}  // namespace
+struct McapChunk {
+  std::uint64_t size;  // of the records
+  std::uint32_t crc;   // 0: none
+  Compression compression;
+  std::span<const std::uint8_t> packed;
+};
 
-Result<Bytes> unpacked_chunk(std::span<const std::uint8_t> content) {
+Result<McapChunk> chunk_of(std::span<const std::uint8_t> content) {
   RecordReader reader(content);
   reader.raw(2 * sizeof(std::uint64_t));  // first and last stamp
   const auto size = reader.number<std::uint64_t>();
@@ -26,7 +31,24 @@ Result<Bytes> unpacked_chunk(std::span<const std::uint8_t> content) {
   if (!reader.ok()) return Error{ErrorKind::kInput, "a chunk is shorter than it says"};
   const auto compression = mcap_compression(name);
   if (!compression) return Error{ErrorKind::kInput, "chunks are compressed otherwise"};
-  auto records = decompressed(*compression, packed, size);
+  return McapChunk{size, crc, *compression, packed};
+}
+
+}  // namespace
+
+std::uint64_t expansion_of_chunk(std::span<const std::uint8_t> content) {
+  const auto chunk = chunk_of(content);
+  // What is beyond this is refused before anything is unpacked.
+  const bool is_unpacked =
+      chunk.ok() && chunk->compression != Compression::kNone && chunk->size <= kMostBlockBytes;
+  return is_unpacked ? chunk->size : 0;
+}
+
+Result<Bytes> unpacked_chunk(std::span<const std::uint8_t> content) {
+  const auto chunk = chunk_of(content);
+  if (!chunk.ok()) return chunk.error();
+  const auto [size, crc, compression, packed] = *chunk;
+  auto records = decompressed(compression, packed, size);
   if (!records.ok()) return records;
   if (crc != 0 && ::crc32_z(0, records->data(), records->size()) != crc)
     return Error{ErrorKind::kInput, "a chunk's checksum is wrong"};
@@ -61,7 +83,8 @@ void McapRecords::take_chunk(std::span<const std::uint8_t> records, std::uint64_
     const auto length = reader.number<std::uint64_t>();
     const std::size_t offset = reader.at();
     const auto content = reader.raw(length);
-    if (!reader.ok()) return note_("a chunk's records do not fit into it");
+    // No record has the number 0: zeros would be looked at nine by nine.
+    if (!reader.ok() || opcode == 0) return note_("a chunk's records do not fit into it");
     take_one(opcode, content, {0, chunk, offset, length}, visitor);
   }
 }

@@ -45,6 +45,8 @@ class McapRecords {
   std::map<std::uint16_t, std::optional<std::size_t>> topic_of_;  // none: of another encoding
 };
 
+/// What a chunk says that its records come to; 0 if they are not compressed or it cannot be read.
+[[nodiscard]] std::uint64_t expansion_of_chunk(std::span<const std::uint8_t> content);
 /// A chunk's records. @return kInput with a reason alone.
 [[nodiscard]] Result<Bytes> unpacked_chunk(std::span<const std::uint8_t> content);
 

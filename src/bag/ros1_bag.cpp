@@ -73,6 +73,14 @@ Result<Bytes> load_chunk(const InputFile& file, const RecordPlace& record) {
   return decompressed(compression, *packed, *size);
 }
 
+/// What a chunk says that its records come to; 0 if they are not compressed or will be refused.
+std::uint64_t expansion_of(const RecordPlace& record) {
+  const auto name = record.head.find("compression");
+  const auto size = number_of<std::uint32_t>(record.head, "size").value_or(0);
+  const bool is_packed = name != record.head.end() && name->second != "none";
+  return is_packed && size <= kMostBlockBytes ? size : 0;
+}
+
 }  // namespace
 
 Ros1Bag::Ros1Bag(InputFile file)
@@ -88,6 +96,7 @@ Result<Bytes> Ros1Bag::read(const MessagePlace& place) const {
 
 Status Ros1Bag::visit(const Visitor& visitor) {
   std::uint64_t at = kMagicBytes;
+  ExpansionLimit expansion(file_.size());
   while (at < file_.size()) {
     const auto record = record_at(file_, at);
     // A head without a field: what was never written is zeros, perhaps without end.
@@ -96,6 +105,11 @@ Status Ros1Bag::visit(const Visitor& visitor) {
       break;
     }
     if (number_of<std::uint8_t>(record->head, "op") == kChunkOp) {
+      if (!expansion.take(expansion_of(*record))) {
+        if (topics_.empty()) return ExpansionLimit::error(file_.path());
+        warnings_.push_back(ExpansionLimit::error(file_.path()).message);
+        break;
+      }
       const auto records = load_chunk(file_, *record);
       records.ok() ? visit_records(*records, at, visitor) : note(records.error().message);
     }

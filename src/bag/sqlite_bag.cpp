@@ -35,6 +35,17 @@ std::string uri_of_bag(const fs::path& path) {
   return uri + (fs::exists(path.string() + "-wal", code) ? "" : "?immutable=1");
 }
 
+/// Of a bag and of what its writer did not get to put into it.
+std::uint64_t bytes_on_disk(const fs::path& path) {
+  std::uint64_t bytes = 0;
+  for (const char* ending : {"", "-wal"}) {
+    std::error_code code;
+    const auto size = fs::file_size(path.string() + ending, code);
+    if (!code) bytes += size;
+  }
+  return bytes;
+}
+
 struct FinalizeRows {
   void operator()(sqlite3_stmt* rows) const { sqlite3_finalize(rows); }
 };
@@ -92,11 +103,31 @@ std::span<const std::uint8_t> blob_at(sqlite3_stmt* rows, int column) {
 
 constexpr std::array<std::uint8_t, 4> kZstdMagic = {0x28, 0xb5, 0x2f, 0xfd};
 
-/// A message as it was before rosbag2 compressed it. CDR begins otherwise.
-Result<Bytes> plain_message(std::span<const std::uint8_t> bytes) {
+/// How rosbag2 compressed a message. CDR begins otherwise.
+Compression compression_of(std::span<const std::uint8_t> bytes) {
   const bool is_packed = bytes.size() >= kZstdMagic.size() &&
                          std::equal(kZstdMagic.begin(), kZstdMagic.end(), bytes.begin());
-  return decompressed(is_packed ? Compression::kZstd : Compression::kNone, bytes, std::nullopt);
+  return is_packed ? Compression::kZstd : Compression::kNone;
+}
+
+/// A message as it was before it was compressed.
+Result<Bytes> plain_message(std::span<const std::uint8_t> bytes) {
+  const Compression compression = compression_of(bytes);
+  return decompressed(compression, bytes, promised_size(compression, bytes));
+}
+
+/// Unpacks a message unless the file has come to too much with it.
+std::optional<Result<Bytes>> unpack_within(std::span<const std::uint8_t> bytes,
+                                           ExpansionLimit& expansion) {
+  const Compression compression = compression_of(bytes);
+  if (compression == Compression::kNone) return plain_message(bytes);
+  const auto promised = promised_size(compression, bytes);
+  // What is beyond the largest block is refused before anything is unpacked.
+  if (promised && *promised <= kMostBlockBytes && !expansion.take(*promised)) return std::nullopt;
+  auto message = plain_message(bytes);
+  if (!promised && !expansion.take(message.ok() ? message->size() : kMostBlockBytes))
+    return std::nullopt;
+  return message;
 }
 
 }  // namespace
@@ -149,12 +180,15 @@ Status SqliteBag::visit(const Visitor& visitor) {
                  path_.string() + ": is no ROS 2 bag (" + said_by(handle_.get()) + ")"};
   Patience patience(handle_.get());
   Ascending ascending;
+  ExpansionLimit expansion(bytes_on_disk(path_));
   int code = SQLITE_ROW;
   while ((code = patience.step(rows.get())) == SQLITE_ROW) {
     if (!ascending.take(sqlite3_column_int64(rows.get(), 0))) break;
     const auto topic = topic_of_.find(sqlite3_column_int64(rows.get(), 1));
     if (topic == topic_of_.end()) continue;
-    const auto message = plain_message(blob_at(rows.get(), 3));
+    const auto unpacked = unpack_within(blob_at(rows.get(), 3), expansion);
+    if (!unpacked) break;
+    const auto& message = *unpacked;
     if (!message.ok()) {
       note(message.error().message);
       continue;
@@ -162,10 +196,14 @@ Status SqliteBag::visit(const Visitor& visitor) {
     const auto row = static_cast<std::uint64_t>(sqlite3_column_int64(rows.get(), 0));
     visitor({topic->second, {sqlite3_column_int64(rows.get(), 2)}, *message, {0, row, 0, 0}});
   }
-  if (code != SQLITE_DONE)
+  if (expansion.is_reached() && topics_.empty()) return ExpansionLimit::error(path_);
+  if (expansion.is_reached()) {
+    warnings_.push_back(ExpansionLimit::error(path_).message);
+  } else if (code != SQLITE_DONE) {
     warnings_.push_back(path_.string() + ": read as far as it goes (" +
                         (code == SQLITE_ROW ? "its messages come again" : said_by(handle_.get())) +
                         ")");
+  }
   warn_of_faults(path_.string());
   return Ok{};
 }

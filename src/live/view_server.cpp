@@ -10,7 +10,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 
 #include "core/log.hpp"
 #include "core/worker_thread.hpp"
@@ -34,7 +33,7 @@ constexpr std::size_t kMostSubscriptions = 32;  // of a client
 constexpr std::size_t kMostWaiting = 256;       // texts to a client that does not read them
 constexpr std::size_t kLongestMessage = 1 << 16;
 constexpr std::uint32_t kLongestHead = 1 << 13;
-constexpr auto kHandshake = std::chrono::seconds(10);
+constexpr auto kHandshake = std::chrono::seconds(5);
 constexpr auto kRetry = std::chrono::milliseconds(100);
 
 using Request = http::request<http::empty_body>;
@@ -58,7 +57,8 @@ struct Hub {
   std::vector<Topic> topics;
   std::vector<std::string> services;
   ViewServer::Callbacks callbacks;
-  std::set<std::shared_ptr<Session>> sessions;
+  std::map<std::uint64_t, std::shared_ptr<Session>> sessions;  // in the order they came in
+  std::uint64_t arrivals = 0;
   std::vector<std::atomic<int>> wanted;  // subscriptions of each topic
   std::atomic<int> clients{0};
   std::vector<MessagePtr> last;  // of each topic
@@ -73,7 +73,8 @@ struct Hub {
 /// One connection: a request for a page's file, or a client from its handshake to its end.
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  Session(Hub& hub, tcp::socket socket) : hub_(hub), stream_(std::move(socket)) {
+  Session(Hub& hub, std::uint64_t number, tcp::socket socket)
+      : hub_(hub), number_(number), stream_(std::move(socket)) {
     parser_.header_limit(kLongestHead);
     parser_.body_limit(0);
   }
@@ -82,15 +83,31 @@ class Session : public std::enable_shared_from_this<Session> {
     stream_.expires_after(kHandshake);
     http::async_read(stream_, buffer_, parser_,
                      [self = shared_from_this()](BoostError error, std::size_t) {
-                       if (error) return self->leave();
+                       if (error || self->has_left_) return self->leave();
+                       self->has_asked_ = true;
                        self->answer(self->parser_.get());
                      });
   }
+
+  /// Its request has come.
+  [[nodiscard]] bool has_asked() const { return has_asked_; }
 
   void offer(std::size_t topic, const MessagePtr& message) {
     for (const auto& [subscription, its_topic] : subscriptions_)
       if (its_topic == topic) pending_[subscription] = message;
     write_next();
+  }
+
+  /// Closes the connection; what is under way ends with an error.
+  void leave() {
+    if (std::exchange(has_left_, true)) return;
+    for (const auto& [id, topic] : subscriptions_) --hub_.wanted[topic];
+    subscriptions_.clear();
+    pending_.clear();
+    if (is_client_) --hub_.clients;
+    BoostError ignored;
+    (ws_ ? beast::get_lowest_layer(*ws_) : stream_).socket().close(ignored);
+    hub_.sessions.erase(number_);  // perhaps the last to hold it: nothing after this
   }
 
  private:
@@ -160,7 +177,7 @@ class Session : public std::enable_shared_from_this<Session> {
     ws_->read_message_max(kLongestMessage);
     beast::get_lowest_layer(*ws_).expires_never();
     ws_->async_accept(request, [self = shared_from_this()](BoostError error) {
-      if (error) return self->leave();
+      if (error || self->has_left_) return self->leave();
       ++self->hub_.clients;
       self->is_client_ = true;
       self->say(foxglove::server_info());
@@ -254,23 +271,14 @@ class Session : public std::enable_shared_from_this<Session> {
     ws_->async_write(parts, done);
   }
 
-  void leave() {
-    if (std::exchange(has_left_, true)) return;
-    for (const auto& [id, topic] : subscriptions_) --hub_.wanted[topic];
-    subscriptions_.clear();
-    pending_.clear();
-    if (is_client_) --hub_.clients;
-    BoostError ignored;
-    (ws_ ? beast::get_lowest_layer(*ws_) : stream_).socket().close(ignored);
-    hub_.sessions.erase(shared_from_this());
-  }
-
   Hub& hub_;
+  std::uint64_t number_;
   beast::tcp_stream stream_;  // until it is ws_
   std::optional<websocket::stream<beast::tcp_stream>> ws_;
   beast::flat_buffer buffer_;
   http::request_parser<http::empty_body> parser_;
-  bool is_client_ = false, may_drive_ = false, is_writing_ = false, has_left_ = false;
+  bool has_asked_ = false, is_client_ = false, may_drive_ = false, is_writing_ = false,
+       has_left_ = false;
   std::map<std::uint32_t, std::size_t> subscriptions_;  // to topics
   std::map<std::uint32_t, MessagePtr> pending_;         // the newest of each subscription
   std::uint32_t last_sent_ = 0;
@@ -325,7 +333,7 @@ class BeastViewServer : public ViewServer {
     asio::post(io_, [this, index, message] {
       hub_.last[index] = message;
       const auto sessions = hub_.sessions;  // a session may leave meanwhile
-      for (const auto& session : sessions) session->offer(index, message);
+      for (const auto& [number, session] : sessions) session->offer(index, message);
     });
   }
   [[nodiscard]] int clients() const override { return hub_.clients; }
@@ -351,6 +359,16 @@ class BeastViewServer : public ViewServer {
     }
   }
 
+  /// Ends the connection that has been silent longest. An honest one asks as soon as it is there,
+  /// so that whoever opens connections without end does not keep it out.
+  void make_room() {
+    const auto it = std::ranges::find_if(
+        hub_.sessions, [](const auto& entry) { return !entry.second->has_asked(); });
+    if (it == hub_.sessions.end()) return;
+    const std::shared_ptr<Session> silent = it->second;
+    silent->leave();
+  }
+
   void accept_next() {
     acceptor_.async_accept([this](BoostError error, tcp::socket socket) {
       if (error) {  // no files are left, say: it may pass
@@ -359,10 +377,12 @@ class BeastViewServer : public ViewServer {
           if (!stopped && acceptor_.is_open()) accept_next();
         });
       }
+      if (hub_.sessions.size() >= kMostClients) make_room();
       if (hub_.sessions.size() < kMostClients) {
         socket.set_option(tcp::no_delay(true), error);
-        const auto session = std::make_shared<Session>(hub_, std::move(socket));
-        hub_.sessions.insert(session);
+        const std::uint64_t number = hub_.arrivals++;
+        const auto session = std::make_shared<Session>(hub_, number, std::move(socket));
+        hub_.sessions.emplace(number, session);
         session->start();
       }
       if (acceptor_.is_open()) accept_next();

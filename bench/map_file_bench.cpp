@@ -49,8 +49,9 @@ FeaturesPtr make_features(const Options& options, Rng& rng) {
     f.uv_px = {static_cast<float>(rng.uniform(16, kWidth - 17)),
                static_cast<float>(rng.uniform(16, kHeight - 17))};
     f.ideal_px = f.uv_px;
-    f.depth_m =
-        rng.uniform() < .85 ? static_cast<float>(rng.below(20'000) + 2'500) / kRawPerMetre : 0.0F;
+    f.depth_m = rng.uniform() < .85
+                    ? static_cast<float>(rng.below(20'000) + 2'500) * (1 / kRawPerMetre)
+                    : 0.0F;  // as image/depth reckons
     f.angle_rad = static_cast<float>(rng.uniform(0, 6.28));
     f.response = static_cast<float>(rng.uniform(5, 100));
     f.on_depth_edge = rng.uniform() < .25;

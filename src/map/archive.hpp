@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -15,6 +16,9 @@
 namespace ygslam {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they lie");
+
+/// How fields lie. What is written lies as in the last one.
+enum class FieldLayout : std::uint16_t { kFirst = 1, kSecond = 2 };
 
 class ArchiveWriter {
  public:
@@ -26,7 +30,8 @@ class ArchiveWriter {
     bytes_.append(bytes, sizeof(T));
   }
   template <typename T>
-  void count(const T& container, std::size_t /*least_bytes_each*/ = 1) {
+  void count(const T& container, std::size_t /*least_bytes_each*/ = 1,
+             std::size_t /*most*/ = std::numeric_limits<std::size_t>::max()) {
     number(static_cast<std::uint32_t>(container.size()));
   }
   /// value(i) for all i < n: first the lowest byte of each, then the next of each and so on. Bytes
@@ -44,6 +49,7 @@ class ArchiveWriter {
     }
   }
   void check(bool, const char*) {}
+  [[nodiscard]] static constexpr bool ok() { return true; }
   [[nodiscard]] const std::string& bytes() const { return bytes_; }
   /// Places at which bytes of another kind begin, ascending: there a compressor starts afresh.
   [[nodiscard]] const std::vector<std::size_t>& parts() const { return parts_; }
@@ -62,8 +68,11 @@ class ArchiveWriter {
 class ArchiveReader {
  public:
   static constexpr bool kReads = true;
+  static constexpr const char* kNotFinite = "a number is not finite";
 
-  explicit ArchiveReader(std::span<const char> bytes) : bytes_(bytes) {}
+  explicit ArchiveReader(std::span<const char> bytes, FieldLayout layout = FieldLayout::kSecond)
+      : bytes_(bytes), layout_(layout) {}
+  [[nodiscard]] FieldLayout layout() const { return layout_; }
 
   template <typename T>
   void number(T& value) {
@@ -75,10 +84,11 @@ class ArchiveReader {
   }
   /// No count asks for more memory than the input can fill.
   template <typename T>
-  void count(T& container, std::size_t least_bytes_each = 1) {
+  void count(T& container, std::size_t least_bytes_each = 1,
+             std::size_t most = std::numeric_limits<std::size_t>::max()) {
     std::uint32_t n = 0;
     number(n);
-    check(n <= bytes_.size() / least_bytes_each, "cut short, or a count too large");
+    check(n <= most && n <= bytes_.size() / least_bytes_each, "cut short, or a count too large");
     if (ok()) container.resize(n);
   }
   template <typename T, typename Value>
@@ -107,8 +117,8 @@ class ArchiveReader {
   void check_end() { check(bytes_.empty(), "bytes left over"); }
 
  private:
-  static constexpr const char* kNotFinite = "a number is not finite";
   std::span<const char> bytes_;
+  FieldLayout layout_;
   const char* fault_ = nullptr;
 };
 

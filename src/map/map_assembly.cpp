@@ -95,7 +95,7 @@ MapAssembly::Fault MapAssembly::add_removed(const RemovedKeyframe& removed) {
   return std::nullopt;
 }
 
-MapAssembly::Fault MapAssembly::add_landmark(Landmark landmark) {
+MapAssembly::Fault MapAssembly::add_landmark(Landmark landmark, std::uint8_t sight) {
   const std::string name = "landmark " + std::to_string(index(landmark.id));
   if (index(landmark.id) >= numbers_.next_landmark)
     return name + ": the map has numbers below " + std::to_string(numbers_.next_landmark) + " only";
@@ -118,6 +118,13 @@ MapAssembly::Fault MapAssembly::add_landmark(Landmark landmark) {
     if (seen[o.feature] != kNoLandmark)
       return name + ": feature " + std::to_string(o.feature) + " of " + keyframe_name(o.keyframe) +
              " shows another landmark";
+  }
+  if (sight != map_fields::kOwnDescriptor) {
+    if (sight >= landmark.observations.size())
+      return name + ": its descriptor is of an observation that it has not";
+    const LandmarkObservation& o = landmark.observations[sight];
+    landmark.descriptor =
+        map_.keyframes_.find(o.keyframe)->second.data->features->descriptors[o.feature];
   }
   for (const LandmarkObservation& o : landmark.observations)
     map_.keyframes_.find(o.keyframe)->second.landmarks[o.feature] = landmark.id;

@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include "map/descriptor_sights.hpp"
 #include "map/map_assembly.hpp"
 #include "map/map_fields.hpp"
 
@@ -9,7 +10,7 @@ namespace ygslam {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x504d4759;  // "YGMP"
-constexpr std::uint32_t kSchema = 4;
+constexpr std::uint32_t kSchema = 5;
 
 std::uint32_t checksum(std::span<const char> bytes) {
   return static_cast<std::uint32_t>(
@@ -26,7 +27,7 @@ void write(ArchiveWriter& out, const Map& map) {
   for (const auto& [id, keyframe] : map.keyframes()) {
     out.number(id);
     out.number(keyframe.data->stamp.ns);
-    map_fields::seen(out, *keyframe.data);
+    map_fields::seen(out, *keyframe.data, nullptr);
     map_fields::pose(out, keyframe.T_camera_world);
     out.number(keyframe.parent);
     map_fields::static_weight(out, keyframe.static_weight);
@@ -37,7 +38,7 @@ void write(ArchiveWriter& out, const Map& map) {
   std::vector<const Landmark*> landmarks;
   map.for_each_landmark([&](const Landmark& landmark) { landmarks.push_back(&landmark); });
   std::ranges::sort(landmarks, {}, &Landmark::id);  // the same map gives the same bytes
-  map_fields::landmarks(out, landmarks);
+  map_fields::landmarks(out, landmarks, DescriptorSights(map).of(landmarks));
   map_fields::observations(out, landmarks);
 }
 
@@ -52,7 +53,7 @@ MapAssembly::Fault read_parts(ArchiveReader& in, MapAssembly& assembly) {
     std::vector<float> weight;
     in.number(data->id);
     in.number(data->stamp.ns);
-    map_fields::seen(in, *data);
+    map_fields::seen(in, *data, nullptr);
     map_fields::pose(in, T_camera_world);
     in.number(parent);
     map_fields::static_weight(in, weight);
@@ -68,12 +69,13 @@ MapAssembly::Fault read_parts(ArchiveReader& in, MapAssembly& assembly) {
     if (auto fault = assembly.add_removed(removed)) return fault;
   }
   std::vector<Landmark> landmarks;
-  map_fields::landmarks(in, landmarks);
+  map_fields::LandmarkExtras extras;
+  map_fields::landmarks(in, landmarks, extras);
   if (in.ok()) map_fields::observations(in, landmarks);
   in.check_end();
   if (!in.ok()) return in.fault();
-  for (Landmark& landmark : landmarks)
-    if (auto fault = assembly.add_landmark(std::move(landmark))) return fault;
+  for (std::size_t i = 0; i < landmarks.size(); ++i)
+    if (auto fault = assembly.add_landmark(std::move(landmarks[i]), extras.sights[i])) return fault;
   return assembly.parent_fault();
 }
 

@@ -15,8 +15,7 @@ Error saved_map_error(const fs::path& path, const std::string& what) {
   return {ErrorKind::kSavedMap, path.string() + ": " + what};
 }
 
-Result<Map> read_all(const fs::path& path, map_file::OpenedMap& opened,
-                     const std::array<double, 4>& bounds) {
+Result<Map> read_all(const fs::path& path, map_file::OpenedMap& opened, const Camera& camera) {
   if (const auto fault = map_file::structure_fault(opened.database); !fault.empty())
     return saved_map_error(path, fault);
   std::string first;
@@ -24,7 +23,7 @@ Result<Map> read_all(const fs::path& path, map_file::OpenedMap& opened,
     first = fault;
     return false;
   };
-  map_file::MapReader reader(opened, bounds, stop);
+  map_file::MapReader reader(opened, camera, stop);
   auto map = reader.read();
   if (!map) return saved_map_error(path, first + " (ygslam map recover may save the rest)");
   return std::move(*map);
@@ -45,7 +44,8 @@ Result<Checked> read_what_is_good(const fs::path& path) {
     return true;
   };
   if (const auto fault = map_file::structure_fault(opened->database); !fault.empty()) keep(fault);
-  map_file::MapReader reader(*opened, Camera(opened->meta.info.camera).ideal_bounds(), keep);
+  const Camera camera(opened->meta.info.camera);
+  map_file::MapReader reader(*opened, camera, keep);
   checked.map = reader.read();
   return checked;
 }
@@ -58,13 +58,13 @@ Result<Map> load_map(const fs::path& path, const Camera& camera, const PyramidSc
   if (const auto differ = map_file::differences(opened->meta.info, camera.config(), scales);
       !differ.empty())
     return saved_map_error(path, "made with " + differ);
-  return read_all(path, *opened, camera.ideal_bounds());
+  return read_all(path, *opened, camera);
 }
 
 Result<Map> load_map(const fs::path& path) {
   auto opened = map_file::open_map(path);
   if (!opened) return opened.error();
-  return read_all(path, *opened, Camera(opened->meta.info.camera).ideal_bounds());
+  return read_all(path, *opened, Camera(opened->meta.info.camera));
 }
 
 Result<MapFileInfo> read_map_info(const fs::path& path) {

@@ -28,24 +28,26 @@ class MapContent : public ::testing::Test {
     expect_refused(path_, cause);
   }
   /// Reads the landmarks of the only chunk, changes them and writes both rows again.
-  void change_landmarks(const std::function<void(std::vector<Landmark>&)>& change,
-                        const std::string& cause) {
+  void change_landmarks(
+      const std::function<void(std::vector<Landmark>&, std::vector<std::uint8_t>&)>& change,
+      const std::string& cause) {
     restore();
     std::vector<Landmark> landmarks;
+    map_fields::LandmarkExtras extras;
     sign_row(path_, {Table::kLandmarks, 0}, [&](std::string& raw) {
       ArchiveReader in(raw);
-      map_fields::landmarks(in, landmarks);
+      map_fields::landmarks(in, landmarks, extras);
     });
     sign_row(path_, {Table::kObservations, 0}, [&](std::string& raw) {
       ArchiveReader in(raw);
       map_fields::observations(in, landmarks);
     });
-    change(landmarks);
+    change(landmarks, extras.sights);
     std::vector<const Landmark*> pointers;
     for (const Landmark& l : landmarks) pointers.push_back(&l);
     sign_row(path_, {Table::kLandmarks, 0}, [&](std::string& raw) {
       ArchiveWriter out;
-      map_fields::landmarks(out, pointers);
+      map_fields::landmarks(out, pointers, extras);
       raw = out.bytes();
     });
     sign_row(path_, {Table::kObservations, 0}, [&](std::string& raw) {
@@ -124,18 +126,22 @@ TEST_F(MapContent, ParentsAreOlder) {
 TEST_F(MapContent, FeaturesLieInTheImage) {
   const RowKey key{Table::kSeen, 0};
   const std::size_t n = map_.keyframe(KeyframeId{0}).data->features->size();
-  const std::size_t octaves = 4 + 28 * n;
+  const std::size_t depths = 4 + 16 * n;  // full floats in this keyframe, of unit 0
+  const std::size_t levels = depths + 4 + 5 * n;
   expect_refused_with(key, 0, std::uint32_t{0xffffffff}, "seen 0: cut short, or a count too large");
   expect_refused_with(key, 0, static_cast<std::uint32_t>(n + 1), "seen 0: ");
-  expect_refused_with(key, octaves, std::uint8_t{200}, "keyframe 0: a feature of a pyramid level");
+  expect_refused_with(key, levels, std::uint8_t{100}, "keyframe 0: a feature of a pyramid level");
+  expect_refused_with(key, depths, -1.0F, "seen 0: depths of no unit");
+  expect_refused_with(key, depths, 0.001F, "seen 0: ");
+  expect_refused_with(key, depths + 4 + 3 * n, std::uint8_t{0xbf}, "seen 0: a depth is negative");
   // The highest bytes of all numbers of a column stand together; of ideal_px its difference.
   expect_refused_with(key, 4 + 3 * n, std::uint8_t{0x7f}, "seen 0: a number is not finite");
-  expect_refused_with(key, 4 + 8 * n + 3 * n, std::uint8_t{0x0c},
+  expect_refused_with(key, 4 + 8 * n + 3 * n, std::uint8_t{0x04},
                       "keyframe 0: a feature lies outside");
-  const std::size_t free_space = 4 + 62 * n;
+  const std::size_t free_space = levels + 33 * n;
   expect_refused_with(key, free_space, std::uint32_t{4000}, "seen 0: a free-space image is larger");
   expect_refused_with(key, free_space, std::uint32_t{0x80000000}, "seen 0: a free-space image");
-  expect_refused_with(key, free_space + 8, -1.0F, "seen 0: a free-space image of no unit");
+  expect_refused_with(key, free_space + 8, -1.0F, "seen 0: depths of no unit");
   expect_refused_with(key, free_space + 8, 0.001F, "seen 0: ");
   const std::size_t read_out =
       free_space + 12 + 4 * map_.keyframe(KeyframeId{0}).data->free_space.blocks_m().size();
@@ -144,8 +150,11 @@ TEST_F(MapContent, FeaturesLieInTheImage) {
   expect_refused_with(key, read_out + 24, -1e7, "seen 0: a camera is too fast");
   expect_refused_with(RowKey{Table::kWeight, 0}, 0, static_cast<std::uint32_t>(0),
                       "weight 0: bytes left");
-  expect_refused_with(RowKey{Table::kWeight, 0}, 4 + 3 * n, std::uint8_t{0xbf},
-                      "weight 0: a weight");
+  expect_refused_with(RowKey{Table::kWeight, 0}, 4, std::uint8_t{3},
+                      "weight 0: a weight of no kind");
+  expect_refused_with(RowKey{Table::kWeight, 0}, 4, std::uint8_t{1}, "weight 0: ");
+  expect_refused_with(RowKey{Table::kWeight, 0}, 4 + 4 * n, std::uint8_t{0xbf},
+                      "weight 0: a weight is not in 0..1");
   restore();
   sign_row(path_, {Table::kWeight, 0}, [&](std::string& raw) {
     ArchiveWriter out;
@@ -158,8 +167,9 @@ TEST_F(MapContent, FeaturesLieInTheImage) {
 
 TEST_F(MapContent, LandmarksAreSeenByWhatIsThere) {
   using Landmarks = std::vector<Landmark>;
+  using Sights = std::vector<std::uint8_t>;
   const auto change = [&](const std::function<void(Landmark&)>& first, const std::string& cause) {
-    change_landmarks([&](Landmarks& all) { first(all[1]); }, cause);
+    change_landmarks([&](Landmarks& all, Sights&) { first(all[1]); }, cause);
   };
   change([](Landmark& l) { l.observations.front().keyframe = KeyframeId{500}; }, "landmark 1: ");
   change([](Landmark& l) { l.observations.back().keyframe = KeyframeId{501}; },
@@ -179,9 +189,12 @@ TEST_F(MapContent, LandmarksAreSeenByWhatIsThere) {
   change([](Landmark& l) { l.found = l.visible + 1; }, "found more often");
   change([](Landmark& l) { l.visible = -1; }, "found more often");
   change([](Landmark& l) { l.first_keyframe = kNoKeyframe; }, "first seen by keyframe");
-  change_landmarks([](Landmarks& all) { all.resize(all.size() - 1); }, "landmarks of");
-  change_landmarks([](Landmarks& all) { all[2].observations = all[1].observations; },
+  change([](Landmark& l) { l.max_distance_m = 2e30; }, "no range of distances");
+  change_landmarks([](Landmarks& all, Sights&) { all.resize(all.size() - 1); }, "landmarks of");
+  change_landmarks([](Landmarks& all, Sights&) { all[2].observations = all[1].observations; },
                    "shows another landmark");
+  change_landmarks([](Landmarks&, Sights& sights) { sights[1] = 200; },
+                   "landmark 1: its descriptor is of an observation that it has not");
 }
 
 TEST_F(MapContent, TheSummaryIsChecked) {

@@ -77,10 +77,10 @@ TEST_F(MapDamage, WrittenByANewerProgram) {
   sign_meta(path_, [](map_file::Meta& meta) { meta.info.program_version = "9.1.0"; });
   sql(path_,
       "UPDATE meta SET value = '9.1.0' WHERE key = 'program_version';"
-      "PRAGMA user_version=2");
+      "PRAGMA user_version=3");
   expect_refused(path_,
-                 "written by version 9.1.0 in format 2; this version 0.1.0 reads up to "
-                 "format 1");
+                 "written by version 9.1.0 in format 3; this version 0.1.0 reads up to "
+                 "format 2");
 }
 
 /// One bit of a row's blob, or of its checksum where it has no blob.
@@ -321,13 +321,12 @@ TEST_F(MapDamage, ABombIsRefusedBeforeMemoryIsAskedFor) {
                      codec.encode(key, zeros, map_file::hash_of(zeros)).size());
   ASSERT_LT(blob.size(), 10'000U);
   map_file::DecodeBudget budget{100 << 20};
-  std::string raw;
-  std::uint64_t hash = 0;
-  EXPECT_EQ(codec.decode(key, blob, budget, raw, hash), nullptr);
-  EXPECT_EQ(raw.size(), zeros.size());
-  std::string nothing;
-  EXPECT_NE(codec.decode(key, blob, budget, nothing, hash), nullptr);
-  EXPECT_LT(nothing.capacity(), 1000U);
+  map_file::RowContent row;
+  EXPECT_EQ(codec.decode(key, blob, budget, row), nullptr);
+  EXPECT_EQ(row.raw.size(), zeros.size());
+  map_file::RowContent nothing;
+  EXPECT_NE(codec.decode(key, blob, budget, nothing), nullptr);
+  EXPECT_LT(nothing.raw.capacity(), 1000U);
 
   restore();
   set_row_blob(path_, key, blob);

@@ -155,14 +155,13 @@ inline void sign_row(const fs::path& path, const map_file::RowKey& key,
                      const std::function<void(std::string&)>& change) {
   map_file::RowCodec codec;
   map_file::DecodeBudget budget;
-  std::string raw;
-  std::uint64_t before = 0;
-  ASSERT_EQ(codec.decode(key, row_blob(path, key), budget, raw, before), nullptr);
-  change(raw);
-  const std::uint64_t after = map_file::hash_of(raw);
-  set_row_blob(path, key, codec.encode(key, raw, after));
+  map_file::RowContent row;
+  ASSERT_EQ(codec.decode(key, row_blob(path, key), budget, row), nullptr);
+  change(row.raw);
+  const std::uint64_t after = map_file::hash_of(row.raw);
+  set_row_blob(path, key, codec.encode(key, row.raw, after, {}, row.layout));
   sign_meta(path, [&](map_file::Meta& meta) {
-    meta.rows_digest += map_file::share_of(key, after) - map_file::share_of(key, before);
+    meta.rows_digest += map_file::share_of(key, after) - map_file::share_of(key, row.hash);
   });
 }
 

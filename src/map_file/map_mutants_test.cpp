@@ -32,6 +32,8 @@ double peak_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
+constexpr std::size_t kPage_bytes = 2048;  // of a new file
+
 class MapMutants : public ::testing::Test {
  protected:
   MapMutants() : path_(folder_.path() / "room.map"), map_(some_map(6)) {
@@ -93,7 +95,7 @@ TEST_F(MapMutants, OfTheFilesBytes) {
     const std::uint32_t changes = 1 + below(8);
     for (std::uint32_t change = 0; change < changes; ++change) {
       // Half of them where SQLite keeps its own: headers of file and pages.
-      const std::size_t page = 16384 * std::size_t{below(bytes.size() / 16384)};
+      const std::size_t page = kPage_bytes * std::size_t{below(bytes.size() / kPage_bytes)};
       const std::size_t at = below(2) == 0 ? below(bytes.size()) : page + below(120);
       switch (below(5)) {
         case 0:
@@ -106,8 +108,8 @@ TEST_F(MapMutants, OfTheFilesBytes) {
           bytes[at] = below(2) == 0 ? '\xff' : '\0';
           break;
         case 3: {  // a page in another's place
-          const std::size_t from = 16384 * std::size_t{below(bytes.size() / 16384)};
-          bytes.replace(page, 16384, bytes, from, 16384);
+          const std::size_t from = kPage_bytes * std::size_t{below(bytes.size() / kPage_bytes)};
+          bytes.replace(page, kPage_bytes, bytes, from, kPage_bytes);
           break;
         }
         default:

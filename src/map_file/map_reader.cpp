@@ -25,12 +25,12 @@ MapAssembly::Numbers numbers_of(const Meta& meta) {
 
 }  // namespace
 
-MapReader::MapReader(OpenedMap& opened, const std::array<double, 4>& bounds,
-                     const FaultSink& on_fault)
+MapReader::MapReader(OpenedMap& opened, const Camera& camera, const FaultSink& on_fault)
     : opened_(opened),
+      camera_(camera),
       on_fault_(on_fault),
       assembly_(PyramidScales(opened.meta.info.pyramid_levels, opened.meta.info.pyramid_factor),
-                numbers_of(opened.meta), bounds),
+                numbers_of(opened.meta), camera.ideal_bounds()),
       budget_(DecodeBudget::of_file(opened.bytes)) {
   by_id_.push_back(
       opened_.database.prepare("SELECT parent, stamp_ns, checksum FROM keyframe WHERE id = ?"));
@@ -71,7 +71,7 @@ MapReader::Ids MapReader::ids_of(Table table) {
   return ids;
 }
 
-bool MapReader::load(const RowKey& key, std::string& raw, std::uint64_t& hash) {
+bool MapReader::load(const RowKey& key) {
   auto& row = by_id_[static_cast<std::size_t>(key.table)];
   if (!row) {
     fault(key, "cannot be read");
@@ -94,14 +94,14 @@ bool MapReader::load(const RowKey& key, std::string& raw, std::uint64_t& hash) {
       wrong = "a value is of another type";
     } else {
       const KeyframeRow numbers{*parent, *stamp_ns};
-      raw.assign(reinterpret_cast<const char*>(&numbers), sizeof(numbers));
-      hash = hash_of(raw);
-      if (*checksum != checksum_of(key, raw)) wrong = "damaged: the checksum does not match";
+      row_.raw.assign(reinterpret_cast<const char*>(&numbers), sizeof(numbers));
+      row_.hash = hash_of(row_.raw);
+      if (*checksum != checksum_of(key, row_.raw)) wrong = "damaged: the checksum does not match";
     }
   } else if (const auto data = row->bytes(0); !data) {
     wrong = "a value is of another type";
   } else {
-    wrong = codec_.decode(key, *data, budget_, raw, hash);
+    wrong = codec_.decode(key, *data, budget_, row_);
   }
   const bool ok = wrong == nullptr && !row->failed();
   if (wrong != nullptr) fault(key, wrong);
@@ -110,10 +110,9 @@ bool MapReader::load(const RowKey& key, std::string& raw, std::uint64_t& hash) {
 }
 
 bool MapReader::with_row(const RowKey& key, const std::function<void(ArchiveReader&)>& read) {
-  std::uint64_t hash = 0;
-  if (stopped_ || !load(key, raw_, hash)) return false;
-  digest_ += share_of(key, hash);
-  ArchiveReader in(raw_);
+  if (stopped_ || !load(key)) return false;
+  digest_ += share_of(key, row_.hash);
+  ArchiveReader in(row_.raw, row_.layout);
   read(in);
   in.check_end();
   if (!in.ok()) fault(key, in.fault());
@@ -157,10 +156,11 @@ void MapReader::read_keyframe(KeyframeId id) {
   if (with_row(key(Table::kPose), [&](ArchiveReader& in) { map_fields::pose(in, T); }))
     T_camera_world = T;
   whole = T_camera_world.has_value() && whole;
-  whole =
-      with_row(key(Table::kSeen), [&](ArchiveReader& in) { map_fields::seen(in, *data); }) && whole;
+  whole = with_row(key(Table::kSeen),
+                   [&](ArchiveReader& in) { map_fields::seen(in, *data, &camera_); }) &&
+          whole;
   whole = with_row(key(Table::kWeight),
-                   [&](ArchiveReader& in) { map_fields::static_weight(in, weight); }) &&
+                   [&](ArchiveReader& in) { map_fields::read_static_weight(in, weight); }) &&
           whole;
   data->stamp.ns = numbers.stamp_ns;
   if (whole) {
@@ -199,14 +199,22 @@ void MapReader::read_removed() {
   }
 }
 
-void MapReader::add_landmark(Landmark landmark) {
+void MapReader::add_landmark(Landmark landmark, std::uint8_t sight) {
   if (!lost_.empty()) {
-    std::erase_if(landmark.observations,
-                  [&](const LandmarkObservation& o) { return lost_.contains(o.keyframe); });
-    if (landmark.observations.empty()) return;  // told of with its keyframes
+    const auto is_lost = [&](const LandmarkObservation& o) { return lost_.contains(o.keyframe); };
+    auto& seen = landmark.observations;
+    if (sight != map_fields::kOwnDescriptor && sight < seen.size()) {
+      // Of one that is lost the next best: the first that is kept.
+      const auto own = seen.begin() + sight;
+      sight = is_lost(*own)
+                  ? 0
+                  : static_cast<std::uint8_t>(sight - std::count_if(seen.begin(), own, is_lost));
+    }
+    std::erase_if(seen, is_lost);
+    if (seen.empty()) return;  // told of with its keyframes
   }
   const std::size_t count = landmark.observations.size();
-  if (const auto wrong = assembly_.add_landmark(std::move(landmark))) {
+  if (const auto wrong = assembly_.add_landmark(std::move(landmark), sight)) {
     fault(*wrong);
   } else {
     observations_ += count;
@@ -215,8 +223,10 @@ void MapReader::add_landmark(Landmark landmark) {
 
 void MapReader::read_chunk(std::uint32_t chunk) {
   std::vector<Landmark> landmarks;
+  map_fields::LandmarkExtras extras;
+  extras.most = kChunk;
   bool whole = with_row({Table::kLandmarks, chunk}, [&](ArchiveReader& in) {
-    map_fields::landmarks(in, landmarks);
+    map_fields::read_landmarks(in, landmarks, extras);
     for (const Landmark& l : landmarks)
       in.check(index(l.id) / kChunk == chunk, "a landmark of another chunk");
   });
@@ -227,8 +237,8 @@ void MapReader::read_chunk(std::uint32_t chunk) {
                      for (char& byte : unread) in.number(byte);
                    }) &&
           whole;
-  for (Landmark& landmark : landmarks)
-    if (whole && !stopped_) add_landmark(std::move(landmark));
+  for (std::size_t i = 0; i < landmarks.size(); ++i)
+    if (whole && !stopped_) add_landmark(std::move(landmarks[i]), extras.sights[i]);
 }
 
 void MapReader::read_landmarks() {

@@ -16,8 +16,8 @@ using FaultSink = std::function<bool(const std::string&)>;
 
 class MapReader {
  public:
-  /// @param opened, on_fault must outlive it. @param bounds Camera::ideal_bounds.
-  MapReader(OpenedMap& opened, const std::array<double, 4>& bounds, const FaultSink& on_fault);
+  /// @param opened, camera, on_fault must outlive it. @param camera of the file.
+  MapReader(OpenedMap& opened, const Camera& camera, const FaultSink& on_fault);
 
   /// @return the map of all rows that are good; nothing where the sink did not want to go on.
   std::optional<Map> read();
@@ -35,7 +35,7 @@ class MapReader {
   [[nodiscard]] Ids ids_of(Table table);
   /// Calls read(in) with the row's content. @return whether all was well.
   bool with_row(const RowKey& key, const std::function<void(ArchiveReader&)>& read);
-  bool load(const RowKey& key, std::string& raw, std::uint64_t& hash);
+  bool load(const RowKey& key);
 
   void read_keyframes();
   void read_keyframe(KeyframeId id);
@@ -43,12 +43,13 @@ class MapReader {
   void add_removed();
   void read_landmarks();
   void read_chunk(std::uint32_t chunk);
-  void add_landmark(Landmark landmark);
+  void add_landmark(Landmark landmark, std::uint8_t sight);
   void check_sums();
   [[nodiscard]] KeyframeId kept_before(KeyframeId id) const;
   [[nodiscard]] KeyframeId kept_parent(KeyframeId id, KeyframeId parent);
 
   OpenedMap& opened_;
+  const Camera& camera_;
   const FaultSink& on_fault_;
   bool stopped_ = false;
   bool complete_ = true;  // no row was given up
@@ -60,7 +61,7 @@ class MapReader {
   std::uint64_t observations_ = 0;
   std::map<KeyframeId, Lost> lost_;
   std::map<KeyframeId, RemovedKeyframe> removed_;
-  std::string raw_;
+  RowContent row_;
 };
 
 }  // namespace ygslam::map_file

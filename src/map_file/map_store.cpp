@@ -4,15 +4,18 @@
 
 #include <fmt/format.h>
 
+#include "map/descriptor_sights.hpp"
 #include "map/map_fields.hpp"
 
 namespace ygslam::map_file {
 namespace fs = std::filesystem;
 namespace {
 
+// Pages are small because what remains of each row's last one stays empty (at 16 kB a tenth of the
+// file), but each costs a few bytes, too: 1 kB and 4 kB make larger files than 2 kB.
 // No journal on the disk. OFF is not to be had: SQLite's protection refuses it.
 constexpr const char* kNewFile =
-    "PRAGMA page_size=16384; PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF;"
+    "PRAGMA page_size=2048; PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF;"
     "PRAGMA locking_mode=EXCLUSIVE;";
 // FULL: what write() returned for survives a loss of power. A log that one large write made long
 // is cut again.
@@ -47,7 +50,10 @@ struct MapStore::Change {
 };
 
 MapStore::MapStore(fs::path path, Database database, Meta meta)
-    : path_(std::move(path)), database_(std::move(database)), meta_(std::move(meta)) {}
+    : path_(std::move(path)),
+      database_(std::move(database)),
+      meta_(std::move(meta)),
+      camera_(meta_.info.camera) {}
 
 Error MapStore::error(const std::string& what) const {
   return {ErrorKind::kOutput, path_.string() + ": " + what};
@@ -67,10 +73,11 @@ Result<MapStore> MapStore::create(const fs::path& path, MapFileInfo info) {
   return store;
 }
 
-Result<MapStore> MapStore::go_on(const fs::path& path, Meta meta) {
+Result<MapStore> MapStore::go_on(const fs::path& path, Meta meta, std::uint32_t format) {
   auto database = Database::open(path, Database::Access::kWrite);
   if (!database) return database.error();
   MapStore store(path, std::move(*database), std::move(meta));
+  store.is_older_ = format != kFormat;
   if (!store.database_.run(kRunning)) return store.error(store.database_.message());
   if (Status read = store.read_hashes(); !read) return read.error();
   return store;
@@ -113,7 +120,7 @@ Status MapStore::put(const RowKey& key, Change& change) {
   const std::uint64_t hash = hash_of(raw);
   change.keep(key, hash);
   const auto before = hashes_[table].find(key.id);
-  if (before != hashes_[table].end() && before->second == hash) return Ok{};
+  if (!is_older_ && before != hashes_[table].end() && before->second == hash) return Ok{};
   Statement& statement = change.put[table];
   statement.bind(1, key.id);
   if (key.table == Table::kKeyframe) {
@@ -155,8 +162,9 @@ Status MapStore::write_rows(const Map& map, Change& change) {
       map_fields::pose(raw, keyframe.T_camera_world);
     });
   if (done)
-    done = write_each(Table::kSeen,
-                      [&](const Keyframe& keyframe) { map_fields::seen(raw, *keyframe.data); });
+    done = write_each(Table::kSeen, [&](const Keyframe& keyframe) {
+      map_fields::seen(raw, *keyframe.data, &camera_);
+    });
   if (done)
     done = write_each(Table::kWeight, [&](const Keyframe& keyframe) {
       map_fields::static_weight(raw, keyframe.static_weight);
@@ -186,6 +194,7 @@ Status MapStore::write_landmarks(const Map& map, Change& change) {
   all.reserve(map.landmark_count());
   map.for_each_landmark([&](const Landmark& landmark) { all.push_back(&landmark); });
   std::ranges::sort(all, {}, &Landmark::id);
+  DescriptorSights sights(map);
   for (const Table table : {Table::kLandmarks, Table::kObservations}) {
     std::vector<const Landmark*> chunk;
     for (auto it = all.begin(); it != all.end();) {
@@ -194,7 +203,7 @@ Status MapStore::write_landmarks(const Map& map, Change& change) {
       for (; it != all.end() && index((*it)->id) / kChunk == number; ++it) chunk.push_back(*it);
       change.raw.clear();
       if (table == Table::kLandmarks) {
-        map_fields::landmarks(change.raw, chunk);
+        map_fields::landmarks(change.raw, chunk, sights.of(chunk));
       } else {
         map_fields::observations(change.raw, chunk);
         for (const Landmark* landmark : chunk) change.observations += landmark->observations.size();
@@ -218,6 +227,8 @@ Status MapStore::delete_others(const Change& change) {
 }
 
 Status MapStore::write_meta() {
+  if (is_older_ && !database_.run(fmt::format("PRAGMA user_version={}", kFormat).c_str()))
+    return error(database_.message());
   auto statement = database_.prepare("INSERT OR REPLACE INTO meta(key, value) VALUES (?, ?)");
   if (!statement) return error(database_.message());
   for (const auto& [name, value] : entries_of(meta_))
@@ -257,6 +268,7 @@ Status MapStore::write(const Map& map) {
     (void)database_.run("ROLLBACK");
     return done;
   }
+  is_older_ = false;
   hashes_ = std::move(change.hashes);
   seen_.clear();
   for (const auto& [id, keyframe] : map.keyframes()) seen_[index(id)] = keyframe.data;

@@ -161,7 +161,7 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   if (!database->run("PRAGMA cell_size_check=ON; PRAGMA mmap_size=0; PRAGMA query_only=ON; BEGIN"))
     return fault(path, database->message());
   if (header.format > kFormat) return fault(path, newer_text(*database, header.format));
-  if (header.format != kFormat) return fault(path, "is a map that was never completed");
+  if (header.format == 0) return fault(path, "is a map that was never completed");
   if (const std::string schema = schema_fault(*database); !schema.empty()) {
     const bool log_is_shut = has_log && database->lacks_access();
     return fault(path, schema + (log_is_shut ? "; its log beside it needs a folder that can be "
@@ -175,7 +175,7 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   const std::uint64_t bytes = file_bytes + log_bytes;
   if (faults == MetaFaults::kRefuse && !meta->fault.empty()) return fault(path, meta->fault);
   meta->info.bytes = bytes;
-  return OpenedMap{std::move(*database), std::move(*meta), bytes};
+  return OpenedMap{std::move(*database), std::move(*meta), bytes, header.format};
 }
 
 }  // namespace ygslam::map_file

@@ -9,7 +9,7 @@
 namespace ygslam::map_file {
 
 inline constexpr std::uint32_t kApplicationId = 0x59474d50;  // "YGMP"
-inline constexpr std::uint32_t kFormat = 1;                  // SQLite's user_version
+inline constexpr std::uint32_t kFormat = 2;                  // SQLite's user_version
 
 /// The statements that make a map's tables; the schema of a map is these and nothing else.
 [[nodiscard]] const std::vector<std::string>& table_statements();
@@ -18,6 +18,7 @@ struct OpenedMap {
   Database database;  ///< in a read transaction: nothing changes under the reader
   Meta meta;
   std::uint64_t bytes = 0;  ///< on disk
+  std::uint32_t format = kFormat;
 };
 enum class MetaFaults { kRefuse, kKeep };
 /// Looks at the kind of file, its header, its schema and its `meta`.

@@ -11,22 +11,25 @@
 namespace ygslam::map_file {
 namespace {
 
-constexpr std::uint32_t kRowMagic = 0x57524759;  // "YGRW"
-constexpr std::uint16_t kRowFormat = 1;
+constexpr std::uint32_t kRowMagic = 0x57524759;      // "YGRW"
 constexpr std::uint32_t kMostRaw_bytes = 64U << 20;  // of one row
 // Descriptors are random to any compressor: higher levels take four times as long for 1 % less.
 constexpr int kLevel = 1;
-constexpr std::size_t kLeastPart_bytes = 256;  // that is worth a block of its own
+constexpr std::size_t kLeastPart_bytes = 64;  // that is worth a block of its own
 
 struct Header {
   std::uint32_t magic = kRowMagic;
-  std::uint16_t format = kRowFormat;
+  FieldLayout layout = FieldLayout::kSecond;
   std::uint16_t table = 0;
   std::uint32_t raw_bytes = 0;
   std::uint32_t checksum = 0;
   std::uint64_t hash = 0;
 };
 static_assert(sizeof(Header) == kRowHeader_bytes);
+
+bool is_known(FieldLayout layout) {
+  return layout == FieldLayout::kFirst || layout == FieldLayout::kSecond;
+}
 
 std::uint32_t crc(std::uint32_t before, const void* bytes, std::size_t size) {
   return static_cast<std::uint32_t>(crc32_z(before, static_cast<const Bytef*>(bytes), size));
@@ -81,12 +84,14 @@ std::size_t RowCodec::compress(std::span<const char> raw, std::span<const std::s
 }
 
 std::span<const char> RowCodec::encode(const RowKey& key, std::span<const char> raw,
-                                       std::uint64_t hash, std::span<const std::size_t> parts) {
+                                       std::uint64_t hash, std::span<const std::size_t> parts,
+                                       FieldLayout layout) {
   CHECK(raw.size() <= kMostRaw_bytes, "a row too large to be read again");
   constexpr std::size_t kBytesPerPart = 8;  // what a new block costs
   stored_.resize(sizeof(Header) + ZSTD_compressBound(raw.size()) + kBytesPerPart * parts.size());
   stored_.resize(sizeof(Header) + compress(raw, parts));
   Header header;
+  header.layout = layout;
   header.table = static_cast<std::uint16_t>(key.table);
   header.raw_bytes = static_cast<std::uint32_t>(raw.size());
   header.hash = hash;
@@ -96,14 +101,14 @@ std::span<const char> RowCodec::encode(const RowKey& key, std::span<const char> 
 }
 
 const char* RowCodec::decode(const RowKey& key, std::span<const char> stored, DecodeBudget& budget,
-                             std::string& raw, std::uint64_t& hash) {
+                             RowContent& row) {
   Header header;
   if (stored.size() < sizeof(Header)) return "cut short";
   std::memcpy(&header, stored.data(), sizeof(Header));
   const auto payload = stored.subspan(sizeof(Header));
   if (header.magic != kRowMagic || header.table != static_cast<std::uint16_t>(key.table))
     return "damaged: no row of this table";
-  if (header.format != kRowFormat) return "of a format this program does not know";
+  if (!is_known(header.layout)) return "of a format this program does not know";
   if (checksum(header, key.id, payload) != header.checksum)
     return "damaged: the checksum does not match";
   if (header.raw_bytes > kMostRaw_bytes || header.raw_bytes > budget.left_bytes)
@@ -111,26 +116,28 @@ const char* RowCodec::decode(const RowKey& key, std::span<const char> stored, De
   if (ZSTD_getFrameContentSize(payload.data(), payload.size()) != header.raw_bytes)
     return "damaged: its size is not what it says";
   budget.left_bytes -= header.raw_bytes;
-  raw.resize(header.raw_bytes);
-  const std::size_t size = ZSTD_decompressDCtx(contexts_->decompressor, raw.data(), raw.size(),
-                                               payload.data(), payload.size());
-  if (ZSTD_isError(size) != 0 || size != raw.size()) return "damaged: it cannot be decompressed";
-  hash = hash_of(raw);
-  return hash == header.hash ? nullptr : "damaged: the hash does not match";
+  row.raw.resize(header.raw_bytes);
+  const std::size_t size = ZSTD_decompressDCtx(contexts_->decompressor, row.raw.data(),
+                                               row.raw.size(), payload.data(), payload.size());
+  if (ZSTD_isError(size) != 0 || size != row.raw.size())
+    return "damaged: it cannot be decompressed";
+  row.layout = header.layout;
+  row.hash = hash_of(row.raw);
+  return row.hash == header.hash ? nullptr : "damaged: the hash does not match";
 }
 
 std::optional<std::uint64_t> hash_in_header(Table table, std::span<const char> header) {
   Header h;
   if (header.size() < sizeof(Header)) return std::nullopt;
   std::memcpy(&h, header.data(), sizeof(Header));
-  if (h.magic != kRowMagic || h.format != kRowFormat ||
-      h.table != static_cast<std::uint16_t>(table))
+  if (h.magic != kRowMagic || !is_known(h.layout) || h.table != static_cast<std::uint16_t>(table))
     return std::nullopt;
   return h.hash;
 }
 
 std::uint32_t checksum_of(const RowKey& key, std::span<const char> raw) {
   Header header;
+  header.layout = FieldLayout::kFirst;  // it has not changed since
   header.table = static_cast<std::uint16_t>(key.table);
   header.raw_bytes = static_cast<std::uint32_t>(raw.size());
   return checksum(header, key.id, raw);

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "map/archive.hpp"
 #include "map_file/row_hash.hpp"
 
 namespace ygslam::map_file {
@@ -29,6 +30,13 @@ inline constexpr std::size_t kRowHeader_bytes = 24;
 [[nodiscard]] std::optional<std::uint64_t> hash_in_header(Table table,
                                                           std::span<const char> header);
 
+/// A row that was read.
+struct RowContent {
+  std::string raw;
+  std::uint64_t hash = 0;  ///< of raw
+  FieldLayout layout = FieldLayout::kSecond;
+};
+
 /// Keeps the compressor's memory between rows.
 class RowCodec {
  public:
@@ -41,12 +49,12 @@ class RowCodec {
   /// until the next call.
   [[nodiscard]] std::span<const char> encode(const RowKey& key, std::span<const char> raw,
                                              std::uint64_t hash,
-                                             std::span<const std::size_t> parts = {});
+                                             std::span<const std::size_t> parts = {},
+                                             FieldLayout layout = FieldLayout::kSecond);
   /// The checksum is looked at before anything is decoded, the size before anything is allocated.
-  /// @param raw set to the content. @param hash set to its hash.
-  /// @return what is wrong; null if nothing.
+  /// @param row set to what it holds. @return what is wrong; null if nothing.
   [[nodiscard]] const char* decode(const RowKey& key, std::span<const char> stored,
-                                   DecodeBudget& budget, std::string& raw, std::uint64_t& hash);
+                                   DecodeBudget& budget, RowContent& row);
 
  private:
   std::size_t compress(std::span<const char> raw, std::span<const std::size_t> parts);

@@ -4,6 +4,7 @@
 """
 import shutil
 import subprocess
+import sys
 import unittest
 
 import mcap.reader
@@ -12,8 +13,9 @@ import numpy as np
 from PIL import Image
 from rosbags.typesys import get_types_from_msg
 
+import camera_recordings as made
 from bags import RGB, STORE1, Messages, frames_of, write_mcap, write_ros1
-from ygslam_cli import BINARY, HANG_S, CliTest, lines_of, trajectory, ygslam
+from ygslam_cli import BINARY, HANG_S, ROOT, CliTest, lines_of, trajectory, ygslam
 
 DEPTH, DEPTH_INFO, RGB_INFO = ("/camera/depth/image_rect_raw", "/camera/depth/camera_info",
                                "/camera/color/camera_info")
@@ -27,6 +29,17 @@ PLACE_M, TURN = (0.015, 0.001, -0.0005), (0.0, 0.006, 0.0, 0.999982)  # x y z w
 DEPTH_CAMERA = ("".join(f"{key} {value}\n" for key, value in zip(
     ("fx", "fy", "cx", "cy", "width", "height", "depth_scale"), (*LENS, *SIZE, 1000)))
     + "T_colour_depth " + " ".join(map(str, (*PLACE_M, *TURN))) + "\n")
+
+
+def place_matrix():
+    """T_colour_depth."""
+    x, y, z, w = TURN
+    place = np.eye(4)
+    place[:3, :3] += 2 * np.array([[-y * y - z * z, x * y - z * w, x * z + y * w],
+                                   [x * y + z * w, -x * x - z * z, y * z - x * w],
+                                   [x * z - y * w, y * z + x * w, -x * x - y * y]])
+    place[:3, 3] = PLACE_M
+    return place
 
 
 class TwoCameras(CliTest):
@@ -122,12 +135,7 @@ class TwoCameras(CliTest):
         for i, (_, colour, _, depth) in enumerate(self.pairs(self.seq)):
             shutil.copy(self.seq / colour, export / "color" / f"{i}.png")
             shutil.copy(self.seq / depth, export / "depth" / f"{i}.png")
-        x, y, z, w = TURN
-        place = np.eye(4)
-        place[:3, :3] += 2 * np.array([[-y * y - z * z, x * y - z * w, x * z + y * w],
-                                       [x * y + z * w, -x * x - z * z, y * z - x * w],
-                                       [x * z - y * w, y * z + x * w, -x * x - y * y]])
-        place[:3, 3] = PLACE_M
+        place = place_matrix()
         for name, lens in (("color", self.colour_lens), ("depth", LENS)):
             matrix = np.eye(4)
             matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2] = lens
@@ -165,6 +173,18 @@ class TwoCameras(CliTest):
         self.assertAlmostEqual(np.linalg.norm(np.subtract(rows[-1], rows[0])),
                                np.linalg.norm((truth[-1].x, truth[-1].y, truth[-1].z)), places=4)
         np.testing.assert_allclose((truth[0].x, truth[0].y, truth[0].z), 0, atol=1e-12)
+
+    def test_a_sens_file_is_converted_and_registered(self):
+        self.run_once(self.seq, out="folder")
+        recording = self.folder / "room.sens"
+        recording.write_bytes(made.sens(self.frames, self.colour_lens, LENS, place_matrix()))
+        bag = self.folder / "room.mcap"
+        subprocess.run([sys.executable, ROOT / "tools" / "convert_recording.py", recording, bag],
+                       check=True, capture_output=True, timeout=HANG_S)
+        self.run_once(bag, out="converted")
+        self.assertIn("depth is registered to colour: 424x240 pixels of a camera 15.0 mm away",
+                      self.log("converted"))
+        np.testing.assert_allclose(self.poses("converted"), self.poses("folder"), atol=3e-3)
 
     def test_depth_that_is_registered_already_stays(self):
         """Aligned topics carry the frame of the depth camera with some drivers."""

@@ -264,12 +264,13 @@ class View(Watched):
             self.assertEqual(len(set(stamps)), 3)
             self.assertEqual((await driver.call("reset"))[0], False)
             self.assertEqual((await driver.call("save"))[0], False)
-            await driver.subscribe(["/camera/image/compressed", "/tf"])
+            wanted = {"/camera/image/compressed", "/tf", "/cloud"}
+            await driver.subscribe(wanted)
             await driver.call("step")
             seen = set()
             async for topic, _, _ in driver.messages():
                 seen.add(topic)
-                if {"/camera/image/compressed", "/tf"} <= seen:
+                if wanted <= seen:
                     break
             self.assertTrue((await driver.call("stop"))[0])
         run, port, token = self.start_command(

@@ -18,9 +18,8 @@
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/simulate_random.hpp"
-#include "app/simulation_recorder.hpp"
+#include "app/simulation_outputs.hpp"
 #include "app/stop_signal.hpp"
-#include "app/view_options.hpp"
 #include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
 #include "io/atomic_file.hpp"
@@ -116,41 +115,10 @@ Status take_shutter(const std::string& name, double fps, sim::SequenceOptions& o
   return Ok{};
 }
 
-/// Where the frames go, as far as that was asked for.
-struct Outputs {
-  std::optional<sim::SequenceWriter> files;
-  std::optional<SimulationRecorder> recording;
-  std::unique_ptr<RunView> view;
-
-  Status add(const sim::SimulatedFrame& frame, const sim::SequenceSource& source) {
-    Status status = files ? files->add(frame, source) : Status(Ok{});
-    if (status.ok() && recording) status = recording->add(frame);
-    return status;
-  }
-  Status finish(const sim::SequenceSource& source) {
-    Status status = files ? files->finish(source) : Status(Ok{});
-    if (status.ok() && recording) status = recording->finish();
-    return status;
-  }
-};
-
-/// Shows a frame when it is due. @return false if the rendering is to end.
-bool show(RunView& view, const sim::SimulatedFrame& frame, TrueResults& truth) {
-  const auto interrupted = [] { return StopSignal::received() != 0; };
-  while (!interrupted()) {
-    const auto wishes = view.wait_turn(frame.frame->stamp, nullptr, interrupted);
-    if (wishes.stop) return false;
-    if (!wishes.go) continue;
-    view.show(frame.frame, truth.of(frame));
-    return true;
-  }
-  return false;
-}
-
 /// Renders in this thread and writes in another, so that neither waits for the other.
 /// @return how many frames; if a signal came before the first, no lists are written, for a sequence
 /// of none would look whole.
-Result<int> render(sim::SequenceSource& source, Outputs& outputs) {
+Result<int> render(sim::SequenceSource& source, SimulationOutputs& outputs) {
   BoundedQueue<std::shared_ptr<const sim::SimulatedFrame>> queue(4, Overflow::kBlock);
   std::optional<Error> failure;
   std::atomic<bool> failed{false};
@@ -167,7 +135,6 @@ Result<int> render(sim::SequenceSource& source, Outputs& outputs) {
       [&] { queue.close(); });
   const auto start = std::chrono::steady_clock::now();
   int done = 0;
-  TrueResults truth;
   ProgressBar bar(static_cast<std::size_t>(source.frame_count()), is_quiet());
   while (!failed && StopSignal::received() == 0) {
     auto rendered = source.next_with_losses();
@@ -179,7 +146,7 @@ Result<int> render(sim::SequenceSource& source, Outputs& outputs) {
     ++done;
     bar.update(static_cast<std::size_t>(done),
                fmt::format("{:.1f} frames/s", done / std::max(1e-3, elapsed.count())));
-    if (outputs.view && !show(*outputs.view, *frame, truth)) break;
+    if (!outputs.show(*frame, source)) break;
   }
   queue.close();
   writing.join();
@@ -210,32 +177,6 @@ Status write_origin(const SimulateArguments& arguments, const sim::SequenceSourc
   return write_file_atomically(
       std::filesystem::path(arguments.out) / "simulation.json",
       json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-}
-
-Result<Outputs> open_outputs(const SimulateArguments& arguments,
-                             const sim::SequenceSource& source) {
-  const bool jpeg = arguments.format == "jpg";
-  Outputs outputs;
-  if (arguments.view.address) {
-    auto view = start_page(arguments.view,
-                           {.camera = source.camera().config(), .map = RunViewConfig::Map::kNone});
-    if (!view) return view.error();
-    outputs.view = std::move(*view);
-  }
-  if (!arguments.mcap.empty())
-    if (Status status = McapWriter::check(arguments.mcap); !status) return status.error();
-  if (!arguments.out.empty()) {
-    auto files = sim::SequenceWriter::create(arguments.out, source,
-                                             {.jpeg = jpeg, .truth = arguments.truth});
-    if (!files) return files.error();
-    outputs.files = std::move(*files);
-  }
-  if (!arguments.mcap.empty()) {
-    auto recording = SimulationRecorder::create(arguments.mcap, source, jpeg);
-    if (!recording) return recording.error();
-    outputs.recording = std::move(*recording);
-  }
-  return outputs;
 }
 
 Status simulate(SimulateArguments arguments) {
@@ -269,7 +210,9 @@ Status simulate(SimulateArguments arguments) {
   Result<sim::SequenceSource> source = sim::open_world(*world, arguments.options);
   if (!source) return source.error();
   if (StopSignal::received() != 0) return Ok{};  // what is in the folder already stays
-  Result<Outputs> outputs = open_outputs(arguments, *source);
+  Result<SimulationOutputs> outputs =
+      open_outputs(*source, arguments.out, arguments.mcap, arguments.view,
+                   {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
   if (!outputs) return outputs.error();
   const Result<int> frames = render(*source, *outputs);
   if (!frames) return frames.error();

@@ -41,6 +41,21 @@ TrackResult TrueResults::of(const sim::SimulatedFrame& frame) {
   return result;
 }
 
+std::vector<ColouredPoint> visible_points(const sim::SimulatedFrame& frame, const Camera& camera,
+                                          const SE3& T_world_camera) {
+  constexpr int kStep_px = 4;
+  std::vector<ColouredPoint> points;
+  const DepthImage& depth_m = frame.depth_true_m;
+  for (int v = 0; v < depth_m.height(); v += kStep_px)
+    for (int u = 0; u < depth_m.width(); u += kStep_px) {
+      if (!(depth_m.at(u, v) > 0)) continue;
+      const Vec2 ideal_px = camera.undistort({static_cast<double>(u), static_cast<double>(v)});
+      const Vec3 p_world = T_world_camera * camera.unproject(ideal_px, depth_m.at(u, v));
+      points.push_back({p_world.cast<float>(), frame.frame->colour.at(u, v)});
+    }
+  return points;
+}
+
 Result<SimulationRecorder> SimulationRecorder::create(const std::filesystem::path& file,
                                                       const sim::SequenceSource& source,
                                                       bool jpeg) {

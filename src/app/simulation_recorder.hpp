@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "bag/mcap_writer.hpp"
+#include "image/coloured_point.hpp"
 #include "simulation/sequence/sequence_source.hpp"
 #include "tracking/tracker.hpp"
 
@@ -19,6 +20,11 @@ class TrueResults {
  private:
   std::optional<SE3> T_first_world_;
 };
+
+/// What the camera sees of the world, by the true depth: some of its pixels as points.
+[[nodiscard]] std::vector<ColouredPoint> visible_points(const sim::SimulatedFrame& frame,
+                                                        const Camera& camera,
+                                                        const SE3& T_world_camera);
 
 /// Writes a recording that `ygslam run` reads: colour as JPEG or PNG, depth in millimetres
 /// (REP 118), both cameras, /tf_static between them where there are two; /tf and /odometry with the

@@ -72,6 +72,13 @@ void RunView::show_map(Runner& runner) {
   map_due_ = after + std::max<Clock::duration>(kMapEvery, kMapShare * (after - before));
 }
 
+void RunView::show_cloud(const std::function<std::vector<ColouredPoint>()>& make) {
+  const auto before = Clock::now();
+  if (before < map_due_ || !wants("/cloud")) return;
+  put("/cloud", ros::PointCloud2::kType, now_, to_cdr(cloud_message(make(), kMostPoints, now_)));
+  map_due_ = before + kMapEvery;
+}
+
 void RunView::publish(const Sight& sight) {
   publish_frame(*sight.frame, *sight.result, config_.camera, *this);
   if (!has_ended_) return;

@@ -38,6 +38,10 @@ class RunView : private MessageSink {
   /// The map, if somebody wants it and it is time; asks the runner in this thread.
   void show_map(Runner& runner);
 
+  /// Points of the world in place of a map, if somebody wants them and it is time.
+  /// @param make them: called where they are wanted.
+  void show_cloud(const std::function<std::vector<ColouredPoint>()>& make);
+
   /// What those who drive asked for since the last time.
   struct Wishes {
     bool stop = false, save = false, reset = false;

@@ -42,7 +42,7 @@ void bags(std::string_view bytes) {
   camera.fx = camera.fy = 10;
   camera.width = camera.height = 0;
   const log::ScopedSink quiet(std::make_shared<const log::Sink>([](auto, const auto&) {}));
-  for (const GivenCameras& given : {GivenCameras(), GivenCameras{camera, {}, {}}}) {
+  for (const GivenCameras& given : {GivenCameras(), GivenCameras{.colour = camera}}) {
     as_stream(path, given);
     const auto sequence = open_bag_sequence(path, {}, given);
     if (!sequence.ok()) {

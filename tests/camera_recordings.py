@@ -25,12 +25,14 @@ def intrinsic(fx, fy, cx, cy):
     return np.array([[fx, 0, cx, 0], [0, fy, cy, 0], [0, 0, 1, 0], [0, 0, 0, 1]], "<f4")
 
 
-def sens(frames, colour_camera, depth_camera, T_colour_depth=None, jpeg=False, units=1000, stamps=True):
+def sens(frames, colour_camera, depth_camera, T_colour_depth=None, jpeg=False, units=1000, stamps=True,
+         T_device_colour=None):
     """ScanNet's, version 4. Of frames: stamp_ns, colour, depth_mm."""
-    T = np.eye(4) if T_colour_depth is None else T_colour_depth
+    T_device = np.eye(4) if T_device_colour is None else T_device_colour
+    T = T_device @ (np.eye(4) if T_colour_depth is None else T_colour_depth)
     colour, depth = frames[0].colour, frames[0].depth_mm
     data = struct.pack("<IQ", 4, 6) + b"a test"
-    for matrix in (intrinsic(*colour_camera), np.eye(4), intrinsic(*depth_camera), T):
+    for matrix in (intrinsic(*colour_camera), T_device, intrinsic(*depth_camera), T):
         data += np.asarray(matrix, "<f4").tobytes()
     data += struct.pack("<2i4IfQ", 2 if jpeg else 1, 1, colour.shape[1], colour.shape[0], depth.shape[1],
                         depth.shape[0], units, len(frames))

@@ -198,7 +198,8 @@ class Record3d(Conversion):
         whole = self.write(frames).read_bytes()
         self.assert_refused(whole[:len(whole) // 2], "is no .r3d, or cut off")
         for about, part in (({"K": [1, 2]}, "K is no 3 x 3 matrix"), ({"K": None}, "K is no list"),
-                            ({"w": "wide"}, "w is no number"), ({"dw": 7}, "another size"),
+                            ({"w": "wide"}, "w is no number"), ({"w": float("nan")}, "w is no number"),
+                            ({"h": float("inf")}, "h is no number"), ({"K": [10**400] * 9}, "K is no list"), ({"dw": 7}, "another size"),
                             ({"frameTimestamps": [1]}, "frameTimestamps")):
             self.assert_refused(self.write(frames, **about).read_bytes(), part)
         spoilt = self.write(frames).read_bytes().replace(b"bvx2", b"bvxx").replace(b"bvxn", b"bvxx")

@@ -5,9 +5,13 @@
 import bz2
 import contextlib
 import json
+import random
 import resource
+import signal
 import sqlite3
 import struct
+import subprocess
+import time
 import unittest
 
 import numpy as np
@@ -16,7 +20,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from bag_test import FRAMES, BagTest
 from bags import RGB, STORE1, Messages, recording, write_mcap, write_ros1, write_ros2
-from ygslam_cli import HEIGHT, WIDTH
+from ygslam_cli import BINARY, HANG_S, HEIGHT, WIDTH
 
 CHUNK_BYTES = 1 << 29  # the largest that is read
 
@@ -48,6 +52,25 @@ class HostileBags(BagTest):
             done = self.run_bag("-", out="piped", stdin=stream)
         self.assertIn("are left out, the first:", done.stderr)
         self.assert_same("piped", "out")
+
+    def test_reading_through_a_bag_is_interrupted(self):
+        """Many small chunks, each of which unpacks to much."""
+        bag = self.folder / "long.mcap"
+        zeros = zstandard.compress(bytes(1 << 26))
+        chunk = mcap_record(6, struct.pack("<QQQI", 0, 0, 1 << 26, 0) + mcap_text(b"zstd")
+                            + struct.pack("<Q", len(zeros)) + zeros)
+        noise = mcap_record(0xF0, random.Random(1).randbytes(1 << 20))  # which nobody reads
+        bag.write_bytes(b"\x89MCAP0\r\n" + (chunk + noise) * 60)
+        process = subprocess.Popen([BINARY, "run", bag, "--out", self.folder / "out", "--dynamic",
+                                    "geometry"], stderr=subprocess.PIPE, text=True)
+        time.sleep(0.3)
+        process.send_signal(signal.SIGTERM)
+        began = time.monotonic()
+        said = process.communicate(timeout=HANG_S)[1]
+        self.assertLess(time.monotonic() - began, 20)
+        # A quick machine has read it all by then.
+        self.assertIn(process.returncode, (143, 4), said)
+        self.assertFalse((self.folder / "out").exists())
 
     def test_zeros_that_were_never_written_are_not_searched(self):
         """A file of 2 TB, of which a few MB are on the disk."""

@@ -42,6 +42,10 @@ def place_matrix():
     return place
 
 
+# Where the colour camera stands in its device.
+DEVICE = np.array([[0, -1, 0, 0.3], [1, 0, 0, -0.1], [0, 0, 1, 0.2], [0, 0, 0, 1.0]])
+
+
 class TwoCameras(CliTest):
     def setUp(self):
         super().setUp()
@@ -140,8 +144,8 @@ class TwoCameras(CliTest):
             matrix = np.eye(4)
             matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2] = lens
             np.savetxt(export / "intrinsic" / f"intrinsic_{name}.txt", matrix)
-        np.savetxt(export / "intrinsic" / "extrinsic_color.txt", np.eye(4))
-        np.savetxt(export / "intrinsic" / "extrinsic_depth.txt", place)
+        np.savetxt(export / "intrinsic" / "extrinsic_color.txt", DEVICE)
+        np.savetxt(export / "intrinsic" / "extrinsic_depth.txt", DEVICE @ place)
         self.run_once(export, out="scannet_out")
         np.testing.assert_allclose(self.poses("scannet_out"), self.poses("folder"), atol=3e-3)
         np.savetxt(export / "intrinsic" / "extrinsic_depth.txt", 2 * place)
@@ -177,7 +181,8 @@ class TwoCameras(CliTest):
     def test_a_sens_file_is_converted_and_registered(self):
         self.run_once(self.seq, out="folder")
         recording = self.folder / "room.sens"
-        recording.write_bytes(made.sens(self.frames, self.colour_lens, LENS, place_matrix()))
+        recording.write_bytes(made.sens(self.frames, self.colour_lens, LENS, place_matrix(),
+                                        T_device_colour=DEVICE))
         bag = self.folder / "room.mcap"
         subprocess.run([sys.executable, ROOT / "tools" / "convert_recording.py", recording, bag],
                        check=True, capture_output=True, timeout=HANG_S)
@@ -191,10 +196,38 @@ class TwoCameras(CliTest):
         for depth in (self.seq / "depth").iterdir():  # of the colour camera's size
             Image.fromarray(np.asarray(Image.open(depth))[:, :320]).save(depth)
         self.frames = list(frames_of(self.seq, self.pairs(self.seq)))
-        said = [(topic.replace("depth/image_rect_raw", "aligned_depth_to_color/image_raw"), stamp, message)
+        said = [(topic.replace("/camera/depth/", "/camera/aligned_depth_to_color/"), stamp, message)
                 for topic, stamp, message in self.said(Messages())]
         done = self.run_once(write_mcap(self.folder / "aligned.mcap", said), out="aligned")
-        self.assertNotIn("registered to colour", done.stderr + self.log("aligned"))
+        self.assertNotIn("registered", done.stderr + self.log("aligned"))
+
+    def test_in_a_stream_the_colour_cameras_lens_may_come_last(self):
+        """Drivers send an image before its CameraInfo, and depth first."""
+        self.run_once(self.seq, out="folder")
+        said = list(self.said(Messages()))
+        order = {"/tf_static": 0, DEPTH_INFO: 1, DEPTH: 2, RGB: 3, RGB_INFO: 4}
+        bag = write_mcap(self.folder / "late.mcap", sorted(
+            said, key=lambda entry: (entry[1], order[entry[0]])))
+        with open(bag, "rb") as stream:
+            piped = subprocess.run([BINARY, "run", "-", "--out", self.folder / "piped", "--dynamic",
+                                    "geometry", "--deterministic"], stdin=stream, check=False,
+                                   capture_output=True, text=True, timeout=HANG_S)
+        self.assert_ran(piped)
+        np.testing.assert_allclose(self.poses("piped"), self.poses("folder"), atol=3e-3)
+
+    def test_the_scale_of_a_depth_camera_in_the_colour_cameras_place_counts(self):
+        seq = self.copy_sequence(frames=5)
+        self.run_once(seq, out="right")
+        colour = seq / "calibration.txt"
+        text = colour.read_text(encoding="utf-8")
+        rows = dict(line.split() for line in lines_of(colour))
+        same = self.folder / "same.txt"
+        same.write_text("".join(f"{key} {rows[key]}\n" for key in ("fx", "fy", "cx", "cy"))
+                        + "depth_scale 5000\nT_colour_depth 0 0 0 0 0 0 1\n", encoding="utf-8")
+        colour.write_text(text.replace("depth_scale 5000", "depth_scale 2500"), encoding="utf-8")
+        self.run_once(seq, "--depth-camera", same, out="told")
+        self.assertEqual((self.folder / "told" / "trajectory.txt").read_bytes(),
+                         (self.folder / "right" / "trajectory.txt").read_bytes())
 
     def test_faults_name_file_and_key(self):
         self.depth_camera.write_text("fx 1\n", encoding="utf-8")
@@ -205,6 +238,11 @@ class TwoCameras(CliTest):
         own = self.seq / "calibration_depth.txt"
         own.write_text(DEPTH_CAMERA.replace("212.0", "9000"), encoding="utf-8")
         self.assert_error(self.run_slam(self.seq), 3, own, "fx: must lie in")
+        lens = self.folder / "camera.yaml"
+        lens.write_text("fx: 300\nfy: 300\ncx: 160\ncy: 120\n", encoding="utf-8")
+        done = self.run_slam(self.seq, "--camera", lens)
+        self.assert_error(done, 3, own)
+        self.assertNotIn(str(lens), done.stderr, "whose fault it is not")
 
 
 if __name__ == "__main__":

@@ -20,12 +20,13 @@ bool is_stream(const std::string& sequence) {
   return sequence == "-" || sequence.starts_with(kSocket);
 }
 
+bool interrupted() { return StopSignal::received() != 0; }
+
 Result<Sequence> open_stream(const RunOptions& options, const GivenCameras& cameras) {
   if (!options.may_stream)
     return Error{ErrorKind::kUsage, options.sequence + ": streams are for run and localize only"};
   if (!options.background_dir.empty())
     return Error{ErrorKind::kUsage, "--background reads its input twice, which a stream is not"};
-  const auto interrupted = [] { return StopSignal::received() != 0; };
   auto bytes = options.sequence == "-"
                    ? ByteStream::standard_input(interrupted)
                    : ByteStream::unix_socket(options.sequence.substr(kSocket.size()), interrupted);
@@ -56,7 +57,6 @@ void add_out_option(CLI::App& command, RunOptions& o) {
 }
 
 void add_run_options(CLI::App& command, RunOptions& o) {
-  o.may_stream = true;
   add_range_options(command, o);
   add(command, kInput, "--stride", o.stride, "N", "Every n-th pair")
       ->check(unsaid(CLI::Range(1, 1000000)))
@@ -96,8 +96,9 @@ void add_range_options(CLI::App& command, RunOptions& o) {
 void add_input_options(CLI::App& command, RunOptions& o) {
   command
       .add_option("SEQUENCE", o.sequence,
-                  "Folder of images, bag, - for an MCAP stream on standard input, unix:SOCKET "
-                  "(docs/inputs.md)")
+                  o.may_stream ? "Folder of images, bag, - for an MCAP stream on standard input, "
+                                 "unix:SOCKET (docs/inputs.md)"
+                               : "Folder of images or bag (docs/inputs.md)")
       ->required();
   add(command, kInput, "--model", o.model, "FILE", "YOLOv8-seg network, .onnx or .xml");
   add(command, kInput, "--segmenter", o.segmenter, kSegmenterType, kSegmenterHelp)
@@ -118,6 +119,7 @@ void add_input_options(CLI::App& command, RunOptions& o) {
 }
 
 void declare_run_options(CLI::App& command, RunOptions& o) {
+  o.may_stream = true;
   add_out_option(command, o);
   add_input_options(command, o);
   add(command, kInput, "--load-map", o.load_map, "FILE", "Go on with the map of an earlier run");
@@ -144,6 +146,7 @@ void declare_run_options(CLI::App& command, RunOptions& o) {
 }
 
 void declare_localize_options(CLI::App& command, RunOptions& o) {
+  o.may_stream = true;
   add_out_option(command, o);
   add_input_options(command, o);
   command.add_option("--map", o.load_map, "Map of an earlier run (--save-map); stays as it is")
@@ -195,6 +198,7 @@ Result<Sequence> open_sequence(const RunOptions& options) {
                        : read_camera_yaml(options.camera_file);
     if (!read.ok()) return read.error();
     cameras.colour = *read;
+    cameras.colour_source = options.camera_file;
   }
   if (!options.depth_camera_file.empty()) {
     auto read = read_depth_calibration(options.depth_camera_file);
@@ -202,17 +206,9 @@ Result<Sequence> open_sequence(const RunOptions& options) {
     cameras.depth = *read;
     cameras.depth_source = options.depth_camera_file;
   }
-  auto sequence = is_stream ? open_stream(options, cameras)
-                  : is_bag  ? open_bag_sequence(options.sequence, options.topics, cameras)
-                            : open_folder_sequence(options.sequence, cameras);
-  if (!sequence.ok() && cameras.colour && sequence.error().kind == ErrorKind::kConfig)
-    return Error{ErrorKind::kConfig, options.camera_file + ": " + sequence.error().message};
-  if (sequence.ok() && cameras.colour) {
-    if (sequence->shutter_source == sequence->camera_source)
-      sequence->shutter_source = options.camera_file;
-    sequence->camera_source = options.camera_file;
-  }
-  return sequence;
+  if (is_stream) return open_stream(options, cameras);
+  if (is_bag) return open_bag_sequence(options.sequence, options.topics, cameras, interrupted);
+  return open_folder_sequence(options.sequence, cameras);
 }
 
 Status check_range(const RunOptions& o, const Sequence& sequence) {

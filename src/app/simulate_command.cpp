@@ -81,10 +81,8 @@ Status complete_options(SimulateArguments& arguments) {
     if (depth->camera.depth_scale == 0) depth->camera.depth_scale = kScale;
     arguments.options.depth_camera = *depth;
   }
-  const bool has_output =
-      !arguments.out.empty() ||
-      (!arguments.random && (!arguments.mcap.empty() || arguments.view.address));
-  if (!has_output) return Error{ErrorKind::kUsage, "--out DIR is missing"};
+  if (arguments.out.empty() && arguments.mcap.empty() && !arguments.view.address)
+    return Error{ErrorKind::kUsage, "--out DIR is missing (or --mcap, --view)"};
   if (arguments.out.empty() && arguments.truth)
     return Error{ErrorKind::kUsage, "--truth is written to --out DIR, which is missing"};
   if (arguments.random) return Ok{};
@@ -173,6 +171,15 @@ Status write_origin(const SimulateArguments& arguments, const sim::SequenceSourc
       {"noise", arguments.noise},
       {"without", arguments.without},
       {"faults", arguments.faults},
+      {"blur", arguments.options.blur},
+      {"rolling", arguments.options.rolling},
+      {"depth_rolling", arguments.options.depth_rolling.value_or(arguments.options.rolling)},
+      {"depth_delay_ms", arguments.options.depth_delay_ms},
+      {"exposure_drift", arguments.options.exposure_drift},
+      {"distortion", arguments.options.distortion},
+      {"depth_camera", source.depth_camera() ? nlohmann::ordered_json(
+                                                   format_depth_calibration(*source.depth_camera()))
+                                             : nlohmann::ordered_json()},
       {"version", version()}};
   return write_file_atomically(
       std::filesystem::path(arguments.out) / "simulation.json",
@@ -234,14 +241,15 @@ constexpr const char* kSimulateFooter =
     "  ygslam simulate --random 1000 --out frames --size 320x240\n"
     "Writes rgb/, depth/, rgb.txt, depth.txt, associations.txt, groundtruth.txt, calibration.txt "
     "and\n"
-    "simulation.json (how it was made); --random: images in folders and frames.csv. --truth adds\n"
+    "simulation.json (how it was made), with --depth-camera calibration_depth.txt; --random: "
+    "images in folders and frames.csv. --truth adds\n"
     "mask/ (ids of people and movers, named in instances.json), things/ (ids of all things),\n"
     "moving/ (what moved since the frame before), depth_true/, rgb_static/ and depth_static/ (the "
     "view\n"
     "without movers), movers/ (their poses), true_objects.json and static.ply (the room's "
     "surface).\n"
-    "See docs/rendered-world.md. Exit codes: 0 ok, 2 usage, 4 a world that is wrong, 9 output not\n"
-    "written.";
+    "See docs/rendered-world.md. Exit codes: 0 ok, 2 usage, 3 a depth camera that is wrong,\n"
+    "4 a world that is wrong, 9 output not written.";
 
 }  // namespace
 

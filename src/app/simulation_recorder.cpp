@@ -1,9 +1,9 @@
 #include "app/simulation_recorder.hpp"
 
-#include <cmath>
-#include <limits>
+#include <cstring>
 
 #include "bag/ros_images.hpp"
+#include "image/depth.hpp"
 #include "io/image_file.hpp"
 #include "live/run_messages.hpp"
 
@@ -20,14 +20,9 @@ ros::Image depth_message(const DepthImage& depth_m, Timestamp stamp, const char*
   message.height = static_cast<std::uint32_t>(depth_m.height());
   message.encoding = "16UC1";
   message.step = 2 * message.width;
-  message.data.reserve(2 * depth_m.size());
-  for (const float metres : depth_m) {
-    const double mm = std::round(ros::kMillimetres * metres);
-    const auto raw = static_cast<std::uint16_t>(
-        mm > 0 && mm <= std::numeric_limits<std::uint16_t>::max() ? mm : 0);
-    message.data.push_back(static_cast<std::uint8_t>(raw & 0xFFU));
-    message.data.push_back(static_cast<std::uint8_t>(raw >> 8U));
-  }
+  const Image<std::uint16_t> raw = raw_from_depth(depth_m, ros::kMillimetres);
+  message.data.resize(2 * raw.size());
+  std::memcpy(message.data.data(), raw.data(), message.data.size());
   return message;
 }
 
@@ -66,9 +61,8 @@ Result<SimulationRecorder> SimulationRecorder::create(const std::filesystem::pat
 
 Status SimulationRecorder::place_depth_camera(Timestamp stamp) {
   if (!depth_camera_ || std::exchange(is_placed_, true)) return Ok{};
-  const ros::TransformStamped place{{ros::to_ros(stamp), "camera_optical"},
-                                    kDepthFrame,
-                                    ros::to_ros(depth_camera_->T_colour_depth)};
+  const ros::TransformStamped place{
+      {ros::to_ros(stamp), kCameraFrame}, kDepthFrame, ros::to_ros(depth_camera_->T_colour_depth)};
   return write("/tf_static", stamp, ros::TfMessage{{place}});
 }
 
@@ -80,18 +74,17 @@ Status SimulationRecorder::add_colour(const sim::SimulatedFrame& frame) {
   Status written = write("/camera/camera_info", stamp, camera_info_message(camera_, stamp));
   if (!written.ok()) return written;
   return write("/camera/image/compressed", stamp,
-               ros::CompressedImage{{ros::to_ros(stamp), "camera_optical"},
+               ros::CompressedImage{{ros::to_ros(stamp), kCameraFrame},
                                     jpeg_ ? "jpeg" : "png",
                                     Bytes(bytes.begin(), bytes.end())});
 }
 
 Status SimulationRecorder::add_depth(const sim::SimulatedFrame& frame) {
   const Timestamp stamp = frame.frame->stamp;
-  const char* name = depth_camera_ ? kDepthFrame : "camera_optical";
-  ros::CameraInfo info =
-      camera_info_message(depth_camera_ ? depth_camera_->camera : camera_, stamp);
-  info.header.frame_id = name;
-  Status written = write("/camera/depth/camera_info", stamp, info);
+  const char* name = depth_camera_ ? kDepthFrame : kCameraFrame;
+  const CameraConfig& camera = depth_camera_ ? depth_camera_->camera : camera_;
+  Status written =
+      write("/camera/depth/camera_info", stamp, camera_info_message(camera, stamp, name));
   if (!written.ok()) return written;
   ros::Image depth = depth_message(frame.frame->depth_m, stamp, name);
   if (frame.delivery.truncate_depth) depth.data.resize(depth.data.size() / 2);

@@ -51,16 +51,18 @@ class SplitBag final : public Bag {
  public:
   explicit SplitBag(std::vector<std::unique_ptr<Bag>> files) : files_(std::move(files)) {}
 
-  Status visit(const Visitor& visitor) override {
+  Status visit(const Visitor& visitor, const Interrupted& interrupted) override {
     for (std::size_t i = 0; i < files_.size(); ++i) {
       Bag& file = *files_[i];
-      Status visited = file.visit([&](const BagMessage& message) {
-        const BagTopic& topic = file.topics()[message.topic];
-        BagMessage ours = message;
-        ours.topic = add_topic(topic.name, topic.type, topic.layout);
-        ours.place.file = i;
-        visitor(ours);
-      });
+      Status visited = file.visit(
+          [&](const BagMessage& message) {
+            const BagTopic& topic = file.topics()[message.topic];
+            BagMessage ours = message;
+            ours.topic = add_topic(topic.name, topic.type, topic.layout);
+            ours.place.file = i;
+            visitor(ours);
+          },
+          interrupted);
       if (!visited.ok()) return visited;
       warnings_.insert(warnings_.end(), file.warnings().begin(), file.warnings().end());
     }

@@ -54,6 +54,9 @@ class MessageReader {
   /// @param type "sensor_msgs/msg/Image" or "sensor_msgs/Image".
   std::size_t add_topic(const std::string& name, const std::string& type, Layout layout);
 
+  [[nodiscard]] static Error interruption(const std::filesystem::path& path) {
+    return {ErrorKind::kInput, path.string() + ": interrupted while it was read through"};
+  }
   /// Something that is left out.
   void note(const std::string& fault);
   /// At the end: one warning of all that was noted.
@@ -71,12 +74,14 @@ class MessageReader {
 class Bag : public MessageReader {
  public:
   using Visitor = MessageVisitor;
+  using Interrupted = std::function<bool()>;
   virtual ~Bag() = default;
 
   /// Hands every readable message to `visitor`, in the order of the file. What cannot be read is
   /// passed over and told in warnings(). To be called once.
-  /// @return kInput, naming the file, where nothing can be made of it.
-  virtual Status visit(const Visitor& visitor) = 0;
+  /// @param interrupted asked from time to time; may be empty.
+  /// @return kInput, naming the file, where nothing can be made of it, or it is interrupted.
+  virtual Status visit(const Visitor& visitor, const Interrupted& interrupted) = 0;
   /// A message met by visit(). May be called from several threads at once.
   /// @return kInput with a reason alone.
   [[nodiscard]] virtual Result<Bytes> read(const MessagePlace& place) const = 0;

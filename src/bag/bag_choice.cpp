@@ -10,9 +10,12 @@ Result<BagChoice> choose(const BagContent& content, const BagTopics& topics,
   if (!colour.ok()) return colour.error();
   const auto depth = choose_topic(content, topics.depth, "depth", "--depth-topic");
   if (!depth.ok()) return depth.error();
-  BagChoice choice{*colour, *depth, {}, "given camera", false, {}, {}, {}};
+  BagChoice choice;
+  choice.colour = *colour;
+  choice.depth = *depth;
   if (cameras.colour) {
     choice.camera = *cameras.colour;
+    choice.camera_source = cameras.colour_source;
   } else {
     const auto found = camera_of(content, **colour);
     if (!found.ok()) return found.error();
@@ -32,7 +35,8 @@ Result<BagChoice> choose(const BagContent& content, const BagTopics& topics,
       depth_camera_of(content, **colour, **depth, {choice.camera.width, choice.camera.height});
   if (!apart.ok()) return apart.error();
   choice.depth_camera = apart->camera;
-  choice.depth_camera_source = "CameraInfo of " + printable(apart->topic);
+  if (apart->camera) choice.depth_camera_source = "CameraInfo of " + printable(apart->topic);
+  choice.depth_camera_changes = apart->camera && content.changed_cameras.contains(apart->topic);
   choice.depth_missing = apart->missing;
   return choice;
 }
@@ -40,6 +44,9 @@ Result<BagChoice> choose(const BagContent& content, const BagTopics& topics,
 void warn_of_choice(const BagChoice& choice, Sequence& sequence) {
   if (choice.camera_changes)
     sequence.warnings.push_back(sequence.root.string() + ": " + choice.camera_source +
+                                " changes; what it said first is taken");
+  if (choice.depth_camera_changes)
+    sequence.warnings.push_back(sequence.root.string() + ": " + choice.depth_camera_source +
                                 " changes; what it said first is taken");
   if (choice.depth_missing.empty()) return;
   sequence.warnings.push_back(

@@ -9,13 +9,14 @@
 namespace ygslam {
 
 struct BagChoice {
-  const ImageTopic* colour;
-  const ImageTopic* depth;
+  const ImageTopic* colour = nullptr;
+  const ImageTopic* depth = nullptr;
   CameraConfig camera;
   std::string camera_source;
   bool camera_changes = false;  ///< what its topic says later
   std::optional<DepthCamera> depth_camera;
   std::string depth_camera_source;
+  bool depth_camera_changes = false;
   std::string depth_missing;  ///< why depth of another frame cannot be registered; empty: nothing
 };
 

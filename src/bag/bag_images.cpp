@@ -1,6 +1,7 @@
 #include "bag/bag_images.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <unordered_map>
 
 #include "io/depth_calibration.hpp"
@@ -102,10 +103,11 @@ std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagM
   return at->second;
 }
 
-Result<BagContent> read_content(Bag& bag) {
+Result<BagContent> read_content(Bag& bag, const Bag::Interrupted& interrupted) {
   ContentReader reader;
   const auto visited = bag.visit(
-      [&](const BagMessage& message) { reader.take(bag.topics()[message.topic], message); });
+      [&](const BagMessage& message) { reader.take(bag.topics()[message.topic], message); },
+      interrupted);
   if (!visited.ok()) return visited.error();
   return reader.content();
 }
@@ -173,16 +175,13 @@ bool is_rectified(const BagTopic& images) {
   return base.substr(before_last(base).size()).starts_with("/image_rect");
 }
 
+/// depth_registered, aligned_depth_to_color; not "unregistered".
 bool calls_itself_registered(const BagTopic& depth) {
-  return depth.name.find("registered") != std::string::npos ||
-         depth.name.find("aligned") != std::string::npos;
-}
-
-bool are_other_frames(const std::string& a, const std::string& b) {
-  const auto name = [](std::string_view frame) {
-    return frame.starts_with('/') ? frame.substr(1) : frame;
-  };
-  return !a.empty() && !b.empty() && name(a) != name(b);
+  for (const std::string_view word : {"registered", "aligned"})
+    for (std::size_t at = depth.name.find(word); at != std::string::npos;
+         at = depth.name.find(word, at + 1))
+      if (at == 0 || std::isalpha(static_cast<unsigned char>(depth.name[at - 1])) == 0) return true;
+  return false;
 }
 
 }  // namespace
@@ -201,10 +200,14 @@ Result<BagDepthCamera> depth_camera_of(const BagContent& content, const ImageTop
     if (!found.missing.empty()) return found;
     T_colour_depth = *T;
   } else {
-    const bool is_of_other_size =
-        info != content.cameras.end() && colour_size.width > 0 && info->second.width > 0 &&
-        (info->second.width != static_cast<std::uint32_t>(colour_size.width) ||
-         info->second.height != static_cast<std::uint32_t>(colour_size.height));
+    auto width = static_cast<std::uint32_t>(std::max(0, colour_size.width));
+    auto height = static_cast<std::uint32_t>(std::max(0, colour_size.height));
+    if (const auto own = content.cameras.find(camera_topic_of(colour.topic));
+        own != content.cameras.end() && width == 0)
+      width = own->second.width, height = own->second.height;
+    const bool is_of_other_size = info != content.cameras.end() && width > 0 &&
+                                  info->second.width > 0 &&
+                                  (info->second.width != width || info->second.height != height);
     if (!is_of_other_size) return BagDepthCamera{};
   }
   const auto refuse = [&](const std::string& what) {
@@ -223,7 +226,9 @@ Result<BagDepthCamera> depth_camera_of(const BagContent& content, const ImageTop
 
 Result<std::optional<BagCamera>> camera_of(const BagContent& content, const ImageTopic& colour) {
   auto it = content.cameras.find(camera_topic_of(colour.topic));
-  if (it == content.cameras.end() && content.cameras.size() == 1) it = content.cameras.begin();
+  if (it == content.cameras.end() && content.cameras.size() == 1 &&
+      !are_other_frames(content.cameras.begin()->second.header.frame_id, colour.frame_id))
+    it = content.cameras.begin();
   if (it == content.cameras.end()) {
     if (content.cameras.empty()) return std::optional<BagCamera>();
     return Error{ErrorKind::kConfig, "none of its " + std::to_string(content.cameras.size()) +

@@ -50,8 +50,8 @@ class ContentReader {
   std::size_t image_count_ = 0;                            // of all topics
 };
 
-/// Reads through the bag.
-[[nodiscard]] Result<BagContent> read_content(Bag& bag);
+/// Reads through the bag. @return as Bag::visit().
+[[nodiscard]] Result<BagContent> read_content(Bag& bag, const Bag::Interrupted& interrupted);
 
 /// An image's stamp, of its header; where that is zero, when it was recorded.
 [[nodiscard]] std::optional<Timestamp> image_stamp(const BagTopic& topic,
@@ -68,24 +68,24 @@ class ContentReader {
                                                      const std::string& what,
                                                      const std::string& option);
 
-/// @return the camera and its topic; nothing where the bag tells none of these images.
-/// kConfig with a reason alone: one that cannot be used, or several that may be meant.
 struct BagCamera {
   std::string topic;
   CameraConfig camera;
 };
+/// @return the camera and its topic; nothing where the bag tells none of these images.
+/// kConfig with a reason alone: one that cannot be used, or several that may be meant.
 [[nodiscard]] Result<std::optional<BagCamera>> camera_of(const BagContent& content,
                                                          const ImageTopic& colour);
 
+struct BagDepthCamera {
+  std::string topic;                  ///< of the CameraInfo
+  std::optional<DepthCamera> camera;  ///< none: that of the colour images
+  std::string missing;  ///< why depth of another frame cannot be registered; empty: nothing missing
+};
 /// The camera that takes the depth images, where it is another than the colour camera and the bag
 /// tells so: a CameraInfo beside the depth topic with another size, or of a frame whose place is
 /// known. Topics that call themselves registered or aligned are of the colour camera.
-struct BagDepthCamera {
-  std::string topic;  ///< of the CameraInfo
-  std::optional<DepthCamera> camera;
-  std::string missing;  ///< why depth of another frame cannot be registered; empty: nothing missing
-};
-/// @param colour_size of the colour camera, 0 = unknown.
+/// @param colour_size of the colour camera, 0 = as its CameraInfo says.
 /// @return kConfig with a reason alone: one that cannot be used.
 [[nodiscard]] Result<BagDepthCamera> depth_camera_of(const BagContent& content,
                                                      const ImageTopic& colour,

@@ -36,12 +36,13 @@ Status pair_topics(std::unique_ptr<Bag> bag, const BagChoice& choice, Sequence& 
 }  // namespace
 
 Result<Sequence> open_bag_sequence(const std::filesystem::path& path, const BagTopics& topics,
-                                   const GivenCameras& cameras) {
+                                   const GivenCameras& cameras,
+                                   const std::function<bool()>& interrupted) {
   auto bag = open_bag(path);
   if (!bag.ok()) return bag.error();
   Sequence sequence;
   sequence.root = path;
-  const auto content = read_content(**bag);
+  const auto content = read_content(**bag, interrupted);
   if (!content.ok()) return content.error();
   sequence.warnings = (*bag)->warnings();
   if (content->too_many > 0)

@@ -8,10 +8,6 @@ namespace {
 constexpr std::size_t kMostFrames = 10'000;
 constexpr int kDeepest = 64;  // a chain of frames; also ends what goes in a circle
 
-std::string without_slash(const std::string& frame) {
-  return cut_name(frame.starts_with('/') ? frame.substr(1) : frame);
-}
-
 std::optional<SE3> rigid_motion(const ros::Pose& pose) {
   constexpr double kNormTolerance = 0.01;
   const auto& [x, y, z] = pose.position;
@@ -24,6 +20,14 @@ std::optional<SE3> rigid_motion(const ros::Pose& pose) {
 
 }  // namespace
 
+std::string frame_name(const std::string& frame) {
+  return cut_name(frame.starts_with('/') ? frame.substr(1) : frame);
+}
+
+bool are_other_frames(const std::string& a, const std::string& b) {
+  return !a.empty() && !b.empty() && frame_name(a) != frame_name(b);
+}
+
 bool has_transforms(const BagTopic& topic) {
   return topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
 }
@@ -33,13 +37,13 @@ void FrameTree::take(const BagTopic& topic, std::span<const std::uint8_t> bytes)
   if (!from_cdr(bytes, message, topic.layout)) return;
   const bool is_static = topic.name.ends_with("tf_static");
   for (const ros::TransformStamped& transform : message.transforms) {
-    const std::string child = without_slash(transform.child_frame_id);
+    const std::string child = frame_name(transform.child_frame_id);
     const auto known = edge_of_.find(child);
     if (known != edge_of_.end() && (known->second.is_static || !is_static)) continue;
     const auto motion = rigid_motion(transform.transform);
     if (!motion || (known == edge_of_.end() && edge_of_.size() >= kMostFrames)) continue;
     edge_of_.insert_or_assign(child,
-                              Edge{without_slash(transform.header.frame_id), *motion, is_static});
+                              Edge{frame_name(transform.header.frame_id), *motion, is_static});
   }
 }
 
@@ -50,7 +54,7 @@ std::optional<SE3> FrameTree::T_target_source(const std::string& target,
     SE3 T_ancestor_start;
   };
   const auto ancestors = [&](const std::string& start) {
-    std::vector<Ancestor> line = {{without_slash(start), SE3()}};
+    std::vector<Ancestor> line = {{frame_name(start), SE3()}};
     while (line.size() < kDeepest) {
       const auto up = edge_of_.find(line.back().frame);
       if (up == edge_of_.end()) break;

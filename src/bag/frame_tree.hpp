@@ -10,6 +10,11 @@
 
 namespace ygslam {
 
+/// A frame's name without the slash that ROS 1 may put before it.
+[[nodiscard]] std::string frame_name(const std::string& frame);
+/// Whether two images are of frames that are named, and not the same.
+[[nodiscard]] bool are_other_frames(const std::string& a, const std::string& b);
+
 /// Whether a topic has transforms: tf2_msgs/TFMessage, or ROS 1's older tf/tfMessage.
 [[nodiscard]] bool has_transforms(const BagTopic& topic);
 

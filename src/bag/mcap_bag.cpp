@@ -29,11 +29,12 @@ Result<Bytes> McapBag::read(const MessagePlace& place) const {
   return blocks_.read(place.block, place.offset, place.bytes);
 }
 
-Status McapBag::visit(const Visitor& visitor) {
+Status McapBag::visit(const Visitor& visitor, const Interrupted& interrupted) {
   std::uint64_t at = mcap::kMagic.size();
   bool ended = false;
   ExpansionLimit expansion(file_.size());
   while (!ended && file_.holds(at, mcap::kRecordHead)) {
+    if (interrupted && interrupted()) return interruption(file_.path());
     const auto head = file_.read(at, mcap::kRecordHead);
     if (!head.ok())
       return Error{ErrorKind::kInput, file_.path().string() + ": " + head.error().message};

@@ -12,7 +12,7 @@ class McapBag final : public Bag {
  public:
   explicit McapBag(InputFile file);
 
-  Status visit(const Visitor& visitor) override;
+  Status visit(const Visitor& visitor, const Interrupted& interrupted) override;
   [[nodiscard]] Result<Bytes> read(const MessagePlace& place) const override;
 
  private:

@@ -94,10 +94,11 @@ Result<Bytes> Ros1Bag::read(const MessagePlace& place) const {
   return blocks_.read(place.block, place.offset, place.bytes);
 }
 
-Status Ros1Bag::visit(const Visitor& visitor) {
+Status Ros1Bag::visit(const Visitor& visitor, const Interrupted& interrupted) {
   std::uint64_t at = kMagicBytes;
   ExpansionLimit expansion(file_.size());
   while (at < file_.size()) {
+    if (interrupted && interrupted()) return interruption(file_.path());
     const auto record = record_at(file_, at);
     // A head without a field: what was never written is zeros, perhaps without end.
     if (!record || record->head.empty()) {

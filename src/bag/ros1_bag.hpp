@@ -13,7 +13,7 @@ class Ros1Bag final : public Bag {
  public:
   explicit Ros1Bag(InputFile file);
 
-  Status visit(const Visitor& visitor) override;
+  Status visit(const Visitor& visitor, const Interrupted& interrupted) override;
   [[nodiscard]] Result<Bytes> read(const MessagePlace& place) const override;
 
  private:

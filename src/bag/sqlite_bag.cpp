@@ -172,7 +172,7 @@ Status SqliteBag::read_topics() {
   return Ok{};
 }
 
-Status SqliteBag::visit(const Visitor& visitor) {
+Status SqliteBag::visit(const Visitor& visitor, const Interrupted& interrupted) {
   const Rows rows = prepare_rows(
       handle_.get(), "SELECT rowid, topic_id, timestamp, data FROM messages ORDER BY rowid");
   if (!rows)
@@ -183,6 +183,7 @@ Status SqliteBag::visit(const Visitor& visitor) {
   ExpansionLimit expansion(bytes_on_disk(path_));
   int code = SQLITE_ROW;
   while ((code = patience.step(rows.get())) == SQLITE_ROW) {
+    if (interrupted && interrupted()) return interruption(path_);
     if (!ascending.take(sqlite3_column_int64(rows.get(), 0))) break;
     const auto topic = topic_of_.find(sqlite3_column_int64(rows.get(), 1));
     if (topic == topic_of_.end()) continue;

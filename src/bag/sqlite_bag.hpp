@@ -16,7 +16,7 @@ class SqliteBag final : public Bag {
   /// @return kInput naming the file.
   static Result<std::unique_ptr<Bag>> open(const std::filesystem::path& path);
 
-  Status visit(const Visitor& visitor) override;
+  Status visit(const Visitor& visitor, const Interrupted& interrupted) override;
   [[nodiscard]] Result<Bytes> read(const MessagePlace& place) const override;
 
  private:

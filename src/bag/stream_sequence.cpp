@@ -26,6 +26,8 @@ bool is_image(const BagTopic& topic) {
   return topic.type == ros::kImageType || topic.type == ros::kCompressedType;
 }
 
+bool is_camera(const BagTopic& topic) { return topic.type == ros::kCameraType; }
+
 /// What comes until it is known what the sequence is made of.
 class LeadIn {
  public:
@@ -53,6 +55,8 @@ class LeadIn {
     const auto now = choice();
     if (!now.ok() || !now->depth_missing.empty()) return false;
     if (!topics_.rgb.empty() && !topics_.depth.empty()) return true;
+    const auto told = static_cast<std::ptrdiff_t>(content().cameras.size());
+    if (std::count_if(announced.begin(), announced.end(), is_camera) > told) return false;
     const auto shown = static_cast<std::ptrdiff_t>(content().images.size());
     return std::count_if(announced.begin(), announced.end(), is_image) == shown;
   }
@@ -162,6 +166,12 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
   sequence.pairs.clear();
   if (!completed.ok()) return completed;
   if (choice->depth_camera) {
+    const auto depth = ros::decode_header(depth_, first_.front().depth.bytes);
+    const ImageSize said = {choice->depth_camera->camera.width,
+                            choice->depth_camera->camera.height};
+    if (depth.ok() && said.width > 0 && depth->size != said)
+      return refuse({ErrorKind::kConfig, choice->depth_camera_source +
+                                             ": is for depth images of another size than come"});
     const Status placed =
         set_depth_camera(*choice->depth_camera, choice->depth_camera_source, sequence);
     if (!placed.ok()) return refuse(placed.error());

@@ -67,6 +67,16 @@ DepthImage depth_from_raw(const Image<std::uint16_t>& raw, double scale,
   return depth_m;
 }
 
+Image<std::uint16_t> raw_from_depth(const DepthImage& depth_m, double scale) {
+  constexpr double kMostRaw = 65535;
+  Image<std::uint16_t> raw(depth_m.width(), depth_m.height());
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const double value = std::floor(static_cast<double>(depth_m.data()[i]) * scale + 0.5);
+    raw.data()[i] = value > 0 && value <= kMostRaw ? static_cast<std::uint16_t>(value) : 0;
+  }
+  return raw;
+}
+
 DepthImage sanitized_depth(const DepthImage& depth_m, const DepthConfig& config) {
   DepthImage clean(depth_m.width(), depth_m.height());
   std::transform(depth_m.begin(), depth_m.end(), clean.begin(), [&](float d) {

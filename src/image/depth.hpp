@@ -17,6 +17,10 @@ struct DepthConfig {
 [[nodiscard]] DepthImage depth_from_raw(const Image<std::uint16_t>& raw, double scale,
                                         const DepthConfig& config);
 
+/// What a sensor of that scale would have delivered: rounded, 0 where there is none or where 16
+/// bits do not hold it.
+[[nodiscard]] Image<std::uint16_t> raw_from_depth(const DepthImage& depth_m, double scale);
+
 /// Copy of a float depth image [m] in which NaN, infinite, negative and out-of-range values are 0.
 [[nodiscard]] DepthImage sanitized_depth(const DepthImage& depth_m, const DepthConfig& config);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "geometry/camera.hpp"
@@ -16,8 +17,8 @@ struct DepthCamera {
 };
 
 /// Brings depth images to the pixels of the colour camera: every pixel is taken as a small piece of
-/// surface, moved, and drawn with a depth buffer. Where the colour camera sees what the depth
-/// camera does not, there is no depth.
+/// surface across the line of sight, moved, and drawn with a depth buffer as the upright box about
+/// its corners. Where the colour camera sees what the depth camera does not, there is no depth.
 class DepthRegistration {
  public:
   /// @param colour complete, width and height included.
@@ -26,15 +27,20 @@ class DepthRegistration {
   /// Of the images that registered() takes.
   [[nodiscard]] const CameraConfig& depth_camera() const { return depth_; }
   /// From camera to camera.
-  [[nodiscard]] double baseline_m() const { return t_.norm(); }
+  [[nodiscard]] double baseline_m() const { return t_colour_depth_m_.norm(); }
   /// @param depth_m of the depth camera's size, 0 = none. May be called from several threads.
   /// @return of the colour camera's size, along its optical axis.
   [[nodiscard]] DepthImage registered(const DepthImage& depth_m) const;
 
  private:
   struct Row;
+  struct Box {
+    Eigen::Vector2f low_px, high_px;
+  };
   /// Where the upper left corners of a row's pixels fall, each at its own depth.
   void place_row(const DepthImage& depth_m, int v, Row& row) const;
+  /// What a pixel's piece of surface covers; nothing where it is not seen.
+  [[nodiscard]] std::optional<Box> box_of(const Row& row, const Row& below, int u, int v) const;
   void draw_row(const Row& row, const Row& below, int v, DepthImage& out) const;
   /// @param corner of the pixel grid. @return the colour pixel, far outside where there is none.
   [[nodiscard]] Eigen::Vector2f project(int corner_u, int corner_v, float depth_m) const;
@@ -45,8 +51,10 @@ class DepthRegistration {
 
   CameraConfig depth_;
   Camera colour_;
-  std::vector<Eigen::Vector3f> rays_;  // of the corners of pixels, at 1 m, in colour axes
-  Eigen::Vector3f t_;
+  std::vector<Eigen::Vector3f> rays_colour_;  // of the corners of pixels, at 1 m, in colour axes
+  Eigen::Vector3f t_colour_depth_m_;
+  bool is_upright_;  // rows stay rows: two opposite corners of a pixel span its box
+  float margin_px_;  // beyond the colour image, where pieces may still reach into it
 };
 
 /// Null where both cameras are one and the same: then depth is registered as it is.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace ygslam {
@@ -19,6 +20,10 @@ CameraConfig lens(int width, int height, double f) {
 
 SE3 beside(double x_m, double turn_rad = 0) {
   return {so3_exp({0.3 * turn_rad, turn_rad, -0.2 * turn_rad}), {x_m, 0.004, -0.002}};
+}
+
+SE3 rolled(double roll_deg) {
+  return {so3_exp({0, 0, roll_deg * std::numbers::pi / 180}), {0.08, -0.05, 0.002}};
 }
 
 /// Depth of the plane n * p = d (colour frame) as a camera at T_colour_camera sees it.
@@ -50,7 +55,11 @@ std::vector<Pair> pairs() {
           {"turned", lens(160, 120, 140), lens(160, 120, 130), beside(-0.05, 0.05)},
           {"coarse depth", lens(320, 240, 280), lens(80, 60, 66), beside(0.02, 0.01)},
           {"fine depth", lens(80, 60, 70), lens(320, 240, 270), beside(0.02, -0.02)},
-          {"bent lenses", bent, bent, beside(0.03, 0.02)}};
+          {"bent lenses", bent, bent, beside(0.03, 0.02)},
+          {"rolled by 30", lens(160, 120, 140), lens(160, 120, 110), rolled(30)},
+          {"rolled by 90", lens(160, 120, 140), lens(160, 120, 110), rolled(90)},
+          {"rolled by 135", lens(160, 120, 140), lens(160, 120, 110), rolled(135)},
+          {"upside down", lens(160, 120, 140), lens(160, 120, 130), rolled(180)}};
 }
 
 // A plane, upright or steep, arrives as the colour camera sees it, without a hole in the middle.
@@ -81,6 +90,17 @@ TEST(DepthRegistration, PlanesAreWhatTheColourCameraSees) {
       EXPECT_EQ(holes, 0) << pair.name << " of " << seen << ", normal " << normal.transpose();
       EXPECT_LT(worst, 1) << pair.name << ", normal " << normal.transpose();
     }
+}
+
+// Coarse depth pixels reach from outside into the colour image.
+TEST(DepthRegistration, TheBorderIsFilledWhereBothCamerasSee) {
+  const CameraConfig colour = lens(320, 240, 300);
+  const SE3 T_colour_depth = beside(0.02);
+  const CameraConfig depth = lens(60, 45, 40);  // sees more than the colour camera
+  const DepthImage got_m = DepthRegistration({depth, T_colour_depth}, colour)
+                               .registered(plane_seen(depth, T_colour_depth, Vec3(0, 0, 1), 1.5));
+  for (int v = 0; v < 240; ++v)
+    for (int u = 0; u < 320; ++u) ASSERT_GT(got_m.at(u, v), 0) << u << " " << v;
 }
 
 TEST(DepthRegistration, NearerSurfaceHidesWhatTheDepthCameraSeesBehindIt) {

@@ -142,8 +142,13 @@ Result<std::optional<Matrix4>> read_matrix(const fs::path& path) {
   const auto text = read_file(path, std::size_t{1} << 16);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
   std::vector<double> numbers;
-  for (const std::string_view word : words_of(*text, "\r\n"))
-    numbers.push_back(parse_number(word).value_or(0));
+  for (const std::string_view word : words_of(*text, "\r\n")) {
+    const auto number = parse_number(word);
+    if (!number)
+      return Error{ErrorKind::kConfig,
+                   path.string() + ": '" + printable(word) + "' is not a finite number"};
+    numbers.push_back(*number);
+  }
   if (numbers.size() != 16) return Error{ErrorKind::kConfig, path.string() + ": is no 4x4 matrix"};
   return std::optional<Matrix4>(Eigen::Map<const Matrix4>(numbers.data()));
 }
@@ -189,21 +194,23 @@ Status find_scannet_depth_camera(Sequence& sequence) {
   if (const auto wrong = fault_of_placement(T_colour_depth.quaternion(), T_colour_depth.t());
       !wrong.empty())
     return Error{ErrorKind::kConfig, (sequence.root / kPlacements[1]).string() + ": " + wrong};
-  return set_depth_camera({scannet_lens(**K), T_colour_depth}, lens.string(), sequence);
+  CameraConfig camera = scannet_lens(**K);
+  camera.depth_scale = 0;  // a --camera may give one
+  return set_depth_camera({camera, T_colour_depth}, lens.string(), sequence);
 }
 
 Status find_folder_depth_camera(const GivenCameras& given, Sequence& sequence) {
   if (Status found = find_depth_camera(given, sequence); !found.ok() || given.depth) return found;
   // A calibration.txt is of somebody who prepared the images, registered depth.
-  if (sequence.registration || sequence.camera_source == "calibration.txt") return Ok{};
+  if (!sequence.depth_camera_source.empty() || sequence.camera_source == "calibration.txt")
+    return Ok{};
   return find_scannet_depth_camera(sequence);
 }
 
-Result<CameraConfig> find_folder_camera(const std::optional<CameraConfig>& given,
-                                        Sequence& sequence) {
-  if (given) {
-    sequence.camera_source = "given camera";
-    return *given;
+Result<CameraConfig> find_folder_camera(const GivenCameras& given, Sequence& sequence) {
+  if (given.colour) {
+    sequence.camera_source = given.colour_source;
+    return *given.colour;
   }
   for (const auto look : {camera_of_folder, replica_camera, scannet_camera}) {
     const auto found = look(sequence);
@@ -275,7 +282,7 @@ Result<Sequence> open_folder_sequence(const fs::path& root, const GivenCameras& 
     if (Status paired = pair_images(colours, depths, sequence); !paired.ok()) return paired.error();
     std::error_code code;
     if (fs::exists(root / "groundtruth.txt", code)) sequence.groundtruth = root / "groundtruth.txt";
-    const auto found = find_folder_camera(cameras.colour, sequence);
+    const auto found = find_folder_camera(cameras, sequence);
     if (!found.ok()) return found.error();
     if (Status completed = complete_sequence(*found, sequence); !completed.ok())
       return completed.error();

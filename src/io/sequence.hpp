@@ -43,9 +43,10 @@ struct SequencePair {
 
 /// What the user says of the cameras, in place of what the recording says.
 struct GivenCameras {
-  std::optional<CameraConfig> colour;
-  std::optional<DepthCamera> depth;
-  std::string depth_source;  ///< a file, for messages
+  std::optional<CameraConfig> colour{};
+  std::string colour_source = "given camera";  ///< a file, for messages
+  std::optional<DepthCamera> depth{};
+  std::string depth_source = "given depth camera";
 };
 
 class FrameStream;

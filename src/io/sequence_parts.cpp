@@ -59,6 +59,10 @@ Error sequence_fault(const Sequence& sequence, const std::string& what) {
   return {ErrorKind::kInput, sequence.root.string() + ": " + what};
 }
 
+std::string shown_size(const ImageSize& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
 std::string milliseconds(std::int64_t ns) { return std::to_string(ns / 1'000'000) + " ms"; }
 
 std::vector<Timestamp> stamps_of(const std::vector<ListedImage>& images) {
@@ -100,8 +104,9 @@ Result<ImageHeader> first_header(const Sequence& sequence, std::string SequenceP
 
 // File and line of a camera value, as far as it has one.
 std::string camera_place(const Sequence& sequence, const std::string& key) {
-  const fs::path path = sequence.root / sequence.camera_source;
   std::error_code code;
+  fs::path path = sequence.root / sequence.camera_source;
+  if (!fs::exists(path, code)) path = sequence.camera_source;  // given by whoever runs this
   if (!fs::exists(path, code)) return sequence.root.string() + ": " + sequence.camera_source;
   const auto text = read_file(path);
   const int line = text.ok() ? calibration_line(*text, key) : 0;
@@ -214,10 +219,9 @@ Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
   if (sequence.camera.height <= 0) sequence.camera.height = header.size.height;
   const ImageSize expected = {sequence.camera.width, sequence.camera.height};
   if (header.size != expected) {
-    sequence.warnings.push_back(
-        sequence.root.string() + ": the camera is for " + std::to_string(expected.width) + "x" +
-        std::to_string(expected.height) + ", the first image has " +
-        std::to_string(header.size.width) + "x" + std::to_string(header.size.height));
+    sequence.warnings.push_back(sequence.root.string() + ": the camera is for " +
+                                shown_size(expected) + ", the first image has " +
+                                shown_size(header.size));
   }
   const auto faults = camera_faults(sequence.camera);
   if (faults.empty()) return Ok{};
@@ -230,17 +234,23 @@ Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& 
   const auto refuse = [&](const std::string& what) {
     return Error{ErrorKind::kConfig, source + ": " + what};
   };
-  if (camera.width <= 0 || camera.height <= 0) {
-    if (!sequence.images) return refuse("says no width and height");
+  const bool says_size = camera.width > 0 && camera.height > 0;
+  if (!says_size && !sequence.images) return refuse("says no width and height");
+  if (sequence.images) {
     const auto header = first_header(sequence, &SequencePair::depth_file, "depth");
-    if (!header.ok()) return header.error();
-    if (camera.width <= 0) camera.width = header->size.width;
-    if (camera.height <= 0) camera.height = header->size.height;
+    if (!header.ok() && !says_size) return header.error();
+    const ImageSize size = header.ok() ? header->size : ImageSize{camera.width, camera.height};
+    if (camera.width <= 0) camera.width = size.width;
+    if (camera.height <= 0) camera.height = size.height;
+    if (size != ImageSize{camera.width, camera.height})
+      return refuse("is for depth images of " + shown_size({camera.width, camera.height}) +
+                    ", the first has " + shown_size(size));
   }
   if (camera.depth_scale == 0) camera.depth_scale = sequence.camera.depth_scale;
   if (const auto faults = camera_faults(camera); !faults.empty())
     return refuse(faults.front().key + ": " + faults.front().reason);
   sequence.registration = depth_registration(depth, sequence.camera);
+  if (!sequence.registration) sequence.camera.depth_scale = camera.depth_scale;
   sequence.depth_camera_source = source;
   return Ok{};
 }

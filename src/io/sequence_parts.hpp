@@ -31,7 +31,8 @@ Status complete_sequence(const CameraConfig& camera, const ImageHeader& header, 
 /// @param depth width or height <= 0: as the first depth image that can be read; depth_scale 0: as
 /// `camera` says.
 /// @param source for messages: a file or a topic.
-/// @return kConfig: impossible values; kInput: no image header readable.
+/// @return kConfig: impossible values, or another size than the images have; kInput: no image
+/// header readable.
 Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& sequence);
 
 /// The same for a folder: as given, else of calibration_depth.txt; nothing where there is neither.

@@ -58,10 +58,10 @@ Status read_associations(const fs::path& path, Sequence& sequence) {
 }
 
 /// As given, calibrated or preset; width and height may still be 0.
-Result<CameraConfig> find_camera(const std::optional<CameraConfig>& given, Sequence& sequence) {
-  if (given) {
-    sequence.camera_source = "given camera";
-    return *given;
+Result<CameraConfig> find_camera(const GivenCameras& given, Sequence& sequence) {
+  if (given.colour) {
+    sequence.camera_source = given.colour_source;
+    return *given.colour;
   }
   const auto found = camera_of_folder(sequence);
   if (!found.ok()) return found.error();
@@ -84,7 +84,7 @@ Result<Sequence> open_tum_sequence(const fs::path& root, const GivenCameras& cam
                                                        : pair_lists(sequence);
   if (!listed.ok()) return listed.error();
   if (fs::exists(root / "groundtruth.txt", code)) sequence.groundtruth = root / "groundtruth.txt";
-  const auto found = find_camera(cameras.colour, sequence);
+  const auto found = find_camera(cameras, sequence);
   if (!found.ok()) return found.error();
   const Status completed = complete_sequence(*found, sequence);
   if (!completed.ok()) return completed.error();

@@ -73,8 +73,7 @@ TEST(Sequence, CameraComesFromTheCallerThenTheFileThenTheName) {
   given.cx = 320;
   given.cy = 240;
   given.width = given.height = 0;
-  const auto with_given =
-      open_tum_sequence(root, {.colour = given, .depth = {}, .depth_source = {}});
+  const auto with_given = open_tum_sequence(root, {.colour = given});
   ASSERT_TRUE(with_given.ok()) << with_given.error().message;
   EXPECT_EQ(with_given->camera.fx, 600);
   EXPECT_EQ(with_given->camera.width, 640);

@@ -99,7 +99,7 @@ ros::TfMessage tf_message(const RgbdFrame& frame, const TrackResult& result) {
   message.transforms.push_back(
       {header(frame.stamp, "odom"), "camera", to_body_axes(result.T_odom_camera)});
   message.transforms.push_back(
-      {header(frame.stamp, "camera"), "camera_optical", ros::to_ros(T_body_optical())});
+      {header(frame.stamp, "camera"), kCameraFrame, ros::to_ros(T_body_optical())});
   return message;
 }
 
@@ -116,12 +116,13 @@ ros::Odometry odometry_message(const RgbdFrame& frame, const TrackResult& result
 ros::CompressedImage image_message(const RgbdFrame& frame) {
   const std::string jpeg = jpeg::encode(
       &frame.colour.data()->r, {frame.colour.width(), frame.colour.height()}, kJpegQuality);
-  return {header(frame.stamp, "camera_optical"), "jpeg", Bytes(jpeg.begin(), jpeg.end())};
+  return {header(frame.stamp, kCameraFrame), "jpeg", Bytes(jpeg.begin(), jpeg.end())};
 }
 
-ros::CameraInfo camera_info_message(const CameraConfig& camera, Timestamp stamp) {
+ros::CameraInfo camera_info_message(const CameraConfig& camera, Timestamp stamp,
+                                    const char* frame) {
   ros::CameraInfo info;
-  info.header = header(stamp, "camera_optical");
+  info.header = header(stamp, frame);
   info.height = static_cast<std::uint32_t>(camera.height);
   info.width = static_cast<std::uint32_t>(camera.width);
   info.distortion_model = "plumb_bob";

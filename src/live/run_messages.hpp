@@ -13,6 +13,8 @@
 
 namespace ygslam {
 
+inline constexpr const char* kCameraFrame = "camera_optical";
+
 /// Axes of REP 103 of a frame whose axes are those of an image (x right, y down, z forward).
 [[nodiscard]] const SE3& T_body_optical();
 
@@ -25,7 +27,9 @@ inline constexpr double kUnknownVariance = 1e6;
 [[nodiscard]] ros::Odometry odometry_message(const RgbdFrame& frame, const TrackResult& result);
 /// The colour image as a JPEG.
 [[nodiscard]] ros::CompressedImage image_message(const RgbdFrame& frame);
-[[nodiscard]] ros::CameraInfo camera_info_message(const CameraConfig& camera, Timestamp stamp);
+/// @param frame of the images.
+[[nodiscard]] ros::CameraInfo camera_info_message(const CameraConfig& camera, Timestamp stamp,
+                                                  const char* frame = kCameraFrame);
 /// Static points green, dynamic red, unknown yellow; boxes and names of objects.
 [[nodiscard]] ros::ImageAnnotations annotation_message(const RgbdFrame& frame,
                                                        const TrackResult& result);

@@ -119,9 +119,10 @@ RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner* runner,
   std::unique_lock lock(mutex_);
   const auto is_wished = [&] { return wishes_.stop || wishes_.save || wishes_.reset; };
   while (!is_due(stamp) && !is_wished() && !interrupted()) {
-    if (std::exchange(map_wanted_, false) && runner) {
-      lock.unlock();
+    if (std::exchange(map_wanted_, false)) {
       map_due_ = {};
+      if (!runner) continue;
+      lock.unlock();
       show_map(*runner);
       lock.lock();
       continue;  // somebody may have driven meanwhile

@@ -61,6 +61,7 @@ struct Hub {
   std::uint64_t arrivals = 0;
   std::vector<std::atomic<int>> wanted;  // subscriptions of each topic
   std::atomic<int> clients{0};
+  int onlookers = 0;             // clients without the token, those that shake hands included
   std::vector<MessagePtr> last;  // of each topic
   std::string advertisement;
 
@@ -105,6 +106,7 @@ class Session : public std::enable_shared_from_this<Session> {
     subscriptions_.clear();
     pending_.clear();
     if (is_client_) --hub_.clients;
+    if (is_onlooker_) --hub_.onlookers;
     BoostError ignored;
     (ws_ ? beast::get_lowest_layer(*ws_) : stream_).socket().close(ignored);
     hub_.sessions.erase(number_);  // perhaps the last to hold it: nothing after this
@@ -163,12 +165,14 @@ class Session : public std::enable_shared_from_this<Session> {
       return respond(http::status::not_found, "clients connect to /ws");
     if (!may_drive_ && (!hub_.is_loopback || !token.empty()))
       return respond(http::status::unauthorized, "the token is missing or wrong");
-    if (!may_drive_ && hub_.clients >= kMostOnlookers)
+    if (!may_drive_ && hub_.onlookers >= kMostOnlookers)
       return respond(http::status::service_unavailable, "too many look on");
     const auto protocol =
         foxglove::chosen_protocol(text_of(request[http::field::sec_websocket_protocol]));
     if (!protocol)
       return respond(http::status::bad_request, "foxglove.websocket.v1 is what is spoken here");
+    is_onlooker_ = !may_drive_;
+    hub_.onlookers += is_onlooker_ ? 1 : 0;
     ws_.emplace(std::move(stream_));
     ws_->set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     ws_->set_option(websocket::stream_base::decorator([protocol](websocket::response_type& r) {
@@ -277,8 +281,8 @@ class Session : public std::enable_shared_from_this<Session> {
   std::optional<websocket::stream<beast::tcp_stream>> ws_;
   beast::flat_buffer buffer_;
   http::request_parser<http::empty_body> parser_;
-  bool has_asked_ = false, is_client_ = false, may_drive_ = false, is_writing_ = false,
-       has_left_ = false;
+  bool has_asked_ = false, is_client_ = false, is_onlooker_ = false, may_drive_ = false,
+       is_writing_ = false, has_left_ = false;
   std::map<std::uint32_t, std::size_t> subscriptions_;  // to topics
   std::map<std::uint32_t, MessagePtr> pending_;         // the newest of each subscription
   std::uint32_t last_sent_ = 0;

@@ -1,6 +1,8 @@
 """Record3D's .r3d: a ZIP archive of JPEGs, LZFSE-compressed depth in metres, and `metadata`, a JSON."""
 import json
+import math
 import zipfile
+import zlib
 
 import liblzfse
 import numpy as np
@@ -19,13 +21,13 @@ def member(archive, name):
         return archive.read(name)
     except KeyError as error:
         raise Fault(f"{name} is missing") from error
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
         raise Fault(f"{name} is damaged ({error})") from error
 
 
 def number_of(about, key):
     value = about.get(key)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise Fault(f"metadata: {key} is no number")
     return value
 
@@ -33,7 +35,7 @@ def number_of(about, key):
 def numbers_of(about, key):
     try:
         return np.array(about[key], dtype=float)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise Fault(f"metadata: {key} is no list of numbers") from error
 
 

@@ -35,15 +35,6 @@ std::string stamp_text(Timestamp stamp) {
   return text.data();
 }
 
-Image<std::uint16_t> raw_depth(const DepthImage& depth_m, double scale) {
-  Image<std::uint16_t> raw(depth_m.width(), depth_m.height());
-  for (std::size_t i = 0; i < raw.size(); ++i) {
-    const double value = std::floor(static_cast<double>(depth_m.data()[i]) * scale + 0.5);
-    raw.data()[i] = value > 0 && value <= 65535 ? static_cast<std::uint16_t>(value) : 0;
-  }
-  return raw;
-}
-
 double depth_scale(const SequenceSource& source) {
   return source.depth_camera() ? source.depth_camera()->camera.depth_scale
                                : source.camera().config().depth_scale;
@@ -122,11 +113,12 @@ Status SequenceWriter::add_truth(const SimulatedFrame& frame, const std::string&
                                             encode_png(frame.ids, 1, PngFilter::kUp)},
         {"things/" + png, encode_png(frame.things, 1, PngFilter::kUp)},
         {"moving/" + png, encode_png(frame.moving, 1, PngFilter::kUp)},
-        {"depth_true/" + png, encode_png(raw_depth(frame.depth_true_m, scale), 1, PngFilter::kUp)},
+        {"depth_true/" + png,
+         encode_png(raw_from_depth(frame.depth_true_m, scale), 1, PngFilter::kUp)},
         {"rgb_static/" + stamp + (options_.jpeg ? ".jpg" : ".png"),
          options_.jpeg ? encode_jpeg(frame.rgb_static, 95) : encode_png(frame.rgb_static, 1)},
         {"depth_static/" + png,
-         encode_png(raw_depth(frame.depth_static_m, scale), 1, PngFilter::kUp)}}) {
+         encode_png(raw_from_depth(frame.depth_static_m, scale), 1, PngFilter::kUp)}}) {
     if (Status status = put(name, bytes); !status) return status;
   }
   return Ok{};
@@ -147,7 +139,7 @@ Status SequenceWriter::add(const SimulatedFrame& frame, const SequenceSource& so
   }
   if (delivery.depth) {
     const std::string bytes =
-        encode_png(raw_depth(frame.frame->depth_m, depth_scale(source)), 1,
+        encode_png(raw_from_depth(frame.frame->depth_m, depth_scale(source)), 1,
                    PngFilter::kNone);  // the sensor's steps repeat: best as they are
     if (Status status = put(depth_file, cut_short(bytes, delivery.truncate_depth)); !status)
       return status;

@@ -43,10 +43,17 @@ DepthRegistration::DepthRegistration(const DepthCamera& depth, const CameraConfi
     : depth_(depth.camera),
       colour_(colour),
       t_colour_depth_m_(depth.T_colour_depth.t().cast<float>()),
+      focal_px_(Vec2(colour.fx, colour.fy).cast<float>()),
+      centre_px_(Vec2(colour.cx, colour.cy).cast<float>()),
+      is_distorted_(colour.is_distorted()),
       is_upright_(depth.T_colour_depth.R()(0, 0) > kUpright &&
-                  depth.T_colour_depth.R()(1, 1) > kUpright),
-      margin_px_(static_cast<float>(
-          2 + 2 * std::max(colour.fx / depth.camera.fx, colour.fy / depth.camera.fy))) {
+                  depth.T_colour_depth.R()(1, 1) > kUpright) {
+  // So far beyond the image pieces may still reach into it.
+  const double margin_px =
+      2 + 2 * std::max(colour.fx / depth.camera.fx, colour.fy / depth.camera.fy);
+  const auto& [min_x, min_y, max_x, max_y] = colour_.ideal_bounds();
+  low_px_ = Vec2(min_x - margin_px, min_y - margin_px).cast<float>();
+  high_px_ = Vec2(max_x + margin_px, max_y + margin_px).cast<float>();
   const Camera camera(depth_);
   rays_colour_.reserve(corner(0, depth_.height + 1));
   for (int v = 0; v <= depth_.height; ++v)
@@ -60,14 +67,12 @@ DepthRegistration::DepthRegistration(const DepthCamera& depth, const CameraConfi
 Eigen::Vector2f DepthRegistration::project(int corner_u, int corner_v, float depth_m) const {
   const Eigen::Vector3f p = depth_m * rays_colour_[corner(corner_u, corner_v)] + t_colour_depth_m_;
   if (!(p.z() > kNearest_m)) return {kNowhere_px, kNowhere_px};
-  const Vec2 ideal_px = colour_.project(p.cast<double>());
-  if (!colour_.config().is_distorted()) return ideal_px.cast<float>();
-  // Beyond the image a lens's polynomial may fold back into it.
-  const auto& [min_x, min_y, max_x, max_y] = colour_.ideal_bounds();
-  if (ideal_px.x() < min_x - margin_px_ || ideal_px.y() < min_y - margin_px_ ||
-      ideal_px.x() > max_x + margin_px_ || ideal_px.y() > max_y + margin_px_)
+  const Eigen::Vector2f px(focal_px_.x() * p.x() / p.z() + centre_px_.x(),
+                           focal_px_.y() * p.y() / p.z() + centre_px_.y());
+  // Not drawn; and a lens's polynomial may fold back into the image what lies beyond it.
+  if ((px.array() < low_px_.array()).any() || (px.array() > high_px_.array()).any())
     return {kNowhere_px, kNowhere_px};
-  return colour_.distort(ideal_px).cast<float>();
+  return is_distorted_ ? colour_.distort(px.cast<double>()).cast<float>() : px;
 }
 
 void DepthRegistration::place_row(const DepthImage& depth_m, int v, Row& row) const {
@@ -80,32 +85,26 @@ void DepthRegistration::place_row(const DepthImage& depth_m, int v, Row& row) co
 std::optional<DepthRegistration::Box> DepthRegistration::box_of(const Row& row, const Row& below,
                                                                 int u, int v) const {
   const float z_m = row.depth_m[u];
-  Box box{row.corner_px[u], row.corner_px[u]};
-  bool is_seen = !is_nowhere(row.corner_px[u]);
-  const auto cover = [&](const Eigen::Vector2f& px) {
+  const Eigen::Vector2f corner_px = row.corner_px[u], far_px = project(u + 1, v + 1, z_m);
+  if (is_nowhere(corner_px) || is_nowhere(far_px)) return std::nullopt;
+  Box box{corner_px.cwiseMin(far_px), corner_px.cwiseMax(far_px)};
+  const auto cover = [&box](const Eigen::Vector2f& px) {
+    if (is_nowhere(px)) return;
     box.low_px = box.low_px.cwiseMin(px);
     box.high_px = box.high_px.cwiseMax(px);
-    is_seen = is_seen && !is_nowhere(px);
   };
-  cover(project(u + 1, v + 1, z_m));
   if (!is_upright_) {
     cover(project(u + 1, v, z_m));
     cover(project(u, v + 1, z_m));
   }
-  if (!is_seen) return std::nullopt;
   // A slanted surface: the neighbour's piece moves otherwise, and the gap between is this one's.
   const auto reach = [&](const Row& next, int next_u) {
-    if (next_u >= depth_.width || next.depth_m.empty() ||
-        !are_one_surface(z_m, next.depth_m[next_u]))
-      return;
-    const Box before = box;
+    if (!are_one_surface(z_m, next.depth_m[next_u])) return;
     cover(next.corner_px[next_u]);
     if (!is_upright_) cover(project(u + 1, v + 1, next.depth_m[next_u]));
-    if (!is_seen) box = before;
-    is_seen = true;
   };
-  reach(row, u + 1);
-  reach(below, u);
+  if (u + 1 < depth_.width) reach(row, u + 1);
+  if (!below.depth_m.empty()) reach(below, u);
   return box;
 }
 

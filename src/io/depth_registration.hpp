@@ -53,8 +53,10 @@ class DepthRegistration {
   Camera colour_;
   std::vector<Eigen::Vector3f> rays_colour_;  // of the corners of pixels, at 1 m, in colour axes
   Eigen::Vector3f t_colour_depth_m_;
+  Eigen::Vector2f focal_px_, centre_px_;  // of the colour camera
+  bool is_distorted_;                     // the same
   bool is_upright_;  // rows stay rows: two opposite corners of a pixel span its box
-  float margin_px_;  // beyond the colour image, where pieces may still reach into it
+  Eigen::Vector2f low_px_, high_px_;  // ideal pixels whose pieces may reach into the image
 };
 
 /// Null where both cameras are one and the same: then depth is registered as it is.

@@ -61,8 +61,7 @@ TEST(View, ShowsTheRunAndChangesNothing) {
   EXPECT_EQ(slam.view_url().rfind("http://127.0.0.1:", 0), 0U) << slam.view_url();
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const Result result = slam.process(seen[i]);
-    EXPECT_EQ(result.T_world_camera.translation_m,
-              unseen.results[i].T_world_camera.translation_m);
+    EXPECT_EQ(result.T_world_camera.translation_m, unseen.results[i].T_world_camera.translation_m);
   }
   slam.reset();
   expect_same(slam.finish(), slam.finish());

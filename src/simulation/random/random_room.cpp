@@ -6,9 +6,8 @@
 #include <numbers>
 
 #include "simulation/random/clutter.hpp"
-#include "simulation/random/random_body.hpp"
-#include "simulation/random/random_pose.hpp"
 #include "simulation/world/furniture.hpp"
+#include "simulation/world/mover_motions.hpp"
 
 namespace ygslam::sim {
 

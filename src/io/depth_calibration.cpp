@@ -56,7 +56,7 @@ Result<DepthCamera> parse_depth_calibration(const std::string& text, const std::
     const auto words = words_of(line.text, ":=");
     if (words.empty()) continue;
     if (is_shutter_key(words.front()) || words.front() == "camera")
-      return fault(name, line.number, printable(words.front()) + ": belongs into calibration.txt");
+      return fault(name, line.number, printable(words.front()) + ": belongs in calibration.txt");
     if (words.front() != kPlacement) continue;
     if (T_colour_depth) return fault(name, line.number, std::string(kPlacement) + ": given twice");
     const auto placement = parse_placement(line, name);

@@ -45,7 +45,7 @@ TEST(DepthCalibration, FaultsNameFileLineAndKey) {
   EXPECT_EQ(message(kPlace + kPlace + kLens), "d.txt:2: T_colour_depth: given twice");
   EXPECT_EQ(message(kPlace + "fx 0\n"), "d.txt: missing key 'fy'");
   EXPECT_EQ(message(kPlace + kLens + "depth_delay_ms 3\n"),
-            "d.txt:8: depth_delay_ms: belongs into calibration.txt");
+            "d.txt:8: depth_delay_ms: belongs in calibration.txt");
   EXPECT_EQ(message(kPlace + "fz 1\n"), "d.txt:2: unknown key 'fz', did you mean 'fx'?");
 }
 

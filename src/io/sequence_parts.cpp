@@ -237,7 +237,9 @@ Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& 
   const bool says_size = camera.width > 0 && camera.height > 0;
   if (!says_size && !sequence.images) return refuse("says no width and height");
   if (sequence.images) {
-    const auto header = first_header(sequence, &SequencePair::depth_file, "depth");
+    // Where the size is told one look is enough: some depth has no header that can be read.
+    const auto header = says_size ? sequence.images->header(sequence.pairs.front().depth_file)
+                                  : first_header(sequence, &SequencePair::depth_file, "depth");
     if (!header.ok() && !says_size) return header.error();
     const ImageSize size = header.ok() ? header->size : ImageSize{camera.width, camera.height};
     if (camera.width <= 0) camera.width = size.width;

@@ -1,6 +1,7 @@
 // Whether a view shows a place of the map: matches, a pose from them, and what speaks against it.
 #pragma once
 
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -12,8 +13,9 @@
 namespace ygslam {
 
 struct PlaceVerifierConfig {
-  NoiseConfig noise;
-  PoseOnlyConfig pose;
+  /// Wider than tracking's: the map's parts have drifted against each other.
+  NoiseConfig noise = {.sigma_px = 1.0, .depth_sigma_scale = 10.0};
+  PoseOnlyConfig pose = {.gate_chi2_pixel = 5.991, .tail_dof = HUGE_VAL};
   std::size_t window_keyframes = 10;  ///< covisible ones whose landmarks are searched, too
   int min_matches = 15;               ///< by descriptor alone
   int min_inliers = 25;               ///< landmarks that agree with the pose in the end

@@ -69,6 +69,21 @@ TEST(CeresAgreement, LocalBundleWithTheHuberKernelAtWork) {
   }
 }
 
+TEST(CeresAgreement, LocalBundleWithTheTailOfStudentsT) {
+  Rng rng(8);
+  BundleConfig config = to_convergence();
+  config.iterations_refine = 300;
+  config.gate_chi2_pixel = config.chi2_depth = HUGE_VAL;
+  referee::Settings settings;
+  settings.chi2_depth = HUGE_VAL;
+  settings.tail_dof = config.tail_dof;
+  for (int run = 0; run < 5; ++run) {
+    BundleWorld world = synthetic::bundle_world(6, 120, 4, {.wrong_pixel_share = 0.02}, rng);
+    synthetic::perturb(world.problem, 0.002, 0.001, 0.002, rng);
+    expect_same_optimum(world.problem, config, settings);
+  }
+}
+
 TEST(CeresAgreement, LocalBundleWithSeveralFixedPosesAndTheSparseSolver) {
   Rng rng(3);
   BundleWorld world = synthetic::bundle_world(70, 700, 5, {}, rng);
@@ -102,6 +117,7 @@ TEST(CeresAgreement, PoseOnlyWithoutKernel) {
   PoseOnlyConfig config;
   config.rounds = 1;
   config.robust_rounds = 0;
+  config.tail_dof = HUGE_VAL;
   config.iterations = 50;
   for (int run = 0; run < 20; ++run) {
     const auto world = synthetic::pose_world(100, {}, rng);

@@ -37,47 +37,49 @@ class BundleAdjuster {
                  const std::atomic<bool>* abort)
       : config_(config),
         abort_(abort),
-        kernels_{{std::sqrt(config.chi2_pixel)}, {std::sqrt(config.chi2_depth)}},
+        huber_{{.delta = std::sqrt(config.chi2_pixel)}, {.delta = std::sqrt(config.chi2_depth)}},
+        last_(huber_),
         fixed_(fixed_poses(problem)),
         terms_(sorted_terms(camera, problem)) {
     for (const BundlePose& pose : problem.poses)
       state_.T_camera_world.push_back(pose.T_camera_world);
     state_.points_world = problem.points_world;
     trial_ = state_;
+    if (config.iterations_refine > 0 && std::isfinite(config.tail_dof))
+      last_.pixel = {.tail_dof = config.tail_dof};
   }
 
   /// @return false if the result is not to be used.
   bool run(BundleResult& result) {
     use_all();
-    result.initial_cost = bundle_cost(terms_, state_, kernels_);
+    result.initial_cost = bundle_cost(terms_, state_, last_);
     if (!std::isfinite(result.initial_cost)) return false;
-    result.final_cost = result.initial_cost;
-    if (!minimise(config_.iterations_robust, result.final_cost)) return false;
-    if (!interrupted_ && !refine(result)) return false;
+    best_ = state_;
+    best_cost_ = result.initial_cost;
+    if (!minimise(config_.iterations_robust, huber_)) return false;
+    keep_best();
+    if (!interrupted_) {
+      drop_outliers();
+      if (!minimise(config_.iterations_refine, last_)) return false;
+      keep_best();
+    }
+    state_ = best_;
+    result.final_cost = best_cost_;
     result.iterations = iterations_;
     result.interrupted = interrupted_;
     result.outlier = judge(result.outlier.size());
     result.T_camera_world = state_.T_camera_world;
     result.points_world = state_.points_world;
-    return result.final_cost <= result.initial_cost;
+    return true;
   }
 
  private:
-  // Without the outliers. Then the sum over all observations may end above where it began.
-  // @return false if the equations were never solvable.
-  bool refine(BundleResult& result) {
-    const BundleState robust = state_;
-    drop_outliers();
-    double cost = bundle_cost(terms_, state_, kernels_);
-    if (!minimise(config_.iterations_refine, cost)) return false;
+  void keep_best() {
     use_all();
-    cost = bundle_cost(terms_, state_, kernels_);
-    if (cost <= result.initial_cost) {
-      result.final_cost = cost;
-    } else {
-      state_ = robust;
-    }
-    return true;
+    const double cost = bundle_cost(terms_, state_, last_);
+    if (!(cost <= best_cost_)) return;
+    best_ = state_;
+    best_cost_ = cost;
   }
 
   void use_all() {
@@ -93,7 +95,7 @@ class BundleAdjuster {
     const Vec3 p_cam = state_.T_camera_world[t.pose] * state_.points_world[t.point];
     const auto r = residual_at(t.seen, p_cam.x(), p_cam.y(), p_cam.z());
     const bool depth = r.chi2_depth() <= config_.chi2_depth;
-    const bool pixel = r.seen > 0 && r.chi2_pixel() <= config_.chi2_pixel &&
+    const bool pixel = r.seen > 0 && r.chi2_pixel() <= config_.gate_chi2_pixel &&
                        (depth || config_.keep_pixel_without_depth);
     return {pixel, pixel && depth};
   }
@@ -119,9 +121,9 @@ class BundleAdjuster {
   }
 
   // Levenberg-Marquardt with Marquardt's scaling.
-  // @param cost that of state_, before and after.
   // @return false if the equations were never solvable.
-  bool minimise(int iterations, double& cost) {
+  bool minimise(int iterations, const ResidualKernels& kernels) {
+    double cost = bundle_cost(terms_, state_, kernels);
     BundleSystem system(terms_, fixed_, abort_);
     if (is_aborted() || !system.has_unknowns()) return true;
     double lambda = kFirstLambda;
@@ -129,12 +131,12 @@ class BundleAdjuster {
     bool was_solved = iterations <= 0;
     for (int i = 0; i < iterations && lambda < kLargestLambda && !is_aborted(); ++i) {
       ++iterations_;
-      if (!is_linearized) system.linearize(state_, kernels_);
+      if (!is_linearized) system.linearize(state_, kernels);
       is_linearized = true;
       const bool solved = system.solve(lambda);
       was_solved |= solved;
       if (solved) system.apply_step(state_, trial_);
-      const double trial_cost = solved ? bundle_cost(terms_, trial_, kernels_) : HUGE_VAL;
+      const double trial_cost = solved ? bundle_cost(terms_, trial_, kernels) : HUGE_VAL;
       if (!(trial_cost <= cost)) {
         if (solved && std::abs(trial_cost - cost) < 1e-12 * cost)
           break;  // rounding: at the optimum
@@ -153,10 +155,11 @@ class BundleAdjuster {
 
   const BundleConfig& config_;
   const std::atomic<bool>* abort_;
-  ResidualKernels kernels_;
+  ResidualKernels huber_, last_;
   std::vector<std::uint8_t> fixed_;
   std::vector<BundleTerm> terms_;
-  BundleState state_, trial_;
+  BundleState state_, trial_, best_;
+  double best_cost_ = 0;
   int iterations_ = 0;
   bool interrupted_ = false;
 };

@@ -31,9 +31,13 @@ struct BundleProblem {
 struct BundleConfig {
   int iterations_robust = 5;   ///< with the Huber kernel on all observations of
                                ///< points that are not left out
-  int iterations_refine = 10;  ///< after dropping outliers
-  double chi2_pixel = 5.991;   ///< 95 % of chi2 with 2 degrees of freedom; also Huber's delta^2
-  double chi2_depth = 3.841;   ///< 95 % of chi2 with 1 degree of freedom; also Huber's delta^2
+  int iterations_refine = 10;  ///< after dropping outliers, pixels with the kernel of their tail
+  double chi2_pixel = 5.991;   ///< Huber's delta^2: 95 % of chi2 with 2 degrees of freedom
+  /// Squared residual from which a pixel is an outlier: six sigma, where little weight is left.
+  double gate_chi2_pixel = 36;
+  double tail_dof =
+      3;  ///< degrees of freedom of Student's t, which pixels follow; infinite = Huber
+  double chi2_depth = 3.841;  ///< 95 % of chi2 with 1 degree of freedom; also Huber's delta^2
   double relative_decrease =
       1e-5;  ///< a phase ends when a step lowers the cost by less than this share
   /// Where only the depth disagrees: keep the pixel (true) or drop the whole observation (false).
@@ -46,14 +50,15 @@ struct BundleResult {
   std::vector<SE3> T_camera_world;
   std::vector<Vec3> points_world;
   std::vector<std::uint8_t> outlier;  ///< 1 per observation that disagrees at the end
-  double initial_cost = 0;  ///< 1/2 sum of robustified squared residuals, all observations of
-                            ///< points that are not left out
+  double initial_cost = 0;  ///< 1/2 sum of squared residuals under the kernels of the last phase,
+                            ///< all observations of points that are not left out
   double final_cost = 0;    ///< the same sum at the end, never above initial_cost
   int iterations = 0;
   bool interrupted = false;  ///< the abort flag was seen; the result is what was reached so far
 };
 
-/// Two phases: all observations with Huber's kernel; then without the outliers, kernel still on.
+/// Two phases: all observations with Huber's kernel; then without the outliers, with the kernel of
+/// Student's t on the pixels. Of the state given and those after each phase the cheapest is kept.
 /// Left as they are: fixed poses (the first pose if none is fixed), poses with fewer than 6
 /// residuals and points with fewer than 3.
 /// @param abort where given, looked at for every point and in every column of the factorisation;

@@ -113,7 +113,7 @@ class PoseProblem {
       for (int k = 0; k < kLanes; ++k) {
         const bool depth_agrees = chi2_depth[k] <= config.chi2_depth;
         const bool agrees = block.weight[k] > 0 && r.seen[k] > 0 &&
-                            chi2_pixel[k] <= config.chi2_pixel &&
+                            chi2_pixel[k] <= config.gate_chi2_pixel &&
                             (depth_agrees || config.keep_pixel_without_depth);
         block.use_pixel[k] = agrees ? block.weight[k] : 0.0;
         block.use_depth[k] = agrees && depth_agrees ? block.weight[k] : 0.0;
@@ -211,13 +211,14 @@ std::optional<PoseSolution> solve_pose(const Camera& camera, const SE3& T_camera
                                        const PoseOnlyConfig& config) {
   if (!T_camera_world_guess.is_finite()) return std::nullopt;
   const ResidualKernels huber = {{std::sqrt(config.chi2_pixel)}, {std::sqrt(config.chi2_depth)}};
+  const ResidualKernels tail = {{.tail_dof = config.tail_dof}, {}};
   PoseProblem problem(camera, observations);
   SE3 T = T_camera_world_guess;
   problem.use_all(T);
   int inliers = 0;
   for (int round = 0; round < std::max(1, config.rounds); ++round) {
     const bool robust = round < config.robust_rounds;
-    T = minimise(problem, T, robust ? huber : ResidualKernels{}, config.iterations);
+    T = minimise(problem, T, robust ? huber : tail, config.iterations);
     if (!T.is_finite()) return std::nullopt;
     inliers = problem.judge(T, config);
     if (inliers < std::max(1, config.min_inliers)) return std::nullopt;

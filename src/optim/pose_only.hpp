@@ -14,11 +14,15 @@ namespace ygslam {
 struct PoseOnlyConfig {
   int rounds = 4;             ///< outliers are judged again after each round
   int iterations = 10;        ///< at most, per round
-  double chi2_pixel = 5.991;  ///< 95 % of chi2 with 2 degrees of freedom
+  double chi2_pixel = 5.991;  ///< Huber's delta^2: 95 % of chi2 with 2 degrees of freedom
+  /// Squared residual from which a pixel counts as wrong: six sigma, where little weight is left.
+  double gate_chi2_pixel = 36;
+  /// Degrees of freedom of Student's t, which pixels follow in the later rounds; infinite = normal.
+  double tail_dof = 3;
   double chi2_depth =
       3.841;  ///< 95 % of chi2 with 1 degree of freedom, applied to the depth residual
   int min_inliers = 6;
-  int robust_rounds = 2;  ///< the first rounds, with Huber's kernel; the later ones without
+  int robust_rounds = 2;  ///< the first rounds, with Huber's kernel, which is convex
   /// Where only the depth disagrees: keep the pixel (true) or drop the whole observation (false).
   bool keep_pixel_without_depth = true;
 };

@@ -135,9 +135,10 @@ TEST(PoseOnly, AnExcludedObservationComesBack) {
   PoseOnlyConfig one_round;
   one_round.rounds = 1;
   one_round.iterations = 2;
+  one_round.gate_chi2_pixel = 5.991;
   PoseOnlyConfig more = one_round;
   more.rounds = 6;
-  const SE3 T_guess = displaced(world.T_camera_world, rng, 0.2, 0.1);
+  const SE3 T_guess = displaced(world.T_camera_world, rng, 0.4, 0.2);
   const auto early = solve_pose(synthetic::camera(), T_guess, world.observations, one_round);
   const auto late = solve_pose(synthetic::camera(), T_guess, world.observations, more);
   ASSERT_TRUE(late);

@@ -25,6 +25,8 @@ inline constexpr double kUnseenChi2 = 1e8;
 namespace lanes {
 [[nodiscard]] inline double lower(double a, double b) { return std::min(a, b); }
 [[nodiscard]] inline double upper(double a, double b) { return std::max(a, b); }
+[[nodiscard]] inline double logarithm(double a) { return std::log(a); }
+[[nodiscard]] inline Lanes logarithm(const Lanes& a) { return a.log(); }
 [[nodiscard]] inline double root(double a) { return std::sqrt(a); }
 [[nodiscard]] inline Lanes lower(const Lanes& a, double b) { return a.min(b); }
 [[nodiscard]] inline Lanes upper(const Lanes& a, double b) { return a.max(b); }
@@ -95,13 +97,20 @@ template <class T>
   return r;
 }
 
-/// Huber's kernel on a squared residual, as Ceres defines it: rho(s) = s up to delta^2, then
-/// 2 delta sqrt(s) - delta^2. Infinite delta switches it off.
-struct HuberKernel {
+/// Robust kernel on a squared residual s, off as long as both numbers are infinite. One of:
+/// - Huber's, as Ceres defines it: rho(s) = s up to delta^2, then 2 delta sqrt(s) - delta^2;
+/// - Cauchy's, as Ceres defines it: rho(s) = c log(1 + s / c) with c = tail_dof. It is that of
+/// errors
+///   with the long tail of Student's t (Lange et al. 1989), up to a factor; not convex.
+struct RobustKernel {
   double delta = HUGE_VAL;
+  double tail_dof = HUGE_VAL;
+
+  [[nodiscard]] bool is_cauchy() const { return std::isfinite(tail_dof); }
 
   template <class T>
   [[nodiscard]] T rho(const T& chi2) const {
+    if (is_cauchy()) return tail_dof * lanes::logarithm(T(1.0 + chi2 / tail_dof));
     const T norm = lanes::root(chi2);
     const T inner = lanes::lower(norm, delta);
     return inner * (2.0 * norm - inner);
@@ -109,12 +118,13 @@ struct HuberKernel {
   /// d rho / d chi2: the weight of iteratively reweighted least squares.
   template <class T>
   [[nodiscard]] T weight(const T& chi2) const {
+    if (is_cauchy()) return 1.0 / (1.0 + chi2 / tail_dof);
     return lanes::lower(T(delta / lanes::root(chi2)), 1.0);
   }
 };
 
 struct ResidualKernels {
-  HuberKernel pixel, depth;
+  RobustKernel pixel, depth;
 };
 
 /// Normal equations of one observation in the camera frame: A = J^T W J (symmetric, A01 = 0) and

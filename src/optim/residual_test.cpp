@@ -99,27 +99,41 @@ TEST(Residual, FourLanesEqualFourTimesOne) {
       all(o.x), all(o.y), all(o.scale_x), all(o.scale_y), all(o.inverse_depth), all(o.scale_depth)};
   const Lanes x(0.1, -0.2, 0.3, 0.4), y(0.3, 0.1, -0.4, 0.2), z(2.0, -1.0, 0.005, 0.7);
   const auto r4 = residual_at(o4, x, y, z);
-  const ResidualKernels kernels = {{2.4}, {1.9}};
-  const auto n4 = camera_normal(r4, all(0.7), all(0.4), kernels);
-  for (int k = 0; k < 4; ++k) {
-    const auto r = residual_at(o, x[k], y[k], z[k]);
-    EXPECT_EQ(r4.seen[k], z[k] > kNearestDepth_m ? 1.0 : 0.0);
-    EXPECT_EQ(r.seen, r4.seen[k]);
-    const auto n = camera_normal(r, 0.7, 0.4, kernels);
-    EXPECT_NEAR(n4.cost[k], n.cost, 1e-9 * n.cost);
-    EXPECT_NEAR(n4.a22[k], n.a22, 1e-9 * std::abs(n.a22));
-    EXPECT_NEAR(n4.b2[k], n.b2, 1e-9 * std::abs(n.b2));
+  for (const ResidualKernels& kernels :
+       {ResidualKernels{{2.4}, {1.9}}, ResidualKernels{{.tail_dof = 3.0}, {.tail_dof = 1.0}}}) {
+    const auto n4 = camera_normal(r4, all(0.7), all(0.4), kernels);
+    for (int k = 0; k < 4; ++k) {
+      const auto r = residual_at(o, x[k], y[k], z[k]);
+      EXPECT_EQ(r4.seen[k], z[k] > kNearestDepth_m ? 1.0 : 0.0);
+      EXPECT_EQ(r.seen, r4.seen[k]);
+      const auto n = camera_normal(r, 0.7, 0.4, kernels);
+      EXPECT_NEAR(n4.cost[k], n.cost, 1e-9 * n.cost);
+      EXPECT_NEAR(n4.a22[k], n.a22, 1e-9 * std::abs(n.a22));
+      EXPECT_NEAR(n4.b2[k], n.b2, 1e-9 * std::abs(n.b2));
+    }
+  }
+}
+
+TEST(Cauchy, IsTheLikelihoodOfStudentsTAndSmooth) {
+  constexpr double kDof = 3;
+  const RobustKernel kernel{.tail_dof = kDof};
+  for (const double s : {0.0, 0.3, 2.2, 50.0, 1e6}) {
+    // Two coordinates: density (1 + s / dof)^(-(dof + 2) / 2).
+    const double minus_log_density = 0.5 * (kDof + 2) * std::log1p(s / kDof);
+    EXPECT_NEAR(0.5 * kernel.rho(s) * (kDof + 2) / kDof, minus_log_density,
+                1e-12 * (1 + minus_log_density));
+    EXPECT_NEAR(kernel.weight(s), (kernel.rho(s + 1e-6) - kernel.rho(s - 1e-6)) / 2e-6, 1e-6);
   }
 }
 
 TEST(Huber, IsQuadraticInsideLinearOutsideAndSmooth) {
-  const HuberKernel kernel{1.5};
+  const RobustKernel kernel{1.5};
   EXPECT_DOUBLE_EQ(kernel.rho(1.0), 1.0);
   EXPECT_DOUBLE_EQ(kernel.rho(100.0), 2 * 1.5 * 10 - 1.5 * 1.5);
   for (const double s : {0.3, 2.2, 2.3, 50.0}) {
     EXPECT_NEAR(kernel.weight(s), (kernel.rho(s + 1e-6) - kernel.rho(s - 1e-6)) / 2e-6, 1e-6);
   }
-  const HuberKernel off;
+  const RobustKernel off;
   for (const double s : {0.0, 1.0, 1e6}) {
     EXPECT_DOUBLE_EQ(off.rho(s), s);
     EXPECT_DOUBLE_EQ(off.weight(s), 1.0);

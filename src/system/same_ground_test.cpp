@@ -56,7 +56,7 @@ TEST(SameGround, PeopleWalkAndTheMapStaysAsItIs) {
       make_offline_runner(config, recording.camera, std::make_unique<PlayedTruth>(recording));
   const ToAndFro player(recording);
   const std::size_t round = 2 * (recording.frames.size() - 1);
-  const std::size_t half = 4 * round;
+  const std::size_t half = 7 * round;
   Size early, late;  // the most, in the first and the second half
   std::size_t made = 0;
   for (std::size_t step = 0; step < 2 * half; ++step) {

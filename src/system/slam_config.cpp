@@ -141,7 +141,7 @@ void add_mapping_keys(ConfigSchema& s, SlamConfig& c) {
            "for a sharper or a more blurred camera");
   s.number("noise.depth_sigma_scale", c.mapping.noise.depth_sigma_scale, 0.1, 100.0, "",
            "noise of a corner's depth in units of the Kinect's on a plane",
-           "1 for rendered sequences or a depth camera that is one with the colour camera");
+           "less for a depth camera that is one with the colour camera");
   s.number("dense.voxel_m", c.dense.volume.surface.voxel_m, 0.005, 1.0, "m",
            "side of a voxel of the dense map", "smaller for detail, larger for large rooms");
   s.number("dense.max_depth_m", c.dense.volume.preparation.max_depth_m, 0.1, 6.5, "m",
@@ -177,7 +177,7 @@ Result<SlamConfig> resolved(SlamConfig config) {
   for (const std::string& part : config.run.without)
     if (const Status status = leave_out(part, config); !status.ok()) return status.error();
   config.tracking.pose.noise = config.mapping.noise;
-  config.loop.finder.verifier.noise = config.mapping.noise;
+  config.loop.finder.verifier.noise.edge_weight = config.mapping.noise.edge_weight;
   config.loop.finder.verifier.pose = config.tracking.pose.pose;
   return config;
 }

@@ -98,10 +98,15 @@ ceres::LossFunction* kernel(double chi2, double weight) {
 
 void add_residuals(ceres::Problem& problem, const Camera& c, const Observation& seen,
                    const Settings& settings, double* pose, double* point) {
+  auto* pixel_kernel =
+      std::isinf(settings.tail_dof)
+          ? kernel(settings.chi2_pixel, seen.weight)
+          : new ceres::ScaledLoss(new ceres::CauchyLoss(std::sqrt(settings.tail_dof)), seen.weight,
+                                  ceres::TAKE_OWNERSHIP);
   problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<PixelResidual, 2, 6, 3>(new PixelResidual{
           c.fx(), c.fy(), c.cx(), c.cy(), seen.ideal_px.x(), seen.ideal_px.y(), seen.sigma_px}),
-      kernel(settings.chi2_pixel, seen.weight), pose, point);
+      pixel_kernel, pose, point);
   if (seen.depth_m <= 0) return;
   problem.AddResidualBlock(new ceres::AutoDiffCostFunction<DepthResidual, 1, 6, 3>(
                                new DepthResidual{seen.depth_m, seen.sigma_depth_m}),

@@ -2,6 +2,7 @@
 // and benchmarks. Nothing of the library links it.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "optim/local_bundle.hpp"
@@ -16,6 +17,8 @@ struct Settings {
   /// Huber's delta^2; infinite = no kernel.
   double chi2_pixel = 5.991;
   double chi2_depth = 3.841;
+  /// Of Cauchy's kernel on pixels, in place of Huber's; infinite = Huber's.
+  double tail_dof = HUGE_VAL;
 };
 
 struct Solution {

@@ -29,10 +29,10 @@ struct BundleProblem {
 };
 
 struct BundleConfig {
-  int iterations_robust = 5;   ///< with the Huber kernel on all observations of
-                               ///< points that are not left out
-  int iterations_refine = 10;  ///< after dropping outliers, pixels with the kernel of their tail
-  double chi2_pixel = 5.991;   ///< Huber's delta^2: 95 % of chi2 with 2 degrees of freedom
+  int iterations_robust = 2;  ///< with the Huber kernel on all observations of
+                              ///< points that are not left out
+  int iterations_refine = 6;  ///< after dropping outliers, pixels with the kernel of their tail
+  double chi2_pixel = 5.991;  ///< Huber's delta^2: 95 % of chi2 with 2 degrees of freedom
   /// Squared residual from which a pixel is an outlier: six sigma, where little weight is left.
   double gate_chi2_pixel = 36;
   double tail_dof =

@@ -8,7 +8,7 @@ namespace ygslam {
 namespace {
 
 constexpr int kLanes = 4;
-constexpr double kConverged = 1e-8;  // [m] and [rad]
+constexpr double kConverged = 1e-7;  // [m] and [rad]
 
 struct NormalEquations {
   Mat6 H;

@@ -12,7 +12,7 @@
 namespace ygslam {
 
 struct PoseOnlyConfig {
-  int rounds = 4;             ///< outliers are judged again after each round
+  int rounds = 3;             ///< outliers are judged again after each round
   int iterations = 10;        ///< at most, per round
   double chi2_pixel = 5.991;  ///< Huber's delta^2: 95 % of chi2 with 2 degrees of freedom
   /// Squared residual from which a pixel counts as wrong: six sigma, where little weight is left.
@@ -22,7 +22,7 @@ struct PoseOnlyConfig {
   double chi2_depth =
       3.841;  ///< 95 % of chi2 with 1 degree of freedom, applied to the depth residual
   int min_inliers = 6;
-  int robust_rounds = 2;  ///< the first rounds, with Huber's kernel, which is convex
+  int robust_rounds = 1;  ///< the first rounds, with Huber's kernel, which is convex
   /// Where only the depth disagrees: keep the pixel (true) or drop the whole observation (false).
   bool keep_pixel_without_depth = true;
 };

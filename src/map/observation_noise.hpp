@@ -10,8 +10,9 @@
 namespace ygslam {
 
 struct NoiseConfig {
-  /// Localisation noise of a corner in pyramid level 0. Measured against exact truth: a median of a
-  /// quarter of a pixel, and a long tail, which is the matter of PoseOnlyConfig and BundleConfig.
+  /// Localisation noise of a corner in pyramid level 0. Measured against exact truth
+  /// (bench/corner_noise): a median of 0.2 px and a long tail, for which see `tail_dof` of
+  /// PoseOnlyConfig and BundleConfig.
   double sigma_px = 0.25;
   double depth_sigma_scale = 5.0;  ///< times the Kinect's axial noise: corners sit on depth edges
   /// Weight at most of a corner on a depth edge: an outline, or its crossing with the background,

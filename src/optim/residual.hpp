@@ -99,9 +99,9 @@ template <class T>
 
 /// Robust kernel on a squared residual s, off as long as both numbers are infinite. One of:
 /// - Huber's, as Ceres defines it: rho(s) = s up to delta^2, then 2 delta sqrt(s) - delta^2;
-/// - Cauchy's, as Ceres defines it: rho(s) = c log(1 + s / c) with c = tail_dof. It is that of
-/// errors
-///   with the long tail of Student's t (Lange et al. 1989), up to a factor; not convex.
+/// - Cauchy's, as Ceres defines it: rho(s) = c log(1 + s / c) with c = tail_dof, which is up to a
+///   factor the likelihood of Student's t, of errors with a long tail (Lange et al. 1989).
+///   Not convex.
 struct RobustKernel {
   double delta = HUGE_VAL;
   double tail_dof = HUGE_VAL;

@@ -168,6 +168,14 @@ TEST(Validate, ThereAreFewSettingsAndEachSaysWhenToChangeIt) {
   for (const ConfigKey& key : schema.keys()) EXPECT_GT(key.when.size(), 15U) << key.name;
 }
 
+TEST(Validate, PlacesAreVerifiedByBoundsOfTheirOwn) {
+  const PlaceVerifierConfig own;
+  const PlaceVerifierConfig used = resolved(SlamConfig()).value().loop.finder.verifier;
+  EXPECT_EQ(used.noise.sigma_px, own.noise.sigma_px);
+  EXPECT_EQ(used.pose.gate_chi2_pixel, own.pose.gate_chi2_pixel);
+  EXPECT_EQ(used.pose.tail_dof, own.pose.tail_dof);
+}
+
 TEST(Validate, EveryPartThatCanBeLeftOutChangesSomething) {
   const std::string names = part_names();
   std::istringstream stream(names);

@@ -178,7 +178,6 @@ Result<SlamConfig> resolved(SlamConfig config) {
     if (const Status status = leave_out(part, config); !status.ok()) return status.error();
   config.tracking.pose.noise = config.mapping.noise;
   config.loop.finder.verifier.noise.edge_weight = config.mapping.noise.edge_weight;
-  config.loop.finder.verifier.pose = config.tracking.pose.pose;
   return config;
 }
 

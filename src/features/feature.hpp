@@ -33,6 +33,7 @@ struct Feature {
   float response = 0;          ///< corner strength
   std::uint8_t octave = 0;     ///< pyramid level
   bool on_depth_edge = false;  ///< what is seen there is an outline, not a point of a surface
+  bool on_plane = false;       ///< depth_m is that of a plane about it, see plane_depth_at()
 };
 
 /// All features of a frame; index i of both vectors belongs together. Never changes once made.

@@ -137,6 +137,60 @@ bool on_depth_edge(const DepthImage& depth_m, double u, double v, double depth_a
   });
 }
 
+float plane_depth_at(const DepthImage& depth_m, double u, double v) {
+  constexpr int kReach_px = 6;
+  constexpr int kStep_px = 2;
+  constexpr int kFewestPairs = 18;  // of 24
+  // Of a Kinect's inverse depth, at any range.
+  constexpr float kVariance_per_m2 = 0.002F * 0.002F;
+  // Both in units of it; on a plane, 0.5 and 1.83 are expected.
+  constexpr float kMostBend = 0.8F;
+  constexpr float kMostStep = 2.2F;
+  const int x = static_cast<int>(std::lround(u));
+  const int y = static_cast<int>(std::lround(v));
+  if (!depth_m.contains(x - kReach_px, y - kReach_px) ||
+      !depth_m.contains(x + kReach_px, y + kReach_px))
+    return 0.0F;
+  float pairs = 0, sum = 0, sum_of_squares = 0;
+  float squared_differences = 0, along_u = 0, along_v = 0, squares_u = 0, squares_v = 0;
+  for (int dv = 0; dv <= kReach_px; dv += kStep_px) {
+    for (int du = dv == 0 ? kStep_px : -kReach_px; du <= kReach_px; du += kStep_px) {
+      const float before_m = depth_m.at(x - du, y - dv);
+      const float after_m = depth_m.at(x + du, y + dv);
+      if (!(before_m > 0 && after_m > 0)) continue;
+      const float before = 1.0F / before_m;
+      const float after = 1.0F / after_m;
+      const float centre = 0.5F * (before + after);
+      const float difference = after - before;
+      const Eigen::Vector2f apart_px(2.0F * static_cast<float>(du), 2.0F * static_cast<float>(dv));
+      pairs += 1;
+      sum += centre;
+      sum_of_squares += centre * centre;
+      squared_differences += difference * difference;
+      along_u += apart_px.x() * difference;
+      along_v += apart_px.y() * difference;
+      squares_u += apart_px.x() * apart_px.x();
+      squares_v += apart_px.y() * apart_px.y();
+    }
+  }
+  if (pairs < kFewestPairs) return 0.0F;
+  const float mean = sum / pairs;
+  // Where the surface bends the centres differ; at a step all are alike, but the differences do
+  // not grow evenly.
+  const float bend = sum_of_squares / pairs - mean * mean;
+  const float slope_u = along_u / squares_u;
+  const float slope_v = along_v / squares_v;
+  const float step = (squared_differences - slope_u * along_u - slope_v * along_v) / pairs;
+  if (bend > kMostBend * kVariance_per_m2 || step > kMostStep * kVariance_per_m2) return 0.0F;
+  const float here =
+      mean + slope_u * static_cast<float>(u - x) + slope_v * static_cast<float>(v - y);
+  // In whole units of TUM's depth images, which maps keep in 16 bits.
+  constexpr double kUnits_per_m = 5000;
+  if (here <= 0) return 0.0F;
+  return std::round(static_cast<float>(kUnits_per_m) / here) *
+         static_cast<float>(1.0 / kUnits_per_m);
+}
+
 Eigen::Vector2f depth_slope(const DepthImage& depth_m, double u, double v) {
   constexpr int kReach_px = 4;
   constexpr float kSameSurface = 0.1F;  // of the depth, over the whole reach

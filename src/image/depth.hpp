@@ -46,6 +46,12 @@ struct DepthRange {
 [[nodiscard]] bool on_depth_edge(const DepthImage& depth_m, double u, double v, double depth_at_m,
                                  double radius_px);
 
+/// Depth at a (sub-)pixel about which a plane is seen, of all depths within 6 px together: several
+/// times more precise than a single one. Inverse depth is an affine function of the pixel on a
+/// plane, so that two pixels on opposite sides have the centre's in their mean.
+/// @return in whole 0.2 mm; 0 where holes, edges or a bend leave no plane.
+[[nodiscard]] float plane_depth_at(const DepthImage& depth_m, double u, double v);
+
 /// Change of depth per pixel to the right and down [m/px], from the depths 4 px away on both sides;
 /// 0 where one of them is missing or lies on another surface.
 [[nodiscard]] Eigen::Vector2f depth_slope(const DepthImage& depth_m, double u, double v);

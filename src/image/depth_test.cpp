@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
+
+#include "core/rng.hpp"
 
 namespace ygslam {
 namespace {
@@ -54,6 +58,57 @@ TEST(DepthEdge, NeitherHolesNorTheImageBorderMakeOne) {
   for (int v = 0; v < 41; ++v) plane.at(22, v) = 0;
   EXPECT_FALSE(edge_at(plane, 20, 20, 2));
   EXPECT_FALSE(edge_at(plane, 0, 40, 5));
+}
+
+/// With the noise of a Kinect.
+DepthImage noisy(DepthImage depth_m, Rng& rng) {
+  for (float& d : depth_m) d += static_cast<float>(kinect_depth_sigma_m(d) * rng.normal());
+  return depth_m;
+}
+
+TEST(PlaneDepth, IsThatOfAnyPlaneBetweenPixelsToo) {
+  constexpr double kHalfUnit_m = 0.0001;
+  for (const double slope : {0.0, 1.0, 3.0}) {
+    const auto inverse_depth = [&](double u, double v) {
+      return 0.4 * (1.0 + slope * (u - 0.5 * v) / kFocal_px);
+    };
+    DepthImage plane = surface(inverse_depth);
+    plane.at(18, 20) = 0;  // a hole
+    for (const double shift : {-0.4, 0.0, 0.3})
+      EXPECT_NEAR(plane_depth_at(plane, 20 + shift, 20 - shift), 1.0 / inverse_depth(shift, -shift),
+                  kHalfUnit_m + 1e-5);
+  }
+}
+
+TEST(PlaneDepth, IsSeveralTimesMorePreciseThanOnePixel) {
+  Rng rng(1);
+  const DepthImage plane = surface([](int u, int v) { return 0.4 + 0.001 * u - 0.0005 * v; });
+  double one = 0, many = 0;
+  int planes = 0;
+  constexpr int kTimes = 300;
+  for (int i = 0; i < kTimes; ++i) {
+    const DepthImage seen = noisy(plane, rng);
+    const double depth_m = plane_depth_at(seen, 20, 20);
+    if (depth_m == 0) continue;
+    ++planes;
+    many += (depth_m - 2.5) * (depth_m - 2.5);
+    one += (seen.at(20, 20) - 2.5) * (seen.at(20, 20) - 2.5);
+  }
+  EXPECT_GT(planes, kTimes * 9 / 10);
+  EXPECT_LT(std::sqrt(many), std::sqrt(one) / 4);
+}
+
+TEST(PlaneDepth, ThereIsNoneWhereSurfacesMeetOrBendOrAreNotSeen) {
+  const DepthImage step = surface([](int u, int) { return u < 0 ? 1 / 2.0 : 1 / 2.1; });
+  for (const int u : {-4, -1, 0, 1, 4}) EXPECT_EQ(plane_depth_at(step, 20 + u, 20), 0) << u;
+  const DepthImage corner = surface([](int u, int) { return 0.5 + 0.002 * std::abs(u); });
+  EXPECT_EQ(plane_depth_at(corner, 20, 20), 0);
+  DepthImage half = surface([](int, int) { return 0.5; });
+  EXPECT_GT(plane_depth_at(half, 20, 20), 0);
+  for (int v = 0; v < 41; ++v) std::fill_n(half.row(v), 20, 0.0F);
+  EXPECT_EQ(plane_depth_at(half, 20, 20), 0);
+  EXPECT_GT(plane_depth_at(half, 26, 20), 0);
+  EXPECT_EQ(plane_depth_at(half, 36, 20), 0) << "the image's border";
 }
 
 TEST(DepthRange, SpansTheNeighbourhoodAndSkipsHoles) {

@@ -15,7 +15,7 @@ namespace ygslam {
 struct PlaceVerifierConfig {
   /// Wider than tracking's: the map's parts have drifted against each other. But wrong from 2.4 px
   /// on: a place that only nearly fits is another one.
-  NoiseConfig noise = {.sigma_px = 1.0, .depth_sigma_scale = 10.0};
+  NoiseConfig noise = {.sigma_px = 1.0, .depth_sigma_scale = 10.0, .plane_depth_sigma_scale = 10.0};
   PoseOnlyConfig pose = {
       .rounds = 4, .gate_chi2_pixel = 5.991, .tail_dof = HUGE_VAL, .robust_rounds = 2};
   std::size_t window_keyframes = 10;  ///< covisible ones whose landmarks are searched, too

@@ -32,6 +32,7 @@ template <typename Archive>
 void features(Archive& archive, auto& features, const Camera* camera) {  // a Features
   constexpr std::size_t kBytesEach = 52;
   constexpr std::uint8_t kOnEdge = 0x80;  // the rest is the pyramid level
+  constexpr std::uint8_t kOnPlane = 0x40;
   archive.count(features.points, kBytesEach, kMostFeatures);
   auto& points = features.points;
   const std::size_t n = points.size();
@@ -57,7 +58,8 @@ void features(Archive& archive, auto& features, const Camera* camera) {  // a Fe
     for (std::size_t i = 0; i < n; ++i) {
       angle[i] = angle_code(points[i].angle_rad);
       level[i] =
-          static_cast<std::uint8_t>(points[i].octave | (points[i].on_depth_edge ? kOnEdge : 0));
+          static_cast<std::uint8_t>(points[i].octave | (points[i].on_depth_edge ? kOnEdge : 0) |
+                                    (points[i].on_plane ? kOnPlane : 0));
     }
   }
   archive.template column<std::uint8_t>(n, [&](std::size_t i) -> auto& { return angle[i]; });
@@ -65,8 +67,9 @@ void features(Archive& archive, auto& features, const Camera* camera) {  // a Fe
   if constexpr (Archive::kReads) {
     for (std::size_t i = 0; i < n; ++i) {
       points[i].angle_rad = angle_of(angle[i]);
-      points[i].octave = level[i] & static_cast<std::uint8_t>(~kOnEdge);
+      points[i].octave = level[i] & static_cast<std::uint8_t>(~(kOnEdge | kOnPlane));
       points[i].on_depth_edge = (level[i] & kOnEdge) != 0;
+      points[i].on_plane = (level[i] & kOnPlane) != 0;
       archive.check(points[i].depth_m >= 0, "a depth is negative");
     }
   }

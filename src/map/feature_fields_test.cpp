@@ -29,6 +29,7 @@ Features some_features(int count, const Camera& camera, double shift_px, Rng& rn
     f.response = 5;
     f.octave = static_cast<std::uint8_t>(rng.below(32));
     f.on_depth_edge = rng.below(4) == 0;
+    f.on_plane = rng.below(2) == 0;
     features.points.push_back(f);
     Descriptor d;
     for (auto& bits : d.bits) bits = rng.next();
@@ -76,6 +77,7 @@ TEST(FeatureFields, ComeBackExactlyButForAngleAndStrength) {
           EXPECT_EQ(b.depth_m, a.depth_m);
           EXPECT_EQ(b.octave, a.octave);
           EXPECT_EQ(b.on_depth_edge, a.on_depth_edge);
+          EXPECT_EQ(b.on_plane, a.on_plane);
           EXPECT_LE(turn_between(a.angle_rad, b.angle_rad), std::numbers::pi / kAngleParts + 1e-6);
           EXPECT_EQ(b.response, 0);
         }

@@ -22,5 +22,18 @@ TEST(ObservationNoise, ACornerOnADepthEdgeWeighsLessAndIsOtherwiseTheSame) {
   EXPECT_EQ(outline.sigma_depth_m, inside.sigma_depth_m);
 }
 
+TEST(ObservationNoise, OnAPlaneTheDepthIsTrustedMore) {
+  Feature corner{};
+  corner.ideal_px.setZero();
+  corner.depth_m = 2.0F;
+  const NoiseConfig noise;
+  const Observation alone = observe(corner, 1.2, noise, 0.5);
+  corner.on_plane = true;
+  const Observation on_plane = observe(corner, 1.2, noise, 0.5);
+  EXPECT_LT(on_plane.sigma_depth_m, alone.sigma_depth_m);
+  EXPECT_EQ(on_plane.sigma_px, alone.sigma_px);
+  EXPECT_EQ(on_plane.weight, alone.weight);
+}
+
 }  // namespace
 }  // namespace ygslam

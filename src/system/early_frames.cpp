@@ -37,7 +37,7 @@ void EarlyFrames::keep(const FrameRecord& record, const TrackResult& result) {
     if (result.landmarks[i] == kNoLandmark || found++ % stride != 0) continue;
     const Feature& f = result.features->points[i];
     frame.matches.push_back({result.landmarks[i], f.ideal_px, f.uv_px.y(), f.depth_m,
-                             result.labels.weight[i], f.octave, f.on_depth_edge});
+                             result.labels.weight[i], f.octave, f.on_depth_edge, f.on_plane});
   }
   waiting_.push_back(std::move(frame));
   if (waiting_.size() > kMostFrames) waiting_.pop_front();
@@ -97,6 +97,7 @@ class EarlyFrames::Revision {
       f.depth_m = match.depth_m;
       f.octave = match.octave;
       f.on_depth_edge = match.on_depth_edge;
+      f.on_plane = match.on_plane;
       features.points.push_back(f);
       matches.push_back(&match);
     }

@@ -26,7 +26,7 @@ class EarlyFrames {
     float row_px;              ///< where it was read
     float depth_m, weight;
     std::uint8_t octave;
-    bool on_depth_edge;
+    bool on_depth_edge, on_plane;
   };
   struct Frame {
     FrameId frame;

@@ -35,16 +35,60 @@ SE3 pose_in(const Map& map, FrameId frame, KeyframeId reference, const SE3& T_ca
                             : T_camera_reference * map.resolved_pose(reference);
 }
 
+namespace {
+
+/// A frame that became a keyframe: the map knows its pose better than tracking did.
+struct Anchor {
+  Timestamp stamp;
+  KeyframeId keyframe, reference;
+  Vec6 twist;  ///< T_camera_world in the map = exp(twist) * as tracked
+
+  /// What a frame with this reference would be off by here: like this one, if it was tracked
+  /// relative to the same keyframe.
+  [[nodiscard]] Vec6 error_of(KeyframeId frame_reference) const {
+    const bool is_alike = frame_reference == reference && frame_reference != keyframe;
+    return is_alike ? twist : Vec6::Zero();
+  }
+};
+
+std::vector<Anchor> anchors_of(const Trajectory& trajectory, const Map& map) {
+  std::vector<Anchor> anchors;
+  for (const PosedFrame& frame : trajectory) {
+    const KeyframeId own = map.keyframe_of(frame.frame);
+    if (own == kNoKeyframe) continue;
+    const SE3 T_world_tracked =
+        (frame.T_camera_reference.unpacked() * map.resolved_pose(frame.reference)).inverse();
+    anchors.push_back(
+        {frame.stamp, own, frame.reference, (map.resolved_pose(own) * T_world_tracked).log()});
+  }
+  return anchors;
+}
+
+/// Between two keyframes the error of tracking grows from that at the first to that at the second.
+Vec6 error_between(const Anchor& before, const Anchor& after, const PosedFrame& frame) {
+  const double share =
+      seconds_between(frame.stamp, before.stamp) / seconds_between(after.stamp, before.stamp);
+  return (1 - share) * before.error_of(frame.reference) + share * after.error_of(frame.reference);
+}
+
+}  // namespace
+
 std::vector<SE3> corrected_poses(const Trajectory& trajectory, const RevisedPoses& revised,
                                  const Map& map) {
+  const std::vector<Anchor> anchors = anchors_of(trajectory, map);
   std::vector<SE3> poses;
+  std::size_t passed = 0;  // anchors
   for (const PosedFrame& frame : trajectory) {
-    const bool is_keyframe = map.keyframe_of(frame.frame) != kNoKeyframe;
-    const auto found_again = is_keyframe ? revised.end() : revised.find(frame.frame);
-    const SE3 T_camera_world =
-        found_again != revised.end()
-            ? found_again->second
-            : pose_in(map, frame.frame, frame.reference, frame.T_camera_reference.unpacked());
+    SE3 T_camera_world =
+        pose_in(map, frame.frame, frame.reference, frame.T_camera_reference.unpacked());
+    if (map.keyframe_of(frame.frame) != kNoKeyframe) {
+      ++passed;
+    } else if (const auto found = revised.find(frame.frame); found != revised.end()) {
+      T_camera_world = found->second;
+    } else if (passed > 0 && passed < anchors.size()) {
+      T_camera_world =
+          SE3::exp(error_between(anchors[passed - 1], anchors[passed], frame)) * T_camera_world;
+    }
     poses.push_back(T_camera_world.inverse());
   }
   return poses;

@@ -66,7 +66,8 @@ using RevisedPoses = std::map<FrameId, SE3>;
 [[nodiscard]] SE3 pose_in(const Map& map, FrameId frame, KeyframeId reference,
                           const SE3& T_camera_reference);
 
-/// T_world_camera of the tracked frames, in their order, with the map's present keyframe poses.
+/// T_world_camera of the tracked frames, in their order, with the map's present keyframe poses:
+/// where a keyframe lies otherwise than it was tracked, the frames about it do so, too.
 [[nodiscard]] std::vector<SE3> corrected_poses(const Trajectory& trajectory,
                                                const RevisedPoses& revised, const Map& map);
 

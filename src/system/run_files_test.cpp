@@ -131,6 +131,30 @@ TEST(Trajectories, HoldTheFramesWithAPoseAndFollowTheKeyframe) {
   EXPECT_EQ(keyframe_trajectory(map).size(), 1U);
 }
 
+TEST(Trajectories, WhatTrackingErredByAtAKeyframeIsSharedOutAmongTheFramesBeforeIt) {
+  Map map = one_keyframe();  // of frame 1
+  map.add_keyframe(
+      std::make_shared<KeyframeData>(KeyframeData{
+          KeyframeId{1}, FrameId{5}, {to_ns(102.5)}, std::make_shared<Features>(), FeatureGrid()}),
+      SE3(Mat3::Identity(), Vec3(0, 0, -0.48)), KeyframeId{0}, {});
+  Trajectory trajectory;
+  for (std::uint32_t i = 1; i <= 6; ++i) {
+    FrameRecord frame = record(i, 100 + 0.5 * i, TrackState::kTracking);
+    frame.pose.reference = KeyframeId{i == 3 || i == 6 ? 1U : 0U};
+    const double moved_m = i == 3 ? -0.2 : i == 6 ? 0.1 : 0.1 * (i - 1);
+    frame.pose.T_camera_reference = SE3(Mat3::Identity(), Vec3(0, 0, -moved_m));
+    trajectory.emplace_back(frame);
+  }
+  const std::vector<SE3> poses = corrected_poses(trajectory, {}, map);
+  const double expected_m[] = {0, 0.12, 0.28, 0.36, 0.48, 0.58};
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_NEAR(poses[i].t().z(), expected_m[i], 1e-7)
+        << i << "; the third frame and the last are known relative to the second keyframe";
+  // Frames that were found again are where they were found.
+  const RevisedPoses revised = {{FrameId{2}, SE3(Mat3::Identity(), Vec3(1, 0, 0))}};
+  EXPECT_NEAR(corrected_poses(trajectory, revised, map)[1].t().x(), -1, 1e-12);
+}
+
 TEST(Metrics, SayWhatHappened) {
   SlamOutcome outcome = outcome_of(sample());
   outcome.statistics.masks_used = 4;

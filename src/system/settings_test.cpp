@@ -172,6 +172,7 @@ TEST(Validate, PlacesAreVerifiedByBoundsOfTheirOwn) {
   const PlaceVerifierConfig own;
   const PlaceVerifierConfig used = resolved(SlamConfig()).value().loop.finder.verifier;
   EXPECT_EQ(used.noise.sigma_px, own.noise.sigma_px);
+  EXPECT_EQ(used.noise.plane_depth_sigma_scale, own.noise.plane_depth_sigma_scale);
   EXPECT_EQ(used.pose.gate_chi2_pixel, own.pose.gate_chi2_pixel);
   EXPECT_EQ(used.pose.tail_dof, own.pose.tail_dof);
 }

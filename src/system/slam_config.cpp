@@ -140,7 +140,7 @@ void add_mapping_keys(ConfigSchema& s, SlamConfig& c) {
            "localisation noise of a corner at pyramid level 0",
            "for a sharper or a more blurred camera");
   s.number("noise.depth_sigma_scale", c.mapping.noise.depth_sigma_scale, 0.1, 100.0, "",
-           "noise of a corner's depth in units of the Kinect's on a plane",
+           "noise of a corner's depth in units of the Kinect's, where it lies on no plane",
            "less for a depth camera that is one with the colour camera");
   s.number("dense.voxel_m", c.dense.volume.surface.voxel_m, 0.005, 1.0, "m",
            "side of a voxel of the dense map", "smaller for detail, larger for large rooms");

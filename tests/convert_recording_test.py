@@ -171,6 +171,18 @@ class Sens(Conversion):
         self.assertEqual(convert(own, own).returncode, 1)
         self.assertEqual(own.read_bytes(), before)
 
+    def test_what_is_no_recording_is_not_replaced(self):
+        own = self.write(some_frames(), *self.cameras)
+        diary, empty = self.folder / "diary.mcap", self.folder / "empty.mcap"
+        diary.write_text("Dear diary")
+        empty.touch()
+        done = convert(own, diary)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(f"{diary} is there and no recording", done.stderr.decode())
+        self.assertEqual(diary.read_text(), "Dear diary")
+        for _ in range(2):  # an empty file, then the recording it has become
+            self.assertEqual(convert(own, empty).returncode, 0)
+
 
 @unittest.skipUnless(liblzfse, "pyliblzfse is not installed")
 class Record3d(Conversion):

@@ -137,6 +137,12 @@ class Mcap(CliTest):
         self.assert_error(done, 9, precious, "not replaced")
         self.assertEqual(precious.read_text(encoding="utf-8"), "a diary")
 
+    def test_standard_output_is_no_file(self):
+        for done in (self.run_slam(sequence(), "--to", "3", "--mcap", "-"),
+                     ygslam("simulate", "walking_xyz", "--seconds", "1", "--mcap", "-")):
+            self.assert_error(done, 2, "-: ", "standard output")
+        self.assertFalse(os.path.exists("-"))
+
     def test_a_folder_that_is_not_there_is_told(self):
         _, done = self.record(name="nowhere/run.mcap")
         self.assert_error(done, 9, "nowhere/run.mcap", "No such file")

@@ -26,6 +26,7 @@ from recordings import Fault
 # Module of each kind, and how its files begin.
 KINDS = {"record3d": b"PK\x03\x04", "azure_kinect": b"\x1a\x45\xdf\xa3", "realsense": b"#ROSBAG V2.0",
          "sens": b"\x04\x00\x00\x00"}
+MCAP_MAGIC = b"\x89MCAP0\r\n"
 REMEDIES = {"liblzfse": "pip install pyliblzfse"}
 REMEDY = "pip install -r tools/requirements-tools.txt"
 
@@ -56,10 +57,19 @@ def write(path, out, chunked):
     return load("mcap_output").write_mcap(out, recording, chunked)
 
 
+def is_replaceable(target):
+    """An earlier recording or an empty file is; anything else may be somebody's only copy."""
+    if not target.is_file():
+        return False
+    with open(target, "rb") as file:
+        start = file.read(len(MCAP_MAGIC))
+    return start in (b"", MCAP_MAGIC)
+
+
 def write_file(path, target):
     """Complete under its name, or not there at all."""
-    if target.exists() and (not target.is_file() or target.samefile(path)):
-        raise Fault(f"{target} is no file to replace")
+    if target.exists() and (target.samefile(path) or not is_replaceable(target)):
+        raise Fault(f"{target} is there and no recording of MCAP; it is not replaced")
     descriptor, name = tempfile.mkstemp(dir=target.parent, prefix=target.name + ".")
     try:
         with os.fdopen(descriptor, "wb") as out:

@@ -42,6 +42,9 @@ Status McapWriter::check(const std::filesystem::path& path) {
   const auto fault = [&](const std::string& what) {
     return Error{ErrorKind::kOutput, path.string() + ": " + what};
   };
+  if (path == "-")
+    return Error{ErrorKind::kUsage,
+                 "-: a recording is not written to standard output, give a file"};
   std::error_code code;
   if (!std::filesystem::exists(path, code)) {
     const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");

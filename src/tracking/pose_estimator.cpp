@@ -13,6 +13,9 @@
 namespace ygslam {
 namespace {
 
+// Of the landmarks that the previous frame had: fewer agree by chance, where texture repeats itself
+// as lines of text do and the window misses the true places.
+constexpr double kConvincingShare = 0.25;
 constexpr int kThinMap = 60;        // matches with the map
 constexpr double kAside = 1.6;      // times the window, unless a landmark is seen head-on
 constexpr double kNearest_m = 0.1;  // nearer no landmark is looked for
@@ -50,13 +53,19 @@ PoseEstimator::PoseEstimator(const PoseEstimatorConfig& config, const Camera& ca
 std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
     const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
     const LocalView& view, const SE3& T_guess_world, Rng& rng) const {
-  const auto enough = [&](const std::optional<PoseSolution>& pose) {
-    return pose && pose->inliers >= config_.min_matches;
+  // The first search that explains enough will do, else the one that explains most.
+  const auto had = std::ssize(last.landmarks) -
+                   std::count(last.landmarks.begin(), last.landmarks.end(), kNoLandmark);
+  std::optional<FirstPose> best;
+  const auto will_do = [&](const std::optional<PoseSolution>& pose, std::vector<Pairing> pairings) {
+    if (!pose || pose->inliers < config_.min_matches) return false;
+    if (!best || pose->inliers > best->solution.inliers) best = {*pose, std::move(pairings)};
+    return pose->inliers >= kConvincingShare * static_cast<double>(had);
   };
   for (const double radius_px : {config_.search_last_px, config_.search_wide_px}) {
     auto pairings = match_last(frame, last, T_last_world, view, T_guess_world, radius_px);
     const auto pose = solve(frame, pairings, T_guess_world);
-    if (enough(pose)) return FirstPose{*pose, std::move(pairings)};
+    if (will_do(pose, std::move(pairings))) return best;
   }
   auto pairings = match_last_by_descriptor(frame, last, T_last_world, view);
   std::vector<PnpPoint> points;
@@ -64,11 +73,11 @@ std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
     const Feature& f = frame.features->points[p.feature];
     points.push_back({p.p_world, f.ideal_px.cast<double>(), f.depth_m});
   }
-  const auto rough = solve_pnp_ransac(camera_, points, PnpConfig{}, rng);
-  if (!rough) return std::nullopt;
-  const auto pose = solve(frame, pairings, rough->T_camera_world);
-  if (!enough(pose)) return std::nullopt;
-  return FirstPose{*pose, std::move(pairings)};
+  if (const auto rough = solve_pnp_ransac(camera_, points, PnpConfig{}, rng)) {
+    const auto pose = solve(frame, pairings, rough->T_camera_world);
+    (void)will_do(pose, std::move(pairings));
+  }
+  return best;
 }
 
 std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame,

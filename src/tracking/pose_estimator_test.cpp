@@ -57,10 +57,26 @@ SE3 perturbed(const SE3& T, double translation_m, double rotation_rad, Rng& rng)
   return SE3::exp(twist) * T;
 }
 
+/// A wall on which one point in fifteen has a double 0.2 m aside.
+World with_doubles(std::uint64_t seed) {
+  World world(1500, seed);
+  auto& points = world.points();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].p_world.z() = 2.5;
+    points[i].size_m = 0.007;
+    if (i % 15 != 1) continue;
+    points[i] = points[i - 1];
+    points[i].p_world.x() += 0.2;
+  }
+  return world;
+}
+
 struct Scene {
   explicit Scene(std::uint64_t seed, int points = 700,
                  const map_test::Sight& sight = {.noise_px = 0.5})
-      : world(points, seed),
+      : Scene(World(points, seed), sight) {}
+  Scene(World seen_world, const map_test::Sight& sight)
+      : world(std::move(seen_world)),
         truth(map_test::true_map(world, 6, sight)),
         view(view_of(truth.map)),
         last(tracked(truth.seen.back())),
@@ -112,6 +128,18 @@ TEST(PoseEstimator, AGuessFarOffIsSavedByDescriptors) {
   const auto pose = scene.track(SE3::exp(turn) * World::pose(6), rng);
   ASSERT_TRUE(pose);
   EXPECT_LT(pose_error(pose->T_camera_world, World::pose(6)), 0.01);
+}
+
+TEST(PoseEstimator, DoublesInTheWindowDoNotEndTheSearch) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Scene scene(with_doubles(seed), {.noise_px = 0.2});
+    Rng rng(seed);
+    Vec6 turn = Vec6::Zero();
+    turn[4] = -0.08;  // 42 px: where a point was expected its double is
+    const auto pose = scene.track(SE3::exp(turn) * World::pose(6), rng);
+    ASSERT_TRUE(pose) << seed;
+    EXPECT_LT(pose_error(pose->T_camera_world, World::pose(6)), 0.006) << seed;
+  }
 }
 
 TEST(PoseEstimator, PointsWithoutWeightHaveNoSay) {

@@ -2,6 +2,7 @@
 // how much memory beside the map they need.
 //
 //   map_file_bench [--keyframes 5000] [--features 1000] [--file FILE]
+//   map_file_bench --beside MAP SEQ/calibration.txt --keep    # far away in the map of a sequence
 #include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -15,6 +16,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "io/calibration.hpp"
 #include "map/map_bytes.hpp"
 #include "map_file/map_file.hpp"
 
@@ -30,13 +32,16 @@ constexpr int kSightings = 8;         // keyframes that see a landmark
 constexpr double kWithLandmark = .6;  // of the features
 constexpr float kRawPerMetre = 5000;  // depth comes in whole units
 
-Camera camera() { return geometry_test::test_camera(); }
+constexpr double kFarAway_m = 200;
 
 struct Options {
   int keyframes = 5000;
   int features = 1000;
   std::string file = "map_file_bench.map";
   bool keep = false;
+  std::vector<std::string> beside;  ///< a map and its camera's calibration
+  Camera camera = geometry_test::test_camera();
+  Map start{{kLevels, kScale}};
 };
 
 /// Numbers as features have them: random descriptors, positions of a pyramid level's pixels with
@@ -78,7 +83,9 @@ FreeSpaceImage make_free_space(Rng& rng) {
 
 Map make_map(const Options& options) {
   Rng rng(1);
-  Map map({kLevels, kScale});
+  Map map = options.start;
+  const KeyframeId before = map.keyframes().empty() ? kNoKeyframe : map.keyframes().rbegin()->first;
+  const double x_m = before == kNoKeyframe ? 0 : kFarAway_m;
   const FreeSpaceImage free_space = make_free_space(rng);
   std::vector<LandmarkId> open;  // that will be seen again
   std::vector<int> sightings;
@@ -88,7 +95,7 @@ Map make_map(const Options& options) {
     data->id = id;
     data->stamp.ns = std::int64_t{i} * 500'000'000;
     data->features = make_features(options, rng);
-    data->grid = FeatureGrid(*data->features, camera().ideal_bounds());
+    data->grid = FeatureGrid(*data->features, options.camera.ideal_bounds());
     data->free_space = i % 16 == 0 ? make_free_space(rng) : free_space;
     Vec6 twist;
     twist << rng.uniform(-20, 20), rng.uniform(-1, 1), rng.uniform(-20, 20), rng.normal(),
@@ -96,8 +103,8 @@ Map make_map(const Options& options) {
     const auto n = data->features->size();
     std::vector<float> weight(n);
     for (float& w : weight) w = rng.uniform() < .8 ? 1.0F : static_cast<float>(rng.uniform());
-    map.add_keyframe(std::move(data), SE3::exp(twist),
-                     i == 0 ? kNoKeyframe : KeyframeId{index(id) - 1}, std::move(weight));
+    map.add_keyframe(std::move(data), SE3::exp(twist) * SE3(Mat3::Identity(), Vec3(-x_m, 0, 0)),
+                     i == 0 ? before : KeyframeId{index(id) - 1}, std::move(weight));
     const auto wanted = static_cast<std::uint32_t>(kWithLandmark * static_cast<double>(n));
     std::size_t next = 0;
     for (std::uint32_t k = 0; k < wanted; ++k) {
@@ -108,7 +115,7 @@ Map make_map(const Options& options) {
         ++sightings[next++];
         continue;
       }
-      const Vec3 p(rng.uniform(-20, 20), rng.uniform(-2, 2), rng.uniform(-20, 20));
+      const Vec3 p(rng.uniform(-20, 20) + x_m, rng.uniform(-2, 2), rng.uniform(-20, 20));
       open.push_back(map.add_landmark(p, id, k));
       sightings.push_back(1);
       ++next;
@@ -164,7 +171,7 @@ void make_and_save(const Options& options) {
   const double before_mb = memory_mb("VmRSS");
   std::ofstream("/proc/self/clear_refs") << 5;  // VmHWM counts from here
   Status saved = Ok{};
-  const double save_s = seconds_of([&] { saved = save_map(options.file, map, camera()); });
+  const double save_s = seconds_of([&] { saved = save_map(options.file, map, options.camera); });
   if (!saved) std::printf("%s\n", saved.error().message.c_str()), ::_exit(1);
   std::size_t observations = 0;
   map.for_each_landmark([&](const Landmark& l) { observations += l.observations.size(); });
@@ -178,7 +185,7 @@ void make_and_save(const Options& options) {
 void load(const Options& options) {
   std::optional<Result<Map>> map;
   const double load_s = seconds_of([&] {
-    map = load_map(options.file, camera(), {kLevels, kScale});
+    map = load_map(options.file, options.camera, {kLevels, kScale});
   });
   if (!map->ok()) std::printf("%s\n", map->error().message.c_str()), ::_exit(1);
   const double peak_mb = memory_mb("VmHWM");
@@ -188,8 +195,8 @@ void load(const Options& options) {
 }
 
 void write_while_running(const Options& options) {
-  auto map = load_map(options.file, camera(), {kLevels, kScale});
-  auto writer = MapWriter::open(options.file, camera(), {kLevels, kScale});
+  auto map = load_map(options.file, options.camera, {kLevels, kScale});
+  auto writer = MapWriter::open(options.file, options.camera, {kLevels, kScale});
   if (!map || !writer) ::_exit(1);
   const auto tell = [&](const char* what) {
     Status written = Ok{};
@@ -207,6 +214,18 @@ void write_while_running(const Options& options) {
   if (!writer->close()) ::_exit(1);
 }
 
+/// @return false if the map or its camera cannot be read.
+bool start_beside(Options& options) {
+  const auto config = read_calibration(options.beside[1]);
+  const auto map = load_map(options.beside[0]);
+  if (!config.ok() || !map.ok()) return false;
+  CameraConfig sized = *config;
+  if (sized.height <= 0) sized.width = kWidth, sized.height = kHeight;
+  options.camera = Camera(sized);
+  options.start = *map;
+  return true;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -216,7 +235,11 @@ int main(int argc, char** argv) {
   app.add_option("--features", options.features, "of each keyframe")->check(CLI::PositiveNumber);
   app.add_option("--file", options.file, "made, and removed in the end");
   app.add_flag("--keep", options.keep, "Leave the file");
+  app.add_option("--beside", options.beside, "a map, and the calibration of its camera")
+      ->expected(2);
   CLI11_PARSE(app, argc, argv);
+  if (!options.beside.empty() && !start_beside(options))
+    return std::fprintf(stderr, "%s: cannot be read\n", options.beside[0].c_str()), 4;
   apart([&] { make_and_save(options); });
   apart([&] { load(options); });
   apart([&] { write_while_running(options); });

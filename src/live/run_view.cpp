@@ -17,6 +17,28 @@ constexpr auto kLookUp = std::chrono::milliseconds(100);  // for a signal, which
 
 }  // namespace
 
+/// Messages that go out together, when it is done with.
+class RunView::Batch : public MessageSink {
+ public:
+  explicit Batch(RunView& view) : view_(view) {}
+  ~Batch() override {
+    if (!messages_.empty()) view_.server_->publish(std::move(messages_));
+  }
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+
+  [[nodiscard]] bool wants(std::string_view topic) const override {
+    return view_.has_ended_ || view_.server_->wants(topic);
+  }
+  void put(std::string_view topic, const char* /*type*/, Timestamp stamp, Bytes cdr) override {
+    messages_.push_back({topic, stamp, std::move(cdr)});
+  }
+
+ private:
+  RunView& view_;
+  std::vector<ViewServer::Message> messages_;
+};
+
 Result<std::unique_ptr<RunView>> RunView::start(const RunViewConfig& config) {
   std::unique_ptr<RunView> view(new RunView(config));
   auto server =
@@ -36,12 +58,6 @@ RunView::~RunView() {
   sights_.close();
   thread_.reset();
   server_.reset();  // its thread calls into this object
-}
-
-bool RunView::wants(std::string_view topic) const { return has_ended_ || server_->wants(topic); }
-
-void RunView::put(std::string_view topic, const char* /*type*/, Timestamp stamp, Bytes cdr) {
-  server_->publish(topic, stamp, std::move(cdr));
 }
 
 void RunView::show(const FramePtr& frame, const TrackResult& result) {
@@ -66,31 +82,40 @@ void RunView::subscribed() {
 
 void RunView::show_map(Runner& runner) {
   const auto before = Clock::now();
-  if (before < map_due_ || !wants_map(*this)) return;
-  publish_map(runner, now_, kMostPoints, *this);
+  if (Batch batch(*this); before >= map_due_ && wants_map(batch)) {
+    publish_map(runner, now_, kMostPoints, batch);
+  } else {
+    return;
+  }
   const auto after = Clock::now();
   map_due_ = after + std::max<Clock::duration>(kMapEvery, kMapShare * (after - before));
 }
 
 void RunView::show_cloud(const std::function<std::vector<ColouredPoint>()>& make) {
   const auto before = Clock::now();
-  if (before < map_due_ || !wants("/cloud")) return;
-  put("/cloud", ros::PointCloud2::kType, now_, to_cdr(cloud_message(make(), kMostPoints, now_)));
+  Batch batch(*this);
+  if (before < map_due_ || !batch.wants("/cloud")) return;
+  batch.put("/cloud", ros::PointCloud2::kType, now_,
+            to_cdr(cloud_message(make(), kMostPoints, now_)));
   map_due_ = before + kMapEvery;
 }
 
 void RunView::publish(const Sight& sight) {
-  publish_frame(*sight.frame, *sight.result, config_.camera, *this);
+  Batch batch(*this);
+  publish_frame(*sight.frame, *sight.result, config_.camera, batch);
   if (!has_ended_) return;
   ros::DiagnosticArray state = state_message(*sight.frame, *sight.result);
   state.status[0].message = "the run has ended";
   state.status[0].level = ros::DiagnosticStatus::kOk;
-  put("/state", ros::DiagnosticArray::kType, sight.frame->stamp, to_cdr(state));
+  batch.put("/state", ros::DiagnosticArray::kType, sight.frame->stamp, to_cdr(state));
 }
 
 void RunView::finish(Runner* runner) {
   has_ended_ = true;
-  if (runner) publish_map(*runner, now_, kMostPointsAtEnd, *this);
+  if (runner) {
+    Batch batch(*this);
+    publish_map(*runner, now_, kMostPointsAtEnd, batch);
+  }
   const std::lock_guard lock(mutex_);
   if (last_.frame) sights_.push(last_);
 }

@@ -27,11 +27,11 @@ struct RunViewConfig {
   Map map = Map::kResets;
 };
 
-class RunView : private MessageSink {
+class RunView {
  public:
   /// @return as ViewServer::start().
   static Result<std::unique_ptr<RunView>> start(const RunViewConfig& config);
-  ~RunView() override;
+  ~RunView();
 
   /// After a frame was processed: it is shown by a thread of its own if somebody looks on.
   void show(const FramePtr& frame, const TrackResult& result);
@@ -75,8 +75,7 @@ class RunView : private MessageSink {
   using Clock = std::chrono::steady_clock;
 
   explicit RunView(const RunViewConfig& config) : config_(config), is_paused_(config.paused) {}
-  [[nodiscard]] bool wants(std::string_view topic) const override;
-  void put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr) override;
+  class Batch;
   void publish(const Sight& sight);
   Result<std::string> drive(std::string_view service);
   void subscribed();

@@ -37,6 +37,11 @@ class ViewServer {
     /// Somebody wants a topic that had not been asked for.
     std::function<void()> subscribed;
   };
+  struct Message {
+    std::string_view topic;
+    Timestamp stamp;
+    Bytes cdr;
+  };
   /// @param services are called with std_srvs/Trigger. The callbacks are called by the server's
   /// thread and must return soon.
   /// @return kUsage if it cannot listen there.
@@ -48,7 +53,8 @@ class ViewServer {
 
   // From any thread.
   [[nodiscard]] virtual bool wants(std::string_view topic) const = 0;
-  virtual void publish(std::string_view topic, Timestamp stamp, Bytes cdr) = 0;
+  /// What belongs together goes out together.
+  virtual void publish(std::vector<Message> messages) = 0;
   [[nodiscard]] virtual int clients() const = 0;
 
   /// Of the page, with the token.

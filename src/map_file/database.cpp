@@ -151,6 +151,14 @@ Status Database::protect(const fs::path& path, bool reads) {
   return Ok{};
 }
 
+bool Database::read_cut_short() {
+  // SQLite counts the pages that are there in place of those that the header tells of where the
+  // schema may be written, which it may only without its defence (of writing: this reads).
+  sqlite3* const db = handle_.get();
+  return sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr) == SQLITE_OK &&
+         sqlite3_db_config(db, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr) == SQLITE_OK;
+}
+
 bool Database::run(const char* sql) {
   const int code = sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr);
   require_no_want(code);

@@ -57,6 +57,9 @@ class Database {
   };
   static Result<Database> open(const std::filesystem::path& path, Access access);
 
+  /// From now on a file that is shorter than it says is read as far as it goes. @return false
+  /// after a fault.
+  bool read_cut_short();
   /// Runs one or more statements without results. @return false after a fault.
   bool run(const char* sql);
   /// @return nothing after a fault.

@@ -43,6 +43,7 @@ Result<Checked> read_what_is_good(const fs::path& path) {
     ++checked.check.faults_in_all;
     return true;
   };
+  if (!opened->cut.empty()) keep(opened->cut);
   if (const auto fault = map_file::structure_fault(opened->database); !fault.empty()) keep(fault);
   const Camera camera(opened->meta.info.camera);
   map_file::MapReader reader(*opened, camera, keep);

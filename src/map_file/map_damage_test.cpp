@@ -73,6 +73,32 @@ TEST_F(MapDamage, EveryTruncationIsSeen) {
   expect_refused(path_, "is cut short: " + std::to_string(whole_.size() - 1) + " bytes of");
 }
 
+TEST_F(MapDamage, OfAFileThatWasCutShortTheRestIsSaved) {
+  const auto saved_of = [&](int percent) -> std::size_t {
+    testing::write(path_, whole_.substr(0, whole_.size() * percent / 100));
+    const fs::path saved = folder_.path() / "saved.map";
+    fs::remove(saved);
+    const auto recovered = recover_map(path_, saved);
+    if (!recovered.ok()) return 0;
+    EXPECT_NE(recovered->found.faults.front().find("is cut short"), std::string::npos);
+    const auto rest = load(saved);
+    EXPECT_TRUE(rest.ok()) << rest.error().message;
+    EXPECT_EQ(rest->keyframes().size(), recovered->keyframes);
+    for (const auto& [id, keyframe] : rest->keyframes())
+      EXPECT_EQ(keyframe.data->stamp.ns, map_.keyframe(id).data->stamp.ns);
+    return recovered->keyframes;
+  };
+  std::size_t most = 0;
+  for (int percent = 5; percent < 100; percent += 5) {
+    const std::size_t saved = saved_of(percent);
+    EXPECT_GE(saved, most) << "of more of the file at " << percent << " %";
+    most = saved;
+  }
+  EXPECT_GE(most, map_.keyframes().size() / 2);
+  testing::write(path_, whole_.substr(0, whole_.size() * 95 / 100));
+  expect_refused(path_, "is cut short");
+}
+
 TEST_F(MapDamage, WrittenByANewerProgram) {
   sign_meta(path_, [](map_file::Meta& meta) { meta.info.program_version = "9.1.0"; });
   sql(path_,

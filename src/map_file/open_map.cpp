@@ -156,8 +156,11 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   if (!database) return database.error();
   const FileHeader header = read_header(*database);
   if (!header.fault.empty()) return fault(path, header.fault);
+  std::string cut;
   if (log_bytes == 0 && file_bytes < header.bytes)
-    return fault(path, fmt::format("is cut short: {} bytes of {}", file_bytes, header.bytes));
+    cut = fmt::format("is cut short: {} bytes of {}", file_bytes, header.bytes);
+  if (!cut.empty() && (faults == MetaFaults::kRefuse || !database->read_cut_short()))
+    return fault(path, cut);
   if (!database->run("PRAGMA cell_size_check=ON; PRAGMA mmap_size=0; PRAGMA query_only=ON; BEGIN"))
     return fault(path, database->message());
   if (header.format > kFormat) return fault(path, newer_text(*database, header.format));
@@ -175,7 +178,7 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   const std::uint64_t bytes = file_bytes + log_bytes;
   if (faults == MetaFaults::kRefuse && !meta->fault.empty()) return fault(path, meta->fault);
   meta->info.bytes = bytes;
-  return OpenedMap{std::move(*database), std::move(*meta), bytes, header.format};
+  return OpenedMap{std::move(*database), std::move(*meta), bytes, std::move(cut), header.format};
 }
 
 }  // namespace ygslam::map_file

@@ -18,8 +18,10 @@ struct OpenedMap {
   Database database;  ///< in a read transaction: nothing changes under the reader
   Meta meta;
   std::uint64_t bytes = 0;  ///< on disk
+  std::string cut;          ///< where it is shorter than it says: that; else empty
   std::uint32_t format = kFormat;
 };
+/// Of `meta`, and that the file was cut short: what can still be found is then there.
 enum class MetaFaults { kRefuse, kKeep };
 /// Looks at the kind of file, its header, its schema and its `meta`.
 /// @return kSavedMap naming file and cause.

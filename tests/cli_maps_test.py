@@ -1,4 +1,5 @@
 """Map files on the command line: `ygslam map`, `localize`, `run --save-map` and `--load-map`."""
+import json
 import os
 import pathlib
 import re
@@ -116,6 +117,18 @@ class KeptMaps(CliTest):
         self.assertEqual([path.name for path in link.parent.iterdir()], ["room.map"])
         self.assertTrue(link.is_symlink() and dense.is_file())
         self.assertRegex(ygslam("map", "info", link).stdout, r"dense map +[1-9]")
+
+    def test_what_is_no_dense_map_hides_no_map(self):
+        self.save()
+        dense = pathlib.Path(f"{self.map}.dense")
+        dense.write_bytes(b"junk" * 100)
+        shown = ygslam("map", "info", self.map)
+        self.assert_ran(shown)
+        self.assertRegex(shown.stdout, rf"keyframes +\d[\s\S]*dense map +none that can be read: {re.escape(str(dense))}: ")
+        told = ygslam("map", "info", "--json", self.map)
+        self.assert_ran(told)
+        self.assertIn(str(dense), json.loads(told.stdout)["dense"]["fault"])
+        self.assertEqual(ygslam("map", "check", self.map).returncode, 6)
 
     def test_a_call_that_fails_leaves_no_empty_map(self):
         none = self.folder / "none.onnx"

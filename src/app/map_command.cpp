@@ -37,14 +37,12 @@ struct MapOptions {
   bool json = false;
 };
 
-/// What lies beside the map; nothing without a file.
-Result<std::optional<DenseFileInfo>> dense_info(const MapOptions& options) {
+/// What lies beside the map, or why it is no dense map; nothing without a file.
+std::optional<Result<DenseFileInfo>> dense_info(const MapOptions& options) {
   const auto file = dense_file_of(options.file);
   std::error_code code;
-  if (!std::filesystem::exists(file, code)) return std::optional<DenseFileInfo>{};
-  const auto info = read_dense_info(file);
-  if (!info.ok()) return info.error();
-  return std::optional<DenseFileInfo>(*info);
+  if (!std::filesystem::exists(file, code)) return std::nullopt;
+  return read_dense_info(file);
 }
 
 nlohmann::ordered_json json_of(const MapFileInfo& info) {
@@ -70,10 +68,13 @@ Result<int> show(const MapOptions& options) {
   const auto info = read_map_info(options.file);
   if (!info) return info.error();
   const auto dense = dense_info(options);
-  if (!dense.ok()) return dense.error();
   if (options.json) {
     nlohmann::ordered_json json = json_of(*info);
-    if (*dense) json["dense"] = {{"views", (*dense)->views}, {"bytes", (*dense)->bytes}};
+    if (dense && dense->ok()) {
+      json["dense"] = {{"views", (*dense)->views}, {"bytes", (*dense)->bytes}};
+    } else if (dense) {
+      json["dense"] = {{"fault", dense->error().message}};
+    }
     std::printf("%s\n", json.dump(2).c_str());
     return 0;
   }
@@ -94,10 +95,13 @@ Result<int> show(const MapOptions& options) {
               static_cast<unsigned long long>(info->generation), info->created.c_str(),
               info->program_version.c_str());
   std::printf("uuid          %s\n", info->uuid.c_str());
-  if (*dense)
+  if (dense && dense->ok()) {
     std::printf("dense map     %llu views, %.1f MB beside it\n",
                 static_cast<unsigned long long>((*dense)->views),
                 static_cast<double>((*dense)->bytes) * 1e-6);
+  } else if (dense) {
+    std::printf("dense map     none that can be read: %s\n", dense->error().message.c_str());
+  }
   return 0;
 }
 

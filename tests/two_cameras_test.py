@@ -244,6 +244,18 @@ class TwoCameras(CliTest):
         self.assert_error(done, 3, own)
         self.assertNotIn(str(lens), done.stderr, "whose fault it is not")
 
+    def test_sizes_that_do_not_fit_are_named(self):
+        bag = write_mcap(self.folder / "two.mcap", self.said(Messages()))
+        smaller = self.folder / "smaller.txt"
+        smaller.write_text(DEPTH_CAMERA.replace("width 424", "width 400"), encoding="utf-8")
+        said = "is for depth images of 400x240, the first has 424x240"
+        self.assert_error(self.run_slam(bag, "--depth-camera", smaller), 3, smaller, said)
+        with open(bag, "rb") as stream:
+            piped = subprocess.run([BINARY, "run", "-", "--out", self.folder / "out", "--dynamic", "off",
+                                    "--depth-camera", smaller], stdin=stream, check=False,
+                                   capture_output=True, text=True, timeout=HANG_S)
+        self.assert_error(piped, 3, smaller, said)
+
 
 if __name__ == "__main__":
     unittest.main()

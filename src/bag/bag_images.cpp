@@ -195,7 +195,7 @@ Result<BagDepthCamera> depth_camera_of(const BagContent& content, const ImageTop
   SE3 T_colour_depth;
   if (are_other_frames(colour.frame_id, depth.frame_id)) {
     const auto T = content.frames.T_target_source(colour.frame_id, depth.frame_id);
-    if (!T) found.missing = "no transform between them";
+    if (!T.ok()) found.missing = T.error().message;
     if (info == content.cameras.end()) found.missing = "no CameraInfo beside the depth images";
     if (!found.missing.empty()) return found;
     T_colour_depth = *T;

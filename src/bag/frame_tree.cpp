@@ -1,12 +1,15 @@
 #include "bag/frame_tree.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <optional>
 
 namespace ygslam {
 namespace {
 
 constexpr std::size_t kMostFrames = 10'000;
-constexpr int kDeepest = 64;  // a chain of frames; also ends what goes in a circle
+constexpr std::size_t kDeepest = 64;  // a chain of frames; also ends what goes in a circle
 
 std::optional<SE3> rigid_motion(const ros::Pose& pose) {
   constexpr double kNormTolerance = 0.01;
@@ -41,32 +44,42 @@ void FrameTree::take(const BagTopic& topic, std::span<const std::uint8_t> bytes)
     const auto known = edge_of_.find(child);
     if (known != edge_of_.end() && (known->second.is_static || !is_static)) continue;
     const auto motion = rigid_motion(transform.transform);
-    if (!motion || (known == edge_of_.end() && edge_of_.size() >= kMostFrames)) continue;
+    if (!motion) continue;
+    if (known == edge_of_.end() && edge_of_.size() >= kMostFrames) {
+      left_out_ = true;
+      continue;
+    }
     edge_of_.insert_or_assign(child,
                               Edge{frame_name(transform.header.frame_id), *motion, is_static});
   }
 }
 
-std::optional<SE3> FrameTree::T_target_source(const std::string& target,
-                                              const std::string& source) const {
+Result<SE3> FrameTree::T_target_source(const std::string& target, const std::string& source) const {
   struct Ancestor {
     std::string frame;
     SE3 T_ancestor_start;
   };
+  bool is_cut = false;
   const auto ancestors = [&](const std::string& start) {
     std::vector<Ancestor> line = {{frame_name(start), SE3()}};
-    while (line.size() < kDeepest) {
+    for (;;) {
       const auto up = edge_of_.find(line.back().frame);
-      if (up == edge_of_.end()) break;
+      if (up == edge_of_.end()) return line;
+      if (line.size() == kDeepest) {
+        is_cut = true;
+        return line;
+      }
       line.push_back({up->second.parent, up->second.T_parent_child * line.back().T_ancestor_start});
     }
-    return line;
   };
   const auto of_target = ancestors(target);
   for (const Ancestor& a : ancestors(source))
     for (const Ancestor& b : of_target)
       if (a.frame == b.frame) return b.T_ancestor_start.inverse() * a.T_ancestor_start;
-  return std::nullopt;
+  std::string missing = "no transform between them";
+  if (left_out_) missing += fmt::format(" among the first {} frames", kMostFrames);
+  if (is_cut) missing += fmt::format(" in a chain of up to {}", kDeepest);
+  return Error{ErrorKind::kInput, std::move(missing)};
 }
 
 }  // namespace ygslam

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <map>
-#include <optional>
 #include <string>
 
 #include "bag/bag.hpp"
 #include "bag/ros_messages.hpp"
+#include "core/result.hpp"
 
 namespace ygslam {
 
@@ -24,9 +24,10 @@ class FrameTree {
  public:
   /// @param topic with transforms. What cannot be read, or is no rigid motion, is passed over.
   void take(const BagTopic& topic, std::span<const std::uint8_t> bytes);
-  /// Names may begin with a slash, as in ROS 1. @return nothing where no transforms connect them.
-  [[nodiscard]] std::optional<SE3> T_target_source(const std::string& target,
-                                                   const std::string& source) const;
+  /// Names may begin with a slash, as in ROS 1. @return kInput where no transforms connect them:
+  /// what there is none of, and whether limits are why.
+  [[nodiscard]] Result<SE3> T_target_source(const std::string& target,
+                                            const std::string& source) const;
 
  private:
   struct Edge {
@@ -35,6 +36,7 @@ class FrameTree {
     bool is_static = false;
   };
   std::map<std::string, Edge> edge_of_;  // by the child's name
+  bool left_out_ = false;                // frames beyond the most that are kept
 };
 
 }  // namespace ygslam

@@ -24,7 +24,7 @@ void take(FrameTree& tree, const BagTopic& topic, std::vector<ros::TransformStam
 
 double x_of(const FrameTree& tree, const std::string& target, const std::string& source) {
   const auto T = tree.T_target_source(target, source);
-  return T ? T->t().x() : NAN;
+  return T.ok() ? T->t().x() : NAN;
 }
 
 TEST(FrameTree, ConnectsFramesOverTheirAncestor) {
@@ -60,6 +60,29 @@ TEST(FrameTree, HostileTransformsEndNowhere) {
   EXPECT_TRUE(std::isnan(x_of(tree, "a", "d")));
   EXPECT_TRUE(std::isnan(x_of(tree, "a", "e")));
   tree.take(kStatic, Bytes{0, 1, 0, 0, 255, 255, 255, 255});
+}
+
+TEST(FrameTree, SaysWhereItsLimitsAreWhyNothingIsFound) {
+  const auto missing = [](const FrameTree& tree, const std::string& target) {
+    return tree.T_target_source(target, "colour").error().message;
+  };
+  FrameTree small;
+  take(small, kStatic, {transform("link", "colour", 1)});
+  EXPECT_EQ(missing(small, "depth"), "no transform between them");
+  FrameTree wide;
+  std::vector<ros::TransformStamped> many;
+  for (int i = 0; i < 10'000; ++i) many.push_back(transform("link", "f" + std::to_string(i), 1));
+  many.push_back(transform("link", "colour", 1));
+  take(wide, kStatic, many);
+  EXPECT_EQ(missing(wide, "f0"), "no transform between them among the first 10000 frames");
+  FrameTree deep;
+  std::vector<ros::TransformStamped> chain = {transform("f0", "colour", 1)};
+  for (int i = 0; i < 62; ++i)
+    chain.push_back(transform("f" + std::to_string(i + 1), "f" + std::to_string(i), 1));
+  take(deep, kStatic, chain);
+  EXPECT_EQ(x_of(deep, "f62", "colour"), 63) << "64 frames, the first among them";
+  take(deep, kStatic, {transform("f63", "f62", 1)});
+  EXPECT_EQ(missing(deep, "f63"), "no transform between them in a chain of up to 64");
 }
 
 }  // namespace

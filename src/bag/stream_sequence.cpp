@@ -170,8 +170,9 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
     const ImageSize said = {choice->depth_camera->camera.width,
                             choice->depth_camera->camera.height};
     if (depth.ok() && said.width > 0 && depth->size != said)
-      return refuse({ErrorKind::kConfig, choice->depth_camera_source +
-                                             ": is for depth images of another size than come"});
+      return refuse({ErrorKind::kConfig, choice->depth_camera_source + ": is for depth images of " +
+                                             shown_size(said) + ", the first has " +
+                                             shown_size(depth->size)});
     const Status placed =
         set_depth_camera(*choice->depth_camera, choice->depth_camera_source, sequence);
     if (!placed.ok()) return refuse(placed.error());

@@ -59,10 +59,6 @@ Error sequence_fault(const Sequence& sequence, const std::string& what) {
   return {ErrorKind::kInput, sequence.root.string() + ": " + what};
 }
 
-std::string shown_size(const ImageSize& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
 std::string milliseconds(std::int64_t ns) { return std::to_string(ns / 1'000'000) + " ms"; }
 
 std::vector<Timestamp> stamps_of(const std::vector<ListedImage>& images) {
@@ -227,6 +223,10 @@ Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
   if (faults.empty()) return Ok{};
   return Error{ErrorKind::kConfig, camera_place(sequence, faults.front().key) + ": " +
                                        faults.front().key + ": " + faults.front().reason};
+}
+
+std::string shown_size(const ImageSize& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
 Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& sequence) {

@@ -9,6 +9,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <filesystem>
@@ -151,8 +152,20 @@ class PySlam {
   std::atomic<bool> busy_{false};
 };
 
-/// ygslam.Error with what a user wants to tell apart: `code`.
+/// ygslam.Error and its kinds, each with the exit code of the command line as `code`.
 void bind_errors(nb::module_& m) {
+  struct Kind {
+    int code;
+    const char* name;
+    const char* what;
+  };
+  static constexpr std::array kKinds = {
+      Kind{2, "UsageError", "Wrong use; `code` is 2."},
+      Kind{3, "ConfigError", "Settings or camera; `code` is 3."},
+      Kind{4, "InputError", "A recording, or a frame of it; `code` is 4."},
+      Kind{5, "ModelError", "The network; `code` is 5."},
+      Kind{6, "MapError", "A saved map; `code` is 6."},
+      Kind{9, "OutputError", "What could not be written; `code` is 9."}};
   static PyObject* const error =  // for as long as the interpreter lives
       PyErr_NewExceptionWithDoc("ygslam.Error",
                                 "What went wrong in one line; `code` as the exit codes of the "
@@ -160,13 +173,22 @@ void bind_errors(nb::module_& m) {
                                 "or camera, 4 input, 5 model, 6 map file, 9 not written.",
                                 PyExc_RuntimeError, nullptr);
   m.attr("Error") = nb::handle(error);
+  static std::array<PyObject*, kKinds.size()> kinds{};
+  for (std::size_t i = 0; i < kKinds.size(); ++i) {
+    const std::string name = std::string("ygslam.") + kKinds[i].name;
+    kinds[i] = PyErr_NewExceptionWithDoc(name.c_str(), kKinds[i].what, error, nullptr);
+    m.attr(kKinds[i].name) = nb::handle(kinds[i]);
+  }
   nb::register_exception_translator([](const std::exception_ptr& thrown, void*) {
     try {
       std::rethrow_exception(thrown);
     } catch (const api::Error& e) {
-      nb::object instance = nb::handle(error)(e.what());
+      PyObject* kind = error;
+      for (std::size_t i = 0; i < kKinds.size(); ++i)
+        if (kKinds[i].code == static_cast<int>(e.code)) kind = kinds[i];
+      nb::object instance = nb::handle(kind)(e.what());
       instance.attr("code") = e.code;
-      PyErr_SetObject(error, instance.ptr());
+      PyErr_SetObject(kind, instance.ptr());
     }
   });
 }
@@ -326,12 +348,12 @@ NB_MODULE(_core, m) {
           },
           nb::arg("camera"), nb::kw_only(), nb::arg("model") = "", nb::arg("segmenter") = "",
           nb::arg("dynamic") = "", nb::arg("load_map") = "", nb::arg("localize_only") = false,
-          nb::arg("deterministic") = false, nb::arg("keep_trajectory") = true,
-          nb::arg("view") = "",
+          nb::arg("deterministic") = false, nb::arg("keep_trajectory") = true, nb::arg("view") = "",
           nb::arg("options") = std::map<std::string, std::string>{},
           "model: a YOLOv8-seg network (.onnx, .xml). segmenter: model, builtin, none, masks:DIR; "
           "without it the model, if there is one. dynamic: off, geometry, semantic, full; without "
-          "it full where there are masks, else geometry. load_map: map of an earlier run to go on with; localize_only: it stays "
+          "it full where there are masks, else geometry. load_map: map of an earlier run to go on "
+          "with; localize_only: it stays "
           "as it is. deterministic: same input, same result. view: where a page shows "
           "the run, e.g. \"127.0.0.1:8765\" (port 0: any). options: keys of `ygslam config`.")
       .def("process", &PySlam::process, nb::arg("rgb"), nb::arg("depth"), nb::arg("t_ns"),

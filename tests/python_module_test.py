@@ -3,10 +3,12 @@
     PYTHONPATH=build/release/python python tests/python_module_test.py
 """
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 import urllib.request
 
@@ -93,7 +95,10 @@ class PythonModule(CliTest):
             with self.assertRaises(ygslam.Error) as failed:
                 call()
             self.assertNotIn("\n", str(failed.exception).strip())
+            self.assertIs(type(failed.exception), kinds[failed.exception.code])
             return failed.exception.code
+        kinds = {2: ygslam.UsageError, 3: ygslam.ConfigError, 4: ygslam.InputError, 5: ygslam.ModelError,
+                 6: ygslam.MapError, 9: ygslam.OutputError}
         self.assertEqual(code(lambda: ygslam.open(self.folder / "nowhere")), 4)
         self.assertEqual(code(lambda: self.slam(options={"orb.featurs": "3"})), 3)
         self.assertEqual(code(lambda: self.slam(dynamic="full", model="no.onnx")), 5)
@@ -103,6 +108,24 @@ class PythonModule(CliTest):
         slam.finish()
         self.assertEqual(code(lambda: slam.process(frame.rgb, frame.depth, 6)), 2)
         self.assertEqual(code(lambda: ygslam.run(self.folder / "nowhere", self.folder / "o")), 4)
+        self.assertEqual(code(lambda: ygslam.run(sequence(), self.folder / "o", dynamic="fast")), 2)
+        taken = self.folder / "taken"
+        taken.touch()
+        self.assertEqual(code(lambda: ygslam.run(sequence(), taken / "o", dynamic="off")), 9)
+        self.assertEqual(code(lambda: self.slam(load_map=taken)), 6)
+
+    def test_ctrl_c_ends_a_run_that_writes_what_there_is(self):
+        script = ("import sys, ygslam\ntry:\n    ygslam.run(sys.argv[1], sys.argv[2], dynamic='off', view='0',"
+                  " view_paused=True)\nexcept KeyboardInterrupt:\n    sys.exit(77)\n")
+        child = subprocess.Popen([sys.executable, "-c", script, sequence(), self.folder / "out"])
+        self.addCleanup(child.kill)
+        deadline = time.monotonic() + 60
+        while not (self.folder / "out").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(1)  # it is in the middle of things
+        child.send_signal(signal.SIGINT)
+        self.assertEqual(child.wait(60), 77)
+        self.assertTrue((self.folder / "out" / "metrics.json").exists())
 
     def test_others_work_while_it_works_and_may_not_use_it(self):
         slam, frames = self.slam(deterministic=True), list(self.frames)
@@ -173,7 +196,7 @@ class PythonModule(CliTest):
             use.write_text("import ygslam\n"
                            "s = ygslam.Slam(ygslam.CameraModel(fx=1, fy=1, cx=1, cy=1))\n"
                            "try:\n    x: int = s.finish().trajectory.shape[0]\n"
-                           "except ygslam.Error as e:\n    code: int = e.code\n"
+                           "except ygslam.InputError as e:\n    code: int = e.code\n"
                            "wrong: str = s.map().landmarks.ndim\n", encoding="utf-8")
             done = subprocess.run([sys.executable, "-m", "mypy", "--no-incremental", use],
                                   capture_output=True, text=True, check=False, cwd=package.parent)

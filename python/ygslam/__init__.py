@@ -11,11 +11,12 @@
 import io
 
 from ._command import evaluate, localize, run, simulate
-from ._core import (CameraModel, Error, Frame, MapSnapshot, Object, Outcome, Result, Sequence, Slam,
-                    State)
+from ._core import (CameraModel, ConfigError, Error, Frame, InputError, MapError, MapSnapshot, ModelError,
+                    Object, Outcome, OutputError, Result, Sequence, Slam, State, UsageError)
 
-__all__ = ["CameraModel", "Error", "Frame", "MapSnapshot", "Object", "Outcome", "Result", "Sequence",
-           "Slam", "State", "evaluate", "localize", "run", "simulate", "write_trajectory"]  # open hides a builtin
+__all__ = ["CameraModel", "ConfigError", "Error", "Frame", "InputError", "MapError", "MapSnapshot", "ModelError",
+           "Object", "Outcome", "OutputError", "Result", "Sequence", "Slam", "State", "UsageError", "evaluate",
+           "localize", "run", "simulate", "write_trajectory"]  # open hides a builtin
 
 
 def open(path) -> Sequence:  # noqa: A001 - as the module's other openers

@@ -5,12 +5,14 @@ import json
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 from typing import Any
 
-from ._core import Error
+from ._core import ConfigError, Error, InputError, MapError, ModelError, OutputError, UsageError
 
 LOST = 7  # exit code of a run whose files are there, but that was lost for long
+KINDS = {2: UsageError, 3: ConfigError, 4: InputError, 5: ModelError, 6: MapError, 9: OutputError}
 
 
 def _program() -> str:
@@ -39,13 +41,22 @@ def _options(options: dict[str, Any]) -> list[str]:
 
 
 def _call(*words: Any) -> str:
-    done = subprocess.run([_program(), "--quiet", *map(str, words)], capture_output=True, text=True,
-                          check=False)
-    if done.returncode in (0, LOST):
-        return done.stdout
-    lines = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
-    error = Error(lines[-1].removeprefix("error: ") if lines else done.stderr.strip())
-    error.code = done.returncode
+    # In a process group of its own: Ctrl-C is handed on once, for a second one ends it without writing.
+    with subprocess.Popen([_program(), "--quiet", *map(str, words)], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
+                          process_group=0) as child:
+        try:
+            output, said = child.communicate()
+        except KeyboardInterrupt:
+            child.send_signal(signal.SIGINT)
+            child.communicate()
+            raise
+    if child.returncode in (0, LOST):
+        return output
+    lines = [line for line in said.splitlines() if line.startswith("error: ")]
+    kind = KINDS.get(child.returncode, Error)
+    error = kind(lines[-1].removeprefix("error: ") if lines else said.strip())
+    error.code = child.returncode
     raise error
 
 

@@ -19,7 +19,7 @@ from ygslam_cli import FRAMES, HEIGHT, WIDTH, CliTest, sequence, trajectory, ygs
 
 EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_info",
                "/camera/annotations", "/objects", "/state"}
-OF_THE_MAP = {"/landmarks", "/path", "/cloud"}
+OF_THE_MAP = {"/landmarks", "/path", "/loops", "/cloud"}
 # x forward, y left, z up; of a point in the axes of an image
 BODY_OPTICAL = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
 
@@ -146,6 +146,12 @@ class Mcap(CliTest):
     def test_a_folder_that_is_not_there_is_told(self):
         _, done = self.record(name="nowhere/run.mcap")
         self.assert_error(done, 9, "nowhere/run.mcap", "No such file")
+
+    def test_it_may_lie_in_the_new_folder_of_the_run(self):
+        self.assert_ran(self.run_slam(sequence(), "--to", 5, "--mcap", self.folder / "out" / "run.mcap"))
+        self.assertGreater((self.folder / "out" / "run.mcap").stat().st_size, 10_000)
+        deeper = self.folder / "other" / "below" / "run.mcap"
+        self.assert_error(self.run_slam(sequence(), "--mcap", deeper, out="other"), 9, deeper, out="other")
 
     def test_a_pipe_is_not_waited_for_and_no_empty_map_is_left(self):
         pipe = self.folder / "pipe"

@@ -23,7 +23,7 @@ from ygslam_cli import BINARY, FRAMES, CliTest, sequence, trajectory, ygslam
 
 EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_info",
                "/camera/annotations", "/objects", "/state"}
-OF_THE_MAP = {"/landmarks", "/path", "/cloud"}
+OF_THE_MAP = {"/landmarks", "/path", "/loops", "/cloud"}
 PROTOCOL = "foxglove.websocket.v1"
 WAIT_S = 120  # far beyond anything a loaded machine needs
 PLACES = 64  # connections at once

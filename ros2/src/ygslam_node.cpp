@@ -74,6 +74,7 @@ class YgslamNode : public rclcpp::Node {
     add("/state", "diagnostic_msgs/msg/DiagnosticArray", live);
     add("/landmarks", "sensor_msgs/msg/PointCloud2", map);
     add("/path", "nav_msgs/msg/Path", map);
+    add("/loops", "visualization_msgs/msg/MarkerArray", map);
     add("/cloud", "sensor_msgs/msg/PointCloud2", map);
   }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 
 #include "io/jpeg_codec.hpp"
 
@@ -15,7 +16,8 @@ constexpr double kPoint_px = 4;
 constexpr double kArrow_s = 1;  // a velocity is drawn as the way of so long
 
 const ros::Colour64 kGreen{0.2, 0.8, 0.3, 1}, kRed{0.95, 0.2, 0.2, 1}, kYellow{0.95, 0.85, 0.2, 1},
-    kWhite{1, 1, 1, 1}, kDark{0, 0, 0, 0.6};
+    kWhite{1, 1, 1, 1}, kDark{0, 0, 0, 0.6}, kBlue{0.35, 0.65, 1, 1};
+constexpr int kMaskStep_px = 4;  // of an outline: a person has some hundred lines then
 
 bool has_pose(const TrackResult& result) {
   return result.state == TrackState::kTracking || result.state == TrackState::kWeak;
@@ -58,6 +60,39 @@ void put_point(ros::PointCloud2& cloud, std::size_t i, const Vec3& p_world) {
   put(cloud.data, at, static_cast<float>(p.x));
   put(cloud.data, at + 4, static_cast<float>(p.y));
   put(cloud.data, at + 8, static_cast<float>(p.z));
+}
+
+/// Where a mask looked at every few pixels changes, as pairs of points: along rows, then columns.
+std::vector<ros::Point2> outline_of(const GreyImage& ids) {
+  std::vector<ros::Point2> lines;
+  const int width = ids.width() / kMaskStep_px, height = ids.height() / kMaskStep_px;
+  const auto id = [&](int x, int y) {
+    const bool is_inside = x >= 0 && y >= 0 && x < width && y < height;
+    return is_inside ? ids.at(kMaskStep_px * x, kMaskStep_px * y) : std::uint8_t{0};
+  };
+  // Lines between a and its neighbours before it, from one end of a to the other.
+  const auto trace = [&](int lanes, int length, auto changes, auto point) {
+    for (int lane = 0; lane <= lanes; ++lane) {
+      for (int a = 0; a < length; ++a) {
+        if (!changes(lane, a)) continue;
+        const int from = a;
+        while (a + 1 < length && changes(lane, a + 1)) ++a;
+        lines.push_back(point(lane, from));
+        lines.push_back(point(lane, a + 1));
+      }
+    }
+  };
+  const auto at = [](int x, int y) {
+    return ros::Point2{static_cast<double>(kMaskStep_px * x),
+                       static_cast<double>(kMaskStep_px * y)};
+  };
+  trace(
+      height, width, [&](int y, int x) { return id(x, y) != id(x, y - 1); },
+      [&](int y, int x) { return at(x, y); });
+  trace(
+      width, height, [&](int x, int y) { return id(x, y) != id(x - 1, y); },
+      [&](int x, int y) { return at(x, y); });
+  return lines;
 }
 
 std::string name_of(const TrackedObject& object) {
@@ -148,6 +183,16 @@ ros::ImageAnnotations annotation_message(const RgbdFrame& frame, const TrackResu
                                                                       : kYellow);
   }
   message.points.push_back(std::move(points));
+  if (!result.masks.empty()) {
+    const Segmentation& mask = **std::ranges::max_element(
+        result.masks, {}, [](const SegmentationPtr& m) { return m->stamp.ns; });
+    ros::PointsAnnotation outline;
+    outline.timestamp = ros::to_ros(mask.stamp);
+    outline.type = ros::PointsAnnotation::kLineList;
+    outline.points = outline_of(mask.ids);
+    outline.outline_colour = kBlue;
+    message.points.push_back(std::move(outline));
+  }
   for (const TrackedObject& object : result.objects) {
     if (object.box_px.empty()) continue;
     const double x0 = object.box_px.x0, y0 = object.box_px.y0;
@@ -248,6 +293,29 @@ ros::PointCloud2 cloud_message(std::span<const ColouredPoint> points, std::size_
     put(cloud.data, i * cloud.point_step + 12, rgb);  // in the bytes of a float, as PCL has it
   }
   return cloud;
+}
+
+ros::MarkerArray loop_message(const Map& map, std::span<const LoopAttempt> attempts,
+                              Timestamp stamp) {
+  std::set<std::pair<KeyframeId, KeyframeId>> closed;
+  for (const LoopAttempt& attempt : attempts) {
+    const std::pair ends(attempt.keyframe, attempt.match.place);
+    if (attempt.outcome == LoopOutcome::kClosed) closed.insert(ends);
+    if (attempt.outcome == LoopOutcome::kRevoked) closed.erase(ends);
+  }
+  ros::MarkerArray message;
+  ros::Marker& lines = message.markers.emplace_back();
+  lines.header = header(stamp, "map");
+  lines.ns = "loops";
+  lines.type = ros::Marker::kLineList;
+  lines.colour = {0.35F, 0.65F, 1, 1};
+  lines.scale = {0.02, 0, 0};
+  for (const auto& [keyframe, place] : closed) {
+    if (!map.has_keyframe(keyframe) || !map.has_keyframe(place)) continue;
+    for (const KeyframeId end : {keyframe, place})
+      lines.points.push_back(to_map(map.keyframe(end).T_camera_world.inverse().t()));
+  }
+  return message;
 }
 
 ros::Path path_message(const Map& map, Timestamp stamp) {

@@ -8,6 +8,7 @@
 
 #include "bag/ros_messages.hpp"
 #include "image/coloured_point.hpp"
+#include "loop/loop_closer.hpp"
 #include "map/map.hpp"
 #include "tracking/tracker.hpp"
 
@@ -30,7 +31,8 @@ inline constexpr double kUnknownVariance = 1e6;
 /// @param frame of the images.
 [[nodiscard]] ros::CameraInfo camera_info_message(const CameraConfig& camera, Timestamp stamp,
                                                   const char* frame = kCameraFrame);
-/// Static points green, dynamic red, unknown yellow; boxes and names of objects.
+/// Static points green, dynamic red, unknown yellow; boxes and names of objects; the outline of
+/// the newest mask that came with the frame (a list of lines), with the stamp of its own image.
 [[nodiscard]] ros::ImageAnnotations annotation_message(const RgbdFrame& frame,
                                                        const TrackResult& result);
 /// Boxes, names and velocities of what moves or could; older ones are erased.
@@ -41,6 +43,9 @@ inline constexpr double kUnknownVariance = 1e6;
 /// At most most_points of the points, evenly spread.
 [[nodiscard]] ros::PointCloud2 cloud_message(std::span<const ColouredPoint> points,
                                              std::size_t most_points, Timestamp stamp);
+/// A line between the two keyframes of each loop that is closed and was not taken back.
+[[nodiscard]] ros::MarkerArray loop_message(const Map& map, std::span<const LoopAttempt> attempts,
+                                            Timestamp stamp);
 /// The keyframes' poses.
 [[nodiscard]] ros::Path path_message(const Map& map, Timestamp stamp);
 

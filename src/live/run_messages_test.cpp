@@ -77,5 +77,60 @@ TEST(RunMessages, AxesAreThoseOfRep103) {
   EXPECT_NEAR((ahead - Vec3(1, 0, 0)).norm(), 0, 1e-12);
 }
 
+TEST(RunMessages, TheNewestMaskIsOutlined) {
+  const auto mask = [](std::int64_t stamp_ns, int x0, int x1) {
+    Segmentation made;
+    made.stamp.ns = stamp_ns;
+    made.ids = GreyImage(64, 48, 0);
+    for (int y = 8; y < 48; ++y)
+      for (int x = x0; x < x1; ++x) made.ids.at(x, y) = 1;
+    return std::make_shared<const Segmentation>(std::move(made));
+  };
+  TrackResult result;
+  result.masks = {mask(2'000'000'001, 16, 40), mask(1, 0, 64)};
+  const ros::ImageAnnotations told = annotation_message({}, result);
+  ASSERT_EQ(told.points.size(), 2U);
+  const ros::PointsAnnotation& outline = told.points[1];
+  EXPECT_EQ(outline.type, ros::PointsAnnotation::kLineList);
+  EXPECT_EQ(outline.timestamp.sec, 2);
+  std::vector<std::array<double, 4>> lines;
+  for (std::size_t i = 0; i + 1 < outline.points.size(); i += 2)
+    lines.push_back({outline.points[i].x, outline.points[i].y, outline.points[i + 1].x,
+                     outline.points[i + 1].y});
+  std::ranges::sort(lines);
+  EXPECT_EQ(lines, (std::vector<std::array<double, 4>>{
+                       {16, 8, 16, 48}, {16, 8, 40, 8}, {16, 48, 40, 48}, {40, 8, 40, 48}}));
+  result.masks.clear();
+  EXPECT_EQ(annotation_message({}, result).points.size(), 1U) << "none came";
+}
+
+TEST(RunMessages, LoopsThatWereTakenBackAreNoLoops) {
+  Map map(PyramidScales(8, 1.2));
+  for (std::uint32_t id = 0; id < 3; ++id) {
+    auto data = std::make_shared<KeyframeData>();
+    data->id = KeyframeId{id};
+    data->features = std::make_shared<Features>();
+    const SE3 T_camera_world(Mat3::Identity(), Vec3(0, 0, -1.0 * id));
+    map.add_keyframe(data, T_camera_world, id == 0 ? kNoKeyframe : KeyframeId{id - 1}, {});
+  }
+  const auto attempt = [](std::uint32_t keyframe, std::uint32_t place, LoopOutcome outcome) {
+    LoopAttempt made;
+    made.keyframe = KeyframeId{keyframe};
+    made.match.place = KeyframeId{place};
+    made.outcome = outcome;
+    return made;
+  };
+  const std::vector<LoopAttempt> attempts = {
+      attempt(1, 0, LoopOutcome::kClosed), attempt(2, 1, LoopOutcome::kAlone),
+      attempt(2, 0, LoopOutcome::kClosed), attempt(9, 0, LoopOutcome::kClosed),
+      attempt(1, 0, LoopOutcome::kRevoked)};
+  const ros::MarkerArray told = loop_message(map, attempts, {});
+  ASSERT_EQ(told.markers.size(), 1U);
+  const auto& points = told.markers[0].points;
+  ASSERT_EQ(points.size(), 2U) << "2 to 0; 9 is no more in the map";
+  EXPECT_DOUBLE_EQ(points[0].x, 2);
+  EXPECT_DOUBLE_EQ(points[1].x, 0);
+}
+
 }  // namespace
 }  // namespace ygslam

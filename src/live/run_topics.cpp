@@ -25,16 +25,19 @@ void publish_frame(const RgbdFrame& frame, const TrackResult& result, const Came
 }
 
 void publish_map(Runner& runner, Timestamp stamp, std::size_t most_points, MessageSink& sink) {
-  if (sink.wants("/landmarks") || sink.wants("/path")) {
+  if (sink.wants("/landmarks") || sink.wants("/path") || sink.wants("/loops")) {
     const Map map = runner.map();
     publish("/landmarks", stamp, sink, [&] { return landmark_message(map, stamp); });
     publish("/path", stamp, sink, [&] { return path_message(map, stamp); });
+    publish("/loops", stamp, sink,
+            [&] { return loop_message(map, runner.loop_attempts(), stamp); });
   }
   publish("/cloud", stamp, sink, [&] { return cloud_message(runner.cloud(), most_points, stamp); });
 }
 
 bool wants_map(const MessageSink& sink) {
-  return sink.wants("/landmarks") || sink.wants("/path") || sink.wants("/cloud");
+  return sink.wants("/landmarks") || sink.wants("/path") || sink.wants("/loops") ||
+         sink.wants("/cloud");
 }
 
 }  // namespace ygslam

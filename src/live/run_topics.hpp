@@ -26,6 +26,7 @@ inline constexpr std::array kRunTopics = {
     Topic{"/state", ros::DiagnosticArray::kType},
     Topic{"/landmarks", ros::PointCloud2::kType},
     Topic{"/path", ros::Path::kType},
+    Topic{"/loops", ros::MarkerArray::kType},
     Topic{"/cloud", ros::PointCloud2::kType},
 };
 

@@ -2,7 +2,7 @@
 'use strict';
 
 const $ = (id) => document.getElementById(id);
-const kHistory = 300, kMostSteps = 20000;
+const kHistory = 300, kMostSteps = 20000, kMaskStays = 10;
 
 const scene = new Scene($('scene'));
 const channels = new Map();       // topic to channel
@@ -12,6 +12,7 @@ const last = {};                  // topic to its newest message
 const history = {time: [], points: [], age: []};
 const way = [];                   // where the camera was, in map
 let picture;                      // the newest image
+let masks = null;                 // the newest outline, and for how many frames it is still shown
 let socket, calls = 0, frames = [], token = location.hash.slice(1);
 
 function say(text) { $('said').textContent = text; }
@@ -93,7 +94,12 @@ const shows = {
     picture = bitmap;
     drawImage();
   },
-  '/camera/annotations': () => drawImage(),
+  '/camera/annotations': (said) => {
+    const outline = said.shapes.find((shape) => shape.type === 4);
+    if (outline) masks = {outline, left: kMaskStays};
+    drawImage();
+    if (masks && --masks.left <= 0) masks = null;
+  },
   '/objects': (markers) => {
     const boxes = markers.filter((m) => m.ns === 'objects'), edges = [];
     for (const m of boxes) {
@@ -131,6 +137,7 @@ const shows = {
   },
   '/cloud': (cloud) => showCloud('cloud', cloud, 0.02),
   '/landmarks': (cloud) => showCloud('landmarks', cloud, 0.015),
+  '/loops': (markers) => scene.lines('loops', markers.flatMap((m) => m.points), colourOf('--accent')),
   '/path': (poses) => {
     const marks = poses.flatMap((p) => [p.t, add(p.t, turned(p.q, [0.08, 0, 0]))]);
     scene.lines('path', marks, colourOf('--unknown'));
@@ -185,6 +192,13 @@ function drawImage() {
       g.stroke();
     }
   }
+  if (masks && $('show-masks').checked) {
+    g.strokeStyle = css(masks.outline.colour);
+    g.lineWidth = 2;
+    g.beginPath();
+    masks.outline.points.forEach((p, i) => i % 2 ? g.lineTo(...p) : g.moveTo(...p));
+    g.stroke();
+  }
   if (!$('show-boxes').checked) return;
   g.font = '16px system-ui, sans-serif';
   for (const {at, text} of said.texts) {
@@ -235,9 +249,9 @@ scene.drawn = () => {
   }));
 };
 scene.panned = () => { $('follow').checked = false; };
-for (const name of ['cloud', 'landmarks', 'path', 'objects'])
+for (const name of ['cloud', 'landmarks', 'path', 'loops', 'objects'])
   $(`show-${name}`).addEventListener('change', (e) => scene.show(name, e.target.checked));
-for (const name of ['points', 'boxes']) $(`show-${name}`).addEventListener('change', drawImage);
+for (const name of ['points', 'boxes', 'masks']) $(`show-${name}`).addEventListener('change', drawImage);
 $('from-above').addEventListener('click', () => { scene.pitch = 1.54; scene.ask(); });
 
 addEventListener('hashchange', () => location.reload());  // another run's token

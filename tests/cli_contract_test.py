@@ -84,6 +84,17 @@ class Help(CliTest):
                        "--seed", "--debug-images"):
             self.assertIn(option, text)
 
+    def test_complaints_are_one_short_line_whatever_was_written(self):
+        for words, said in ((["--from", "-1"], "--from: -1 is not in 0 .. 1000000000"),
+                            (["--seed", "1e9"], "--seed: 1e9 is not in 0 .. 9007199254740992"),
+                            (["--to", "9" * 25], "--to: " + "9" * 25 + " is not in 0"),
+                            (["--\nnew\x1b[2J"], "not expected: --?new?[2J"),
+                            (["--" + "x" * 5000], "not expected: --xxx")):
+            done = ygslam("run", sequence(), "--out", self.folder / "out", *words)
+            self.assertEqual(done.returncode, 2)
+            self.assertRegex(done.stderr, r"\Aerror: [^\n\x1b]{1,600}\n\Z")
+            self.assertIn(said, done.stderr)
+
     def test_wrong_usage_is_code_2_and_told_on_stderr(self):
         for arguments in ([], ["run"], ["run", "a", "--out", "b", "--bogus"], ["walk"],
                           ["run", "a"], ["run", "a", "--out", "b", "--stride", "0"],

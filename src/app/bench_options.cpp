@@ -6,6 +6,7 @@
 #include <regex>
 #include <thread>
 
+#include "app/option_checks.hpp"
 #include "app/run_options.hpp"
 #include "benchmark_runs/python_tool.hpp"
 #include "io/text.hpp"
@@ -106,7 +107,7 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
       ->check(CLI::IsMember(std::vector<std::string>(kSweepModes.begin(), kSweepModes.end())))
       ->type_name("LIST");
   command.add_option("--runs", a.runs, "Runs of each sequence in each mode")
-      ->check(CLI::Range(1, kMostRuns))
+      ->check(in_range(1, kMostRuns))
       ->type_name("N")
       ->capture_default_str();
   command
@@ -114,7 +115,7 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
           "--jobs", a.jobs,
           "Runs at the same time; more than 1 spoils the timings (default: 1; with --engine "
           "as many as its workers have threads)")
-      ->check(CLI::Range(1, 1024))
+      ->check(in_range(1, 1024))
       ->type_name("N");
   command
       .add_option(
@@ -131,7 +132,7 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
       .add_option("--run-limit", a.run_limit_s,
                   "Longest time of a run [s], then it is ended and counts as timed out; 0: none "
                   "(default: 600 s + 30 times the sequence's duration)")
-      ->check(CLI::Range(0.0, 1e9))
+      ->check(in_range(0.0, 1e9))
       ->type_name("S");
   command
       .add_option("--model", a.model,
@@ -153,7 +154,7 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
   command.add_flag("--deterministic", a.deterministic, "One schedule: same input, same bytes")
       ->excludes(realtime);
   command.add_option("--seed", a.seed, "Of the first run")
-      ->check(CLI::Range(0.0, 9007199254740992.0))
+      ->check(in_range(std::uint64_t{0}, std::uint64_t{1} << 53U))
       ->type_name("N");
   command.add_flag(
       "--pictures,!--no-pictures", a.pictures,

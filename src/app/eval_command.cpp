@@ -10,6 +10,7 @@
 
 #include "app/eval_map.hpp"
 #include "app/eval_plot.hpp"
+#include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "core/log.hpp"
 #include "eval/mot_text.hpp"
@@ -256,11 +257,11 @@ void declare_options(CLI::App& command, EvalArguments& a) {
       ->type_name("MODE")
       ->capture_default_str();
   command.add_option("--max-diff", a.max_diff_s, "Largest difference of matched stamps [s]")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(in_range(0.0, 1e6))
       ->type_name("S")
       ->capture_default_str();
   command.add_option("--offset", a.offset_s, "Added to the stamps of the estimates [s]")
-      ->check(CLI::Range(-1e6, 1e6))
+      ->check(in_range(-1e6, 1e6))
       ->type_name("S")
       ->capture_default_str();
   command

@@ -29,6 +29,7 @@
 namespace {
 
 constexpr std::size_t kLeastMemory_bytes = std::size_t{16} << 20;  // without it: out of memory
+constexpr std::size_t kLongestComplaint = 500;
 
 /// Mostly a variable of a script that was never set: not to be taken for an option not given.
 void refuse_empty_values(CLI::App& app) {
@@ -77,7 +78,10 @@ int main(int argc, char** argv) {
     app.failure_message([&](const CLI::App*, const CLI::Error& e) {
       const std::string unknown =
           unknown_command(app, {argv + 1, static_cast<std::size_t>(std::max(argc - 1, 0))});
-      return "error: " + (unknown.empty() ? e.what() : unknown) + " (see --help)\n";
+      // CLI11 quotes what was written, whatever bytes that are.
+      return "error: " +
+             (unknown.empty() ? ygslam::printable(e.what(), kLongestComplaint) : unknown) +
+             " (see --help)\n";
     });
     app.fallthrough();
     app.add_flag_callback(

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/scene_input.hpp"
 #include "app/stop_signal.hpp"
@@ -252,7 +253,7 @@ Status render(const RenderArguments& a) {
 }
 
 void declare_options(CLI::App& command, RenderArguments& a) {
-  command.add_option("scene", a.scene, "mesh.ply, cloud.ply or map.ply, or the folder it lies in")
+  command.add_option("SCENE", a.scene, "mesh.ply, cloud.ply or map.ply, or the folder it lies in")
       ->required()
       ->type_name("FILE|DIR");
   command.add_option("--out", a.out, "The picture")->type_name("FILE.png");
@@ -261,7 +262,7 @@ void declare_options(CLI::App& command, RenderArguments& a) {
                   "A video along --path as its camera saw, or once around the scene")
       ->type_name("FILE.avi");
   command.add_option("--fps", a.frames_per_s, "Images of the video a second")
-      ->check(CLI::Range(1, 60))
+      ->check(in_range(1, 60))
       ->capture_default_str();
   command
       .add_option(
@@ -291,10 +292,10 @@ void declare_options(CLI::App& command, RenderArguments& a) {
       ->type_name("X,Y,Z");
   command
       .add_option("--cut", a.cut_m, "Leave out the ceiling and what is higher over the floor [m]")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(in_range(0.0, 1e6))
       ->type_name("M");
   command.add_option("--point", a.point_m, "Side of a point of a cloud [m]")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(in_range(0.0, 1.0))
       ->type_name("M")
       ->capture_default_str();
   command.add_option("--size", a.size, "Size of the picture (of each of two)")

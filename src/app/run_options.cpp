@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/option_checks.hpp"
 #include "app/stop_signal.hpp"
 #include "bag/bag.hpp"
 #include "bag/ros_images.hpp"
@@ -38,8 +39,7 @@ constexpr const char* kInput = "Input";
 constexpr const char* kSettings = "Settings";
 constexpr const char* kWritten = "What is written";
 
-/// Without the range's own words, which --help would show as the type.
-CLI::Validator unsaid(const CLI::Validator& check) { return check.description(""); }
+constexpr int kMostPairs = 1'000'000'000;
 
 /// @param type what --help calls the value.
 template <typename T>
@@ -59,7 +59,7 @@ void add_out_option(CLI::App& command, RunOptions& o) {
 void add_run_options(CLI::App& command, RunOptions& o) {
   add_range_options(command, o);
   add(command, kInput, "--stride", o.stride, "N", "Every n-th pair")
-      ->check(unsaid(CLI::Range(1, 1000000)))
+      ->check(in_range(1, 1'000'000))
       ->capture_default_str();
   add_switch(command, kInput, "--realtime", o.realtime,
              "Feed frames at their stamps, drop when late");
@@ -71,7 +71,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   add(command, kWritten, "--debug-images", o.debug_dir, "DIR",
       "Draw masks and labelled points here");
   add(command, kWritten, "--debug-every", o.debug_every, "N", "Draw every n-th frame")
-      ->check(unsaid(CLI::Range(1, 1000000)))
+      ->check(in_range(1, 1'000'000))
       ->capture_default_str();
   add(command, kWritten, "--save-masks", o.masks_dir, "DIR",
       "Keep what the network says here: runs with --segmenter masks:DIR need none");
@@ -85,12 +85,11 @@ void add_mcap_option(CLI::App& command, RunOptions& o) {
 }  // namespace
 
 void add_range_options(CLI::App& command, RunOptions& o) {
-  // Of an unsigned number CLI11 takes "-1" as the largest one.
   add(command, kInput, "--from", o.from, "N", "First pair")
-      ->check(unsaid(CLI::NonNegativeNumber))
+      ->check(in_range(0, kMostPairs))
       ->capture_default_str();
   add(command, kInput, "--to", o.to, "N", "One past the last pair (default: all)")
-      ->check(unsaid(CLI::NonNegativeNumber));
+      ->check(in_range(0, kMostPairs));
 }
 
 void add_input_options(CLI::App& command, RunOptions& o) {
@@ -115,7 +114,7 @@ void add_input_options(CLI::App& command, RunOptions& o) {
   add(command, kSettings, "--set", o.sets, "KEY=VALUE", "One setting; may be repeated");
   add(command, kSettings, "--seed", o.seed, "N",
       "Start of all random sequences (default: run.seed)")
-      ->check(unsaid(CLI::Range(0.0, 9007199254740992.0)));
+      ->check(in_range(std::uint64_t{0}, std::uint64_t{1} << 53U));
 }
 
 void declare_run_options(CLI::App& command, RunOptions& o) {

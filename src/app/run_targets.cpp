@@ -34,6 +34,10 @@ Status check_recording(const RunOptions& options) {
       (is_bag(options.sequence) && is_same_place(folder_behind(file), options.sequence)))
     return Error{ErrorKind::kUsage,
                  file.string() + ": is of the recording that is read; give --mcap another file"};
+  // The run's own folder will be there.
+  std::error_code code;
+  const fs::path out = fs::weakly_canonical(fs::absolute(options.out_dir, code), code);
+  if (!fs::exists(out, code) && folder_behind(fs::absolute(file, code)) == out) return Ok{};
   return McapWriter::check(file);
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "app/exit_code.hpp"
+#include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/simulate_random.hpp"
@@ -269,7 +270,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--fps", a.options.fps, "Frames per second (default: the world's)")
       ->type_name("N");
   command->add_option("--seed", a.options.seed, "Seed of the hand's jerks, noise and faults")
-      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53U).description(""))
+      ->check(in_range(std::uint64_t{0}, std::uint64_t{1} << 53U))
       ->type_name("N")
       ->capture_default_str();
   command->add_option("--size", a.size, "Image size")
@@ -289,18 +290,18 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->type_name("KIND@TIME")
       ->allow_extra_args(false);
   command->add_option("--blur", a.options.blur, "Motion blur: exposure time / frame time")
-      ->check(CLI::Range(0.0, 1.0).description(""))
+      ->check(in_range(0.0, 1.0))
       ->type_name("0..1");
   CLI::Option* rolling = command
                              ->add_option("--rolling", a.options.rolling,
                                           "Rolling shutter: read-out time / frame time")
-                             ->check(CLI::Range(0.0, 1.0).description(""))
+                             ->check(in_range(0.0, 1.0))
                              ->type_name("0..1");
   CLI::Option* depth_rolling =
       command
           ->add_option("--depth-rolling", a.options.depth_rolling,
                        "The same of the depth image (default: as --rolling)")
-          ->check(CLI::Range(0.0, 1.0).description(""))
+          ->check(in_range(0.0, 1.0))
           ->type_name("0..1");
   command
       ->add_option("--camera", a.camera,
@@ -311,17 +312,17 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--depth-delay-ms", a.options.depth_delay_ms,
                    "The depth image is taken so much later than the colour image")
-      ->check(CLI::Range(-100.0, 100.0).description(""))
+      ->check(in_range(-100.0, 100.0))
       ->type_name("MS");
   command->add_flag("--distortion", a.options.distortion,
                     "A lens that bends lines (TUM freiburg1)");
   command
       ->add_option("--exposure-drift", a.options.exposure_drift,
                    "How far the exposure wanders, 0.15 = by 15 %")
-      ->check(CLI::Range(0.0, 0.9).description(""))
+      ->check(in_range(0.0, 0.9))
       ->type_name("0..0.9");
   command->add_option("--threads", a.options.threads, "Rendering threads")
-      ->check(CLI::Range(1, 256).description(""))
+      ->check(in_range(1, 256))
       ->type_name("N")
       ->capture_default_str();
   command
@@ -337,7 +338,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   CLI::Option* random = command->add_option(
       "--random", a.random,
       "Instead of a sequence: so many single frames of random rooms and people, for training");
-  random->check(CLI::Range(1, 10'000'000).description(""))->type_name("N");
+  random->check(in_range(1, 10'000'000))->type_name("N");
   for (CLI::Option* other : command->get_options()) {
     static const std::set<std::string> kAlso = {"--help", "--out",     "--seed",
                                                 "--size", "--threads", "--random"};

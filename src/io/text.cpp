@@ -180,13 +180,12 @@ std::string_view nearest_word(std::string_view word, std::span<const std::string
   return best;
 }
 
-std::string printable(std::string_view text) {
-  constexpr std::size_t kLongest = 80;
-  std::string safe(text.substr(0, kLongest));
+std::string printable(std::string_view text, std::size_t longest) {
+  std::string safe(text.substr(0, longest));
   std::replace_if(
       safe.begin(), safe.end(),
       [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == '\x7f'; }, '?');
-  if (text.size() > kLongest) safe += "...";
+  if (text.size() > longest) safe += "...";
   return safe;
 }
 

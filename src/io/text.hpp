@@ -52,7 +52,7 @@ struct ParsedStamp {
 [[nodiscard]] std::string_view nearest_word(std::string_view word,
                                             std::span<const std::string_view> candidates);
 
-/// Text of another origin made safe for one line of a message: control bytes replaced, cut at 80.
-[[nodiscard]] std::string printable(std::string_view text);
+/// Text of another origin made safe for one line of a message: control bytes replaced, cut.
+[[nodiscard]] std::string printable(std::string_view text, std::size_t longest = 80);
 
 }  // namespace ygslam

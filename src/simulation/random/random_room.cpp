@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "simulation/random/clutter.hpp"
+#include "simulation/random/random_body.hpp"
 #include "simulation/world/furniture.hpp"
 #include "simulation/world/mover_motions.hpp"
 

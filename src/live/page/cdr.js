@@ -49,13 +49,13 @@ const decoders = {
     const circles = c.u32();
     if (circles) throw new Error('circles are not drawn');
     const shapes = c.list(() => {
-      c.time();
+      const stamp = c.time();
       const type = c.u8();
       const points = c.list(() => c.numbers(2));
       const colour = c.numbers(4);
       const colours = c.list(() => c.numbers(4));
       c.numbers(5);
-      return {type, points, colour, colours};
+      return {stamp, type, points, colour, colours};
     });
     const texts = c.list(() => {
       c.time();

@@ -2,7 +2,7 @@
 'use strict';
 
 const $ = (id) => document.getElementById(id);
-const kHistory = 300, kMostSteps = 20000, kMaskStays = 10;
+const kHistory = 300, kMostSteps = 20000, kMaskStays = 10, kRecent = 60;
 
 const scene = new Scene($('scene'));
 const channels = new Map();       // topic to channel
@@ -11,7 +11,8 @@ const services = new Map();       // name to number
 const last = {};                  // topic to its newest message
 const history = {time: [], points: [], age: []};
 const way = [];                   // where the camera was, in map
-let picture;                      // the newest image
+let picture, pictureStamp;        // the newest image
+const recent = new Map();         // what is said of the last images, by their stamps
 let masks = null;                 // the newest outline, and for how many frames it is still shown
 let socket, calls = 0, frames = [], token = location.hash.slice(1);
 
@@ -92,13 +93,16 @@ const shows = {
     const bitmap = await createImageBitmap(new Blob([image.data], {type: 'image/jpeg'}));
     if (picture) picture.close();
     picture = bitmap;
+    pictureStamp = image.header.stamp;
     drawImage();
   },
   '/camera/annotations': (said) => {
     const outline = said.shapes.find((shape) => shape.type === 4);
     if (outline) masks = {outline, left: kMaskStays};
-    drawImage();
+    recent.set(said.shapes[0].stamp, {...said, mask: masks && masks.outline});
+    if (recent.size > kRecent) recent.delete(recent.keys().next().value);
     if (masks && --masks.left <= 0) masks = null;
+    if (said.shapes[0].stamp === pictureStamp) drawImage();
   },
   '/objects': (markers) => {
     const boxes = markers.filter((m) => m.ns === 'objects'), edges = [];
@@ -177,7 +181,7 @@ function drawImage() {
   if (canvas.width !== picture.width || canvas.height !== picture.height) Object.assign(canvas, {width: picture.width, height: picture.height});
   const g = canvas.getContext('2d');
   g.drawImage(picture, 0, 0);
-  const said = last['/camera/annotations'];
+  const said = recent.get(pictureStamp);  // of this image: those of another would lie beside things
   if (!said) return;
   const css = (c) => `rgb(${c.slice(0, 3).map((v) => Math.round(255 * v)).join(' ')})`;
   for (const shape of said.shapes) {
@@ -192,11 +196,11 @@ function drawImage() {
       g.stroke();
     }
   }
-  if (masks && $('show-masks').checked) {
-    g.strokeStyle = css(masks.outline.colour);
+  if (said.mask && $('show-masks').checked) {
+    g.strokeStyle = css(said.mask.colour);
     g.lineWidth = 2;
     g.beginPath();
-    masks.outline.points.forEach((p, i) => i % 2 ? g.lineTo(...p) : g.moveTo(...p));
+    said.mask.points.forEach((p, i) => i % 2 ? g.lineTo(...p) : g.moveTo(...p));
     g.stroke();
   }
   if (!$('show-boxes').checked) return;

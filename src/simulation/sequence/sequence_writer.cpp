@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "image/depth.hpp"
 #include "io/calibration.hpp"
 #include "io/depth_calibration.hpp"
 #include "io/image_file.hpp"

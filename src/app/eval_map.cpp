@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kMovedMargin_m = 0.1;  // around the box of what was moved
+
 // Where the map's frame lies in the truth's.
 Result<SE3> align_map(const MapEvalArguments& a) {
   if (a.trajectory.empty()) return SE3();
@@ -59,16 +61,20 @@ MappedThing mapped_thing(const SceneObject& object, const SE3& T_truth_map) {
   return thing;
 }
 
-// Nothing where the truth or the map tells of no things.
-Result<std::optional<ObjectJudgement>> judge_objects(const fs::path& truth, const SceneInput& scene,
-                                                     const SE3& T_truth_map) {
+// Nothing where the truth tells of no things.
+Result<std::optional<std::vector<TrueThing>>> read_things(const fs::path& truth) {
   std::error_code code;
   const fs::path file = truth / "true_objects.json";
-  if (!scene.has_objects || !fs::exists(file, code)) return std::optional<ObjectJudgement>();
+  if (!fs::exists(file, code)) return std::optional<std::vector<TrueThing>>();
   const auto bytes = read_file(file, std::size_t{64} << 20);
   if (!bytes.ok()) return bytes.error();
-  const auto things = parse_true_objects(*bytes, file.string());
+  auto things = parse_true_objects(*bytes, file.string());
   if (!things.ok()) return things.error();
+  return std::optional(std::move(*things));
+}
+
+ObjectJudgement judge_objects(const std::vector<TrueThing>& things, const SceneInput& scene,
+                              const SE3& T_truth_map) {
   std::vector<FoundObject> standing;
   std::vector<MappedThing> found;
   for (const SceneObject& object : scene.objects) {
@@ -77,8 +83,7 @@ Result<std::optional<ObjectJudgement>> judge_objects(const fs::path& truth, cons
     if (stands_there(object))
       standing.push_back({found.back().class_name, found.back().places.back().box});
   }
-  return std::optional(ObjectJudgement{score_objects(standing, standing_at_end(*things)),
-                                       score_changes(found, *things)});
+  return {score_objects(standing, standing_at_end(things)), score_changes(found, things)};
 }
 
 }  // namespace
@@ -88,27 +93,31 @@ Result<std::string> eval_map(const MapEvalArguments& a) {
   if (!T_truth_map.ok()) return T_truth_map.error();
   auto scene = read_scene_input(a.map);
   if (!scene.ok()) return scene.error();
-  const auto objects = judge_objects(a.truth, *scene, *T_truth_map);
-  if (!objects.ok()) return objects.error();
+  const auto things = read_things(a.truth);
+  if (!things.ok()) return things.error();
+  std::optional<ObjectJudgement> objects;
+  if (*things && scene->has_objects) objects = judge_objects(**things, *scene, *T_truth_map);
   Surface map{{}, std::move(scene->mesh.triangles)};
   for (const SurfacePoint& point : scene->mesh.vertices) {
     map.points.emplace_back((*T_truth_map * point.p_world.cast<double>()).cast<float>());
   }
   if (Status fits = check_area(map, a.map); !fits.ok()) return fits.error();
-  const auto truth = read_surface_truth(a.truth);
+  auto truth = read_surface_truth(a.truth);
   if (!truth.ok()) return truth.error();
+  if (*things && truth->movers)  // what was moved and stands again belongs into a map
+    truth->movers = apart_from(*truth->movers, moved_and_standing(**things), kMovedMargin_m);
   const SurfaceScore score = score_surface(map, *truth);
   if (!a.json) {
     std::string text = format_surface(score, a.map);
-    if (*objects) text += format_objects((*objects)->objects) + format_changes((*objects)->changes);
+    if (objects) text += format_objects(objects->objects) + format_changes(objects->changes);
     return text;
   }
   nlohmann::json json = to_json(score);
   json["map"] = a.map;
   json["objects"] = json["changes"] = nullptr;
-  if (*objects) {
-    json["objects"] = to_json((*objects)->objects);
-    json["changes"] = to_json((*objects)->changes);
+  if (objects) {
+    json["objects"] = to_json(objects->objects);
+    json["changes"] = to_json(objects->changes);
   }
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -1,5 +1,6 @@
 #include "eval/change_score.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -73,6 +74,35 @@ std::vector<TrueObject> standing_at_end(std::span<const TrueThing> things) {
     standing.push_back({thing.class_name, place.box, place.frames, thing.is_group});
   }
   return standing;
+}
+
+std::vector<UprightBox> moved_and_standing(std::span<const TrueThing> things) {
+  const Timestamp end = end_of(things);
+  Timestamp begin = end;
+  for (const TrueThing& thing : things)
+    for (const TruePlace& place : thing.places) begin = std::min(begin, place.from);
+  std::vector<UprightBox> boxes;
+  for (const TrueThing& thing : things) {
+    if (thing.places.empty()) continue;
+    const TruePlace& last = thing.places.back();
+    if (last.until == end && last.from > begin) boxes.push_back(last.box);
+  }
+  return boxes;
+}
+
+std::vector<Eigen::Vector3f> apart_from(std::span<const Eigen::Vector3f> points,
+                                        std::span<const UprightBox> boxes, double margin_m) {
+  const auto is_in_one = [&](const Eigen::Vector3f& p) {
+    return std::any_of(boxes.begin(), boxes.end(), [&](const UprightBox& box) {
+      const Eigen::Vector3d q = Eigen::AngleAxisd(-box.yaw_rad, Eigen::Vector3d::UnitZ()) *
+                                (p.cast<double>() - box.centre_m);
+      return (q.array().abs() < box.size_m.array() / 2 + margin_m).all();
+    });
+  };
+  std::vector<Eigen::Vector3f> apart;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(apart),
+               [&](const Eigen::Vector3f& p) { return !is_in_one(p); });
+  return apart;
 }
 
 ChangeScore score_changes(std::span<const MappedThing> found, std::span<const TrueThing> truth,

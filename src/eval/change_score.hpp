@@ -28,6 +28,14 @@ struct TrueThing {
 /// Those that stand still at the end.
 [[nodiscard]] std::vector<TrueObject> standing_at_end(std::span<const TrueThing> things);
 
+/// The boxes of those that came to where they stand at the end.
+[[nodiscard]] std::vector<UprightBox> moved_and_standing(std::span<const TrueThing> things);
+
+/// The points that lie in none of the boxes, nor so near.
+[[nodiscard]] std::vector<Eigen::Vector3f> apart_from(std::span<const Eigen::Vector3f> points,
+                                                      std::span<const UprightBox> boxes,
+                                                      double margin_m);
+
 struct MappedPlace {
   UprightBox box;
   std::optional<Timestamp> known;        ///< when it was sure that the thing stands there

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 namespace ygslam {
 namespace {
 
@@ -63,6 +65,20 @@ TEST(ChangeScore, StandingAtTheEndAreTheLastPlaces) {
   ASSERT_EQ(standing.size(), 3U);
   EXPECT_EQ(standing[0].box.centre_m.x(), 2);
   EXPECT_TRUE(standing[2].is_group);
+}
+
+TEST(ChangeScore, WhatCameToItsPlaceIsNoGhostThere) {
+  const auto boxes = moved_and_standing(truth());
+  ASSERT_EQ(boxes.size(), 1U);  // the chair; its old place and what never moved are none
+  EXPECT_EQ(boxes[0].centre_m.x(), 2);
+  UprightBox turned = box(2);
+  turned.size_m = {2, 0.2, 1};
+  turned.yaw_rad = std::numbers::pi / 2;
+  const std::vector<Eigen::Vector3f> points{
+      {2, 0.9F, 0}, {2.9F, 0, 0}, {2, 1.05F, 0}, {2, 1.2F, 0}};
+  const auto apart = apart_from(points, std::vector{turned}, 0.1);
+  EXPECT_EQ(apart, (std::vector{points[1], points[3]}));
+  EXPECT_EQ(apart_from(points, {}, 0.1), points);
 }
 
 }  // namespace

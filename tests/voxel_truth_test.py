@@ -3,6 +3,7 @@ pandas, pycocotools and matplotlib.
 
     python tests/voxel_truth_test.py
 """
+import json
 import pathlib
 import sys
 import unittest
@@ -11,6 +12,7 @@ import cv2
 import matplotlib.path
 import numpy as np
 import pandas
+import plyfile
 import pycocotools.mask
 from PIL import Image
 from scipy.spatial.transform import Rotation
@@ -79,17 +81,22 @@ class TruthAsMap(CliTest):
     @classmethod
     def setUpClass(cls):
         cls.frames = vt.Frames(sequence())
-        cls.cells, cls.movers, cls.fixed = vt.true_cells(cls.frames)
-        cls.names = sorted(set(cls.cells.names) - {""})
+        cls.cells, cls.small, cls.movers, cls.fixed = vt.true_cells(cls.frames)
+        cls.names = sorted(set(cls.small.names) - {""})
 
-    def write(self, points, names, shades=None):
+    def write(self, points, called=None, shades=None):
         """As the run would have written it whose world lies at (TURN, SHIFT) in the truth's."""
         local = TURN.inv().apply(points - SHIFT)
-        ids = {name: i for i, name in enumerate(self.names)} | {"": 255}
         cell_m = 0.001  # so that points keep their places
         np.savez(self.folder / "voxels.npz", cell_m=cell_m, index=np.floor(local / cell_m).astype(np.int32),
-                 state=np.full(len(points), 2, np.uint8), label=np.array([ids[n] for n in names], np.uint16),
-                 label_ids=np.arange(len(self.names)), label_names=np.array(self.names))
+                 state=np.full(len(points), 2, np.uint8))
+        ids = {name: i for i, name in enumerate(self.names)} | {"": 255}
+        vertices = np.zeros(len(self.small.mean), [("x", "f4"), ("y", "f4"), ("z", "f4"), ("label", "u2")])
+        vertices["x"], vertices["y"], vertices["z"] = TURN.inv().apply(self.small.mean - SHIFT).T
+        vertices["label"] = [ids[name] for name in (self.small.names if called is None else called)]
+        plyfile.PlyData([plyfile.PlyElement.describe(vertices, "vertex")]).write(self.folder / "mesh.ply")
+        (self.folder / "labels.json").write_text(json.dumps(
+            {"labels": [{"label": i, "name": name} for i, name in enumerate(self.names)]}))
         lines = []
         for line in (sequence() / "groundtruth.txt").read_text().splitlines():
             if line[0] == "#":
@@ -122,7 +129,7 @@ class TruthAsMap(CliTest):
         return vt.measure(self.folder, sequence(), self.folder / "trajectory.txt", sequence() / "things")
 
     def test_the_truth_is_right_in_everything(self):
-        self.write(self.cells.mean, self.cells.names)
+        self.write(self.cells.mean)
         found = self.measure()
         self.assertEqual((found["kept"], found["gone"]), (1, 1))
         self.assertGreater(found["mover_cells"], 300)
@@ -136,7 +143,7 @@ class TruthAsMap(CliTest):
         left = self.cells.mean[:, 0] < np.median(self.cells.mean[:, 0])
         movers = vt.means(self.movers)
         points = np.concatenate([self.cells.mean[left], movers])
-        self.write(points, np.concatenate([self.cells.names[left], np.full(len(movers), "")]))
+        self.write(points)
         found = self.measure()
         often = self.cells.views >= vt.LEAST_VIEWS
         near = np.array([np.min(np.sum((points - p) ** 2, 1)) <= vt.WITHIN_M ** 2
@@ -148,24 +155,24 @@ class TruthAsMap(CliTest):
         self.assertGreater(found["plan"]["false_occupied"], 0)
 
     def test_wrong_names_count(self):
-        called = np.where(self.cells.names == "tv", "floor", self.cells.names)
+        called = np.where(self.small.names == "tv", "floor", self.small.names)
         self.write(self.cells.mean, called)
         found = self.measure()
         self.assertEqual(found["iou"]["tv"], 0)
-        often = self.cells.views >= vt.LEAST_VIEWS
-        floor, tv = (np.sum((self.cells.names == n) & often) for n in ("floor", "tv"))
+        often = self.small.views >= vt.LEAST_VIEWS
+        floor, tv = (np.sum((self.small.names == n) & often) for n in ("floor", "tv"))
         self.assertAlmostEqual(found["iou"]["floor"], floor / (floor + tv), delta=0.01)
 
     def test_all_free_is_free_where_nothing_was_seen_and_in_obstacles(self):
-        self.write(self.cells.mean, self.cells.names)
+        self.write(self.cells.mean)
         shape = np.asarray(Image.open(self.folder / "grid.pgm")).shape
-        self.write(self.cells.mean, self.cells.names, np.full(shape, 254, np.uint8))
+        self.write(self.cells.mean, None, np.full(shape, 254, np.uint8))
         plan = self.measure()["plan"]
         self.assertEqual(plan["obstacles_found"], 0)
         self.assertGreater(plan["unknown_free"], 0.3)
         self.assertLess(plan["unknown_free"], 0.99)
         self.assertGreater(plan["free_obstacle"], 0)
-        self.write(self.cells.mean, self.cells.names, np.full(shape, 205, np.uint8))
+        self.write(self.cells.mean, None, np.full(shape, 205, np.uint8))
         self.assertEqual(self.measure()["plan"]["free_pixels"], 0)
 
 

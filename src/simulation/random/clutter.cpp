@@ -61,6 +61,28 @@ Mesh made_thing(MaterialLibrary& materials, Rng& rng) {
   return *make_furniture(kind, static_cast<int>(rng.below(40)), size_m, materials);
 }
 
+/// Two or three upright shapes on each other, as tall as a head and a chest: kettles, coffee
+/// makers, machines.
+Mesh appliance(MaterialLibrary& materials, Rng& rng) {
+  Mesh mesh;
+  const int pieces = 2 + static_cast<int>(rng.below(2));
+  float top = 0;
+  for (int i = 0; i < pieces; ++i) {
+    const MaterialId material = random_material(materials, rng);
+    const float height = uniform(rng, 0.06, 0.25);
+    const Vec3f foot(uniform(rng, -0.04, 0.04), uniform(rng, -0.04, 0.04), top);
+    const Vec3f half(uniform(rng, 0.06, 0.2), uniform(rng, 0.06, 0.16), 0);
+    if (rng.uniform() < 0.5) {
+      add_box(mesh, foot - half, foot + half + Vec3f(0, 0, height), material);
+    } else {
+      add_cylinder(mesh, foot, foot + Vec3f(0, 0, height), half.x(),
+                   half.x() * uniform(rng, 0.5, 1.1), 14, material);
+    }
+    top += height;
+  }
+  return mesh;
+}
+
 Mesh small_thing(MaterialLibrary& materials, Rng& rng) {
   const double what = rng.uniform();
   if (what < 0.45) return made_thing(materials, rng);
@@ -103,6 +125,22 @@ Mesh random_clutter(const Vec2& size_m, MaterialLibrary& materials, Rng& rng) {
     const double yaw_rad = rng.uniform(-std::numbers::pi, std::numbers::pi);
     append(mesh, small_thing(materials, rng), SE3(so3_exp(Vec3(0, 0, yaw_rad)), Vec3(x, y, z)));
   }
+  // What stands up and hides who is behind it, or looks like somebody's upper half.
+  const auto at = [&] {
+    return Vec3(rng.uniform(-0.4, 0.4) * size_m.x(), rng.uniform(-0.4, 0.4) * size_m.y(), 0);
+  };
+  const auto facing = [&](double yaw_rad) { return SE3(so3_exp(Vec3(0, 0, yaw_rad)), at()); };
+  const int monitors = rng.uniform() < 0.35 ? 1 + static_cast<int>(rng.below(3)) : 0;
+  const double towards_rad = rng.uniform(-std::numbers::pi, std::numbers::pi);
+  for (int i = 0; i < monitors; ++i) {
+    const Vec3f screen_m(uniform(rng, 0.4, 0.75), 0.05F, uniform(rng, 0.25, 0.45));
+    append(mesh, *make_furniture("monitor", static_cast<int>(rng.below(40)), screen_m, materials),
+           facing(towards_rad + rng.normal(0, 0.3)));
+  }
+  const int machines = rng.uniform() < 0.35 ? 1 + static_cast<int>(rng.below(3)) : 0;
+  for (int i = 0; i < machines; ++i)
+    append(mesh, appliance(materials, rng),
+           facing(rng.uniform(-std::numbers::pi, std::numbers::pi)));
   return mesh;
 }
 

@@ -140,12 +140,14 @@ void RandomRoom::stand(const std::string& kind, const Vec3f& s) {
 }
 
 void RandomRoom::add_inside() {
-  static const std::array<std::string, 8> kinds = {"chair",  "office_chair", "desk", "plant",
-                                                   "carton", "block",        "bin",  "column"};
+  static const std::array<std::string, 10> kinds = {"chair",  "office_chair", "chair", "desk",
+                                                    "plant",  "carton",       "block", "bin",
+                                                    "column", "partition"};
   const std::string& kind = one_of(kinds, rng_);
   std::optional<Vec3f> s;
   if (kind == "block" || kind == "carton") s = size(0.2, 0.9, 0.2, 0.9, 0.2, 1.2);
   if (kind == "plant") s = size(0.4, 0.9, 0.4, 0.9, 0.5, 1.9);
+  if (kind == "partition") s = size(0.8, 2, 0.04, 0.08, 1, 1.7);
   if (kind == "column") s = size(0.15, 0.5, 0.15, 0.5, 1.4, 2.2);
   const Vec2 at = somewhere();
   put(kind, {at.x(), at.y(), 0}, uniform(0, 360), s);

@@ -57,29 +57,37 @@ Shot draw_camera(RandomRoom& place, Rng& rng) {
   return shot;
 }
 
-/// Behind a table and what lies on it, as seen from the camera, and mostly turned towards it.
-SE3 behind_clutter(const Shot& shot, const RandomRoom& place, double lift_m, Rng& rng) {
+/// Behind a table and what lies on it, as seen from the camera, or before it, and mostly turned
+/// towards it.
+SE3 at_clutter(const Shot& shot, const RandomRoom& place, double behind_m, double lift_m,
+               Rng& rng) {
   const auto& all = place.cluttered_world();
   const Vec2 table = all[rng.below(static_cast<std::uint32_t>(all.size()))].head<2>();
   const Vec2 ahead = (table - shot.T_world_camera.t().head<2>()).normalized();
   const Vec2 aside(-ahead.y(), ahead.x());
-  const Vec2 at = table + rng.uniform(0.3, 1.2) * ahead + rng.normal(0, 0.4) * aside;
+  const Vec2 at = table + behind_m * ahead + rng.normal(0, 0.4) * aside;
   const Vec2 inside =
       at.cwiseMax(place.room().low + Vec2(0.2, 0.2)).cwiseMin(place.room().high - Vec2(0.2, 0.2));
-  const double yaw = std::atan2(-ahead.y(), -ahead.x()) + rng.normal(0, 0.9);
+  const Vec2 towards = behind_m > 0 ? Vec2(-ahead) : ahead;
+  const double yaw = std::atan2(towards.y(), towards.x()) + rng.normal(0, 0.9);
   return {so3_exp(Vec3(0, 0, yaw)), Vec3(inside.x(), inside.y(), lift_m)};
 }
 
 /// Where a person is in a shot: mostly in the view, near ones often.
 SE3 draw_place(const Shot& shot, RandomRoom& place, double radius_m, double lift_m, Rng& rng) {
-  if (rng.uniform() < 0.3) return behind_clutter(shot, place, lift_m, rng);
+  const double what = rng.uniform();
+  if (what < 0.3) return at_clutter(shot, place, rng.uniform(0.3, 1.2), lift_m, rng);
+  if (what < 0.42) return at_clutter(shot, place, rng.uniform(-0.8, -0.25), lift_m, rng);
+  const bool close = what < 0.52;  // so near that depth has holes where they are
+  if (what < 0.65) radius_m = 0;   // leaning on things and walls
   const Vec3& eye = shot.T_world_camera.t();
   const Vec3 gaze = shot.T_world_camera.R().col(2);
   const double ahead = std::atan2(gaze.y(), gaze.x());
   Vec2 at = place.somewhere();
   for (int i = 0; i < 25; ++i) {
     const double azimuth = ahead + rng.uniform(-38, 38) * kRad;
-    const double distance_m = std::exp(rng.uniform(std::log(0.6), std::log(7)));
+    const double distance_m =
+        close ? rng.uniform(0.25, 0.7) : std::exp(rng.uniform(std::log(0.6), std::log(7)));
     at = eye.head<2>() + distance_m * Vec2(std::cos(azimuth), std::sin(azimuth));
     if (place.is_free(at, i < 12 ? radius_m : 0.5 * radius_m)) break;
     at = place.somewhere();
@@ -97,6 +105,15 @@ int number_of_people(Rng& rng) {
 }
 
 constexpr double kOutOfSight_m = -60;
+
+/// An empty chair that hides a part of somebody.
+SE3 chair_before(const Shot& shot, const SE3& T_world_floor, Rng& rng) {
+  const Vec2 at = T_world_floor.t().head<2>();
+  const Vec2 nearer = (shot.T_world_camera.t().head<2>() - at).normalized();
+  const Vec2 aside(-nearer.y(), nearer.x());
+  const Vec2 chair = at + rng.uniform(0.35, 0.8) * nearer + rng.normal(0, 0.25) * aside;
+  return placed({chair.x(), chair.y(), 0}, rng.uniform(0, 360));
+}
 
 /// One person in all shots, and the chair below where there is one.
 struct Part {
@@ -120,7 +137,12 @@ Part draw_part(const RandomFigure& figure, const std::vector<Shot>& shots,
     if (!present[i]) T_world_floor = nowhere;
     part.poses.push_back(random_pose(figure.model, shape, posture, T_world_floor, seat_m, rng));
     const SE3 T_floor_chair = placed(Vec3::Zero(), 90);  // furniture faces -y, people face +x
-    part.T_world_chair.push_back(chair ? T_world_floor * T_floor_chair : nowhere);
+    const bool empty = !chair && present[i] && rng.uniform() < 0.3;
+    if (empty) {
+      part.T_world_chair.push_back(chair_before(shots[i], T_world_floor, rng));
+    } else {
+      part.T_world_chair.push_back(chair ? T_world_floor * T_floor_chair : nowhere);
+    }
   }
   return part;
 }

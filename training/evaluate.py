@@ -6,8 +6,7 @@
 SEQUENCE: a folder in TUM layout. The truth is its mask/ (not 0 = somebody, as far as instances.json says
 so), or hand-drawn polygons for the frames that have some, or nobody with --nobody. Prints per sequence
 the overlap (IoU) of the pixels of all frames together and the mean over frames with people, recall and
-precision of pixels, and the share of the image wrongly called a person: with colour and depth, with
-depth alone, with colour alone.
+precision of pixels, and the share of the image wrongly called a person.
 """
 import argparse
 import json
@@ -78,34 +77,34 @@ def main():
     network = core.compile_model(str(a.model), "CPU", {"INFERENCE_NUM_THREADS": 1})
     for folder in a.sequences:
         fx, fy, cx, cy, depth_scale = camera_of(folder)
-        counts = {}
+        rows = []
         for colour, depth in pairs_of(folder)[::a.every]:
             image = Image.open(folder / colour).convert("RGB")
             truth = truth_of(folder, colour, image.size, polygons, a.nobody)
             if truth is None:
                 continue
             depth_m = np.asarray(Image.open(folder / depth)).astype(np.float32) / np.float32(depth_scale)
-            rgb, z, *grid = prepare.reduced(np.asarray(image), depth_m, fx, fy, cx, cy)
-            for name, c, d in (("both", rgb, z), ("depth", np.full_like(rgb, 127.5), z), ("colour", rgb, 0 * z)):
-                found = finely(network([prepare.channels(c, d, *grid)[None]])[0][0, 0], image.size) > 0
-                both, either = (found & truth).sum(), (found | truth).sum()
-                counts.setdefault(name, []).append((both, either, found.sum(), truth.sum(), truth.size))
-                if a.pictures and name == "both":
-                    a.pictures.mkdir(parents=True, exist_ok=True)
-                    shown = np.asarray(image).copy()
-                    shown[found & truth] = shown[found & truth] // 2 + np.array([0, 110, 0], np.uint8)
-                    shown[found & ~truth] = shown[found & ~truth] // 2 + np.array([120, 0, 0], np.uint8)
-                    shown[~found & truth] = shown[~found & truth] // 2 + np.array([0, 0, 120], np.uint8)
-                    Image.fromarray(shown).save(a.pictures / (Path(colour).stem + ".jpg"))
-        for name, rows in counts.items():
-            both, either, found, true, pixels = np.array(rows, float).T
-            false = (found - both) / pixels
-            with_people = true > 0.005 * pixels
-            mean = np.mean(both[with_people] / either[with_people]) if with_people.any() else float("nan")
-            print(f"{folder.name:32s} {name:7s} frames {len(rows):4d}  IoU {both.sum() / max(1, either.sum()):.3f}"
-                  f"  mean {mean:.3f}  recall {both.sum() / max(1, true.sum()):.3f}"
-                  f"  precision {both.sum() / max(1, found.sum()):.3f}"
-                  f"  false area {100 * false.mean():.2f} %, worst {100 * false.max():.1f} %")
+            z, *grid = prepare.reduced(depth_m, fx, fy, cx, cy)
+            found = finely(network([prepare.channels(z, *grid)[None]])[0][0, 0], image.size) > 0
+            both, either = (found & truth).sum(), (found | truth).sum()
+            rows.append((both, either, found.sum(), truth.sum(), truth.size))
+            if a.pictures:
+                a.pictures.mkdir(parents=True, exist_ok=True)
+                shown = np.asarray(image).copy()
+                shown[found & truth] = shown[found & truth] // 2 + np.array([0, 110, 0], np.uint8)
+                shown[found & ~truth] = shown[found & ~truth] // 2 + np.array([120, 0, 0], np.uint8)
+                shown[~found & truth] = shown[~found & truth] // 2 + np.array([0, 0, 120], np.uint8)
+                Image.fromarray(shown).save(a.pictures / (Path(colour).stem + ".jpg"))
+        if not rows:
+            raise SystemExit(f"{folder}: no frame with truth")
+        both, either, found, true, pixels = np.array(rows, float).T
+        false = (found - both) / pixels
+        with_people = true > 0.005 * pixels
+        mean = np.mean(both[with_people] / either[with_people]) if with_people.any() else float("nan")
+        print(f"{folder.name:32s} frames {len(rows):4d}  IoU {both.sum() / max(1, either.sum()):.3f}"
+              f"  mean {mean:.3f}  recall {both.sum() / max(1, true.sum()):.3f}"
+              f"  precision {both.sum() / max(1, found.sum()):.3f}"
+              f"  false area {100 * false.mean():.2f} %, worst {100 * false.max():.1f} %")
 
 
 if __name__ == "__main__":

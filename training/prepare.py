@@ -1,8 +1,8 @@
-"""What the network is shown of an RGB-D frame; held to training/prepared.json by a test."""
+"""What the network is shown of a depth image; held to training/prepared.json by a test."""
 import numpy as np
 
 WIDTH, HEIGHT = 160, 120  # of the network's input [cells]
-CHANNELS = 8  # red, green, blue; size of a cell; measured; normal x, y, z
+CHANNELS = 5  # size of a cell; measured; normal x, y, z
 SAME_SURFACE = 0.05  # of the depth: what lies no farther behind the nearest counts as its surface
 STEEPEST = 0.06  # of the depth: the most that neighbours of a cell may differ for a normal
 LOG_MIDDLE = 4.4  # -log of a usual size of a cell [m]
@@ -18,15 +18,14 @@ def block_surface(depth_m):
     return np.where(measured.sum(axis=0) * 4 >= len(depth_m), mean, 0).astype(np.float32)
 
 
-def channels(rgb, depth_m, fx, fy, cx, cy):
-    """rgb: HEIGHT x WIDTH x 3, 0..255; depth_m: HEIGHT x WIDTH; the camera of this grid [cells].
-    Returns CHANNELS x HEIGHT x WIDTH, float32."""
+def channels(depth_m, fx, fy, cx, cy):
+    """depth_m: HEIGHT x WIDTH [m], 0 = none; the camera of this grid [cells]. Returns CHANNELS x
+    HEIGHT x WIDTH, float32."""
     out = np.zeros((CHANNELS, *depth_m.shape), np.float32)
-    out[:3] = np.moveaxis(rgb, -1, 0) / np.float32(127.5) - 1
     z = depth_m.astype(np.float32)
     valid = z > 0
-    out[3][valid] = np.log(z[valid] / np.float32(fx)) + np.float32(LOG_MIDDLE)
-    out[4] = valid
+    out[0][valid] = np.log(z[valid] / np.float32(fx)) + np.float32(LOG_MIDDLE)
+    out[1] = valid
     h, w = z.shape
     u = (np.arange(w, dtype=np.float32) - np.float32(cx)) / np.float32(fx)
     v = (np.arange(h, dtype=np.float32)[:, None] - np.float32(cy)) / np.float32(fy)
@@ -39,27 +38,24 @@ def channels(rgb, depth_m, fx, fy, cx, cy):
     middle = z[1:-1, 1:-1]
     sound = (valid[1:-1, 1:-1] & valid[1:-1, 2:] & valid[1:-1, :-2] & valid[2:, 1:-1] & valid[:-2, 1:-1]
              & (np.abs(a[2]) < STEEPEST * middle) & (np.abs(b[2]) < STEEPEST * middle) & (length > 0))
-    out[5:, 1:-1, 1:-1] = np.where(sound, n / np.maximum(length, 1e-12), 0)
+    out[2:, 1:-1, 1:-1] = np.where(sound, n / np.maximum(length, 1e-12), 0)
     return out
 
 
-def blocks(image, depth_m, step):
-    """Colour and depth of blocks of step x step pixels."""
-    at = [(i, j) for i in range(step) for j in range(step)]
-    rgb = sum(image[i::step, j::step].astype(np.float32) for i, j in at) / np.float32(len(at))
-    z = block_surface(np.stack([depth_m[i::step, j::step].ravel() for i, j in at]))
-    return rgb, z.reshape(rgb.shape[:2])
+def blocks(depth_m, step):
+    """Depth of blocks of step x step pixels."""
+    samples = [depth_m[i::step, j::step] for i in range(step) for j in range(step)]
+    return block_surface(np.stack([part.ravel() for part in samples])).reshape(samples[0].shape)
 
 
-def reduced(image, depth_m, fx, fy, cx, cy):
-    """A frame of any size on the network's grid: rgb, depth_m, and the camera of the grid. Cells
-    outside the image are black and not measured."""
+def reduced(depth_m, fx, fy, cx, cy):
+    """A depth image of any size on the network's grid, and the camera of the grid. Cells outside the
+    image are not measured."""
     h, w = depth_m.shape
     scale = max(1.0, w / WIDTH, h / HEIGHT)
     camera = fx / scale, fy / scale, (cx + 0.5) / scale - 0.5, (cy + 0.5) / scale - 0.5
     if scale == int(scale) and (h, w) == (scale * HEIGHT, scale * WIDTH):
-        return *blocks(image, depth_m, int(scale)), *camera
-    rgb = np.zeros((HEIGHT, WIDTH, 3), np.float32)
+        return blocks(depth_m, int(scale)), *camera
     depth = np.zeros((HEIGHT, WIDTH), np.float32)
     for row in range(HEIGHT):
         v0, v1 = int(row * scale), int((row + 1) * scale)
@@ -69,11 +65,10 @@ def reduced(image, depth_m, fx, fy, cx, cy):
             u0, u1 = int(column * scale), int((column + 1) * scale)
             if u1 > w:
                 break
-            rgb[row, column] = image[v0:v1, u0:u1].reshape(-1, 3).mean(axis=0)
             depth[row, column] = block_surface(depth_m[v0:v1, u0:u1].reshape(-1, 1))[0]
-    return rgb, depth, *camera
+    return depth, *camera
 
 
-def prepared(image, depth_m, fx, fy, cx, cy):
-    """The network's input for a frame: image H x W x 3, 0..255; depth_m H x W [m], 0 = none."""
-    return channels(*reduced(image, depth_m, fx, fy, cx, cy))
+def prepared(depth_m, fx, fy, cx, cy):
+    """The network's input for a depth image, H x W [m], 0 = none."""
+    return channels(*reduced(depth_m, fx, fy, cx, cy))

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Trains the people network on frames of `ygslam simulate --random`, from nothing or from a checkpoint.
 
-    training/train.py --frames DIR [DIR ...] --validation DIR --out DIR [--samples N]
+    training/train.py --frames DIR [DIR ...] --validation DIR --out DIR [--samples N] [--start ONNX]
 
+--start takes over the weights of an ONNX file that export.py wrote, as far as the network has them.
 Writes OUT/checkpoint.pt every ten minutes, at the end and when told to stop (SIGINT, SIGTERM), and a
 line of OUT/log.jsonl every --log-steps. Called again it goes on from the checkpoint; --samples and the
 frames may have grown meanwhile.
@@ -21,6 +22,7 @@ from torch.nn import functional as F
 
 import frames as frames_module
 from network import WIDTHS, PeopleNet
+from start import take_over
 
 CHECKPOINT_S = 600
 EMA = 0.998
@@ -91,6 +93,7 @@ def main():
     parser.add_argument("--widths", type=int, nargs=4, default=WIDTHS, help="channels at 1/2, 1/4, 1/8, 1/16")
     parser.add_argument("--batch", type=int, default=16)
     parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--start", type=Path, help="ONNX file whose weights are the first ones")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=max(1, (os.cpu_count() or 2) - 1))
     parser.add_argument("--log-steps", type=int, default=400)
@@ -99,8 +102,8 @@ def main():
     torch.manual_seed(a.seed)
     torch.set_num_threads(a.threads)
     a.out.mkdir(parents=True, exist_ok=True)
-    frames = [frames_module.reduced_frames(folder) for folder in a.frames]
-    held_out = frames_module.reduced_frames(a.validation)[:a.validation_frames]
+    frames = [frames_module.read_frames(folder) for folder in a.frames]
+    held_out = frames_module.read_frames(a.validation)[:a.validation_frames]
     checkpoint = a.out / "checkpoint.pt"
     state = torch.load(checkpoint, weights_only=True) if checkpoint.exists() else None
     widths = tuple(state["widths"] if state else a.widths)
@@ -110,6 +113,11 @@ def main():
         net.load_state_dict(state["net"])
         optimiser.load_state_dict(state["optimiser"])
         step, ema, seconds = state["step"], state["ema"], state["seconds"]
+    elif a.start:
+        rng = np.random.default_rng(a.seed)
+        several = [frames_module.sample(f, rng)[0] for f in frames[0][:200]]
+        take_over(net, a.start, torch.from_numpy(np.stack(several)))
+    net = net.to(memory_format=torch.channels_last)
     print(f"{sum(map(len, frames))} frames, {sum(p.numel() for p in net.parameters())} weights, "
           f"from step {step}", file=sys.stderr)
 
@@ -127,6 +135,7 @@ def main():
     indices = range(step * a.batch, a.samples // a.batch * a.batch)
     loader = torch.utils.data.DataLoader(Samples(frames, a.seed, a.coarse // a.batch * a.batch), batch_size=a.batch, sampler=indices,
                                          drop_last=True)
+    has_bf16 = torch.backends.cpu.get_cpu_capability() == "AVX512" and bool(torch.cpu._is_avx512_bf16_supported())
     begin = saved = time.monotonic()
     losses = []
     for x, target in loader:
@@ -134,7 +143,9 @@ def main():
         for group in optimiser.param_groups:
             group["lr"] = rate(step * a.batch, a.samples, a.rate)
         optimiser.zero_grad(set_to_none=True)
-        loss = loss_of(net(x), target)
+        with torch.autocast("cpu", torch.bfloat16, enabled=has_bf16):
+            logits = net(x.contiguous(memory_format=torch.channels_last))
+        loss = loss_of(logits.float(), target)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
         optimiser.step()

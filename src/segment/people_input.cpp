@@ -102,8 +102,8 @@ void PeopleInput::write_depth(float* planes) const {
   const float* z = depth_m_.data();
   for (int i = 0; i < kPeopleCells; ++i) {
     if (z[i] <= 0) continue;
-    planes[3 * kPeopleCells + i] = std::log(z[i] / fx_) + kLogMiddle;
-    planes[4 * kPeopleCells + i] = 1.0F;
+    planes[i] = std::log(z[i] / fx_) + kLogMiddle;
+    planes[kPeopleCells + i] = 1.0F;
   }
 }
 
@@ -111,7 +111,7 @@ void PeopleInput::write_normals(int row, float* planes) const {
   const float* middle = depth_m_.row(row);
   const float* above = depth_m_.row(row - 1);
   const float* below = depth_m_.row(row + 1);
-  float* out = planes + 5 * kPeopleCells + row * kPeopleColumns;
+  float* out = planes + 2 * kPeopleCells + row * kPeopleColumns;
   for (int u = 1; u + 1 < kPeopleColumns; ++u) {
     const float left = middle[u - 1];
     const float right = middle[u + 1];

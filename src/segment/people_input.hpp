@@ -1,6 +1,5 @@
-// What the people network is shown of a frame: the depth of training/prepare.py once more, held to
-// the same answers (training/prepared.json). Colour is left out, as in three of ten of its training
-// samples: on recordings depth alone finds more (docs/model-card.md).
+// What the people network is shown of a frame's depth: training/prepare.py once more, held to the
+// same answers (training/prepared.json).
 #pragma once
 
 #include <vector>
@@ -12,8 +11,8 @@ namespace ygslam {
 
 inline constexpr int kPeopleColumns = 160, kPeopleRows = 120;  ///< of the network's grid [cells]
 inline constexpr int kPeopleCells = kPeopleColumns * kPeopleRows;
-/// Red, green, blue (0: unknown); size of a cell; measured; normal x, y, z.
-inline constexpr int kPeopleChannels = 8;
+/// Size of a cell; measured; normal x, y, z.
+inline constexpr int kPeopleChannels = 5;
 
 /// Where an image lies on the grid: its upper left corner on the grid's, as large as it fits in,
 /// never enlarged.

@@ -28,7 +28,7 @@ struct TestNetwork {
 
 /// The bytes of a people network as ONNX: its logit is `weight` times the channel that
 /// says whether a cell was measured, so there are people where the image has depth.
-[[nodiscard]] std::string people_onnx(float weight = 4, int channels = 8);
+[[nodiscard]] std::string people_onnx(float weight = 4, int channels = 5);
 
 /// Writes `network` as OpenVINO IR: `file` (.xml) and the weights beside it.
 void write_network(const std::shared_ptr<ov::Model>& network, const std::filesystem::path& file);

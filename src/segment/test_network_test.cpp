@@ -59,7 +59,7 @@ std::string onnx_value(const std::string& name, const std::vector<int>& shape) {
 }  // namespace
 
 std::string people_onnx(float weight, int channels) {
-  constexpr int kMeasured = 4;
+  constexpr int kMeasured = 1;
   std::vector<float> weights(static_cast<std::size_t>(channels), 0.0F);
   weights[std::min(kMeasured, channels - 1)] = weight;
   std::string raw(weights.size() * sizeof(float), '\0');

@@ -25,7 +25,7 @@ from network import WIDTHS, PeopleNet
 from start import take_over
 
 CHECKPOINT_S = 600
-EMA = 0.998
+EMA = 0.995
 
 
 class Samples(torch.utils.data.Dataset):

@@ -13,10 +13,25 @@ constexpr float kGap_m = 0.15F;  // an arm before the body is of it, whoever wal
 constexpr int kLeastCells = 16;
 constexpr std::size_t kMostInstances = 255;  // ids are bytes, 0 = none
 
+constexpr float kHeadAndShoulders_m2 = 0.15F;  // facing the camera: so much is surely a body
+
 struct Part {
   int cells = 0;
   float score_sum = 0;
+  int measured = 0;  ///< cells with depth
+  float depth2_sum_m2 = 0;
 };
+
+/// A hand or a foot alone is no body: what is smaller counts for less, so that it continues an
+/// object but begins none.
+float score_of(const Part& part, float focal_cells) {
+  const auto cells = static_cast<float>(part.cells);
+  const float score = part.score_sum / cells;
+  if (part.measured == 0) return score;
+  const float cell_m2 =
+      part.depth2_sum_m2 / static_cast<float>(part.measured) / (focal_cells * focal_cells);
+  return score * std::min(1.0F, cells * cell_m2 / kHeadAndShoulders_m2);
+}
 
 /// The cells that show somebody, parted where depth jumps.
 class Parts {
@@ -56,6 +71,9 @@ class Parts {
     part_of_[cell] = part;
     parts_[part].cells += 1;
     parts_[part].score_sum += 1.0F / (1.0F + std::exp(-logits_[cell]));
+    const float depth_m = cells_m_.data()[cell];
+    parts_[part].measured += depth_m > 0 ? 1 : 0;
+    parts_[part].depth2_sum_m2 += depth_m * depth_m;
     waiting_.push_back(cell);
   }
 
@@ -196,15 +214,15 @@ void drop_unseen(DecodedPeople& people) {
 }  // namespace
 
 DecodedPeople decode_people(std::span<const float> logits, const DepthImage& cells_m,
-                            const PeopleGrid& grid, int image_width, int image_height) {
+                            const PeopleGrid& grid, float focal_cells, int image_width,
+                            int image_height) {
   DecodedPeople people{{}, GreyImage(image_width, image_height)};
   std::vector<Part> parts;
   const std::vector<std::uint8_t> numbers = Parts(logits, cells_m, grid).numbers(parts);
   if (parts.empty()) return people;
   const auto width = static_cast<float>(image_width);
   for (const Part& part : parts)
-    people.instances.push_back(
-        {0, part.score_sum / static_cast<float>(part.cells), width, -1, 0, 0});
+    people.instances.push_back({0, score_of(part, focal_cells), width, -1, 0, 0});
   paint(logits, with_rim(numbers, logits, grid), grid, people);
   drop_unseen(people);
   return people;

@@ -16,9 +16,11 @@ struct DecodedPeople {
 
 /// A cell shows somebody where its logit is positive. Cells side by side are of one person where
 /// their depths differ by less than 15 cm or one of them has none.
+/// The score is the mean probability, less for what shows too little of a body to be one.
 /// @param logits kPeopleRows x kPeopleColumns, finite. @param cells_m depth of the cells.
+/// @param focal_cells of the camera of the grid.
 [[nodiscard]] DecodedPeople decode_people(std::span<const float> logits, const DepthImage& cells_m,
-                                          const PeopleGrid& grid, int image_width,
-                                          int image_height);
+                                          const PeopleGrid& grid, float focal_cells,
+                                          int image_width, int image_height);
 
 }  // namespace ygslam

@@ -31,6 +31,7 @@ class PeopleInput {
   void fill(const DepthImage& depth_m, float* planes);
 
   [[nodiscard]] const PeopleGrid& grid() const { return grid_; }
+  [[nodiscard]] float focal_cells() const { return fx_; }
   /// Of the cells of the frame that was filled in last: the nearest surface of each [m], 0 = none.
   [[nodiscard]] const DepthImage& depth_m() const { return depth_m_; }
 

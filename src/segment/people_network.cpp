@@ -36,8 +36,8 @@ class PeopleSegmenter final : public Segmenter {
                              std::size_t{kPeopleCells});
       if (!std::all_of(logits.begin(), logits.end(), [](float x) { return std::isfinite(x); }))
         return Error{ErrorKind::kModel, name + ": the network's output makes no sense"};
-      DecodedPeople people =
-          decode_people(logits, input_.depth_m(), input_.grid(), width_, height_);
+      DecodedPeople people = decode_people(logits, input_.depth_m(), input_.grid(),
+                                           input_.focal_cells(), width_, height_);
       return Segmentation{frame.id, frame.stamp, std::move(people.instances),
                           std::move(people.ids)};
     } catch (const std::exception& e) {

@@ -119,9 +119,9 @@ TEST(PeopleNetwork, WithoutDepthThereIsNoGap) {
   DepthImage cells_m(kPeopleColumns, kPeopleRows, 2.0F);
   for (int row = 0; row < kPeopleRows; ++row) cells_m.at(80, row) = 0;
   const PeopleGrid grid = make_people_grid(640, 480);
-  EXPECT_EQ(decode_people(somebody_everywhere, cells_m, grid, 640, 480).instances.size(), 1U);
+  EXPECT_EQ(decode_people(somebody_everywhere, cells_m, grid, 130, 640, 480).instances.size(), 1U);
   for (int row = 0; row < kPeopleRows; ++row) cells_m.at(80, row) = 4;
-  EXPECT_EQ(decode_people(somebody_everywhere, cells_m, grid, 640, 480).instances.size(), 3U);
+  EXPECT_EQ(decode_people(somebody_everywhere, cells_m, grid, 130, 640, 480).instances.size(), 3U);
 }
 
 TEST(PeopleNetwork, CrumbsGoToWhomTheyTouchAndElsewhereAreNobody) {
@@ -133,6 +133,18 @@ TEST(PeopleNetwork, CrumbsGoToWhomTheyTouchAndElsewhereAreNobody) {
   ASSERT_EQ(out.instances.size(), 1U);
   EXPECT_EQ(out.ids.at(166, 206), 1);
   EXPECT_EQ(out.ids.at(506, 206), 0);
+}
+
+TEST(PeopleNetwork, AHandAloneCountsForLessThanABody) {
+  constexpr float kBeginsAnObject = 0.5F;
+  RgbdFrame frame = empty_frame(640, 480);
+  draw_person(frame, 100, 100, 220, 300, 2);  // 37 x 62 cm
+  draw_person(frame, 400, 200, 436, 236, 2);  // 11 x 11 cm
+  const Segmentation out = segmented(frame);
+  ASSERT_EQ(out.instances.size(), 2U);
+  EXPECT_GT(out.instances[0].score, 0.95F);
+  EXPECT_LT(out.instances[1].score, kBeginsAnObject);
+  EXPECT_GT(out.instances[1].score, 0.0F);
 }
 
 TEST(PeopleNetwork, BytesThatAreNoSuchNetworkAreAModelError) {

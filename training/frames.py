@@ -23,7 +23,10 @@ def read_list(folder):
 def read_frame(folder, row):
     path = str(Path(folder) / row["name"])
     frame = np.zeros((), FRAME)
-    frame["grey"] = np.asarray(Image.open(path + ".jpg").convert("L"))
+    grey = np.asarray(Image.open(path + ".jpg").convert("L"))
+    if grey.shape != (HEIGHT, WIDTH):
+        raise ValueError(f"{path}: not {WIDTH}x{HEIGHT}")
+    frame["grey"] = grey
     depth = np.asarray(Image.open(path + "_depth.png")).astype(np.float32)
     frame["depth"] = np.minimum(65535, np.round(depth * (UNITS_PER_M / float(row["depth_scale"]))))
     frame["people"] = np.asarray(Image.open(path + "_people.png")) > 0

@@ -36,7 +36,7 @@ def rendered(a, folder, seed, count):
     if lines(folder) < count:
         run([a.ygslam, "simulate", "--random", count, "--seed", seed, "--out", folder, "--size", "320x240",
              "--threads", a.threads, "--quiet"], f"rendering {folder}")
-        (folder / "cells.bin").unlink(missing_ok=True)
+        (folder / "frames.bin").unlink(missing_ok=True)
     return folder
 
 

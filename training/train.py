@@ -133,9 +133,9 @@ def main():
         os.replace(partial, checkpoint)
 
     indices = range(step * a.batch, a.samples // a.batch * a.batch)
-    loader = torch.utils.data.DataLoader(Samples(frames, a.seed, a.coarse // a.batch * a.batch), batch_size=a.batch, sampler=indices,
-                                         drop_last=True)
-    has_bf16 = torch.backends.cpu.get_cpu_capability() == "AVX512" and bool(torch.cpu._is_avx512_bf16_supported())
+    samples = Samples(frames, a.seed, a.coarse // a.batch * a.batch)
+    loader = torch.utils.data.DataLoader(samples, batch_size=a.batch, sampler=indices, drop_last=True)
+    has_bf16 = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)()
     begin = saved = time.monotonic()
     losses = []
     for x, target in loader:

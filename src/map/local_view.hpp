@@ -19,7 +19,6 @@ struct ViewLandmark {
   Descriptor descriptor;
   double min_distance_m = 0;
   double max_distance_m = 0;
-  float static_weight = 1;  ///< Landmark::static_weight()
 };
 
 struct ViewKeyframe {

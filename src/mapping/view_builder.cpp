@@ -31,8 +31,8 @@ void add_landmarks(const Map& map, const Keyframe& keyframe, const ViewConfig& c
         view.landmark_index.emplace(id, static_cast<std::uint32_t>(view.landmarks.size()));
     if (!is_new) continue;
     const Landmark& l = map.landmark(id);
-    view.landmarks.push_back({id, l.p_world, l.normal_world, l.descriptor, l.min_distance_m,
-                              l.max_distance_m, l.static_weight()});
+    view.landmarks.push_back(
+        {id, l.p_world, l.normal_world, l.descriptor, l.min_distance_m, l.max_distance_m});
   }
 }
 

@@ -94,7 +94,7 @@ std::optional<SE3> PoseEstimator::pose_on_landmarks(const TrackedFrame& frame,
   std::vector<Pairing> pairings;
   for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i) {
     if (const ViewLandmark* landmark = view.landmark(frame.landmarks[i]))
-      pairings.push_back({landmark->p_world, i, landmark->id, landmark->static_weight});
+      pairings.push_back({landmark->p_world, i, landmark->id});
   }
   const auto pose = solve(frame, pairings, T_guess_world);
   if (!pose || pose->inliers < config_.min_matches) return std::nullopt;
@@ -107,8 +107,7 @@ PoseEstimator::Pairing PoseEstimator::known_point(const TrackedFrame& last, std:
                                                   const SE3& T_world_last,
                                                   const LocalView& view) const {
   const LandmarkId id = last.landmarks[source];
-  if (const ViewLandmark* landmark = view.landmark(id))
-    return {landmark->p_world, 0, id, landmark->static_weight};
+  if (const ViewLandmark* landmark = view.landmark(id)) return {landmark->p_world, 0, id};
   const Feature& f = last.features->points[source];
   return {T_world_last * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m), 0, id};
 }
@@ -170,8 +169,8 @@ std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
   observations.reserve(pairings.size());
   for (const Pairing& p : pairings) {
     const Feature& f = frame.features->points[p.feature];
-    observations.push_back({p.p_world, observe(f, scales_.of(f.octave), noise,
-                                               p.weight * frame.static_weight[p.feature])});
+    observations.push_back(
+        {p.p_world, observe(f, scales_.of(f.octave), noise, frame.static_weight[p.feature])});
   }
   return solve_pose(camera_, T_guess_world, observations, config_.pose);
 }
@@ -252,7 +251,7 @@ void PoseEstimator::add_map_matches(const TrackedFrame& frame, const LocalView& 
   for (const PointMatch& m : match_by_projection(camera_, T_camera_world, points, *frame.features,
                                                  frame.grid, usable, ProjectionMatcherConfig{})) {
     const ViewLandmark& landmark = view.landmarks[m.source];
-    pairings.push_back({landmark.p_world, m.feature, landmark.id, landmark.static_weight});
+    pairings.push_back({landmark.p_world, m.feature, landmark.id});
   }
 }
 

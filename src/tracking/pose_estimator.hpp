@@ -49,7 +49,6 @@ class PoseEstimator {
     Vec3 p_world;
     std::uint32_t feature;
     LandmarkId landmark;
-    float weight = 1;  // of the landmark
   };
   /// What the first step found.
   struct FirstPose {

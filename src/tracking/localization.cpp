@@ -49,8 +49,8 @@ Localization::Arrival Localization::arrive(const Step& step, const LocalView& vi
 }
 
 void Localization::doubt(FrameId frame) {
+  if (!odometry_.is_doubtful()) doubtful_since_ = frame;
   odometry_.doubt();
-  doubtful_since_ = frame;
 }
 
 Odometry::Place Localization::place(const SE3& T_camera_world, const LocalView& view) {

@@ -32,8 +32,9 @@ class Localization {
   };
   /// From kByView and kCarriedOff on the place is provisional, see Odometry::doubt().
   Arrival arrive(const Step& step, const LocalView& view);
-  /// Found by what it sees, without anything before.
-  void arrive(FrameId frame) { doubt(frame); }
+  /// From here on its place is known by what it sees alone: found without anything before, or in a
+  /// submap, which may be joined to another room. Ground mapped since proves nothing.
+  void doubt(FrameId frame);
 
   /// @param T_now_last motion of the camera since its last frame with a pose.
   void move(const SE3& T_now_last) { odometry_.move(T_now_last); }
@@ -51,12 +52,11 @@ class Localization {
   };
   [[nodiscard]] bool is_carried_off(const Step& step, const LocalView& view) const;
   [[nodiscard]] bool is_known_by_view_alone(const Step& step, const LocalView& view) const;
-  void doubt(FrameId frame);
 
   double max_speed_mps_;
   Odometry odometry_;
   std::optional<Trusted> trusted_;
-  FrameId doubtful_since_ = kNoFrame;
+  FrameId doubtful_since_ = kNoFrame;  // the first of several doubts
   std::optional<double> usual_step_s_;  // of frames that follow each other
   double last_step_s_ = std::numeric_limits<double>::infinity();
 };

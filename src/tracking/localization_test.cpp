@@ -83,5 +83,28 @@ TEST(Localization, FoundWhereItCannotHaveComeItWasCarried) {
   EXPECT_EQ(in_submap.go(0.1, 3, true), Arrival::kByView) << "its place is a guess anyway";
 }
 
+TEST(Localization, GroundOfASubmapProvesNothingWhenItIsJoined) {
+  Walk walk;  // through a map that was loaded: nothing is trusted yet
+  walk.localization = Localization(kMaxSpeedMps);
+  walk.localization.doubt(FrameId(1));
+  const auto sees_ground_of = [&](FrameId frame) {
+    KeyframeData data;
+    data.frame = frame;
+    walk.view.keyframes = {{std::make_shared<const KeyframeData>(data), SE3(), {}, 0}};
+  };
+  sees_ground_of(FrameId(2));
+  walk.view.placed = false;
+  for (int i = 1; i <= 50; ++i) walk.go(0.1 * i, 0.02 * i);
+  walk.view.placed = true;  // joined
+  for (int i = 51; i <= 500; ++i) walk.go(0.1 * i, 0.02 * i);
+  EXPECT_TRUE(walk.is_provisional());
+  walk.go(51, 12);  // a jump: doubt again
+  sees_ground_of(FrameId(30));
+  for (int i = 511; i <= 1000; ++i) walk.go(0.1 * i, 12 + 0.02 * (i - 510));
+  EXPECT_TRUE(walk.is_provisional());
+  sees_ground_of(kNoFrame);
+  EXPECT_FALSE(walk.is_provisional());
+}
+
 }  // namespace
 }  // namespace ygslam

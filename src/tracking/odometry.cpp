@@ -15,7 +15,7 @@ Odometry::Place Odometry::place(const SE3& T_world_camera, bool sees_known_groun
   if (doubtful_since_ && sees_known_ground &&
       (T_odom_camera_.t() - *doubtful_since_).norm() > kProvingWay_m)
     doubtful_since_.reset();
-  place.provisional = doubtful_since_.has_value();
+  place.provisional = is_doubtful();
   return place;
 }
 

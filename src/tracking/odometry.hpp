@@ -27,6 +27,7 @@ class Odometry {
   /// The camera was found by what it sees alone. Its place is provisional until it sees known
   /// ground so far from there that no room which looks like another can be meant.
   void doubt() { doubtful_since_ = T_odom_camera_.t(); }
+  [[nodiscard]] bool is_doubtful() const { return doubtful_since_.has_value(); }
 
   [[nodiscard]] const SE3& T_odom_camera() const { return T_odom_camera_; }
 

@@ -241,6 +241,7 @@ void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackRes
   current.pose = last_ ? last_->pose : KeyframeRelativePose{view.reference().data->id, SE3()};
   const double reach = view.placed ? std::min(localization_.reach_m(now), kVouchedReach_m) : 0;
   result.candidate = make_submap(current, reach, view);
+  localization_.doubt(current.frame->id);
   last_ = std::move(current);
 }
 
@@ -350,7 +351,7 @@ void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const L
   state_ = result.state = TrackState::kTracking;
   frames_since_loss_ = 0;
   bends_ = view.bends;
-  localization_.arrive(current.frame->id);
+  localization_.doubt(current.frame->id);
   deliver_place(found->T_camera_world, view, result);
   deliver(*found, view, true, current, result);
   last_ = std::move(current);

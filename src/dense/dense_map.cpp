@@ -358,18 +358,38 @@ std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh) {
   return points;
 }
 
-StaticScene DenseMap::scene() {
-  StaticScene scene{mesh(), space_cells(*volume_), {}, {}};
-  Vec3 up = Vec3::Zero(), place = Vec3::Zero();
+TriangleMesh labelled_mesh(NamedMesh named) {
+  if (!named.mesh.triangles.empty())
+    label_structure(named.mesh,
+                    find_gravity(named.mesh, named.up_guess_world, named.cameras_world));
+  return std::move(named.mesh);
+}
+
+int DenseMap::mean_camera(Vec3& up_guess_world, Vec3& place_world) const {
+  up_guess_world = place_world = Vec3::Zero();
   int views = 0;
   for (const auto& [id, contribution] : contributions_) {
     if (!contribution.fused) continue;
-    up -= contribution.fused->R().col(1);  // of a camera: y is down
-    place += contribution.fused->t();
+    up_guess_world -= contribution.fused->R().col(1);  // of a camera: y is down
+    place_world += contribution.fused->t();
     ++views;
   }
-  if (views == 0) return scene;
-  scene.gravity = find_gravity(scene.mesh, up, place / views);
+  if (views > 0) place_world /= views;
+  return views;
+}
+
+NamedMesh DenseMap::named_mesh() {
+  NamedMesh named{mesh()};
+  name_surfaces(objects_, named.mesh);
+  if (mean_camera(named.up_guess_world, named.cameras_world) == 0) named.mesh = {};
+  return named;
+}
+
+StaticScene DenseMap::scene() {
+  StaticScene scene{mesh(), space_cells(*volume_), {}, {}};
+  Vec3 up, place;
+  if (mean_camera(up, place) == 0) return scene;
+  scene.gravity = find_gravity(scene.mesh, up, place);
   scene.objects = place_objects(objects_, scene.gravity, scene.mesh, scene.space);
   label_structure(scene.mesh, scene.gravity);
   label_cells(scene.mesh, scene.space);

@@ -48,6 +48,14 @@ struct DenseUpdate {
   std::map<KeyframeId, SE3> T_world_camera;
 };
 
+/// A mesh as the map hands it out quickly: what is left to do wants the map no more.
+struct NamedMesh {
+  TriangleMesh mesh;  ///< things have their classes; floor, walls and ceiling have none yet
+  Vec3 up_guess_world = Vec3::Zero(), cameras_world = Vec3::Zero();  ///< means of the views
+};
+/// Floor, walls and ceiling named, too, as in scene().
+[[nodiscard]] TriangleMesh labelled_mesh(NamedMesh named);
+
 /// The mesh's vertices.
 [[nodiscard]] std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh);
 
@@ -74,6 +82,7 @@ class DenseMap {
   /// As of the contributions that are in.
   [[nodiscard]] TriangleMesh mesh();
   [[nodiscard]] std::vector<ColouredPoint> cloud() { return coloured_points(mesh()); }
+  [[nodiscard]] NamedMesh named_mesh();
   [[nodiscard]] StaticScene scene();
   [[nodiscard]] const Volume& volume() const { return *volume_; }
   [[nodiscard]] const DenseMapConfig& config() const { return config_; }
@@ -128,6 +137,8 @@ class DenseMap {
   [[nodiscard]] double share_of_its_own(const Contribution& old) const;
   [[nodiscard]] bool is_needed(const Contribution& old) const;
   void start_again();
+  /// Of the views that are in: the mean of their upward axes and places. @return how many.
+  int mean_camera(Vec3& up_guess_world, Vec3& place_world) const;
 
   DenseMapConfig config_;
   const Camera& camera_;

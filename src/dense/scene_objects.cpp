@@ -178,9 +178,24 @@ SceneObject placed_object(const ObjectMap& objects, SceneObjectId id, const Grav
   return object;
 }
 
-bool is_named(const SceneObject& object) {
-  return object.state != ObjectState::kCandidate && object.state != ObjectState::kAbsent &&
-         object.state != ObjectState::kMoving;
+bool is_named(ObjectState state) {
+  return state != ObjectState::kCandidate && state != ObjectState::kAbsent &&
+         state != ObjectState::kMoving;
+}
+
+/// What surfaces of a thing are called, for those that are sure enough.
+using Names = std::map<SceneObjectId, SurfaceLabel>;
+
+void name(const ObjectMap& objects, const Names& names, SurfaceLabel& label) {
+  if (label.object == kNoSceneObject) return;
+  const auto found = names.find(objects.thing(label.object));
+  if (found == names.end()) {
+    label = {};
+    return;
+  }
+  const float share = label.probability;
+  label = found->second;
+  label.probability *= share;
 }
 
 }  // namespace
@@ -194,22 +209,25 @@ std::vector<SceneObject> place_objects(const ObjectMap& objects, const Gravity& 
     SceneObject object = placed_object(objects, id, gravity, config);
     placed.emplace(object.id, std::move(object));
   }
-  const auto name = [&](SurfaceLabel& label) {
-    if (label.object == kNoSceneObject) return;
-    const auto object = placed.find(objects.thing(label.object));
-    if (object == placed.end() || !is_named(object->second)) {
-      label = {};
-      return;
-    }
-    label.object = object->first;
-    label.semantic_class = object->second.semantic_class;
-    label.probability *= object->second.probability;
-  };
-  for (SurfacePoint& vertex : mesh.vertices) name(vertex.label);
-  for (SpaceCell& cell : space.cells) name(cell.label);
+  Names names;
+  for (const auto& [id, object] : placed)
+    if (is_named(object.state))
+      names.emplace(id, SurfaceLabel{object.semantic_class, id, object.probability});
+  for (SurfacePoint& vertex : mesh.vertices) name(objects, names, vertex.label);
+  for (SpaceCell& cell : space.cells) name(objects, names, cell.label);
   std::vector<SceneObject> result;
   for (const auto& [id, object] : placed) result.push_back(object);
   return result;
+}
+
+void name_surfaces(const ObjectMap& objects, TriangleMesh& mesh, const PlacingConfig& config) {
+  Names names;
+  for (const auto& [id, known] : objects.objects()) {
+    if (objects.has_later(id) || !is_named(state_of(known, 1, objects.now(), config))) continue;
+    const SceneObjectId thing = objects.thing(id);
+    names.emplace(thing, SurfaceLabel{known.best_class(), thing, known.probability()});
+  }
+  for (SurfacePoint& vertex : mesh.vertices) name(objects, names, vertex.label);
 }
 
 }  // namespace ygslam

@@ -23,6 +23,9 @@ struct PlacingConfig {
                                                      SpaceCells& space,
                                                      const PlacingConfig& config = {});
 
+/// The same of the mesh alone, without the objects' boxes, which take most of the time.
+void name_surfaces(const ObjectMap& objects, TriangleMesh& mesh, const PlacingConfig& config = {});
+
 /// The upright box with the least ground area around the points but for a share of them at either
 /// side. @param p_world at least one.
 [[nodiscard]] OrientedBox upright_box(std::span<const Vec3> p_world, const Gravity& gravity,

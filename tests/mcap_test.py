@@ -19,7 +19,8 @@ from ygslam_cli import FRAMES, HEIGHT, WIDTH, CliTest, sequence, trajectory, ygs
 
 EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_info",
                "/camera/annotations", "/objects", "/state"}
-OF_THE_MAP = {"/landmarks", "/path", "/loops", "/cloud"}
+OF_THE_MAP = {"/landmarks", "/path", "/loops", "/cloud", "/mesh", "/mesh/classes"}
+DELETE_ALL, TRIANGLE_LIST = 3, 11  # of visualization_msgs/Marker
 # x forward, y left, z up; of a point in the axes of an image
 BODY_OPTICAL = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
 
@@ -84,6 +85,15 @@ class Mcap(CliTest):
         world = np.stack([mapped[axis] for axis in "xyz"], axis=1)
         np.testing.assert_allclose(points(said["/cloud"][-1]), world @ BODY_OPTICAL.T, atol=1e-6)
         metrics = self.metrics()
+        for topic in ("/mesh", "/mesh/classes"):  # at the end all of it, in one message
+            first, *tiles = said[topic][-1].markers
+            self.assertEqual(first.action, DELETE_ALL)
+            self.assertEqual({m.type for m in tiles}, {TRIANGLE_LIST})
+            corners = np.array([vector(p) for m in tiles for p in m.points])
+            for end in (np.min, np.max):
+                np.testing.assert_allclose(end(corners, axis=0), end(world @ BODY_OPTICAL.T, axis=0),
+                                           atol=0.06)
+        self.assertIn("floor", {m.ns for m in said["/mesh/classes"][-1].markers})
         self.assertEqual(said["/landmarks"][-1].width, metrics["landmarks"])
         self.assertEqual(len(said["/path"][-1].poses), metrics["keyframes"])
         self.assertEqual({m.status[0].message for m in said["/state"]}, {"tracking"})

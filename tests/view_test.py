@@ -16,14 +16,17 @@ import unittest
 import urllib.error
 import urllib.request
 
+import numpy as np
 import websockets
+from plyfile import PlyData
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from ygslam_cli import BINARY, FRAMES, CliTest, sequence, trajectory, ygslam
 
 EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_info",
                "/camera/annotations", "/objects", "/state"}
-OF_THE_MAP = {"/landmarks", "/path", "/loops", "/cloud"}
+OF_THE_MAP = {"/landmarks", "/path", "/loops", "/cloud", "/mesh", "/mesh/classes"}
+ADD, DELETE, TRIANGLE_LIST = 0, 2, 11  # of visualization_msgs/Marker
 PROTOCOL = "foxglove.websocket.v1"
 WAIT_S = 120  # far beyond anything a loaded machine needs
 PLACES = 64  # connections at once
@@ -119,6 +122,14 @@ class Watched(CliTest):
         run.communicate(timeout=WAIT_S)
         self.assertIn(run.returncode, (0, 130), "at the end, or on the way there")
 
+    def end_of_page(self, run):
+        """Waits until the page stays after the end, then ends it."""
+        for line in run.stderr:
+            if "stays" in line:
+                break
+        self.end(run)
+        self.assertEqual(run.returncode, 0, "the work was done")
+
     def fetch(self, port, path="/", **headers):
         """(status, body, headers) of a page's file."""
         request = urllib.request.Request(f"http://127.0.0.1:{port}{path}", headers=headers)
@@ -149,6 +160,42 @@ class View(Watched):
         stamp = odometry.header.stamp
         self.assertEqual(stamp.sec * 10**9 + stamp.nanosec, stamp_ns)
         self.assertEqual(odometry.child_frame_id, "camera")
+        self.end(run)
+
+    def test_who_comes_late_gets_every_tile_of_the_mesh(self):
+        async def look(port):
+            client = await Client.connect(port)
+            await client.subscribe(["/mesh", "/mesh/classes"])
+            store = get_typestore(Stores.EMPTY)
+            kind = "visualization_msgs/msg/MarkerArray"
+            store.register(get_types_from_msg(client.topics["/mesh"]["schema"], kind))
+            corners, classes = {}, set()
+            async for topic, _, data in client.messages():
+                self.assertLess(len(data), 1_000_000, "a tile at once")
+                for marker in store.deserialize_cdr(data, kind).markers:
+                    self.assertIn(marker.action, (ADD, DELETE))
+                    if marker.action == DELETE:
+                        corners.pop(marker.id, None)
+                        continue
+                    self.assertEqual((marker.type, marker.header.frame_id), (TRIANGLE_LIST, "map"))
+                    if topic == "/mesh":
+                        self.assertEqual(len(marker.colors), len(marker.points))
+                        corners[marker.id] = np.array([[p.x, p.y, p.z] for p in marker.points])
+                    else:
+                        classes.add(marker.ns)
+                if len(corners) < 2 or "floor" not in classes:
+                    continue
+                seen = np.concatenate(list(corners.values()))
+                if (np.abs(seen.min(0) - whole.min(0)) < 0.06).all() and (
+                        np.abs(seen.max(0) - whole.max(0)) < 0.06).all():
+                    return
+        run, port, _ = self.start("--view-stay")
+        for line in run.stderr:
+            if "stays" in line:
+                break
+        mapped = PlyData.read(self.folder / "out" / "map.ply")["vertex"].data
+        whole = np.stack([mapped["z"], -mapped["x"], -mapped["y"]], axis=1)  # x forward, z up
+        asyncio.run(look(port))
         self.end(run)
 
     def test_who_comes_after_the_end_sees_it_as_it_was(self):
@@ -206,6 +253,37 @@ class View(Watched):
         self.assertEqual(run.returncode, 0)
         self.assertEqual(len(trajectory(self.folder / "out" / "trajectory.txt")), 3)
         self.assert_sound()
+
+    def test_a_signal_that_ends_the_page_after_the_end_is_no_failure(self):
+        self.end_of_page(self.start("--view-stay")[0])
+        run, _, _ = self.start_command("simulate", "walking_xyz", "--out", self.folder / "sim",
+                                       "--seconds", "0.2", "--size", "160x120", "--view-stay")
+        self.end_of_page(run)
+
+    def test_paused_is_said(self):
+        async def drive(port, token):
+            driver = await Client.connect(port, token)
+            await driver.subscribe(["/state"])
+            said = driver.messages()
+
+            async def heard(words):
+                async for _, _, data in said:
+                    if words in data:
+                        return
+            await heard(b"paused before the first frame")
+            await driver.call("step")
+            await heard(b"paused; ")
+            await driver.call("resume")
+            async for _, _, data in said:
+                if b"paused" not in data:
+                    break
+            await driver.call("pause")
+            await heard(b"paused; tracking")
+            await driver.call("stop")
+        run, port, token = self.start("--view-paused")
+        asyncio.run(drive(port, token))
+        run.communicate(timeout=WAIT_S)
+        self.assertEqual(run.returncode, 0)
 
     def test_stopped_before_the_first_frame_it_ends_in_peace(self):
         async def drive(port, token):

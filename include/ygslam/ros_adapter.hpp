@@ -9,7 +9,8 @@ namespace ygslam::api {
 /// A serialised message to be published.
 struct RosMessage {
   /// /tf, /odometry, /camera/image/compressed, /camera/camera_info, /camera/annotations, /objects,
-  /// /state and, of the map, /landmarks, /path, /loops, /cloud (docs/live.md).
+  /// /state and, of the map, /landmarks, /path, /loops, /cloud, /mesh, /mesh/classes
+  /// (docs/live.md).
   std::string topic;
   std::string type;  ///< "nav_msgs/msg/Odometry"
   std::int64_t t_ns = 0;

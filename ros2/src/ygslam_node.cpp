@@ -76,6 +76,8 @@ class YgslamNode : public rclcpp::Node {
     add("/path", "nav_msgs/msg/Path", map);
     add("/loops", "visualization_msgs/msg/MarkerArray", map);
     add("/cloud", "sensor_msgs/msg/PointCloud2", map);
+    add("/mesh", "visualization_msgs/msg/MarkerArray", map);
+    add("/mesh/classes", "visualization_msgs/msg/MarkerArray", map);
   }
 
   bool is_wanted(const std::string& topic) const {

@@ -192,8 +192,8 @@ struct Colour {
 };
 
 struct Marker {
-  static constexpr std::int32_t kCube = 1, kLineList = 5, kText = 9;
-  static constexpr std::int32_t kAdd = 0, kDeleteAll = 3;
+  static constexpr std::int32_t kCube = 1, kLineList = 5, kText = 9, kTriangleList = 11;
+  static constexpr std::int32_t kAdd = 0, kDelete = 2, kDeleteAll = 3;
   Header header;
   std::string ns;
   std::int32_t id = 0, type = kCube, action = kAdd;

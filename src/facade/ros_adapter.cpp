@@ -35,6 +35,7 @@ struct RosAdapter::Impl final : MessageSink {
   int channels = 0;  // of the first colour image
   std::uint32_t next_frame = 0;
   std::optional<Timestamp> map_shown;
+  MeshTopics mesh;
   bool finished = false;
 
   ~Impl() override {  // what ends may have something to say
@@ -44,7 +45,8 @@ struct RosAdapter::Impl final : MessageSink {
   [[nodiscard]] bool wants(std::string_view topic) const override {
     return !topics.wanted || topics.wanted(std::string(topic));
   }
-  void put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr) override {
+  void put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr,
+           std::uint32_t /*part*/) override {
     topics.publish({std::string(topic), type, stamp.ns, std::move(cdr)});
   }
 
@@ -52,6 +54,7 @@ struct RosAdapter::Impl final : MessageSink {
   int take_image(StreamPairing::Side side, const BagTopic& topic,
                  std::span<const std::uint8_t> bytes);
   void process(const StreamPair& pair);
+  void show_map(Timestamp stamp);
 };
 
 RosAdapter::RosAdapter(const Settings& settings, Topics topics) : impl_(std::make_unique<Impl>()) {
@@ -136,8 +139,15 @@ void RosAdapter::Impl::process(const StreamPair& pair) {
   const bool is_due =
       !map_shown || seconds_between(frame->stamp, *map_shown) >= topics.map_period_s;
   if (!is_due || !wants_map(*this)) return;
-  map_shown = frame->stamp;
-  publish_map(*session->runner, frame->stamp, kMostPoints, *this);
+  show_map(frame->stamp);
+}
+
+/// The whole mesh at once: whoever comes later is given the last message alone.
+void RosAdapter::Impl::show_map(Timestamp stamp) {
+  map_shown = stamp;
+  publish_map(*session->runner, stamp, kMostPoints, *this);
+  if (MeshTopics::wanted(*this))
+    mesh.publish(MeshTopics::take(*session->runner), stamp, MeshTopics::Extent::kWhole, *this);
 }
 
 void RosAdapter::save_map(const std::string& path) {
@@ -164,8 +174,7 @@ void RosAdapter::finish() {
   guarded(impl.sink, [&] {
     if (std::exchange(impl.finished, true) || !impl.session) return;
     impl.session->runner->finish();
-    if (impl.map_shown && wants_map(impl))
-      publish_map(*impl.session->runner, *impl.map_shown, kMostPoints, impl);
+    if (impl.map_shown && wants_map(impl)) impl.show_map(*impl.map_shown);
   });
 }
 

@@ -101,6 +101,11 @@ TEST(RosAdapter, TellsWhatTheLibraryFindsInTheAxesOfRos) {
   EXPECT_EQ(odometry.front().type, "nav_msgs/msg/Odometry");
   EXPECT_EQ(listener.of("/tf").size(), driver.film.size() - 1);
   EXPECT_GE(listener.of("/cloud").size(), 3U) << "1.5 s, twice a second, at the end";
+  ros::MarkerArray mesh;
+  ASSERT_TRUE(from_cdr(listener.of("/mesh").back().cdr, mesh));
+  ASSERT_GT(mesh.markers.size(), 1U);
+  EXPECT_EQ(mesh.markers[0].action, ros::Marker::kDeleteAll) << "the whole, for late listeners";
+  EXPECT_EQ(listener.of("/mesh").size(), listener.of("/cloud").size());
 }
 
 TEST(RosAdapter, WhatNobodyWantsIsNotMade) {

@@ -22,13 +22,15 @@ class RunRecorder : private MessageSink {
   RunRecorder(McapWriter writer, const CameraConfig& camera)
       : writer_(std::move(writer)), camera_(camera) {}
   [[nodiscard]] bool wants(std::string_view topic) const override;
-  void put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr) override;
-  Status add_map(Runner& runner, std::size_t most_points);
+  void put(std::string_view topic, const char* type, Timestamp stamp, Bytes cdr,
+           std::uint32_t part) override;
+  Status add_map(Runner& runner, std::size_t most_points, bool at_end);
 
   McapWriter writer_;
   CameraConfig camera_;
   Timestamp now_;
-  std::optional<Timestamp> map_stamp_;
+  std::optional<Timestamp> map_stamp_, mesh_stamp_;
+  MeshTopics mesh_;
   Status status_ = Ok{};
 };
 

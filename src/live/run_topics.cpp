@@ -1,13 +1,18 @@
 #include "live/run_topics.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 namespace ygslam {
 namespace {
+
+constexpr std::size_t kMostTriangles = 100'000;  // of the mesh, 120 bytes each
 
 template <typename Make>
 void publish(const char* topic, Timestamp stamp, MessageSink& sink, Make make) {
   if (!sink.wants(topic)) return;
   const auto message = make();
-  sink.put(topic, decltype(message)::kType, stamp, to_cdr(message));
+  sink.put(topic, decltype(message)::kType, stamp, to_cdr(message), 0);
 }
 
 }  // namespace
@@ -24,7 +29,8 @@ void publish_frame(const RgbdFrame& frame, const TrackResult& result, const Came
   put("/state", [&] { return state_message(frame, result); });
 }
 
-void publish_map(Runner& runner, Timestamp stamp, std::size_t most_points, MessageSink& sink) {
+void publish_map(Runner& runner, Timestamp stamp, std::size_t most_points, MessageSink& sink,
+                 const NamedMesh* mesh) {
   if (sink.wants("/landmarks") || sink.wants("/path") || sink.wants("/loops")) {
     const Map map = runner.map();
     publish("/landmarks", stamp, sink, [&] { return landmark_message(map, stamp); });
@@ -32,12 +38,48 @@ void publish_map(Runner& runner, Timestamp stamp, std::size_t most_points, Messa
     publish("/loops", stamp, sink,
             [&] { return loop_message(map, runner.loop_attempts(), stamp); });
   }
-  publish("/cloud", stamp, sink, [&] { return cloud_message(runner.cloud(), most_points, stamp); });
+  publish("/cloud", stamp, sink, [&] {
+    return cloud_message(mesh ? coloured_points(mesh->mesh) : runner.cloud(), most_points, stamp);
+  });
 }
 
 bool wants_map(const MessageSink& sink) {
   return sink.wants("/landmarks") || sink.wants("/path") || sink.wants("/loops") ||
-         sink.wants("/cloud");
+         sink.wants("/cloud") || MeshTopics::wanted(sink);
+}
+
+bool MeshTopics::wanted(const MessageSink& sink) {
+  return sink.wants("/mesh") || sink.wants("/mesh/classes");
+}
+
+NamedMesh MeshTopics::take(Runner& runner) {
+  NamedMesh named;
+  runner.inspect_dense([&](DenseMap& dense) { named = dense.named_mesh(); });
+  return named;
+}
+
+void MeshTopics::publish(NamedMesh named, Timestamp stamp, Extent extent, MessageSink& sink) {
+  const ClusteredMesh mesh = reduced_mesh(labelled_mesh(std::move(named)), cell_m_, kMostTriangles);
+  cell_m_ = mesh.mesh.triangles.empty() ? 0 : mesh.cell_m;
+  const auto put = [&](const char* topic, const ros::MarkerArray& message, std::uint32_t part) {
+    sink.put(topic, ros::MarkerArray::kType, stamp, to_cdr(message), part);
+  };
+  for (Topic& topic : topics_) {
+    if (!sink.wants(topic.name)) continue;
+    ros::MarkerArray all;
+    if (extent == Extent::kWhole) {
+      topic.tiles.clear();
+      all.markers.emplace_back().action = ros::Marker::kDeleteAll;
+      all.markers.back().header = {ros::to_ros(stamp), "map"};
+    }
+    for (MeshTile& tile : topic.tiles.changed(mesh, ros::to_ros(stamp))) {
+      if (extent == Extent::kTiles)
+        put(topic.name, {std::move(tile.markers)}, tile.number);
+      else
+        std::ranges::move(tile.markers, std::back_inserter(all.markers));
+    }
+    if (!all.markers.empty()) put(topic.name, all, 0);
+  }
 }
 
 }  // namespace ygslam

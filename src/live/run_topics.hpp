@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "live/mesh_tiles.hpp"
 #include "live/message_sink.hpp"
 #include "live/run_messages.hpp"
 #include "system/runner.hpp"
@@ -28,12 +29,42 @@ inline constexpr std::array kRunTopics = {
     Topic{"/path", ros::Path::kType},
     Topic{"/loops", ros::MarkerArray::kType},
     Topic{"/cloud", ros::PointCloud2::kType},
+    Topic{"/mesh", ros::MarkerArray::kType},
+    Topic{"/mesh/classes", ros::MarkerArray::kType},
 };
+inline constexpr std::size_t kMeshTopics = 2;  // the last ones
 
 void publish_frame(const RgbdFrame& frame, const TrackResult& result, const CameraConfig& camera,
                    MessageSink& sink);
-/// @param most_points of the cloud.
-void publish_map(Runner& runner, Timestamp stamp, std::size_t most_points, MessageSink& sink);
+/// The topics of the map but those of the mesh.
+/// @param most_points of the cloud. @param mesh where it was taken already: the cloud is of it.
+void publish_map(Runner& runner, Timestamp stamp, std::size_t most_points, MessageSink& sink,
+                 const NamedMesh* mesh = nullptr);
+/// Whether any of the map's topics is wanted, the mesh's included.
 [[nodiscard]] bool wants_map(const MessageSink& sink);
+
+/// The topics of the mesh of one run.
+class MeshTopics {
+ public:
+  [[nodiscard]] static bool wanted(const MessageSink& sink);
+  [[nodiscard]] static NamedMesh take(Runner& runner);
+
+  enum class Extent {
+    kTiles,    ///< each tile that changed as a message of its own, which is a part of the topic
+    kChanged,  ///< those that changed in one message
+    kWhole     ///< all of them, in one message that erases what was there before
+  };
+  void publish(NamedMesh named, Timestamp stamp, Extent extent, MessageSink& sink);
+
+ private:
+  struct Topic {
+    const char* name;
+    MeshTiles tiles;
+  };
+  std::array<Topic, kMeshTopics> topics_{
+      Topic{"/mesh", MeshTiles(MeshTiles::Colours::kSeen)},
+      Topic{"/mesh/classes", MeshTiles(MeshTiles::Colours::kClasses)}};
+  double cell_m_ = 0;  // no finer again in this world, so that it does not flicker
+};
 
 }  // namespace ygslam

@@ -1,6 +1,7 @@
 #include "live/run_view.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 namespace ygslam {
 namespace {
@@ -9,11 +10,24 @@ constexpr std::array kServices = {"pause",  "resume", "step",  "slower",
                                   "faster", "save",   "reset", "stop"};
 constexpr auto kMapEvery = std::chrono::seconds(1);
 constexpr int kMapShare = 20;  // showing the map takes at most one part in so many of the time
+constexpr int kMeshNice = 10;  // of the thread that draws the mesh: the run goes first
 constexpr std::size_t kMostPoints = 100'000;
 constexpr std::size_t kMostPointsAtEnd = 1'000'000;
 constexpr double kFastest = 8;  // beyond: as fast as it goes
 constexpr double kSlowest = 1.0 / 16;
 constexpr auto kLookUp = std::chrono::milliseconds(100);  // for a signal, which wakes nobody
+
+std::chrono::microseconds milliseconds(double ms) {
+  return std::chrono::microseconds(static_cast<std::int64_t>(1000 * ms));
+}
+
+ros::DiagnosticArray paused_message() {
+  ros::DiagnosticStatus status;
+  status.name = "ygslam: tracking";
+  status.hardware_id = "camera";
+  status.message = "paused before the first frame";
+  return {{}, {std::move(status)}};
+}
 
 }  // namespace
 
@@ -30,8 +44,9 @@ class RunView::Batch : public MessageSink {
   [[nodiscard]] bool wants(std::string_view topic) const override {
     return view_.has_ended_ || view_.server_->wants(topic);
   }
-  void put(std::string_view topic, const char* /*type*/, Timestamp stamp, Bytes cdr) override {
-    messages_.push_back({topic, stamp, std::move(cdr)});
+  void put(std::string_view topic, const char* /*type*/, Timestamp stamp, Bytes cdr,
+           std::uint32_t part) override {
+    messages_.push_back({topic, stamp, std::move(cdr), part});
   }
 
  private:
@@ -41,54 +56,80 @@ class RunView::Batch : public MessageSink {
 
 Result<std::unique_ptr<RunView>> RunView::start(const RunViewConfig& config) {
   std::unique_ptr<RunView> view(new RunView(config));
-  auto server =
-      ViewServer::start(config.server, kRunTopics, kServices,
-                        {[v = view.get()](std::string_view service) { return v->drive(service); },
-                         [v = view.get()] { v->subscribed(); }});
+  const std::span<const Topic> topics(kRunTopics);
+  const bool has_mesh = config.map != RunViewConfig::Map::kNone;
+  auto server = ViewServer::start(
+      config.server, topics.first(topics.size() - (has_mesh ? 0 : kMeshTopics)), kServices,
+      {[v = view.get()](std::string_view service) { return v->drive(service); },
+       [v = view.get()] { v->subscribed(); }});
   if (!server.ok()) return server.error();
   view->server_ = std::move(server).value();
   view->thread_.emplace([v = view.get()](const std::stop_token& stop) {
     while (const auto sight = v->sights_.pop(stop)) v->publish(*sight);
   });
+  view->mesh_thread_.emplace([v = view.get()](const std::stop_token& stop) {
+    static_cast<void>(::setpriority(PRIO_PROCESS, 0, kMeshNice));  // of this thread alone, on Linux
+    while (auto sight = v->meshes_.pop(stop)) v->publish_mesh(std::move(*sight));
+  });
   return view;
 }
 
 RunView::~RunView() {
-  if (thread_) thread_->request_stop();
+  for (auto* thread : {&thread_, &mesh_thread_})
+    if (*thread) (*thread)->request_stop();
   sights_.close();
+  meshes_.close();
   thread_.reset();
+  mesh_thread_.reset();
   server_.reset();  // its thread calls into this object
 }
 
 void RunView::show(const FramePtr& frame, const TrackResult& result) {
   now_ = frame->stamp;
   Sight sight{frame, std::make_shared<const TrackResult>(result)};
-  if (server_->clients() > 0) sights_.push(sight);
   const std::lock_guard lock(mutex_);
+  if (server_->clients() > 0) sights_.push(sight);
   last_ = std::move(sight);
 }
 
 /// Who comes while the run is paused sees the last frame, too.
 void RunView::subscribed() {
-  Sight last;
-  {
-    const std::lock_guard lock(mutex_);
-    map_wanted_ = true;
-    last = last_;
-  }
+  const std::lock_guard lock(mutex_);
+  map_wanted_ = true;
+  sights_.push(last_);
   changed_.notify_all();
-  if (last.frame) sights_.push(std::move(last));
+}
+
+void RunView::tell_state() {
+  Sight state = last_;
+  state.is_state_alone = true;
+  if (sights_.size() == 0) sights_.push(std::move(state));  // else what waits there tells it
+}
+
+bool RunView::is_paused() {
+  const std::lock_guard lock(mutex_);
+  return is_paused_;
 }
 
 void RunView::show_map(Runner& runner) {
   const auto before = Clock::now();
-  if (Batch batch(*this); before >= map_due_ && wants_map(batch)) {
-    publish_map(runner, now_, kMostPoints, batch);
-  } else {
-    return;
+  Batch batch(*this);
+  if (before < map_due_ || !wants_map(batch)) return;
+  publish_map(runner, now_, kMostPoints, batch);
+  if (before >= mesh_due_ && MeshTopics::wanted(batch)) {
+    meshes_.push({MeshTopics::take(runner), now_});
+    mesh_due_ =
+        before + std::max<Clock::duration>(kMapEvery, kMapShare * milliseconds(mesh_took_ms_));
   }
   const auto after = Clock::now();
   map_due_ = after + std::max<Clock::duration>(kMapEvery, kMapShare * (after - before));
+}
+
+void RunView::publish_mesh(MeshSight sight) {
+  const ScopedTimer timer;
+  Batch batch(*this);
+  mesh_topics_.publish(std::move(sight.mesh), sight.stamp, MeshTopics::Extent::kTiles, batch);
+  mesh_took_ms_ = timer.cpu_ms();
 }
 
 void RunView::show_cloud(const std::function<std::vector<ColouredPoint>()>& make) {
@@ -96,25 +137,40 @@ void RunView::show_cloud(const std::function<std::vector<ColouredPoint>()>& make
   Batch batch(*this);
   if (before < map_due_ || !batch.wants("/cloud")) return;
   batch.put("/cloud", ros::PointCloud2::kType, now_,
-            to_cdr(cloud_message(make(), kMostPoints, now_)));
+            to_cdr(cloud_message(make(), kMostPoints, now_)), 0);
   map_due_ = before + kMapEvery;
 }
 
 void RunView::publish(const Sight& sight) {
+  const bool paused = is_paused();
   Batch batch(*this);
-  publish_frame(*sight.frame, *sight.result, config_.camera, batch);
-  if (!has_ended_) return;
+  if (!sight.frame) {
+    if (paused && batch.wants("/state"))
+      batch.put("/state", ros::DiagnosticArray::kType, {}, to_cdr(paused_message()), 0);
+    return;
+  }
+  if (!sight.is_state_alone) publish_frame(*sight.frame, *sight.result, config_.camera, batch);
+  if (!batch.wants("/state")) return;
   ros::DiagnosticArray state = state_message(*sight.frame, *sight.result);
-  state.status[0].message = "the run has ended";
-  state.status[0].level = ros::DiagnosticStatus::kOk;
-  batch.put("/state", ros::DiagnosticArray::kType, sight.frame->stamp, to_cdr(state));
+  ros::DiagnosticStatus& status = state.status[0];
+  if (has_ended_) {
+    status.message = "the run has ended";
+    status.level = ros::DiagnosticStatus::kOk;
+  } else if (paused) {
+    status.message = "paused; " + status.message;
+  } else if (!sight.is_state_alone) {
+    return;
+  }
+  batch.put("/state", ros::DiagnosticArray::kType, sight.frame->stamp, to_cdr(state), 0);
 }
 
 void RunView::finish(Runner* runner) {
   has_ended_ = true;
   if (runner) {
     Batch batch(*this);
-    publish_map(*runner, now_, kMostPointsAtEnd, batch);
+    NamedMesh mesh = MeshTopics::take(*runner);
+    publish_map(*runner, now_, kMostPointsAtEnd, batch, &mesh);
+    meshes_.push({std::move(mesh), now_});
   }
   const std::lock_guard lock(mutex_);
   if (last_.frame) sights_.push(last_);
@@ -133,10 +189,12 @@ bool RunView::is_due(Timestamp stamp) const {
 }
 
 void RunView::restart() {
+  meshes_.push({{}, now_});
   const std::lock_guard lock(mutex_);
   map_wanted_ = true;
   last_ = {};
   last_stamp_.reset();
+  sights_.push(last_);
 }
 
 RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner* runner,
@@ -145,7 +203,7 @@ RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner* runner,
   const auto is_wished = [&] { return wishes_.stop || wishes_.save || wishes_.reset; };
   while (!is_due(stamp) && !is_wished() && !interrupted()) {
     if (std::exchange(map_wanted_, false)) {
-      map_due_ = {};
+      map_due_ = mesh_due_ = {};
       if (!runner) continue;
       lock.unlock();
       show_map(*runner);
@@ -175,10 +233,12 @@ Result<std::string> RunView::drive(std::string_view service) {
   if (has_ended_ && service != "stop") return Error{ErrorKind::kUsage, "the run has ended"};
   if (service == "pause" || service == "resume") {
     is_paused_ = service == "pause";
+    tell_state();
     return std::string(is_paused_ ? "paused" : "goes on");
   }
   if (service == "step") {
     is_paused_ = step_ = true;
+    tell_state();
     return std::string("a frame, then paused");
   }
   if (service == "slower" || service == "faster") {

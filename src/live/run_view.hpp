@@ -65,24 +65,34 @@ class RunView {
   /// Goes on showing it until `interrupted`, or somebody who drives stops it.
   void stay(const std::function<bool()>& interrupted);
 
+  /// From any thread.
+  [[nodiscard]] bool is_paused();
+
   [[nodiscard]] std::string url() const { return server_->url(); }
 
  private:
   struct Sight {
-    FramePtr frame;
+    FramePtr frame;  ///< null: there was none yet
     std::shared_ptr<const TrackResult> result;
+    bool is_state_alone = false;  ///< the rest of it was shown
+  };
+  struct MeshSight {
+    NamedMesh mesh;
+    Timestamp stamp;
   };
   using Clock = std::chrono::steady_clock;
 
   explicit RunView(const RunViewConfig& config) : config_(config), is_paused_(config.paused) {}
   class Batch;
   void publish(const Sight& sight);
+  void publish_mesh(MeshSight sight);
   Result<std::string> drive(std::string_view service);
   void subscribed();
+  void tell_state();                                 // under the mutex
   [[nodiscard]] bool is_due(Timestamp stamp) const;  // under the mutex
 
   const RunViewConfig config_;
-  Clock::time_point map_due_;  // the frame thread's, as what follows
+  Clock::time_point map_due_, mesh_due_;  // the frame thread's, as what follows
   Timestamp now_;
   std::optional<Timestamp> last_stamp_;
   Clock::time_point last_turn_;
@@ -97,9 +107,13 @@ class RunView {
   Wishes wishes_;
   Sight last_;
 
+  /// Pushed to under the mutex, so that a state pushes no frame out.
   BoundedQueue<Sight> sights_{1, Overflow::kDropOldest};
+  BoundedQueue<MeshSight> meshes_{1, Overflow::kDropOldest};
+  MeshTopics mesh_topics_;               // the mesh thread's
+  std::atomic<double> mesh_took_ms_{0};  // processor time of the last one
   std::unique_ptr<ViewServer> server_;
-  std::optional<WorkerThread> thread_;  // last: it uses everything above
+  std::optional<WorkerThread> thread_, mesh_thread_;  // last: they use everything above
 };
 
 }  // namespace ygslam

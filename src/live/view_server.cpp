@@ -63,11 +63,13 @@ class BeastViewServer : public ViewServer {
     for (Message& message : messages) {
       const std::size_t index = hub_.topic_index(message.topic);
       CHECK(index < hub_.topics.size(), "a topic that was advertised");
-      offers.push_back({index, std::make_shared<const foxglove::Data>(
-                                   foxglove::Data{message.stamp, std::move(message.cdr)})});
+      offers.push_back({index, message.part,
+                        std::make_shared<const foxglove::Data>(
+                            foxglove::Data{message.stamp, std::move(message.cdr)})});
     }
     asio::post(io_, [this, offers = std::move(offers)] {
-      for (const ViewSession::Offer& offer : offers) hub_.last[offer.topic] = offer.message;
+      for (const ViewSession::Offer& offer : offers)
+        hub_.last[offer.topic][offer.part] = offer.message;
       const auto sessions = hub_.sessions;  // a session may leave meanwhile
       for (const auto& [number, session] : sessions) session->offer(offers);
     });

@@ -1,7 +1,7 @@
 // A server for those who look on: one port, one thread. `/` is a page, `/ws` speaks Foxglove's
 // WebSocket protocol (foxglove.websocket.v1), which the page, Foxglove and Lichtblick understand.
-// Of a topic a client gets the newest message, never a backlog; one that stops reading holds up
-// nobody.
+// Of a topic, or of each part of one, a client gets the newest message, never a backlog; one that
+// stops reading holds up nobody.
 #pragma once
 
 #include <cstdint>
@@ -41,6 +41,7 @@ class ViewServer {
     std::string_view topic;
     Timestamp stamp;
     Bytes cdr;
+    std::uint32_t part = 0;  ///< see MessageSink::put()
   };
   /// @param services are called with std_srvs/Trigger. The callbacks are called by the server's
   /// thread and must return soon.

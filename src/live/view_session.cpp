@@ -64,7 +64,7 @@ class BeastViewSession : public ViewSession, public std::enable_shared_from_this
   void offer(std::span<const Offer> offers) override {
     for (const auto& [subscription, topic] : subscriptions_)
       for (const Offer& offer : offers)
-        if (offer.topic == topic) pending_[subscription] = offer.message;
+        if (offer.topic == topic) pending_[subscription].parts[offer.part] = offer.message;
     write_next();
   }
 
@@ -181,7 +181,7 @@ class BeastViewSession : public ViewSession, public std::enable_shared_from_this
           !subscriptions_.try_emplace(id, topic).second)
         continue;
       is_new |= hub_.wanted[topic]++ == 0;
-      if (hub_.last.size() > topic && hub_.last[topic]) pending_[id] = hub_.last[topic];
+      if (!hub_.last[topic].empty()) pending_[id].parts = hub_.last[topic];
     }
     for (const std::uint32_t id : request->removed) {
       const auto it = subscriptions_.find(id);
@@ -231,17 +231,28 @@ class BeastViewSession : public ViewSession, public std::enable_shared_from_this
     }
     if (pending_.empty()) return cork(false);
     if (pending_.size() > 1) cork(true);
-    // In turn, so that one that is published often does not keep others from being sent.
-    auto next = pending_.upper_bound(last_sent_);
-    if (next == pending_.end()) next = pending_.begin();
+    // In turn, so that one that is published often, or in many parts, does not keep others from
+    // being sent.
+    const auto next = after(pending_, last_sent_);
     last_sent_ = next->first;
-    message_ = std::move(next->second);
+    Pending& pending = next->second;
+    const auto part = after(pending.parts, pending.last_sent);
+    pending.last_sent = part->first;
+    message_ = std::move(part->second);
     head_ = foxglove::data_head(next->first, message_->stamp);
-    pending_.erase(next);
+    pending.parts.erase(part);
+    if (pending.parts.empty()) pending_.erase(next);
     is_writing_ = true;
     ws_->binary(true);
     const std::array<asio::const_buffer, 2> parts{asio::buffer(head_), asio::buffer(message_->cdr)};
     ws_->async_write(parts, done);
+  }
+
+  /// The entry behind that of a key, the first behind the last. @param entries at least one.
+  template <typename Entries>
+  static typename Entries::iterator after(Entries& entries, std::uint32_t key) {
+    const auto next = entries.upper_bound(key);
+    return next == entries.end() ? entries.begin() : next;
   }
 
   tcp::socket& socket() { return (ws_ ? beast::get_lowest_layer(*ws_) : stream_).socket(); }
@@ -263,7 +274,11 @@ class BeastViewSession : public ViewSession, public std::enable_shared_from_this
   bool has_asked_ = false, is_client_ = false, is_onlooker_ = false, may_drive_ = false,
        is_writing_ = false, is_corked_ = false, has_left_ = false;
   std::map<std::uint32_t, std::size_t> subscriptions_;  // to topics
-  std::map<std::uint32_t, ViewMessagePtr> pending_;     // the newest of each subscription
+  struct Pending {
+    ViewParts parts;  // at least one
+    std::uint32_t last_sent = 0;
+  };
+  std::map<std::uint32_t, Pending> pending_;  // the newest of each subscription
   std::uint32_t last_sent_ = 0;
   std::deque<Control> control_;
   Control now_;  // being written

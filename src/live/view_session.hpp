@@ -18,12 +18,16 @@ namespace ygslam {
 
 using ViewMessagePtr = std::shared_ptr<const foxglove::Data>;
 
+/// The newest of each part of a topic.
+using ViewParts = std::map<std::uint32_t, ViewMessagePtr>;
+
 /// A request for a page's file, or a client from its handshake to its end. The server's thread
 /// alone touches it.
 class ViewSession {
  public:
   struct Offer {
     std::size_t topic = 0;
+    std::uint32_t part = 0;
     ViewMessagePtr message;
   };
   virtual ~ViewSession() = default;
@@ -47,8 +51,8 @@ struct ViewHub {
   std::uint64_t arrivals = 0;
   std::vector<std::atomic<int>> wanted;  // subscriptions of each topic
   std::atomic<int> clients{0};
-  int onlookers = 0;                 // clients without the token, those that shake hands included
-  std::vector<ViewMessagePtr> last;  // of each topic
+  int onlookers = 0;            // clients without the token, those that shake hands included
+  std::vector<ViewParts> last;  // of each topic
   std::string advertisement;
 
   [[nodiscard]] std::size_t topic_index(std::string_view name) const {

@@ -25,6 +25,14 @@ class Cdr {
     this.at += length;
     return new Uint8Array(this.buffer, this.base + this.at - length, length);
   }
+  /// A copy: in the message numbers may lie at any byte.
+  many(Type, count) {
+    if (!count) return new Type(0);
+    this.align(Type.BYTES_PER_ELEMENT);
+    const from = this.base + this.at, size = count * Type.BYTES_PER_ELEMENT;
+    this.at += size;
+    return new Type(this.buffer.slice(from, from + size));
+  }
   list(read) { return Array.from({length: this.u32()}, () => read()); }
   numbers(count) { return Array.from({length: count}, () => this.f64()); }
 
@@ -71,8 +79,8 @@ const decoders = {
     const m = {ns: c.string(), id: c.i32(), type: c.i32(), action: c.i32(), pose: c.pose(), scale: c.numbers(3)};
     m.colour = [c.f32(), c.f32(), c.f32(), c.f32()];
     c.i32(); c.u32(); c.u8();
-    m.points = c.list(() => c.numbers(3));
-    c.list(() => { c.f32(); c.f32(); c.f32(); c.f32(); });
+    m.points = c.many(Float64Array, 3 * c.u32());   // x, y, z, x, ...
+    m.colours = c.many(Float32Array, 4 * c.u32());  // r, g, b, a, r, ...
     c.string(); c.header(); c.string(); c.bytes();
     c.list(() => { c.f32(); c.f32(); });
     m.text = c.string();

@@ -1,4 +1,4 @@
-// Points and lines in WebGL2, seen by a camera that turns around a point.
+// Points, lines and triangles in WebGL2, seen by a camera that turns around a point.
 'use strict';
 
 const kVertexShader = `#version 300 es
@@ -7,16 +7,25 @@ layout(location = 1) in vec3 colour;
 uniform mat4 T;
 uniform float size;
 out vec3 c;
+out vec3 q;
 void main() {
+  q = p;
   gl_Position = T * vec4(p, 1.0);
   gl_PointSize = clamp(size / gl_Position.w, 1.5, 12.0);
   c = colour;
 }`;
 const kFragmentShader = `#version 300 es
-precision mediump float;
+precision highp float;
 in vec3 c;
+in vec3 q;
+uniform float shade;
 out vec4 colour;
-void main() { colour = vec4(c, 1.0); }`;
+const vec3 kLight = vec3(0.35, 0.45, 0.82);
+void main() {
+  vec3 n = cross(dFdx(q), dFdy(q));
+  float lit = dot(n, n) > 0.0 ? abs(dot(normalize(n), kLight)) : 1.0;
+  colour = vec4(c * (1.0 - shade * (1.0 - lit)), 1.0);
+}`;
 
 const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -42,6 +51,7 @@ class Scene {
     this.canvas = canvas;
     this.gl = canvas.getContext('webgl2', {antialias: true});
     this.layers = new Map();
+    this.hidden = new Set();  // groups of layers
     this.target = [2, 0, 0];
     this.yaw = Math.PI * 0.9;
     this.pitch = 0.6;
@@ -64,17 +74,18 @@ class Scene {
     gl.attachShader(this.program, shader(gl.VERTEX_SHADER, kVertexShader));
     gl.attachShader(this.program, shader(gl.FRAGMENT_SHADER, kFragmentShader));
     gl.linkProgram(this.program);
-    this.uniform = {T: gl.getUniformLocation(this.program, 'T'), size: gl.getUniformLocation(this.program, 'size')};
+    this.uniform = {T: gl.getUniformLocation(this.program, 'T'), size: gl.getUniformLocation(this.program, 'size'), shade: gl.getUniformLocation(this.program, 'shade')};
     gl.enable(gl.DEPTH_TEST);
   }
 
-  /// positions: Float32Array of x, y, z; colours: Uint8Array of r, g, b.
-  set(name, mode, positions, colours, size = 0) {
+  /// positions: Float32Array of x, y, z; colours: Uint8Array of r, g, b. Of a point the size, of a
+  /// triangle the shade tells how it looks; layers of a group are shown together.
+  set(name, mode, positions, colours, {size = 0, shade = 0, group = name} = {}) {
     const gl = this.gl;
     if (!gl) return;
     let layer = this.layers.get(name);
     if (!layer) {
-      layer = {array: gl.createVertexArray(), p: gl.createBuffer(), c: gl.createBuffer(), shown: true};
+      layer = {array: gl.createVertexArray(), p: gl.createBuffer(), c: gl.createBuffer()};
       this.layers.set(name, layer);
       gl.bindVertexArray(layer.array);
       gl.bindBuffer(gl.ARRAY_BUFFER, layer.p);
@@ -84,17 +95,28 @@ class Scene {
       gl.enableVertexAttribArray(1);
       gl.vertexAttribPointer(1, 3, gl.UNSIGNED_BYTE, true, 0, 0);
     }
-    Object.assign(layer, {mode, size, count: positions.length / 3});
+    Object.assign(layer, {mode, size, shade, group, count: positions.length / 3});
     gl.bindBuffer(gl.ARRAY_BUFFER, layer.p);
     gl.bufferData(gl.ARRAY_BUFFER, positions, gl.DYNAMIC_DRAW);
     gl.bindBuffer(gl.ARRAY_BUFFER, layer.c);
     gl.bufferData(gl.ARRAY_BUFFER, colours, gl.DYNAMIC_DRAW);
     this.ask();
   }
-  show(name, shown) {
-    const layer = this.layers.get(name);
-    if (layer) layer.shown = shown;
+  show(group, shown) {
+    if (shown) this.hidden.delete(group); else this.hidden.add(group);
     this.ask();
+  }
+  remove(name) {
+    const gl = this.gl, layer = this.layers.get(name);
+    if (!layer) return;
+    gl.deleteVertexArray(layer.array);
+    gl.deleteBuffer(layer.p);
+    gl.deleteBuffer(layer.c);
+    this.layers.delete(name);
+    this.ask();
+  }
+  removeGroup(group) {
+    for (const [name, layer] of [...this.layers]) if (layer.group === group) this.remove(name);
   }
   /// Lines given as pairs of points, all of one colour.
   lines(name, points, colour) {
@@ -149,8 +171,11 @@ class Scene {
     gl.useProgram(this.program);
     gl.uniformMatrix4fv(this.uniform.T, false, this.matrix());
     for (const layer of this.layers.values()) {
-      if (!layer.shown || !layer.count) continue;
+      if (this.hidden.has(layer.group) || !layer.count) continue;
+      // A wall is seen through from behind: whoever looks from outside sees into the room.
+      if (layer.mode === 'TRIANGLES') gl.enable(gl.CULL_FACE); else gl.disable(gl.CULL_FACE);
       gl.uniform1f(this.uniform.size, layer.size * height);
+      gl.uniform1f(this.uniform.shade, layer.shade);
       gl.bindVertexArray(layer.array);
       gl.drawArrays(gl[layer.mode], 0, layer.count);
     }

@@ -11,6 +11,9 @@ const services = new Map();       // name to number
 const last = {};                  // topic to its newest message
 const history = {time: [], points: [], age: []};
 const way = [];                   // where the camera was, in map
+const kSurfaces = {points: '/cloud', mesh: '/mesh', classes: '/mesh/classes'};
+const tilesOf = new Map();        // class to its tiles that are shown
+let stateFrame;                   // that was told of last
 let picture, pictureStamp;        // the newest image
 const recent = new Map();         // what is said of the last images, by their stamps
 let masks = null;                 // the newest outline, and for how many frames it is still shown
@@ -28,17 +31,24 @@ function connect() {
 
 function hear(message) {
   if (message.op === 'advertise') {
-    const subscriptions = [];
+    channels.clear();
+    topicOf.clear();
     for (const channel of message.channels) {
       if (!decoders[channel.schemaName]) continue;
       channels.set(channel.topic, channel);
       topicOf.set(channel.id, channel.topic);
-      subscriptions.push({id: channel.id, channelId: channel.id});
     }
     way.length = 0;
     frames = [];
     setState('waiting for a frame', '');
-    socket.send(JSON.stringify({op: 'subscribe', subscriptions}));
+    const choice = $('surfaces');
+    for (const option of choice.options) option.disabled = option.value !== 'none' && !channels.has(kSurfaces[option.value]);
+    if (choice.selectedOptions[0].disabled) choice.value = 'points';
+    surfaces = choice.value;
+    for (const group of Object.keys(kSurfaces)) forgetSurfaces(group);
+    // Of the surfaces what is looked at alone: the others are not even made.
+    const others = Object.values(kSurfaces).filter((topic) => topic !== kSurfaces[choice.value]);
+    subscribe([...channels.keys()].filter((topic) => !others.includes(topic)));
   } else if (message.op === 'advertiseServices') {
     for (const service of message.services) services.set(service.name, service.id);
     for (const b of $('drive').children) { b.disabled = !token; b.title = token ? '' : 'open the address with the token that the run printed'; }
@@ -46,6 +56,29 @@ function hear(message) {
     say(message.message);
   }
 }
+
+function subscribe(topics) {
+  const ids = topics.filter((topic) => channels.has(topic)).map((topic) => channels.get(topic).id);
+  socket.send(JSON.stringify({op: 'subscribe', subscriptions: ids.map((id) => ({id, channelId: id}))}));
+}
+function unsubscribe(topics) {
+  const subscriptionIds = topics.filter((topic) => channels.has(topic)).map((topic) => channels.get(topic).id);
+  socket.send(JSON.stringify({op: 'unsubscribe', subscriptionIds}));
+}
+function forgetSurfaces(group) {
+  scene.removeGroup(group);
+  tilesOf.clear();
+  drawClasses();
+}
+let surfaces = $('surfaces').value;
+$('surfaces').addEventListener('change', (e) => {
+  const before = surfaces;
+  surfaces = e.target.value;
+  if (socket.readyState !== WebSocket.OPEN) return;
+  if (kSurfaces[before]) unsubscribe([kSurfaces[before]]);
+  forgetSurfaces(before);
+  if (kSurfaces[surfaces]) subscribe([kSurfaces[surfaces]]);
+});
 
 function call(name) {
   const bytes = new Uint8Array(1 + 4 + 4 + 4 + 3 + 4), view = new DataView(bytes.buffer);
@@ -110,14 +143,15 @@ const shows = {
       const corner = (i) => [0, 1, 2].map((k) => m.pose.t[k] + ((i >> k & 1) - 0.5) * m.scale[k]);
       for (let i = 0; i < 8; ++i) for (const k of [1, 2, 4]) if (!(i & k)) edges.push(corner(i), corner(i | k));
     }
-    for (const m of markers) if (m.ns === 'velocities') edges.push(...m.points);
+    for (const m of markers) if (m.ns === 'velocities') edges.push(...triples(m.points));
     scene.lines('objects', edges, colourOf('--dynamic'));
     scene.names = markers.filter((m) => m.ns === 'names').map((m) => ({text: m.text, at: m.pose.t}));
     const rows = markers.filter((m) => m.ns === 'velocities').map((m) => {
       const name = markers.find((o) => o.ns === 'names' && o.id === m.id).text;
-      const speed = Math.hypot(...sub(m.points[1], m.points[0]));
+      const [from, to] = triples(m.points);
+      const speed = Math.hypot(...sub(to, from));
       const row = document.createElement('tr');
-      for (const text of [name, m.points[0].map((v) => v.toFixed(1)).join(', '), speed.toFixed(2)]) row.insertCell().textContent = text;
+      for (const text of [name, from.map((v) => v.toFixed(1)).join(', '), speed.toFixed(2)]) row.insertCell().textContent = text;
       return row;
     });
     document.querySelector('#objects tbody').replaceChildren(...rows);
@@ -125,6 +159,9 @@ const shows = {
   '/state': (all) => {
     const {level, message, values} = all[0];
     setState(message, ['ok', 'warn', 'error'][level]);
+    const isNew = 'frame' in values && values.frame !== stateFrame;  // paused, the last one is told again
+    stateFrame = values.frame;
+    if (!isNew) return;
     const number = (key) => Number(values[key]);
     const stages = ['features [ms]', 'motion check [ms]', 'pose [ms]'].map(number);
     remember('time', stages);
@@ -139,9 +176,20 @@ const shows = {
     $('rate').textContent = `frame ${values.frame}, ${(frames.length / 2).toFixed(0)} frames/s, ${values.inliers} of ${values.matches} matches`;
     drawPlots();
   },
-  '/cloud': (cloud) => showCloud('cloud', cloud, 0.02),
+  '/cloud': (cloud) => { if (surfaces === 'points') showCloud('points', cloud, 0.02); },
+  '/mesh': (markers) => { if (surfaces === 'mesh') showTiles('mesh', markers, 0.35); },
+  '/mesh/classes': (markers) => {
+    if (surfaces !== 'classes') return;
+    showTiles('classes', markers, 0.6);
+    for (const m of markers) {
+      if (!tilesOf.has(m.ns)) tilesOf.set(m.ns, {colour: m.colour, tiles: new Set()});
+      const {tiles} = tilesOf.get(m.ns);
+      if (m.action === 0) tiles.add(m.id); else tiles.delete(m.id);
+    }
+    drawClasses();
+  },
   '/landmarks': (cloud) => showCloud('landmarks', cloud, 0.015),
-  '/loops': (markers) => scene.lines('loops', markers.flatMap((m) => m.points), colourOf('--accent')),
+  '/loops': (markers) => scene.lines('loops', markers.flatMap((m) => triples(m.points)), colourOf('--accent')),
   '/path': (poses) => {
     const marks = poses.flatMap((p) => [p.t, add(p.t, turned(p.q, [0.08, 0, 0]))]);
     scene.lines('path', marks, colourOf('--unknown'));
@@ -154,6 +202,35 @@ function repeated(colour, count) { const all = new Uint8Array(3 * count); for (l
 function colourOf(name) {
   const hex = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+}
+
+function triples(numbers) { return Array.from({length: numbers.length / 3}, (_, i) => Array.from(numbers.subarray(3 * i, 3 * i + 3))); }
+
+/// Triangles of tiles of the world; those of other tiles stay.
+function showTiles(group, markers, shade) {
+  for (const m of markers) {
+    const name = `${group} ${m.ns} ${m.id}`;
+    if (m.action !== 0) { scene.remove(name); continue; }
+    const count = m.points.length / 3, colours = new Uint8Array(3 * count);
+    for (let i = 0; i < count; ++i)
+      for (let k = 0; k < 3; ++k) colours[3 * i + k] = 255 * (m.colours.length ? m.colours[4 * i + k] : m.colour[k]);
+    scene.set(name, 'TRIANGLES', Float32Array.from(m.points), colours, {shade, group});
+  }
+}
+
+function drawClasses() {
+  const names = [...tilesOf.keys()].filter((name) => tilesOf.get(name).tiles.size).sort((a, b) => (a === 'unknown') - (b === 'unknown') || a.localeCompare(b));
+  const legend = $('classes');
+  legend.hidden = !names.length;
+  if (legend.dataset.names === names.join()) return;
+  legend.dataset.names = names.join();
+  legend.replaceChildren(...names.map((name) => {
+    const entry = document.createElement('span'), dot = document.createElement('i');
+    dot.className = 'dot';
+    dot.style.background = `rgb(${tilesOf.get(name).colour.slice(0, 3).map((v) => Math.round(255 * v)).join(' ')})`;
+    entry.append(dot, name);
+    return entry;
+  }));
 }
 
 function showCloud(name, cloud, size) {
@@ -171,8 +248,7 @@ function showCloud(name, cloud, size) {
       colours.set(plain, 3 * i);
     }
   }
-  scene.set(name, 'POINTS', positions, colours, size);
-  scene.show(name, $(`show-${name}`).checked);
+  scene.set(name, 'POINTS', positions, colours, {size});
 }
 
 function drawImage() {
@@ -253,7 +329,7 @@ scene.drawn = () => {
   }));
 };
 scene.panned = () => { $('follow').checked = false; };
-for (const name of ['cloud', 'landmarks', 'path', 'loops', 'objects'])
+for (const name of ['landmarks', 'path', 'loops', 'objects'])
   $(`show-${name}`).addEventListener('change', (e) => scene.show(name, e.target.checked));
 for (const name of ['points', 'boxes', 'masks']) $(`show-${name}`).addEventListener('change', drawImage);
 $('from-above').addEventListener('click', () => { scene.pitch = 1.54; scene.ask(); });

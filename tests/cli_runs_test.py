@@ -101,6 +101,34 @@ class Signals(LongRuns):
         self.assert_nothing_written(left=[".lock", "log.txt"])
 
 
+class EarlySignals(CliTest):
+    """F27, before there is anything to save."""
+
+    def test_a_signal_while_it_starts_leaves_what_was_there(self):
+        self.assert_ran(self.run_slam(sequence(), "--to", "5"))
+        before = contents(self.folder / "out")
+        ended_early = 0
+        for delay_ms in (0, 1, 2, 5, 10, 15, 20, 30, 50):
+            process = subprocess.Popen(
+                [BINARY, "run", sequence(), "--out", self.folder / "out", "--dynamic", "geometry"],
+                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            time.sleep(delay_ms / 1000)
+            process.send_signal(signal.SIGINT)
+            said = process.communicate(timeout=HANG_S)[1]
+            # By itself before the command began, which a shell tells as 130, too.
+            self.assertIn(process.returncode, (130, -signal.SIGINT), said)
+            self.assertNotIn("error", said)
+            now = contents(self.folder / "out")
+            now.pop(".lock", None)
+            if now == {name: text for name, text in before.items() if name != ".lock"}:
+                ended_early += 1
+            else:  # a frame was through: then all of the results are new
+                self.assertEqual(process.returncode, 130)
+                self.assert_sound()
+                before = now
+        self.assertGreater(ended_early, 3)
+
+
 class SimulateSignals(CliTest):
     """A rendering that is broken off is a whole, shorter sequence, or none."""
 

@@ -107,11 +107,12 @@ Status begin_anew(Run& run) {
 }
 
 /// Does what those who drive wish until the frame is due, or the run is stopped or interrupted.
-Status await_turn(Run& run, Timestamp stamp) {
+Status await_turn(Run& run, const RgbdFrame& frame, ProgressBar& progress) {
   Runner& runner = *run.session.runner;
   for (;;) {
+    if (run.view->is_paused()) progress.update(index(frame.id), "paused on the page");
     const auto wishes =
-        run.view->wait_turn(stamp, &runner, [] { return StopSignal::received() != 0; });
+        run.view->wait_turn(frame.stamp, &runner, [] { return StopSignal::received() != 0; });
     if (wishes.save && run.map_saver) run.map_saver->save(runner.map());
     if (wishes.reset) {
       if (Status begun = begin_anew(run); !begun.ok()) return begun;
@@ -157,7 +158,7 @@ Status process_frames(Run& run, LogFile& log_file) {
       warn_about_depth(**frame);
     }
     if (run.view) {
-      if (Status due = await_turn(run, (*frame)->stamp); !due.ok()) return due;
+      if (Status due = await_turn(run, **frame, progress); !due.ok()) return due;
       if (run.stopped) break;
     }
     const TrackResult result = run.session.runner->process(*frame);

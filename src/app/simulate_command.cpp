@@ -228,8 +228,10 @@ Status simulate(SimulateArguments arguments) {
     if (Status status = write_origin(arguments, *source, *frames); !status) return status;
   if (*frames > 0 && outputs->view && arguments.view.stay) {
     outputs->view->finish(nullptr);
+    const bool is_whole = StopSignal::received() == 0;
     log::info("the page stays until it is interrupted (Ctrl-C)");
     outputs->view->stay([] { return StopSignal::received() != 0; });
+    if (is_whole) StopSignal::forget();
   }
   return Ok{};
 }

@@ -42,4 +42,6 @@ StopSignal::~StopSignal() { set_handler(SIG_DFL); }
 
 int StopSignal::received() { return received_signal; }
 
+void StopSignal::forget() { received_signal = 0; }
+
 }  // namespace ygslam

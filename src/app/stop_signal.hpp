@@ -11,6 +11,8 @@ class StopSignal {
   StopSignal& operator=(const StopSignal&) = delete;
   /// @return the signal's number, 0 if none came.
   static int received();
+  /// What came ended a wait alone, and no work: the command has done all it should.
+  static void forget();
 };
 
 }  // namespace ygslam

@@ -9,6 +9,7 @@ namespace {
 constexpr std::array kServices = {"pause",  "resume", "step",  "slower",
                                   "faster", "save",   "reset", "stop"};
 constexpr auto kMapEvery = std::chrono::seconds(1);
+constexpr auto kMeshEvery = std::chrono::seconds(2);
 constexpr int kMapShare = 20;  // showing the map takes at most one part in so many of the time
 constexpr int kMeshNice = 10;  // of the thread that draws the mesh: the run goes first
 constexpr std::size_t kMostPoints = 100'000;
@@ -119,7 +120,7 @@ void RunView::show_map(Runner& runner) {
   if (before >= mesh_due_ && MeshTopics::wanted(batch)) {
     meshes_.push({MeshTopics::take(runner), now_});
     mesh_due_ =
-        before + std::max<Clock::duration>(kMapEvery, kMapShare * milliseconds(mesh_took_ms_));
+        before + std::max<Clock::duration>(kMeshEvery, kMapShare * milliseconds(mesh_took_ms_));
   }
   const auto after = Clock::now();
   map_due_ = after + std::max<Clock::duration>(kMapEvery, kMapShare * (after - before));
@@ -233,6 +234,7 @@ Result<std::string> RunView::drive(std::string_view service) {
   if (has_ended_ && service != "stop") return Error{ErrorKind::kUsage, "the run has ended"};
   if (service == "pause" || service == "resume") {
     is_paused_ = service == "pause";
+    map_wanted_ |= is_paused_;  // as of the frame that is looked at
     tell_state();
     return std::string(is_paused_ ? "paused" : "goes on");
   }

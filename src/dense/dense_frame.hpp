@@ -41,6 +41,7 @@ struct DenseFrame {
   GreyImage things;                        ///< 0 = none, i + 1 = detections[i]; empty = none
   std::vector<Detection> detections;       ///< of things that stand about; at most kMaxDetections
   std::optional<DenseAnchor> anchor = {};  ///< none: it is a keyframe
+  int edge_px = 0;  ///< of `things`: so near the edge of a mask it is not sure what a pixel shows
 };
 
 /// A view's contribution as it is kept on disk; the poses of keyframes are the map's.

@@ -56,10 +56,12 @@ void DenseMap::apply(const DenseUpdate& update) {
       const std::uint8_t number = keyframe.things.begin()[i];  // where it moves is known first
       if (number > 0 && moving[number - 1U]) excluded.begin()[i] = 0;
     }
-    const GreyImage inner = without_edges(keyframe.things, config_.edge_px);
+    const GreyImage inner = without_edges(keyframe.things, keyframe.edge_px);
     Image<SceneObjectId> numbers(inner.width(), inner.height());
-    std::transform(inner.begin(), inner.end(), numbers.begin(),
-                   [](std::uint8_t number) { return SceneObjectId{number}; });
+    std::transform(keyframe.things.begin(), keyframe.things.end(), inner.begin(), numbers.begin(),
+                   [](std::uint8_t number, std::uint8_t kept) {
+                     return number != kept ? kUnsureObject : SceneObjectId{kept};
+                   });
     DepthView view =
         make_depth_view({keyframe.frame->depth_m, keyframe.frame->colour, numbers, excluded},
                         camera_, keyframe.read_out);

@@ -23,7 +23,6 @@ struct DenseMapConfig {
   VolumeConfig volume;
   ReadingConfig reading;
   ObjectMapConfig objects;
-  int edge_px = 2;    ///< so near the edge of a thing's mask nothing is said to be of the thing
   int margin_px = 6;  ///< this far around a mover nothing is taken: masks and depth have soft edges
   double interval_s = 0.5;  ///< without a view for so long, a frame is offered; 0: keyframes alone
   double min_new = 0.02;    ///< share of a frame's surface, less of which is not worth a view

@@ -51,9 +51,7 @@ class Parts {
     return view_.depth.at(u, v) * DepthView::kUnit_m;
   }
   [[nodiscard]] bool is_thing(int u, int v) const {
-    const std::uint8_t object = view_.object.at(u, v);
-    return object != DepthView::kNothing && object != DepthView::kExcluded &&
-           view_.depth.at(u, v) != 0;
+    return DepthView::is_thing(view_.object.at(u, v)) && view_.depth.at(u, v) != 0;
   }
   [[nodiscard]] bool jumps(int u, int v, int x, int y) const {
     const double a = depth_m(u, v), b = depth_m(x, y);
@@ -100,7 +98,7 @@ void drop_what_lies_elsewhere(DepthView& view, const PreparationConfig& config) 
       if (lies_there || static_cast<double>(part.pixels.size()) >
                             kLargeShare * static_cast<double>(largest->pixels.size()))
         continue;
-      for (const int pixel : part.pixels) view.object.data()[pixel] = DepthView::kNothing;
+      for (const int pixel : part.pixels) view.object.data()[pixel] = DepthView::kUnsure;
     }
   }
 }

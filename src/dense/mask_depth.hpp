@@ -7,7 +7,7 @@
 namespace ygslam {
 
 /// A mask is said to show the largest surface in it that hangs together, and what else in it lies
-/// no nearer and no farther than that; smaller parts that do become DepthView::kNothing.
+/// no nearer and no farther than that; smaller parts that do become DepthView::kUnsure.
 void drop_what_lies_elsewhere(DepthView& view, const PreparationConfig& config);
 
 }  // namespace ygslam

@@ -42,6 +42,7 @@ TEST(MaskDepth, TheWallAroundABottleIsNoneOfIt) {
     for (int u = 0; u < 64; ++u)
       ASSERT_EQ(view.object.at(u, v) == kIt, u >= 20 && u < 30 && v >= 10 && v < 40)
           << u << ' ' << v;
+  EXPECT_EQ(count(view, DepthView::kUnsure), 12 * 32 - 10 * 30) << "the mask or the depth is wrong";
 }
 
 TEST(MaskDepth, APartWithinItsDepthsBelongsToIt) {

@@ -181,7 +181,7 @@ std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
       continue;
     }
     if (result[i] == kNoSceneObject) {
-      if (last_id_ + 1 >= static_cast<int>(kWithdrawnObject)) continue;  // no number is left
+      if (last_id_ + 1 >= static_cast<int>(kUnsureObject)) continue;  // no number is left
       result[i] = SceneObjectId{++last_id_};
     }
     add_view(views[i], cells[i], T_world_camera, stamp, objects_[result[i]]);

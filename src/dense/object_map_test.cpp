@@ -108,6 +108,43 @@ TEST(Objects, WhatIsExcludedIsNone) {
   EXPECT_EQ(scene.objects[0].semantic_class, kChair);
 }
 
+TEST(Objects, NearTheEdgesOfMasksItIsNotSureWhatAPixelShows) {
+  const Camera camera = room_camera();
+  DenseUpdate update = seven_views(camera, two_boxes());
+  const GreyImage things = update.added.front().things;
+  update.added.resize(1);
+  update.added.front().edge_px = 2;
+  const GreyImage inner = without_edges(things, 2);
+  DenseMap map(room_config(), camera);
+  map.apply(update);
+  const DepthView view = map.saved().front().view->restored();
+  int unsure = 0;
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    const std::uint8_t object = view.object.begin()[i];
+    if (things.begin()[i] == 0) {
+      ASSERT_EQ(object, DepthView::kNothing);
+    } else if (inner.begin()[i] == 0) {
+      ASSERT_EQ(object, DepthView::kUnsure);
+      ++unsure;
+    }
+  }
+  EXPECT_GT(unsure, 300);
+}
+
+TEST(Objects, WhatIsTooSmallToBeOneIsNoVoteAgainstIt) {
+  const Camera camera = room_camera();
+  DenseUpdate update = seven_views(camera, two_boxes());
+  update.added.resize(1);
+  GreyImage& things = update.added.front().things;
+  int left = 4;  // pixels of the second
+  for (std::uint8_t& number : things)
+    if (number == 2 && left-- <= 0) number = 0;
+  DenseMap map(room_config(), camera);
+  map.apply(update);
+  const DepthView view = map.saved().front().view->restored();
+  EXPECT_EQ(std::count(view.object.begin(), view.object.end(), DepthView::kUnsure), 4);
+}
+
 /// A patch of a wall, so many cells wide, from x = first_m on.
 ThingView patch(SemanticClass semantic_class, double first_m, double width_m) {
   ThingView view{{semantic_class, 0.9F}, {}};

@@ -25,11 +25,7 @@ inline Camera room_camera() {
   return Camera(c);
 }
 
-inline DenseMapConfig room_config() {
-  DenseMapConfig config;
-  config.edge_px = 1;  // of so small an image
-  return config;
-}
+inline DenseMapConfig room_config() { return {}; }
 
 /// A room with its floor at y = 1.2 m and two boxes on it; their numbers are what `detections`
 /// says.

@@ -12,7 +12,8 @@ void exclude_places(const PixelState& state, const SE3& T_world_camera, double c
     for (int u = 0; u < camera.width; ++u) {
       std::uint8_t& object = view.object.at(u, v);
       const double depth_m = view.depth.at(u, v) * DepthView::kUnit_m;
-      if (object != DepthView::kNothing || depth_m <= 0) continue;
+      const bool is_of_none = object == DepthView::kNothing || object == DepthView::kUnsure;
+      if (!is_of_none || depth_m <= 0) continue;
       const Vec3 p_camera((u - camera.cx) / camera.fx * depth_m,
                           (v - camera.cy) / camera.fy * depth_m, depth_m);
       const CellKey key = cell_key(T_world_camera * p_camera, cell_m);

@@ -11,7 +11,7 @@ namespace {
 constexpr int kThingStep_px = 2;         // between the pixels that are looked at
 constexpr double kThingGrain_m = 0.025;  // one point for a cube of this size
 constexpr double kSmallShare = 0.5;      // of its pixels that are not near its mask's edge
-constexpr std::size_t kMinPoints = 12;   // 75 cm2 of surface
+constexpr std::size_t kMinPoints = 8;    // 50 cm2 of surface
 constexpr double kMovingShare = 0.4;     // a mover beside it is no motion of its own
 
 }  // namespace
@@ -97,14 +97,12 @@ void exclude_objects(DepthView& view, const std::vector<bool>& is_gone, int radi
   if (std::find(is_gone.begin(), is_gone.end(), true) == is_gone.end()) return;
   GreyImage gone(view.object.width(), view.object.height());
   std::transform(view.object.begin(), view.object.end(), gone.begin(), [&](std::uint8_t object) {
-    const bool is_thing = object != DepthView::kNothing && object != DepthView::kExcluded;
-    return static_cast<std::uint8_t>(is_thing && is_gone[object - 1U] ? 255 : 0);
+    return static_cast<std::uint8_t>(DepthView::is_thing(object) && is_gone[object - 1U] ? 255 : 0);
   });
   gone = dilated(gone, radius_px);
   std::transform(gone.begin(), gone.end(), view.object.begin(), view.object.begin(),
                  [&](std::uint8_t near, std::uint8_t object) {
-                   const bool is_other = object != DepthView::kNothing &&
-                                         object != DepthView::kExcluded && !is_gone[object - 1U];
+                   const bool is_other = DepthView::is_thing(object) && !is_gone[object - 1U];
                    return near != 0 && !is_other ? DepthView::kExcluded : object;
                  });
 }
@@ -122,9 +120,7 @@ std::vector<ThingView> thing_views(DepthView& view, const std::vector<Detection>
     for (int u = 0; u < view.depth.width(); u += kThingStep_px) {
       const std::uint8_t object = view.object.at(u, v);
       const double depth_m = view.depth.at(u, v) * DepthView::kUnit_m;
-      if (object == DepthView::kNothing || object == DepthView::kExcluded || depth_m <= 0 ||
-          depth_m > max_depth_m)
-        continue;
+      if (!DepthView::is_thing(object) || depth_m <= 0 || depth_m > max_depth_m) continue;
       const Vec3 p((u - camera.cx) / camera.fx * depth_m, (v - camera.cy) / camera.fy * depth_m,
                    depth_m);
       std::array<int, 3> grain{};
@@ -141,8 +137,8 @@ std::vector<ThingView> thing_views(DepthView& view, const std::vector<Detection>
   for (ThingView& thing : things)
     if (thing.p_camera.size() < kMinPoints) thing = {thing.detection, {}, {}, false};
   for (std::uint8_t& object : view.object) {
-    const bool is_thing = object != DepthView::kNothing && object != DepthView::kExcluded;
-    if (is_thing && things[detection_of(object)].p_camera.empty()) object = DepthView::kNothing;
+    if (DepthView::is_thing(object) && things[detection_of(object)].p_camera.empty())
+      object = DepthView::kUnsure;
   }
   return things;
 }

@@ -27,7 +27,8 @@ struct ThingView {
   bool is_moving = false;
 };
 
-inline constexpr int kMaxDetections = 254;  ///< of one keyframe that a DepthView can number
+inline constexpr int kMaxDetections =
+    DepthView::kUnsure - 1;  ///< of one keyframe that a DepthView can number
 
 /// The mask grown by radius_px (square). @return empty for an empty mask.
 [[nodiscard]] GreyImage dilated(const GreyImage& mask, int radius_px);
@@ -47,7 +48,7 @@ inline constexpr int kMaxDetections = 254;  ///< of one keyframe that a DepthVie
 void exclude_objects(DepthView& view, const std::vector<bool>& is_gone, int radius_px);
 
 /// One for each detection. Those of which too little is seen to say where they are have no points,
-/// and their pixels in the view become DepthView::kNothing.
+/// and their pixels in the view become DepthView::kUnsure.
 /// @param view objects are numbers of detections, from 1. @param max_depth_m of points.
 [[nodiscard]] std::vector<ThingView> thing_views(DepthView& view,
                                                  const std::vector<Detection>& detections,

@@ -22,8 +22,9 @@ struct Segmentation {
   FrameId frame = kNoFrame;
   Timestamp stamp;
   std::vector<Instance> instances;  ///< at most 255
-  GreyImage ids;  ///< per pixel: 0 = none, i + 1 = instances[i]; where masks overlap the better
-                  ///< score wins
+  GreyImage ids;    ///< per pixel: 0 = none, i + 1 = instances[i]; where masks overlap the better
+                    ///< score wins
+  int edge_px = 0;  ///< so far the edges of the masks may be off
 };
 using SegmentationPtr = std::shared_ptr<const Segmentation>;
 

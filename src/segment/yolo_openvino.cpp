@@ -1,6 +1,7 @@
 #include "segment/yolo_openvino.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <openvino/runtime/core.hpp>
 
 #include "core/memory.hpp"
@@ -38,7 +39,7 @@ class YoloSegmenter final : public Segmenter {
                                             std::to_string(decoded.rejected) + " bad values)"};
       }
       return Segmentation{frame.id, frame.stamp, std::move(decoded.instances),
-                          std::move(decoded.ids)};
+                          std::move(decoded.ids), edge_px(box)};
     } catch (const std::exception& e) {
       return Error{ErrorKind::kModel, name + ": the network failed: " + one_line(e.what())};
     }
@@ -46,6 +47,11 @@ class YoloSegmenter final : public Segmenter {
   std::string precision() const override { return precision_; }
 
  private:
+  /// Half a cell of the network's masks, which are coarser than the image.
+  [[nodiscard]] int edge_px(const Letterbox& box) const {
+    return static_cast<int>(
+        std::lround(0.5 * layout_.width / (layout_.proto_width * box.scale_x())));
+  }
   void fill_input(const ColourImage& colour, const Letterbox& box) {
     auto* input = request_.get_input_tensor().data<float>();
     if (box.identity()) {

@@ -89,6 +89,7 @@ TEST_F(YoloSegmenterTest, MaskLiesWhereTheNetworkSawItAndCarriesTheFramesId) {
   EXPECT_EQ(out->instances[0].class_id, 0);
   EXPECT_NEAR(out->instances[0].score, 0.9, 0.01);
   expect_mask_is_rectangle(*out, 160, 120, 400, 360, 3);
+  EXPECT_EQ(out->edge_px, 2) << "half a cell of its masks";
 }
 
 TEST_F(YoloSegmenterTest, AnyImageSizeGoesThroughTheLetterboxAndBack) {
@@ -99,6 +100,7 @@ TEST_F(YoloSegmenterTest, AnyImageSizeGoesThroughTheLetterboxAndBack) {
   EXPECT_EQ(out->ids.width(), 1280);
   EXPECT_EQ(out->ids.height(), 720);
   expect_mask_is_rectangle(*out, 400, 200, 900, 600, 6);
+  EXPECT_EQ(out->edge_px, 4);
   const auto small = made.value()->segment(red_frame(100, 160, 20, 40, 80, 120));
   ASSERT_TRUE(small.ok());
   expect_mask_is_rectangle(*small, 20, 40, 80, 120, 2);

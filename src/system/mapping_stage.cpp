@@ -32,6 +32,7 @@ void add_things(const Segmentation& masks, std::span<const int> excluded, DenseF
     dense.detections.push_back({coco_class(instance.class_id), instance.score});
     number[i + 1] = static_cast<std::uint8_t>(dense.detections.size());
   }
+  dense.edge_px = masks.edge_px;
   dense.things = GreyImage(masks.ids.width(), masks.ids.height());
   std::transform(masks.ids.begin(), masks.ids.end(), dense.things.begin(),
                  [&](std::uint8_t id) { return number[id]; });

@@ -24,11 +24,13 @@ class ObjectNumbers {
   explicit ObjectNumbers(DepthView& view) : view_(view) {}
   std::uint8_t operator()(SceneObjectId object) {
     if (object == kNoSceneObject) return DepthView::kNothing;
+    if (object == kUnsureObject) return DepthView::kUnsure;
     if (object == last_) return last_number_;
     const auto next = static_cast<std::uint8_t>(view_.objects.size() + 1);
     const auto [it, is_new] = numbers_.emplace(object, next);
     if (is_new) {
-      CHECK(view_.objects.size() < 254, "more objects in a view than it can number");
+      CHECK(view_.objects.size() + 1 < DepthView::kUnsure,
+            "more objects in a view than it can number");
       view_.objects.push_back(object);
     }
     last_ = object;

@@ -18,17 +18,24 @@ struct Pinhole {
   int width = 0, height = 0;
 };
 
+/// Of a pixel at the edge of a thing's mask, and what it votes for: nothing.
+inline constexpr SceneObjectId kUnsureObject{0xfffe};
+
 /// One dense keyframe. Depth is exact in its unit, so that a stored and reloaded view (lossless)
 /// contributes the same bits.
 struct DepthView {
   static constexpr double kUnit_m = 0.0002;  ///< of `depth`; reaches to 13.1 m
-  static constexpr std::uint8_t kNothing = 0, kExcluded = 255;
+  static constexpr std::uint8_t kNothing = 0, kUnsure = 254, kExcluded = 255;
+  [[nodiscard]] static constexpr bool is_thing(std::uint8_t object) {
+    return object != kNothing && object < kUnsure;
+  }
 
   Pinhole camera;
   Image<std::uint16_t> depth;  ///< along the optical axis [kUnit_m], 0 = none
   ColourImage colour;          ///< where there is depth
-  /// What the pixel shows: kNothing: static, no object; 1 to 254: objects[value - 1]; kExcluded: a
-  /// mover, or too close to the edge of a mask: carves space as far as it was seen, adds nothing.
+  /// What the pixel shows: kNothing: static, no object; 1 to 253: objects[value - 1]; kUnsure:
+  /// static, an object or what lies beside it; kExcluded: a mover, or too close to the edge of a
+  /// mover's mask: carves space as far as it was seen, adds nothing.
   Image<std::uint8_t> object;
   std::vector<SceneObjectId> objects;
 };
@@ -42,7 +49,7 @@ struct RecordedImages {
 };
 
 /// Undoes distortion and rolling shutter.
-/// @param images of the camera's size; at most 254 different objects.
+/// @param images of the camera's size; at most 253 different objects, and kUnsureObject.
 [[nodiscard]] DepthView make_depth_view(const RecordedImages& images, const Camera& camera,
                                         const ReadOut& read_out = {});
 

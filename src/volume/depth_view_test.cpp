@@ -129,9 +129,9 @@ TEST(DepthView, MissingDepthAndObjectsBeyondItsNumbers) {
   EXPECT_EQ(view.depth.at(3, 4), 65534);
   Image<SceneObjectId> many(160, 120);
   std::fill(depth_m.begin(), depth_m.end(), 1.0F);
-  for (std::size_t i = 0; i < 254; ++i) many.data()[i] = static_cast<SceneObjectId>(i + 1);
-  EXPECT_EQ(make_depth_view({depth_m, colour, many, nothing}, camera).objects.size(), 254U);
-  many.data()[254] = SceneObjectId{255};
+  for (std::size_t i = 0; i < 253; ++i) many.data()[i] = static_cast<SceneObjectId>(i + 1);
+  EXPECT_EQ(make_depth_view({depth_m, colour, many, nothing}, camera).objects.size(), 253U);
+  many.data()[253] = SceneObjectId{254};
   EXPECT_THROW(static_cast<void>(make_depth_view({depth_m, colour, many, nothing}, camera)),
                InternalError);
 }

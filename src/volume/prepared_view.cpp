@@ -43,6 +43,8 @@ void PreparedView::assign(const DepthView& view, const PreparationConfig& config
   CHECK(view.colour.same_size(view.depth) && view.object.same_size(view.depth));
   camera_ = view.camera;
   objects_ = view.objects;
+  objects_.resize(DepthView::kUnsure, kNoSceneObject);
+  objects_.back() = kUnsureObject;
   find_tile_depths(view, config);
   find_tile_slopes(config);
   weigh_pixels(view, config);

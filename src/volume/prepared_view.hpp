@@ -67,6 +67,7 @@ class PreparedView {
   /// Where the pixels with a weight are.
   [[nodiscard]] const std::vector<SurfaceTile>& surface_tiles() const { return surface_tiles_; }
   [[nodiscard]] const DepthPyramid& nearest() const { return nearest_; }
+  /// Of every number but DepthView::kNothing and kExcluded, kUnsure included.
   [[nodiscard]] const std::vector<SceneObjectId>& objects() const { return objects_; }
   /// Of all pixels, at most PreparationConfig::max_depth_m.
   [[nodiscard]] float farthest_m() const { return farthest_m_; }

@@ -231,6 +231,40 @@ TEST(SceneVolume, LabelsAreVotedForAndTakenBack) {
     EXPECT_TRUE(volume.surface().blocks().find(key)->votes.empty());
 }
 
+TEST(SceneVolume, ViewsThatAreNotSureVoteForNothing) {
+  const std::vector<SE3> poses = around(12);
+  const World world = room_with_ball(SceneObjectId{7});
+  const auto unsure = [&](const SE3& pose) {
+    DepthView view = render(world, pose);
+    for (std::uint8_t& object : view.object)
+      if (object == 1) object = DepthView::kUnsure;
+    return view;
+  };
+  Volume volume(fine());
+  for (const SE3& pose : poses) volume.integrate(unsure(pose), pose);
+  for (const SurfacePoint& p : volume_mesh(volume).vertices) {
+    ASSERT_EQ(p.label.object, kNoSceneObject);
+    if (p.p_world.norm() < 0.41F) {
+      ASSERT_EQ(p.label.probability, 0) << "nobody knows what it is";
+    }
+  }
+  // One that knows outvotes two that do not.
+  for (const SE3& pose : poses) volume.integrate(unsure(pose), pose);
+  for (const SE3& pose : poses) volume.integrate(render(world, pose), pose);
+  const TriangleMesh ball = object_mesh(volume_mesh(volume), SceneObjectId{7});
+  EXPECT_GT(ball.triangles.size(), 500U);
+  for (const SurfacePoint& p : ball.vertices)
+    if (p.label.object == SceneObjectId{7}) {
+      ASSERT_EQ(p.label.probability, 1);
+    }
+  for (const SE3& pose : poses) {
+    volume.withdraw(unsure(pose), pose);
+    volume.withdraw(unsure(pose), pose);
+    volume.withdraw(render(world, pose), pose);
+  }
+  EXPECT_TRUE(volume.surface().blocks().keys().empty());
+}
+
 TEST(SceneVolume, SmallPiecesCanBeLeftOut) {
   World world = room_with_ball();
   world.spheres[0].radius_m = 0.1;

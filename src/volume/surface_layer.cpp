@@ -69,11 +69,14 @@ void SurfaceBlock::vote(SceneObjectId object, int offset, int sign) {
 
 SurfaceLabel SurfaceBlock::label(int offset, int views) const {
   SurfaceLabel label;
-  if (views == 0) return label;
-  int most = 0, none = views;
+  int most = 0, none = views, know = views;
   for (const ObjectVotes& entry : votes) {
     const int count = entry.votes[static_cast<std::size_t>(offset)];
     none -= count;
+    if (entry.object == kUnsureObject) {
+      know -= count;
+      continue;
+    }
     if (count <= most) continue;
     most = count;
     label.object = entry.object;
@@ -82,7 +85,7 @@ SurfaceLabel SurfaceBlock::label(int offset, int views) const {
     label.object = kNoSceneObject;
     most = none;
   }
-  label.probability = static_cast<float>(most) / static_cast<float>(views);
+  if (know > 0) label.probability = static_cast<float>(most) / static_cast<float>(know);
   return label;
 }
 

@@ -79,15 +79,15 @@ struct SurfaceBlock {
   std::array<SurfaceBrick*, 8> bricks{};
   std::array<std::uint32_t, 8> contributions{};  ///< of each brick: sum of views
   /// In ascending order of objects, none without a vote. A view that does not vote for any object
-  /// has seen something else there.
+  /// has seen something else there, one that votes for kUnsureObject does not know.
   std::vector<ObjectVotes> votes;
   std::uint64_t revision = 0;  ///< SurfaceLayer::revision() of the last change
 
   [[nodiscard]] bool empty() const { return contributions == std::array<std::uint32_t, 8>{}; }
   void vote(SceneObjectId object, int offset, int sign);
   /// @param views of the voxel at cell_offset `offset`. @return the object with most votes there,
-  /// the lowest number among equals, and its share of the views; kNoSceneObject where more views
-  /// voted for none.
+  /// the lowest number among equals, and its share of the views that know; kNoSceneObject where
+  /// more of them voted for none.
   [[nodiscard]] SurfaceLabel label(int offset, int views) const;
 };
 

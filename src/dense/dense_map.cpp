@@ -8,6 +8,7 @@
 #include "dense/mask_depth.hpp"
 #include "dense/room_structure.hpp"
 #include "dense/scene_objects.hpp"
+#include "dense/tables.hpp"
 #include "volume/reading.hpp"
 
 namespace ygslam {
@@ -393,9 +394,31 @@ StaticScene DenseMap::scene() {
   if (mean_camera(up, place) == 0) return scene;
   scene.gravity = find_gravity(scene.mesh, up, place);
   scene.objects = place_objects(objects_, scene.gravity, scene.mesh, scene.space);
+  add_tables(scene);
   label_structure(scene.mesh, scene.gravity);
   label_cells(scene.mesh, scene.space);
   return scene;
+}
+
+void DenseMap::add_tables(StaticScene& scene) const {
+  const double farthest_m = config_.volume.preparation.max_depth_m;
+  for (SceneObject& table : find_tables(scene.mesh, scene.gravity, scene.objects)) {
+    const Vec3 top_world = table.box.T_world_box * Vec3(0, 0, 0.5 * table.box.size_m.z());
+    std::optional<Timestamp> first, last;
+    for (const auto& [id, contribution] : contributions_) {
+      if (!contribution.fused) continue;
+      const Vec3 p_camera = contribution.fused->inverse() * top_world;
+      if (p_camera.z() <= 0 || p_camera.z() > farthest_m) continue;
+      if (!camera_.contains(camera_.project(p_camera))) continue;
+      ++table.views;
+      first = std::min(first.value_or(contribution.stamp), contribution.stamp);
+      last = std::max(last.value_or(contribution.stamp), contribution.stamp);
+    }
+    table.first_seen = first.value_or(objects_.now());
+    table.last_seen = last.value_or(objects_.now());
+    table.known = table.first_seen;
+    scene.objects.push_back(std::move(table));
+  }
 }
 
 std::vector<DenseMap::PlacedView> DenseMap::views() const {

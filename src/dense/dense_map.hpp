@@ -138,6 +138,9 @@ class DenseMap {
   void start_again();
   /// Of the views that are in: the mean of their upward axes and places. @return how many.
   int mean_camera(Vec3& up_guess_world, Vec3& place_world) const;
+  /// Tables that no network named, with the views that look at them, whether something hides them
+  /// or not.
+  void add_tables(StaticScene& scene) const;
 
   DenseMapConfig config_;
   const Camera& camera_;

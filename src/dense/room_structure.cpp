@@ -9,16 +9,7 @@
 #include <vector>
 
 namespace ygslam {
-namespace {
 
-constexpr double kHeightBin_m = 0.02;
-constexpr double kLevelCos = 0.94;    // within 20 degrees of up
-constexpr double kUprightSin = 0.26;  // within 15 degrees of level
-constexpr int kAzimuths = 72;         // of walls: bins of 5 degrees
-constexpr double kOffsetBin_m = 0.05;
-constexpr double kFacingCos = 0.9;
-
-/// A third of the area of each triangle around a vertex [m2].
 std::vector<double> vertex_areas_m2(const TriangleMesh& mesh) {
   std::vector<double> areas(mesh.vertices.size(), 0);
   for (const auto& triangle : mesh.triangles) {
@@ -30,6 +21,15 @@ std::vector<double> vertex_areas_m2(const TriangleMesh& mesh) {
   }
   return areas;
 }
+
+namespace {
+
+constexpr double kHeightBin_m = 0.02;
+constexpr double kLevelCos = 0.94;    // within 20 degrees of up
+constexpr double kUprightSin = 0.26;  // within 15 degrees of level
+constexpr int kAzimuths = 72;         // of walls: bins of 5 degrees
+constexpr double kOffsetBin_m = 0.05;
+constexpr double kFacingCos = 0.9;
 
 /// Mean direction of the surfaces that face up or down, in a narrowing cone around the last one.
 Vec3 refined_up(const TriangleMesh& mesh, const std::vector<double>& areas_m2, const Vec3& guess,

@@ -2,6 +2,8 @@
 // network names them; and what its cells are of.
 #pragma once
 
+#include <vector>
+
 #include "scene/scene.hpp"
 
 namespace ygslam {
@@ -15,6 +17,9 @@ struct RoomStructureConfig {
   double min_room_height_m = 1.8;   ///< a ceiling is so high above the floor
   double min_below_camera_m = 0.3;  ///< a floor is so far below the cameras
 };
+
+/// Of each vertex: a third of the area of each triangle around it [m2].
+[[nodiscard]] std::vector<double> vertex_areas_m2(const TriangleMesh& mesh);
 
 /// Up is where most level surfaces face; the floor is the lowest large one below the camera.
 /// @param up_guess_world e.g. against the y axis of a camera held upright, roughly.

@@ -1,9 +1,9 @@
 #include "volume/mesh_assembly.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/check.hpp"
+#include "volume/mesh_pieces.hpp"
 
 namespace ygslam {
 namespace {
@@ -11,25 +11,6 @@ namespace {
 constexpr std::uint32_t kUnused = 0xffffffffU;
 constexpr int kEdgeBits = 11;
 constexpr std::uint16_t kEdgeMask = (1 << kEdgeBits) - 1;
-
-/// Sets of vertices that triangles join.
-class Pieces {
- public:
-  explicit Pieces(std::size_t vertices) : parent_(vertices) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t p = root(a), q = root(b);
-    parent_[std::max(p, q)] = std::min(p, q);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 class Assembly {
  public:

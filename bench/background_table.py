@@ -7,8 +7,10 @@ SEQ is rendered with --truth: rgb_static and depth_static show the world without
 mask/ has the movers' ids. Judged are the movers' pixels whose background was seen before: where some frame
 of SEQ shows the static surface within --cell of it, itself not hidden and nearer than --far. SSIM is Wang's
 (2004) of the picture but for what was never seen and stays black, averaged over those pixels; "ssim_black"
-counts the black as well: a pixel beside it then differs, whatever it shows. Beside it, what DIR's pictures are worth where the
-frame's own pixels are shown ("own"), and how many movers' pixels were taken for the room ("left").
+counts the black as well: a pixel beside it then differs, whatever it shows. Depth errors are told once more as if
+an edge might lie a pixel off ("shifted": the least difference from the nine true pixels around). Beside it, what
+DIR's pictures are worth where the frame's own pixels are shown ("own"), and how many movers' pixels were taken for
+the room ("left").
 """
 import argparse
 import json
@@ -88,6 +90,15 @@ def seen_cells(seq, stamps, cell, far):
     return np.unique(np.concatenate(found))
 
 
+def beside(mine, true):
+    """Least difference from the true depths of the pixel and its eight neighbours: small where an edge lies
+    a pixel off."""
+    height, width = true.shape
+    padded = np.pad(true, 1, mode="edge")
+    return np.min([np.abs(mine - padded[v:v + height, u:u + width])
+                   for v in range(3) for u in range(3)], 0)
+
+
 def db(squares):
     return round(float(10 * np.log10(255 ** 2 / np.mean(squares))), 2) if len(squares) else None
 
@@ -96,7 +107,7 @@ def measure(arguments):
     seq, folder = Sequence(arguments.seq), arguments.pictures
     stamps = sorted(read_list(folder / "rgb.txt"))
     seen = seen_cells(seq, sorted(seq.depths)[::arguments.step], arguments.cell, arguments.far)
-    squares, similar, with_black, depth_errors, sources, own, left = [], [], [], [], [], [], []
+    squares, similar, with_black, depth_errors, sources, own, left, shifted = ([] for _ in range(8))
     for stamp in stamps[::arguments.step]:
         name = f"{stamp:.6f}.png"
         colour, depth, hidden = seq.truth(stamp)
@@ -111,11 +122,12 @@ def measure(arguments):
         similar.append(ssim(*grey, source != NEVER)[filled])
         with_black.append(ssim(*grey, np.full(source.shape, True))[filled])
         depth_errors.append((mine_depth - depth)[filled])
+        shifted.append(beside(mine_depth, depth)[filled])
         sources.append(source[wanted])
         left.append(source[hidden] == 0)
         own.append(error[(source == 0) & ~hidden])
     squares, depth_errors = np.concatenate(squares), np.concatenate(depth_errors)
-    sources = np.concatenate(sources)
+    sources, shifted = np.concatenate(sources), np.concatenate(shifted)
     near = np.abs(depth_errors) < 0.1
     return {"pictures": folder.name, "frames": len(squares) and len(similar), "pixels": len(sources),
             "psnr_db": db(squares[:, 0]), "psnr_views_db": db(squares[squares[:, 1] == VIEW, 0]),
@@ -124,6 +136,10 @@ def measure(arguments):
             "ssim_black": round(float(np.concatenate(with_black).mean()), 4),
             "depth_rmse_m": round(float(np.sqrt(np.mean(depth_errors ** 2))), 4),
             "depth_median_m": round(float(np.median(np.abs(depth_errors))), 4),
+            "depth_p90_m": round(float(np.percentile(np.abs(depth_errors), 90)), 4),
+            "depth_p95_m": round(float(np.percentile(np.abs(depth_errors), 95)), 4),
+            "depth_rmse_shifted_m": round(float(np.sqrt(np.mean(shifted ** 2))), 4),
+            "beyond_10cm_shifted": round(float(np.mean(shifted >= 0.1)), 4),
             "depth_rmse_within_10cm_m": round(float(np.sqrt(np.mean(depth_errors[near] ** 2))), 4),
             "beyond_10cm": round(float(1 - near.mean()), 4),
             "covered": round(float(np.isin(sources, (VIEW, MAP)).mean()), 4),

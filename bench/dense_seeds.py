@@ -78,6 +78,7 @@ TABLES = {
     "background": [("PSNR dB", "background.psnr_db", 1, True), ("SSIM", "background.ssim", 1, True),
                    ("depth RMSE cm", "background.depth_rmse_m", 100, False),
                    ("median cm", "background.depth_median_m", 100, False),
+                   ("90 % within cm", "background.depth_p90_m", 100, False),
                    ("filled %", "background.covered", 100, True)]}
 
 

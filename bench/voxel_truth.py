@@ -143,7 +143,8 @@ def true_cells(frames):
 
 def standing_boxes(seq):
     """Of things that came to where they stand at the end."""
-    objects = json.loads((seq / "true_objects.json").read_text())["objects"]
+    truth = json.loads((seq / "true_objects.json").read_text())
+    objects = truth["objects"] + truth.get("nameless", [])
     begin = min((p["from_ns"] for o in objects for p in o["places"]), default=0)
     end = max((p["until_ns"] for o in objects for p in o["places"]), default=0)
     lasts = [o["places"][-1] for o in objects if o["places"]]

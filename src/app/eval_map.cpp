@@ -62,10 +62,10 @@ MappedThing mapped_thing(const SceneObject& object, const SE3& T_truth_map) {
 }
 
 // Nothing where the truth tells of no things.
-Result<std::optional<std::vector<TrueThing>>> read_things(const fs::path& truth) {
+Result<std::optional<TrueThings>> read_things(const fs::path& truth) {
   std::error_code code;
   const fs::path file = truth / "true_objects.json";
-  if (!fs::exists(file, code)) return std::optional<std::vector<TrueThing>>();
+  if (!fs::exists(file, code)) return std::optional<TrueThings>();
   const auto bytes = read_file(file, std::size_t{64} << 20);
   if (!bytes.ok()) return bytes.error();
   auto things = parse_true_objects(*bytes, file.string());
@@ -96,7 +96,8 @@ Result<std::string> eval_map(const MapEvalArguments& a) {
   const auto things = read_things(a.truth);
   if (!things.ok()) return things.error();
   std::optional<ObjectJudgement> objects;
-  if (*things && scene->has_objects) objects = judge_objects(**things, *scene, *T_truth_map);
+  if (*things && scene->has_objects)
+    objects = judge_objects((*things)->named, *scene, *T_truth_map);
   Surface map{{}, std::move(scene->mesh.triangles)};
   for (const SurfacePoint& point : scene->mesh.vertices) {
     map.points.emplace_back((*T_truth_map * point.p_world.cast<double>()).cast<float>());
@@ -105,7 +106,8 @@ Result<std::string> eval_map(const MapEvalArguments& a) {
   auto truth = read_surface_truth(a.truth);
   if (!truth.ok()) return truth.error();
   if (*things && truth->movers)  // what was moved and stands again belongs into a map
-    truth->movers = apart_from(*truth->movers, moved_and_standing(**things), kMovedMargin_m);
+    truth->movers =
+        apart_from(*truth->movers, moved_and_standing((*things)->all()), kMovedMargin_m);
   const SurfaceScore score = score_surface(map, *truth);
   if (!a.json) {
     std::string text = format_surface(score, a.map);

@@ -24,21 +24,32 @@ TruePlace place_of(const nlohmann::json& json) {
   return place;
 }
 
+TrueThing thing_of(const nlohmann::json& json, bool is_group) {
+  TrueThing thing{json.at("class").get<std::string>(), is_group, {}};
+  for (const nlohmann::json& place : json.at("places")) thing.places.push_back(place_of(place));
+  return thing;
+}
+
 }  // namespace
 
-Result<std::vector<TrueThing>> parse_true_objects(std::string_view text, const std::string& name) {
+std::vector<TrueThing> TrueThings::all() const {
+  std::vector<TrueThing> things = named;
+  things.insert(things.end(), nameless.begin(), nameless.end());
+  return things;
+}
+
+Result<TrueThings> parse_true_objects(std::string_view text, const std::string& name) {
   const auto parsed = parse_json(text, name);
   if (!parsed.ok()) return parsed.error();
   const nlohmann::json& json = *parsed;
   try {
     if (json.at("format") != "ygslam true objects") throw std::runtime_error("not true objects");
-    std::vector<TrueThing> things;
-    for (const nlohmann::json& object : json.at("objects")) {
-      TrueThing thing{object.at("class").get<std::string>(), object.at("group").get<bool>(), {}};
-      for (const nlohmann::json& place : object.at("places"))
-        thing.places.push_back(place_of(place));
-      things.push_back(std::move(thing));
-    }
+    TrueThings things;
+    for (const nlohmann::json& object : json.at("objects"))
+      things.named.push_back(thing_of(object, object.at("group").get<bool>()));
+    if (const auto nameless = json.find("nameless"); nameless != json.end())
+      for (const nlohmann::json& object : *nameless)
+        things.nameless.push_back(thing_of(object, false));
     return things;
   } catch (const std::exception& e) {
     return Error{ErrorKind::kInput, name + ": " + e.what()};

@@ -10,8 +10,13 @@
 
 namespace ygslam {
 
+struct TrueThings {
+  std::vector<TrueThing> named;
+  std::vector<TrueThing> nameless;  ///< no network knows their class, and they were moved
+  [[nodiscard]] std::vector<TrueThing> all() const;
+};
+
 /// @param name for messages. @return kInput naming file and fault.
-[[nodiscard]] Result<std::vector<TrueThing>> parse_true_objects(std::string_view text,
-                                                                const std::string& name);
+[[nodiscard]] Result<TrueThings> parse_true_objects(std::string_view text, const std::string& name);
 
 }  // namespace ygslam

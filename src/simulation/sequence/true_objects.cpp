@@ -27,6 +27,42 @@ bool is_rest(const ThingPlace& place) {
 
 double rounded(double value) { return std::round(value * 1e6) / 1e6 + 0.0; }
 
+/// The last place's end moves on, or another place begins. @return the place.
+ThingPlace& watch(const SE3& T_world_object, Timestamp stamp, std::vector<ThingPlace>& places) {
+  const SE3 T = places.empty() ? SE3() : places.back().T_world_object.inverse() * T_world_object;
+  if (places.empty() || T.t().norm() > kStill_m || T.angle() > kStill_rad) {
+    if (!places.empty() && !is_rest(places.back())) places.pop_back();
+    places.push_back({stamp, stamp, T_world_object, 0});
+  }
+  places.back().until = stamp;
+  return places.back();
+}
+
+bool is_nameless(const Scene& scene, std::size_t mover) {
+  return !scene.movers[mover].is_body() &&
+         std::none_of(scene.things.begin(), scene.things.end(),
+                      [&](const NamedThing& thing) { return thing.object == mover + 1; });
+}
+
+nlohmann::ordered_json json_of(const std::vector<ThingPlace>& places, const Mesh& mesh,
+                               const NamedPart& part, bool moves) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const ThingPlace& place : places) {
+    if (moves && !is_rest(place)) continue;
+    const ThingBox box = box_of(mesh, part, place.T_world_object);
+    const auto vector = [](const Vec3& v) {
+      return nlohmann::ordered_json{rounded(v.x()), rounded(v.y()), rounded(v.z())};
+    };
+    list.push_back({{"from_ns", place.from.ns},
+                    {"until_ns", place.until.ns},
+                    {"centre_m", vector(box.centre)},
+                    {"size_m", vector(box.size_m)},
+                    {"yaw_rad", rounded(box.yaw_rad)},
+                    {"frames", place.frames}});
+  }
+  return list;
+}
+
 }  // namespace
 
 void number_things(Scene& scene) {
@@ -86,16 +122,11 @@ void TrueObjects::add(const Scene& scene, double t_s, Timestamp stamp, const Gre
     if (thing.object > 0 && scene.movers[thing.object - 1].is_body()) continue;
     const SE3 T_world_object =
         thing.object == 0 ? SE3() : scene.movers[thing.object - 1].pose_at(t_s);
-    std::vector<ThingPlace>& places = places_[thing.id];
-    const SE3 T = places.empty() ? SE3() : places.back().T_world_object.inverse() * T_world_object;
-    if (places.empty() || T.t().norm() > kStill_m || T.angle() > kStill_rad) {
-      if (!places.empty() && !is_rest(places.back())) places.pop_back();
-      places.push_back({stamp, stamp, T_world_object, 0});
-    }
-    places.back().until = stamp;
-    if (pixels[thing.id] >= kShownShare * static_cast<double>(things.size()))
-      ++places.back().frames;
+    ThingPlace& place = watch(T_world_object, stamp, places_[thing.id]);
+    if (pixels[thing.id] >= kShownShare * static_cast<double>(things.size())) ++place.frames;
   }
+  for (std::size_t i = 0; i < scene.movers.size(); ++i)
+    if (is_nameless(scene, i)) watch(scene.movers[i].pose_at(t_s), stamp, nameless_[i]);
 }
 
 std::string TrueObjects::json(const Scene& scene) const {
@@ -104,27 +135,23 @@ std::string TrueObjects::json(const Scene& scene) const {
     const auto known = places_.find(thing.id);
     if (known == places_.end() || is_room(thing.class_name)) continue;
     const Mesh& mesh = thing.object == 0 ? scene.fixed : scene.movers[thing.object - 1].mesh;
-    nlohmann::ordered_json places = nlohmann::ordered_json::array();
-    for (const ThingPlace& place : known->second) {
-      if (thing.object > 0 && !is_rest(place)) continue;
-      const ThingBox box = box_of(mesh, thing.part, place.T_world_object);
-      const auto vector = [](const Vec3& v) {
-        return nlohmann::ordered_json{rounded(v.x()), rounded(v.y()), rounded(v.z())};
-      };
-      places.push_back({{"from_ns", place.from.ns},
-                        {"until_ns", place.until.ns},
-                        {"centre_m", vector(box.centre)},
-                        {"size_m", vector(box.size_m)},
-                        {"yaw_rad", rounded(box.yaw_rad)},
-                        {"frames", place.frames}});
-    }
     list.push_back({{"id", thing.id},
                     {"class", thing.class_name},
                     {"group", thing.is_group},
-                    {"places", std::move(places)}});
+                    {"places", json_of(known->second, mesh, thing.part, thing.object > 0)}});
   }
-  const nlohmann::ordered_json json = {
-      {"format", "ygslam true objects"}, {"version", 1}, {"objects", std::move(list)}};
+  nlohmann::ordered_json nameless = nlohmann::ordered_json::array();
+  for (const auto& [mover, places] : nameless_) {
+    const Mover& its = scene.movers[mover];
+    const auto triangles = static_cast<std::uint32_t>(its.mesh.triangles.size());
+    nameless.push_back(
+        {{"class", its.class_name},
+         {"places", json_of(places, its.mesh, {its.class_name, false, 0, triangles, 0}, true)}});
+  }
+  const nlohmann::ordered_json json = {{"format", "ygslam true objects"},
+                                       {"version", 1},
+                                       {"objects", std::move(list)},
+                                       {"nameless", std::move(nameless)}};
   return json.dump(1) + "\n";
 }
 

@@ -35,11 +35,13 @@ class TrueObjects {
   /// @param things, depth_m as in SimulatedFrame.
   void add(const Scene& scene, double t_s, Timestamp stamp, const GreyImage& things,
            const DepthImage& depth_m);
-  /// true_objects.json: all things but people and parts of the room.
+  /// true_objects.json: all things but people and parts of the room; beside them what moves and has
+  /// no name, as a door.
   [[nodiscard]] std::string json(const Scene& scene) const;
 
  private:
   std::map<std::uint8_t, std::vector<ThingPlace>> places_;
+  std::map<std::size_t, std::vector<ThingPlace>> nameless_;  // by their place in Scene::movers
 };
 
 /// What Scene::things are called, as instances.json has it.

@@ -14,7 +14,7 @@ nlohmann::json watched(const SequenceSource& source, double seconds) {
     objects.add(source.scene(), t_s, {static_cast<std::int64_t>(t_s * 1e9)}, GreyImage(1, 1),
                 DepthImage(1, 1));
   }
-  return nlohmann::json::parse(objects.json(source.scene())).at("objects");
+  return nlohmann::json::parse(objects.json(source.scene()));
 }
 
 TEST(TrueObjects, EveryPixelOfAThingLiesInItsBox) {
@@ -50,7 +50,8 @@ TEST(TrueObjects, EveryPixelOfAThingLiesInItsBox) {
 }
 
 TEST(TrueObjects, AThingThatWasPushedHasTwoPlacesAndTheFixedOnesHaveOne) {
-  const auto objects = watched(open_or_die("moved_chair", small_options(20, 5)), 20);
+  const auto truth = watched(open_or_die("moved_chair", small_options(20, 5)), 20);
+  const auto& objects = truth.at("objects");
   int moved = 0, fixed = 0;
   for (const auto& object : objects) {
     const auto& places = object.at("places");
@@ -72,6 +73,19 @@ TEST(TrueObjects, AThingThatWasPushedHasTwoPlacesAndTheFixedOnesHaveOne) {
   }
   EXPECT_EQ(moved, 1);
   EXPECT_GT(fixed, 20);
+}
+
+TEST(TrueObjects, ADoorHasNoNameButPlaces) {
+  const auto truth = watched(open_or_die("moved_chair", small_options(14, 5)), 14);
+  ASSERT_EQ(truth.at("nameless").size(), 1U);
+  const auto& door = truth.at("nameless")[0];
+  EXPECT_EQ(door.at("class"), "door");
+  const auto& places = door.at("places");
+  ASSERT_EQ(places.size(), 2U) << "closed, and open to the end";
+  EXPECT_LE(places[0].at("until_ns").get<double>(), 5.2e9);
+  EXPECT_GE(places[1].at("from_ns").get<double>(), 6.7e9);
+  EXPECT_GE(places[1].at("until_ns").get<double>(), 13.8e9);
+  for (const auto& place : places) EXPECT_NEAR(place.at("size_m")[2].get<double>(), 0.9, 0.05);
 }
 
 TEST(TrueObjects, LeavingMoversOutChangesNoId) {

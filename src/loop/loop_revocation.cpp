@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include "core/statistics.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -67,21 +69,12 @@ class Restored {
     std::vector<double> distances_m;
     for (const FusionLog::Fusion& fusion : log.fusions)
       distances_m.push_back((position(fusion.at) - position(fusion.into_at)).norm());
-    if (distances_m.empty()) return 0;
-    const auto middle = distances_m.begin() + std::ssize(distances_m) / 2;
-    std::ranges::nth_element(distances_m, middle);
-    return *middle;
+    return distances_m.empty() ? 0 : median(distances_m);
   }
 
   /// Whether the keyframe and the landmark stood on two sides of the weld.
   [[nodiscard]] bool is_across(const Landmark& landmark, KeyframeId keyframe) const {
-    const auto shift = [&](KeyframeId id) -> Vec3 {
-      const auto it = moved_.find(id);
-      return it == moved_.end() ? landmark.p_world : it->second.T_new_old * landmark.p_world;
-    };
-    const KeyframeId first = landmark.observations.front().keyframe;
-    const Vec3 p_world = p_world_.contains(landmark.id) ? p_world_.at(landmark.id) : shift(first);
-    return (p_world - shift(keyframe)).norm() > kAcross * apart_m_;
+    return (position(landmark) - moved_with(keyframe, landmark)).norm() > kAcross * apart_m_;
   }
 
   [[nodiscard]] std::vector<LandmarkId> all_landmarks() const {
@@ -93,8 +86,13 @@ class Restored {
 
   [[nodiscard]] Vec3 position(const Landmark& landmark) const {
     const auto known = p_world_.find(landmark.id);
-    if (known != p_world_.end()) return known->second;
-    const auto it = moved_.find(landmark.observations.front().keyframe);
+    return known != p_world_.end() ? known->second
+                                   : moved_with(landmark.observations.front().keyframe, landmark);
+  }
+
+  /// Where the landmark is if it goes with the keyframe.
+  [[nodiscard]] Vec3 moved_with(KeyframeId keyframe, const Landmark& landmark) const {
+    const auto it = moved_.find(keyframe);
     return it == moved_.end() ? landmark.p_world : it->second.T_new_old * landmark.p_world;
   }
 

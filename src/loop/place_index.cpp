@@ -22,7 +22,7 @@ bool PlaceIndex::has_proved_static(const Landmark& landmark) const {
 }
 
 void PlaceIndex::insert(const Landmark& landmark) {
-  if (!has_proved_static(landmark) || !indexed_.try_emplace(landmark.id, true).second) return;
+  if (!has_proved_static(landmark) || !indexed_.insert(landmark.id).second) return;
   for (int t = 0; t < kTables; ++t)
     tables_[t][key(landmark.descriptor, t)].push_back({landmark.descriptor, landmark.id});
 }
@@ -51,8 +51,8 @@ std::vector<PlaceHit> PlaceIndex::query(const Map& map, const Features& features
     const Descriptor& descriptor = features.descriptors[i];
     for (int t = 0; t < kTables; ++t) {
       for (const Posting& posting : tables_[t][key(descriptor, t)]) {
-        const int bits = distance(descriptor, posting.descriptor);
-        if (bits <= config_.max_distance) hits.push_back({i, posting.landmark, bits});
+        if (distance(descriptor, posting.descriptor) <= config_.max_distance)
+          hits.push_back({i, posting.landmark});
       }
     }
     // A landmark may lie in the feature's bucket of several tables.

@@ -4,7 +4,7 @@
 
 #include <array>
 #include <span>
-#include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "map/map.hpp"
@@ -23,7 +23,6 @@ struct PlaceIndexConfig {
 struct PlaceHit {
   std::uint32_t feature = 0;
   LandmarkId landmark = kNoLandmark;
-  int distance = 0;  ///< Hamming
 };
 
 /// A keyframe whose surroundings may be what is seen.
@@ -73,7 +72,7 @@ class PlaceIndex {
 
   PlaceIndexConfig config_;
   std::array<Table, kTables> tables_;
-  std::unordered_map<LandmarkId, bool> indexed_;  // no result depends on its order
+  std::unordered_set<LandmarkId> indexed_;  // no result depends on its order
 };
 
 }  // namespace ygslam

@@ -45,10 +45,9 @@ bool sees_through(const Camera& camera, const Keyframe& keyframe, const Vec3& p_
 
 }  // namespace
 
-int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
-                   const CullingConfig& config) {
+void cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
+                    const CullingConfig& config) {
   const auto newest = static_cast<int>(index(map.next_keyframe_id())) - 1;
-  int removed = 0;
   std::erase_if(recent_landmarks, [&](LandmarkId id) {
     if (!map.has_landmark(id)) return true;
     const Landmark& landmark = map.landmark(id);
@@ -57,12 +56,10 @@ int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
     const bool thin = static_cast<int>(landmark.observations.size()) < config.min_observations;
     if (landmark.found_ratio() < config.min_found_ratio || (old && thin)) {
       map.remove_landmark(id);
-      ++removed;
       return true;
     }
     return old;
   });
-  return removed;
 }
 
 int cull_seen_through(Map& map, const Camera& camera, KeyframeId id, const CullingConfig& config) {

@@ -20,9 +20,8 @@ struct CullingConfig {
 };
 
 /// Judges the recent landmarks; those that passed or went are taken out of the list.
-/// @return number removed.
-int cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
-                   const CullingConfig& config);
+void cull_landmarks(Map& map, std::vector<LandmarkId>& recent_landmarks,
+                    const CullingConfig& config);
 
 /// Ends landmarks of the neighbours that this keyframe, as others before it, saw through: what they
 /// were on has been carried away. @return number removed.

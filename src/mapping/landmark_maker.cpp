@@ -78,8 +78,8 @@ void triangulate_pair(Map& map, const Camera& camera, KeyframeId id, KeyframeId 
 
 }  // namespace
 
-int make_from_depth(Map& map, const Camera& camera, KeyframeId id,
-                    const LandmarkMakerConfig& config, std::vector<LandmarkId>& made) {
+void make_from_depth(Map& map, const Camera& camera, KeyframeId id,
+                     const LandmarkMakerConfig& config, std::vector<LandmarkId>& made) {
   const Keyframe& keyframe = map.keyframe(id);
   const auto& points = keyframe.data->features->points;
   auto free = without_landmark(keyframe, true, config.min_static_weight);
@@ -94,17 +94,14 @@ int make_from_depth(Map& map, const Camera& camera, KeyframeId id,
     made.push_back(map.add_landmark(T_world_camera * p_camera, id, i));
     ++count;
   }
-  return count;
 }
 
-int make_by_triangulation(Map& map, const Camera& camera, KeyframeId keyframe,
-                          const LandmarkMakerConfig& config, std::vector<LandmarkId>& made) {
-  const std::size_t before = made.size();
+void make_by_triangulation(Map& map, const Camera& camera, KeyframeId keyframe,
+                           const LandmarkMakerConfig& config, std::vector<LandmarkId>& made) {
   for (const KeyframeId neighbour : map.covisible(
            keyframe, kSharedToPair, static_cast<std::size_t>(config.triangulation_neighbours))) {
     triangulate_pair(map, camera, keyframe, neighbour, config, made);
   }
-  return static_cast<int>(made.size() - before);
 }
 
 }  // namespace ygslam

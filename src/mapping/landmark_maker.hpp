@@ -19,12 +19,12 @@ struct LandmarkMakerConfig {
   int max_distance = 50;  ///< Hamming, for triangulation
 };
 
-/// @return number of landmarks made from depth.
-int make_from_depth(Map& map, const Camera& camera, KeyframeId keyframe,
-                    const LandmarkMakerConfig& config, std::vector<LandmarkId>& made);
+/// @param made the new landmarks are appended.
+void make_from_depth(Map& map, const Camera& camera, KeyframeId keyframe,
+                     const LandmarkMakerConfig& config, std::vector<LandmarkId>& made);
 
 /// Pairs features without depth with those of the most covisible keyframes.
-int make_by_triangulation(Map& map, const Camera& camera, KeyframeId keyframe,
-                          const LandmarkMakerConfig& config, std::vector<LandmarkId>& made);
+void make_by_triangulation(Map& map, const Camera& camera, KeyframeId keyframe,
+                           const LandmarkMakerConfig& config, std::vector<LandmarkId>& made);
 
 }  // namespace ygslam

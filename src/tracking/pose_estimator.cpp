@@ -57,15 +57,14 @@ std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
   const auto had = std::ssize(last.landmarks) -
                    std::count(last.landmarks.begin(), last.landmarks.end(), kNoLandmark);
   std::optional<FirstPose> best;
-  const auto will_do = [&](const std::optional<PoseSolution>& pose, std::vector<Pairing> pairings) {
-    if (!pose || pose->inliers < config_.min_matches) return false;
+  const auto consider = [&](std::vector<Pairing> pairings, const SE3& T_start_world) {
+    const auto pose = solve(frame, pairings, T_start_world);
+    if (!pose || pose->inliers < config_.min_matches) return;
     if (!best || pose->inliers > best->solution.inliers) best = {*pose, std::move(pairings)};
-    return pose->inliers >= kConvincingShare * static_cast<double>(had);
   };
   for (const double radius_px : {config_.search_last_px, config_.search_wide_px}) {
-    auto pairings = match_last(frame, last, T_last_world, view, T_guess_world, radius_px);
-    const auto pose = solve(frame, pairings, T_guess_world);
-    if (will_do(pose, std::move(pairings))) return best;
+    consider(match_last(frame, last, T_last_world, view, T_guess_world, radius_px), T_guess_world);
+    if (best && best->solution.inliers >= kConvincingShare * static_cast<double>(had)) return best;
   }
   auto pairings = match_last_by_descriptor(frame, last, T_last_world, view);
   std::vector<PnpPoint> points;
@@ -73,10 +72,8 @@ std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
     const Feature& f = frame.features->points[p.feature];
     points.push_back({p.p_world, f.ideal_px.cast<double>(), f.depth_m});
   }
-  if (const auto rough = solve_pnp_ransac(camera_, points, PnpConfig{}, rng)) {
-    const auto pose = solve(frame, pairings, rough->T_camera_world);
-    (void)will_do(pose, std::move(pairings));
-  }
+  if (const auto rough = solve_pnp_ransac(camera_, points, PnpConfig{}, rng))
+    consider(std::move(pairings), rough->T_camera_world);
   return best;
 }
 

@@ -110,7 +110,7 @@ void PointClassifier::carry_masks(const RgbdFrame& frame, const std::vector<Flow
                                   std::span<const SegmentationPtr> new_masks,
                                   FrameEvidence& evidence) {
   labels_.push(frame.id, evidence.frame.features, evidence.links, ends, frame.depth_m);
-  if (config_.mode != DynamicMode::kGeometry)
+  if (uses_masks(config_.mode))
     for (const SegmentationPtr& masks : new_masks)
       if (masks) labels_.apply(*masks);
   evidence.mask_age_frames = labels_.mask_age_frames();
@@ -180,9 +180,6 @@ void PointClassifier::give_to_features(FrameEvidence& evidence) const {
   for (std::size_t i = 0; i < features.size(); ++i) {
     PointEvidence& point = evidence.points[i];
     const std::int32_t k = source[i];
-    point.epipolar_px = -1;
-    point.moving_share = -1;
-    point.ego_motion = {};
     if (k >= 0) {
       point.epipolar_px = evidence.epipolar.points[k].distance_px;
       point.moving_share = share[k];

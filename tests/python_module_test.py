@@ -2,7 +2,9 @@
 
     PYTHONPATH=build/release/python python tests/python_module_test.py
 """
+import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -14,8 +16,17 @@ import urllib.request
 
 import numpy as np
 import ygslam
+from rosbags.rosbag2 import StoragePlugin
 
-from ygslam_cli import FRAMES, HEIGHT, WIDTH, CliTest, sequence, trajectory
+import bag_test
+from bags import STORE1, Messages, write_ros1, write_ros2
+from ygslam_cli import ROOT, FRAMES, HEIGHT, WIDTH, CliTest, sequence, trajectory
+
+
+def absolute_path():
+    """The environment, for a program that runs elsewhere."""
+    folders = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(os.path.abspath(f) for f in folders if f)}
 
 
 class PythonModule(CliTest):
@@ -203,6 +214,40 @@ class PythonModule(CliTest):
         lines = [line for line in done.stdout.splitlines() if ": error:" in line]
         self.assertEqual(len(lines), 1, done.stdout)
         self.assertIn("use.py:7", lines[0])
+
+
+class TenLines(bag_test.BagTest):
+    """Those of docs/python.md, as they stand there, on bags written by `rosbags`."""
+
+    def test_they_run_on_bags_of_ros_2_and_ros_1(self):
+        page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+        lines, = [block for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+                  if "office_bag" in block]
+        self.assertLessEqual(len(lines.splitlines()), 10)
+        self.run_bag(self.seq, out="folder")
+        rows = trajectory(self.folder / "folder" / "trajectory.txt")
+        expected = np.array([pose[:3] for _, pose in rows])
+
+        def ros2(plugin):
+            return lambda bag: write_ros2(bag, self.said(), plugin)
+
+        def ros1(bag):
+            self.messages = Messages(STORE1)
+            return write_ros1(bag, self.said())
+        for number, write in enumerate((ros2(StoragePlugin.SQLITE3), ros2(StoragePlugin.MCAP), ros1)):
+            with self.subTest(number=number):
+                here = self.folder / f"as_user_{number}"
+                here.mkdir()
+                write(here / "office_bag")
+                done = subprocess.run([sys.executable, "-c", lines], cwd=here, capture_output=True,
+                                      text=True, check=False, env=absolute_path())
+                self.assertEqual(done.returncode, 0, done.stderr)
+                said = done.stdout.splitlines()
+                self.assertEqual(len(said), len(rows) + 1)
+                self.assertIn("TRACKING", said[-2])
+                self.assertRegex(said[-1], rf"^{len(rows)} poses, \d\d\d+ points")
+                found = np.array([pose[:3] for _, pose in trajectory(here / "office.txt")])
+                np.testing.assert_allclose(found, expected, atol=0.02)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,8 @@
 import asyncio
 import http.client
 import json
+import os
+import pty
 import re
 import signal
 import socket
@@ -284,6 +286,20 @@ class View(Watched):
         asyncio.run(drive(port, token))
         run.communicate(timeout=WAIT_S)
         self.assertEqual(run.returncode, 0)
+
+    def test_paused_is_said_on_the_terminal(self):
+        ours, theirs = pty.openpty()
+        self.addCleanup(os.close, ours)
+        run = subprocess.Popen([BINARY, "run", sequence(), "--out", self.folder / "out", "--dynamic",
+                                "off", "--view", "0", "--view-paused"], stderr=theirs,
+                               stdout=subprocess.DEVNULL)
+        self.runs.append(run)
+        os.close(theirs)
+        said = b""
+        while b"paused on the page" not in said:
+            said += os.read(ours, 4096)
+        run.send_signal(signal.SIGINT)
+        self.assertEqual(run.wait(WAIT_S), 130)
 
     def test_stopped_before_the_first_frame_it_ends_in_peace(self):
         async def drive(port, token):

@@ -209,8 +209,12 @@ class PythonModule(CliTest):
                            "try:\n    x: int = s.finish().trajectory.shape[0]\n"
                            "except ygslam.InputError as e:\n    code: int = e.code\n"
                            "wrong: str = s.map().landmarks.ndim\n", encoding="utf-8")
+            # mypy finds installed packages by itself, and refuses to be shown their folder.
+            is_installed = "site-packages" in package.parts
+            paths = {} if is_installed else {"MYPYPATH": str(package.parent)}
             done = subprocess.run([sys.executable, "-m", "mypy", "--no-incremental", use],
-                                  capture_output=True, text=True, check=False, cwd=package.parent)
+                                  capture_output=True, text=True, check=False, cwd=folder,
+                                  env={**os.environ, **paths})
         lines = [line for line in done.stdout.splitlines() if ": error:" in line]
         self.assertEqual(len(lines), 1, done.stdout)
         self.assertIn("use.py:7", lines[0])

@@ -25,10 +25,12 @@ std::vector<double> vertex_areas_m2(const TriangleMesh& mesh) {
 namespace {
 
 constexpr double kHeightBin_m = 0.02;
-constexpr double kLevelCos = 0.94;    // within 20 degrees of up
-constexpr double kUprightSin = 0.26;  // within 15 degrees of level
-constexpr int kAzimuths = 72;         // of walls: bins of 5 degrees
-constexpr double kOffsetBin_m = 0.05;
+constexpr double kLevelCos = 0.94;      // within 20 degrees of up
+constexpr double kUprightSin = 0.26;    // within 15 degrees of level
+constexpr std::size_t kAzimuths = 180;  // of walls: bins of 2 degrees
+constexpr std::size_t kPeakReach = 4;   // bins to either side that belong to a peak
+constexpr double kWallCos = 0.97;       // within 14 degrees of what a wall faces
+constexpr double kSlice_m = 0.02;       // of walls, by distance
 constexpr double kFacingCos = 0.9;
 
 /// Mean direction of the surfaces that face up or down, in a narrowing cone around the last one.
@@ -93,54 +95,109 @@ std::optional<double> first_plane_m(const std::map<int, double>& area, const Bin
   return std::nullopt;
 }
 
-struct WallPlane {
-  int azimuth = 0;
-  int offset = 0;
-  auto operator<=>(const WallPlane&) const = default;
-};
-struct WallArea {
-  double area_m2 = 0;
-  double low_m = 1e9, high_m = -1e9;
-};
-
-/// Direction and distance of upright surfaces, as bins.
-class WallBins {
+/// Upright surfaces by direction and distance. Directions are those that many surfaces face, told
+/// to a fraction of a degree: a wall 8 m from the origin is off by 7 cm for half a degree.
+class Walls {
  public:
-  explicit WallBins(const Vec3& up) : up_(up), x_(up.unitOrthogonal()), y_(up.cross(x_)) {}
-
-  [[nodiscard]] std::optional<WallPlane> of(const SurfacePoint& vertex) const {
-    const Vec3 normal = vertex.normal_world.cast<double>();
-    if (std::abs(normal.dot(up_)) > kUprightSin) return std::nullopt;
-    const double azimuth = std::atan2(normal.dot(y_), normal.dot(x_));
-    const int bin =
-        static_cast<int>(std::floor((azimuth / (2 * std::numbers::pi) + 1) * kAzimuths + 0.5)) %
-        kAzimuths;
-    return WallPlane{bin, offset(vertex, bin)};
+  Walls(const TriangleMesh& mesh, const std::vector<double>& areas_m2, const Vec3& up,
+        const RoomStructureConfig& config)
+      : up_(up), x_(up.unitOrthogonal()), y_(up.cross(x_)), config_(config) {
+    find_directions(mesh, areas_m2);
+    for (std::size_t i = 0; i < areas_m2.size(); ++i) {
+      const SurfacePoint& vertex = mesh.vertices[i];
+      if (!is_upright(vertex)) continue;
+      const double height_m = vertex.p_world.cast<double>().dot(up_);
+      for (Direction& direction : directions_) {
+        if (!faces(vertex, direction)) continue;
+        Slice& slice = direction.slices[slice_of(vertex, direction)];
+        slice.area_m2 += areas_m2[i];
+        slice.low_m = std::min(slice.low_m, height_m);
+        slice.high_m = std::max(slice.high_m, height_m);
+      }
+    }
   }
-  /// Along the direction of a bin.
-  [[nodiscard]] int offset(const SurfacePoint& vertex, int azimuth) const {
-    const double angle = 2 * std::numbers::pi * azimuth / kAzimuths;
-    const Vec3 direction = std::cos(angle) * x_ + std::sin(angle) * y_;
-    return static_cast<int>(
-        std::floor(vertex.p_world.cast<double>().dot(direction) / kOffsetBin_m));
+
+  /// Whether the vertex lies in a plane of which enough is seen, and faces as it does.
+  [[nodiscard]] bool have(const SurfacePoint& vertex) const {
+    return is_upright(vertex) &&
+           std::any_of(directions_.begin(), directions_.end(), [&](const Direction& direction) {
+             return faces(vertex, direction) && is_large(direction, slice_of(vertex, direction));
+           });
   }
 
  private:
-  Vec3 up_, x_, y_;
-};
+  struct Slice {
+    double area_m2 = 0;
+    double low_m = 1e9, high_m = -1e9;
+  };
+  struct Direction {
+    Vec3 normal_world;
+    std::map<int, Slice> slices;  // by distance
+  };
 
-bool is_large(const std::map<WallPlane, WallArea>& walls, const WallPlane& plane,
-              const RoomStructureConfig& config) {
-  WallArea sum;
-  for (int offset = plane.offset - 1; offset <= plane.offset + 1; ++offset) {
-    const auto wall = walls.find({plane.azimuth, offset});
-    if (wall == walls.end()) continue;
-    sum.area_m2 += wall->second.area_m2;
-    sum.low_m = std::min(sum.low_m, wall->second.low_m);
-    sum.high_m = std::max(sum.high_m, wall->second.high_m);
+  [[nodiscard]] bool is_upright(const SurfacePoint& vertex) const {
+    return std::abs(vertex.normal_world.cast<double>().dot(up_)) <= kUprightSin;
   }
-  return sum.area_m2 >= config.min_wall_m2 && sum.high_m - sum.low_m >= config.min_wall_height_m;
-}
+  [[nodiscard]] static bool faces(const SurfacePoint& vertex, const Direction& direction) {
+    return vertex.normal_world.cast<double>().dot(direction.normal_world) >= kWallCos;
+  }
+  [[nodiscard]] static int slice_of(const SurfacePoint& vertex, const Direction& direction) {
+    const double distance_m = vertex.p_world.cast<double>().dot(direction.normal_world);
+    return static_cast<int>(std::floor(distance_m / kSlice_m));
+  }
+  [[nodiscard]] bool is_large(const Direction& direction, int middle) const {
+    const int reach = static_cast<int>(config_.plane_m / kSlice_m);
+    Slice sum;
+    for (auto at = direction.slices.lower_bound(middle - reach);
+         at != direction.slices.end() && at->first <= middle + reach; ++at) {
+      sum.area_m2 += at->second.area_m2;
+      sum.low_m = std::min(sum.low_m, at->second.low_m);
+      sum.high_m = std::max(sum.high_m, at->second.high_m);
+    }
+    return sum.area_m2 >= config_.min_wall_m2 &&
+           sum.high_m - sum.low_m >= config_.min_wall_height_m;
+  }
+
+  /// Where the area by azimuth has a peak; then the mean normal of what faces there.
+  void find_directions(const TriangleMesh& mesh, const std::vector<double>& areas_m2) {
+    std::array<double, kAzimuths> area{}, around{};
+    const auto bin_of = [&](const Vec3& normal) {
+      const double turn = std::atan2(normal.dot(y_), normal.dot(x_)) / (2 * std::numbers::pi) + 1;
+      return static_cast<std::size_t>(std::floor(turn * kAzimuths + 0.5)) % kAzimuths;
+    };
+    for (std::size_t i = 0; i < areas_m2.size(); ++i)
+      if (is_upright(mesh.vertices[i]))
+        area[bin_of(mesh.vertices[i].normal_world.cast<double>())] += areas_m2[i];
+    const auto beside = [](std::size_t bin, std::size_t steps) {
+      return (bin + steps) % kAzimuths;
+    };
+    for (std::size_t bin = 0; bin < kAzimuths; ++bin)
+      for (std::size_t k = kAzimuths - kPeakReach; k <= kAzimuths + kPeakReach; ++k)
+        around[bin] += area[beside(bin, k)];
+    for (std::size_t bin = 0; bin < kAzimuths; ++bin) {
+      bool is_peak = around[bin] >= config_.min_wall_m2;
+      for (std::size_t k = 1; k <= kPeakReach; ++k)  // the first of equals
+        is_peak = is_peak && around[bin] >= around[beside(bin, k)] &&
+                  around[bin] > around[beside(bin, kAzimuths - k)];
+      if (!is_peak) continue;
+      const double angle = 2 * std::numbers::pi * static_cast<double>(bin) / kAzimuths;
+      Direction direction{std::cos(angle) * x_ + std::sin(angle) * y_, {}};
+      for (int round = 0; round < 3; ++round) {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t i = 0; i < areas_m2.size(); ++i)
+          if (is_upright(mesh.vertices[i]) && faces(mesh.vertices[i], direction))
+            sum += areas_m2[i] * mesh.vertices[i].normal_world.cast<double>();
+        sum -= sum.dot(up_) * up_;
+        if (sum.norm() > 0) direction.normal_world = sum.normalized();
+      }
+      directions_.push_back(std::move(direction));
+    }
+  }
+
+  Vec3 up_, x_, y_;
+  RoomStructureConfig config_;
+  std::vector<Direction> directions_;
+};
 
 }  // namespace
 
@@ -171,17 +228,7 @@ void label_structure(TriangleMesh& mesh, const Gravity& gravity,
   std::reverse(bins.begin(), bins.end());
   const auto ceiling_m = first_plane_m(down, bins, config.min_floor_m2, config.plane_m);
 
-  const WallBins wall_bins(up);
-  std::map<WallPlane, WallArea> walls;
-  for (std::size_t i = 0; i < areas_m2.size(); ++i) {
-    const auto plane = wall_bins.of(mesh.vertices[i]);
-    if (!plane) continue;
-    WallArea& wall = walls[*plane];
-    const double height_m = mesh.vertices[i].p_world.cast<double>().dot(up);
-    wall.area_m2 += areas_m2[i];
-    wall.low_m = std::min(wall.low_m, height_m);
-    wall.high_m = std::max(wall.high_m, height_m);
-  }
+  const Walls walls(mesh, areas_m2, up, config);
   for (SurfacePoint& vertex : mesh.vertices) {
     if (vertex.label.object != kNoSceneObject) continue;
     const double cosine = vertex.normal_world.cast<double>().dot(up);
@@ -194,7 +241,7 @@ void label_structure(TriangleMesh& mesh, const Gravity& gravity,
       vertex.label = {SemanticClass::kFloor, kNoSceneObject, near(gravity.floor_m)};
     } else if (cosine < -kFacingCos && ceiling_m && near(*ceiling_m) > 0.5F) {
       vertex.label = {SemanticClass::kCeiling, kNoSceneObject, near(*ceiling_m)};
-    } else if (const auto plane = wall_bins.of(vertex); plane && is_large(walls, *plane, config)) {
+    } else if (walls.have(vertex)) {
       vertex.label = {SemanticClass::kWall, kNoSceneObject,
                       static_cast<float>(1 - std::abs(cosine) / (2 * kUprightSin))};
     }

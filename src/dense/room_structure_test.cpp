@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/rng.hpp"
 #include "dense/room_test_mesh.hpp"
 
 namespace ygslam {
@@ -48,6 +49,30 @@ TEST_P(Room, FloorWallsAndCeilingAreNamedAndNothingElse) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Orientations, Room, ::testing::Values(-0.4, 0.0, 0.7));
+
+/// A bin of directions is no direction: at 30 m a degree is half a metre.
+TEST(RoomStructure, WallsFarFromTheOriginWithNoisyNormalsAreNamedWhole) {
+  for (const double yaw : {0.0, 0.0436, 0.05, 0.7}) {
+    const SE3 T_world_room(so3_exp(Vec3(0, 0, yaw)), Vec3(30, -20, 0));
+    TriangleMesh mesh = room(T_world_room);
+    Rng rng(5);
+    for (SurfacePoint& vertex : mesh.vertices) {
+      const Vec3 off(rng.normal(), rng.normal(), rng.normal());
+      vertex.normal_world = (vertex.normal_world + (0.05 * off).cast<float>()).normalized();
+    }
+    label_structure(mesh, {Vec3(0, 0, 1), 0});
+    int walls = 0, named = 0, wrong = 0;
+    for (const SurfacePoint& vertex : mesh.vertices) {
+      const bool is_wall = std::abs(vertex.normal_world.z()) < 0.5F;
+      const bool is_named = vertex.label.semantic_class == SemanticClass::kWall;
+      walls += is_wall ? 1 : 0;
+      named += is_wall && is_named ? 1 : 0;
+      wrong += !is_wall && is_named ? 1 : 0;
+    }
+    EXPECT_GT(named, 0.97 * walls) << yaw;
+    EXPECT_EQ(wrong, 0) << yaw;
+  }
+}
 
 TEST(RoomStructure, OfNothingIsNothing) {
   TriangleMesh nothing;

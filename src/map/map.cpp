@@ -247,7 +247,9 @@ void Map::remove_observation(LandmarkId id, KeyframeId keyframe_id) {
   keyframes_.at(keyframe_id).landmarks[it->feature] = kNoLandmark;
   landmark.observations.erase(it);
   change_covisibility(landmark, keyframe_id, -1);
-  if (landmark.observations.empty()) landmarks_.erase(id);
+  if (!landmark.observations.empty()) return;
+  landmarks_.erase(id);
+  ++version_;
 }
 
 void Map::fuse(LandmarkId from, LandmarkId into) {

@@ -184,6 +184,16 @@ TEST(Map, CurrentIdFollowsFusionsToTheLandmarkThatIsLeft) {
   }
 }
 
+TEST(Map, ALandmarkThatNobodySeesAnyMoreIsAChange) {
+  World world(60, 3);
+  Map map = map_test::true_map(world, 1).map;
+  const LandmarkId id = map.keyframe(KeyframeId{0}).landmarks.front();
+  const auto before = map.version();
+  map.remove_observation(id, KeyframeId{0});
+  EXPECT_FALSE(map.has_landmark(id));
+  EXPECT_GT(map.version(), before);
+}
+
 TEST(Map, FusionKeepsEveryKeyframeThatSawEither) {
   World world(100, 3);
   auto truth = map_test::true_map(world, 4);

@@ -20,6 +20,19 @@ class MapDamage : public ::testing::Test {
     whole_ = testing::read(path_);
   }
   void restore() { testing::write(path_, whole_); }
+  /// What recover_map() saves of the file, or why it saves nothing.
+  [[nodiscard]] Result<Map> recovered() const {
+    const fs::path saved = folder_.path() / "saved.map";
+    fs::remove(saved);
+    const auto recovery = recover_map(path_, saved);
+    if (!recovery.ok()) return recovery.error();
+    auto back = load(saved);
+    EXPECT_TRUE(back.ok()) << back.error().message;
+    if (back.ok()) {
+      EXPECT_EQ(back->keyframes().size(), recovery->keyframes);
+    }
+    return back;
+  }
 
   TempFolder folder_;
   fs::path path_;
@@ -63,11 +76,7 @@ TEST_F(MapDamage, EveryTruncationIsSeen) {
     ASSERT_FALSE(map.ok()) << percent;
     EXPECT_EQ(map.error().kind, ErrorKind::kSavedMap);
     (void)check_map(path_);  // an error or faults, no crash
-    const fs::path saved = folder_.path() / "saved.map";
-    fs::remove(saved);
-    if (recover_map(path_, saved).ok()) {
-      EXPECT_TRUE(load(saved).ok());
-    }
+    (void)recovered();
   }
   testing::write(path_, whole_.substr(0, whole_.size() - 1));
   expect_refused(path_, "is cut short: " + std::to_string(whole_.size() - 1) + " bytes of");
@@ -76,17 +85,12 @@ TEST_F(MapDamage, EveryTruncationIsSeen) {
 TEST_F(MapDamage, OfAFileThatWasCutShortTheRestIsSaved) {
   const auto saved_of = [&](int percent) -> std::size_t {
     testing::write(path_, whole_.substr(0, whole_.size() * percent / 100));
-    const fs::path saved = folder_.path() / "saved.map";
-    fs::remove(saved);
-    const auto recovered = recover_map(path_, saved);
-    if (!recovered.ok()) return 0;
-    EXPECT_NE(recovered->found.faults.front().find("is cut short"), std::string::npos);
-    const auto rest = load(saved);
-    EXPECT_TRUE(rest.ok()) << rest.error().message;
-    EXPECT_EQ(rest->keyframes().size(), recovered->keyframes);
+    const auto rest = recovered();
+    if (!rest.ok()) return 0;
+    EXPECT_NE(check_map(path_)->faults.front().find("is cut short"), std::string::npos);
     for (const auto& [id, keyframe] : rest->keyframes())
       EXPECT_EQ(keyframe.data->stamp.ns, map_.keyframe(id).data->stamp.ns);
-    return recovered->keyframes;
+    return rest->keyframes().size();
   };
   std::size_t most = 0;
   for (int percent = 5; percent < 100; percent += 5) {
@@ -141,13 +145,8 @@ TEST_F(MapDamage, AFlippedBitIsNamedAndTheRestSaved) {
       ASSERT_FALSE(check->faults.empty());
       EXPECT_EQ(check->faults.front().find(name), 0U) << check->faults.front();
 
-      const fs::path saved = folder_.path() / "saved.map";
-      fs::remove(saved);
-      const auto recovery = recover_map(path_, saved);
-      ASSERT_TRUE(recovery.ok()) << recovery.error().message;
-      const auto back = load(saved);
+      const auto back = recovered();
       ASSERT_TRUE(back.ok()) << back.error().message;
-      EXPECT_EQ(back->keyframes().size(), recovery->keyframes);
       switch (key.table) {
         case Table::kLandmarks:
         case Table::kObservations:  // all landmarks are in one chunk
@@ -183,11 +182,9 @@ TEST_F(MapDamage, AChildOfARemovedKeyframeMayBeLost) {
                 child->second.data->stamp.ns);
   ASSERT_TRUE(load(path_).ok());
   sql(path_, "DELETE FROM seen WHERE id = " + std::to_string(id));
-  const auto recovery = recover_map(path_, folder_.path() / "saved.map");
-  ASSERT_TRUE(recovery.ok()) << recovery.error().message;
-  EXPECT_EQ(recovery->keyframes, map_.keyframes().size() - 1);
-  const auto back = load(folder_.path() / "saved.map");
+  const auto back = recovered();
   ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back->keyframes().size(), map_.keyframes().size() - 1);
   EXPECT_LT((back->resolved_pose(child->first).t() - child->second.T_camera_world.t()).norm(),
             1e-9);
 }
@@ -198,11 +195,7 @@ TEST_F(MapDamage, ADamagedSummaryIsMadeAnew) {
     restore();
     sql(path_, "UPDATE meta SET value = value || '1' WHERE key = '" + value + "'");
     expect_refused(path_, "meta: ");
-    const fs::path saved = folder_.path() / "saved.map";
-    fs::remove(saved);
-    const auto recovery = recover_map(path_, saved);
-    ASSERT_TRUE(recovery.ok()) << recovery.error().message;
-    const auto back = load(saved);
+    const auto back = recovered();
     ASSERT_TRUE(back.ok()) << back.error().message;
     EXPECT_EQ(back->keyframes().size(), map_.keyframes().size());
     EXPECT_EQ(back->landmark_count(), map_.landmark_count());

@@ -31,7 +31,7 @@ MapReader::MapReader(OpenedMap& opened, const Camera& camera, const FaultSink& o
       on_fault_(on_fault),
       assembly_(PyramidScales(opened.meta.info.pyramid_levels, opened.meta.info.pyramid_factor),
                 numbers_of(opened.meta), camera.ideal_bounds()),
-      budget_(DecodeBudget::of_file(opened.bytes)) {
+      budget_(DecodeBudget::of_file(opened.meta.info.bytes)) {
   by_id_.push_back(
       opened_.database.prepare("SELECT parent, stamp_ns, checksum FROM keyframe WHERE id = ?"));
   for (std::size_t table = 1; table < kTables; ++table)

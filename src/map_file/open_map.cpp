@@ -157,10 +157,10 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   const FileHeader header = read_header(*database);
   if (!header.fault.empty()) return fault(path, header.fault);
   std::string cut;
-  if (log_bytes == 0 && file_bytes < header.bytes)
+  if (log_bytes == 0 && file_bytes < header.bytes) {
     cut = fmt::format("is cut short: {} bytes of {}", file_bytes, header.bytes);
-  if (!cut.empty() && (faults == MetaFaults::kRefuse || !database->read_cut_short()))
-    return fault(path, cut);
+    if (faults == MetaFaults::kRefuse || !database->read_cut_short()) return fault(path, cut);
+  }
   if (!database->run("PRAGMA cell_size_check=ON; PRAGMA mmap_size=0; PRAGMA query_only=ON; BEGIN"))
     return fault(path, database->message());
   if (header.format > kFormat) return fault(path, newer_text(*database, header.format));
@@ -175,10 +175,9 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   if (!entries) return fault(path, entries.error().message);
   auto meta = meta_of(*entries);
   if (!meta) return fault(path, meta.error().message);
-  const std::uint64_t bytes = file_bytes + log_bytes;
   if (faults == MetaFaults::kRefuse && !meta->fault.empty()) return fault(path, meta->fault);
-  meta->info.bytes = bytes;
-  return OpenedMap{std::move(*database), std::move(*meta), bytes, std::move(cut), header.format};
+  meta->info.bytes = file_bytes + log_bytes;
+  return OpenedMap{std::move(*database), std::move(*meta), std::move(cut), header.format};
 }
 
 }  // namespace ygslam::map_file

@@ -17,8 +17,7 @@ inline constexpr std::uint32_t kFormat = 2;                  // SQLite's user_ve
 struct OpenedMap {
   Database database;  ///< in a read transaction: nothing changes under the reader
   Meta meta;
-  std::uint64_t bytes = 0;  ///< on disk
-  std::string cut;          ///< where it is shorter than it says: that; else empty
+  std::string cut;  ///< where it is shorter than it says: that; else empty
   std::uint32_t format = kFormat;
 };
 /// Of `meta`, and that the file was cut short: what can still be found is then there.

@@ -10,6 +10,7 @@
 #include "io/atomic_file.hpp"
 #include "io/calibration.hpp"
 #include "io/image_file.hpp"
+#include "io/text.hpp"
 #include "segment/movable.hpp"
 #include "system/run_writer.hpp"
 
@@ -196,7 +197,7 @@ Result<BackgroundSummary> write_background(const fs::path& folder, const Backgro
         hidden_pixels(**frame, movers_by_frame[(*frame)->id].restored(), geometry, dense);
     const BackgroundPicture picture = background.step(**frame, mask, geometry);
     summary.draw_cpu_ms.add(timer.cpu_ms());
-    stamps.push_back(stamp_text((*frame)->stamp, job.sequence.stamp_decimals));
+    stamps.push_back(format_stamp((*frame)->stamp, job.sequence.stamp_decimals));
     Status written =
         write_pictures(folder, stamps.back() + ".png", picture, job.sequence.camera.depth_scale);
     if (!written.ok()) return written.error();

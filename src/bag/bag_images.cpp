@@ -257,13 +257,7 @@ std::vector<ListedImage> BagImages::list(const ImageTopic& topic, ListCounts& co
     }
   }
   counts.lines += topic.images.size();
-  std::stable_sort(listed.begin(), listed.end(),
-                   [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
-  const auto end = std::unique(listed.begin(), listed.end(),
-                               [](const auto& a, const auto& b) { return a.stamp == b.stamp; });
-  counts.out_of_order += static_cast<std::size_t>(listed.end() - end);
-  listed.erase(end, listed.end());
-  return listed;
+  return in_time_order(std::move(listed), counts);
 }
 
 Result<ImageHeader> BagImages::header(const std::string& name) const {

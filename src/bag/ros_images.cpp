@@ -11,10 +11,6 @@ namespace {
 
 Error fault(std::string reason) { return {ErrorKind::kInput, std::move(reason)}; }
 
-std::string shown(const ImageSize& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
 std::string_view text_of(const Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -80,7 +76,8 @@ Result<RawImage> read_raw(const BagTopic& topic, std::span<const std::uint8_t> b
   if (!encoding.ok()) return encoding.error();
   image.encoding = *encoding;
   const ImageSize given = {static_cast<int>(m.width), static_cast<int>(m.height)};
-  if (given != size) return fault("other size: " + shown(given) + ", expected " + shown(size));
+  if (given != size)
+    return fault("other size: " + shown_size(given) + ", expected " + shown_size(size));
   const std::uint64_t row_bytes = std::uint64_t{m.width} * static_cast<unsigned>(encoding->bytes);
   if (m.step < row_bytes || (m.height - 1) * std::uint64_t{m.step} + row_bytes > m.data.size())
     return fault("has fewer bytes than its size needs");

@@ -14,10 +14,6 @@ using Bytes = std::string_view;
 
 Error fault(std::string reason) { return {ErrorKind::kInput, std::move(reason)}; }
 
-std::string text(const ImageSize& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
 std::string kind_text(const ImageHeader& header) {
   return std::to_string(header.channels) + " channel(s) of " + std::to_string(header.bits) +
          " bit" + (header.palette ? ", palette" : "");
@@ -28,7 +24,7 @@ Result<ImageHeader> expect(Bytes bytes, std::optional<ImageSize> size, int chann
   auto header = decode_header(bytes);
   if (!header.ok()) return header;
   if (size && header->size != *size) {
-    return fault("other size: " + text(header->size) + ", expected " + text(*size));
+    return fault("other size: " + shown_size(header->size) + ", expected " + shown_size(*size));
   }
   if (header->channels != channels || header->bits != bits || header->palette) {
     return fault("other format: " + kind_text(*header) + ", expected " +
@@ -58,6 +54,10 @@ ColourImage colour_from_grey(const GreyImage& grey) {
 
 }  // namespace
 
+std::string shown_size(const ImageSize& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
 Result<ImageHeader> decode_header(Bytes bytes) {
   if (bytes.empty()) return fault("empty file");
   const bool is_png = png::has_signature(bytes);
@@ -67,7 +67,7 @@ Result<ImageHeader> decode_header(Bytes bytes) {
   const ImageSize& size = header->size;
   if (size.width < 1 || size.height < 1 || size.width > kMaxImageSide_px ||
       size.height > kMaxImageSide_px || std::int64_t{size.width} * size.height > kMaxImagePixels) {
-    return fault("absurd size: " + text(size));
+    return fault("absurd size: " + shown_size(size));
   }
   return header;
 }

@@ -20,6 +20,8 @@ struct ImageSize {
   int width = 0, height = 0;  ///< [px]
   bool operator==(const ImageSize&) const = default;
 };
+/// As messages say it: "640x480".
+[[nodiscard]] std::string shown_size(const ImageSize& size);
 
 /// How a row is predicted from its surroundings: the best of all (slow), from itself, from above.
 enum class PngFilter { kBest, kNone, kUp };

@@ -77,7 +77,6 @@ std::optional<ListedImage> listed(const std::string& stem, const std::string& fi
   return ListedImage{{*number * kMicroseconds / kFramesPerSecond * 1000}, 6, file};
 }
 
-/// In order of time; of several with one stamp the first.
 std::vector<ListedImage> in_order(const std::map<std::string, std::string>& images,
                                   ListCounts& counts) {
   std::vector<ListedImage> all;
@@ -89,13 +88,7 @@ std::vector<ListedImage> in_order(const std::map<std::string, std::string>& imag
     }
   }
   counts.lines += images.size();
-  std::stable_sort(all.begin(), all.end(),
-                   [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
-  const auto end = std::unique(all.begin(), all.end(),
-                               [](const auto& a, const auto& b) { return a.stamp == b.stamp; });
-  counts.out_of_order += static_cast<std::size_t>(all.end() - end);
-  all.erase(end, all.end());
-  return all;
+  return in_time_order(std::move(all), counts);
 }
 
 /// Replica's cam_params.json, beside the images or one folder up.
@@ -227,10 +220,7 @@ bool is_recording(const fs::path& folder) {
   std::error_code code;
   for (const char* list : {"associations.txt", "rgb.txt"})
     if (fs::is_regular_file(folder / list, code)) return true;
-  return std::any_of(kPatterns.begin(), kPatterns.end(), [&](const Pattern& pattern) {
-    return !images_in(folder, pattern.colour_folder, pattern.colour_start).empty() &&
-           !images_in(folder, pattern.depth_folder, pattern.depth_start).empty();
-  });
+  return has_image_folders(folder);
 }
 
 /// Names of the recordings that a folder contains, in order.

@@ -153,6 +153,14 @@ ParsedList<ListedPair> parse_associations(std::string_view text) {
   return parse_list<ListedPair>(text);
 }
 
+std::vector<ListedImage> in_time_order(std::vector<ListedImage> images, ListCounts& counts) {
+  std::ranges::stable_sort(images, {}, &ListedImage::stamp);
+  const auto doubles = std::ranges::unique(images, {}, &ListedImage::stamp);
+  counts.out_of_order += doubles.size();
+  images.erase(doubles.begin(), doubles.end());
+  return images;
+}
+
 bool is_inside(std::string_view relative_path) {
   if (relative_path.find('\0') != std::string_view::npos) return false;
   const std::filesystem::path path(relative_path);

@@ -50,6 +50,10 @@ struct ParsedList {
 /// (depth/..., rgb/...).
 [[nodiscard]] ParsedList<ListedPair> parse_associations(std::string_view text);
 
+/// In order of time; of several with one stamp the first. Counts those that are left out.
+[[nodiscard]] std::vector<ListedImage> in_time_order(std::vector<ListedImage> images,
+                                                     ListCounts& counts);
+
 /// True for a relative path that stays inside its folder.
 [[nodiscard]] bool is_inside(std::string_view relative_path);
 

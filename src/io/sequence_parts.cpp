@@ -225,10 +225,6 @@ Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
                                        faults.front().key + ": " + faults.front().reason};
 }
 
-std::string shown_size(const ImageSize& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
 Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& sequence) {
   CameraConfig& camera = depth.camera;
   const auto refuse = [&](const std::string& what) {

@@ -27,9 +27,6 @@ Status complete_sequence(const CameraConfig& camera, Sequence& sequence);
 /// The same where the header is at hand.
 Status complete_sequence(const CameraConfig& camera, const ImageHeader& header, Sequence& sequence);
 
-/// As messages say it: "640x480".
-[[nodiscard]] std::string shown_size(const ImageSize& size);
-
 /// Takes depth images from a camera of its own; to be called when `camera` is complete.
 /// @param depth width or height <= 0: as the first depth image that can be read; depth_scale 0: as
 /// `camera` says.

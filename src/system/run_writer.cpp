@@ -1,6 +1,7 @@
 #include "system/run_writer.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,34 +12,22 @@
 #include "geometry/smooth_path.hpp"
 #include "io/atomic_file.hpp"
 #include "io/ply.hpp"
+#include "io/text.hpp"
 #include "segment/segmenter.hpp"
 
 namespace ygslam {
-
-std::string stamp_text(Timestamp stamp, int decimals) {
-  // format_tum() knows how stamps are written; its line starts with one.
-  const std::string line = format_tum(StampedPose{stamp, SE3()}, decimals);
-  return line.substr(0, line.find(' '));
-}
-
 namespace {
 
-void append_number(std::string& text, double value, int decimals) {
+/// With three decimals.
+void append_number(std::string& text, double value) {
   if (!std::isfinite(value)) {
     text += value > 0 ? "inf" : value < 0 ? "-inf" : "nan";
     return;
   }
-  // Through to_chars-like integers: snprintf would follow the locale's decimal point.
-  const auto scale = decimals == 3 ? 1000.0 : 1.0;
   constexpr double kMost = 9e18;  // that a long long holds
-  const auto fixed = std::llround(std::min(std::abs(value) * scale, kMost));
-  if (value < 0 && fixed > 0) text += '-';
-  text += std::to_string(fixed / static_cast<long long>(scale));
-  if (decimals == 3) {
-    char fraction[8];
-    std::snprintf(fraction, sizeof fraction, ".%03lld", fixed % 1000);
-    text += fraction;
-  }
+  const long long thousandths = std::llround(std::min(std::abs(value) * 1000, kMost));
+  if (value < 0 && thousandths > 0) text += '-';
+  text += fmt::format("{}.{:03}", thousandths / 1000, thousandths % 1000);
 }
 
 constexpr std::size_t kWriteBytes = 1 << 16;
@@ -52,7 +41,7 @@ constexpr const char* kObjectsHeader =
     "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m\n";
 
 std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times) {
-  std::string text = stamp_text(r.stamp, stamp_decimals);
+  std::string text = format_stamp(r.stamp, stamp_decimals);
   text += ',' + std::to_string(index(r.frame)) + ',' + to_string(r.state);
   for (const int value :
        {r.matches, r.inliers, r.static_points, r.dynamic_points, r.unknown_points,
@@ -60,11 +49,11 @@ std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times
     text += ',' + std::to_string(value);
   }
   text += ',';
-  append_number(text, r.correction_m, 3);
+  append_number(text, r.correction_m);
   for (const double ms :
        {r.track_ms, r.track_cpu_ms, r.orb_ms, r.motion_ms, r.pose_ms, r.mask_ms}) {
     text += ',';
-    if (with_times) append_number(text, ms, 3);
+    if (with_times) append_number(text, ms);
   }
   return text + '\n';
 }
@@ -72,12 +61,12 @@ std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times
 std::string object_lines(const FrameRecord& record, int stamp_decimals) {
   std::string text;
   for (const TrackedObject& o : record.objects) {
-    text += stamp_text(record.stamp, stamp_decimals) + ',' + std::to_string(index(record.frame)) +
+    text += format_stamp(record.stamp, stamp_decimals) + ',' + std::to_string(index(record.frame)) +
             ',' + std::to_string(index(o.id)) + ',' + coco_class_name(o.class_id);
     for (const int value : {o.age_frames, o.missing_frames, static_cast<int>(o.resting), o.points})
       text += ',' + std::to_string(value);
     for (const Vec3* vector : {&o.centre_world, &o.velocity_world_mps, &o.min_world, &o.max_world})
-      for (int axis = 0; axis < 3; ++axis) text += ',', append_number(text, (*vector)[axis], 3);
+      for (int axis = 0; axis < 3; ++axis) text += ',', append_number(text, (*vector)[axis]);
     text += '\n';
   }
   return text;
@@ -216,22 +205,21 @@ Status FrameFiles::commit() {
 std::string loops_csv(std::span<const LoopAttempt> attempts, int stamp_decimals) {
   std::string text =
       "stamp,keyframe,place,place_stamp,outcome,verdict,score,matches,guided,inliers,contradiction,"
-      "path_m,"
-      "correction_m,correction_rad,agreeing,stretch\n";
+      "path_m,correction_m,correction_rad,agreeing,stretch\n";
   for (const LoopAttempt& attempt : attempts) {
     const PlaceMatch& match = attempt.match;
-    text += stamp_text(attempt.stamp, stamp_decimals) + ',' +
+    text += format_stamp(attempt.stamp, stamp_decimals) + ',' +
             std::to_string(index(attempt.keyframe)) + ',' + std::to_string(index(match.place)) +
-            ',' + stamp_text(attempt.place_stamp, stamp_decimals) + ',' +
+            ',' + format_stamp(attempt.place_stamp, stamp_decimals) + ',' +
             to_string(attempt.outcome) + ',' + to_string(match.verdict) + ',';
-    append_number(text, attempt.score, 3);
+    append_number(text, attempt.score);
     for (const int count : {match.matches, match.guided, match.inliers})
       text += ',' + std::to_string(count);
     for (const double value :
          {match.contradiction, attempt.path_m, attempt.correction_m, attempt.correction_rad,
           static_cast<double>(attempt.agreeing), attempt.stretch}) {
       text += ',';
-      append_number(text, value, 3);
+      append_number(text, value);
     }
     text += '\n';
   }

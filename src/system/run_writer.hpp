@@ -15,9 +15,6 @@
 
 namespace ygslam {
 
-/// Seconds, as lists and file names have them.
-[[nodiscard]] std::string stamp_text(Timestamp stamp, int decimals);
-
 /// Final poses of the frames, with the map's corrected keyframes, their centres on a smooth path.
 [[nodiscard]] std::vector<StampedPose> final_trajectory(const Trajectory& trajectory,
                                                         const RevisedPoses& revised,

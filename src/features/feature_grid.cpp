@@ -4,9 +4,7 @@
 
 namespace ygslam {
 
-FeatureGrid::FeatureGrid(const Features& features, const std::array<double, 4>& bounds,
-                         double cell_size_px)
-    : cells_(cell_size_px) {
+FeatureGrid::FeatureGrid(const Features& features, const std::array<double, 4>& bounds) {
   std::vector<Eigen::Vector2f> points;
   points.reserve(features.size());
   for (const Feature& f : features.points) {
@@ -25,13 +23,6 @@ void FeatureGrid::in_radius(const Eigen::Vector2f& centre_px, float radius_px, i
   found.clear();
   visit(centre_px, radius_px, min_octave, max_octave,
         [&](std::uint32_t index) { found.push_back(index); });
-}
-
-std::vector<std::uint32_t> FeatureGrid::in_radius(const Eigen::Vector2f& centre_px, float radius_px,
-                                                  int min_octave, int max_octave) const {
-  std::vector<std::uint32_t> found;
-  in_radius(centre_px, radius_px, min_octave, max_octave, found);
-  return found;
 }
 
 }  // namespace ygslam

@@ -17,8 +17,7 @@ class FeatureGrid {
  public:
   FeatureGrid() = default;
   /// @param bounds {min_x, min_y, ...} of ideal pixels, as of Camera::ideal_bounds().
-  FeatureGrid(const Features& features, const std::array<double, 4>& bounds,
-              double cell_size_px = 16);
+  FeatureGrid(const Features& features, const std::array<double, 4>& bounds);
 
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
 
@@ -45,9 +44,6 @@ class FeatureGrid {
   /// The same into a list that is cleared first and keeps its memory.
   void in_radius(const Eigen::Vector2f& centre_px, float radius_px, int min_octave, int max_octave,
                  std::vector<std::uint32_t>& found) const;
-  [[nodiscard]] std::vector<std::uint32_t> in_radius(const Eigen::Vector2f& centre_px,
-                                                     float radius_px, int min_octave = 0,
-                                                     int max_octave = 255) const;
 
  private:
   static constexpr float kMaxRadius_px = 1e6F;

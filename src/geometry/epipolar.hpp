@@ -35,17 +35,9 @@ struct FundamentalFit {
 /// (16). Infinity where F maps p1 to no line (p1 is the epipole) or an input is not finite.
 [[nodiscard]] double epipolar_distance_px(const Mat3& F, const PointPair& pair);
 
-/// First-order squared geometric error [px^2]: Sampson, Hartley & Zisserman 2nd ed., eq. (11.9).
-[[nodiscard]] double sampson_error_px2(const Mat3& F, const PointPair& pair);
-
-/// The eight-point method with Hartley's (1997) normalisation and the nearest rank-2 matrix.
-/// @param weights empty, or one factor per pair for its squared algebraic error.
-/// @return nullopt for fewer than eight pairs, coinciding points, or no finite solution.
-[[nodiscard]] std::optional<Mat3> fundamental_eight_point(std::span<const PointPair> pairs,
-                                                          std::span<const double> weights = {});
-
-/// F by RANSAC over eight-point samples, scored by the truncated Sampson error (MSAC, Torr and
-/// Zisserman 2000), each new best refitted to its inliers (Chum et al. 2003).
+/// F by RANSAC over eight-point samples (Hartley 1997), scored by the truncated Sampson error
+/// (Hartley & Zisserman 2nd ed., eq. 11.9; MSAC, Torr and Zisserman 2000), each new best refitted
+/// to its inliers (Chum et al. 2003).
 /// Pairs that are not finite count as outliers.
 /// @return nullopt if fewer than config.min_inliers (at least eight) agree. In pure rotation and on
 /// a single plane F is not unique: a fit that explains the inliers comes back all the

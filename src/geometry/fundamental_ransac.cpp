@@ -98,7 +98,7 @@ struct Soa {
 };
 
 std::optional<Soa> make_soa(std::span<const PointPair> pairs) {
-  const auto normalisers = two_view::make_normalisers(pairs, {});
+  const auto normalisers = two_view::make_normalisers(pairs);
   if (!normalisers) return std::nullopt;
   Soa soa;
   soa.normalisers = *normalisers;

@@ -7,24 +7,21 @@
 
 namespace ygslam::two_view {
 
-std::optional<Normalisers> make_normalisers(std::span<const PointPair> pairs,
-                                            std::span<const double> weights) {
+std::optional<Normalisers> make_normalisers(std::span<const PointPair> pairs) {
+  if (pairs.empty()) return std::nullopt;
+  const auto total = static_cast<double>(pairs.size());
   Normalisers n;
-  double total = 0;
-  const auto weight = [&](std::size_t i) { return weights.empty() ? 1.0 : weights[i]; };
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    n.first.centre += weight(i) * pairs[i].p1_px;
-    n.second.centre += weight(i) * pairs[i].p2_px;
-    total += weight(i);
+  for (const PointPair& pair : pairs) {
+    n.first.centre += pair.p1_px;
+    n.second.centre += pair.p2_px;
   }
-  if (!(total > 0)) return std::nullopt;
   n.first.centre /= total;
   n.second.centre /= total;
   double spread1 = 0;
   double spread2 = 0;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    spread1 += weight(i) * (pairs[i].p1_px - n.first.centre).norm();
-    spread2 += weight(i) * (pairs[i].p2_px - n.second.centre).norm();
+  for (const PointPair& pair : pairs) {
+    spread1 += (pair.p1_px - n.first.centre).norm();
+    spread2 += (pair.p2_px - n.second.centre).norm();
   }
   if (!(std::min(spread1, spread2) > 1e-6 * total) || !std::isfinite(spread1 + spread2))
     return std::nullopt;

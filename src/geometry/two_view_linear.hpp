@@ -1,5 +1,5 @@
-// Linear least squares over pairs of points: normalisation, normal matrices, null vectors. Shared
-// by the .cpp files of epipolar.hpp.
+// Linear least squares over pairs of points: normalisation, normal matrices, null vectors. Of
+// fit_fundamental() alone.
 #pragma once
 
 #include <optional>
@@ -31,9 +31,8 @@ struct Normalisers {
 };
 
 /// Both images get the same scale, so that Sampson distances stay proportional to pixels.
-/// @param weights empty = all one. @return nullopt where all used points coincide in either image.
-[[nodiscard]] std::optional<Normalisers> make_normalisers(std::span<const PointPair> pairs,
-                                                          std::span<const double> weights);
+/// @return nullopt where all points coincide in either image.
+[[nodiscard]] std::optional<Normalisers> make_normalisers(std::span<const PointPair> pairs);
 
 /// The six different entries of (x, y, 1)^T (x, y, 1): xx xy x yy y 1.
 [[nodiscard]] inline Vec6 products(double x, double y) {

@@ -94,10 +94,8 @@ class BundleAdjuster {
   [[nodiscard]] Verdict verdict(const BundleTerm& t) const {
     const Vec3 p_cam = state_.T_camera_world[t.pose] * state_.points_world[t.point];
     const auto r = residual_at(t.seen, p_cam.x(), p_cam.y(), p_cam.z());
-    const bool depth = r.chi2_depth() <= config_.chi2_depth;
-    const bool pixel = r.seen > 0 && r.chi2_pixel() <= config_.gate_chi2_pixel &&
-                       (depth || config_.keep_pixel_without_depth);
-    return {pixel, pixel && depth};
+    const bool pixel = r.seen > 0 && r.chi2_pixel() <= config_.gate_chi2_pixel;
+    return {pixel, pixel && r.chi2_depth() <= config_.chi2_depth};
   }
 
   void drop_outliers() {

@@ -40,8 +40,6 @@ struct BundleConfig {
   double chi2_depth = 3.841;  ///< 95 % of chi2 with 1 degree of freedom; also Huber's delta^2
   double relative_decrease =
       1e-5;  ///< a phase ends when a step lowers the cost by less than this share
-  /// Where only the depth disagrees: keep the pixel (true) or drop the whole observation (false).
-  bool keep_pixel_without_depth = true;
 };
 
 struct BundleResult {
@@ -58,9 +56,9 @@ struct BundleResult {
 };
 
 /// Two phases: all observations with Huber's kernel; then without the outliers, with the kernel of
-/// Student's t on the pixels. Of the state given and those after each phase the cheapest is kept.
-/// Left as they are: fixed poses (the first pose if none is fixed), poses with fewer than 6
-/// residuals and points with fewer than 3.
+/// Student's t on the pixels. Where only the depth disagrees the pixel still counts. Of the state
+/// given and those after each phase the cheapest is kept. Left as they are: fixed poses (the first
+/// pose if none is fixed), poses with fewer than 6 residuals and points with fewer than 3.
 /// @param abort where given, looked at for every point and in every column of the factorisation;
 /// may be set by another thread and is to stay set. A step begun is then not taken.
 ///

@@ -111,12 +111,11 @@ class PoseProblem {
       const Lanes chi2_pixel = r.chi2_pixel();
       const Lanes chi2_depth = r.chi2_depth();
       for (int k = 0; k < kLanes; ++k) {
-        const bool depth_agrees = chi2_depth[k] <= config.chi2_depth;
-        const bool agrees = block.weight[k] > 0 && r.seen[k] > 0 &&
-                            chi2_pixel[k] <= config.gate_chi2_pixel &&
-                            (depth_agrees || config.keep_pixel_without_depth);
+        const bool agrees =
+            block.weight[k] > 0 && r.seen[k] > 0 && chi2_pixel[k] <= config.gate_chi2_pixel;
+        const bool depth_agrees = agrees && chi2_depth[k] <= config.chi2_depth;
         block.use_pixel[k] = agrees ? block.weight[k] : 0.0;
-        block.use_depth[k] = agrees && depth_agrees ? block.weight[k] : 0.0;
+        block.use_depth[k] = depth_agrees ? block.weight[k] : 0.0;
         inliers += agrees;
       }
     }

@@ -23,8 +23,6 @@ struct PoseOnlyConfig {
       3.841;  ///< 95 % of chi2 with 1 degree of freedom, applied to the depth residual
   int min_inliers = 6;
   int robust_rounds = 1;  ///< the first rounds, with Huber's kernel, which is convex
-  /// Where only the depth disagrees: keep the pixel (true) or drop the whole observation (false).
-  bool keep_pixel_without_depth = true;
 };
 
 struct PoseObservation {
@@ -43,8 +41,8 @@ struct PoseSolution {
 };
 
 /// Levenberg-Marquardt in rounds; every observation is judged again after each round, so that one
-/// excluded can come back. Observations that are not finite, or lie behind the camera, are
-/// outliers.
+/// excluded can come back. Where only the depth disagrees the pixel still counts. Observations that
+/// are not finite, or lie behind the camera, are outliers.
 /// @return nullopt if fewer than min_inliers agree or the solution is not finite.
 [[nodiscard]] std::optional<PoseSolution> solve_pose(const Camera& camera,
                                                      const SE3& T_camera_world_guess,

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How well the network finds the people of recorded or rendered sequences.
 
-    training/evaluate.py MODEL.onnx SEQUENCE [...] [--polygons FILE] [--every N] [--stretch FROM:TO]
+    training/evaluate.py MODEL.onnx SEQUENCE [...] [--polygons FILE | --nobody] [--every N] [--pictures DIR]
 
 SEQUENCE: a folder in TUM layout. The truth is its mask/ (not 0 = somebody, as far as instances.json says
 so), or hand-drawn polygons for the frames that have some, or nobody with --nobody. Prints per sequence

@@ -11,8 +11,7 @@ namespace {
 constexpr float kGap_m = 0.15F;  // an arm before the body is of it, whoever walks behind is not
 // The network's last features lie on every fourth cell: what is smaller than one of them is noise.
 constexpr int kLeastCells = 16;
-constexpr std::size_t kMostInstances = 255;  // ids are bytes, 0 = none
-
+constexpr std::size_t kMostInstances = 255;    // ids are bytes, 0 = none
 constexpr float kHeadAndShoulders_m2 = 0.15F;  // facing the camera: so much is surely a body
 
 struct Part {

@@ -86,7 +86,7 @@ class MappingStage {
   [[nodiscard]] bool has_dense_frames() const { return !dense_update_.added.empty(); }
   /// What changed for the dense map since the last call.
   [[nodiscard]] DenseUpdate take_dense_update();
-  /// What the latest keyframes were compared with.
+  /// What keyframes were compared with: the first of the run, up to a bound.
   [[nodiscard]] const std::vector<LoopAttempt>& loop_attempts() const { return attempts_; }
 
  private:

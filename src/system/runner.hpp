@@ -28,7 +28,7 @@ class Runner {
   [[nodiscard]] virtual std::vector<ColouredPoint> cloud() = 0;
   /// The static scene as far as it has been fused.
   [[nodiscard]] virtual StaticScene scene() = 0;
-  /// What the latest keyframes were compared with to close loops.
+  /// What keyframes were compared with to close loops: the first of the run, up to a bound.
   [[nodiscard]] virtual std::vector<LoopAttempt> loop_attempts() = 0;
   /// Takes over what was computed on a copy of the map (loops, welds); tracking goes on in the
   /// corrected world with the next view.

@@ -56,7 +56,7 @@ class Localization {
   double max_speed_mps_;
   Odometry odometry_;
   std::optional<Trusted> trusted_;
-  FrameId doubtful_since_ = kNoFrame;  // the first of several doubts
+  FrameId doubtful_since_ = kNoFrame;   // the first of several doubts
   std::optional<double> usual_step_s_;  // of frames that follow each other
   double last_step_s_ = std::numeric_limits<double>::infinity();
 };

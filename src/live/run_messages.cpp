@@ -66,10 +66,11 @@ void put_point(ros::PointCloud2& cloud, std::size_t i, const Vec3& p_world) {
 std::vector<ros::Point2> outline_of(const GreyImage& ids) {
   std::vector<ros::Point2> lines;
   const int width = ids.width() / kMaskStep_px, height = ids.height() / kMaskStep_px;
-  const auto id = [&](int x, int y) {
-    const bool is_inside = x >= 0 && y >= 0 && x < width && y < height;
-    return is_inside ? ids.at(kMaskStep_px * x, kMaskStep_px * y) : std::uint8_t{0};
-  };
+  GreyImage cells(width + 2, height + 2, 0);  // nobody is beyond the border
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      cells.at(x + 1, y + 1) = ids.at(kMaskStep_px * x, kMaskStep_px * y);
+  const auto id = [&](int x, int y) { return cells.at(x + 1, y + 1); };
   // Lines between a and its neighbours before it, from one end of a to the other.
   const auto trace = [&](int lanes, int length, auto changes, auto point) {
     for (int lane = 0; lane <= lanes; ++lane) {
@@ -171,18 +172,20 @@ ros::CameraInfo camera_info_message(const CameraConfig& camera, Timestamp stamp,
 ros::ImageAnnotations annotation_message(const RgbdFrame& frame, const TrackResult& result) {
   ros::ImageAnnotations message;
   const ros::Time stamp = ros::to_ros(frame.stamp);
-  ros::PointsAnnotation points;
-  points.timestamp = stamp;
-  points.thickness = kPoint_px;
-  for (std::size_t i = 0; result.features && i < result.features->size(); ++i) {
-    const Feature& feature = result.features->points[i];
-    const MotionLabel label = result.labels.label[i];
-    points.points.push_back({feature.uv_px.x(), feature.uv_px.y()});
-    points.outline_colours.push_back(label == MotionLabel::kStatic    ? kGreen
-                                     : label == MotionLabel::kDynamic ? kRed
-                                                                      : kYellow);
+  // One list for each label: a colour for each point would be twice as much as the point.
+  constexpr std::array kLabels = {MotionLabel::kStatic, MotionLabel::kDynamic,
+                                  MotionLabel::kUnknown};
+  const std::array colours = {kGreen, kRed, kYellow};
+  for (std::size_t k = 0; k < kLabels.size(); ++k) {
+    ros::PointsAnnotation& points = message.points.emplace_back();
+    points.timestamp = stamp;
+    points.thickness = kPoint_px;
+    points.outline_colour = colours[k];
+    for (std::size_t i = 0; result.features && i < result.features->size(); ++i) {
+      const auto& uv_px = result.features->points[i].uv_px;
+      if (result.labels.label[i] == kLabels[k]) points.points.push_back({uv_px.x(), uv_px.y()});
+    }
   }
-  message.points.push_back(std::move(points));
   if (!result.masks.empty()) {
     const Segmentation& mask = **std::ranges::max_element(
         result.masks, {}, [](const SegmentationPtr& m) { return m->stamp.ns; });

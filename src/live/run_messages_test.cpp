@@ -77,6 +77,21 @@ TEST(RunMessages, AxesAreThoseOfRep103) {
   EXPECT_NEAR((ahead - Vec3(1, 0, 0)).norm(), 0, 1e-12);
 }
 
+TEST(RunMessages, PointsHaveTheColourOfTheirLabel) {
+  TrackResult result;
+  auto features = std::make_shared<Features>();
+  features->points.resize(4);
+  for (std::size_t i = 0; i < 4; ++i)
+    features->points[i].uv_px = {10.0 * static_cast<double>(i), 5};
+  result.features = features;
+  result.labels.label = {MotionLabel::kDynamic, MotionLabel::kStatic, MotionLabel::kUnknown,
+                         MotionLabel::kStatic};
+  std::vector<std::pair<double, double>> seen;  // how green each is, and its column
+  for (const ros::PointsAnnotation& points : annotation_message({}, result).points)
+    for (const ros::Point2& p : points.points) seen.emplace_back(points.outline_colour.g, p.x);
+  EXPECT_EQ(seen, (std::vector<std::pair<double, double>>{{.8, 10}, {.8, 30}, {.2, 0}, {.85, 20}}));
+}
+
 TEST(RunMessages, TheNewestMaskIsOutlined) {
   const auto mask = [](std::int64_t stamp_ns, int x0, int x1) {
     Segmentation made;
@@ -89,8 +104,8 @@ TEST(RunMessages, TheNewestMaskIsOutlined) {
   TrackResult result;
   result.masks = {mask(2'000'000'001, 16, 40), mask(1, 0, 64)};
   const ros::ImageAnnotations told = annotation_message({}, result);
-  ASSERT_EQ(told.points.size(), 2U);
-  const ros::PointsAnnotation& outline = told.points[1];
+  ASSERT_EQ(told.points.size(), 4U);
+  const ros::PointsAnnotation& outline = told.points[3];
   EXPECT_EQ(outline.type, ros::PointsAnnotation::kLineList);
   EXPECT_EQ(outline.timestamp.sec, 2);
   std::vector<std::array<double, 4>> lines;
@@ -101,7 +116,7 @@ TEST(RunMessages, TheNewestMaskIsOutlined) {
   EXPECT_EQ(lines, (std::vector<std::array<double, 4>>{
                        {16, 8, 16, 48}, {16, 8, 40, 8}, {16, 48, 40, 48}, {40, 8, 40, 48}}));
   result.masks.clear();
-  EXPECT_EQ(annotation_message({}, result).points.size(), 1U) << "none came";
+  EXPECT_EQ(annotation_message({}, result).points.size(), 3U) << "none came";
 }
 
 TEST(RunMessages, LoopsThatWereTakenBackAreNoLoops) {

@@ -262,7 +262,8 @@ function drawImage() {
   const css = (c) => `rgb(${c.slice(0, 3).map((v) => Math.round(255 * v)).join(' ')})`;
   for (const shape of said.shapes) {
     if (shape.type === 1 && $('show-points').checked) {
-      shape.points.forEach((p, i) => { g.fillStyle = css(shape.colours[i]); g.fillRect(p[0] - 2, p[1] - 2, 4, 4); });
+      g.fillStyle = css(shape.colour);
+      for (const p of shape.points) g.fillRect(p[0] - 2, p[1] - 2, 4, 4);
     } else if (shape.type === 2 && $('show-boxes').checked) {
       g.strokeStyle = css(shape.colour);
       g.lineWidth = 3;

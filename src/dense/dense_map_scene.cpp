@@ -52,8 +52,8 @@ StaticScene DenseMap::scene() {
   if (mean_camera(up, place) == 0) return scene;
   scene.gravity = find_gravity(scene.mesh, up, place);
   scene.objects = place_objects(objects_, scene.gravity, scene.mesh, scene.space);
-  add_tables(scene);
   label_structure(scene.mesh, scene.gravity);
+  add_tables(scene);
   label_cells(scene.mesh, scene.space);
   return scene;
 }

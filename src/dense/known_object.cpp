@@ -58,7 +58,8 @@ SemanticClass KnownObject::best_class() const {
 float KnownObject::probability() const {
   const auto best = class_scores.find(best_class());
   if (best == class_scores.end() || seen.empty()) return 0;
-  return static_cast<float>(std::min(1.0, best->second / views()));
+  const double looks = static_cast<double>(std::max(seen.size(), shown.size()));
+  return static_cast<float>(std::min(1.0, best->second / looks));
 }
 
 bool KnownObject::believes(int views_of_it) const {

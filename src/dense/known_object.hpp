@@ -56,7 +56,8 @@ struct KnownObject {
 
   [[nodiscard]] int views() const { return static_cast<int>(seen.size()); }
   [[nodiscard]] SemanticClass best_class() const;
-  /// Share of the best class in its views: what the scores left open is unknown.
+  /// Mean score of the best class over the views that saw its surface: one without a mask of it
+  /// counts as 0, and what the scores left open is unknown.
   [[nodiscard]] float probability() const;
   /// Of a cell: what a single view showed is not believed once there are many.
   [[nodiscard]] bool believes(int views_of_it) const;

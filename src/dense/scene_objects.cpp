@@ -109,7 +109,8 @@ ObjectState state_of(const KnownObject& object, int epochs, Timestamp now,
   const bool was_moving = object.moving && *object.moving >= *object.shown.rbegin();
   if (was_moving && !is_older(*object.moving, config.moving_s)) return ObjectState::kMoving;
   if (object.found_empty) return ObjectState::kAbsent;
-  if (object.views() < config.min_views) return ObjectState::kCandidate;
+  if (object.views() < config.min_views || object.probability() < config.min_probability)
+    return ObjectState::kCandidate;
   if (is_older(*object.shown.rbegin(), config.out_of_sight_s)) return ObjectState::kUnobserved;
   return epochs > 1 ? ObjectState::kSettled : ObjectState::kStatic;
 }

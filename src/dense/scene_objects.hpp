@@ -7,11 +7,12 @@
 namespace ygslam {
 
 struct PlacingConfig {
-  int min_views = 3;          ///< keyframes that show an object that is no candidate
-  double out_of_sight_s = 5;  ///< then it is unobserved
-  double moving_s = 2;        ///< since it was seen to move
-  double box_share = 0.01;    ///< of the surface left out at either side of a box
-  double grain_m = 0.025;     ///< between the points of a surface
+  int min_views = 3;             ///< keyframes that show an object that is no candidate
+  double min_probability = 0.1;  ///< of the same: KnownObject::probability()
+  double out_of_sight_s = 5;     ///< then it is unobserved
+  double moving_s = 2;           ///< since it was seen to move
+  double box_share = 0.01;       ///< of the surface left out at either side of a box
+  double grain_m = 0.025;        ///< between the points of a surface
   double gap_m = 0.1;  ///< what lies farther from the rest is none of it, but for the largest part
 };
 

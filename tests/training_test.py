@@ -150,13 +150,17 @@ class Training(CliTest):
         self.assertLess(log[1]["loss"], log[0]["loss"])
         card = json.loads((work / "people.json").read_text(encoding="utf-8"))
         self.assertEqual(card["last"], log[-1])
+        self.assertEqual(card["openvino"]["calibration_frames"], 60)
+        self.assertGreater(card["openvino"]["f32"], 0.1)
+        self.assertAlmostEqual(card["openvino"]["int8"], card["openvino"]["f32"], delta=0.1)
         size = (work / "people.onnx").stat().st_size
         self.assertTrue(1e5 < size < 3e6, size)
-        loaded = subprocess.run(
-            [PYTHON, "-c", "import openvino, numpy, sys; net = openvino.Core().compile_model(sys.argv[1], 'CPU');"
-             "print(net([numpy.zeros((1, 5, 120, 160), numpy.float32)])[0].shape)", work / "people.onnx"],
-            capture_output=True, text=True, check=False, timeout=HANG_S)
-        self.assertEqual(loaded.stdout.strip(), "(1, 1, 120, 160)", loaded.stderr)
+        for name in ("people.onnx", "people_int8.xml"):
+            loaded = subprocess.run(
+                [PYTHON, "-c", "import openvino, numpy, sys; net = openvino.Core().compile_model(sys.argv[1], 'CPU');"
+                 "print(net([numpy.zeros((1, 5, 120, 160), numpy.float32)])[0].shape)", work / name],
+                capture_output=True, text=True, check=False, timeout=HANG_S)
+            self.assertEqual(loaded.stdout.strip(), "(1, 1, 120, 160)", loaded.stderr)
 
     def test_exported_taken_over_and_exported_again_it_is_the_same_network(self):
         done = subprocess.run([PYTHON, "-c", ROUND_TRIP, TRAINING, self.folder / "first.onnx"],

@@ -5,8 +5,8 @@
 
 Post-training quantisation by NNCF, calibrated on --count of the rendered frames, evenly spread, as they are:
 no recorded pixel goes into the network this way either. Writes OpenVINO IR (OUT and the .bin beside it) and
-beside it as .json the overlap (IoU) of --model in f32 and of OUT on the validation frames, both as OpenVINO
-runs them.
+as a .json of the same name the overlap (IoU) of --model in f32 and of OUT on the validation frames, both as
+OpenVINO runs them.
 """
 import argparse
 import json

@@ -107,10 +107,7 @@ class BareNetwork {
  public:
   BareNetwork(const std::string& model, const std::string& precision) {
     const auto type = precision == "bf16" ? ov::element::bf16 : ov::element::f32;
-    const auto network =
-        model == kBuiltin
-            ? core_.read_model(std::string(*embedded_network("people.onnx")), ov::Tensor())
-            : core_.read_model(model);
+    const auto network = model == kBuiltin ? read_builtin(precision) : core_.read_model(model);
     compiled_ = core_.compile_model(
         network, "CPU", ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
         ov::inference_num_threads(1), ov::hint::inference_precision(type));
@@ -123,6 +120,15 @@ class BareNetwork {
   }
 
  private:
+  std::shared_ptr<ov::Model> read_builtin(const std::string& precision) {
+    if (precision != "int8")
+      return core_.read_model(std::string(*embedded_network("people.onnx")), ov::Tensor());
+    const std::string_view bytes = *embedded_network("people_int8.bin");
+    ov::Tensor weights(ov::element::u8, {bytes.size()});
+    std::copy(bytes.begin(), bytes.end(), static_cast<char*>(weights.data()));
+    return core_.read_model(std::string(*embedded_network("people_int8.xml")), weights);
+  }
+
   ov::Core core_;
   ov::CompiledModel compiled_;
   ov::InferRequest request_;

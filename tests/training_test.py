@@ -17,6 +17,52 @@ from ygslam_cli import BINARY, CliTest, HANG_S, ROOT, ygslam
 TRAINING = ROOT / "training"
 PYTHON = pathlib.Path(os.environ.get("YGSLAM_TRAINING_PYTHON", ROOT / "build/training-env/bin/python"))
 sys.path.insert(0, str(TRAINING))
+# Exports a network, takes its weights over into another one, exports that; prints by how much the logits of
+# the two files differ, by how much those of the file are above the network's, whether exporting left the
+# network as it was, and what is said of a file without that metadata.
+ROUND_TRIP = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import numpy, openvino, torch
+from export import onnx_model, raised_by
+from network import PeopleNet
+from start import take_over
+torch.manual_seed(1)
+net = PeopleNet((8, 8, 16, 16))
+for module in net.modules():
+    if isinstance(module, torch.nn.BatchNorm2d):
+        torch.nn.init.uniform_(module.weight, .5, 1.5)
+        torch.nn.init.normal_(module.bias, std=.1)
+        torch.nn.init.normal_(module.running_mean, std=.1)
+        torch.nn.init.uniform_(module.running_var, .5, 1.5)
+net.eval()
+x = torch.randn(4, 5, 120, 160)
+
+def logits(model):
+    core = openvino.Core()
+    network = core.compile_model(core.read_model(model.SerializeToString()), "CPU",
+                                 {"INFERENCE_PRECISION_HINT": "f32"})
+    return numpy.stack([network([one[None]])[0][0] for one in x.numpy()])
+
+before = {name: value.clone() for name, value in net.state_dict().items()}
+first = onnx_model(net)
+with open(sys.argv[2], "wb") as file:
+    file.write(first.SerializeToString())
+again = PeopleNet((8, 8, 16, 16))
+take_over(again, sys.argv[2], x)
+with torch.no_grad():
+    plain = net(x).numpy()
+silent = onnx_model(net)
+del silent.metadata_props[:]
+try:
+    refused = f"taken as {raised_by(silent)}"
+except ValueError as error:
+    refused = str(error)
+print(json.dumps({"apart": float(abs(logits(first) - logits(onnx_model(again))).max()),
+                  "spread": float(plain.std()), "raised": float((logits(first) - plain).mean()),
+                  "refused": refused,
+                  "same": all(torch.equal(value, before[name]) for name, value in net.state_dict().items())}))
+"""
 
 
 def bytes_of(folder):
@@ -104,13 +150,28 @@ class Training(CliTest):
         self.assertLess(log[1]["loss"], log[0]["loss"])
         card = json.loads((work / "people.json").read_text(encoding="utf-8"))
         self.assertEqual(card["last"], log[-1])
+        self.assertEqual(card["openvino"]["calibration_frames"], 60)
+        self.assertGreater(card["openvino"]["f32"], 0.1)
+        self.assertAlmostEqual(card["openvino"]["int8"], card["openvino"]["f32"], delta=0.1)
         size = (work / "people.onnx").stat().st_size
         self.assertTrue(1e5 < size < 3e6, size)
-        loaded = subprocess.run(
-            [PYTHON, "-c", "import openvino, numpy, sys; net = openvino.Core().compile_model(sys.argv[1], 'CPU');"
-             "print(net([numpy.zeros((1, 5, 120, 160), numpy.float32)])[0].shape)", work / "people.onnx"],
-            capture_output=True, text=True, check=False, timeout=HANG_S)
-        self.assertEqual(loaded.stdout.strip(), "(1, 1, 120, 160)", loaded.stderr)
+        for name in ("people.onnx", "people_int8.xml"):
+            loaded = subprocess.run(
+                [PYTHON, "-c", "import openvino, numpy, sys; net = openvino.Core().compile_model(sys.argv[1], 'CPU');"
+                 "print(net([numpy.zeros((1, 5, 120, 160), numpy.float32)])[0].shape)", work / name],
+                capture_output=True, text=True, check=False, timeout=HANG_S)
+            self.assertEqual(loaded.stdout.strip(), "(1, 1, 120, 160)", loaded.stderr)
+
+    def test_exported_taken_over_and_exported_again_it_is_the_same_network(self):
+        done = subprocess.run([PYTHON, "-c", ROUND_TRIP, TRAINING, self.folder / "first.onnx"],
+                              capture_output=True, text=True, check=False, timeout=HANG_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = json.loads(done.stdout.splitlines()[-1])
+        self.assertTrue(found["same"], found)
+        self.assertGreater(found["spread"], 0.05, found)
+        self.assertAlmostEqual(found["raised"], 0.5, delta=0.01, msg=found)
+        self.assertLess(found["apart"], 0.01, found)  # 16-bit weights
+        self.assertIn("logits_raised_by", found["refused"])
 
 
 if __name__ == "__main__":

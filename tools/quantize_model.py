@@ -95,6 +95,24 @@ def head_scope(network):
     return nncf.IgnoredScope(patterns=[head], types=["Sigmoid"], validate=False)
 
 
+def is_quantised(network):
+    """Whether there is 8-bit arithmetic in a network."""
+    return any(op.get_type_name() == "FakeQuantize" for op in network.get_ops())
+
+
+def to_int8(network, inputs, ignored_scope=None):
+    """Post-training quantisation, calibrated on these inputs."""
+    import nncf  # pylint: disable=import-outside-toplevel
+
+    return nncf.quantize(
+        network,
+        nncf.Dataset(inputs),
+        preset=nncf.QuantizationPreset.MIXED,
+        subset_size=len(inputs),
+        ignored_scope=ignored_scope,
+    )
+
+
 def best_scores(compiled, inputs):
     """The best class score of each image."""
     return [float(compiled(x)[0][0, 4:84].max()) for x in inputs]
@@ -102,7 +120,6 @@ def best_scores(compiled, inputs):
 
 def quantize_inside(options):
     """Runs inside the environment: model to int8 IR in the folder options.inside."""
-    import nncf  # pylint: disable=import-outside-toplevel
     import openvino as ov  # pylint: disable=import-outside-toplevel
 
     try:
@@ -114,7 +131,7 @@ def quantize_inside(options):
     shape = network.input().get_partial_shape()
     if shape.rank.is_dynamic or len(shape) != 4 or len(network.outputs) != 2:
         raise ToolError(f"{options.model}: not a YOLOv8-seg export")
-    if any(op.get_type_name() == "FakeQuantize" for op in network.get_ops()):
+    if is_quantised(network):
         raise ToolError(f"{options.model}: is quantised already")
     height, width = (
         d.get_length() if d.is_static else size for d, size in zip(list(shape)[2:], OPEN_SIZE)
@@ -123,13 +140,7 @@ def quantize_inside(options):
         network.reshape([1, 3, height, width])
     files = calibration_images(options.images, options.count)
     inputs = [network_input(file, height, width) for file in files]
-    quantized = nncf.quantize(
-        network,
-        nncf.Dataset(inputs),
-        preset=nncf.QuantizationPreset.MIXED,
-        subset_size=len(inputs),
-        ignored_scope=head_scope(network),
-    )
+    quantized = to_int8(network, inputs, head_scope(network))
     few = inputs[:: max(1, len(inputs) // 10)]
     before = best_scores(ov.compile_model(network, "CPU"), few)
     after = best_scores(ov.compile_model(quantized, "CPU"), few)

@@ -5,9 +5,10 @@
 
 Batch normalisation is folded into the convolutions; the weights are stored as 16-bit floats and
 widened when the file is read, so that the arithmetic is that of 32-bit floats. The file says how it
-was made (--note) in its doc_string.
+was made (--note) in its doc_string, and in its metadata by how much its logits are raised.
 """
 import argparse
+import copy
 import io
 from pathlib import Path
 
@@ -21,9 +22,21 @@ from prepare import CHANNELS, HEIGHT, WIDTH
 
 
 # The network is less sure of people in recordings than of rendered ones: there somebody is best taken to be
-# where the logit is above -0.5 (development recordings: overlap .794 -> .826 and .344 -> .390). The file says
-# so by logits that are so much higher, and whoever reads it looks for those above 0.
-HIGHER = 0.5
+# where the logit is above -0.5 (development recordings: overlap .794 -> .826 and .344 -> .390). The file's
+# logits are so much higher, and whoever reads it looks for those above 0; whoever trains it further takes
+# that back (raised_by).
+RAISED = 0.5
+RAISED_ENTRY = "logits_raised_by"  # of the file's metadata
+LAST_BIAS = "people.1.bias"  # that RAISED is added to
+
+
+def raised_by(model):
+    """By how much the logits of an exported network are higher than those it was trained with."""
+    for entry in model.metadata_props:
+        if entry.key == RAISED_ENTRY:
+            return float(entry.value)
+    raise ValueError(f"no '{RAISED_ENTRY}' in the ONNX file's metadata: written by an earlier export.py, whose"
+                     " logits are raised by 0.5 or, before commit 16da6e2, not at all; add the entry")
 
 
 def fold(module):
@@ -59,13 +72,16 @@ def load(checkpoint):
 
 
 def onnx_model(net):
+    """The network as ONNX; net itself stays as it is."""
+    net = copy.deepcopy(net).eval()
     with torch.no_grad():
-        net.people[1].bias += HIGHER
+        net.get_parameter(LAST_BIAS).add_(RAISED)
     buffer = io.BytesIO()
     torch.onnx.export(fold(net), torch.zeros(1, CHANNELS, HEIGHT, WIDTH), buffer, opset_version=17,
                       input_names=["cells"], output_names=["people"], dynamo=False)
     model = onnx.load_from_string(buffer.getvalue())
     halve(model)
+    onnx.helper.set_model_props(model, {RAISED_ENTRY: str(RAISED)})
     onnx.checker.check_model(model)
     return model
 

@@ -125,3 +125,17 @@ def sample(frame, rng, coarse=False, plain=False):
     if not plain:
         z = worn(z, frame["grey"][rows[::2, None], columns[::2]], rng)
     return prepare.channels(z, *camera), target[None]
+
+
+def overlap(find, frames):
+    """Overlap (IoU) of all people of these frames, as they are. find: N x CHANNELS x H x W to
+    N x 1 x H x W, true where somebody is."""
+    both = either = 0
+    rng = np.random.default_rng(0)
+    for k in range(0, len(frames), 20):
+        pairs = [sample(f, rng, plain=True) for f in frames[k:k + 20]]
+        x, target = (np.stack(part) for part in zip(*pairs))
+        found, wanted = find(x), target > 0.5
+        both += int((found & wanted).sum())
+        either += int((found | wanted).sum())
+    return both / max(1, either)

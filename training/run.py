@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""From nothing to the weights: renders frames, trains, exports, and says how well it went.
+"""From nothing to the weights: renders frames, trains, exports, quantises, and says how well it went.
 
     training/run.py --ygslam build/release/ygslam [--work out/people] [--frames N] [--samples N]
 
 Whatever was finished by an earlier call is not done again: stop it and call it again as often as you
-like. Needs Python alone; PyTorch and the like go into --environment. What comes out: WORK/people.onnx
-and WORK/people.json, which says how it was made and what it reached on rendered frames that it was not
-trained on.
+like. Needs Python alone; PyTorch and the like go into --environment. What comes out: WORK/people.onnx, the
+same in int8 (WORK/people_int8.xml, .bin) and WORK/people.json, which says how they were made and what they
+reached on rendered frames that they were not trained on.
 """
 import argparse
 import hashlib
@@ -68,7 +68,7 @@ def main(arguments=None):
         folders.append(rendered(a, a.work / f"frames-{k:02}", 1000 * a.seed + k, count))
     held_out = rendered(a, a.work / "validation", SEED_OF_VALIDATION, a.validation_frames)
     with environment(a.environment) as python:
-        if subprocess.run([python, "-c", "import torch, onnx, openvino, PIL"], capture_output=True).returncode:
+        if subprocess.run([python, "-c", "import torch, onnx, openvino, nncf, PIL"], capture_output=True).returncode:
             run([python, "-m", "pip", "install", "--quiet", "-r", HERE / "requirements.txt"], "installing PyTorch")
         run([python, HERE / "train.py", "--frames", *folders, "--validation", held_out, "--out", a.work,
              "--samples", a.samples, "--coarse", a.coarse, "--seed", a.seed, "--threads", a.threads,
@@ -77,12 +77,17 @@ def main(arguments=None):
         model = a.work / "people.onnx"
         run([python, HERE / "export.py", "--checkpoint", a.work / "checkpoint.pt", "--out", model,
              "--note", f"ygslam {revision()},"], "exporting")
+        quantised = a.work / "people_int8.xml"
+        run([python, HERE / "quantize.py", "--model", model, "--frames", *folders, "--validation", held_out,
+             "--validation-frames", a.validation_frames, "--out", quantised], "quantising")
     log = (a.work / "log.jsonl").read_text(encoding="utf-8").splitlines()
     card = {"command": f"training/run.py --frames {a.frames} --samples {a.samples} --coarse {a.coarse} --seed {a.seed}",
             "revision": revision(), "last": json.loads(log[-1]),
-            "sha256": hashlib.sha256(model.read_bytes()).hexdigest()}
+            "sha256": hashlib.sha256(model.read_bytes()).hexdigest(),
+            "openvino": json.loads(quantised.with_suffix(".json").read_text(encoding="utf-8"))}
     (a.work / "people.json").write_text(json.dumps(card, indent=2) + "\n", encoding="utf-8")
-    print(f"{model}: overlap (IoU) {card['last']['validation_iou']} on rendered frames it has not seen")
+    print(f"{model}: overlap (IoU) {card['openvino']['f32']} on rendered frames it has not seen,"
+          f" {card['openvino']['int8']} in int8")
     return 0
 
 

@@ -4,6 +4,8 @@ import onnx
 import torch
 from torch import nn
 
+from export import LAST_BIAS, raised_by
+
 
 def pairs_of(module):
     """Every convolution with the batch normalisation behind it, in the order of the data."""
@@ -17,9 +19,11 @@ def pairs_of(module):
 def take_over(net, path, x):
     """Takes the weights of a network that export.py wrote as far as `net` has them; what is new in
     `net` stays as it is. The file's batch normalisation is folded into the convolutions: here it
-    becomes the one that changes nothing about x."""
+    becomes the one that changes nothing about x. What export.py raised the logits by is taken back."""
+    model = onnx.load(path)
     weights = {tensor.name.removesuffix("_h"): torch.from_numpy(onnx.numpy_helper.to_array(tensor).astype(np.float32))
-               for tensor in onnx.load(path).graph.initializer}
+               for tensor in model.graph.initializer}
+    weights[LAST_BIAS] = weights[LAST_BIAS] - raised_by(model)
     names = {id(module): name for name, module in net.named_modules()}
     normalised = {id(a): b for a, b in pairs_of(net)}
     for module in list(net.modules()):

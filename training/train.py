@@ -64,15 +64,7 @@ def rate(samples, total, highest):
 def validate(net, frames):
     """Overlap (IoU) of all people of these frames, as they are."""
     net.eval()
-    both = either = 0
-    rng = np.random.default_rng(0)
-    for k in range(0, len(frames), 20):
-        pairs = [frames_module.sample(f, rng, plain=True) for f in frames[k:k + 20]]
-        x, target = (torch.from_numpy(np.stack(part)) for part in zip(*pairs))
-        found, wanted = net(x) > 0, target > 0.5
-        both += int((found & wanted).sum())
-        either += int((found | wanted).sum())
-    return both / max(1, either)
+    return frames_module.overlap(lambda x: net(torch.from_numpy(x)).numpy() > 0, frames)
 
 
 def averaged(net, ema, widths):

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <openvino/op/fake_quantize.hpp>
 #include <openvino/runtime/core.hpp>
 #include <openvino/runtime/properties.hpp>
 #include <sstream>
@@ -23,6 +24,12 @@ std::string one_line(const std::string& report) {
   }
   std::erase_if(chosen, [](unsigned char c) { return std::iscntrl(c) != 0; });
   return chosen.substr(0, 200);
+}
+
+bool is_quantised(const ov::Model& network) {
+  const auto ops = network.get_ops();
+  return std::any_of(ops.begin(), ops.end(),
+                     [](const auto& op) { return ov::is_type<ov::op::v0::FakeQuantize>(op); });
 }
 
 Result<Precision> choose_precision(Precision wanted, bool is_quantised, const std::string& name) {

@@ -21,6 +21,9 @@ inline constexpr std::size_t kAmpleMemory_bytes = std::size_t{256} << 20;
 /// Makes OpenVINO's report, several lines with source positions, one line that says what is wrong.
 [[nodiscard]] std::string one_line(const std::string& report);
 
+/// Has FakeQuantize operations: made for int8.
+[[nodiscard]] bool is_quantised(const ov::Model& network);
+
 /// The precision to run at, never kAuto. @param name of the network, for messages. @return kConfig.
 [[nodiscard]] Result<Precision> choose_precision(Precision wanted, bool is_quantised,
                                                  const std::string& name);

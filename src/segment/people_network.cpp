@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <openvino/runtime/core.hpp>
 
 #include "core/memory.hpp"
@@ -58,9 +59,14 @@ Error fault(const std::string& what) {
   return {ErrorKind::kModel, std::string(kName) + ": " + what};
 }
 
-Result<std::shared_ptr<ov::Model>> read(std::string_view onnx) {
+Result<std::shared_ptr<ov::Model>> read(std::string_view bytes, std::string_view ir_weights) {
   try {
-    std::shared_ptr<ov::Model> network = ov::Core().read_model(std::string(onnx), ov::Tensor());
+    ov::Tensor weights;
+    if (!ir_weights.empty()) {
+      weights = ov::Tensor(ov::element::u8, {ir_weights.size()});
+      std::memcpy(weights.data(), ir_weights.data(), ir_weights.size());
+    }
+    std::shared_ptr<ov::Model> network = ov::Core().read_model(std::string(bytes), weights);
     const ov::PartialShape cells{1, kPeopleChannels, kPeopleRows, kPeopleColumns};
     const ov::PartialShape people{1, 1, kPeopleRows, kPeopleColumns};
     if (network->inputs().size() != 1 || network->outputs().size() != 1 ||
@@ -80,21 +86,24 @@ Result<std::shared_ptr<ov::Model>> read(std::string_view onnx) {
 
 Result<std::unique_ptr<Segmenter>> make_people_segmenter(const CameraConfig& camera,
                                                          const PeopleConfig& config) {
-  if (const auto onnx = embedded_network("people.onnx"))
-    return make_people_segmenter(*onnx, camera, config);
-  return fault(
-      "not in this build (assets/people.onnx was missing), use --segmenter model with --model "
-      "FILE");
+  const bool int8 = config.precision == Precision::kInt8;
+  const std::string name = int8 ? "people_int8.xml" : "people.onnx";
+  const auto network = embedded_network(name);
+  const auto weights = int8 ? embedded_network("people_int8.bin") : std::string_view();
+  if (network && weights) return make_people_segmenter(*network, camera, config, *weights);
+  return fault("not in this build (assets/" + name +
+               " was missing), use --segmenter model with --model FILE");
 }
 
-Result<std::unique_ptr<Segmenter>> make_people_segmenter(std::string_view onnx,
+Result<std::unique_ptr<Segmenter>> make_people_segmenter(std::string_view network,
                                                          const CameraConfig& camera,
-                                                         const PeopleConfig& config) {
-  const auto network = read(onnx);
-  if (!network.ok()) return network.error();
-  const auto precision = choose_precision(config.precision, false, kName);
+                                                         const PeopleConfig& config,
+                                                         std::string_view ir_weights) {
+  const auto model = read(network, ir_weights);
+  if (!model.ok()) return model.error();
+  const auto precision = choose_precision(config.precision, is_quantised(**model), kName);
   if (!precision.ok()) return precision.error();
-  auto request = compile_network(*network, *precision, config.threads, kName);
+  auto request = compile_network(*model, *precision, config.threads, kName);
   if (!request.ok()) return request.error();
   return std::unique_ptr<Segmenter>(
       std::make_unique<PeopleSegmenter>(std::move(request).value(), camera, name_of(*precision)));

@@ -168,6 +168,29 @@ TEST(PeopleNetwork, PrecisionsAreThoseOfAnyNetwork) {
   EXPECT_EQ(coarse.ok(), cpu_bf16() != Bf16::kNone);
 }
 
+TEST(PeopleNetwork, TheQuantisedWeightsBuiltInAreReadOrSaidToBeMissing) {
+  const CameraConfig camera = camera_of(640, 480);
+  const auto built_in = make_people_segmenter(camera, {Precision::kInt8, 1});
+  const auto network = embedded_network("people_int8.xml");
+  const auto weights = embedded_network("people_int8.bin");
+  if (!network || !weights) {
+    expect_fault(built_in, ErrorKind::kModel, "assets/people_int8.xml");
+    return;
+  }
+  ASSERT_TRUE(built_in.ok()) << built_in.error().message;
+  EXPECT_EQ(built_in.value()->precision(), "int8");
+  EXPECT_TRUE(built_in.value()->in_step());
+  EXPECT_TRUE(built_in.value()->segment(empty_frame(640, 480)).ok());
+  const auto any = make_people_segmenter(*network, camera, {Precision::kAuto, 1}, *weights);
+  ASSERT_TRUE(any.ok()) << any.error().message;
+  EXPECT_EQ(any.value()->precision(), "int8");
+  expect_fault(make_people_segmenter(*network, camera, {Precision::kF32, 1}, *weights),
+               ErrorKind::kConfig, "is quantised");
+  for (const std::string_view bytes : {weights->substr(0, weights->size() / 2), std::string_view()})
+    expect_fault(make_people_segmenter(*network, camera, {Precision::kInt8, 1}, bytes),
+                 ErrorKind::kModel, "cannot be read");
+}
+
 TEST(PeopleNetwork, WhatMakesNoSenseIsAnErrorOfTheFrame) {
   const CameraConfig camera = camera_of(640, 480);
   const float nan = std::numeric_limits<float>::quiet_NaN();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <openvino/core/preprocess/pre_post_process.hpp>
-#include <openvino/op/fake_quantize.hpp>
 #include <openvino/runtime/core.hpp>
 #include <sstream>
 
@@ -40,12 +39,6 @@ Status check_file(const std::filesystem::path& file) {
   if (ec || size == 0) return fault(file, "empty model file");
   if (size > kMaxFileBytes) return fault(file, "too large for a YOLOv8-seg model");
   return Ok{};
-}
-
-bool is_quantised(const ov::Model& network) {
-  const auto ops = network.get_ops();
-  return std::any_of(ops.begin(), ops.end(),
-                     [](const auto& op) { return ov::is_type<ov::op::v0::FakeQuantize>(op); });
 }
 
 /// Fixes the input to 1 x 3 x height x width. @return the size, or why it is not an image input.

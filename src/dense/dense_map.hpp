@@ -49,10 +49,10 @@ struct DenseUpdate {
 
 /// A mesh as the map hands it out quickly: what is left to do wants the map no more.
 struct NamedMesh {
-  TriangleMesh mesh;  ///< things have their classes; floor, walls and ceiling have none yet
+  TriangleMesh mesh;  ///< things have their classes; structure and tables found by their tops have none
   Vec3 up_guess_world = Vec3::Zero(), cameras_world = Vec3::Zero();  ///< means of the views
 };
-/// Floor, walls and ceiling named, too, as in scene().
+/// Floor, walls, ceiling and tables named, too, as in scene().
 [[nodiscard]] TriangleMesh labelled_mesh(NamedMesh named);
 
 /// The mesh's vertices.

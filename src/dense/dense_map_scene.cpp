@@ -20,9 +20,11 @@ std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh) {
 }
 
 TriangleMesh labelled_mesh(NamedMesh named) {
-  if (!named.mesh.triangles.empty())
-    label_structure(named.mesh,
-                    find_gravity(named.mesh, named.up_guess_world, named.cameras_world));
+  if (!named.mesh.triangles.empty()) {
+    const Gravity gravity = find_gravity(named.mesh, named.up_guess_world, named.cameras_world);
+    label_structure(named.mesh, gravity);
+    static_cast<void>(find_tables(named.mesh, gravity, {}));  // their names alone
+  }
   return std::move(named.mesh);
 }
 

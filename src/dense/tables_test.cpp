@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "dense/dense_map.hpp"
 #include "dense/room_structure.hpp"
 #include "dense/room_test_mesh.hpp"
 
@@ -119,6 +120,14 @@ TEST_F(TableRoom, WhatIsNamedKeepsItsName) {
   for (SurfacePoint& vertex : mesh_.vertices) vertex.label = {coco_class(59), SceneObjectId{2}, 1};
   EXPECT_TRUE(find_tables(mesh_, gravity_, {}).empty()) << "a bed is as high";
   EXPECT_EQ(named(), 0);
+}
+
+TEST_F(TableRoom, AMeshToLookAtNamesThemToo) {
+  mesh_ = labelled_mesh({std::move(mesh_), gravity_.up_world, T_world_room_ * Vec3(2, 1, 1.5)});
+  EXPECT_EQ(named(), 31 * 21);
+  EXPECT_TRUE(std::ranges::any_of(mesh_.vertices, [](const SurfacePoint& vertex) {
+    return vertex.label.semantic_class == SemanticClass::kFloor;
+  }));
 }
 
 TEST(Tables, OfNothingThereAreNone) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <set>
 #include <span>
 
@@ -62,6 +63,15 @@ const char* to_string(LoopOutcome outcome) {
       return "revoked";
   }
   return "?";
+}
+
+void append_attempts(std::span<const LoopAttempt> tried, std::size_t most,
+                     std::vector<LoopAttempt>& attempts) {
+  std::copy_if(tried.begin(), tried.end(), std::back_inserter(attempts),
+               [&](const LoopAttempt& attempt) {
+                 return attempts.size() < most || attempt.outcome == LoopOutcome::kClosed ||
+                        attempt.outcome == LoopOutcome::kRevoked;
+               });
 }
 
 LoopCloser::LoopCloser(const LoopConfig& config, const Camera& camera)

@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "loop/loop_graph.hpp"
@@ -53,6 +54,11 @@ struct LoopAttempt {
   int agreeing = 0;    ///< covisible keyframes
   double stretch = 0;  ///< largest residual of an edge of the pose graph, in standard deviations
 };
+
+/// Appends what was tried. Once there are `most`, only loops that were closed or taken back are
+/// kept.
+void append_attempts(std::span<const LoopAttempt> tried, std::size_t most,
+                     std::vector<LoopAttempt>& attempts);
 
 /// To be carried out in this order; then LoopCloser::remember().
 struct LoopClosure {

@@ -230,5 +230,23 @@ TEST(LoopCloser, TheSameTwiceGivesTheSame) {
               b.closure->patch.poses[i].T_camera_world.t());
 }
 
+TEST(LoopAttempts, WhatWasClosedIsKeptHoweverManyWereRefused) {
+  const auto attempt = [](LoopOutcome outcome) {
+    LoopAttempt made;
+    made.outcome = outcome;
+    return made;
+  };
+  const std::vector<LoopAttempt> tried = {
+      attempt(LoopOutcome::kRefused), attempt(LoopOutcome::kClosed), attempt(LoopOutcome::kAlone),
+      attempt(LoopOutcome::kRevoked)};
+  std::vector<LoopAttempt> kept;
+  for (int k = 0; k < 3; ++k) append_attempts(tried, 3, kept);
+  std::vector<LoopOutcome> outcomes;
+  for (const LoopAttempt& a : kept) outcomes.push_back(a.outcome);
+  using enum LoopOutcome;
+  EXPECT_EQ(outcomes, (std::vector{kRefused, kClosed, kAlone, kRevoked, kClosed, kRevoked, kClosed,
+                                   kRevoked}));
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -133,8 +133,7 @@ bool MappingStage::close_loops() {
     complete_.pop_front();
     if (!map().has_keyframe(id)) continue;
     LoopResult result = loop_closer_.step(map(), index_, id);
-    if (attempts_.size() < kRememberedAttempts)
-      attempts_.insert(attempts_.end(), result.attempts.begin(), result.attempts.end());
+    append_attempts(result.attempts, kRememberedAttempts, attempts_);
     if (result.closure) {
       carry_out(*result.closure);
       changed = true;

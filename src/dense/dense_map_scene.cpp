@@ -22,8 +22,8 @@ std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh) {
 TriangleMesh labelled_mesh(NamedMesh named) {
   if (!named.mesh.triangles.empty()) {
     const Gravity gravity = find_gravity(named.mesh, named.up_guess_world, named.cameras_world);
-    label_structure(named.mesh, gravity);
     static_cast<void>(find_tables(named.mesh, gravity, {}));  // their names alone
+    label_structure(named.mesh, gravity);
   }
   return std::move(named.mesh);
 }
@@ -54,8 +54,8 @@ StaticScene DenseMap::scene() {
   if (mean_camera(up, place) == 0) return scene;
   scene.gravity = find_gravity(scene.mesh, up, place);
   scene.objects = place_objects(objects_, scene.gravity, scene.mesh, scene.space);
-  label_structure(scene.mesh, scene.gravity);
   add_tables(scene);
+  label_structure(scene.mesh, scene.gravity);
   label_cells(scene.mesh, scene.space);
   return scene;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "dense/room_structure.hpp"
 #include "dense/scene_objects.hpp"
@@ -27,12 +26,6 @@ bool stands_there(const SceneObject& object) {
          object.state == ObjectState::kUnobserved;
 }
 
-/// Neither of a thing nor of floor and walls.
-bool is_free(const SurfacePoint& vertex) {
-  return vertex.label.object == kNoSceneObject &&
-         vertex.label.semantic_class == SemanticClass::kUnknown;
-}
-
 struct Top {
   std::vector<Vec3> points_world;
   double m2 = 0;
@@ -42,7 +35,8 @@ struct Top {
 std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
                            const TableConfig& config) {
   const auto is_level = [&](const SurfacePoint& vertex) {
-    if (!is_free(vertex) && vertex.label.semantic_class != kTable) return false;
+    const SurfaceLabel& label = vertex.label;
+    if (label.object != kNoSceneObject && label.semantic_class != kTable) return false;
     const double height_m = vertex.p_world.cast<double>().dot(gravity.up_world) - gravity.floor_m;
     return height_m >= config.low_m && height_m <= config.high_m &&
            vertex.normal_world.cast<double>().dot(gravity.up_world) > kTopCos;
@@ -93,46 +87,6 @@ OrientedBox down_to_floor(const OrientedBox& top, const Gravity& gravity) {
           Vec3(top.size_m.x(), top.size_m.y(), height_m)};
 }
 
-/// The top with what bounds it: as thick as a table's top is. @return its vertices.
-std::vector<std::uint32_t> name_plate(OrientedBox plate, const SurfaceLabel& label,
-                                      const Gravity& gravity, const TableConfig& config,
-                                      TriangleMesh& mesh) {
-  plate.T_world_box = SE3(plate.T_world_box.R(),
-                          plate.T_world_box.t() - 0.5 * config.thickness_m * gravity.up_world);
-  plate.size_m.z() += config.thickness_m;
-  std::vector<std::uint32_t> named;
-  for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i) {
-    SurfacePoint& vertex = mesh.vertices[i];
-    if (!is_free(vertex) || !is_inside(vertex.p_world.cast<double>(), plate, config.margin_m))
-      continue;
-    vertex.label = label;
-    named.push_back(i);
-  }
-  return named;
-}
-
-/// Legs and sides: what has no name, is between the floor and the top and hangs together with it.
-void name_below(const OrientedBox& box, std::span<const std::uint32_t> plate,
-                const SurfaceLabel& label, const Gravity& gravity, const TableConfig& config,
-                TriangleMesh& mesh) {
-  std::vector<bool> is_part(mesh.vertices.size());
-  for (std::size_t i = 0; i < is_part.size(); ++i) {
-    const Vec3 p_world = mesh.vertices[i].p_world.cast<double>();
-    is_part[i] = is_free(mesh.vertices[i]) && is_inside(p_world, box, config.margin_m) &&
-                 p_world.dot(gravity.up_world) > gravity.floor_m + config.above_floor_m;
-  }
-  for (const std::uint32_t i : plate) is_part[i] = true;
-  Pieces pieces(mesh.vertices.size());
-  for (const auto& triangle : mesh.triangles)
-    for (std::size_t i = 0; i < 3; ++i)
-      if (is_part[triangle[i]] && is_part[triangle[(i + 1) % 3]])
-        pieces.join(triangle[i], triangle[(i + 1) % 3]);
-  std::set<std::uint32_t> roots;
-  for (const std::uint32_t i : plate) roots.insert(pieces.root(i));
-  for (std::uint32_t i = 0; i < is_part.size(); ++i)
-    if (is_part[i] && roots.contains(pieces.root(i))) mesh.vertices[i].label = label;
-}
-
 }  // namespace
 
 std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
@@ -154,9 +108,14 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
       table.box = down_to_floor(plate, gravity);
       tables.push_back(table);
     }
-    const SurfaceLabel label{kTable, table.id, table.probability};
-    const auto plate_points = name_plate(plate, label, gravity, config, mesh);
-    name_below(down_to_floor(plate, gravity), plate_points, label, gravity, config, mesh);
+    // The plate with what bounds it: as thick as a table's top is.
+    plate.T_world_box = SE3(plate.T_world_box.R(),
+                            plate.T_world_box.t() - 0.5 * config.thickness_m * gravity.up_world);
+    plate.size_m.z() += config.thickness_m;
+    for (SurfacePoint& vertex : mesh.vertices)
+      if (vertex.label.object == kNoSceneObject &&
+          is_inside(vertex.p_world.cast<double>(), plate, config.margin_m))
+        vertex.label = {kTable, table.id, table.probability};
   }
   return tables;
 }

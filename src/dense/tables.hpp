@@ -12,11 +12,10 @@ struct TableConfig {
   double low_m = 0.62, high_m = 0.85;  ///< of its top, above the floor
   double min_m2 = 0.2;                 ///< of level surface that hangs together
   double min_width_m = 0.4;
-  double thickness_m = 0.06;    ///< below its top: what bounds it is of the table
-  double margin_m = 0.02;       ///< around and above its top: the same
-  double above_floor_m = 0.04;  ///< what is lower is the floor
-  float probability = 0.75F;    ///< that something level, so high and so large is one
-  double min_share_in = 0.3;    ///< of a top in the box of a table that a network named
+  double thickness_m = 0.06;  ///< below its top: what bounds it is of the table
+  double margin_m = 0.02;     ///< around and above its top: the same
+  float probability = 0.75F;  ///< that something level, so high and so large is one
+  double min_share_in = 0.3;  ///< of a top in the box of a table that a network named
 };
 
 /// Numbers of these tables go down from here: those of what a network named go up.
@@ -24,8 +23,7 @@ inline constexpr SceneObjectId kFirstTable{0xfffd};
 
 /// Level surfaces of the height and size of a table, where nothing was named but tables: one that
 /// lies in the box of a named table is of that table, any other is a table that stands there.
-/// @param mesh with its structure labelled. Vertices without a name are given to the tables they
-/// belong to: those of the top, and what hangs together with it down to the floor.
+/// @param mesh its vertices without an object are given to the tables they belong to.
 /// @return the tables that nobody named, with boxes down to the floor; their views and times are
 /// the caller's to fill in.
 [[nodiscard]] std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "dense/dense_map.hpp"
-#include "dense/room_structure.hpp"
 #include "dense/room_test_mesh.hpp"
 
 namespace ygslam {
@@ -59,35 +58,6 @@ TEST_F(TableRoom, WhatIsNarrowSmallHighLowOrUprightIsNone) {
   add({0.1, 0.2, 1.1}, {0.8, 0, 0}, {0, 2, 0});    // a cupboard
   EXPECT_EQ(find_tables(mesh_, gravity_, {}).size(), 1U);
   EXPECT_EQ(named(), 31 * 21);
-}
-
-TEST_F(TableRoom, WhatHangsFromItsTopIsOfIt) {
-  const auto top = static_cast<std::uint32_t>(mesh_.vertices.size()) - 31 * 21;
-  const auto side = static_cast<std::uint32_t>(mesh_.vertices.size());
-  add({1, 1.5, 0}, {0, 0.5, 0}, {0, 0, 0.75});  // a side of it, from the floor to its edge
-  mesh_.triangles.push_back({top + 20 * 31, side + 15 * 11 + 10, top + 19 * 31});
-  const auto box = static_cast<std::uint32_t>(mesh_.vertices.size());
-  add({1.5, 1.5, 0.3}, {0.4, 0, 0}, {0, 0.4, 0});  // stands below it
-  EXPECT_EQ(find_tables(mesh_, gravity_, {}).size(), 1U);
-  for (std::uint32_t i = side; i < box; ++i) {
-    const bool is_low = (i - side) / 11 == 0;  // the lowest row is the floor
-    ASSERT_EQ(mesh_.vertices[i].label.semantic_class == kTable, !is_low) << i - side;
-  }
-  EXPECT_EQ(named(), 31 * 21 + 15 * 11);
-}
-
-TEST_F(TableRoom, WallsAreNoPartOfIt) {
-  add({1.2, 0, 0.75}, {1, 0, 0}, {0, 0.6, 0});  // against the wall y = 0
-  const auto corner = static_cast<std::uint32_t>(mesh_.vertices.size()) - 21 * 13;
-  for (std::uint32_t i = 0; i < corner; ++i)
-    if ((T_world_room_.inverse() * mesh_.vertices[i].p_world.cast<double>()).y() < 1e-3)
-      mesh_.triangles.push_back({corner + 10, i, corner + 11});
-  label_structure(mesh_, gravity_);
-  EXPECT_EQ(find_tables(mesh_, gravity_, {}).size(), 2U);
-  for (std::uint32_t i = 0; i < corner; ++i) {
-    if (mesh_.vertices[i].label.semantic_class != kTable) continue;
-    ASSERT_NEAR((T_world_room_.inverse() * mesh_.vertices[i].p_world.cast<double>()).z(), .75, .01);
-  }
 }
 
 TEST_F(TableRoom, TwoSideBySideAreTwo) {

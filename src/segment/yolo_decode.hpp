@@ -32,7 +32,7 @@ struct DecodeConfig {
   std::vector<int> classes;  ///< wanted classes; empty = all
   /// The other classes as well, after the wanted ones and as many again, on pixels those left free.
   bool others = false;
-  double others_threshold = 0.08;  ///< score of the other classes: the map sums it up over views
+  double others_threshold = 0.12;  ///< score of the other classes: the map sums it up over views
 };
 
 struct DecodedYolo {

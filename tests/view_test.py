@@ -32,6 +32,7 @@ ADD, DELETE, TRIANGLE_LIST = 0, 2, 11  # of visualization_msgs/Marker
 PROTOCOL = "foxglove.websocket.v1"
 WAIT_S = 120  # far beyond anything a loaded machine needs
 PLACES = 64  # connections at once
+PAUSE_S = 4  # longer than the sequence
 SOON_S = 4  # less than a connection without a request is waited for
 
 
@@ -255,6 +256,24 @@ class View(Watched):
         self.assertEqual(run.returncode, 0)
         self.assertEqual(len(trajectory(self.folder / "out" / "trajectory.txt")), 3)
         self.assert_sound()
+
+    def test_a_pause_makes_no_frame_of_realtime_late(self):
+        async def drive(port, token):
+            driver = await Client.connect(port, token)
+            await driver.step(1)
+            await asyncio.sleep(PAUSE_S)
+            await driver.call("resume")
+        run, port, token = self.start_command(
+            "run", sequence(), "--out", self.folder / "out", "--realtime", "--segmenter",
+            f"masks:{sequence() / 'mask'}", "--view-paused")
+        asyncio.run(drive(port, token))
+        run.communicate(timeout=WAIT_S)
+        metrics = json.loads((self.folder / "out" / "metrics.json").read_text("utf-8"))
+        self.assertLess(metrics["dropped"], FRAMES / 2, "a loaded machine drops some")
+
+    def test_the_sequence_is_not_taken_for_an_address(self):
+        done = ygslam("run", "--view", sequence(), "--out", self.folder / "out")
+        self.assert_error(done, 2, "a SEQUENCE goes before")
 
     def test_a_signal_that_ends_the_page_after_the_end_is_no_failure(self):
         self.end_of_page(self.start("--view-stay")[0])

@@ -110,9 +110,13 @@ Status begin_anew(Run& run) {
 Status await_turn(Run& run, const RgbdFrame& frame, ProgressBar& progress) {
   Runner& runner = *run.session.runner;
   for (;;) {
-    if (run.view->is_paused()) progress.update(index(frame.id), "paused on the page");
+    if (run.view->is_paused()) {
+      progress.update(index(frame.id), "paused on the page");
+      run.reader->pause();
+    }
     const auto wishes =
         run.view->wait_turn(frame.stamp, &runner, [] { return StopSignal::received() != 0; });
+    run.reader->resume();
     if (wishes.save && run.map_saver) run.map_saver->save(runner.map());
     if (wishes.reset) {
       if (Status begun = begin_anew(run); !begun.ok()) return begun;
@@ -338,6 +342,7 @@ Result<int> run_all(Run& run) {
   if (run.view && o.view.stay) {
     run.view->finish(run.session.runner.get());
     log::info("the page stays until it is interrupted (Ctrl-C)");
+    std::fflush(stdout);  // what was told is there to be read meanwhile
     run.view->stay([] { return StopSignal::received() != 0; });
   }
   if (!has_frames)  // nothing to save

@@ -213,9 +213,10 @@ Result<Sequence> open_sequence(const RunOptions& options) {
 Status check_range(const RunOptions& o, const Sequence& sequence) {
   if (sequence.stream && (o.to == 0 || o.to > o.from)) return Ok{};
   if (o.from < sequence.pairs.size() && (o.to == 0 || o.to > o.from)) return Ok{};
+  const std::string to = o.to > 0 ? " --to " + std::to_string(o.to) : "";
   return Error{
       ErrorKind::kUsage,
-      "--from " + std::to_string(o.from) + " --to " + std::to_string(o.to) + ": no frame" +
+      "--from " + std::to_string(o.from) + to + ": no frame" +
           (sequence.stream ? std::string() : " of the " + std::to_string(sequence.pairs.size()))};
 }
 

@@ -12,6 +12,14 @@ void add_view_options(CLI::App& command, ViewOptions& o) {
                                   "Show it on a page, by default at 127.0.0.1:8765 (docs/live.md)"))
           ->type_name("[[ADDRESS:]PORT]")
           ->expected(0, 1)
+          ->check(CLI::Validator(
+              [](const std::string& text) {
+                return parse_view_address(text).ok()
+                           ? std::string()
+                           : "'" + text +
+                                 "': PORT or ADDRESS:PORT is meant (a SEQUENCE goes before)";
+              },
+              ""))
           ->default_str("");
   watching(
       command.add_flag("--view-paused", o.paused, "Wait before the first frame for Resume or Step"))

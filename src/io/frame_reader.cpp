@@ -34,6 +34,19 @@ void FrameReader::stop() {
   queue_.close();
 }
 
+void FrameReader::pause() {
+  const std::lock_guard lock(mutex_);
+  if (!paused_since_) paused_since_ = Clock::now();
+}
+
+void FrameReader::resume() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (paused_since_) paused_ += Clock::now() - *std::exchange(paused_since_, std::nullopt);
+  }
+  wake_.notify_all();
+}
+
 std::optional<FramePtr> FrameReader::next(std::stop_token stop) {
   {
     const std::lock_guard lock(mutex_);
@@ -109,15 +122,22 @@ bool FrameReader::wait_for_consumer(const std::stop_token& stop) {
 // @return false once stopped.
 bool FrameReader::wait_for_stamp(Timestamp stamp, const std::stop_token& stop) {
   if (!wait_for_consumer(stop)) return false;
+  std::unique_lock lock(mutex_);
   if (!previous_stamp_) {
-    previous_due_ = std::chrono::steady_clock::now();
+    previous_due_ = Clock::now() - paused_;
   } else {
     const double gap_s = std::min(seconds_between(stamp, *previous_stamp_), config_.longest_gap_s);
     previous_due_ += std::chrono::nanoseconds(to_ns(gap_s));
   }
   previous_stamp_ = stamp;
-  std::unique_lock lock(mutex_);
-  wake_.wait_until(lock, stop, previous_due_, [] { return false; });
+  const auto is_due = [&] { return !paused_since_ && Clock::now() >= previous_due_ + paused_; };
+  while (!stop.stop_requested() && !is_due()) {
+    if (paused_since_)
+      wake_.wait(lock, stop, [&] { return !paused_since_; });
+    else
+      wake_.wait_until(lock, stop, previous_due_ + paused_,
+                       [&] { return paused_since_.has_value(); });
+  }
   return !stop.stop_requested();
 }
 

@@ -1,6 +1,7 @@
 // Decodes a sequence ahead of its consumer, in a thread of its own.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <memory>
@@ -53,11 +54,16 @@ class FrameReader {
   [[nodiscard]] std::optional<FramePtr> next(std::stop_token stop = {});
   /// Ends the stream from any thread; waiting calls of next() return.
   void stop();
+  /// The clock of realtime stands from now until resume(), for a consumer that somebody paused: no
+  /// frame is late because of that. A stream comes as it comes. Any thread; twice is once.
+  void pause();
+  void resume();
 
   [[nodiscard]] const Sequence& sequence() const { return sequence_; }
   [[nodiscard]] FrameReaderCounts counts() const;
 
  private:
+  using Clock = std::chrono::steady_clock;
   void run(const std::stop_token& stop);
   std::optional<LoadedPair> load(std::size_t i);
   std::optional<LoadedPair> load_next(std::size_t i, const std::stop_token& stop);
@@ -74,10 +80,12 @@ class FrameReader {
   std::condition_variable_any wake_;
   FrameReaderCounts counts_;
   bool consumer_started_ = false;
+  std::optional<Clock::time_point> paused_since_;
+  Clock::duration paused_{0};  // before that
 
-  // Playback clock of the thread: when the previous frame was due.
+  // Playback clock of the thread: when the previous frame was due, without pauses.
   std::optional<Timestamp> previous_stamp_;
-  std::chrono::steady_clock::time_point previous_due_;
+  Clock::time_point previous_due_;
 
   WorkerThread thread_;  // last: it uses everything above
 };

@@ -200,6 +200,30 @@ TEST(FrameReader, RealtimeDropsTheOldestWaitingFramesAndCountsThem) {
   EXPECT_EQ(reader.counts().readable, 12U);
 }
 
+TEST(FrameReader, NoFrameOfRealtimeIsLateForAPause) {
+  const TempFolder folder;
+  SmallSequence{.count = 12, .interval_ns = 10'000'000}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {.realtime = true, .realtime_waiting = 2});
+  ASSERT_TRUE(reader.next().has_value());
+  reader.pause();
+  reader.pause();
+  const auto begin = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() < begin + std::chrono::milliseconds(300))
+    std::this_thread::yield();  // all frames would have gone by
+  EXPECT_EQ(reader.counts().dropped, 0U);
+  reader.resume();
+  EXPECT_GE(ids_of_rest(reader).size(), 2U) << "it goes on";
+  reader.resume();
+}
+
+TEST(FrameReader, StopsWhilePaused) {
+  const TempFolder folder;
+  SmallSequence{.count = 3, .interval_ns = 10'000'000}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {.realtime = true});
+  ASSERT_TRUE(reader.next().has_value());
+  reader.pause();
+}
+
 TEST(FrameReader, RealtimeGivesNoFrameBeforeItsStamp) {
   const TempFolder folder;
   SmallSequence{.count = 8, .interval_ns = 5'000'000}.write_to(folder.path());

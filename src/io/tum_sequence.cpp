@@ -75,7 +75,9 @@ Result<CameraConfig> find_camera(const GivenCameras& given, Sequence& sequence) 
 
 Result<Sequence> open_tum_sequence(const fs::path& root, const GivenCameras& cameras) {
   std::error_code code;
-  if (!fs::is_directory(root, code)) return input_error(root, "no such folder");
+  if (!fs::exists(root, code)) return input_error(root, "no such file or folder");
+  if (!fs::is_directory(root, code))
+    return input_error(root, "no recording that can be read (docs/inputs.md)");
   Sequence sequence;
   sequence.root = root;
   sequence.images = images_of_folder(root);

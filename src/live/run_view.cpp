@@ -246,7 +246,7 @@ Result<std::string> RunView::drive(std::string_view service) {
   if (service == "slower" || service == "faster") {
     if (config_.paced) return Error{ErrorKind::kUsage, "the input comes at its own pace"};
     if (service == "slower") {
-      speed_ = speed_ == 0 ? kFastest : std::max(kSlowest, speed_ / 2);
+      speed_ = speed_ == 0 ? 1 : std::max(kSlowest, speed_ / 2);
     } else if (speed_ > 0) {
       speed_ = speed_ >= kFastest ? 0 : speed_ * 2;
     }

@@ -173,7 +173,7 @@ const shows = {
     const now = performance.now();
     frames = frames.filter((t) => now - t < 2000);
     frames.push(now);
-    $('rate').textContent = `frame ${values.frame}, ${(frames.length / 2).toFixed(0)} frames/s, ${values.inliers} of ${values.matches} matches`;
+    $('rate').textContent = `frame ${values.frame}, ${(frames.length / 2).toFixed(0)} shown/s, ${values.inliers} of ${values.matches} matches`;
     drawPlots();
   },
   '/cloud': (cloud) => { if (surfaces === 'points') showCloud('points', cloud, 0.02); },

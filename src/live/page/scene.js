@@ -56,6 +56,7 @@ class Scene {
     this.yaw = Math.PI * 0.9;
     this.pitch = 0.6;
     this.distance = 6;
+    this.tookMs = 0;  // of the last drawing
     if (!this.gl) return;
     this.start();
     this.listen();
@@ -160,7 +161,7 @@ class Scene {
     requestAnimationFrame(() => { this.asked = false; this.draw(); });
   }
   draw() {
-    const gl = this.gl;
+    const gl = this.gl, begin = performance.now();
     const ratio = Math.min(2, window.devicePixelRatio || 1);
     const width = Math.round(this.canvas.clientWidth * ratio), height = Math.round(this.canvas.clientHeight * ratio);
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, {width, height});
@@ -180,6 +181,7 @@ class Scene {
       gl.drawArrays(gl[layer.mode], 0, layer.count);
     }
     if (this.drawn) this.drawn();
+    this.tookMs = performance.now() - begin;
   }
 
   listen() {

@@ -8,7 +8,10 @@ const scene = new Scene($('scene'));
 const channels = new Map();       // topic to channel
 const topicOf = new Map();        // subscription to topic
 const services = new Map();       // name to number
-const last = {};                  // topic to its newest message
+const waiting = new Map();        // topic to what came of it and is not shown yet
+// Of these every message counts, of the others the newest.
+const kCounted = new Set(['/tf', '/state', '/camera/annotations', '/mesh', '/mesh/classes']);
+const kQuick_ms = 30, kHidden_ms = 500;
 const history = {time: [], points: [], age: []};
 const way = [];                   // where the camera was, in map
 const kSurfaces = {points: '/cloud', mesh: '/mesh', classes: '/mesh/classes'};
@@ -33,6 +36,7 @@ function hear(message) {
   if (message.op === 'advertise') {
     channels.clear();
     topicOf.clear();
+    waiting.clear();
     for (const channel of message.channels) {
       if (!decoders[channel.schemaName]) continue;
       channels.set(channel.topic, channel);
@@ -90,7 +94,7 @@ function call(name) {
   bytes.set([0, 1, 0, 0], 16);
   socket.send(bytes);
 }
-for (const button of $('drive').children) button.addEventListener('click', () => call(button.dataset.service));
+for (const button of $('drive').children) button.addEventListener('click', () => { say(`${button.textContent.trim()} ...`); call(button.dataset.service); });
 
 function take(buffer) {
   const view = new DataView(buffer);
@@ -103,10 +107,34 @@ function take(buffer) {
   }
   const topic = topicOf.get(view.getUint32(1, true));
   if (view.getUint8(0) !== 1 || !topic) return;
-  const message = decoders[channels.get(topic).schemaName](new Cdr(buffer, 13));
-  last[topic] = message;
-  const shown = shows[topic];
-  if (shown) shown(message);
+  if (waiting.has(topic) && kCounted.has(topic)) waiting.get(topic).push(buffer); else waiting.set(topic, [buffer]);
+  askToShow();
+}
+
+/// At most once for each picture of the display, and no more than half of the time: a slow browser
+/// shows less, and its buttons work all the same.
+let isAsked = false, tookMs = 0;
+function askToShow() {
+  if (isAsked) return;
+  isAsked = true;
+  const busyMs = tookMs + scene.tookMs;
+  if (document.hidden) setTimeout(showWaiting, kHidden_ms);
+  else setTimeout(() => requestAnimationFrame(showWaiting), busyMs > kQuick_ms ? busyMs : 0);
+}
+let isWayOld = false, arePlotsOld = false;
+function showWaiting() {
+  const begin = performance.now();
+  isAsked = false;
+  const came = [...waiting];
+  waiting.clear();
+  for (const [topic, buffers] of came) {
+    const channel = channels.get(topic), show = shows[topic];
+    if (channel && show) for (const buffer of buffers) show(decoders[channel.schemaName](new Cdr(buffer, 13)));
+  }
+  if (isWayOld) drawWay();
+  if (arePlotsOld) drawPlots();
+  isWayOld = arePlotsOld = false;
+  tookMs = performance.now() - begin;
 }
 
 const shows = {
@@ -115,7 +143,7 @@ const shows = {
     const pose = composed(of.odom, of.camera);
     way.push(pose.t);
     if (way.length > kMostSteps) way.splice(0, way.length - kMostSteps);
-    scene.set('way', 'LINE_STRIP', new Float32Array(way.flat()), repeated(colourOf('--accent'), way.length));
+    isWayOld = true;
     const corner = (y, z) => add(pose.t, turned(pose.q, [0.25, 0.16 * y, 0.12 * z]));
     const corners = [corner(1, 1), corner(-1, 1), corner(-1, -1), corner(1, -1)];
     const edges = corners.flatMap((c, i) => [pose.t, c, c, corners[(i + 1) % 4]]);
@@ -174,7 +202,7 @@ const shows = {
     frames = frames.filter((t) => now - t < 2000);
     frames.push(now);
     $('rate').textContent = `frame ${values.frame}, ${(frames.length / 2).toFixed(0)} shown/s, ${values.inliers} of ${values.matches} matches`;
-    drawPlots();
+    arePlotsOld = true;
   },
   '/cloud': (cloud) => { if (surfaces === 'points') showCloud('points', cloud, 0.02); },
   '/mesh': (markers) => { if (surfaces === 'mesh') showTiles('mesh', markers, 0.35); },
@@ -196,6 +224,7 @@ const shows = {
   },
 };
 
+function drawWay() { scene.set('way', 'LINE_STRIP', new Float32Array(way.flat()), repeated(colourOf('--accent'), way.length)); }
 function setState(text, kind) { $('state').textContent = text; $('state').className = `state ${kind}`; }
 function remember(name, values) { history[name].push(values); if (history[name].length > kHistory) history[name].shift(); }
 function repeated(colour, count) { const all = new Uint8Array(3 * count); for (let i = 0; i < count; ++i) all.set(colour, 3 * i); return all; }

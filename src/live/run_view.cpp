@@ -10,6 +10,7 @@ constexpr std::array kServices = {"pause",  "resume", "step",  "slower",
                                   "faster", "save",   "reset", "stop"};
 constexpr auto kMapEvery = std::chrono::seconds(1);
 constexpr auto kMeshEvery = std::chrono::seconds(2);
+constexpr auto kPictureEvery = std::chrono::milliseconds(50);  // on average: most of what it costs
 constexpr int kMapShare = 20;  // showing the map takes at most one part in so many of the time
 constexpr int kMeshNice = 10;  // of the thread that draws the mesh: the run goes first
 constexpr std::size_t kMostPoints = 100'000;
@@ -35,7 +36,7 @@ ros::DiagnosticArray paused_message() {
 /// Messages that go out together, when it is done with.
 class RunView::Batch : public MessageSink {
  public:
-  explicit Batch(RunView& view) : view_(view) {}
+  explicit Batch(RunView& view, bool has_picture = true) : view_(view), has_picture_(has_picture) {}
   ~Batch() override {
     if (!messages_.empty()) view_.server_->publish(std::move(messages_));
   }
@@ -43,6 +44,7 @@ class RunView::Batch : public MessageSink {
   Batch& operator=(const Batch&) = delete;
 
   [[nodiscard]] bool wants(std::string_view topic) const override {
+    if (!has_picture_ && is_picture(topic)) return false;
     return view_.has_ended_ || view_.server_->wants(topic);
   }
   void put(std::string_view topic, const char* /*type*/, Timestamp stamp, Bytes cdr,
@@ -51,7 +53,12 @@ class RunView::Batch : public MessageSink {
   }
 
  private:
+  static bool is_picture(std::string_view topic) {
+    return topic == "/camera/image/compressed" || topic == "/camera/annotations";
+  }
+
   RunView& view_;
+  bool has_picture_;
   std::vector<ViewServer::Message> messages_;
 };
 
@@ -142,9 +149,16 @@ void RunView::show_cloud(const std::function<std::vector<ColouredPoint>()>& make
   map_due_ = before + kMapEvery;
 }
 
+bool RunView::is_picture_due() {
+  const auto now = Clock::now();
+  if (now < picture_due_) return false;
+  picture_due_ = std::max(picture_due_, now - kPictureEvery) + kPictureEvery;
+  return true;
+}
+
 void RunView::publish(const Sight& sight) {
   const bool paused = is_paused();
-  Batch batch(*this);
+  Batch batch(*this, paused || has_ended_ || is_picture_due());
   if (!sight.frame) {
     if (paused && batch.wants("/state"))
       batch.put("/state", ros::DiagnosticArray::kType, {}, to_cdr(paused_message()), 0);

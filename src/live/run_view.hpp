@@ -84,6 +84,7 @@ class RunView {
 
   explicit RunView(const RunViewConfig& config) : config_(config), is_paused_(config.paused) {}
   class Batch;
+  [[nodiscard]] bool is_picture_due();
   void publish(const Sight& sight);
   void publish_mesh(MeshSight sight);
   Result<std::string> drive(std::string_view service);
@@ -110,6 +111,7 @@ class RunView {
   /// Pushed to under the mutex, so that a state pushes no frame out.
   BoundedQueue<Sight> sights_{1, Overflow::kDropOldest};
   BoundedQueue<MeshSight> meshes_{1, Overflow::kDropOldest};
+  Clock::time_point picture_due_;        // the thread's that shows frames
   MeshTopics mesh_topics_;               // the mesh thread's
   std::atomic<double> mesh_took_ms_{0};  // processor time of the last one
   std::unique_ptr<ViewServer> server_;

@@ -110,10 +110,8 @@ Status begin_anew(Run& run) {
 Status await_turn(Run& run, const RgbdFrame& frame, ProgressBar& progress) {
   Runner& runner = *run.session.runner;
   for (;;) {
-    if (run.view->is_paused()) {
-      progress.update(index(frame.id), "paused on the page");
-      run.reader->pause();
-    }
+    if (run.view->is_paused()) progress.update(index(frame.id), "paused on the page");
+    run.reader->pause();  // what the page waits makes no frame late
     const auto wishes =
         run.view->wait_turn(frame.stamp, &runner, [] { return StopSignal::received() != 0; });
     run.reader->resume();

@@ -49,8 +49,7 @@ struct DenseUpdate {
 
 /// A mesh as the map hands it out quickly: what is left to do wants the map no more.
 struct NamedMesh {
-  TriangleMesh
-      mesh;  ///< things have their classes; structure and tables found by their tops have none
+  TriangleMesh mesh;  ///< things have their classes, what labelled_mesh() names has none yet
   Vec3 up_guess_world = Vec3::Zero(), cameras_world = Vec3::Zero();  ///< means of the views
 };
 /// Floor, walls, ceiling and tables named, too, as in scene().

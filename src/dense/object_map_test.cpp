@@ -94,6 +94,24 @@ TEST(Objects, SeenOnceOrTwiceAreCandidatesAndNameNoSurface) {
     ASSERT_NE(vertex.label.object, scene.objects[1].id);
 }
 
+TEST(Objects, ViewsThatSeeItsSurfaceWithoutAMaskCountAgainstIt) {
+  const Camera camera = room_camera();
+  DenseUpdate update = seven_views(camera, two_boxes());
+  for (DenseFrame& keyframe : update.added) keyframe.detections[1].score = 0.15F;
+  const StaticScene always = scene_of(update, camera);
+  ASSERT_EQ(always.objects.size(), 2U);
+  EXPECT_NEAR(always.objects[1].probability, 0.15, 1e-5);
+  EXPECT_EQ(always.objects[1].state, ObjectState::kStatic) << "unsure, but in every view";
+  for (std::size_t i = 3; i < update.added.size(); ++i)
+    for (auto& number : update.added[i].things) number = number == 2 ? 0 : number;
+  const StaticScene now_and_then = scene_of(update, camera);
+  ASSERT_EQ(now_and_then.objects.size(), 2U);
+  EXPECT_NEAR(now_and_then.objects[1].probability, 3 * 0.15 / 7, 1e-5);
+  EXPECT_EQ(now_and_then.objects[1].state, ObjectState::kCandidate) << "in three of seven";
+  for (const SurfacePoint& vertex : now_and_then.mesh.vertices)
+    ASSERT_NE(vertex.label.object, now_and_then.objects[1].id);
+}
+
 TEST(Objects, WhatIsExcludedIsNone) {
   const Camera camera = room_camera();
   DenseUpdate update = seven_views(camera, two_boxes());

@@ -49,7 +49,8 @@ void DenseMap::apply(const DenseUpdate& update) {
   for (const DenseFrame& keyframe : update.added) {
     GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
     CHECK(keyframe.detections.size() <= kMaxDetections);
-    const auto moving = moving_things(keyframe.things, keyframe.movers, keyframe.detections.size());
+    const auto moving = moving_things(keyframe.things, keyframe.movers, keyframe.detections.size(),
+                                      keyframe.motion_votes);
     for (std::size_t i = 0; i < excluded.size() && !keyframe.things.empty(); ++i) {
       const std::uint8_t number = keyframe.things.begin()[i];  // where it moves is known first
       if (number > 0 && moving[number - 1U]) excluded.begin()[i] = 0;

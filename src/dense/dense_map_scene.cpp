@@ -22,7 +22,7 @@ std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh) {
 TriangleMesh labelled_mesh(NamedMesh named) {
   if (!named.mesh.triangles.empty()) {
     const Gravity gravity = find_gravity(named.mesh, named.up_guess_world, named.cameras_world);
-    static_cast<void>(find_tables(named.mesh, gravity, {}));  // their names alone
+    static_cast<void>(find_tables(named.mesh, gravity, {}, {}));  // their names alone
     label_structure(named.mesh, gravity);
   }
   return std::move(named.mesh);
@@ -62,7 +62,7 @@ StaticScene DenseMap::scene() {
 
 void DenseMap::add_tables(StaticScene& scene) const {
   const double farthest_m = config_.volume.preparation.max_depth_m;
-  for (SceneObject& table : find_tables(scene.mesh, scene.gravity, scene.objects)) {
+  for (SceneObject& table : find_tables(scene.mesh, scene.gravity, scene.objects, scene.space)) {
     const Vec3 top_world = table.box.T_world_box * Vec3(0, 0, 0.5 * table.box.size_m.z());
     std::optional<Timestamp> first, last;
     for (const auto& [id, contribution] : contributions_) {

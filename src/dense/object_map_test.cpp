@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "dense/object_test_world.hpp"
+#include "dense/scene_objects.hpp"
 
 namespace ygslam {
 namespace {
@@ -112,6 +113,22 @@ TEST(Objects, ViewsThatSeeItsSurfaceWithoutAMaskCountAgainstIt) {
     ASSERT_NE(vertex.label.object, now_and_then.objects[1].id);
 }
 
+TEST(Objects, MovesWhereMostPointsOnItDo) {
+  const Camera camera = room_camera();
+  DenseUpdate update = seven_views(camera, two_boxes());
+  for (DenseFrame& keyframe : update.added) {
+    keyframe.movers = GreyImage(camera.width(), camera.height());
+    const auto pixels = std::count(keyframe.things.begin(), keyframe.things.end(), 2);
+    std::ptrdiff_t seen = 0;
+    for (std::size_t i = 0; i < keyframe.movers.size(); ++i)  // its upper half
+      if (keyframe.things.begin()[i] == 2 && ++seen < pixels / 2) keyframe.movers.begin()[i] = 255;
+    keyframe.motion_votes = {0, 1};
+  }
+  EXPECT_EQ(scene_of(update, camera).objects.size(), 1U) << "what moves adds no surface";
+  for (DenseFrame& keyframe : update.added) keyframe.motion_votes = {0, 0};
+  EXPECT_EQ(scene_of(update, camera).objects.size(), 2U);
+}
+
 TEST(Objects, WhatIsExcludedIsNone) {
   const Camera camera = room_camera();
   DenseUpdate update = seven_views(camera, two_boxes());
@@ -180,6 +197,20 @@ TEST(ObjectMap, TwoOfAClassSideBySideAreTwo) {
     EXPECT_EQ(ids, (std::vector{SceneObjectId{1}, SceneObjectId{2}}));
   }
   EXPECT_EQ(map.objects().size(), 2U);
+}
+
+TEST(ObjectMap, ABoxHoldsThePartsOfWhatIsPartedButNotALeak) {
+  ObjectMap map;
+  ThingView view = patch(coco_class(60), 0, 0.6);  // something stands before the middle
+  for (const auto& [first_m, width_m] : {std::pair{0.9, 0.3}, {1.8, 0.1}})
+    for (const Eigen::Vector3f& p : patch(coco_class(60), first_m, width_m).p_camera)
+      view.p_camera.push_back(p);
+  for (int i = 0; i < 5; ++i) map.step({&view, 1}, SE3(), Timestamp{i});
+  TriangleMesh mesh;
+  SpaceCells space;
+  const auto objects = place_objects(map, {Vec3(0, -1, 0), -1.2}, mesh, space);
+  ASSERT_EQ(objects.size(), 1U);
+  EXPECT_NEAR(objects[0].box.size_m.head<2>().maxCoeff(), 1.2, 0.04);
 }
 
 TEST(ObjectMap, ABookOnATableIsNoPartOfIt) {

@@ -12,7 +12,8 @@
 namespace ygslam {
 namespace {
 
-constexpr int kYaws = 45;  // of boxes: steps of 2 degrees
+constexpr int kYaws = 45;            // of boxes: steps of 2 degrees
+constexpr double kMainShare = 0.25;  // of the largest part
 
 struct Extent {
   double low_m = 0, high_m = 0;
@@ -31,15 +32,17 @@ Extent inner_extent(std::vector<double> values_m, double share_left_out) {
   return {low_m, *high};
 }
 
-/// The largest set of points that hang together: cubes of a size that touch.
-std::vector<Vec3> largest_part(const std::vector<Vec3>& points, double cube_m) {
+/// Sets of points that hang together (cubes of a size that touch): the largest, and those nearly as
+/// large, since what stands before a thing parts it.
+std::vector<Vec3> main_parts(const std::vector<Vec3>& points, double cube_m) {
   using Index = std::array<int, 3>;
   std::map<Index, std::vector<std::size_t>> cubes;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3i c = (points[i] / cube_m).array().floor().cast<int>();
     cubes[{c.x(), c.y(), c.z()}].push_back(i);
   }
-  std::vector<std::size_t> largest;
+  std::vector<std::vector<std::size_t>> parts;
+  std::size_t largest = 0;
   while (!cubes.empty()) {
     std::vector<std::size_t> part;
     std::vector<Index> open{cubes.begin()->first};
@@ -53,10 +56,14 @@ std::vector<Vec3> largest_part(const std::vector<Vec3>& points, double cube_m) {
       for (int n = 0; n < 27; ++n)
         open.push_back({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1});
     }
-    if (part.size() > largest.size()) largest = std::move(part);
+    largest = std::max(largest, part.size());
+    parts.push_back(std::move(part));
   }
   std::vector<Vec3> result;
-  for (const std::size_t i : largest) result.push_back(points[i]);
+  for (const std::vector<std::size_t>& part : parts) {
+    if (static_cast<double>(part.size()) < kMainShare * static_cast<double>(largest)) continue;
+    for (const std::size_t i : part) result.push_back(points[i]);
+  }
   return result;
 }
 
@@ -137,7 +144,7 @@ void complete_round(const Vec3& looked_along_world, OrientedBox& box) {
 OrientedBox box_of(const KnownObject& object, const Gravity& gravity, const PlacingConfig& config) {
   std::vector<Vec3> surface = object.surface_world();
   if (surface.empty()) surface.push_back(object.extent_world.center());
-  OrientedBox box = upright_box(largest_part(surface, config.gap_m), gravity, config.box_share);
+  OrientedBox box = upright_box(main_parts(surface, config.gap_m), gravity, config.box_share);
   // Sideways it ends half the way to the next point beyond the last, but not where it faces those
   // who saw it: there, as above, its surface was seen. So much the more lies behind it.
   Vec3 behind_m = Vec3::Zero();

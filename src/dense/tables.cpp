@@ -1,11 +1,15 @@
 #include "dense/tables.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <set>
 
 #include "dense/room_structure.hpp"
 #include "dense/scene_objects.hpp"
+#include "dense/table_legs.hpp"
 #include "scene/floor_frame.hpp"
 #include "volume/mesh_pieces.hpp"
 
@@ -14,6 +18,7 @@ namespace {
 
 constexpr SemanticClass kTable = coco_class(60);  // COCO calls every table a dining table
 constexpr double kTopCos = 0.9;
+constexpr double kGround_m = 0.05;  // side of a square of the ground
 constexpr double kBoxShare = 0.01;  // of a top left out at either side of its box
 
 bool is_inside(const Vec3& p_world, const OrientedBox& box, double margin_m) {
@@ -29,9 +34,74 @@ bool stands_there(const SceneObject& object) {
 struct Top {
   std::vector<Vec3> points_world;
   double m2 = 0;
+  double height_m = 0;  // mean, above the floor
 };
 
-/// Parts of the mesh that hang together, level and at the height of tables.
+bool is_wide(const Top& top, const Gravity& gravity, const TableConfig& config) {
+  const OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
+  return std::min(plate.size_m.x(), plate.size_m.y()) >= config.min_width_m;
+}
+
+/// What a top covers of the floor, in squares of a grid.
+struct Ground {
+  std::set<std::array<int, 2>> squares;
+  Eigen::AlignedBox2d extent;  // of their corners of least x and y [squares]
+};
+
+Ground ground_of(const Top& top, const SE3& T_floor_world) {
+  Ground ground;
+  for (const Vec3& p_world : top.points_world) {
+    const Eigen::Vector2d at =
+        ((T_floor_world * p_world).head<2>() / kGround_m).array().floor().matrix();
+    ground.squares.insert({static_cast<int>(at.x()), static_cast<int>(at.y())});
+    ground.extent.extend(at);
+  }
+  return ground;
+}
+
+/// From one to the other, as far as that is at most a reach; else infinite.
+double way_m(const Ground& a, const Ground& b, double reach_m) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const int reach = static_cast<int>(reach_m / kGround_m);
+  if (a.extent.exteriorDistance(b.extent) > 2 * reach) return kFar;
+  int least = reach + 1;
+  for (const auto& [x, y] : a.squares) {
+    for (int dy = -reach; dy <= reach; ++dy)
+      for (int dx = -reach; dx <= reach; ++dx)
+        if (const int way = std::max(std::abs(dx), std::abs(dy));
+            way < least && b.squares.contains({x + dx, y + dy}))
+          least = way;
+  }
+  return least > reach ? kFar : least * kGround_m;
+}
+
+/// What stands on a top hides strips of it: what is left of it beyond is of the nearest one.
+void add_small_parts(std::vector<Top>& tops, const std::vector<Top>& small, const Gravity& gravity,
+                     const TableConfig& config) {
+  const SE3 T_floor_world = T_world_floor(gravity).inverse();
+  std::vector<Ground> grounds;
+  for (const Top& top : tops) grounds.push_back(ground_of(top, T_floor_world));
+  std::vector<std::vector<const Top*>> added(tops.size());
+  for (const Top& part : small) {
+    const Ground ground = ground_of(part, T_floor_world);
+    double nearest_m = config.max_hidden_m;
+    std::size_t nearest = tops.size();
+    for (std::size_t i = 0; i < tops.size(); ++i) {
+      if (std::abs(part.height_m - tops[i].height_m) > config.margin_m) continue;
+      const double m = way_m(ground, grounds[i], config.max_hidden_m);
+      if (m > nearest_m || (nearest < tops.size() && m == nearest_m)) continue;
+      nearest_m = m;
+      nearest = i;
+    }
+    if (nearest < tops.size()) added[nearest].push_back(&part);
+  }
+  for (std::size_t i = 0; i < tops.size(); ++i)
+    for (const Top* part : added[i])
+      tops[i].points_world.insert(tops[i].points_world.end(), part->points_world.begin(),
+                                  part->points_world.end());
+}
+
+/// Parts of the mesh that hang together, level and at the height of tables, with what is beside.
 std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
                            const TableConfig& config) {
   const auto is_level = [&](const SurfacePoint& vertex) {
@@ -56,9 +126,17 @@ std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
     top.points_world.push_back(mesh.vertices[i].p_world.cast<double>());
     top.m2 += areas_m2[i];
   }
-  std::vector<Top> large;
-  for (auto& [root, top] : tops)
-    if (top.m2 >= config.min_m2) large.push_back(std::move(top));
+  std::vector<Top> large, small;
+  for (auto& [root, top] : tops) {
+    for (const Vec3& p_world : top.points_world)
+      top.height_m += (p_world.dot(gravity.up_world) - gravity.floor_m) /
+                      static_cast<double>(top.points_world.size());
+    if (top.m2 < config.min_m2)
+      small.push_back(std::move(top));
+    else if (is_wide(top, gravity, config))
+      large.push_back(std::move(top));
+  }
+  add_small_parts(large, small, gravity, config);
   return large;
 }
 
@@ -90,12 +168,11 @@ OrientedBox down_to_floor(const OrientedBox& top, const Gravity& gravity) {
 }  // namespace
 
 std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
-                                     std::span<const SceneObject> objects,
+                                     std::span<const SceneObject> objects, const SpaceCells& space,
                                      const TableConfig& config) {
   std::vector<SceneObject> tables;
   for (const Top& top : find_tops(mesh, gravity, config)) {
     OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
-    if (std::min(plate.size_m.x(), plate.size_m.y()) < config.min_width_m) continue;
     SceneObject table;
     if (const SceneObject* named = named_table(top, objects, config)) {
       table = *named;
@@ -108,6 +185,8 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
       table.box = down_to_floor(plate, gravity);
       tables.push_back(table);
     }
+    const SurfaceLabel label{kTable, table.id, table.probability};
+    name_under_top(plate, label, gravity, space, mesh);
     // The plate with what bounds it: as thick as a table's top is.
     plate.T_world_box = SE3(plate.T_world_box.R(),
                             plate.T_world_box.t() - 0.5 * config.thickness_m * gravity.up_world);
@@ -115,7 +194,7 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
     for (SurfacePoint& vertex : mesh.vertices)
       if (vertex.label.object == kNoSceneObject &&
           is_inside(vertex.p_world.cast<double>(), plate, config.margin_m))
-        vertex.label = {kTable, table.id, table.probability};
+        vertex.label = label;
   }
   return tables;
 }

@@ -15,6 +15,7 @@ struct TableConfig {
   double thickness_m = 0.06;  ///< below its top: what bounds it is of the table
   double margin_m = 0.02;     ///< around and above its top: the same
   float probability = 0.75F;  ///< that something level, so high and so large is one
+  double max_hidden_m = 0.4;  ///< wide: strips of a top that what stands on it hides
   double min_share_in = 0.3;  ///< of a top in the box of a table that a network named
 };
 
@@ -24,10 +25,12 @@ inline constexpr SceneObjectId kFirstTable{0xfffd};
 /// Level surfaces of the height and size of a table, where nothing was named but tables: one that
 /// lies in the box of a named table is of that table, any other is a table that stands there.
 /// @param mesh its vertices without an object are given to the tables they belong to.
+/// @param space where air was seen, which tells what hangs under a table; empty: nothing does.
 /// @return the tables that nobody named, with boxes down to the floor; their views and times are
 /// the caller's to fill in.
 [[nodiscard]] std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
                                                    std::span<const SceneObject> objects,
+                                                   const SpaceCells& space,
                                                    const TableConfig& config = {});
 
 }  // namespace ygslam

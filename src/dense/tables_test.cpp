@@ -32,7 +32,7 @@ class TableRoom : public ::testing::Test {
 };
 
 TEST_F(TableRoom, ATopIsATableThatReachesTheFloor) {
-  const auto tables = find_tables(mesh_, gravity_, {});
+  const auto tables = find_tables(mesh_, gravity_, {}, {});
   ASSERT_EQ(tables.size(), 1U);
   const SceneObject& table = tables.front();
   EXPECT_EQ(table.semantic_class, kTable);
@@ -56,15 +56,25 @@ TEST_F(TableRoom, WhatIsNarrowSmallHighLowOrUprightIsNone) {
   add({3, 2.3, 0.75}, {0.4, 0, 0}, {0, 0.45, 0});  // a stool
   add({0.1, 0.2, 0.45}, {0.8, 0, 0}, {0, 2, 0});   // a bench
   add({0.1, 0.2, 1.1}, {0.8, 0, 0}, {0, 2, 0});    // a cupboard
-  EXPECT_EQ(find_tables(mesh_, gravity_, {}).size(), 1U);
+  EXPECT_EQ(find_tables(mesh_, gravity_, {}, {}).size(), 1U);
   EXPECT_EQ(named(), 31 * 21);
 }
 
 TEST_F(TableRoom, TwoSideBySideAreTwo) {
   add({1, 2.05, 0.75}, {1.5, 0, 0}, {0, 0.7, 0});
-  const auto tables = find_tables(mesh_, gravity_, {});
+  const auto tables = find_tables(mesh_, gravity_, {}, {});
   ASSERT_EQ(tables.size(), 2U);
   EXPECT_NE(tables[0].id, tables[1].id);
+}
+
+TEST_F(TableRoom, WhatIsLeftOfATopBeyondWhatStandsOnItBelongsToIt) {
+  add({1, 2.3, 0.75}, {0.4, 0, 0}, {0, 0.15, 0});    // beyond 0.3 m that are hidden
+  add({2.2, 0.2, 0.75}, {0.4, 0, 0}, {0, 0.15, 0});  // 0.65 m away
+  add({1, 0.7, 0.8}, {0.4, 0, 0}, {0, 0.15, 0});     // 5 cm higher
+  const auto tables = find_tables(mesh_, gravity_, {}, {});
+  ASSERT_EQ(tables.size(), 1U);
+  EXPECT_NEAR(tables[0].box.size_m.head<2>().prod(), 1.5 * 1.45, 0.1);
+  EXPECT_EQ(named(), 31 * 21 + 9 * 4);
 }
 
 TEST_F(TableRoom, OneThatANetworkNamedIsNotFoundTwiceButItsTopIsNamed) {
@@ -74,7 +84,7 @@ TEST_F(TableRoom, OneThatANetworkNamedIsNotFoundTwiceButItsTopIsNamed) {
   known.probability = 0.4F;
   known.state = ObjectState::kStatic;
   known.box = {SE3(T_world_room_.R(), T_world_room_ * Vec3(1.6, 1.5, 0.375)), Vec3(0.9, 1, 0.8)};
-  EXPECT_TRUE(find_tables(mesh_, gravity_, {&known, 1}).empty());
+  EXPECT_TRUE(find_tables(mesh_, gravity_, {&known, 1}, {}).empty());
   EXPECT_EQ(named(), 31 * 21);
   for (const SurfacePoint& vertex : mesh_.vertices)
     if (vertex.label.semantic_class == kTable) {
@@ -83,12 +93,12 @@ TEST_F(TableRoom, OneThatANetworkNamedIsNotFoundTwiceButItsTopIsNamed) {
     }
   TriangleMesh again = room(T_world_room_);
   known.state = ObjectState::kCandidate;
-  EXPECT_EQ(find_tables(again, gravity_, {&known, 1}).size(), 1U);
+  EXPECT_EQ(find_tables(again, gravity_, {&known, 1}, {}).size(), 1U);
 }
 
 TEST_F(TableRoom, WhatIsNamedKeepsItsName) {
   for (SurfacePoint& vertex : mesh_.vertices) vertex.label = {coco_class(59), SceneObjectId{2}, 1};
-  EXPECT_TRUE(find_tables(mesh_, gravity_, {}).empty()) << "a bed is as high";
+  EXPECT_TRUE(find_tables(mesh_, gravity_, {}, {}).empty()) << "a bed is as high";
   EXPECT_EQ(named(), 0);
 }
 
@@ -102,7 +112,7 @@ TEST_F(TableRoom, AMeshToLookAtNamesThemToo) {
 
 TEST(Tables, OfNothingThereAreNone) {
   TriangleMesh nothing;
-  EXPECT_TRUE(find_tables(nothing, {}, {}).empty());
+  EXPECT_TRUE(find_tables(nothing, {}, {}, {}).empty());
 }
 
 }  // namespace

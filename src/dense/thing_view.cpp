@@ -80,7 +80,7 @@ GreyImage without_edges(const GreyImage& ids, int radius_px) {
 }
 
 std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers,
-                                std::size_t detections) {
+                                std::size_t detections, std::span<const int> motion_votes) {
   std::vector<bool> moving(detections, false);
   if (movers.empty() || things.empty()) return moving;
   std::vector<int> pixels(detections + 1, 0), marked(detections + 1, 0);
@@ -88,8 +88,10 @@ std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers
     ++pixels[things.begin()[i]];
     marked[things.begin()[i]] += movers.begin()[i] != 0 ? 1 : 0;
   }
-  for (std::size_t i = 0; i < detections; ++i)
-    moving[i] = marked[i + 1] > kMovingShare * pixels[i + 1];
+  for (std::size_t i = 0; i < detections; ++i) {
+    const bool may_move = motion_votes.empty() || motion_votes[i] > 0;
+    moving[i] = may_move && marked[i + 1] > kMovingShare * pixels[i + 1];
+  }
   return moving;
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "scene/scene.hpp"
@@ -39,9 +40,12 @@ inline constexpr int kMaxDetections =
 /// The same for masks of things, but that small ones, which are mostly edge, stay whole.
 [[nodiscard]] GreyImage without_edges(const GreyImage& ids, int radius_px);
 
-/// Which of the detections move: of their pixels so many are marked in `movers` (empty: none).
+/// Which of the detections move: of their pixels so many are marked in `movers` (empty: none), and
+/// most points on them do.
+/// @param motion_votes by detection, positive where most do; empty: the pixels alone tell.
 [[nodiscard]] std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers,
-                                              std::size_t detections);
+                                              std::size_t detections,
+                                              std::span<const int> motion_votes);
 
 /// Excludes the pixels of some numbers of the view's objects, and what lies around them.
 /// @param is_gone by number - 1.

@@ -4,13 +4,11 @@
 #include <array>
 #include <cmath>
 
-#include "segment/movable.hpp"
+#include "system/dense_marks.hpp"
 
 namespace ygslam {
 namespace {
 
-constexpr int kPointRadius_px = 20;
-constexpr float kPointDepthRatio = 0.08F;
 constexpr std::size_t kRememberedAttempts = 20000;  // of loops
 constexpr std::size_t kPlaceKeyframes = 10;         // besides the one that was found, to be fused
 
@@ -20,22 +18,6 @@ std::vector<KeyframeId> submap_of(const Map& map, KeyframeId keyframe) {
   for (const auto& [id, its_root] : map.roots())
     if (its_root == root) submap.push_back(id);
   return submap;
-}
-
-/// What stands about, among what the mask shows.
-void add_things(const Segmentation& masks, std::span<const int> excluded, DenseFrame& dense) {
-  const auto is_excluded = movable_ids(masks, excluded);
-  std::array<std::uint8_t, 256> number{};
-  for (std::size_t i = 0; i < masks.instances.size() && i + 1 < number.size(); ++i) {
-    const Instance& instance = masks.instances[i];
-    if (is_excluded[i + 1] || dense.detections.size() >= kMaxDetections) continue;
-    dense.detections.push_back({coco_class(instance.class_id), instance.score});
-    number[i + 1] = static_cast<std::uint8_t>(dense.detections.size());
-  }
-  dense.edge_px = masks.edge_px;
-  dense.things = GreyImage(masks.ids.width(), masks.ids.height());
-  std::transform(masks.ids.begin(), masks.ids.end(), dense.things.begin(),
-                 [&](std::uint8_t id) { return number[id]; });
 }
 
 }  // namespace
@@ -172,7 +154,8 @@ bool MappingStage::apply(const Segmentation& masks) {
   if (const auto frame = waiting_frames_.find(masks.frame); frame != waiting_frames_.end()) {
     const auto& [newest, message] = frame->second;
     DenseFrame dense{newest, message.frame, message.read_out, {}, {}, {}, anchor_of(message.pose)};
-    add_movers(&masks, *message.features, message.labels, dense);
+    mark_movers_and_things(&masks, *message.features, message.labels, config_.mask.movable_classes,
+                           dense);
     dense_update_.added.push_back(std::move(dense));
     waiting_frames_.erase(frame);
     return false;
@@ -200,21 +183,10 @@ void MappingStage::integrate(const Waiting& waiting, const Segmentation* masks) 
   if (!map().has_keyframe(waiting.keyframe)) return;  // culled before its mask came
   DenseFrame dense{
       waiting.keyframe, waiting.frame, map().keyframe(waiting.keyframe).data->read_out, {}, {}, {}};
-  add_movers(masks, *waiting.features, waiting.labels, dense);
+  mark_movers_and_things(masks, *waiting.features, waiting.labels, config_.mask.movable_classes,
+                         dense);
   dense_update_.added.push_back(std::move(dense));
   if (config_.close_loops) complete_.push_back(waiting.keyframe);
-}
-
-void MappingStage::add_movers(const Segmentation* masks, const Features& features,
-                              std::span<const MotionLabel> labels, DenseFrame& dense) const {
-  const DepthImage& depth_m = dense.frame->depth_m;
-  dense.movers = GreyImage(depth_m.width(), depth_m.height());
-  if (masks) {
-    const std::vector<int> excluded = with_living_classes(config_.mask.movable_classes);
-    dense.movers = movable_mask(*masks, excluded);
-    add_things(*masks, excluded, dense);
-  }
-  paint_dynamic_points(dense.movers, depth_m, features, labels, kPointRadius_px, kPointDepthRatio);
 }
 
 std::vector<FramePtr> MappingStage::waiting() const {
@@ -233,25 +205,6 @@ DenseUpdate MappingStage::take_dense_update() {
     if (root == main_root)
       dense_update_.T_world_camera[id] = map().keyframe(id).T_camera_world.inverse();
   return std::exchange(dense_update_, {});
-}
-
-void paint_dynamic_points(GreyImage& mask, const DepthImage& depth_m, const Features& features,
-                          std::span<const MotionLabel> labels, int radius_px,
-                          float max_depth_ratio) {
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const Feature& f = features.points[i];
-    if (labels[i] != MotionLabel::kDynamic || f.depth_m <= 0) continue;
-    const int u0 = static_cast<int>(std::lround(f.uv_px.x()));
-    const int v0 = static_cast<int>(std::lround(f.uv_px.y()));
-    for (int v = std::max(0, v0 - radius_px); v <= std::min(mask.height() - 1, v0 + radius_px);
-         ++v) {
-      for (int u = std::max(0, u0 - radius_px); u <= std::min(mask.width() - 1, u0 + radius_px);
-           ++u) {
-        if (std::abs(depth_m.at(u, v) - f.depth_m) <= max_depth_ratio * f.depth_m)
-          mask.at(u, v) = 255;
-      }
-    }
-  }
 }
 
 }  // namespace ygslam

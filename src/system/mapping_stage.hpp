@@ -103,8 +103,6 @@ class MappingStage {
   /// @param masks of its frame; nullptr: none came.
   void integrate(const Waiting& waiting, const Segmentation* masks);
   void carry_out(const LoopClosure& closure);
-  void add_movers(const Segmentation* masks, const Features& features,
-                  std::span<const MotionLabel> labels, DenseFrame& dense) const;
   /// The keyframe itself, or what a removed one is told by: where a camera is at a pose relative to
   /// it.
   [[nodiscard]] DenseAnchor anchor_of(const KeyframeRelativePose& pose) const;
@@ -124,11 +122,5 @@ class MappingStage {
   std::map<FrameId, WaitingFrame> waiting_frames_;
   std::map<FrameId, Waiting> waiting_;
 };
-
-/// Adds to the mask the surface around every dynamic point: pixels within radius_px whose depth is
-/// within max_depth_ratio of the point's.
-void paint_dynamic_points(GreyImage& mask, const DepthImage& depth_m, const Features& features,
-                          std::span<const MotionLabel> labels, int radius_px,
-                          float max_depth_ratio);
 
 }  // namespace ygslam

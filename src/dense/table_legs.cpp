@@ -1,0 +1,139 @@
+#include "dense/table_legs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+#include <vector>
+
+namespace ygslam {
+namespace {
+
+using Place = std::array<int, 2>;  // of a column, counted in the top's axes
+
+struct Column {
+  std::vector<std::uint32_t> vertices;
+  double low_m = std::numeric_limits<double>::infinity();  // above the floor
+  double high_m = 0;
+  Vec3 lowest_world = Vec3::Zero();
+};
+
+bool is_free(const SpaceCells& space, const Vec3& p_world) {
+  const Eigen::Vector3i at = (p_world / space.cell_m).array().floor().cast<int>();
+  const auto order = [](const Eigen::Vector3i& i) { return std::tuple(i.z(), i.y(), i.x()); };
+  const auto found = std::lower_bound(space.cells.begin(), space.cells.end(), at,
+                                      [&](const SpaceCell& cell, const Eigen::Vector3i& wanted) {
+                                        return order(cell.index) < order(wanted);
+                                      });
+  return found != space.cells.end() && found->index == at && found->state == SpaceState::kFree;
+}
+
+class UnderTop {
+ public:
+  UnderTop(const OrientedBox& top, const Gravity& gravity, const SpaceCells& space,
+           const TriangleMesh& mesh, const TableLegsConfig& config)
+      : config_(config),
+        space_(space),
+        mesh_(mesh),
+        up_world_(gravity.up_world),
+        T_top_world_(top.T_world_box.inverse()),
+        top_m_(top.T_world_box.t().dot(gravity.up_world) - gravity.floor_m + 0.5 * top.size_m.z()) {
+    const Vec3 half = 0.5 * top.size_m + Vec3::Constant(config.beside_m);
+    for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i) {
+      const SurfacePoint& vertex = mesh.vertices[i];
+      const Vec3 p_world = vertex.p_world.cast<double>();
+      const double height_m = p_world.dot(up_world_) - gravity.floor_m;
+      const Vec3 p_top = T_top_world_ * p_world;
+      if (vertex.label.object != kNoSceneObject || height_m < config.floor_m || height_m > top_m_ ||
+          std::abs(p_top.x()) > half.x() || std::abs(p_top.y()) > half.y() ||
+          std::abs(vertex.normal_world.cast<double>().dot(up_world_)) > config.upright_cos)
+        continue;
+      add(i, p_top, p_world, height_m);
+    }
+  }
+
+  /// Vertices of what hangs and of legs.
+  [[nodiscard]] std::vector<std::uint32_t> its_vertices() {
+    std::vector<std::uint32_t> its;
+    std::map<Place, Column> standing;
+    for (auto& [place, column] : columns_) {
+      if (column.low_m <= config_.stands_m)
+        standing.emplace(place, std::move(column));
+      else if (hangs(column))
+        its.insert(its.end(), column.vertices.begin(), column.vertices.end());
+    }
+    while (!standing.empty()) {
+      const Column part = take_part(standing);
+      if (is_leg(part)) its.insert(its.end(), part.vertices.begin(), part.vertices.end());
+    }
+    return its;
+  }
+
+ private:
+  void add(std::uint32_t vertex, const Vec3& p_top, const Vec3& p_world, double height_m) {
+    Column& column = columns_[{static_cast<int>(std::floor(p_top.x() / config_.column_m)),
+                               static_cast<int>(std::floor(p_top.y() / config_.column_m))}];
+    column.vertices.push_back(vertex);
+    column.high_m = std::max(column.high_m, height_m);
+    if (height_m >= column.low_m) return;
+    column.low_m = height_m;
+    column.lowest_world = p_world;
+  }
+
+  [[nodiscard]] bool hangs(const Column& column) const {
+    int looks = 0, free = 0;
+    for (double below_m = 1.5 * space_.cell_m; below_m < config_.seen_below_m + space_.cell_m;
+         below_m += space_.cell_m) {
+      ++looks;
+      free += is_free(space_, column.lowest_world - below_m * up_world_) ? 1 : 0;
+    }
+    return free > config_.seen_below_share * looks;
+  }
+
+  /// Columns that touch, taken out of all.
+  [[nodiscard]] static Column take_part(std::map<Place, Column>& columns) {
+    Column part;
+    std::vector<Place> open{columns.begin()->first};
+    while (!open.empty()) {
+      const auto [x, y] = open.back();
+      open.pop_back();
+      const auto found = columns.find({x, y});
+      if (found == columns.end()) continue;
+      const Column& column = found->second;
+      part.vertices.insert(part.vertices.end(), column.vertices.begin(), column.vertices.end());
+      part.low_m = std::min(part.low_m, column.low_m);
+      part.high_m = std::max(part.high_m, column.high_m);
+      columns.erase(found);
+      for (int n = 0; n < 9; ++n) open.push_back({x + n % 3 - 1, y + n / 3 - 1});
+    }
+    return part;
+  }
+
+  [[nodiscard]] bool is_leg(const Column& part) const {
+    if (part.high_m < top_m_ - config_.reach_m) return false;
+    Eigen::AlignedBox2d extent_top;
+    for (const std::uint32_t i : part.vertices)
+      extent_top.extend((T_top_world_ * mesh_.vertices[i].p_world.cast<double>()).head<2>().eval());
+    return extent_top.sizes().maxCoeff() < config_.thickest_leg_m;
+  }
+
+  const TableLegsConfig& config_;
+  const SpaceCells& space_;
+  const TriangleMesh& mesh_;
+  Vec3 up_world_;
+  SE3 T_top_world_;
+  double top_m_;  // above the floor
+  std::map<Place, Column> columns_;
+};
+
+}  // namespace
+
+void name_under_top(const OrientedBox& top, const SurfaceLabel& label, const Gravity& gravity,
+                    const SpaceCells& space, TriangleMesh& mesh, const TableLegsConfig& config) {
+  for (const std::uint32_t vertex : UnderTop(top, gravity, space, mesh, config).its_vertices())
+    mesh.vertices[vertex].label = label;
+}
+
+}  // namespace ygslam

@@ -17,7 +17,7 @@ struct Column {
   std::vector<std::uint32_t> vertices;
   double low_m = std::numeric_limits<double>::infinity();  // above the floor
   double high_m = 0;
-  Vec3 lowest_world = Vec3::Zero();
+  Vec3 lowest_world = Vec3::Zero(), highest_world = Vec3::Zero();
 };
 
 bool is_free(const SpaceCells& space, const Vec3& p_world) {
@@ -40,14 +40,16 @@ class UnderTop {
         up_world_(gravity.up_world),
         T_top_world_(top.T_world_box.inverse()),
         top_m_(top.T_world_box.t().dot(gravity.up_world) - gravity.floor_m + 0.5 * top.size_m.z()) {
-    const Vec3 half = 0.5 * top.size_m + Vec3::Constant(config.beside_m);
+    half_m_ = 0.5 * top.size_m.head<2>();
+    const Eigen::Vector2d reach_m = half_m_.array() + config.panel_beside_m;
     for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i) {
       const SurfacePoint& vertex = mesh.vertices[i];
       const Vec3 p_world = vertex.p_world.cast<double>();
       const double height_m = p_world.dot(up_world_) - gravity.floor_m;
       const Vec3 p_top = T_top_world_ * p_world;
-      if (vertex.label.object != kNoSceneObject || height_m < config.floor_m || height_m > top_m_ ||
-          std::abs(p_top.x()) > half.x() || std::abs(p_top.y()) > half.y() ||
+      if (vertex.label.object != kNoSceneObject || height_m < config.floor_m ||
+          height_m > top_m_ + config.above_m || std::abs(p_top.x()) > reach_m.x() ||
+          std::abs(p_top.y()) > reach_m.y() ||
           std::abs(vertex.normal_world.cast<double>().dot(up_world_)) > config.upright_cos)
         continue;
       add(i, p_top, p_world, height_m);
@@ -76,20 +78,38 @@ class UnderTop {
     Column& column = columns_[{static_cast<int>(std::floor(p_top.x() / config_.column_m)),
                                static_cast<int>(std::floor(p_top.y() / config_.column_m))}];
     column.vertices.push_back(vertex);
-    column.high_m = std::max(column.high_m, height_m);
-    if (height_m >= column.low_m) return;
-    column.low_m = height_m;
-    column.lowest_world = p_world;
+    if (height_m > column.high_m) {
+      column.high_m = height_m;
+      column.highest_world = p_world;
+    }
+    if (height_m < column.low_m) {
+      column.low_m = height_m;
+      column.lowest_world = p_world;
+    }
+  }
+
+  /// Share of what lies so far above a point, or below it, that was seen to be air; beside the
+  /// point itself.
+  [[nodiscard]] double share_free(const Vec3& p_world, double low_m, double high_m) const {
+    int looks = 0, free = 0;
+    for (double m = low_m; m < high_m; m += space_.cell_m) {
+      ++looks;
+      free += is_free(space_, p_world + m * up_world_) ? 1 : 0;
+    }
+    return looks > 0 ? static_cast<double>(free) / looks : 0;
+  }
+
+  /// A partition that stands beside a table does.
+  [[nodiscard]] bool goes_on_above(const Column& column) const {
+    return column.high_m > top_m_ + config_.plate_m;
   }
 
   [[nodiscard]] bool hangs(const Column& column) const {
-    int looks = 0, free = 0;
-    for (double below_m = 1.5 * space_.cell_m; below_m < config_.seen_below_m + space_.cell_m;
-         below_m += space_.cell_m) {
-      ++looks;
-      free += is_free(space_, column.lowest_world - below_m * up_world_) ? 1 : 0;
-    }
-    return free > config_.seen_below_share * looks;
+    if (goes_on_above(column)) return false;
+    const double beside_m = 1.5 * space_.cell_m;
+    return share_free(column.lowest_world, -config_.seen_below_m - beside_m, -beside_m) >
+               config_.free_share &&
+           share_free(column.highest_world, beside_m, top_m_ - column.high_m) < config_.free_share;
   }
 
   /// Columns that touch, taken out of all.
@@ -112,11 +132,13 @@ class UnderTop {
   }
 
   [[nodiscard]] bool is_leg(const Column& part) const {
-    if (part.high_m < top_m_ - config_.reach_m) return false;
+    if (part.high_m < top_m_ - config_.reach_m || goes_on_above(part)) return false;
     Eigen::AlignedBox2d extent_top;
     for (const std::uint32_t i : part.vertices)
       extent_top.extend((T_top_world_ * mesh_.vertices[i].p_world.cast<double>()).head<2>().eval());
-    return extent_top.sizes().maxCoeff() < config_.thickest_leg_m;
+    const Eigen::Vector2d far_m = extent_top.min().cwiseAbs().cwiseMax(extent_top.max().cwiseAbs());
+    return extent_top.sizes().maxCoeff() < config_.thickest_leg_m &&
+           (far_m.array() <= half_m_.array() + config_.leg_beside_m).all();
   }
 
   const TableLegsConfig& config_;
@@ -125,6 +147,7 @@ class UnderTop {
   Vec3 up_world_;
   SE3 T_top_world_;
   double top_m_;  // above the floor
+  Eigen::Vector2d half_m_;
   std::map<Place, Column> columns_;
 };
 

@@ -71,6 +71,11 @@ TEST_F(TableLegs, WhatEndsBelowIsNone) {
   EXPECT_EQ(named_below(), 0) << "a bottle on the floor";
 }
 
+TEST_F(TableLegs, WhatGoesOnAboveTheTopIsNone) {
+  add_box({2.5, 1.5, 0}, {0.05, 0.05, 1.4});
+  EXPECT_EQ(named_below(), 0) << "the end of a partition";
+}
+
 TEST_F(TableLegs, ACabinetUnderItIsNone) {
   add_box({1.1, 1.1, 0}, {0.4, 0.5, 0.65});
   EXPECT_EQ(named_below(), 0);
@@ -81,6 +86,16 @@ TEST_F(TableLegs, APanelHangsWhereAirWasSeenBelowIt) {
   EXPECT_EQ(named_below(), 0) << "what is below it is hidden: it may stand on the floor";
   see_air({1, 1.8, 0.05}, {2.5, 2, 0.33});
   EXPECT_EQ(named_below(), 25 * 6);
+}
+
+TEST_F(TableLegs, WhatHangsBesideItIsNoneWhereAirWasSeenAboveIt) {
+  add_rectangle(mesh_, T_world_room_, {1.1, 2.2, 0.35}, {1.2, 0, 0}, {0, 0, 0.25});
+  see_air({1, 2.1, 0.05}, {2.5, 2.3, 0.33});
+  EXPECT_EQ(named_below(), 25 * 6) << "a part of the top is hidden";
+  mesh_ = room(T_world_room_);
+  add_rectangle(mesh_, T_world_room_, {1.1, 2.2, 0.35}, {1.2, 0, 0}, {0, 0, 0.25});
+  see_air({1, 2.1, 0.62}, {2.5, 2.3, 0.8});
+  EXPECT_EQ(named_below(), 0) << "a radiator behind it";
 }
 
 TEST_F(TableLegs, AChairPushedUnderItIsNone) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "dense/room_structure.hpp"
 #include "dense/scene_objects.hpp"
@@ -75,33 +76,47 @@ double way_m(const Ground& a, const Ground& b, double reach_m) {
   return least > reach ? kFar : least * kGround_m;
 }
 
-/// What stands on a top hides strips of it: what is left of it beyond is of the nearest one.
-void add_small_parts(std::vector<Top>& tops, const std::vector<Top>& small, const Gravity& gravity,
-                     const TableConfig& config) {
+/// What stands on a top hides strips of it. So parts of one height that are near each other are of
+/// one top, the nearest first; but two that are each large enough for a table stay two.
+std::vector<Top> joined(const std::vector<Top>& parts, const Gravity& gravity,
+                        const TableConfig& config) {
+  struct Gap {
+    double m = 0;
+    std::uint32_t a = 0, b = 0;
+  };
   const SE3 T_floor_world = T_world_floor(gravity).inverse();
   std::vector<Ground> grounds;
-  for (const Top& top : tops) grounds.push_back(ground_of(top, T_floor_world));
-  std::vector<std::vector<const Top*>> added(tops.size());
-  for (const Top& part : small) {
-    const Ground ground = ground_of(part, T_floor_world);
-    double nearest_m = config.max_hidden_m;
-    std::size_t nearest = tops.size();
-    for (std::size_t i = 0; i < tops.size(); ++i) {
-      if (std::abs(part.height_m - tops[i].height_m) > config.margin_m) continue;
-      const double m = way_m(ground, grounds[i], config.max_hidden_m);
-      if (m > nearest_m || (nearest < tops.size() && m == nearest_m)) continue;
-      nearest_m = m;
-      nearest = i;
+  for (const Top& part : parts) grounds.push_back(ground_of(part, T_floor_world));
+  std::vector<Gap> gaps;
+  for (std::uint32_t a = 0; a < parts.size(); ++a) {
+    for (std::uint32_t b = a + 1; b < parts.size(); ++b) {
+      if (std::abs(parts[a].height_m - parts[b].height_m) > config.margin_m) continue;
+      if (const double m = way_m(grounds[a], grounds[b], config.max_hidden_m); std::isfinite(m))
+        gaps.push_back({m, a, b});
     }
-    if (nearest < tops.size()) added[nearest].push_back(&part);
   }
-  for (std::size_t i = 0; i < tops.size(); ++i)
-    for (const Top* part : added[i])
-      tops[i].points_world.insert(tops[i].points_world.end(), part->points_world.begin(),
-                                  part->points_world.end());
+  std::sort(gaps.begin(), gaps.end(), [](const Gap& x, const Gap& y) {
+    return std::tie(x.m, x.a, x.b) < std::tie(y.m, y.a, y.b);
+  });
+  Pieces groups(parts.size());
+  std::vector<Top> tops = parts;  // of a group: at its root
+  for (const Gap& gap : gaps) {
+    const std::uint32_t a = groups.root(gap.a), b = groups.root(gap.b);
+    if (a == b || std::min(tops[a].m2, tops[b].m2) >= config.min_m2) continue;
+    groups.join(a, b);
+    Top& all = tops[groups.root(a)];
+    const Top& other = tops[groups.root(a) == a ? b : a];
+    all.m2 += other.m2;
+    all.points_world.insert(all.points_world.end(), other.points_world.begin(),
+                            other.points_world.end());
+  }
+  std::vector<Top> roots;
+  for (std::uint32_t i = 0; i < tops.size(); ++i)
+    if (groups.root(i) == i) roots.push_back(std::move(tops[i]));
+  return roots;
 }
 
-/// Parts of the mesh that hang together, level and at the height of tables, with what is beside.
+/// What is level and at the height of tables, large and wide enough for one.
 std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
                            const TableConfig& config) {
   const auto is_level = [&](const SurfacePoint& vertex) {
@@ -126,17 +141,18 @@ std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
     top.points_world.push_back(mesh.vertices[i].p_world.cast<double>());
     top.m2 += areas_m2[i];
   }
-  std::vector<Top> large, small;
+  std::vector<Top> parts;
   for (auto& [root, top] : tops) {
+    if (top.m2 < config.least_part_m2) continue;
     for (const Vec3& p_world : top.points_world)
       top.height_m += (p_world.dot(gravity.up_world) - gravity.floor_m) /
                       static_cast<double>(top.points_world.size());
-    if (top.m2 < config.min_m2)
-      small.push_back(std::move(top));
-    else if (is_wide(top, gravity, config))
-      large.push_back(std::move(top));
+    parts.push_back(std::move(top));
   }
-  add_small_parts(large, small, gravity, config);
+  std::vector<Top> large = joined(parts, gravity, config);
+  std::erase_if(large, [&](const Top& top) {
+    return top.m2 < config.min_m2 || !is_wide(top, gravity, config);
+  });
   return large;
 }
 

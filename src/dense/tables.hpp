@@ -10,12 +10,13 @@ namespace ygslam {
 
 struct TableConfig {
   double low_m = 0.62, high_m = 0.85;  ///< of its top, above the floor
-  double min_m2 = 0.2;                 ///< of level surface that hangs together
+  double min_m2 = 0.2;                 ///< of level surface
+  double least_part_m2 = 0.004;        ///< of it that hangs together
   double min_width_m = 0.4;
   double thickness_m = 0.06;  ///< below its top: what bounds it is of the table
   double margin_m = 0.02;     ///< around and above its top: the same
   float probability = 0.75F;  ///< that something level, so high and so large is one
-  double max_hidden_m = 0.4;  ///< wide: strips of a top that what stands on it hides
+  double max_hidden_m = 0.4;  ///< between its parts: strips that what stands on it hides
   double min_share_in = 0.3;  ///< of a top in the box of a table that a network named
 };
 

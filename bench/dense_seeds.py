@@ -115,7 +115,7 @@ def main():
     parser.add_argument("--ygslam")
     parser.add_argument("--scratch", type=Path, help="folder for what is rendered, and deleted")
     parser.add_argument("--worlds", default=WORLDS)
-    parser.add_argument("--seeds", default="1-3", help="FIRST-LAST")
+    parser.add_argument("--seeds", default="1-3", help="FIRST-LAST, or one")
     parser.add_argument("--masks", default="true,network")
     parser.add_argument("--model", type=Path, help="of the masks `network`")
     parser.add_argument("--seconds", type=float, default=9)
@@ -128,7 +128,7 @@ def main():
     if o.results.is_file():
         lines = [json.loads(line) for line in o.results.read_text("utf-8").splitlines()]
     done = {(line["world"], line["seed"], line["masks"]) for line in lines}
-    first, last = (int(s) for s in o.seeds.split("-"))
+    first, last = (int(s) for s in (o.seeds.split("-") * 2)[:2])
     for seed in range(first, last + 1) if o.ygslam and o.scratch else ():
         for world in o.worlds.split(","):
             wanted = [m for m in o.masks.split(",") if (world, seed, m) not in done]

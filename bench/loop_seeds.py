@@ -310,7 +310,7 @@ def main():
     parser.add_argument("--ygslam")
     parser.add_argument("--scratch", type=Path, help="folder for what is rendered, and deleted")
     parser.add_argument("--rows", default="", help=",".join(ROWS))
-    parser.add_argument("--seeds", default="1-20", help="FIRST-LAST")
+    parser.add_argument("--seeds", default="1-20", help="FIRST-LAST, or one")
     parser.add_argument("--laps", type=int, default=40)
     options = parser.parse_args()
     rows = [row for row in options.rows.split(",") if row]
@@ -322,7 +322,7 @@ def main():
     if options.results.is_file():
         lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
     done = {(line["row"], line["seed"]) for line in lines}
-    first, last = (int(s) for s in options.seeds.split("-"))
+    first, last = (int(s) for s in (options.seeds.split("-") * 2)[:2])
     for row in rows:
         bench = Bench(options)
         for seed in range(first, last + 1):

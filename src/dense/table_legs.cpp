@@ -44,14 +44,17 @@ class UnderTop {
     const Eigen::Vector2d reach_m = half_m_.array() + config.panel_beside_m;
     for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i) {
       const SurfacePoint& vertex = mesh.vertices[i];
+      if (vertex.label.object != kNoSceneObject) continue;
       const Vec3 p_world = vertex.p_world.cast<double>();
       const double height_m = p_world.dot(up_world_) - gravity.floor_m;
+      if (height_m < config.floor_m || height_m > top_m_ + config.above_m) continue;
       const Vec3 p_top = T_top_world_ * p_world;
-      if (vertex.label.object != kNoSceneObject || height_m < config.floor_m ||
-          height_m > top_m_ + config.above_m || std::abs(p_top.x()) > reach_m.x() ||
-          std::abs(p_top.y()) > reach_m.y() ||
-          std::abs(vertex.normal_world.cast<double>().dot(up_world_)) > config.upright_cos)
-        continue;
+      const bool is_upright =
+          std::abs(vertex.normal_world.cast<double>().dot(up_world_)) <= config.upright_cos;
+      if (!is_upright || (p_top.head<2>().cwiseAbs().array() > reach_m.array()).any()) continue;
+      const bool stands_on_it = height_m > top_m_ + config.plate_m &&
+                                (p_top.head<2>().cwiseAbs().array() <= half_m_.array()).all();
+      if (stands_on_it) continue;
       add(i, p_top, p_world, height_m);
     }
   }

@@ -66,6 +66,12 @@ TEST_F(TableLegs, WhatIsThinAndReachesFromTheFloorToTheTopIsALeg) {
   EXPECT_EQ(named_below(), 4 * 2 * 13);
 }
 
+TEST_F(TableLegs, WhatStandsOnTheTopAboveALegIsNoPartOfIt) {
+  add_box({1.05, 1.05, 0}, {0.05, 0.05, 0.65});
+  add_box({1.05, 1.05, 0.8}, {0.05, 0.05, 0.1});
+  EXPECT_EQ(named_below(), 4 * 2 * 13);
+}
+
 TEST_F(TableLegs, WhatEndsBelowIsNone) {
   add_box({1.05, 1.05, 0}, {0.05, 0.05, 0.45});
   EXPECT_EQ(named_below(), 0) << "a bottle on the floor";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <span>
 
 #include "mapping/neighbour_fusion.hpp"
 
@@ -13,8 +14,13 @@ constexpr std::size_t kJudgedKeyframes = 30;
 constexpr double kNearest_m = 0.3;
 constexpr double kThrough_m = 0.1;  // farther than the noise of depth and pose ...
 constexpr double kThroughRatio = 0.1;
+// Of a keyframe of an earlier visit: so near it another one shows the same.
+constexpr double kKnown_m = 0.2;
+constexpr double kKnown_rad = 0.2;
+constexpr double kVisit_s = 10;
 
-bool is_redundant(const Map& map, const Keyframe& keyframe, const CullingConfig& config) {
+bool is_redundant(const Map& map, const Keyframe& keyframe, double share,
+                  const CullingConfig& config) {
   int judged = 0;
   int redundant = 0;
   for (std::uint32_t i = 0; i < keyframe.landmarks.size(); ++i) {
@@ -31,7 +37,18 @@ bool is_redundant(const Map& map, const Keyframe& keyframe, const CullingConfig&
     }
     redundant += static_cast<int>(observers >= config.redundant_observers);
   }
-  return judged > 0 && redundant > config.redundant_share * judged;
+  return judged > 0 && redundant > share * judged;
+}
+
+/// Whether a keyframe of an earlier visit shows the same.
+bool is_revisit(const Map& map, const Keyframe& keyframe, std::span<const KeyframeId> near) {
+  return std::any_of(near.begin(), near.end(), [&](KeyframeId id) {
+    if (!map.has_keyframe(id)) return false;
+    const Keyframe& other = map.keyframe(id);
+    const SE3 T_this_other = keyframe.T_camera_world * other.T_camera_world.inverse();
+    return seconds_between(keyframe.data->stamp, other.data->stamp) > kVisit_s &&
+           T_this_other.t().norm() < kKnown_m && T_this_other.angle() < kKnown_rad;
+  });
 }
 
 /// Whether the keyframe saw nothing but what lies clearly behind the point.
@@ -83,11 +100,14 @@ int cull_seen_through(Map& map, const Camera& camera, KeyframeId id, const Culli
 std::vector<KeyframeId> cull_keyframes(Map& map, KeyframeId around, const CullingConfig& config) {
   std::vector<KeyframeId> removed;
   const auto newest = static_cast<int>(index(map.next_keyframe_id())) - 1;
-  for (const KeyframeId id : map.covisible(around, 1, kJudgedKeyframes)) {
+  const std::vector<KeyframeId> judged = map.covisible(around, 1, kJudgedKeyframes);
+  for (const KeyframeId id : judged) {
     const Keyframe& keyframe = map.keyframe(id);
     if (keyframe.parent == kNoKeyframe) continue;
     if (newest - static_cast<int>(index(id)) < config.protected_keyframes) continue;
-    if (!is_redundant(map, keyframe, config)) continue;
+    const double share =
+        is_revisit(map, keyframe, judged) ? config.known_share : config.redundant_share;
+    if (!is_redundant(map, keyframe, share, config)) continue;
     map.remove_keyframe(id);
     removed.push_back(id);
   }

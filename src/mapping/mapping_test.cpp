@@ -229,6 +229,39 @@ TEST(Culling, OnlyKeyframesThatOthersCoverGo) {
   EXPECT_TRUE(cull_keyframes(apart.map, KeyframeId{2}, config).empty());
 }
 
+TEST(Culling, OfALaterVisitLessThatIsNewKeepsAKeyframe) {
+  World world(400, 9);
+  // The fifth of nine keyframes from one place sees 15 % that no other does.
+  const auto keeps_fifth = [&](double visited_after_s) {
+    Map map({kLevels, kScale});
+    std::vector<LandmarkId> landmark(world.points().size(), kNoLandmark);
+    for (int i = 0; i < 9; ++i) {
+      auto seen = world.see(World::pose(0), static_cast<std::uint32_t>(i));
+      auto frame = *seen.frame;
+      frame.stamp.ns = std::int64_t{33'000'000} * i;
+      if (i >= 4) frame.stamp.ns += static_cast<std::int64_t>(1e9 * visited_after_s);
+      seen.frame = std::make_shared<const RgbdFrame>(frame);
+      const KeyframeId id = map_test::add_keyframe(
+          map, seen, i ? KeyframeId{static_cast<std::uint32_t>(i - 1)} : kNoKeyframe);
+      for (std::uint32_t k = 0; k < seen.point.size(); ++k) {
+        LandmarkId& l = landmark[seen.point[k]];
+        if (i == 4 && k % 20 < 3) {
+          map.add_landmark(world.points()[seen.point[k]].p_world, id, k);
+        } else if (l == kNoLandmark) {
+          l = map.add_landmark(world.points()[seen.point[k]].p_world, id, k);
+        } else {
+          map.add_observation(l, id, k);
+        }
+      }
+    }
+    cull_keyframes(map, KeyframeId{8}, {});
+    return map.has_keyframe(KeyframeId{4});
+  };
+  EXPECT_TRUE(keeps_fifth(0));
+  EXPECT_TRUE(keeps_fifth(5));
+  EXPECT_FALSE(keeps_fifth(20));
+}
+
 TEST(Culling, WhatKeyframesSeeThroughGoes) {
   World world(300, 14);
   auto truth = map_test::true_map(world, 4);

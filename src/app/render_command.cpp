@@ -280,7 +280,8 @@ void declare_options(CLI::App& command, RenderArguments& a) {
                   "The way of a camera (trajectory.txt of the same run): drawn into the picture, "
                   "followed by the video")
       ->type_name("FILE");
-  command.add_flag("--boxes", a.boxes, "Draw the boxes and names of objects.json");
+  command.add_flag("--boxes", a.boxes,
+                   "Draw boxes and names of what objects.json says is there (no candidates)");
   command.add_option("--from", a.from, "Place of the eye in the file's frame [m]")
       ->type_name("X,Y,Z");
   command.add_option("--look-at", a.look_at, "What it looks at [m]")->type_name("X,Y,Z");

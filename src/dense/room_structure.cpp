@@ -32,6 +32,7 @@ constexpr std::size_t kPeakReach = 4;   // bins to either side that belong to a 
 constexpr double kWallCos = 0.97;       // within 14 degrees of what a wall faces
 constexpr double kSlice_m = 0.02;       // of walls, by distance
 constexpr double kFacingCos = 0.9;
+constexpr int kFillRounds = 3;
 
 /// Mean direction of the surfaces that face up or down, in a narrowing cone around the last one.
 Vec3 refined_up(const TriangleMesh& mesh, const std::vector<double>& areas_m2, const Vec3& guess,
@@ -199,6 +200,43 @@ class Walls {
   std::vector<Direction> directions_;
 };
 
+/// Normals are noisy far away: a vertex without a name, of whose neighbours most have one, has the
+/// same.
+void fill_gaps(TriangleMesh& mesh) {
+  constexpr std::array kNames = {SemanticClass::kFloor, SemanticClass::kCeiling,
+                                 SemanticClass::kWall};
+  struct Votes {
+    std::array<int, kNames.size()> of{};
+    std::array<float, kNames.size()> probability{};
+    int all = 0;
+  };
+  std::vector<Votes> votes(mesh.vertices.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) {
+      const SurfaceLabel& label = mesh.vertices[corner].label;
+      const auto name = static_cast<std::size_t>(
+          std::find(kNames.begin(), kNames.end(), label.semantic_class) - kNames.begin());
+      for (const std::uint32_t other : triangle) {
+        if (other == corner) continue;
+        ++votes[other].all;
+        if (name == kNames.size()) continue;
+        ++votes[other].of[name];
+        votes[other].probability[name] += label.probability;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < votes.size(); ++i) {
+    SurfaceLabel& label = mesh.vertices[i].label;
+    if (label.object != kNoSceneObject || label.semantic_class != SemanticClass::kUnknown) continue;
+    for (std::size_t name = 0; name < kNames.size(); ++name) {
+      const int count = votes[i].of[name];
+      if (2 * count > votes[i].all)
+        label = {kNames[name], kNoSceneObject,
+                 votes[i].probability[name] / static_cast<float>(votes[i].all)};
+    }
+  }
+}
+
 }  // namespace
 
 Gravity find_gravity(const TriangleMesh& mesh, const Vec3& up_guess_world, const Vec3& camera_world,
@@ -246,6 +284,7 @@ void label_structure(TriangleMesh& mesh, const Gravity& gravity,
                       static_cast<float>(1 - std::abs(cosine) / (2 * kUprightSin))};
     }
   }
+  for (int round = 0; round < kFillRounds; ++round) fill_gaps(mesh);
 }
 
 void label_cells(const TriangleMesh& mesh, SpaceCells& space) {

@@ -74,6 +74,34 @@ TEST(RoomStructure, WallsFarFromTheOriginWithNoisyNormalsAreNamedWhole) {
   }
 }
 
+TEST(RoomStructure, NoisyNormalsLeaveNoHoles) {
+  const SE3 T_world_room;
+  TriangleMesh mesh = room(T_world_room);
+  const std::vector<SurfacePoint> exact = mesh.vertices;
+  Rng rng(5);
+  int turned = 0;
+  for (SurfacePoint& vertex : mesh.vertices) {
+    if (rng.uniform() < 0.8) continue;  // a fifth faces anywhere within 45 degrees
+    const Vec3 off(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1));
+    vertex.normal_world = (vertex.normal_world + off.cast<float>()).normalized();
+    ++turned;
+  }
+  label_structure(mesh, {Vec3(0, 0, 1), 0});
+  int floor = 0, holes = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    const SemanticClass name = mesh.vertices[i].label.semantic_class;
+    const float z_m = exact[i].p_world.z();
+    if (std::abs(z_m - 0.75F) < 0.01F && exact[i].normal_world.z() > 0.9F) {
+      ASSERT_EQ(name, SemanticClass::kUnknown) << "a table is none of the room's structure";
+    }
+    if (z_m > 0.01F || exact[i].normal_world.z() < 0.9F) continue;
+    ++floor;
+    holes += name == SemanticClass::kFloor ? 0 : 1;
+  }
+  EXPECT_GT(turned, 1000);
+  EXPECT_LT(holes, 0.005 * floor);
+}
+
 TEST(RoomStructure, OfNothingIsNothing) {
   TriangleMesh nothing;
   const Gravity gravity = find_gravity(nothing, Vec3(0, -1, 0), Vec3::Zero());

@@ -118,7 +118,7 @@ ColourImage with_legend(const ScenePicture& picture) {
 void draw_boxes(ColourImage& image, std::span<const SceneObject> objects, const Viewpoint& view) {
   cv::Mat picture = cv_view(image);
   for (const SceneObject& object : objects) {
-    if (object.state == ObjectState::kAbsent) continue;
+    if (object.state == ObjectState::kAbsent || object.state == ObjectState::kCandidate) continue;
     const auto corner = [&](unsigned i) -> Vec3 {
       const Vec3 side((i & 1) ? 0.5 : -0.5, (i & 2) ? 0.5 : -0.5, (i & 4) ? 0.5 : -0.5);
       return object.box.T_world_box * side.cwiseProduct(object.box.size_m);

@@ -12,8 +12,8 @@ namespace ygslam {
 /// What does not fit is counted in the last line.
 [[nodiscard]] ColourImage with_legend(const ScenePicture& picture);
 
-/// Draws the edges of the boxes and the names of all objects that are not absent; nothing hides
-/// them.
+/// Draws the edges of the boxes and the names of all objects but absent ones and candidates;
+/// nothing hides them.
 void draw_boxes(ColourImage& image, std::span<const SceneObject> objects, const Viewpoint& view);
 
 /// Draws a line through positions in the world [m], as a camera's path; nothing hides it.

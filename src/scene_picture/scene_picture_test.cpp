@@ -267,6 +267,13 @@ TEST(Annotate, BoxesAndPathsAreDrawnWhereTheyAre) {
   draw_boxes(image, std::span(scene.objects).first(1), view);
   const Vec3 corner = scene.T_world_room * Vec3(0.3, 0.2, 0);
   EXPECT_EQ(shade_at(image, pixel_of(view, corner)), object_colour(SceneObjectId{3}));
+  for (const ObjectState state : {ObjectState::kAbsent, ObjectState::kCandidate}) {
+    SceneObject object = scene.objects.front();
+    object.state = state;
+    ColourImage empty(view.width, view.height, {255, 255, 255});
+    draw_boxes(empty, {&object, 1}, view);
+    EXPECT_EQ(shade_at(empty, pixel_of(view, corner)), (Rgb8{255, 255, 255}));
+  }
   const Vec3 a = scene.T_world_room * Vec3(1, 1, 0.1), b = scene.T_world_room * Vec3(1.5, 1, 0.1);
   draw_path(image, std::vector{a, b}, view, {0, 90, 200});
   EXPECT_EQ(shade_at(image, pixel_of(view, (a + b) / 2)), (Rgb8{0, 90, 200}));

@@ -13,7 +13,7 @@ namespace {
 constexpr int kOrderTile_px = 16;        // share one order of views
 constexpr int kCoarse_px = 8;            // a depth of each such tile tells what a view sees
 constexpr std::size_t kMostChosen = 6;   // views of a frame
-constexpr std::size_t kMostLoaded = 16;  // views unpacked, 1.8 MB each at 640x480
+constexpr std::size_t kMostLoaded = 32;  // views unpacked, 1.8 MB each at 640x480
 constexpr int kMostBlended = 2;          // views of a pixel
 constexpr float kLeastGain = 0.05F;      // of costs, for which a view is taken beside the others
 constexpr float kMostDegrees = 60;       // between two views of a place

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import background_table
 import voxel_truth
-from rendered_seeds import Bench
+from rendered_seeds import Bench, seed_range
 
 WORLDS = "walking_xyz,walking_halfsphere,crowd,moved_chair,corridor_loop"
 
@@ -128,8 +128,7 @@ def main():
     if o.results.is_file():
         lines = [json.loads(line) for line in o.results.read_text("utf-8").splitlines()]
     done = {(line["world"], line["seed"], line["masks"]) for line in lines}
-    first, last = (int(s) for s in (o.seeds.split("-") * 2)[:2])
-    for seed in range(first, last + 1) if o.ygslam and o.scratch else ():
+    for seed in seed_range(o.seeds) if o.ygslam and o.scratch else ():
         for world in o.worlds.split(","):
             wanted = [m for m in o.masks.split(",") if (world, seed, m) not in done]
             bench = Bench(o)

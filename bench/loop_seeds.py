@@ -29,7 +29,7 @@ import statistics
 from pathlib import Path
 
 from rendered_seeds import (WRONG_M, Bench, Sequence, alignment, best_fit_rmse_m, count_frames,
-                            count_loops, errors_m, micros, read_tum, stamp_text)
+                            count_loops, errors_m, micros, read_tum, seed_range, stamp_text)
 
 SMALL = ["--size", "480x360"]
 RIGHT_M = 0.1
@@ -322,10 +322,9 @@ def main():
     if options.results.is_file():
         lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
     done = {(line["row"], line["seed"]) for line in lines}
-    first, last = (int(s) for s in (options.seeds.split("-") * 2)[:2])
     for row in rows:
         bench = Bench(options)
-        for seed in range(first, last + 1):
+        for seed in seed_range(options.seeds):
             if (row, seed) in done:
                 continue
             options.scratch.mkdir(parents=True, exist_ok=True)

@@ -62,17 +62,27 @@ class Judged(unittest.TestCase):
                  for s, p in truth.items()}
         self.assertLess(rs.best_fit_rmse_m(moved, truth), 1e-9)
 
-    def test_a_loop_between_views_that_stood_apart_is_false(self):
+    def test_a_loop_is_false_whose_views_end_where_they_did_not_stand(self):
         truth = walk(10).truth()
-        rows = [("closed", "agrees", 5, 4), ("closed", "agrees", 9, 1), ("too far", "agrees", 9, 1),
-                ("refused", "no pose", 9, 1)]
+        turn = Rotation.from_euler("z", 1)
+        estimates = {s: np.concatenate([turn.apply(p[:3]) + 7,
+                                        (turn * Rotation.from_quat(p[3:])).as_quat()])
+                     for s, p in truth.items()}
+        stamps = sorted(truth)
+        estimates[stamps[9]][:3] += 0.5  # 9 is joined to the wrong place
+        for i in (2, 3):
+            del estimates[stamps[i]]  # of the map that was loaded
+        rows = [("closed", "agrees", 8, 1), ("closed", "agrees", 9, 1), ("too far", "agrees", 9, 1),
+                ("refused", "no pose", 9, 1), ("closed", "agrees", 4, 3), ("closed", "agrees", 8, 2)]
         with tempfile.TemporaryDirectory() as name:
             text = "stamp,place_stamp,outcome,verdict\n" + "".join(
                 f"{rs.stamp_text(10**9 + 10**5 * a)},{rs.stamp_text(10**9 + 10**5 * b)},{o},{v}\n"
                 for o, v, a, b in rows)
             (pathlib.Path(name) / "loops.csv").write_text(text)
+            (pathlib.Path(name) / "trajectory.txt").write_text("".join(
+                f"{rs.stamp_text(s)} {' '.join(map(str, p))}\n" for s, p in estimates.items()))
             counts = rs.count_loops(pathlib.Path(name), truth)
-        self.assertEqual((counts["closed"], counts["false"]), (2, 1))
+        self.assertEqual((counts["closed"], counts["false"]), (4, 2))
         self.assertEqual(counts["refused"], {"too far": 1, "no pose": 1})
 
     def test_frames_of_another_place_are_counted_by_whether_they_are_marked(self):

@@ -41,8 +41,7 @@ struct DenseFrame {
   GreyImage things;                        ///< 0 = none, i + 1 = detections[i]; empty = none
   std::vector<Detection> detections;       ///< of things that stand about; at most kMaxDetections
   std::optional<DenseAnchor> anchor = {};  ///< none: it is a keyframe
-  /// By detection: points on it that were seen to move, less those that stood; empty: not known.
-  std::vector<int> motion_votes = {};
+  std::vector<MotionVotes> motion_votes = {};  ///< by detection; empty: not known
   int edge_px = 0;  ///< of `things`: so near the edge of a mask it is not sure what a pixel shows
 };
 

@@ -122,10 +122,12 @@ TEST(Objects, MovesWhereMostPointsOnItDo) {
     std::ptrdiff_t seen = 0;
     for (std::size_t i = 0; i < keyframe.movers.size(); ++i)  // its upper half
       if (keyframe.things.begin()[i] == 2 && ++seen < pixels / 2) keyframe.movers.begin()[i] = 255;
-    keyframe.motion_votes = {0, 1};
+    keyframe.motion_votes = {{0, 0}, {2, 1}};
   }
   EXPECT_EQ(scene_of(update, camera).objects.size(), 1U) << "what moves adds no surface";
-  for (DenseFrame& keyframe : update.added) keyframe.motion_votes = {0, 0};
+  for (DenseFrame& keyframe : update.added) keyframe.motion_votes = {{0, 0}, {0, 0}};
+  EXPECT_EQ(scene_of(update, camera).objects.size(), 1U) << "without points the pixels tell";
+  for (DenseFrame& keyframe : update.added) keyframe.motion_votes = {{0, 0}, {2, 2}};
   EXPECT_EQ(scene_of(update, camera).objects.size(), 2U);
 }
 

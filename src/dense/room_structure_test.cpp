@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/rng.hpp"
@@ -81,7 +82,7 @@ TEST(RoomStructure, NoisyNormalsLeaveNoHoles) {
   Rng rng(5);
   int turned = 0;
   for (SurfacePoint& vertex : mesh.vertices) {
-    if (rng.uniform() < 0.8) continue;  // a fifth faces anywhere within 45 degrees
+    if (rng.uniform() < 0.8) continue;  // a fifth faces elsewhere
     const Vec3 off(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1));
     vertex.normal_world = (vertex.normal_world + off.cast<float>()).normalized();
     ++turned;
@@ -100,6 +101,24 @@ TEST(RoomStructure, NoisyNormalsLeaveNoHoles) {
   }
   EXPECT_GT(turned, 1000);
   EXPECT_LT(holes, 0.005 * floor);
+}
+
+TEST(RoomStructure, ThingsThatHangTogetherWithTheFloorAreNoneOfIt) {
+  TriangleMesh mesh;
+  room_test::add_rectangle(mesh, {}, {0, 0, 0}, {2, 0, 0}, {0, 2, 0});
+  int raised = 0;
+  for (SurfacePoint& vertex : mesh.vertices) {
+    if ((vertex.p_world.head<2>().array() - 1).abs().maxCoeff() > 0.31F) continue;
+    vertex.p_world.z() = 0.3F;
+    ++raised;
+  }
+  label_structure(mesh, {Vec3(0, 0, 1), 0});
+  const auto named =
+      std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [](const SurfacePoint& vertex) {
+        return vertex.p_world.z() > 0.2F && vertex.label.semantic_class != SemanticClass::kUnknown;
+      });
+  EXPECT_EQ(raised, 13 * 13);
+  EXPECT_LT(named, 20) << "corners alone";
 }
 
 TEST(RoomStructure, OfNothingIsNothing) {

@@ -32,8 +32,8 @@ Extent inner_extent(std::vector<double> values_m, double share_left_out) {
   return {low_m, *high};
 }
 
-/// Sets of points that hang together (cubes of a size that touch): the largest, and those nearly as
-/// large, since what stands before a thing parts it.
+/// Points of the largest set that hangs together (cubes of a size that touch), and of those that
+/// have a share of its points: what stands before a thing parts it.
 std::vector<Vec3> main_parts(const std::vector<Vec3>& points, double cube_m) {
   using Index = std::array<int, 3>;
   std::map<Index, std::vector<std::size_t>> cubes;

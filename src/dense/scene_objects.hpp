@@ -13,7 +13,7 @@ struct PlacingConfig {
   double moving_s = 2;           ///< since it was seen to move
   double box_share = 0.01;       ///< of the surface left out at either side of a box
   double grain_m = 0.025;        ///< between the points of a surface
-  double gap_m = 0.1;  ///< what lies farther from the rest is none of it, but for the largest part
+  double gap_m = 0.1;  ///< cubes of this side that touch hang together; small parts are none of it
 };
 
 /// Labels that name an object are given its class; where it is only a candidate they are withdrawn.

@@ -18,6 +18,7 @@ struct Column {
   double low_m = std::numeric_limits<double>::infinity();  // above the floor
   double high_m = 0;
   Vec3 lowest_world = Vec3::Zero(), highest_world = Vec3::Zero();
+  bool is_beside = false;  // the top, not under what was seen of it
 };
 
 bool is_free(const SpaceCells& space, const Vec3& p_world) {
@@ -47,13 +48,14 @@ class UnderTop {
       if (vertex.label.object != kNoSceneObject) continue;
       const Vec3 p_world = vertex.p_world.cast<double>();
       const double height_m = p_world.dot(up_world_) - gravity.floor_m;
-      if (height_m < config.floor_m || height_m > top_m_ + config.above_m) continue;
+      if (height_m < config.min_height_m || height_m > top_m_ + config.above_m) continue;
       const Vec3 p_top = T_top_world_ * p_world;
       const bool is_upright =
           std::abs(vertex.normal_world.cast<double>().dot(up_world_)) <= config.upright_cos;
       if (!is_upright || (p_top.head<2>().cwiseAbs().array() > reach_m.array()).any()) continue;
-      const bool stands_on_it = height_m > top_m_ + config.plate_m &&
-                                (p_top.head<2>().cwiseAbs().array() <= half_m_.array()).all();
+      const bool stands_on_it =
+          height_m > top_m_ + config.plate_m &&
+          (p_top.head<2>().cwiseAbs().array() < half_m_.array() - config.plate_m).all();
       if (stands_on_it) continue;
       add(i, p_top, p_world, height_m);
     }
@@ -81,6 +83,7 @@ class UnderTop {
     Column& column = columns_[{static_cast<int>(std::floor(p_top.x() / config_.column_m)),
                                static_cast<int>(std::floor(p_top.y() / config_.column_m))}];
     column.vertices.push_back(vertex);
+    column.is_beside |= (p_top.head<2>().cwiseAbs().array() > half_m_.array()).any();
     if (height_m > column.high_m) {
       column.high_m = height_m;
       column.highest_world = p_world;
@@ -109,10 +112,13 @@ class UnderTop {
 
   [[nodiscard]] bool hangs(const Column& column) const {
     if (goes_on_above(column)) return false;
+    // Right under the top its plate is what lies above; beside it that must be hidden.
     const double beside_m = 1.5 * space_.cell_m;
+    const double least_m = column.is_beside ? beside_m + 0.5 * space_.cell_m : 0;
     return share_free(column.lowest_world, -config_.seen_below_m - beside_m, -beside_m) >
                config_.free_share &&
-           share_free(column.highest_world, beside_m, top_m_ - column.high_m) < config_.free_share;
+           share_free(column.highest_world, beside_m, std::max(least_m, top_m_ - column.high_m)) <
+               config_.free_share;
   }
 
   /// Columns that touch, taken out of all.
@@ -157,7 +163,7 @@ class UnderTop {
 }  // namespace
 
 void name_under_top(const OrientedBox& top, const SurfaceLabel& label, const Gravity& gravity,
-                    const SpaceCells& space, TriangleMesh& mesh, const TableLegsConfig& config) {
+                    const SpaceCells& space, const TableLegsConfig& config, TriangleMesh& mesh) {
   for (const std::uint32_t vertex : UnderTop(top, gravity, space, mesh, config).its_vertices())
     mesh.vertices[vertex].label = label;
 }

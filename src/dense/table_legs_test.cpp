@@ -110,6 +110,30 @@ TEST_F(TableLegs, AChairPushedUnderItIsNone) {
   EXPECT_EQ(named_below(), 0);
 }
 
+TEST_F(TableLegs, AnArmrestBesideItIsNone) {
+  add_rectangle(mesh_, T_world_room_, {1.5, 0.8, 0.5}, {0.5, 0, 0}, {0, 0, 0.2});
+  see_air({1.4, 0.7, 0.2}, {2.1, 0.9, 0.48});
+  see_air({1.4, 0.7, 0.72}, {2.1, 0.9, 1});
+  EXPECT_EQ(named_below(), 0);
+}
+
+TEST_F(TableLegs, TablesSideBySideKeepTheirLegs) {
+  add_rectangle(mesh_, T_world_room_, {2.56, 1, 0.75}, {1.2, 0, 0}, {0, 1, 0});
+  const std::size_t first = mesh_.vertices.size();
+  add_box({2.44, 1.05, 0}, {0.05, 0.05, 0.65});
+  const std::size_t second = mesh_.vertices.size();
+  add_box({2.57, 1.05, 0}, {0.05, 0.05, 0.65});
+  ASSERT_EQ(find_tables(mesh_, gravity_, {}, space_).size(), 2U);
+  const auto named = [&](std::size_t from, std::size_t to, SceneObjectId table) {
+    return std::count_if(mesh_.vertices.begin() + static_cast<std::ptrdiff_t>(from),
+                         mesh_.vertices.begin() + static_cast<std::ptrdiff_t>(to),
+                         [&](const SurfacePoint& v) { return v.label.object == table; });
+  };
+  const SceneObjectId other{static_cast<std::uint16_t>(static_cast<int>(kFirstTable) - 1)};
+  EXPECT_EQ(named(first, second, kFirstTable), 4 * 2 * 13);
+  EXPECT_EQ(named(second, mesh_.vertices.size(), other), 4 * 2 * 13);
+}
+
 TEST_F(TableLegs, WhatIsNamedKeepsItsName) {
   const auto room_vertices = mesh_.vertices.size();
   add_box({1.05, 1.05, 0}, {0.05, 0.05, 0.65});

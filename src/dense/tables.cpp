@@ -7,10 +7,10 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "dense/room_structure.hpp"
 #include "dense/scene_objects.hpp"
-#include "dense/table_legs.hpp"
 #include "scene/floor_frame.hpp"
 #include "volume/mesh_pieces.hpp"
 
@@ -22,10 +22,20 @@ constexpr double kTopCos = 0.9;
 constexpr double kGround_m = 0.05;  // side of a square of the ground
 constexpr double kBoxShare = 0.01;  // of a top left out at either side of its box
 
-bool is_inside(const Vec3& p_world, const OrientedBox& box, double margin_m) {
-  const Vec3 p_box = box.T_world_box.inverse() * p_world;
-  return ((p_box.cwiseAbs() - 0.5 * box.size_m).array() <= margin_m).all();
-}
+/// A box that knows which points lie in it, or so near it.
+class Inside {
+ public:
+  Inside(const OrientedBox& box, double margin_m)
+      : T_box_world_(box.T_world_box.inverse()),
+        half_m_(0.5 * box.size_m + Vec3::Constant(margin_m)) {}
+  [[nodiscard]] bool operator()(const Vec3& p_world) const {
+    return ((T_box_world_ * p_world).cwiseAbs().array() <= half_m_.array()).all();
+  }
+
+ private:
+  SE3 T_box_world_;
+  Vec3 half_m_;
+};
 
 bool stands_there(const SceneObject& object) {
   return object.state == ObjectState::kStatic || object.state == ObjectState::kSettled ||
@@ -38,9 +48,12 @@ struct Top {
   double height_m = 0;  // mean, above the floor
 };
 
-bool is_wide(const Top& top, const Gravity& gravity, const TableConfig& config) {
-  const OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
-  return std::min(plate.size_m.x(), plate.size_m.y()) >= config.min_width_m;
+/// Large, wide and whole enough.
+bool is_table(const Top& top, const Gravity& gravity, const TableConfig& config) {
+  if (top.m2 < config.min_m2) return false;
+  const Vec3 size_m = upright_box(top.points_world, gravity, kBoxShare).size_m;
+  return size_m.head<2>().minCoeff() >= config.min_width_m &&
+         top.m2 >= config.min_seen_share * size_m.head<2>().prod();
 }
 
 /// What a top covers of the floor, in squares of a grid.
@@ -65,8 +78,11 @@ double way_m(const Ground& a, const Ground& b, double reach_m) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   const int reach = static_cast<int>(reach_m / kGround_m);
   if (a.extent.exteriorDistance(b.extent) > 2 * reach) return kFar;
+  if (a.squares.size() > b.squares.size()) return way_m(b, a, reach_m);
   int least = reach + 1;
   for (const auto& [x, y] : a.squares) {
+    if (b.extent.exteriorDistance(Eigen::Vector2d(x, y)) > 2 * reach) continue;
+    if (least <= 1) break;  // beside it
     for (int dy = -reach; dy <= reach; ++dy)
       for (int dx = -reach; dx <= reach; ++dx)
         if (const int way = std::max(std::abs(dx), std::abs(dy));
@@ -78,19 +94,21 @@ double way_m(const Ground& a, const Ground& b, double reach_m) {
 
 /// What stands on a top hides strips of it. So parts of one height that are near each other are of
 /// one top, the nearest first; but two that are each large enough for a table stay two.
-std::vector<Top> joined(const std::vector<Top>& parts, const Gravity& gravity,
-                        const TableConfig& config) {
+std::vector<Top> joined(std::vector<Top> tops, const Gravity& gravity, const TableConfig& config) {
   struct Gap {
     double m = 0;
     std::uint32_t a = 0, b = 0;
   };
   const SE3 T_floor_world = T_world_floor(gravity).inverse();
   std::vector<Ground> grounds;
-  for (const Top& part : parts) grounds.push_back(ground_of(part, T_floor_world));
+  for (const Top& part : tops) grounds.push_back(ground_of(part, T_floor_world));
+  const auto are_level = [&](std::uint32_t a, std::uint32_t b) {
+    return std::abs(tops[a].height_m - tops[b].height_m) <= config.margin_m;
+  };
   std::vector<Gap> gaps;
-  for (std::uint32_t a = 0; a < parts.size(); ++a) {
-    for (std::uint32_t b = a + 1; b < parts.size(); ++b) {
-      if (std::abs(parts[a].height_m - parts[b].height_m) > config.margin_m) continue;
+  for (std::uint32_t a = 0; a < tops.size(); ++a) {
+    for (std::uint32_t b = a + 1; b < tops.size(); ++b) {
+      if (!are_level(a, b)) continue;
       if (const double m = way_m(grounds[a], grounds[b], config.max_hidden_m); std::isfinite(m))
         gaps.push_back({m, a, b});
     }
@@ -98,14 +116,14 @@ std::vector<Top> joined(const std::vector<Top>& parts, const Gravity& gravity,
   std::sort(gaps.begin(), gaps.end(), [](const Gap& x, const Gap& y) {
     return std::tie(x.m, x.a, x.b) < std::tie(y.m, y.a, y.b);
   });
-  Pieces groups(parts.size());
-  std::vector<Top> tops = parts;  // of a group: at its root
+  Pieces groups(tops.size());  // a group's top is at its root
   for (const Gap& gap : gaps) {
     const std::uint32_t a = groups.root(gap.a), b = groups.root(gap.b);
-    if (a == b || std::min(tops[a].m2, tops[b].m2) >= config.min_m2) continue;
+    if (a == b || !are_level(a, b) || std::min(tops[a].m2, tops[b].m2) >= config.min_m2) continue;
     groups.join(a, b);
     Top& all = tops[groups.root(a)];
-    const Top& other = tops[groups.root(a) == a ? b : a];
+    const Top other = std::move(tops[groups.root(a) == a ? b : a]);
+    all.height_m = (all.m2 * all.height_m + other.m2 * other.height_m) / (all.m2 + other.m2);
     all.m2 += other.m2;
     all.points_world.insert(all.points_world.end(), other.points_world.begin(),
                             other.points_world.end());
@@ -149,11 +167,9 @@ std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
                       static_cast<double>(top.points_world.size());
     parts.push_back(std::move(top));
   }
-  std::vector<Top> large = joined(parts, gravity, config);
-  std::erase_if(large, [&](const Top& top) {
-    return top.m2 < config.min_m2 || !is_wide(top, gravity, config);
-  });
-  return large;
+  parts = joined(std::move(parts), gravity, config);
+  std::erase_if(parts, [&](const Top& top) { return !is_table(top, gravity, config); });
+  return parts;
 }
 
 /// The named table that the top is of; nullptr if none is.
@@ -161,9 +177,8 @@ const SceneObject* named_table(const Top& top, std::span<const SceneObject> obje
                                const TableConfig& config) {
   for (const SceneObject& object : objects) {
     if (object.semantic_class != kTable || !stands_there(object)) continue;
-    const auto inside =
-        std::count_if(top.points_world.begin(), top.points_world.end(),
-                      [&](const Vec3& p) { return is_inside(p, object.box, config.thickness_m); });
+    const auto inside = std::count_if(top.points_world.begin(), top.points_world.end(),
+                                      Inside(object.box, config.thickness_m));
     if (static_cast<double>(inside) >=
         config.min_share_in * static_cast<double>(top.points_world.size()))
       return &object;
@@ -181,14 +196,27 @@ OrientedBox down_to_floor(const OrientedBox& top, const Gravity& gravity) {
           Vec3(top.size_m.x(), top.size_m.y(), height_m)};
 }
 
+/// The plate with what bounds it: as thick as a table's top is.
+void name_plate(OrientedBox plate, const SurfaceLabel& label, const Gravity& gravity,
+                const TableConfig& config, TriangleMesh& mesh) {
+  plate.T_world_box = SE3(plate.T_world_box.R(),
+                          plate.T_world_box.t() - 0.5 * config.thickness_m * gravity.up_world);
+  plate.size_m.z() += config.thickness_m;
+  const Inside inside(plate, config.margin_m);
+  for (SurfacePoint& vertex : mesh.vertices)
+    if (vertex.label.object == kNoSceneObject && inside(vertex.p_world.cast<double>()))
+      vertex.label = label;
+}
+
 }  // namespace
 
 std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
                                      std::span<const SceneObject> objects, const SpaceCells& space,
                                      const TableConfig& config) {
   std::vector<SceneObject> tables;
+  std::vector<std::pair<OrientedBox, SurfaceLabel>> plates;
   for (const Top& top : find_tops(mesh, gravity, config)) {
-    OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
+    const OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
     SceneObject table;
     if (const SceneObject* named = named_table(top, objects, config)) {
       table = *named;
@@ -201,17 +229,15 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
       table.box = down_to_floor(plate, gravity);
       tables.push_back(table);
     }
-    const SurfaceLabel label{kTable, table.id, table.probability};
-    name_under_top(plate, label, gravity, space, mesh);
-    // The plate with what bounds it: as thick as a table's top is.
-    plate.T_world_box = SE3(plate.T_world_box.R(),
-                            plate.T_world_box.t() - 0.5 * config.thickness_m * gravity.up_world);
-    plate.size_m.z() += config.thickness_m;
-    for (SurfacePoint& vertex : mesh.vertices)
-      if (vertex.label.object == kNoSceneObject &&
-          is_inside(vertex.p_world.cast<double>(), plate, config.margin_m))
-        vertex.label = label;
+    plates.emplace_back(plate, SurfaceLabel{kTable, table.id, table.probability});
+    name_plate(plate, plates.back().second, gravity, config, mesh);
   }
+  // Tables stand side by side: what is right under a top first, then what is beside it.
+  TableLegsConfig right_under = config.legs;
+  right_under.panel_beside_m = right_under.leg_beside_m = config.margin_m;
+  for (const TableLegsConfig& legs : {right_under, config.legs})
+    for (const auto& [plate, label] : plates)
+      name_under_top(plate, label, gravity, space, legs, mesh);
   return tables;
 }
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "dense/table_legs.hpp"
 #include "scene/scene.hpp"
 
 namespace ygslam {
@@ -13,10 +14,12 @@ struct TableConfig {
   double min_m2 = 0.2;                 ///< of level surface
   double least_part_m2 = 0.004;        ///< of it that hangs together
   double min_width_m = 0.4;
-  double thickness_m = 0.06;  ///< below its top: what bounds it is of the table
-  double margin_m = 0.02;     ///< around and above its top: the same
-  float probability = 0.75F;  ///< that something level, so high and so large is one
-  double max_hidden_m = 0.4;  ///< between its parts: strips that what stands on it hides
+  double min_seen_share = 0.25;  ///< of the rectangle around it
+  double thickness_m = 0.06;     ///< below its top: what bounds it is of the table
+  double margin_m = 0.02;        ///< around and above its top: the same
+  float probability = 0.75F;     ///< that something level, so high and so large is one
+  double max_hidden_m = 0.4;     ///< between its parts: strips that what stands on it hides
+  TableLegsConfig legs = {};
   double min_share_in = 0.3;  ///< of a top in the box of a table that a network named
 };
 

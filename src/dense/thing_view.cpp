@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/check.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -80,7 +82,8 @@ GreyImage without_edges(const GreyImage& ids, int radius_px) {
 }
 
 std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers,
-                                std::size_t detections, std::span<const int> motion_votes) {
+                                std::size_t detections, std::span<const MotionVotes> votes) {
+  CHECK(votes.empty() || votes.size() == detections);
   std::vector<bool> moving(detections, false);
   if (movers.empty() || things.empty()) return moving;
   std::vector<int> pixels(detections + 1, 0), marked(detections + 1, 0);
@@ -89,7 +92,8 @@ std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers
     marked[things.begin()[i]] += movers.begin()[i] != 0 ? 1 : 0;
   }
   for (std::size_t i = 0; i < detections; ++i) {
-    const bool may_move = motion_votes.empty() || motion_votes[i] > 0;
+    const MotionVotes vote = votes.empty() ? MotionVotes{} : votes[i];
+    const bool may_move = vote == MotionVotes{} || vote.moving > vote.standing;
     moving[i] = may_move && marked[i + 1] > kMovingShare * pixels[i + 1];
   }
   return moving;

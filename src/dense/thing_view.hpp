@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -40,12 +41,18 @@ inline constexpr int kMaxDetections =
 /// The same for masks of things, but that small ones, which are mostly edge, stay whole.
 [[nodiscard]] GreyImage without_edges(const GreyImage& ids, int radius_px);
 
+/// Points on a thing that were seen to move, and to stand still.
+struct MotionVotes {
+  int moving = 0, standing = 0;
+  auto operator<=>(const MotionVotes&) const = default;
+};
+
 /// Which of the detections move: of their pixels so many are marked in `movers` (empty: none), and
-/// most points on them do.
-/// @param motion_votes by detection, positive where most do; empty: the pixels alone tell.
+/// of the points on them, if there are any, more move than stand.
+/// @param votes by detection; empty: no points are known.
 [[nodiscard]] std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers,
                                               std::size_t detections,
-                                              std::span<const int> motion_votes);
+                                              std::span<const MotionVotes> votes);
 
 /// Excludes the pixels of some numbers of the view's objects, and what lies around them.
 /// @param is_gone by number - 1.

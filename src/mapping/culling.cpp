@@ -4,6 +4,7 @@
 #include <set>
 #include <span>
 
+#include "map/known_ground.hpp"
 #include "mapping/neighbour_fusion.hpp"
 
 namespace ygslam {
@@ -14,10 +15,6 @@ constexpr std::size_t kJudgedKeyframes = 30;
 constexpr double kNearest_m = 0.3;
 constexpr double kThrough_m = 0.1;  // farther than the noise of depth and pose ...
 constexpr double kThroughRatio = 0.1;
-// Of a keyframe of an earlier visit: so near it another one shows the same.
-constexpr double kKnown_m = 0.2;
-constexpr double kKnown_rad = 0.2;
-constexpr double kVisit_s = 10;
 
 bool is_redundant(const Map& map, const Keyframe& keyframe, double share,
                   const CullingConfig& config) {
@@ -46,8 +43,9 @@ bool is_revisit(const Map& map, const Keyframe& keyframe, std::span<const Keyfra
     if (!map.has_keyframe(id)) return false;
     const Keyframe& other = map.keyframe(id);
     const SE3 T_this_other = keyframe.T_camera_world * other.T_camera_world.inverse();
-    return seconds_between(keyframe.data->stamp, other.data->stamp) > kVisit_s &&
-           T_this_other.t().norm() < kKnown_m && T_this_other.angle() < kKnown_rad;
+    return seconds_between(keyframe.data->stamp, other.data->stamp) > KnownGround::kVisit_s &&
+           T_this_other.t().norm() < KnownGround::kNear_m &&
+           T_this_other.angle() < KnownGround::kNear_rad;
   });
 }
 
@@ -106,7 +104,7 @@ std::vector<KeyframeId> cull_keyframes(Map& map, KeyframeId around, const Cullin
     if (keyframe.parent == kNoKeyframe) continue;
     if (newest - static_cast<int>(index(id)) < config.protected_keyframes) continue;
     const double share =
-        is_revisit(map, keyframe, judged) ? config.known_share : config.redundant_share;
+        is_revisit(map, keyframe, judged) ? config.revisit_share : config.redundant_share;
     if (!is_redundant(map, keyframe, share, config)) continue;
     map.remove_keyframe(id);
     removed.push_back(id);

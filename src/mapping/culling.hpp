@@ -15,7 +15,7 @@ struct CullingConfig {
   int min_observations = 2;      ///< ... this many keyframes
   int seen_through = 3;          ///< keyframes in a row that see through a landmark end it
   double redundant_share = 0.9;  ///< of a keyframe's landmarks that ...
-  double known_share = 0.8;      ///< the same where a keyframe of an earlier visit shows its place
+  double revisit_share = 0.8;    ///< the same where a keyframe of an earlier visit shows its place
   int redundant_observers = 3;   ///< ... this many others see at the same or a finer scale
   int protected_keyframes = 3;   ///< newest ones that are never culled
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/check.hpp"
 #include "segment/movable.hpp"
 
 namespace ygslam {
@@ -36,14 +37,15 @@ Eigen::Vector2i pixel_of(const Feature& feature) {
 
 /// One point that is wrongly seen to move, beside somebody who walks, marks all of a small thing:
 /// so those that stand still are asked, too.
-std::vector<int> motion_votes(const DenseFrame& dense, const Features& features,
-                              std::span<const MotionLabel> labels) {
-  std::vector<int> votes(dense.detections.size());
+std::vector<MotionVotes> motion_votes(const DenseFrame& dense, const Features& features,
+                                      std::span<const MotionLabel> labels) {
+  std::vector<MotionVotes> votes(dense.detections.size());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const Eigen::Vector2i at = pixel_of(features.points[i]);
     const std::uint8_t thing = dense.things.at(at.x(), at.y());
     if (thing == 0 || labels[i] == MotionLabel::kUnknown) continue;
-    votes[thing - 1U] += labels[i] == MotionLabel::kDynamic ? 1 : -1;
+    MotionVotes& vote = votes[thing - 1U];
+    ++(labels[i] == MotionLabel::kDynamic ? vote.moving : vote.standing);
   }
   return votes;
 }
@@ -73,6 +75,7 @@ void mark_movers_and_things(const Segmentation* masks, const Features& features,
   const DepthImage& depth_m = dense.frame->depth_m;
   dense.movers = GreyImage(depth_m.width(), depth_m.height());
   if (masks) {
+    CHECK(masks->ids.same_size(dense.movers));
     const std::vector<int> excluded = with_living_classes(movable_classes);
     dense.movers = movable_mask(*masks, excluded);
     add_things(*masks, excluded, dense);

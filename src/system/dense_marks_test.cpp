@@ -55,7 +55,7 @@ TEST_F(DenseMarks, PersonsAreMoversAndBottlesThings) {
   EXPECT_EQ(dense_.things.at(135, 60), 0);
   EXPECT_EQ(dense_.movers.at(135, 60), 255);
   EXPECT_EQ(dense_.movers.at(25, 60), 0);
-  EXPECT_EQ(dense_.motion_votes, (std::vector{0, 0}));
+  EXPECT_EQ(dense_.motion_votes, (std::vector<MotionVotes>(2)));
 }
 
 TEST_F(DenseMarks, PointsVoteOnTheMotionOfTheThingTheyLieOn) {
@@ -67,7 +67,7 @@ TEST_F(DenseMarks, PointsVoteOnTheMotionOfTheThingTheyLieOn) {
   add_point(65.4F, 60.4F, MotionLabel::kDynamic);
   add_point(100, 60, MotionLabel::kDynamic);  // on the wall
   mark();
-  EXPECT_EQ(dense_.motion_votes, (std::vector{-1, 2}));
+  EXPECT_EQ(dense_.motion_votes, (std::vector<MotionVotes>{{1, 2}, {2, 0}}));
   const auto moving = moving_things(dense_.things, dense_.movers, 2, dense_.motion_votes);
   EXPECT_EQ(moving, (std::vector{false, true}));
   EXPECT_EQ(moving_things(dense_.things, dense_.movers, 2, {}), (std::vector{true, true}))

@@ -1,8 +1,6 @@
 #include "system/mapping_stage.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "system/dense_marks.hpp"
 

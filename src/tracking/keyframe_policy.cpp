@@ -2,17 +2,16 @@
 
 #include <cmath>
 
+#include "map/known_ground.hpp"
+
 namespace ygslam {
 namespace {
 
-// Nearer than this to a keyframe of an earlier visit the ground is known: another one would show
-// the same. A part of the features is found nowhere again, so that what has no landmark yet does
-// not tell new ground from known. While a place is being looked at it does: people step aside, and
-// a place that is new needs several views to be known again.
-constexpr double kKnown_m = 0.2;
-constexpr double kKnown_rad = 0.2;
-constexpr double kVisit_s = 10;
-// Once in so many intervals it may do so all the same: what hid the ground may have gone.
+// On known ground another keyframe would show the same. A part of the features is found nowhere
+// again, so that what has no landmark yet does not tell new ground from known. While a place is
+// being looked at it does: people step aside, and a place that is new needs several views to be
+// known again. Once in so many intervals it may do so all the same: what hid the ground may have
+// gone.
 constexpr int kLookAgain = 3;
 
 bool has_moved(const KeyframeEvidence& e, double translation_m, double rotation_rad) {
@@ -25,7 +24,8 @@ bool wants_keyframe(const KeyframeEvidence& e, const KeyframePolicyConfig& confi
   if (e.frames_since_last < config.min_interval_frames) return false;
   // What is known is not found any more: something has changed.
   const bool thinning = e.tracked_landmarks < config.tracked_ratio * e.reference_landmarks;
-  const bool is_new = std::abs(e.nearest_age_s) < kVisit_s || has_moved(e, kKnown_m, kKnown_rad);
+  const bool is_new = std::abs(e.nearest_age_s) < KnownGround::kVisit_s ||
+                      has_moved(e, KnownGround::kNear_m, KnownGround::kNear_rad);
   const bool may_help =
       is_new || thinning || e.frames_since_last >= kLookAgain * config.max_interval_frames;
   const bool starving = e.close_tracked < config.min_close_tracked &&

@@ -33,6 +33,8 @@ constexpr double kWallCos = 0.97;       // within 14 degrees of what a wall face
 constexpr double kSlice_m = 0.02;       // of walls, by distance
 constexpr double kFacingCos = 0.9;
 constexpr int kFillRounds = 3;
+constexpr std::array kNames = {SemanticClass::kFloor, SemanticClass::kCeiling,
+                               SemanticClass::kWall};
 
 /// Mean direction of the surfaces that face up or down, in a narrowing cone around the last one.
 Vec3 refined_up(const TriangleMesh& mesh, const std::vector<double>& areas_m2, const Vec3& guess,
@@ -203,8 +205,6 @@ class Walls {
 /// Normals are noisy far away: a vertex without a name, of whose neighbours most have one, has the
 /// same.
 void fill_gaps(TriangleMesh& mesh) {
-  constexpr std::array kNames = {SemanticClass::kFloor, SemanticClass::kCeiling,
-                                 SemanticClass::kWall};
   struct Votes {
     std::array<int, kNames.size()> of{};
     std::array<float, kNames.size()> probability{};

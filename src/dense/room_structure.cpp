@@ -33,8 +33,8 @@ constexpr double kWallCos = 0.97;       // within 14 degrees of what a wall face
 constexpr double kSlice_m = 0.02;       // of walls, by distance
 constexpr double kFacingCos = 0.9;
 constexpr int kFillRounds = 3;
-constexpr std::array kNames = {SemanticClass::kFloor, SemanticClass::kCeiling,
-                               SemanticClass::kWall};
+constexpr std::array kStructure = {SemanticClass::kFloor, SemanticClass::kCeiling,
+                                   SemanticClass::kWall};
 
 /// Mean direction of the surfaces that face up or down, in a narrowing cone around the last one.
 Vec3 refined_up(const TriangleMesh& mesh, const std::vector<double>& areas_m2, const Vec3& guess,
@@ -206,8 +206,8 @@ class Walls {
 /// same.
 void fill_gaps(TriangleMesh& mesh) {
   struct Votes {
-    std::array<int, kNames.size()> of{};
-    std::array<float, kNames.size()> probability{};
+    std::array<int, kStructure.size()> of{};
+    std::array<float, kStructure.size()> probability{};
     int all = 0;
   };
   std::vector<Votes> votes(mesh.vertices.size());
@@ -215,11 +215,12 @@ void fill_gaps(TriangleMesh& mesh) {
     for (const std::uint32_t corner : triangle) {
       const SurfaceLabel& label = mesh.vertices[corner].label;
       const auto name = static_cast<std::size_t>(
-          std::find(kNames.begin(), kNames.end(), label.semantic_class) - kNames.begin());
+          std::find(kStructure.begin(), kStructure.end(), label.semantic_class) -
+          kStructure.begin());
       for (const std::uint32_t other : triangle) {
         if (other == corner) continue;
         ++votes[other].all;
-        if (name == kNames.size()) continue;
+        if (name == kStructure.size()) continue;
         ++votes[other].of[name];
         votes[other].probability[name] += label.probability;
       }
@@ -228,10 +229,10 @@ void fill_gaps(TriangleMesh& mesh) {
   for (std::size_t i = 0; i < votes.size(); ++i) {
     SurfaceLabel& label = mesh.vertices[i].label;
     if (label.object != kNoSceneObject || label.semantic_class != SemanticClass::kUnknown) continue;
-    for (std::size_t name = 0; name < kNames.size(); ++name) {
+    for (std::size_t name = 0; name < kStructure.size(); ++name) {
       const int count = votes[i].of[name];
       if (2 * count > votes[i].all)
-        label = {kNames[name], kNoSceneObject,
+        label = {kStructure[name], kNoSceneObject,
                  votes[i].probability[name] / static_cast<float>(votes[i].all)};
     }
   }

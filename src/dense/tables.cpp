@@ -48,12 +48,20 @@ struct Top {
   double height_m = 0;  // mean, above the floor
 };
 
+Eigen::Vector2d sides_m(const Top& top, const Gravity& gravity) {
+  return upright_box(top.points_world, gravity, kBoxShare).size_m.head<2>();
+}
+
+/// As large as a table and too narrow for one.
+bool is_sill(const Top& top, const Gravity& gravity, const TableConfig& config) {
+  return top.m2 >= config.min_m2 && sides_m(top, gravity).minCoeff() < config.min_width_m;
+}
+
 /// Large, wide and whole enough.
 bool is_table(const Top& top, const Gravity& gravity, const TableConfig& config) {
   if (top.m2 < config.min_m2) return false;
-  const Vec3 size_m = upright_box(top.points_world, gravity, kBoxShare).size_m;
-  return size_m.head<2>().minCoeff() >= config.min_width_m &&
-         top.m2 >= config.min_seen_share * size_m.head<2>().prod();
+  const Eigen::Vector2d sides = sides_m(top, gravity);
+  return sides.minCoeff() >= config.min_width_m && top.m2 >= config.min_seen_share * sides.prod();
 }
 
 /// What a top covers of the floor, in squares of a grid.
@@ -167,6 +175,7 @@ std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
                       static_cast<double>(top.points_world.size());
     parts.push_back(std::move(top));
   }
+  std::erase_if(parts, [&](const Top& part) { return is_sill(part, gravity, config); });
   parts = joined(std::move(parts), gravity, config);
   std::erase_if(parts, [&](const Top& top) { return !is_table(top, gravity, config); });
   return parts;

@@ -52,10 +52,10 @@ TEST_F(TableRoom, ATopIsATableThatReachesTheFloor) {
 }
 
 TEST_F(TableRoom, WhatIsNarrowSmallHighLowOrUprightIsNone) {
-  add({3, 0.2, 0.75}, {0.35, 0, 0}, {0, 2, 0});      // a sill
-  add({0.1, 2.5, 0.75}, {0.4, 0, 0}, {0, 0.45, 0});  // a stool
-  add({0.1, 0.2, 0.45}, {0.8, 0, 0}, {0, 2, 0});     // a bench
-  add({0.1, 0.2, 1.1}, {0.8, 0, 0}, {0, 2, 0});      // a cupboard
+  add({3, 0.2, 0.75}, {0.35, 0, 0}, {0, 2, 0});    // a sill
+  add({3, 2.3, 0.75}, {0.4, 0, 0}, {0, 0.45, 0});  // a stool
+  add({0.1, 0.2, 0.45}, {0.8, 0, 0}, {0, 2, 0});   // a bench
+  add({0.1, 0.2, 1.1}, {0.8, 0, 0}, {0, 2, 0});    // a cupboard
   EXPECT_EQ(find_tables(mesh_, gravity_, {}, {}).size(), 1U);
   EXPECT_EQ(named(), 31 * 21);
 }

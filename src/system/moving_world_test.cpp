@@ -33,15 +33,13 @@ MapPatch moved(const Map& map, Rng& rng) {
   return patch;
 }
 
-constexpr double kBend_m = 0.0005;  // from keyframe to keyframe, along each axis
-
 /// Bends it as a pose graph would: each keyframe a little differently from the one before.
 MapPatch bent(const Map& map, Rng& rng) {
   MapPatch patch = map.start_patch();
   SE3 T_old_new;
   for (const auto& [id, keyframe] : map.keyframes()) {
     patch.poses.push_back({id, keyframe.T_camera_world, keyframe.T_camera_world * T_old_new});
-    T_old_new = T_old_new * motion(rng, 0.0001, kBend_m);
+    T_old_new = T_old_new * motion(rng, 0.0001, 0.0005);
   }
   return patch;
 }
@@ -156,15 +154,13 @@ void expect_to_go_on_in_a_bent_world(const Scene& scene) {
     for (std::size_t k = 0; k < a.size(); ++k) equal += a[k] == b[k] ? 1 : 0;
   }
   EXPECT_GT(static_cast<double>(equal), 0.97 * static_cast<double>(points));
-  // Where the world was bent the odometry steps as in the undisturbed run, but for other matches,
-  // as in the frames between, and for landmarks that contradict each other by the bend of the few
-  // keyframes they come from: over eleven bent rendered worlds the median was 0.66 to 1.1 mm there,
-  // 0.04 to 0.35 mm between.
+  // Where the world was bent the odometry steps as in the undisturbed run: the two choose other
+  // matches, but no more so than in the frames between.
   std::vector<double> bent_m, between_m;
   const auto differences_m = odometry_differences_m(still, bending);
   for (std::size_t i = bending.corrected.front(); i < differences_m.size(); ++i)
     (std::ranges::count(bending.corrected, i) > 0 ? bent_m : between_m).push_back(differences_m[i]);
-  EXPECT_LT(median(bent_m), 2 * median(between_m) + 2 * kBend_m);
+  EXPECT_LT(median(bent_m), 2 * median(between_m) + 0.0002);
   EXPECT_LT(std::ranges::max(bent_m),
             std::max(scene.odometry_noise_m, std::ranges::max(between_m)));
   EXPECT_LT(ate_rmse_m(scene.recording, bending.trajectory()),

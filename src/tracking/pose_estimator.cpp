@@ -85,17 +85,22 @@ std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame
   return refine(frame, view, start);
 }
 
-std::optional<SE3> PoseEstimator::pose_on_landmarks(const TrackedFrame& frame,
-                                                    const LocalView& view,
-                                                    const SE3& T_guess_world) const {
-  std::vector<Pairing> pairings;
+std::optional<SE3> PoseEstimator::follow_landmarks(const TrackedFrame& frame, const LocalView& view,
+                                                   const SE3& T_guess_world) const {
+  std::vector<Pairing> before, now;
   for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i) {
-    if (const ViewLandmark* landmark = view.landmark(frame.landmarks[i]))
-      pairings.push_back({landmark->p_world, i, landmark->id});
+    const ViewLandmark* old_landmark = frame.view->landmark(frame.landmarks[i]);
+    const ViewLandmark* landmark = view.landmark(frame.landmarks[i]);
+    if (!old_landmark || !landmark) continue;
+    before.push_back({old_landmark->p_world, i, landmark->id});
+    now.push_back({landmark->p_world, i, landmark->id});
   }
-  const auto pose = solve(frame, pairings, T_guess_world);
-  if (!pose || pose->inliers < config_.min_matches) return std::nullopt;
-  return pose->T_camera_world;
+  // The pose rested on more than what is left. Only what differs between the two counts.
+  const auto from_before = solve(frame, before, frame.T_camera_world);
+  const auto from_now = solve(frame, now, T_guess_world);
+  if (!from_before || from_before->inliers < config_.min_matches) return std::nullopt;
+  if (!from_now || from_now->inliers < config_.min_matches) return std::nullopt;
+  return frame.T_camera_world * from_before->T_camera_world.inverse() * from_now->T_camera_world;
 }
 
 /// A point of the previous frame: its landmark in view, or without one what its depth says. Not yet

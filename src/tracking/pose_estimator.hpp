@@ -73,10 +73,12 @@ class PoseEstimator {
   [[nodiscard]] std::optional<PoseResult> refine_on_map(const TrackedFrame& frame,
                                                         const LocalView& view,
                                                         const SE3& T_guess_world) const;
-  /// Pose of a frame whose landmarks were moved by a correction of the map, from those alone.
-  [[nodiscard]] std::optional<SE3> pose_on_landmarks(const TrackedFrame& frame,
-                                                     const LocalView& view,
-                                                     const SE3& T_guess_world) const;
+  /// Pose in a corrected map of a frame that was posed before: it moves as its landmarks did.
+  /// @param T_guess_world its pose in view, about.
+  /// @return nullopt if too few landmarks are left.
+  [[nodiscard]] std::optional<SE3> follow_landmarks(const TrackedFrame& frame,
+                                                    const LocalView& view,
+                                                    const SE3& T_guess_world) const;
 
  private:
   [[nodiscard]] Pairing known_point(const TrackedFrame& last, std::uint32_t source,

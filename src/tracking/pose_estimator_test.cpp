@@ -203,6 +203,54 @@ TEST(PoseEstimator, AnotherWorldGivesNoPose) {
   EXPECT_TRUE(!pose || pose->landmark_inliers < 15);
 }
 
+/// A frame posed a little aside of what its landmarks say alone, in a world then corrected.
+struct Corrected : Scene {
+  explicit Corrected(std::uint64_t seed) : Scene(seed), rng(seed) {
+    last.view = std::make_shared<const LocalView>(view);
+    last.T_camera_world = perturbed(World::pose(5), 0.002, 0.001, rng);
+  }
+  Rng rng;
+};
+
+TEST(PoseEstimator, AFrameGoesWithItsLandmarks) {
+  for (std::uint64_t seed = 31; seed <= 35; ++seed) {
+    Corrected scene(seed);
+    const SE3 T_new_old = perturbed(SE3(), 0.3, 0.1, scene.rng);
+    for (ViewLandmark& landmark : scene.view.landmarks)
+      landmark.p_world = T_new_old * landmark.p_world;
+    const SE3 T_camera_new = scene.last.T_camera_world * T_new_old.inverse();
+    // Its reference keyframe was moved a little differently.
+    const SE3 T_guess_new = perturbed(T_camera_new, 0.005, 0.002, scene.rng);
+    const auto followed = scene.estimator.follow_landmarks(scene.last, scene.view, T_guess_new);
+    ASSERT_TRUE(followed) << seed;
+    EXPECT_LT(pose_error(*followed, T_camera_new), 1e-4) << seed;
+    EXPECT_GT(pose_error(T_guess_new, T_camera_new), 1e-3) << seed;
+  }
+}
+
+TEST(PoseEstimator, WhereLandmarksWentApartAFrameGoesBetweenThem) {
+  Corrected scene(36);
+  for (std::size_t i = 0; i < scene.view.landmarks.size(); ++i)
+    scene.view.landmarks[i].p_world.x() += i % 2 == 0 ? 0.004 : 0.0;
+  Vec6 aside = Vec6::Zero();
+  aside[0] = -0.004;  // with the one half
+  const auto followed = scene.estimator.follow_landmarks(
+      scene.last, scene.view, SE3::exp(aside) * scene.last.T_camera_world);
+  ASSERT_TRUE(followed);
+  const double moved_m = (followed->inverse().t() - scene.last.T_camera_world.inverse().t()).norm();
+  EXPECT_GT(moved_m, 0.001);
+  EXPECT_LT(moved_m, 0.003);
+}
+
+TEST(PoseEstimator, WithoutItsLandmarksAFrameFollowsNothing) {
+  Corrected scene(37);
+  EXPECT_FALSE(
+      scene.estimator.follow_landmarks(scene.last, LocalView{}, scene.last.T_camera_world));
+  scene.last.landmarks.assign(scene.last.landmarks.size(), kNoLandmark);
+  EXPECT_FALSE(
+      scene.estimator.follow_landmarks(scene.last, scene.view, scene.last.T_camera_world));
+}
+
 TEST(Relocalizer, FindsTheCameraWithoutAnyGuess) {
   for (std::uint64_t seed = 21; seed <= 26; ++seed) {
     Scene scene(seed);

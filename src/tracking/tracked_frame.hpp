@@ -7,6 +7,7 @@
 #include "features/feature_grid.hpp"
 #include "geometry/rolling_shutter.hpp"
 #include "image/rgbd_frame.hpp"
+#include "map/local_view.hpp"
 #include "map/messages.hpp"
 
 namespace ygslam {
@@ -19,6 +20,8 @@ struct TrackedFrame {
   std::vector<float> static_weight;   ///< per feature, 0 = dynamic .. 1 = static
   std::vector<LandmarkId> landmarks;  ///< per feature: the landmark it agreed with, or kNoLandmark
   KeyframeRelativePose pose;
+  LocalViewPtr view;   ///< that it was tracked in ...
+  SE3 T_camera_world;  ///< ... and its pose there
 
   /// How many features with depth are static with at least this weight.
   [[nodiscard]] int usable_points(float min_static_weight) const {

@@ -9,7 +9,6 @@
 namespace ygslam {
 namespace {
 
-constexpr double kLeastBend_m = 0.003;   // more than a local adjustment moves a frame
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
 constexpr double kLostBeforeSubmap_s = 1.0;
@@ -65,6 +64,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   result.masks.assign(masks.begin(), masks.end());
   const ScopedTimer timer;
   TrackedFrame current = extract_features(frame);
+  current.view = view;
   const auto predicted = predicted_flow(*frame);
   if (predicted) move_to_middle(current, predicted->read_out.body_velocity);
   result.features = current.features;
@@ -308,6 +308,7 @@ void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper
                       TrackedFrame& current, TrackResult& result) {
   keyframes_.remember_seen(pose.seen);
   current.landmarks = pose.landmarks;
+  current.T_camera_world = pose.T_camera_world;
   current.pose = relative_to_keyframe(pose.T_camera_world, view);
   result.landmarks = pose.landmarks;
   result.covariance = pose.covariance;
@@ -350,7 +351,6 @@ void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const L
   }
   state_ = result.state = TrackState::kTracking;
   frames_since_loss_ = 0;
-  bends_ = view.bends;
   localization_.doubt(current.frame->id);
   deliver_place(found->T_camera_world, view, result);
   deliver(*found, view, true, current, result);
@@ -390,12 +390,10 @@ SE3 Tracker::last_pose(const LocalView& view) {
     if (keyframe.data->frame == last_->frame->id) last_->pose = {keyframe.data->id, SE3()};
   const auto T_last_world = pose_in(view, last_->pose);
   CHECK(T_last_world, "views reach from the keyframe they were asked for to the last one");
-  if (std::exchange(bends_, view.bends) == view.bends) return *T_last_world;
+  if (last_->view->bends == view.bends) return *T_last_world;
   // Where the world was bent the frame's landmarks, seen first by several keyframes, did not all
   // move as its reference keyframe did; the difference would look like a motion of the camera.
-  const auto on_landmarks = pose_estimator_.pose_on_landmarks(*last_, view, *T_last_world);
-  const bool bent = on_landmarks && centre_distance_m(*on_landmarks, *T_last_world) > kLeastBend_m;
-  return bent ? *on_landmarks : *T_last_world;
+  return pose_estimator_.follow_landmarks(*last_, view, *T_last_world).value_or(*T_last_world);
 }
 
 }  // namespace ygslam

@@ -168,7 +168,6 @@ class Tracker {
   TrackState state_ = TrackState::kWaiting;
   std::optional<TrackedFrame> last_;    // newest frame with a pose
   bool first_keyframe_is_due_ = false;  // a rolling shutter's waits for the second frame
-  std::uint32_t bends_ = 0;             // of the view it was last posed in
   int weak_frames_ = 0;
   int frames_since_loss_ = 1 << 20;
   std::optional<Timestamp> fit_since_;  // lost, and what is seen would do for a submap

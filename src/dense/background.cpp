@@ -64,10 +64,9 @@ GreyImage intruders(const DepthImage& depth_m, const FrameGeometry& geometry,
   }
   drop_small(cells);
   GreyImage mask(depth_m.width(), depth_m.height());
-  for (int v = 0; v < mask.height(); ++v)
-    for (int u = 0; u < mask.width(); ++u)
-      if (cells.contains(u / kStep_px, v / kStep_px))
-        mask.at(u, v) = cells.at(u / kStep_px, v / kStep_px);
+  for (int v = 0; v < cells.height() * kStep_px; ++v)
+    for (int u = 0; u < cells.width(); ++u)
+      if (cells.at(u, v / kStep_px) != 0) std::fill_n(&mask.at(u * kStep_px, v), kStep_px, 255);
   return mask;
 }
 

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "core/check.hpp"
+#include "image/cv_view.hpp"
 
 namespace ygslam {
 namespace {
@@ -20,27 +22,12 @@ constexpr double kMovingShare = 0.4;     // a mover beside it is no motion of it
 
 GreyImage dilated(const GreyImage& mask, int radius_px) {
   if (mask.empty() || radius_px <= 0) return mask;
-  GreyImage rows(mask.width(), mask.height());
   GreyImage result(mask.width(), mask.height());
-  // Separable: distance since the last set pixel, forwards and backwards.
-  const auto spread = [radius_px](auto read, auto write, int n) {
-    for (int i = 0, since = radius_px + 1; i < n; ++i) {
-      since = read(i) ? 0 : since + 1;
-      if (since <= radius_px) write(i);
-    }
-    for (int i = n - 1, since = radius_px + 1; i >= 0; --i) {
-      since = read(i) ? 0 : since + 1;
-      if (since <= radius_px) write(i);
-    }
-  };
-  for (int v = 0; v < mask.height(); ++v) {
-    spread([&](int u) { return mask.at(u, v) != 0; }, [&](int u) { rows.at(u, v) = 255; },
-           mask.width());
-  }
-  for (int u = 0; u < mask.width(); ++u) {
-    spread([&](int v) { return rows.at(u, v) != 0; }, [&](int v) { result.at(u, v) = 255; },
-           mask.height());
-  }
+  const int side_px = 2 * radius_px + 1;
+  cv::Mat written = cv_view(result);
+  cv::dilate(cv_view(mask), written,
+             cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px}));
+  CHECK(written.data == result.data());
   return result;
 }
 

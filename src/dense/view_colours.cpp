@@ -96,6 +96,12 @@ const DepthView* ViewColours::load(std::size_t view) {
   std::unique_ptr<Loaded> found;
   if (at == loaded_.end()) {
     found = std::make_unique<Loaded>(Loaded{view, views_[view].stored->restored()});
+    DepthView& images = found->images;
+    // What is excluded has no colour to give: without a depth it agrees with no surface.
+    std::transform(images.depth.begin(), images.depth.end(), images.object.begin(),
+                   images.depth.begin(), [](std::uint16_t depth, std::uint8_t object) {
+                     return object == DepthView::kExcluded ? std::uint16_t{0} : depth;
+                   });
   } else {
     found = std::move(*at);
     loaded_.erase(at);
@@ -155,9 +161,7 @@ bool ViewColours::look(const Chosen& chosen, const Eigen::Vector3f& p_world,
     const int x = u + (i & 1), y = v + (i >> 1);
     const float weight = ((i & 1) != 0 ? right : 1 - right) * ((i >> 1) != 0 ? down : 1 - down);
     const float depth_m = static_cast<float>(chosen.images->depth.at(x, y)) * kUnit_m;
-    if (std::abs(depth_m - seen.z()) > limit_m ||
-        chosen.images->object.at(x, y) == DepthView::kExcluded)
-      continue;
+    if (std::abs(depth_m - seen.z()) > limit_m) continue;
     sum += weight * as_array(chosen.images->colour.at(x, y));
     weights += weight;
   }

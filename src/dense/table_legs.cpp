@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <tuple>
 #include <vector>
 
 namespace ygslam {
@@ -20,16 +19,6 @@ struct Column {
   Vec3 lowest_world = Vec3::Zero(), highest_world = Vec3::Zero();
   bool is_beside = false;  // the top, not under what was seen of it
 };
-
-bool is_free(const SpaceCells& space, const Vec3& p_world) {
-  const Eigen::Vector3i at = (p_world / space.cell_m).array().floor().cast<int>();
-  const auto order = [](const Eigen::Vector3i& i) { return std::tuple(i.z(), i.y(), i.x()); };
-  const auto found = std::lower_bound(space.cells.begin(), space.cells.end(), at,
-                                      [&](const SpaceCell& cell, const Eigen::Vector3i& wanted) {
-                                        return order(cell.index) < order(wanted);
-                                      });
-  return found != space.cells.end() && found->index == at && found->state == SpaceState::kFree;
-}
 
 class UnderTop {
  public:

@@ -100,51 +100,139 @@ double way_m(const Ground& a, const Ground& b, double reach_m) {
   return least > reach ? kFar : least * kGround_m;
 }
 
-/// What stands on a top hides strips of it. So parts of one height that are near each other are of
-/// one top, the nearest first; but two that are each large enough for a table stay two.
-std::vector<Top> joined(std::vector<Top> tops, const Gravity& gravity, const TableConfig& config) {
+/// What stands on a top hides strips of it, which parts it.
+class TopParts {
+ public:
+  TopParts(std::vector<Top> parts, const Gravity& gravity, const SpaceCells& space,
+           const TableConfig& config)
+      : tops_(std::move(parts)),
+        groups_(tops_.size()),
+        gravity_(gravity),
+        space_(space),
+        config_(config) {
+    const SE3 T_floor_world = T_world_floor(gravity).inverse();
+    std::vector<Ground> grounds;
+    for (const Top& part : tops_) {
+      grounds.push_back(ground_of(part, T_floor_world));
+      is_sill_.push_back(is_sill(part, gravity, config));
+    }
+    for (std::uint32_t a = 0; a < tops_.size(); ++a) {
+      for (std::uint32_t b = a + 1; b < tops_.size(); ++b) {
+        if (!are_level(tops_[a], tops_[b])) continue;
+        if (const double m = way_m(grounds[a], grounds[b], config.max_hidden_m); std::isfinite(m))
+          gaps_.push_back({m, a, b});
+      }
+    }
+    std::sort(gaps_.begin(), gaps_.end(), [](const Gap& x, const Gap& y) {
+      return std::tie(x.m, x.a, x.b) < std::tie(y.m, y.a, y.b);
+    });
+  }
+
+  /// Parts of one height that are near each other are of one top, the nearest first; but two that
+  /// are each large enough for a table stay two. What is large and narrow is a sill, unless it is
+  /// what was seen of a table before the things that stand on it, or behind them.
+  [[nodiscard]] std::vector<Top> joined() && {
+    join_where([&](std::uint32_t a, std::uint32_t b) { return are_strips_of_one(a, b); });
+    join_where([&](std::uint32_t a, std::uint32_t b) {
+      return std::min(tops_[a].m2, tops_[b].m2) < config_.min_m2 && !is_sill_[a] && !is_sill_[b];
+    });
+    std::vector<Top> roots;
+    for (std::uint32_t i = 0; i < tops_.size(); ++i)
+      if (groups_.root(i) == i) roots.push_back(std::move(tops_[i]));
+    return roots;
+  }
+
+ private:
   struct Gap {
     double m = 0;
     std::uint32_t a = 0, b = 0;
   };
-  const SE3 T_floor_world = T_world_floor(gravity).inverse();
-  std::vector<Ground> grounds;
-  for (const Top& part : tops) grounds.push_back(ground_of(part, T_floor_world));
-  const auto are_level = [&](std::uint32_t a, std::uint32_t b) {
-    return std::abs(tops[a].height_m - tops[b].height_m) <= config.margin_m;
-  };
-  std::vector<Gap> gaps;
-  for (std::uint32_t a = 0; a < tops.size(); ++a) {
-    for (std::uint32_t b = a + 1; b < tops.size(); ++b) {
-      if (!are_level(a, b)) continue;
-      if (const double m = way_m(grounds[a], grounds[b], config.max_hidden_m); std::isfinite(m))
-        gaps.push_back({m, a, b});
+
+  [[nodiscard]] bool are_level(const Top& a, const Top& b) const {
+    return std::abs(a.height_m - b.height_m) <= config_.margin_m;
+  }
+
+  template <typename Condition>
+  void join_where(const Condition& are_one) {
+    for (const Gap& gap : gaps_) {
+      const std::uint32_t a = groups_.root(gap.a), b = groups_.root(gap.b);
+      if (a == b || !are_level(tops_[a], tops_[b]) || !are_one(a, b)) continue;
+      groups_.join(a, b);
+      const std::uint32_t root = groups_.root(a);
+      const bool has_sill = is_sill_[a] || is_sill_[b];
+      tops_[root] = sum(std::move(tops_[root]), tops_[root == a ? b : a]);
+      tops_[root == a ? b : a] = {};
+      is_sill_[root] = has_sill && is_sill(tops_[root], gravity_, config_);
     }
   }
-  std::sort(gaps.begin(), gaps.end(), [](const Gap& x, const Gap& y) {
-    return std::tie(x.m, x.a, x.b) < std::tie(y.m, y.a, y.b);
-  });
-  Pieces groups(tops.size());  // a group's top is at its root
-  for (const Gap& gap : gaps) {
-    const std::uint32_t a = groups.root(gap.a), b = groups.root(gap.b);
-    if (a == b || !are_level(a, b) || std::min(tops[a].m2, tops[b].m2) >= config.min_m2) continue;
-    groups.join(a, b);
-    Top& all = tops[groups.root(a)];
-    const Top other = std::move(tops[groups.root(a) == a ? b : a]);
+
+  [[nodiscard]] static Top sum(Top all, const Top& other) {
     all.height_m = (all.m2 * all.height_m + other.m2 * other.height_m) / (all.m2 + other.m2);
     all.m2 += other.m2;
     all.points_world.insert(all.points_world.end(), other.points_world.begin(),
                             other.points_world.end());
+    return all;
   }
-  std::vector<Top> roots;
-  for (std::uint32_t i = 0; i < tops.size(); ++i)
-    if (groups.root(i) == i) roots.push_back(std::move(tops[i]));
-  return roots;
-}
+
+  /// A strip as long as a table, and one beside it: no table either, and between them nobody
+  /// could look down.
+  [[nodiscard]] bool are_strips_of_one(std::uint32_t a, std::uint32_t b) const {
+    if (!is_sill_[a] && !is_sill_[b]) return false;
+    const Top& sill = tops_[is_sill_[a] ? a : b];
+    const Top& other = tops_[is_sill_[a] ? b : a];
+    return !is_table(other, gravity_, config_) && lies_along(sill, other) &&
+           is_hidden_between(sill, other);
+  }
+
+  /// @return whether most of the other part lies beside the sill, not beyond its ends.
+  [[nodiscard]] bool lies_along(const Top& sill, const Top& other) const {
+    const OrientedBox box = upright_box(sill.points_world, gravity_, kBoxShare);
+    const int along = box.size_m.x() > box.size_m.y() ? 0 : 1;
+    const SE3 T_box_world = box.T_world_box.inverse();
+    const auto beside = std::count_if(
+        other.points_world.begin(), other.points_world.end(), [&](const Vec3& p_world) {
+          return std::abs((T_box_world * p_world)[along]) < 0.5 * box.size_m[along];
+        });
+    return 2 * beside > std::ssize(other.points_world);
+  }
+
+  [[nodiscard]] bool is_hidden_between(const Top& a, const Top& b) const {
+    const Top all = sum(a, b);
+    const OrientedBox box = upright_box(all.points_world, gravity_, kBoxShare);
+    const SE3 T_box_world = box.T_world_box.inverse();
+    std::set<std::array<int, 2>> shown;
+    const auto square = [&](double x_m, double y_m) {
+      return std::array{static_cast<int>(std::floor(x_m / kGround_m)),
+                        static_cast<int>(std::floor(y_m / kGround_m))};
+    };
+    for (const Vec3& p_world : all.points_world) {
+      const Vec3 p_box = T_box_world * p_world;
+      shown.insert(square(p_box.x(), p_box.y()));
+    }
+    int looks = 0, free = 0;
+    const Eigen::Vector2d half_m = 0.5 * box.size_m.head<2>();
+    for (double x_m = -half_m.x(); x_m < half_m.x(); x_m += kGround_m) {
+      for (double y_m = -half_m.y(); y_m < half_m.y(); y_m += kGround_m) {
+        if (shown.contains(square(x_m, y_m))) continue;
+        ++looks;
+        free += is_free(space_, box.T_world_box * Vec3(x_m, y_m, 0)) ? 1 : 0;
+      }
+    }
+    return !space_.cells.empty() && 2 * free < looks;
+  }
+
+  std::vector<Top> tops_;  // a group's is at its root
+  std::vector<bool> is_sill_;
+  Pieces groups_;
+  const Gravity& gravity_;
+  const SpaceCells& space_;
+  const TableConfig& config_;
+  std::vector<Gap> gaps_;
+};
 
 /// What is level and at the height of tables, large and wide enough for one.
 std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
-                           const TableConfig& config) {
+                           const SpaceCells& space, const TableConfig& config) {
   const auto is_level = [&](const SurfacePoint& vertex) {
     const SurfaceLabel& label = vertex.label;
     if (label.object != kNoSceneObject && label.semantic_class != kTable) return false;
@@ -175,8 +263,7 @@ std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
                       static_cast<double>(top.points_world.size());
     parts.push_back(std::move(top));
   }
-  std::erase_if(parts, [&](const Top& part) { return is_sill(part, gravity, config); });
-  parts = joined(std::move(parts), gravity, config);
+  parts = TopParts(std::move(parts), gravity, space, config).joined();
   std::erase_if(parts, [&](const Top& top) { return !is_table(top, gravity, config); });
   return parts;
 }
@@ -224,7 +311,7 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
                                      const TableConfig& config) {
   std::vector<SceneObject> tables;
   std::vector<std::pair<OrientedBox, SurfaceLabel>> plates;
-  for (const Top& top : find_tops(mesh, gravity, config)) {
+  for (const Top& top : find_tops(mesh, gravity, space, config)) {
     const OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
     SceneObject table;
     if (const SceneObject* named = named_table(top, objects, config)) {

@@ -29,7 +29,8 @@ inline constexpr SceneObjectId kFirstTable{0xfffd};
 /// Level surfaces of the height and size of a table, where nothing was named but tables: one that
 /// lies in the box of a named table is of that table, any other is a table that stands there.
 /// @param mesh its vertices without an object are given to the tables they belong to.
-/// @param space where air was seen, which tells what hangs under a table; empty: nothing does.
+/// @param space where air was seen, which tells what hangs under a table and which strips are of
+/// one top; empty: nothing and none.
 /// @return the tables that nobody named, with boxes down to the floor; their views and times are
 /// the caller's to fill in.
 [[nodiscard]] std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,

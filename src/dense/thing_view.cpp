@@ -25,8 +25,7 @@ GreyImage dilated(const GreyImage& mask, int radius_px) {
   GreyImage result(mask.width(), mask.height());
   const int side_px = 2 * radius_px + 1;
   cv::Mat written = cv_view(result);
-  cv::dilate(cv_view(mask), written,
-             cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px}));
+  cv::dilate(cv_view(mask), written, cv::getStructuringElement(cv::MORPH_RECT, {side_px, side_px}));
   CHECK(written.data == result.data());
   return result;
 }

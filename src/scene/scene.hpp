@@ -51,6 +51,8 @@ struct SpaceCells {
   double cell_m = 0.05;
   std::vector<SpaceCell> cells;
 };
+/// Whether the point lies in a cell that was seen to be air.
+[[nodiscard]] bool is_free(const SpaceCells& space, const Vec3& p_world);
 
 enum class ObjectState : std::uint8_t {
   kCandidate,  ///< seen too seldom to be sure

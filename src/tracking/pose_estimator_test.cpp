@@ -247,8 +247,7 @@ TEST(PoseEstimator, WithoutItsLandmarksAFrameFollowsNothing) {
   EXPECT_FALSE(
       scene.estimator.follow_landmarks(scene.last, LocalView{}, scene.last.T_camera_world));
   scene.last.landmarks.assign(scene.last.landmarks.size(), kNoLandmark);
-  EXPECT_FALSE(
-      scene.estimator.follow_landmarks(scene.last, scene.view, scene.last.T_camera_world));
+  EXPECT_FALSE(scene.estimator.follow_landmarks(scene.last, scene.view, scene.last.T_camera_world));
 }
 
 TEST(Relocalizer, FindsTheCameraWithoutAnyGuess) {

@@ -64,9 +64,10 @@ GreyImage intruders(const DepthImage& depth_m, const FrameGeometry& geometry,
   }
   drop_small(cells);
   GreyImage mask(depth_m.width(), depth_m.height());
-  for (int v = 0; v < cells.height() * kStep_px; ++v)
+  for (int v_px = 0; v_px < cells.height() * kStep_px; ++v_px)
     for (int u = 0; u < cells.width(); ++u)
-      if (cells.at(u, v / kStep_px) != 0) std::fill_n(&mask.at(u * kStep_px, v), kStep_px, 255);
+      if (cells.at(u, v_px / kStep_px) != 0)
+        std::fill_n(&mask.at(u * kStep_px, v_px), kStep_px, std::uint8_t{255});
   return mask;
 }
 

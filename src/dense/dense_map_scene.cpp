@@ -22,7 +22,7 @@ std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh) {
 TriangleMesh labelled_mesh(NamedMesh named) {
   if (!named.mesh.triangles.empty()) {
     const Gravity gravity = find_gravity(named.mesh, named.up_guess_world, named.cameras_world);
-    static_cast<void>(find_tables(named.mesh, gravity, {}, {}));  // names alone, no panels
+    static_cast<void>(find_tables(named.mesh, gravity, {}, {}));  // no panels, no joined strips
     label_structure(named.mesh, gravity);
   }
   return std::move(named.mesh);

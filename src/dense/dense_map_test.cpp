@@ -181,21 +181,24 @@ TEST(Dilated, EqualsBruteForce) {
   Rng rng(3);
   for (int trial = 0; trial < 20; ++trial) {
     GreyImage mask(static_cast<int>(1 + rng.below(40)), static_cast<int>(1 + rng.below(30)));
-    for (auto& pixel : mask) pixel = rng.below(30) == 0 ? 255 : 0;
+    for (auto& pixel : mask)
+      pixel = rng.below(30) == 0 ? static_cast<std::uint8_t>(1 + rng.below(255)) : 0;
     const int radius_px = static_cast<int>(rng.below(6));
     const GreyImage grown = dilated(mask, radius_px);
     ASSERT_TRUE(grown.same_size(mask));
     for (int v = 0; v < mask.height(); ++v) {
       for (int u = 0; u < mask.width(); ++u) {
-        bool near = false;
+        std::uint8_t greatest = 0;
         for (int dv = -radius_px; dv <= radius_px; ++dv)
           for (int du = -radius_px; du <= radius_px; ++du)
-            near |= mask.contains(u + du, v + dv) && mask.at(u + du, v + dv) != 0;
-        ASSERT_EQ(grown.at(u, v) != 0, near) << u << ' ' << v << " radius " << radius_px;
+            if (mask.contains(u + du, v + dv))
+              greatest = std::max(greatest, mask.at(u + du, v + dv));
+        ASSERT_EQ(grown.at(u, v), greatest) << u << ' ' << v << " radius " << radius_px;
       }
     }
   }
   EXPECT_TRUE(dilated({}, 5).empty());
+  EXPECT_EQ(dilated(GreyImage(1, 1, 7), 5).at(0, 0), 7);
 }
 
 }  // namespace

@@ -112,10 +112,7 @@ class TopParts {
         config_(config) {
     const SE3 T_floor_world = T_world_floor(gravity).inverse();
     std::vector<Ground> grounds;
-    for (const Top& part : tops_) {
-      grounds.push_back(ground_of(part, T_floor_world));
-      is_sill_.push_back(is_sill(part, gravity, config));
-    }
+    for (const Top& part : tops_) grounds.push_back(ground_of(part, T_floor_world));
     for (std::uint32_t a = 0; a < tops_.size(); ++a) {
       for (std::uint32_t b = a + 1; b < tops_.size(); ++b) {
         if (!are_level(tops_[a], tops_[b])) continue;
@@ -129,13 +126,20 @@ class TopParts {
   }
 
   /// Parts of one height that are near each other are of one top, the nearest first; but two that
-  /// are each large enough for a table stay two. What is large and narrow is a sill, unless it is
-  /// what was seen of a table before the things that stand on it, or behind them.
+  /// are each large enough for a table stay two. A part that is large and narrow is a sill, unless
+  /// it is what was seen of a table before the things that stand on it, or behind them: such strips
+  /// find each other before anything else is joined.
   [[nodiscard]] std::vector<Top> joined() && {
-    join_where([&](std::uint32_t a, std::uint32_t b) { return are_strips_of_one(a, b); });
-    join_where([&](std::uint32_t a, std::uint32_t b) {
-      return std::min(tops_[a].m2, tops_[b].m2) < config_.min_m2 && !is_sill_[a] && !is_sill_[b];
-    });
+    if (!space_.cells.empty())
+      for (std::uint32_t i = 0; i < tops_.size(); ++i)
+        if (groups_.root(i) == i && is_sill(tops_[i], gravity_, config_)) join_strips(i);
+    std::vector<bool> is_left_sill;  // small parts are none, however narrow their sum is
+    for (const Top& top : tops_) is_left_sill.push_back(is_sill(top, gravity_, config_));
+    for (const Gap& gap : gaps_) {
+      const std::uint32_t a = groups_.root(gap.a), b = groups_.root(gap.b);
+      if (a == b || is_left_sill[a] || is_left_sill[b] || !are_level(tops_[a], tops_[b])) continue;
+      if (std::min(tops_[a].m2, tops_[b].m2) < config_.min_m2) join(a, b);
+    }
     std::vector<Top> roots;
     for (std::uint32_t i = 0; i < tops_.size(); ++i)
       if (groups_.root(i) == i) roots.push_back(std::move(tops_[i]));
@@ -152,18 +156,11 @@ class TopParts {
     return std::abs(a.height_m - b.height_m) <= config_.margin_m;
   }
 
-  template <typename Condition>
-  void join_where(const Condition& are_one) {
-    for (const Gap& gap : gaps_) {
-      const std::uint32_t a = groups_.root(gap.a), b = groups_.root(gap.b);
-      if (a == b || !are_level(tops_[a], tops_[b]) || !are_one(a, b)) continue;
-      groups_.join(a, b);
-      const std::uint32_t root = groups_.root(a);
-      const bool has_sill = is_sill_[a] || is_sill_[b];
-      tops_[root] = sum(std::move(tops_[root]), tops_[root == a ? b : a]);
-      tops_[root == a ? b : a] = {};
-      is_sill_[root] = has_sill && is_sill(tops_[root], gravity_, config_);
-    }
+  void join(std::uint32_t a, std::uint32_t b) {
+    groups_.join(a, b);
+    const std::uint32_t root = groups_.root(a);
+    tops_[root] = sum(std::move(tops_[root]), tops_[root == a ? b : a]);
+    tops_[root == a ? b : a] = {};
   }
 
   [[nodiscard]] static Top sum(Top all, const Top& other) {
@@ -174,55 +171,59 @@ class TopParts {
     return all;
   }
 
-  /// A strip as long as a table, and one beside it: no table either, and between them nobody
-  /// could look down.
-  [[nodiscard]] bool are_strips_of_one(std::uint32_t a, std::uint32_t b) const {
-    if (!is_sill_[a] && !is_sill_[b]) return false;
-    const Top& sill = tops_[is_sill_[a] ? a : b];
-    const Top& other = tops_[is_sill_[a] ? b : a];
-    return !is_table(other, gravity_, config_) && lies_along(sill, other) &&
-           is_hidden_between(sill, other);
-  }
-
-  /// @return whether most of the other part lies beside the sill, not beyond its ends.
-  [[nodiscard]] bool lies_along(const Top& sill, const Top& other) const {
-    const OrientedBox box = upright_box(sill.points_world, gravity_, kBoxShare);
-    const int along = box.size_m.x() > box.size_m.y() ? 0 : 1;
+  /// A sill with all that lies on one side of it and is no table, if that goes along half of it at
+  /// least and nobody looked down between them.
+  void join_strips(std::uint32_t sill) {
+    const OrientedBox box = upright_box(tops_[sill].points_world, gravity_, kBoxShare);
     const SE3 T_box_world = box.T_world_box.inverse();
-    const auto beside = std::count_if(
-        other.points_world.begin(), other.points_world.end(), [&](const Vec3& p_world) {
-          return std::abs((T_box_world * p_world)[along]) < 0.5 * box.size_m[along];
-        });
-    return 2 * beside > std::ssize(other.points_world);
-  }
-
-  [[nodiscard]] bool is_hidden_between(const Top& a, const Top& b) const {
-    const Top all = sum(a, b);
-    const OrientedBox box = upright_box(all.points_world, gravity_, kBoxShare);
-    const SE3 T_box_world = box.T_world_box.inverse();
-    std::set<std::array<int, 2>> shown;
-    const auto square = [&](double x_m, double y_m) {
-      return std::array{static_cast<int>(std::floor(x_m / kGround_m)),
-                        static_cast<int>(std::floor(y_m / kGround_m))};
+    const int along = box.size_m.x() > box.size_m.y() ? 0 : 1, across = 1 - along;
+    const Ground its = ground_of(tops_[sill], T_box_world);
+    const auto side_of = [&](const Ground& other) {
+      const Eigen::Vector2d middle = other.extent.center();
+      const bool is_beyond =
+          middle[along] < its.extent.min()[along] || middle[along] > its.extent.max()[along];
+      const bool is_far =
+          its.extent.exteriorDistance(other.extent) > config_.max_hidden_m / kGround_m;
+      return is_beyond || is_far ? 0 : middle[across] < its.extent.center()[across] ? -1 : 1;
     };
-    for (const Vec3& p_world : all.points_world) {
-      const Vec3 p_box = T_box_world * p_world;
-      shown.insert(square(p_box.x(), p_box.y()));
+    for (const int side : {-1, 1}) {
+      const std::uint32_t root = groups_.root(sill);
+      std::vector<std::uint32_t> beside;
+      Ground all;
+      for (std::uint32_t i = 0; i < tops_.size(); ++i) {
+        if (i == root || groups_.root(i) != i || !are_level(tops_[root], tops_[i])) continue;
+        const Ground ground = ground_of(tops_[i], T_box_world);
+        if (side_of(ground) != side || is_table(tops_[i], gravity_, config_)) continue;
+        beside.push_back(i);
+        all.squares.insert(ground.squares.begin(), ground.squares.end());
+        all.extent.extend(ground.extent);
+      }
+      if (beside.empty() || 2 * all.extent.sizes()[along] < its.extent.sizes()[along]) continue;
+      Eigen::AlignedBox2d between = its.extent.merged(all.extent);
+      between.min()[along] = all.extent.min()[along];
+      between.max()[along] = all.extent.max()[along];
+      if (!is_hidden(between, its, all, box.T_world_box)) continue;
+      for (const std::uint32_t i : beside) join(groups_.root(sill), i);
     }
-    int looks = 0, free = 0;
-    const Eigen::Vector2d half_m = 0.5 * box.size_m.head<2>();
-    for (double x_m = -half_m.x(); x_m < half_m.x(); x_m += kGround_m) {
-      for (double y_m = -half_m.y(); y_m < half_m.y(); y_m += kGround_m) {
-        if (shown.contains(square(x_m, y_m))) continue;
-        ++looks;
-        free += is_free(space_, box.T_world_box * Vec3(x_m, y_m, 0)) ? 1 : 0;
+  }
+
+  /// @return whether of the squares that neither part shows at most half were looked down to.
+  [[nodiscard]] bool is_hidden(const Eigen::AlignedBox2d& squares, const Ground& a, const Ground& b,
+                               const SE3& T_world_ground) const {
+    int hidden = 0, seen_free = 0;
+    const Eigen::Vector2i first = squares.min().cast<int>(), last = squares.max().cast<int>();
+    for (int y = first.y(); y <= last.y(); ++y) {
+      for (int x = first.x(); x <= last.x(); ++x) {
+        if (a.squares.contains({x, y}) || b.squares.contains({x, y})) continue;
+        const Vec3 middle_ground((x + 0.5) * kGround_m, (y + 0.5) * kGround_m,
+                                 -0.5 * space_.cell_m);
+        ++(is_free(space_, T_world_ground * middle_ground) ? seen_free : hidden);
       }
     }
-    return !space_.cells.empty() && 2 * free < looks;
+    return seen_free <= hidden;
   }
 
   std::vector<Top> tops_;  // a group's is at its root
-  std::vector<bool> is_sill_;
   Pieces groups_;
   const Gravity& gravity_;
   const SpaceCells& space_;

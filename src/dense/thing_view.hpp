@@ -32,7 +32,8 @@ struct ThingView {
 inline constexpr int kMaxDetections =
     DepthView::kUnsure - 1;  ///< of one keyframe that a DepthView can number
 
-/// The mask grown by radius_px (square). @return empty for an empty mask.
+/// The mask grown: each pixel gets the greatest value within radius_px (a square).
+/// @return empty for an empty mask.
 [[nodiscard]] GreyImage dilated(const GreyImage& mask, int radius_px);
 
 /// Without the pixels within radius_px (square) of another value; the image's border is no edge.

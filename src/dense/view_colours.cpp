@@ -41,6 +41,16 @@ float brightness(const Eigen::Array3f& colour) {
 Eigen::Array3f as_array(Rgb8 c) {
   return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
 }
+/// What is excluded has no colour to give: without a depth it agrees with no surface.
+DepthView without_excluded(const StoredView& stored) {
+  DepthView images = stored.restored();
+  std::transform(images.depth.begin(), images.depth.end(), images.object.begin(),
+                 images.depth.begin(), [](std::uint16_t depth, std::uint8_t object) {
+                   return object == DepthView::kExcluded ? std::uint16_t{0} : depth;
+                 });
+  return images;
+}
+
 Rgb8 as_colour(const Eigen::Array3f& c) {
   const auto byte = [](float value) {
     return static_cast<std::uint8_t>(std::clamp(value + 0.5F, 0.0F, 255.0F));
@@ -52,7 +62,7 @@ Rgb8 as_colour(const Eigen::Array3f& c) {
 
 ViewColours::ViewColours(const std::vector<DenseMap::PlacedView>& views) {
   for (const DenseMap::PlacedView& placed : views) {
-    const DepthView images = placed.view->restored();
+    const DepthView images = without_excluded(*placed.view);
     const SE3 T_camera_world = placed.T_world_camera.inverse();
     View view{placed.view,
               images.camera,
@@ -61,13 +71,10 @@ ViewColours::ViewColours(const std::vector<DenseMap::PlacedView>& views) {
               placed.T_world_camera.t().cast<float>(),
               Image<std::uint16_t>(images.depth.width() / kCoarse_px,
                                    images.depth.height() / kCoarse_px)};
-    for (int v = 0; v < view.coarse.height(); ++v) {
-      for (int u = 0; u < view.coarse.width(); ++u) {
-        const int at_u = u * kCoarse_px + kCoarse_px / 2, at_v = v * kCoarse_px + kCoarse_px / 2;
-        if (images.object.at(at_u, at_v) != DepthView::kExcluded)
-          view.coarse.at(u, v) = images.depth.at(at_u, at_v);
-      }
-    }
+    for (int v = 0; v < view.coarse.height(); ++v)
+      for (int u = 0; u < view.coarse.width(); ++u)
+        view.coarse.at(u, v) =
+            images.depth.at(u * kCoarse_px + kCoarse_px / 2, v * kCoarse_px + kCoarse_px / 2);
     views_.push_back(std::move(view));
   }
 }
@@ -95,13 +102,7 @@ const DepthView* ViewColours::load(std::size_t view) {
                                [&](const auto& loaded) { return loaded->view == view; });
   std::unique_ptr<Loaded> found;
   if (at == loaded_.end()) {
-    found = std::make_unique<Loaded>(Loaded{view, views_[view].stored->restored()});
-    DepthView& images = found->images;
-    // What is excluded has no colour to give: without a depth it agrees with no surface.
-    std::transform(images.depth.begin(), images.depth.end(), images.object.begin(),
-                   images.depth.begin(), [](std::uint16_t depth, std::uint8_t object) {
-                     return object == DepthView::kExcluded ? std::uint16_t{0} : depth;
-                   });
+    found = std::make_unique<Loaded>(Loaded{view, without_excluded(*views_[view].stored)});
   } else {
     found = std::move(*at);
     loaded_.erase(at);

@@ -43,7 +43,7 @@ class ViewColours {
   };
   struct Loaded {
     std::size_t view = 0;
-    DepthView images;
+    DepthView images;  // no depth where excluded
   };
   struct Place {  // a hidden pixel that speaks for its tile
     Eigen::Vector3f p_world;

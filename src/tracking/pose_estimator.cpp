@@ -87,20 +87,23 @@ std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame
 
 std::optional<SE3> PoseEstimator::follow_landmarks(const TrackedFrame& frame, const LocalView& view,
                                                    const SE3& T_guess_world) const {
+  CHECK(frame.view, "a frame that was posed");
   std::vector<Pairing> before, now;
   for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i) {
-    const ViewLandmark* old_landmark = frame.view->landmark(frame.landmarks[i]);
-    const ViewLandmark* landmark = view.landmark(frame.landmarks[i]);
-    if (!old_landmark || !landmark) continue;
-    before.push_back({old_landmark->p_world, i, landmark->id});
-    now.push_back({landmark->p_world, i, landmark->id});
+    const ViewLandmark* landmark = frame.view->landmark(frame.landmarks[i]);
+    if (landmark && view.landmark(landmark->id))
+      before.push_back({landmark->p_world, i, landmark->id});
   }
-  // The pose rested on more than what is left. Only what differs between the two counts.
-  const auto from_before = solve(frame, before, frame.T_camera_world);
-  const auto from_now = solve(frame, now, T_guess_world);
-  if (!from_before || from_before->inliers < config_.min_matches) return std::nullopt;
-  if (!from_now || from_now->inliers < config_.min_matches) return std::nullopt;
-  return frame.T_camera_world * from_before->T_camera_world.inverse() * from_now->T_camera_world;
+  const auto of_before = solve(frame, before, frame.T_camera_world);
+  if (!of_before || of_before->inliers < config_.min_matches) return std::nullopt;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    if (of_before->inlier[i])
+      now.push_back(
+          {view.landmark(before[i].landmark)->p_world, before[i].feature, before[i].landmark});
+  const auto of_now = solve(frame, now, T_guess_world);
+  if (!of_now || of_now->inliers < config_.min_matches) return std::nullopt;
+  // The frame's pose rested on more than these landmarks: it takes over how theirs changed.
+  return frame.T_camera_world * of_before->T_camera_world.inverse() * of_now->T_camera_world;
 }
 
 /// A point of the previous frame: its landmark in view, or without one what its depth says. Not yet

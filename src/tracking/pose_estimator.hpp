@@ -74,6 +74,7 @@ class PoseEstimator {
                                                         const LocalView& view,
                                                         const SE3& T_guess_world) const;
   /// Pose in a corrected map of a frame that was posed before: it moves as its landmarks did.
+  /// @param frame with view, landmarks and T_camera_world as they were then.
   /// @param T_guess_world its pose in view, about.
   /// @return nullopt if too few landmarks are left.
   [[nodiscard]] std::optional<SE3> follow_landmarks(const TrackedFrame& frame,

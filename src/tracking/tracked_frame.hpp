@@ -21,7 +21,7 @@ struct TrackedFrame {
   std::vector<LandmarkId> landmarks;  ///< per feature: the landmark it agreed with, or kNoLandmark
   KeyframeRelativePose pose;
   LocalViewPtr view;   ///< that it was tracked in ...
-  SE3 T_camera_world;  ///< ... and its pose there
+  SE3 T_camera_world;  ///< ... and its pose there, if it has landmarks
 
   /// How many features with depth are static with at least this weight.
   [[nodiscard]] int usable_points(float min_static_weight) const {

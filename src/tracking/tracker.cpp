@@ -98,7 +98,7 @@ void Tracker::track(TrackedFrame current, FrameEvidence evidence, const LocalVie
   keyframes_.count_frame();
   if (std::exchange(first_keyframe_is_due_, false)) result.candidate = keyframes_.make(*last_, 0);
   if (state_ == TrackState::kLost)
-    return stay_lost(std::move(current), std::move(evidence), view, result);
+    return stay_lost(std::move(current), std::move(evidence), view, T_last_world, result);
   const SE3& T_camera_world = found.pose->T_camera_world;
   fit_since_.reset();
   move_to(T_camera_world, T_last_world, was_lost, stamp);
@@ -219,21 +219,22 @@ void Tracker::deliver_place(const SE3& T_camera_world, const LocalView& view, Tr
 }
 
 void Tracker::stay_lost(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
-                        TrackResult& result) {
+                        const SE3& T_last_world, TrackResult& result) {
   motion_model_.reset(current.frame->stamp);
   result.T_odom_camera = localization_.T_odom_camera();
   objects_.lose_points();
   classifier_.remember(std::move(evidence), result.labels.label);
-  offer_submap(std::move(current), view, result);
+  offer_submap(std::move(current), view, T_last_world, result);
 }
 
-void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackResult& result) {
+void Tracker::offer_submap(TrackedFrame current, const LocalView& view,
+                           const std::optional<SE3>& T_last_world, TrackResult& result) {
   if (!starts_submaps() || view.empty()) return;
   const Timestamp now = current.frame->stamp;
   // Points that came back only because there were too few others are no ground for a new world.
   const int usable = current.usable_points(kMappedWeight);
   const bool is_fit = usable >= config_.min_start_points && !result.labels.too_few_static &&
-                      !is_covered(current, usable, view);
+                      !(T_last_world && is_covered(current, usable, view, *T_last_world));
   if (!is_fit || !fit_since_) fit_since_ = now;
   if (!is_fit || seconds_between(now, *fit_since_) < kLostBeforeSubmap_s) return;
   fit_since_.reset();
@@ -247,14 +248,14 @@ void Tracker::offer_submap(TrackedFrame current, const LocalView& view, TrackRes
 
 /// Seen from where the camera was last, most of it would stand in what was free: something came
 /// before the lens, and it is not the world.
-bool Tracker::is_covered(const TrackedFrame& current, int usable, const LocalView& view) {
-  if (!last_) return false;
+bool Tracker::is_covered(const TrackedFrame& current, int usable, const LocalView& view,
+                         const SE3& T_last_world) const {
   const std::vector<LandmarkId> no_landmarks(current.features->size(), kNoLandmark);
   const std::vector<std::uint8_t> none_known(current.features->size(), 0);
   FreeSpaceConfig config = config_.free_space;
   config.min_landmarks = 0;  // the pose is a guess
   const auto in_free_space = find_free_space_violations(camera_, current, no_landmarks, none_known,
-                                                        view, last_pose(view), config);
+                                                        view, T_last_world, config);
   return std::count(in_free_space.begin(), in_free_space.end(), 1) > kCoveredShare * usable;
 }
 
@@ -345,7 +346,7 @@ void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const L
   result.state = TrackState::kLost;
   motion_model_.reset(current.frame->stamp);
   if (!found || found->inliers < kProvingFactor * config_.min_inliers) {
-    offer_submap(std::move(current), view, result);
+    offer_submap(std::move(current), view, std::nullopt, result);
     if (result.candidate) state_ = TrackState::kLost;
     return;
   }

@@ -127,10 +127,13 @@ class Tracker {
   [[nodiscard]] TrackState assess(const PoseHypothesis& found, const SE3& T_last_world,
                                   double gap_s);
   void stay_lost(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
-                 TrackResult& result);
+                 const SE3& T_last_world, TrackResult& result);
   /// What a lost camera sees becomes the start of a submap, if that is enough.
-  void offer_submap(TrackedFrame current, const LocalView& view, TrackResult& result);
-  [[nodiscard]] bool is_covered(const TrackedFrame& current, int usable, const LocalView& view);
+  /// @param T_last_world where it was last, if it ever was somewhere.
+  void offer_submap(TrackedFrame current, const LocalView& view,
+                    const std::optional<SE3>& T_last_world, TrackResult& result);
+  [[nodiscard]] bool is_covered(const TrackedFrame& current, int usable, const LocalView& view,
+                                const SE3& T_last_world) const;
   [[nodiscard]] KeyframeCandidate make_submap(TrackedFrame& frame, double reach_m,
                                               const LocalView& view);
   [[nodiscard]] bool starts_submaps() const {

@@ -13,7 +13,7 @@ namespace ygslam {
 
 struct ReadingConfig {
   int min_views = 2;               ///< that a voxel needs to be believed
-  double max_through_ratio = 1.5;  ///< views through the place for each that saw a surface there
+  double max_through_ratio = 1.0;  ///< views through the place for each that saw a surface there
   int min_triangles = 40;          ///< smaller pieces by themselves are left out; about 20 voxels
 };
 

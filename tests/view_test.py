@@ -281,6 +281,19 @@ class View(Watched):
                                        "--seconds", "0.2", "--size", "160x120", "--view-stay")
         self.end_of_page(run)
 
+    def test_a_signal_while_it_leaves_changes_nothing(self):
+        async def stop(port, token):
+            driver = await Client.connect(port, token)
+            await driver.call("stop")
+            await driver.connection.wait_closed()
+        for delay_ms in (0, 0, 1, 2, 4, 8, 16):
+            run, port, token = self.start("--view-paused")
+            asyncio.run(stop(port, token))
+            time.sleep(delay_ms / 1000)
+            run.send_signal(signal.SIGINT)
+            said = run.communicate(timeout=WAIT_S)[1]
+            self.assertEqual(run.returncode, 0, said)
+
     def test_paused_is_said(self):
         async def drive(port, token):
             driver = await Client.connect(port, token)

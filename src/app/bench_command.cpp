@@ -197,7 +197,7 @@ void add_bench_command(CLI::App& app, int& exit_code) {
       "bench", "The paper's experiments: every sequence, every mode, several runs, a report");
   declare_bench_options(*command, *arguments);
   command->callback([arguments, &exit_code] {
-    const StopSignal signal;
+    StopSignal::watch();
     exit_code = exit_code_of(arguments->compare.empty() ? run_sweep(*arguments)
                                                         : compare_results(*arguments));
   });

@@ -234,7 +234,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       "disagree,\n"
       "and says where the motion does not tell. See docs/camera.md.");
   command->callback([calibration, &exit_code] {
-    const StopSignal watch;
+    StopSignal::watch();
     exit_code = exit_code_of(calibrate(*calibration));
   });
 }

@@ -126,7 +126,7 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       "3 m apart and looked less than 60 degrees apart. A false place that was closed damages the\n"
       "map.");
   command->callback([options, &exit_code] {
-    const StopSignal signal;
+    StopSignal::watch();
     exit_code = options->loops.empty() ? exit_code_of(inspect(*options))
                                        : exit_code_of(inspect_loops(*options));
   });

@@ -326,7 +326,7 @@ void add_render_command(CLI::App& app, int& exit_code) {
   declare_options(*command, *arguments);
   command->footer(kRenderFooter);
   command->callback([arguments, &exit_code] {
-    const StopSignal signal;
+    StopSignal::watch();
     const Status done = render(*arguments);
     if (done.ok()) return;
     log::error("{}", done.error().message);

@@ -353,7 +353,7 @@ Result<int> run_all(Run& run) {
 }
 
 void run_and_exit(const RunOptions& options, int& exit_code) {
-  const StopSignal signal;
+  StopSignal::watch();
   Run run;
   run.options = options;
   const NewFolders folders(options);

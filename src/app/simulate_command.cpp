@@ -348,7 +348,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   }
   command->footer(kSimulateFooter);
   command->callback([arguments, &exit_code] {
-    const StopSignal watch;
+    StopSignal::watch();
     exit_code = exit_code_of(simulate(*arguments));
   });
 }

@@ -24,21 +24,15 @@ bool is_ignored(int signal) {
   return signal == SIGHUP && sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
 }
 
-void set_handler(void (*handler)(int)) {
+}  // namespace
+
+void StopSignal::watch() {
+  received_signal = 0;
   struct sigaction action {};
-  action.sa_handler = handler;
+  action.sa_handler = handle;
   for (const int signal : kSignals)
     if (!is_ignored(signal)) sigaction(signal, &action, nullptr);
 }
-
-}  // namespace
-
-StopSignal::StopSignal() {
-  received_signal = 0;
-  set_handler(handle);
-}
-
-StopSignal::~StopSignal() { set_handler(SIG_DFL); }
 
 int StopSignal::received() { return received_signal; }
 

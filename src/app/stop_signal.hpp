@@ -5,10 +5,9 @@ namespace ygslam {
 
 class StopSignal {
  public:
-  StopSignal();
-  ~StopSignal();
-  StopSignal(const StopSignal&) = delete;
-  StopSignal& operator=(const StopSignal&) = delete;
+  /// From now to the end of the process: a signal that comes while it leaves does not turn work
+  /// that is done into a process that was killed.
+  static void watch();
   /// @return the signal's number, 0 if none came.
   static int received();
   /// What came ended a wait alone, and no work: the command has done all it should.

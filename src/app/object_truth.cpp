@@ -13,6 +13,15 @@ Eigen::Vector3d vector_of(const nlohmann::json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
 }
 
+std::optional<std::vector<TimeSpan>> spans_at(const nlohmann::json& place, const char* key) {
+  const auto found = place.find(key);
+  if (found == place.end()) return {};
+  std::vector<TimeSpan> spans;
+  for (const nlohmann::json& span : *found)
+    spans.push_back({{span.at(0).get<std::int64_t>()}, {span.at(1).get<std::int64_t>()}});
+  return spans;
+}
+
 TruePlace place_of(const nlohmann::json& json) {
   TruePlace place;
   place.box = {vector_of(json.at("centre_m")), vector_of(json.at("size_m")),
@@ -21,6 +30,8 @@ TruePlace place_of(const nlohmann::json& json) {
   place.from.ns = json.at("from_ns").get<std::int64_t>();
   place.until.ns = json.at("until_ns").get<std::int64_t>();
   place.frames = json.at("frames").get<int>();
+  place.shown = spans_at(json, "shown_ns");
+  place.shown_empty = spans_at(json, "shown_empty_ns");
   return place;
 }
 

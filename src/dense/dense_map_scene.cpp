@@ -6,6 +6,7 @@
 #include "dense/dense_map.hpp"
 #include "dense/room_structure.hpp"
 #include "dense/scene_objects.hpp"
+#include "dense/supports.hpp"
 #include "dense/tables.hpp"
 #include "volume/reading.hpp"
 
@@ -55,6 +56,7 @@ StaticScene DenseMap::scene() {
   scene.gravity = find_gravity(scene.mesh, up, place);
   scene.objects = place_objects(objects_, scene.gravity, scene.mesh, scene.space);
   add_tables(scene);
+  stand_on_supports(scene.mesh, scene.gravity, scene.objects);
   label_structure(scene.mesh, scene.gravity);
   label_cells(scene.mesh, scene.space);
   return scene;

@@ -11,6 +11,8 @@ constexpr int kAxisBits = 21;
 constexpr std::int64_t kBias = std::int64_t{1} << (kAxisBits - 1);
 constexpr int kManyViews = 4;
 constexpr double kLeastShare = 0.1;  // of an object's views that show a point of its surface
+constexpr double kEnoughViews =
+    3;  // whatever their share: most views may have shown it half hidden
 constexpr double kLeastVotes = 0.5;  // of those that see the point
 
 /// Mean distance of the surface from its middle.
@@ -63,7 +65,8 @@ float KnownObject::probability() const {
 }
 
 bool KnownObject::believes(int views_of_it) const {
-  return views() < kManyViews || (views_of_it > 1 && views_of_it >= kLeastShare * views());
+  return views() < kManyViews ||
+         (views_of_it > 1 && views_of_it >= std::min(kLeastShare * views(), kEnoughViews));
 }
 
 bool KnownObject::believes(const SurfaceGrain& grain) const {

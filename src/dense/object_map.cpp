@@ -136,7 +136,14 @@ bool ObjectMap::knows_too_little(std::span<const ThingView> views, const SE3& T_
       best_fit = its_fit;
       best = &object;
     }
-    return best == nullptr || best->views() < enough_views;
+    if (best == nullptr || best->views() < enough_views) return true;
+    // Masks are ragged: a cell or two at their edges are always new.
+    const auto seldom_shown = std::count_if(cells.keys.begin(), cells.keys.end(), [&](CellKey key) {
+      const auto known = best->cells.find(key);
+      return known == best->cells.end() || known->second < config_.min_views;
+    });
+    return static_cast<double>(seldom_shown) >=
+           config_.min_new_part * static_cast<double>(cells.keys.size());
   });
 }
 

@@ -20,7 +20,8 @@ struct ObjectMapConfig {
   double min_other_overlap = 0.5;  ///< the same of both where the class is another
   double merge_overlap = 0.5;      ///< of the smaller: two objects of one class that are the same
   PlaceLookConfig look;
-  int min_views = 3;           ///< of a thing that was found elsewhere again
+  int min_views = 3;           ///< of a thing that was found elsewhere again, of a known surface
+  double min_new_part = 0.25;  ///< of what a view shows of a thing: worth a view
   double min_like_size = 0.8;  ///< Likeness of the same thing at two places
   double min_like_colour = 0.5;
   double max_way_m = 1.5, max_unseen_s = 3;  ///< of a thing between two views of it on the move
@@ -39,7 +40,8 @@ class ObjectMap {
   /// @return those that are absent since.
   std::vector<SceneObjectId> look(const DepthView& view, const SE3& T_world_camera,
                                   Timestamp stamp);
-  /// Whether one of the things that stand there is none that so many views showed.
+  /// Whether one of the things that stand there is none that so many views showed, or shows a part
+  /// of its surface that hardly any view showed.
   [[nodiscard]] bool knows_too_little(std::span<const ThingView> views, const SE3& T_world_camera,
                                       int enough_views) const;
   /// Whether the view sees through a thing's place, and that says something that is not known yet.

@@ -238,6 +238,26 @@ TEST(ObjectMap, TwoPartsAreOneOnceAViewShowsThemTogether) {
   EXPECT_EQ(map.objects().begin()->second.views(), 3);
 }
 
+TEST(ObjectMap, APartThatHardlyAnyViewShowedIsWorthAViewAndThenBelieved) {
+  ObjectMap map;
+  const std::vector<ThingView> part = {patch(kChair, 0, 0.4)}, whole = {patch(kChair, 0, 0.7)};
+  std::int64_t at = 0;
+  while (at < 40) map.step(part, SE3(), Timestamp{at++});
+  EXPECT_FALSE(map.knows_too_little(part, SE3(), 6));
+  const auto width_m = [&] {
+    Eigen::AlignedBox3d extent;
+    for (const Vec3& p : map.objects().at(SceneObjectId{1}).surface_world()) extent.extend(p);
+    return extent.sizes().maxCoeff();
+  };
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(width_m(), 0.4, 0.05);
+    EXPECT_TRUE(map.knows_too_little(whole, SE3(), 6)) << i;
+    map.step(whole, SE3(), Timestamp{at++});
+  }
+  EXPECT_FALSE(map.knows_too_little(whole, SE3(), 6));
+  EXPECT_NEAR(width_m(), 0.7, 0.05) << "forty views of half of it do not outweigh it";
+}
+
 TEST(ObjectMap, WhatNoViewOfTheMapShowsIsForgotten) {
   ObjectMap map;
   const std::vector<ThingView> chair = {patch(kChair, 0, 0.4)};

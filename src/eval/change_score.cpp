@@ -55,12 +55,32 @@ class Places {
   double min_iou_;
 };
 
-std::string times_text(std::vector<double> seconds) {
+/// @param shown of these times those in which that could be seen.
+std::string times_text(std::vector<double> seconds, std::vector<double> shown) {
   if (seconds.empty()) return "";
-  std::array<char, 64> text{};
-  const double worst = *std::max_element(seconds.begin(), seconds.end());
-  std::snprintf(text.data(), text.size(), " after %.1f s (at most %.1f s)", median(seconds), worst);
+  const auto worst = [](const std::vector<double>& s) {
+    return *std::max_element(s.begin(), s.end());
+  };
+  std::array<char, 128> text{};
+  if (shown.empty())
+    std::snprintf(text.data(), text.size(), " after %.1f s (at most %.1f s)", median(seconds),
+                  worst(seconds));
+  else
+    std::snprintf(
+        text.data(), text.size(),
+        " after %.1f s (at most %.1f s), of which it could be seen %.1f s (at most %.1f s)",
+        median(seconds), worst(seconds), median(shown), worst(shown));
   return text.data();
+}
+
+void add_time(const std::optional<std::vector<TimeSpan>>& shown, Timestamp since, Timestamp noticed,
+              std::vector<double>& seconds) {
+  if (!shown) return;
+  double sum_s = 0;
+  for (const TimeSpan& span : *shown)
+    sum_s +=
+        std::max(0.0, seconds_between(std::min(span.until, noticed), std::max(span.from, since)));
+  seconds.push_back(sum_s);
 }
 
 }  // namespace
@@ -119,8 +139,10 @@ ChangeScore score_changes(std::span<const MappedThing> found, std::span<const Tr
       if (place.until != end) {
         ++score.left;
         if (!standing) ++score.freed;
-        if (const auto when = places.found_empty(place.box, place.until))
+        if (const auto when = places.found_empty(place.box, place.until)) {
           score.freed_after_s.push_back(seconds_between(*when, place.until));
+          add_time(place.shown_empty, place.until, *when, score.freed_after_shown_s);
+        }
       } else if (i == 0) {
         ++score.stayed;
         if (!standing && places.found_empty(place.box, place.from)) ++score.lost;
@@ -128,9 +150,10 @@ ChangeScore score_changes(std::span<const MappedThing> found, std::span<const Tr
         ++score.taken;
         if (!standing) continue;
         ++score.known;
-        if (standing->places.back().known)
-          score.known_after_s.push_back(
-              seconds_between(*standing->places.back().known, place.from));
+        if (const auto when = standing->places.back().known) {
+          score.known_after_s.push_back(seconds_between(*when, place.from));
+          add_time(place.shown, place.from, *when, score.known_after_shown_s);
+        }
         if (places.was_in(*standing, thing.places[i - 1].box)) ++score.same_number;
       }
     }
@@ -142,9 +165,11 @@ nlohmann::json to_json(const ChangeScore& score) {
   return {{"left", score.left},
           {"freed", score.freed},
           {"freed_after_s", score.freed_after_s},
+          {"freed_after_shown_s", score.freed_after_shown_s},
           {"taken", score.taken},
           {"known", score.known},
           {"known_after_s", score.known_after_s},
+          {"known_after_shown_s", score.known_after_shown_s},
           {"same_number", score.same_number},
           {"stayed", score.stayed},
           {"lost", score.lost}};
@@ -152,14 +177,15 @@ nlohmann::json to_json(const ChangeScore& score) {
 
 std::string format_changes(const ChangeScore& score) {
   if (score.left + score.taken + score.lost == 0) return "";
-  std::array<char, 512> text{};
+  std::array<char, 1024> text{};
   std::snprintf(text.data(), text.size(),
                 "changes       %d of %d left places free%s\n"
                 "              %d of %d new places known%s, %d under the old number\n"
                 "              %d of %d that stayed are lost\n",
-                score.freed, score.left, times_text(score.freed_after_s).c_str(), score.known,
-                score.taken, times_text(score.known_after_s).c_str(), score.same_number, score.lost,
-                score.stayed);
+                score.freed, score.left,
+                times_text(score.freed_after_s, score.freed_after_shown_s).c_str(), score.known,
+                score.taken, times_text(score.known_after_s, score.known_after_shown_s).c_str(),
+                score.same_number, score.lost, score.stayed);
   return text.data();
 }
 

@@ -12,11 +12,17 @@
 
 namespace ygslam {
 
+struct TimeSpan {
+  Timestamp from, until;
+};
+
 /// A time at which a thing stood still.
 struct TruePlace {
   UprightBox box;
   Timestamp from, until;
   int frames = 0;  ///< that showed it there
+  /// When it could be seen there, and its empty place after it had left; nothing: not told.
+  std::optional<std::vector<TimeSpan>> shown = {}, shown_empty = {};
 };
 
 struct TrueThing {
@@ -58,6 +64,8 @@ struct ChangeScore {
   int stayed = 0;       ///< places that a thing never left
   int lost = 0;         ///< of them, where an object was called absent and none stands
   std::vector<double> freed_after_s, known_after_s;  ///< since it left, since it came
+  /// Of these times those in which that could be seen, where the truth tells.
+  std::vector<double> freed_after_shown_s, known_after_shown_s;
 };
 [[nodiscard]] ChangeScore score_changes(std::span<const MappedThing> found,
                                         std::span<const TrueThing> truth,

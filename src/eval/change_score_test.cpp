@@ -36,6 +36,26 @@ TEST(ChangeScore, OfAMapThatFollowed) {
   EXPECT_DOUBLE_EQ(score.known_after_s[0], 2.5);
 }
 
+TEST(ChangeScore, TimesInWhichItCouldBeSeen) {
+  auto things = truth();
+  const std::vector<MappedThing> found = {
+      {"chair", {{box(0), at(1), at(8)}, {box(2), at(9.5), {}}}}};
+  const ChangeScore untold = score_changes(found, things);
+  EXPECT_TRUE(untold.freed_after_shown_s.empty());
+  EXPECT_TRUE(untold.known_after_shown_s.empty());
+  things[0].places[0].shown_empty = {{at(6), at(9)}};
+  things[0].places[1].shown = {{at(7), at(7.5)}, {at(9), at(15)}};
+  ChangeScore score = score_changes(found, things);
+  EXPECT_EQ(score.freed_after_s, untold.freed_after_s);
+  EXPECT_EQ(score.freed_after_shown_s, std::vector{2.0});
+  EXPECT_EQ(score.known_after_shown_s, std::vector{1.0});
+  EXPECT_NE(format_changes(score).find("of which it could be seen 1.0 s (at most 1.0 s)"),
+            std::string::npos);
+  things[0].places[1].shown = {{at(10), at(15)}};  // a glimpse was enough
+  score = score_changes(found, things);
+  EXPECT_EQ(score.known_after_shown_s, std::vector{0.0});
+}
+
 TEST(ChangeScore, OfAMapThatDidNot) {
   const std::vector<MappedThing> found = {{"chair", {{box(0), at(1), {}}}},
                                           {"chair", {{box(2), at(8), {}}}},

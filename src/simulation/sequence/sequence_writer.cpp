@@ -153,7 +153,8 @@ Status SequenceWriter::add(const SimulatedFrame& frame, const SequenceSource& so
   for (const auto& [name, T_world_object] : source.mover_poses(frame.t_s)) {
     mover_poses_[name] += format_tum({frame.frame->stamp, T_world_object}, 6);
   }
-  objects_.add(source.scene(), frame.t_s, frame.frame->stamp, frame.things, frame.depth_true_m);
+  objects_.add(source.scene(), frame.t_s, frame.frame->stamp,
+               {frame.things, frame.depth_true_m, source.camera(), frame.T_world_camera});
   return add_truth(frame, stamp);
 }
 

@@ -16,6 +16,8 @@ constexpr double kRest_s = 1;                         // a shorter stop is none
 constexpr double kShownShare = 0.001;                 // of the image's pixels
 constexpr float kFar_m = 4;                           // as far as maps are made
 constexpr int kMostThings = 255;
+constexpr double kVisibleShare = 1.0 / 3;  // of a surface: a thing hides some of its own
+constexpr double kHidden_m = 0.05;         // nearer than a point: something is before it
 
 bool is_room(const std::string& class_name) {
   return class_name == "floor" || class_name == "wall" || class_name == "ceiling";
@@ -32,10 +34,48 @@ ThingPlace& watch(const SE3& T_world_object, Timestamp stamp, std::vector<ThingP
   const SE3 T = places.empty() ? SE3() : places.back().T_world_object.inverse() * T_world_object;
   if (places.empty() || T.t().norm() > kStill_m || T.angle() > kStill_rad) {
     if (!places.empty() && !is_rest(places.back())) places.pop_back();
-    places.push_back({stamp, stamp, T_world_object, 0});
+    places.push_back({stamp, stamp, T_world_object, 0, {}, {}});
   }
   places.back().until = stamp;
   return places.back();
+}
+
+/// Whether the view sees enough of what faces it of a part's surface, or through where that was.
+bool sees(const TrueView& view, const Mesh& mesh, const NamedPart& part,
+          const SE3& T_world_object) {
+  const SE3 T_camera_object = view.T_world_camera.inverse() * T_world_object;
+  double facing_m2 = 0, visible_m2 = 0;
+  for (std::uint32_t i = part.first; i < part.end; ++i) {
+    std::array<Vec3, 3> p;
+    for (std::size_t k = 0; k < 3; ++k)
+      p[k] = T_camera_object * mesh.points[mesh.triangles[i].corner[k]].cast<double>();
+    const Vec3 middle = (p[0] + p[1] + p[2]) / 3, normal = (p[1] - p[0]).cross(p[2] - p[0]);
+    if (normal.dot(middle) >= 0) continue;
+    facing_m2 += normal.norm() / 2;
+    if (middle.z() <= 0 || middle.z() > kFar_m) continue;
+    const Vec2 at = view.camera.project(middle);
+    const int u = static_cast<int>(std::lround(at.x())), v = static_cast<int>(std::lround(at.y()));
+    if (view.depth_m.contains(u, v) && view.depth_m.at(u, v) > middle.z() - kHidden_m)
+      visible_m2 += normal.norm() / 2;
+  }
+  return facing_m2 > 0 && visible_m2 >= kVisibleShare * facing_m2;
+}
+
+void note(bool is_shown, Timestamp stamp, std::vector<TimeSpan>& spans) {
+  if (!spans.empty() && spans.back().is_open) {
+    spans.back().until = stamp;
+    spans.back().is_open = is_shown;
+  } else if (is_shown) {
+    spans.push_back({stamp, stamp});
+  }
+}
+
+/// Of a thing that moves: the last place is where it is.
+void note_shown(const TrueView& view, const Mesh& mesh, const NamedPart& part, Timestamp stamp,
+                std::vector<ThingPlace>& places) {
+  for (ThingPlace& place : places)
+    note(sees(view, mesh, part, place.T_world_object), stamp,
+         &place == &places.back() ? place.shown : place.shown_empty);
 }
 
 bool is_nameless(const Scene& scene, std::size_t mover) {
@@ -53,12 +93,18 @@ nlohmann::ordered_json json_of(const std::vector<ThingPlace>& places, const Mesh
     const auto vector = [](const Vec3& v) {
       return nlohmann::ordered_json{rounded(v.x()), rounded(v.y()), rounded(v.z())};
     };
-    list.push_back({{"from_ns", place.from.ns},
-                    {"until_ns", place.until.ns},
-                    {"centre_m", vector(box.centre)},
-                    {"size_m", vector(box.size_m)},
-                    {"yaw_rad", rounded(box.yaw_rad)},
-                    {"frames", place.frames}});
+    const auto list_of = [](const std::vector<TimeSpan>& spans) {
+      nlohmann::ordered_json times = nlohmann::ordered_json::array();
+      for (const TimeSpan& span : spans) times.push_back({span.from.ns, span.until.ns});
+      return times;
+    };
+    nlohmann::ordered_json json = {
+        {"from_ns", place.from.ns},        {"until_ns", place.until.ns},
+        {"centre_m", vector(box.centre)},  {"size_m", vector(box.size_m)},
+        {"yaw_rad", rounded(box.yaw_rad)}, {"frames", place.frames}};
+    json["shown_ns"] = list_of(place.shown);
+    json["shown_empty_ns"] = list_of(place.shown_empty);
+    list.push_back(std::move(json));
   }
   return list;
 }
@@ -113,17 +159,20 @@ ThingBox box_of(const Mesh& mesh, const NamedPart& part, const SE3& T_world_obje
   return box;
 }
 
-void TrueObjects::add(const Scene& scene, double t_s, Timestamp stamp, const GreyImage& things,
-                      const DepthImage& depth_m) {
+void TrueObjects::add(const Scene& scene, double t_s, Timestamp stamp, const TrueView& view) {
+  const GreyImage& things = view.things;
   std::array<int, 256> pixels{};
   for (std::size_t i = 0; i < things.size(); ++i)
-    if (depth_m.data()[i] <= kFar_m) ++pixels[things.data()[i]];
+    if (view.depth_m.data()[i] <= kFar_m) ++pixels[things.data()[i]];
   for (const NamedThing& thing : scene.things) {
     if (thing.object > 0 && scene.movers[thing.object - 1].is_body()) continue;
     const SE3 T_world_object =
         thing.object == 0 ? SE3() : scene.movers[thing.object - 1].pose_at(t_s);
-    ThingPlace& place = watch(T_world_object, stamp, places_[thing.id]);
+    std::vector<ThingPlace>& places = places_[thing.id];
+    ThingPlace& place = watch(T_world_object, stamp, places);
     if (pixels[thing.id] >= kShownShare * static_cast<double>(things.size())) ++place.frames;
+    if (thing.object > 0)
+      note_shown(view, scene.movers[thing.object - 1].mesh, thing.part, stamp, places);
   }
   for (std::size_t i = 0; i < scene.movers.size(); ++i)
     if (is_nameless(scene, i)) watch(scene.movers[i].pose_at(t_s), stamp, nameless_[i]);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/time.hpp"
+#include "geometry/camera.hpp"
 #include "image/image.hpp"
 #include "simulation/render/scene.hpp"
 
@@ -22,19 +23,34 @@ struct ThingBox {
 };
 [[nodiscard]] ThingBox box_of(const Mesh& mesh, const NamedPart& part, const SE3& T_world_object);
 
+/// From a frame to the first in which it was over.
+struct TimeSpan {
+  Timestamp from, until;
+  bool is_open = true;  ///< not over yet
+};
+
 /// A time at which a thing stood still.
 struct ThingPlace {
   Timestamp from, until;  ///< first and last frame
   SE3 T_world_object;
   int frames = 0;  ///< that showed it
+  /// When a third of its surface that faces the camera could be seen: of it there, and of what is
+  /// behind it since it left.
+  std::vector<TimeSpan> shown, shown_empty;
+};
+
+/// What a frame showed, without noise.
+struct TrueView {
+  const GreyImage& things;  ///< as in SimulatedFrame
+  const DepthImage& depth_m;
+  const Camera& camera;
+  SE3 T_world_camera;
 };
 
 /// Watches where things stand, frame by frame.
 class TrueObjects {
  public:
-  /// @param things, depth_m as in SimulatedFrame.
-  void add(const Scene& scene, double t_s, Timestamp stamp, const GreyImage& things,
-           const DepthImage& depth_m);
+  void add(const Scene& scene, double t_s, Timestamp stamp, const TrueView& view);
   /// true_objects.json: all things but people and parts of the room; beside them what moves and has
   /// no name, as a door.
   [[nodiscard]] std::string json(const Scene& scene) const;

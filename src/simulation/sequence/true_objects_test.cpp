@@ -10,9 +10,11 @@ namespace {
 
 nlohmann::json watched(const SequenceSource& source, double seconds) {
   TrueObjects objects;
+  const GreyImage things(1, 1);
+  const DepthImage depth_m(1, 1);
   for (double t_s = 0; t_s <= seconds; t_s += 0.1) {
-    objects.add(source.scene(), t_s, {static_cast<std::int64_t>(t_s * 1e9)}, GreyImage(1, 1),
-                DepthImage(1, 1));
+    objects.add(source.scene(), t_s, {static_cast<std::int64_t>(t_s * 1e9)},
+                {things, depth_m, source.camera(), source.T_world_camera(t_s)});
   }
   return nlohmann::json::parse(objects.json(source.scene()));
 }
@@ -73,6 +75,37 @@ TEST(TrueObjects, AThingThatWasPushedHasTwoPlacesAndTheFixedOnesHaveOne) {
   }
   EXPECT_EQ(moved, 1);
   EXPECT_GT(fixed, 20);
+}
+
+TEST(TrueObjects, APlaceIsShownOnceEnoughOfItCanBeSeen) {
+  SequenceSource source = open_or_die("moved_chair", small_options(24, 5));
+  TrueObjects objects;
+  while (const auto frame = source.next_with_losses())
+    objects.add(source.scene(), frame->t_s, frame->frame->stamp,
+                {frame->things, frame->depth_true_m, source.camera(), frame->T_world_camera});
+  const auto truth = nlohmann::json::parse(objects.json(source.scene()));
+  for (const auto& object : truth.at("objects")) {
+    if (object.at("class") != "chair" || object.at("places").size() < 2) continue;
+    const auto& old_place = object.at("places")[0];
+    const auto& new_place = object.at("places")[1];
+    const auto first_ns = [](const nlohmann::json& place, const char* spans) {
+      return place.at(spans).at(0).at(0).get<std::int64_t>();
+    };
+    EXPECT_EQ(first_ns(old_place, "shown_ns"), old_place.at("from_ns"));
+    EXPECT_GT(first_ns(old_place, "shown_empty_ns"), old_place.at("until_ns"));
+    EXPECT_TRUE(new_place.at("shown_empty_ns").empty());
+    double shown_s = 0;
+    for (const auto& span : new_place.at("shown_ns")) {
+      ASSERT_GE(span.at(0), new_place.at("from_ns"));
+      ASSERT_LE(span.at(1), new_place.at("until_ns"));
+      shown_s += 1e-9 * (span.at(1).get<double>() - span.at(0).get<double>());
+    }
+    // The man who pushed it stands before it, and it is out of the picture, for a while.
+    EXPECT_GT(shown_s, 4);
+    EXPECT_LT(shown_s, 9);
+    return;
+  }
+  FAIL() << "no chair was moved";
 }
 
 TEST(TrueObjects, ADoorHasNoNameButPlaces) {

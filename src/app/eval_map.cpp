@@ -17,8 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMovedMargin_m = 0.1;  // around the box of what was moved
-
 // Where the map's frame lies in the truth's.
 Result<SE3> align_map(const MapEvalArguments& a) {
   if (a.trajectory.empty()) return SE3();
@@ -105,9 +103,10 @@ Result<std::string> eval_map(const MapEvalArguments& a) {
   if (Status fits = check_area(map, a.map); !fits.ok()) return fits.error();
   auto truth = read_surface_truth(a.truth);
   if (!truth.ok()) return truth.error();
-  if (*things && truth->movers)  // what was moved and stands again belongs into a map
-    truth->movers =
-        apart_from(*truth->movers, moved_and_standing((*things)->all()), kMovedMargin_m);
+  if (*things) {
+    truth->moved = moved_and_standing((*things)->all());
+    truth->left_unseen = left_unseen((*things)->all());
+  }
   const SurfaceScore score = score_surface(map, *truth);
   if (!a.json) {
     std::string text = format_surface(score, a.map);

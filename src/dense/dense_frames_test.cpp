@@ -19,8 +19,10 @@ struct KnownRoom {
   DenseMap map;
   std::map<KeyframeId, SE3> poses;
 
-  explicit KnownRoom(const DenseMapConfig& config = object_test::room_config())
+  explicit KnownRoom(const DenseMapConfig& config = object_test::room_config(),
+                     const std::vector<volume_test::Cuboid>& more = {})
       : map(config, camera) {
+    world.cuboids.insert(world.cuboids.end(), more.begin(), more.end());
     DenseUpdate update;
     for (std::uint32_t i = 0; i < 7; ++i) {
       poses[KeyframeId{i}] = object_test::view_pose(i);
@@ -128,6 +130,36 @@ TEST(DenseFrames, ACameraThatStandsSeesAThingGoAtOnce) {
   EXPECT_LE(room.map.volume().views(), 7 + 4) << "no more of the same";
   room.expect_pure();
   EXPECT_EQ(chair_of(room.map.scene())->state, ObjectState::kAbsent);
+}
+
+TEST(DenseFrames, ACameraThatStandsSeesGoWhatNobodyNamed) {
+  const volume_test::Cuboid carton{
+      Vec3(-0.15, 0.8, -0.6), Vec3(0.25, 1.2, -0.3), kNoSceneObject, {120, 90, 40}};
+  KnownRoom room(object_test::room_config(), {carton});
+  const auto left_of_it = [&] {
+    const TriangleMesh mesh = room.map.mesh();
+    return std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [&](const SurfacePoint& p) {
+      const Vec3 floor_m(0, 0.1, 0);  // what lies on the floor is the floor
+      return Eigen::AlignedBox3d(carton.low - Vec3::Constant(0.03), carton.high - floor_m)
+          .contains(p.p_world.cast<double>());
+    });
+  };
+  ASSERT_GT(left_of_it(), 300);
+  room.look(object_test::view_pose(3), 7);
+  EXPECT_GT(left_of_it(), 300) << "a single view may be wrong";
+  room.world.cuboids.pop_back();
+  for (int i = 0; i < 3; ++i) room.look(object_test::view_pose(2 + i), 7.5 + 0.5 * i);
+  EXPECT_LT(left_of_it(), 10) << "seven views saw it, three look through";
+  const int views = room.map.volume().views();
+  for (int i = 0; i < 20; ++i) room.look(object_test::view_pose(3), 9 + 0.5 * i);
+  EXPECT_LE(room.map.volume().views(), views + 1) << "no more of the same";
+  room.expect_pure();
+  EXPECT_LT(left_of_it(), 10);
+  room.world.cuboids.push_back(carton);  // it is brought back
+  for (int i = 0; i < 20; ++i) room.look(object_test::view_pose(2 + i % 3), 20 + 0.5 * i);
+  EXPECT_GT(left_of_it(), 200);
+  room.expect_pure();
+  EXPECT_GT(left_of_it(), 200);
 }
 
 TEST(DenseFrames, OfOnePlaceAreOnlySoManyHoweverNewEachOfThemLooks) {

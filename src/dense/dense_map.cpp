@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "dense/mask_depth.hpp"
@@ -24,6 +25,25 @@ SurfaceSample sample_of(const DepthView& view, const VolumeConfig& config) {
   return {view, config.preparation, kSampleStep_px};
 }
 
+void add_gone(const std::vector<SpaceIndex>& cells, double cell_m, PixelState& state) {
+  std::vector<CellKey> keys = state.gone ? *state.gone : std::vector<CellKey>();
+  for (const SpaceIndex& cell : cells)
+    keys.push_back(cell_key((cell.cast<double>() + Vec3::Constant(0.5)) * cell_m, cell_m));
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  state.gone = std::make_shared<const std::vector<CellKey>>(std::move(keys));
+}
+
+void add_came(const std::vector<SpaceIndex>& cells, PixelState& state) {
+  std::vector<SpaceIndex> all = state.came ? *state.came : std::vector<SpaceIndex>();
+  all.insert(all.end(), cells.begin(), cells.end());
+  const auto order = [](const SpaceIndex& c) { return std::tuple(c.z(), c.y(), c.x()); };
+  std::sort(all.begin(), all.end(),
+            [&](const SpaceIndex& a, const SpaceIndex& b) { return order(a) < order(b); });
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  state.came = std::make_shared<const std::vector<SpaceIndex>>(std::move(all));
+}
+
 /// Of what they see.
 double distance_m(const SE3& T_world_a, const SE3& T_world_b) {
   const SE3 T_a_b = T_world_a.inverse() * T_world_b;
@@ -34,6 +54,7 @@ double distance_m(const SE3& T_world_a, const SE3& T_world_b) {
 
 DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
     : config_(config), camera_(camera), objects_(config.objects) {
+  CHECK(config.objects.cell_m == config.volume.space.cell_m);
   start_again();
 }
 
@@ -187,7 +208,7 @@ void DenseMap::associate(Contribution& now) {
   std::vector<SceneObjectId> gone;
   if (!objects_.objects().empty())
     gone = objects_.look(now.view->restored(), *now.wanted, now.stamp);
-  now.wanted_state = PixelState{objects_.step(now.things, *now.wanted, now.stamp), {}};
+  now.wanted_state = PixelState{objects_.step(now.things, *now.wanted, now.stamp), {}, {}, {}};
   for (const SceneObjectId id : gone) withdraw(id);
 }
 
@@ -202,8 +223,83 @@ void DenseMap::withdraw(SceneObjectId gone) {
   }
 }
 
+SpaceLayer DenseMap::space_seen(const Contribution& contribution) const {
+  PixelState state = contribution.fused ? contribution.fused_state : PixelState{};
+  state.gone = nullptr;
+  state.came = nullptr;
+  state.ids.resize(contribution.things.size(), kNoSceneObject);
+  const SE3& T_world_camera = contribution.fused ? *contribution.fused : *contribution.wanted;
+  PreparedView prepared;
+  prepared.assign(view_of(contribution, state, T_world_camera), config_.volume.preparation);
+  SpaceLayer space(config_.volume.space, config_.volume.preparation.noise);
+  space.fuse(prepared, T_world_camera, 1, config_.volume.threads);
+  return space;
+}
+
+bool DenseMap::sees_space_change(const Contribution& contribution) const {
+  const int looks = config_.changes.looks;
+  const SpaceLayer& space = volume_->space();
+  const auto is_surface = [&](const SpaceIndex& cell) { return space.counts(cell).hits >= looks; };
+  const auto is_news = [&](const SpaceIndex& cell, SpaceCounts seen) {
+    const int through = space.counts(cell).through;
+    if (seen.through > 0) return is_surface(cell) && through < looks;
+    if (through < looks) return false;
+    for (int n = 0; n < 27; ++n)  // noise puts a surface into the next cell
+      if (is_surface(cell + SpaceIndex(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1))) return false;
+    return true;
+  };
+  return !in_large_parts(cells_where(space_seen(contribution), is_news), config_.changes.min_cells)
+              .empty();
+}
+
+bool DenseMap::may_see(const Contribution& contribution,
+                       const std::vector<SpaceIndex>& cells) const {
+  const SE3 T_camera_world = contribution.fused->inverse();
+  const double cell_m = config_.volume.space.cell_m;
+  return std::any_of(cells.begin(), cells.end(), [&](const SpaceIndex& cell) {
+    const Vec3 p_camera = T_camera_world * ((cell.cast<double>() + Vec3::Constant(0.5)) * cell_m);
+    return p_camera.z() > 0 && p_camera.z() < config_.volume.preparation.max_depth_m &&
+           camera_.contains(camera_.project(p_camera));
+  });
+}
+
+void DenseMap::settle_space(const std::vector<SpaceIndex>& disputed) {
+  std::vector<Contribution*> newest_first;
+  for (auto& [id, contribution] : contributions_)
+    if (contribution.fused && contribution.wanted_state) newest_first.push_back(&contribution);
+  std::sort(newest_first.begin(), newest_first.end(),
+            [](const Contribution* a, const Contribution* b) { return a->stamp > b->stamp; });
+  SpaceChanges changes(config_.changes, disputed);
+  for (const Contribution* contribution : newest_first)
+    if (may_see(*contribution, changes.open()))
+      changes.step(space_seen(*contribution), contribution->stamp);
+  const std::vector<SpaceIndex> gone = changes.gone(), came = changes.came();
+  for (Contribution* contribution : newest_first) {
+    PixelState& state = *contribution->wanted_state;
+    if (may_see(*contribution, gone)) add_gone(gone, config_.objects.cell_m, state);
+    if (may_see(*contribution, came)) add_came(came, state);
+  }
+}
+
+void DenseMap::settle_space() {
+  settle_space(cells_where(volume_->space(), [&](const SpaceIndex&, SpaceCounts counts) {
+    return std::min(counts.hits, counts.through) > 0 &&
+           std::max(counts.hits, counts.through) >= config_.changes.looks;
+  }));
+}
+
+void DenseMap::settle_space_of(const Contribution& contribution) {
+  const int looks = config_.changes.looks;
+  settle_space(cells_where(space_seen(contribution), [&](const SpaceIndex& cell, SpaceCounts seen) {
+    const SpaceCounts known = volume_->space().counts(cell);
+    return seen.through > 0 ? known.through >= looks && known.hits > 0
+                            : known.hits >= looks && known.through > 0;
+  }));
+}
+
 void DenseMap::associate_all() {
   objects_ = ObjectMap(config_.objects);
+  is_space_settled_ = false;
   for (auto& [id, contribution] : contributions_) contribution.wanted_state.reset();
   for (auto& [id, contribution] : contributions_)
     if (contribution.wanted) associate(contribution);
@@ -217,7 +313,7 @@ bool DenseMap::shows_new(const Contribution& now, const SurfaceSample& sample) c
   const int needed = config_.reading.min_views;
   return sample.share_seen_less(needed, *now.wanted, volume_->surface()) >= config_.min_new ||
          objects_.knows_too_little(now.things, *now.wanted, config_.thing_views) ||
-         objects_.sees_change(now.view->restored(), *now.wanted);
+         objects_.sees_change(now.view->restored(), *now.wanted) || sees_space_change(now);
 }
 
 bool DenseMap::drop_needless(DenseViewId id) {
@@ -292,6 +388,11 @@ bool DenseMap::step() {
     farthest_m = off_m;
   }
   if (!farthest) {
+    if (!is_space_settled_) {
+      settle_space();
+      is_space_settled_ = true;
+      return true;
+    }
     if (!association_is_loose()) return false;
     associate_all();
     return true;
@@ -302,6 +403,7 @@ bool DenseMap::step() {
   const bool is_done = farthest->is_up_to_date();
   if (is_new && is_done) {
     const SE3 T_world_camera = *farthest->fused;
+    settle_space_of(*farthest);
     cull();
     thin_out(T_world_camera);
   }
@@ -328,6 +430,9 @@ void DenseMap::finish() {
   });
   // Putting all in anew costs half as much as taking each back first.
   if (2 * moved > std::ssize(contributions_)) start_again();
+  for (auto& [id, contribution] : contributions_) bring_up_to_date(contribution);
+  settle_space();
+  is_space_settled_ = true;
   for (auto& [id, contribution] : contributions_) bring_up_to_date(contribution);
 }
 

@@ -12,6 +12,7 @@
 #include "dense/dense_frame.hpp"
 #include "dense/object_map.hpp"
 #include "dense/pixel_state.hpp"
+#include "dense/space_changes.hpp"
 #include "dense/surface_sample.hpp"
 #include "image/coloured_point.hpp"
 #include "volume/mesher.hpp"
@@ -22,7 +23,8 @@ struct DenseMapConfig {
   bool enabled = true;  ///< false: it stays empty
   VolumeConfig volume;
   ReadingConfig reading;
-  ObjectMapConfig objects;
+  ObjectMapConfig objects;  ///< its cells are as large as those of the volume's space
+  SpaceChangesConfig changes;
   int margin_px = 6;  ///< this far around a mover nothing is taken: masks and depth have soft edges
   double interval_s = 0.5;  ///< without a view for so long, a frame is offered; 0: keyframes alone
   double min_new = 0.02;    ///< share of a frame's surface, less of which is not worth a view
@@ -120,6 +122,18 @@ class DenseMap {
   void associate(Contribution& contribution);
   /// Of a thing that went: its pixels in the keyframes that showed it.
   void withdraw(SceneObjectId gone);
+  /// What it says of space, by itself.
+  [[nodiscard]] SpaceLayer space_seen(const Contribution& contribution) const;
+  /// Whether it looks through a surface, or sees one in the air, which too few views did as yet.
+  [[nodiscard]] bool sees_space_change(const Contribution& contribution) const;
+  /// Whether one of the cells lies in its picture.
+  [[nodiscard]] bool may_see(const Contribution& contribution,
+                             const std::vector<SpaceIndex>& cells) const;
+  /// Where views disagree about cells the last ones decide: what others saw there is taken back.
+  void settle_space(const std::vector<SpaceIndex>& disputed);
+  /// Of the whole map, or of what a new view saw.
+  void settle_space();
+  void settle_space_of(const Contribution& contribution);
   [[nodiscard]] double out_of_place_m(const Contribution& contribution) const;
   void bring_up_to_date(Contribution& contribution);
   /// Drops a frame between keyframes that shows nothing new. @return whether it did.
@@ -150,7 +164,8 @@ class DenseMap {
   ObjectMap objects_;
   std::optional<Volume> volume_;
   std::optional<Mesher> mesher_;
-  int min_views_ = 0;  // that the mesher asks for
+  int min_views_ = 0;             // that the mesher asks for
+  bool is_space_settled_ = true;  // not since things were compared anew
 };
 
 }  // namespace ygslam

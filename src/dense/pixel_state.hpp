@@ -16,6 +16,9 @@ struct PixelState {
   /// Of each detection: its object, or kWithdrawnObject.
   std::vector<SceneObjectId> ids;
   std::vector<EmptiedPlace> emptied;
+  EmptiedPlace gone;  ///< the same of surfaces, whatever they were taken for; none: nothing went
+  /// Cells through which it looked and in which something stands by now; none: nothing came.
+  std::shared_ptr<const std::vector<Eigen::Vector3i>> came;
 
   /// By content.
   bool operator==(const PixelState& other) const;

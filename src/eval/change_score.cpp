@@ -110,6 +110,16 @@ std::vector<UprightBox> moved_and_standing(std::span<const TrueThing> things) {
   return boxes;
 }
 
+std::vector<UprightBox> left_unseen(std::span<const TrueThing> things) {
+  const Timestamp end = end_of(things);
+  std::vector<UprightBox> boxes;
+  for (const TrueThing& thing : things)
+    for (const TruePlace& place : thing.places)
+      if (place.until != end && place.shown_empty && place.shown_empty->empty())
+        boxes.push_back(place.box);
+  return boxes;
+}
+
 std::vector<Eigen::Vector3f> apart_from(std::span<const Eigen::Vector3f> points,
                                         std::span<const UprightBox> boxes, double margin_m) {
   const auto is_in_one = [&](const Eigen::Vector3f& p) {

@@ -37,6 +37,9 @@ struct TrueThing {
 /// The boxes of those that came to where they stand at the end.
 [[nodiscard]] std::vector<UprightBox> moved_and_standing(std::span<const TrueThing> things);
 
+/// The boxes of places that things left and that could not be seen since, as far as that is told.
+[[nodiscard]] std::vector<UprightBox> left_unseen(std::span<const TrueThing> things);
+
 /// The points that lie in none of the boxes, nor so near.
 [[nodiscard]] std::vector<Eigen::Vector3f> apart_from(std::span<const Eigen::Vector3f> points,
                                                       std::span<const UprightBox> boxes,

@@ -87,6 +87,17 @@ TEST(ChangeScore, StandingAtTheEndAreTheLastPlaces) {
   EXPECT_TRUE(standing[2].is_group);
 }
 
+TEST(ChangeScore, LeftPlacesThatWereNeverSeenEmpty) {
+  auto things = truth();
+  EXPECT_TRUE(left_unseen(things).empty()) << "not told";
+  things[0].places[0].shown_empty.emplace();
+  ASSERT_EQ(left_unseen(things).size(), 1U);
+  EXPECT_EQ(left_unseen(things)[0].centre_m.x(), 0);
+  things[0].places[0].shown_empty->push_back({at(6), at(7)});
+  things[0].places[1].shown_empty.emplace();  // it stands there
+  EXPECT_TRUE(left_unseen(things).empty());
+}
+
 TEST(ChangeScore, WhatCameToItsPlaceIsNoGhostThere) {
   const auto boxes = moved_and_standing(truth());
   ASSERT_EQ(boxes.size(), 1U);  // the chair; its old place and what never moved are none

@@ -10,6 +10,7 @@
 
 #include "core/check.hpp"
 #include "core/statistics.hpp"
+#include "eval/change_score.hpp"
 
 namespace ygslam {
 namespace {
@@ -102,15 +103,19 @@ double share_within(std::span<const float> distances_m, double within_m) {
   return static_cast<double>(count) / static_cast<double>(distances_m.size());
 }
 
-double ghost_share(std::span<const Eigen::Vector3f> samples, std::span<const float> distances_m,
-                   const std::vector<Eigen::Vector3f>& movers, double within_m) {
-  if (movers.empty()) return 0;
+std::vector<Eigen::Vector3f> ghosts_of(std::span<const Eigen::Vector3f> samples,
+                                       std::span<const float> distances_m,
+                                       const std::vector<Eigen::Vector3f>& movers,
+                                       double within_m) {
+  if (movers.empty()) return {};
   std::vector<Eigen::Vector3f> off;
   for (std::size_t i = 0; i < samples.size(); ++i)
     if (static_cast<double>(distances_m[i]) > within_m) off.push_back(samples[i]);
-  const auto near = distances_to({movers, {}}, off);
-  return share_within(near, within_m) * static_cast<double>(off.size()) /
-         static_cast<double>(samples.size());
+  const auto near_m = distances_to({movers, {}}, off);
+  std::vector<Eigen::Vector3f> ghosts;
+  for (std::size_t i = 0; i < off.size(); ++i)
+    if (static_cast<double>(near_m[i]) <= within_m) ghosts.push_back(off[i]);
+  return ghosts;
 }
 
 }  // namespace
@@ -161,7 +166,8 @@ SurfaceScore score_surface(const Surface& map, const SurfaceTruth& truth,
   SurfaceScore score;
   score.options = options;
   score.truth_samples = truth.seen.size();
-  const auto samples = sample_surface(map, options.spacing_m);
+  const auto samples =
+      apart_from(sample_surface(map, options.spacing_m), truth.moved, options.margin_m);
   score.samples = samples.size();
   if (truth.movers) score.ghosts = 0;
   if (samples.empty()) return score;
@@ -172,8 +178,13 @@ SurfaceScore score_surface(const Surface& map, const SurfaceTruth& truth,
   score.completeness = share_within(distances_to(map, truth.seen), options.within_m);
   const double sum = score.precision + score.completeness;
   score.f1 = sum > 0 ? 2 * score.precision * score.completeness / sum : 0;
-  if (truth.movers)
-    score.ghosts = ghost_share(samples, distances_m, *truth.movers, options.within_m);
+  if (truth.movers) {
+    const auto ghosts = ghosts_of(samples, distances_m, *truth.movers, options.within_m);
+    const auto count = static_cast<double>(samples.size());
+    score.ghosts = static_cast<double>(ghosts.size()) / count;
+    const auto seen = apart_from(ghosts, truth.left_unseen, options.margin_m);
+    score.ghosts_unseen = static_cast<double>(ghosts.size() - seen.size()) / count;
+  }
   score.median_m = static_cast<double>(median(distances_m));  // reorders them
   return score;
 }
@@ -186,7 +197,8 @@ nlohmann::json to_json(const SurfaceScore& score) {
                          {"precision", score.precision},
                          {"completeness", score.completeness},
                          {"f1", score.f1},
-                         {"ghosts", nullptr}};
+                         {"ghosts", nullptr},
+                         {"ghosts_unseen", score.ghosts_unseen}};
   if (score.ghosts) json["ghosts"] = *score.ghosts;
   return json;
 }
@@ -205,9 +217,15 @@ std::string format_surface(const SurfaceScore& score, const std::string& name) {
                       std::to_string(score.truth_samples) + " of the truth\n" + text.data();
   if (!score.ghosts) return table;
   std::snprintf(text.data(), text.size(),
-                "ghosts        %.3f %% of the map where movers were and nothing stays\n",
+                "ghosts        %.3f %% of the map where movers were and nothing stays",
                 100 * *score.ghosts);
-  return table + text.data();
+  table += text.data();
+  if (score.ghosts_unseen > 0) {
+    std::snprintf(text.data(), text.size(), ", %.3f %% in places that could not be seen since",
+                  100 * score.ghosts_unseen);
+    table += text.data();
+  }
+  return table + "\n";
 }
 
 }  // namespace ygslam

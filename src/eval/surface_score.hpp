@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "eval/object_score.hpp"
+
 namespace ygslam {
 
 /// Triangles, or points where there are none; all in one frame [m].
@@ -35,11 +37,16 @@ struct SurfaceTruth {
   std::vector<Eigen::Vector3f> seen;  ///< what of it a map can hold; not empty
   /// Where movers' surfaces were; nothing: unknown.
   std::optional<std::vector<Eigen::Vector3f>> movers;
+  /// What came to where it stands, and is not of `surface`: the map is not judged there.
+  std::vector<UprightBox> moved;
+  /// Places that things left and that could not be seen since.
+  std::vector<UprightBox> left_unseen;
 };
 
 struct SurfaceScoreOptions {
   double within_m = 0.05;
   double spacing_m = 0.02;  ///< of samples of the map's triangles
+  double margin_m = 0.1;    ///< around the truth's boxes
 };
 
 /// Shares are 0 to 1; all are 0 of a map without points.
@@ -53,6 +60,7 @@ struct SurfaceScore {
   /// Share of the samples farther from the true surface than that, but so near to where movers
   /// were.
   std::optional<double> ghosts;
+  double ghosts_unseen = 0;  ///< of that share: in truth.left_unseen
 };
 [[nodiscard]] SurfaceScore score_surface(const Surface& map, const SurfaceTruth& truth,
                                          const SurfaceScoreOptions& options = {});

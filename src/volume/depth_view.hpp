@@ -38,6 +38,8 @@ struct DepthView {
   /// mover's mask: carves space as far as it was seen, adds nothing.
   Image<std::uint8_t> object;
   std::vector<SceneObjectId> objects;
+  /// Cells of space that it does not carve: what stands there came later.
+  std::vector<Eigen::Vector3i> spared;
 };
 
 /// The images of a frame as recorded; all of one size.

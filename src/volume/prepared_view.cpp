@@ -42,6 +42,7 @@ void PreparedView::assign(const DepthView& view, const PreparationConfig& config
   CHECK(view.depth.width() == view.camera.width && view.depth.height() == view.camera.height);
   CHECK(view.colour.same_size(view.depth) && view.object.same_size(view.depth));
   camera_ = view.camera;
+  spared_ = view.spared;
   objects_ = view.objects;
   objects_.resize(DepthView::kUnsure, kNoSceneObject);
   objects_.back() = kUnsureObject;

@@ -69,6 +69,8 @@ class PreparedView {
   [[nodiscard]] const DepthPyramid& nearest() const { return nearest_; }
   /// Of every number but DepthView::kNothing and kExcluded, kUnsure included.
   [[nodiscard]] const std::vector<SceneObjectId>& objects() const { return objects_; }
+  /// DepthView::spared.
+  [[nodiscard]] const std::vector<Eigen::Vector3i>& spared() const { return spared_; }
   /// Of all pixels, at most PreparationConfig::max_depth_m.
   [[nodiscard]] float farthest_m() const { return farthest_m_; }
   /// No depth of the pixels in a rectangle, as far as it lies in the image, is greater.
@@ -85,6 +87,7 @@ class PreparedView {
   Pinhole camera_;
   std::vector<std::uint32_t> geometry_, appearance_;
   std::vector<SceneObjectId> objects_;
+  std::vector<Eigen::Vector3i> spared_;
   DepthPyramid nearest_;
   float farthest_m_ = 0;
   static constexpr int kFieldTiles = 8;  // along a side of the fields whose farthest is kept

@@ -34,6 +34,13 @@ int count_row(std::uint16_t* counts, std::uint8_t mask, int sign) {
   return bits;
 }
 
+void clear(BlockStore<CellMask>& cells) {
+  for (const BlockKey key : cells.keys()) {
+    *cells.find(key) = {};
+    cells.release(key);
+  }
+}
+
 }  // namespace
 
 float SpaceCounts::log_odds() const { return static_cast<float>(evidence(*this)) * 0.01F; }
@@ -48,11 +55,17 @@ SpaceLayer::SpaceLayer(const SpaceConfig& config, const DepthNoise& noise)
   CHECK(config.cell_m >= kLeastCell_m && config.margin_sigmas >= 0 && config.margin_cells >= 0);
 }
 
-void SpaceLayer::find_hits(const PreparedView& view, const SE3& T_world_camera) {
-  for (const BlockKey key : hit_cells_.keys()) {
-    *hit_cells_.find(key) = {};
-    hit_cells_.release(key);
+void SpaceLayer::find_spared(const PreparedView& view) {
+  clear(spared_cells_);
+  for (const Eigen::Vector3i& cell : view.spared()) {
+    CellMask& mask = spared_cells_.obtain(block_key({cell.x() >> 3, cell.y() >> 3, cell.z() >> 3}));
+    const auto row = static_cast<std::size_t>((cell.z() & 7) * kBlockSide + (cell.y() & 7));
+    mask.rows[row] = static_cast<std::uint8_t>(mask.rows[row] | (1U << (cell.x() & 7)));
   }
+}
+
+void SpaceLayer::find_hits(const PreparedView& view, const SE3& T_world_camera) {
+  clear(hit_cells_);
   const Pinhole& camera = view.camera();
   const Eigen::Matrix3f R = (T_world_camera.R() / config_.cell_m).cast<float>();
   const Vec3 t_cells = T_world_camera.t() / config_.cell_m;
@@ -152,6 +165,7 @@ void SpaceLayer::find_visible(const PreparedView& view, const SE3& T_world_camer
 void SpaceLayer::fuse(const PreparedView& view, const SE3& T_world_camera, int sign, int threads) {
   CHECK((sign == 1 || sign == -1) && T_world_camera.is_finite());
   CHECK(T_world_camera.t().cwiseAbs().maxCoeff() / config_.cell_m < kBlockBias);
+  find_spared(view);
   find_hits(view, T_world_camera);
   find_visible(view, T_world_camera);
   std::vector<BlockKey> keys;
@@ -164,19 +178,23 @@ void SpaceLayer::fuse(const PreparedView& view, const SE3& T_world_camera, int s
   }
   const SpaceProjection projection(view, T_world_camera, config_, noise_);
   const int count = static_cast<int>(keys.size());
-  const CellMask no_hits;
-  const BlockStore<CellMask>& hit_cells = hit_cells_;
+  const CellMask none;
+  const auto mask_of = [&none](const BlockStore<CellMask>& cells, BlockKey key) -> const CellMask& {
+    const CellMask* found = cells.find(key);
+    return found != nullptr ? *found : none;
+  };
   parallel_for((count + kSpaceBlocksAtOnce - 1) / kSpaceBlocksAtOnce, threads, [&](int chunk) {
     const int end = std::min((chunk + 1) * kSpaceBlocksAtOnce, count);
     for (int k = chunk * kSpaceBlocksAtOnce; k < end; ++k) {
       const auto i = static_cast<std::size_t>(k);
       SpaceBlock& block = *blocks[i];
-      const CellMask* found = hit_cells.find(keys[i]);
-      const CellMask& hits = found != nullptr ? *found : no_hits;
+      const CellMask& hits = mask_of(hit_cells_, keys[i]);
+      const CellMask& spared = mask_of(spared_cells_, keys[i]);
       const CellMask through = cells_seen_through(projection, keys[i]);
       int cells = 0;
       for (std::size_t row = 0; row < hits.rows.size(); ++row) {
-        const auto free = static_cast<std::uint8_t>(through.rows[row] & ~hits.rows[row]);
+        const auto free =
+            static_cast<std::uint8_t>(through.rows[row] & ~hits.rows[row] & ~spared.rows[row]);
         if (hits.rows[row] != 0)
           cells += count_row(block.hits.data() + row * kBlockSide, hits.rows[row], sign);
         if (free != 0) cells += count_row(block.through.data() + row * kBlockSide, free, sign);

@@ -57,14 +57,15 @@ class SpaceLayer {
   [[nodiscard]] std::uint64_t fingerprint() const;
 
  private:
+  void find_spared(const PreparedView& view);
   void find_hits(const PreparedView& view, const SE3& T_world_camera);
   void find_visible(const PreparedView& view, const SE3& T_world_camera);
 
   SpaceConfig config_;
   DepthNoise noise_;
   BlockStore<SpaceBlock> blocks_;
-  BlockSet touched_;                // by the view being fused
-  BlockStore<CellMask> hit_cells_;  // of the view being fused
+  BlockSet touched_;                               // by the view being fused
+  BlockStore<CellMask> hit_cells_, spared_cells_;  // of the view being fused
 };
 
 }  // namespace ygslam

@@ -84,6 +84,10 @@ bool is_nameless(const Scene& scene, std::size_t mover) {
                       [&](const NamedThing& thing) { return thing.object == mover + 1; });
 }
 
+NamedPart whole(const Mesh& mesh) {
+  return {{}, false, 0, static_cast<std::uint32_t>(mesh.triangles.size()), 0};
+}
+
 nlohmann::ordered_json json_of(const std::vector<ThingPlace>& places, const Mesh& mesh,
                                const NamedPart& part, bool moves) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -174,8 +178,12 @@ void TrueObjects::add(const Scene& scene, double t_s, Timestamp stamp, const Tru
     if (thing.object > 0)
       note_shown(view, scene.movers[thing.object - 1].mesh, thing.part, stamp, places);
   }
-  for (std::size_t i = 0; i < scene.movers.size(); ++i)
-    if (is_nameless(scene, i)) watch(scene.movers[i].pose_at(t_s), stamp, nameless_[i]);
+  for (std::size_t i = 0; i < scene.movers.size(); ++i) {
+    if (!is_nameless(scene, i)) continue;
+    const Mesh& mesh = scene.movers[i].mesh;
+    watch(scene.movers[i].pose_at(t_s), stamp, nameless_[i]);
+    note_shown(view, mesh, whole(mesh), stamp, nameless_[i]);
+  }
 }
 
 std::string TrueObjects::json(const Scene& scene) const {
@@ -192,10 +200,8 @@ std::string TrueObjects::json(const Scene& scene) const {
   nlohmann::ordered_json nameless = nlohmann::ordered_json::array();
   for (const auto& [mover, places] : nameless_) {
     const Mover& its = scene.movers[mover];
-    const auto triangles = static_cast<std::uint32_t>(its.mesh.triangles.size());
     nameless.push_back(
-        {{"class", its.class_name},
-         {"places", json_of(places, its.mesh, {its.class_name, false, 0, triangles, 0}, true)}});
+        {{"class", its.class_name}, {"places", json_of(places, its.mesh, whole(its.mesh), true)}});
   }
   const nlohmann::ordered_json json = {{"format", "ygslam true objects"},
                                        {"version", 1},

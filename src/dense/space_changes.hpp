@@ -1,0 +1,73 @@
+// What changed in a room without anybody naming it: a door that was shut, a carton that was carried
+// off or put down. Counts of all views say what was there for the longest time, which is not what
+// is there; so where views disagree the last ones decide. (Rays through what would have stopped
+// them: Hornung et al. 2013; a change is believed once it lasts: Fehr et al. 2017.)
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "core/time.hpp"
+#include "volume/space_layer.hpp"
+
+namespace ygslam {
+
+struct SpaceChangesConfig {
+  int looks = 3;        ///< views in a row, the last ones that saw a cell, that agree
+  double settle_s = 2;  ///< that what came was seen: who walks by is no furniture
+  int min_cells = 12;   ///< that touch and changed: single ones are edges
+};
+
+using SpaceIndex = Eigen::Vector3i;  ///< of a cell of the space layer
+
+/// Cells that a view counted something in, for which `is_wanted(index, counts)` holds.
+template <typename IsWanted>
+[[nodiscard]] std::vector<SpaceIndex> cells_where(const SpaceLayer& space, IsWanted is_wanted) {
+  std::vector<SpaceIndex> cells;
+  for (const BlockKey key : space.blocks().keys()) {
+    const SpaceBlock& block = *space.blocks().find(key);
+    const SpaceIndex first = block_of(key) * kBlockSide;
+    for (int offset = 0; offset < kBlockCells; ++offset) {
+      const auto i = static_cast<std::size_t>(offset);
+      if (block.hits[i] == 0 && block.through[i] == 0) continue;
+      const SpaceIndex cell = first + SpaceIndex(offset % 8, offset / 8 % 8, offset / 64);
+      if (is_wanted(cell, SpaceCounts{block.hits[i], block.through[i]})) cells.push_back(cell);
+    }
+  }
+  return cells;
+}
+
+/// Those of sets that hang together (corners included) and have so many.
+[[nodiscard]] std::vector<SpaceIndex> in_large_parts(const std::vector<SpaceIndex>& cells,
+                                                     int min_cells);
+
+/// Of cells that some views hit and others saw through: which are empty by now, and in which
+/// something stands by now.
+class SpaceChanges {
+ public:
+  SpaceChanges(const SpaceChangesConfig& config, const std::vector<SpaceIndex>& disputed);
+
+  /// Those that no view decided yet.
+  [[nodiscard]] const std::vector<SpaceIndex>& open() const { return open_; }
+  /// @param view what one view alone says of space; from the newest to the oldest.
+  void step(const SpaceLayer& view, Timestamp stamp);
+  /// In parts that are large enough.
+  [[nodiscard]] std::vector<SpaceIndex> gone() const;
+  [[nodiscard]] std::vector<SpaceIndex> came() const;
+
+ private:
+  struct Sights {  // that agree
+    int looks = 0;
+    bool is_through = false;
+    Timestamp newest;
+  };
+  /// @return whether the cell is decided.
+  bool take(const SpaceIndex& cell, SpaceCounts seen, Timestamp stamp, Sights& sights);
+
+  SpaceChangesConfig config_;
+  std::vector<SpaceIndex> open_;
+  std::vector<Sights> sights_;  // of the open ones
+  std::vector<SpaceIndex> gone_, came_;
+};
+
+}  // namespace ygslam

@@ -36,11 +36,11 @@ struct SurfaceTruth {
   Surface surface;                    ///< of all that stays where it is; not empty
   std::vector<Eigen::Vector3f> seen;  ///< what of it a map can hold; not empty
   /// Where movers' surfaces were; nothing: unknown.
-  std::optional<std::vector<Eigen::Vector3f>> movers;
+  std::optional<std::vector<Eigen::Vector3f>> movers = {};
   /// What came to where it stands, and is not of `surface`: the map is not judged there.
-  std::vector<UprightBox> moved;
+  std::vector<UprightBox> moved = {};
   /// Places that things left and that could not be seen since.
-  std::vector<UprightBox> left_unseen;
+  std::vector<UprightBox> left_unseen = {};
 };
 
 struct SurfaceScoreOptions {

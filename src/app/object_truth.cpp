@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <string>
 
 #include "io/json_text.hpp"
 
@@ -13,12 +14,23 @@ Eigen::Vector3d vector_of(const nlohmann::json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
 }
 
+Timestamp stamp_of(const nlohmann::json& json) {
+  constexpr std::int64_t kLast_ns = std::int64_t{1} << 62;
+  const auto ns = json.get<std::int64_t>();
+  if (!json.is_number_integer() || ns < 0 || ns >= kLast_ns)
+    throw std::runtime_error("a time that is none");
+  return {ns};
+}
+
 std::optional<std::vector<TimeSpan>> spans_at(const nlohmann::json& place, const char* key) {
   const auto found = place.find(key);
   if (found == place.end()) return {};
+  if (!found->is_array()) throw std::runtime_error(std::string(key) + ": no list");
   std::vector<TimeSpan> spans;
-  for (const nlohmann::json& span : *found)
-    spans.push_back({{span.at(0).get<std::int64_t>()}, {span.at(1).get<std::int64_t>()}});
+  for (const nlohmann::json& span : *found) {
+    if (span.size() != 2) throw std::runtime_error(std::string(key) + ": no pair of times");
+    spans.push_back({stamp_of(span.at(0)), stamp_of(span.at(1))});
+  }
   return spans;
 }
 
@@ -27,8 +39,8 @@ TruePlace place_of(const nlohmann::json& json) {
   place.box = {vector_of(json.at("centre_m")), vector_of(json.at("size_m")),
                json.at("yaw_rad").get<double>()};
   if (!(place.box.size_m.minCoeff() > 0)) throw std::runtime_error("a box without a volume");
-  place.from.ns = json.at("from_ns").get<std::int64_t>();
-  place.until.ns = json.at("until_ns").get<std::int64_t>();
+  place.from = stamp_of(json.at("from_ns"));
+  place.until = stamp_of(json.at("until_ns"));
   place.frames = json.at("frames").get<int>();
   place.shown = spans_at(json, "shown_ns");
   place.shown_empty = spans_at(json, "shown_empty_ns");

@@ -16,6 +16,7 @@ constexpr double kTypicalDepth_m = 3;
 constexpr double kLooseVoxels = 0.5;
 constexpr int kSampleStep_px = 12;
 constexpr int kCulledAtOnce = 8;  // views looked at
+constexpr int kSettledOver = 12;  // newest views that are asked about a change as it is seen
 
 bool same(const std::optional<SE3>& a, const std::optional<SE3>& b) {
   return a.has_value() == b.has_value() && (!a || (a->R() == b->R() && a->t() == b->t()));
@@ -188,7 +189,9 @@ double DenseMap::out_of_place_m(const Contribution& contribution) const {
 bool DenseMap::association_is_loose() const {
   return std::any_of(contributions_.begin(), contributions_.end(), [&](const auto& entry) {
     const Contribution& c = entry.second;
-    return c.wanted && c.associated && !c.things.empty() &&
+    const bool depends_on_pose =
+        !c.things.empty() || (c.wanted_state && (c.wanted_state->gone || c.wanted_state->came));
+    return c.wanted && c.associated && depends_on_pose &&
            distance_m(*c.associated, *c.wanted) > config_.objects.cell_m;
   });
 }
@@ -240,12 +243,16 @@ bool DenseMap::sees_space_change(const Contribution& contribution) const {
   const int looks = config_.changes.looks;
   const SpaceLayer& space = volume_->space();
   const auto is_surface = [&](const SpaceIndex& cell) { return space.counts(cell).hits >= looks; };
+  const auto stands = [&](const SpaceIndex& cell) {
+    return is_surface(cell) && !may_have_come(space.counts(cell));
+  };
   const auto is_news = [&](const SpaceIndex& cell, SpaceCounts seen) {
     const int through = space.counts(cell).through;
     if (seen.through > 0) return is_surface(cell) && through < looks;
-    if (through < looks) return false;
-    for (int n = 0; n < 27; ++n)  // noise puts a surface into the next cell
-      if (is_surface(cell + SpaceIndex(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1))) return false;
+    if (through == 0) return false;
+    for (int axis = 0; axis < 3; ++axis)  // noise puts a surface into the next cell
+      for (const int step : {-1, 0, 1})
+        if (stands(cell + step * SpaceIndex::Unit(axis))) return false;
     return true;
   };
   return !in_large_parts(cells_where(space_seen(contribution), is_news), config_.changes.min_cells)
@@ -263,38 +270,69 @@ bool DenseMap::may_see(const Contribution& contribution,
   });
 }
 
-void DenseMap::settle_space(const std::vector<SpaceIndex>& disputed) {
-  std::vector<Contribution*> newest_first;
-  for (auto& [id, contribution] : contributions_)
-    if (contribution.fused && contribution.wanted_state) newest_first.push_back(&contribution);
-  std::sort(newest_first.begin(), newest_first.end(),
-            [](const Contribution* a, const Contribution* b) { return a->stamp > b->stamp; });
+void DenseMap::settle_space(const std::vector<SpaceIndex>& disputed, int most_views) {
   SpaceChanges changes(config_.changes, disputed);
-  for (const Contribution* contribution : newest_first)
-    if (may_see(*contribution, changes.open()))
-      changes.step(space_seen(*contribution), contribution->stamp);
-  const std::vector<SpaceIndex> gone = changes.gone(), came = changes.came();
-  for (Contribution* contribution : newest_first) {
-    PixelState& state = *contribution->wanted_state;
-    if (may_see(*contribution, gone)) add_gone(gone, config_.objects.cell_m, state);
-    if (may_see(*contribution, came)) add_came(came, state);
+  const auto each_that_sees = [&](const std::vector<SpaceIndex>& cells, auto take) {
+    for (auto at = contributions_.rbegin(); at != contributions_.rend(); ++at) {
+      Contribution& contribution = at->second;
+      if (contribution.fused && contribution.wanted_state && may_see(contribution, cells))
+        take(contribution, space_seen(contribution));
+    }
+  };
+  for (auto at = contributions_.rbegin(); at != contributions_.rend() && most_views > 0; ++at) {
+    const Contribution& contribution = at->second;
+    if (!contribution.fused || !may_see(contribution, changes.open())) continue;
+    changes.step(space_seen(contribution), contribution.stamp);
+    --most_views;
   }
+  const std::vector<SpaceIndex> gone = changes.gone(), came = changes.came();
+  std::vector<int> through(gone.size(), 0), hits(came.size(), 0);
+  each_that_sees(gone, [&](Contribution& contribution, const SpaceLayer& seen) {
+    std::vector<SpaceIndex> its;
+    for (std::size_t i = 0; i < gone.size(); ++i) {
+      const SpaceCounts counts = seen.counts(gone[i]);
+      if (counts.hits > 0) its.push_back(gone[i]);
+      if (counts.through > 0 && through[i]++ < config_.changes.looks)
+        contribution.decides_change = true;
+    }
+    if (!its.empty()) add_gone(its, config_.objects.cell_m, *contribution.wanted_state);
+  });
+  each_that_sees(came, [&](Contribution& contribution, const SpaceLayer& seen) {
+    std::vector<SpaceIndex> its;
+    for (std::size_t i = 0; i < came.size(); ++i) {
+      const SpaceCounts counts = seen.counts(came[i]);
+      if (counts.through > 0) its.push_back(came[i]);
+      if (counts.hits > 0 && hits[i]++ < config_.changes.looks) contribution.decides_change = true;
+    }
+    if (!its.empty()) add_came(its, *contribution.wanted_state);
+  });
+}
+
+bool DenseMap::may_be_gone(SpaceCounts known) const {
+  return known.through >= config_.changes.looks && known.state() == SpaceState::kOccupied;
+}
+
+bool DenseMap::may_have_come(SpaceCounts known) const {
+  return known.hits >= config_.changes.looks &&
+         known.through > config_.reading.max_through_ratio * known.hits;
 }
 
 void DenseMap::settle_space() {
-  settle_space(cells_where(volume_->space(), [&](const SpaceIndex&, SpaceCounts counts) {
-    return std::min(counts.hits, counts.through) > 0 &&
-           std::max(counts.hits, counts.through) >= config_.changes.looks;
-  }));
+  settle_space(cells_where(volume_->space(),
+                           [&](const SpaceIndex&, SpaceCounts known) {
+                             return known.hits > 0 && (may_be_gone(known) || may_have_come(known));
+                           }),
+               std::numeric_limits<int>::max());
 }
 
 void DenseMap::settle_space_of(const Contribution& contribution) {
-  const int looks = config_.changes.looks;
-  settle_space(cells_where(space_seen(contribution), [&](const SpaceIndex& cell, SpaceCounts seen) {
-    const SpaceCounts known = volume_->space().counts(cell);
-    return seen.through > 0 ? known.through >= looks && known.hits > 0
-                            : known.hits >= looks && known.through > 0;
-  }));
+  settle_space(cells_where(space_seen(contribution),
+                           [&](const SpaceIndex& cell, SpaceCounts seen) {
+                             const SpaceCounts known = volume_->space().counts(cell);
+                             return seen.through > 0 ? known.hits > 0 && may_be_gone(known)
+                                                     : may_have_come(known);
+                           }),
+               kSettledOver);
 }
 
 void DenseMap::associate_all() {
@@ -334,6 +372,7 @@ double DenseMap::share_of_its_own(const Contribution& old) const {
 }
 
 bool DenseMap::is_needed(const Contribution& old) const {
+  if (old.decides_change) return true;
   if (share_of_its_own(old) >= config_.min_new) return true;
   return std::any_of(old.fused_state.ids.begin(), old.fused_state.ids.end(), [&](SceneObjectId id) {
     const auto object = objects_.objects().find(objects_.current(id));
@@ -359,7 +398,7 @@ void DenseMap::thin_out(const SE3& T_world_camera) {
   for (auto at = contributions_.begin(); at != contributions_.end(); ++at) {
     const Contribution& old = at->second;
     if (may_go(old) && distance_m(*old.fused, T_world_camera) < config_.near_m)
-      near.emplace(share_of_its_own(old), at);
+      near.emplace(share_of_its_own(old) + (old.decides_change ? 1 : 0), at);
   }
   for (auto at = near.begin(); std::distance(at, near.end()) > config_.most_near; ++at)
     remove(at->second);
@@ -398,7 +437,7 @@ bool DenseMap::step() {
     return true;
   }
   if (drop_needless(farthest_id)) return true;
-  const bool is_new = !farthest->wanted_state;
+  const bool is_new = !farthest->fused;
   bring_up_to_date(*farthest);
   const bool is_done = farthest->is_up_to_date();
   if (is_new && is_done) {

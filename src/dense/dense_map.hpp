@@ -108,6 +108,7 @@ class DenseMap {
     std::optional<SE3> associated;           // the pose its things were compared with others at
     std::optional<PixelState> wanted_state;  // none: not compared with the others yet
     PixelState fused_state;
+    bool decides_change = false;  // without it the map would show what went, or not what came
 
     [[nodiscard]] bool is_up_to_date() const;
   };
@@ -129,8 +130,11 @@ class DenseMap {
   /// Whether one of the cells lies in its picture.
   [[nodiscard]] bool may_see(const Contribution& contribution,
                              const std::vector<SpaceIndex>& cells) const;
+  /// By all counts something stands in such a cell, or would not be shown.
+  [[nodiscard]] bool may_be_gone(SpaceCounts known) const;
+  [[nodiscard]] bool may_have_come(SpaceCounts known) const;
   /// Where views disagree about cells the last ones decide: what others saw there is taken back.
-  void settle_space(const std::vector<SpaceIndex>& disputed);
+  void settle_space(const std::vector<SpaceIndex>& disputed, int most_views);
   /// Of the whole map, or of what a new view saw.
   void settle_space();
   void settle_space_of(const Contribution& contribution);
@@ -165,7 +169,7 @@ class DenseMap {
   std::optional<Volume> volume_;
   std::optional<Mesher> mesher_;
   int min_views_ = 0;             // that the mesher asks for
-  bool is_space_settled_ = true;  // not since things were compared anew
+  bool is_space_settled_ = true;  // since things were last compared anew
 };
 
 }  // namespace ygslam

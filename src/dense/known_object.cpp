@@ -11,8 +11,7 @@ constexpr int kAxisBits = 21;
 constexpr std::int64_t kBias = std::int64_t{1} << (kAxisBits - 1);
 constexpr int kManyViews = 4;
 constexpr double kLeastShare = 0.1;  // of an object's views that show a point of its surface
-constexpr double kEnoughViews =
-    3;  // whatever their share: most views may have shown it half hidden
+constexpr double kEnoughViews = 3;   // if that is less: most may show it half hidden
 constexpr double kLeastVotes = 0.5;  // of those that see the point
 
 /// Mean distance of the surface from its middle.

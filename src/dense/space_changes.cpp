@@ -1,6 +1,7 @@
 #include "dense/space_changes.hpp"
 
 #include <array>
+#include <cmath>
 #include <map>
 
 namespace ygslam {
@@ -48,7 +49,7 @@ bool SpaceChanges::take(const SpaceIndex& cell, SpaceCounts seen, Timestamp stam
     gone_.push_back(cell);
     return true;
   }
-  if (seconds_between(sights.newest, stamp) < config_.settle_s) return false;
+  if (std::abs(seconds_between(sights.newest, stamp)) < config_.settle_s) return false;
   came_.push_back(cell);
   return true;
 }

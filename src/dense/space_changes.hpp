@@ -4,7 +4,6 @@
 // them: Hornung et al. 2013; a change is believed once it lasts: Fehr et al. 2017.)
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "core/time.hpp"
@@ -30,7 +29,9 @@ template <typename IsWanted>
     for (int offset = 0; offset < kBlockCells; ++offset) {
       const auto i = static_cast<std::size_t>(offset);
       if (block.hits[i] == 0 && block.through[i] == 0) continue;
-      const SpaceIndex cell = first + SpaceIndex(offset % 8, offset / 8 % 8, offset / 64);
+      const SpaceIndex cell =
+          first + SpaceIndex(offset % kBlockSide, offset / kBlockSide % kBlockSide,
+                             offset / (kBlockSide * kBlockSide));
       if (is_wanted(cell, SpaceCounts{block.hits[i], block.through[i]})) cells.push_back(cell);
     }
   }

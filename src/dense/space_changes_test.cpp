@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "volume/prepared_view.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -20,6 +24,57 @@ TEST(SpaceChanges, OnlyLargePartsCount) {
   EXPECT_EQ(in_large_parts(cells, 4).size(), 10U);
   EXPECT_TRUE(in_large_parts(cells, 7).empty());
   EXPECT_TRUE(in_large_parts({}, 1).empty());
+}
+
+constexpr Timestamp at(double seconds) { return {static_cast<std::int64_t>(seconds * 1e9)}; }
+
+/// A camera before a wall at 2 m, or with a board at 1 m before it.
+class Board : public ::testing::Test {
+ protected:
+  [[nodiscard]] SpaceLayer look(bool board) const {
+    DepthView view;
+    view.camera = {100, 100, 31.5, 23.5, 64, 48};
+    view.depth = Image<std::uint16_t>(64, 48);
+    view.colour = ColourImage(64, 48);
+    view.object = GreyImage(64, 48);
+    std::fill(view.depth.begin(), view.depth.end(),
+              static_cast<std::uint16_t>(board ? 5000 : 10000));
+    PreparedView prepared;
+    prepared.assign(view, {});
+    SpaceLayer space({}, {});
+    space.fuse(prepared, SE3(), 1, 1);
+    return space;
+  }
+  /// From the newest to the oldest, so far apart.
+  void show(std::initializer_list<bool> boards, double step_s) {
+    SpaceChanges changes({}, cells_);
+    double t_s = 100;
+    for (const bool board : boards) changes.step(look(board), at(t_s -= step_s));
+    gone_ = changes.gone().size();
+    came_ = changes.came().size();
+  }
+
+  std::vector<SpaceIndex> cells_ =
+      cells_where(look(true), [](const SpaceIndex&, SpaceCounts seen) { return seen.hits > 0; });
+  std::size_t gone_ = 0, came_ = 0;
+};
+
+TEST_F(Board, TheLastViewsDecideWhatWent) {
+  show({false, false, false, true, true, true, true}, 0.5);
+  EXPECT_GT(gone_, cells_.size() / 2);
+  EXPECT_EQ(came_, 0U);
+  show({false, false, true, true, true, true}, 0.5);
+  EXPECT_EQ(gone_ + came_, 0U) << "two looks may be wrong";
+  show({false, false, true, false, false, false}, 0.5);
+  EXPECT_EQ(gone_ + came_, 0U) << "they do not agree";
+}
+
+TEST_F(Board, WhatCameMustStay) {
+  show({true, true, true, true, true, false, false}, 0.5);
+  EXPECT_EQ(came_, cells_.size());
+  EXPECT_EQ(gone_, 0U);
+  show({true, true, true, true, false, false}, 0.5);
+  EXPECT_EQ(came_, 0U) << "it stood there for a second and a half";
 }
 
 }  // namespace

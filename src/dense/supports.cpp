@@ -33,26 +33,29 @@ class Supports {
   }
 
  private:
-  /// Down to the surface within reach that most vertices lie on; 0 where none is large enough.
+  /// Down to the first surface that is large enough; 0 where none is.
   [[nodiscard]] double gap_below_m(const OrientedBox& box) const {
     const Vec2 sides_m = box.size_m.head<2>() + Vec2::Constant(2 * config_.beside_m);
+    const double least = config_.min_share * (sides_m / config_.square_m).prod();
     std::vector<Below> below = vertices_below(box, sides_m);
     std::sort(below.begin(), below.end(),
               [](const Below& a, const Below& b) { return a.gap_m < b.gap_m; });
     std::span<const Below> surface;
     for (auto begin = below.begin(), end = begin; begin != below.end(); ++begin) {
       while (end != below.end() && end->gap_m - begin->gap_m <= config_.level_m) ++end;
-      if (static_cast<std::size_t>(end - begin) > surface.size()) surface = {begin, end};
+      if (!surface.empty() && begin->gap_m - surface.front().gap_m > config_.level_m) break;
+      const std::span<const Below> level(begin, end);
+      if (level.size() > surface.size() && squares_of(level) >= least) surface = level;
     }
-    std::set<std::pair<int, int>> squares;
     double sum_m = 0;
-    for (const Below& vertex : surface) {
-      squares.insert(vertex.square);
-      sum_m += vertex.gap_m;
-    }
-    const double all = (sides_m / config_.square_m).prod();
-    if (static_cast<double>(squares.size()) < config_.min_share * all) return 0;
-    return sum_m / static_cast<double>(surface.size());
+    for (const Below& vertex : surface) sum_m += vertex.gap_m;
+    return surface.empty() ? 0 : sum_m / static_cast<double>(surface.size());
+  }
+
+  [[nodiscard]] static double squares_of(std::span<const Below> surface) {
+    std::set<std::pair<int, int>> squares;
+    for (const Below& vertex : surface) squares.insert(vertex.square);
+    return static_cast<double>(squares.size());
   }
 
   [[nodiscard]] std::vector<Below> vertices_below(const OrientedBox& box,

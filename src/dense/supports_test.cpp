@@ -62,6 +62,13 @@ TEST_F(SupportRoom, WhatHangsHighOrStandsAlreadyStaysAsItIs) {
   }
 }
 
+TEST_F(SupportRoom, TheFirstSurfaceBelowCarriesIt) {
+  add_rectangle(mesh_, T_world_room_, {3.0, 1.2, 0.4}, {0.5, 0, 0}, {0, 0.5, 0});  // a stool
+  SceneObject plant = thing({3.25, 1.45, 0.5}, {0.4, 0.4, 0.9});
+  stand(plant);
+  EXPECT_NEAR(bottom_m(plant.box), 0.4, 1e-5);
+}
+
 TEST_F(SupportRoom, AnEdgeOfSomethingBelowIsNoSupport) {
   add_rectangle(mesh_, T_world_room_, {3.0, 1.2, 1.0}, {0.15, 0, 0}, {0, 0.5, 0});
   SceneObject plant = thing({3.3, 1.5, 1.2}, {0.4, 0.4, 0.5});  // on what nobody saw

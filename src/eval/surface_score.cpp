@@ -198,8 +198,11 @@ nlohmann::json to_json(const SurfaceScore& score) {
                          {"completeness", score.completeness},
                          {"f1", score.f1},
                          {"ghosts", nullptr},
-                         {"ghosts_unseen", score.ghosts_unseen}};
-  if (score.ghosts) json["ghosts"] = *score.ghosts;
+                         {"ghosts_unseen", nullptr}};
+  if (score.ghosts) {
+    json["ghosts"] = *score.ghosts;
+    json["ghosts_unseen"] = score.ghosts_unseen;
+  }
   return json;
 }
 

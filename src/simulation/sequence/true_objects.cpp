@@ -17,7 +17,7 @@ constexpr double kShownShare = 0.001;                 // of the image's pixels
 constexpr float kFar_m = 4;                           // as far as maps are made
 constexpr int kMostThings = 255;
 constexpr double kVisibleShare = 1.0 / 3;  // of a surface: a thing hides some of its own
-constexpr double kHidden_m = 0.05;         // nearer than a point: something is before it
+constexpr double kHidden_m = 0.05;         // nearer or farther than a point: another surface
 
 bool is_room(const std::string& class_name) {
   return class_name == "floor" || class_name == "wall" || class_name == "ceiling";
@@ -40,10 +40,12 @@ ThingPlace& watch(const SE3& T_world_object, Timestamp stamp, std::vector<ThingP
   return places.back();
 }
 
-/// Whether the view sees enough of what faces it of a part's surface, or through where that was.
-bool sees(const TrueView& view, const Mesh& mesh, const NamedPart& part,
-          const SE3& T_world_object) {
+/// Whether the view sees enough of what faces it of a part's surface.
+/// @param is_empty it went: whether the view looks through so much of where it was.
+bool sees(const TrueView& view, const Mesh& mesh, const NamedPart& part, const SE3& T_world_object,
+          bool is_empty) {
   const SE3 T_camera_object = view.T_world_camera.inverse() * T_world_object;
+  const double beyond_m = is_empty ? kHidden_m : -kHidden_m;
   double facing_m2 = 0, visible_m2 = 0;
   for (std::uint32_t i = part.first; i < part.end; ++i) {
     std::array<Vec3, 3> p;
@@ -55,13 +57,13 @@ bool sees(const TrueView& view, const Mesh& mesh, const NamedPart& part,
     if (middle.z() <= 0 || middle.z() > kFar_m) continue;
     const Vec2 at = view.camera.project(middle);
     const int u = static_cast<int>(std::lround(at.x())), v = static_cast<int>(std::lround(at.y()));
-    if (view.depth_m.contains(u, v) && view.depth_m.at(u, v) > middle.z() - kHidden_m)
+    if (view.depth_m.contains(u, v) && view.depth_m.at(u, v) > middle.z() + beyond_m)
       visible_m2 += normal.norm() / 2;
   }
   return facing_m2 > 0 && visible_m2 >= kVisibleShare * facing_m2;
 }
 
-void note(bool is_shown, Timestamp stamp, std::vector<TimeSpan>& spans) {
+void note(bool is_shown, Timestamp stamp, std::vector<ShownSpan>& spans) {
   if (!spans.empty() && spans.back().is_open) {
     spans.back().until = stamp;
     spans.back().is_open = is_shown;
@@ -73,9 +75,11 @@ void note(bool is_shown, Timestamp stamp, std::vector<TimeSpan>& spans) {
 /// Of a thing that moves: the last place is where it is.
 void note_shown(const TrueView& view, const Mesh& mesh, const NamedPart& part, Timestamp stamp,
                 std::vector<ThingPlace>& places) {
-  for (ThingPlace& place : places)
-    note(sees(view, mesh, part, place.T_world_object), stamp,
-         &place == &places.back() ? place.shown : place.shown_empty);
+  for (ThingPlace& place : places) {
+    const bool is_empty = &place != &places.back();
+    note(sees(view, mesh, part, place.T_world_object, is_empty), stamp,
+         is_empty ? place.shown_empty : place.shown);
+  }
 }
 
 bool is_nameless(const Scene& scene, std::size_t mover) {
@@ -97,9 +101,9 @@ nlohmann::ordered_json json_of(const std::vector<ThingPlace>& places, const Mesh
     const auto vector = [](const Vec3& v) {
       return nlohmann::ordered_json{rounded(v.x()), rounded(v.y()), rounded(v.z())};
     };
-    const auto list_of = [](const std::vector<TimeSpan>& spans) {
+    const auto list_of = [](const std::vector<ShownSpan>& spans) {
       nlohmann::ordered_json times = nlohmann::ordered_json::array();
-      for (const TimeSpan& span : spans) times.push_back({span.from.ns, span.until.ns});
+      for (const ShownSpan& span : spans) times.push_back({span.from.ns, span.until.ns});
       return times;
     };
     nlohmann::ordered_json json = {

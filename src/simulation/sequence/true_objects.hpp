@@ -24,7 +24,7 @@ struct ThingBox {
 [[nodiscard]] ThingBox box_of(const Mesh& mesh, const NamedPart& part, const SE3& T_world_object);
 
 /// From a frame to the first in which it was over.
-struct TimeSpan {
+struct ShownSpan {
   Timestamp from, until;
   bool is_open = true;  ///< not over yet
 };
@@ -36,7 +36,7 @@ struct ThingPlace {
   int frames = 0;  ///< that showed it
   /// When a third of its surface that faces the camera could be seen: of it there, and of what is
   /// behind it since it left.
-  std::vector<TimeSpan> shown, shown_empty;
+  std::vector<ShownSpan> shown, shown_empty;
 };
 
 /// What a frame showed, without noise.

@@ -37,6 +37,15 @@ CellKey cell_key(const Vec3& p_world, double cell_m) {
   return key;
 }
 
+Vec3 low_corner(CellKey key, double cell_m) {
+  Vec3 corner;
+  for (int axis = 2; axis >= 0; --axis, key >>= kAxisBits)
+    corner[axis] =
+        cell_m * static_cast<double>(
+                     static_cast<std::int64_t>(key & ((CellKey{1} << kAxisBits) - 1)) - kBias);
+  return corner;
+}
+
 const std::vector<CellKey>& neighbour_steps() {
   static const std::vector<CellKey> kSteps = [] {
     std::vector<CellKey> steps;

@@ -272,13 +272,6 @@ bool DenseMap::may_see(const Contribution& contribution,
 
 void DenseMap::settle_space(const std::vector<SpaceIndex>& disputed, int most_views) {
   SpaceChanges changes(config_.changes, disputed);
-  const auto each_that_sees = [&](const std::vector<SpaceIndex>& cells, auto take) {
-    for (auto at = contributions_.rbegin(); at != contributions_.rend(); ++at) {
-      Contribution& contribution = at->second;
-      if (contribution.fused && contribution.wanted_state && may_see(contribution, cells))
-        take(contribution, space_seen(contribution));
-    }
-  };
   for (auto at = contributions_.rbegin(); at != contributions_.rend() && most_views > 0; ++at) {
     const Contribution& contribution = at->second;
     if (!contribution.fused || !may_see(contribution, changes.open())) continue;
@@ -287,25 +280,28 @@ void DenseMap::settle_space(const std::vector<SpaceIndex>& disputed, int most_vi
   }
   const std::vector<SpaceIndex> gone = changes.gone(), came = changes.came();
   std::vector<int> through(gone.size(), 0), hits(came.size(), 0);
-  each_that_sees(gone, [&](Contribution& contribution, const SpaceLayer& seen) {
-    std::vector<SpaceIndex> its;
+  for (auto at = contributions_.rbegin(); at != contributions_.rend(); ++at) {
+    Contribution& contribution = at->second;
+    if (!contribution.fused || !contribution.wanted_state ||
+        !(may_see(contribution, gone) || may_see(contribution, came)))
+      continue;
+    const SpaceLayer seen = space_seen(contribution);
+    std::vector<SpaceIndex> its_gone, its_came;
     for (std::size_t i = 0; i < gone.size(); ++i) {
       const SpaceCounts counts = seen.counts(gone[i]);
-      if (counts.hits > 0) its.push_back(gone[i]);
+      if (counts.hits > 0) its_gone.push_back(gone[i]);
       if (counts.through > 0 && through[i]++ < config_.changes.looks)
         contribution.decides_change = true;
     }
-    if (!its.empty()) add_gone(its, config_.objects.cell_m, *contribution.wanted_state);
-  });
-  each_that_sees(came, [&](Contribution& contribution, const SpaceLayer& seen) {
-    std::vector<SpaceIndex> its;
     for (std::size_t i = 0; i < came.size(); ++i) {
       const SpaceCounts counts = seen.counts(came[i]);
-      if (counts.through > 0) its.push_back(came[i]);
+      if (counts.through > 0) its_came.push_back(came[i]);
       if (counts.hits > 0 && hits[i]++ < config_.changes.looks) contribution.decides_change = true;
     }
-    if (!its.empty()) add_came(its, *contribution.wanted_state);
-  });
+    PixelState& state = *contribution.wanted_state;
+    if (!its_gone.empty()) add_gone(its_gone, config_.objects.cell_m, state);
+    if (!its_came.empty()) add_came(its_came, state);
+  }
 }
 
 bool DenseMap::may_be_gone(SpaceCounts known) const {

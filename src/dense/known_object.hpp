@@ -19,6 +19,7 @@ namespace ygslam {
 /// A cube of the world, by the whole numbers of its place.
 using CellKey = std::uint64_t;
 [[nodiscard]] CellKey cell_key(const Vec3& p_world, double cell_m);
+/// Of the cell, in the world [m].
 [[nodiscard]] Vec3 low_corner(CellKey key, double cell_m);
 /// The 26 cells around another, and itself: what is added to its key.
 [[nodiscard]] const std::vector<CellKey>& neighbour_steps();

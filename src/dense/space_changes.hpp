@@ -1,7 +1,7 @@
 // What changed in a room without anybody naming it: a door that was shut, a carton that was carried
 // off or put down. Counts of all views say what was there for the longest time, which is not what
-// is there; so where views disagree the last ones decide. (Rays through what would have stopped
-// them: Hornung et al. 2013; a change is believed once it lasts: Fehr et al. 2017.)
+// is there; so where views disagree the last ones decide. (Occupancy by
+// rays: Hornung et al. 2013; changes found by free space in a TSDF: Fehr et al. 2017.)
 #pragma once
 
 #include <vector>

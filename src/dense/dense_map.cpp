@@ -47,6 +47,7 @@ void DenseMap::start_again() {
 
 void DenseMap::apply(const DenseUpdate& update) {
   if (!config_.enabled) return;
+  is_finished_ = false;
   for (const DenseFrame& keyframe : update.added) {
     GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
     CHECK(keyframe.detections.size() <= kMaxDetections);
@@ -76,8 +77,9 @@ void DenseMap::apply(const DenseUpdate& update) {
     exclude_objects(view, is_gone, config_.margin_px);
     Contribution contribution;
     contribution.view = std::make_shared<const StoredView>(view);
+    restored_ = {contribution.view, view};
     contribution.things = std::move(things);
-    contribution.stamp = keyframe.frame->stamp;
+    contribution.stamp = now_ = keyframe.frame->stamp;
     contribution.anchor = keyframe.anchor;
     contributions_.emplace(keyframe.anchor ? next_id(keyframe.id.keyframe) : keyframe.id,
                            std::move(contribution));
@@ -91,7 +93,7 @@ void DenseMap::apply(const DenseUpdate& update) {
       // The map has enough landmarks there; whether the surface was seen enough is another
       // question.
       gone->second.anchor = {removed.id, gone->second.stamp, SE3()};
-      gone->second.sample = sample_of(gone->second.view->restored(), config_.volume);
+      gone->second.sample = sample_of(restored(gone->second), config_.volume);
     }
     for (auto& [id, contribution] : contributions_) {
       if (!contribution.anchor || contribution.anchor->keyframe != removed.id) continue;
@@ -119,6 +121,7 @@ DenseViewId DenseMap::next_id(KeyframeId newest) const {
 
 void DenseMap::restore(const std::vector<SavedView>& views) {
   if (!config_.enabled) return;
+  is_finished_ = false;
   for (const SavedView& saved : views) {
     Contribution contribution;
     contribution.view = saved.view;
@@ -144,9 +147,15 @@ bool DenseMap::Contribution::is_up_to_date() const {
   return same(wanted, fused) && (!fused || wanted_state == fused_state);
 }
 
+const DepthView& DenseMap::restored(const Contribution& contribution) {
+  if (restored_.packed != contribution.view)
+    restored_ = {contribution.view, contribution.view->restored()};
+  return restored_.view;
+}
+
 DepthView DenseMap::view_of(const Contribution& contribution, const PixelState& state,
-                            const SE3& T_world_camera) const {
-  DepthView view = contribution.view->restored();
+                            const SE3& T_world_camera) {
+  DepthView view = restored(contribution);
   apply_state(state, T_world_camera, config_.margin_px, config_.objects.cell_m, view);
   return view;
 }
@@ -176,21 +185,40 @@ bool DenseMap::association_is_loose() const {
 }
 
 void DenseMap::bring_up_to_date(Contribution& now) {
-  if (now.is_up_to_date()) return;
+  if (now.is_up_to_date() || spare_anew(now)) return;
   take_back(now);
   if (!now.wanted || volume_->views() + 1 >= Volume::kMaxViews) return;
   if (!now.wanted_state) associate(now);
-  volume_->integrate(view_of(now, *now.wanted_state, *now.wanted), *now.wanted);
+  const SeenSpace& seen =
+      volume_->integrate(view_of(now, *now.wanted_state, *now.wanted), *now.wanted);
   now.fused = now.wanted;
   now.fused_state = *now.wanted_state;
+  if (!now.fused_state.gone) now.seen = {seen, *now.fused, without_changes(now.fused_state)};
+}
+
+bool DenseMap::spare_anew(Contribution& now) {
+  const bool is_alike = same(now.wanted, now.fused) && now.fused && now.wanted_state &&
+                        !now.fused_state.gone && !now.wanted_state->gone &&
+                        without_changes(*now.wanted_state) == without_changes(now.fused_state);
+  if (!is_alike) return false;
+  const auto cells = [](const PixelState& state) {
+    return state.came ? *state.came : std::vector<SpaceIndex>();
+  };
+  volume_->spare_anew(space_seen(now), cells(now.fused_state), cells(*now.wanted_state));
+  now.fused_state = *now.wanted_state;
+  return true;
 }
 
 void DenseMap::associate(Contribution& now) {
   now.associated = now.wanted;
   std::vector<SceneObjectId> gone;
   if (!objects_.objects().empty())
-    gone = objects_.look(now.view->restored(), *now.wanted, now.stamp);
-  now.wanted_state = PixelState{objects_.step(now.things, *now.wanted, now.stamp), {}, {}, {}};
+    gone = objects_.look(restored(now), *now.wanted, now.stamp);
+  // What came or went stays until space is settled anew.
+  now.wanted_state = PixelState{objects_.step(now.things, *now.wanted, now.stamp),
+                                {},
+                                now.fused_state.gone,
+                                now.fused_state.came};
   for (const SceneObjectId id : gone) withdraw(id);
 }
 
@@ -217,17 +245,17 @@ void DenseMap::associate_all() {
   }
 }
 
-bool DenseMap::shows_new(const Contribution& now, const SurfaceSample& sample) const {
+bool DenseMap::shows_new(Contribution& now, const SurfaceSample& sample) {
   const int needed = config_.reading.min_views;
   return sample.share_seen_less(needed, *now.wanted, volume_->surface()) >= config_.min_new ||
          objects_.knows_too_little(now.things, *now.wanted, config_.thing_views) ||
-         objects_.sees_change(now.view->restored(), *now.wanted) || sees_space_change(now);
+         objects_.sees_change(restored(now), *now.wanted) || sees_space_change(now);
 }
 
 bool DenseMap::drop_needless(DenseViewId id) {
   Contribution& now = contributions_.at(id);
   if (!now.anchor || now.sample || !now.wanted) return false;
-  const SurfaceSample sample = sample_of(now.view->restored(), config_.volume);
+  const SurfaceSample sample = sample_of(restored(now), config_.volume);
   if (!shows_new(now, sample)) {
     contributions_.erase(id);
     return true;
@@ -299,9 +327,9 @@ bool DenseMap::step() {
   if (!farthest) {
     if (!is_space_settled_) {
       settle_space();
-      is_space_settled_ = true;
       return true;
     }
+    if (settle_new_space()) return true;
     if (!association_is_loose()) return false;
     associate_all();
     return true;
@@ -312,7 +340,6 @@ bool DenseMap::step() {
   const bool is_done = farthest->is_up_to_date();
   if (is_new && is_done) {
     const SE3 T_world_camera = *farthest->fused;
-    settle_space_of(*farthest);
     cull();
     thin_out(T_world_camera);
   }
@@ -332,6 +359,7 @@ void DenseMap::take_in_new_frames() {
 }
 
 void DenseMap::finish() {
+  if (is_finished_) return;
   take_in_new_frames();
   associate_all();
   const auto moved = std::count_if(contributions_.begin(), contributions_.end(), [](const auto& c) {
@@ -341,8 +369,8 @@ void DenseMap::finish() {
   if (2 * moved > std::ssize(contributions_)) start_again();
   for (auto& [id, contribution] : contributions_) bring_up_to_date(contribution);
   settle_space();
-  is_space_settled_ = true;
   for (auto& [id, contribution] : contributions_) bring_up_to_date(contribution);
+  is_finished_ = true;
 }
 
 bool DenseMap::add(const DepthView& view, const SE3& T_world_camera) {
@@ -378,6 +406,7 @@ std::size_t DenseMap::memory_bytes() const {
   for (const auto& [id, contribution] : contributions_) {
     bytes += contribution.view->bytes();
     if (contribution.sample) bytes += contribution.sample->bytes();
+    if (contribution.seen) bytes += contribution.seen->space.memory_bytes();
     for (const ThingView& thing : contribution.things)
       bytes += thing.p_camera.capacity() * sizeof(Eigen::Vector3f);
   }

@@ -109,12 +109,24 @@ class DenseMap {
     std::optional<PixelState> wanted_state;  // none: not compared with the others yet
     PixelState fused_state;
     bool decides_change = false;  // without it the map would show what went, or not what came
+    struct Seen {
+      SeenSpace space;
+      SE3 T_world_camera;
+      PixelState state;
+      [[nodiscard]] bool is_of(const SE3& T_wanted, const PixelState& wanted) const;
+    };
+    std::optional<Seen> seen;  // what it said of space when that was last asked for
 
     [[nodiscard]] bool is_up_to_date() const;
   };
+  /// The last one stays unpacked.
+  /// @return until the next call.
+  const DepthView& restored(const Contribution& contribution);
   [[nodiscard]] DepthView view_of(const Contribution& contribution, const PixelState& state,
-                                  const SE3& T_world_camera) const;
+                                  const SE3& T_world_camera);
   void take_back(Contribution& contribution);
+  /// Brings it up to date if nothing else changed than cells that it must not carve.
+  bool spare_anew(Contribution& contribution);
   /// Of a frame taken after that keyframe.
   [[nodiscard]] DenseViewId next_id(KeyframeId newest) const;
   /// Whether a keyframe was corrected by more than what things are told apart by.
@@ -123,10 +135,10 @@ class DenseMap {
   void associate(Contribution& contribution);
   /// Of a thing that went: its pixels in the keyframes that showed it.
   void withdraw(SceneObjectId gone);
-  /// What it says of space, by itself.
-  [[nodiscard]] SpaceLayer space_seen(const Contribution& contribution) const;
+  /// What it says of space, whatever came or went.
+  [[nodiscard]] const SeenSpace& space_seen(Contribution& contribution);
   /// Whether it looks through a surface, or sees one in the air, which too few views did as yet.
-  [[nodiscard]] bool sees_space_change(const Contribution& contribution) const;
+  [[nodiscard]] bool sees_space_change(Contribution& contribution);
   /// Whether one of the cells lies in its picture.
   [[nodiscard]] bool may_see(const Contribution& contribution,
                              const std::vector<SpaceIndex>& cells) const;
@@ -135,14 +147,15 @@ class DenseMap {
   [[nodiscard]] bool may_have_come(SpaceCounts known) const;
   /// Where views disagree about cells the last ones decide: what others saw there is taken back.
   void settle_space(const std::vector<SpaceIndex>& disputed, int most_views);
-  /// Of the whole map, or of what a new view saw.
   void settle_space();
-  void settle_space_of(const Contribution& contribution);
+  /// Of what views saw that were put in since the last time, if there were any and it is long ago.
+  /// @return whether it was.
+  bool settle_new_space();
   [[nodiscard]] double out_of_place_m(const Contribution& contribution) const;
   void bring_up_to_date(Contribution& contribution);
   /// Drops a frame between keyframes that shows nothing new. @return whether it did.
   bool drop_needless(DenseViewId id);
-  [[nodiscard]] bool shows_new(const Contribution& contribution, const SurfaceSample& sample) const;
+  [[nodiscard]] bool shows_new(Contribution& contribution, const SurfaceSample& sample);
   void take_in_new_frames();
   /// Takes frames back of which the map has enough by now; looks at a few of them.
   void cull();
@@ -169,7 +182,15 @@ class DenseMap {
   std::optional<Volume> volume_;
   std::optional<Mesher> mesher_;
   int min_views_ = 0;             // that the mesher asks for
-  bool is_space_settled_ = true;  // since things were last compared anew
+  struct Restored {
+    std::shared_ptr<const StoredView> packed;
+    DepthView view;
+  };
+  Restored restored_;
+  bool is_finished_ = false;             // nothing changed since
+  bool is_space_settled_ = true;         // since things were last compared anew
+  Timestamp now_, settled_at_;           // of the newest frame; when changes were last looked for
+  DenseViewId settled_{KeyframeId{0}};   // the newest view that was asked then
 };
 
 }  // namespace ygslam

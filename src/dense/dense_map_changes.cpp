@@ -1,5 +1,6 @@
 // Where views of a dense map disagree about space.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <tuple>
@@ -33,29 +34,32 @@ void add_came(const std::vector<SpaceIndex>& cells, PixelState& state) {
 
 }  // namespace
 
-SpaceLayer DenseMap::space_seen(const Contribution& contribution) const {
-  PixelState state = contribution.fused ? contribution.fused_state : PixelState{};
-  state.gone = nullptr;
-  state.came = nullptr;
-  state.ids.resize(contribution.things.size(), kNoSceneObject);
-  const SE3& T_world_camera = contribution.fused ? *contribution.fused : *contribution.wanted;
-  PreparedView prepared;
-  prepared.assign(view_of(contribution, state, T_world_camera), config_.volume.preparation);
-  SpaceLayer space(config_.volume.space, config_.volume.preparation.noise);
-  space.fuse(prepared, T_world_camera, 1, config_.volume.threads);
-  return space;
+bool DenseMap::Contribution::Seen::is_of(const SE3& T_wanted, const PixelState& wanted) const {
+  return T_world_camera.R() == T_wanted.R() && T_world_camera.t() == T_wanted.t() &&
+         state == wanted;
 }
 
-bool DenseMap::sees_space_change(const Contribution& contribution) const {
+const SeenSpace& DenseMap::space_seen(Contribution& contribution) {
+  PixelState state = without_changes(contribution.fused ? contribution.fused_state : PixelState{});
+  state.ids.resize(contribution.things.size(), kNoSceneObject);
+  const SE3& T_world_camera = contribution.fused ? *contribution.fused : *contribution.wanted;
+  std::optional<Contribution::Seen>& seen = contribution.seen;
+  if (!seen || !seen->is_of(T_world_camera, state))
+    seen = {volume_->look(view_of(contribution, state, T_world_camera), T_world_camera),
+            T_world_camera, state};
+  return seen->space;
+}
+
+bool DenseMap::sees_space_change(Contribution& contribution) {
   const int looks = config_.changes.looks;
   const SpaceLayer& space = volume_->space();
   const auto is_surface = [&](const SpaceIndex& cell) { return space.counts(cell).hits >= looks; };
   const auto stands = [&](const SpaceIndex& cell) {
     return is_surface(cell) && !may_have_come(space.counts(cell));
   };
-  const auto is_news = [&](const SpaceIndex& cell, SpaceCounts seen) {
+  const auto is_news = [&](const SpaceIndex& cell, SpaceSight seen) {
     const int through = space.counts(cell).through;
-    if (seen.through > 0) return is_surface(cell) && through < looks;
+    if (seen == SpaceSight::kThrough) return is_surface(cell) && through < looks;
     if (through == 0) return false;
     for (int axis = 0; axis < 3; ++axis)  // noise puts a surface into the next cell
       for (const int step : {-1, 0, 1})
@@ -80,7 +84,7 @@ bool DenseMap::may_see(const Contribution& contribution,
 void DenseMap::settle_space(const std::vector<SpaceIndex>& disputed, int most_views) {
   SpaceChanges changes(config_.changes, disputed);
   for (auto at = contributions_.rbegin(); at != contributions_.rend() && most_views > 0; ++at) {
-    const Contribution& contribution = at->second;
+    Contribution& contribution = at->second;
     if (!contribution.fused || !may_see(contribution, changes.open())) continue;
     changes.step(space_seen(contribution), contribution.stamp);
     --most_views;
@@ -92,18 +96,19 @@ void DenseMap::settle_space(const std::vector<SpaceIndex>& disputed, int most_vi
     if (!contribution.fused || !contribution.wanted_state ||
         !(may_see(contribution, gone) || may_see(contribution, came)))
       continue;
-    const SpaceLayer seen = space_seen(contribution);
+    const SeenSpace& seen = space_seen(contribution);
     std::vector<SpaceIndex> its_gone, its_came;
     for (std::size_t i = 0; i < gone.size(); ++i) {
-      const SpaceCounts counts = seen.counts(gone[i]);
-      if (counts.hits > 0) its_gone.push_back(gone[i]);
-      if (counts.through > 0 && through[i]++ < config_.changes.looks)
+      const SpaceSight sight = seen.at(gone[i]);
+      if (sight == SpaceSight::kHit) its_gone.push_back(gone[i]);
+      if (sight == SpaceSight::kThrough && through[i]++ < config_.changes.looks)
         contribution.decides_change = true;
     }
     for (std::size_t i = 0; i < came.size(); ++i) {
-      const SpaceCounts counts = seen.counts(came[i]);
-      if (counts.through > 0) its_came.push_back(came[i]);
-      if (counts.hits > 0 && hits[i]++ < config_.changes.looks) contribution.decides_change = true;
+      const SpaceSight sight = seen.at(came[i]);
+      if (sight == SpaceSight::kThrough) its_came.push_back(came[i]);
+      if (sight == SpaceSight::kHit && hits[i]++ < config_.changes.looks)
+        contribution.decides_change = true;
     }
     PixelState& state = *contribution.wanted_state;
     if (!its_gone.empty()) add_gone(its_gone, config_.objects.cell_m, state);
@@ -121,21 +126,41 @@ bool DenseMap::may_have_come(SpaceCounts known) const {
 }
 
 void DenseMap::settle_space() {
-  settle_space(cells_where(volume_->space(),
+  SpaceLayer counted(config_.volume.space);  // as if nothing had been taken back
+  for (auto& [id, contribution] : contributions_) {
+    if (contribution.wanted_state)
+      contribution.wanted_state = without_changes(*contribution.wanted_state);
+    contribution.decides_change = false;
+    if (contribution.fused) counted.count(space_seen(contribution), {}, 1, config_.volume.threads);
+  }
+  settle_space(cells_where(counted,
                            [&](const SpaceIndex&, SpaceCounts known) {
                              return known.hits > 0 && (may_be_gone(known) || may_have_come(known));
                            }),
                std::numeric_limits<int>::max());
+  is_space_settled_ = true;
+  settled_at_ = now_;
+  if (!contributions_.empty()) settled_ = contributions_.rbegin()->first;
 }
 
-void DenseMap::settle_space_of(const Contribution& contribution) {
-  settle_space(cells_where(space_seen(contribution),
-                           [&](const SpaceIndex& cell, SpaceCounts seen) {
-                             const SpaceCounts known = volume_->space().counts(cell);
-                             return seen.through > 0 ? known.hits > 0 && may_be_gone(known)
-                                                     : may_have_come(known);
-                           }),
-               kSettledOver);
+bool DenseMap::settle_new_space() {
+  if (std::abs(seconds_between(settled_at_, now_)) < config_.changes.every_s) return false;
+  const auto is_disputed = [&](const SpaceIndex& cell, SpaceSight seen) {
+    const SpaceCounts known = volume_->space().counts(cell);
+    return seen == SpaceSight::kThrough ? known.hits > 0 && may_be_gone(known)
+                                        : may_have_come(known);
+  };
+  std::vector<SpaceIndex> disputed;
+  for (auto at = contributions_.upper_bound(settled_); at != contributions_.end(); ++at) {
+    if (!at->second.fused) continue;
+    const auto its = cells_where(space_seen(at->second), is_disputed);
+    disputed.insert(disputed.end(), its.begin(), its.end());
+    settled_ = at->first;
+    settled_at_ = now_;
+  }
+  if (settled_at_ != now_) return false;  // nothing new
+  settle_space(disputed, kSettledOver);
+  return true;
 }
 
 }  // namespace ygslam

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <set>
 #include <tuple>
+#include <utility>
 
 namespace ygslam {
 namespace {
@@ -87,23 +87,29 @@ void ObjectMap::add_view(const ThingView& view, const Cells& cells, const SE3& T
                          Timestamp stamp, KnownObject& object) const {
   object.class_scores[view.detection.semantic_class] += view.detection.score;
   for (const CellKey key : cells.keys) ++object.cells[key];
-  std::set<CellKey> grains;
-  for (auto& [key, grain] : object.grains) {  // that the look at this view's depth found in place
-    if (grain.looked_at != stamp || grain.seen_through) continue;
-    grains.insert(key);
-    ++grain.in_sight;
-  }
-  std::set<CellKey> in_mask;
+  const auto is_in_place = [&](const SurfaceGrain& grain) {  // says the look at this view's depth
+    return grain.looked_at == stamp && !grain.seen_through;
+  };
+  for (auto& [key, grain] : object.grains) grain.in_sight += is_in_place(grain) ? 1 : 0;
+  std::vector<std::pair<CellKey, Vec3>> points_world;
+  points_world.reserve(view.p_camera.size());
   for (const Eigen::Vector3f& p_camera : view.p_camera) {
     const Vec3 p_world = T_world_camera * p_camera.cast<double>();
-    const CellKey key = cell_key(p_world, config_.grain_m);
-    SurfaceGrain& grain = object.grains[key];
-    grain.sum_world += p_world;
-    ++grain.points;
-    if (grains.insert(key).second) ++grain.in_sight;
-    if (in_mask.insert(key).second) ++grain.views;
+    points_world.emplace_back(cell_key(p_world, config_.grain_m), p_world);
+  }
+  std::stable_sort(points_world.begin(), points_world.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (auto point = points_world.begin(); point != points_world.end();) {
+    SurfaceGrain& grain = object.grains[point->first];
+    if (!is_in_place(grain)) ++grain.in_sight;
+    ++grain.views;
     grain.looked_at = std::max(grain.looked_at, std::optional(stamp));
     grain.seen_through = false;
+    for (const CellKey key = point->first; point != points_world.end() && point->first == key;
+         ++point) {
+      grain.sum_world += point->second;
+      ++grain.points;
+    }
   }
   object.extent_world.extend(cells.extent_world);
   object.looked_along_world += (cells.extent_world.center() - T_world_camera.t()).normalized();

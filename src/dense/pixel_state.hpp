@@ -24,6 +24,9 @@ struct PixelState {
   bool operator==(const PixelState& other) const;
 };
 
+/// As if nothing had come or gone but things.
+[[nodiscard]] PixelState without_changes(PixelState state);
+
 /// Gives the objects of a view, which are numbers of detections from 1, their numbers, and excludes
 /// the pixels of what went.
 /// @param margin_px around the masks of what went. @param cell_m of the emptied places.

@@ -55,6 +55,22 @@ class Look {
     return sight_of(p_camera, view_, config_.margin_m + config_.margin_sigmas * sigma_m);
   }
 
+  /// Whether all of a box lies on the outer side of one of the image's edges, or behind.
+  [[nodiscard]] bool is_outside(const Eigen::AlignedBox3d& box_world) const {
+    const Pinhole& camera = view_.camera;
+    unsigned outside = 0xff;  // a bit for each side
+    for (int i = 0; i < 8; ++i) {
+      const Vec3 p =
+          T_camera_world_ * box_world.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+      const double x = camera.fx * p.x(), y = camera.fy * p.y();
+      outside &= (p.z() <= kNear_m ? 1U : 0U) | (x < (-1 - camera.cx) * p.z() ? 2U : 0U) |
+                 (x > (camera.width - camera.cx) * p.z() ? 4U : 0U) |
+                 (y < (-1 - camera.cy) * p.z() ? 8U : 0U) |
+                 (y > (camera.height - camera.cy) * p.z() ? 16U : 0U);
+    }
+    return outside != 0;
+  }
+
  private:
   const DepthView& view_;
   SE3 T_camera_world_;
@@ -67,6 +83,8 @@ class Look {
 bool look_at_place(const DepthView& view, const SE3& T_world_camera, Timestamp stamp,
                    const PlaceLookConfig& config, KnownObject& object) {
   const Look look(view, T_world_camera, config);
+  object.is_leaving = false;
+  if (look.is_outside(object.extent_world)) return false;
   Shares now, lately;
   for (auto& [key, grain] : object.grains) {
     const Sight sight = look.at(grain.mean_world());
@@ -98,6 +116,7 @@ bool look_at_place(const DepthView& view, const SE3& T_world_camera, Timestamp s
 bool sees_through(const DepthView& view, const SE3& T_world_camera, const PlaceLookConfig& config,
                   const KnownObject& object) {
   const Look look(view, T_world_camera, config);
+  if (look.is_outside(object.extent_world)) return false;
   Shares now;
   for (const auto& [key, grain] : object.grains) {
     if (!object.believes(grain)) continue;

@@ -38,9 +38,9 @@ SpaceChanges::SpaceChanges(const SpaceChangesConfig& config,
                            const std::vector<SpaceIndex>& disputed)
     : config_(config), open_(in_large_parts(disputed, config.min_cells)), sights_(open_.size()) {}
 
-bool SpaceChanges::take(const SpaceIndex& cell, SpaceCounts seen, Timestamp stamp, Sights& sights) {
-  if (seen.hits == 0 && seen.through == 0) return false;
-  const bool is_through = seen.through > 0;
+bool SpaceChanges::take(const SpaceIndex& cell, SpaceSight seen, Timestamp stamp, Sights& sights) {
+  if (seen == SpaceSight::kNothing) return false;
+  const bool is_through = seen == SpaceSight::kThrough;
   if (sights.looks == 0) sights = {0, is_through, stamp};
   if (sights.is_through != is_through) return true;  // they do not agree: counts decide
   ++sights.looks;
@@ -54,10 +54,10 @@ bool SpaceChanges::take(const SpaceIndex& cell, SpaceCounts seen, Timestamp stam
   return true;
 }
 
-void SpaceChanges::step(const SpaceLayer& view, Timestamp stamp) {
+void SpaceChanges::step(const SeenSpace& view, Timestamp stamp) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < open_.size(); ++i) {
-    if (take(open_[i], view.counts(open_[i]), stamp, sights_[i])) continue;
+    if (take(open_[i], view.at(open_[i]), stamp, sights_[i])) continue;
     open_[kept] = open_[i];
     sights_[kept++] = sights_[i];
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/time.hpp"
+#include "volume/seen_space.hpp"
 #include "volume/space_layer.hpp"
 
 namespace ygslam {
@@ -15,6 +16,7 @@ struct SpaceChangesConfig {
   int looks = 3;        ///< views in a row, the last ones that saw a cell, that agree
   double settle_s = 2;  ///< that what came was seen: who walks by is no furniture
   int min_cells = 12;   ///< that touch and changed: single ones are edges
+  double every_s = 1;   ///< new views are put together for so long: what changes does so bit by bit
 };
 
 using SpaceIndex = Eigen::Vector3i;  ///< of a cell of the space layer
@@ -38,6 +40,25 @@ template <typename IsWanted>
   return cells;
 }
 
+/// Cells of which the view says something, for which `is_wanted(index, sight)` holds.
+template <typename IsWanted>
+[[nodiscard]] std::vector<SpaceIndex> cells_where(const SeenSpace& seen, IsWanted is_wanted) {
+  std::vector<SpaceIndex> cells;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const SpaceIndex first = block_of(seen.key(i)) * kBlockSide;
+    const CellMask &hits = seen.hits(i), &through = seen.through(i);
+    for (int offset = 0; offset < kBlockCells; ++offset) {
+      const SpaceIndex at(offset % kBlockSide, offset / kBlockSide % kBlockSide,
+                          offset / (kBlockSide * kBlockSide));
+      const bool is_hit = hits.at(at.x(), at.y(), at.z());
+      if (!is_hit && !through.at(at.x(), at.y(), at.z())) continue;
+      if (is_wanted(first + at, is_hit ? SpaceSight::kHit : SpaceSight::kThrough))
+        cells.push_back(first + at);
+    }
+  }
+  return cells;
+}
+
 /// Those of sets that hang together (corners included) and have so many.
 [[nodiscard]] std::vector<SpaceIndex> in_large_parts(const std::vector<SpaceIndex>& cells,
                                                      int min_cells);
@@ -50,8 +71,8 @@ class SpaceChanges {
 
   /// Those that no view decided yet.
   [[nodiscard]] const std::vector<SpaceIndex>& open() const { return open_; }
-  /// @param view what one view alone says of space; from the newest to the oldest.
-  void step(const SpaceLayer& view, Timestamp stamp);
+  /// @param view from the newest to the oldest.
+  void step(const SeenSpace& view, Timestamp stamp);
   /// In parts that are large enough.
   [[nodiscard]] std::vector<SpaceIndex> gone() const;
   [[nodiscard]] std::vector<SpaceIndex> came() const;
@@ -63,7 +84,7 @@ class SpaceChanges {
     Timestamp newest;
   };
   /// @return whether the cell is decided.
-  bool take(const SpaceIndex& cell, SpaceCounts seen, Timestamp stamp, Sights& sights);
+  bool take(const SpaceIndex& cell, SpaceSight seen, Timestamp stamp, Sights& sights);
 
   SpaceChangesConfig config_;
   std::vector<SpaceIndex> open_;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "volume/prepared_view.hpp"
+#include "volume/space_scan.hpp"
 
 namespace ygslam {
 namespace {
@@ -31,7 +31,7 @@ constexpr Timestamp at(double seconds) { return {static_cast<std::int64_t>(secon
 /// A camera before a wall at 2 m, or with a board at 1 m before it.
 class Board : public ::testing::Test {
  protected:
-  [[nodiscard]] SpaceLayer look(bool board) const {
+  [[nodiscard]] static SeenSpace look(bool board) {
     DepthView view;
     view.camera = {100, 100, 31.5, 23.5, 64, 48};
     view.depth = Image<std::uint16_t>(64, 48);
@@ -41,9 +41,7 @@ class Board : public ::testing::Test {
               static_cast<std::uint16_t>(board ? 5000 : 10000));
     PreparedView prepared;
     prepared.assign(view, {});
-    SpaceLayer space({}, {});
-    space.fuse(prepared, SE3(), 1, 1);
-    return space;
+    return SpaceScan({}, {}).step(prepared, SE3(), 1);
   }
   /// From the newest to the oldest, so far apart.
   void show(std::initializer_list<bool> boards, double step_s) {
@@ -55,7 +53,7 @@ class Board : public ::testing::Test {
   }
 
   std::vector<SpaceIndex> cells_ =
-      cells_where(look(true), [](const SpaceIndex&, SpaceCounts seen) { return seen.hits > 0; });
+      cells_where(look(true), [](const SpaceIndex&, SpaceSight seen) { return seen == SpaceSight::kHit; });
   std::size_t gone_ = 0, came_ = 0;
 };
 

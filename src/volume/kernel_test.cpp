@@ -96,20 +96,19 @@ TEST(SpaceKernel, VectorsAndScalarsGiveEqualBits) {
 }
 
 // Blocks that are left out because they seem hidden would not have counted anything.
-TEST(SpaceLayer, LooksIntoEveryBlockThatIsSeenThrough) {
+TEST(SpaceScan, LooksIntoEveryBlockThatIsSeenThrough) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const Posed posed = random_view(seed);
     const SpaceConfig config;
-    SpaceLayer layer(config, {});
-    layer.fuse(posed.view, posed.T_world_camera, 1, 1);
+    const SeenSpace seen = SpaceScan(config, {}).step(posed.view, posed.T_world_camera, 1);
     const SpaceProjection projection(posed.view, posed.T_world_camera, config, {});
     visit_blocks(posed.T_world_camera, kBlockSide * config.cell_m, 12, [&](BlockKey key) {
-      const SpaceBlock* block = layer.blocks().find(key);
       const CellMask through = cells_seen_through(projection, key);
-      for (std::size_t i = 0; i < kBlockCells; ++i) {
-        const bool seen = (through.rows[i / kBlockSide] >> (i % kBlockSide) & 1) != 0;
-        const bool hit = block != nullptr && block->hits[i] != 0;
-        ASSERT_EQ(block != nullptr && block->through[i] != 0, seen && !hit);
+      for (int i = 0; i < kBlockCells; ++i) {
+        const Eigen::Vector3i at(i % 8, i / 8 % 8, i / 64);
+        const SpaceSight sight = seen.at(block_of(key) * kBlockSide + at);
+        ASSERT_EQ(sight == SpaceSight::kThrough,
+                  through.at(at.x(), at.y(), at.z()) && sight != SpaceSight::kHit);
       }
     });
   }

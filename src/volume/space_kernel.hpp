@@ -1,7 +1,7 @@
 // The innermost loop of the space layer: one view, one block.
 #pragma once
 
-#include "volume/space_layer.hpp"
+#include "volume/space_scan.hpp"
 
 namespace ygslam {
 

@@ -7,29 +7,18 @@
 #include <cstdint>
 #include <vector>
 
-#include "geometry/se3.hpp"
 #include "scene/scene.hpp"
 #include "volume/block_store.hpp"
-#include "volume/prepared_view.hpp"
+#include "volume/seen_space.hpp"
+#include "volume/space_scan.hpp"
 
 namespace ygslam {
-
-struct SpaceConfig {
-  double cell_m = 0.05;
-  double margin_sigmas = 3;   ///< a cell is seen through if the depth lies farther behind it than
-  double margin_cells = 0.5;  ///< this, and than this
-};
 
 /// Views by cell; cell (x, y, z) of the block stands at cell_offset(x, y, z).
 struct alignas(64) SpaceBlock {
   std::array<std::uint16_t, kBlockCells> hits{};
   std::array<std::uint16_t, kBlockCells> through{};
   std::uint32_t contributions = 0;  ///< sum of both
-};
-
-/// One bit for each cell of a block, rows along x as bytes.
-struct CellMask {
-  std::array<std::uint8_t, kBlockCells / kBlockSide> rows{};
 };
 
 /// Counts of a cell; both 0 = never observed.
@@ -43,11 +32,13 @@ struct SpaceCounts {
 
 class SpaceLayer {
  public:
-  SpaceLayer(const SpaceConfig& config, const DepthNoise& noise);
+  explicit SpaceLayer(const SpaceConfig& config);
 
-  /// Adds (sign 1) or takes back (sign -1) what a view at a pose counts: at most one hit or one
-  /// view through for each cell. All depth carves, only pixels with a weight hit.
-  void fuse(const PreparedView& view, const SE3& T_world_camera, int sign, int threads);
+  /// Adds (sign 1) or takes back (sign -1) what a view counts: at most one hit or one view through
+  /// for each cell.
+  /// @param spared cells that it does not carve: DepthView::spared.
+  void count(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& spared, int sign,
+             int threads);
 
   [[nodiscard]] const SpaceConfig& config() const { return config_; }
   [[nodiscard]] const BlockStore<SpaceBlock>& blocks() const { return blocks_; }
@@ -57,15 +48,8 @@ class SpaceLayer {
   [[nodiscard]] std::uint64_t fingerprint() const;
 
  private:
-  void find_spared(const PreparedView& view);
-  void find_hits(const PreparedView& view, const SE3& T_world_camera);
-  void find_visible(const PreparedView& view, const SE3& T_world_camera);
-
   SpaceConfig config_;
-  DepthNoise noise_;
   BlockStore<SpaceBlock> blocks_;
-  BlockSet touched_;                               // by the view being fused
-  BlockStore<CellMask> hit_cells_, spared_cells_;  // of the view being fused
 };
 
 }  // namespace ygslam

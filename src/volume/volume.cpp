@@ -19,13 +19,14 @@ constexpr double kSpaceBorder = 1.5;
 Volume::Volume(const VolumeConfig& config)
     : config_(config),
       surface_(config.surface, config.preparation.noise),
-      space_(config.space, config.preparation.noise) {
+      space_(config.space),
+      scan_(config.space, config.preparation.noise) {
   CHECK(config.threads >= 1);
 }
 
-void Volume::integrate(const DepthView& view, const SE3& T_world_camera) {
+const SeenSpace& Volume::integrate(const DepthView& view, const SE3& T_world_camera) {
   prepared_.assign(view, config_.preparation);
-  fuse(T_world_camera, 1);
+  return fuse(T_world_camera, 1);
 }
 
 void Volume::withdraw(const DepthView& view, const SE3& T_world_camera) {
@@ -40,11 +41,24 @@ void Volume::move(const DepthView& view, const SE3& T_world_camera_old,
   fuse(T_world_camera_new, 1);
 }
 
-void Volume::fuse(const SE3& T_world_camera, int sign) {
+void Volume::spare_anew(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& old,
+                        const std::vector<Eigen::Vector3i>& now) {
+  space_.count(seen, now, 1, config_.threads);
+  space_.count(seen, old, -1, config_.threads);
+}
+
+const SeenSpace& Volume::look(const DepthView& view, const SE3& T_world_camera) {
+  prepared_.assign(view, config_.preparation);
+  return scan_.step(prepared_, T_world_camera, config_.threads);
+}
+
+const SeenSpace& Volume::fuse(const SE3& T_world_camera, int sign) {
   CHECK(sign > 0 ? views_ < kMaxViews : views_ > 0);
   views_ += sign;
   surface_.fuse(prepared_, T_world_camera, sign, config_.threads);
-  space_.fuse(prepared_, T_world_camera, sign, config_.threads);
+  const SeenSpace& seen = scan_.step(prepared_, T_world_camera, config_.threads);
+  space_.count(seen, prepared_.spared(), sign, config_.threads);
+  return seen;
 }
 
 std::size_t Volume::memory_bytes() const { return surface_.memory_bytes() + space_.memory_bytes(); }

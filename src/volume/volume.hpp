@@ -31,11 +31,18 @@ class Volume {
 
   /// Adds what a view at a pose contributes; there must be fewer than kMaxViews. The pose is
   /// finite and within 10^6 cells and half as many blocks of the world's origin (50 km at 5 cm).
-  void integrate(const DepthView& view, const SE3& T_world_camera);
+  /// @return what it says of space, until the next call.
+  const SeenSpace& integrate(const DepthView& view, const SE3& T_world_camera);
   /// Takes it back: the same view at the same pose, to the bit, as was integrated.
   void withdraw(const DepthView& view, const SE3& T_world_camera);
   /// Both, for a view whose pose was corrected.
   void move(const DepthView& view, const SE3& T_world_camera_old, const SE3& T_world_camera_new);
+  /// Of a view that is in it: exchanges the cells that it does not carve.
+  /// @param seen what integrate() returned for it. @param old its DepthView::spared then.
+  void spare_anew(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& old,
+                  const std::vector<Eigen::Vector3i>& now);
+  /// What integrate() would return; nothing is put in.
+  [[nodiscard]] const SeenSpace& look(const DepthView& view, const SE3& T_world_camera);
 
   [[nodiscard]] const VolumeConfig& config() const { return config_; }
   /// How many are in it.
@@ -48,11 +55,12 @@ class Volume {
   [[nodiscard]] std::uint64_t fingerprint() const;
 
  private:
-  void fuse(const SE3& T_world_camera, int sign);
+  const SeenSpace& fuse(const SE3& T_world_camera, int sign);
 
   VolumeConfig config_;
   SurfaceLayer surface_;
   SpaceLayer space_;
+  SpaceScan scan_;
   PreparedView prepared_;
   int views_ = 0;
 };

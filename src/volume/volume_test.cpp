@@ -130,5 +130,55 @@ TEST(Volume, LiveEqualsFusedFromNothing) {
   }
 }
 
+TEST(Volume, CellsThatAViewMustNotCarveAreExchanged) {
+  Rng rng(3);
+  const World world = furnished();
+  const SE3 T_world_camera = random_pose(rng);
+  DepthView view = render(world, T_world_camera, 1), other = view;
+  Volume live(coarse()), fresh(coarse()), bare(coarse());
+  const SeenSpace seen = bare.integrate(view, T_world_camera);
+  for (const BlockKey key : bare.space().blocks().keys()) {
+    const Eigen::Vector3i first = block_of(key) * kBlockSide;
+    view.spared.push_back(first + Eigen::Vector3i(1, 2, 3));
+    other.spared.push_back(first + Eigen::Vector3i(6, 5, 4));
+  }
+  live.integrate(view, T_world_camera);
+  ASSERT_NE(live.fingerprint(), bare.fingerprint());
+  live.spare_anew(seen, view.spared, other.spared);
+  fresh.integrate(other, T_world_camera);
+  expect_same(live, fresh);
+  live.spare_anew(seen, other.spared, {});
+  expect_same(live, bare);
+}
+
+TEST(SeenSpace, IsWhatItsViewCounts) {
+  Rng rng(4);
+  const World world = furnished();
+  for (int trial = 0; trial < 4; ++trial) {
+    const SE3 T_world_camera = random_pose(rng);
+    const DepthView view = render(world, T_world_camera, 1);
+    Volume volume(coarse());
+    const SeenSpace looked = volume.look(view, T_world_camera);
+    EXPECT_EQ(volume.views(), 0);
+    EXPECT_EQ(volume.space().blocks().size(), 0U);
+    const SeenSpace seen = volume.integrate(view, T_world_camera);
+    ASSERT_EQ(seen.size(), volume.space().blocks().size());
+    int through = 0;
+    for (const BlockKey key : volume.space().blocks().keys()) {
+      for (int i = 0; i < kBlockCells; ++i) {
+        const Eigen::Vector3i cell =
+            block_of(key) * kBlockSide + Eigen::Vector3i(i % 8, i / 8 % 8, i / 64);
+        const SpaceCounts counts = volume.space().counts(cell);
+        ASSERT_EQ(counts.hits, seen.at(cell) == SpaceSight::kHit ? 1 : 0);
+        ASSERT_EQ(counts.through, seen.at(cell) == SpaceSight::kThrough ? 1 : 0);
+        ASSERT_EQ(looked.at(cell), seen.at(cell));
+        through += counts.through;
+      }
+    }
+    EXPECT_GT(through, 100);
+    EXPECT_EQ(seen.at({100000, 0, 0}), SpaceSight::kNothing);
+  }
+}
+
 }  // namespace
 }  // namespace ygslam

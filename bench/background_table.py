@@ -128,8 +128,10 @@ def measure(arguments):
         own.append(error[(source == 0) & ~hidden])
     squares, depth_errors = np.concatenate(squares), np.concatenate(depth_errors)
     sources, shifted = np.concatenate(sources), np.concatenate(shifted)
+    if not len(sources):  # nothing moves, or nothing behind it was ever seen
+        return {"pictures": folder.name, "frames": len(similar), "pixels": 0}
     near = np.abs(depth_errors) < 0.1
-    return {"pictures": folder.name, "frames": len(squares) and len(similar), "pixels": len(sources),
+    return {"pictures": folder.name, "frames": len(similar), "pixels": len(sources),
             "psnr_db": db(squares[:, 0]), "psnr_views_db": db(squares[squares[:, 1] == VIEW, 0]),
             "psnr_map_db": db(squares[squares[:, 1] == MAP, 0]), "psnr_own_db": db(np.concatenate(own)),
             "ssim": round(float(np.concatenate(similar).mean()), 4),

@@ -79,7 +79,7 @@ void DenseMap::apply(const DenseUpdate& update) {
     contribution.view = std::make_shared<const StoredView>(view);
     restored_ = {contribution.view, view};
     contribution.things = std::move(things);
-    contribution.stamp = now_ = keyframe.frame->stamp;
+    contribution.stamp = keyframe.frame->stamp;
     contribution.anchor = keyframe.anchor;
     contributions_.emplace(keyframe.anchor ? next_id(keyframe.id.keyframe) : keyframe.id,
                            std::move(contribution));

@@ -148,8 +148,7 @@ class DenseMap {
   /// Where views disagree about cells the last ones decide: what others saw there is taken back.
   void settle_space(const std::vector<SpaceIndex>& disputed, int most_views);
   void settle_space();
-  /// Of what views saw that were put in since the last time, if there were any and it is long ago.
-  /// @return whether it was.
+  /// Of what views saw that were put in since the last time. @return whether there were any.
   bool settle_new_space();
   [[nodiscard]] double out_of_place_m(const Contribution& contribution) const;
   void bring_up_to_date(Contribution& contribution);
@@ -187,10 +186,9 @@ class DenseMap {
     DepthView view;
   };
   Restored restored_;
-  bool is_finished_ = false;             // nothing changed since
-  bool is_space_settled_ = true;         // since things were last compared anew
-  Timestamp now_, settled_at_;           // of the newest frame; when changes were last looked for
-  DenseViewId settled_{KeyframeId{0}};   // the newest view that was asked then
+  bool is_finished_ = false;            // nothing changed since
+  bool is_space_settled_ = true;        // since things were last compared anew
+  DenseViewId settled_{KeyframeId{0}};  // the newest view that was asked what changed
 };
 
 }  // namespace ygslam

@@ -1,6 +1,5 @@
 // Where views of a dense map disagree about space.
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <tuple>
@@ -139,26 +138,25 @@ void DenseMap::settle_space() {
                            }),
                std::numeric_limits<int>::max());
   is_space_settled_ = true;
-  settled_at_ = now_;
   if (!contributions_.empty()) settled_ = contributions_.rbegin()->first;
 }
 
 bool DenseMap::settle_new_space() {
-  if (std::abs(seconds_between(settled_at_, now_)) < config_.changes.every_s) return false;
   const auto is_disputed = [&](const SpaceIndex& cell, SpaceSight seen) {
     const SpaceCounts known = volume_->space().counts(cell);
     return seen == SpaceSight::kThrough ? known.hits > 0 && may_be_gone(known)
                                         : may_have_come(known);
   };
   std::vector<SpaceIndex> disputed;
+  bool is_new = false;
   for (auto at = contributions_.upper_bound(settled_); at != contributions_.end(); ++at) {
     if (!at->second.fused) continue;
     const auto its = cells_where(space_seen(at->second), is_disputed);
     disputed.insert(disputed.end(), its.begin(), its.end());
     settled_ = at->first;
-    settled_at_ = now_;
+    is_new = true;
   }
-  if (settled_at_ != now_) return false;  // nothing new
+  if (!is_new) return false;
   settle_space(disputed, kSettledOver);
   return true;
 }

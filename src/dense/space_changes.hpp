@@ -16,7 +16,6 @@ struct SpaceChangesConfig {
   int looks = 3;        ///< views in a row, the last ones that saw a cell, that agree
   double settle_s = 2;  ///< that what came was seen: who walks by is no furniture
   int min_cells = 12;   ///< that touch and changed: single ones are edges
-  double every_s = 1;   ///< new views are put together for so long: what changes does so bit by bit
 };
 
 using SpaceIndex = Eigen::Vector3i;  ///< of a cell of the space layer

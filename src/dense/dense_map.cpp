@@ -47,7 +47,7 @@ void DenseMap::start_again() {
 
 void DenseMap::apply(const DenseUpdate& update) {
   if (!config_.enabled) return;
-  is_finished_ = false;
+  if (!update.added.empty() || !update.removed.empty()) is_finished_ = false;
   for (const DenseFrame& keyframe : update.added) {
     GreyImage excluded = dilated(keyframe.movers, config_.margin_px);
     CHECK(keyframe.detections.size() <= kMaxDetections);
@@ -77,7 +77,7 @@ void DenseMap::apply(const DenseUpdate& update) {
     exclude_objects(view, is_gone, config_.margin_px);
     Contribution contribution;
     contribution.view = std::make_shared<const StoredView>(view);
-    restored_ = {contribution.view, view};
+    restored_ = {contribution.view, std::move(view)};
     contribution.things = std::move(things);
     contribution.stamp = keyframe.frame->stamp;
     contribution.anchor = keyframe.anchor;
@@ -105,10 +105,11 @@ void DenseMap::apply(const DenseUpdate& update) {
   for (auto& [id, contribution] : contributions_) {
     const auto& anchor = contribution.anchor;
     const auto pose = update.T_world_camera.find(anchor ? anchor->keyframe : id.keyframe);
-    contribution.wanted.reset();
-    if (pose == update.T_world_camera.end()) continue;
-    contribution.wanted =
-        anchor ? pose->second * anchor->T_camera_keyframe.inverse() : pose->second;
+    const std::optional<SE3> before = std::exchange(contribution.wanted, std::nullopt);
+    if (pose != update.T_world_camera.end())
+      contribution.wanted =
+          anchor ? pose->second * anchor->T_camera_keyframe.inverse() : pose->second;
+    if (!same(before, contribution.wanted)) is_finished_ = false;
   }
 }
 
@@ -193,7 +194,7 @@ void DenseMap::bring_up_to_date(Contribution& now) {
       volume_->integrate(view_of(now, *now.wanted_state, *now.wanted), *now.wanted);
   now.fused = now.wanted;
   now.fused_state = *now.wanted_state;
-  if (!now.fused_state.gone) now.seen = {seen, *now.fused, without_changes(now.fused_state)};
+  if (!now.fused_state.gone) now.seen = {seen, *now.fused, seen_state(now.fused_state)};
 }
 
 bool DenseMap::spare_anew(Contribution& now) {
@@ -212,13 +213,12 @@ bool DenseMap::spare_anew(Contribution& now) {
 void DenseMap::associate(Contribution& now) {
   now.associated = now.wanted;
   std::vector<SceneObjectId> gone;
-  if (!objects_.objects().empty())
-    gone = objects_.look(restored(now), *now.wanted, now.stamp);
-  // What came or went stays until space is settled anew.
-  now.wanted_state = PixelState{objects_.step(now.things, *now.wanted, now.stamp),
-                                {},
-                                now.fused_state.gone,
-                                now.fused_state.came};
+  if (!objects_.objects().empty()) gone = objects_.look(restored(now), *now.wanted, now.stamp);
+  now.wanted_state = PixelState{objects_.step(now.things, *now.wanted, now.stamp), {}, {}, {}};
+  if (now.fused) {  // what came or went stays until space is settled anew
+    now.wanted_state->gone = now.fused_state.gone;
+    now.wanted_state->came = now.fused_state.came;
+  }
   for (const SceneObjectId id : gone) withdraw(id);
 }
 
@@ -329,7 +329,6 @@ bool DenseMap::step() {
       settle_space();
       return true;
     }
-    if (settle_new_space()) return true;
     if (!association_is_loose()) return false;
     associate_all();
     return true;
@@ -340,6 +339,7 @@ bool DenseMap::step() {
   const bool is_done = farthest->is_up_to_date();
   if (is_new && is_done) {
     const SE3 T_world_camera = *farthest->fused;
+    settle_space_of(*farthest);
     cull();
     thin_out(T_world_camera);
   }

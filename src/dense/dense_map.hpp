@@ -113,9 +113,9 @@ class DenseMap {
       SeenSpace space;
       SE3 T_world_camera;
       PixelState state;
-      [[nodiscard]] bool is_of(const SE3& T_wanted, const PixelState& wanted) const;
+      [[nodiscard]] bool is_of(const SE3& T_world_now, const PixelState& state_now) const;
     };
-    std::optional<Seen> seen;  // what it said of space when that was last asked for
+    std::optional<Seen> seen;  // what it said of space at last
 
     [[nodiscard]] bool is_up_to_date() const;
   };
@@ -126,6 +126,7 @@ class DenseMap {
                                   const SE3& T_world_camera);
   void take_back(Contribution& contribution);
   /// Brings it up to date if nothing else changed than cells that it must not carve.
+  /// @return whether that was so.
   bool spare_anew(Contribution& contribution);
   /// Of a frame taken after that keyframe.
   [[nodiscard]] DenseViewId next_id(KeyframeId newest) const;
@@ -147,9 +148,10 @@ class DenseMap {
   [[nodiscard]] bool may_have_come(SpaceCounts known) const;
   /// Where views disagree about cells the last ones decide: what others saw there is taken back.
   void settle_space(const std::vector<SpaceIndex>& disputed, int most_views);
+  /// Of the whole map, as if nothing had been taken back before.
   void settle_space();
-  /// Of what views saw that were put in since the last time. @return whether there were any.
-  bool settle_new_space();
+  /// Of what a new view saw.
+  void settle_space_of(Contribution& contribution);
   [[nodiscard]] double out_of_place_m(const Contribution& contribution) const;
   void bring_up_to_date(Contribution& contribution);
   /// Drops a frame between keyframes that shows nothing new. @return whether it did.
@@ -180,15 +182,14 @@ class DenseMap {
   ObjectMap objects_;
   std::optional<Volume> volume_;
   std::optional<Mesher> mesher_;
-  int min_views_ = 0;             // that the mesher asks for
+  int min_views_ = 0;  // that the mesher asks for
   struct Restored {
     std::shared_ptr<const StoredView> packed;
     DepthView view;
   };
   Restored restored_;
-  bool is_finished_ = false;            // nothing changed since
-  bool is_space_settled_ = true;        // since things were last compared anew
-  DenseViewId settled_{KeyframeId{0}};  // the newest view that was asked what changed
+  bool is_finished_ = false;      // nothing changed since
+  bool is_space_settled_ = true;  // since things were last compared anew
 };
 
 }  // namespace ygslam

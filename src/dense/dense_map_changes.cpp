@@ -33,13 +33,14 @@ void add_came(const std::vector<SpaceIndex>& cells, PixelState& state) {
 
 }  // namespace
 
-bool DenseMap::Contribution::Seen::is_of(const SE3& T_wanted, const PixelState& wanted) const {
-  return T_world_camera.R() == T_wanted.R() && T_world_camera.t() == T_wanted.t() &&
-         state == wanted;
+bool DenseMap::Contribution::Seen::is_of(const SE3& T_world_now,
+                                         const PixelState& state_now) const {
+  return T_world_camera.R() == T_world_now.R() && T_world_camera.t() == T_world_now.t() &&
+         state == state_now;
 }
 
 const SeenSpace& DenseMap::space_seen(Contribution& contribution) {
-  PixelState state = without_changes(contribution.fused ? contribution.fused_state : PixelState{});
+  PixelState state = seen_state(contribution.fused ? contribution.fused_state : PixelState{});
   state.ids.resize(contribution.things.size(), kNoSceneObject);
   const SE3& T_world_camera = contribution.fused ? *contribution.fused : *contribution.wanted;
   std::optional<Contribution::Seen>& seen = contribution.seen;
@@ -138,27 +139,17 @@ void DenseMap::settle_space() {
                            }),
                std::numeric_limits<int>::max());
   is_space_settled_ = true;
-  if (!contributions_.empty()) settled_ = contributions_.rbegin()->first;
 }
 
-bool DenseMap::settle_new_space() {
-  const auto is_disputed = [&](const SpaceIndex& cell, SpaceSight seen) {
-    const SpaceCounts known = volume_->space().counts(cell);
-    return seen == SpaceSight::kThrough ? known.hits > 0 && may_be_gone(known)
+void DenseMap::settle_space_of(Contribution& contribution) {
+  settle_space(cells_where(space_seen(contribution),
+                           [&](const SpaceIndex& cell, SpaceSight seen) {
+                             const SpaceCounts known = volume_->space().counts(cell);
+                             return seen == SpaceSight::kThrough
+                                        ? known.hits > 0 && may_be_gone(known)
                                         : may_have_come(known);
-  };
-  std::vector<SpaceIndex> disputed;
-  bool is_new = false;
-  for (auto at = contributions_.upper_bound(settled_); at != contributions_.end(); ++at) {
-    if (!at->second.fused) continue;
-    const auto its = cells_where(space_seen(at->second), is_disputed);
-    disputed.insert(disputed.end(), its.begin(), its.end());
-    settled_ = at->first;
-    is_new = true;
-  }
-  if (!is_new) return false;
-  settle_space(disputed, kSettledOver);
-  return true;
+                           }),
+               kSettledOver);
 }
 
 }  // namespace ygslam

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ygslam {
 namespace {
@@ -49,8 +50,8 @@ Window window_of(const Eigen::AlignedBox3d& box_world, const SE3& T_camera_world
   if (box_world.isEmpty()) return {};
   Eigen::AlignedBox2d box_px;
   for (int i = 0; i < 8; ++i) {
-    const Vec3 p = T_camera_world *
-                   box_world.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+    const Vec3 p =
+        T_camera_world * box_world.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
     if (p.z() < kInFront_m) return {0, camera.width, 0, camera.height};
     box_px.extend(
         Vec2(camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy));
@@ -102,6 +103,12 @@ PixelState without_changes(PixelState state) {
   state.gone = nullptr;
   state.came = nullptr;
   return state;
+}
+
+PixelState seen_state(PixelState state) {
+  for (SceneObjectId& id : state.ids)
+    if (id != kWithdrawnObject) id = kNoSceneObject;
+  return without_changes(std::move(state));
 }
 
 void apply_state(const PixelState& state, const SE3& T_world_camera, int margin_px, double cell_m,

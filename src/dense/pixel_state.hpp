@@ -26,6 +26,8 @@ struct PixelState {
 
 /// As if nothing had come or gone but things.
 [[nodiscard]] PixelState without_changes(PixelState state);
+/// What of it the view's space depends on: numbers of things do not matter, but what went does.
+[[nodiscard]] PixelState seen_state(PixelState state);
 
 /// Gives the objects of a view, which are numbers of detections from 1, their numbers, and excludes
 /// the pixels of what went.

@@ -17,7 +17,7 @@ struct PlaceLookConfig {
 };
 
 /// Notes what the view sees of the object's surface, and finds it empty if that was so in several
-/// views. A nearer depth says nothing: what is hidden stays.
+/// views. A nearer depth says nothing, nor does a view of elsewhere: what is hidden stays.
 /// @return whether it is absent since this view.
 bool look_at_place(const DepthView& view, const SE3& T_world_camera, Timestamp stamp,
                    const PlaceLookConfig& config, KnownObject& object);

@@ -52,8 +52,8 @@ class Board : public ::testing::Test {
     came_ = changes.came().size();
   }
 
-  std::vector<SpaceIndex> cells_ =
-      cells_where(look(true), [](const SpaceIndex&, SpaceSight seen) { return seen == SpaceSight::kHit; });
+  std::vector<SpaceIndex> cells_ = cells_where(
+      look(true), [](const SpaceIndex&, SpaceSight seen) { return seen == SpaceSight::kHit; });
   std::size_t gone_ = 0, came_ = 0;
 };
 

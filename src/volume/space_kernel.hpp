@@ -1,4 +1,4 @@
-// The innermost loop of the space layer: one view, one block.
+// The innermost loop of SpaceScan: one view, one block.
 #pragma once
 
 #include "volume/space_scan.hpp"

@@ -6,28 +6,17 @@
 #include <utility>
 
 #include "dense/mask_depth.hpp"
+#include "dense/pose_distance.hpp"
 #include "volume/reading.hpp"
 
 namespace ygslam {
 namespace {
 
-constexpr double kTypicalDepth_m = 3;
 constexpr double kLooseVoxels = 0.5;
 constexpr int kSampleStep_px = 12;
-constexpr int kCulledAtOnce = 8;  // views looked at
-
-bool same(const std::optional<SE3>& a, const std::optional<SE3>& b) {
-  return a.has_value() == b.has_value() && (!a || (a->R() == b->R() && a->t() == b->t()));
-}
 
 SurfaceSample sample_of(const DepthView& view, const VolumeConfig& config) {
   return {view, config.preparation, kSampleStep_px};
-}
-
-/// Of what they see.
-double distance_m(const SE3& T_world_a, const SE3& T_world_b) {
-  const SE3 T_a_b = T_world_a.inverse() * T_world_b;
-  return T_a_b.t().norm() + kTypicalDepth_m * T_a_b.angle();
 }
 
 }  // namespace
@@ -197,19 +186,6 @@ void DenseMap::bring_up_to_date(Contribution& now) {
   if (!now.fused_state.gone) now.seen = {seen, *now.fused, seen_state(now.fused_state)};
 }
 
-bool DenseMap::spare_anew(Contribution& now) {
-  const bool is_alike = same(now.wanted, now.fused) && now.fused && now.wanted_state &&
-                        !now.fused_state.gone && !now.wanted_state->gone &&
-                        without_changes(*now.wanted_state) == without_changes(now.fused_state);
-  if (!is_alike) return false;
-  const auto cells = [](const PixelState& state) {
-    return state.came ? *state.came : std::vector<SpaceIndex>();
-  };
-  volume_->spare_anew(space_seen(now), cells(now.fused_state), cells(*now.wanted_state));
-  now.fused_state = *now.wanted_state;
-  return true;
-}
-
 void DenseMap::associate(Contribution& now) {
   now.associated = now.wanted;
   std::vector<SceneObjectId> gone;
@@ -262,55 +238,6 @@ bool DenseMap::drop_needless(DenseViewId id) {
   }
   now.sample = sample;
   return false;
-}
-
-double DenseMap::share_of_its_own(const Contribution& old) const {
-  const int enough = config_.reading.min_views + config_.spare_views + 1;  // its own is one
-  return old.sample->share_seen_less(enough, *old.fused, volume_->surface());
-}
-
-bool DenseMap::is_needed(const Contribution& old) const {
-  if (old.decides_change) return true;
-  if (share_of_its_own(old) >= config_.min_new) return true;
-  return std::any_of(old.fused_state.ids.begin(), old.fused_state.ids.end(), [&](SceneObjectId id) {
-    const auto object = objects_.objects().find(objects_.current(id));
-    if (object == objects_.objects().end()) return false;
-    const int views = object->second.views();
-    return views >= config_.objects.min_views && views <= config_.thing_views;
-  });
-}
-
-bool DenseMap::may_go(const Contribution& old) const {
-  return old.sample && old.fused &&
-         seconds_between(objects_.now(), old.stamp) > config_.protected_s;
-}
-
-void DenseMap::remove(std::map<DenseViewId, Contribution>::iterator old) {
-  take_back(old->second);
-  objects_.forget(old->second.stamp);
-  contributions_.erase(old);
-}
-
-void DenseMap::thin_out(const SE3& T_world_camera) {
-  std::multimap<double, std::map<DenseViewId, Contribution>::iterator> near;
-  for (auto at = contributions_.begin(); at != contributions_.end(); ++at) {
-    const Contribution& old = at->second;
-    if (may_go(old) && distance_m(*old.fused, T_world_camera) < config_.near_m)
-      near.emplace(share_of_its_own(old) + (old.decides_change ? 1 : 0), at);
-  }
-  for (auto at = near.begin(); std::distance(at, near.end()) > config_.most_near; ++at)
-    remove(at->second);
-}
-
-void DenseMap::cull() {
-  auto at = contributions_.upper_bound(culled_up_to_);
-  for (int i = 0; i < kCulledAtOnce && at != contributions_.end(); ++i) {
-    const auto looked_at = at++;
-    culled_up_to_ = looked_at->first;
-    Contribution& old = looked_at->second;
-    if (may_go(old) && !is_needed(old)) remove(looked_at);
-  }
-  if (at == contributions_.end()) culled_up_to_ = {KeyframeId{0}};
 }
 
 bool DenseMap::step() {

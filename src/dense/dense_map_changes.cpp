@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dense/dense_map.hpp"
+#include "dense/pose_distance.hpp"
 
 namespace ygslam {
 namespace {
@@ -35,8 +36,7 @@ void add_came(const std::vector<SpaceIndex>& cells, PixelState& state) {
 
 bool DenseMap::Contribution::Seen::is_of(const SE3& T_world_now,
                                          const PixelState& state_now) const {
-  return T_world_camera.R() == T_world_now.R() && T_world_camera.t() == T_world_now.t() &&
-         state == state_now;
+  return same(T_world_camera, T_world_now) && state == state_now;
 }
 
 const SeenSpace& DenseMap::space_seen(Contribution& contribution) {
@@ -48,6 +48,19 @@ const SeenSpace& DenseMap::space_seen(Contribution& contribution) {
     seen = {volume_->look(view_of(contribution, state, T_world_camera), T_world_camera),
             T_world_camera, state};
   return seen->space;
+}
+
+bool DenseMap::spare_anew(Contribution& now) {
+  const bool is_alike = same(now.wanted, now.fused) && now.fused && now.wanted_state &&
+                        !now.fused_state.gone && !now.wanted_state->gone &&
+                        without_changes(*now.wanted_state) == without_changes(now.fused_state);
+  if (!is_alike) return false;
+  const auto cells = [](const PixelState& state) {
+    return state.came ? *state.came : std::vector<SpaceIndex>();
+  };
+  volume_->spare_anew(space_seen(now), cells(now.fused_state), cells(*now.wanted_state));
+  now.fused_state = *now.wanted_state;
+  return true;
 }
 
 bool DenseMap::sees_space_change(Contribution& contribution) {

@@ -7,6 +7,7 @@
 
 #include "dense/mask_depth.hpp"
 #include "dense/pose_distance.hpp"
+#include "dense/round_things.hpp"
 #include "volume/reading.hpp"
 
 namespace ygslam {
@@ -56,6 +57,7 @@ void DenseMap::apply(const DenseUpdate& update) {
         make_depth_view({keyframe.frame->depth_m, keyframe.frame->colour, numbers, excluded},
                         camera_, keyframe.read_out);
     drop_what_lies_elsewhere(view, config_.volume.preparation);
+    drop_beyond_round_things(view, keyframe.detections, config_.volume.preparation.noise);
     auto things = thing_views(view, keyframe.detections, config_.volume.preparation.max_depth_m);
     std::vector<bool> is_gone;
     for (const SceneObjectId number : view.objects) {

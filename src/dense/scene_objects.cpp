@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/check.hpp"
+#include "dense/round_things.hpp"
 #include "scene/floor_frame.hpp"
 
 namespace ygslam {
@@ -120,14 +121,6 @@ ObjectState state_of(const KnownObject& object, int epochs, Timestamp now,
     return ObjectState::kCandidate;
   if (is_older(*object.shown.rbegin(), config.out_of_sight_s)) return ObjectState::kUnobserved;
   return epochs > 1 ? ObjectState::kSettled : ObjectState::kStatic;
-}
-
-/// Turned about the upright they look alike: bottle, wine glass, cup, bowl, potted plant, vase,
-/// ball.
-bool is_round(SemanticClass semantic_class) {
-  constexpr std::array kRound = {39, 40, 41, 45, 58, 75, 32};
-  return std::any_of(kRound.begin(), kRound.end(),
-                     [&](int coco) { return coco_class(coco) == semantic_class; });
 }
 
 /// What is hidden of a round thing reaches as far as what is seen of it is wide.

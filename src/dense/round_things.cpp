@@ -7,8 +7,9 @@
 namespace ygslam {
 namespace {
 
-constexpr double kVisible = 0.5;  // of its depth
-constexpr double kSigmas = 1;     // at either end
+constexpr SemanticClass kPottedPlant = coco_class(58);  // one sees in between its leaves
+constexpr double kVisible = 0.5;                        // of its depth
+constexpr double kSigmas = 1;                           // at either end
 
 /// The pixels of a mask that have depth.
 struct Mask {
@@ -23,7 +24,8 @@ std::vector<Mask> masks_of_round(const DepthView& view, std::span<const Detectio
       const std::uint8_t object = view.object.at(u, v);
       if (!DepthView::is_thing(object) || view.depth.at(u, v) == 0) continue;
       const auto detection = static_cast<std::size_t>(view.objects[object - 1U]) - 1;
-      if (!is_round(detections[detection].semantic_class)) continue;
+      const SemanticClass its_class = detections[detection].semantic_class;
+      if (!is_round(its_class) || its_class == kPottedPlant) continue;
       Mask& mask = masks[object - 1U];
       mask.pixels.push_back(v * view.depth.width() + u);
       mask.rows += mask.last_row == v ? 0 : 1;
@@ -53,10 +55,11 @@ DepthRange fullest_range(const std::vector<double>& sorted_m, double length_m) {
 }  // namespace
 
 bool is_round(SemanticClass semantic_class) {
-  // Bottle, wine glass, cup, bowl, potted plant, vase, ball.
-  constexpr std::array kRound = {39, 40, 41, 45, 58, 75, 32};
-  return std::any_of(kRound.begin(), kRound.end(),
-                     [&](int coco) { return coco_class(coco) == semantic_class; });
+  // Bottle, wine glass, cup, bowl, vase, ball.
+  constexpr std::array kRound = {39, 40, 41, 45, 75, 32};
+  return semantic_class == kPottedPlant || std::any_of(kRound.begin(), kRound.end(), [&](int coco) {
+           return coco_class(coco) == semantic_class;
+         });
 }
 
 void drop_beyond_round_things(DepthView& view, std::span<const Detection> detections,

@@ -13,9 +13,9 @@ namespace ygslam {
 /// Whether things of the class look alike when they are turned about the upright.
 [[nodiscard]] bool is_round(SemanticClass semantic_class);
 
-/// What is seen of a round thing is half as deep as it is wide: the pixels of its mask out of the
-/// range of depth (that long, and the noise at either end) that holds most of them become
-/// DepthView::kUnsure. Masks of small things reach over what stands before, beside or behind them.
+/// What is seen of a round thing, but of a plant, is half as deep as it is wide: the pixels of its
+/// mask out of the range of depth (that long, and the noise at either end) that holds most of them
+/// become DepthView::kUnsure. Masks of small things reach over what stands before them or behind.
 /// @param view objects are numbers of detections, from 1.
 void drop_beyond_round_things(DepthView& view, std::span<const Detection> detections,
                               const DepthNoise& noise);

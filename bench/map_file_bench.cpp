@@ -205,9 +205,12 @@ void write_while_running(const Options& options) {
   };
   tell("first write (all rows compared)");
   tell("nothing changed");
-  for (std::uint32_t i = 0; i < 10; ++i)
-    map->set_pose(KeyframeId{i},
-                  SE3::exp(Vec6::Constant(.01)) * map->keyframe(KeyframeId{i}).T_camera_world);
+  std::vector<KeyframeId> newest;  // made up: those of another map lie before them
+  for (auto at = map->keyframes().rbegin(); at != map->keyframes().rend() && newest.size() < 10;
+       ++at)
+    newest.push_back(at->first);
+  for (const KeyframeId id : newest)
+    map->set_pose(id, SE3::exp(Vec6::Constant(.01)) * map->keyframe(id).T_camera_world);
   for (std::uint32_t i = 0; i < 2000; ++i)
     if (map->has_landmark(LandmarkId{i})) map->count_seen(LandmarkId{i}, 1, 1);
   tell("10 poses and 2000 landmarks changed");

@@ -81,6 +81,16 @@ class KeptMaps(CliTest):
         self.assertNotEqual(ygslam("map", "info", self.map).stdout, first)
         self.assertEqual(ygslam("map", "check", self.map).returncode, 0)
 
+    def test_a_map_that_is_replaced_is_named(self):
+        self.save()
+        replaced = f"{self.map}: the map in it is replaced"
+        done = self.run_slam(sequence(), "--to", 10, "--save-map", self.map, out="new")
+        self.assertIn(replaced, done.stderr)
+        done = self.run_slam(sequence(), "--to", 10, "--load-map", self.map, "--save-map", self.map,
+                             out="on")
+        self.assert_ran(done)
+        self.assertNotIn(replaced, done.stderr)
+
     def test_no_map_another_camera_or_a_damaged_one_is_code_6(self):
         self.assert_error(self.localize(), 6, "room.ygmap")
         self.save()

@@ -48,10 +48,14 @@ struct Run {
 Status open_map_saver(Run& run) {
   if (run.options.save_map.empty()) return Ok{};
   const OrbConfig& orb = run.config.orb;
+  const bool is_replaced = replaces_map(run.options);
   auto saver = MapSaver::open(run.options.save_map, Camera(run.sequence.camera),
                               {orb.levels, orb.scale_factor});
   if (!saver.ok()) return saver.error();
   run.map_saver = std::move(saver).value();
+  if (is_replaced)
+    log::warn("{}: the map in it is replaced; --load-map would go on with it",
+              run.options.save_map);
   return Ok{};
 }
 

@@ -104,6 +104,12 @@ Status check_targets(const RunOptions& options, const Sequence& sequence) {
   return check_background(options.background_dir, sequence);
 }
 
+bool replaces_map(const RunOptions& options) {
+  std::error_code code;
+  return fs::exists(options.save_map, code) &&
+         (options.load_map.empty() || !is_same_place(options.save_map, options.load_map));
+}
+
 NewFolders::NewFolders(const RunOptions& options) {
   std::error_code code;
   for (const std::string& folder : {options.out_dir, options.export_dir, options.background_dir,

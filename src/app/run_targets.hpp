@@ -13,6 +13,9 @@ namespace ygslam {
 /// where --mcap cannot be written. Nothing is written.
 [[nodiscard]] Status check_targets(const RunOptions& options, const Sequence& sequence);
 
+/// Whether --save-map names a file that is there and that --load-map does not go on with.
+[[nodiscard]] bool replaces_map(const RunOptions& options);
+
 /// The run's folders that were not there before: in the end those that are empty go again.
 class NewFolders {
  public:

@@ -9,6 +9,8 @@ namespace ygslam {
 namespace {
 
 constexpr std::size_t kLeastStale = 1000;  // postings of landmarks that left are not worth a sweep
+constexpr std::uint32_t kAhead = 4;        // features whose buckets are on their way to the cache
+constexpr std::size_t kLine_bytes = 64, kLines = 5;  // of a bucket that are fetched
 
 }  // namespace
 
@@ -42,10 +44,26 @@ void PlaceIndex::rebuild(const Map& map) {
       if (landmark != kNoLandmark) insert(map.landmark(landmark));
 }
 
+void PlaceIndex::fetch(const Descriptor& descriptor, bool contents) const {
+  for (int t = 0; t < kTables; ++t) {
+    const std::vector<Posting>& bucket = tables_[t][key(descriptor, t)];
+    if (!contents) {
+      __builtin_prefetch(&bucket);
+      continue;
+    }
+    const auto* bytes = reinterpret_cast<const char*>(bucket.data());
+    const std::size_t lines = (bucket.size() * sizeof(Posting) + kLine_bytes - 1) / kLine_bytes;
+    for (std::size_t line = 0; line < std::min(lines, kLines); ++line)
+      __builtin_prefetch(bytes + line * kLine_bytes);
+  }
+}
+
 std::vector<PlaceHit> PlaceIndex::query(const Map& map, const Features& features,
                                         std::span<const float> static_weight) const {
   std::vector<PlaceHit> hits;
   for (std::uint32_t i = 0; i < features.size(); ++i) {
+    if (i + 2 * kAhead < features.size()) fetch(features.descriptors[i + 2 * kAhead], false);
+    if (i + kAhead < features.size()) fetch(features.descriptors[i + kAhead], true);
     if (static_weight[i] <= 0) continue;
     const auto first = static_cast<std::ptrdiff_t>(hits.size());
     const Descriptor& descriptor = features.descriptors[i];

@@ -69,6 +69,9 @@ class PlaceIndex {
   }
   [[nodiscard]] bool has_proved_static(const Landmark& landmark) const;
   void insert(const Landmark& landmark);
+  /// Where a feature's buckets lie, or what is in them, comes to the processor's cache meanwhile:
+  /// the tables of a large map do not fit there.
+  void fetch(const Descriptor& descriptor, bool contents) const;
 
   PlaceIndexConfig config_;
   std::array<Table, kTables> tables_;

@@ -124,8 +124,8 @@ void declare_run_options(CLI::App& command, RunOptions& o) {
   add(command, kInput, "--load-map", o.load_map, "FILE", "Go on with the map of an earlier run");
   add_run_options(command, o);
   add(command, kWritten, "--save-map", o.save_map, "FILE",
-      "Keep the map in this file while it grows; a map that is there is replaced, but by "
-      "--load-map of the same gone on with (docs/maps.md)");
+      "Keep the map in this file while it grows; replaces a map that is there, unless --load-map "
+      "names it, too (docs/maps.md)");
   add_mcap_option(command, o);
   add(command, kWritten, "--export", o.export_dir, "DIR",
       "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)");

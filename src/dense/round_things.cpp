@@ -17,15 +17,20 @@ struct Mask {
   int rows = 0, last_row = -1;
 };
 
+/// By object; empty for what is not round all through.
 std::vector<Mask> masks_of_round(const DepthView& view, std::span<const Detection> detections) {
   std::vector<Mask> masks(view.objects.size());
+  std::array<bool, 256> is_solid{};
+  for (std::size_t i = 0; i < view.objects.size(); ++i) {
+    const SemanticClass its_class =
+        detections[static_cast<std::size_t>(view.objects[i]) - 1].semantic_class;
+    is_solid[i + 1] = is_round(its_class) && its_class != kPottedPlant;
+  }
+  if (std::find(is_solid.begin(), is_solid.end(), true) == is_solid.end()) return masks;
   for (int v = 0; v < view.depth.height(); ++v) {
     for (int u = 0; u < view.depth.width(); ++u) {
       const std::uint8_t object = view.object.at(u, v);
-      if (!DepthView::is_thing(object) || view.depth.at(u, v) == 0) continue;
-      const auto detection = static_cast<std::size_t>(view.objects[object - 1U]) - 1;
-      const SemanticClass its_class = detections[detection].semantic_class;
-      if (!is_round(its_class) || its_class == kPottedPlant) continue;
+      if (!is_solid[object] || view.depth.at(u, v) == 0) continue;
       Mask& mask = masks[object - 1U];
       mask.pixels.push_back(v * view.depth.width() + u);
       mask.rows += mask.last_row == v ? 0 : 1;

@@ -44,17 +44,16 @@ void PlaceIndex::rebuild(const Map& map) {
       if (landmark != kNoLandmark) insert(map.landmark(landmark));
 }
 
-void PlaceIndex::fetch(const Descriptor& descriptor, bool contents) const {
+void PlaceIndex::fetch_buckets(const Descriptor& descriptor) const {
+  for (int t = 0; t < kTables; ++t) __builtin_prefetch(&tables_[t][key(descriptor, t)]);
+}
+
+void PlaceIndex::fetch_postings(const Descriptor& descriptor) const {
   for (int t = 0; t < kTables; ++t) {
     const std::vector<Posting>& bucket = tables_[t][key(descriptor, t)];
-    if (!contents) {
-      __builtin_prefetch(&bucket);
-      continue;
-    }
     const auto* bytes = reinterpret_cast<const char*>(bucket.data());
-    const std::size_t lines = (bucket.size() * sizeof(Posting) + kLine_bytes - 1) / kLine_bytes;
-    for (std::size_t line = 0; line < std::min(lines, kLines); ++line)
-      __builtin_prefetch(bytes + line * kLine_bytes);
+    const std::size_t size_bytes = std::min(bucket.size() * sizeof(Posting), kLines * kLine_bytes);
+    for (std::size_t at = 0; at < size_bytes; at += kLine_bytes) __builtin_prefetch(bytes + at);
   }
 }
 
@@ -62,8 +61,8 @@ std::vector<PlaceHit> PlaceIndex::query(const Map& map, const Features& features
                                         std::span<const float> static_weight) const {
   std::vector<PlaceHit> hits;
   for (std::uint32_t i = 0; i < features.size(); ++i) {
-    if (i + 2 * kAhead < features.size()) fetch(features.descriptors[i + 2 * kAhead], false);
-    if (i + kAhead < features.size()) fetch(features.descriptors[i + kAhead], true);
+    if (i + 2 * kAhead < features.size()) fetch_buckets(features.descriptors[i + 2 * kAhead]);
+    if (i + kAhead < features.size()) fetch_postings(features.descriptors[i + kAhead]);
     if (static_weight[i] <= 0) continue;
     const auto first = static_cast<std::ptrdiff_t>(hits.size());
     const Descriptor& descriptor = features.descriptors[i];

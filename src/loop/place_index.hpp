@@ -69,9 +69,10 @@ class PlaceIndex {
   }
   [[nodiscard]] bool has_proved_static(const Landmark& landmark) const;
   void insert(const Landmark& landmark);
-  /// Where a feature's buckets lie, or what is in them, comes to the processor's cache meanwhile:
-  /// the tables of a large map do not fit there.
-  void fetch(const Descriptor& descriptor, bool contents) const;
+  // The tables of a large map do not fit the processor's caches: where the buckets of a later
+  // feature lie, and then what is in them, is fetched while others are compared.
+  void fetch_buckets(const Descriptor& descriptor) const;
+  void fetch_postings(const Descriptor& descriptor) const;
 
   PlaceIndexConfig config_;
   std::array<Table, kTables> tables_;

@@ -23,13 +23,13 @@ SurfaceSample sample_of(const DepthView& view, const VolumeConfig& config) {
 }  // namespace
 
 DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
-    : config_(config), camera_(camera), objects_(config.objects) {
+    : config_(config), camera_(camera), objects_(config.objects), volume_(config.volume) {
   CHECK(config.objects.cell_m == config.volume.space.cell_m);
   start_again();
 }
 
 void DenseMap::start_again() {
-  volume_.emplace(config_.volume);
+  volume_.clear();
   mesher_.emplace(config_.reading);
   min_views_ = config_.reading.min_views;
   for (auto& [id, contribution] : contributions_) contribution.fused.reset();
@@ -153,7 +153,7 @@ DepthView DenseMap::view_of(const Contribution& contribution, const PixelState& 
 }
 
 void DenseMap::take_back(Contribution& old) {
-  if (old.fused) volume_->withdraw(view_of(old, old.fused_state, *old.fused), *old.fused);
+  if (old.fused) volume_.withdraw(view_of(old, old.fused_state, *old.fused), *old.fused);
   old.fused.reset();
 }
 
@@ -179,10 +179,10 @@ bool DenseMap::association_is_loose() const {
 void DenseMap::bring_up_to_date(Contribution& now) {
   if (now.is_up_to_date() || spare_anew(now)) return;
   take_back(now);
-  if (!now.wanted || volume_->views() + 1 >= Volume::kMaxViews) return;
+  if (!now.wanted || volume_.views() + 1 >= Volume::kMaxViews) return;
   if (!now.wanted_state) associate(now);
   const SeenSpace& seen =
-      volume_->integrate(view_of(now, *now.wanted_state, *now.wanted), *now.wanted);
+      volume_.integrate(view_of(now, *now.wanted_state, *now.wanted), *now.wanted);
   now.fused = now.wanted;
   now.fused_state = *now.wanted_state;
   if (!now.fused_state.gone) now.seen = {seen, *now.fused, seen_state(now.fused_state)};
@@ -225,7 +225,7 @@ void DenseMap::associate_all() {
 
 bool DenseMap::shows_new(Contribution& now, const SurfaceSample& sample) {
   const int needed = config_.reading.min_views;
-  return sample.share_seen_less(needed, *now.wanted, volume_->surface()) >= config_.min_new ||
+  return sample.share_seen_less(needed, *now.wanted, volume_.surface()) >= config_.min_new ||
          objects_.knows_too_little(now.things, *now.wanted, config_.thing_views) ||
          objects_.sees_change(restored(now), *now.wanted) || sees_space_change(now);
 }
@@ -303,23 +303,23 @@ void DenseMap::finish() {
 }
 
 bool DenseMap::add(const DepthView& view, const SE3& T_world_camera) {
-  if (volume_->views() + 1 >= Volume::kMaxViews) return false;
+  if (volume_.views() + 1 >= Volume::kMaxViews) return false;
   DepthView kept = view;
   added_.emplace_back(T_world_camera, StoredView(kept));
-  volume_->integrate(kept, T_world_camera);
+  volume_.integrate(kept, T_world_camera);
   return true;
 }
 
 TriangleMesh DenseMap::mesh() {
   // A scene that fewer keyframes saw than a surface needs is shown all the same.
-  const int min_views = std::clamp(volume_->views(), 1, config_.reading.min_views);
+  const int min_views = std::clamp(volume_.views(), 1, config_.reading.min_views);
   if (std::exchange(min_views_, min_views) != min_views) {
     ReadingConfig reading = config_.reading;
     reading.min_views = min_views;
     mesher_.emplace(reading);
   }
-  mesher_->update(*volume_);
-  return mesher_->mesh(*volume_);
+  mesher_->update(volume_);
+  return mesher_->mesh(volume_);
 }
 
 std::vector<DenseMap::PlacedView> DenseMap::views() const {
@@ -331,7 +331,7 @@ std::vector<DenseMap::PlacedView> DenseMap::views() const {
 }
 
 std::size_t DenseMap::memory_bytes() const {
-  std::size_t bytes = volume_->memory_bytes() + mesher_->memory_bytes();
+  std::size_t bytes = volume_.memory_bytes() + mesher_->memory_bytes();
   for (const auto& [id, contribution] : contributions_) {
     bytes += contribution.view->bytes();
     if (contribution.sample) bytes += contribution.sample->bytes();

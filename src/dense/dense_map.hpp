@@ -85,7 +85,7 @@ class DenseMap {
   [[nodiscard]] std::vector<ColouredPoint> cloud() { return coloured_points(mesh()); }
   [[nodiscard]] NamedMesh named_mesh();
   [[nodiscard]] StaticScene scene();
-  [[nodiscard]] const Volume& volume() const { return *volume_; }
+  [[nodiscard]] const Volume& volume() const { return volume_; }
   [[nodiscard]] const DenseMapConfig& config() const { return config_; }
   struct PlacedView {
     SE3 T_world_camera;
@@ -180,7 +180,7 @@ class DenseMap {
   DenseViewId culled_up_to_{KeyframeId{0}};        // the next look begins behind it
   std::vector<std::pair<SE3, StoredView>> added_;  // by add()
   ObjectMap objects_;
-  std::optional<Volume> volume_;
+  Volume volume_;
   std::optional<Mesher> mesher_;
   int min_views_ = 0;  // that the mesher asks for
   struct Restored {

@@ -45,7 +45,7 @@ const SeenSpace& DenseMap::space_seen(Contribution& contribution) {
   const SE3& T_world_camera = contribution.fused ? *contribution.fused : *contribution.wanted;
   std::optional<Contribution::Seen>& seen = contribution.seen;
   if (!seen || !seen->is_of(T_world_camera, state))
-    seen = {volume_->look(view_of(contribution, state, T_world_camera), T_world_camera),
+    seen = {volume_.look(view_of(contribution, state, T_world_camera), T_world_camera),
             T_world_camera, state};
   return seen->space;
 }
@@ -58,14 +58,14 @@ bool DenseMap::spare_anew(Contribution& now) {
   const auto cells = [](const PixelState& state) {
     return state.came ? *state.came : std::vector<SpaceIndex>();
   };
-  volume_->spare_anew(space_seen(now), cells(now.fused_state), cells(*now.wanted_state));
+  volume_.spare_anew(space_seen(now), cells(now.fused_state), cells(*now.wanted_state));
   now.fused_state = *now.wanted_state;
   return true;
 }
 
 bool DenseMap::sees_space_change(Contribution& contribution) {
   const int looks = config_.changes.looks;
-  const SpaceLayer& space = volume_->space();
+  const SpaceLayer& space = volume_.space();
   const auto is_surface = [&](const SpaceIndex& cell) { return space.counts(cell).hits >= looks; };
   const auto stands = [&](const SpaceIndex& cell) {
     return is_surface(cell) && !may_have_come(space.counts(cell));
@@ -157,7 +157,7 @@ void DenseMap::settle_space() {
 void DenseMap::settle_space_of(Contribution& contribution) {
   settle_space(cells_where(space_seen(contribution),
                            [&](const SpaceIndex& cell, SpaceSight seen) {
-                             const SpaceCounts known = volume_->space().counts(cell);
+                             const SpaceCounts known = volume_.space().counts(cell);
                              return seen == SpaceSight::kThrough
                                         ? known.hits > 0 && may_be_gone(known)
                                         : may_have_come(known);

@@ -15,7 +15,7 @@ constexpr int kCulledAtOnce = 8;  // views looked at
 
 double DenseMap::share_of_its_own(const Contribution& old) const {
   const int enough = config_.reading.min_views + config_.spare_views + 1;  // its own is one
-  return old.sample->share_seen_less(enough, *old.fused, volume_->surface());
+  return old.sample->share_seen_less(enough, *old.fused, volume_.surface());
 }
 
 bool DenseMap::is_needed(const Contribution& old) const {

@@ -50,7 +50,7 @@ NamedMesh DenseMap::named_mesh() {
 }
 
 StaticScene DenseMap::scene() {
-  StaticScene scene{mesh(), space_cells(*volume_), {}, {}};
+  StaticScene scene{mesh(), space_cells(volume_), {}, {}};
   Vec3 up, place;
   if (mean_camera(up, place) == 0) return scene;
   scene.gravity = find_gravity(scene.mesh, up, place);

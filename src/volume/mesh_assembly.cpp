@@ -65,6 +65,9 @@ class Assembly {
   }
 
   void join_triangles() {
+    std::size_t most = 0;
+    for (const PlacedMesh& placed : blocks_) most += placed.mesh->triangles.size();
+    triangles_.reserve(most);
     std::array<std::uint32_t, 3 * kBlockCells> own{};
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       const BlockMesh& mesh = *blocks_[i].mesh;
@@ -113,16 +116,16 @@ class Assembly {
     std::vector<std::uint32_t> number(points_.size(), kUnused);
     for (const auto& t : triangles_)
       for (const std::uint32_t vertex : t) number[vertex] = 0;
-    TriangleMesh mesh;
+    std::uint32_t kept = 0;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (number[i] == kUnused) continue;
-      number[i] = static_cast<std::uint32_t>(mesh.vertices.size());
-      mesh.vertices.push_back(points_[i]);
+      points_[kept] = points_[i];  // in place: a mesh may be large
+      number[i] = kept++;
     }
+    points_.resize(kept);
     for (auto& t : triangles_)
       for (std::uint32_t& vertex : t) vertex = number[vertex];
-    mesh.triangles = std::move(triangles_);
-    return mesh;
+    return {std::move(points_), std::move(triangles_)};
   }
 
   static constexpr std::size_t kUnknown = ~std::size_t{0};

@@ -75,6 +75,13 @@ void SpaceLayer::count(const SeenSpace& seen, const std::vector<Eigen::Vector3i>
     if (blocks[i] != nullptr && blocks[i]->contributions == 0) blocks_.release(seen.key(i));
 }
 
+void SpaceLayer::clear() {
+  for (const BlockKey key : blocks_.keys()) {
+    *blocks_.find(key) = {};
+    blocks_.release(key);
+  }
+}
+
 SpaceCounts SpaceLayer::counts(const Eigen::Vector3i& cell) const {
   const Eigen::Vector3i block(cell.x() >> 3, cell.y() >> 3, cell.z() >> 3);
   const SpaceBlock* found = blocks_.find(block_key(block));

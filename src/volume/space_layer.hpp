@@ -39,6 +39,8 @@ class SpaceLayer {
   /// @param spared cells that it does not carve: DepthView::spared.
   void count(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& spared, int sign,
              int threads);
+  /// Takes everything back at once; the memory stays for what comes.
+  void clear();
 
   [[nodiscard]] const SpaceConfig& config() const { return config_; }
   [[nodiscard]] const BlockStore<SpaceBlock>& blocks() const { return blocks_; }

@@ -169,6 +169,20 @@ void SurfaceLayer::fuse(const PreparedView& view, const SE3& T_world_camera, int
   }
 }
 
+void SurfaceLayer::clear() {
+  for (const BlockKey key : blocks_.keys()) {
+    SurfaceBlock& block = *blocks_.find(key);
+    for (SurfaceBrick* brick : block.bricks) {
+      if (brick == nullptr) continue;
+      *brick = {};
+      bricks_.release(brick);
+    }
+    block = {};
+    blocks_.release(key);
+  }
+  ++revision_;
+}
+
 std::optional<Voxel> SurfaceLayer::voxel(const Eigen::Vector3i& index) const {
   const SurfaceBlock* block =
       blocks_.find(block_key({index.x() >> 3, index.y() >> 3, index.z() >> 3}));

@@ -106,6 +106,8 @@ class SurfaceLayer {
   /// Adds (sign 1) or takes back (sign -1) what a view at a pose contributes. What is taken back
   /// must have been added.
   void fuse(const PreparedView& view, const SE3& T_world_camera, int sign, int threads);
+  /// Takes everything back at once; the memory stays for what comes.
+  void clear();
 
   [[nodiscard]] const SurfaceConfig& config() const { return config_; }
   [[nodiscard]] double quantum_m() const { return quantum_m_; }

@@ -41,6 +41,12 @@ void Volume::move(const DepthView& view, const SE3& T_world_camera_old,
   fuse(T_world_camera_new, 1);
 }
 
+void Volume::clear() {
+  surface_.clear();
+  space_.clear();
+  views_ = 0;
+}
+
 void Volume::spare_anew(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& old,
                         const std::vector<Eigen::Vector3i>& now) {
   space_.count(seen, now, 1, config_.threads);

@@ -37,6 +37,8 @@ class Volume {
   void withdraw(const DepthView& view, const SE3& T_world_camera);
   /// Both, for a view whose pose was corrected.
   void move(const DepthView& view, const SE3& T_world_camera_old, const SE3& T_world_camera_new);
+  /// Takes all of them back at once; the memory stays for what comes.
+  void clear();
   /// Of a view that is in it: exchanges the cells that it does not carve.
   /// @param seen what integrate() returned for it. @param old its DepthView::spared then.
   void spare_anew(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& old,

@@ -121,6 +121,13 @@ TEST(Volume, LiveEqualsFusedFromNothing) {
       expect_same(live, fresh);
       expect_same_mesh(mesher.mesh(live), volume_mesh(fresh));
     }
+    const auto taken = static_cast<double>(live.memory_bytes());
+    live.clear();
+    expect_same(live, Volume(coarse()));
+    for (const auto& [i, pose] : in) live.integrate(views[i], pose);
+    EXPECT_LT(static_cast<double>(live.memory_bytes()), 1.05 * taken) << "is used again";
+    mesher.update(live);
+    expect_same_mesh(mesher.mesh(live), volume_mesh(live));
     for (const auto& [i, pose] : in) live.withdraw(views[i], pose);
     EXPECT_EQ(live.surface().blocks().size(), 0U);
     EXPECT_EQ(live.space().blocks().size(), 0U);

@@ -109,6 +109,14 @@ class Judged(unittest.TestCase):
                                   enumerate([(-3, 0), (0, -4), (3, 0)])])
         self.assertEqual([rooms.room(i) for i in range(3)], ["A", "-", "B"])
 
+    def test_drift_is_how_far_off_the_last_pose_is(self):
+        truth = walk(5).truth()
+        estimates = {s: p + np.array([3.0, 0.02 * i, 0, 0, 0, 0, 0])
+                     for i, (s, p) in enumerate(truth.items())}
+        self.assertAlmostEqual(loop_seeds.drift_m(estimates, truth), 0.08)
+        del estimates[max(estimates)]
+        self.assertAlmostEqual(loop_seeds.drift_m(estimates, truth), 0.06)
+
     def test_spread_is_median_and_ends(self):
         self.assertEqual(loop_seeds.spread([3, 1, 2]), "2 (1 to 3)")
         self.assertEqual(loop_seeds.spread([]), "-")

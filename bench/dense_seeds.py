@@ -7,8 +7,8 @@
 
 A world of a seed is rendered into DIR (--seconds of it, --fps frames a second), run (deterministic, own
 poses) with the true masks of all things or with those of a network, judged by `ygslam eval --map`,
-voxel_truth.py and, with --background, background_table.py, and deleted (what was rendered and the network's
-masks stay with --keep, and are used again). The figures are a line of RESULTS; what is there is not
+voxel_truth.py and, with --background, background_table.py, and deleted (what was rendered stays
+with --keep, and is used again). The figures are a line of RESULTS; what is there is not
 repeated. Tables tell the median of the seeds (the worst).
 """
 import argparse
@@ -23,13 +23,11 @@ from rendered_seeds import Bench, seed_range
 WORLDS = "walking_xyz,walking_halfsphere,crowd,moved_chair,corridor_loop"
 
 
-def masks_of(bench, name, sequence, masks):
+def masks_of(bench, sequence, masks):
     """Where the run's masks come from, and where they lie as images when it has ended."""
     if masks == "true":
         return ["--segmenter", f"masks:{sequence / 'things'}"], sequence / "things"
-    kept = bench.folder(f"{name}_masks")
-    if kept.exists():
-        return ["--segmenter", f"masks:{kept}"], kept
+    kept = bench.folder("masks")  # not for another run: they have no scores
     return ["--model", bench.options.model, "--save-masks", kept], kept
 
 
@@ -37,7 +35,7 @@ def judge(bench, name, seed, masks):
     o = bench.options
     sequence = bench.render(f"{name}_{seed}", name, seed, "--truth", "--seconds", o.seconds,
                             "--fps", o.fps).folder
-    how, images = masks_of(bench, f"{name}_{seed}", sequence, masks)
+    how, images = masks_of(bench, sequence, masks)
     scene = bench.folder("scene")
     pictures = ["--background", bench.folder("background")] if o.background else []
     out = bench.run("run", sequence, "--export", scene, *pictures, *o.run_options.split(),
@@ -120,7 +118,7 @@ def main():
     parser.add_argument("--model", type=Path, help="of the masks `network`")
     parser.add_argument("--seconds", type=float, default=9)
     parser.add_argument("--fps", type=float, default=15)
-    parser.add_argument("--keep", action="store_true", help="images and masks, for the next call")
+    parser.add_argument("--keep", action="store_true", help="what was rendered, for the next call")
     parser.add_argument("--background", action="store_true", help="judge the pictures without people, too")
     parser.add_argument("--run-options", default="", help="further options of `ygslam run`, in one text")
     o = parser.parse_args()

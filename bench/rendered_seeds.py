@@ -160,6 +160,7 @@ class Bench:
                 shutil.rmtree(path)
             elif path.exists():
                 path.unlink()
+            path.with_name(path.name + ".dense").unlink(missing_ok=True)  # beside a map
         self.made = []
 
     def call(self, *arguments):

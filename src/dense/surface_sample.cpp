@@ -1,29 +1,6 @@
 #include "dense/surface_sample.hpp"
 
-#include <algorithm>
-
 namespace ygslam {
-namespace {
-
-constexpr int kNeighbours = 3;  // noise makes single pixels and the edges of things look new
-
-/// How many are set that at least so many of the eight around them are set, too.
-int count_with_neighbours(const GreyImage& set, int neighbours) {
-  int count = 0;
-  for (int v = 0; v < set.height(); ++v) {
-    for (int u = 0; u < set.width(); ++u) {
-      if (set.at(u, v) == 0) continue;
-      int around = -1;  // it is among those counted
-      for (int v2 = std::max(v - 1, 0); v2 <= std::min(v + 1, set.height() - 1); ++v2)
-        for (int u2 = std::max(u - 1, 0); u2 <= std::min(u + 1, set.width() - 1); ++u2)
-          around += set.at(u2, v2);
-      count += around >= neighbours ? 1 : 0;
-    }
-  }
-  return count;
-}
-
-}  // namespace
 
 SurfaceSample::SurfaceSample(const DepthView& view, const PreparationConfig& config, int step_px)
     : camera_(view.camera),
@@ -42,8 +19,7 @@ SurfaceSample::SurfaceSample(const DepthView& view, const PreparationConfig& con
 
 double SurfaceSample::share_seen_less(int views, const SE3& T_world_camera,
                                       const SurfaceLayer& surface) const {
-  int all = 0;
-  GreyImage is_less(depth_.width(), depth_.height(), 0);
+  int all = 0, less = 0;
   for (int v = 0; v < depth_.height(); ++v) {
     for (int u = 0; u < depth_.width(); ++u) {
       if (depth_.at(u, v) == 0) continue;
@@ -55,10 +31,9 @@ double SurfaceSample::share_seen_less(int views, const SE3& T_world_camera,
       const auto voxel =
           surface.voxel((p_world / surface.config().voxel_m).array().floor().cast<int>());
       ++all;
-      is_less.at(u, v) = !voxel || voxel->views < views ? 1 : 0;
+      less += !voxel || voxel->views < views ? 1 : 0;
     }
   }
-  const int less = count_with_neighbours(is_less, kNeighbours);
   return all > 0 ? static_cast<double>(less) / all : 0;
 }
 

@@ -13,8 +13,7 @@ class SurfaceSample {
   /// One pixel of each square of step_px a side, where it makes a surface.
   SurfaceSample(const DepthView& view, const PreparationConfig& config, int step_px);
 
-  /// Share of it, 0 to 1, in voxels that fewer than `views` saw; 0 of nothing. Pixels around which
-  /// nearly all is known are not among it.
+  /// Share of it, 0 to 1, in voxels that fewer than `views` saw; 0 of nothing.
   [[nodiscard]] double share_seen_less(int views, const SE3& T_world_camera,
                                        const SurfaceLayer& surface) const;
   [[nodiscard]] std::size_t bytes() const { return depth_.size() * sizeof(std::uint16_t); }

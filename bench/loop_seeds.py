@@ -253,7 +253,7 @@ def report_ring(name, runs):
     print(f"{name}, {len(runs)} seeds: ATE [mm] closed {spread([r['closed_mm'] for r in runs])}, "
           f"open {spread([r['open_mm'] for r in runs])}, "
           f"ratio {spread([r['closed_mm'] / r['open_mm'] for r in runs])}; drift of the open one "
-          f"[mm] {spread([r['drift_mm'] for r in runs])}; "
+          f"[mm] {spread([r['drift_mm'] for r in runs if 'drift_mm' in r])}; "
           f"loops {sum(r['closed'] for r in runs)}, false {sum(r['false'] for r in runs)}")
 
 

@@ -1,4 +1,5 @@
-"""The arithmetic of bench/loop_seeds.py and bench/rendered_seeds.py on sequences made up for it.
+"""The arithmetic of bench/loop_seeds.py, rendered_seeds.py and odometry_steps.py on sequences made
+up for it.
 
     python tests/loop_seeds_test.py
 """
@@ -13,6 +14,7 @@ from scipy.spatial.transform import Rotation
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "bench"))
 
 import loop_seeds  # noqa: E402
+import odometry_steps  # noqa: E402
 import rendered_seeds as rs  # noqa: E402
 
 
@@ -116,6 +118,15 @@ class Judged(unittest.TestCase):
         self.assertAlmostEqual(loop_seeds.drift_m(estimates, truth), 0.08)
         del estimates[max(estimates)]
         self.assertAlmostEqual(loop_seeds.drift_m(estimates, truth), 0.06)
+
+    def test_a_jump_of_odometry_is_the_length_by_which_a_step_is_off(self):
+        truth = {s: p[:3] for s, p in walk(5).truth().items()}
+        stamps = sorted(truth)
+        turned = {s: np.array([1.0, p[0], 0]) for s, p in truth.items()}  # another frame: no matter
+        turned[stamps[3]] += [0, 0.3, 0]
+        turned[stamps[4]] += [0, 0.3, 0]
+        extra = odometry_steps.extra_steps_m(turned, truth)
+        self.assertEqual([round(extra[s], 9) for s in stamps[1:]], [0, 0, 0.3, 0])
 
     def test_spread_is_median_and_ends(self):
         self.assertEqual(loop_seeds.spread([3, 1, 2]), "2 (1 to 3)")

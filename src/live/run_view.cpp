@@ -143,7 +143,8 @@ void RunView::publish_mesh(MeshSight sight) {
 void RunView::show_cloud(const std::function<std::vector<ColouredPoint>()>& make) {
   const auto before = Clock::now();
   Batch batch(*this);
-  if (before < map_due_ || !batch.wants("/cloud")) return;
+  const bool is_late = before >= map_due_ || is_paused();  // paused, no later one makes up for it
+  if (!is_late || !batch.wants("/cloud")) return;
   batch.put("/cloud", ros::PointCloud2::kType, now_,
             to_cdr(cloud_message(make(), kMostPoints, now_)), 0);
   map_due_ = before + kMapEvery;

@@ -38,7 +38,8 @@ class RunView {
   /// The map, if somebody wants it and it is time; asks the runner in this thread.
   void show_map(Runner& runner);
 
-  /// Points of the world in place of a map, if somebody wants them and it is time.
+  /// Points of the world in place of a map, if somebody wants them and it is time; while it is
+  /// paused, of each frame.
   /// @param make them: called where they are wanted.
   void show_cloud(const std::function<std::vector<ColouredPoint>()>& make);
 

@@ -177,7 +177,8 @@ bool DenseMap::association_is_loose() const {
 }
 
 void DenseMap::bring_up_to_date(Contribution& now) {
-  if (now.is_up_to_date() || spare_anew(now)) return;
+  spare_anew(now);
+  if (now.is_up_to_date()) return;
   take_back(now);
   if (!now.wanted || volume_.views() + 1 >= Volume::kMaxViews) return;
   if (!now.wanted_state) associate(now);
@@ -185,7 +186,11 @@ void DenseMap::bring_up_to_date(Contribution& now) {
       volume_.integrate(view_of(now, *now.wanted_state, *now.wanted), *now.wanted);
   now.fused = now.wanted;
   now.fused_state = *now.wanted_state;
-  if (!now.fused_state.gone) now.seen = {seen, *now.fused, seen_state(now.fused_state)};
+  now.seen_without_gone.reset();
+  if (now.fused_state.gone)
+    now.seen_without_gone = seen;
+  else
+    now.seen = {seen, *now.fused, seen_state(now.fused_state)};
 }
 
 void DenseMap::associate(Contribution& now) {
@@ -245,7 +250,8 @@ bool DenseMap::drop_needless(DenseViewId id) {
 bool DenseMap::step() {
   DenseViewId farthest_id;
   Contribution* farthest = nullptr;
-  double farthest_m = kLooseVoxels * config_.volume.surface.voxel_m;
+  const double loose_m = kLooseVoxels * config_.volume.surface.voxel_m;
+  double farthest_m = loose_m;
   for (auto& [id, contribution] : contributions_) {
     const double off_m = out_of_place_m(contribution);
     if (off_m <= farthest_m) continue;
@@ -264,8 +270,9 @@ bool DenseMap::step() {
   }
   if (drop_needless(farthest_id)) return true;
   const bool is_new = !farthest->fused;
-  bring_up_to_date(*farthest);
-  const bool is_done = farthest->is_up_to_date();
+  spare_anew(*farthest);
+  if (out_of_place_m(*farthest) > loose_m) bring_up_to_date(*farthest);
+  const bool is_done = out_of_place_m(*farthest) <= loose_m;
   if (is_new && is_done) {
     const SE3 T_world_camera = *farthest->fused;
     settle_space_of(*farthest);
@@ -291,6 +298,7 @@ void DenseMap::finish() {
   if (is_finished_) return;
   take_in_new_frames();
   associate_all();
+  settle_space();  // what came or went is all but known, so that few are put in twice
   const auto moved = std::count_if(contributions_.begin(), contributions_.end(), [](const auto& c) {
     return c.second.fused && !c.second.is_up_to_date();
   });
@@ -336,6 +344,7 @@ std::size_t DenseMap::memory_bytes() const {
     bytes += contribution.view->bytes();
     if (contribution.sample) bytes += contribution.sample->bytes();
     if (contribution.seen) bytes += contribution.seen->space.memory_bytes();
+    if (contribution.seen_without_gone) bytes += contribution.seen_without_gone->memory_bytes();
     for (const ThingView& thing : contribution.things)
       bytes += thing.p_camera.capacity() * sizeof(Eigen::Vector3f);
   }

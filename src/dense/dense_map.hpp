@@ -116,6 +116,8 @@ class DenseMap {
       [[nodiscard]] bool is_of(const SE3& T_world_now, const PixelState& state_now) const;
     };
     std::optional<Seen> seen;  // what it said of space at last
+    /// The same as it was put in, where that differs: something went.
+    std::optional<SeenSpace> seen_without_gone;
 
     [[nodiscard]] bool is_up_to_date() const;
   };
@@ -125,9 +127,9 @@ class DenseMap {
   [[nodiscard]] DepthView view_of(const Contribution& contribution, const PixelState& state,
                                   const SE3& T_world_camera);
   void take_back(Contribution& contribution);
-  /// Brings it up to date if nothing else changed than cells that it must not carve.
-  /// @return whether that was so.
-  bool spare_anew(Contribution& contribution);
+  /// Exchanges the cells that it must not carve if nothing else of its pixels changed; it stays
+  /// where it was put in.
+  void spare_anew(Contribution& contribution);
   /// Of a frame taken after that keyframe.
   [[nodiscard]] DenseViewId next_id(KeyframeId newest) const;
   /// Whether a keyframe was corrected by more than what things are told apart by.

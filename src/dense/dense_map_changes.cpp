@@ -50,17 +50,17 @@ const SeenSpace& DenseMap::space_seen(Contribution& contribution) {
   return seen->space;
 }
 
-bool DenseMap::spare_anew(Contribution& now) {
-  const bool is_alike = same(now.wanted, now.fused) && now.fused && now.wanted_state &&
-                        !now.fused_state.gone && !now.wanted_state->gone &&
-                        without_changes(*now.wanted_state) == without_changes(now.fused_state);
-  if (!is_alike) return false;
+void DenseMap::spare_anew(Contribution& now) {
+  if (!now.fused || !now.wanted_state) return;
+  PixelState spared = now.fused_state;
+  spared.came = now.wanted_state->came;
+  if (spared == now.fused_state || spared != *now.wanted_state) return;
   const auto cells = [](const PixelState& state) {
     return state.came ? *state.came : std::vector<SpaceIndex>();
   };
-  volume_.spare_anew(space_seen(now), cells(now.fused_state), cells(*now.wanted_state));
-  now.fused_state = *now.wanted_state;
-  return true;
+  const SeenSpace& seen = now.seen_without_gone ? *now.seen_without_gone : space_seen(now);
+  volume_.spare_anew(seen, cells(now.fused_state), cells(spared));
+  now.fused_state = spared;
 }
 
 bool DenseMap::sees_space_change(Contribution& contribution) {

@@ -23,7 +23,7 @@ struct Options {
   std::size_t frames = 60, stride = 4;
   std::vector<double> voxels_m{0.05, 0.02, 0.01};
   int laps = 0, threads = 1;
-  double max_depth_m = 4.5, truncation_sigmas = 3;
+  double max_depth_m = 4.5, truncation_voxels = 3, truncation_sigmas = 3;
 };
 
 struct Times {
@@ -92,6 +92,7 @@ void measure(const Views& input, double voxel_m, const Options& options) {
   VolumeConfig config;
   config.surface.voxel_m = voxel_m;
   config.preparation.max_depth_m = options.max_depth_m;
+  config.surface.truncation_voxels = options.truncation_voxels;
   config.surface.truncation_sigmas = options.truncation_sigmas;
   config.threads = options.threads;
   Volume volume(config);
@@ -187,6 +188,7 @@ int main(int argc, char** argv) {
   app.add_option("--laps", options.laps, "times the frames are added once more, at noisy poses");
   app.add_option("--threads", options.threads, "that integrate");
   app.add_option("--max-depth", options.max_depth_m, "of surfaces [m]");
+  app.add_option("--truncation-voxels", options.truncation_voxels, "of the signed distance, least");
   app.add_option("--truncation-sigmas", options.truncation_sigmas, "of the signed distance");
   CLI11_PARSE(app, argc, argv);
   const Views views = make_views(load_posed(options.sequence, options.stride, options.frames));

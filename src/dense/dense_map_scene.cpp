@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "dense/dense_map.hpp"
+#include "dense/edge_labels.hpp"
 #include "dense/room_structure.hpp"
 #include "dense/scene_objects.hpp"
 #include "dense/supports.hpp"
@@ -53,6 +54,7 @@ StaticScene DenseMap::scene() {
   StaticScene scene{mesh(), space_cells(volume_), {}, {}};
   Vec3 up, place;
   if (mean_camera(up, place) == 0) return scene;
+  label_edges(scene.mesh);
   scene.gravity = find_gravity(scene.mesh, up, place);
   scene.objects = place_objects(objects_, scene.gravity, scene.mesh, scene.space);
   add_tables(scene);
@@ -60,6 +62,17 @@ StaticScene DenseMap::scene() {
   label_structure(scene.mesh, scene.gravity);
   label_cells(scene.mesh, scene.space);
   return scene;
+}
+
+void DenseMap::label_edges(TriangleMesh& mesh) {
+  EdgeLabels edges(mesh, config_.volume.preparation.noise);
+  if (edges.empty()) return;
+  for (const auto& [id, contribution] : contributions_) {
+    if (!contribution.fused) continue;
+    const SE3& T_world_camera = *contribution.fused;
+    edges.step(view_of(contribution, contribution.fused_state, T_world_camera), T_world_camera);
+  }
+  edges.name(mesh);
 }
 
 void DenseMap::add_tables(StaticScene& scene) const {

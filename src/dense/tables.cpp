@@ -44,6 +44,7 @@ bool stands_there(const SceneObject& object) {
 
 struct Top {
   std::vector<Vec3> points_world;
+  std::size_t named = 0;  // how many of them masks call a table
   double m2 = 0;
   double height_m = 0;  // mean, above the floor
 };
@@ -168,6 +169,7 @@ class TopParts {
     all.m2 += other.m2;
     all.points_world.insert(all.points_world.end(), other.points_world.begin(),
                             other.points_world.end());
+    all.named += other.named;
     return all;
   }
 
@@ -254,6 +256,7 @@ std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
     if (!level[i]) continue;
     Top& top = tops[pieces.root(i)];
     top.points_world.push_back(mesh.vertices[i].p_world.cast<double>());
+    if (mesh.vertices[i].label.object != kNoSceneObject) ++top.named;
     top.m2 += areas_m2[i];
   }
   std::vector<Top> parts;
@@ -281,6 +284,12 @@ const SceneObject* named_table(const Top& top, std::span<const SceneObject> obje
       return &object;
   }
   return nullptr;
+}
+
+/// Whether masks show all of it: then they say what on it is none of it, too.
+bool is_shown_whole(const Top& top, const TableConfig& config) {
+  return static_cast<double>(top.named) >=
+         config.whole_share * static_cast<double>(top.points_world.size());
 }
 
 /// From the top down to the floor.
@@ -316,6 +325,7 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
     const OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
     SceneObject table;
     if (const SceneObject* named = named_table(top, objects, config)) {
+      if (is_shown_whole(top, config)) continue;
       table = *named;
     } else {
       table.id = SceneObjectId{

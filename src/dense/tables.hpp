@@ -21,13 +21,15 @@ struct TableConfig {
   double max_hidden_m = 0.4;     ///< between its parts: strips that what stands on it hides
   TableLegsConfig legs = {};
   double min_share_in = 0.3;  ///< of a top in the box of a table that a network named
+  double whole_share = 0.7;   ///< of such a top that masks call a table: they show all of it
 };
 
 /// Numbers of these tables go down from here: those of what a network named go up.
 inline constexpr SceneObjectId kFirstTable{0xfffd};
 
 /// Level surfaces of the height and size of a table, where nothing was named but tables: one that
-/// lies in the box of a named table is of that table, any other is a table that stands there.
+/// lies in the box of a named table is of that table, any other is a table that stands there. What
+/// masks of a table hardly show is given to it, too, but where they show nearly all of its top.
 /// @param mesh its vertices without an object are given to the tables they belong to.
 /// @param space where air was seen, which tells what hangs under a table and which strips are of
 /// one top; empty: nothing and none.

@@ -146,6 +146,26 @@ TEST_F(TableRoom, OneThatANetworkNamedIsNotFoundTwiceButItsTopIsNamed) {
   EXPECT_EQ(find_tables(again, gravity_, {&known, 1}, {}).size(), 1U);
 }
 
+TEST_F(TableRoom, WhereMasksShowNearlyAllOfATopTheRestIsNoneOfIt) {
+  SceneObject known;
+  known.id = SceneObjectId{4};
+  known.semantic_class = kTable;
+  known.state = ObjectState::kStatic;
+  known.box = {SE3(T_world_room_.R(), T_world_room_ * Vec3(1.75, 1.5, 0.375)), Vec3(1.5, 1, 0.8)};
+  const SE3 T_room_world = T_world_room_.inverse();
+  for (const double sheet_m : {0.3, 0.6}) {  // a fifth of the top, two fifths
+    mesh_ = room(T_world_room_);
+    for (SurfacePoint& vertex : mesh_.vertices) {
+      const Vec3 p_room = T_room_world * vertex.p_world.cast<double>();
+      if (std::abs(p_room.z() - 0.75) < 1e-3 && p_room.y() > 0.9 && p_room.x() > 0.99 + sheet_m)
+        vertex.label = {kTable, known.id, 1};
+    }
+    const auto before = named();
+    EXPECT_TRUE(find_tables(mesh_, gravity_, {&known, 1}, {}).empty());
+    EXPECT_EQ(named(), sheet_m < 0.5 ? before : 31 * 21);
+  }
+}
+
 TEST_F(TableRoom, WhatIsNamedKeepsItsName) {
   for (SurfacePoint& vertex : mesh_.vertices) vertex.label = {coco_class(59), SceneObjectId{2}, 1};
   EXPECT_TRUE(find_tables(mesh_, gravity_, {}, {}).empty()) << "a bed is as high";

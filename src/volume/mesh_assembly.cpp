@@ -8,6 +8,8 @@
 namespace ygslam {
 namespace {
 
+bool is_thing(SceneObjectId object) { return object != kNoSceneObject && object != kUnsureObject; }
+
 constexpr std::uint32_t kUnused = 0xffffffffU;
 constexpr int kEdgeBits = 11;
 constexpr std::uint16_t kEdgeMask = (1 << kEdgeBits) - 1;
@@ -100,16 +102,23 @@ class Assembly {
   }
 
   void drop_small_pieces() {
-    if (config_.min_triangles <= 1) return;
+    if (std::max(config_.min_triangles, config_.min_thing_triangles) <= 1) return;
     Pieces pieces(points_.size());
     for (const auto& t : triangles_) {
       pieces.join(t[0], t[1]);
       pieces.join(t[0], t[2]);
     }
-    std::vector<int> size(points_.size(), 0);
-    for (const auto& t : triangles_) ++size[pieces.root(t[0])];
-    std::erase_if(triangles_,
-                  [&](const auto& t) { return size[pieces.root(t[0])] < config_.min_triangles; });
+    std::vector<int> size(points_.size(), 0), of_things(points_.size(), 0);
+    for (const auto& t : triangles_) {
+      const std::uint32_t root = pieces.root(t[0]);
+      ++size[root];
+      if (is_thing(points_[t[0]].label.object)) ++of_things[root];
+    }
+    std::erase_if(triangles_, [&](const auto& t) {
+      const std::uint32_t root = pieces.root(t[0]);
+      const bool shows_thing = 2 * of_things[root] > size[root];
+      return size[root] < (shows_thing ? config_.min_thing_triangles : config_.min_triangles);
+    });
   }
 
   TriangleMesh compacted() {

@@ -265,19 +265,28 @@ TEST(SceneVolume, ViewsThatAreNotSureVoteForNothing) {
   EXPECT_TRUE(volume.surface().blocks().keys().empty());
 }
 
-TEST(SceneVolume, SmallPiecesCanBeLeftOut) {
-  World world = room_with_ball();
-  world.spheres[0].radius_m = 0.1;
-  const Volume volume = fuse(world, around(30));
-  ReadingConfig all;
-  all.min_triangles = 0;
-  const std::size_t crumb = object_mesh(volume_mesh(volume, all), kBall).triangles.size();
-  ASSERT_GT(crumb, 20U);
-  ReadingConfig keep = all, drop = all;
-  keep.min_triangles = static_cast<int>(crumb);
-  drop.min_triangles = static_cast<int>(crumb) + 1;
-  EXPECT_EQ(object_mesh(volume_mesh(volume, keep), kBall).triangles.size(), crumb);
-  EXPECT_EQ(object_mesh(volume_mesh(volume, drop), kBall).triangles.size(), 0U);
+TEST(SceneVolume, SmallPiecesAreLeftOutThoseOfThingsWhenTheyAreSmaller) {
+  for (const SceneObjectId object : {kNoSceneObject, SceneObjectId{7}}) {
+    World world = room_with_ball(object);
+    world.spheres[0].radius_m = 0.1;
+    const Volume volume = fuse(world, around(30));
+    const auto of_ball = [&](const ReadingConfig& config) {
+      int triangles = 0;
+      const TriangleMesh mesh = volume_mesh(volume, config);
+      for (const auto& t : mesh.triangles)
+        triangles += mesh.vertices[t[0]].p_world.norm() < 0.2F ? 1 : 0;
+      return triangles;
+    };
+    ReadingConfig all;
+    all.min_triangles = all.min_thing_triangles = 0;
+    const int crumb = of_ball(all);
+    ASSERT_GT(crumb, 20);
+    ReadingConfig keep = all, drop = all;
+    (object == kNoSceneObject ? keep.min_triangles : keep.min_thing_triangles) = crumb;
+    (object == kNoSceneObject ? drop.min_triangles : drop.min_thing_triangles) = crumb + 1;
+    EXPECT_EQ(of_ball(keep), crumb);
+    EXPECT_EQ(of_ball(drop), 0);
+  }
 }
 
 TEST(SceneVolume, MemoryIsAsEstimated) {

@@ -1,0 +1,86 @@
+#include "dense/edge_labels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ygslam {
+namespace {
+
+constexpr int kRings = 2;  // of vertices about an edge
+constexpr double kLeastDepth_m = 0.2;
+constexpr double kMargin_m = 0.01, kMarginSigmas = 3;  // of the depth: of the same surface
+
+/// Of each vertex, whether another number lies in one of the rings about it.
+std::vector<bool> near_edges(const TriangleMesh& mesh) {
+  std::vector<bool> is_near(mesh.vertices.size(), false);
+  for (const auto& t : mesh.triangles) {
+    const auto object = [&](std::size_t i) { return mesh.vertices[t[i]].label.object; };
+    if (object(0) == object(1) && object(0) == object(2)) continue;
+    for (const std::uint32_t vertex : t) is_near[vertex] = true;
+  }
+  for (int ring = 1; ring < kRings; ++ring) {
+    const std::vector<bool> inner = is_near;
+    for (const auto& t : mesh.triangles)
+      if (inner[t[0]] || inner[t[1]] || inner[t[2]])
+        for (const std::uint32_t vertex : t) is_near[vertex] = true;
+  }
+  return is_near;
+}
+
+}  // namespace
+
+EdgeLabels::EdgeLabels(const TriangleMesh& mesh, const DepthNoise& noise) : noise_(noise) {
+  const std::vector<bool> is_near = near_edges(mesh);
+  for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i)
+    if (is_near[i]) vertices_.push_back({i, mesh.vertices[i].p_world.cast<double>(), 0, {}});
+}
+
+void EdgeLabels::step(const DepthView& view, const SE3& T_world_camera) {
+  const SE3 T_camera_world = T_world_camera.inverse();
+  const Pinhole& camera = view.camera;
+  for (Vertex& vertex : vertices_) {
+    const Vec3 p = T_camera_world * vertex.p_world;
+    if (p.z() < kLeastDepth_m) continue;
+    const double x = camera.fx * p.x() / p.z() + camera.cx + 0.5;
+    const double y = camera.fy * p.y() / p.z() + camera.cy + 0.5;
+    if (!(x >= 0 && y >= 0 && x < camera.width && y < camera.height)) continue;
+    const int u = static_cast<int>(x), v = static_cast<int>(y);
+    const double off_m = std::abs(view.depth.at(u, v) * DepthView::kUnit_m - p.z());
+    const auto sigma_m = static_cast<double>(noise_.sigma_m(static_cast<float>(p.z())));
+    if (off_m > kMargin_m + kMarginSigmas * sigma_m) continue;
+    const std::uint8_t shown = view.object.at(u, v);
+    if (shown == DepthView::kNothing) ++vertex.nothing;
+    if (!DepthView::is_thing(shown)) continue;
+    const SceneObjectId object = view.objects[shown - 1U];
+    const auto known = std::lower_bound(
+        vertex.votes.begin(), vertex.votes.end(), object,
+        [](const auto& entry, SceneObjectId wanted) { return entry.first < wanted; });
+    if (known != vertex.votes.end() && known->first == object)
+      ++known->second;
+    else
+      vertex.votes.insert(known, {object, 1});
+  }
+}
+
+void EdgeLabels::name(TriangleMesh& mesh) const {
+  for (const Vertex& vertex : vertices_) {
+    int all = vertex.nothing, most = 0;
+    SceneObjectId best = kNoSceneObject;
+    for (const auto& [object, count] : vertex.votes) {
+      all += count;
+      if (count <= most) continue;
+      most = count;
+      best = object;
+    }
+    if (all == 0) continue;
+    if (most < vertex.nothing) {
+      best = kNoSceneObject;
+      most = vertex.nothing;
+    }
+    SurfaceLabel& label = mesh.vertices[vertex.number].label;
+    label.object = best;
+    label.probability = static_cast<float>(most) / static_cast<float>(all);
+  }
+}
+
+}  // namespace ygslam

@@ -7,8 +7,7 @@
 namespace ygslam {
 namespace {
 
-constexpr int kAxisBits = 21;
-constexpr std::int64_t kBias = std::int64_t{1} << (kAxisBits - 1);
+constexpr std::int64_t kBias = std::int64_t{1} << (kCellAxisBits - 1);
 constexpr int kManyViews = 4;
 constexpr double kLeastShare = 0.1;  // of an object's views that show a point of its surface
 constexpr double kEnoughViews = 3;   // if that is less: most may show it half hidden
@@ -31,19 +30,15 @@ CellKey cell_key(const Vec3& p_world, double cell_m) {
   CellKey key = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::int64_t>(std::floor(p_world[axis] / cell_m));
-    key = key << kAxisBits |
+    key = key << kCellAxisBits |
           static_cast<CellKey>(std::clamp(i + kBias, std::int64_t{1}, 2 * kBias - 2));
   }
   return key;
 }
 
 Vec3 low_corner(CellKey key, double cell_m) {
-  Vec3 corner;
-  for (int axis = 2; axis >= 0; --axis, key >>= kAxisBits)
-    corner[axis] =
-        cell_m * static_cast<double>(
-                     static_cast<std::int64_t>(key & ((CellKey{1} << kAxisBits) - 1)) - kBias);
-  return corner;
+  const Eigen::Vector3i bias = Eigen::Vector3i::Constant(static_cast<int>(kBias));
+  return cell_m * (cell_coordinates(key) - bias).cast<double>();
 }
 
 const std::vector<CellKey>& neighbour_steps() {
@@ -52,7 +47,8 @@ const std::vector<CellKey>& neighbour_steps() {
     for (std::int64_t x = -1; x <= 1; ++x)
       for (std::int64_t y = -1; y <= 1; ++y)
         for (std::int64_t z = -1; z <= 1; ++z)
-          steps.push_back(static_cast<CellKey>((x << 2 * kAxisBits) + (y << kAxisBits) + z));
+          steps.push_back(
+              static_cast<CellKey>((x << 2 * kCellAxisBits) + (y << kCellAxisBits) + z));
     return steps;
   }();
   return kSteps;

@@ -18,7 +18,14 @@ namespace ygslam {
 
 /// A cube of the world, by the whole numbers of its place.
 using CellKey = std::uint64_t;
+inline constexpr int kCellAxisBits = 21;
 [[nodiscard]] CellKey cell_key(const Vec3& p_world, double cell_m);
+/// Of the cell's place, counted from the least that there is.
+[[nodiscard]] inline Eigen::Vector3i cell_coordinates(CellKey key) {
+  constexpr CellKey kMask = (CellKey{1} << kCellAxisBits) - 1;
+  return {static_cast<int>(key >> 2 * kCellAxisBits & kMask),
+          static_cast<int>(key >> kCellAxisBits & kMask), static_cast<int>(key & kMask)};
+}
 /// Of the cell, in the world [m].
 [[nodiscard]] Vec3 low_corner(CellKey key, double cell_m);
 /// The 26 cells around another, and itself: what is added to its key.

@@ -11,9 +11,28 @@ namespace {
 
 constexpr double kBesideWeight = 0.5;  // of a cell next to one of the other's
 
+/// Cells that may lie in a box of the world or beside it.
+class CellsNear {
+ public:
+  CellsNear(const Eigen::AlignedBox3d& box_world, double cell_m) {
+    if (box_world.isEmpty()) return;
+    const Eigen::Vector3i one = Eigen::Vector3i::Ones();
+    low_ = cell_coordinates(cell_key(box_world.min(), cell_m)) - one;
+    high_ = cell_coordinates(cell_key(box_world.max(), cell_m)) + one;
+  }
+  [[nodiscard]] bool contains(CellKey key) const {
+    const Eigen::Vector3i cell = cell_coordinates(key);
+    return (cell.array() >= low_.array()).all() && (cell.array() <= high_.array()).all();
+  }
+
+ private:
+  Eigen::Vector3i low_ = Eigen::Vector3i::Zero(), high_ = Eigen::Vector3i::Constant(-1);
+};
+
 /// Weight of a cell that is in a set, or beside it.
 template <typename Contains>
-double closeness(CellKey key, const Contains& contains) {
+double closeness(CellKey key, const CellsNear& near, const Contains& contains) {
+  if (!near.contains(key)) return 0;
   if (contains(key)) return 1;
   const auto& steps = neighbour_steps();
   const bool beside =
@@ -30,12 +49,12 @@ auto cells_in(const KnownObject& object) {
 
 /// Share of the object's cells that lie in a set; sums of halves are exact in any order.
 template <typename Contains>
-double share_in(const KnownObject& object, const Contains& contains) {
+double share_in(const KnownObject& object, const CellsNear& near, const Contains& contains) {
   double sum = 0;
   int count = 0;
   for (const auto& [key, views] : object.cells) {
     if (!object.believes(views)) continue;
-    sum += closeness(key, contains);
+    sum += closeness(key, near, contains);
     ++count;
   }
   return count > 0 ? sum / count : 0;
@@ -71,13 +90,15 @@ double ObjectMap::fit(const Detection& detection, const Cells& cells,
                       const KnownObject& object) const {
   if (are_apart(cells.extent_world, object.extent_world)) return 0;
   double sum = 0;
-  for (const CellKey key : cells.keys) sum += closeness(key, cells_in(object));
+  const CellsNear near(object.extent_world, config_.cell_m);
+  for (const CellKey key : cells.keys) sum += closeness(key, near, cells_in(object));
   const double overlap = sum / static_cast<double>(cells.keys.size());
   if (overlap < config_.min_overlap) return 0;
   if (is_in_top_two(object, detection.semantic_class)) return overlap;
   if (overlap < config_.min_other_overlap) return 0;
   // A book lies in the place of its table, but the table is not in that of the book.
-  const double of_object = share_in(object, [&](CellKey key) {
+  const CellsNear near_view(cells.extent_world, config_.cell_m);
+  const double of_object = share_in(object, near_view, [&](CellKey key) {
     return std::binary_search(cells.keys.begin(), cells.keys.end(), key);
   });
   return of_object < config_.min_other_overlap ? 0 : std::min(overlap, of_object);
@@ -236,7 +257,8 @@ void ObjectMap::merge_with_equals(SceneObjectId id) {
     const bool own_is_smaller = own.cells.size() < other->second.cells.size();
     const KnownObject& smaller = own_is_smaller ? own : other->second;
     const KnownObject& larger = own_is_smaller ? other->second : own;
-    if (share_in(smaller, cells_in(larger)) <= config_.merge_overlap) continue;
+    const CellsNear near(larger.extent_world, config_.cell_m);
+    if (share_in(smaller, near, cells_in(larger)) <= config_.merge_overlap) continue;
     const auto [kept, gone] = std::minmax(id, other->first);
     objects_.at(kept).merge(objects_.at(gone));
     merged_into_[gone] = kept;

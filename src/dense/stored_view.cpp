@@ -2,6 +2,7 @@
 
 #include <zstd.h>
 
+#include <memory>
 #include <new>
 #include <utility>
 
@@ -18,13 +19,19 @@ std::uint8_t coarse(std::uint8_t value, int bits) {
   return static_cast<std::uint8_t>((value & ~(step - 1)) | (step / 2));
 }
 
-/// Neighbours are alike: differences are small and compress well.
-void to_differences(std::string& plane) {
-  char before = 0;
-  for (char& value : plane) value = static_cast<char>(value - std::exchange(before, value));
+/// Neighbours are alike: differences are small and compress well. One after the other, plane by
+/// plane; the low and the high byte of a depth are those of the difference of the whole.
+struct Planes {
+  std::size_t pixels;
+  char* raw;
+  [[nodiscard]] char* plane(std::size_t i) const { return raw + i * pixels; }
+};
+
+char difference(std::uint8_t now, std::uint8_t& before) {
+  return static_cast<char>(now - std::exchange(before, now));
 }
-void from_differences(char* plane, std::size_t size) {
-  for (std::size_t i = 1; i < size; ++i) plane[i] = static_cast<char>(plane[i] + plane[i - 1]);
+std::uint8_t sum(char difference, std::uint8_t& before) {
+  return before = static_cast<std::uint8_t>(before + difference);
 }
 
 }  // namespace
@@ -33,30 +40,25 @@ StoredView::StoredView(DepthView& view) : camera_(view.camera), objects_(view.ob
   for (Rgb8& colour : view.colour)
     colour = {coarse(colour.r, 5), coarse(colour.g, 6), coarse(colour.b, 5)};
   const std::size_t pixels = view.depth.size();
-  std::string raw;
-  raw.reserve(kPlanes * pixels);
-  const auto add_plane = [&](auto byte_of) {
-    std::string plane(pixels, '\0');
-    for (std::size_t i = 0; i < pixels; ++i) plane[i] = static_cast<char>(byte_of(i));
-    to_differences(plane);
-    raw += plane;
-  };
+  std::string raw(kPlanes * pixels, '\0');
+  const Planes to{pixels, raw.data()};
   const auto depth = view.depth.begin();
-  const auto colour = view.colour.begin();
-  const auto object = view.object.begin();
-  // The high byte alone hardly ever changes; the low one is taken as the difference of the whole.
-  std::string low(pixels, '\0'), high(pixels, '\0');
-  std::uint16_t before = 0;
+  std::uint16_t depth_before = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
-    const auto difference = static_cast<std::uint16_t>(depth[i] - std::exchange(before, depth[i]));
-    low[i] = static_cast<char>(difference & 0xff);
-    high[i] = static_cast<char>(difference >> 8);
+    const auto step = static_cast<std::uint16_t>(depth[i] - std::exchange(depth_before, depth[i]));
+    to.plane(0)[i] = static_cast<char>(step & 0xff);
+    to.plane(1)[i] = static_cast<char>(step >> 8);
   }
-  raw += low + high;
-  add_plane([&](std::size_t i) { return colour[i].r; });
-  add_plane([&](std::size_t i) { return colour[i].g; });
-  add_plane([&](std::size_t i) { return colour[i].b; });
-  add_plane([&](std::size_t i) { return object[i]; });
+  const auto colour = view.colour.begin();
+  Rgb8 before;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    to.plane(2)[i] = difference(colour[i].r, before.r);
+    to.plane(3)[i] = difference(colour[i].g, before.g);
+    to.plane(4)[i] = difference(colour[i].b, before.b);
+  }
+  const auto object = view.object.begin();
+  std::uint8_t object_before = 0;
+  for (std::size_t i = 0; i < pixels; ++i) to.plane(5)[i] = difference(object[i], object_before);
   packed_.resize(ZSTD_compressBound(raw.size()));
   const std::size_t size =
       ZSTD_compress(packed_.data(), packed_.size(), raw.data(), raw.size(), kLevel);
@@ -92,26 +94,27 @@ DepthView StoredView::restored() const {
   view.colour = ColourImage(camera_.width, camera_.height);
   view.object = Image<std::uint8_t>(camera_.width, camera_.height);
   const std::size_t pixels = view.depth.size();
-  std::string raw(kPlanes * pixels, '\0');
-  const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), packed_.data(), packed_.size());
+  const auto raw = std::make_unique_for_overwrite<char[]>(kPlanes * pixels);
+  const std::size_t size =
+      ZSTD_decompress(raw.get(), kPlanes * pixels, packed_.data(), packed_.size());
   if (ZSTD_isError(size)) throw std::bad_alloc();
-  CHECK(size == raw.size());
-  std::uint16_t before = 0;
+  CHECK(size == kPlanes * pixels);
+  const Planes from{pixels, raw.get()};
   const auto depth = view.depth.begin();
+  std::uint16_t depth_before = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
-    const auto low = static_cast<std::uint8_t>(raw[i]);
-    const auto high = static_cast<std::uint8_t>(raw[pixels + i]);
-    before = depth[i] = static_cast<std::uint16_t>(before + (low | high << 8));
+    const auto low = static_cast<std::uint8_t>(from.plane(0)[i]);
+    const auto high = static_cast<std::uint8_t>(from.plane(1)[i]);
+    depth_before = depth[i] = static_cast<std::uint16_t>(depth_before + (low | high << 8));
   }
-  for (int plane = 2; plane < kPlanes; ++plane)
-    from_differences(raw.data() + plane * pixels, pixels);
-  const auto byte = [&](std::size_t plane, std::size_t i) {
-    return static_cast<std::uint8_t>(raw[plane * pixels + i]);
-  };
-  for (std::size_t i = 0; i < pixels; ++i) {
-    view.colour.begin()[i] = {byte(2, i), byte(3, i), byte(4, i)};
-    view.object.begin()[i] = byte(5, i);
-  }
+  const auto colour = view.colour.begin();
+  Rgb8 before;
+  for (std::size_t i = 0; i < pixels; ++i)
+    colour[i] = {sum(from.plane(2)[i], before.r), sum(from.plane(3)[i], before.g),
+                 sum(from.plane(4)[i], before.b)};
+  const auto object = view.object.begin();
+  std::uint8_t object_before = 0;
+  for (std::size_t i = 0; i < pixels; ++i) object[i] = sum(from.plane(5)[i], object_before);
   return view;
 }
 

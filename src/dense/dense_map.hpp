@@ -172,7 +172,7 @@ class DenseMap {
   void start_again();
   /// Of the views that are in: the mean of their upward axes and places. @return how many.
   int mean_camera(Vec3& up_guess_world, Vec3& place_world) const;
-  /// What vertices show where labels meet, by the pixels of all views that are in.
+  /// What vertices show where labels meet, by the pixels of all contributions that are in.
   void label_edges(TriangleMesh& mesh);
   /// Tables that no network named, with the views that look at them, whether something hides them
   /// or not.

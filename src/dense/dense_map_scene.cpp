@@ -65,14 +65,15 @@ StaticScene DenseMap::scene() {
 }
 
 void DenseMap::label_edges(TriangleMesh& mesh) {
-  EdgeLabels edges(mesh, config_.volume.preparation.noise);
+  EdgeLabels edges(mesh, config_.volume.preparation);
   if (edges.empty()) return;
   for (const auto& [id, contribution] : contributions_) {
     if (!contribution.fused) continue;
     const SE3& T_world_camera = *contribution.fused;
-    edges.step(view_of(contribution, contribution.fused_state, T_world_camera), T_world_camera);
+    edges.add_votes(view_of(contribution, contribution.fused_state, T_world_camera),
+                    T_world_camera);
   }
-  edges.name(mesh);
+  edges.write_labels(mesh);
 }
 
 void DenseMap::add_tables(StaticScene& scene) const {

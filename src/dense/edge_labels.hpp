@@ -13,27 +13,30 @@
 
 namespace ygslam {
 
+/// Labels of a mesh anew where different ones meet: by a vote of the pixels that show a vertex.
 class EdgeLabels {
  public:
   /// @param mesh with objects' numbers: of its vertices those are asked about that have one of
   /// another number beside them, or beside one next to them.
-  EdgeLabels(const TriangleMesh& mesh, const DepthNoise& noise);
+  /// @param preparation which depth is believed.
+  EdgeLabels(const TriangleMesh& mesh, const PreparationConfig& preparation);
 
   [[nodiscard]] bool empty() const { return vertices_.empty(); }
   /// Counts what the pixels at their places show, where the depth is theirs.
-  void step(const DepthView& view, const SE3& T_world_camera);
+  void add_votes(const DepthView& view, const SE3& T_world_camera);
   /// Gives each the number that most votes are for, the lowest of several, none only if more are
-  /// for that; what nobody saw stays as it was.
-  void name(TriangleMesh& mesh) const;
+  /// for that; what nobody saw stays as it was. The rule of SurfaceBlock::label().
+  void write_labels(TriangleMesh& mesh) const;
 
  private:
   struct Vertex {
-    std::uint32_t number = 0;  // in the mesh
+    std::uint32_t index = 0;  // in the mesh
     Vec3 p_world = Vec3::Zero();
-    int nothing = 0;                                   // views that see no thing there
+    int votes_for_none = 0;
     std::vector<std::pair<SceneObjectId, int>> votes;  // ascending
   };
   NoiseModel noise_;
+  double max_depth_m_;
   std::vector<Vertex> vertices_;
 };
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "dense/room_test_mesh.hpp"
 #include "volume/depth_view.hpp"
 
@@ -53,8 +56,8 @@ class EdgeOfAWall : public ::testing::Test {
   void name(const std::vector<DepthView>& views) {
     EdgeLabels edges(mesh_, {});
     ASSERT_FALSE(edges.empty());
-    for (const DepthView& view : views) edges.step(view, camera_at(0));
-    edges.name(mesh_);
+    for (const DepthView& view : views) edges.add_votes(view, camera_at(0));
+    edges.write_labels(mesh_);
   }
   TriangleMesh mesh_ = wall(0.06);
   int before_ = count_wrong(mesh_);
@@ -63,8 +66,8 @@ class EdgeOfAWall : public ::testing::Test {
 TEST_F(EdgeOfAWall, EachVertexBesideItIsWhatPixelsShow) {
   ASSERT_GT(before_, 0);
   EdgeLabels edges(mesh_, {});
-  for (const double x_m : {-0.2, 0.0, 0.2}) edges.step(view_of_wall(x_m), camera_at(x_m));
-  edges.name(mesh_);
+  for (const double x_m : {-0.2, 0.0, 0.2}) edges.add_votes(view_of_wall(x_m), camera_at(x_m));
+  edges.write_labels(mesh_);
   EXPECT_EQ(count_wrong(mesh_), 0);
   for (const SurfacePoint& vertex : mesh_.vertices) {
     const bool is_asked = vertex.p_world.x() > -0.02F && vertex.p_world.x() < 0.17F;
@@ -75,6 +78,43 @@ TEST_F(EdgeOfAWall, EachVertexBesideItIsWhatPixelsShow) {
 TEST_F(EdgeOfAWall, WhatHidesItOrLiesBehindSaysNothing) {
   name({view_of_wall(0, kDistance_m - 0.3), view_of_wall(0, kDistance_m + 0.3)});
   EXPECT_EQ(count_wrong(mesh_), before_);
+}
+
+TEST_F(EdgeOfAWall, DepthIsItsOwnWithinNoiseAndACentimetre) {
+  const double reach_m = 0.01 + 3 * static_cast<double>(NoiseModel(DepthNoise{}).sigma_m(2));
+  name({view_of_wall(0, kDistance_m - reach_m - 1e-3)});
+  EXPECT_EQ(count_wrong(mesh_), before_);
+  name({view_of_wall(0, kDistance_m - reach_m + 1e-3)});
+  EXPECT_EQ(count_wrong(mesh_), 0);
+}
+
+TEST_F(EdgeOfAWall, WithoutDepthTooFarAndElsewhereNobodySeesIt) {
+  DepthView empty = view_of_wall(0);
+  std::fill(empty.depth.begin(), empty.depth.end(), std::uint16_t{0});
+  const SE3 turned(so3_exp(Vec3(0, 2, 0)), Vec3::Zero());
+  PreparationConfig near;
+  near.max_depth_m = kDistance_m - 0.1;
+  EdgeLabels edges(mesh_, {}), too_far(mesh_, near);
+  edges.add_votes(empty, camera_at(0));
+  edges.add_votes(view_of_wall(0), turned);
+  too_far.add_votes(view_of_wall(0), camera_at(0));
+  edges.write_labels(mesh_);
+  too_far.write_labels(mesh_);
+  EXPECT_EQ(count_wrong(mesh_), before_);
+}
+
+TEST_F(EdgeOfAWall, TheCamerasPoseIsUsed) {  // the same picture of all that is turned and moved
+  const SE3 T_new_old(so3_exp(Vec3(0.3, -1.1, 0.7)), Vec3(2, -1, 0.5));
+  TriangleMesh moved = mesh_;
+  for (SurfacePoint& vertex : moved.vertices) {
+    vertex.p_world = (T_new_old * vertex.p_world.cast<double>()).cast<float>();
+  }
+  EdgeLabels edges(moved, {});
+  edges.add_votes(view_of_wall(0.1), T_new_old * camera_at(0.1));
+  edges.write_labels(moved);
+  for (std::size_t i = 0; i < moved.vertices.size(); ++i)
+    mesh_.vertices[i].label = moved.vertices[i].label;
+  EXPECT_EQ(count_wrong(mesh_), 0);
 }
 
 TEST_F(EdgeOfAWall, PixelsThatAreNotSureOrExcludedSayNothing) {

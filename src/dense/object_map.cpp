@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kBesideWeight = 0.5;  // of a cell next to one of the other's
 
-/// Cells that may lie in a box of the world or beside it.
+/// Cells that may lie in a box of the world or beside it: spares looking for what is far from it.
 class CellsNear {
  public:
   CellsNear(const Eigen::AlignedBox3d& box_world, double cell_m) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/rng.hpp"
 #include "dense/object_test_world.hpp"
 #include "dense/scene_objects.hpp"
 
@@ -288,6 +289,34 @@ TEST(ThingViews, SmallOnesKeepTheirEdges) {
   const GreyImage inner = without_edges(ids, 2);
   EXPECT_EQ(std::count(inner.begin(), inner.end(), 1), 32 * 32);
   EXPECT_EQ(std::count(inner.begin(), inner.end(), 2), 6 * 6);
+}
+
+TEST(Objects, AViewThatShowsACellBesideAnObjectsIsOfItInEveryDirection) {
+  ObjectMapConfig config;
+  const Vec3 p = config.cell_m * Vec3(-20.5, -0.5, 40.5);
+  const auto object_of = [&](ObjectMap& map, const Vec3& p_world, int stamp) {
+    ThingView view;
+    view.detection.semantic_class = kChair;
+    view.detection.score = 0.8F;
+    view.p_camera = {p_world.cast<float>()};
+    return map.step({&view, 1}, SE3(), Timestamp{stamp}).at(0);
+  };
+  for (int n = 0; n < 27; ++n) {
+    const Vec3 step = config.cell_m * Vec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+    ObjectMap beside(config), apart(config);
+    EXPECT_EQ(object_of(beside, p, 1), object_of(beside, p + step, 2)) << step.transpose();
+    if (step.isZero()) continue;
+    EXPECT_NE(object_of(apart, p, 1), object_of(apart, p + 2 * step, 2)) << step.transpose();
+  }
+}
+
+TEST(CellKey, ItsCellHoldsThePoint) {
+  Rng rng(3);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 p(rng.normal(0, 30), rng.normal(0, 30), rng.normal(0, 30));
+    const Vec3 low = low_corner(cell_key(p, 0.05), 0.05);
+    ASSERT_TRUE((low.array() <= p.array() + 1e-9).all() && (p.array() < low.array() + 0.05).all());
+  }
 }
 
 }  // namespace

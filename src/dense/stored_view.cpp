@@ -19,8 +19,9 @@ std::uint8_t coarse(std::uint8_t value, int bits) {
   return static_cast<std::uint8_t>((value & ~(step - 1)) | (step / 2));
 }
 
-/// Neighbours are alike: differences are small and compress well. One after the other, plane by
-/// plane; the low and the high byte of a depth are those of the difference of the whole.
+/// The bytes before compression: planes of a byte for each pixel, which hold differences to the
+/// pixel before (neighbours are alike, so they compress well). A depth is differenced as a whole,
+/// then split into a low and a high byte.
 struct Planes {
   std::size_t pixels;
   char* raw;
@@ -30,7 +31,7 @@ struct Planes {
 char difference(std::uint8_t now, std::uint8_t& before) {
   return static_cast<char>(now - std::exchange(before, now));
 }
-std::uint8_t sum(char difference, std::uint8_t& before) {
+std::uint8_t undo_difference(char difference, std::uint8_t& before) {
   return before = static_cast<std::uint8_t>(before + difference);
 }
 
@@ -110,11 +111,13 @@ DepthView StoredView::restored() const {
   const auto colour = view.colour.begin();
   Rgb8 before;
   for (std::size_t i = 0; i < pixels; ++i)
-    colour[i] = {sum(from.plane(2)[i], before.r), sum(from.plane(3)[i], before.g),
-                 sum(from.plane(4)[i], before.b)};
+    colour[i] = {undo_difference(from.plane(2)[i], before.r),
+                 undo_difference(from.plane(3)[i], before.g),
+                 undo_difference(from.plane(4)[i], before.b)};
   const auto object = view.object.begin();
   std::uint8_t object_before = 0;
-  for (std::size_t i = 0; i < pixels; ++i) object[i] = sum(from.plane(5)[i], object_before);
+  for (std::size_t i = 0; i < pixels; ++i)
+    object[i] = undo_difference(from.plane(5)[i], object_before);
   return view;
 }
 

@@ -44,7 +44,7 @@ bool stands_there(const SceneObject& object) {
 
 struct Top {
   std::vector<Vec3> points_world;
-  std::size_t named = 0;  // how many of them masks call a table
+  std::size_t named = 0;  // how many of them masks call a table, whichever: desks share a top
   double m2 = 0;
   double height_m = 0;  // mean, above the floor
 };
@@ -324,8 +324,8 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
   for (const Top& top : find_tops(mesh, gravity, space, config)) {
     const OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
     SceneObject table;
-    if (const SceneObject* named = named_table(top, objects, config)) {
-      if (is_shown_whole(top, config)) continue;
+    const SceneObject* named = named_table(top, objects, config);
+    if (named != nullptr) {
       table = *named;
     } else {
       table.id = SceneObjectId{
@@ -337,7 +337,8 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
       tables.push_back(table);
     }
     plates.emplace_back(plate, SurfaceLabel{kTable, table.id, table.probability});
-    name_plate(plate, plates.back().second, gravity, config, mesh);
+    if (named == nullptr || !is_shown_whole(top, config))
+      name_plate(plate, plates.back().second, gravity, config, mesh);
   }
   // Tables stand side by side: what is right under a top first, then what is beside it.
   TableLegsConfig right_under = config.legs;

@@ -28,8 +28,8 @@ struct TableConfig {
 inline constexpr SceneObjectId kFirstTable{0xfffd};
 
 /// Level surfaces of the height and size of a table, where nothing was named but tables: one that
-/// lies in the box of a named table is of that table, any other is a table that stands there. What
-/// masks of a table hardly show is given to it, too, but where they show nearly all of its top.
+/// lies in the box of a named table is of that table, any other is a table that stands there. Where
+/// masks show whole_share of its top or more, the rest of the top is left as it is.
 /// @param mesh its vertices without an object are given to the tables they belong to.
 /// @param space where air was seen, which tells what hangs under a table and which strips are of
 /// one top; empty: nothing and none.

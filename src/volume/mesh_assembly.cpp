@@ -8,8 +8,6 @@
 namespace ygslam {
 namespace {
 
-bool is_thing(SceneObjectId object) { return object != kNoSceneObject && object != kUnsureObject; }
-
 constexpr std::uint32_t kUnused = 0xffffffffU;
 constexpr int kEdgeBits = 11;
 constexpr std::uint16_t kEdgeMask = (1 << kEdgeBits) - 1;
@@ -112,7 +110,7 @@ class Assembly {
     for (const auto& t : triangles_) {
       const std::uint32_t root = pieces.root(t[0]);
       ++size[root];
-      if (is_thing(points_[t[0]].label.object)) ++of_things[root];
+      if (points_[t[0]].label.object != kNoSceneObject) ++of_things[root];  // a corner tells enough
     }
     std::erase_if(triangles_, [&](const auto& t) {
       const std::uint32_t root = pieces.root(t[0]);

@@ -66,6 +66,28 @@ TEST_F(TableLegs, WhatIsThinAndReachesFromTheFloorToTheTopIsALeg) {
   EXPECT_EQ(named_below(), 4 * 2 * 13);
 }
 
+TEST_F(TableLegs, OfATopThatMasksShowWholeTheyAreNamedToo) {
+  add_box({1.05, 1.05, 0}, {0.05, 0.05, 0.65});
+  SceneObject table;
+  table.id = SceneObjectId{4};
+  table.semantic_class = coco_class(60);
+  table.state = ObjectState::kStatic;
+  table.box = {SE3(T_world_room_.R(), T_world_room_ * Vec3(1.75, 1.5, 0.375)), Vec3(1.5, 1, 0.8)};
+  const auto is_top = [&](const SurfacePoint& vertex) {
+    const Vec3 p_room = T_world_room_.inverse() * vertex.p_world.cast<double>();
+    return std::abs(p_room.z() - 0.75) < 1e-3 && p_room.y() > 0.9 && p_room.x() > 0.9;
+  };
+  for (SurfacePoint& vertex : mesh_.vertices)
+    if (is_top(vertex)) vertex.label = {table.semantic_class, table.id, 1};
+  const auto named = [&] {
+    return std::ranges::count(mesh_.vertices, table.id,
+                              [](const SurfacePoint& vertex) { return vertex.label.object; });
+  };
+  const auto before = named();
+  EXPECT_TRUE(find_tables(mesh_, gravity_, {&table, 1}, space_).empty());
+  EXPECT_EQ(named(), before + 4 * 2 * 13);
+}
+
 TEST_F(TableLegs, WhatStandsOnTheTopAboveALegIsNoPartOfIt) {
   add_box({1.05, 1.05, 0}, {0.05, 0.05, 0.65});
   add_box({1.05, 1.05, 0.8}, {0.05, 0.05, 0.1});

@@ -302,7 +302,8 @@ TEST(Objects, AViewThatShowsACellBesideAnObjectsIsOfItInEveryDirection) {
     return map.step({&view, 1}, SE3(), Timestamp{stamp}).at(0);
   };
   for (int n = 0; n < 27; ++n) {
-    const Vec3 step = config.cell_m * Vec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+    const Eigen::Vector3i steps(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+    const Vec3 step = config.cell_m * steps.cast<double>();
     ObjectMap beside(config), apart(config);
     EXPECT_EQ(object_of(beside, p, 1), object_of(beside, p + step, 2)) << step.transpose();
     if (step.isZero()) continue;

@@ -51,7 +51,7 @@ NamedMesh DenseMap::named_mesh() {
 }
 
 StaticScene DenseMap::scene() {
-  StaticScene scene{mesh(), space_cells(volume_), {}, {}};
+  StaticScene scene{mesh(), space_cells(volume_, config_.reading), {}, {}};
   Vec3 up, place;
   if (mean_camera(up, place) == 0) return scene;
   label_edges(scene.mesh);

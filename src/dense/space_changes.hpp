@@ -15,7 +15,7 @@ namespace ygslam {
 struct SpaceChangesConfig {
   int looks = 3;        ///< views in a row, the last ones that saw a cell, that agree
   double settle_s = 2;  ///< that what came was seen: who walks by is no furniture
-  int min_cells = 12;   ///< that touch and changed: single ones are edges
+  int min_cells = 6;    ///< that touch and changed: single ones are edges
 };
 
 using SpaceIndex = Eigen::Vector3i;  ///< of a cell of the space layer

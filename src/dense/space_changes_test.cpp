@@ -67,6 +67,20 @@ TEST_F(Board, TheLastViewsDecideWhatWent) {
   EXPECT_EQ(gone_ + came_, 0U) << "they do not agree";
 }
 
+TEST_F(Board, WhatIsAsSmallAsAShoeGoesToo) {
+  const SeenSpace wall = look(false);
+  std::vector<SpaceIndex> seen_through = cells_;
+  std::erase_if(seen_through,
+                [&](const SpaceIndex& cell) { return wall.at(cell) != SpaceSight::kThrough; });
+  const auto gone_of = [&](std::ptrdiff_t count) {  // of the first ones, which are side by side
+    SpaceChanges changes({}, {seen_through.begin(), seen_through.begin() + count});
+    for (int i = 0; i < 3; ++i) changes.step(wall, at(100 - i));
+    return std::ssize(changes.gone());
+  };
+  EXPECT_EQ(gone_of(6), 6);
+  EXPECT_EQ(gone_of(5), 0) << "noise at edges";
+}
+
 TEST_F(Board, WhatCameMustStay) {
   show({true, true, true, true, true, false, false}, 0.5);
   EXPECT_EQ(came_, cells_.size());

@@ -38,7 +38,7 @@ bool colour_cell(const SurfaceLayer& layer, double cell_m, int around, SpaceCell
 
 }  // namespace
 
-SpaceCells space_cells(const Volume& volume) {
+SpaceCells space_cells(const Volume& volume, const ReadingConfig& config) {
   const SpaceLayer& space = volume.space();
   SpaceCells result;
   result.cell_m = space.config().cell_m;
@@ -51,6 +51,7 @@ SpaceCells space_cells(const Volume& volume) {
       SpaceCell cell;
       cell.state = counts.state();
       if (cell.state == SpaceState::kUnknown) continue;
+      if (cell.state == SpaceState::kOccupied && counts.hits < config.min_views) continue;
       cell.index = first + Eigen::Vector3i(offset % 8, offset / 8 % 8, offset / 64);
       cell.log_odds = counts.log_odds();
       if (cell.state == SpaceState::kOccupied &&

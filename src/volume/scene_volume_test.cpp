@@ -1,6 +1,7 @@
 // Rooms of which everything is known: where the surface must be, what is free, what is what.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <numbers>
 
@@ -160,6 +161,24 @@ TEST(SceneVolume, FreeOccupiedAndUnknownAreThreeThings) {
   const double true_free = (3.0 * 2.4 * 3.0 - 0.27) / (cell_m * cell_m * cell_m);
   EXPECT_GT(free, 0.6 * true_free);
   EXPECT_GT(occupied, 3000);
+}
+
+TEST(SceneVolume, SurfaceOfASingleViewIsUnknown) {
+  const World world = room_with_ball();
+  const std::vector<SE3> poses = around(40);
+  const auto occupied = [](const Volume& volume, const ReadingConfig& config) {
+    const SpaceCells cells = space_cells(volume, config);
+    return std::count_if(cells.cells.begin(), cells.cells.end(),
+                         [](const SpaceCell& cell) { return cell.state == SpaceState::kOccupied; });
+  };
+  Volume volume = fuse(world, {poses.begin(), poses.begin() + 1});
+  ReadingConfig trusting;
+  trusting.min_views = 1;
+  const auto seen_once = occupied(volume, trusting);
+  EXPECT_GT(seen_once, 500);
+  EXPECT_EQ(occupied(volume, {}), 0);
+  volume.integrate(render(world, poses.front()), poses.front());
+  EXPECT_EQ(occupied(volume, {}), seen_once);
 }
 
 TEST(SceneVolume, ThingThatWentAwayFreesItsSpace) {

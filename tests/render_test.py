@@ -102,6 +102,24 @@ class Render(CliTest):
             self.assertLess(off.mean(), 1)
             self.assertLess((off > 24).mean(), 1e-3, "but for JPEG's ringing at edges")
 
+    def test_a_video_holds_a_pose_until_the_next_one(self):
+        mesh, path, video = self.folder / "mesh.ply", self.folder / "path.txt", self.folder / "tour.avi"
+        write_mesh(mesh, *square())
+        for stamps, fps, count in (((0, 0.5, 1, 1.5), 10, 16),  # keyframes: as long as they took
+                                   ([i / 15 for i in range(15)], 15, 15),  # none falls to rounding
+                                   ([i / 15 for i in range(15)], 30, 29),
+                                   ((0, 1000), 2, 5)):  # who stood for long is not waited for
+            path.write_text("".join(f"{t:.6f} {t} 0 0 0 0 0 1\n" for t in stamps), encoding="utf-8")
+            self.assert_ran(ygslam("render", mesh, "--up", "0,1,0", "--path", path, "--size", "80x60",
+                                   "--video", video, "--fps", str(fps)))
+            self.assertEqual(avi_images(video)[1], count, (stamps, fps))
+
+    def test_boxes_that_nothing_tells_of_are_an_error(self):
+        mesh = self.folder / "mesh.ply"
+        write_mesh(mesh, *square())
+        done = ygslam("render", mesh, "--boxes", "--out", self.folder / "boxes.png")
+        self.assert_error(done, 4, "mesh.ply", "objects.json")
+
     def test_a_video_without_a_path_goes_around_the_scene(self):
         mesh, video = self.folder / "mesh.ply", self.folder / "tour.avi"
         write_mesh(mesh, *square())
@@ -226,10 +244,26 @@ class MapEval(CliTest):
         self.assertLess(scores["with"]["ghosts"], 0.1 * scores["without"]["ghosts"], scores)
         self.assertGreater(scores["with"]["f1"], 0.8, scores)
 
+    def test_an_empty_map_has_no_accuracy(self):
+        truth, empty = self.folder / "truth.ply", self.folder / "empty.ply"
+        write_mesh(truth, *square())
+        write_mesh(empty, np.zeros((0, 3)), np.zeros((0, 3), int))
+        score = self.judge(empty, "--truth", truth)
+        self.assertEqual((score["accuracy_m"], score["precision"], score["completeness"]), (None, None, 0))
+        done = ygslam("eval", "--map", empty, "--truth", truth)
+        self.assert_ran(done)
+        self.assertRegex(done.stdout, "empty.ply: empty, 0 % of")
+
+    def test_an_export_without_the_dense_map_is_refused(self):
+        done = self.run_slam(sequence(), "--set", "run.without=dense_map", "--export", self.folder / "scene")
+        self.assert_error(done, 3, "dense_map", "--export")
+
     def test_bad_calls_and_files_are_one_line(self):
         mesh = self.folder / "mesh.ply"
         write_mesh(mesh, *square())
         self.assert_error(ygslam("eval", "--map", mesh), 2, "--truth")
+        for option, value in (("--errors", "x.csv"), ("--plot", "x.svg"), ("--times", mesh), ("--frames", mesh)):
+            self.assert_error(ygslam("eval", "--map", mesh, "--truth", mesh, option, value), 2, option)
         self.assert_error(ygslam("eval", "--truth", mesh), 2, "--map")
         self.assert_error(ygslam("eval", "--map", mesh, "--truth", mesh, "--est", mesh), 2, "--gt")
         self.assert_error(ygslam("eval", "--map", mesh, "--truth", self.folder / "none"), 4, "none")

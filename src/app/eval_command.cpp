@@ -271,14 +271,20 @@ void declare_options(CLI::App& command, EvalArguments& a) {
   command.add_option("--errors", a.errors, "Write the errors of every pose")->type_name("FILE.csv");
   command.add_option("--plot", a.plot, "Draw the paths and the errors over time")
       ->type_name("FILE.svg|png|pdf");
-  command.add_flag("--tracks", a.tracks,
-                   "The files are tracks of things (MOTChallenge text): HOTA, IDF1, CLEAR MOT");
-  command
-      .add_option("--map", a.map,
-                  "Judge a surface: mesh.ply, cloud.ply or the folder it lies in (see below)")
-      ->excludes("--align")
-      ->excludes("--tracks")
-      ->type_name("FILE|DIR");
+  CLI::Option* tracks =
+      command.add_flag("--tracks", a.tracks,
+                       "The files are tracks of things (MOTChallenge text): HOTA, IDF1, CLEAR MOT");
+  CLI::Option* map =
+      command
+          .add_option("--map", a.map,
+                      "Judge a surface: mesh.ply, cloud.ply or the folder it lies in (see below)")
+          ->excludes(tracks)
+          ->type_name("FILE|DIR");
+  for (const char* of_trajectories :
+       {"--format", "--times", "--align", "--offset", "--frames", "--errors", "--plot"}) {
+    map->excludes(of_trajectories);
+    tracks->excludes(of_trajectories);
+  }
   command
       .add_option("--truth", a.surface,
                   "Of --map: a folder that `simulate --truth` wrote, or a PLY file of the surface")

@@ -42,7 +42,8 @@ struct Job {
 
 constexpr int kLargestSide_px = 16384;
 constexpr int kLargestVideoSide_px = 4096;
-constexpr double kTurn_s = 8;  // that a video takes to go around the scene
+constexpr double kTurn_s = 8;       // that a video takes to go around the scene
+constexpr double kMostStill_s = 2;  // that a pose stands in a video before the next one
 constexpr double kTau = 6.283185307179586;
 constexpr double kFocal = 0.86;  // of the width: 60 degrees from side to side
 constexpr Rgb8 kPathColour{220, 30, 30};
@@ -146,8 +147,9 @@ Viewpoint viewpoint_of(const Job& job, const SceneInput& scene, double turn_rad)
   return view;
 }
 
-/// What a camera sees at every frame of a video: along the path at the pace of its stamps, or,
-/// without one, once around the scene.
+/// What a camera sees at every frame of a video: along the path at the pace of its stamps, where
+/// each pose holds until the next one (no longer than kMostStill_s), or, without a path, once
+/// around the scene.
 std::vector<Viewpoint> video_viewpoints(const Job& job, const SceneInput& scene, int frames_per_s) {
   std::vector<Viewpoint> views;
   if (job.path.empty()) {
@@ -155,12 +157,16 @@ std::vector<Viewpoint> video_viewpoints(const Job& job, const SceneInput& scene,
     for (int i = 0; i < count; ++i) views.push_back(viewpoint_of(job, scene, kTau * i / count));
     return views;
   }
-  Timestamp due = job.path.front().stamp;
-  for (const StampedPose& pose : job.path) {
-    if (pose.stamp < due) continue;
-    views.push_back(
-        {job.width, job.height, kFocal * job.width, pose.T_world_camera.inverse().normalized()});
-    while (!(pose.stamp < due)) due.ns += 1'000'000'000 / frames_per_s;
+  double shown_s = 0;
+  for (std::size_t i = 0; i < job.path.size(); ++i) {
+    const double holds_s = i + 1 < job.path.size()
+                               ? seconds_between(job.path[i + 1].stamp, job.path[i].stamp)
+                               : 1.0 / frames_per_s;
+    shown_s += std::clamp(holds_s, 0.0, kMostStill_s);
+    const Viewpoint view{job.width, job.height, kFocal * job.width,
+                         job.path[i].T_world_camera.inverse().normalized()};
+    // Frames before the next pose; stamps are rounded.
+    views.resize(static_cast<std::size_t>(std::ceil(shown_s * frames_per_s - 0.01)), view);
   }
   return views;
 }
@@ -183,6 +189,9 @@ class Picture {
       if (path.empty()) continue;
       auto scene = read_scene(path, job);
       if (!scene.ok()) return scene.error();
+      if (a.boxes && !scene->has_objects)
+        return Error{ErrorKind::kInput,
+                     path + ": has no objects.json beside it, which --boxes draws"};
       picture.scenes_.push_back(std::move(*scene));
     }
     picture.scenes_.back().gravity = picture.scenes_.front().gravity;  // one light, one cut

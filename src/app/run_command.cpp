@@ -63,6 +63,11 @@ Status prepare(Run& run) {
   const RunOptions& o = run.options;
   Status settings = load_settings(o, run.config);
   if (!settings.ok()) return settings;
+  const auto config = resolved(run.config);
+  if (!config.ok()) return config.error();
+  if (!config->dense.enabled && !(o.export_dir.empty() && o.background_dir.empty()))
+    return Error{ErrorKind::kConfig,
+                 "run.without: leaves out dense_map, of which --export and --background are made"};
   SessionOptions& session = run.session_options;
   Status segmenter = choose_segmenter(o.segmenter, o.model, session);
   if (!segmenter.ok()) return segmenter;

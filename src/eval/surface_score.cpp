@@ -199,6 +199,7 @@ nlohmann::json to_json(const SurfaceScore& score) {
                          {"f1", score.f1},
                          {"ghosts", nullptr},
                          {"ghosts_unseen", nullptr}};
+  if (score.samples == 0) json["accuracy_m"] = json["precision"] = nullptr;
   if (score.ghosts) {
     json["ghosts"] = *score.ghosts;
     json["ghosts_unseen"] = score.ghosts_unseen;
@@ -207,6 +208,9 @@ nlohmann::json to_json(const SurfaceScore& score) {
 }
 
 std::string format_surface(const SurfaceScore& score, const std::string& name) {
+  if (score.samples == 0)
+    return name + ": empty, 0 % of " + std::to_string(score.truth_samples) +
+           " samples of the truth\n";
   std::array<char, 512> text{};
   const double cm = 100 * score.options.within_m;
   std::snprintf(text.data(), text.size(),

@@ -30,6 +30,12 @@ class Export(CliTest):
     def export(self, *options, out="scene", **how):
         return ygslam("export", self.folder / "room.map", "--out", self.folder / out, *options, **how)
 
+    def test_without_the_dense_map_there_is_nothing_to_write(self):
+        for option in ("--export", "--background"):
+            done = self.run_slam(sequence(), "--set", "run.without=dense_map", option, self.folder / "scene")
+            self.assert_error(done, 3, "dense_map", option)
+            self.assertFalse((self.folder / "scene").exists())
+
     def test_a_saved_map_has_the_scene_of_its_run(self):
         self.assert_ran(self.keep())
         self.assert_ran(self.export())

@@ -254,10 +254,6 @@ class MapEval(CliTest):
         self.assert_ran(done)
         self.assertRegex(done.stdout, "empty.ply: empty, 0 % of")
 
-    def test_an_export_without_the_dense_map_is_refused(self):
-        done = self.run_slam(sequence(), "--set", "run.without=dense_map", "--export", self.folder / "scene")
-        self.assert_error(done, 3, "dense_map", "--export")
-
     def test_bad_calls_and_files_are_one_line(self):
         mesh = self.folder / "mesh.ply"
         write_mesh(mesh, *square())

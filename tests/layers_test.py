@@ -23,7 +23,8 @@ SIDE = {"io": {"core", "geometry", "image"},
         "map_file": {"core", "geometry", "image", "io", "features", "map"}}
 # Rooms of a folder, bottom up: a room includes only from itself, rooms before it and the folder itself.
 ROOMS = {"simulation": ("surface", "render", "world", "people", "sensor", "sequence", "random"),
-         "motion": ("flow", "masks", "checks", "classification")}
+         "motion": ("flow", "masks", "checks", "classification"),
+         "dense": ("scene_naming", "background")}
 USERS_OF_SIDE = {"system", "live", "facade", "app"}
 
 HEAVY = re.compile(r"^(opencv2/|openvino/|yaml-cpp/|png\.h|turbojpeg\.h|ceres/|embree|CLI/|sqlite3\.h|zstd\.h|lz4frame\.h|bzlib\.h|zlib\.h|boost/|octomap/)")

@@ -6,7 +6,7 @@
 #include "app/progress_bar.hpp"
 #include "app/stop_signal.hpp"
 #include "core/log.hpp"
-#include "dense/background.hpp"
+#include "dense/background/background.hpp"
 #include "io/atomic_file.hpp"
 #include "io/calibration.hpp"
 #include "io/image_file.hpp"

@@ -8,6 +8,7 @@
 #include "app/run_options.hpp"
 #include "app/scene_output.hpp"
 #include "core/log.hpp"
+#include "dense/scene_naming/named_scene.hpp"
 #include "io/atomic_file.hpp"
 #include "map_file/map_file.hpp"
 #include "system/dense_file.hpp"
@@ -59,7 +60,7 @@ Status export_saved(const ExportArguments& a) {
       poses.T_world_camera[id] = map->keyframe(id).T_camera_world.inverse();
   dense.apply(poses);
   dense.finish();
-  const StaticScene scene = dense.scene();
+  const StaticScene scene = named_scene(dense);
   Status written = write_scene(a.out, scene);
   if (written.ok() && !is_quiet())
     std::printf("%zu views, %zu triangles, %zu objects\n", of_map.size(),

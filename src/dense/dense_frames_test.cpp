@@ -1,7 +1,7 @@
 // Frames between keyframes: which of them the dense map takes, and how long it keeps them.
 #include <gtest/gtest.h>
 
-#include "dense/object_test_world.hpp"
+#include "dense/scene_naming/object_test_world.hpp"
 
 namespace ygslam {
 namespace {
@@ -62,7 +62,7 @@ struct KnownRoom {
       again.apply({{}, {}, poses});
       again.finish();
       EXPECT_EQ(again.volume().fingerprint(), map.volume().fingerprint()) << threads;
-      EXPECT_EQ(again.scene().objects.size(), map.scene().objects.size());
+      EXPECT_EQ(named_scene(again).objects.size(), named_scene(map).objects.size());
     }
   }
 };
@@ -121,7 +121,7 @@ TEST(DenseFrames, ACameraThatStandsSeesAThingGoAtOnce) {
   KnownRoom room;
   room.take_chair_away();
   for (int i = 0; i < 40; ++i) room.look(object_test::view_pose(3), 7 + 0.5 * i);
-  const StaticScene scene = room.map.scene();
+  const StaticScene scene = named_scene(room.map);
   const SceneObject* chair = chair_of(scene);
   ASSERT_TRUE(chair);
   EXPECT_EQ(chair->state, ObjectState::kAbsent);
@@ -129,7 +129,7 @@ TEST(DenseFrames, ACameraThatStandsSeesAThingGoAtOnce) {
   EXPECT_LE(chair->found_empty->ns, KnownRoom::stamp_of(7.5).ns);
   EXPECT_LE(room.map.volume().views(), 7 + 4) << "no more of the same";
   room.expect_pure();
-  EXPECT_EQ(chair_of(room.map.scene())->state, ObjectState::kAbsent);
+  EXPECT_EQ(chair_of(named_scene(room.map))->state, ObjectState::kAbsent);
 }
 
 const volume_test::Cuboid carton{

@@ -22,6 +22,14 @@ SurfaceSample sample_of(const DepthView& view, const VolumeConfig& config) {
 
 }  // namespace
 
+std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh) {
+  std::vector<ColouredPoint> points;
+  points.reserve(mesh.vertices.size());
+  for (const SurfacePoint& vertex : mesh.vertices)
+    points.push_back({vertex.p_world, vertex.colour});
+  return points;
+}
+
 DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
     : config_(config), camera_(camera), objects_(config.objects), volume_(config.volume) {
   CHECK(config.objects.cell_m == config.volume.space.cell_m);
@@ -333,9 +341,18 @@ TriangleMesh DenseMap::mesh() {
 std::vector<DenseMap::PlacedView> DenseMap::views() const {
   std::vector<PlacedView> views;
   for (const auto& [id, contribution] : contributions_)
-    if (contribution.fused) views.push_back({*contribution.fused, contribution.view.get()});
-  for (const auto& [T_world_camera, view] : added_) views.push_back({T_world_camera, &view});
+    if (contribution.fused)
+      views.push_back({id, contribution.stamp, *contribution.fused, contribution.view.get()});
+  for (const auto& [T_world_camera, view] : added_)
+    views.push_back({{}, {}, T_world_camera, &view});
   return views;
+}
+
+DepthView DenseMap::images(const PlacedView& view) {
+  const auto known = contributions_.find(view.id);
+  return known == contributions_.end()
+             ? view.view->restored()
+             : view_of(known->second, known->second.fused_state, view.T_world_camera);
 }
 
 std::size_t DenseMap::memory_bytes() const {

@@ -49,14 +49,6 @@ struct DenseUpdate {
   std::map<KeyframeId, SE3> T_world_camera;
 };
 
-/// A mesh as the map hands it out quickly: what is left to do wants the map no more.
-struct NamedMesh {
-  TriangleMesh mesh;  ///< things have their classes, what labelled_mesh() names has none yet
-  Vec3 up_guess_world = Vec3::Zero(), cameras_world = Vec3::Zero();  ///< means of the views
-};
-/// Floor, walls, ceiling and tables named, too, as in scene().
-[[nodiscard]] TriangleMesh labelled_mesh(NamedMesh named);
-
 /// The mesh's vertices.
 [[nodiscard]] std::vector<ColouredPoint> coloured_points(const TriangleMesh& mesh);
 
@@ -83,16 +75,20 @@ class DenseMap {
   /// As of the contributions that are in.
   [[nodiscard]] TriangleMesh mesh();
   [[nodiscard]] std::vector<ColouredPoint> cloud() { return coloured_points(mesh()); }
-  [[nodiscard]] NamedMesh named_mesh();
-  [[nodiscard]] StaticScene scene();
   [[nodiscard]] const Volume& volume() const { return volume_; }
   [[nodiscard]] const DenseMapConfig& config() const { return config_; }
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+  [[nodiscard]] const ObjectMap& objects() const { return objects_; }
   struct PlacedView {
+    DenseViewId id;  ///< of no keyframe: by add()
+    Timestamp stamp;
     SE3 T_world_camera;
     const StoredView* view;  ///< until the next change
   };
   /// Of all that is in.
   [[nodiscard]] std::vector<PlacedView> views() const;
+  /// What of the view is in, unpacked.
+  [[nodiscard]] DepthView images(const PlacedView& view);
   /// Of the volume, its mesh and the views' images.
   [[nodiscard]] std::size_t memory_bytes() const;
 
@@ -170,13 +166,6 @@ class DenseMap {
   [[nodiscard]] double share_of_its_own(const Contribution& old) const;
   [[nodiscard]] bool is_needed(const Contribution& old) const;
   void start_again();
-  /// Of the views that are in: the mean of their upward axes and places. @return how many.
-  int mean_camera(Vec3& up_guess_world, Vec3& place_world) const;
-  /// What vertices show where labels meet, by the pixels of all contributions that are in.
-  void label_edges(TriangleMesh& mesh);
-  /// Tables that no network named, with the views that look at them, whether something hides them
-  /// or not.
-  void add_tables(StaticScene& scene) const;
 
   DenseMapConfig config_;
   const Camera& camera_;

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
-#include "dense/object_test_world.hpp"
-#include "dense/scene_objects.hpp"
+#include "dense/scene_naming/object_test_world.hpp"
+#include "dense/scene_naming/scene_objects.hpp"
 
 namespace ygslam {
 namespace {
@@ -57,17 +57,17 @@ TEST(Objects, KeepTheirNumbersWhenPosesAreCorrectedAndComeOutAsMadeAtOnce) {
   map.apply(drifted);
   while (map.step()) {
   }
-  const auto before = map.scene().objects;
+  const auto before = named_scene(map).objects;
   map.apply({{}, {}, update.T_world_camera});
   while (map.step()) {
   }
-  const auto corrected = map.scene().objects;
+  const auto corrected = named_scene(map).objects;
   map.finish();
   DenseMap direct(room_config(), camera);
   direct.apply(update);
   direct.finish();
   EXPECT_EQ(map.volume().fingerprint(), direct.volume().fingerprint());
-  const auto after = map.scene().objects;
+  const auto after = named_scene(map).objects;
   ASSERT_EQ(after.size(), 2U);
   ASSERT_EQ(before.size(), 2U);
   ASSERT_EQ(corrected.size(), 2U);

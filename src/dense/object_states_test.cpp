@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "dense/object_test_world.hpp"
+#include "dense/scene_naming/object_test_world.hpp"
 
 namespace ygslam {
 namespace {
@@ -72,7 +72,7 @@ Outcome at_once(const DenseUpdate& update, const Camera& camera, int threads) {
   DenseMap map(config, camera);
   map.apply(update);
   map.finish();
-  return {map.scene(), map.volume().fingerprint()};
+  return {named_scene(map), map.volume().fingerprint()};
 }
 
 /// How far a keyframe is off when so many have come.
@@ -104,7 +104,7 @@ Outcome as_it_comes(const DenseUpdate& update, const Camera& camera,
   }
   before_finish(map);
   map.finish();
-  return {map.scene(), map.volume().fingerprint()};
+  return {named_scene(map), map.volume().fingerprint()};
 }
 
 /// The live map is the one made at once of the final inputs, for any number of threads.
@@ -124,7 +124,7 @@ TEST(ObjectStates, AThingThatWasPutElsewhereKeepsItsNumberAndFreesItsOldPlace) {
   add_views(room(true), camera, update);
   add_views(room(true, moved), camera, update);
   const StaticScene scene = expect_pure(update, camera, [&](DenseMap& map) {
-    EXPECT_LT(vertices_in(map.scene(), room(true).cuboids[0]), 20) << "free before the end";
+    EXPECT_LT(vertices_in(named_scene(map), room(true).cuboids[0]), 20) << "free before the end";
   });
   ASSERT_EQ(scene.objects.size(), 2U);
   const SceneObject& chair = scene.objects[0];

@@ -54,7 +54,7 @@ bool MeshTopics::wanted(const MessageSink& sink) {
 
 NamedMesh MeshTopics::take(Runner& runner) {
   NamedMesh named;
-  runner.inspect_dense([&](DenseMap& dense) { named = dense.named_mesh(); });
+  runner.inspect_dense([&](DenseMap& dense) { named = named_mesh(dense); });
   return named;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "dense/scene_naming/named_scene.hpp"
 #include "live/mesh_tiles.hpp"
 #include "live/message_sink.hpp"
 #include "live/run_messages.hpp"

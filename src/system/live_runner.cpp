@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/log.hpp"
+#include "dense/scene_naming/named_scene.hpp"
 #include "system/map_thread.hpp"
 #include "system/runner.hpp"
 #include "system/segment_worker.hpp"
@@ -78,7 +79,7 @@ class LiveRunner final : public Runner {
 
   StaticScene scene() override {
     StaticScene scene;
-    map_->inspect_dense([&](DenseMap& dense) { scene = dense.scene(); });
+    map_->inspect_dense([&](DenseMap& dense) { scene = named_scene(dense); });
     return scene;
   }
 

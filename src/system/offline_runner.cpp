@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/log.hpp"
+#include "dense/scene_naming/named_scene.hpp"
 #include "system/runner.hpp"
 #include "system/segment_safely.hpp"
 
@@ -47,7 +48,7 @@ class OfflineRunner final : public Runner {
 
   Map map() override { return mapping_->map(); }
   std::vector<ColouredPoint> cloud() override { return dense_->cloud(); }
-  StaticScene scene() override { return dense_->scene(); }
+  StaticScene scene() override { return named_scene(*dense_); }
   void inspect_dense(const std::function<void(DenseMap&)>& look) override { look(*dense_); }
   std::vector<LoopAttempt> loop_attempts() override { return mapping_->loop_attempts(); }
 

@@ -1,4 +1,4 @@
-#include "dense/edge_labels.hpp"
+#include "dense/scene_naming/edge_labels.hpp"
 
 #include <algorithm>
 #include <cmath>

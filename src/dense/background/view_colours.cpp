@@ -1,4 +1,4 @@
-#include "dense/view_colours.hpp"
+#include "dense/background/view_colours.hpp"
 
 #include <algorithm>
 #include <array>

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
+#include "dense/background/frame_geometry.hpp"
+#include "dense/background/mesh_view.hpp"
 #include "dense/dense_map.hpp"
-#include "dense/frame_geometry.hpp"
-#include "dense/mesh_view.hpp"
 #include "image/rgbd_frame.hpp"
 
 namespace ygslam {

@@ -1,4 +1,4 @@
-#include "dense/supports.hpp"
+#include "dense/scene_naming/supports.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
-#include "dense/supports.hpp"
+#include "dense/scene_naming/supports.hpp"
 
 #include <gtest/gtest.h>
 
-#include "dense/room_test_mesh.hpp"
+#include "dense/scene_naming/room_test_mesh.hpp"
 
 namespace ygslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "dense/background.hpp"
+#include "dense/background/background.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "dense/tables.hpp"
+#include "dense/scene_naming/tables.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 #include <tuple>
 #include <utility>
 
-#include "dense/room_structure.hpp"
-#include "dense/scene_objects.hpp"
+#include "dense/scene_naming/room_structure.hpp"
+#include "dense/scene_naming/scene_objects.hpp"
 #include "scene/floor_frame.hpp"
 #include "volume/mesh_pieces.hpp"
 

@@ -1,4 +1,4 @@
-#include "dense/frame_geometry.hpp"
+#include "dense/background/frame_geometry.hpp"
 
 #include <algorithm>
 #include <cmath>

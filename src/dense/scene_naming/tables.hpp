@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dense/table_legs.hpp"
+#include "dense/scene_naming/table_legs.hpp"
 #include "scene/scene.hpp"
 
 namespace ygslam {

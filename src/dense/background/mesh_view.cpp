@@ -1,4 +1,4 @@
-#include "dense/mesh_view.hpp"
+#include "dense/background/mesh_view.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "dense/dense_map.hpp"
+#include "dense/scene_naming/named_scene.hpp"
 #include "volume/volume_test_world.hpp"
 
 namespace ygslam::object_test {
@@ -96,7 +96,7 @@ inline StaticScene scene_of(const DenseUpdate& update, const Camera& camera) {
   DenseMap map(room_config(), camera);
   map.apply(update);
   map.finish();
-  return map.scene();
+  return named_scene(map);
 }
 
 }  // namespace ygslam::object_test

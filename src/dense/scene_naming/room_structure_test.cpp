@@ -1,4 +1,4 @@
-#include "dense/room_structure.hpp"
+#include "dense/scene_naming/room_structure.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/rng.hpp"
-#include "dense/room_test_mesh.hpp"
+#include "dense/scene_naming/room_test_mesh.hpp"
 
 namespace ygslam {
 namespace {

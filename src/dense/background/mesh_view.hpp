@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dense/frame_geometry.hpp"
+#include "dense/background/frame_geometry.hpp"
 #include "image/image.hpp"
 #include "scene/scene.hpp"
 

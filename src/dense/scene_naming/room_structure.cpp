@@ -1,4 +1,4 @@
-#include "dense/room_structure.hpp"
+#include "dense/scene_naming/room_structure.hpp"
 
 #include <algorithm>
 #include <array>

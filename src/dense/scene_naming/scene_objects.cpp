@@ -1,4 +1,4 @@
-#include "dense/scene_objects.hpp"
+#include "dense/scene_naming/scene_objects.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "dense/thin_things.hpp"
+#include "dense/background/thin_things.hpp"
 
 #include <algorithm>
 #include <cmath>

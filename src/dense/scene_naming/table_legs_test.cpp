@@ -1,4 +1,4 @@
-#include "dense/table_legs.hpp"
+#include "dense/scene_naming/table_legs.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <functional>
 #include <tuple>
 
-#include "dense/room_test_mesh.hpp"
-#include "dense/tables.hpp"
+#include "dense/scene_naming/room_test_mesh.hpp"
+#include "dense/scene_naming/tables.hpp"
 
 namespace ygslam {
 namespace {

@@ -1,4 +1,4 @@
-#include "dense/table_legs.hpp"
+#include "dense/scene_naming/table_legs.hpp"
 
 #include <algorithm>
 #include <array>

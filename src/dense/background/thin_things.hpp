@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "dense/background/mesh_view.hpp"
 #include "dense/dense_map.hpp"
-#include "dense/mesh_view.hpp"
 
 namespace ygslam {
 

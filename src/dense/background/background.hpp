@@ -2,11 +2,11 @@
 // surface in the colours of the keyframes that saw it best.
 #pragma once
 
+#include "dense/background/frame_geometry.hpp"
+#include "dense/background/mesh_view.hpp"
+#include "dense/background/thin_things.hpp"
+#include "dense/background/view_colours.hpp"
 #include "dense/dense_map.hpp"
-#include "dense/frame_geometry.hpp"
-#include "dense/mesh_view.hpp"
-#include "dense/thin_things.hpp"
-#include "dense/view_colours.hpp"
 #include "image/rgbd_frame.hpp"
 
 namespace ygslam {

@@ -1,11 +1,11 @@
-#include "dense/edge_labels.hpp"
+#include "dense/scene_naming/edge_labels.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "dense/room_test_mesh.hpp"
+#include "dense/scene_naming/room_test_mesh.hpp"
 #include "volume/depth_view.hpp"
 
 namespace ygslam {

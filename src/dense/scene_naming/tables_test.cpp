@@ -1,12 +1,12 @@
-#include "dense/tables.hpp"
+#include "dense/scene_naming/tables.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 
-#include "dense/dense_map.hpp"
-#include "dense/room_test_mesh.hpp"
+#include "dense/scene_naming/named_scene.hpp"
+#include "dense/scene_naming/room_test_mesh.hpp"
 
 namespace ygslam {
 namespace {

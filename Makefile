@@ -10,8 +10,8 @@ SOURCES = git ls-files --cached --others --exclude-standard \
   'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp' 'ros2/*.cpp' \
   'tests/*.[ch]pp'
 
-.PHONY: help setup setup-checks configure configure-program build demo test bench model quantize train \
-  format check-format lint sanitize clean
+.PHONY: help setup setup-checks setup-nightly configure configure-program build demo test nightly bench model \
+  quantize train format check-format lint sanitize clean
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
 
@@ -25,8 +25,11 @@ setup: .venv/.ready ## install all that program, report, tests and tools need: D
 	tools/setup.sh program
 	@touch $@
 
-setup-checks: setup ## install what `make check-format` and `make lint` need
+setup-checks: setup ## install what `make check-format`, `make lint` and some tests need
 	@tools/setup.sh checks
+
+setup-nightly: setup-checks ## install what the tests of `make nightly` need: Chromium, mmdebstrap, Rerun
+	@tools/setup.sh nightly
 
 configure: setup
 	@grep -qs '^YGSLAM_BUILD_TESTS:BOOL=ON' $(BUILD)/CMakeCache.txt || cmake --preset $(PRESET)
@@ -43,8 +46,13 @@ demo: configure-program ## run the main job; SEQ=folder MODEL=file.onnx OUT=fold
 	@cmake --build $(BUILD) -j $(JOBS) --target ygslam_cli
 	@tools/demo.sh $(BUILD)/ygslam "$(SEQ)" "$(MODEL)" "$(or $(OUT),out/demo)"
 
-test: build ## build and run all tests
-	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
+test: build ## build and run the tests of every change; the others wait for `make nightly`
+	@tools/run_tests.sh $(BUILD) -j $(JOBS) -LE nightly
+
+nightly: setup-nightly check-format ## everything: all tests, linter and sanitizers on all code; what a release needs
+	@$(MAKE) build PRESET=ci
+	@tools/run_tests.sh build/ci -j $(JOBS)
+	@$(MAKE) lint sanitize ALL=1
 
 bench: configure ## build and run the benchmarks
 	@cmake --build $(BUILD) -j $(JOBS) --target bench/all
@@ -68,22 +76,26 @@ check-format: setup-checks ## fail where `make format` would change something
 
 # The files of a module are compiled together, so that headers are read once; precompiled headers
 # are all that is built.
-lint: setup-checks ## clang's warnings and clang-tidy on all sources, any finding is an error
+lint: setup-checks ## clang's warnings and clang-tidy on what changed since .ci/lint_base, or with ALL=1 on all sources
 	@cmake --preset clang >/dev/null
 	@cmake --build build/clang -j $(JOBS) --target ygslam_precompiled ygslam_precompiled_quick ygslam_precompiled_test \
 	  ygslam_precompiled_simulation
-	@run-clang-tidy-16 -p build/clang -j $(JOBS) -quiet '/Unity/|_test\.cpp$$'
+	@python3 tools/lint.py build/clang -j $(JOBS) $(if $(ALL),--record,--since) .ci/lint_base
 
-# Address and undefined behaviour: the unit tests of these modules. Threads: whatever has some.
-ASAN_TESTS := core geometry image scene io bag live scene_file scene_picture features segment optim volume map map_file motion mapping loop tracking dense facade
-TSAN_TESTS := ^(BoundedQueue|Published|FrameReader|LiveRunner|SegmentInbox|SegmenterFault|AdjustmentThread|DenseThread|MapSaver)
+# On a submission the address and undefined behaviour sanitizers see what reads foreign bytes or owns memory,
+# the thread sanitizer whatever has threads; with ALL=1 every module. Numeric modules have _GLIBCXX_ASSERTIONS
+# in the tests of `ci`.
+ASAN_TESTS := core image io bag live scene_file segment volume map map_file
+ASAN_TESTS_ALL := $(ASAN_TESTS) geometry scene scene_picture features optim motion mapping loop tracking dense facade
+asan_tests = $(if $(ALL),$(ASAN_TESTS_ALL),$(ASAN_TESTS))
+TSAN_TESTS := ^(core\.(BoundedQueue|Published)|io\.FrameReader|system_threads\.)
 tests_of = $(foreach module,$(1),$(if $(wildcard src/$(module)/*_test.cpp),$(module)_test))
 space := $(subst ,, )
-sanitize: setup ## unit tests under address, undefined behaviour and thread sanitizers
+sanitize: setup ## unit tests under address, undefined behaviour and thread sanitizers; ALL=1: of every module
 	@cmake --preset asan >/dev/null && cmake --preset tsan >/dev/null
-	@cmake --build build/asan -j $(JOBS) --target $(call tests_of,$(ASAN_TESTS))
-	@ctest --preset asan -j $(JOBS) -L '^($(subst $(space),|,$(ASAN_TESTS)))$$'
-	@cmake --build build/tsan -j $(JOBS) --target core_test io_test system_test
+	@cmake --build build/asan -j $(JOBS) --target $(call tests_of,$(asan_tests))
+	@ctest --preset asan -j $(JOBS) -L '^($(subst $(space),|,$(asan_tests)))$$'
+	@cmake --build build/tsan -j $(JOBS) --target core_test io_test system_threads_test
 	@ctest --preset tsan -j $(JOBS) -R '$(TSAN_TESTS)'
 
 clean: ## remove what was built

@@ -1,18 +1,36 @@
-include(GoogleTest)
+include(TestSuites)
+
+# ygslam_test(NAME MODULE SOURCES files... [DEPENDS modules...] [LIBS libraries...]): the executable
+# NAME_test, an entry NAME.Suite of ctest for each of its suites.
+function(ygslam_test name module)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LIBS" ${ARGN})
+  if(NOT YGSLAM_BUILD_TESTS)
+    return()
+  endif()
+  list(TRANSFORM arg_DEPENDS PREPEND ygslam_)
+  add_executable(${name}_test ${arg_SOURCES})
+  target_link_libraries(${name}_test PRIVATE ygslam_${module} ygslam_compiler ygslam_quick ${arg_DEPENDS} ${arg_LIBS}
+                        GTest::gtest GTest::gmock GTest::gtest_main)
+  target_precompile_headers(${name}_test REUSE_FROM ygslam_precompiled_test)
+  ygslam_test_suites(${name}_test ${name})
+endfunction()
 
 # ygslam_module(NAME [DEPENDS modules...] [LIBS libraries...] [TEST_DEPENDS ...] [TEST_LIBS ...]
-#               [ROOMS sub-folders...] [QUICK])
+#               [ROOMS sub-folders...] [OTHER_TESTS files...] [QUICK])
 # One folder of src/ = one static library = one layer. Sources are the *.cpp of the folder and of its
-# rooms; *_test.cpp beside them become the executable NAME_test. QUICK: see YgslamPrecompiled.cmake.
+# rooms; *_test.cpp beside them, but OTHER_TESTS, become the executable NAME_test. QUICK: see
+# YgslamPrecompiled.cmake.
 function(ygslam_module name)
-  cmake_parse_arguments(arg "QUICK" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS" ${ARGN})
+  cmake_parse_arguments(arg "QUICK" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS;OTHER_TESTS" ${ARGN})
   list(TRANSFORM arg_ROOMS APPEND /*.cpp)
   file(GLOB sources CONFIGURE_DEPENDS *.cpp ${arg_ROOMS})
   set(tests ${sources})
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+  foreach(other ${arg_OTHER_TESTS})
+    list(REMOVE_ITEM tests ${CMAKE_CURRENT_SOURCE_DIR}/${other})
+  endforeach()
   list(TRANSFORM arg_DEPENDS PREPEND ygslam_)
-  list(TRANSFORM arg_TEST_DEPENDS PREPEND ygslam_)
 
   if(sources)
     add_library(ygslam_${name} STATIC ${sources})
@@ -35,13 +53,7 @@ function(ygslam_module name)
     target_link_libraries(ygslam_${name} ${scope} ${arg_LIBS})
   endif()
 
-  if(YGSLAM_BUILD_TESTS AND tests)
-    add_executable(${name}_test ${tests})
-    target_link_libraries(${name}_test PRIVATE ygslam_${name} ygslam_compiler ygslam_quick
-                          ${arg_TEST_DEPENDS} ${arg_TEST_LIBS} GTest::gtest GTest::gmock
-                          GTest::gtest_main)
-    target_precompile_headers(${name}_test REUSE_FROM ygslam_precompiled_test)
-    gtest_discover_tests(${name}_test WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} DISCOVERY_TIMEOUT 60
-                         PROPERTIES TIMEOUT 600 LABELS ${name})
+  if(tests)
+    ygslam_test(${name} ${name} SOURCES ${tests} DEPENDS ${arg_TEST_DEPENDS} LIBS ${arg_TEST_LIBS})
   endif()
 endfunction()

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs Debian packages and a local Python environment.
 # setup.sh: all that the program, its report, tests and tools need; setup.sh program: the program alone;
-# setup.sh checks: clang and its tools, for the checks of the sources.
+# setup.sh checks: clang and its tools, for the checks of the sources, and programs that tests ask;
+# setup.sh nightly: large programs that tests of `make nightly` ask.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -18,8 +19,9 @@ case $what in
     packages+=(python3-dev libopencv-imgcodecs-dev libopencv-video-dev libopencv-features2d-dev
                libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
                liboctomap-dev octomap-tools assimp-utils) ;;
-  checks) packages+=(clang-16 clang-format-16 clang-tidy-16) ;;
-  *) echo "setup: $what: must be program, all or checks" >&2; exit 2 ;;
+  checks) packages+=(clang-16 clang-format-16 clang-tidy-16 man-db groff zsh) ;;
+  nightly) packages+=(chromium mmdebstrap) ;;
+  *) echo "setup: $what: must be program, all, checks or nightly" >&2; exit 2 ;;
 esac
 missing=()
 for package in "${packages[@]}"; do
@@ -35,8 +37,9 @@ if ((${#missing[@]})); then
 fi
 
 if [ "$what" = checks ]; then exit; fi
-[ -x .venv/bin/python ] || python3 -m venv .venv
 pip_install() { .venv/bin/pip install --quiet --disable-pip-version-check "$@"; }
+if [ "$what" = nightly ]; then pip_install rerun-sdk; exit; fi
+[ -x .venv/bin/python ] || python3 -m venv .venv
 echo "setup: OpenVINO in .venv"
 pip_install -r tools/requirements.txt
 if [ "$what" = program ]; then exit; fi

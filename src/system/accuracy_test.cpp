@@ -1,7 +1,7 @@
 // The whole line on rendered worlds whose truth is exact.
 #include <gtest/gtest.h>
 
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {

@@ -2,7 +2,7 @@
 // calls everything a person. Tracking goes on or says that it is lost; it never jumps.
 #include <gtest/gtest.h>
 
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {

@@ -3,8 +3,7 @@
 
 #include "io/testing/temp_folder.hpp"
 #include "map/map_bytes.hpp"
-#include "system/map_saver.hpp"
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam {
 namespace {
@@ -190,24 +189,6 @@ TEST(Relocalisation, IsProvisionalWhereTheCameraMayHaveLeftTheRoomMeanwhile) {
   };
   EXPECT_FALSE(is_provisional(0.6));
   EXPECT_TRUE(is_provisional(5)) << "the next room may look the same";
-}
-
-TEST(MapSaver, TheFileHasTheMapOfTheEnd) {
-  const Recording recording = record("static_xyz", small(1));
-  const SlamConfig config = small_config(DynamicMode::kOff);
-  const PyramidScales scales(config.orb.levels, config.orb.scale_factor);
-  const testing::TempFolder folder;
-  const auto path = folder.path() / "room.ygmap";
-  auto saver = MapSaver::open(path, recording.camera, scales, 0);
-  ASSERT_TRUE(saver.ok()) << saver.error().message;
-  const Trial run =
-      system_test::run(make_live_runner(config, recording.camera, nullptr,
-                                        {{}, false, [&](const Map& map) { (*saver)->look(map); }}),
-                       recording);
-  ASSERT_TRUE((*saver)->finish(run.map()).ok());
-  const auto loaded = load_map(path, recording.camera, scales);
-  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
-  EXPECT_EQ(to_bytes(*loaded), to_bytes(run.map()));
 }
 
 }  // namespace

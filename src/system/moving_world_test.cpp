@@ -10,7 +10,7 @@
 #include "io/trajectory_formats.hpp"
 #include "io/tum_sequence.hpp"
 #include "segment/recorded_masks.hpp"
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "system/system_test_world.hpp"
+#include "system/testing/painted_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {
@@ -24,7 +24,7 @@ SlamConfig patient() {
 }
 
 TEST(OfflineRunner, F38TheSameRunTwiceGivesTheSameBytes) {
-  const Recording recording = record("moving_box", small(2));
+  const Recording recording = painted_recording({.seconds = 2, .mover = true});
   const SlamConfig config = small_config(DynamicMode::kFull);
   const Trial first = run_offline(config, recording, truth(recording));
   const Trial second = run_offline(config, recording, truth(recording));
@@ -40,8 +40,8 @@ TEST(OfflineRunner, F38TheSameRunTwiceGivesTheSameBytes) {
 }
 
 TEST(OfflineRunner, F38TwoAtOnceDoNotInfluenceEachOther) {
-  const Recording box = record("moving_box", small(1));
-  const Recording still = record("static_xyz", small(1));
+  const Recording box = painted_recording({.seconds = 1, .mover = true});
+  const Recording still = painted_recording({.seconds = 1});
   const SlamConfig config = small_config(DynamicMode::kFull);
   const std::string box_alone = bytes(run_offline(config, box, truth(box)));
   const std::string still_alone = bytes(run_offline(config, still));
@@ -68,7 +68,7 @@ class TruthInStep final : public Segmenter {
 };
 
 TEST(BothRunners, MasksOfASegmenterInStepAreOfTheFrameItself) {
-  const Recording recording = record("moving_box", small(1));
+  const Recording recording = painted_recording({.seconds = 1, .mover = true});
   for (const auto make : {make_offline_runner, make_live_runner}) {
     const Trial run = system_test::run(
         make(patient(), recording.camera, std::make_unique<TruthInStep>(recording), MapUse{}),
@@ -82,7 +82,7 @@ TEST(BothRunners, MasksOfASegmenterInStepAreOfTheFrameItself) {
 }
 
 TEST(OfflineRunner, AKeyframesOwnMaskFindsItInTheMap) {
-  const Recording recording = record("moving_box", small(0.5));
+  const Recording recording = painted_recording({.seconds = 0.5, .mover = true});
   Trial run(make_offline_runner(small_config(DynamicMode::kFull), recording.camera,
                                 std::make_unique<TruthInStep>(recording)));
   run.process(recording.frames.front());
@@ -90,7 +90,7 @@ TEST(OfflineRunner, AKeyframesOwnMaskFindsItInTheMap) {
 }
 
 TEST(LiveRunner, FollowsTheCameraAsTheOfflineRunnerDoes) {
-  const Recording recording = record("moving_box", small(2));
+  const Recording recording = painted_recording({.seconds = 2, .mover = true});
   const Trial run = run_live(patient(), recording, truth(recording));
   EXPECT_EQ(lost_frames(run), 0);
   EXPECT_LT(ate_rmse_m(recording, run.trajectory()), 0.015);
@@ -101,7 +101,7 @@ TEST(LiveRunner, FollowsTheCameraAsTheOfflineRunnerDoes) {
 }
 
 TEST(LiveRunner, FramesOutOfAFileWaitForMasksThatAreTooOld) {
-  const Recording recording = record("moving_box", small(2));
+  const Recording recording = painted_recording({.seconds = 2, .mover = true});
   SlamConfig config = patient();
   config.run.file_mask_lag_frames = 2;
   const Trial run = run_live(config, recording, truth(recording));
@@ -112,7 +112,7 @@ TEST(LiveRunner, FramesOutOfAFileWaitForMasksThatAreTooOld) {
 }
 
 TEST(LiveRunner, FeedAFewAndFinishFiftyTimes) {
-  const Recording recording = record("moving_box", small(0.25));
+  const Recording recording = painted_recording({.seconds = 0.25, .mover = true});
   for (int i = 0; i < 50; ++i) {
     auto runner = make_live_runner(patient(), recording.camera, truth(recording));
     const std::size_t count = static_cast<std::size_t>(i) % (recording.frames.size() + 1);
@@ -131,7 +131,7 @@ class AnyRunner : public ::testing::TestWithParam<MakeRunner> {
   std::unique_ptr<Runner> make() {
     return GetParam()(patient(), recording_.camera, truth(recording_), {});
   }
-  Recording recording_ = record("moving_box", small(1.0));
+  Recording recording_ = painted_recording({.seconds = 1.0, .mover = true});
 };
 
 TEST_P(AnyRunner, LetsOneLookInWhileItRuns) {
@@ -178,7 +178,7 @@ INSTANTIATE_TEST_SUITE_P(LiveAndOffline, AnyRunner,
                          ::testing::Values(&make_live_runner, &make_offline_runner));
 
 TEST(LiveRunner, MayBeDroppedWithoutFinish) {
-  const Recording recording = record("moving_box", small(0.25));
+  const Recording recording = painted_recording({.seconds = 0.25, .mover = true});
   for (int i = 0; i < 20; ++i) {
     auto runner = make_live_runner(patient(), recording.camera, truth(recording));
     const std::size_t count = static_cast<std::size_t>(i) % (recording.frames.size() + 1);

@@ -1,7 +1,7 @@
 // A long run over the same ground: what is known there bounds the map.
 #include <gtest/gtest.h>
 
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "system/segment_safely.hpp"
-#include "system/system_test_world.hpp"
+#include "system/testing/painted_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {
@@ -131,7 +131,7 @@ TEST(SegmenterFault, F15NonsenseIsAnErrorOfThatFrame) {
 }
 
 TEST(SegmenterFault, F15NonsenseIsCountedAndTrackingGoesOnInBothRunners) {
-  const Recording recording = record("static_xyz", small(0.5));
+  const Recording recording = painted_recording({.seconds = 0.5});
   const auto frames = static_cast<int>(recording.frames.size());
   const SlamConfig config = impatient();
   for (const auto& function : nonsense()) {
@@ -147,7 +147,7 @@ TEST(SegmenterFault, F15NonsenseIsCountedAndTrackingGoesOnInBothRunners) {
 }
 
 TEST(SegmenterFault, F15ADeadDetectorNeverHoldsTrackingUpAndIsNoticed) {
-  const Recording recording = record("static_xyz", small(2.5));
+  const Recording recording = painted_recording({.seconds = 2.5});
   auto gate = std::make_shared<Gate>();
   auto runner = make_live_runner(impatient(), recording.camera, by([gate](const RgbdFrame& frame) {
                                    gate->wait();
@@ -165,7 +165,7 @@ TEST(SegmenterFault, F15ADeadDetectorNeverHoldsTrackingUpAndIsNoticed) {
 }
 
 TEST(SegmenterFault, F15ADetectorThatNeverComesBackIsLeftBehind) {
-  const Recording recording = record("static_xyz", small(0.5));
+  const Recording recording = painted_recording({.seconds = 0.5});
   SlamConfig config = impatient();
   config.run.finish_patience_s = 0.3;
   // Outlives the runner, as the thread that waits for it does.
@@ -183,7 +183,7 @@ TEST(SegmenterFault, F15ADetectorThatNeverComesBackIsLeftBehind) {
 }
 
 TEST(SegmenterFault, F15ASlowDetectorsMasksAreTakenLateAndOldOnesAreSkipped) {
-  const Recording recording = record("static_xyz", small(1.5));
+  const Recording recording = painted_recording({.seconds = 1.5});
   // Each mask takes ten frames: a gate per ten frames, opened when they have been tracked.
   std::vector<std::shared_ptr<Gate>> gates;
   for (std::size_t i = 0; i < recording.frames.size(); i += 10)
@@ -209,7 +209,7 @@ TEST(SegmenterFault, F15ASlowDetectorsMasksAreTakenLateAndOldOnesAreSkipped) {
 // Counted in time, for waiting is the fault: one vain wait is a second, all good ones together
 // are milliseconds.
 TEST(SegmenterFault, AMaskOfThePresentFrameIsNotTakenForAnOldOne) {
-  const Recording recording = record("static_xyz", small(0.5));
+  const Recording recording = painted_recording({.seconds = 0.5});
   SlamConfig config = impatient();
   config.run.file_mask_lag_frames = 2;
   auto gate = std::make_shared<Gate>();
@@ -232,7 +232,7 @@ TEST(SegmenterFault, AMaskOfThePresentFrameIsNotTakenForAnOldOne) {
 }
 
 TEST(SegmenterFault, FramesWithoutAMaskAreNotWaitedFor) {
-  const Recording recording = record("static_xyz", small(1));
+  const Recording recording = painted_recording({.seconds = 1});
   SlamConfig config = small_config(DynamicMode::kFull);
   config.run.file_mask_lag_frames = 2;
   const Trial run = run_live(config, recording, by([](const RgbdFrame& frame) {

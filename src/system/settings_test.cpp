@@ -9,7 +9,7 @@
 #include "io/text.hpp"
 #include "system/parts.hpp"
 #include "system/session.hpp"
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {

@@ -1,7 +1,7 @@
 // What a run makes of a shutter that is known, unknown, or told wrongly.
 #include <gtest/gtest.h>
 
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "system/system_test_world.hpp"
+#include "system/testing/rendered_recording.hpp"
 
 namespace ygslam::system_test {
 namespace {

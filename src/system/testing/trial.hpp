@@ -1,5 +1,6 @@
-// Rendered sequences for the tests of the whole system: frames with exact poses and masks, ways to
-// spoil them, and how far a run's trajectory lies from the truth.
+// For tests of the whole system: frames with exact poses and masks, ways to spoil them, a run over
+// them, and how far its trajectory lies from the truth. Where the frames come from:
+// rendered_recording.hpp, painted_recording.hpp.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,6 @@
 #include "eval/report.hpp"
 #include "image/depth.hpp"
 #include "segment/movable.hpp"
-#include "simulation/sequence/sequence_source.hpp"
 #include "system/metrics.hpp"
 #include "system/run_writer.hpp"
 #include "system/runner.hpp"
@@ -40,30 +40,6 @@ struct Recording {
     }
   }
 };
-
-/// Small and coarsely sampled images, so that a test takes seconds.
-inline sim::SequenceOptions small(double seconds) {
-  sim::SequenceOptions options;
-  options.seconds = seconds;
-  options.fps = 20;
-  options.width = 320;
-  options.height = 240;
-  options.texture_size = 256;
-  options.antialias = false;
-  return options;
-}
-
-inline Recording record(const std::string& world, const sim::SequenceOptions& options) {
-  auto source = sim::open_world(world, options);
-  CHECK(source.ok(), source.error().message.c_str());
-  Recording recording{source->camera(), {}, {}, {}};
-  while (auto frame = source->next()) {
-    recording.truth.push_back({frame->frame->stamp, frame->T_world_camera});
-    recording.frames.push_back(std::move(frame->frame));
-    recording.ids.push_back(std::move(frame->ids));
-  }
-  return recording;
-}
 
 /// Settings as a session would hand them to the runner, for images of a quarter of the usual size.
 inline SlamConfig small_config(DynamicMode mode) {

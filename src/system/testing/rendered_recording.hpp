@@ -1,0 +1,36 @@
+// Rendered sequences for the tests of the whole system.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "simulation/sequence/sequence_source.hpp"
+#include "system/testing/trial.hpp"
+
+namespace ygslam::system_test {
+
+/// Small and coarsely sampled images, so that a test takes seconds.
+inline sim::SequenceOptions small(double seconds) {
+  sim::SequenceOptions options;
+  options.seconds = seconds;
+  options.fps = 20;
+  options.width = 320;
+  options.height = 240;
+  options.texture_size = 256;
+  options.antialias = false;
+  return options;
+}
+
+inline Recording record(const std::string& world, const sim::SequenceOptions& options) {
+  auto source = sim::open_world(world, options);
+  CHECK(source.ok(), source.error().message.c_str());
+  Recording recording{source->camera(), {}, {}, {}};
+  while (auto frame = source->next()) {
+    recording.truth.push_back({frame->frame->stamp, frame->T_world_camera});
+    recording.frames.push_back(std::move(frame->frame));
+    recording.ids.push_back(std::move(frame->ids));
+  }
+  return recording;
+}
+
+}  // namespace ygslam::system_test

@@ -50,7 +50,7 @@ struct DenseViews {
 };
 
 DenseViews views_of_run(decltype(&make_live_runner) make, double interval_s) {
-  const auto recording = system_test::record("walking_static", system_test::small(4));
+  const auto& recording = system_test::record_once("walking_static", 4);
   SlamConfig config = system_test::small_config(DynamicMode::kFull);
   config.dense.interval_s = interval_s;
   auto runner = make(config, recording.camera,

@@ -34,7 +34,7 @@ double worst_drift_m(const Recording& recording, const Trial& run, double from_s
 }
 
 TEST(Fault, F4DepthAllZeroForThreeSecondsTracksOnTheMap) {
-  Recording recording = record("static_xyz", small(5));
+  Recording recording = record_once("static_xyz", 5);
   recording.spoil(1, 4, [](RgbdFrame& f) { std::fill(f.depth_m.begin(), f.depth_m.end(), 0.0F); });
   const Trial run = run_offline(small_config(DynamicMode::kFull), recording);
   EXPECT_TRUE(all_poses_finite(run));
@@ -43,7 +43,7 @@ TEST(Fault, F4DepthAllZeroForThreeSecondsTracksOnTheMap) {
 }
 
 TEST(Fault, F5DepthOfNanInfinityAndNegativesIsNoDepth) {
-  Recording recording = record("static_xyz", small(1));
+  Recording recording = record_once("static_xyz", 1);
   Rng rng(5);
   recording.spoil(0, 2, [&](RgbdFrame& f) {
     const float bad[] = {NAN, INFINITY, -INFINITY, -1.0F};
@@ -58,7 +58,7 @@ TEST(Fault, F5DepthOfNanInfinityAndNegativesIsNoDepth) {
 }
 
 TEST(Fault, F7BlackImagesForASecondAreALossThatEnds) {
-  Recording recording = record("static_xyz", small(4));
+  Recording recording = record_once("static_xyz", 4);
   recording.spoil(1.5, 2.5, [](RgbdFrame& f) { paint(f, 0); });
   for (const DynamicMode mode : {DynamicMode::kOff, DynamicMode::kFull}) {
     const Trial run = run_offline(small_config(mode), recording);
@@ -70,7 +70,7 @@ TEST(Fault, F7BlackImagesForASecondAreALossThatEnds) {
 }
 
 TEST(Fault, F8AStuckImageIsAStandingCamera) {
-  Recording recording = record("static_xyz", small(2));
+  Recording recording = record_once("static_xyz", 2);
   // The image of 1 s again and again for 3 s, under new stamps.
   const std::size_t stuck = 20;
   const std::int64_t step_ns = recording.frames[1]->stamp.ns - recording.frames[0]->stamp.ns;
@@ -91,7 +91,7 @@ TEST(Fault, F8AStuckImageIsAStandingCamera) {
 }
 
 TEST(Fault, F10DroppedFramesAndAGapCostLittle) {
-  const Recording clean = record("static_xyz", small(5));
+  const Recording& clean = record_once("static_xyz", 5);
   Recording gappy{clean.camera, {}, {}, {}};
   Rng rng(10);
   for (std::size_t i = 0; i < clean.frames.size(); ++i) {
@@ -123,7 +123,7 @@ class EverythingMoves final : public Segmenter {
 };
 
 TEST(Fault, F14WhenAllIsMaskedGeometryCarriesOn) {
-  const Recording recording = record("static_xyz", small(3));
+  const Recording& recording = record_once("static_xyz", 3);
   const Trial run =
       run_offline(small_config(DynamicMode::kFull), recording, std::make_unique<EverythingMoves>());
   EXPECT_EQ(lost_frames(run), 0);
@@ -131,7 +131,7 @@ TEST(Fault, F14WhenAllIsMaskedGeometryCarriesOn) {
 }
 
 TEST(Fault, F14WhenNoPointIsClearedTheFramesSayThatPointsHadToComeBack) {
-  Recording recording = record("static_xyz", small(1.5));
+  Recording recording = record_once("static_xyz", 1.5);
   // Without depth nothing tells what lies behind the mask's object.
   recording.spoil(0.5, 2,
                   [](RgbdFrame& f) { std::fill(f.depth_m.begin(), f.depth_m.end(), 0.0F); });
@@ -144,7 +144,7 @@ TEST(Fault, F14WhenNoPointIsClearedTheFramesSayThatPointsHadToComeBack) {
 }
 
 TEST(Fault, F19ATexturelessWallIsALossThatEndsWithTheWall) {
-  Recording recording = record("static_xyz", small(3.5));
+  Recording recording = record_once("static_xyz", 3.5);
   recording.spoil(1.5, 2.5, [](RgbdFrame& f) {
     paint(f, 140);
     std::fill(f.depth_m.begin(), f.depth_m.end(), 0.8F);

@@ -10,10 +10,13 @@ namespace {
 constexpr double kFrom_s = 1, kUntil_s = 6, kEnd_s = 7;
 constexpr double kJump_m = 0.10;
 
-sim::SequenceOptions seven_seconds() {
-  sim::SequenceOptions options = small(kEnd_s);
-  options.fps = 12;
-  return options;
+const Recording& seven_seconds() {
+  static const Recording kRendered = [] {
+    sim::SequenceOptions options = small(kEnd_s);
+    options.fps = 12;
+    return record("static_xyz", options);
+  }();
+  return kRendered;
 }
 
 /// A textured board 0.7 m in front of the camera that covers 80 % of the image and swings sideways
@@ -96,7 +99,7 @@ void expect_steady_and_back(const Recording& recording, const Trial& run) {
 }
 
 TEST(HardView, EightyPercentCoveredForFiveSecondsDoesNotMakeItJump) {
-  Recording recording = record("static_xyz", seven_seconds());
+  Recording recording = seven_seconds();
   hold_board_before(recording, kFrom_s, kUntil_s);
   const Trial run = run_offline(small_config(DynamicMode::kFull), recording,
                                 std::make_unique<TruthSegmenter>(recording));
@@ -104,7 +107,7 @@ TEST(HardView, EightyPercentCoveredForFiveSecondsDoesNotMakeItJump) {
 }
 
 TEST(HardView, EightyPercentCoveredWithoutMasksDoesNotMakeItJump) {
-  Recording recording = record("static_xyz", seven_seconds());
+  Recording recording = seven_seconds();
   hold_board_before(recording, kFrom_s, kUntil_s);
   for (const DynamicMode mode : {DynamicMode::kFull, DynamicMode::kGeometry}) {
     SCOPED_TRACE(static_cast<int>(mode));
@@ -114,7 +117,7 @@ TEST(HardView, EightyPercentCoveredWithoutMasksDoesNotMakeItJump) {
 }
 
 TEST(HardView, EverythingCalledAPersonForFiveSecondsOrForEverDoesNotMakeItJump) {
-  const Recording recording = record("static_xyz", seven_seconds());
+  const Recording& recording = seven_seconds();
   for (const double until_s : {kUntil_s, 2 * kEnd_s}) {
     SCOPED_TRACE(until_s);
     const double from_s = until_s > kEnd_s ? 0 : kFrom_s;
@@ -126,7 +129,7 @@ TEST(HardView, EverythingCalledAPersonForFiveSecondsOrForEverDoesNotMakeItJump) 
 }
 
 TEST(HardView, EverythingCalledAPersonWhileABoardCoversMostOfItDoesNotMakeItJump) {
-  Recording recording = record("static_xyz", seven_seconds());
+  Recording recording = seven_seconds();
   hold_board_before(recording, kFrom_s, kUntil_s);
   const Trial run = run_offline(small_config(DynamicMode::kFull), recording,
                                 std::make_unique<AllIsAPerson>(recording, 0, 2 * kEnd_s));

@@ -53,7 +53,7 @@ class MapOfARun : public ::testing::TestWithParam<MakeRunner> {
 };
 
 TEST_P(MapOfARun, IsKeptAsItIsByARunThatIsOnlyPlacedInIt) {
-  const Recording recording = record("static_xyz", small(2));
+  const Recording& recording = record_once("static_xyz", 2);
   const Trial mapped = run({}, recording);
   const std::string bytes = to_bytes(mapped.map());
   const Trial placed = run({mapped.map(), true, {}}, recording);
@@ -65,7 +65,7 @@ TEST_P(MapOfARun, IsKeptAsItIsByARunThatIsOnlyPlacedInIt) {
 }
 
 TEST_P(MapOfARun, GoesOnInTheNext) {
-  const Recording recording = record("static_xyz", small(2));
+  const Recording& recording = record_once("static_xyz", 2);
   const Trial first = run({}, recording);
   const auto next = first.map().next_keyframe_id();
   const Trial second = run({first.map(), false, {}}, recording);
@@ -76,15 +76,15 @@ TEST_P(MapOfARun, GoesOnInTheNext) {
 }
 
 TEST_P(MapOfARun, IsNotWhereTheCameraIsInAnotherBuilding) {
-  const Recording here = record("static_xyz", small(1));
-  const Recording elsewhere = record("corridor_loop", small(1));
+  const Recording& here = record_once("static_xyz", 1);
+  const Recording& elsewhere = record_once("corridor_loop", 1);
   const Trial mapped = run({}, here);
   const Trial placed = run({mapped.map(), true, {}}, elsewhere);
   EXPECT_EQ(lost(placed), static_cast<int>(elsewhere.frames.size()));
 }
 
 TEST_P(MapOfARun, IsTakenUpAgainAfterReset) {
-  const Recording recording = record("static_xyz", small(1));
+  const Recording& recording = record_once("static_xyz", 1);
   const Trial mapped = run({}, recording);
   auto runner = GetParam()(config_, recording.camera, nullptr, {mapped.map(), true, {}});
   for (int round = 0; round < 2; ++round) {
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(LiveAndOffline, MapOfARun,
                          ::testing::Values(&make_live_runner, &make_offline_runner));
 
 TEST(Relocalisation, FindsAPlaceThatWasLeftLongAgo) {
-  const Recording recording = record("room_walk", small(14));
+  const Recording& recording = record_once("room_walk", 14);
   auto runner = make_offline_runner(small_config(DynamicMode::kOff), recording.camera, nullptr);
   Trial run(std::move(runner));
   for (const FramePtr& frame : recording.frames) run.process(frame);
@@ -122,7 +122,7 @@ TEST(Relocalisation, FindsAPlaceThatWasLeftLongAgo) {
 }
 
 TEST(Submap, GoesOnWhereNothingIsKnownAndIsJoinedWhereThePlaceIsSeenAgain) {
-  const Recording recording = record("room_walk", small(14));
+  const Recording& recording = record_once("room_walk", 14);
   constexpr std::size_t kKnown = 200;  // frames from here on are mapped first
   for (const auto make : {&make_offline_runner, &make_live_runner}) {
     Trial run(make(small_config(DynamicMode::kOff), recording.camera, nullptr, {}));
@@ -160,8 +160,8 @@ TEST(Submap, GoesOnWhereNothingIsKnownAndIsJoinedWhereThePlaceIsSeenAgain) {
 }
 
 TEST(Submap, IsLeftOutOfTheTrajectoryAsLongAsNobodyKnowsWhereItIs) {
-  const Recording recording = record("room_walk", small(4));
-  Recording elsewhere = record("static_xyz", small(4));
+  const Recording& recording = record_once("room_walk", 4);
+  Recording elsewhere = record_once("static_xyz", 4);
   Trial run(make_offline_runner(small_config(DynamicMode::kOff), recording.camera, nullptr, {}));
   for (const FramePtr& frame : recording.frames) run.process(frame);
   const auto count = static_cast<std::uint32_t>(recording.frames.size());
@@ -177,7 +177,7 @@ TEST(Submap, IsLeftOutOfTheTrajectoryAsLongAsNobodyKnowsWhereItIs) {
 }
 
 TEST(Relocalisation, IsProvisionalWhereTheCameraMayHaveLeftTheRoomMeanwhile) {
-  const Recording recording = record("static_xyz", small(1));
+  const Recording& recording = record_once("static_xyz", 1);
   const auto count = static_cast<std::uint32_t>(recording.frames.size());
   const auto is_provisional = [&](double unseen_s) {
     Trial run(make_offline_runner(small_config(DynamicMode::kOff), recording.camera, nullptr));

@@ -1,6 +1,7 @@
 // Rendered sequences for the tests of the whole system.
 #pragma once
 
+#include <map>
 #include <string>
 #include <utility>
 
@@ -31,6 +32,16 @@ inline Recording record(const std::string& world, const sim::SequenceOptions& op
     recording.ids.push_back(std::move(frame->ids));
   }
   return recording;
+}
+
+/// record(world, small(seconds)), rendered once in a process: tests of a suite share it.
+inline const Recording& record_once(const std::string& world, double seconds) {
+  static std::map<std::pair<std::string, double>, Recording> rendered;
+  const auto key = std::pair(world, seconds);
+  const auto known = rendered.find(key);
+  return known != rendered.end()
+             ? known->second
+             : rendered.emplace(key, record(world, small(seconds))).first->second;
 }
 
 }  // namespace ygslam::system_test

@@ -5,8 +5,8 @@
     python3 tools/lint.py build/clang -j 2 --since .ci/lint_base    # what changed since that commit, and what includes it
     python3 tools/lint.py build/clang -j 2 --record .ci/lint_base   # all, and notes the commit if nothing was found
 
-A translation unit is a module's sources compiled together. Where the commit is not known here, where the
-linter's settings or the build's changed, all are looked at.
+A translation unit is a module's sources compiled together. Where the commit is not known here, or the linter's
+settings or the compiler's changed since, all are looked at.
 """
 import argparse
 import json
@@ -17,7 +17,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 IS_LINTED = re.compile(r"/Unity/|_test\.cpp$")
-CONCERNS_ALL = re.compile(r"^\.clang-tidy$|^CMake|CMakeLists\.txt$|\.cmake$|^tools/lint\.py$")
+CONCERNS_ALL = re.compile(r"^(\.clang-tidy|cmake/YgslamCompiler\.cmake|tools/lint\.py)$")
 INCLUDE = re.compile(rb'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 

@@ -8,7 +8,7 @@
 namespace ygslam {
 namespace {
 
-using system_test::record;
+using system_test::record_once;
 using system_test::Recording;
 using system_test::small;
 using system_test::small_config;

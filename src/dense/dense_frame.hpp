@@ -2,6 +2,7 @@
 #pragma once
 
 #include <compare>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -52,6 +53,20 @@ struct SavedView {
   std::vector<ThingView> things;
   std::shared_ptr<const StoredView> view;  ///< its objects are numbers of things, from 1
   std::optional<DenseAnchor> anchor = {};  ///< none: it is a keyframe
+};
+
+/// A keyframe that the map dropped: what it was the anchor of has another from now on.
+struct RemovedAnchor {
+  KeyframeId id = kNoKeyframe;
+  DenseAnchor now;  ///< its camera's; of no keyframe: what it showed is to be removed, too
+};
+
+/// What changed since the last one.
+struct DenseUpdate {
+  std::vector<DenseFrame> added;
+  std::vector<RemovedAnchor> removed;
+  /// Of the keyframes that have a place in the world: all of them.
+  std::map<KeyframeId, SE3> T_world_camera;
 };
 
 }  // namespace ygslam

@@ -44,8 +44,8 @@ struct SurfaceGrain {
   [[nodiscard]] Vec3 mean_world() const { return sum_world / points; }
 };
 
-/// In place of the number of a thing that is not there any more.
-inline constexpr SceneObjectId kWithdrawnObject{0xffff};
+/// In place of the number of an object that is not there any more.
+inline constexpr SceneObjectId kRemovedObject{0xffff};
 
 /// At one place: where it stands next it is another KnownObject.
 struct KnownObject {

@@ -181,18 +181,15 @@ bool ObjectMap::sees_change(const DepthView& view, const SE3& T_world_camera) co
   });
 }
 
-std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
-                                           const SE3& T_world_camera, Timestamp stamp) {
+std::vector<SceneObjectId> ObjectMap::best_fits(std::span<const ThingView> views,
+                                                const std::vector<Cells>& cells) const {
   struct Pair {
     double fit = 0;
     SceneObjectId object{};
     std::size_t view = 0;
   };
-  now_ = std::max(now_, stamp);
   std::vector<Pair> pairs;
-  std::vector<Cells> cells;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    cells.push_back(cells_of(views[i], T_world_camera));
     if (cells[i].keys.empty() || views[i].is_moving) continue;
     for (const auto& [id, object] : objects_) {
       if (object.found_empty || object.is_leaving) continue;
@@ -203,11 +200,20 @@ std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
     return std::tuple(-a.fit, a.object, a.view) < std::tuple(-b.fit, b.object, b.view);
   });
-  std::vector<SceneObjectId> result(views.size(), kNoSceneObject);
+  std::vector<SceneObjectId> best(views.size(), kNoSceneObject);
   for (const Pair& pair : pairs) {
-    const bool is_free = std::find(result.begin(), result.end(), pair.object) == result.end();
-    if (is_free && result[pair.view] == kNoSceneObject) result[pair.view] = pair.object;
+    const bool is_free = std::find(best.begin(), best.end(), pair.object) == best.end();
+    if (is_free && best[pair.view] == kNoSceneObject) best[pair.view] = pair.object;
   }
+  return best;
+}
+
+std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
+                                           const SE3& T_world_camera, Timestamp stamp) {
+  now_ = std::max(now_, stamp);
+  std::vector<Cells> cells;
+  for (const ThingView& view : views) cells.push_back(cells_of(view, T_world_camera));
+  std::vector<SceneObjectId> result = best_fits(views, cells);
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (cells[i].keys.empty()) continue;
     if (views[i].is_moving) {

@@ -70,6 +70,9 @@ class ObjectMap {
   /// How well the view fits the object; 0 if it does not.
   [[nodiscard]] double fit(const Detection& detection, const Cells& cells,
                            const KnownObject& object) const;
+  /// Of each view the object that it fits best, of pairs the best first; kNoSceneObject: none.
+  [[nodiscard]] std::vector<SceneObjectId> best_fits(std::span<const ThingView> views,
+                                                     const std::vector<Cells>& cells) const;
   [[nodiscard]] bool are_apart(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) const;
   void add_view(const ThingView& view, const Cells& cells, const SE3& T_world_camera,
                 Timestamp stamp, KnownObject& object) const;

@@ -11,13 +11,13 @@ namespace {
 constexpr double kInFront_m = 0.05;  // nearer which a box is taken to fill the image
 
 /// Cells and the box around them, which tells of most points that they lie in none.
-struct EmptiedCells {
+struct CellSet {
   const std::vector<CellKey>* cells;
   Eigen::AlignedBox3d box_world;
-  bool of_things;  // whatever its surface was taken for
+  bool of_objects;  // whatever its surface was taken for
 
-  EmptiedCells(const std::vector<CellKey>& keys, double cell_m, bool of_things_too)
-      : cells(&keys), of_things(of_things_too) {
+  CellSet(const std::vector<CellKey>& keys, double cell_m, bool of_objects_too)
+      : cells(&keys), of_objects(of_objects_too) {
     for (const CellKey key : keys) {
       const Vec3 low = low_corner(key, cell_m);
       box_world.extend(low);
@@ -65,13 +65,14 @@ Window window_of(const Eigen::AlignedBox3d& box_world, const SE3& T_camera_world
 
 void exclude_places(const PixelState& state, const SE3& T_world_camera, double cell_m,
                     DepthView& view) {
-  std::vector<EmptiedCells> places;
-  for (const EmptiedPlace& emptied : state.emptied) places.emplace_back(*emptied, cell_m, false);
-  if (state.gone) places.emplace_back(*state.gone, cell_m, true);
+  std::vector<CellSet> places;
+  for (const RemovedCells& removed_objects : state.removed_objects)
+    places.emplace_back(*removed_objects, cell_m, false);
+  if (state.removed) places.emplace_back(*state.removed, cell_m, true);
   const Pinhole& camera = view.camera;
   const SE3 T_camera_world = T_world_camera.inverse();
   Window window;
-  for (const EmptiedCells& place : places)
+  for (const CellSet& place : places)
     window.add(window_of(place.box_world, T_camera_world, camera));
   for (int v = window.v0; v < window.v1; ++v) {
     for (int u = window.u0; u < window.u1; ++u) {
@@ -81,9 +82,9 @@ void exclude_places(const PixelState& state, const SE3& T_world_camera, double c
       const Vec3 p_camera((u - camera.cx) / camera.fx * depth_m,
                           (v - camera.cy) / camera.fy * depth_m, depth_m);
       const Vec3 p_world = T_world_camera * p_camera;
-      const bool is_thing = DepthView::is_thing(object);
-      if (std::any_of(places.begin(), places.end(), [&](const EmptiedCells& place) {
-            return (place.of_things || !is_thing) && place.contains(p_world, cell_m);
+      const bool is_object = DepthView::is_thing(object);
+      if (std::any_of(places.begin(), places.end(), [&](const CellSet& place) {
+            return (place.of_objects || !is_object) && place.contains(p_world, cell_m);
           }))
         object = DepthView::kExcluded;
     }
@@ -94,33 +95,34 @@ void exclude_places(const PixelState& state, const SE3& T_world_camera, double c
 
 bool PixelState::operator==(const PixelState& other) const {
   const auto same = [](const auto& a, const auto& b) { return a == b || (a && b && *a == *b); };
-  return ids == other.ids && same(gone, other.gone) && same(came, other.came) &&
-         std::equal(emptied.begin(), emptied.end(), other.emptied.begin(), other.emptied.end(),
-                    same);
+  return ids == other.ids && same(removed, other.removed) && same(appeared, other.appeared) &&
+         std::equal(removed_objects.begin(), removed_objects.end(), other.removed_objects.begin(),
+                    other.removed_objects.end(), same);
 }
 
 PixelState without_changes(PixelState state) {
-  state.gone = nullptr;
-  state.came = nullptr;
+  state.removed = nullptr;
+  state.appeared = nullptr;
   return state;
 }
 
-PixelState seen_state(PixelState state) {
+PixelState space_state(PixelState state) {
   for (SceneObjectId& id : state.ids)
-    if (id != kWithdrawnObject) id = kNoSceneObject;
+    if (id != kRemovedObject) id = kNoSceneObject;
   return without_changes(std::move(state));
 }
 
 void apply_state(const PixelState& state, const SE3& T_world_camera, int margin_px, double cell_m,
                  DepthView& view) {
-  std::vector<bool> is_gone;
+  std::vector<bool> is_removed;
   for (SceneObjectId& object : view.objects) {
     object = state.ids[static_cast<std::size_t>(object) - 1];
-    is_gone.push_back(object == kWithdrawnObject);
+    is_removed.push_back(object == kRemovedObject);
   }
-  exclude_objects(view, is_gone, margin_px);
-  if (state.came) view.spared = *state.came;
-  if (!state.emptied.empty() || state.gone) exclude_places(state, T_world_camera, cell_m, view);
+  exclude_objects(view, is_removed, margin_px);
+  if (state.appeared) view.spared = *state.appeared;
+  if (!state.removed_objects.empty() || state.removed)
+    exclude_places(state, T_world_camera, cell_m, view);
 }
 
 }  // namespace ygslam

@@ -1,4 +1,4 @@
-// What is known by now of the pixels of a dense keyframe.
+// What is known by now of the pixels of a dense view.
 #pragma once
 
 #include <memory>
@@ -9,29 +9,30 @@
 
 namespace ygslam {
 
-/// Cells from which something went that the keyframe still showed; in ascending order.
-using EmptiedPlace = std::shared_ptr<const std::vector<CellKey>>;
+/// Cells of space whose surface was removed since a view saw it; in ascending order.
+using RemovedCells = std::shared_ptr<const std::vector<CellKey>>;
 
 struct PixelState {
-  /// Of each detection: its object, or kWithdrawnObject.
+  /// Of each observation: its object, or kRemovedObject.
   std::vector<SceneObjectId> ids;
-  std::vector<EmptiedPlace> emptied;
-  EmptiedPlace gone;  ///< the same of surfaces, whatever they were taken for; none: nothing went
-  /// Cells through which it looked and in which something stands by now; none: nothing came.
-  std::shared_ptr<const std::vector<Eigen::Vector3i>> came;
+  std::vector<RemovedCells> removed_objects;  ///< where they stood: what masks left out there
+  RemovedCells removed;  ///< of surfaces, whatever they were taken for; none: nothing was removed
+  /// Cells that the view saw through and in which something stands by now; none: nothing appeared.
+  std::shared_ptr<const std::vector<Eigen::Vector3i>> appeared;
 
   /// By content.
   bool operator==(const PixelState& other) const;
 };
 
-/// As if nothing had come or gone but things.
+/// As if nothing had appeared, and nothing been removed but objects.
 [[nodiscard]] PixelState without_changes(PixelState state);
-/// What of it the view's space depends on: numbers of things do not matter, but what went does.
-[[nodiscard]] PixelState seen_state(PixelState state);
+/// What of it the space that a view observed depends on: not on the numbers of objects, but on
+/// which of them were removed.
+[[nodiscard]] PixelState space_state(PixelState state);
 
-/// Gives the objects of a view, which are numbers of detections from 1, their numbers, and excludes
-/// the pixels of what went.
-/// @param margin_px around the masks of what went. @param cell_m of the emptied places.
+/// Gives the objects of a view, which are numbers of observations from 1, their numbers, and
+/// excludes the pixels of what was removed.
+/// @param margin_px around the masks of what was removed. @param cell_m of the removed cells.
 void apply_state(const PixelState& state, const SE3& T_world_camera, int margin_px, double cell_m,
                  DepthView& view);
 

@@ -1,8 +1,10 @@
-// A dense keyframe's images in little memory, for the day its pose is corrected.
+// A dense view's images in little memory, for the day its pose is corrected.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "volume/depth_view.hpp"
@@ -30,6 +32,25 @@ class StoredView {
   Pinhole camera_;
   std::vector<SceneObjectId> objects_;
   std::string packed_;
+};
+
+/// Unpacks views; the last one stays, since it is mostly asked for again.
+class ViewUnpacker {
+ public:
+  /// @return until the next call.
+  const DepthView& unpacked(const std::shared_ptr<const StoredView>& stored) {
+    if (stored_ != stored) keep(stored, stored->restored());
+    return view_;
+  }
+  /// Of a view that was just packed.
+  void keep(std::shared_ptr<const StoredView> stored, DepthView view) {
+    stored_ = std::move(stored);
+    view_ = std::move(view);
+  }
+
+ private:
+  std::shared_ptr<const StoredView> stored_;
+  DepthView view_;
 };
 
 }  // namespace ygslam

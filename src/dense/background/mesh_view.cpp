@@ -47,6 +47,28 @@ struct MeshView::Area {
     low.array() -= kBend, high.array() += kBend;
   }
   [[nodiscard]] bool empty() const { return right < left; }
+
+  struct Box {  // [px], bounds
+    int left, right, top, bottom;
+  };
+  /// The area's pixels between two corners of an image.
+  [[nodiscard]] Box part(const Eigen::Vector2f& low_px, const Eigen::Vector2f& high_px) const {
+    const auto bound = [](float value, int least, int most) {
+      return static_cast<int>(
+          std::clamp(value, static_cast<float>(least - 1), static_cast<float>(most + 1)));
+    };
+    return {std::max(left, bound(std::ceil(low_px.x()), left, right)),
+            std::min(right, bound(std::floor(high_px.x()), left, right)),
+            std::max(top, bound(std::ceil(low_px.y()), top, bottom)),
+            std::min(bottom, bound(std::floor(high_px.y()), top, bottom))};
+  }
+  /// Whether no pixel of it is wanted, as far as that is told quickly.
+  [[nodiscard]] bool is_unwanted(const Box& box) const {
+    if (box.left > box.right || box.top > box.bottom) return true;
+    const bool is_one_tile =
+        box.right / kTile_px == box.left / kTile_px && box.bottom / kTile_px == box.top / kTile_px;
+    return is_one_tile && tiles.at(box.left / kTile_px, box.top / kTile_px) == 0;
+  }
   [[nodiscard]] bool may_show(const Eigen::Vector3f& p_camera, float radius_m) const {
     if (p_camera.z() < -radius_m) return false;
     for (int axis = 0; axis < 2; ++axis) {
@@ -113,22 +135,11 @@ void MeshView::fill(const std::array<std::uint32_t, 3>& triangle, const FrameGeo
   // Counter-clockwise from outside is clockwise in an image whose v points down.
   const float doubled_area = ac.x() * ab.y() - ac.y() * ab.x();
   if (!(doubled_area > 0)) return;
-  const auto bound = [](float value, int low, int high) {
-    return static_cast<int>(
-        std::clamp(value, static_cast<float>(low - 1), static_cast<float>(high + 1)));
-  };
-  const Eigen::Vector2f low = a.uv_px.cwiseMin(b.uv_px).cwiseMin(c.uv_px);
-  const Eigen::Vector2f high = a.uv_px.cwiseMax(b.uv_px).cwiseMax(c.uv_px);
-  const int left = std::max(area.left, bound(std::ceil(low.x()), area.left, area.right));
-  const int right = std::min(area.right, bound(std::floor(high.x()), area.left, area.right));
-  const int top = std::max(area.top, bound(std::ceil(low.y()), area.top, area.bottom));
-  const int bottom = std::min(area.bottom, bound(std::floor(high.y()), area.top, area.bottom));
-  if (left > right || top > bottom) return;
-  if (right / kTile_px == left / kTile_px && bottom / kTile_px == top / kTile_px &&
-      area.tiles.at(left / kTile_px, top / kTile_px) == 0)
-    return;
-  for (int v = top; v <= bottom; ++v) {
-    for (int u = left; u <= right; ++u) {
+  const Area::Box box = area.part(a.uv_px.cwiseMin(b.uv_px).cwiseMin(c.uv_px),
+                                  a.uv_px.cwiseMax(b.uv_px).cwiseMax(c.uv_px));
+  if (area.is_unwanted(box)) return;
+  for (int v = box.top; v <= box.bottom; ++v) {
+    for (int u = box.left; u <= box.right; ++u) {
       if (area.wanted.at(u, v) == 0) continue;
       const Eigen::Vector2f p =
           Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v)) - a.uv_px;
@@ -146,16 +157,21 @@ void MeshView::fill(const std::array<std::uint32_t, 3>& triangle, const FrameGeo
       float& nearest_m = image.depth_m.at(u, v);
       if (nearest_m != 0 && nearest_m <= depth_m) continue;
       nearest_m = depth_m;
-      const Rgb8 ca = mesh_.vertices[triangle[0]].colour, cb = mesh_.vertices[triangle[1]].colour,
-                 cc = mesh_.vertices[triangle[2]].colour;
-      const auto mix = [&](std::uint8_t x, std::uint8_t y, std::uint8_t z) {
-        const float sum = share_a * static_cast<float>(x) + share_b * static_cast<float>(y) +
-                          share_c * static_cast<float>(z);
-        return static_cast<std::uint8_t>(std::clamp(sum + 0.5F, 0.0F, 255.0F));
-      };
-      image.colour.at(u, v) = {mix(ca.r, cb.r, cc.r), mix(ca.g, cb.g, cc.g), mix(ca.b, cb.b, cc.b)};
+      image.colour.at(u, v) = mixed_colour(triangle, {share_a, share_b, share_c});
     }
   }
+}
+
+Rgb8 MeshView::mixed_colour(const std::array<std::uint32_t, 3>& triangle,
+                            const Eigen::Vector3f& shares) const {
+  const Rgb8 a = mesh_.vertices[triangle[0]].colour, b = mesh_.vertices[triangle[1]].colour,
+             c = mesh_.vertices[triangle[2]].colour;
+  const auto mix = [&](std::uint8_t x, std::uint8_t y, std::uint8_t z) {
+    const float sum = shares[0] * static_cast<float>(x) + shares[1] * static_cast<float>(y) +
+                      shares[2] * static_cast<float>(z);
+    return static_cast<std::uint8_t>(std::clamp(sum + 0.5F, 0.0F, 255.0F));
+  };
+  return {mix(a.r, b.r, c.r), mix(a.g, b.g, c.g), mix(a.b, b.b, c.b)};
 }
 
 }  // namespace ygslam

@@ -42,6 +42,9 @@ class MeshView {
   const Corner& corner(std::uint32_t vertex, const FrameGeometry& geometry);
   void fill(const std::array<std::uint32_t, 3>& triangle, const FrameGeometry& geometry,
             const Area& area, SurfaceImage& image);
+  /// @param shares of the triangle's corners in it.
+  [[nodiscard]] Rgb8 mixed_colour(const std::array<std::uint32_t, 3>& triangle,
+                                  const Eigen::Vector3f& shares) const;
 
   TriangleMesh mesh_;
   std::vector<Bunch> bunches_;

@@ -112,13 +112,13 @@ const DepthView* ViewColours::load(std::size_t view) {
   return &loaded_.front()->images;
 }
 
-std::vector<ViewColours::Chosen> ViewColours::choose(std::vector<Place>& places,
+std::vector<ViewColours::Chosen> ViewColours::choose(std::vector<Tile>& tiles,
                                                      const Eigen::Vector3f& t_world_frame) {
   // Each view's costs once; then the view that lowers the sum most, again and again.
   std::vector<std::pair<std::size_t, std::vector<float>>> candidates;
   for (std::size_t i = 0; i < views_.size(); ++i) {
     std::vector<float> costs;
-    for (const Place& place : places) costs.push_back(cost(views_[i], place, t_world_frame));
+    for (const Tile& tile : tiles) costs.push_back(cost(views_[i], tile.place, t_world_frame));
     if (std::any_of(costs.begin(), costs.end(), [](float c) { return c < 1; }))
       candidates.emplace_back(i, std::move(costs));
   }
@@ -129,16 +129,16 @@ std::vector<ViewColours::Chosen> ViewColours::choose(std::vector<Place>& places,
     float most_gain = chosen.empty() ? 0 : kLeastGain;
     for (const auto& [view, costs] : candidates) {
       float gain = 0;
-      for (std::size_t k = 0; k < places.size(); ++k)
-        gain += std::max(0.0F, places[k].least_cost - costs[k]);
+      for (std::size_t k = 0; k < tiles.size(); ++k)
+        gain += std::max(0.0F, tiles[k].place.least_cost - costs[k]);
       if (gain <= most_gain) continue;
       most_gain = gain;
       best = &costs;
       best_view = view;
     }
     if (best == nullptr) break;
-    for (std::size_t k = 0; k < places.size(); ++k)
-      places[k].least_cost = std::min(places[k].least_cost, (*best)[k]);
+    for (std::size_t k = 0; k < tiles.size(); ++k)
+      tiles[k].place.least_cost = std::min(tiles[k].place.least_cost, (*best)[k]);
     chosen.push_back({&views_[best_view], load(best_view)});
   }
   return chosen;
@@ -189,52 +189,64 @@ void ViewColours::find_gain(const RgbdFrame& frame, const FrameGeometry& geometr
     chosen.gain = std::clamp(median(ratios), 1 / kMostGain, kMostGain);
 }
 
+std::vector<ViewColours::Tile> ViewColours::tiles_of(const FrameGeometry& geometry,
+                                                     const SurfaceImage& surface) {
+  const DepthImage& depth_m = surface.depth_m;
+  const int columns = (depth_m.width() + kOrderTile_px - 1) / kOrderTile_px;
+  const int rows = (depth_m.height() + kOrderTile_px - 1) / kOrderTile_px;
+  std::vector<Tile> tiles;
+  for (int tile = 0; tile < columns * rows; ++tile) {
+    const int u0 = tile % columns * kOrderTile_px, v0 = tile / columns * kOrderTile_px;
+    std::vector<int> pixels;
+    for (int v = v0; v < std::min(v0 + kOrderTile_px, depth_m.height()); ++v)
+      for (int u = u0; u < std::min(u0 + kOrderTile_px, depth_m.width()); ++u)
+        if (depth_m.at(u, v) > 0) pixels.push_back(v * depth_m.width() + u);
+    if (pixels.empty()) continue;
+    const int middle = pixels[pixels.size() / 2];
+    const float z_m = depth_m.data()[middle];
+    const Eigen::Vector3f p_world =
+        geometry.unproject(middle % depth_m.width(), middle / depth_m.width(), z_m);
+    tiles.push_back({{p_world, z_m, 1}, std::move(pixels)});
+  }
+  return tiles;
+}
+
+bool ViewColours::blend(const std::vector<std::pair<float, const Chosen*>>& order,
+                        const Eigen::Vector3f& p_world, Rgb8& colour) {
+  Eigen::Array3f sum = Eigen::Array3f::Zero(), there;
+  float weights = 0;
+  int blended = 0;
+  for (const auto& [its_cost, view] : order) {
+    if (!look(*view, p_world, there)) continue;
+    const float weight = 1 / (0.02F + its_cost);
+    sum += weight * view->gain * there;
+    weights += weight;
+    if (++blended == kMostBlended) break;
+  }
+  if (blended > 0) colour = as_colour(sum / weights);
+  return blended > 0;
+}
+
 void ViewColours::paint(const RgbdFrame& frame, const FrameGeometry& geometry,
                         const GreyImage& hidden, const SurfaceImage& surface, ColourImage& colour,
                         GreyImage& source) {
   const Eigen::Vector3f t_world_frame = geometry.T_world_camera().t().cast<float>();
-  const int columns = (hidden.width() + kOrderTile_px - 1) / kOrderTile_px;
-  const int rows = (hidden.height() + kOrderTile_px - 1) / kOrderTile_px;
-  std::vector<Place> places;
-  std::vector<std::vector<int>> pixels;  // of each place's tile: offsets
-  for (int tile = 0; tile < columns * rows; ++tile) {
-    const int u0 = tile % columns * kOrderTile_px, v0 = tile / columns * kOrderTile_px;
-    std::vector<int> inside;
-    for (int v = v0; v < std::min(v0 + kOrderTile_px, hidden.height()); ++v)
-      for (int u = u0; u < std::min(u0 + kOrderTile_px, hidden.width()); ++u)
-        if (surface.depth_m.at(u, v) > 0) inside.push_back(v * hidden.width() + u);
-    if (inside.empty()) continue;
-    const int middle = inside[inside.size() / 2];
-    const float z_m = surface.depth_m.data()[middle];
-    places.push_back(
-        {geometry.unproject(middle % hidden.width(), middle / hidden.width(), z_m), z_m, 1});
-    pixels.push_back(std::move(inside));
-  }
-  std::vector<Chosen> chosen = choose(places, t_world_frame);
+  std::vector<Tile> tiles = tiles_of(geometry, surface);
+  std::vector<Chosen> chosen = choose(tiles, t_world_frame);
   for (Chosen& view : chosen) find_gain(frame, geometry, hidden, view);
   std::vector<std::pair<float, const Chosen*>> order;
-  for (std::size_t k = 0; k < places.size(); ++k) {
+  for (const Tile& tile : tiles) {
     order.clear();
     for (const Chosen& view : chosen)
-      order.emplace_back(cost(*view.view, places[k], t_world_frame), &view);
+      order.emplace_back(cost(*view.view, tile.place, t_world_frame), &view);
     std::stable_sort(order.begin(), order.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (const int pixel : pixels[k]) {
+    for (const int pixel : tile.pixels) {
       const int u = pixel % hidden.width(), v = pixel / hidden.width();
-      const Eigen::Vector3f p_world = geometry.unproject(u, v, surface.depth_m.at(u, v));
-      Eigen::Array3f sum = Eigen::Array3f::Zero(), there;
-      float weights = 0;
-      int blended = 0;
-      for (const auto& [its_cost, view] : order) {
-        if (!look(*view, p_world, there)) continue;
-        const float weight = 1 / (0.02F + its_cost);
-        sum += weight * view->gain * there;
-        weights += weight;
-        if (++blended == kMostBlended) break;
-      }
-      const bool seen = blended > 0;
-      colour.at(u, v) = seen ? as_colour(sum / weights) : surface.colour.at(u, v);
-      source.at(u, v) = static_cast<std::uint8_t>(seen ? PixelSource::kView : PixelSource::kMap);
+      colour.at(u, v) = surface.colour.at(u, v);
+      const bool is_seen =
+          blend(order, geometry.unproject(u, v, surface.depth_m.at(u, v)), colour.at(u, v));
+      source.at(u, v) = static_cast<std::uint8_t>(is_seen ? PixelSource::kView : PixelSource::kMap);
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "dense/background/frame_geometry.hpp"
@@ -50,6 +51,10 @@ class ViewColours {
     float z_m = 0;         // in the frame
     float least_cost = 0;  // of the views chosen so far
   };
+  struct Tile {
+    Place place;
+    std::vector<int> pixels;  // with a surface: offsets
+  };
   struct Chosen {
     const View* view = nullptr;
     const DepthView* images = nullptr;
@@ -58,12 +63,18 @@ class ViewColours {
   /// How unlike the frame's the view of a place is, 0 to 1; 1 if the view does not see it.
   [[nodiscard]] static float cost(const View& view, const Place& place,
                                   const Eigen::Vector3f& t_world_frame);
-  [[nodiscard]] std::vector<Chosen> choose(std::vector<Place>& places,
+  [[nodiscard]] std::vector<Chosen> choose(std::vector<Tile>& tiles,
                                            const Eigen::Vector3f& t_world_frame);
   [[nodiscard]] const DepthView* load(std::size_t view);
   /// @return the view's colour of the point in `colour`; false where it does not see it.
   [[nodiscard]] static bool look(const Chosen& chosen, const Eigen::Vector3f& p_world,
                                  Eigen::Array3f& colour);
+  [[nodiscard]] static std::vector<Tile> tiles_of(const FrameGeometry& geometry,
+                                                  const SurfaceImage& surface);
+  /// The colour of a point in the first views of the order that see it, by cost.
+  /// @return false where none does.
+  [[nodiscard]] static bool blend(const std::vector<std::pair<float, const Chosen*>>& order,
+                                  const Eigen::Vector3f& p_world, Rgb8& colour);
   static void find_gain(const RgbdFrame& frame, const FrameGeometry& geometry,
                         const GreyImage& hidden, Chosen& chosen);
 

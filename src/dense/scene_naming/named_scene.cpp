@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "dense/scene_naming/edge_labels.hpp"
+#include "dense/scene_naming/object_numbers.hpp"
 #include "dense/scene_naming/room_structure.hpp"
 #include "dense/scene_naming/scene_objects.hpp"
 #include "dense/scene_naming/supports.hpp"
@@ -73,6 +74,7 @@ StaticScene named_scene(DenseMap& map) {
   stand_on_supports(scene.mesh, scene.gravity, scene.objects);
   label_structure(scene.mesh, scene.gravity);
   label_cells(scene.mesh, scene.space);
+  number_objects(scene);
   return scene;
 }
 

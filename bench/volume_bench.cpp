@@ -98,7 +98,7 @@ void measure(const Views& input, double voxel_m, const Options& options) {
   Volume volume(config);
   Mesher mesher;
   PreparedView prepared;
-  Times prepare, integrate, withdraw, update, touched;
+  Times prepare, integrate, deintegrate, update, touched;
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     {
       const ScopedTimer timer;
@@ -160,17 +160,18 @@ void measure(const Views& input, double voxel_m, const Options& options) {
     for (std::size_t i = 0; i < input.views.size(); ++i) {
       Vec6 error;
       for (int k = 0; k < 6; ++k) error[k] = rng.normal(0, k < 3 ? 0.003 : 0.001);
-      volume.withdraw(input.views[i], input.T_world_camera[i] * SE3::exp(error));
+      volume.deintegrate(input.views[i], input.T_world_camera[i] * SE3::exp(error));
     }
   }
   if (volume.fingerprint() != before) std::printf("  THE LAPS LEFT SOMETHING BEHIND\n");
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     const ScopedTimer timer;
-    volume.withdraw(input.views[i], input.T_world_camera[i]);
-    withdraw.ms.push_back(timer.cpu_ms());
+    volume.deintegrate(input.views[i], input.T_world_camera[i]);
+    deintegrate.ms.push_back(timer.cpu_ms());
   }
-  std::printf("  withdraw         median %6.1f ms; left: %zu and %zu blocks\n", withdraw.at(0.5),
-              volume.surface().blocks().size(), volume.space().blocks().size());
+  std::printf("  deintegrate         median %6.1f ms; left: %zu and %zu blocks\n",
+              deintegrate.at(0.5), volume.surface().blocks().size(),
+              volume.space().blocks().size());
 }
 
 }  // namespace

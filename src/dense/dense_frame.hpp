@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/ids.hpp"
+#include "dense/object_observation.hpp"
 #include "dense/stored_view.hpp"
-#include "dense/thing_view.hpp"
 #include "geometry/rolling_shutter.hpp"
 #include "geometry/se3.hpp"
 #include "image/rgbd_frame.hpp"
@@ -40,7 +40,7 @@ struct DenseFrame {
   ReadOut read_out;
   GreyImage movers;                        ///< 255 where something moves or may move; empty = none
   GreyImage things;                        ///< 0 = none, i + 1 = detections[i]; empty = none
-  std::vector<Detection> detections;       ///< of things that stand about; at most kMaxDetections
+  std::vector<Detection> detections;       ///< of objects that stand about; at most kMaxDetections
   std::optional<DenseAnchor> anchor = {};  ///< none: it is a keyframe
   std::vector<MotionVotes> motion_votes = {};  ///< by detection; empty: not known
   int edge_px = 0;  ///< of `things`: so near the edge of a mask it is not sure what a pixel shows
@@ -50,8 +50,8 @@ struct DenseFrame {
 struct SavedView {
   DenseViewId id;
   Timestamp stamp;
-  std::vector<ThingView> things;
-  std::shared_ptr<const StoredView> view;  ///< its objects are numbers of things, from 1
+  std::vector<ObjectObservation> things;
+  std::shared_ptr<const StoredView> view;  ///< its objects are numbers of observations, from 1
   std::optional<DenseAnchor> anchor = {};  ///< none: it is a keyframe
 };
 

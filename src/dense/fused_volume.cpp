@@ -40,7 +40,7 @@ DepthView FusedVolume::pixels_of(const ViewPlacement& placement) {
 }
 
 const SeenSpace& FusedVolume::observe(const ViewPlacement& view) {
-  return volume_.look(pixels_of(view), view.T_world_camera);
+  return volume_.observe(pixels_of(view), view.T_world_camera);
 }
 
 const SeenSpace& FusedVolume::observed_space(View& view) {
@@ -69,7 +69,7 @@ void FusedVolume::put_in(DenseViewId id, const ViewPlacement& wanted,
 
 std::optional<FusedVolume::ObservedSpace> FusedVolume::take_back(Views::iterator view) {
   const ViewPlacement& placement = view->second.placement;
-  volume_.withdraw(pixels_of(placement), placement.T_world_camera);
+  volume_.deintegrate(pixels_of(placement), placement.T_world_camera);
   std::optional<ObservedSpace> observed = std::move(view->second.observed);
   views_.erase(view);
   return observed;
@@ -83,7 +83,7 @@ void FusedVolume::exchange_appeared(View& view, const PixelState& wanted) {
   PixelState& state = view.placement.state;
   if (state == wanted || !shows_the_same(state, wanted)) return;
   const SeenSpace& seen = view.counted ? *view.counted : observed_space(view);
-  volume_.spare_anew(seen, appeared_cells(state), appeared_cells(wanted));
+  volume_.exchange_spared(seen, appeared_cells(state), appeared_cells(wanted));
   state.appeared = wanted.appeared;
 }
 

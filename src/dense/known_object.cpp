@@ -73,15 +73,15 @@ bool KnownObject::believes(int views_of_it) const {
          (views_of_it > 1 && views_of_it >= std::min(kLeastShare * views(), kEnoughViews));
 }
 
-bool KnownObject::believes(const SurfaceGrain& grain) const {
-  return believes(grain.views) &&
-         (views() < kManyViews || grain.views >= kLeastVotes * grain.in_sight);
+bool KnownObject::believes(const SurfacePatch& patch) const {
+  return believes(patch.views) &&
+         (views() < kManyViews || patch.views >= kLeastVotes * patch.in_sight);
 }
 
 std::vector<Vec3> KnownObject::surface_world() const {
   std::vector<Vec3> surface;
-  for (const auto& [key, grain] : grains)
-    if (believes(grain)) surface.push_back(grain.mean_world());
+  for (const auto& [key, patch] : patches)
+    if (believes(patch)) surface.push_back(patch.mean_world());
   return surface;
 }
 
@@ -97,23 +97,23 @@ void KnownObject::merge(const KnownObject& other) {
   for (const auto& [semantic_class, score] : other.class_scores)
     class_scores[semantic_class] += score;
   for (const auto& [key, views_of_it] : other.cells) cells[key] += views_of_it;
-  for (const auto& [key, grain] : other.grains) {
-    SurfaceGrain& own = grains[key];
-    own.sum_world += grain.sum_world;
-    own.points += grain.points;
-    own.views += grain.views;
-    own.in_sight += grain.in_sight;
-    if (!grain.looked_at || (own.looked_at && *grain.looked_at < *own.looked_at)) continue;
-    own.looked_at = grain.looked_at;
-    own.seen_through = grain.seen_through;
+  for (const auto& [key, patch] : other.patches) {
+    SurfacePatch& own = patches[key];
+    own.sum_world += patch.sum_world;
+    own.points += patch.points;
+    own.views += patch.views;
+    own.in_sight += patch.in_sight;
+    if (!patch.observed_at || (own.observed_at && *patch.observed_at < *own.observed_at)) continue;
+    own.observed_at = patch.observed_at;
+    own.seen_through = patch.seen_through;
   }
   extent_world.extend(other.extent_world);
-  looked_along_world += other.looked_along_world;
+  viewed_along_world += other.viewed_along_world;
   seen.insert(other.seen.begin(), other.seen.end());
   shown.insert(other.shown.begin(), other.shown.end());
   std::transform(colours.begin(), colours.end(), other.colours.begin(), colours.begin(),
                  std::plus<>());
-  empty_looks = std::min(empty_looks, other.empty_looks);
+  empty_observations = std::min(empty_observations, other.empty_observations);
   is_leaving = is_leaving && other.is_leaving;
   if (other.moving > moving) moving_world = other.moving_world;
   moving = std::max(moving, other.moving);

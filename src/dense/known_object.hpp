@@ -1,4 +1,4 @@
-// What is known of a thing that stands somewhere: counts over the keyframes that showed it.
+// What is known of an object that stands somewhere: counts over the keyframes that showed it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/time.hpp"
-#include "dense/thing_view.hpp"
+#include "dense/object_observation.hpp"
 #include "geometry/se3.hpp"
 
 namespace ygslam {
@@ -32,13 +32,13 @@ inline constexpr int kCellAxisBits = 21;
 [[nodiscard]] const std::vector<CellKey>& neighbour_steps();
 
 /// A small part of its surface.
-struct SurfaceGrain {
+struct SurfacePatch {
   Vec3 sum_world = Vec3::Zero();  ///< of the points in it [m]
   int points = 0;
-  int views = 0;     ///< that showed it in a mask of the thing
-  int in_sight = 0;  ///< views that showed it, and the thing in a mask
+  int views = 0;     ///< that showed it in a mask of the object
+  int in_sight = 0;  ///< views that showed it, and the object in a mask
   /// The last view in which it was not hidden, and whether that saw through it.
-  std::optional<Timestamp> looked_at;
+  std::optional<Timestamp> observed_at;
   bool seen_through = false;
 
   [[nodiscard]] Vec3 mean_world() const { return sum_world / points; }
@@ -51,13 +51,13 @@ inline constexpr SceneObjectId kRemovedObject{0xffff};
 struct KnownObject {
   std::map<SemanticClass, double> class_scores;  ///< sums over its views
   std::unordered_map<CellKey, int> cells;        ///< how many views showed its surface there
-  std::map<CellKey, SurfaceGrain> grains;        ///< finer
+  std::map<CellKey, SurfacePatch> patches;       ///< finer
   Eigen::AlignedBox3d extent_world;              ///< of all its cells
   std::set<Timestamp> seen;                      ///< of the keyframes that showed it
   std::set<Timestamp> shown;  ///< the same, and those that saw its surface without a mask of it
   ColourCounts colours{};
-  Vec3 looked_along_world = Vec3::Zero();  ///< sum of the directions it was seen in, of unit length
-  int empty_looks = 0;                     ///< in a row that saw through its place
+  Vec3 viewed_along_world = Vec3::Zero();  ///< sum of the directions it was seen in, of unit length
+  int empty_observations = 0;              ///< in a row that saw through its place
   bool is_leaving = false;          ///< the keyframe that is being looked at sees through its place
   std::optional<Timestamp> moving;  ///< when it was last seen to move,
   Vec3 moving_world = Vec3::Zero();      ///< and where
@@ -70,8 +70,8 @@ struct KnownObject {
   [[nodiscard]] float probability() const;
   /// Of a cell: what a single view showed is not believed once there are many.
   [[nodiscard]] bool believes(int views_of_it) const;
-  /// Of a grain: masks reach over edges now and then, each view in another place.
-  [[nodiscard]] bool believes(const SurfaceGrain& grain) const;
+  /// Of a patch: masks reach over edges now and then, each view in another place.
+  [[nodiscard]] bool believes(const SurfacePatch& patch) const;
   /// Points of its surface, in a fixed order.
   [[nodiscard]] std::vector<Vec3> surface_world() const;
   /// Its cells, in ascending order.
@@ -80,7 +80,7 @@ struct KnownObject {
   void merge(const KnownObject& other);
 };
 
-/// How two things look that may be the same at different places.
+/// How two objects look that may be the same at different places.
 struct Likeness {
   double size = 0;    ///< ratio of the smaller to the larger, 0 to 1
   double colour = 0;  ///< shared part of their colours, 0 to 1

@@ -21,11 +21,11 @@ KnownObject seen(int views) {
 
 /// A point of its surface that so many views showed in a mask of it, of so many that saw it.
 void add_point(KnownObject& object, const Vec3& p_world, int views, int in_sight) {
-  SurfaceGrain& grain = object.grains[cell_key(p_world, 0.025)];
-  grain.sum_world += p_world;
-  ++grain.points;
-  grain.views = views;
-  grain.in_sight = in_sight;
+  SurfacePatch& patch = object.patches[cell_key(p_world, 0.025)];
+  patch.sum_world += p_world;
+  ++patch.points;
+  patch.views = views;
+  patch.in_sight = in_sight;
   object.cells[cell_key(p_world, kCell_m)] = views;
   object.extent_world.extend(p_world);
 }
@@ -73,12 +73,12 @@ TEST(KnownObject, OfManyViewsASingleOneIsNotBelieved) {
   EXPECT_TRUE(seen(25).believes(3));
   EXPECT_TRUE(seen(400).believes(3)) << "or three: most may show it half hidden";
   KnownObject object = seen(10);
-  SurfaceGrain grain;
-  grain.views = 4;
-  grain.in_sight = 8;
-  EXPECT_TRUE(object.believes(grain));
-  grain.in_sight = 9;
-  EXPECT_FALSE(object.believes(grain)) << "most that saw it took it for something else";
+  SurfacePatch patch;
+  patch.views = 4;
+  patch.in_sight = 8;
+  EXPECT_TRUE(object.believes(patch));
+  patch.in_sight = 9;
+  EXPECT_FALSE(object.believes(patch)) << "most that saw it took it for something else";
 }
 
 TEST(KnownObject, ItsSurfaceAndPlaceAreWhatIsBelieved) {
@@ -99,12 +99,12 @@ TEST(KnownObject, MergedItKnowsWhatBothKnew) {
   add_point(b, Vec3(0, 0, 0), 1, 1);
   add_point(b, Vec3(1, 0, 0), 1, 2);
   const CellKey shared = cell_key(Vec3(0, 0, 0), 0.025);
-  a.grains.at(shared).looked_at = Timestamp{5};
-  b.grains.at(shared).looked_at = Timestamp{7};
-  b.grains.at(shared).seen_through = true;
+  a.patches.at(shared).observed_at = Timestamp{5};
+  b.patches.at(shared).observed_at = Timestamp{7};
+  b.patches.at(shared).seen_through = true;
   a.colours[3] = 4;
   b.colours[3] = 6;
-  a.empty_looks = 3;
+  a.empty_observations = 3;
   a.is_leaving = true;
   b.moving = Timestamp{9};
   b.moving_world = Vec3(1, 2, 3);
@@ -112,12 +112,12 @@ TEST(KnownObject, MergedItKnowsWhatBothKnew) {
   EXPECT_EQ(a.views(), 4) << "one view showed both";
   EXPECT_EQ(a.best_class(), kBowl);
   EXPECT_NEAR(a.class_scores.at(kCup), 1.5, 1e-12);
-  EXPECT_EQ(a.grains.size(), 2U);
-  EXPECT_EQ(a.grains.at(shared).views, 3);
-  EXPECT_EQ(a.grains.at(shared).in_sight, 4);
-  EXPECT_TRUE(a.grains.at(shared).seen_through) << "the later look counts";
+  EXPECT_EQ(a.patches.size(), 2U);
+  EXPECT_EQ(a.patches.at(shared).views, 3);
+  EXPECT_EQ(a.patches.at(shared).in_sight, 4);
+  EXPECT_TRUE(a.patches.at(shared).seen_through) << "the later look counts";
   EXPECT_EQ(a.colours[3], 10U);
-  EXPECT_EQ(a.empty_looks, 0) << "it is only as empty as the part that was seen last";
+  EXPECT_EQ(a.empty_observations, 0) << "it is only as empty as the part that was seen last";
   EXPECT_FALSE(a.is_leaving);
   EXPECT_EQ(a.moving, Timestamp{9});
   EXPECT_NEAR(a.extent_world.max().x(), 1, 1e-12);

@@ -8,7 +8,7 @@
 namespace ygslam {
 namespace {
 
-constexpr double kLargeShare = 0.33;  // of the largest part: a thing behind a pole has two such
+constexpr double kLargeShare = 0.33;  // of the largest part: an object behind a pole has two such
 
 struct Part {
   std::vector<int> pixels;  // offsets
@@ -24,17 +24,17 @@ class Parts {
         noise_(config.noise),
         done_(view.depth.width(), view.depth.height()) {}
 
-  /// The part that holds a pixel; empty where it is none of a thing, or of a part told of before.
+  /// The part that holds a pixel; empty where it is none of an object, or of a part told of before.
   [[nodiscard]] Part take(int u, int v) {
     Part part;
-    if (done_.at(u, v) != 0 || !is_thing(u, v)) return part;
+    if (done_.at(u, v) != 0 || !is_object(u, v)) return part;
     part.near_m = part.far_m = depth_m(u, v);
     add(u, v, part);
     for (std::size_t next = 0; next < part.pixels.size(); ++next) {
       const int x = part.pixels[next] % done_.width(), y = part.pixels[next] / done_.width();
       if (is_at_jump(x, y)) continue;  // a pixel between two surfaces belongs to neither
       for (const auto& [nx, ny] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}) {
-        if (!done_.contains(nx, ny) || done_.at(nx, ny) != 0 || !is_thing(nx, ny)) continue;
+        if (!done_.contains(nx, ny) || done_.at(nx, ny) != 0 || !is_object(nx, ny)) continue;
         if (view_.object.at(nx, ny) == view_.object.at(u, v) && !jumps(x, y, nx, ny))
           add(nx, ny, part);
       }
@@ -50,8 +50,8 @@ class Parts {
   [[nodiscard]] double depth_m(int u, int v) const {
     return view_.depth.at(u, v) * DepthView::kUnit_m;
   }
-  [[nodiscard]] bool is_thing(int u, int v) const {
-    return DepthView::is_thing(view_.object.at(u, v)) && view_.depth.at(u, v) != 0;
+  [[nodiscard]] bool is_object(int u, int v) const {
+    return DepthView::is_object(view_.object.at(u, v)) && view_.depth.at(u, v) != 0;
   }
   [[nodiscard]] bool jumps(int u, int v, int x, int y) const {
     const double a = depth_m(u, v), b = depth_m(x, y);

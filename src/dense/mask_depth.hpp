@@ -1,4 +1,4 @@
-// Where a mask reaches over the edge of its thing, depth tells.
+// Where a mask reaches over the edge of its object, depth tells.
 #pragma once
 
 #include "volume/depth_view.hpp"

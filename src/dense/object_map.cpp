@@ -69,7 +69,8 @@ bool is_in_top_two(const KnownObject& object, SemanticClass semantic_class) {
 
 }  // namespace
 
-ObjectMap::Cells ObjectMap::cells_of(const ThingView& view, const SE3& T_world_camera) const {
+ObjectMap::Cells ObjectMap::cells_of(const ObjectObservation& view,
+                                     const SE3& T_world_camera) const {
   Cells cells;
   for (const Eigen::Vector3f& p_camera : view.p_camera) {
     const Vec3 p_world = T_world_camera * p_camera.cast<double>();
@@ -104,55 +105,55 @@ double ObjectMap::fit(const Detection& detection, const Cells& cells,
   return of_object < config_.min_other_overlap ? 0 : std::min(overlap, of_object);
 }
 
-void ObjectMap::add_view(const ThingView& view, const Cells& cells, const SE3& T_world_camera,
-                         Timestamp stamp, KnownObject& object) const {
+void ObjectMap::add_view(const ObjectObservation& view, const Cells& cells,
+                         const SE3& T_world_camera, Timestamp stamp, KnownObject& object) const {
   object.class_scores[view.detection.semantic_class] += view.detection.score;
   for (const CellKey key : cells.keys) ++object.cells[key];
-  const auto is_in_place = [&](const SurfaceGrain& grain) {  // says the look at this view's depth
-    return grain.looked_at == stamp && !grain.seen_through;
+  const auto is_in_place = [&](const SurfacePatch& patch) {  // says the look at this view's depth
+    return patch.observed_at == stamp && !patch.seen_through;
   };
-  for (auto& [key, grain] : object.grains) grain.in_sight += is_in_place(grain) ? 1 : 0;
+  for (auto& [key, patch] : object.patches) patch.in_sight += is_in_place(patch) ? 1 : 0;
   std::vector<std::pair<CellKey, Vec3>> points_world;
   points_world.reserve(view.p_camera.size());
   for (const Eigen::Vector3f& p_camera : view.p_camera) {
     const Vec3 p_world = T_world_camera * p_camera.cast<double>();
-    points_world.emplace_back(cell_key(p_world, config_.grain_m), p_world);
+    points_world.emplace_back(cell_key(p_world, config_.patch_m), p_world);
   }
   std::stable_sort(points_world.begin(), points_world.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   for (auto point = points_world.begin(); point != points_world.end();) {
-    SurfaceGrain& grain = object.grains[point->first];
-    if (!is_in_place(grain)) ++grain.in_sight;
-    ++grain.views;
-    grain.looked_at = std::max(grain.looked_at, std::optional(stamp));
-    grain.seen_through = false;
+    SurfacePatch& patch = object.patches[point->first];
+    if (!is_in_place(patch)) ++patch.in_sight;
+    ++patch.views;
+    patch.observed_at = std::max(patch.observed_at, std::optional(stamp));
+    patch.seen_through = false;
     for (const CellKey key = point->first; point != points_world.end() && point->first == key;
          ++point) {
-      grain.sum_world += point->second;
-      ++grain.points;
+      patch.sum_world += point->second;
+      ++patch.points;
     }
   }
   object.extent_world.extend(cells.extent_world);
-  object.looked_along_world += (cells.extent_world.center() - T_world_camera.t()).normalized();
+  object.viewed_along_world += (cells.extent_world.center() - T_world_camera.t()).normalized();
   object.seen.insert(stamp);
   object.shown.insert(stamp);
   std::transform(object.colours.begin(), object.colours.end(), view.colours.begin(),
                  object.colours.begin(), std::plus<>());
 }
 
-std::vector<SceneObjectId> ObjectMap::look(const DepthView& view, const SE3& T_world_camera,
-                                           Timestamp stamp) {
+std::vector<SceneObjectId> ObjectMap::check_places(const DepthView& view, const SE3& T_world_camera,
+                                                   Timestamp stamp) {
   std::vector<SceneObjectId> gone;
   for (auto& [id, object] : objects_) {
     if (object.found_empty) continue;
-    if (look_at_place(view, T_world_camera, stamp, config_.look, object)) gone.push_back(id);
+    if (check_place(view, T_world_camera, stamp, config_.look, object)) gone.push_back(id);
   }
   return gone;
 }
 
-bool ObjectMap::knows_too_little(std::span<const ThingView> views, const SE3& T_world_camera,
-                                 int enough_views) const {
-  return std::any_of(views.begin(), views.end(), [&](const ThingView& view) {
+bool ObjectMap::is_poorly_known(std::span<const ObjectObservation> views, const SE3& T_world_camera,
+                                int enough_views) const {
+  return std::any_of(views.begin(), views.end(), [&](const ObjectObservation& view) {
     const Cells cells = cells_of(view, T_world_camera);
     if (cells.keys.empty() || view.is_moving) return false;
     const KnownObject* best = nullptr;
@@ -174,14 +175,14 @@ bool ObjectMap::knows_too_little(std::span<const ThingView> views, const SE3& T_
   });
 }
 
-bool ObjectMap::sees_change(const DepthView& view, const SE3& T_world_camera) const {
+bool ObjectMap::observes_change(const DepthView& view, const SE3& T_world_camera) const {
   return std::any_of(objects_.begin(), objects_.end(), [&](const auto& entry) {
     const KnownObject& object = entry.second;
     return !object.found_empty && sees_through(view, T_world_camera, config_.look, object);
   });
 }
 
-std::vector<SceneObjectId> ObjectMap::best_fits(std::span<const ThingView> views,
+std::vector<SceneObjectId> ObjectMap::best_fits(std::span<const ObjectObservation> views,
                                                 const std::vector<Cells>& cells) const {
   struct Pair {
     double fit = 0;
@@ -208,11 +209,11 @@ std::vector<SceneObjectId> ObjectMap::best_fits(std::span<const ThingView> views
   return best;
 }
 
-std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
+std::vector<SceneObjectId> ObjectMap::step(std::span<const ObjectObservation> views,
                                            const SE3& T_world_camera, Timestamp stamp) {
   now_ = std::max(now_, stamp);
   std::vector<Cells> cells;
-  for (const ThingView& view : views) cells.push_back(cells_of(view, T_world_camera));
+  for (const ObjectObservation& view : views) cells.push_back(cells_of(view, T_world_camera));
   std::vector<SceneObjectId> result = best_fits(views, cells);
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (cells[i].keys.empty()) continue;
@@ -233,7 +234,7 @@ std::vector<SceneObjectId> ObjectMap::step(std::span<const ThingView> views,
   return result;
 }
 
-void ObjectMap::note_motion(const ThingView& view, const Cells& cells, Timestamp stamp) {
+void ObjectMap::note_motion(const ObjectObservation& view, const Cells& cells, Timestamp stamp) {
   const Vec3 middle = cells.extent_world.center();
   KnownObject* nearest = nullptr;
   double nearest_m = config_.max_way_m;

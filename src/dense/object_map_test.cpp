@@ -184,8 +184,8 @@ TEST(Objects, WhatIsTooSmallToBeOneIsNoVoteAgainstIt) {
 }
 
 /// A patch of a wall, so many cells wide, from x = first_m on.
-ThingView patch(SemanticClass semantic_class, double first_m, double width_m) {
-  ThingView view{{semantic_class, 0.9F}, {}};
+ObjectObservation patch(SemanticClass semantic_class, double first_m, double width_m) {
+  ObjectObservation view{{semantic_class, 0.9F}, {}};
   for (double x = first_m; x < first_m + width_m; x += 0.025)
     for (double y = 0; y < 0.5; y += 0.025)
       view.p_camera.emplace_back(static_cast<float>(x), static_cast<float>(y), 2.01F);
@@ -195,7 +195,7 @@ ThingView patch(SemanticClass semantic_class, double first_m, double width_m) {
 TEST(ObjectMap, TwoOfAClassSideBySideAreTwo) {
   ObjectMap map;
   for (int i = 0; i < 5; ++i) {
-    const ThingView views[] = {patch(kScreen, 0, 0.5), patch(kScreen, 0.6, 0.5)};
+    const ObjectObservation views[] = {patch(kScreen, 0, 0.5), patch(kScreen, 0.6, 0.5)};
     const auto ids = map.step(views, SE3(), Timestamp{i});
     EXPECT_EQ(ids, (std::vector{SceneObjectId{1}, SceneObjectId{2}}));
   }
@@ -204,7 +204,7 @@ TEST(ObjectMap, TwoOfAClassSideBySideAreTwo) {
 
 TEST(ObjectMap, ABoxHoldsThePartsOfWhatIsPartedButNotALeak) {
   ObjectMap map;
-  ThingView view = patch(coco_class(60), 0, 0.6);  // something stands before the middle
+  ObjectObservation view = patch(coco_class(60), 0, 0.6);  // something stands before the middle
   for (const auto& [first_m, width_m] : {std::pair{0.9, 0.3}, {1.8, 0.1}})
     for (const Eigen::Vector3f& p : patch(coco_class(60), first_m, width_m).p_camera)
       view.p_camera.push_back(p);
@@ -219,7 +219,8 @@ TEST(ObjectMap, ABoxHoldsThePartsOfWhatIsPartedButNotALeak) {
 TEST(ObjectMap, ABookOnATableIsNoPartOfIt) {
   ObjectMap map;
   for (int i = 0; i < 5; ++i) {
-    const ThingView views[] = {patch(coco_class(60), 0, 1.5), patch(coco_class(73), 0.5, 0.2)};
+    const ObjectObservation views[] = {patch(coco_class(60), 0, 1.5),
+                                       patch(coco_class(73), 0.5, 0.2)};
     const auto ids = map.step(views, SE3(), Timestamp{i});
     EXPECT_EQ(ids, (std::vector{SceneObjectId{1}, SceneObjectId{2}}));
   }
@@ -227,11 +228,11 @@ TEST(ObjectMap, ABookOnATableIsNoPartOfIt) {
 
 TEST(ObjectMap, TwoPartsAreOneOnceAViewShowsThemTogether) {
   ObjectMap map;
-  const ThingView left = patch(kChair, 0, 0.4), right = patch(kChair, 0.6, 0.3);
+  const ObjectObservation left = patch(kChair, 0, 0.4), right = patch(kChair, 0.6, 0.3);
   map.step({&left, 1}, SE3(), Timestamp{0});
   const auto second = map.step({&right, 1}, SE3(), Timestamp{1});
   EXPECT_EQ(second.front(), SceneObjectId{2});
-  const ThingView both = patch(kChair, 0, 0.9);
+  const ObjectObservation both = patch(kChair, 0, 0.9);
   const auto third = map.step({&both, 1}, SE3(), Timestamp{2});
   EXPECT_EQ(third.front(), SceneObjectId{1});
   EXPECT_EQ(map.current(SceneObjectId{2}), SceneObjectId{1});
@@ -241,10 +242,11 @@ TEST(ObjectMap, TwoPartsAreOneOnceAViewShowsThemTogether) {
 
 TEST(ObjectMap, APartThatHardlyAnyViewShowedIsWorthAViewAndThenBelieved) {
   ObjectMap map;
-  const std::vector<ThingView> part = {patch(kChair, 0, 0.4)}, whole = {patch(kChair, 0, 0.7)};
+  const std::vector<ObjectObservation> part = {patch(kChair, 0, 0.4)},
+                                       whole = {patch(kChair, 0, 0.7)};
   std::int64_t at = 0;
   while (at < 40) map.step(part, SE3(), Timestamp{at++});
-  EXPECT_FALSE(map.knows_too_little(part, SE3(), 6));
+  EXPECT_FALSE(map.is_poorly_known(part, SE3(), 6));
   const auto width_m = [&] {
     Eigen::AlignedBox3d extent;
     for (const Vec3& p : map.objects().at(SceneObjectId{1}).surface_world()) extent.extend(p);
@@ -252,16 +254,16 @@ TEST(ObjectMap, APartThatHardlyAnyViewShowedIsWorthAViewAndThenBelieved) {
   };
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(width_m(), 0.4, 0.05);
-    EXPECT_TRUE(map.knows_too_little(whole, SE3(), 6)) << i;
+    EXPECT_TRUE(map.is_poorly_known(whole, SE3(), 6)) << i;
     map.step(whole, SE3(), Timestamp{at++});
   }
-  EXPECT_FALSE(map.knows_too_little(whole, SE3(), 6));
+  EXPECT_FALSE(map.is_poorly_known(whole, SE3(), 6));
   EXPECT_NEAR(width_m(), 0.7, 0.05) << "forty views of half of it do not outweigh it";
 }
 
 TEST(ObjectMap, WhatNoViewOfTheMapShowsIsForgotten) {
   ObjectMap map;
-  const std::vector<ThingView> chair = {patch(kChair, 0, 0.4)};
+  const std::vector<ObjectObservation> chair = {patch(kChair, 0, 0.4)};
   for (std::int64_t i = 1; i <= 3; ++i) map.step(chair, SE3(), Timestamp{i});
   map.forget(Timestamp{1});
   map.forget(Timestamp{3});
@@ -295,7 +297,7 @@ TEST(Objects, AViewThatShowsACellBesideAnObjectsIsOfItInEveryDirection) {
   ObjectMapConfig config;
   const Vec3 p = config.cell_m * Vec3(-20.5, -0.5, 40.5);
   const auto object_of = [&](ObjectMap& map, const Vec3& p_world, int stamp) {
-    ThingView view;
+    ObjectObservation view;
     view.detection.semantic_class = kChair;
     view.detection.score = 0.8F;
     view.p_camera = {p_world.cast<float>()};

@@ -1,4 +1,4 @@
-// What becomes of things: they stay, are hidden, are taken away, stand elsewhere.
+// What becomes of objects: they stay, are hidden, are taken away, stand elsewhere.
 #include <gtest/gtest.h>
 
 #include <functional>

@@ -58,7 +58,7 @@ void PixelJudge::judge_objects(DenseViewId id, const ViewStore& views, const Fus
   const SE3& T_world_camera = *view.T_world_camera;
   std::vector<SceneObjectId> removed;
   if (!objects_.objects().empty())
-    removed = objects_.look(unpacker_->unpacked(view.images), T_world_camera, view.stamp);
+    removed = objects_.check_places(unpacker_->unpacked(view.images), T_world_camera, view.stamp);
   PixelState state{objects_.step(view.observations, T_world_camera, view.stamp), {}, {}, {}};
   if (const ViewPlacement* now = fused.find(id)) {
     state.removed = now->state.removed;

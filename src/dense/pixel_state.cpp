@@ -82,7 +82,7 @@ void exclude_places(const PixelState& state, const SE3& T_world_camera, double c
       const Vec3 p_camera((u - camera.cx) / camera.fx * depth_m,
                           (v - camera.cy) / camera.fy * depth_m, depth_m);
       const Vec3 p_world = T_world_camera * p_camera;
-      const bool is_object = DepthView::is_thing(object);
+      const bool is_object = DepthView::is_object(object);
       if (std::any_of(places.begin(), places.end(), [&](const CellSet& place) {
             return (place.of_objects || !is_object) && place.contains(p_world, cell_m);
           }))

@@ -36,41 +36,44 @@ std::vector<SpaceIndex> in_large_parts(const std::vector<SpaceIndex>& cells, int
 
 SpaceChanges::SpaceChanges(const SpaceChangesConfig& config,
                            const std::vector<SpaceIndex>& disputed)
-    : config_(config), open_(in_large_parts(disputed, config.min_cells)), sights_(open_.size()) {}
+    : config_(config),
+      open_(in_large_parts(disputed, config.min_cells)),
+      agreements_(open_.size()) {}
 
-bool SpaceChanges::take(const SpaceIndex& cell, SpaceSight seen, Timestamp stamp, Sights& sights) {
-  if (seen == SpaceSight::kNothing) return false;
-  const bool is_through = seen == SpaceSight::kThrough;
-  if (sights.looks == 0) sights = {0, is_through, stamp};
-  if (sights.is_through != is_through) return true;  // they do not agree: counts decide
-  ++sights.looks;
-  if (sights.looks < config_.looks) return false;
+bool SpaceChanges::take(const SpaceIndex& cell, CellObservation seen, Timestamp stamp,
+                        Agreement& agreement) {
+  if (seen == CellObservation::kNothing) return false;
+  const bool is_through = seen == CellObservation::kThrough;
+  if (agreement.views == 0) agreement = {0, is_through, stamp};
+  if (agreement.is_through != is_through) return true;  // they do not agree: counts decide
+  ++agreement.views;
+  if (agreement.views < config_.agreeing_views) return false;
   if (is_through) {
-    gone_.push_back(cell);
+    removed_.push_back(cell);
     return true;
   }
-  if (std::abs(seconds_between(sights.newest, stamp)) < config_.settle_s) return false;
-  came_.push_back(cell);
+  if (std::abs(seconds_between(agreement.newest, stamp)) < config_.settle_s) return false;
+  appeared_.push_back(cell);
   return true;
 }
 
 void SpaceChanges::step(const SeenSpace& view, Timestamp stamp) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < open_.size(); ++i) {
-    if (take(open_[i], view.at(open_[i]), stamp, sights_[i])) continue;
+    if (take(open_[i], view.at(open_[i]), stamp, agreements_[i])) continue;
     open_[kept] = open_[i];
-    sights_[kept++] = sights_[i];
+    agreements_[kept++] = agreements_[i];
   }
   open_.resize(kept);
-  sights_.resize(kept);
+  agreements_.resize(kept);
 }
 
-std::vector<SpaceIndex> SpaceChanges::gone() const {
-  return in_large_parts(gone_, config_.min_cells);
+std::vector<SpaceIndex> SpaceChanges::removed() const {
+  return in_large_parts(removed_, config_.min_cells);
 }
 
-std::vector<SpaceIndex> SpaceChanges::came() const {
-  return in_large_parts(came_, config_.min_cells);
+std::vector<SpaceIndex> SpaceChanges::appeared() const {
+  return in_large_parts(appeared_, config_.min_cells);
 }
 
 }  // namespace ygslam

@@ -13,9 +13,9 @@
 namespace ygslam {
 
 struct SpaceChangesConfig {
-  int looks = 3;        ///< views in a row, the last ones that saw a cell, that agree
-  double settle_s = 2;  ///< that what came was seen: who walks by is no furniture
-  int min_cells = 6;    ///< that touch and changed: single ones are edges
+  int agreeing_views = 3;  ///< views in a row, the last ones that saw a cell, that agree
+  double settle_s = 2;     ///< that what came was seen: who walks by is no furniture
+  int min_cells = 6;       ///< that touch and changed: single ones are edges
 };
 
 using SpaceIndex = Eigen::Vector3i;  ///< of a cell of the space layer
@@ -39,7 +39,7 @@ template <typename IsWanted>
   return cells;
 }
 
-/// Cells of which the view says something, for which `is_wanted(index, sight)` holds.
+/// Cells of which the view says something, for which `is_wanted(index, seen_as)` holds.
 template <typename IsWanted>
 [[nodiscard]] std::vector<SpaceIndex> cells_where(const SeenSpace& seen, IsWanted is_wanted) {
   std::vector<SpaceIndex> cells;
@@ -51,7 +51,7 @@ template <typename IsWanted>
                           offset / (kBlockSide * kBlockSide));
       const bool is_hit = hits.at(at.x(), at.y(), at.z());
       if (!is_hit && !through.at(at.x(), at.y(), at.z())) continue;
-      if (is_wanted(first + at, is_hit ? SpaceSight::kHit : SpaceSight::kThrough))
+      if (is_wanted(first + at, is_hit ? CellObservation::kHit : CellObservation::kThrough))
         cells.push_back(first + at);
     }
   }
@@ -73,22 +73,22 @@ class SpaceChanges {
   /// @param view from the newest to the oldest.
   void step(const SeenSpace& view, Timestamp stamp);
   /// In parts that are large enough.
-  [[nodiscard]] std::vector<SpaceIndex> gone() const;
-  [[nodiscard]] std::vector<SpaceIndex> came() const;
+  [[nodiscard]] std::vector<SpaceIndex> removed() const;
+  [[nodiscard]] std::vector<SpaceIndex> appeared() const;
 
  private:
-  struct Sights {  // that agree
-    int looks = 0;
+  struct Agreement {  // that agree
+    int views = 0;
     bool is_through = false;
     Timestamp newest;
   };
   /// @return whether the cell is decided.
-  bool take(const SpaceIndex& cell, SpaceSight seen, Timestamp stamp, Sights& sights);
+  bool take(const SpaceIndex& cell, CellObservation seen, Timestamp stamp, Agreement& agreement);
 
   SpaceChangesConfig config_;
   std::vector<SpaceIndex> open_;
-  std::vector<Sights> sights_;  // of the open ones
-  std::vector<SpaceIndex> gone_, came_;
+  std::vector<Agreement> agreements_;  // of the open ones
+  std::vector<SpaceIndex> removed_, appeared_;
 };
 
 }  // namespace ygslam

@@ -48,34 +48,35 @@ class Board : public ::testing::Test {
     SpaceChanges changes({}, cells_);
     double t_s = 100;
     for (const bool board : boards) changes.step(look(board), at(t_s -= step_s));
-    gone_ = changes.gone().size();
-    came_ = changes.came().size();
+    removed_ = changes.removed().size();
+    appeared_ = changes.appeared().size();
   }
 
   std::vector<SpaceIndex> cells_ = cells_where(
-      look(true), [](const SpaceIndex&, SpaceSight seen) { return seen == SpaceSight::kHit; });
-  std::size_t gone_ = 0, came_ = 0;
+      look(true),
+      [](const SpaceIndex&, CellObservation seen) { return seen == CellObservation::kHit; });
+  std::size_t removed_ = 0, appeared_ = 0;
 };
 
 TEST_F(Board, TheLastViewsDecideWhatWent) {
   show({false, false, false, true, true, true, true}, 0.5);
-  EXPECT_GT(gone_, cells_.size() / 2);
-  EXPECT_EQ(came_, 0U);
+  EXPECT_GT(removed_, cells_.size() / 2);
+  EXPECT_EQ(appeared_, 0U);
   show({false, false, true, true, true, true}, 0.5);
-  EXPECT_EQ(gone_ + came_, 0U) << "two looks may be wrong";
+  EXPECT_EQ(removed_ + appeared_, 0U) << "two views may be wrong";
   show({false, false, true, false, false, false}, 0.5);
-  EXPECT_EQ(gone_ + came_, 0U) << "they do not agree";
+  EXPECT_EQ(removed_ + appeared_, 0U) << "they do not agree";
 }
 
 TEST_F(Board, WhatIsAsSmallAsAShoeGoesToo) {
   const SeenSpace wall = look(false);
   std::vector<SpaceIndex> seen_through = cells_;
   std::erase_if(seen_through,
-                [&](const SpaceIndex& cell) { return wall.at(cell) != SpaceSight::kThrough; });
+                [&](const SpaceIndex& cell) { return wall.at(cell) != CellObservation::kThrough; });
   const auto gone_of = [&](std::ptrdiff_t count) {  // of the first ones, which are side by side
     SpaceChanges changes({}, {seen_through.begin(), seen_through.begin() + count});
     for (int i = 0; i < 3; ++i) changes.step(wall, at(100 - i));
-    return std::ssize(changes.gone());
+    return std::ssize(changes.removed());
   };
   EXPECT_EQ(gone_of(6), 6);
   EXPECT_EQ(gone_of(5), 0) << "noise at edges";
@@ -83,10 +84,10 @@ TEST_F(Board, WhatIsAsSmallAsAShoeGoesToo) {
 
 TEST_F(Board, WhatCameMustStay) {
   show({true, true, true, true, true, false, false}, 0.5);
-  EXPECT_EQ(came_, cells_.size());
-  EXPECT_EQ(gone_, 0U);
+  EXPECT_EQ(appeared_, cells_.size());
+  EXPECT_EQ(removed_, 0U);
   show({true, true, true, true, false, false}, 0.5);
-  EXPECT_EQ(came_, 0U) << "it stood there for a second and a half";
+  EXPECT_EQ(appeared_, 0U) << "it stood there for a second and a half";
 }
 
 }  // namespace

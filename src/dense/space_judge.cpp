@@ -11,11 +11,11 @@ constexpr int kNewestViews = 12;  // that are asked about a change as it is seen
 }  // namespace
 
 bool SpaceJudge::may_be_removed(SpaceCounts known) const {
-  return known.through >= config_.changes.looks && known.state() == SpaceState::kOccupied;
+  return known.through >= config_.changes.agreeing_views && known.state() == SpaceState::kOccupied;
 }
 
 bool SpaceJudge::may_have_appeared(SpaceCounts known) const {
-  return known.hits >= config_.changes.looks &&
+  return known.hits >= config_.changes.agreeing_views &&
          known.through > config_.reading.max_through_ratio * known.hits;
 }
 
@@ -30,14 +30,14 @@ bool SpaceJudge::may_see(const ViewPlacement& view, const std::vector<SpaceIndex
 }
 
 bool SpaceJudge::is_change(const SeenSpace& observed, const SpaceLayer& space) const {
-  const int looks = config_.changes.looks;
-  const auto is_surface = [&](const SpaceIndex& cell) { return space.counts(cell).hits >= looks; };
+  const int views = config_.changes.agreeing_views;
+  const auto is_surface = [&](const SpaceIndex& cell) { return space.counts(cell).hits >= views; };
   const auto stands = [&](const SpaceIndex& cell) {
     return is_surface(cell) && !may_have_appeared(space.counts(cell));
   };
-  const auto is_news = [&](const SpaceIndex& cell, SpaceSight seen) {
+  const auto is_news = [&](const SpaceIndex& cell, CellObservation seen) {
     const int through = space.counts(cell).through;
-    if (seen == SpaceSight::kThrough) return is_surface(cell) && through < looks;
+    if (seen == CellObservation::kThrough) return is_surface(cell) && through < views;
     if (through == 0) return false;
     for (int axis = 0; axis < 3; ++axis)  // noise puts a surface into the next cell
       for (const int step : {-1, 0, 1})
@@ -58,10 +58,10 @@ SpaceVerdict SpaceJudge::judge(FusedVolume& fused) const {
 }
 
 SpaceVerdict SpaceJudge::judge(FusedVolume& fused, DenseViewId view) const {
-  const auto is_disputed = [&](const SpaceIndex& cell, SpaceSight seen) {
+  const auto is_disputed = [&](const SpaceIndex& cell, CellObservation seen) {
     const SpaceCounts known = fused.volume().space().counts(cell);
-    return seen == SpaceSight::kThrough ? known.hits > 0 && may_be_removed(known)
-                                        : may_have_appeared(known);
+    return seen == CellObservation::kThrough ? known.hits > 0 && may_be_removed(known)
+                                             : may_have_appeared(known);
   };
   return judge(fused, cells_where(fused.observed_space(view), is_disputed), kNewestViews);
 }
@@ -81,7 +81,7 @@ SpaceVerdict SpaceJudge::judge(FusedVolume& fused, const std::vector<SpaceIndex>
 
 SpaceVerdict SpaceJudge::verdict_of(FusedVolume& fused, const SpaceChanges& changes) const {
   SpaceVerdict verdict;
-  const std::vector<SpaceIndex> removed = changes.gone(), appeared = changes.came();
+  const std::vector<SpaceIndex> removed = changes.removed(), appeared = changes.appeared();
   std::vector<int> through(removed.size(), 0), hits(appeared.size(), 0);
   const std::vector<DenseViewId> ids = fused.ids();
   for (auto id = ids.rbegin(); id != ids.rend(); ++id) {
@@ -91,14 +91,16 @@ SpaceVerdict SpaceJudge::verdict_of(FusedVolume& fused, const SpaceChanges& chan
     SpaceVerdict::Cells& its = verdict.cells[*id];
     bool decides = false;
     for (std::size_t i = 0; i < removed.size(); ++i) {
-      const SpaceSight sight = seen.at(removed[i]);
-      if (sight == SpaceSight::kHit) its.removed.push_back(removed[i]);
-      if (sight == SpaceSight::kThrough && through[i]++ < config_.changes.looks) decides = true;
+      const CellObservation seen_as = seen.at(removed[i]);
+      if (seen_as == CellObservation::kHit) its.removed.push_back(removed[i]);
+      if (seen_as == CellObservation::kThrough && through[i]++ < config_.changes.agreeing_views)
+        decides = true;
     }
     for (std::size_t i = 0; i < appeared.size(); ++i) {
-      const SpaceSight sight = seen.at(appeared[i]);
-      if (sight == SpaceSight::kThrough) its.appeared.push_back(appeared[i]);
-      if (sight == SpaceSight::kHit && hits[i]++ < config_.changes.looks) decides = true;
+      const CellObservation seen_as = seen.at(appeared[i]);
+      if (seen_as == CellObservation::kThrough) its.appeared.push_back(appeared[i]);
+      if (seen_as == CellObservation::kHit && hits[i]++ < config_.changes.agreeing_views)
+        decides = true;
     }
     if (decides) verdict.deciding.insert(*id);
   }

@@ -28,7 +28,7 @@ class SpaceJudge {
   [[nodiscard]] SpaceVerdict judge(FusedVolume& fused) const;
   /// Of what a view observed, by the newest views.
   [[nodiscard]] SpaceVerdict judge(FusedVolume& fused, DenseViewId view) const;
-  /// Whether a view looks through a surface, or sees one in the air, which too few views did as
+  /// Whether a view views through a surface, or sees one in the air, which too few views did as
   /// yet.
   [[nodiscard]] bool is_change(const SeenSpace& observed, const SpaceLayer& space) const;
 

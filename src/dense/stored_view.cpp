@@ -83,7 +83,7 @@ std::optional<StoredView> StoredView::from_parts(const Pinhole& camera,
   view.objects_ = std::move(objects);
   view.packed_ = std::move(packed);
   for (const std::uint8_t object : view.restored().object)
-    if (DepthView::is_thing(object) && object > view.objects_.size()) return std::nullopt;
+    if (DepthView::is_object(object) && object > view.objects_.size()) return std::nullopt;
   return view;
 }
 

@@ -5,7 +5,7 @@
 
 #include "core/check.hpp"
 #include "dense/mask_depth.hpp"
-#include "dense/round_things.hpp"
+#include "dense/round_objects.hpp"
 
 namespace ygslam {
 namespace {
@@ -39,15 +39,15 @@ IncomingView incoming_view(const DenseFrame& frame, const DenseMapConfig& config
   CHECK(frame.detections.size() <= kMaxDetections);
   const PreparationConfig& preparation = config.volume.preparation;
   const std::vector<bool> is_moving =
-      moving_things(frame.things, frame.movers, frame.detections.size(), frame.motion_votes);
+      moving_detections(frame.things, frame.movers, frame.detections.size(), frame.motion_votes);
   const Image<SceneObjectId> numbers = numbers_of_pixels(frame);
   const GreyImage excluded = excluded_pixels(frame, is_moving, config.margin_px);
   IncomingView view{make_depth_view({frame.frame->depth_m, frame.frame->colour, numbers, excluded},
                                     camera, frame.read_out),
                     {}};
   drop_what_lies_elsewhere(view.images, preparation);
-  drop_beyond_round_things(view.images, frame.detections, preparation.noise);
-  view.observations = thing_views(view.images, frame.detections, preparation.max_depth_m);
+  drop_beyond_round_objects(view.images, frame.detections, preparation.noise);
+  view.observations = observe_objects(view.images, frame.detections, preparation.max_depth_m);
   std::vector<bool> is_excluded;
   for (const SceneObjectId number : view.images.objects) {
     const std::size_t i = static_cast<std::size_t>(number) - 1;

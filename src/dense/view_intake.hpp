@@ -7,8 +7,8 @@
 namespace ygslam {
 
 struct IncomingView {
-  DepthView images;                     ///< its objects are numbers of observations, from 1
-  std::vector<ThingView> observations;  ///< one for each detection
+  DepthView images;                             ///< its objects are numbers of observations, from 1
+  std::vector<ObjectObservation> observations;  ///< one for each detection
 };
 
 /// Excludes movers with a margin, and objects that move; drops from masks what depth says is

@@ -38,13 +38,13 @@ TEST_F(ViewIntake, EveryDetectionIsAnObservationWithItsSurface) {
   ASSERT_EQ(view.observations.size(), 2U);
   EXPECT_EQ(view.observations[0].detection.semantic_class, kChair);
   EXPECT_EQ(view.observations[1].detection.semantic_class, kScreen);
-  for (const ThingView& observation : view.observations) {
+  for (const ObjectObservation& observation : view.observations) {
     EXPECT_GT(observation.p_camera.size(), 100U);
     EXPECT_FALSE(observation.is_moving);
   }
   for (std::size_t i = 0; i < view.images.object.size(); ++i) {
     const std::uint8_t object = view.images.object.begin()[i];
-    if (!DepthView::is_thing(object)) continue;
+    if (!DepthView::is_object(object)) continue;
     const auto number = static_cast<std::uint8_t>(view.images.objects[object - 1U]);
     ASSERT_TRUE(shows(i, number));
   }
@@ -73,7 +73,7 @@ TEST_F(ViewIntake, AnObjectThatMovesIsObservedButAddsNoSurface) {
     if (shows(i, 1)) {
       ASSERT_EQ(object, DepthView::kExcluded);
     }
-    kept += shows(i, 2) && DepthView::is_thing(object) ? 1 : 0;
+    kept += shows(i, 2) && DepthView::is_object(object) ? 1 : 0;
   }
   EXPECT_GT(kept, 500) << "the other stays, though it is near";
 }

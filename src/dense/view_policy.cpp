@@ -22,8 +22,8 @@ bool ViewPolicy::shows_new(const DenseView& view, const SurfaceSample& sample,
   const ObjectMap& objects = judge.objects();
   return sample.share_seen_less(config_.reading.min_views, T_world_camera,
                                 fused.volume().surface()) >= config_.min_new ||
-         objects.knows_too_little(view.observations, T_world_camera, config_.object_views) ||
-         objects.sees_change(unpacker_->unpacked(view.images), T_world_camera) ||
+         objects.is_poorly_known(view.observations, T_world_camera, config_.object_views) ||
+         objects.observes_change(unpacker_->unpacked(view.images), T_world_camera) ||
          judge.observes_change(view, fused);
 }
 

@@ -64,7 +64,7 @@ std::size_t ViewStore::memory_bytes() const {
   std::size_t bytes = 0;
   for (const auto& [id, view] : views_) {
     bytes += view.images->bytes();
-    for (const ThingView& observation : view.observations)
+    for (const ObjectObservation& observation : view.observations)
       bytes += observation.p_camera.capacity() * sizeof(Eigen::Vector3f);
   }
   return bytes;

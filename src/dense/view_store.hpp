@@ -13,7 +13,7 @@ namespace ygslam {
 
 struct DenseView {
   std::shared_ptr<const StoredView> images;  ///< its objects are numbers of observations, from 1
-  std::vector<ThingView> observations;
+  std::vector<ObjectObservation> observations;
   Timestamp stamp;
   std::optional<DenseAnchor> anchor = {};  ///< none: a keyframe
   std::optional<SE3> T_world_camera = {};  ///< none: it has no place in the world

@@ -102,7 +102,7 @@ std::string record_of(const SavedView& saved) {
   }
   put(bytes, saved.stamp.ns);
   put(bytes, static_cast<std::uint16_t>(saved.things.size()));
-  for (const ThingView& thing : saved.things) {
+  for (const ObjectObservation& thing : saved.things) {
     put(bytes, thing.detection.semantic_class);
     put(bytes, thing.detection.score);
     put(bytes, static_cast<std::uint8_t>(thing.is_moving));
@@ -117,7 +117,7 @@ std::string record_of(const SavedView& saved) {
 }
 
 /// @return what is wrong; empty if nothing.
-std::string parse_thing(Parts& parts, ThingView& thing) {
+std::string parse_thing(Parts& parts, ObjectObservation& thing) {
   constexpr float kFarthest_m = 100;
   thing.detection.semantic_class = parts.take<SemanticClass>();
   thing.detection.score = parts.take<float>();

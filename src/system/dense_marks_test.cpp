@@ -68,9 +68,9 @@ TEST_F(DenseMarks, PointsVoteOnTheMotionOfTheThingTheyLieOn) {
   add_point(100, 60, MotionLabel::kDynamic);  // on the wall
   mark();
   EXPECT_EQ(dense_.motion_votes, (std::vector<MotionVotes>{{1, 2}, {2, 0}}));
-  const auto moving = moving_things(dense_.things, dense_.movers, 2, dense_.motion_votes);
+  const auto moving = moving_detections(dense_.things, dense_.movers, 2, dense_.motion_votes);
   EXPECT_EQ(moving, (std::vector{false, true}));
-  EXPECT_EQ(moving_things(dense_.things, dense_.movers, 2, {}), (std::vector{true, true}))
+  EXPECT_EQ(moving_detections(dense_.things, dense_.movers, 2, {}), (std::vector{true, true}))
       << "the pixels alone would tell otherwise";
 }
 

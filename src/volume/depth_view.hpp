@@ -26,7 +26,7 @@ inline constexpr SceneObjectId kUnsureObject{0xfffe};
 struct DepthView {
   static constexpr double kUnit_m = 0.0002;  ///< of `depth`; reaches to 13.1 m
   static constexpr std::uint8_t kNothing = 0, kUnsure = 254, kExcluded = 255;
-  [[nodiscard]] static constexpr bool is_thing(std::uint8_t object) {
+  [[nodiscard]] static constexpr bool is_object(std::uint8_t object) {
     return object != kNothing && object < kUnsure;
   }
 

@@ -234,16 +234,16 @@ TEST(SceneVolume, LabelsAreVotedForAndTakenBack) {
   }
   // Half of those who said 7 say 9 now: no majority against those who said nothing.
   for (const SE3& pose : poses) {
-    volume.withdraw(render(as_seven, pose), pose);
+    volume.deintegrate(render(as_seven, pose), pose);
     volume.integrate(render(as_nine, pose), pose);
     volume.integrate(render(as_nine, pose), pose);
   }
   EXPECT_EQ(triangles(SceneObjectId{7}), 0U);
   EXPECT_EQ(triangles(SceneObjectId{9}), ball);
   for (const SE3& pose : poses) {
-    volume.withdraw(render(as_nine, pose), pose);
-    volume.withdraw(render(as_nine, pose), pose);
-    volume.withdraw(render(as_seven, pose), pose);
+    volume.deintegrate(render(as_nine, pose), pose);
+    volume.deintegrate(render(as_nine, pose), pose);
+    volume.deintegrate(render(as_seven, pose), pose);
   }
   EXPECT_EQ(triangles(kNoSceneObject), volume_mesh(volume).triangles.size());
   for (const BlockKey key : volume.surface().blocks().keys())
@@ -277,9 +277,9 @@ TEST(SceneVolume, ViewsThatAreNotSureVoteForNothing) {
       ASSERT_EQ(p.label.probability, 1);
     }
   for (const SE3& pose : poses) {
-    volume.withdraw(unsure(pose), pose);
-    volume.withdraw(unsure(pose), pose);
-    volume.withdraw(render(world, pose), pose);
+    volume.deintegrate(unsure(pose), pose);
+    volume.deintegrate(unsure(pose), pose);
+    volume.deintegrate(render(world, pose), pose);
   }
   EXPECT_TRUE(volume.surface().blocks().keys().empty());
 }
@@ -329,7 +329,7 @@ TEST(SceneVolume, MisuseIsABug) {
   const World world = room_with_ball();
   const std::vector<SE3> poses = around(2);
   Volume volume(fine());
-  EXPECT_THROW(volume.withdraw(render(world, poses[0]), poses[0]), InternalError);
+  EXPECT_THROW(volume.deintegrate(render(world, poses[0]), poses[0]), InternalError);
   volume.integrate(render(world, poses[0]), poses[0]);
   const SE3 nowhere(Mat3::Identity(), Vec3(std::nan(""), 0, 0));
   EXPECT_THROW(volume.integrate(render(world, poses[0]), nowhere), InternalError);

@@ -26,14 +26,14 @@ void SeenSpace::add(BlockKey key, const CellMask& hits, const CellMask& through)
   if (its_hits != 0 || its_through != 0) blocks_.push_back({key, its_hits, its_through});
 }
 
-SpaceSight SeenSpace::at(const Eigen::Vector3i& cell) const {
+CellObservation SeenSpace::at(const Eigen::Vector3i& cell) const {
   const BlockKey key = block_key({cell.x() >> 3, cell.y() >> 3, cell.z() >> 3});
   const auto found = std::lower_bound(blocks_.begin(), blocks_.end(), key,
                                       [](const Block& block, BlockKey k) { return block.key < k; });
-  if (found == blocks_.end() || found->key != key) return SpaceSight::kNothing;
+  if (found == blocks_.end() || found->key != key) return CellObservation::kNothing;
   const int x = cell.x() & 7, y = cell.y() & 7, z = cell.z() & 7;
-  if (masks_[found->hits].at(x, y, z)) return SpaceSight::kHit;
-  return masks_[found->through].at(x, y, z) ? SpaceSight::kThrough : SpaceSight::kNothing;
+  if (masks_[found->hits].at(x, y, z)) return CellObservation::kHit;
+  return masks_[found->through].at(x, y, z) ? CellObservation::kThrough : CellObservation::kNothing;
 }
 
 }  // namespace ygslam

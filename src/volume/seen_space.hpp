@@ -25,7 +25,7 @@ struct CellMask {
   friend bool operator==(const CellMask&, const CellMask&) = default;
 };
 
-enum class SpaceSight { kNothing, kHit, kThrough };
+enum class CellObservation { kNothing, kHit, kThrough };
 
 /// Most blocks are seen through as a whole: such masks are kept once.
 class SeenSpace {
@@ -40,7 +40,7 @@ class SeenSpace {
   [[nodiscard]] BlockKey key(std::size_t i) const { return blocks_[i].key; }
   [[nodiscard]] const CellMask& hits(std::size_t i) const { return masks_[blocks_[i].hits]; }
   [[nodiscard]] const CellMask& through(std::size_t i) const { return masks_[blocks_[i].through]; }
-  [[nodiscard]] SpaceSight at(const Eigen::Vector3i& cell) const;
+  [[nodiscard]] CellObservation at(const Eigen::Vector3i& cell) const;
   [[nodiscard]] std::size_t memory_bytes() const {
     return blocks_.capacity() * sizeof(Block) + masks_.capacity() * sizeof(CellMask);
   }

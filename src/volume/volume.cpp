@@ -29,7 +29,7 @@ const SeenSpace& Volume::integrate(const DepthView& view, const SE3& T_world_cam
   return fuse(T_world_camera, 1);
 }
 
-void Volume::withdraw(const DepthView& view, const SE3& T_world_camera) {
+void Volume::deintegrate(const DepthView& view, const SE3& T_world_camera) {
   prepared_.assign(view, config_.preparation);
   fuse(T_world_camera, -1);
 }
@@ -47,13 +47,13 @@ void Volume::clear() {
   views_ = 0;
 }
 
-void Volume::spare_anew(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& old,
-                        const std::vector<Eigen::Vector3i>& now) {
+void Volume::exchange_spared(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& old,
+                             const std::vector<Eigen::Vector3i>& now) {
   space_.count(seen, now, 1, config_.threads);
   space_.count(seen, old, -1, config_.threads);
 }
 
-const SeenSpace& Volume::look(const DepthView& view, const SE3& T_world_camera) {
+const SeenSpace& Volume::observe(const DepthView& view, const SE3& T_world_camera) {
   prepared_.assign(view, config_.preparation);
   return scan_.step(prepared_, T_world_camera, config_.threads);
 }

@@ -1,5 +1,5 @@
 // The dense map's volume: a surface layer and a space layer that are a pure function of the views
-// put into them and their poses. integrate() and withdraw() are exact opposites: whatever the
+// put into them and their poses. integrate() and deintegrate() are exact opposites: whatever the
 // order and whatever came between, the same set of (view, pose) gives the same bits, for any
 // number of threads.
 #pragma once
@@ -34,17 +34,17 @@ class Volume {
   /// @return what it says of space, until the next call.
   const SeenSpace& integrate(const DepthView& view, const SE3& T_world_camera);
   /// Takes it back: the same view at the same pose, to the bit, as was integrated.
-  void withdraw(const DepthView& view, const SE3& T_world_camera);
+  void deintegrate(const DepthView& view, const SE3& T_world_camera);
   /// Both, for a view whose pose was corrected.
   void move(const DepthView& view, const SE3& T_world_camera_old, const SE3& T_world_camera_new);
   /// Takes all of them back at once; the memory stays for what comes.
   void clear();
   /// Of a view that is in it: exchanges the cells that it does not carve.
   /// @param seen what integrate() returned for it. @param old its DepthView::spared then.
-  void spare_anew(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& old,
-                  const std::vector<Eigen::Vector3i>& now);
+  void exchange_spared(const SeenSpace& seen, const std::vector<Eigen::Vector3i>& old,
+                       const std::vector<Eigen::Vector3i>& now);
   /// What integrate() would return; nothing is put in.
-  [[nodiscard]] const SeenSpace& look(const DepthView& view, const SE3& T_world_camera);
+  [[nodiscard]] const SeenSpace& observe(const DepthView& view, const SE3& T_world_camera);
 
   [[nodiscard]] const VolumeConfig& config() const { return config_; }
   /// How many are in it.

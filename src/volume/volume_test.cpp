@@ -103,7 +103,7 @@ TEST(Volume, LiveEqualsFusedFromNothing) {
         live.integrate(views[i], pose);
         in[i] = pose;
       } else if (rng.uniform() < 0.4) {
-        live.withdraw(views[i], found->second);
+        live.deintegrate(views[i], found->second);
         in.erase(found);
       } else {
         live.move(views[i], found->second, pose);
@@ -128,7 +128,7 @@ TEST(Volume, LiveEqualsFusedFromNothing) {
     EXPECT_LT(static_cast<double>(live.memory_bytes()), 1.05 * taken) << "is used again";
     mesher.update(live);
     expect_same_mesh(mesher.mesh(live), volume_mesh(live));
-    for (const auto& [i, pose] : in) live.withdraw(views[i], pose);
+    for (const auto& [i, pose] : in) live.deintegrate(views[i], pose);
     EXPECT_EQ(live.surface().blocks().size(), 0U);
     EXPECT_EQ(live.space().blocks().size(), 0U);
     EXPECT_EQ(live.fingerprint(), Volume(coarse()).fingerprint());
@@ -151,10 +151,10 @@ TEST(Volume, CellsThatAViewMustNotCarveAreExchanged) {
   }
   live.integrate(view, T_world_camera);
   ASSERT_NE(live.fingerprint(), bare.fingerprint());
-  live.spare_anew(seen, view.spared, other.spared);
+  live.exchange_spared(seen, view.spared, other.spared);
   fresh.integrate(other, T_world_camera);
   expect_same(live, fresh);
-  live.spare_anew(seen, other.spared, {});
+  live.exchange_spared(seen, other.spared, {});
   expect_same(live, bare);
 }
 
@@ -165,7 +165,7 @@ TEST(SeenSpace, IsWhatItsViewCounts) {
     const SE3 T_world_camera = random_pose(rng);
     const DepthView view = render(world, T_world_camera, 1);
     Volume volume(coarse());
-    const SeenSpace looked = volume.look(view, T_world_camera);
+    const SeenSpace looked = volume.observe(view, T_world_camera);
     EXPECT_EQ(volume.views(), 0);
     EXPECT_EQ(volume.space().blocks().size(), 0U);
     const SeenSpace seen = volume.integrate(view, T_world_camera);
@@ -176,14 +176,14 @@ TEST(SeenSpace, IsWhatItsViewCounts) {
         const Eigen::Vector3i cell =
             block_of(key) * kBlockSide + Eigen::Vector3i(i % 8, i / 8 % 8, i / 64);
         const SpaceCounts counts = volume.space().counts(cell);
-        ASSERT_EQ(counts.hits, seen.at(cell) == SpaceSight::kHit ? 1 : 0);
-        ASSERT_EQ(counts.through, seen.at(cell) == SpaceSight::kThrough ? 1 : 0);
+        ASSERT_EQ(counts.hits, seen.at(cell) == CellObservation::kHit ? 1 : 0);
+        ASSERT_EQ(counts.through, seen.at(cell) == CellObservation::kThrough ? 1 : 0);
         ASSERT_EQ(looked.at(cell), seen.at(cell));
         through += counts.through;
       }
     }
     EXPECT_GT(through, 100);
-    EXPECT_EQ(seen.at({100000, 0, 0}), SpaceSight::kNothing);
+    EXPECT_EQ(seen.at({100000, 0, 0}), CellObservation::kNothing);
   }
 }
 

@@ -11,7 +11,7 @@ constexpr int kStep_px = 4;         // between the pixels that are looked at
 constexpr double kLeastNew = 0.02;  // share of a frame's surface
 constexpr int kLeastThrough = 3;    // views through a place that is known to be free
 constexpr std::size_t kLeastCells =
-    40;  // of kStep_px a side: smaller ones are thin things of the room
+    40;  // of kStep_px a side: smaller ones are thin objects of the room
 
 /// Free, and nothing of the room in the cells around it.
 bool is_known_free(const SpaceLayer& space, const Eigen::Vector3i& cell) {

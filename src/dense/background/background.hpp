@@ -4,7 +4,7 @@
 
 #include "dense/background/frame_geometry.hpp"
 #include "dense/background/mesh_view.hpp"
-#include "dense/background/thin_things.hpp"
+#include "dense/background/thin_structures.hpp"
 #include "dense/background/view_colours.hpp"
 #include "dense/dense_map.hpp"
 #include "image/rgbd_frame.hpp"
@@ -40,7 +40,7 @@ class Background {
 
  private:
   MeshView mesh_;
-  ThinThings thin_;
+  ThinStructures thin_;
   ViewColours colours_;
 };
 

@@ -25,7 +25,7 @@ struct Box {
   }
 };
 
-/// The wall z = kWall_m, and before it a red thing that fills a part of the picture.
+/// The wall z = kWall_m, and before it a red object that fills a part of the picture.
 RgbdFrame wall_behind(const Camera& camera, const SE3& T_world_camera, const Box& thing) {
   RgbdFrame frame;
   frame.id = FrameId{0};
@@ -56,7 +56,7 @@ SE3 pose_at(double x) { return SE3(so3_exp(Vec3(0.02, -0.1 * x, 0.01)), Vec3(x, 
 
 constexpr Box kNone{0, 0, 0, 0};
 
-/// Four views of the wall with a thing in the same place of each picture.
+/// Four views of the wall with an object in the same place of each picture.
 DenseMap wall_map(const Camera& camera, const Box& thing) {
   DenseMap map({}, camera);
   DenseUpdate update;

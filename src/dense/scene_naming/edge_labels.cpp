@@ -51,7 +51,7 @@ void EdgeLabels::add_votes(const DepthView& view, const SE3& T_world_camera) {
     const auto sigma_m = static_cast<double>(noise_.sigma_m(static_cast<float>(p.z())));
     if (depth_m <= 0 || std::abs(depth_m - p.z()) > kMargin_m + kMarginSigmas * sigma_m) continue;
     const std::uint8_t shown = view.object.at(u, v);
-    if (shown != DepthView::kNothing && !DepthView::is_thing(shown)) continue;
+    if (shown != DepthView::kNothing && !DepthView::is_object(shown)) continue;
     const SceneObjectId object =
         shown == DepthView::kNothing ? kNoSceneObject : view.objects[shown - 1U];
     if (object == kNoSceneObject) {

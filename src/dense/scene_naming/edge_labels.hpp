@@ -1,4 +1,4 @@
-// Where two things meet, or a thing and what it stands on, voxels are too coarse to tell which
+// Where two objects meet, or an object and what it stands on, voxels are too coarse to tell which
 // vertex of a mesh is of which: there each vertex asks the pixels that show it.
 #pragma once
 

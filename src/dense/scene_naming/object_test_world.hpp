@@ -1,4 +1,4 @@
-// A room with things in it, as keyframes with perfect masks show it.
+// A room with objects in it, as keyframes with perfect masks show it.
 #pragma once
 
 #include <gtest/gtest.h>

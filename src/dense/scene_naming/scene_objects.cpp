@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/check.hpp"
-#include "dense/round_things.hpp"
+#include "dense/round_objects.hpp"
 #include "scene/floor_frame.hpp"
 
 namespace ygslam {
@@ -34,7 +34,7 @@ Extent inner_extent(std::vector<double> values_m, double share_left_out) {
 }
 
 /// Points of the largest set that hangs together (cubes of a size that touch), and of those that
-/// have a share of its points: what stands before a thing parts it.
+/// have a share of its points: what stands before an object parts it.
 std::vector<Vec3> main_parts(const std::vector<Vec3>& points, double cube_m) {
   using Index = std::array<int, 3>;
   std::map<Index, std::vector<std::size_t>> cubes;
@@ -123,12 +123,12 @@ ObjectState state_of(const KnownObject& object, int epochs, Timestamp now,
   return epochs > 1 ? ObjectState::kSettled : ObjectState::kStatic;
 }
 
-/// What is hidden of a round thing reaches as far as what is seen of it is wide.
-void complete_round(const Vec3& looked_along_world, OrientedBox& box) {
+/// What is hidden of a round object reaches as far as what is seen of it is wide.
+void complete_round(const Vec3& viewed_along_world, OrientedBox& box) {
   const int shorter = box.size_m.x() < box.size_m.y() ? 0 : 1;
   const double missing_m = box.size_m[1 - shorter] - box.size_m[shorter];
   const Vec3 axis_world = box.T_world_box.R().col(shorter);
-  const double side = axis_world.dot(looked_along_world) < 0 ? -1 : 1;
+  const double side = axis_world.dot(viewed_along_world) < 0 ? -1 : 1;
   const Vec3 middle_world = box.T_world_box.t() + side * missing_m / 2 * axis_world;
   box.T_world_box = SE3(box.T_world_box.R(), middle_world);
   box.size_m[shorter] += missing_m;
@@ -143,12 +143,12 @@ OrientedBox box_of(const KnownObject& object, const Gravity& gravity, const Plac
   Vec3 behind_m = Vec3::Zero();
   for (int axis = 0; axis < 2; ++axis) {
     const Vec3 axis_world = box.T_world_box.R().col(axis);
-    box.size_m[axis] += config.grain_m;
+    box.size_m[axis] += config.patch_m;
     behind_m +=
-        config.grain_m / 2 * axis_world.dot(object.looked_along_world.normalized()) * axis_world;
+        config.patch_m / 2 * axis_world.dot(object.viewed_along_world.normalized()) * axis_world;
   }
   box.T_world_box = SE3(box.T_world_box.R(), box.T_world_box.t() + behind_m);
-  if (is_round(object.best_class())) complete_round(object.looked_along_world, box);
+  if (is_round(object.best_class())) complete_round(object.viewed_along_world, box);
   return box;
 }
 
@@ -184,7 +184,7 @@ bool is_named(ObjectState state) {
          state != ObjectState::kMoving;
 }
 
-/// What surfaces of a thing are called, for those that are sure enough.
+/// What surfaces of an object are called, for those that are sure enough.
 using Names = std::map<SceneObjectId, SurfaceLabel>;
 
 void name(const ObjectMap& objects, const Names& names, SurfaceLabel& label) {

@@ -12,13 +12,14 @@ struct PlacingConfig {
   double out_of_sight_s = 5;     ///< then it is unobserved
   double moving_s = 2;           ///< since it was seen to move
   double box_share = 0.01;       ///< of the surface left out at either side of a box
-  double grain_m = 0.025;        ///< between the points of a surface
+  double patch_m = 0.025;        ///< between the points of a surface
   double gap_m = 0.1;  ///< cubes of this side that touch hang together; small parts are none of it
 };
 
-/// Labels that name an object are given its class; where it is only a candidate they are withdrawn.
+/// Labels that name an object are given its class; where it is only a candidate they are taken
+/// away.
 /// @param mesh, space labelled with the map's objects or such as were merged since.
-/// @return in ascending order of ids; each thing once, at the place where it was seen last.
+/// @return in ascending order of ids; each object once, at the place where it was seen last.
 [[nodiscard]] std::vector<SceneObject> place_objects(const ObjectMap& objects,
                                                      const Gravity& gravity, TriangleMesh& mesh,
                                                      SpaceCells& space,

@@ -1,4 +1,4 @@
-// What things stand on. Masks end above the feet of chairs and screens, and an edge's width above
+// What objects stand on. Masks end above the feet of chairs and screens, and an edge's width above
 // the table that a cup stands on.
 #pragma once
 
@@ -9,7 +9,7 @@
 namespace ygslam {
 
 struct SupportConfig {
-  double beside_m = 0.1;          ///< of a box: what it stands on is hidden below the thing itself
+  double beside_m = 0.1;          ///< of a box: what it stands on is hidden below the object itself
   double reach_of_height = 0.75;  ///< below a box, as a part of its height,
   double least_reach_m = 0.05;    ///< or this, if more
   double above_m = 0.02;          ///< a box that ends so far below it stands on it, too
@@ -19,7 +19,7 @@ struct SupportConfig {
   double min_share = 0.35;        ///< so many show the surface: else something hidden is nearer
 };
 
-/// Boxes of things, at all their places, reach down to the level surface that they stand on, if
+/// Boxes of objects, at all their places, reach down to the level surface that they stand on, if
 /// one lies close enough below.
 void stand_on_supports(const TriangleMesh& mesh, const Gravity& gravity,
                        std::span<SceneObject> objects, const SupportConfig& config = {});

@@ -128,8 +128,8 @@ class TopParts {
 
   /// Parts of one height that are near each other are of one top, the nearest first; but two that
   /// are each large enough for a table stay two. A part that is large and narrow is a sill, unless
-  /// it is what was seen of a table before the things that stand on it, or behind them: such strips
-  /// find each other before anything else is joined.
+  /// it is what was seen of a table before the objects that stand on it, or behind them: such
+  /// strips find each other before anything else is joined.
   [[nodiscard]] std::vector<Top> joined() && {
     if (!space_.cells.empty())
       for (std::uint32_t i = 0; i < tops_.size(); ++i)

@@ -1,4 +1,4 @@
-#include "dense/place_look.hpp"
+#include "dense/place_check.hpp"
 
 #include <cmath>
 
@@ -42,7 +42,7 @@ struct Shares {
 /// What a view says of points of one object's surface.
 class Look {
  public:
-  Look(const DepthView& view, const SE3& T_world_camera, const PlaceLookConfig& config)
+  Look(const DepthView& view, const SE3& T_world_camera, const PlaceCheckConfig& config)
       : view_(view),
         T_camera_world_(T_world_camera.inverse()),
         noise_(config.noise),
@@ -75,56 +75,57 @@ class Look {
   const DepthView& view_;
   SE3 T_camera_world_;
   NoiseModel noise_;
-  const PlaceLookConfig& config_;
+  const PlaceCheckConfig& config_;
 };
 
 }  // namespace
 
-bool look_at_place(const DepthView& view, const SE3& T_world_camera, Timestamp stamp,
-                   const PlaceLookConfig& config, KnownObject& object) {
+bool check_place(const DepthView& view, const SE3& T_world_camera, Timestamp stamp,
+                 const PlaceCheckConfig& config, KnownObject& object) {
   const Look look(view, T_world_camera, config);
   object.is_leaving = false;
   if (look.is_outside(object.extent_world)) return false;
   Shares now, lately;
-  for (auto& [key, grain] : object.grains) {
-    const Sight sight = look.at(grain.mean_world());
-    if (sight != Sight::kHidden && (!grain.looked_at || *grain.looked_at <= stamp)) {
-      grain.looked_at = stamp;
-      grain.seen_through = sight == Sight::kThrough;
+  for (auto& [key, patch] : object.patches) {
+    const Sight sight = look.at(patch.mean_world());
+    if (sight != Sight::kHidden && (!patch.observed_at || *patch.observed_at <= stamp)) {
+      patch.observed_at = stamp;
+      patch.seen_through = sight == Sight::kThrough;
     }
-    if (!object.believes(grain)) continue;
+    if (!object.believes(patch)) continue;
     ++now.all;
     ++lately.all;
     if (sight != Sight::kHidden) now.add(sight == Sight::kThrough);
-    const bool is_recent =
-        grain.looked_at && std::abs(seconds_between(stamp, *grain.looked_at)) <= config.window_s;
-    if (is_recent) lately.add(grain.seen_through);
+    const bool is_recent = patch.observed_at &&
+                           std::abs(seconds_between(stamp, *patch.observed_at)) <= config.window_s;
+    if (is_recent) lately.add(patch.seen_through);
   }
   object.is_leaving = now.sees(config.min_visible) && now.is_empty(config.min_through);
   if (now.sees(kSomeShare)) {
     const bool is_empty = now.is_empty(config.min_through);
-    object.empty_looks = is_empty ? object.empty_looks + 1 : 0;
+    object.empty_observations = is_empty ? object.empty_observations + 1 : 0;
     if (!is_empty) object.shown.insert(stamp);
   }
-  if (object.empty_looks < config.min_looks || !lately.sees(config.min_visible) ||
+  if (object.empty_observations < config.min_observations || !lately.sees(config.min_visible) ||
       !lately.is_empty(config.min_through))
     return false;
   object.found_empty = stamp;
   return true;
 }
 
-bool sees_through(const DepthView& view, const SE3& T_world_camera, const PlaceLookConfig& config,
+bool sees_through(const DepthView& view, const SE3& T_world_camera, const PlaceCheckConfig& config,
                   const KnownObject& object) {
   const Look look(view, T_world_camera, config);
   if (look.is_outside(object.extent_world)) return false;
   Shares now;
-  for (const auto& [key, grain] : object.grains) {
-    if (!object.believes(grain)) continue;
+  for (const auto& [key, patch] : object.patches) {
+    if (!object.believes(patch)) continue;
     ++now.all;
-    if (const Sight sight = look.at(grain.mean_world()); sight != Sight::kHidden)
+    if (const Sight sight = look.at(patch.mean_world()); sight != Sight::kHidden)
       now.add(sight == Sight::kThrough);
   }
-  const double visible = object.empty_looks < config.min_looks ? kSomeShare : config.min_visible;
+  const double visible =
+      object.empty_observations < config.min_observations ? kSomeShare : config.min_visible;
   return now.sees(visible) && now.is_empty(config.min_through);
 }
 

@@ -1,4 +1,4 @@
-#include "dense/round_things.hpp"
+#include "dense/round_objects.hpp"
 
 #include <algorithm>
 #include <array>
@@ -67,8 +67,8 @@ bool is_round(SemanticClass semantic_class) {
          });
 }
 
-void drop_beyond_round_things(DepthView& view, std::span<const Detection> detections,
-                              const DepthNoise& noise) {
+void drop_beyond_round_objects(DepthView& view, std::span<const Detection> detections,
+                               const DepthNoise& noise) {
   const NoiseModel noise_model(noise);
   for (const Mask& mask : masks_of_round(view, detections)) {
     if (mask.pixels.empty()) continue;

@@ -1,4 +1,4 @@
-#include "dense/round_things.hpp"
+#include "dense/round_objects.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@ namespace ygslam {
 namespace {
 
 /// A wall at 2 m, and an upright cylinder before it: 20 pixels wide, 0.3 m at 1.5 m.
-class RoundThings : public ::testing::Test {
+class RoundObjects : public ::testing::Test {
  protected:
-  RoundThings() {
+  RoundObjects() {
     view_.camera = {100, 100, 31.5, 23.5, 64, 48};
     view_.depth = Image<std::uint16_t>(64, 48);
     view_.colour = ColourImage(64, 48);
@@ -35,7 +35,7 @@ class RoundThings : public ::testing::Test {
   }
   void drop_beyond(int coco) {
     const std::vector<Detection> detections = {{coco_class(coco), 0.5F}};
-    drop_beyond_round_things(view_, detections, {});
+    drop_beyond_round_objects(view_, detections, {});
   }
   [[nodiscard]] int count(std::uint8_t object) const {
     return static_cast<int>(std::count(view_.object.begin(), view_.object.end(), object));
@@ -46,13 +46,13 @@ class RoundThings : public ::testing::Test {
   DepthView view_;
 };
 
-TEST_F(RoundThings, AllThatIsSeenOfItStays) {
+TEST_F(RoundObjects, AllThatIsSeenOfItStays) {
   mark(20, 8, 40, 40);
   drop_beyond(kBottle);
   EXPECT_EQ(count(kIt), 20 * 32);
 }
 
-TEST_F(RoundThings, WhatStandsBeforeItAndBehindIsNoneOfIt) {
+TEST_F(RoundObjects, WhatStandsBeforeItAndBehindIsNoneOfIt) {
   for (int v = 30; v < 40; ++v)
     for (int u = 16; u < 24; ++u) set_depth(u, v, 1.35);  // a toy
   mark(16, 4, 40, 40);                                    // its mask reaches up and left
@@ -66,7 +66,7 @@ TEST_F(RoundThings, WhatStandsBeforeItAndBehindIsNoneOfIt) {
   EXPECT_EQ(count(DepthView::kUnsure), 24 * 36 - count(kIt)) << "the mask or the depth is wrong";
 }
 
-TEST_F(RoundThings, PixelsWithoutDepthStay) {
+TEST_F(RoundObjects, PixelsWithoutDepthStay) {
   for (int v = 8; v < 20; ++v)
     for (int u = 20; u < 40; ++u) set_depth(u, v, 0);  // glass
   mark(20, 8, 40, 40);
@@ -74,7 +74,7 @@ TEST_F(RoundThings, PixelsWithoutDepthStay) {
   EXPECT_EQ(count(kIt), 20 * 32);
 }
 
-TEST_F(RoundThings, OfOthersNothingIsKnown) {
+TEST_F(RoundObjects, OfOthersNothingIsKnown) {
   mark(16, 4, 44, 44);
   for (const int coco : {56, 58}) drop_beyond(coco);  // a chair, a plant with leaves
   EXPECT_EQ(count(kIt), 28 * 40);

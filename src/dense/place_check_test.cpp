@@ -1,5 +1,5 @@
 // What a view says of a place where an object was seen.
-#include "dense/place_look.hpp"
+#include "dense/place_check.hpp"
 
 #include <gtest/gtest.h>
 
@@ -33,38 +33,38 @@ KnownObject known_box() {
   for (double x = -0.19; x < 0.2; x += 0.03) {
     for (double y = 0.45; y < 1.15; y += 0.03) {
       const Vec3 p_world(x, y, -0.2);
-      SurfaceGrain& grain = object.grains[cell_key(p_world, 0.025)];
-      grain.sum_world += p_world;
-      ++grain.points;
-      grain.views = grain.in_sight = 3;
+      SurfacePatch& patch = object.patches[cell_key(p_world, 0.025)];
+      patch.sum_world += p_world;
+      ++patch.points;
+      patch.views = patch.in_sight = 3;
       object.extent_world.extend(p_world);
     }
   }
   return object;
 }
 
-class PlaceLook : public ::testing::Test {
+class PlaceCheck : public ::testing::Test {
  protected:
   bool look(const DepthView& view, double t_s, const SE3& T_world_camera = camera_pose()) {
-    return look_at_place(view, T_world_camera, at_s(t_s), config_, box_);
+    return check_place(view, T_world_camera, at_s(t_s), config_, box_);
   }
   [[nodiscard]] bool would_say(const DepthView& view) const {
     return sees_through(view, camera_pose(), config_, box_);
   }
-  PlaceLookConfig config_;
+  PlaceCheckConfig config_;
   KnownObject box_ = known_box();
 };
 
-TEST_F(PlaceLook, AnObjectThatStandsThereIsShown) {
+TEST_F(PlaceCheck, AnObjectThatStandsThereIsShown) {
   const std::size_t before = box_.shown.size();
   EXPECT_FALSE(look(view_of({kStanding}), 1));
   EXPECT_FALSE(box_.is_leaving);
-  EXPECT_EQ(box_.empty_looks, 0);
+  EXPECT_EQ(box_.empty_observations, 0);
   EXPECT_EQ(box_.shown.size(), before + 1) << "whether a mask names it or not";
   EXPECT_FALSE(would_say(view_of({kStanding})));
 }
 
-TEST_F(PlaceLook, AnEmptyPlaceIsBelievedTheSecondTime) {
+TEST_F(PlaceCheck, AnEmptyPlaceIsBelievedTheSecondTime) {
   EXPECT_TRUE(would_say(view_of({})));
   EXPECT_FALSE(look(view_of({}), 1));
   EXPECT_TRUE(box_.is_leaving);
@@ -73,37 +73,37 @@ TEST_F(PlaceLook, AnEmptyPlaceIsBelievedTheSecondTime) {
   EXPECT_EQ(box_.found_empty, at_s(1.5));
 }
 
-TEST_F(PlaceLook, WhatIsSeenInBetweenBeginsTheCountAnew) {
+TEST_F(PlaceCheck, WhatIsSeenInBetweenBeginsTheCountAnew) {
   look(view_of({}), 1);
   look(view_of({kStanding}), 1.5);
   EXPECT_FALSE(look(view_of({}), 2));
   EXPECT_TRUE(look(view_of({}), 2.5));
 }
 
-TEST_F(PlaceLook, WhatIsHiddenStays) {
+TEST_F(PlaceCheck, WhatIsHiddenStays) {
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(look(view_of({kFolding}), 1 + i));
   EXPECT_FALSE(box_.is_leaving);
-  EXPECT_EQ(box_.empty_looks, 0);
+  EXPECT_EQ(box_.empty_observations, 0);
   EXPECT_EQ(box_.shown.size(), 3U) << "and is not shown";
   EXPECT_FALSE(would_say(view_of({kFolding})));
 }
 
-TEST_F(PlaceLook, ViewsOfElsewhereSayNothing) {
+TEST_F(PlaceCheck, ViewsOfElsewhereSayNothing) {
   const SE3 away = look_at(Vec3(0, 0, 0.5), Vec3(0, 0, 1.5));
   for (int i = 0; i < 3; ++i) EXPECT_FALSE(look(view_of({}, away), 1 + i, away));
-  EXPECT_EQ(box_.empty_looks, 0);
+  EXPECT_EQ(box_.empty_observations, 0);
 }
 
-TEST_F(PlaceLook, HalfOfItMustBeSeenWithinAFewSeconds) {
+TEST_F(PlaceCheck, HalfOfItMustBeSeenWithinAFewSeconds) {
   const DepthView half = view_of({kHalfFolding});
   config_.min_visible = 0.7;
   for (int i = 0; i < 4; ++i) EXPECT_FALSE(look(half, 1 + i)) << "the other half may stand there";
-  EXPECT_GE(box_.empty_looks, config_.min_looks);
+  EXPECT_GE(box_.empty_observations, config_.min_observations);
   config_.min_visible = 0.3;
   EXPECT_TRUE(look(half, 5));
 }
 
-TEST_F(PlaceLook, ThePartsOfItThatWereSeenLatelyArePutTogether) {
+TEST_F(PlaceCheck, ThePartsOfItThatWereSeenLatelyArePutTogether) {
   const Cuboid other_half{Vec3(-0.02, -1.2, -0.7), Vec3(0.6, 1.2, -0.6)};
   config_.min_visible = 0.6;
   EXPECT_FALSE(look(view_of({kHalfFolding}), 1));
@@ -113,7 +113,7 @@ TEST_F(PlaceLook, ThePartsOfItThatWereSeenLatelyArePutTogether) {
   EXPECT_FALSE(look(view_of({other_half}), 1 + 2 * config_.window_s)) << "which is too long ago";
 }
 
-TEST_F(PlaceLook, NoiseIsNoHole) {
+TEST_F(PlaceCheck, NoiseIsNoHole) {
   const DepthView behind =
       view_of({{kStanding.low + Vec3(0, 0, 0.01), kStanding.high, SceneObjectId{1}}});
   EXPECT_FALSE(look(behind, 1));

@@ -1,4 +1,4 @@
-#include "dense/thing_view.hpp"
+#include "dense/object_observation.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,11 +12,11 @@
 namespace ygslam {
 namespace {
 
-constexpr int kThingStep_px = 2;         // between the pixels that are looked at
-constexpr double kThingGrain_m = 0.025;  // one point for a cube of this size
-constexpr double kSmallShare = 0.5;      // of its pixels that are not near its mask's edge
-constexpr std::size_t kMinPoints = 8;    // 50 cm2 of surface
-constexpr double kMovingShare = 0.4;     // a mover beside it is no motion of its own
+constexpr int kObservationStep_px = 2;         // between the pixels that are looked at
+constexpr double kObservationPatch_m = 0.025;  // one point for a cube of this size
+constexpr double kSmallShare = 0.5;            // of its pixels that are not near its mask's edge
+constexpr std::size_t kMinPoints = 8;          // 50 cm2 of surface
+constexpr double kMovingShare = 0.4;           // a mover beside it is no motion of its own
 
 }  // namespace
 
@@ -67,8 +67,8 @@ GreyImage without_edges(const GreyImage& ids, int radius_px) {
   return inner;
 }
 
-std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers,
-                                std::size_t detections, std::span<const MotionVotes> votes) {
+std::vector<bool> moving_detections(const GreyImage& things, const GreyImage& movers,
+                                    std::size_t detections, std::span<const MotionVotes> votes) {
   CHECK(votes.empty() || votes.size() == detections);
   std::vector<bool> moving(detections, false);
   if (movers.empty() || things.empty()) return moving;
@@ -85,51 +85,53 @@ std::vector<bool> moving_things(const GreyImage& things, const GreyImage& movers
   return moving;
 }
 
-void exclude_objects(DepthView& view, const std::vector<bool>& is_gone, int radius_px) {
-  if (std::find(is_gone.begin(), is_gone.end(), true) == is_gone.end()) return;
+void exclude_objects(DepthView& view, const std::vector<bool>& is_removed, int radius_px) {
+  if (std::find(is_removed.begin(), is_removed.end(), true) == is_removed.end()) return;
   GreyImage gone(view.object.width(), view.object.height());
   std::transform(view.object.begin(), view.object.end(), gone.begin(), [&](std::uint8_t object) {
-    return static_cast<std::uint8_t>(DepthView::is_thing(object) && is_gone[object - 1U] ? 255 : 0);
+    return static_cast<std::uint8_t>(DepthView::is_object(object) && is_removed[object - 1U] ? 255
+                                                                                             : 0);
   });
   gone = dilated(gone, radius_px);
   std::transform(gone.begin(), gone.end(), view.object.begin(), view.object.begin(),
                  [&](std::uint8_t near, std::uint8_t object) {
-                   const bool is_other = DepthView::is_thing(object) && !is_gone[object - 1U];
+                   const bool is_other = DepthView::is_object(object) && !is_removed[object - 1U];
                    return near != 0 && !is_other ? DepthView::kExcluded : object;
                  });
 }
 
-std::vector<ThingView> thing_views(DepthView& view, const std::vector<Detection>& detections,
-                                   double max_depth_m) {
-  std::vector<ThingView> things(detections.size());
+std::vector<ObjectObservation> observe_objects(DepthView& view,
+                                               const std::vector<Detection>& detections,
+                                               double max_depth_m) {
+  std::vector<ObjectObservation> things(detections.size());
   for (std::size_t i = 0; i < things.size(); ++i) things[i].detection = detections[i];
   std::vector<std::set<std::array<int, 3>>> taken(detections.size());
   const auto detection_of = [&](std::uint8_t object) {
     return static_cast<std::size_t>(view.objects[object - 1U]) - 1;
   };
   const Pinhole& camera = view.camera;
-  for (int v = 0; v < view.depth.height(); v += kThingStep_px) {
-    for (int u = 0; u < view.depth.width(); u += kThingStep_px) {
+  for (int v = 0; v < view.depth.height(); v += kObservationStep_px) {
+    for (int u = 0; u < view.depth.width(); u += kObservationStep_px) {
       const std::uint8_t object = view.object.at(u, v);
       const double depth_m = view.depth.at(u, v) * DepthView::kUnit_m;
-      if (!DepthView::is_thing(object) || depth_m <= 0 || depth_m > max_depth_m) continue;
+      if (!DepthView::is_object(object) || depth_m <= 0 || depth_m > max_depth_m) continue;
       const Vec3 p((u - camera.cx) / camera.fx * depth_m, (v - camera.cy) / camera.fy * depth_m,
                    depth_m);
-      std::array<int, 3> grain{};
+      std::array<int, 3> patch{};
       for (int axis = 0; axis < 3; ++axis)
-        grain[static_cast<std::size_t>(axis)] =
-            static_cast<int>(std::floor(p[axis] / kThingGrain_m));
+        patch[static_cast<std::size_t>(axis)] =
+            static_cast<int>(std::floor(p[axis] / kObservationPatch_m));
       const std::size_t i = detection_of(object);
       const Rgb8 colour = view.colour.at(u, v);
       ++things[i].colours[static_cast<std::size_t>(colour.r / 64 + colour.g / 64 * 4 +
                                                    colour.b / 64 * 16)];
-      if (taken[i].insert(grain).second) things[i].p_camera.push_back(p.cast<float>());
+      if (taken[i].insert(patch).second) things[i].p_camera.push_back(p.cast<float>());
     }
   }
-  for (ThingView& thing : things)
+  for (ObjectObservation& thing : things)
     if (thing.p_camera.size() < kMinPoints) thing = {thing.detection, {}, {}, false};
   for (std::uint8_t& object : view.object) {
-    if (DepthView::is_thing(object) && things[detection_of(object)].p_camera.empty())
+    if (DepthView::is_object(object) && things[detection_of(object)].p_camera.empty())
       object = DepthView::kUnsure;
   }
   return things;

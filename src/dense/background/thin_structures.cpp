@@ -1,4 +1,4 @@
-#include "dense/background/thin_things.hpp"
+#include "dense/background/thin_structures.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace ygslam {
 namespace {
 
 constexpr float kBefore_m = 0.06F, kBeforeShare = 0.03F;  // of the mesh: more than its noise
-constexpr float kBeside_m = 0.03F;                        // depths of one thing beside each other
+constexpr float kBeside_m = 0.03F;                        // depths of one object beside each other
 constexpr int kLeastBeside = 4;                           // of its eight neighbours
 constexpr double kCell_m = 0.02;
 constexpr float kReach_px = 0.6F;   // from the middle of a pixel that shows a point
@@ -64,7 +64,7 @@ std::vector<ColouredPoint> before_mesh(const DenseMap::PlacedView& placed, MeshV
 
 }  // namespace
 
-ThinThings::ThinThings(const std::vector<DenseMap::PlacedView>& views, MeshView& mesh) {
+ThinStructures::ThinStructures(const std::vector<DenseMap::PlacedView>& views, MeshView& mesh) {
   struct Sight {
     std::size_t last_view = 0;
     int views = 0;
@@ -91,8 +91,8 @@ ThinThings::ThinThings(const std::vector<DenseMap::PlacedView>& views, MeshView&
   points_.shrink_to_fit();
 }
 
-void ThinThings::draw(const FrameGeometry& geometry, const GreyImage& wanted,
-                      SurfaceImage& surface) const {
+void ThinStructures::draw(const FrameGeometry& geometry, const GreyImage& wanted,
+                          SurfaceImage& surface) const {
   CHECK(wanted.same_size(surface.depth_m));
   for (const ColouredPoint& point : points_) {
     const auto seen = geometry.project(point.p_world);

@@ -9,10 +9,10 @@
 
 namespace ygslam {
 
-class ThinThings {
+class ThinStructures {
  public:
   /// @param mesh of the map whose views these are.
-  ThinThings(const std::vector<DenseMap::PlacedView>& views, MeshView& mesh);
+  ThinStructures(const std::vector<DenseMap::PlacedView>& views, MeshView& mesh);
 
   /// Draws them where they stand before the surface. @param wanted not 0: draw this pixel.
   void draw(const FrameGeometry& geometry, const GreyImage& wanted, SurfaceImage& surface) const;

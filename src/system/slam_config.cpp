@@ -103,15 +103,16 @@ void add_segment_keys(ConfigSchema& s, SegmentConfig& c) {
 }
 
 void add_tracking_keys(ConfigSchema& s, TrackerConfig& c) {
-  s.number("tracking.min_inliers", c.min_inliers, 6, 1000, "points", "fewer: weak; half: lost",
+  s.number("tracking.min_inliers", c.judge.min_inliers, 6, 1000, "points",
+           "fewer: weak; half: lost",
            "lower in bare rooms with few features, higher where a wrong pose is costly");
-  s.number("tracking.weak_position_std_m", c.weak_position_std_m, 0.001, 10.0, "m",
+  s.number("tracking.weak_position_std_m", c.judge.weak_position_std_m, 0.001, 10.0, "m",
            "a camera centre less certain than this: weak",
            "with how certain a robot needs to be of its place");
-  s.number("tracking.lost_position_std_m", c.lost_position_std_m, 0.001, 10.0, "m",
+  s.number("tracking.lost_position_std_m", c.judge.lost_position_std_m, 0.001, 10.0, "m",
            "a camera centre less certain than this: lost",
            "with how uncertain a place may be before it is better called none");
-  s.number("tracking.max_jump_mps", c.max_jump_mps, 0.0, 100.0, "m/s",
+  s.number("tracking.max_jump_mps", c.judge.max_jump_mps, 0.0, 100.0, "m/s",
            "a weak pose that is farther from the predicted one than this speed explains is not "
            "believed",
            "higher for a camera on something fast");

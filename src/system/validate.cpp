@@ -21,7 +21,7 @@ Status validate(const SlamConfig& config) {
   require(c.depth.min_m < c.depth.max_m, "depth.min_m must be less than depth.max_m");
   require(c.segment.yolo.input_width % 32 == 0, "segment.input_width must be a multiple of 32");
   require(c.segment.yolo.input_height % 32 == 0, "segment.input_height must be a multiple of 32");
-  require(c.tracking.weak_position_std_m <= c.tracking.lost_position_std_m,
+  require(c.tracking.judge.weak_position_std_m <= c.tracking.judge.lost_position_std_m,
           "tracking.weak_position_std_m must not exceed tracking.lost_position_std_m");
   if (const auto movable = movable_classes(c.segment.movable); !movable.ok())
     faults.add("segment.movable: " + movable.error().message);

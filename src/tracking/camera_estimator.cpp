@@ -129,8 +129,8 @@ Eigen::VectorXd in_use(const ShutterTimes& times, const std::vector<CameraParame
 }
 /// Without what the stamps of its images tell.
 Eigen::VectorXd in_use(const TrackedFrame& frame, const std::vector<CameraParameter>& parameters) {
-  ShutterTimes times = frame.read_out.times;
-  if (!times.is_global()) times.depth_delay_s -= frame.frame->depth_delay_s;
+  ShutterTimes times = frame.seen.read_out.times;
+  if (!times.is_global()) times.depth_delay_s -= frame.seen.frame->depth_delay_s;
   return in_use(times, parameters);
 }
 
@@ -201,13 +201,13 @@ void add_up(std::span<const Rows> points, const VecX& x, MatXX& H, VecX& b) {
 
 /// Rows of the landmarks that a frame and a keyframe both see.
 std::vector<Rows> rows_of_pair(const Camera& camera, const TrackedFrame& frame,
-                               const SE3& T_camera_world, const ViewKeyframe& keyframe,
-                               const LocalView& view,
+                               const ViewKeyframe& keyframe,
                                const std::vector<CameraParameter>& parameters) {
+  const LocalView& view = *frame.view;
   std::unordered_map<std::int32_t, std::uint32_t> seen_here;  // landmark to feature
   for (std::uint32_t i = 0; i < frame.landmarks.size(); ++i)
     if (const std::int32_t k = view.find(frame.landmarks[i]); k >= 0) seen_here.emplace(k, i);
-  const SE3 T_here_there = T_camera_world * keyframe.T_camera_world.inverse();
+  const SE3 T_here_there = frame.T_camera_world * keyframe.T_camera_world.inverse();
   const ReadOut& read_out_there = keyframe.data->read_out;
   const Eigen::VectorXd here_in_use = in_use(frame, parameters);
   const Eigen::VectorXd there_in_use = in_use(read_out_there.times, parameters);
@@ -217,7 +217,7 @@ std::vector<Rows> rows_of_pair(const Camera& camera, const TrackedFrame& frame,
     const auto it = seen_here.find(keyframe.landmarks[j]);
     if (it == seen_here.end()) continue;
     const Feature& f_there = keyframe.data->features->points[j];
-    const Feature& f_here = frame.features->points[it->second];
+    const Feature& f_here = frame.seen.features->points[it->second];
     if (!(f_there.depth_m > 0) || f_there.on_depth_edge || f_here.on_depth_edge) continue;
     const ViewLandmark& landmark = view.landmarks[static_cast<std::size_t>(keyframe.landmarks[j])];
     const double mapped_m = (keyframe.T_camera_world * landmark.p_world).z();
@@ -229,7 +229,7 @@ std::vector<Rows> rows_of_pair(const Camera& camera, const TrackedFrame& frame,
     const bool has_depth = f_here.depth_m > 0;
     const MovingPoint here =
         moving_point(camera, f_here, has_depth ? f_here.depth_m : predicted_m, DepthSource::kSensor,
-                     frame.read_out.body_velocity, parameters);
+                     frame.seen.read_out.body_velocity, parameters);
     points.push_back(
         rows_of(camera, T_here_there, there, there_in_use, here, here_in_use, f_here, parameters));
     if (!has_depth) points.back().sigma.z() = 0;
@@ -250,10 +250,8 @@ void CameraEstimator::Part::operator+=(const Part& other) {
 }
 
 std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame& frame,
-                                                              const SE3& T_camera_world,
-                                                              const ViewKeyframe& keyframe,
-                                                              const LocalView& view) const {
-  const auto points = rows_of_pair(camera_, frame, T_camera_world, keyframe, view, parameters_);
+                                                              const ViewKeyframe& keyframe) const {
+  const auto points = rows_of_pair(camera_, frame, keyframe, parameters_);
   if (std::ssize(points) < kFewestPoints) return std::nullopt;
   const auto n = std::ssize(parameters_);
   VecX x = VecX::Zero(6 + n);
@@ -272,21 +270,22 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
   return part;
 }
 
-void CameraEstimator::add(const TrackedFrame& frame, const SE3& T_camera_world,
-                          const LocalView& view) {
-  if (frame.read_out.body_velocity.isZero(0)) return;  // not known
-  if (!part_began_) part_began_ = frame.frame->stamp;
-  if (seconds_between(frame.frame->stamp, *part_began_) > part_s_) {
+void CameraEstimator::add(const TrackedFrame& frame) {
+  const Vec6& body_velocity = frame.seen.read_out.body_velocity;
+  if (body_velocity.isZero(0)) return;  // not known
+  const Timestamp stamp = frame.seen.frame->stamp;
+  if (!part_began_) part_began_ = stamp;
+  if (seconds_between(stamp, *part_began_) > part_s_) {
     close_part();
-    part_began_ = frame.frame->stamp;
+    part_began_ = stamp;
   }
-  if (frame.read_out.body_velocity.tail<3>().norm() < kLively_radps) return;
+  if (body_velocity.tail<3>().norm() < kLively_radps) return;
   if (skip_ = !skip_; skip_) return;
   int compared = 0;
-  for (const ViewKeyframe& keyframe : view.keyframes) {
+  for (const ViewKeyframe& keyframe : frame.view->keyframes) {
     if (compared >= kKeyframes) break;
     if (keyframe.data->read_out.body_velocity.isZero(0)) continue;
-    if (const auto part = compare(frame, T_camera_world, keyframe, view)) {
+    if (const auto part = compare(frame, keyframe)) {
       part_ += *part;
       ++compared;
     }

@@ -45,8 +45,8 @@ class CameraEstimator {
     int parts = 0;
   };
 
-  /// @param frame one that was tracked without a gap, with its landmarks.
-  void add(const TrackedFrame& frame, const SE3& T_camera_world, const LocalView& view);
+  /// @param frame one that was tracked without a gap.
+  void add(const TrackedFrame& frame);
   /// @return nullopt before there are a few parts to compare, or if the motion tells nothing.
   [[nodiscard]] std::optional<Estimate> estimate() const;
   /// Forgets all.
@@ -59,9 +59,8 @@ class CameraEstimator {
     bool empty() const { return H.size() == 0; }
     void operator+=(const Part& other);
   };
-  [[nodiscard]] std::optional<Part> compare(const TrackedFrame& frame, const SE3& T_camera_world,
-                                            const ViewKeyframe& keyframe,
-                                            const LocalView& view) const;
+  [[nodiscard]] std::optional<Part> compare(const TrackedFrame& frame,
+                                            const ViewKeyframe& keyframe) const;
   void close_part();
 
   const Camera& camera_;

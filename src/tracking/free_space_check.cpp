@@ -22,7 +22,7 @@ enum class PointState : std::uint8_t {
 
 class FreeSpaceCheck {
  public:
-  FreeSpaceCheck(const Camera& camera, const TrackedFrame& frame,
+  FreeSpaceCheck(const Camera& camera, const FrameFeatures& frame,
                  std::span<const LandmarkId> landmarks, std::span<const std::uint8_t> known,
                  const LocalView& view, const FreeSpaceConfig& config)
       : camera_(camera),
@@ -180,7 +180,7 @@ class FreeSpaceCheck {
 }  // namespace
 
 std::vector<std::uint8_t> find_free_space_violations(
-    const Camera& camera, const TrackedFrame& frame, std::span<const LandmarkId> landmarks,
+    const Camera& camera, const FrameFeatures& frame, std::span<const LandmarkId> landmarks,
     std::span<const std::uint8_t> known, const LocalView& view, const SE3& T_camera_world,
     const FreeSpaceConfig& config) {
   FreeSpaceCheck check(camera, frame, landmarks, known, view, config);

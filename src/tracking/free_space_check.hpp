@@ -9,7 +9,7 @@
 
 #include "geometry/camera.hpp"
 #include "map/local_view.hpp"
-#include "tracking/tracked_frame.hpp"
+#include "tracking/frame_features.hpp"
 
 namespace ygslam {
 
@@ -26,7 +26,7 @@ struct FreeSpaceConfig {
 /// @param known per feature: violates it already, unless a surface was seen there before.
 /// @return per feature 1 = violates free space.
 [[nodiscard]] std::vector<std::uint8_t> find_free_space_violations(
-    const Camera& camera, const TrackedFrame& frame, std::span<const LandmarkId> landmarks,
+    const Camera& camera, const FrameFeatures& frame, std::span<const LandmarkId> landmarks,
     std::span<const std::uint8_t> known, const LocalView& view, const SE3& T_camera_world,
     const FreeSpaceConfig& config);
 

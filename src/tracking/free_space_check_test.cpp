@@ -53,7 +53,7 @@ struct Scene {
   }
 
   Camera cam = camera();
-  TrackedFrame frame;
+  FrameFeatures frame;
   std::vector<LandmarkId> landmarks;
 };
 

@@ -19,21 +19,21 @@ void KeyframeProposer::compare_with_nearest(const TrackedFrame& frame, const Loc
     evidence.T_camera_nearest = T_camera_keyframe;
     nearest = keyframe.data.get();
   }
-  evidence.nearest_age_s = seconds_between(frame.frame->stamp, nearest->stamp);
+  evidence.nearest_age_s = seconds_between(frame.seen.frame->stamp, nearest->stamp);
 }
 
 bool KeyframeProposer::wants(const TrackedFrame& frame, const LocalView& view,
                              const PoseResult& pose, bool mapper_busy) const {
-  if (frame.usable_points(kMappedWeight) < min_points_) return false;
+  if (frame.seen.usable_points(kMappedWeight) < min_points_) return false;
   KeyframeEvidence evidence;
   evidence.frames_since_last = frames_since_keyframe_;
   evidence.tracked_landmarks = pose.landmark_inliers;
   evidence.reference_landmarks = view.reference().tracked_landmarks;
   compare_with_nearest(frame, view, evidence);
   evidence.mapper_busy = mapper_busy;
-  for (std::size_t i = 0; i < frame.features->size(); ++i) {
-    const float depth_m = frame.features->points[i].depth_m;
-    if (depth_m <= 0 || frame.static_weight[i] < kMappedWeight) continue;
+  for (std::size_t i = 0; i < frame.seen.features->size(); ++i) {
+    const float depth_m = frame.seen.features->points[i].depth_m;
+    if (depth_m <= 0 || frame.seen.static_weight[i] < kMappedWeight) continue;
     if (depth_m > config_.close_depth_m) continue;
     ++(frame.landmarks[i] != kNoLandmark ? evidence.close_tracked : evidence.close_untracked);
   }
@@ -50,14 +50,22 @@ void KeyframeProposer::remember_seen(const std::vector<KeyframeCandidate::Seen>&
 }
 
 KeyframeCandidate KeyframeProposer::make(const TrackedFrame& frame, std::uint64_t map_version) {
+  const FrameFeatures& seen = frame.seen;
   KeyframeCandidate candidate{
-      frame.frame, frame.features, frame.read_out, frame.landmarks, frame.static_weight, frame.pose,
-      {},          map_version_};
+      seen.frame, seen.features, seen.read_out, frame.landmarks, seen.static_weight, frame.pose,
+      {},         map_version_};
   for (const LandmarkId id : seen_order_) candidate.seen.push_back(seen_.at(id));
   seen_.clear();
   seen_order_.clear();
   frames_since_keyframe_ = 0;
   map_version_ = map_version;
+  return candidate;
+}
+
+KeyframeCandidate KeyframeProposer::make_submap(const TrackedFrame& frame, double reach_m,
+                                                std::uint64_t map_version) {
+  KeyframeCandidate candidate = make(frame, map_version);
+  candidate.submap_reach_m = reach_m;
   return candidate;
 }
 

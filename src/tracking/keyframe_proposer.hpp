@@ -31,6 +31,9 @@ class KeyframeProposer {
   /// Hands the frame to the mapper, with what was seen since the last candidate.
   /// @param map_version of the view it was tracked in.
   [[nodiscard]] KeyframeCandidate make(const TrackedFrame& frame, std::uint64_t map_version);
+  /// The same of the first frame of a submap; see KeyframeCandidate::submap_reach_m.
+  [[nodiscard]] KeyframeCandidate make_submap(const TrackedFrame& frame, double reach_m,
+                                              std::uint64_t map_version);
 
  private:
   void compare_with_nearest(const TrackedFrame& frame, const LocalView& view,

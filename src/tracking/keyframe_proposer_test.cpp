@@ -24,9 +24,9 @@ TrackedFrame frame_at(double x_m, const LocalView& view) {
   features.points.resize(kNearPoints);
   for (Feature& feature : features.points) feature.depth_m = 1;
   TrackedFrame frame;
-  frame.frame = std::make_shared<const RgbdFrame>();
-  frame.features = std::make_shared<const Features>(std::move(features));
-  frame.static_weight.assign(kNearPoints, 1);
+  frame.seen.frame = std::make_shared<const RgbdFrame>();
+  frame.seen.features = std::make_shared<const Features>(std::move(features));
+  frame.seen.static_weight.assign(kNearPoints, 1);
   frame.landmarks.assign(kNearPoints, LandmarkId(1));
   frame.pose = {view.reference().data->id,
                 T_camera_at(x_m) * view.reference().T_camera_world.inverse()};

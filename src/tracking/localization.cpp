@@ -35,6 +35,7 @@ bool Localization::is_known_by_view_alone(const Step& step, const LocalView& vie
 }
 
 Localization::Arrival Localization::arrive(const Step& step, const LocalView& view) {
+  if (!step.was_lost) odometry_.move(step.T_now_last());
   Arrival arrival = Arrival::kFollowed;
   if (is_carried_off(step, view)) {
     arrival = Arrival::kCarriedOff;
@@ -45,6 +46,8 @@ Localization::Arrival Localization::arrive(const Step& step, const LocalView& vi
   // The shorter of two steps in a row: what is missing once does not make the camera a slow one.
   const double step_s = seconds_between(step.stamp, step.last_stamp);
   if (!step.was_lost) usual_step_s_ = std::min(step_s, std::exchange(last_step_s_, step_s));
+  if (view.placed && arrival != Arrival::kCarriedOff)
+    trust(relative_to_keyframe(step.T_camera_world, view), step.stamp);
   return arrival;
 }
 
@@ -53,10 +56,14 @@ void Localization::doubt(FrameId frame) {
   odometry_.doubt();
 }
 
-Odometry::Place Localization::place(const SE3& T_camera_world, const LocalView& view) {
+Localization::Place Localization::place(const SE3& T_camera_world, const LocalView& view) {
   const FrameId mapped = view.empty() ? doubtful_since_ : view.reference().data->frame;
   const bool sees_known_ground = mapped == kNoFrame || index(mapped) < index(doubtful_since_);
-  return odometry_.place(T_camera_world.inverse(), sees_known_ground);
+  const SE3 T_world_camera = T_camera_world.inverse();
+  const auto [T_world_odom, correction_m, provisional] =
+      odometry_.place(T_world_camera, sees_known_ground);
+  return {T_world_camera, T_odom_camera(), T_world_odom, correction_m, provisional || !view.placed,
+          !view.placed};
 }
 
 }  // namespace ygslam

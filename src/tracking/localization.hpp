@@ -15,7 +15,7 @@ class Localization {
   /// @param max_speed_mps faster than this a camera is not carried.
   explicit Localization(double max_speed_mps) : max_speed_mps_(max_speed_mps) {}
 
-  /// Surely in the world: the run's first frame, or one that follows such a frame.
+  /// The run's first frame is surely in the world; those that follow it are by arrive().
   void trust(const KeyframeRelativePose& pose, Timestamp stamp) { trusted_ = {{pose, stamp}}; }
 
   /// A frame with a pose, and the last one before it in the same map.
@@ -24,22 +24,30 @@ class Localization {
     Timestamp stamp, last_stamp;
     SE3 T_camera_world, T_last_world;
     bool was_lost = false;
+
+    [[nodiscard]] SE3 T_now_last() const { return T_camera_world * T_last_world.inverse(); }
   };
   enum class Arrival : std::uint8_t {
     kFollowed,    ///< from frame to frame
     kByView,      ///< it jumped, or was unseen for long: known by what it sees alone
     kCarriedOff,  ///< it was lost, and is found where it cannot have come by itself
   };
-  /// From kByView and kCarriedOff on the place is provisional, see Odometry::doubt().
-  Arrival arrive(const Step& step, const LocalView& view);
+  /// Odometry goes along, unless it was lost. From kByView and kCarriedOff on the place is
+  /// provisional, see Odometry::doubt().
+  [[nodiscard]] Arrival arrive(const Step& step, const LocalView& view);
   /// From here on its place is known by what it sees alone: found without anything before, or in a
   /// submap, which may be joined to another room. Ground mapped since proves nothing.
   void doubt(FrameId frame);
 
-  /// @param T_now_last motion of the camera since its last frame with a pose.
-  void move(const SE3& T_now_last) { odometry_.move(T_now_last); }
-  /// After move() and arrive().
-  [[nodiscard]] Odometry::Place place(const SE3& T_camera_world, const LocalView& view);
+  /// See TrackResult.
+  struct Place {
+    SE3 T_world_camera, T_odom_camera, T_world_odom;
+    double correction_m = 0;
+    bool provisional = false;
+    bool unplaced = false;
+  };
+  /// After arrive().
+  [[nodiscard]] Place place(const SE3& T_camera_world, const LocalView& view);
 
   /// How far from the last trusted frame the camera can be by now.
   [[nodiscard]] double reach_m(Timestamp now) const;

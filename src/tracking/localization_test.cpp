@@ -27,8 +27,6 @@ struct Walk {
     const Arrival arrival = localization.arrive(
         {FrameId(++frame), at_s(s), at_s(last_s), camera_at(x_m), camera_at(last_x_m), was_lost},
         view);
-    localization.move(camera_at(x_m) * camera_at(last_x_m).inverse());
-    if (arrival != Arrival::kCarriedOff) localization.trust({kNoKeyframe, camera_at(x_m)}, at_s(s));
     last_s = s;
     last_x_m = x_m;
     return arrival;

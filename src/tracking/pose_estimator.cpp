@@ -38,7 +38,7 @@ void judge_certainty(const PoseSolution& pose, PoseResult& result) {
   if (determined) result.covariance = widened * widened * covariance;
 }
 
-std::vector<std::uint8_t> usable_features(const TrackedFrame& frame) {
+std::vector<std::uint8_t> usable_features(const FrameFeatures& frame) {
   std::vector<std::uint8_t> usable(frame.features->size());
   for (std::size_t i = 0; i < usable.size(); ++i) usable[i] = frame.static_weight[i] > 0;
   return usable;
@@ -51,7 +51,7 @@ PoseEstimator::PoseEstimator(const PoseEstimatorConfig& config, const Camera& ca
     : config_(config), camera_(camera), scales_(scales) {}
 
 std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
-    const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
+    const FrameFeatures& frame, const TrackedFrame& last, const SE3& T_last_world,
     const LocalView& view, const SE3& T_guess_world, Rng& rng) const {
   // The first search that explains enough will do, else the one that explains most.
   const auto had = std::ssize(last.landmarks) -
@@ -77,7 +77,7 @@ std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
   return best;
 }
 
-std::optional<PoseResult> PoseEstimator::refine_on_map(const TrackedFrame& frame,
+std::optional<PoseResult> PoseEstimator::refine_on_map(const FrameFeatures& frame,
                                                        const LocalView& view,
                                                        const SE3& T_guess_world) const {
   FirstPose start;
@@ -94,13 +94,13 @@ std::optional<SE3> PoseEstimator::follow_landmarks(const TrackedFrame& frame, co
     if (landmark && view.landmark(landmark->id))
       before.push_back({landmark->p_world, i, landmark->id});
   }
-  const auto of_before = solve(frame, before, frame.T_camera_world);
+  const auto of_before = solve(frame.seen, before, frame.T_camera_world);
   if (!of_before || of_before->inliers < config_.min_matches) return std::nullopt;
   for (std::size_t i = 0; i < before.size(); ++i)
     if (of_before->inlier[i])
       now.push_back(
           {view.landmark(before[i].landmark)->p_world, before[i].feature, before[i].landmark});
-  const auto of_now = solve(frame, now, T_guess_world);
+  const auto of_now = solve(frame.seen, now, T_guess_world);
   if (!of_now || of_now->inliers < config_.min_matches) return std::nullopt;
   // The frame's pose rested on more than these landmarks: it takes over how theirs changed.
   return frame.T_camera_world * of_before->T_camera_world.inverse() * of_now->T_camera_world;
@@ -113,24 +113,25 @@ PoseEstimator::Pairing PoseEstimator::known_point(const TrackedFrame& last, std:
                                                   const LocalView& view) const {
   const LandmarkId id = last.landmarks[source];
   if (const ViewLandmark* landmark = view.landmark(id)) return {landmark->p_world, 0, id};
-  const Feature& f = last.features->points[source];
+  const Feature& f = last.seen.features->points[source];
   return {T_world_last * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m), 0, id};
 }
 
 std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
-    const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
+    const FrameFeatures& frame, const TrackedFrame& last, const SE3& T_last_world,
     const LocalView& view, const SE3& T_guess_world, double radius_px) const {
   const SE3 T_world_last = T_last_world.inverse();
   const int top = scales_.levels() - 1;
   std::vector<Pairing> known;
   std::vector<SearchPoint> points;
-  for (std::uint32_t i = 0; i < last.features->size(); ++i) {
-    const Feature& f = last.features->points[i];
+  for (std::uint32_t i = 0; i < last.seen.features->size(); ++i) {
+    const Feature& f = last.seen.features->points[i];
     const bool temporary = f.depth_m > 0 && f.depth_m < config_.max_temporary_depth_m;
-    if (last.static_weight[i] <= 0 || (!temporary && !view.landmark(last.landmarks[i]))) continue;
+    if (last.seen.static_weight[i] <= 0 || (!temporary && !view.landmark(last.landmarks[i])))
+      continue;
     const auto source = static_cast<std::uint32_t>(known.size());
     known.push_back(known_point(last, i, T_world_last, view));
-    points.push_back({known.back().p_world, &last.features->descriptors[i],
+    points.push_back({known.back().p_world, &last.seen.features->descriptors[i],
                       std::max(0, f.octave - 1), std::min(top, f.octave + 1),
                       radius_px * scales_.of(f.octave), f.angle_rad, source});
   }
@@ -147,20 +148,21 @@ std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
 }
 
 std::vector<PoseEstimator::Pairing> PoseEstimator::match_last_by_descriptor(
-    const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
+    const FrameFeatures& frame, const TrackedFrame& last, const SE3& T_last_world,
     const LocalView& view) const {
   const SE3 T_world_last = T_last_world.inverse();
   std::vector<Pairing> pairings;
-  for (const Match& m : match_brute_force(*last.features, *frame.features, MatchConfig{})) {
-    if (last.static_weight[m.a] <= 0 || frame.static_weight[m.b] <= 0) continue;
-    if (last.features->points[m.a].depth_m <= 0 && !view.landmark(last.landmarks[m.a])) continue;
+  for (const Match& m : match_brute_force(*last.seen.features, *frame.features, MatchConfig{})) {
+    if (last.seen.static_weight[m.a] <= 0 || frame.static_weight[m.b] <= 0) continue;
+    if (last.seen.features->points[m.a].depth_m <= 0 && !view.landmark(last.landmarks[m.a]))
+      continue;
     pairings.push_back(known_point(last, m.a, T_world_last, view));
     pairings.back().feature = m.b;
   }
   return pairings;
 }
 
-std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
+std::optional<PoseSolution> PoseEstimator::solve(const FrameFeatures& frame,
                                                  const std::vector<Pairing>& pairings,
                                                  const SE3& T_guess_world) const {
   double on_surfaces = 0;
@@ -180,7 +182,8 @@ std::optional<PoseSolution> PoseEstimator::solve(const TrackedFrame& frame,
   return solve_pose(camera_, T_guess_world, observations, config_.pose);
 }
 
-std::optional<PoseResult> PoseEstimator::match_map(const TrackedFrame& frame, const LocalView& view,
+std::optional<PoseResult> PoseEstimator::match_map(const FrameFeatures& frame,
+                                                   const LocalView& view,
                                                    const FirstPose& first) const {
   auto result = refine(frame, view, first);
   if (!result || result->landmark_inliers < kThinMap) return result;
@@ -192,7 +195,7 @@ std::optional<PoseResult> PoseEstimator::match_map(const TrackedFrame& frame, co
   return better && better->inliers > result->inliers ? better : result;
 }
 
-std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const LocalView& view,
+std::optional<PoseResult> PoseEstimator::refine(const FrameFeatures& frame, const LocalView& view,
                                                 const FirstPose& first) const {
   PoseResult result;
   std::vector<Pairing> pairings;
@@ -230,7 +233,7 @@ std::optional<PoseResult> PoseEstimator::refine(const TrackedFrame& frame, const
   return result;
 }
 
-void PoseEstimator::add_map_matches(const TrackedFrame& frame, const LocalView& view,
+void PoseEstimator::add_map_matches(const FrameFeatures& frame, const LocalView& view,
                                     const SE3& T_camera_world, std::vector<Pairing>& pairings,
                                     std::vector<KeyframeCandidate::Seen>& seen) const {
   auto usable = usable_features(frame);

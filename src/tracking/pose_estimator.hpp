@@ -62,15 +62,15 @@ class PoseEstimator {
   /// @param T_guess_world predicted pose T_camera_world of the current frame.
   /// @return nullopt if no pose explains enough points.
   [[nodiscard]] std::optional<FirstPose> match_previous_frame(
-      const TrackedFrame& frame, const TrackedFrame& last, const SE3& T_last_world,
+      const FrameFeatures& frame, const TrackedFrame& last, const SE3& T_last_world,
       const LocalView& view, const SE3& T_guess_world, Rng& rng) const;
   /// The second step, against the local map; once more where that moved the pose so far that the
   /// search windows were off.
-  [[nodiscard]] std::optional<PoseResult> match_map(const TrackedFrame& frame,
+  [[nodiscard]] std::optional<PoseResult> match_map(const FrameFeatures& frame,
                                                     const LocalView& view,
                                                     const FirstPose& first) const;
   /// The second step alone, from a good guess (used after relocalisation).
-  [[nodiscard]] std::optional<PoseResult> refine_on_map(const TrackedFrame& frame,
+  [[nodiscard]] std::optional<PoseResult> refine_on_map(const FrameFeatures& frame,
                                                         const LocalView& view,
                                                         const SE3& T_guess_world) const;
   /// Pose in a corrected map of a frame that was posed before: it moves as its landmarks did.
@@ -84,19 +84,20 @@ class PoseEstimator {
  private:
   [[nodiscard]] Pairing known_point(const TrackedFrame& last, std::uint32_t source,
                                     const SE3& T_world_last, const LocalView& view) const;
-  [[nodiscard]] std::vector<Pairing> match_last(const TrackedFrame& frame, const TrackedFrame& last,
-                                                const SE3& T_last_world, const LocalView& view,
-                                                const SE3& T_guess_world, double radius_px) const;
-  [[nodiscard]] std::vector<Pairing> match_last_by_descriptor(const TrackedFrame& frame,
+  [[nodiscard]] std::vector<Pairing> match_last(const FrameFeatures& frame,
+                                                const TrackedFrame& last, const SE3& T_last_world,
+                                                const LocalView& view, const SE3& T_guess_world,
+                                                double radius_px) const;
+  [[nodiscard]] std::vector<Pairing> match_last_by_descriptor(const FrameFeatures& frame,
                                                               const TrackedFrame& last,
                                                               const SE3& T_last_world,
                                                               const LocalView& view) const;
-  [[nodiscard]] std::optional<PoseSolution> solve(const TrackedFrame& frame,
+  [[nodiscard]] std::optional<PoseSolution> solve(const FrameFeatures& frame,
                                                   const std::vector<Pairing>& pairings,
                                                   const SE3& T_guess_world) const;
-  [[nodiscard]] std::optional<PoseResult> refine(const TrackedFrame& frame, const LocalView& view,
+  [[nodiscard]] std::optional<PoseResult> refine(const FrameFeatures& frame, const LocalView& view,
                                                  const FirstPose& first) const;
-  void add_map_matches(const TrackedFrame& frame, const LocalView& view, const SE3& T_camera_world,
+  void add_map_matches(const FrameFeatures& frame, const LocalView& view, const SE3& T_camera_world,
                        std::vector<Pairing>& pairings,
                        std::vector<KeyframeCandidate::Seen>& seen) const;
 

@@ -12,7 +12,7 @@ Relocalizer::Relocalizer(const RelocalizerConfig& config, const Camera& camera,
                          const PoseEstimator& pose_estimator)
     : config_(config), camera_(camera), pose_estimator_(pose_estimator) {}
 
-std::optional<PoseResult> Relocalizer::step(const TrackedFrame& frame, const LocalView& view,
+std::optional<PoseResult> Relocalizer::step(const FrameFeatures& frame, const LocalView& view,
                                             Rng& rng) {
   if (frame.features->size() < static_cast<std::size_t>(config_.min_matches)) return std::nullopt;
   if (std::exchange(reference_, view.reference().data->id) != view.reference().data->id)
@@ -29,7 +29,7 @@ std::optional<PoseResult> Relocalizer::step(const TrackedFrame& frame, const Loc
   return std::nullopt;
 }
 
-std::optional<PoseResult> Relocalizer::try_keyframe(const TrackedFrame& frame,
+std::optional<PoseResult> Relocalizer::try_keyframe(const FrameFeatures& frame,
                                                     const LocalView& view,
                                                     const ViewKeyframe& keyframe, Rng& rng) const {
   const Features& known = *keyframe.data->features;

@@ -19,11 +19,11 @@ class Relocalizer {
   Relocalizer(const RelocalizerConfig& config, const Camera& camera,
               const PoseEstimator& pose_estimator);
 
-  [[nodiscard]] std::optional<PoseResult> step(const TrackedFrame& frame, const LocalView& view,
+  [[nodiscard]] std::optional<PoseResult> step(const FrameFeatures& frame, const LocalView& view,
                                                Rng& rng);
 
  private:
-  [[nodiscard]] std::optional<PoseResult> try_keyframe(const TrackedFrame& frame,
+  [[nodiscard]] std::optional<PoseResult> try_keyframe(const FrameFeatures& frame,
                                                        const LocalView& view,
                                                        const ViewKeyframe& keyframe,
                                                        Rng& rng) const;

@@ -17,10 +17,9 @@ ShutterWatch::ShutterWatch(const Camera& camera)
       times_(shutter_times(camera.config())),
       known_(camera.config().shutter_known) {}
 
-std::optional<ShutterReport> ShutterWatch::step(const TrackedFrame& frame,
-                                                const SE3& T_camera_world, const LocalView& view) {
+std::optional<ShutterReport> ShutterWatch::step(const TrackedFrame& frame) {
   if (reported_) return std::nullopt;
-  estimator_.add(frame, T_camera_world, view);
+  estimator_.add(frame);
   const auto estimate = estimator_.estimate();
   if (!estimate || estimate->parts < parts_wanted_ || estimate->std[0] > kSure_s)
     return std::nullopt;

@@ -27,8 +27,7 @@ class ShutterWatch {
   [[nodiscard]] bool may_roll() const { return !known_ || !times_.is_global(); }
 
   /// @param frame one that was tracked. @return something where it is new to the user.
-  [[nodiscard]] std::optional<ShutterReport> step(const TrackedFrame& frame,
-                                                  const SE3& T_camera_world, const LocalView& view);
+  [[nodiscard]] std::optional<ShutterReport> step(const TrackedFrame& frame);
 
  private:
   CameraEstimator estimator_;

@@ -1,46 +1,27 @@
 #include "tracking/tracker.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
-#include "features/attach.hpp"
+#include "tracking/view_poses.hpp"
 
 namespace ygslam {
 namespace {
 
-constexpr int kProvingFrames = 10;       // after a loss ...
-constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
-constexpr double kLostBeforeSubmap_s = 1.0;
-constexpr double kCoveredShare = 0.5;
-constexpr double kVouchedReach_m = 2;  // farther away the next room may look the same
 constexpr float kAnyWeight = std::numeric_limits<float>::min();
 
-/// What agrees with a point of the static map is static.
-PointLabels promote(PointLabels labels, std::span<const LandmarkId> landmarks) {
-  for (std::size_t i = 0; i < labels.label.size(); ++i)
-    if (landmarks[i] != kNoLandmark && labels.label[i] == MotionLabel::kUnknown &&
-        labels.weight[i] > 0)
-      labels.label[i] = MotionLabel::kStatic;
-  count(labels);
-  return labels;
+TrackedFrame without_landmarks(FrameFeatures seen, const KeyframeRelativePose& pose,
+                               const LocalViewPtr& view) {
+  std::vector<LandmarkId> none(seen.features->size(), kNoLandmark);
+  return {std::move(seen), std::move(none), pose, view, SE3()};
+}
+
+TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose, const LocalViewPtr& view) {
+  return {std::move(seen), pose.landmarks, relative_to_keyframe(pose.T_camera_world, *view), view,
+          pose.T_camera_world};
 }
 
 }  // namespace
-
-const char* to_string(TrackState state) {
-  switch (state) {
-    case TrackState::kWaiting:
-      return "waiting";
-    case TrackState::kTracking:
-      return "tracking";
-    case TrackState::kWeak:
-      return "weak";
-    case TrackState::kLost:
-      return "lost";
-  }
-  return "?";
-}
 
 Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
                  const Camera& camera, std::uint64_t seed)
@@ -54,347 +35,332 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       motion_model_(config.motion_model),
       calibration_(camera, config.calibrated),
-      localization_(config.max_jump_mps),
+      localization_(config.judge.max_jump_mps),
+      judge_(config.judge),
+      submaps_(config.starts_submaps && config.proposes_keyframes, config.min_start_points,
+               config.free_space, camera),
       keyframes_(config.keyframe, config.min_start_points),
       rng_(seed) {}
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
-  TrackResult result;
-  result.masks.assign(masks.begin(), masks.end());
   const ScopedTimer timer;
-  TrackedFrame current = extract_features(frame);
-  current.view = view;
-  const auto predicted = predicted_flow(*frame);
-  if (predicted) move_to_middle(current, predicted->read_out.body_velocity);
-  result.features = current.features;
-  result.orb_ms = timer.wall_ms();
-
-  FrameEvidence evidence = classifier_.observe(*frame, current.features, masks, predicted);
-  result.mask_age_frames = evidence.mask_age_frames;
-  result.labels = classifier_.classify(evidence);
-  current.static_weight = result.labels.weight;
-  result.motion_ms = timer.wall_ms() - result.orb_ms;
-
-  if (state_ != TrackState::kWaiting) {
-    track(std::move(current), std::move(evidence), *view, mapper_busy, result);
-    result.pose_ms = timer.wall_ms() - result.orb_ms - result.motion_ms;
-  } else if (view->empty()) {
-    start(std::move(current), std::move(evidence), result);
-  } else {
-    start_in_map(std::move(current), std::move(evidence), *view, result);
-  }
+  const SE3 T_now_last = motion_model_.predict(frame->stamp);
+  const auto predicted = predicted_flow(frame->stamp, T_now_last);
+  FrameFeatures seen = see(frame, predicted);
+  const double orb_ms = timer.wall_ms();
+  Observed now = observe(std::move(seen), masks, predicted);
+  const int mask_age_frames = now.evidence.mask_age_frames;
+  const double motion_ms = timer.wall_ms() - orb_ms;
+  TrackResult result = judge_.state() != TrackState::kWaiting
+                           ? track(std::move(now), T_now_last, view, mapper_busy)
+                       : view->empty() ? start(std::move(now), view)
+                                       : start_in_map(std::move(now), view);
+  result.mask_age_frames = mask_age_frames;
+  result.masks = {masks.begin(), masks.end()};
+  result.orb_ms = orb_ms;
+  result.motion_ms = motion_ms;
+  result.pose_ms = timer.wall_ms() - orb_ms - motion_ms;
   return result;
 }
 
-void Tracker::track(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
-                    bool mapper_busy, TrackResult& result) {
-  const Timestamp stamp = current.frame->stamp, last_stamp = last_->frame->stamp;
-  const SE3 T_last_world = last_pose(view);
-  const bool was_lost = state_ == TrackState::kLost;
-  const PoseHypothesis found = find_pose(current, view, T_last_world);
-  result.features = evidence.frame.features = current.features;
-  result.state = state_ = assess(found, T_last_world, seconds_between(stamp, last_stamp));
-  keyframes_.count_frame();
-  if (std::exchange(first_keyframe_is_due_, false)) result.candidate = keyframes_.make(*last_, 0);
-  if (state_ == TrackState::kLost)
-    return stay_lost(std::move(current), std::move(evidence), view, T_last_world, result);
-  const SE3& T_camera_world = found.pose->T_camera_world;
-  fit_since_.reset();
-  move_to(T_camera_world, T_last_world, was_lost, stamp);
-  const auto arrival = localization_.arrive(
-      {current.frame->id, stamp, last_stamp, T_camera_world, T_last_world, was_lost}, view);
-  const bool carried_off = arrival == Localization::Arrival::kCarriedOff;
-  deliver_place(T_camera_world, view, result);
-  const auto violations = free_space_violations(current, evidence, *found.pose, view);
-  evidence = with_free_space(std::move(evidence), violations);
-  result.labels = promote(classifier_.classify(evidence), found.pose->landmarks);
-  current.static_weight = result.labels.weight;
-  result.objects = follow_objects(evidence, current, result.masks, was_lost, result.T_world_odom);
-  classifier_.remember(std::move(evidence), result.labels.label, objects_.resting_points());
-  deliver(*found.pose, view, mapper_busy, current, result);
-  if (carried_off && starts_submaps()) result.candidate = make_submap(current, 0, view);
-  if (view.placed && !carried_off) localization_.trust(current.pose, stamp);
-  estimate_camera(current, T_camera_world, view, result);
-  last_ = std::move(current);
+TrackResult Tracker::track(Observed now, const SE3& T_now_last, const LocalViewPtr& view,
+                           bool mapper_busy) {
+  const SE3 T_last_world = last_pose(*view);
+  FoundPose found = find_pose(now.seen, *view, T_last_world, T_now_last * T_last_world);
+  now.seen = std::move(found.seen);
+  now.evidence.frame.features = now.seen.features;
+  auto first_keyframe = late_first_keyframe(std::move(found.first_seen));
+  const bool was_lost = judge_.state() == TrackState::kLost;
+  if (judge_.next_state(found.pose, found.jump) == TrackState::kLost)
+    return stay_lost(std::move(now), view, T_last_world, std::move(first_keyframe));
+
+  const PoseResult& pose = *found.pose;
+  const auto arrival = arrive({now.seen.frame->id, now.seen.frame->stamp, last_->seen.frame->stamp,
+                               pose.T_camera_world, T_last_world, was_lost},
+                              *view);
+  const Localization::Place place = localization_.place(pose.T_camera_world, *view);
+  now = compared_with_map(std::move(now), pose, *view);
+  auto objects = follow_objects(now, was_lost, place.T_world_odom);
+  classifier_.remember(std::move(now.evidence), now.labels.label, objects_.resting_points());
+  last_ = with_pose(std::move(now.seen), pose, view);
+  MapRequest request = ask_mapper(pose, arrival, mapper_busy);
+  if (!request.candidate) request.candidate = std::move(first_keyframe);
+  CameraFindings camera = estimate_camera();
+  return tracked(place, pose, std::move(now.labels), std::move(objects), std::move(request),
+                 std::move(camera));
 }
 
-void Tracker::estimate_camera(const TrackedFrame& current, const SE3& T_camera_world,
-                              const LocalView& view, TrackResult& result) {
-  if (state_ != TrackState::kTracking) return;
-  if (config_.calibrated.empty()) {
-    if (!shutter_.known()) result.guessed_read_out = current.read_out;
-    result.shutter = shutter_.step(current, T_camera_world, view);
-  } else {
-    calibration_.add(current, T_camera_world, view);
-    result.camera_estimate = calibration_.estimate();
+TrackResult Tracker::start(Observed now, const LocalViewPtr& view) {
+  classifier_.remember(std::move(now.evidence), now.labels.label);
+  const int usable = now.seen.usable_points(kAnyWeight);
+  if (usable < config_.min_start_points)
+    return {.features = now.seen.features, .labels = std::move(now.labels)};
+  judge_.start();
+  motion_model_.reset(now.seen.frame->stamp);
+  last_ = without_landmarks(std::move(now.seen), {}, view);
+  localization_.trust(last_->pose, last_->seen.frame->stamp);
+  first_keyframe_is_due_ = shutter_.may_roll();
+  TrackResult result{.state = TrackState::kTracking,
+                     .features = last_->seen.features,
+                     .labels = std::move(now.labels),
+                     .landmarks = last_->landmarks,
+                     .inliers = usable};
+  if (!first_keyframe_is_due_) result.candidate = keyframes_.make(*last_, 0);
+  return result;
+}
+
+TrackResult Tracker::start_in_map(Observed now, const LocalViewPtr& view) {
+  classifier_.remember(std::move(now.evidence), now.labels.label);
+  motion_model_.reset(now.seen.frame->stamp);
+  const auto pose = relocalizer_.step(now.seen, *view, rng_);
+  if (!judge_.start_in_map(pose)) {
+    TrackResult result{.state = TrackState::kLost, .features = now.seen.features};
+    result.candidate =
+        offer_submap(std::move(now.seen), now.labels.too_few_static, view, std::nullopt);
+    result.labels = std::move(now.labels);
+    if (result.candidate) judge_.lose();
+    return result;
   }
+  localization_.doubt(now.seen.frame->id);
+  const Localization::Place place = localization_.place(pose->T_camera_world, *view);
+  last_ = with_pose(std::move(now.seen), *pose, view);
+  MapRequest request = ask_mapper(*pose, Localization::Arrival::kByView, true);
+  return tracked(place, *pose, std::move(now.labels), {}, std::move(request), {});
 }
 
-TrackedFrame Tracker::extract_features(const FramePtr& frame) {
-  TrackedFrame current;
-  current.frame = frame;
-  Features features = orb_.extract(frame->grey);
-  attach_geometry(features, camera_, frame->depth_m, orb_.scales());
-  current.features = std::make_shared<const Features>(std::move(features));
-  current.grid = FeatureGrid(*current.features, camera_.ideal_bounds());
-  current.landmarks.assign(current.features->size(), kNoLandmark);
-  return current;
+TrackResult Tracker::stay_lost(Observed now, const LocalViewPtr& view, const SE3& T_last_world,
+                               std::optional<KeyframeCandidate> first_keyframe) {
+  motion_model_.reset(now.seen.frame->stamp);
+  objects_.lose_points();
+  classifier_.remember(std::move(now.evidence), now.labels.label);
+  TrackResult result{.state = TrackState::kLost,
+                     .T_odom_camera = localization_.T_odom_camera(),
+                     .candidate = std::move(first_keyframe),
+                     .features = now.seen.features};
+  if (auto submap =
+          offer_submap(std::move(now.seen), now.labels.too_few_static, view, T_last_world))
+    result.candidate = std::move(submap);
+  result.labels = std::move(now.labels);
+  return result;
 }
 
-void Tracker::move_to_middle(TrackedFrame& current, const Vec6& body_velocity) const {
-  ReadOut& read_out = current.read_out;
-  read_out = {shutter_.times(), body_velocity};
-  if (read_out.times.is_global()) return;
-  read_out.times.depth_delay_s += current.frame->depth_delay_s;
-  auto features = std::make_shared<Features>(*current.features);
-  move_to_middle_instant(*features, camera_, current.frame->depth_m, read_out);
-  current.grid = FeatureGrid(*features, camera_.ideal_bounds());
-  current.features = std::move(features);
+TrackResult Tracker::tracked(const Localization::Place& place, const PoseResult& pose,
+                             PointLabels labels, std::vector<TrackedObject> objects,
+                             MapRequest request, CameraFindings camera) const {
+  return {.state = judge_.state(),
+          .T_world_camera = place.T_world_camera,
+          .T_odom_camera = place.T_odom_camera,
+          .T_world_odom = place.T_world_odom,
+          .provisional = place.provisional,
+          .unplaced = place.unplaced,
+          .covariance = pose.covariance,
+          .correction_m = place.correction_m,
+          .pose = last_->pose,
+          .read_out = last_->seen.read_out,
+          .wanted_view = request.wanted_view,
+          .candidate = std::move(request.candidate),
+          .features = last_->seen.features,
+          .labels = std::move(labels),
+          .objects = std::move(objects),
+          .landmarks = pose.landmarks,
+          .shutter = camera.shutter,
+          .guessed_read_out = camera.guessed_read_out,
+          .camera_estimate = std::move(camera.estimate),
+          .matches = pose.matches,
+          .inliers = pose.inliers};
 }
 
-std::optional<FlowPrediction> Tracker::predicted_flow(const RgbdFrame& frame) const {
+std::optional<FlowPrediction> Tracker::predicted_flow(Timestamp stamp,
+                                                      const SE3& T_now_last) const {
   // A weak pose's motion is no good start for the flow; but where rows are read one after the
   // other, ends that are left where they are seen would look as if they moved.
-  const bool weak_will_do = !shutter_.times().is_global() && state_ == TrackState::kWeak;
-  if (state_ != TrackState::kTracking && !weak_will_do) return std::nullopt;
-  const SE3 T_now_last = motion_model_.predict(frame.stamp);
+  const TrackState state = judge_.state();
+  const bool weak_will_do = !shutter_.times().is_global() && state == TrackState::kWeak;
+  if (state != TrackState::kTracking && !weak_will_do) return std::nullopt;
   return FlowPrediction{T_now_last,
-                        {shutter_.times(), motion_model_.body_velocity(frame.stamp, T_now_last)},
-                        motion_model_.velocity_gain_per_s(frame.stamp)};
+                        {shutter_.times(), motion_model_.body_velocity(stamp, T_now_last)},
+                        motion_model_.velocity_gain_per_s(stamp)};
 }
 
-Tracker::PoseHypothesis Tracker::find_pose(TrackedFrame& current, const LocalView& view,
-                                           const SE3& T_last_world) {
-  const Timestamp stamp = current.frame->stamp;
-  const SE3 T_guess_world = motion_model_.predict(stamp) * T_last_world;
-  const auto match_previous = [&] {
-    return pose_estimator_.match_previous_frame(current, *last_, T_last_world, view, T_guess_world,
-                                                rng_);
-  };
-  PoseHypothesis found;
-  if (auto first = match_previous()) {
-    const SE3 T_now_last = first->solution.T_camera_world * T_last_world.inverse();
-    const Vec6 body_velocity = motion_model_.body_velocity(stamp, T_now_last);
-    move_to_middle(current, body_velocity);
-    if (first_keyframe_is_due_) {  // the first frame's velocity shows only now
-      move_to_middle(*last_, body_velocity);
-      first = match_previous();
-    }
-    if (first) found.pose = pose_estimator_.match_map(current, view, *first);
-  }
-  if (state_ == TrackState::kLost && found.pose &&
-      found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
-    found.pose.reset();  // after a loss only a pose that the map confirms counts
-  }
-  if (found.pose) found.jump_m = centre_distance_m(found.pose->T_camera_world, T_guess_world);
-  if ((!found.pose || found.pose->inliers < config_.least_inliers()) && !view.empty()) {
-    move_to_middle(current, Vec6::Zero());  // as seen: what the velocity came from was wrong
-    found = {relocalizer_.step(current, view, rng_), 0};
-  }
-  return found;
+FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPrediction>& predicted) {
+  FrameFeatures seen = extract_features(orb_, camera_, frame);
+  return predicted ? corrected(std::move(seen), predicted->read_out.body_velocity) : seen;
 }
 
-/// Takes the pose over into odometry and motion model.
-void Tracker::move_to(const SE3& T_camera_world, const SE3& T_last_world, bool was_lost,
-                      Timestamp stamp) {
-  const SE3 T_now_last = T_camera_world * T_last_world.inverse();
-  if (was_lost) {
-    motion_model_.reset(stamp);
-    keyframes_.restart();  // a place just found again must prove itself before it is mapped
-  } else {
-    motion_model_.update(stamp, T_now_last);
-    localization_.move(T_now_last);
-  }
+FrameFeatures Tracker::corrected(FrameFeatures seen, const Vec6& body_velocity) const {
+  return shutter_corrected(std::move(seen), camera_, shutter_.times(), body_velocity);
 }
 
-void Tracker::deliver_place(const SE3& T_camera_world, const LocalView& view, TrackResult& result) {
-  result.T_world_camera = T_camera_world.inverse();
-  result.T_odom_camera = localization_.T_odom_camera();
-  const Odometry::Place place = localization_.place(T_camera_world, view);
-  result.T_world_odom = place.T_world_odom;
-  result.correction_m = place.correction_m;
-  result.unplaced = !view.placed;
-  result.provisional = place.provisional || result.unplaced;
-}
-
-void Tracker::stay_lost(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
-                        const SE3& T_last_world, TrackResult& result) {
-  motion_model_.reset(current.frame->stamp);
-  result.T_odom_camera = localization_.T_odom_camera();
-  objects_.lose_points();
-  classifier_.remember(std::move(evidence), result.labels.label);
-  offer_submap(std::move(current), view, T_last_world, result);
-}
-
-void Tracker::offer_submap(TrackedFrame current, const LocalView& view,
-                           const std::optional<SE3>& T_last_world, TrackResult& result) {
-  if (!starts_submaps() || view.empty()) return;
-  const Timestamp now = current.frame->stamp;
-  // Points that came back only because there were too few others are no ground for a new world.
-  const int usable = current.usable_points(kMappedWeight);
-  const bool is_fit = usable >= config_.min_start_points && !result.labels.too_few_static &&
-                      !(T_last_world && is_covered(current, usable, view, *T_last_world));
-  if (!is_fit || !fit_since_) fit_since_ = now;
-  if (!is_fit || seconds_between(now, *fit_since_) < kLostBeforeSubmap_s) return;
-  fit_since_.reset();
-  move_to_middle(current, Vec6::Zero());
-  current.pose = last_ ? last_->pose : KeyframeRelativePose{view.reference().data->id, SE3()};
-  const double reach = view.placed ? std::min(localization_.reach_m(now), kVouchedReach_m) : 0;
-  result.candidate = make_submap(current, reach, view);
-  localization_.doubt(current.frame->id);
-  last_ = std::move(current);
-}
-
-/// Seen from where the camera was last, most of it would stand in what was free: something came
-/// before the lens, and it is not the world.
-bool Tracker::is_covered(const TrackedFrame& current, int usable, const LocalView& view,
-                         const SE3& T_last_world) const {
-  const std::vector<LandmarkId> no_landmarks(current.features->size(), kNoLandmark);
-  const std::vector<std::uint8_t> none_known(current.features->size(), 0);
-  FreeSpaceConfig config = config_.free_space;
-  config.min_landmarks = 0;  // the pose is a guess
-  const auto in_free_space = find_free_space_violations(camera_, current, no_landmarks, none_known,
-                                                        view, T_last_world, config);
-  return std::count(in_free_space.begin(), in_free_space.end(), 1) > kCoveredShare * usable;
-}
-
-KeyframeCandidate Tracker::make_submap(TrackedFrame& frame, double reach_m, const LocalView& view) {
-  frame.landmarks.assign(frame.features->size(), kNoLandmark);
-  KeyframeCandidate candidate = keyframes_.make(frame, view.map_version);
-  candidate.submap_reach_m = reach_m;
-  return candidate;
-}
-
-std::vector<std::uint8_t> Tracker::free_space_violations(const TrackedFrame& current,
-                                                         const FrameEvidence& evidence,
-                                                         const PoseResult& pose,
-                                                         const LocalView& view) const {
-  std::vector<std::uint8_t> known;
-  for (const PointEvidence& point : evidence.points) known.push_back(point.in_free_space ? 1 : 0);
-  return find_free_space_violations(camera_, current, pose.landmarks, known, view,
-                                    pose.T_camera_world, config_.free_space);
-}
-
-std::vector<TrackedObject> Tracker::follow_objects(const FrameEvidence& evidence,
-                                                   const TrackedFrame& current,
-                                                   std::span<const SegmentationPtr> masks,
-                                                   bool was_lost, const SE3& T_world_odom) {
-  const DynamicMode mode = classifier_.config().mode;
-  if (mode == DynamicMode::kOff || was_lost) {
-    objects_.lose_points();
-    return {};
-  }
-  const auto motion = classifier_.motion_of(evidence);
-  const auto links = classifier_.reliable_links(evidence);
-  ObjectInput input{current.frame->id,
-                    current.frame->stamp,
-                    localization_.T_odom_camera().inverse(),
-                    T_world_odom,
-                    {},
-                    make_thumbnail(*current.frame),
-                    {}};
-  if (uses_masks(mode)) input.masks.assign(masks.begin(), masks.end());
-  for (std::size_t i = 0; i < motion.size(); ++i) {
-    const Feature& feature = current.features->points[i];
-    const Vec3 p_cam = camera_.unproject(feature.ideal_px.cast<double>(), feature.depth_m);
-    input.points.push_back({feature.uv_px, feature.depth_m, localization_.T_odom_camera() * p_cam,
-                            links[i], motion[i] == PointMotion::kMoves,
-                            motion[i] == PointMotion::kStands});
-  }
-  return objects_.step(std::move(input));
-}
-
-void Tracker::deliver(const PoseResult& pose, const LocalView& view, bool mapper_busy,
-                      TrackedFrame& current, TrackResult& result) {
-  keyframes_.remember_seen(pose.seen);
-  current.landmarks = pose.landmarks;
-  current.T_camera_world = pose.T_camera_world;
-  current.pose = relative_to_keyframe(pose.T_camera_world, view);
-  result.landmarks = pose.landmarks;
-  result.covariance = pose.covariance;
-  result.matches = pose.matches;
-  result.inliers = pose.inliers;
-  const bool may_propose = config_.proposes_keyframes && state_ == TrackState::kTracking;
-  if (may_propose && !view.empty() && keyframes_.wants(current, view, pose, mapper_busy)) {
-    result.candidate = keyframes_.make(current, view.map_version);
-  } else {
-    result.wanted_view = better_reference(current, view);
-  }
-  result.pose = current.pose;
-  result.read_out = current.read_out;
-}
-
-void Tracker::start(TrackedFrame current, FrameEvidence evidence, TrackResult& result) {
-  classifier_.remember(std::move(evidence), result.labels.label);
-  const int usable = current.usable_points(kAnyWeight);
-  if (usable < config_.min_start_points) return;
-  state_ = result.state = TrackState::kTracking;
-  motion_model_.reset(current.frame->stamp);
-  result.landmarks = current.landmarks;
-  result.inliers = usable;
-  first_keyframe_is_due_ = shutter_.may_roll();
-  if (!first_keyframe_is_due_) result.candidate = keyframes_.make(current, 0);
-  localization_.trust(current.pose, current.frame->stamp);
-  last_ = std::move(current);
-}
-
-void Tracker::start_in_map(TrackedFrame current, FrameEvidence evidence, const LocalView& view,
-                           TrackResult& result) {
-  classifier_.remember(std::move(evidence), result.labels.label);
-  const auto found = relocalizer_.step(current, view, rng_);
-  result.state = TrackState::kLost;
-  motion_model_.reset(current.frame->stamp);
-  if (!found || found->inliers < kProvingFactor * config_.min_inliers) {
-    offer_submap(std::move(current), view, std::nullopt, result);
-    if (result.candidate) state_ = TrackState::kLost;
-    return;
-  }
-  state_ = result.state = TrackState::kTracking;
-  frames_since_loss_ = 0;
-  localization_.doubt(current.frame->id);
-  deliver_place(found->T_camera_world, view, result);
-  deliver(*found, view, true, current, result);
-  last_ = std::move(current);
-}
-
-TrackState Tracker::assess(const PoseHypothesis& found, const SE3& T_last_world, double gap_s) {
-  const auto& pose = found.pose;
-  if (!pose || pose->inliers < config_.least_inliers() || !pose->T_camera_world.is_finite() ||
-      !(pose->position_std_m <= config_.lost_position_std_m)) {
-    return TrackState::kLost;
-  }
-  // A place found again must prove itself for a while: few points fit many places.
-  frames_since_loss_ = state_ == TrackState::kLost ? 0 : frames_since_loss_ + 1;
-  if (frames_since_loss_ < kProvingFrames && pose->inliers < kProvingFactor * config_.min_inliers)
-    return TrackState::kLost;
-  const bool many = pose->inliers >= config_.min_inliers;
-  const bool certain = pose->position_std_m <= config_.weak_position_std_m;
-  if (many && certain) {
-    weak_frames_ = 0;
-    return TrackState::kTracking;
-  }
-  // After a loss only the last known place vouches for a weak pose.
-  const bool was_lost = state_ == TrackState::kLost;
-  const double jump_m =
-      was_lost ? centre_distance_m(pose->T_camera_world, T_last_world) : found.jump_m;
-  const double reach_m = was_lost ? 0 : gap_s * config_.max_jump_mps;
-  if (jump_m > std::max(config_.max_jump_m, reach_m)) return TrackState::kLost;
-  if (many) return TrackState::kWeak;  // uncertain by its weights, but no chance matches
-  return ++weak_frames_ > config_.weak_frames_until_lost ? TrackState::kLost : TrackState::kWeak;
+Tracker::Observed Tracker::observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
+                                   const std::optional<FlowPrediction>& predicted) {
+  FrameEvidence evidence = classifier_.observe(*seen.frame, seen.features, masks, predicted);
+  PointLabels labels = classifier_.classify(evidence);
+  seen.static_weight = labels.weight;
+  return {std::move(seen), std::move(evidence), std::move(labels), masks};
 }
 
 /// T_last_world in the map as the view has it.
 SE3 Tracker::last_pose(const LocalView& view) {
   if (view.empty()) return last_->pose.T_camera_reference;
   for (const ViewKeyframe& keyframe : view.keyframes)
-    if (keyframe.data->frame == last_->frame->id) last_->pose = {keyframe.data->id, SE3()};
+    if (keyframe.data->frame == last_->seen.frame->id) last_->pose = {keyframe.data->id, SE3()};
   const auto T_last_world = pose_in(view, last_->pose);
   CHECK(T_last_world, "views reach from the keyframe they were asked for to the last one");
   if (last_->view->bends == view.bends) return *T_last_world;
   // Where the world was bent the frame's landmarks, seen first by several keyframes, did not all
   // move as its reference keyframe did; the difference would look like a motion of the camera.
   return pose_estimator_.follow_landmarks(*last_, view, *T_last_world).value_or(*T_last_world);
+}
+
+Tracker::FoundPose Tracker::find_pose(const FrameFeatures& seen, const LocalView& view,
+                                      const SE3& T_last_world, const SE3& T_guess_world) {
+  FoundPose found = follow(seen, view, T_last_world, T_guess_world);
+  if (judge_.state() == TrackState::kLost && found.pose &&
+      found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
+    found.pose.reset();  // after a loss only a pose that the map confirms counts
+  }
+  const bool is_followed = found.pose && found.pose->inliers >= config_.judge.least_inliers();
+  const bool relocalises = !is_followed && !view.empty();
+  if (relocalises) {
+    // As the rows were read: what the velocity came from was wrong.
+    found.seen = corrected(std::move(found.seen), Vec6::Zero());
+    found.pose = relocalizer_.step(found.seen, view, rng_);
+  }
+  if (!found.pose) return found;
+  const SE3& T_camera_world = found.pose->T_camera_world;
+  found.jump = {relocalises ? 0 : centre_distance_m(T_camera_world, T_guess_world),
+                centre_distance_m(T_camera_world, T_last_world),
+                seconds_between(seen.frame->stamp, last_->seen.frame->stamp)};
+  return found;
+}
+
+/// From the previous frame to this one and on to the map.
+Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& view,
+                                   const SE3& T_last_world, const SE3& T_guess_world) {
+  const auto match_previous = [&](const FrameFeatures& now, const TrackedFrame& last) {
+    return pose_estimator_.match_previous_frame(now, last, T_last_world, view, T_guess_world, rng_);
+  };
+  auto first = match_previous(seen, *last_);
+  if (!first) return {.seen = seen};
+  const SE3 T_now_last = first->solution.T_camera_world * T_last_world.inverse();
+  const Vec6 body_velocity = motion_model_.body_velocity(seen.frame->stamp, T_now_last);
+  FoundPose found{.seen = corrected(seen, body_velocity)};
+  if (first_keyframe_is_due_) {  // the first frame's velocity shows only now
+    TrackedFrame last = *last_;
+    last.seen = corrected(std::move(last.seen), body_velocity);
+    first = match_previous(found.seen, last);
+    found.first_seen = std::move(last.seen);
+  }
+  if (first) found.pose = pose_estimator_.match_map(found.seen, view, *first);
+  return found;
+}
+
+/// Once per frame that was matched with the one before. A rolling shutter's first keyframe waits
+/// for the second frame, which shows how the camera moved.
+std::optional<KeyframeCandidate> Tracker::late_first_keyframe(
+    std::optional<FrameFeatures> first_seen) {
+  keyframes_.count_frame();
+  if (first_seen) last_->seen = std::move(*first_seen);
+  if (!std::exchange(first_keyframe_is_due_, false)) return std::nullopt;
+  return keyframes_.make(*last_, 0);
+}
+
+/// Takes the pose over into motion model, odometry and place.
+Localization::Arrival Tracker::arrive(const Localization::Step& step, const LocalView& view) {
+  submaps_.forget();
+  if (step.was_lost) {
+    motion_model_.reset(step.stamp);
+    keyframes_.restart();  // a place just found again must prove itself before it is mapped
+  } else {
+    motion_model_.update(step.stamp, step.T_now_last());
+  }
+  return localization_.arrive(step, view);
+}
+
+/// The final labels: what agrees with the map is static, what stands where it saw empty space is
+/// new.
+Tracker::Observed Tracker::compared_with_map(Observed now, const PoseResult& pose,
+                                             const LocalView& view) const {
+  std::vector<std::uint8_t> known;
+  for (const PointEvidence& point : now.evidence.points)
+    known.push_back(point.in_free_space ? 1 : 0);
+  const auto violations = find_free_space_violations(camera_, now.seen, pose.landmarks, known, view,
+                                                     pose.T_camera_world, config_.free_space);
+  now.evidence = with_free_space(std::move(now.evidence), violations);
+  now.labels = promote(classifier_.classify(now.evidence), pose.landmarks);
+  now.seen.static_weight = now.labels.weight;
+  return now;
+}
+
+std::vector<TrackedObject> Tracker::follow_objects(const Observed& now, bool was_lost,
+                                                   const SE3& T_world_odom) {
+  const DynamicMode mode = classifier_.config().mode;
+  if (mode == DynamicMode::kOff || was_lost) {
+    objects_.lose_points();
+    return {};
+  }
+  const auto motion = classifier_.motion_of(now.evidence);
+  const auto links = classifier_.reliable_links(now.evidence);
+  const SE3& T_odom_camera = localization_.T_odom_camera();
+  ObjectInput input{now.seen.frame->id,
+                    now.seen.frame->stamp,
+                    T_odom_camera.inverse(),
+                    T_world_odom,
+                    {},
+                    make_thumbnail(*now.seen.frame),
+                    {}};
+  if (uses_masks(mode)) input.masks = {now.masks.begin(), now.masks.end()};
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const Feature& feature = now.seen.features->points[i];
+    const Vec3 p_cam = camera_.unproject(feature.ideal_px.cast<double>(), feature.depth_m);
+    input.points.push_back({feature.uv_px, feature.depth_m, T_odom_camera * p_cam, links[i],
+                            motion[i] == PointMotion::kMoves, motion[i] == PointMotion::kStands});
+  }
+  return objects_.step(std::move(input));
+}
+
+/// Of the newest frame with a pose.
+Tracker::MapRequest Tracker::ask_mapper(const PoseResult& pose, Localization::Arrival arrival,
+                                        bool mapper_busy) {
+  const LocalViewPtr view = last_->view;
+  keyframes_.remember_seen(pose.seen);
+  const bool may_propose =
+      config_.proposes_keyframes && judge_.state() == TrackState::kTracking && !view->empty();
+  const bool begins_submap = arrival == Localization::Arrival::kCarriedOff && submaps_.enabled();
+  if (may_propose && !begins_submap && keyframes_.wants(*last_, *view, pose, mapper_busy))
+    return {keyframes_.make(*last_, view->map_version), std::nullopt};
+  MapRequest request{std::nullopt, better_reference(*last_, *view)};
+  if (begins_submap) {
+    last_ = without_landmarks(std::move(last_->seen), last_->pose, view);
+    request.candidate = keyframes_.make_submap(*last_, 0, view->map_version);
+  }
+  return request;
+}
+
+Tracker::CameraFindings Tracker::estimate_camera() {
+  CameraFindings found;
+  if (judge_.state() != TrackState::kTracking) return found;
+  if (config_.calibrated.empty()) {
+    if (!shutter_.known()) found.guessed_read_out = last_->seen.read_out;
+    found.shutter = shutter_.step(*last_);
+  } else {
+    calibration_.add(*last_);
+    found.estimate = calibration_.estimate();
+  }
+  return found;
+}
+
+std::optional<KeyframeCandidate> Tracker::offer_submap(FrameFeatures seen, bool too_few_static,
+                                                       const LocalViewPtr& view,
+                                                       const std::optional<SE3>& T_last_world) {
+  const double travelled_m = localization_.reach_m(seen.frame->stamp);
+  const auto reach_m = submaps_.consider(seen, too_few_static, *view, T_last_world, travelled_m);
+  if (!reach_m) return std::nullopt;
+  localization_.doubt(seen.frame->id);
+  const auto pose = last_ ? last_->pose : KeyframeRelativePose{view->reference().data->id, SE3()};
+  last_ = without_landmarks(corrected(std::move(seen), Vec6::Zero()), pose, view);
+  return keyframes_.make_submap(*last_, *reach_m, view->map_version);
 }
 
 }  // namespace ygslam

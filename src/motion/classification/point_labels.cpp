@@ -26,6 +26,15 @@ float excess_score(double excess, bool believed) {
   return believed ? kViolation + kViolationMore * more : kDoubtful + 0.3F * more;
 }
 
+void count(PointLabels& labels) {
+  labels.static_points = labels.dynamic_points = labels.unknown_points = 0;
+  for (const MotionLabel label : labels.label) {
+    labels.static_points += label == MotionLabel::kStatic ? 1 : 0;
+    labels.dynamic_points += label == MotionLabel::kDynamic ? 1 : 0;
+    labels.unknown_points += label == MotionLabel::kUnknown ? 1 : 0;
+  }
+}
+
 class Classifier {
  public:
   Classifier(DynamicMode mode, const EpipolarCheck& check, const MotionLimits& limits,
@@ -150,13 +159,13 @@ const char* mode_name(DynamicMode mode) {
   return "?";
 }
 
-void count(PointLabels& labels) {
-  labels.static_points = labels.dynamic_points = labels.unknown_points = 0;
-  for (const MotionLabel label : labels.label) {
-    labels.static_points += label == MotionLabel::kStatic ? 1 : 0;
-    labels.dynamic_points += label == MotionLabel::kDynamic ? 1 : 0;
-    labels.unknown_points += label == MotionLabel::kUnknown ? 1 : 0;
-  }
+PointLabels promote(PointLabels labels, std::span<const LandmarkId> landmarks) {
+  for (std::size_t i = 0; i < labels.label.size(); ++i)
+    if (landmarks[i] != kNoLandmark && labels.label[i] == MotionLabel::kUnknown &&
+        labels.weight[i] > 0)
+      labels.label[i] = MotionLabel::kStatic;
+  count(labels);
+  return labels;
 }
 
 PointLabels all_static(std::size_t n) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/ids.hpp"
 #include "motion/checks/ego_motion.hpp"
 #include "motion/checks/epipolar_check.hpp"
 #include "motion/labels.hpp"
@@ -77,8 +78,9 @@ struct PointLabels {
                                    const EpipolarCheck& check, const MotionLimits& limits,
                                    const ClassifierConfig& config);
 
-/// Counts the labels anew, after a change.
-void count(PointLabels& labels);
+/// What agrees with a landmark of the static map is static.
+/// @param landmarks per label, kNoLandmark where none agrees.
+[[nodiscard]] PointLabels promote(PointLabels labels, std::span<const LandmarkId> landmarks);
 
 /// Labels of n points that nothing is checked of: all static with weight 1.
 [[nodiscard]] PointLabels all_static(std::size_t n);

@@ -1,0 +1,68 @@
+#include "tracking/track_judge.hpp"
+
+#include <algorithm>
+
+namespace ygslam {
+namespace {
+
+constexpr int kProvingFrames = 10;       // after a loss ...
+constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
+
+}  // namespace
+
+const char* to_string(TrackState state) {
+  switch (state) {
+    case TrackState::kWaiting:
+      return "waiting";
+    case TrackState::kTracking:
+      return "tracking";
+    case TrackState::kWeak:
+      return "weak";
+    case TrackState::kLost:
+      return "lost";
+  }
+  return "?";
+}
+
+TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const PoseJump& jump) {
+  state_ = judge(pose, jump);
+  return state_;
+}
+
+bool TrackJudge::start_in_map(const std::optional<PoseResult>& pose) {
+  if (!pose || !is_proof(*pose)) return false;
+  state_ = TrackState::kTracking;
+  frames_since_loss_ = 0;
+  return true;
+}
+
+bool TrackJudge::is_pose(const std::optional<PoseResult>& pose) const {
+  return pose && pose->inliers >= config_.least_inliers() && pose->T_camera_world.is_finite() &&
+         pose->position_std_m <= config_.lost_position_std_m;
+}
+
+bool TrackJudge::is_proof(const PoseResult& pose) const {
+  return pose.inliers >= kProvingFactor * config_.min_inliers;
+}
+
+TrackState TrackJudge::judge(const std::optional<PoseResult>& pose, const PoseJump& jump) {
+  if (!is_pose(pose)) return TrackState::kLost;
+  const bool was_lost = state_ == TrackState::kLost;
+  // A place found again must prove itself for a while: few points fit many places.
+  frames_since_loss_ = was_lost ? 0 : frames_since_loss_ + 1;
+  if (frames_since_loss_ < kProvingFrames && !is_proof(*pose)) return TrackState::kLost;
+  const bool many = pose->inliers >= config_.min_inliers;
+  const bool certain = pose->position_std_m <= config_.weak_position_std_m;
+  if (many && certain) {
+    weak_frames_ = 0;
+    return TrackState::kTracking;
+  }
+  // After a loss only the last known place vouches for a weak pose.
+  const double jump_m = was_lost ? jump.from_last_m : jump.from_prediction_m;
+  const double reach_m = was_lost ? 0 : jump.gap_s * config_.max_jump_mps;
+  if (jump_m > std::max(config_.max_jump_m, reach_m)) return TrackState::kLost;
+  if (many) return TrackState::kWeak;  // uncertain by its weights, but no chance matches
+  return ++weak_frames_ > config_.weak_frames_until_lost ? TrackState::kLost : TrackState::kWeak;
+}
+
+}  // namespace ygslam

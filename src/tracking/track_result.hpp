@@ -1,0 +1,53 @@
+// What tracking tells of a frame.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "map/messages.hpp"
+#include "motion/classification/point_labels.hpp"
+#include "objects/object_tracker.hpp"
+#include "segment/segmenter.hpp"
+#include "tracking/shutter_watch.hpp"
+#include "tracking/track_judge.hpp"
+
+namespace ygslam {
+
+struct TrackResult {
+  TrackState state = TrackState::kWaiting;
+  SE3 T_world_camera{};  ///< as known now; meaningful while tracking or weak
+  /// The same in a frame that drifts but never jumps (odom of ROS REP 105): corrections of the map
+  /// and relocalisation move T_world_odom instead. While lost it stays where it was.
+  SE3 T_odom_camera{};
+  SE3 T_world_odom{};
+  /// Found again far from where odometry left it, by what it sees alone: another room may look the
+  /// same. Until it has gone some way in the map from there. Or in a submap begun after a loss,
+  /// whose place is a guess until it is joined to the world.
+  bool provisional = false;
+  bool unplaced = false;  ///< in such a submap
+  /// Of the twist xi of exp(xi) * T_camera_world [m, rad], against the points that the frame was
+  /// matched with: what odometry or map have drifted is not in it. None of the first frame, nor
+  /// while lost.
+  std::optional<Mat6> covariance{};
+  double correction_m = 0;      ///< how far a change of T_world_odom moved the camera in this frame
+  KeyframeRelativePose pose{};  ///< follows later corrections of the map
+  ReadOut read_out{};           ///< that the features were brought to the middle instant with
+  /// The keyframe the camera shares most with, where that is no longer the view's reference.
+  std::optional<KeyframeId> wanted_view{};
+  std::optional<KeyframeCandidate> candidate{};
+  FeaturesPtr features{};
+  PointLabels labels{};                  ///< final label and weight of every feature
+  int mask_age_frames = -1;              ///< of the newest mask used; -1 = none
+  std::vector<SegmentationPtr> masks{};  ///< that arrived with this frame, of this or earlier ones
+  std::vector<TrackedObject> objects{};  ///< things that move or could
+  std::vector<LandmarkId> landmarks{};   ///< per feature, matched
+  std::optional<ShutterReport> shutter{};     ///< where something new is known
+  std::optional<ReadOut> guessed_read_out{};  ///< of the features, while the file says none
+  /// Of TrackerConfig::calibrated, once there is one.
+  std::optional<CameraEstimator::Estimate> camera_estimate{};
+  int matches = 0;
+  int inliers = 0;
+  double orb_ms = 0, motion_ms = 0, pose_ms = 0;
+};
+
+}  // namespace ygslam

@@ -1,81 +1,320 @@
+// The tracker's states, by views that are scripted: frames of a painted wall and a map of one page.
 #include "tracking/tracker.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/rng.hpp"
-#include "geometry/geometry_testing.hpp"
+#include "tracking/tracking_test_world.hpp"
 
 namespace ygslam {
 namespace {
 
-/// Its shutter is known: else the first keyframe waits for the second frame.
-Camera small_camera() {
-  CameraConfig config = geometry_test::test_camera(260, 320, 240).config();
-  config.shutter_known = true;
-  return Camera(config);
-}
+using tracking_test::OnePageMap;
+using tracking_test::PaintedWall;
 
-/// A wall of blocks of random brightness, 2 m away; depth on a share of its area.
-FramePtr wall(std::uint32_t id, double depth_share, bool textured = true) {
-  Rng rng(7);
-  auto frame = std::make_shared<RgbdFrame>();
-  frame->id = FrameId{id};
-  frame->stamp = {static_cast<std::int64_t>(id) * 50'000'000};
-  frame->grey = GreyImage(320, 240, 120);
-  frame->colour = ColourImage(320, 240);
-  frame->depth_m = DepthImage(320, 240);
-  if (textured) {
-    for (int by = 0; by < 240; by += 12) {
-      for (int bx = 0; bx < 320; bx += 12) {
-        const auto grey = static_cast<std::uint8_t>(rng.below(256));
-        for (int v = by; v < std::min(240, by + 12); ++v)
-          for (int u = bx; u < std::min(320, bx + 12); ++u) frame->grey.at(u, v) = grey;
-      }
-    }
-  }
-  for (int v = 0; v < 240; ++v)
-    for (int u = 0; u < static_cast<int>(320 * depth_share); ++u) frame->depth_m.at(u, v) = 2.0F;
-  return frame;
-}
-
-class TrackerStart : public ::testing::Test {
+/// A run of frames; whatever the tracker offers enters the map before the next frame.
+class TrackerTest : public ::testing::Test {
  protected:
   TrackResult step(const FramePtr& frame) {
-    return tracker_.step(frame, std::make_shared<LocalView>(), {}, false);
+    TrackResult result = tracker_->step(frame, map_.view(), {}, false);
+    if (result.candidate) map_.insert(*result.candidate);
+    return result;
   }
+  TrackResult see(const PaintedWall::Sight& sight) { return step(wall_.see(number_++, sight)); }
+  TrackResult see_elsewhere(const PaintedWall::Sight& sight = {}) {
+    return step(elsewhere_.see(number_++, sight));
+  }
+  TrackResult see_nothing() { return see({.painted_px = 0}); }
+  void start() {
+    ASSERT_EQ(see({}).state, TrackState::kTracking);
+    for (int i = 0; i < kSettled; ++i) ASSERT_EQ(see({}).state, TrackState::kTracking);
+  }
+  void make(const TrackerConfig& config) {
+    tracker_ = std::make_unique<Tracker>(config, few_features(), off(), camera_, 0);
+  }
+  /// Of which the strips of the wall give too few, and almost enough.
+  static TrackerConfig many_inliers() {
+    TrackerConfig config;
+    config.judge.min_inliers = 120;
+    return config;
+  }
+  static constexpr PaintedWall::Sight kFew{.painted_px = 74}, kEnough{.painted_px = 90};
+  static OrbConfig few_features() {
+    OrbConfig config;
+    config.features = 500;
+    return config;
+  }
+
   static DynamicConfig off() {
     DynamicConfig config;
     config.mode = DynamicMode::kOff;
     return config;
   }
-  Camera camera_ = small_camera();
-  Tracker tracker_{TrackerConfig{}, OrbConfig{}, off(), camera_, 0};
+  static double x_m(const TrackResult& result) { return result.T_world_camera.t().x(); }
+
+  static constexpr int kSettled = 3;  // frames, so that the camera is known to stand still
+  static constexpr int kSecond = static_cast<int>(1 / PaintedWall::kFrame_s);
+  Camera camera_{PaintedWall::camera()};
+  PaintedWall wall_{7}, elsewhere_{8};
+  OnePageMap map_{camera_};
+  std::unique_ptr<Tracker> tracker_ =
+      std::make_unique<Tracker>(TrackerConfig{}, few_features(), off(), camera_, 0);
+  int number_ = 0;
 };
 
-TEST_F(TrackerStart, WaitsForAFrameWithTextureAndDepth) {
-  const TrackResult blank = step(wall(0, 1.0, false));
+TEST_F(TrackerTest, WaitsForAFrameWithTextureAndDepth) {
+  const TrackResult blank = see_nothing();
   EXPECT_EQ(blank.state, TrackState::kWaiting);
   EXPECT_FALSE(blank.candidate);
-  const TrackResult flat = step(wall(1, 0.0));
-  EXPECT_EQ(flat.state, TrackState::kWaiting) << "no depth";
-  const TrackResult little = step(wall(2, 0.03));
-  EXPECT_EQ(little.state, TrackState::kWaiting) << "too little depth";
-  const TrackResult start = step(wall(3, 1.0));
+  EXPECT_EQ(see({.measured_px = 0}).state, TrackState::kWaiting) << "no depth";
+  EXPECT_EQ(see({.measured_px = 10}).state, TrackState::kWaiting) << "too little depth";
+  const TrackResult start = see({});
   ASSERT_EQ(start.state, TrackState::kTracking);
   EXPECT_GE(start.inliers, TrackerConfig{}.min_start_points);
   ASSERT_TRUE(start.candidate);
   EXPECT_EQ(start.candidate->pose.reference, kNoKeyframe);
   EXPECT_LT(start.T_world_camera.log().norm(), 1e-12) << "the first camera is the world";
+  EXPECT_FALSE(start.covariance);
 }
 
-TEST_F(TrackerStart, StandsStillBeforeTheFirstViewAndIsLostWithoutAnImage) {
-  ASSERT_EQ(step(wall(0, 1.0)).state, TrackState::kTracking);
-  const TrackResult same = step(wall(1, 1.0));
+TEST_F(TrackerTest, StandsStillBeforeTheFirstViewAndIsLostWithoutAnImage) {
+  const auto no_view = std::make_shared<LocalView>();
+  const auto step = [&](const PaintedWall::Sight& sight) {
+    return tracker_->step(wall_.see(number_++, sight), no_view, {}, false);
+  };
+  ASSERT_EQ(step({}).state, TrackState::kTracking);
+  const TrackResult same = step({});
   ASSERT_EQ(same.state, TrackState::kTracking);
   EXPECT_LT(same.T_world_camera.log().norm(), 1e-3);
-  const TrackResult blank = step(wall(2, 1.0, false));
+  const TrackResult blank = step({.painted_px = 0});
   EXPECT_EQ(blank.state, TrackState::kLost);
   EXPECT_FALSE(blank.candidate);
+}
+
+TEST_F(TrackerTest, FollowsTheWallAndOffersKeyframesOnTheWay) {
+  start();
+  int keyframes = 0;
+  for (int px = 2; px <= 60; px += 2) {
+    const TrackResult result = see({.left_px = px});
+    ASSERT_EQ(result.state, TrackState::kTracking) << px;
+    EXPECT_NEAR(x_m(result), PaintedWall::metres(px), 0.01) << px;
+    EXPECT_FALSE(result.provisional);
+    EXPECT_TRUE(result.covariance);
+    EXPECT_GT(result.inliers, 100);
+    EXPECT_EQ(result.landmarks.size(), result.features->size());
+    EXPECT_EQ(result.pose.reference, KeyframeId{0});
+    keyframes += result.candidate ? 1 : 0;
+    if (result.candidate) break;
+  }
+  EXPECT_EQ(keyframes, 1) << "the wall that came into view is not in the map";
+}
+
+TEST_F(TrackerTest, FewPointsMakeAPoseWeakAndManyFramesOfThemLost) {
+  make(many_inliers());
+  start();
+  TrackResult result = see(kFew);
+  ASSERT_EQ(result.state, TrackState::kWeak);
+  EXPECT_LT(result.inliers, many_inliers().judge.min_inliers);
+  EXPECT_GE(result.inliers, many_inliers().judge.least_inliers());
+  EXPECT_NEAR(x_m(result), 0, 0.02);
+  int weak = 0;
+  for (; result.state == TrackState::kWeak && weak < 50; ++weak) {
+    EXPECT_FALSE(result.candidate) << "a weak pose is not mapped";
+    result = see(kFew);
+  }
+  EXPECT_EQ(result.state, TrackState::kLost);
+  EXPECT_EQ(weak, TrackJudgeConfig{}.weak_frames_until_lost);
+}
+
+TEST_F(TrackerTest, AWeakPoseThatJumpsIsLostAndAStrongOneIsNot) {
+  make(many_inliers());
+  start();
+  EXPECT_EQ(see({.left_px = 20}).state, TrackState::kTracking) << "0.15 m in a frame";
+  for (int i = 0; i < kSettled; ++i) see({.left_px = 20});
+  ASSERT_EQ(see({.left_px = 20, .painted_px = kFew.painted_px}).state, TrackState::kWeak);
+  EXPECT_EQ(see(kFew).state, TrackState::kLost) << "0.15 m back";
+}
+
+TEST_F(TrackerTest, APlaceFoundAgainMustProveItselfWithMorePoints) {
+  make(many_inliers());
+  start();
+  const TrackResult tracked = see(kEnough);
+  ASSERT_EQ(tracked.state, TrackState::kTracking);
+  ASSERT_LT(tracked.inliers, 1.67 * many_inliers().judge.min_inliers);
+  ASSERT_EQ(see_nothing().state, TrackState::kLost);
+  EXPECT_EQ(see(kEnough).state, TrackState::kLost);
+  ASSERT_EQ(see({}).state, TrackState::kTracking);
+  EXPECT_EQ(see(kEnough).state, TrackState::kLost) << "within ten frames";
+  ASSERT_EQ(see({}).state, TrackState::kTracking);
+  for (int i = 0; i < 10; ++i) ASSERT_EQ(see({}).state, TrackState::kTracking);
+  EXPECT_EQ(see(kEnough).state, TrackState::kTracking) << "after ten";
+}
+
+TEST_F(TrackerTest, ALostCameraIsFoundWhereItIsAndOdometryStaysBehind) {
+  start();
+  ASSERT_EQ(see_nothing().state, TrackState::kLost);
+  const TrackResult lost = see_nothing();
+  EXPECT_EQ(lost.state, TrackState::kLost);
+  EXPECT_LT(lost.T_odom_camera.log().norm(), 0.01);
+  EXPECT_FALSE(lost.covariance);
+  const TrackResult found = see({.left_px = 50});
+  ASSERT_EQ(found.state, TrackState::kTracking);
+  EXPECT_NEAR(x_m(found), PaintedWall::metres(50), 0.02);
+  EXPECT_LT(found.T_odom_camera.log().norm(), 0.01) << "odom never jumps";
+  EXPECT_NEAR(found.correction_m, PaintedWall::metres(50), 0.03);
+  EXPECT_FALSE(found.candidate) << "it must prove itself before it is mapped";
+}
+
+TEST_F(TrackerTest, WhereItCannotHaveComeByItselfASubmapBegins) {
+  start();
+  ASSERT_EQ(see_nothing().state, TrackState::kLost);
+  const TrackResult found = see({.left_px = 130});  // a metre in a tenth of a second
+  ASSERT_EQ(found.state, TrackState::kTracking);
+  EXPECT_TRUE(found.provisional);
+  ASSERT_TRUE(found.candidate);
+  EXPECT_EQ(found.candidate->submap_reach_m, 0) << "known by sight alone";
+  for (const LandmarkId id : found.candidate->landmarks) EXPECT_EQ(id, kNoLandmark);
+  const TrackResult inside = see({.left_px = 130});
+  ASSERT_EQ(inside.state, TrackState::kTracking);
+  EXPECT_TRUE(inside.unplaced);
+}
+
+TEST_F(TrackerTest, WithoutSubmapsWhereItCannotHaveComeIsOnlyDoubtful) {
+  TrackerConfig config;
+  config.starts_submaps = false;
+  make(config);
+  start();
+  ASSERT_EQ(see_nothing().state, TrackState::kLost);
+  const TrackResult found = see({.left_px = 130});
+  ASSERT_EQ(found.state, TrackState::kTracking);
+  EXPECT_TRUE(found.provisional);
+  EXPECT_FALSE(found.candidate);
+  for (int i = 0; i <= kSecond; ++i) EXPECT_FALSE(see_elsewhere().candidate);
+}
+
+TEST_F(TrackerTest, ALostCameraThatSeesSomethingElseForASecondBeginsASubmap) {
+  start();
+  int frames = 0;
+  TrackResult lost;
+  do {
+    lost = see_elsewhere();
+    ASSERT_EQ(lost.state, TrackState::kLost);
+  } while (!lost.candidate && ++frames < 100);
+  EXPECT_EQ(frames, kSecond);
+  ASSERT_TRUE(lost.candidate);
+  ASSERT_TRUE(lost.candidate->submap_reach_m);
+  EXPECT_NEAR(*lost.candidate->submap_reach_m, 0.5 + (kSecond + 1) * PaintedWall::kFrame_s, 1e-6);
+  const TrackResult next = see_elsewhere({.left_px = 3});
+  ASSERT_EQ(next.state, TrackState::kTracking);
+  EXPECT_TRUE(next.unplaced);
+  EXPECT_TRUE(next.provisional);
+}
+
+TEST_F(TrackerTest, ACoveredLensIsNoStartOfASubmap) {
+  start();
+  for (int i = 0; i <= kSecond; ++i) {
+    const TrackResult covered = see_elsewhere({.depth_m = 0.4F});
+    ASSERT_EQ(covered.state, TrackState::kLost);
+    ASSERT_FALSE(covered.candidate) << i;
+  }
+  EXPECT_EQ(see({}).state, TrackState::kTracking);
+}
+
+TEST_F(TrackerTest, ARunInAMapIsFoundThereOrBeginsASubmap) {
+  start();
+  const int in_map = number_ + 100;
+  make({});
+  EXPECT_EQ(tracker_->step(wall_.see(in_map, {.painted_px = 0}), map_.view(), {}, false).state,
+            TrackState::kLost);
+  const TrackResult found =
+      tracker_->step(wall_.see(in_map + 1, {.left_px = 30}), map_.view(), {}, false);
+  ASSERT_EQ(found.state, TrackState::kTracking);
+  EXPECT_NEAR(x_m(found), PaintedWall::metres(30), 0.02);
+  EXPECT_TRUE(found.provisional) << "another room may look the same";
+  EXPECT_FALSE(found.candidate);
+  make({});
+  int frames = 0;
+  TrackResult lost;
+  do {
+    lost = tracker_->step(elsewhere_.see(in_map + frames, {}), map_.view(), {}, false);
+    ASSERT_EQ(lost.state, TrackState::kLost);
+  } while (!lost.candidate && ++frames < 100);
+  EXPECT_EQ(frames, kSecond);
+  EXPECT_EQ(lost.candidate->submap_reach_m, 0);
+}
+
+TEST_F(TrackerTest, AFrozenMapIsOfferedNothing) {
+  start();
+  TrackerConfig config;
+  config.proposes_keyframes = false;
+  make(config);
+  for (int px = 0; px <= 100; px += 10) EXPECT_FALSE(see({.left_px = px}).candidate) << px;
+  for (int i = 0; i <= kSecond; ++i) EXPECT_FALSE(see_elsewhere().candidate) << i;
+}
+
+/// Its rows take 20 of the 50 ms from frame to frame, or nobody knows how long.
+class RollingTrackerTest : public TrackerTest {
+ protected:
+  static constexpr double kReadout_s = 0.02;
+  static constexpr int kStep_px = 4;  // to the next frame
+  void make_with(CameraConfig config) {
+    camera_ = Camera(config);
+    make({});
+  }
+  static CameraConfig rolling() {
+    CameraConfig config = PaintedWall::camera();
+    config.colour_readout_ms = config.depth_readout_ms = 1e3 * kReadout_s;
+    return config;
+  }
+};
+
+TEST_F(RollingTrackerTest, TheFirstKeyframeWaitsForTheSecondFrameWhichShowsItsVelocity) {
+  make_with(rolling());
+  const TrackResult first = see({});
+  ASSERT_EQ(first.state, TrackState::kTracking);
+  EXPECT_FALSE(first.candidate);
+  const TrackResult second = see({.left_px = kStep_px});
+  ASSERT_EQ(second.state, TrackState::kTracking);
+  ASSERT_TRUE(second.candidate);
+  const KeyframeCandidate& late = *second.candidate;
+  EXPECT_EQ(late.frame->id, FrameId{0});
+  EXPECT_EQ(late.pose.reference, kNoKeyframe);
+  EXPECT_EQ(late.read_out.times.colour_readout_s, kReadout_s);
+  EXPECT_NEAR(late.read_out.body_velocity.x(),
+              PaintedWall::metres(kStep_px) / PaintedWall::kFrame_s, 0.05);
+  // Where the rows were read early the camera stood further back.
+  const double rows_px = kStep_px * kReadout_s / PaintedWall::kFrame_s;
+  for (std::size_t i = 0; i < late.features->size(); ++i) {
+    const Feature& seen = first.features->points[i];
+    const double share = (seen.uv_px.y() + 0.5) / PaintedWall::kHeight_px - 0.5;
+    EXPECT_NEAR(late.features->points[i].ideal_px.x() - seen.ideal_px.x(), share * rows_px, 0.2);
+  }
+  EXPECT_FALSE(see({.left_px = 2 * kStep_px}).candidate) << "it came once";
+}
+
+TEST_F(RollingTrackerTest, WithoutASecondViewTheFirstKeyframeComesAsItWasSeen) {
+  make_with(rolling());
+  const TrackResult first = see({});
+  const TrackResult blank = see_nothing();
+  EXPECT_EQ(blank.state, TrackState::kLost);
+  ASSERT_TRUE(blank.candidate);
+  EXPECT_EQ(blank.candidate->frame->id, FrameId{0});
+  EXPECT_EQ(blank.candidate->features, first.features);
+  EXPECT_EQ(blank.candidate->read_out.body_velocity.norm(), 0);
+}
+
+TEST_F(RollingTrackerTest, OfAnUnknownShutterTheReadOutIsAGuessAndFeaturesStay) {
+  CameraConfig unknown = PaintedWall::camera();
+  unknown.shutter_known = false;
+  make_with(unknown);
+  const TrackResult first = see({});
+  EXPECT_FALSE(first.candidate);
+  const TrackResult second = see({.left_px = kStep_px});
+  ASSERT_TRUE(second.candidate);
+  EXPECT_EQ(second.candidate->features, first.features);
+  ASSERT_TRUE(second.guessed_read_out);
+  EXPECT_TRUE(second.guessed_read_out->times.is_global());
+  EXPECT_NEAR(second.guessed_read_out->body_velocity.x(),
+              PaintedWall::metres(kStep_px) / PaintedWall::kFrame_s, 0.05);
 }
 
 }  // namespace

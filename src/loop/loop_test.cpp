@@ -1,4 +1,3 @@
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "loop/loop_closer.hpp"
@@ -18,10 +17,6 @@ PlaceIndex index_of(const Map& map) {
   PlaceIndex index;
   index.rebuild(map);
   return index;
-}
-
-PlaceView view_without_space(const Keyframe& keyframe) {
-  return {*keyframe.data->features, keyframe.data->grid, keyframe.static_weight, nullptr};
 }
 
 /// Largest distance of a keyframe's centre from its true place.
@@ -95,57 +90,6 @@ TEST(PlaceIndex, GrowsKeyframeByKeyframeToWhatARebuildGives) {
   const auto b = rebuilt.query(map, *view.data->features, view.static_weight);
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].landmark, b[i].landmark);
-}
-
-class PlaceVerifierTest : public testing::Test {
- protected:
-  RingWorld ring_{6};
-  Walk walk_{.keyframes = 30, .drift_m = 0, .drift_rad = 0};
-  Map map_ = ring_.walk(walk_);
-  PlaceVerifier verifier_{{}, ring_.camera()};
-};
-
-TEST_F(PlaceVerifierTest, PlacesAViewThatIsNotInTheMap) {
-  const SE3 T_camera_world = loop_test::ring_pose(0.2) * SE3::exp(Vec6::Constant(0.02));
-  const auto seen = ring_.world().see(T_camera_world, 1000);
-  const std::vector<float> weight(seen.features->size(), 1);
-  const PlaceMatch match =
-      verifier_.verify(map_, {*seen.features, seen.grid, weight}, KeyframeId{8}, 1);
-  EXPECT_EQ(match.verdict, PlaceVerdict::kAgrees);
-  EXPECT_LT((match.T_camera_world * T_camera_world.inverse()).log().norm(), 0.005);
-  EXPECT_GE(match.inliers, 25);
-}
-
-TEST_F(PlaceVerifierTest, AnotherPlaceDoesNotAgree) {
-  const Keyframe& view = map_.keyframe(KeyframeId{29});
-  const PlaceMatch match = verifier_.verify(map_, view_without_space(view), kFirst, 1);
-  EXPECT_THAT(match.verdict, testing::AnyOf(PlaceVerdict::kFewMatches, PlaceVerdict::kNoPose,
-                                            PlaceVerdict::kFewInliers));
-}
-
-TEST_F(PlaceVerifierTest, OneCornerOfTheImageIsNotEnough) {
-  const Keyframe& view = map_.keyframe(KeyframeId{8});
-  std::vector<float> weight = view.static_weight;
-  for (std::size_t i = 0; i < weight.size(); ++i) {
-    const auto& uv_px = view.data->features->points[i].uv_px;
-    if (uv_px.x() > 300 || uv_px.y() > 230) weight[i] = 0;
-  }
-  const PlaceMatch match =
-      verifier_.verify(map_, {*view.data->features, view.data->grid, weight}, KeyframeId{9}, 1);
-  EXPECT_EQ(match.verdict, PlaceVerdict::kNarrow);
-}
-
-TEST_F(PlaceVerifierTest, SeeingThroughWhatStoodThereContradicts) {
-  const Keyframe& view = map_.keyframe(KeyframeId{8});
-  DepthImage far_m(640, 480);
-  for (float& d : far_m) d = 20;
-  const FreeSpaceImage space(far_m);
-  PlaceView seen = view_without_space(view);
-  EXPECT_EQ(verifier_.verify(map_, seen, KeyframeId{9}, 1).verdict, PlaceVerdict::kAgrees);
-  seen.free_space = &space;
-  const PlaceMatch match = verifier_.verify(map_, seen, KeyframeId{9}, 1);
-  EXPECT_EQ(match.verdict, PlaceVerdict::kContradicts);
-  EXPECT_GT(match.contradiction, 0.9);
 }
 
 LoopResult close_loop(const RingWorld& ring, const Map& map, LoopConfig config = {}) {

@@ -1,0 +1,118 @@
+#include "loop/loop_graph.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "loop/loop_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr double kStride_m = 0.3;
+
+SE3 T_camera_at(double x_m, double y_m = 0) {
+  return SE3(Mat3::Identity(), Vec3(x_m, y_m, 0)).inverse();
+}
+
+KeyframeId number(int i) { return KeyframeId{static_cast<std::uint32_t>(i)}; }
+
+/// Keyframes in a row, each tied to the one before.
+MapGraph row(int keyframes) {
+  MapGraph graph;
+  graph.roots = {number(0)};
+  for (int i = 0; i < keyframes; ++i) {
+    graph.T_camera_world[number(i)] = T_camera_at(kStride_m * i);
+    if (i > 0) graph.edges.push_back({.from = number(i - 1), .to = number(i)});
+  }
+  return graph;
+}
+
+/// The motion between two keyframes of the row, wrong by so much.
+LoopEdge loop(const MapGraph& graph, int from, int to, double off_m) {
+  const SE3 T_to_from =
+      graph.T_camera_world.at(number(to)) * graph.T_camera_world.at(number(from)).inverse();
+  return {number(from), number(to), T_camera_at(0, off_m) * T_to_from};
+}
+
+double y_m(const SE3& T_camera_world) { return T_camera_world.inverse().t().y(); }
+
+TEST(MapGraph, HasEveryKeyframeAndTiesWhereTheyAreStrong) {
+  loop_test::RingWorld ring(31);
+  const Map map = ring.walk({.keyframes = 8, .torn_at = 5, .drift_m = 0, .drift_rad = 0});
+  const MapGraph all = make_map_graph(map, 1);
+  const MapGraph strong = make_map_graph(map, 150);
+  const MapGraph none = make_map_graph(map, 100'000);
+  EXPECT_EQ(all.T_camera_world.size(), 8U);
+  EXPECT_EQ(all.roots, (std::set{number(0), number(5)}));
+  EXPECT_GT(all.edges.size(), strong.edges.size());
+  EXPECT_GT(strong.edges.size(), none.edges.size());
+  EXPECT_EQ(none.edges.size(), 6U) << "a parent is a tie however little is shared";
+  for (const MapGraph::Edge& edge : all.edges) {
+    EXPECT_LT(edge.from, edge.to);
+    const double degrees = static_cast<double>(map.keyframe(edge.from).covisible.size() +
+                                               map.keyframe(edge.to).covisible.size());
+    EXPECT_NEAR(edge.information, 2 / degrees, 1e-12) << "edges side by side count less";
+    EXPECT_EQ(edge.to < number(5), edge.from < number(5)) << "nothing leads over the tear";
+  }
+}
+
+TEST(MapGraph, AWayIsTheShortestAlongTies) {
+  MapGraph graph = row(5);
+  EXPECT_NEAR(path_m(graph, number(0), number(4)), 4 * kStride_m, 1e-12);
+  EXPECT_NEAR(path_m(graph, number(4), number(1)), 3 * kStride_m, 1e-12) << "either way";
+  EXPECT_EQ(path_m(graph, number(2), number(2)), 0);
+  // A detour through a sixth keyframe is longer, a tie across is shorter.
+  graph.T_camera_world[number(5)] = T_camera_at(2 * kStride_m, 5);
+  graph.edges.push_back({.from = number(0), .to = number(5)});
+  graph.edges.push_back({.from = number(4), .to = number(5)});
+  EXPECT_NEAR(path_m(graph, number(0), number(4)), 4 * kStride_m, 1e-12);
+  graph.T_camera_world[number(3)] = T_camera_at(3 * kStride_m, 2);
+  graph.edges.push_back({.from = number(2), .to = number(4)});
+  EXPECT_NEAR(path_m(graph, number(0), number(4)), 4 * kStride_m, 1e-12);
+}
+
+TEST(MapGraph, WhereNothingLeadsTheWayIsInfinite) {
+  MapGraph graph = row(3);
+  graph.T_camera_world[number(7)] = T_camera_at(0.1);
+  EXPECT_TRUE(std::isinf(path_m(graph, number(0), number(7))));
+}
+
+TEST(WeighedLoops, WithoutLoopsNothingMoves) {
+  const MapGraph graph = row(6);
+  const WeighedLoops weighed = weigh_loops(graph, {}, {});
+  EXPECT_TRUE(weighed.kept.empty());
+  EXPECT_NEAR(weighed.stretch, 0, 1e-9);
+  for (const auto& [id, T_camera_world] : graph.T_camera_world)
+    EXPECT_LT((weighed.T_camera_world.at(id) * T_camera_world.inverse()).log().norm(), 1e-9);
+}
+
+TEST(WeighedLoops, ALoopBendsTheRowTowardsWhatItMeasured) {
+  const MapGraph graph = row(30);
+  const double drift_m = 0.1;
+  const std::vector<LoopEdge> loops = {loop(graph, 0, 28, drift_m), loop(graph, 0, 29, drift_m)};
+  const WeighedLoops weighed = weigh_loops(graph, loops, {});
+  EXPECT_EQ(weighed.kept, (std::vector<std::uint8_t>{1, 1}));
+  EXPECT_LT(weighed.stretch, 3);
+  EXPECT_NEAR(std::abs(y_m(weighed.T_camera_world.at(number(29)))), drift_m, 0.03);
+  EXPECT_EQ(y_m(weighed.T_camera_world.at(number(0))), 0) << "the root stays";
+  double before_m = 0;
+  for (const auto& [id, T_camera_world] : weighed.T_camera_world) {
+    EXPECT_GE(std::abs(y_m(T_camera_world)), before_m - 0.01) << "evenly along the way";
+    before_m = std::abs(y_m(T_camera_world));
+  }
+}
+
+TEST(WeighedLoops, ALoopThatOthersContradictIsLeftOut) {
+  const MapGraph graph = row(30);
+  const std::vector<LoopEdge> loops = {loop(graph, 0, 27, 0.02), loop(graph, 0, 28, 0.02),
+                                       loop(graph, 0, 29, 0.02), loop(graph, 1, 29, 2.0)};
+  const WeighedLoops weighed = weigh_loops(graph, loops, {});
+  EXPECT_EQ(weighed.kept, (std::vector<std::uint8_t>{1, 1, 1, 0}));
+  EXPECT_NEAR(std::abs(y_m(weighed.T_camera_world.at(number(29)))), 0.02, 0.02);
+  EXPECT_LT(weighed.stretch, 3) << "what does not count does not stretch";
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -90,7 +90,7 @@ NamedMesh named_mesh(DenseMap& map) {
 TriangleMesh labelled_mesh(NamedMesh named) {
   if (!named.mesh.triangles.empty()) {
     const Gravity gravity = find_gravity(named.mesh, named.up_guess_world, named.cameras_world);
-    static_cast<void>(find_tables(named.mesh, gravity, {}, {}));  // no panels, no joined strips
+    static_cast<void>(find_tables(named.mesh, gravity, {}, {}));  // no panels
     label_structure(named.mesh, gravity);
   }
   return std::move(named.mesh);

@@ -104,13 +104,8 @@ double way_m(const Ground& a, const Ground& b, double reach_m) {
 /// What stands on a top hides strips of it, which parts it.
 class TopParts {
  public:
-  TopParts(std::vector<Top> parts, const Gravity& gravity, const SpaceCells& space,
-           const TableConfig& config)
-      : tops_(std::move(parts)),
-        groups_(tops_.size()),
-        gravity_(gravity),
-        space_(space),
-        config_(config) {
+  TopParts(std::vector<Top> parts, const Gravity& gravity, const TableConfig& config)
+      : tops_(std::move(parts)), groups_(tops_.size()), gravity_(gravity), config_(config) {
     const SE3 T_floor_world = T_world_floor(gravity).inverse();
     std::vector<Ground> grounds;
     for (const Top& part : tops_) grounds.push_back(ground_of(part, T_floor_world));
@@ -127,18 +122,13 @@ class TopParts {
   }
 
   /// Parts of one height that are near each other are of one top, the nearest first; but two that
-  /// are each large enough for a table stay two. A part that is large and narrow is a sill, unless
-  /// it is what was seen of a table before the objects that stand on it, or behind them: such
-  /// strips find each other before anything else is joined.
+  /// are each large enough for a table stay two, and a part that is large and narrow is a sill.
   [[nodiscard]] std::vector<Top> joined() && {
-    if (!space_.cells.empty())
-      for (std::uint32_t i = 0; i < tops_.size(); ++i)
-        if (groups_.root(i) == i && is_sill(tops_[i], gravity_, config_)) join_strips(i);
-    std::vector<bool> is_left_sill;  // small parts are none, however narrow their sum is
-    for (const Top& top : tops_) is_left_sill.push_back(is_sill(top, gravity_, config_));
+    std::vector<bool> are_sills;  // small parts are none, however narrow their sum is
+    for (const Top& top : tops_) are_sills.push_back(is_sill(top, gravity_, config_));
     for (const Gap& gap : gaps_) {
       const std::uint32_t a = groups_.root(gap.a), b = groups_.root(gap.b);
-      if (a == b || is_left_sill[a] || is_left_sill[b] || !are_level(tops_[a], tops_[b])) continue;
+      if (a == b || are_sills[a] || are_sills[b] || !are_level(tops_[a], tops_[b])) continue;
       if (std::min(tops_[a].m2, tops_[b].m2) < config_.min_m2) join(a, b);
     }
     std::vector<Top> roots;
@@ -173,69 +163,16 @@ class TopParts {
     return all;
   }
 
-  /// A sill with all that lies on one side of it and is no table, if that goes along half of it at
-  /// least and nobody looked down between them.
-  void join_strips(std::uint32_t sill) {
-    const OrientedBox box = upright_box(tops_[sill].points_world, gravity_, kBoxShare);
-    const SE3 T_box_world = box.T_world_box.inverse();
-    const int along = box.size_m.x() > box.size_m.y() ? 0 : 1, across = 1 - along;
-    const Ground its = ground_of(tops_[sill], T_box_world);
-    const auto side_of = [&](const Ground& other) {
-      const Eigen::Vector2d middle = other.extent.center();
-      const bool is_beyond =
-          middle[along] < its.extent.min()[along] || middle[along] > its.extent.max()[along];
-      const bool is_far =
-          its.extent.exteriorDistance(other.extent) > config_.max_hidden_m / kGround_m;
-      return is_beyond || is_far ? 0 : middle[across] < its.extent.center()[across] ? -1 : 1;
-    };
-    for (const int side : {-1, 1}) {
-      const std::uint32_t root = groups_.root(sill);
-      std::vector<std::uint32_t> beside;
-      Ground all;
-      for (std::uint32_t i = 0; i < tops_.size(); ++i) {
-        if (i == root || groups_.root(i) != i || !are_level(tops_[root], tops_[i])) continue;
-        const Ground ground = ground_of(tops_[i], T_box_world);
-        if (side_of(ground) != side || is_table(tops_[i], gravity_, config_)) continue;
-        beside.push_back(i);
-        all.squares.insert(ground.squares.begin(), ground.squares.end());
-        all.extent.extend(ground.extent);
-      }
-      if (beside.empty() || 2 * all.extent.sizes()[along] < its.extent.sizes()[along]) continue;
-      Eigen::AlignedBox2d between = its.extent.merged(all.extent);
-      between.min()[along] = all.extent.min()[along];
-      between.max()[along] = all.extent.max()[along];
-      if (!is_hidden(between, its, all, box.T_world_box)) continue;
-      for (const std::uint32_t i : beside) join(groups_.root(sill), i);
-    }
-  }
-
-  /// @return whether of the squares that neither part shows at most half were looked down to.
-  [[nodiscard]] bool is_hidden(const Eigen::AlignedBox2d& squares, const Ground& a, const Ground& b,
-                               const SE3& T_world_ground) const {
-    int hidden = 0, seen_free = 0;
-    const Eigen::Vector2i first = squares.min().cast<int>(), last = squares.max().cast<int>();
-    for (int y = first.y(); y <= last.y(); ++y) {
-      for (int x = first.x(); x <= last.x(); ++x) {
-        if (a.squares.contains({x, y}) || b.squares.contains({x, y})) continue;
-        const Vec3 middle_ground((x + 0.5) * kGround_m, (y + 0.5) * kGround_m,
-                                 -0.5 * space_.cell_m);
-        ++(is_free(space_, T_world_ground * middle_ground) ? seen_free : hidden);
-      }
-    }
-    return seen_free <= hidden;
-  }
-
   std::vector<Top> tops_;  // a group's is at its root
   Pieces groups_;
   const Gravity& gravity_;
-  const SpaceCells& space_;
   const TableConfig& config_;
   std::vector<Gap> gaps_;
 };
 
 /// What is level and at the height of tables, large and wide enough for one.
 std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
-                           const SpaceCells& space, const TableConfig& config) {
+                           const TableConfig& config) {
   const auto is_level = [&](const SurfacePoint& vertex) {
     const SurfaceLabel& label = vertex.label;
     if (label.object != kNoSceneObject && label.semantic_class != kTable) return false;
@@ -267,7 +204,7 @@ std::vector<Top> find_tops(const TriangleMesh& mesh, const Gravity& gravity,
                       static_cast<double>(top.points_world.size());
     parts.push_back(std::move(top));
   }
-  parts = TopParts(std::move(parts), gravity, space, config).joined();
+  parts = TopParts(std::move(parts), gravity, config).joined();
   std::erase_if(parts, [&](const Top& top) { return !is_table(top, gravity, config); });
   return parts;
 }
@@ -321,7 +258,7 @@ std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,
                                      const TableConfig& config) {
   std::vector<SceneObject> tables;
   std::vector<std::pair<OrientedBox, SurfaceLabel>> plates;
-  for (const Top& top : find_tops(mesh, gravity, space, config)) {
+  for (const Top& top : find_tops(mesh, gravity, config)) {
     const OrientedBox plate = upright_box(top.points_world, gravity, kBoxShare);
     SceneObject table;
     const SceneObject* named = named_table(top, objects, config);

@@ -31,8 +31,7 @@ inline constexpr SceneObjectId kFirstTable{0xfffd};
 /// lies in the box of a named table is of that table, any other is a table that stands there. Where
 /// masks show whole_share of its top or more, the rest of the top is left as it is.
 /// @param mesh its vertices without an object are given to the tables they belong to.
-/// @param space where air was seen, which tells what hangs under a table and which strips are of
-/// one top; empty: nothing and none.
+/// @param space where air was seen, which tells what hangs under a table; empty: nothing does.
 /// @return the tables that nobody named, with boxes down to the floor; their views and times are
 /// the caller's to fill in.
 [[nodiscard]] std::vector<SceneObject> find_tables(TriangleMesh& mesh, const Gravity& gravity,

@@ -121,8 +121,7 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       "these join the two), ambiguous (another place fits as well),\n"
       "alone (the keyframes beside it do not agree), inconsistent (the map would have to "
       "stretch),\n"
-      "closed, revoked (closed before, taken back here: a row more). With groundtruth.txt in SEQ a "
-      "place counts as true if the cameras stood less than\n"
+      "closed. With groundtruth.txt in SEQ a place counts as true if the cameras stood less than\n"
       "3 m apart and looked less than 60 degrees apart. A false place that was closed damages the\n"
       "map.");
   command->callback([options, &exit_code] {

@@ -19,7 +19,7 @@ constexpr double kSamePlace_rad = std::numbers::pi / 3;
 constexpr double kMaxCount = 1e9;
 constexpr std::array kStages = {"few matches", "no pose",      "few inliers",  "narrow",
                                 "contradicts", "too far",      "other submap", "ambiguous",
-                                "alone",       "inconsistent", kClosedStage,   "revoked"};
+                                "alone",       "inconsistent", kClosedStage};
 
 /// The columns that are read, in any order and among others.
 enum LoopColumn : std::size_t {

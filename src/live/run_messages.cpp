@@ -302,9 +302,8 @@ ros::MarkerArray loop_message(const Map& map, std::span<const LoopAttempt> attem
                               Timestamp stamp) {
   std::set<std::pair<KeyframeId, KeyframeId>> closed;
   for (const LoopAttempt& attempt : attempts) {
-    const std::pair ends(attempt.keyframe, attempt.match.place);
-    if (attempt.outcome == LoopOutcome::kClosed) closed.insert(ends);
-    if (attempt.outcome == LoopOutcome::kRevoked) closed.erase(ends);
+    if (attempt.outcome == LoopOutcome::kClosed)
+      closed.emplace(attempt.keyframe, attempt.match.place);
   }
   ros::MarkerArray message;
   ros::Marker& lines = message.markers.emplace_back();

@@ -43,7 +43,7 @@ inline constexpr double kUnknownVariance = 1e6;
 /// At most most_points of the points, evenly spread.
 [[nodiscard]] ros::PointCloud2 cloud_message(std::span<const ColouredPoint> points,
                                              std::size_t most_points, Timestamp stamp);
-/// A line between the two keyframes of each loop that is closed and was not taken back.
+/// A line between the two keyframes of each loop that is closed.
 [[nodiscard]] ros::MarkerArray loop_message(const Map& map, std::span<const LoopAttempt> attempts,
                                             Timestamp stamp);
 /// The keyframes' poses.

@@ -136,9 +136,8 @@ TEST(RunMessages, LoopsThatWereTakenBackAreNoLoops) {
     return made;
   };
   const std::vector<LoopAttempt> attempts = {
-      attempt(1, 0, LoopOutcome::kClosed), attempt(2, 1, LoopOutcome::kAlone),
-      attempt(2, 0, LoopOutcome::kClosed), attempt(9, 0, LoopOutcome::kClosed),
-      attempt(1, 0, LoopOutcome::kRevoked)};
+      attempt(1, 0, LoopOutcome::kTooFar), attempt(2, 1, LoopOutcome::kAlone),
+      attempt(2, 0, LoopOutcome::kClosed), attempt(9, 0, LoopOutcome::kClosed)};
   const ros::MarkerArray told = loop_message(map, attempts, {});
   ASSERT_EQ(told.markers.size(), 1U);
   const auto& points = told.markers[0].points;

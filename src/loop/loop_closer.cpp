@@ -15,8 +15,7 @@ constexpr double kAgree_rad = 0.05;
 constexpr std::size_t kNeighbours = 5;
 constexpr std::size_t kPlaceKeyframes = 10;  // besides the one found, to be fused
 
-constexpr double kMaxStretch = 3;   // standard deviations
-constexpr double kMaxStrain = 0.5;  // of what contradicts a loop, in parts of the loop's own
+constexpr double kMaxStretch = 3;  // standard deviations
 
 /// A keyframe, those that share landmarks with it, and those that share some with these.
 std::vector<KeyframeId> near_in_graph(const Map& map, KeyframeId keyframe, int min_shared) {
@@ -32,13 +31,6 @@ std::vector<KeyframeId> near_in_graph(const Map& map, KeyframeId keyframe, int m
 bool same_pose(const SE3& T_a_world, const SE3& T_b_world, double within_m, double within_rad) {
   const SE3 T_a_b = T_a_world * T_b_world.inverse();
   return T_a_b.t().norm() < within_m && T_a_b.angle() < within_rad;
-}
-
-/// The map's graph as it would be without a loop that can be taken back.
-template <typename Loop>
-MapGraph apart_from(const Map& map, const MapGraph& graph, const Loop& loop) {
-  return without_loop(graph, map.moved_by(loop.effect->undo), loop.attempt.correction_m,
-                      loop.attempt.correction_rad);
 }
 
 }  // namespace
@@ -59,8 +51,6 @@ const char* to_string(LoopOutcome outcome) {
       return "inconsistent";
     case LoopOutcome::kClosed:
       return "closed";
-    case LoopOutcome::kRevoked:
-      return "revoked";
   }
   return "?";
 }
@@ -69,8 +59,7 @@ void append_attempts(std::span<const LoopAttempt> tried, std::size_t most,
                      std::vector<LoopAttempt>& attempts) {
   std::copy_if(tried.begin(), tried.end(), std::back_inserter(attempts),
                [&](const LoopAttempt& attempt) {
-                 return attempts.size() < most || attempt.outcome == LoopOutcome::kClosed ||
-                        attempt.outcome == LoopOutcome::kRevoked;
+                 return attempts.size() < most || attempt.outcome == LoopOutcome::kClosed;
                });
 }
 
@@ -101,30 +90,22 @@ LoopResult LoopCloser::step(const Map& map, const PlaceIndex& index, KeyframeId 
   if (!graph) return result;
   follow_removed_keyframes(map);
   if (LoopAttempt* best = choose(result.attempts))
-    result.closure = close(map, *graph, result, *best);
-  if (!result.closure) result.closure = contradict_earlier(map, *graph, result);
+    result.closure = close(map, *graph, *best);
   return result;
 }
 
 /// Their places in the map are known from those they stood beside.
 void LoopCloser::follow_removed_keyframes(const Map& map) {
-  const auto follow = [&](std::vector<LoopEdge>& edges) {
-    for (LoopEdge& edge : edges) {
-      const KeyframeId from = map.nearest_kept(edge.from);
-      const KeyframeId to = map.nearest_kept(edge.to);
-      const SE3 T_from_kept =
-          map.resolved_pose(edge.from) * map.keyframe(from).T_camera_world.inverse();
-      const SE3 T_to_kept = map.resolved_pose(edge.to) * map.keyframe(to).T_camera_world.inverse();
-      if (from != edge.from || to != edge.to)
-        edge = {from, to, T_to_kept.inverse() * edge.T_to_from * T_from_kept};
-    }
-    std::erase_if(edges, [](const LoopEdge& edge) { return edge.from == edge.to; });
-  };
-  for (ClosedLoop& loop : loops_) {
-    follow(loop.edges);
-    for (std::vector<LoopEdge>& edges : loop.against) follow(edges);
+  for (LoopEdge& edge : closed_) {
+    const KeyframeId from = map.nearest_kept(edge.from);
+    const KeyframeId to = map.nearest_kept(edge.to);
+    const SE3 T_from_kept =
+        map.resolved_pose(edge.from) * map.keyframe(from).T_camera_world.inverse();
+    const SE3 T_to_kept = map.resolved_pose(edge.to) * map.keyframe(to).T_camera_world.inverse();
+    if (from != edge.from || to != edge.to)
+      edge = {from, to, T_to_kept.inverse() * edge.T_to_from * T_from_kept};
   }
-  std::erase_if(loops_, [](const ClosedLoop& loop) { return loop.edges.empty(); });
+  std::erase_if(closed_, [](const LoopEdge& edge) { return edge.from == edge.to; });
 }
 
 /// Sets the outcome to kAlone where odometry could have drifted so far.
@@ -164,111 +145,22 @@ LoopAttempt* LoopCloser::choose(std::vector<LoopAttempt>& attempts) const {
 }
 
 std::optional<LoopClosure> LoopCloser::close(const Map& map, const MapGraph& graph,
-                                             LoopResult& result, LoopAttempt& attempt) {
-  std::vector<LoopEdge> edges = agreeing_edges(map, attempt);
+                                             LoopAttempt& attempt) {
+  const std::vector<LoopEdge> edges = agreeing_edges(map, attempt);
   attempt.agreeing = static_cast<int>(edges.size()) - 1;
   attempt.outcome = LoopOutcome::kAlone;
   if (attempt.agreeing < config_.min_agreeing) return std::nullopt;
   attempt.outcome = LoopOutcome::kInconsistent;
-  std::vector<LoopEdge> all;
-  for (const ClosedLoop& loop : loops_) all.insert(all.end(), loop.edges.begin(), loop.edges.end());
+  std::vector<LoopEdge> all = closed_;
   all.insert(all.end(), edges.begin(), edges.end());
   const WeighedLoops weighed = weigh_loops(graph, all, config_.graph);
   attempt.stretch = weighed.stretch;
-  std::span<const std::uint8_t> kept = weighed.kept;
-  if (!std::ranges::all_of(kept.last(edges.size()), std::identity{}) ||
+  if (!std::ranges::all_of(std::span(weighed.kept).last(edges.size()), std::identity{}) ||
       weighed.stretch > kMaxStretch)
     return std::nullopt;
   attempt.outcome = LoopOutcome::kClosed;
-  LoopClosure closure = closure_of(map, graph, weighed, attempt, edges);
-  ClosedLoop closed{attempt, std::move(edges), std::nullopt, {}};
-  for (const ClosedLoop& loop : loops_) {
-    const bool lost = std::ranges::none_of(kept.first(loop.edges.size()), std::identity{});
-    kept = kept.subspan(loop.edges.size());
-    if (!lost || !loop.effect) continue;
-    auto replaced = replace(map, apart_from(map, graph, loop), loop, closed.attempt, closed.edges);
-    if (!replaced) continue;
-    closure = std::move(*replaced);
-    forget(result, loop);  // which moves the attempts
-    break;
-  }
-  loops_.push_back(std::move(closed));
-  return closure;
-}
-
-/// Of the places that agree, but not with the map: whether they would without an earlier loop.
-std::optional<LoopClosure> LoopCloser::contradict_earlier(const Map& map, const MapGraph& graph,
-                                                          LoopResult& result) {
-  const auto has_rival = [&](const LoopAttempt& attempt) {
-    return std::ranges::any_of(result.attempts, [&](const LoopAttempt& other) {
-      return other.match.verdict == PlaceVerdict::kAgrees &&
-             finder_.rivals(attempt.match, other.match);
-    });
-  };
-  for (LoopAttempt& attempt : result.attempts) {
-    if (attempt.outcome != LoopOutcome::kTooFar && attempt.outcome != LoopOutcome::kInconsistent)
-      continue;
-    if (has_rival(attempt)) continue;
-    for (auto loop = loops_.rbegin(); loop != loops_.rend(); ++loop) {
-      if (!loop->effect) continue;
-      auto closure = contradict(map, graph, *loop, attempt);
-      if (!closure) continue;
-      std::vector<LoopEdge> edges = std::move(loop->against.back());
-      const LoopAttempt closed = attempt;
-      forget(result, *loop);  // which moves the attempts
-      loops_.push_back({closed, std::move(edges), std::nullopt, {}});
-      return closure;
-    }
-  }
-  return std::nullopt;
-}
-
-/// Remembers the attempt with the loop it contradicts. @return the closure when enough do.
-std::optional<LoopClosure> LoopCloser::contradict(const Map& map, const MapGraph& graph,
-                                                  ClosedLoop& loop, LoopAttempt& attempt) {
-  const MapGraph apart = apart_from(map, graph, loop);
-  LoopAttempt without = attempt;
-  check_drift(apart, without);
-  if (without.outcome != LoopOutcome::kAlone) return std::nullopt;
-  // Either may be the wrong one; odometry must speak clearly against the loop.
-  if (strain(without) > kMaxStrain * strain(loop.attempt)) return std::nullopt;
-  std::vector<LoopEdge> edges = agreeing_edges(map, without);
-  without.agreeing = static_cast<int>(edges.size()) - 1;
-  if (without.agreeing < config_.min_agreeing) return std::nullopt;
-  loop.against.push_back(std::move(edges));
-  if (loop.against.size() < config_.contradictions) return std::nullopt;
-  if (loop.against.size() > config_.contradictions) loop.against.pop_front();
-  std::vector<LoopEdge> all;
-  for (const auto& some : loop.against) all.insert(all.end(), some.begin(), some.end());
-  auto closure = replace(map, apart, loop, without, all);
-  if (!closure) return std::nullopt;
-  attempt = without;
-  attempt.outcome = LoopOutcome::kClosed;
-  return closure;
-}
-
-/// @param apart the graph without the loop. @return nullopt if the edges do not fit it.
-std::optional<LoopClosure> LoopCloser::replace(const Map& map, const MapGraph& apart,
-                                               const ClosedLoop& loop, const LoopAttempt& attempt,
-                                               const std::vector<LoopEdge>& edges) const {
-  std::vector<LoopEdge> all;
-  for (const ClosedLoop& other : loops_)
-    if (&other != &loop) all.insert(all.end(), other.edges.begin(), other.edges.end());
-  all.insert(all.end(), edges.begin(), edges.end());
-  const WeighedLoops weighed = weigh_loops(apart, all, config_.graph);
-  const auto of_new = std::span(weighed.kept).last(edges.size());
-  if (!std::ranges::all_of(of_new, std::identity{}) || weighed.stretch > kMaxStretch)
-    return std::nullopt;
-  LoopClosure closure = closure_of(map, apart, weighed, attempt, edges);
-  closure.revocation = make_revocation(map, camera_, *loop.effect);
-  return closure;
-}
-
-/// A loop was taken back.
-void LoopCloser::forget(LoopResult& result, const ClosedLoop& loop) {
-  result.attempts.push_back(loop.attempt);
-  result.attempts.back().outcome = LoopOutcome::kRevoked;
-  std::erase_if(loops_, [&](const ClosedLoop& other) { return &other == &loop; });
+  closed_ = std::move(all);
+  return closure_of(map, graph, weighed, attempt, edges);
 }
 
 /// The keyframe's own edge first, then those of covisible keyframes that find the place where the
@@ -303,16 +195,6 @@ LoopClosure LoopCloser::closure_of(const Map& map, const MapGraph& graph,
   for (const LoopEdge& edge : edges)
     if (window.insert(edge.to).second) closure.window.push_back(edge.to);
   return closure;
-}
-
-void LoopCloser::remember(const LoopClosure& closure, FusionLog fusions) {
-  loops_.back().effect = LoopEffect{inverse_poses(closure.patch), std::move(fusions)};
-  if (loops_.size() > config_.revocable)
-    loops_[loops_.size() - config_.revocable - 1].effect.reset();
-}
-
-void LoopCloser::remember(const MapPatch& adjustment) {
-  if (!loops_.empty() && loops_.back().effect) add_adjustment(*loops_.back().effect, adjustment);
 }
 
 }  // namespace ygslam

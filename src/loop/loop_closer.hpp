@@ -2,13 +2,11 @@
 // out (Mur-Artal, Tardos 2017, sec. III-C; the checks are explained in docs/loops.md).
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "loop/loop_graph.hpp"
-#include "loop/loop_revocation.hpp"
 #include "loop/place_finder.hpp"
 
 namespace ygslam {
@@ -22,9 +20,7 @@ struct LoopConfig {
   double max_drift_m = 0.1;
   double max_drift_ratio = 0.02;
   double max_drift_rad = 0.35;
-  int min_shared = 15;             ///< landmarks that make an edge of the pose graph
-  std::size_t contradictions = 2;  ///< keyframes that must contradict a loop to have it taken back
-  std::size_t revocable = 16;      ///< loops, the newest, that can be taken back
+  int min_shared = 15;  ///< landmarks that make an edge of the pose graph
 };
 
 enum class LoopOutcome : std::uint8_t {
@@ -35,7 +31,6 @@ enum class LoopOutcome : std::uint8_t {
   kAlone,         ///< keyframes beside this one do not agree (yet)
   kInconsistent,  ///< the pose graph would have to stretch too far
   kClosed,
-  kRevoked,  ///< closed earlier, and taken back now
 };
 [[nodiscard]] const char* to_string(LoopOutcome outcome);
 
@@ -55,21 +50,19 @@ struct LoopAttempt {
   double stretch = 0;  ///< largest residual of an edge of the pose graph, in standard deviations
 };
 
-/// Appends what was tried. Once there are `most`, only loops that were closed or taken back are
-/// kept.
+/// Appends what was tried. Once there are `most`, only loops that were closed are kept.
 void append_attempts(std::span<const LoopAttempt> tried, std::size_t most,
                      std::vector<LoopAttempt>& attempts);
 
-/// To be carried out in this order; then LoopCloser::remember().
+/// To be carried out in this order.
 struct LoopClosure {
-  std::optional<MapPatch> revocation;  ///< of an earlier loop, which this one contradicts
   MapPatch patch;
   std::vector<KeyframeId> window;  ///< keyframes that see the place ...
   std::vector<KeyframeId> place;   ///< ... and those of the place: to be fused
 };
 
 struct LoopResult {
-  std::vector<LoopAttempt> attempts;  ///< also the loop that was taken back
+  std::vector<LoopAttempt> attempts;
   std::optional<LoopClosure> closure;
 };
 
@@ -79,33 +72,14 @@ class LoopCloser {
 
   /// @param keyframe mapped, and rid of moving things by its mask where masks are expected.
   [[nodiscard]] LoopResult step(const Map& map, const PlaceIndex& index, KeyframeId keyframe);
-  /// What the weld of the latest closure fused: kept while the loop can be taken back.
-  void remember(const LoopClosure& closure, FusionLog fusions);
-  /// The adjustment of the whole map that followed it.
-  void remember(const MapPatch& adjustment);
 
  private:
-  struct ClosedLoop {
-    LoopAttempt attempt;
-    std::vector<LoopEdge> edges;
-    std::optional<LoopEffect> effect;           ///< while it can be taken back
-    std::deque<std::vector<LoopEdge>> against;  ///< of the latest keyframes that contradict it
-  };
   void follow_removed_keyframes(const Map& map);
   void check_drift(const MapGraph& graph, LoopAttempt& attempt) const;
   [[nodiscard]] double strain(const LoopAttempt& attempt) const;
   [[nodiscard]] LoopAttempt* choose(std::vector<LoopAttempt>& attempts) const;
   [[nodiscard]] std::optional<LoopClosure> close(const Map& map, const MapGraph& graph,
-                                                 LoopResult& result, LoopAttempt& attempt);
-  [[nodiscard]] std::optional<LoopClosure> contradict_earlier(const Map& map, const MapGraph& graph,
-                                                              LoopResult& result);
-  [[nodiscard]] std::optional<LoopClosure> contradict(const Map& map, const MapGraph& graph,
-                                                      ClosedLoop& loop, LoopAttempt& attempt);
-  [[nodiscard]] std::optional<LoopClosure> replace(const Map& map, const MapGraph& apart,
-                                                   const ClosedLoop& loop,
-                                                   const LoopAttempt& attempt,
-                                                   const std::vector<LoopEdge>& edges) const;
-  void forget(LoopResult& result, const ClosedLoop& loop);
+                                                 LoopAttempt& attempt);
   [[nodiscard]] std::vector<LoopEdge> agreeing_edges(const Map& map,
                                                      const LoopAttempt& attempt) const;
   [[nodiscard]] LoopClosure closure_of(const Map& map, const MapGraph& graph,
@@ -115,7 +89,7 @@ class LoopCloser {
   LoopConfig config_;
   const Camera& camera_;
   PlaceFinder finder_;
-  std::deque<ClosedLoop> loops_;  // so far
+  std::vector<LoopEdge> closed_;  // of all loops so far
 };
 
 }  // namespace ygslam

@@ -15,7 +15,6 @@ constexpr double kEdgeSigma_m = 0.02;
 constexpr double kEdgeSigma_rad = 0.006;
 constexpr double kLoopSigma_m = 0.01;
 constexpr double kLoopSigma_rad = 0.003;
-constexpr double kRestsOnLoop = 0.5;  // of what the loop moved
 
 Mat6 information(double sigma_m, double sigma_rad, double scale) {
   Vec6 diagonal;
@@ -44,35 +43,19 @@ MapGraph make_map_graph(const Map& map, int min_shared) {
   const auto degree = [&](KeyframeId id) {
     return std::max<std::size_t>(1, map.keyframe(id).covisible.size());
   };
-  const auto add = [&](KeyframeId from, KeyframeId to, bool is_parent) {
-    graph.edges.push_back(
-        {from, to, is_parent, 2.0 / static_cast<double>(degree(from) + degree(to))});
+  const auto add = [&](KeyframeId from, KeyframeId to) {
+    graph.edges.push_back({from, to, 2.0 / static_cast<double>(degree(from) + degree(to))});
   };
   for (const auto& [id, keyframe] : map.keyframes()) {
     graph.T_camera_world.emplace(id, keyframe.T_camera_world);
     if (keyframe.parent == kNoKeyframe) graph.roots.insert(id);
     const auto& covisible = keyframe.covisible;
     const bool has_parent = map.has_keyframe(keyframe.parent);
-    if (has_parent && !covisible.contains(keyframe.parent)) add(keyframe.parent, id, true);
+    if (has_parent && !covisible.contains(keyframe.parent)) add(keyframe.parent, id);
     for (const auto& [other, shared] : covisible)
       if (other < id && (shared >= min_shared || other == keyframe.parent))
-        add(other, id, other == keyframe.parent);
+        add(other, id);
   }
-  return graph;
-}
-
-MapGraph without_loop(MapGraph graph, const std::map<KeyframeId, Map::Moved>& moved,
-                      double correction_m, double correction_rad) {
-  const auto before = graph.T_camera_world;
-  for (const auto& [id, by] : moved) graph.T_camera_world.at(id) = by.T_camera_world;
-  const auto between = [](const auto& poses, const MapGraph::Edge& edge) {
-    return poses.at(edge.to) * poses.at(edge.from).inverse();
-  };
-  std::erase_if(graph.edges, [&](const MapGraph::Edge& edge) {
-    if (edge.is_parent) return false;
-    const SE3 T = between(graph.T_camera_world, edge) * between(before, edge).inverse();
-    return T.t().norm() > kRestsOnLoop * correction_m || T.angle() > kRestsOnLoop * correction_rad;
-  });
   return graph;
 }
 

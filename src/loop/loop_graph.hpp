@@ -19,12 +19,11 @@ struct LoopEdge {
   SE3 T_to_from;
 };
 
-/// The keyframes as they are mapped, or would be if a loop had not been closed.
+/// The keyframes as they are mapped.
 struct MapGraph {
   struct Edge {
     KeyframeId from = kNoKeyframe;
     KeyframeId to = kNoKeyframe;
-    bool is_parent = false;
     double information = 1;  ///< edges side by side rest on the same landmarks: each counts less
   };
   std::map<KeyframeId, SE3> T_camera_world;
@@ -34,12 +33,6 @@ struct MapGraph {
 
 /// @param min_shared landmarks that make an edge.
 [[nodiscard]] MapGraph make_map_graph(const Map& map, int min_shared);
-
-/// The graph with these keyframes moved and without the edges that rest on the loop: they are
-/// stretched by more than half of what the loop moved. A keyframe's parent is its parent either
-/// way.
-[[nodiscard]] MapGraph without_loop(MapGraph graph, const std::map<KeyframeId, Map::Moved>& moved,
-                                    double correction_m, double correction_rad);
 
 /// Length of the shortest way between two keyframes (Dijkstra); infinite if there is none.
 [[nodiscard]] double path_m(const MapGraph& graph, KeyframeId from, KeyframeId to);

@@ -2,7 +2,6 @@
 // place: the oracle of the tests of loops.
 #pragma once
 
-#include <functional>
 #include <numbers>
 #include <vector>
 
@@ -71,7 +70,6 @@ class RingWorld {
   /// Points are followed from keyframe to keyframe; one that was out of view is a new landmark.
   [[nodiscard]] Map walk(const Walk& walk) {
     Map map({map_test::kLevels, map_test::kScale});
-    points_of_.clear();
     for (int i = 0; i < walk.keyframes; ++i) {
       const bool is_root = i == 0 || i == walk.torn_at;
       add(map, i, true_pose(walk, i), drifted_pose(walk, i), !is_root);
@@ -79,36 +77,16 @@ class RingWorld {
     return map;
   }
 
-  /// Goes on from the map's newest keyframe, which may have been moved.
-  /// @param follow which points are the landmarks that they were in the keyframe before.
-  void go_on(
-      Map& map, const Walk& walk,
-      const std::function<bool(int)>& follow = [](int) { return true; }) {
-    const int i = static_cast<int>(index(map.next_keyframe_id()));
-    const SE3 T_camera_before = drifted_pose(walk, i) * drifted_pose(walk, i - 1).inverse();
-    const SE3 T_camera_world = T_camera_before * map.keyframe(KeyframeId(i - 1)).T_camera_world;
-    add(map, i, true_pose(walk, i), T_camera_world, true, follow);
-  }
-
-  /// Which point a feature of a keyframe of the latest walk shows.
-  [[nodiscard]] int point_of(KeyframeId keyframe, std::uint32_t feature) const {
-    return points_of_.at(index(keyframe)).at(feature);
-  }
-
  private:
-  void add(
-      Map& map, int i, const SE3& T_seen_world, const SE3& T_camera_world, bool has_parent,
-      const std::function<bool(int)>& follow = [](int) { return true; }) {
+  void add(Map& map, int i, const SE3& T_seen_world, const SE3& T_camera_world, bool has_parent) {
     SeenFrame seen = world_.see(T_seen_world, static_cast<std::uint32_t>(i));
     seen.T_camera_world = T_camera_world;
     std::vector<LandmarkId> followed(world_.points().size(), kNoLandmark);
     const KeyframeId parent = has_parent ? KeyframeId(i - 1) : kNoKeyframe;
     if (has_parent) {
       const auto& landmarks = map.keyframe(parent).landmarks;
-      for (std::uint32_t k = 0; k < landmarks.size(); ++k) {
-        const int point = point_of(parent, k);
-        if (follow(point)) followed[static_cast<std::size_t>(point)] = landmarks[k];
-      }
+      for (std::uint32_t k = 0; k < landmarks.size(); ++k)
+        followed[static_cast<std::size_t>(points_of_parent_[k])] = landmarks[k];
     }
     const KeyframeId id = map_test::add_keyframe(map, seen, parent);
     for (std::uint32_t k = 0; k < seen.point.size(); ++k) {
@@ -122,11 +100,11 @@ class RingWorld {
       const Vec3 p_camera = camera().unproject(f.ideal_px.cast<double>(), f.depth_m);
       map.add_landmark(seen.T_camera_world.inverse() * p_camera, id, k);
     }
-    points_of_.push_back(std::move(seen.point));
+    points_of_parent_ = std::move(seen.point);
   }
 
   World world_;
-  std::vector<std::vector<int>> points_of_;  // per keyframe of the latest walk, per feature
+  std::vector<int> points_of_parent_;  // per feature of the latest keyframe
 };
 
 }  // namespace ygslam::loop_test

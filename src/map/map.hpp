@@ -79,18 +79,12 @@ class Map {
   /// Grows with every change of what there is and where it is; not with what is counted of it.
   [[nodiscard]] std::uint64_t version() const { return version_; }
   /// A patch against this map that changes nothing yet.
-  [[nodiscard]] MapPatch start_patch() const { return {next_keyframe_id(), {}, {}, {}, {}, {}}; }
+  [[nodiscard]] MapPatch start_patch() const { return {next_keyframe_id(), {}, {}}; }
   /// Takes a correction over. What came or changed since it was started is carried along:
   /// a keyframe that moved keeps that motion, a later one follows its parent, a landmark that is
   /// not named or has moved follows the keyframe that first saw it. What is gone is skipped.
   /// @return true if it bent the map, false if all keyframes moved as one.
   bool apply(const MapPatch& patch);
-  struct Moved {
-    SE3 T_camera_world;  ///< after the patch
-    SE3 T_new_old;       ///< how the world around the keyframe goes with it
-  };
-  /// What apply() would do to the keyframes; those that the patch leaves alone are not in it.
-  [[nodiscard]] std::map<KeyframeId, Moved> moved_by(const MapPatch& patch) const;
 
   // Landmarks.
   LandmarkId add_landmark(const Vec3& p_world, KeyframeId keyframe, std::uint32_t feature);
@@ -140,8 +134,13 @@ class Map {
   [[nodiscard]] const RemovedKeyframe* removed(KeyframeId id) const;
   void change_covisibility(const Landmark& landmark, KeyframeId keyframe, int change);
 
+  struct Moved {
+    SE3 T_camera_world;  // after the patch
+    SE3 T_new_old;       // how the world around the keyframe goes with it
+  };
+  /// What apply() does to the keyframes; those that the patch leaves alone are not in it.
+  [[nodiscard]] std::map<KeyframeId, Moved> moved_by(const MapPatch& patch) const;
   void apply_points(const MapPatch& patch, const std::map<KeyframeId, Moved>& moved);
-  void split(const MapPatch::Split& split);
 
   struct Fused {
     LandmarkId into = kNoLandmark;

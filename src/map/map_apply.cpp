@@ -14,17 +14,6 @@ bool Map::apply(const MapPatch& patch) {
   const std::map<KeyframeId, Moved> moved = moved_by(patch);
   for (const auto& [id, by] : moved) set_pose(id, by.T_camera_world);
   apply_points(patch, moved);
-  for (const MapPatch::Split& s : patch.splits) split(s);
-  for (const MapPatch::Observation& dropped : patch.dropped) {
-    if (!has_landmark(dropped.landmark)) continue;
-    remove_observation(dropped.landmark, dropped.keyframe);
-    if (has_landmark(dropped.landmark)) refresh(dropped.landmark);
-  }
-  for (const MapPatch::Fusion& fusion : patch.fusions) {
-    const LandmarkId from = current_id(fusion.from);
-    const LandmarkId into = current_id(fusion.into);
-    if (from != kNoLandmark && into != kNoLandmark && from != into) fuse(from, into);
-  }
   const auto moved_otherwise = [&](const auto& entry) {
     const SE3 difference = moved.begin()->second.T_new_old.inverse() * entry.second.T_new_old;
     return difference.log().norm() > kSameMotion;
@@ -72,44 +61,6 @@ void Map::apply_points(const MapPatch& patch, const std::map<KeyframeId, Moved>&
     }
   }
   for (const auto& [landmark, p_world] : named) landmarks_.at(landmark).p_world = p_world;
-  ++version_;
-}
-
-void Map::split(const MapPatch::Split& split) {
-  const LandmarkId id =
-      split.landmark == kNoLandmark ? LandmarkId{next_landmark_++} : split.landmark;
-  std::vector<LandmarkId> left;
-  for (const LandmarkObservation& o : split.observations) {
-    const auto keyframe = keyframes_.find(o.keyframe);
-    if (keyframe == keyframes_.end()) continue;
-    const LandmarkId shows = keyframe->second.landmarks[o.feature];
-    if (shows == id) continue;
-    if (shows != kNoLandmark) {
-      remove_observation(shows, o.keyframe);
-      left.push_back(shows);
-    }
-    Landmark& landmark = landmarks_[id];
-    landmark.id = id;
-    add_observation(id, o.keyframe, o.feature);
-  }
-  const auto made = landmarks_.find(id);
-  if (made != landmarks_.end()) {
-    Landmark& landmark = made->second;
-    landmark.p_world = split.p_world;
-    landmark.first_keyframe = split.first_keyframe;
-    landmark.visible = split.visible;
-    landmark.found = split.found;
-    fused_.erase(id);
-    refresh(id);
-  }
-  if (has_landmark(split.from)) {
-    Landmark& from = mutable_landmark(split.from);
-    from.visible = std::max(1, from.visible - split.visible);
-    from.found = std::clamp(from.found - split.found, 1, from.visible);
-    left.push_back(split.from);
-  }
-  for (const LandmarkId other : left)
-    if (has_landmark(other)) refresh(other);
   ++version_;
 }
 

@@ -1,5 +1,5 @@
 // A correction of the map, computed on a copy of it while the map went on: a pose graph's, a bundle
-// adjustment's, a weld of two places.
+// adjustment's, a submap's new place.
 #pragma once
 
 #include <vector>
@@ -23,31 +23,9 @@ struct MapPatch {
     Vec3 p_base = Vec3::Zero();   ///< p_world in the map it was computed from
     Vec3 p_world = Vec3::Zero();  ///< corrected
   };
-  struct Fusion {
-    LandmarkId from = kNoLandmark;
-    LandmarkId into = kNoLandmark;
-  };
-  /// What a fusion made one becomes two again.
-  struct Split {
-    LandmarkId landmark = kNoLandmark;  ///< made again under its id; kNoLandmark: under a new one
-    LandmarkId from = kNoLandmark;      ///< gives back what it was counted (visible, found)
-    Vec3 p_world = Vec3::Zero();
-    KeyframeId first_keyframe = kNoKeyframe;
-    int visible = 1;
-    int found = 1;
-    std::vector<LandmarkObservation> observations;  ///< taken from what the features show now
-  };
-  struct Observation {
-    LandmarkId landmark = kNoLandmark;
-    KeyframeId keyframe = kNoKeyframe;
-  };
-
   KeyframeId first_later{0};  ///< keyframes from this number on were not in it
   std::vector<Pose> poses;
   std::vector<Point> points;  ///< those not named follow the keyframe that first saw them
-  std::vector<Fusion> fusions;
-  std::vector<Split> splits;         ///< in this order, each of what those before have left
-  std::vector<Observation> dropped;  ///< after the splits
 };
 
 }  // namespace ygslam

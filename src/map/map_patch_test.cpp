@@ -112,23 +112,5 @@ TEST(MapPatch, ABentWorldKeepsEachKeyframesView) {
   });
 }
 
-TEST(MapPatch, FusesLandmarksThatAreStillThere) {
-  World world(200, 23);
-  auto truth = map_test::true_map(world, 3);
-  std::vector<LandmarkId> ids;
-  for (const LandmarkId id : truth.landmark)
-    if (id != kNoLandmark) ids.push_back(id);
-  ASSERT_GT(ids.size(), 5U);
-  MapPatch patch = truth.map.start_patch();
-  patch.fusions = {{ids[0], ids[1]}, {ids[2], ids[3]}, {ids[1], ids[0]}};
-  truth.map.remove_landmark(ids[2]);
-  const std::size_t before = truth.map.landmark_count();
-  truth.map.apply(patch);
-  EXPECT_EQ(truth.map.landmark_count(), before - 1);
-  EXPECT_EQ(truth.map.current_id(ids[0]), ids[1]);
-  truth.map.forget_fusions(truth.map.version());
-  EXPECT_EQ(truth.map.current_id(ids[0]), kNoLandmark);
-}
-
 }  // namespace
 }  // namespace ygslam

@@ -92,11 +92,8 @@ void Mapper::correct(const MapPatch& patch) {
   if (map_.apply(patch)) ++bends_;
 }
 
-FusionLog Mapper::weld(std::span<const KeyframeId> keyframes,
-                       const std::vector<KeyframeId>& place) {
-  FusionLog log;
-  for (const KeyframeId id : keyframes) fuse_with(map_, camera_, id, place, config_.fusion, &log);
-  return log;
+void Mapper::weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place) {
+  for (const KeyframeId id : keyframes) fuse_with(map_, camera_, id, place, config_.fusion);
 }
 
 bool Mapper::apply_mask(KeyframeId id, std::span<const SemanticLabel> labels) {

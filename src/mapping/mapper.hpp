@@ -51,8 +51,7 @@ class Mapper {
   /// A submap's place was found: Map::join() after the patch that moves it there.
   void join(KeyframeId root, KeyframeId parent, const MapPatch& patch);
   /// Fuses what keyframes see with what those at a place see that they were found at.
-  /// @return what is needed to take it back.
-  FusionLog weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place);
+  void weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place);
   /// Views are cut out around this keyframe from now on, until a new one is inserted. One that is
   /// no longer there is as good as the newest. @return false if they are already.
   bool look_around(KeyframeId focus);

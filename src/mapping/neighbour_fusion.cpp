@@ -23,8 +23,7 @@ bool depth_agrees(const Keyframe& keyframe, std::uint32_t feature, const Vec3& p
 }
 
 int fuse_into(Map& map, const Camera& camera, KeyframeId target,
-              const std::vector<LandmarkId>& landmarks, const NeighbourFusionConfig& config,
-              FusionLog* log) {
+              const std::vector<LandmarkId>& landmarks, const NeighbourFusionConfig& config) {
   const Keyframe& keyframe = map.keyframe(target);
   std::vector<std::uint8_t> usable(keyframe.landmarks.size());
   for (std::size_t i = 0; i < usable.size(); ++i) usable[i] = keyframe.static_weight[i] > 0;
@@ -45,7 +44,6 @@ int fuse_into(Map& map, const Camera& camera, KeyframeId target,
     if (there == id) continue;
     if (there == kNoLandmark) {
       if (map.add_observation(id, target, m.feature)) {
-        if (log) log->added.push_back({id, target});
         map.refresh(id);
         ++changes;
       }
@@ -53,10 +51,7 @@ int fuse_into(Map& map, const Camera& camera, KeyframeId target,
     }
     const bool keep_there =
         map.landmark(there).observations.size() > map.landmark(id).observations.size();
-    const LandmarkId from = keep_there ? id : there;
-    const LandmarkId into = keep_there ? there : id;
-    if (log) log->before_fusion(map, from, into);
-    map.fuse(from, into);
+    map.fuse(keep_there ? id : there, keep_there ? there : id);
     ++changes;
   }
   return changes;
@@ -123,9 +118,9 @@ int fuse_with_neighbours(Map& map, const Camera& camera, KeyframeId id,
 }
 
 int fuse_with(Map& map, const Camera& camera, KeyframeId id, const std::vector<KeyframeId>& around,
-              const NeighbourFusionConfig& config, FusionLog* log) {
+              const NeighbourFusionConfig& config) {
   int changes =
-      fuse_into(map, camera, id, landmarks_of(map, around, map.keyframe(id)), config, log);
+      fuse_into(map, camera, id, landmarks_of(map, around, map.keyframe(id)), config);
   for (const KeyframeId neighbour : around) {
     std::vector<LandmarkId> own;
     const auto& theirs = map.keyframe(neighbour);
@@ -133,7 +128,7 @@ int fuse_with(Map& map, const Camera& camera, KeyframeId id, const std::vector<K
     for (const LandmarkId landmark : map.keyframe(id).landmarks) {
       if (landmark != kNoLandmark && !have.contains(landmark)) own.push_back(landmark);
     }
-    changes += fuse_into(map, camera, neighbour, own, config, log);
+    changes += fuse_into(map, camera, neighbour, own, config);
   }
   return changes;
 }

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "geometry/camera.hpp"
-#include "map/fusion_log.hpp"
 #include "map/map.hpp"
 
 namespace ygslam {
@@ -26,9 +25,8 @@ struct NeighbourFusionConfig {
 int fuse_with_neighbours(Map& map, const Camera& camera, KeyframeId keyframe,
                          const NeighbourFusionConfig& config);
 
-/// The same with keyframes that are not neighbours yet. @param log told what is fused; may be null.
+/// The same with keyframes that are not neighbours yet.
 int fuse_with(Map& map, const Camera& camera, KeyframeId keyframe,
-              const std::vector<KeyframeId>& others, const NeighbourFusionConfig& config,
-              FusionLog* log = nullptr);
+              const std::vector<KeyframeId>& others, const NeighbourFusionConfig& config);
 
 }  // namespace ygslam

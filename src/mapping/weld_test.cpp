@@ -32,39 +32,26 @@ Map seen_twice(World& world, int keyframes, double without) {
   return map;
 }
 
-TEST(Weld, WhatItsLogUndoesIsAsBefore) {
+TEST(Weld, WhatBothVisitsSeeOfAPointBecomesOne) {
   for (const std::uint64_t seed : {31, 32, 33}) {
     World world(400, seed);
     Map map = seen_twice(world, 4, 0.3);
     const Map before = map;
-    FusionLog log;
+    int changes = 0;
     for (const KeyframeId id : {KeyframeId{7}, KeyframeId{6}, KeyframeId{5}})
-      fuse_with(map, world.camera(), id, {KeyframeId{0}, KeyframeId{1}, KeyframeId{2}}, {}, &log);
-    ASSERT_GT(log.fusions.size(), 50U);
-    ASSERT_GT(log.added.size(), 10U);
-    ASSERT_GT(map.keyframe(KeyframeId{7}).covisible.count(KeyframeId{0}), 0U);
-
-    MapPatch undo = map.start_patch();
-    for (auto fusion = log.fusions.rbegin(); fusion != log.fusions.rend(); ++fusion)
-      undo.splits.push_back(fusion->undo);
-    undo.dropped = log.added;
-    map.apply(undo);
-
-    ASSERT_EQ(map.landmark_count(), before.landmark_count());
+      changes += fuse_with(map, world.camera(), id,
+                           {KeyframeId{0}, KeyframeId{1}, KeyframeId{2}}, {});
+    std::size_t fused = 0;
     before.for_each_landmark([&](const Landmark& was) {
-      ASSERT_TRUE(map.has_landmark(was.id));
-      const Landmark& is = map.landmark(was.id);
-      EXPECT_EQ(map.current_id(was.id), was.id);
-      EXPECT_EQ(is.p_world, was.p_world);
-      EXPECT_EQ(is.descriptor, was.descriptor);
-      EXPECT_EQ(is.visible, was.visible);
-      EXPECT_EQ(is.found, was.found);
-      EXPECT_EQ(is.first_keyframe, was.first_keyframe);
+      const LandmarkId now = map.current_id(was.id);
+      ASSERT_TRUE(map.has_landmark(now));
+      EXPECT_LT((map.landmark(now).p_world - was.p_world).norm(), 1e-9) << "another point";
+      fused += now != was.id ? 1 : 0;
     });
-    for (const auto& [id, was] : before.keyframes()) {
-      EXPECT_EQ(map.keyframe(id).landmarks, was.landmarks) << index(id);
-      EXPECT_EQ(map.keyframe(id).covisible, was.covisible) << index(id);
-    }
+    EXPECT_GT(fused, 50U);
+    EXPECT_GT(changes, static_cast<int>(fused) + 10) << "features without a landmark get one";
+    EXPECT_EQ(map.landmark_count() + fused, before.landmark_count());
+    EXPECT_GT(map.keyframe(KeyframeId{7}).covisible.count(KeyframeId{0}), 0U);
   }
 }
 

@@ -79,7 +79,7 @@ void MapThread::finish_dense() {
 void MapThread::take_adjustment() {
   const auto patch = adjustment_.take_result();
   if (!patch) return;
-  stage_.take_adjustment(*patch);
+  stage_.correct(*patch);
   publish();
 }
 

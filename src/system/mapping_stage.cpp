@@ -112,10 +112,11 @@ bool MappingStage::close_loops() {
     const KeyframeId id = complete_.front();
     complete_.pop_front();
     if (!map().has_keyframe(id)) continue;
-    LoopResult result = loop_closer_.step(map(), index_, id);
+    const LoopResult result = loop_closer_.step(map(), index_, id);
     append_attempts(result.attempts, kRememberedAttempts, attempts_);
     if (result.closure) {
-      carry_out(*result.closure);
+      mapper_.correct(result.closure->patch);
+      mapper_.weld(result.closure->window, result.closure->place);
       changed = true;
     }
     if (const auto found = submap_joiner_.step(map(), result.attempts)) {
@@ -125,17 +126,6 @@ bool MappingStage::close_loops() {
     index_.add(map(), id);
   }
   return changed;
-}
-
-void MappingStage::carry_out(const LoopClosure& closure) {
-  if (closure.revocation) mapper_.correct(*closure.revocation);
-  mapper_.correct(closure.patch);
-  loop_closer_.remember(closure, mapper_.weld(closure.window, closure.place));
-}
-
-void MappingStage::take_adjustment(const MapPatch& patch) {
-  correct(patch);
-  loop_closer_.remember(patch);
 }
 
 void MappingStage::join(const SubmapJoin& join) {

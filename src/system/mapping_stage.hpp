@@ -60,13 +60,11 @@ class MappingStage {
   /// @return true if the map changed: the submap was joined to the rest.
   bool look_for(const Features& features, std::span<const float> static_weight,
                 const KeyframeRelativePose& pose);
-  /// The whole map as a job for another thread; its patch goes to take_adjustment(). Only of a map
+  /// The whole map as a job for another thread; its patch goes to correct(). Only of a map
   /// that has keyframes.
   [[nodiscard]] FullAdjustment full_adjustment() const {
     return make_full_adjustment(map(), config_.mapper.noise);
   }
-  /// Its result.
-  void take_adjustment(const MapPatch& patch);
   void correct(const MapPatch& patch) { mapper_.correct(patch); }
   /// A read-out time was found when part of the map was made: it is adjusted as a whole.
   void correct_shutter(const ShutterReport& report);
@@ -102,7 +100,6 @@ class MappingStage {
   };
   /// @param masks of its frame; nullptr: none came.
   void integrate(const Waiting& waiting, const Segmentation* masks);
-  void carry_out(const LoopClosure& closure);
   /// The keyframe itself, or what a removed one is told by: where a camera is at a pose relative to
   /// it.
   [[nodiscard]] DenseAnchor anchor_of(const KeyframeRelativePose& pose) const;

@@ -111,7 +111,7 @@ class OfflineRunner final : public Runner {
 
   void adjust_all() {
     auto patch = solve(camera_, mapping_->full_adjustment(), mapping_config_.mapper.bundle);
-    if (patch) mapping_->take_adjustment(*patch);
+    if (patch) mapping_->correct(*patch);
   }
 
   template <typename IsWanted>

@@ -262,7 +262,7 @@ TEST(LoopsCsv, TheReportReadsEveryStage) {
       attempts.back().outcome = LoopOutcome::kTooFar;
   }
   for (int o = static_cast<int>(LoopOutcome::kOtherSubmap);
-       o <= static_cast<int>(LoopOutcome::kRevoked); ++o) {
+       o <= static_cast<int>(LoopOutcome::kClosed); ++o) {
     attempts.emplace_back().match.verdict = PlaceVerdict::kAgrees;
     attempts.back().outcome = static_cast<LoopOutcome>(o);
   }

@@ -37,7 +37,7 @@ std::optional<map_file::Meta> read_meta(ArchiveReader& in) {
   return in.ok() && small ? std::optional(meta) : std::nullopt;
 }
 
-/// Writes the next row that the bytes tell: table and layout, number, size, content.
+/// Writes the next row that the bytes tell: table, number, size, content.
 /// @return its share of the digest; nothing at the end.
 std::optional<std::uint64_t> write_row(std::string_view& bytes, map_file::Database& database) {
   struct Head {
@@ -49,8 +49,6 @@ std::optional<std::uint64_t> write_row(std::string_view& bytes, map_file::Databa
   std::memcpy(&head, bytes.data(), sizeof(head));
   bytes.remove_prefix(sizeof(head));
   const RowKey key{static_cast<Table>(head.table % map_file::kTables), head.id};
-  const bool is_first = head.table / map_file::kTables % 2 == 1;
-  const auto layout = is_first ? FieldLayout::kFirst : FieldLayout::kSecond;
   std::string content(bytes.substr(0, head.size));
   bytes.remove_prefix(content.size());
   static map_file::RowCodec codec;
@@ -67,7 +65,7 @@ std::optional<std::uint64_t> write_row(std::string_view& bytes, map_file::Databa
   }
   auto row = database.prepare(
       fmt::format("INSERT OR IGNORE INTO {} VALUES (?, ?)", map_file::name_of(key.table)));
-  CHECK(row && row->bind(1, head.id).bind(2, codec.encode(key, content, hash, {}, layout)).run());
+  CHECK(row && row->bind(1, head.id).bind(2, codec.encode(key, content, hash)).run());
   return map_file::share_of(key, hash);
 }
 

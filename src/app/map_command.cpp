@@ -254,7 +254,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
       "  ygslam map export room.map -o keyframes.txt\n"
       "  ygslam map merge monday.map tuesday.map -o both.map\n"
       "A map is one file; where a run was killed its log FILE-wal belongs to it: move both.\n"
-      "Codes: 0 done, 2 usage, 6 damaged, no map, of a newer format or not to be merged, 9 output "
+      "Codes: 0 done, 2 usage, 6 damaged, no map, of another format or not to be merged, 9 output "
       "not writable.\n"
       "See docs/maps.md.");
 }

@@ -17,9 +17,6 @@ namespace ygslam {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they lie");
 
-/// How fields lie. What is written lies as in the last one.
-enum class FieldLayout : std::uint16_t { kFirst = 1, kSecond = 2 };
-
 class ArchiveWriter {
  public:
   static constexpr bool kReads = false;
@@ -70,9 +67,7 @@ class ArchiveReader {
   static constexpr bool kReads = true;
   static constexpr const char* kNotFinite = "a number is not finite";
 
-  explicit ArchiveReader(std::span<const char> bytes, FieldLayout layout = FieldLayout::kSecond)
-      : bytes_(bytes), layout_(layout) {}
-  [[nodiscard]] FieldLayout layout() const { return layout_; }
+  explicit ArchiveReader(std::span<const char> bytes) : bytes_(bytes) {}
 
   template <typename T>
   void number(T& value) {
@@ -118,7 +113,6 @@ class ArchiveReader {
 
  private:
   std::span<const char> bytes_;
-  FieldLayout layout_;
   const char* fault_ = nullptr;
 };
 

@@ -7,7 +7,8 @@
 #include <utility>
 
 #include "map/archive.hpp"
-#include "map/first_layout.hpp"
+#include "map/feature_fields.hpp"
+#include "map/landmark_fields.hpp"
 #include "map/map.hpp"
 
 namespace ygslam::map_fields {
@@ -76,11 +77,7 @@ void free_space(Archive& archive, auto& data) {  // a KeyframeData
                   "a free-space image is larger than its bytes");
     if (!archive.ok()) return;
     DepthImage blocks_m(static_cast<int>(width), static_cast<int>(height));
-    if (archive.layout() == FieldLayout::kFirst) {
-      first_layout::depths(archive, blocks_m.size(), in_rows(blocks_m));
-    } else {
-      depths(archive, blocks_m.size(), Order::kInOrder, in_rows(blocks_m));
-    }
+    depths(archive, blocks_m.size(), Order::kInOrder, in_rows(blocks_m));
     data.free_space = FreeSpaceImage::of_blocks(std::move(blocks_m));
   } else {
     const DepthImage& blocks_m = data.free_space.blocks_m();
@@ -97,26 +94,10 @@ inline void seen(ArchiveWriter& archive, const KeyframeData& data, const Camera*
 }
 inline void seen(ArchiveReader& archive, KeyframeData& data, const Camera* camera) {
   auto points = std::make_shared<Features>();
-  if (archive.layout() == FieldLayout::kFirst) {
-    first_layout::features(archive, *points);
-  } else {
-    features(archive, *points, camera);
-  }
+  features(archive, *points, camera);
   data.features = std::move(points);
   free_space(archive, data);
   read_out(archive, data.read_out);
-}
-
-/// Reads what lies in either layout.
-inline void read_static_weight(ArchiveReader& archive, std::vector<float>& weight) {
-  if (archive.layout() == FieldLayout::kFirst) return first_layout::static_weight(archive, weight);
-  static_weight(archive, weight);
-}
-inline void read_landmarks(ArchiveReader& archive, std::vector<Landmark>& list,
-                           LandmarkExtras& extras) {
-  if (archive.layout() == FieldLayout::kSecond) return landmarks(archive, list, extras);
-  first_layout::landmarks(archive, list);
-  extras.sights.assign(list.size(), kOwnDescriptor);
 }
 
 }  // namespace ygslam::map_fields

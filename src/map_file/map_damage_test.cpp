@@ -65,7 +65,7 @@ TEST_F(MapDamage, OtherThingsAreNoMaps) {
   expect_refused(other, "database of another program");
   sql(other, "PRAGMA application_id=1497845072");
   expect_refused(other, "never completed");
-  sql(other, "PRAGMA user_version=1");
+  sql(other, "PRAGMA user_version=2");
   expect_refused(other, "a table 'shopping' that no map has");
 }
 
@@ -103,14 +103,15 @@ TEST_F(MapDamage, OfAFileThatWasCutShortTheRestIsSaved) {
   expect_refused(path_, "is cut short");
 }
 
-TEST_F(MapDamage, WrittenByANewerProgram) {
+TEST_F(MapDamage, OfAnotherFormat) {
   sign_meta(path_, [](map_file::Meta& meta) { meta.info.program_version = "9.1.0"; });
   sql(path_,
       "UPDATE meta SET value = '9.1.0' WHERE key = 'program_version';"
       "PRAGMA user_version=3");
-  expect_refused(path_,
-                 "written by version 9.1.0 in format 3; this version 0.1.0 reads up to "
-                 "format 2");
+  expect_refused(path_, "written by version 9.1.0 in format 3; this version 0.1.0 reads format 2");
+  // Of version 0.1.0, when the first format was the newest.
+  expect_refused("fuzz/corpus/map_file/first_format",
+                 "written by version 0.1.0 in format 1; this version 0.1.0 reads format 2");
 }
 
 /// One bit of a row's blob, or of its checksum where it has no blob.

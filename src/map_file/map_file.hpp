@@ -38,7 +38,7 @@ Status save_map(const std::filesystem::path& path, const Map& map, const Camera&
 /// together, and what they say whatever their checksums.
 /// @param camera, scales of this run: those the map was made with (depth scale and shutter may
 /// differ).
-/// @return kSavedMap in one line naming file and cause: no map, damaged, of a newer format, of
+/// @return kSavedMap in one line naming file and cause: no map, damaged, of another format, of
 /// another camera or pyramid (both values).
 Result<Map> load_map(const std::filesystem::path& path, const Camera& camera,
                      const PyramidScales& scales);

@@ -159,7 +159,7 @@ inline void sign_row(const fs::path& path, const map_file::RowKey& key,
   ASSERT_EQ(codec.decode(key, row_blob(path, key), budget, row), nullptr);
   change(row.raw);
   const std::uint64_t after = map_file::hash_of(row.raw);
-  set_row_blob(path, key, codec.encode(key, row.raw, after, {}, row.layout));
+  set_row_blob(path, key, codec.encode(key, row.raw, after));
   sign_meta(path, [&](map_file::Meta& meta) {
     meta.rows_digest += map_file::share_of(key, after) - map_file::share_of(key, row.hash);
   });

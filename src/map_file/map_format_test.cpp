@@ -1,4 +1,4 @@
-// What a file keeps shorter than memory has it, and files of the first format.
+// What a file keeps shorter than memory has it.
 #include "map_file/map_file_testing.hpp"
 
 namespace ygslam {
@@ -8,86 +8,6 @@ using namespace map_file_test;  // NOLINT(google-build-using-namespace): its own
 using map_file::RowKey;
 using map_file::Table;
 using testing::TempFolder;
-
-// Of version 0.1.0, when the first format was the newest: three keyframes, five landmarks.
-constexpr const char* kFirstFormat = "fuzz/corpus/map_file/first_format";
-
-std::uint32_t format_of(const fs::path& path) {
-  const auto opened = map_file::open_map(path);
-  return opened.ok() ? opened->format : 0;
-}
-
-TEST(FirstFormat, IsRead) {
-  ASSERT_EQ(format_of(kFirstFormat), 1U);
-  const auto map = load_map(kFirstFormat);
-  ASSERT_TRUE(map.ok()) << map.error().message;
-  EXPECT_EQ(map->keyframes().size(), 3U);
-  EXPECT_EQ(map->landmark_count(), 5U);
-  map->for_each_landmark([&](const Landmark& landmark) {
-    EXPECT_EQ(landmark.observations.size(), 3U);
-    EXPECT_NE(landmark.descriptor, Descriptor{});
-    EXPECT_NEAR(landmark.normal_world.norm(), 1, 1e-6);
-    const LandmarkObservation& o = landmark.observations.front();
-    const auto& data = *map->keyframe(o.keyframe).data;
-    EXPECT_LT(distance(data.features->descriptors[o.feature], landmark.descriptor), 60);
-    EXPECT_GT(data.features->points[o.feature].depth_m, 0);
-  });
-  const auto check = check_map(kFirstFormat);
-  ASSERT_TRUE(check.ok());
-  EXPECT_TRUE(check->faults.empty()) << check->faults.front();
-}
-
-TEST(FirstFormat, BecomesTheSecondWithTheFirstWrite) {
-  const TempFolder folder;
-  const fs::path path = folder.path() / "room.map";
-  fs::copy_file(kFirstFormat, path);
-  const auto before = load_map(path);
-  ASSERT_TRUE(before.ok());
-  const auto info = read_map_info(path);
-  auto writer = MapWriter::open(path, Camera(info->camera), before->scales());
-  ASSERT_TRUE(writer.ok()) << writer.error().message;
-  EXPECT_EQ(format_of(path), 1U) << "until the first write";
-  ASSERT_TRUE(writer->write(*before).ok());
-  ASSERT_TRUE(writer->write(*before).ok());
-  ASSERT_TRUE(writer->close().ok());
-  EXPECT_EQ(format_of(path), 2U);
-  const auto after = load_map(path);
-  ASSERT_TRUE(after.ok()) << after.error().message;
-  EXPECT_EQ(to_bytes(*after), to_bytes(*before));
-  EXPECT_EQ(read_map_info(path)->uuid, info->uuid);
-  EXPECT_EQ(read_map_info(path)->generation, info->generation + 2);
-}
-
-TEST(FirstFormat, DamageIsSeenInItsRowsToo) {
-  const TempFolder folder;
-  const fs::path path = folder.path() / "room.map";
-  const std::string whole = testing::read(kFirstFormat);
-  Rng rng(4);
-  for (const Table table : {Table::kSeen, Table::kWeight, Table::kLandmarks}) {
-    for (int trial = 0; trial < 40; ++trial) {
-      testing::write(path, whole);
-      sign_row(path, {table, 0}, [&](std::string& raw) {
-        if (trial % 2 == 0) {
-          raw.resize(rng.below(static_cast<std::uint32_t>(raw.size())));
-        } else {
-          raw[rng.below(static_cast<std::uint32_t>(raw.size()))] ^=
-              static_cast<char>(1 + rng.below(255));
-        }
-      });
-      const auto map = load_map(path);
-      if (trial % 2 == 0) {
-        EXPECT_FALSE(map.ok()) << trial;
-      }
-      if (!map.ok()) continue;
-      const Camera its(read_map_info(path)->camera);
-      const fs::path saved = folder.path() / "saved.map";
-      ASSERT_TRUE(save_map(saved, *map, its).ok());
-      const auto again = load_map(saved);
-      ASSERT_TRUE(again.ok()) << "accepted, but cannot be kept: " << again.error().message;
-      EXPECT_EQ(to_bytes(*again), to_bytes(*map));
-    }
-  }
-}
 
 TEST(MapFormat, SavedAgainIsTheSame) {
   const TempFolder folder;

@@ -112,7 +112,7 @@ bool MapReader::load(const RowKey& key) {
 bool MapReader::with_row(const RowKey& key, const std::function<void(ArchiveReader&)>& read) {
   if (stopped_ || !load(key)) return false;
   digest_ += share_of(key, row_.hash);
-  ArchiveReader in(row_.raw, row_.layout);
+  ArchiveReader in(row_.raw);
   read(in);
   in.check_end();
   if (!in.ok()) fault(key, in.fault());
@@ -160,7 +160,7 @@ void MapReader::read_keyframe(KeyframeId id) {
                    [&](ArchiveReader& in) { map_fields::seen(in, *data, &camera_); }) &&
           whole;
   whole = with_row(key(Table::kWeight),
-                   [&](ArchiveReader& in) { map_fields::read_static_weight(in, weight); }) &&
+                   [&](ArchiveReader& in) { map_fields::static_weight(in, weight); }) &&
           whole;
   data->stamp.ns = numbers.stamp_ns;
   if (whole) {
@@ -226,7 +226,7 @@ void MapReader::read_chunk(std::uint32_t chunk) {
   map_fields::LandmarkExtras extras;
   extras.most = kChunk;
   bool whole = with_row({Table::kLandmarks, chunk}, [&](ArchiveReader& in) {
-    map_fields::read_landmarks(in, landmarks, extras);
+    map_fields::landmarks(in, landmarks, extras);
     for (const Landmark& l : landmarks)
       in.check(index(l.id) / kChunk == chunk, "a landmark of another chunk");
   });

@@ -73,11 +73,10 @@ Result<MapStore> MapStore::create(const fs::path& path, MapFileInfo info) {
   return store;
 }
 
-Result<MapStore> MapStore::go_on(const fs::path& path, Meta meta, std::uint32_t format) {
+Result<MapStore> MapStore::go_on(const fs::path& path, Meta meta) {
   auto database = Database::open(path, Database::Access::kWrite);
   if (!database) return database.error();
   MapStore store(path, std::move(*database), std::move(meta));
-  store.is_older_ = format != kFormat;
   if (!store.database_.run(kRunning)) return store.error(store.database_.message());
   if (Status read = store.read_hashes(); !read) return read.error();
   return store;
@@ -120,7 +119,7 @@ Status MapStore::put(const RowKey& key, Change& change) {
   const std::uint64_t hash = hash_of(raw);
   change.keep(key, hash);
   const auto before = hashes_[table].find(key.id);
-  if (!is_older_ && before != hashes_[table].end() && before->second == hash) return Ok{};
+  if (before != hashes_[table].end() && before->second == hash) return Ok{};
   Statement& statement = change.put[table];
   statement.bind(1, key.id);
   if (key.table == Table::kKeyframe) {
@@ -227,8 +226,6 @@ Status MapStore::delete_others(const Change& change) {
 }
 
 Status MapStore::write_meta() {
-  if (is_older_ && !database_.run(fmt::format("PRAGMA user_version={}", kFormat).c_str()))
-    return error(database_.message());
   auto statement = database_.prepare("INSERT OR REPLACE INTO meta(key, value) VALUES (?, ?)");
   if (!statement) return error(database_.message());
   for (const auto& [name, value] : entries_of(meta_))
@@ -268,7 +265,6 @@ Status MapStore::write(const Map& map) {
     (void)database_.run("ROLLBACK");
     return done;
   }
-  is_older_ = false;
   hashes_ = std::move(change.hashes);
   seen_.clear();
   for (const auto& [id, keyframe] : map.keyframes()) seen_[index(id)] = keyframe.data;

@@ -15,9 +15,8 @@ class MapStore {
   /// no journal on the disk, so that it is worth nothing until it is closed.
   static Result<MapStore> create(const std::filesystem::path& path, MapFileInfo info);
   /// A file whose map goes on, with a write-ahead log.
-  /// @param meta what stands there. @param format of the file: an older one becomes the current
-  /// one with the first write().
-  static Result<MapStore> go_on(const std::filesystem::path& path, Meta meta, std::uint32_t format);
+  /// @param meta what stands there.
+  static Result<MapStore> go_on(const std::filesystem::path& path, Meta meta);
 
   /// @return kOutput; what was written before stays.
   Status write(const Map& map);
@@ -44,7 +43,6 @@ class MapStore {
   Meta meta_;
   Camera camera_;  // what features are said by; after meta_
   bool is_new_ = false;
-  bool is_older_ = false;  // format: all rows are written anew
   // What the rows of `seen` were made of: it never changes, and two worlds never share it.
   std::unordered_map<std::uint32_t, std::weak_ptr<const KeyframeData>> seen_;
   std::array<Hashes, kTables> hashes_;

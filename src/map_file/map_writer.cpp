@@ -50,7 +50,7 @@ Result<MapWriter> MapWriter::open(const fs::path& path, const Camera& camera,
     return Error{ErrorKind::kSavedMap, path.string() + ": made with " + differ};
   map_file::Meta meta = std::move(opened->meta);
   (void)opened->database.close();
-  auto store = map_file::MapStore::go_on(*target, std::move(meta), opened->format);
+  auto store = map_file::MapStore::go_on(*target, std::move(meta));
   if (!store) return store.error();
   return MapWriter(std::make_unique<State>(State{std::move(*lock), std::move(*store)}));
 }

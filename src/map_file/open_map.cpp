@@ -90,12 +90,12 @@ std::string schema_fault(Database& database) {
 }
 
 /// Whoever reads must know what it cannot read, as far as that is possible.
-std::string newer_text(Database& database, std::uint32_t format) {
+std::string other_format_text(Database& database, std::uint32_t format) {
   std::string version = "?";
   auto row = database.prepare("SELECT value FROM meta WHERE key = 'program_version'");
   if (row && row->next()) version = short_text(row->text(0).value_or("?"));
-  return fmt::format("written by version {} in format {}; this version {} reads up to format {}",
-                     version, format, program_version(), kFormat);
+  return fmt::format("written by version {} in format {}; this version {} reads format {}", version,
+                     format, program_version(), kFormat);
 }
 
 }  // namespace
@@ -163,8 +163,8 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   }
   if (!database->run("PRAGMA cell_size_check=ON; PRAGMA mmap_size=0; PRAGMA query_only=ON; BEGIN"))
     return fault(path, database->message());
-  if (header.format > kFormat) return fault(path, newer_text(*database, header.format));
   if (header.format == 0) return fault(path, "is a map that was never completed");
+  if (header.format != kFormat) return fault(path, other_format_text(*database, header.format));
   if (const std::string schema = schema_fault(*database); !schema.empty()) {
     const bool log_is_shut = has_log && database->lacks_access();
     return fault(path, schema + (log_is_shut ? "; its log beside it needs a folder that can be "
@@ -177,7 +177,7 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   if (!meta) return fault(path, meta.error().message);
   if (faults == MetaFaults::kRefuse && !meta->fault.empty()) return fault(path, meta->fault);
   meta->info.bytes = file_bytes + log_bytes;
-  return OpenedMap{std::move(*database), std::move(*meta), std::move(cut), header.format};
+  return OpenedMap{std::move(*database), std::move(*meta), std::move(cut)};
 }
 
 }  // namespace ygslam::map_file

@@ -18,7 +18,6 @@ struct OpenedMap {
   Database database;  ///< in a read transaction: nothing changes under the reader
   Meta meta;
   std::string cut;  ///< where it is shorter than it says: that; else empty
-  std::uint32_t format = kFormat;
 };
 /// Of `meta`, and that the file was cut short: what can still be found is then there.
 enum class MetaFaults { kRefuse, kKeep };

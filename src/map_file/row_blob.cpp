@@ -12,6 +12,8 @@ namespace ygslam::map_file {
 namespace {
 
 constexpr std::uint32_t kRowMagic = 0x57524759;      // "YGRW"
+constexpr std::uint16_t kBlobLayout = 2;             // how the fields lie
+constexpr std::uint16_t kColumnLayout = 1;           // in the checksums of rows in columns
 constexpr std::uint32_t kMostRaw_bytes = 64U << 20;  // of one row
 // Descriptors are random to any compressor: higher levels take four times as long for 1 % less.
 constexpr int kLevel = 1;
@@ -19,17 +21,13 @@ constexpr std::size_t kLeastPart_bytes = 64;  // that is worth a block of its ow
 
 struct Header {
   std::uint32_t magic = kRowMagic;
-  FieldLayout layout = FieldLayout::kSecond;
+  std::uint16_t layout = kBlobLayout;
   std::uint16_t table = 0;
   std::uint32_t raw_bytes = 0;
   std::uint32_t checksum = 0;
   std::uint64_t hash = 0;
 };
 static_assert(sizeof(Header) == kRowHeader_bytes);
-
-bool is_known(FieldLayout layout) {
-  return layout == FieldLayout::kFirst || layout == FieldLayout::kSecond;
-}
 
 std::uint32_t crc(std::uint32_t before, const void* bytes, std::size_t size) {
   return static_cast<std::uint32_t>(crc32_z(before, static_cast<const Bytef*>(bytes), size));
@@ -84,14 +82,12 @@ std::size_t RowCodec::compress(std::span<const char> raw, std::span<const std::s
 }
 
 std::span<const char> RowCodec::encode(const RowKey& key, std::span<const char> raw,
-                                       std::uint64_t hash, std::span<const std::size_t> parts,
-                                       FieldLayout layout) {
+                                       std::uint64_t hash, std::span<const std::size_t> parts) {
   CHECK(raw.size() <= kMostRaw_bytes, "a row too large to be read again");
   constexpr std::size_t kBytesPerPart = 8;  // what a new block costs
   stored_.resize(sizeof(Header) + ZSTD_compressBound(raw.size()) + kBytesPerPart * parts.size());
   stored_.resize(sizeof(Header) + compress(raw, parts));
   Header header;
-  header.layout = layout;
   header.table = static_cast<std::uint16_t>(key.table);
   header.raw_bytes = static_cast<std::uint32_t>(raw.size());
   header.hash = hash;
@@ -108,7 +104,7 @@ const char* RowCodec::decode(const RowKey& key, std::span<const char> stored, De
   const auto payload = stored.subspan(sizeof(Header));
   if (header.magic != kRowMagic || header.table != static_cast<std::uint16_t>(key.table))
     return "damaged: no row of this table";
-  if (!is_known(header.layout)) return "of a format this program does not know";
+  if (header.layout != kBlobLayout) return "of a format this program does not know";
   if (checksum(header, key.id, payload) != header.checksum)
     return "damaged: the checksum does not match";
   if (header.raw_bytes > kMostRaw_bytes || header.raw_bytes > budget.left_bytes)
@@ -121,7 +117,6 @@ const char* RowCodec::decode(const RowKey& key, std::span<const char> stored, De
                                                row.raw.size(), payload.data(), payload.size());
   if (ZSTD_isError(size) != 0 || size != row.raw.size())
     return "damaged: it cannot be decompressed";
-  row.layout = header.layout;
   row.hash = hash_of(row.raw);
   return row.hash == header.hash ? nullptr : "damaged: the hash does not match";
 }
@@ -130,14 +125,15 @@ std::optional<std::uint64_t> hash_in_header(Table table, std::span<const char> h
   Header h;
   if (header.size() < sizeof(Header)) return std::nullopt;
   std::memcpy(&h, header.data(), sizeof(Header));
-  if (h.magic != kRowMagic || !is_known(h.layout) || h.table != static_cast<std::uint16_t>(table))
+  if (h.magic != kRowMagic || h.layout != kBlobLayout ||
+      h.table != static_cast<std::uint16_t>(table))
     return std::nullopt;
   return h.hash;
 }
 
 std::uint32_t checksum_of(const RowKey& key, std::span<const char> raw) {
   Header header;
-  header.layout = FieldLayout::kFirst;  // it has not changed since
+  header.layout = kColumnLayout;
   header.table = static_cast<std::uint16_t>(key.table);
   header.raw_bytes = static_cast<std::uint32_t>(raw.size());
   return checksum(header, key.id, raw);

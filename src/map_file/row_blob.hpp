@@ -7,7 +7,6 @@
 #include <span>
 #include <string>
 
-#include "map/archive.hpp"
 #include "map_file/row_hash.hpp"
 
 namespace ygslam::map_file {
@@ -34,7 +33,6 @@ inline constexpr std::size_t kRowHeader_bytes = 24;
 struct RowContent {
   std::string raw;
   std::uint64_t hash = 0;  ///< of raw
-  FieldLayout layout = FieldLayout::kSecond;
 };
 
 /// Keeps the compressor's memory between rows.
@@ -49,8 +47,7 @@ class RowCodec {
   /// until the next call.
   [[nodiscard]] std::span<const char> encode(const RowKey& key, std::span<const char> raw,
                                              std::uint64_t hash,
-                                             std::span<const std::size_t> parts = {},
-                                             FieldLayout layout = FieldLayout::kSecond);
+                                             std::span<const std::size_t> parts = {});
   /// The checksum is looked at before anything is decoded, the size before anything is allocated.
   /// @param row set to what it holds. @return what is wrong; null if nothing.
   [[nodiscard]] const char* decode(const RowKey& key, std::span<const char> stored,

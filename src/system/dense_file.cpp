@@ -20,7 +20,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::array<char, 8> kMagic = {'Y', 'G', 'D', 'E', 'N', 'S', 'E', '\n'};
-constexpr std::uint32_t kFormat = 2;  // 1 has keyframes alone, without what tells of other frames
+constexpr std::uint32_t kFormat = 2;
 constexpr std::uint64_t kLargestRecord = 1 << 30;  // a file with holes may promise anything
 
 struct Header {
@@ -156,12 +156,11 @@ std::optional<DenseAnchor> parse_anchor(Parts& parts) {
 }
 
 /// @return what is wrong; empty if nothing.
-std::string parse_record(const std::string& bytes, const Pinhole& camera, std::uint32_t format,
-                         SavedView& saved) {
+std::string parse_record(const std::string& bytes, const Pinhole& camera, SavedView& saved) {
   Parts parts(bytes);
   saved.id = KeyframeId{parts.take<std::uint32_t>()};
-  if (format > 1) saved.id.number = parts.take<std::uint32_t>();
-  if (format > 1 && parts.take<std::uint8_t>() != 0) {
+  saved.id.number = parts.take<std::uint32_t>();
+  if (parts.take<std::uint8_t>() != 0) {
     saved.anchor = parse_anchor(parts);
     if (!saved.anchor) return "it is nowhere";
   }
@@ -199,9 +198,9 @@ Result<Header> read_header(const std::filesystem::path& path, std::ifstream& fil
   if (!file) return damaged(path, std::strerror(errno));
   if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != kMagic)
     return damaged(path, "no dense map of ygslam");
-  if (header.format < 1 || header.format > kFormat)
+  if (header.format != kFormat)
     return damaged(path, "format " + std::to_string(header.format) +
-                             ", this program knows formats up to " + std::to_string(kFormat));
+                             ", this program reads format " + std::to_string(kFormat));
   if (header.hash != header.right_hash()) return damaged(path, "damaged header");
   return header;
 }
@@ -281,7 +280,7 @@ Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& pat
     left -= record.bytes;
     if (map_file::hash_of(bytes) != record.hash) return fault("damaged");
     SavedView view;
-    if (const std::string what = parse_record(bytes, pinhole, header->format, view); !what.empty())
+    if (const std::string what = parse_record(bytes, pinhole, view); !what.empty())
       return fault(what);
     if (!ids.insert(view.id).second) return fault("there is one of this number");
     views.push_back(std::move(view));

@@ -7,7 +7,7 @@ MASKS what `run --save-masks` kept (or SEQ/things). True cells are cubes of 5 cm
 of every fifth frame, within 4 m: static ones that three of these frames measured (the sensor gave a depth
 within 5 cm of the true one), with the name that most of their pixels have; movers' ones that such a frame
 saw, 10 cm and more from all that is static and from where a thing stands in the end. A cell is in the map
-where the centre of an occupied cell of voxels.npz lies within 5 cm of the mean of its points.
+where the centre of an occupied cell of space.ot lies within 5 cm of the mean of its points.
 
 kept, gone      static cells that are in the map; movers' cells that are not
 miou            over the names that occur in the truth: of static cells of 2 cm within 5 cm of mesh.ply, the
@@ -26,6 +26,7 @@ from pathlib import Path
 
 import numpy as np
 import plyfile
+import pyoctomap
 import yaml
 from PIL import Image
 from scipy.ndimage import binary_dilation, binary_erosion
@@ -305,9 +306,9 @@ def measure(scene, seq, trajectory, masks=None):
     frames = Frames(seq)
     cells, small, movers, fixed = true_cells(frames)
     turn, shift = map_to_truth(trajectory, frames.poses)
-    voxels = np.load(scene / "voxels.npz")
-    there = voxels["state"] == 2
-    tree = cKDTree(turn.apply((voxels["index"][there] + 0.5) * voxels["cell_m"]) + shift)
+    space = pyoctomap.ColorOcTree(CELL_M).read(str(scene / "space.ot"))
+    occupied = [leaf.getCoordinate() for leaf in space.begin_leafs() if space.isNodeOccupied(leaf)]
+    tree = cKDTree(turn.apply(occupied) + shift)
     often = cells.views >= LEAST_VIEWS
     kept = tree.query(cells.mean[often])[0] <= WITHIN_M
     gone = true_movers(frames, movers, cKDTree(fixed))

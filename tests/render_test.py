@@ -2,9 +2,7 @@
 
     python tests/render_test.py
 """
-import io
 import json
-import struct
 import unittest
 
 import numpy as np
@@ -33,23 +31,6 @@ def square(height=0.0, side=1.0):
     return points, [[0, 1, 2], [0, 2, 3]]
 
 
-def avi_images(path):
-    """(frames a second, number of frames in the header, images) of a Motion JPEG file, by its index."""
-    data = path.read_bytes()
-    assert data[:4] == b"RIFF" and data[8:12] == b"AVI " and struct.unpack("<I", data[4:8])[0] == len(data) - 8
-    header, stream = data.index(b"avih") + 8, data.index(b"strh") + 8
-    assert data[stream:stream + 8] == b"vidsMJPG"
-    scale, rate = struct.unpack("<II", data[stream + 20:stream + 28])
-    movi, index = data.index(b"movi"), data.rindex(b"idx1")
-    images = []
-    for at in range(index + 8, len(data), 16):
-        name, _, offset, size = struct.unpack("<4sIII", data[at:at + 16])
-        assert name == b"00dc" == data[movi + offset:movi + offset + 4]
-        assert size == struct.unpack("<I", data[movi + offset + 4:movi + offset + 8])[0]
-        images.append(Image.open(io.BytesIO(data[movi + offset + 8:movi + offset + 8 + size])).convert("RGB"))
-    return rate / scale, struct.unpack("<I", data[header + 16:header + 20])[0], images
-
-
 class Render(CliTest):
     def draw(self, *arguments):
         out = self.folder / "picture.png"
@@ -71,73 +52,11 @@ class Render(CliTest):
         self.assertFalse((self.draw(mesh, "--up", "0,1,0", "--from", "0.5,0.5,-2", "--look-at",
                                     "0.5,0.5,0") != 255).any())  # from behind
 
-    def test_a_video_follows_a_path_at_its_pace(self):
-        mesh, path, video = self.folder / "mesh.ply", self.folder / "path.txt", self.folder / "tour.avi"
-        write_mesh(mesh, *square(2.0))  # seen from below: faces up, so from behind
-        write_mesh(mesh, square(2.0)[0], [[0, 2, 1], [0, 3, 2]])
-        poses = [(0.1 * i, 0.02 * i) for i in range(31)]  # 3 s, 0.6 m to the right
-        path.write_text("".join(f"{t:.6f} {0.2 + x:.6f} 0.5 0 0 0 0 1\n" for t, x in poses), encoding="utf-8")
-        self.assert_ran(ygslam("render", mesh, "--up", "0,1,0", "--path", path, "--size", "160x120",
-                               "--video", video, "--fps", "5"))
-        rate, count, images = avi_images(video)
-        self.assertEqual((rate, count, len(images)), (5, 16, 16))
-        columns = []
-        for image in images:
-            self.assertEqual(image.size, (160, 120))
-            drawn = (np.asarray(image).astype(int).min(axis=2) < 200)
-            columns.append(np.nonzero(drawn)[1].mean())
-        moved = np.diff(columns)
-        np.testing.assert_allclose(moved, -0.04 * 0.86 * 160 / 2, atol=0.7)
-        try:
-            import cv2
-        except ImportError:
-            return
-        reader = cv2.VideoCapture(str(video))
-        self.assertEqual(reader.get(cv2.CAP_PROP_FRAME_COUNT), 16)
-        self.assertEqual(reader.get(cv2.CAP_PROP_FPS), 5)
-        for image in images:
-            read, picture = reader.read()
-            self.assertTrue(read)
-            off = np.abs(picture[..., ::-1].astype(int) - np.asarray(image))
-            self.assertLess(off.mean(), 1)
-            self.assertLess((off > 24).mean(), 1e-3, "but for JPEG's ringing at edges")
-
-    def test_a_video_holds_a_pose_until_the_next_one(self):
-        mesh, path, video = self.folder / "mesh.ply", self.folder / "path.txt", self.folder / "tour.avi"
-        write_mesh(mesh, *square())
-        for stamps, fps, count in (((0, 0.5, 1, 1.5), 10, 16),  # keyframes: as long as they took
-                                   ([i / 15 for i in range(15)], 15, 15),  # none falls to rounding
-                                   ([i / 15 for i in range(15)], 30, 29),
-                                   ((0, 1000), 2, 5)):  # who stood for long is not waited for
-            path.write_text("".join(f"{t:.6f} {t} 0 0 0 0 0 1\n" for t in stamps), encoding="utf-8")
-            self.assert_ran(ygslam("render", mesh, "--up", "0,1,0", "--path", path, "--size", "80x60",
-                                   "--video", video, "--fps", str(fps)))
-            self.assertEqual(avi_images(video)[1], count, (stamps, fps))
-
     def test_boxes_that_nothing_tells_of_are_an_error(self):
         mesh = self.folder / "mesh.ply"
         write_mesh(mesh, *square())
         done = ygslam("render", mesh, "--boxes", "--out", self.folder / "boxes.png")
         self.assert_error(done, 4, "mesh.ply", "objects.json")
-
-    def test_a_video_without_a_path_goes_around_the_scene(self):
-        mesh, video = self.folder / "mesh.ply", self.folder / "tour.avi"
-        write_mesh(mesh, *square())
-        self.assert_ran(ygslam("render", mesh, "--up", "0,0,1", "--size", "80x60", "--video", video, "--fps", "2"))
-        self.assertEqual(len(avi_images(video)[2]), 16)
-
-    def test_what_a_video_cannot_be_is_told(self):
-        mesh = self.folder / "mesh.ply"
-        write_mesh(mesh, *square())
-        for options, part in ((("--video", "tour.mp4"), ".avi"), ((), "--out and --video"),
-                              (("--video", "tour.avi", "--size", "8000x60"), "4096")):
-            done = ygslam("render", mesh, *options, cwd=self.folder)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn(part, done.stderr)
-        empty = self.folder / "empty.txt"
-        empty.write_text("# nothing\n", encoding="utf-8")
-        done = ygslam("render", mesh, "--path", empty, "--video", self.folder / "tour.avi")
-        self.assertEqual(done.returncode, 4, done.stderr)
 
     def test_side_by_side_is_as_wide_as_both(self):
         for name, colour in (("mesh.ply", (200, 60, 60)), ("other.ply", (60, 60, 200))):
@@ -174,6 +93,7 @@ class Render(CliTest):
                               (("--by", "smell"), "--by")):
             self.assert_error(ygslam("render", mesh, "--out", out, *options), 2, part)
         self.assert_error(ygslam("render", mesh, "--out", self.folder / "p.jpg"), 2, ".png")
+        self.assert_error(ygslam("render", mesh), 2, "--out")
         good = mesh.read_bytes()
         broken = self.folder / "broken.ply"
         at = good.index(b"end_header\n") + 11

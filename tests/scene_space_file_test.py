@@ -6,9 +6,7 @@ import collections
 import json
 import pathlib
 import shutil
-import struct
 import tempfile
-import zipfile
 
 import numpy as np
 import yaml
@@ -80,42 +78,6 @@ class Octomap(Case):
         tree = pyoctomap.OcTree(0.1)
         self.assertTrue(tree.readBinary(file_of("empty", "space.bt")))
         self.assertEqual(tree.size(), 0)
-
-
-class Voxels(Case):
-    ARRAYS = ("cell_m", "index", "state", "log_odds", "colour", "label", "instance", "prob",
-              "label_ids", "label_names")
-
-    def assert_voxels(self, voxels, scene):
-        truth = truth_of(scene)
-        self.assertEqual(set(voxels), set(self.ARRAYS))
-        self.assertEqual(voxels["cell_m"], truth["cell_m"])
-        np.testing.assert_array_equal(voxels["index"], truth["cells"]["xyz"])
-        np.testing.assert_array_equal(voxels["colour"], truth["cells"]["rgb"])
-        self.assert_table(voxels, truth["cells"], ("state", "log_odds", "label", "instance", "prob"))
-        names = dict(zip(voxels["label_ids"], voxels["label_names"]))
-        self.assertEqual([names[label] for label in (0, CHAIR, FLOOR, CEILING, 255)],
-                         ["person", "chair", "floor", "ceiling", "unknown"])
-
-    def test_by_numpy(self):
-        for scene in SCENES:
-            with np.load(file_of(scene, "voxels.npz")) as voxels:
-                self.assert_voxels(dict(voxels), scene)
-
-    def test_by_their_headers(self):
-        for scene in SCENES:
-            voxels = {}
-            with zipfile.ZipFile(file_of(scene, "voxels.npz")) as packed:
-                self.assertIsNone(packed.testzip())
-                for name in packed.namelist():
-                    data = packed.read(name)
-                    magic, length = struct.unpack("<8sH", data[:10])
-                    self.assertEqual(magic, b"\x93NUMPY\x01\0")
-                    header = yaml.safe_load(data[10:10 + length].decode().replace("(", "[")
-                                            .replace(")", "]").replace(",]", "]"))
-                    array = np.frombuffer(data[10 + length:], header["descr"])
-                    voxels[name.removesuffix(".npy")] = array.reshape(header["shape"])
-            self.assert_voxels(voxels, scene)
 
 
 def map_server_cells(shades, settings):

@@ -13,6 +13,7 @@ import matplotlib.path
 import numpy as np
 import pandas
 import plyfile
+import pyoctomap
 import pycocotools.mask
 from PIL import Image
 from scipy.spatial.transform import Rotation
@@ -87,9 +88,10 @@ class TruthAsMap(CliTest):
     def write(self, points, called=None, shades=None):
         """As the run would have written it whose world lies at (TURN, SHIFT) in the truth's."""
         local = TURN.inv().apply(points - SHIFT)
-        cell_m = 0.001  # so that points keep their places
-        np.savez(self.folder / "voxels.npz", cell_m=cell_m, index=np.floor(local / cell_m).astype(np.int32),
-                 state=np.full(len(points), 2, np.uint8))
+        space = pyoctomap.ColorOcTree(0.001)  # so that points keep their places
+        for point in local:
+            space.updateNode(point, True)
+        self.assertTrue(space.write(str(self.folder / "space.ot")))
         ids = {name: i for i, name in enumerate(self.names)} | {"": 255}
         vertices = np.zeros(len(self.small.mean), [("x", "f4"), ("y", "f4"), ("z", "f4"), ("label", "u2")])
         vertices["x"], vertices["y"], vertices["z"] = TURN.inv().apply(self.small.mean - SHIFT).T

@@ -91,7 +91,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
       "  ygslam run SEQ --out out --save-map room.map\n"
       "  ygslam export room.map --out scene\n"
       "  ygslam export room.map --out fine --set dense.voxel_m=0.01\n"
-      "Writes cloud.ply, cloud.pcd, mesh.ply, mesh.glb, space.bt, space.ot, voxels.npz, "
+      "Writes cloud.ply, cloud.pcd, mesh.ply, mesh.glb, space.bt, space.ot, "
       "grid.yaml,\n"
       "grid.pgm, objects.json and labels.json (docs/exports.md). Exit codes: 0 ok, 2 usage, 3 "
       "settings, 6 map file "

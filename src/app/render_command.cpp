@@ -11,10 +11,8 @@
 #include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/scene_input.hpp"
-#include "app/stop_signal.hpp"
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
-#include "io/avi_file.hpp"
 #include "io/image_file.hpp"
 #include "io/trajectory_formats.hpp"
 #include "scene_picture/annotate.hpp"
@@ -23,12 +21,11 @@ namespace ygslam {
 namespace {
 
 struct RenderArguments {
-  std::string scene, other, out, video, path;
+  std::string scene, other, out, path;
   std::string by = "colour", size = "1280x960";
   std::string from, look_at, up;
   std::optional<double> cut_m;
   double point_m = PictureStyle{}.point_m;
-  int frames_per_s = 15;
   bool boxes = false;
 };
 
@@ -41,10 +38,6 @@ struct Job {
 };
 
 constexpr int kLargestSide_px = 16384;
-constexpr int kLargestVideoSide_px = 4096;
-constexpr double kTurn_s = 8;       // that a video takes to go around the scene
-constexpr double kMostStill_s = 2;  // that a pose stands in a video before the next one
-constexpr double kTau = 6.283185307179586;
 constexpr double kFocal = 0.86;  // of the width: 60 degrees from side to side
 constexpr Rgb8 kPathColour{220, 30, 30};
 
@@ -88,13 +81,7 @@ Result<Job> read_job(const RenderArguments& a) {
   if (std::sscanf(a.size.c_str(), "%dx%d%c", &job.width, &job.height, &rest) != 2 ||
       job.width < 16 || job.height < 16 || std::max(job.width, job.height) > kLargestSide_px)
     return bad_option("--size wants WIDTHxHEIGHT, 16 to 16384 each, not '" + a.size + "'");
-  if (a.out.empty() && a.video.empty()) return bad_option("one of --out and --video is required");
-  if (!a.out.empty() && !a.out.ends_with(".png"))
-    return bad_option("--out " + a.out + ": the name must end in .png");
-  if (!a.video.empty() && !a.video.ends_with(".avi"))
-    return bad_option("--video " + a.video + ": the name must end in .avi");
-  if (!a.video.empty() && std::max(job.width, job.height) > kLargestVideoSide_px)
-    return bad_option("--size " + a.size + ": a video has at most 4096 pixels a side");
+  if (!a.out.ends_with(".png")) return bad_option("--out " + a.out + ": the name must end in .png");
   if (a.cut_m && !std::isfinite(*a.cut_m)) return bad_option("--cut wants a height in metres");
   if (!std::isfinite(a.point_m)) return bad_option("--point wants a length in metres");
   if (Status places = read_places(a, job); !places.ok()) return places.error();
@@ -105,8 +92,6 @@ Result<Job> read_job(const RenderArguments& a) {
     const auto trajectory = read_trajectory(a.path);
     if (!trajectory.ok()) return trajectory.error();
     job.path = trajectory->poses;
-    if (!a.video.empty() && job.path.empty())
-      return Error{ErrorKind::kInput, a.path + ": no pose to look from"};
   }
   return job;
 }
@@ -128,15 +113,13 @@ std::vector<Vec3> places(const std::vector<StampedPose>& path) {
   return places_world;
 }
 
-/// @param turn_rad of a view from above, about up.
-Viewpoint viewpoint_of(const Job& job, const SceneInput& scene, double turn_rad) {
+Viewpoint viewpoint_of(const Job& job, const SceneInput& scene) {
   if (!job.from) {
     Overview options;
     options.width = job.width;
     options.height = job.height;
     if (std::isfinite(job.style.cut_above_m)) options.cut_above_m = job.style.cut_above_m;
     options.also_world = places(job.path);
-    options.azimuth_rad += turn_rad;
     return overview(scene.mesh.vertices, scene.gravity, options);
   }
   Viewpoint view;
@@ -145,30 +128,6 @@ Viewpoint viewpoint_of(const Job& job, const SceneInput& scene, double turn_rad)
   view.focal_px = kFocal * job.width;
   view.T_camera_world = look_at(*job.from, *job.look_at, scene.gravity.up_world);
   return view;
-}
-
-/// What a camera sees at every frame of a video: along the path at the pace of its stamps, where
-/// each pose holds until the next one (no longer than kMostStill_s), or, without a path, once
-/// around the scene.
-std::vector<Viewpoint> video_viewpoints(const Job& job, const SceneInput& scene, int frames_per_s) {
-  std::vector<Viewpoint> views;
-  if (job.path.empty()) {
-    const int count = static_cast<int>(kTurn_s * frames_per_s);
-    for (int i = 0; i < count; ++i) views.push_back(viewpoint_of(job, scene, kTau * i / count));
-    return views;
-  }
-  double shown_s = 0;
-  for (std::size_t i = 0; i < job.path.size(); ++i) {
-    const double holds_s = i + 1 < job.path.size()
-                               ? seconds_between(job.path[i + 1].stamp, job.path[i].stamp)
-                               : 1.0 / frames_per_s;
-    shown_s += std::clamp(holds_s, 0.0, kMostStill_s);
-    const Viewpoint view{job.width, job.height, kFocal * job.width,
-                         job.path[i].T_world_camera.inverse().normalized()};
-    // Frames before the next pose; stamps are rounded.
-    views.resize(static_cast<std::size_t>(std::ceil(shown_s * frames_per_s - 0.01)), view);
-  }
-  return views;
 }
 
 ScenePicture draw(const Job& job, const SceneInput& scene, const Viewpoint& view, bool boxes) {
@@ -218,46 +177,14 @@ class Picture {
   std::vector<SceneInput> scenes_;
 };
 
-/// On white of that size, for legends are as wide as what is in sight.
-ColourImage fitted(const ColourImage& image, ImageSize size) {
-  ColourImage result(size.width, size.height, {255, 255, 255});
-  for (int v = 0; v < std::min(size.height, image.height()); ++v)
-    std::copy_n(image.row(v), std::min(size.width, image.width()), result.row(v));
-  return result;
-}
-
-Status write_video(const RenderArguments& a, const Job& job, const Picture& picture) {
-  std::optional<AviFile> video;
-  ImageSize size;
-  for (const Viewpoint& view : video_viewpoints(job, picture.scene(), a.frames_per_s)) {
-    if (StopSignal::received() != 0)
-      return Error{ErrorKind::kOutput, a.video + ": interrupted, not written"};
-    const ColourImage image = picture.draw(view, {});
-    if (!video) {
-      size = {image.width() + image.width() % 2, image.height() + image.height() % 2};
-      video.emplace(size, a.frames_per_s);
-    }
-    if (Status added = video->add(encode_jpeg(fitted(image, size))); !added.ok()) return added;
-  }
-  return write_file_atomically(a.video, video->bytes());
-}
-
 Status render(const RenderArguments& a) {
   const auto job = read_job(a);
   if (!job.ok()) return job.error();
   const auto picture = Picture::open(a, *job);
   if (!picture.ok()) return picture.error();
-  Status written = Ok{};
-  if (!a.out.empty()) {
-    const ColourImage image =
-        picture->draw(viewpoint_of(*job, picture->scene(), 0), places(job->path));
-    written = write_file_atomically(a.out, encode_png(image, 9));
-    if (written.ok()) tell_written(a.out);
-  }
-  if (written.ok() && !a.video.empty()) {
-    written = write_video(a, *job, *picture);
-    if (written.ok()) tell_written(a.video);
-  }
+  const ColourImage image = picture->draw(viewpoint_of(*job, picture->scene()), places(job->path));
+  Status written = write_file_atomically(a.out, encode_png(image, 9));
+  if (written.ok()) tell_written(a.out);
   return written;
 }
 
@@ -265,14 +192,7 @@ void declare_options(CLI::App& command, RenderArguments& a) {
   command.add_option("SCENE", a.scene, "mesh.ply, cloud.ply or map.ply, or the folder it lies in")
       ->required()
       ->type_name("FILE|DIR");
-  command.add_option("--out", a.out, "The picture")->type_name("FILE.png");
-  command
-      .add_option("--video", a.video,
-                  "A video along --path as its camera saw, or once around the scene")
-      ->type_name("FILE.avi");
-  command.add_option("--fps", a.frames_per_s, "Images of the video a second")
-      ->check(in_range(1, 60))
-      ->capture_default_str();
+  command.add_option("--out", a.out, "The picture")->required()->type_name("FILE.png");
   command
       .add_option(
           "--by", a.by,
@@ -286,8 +206,7 @@ void declare_options(CLI::App& command, RenderArguments& a) {
       ->type_name("FILE|DIR");
   command
       .add_option("--path", a.path,
-                  "The way of a camera (trajectory.txt of the same run): drawn into the picture, "
-                  "followed by the video")
+                  "The way of a camera (trajectory.txt of the same run): drawn into the picture")
       ->type_name("FILE");
   command.add_flag("--boxes", a.boxes,
                    "Draw boxes and names of what objects.json says is there (no candidates)");
@@ -322,7 +241,6 @@ constexpr const char* kRenderFooter =
     "  ygslam render scene --by class --out classes.png          # with a legend\n"
     "  ygslam render scene --by object --boxes --cut 2 --out things.png\n"
     "  ygslam render scene --path out/trajectory.txt --out way.png\n"
-    "  ygslam render scene --path out/trajectory.txt --size 640x480 --video tour.avi\n"
     "  ygslam render out/map.ply --point 0.04 --by height --out landmarks.png\n"
     "  ygslam render clean --side-by-side raw --from 0,-1,-1 --look-at 0,0,3 --out fig9.png\n"
     "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used, 9 picture not written.";
@@ -331,16 +249,14 @@ constexpr const char* kRenderFooter =
 
 void add_render_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<RenderArguments>();
-  CLI::App* command = app.add_subcommand("render", "Draw a mesh or a cloud: a PNG or a video");
+  CLI::App* command = app.add_subcommand("render", "Draw a mesh or a cloud as a PNG");
   declare_options(*command, *arguments);
   command->footer(kRenderFooter);
   command->callback([arguments, &exit_code] {
-    StopSignal::watch();
     const Status done = render(*arguments);
     if (done.ok()) return;
     log::error("{}", done.error().message);
-    const int stopped_by = StopSignal::received();
-    exit_code = stopped_by != 0 ? 128 + stopped_by : static_cast<int>(done.error().kind);
+    exit_code = static_cast<int>(done.error().kind);
   });
 }
 

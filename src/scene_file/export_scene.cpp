@@ -28,7 +28,7 @@ Status write_things(const Path& folder, const SceneContent& scene) {
   return objects.ok() ? write_labels(folder / "labels.json") : objects;
 }
 
-constexpr std::array<SceneFileKind, 8> kKinds{
+constexpr std::array<SceneFileKind, 7> kKinds{
     {{"ply", "cloud.ply", "labelled points, for CloudCompare, MeshLab, Open3D",
       [](const Path& folder, const SceneContent& scene) {
         return write_labelled_ply(folder / "cloud.ply", scene.cloud);
@@ -46,10 +46,6 @@ constexpr std::array<SceneFileKind, 8> kKinds{
         return write_glb(folder / "mesh.glb", scene.mesh, scene.objects, scene.gravity);
       }},
      {"octomap", "space.bt space.ot", "free and occupied space, for planners", write_octomaps},
-     {"voxels", "voxels.npz", "free and occupied space with labels, for NumPy",
-      [](const Path& folder, const SceneContent& scene) {
-        return write_voxels(folder / "voxels.npz", scene.space);
-      }},
      {"grid", "grid.pgm grid.yaml", "ground plan, for ROS' map_server", write_grid},
      {"objects", "objects.json labels.json", "things with class, box and state", write_things}}};
 

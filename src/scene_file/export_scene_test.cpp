@@ -54,7 +54,7 @@ TEST(ExportScene, AnEmptySceneGivesAllFilesAndPrintsNothing) {
   ASSERT_TRUE(export_scene(folder.path(), content_of(SampleScene{})).ok());
   ASSERT_TRUE(export_scene(folder.path(), content_of(sample_scene(Vec3(0, 0, 1)))).ok());
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
-  EXPECT_EQ(entries(folder.path()), 11U);
+  EXPECT_EQ(entries(folder.path()), 10U);
 }
 
 TEST(ExportScene, AFullDiskLeavesTheOlderFileWhole) {

@@ -1,4 +1,4 @@
-// Observed space as files: OctoMap's trees for planners, NumPy arrays for everything else.
+// Observed space as files: OctoMap's trees.
 #pragma once
 
 #include <filesystem>
@@ -18,10 +18,5 @@ enum class CellColour { kClass, kSurface };
 /// @return as write_octomap_bt.
 Status write_octomap_ot(const std::filesystem::path& path, const SpaceCells& space,
                         CellColour colour = CellColour::kClass);
-
-/// NumPy's `.npz`: of every cell `index` (N x 3, int32), `state` (1 free, 2 occupied), `log_odds`,
-/// `colour` (N x 3), `label`, `instance`, `prob`; and `cell_m`, `label_ids`, `label_names`.
-/// @return kOutput naming the file; also beyond 4 GiB.
-Status write_voxels(const std::filesystem::path& path, const SpaceCells& space);
 
 }  // namespace ygslam

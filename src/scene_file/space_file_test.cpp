@@ -1,7 +1,6 @@
 #include "scene_file/space_file.hpp"
 
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include <cstring>
 #include <map>
@@ -148,77 +147,6 @@ TEST(SpaceFile, ACellBeyondOctomapsReachIsRefused) {
     EXPECT_EQ(refused.error().kind, ErrorKind::kOutput);
     EXPECT_NE(refused.error().message.find("a.bt: a cell lies farther out"), std::string::npos);
     EXPECT_FALSE(write_octomap_ot(folder.path() / "a.ot", space).ok());
-  }
-}
-
-// The arrays of an .npz file, told by its directory at the end: name to (header, data).
-std::map<std::string, std::pair<std::string, std::string>> read_npz(const std::string& bytes) {
-  const auto number = [&](std::size_t offset, int count) {
-    std::size_t value = 0;
-    for (int i = 0; i < count; ++i)
-      value |= static_cast<std::size_t>(
-                   static_cast<std::uint8_t>(bytes.at(offset + static_cast<std::size_t>(i))))
-               << (8 * i);
-    return value;
-  };
-  std::map<std::string, std::pair<std::string, std::string>> arrays;
-  const std::size_t end = bytes.size() - 22;
-  EXPECT_EQ(bytes.substr(end, 4), "PK\x05\x06");
-  std::size_t entry = number(end + 16, 4);
-  for (std::size_t left = number(end + 10, 2); left > 0; --left) {
-    const std::size_t packed = number(entry + 20, 4), size = number(entry + 24, 4),
-                      name_size = number(entry + 28, 2), local = number(entry + 42, 4);
-    const std::string name = bytes.substr(entry + 46, name_size);
-    EXPECT_EQ(bytes.substr(local + 14, 12), bytes.substr(entry + 16, 12)) << "both heads alike";
-    std::string data(size, '\0');
-    z_stream stream{};
-    EXPECT_EQ(inflateInit2(&stream, -MAX_WBITS), Z_OK);
-    std::string in = bytes.substr(local + 30 + name_size, packed);
-    stream.next_in = reinterpret_cast<Bytef*>(in.data());
-    stream.avail_in = static_cast<uInt>(packed);
-    stream.next_out = reinterpret_cast<Bytef*>(data.data());
-    stream.avail_out = static_cast<uInt>(size);
-    EXPECT_EQ(inflate(&stream, Z_FINISH), Z_STREAM_END);
-    inflateEnd(&stream);
-    EXPECT_EQ(crc32(0, reinterpret_cast<const Bytef*>(data.data()), static_cast<uInt>(size)),
-              number(entry + 16, 4));
-    EXPECT_EQ(data.substr(0, 8), std::string("\x93NUMPY\x01\0", 8));
-    const std::size_t header =
-        static_cast<std::uint8_t>(data[8]) | static_cast<std::uint8_t>(data[9]) << 8;
-    EXPECT_EQ((10 + header) % 64, 0U);
-    arrays[name] = {data.substr(10, header), data.substr(10 + header)};
-    entry += 46 + name_size;
-  }
-  EXPECT_EQ(entry, end);
-  return arrays;
-}
-
-TEST(SpaceFile, VoxelsAreArraysOfTheKnownCells) {
-  const testing::TempFolder folder;
-  const SpaceCells space = sample_scene(Vec3(0, -1, 0)).space;
-  ASSERT_TRUE(write_voxels(folder.path() / "a.npz", space).ok());
-  const auto arrays = read_npz(read(folder.path() / "a.npz"));
-  std::vector<SpaceCell> known;
-  for (const SpaceCell& cell : space.cells)
-    if (cell.state != SpaceState::kUnknown) known.push_back(cell);
-  const std::string count = std::to_string(known.size());
-  EXPECT_NE(arrays.at("index.npy")
-                .first.find("'<i4', 'fortran_order': False, 'shape': (" + count + ",3,)"),
-            std::string::npos)
-      << arrays.at("index.npy").first;
-  EXPECT_NE(arrays.at("cell_m.npy").first.find("'shape': ()"), std::string::npos);
-  const std::string& index = arrays.at("index.npy").second;
-  const std::string& label = arrays.at("label.npy").second;
-  ASSERT_EQ(index.size(), known.size() * 12);
-  ASSERT_EQ(label.size(), known.size() * 2);
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    Eigen::Vector3i found;
-    std::memcpy(found.data(), index.data() + 12 * i, 12);
-    ASSERT_EQ(found, known[i].index);
-    std::uint16_t id = 0;
-    std::memcpy(&id, label.data() + 2 * i, 2);
-    ASSERT_EQ(id, static_cast<int>(known[i].label.semantic_class));
-    ASSERT_EQ(arrays.at("state.npy").second.at(i), static_cast<char>(known[i].state));
   }
 }
 

@@ -16,7 +16,7 @@ install(FILES ${CMAKE_BINARY_DIR}/ygslamConfig.cmake ${CMAKE_BINARY_DIR}/ygslamC
 
 set_target_properties(ygslam_cli PROPERTIES INSTALL_RPATH "$ORIGIN/../${runtime_dir}")
 install(TARGETS ygslam_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(FILES ${CMAKE_BINARY_DIR}/ygslam.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${CMAKE_BINARY_DIR}/ygslam.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL)
 install(FILES ${CMAKE_BINARY_DIR}/ygslam.bash RENAME ygslam
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 # Debian's zsh looks at another place for what a package brings than for what was built there.

@@ -18,7 +18,7 @@ METRICS = {"frames", "readable", "tracked", "coverage", "lost_intervals", "keyfr
 SUMMARY = {"median", "mean", "p95", "p99", "max"}
 ERRORS = {"rmse", "mean", "median", "std", "min", "max"}
 COMMANDS = ("run", "eval", "bench", "calibrate", "simulate", "inspect", "map", "export", "render", "config",
-            "completion", "manual")
+            "completion")
 
 
 def read_ply(path):

@@ -10,7 +10,7 @@ packages=(
   build-essential cmake ninja-build ccache git python3-venv
   libopencv-core-dev libopencv-imgproc-dev libturbojpeg0-dev libpng-dev libeigen3-dev
   libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
-  libzstd-dev liblz4-dev libbz2-dev libboost-dev
+  libzstd-dev liblz4-dev libbz2-dev libboost-dev help2man
 )
 what=${1:-all}
 case $what in

@@ -2,11 +2,14 @@
 
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <set>
+#include <sstream>
+#include <string>
+#include <vector>
 
-#include "app/command_table.hpp"
 #include "app/run_options.hpp"
 #include "simulation/world/world_config.hpp"
 
@@ -98,6 +101,60 @@ constexpr const char* kEnd = R"(          esac
   fi
 )";
 
+struct CommandOption {
+  std::vector<std::string> names;  // "-o", "--out"; of a positional one none
+  std::string value;               // what it takes, as --help calls it; empty = a flag
+  std::vector<std::string> words;  // those it takes, where they are few
+};
+
+struct Command {
+  std::string name;  // "run", "map info"; of the program itself empty
+  std::vector<CommandOption> options;
+};
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::istringstream words(text);
+  std::vector<std::string> all;
+  for (std::string word; std::getline(words, word, separator);)
+    if (!word.empty()) all.push_back(word);
+  return all;
+}
+
+/// "TEXT:{jpg,png}", "model|none|masks:DIR": of the last one what stands before what follows it.
+std::vector<std::string> words_of(const std::string& type) {
+  const std::size_t open = type.find('{');
+  const std::size_t close = type.find('}');
+  if (open != std::string::npos && close != std::string::npos)
+    return split(type.substr(open + 1, close - open - 1), ',');
+  if (type.find('|') == std::string::npos) return {};
+  std::vector<std::string> words = split(type, '|');
+  for (std::string& word : words)
+    if (const std::size_t colon = word.find(':'); colon != std::string::npos) word.erase(colon + 1);
+  return words;
+}
+
+CommandOption described(const CLI::Option& option) {
+  CommandOption told;
+  for (const std::string& name : option.get_snames()) told.names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) told.names.push_back("--" + name);
+  if (option.get_items_expected_max() > 0) {
+    told.value = option.get_type_name();
+    told.words = words_of(told.value);
+  }
+  return told;
+}
+
+/// The command, then those below it in their order.
+void append(const CLI::App& app, const std::string& name, std::vector<Command>& table) {
+  Command& command = table.emplace_back();
+  command.name = name;
+  for (const CLI::Option* option : app.get_options())
+    if (option != app.get_help_ptr() && !option->get_group().empty())
+      command.options.push_back(described(*option));
+  for (const CLI::App* sub : app.get_subcommands(nullptr))
+    append(*sub, name.empty() ? sub->get_name() : name + " " + sub->get_name(), table);
+}
+
 std::string line(const std::string& pattern, const std::string& does) {
   return "      " + pattern + ") " + does + ";;\n";
 }
@@ -111,13 +168,14 @@ std::string value_of(const CommandOption& option) {
   if (option.names.back() == "--set") return "kind=key offers=$settings";
   if (!option.words.empty()) return words(option.words);
   if (option.value.starts_with("DIR")) return "kind=folder";
-  const bool is_file = option.value.find("FILE") != std::string::npos || option.value == "NEW" ||
-                       option.names.back() == "--out";
+  const bool is_file = option.value.find("FILE") != std::string::npos ||
+                       option.value.starts_with("NEW") || option.names.back() == "--out";
   return is_file ? "kind=file" : ":";
 }
 
 std::string completion(const CLI::App& app, const Shell& shell) {
-  const std::vector<Command> table = command_table(app);
+  std::vector<Command> table;
+  append(app, "", table);
   SlamConfig config;
   const ConfigSchema schema = schema_of(config);
   std::vector<std::string> keys;
@@ -146,7 +204,7 @@ std::string completion(const CLI::App& app, const Shell& shell) {
   script += kOptions;
   for (const Command& command : table)
     for (const CommandOption& option : command.options)
-      if (!option.is_positional && !option.value.empty())
+      if (!option.value.empty())
         for (const std::string& name : option.names)
           script += line("'" + command.name + "/" + name + "'", value_of(option));
   script += kCommands;
@@ -172,7 +230,7 @@ std::string completion(const CLI::App& app, const Shell& shell) {
         offered.push_back(other.name.substr(prefix.size()));
     bool takes_file = false;
     for (const CommandOption& option : command.options) {
-      if (!option.is_positional) continue;
+      if (!option.names.empty()) continue;
       takes_file = takes_file || option.words.empty();
       offered.insert(offered.end(), option.words.begin(), option.words.end());
     }

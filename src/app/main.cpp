@@ -15,7 +15,6 @@
 #include "app/eval_command.hpp"
 #include "app/export_command.hpp"
 #include "app/inspect_command.hpp"
-#include "app/manual_command.hpp"
 #include "app/map_command.hpp"
 #include "app/program_log.hpp"
 #include "app/render_command.hpp"
@@ -107,7 +106,6 @@ int main(int argc, char** argv) {
     ygslam::add_render_command(app, exit_code);
     ygslam::add_config_command(app);
     ygslam::add_completion_command(app);
-    ygslam::add_manual_command(app);
     refuse_empty_values(app);
     try {
       app.parse(argc, argv);

@@ -1,4 +1,4 @@
-#include "app/completion_command.hpp"
+#include "app/commands.hpp"
 
 #include <fmt/ranges.h>
 

@@ -1,4 +1,4 @@
-#include "app/config_command.hpp"
+#include "app/commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

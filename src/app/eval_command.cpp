@@ -1,4 +1,4 @@
-#include "app/eval_command.hpp"
+#include "app/commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cmath>

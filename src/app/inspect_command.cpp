@@ -1,4 +1,4 @@
-#include "app/inspect_command.hpp"
+#include "app/commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -8,18 +8,8 @@
 #include <opencv2/core/utility.hpp>
 #include <span>
 
-#include "app/bench_command.hpp"
-#include "app/calibrate_command.hpp"
-#include "app/completion_command.hpp"
-#include "app/config_command.hpp"
-#include "app/eval_command.hpp"
-#include "app/export_command.hpp"
-#include "app/inspect_command.hpp"
-#include "app/map_command.hpp"
+#include "app/commands.hpp"
 #include "app/program_log.hpp"
-#include "app/render_command.hpp"
-#include "app/run_command.hpp"
-#include "app/simulate_command.hpp"
 #include "core/memory.hpp"
 #include "io/text.hpp"
 #include "system/failure.hpp"

@@ -1,4 +1,4 @@
-#include "app/map_command.hpp"
+#include "app/commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "app/run_command.hpp"
+#include "app/commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

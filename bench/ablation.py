@@ -16,8 +16,7 @@ part: on how many sequences that interval lies above zero (its absence hurts), b
 around it; the geometric mean of the ratios over the sequences with its interval; the change of
 precision and recall (in points) and of tracking's thread CPU time.
 """
-import argparse
-import concurrent.futures
+import functools
 import json
 import math
 import re
@@ -29,6 +28,8 @@ from pathlib import Path
 
 from scipy.stats import t as student
 
+from matrix import measured, parser_of, print_table
+
 FULL = "full"
 WITHOUT = ("static_prior", "ego_motion", "occlusion_boundaries", "neighbour_votes",
            "neighbour_support", "free_space", "depth_edge_weights", "local_map", "local_bundle")
@@ -38,6 +39,7 @@ PARTS = {  # name: (mode, settings)
     "mode geometry": ("geometry", []),
     "mode semantic": ("semantic", []),
     **{f"no {part.replace('_', ' ')}": ("full", [f"run.without=[{part}]"]) for part in WITHOUT},
+    "no local map nor bundle": ("full", ["run.without=[local_map, local_bundle]"]),
     "no epipolar line": ("full", ["motion.tau_px=50"]),
     "nobody comes back": ("full", ["labels.min_static=0"]),
     "mask edges not mended": ("full", ["masks.outer_band_px=0", "masks.inner_band_px=0"]),
@@ -157,14 +159,6 @@ class Results:
         return statistics.median(ratios) if ratios else None
 
 
-def table(head, rows):
-    print("| " + " | ".join(head) + " |")
-    print("|---|" + "---:|" * (len(head) - 1))
-    for row in rows:
-        print("| " + " | ".join(row) + " |")
-    print()
-
-
 def report(results):
     cells = []
     for sequence in results.sequences:
@@ -176,7 +170,7 @@ def report(results):
         cells.append([sequence, str(len(ates)), f"{statistics.mean(ates):.3f}",
                       f"{min(ates):.3f} to {max(ates):.3f}",
                       f"{truth[0]:.1f}, {truth[1]:.1f}" if truth else "-"])
-    table(["full system", "seeds", "ATE [mm]", "least to most", "precision, recall [%]"], cells)
+    print_table(["full system", "seeds", "ATE [mm]", "least to most", "precision, recall [%]"], cells)
 
     def cell(sequence, part):
         change = results.change(sequence, part)
@@ -186,8 +180,8 @@ def report(results):
         return f"{change[0]:+.1f} ± {change[1]:.1f}{lost}"
 
     parts = [p for p in results.parts if p != FULL]
-    table(["change of the ATE [%]", *results.sequences],
-          [[part, *(cell(s, part) for s in results.sequences)] for part in parts])
+    print_table(["change of the ATE [%]", *results.sequences],
+                [[part, *(cell(s, part) for s in results.sequences)] for part in parts])
 
     rows = []
     for part in parts:
@@ -199,16 +193,13 @@ def report(results):
                      f"{ratio[0]:.3f} ({ratio[1]:.3f} to {ratio[2]:.3f})" if ratio else "-",
                      f"{truth[0]:+.1f}, {truth[1]:+.1f}" if truth else "-",
                      f"{cost:.2f}" if cost else "-"])
-    table(["without it", "ATE worse / better / noise", "ratio of the ATE",
-           "precision, recall [points]", "CPU ratio"], rows)
+    print_table(["without it", "ATE worse / better / noise", "ratio of the ATE",
+                 "precision, recall [points]", "CPU ratio"], rows)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("results", type=Path)
+    parser = parser_of(__doc__)
     parser.add_argument("sequences", nargs="*", type=Path)
-    parser.add_argument("--ygslam")
     parser.add_argument("--model")
     parser.add_argument("--masks", default="mask", help="folder of masks inside each sequence")
     parser.add_argument("--seeds", type=int, default=5)
@@ -224,19 +215,10 @@ def main():
         if not (sequence / "groundtruth.txt").is_file():
             parser.error(f"{sequence}: no groundtruth.txt")
 
-    lines = []
-    if options.results.is_file():
-        lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
-    done = {(r["sequence"], r["part"], r["seed"], r["live"]) for r in lines}
     wanted = [p for p in PARTS if p == FULL or re.search(options.parts, p)]
-    jobs = [(sequence, part, seed) for seed in range(options.seeds)
-            for sequence in options.sequences for part in wanted
-            if (sequence.resolve().name, part, seed, options.live) not in done]
-    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        for figures in pool.map(lambda job: measure(options, *job), jobs):
-            lines.append(figures)
-            with options.results.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(figures) + "\n")
+    jobs = {(sequence.resolve().name, part, seed, options.live): functools.partial(measure, options, sequence, part, seed)
+            for seed in range(options.seeds) for sequence in options.sequences for part in wanted}
+    lines = measured(options.results, lambda r: (r["sequence"], r["part"], r["seed"], r["live"]), jobs, options.jobs)
     report(Results(r for r in lines if r["live"] == options.live))
 
 

@@ -21,6 +21,8 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
+from rendered_seeds import read_calibration
+
 VIEW, MAP, NEVER = 64, 128, 255
 
 
@@ -55,8 +57,7 @@ class Sequence:
 
     def __init__(self, folder):
         self.folder = folder
-        lines = (folder / "calibration.txt").read_text().splitlines()
-        camera = {k: float(v) for k, v in (line.split()[:2] for line in lines if line[:1].islower())}
+        camera = read_calibration(folder)
         self.fx, self.fy, self.cx, self.cy = (camera[k] for k in ("fx", "fy", "cx", "cy"))
         self.scale = camera["depth_scale"]
         self.depths = read_list(folder / "depth.txt")

@@ -12,12 +12,14 @@ with --keep, and is used again). The figures are a line of RESULTS; what is ther
 repeated. Tables tell the median of the seeds (the worst).
 """
 import argparse
+import functools
 import json
 import statistics
 from pathlib import Path
 
 import background_table
 import voxel_truth
+from matrix import measured, parser_of, print_table
 from rendered_seeds import Bench, seed_range
 
 WORLDS = "walking_xyz,walking_halfsphere,crowd,moved_chair,corridor_loop"
@@ -32,6 +34,7 @@ def masks_of(bench, sequence, masks):
 
 
 def judge(bench, name, seed, masks):
+    """@return a line of the results."""
     o = bench.options
     sequence = bench.render(f"{name}_{seed}", name, seed, "--truth", "--seconds", o.seconds,
                             "--fps", o.fps).folder
@@ -43,7 +46,8 @@ def judge(bench, name, seed, masks):
     done = bench.call("eval", "--map", scene, "--truth", sequence, "--est", out / "trajectory.txt", "--json")
     if done.returncode != 0:
         raise SystemExit(done.stderr)
-    figures = {"ate_mm": 1000 * json.loads((out / "metrics.json").read_text())["ate"]["rmse"],
+    figures = {"world": name, "seed": seed, "masks": masks,
+               "ate_mm": 1000 * json.loads((out / "metrics.json").read_text())["ate"]["rmse"],
                **json.loads(done.stdout),
                "cells": voxel_truth.measure(scene, sequence, out / "trajectory.txt", images)}
     if o.background:
@@ -100,17 +104,19 @@ def report(lines):
                 if set(cells) != {"-"}:
                     rows.append([world, masks, str(len(its)), *cells])
         if rows:
-            head = [title, "masks", "seeds", *(column[0] for column in columns)]
-            for row in [head, ["---"] * len(head), *rows]:
-                print("| " + " | ".join(row) + " |")
-            print()
+            print_table([title, "masks", "seeds", *(column[0] for column in columns)], rows)
+
+
+def measure(options, name, seed, masks, is_last):
+    with Bench(options) as bench:
+        line = judge(bench, name, seed, masks)
+        if options.keep or not is_last:
+            bench.keep(f"{name}_{seed}")
+        return line
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("results", type=Path)
-    parser.add_argument("--ygslam")
+    parser = parser_of(__doc__)
     parser.add_argument("--scratch", type=Path, help="folder for what is rendered, and deleted")
     parser.add_argument("--worlds", default=WORLDS)
     parser.add_argument("--seeds", default="1-3", help="FIRST-LAST, or one")
@@ -122,26 +128,11 @@ def main():
     parser.add_argument("--background", action="store_true", help="judge the pictures without people, too")
     parser.add_argument("--run-options", default="", help="further options of `ygslam run`, in one text")
     o = parser.parse_args()
-    lines = []
-    if o.results.is_file():
-        lines = [json.loads(line) for line in o.results.read_text("utf-8").splitlines()]
-    done = {(line["world"], line["seed"], line["masks"]) for line in lines}
-    for seed in seed_range(o.seeds) if o.ygslam and o.scratch else ():
-        for world in o.worlds.split(","):
-            wanted = [m for m in o.masks.split(",") if (world, seed, m) not in done]
-            bench = Bench(o)
-            o.scratch.mkdir(parents=True, exist_ok=True)
-            try:
-                for masks in wanted:
-                    figures = judge(bench, world, seed, masks)
-                    lines.append({"world": world, "seed": seed, "masks": masks, **figures})
-                    with o.results.open("a", encoding="utf-8") as file:
-                        file.write(json.dumps(lines[-1]) + "\n")
-            finally:
-                if o.keep:
-                    bench.made = [m for m in bench.made if not m.name.startswith(f"{world}_{seed}")]
-                bench.clean()
-    report(lines)
+    all_masks = o.masks.split(",")
+    jobs = {(world, seed, masks): functools.partial(measure, o, world, seed, masks, masks == all_masks[-1])
+            for seed in (seed_range(o.seeds) if o.ygslam and o.scratch else ())
+            for world in o.worlds.split(",") for masks in all_masks}
+    report(measured(o.results, lambda line: (line["world"], line["seed"], line["masks"]), jobs))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ sessions  office_evening placed in the map of office_day: other light, other peo
 standing  ten minutes of walking_static, which is played to and fro (true masks): keyframes made
 laps      unmoved_room, lap after lap (--laps): its two laps, each with its own noise, take turns
 """
-import argparse
+import functools
 import json
 import math
 import random
@@ -30,6 +30,7 @@ import shutil
 import statistics
 from pathlib import Path
 
+from matrix import measured, parser_of
 from rendered_seeds import (WRONG_M, Bench, Sequence, alignment, best_fit_rmse_m, count_frames,
                             count_loops, errors_m, micros, read_tum, seed_range, stamp_text)
 
@@ -148,7 +149,7 @@ def jump(bench, seed):
     folder = bench.write("jump", sequence)
     figures = found_again(bench, "jump_out", folder, sequence, LAP_FRAMES)
     shutil.rmtree(folder)
-    bench.made = [m for m in bench.made if m != rendered.folder]  # for the next seed
+    bench.keep(rendered.folder.name)  # for the next seed
     return figures
 
 
@@ -323,11 +324,13 @@ def report(lines):
             print_row(runs)
 
 
+def measure(options, row, seed):
+    with Bench(options) as bench:
+        return {"row": row, "seed": seed, **ROWS[row](bench, seed)}
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("results", type=Path)
-    parser.add_argument("--ygslam")
+    parser = parser_of(__doc__)
     parser.add_argument("--scratch", type=Path, help="folder for what is rendered, and deleted")
     parser.add_argument("--rows", default="", help=",".join(ROWS))
     parser.add_argument("--seeds", default="1-20", help="FIRST-LAST, or one")
@@ -338,24 +341,9 @@ def main():
         parser.error("--ygslam and --scratch: with which program, where?")
     if unknown := [row for row in rows if row not in ROWS]:
         parser.error(f"--rows: {unknown[0]} is none of {', '.join(ROWS)}")
-    lines = []
-    if options.results.is_file():
-        lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
-    done = {(line["row"], line["seed"]) for line in lines}
-    for row in rows:
-        bench = Bench(options)
-        for seed in seed_range(options.seeds):
-            if (row, seed) in done:
-                continue
-            options.scratch.mkdir(parents=True, exist_ok=True)
-            try:
-                figures = {"row": row, "seed": seed, **ROWS[row](bench, seed)}
-            finally:
-                bench.clean()
-            lines.append(figures)
-            with options.results.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(figures) + "\n")
-    report(lines)
+    jobs = {(row, seed): functools.partial(measure, options, row, seed)
+            for row in rows for seed in seed_range(options.seeds)}
+    report(measured(options.results, lambda line: (line["row"], line["seed"]), jobs))
 
 
 if __name__ == "__main__":

@@ -15,22 +15,13 @@ import json
 from pathlib import Path
 
 import numpy as np
+import plyfile
 from PIL import Image
 from scipy.ndimage import maximum_filter
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-
-def read_ply(path):
-    head, body = path.read_bytes().split(b"end_header\n", 1)
-    assert b"binary_little_endian" in head
-    point = np.dtype([("p", "<f4", 3), ("c", "u1", 3)])
-    return np.frombuffer(body, point)["p"].astype(float)
-
-
-def read_calibration(seq):
-    lines = (seq / "calibration.txt").read_text().splitlines()
-    return {k: float(v) for k, v in (line.split()[:2] for line in lines if line[:1].islower())}
+from rendered_seeds import read_calibration
 
 
 def depths_by_time(seq):
@@ -53,7 +44,8 @@ def frames(run, seq, static, step):
 
 def measure(arguments):
     camera = read_calibration(arguments.seq)
-    cloud = read_ply(arguments.run / "map.ply")
+    cloud = plyfile.PlyData.read(arguments.run / "map.ply")["vertex"].data
+    cloud = np.stack([cloud[axis] for axis in "xyz"], -1).astype(float)
     static = arguments.static or arguments.seq / "depth_static"
     fx, fy, cx, cy = (camera[k] for k in ("fx", "fy", "cx", "cy"))
     through, at = np.zeros(len(cloud), int), np.zeros(len(cloud), int)

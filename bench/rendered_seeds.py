@@ -79,6 +79,11 @@ def read_tum(path):
     return poses
 
 
+def read_calibration(folder):
+    lines = (folder / "calibration.txt").read_text().splitlines()
+    return {k: float(v) for k, v in (line.split()[:2] for line in lines if line[:1].islower())}
+
+
 def read_table(path):
     lines = Path(path).read_text().splitlines()
     return [dict(zip(lines[0].split(","), line.split(","))) for line in lines[1:]]
@@ -144,24 +149,32 @@ def count_loops(out, truth):
 
 
 class Bench:
+    """A folder for what one measurement renders and runs, deleted when it is left."""
+
     def __init__(self, options):
         self.options = options
         self.made = []
 
-    def folder(self, name):
-        folder = self.options.scratch / name
-        if not folder.exists():
-            self.made.append(folder)
-        return folder
+    def __enter__(self):
+        self.options.scratch.mkdir(parents=True, exist_ok=True)
+        return self
 
-    def clean(self):
+    def __exit__(self, *_):
         for path in self.made:
             if path.is_dir():
                 shutil.rmtree(path)
             elif path.exists():
                 path.unlink()
             path.with_name(path.name + ".dense").unlink(missing_ok=True)  # beside a map
-        self.made = []
+
+    def keep(self, name):
+        self.made = [path for path in self.made if path.name != name]
+
+    def folder(self, name):
+        folder = self.options.scratch / name
+        if not folder.exists():
+            self.made.append(folder)
+        return folder
 
     def call(self, *arguments):
         command = [self.options.ygslam, "--quiet", *map(str, arguments)]

@@ -33,7 +33,7 @@ from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from rendered_seeds import micros, read_tum, stamp_text
+from rendered_seeds import micros, read_calibration, read_tum, stamp_text
 
 CELL_M, LABEL_CELL_M, WITHIN_M, CLEAR_M, FAR_M = 0.05, 0.02, 0.05, 0.1, 4.0
 LEAST_VIEWS, STEP, PIXEL_STEP = 3, 5, 2
@@ -45,11 +45,6 @@ PLAN_ERROR_M = 0.03  # of heights: half a cell
 
 def image(path):
     return np.asarray(Image.open(path))
-
-
-def read_calibration(seq):
-    lines = (seq / "calibration.txt").read_text().splitlines()
-    return {k: float(v) for k, v in (line.split()[:2] for line in lines if line[:1].islower())}
 
 
 def names_of(folder):

@@ -1,15 +1,17 @@
-"""The arithmetic of bench/ablation.py on figures made up for it.
+"""The arithmetic of bench/ablation.py on figures made up for it, and its measuring once.
 
     python tests/ablation_test.py
 """
 import math
 import pathlib
 import sys
+import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "bench"))
 
 import ablation  # noqa: E402
+import matrix  # noqa: E402
 
 PART = "no free space"
 
@@ -59,6 +61,23 @@ class Paired(unittest.TestCase):
                                    runs("a", PART, [1.0], **fewer))
         self.assertEqual(ablation.precision_recall(results.runs["a", PART].values()), (100, 60))
         self.assertEqual(results.truth_change(PART), (25, -30))
+
+
+class Measured(unittest.TestCase):
+    def test_a_line_that_is_there_is_not_measured_again(self):
+        asked = []
+
+        def job(number):
+            asked.append(number)
+            return {"n": number, "square": number * number}
+        with tempfile.TemporaryDirectory() as name:
+            file = pathlib.Path(name) / "results.jsonl"
+            for count, workers in ((2, 1), (4, 3)):
+                lines = matrix.measured(file, lambda line: line["n"],
+                                        {n: lambda n=n: job(n) for n in range(count)}, workers)
+                self.assertEqual(lines, [{"n": n, "square": n * n} for n in range(count)])
+            self.assertEqual(len(file.read_text().splitlines()), 4)
+        self.assertEqual(sorted(asked), [0, 1, 2, 3])
 
 
 if __name__ == "__main__":

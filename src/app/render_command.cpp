@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/exit_code.hpp"
 #include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/scene_input.hpp"
@@ -253,10 +254,7 @@ void add_render_command(CLI::App& app, int& exit_code) {
   declare_options(*command, *arguments);
   command->footer(kRenderFooter);
   command->callback([arguments, &exit_code] {
-    const Status done = render(*arguments);
-    if (done.ok()) return;
-    log::error("{}", done.error().message);
-    exit_code = static_cast<int>(done.error().kind);
+    exit_code = exit_code_of(render(*arguments));
   });
 }
 

@@ -253,9 +253,7 @@ void add_render_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("render", "Draw a mesh or a cloud as a PNG");
   declare_options(*command, *arguments);
   command->footer(kRenderFooter);
-  command->callback([arguments, &exit_code] {
-    exit_code = exit_code_of(render(*arguments));
-  });
+  command->callback([arguments, &exit_code] { exit_code = exit_code_of(render(*arguments)); });
 }
 
 }  // namespace ygslam

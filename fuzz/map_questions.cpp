@@ -28,7 +28,6 @@ void ask_map_file(const std::filesystem::path& path) {
   }
   if (!map.ok()) return;
   const Camera camera(recovered->found.info.camera);
-  require(map_from_bytes(to_bytes(*map), camera.ideal_bounds()));
   auto writer = MapWriter::open(path, camera, map->scales());
   require(writer);
   require(writer->write(*map));

@@ -40,10 +40,10 @@ INSTANTIATE_TEST_SUITE_P(
                       Target{"worlds", worlds}, Target{"lists", lists},
                       Target{"trajectories", trajectories}, Target{"png", png},
                       Target{"jpeg", jpeg}, Target{"instances", instances}, Target{"sweep", sweep},
-                      Target{"map_bytes", map_bytes}, Target{"map_file", map_file},
-                      Target{"map_rows", map_rows}, Target{"surface_ply", surface_ply},
-                      Target{"objects", objects}, Target{"live_requests", live_requests},
-                      Target{"bags", bags}, Target{"messages", messages}),
+                      Target{"map_file", map_file}, Target{"map_rows", map_rows},
+                      Target{"surface_ply", surface_ply}, Target{"objects", objects},
+                      Target{"live_requests", live_requests}, Target{"bags", bags},
+                      Target{"messages", messages}),
     [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace

@@ -15,7 +15,6 @@ void png(std::string_view bytes);
 void jpeg(std::string_view bytes);
 void instances(std::string_view bytes);
 void sweep(std::string_view bytes);
-void map_bytes(std::string_view bytes);
 void map_file(std::string_view bytes);
 void map_rows(std::string_view bytes);
 void surface_ply(std::string_view bytes);

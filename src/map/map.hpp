@@ -1,5 +1,5 @@
 // Keyframes and landmarks with their mutual references: a plain value that can be copied, patched
-// (map_patch.hpp) and serialised (map_bytes.hpp, map_file/). The mapping stage alone writes the map
+// (map_patch.hpp) and saved (map_file/). The mapping stage alone writes the map
 // of a run; everyone else reads copies and published views (local_view.hpp).
 #pragma once
 

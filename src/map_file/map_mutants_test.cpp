@@ -62,11 +62,9 @@ class MapMutants : public ::testing::Test {
       ++refused_;
       EXPECT_EQ(map.error().kind, ErrorKind::kSavedMap);
     } else {
-      const std::string bytes = to_bytes(*map);
-      const bool same = bytes == bytes_;
+      const bool same = to_bytes(*map) == bytes_;
       ++(same ? same_ : others_);
       EXPECT_TRUE(same || may_differ) << "a wrong map was accepted";
-      EXPECT_TRUE(map_from_bytes(bytes, camera().ideal_bounds()).ok());
     }
     (void)read_map_info(path_);
     const fs::path rest = folder_.path() / "rest.map";

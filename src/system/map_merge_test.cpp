@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "io/testing/temp_folder.hpp"
 #include "loop/loop_test_world.hpp"
 #include "map/map_bytes.hpp"
+#include "map_file/map_file.hpp"
 
 namespace ygslam {
 namespace {
@@ -73,8 +75,11 @@ TEST(MapMerge, MakesOneMapInTheFrameOfTheFirst) {
   const Keyframe& second = merged.keyframe(KeyframeId(kFirstWalk.keyframes + 3));
   EXPECT_LT(index(second.covisible.begin()->first), static_cast<unsigned>(kFirstWalk.keyframes));
   // What a file holds is whole.
-  const std::string bytes = to_bytes(merged);
-  EXPECT_TRUE(map_from_bytes(bytes, ring.camera().ideal_bounds()).ok());
+  const testing::TempFolder folder;
+  ASSERT_TRUE(save_map(folder.path() / "both.map", merged, ring.camera()).ok());
+  const auto back = load_map(folder.path() / "both.map");
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(to_bytes(*back), to_bytes(merged));
 }
 
 }  // namespace

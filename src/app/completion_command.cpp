@@ -155,6 +155,12 @@ void append(const CLI::App& app, const std::string& name, std::vector<Command>& 
     append(*sub, name.empty() ? sub->get_name() : name + " " + sub->get_name(), table);
 }
 
+std::vector<Command> command_table(const CLI::App& app) {
+  std::vector<Command> table;
+  append(app, "", table);
+  return table;
+}
+
 std::string line(const std::string& pattern, const std::string& does) {
   return "      " + pattern + ") " + does + ";;\n";
 }
@@ -174,8 +180,7 @@ std::string value_of(const CommandOption& option) {
 }
 
 std::string completion(const CLI::App& app, const Shell& shell) {
-  std::vector<Command> table;
-  append(app, "", table);
+  const std::vector<Command> table = command_table(app);
   SlamConfig config;
   const ConfigSchema schema = schema_of(config);
   std::vector<std::string> keys;

@@ -1,7 +1,6 @@
 // Text that could be read as a trajectory although it is something else: better refused than read.
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -9,9 +8,6 @@
 
 namespace ygslam {
 
-inline constexpr std::size_t kKittiColumns = 12;
-// Printed with few decimals a rotation matrix is only nearly orthonormal.
-inline constexpr double kRotationTolerance = 1e-2;
 // Anything shorter is no rounded unit quaternion.
 inline constexpr double kLeastQuaternionLength = 0.1;
 
@@ -25,8 +21,7 @@ inline constexpr double kLeastQuaternionLength = 0.1;
 /// between numbers), or whole numbers between commas, too many for any format.
 [[nodiscard]] bool has_decimal_commas(std::string_view line);
 
-/// Whether a line of 12 numbers has the rotation of a KITTI pose, or one of 11 numbers does where
-/// one is missing.
+/// Whether a line is a KITTI pose: 12 numbers, the upper three rows of a matrix with a rotation.
 [[nodiscard]] bool looks_like_kitti(std::string_view line);
 
 }  // namespace ygslam

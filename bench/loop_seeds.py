@@ -32,7 +32,7 @@ from pathlib import Path
 
 from matrix import measured, parser_of
 from rendered_seeds import (WRONG_M, Bench, Sequence, alignment, best_fit_rmse_m, count_frames,
-                            count_loops, errors_m, micros, read_tum, seed_range, stamp_text)
+                            count_loops, errors_m, read_tum, seed_range, to_and_fro)
 
 SMALL = ["--size", "480x360"]
 RIGHT_M = 0.1
@@ -194,16 +194,9 @@ def standing(bench, seed):
     fps = 5
     people = bench.render(f"standing_{seed}", "walking_static", seed, *SMALL,
                           "--fps", str(fps), "--truth")
-    there_and_back = people.frames + people.frames[-2:0:-1]
-    step, count = round(1e6 / fps), 10 * 60 * fps
+    count = 10 * 60 * fps
     folder, file = bench.folder("to_and_fro"), bench.folder("standing.map")
-    frames = [(10**9 + i * step, *there_and_back[i % len(there_and_back)][1:])
-              for i in range(count)]
-    Sequence(people.folder, frames).write(folder)
-    (folder / "mask").mkdir()
-    for stamp, colour, *_ in frames:
-        mask = people.folder / "mask" / f"{Path(colour).stem}.png"
-        (folder / "mask" / f"{stamp_text(stamp)}.png").symlink_to(mask.resolve())
+    to_and_fro(people, folder, count)
     figures = {"frames": count}
     for name, end in (("minute", count // 10), ("ten", count)):
         out = bench.run("standing_out", folder, "--save-map", file, "--to", str(end),

@@ -62,6 +62,21 @@ class Sequence:
         return "-" if y < -2.95 else "A" if x < 0 else "B"
 
 
+def to_and_fro(recording, folder, count):
+    """The frames forwards and backwards, as often as it takes, and their masks; written by links."""
+    there_and_back = recording.frames + recording.frames[-2:0:-1]
+    step = round((recording.frames[-1][0] - recording.frames[0][0]) / (len(recording.frames) - 1))
+    played = Sequence(recording.folder, [(10**9 + i * step, *there_and_back[i % len(there_and_back)][1:])
+                                         for i in range(count)])
+    played.write(folder)
+    if (recording.folder / "mask").is_dir():
+        (folder / "mask").mkdir()
+        for stamp, colour, *_ in played.frames:
+            mask = recording.folder / "mask" / f"{Path(colour).stem}.png"
+            (folder / "mask" / f"{stamp_text(stamp)}.png").symlink_to(mask.resolve())
+    return played
+
+
 def micros(stamp):
     return round(float(stamp) * 1e6)
 

@@ -69,8 +69,9 @@ def main():
     print("   frames  memory MB  track ms  tracked %  error m")
     for part, memory in zip(np.array_split(np.arange(len(rows)), PARTS), np.array_split(memory_mb, PARTS)):
         mine = [rows[i] for i in part]
+        track_ms = [float(row["track_cpu_ms"]) for row in mine if row["track_cpu_ms"]]
         errors = [off[s] for row in mine if (s := micros(row["stamp"])) in off]
-        print(f"{part[-1] + 1:9} {memory[-1]:10.1f} {np.median([float(row['track_cpu_ms']) for row in mine]):9.2f} "
+        print(f"{part[-1] + 1:9} {memory[-1]:10.1f} {np.median(track_ms):9.2f} "
               f"{100 * len(errors) / len(mine):10.2f} {np.median(errors) if errors else np.nan:8.4f}")
     metrics, growth = json.loads((out / "metrics.json").read_text()), growth_percent(memory_mb)
     print(f"{metrics['keyframes']} keyframes, {metrics['landmarks']} landmarks; "

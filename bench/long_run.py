@@ -6,7 +6,7 @@
 
 Plays a recording (with associations.txt and groundtruth.txt) to and fro as one endless walk, by the masks of
 SEQ/mask where there are some. Prints for every tenth of the run: resident memory [MB], processor time of
-tracking a frame [ms] (median), frames with a pose [%], distance of live positions from the truth [m] (median, in the
+tracking a frame [ms] (median; of --live runs), frames with a pose [%], distance of live positions from the truth [m] (median, in the
 frame of the first); then the map's size at the end, and how much the straight line through the memory of the last half rises
 over it. Exit code 1 where that is more than --max-growth.
 """
@@ -71,12 +71,12 @@ def main():
         mine = [rows[i] for i in part]
         track_ms = [float(row["track_cpu_ms"]) for row in mine if row["track_cpu_ms"]]
         errors = [off[s] for row in mine if (s := micros(row["stamp"])) in off]
-        print(f"{part[-1] + 1:9} {memory[-1]:10.1f} {np.median(track_ms):9.2f} "
+        print(f"{part[-1] + 1:9} {memory[-1]:10.1f} {np.median(track_ms) if track_ms else np.nan:9.2f} "
               f"{100 * len(errors) / len(mine):10.2f} {np.median(errors) if errors else np.nan:8.4f}")
     metrics, growth = json.loads((out / "metrics.json").read_text()), growth_percent(memory_mb)
     print(f"{metrics['keyframes']} keyframes, {metrics['landmarks']} landmarks; "
           f"memory over the last half {growth:+.2f} %")
-    return growth > o.max_growth
+    return int(growth > o.max_growth)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,9 @@
-// Speed of the ORB extractor beside OpenCV's.
+// Speed of the ORB extractor and of what looks features up.
 #include <benchmark/benchmark.h>
-
-#include <opencv2/core/utility.hpp>
-#include <opencv2/features2d.hpp>
 
 #include "features/feature_grid.hpp"
 #include "features/matcher.hpp"
 #include "features/orb.hpp"
-#include "image/cv_view.hpp"
 #include "texture.hpp"
 
 namespace ygslam::bench {
@@ -27,16 +23,6 @@ void BM_ExtractOurs(benchmark::State& state) {
   state.counters["features"] = static_cast<double>(found);
 }
 BENCHMARK(BM_ExtractOurs)->Unit(benchmark::kMillisecond);
-
-void BM_ExtractOpenCv(benchmark::State& state) {
-  const GreyImage image = render_texture(640, 480, 1);
-  const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
-  std::vector<cv::KeyPoint> found;
-  cv::Mat descriptors;
-  for (auto _ : state) orb->detectAndCompute(cv_view(image), cv::noArray(), found, descriptors);
-  state.counters["features"] = static_cast<double>(found.size());
-}
-BENCHMARK(BM_ExtractOpenCv)->Unit(benchmark::kMillisecond);
 
 void BM_MatchBruteForce(benchmark::State& state) {
   const Features a = extract_with_ours(render_texture(640, 480, 1), 1000);
@@ -61,10 +47,4 @@ BENCHMARK(BM_GridSearch1000)->Unit(benchmark::kMillisecond);
 }  // namespace
 }  // namespace ygslam::bench
 
-int main(int argc, char** argv) {
-  cv::setNumThreads(1);
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
-}
+BENCHMARK_MAIN();

@@ -16,7 +16,7 @@ what=${1:-all}
 case $what in
   program) ;;
   all)
-    packages+=(python3-dev libopencv-imgcodecs-dev libopencv-video-dev libopencv-features2d-dev
+    packages+=(python3-dev libopencv-imgcodecs-dev libopencv-video-dev
                libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
                liboctomap-dev octomap-tools assimp-utils) ;;
   checks) packages+=(clang-16 clang-format-16 clang-tidy-16 man-db groff zsh) ;;

@@ -121,14 +121,10 @@ float log_odds_of_state(const SpaceCell& cell) {
   return std::clamp(cell.log_odds, occupied ? 0.0F : kLowest, occupied ? kHighest : kBarelyFree);
 }
 
-template <CellColour kColour>
 ColourNode colour_leaf(const SpaceCell& cell) {
   ColourNode leaf;
   leaf.log_odds = log_odds_of_state(cell);
-  if (cell.state == SpaceState::kOccupied) {
-    leaf.add_colour(kColour == CellColour::kClass ? class_colour(cell.label.semantic_class)
-                                                  : cell.colour);
-  }
+  if (cell.state == SpaceState::kOccupied) leaf.add_colour(class_colour(cell.label.semantic_class));
   return leaf;
 }
 
@@ -170,16 +166,13 @@ Status write_octomap_bt(const std::filesystem::path& path, const SpaceCells& spa
   return write_tree(path, "binary file", "OcTree", space.cell_m, node_count, records);
 }
 
-Status write_octomap_ot(const std::filesystem::path& path, const SpaceCells& space,
-                        CellColour colour) {
+Status write_octomap_ot(const std::filesystem::path& path, const SpaceCells& space) {
   CHECK(space.cell_m > 0);
   const auto cells = place_cells(path, space);
   if (!cells.ok()) return cells.error();
   std::vector<ColourRecord> records;
-  const auto leaf_of = colour == CellColour::kClass ? colour_leaf<CellColour::kClass>
-                                                    : colour_leaf<CellColour::kSurface>;
   walk_tree<ColourNode>(
-      *cells, leaf_of, [&](const ColourNode& node, int number, ColourNode& parent) {
+      *cells, colour_leaf, [&](const ColourNode& node, int number, ColourNode& parent) {
         records.push_back(node.record());
         parent.log_odds = std::max(records.back().log_odds, parent.log_odds);
         parent.add_colour(records.back().colour);

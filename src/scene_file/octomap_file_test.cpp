@@ -15,26 +15,24 @@ namespace {
 
 namespace octomap_trees = testing::octomap_trees;
 
-octomap_trees::Leaf leaf_of(const SpaceCell& cell, CellColour colour_of) {
+octomap_trees::Leaf leaf_of(const SpaceCell& cell) {
   octomap_trees::Leaf leaf;
   for (int i = 0; i < 3; ++i)
     leaf.key[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(cell.index[i] + 32768);
   leaf.coloured = cell.state == SpaceState::kOccupied;
   leaf.log_odds = leaf.coloured ? std::max(cell.log_odds, 0.0F) : std::min(cell.log_odds, -1e-3F);
-  const Rgb8 colour =
-      colour_of == CellColour::kClass ? class_colour(cell.label.semantic_class) : cell.colour;
+  const Rgb8 colour = class_colour(cell.label.semantic_class);
   leaf.rgb = {colour.r, colour.g, colour.b};
   return leaf;
 }
 
-std::string by_octomap(decltype(octomap_trees::write_bt) write, const SpaceCells& space,
-                       CellColour colour) {
+std::string by_octomap(decltype(octomap_trees::write_bt) write, const SpaceCells& space) {
   std::string bytes;
   auto next = space.cells.begin();
   const auto leaves = [&](octomap_trees::Leaf& leaf) {
     while (next != space.cells.end() && next->state == SpaceState::kUnknown) ++next;
     if (next == space.cells.end()) return false;
-    leaf = leaf_of(*next++, colour);
+    leaf = leaf_of(*next++);
     return true;
   };
   write(space.cell_m, leaves, [&](std::string_view piece) { bytes += piece; });
@@ -45,12 +43,9 @@ void expect_octomaps_bytes(const SpaceCells& space) {
   const testing::TempFolder folder;
   const auto path = folder.path() / "a";
   ASSERT_TRUE(write_octomap_bt(path, space).ok());
-  EXPECT_TRUE(testing::read(path) ==
-              by_octomap(octomap_trees::write_bt, space, CellColour::kClass));
-  for (const CellColour colour : {CellColour::kClass, CellColour::kSurface}) {
-    ASSERT_TRUE(write_octomap_ot(path, space, colour).ok());
-    EXPECT_TRUE(testing::read(path) == by_octomap(octomap_trees::write_ot, space, colour));
-  }
+  EXPECT_TRUE(testing::read(path) == by_octomap(octomap_trees::write_bt, space));
+  ASSERT_TRUE(write_octomap_ot(path, space).ok());
+  EXPECT_TRUE(testing::read(path) == by_octomap(octomap_trees::write_ot, space));
 }
 
 SpaceCell random_cell(Rng& rng, std::uint32_t unknown_percent, std::uint32_t free_percent) {

@@ -12,11 +12,9 @@ namespace ygslam {
 /// @return kOutput naming the file; also where a cell's index does not fit in 16 bits.
 Status write_octomap_bt(const std::filesystem::path& path, const SpaceCells& space);
 
-enum class CellColour { kClass, kSurface };
 /// OctoMap's `.ot` (ColorOcTree): with log-odds, and occupied cells in the colour of their class
-/// (as labels.json has it) or of their surface.
+/// (as labels.json has it).
 /// @return as write_octomap_bt.
-Status write_octomap_ot(const std::filesystem::path& path, const SpaceCells& space,
-                        CellColour colour = CellColour::kClass);
+Status write_octomap_ot(const std::filesystem::path& path, const SpaceCells& space);
 
 }  // namespace ygslam

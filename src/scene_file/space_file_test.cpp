@@ -84,15 +84,13 @@ TEST(SpaceFile, OctomapHasEveryKnownCellAndNoOther) {
   const SpaceCells space = sample_scene(Vec3(0.2, -1, 0.1)).space;
   ASSERT_TRUE(write_octomap_bt(folder.path() / "a.bt", space).ok());
   ASSERT_TRUE(write_octomap_ot(folder.path() / "a.ot", space).ok());
-  ASSERT_TRUE(write_octomap_ot(folder.path() / "b.ot", space, CellColour::kSurface).ok());
-  const std::string bt = read(folder.path() / "a.bt"), ot = read(folder.path() / "a.ot"),
-                    painted = read(folder.path() / "b.ot");
+  const std::string bt = read(folder.path() / "a.bt"), ot = read(folder.path() / "a.ot");
   EXPECT_EQ(bt.find("# Octomap OcTree binary file\n"), 0U);
   EXPECT_NE(bt.find("\nid OcTree\n"), std::string::npos);
   EXPECT_NE(ot.find("\nid ColorOcTree\n"), std::string::npos);
   EXPECT_NE(ot.find("\nres 0.1\n"), std::string::npos);
-  const TreeParser binary(bt, true), full(ot, false), surface(painted, false);
-  EXPECT_TRUE(binary.at_end() && full.at_end() && surface.at_end());
+  const TreeParser binary(bt, true), full(ot, false);
+  EXPECT_TRUE(binary.at_end() && full.at_end());
 
   std::size_t known = 0, unknown = 0;
   for (const SpaceCell& cell : space.cells) {
@@ -110,7 +108,6 @@ TEST(SpaceFile, OctomapHasEveryKnownCellAndNoOther) {
     ASSERT_EQ(leaf.log_odds, cell.log_odds);
     if (!occupied) continue;
     ASSERT_EQ(leaf.colour, class_colour(cell.label.semantic_class));
-    ASSERT_EQ(surface.leaves().at(index_of(cell)).colour, cell.colour);
   }
   EXPECT_EQ(binary.leaves().size(), known);
   EXPECT_EQ(full.leaves().size(), known);

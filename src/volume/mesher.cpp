@@ -27,14 +27,6 @@ std::vector<BlockMesh> mesh_blocks(const Volume& volume, const std::vector<Block
   return meshes;
 }
 
-/// The object most of a triangle's corners show; where all differ, the first's.
-SceneObjectId majority(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  const SceneObjectId a = mesh.vertices[triangle[0]].label.object;
-  const SceneObjectId b = mesh.vertices[triangle[1]].label.object;
-  const SceneObjectId c = mesh.vertices[triangle[2]].label.object;
-  return b == c ? b : a;
-}
-
 }  // namespace
 
 int Mesher::update(const Volume& volume) {
@@ -91,24 +83,6 @@ TriangleMesh volume_mesh(const Volume& volume, const ReadingConfig& config) {
   for (std::size_t i = 0; i < keys.size(); ++i)
     if (!meshes[i].empty()) placed.push_back({keys[i], &meshes[i]});
   return assemble_mesh(volume, placed, config);
-}
-
-TriangleMesh object_mesh(const TriangleMesh& mesh, SceneObjectId object) {
-  constexpr std::uint32_t kUnnumbered = 0xffffffffU;
-  std::vector<std::uint32_t> number(mesh.vertices.size(), kUnnumbered);
-  TriangleMesh part;
-  for (std::array<std::uint32_t, 3> triangle : mesh.triangles) {
-    if (majority(mesh, triangle) != object) continue;
-    for (std::uint32_t& corner : triangle) {
-      if (number[corner] == kUnnumbered) {
-        number[corner] = static_cast<std::uint32_t>(part.vertices.size());
-        part.vertices.push_back(mesh.vertices[corner]);
-      }
-      corner = number[corner];
-    }
-    part.triangles.push_back(triangle);
-  }
-  return part;
 }
 
 }  // namespace ygslam

@@ -42,7 +42,4 @@ class Mesher {
 /// The mesh from nothing; the same bytes as an updated Mesher's.
 [[nodiscard]] TriangleMesh volume_mesh(const Volume& volume, const ReadingConfig& config = {});
 
-/// The triangles most of whose corners show the object (kNoSceneObject: none), with their vertices.
-[[nodiscard]] TriangleMesh object_mesh(const TriangleMesh& mesh, SceneObjectId object);
-
 }  // namespace ygslam

@@ -13,6 +13,7 @@ namespace ygslam {
 namespace {
 
 using volume_test::look_at;
+using volume_test::object_mesh;
 using volume_test::render;
 using volume_test::World;
 

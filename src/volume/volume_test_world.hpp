@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -127,6 +128,34 @@ inline SE3 look_at(const Vec3& from, const Vec3& to, const Vec3& down = Vec3(0, 
   Mat3 R;
   R << x, z.cross(x), z;
   return {R, from};
+}
+
+/// The object most of a triangle's corners show; where all differ, the first's.
+inline SceneObjectId majority(const TriangleMesh& mesh,
+                              const std::array<std::uint32_t, 3>& triangle) {
+  const SceneObjectId a = mesh.vertices[triangle[0]].label.object;
+  const SceneObjectId b = mesh.vertices[triangle[1]].label.object;
+  const SceneObjectId c = mesh.vertices[triangle[2]].label.object;
+  return b == c ? b : a;
+}
+
+/// The triangles most of whose corners show the object (kNoSceneObject: none), with their vertices.
+inline TriangleMesh object_mesh(const TriangleMesh& mesh, SceneObjectId object) {
+  constexpr std::uint32_t kUnnumbered = 0xffffffffU;
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kUnnumbered);
+  TriangleMesh part;
+  for (std::array<std::uint32_t, 3> triangle : mesh.triangles) {
+    if (majority(mesh, triangle) != object) continue;
+    for (std::uint32_t& corner : triangle) {
+      if (number[corner] == kUnnumbered) {
+        number[corner] = static_cast<std::uint32_t>(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[corner]);
+      }
+      corner = number[corner];
+    }
+    part.triangles.push_back(triangle);
+  }
+  return part;
 }
 
 }  // namespace ygslam::volume_test

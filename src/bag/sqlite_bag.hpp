@@ -6,8 +6,7 @@
 #include <mutex>
 
 #include "bag/bag.hpp"
-
-struct sqlite3;
+#include "io/sqlite.hpp"
 
 namespace ygslam {
 
@@ -20,15 +19,14 @@ class SqliteBag final : public Bag {
   [[nodiscard]] Result<Bytes> read(const MessagePlace& place) const override;
 
  private:
-  struct Close {
-    void operator()(sqlite3* handle) const;
-  };
-  explicit SqliteBag(std::filesystem::path path) : path_(std::move(path)) {}
+  SqliteBag(std::filesystem::path path, sqlite::Database database)
+      : path_(std::move(path)), database_(std::move(database)) {}
+  [[nodiscard]] Error no_bag() const;
   Status read_topics();
 
   std::filesystem::path path_;
-  mutable std::mutex mutex_;  // guards the handle
-  std::unique_ptr<sqlite3, Close> handle_;
+  mutable std::mutex mutex_;  // guards the database
+  mutable sqlite::Database database_;
   std::map<std::int64_t, std::size_t> topic_of_;
 };
 

@@ -3,10 +3,13 @@
 
 #include <filesystem>
 
-#include "map_file/database.hpp"
+#include "io/sqlite.hpp"
 #include "map_file/map_meta.hpp"
 
 namespace ygslam::map_file {
+
+using sqlite::Database;
+using sqlite::Statement;
 
 inline constexpr std::uint32_t kApplicationId = 0x59474d50;  // "YGMP"
 inline constexpr std::uint32_t kFormat = 2;                  // SQLite's user_version

@@ -1,5 +1,5 @@
-// SQLite, as far as maps need it. Want of memory throws std::bad_alloc; every other fault is an
-// error of the statement or the database that it met.
+// SQLite, as far as maps and bags need it. Want of memory throws std::bad_alloc; every other fault
+// is an error of the statement or the database that it met.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace ygslam::map_file {
+namespace ygslam::sqlite {
 
 /// One SQL statement, to be run any number of times. Must not outlive its database.
 class Statement {
@@ -55,7 +55,11 @@ class Database {
     kWrite,
     kCreate,
   };
-  static Result<Database> open(const std::filesystem::path& path, Access access);
+  /// @param unreadable what a file that cannot be read is.
+  static Result<Database> open(const std::filesystem::path& path, Access access,
+                               ErrorKind unreadable = ErrorKind::kSavedMap);
+  /// Reading may take so many instructions again; a damaged file must not keep it busy without end.
+  void renew_patience();
 
   /// From now on a file that is shorter than it says is read as far as it goes. @return false
   /// after a fault.
@@ -85,4 +89,4 @@ class Database {
   std::unique_ptr<sqlite3, Close> handle_;
 };
 
-}  // namespace ygslam::map_file
+}  // namespace ygslam::sqlite

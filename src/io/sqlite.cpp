@@ -1,4 +1,4 @@
-#include "map_file/database.hpp"
+#include "io/sqlite.hpp"
 
 #include <sqlite3.h>
 
@@ -9,11 +9,11 @@
 
 #include "io/text.hpp"
 
-namespace ygslam::map_file {
+namespace ygslam::sqlite {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kLongestValue_bytes = 72 << 20;
+constexpr int kLongestValue_bytes = 1 << 29;  // a message of a bag
 constexpr int kLongestSql_bytes = 100'000;
 constexpr int kPatience_ms = 2000;
 // A damaged file must not keep a statement busy without end: reading a map takes some 20
@@ -111,7 +111,7 @@ std::optional<std::string_view> Statement::text(int column) const {
 
 void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
 
-Result<Database> Database::open(const fs::path& path, Access access) {
+Result<Database> Database::open(const fs::path& path, Access access, ErrorKind unreadable) {
   const bool reads = access == Access::kRead || access == Access::kReadAlone;
   int flags = SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
   flags |= reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
@@ -121,7 +121,7 @@ Result<Database> Database::open(const fs::path& path, Access access) {
       sqlite3_open_v2(uri_of(path, access == Access::kReadAlone).c_str(), &handle, flags, nullptr);
   Database database(handle);
   require_no_want(code);
-  const ErrorKind kind = reads ? ErrorKind::kSavedMap : ErrorKind::kOutput;
+  const ErrorKind kind = reads ? unreadable : ErrorKind::kOutput;
   if (code != SQLITE_OK) return Error{kind, path.string() + ": " + database.message()};
   if (Status safe = database.protect(path, reads); !safe) return safe.error();
   return database;
@@ -149,6 +149,10 @@ Status Database::protect(const fs::path& path, bool reads) {
     sqlite3_progress_handler(db, kInstructionsAtOnce, count_down, times_left_.get());
   }
   return Ok{};
+}
+
+void Database::renew_patience() {
+  if (times_left_) *times_left_ = kMostTimes;
 }
 
 bool Database::read_cut_short() {
@@ -208,4 +212,4 @@ bool Database::close() {
   return code == SQLITE_OK;
 }
 
-}  // namespace ygslam::map_file
+}  // namespace ygslam::sqlite

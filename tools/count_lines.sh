@@ -10,7 +10,7 @@ if [ -n "$commit" ]; then git ls-tree -r --name-only "$commit"; else git ls-file
     echo "$file $lines"
   done |
   awk '{ top = $1 ~ /\// ? substr($1, 1, index($1, "/") - 1) : "."
-         kind = $1 ~ /_test\.(cpp|hpp|py)$|^tests\/|\/testing\/|_test_[a-z]*\.(cpp|hpp)$|_testing\.hpp$|^fuzz\// ? "tests" : "source"
+         kind = $1 ~ /_test\.(cpp|hpp|py)$|^tests\/|\/testing\/|_test_[a-z]*\.(cpp|hpp)$|_testing\.hpp$|\/test_[a-z_]*\.hpp$|\/synthetic_[a-z_]*\.hpp$|\/referee\/|^fuzz\// ? "tests" : "source"
          n[kind, top] += $2; all[kind] += $2; tops[top] }
        END { for (kind in all) { for (top in tops) if ((kind, top) in n) printf "%-7s %-9s %6d\n", kind, top, n[kind, top]
                                  printf "%-7s %-9s %6d\n", kind, "all", all[kind] } }' | sort

@@ -10,7 +10,7 @@
 #include <new>
 
 #include "core/check.hpp"
-#include "simulation/parallel.hpp"
+#include "core/parallel.hpp"
 
 namespace ygslam::sim {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulation/parallel.hpp"
+#include "core/parallel.hpp"
 #include "simulation/render/renderer_layers.hpp"
 
 namespace ygslam::sim {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/parallel.hpp"
 #include "core/rng.hpp"
 #include "image/depth.hpp"
-#include "simulation/parallel.hpp"
 
 namespace ygslam::sim {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "simulation/parallel.hpp"
+#include "core/parallel.hpp"
 #include "simulation/surface/paint_material.hpp"
 
 namespace ygslam::sim {

@@ -25,7 +25,7 @@ constexpr int kMostTimes = 1000;
 std::string uri_of(const fs::path& path, bool immutable) {
   static constexpr std::string_view kHex = "0123456789abcdef";
   static constexpr std::string_view kPlain = "/-_.~";
-  std::string uri = "file:";
+  std::string uri = "file://";  // of no host, however many slashes the path begins with
   for (const char c : fs::absolute(path).string()) {
     const auto byte = static_cast<unsigned char>(c);
     const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');

@@ -42,20 +42,12 @@ class LiveRunner final : public Runner {
     const ScopedTimer timer;
     TrackResult result =
         tracker_->step(frame, map_->view(), arrived, map_->waiting_keyframes() >= kBusyMapper);
-    if (result.candidate) {
+    const auto put = [this](auto& message) { map_->put(std::move(message)); };
+    if (auto message = route_->frame_message(frame, result)) {
       await_mask(frame);
-      map_->insert({std::move(*result.candidate), result.labels.label});
+      std::visit(put, *message);
     }
-    if (auto offered = offer_->step(frame, result)) {
-      await_mask(frame);
-      map_->look_at(std::move(*offered));
-    }
-    if (result.shutter && result.shutter->taken_over) map_->correct_shutter(*result.shutter);
-    if (result.wanted_view) map_->look_around(*result.wanted_view);
-    if (result.state == TrackState::kLost)
-      map_->look_for({result.features, result.labels.weight, std::nullopt});
-    if (asks_for_place(*frame, result))
-      map_->look_for({result.features, result.labels.weight, result.pose});
+    for (MapRequest& request : ResultRoute::requests(*frame, result)) std::visit(put, request);
     for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
     log_.add(make_record(*frame, result, timer, mask_ms), result);
     last_frames_.push_back(frame->id);
@@ -93,7 +85,7 @@ class LiveRunner final : public Runner {
     return attempts;
   }
 
-  void correct(MapPatch patch) override { map_->correct(std::move(patch)); }
+  void correct(MapPatch patch) override { map_->put(std::move(patch)); }
 
   void reset() override {
     log_.clear();
@@ -134,8 +126,7 @@ class LiveRunner final : public Runner {
         MappingStage(mapping_config_, camera_, map_use_.start.value_or(empty)), camera_,
         mapping_config_.mapper.bundle, config_.dense, map_use_.sink);
     map_->inspect_dense([this](DenseMap& dense) { dense.restore(map_use_.dense); });
-    const bool is_offered = segmenter_ && config_.dense.enabled && !map_use_.frozen;
-    offer_.emplace(is_offered ? config_.dense.interval_s : 0);
+    route_.emplace(config_.dense, mapping_config_);
     without_mask_.clear();
     last_frames_.clear();
     last_mask_.reset();
@@ -151,7 +142,7 @@ class LiveRunner final : public Runner {
 
   /// The map has no use for masks of other frames.
   void hand_to_mapper(const SegmentationPtr& masks) {
-    if (without_mask_.erase(masks->frame) > 0) map_->apply(masks);
+    if (without_mask_.erase(masks->frame) > 0) map_->put(masks);
   }
 
   std::vector<SegmentationPtr> arrived_masks(const RgbdFrame& frame) {
@@ -215,7 +206,7 @@ class LiveRunner final : public Runner {
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one
   std::optional<Tracker> tracker_;
   std::unique_ptr<MapThread> map_;
-  std::optional<DenseOffer> offer_;
+  std::optional<ResultRoute> route_;
   std::set<FrameId> without_mask_;      // frames the map waits for, whose mask has not come
   std::deque<FrameId> last_frames_;     // as many as masks may lag behind
   std::optional<Timestamp> last_mask_;  // when it came

@@ -21,14 +21,14 @@ MapThread::~MapThread() {
   queue_.close();
 }
 
-void MapThread::insert(KeyframeMessage message) {
+void MapThread::put(KeyframeMessage message) {
   ++waiting_keyframes_;
   urgent_.store(true);
   queue_.push(std::move(message));
 }
 
-void MapThread::look_for(LostView lost) {
-  if (!lost_view_waits_.exchange(true)) queue_.push(std::move(lost));
+void MapThread::put(PlaceRequest request) {
+  if (!place_request_waits_.exchange(true)) queue_.push(std::move(request));
 }
 
 void MapThread::inspect(const std::function<void(const MappingStage&)>& look) {
@@ -123,11 +123,12 @@ void MapThread::take(KeyframeId focus) {
   view_.store(stage_.view());
 }
 
-void MapThread::take(const LostView& lost) {
-  lost_view_waits_.store(false);
-  if (!lost.pose) {
-    if (stage_.look_for(*lost.features, lost.static_weight)) view_.store(stage_.view());
-  } else if (stage_.look_for(*lost.features, lost.static_weight, *lost.pose)) {
+void MapThread::take(const PlaceRequest& request) {
+  place_request_waits_.store(false);
+  const auto& [features, static_weight, pose] = request;
+  if (!pose) {
+    if (stage_.look_for(*features, static_weight)) view_.store(stage_.view());
+  } else if (stage_.look_for(*features, static_weight, *pose)) {
     adjustment_.start(stage_.full_adjustment());
     publish();
   }

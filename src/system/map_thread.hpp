@@ -12,6 +12,7 @@
 #include "system/adjustment_thread.hpp"
 #include "system/dense_thread.hpp"
 #include "system/mapping_stage.hpp"
+#include "system/result_route.hpp"
 #include "system/run_log.hpp"
 #include "system/runner.hpp"
 
@@ -27,20 +28,14 @@ class MapThread {
   [[nodiscard]] LocalViewPtr view() const { return view_.load(); }
   /// Keyframes that wait to be inserted.
   [[nodiscard]] std::size_t waiting_keyframes() const { return waiting_keyframes_.load(); }
-  void insert(KeyframeMessage message);
-  void look_at(DenseFrameMessage message) { queue_.push(std::move(message)); }
-  void apply(SegmentationPtr masks) { queue_.push(std::move(masks)); }
-  void correct(MapPatch patch) { queue_.push(std::move(patch)); }
-  void correct_shutter(const ShutterReport& report) { queue_.push(report); }
-  void look_around(KeyframeId focus) { queue_.push(focus); }
-  /// What a lost camera sees, or one in a submap without a place; passed over while an earlier one
-  /// waits.
-  struct LostView {
-    FeaturesPtr features;
-    std::vector<float> static_weight;
-    std::optional<KeyframeRelativePose> pose;  ///< in a submap
-  };
-  void look_for(LostView lost);
+  void put(KeyframeMessage message);
+  /// Passed over while an earlier one waits.
+  void put(PlaceRequest request);
+  /// A frame, a mask, a patch, a report of the shutter, or a keyframe to make a view around.
+  template <typename Other>
+  void put(Other message) {
+    queue_.push(std::move(message));
+  }
   /// Calls `look` with the stage between two messages and waits for it; after join() at once.
   void inspect(const std::function<void(const MappingStage&)>& look);
 
@@ -61,7 +56,7 @@ class MapThread {
     std::promise<void> done;
   };
   using Message = std::variant<KeyframeMessage, DenseFrameMessage, SegmentationPtr, MapPatch,
-                               ShutterReport, KeyframeId, LostView, Inspection>;
+                               ShutterReport, KeyframeId, PlaceRequest, Inspection>;
   static constexpr std::size_t kQueue = 64;
 
   void loop(const std::stop_token& stop);
@@ -71,7 +66,7 @@ class MapThread {
   void take(const MapPatch& patch);
   void take(const ShutterReport& report);
   void take(KeyframeId focus);
-  void take(const LostView& lost);
+  void take(const PlaceRequest& request);
   void take(Inspection& inspection);
   void publish();
   bool close_loops();
@@ -83,7 +78,7 @@ class MapThread {
   BoundedQueue<Message> queue_{kQueue, Overflow::kBlock};
   std::atomic<std::size_t> waiting_keyframes_{0};
   std::atomic<bool> urgent_{false};  // a keyframe waits: adjustments end early
-  std::atomic<bool> lost_view_waits_{false};
+  std::atomic<bool> place_request_waits_{false};
   MapSink sink_;
   AdjustmentThread adjustment_;  // of the whole map, after loops
   DenseThread dense_;

@@ -5,6 +5,7 @@
 
 #include "core/log.hpp"
 #include "dense/scene_naming/named_scene.hpp"
+#include "system/result_route.hpp"
 #include "system/runner.hpp"
 #include "system/segment_safely.hpp"
 
@@ -33,9 +34,7 @@ class OfflineRunner final : public Runner {
     const ScopedTimer timer;
     TrackResult result = tracker_->step(frame, view_, arrived, false);
     log_.add(make_record(*frame, result, timer, mask_ms), result);
-    apply(arrived, [&](const Segmentation& masks) { return masks.frame != frame->id; });
-    if (auto offered = offer_->step(frame, result)) mapping_->look_at(*offered);
-    map_keyframe(*frame, arrived, result);
+    map_frame(frame, arrived, result);
     return result;
   }
 
@@ -60,10 +59,10 @@ class OfflineRunner final : public Runner {
     const Map empty({config_.orb.levels, config_.orb.scale_factor});
     mapping_.emplace(mapping_config_, camera_, map_use_.start.value_or(empty));
     dense_.emplace(config_.dense, camera_);
-    offer_.emplace(config_.dense.enabled ? config_.dense.interval_s : 0);
+    route_.emplace(config_.dense, mapping_config_);
     dense_->restore(map_use_.dense);
     view_ = mapping_->view();
-    map_changed_ = map_corrected_ = false;
+    map_changed_ = view_changed_ = map_corrected_ = false;
   }
 
   const SlamOutcome& finish() override {
@@ -120,39 +119,53 @@ class OfflineRunner final : public Runner {
       if (is_wanted(*masks)) map_changed_ |= mapping_->apply(*masks);
   }
 
-  void map_keyframe(const RgbdFrame& frame, const std::vector<SegmentationPtr>& arrived,
-                    TrackResult& result) {
-    const bool inserted = result.candidate.has_value();
+  void map_frame(const FramePtr& frame, const std::vector<SegmentationPtr>& arrived,
+                 TrackResult& result) {
+    apply(arrived, [&](const Segmentation& masks) { return masks.frame != frame->id; });
     const ScopedTimer timer;
-    if (inserted) mapping_->insert({std::move(*result.candidate), result.labels.label});
+    const bool is_keyframe = result.candidate.has_value();
+    const auto take = [this](const auto& message) { this->take(message); };
+    if (const auto message = route_->frame_message(frame, result)) std::visit(take, *message);
     // The frame's own mask finds it in the map.
-    apply(arrived, [&](const Segmentation& masks) { return masks.frame == frame.id; });
-    if (inserted) mapping_->refine();
-    if ((inserted || map_changed_) && mapping_->close_loops()) {
+    apply(arrived, [&](const Segmentation& masks) { return masks.frame == frame->id; });
+    if (is_keyframe) mapping_->refine();
+    if (map_changed_ && mapping_->close_loops()) adjust_all();
+    for (const MapRequest& request : ResultRoute::requests(*frame, result))
+      std::visit(take, request);
+    if (is_keyframe) log_.statistics().map.add(timer);
+    publish();
+  }
+
+  void take(const KeyframeMessage& message) {
+    mapping_->insert(message);
+    map_changed_ = true;
+  }
+  void take(const DenseFrameMessage& message) { mapping_->look_at(message); }
+  void take(const ShutterReport& report) {
+    mapping_->correct_shutter(report);
+    map_changed_ = true;
+  }
+  void take(const PlaceRequest& request) {
+    const auto& [features, static_weight, pose] = request;
+    if (!pose) {
+      view_changed_ |= mapping_->look_for(*features, static_weight);
+    } else if (mapping_->look_for(*features, static_weight, *pose)) {
       map_changed_ = true;
       adjust_all();
     }
-    if (result.shutter && result.shutter->taken_over) {
-      mapping_->correct_shutter(*result.shutter);
-      map_changed_ = true;
+  }
+  void take(KeyframeId focus) {
+    mapping_->look_around(focus);
+    view_changed_ = true;
+  }
+
+  void publish() {
+    if (std::exchange(view_changed_, false) || map_changed_) view_ = mapping_->view();
+    if (!std::exchange(map_changed_, false) && !mapping_->has_dense_frames()) return;
+    dense_->apply(mapping_->take_dense_update());
+    while (dense_->step()) {
     }
-    if (asks_for_place(frame, result) &&
-        mapping_->look_for(*result.features, result.labels.weight, result.pose)) {
-      map_changed_ = true;
-      adjust_all();
-    }
-    if (inserted) log_.statistics().map.add(timer);
-    if (result.wanted_view) mapping_->look_around(*result.wanted_view);
-    const bool looks_elsewhere = result.state == TrackState::kLost &&
-                                 mapping_->look_for(*result.features, result.labels.weight);
-    if (inserted || map_changed_ || result.wanted_view || looks_elsewhere) view_ = mapping_->view();
-    if (inserted || map_changed_ || mapping_->has_dense_frames()) {
-      dense_->apply(mapping_->take_dense_update());
-      while (dense_->step()) {
-      }
-      if (map_use_.sink) map_use_.sink(mapping_->map());
-    }
-    map_changed_ = false;
+    if (map_use_.sink) map_use_.sink(mapping_->map());
   }
 
   const SlamConfig config_;
@@ -164,10 +177,11 @@ class OfflineRunner final : public Runner {
   std::optional<Tracker> tracker_;
   std::optional<MappingStage> mapping_;
   std::optional<DenseMap> dense_;
-  std::optional<DenseOffer> offer_;
+  std::optional<ResultRoute> route_;
   LocalViewPtr view_;
   std::deque<Pending> pending_;
-  bool map_changed_ = false;
+  bool map_changed_ = false;   // in this frame
+  bool view_changed_ = false;  // in this frame, with or without the map
   bool map_corrected_ = false;
 };
 

@@ -61,12 +61,6 @@ struct MapUse {
   return tracking;
 }
 
-/// Whether a frame of a submap without a place is to be looked for in the rest of the map.
-[[nodiscard]] inline bool asks_for_place(const RgbdFrame& frame, const TrackResult& result) {
-  constexpr std::uint32_t kEveryFrames = 10;
-  return result.unplaced && index(frame.id) % kEveryFrames == 0;
-}
-
 /// @param config resolved (slam_config.hpp). @param segmenter null in modes without one.
 [[nodiscard]] std::unique_ptr<Runner> make_live_runner(const SlamConfig& config,
                                                        const Camera& camera,

@@ -1,0 +1,32 @@
+#include "system/result_route.hpp"
+
+namespace ygslam {
+namespace {
+
+/// Whether a frame of a submap without a place is to be looked for in the rest of the map.
+bool asks_for_place(const RgbdFrame& frame, const TrackResult& result) {
+  constexpr std::uint32_t kEveryFrames = 10;
+  return result.unplaced && index(frame.id) % kEveryFrames == 0;
+}
+
+}  // namespace
+
+std::optional<FrameMessage> ResultRoute::frame_message(const FramePtr& frame, TrackResult& result) {
+  auto offered = offer_.step(frame, result);
+  if (result.candidate) return KeyframeMessage{std::move(*result.candidate), result.labels.label};
+  if (offered) return std::move(*offered);
+  return std::nullopt;
+}
+
+std::vector<MapRequest> ResultRoute::requests(const RgbdFrame& frame, const TrackResult& result) {
+  std::vector<MapRequest> requests;
+  if (result.shutter && result.shutter->taken_over) requests.emplace_back(*result.shutter);
+  if (asks_for_place(frame, result))
+    requests.emplace_back(PlaceRequest{result.features, result.labels.weight, result.pose});
+  if (result.wanted_view) requests.emplace_back(*result.wanted_view);
+  if (result.state == TrackState::kLost)
+    requests.emplace_back(PlaceRequest{result.features, result.labels.weight, std::nullopt});
+  return requests;
+}
+
+}  // namespace ygslam

@@ -62,11 +62,10 @@ Status read_settings(const BenchArguments& a, SweepOptions& options) {
   run.config_file = a.config_file;
   run.sets = a.sets;
   run.seed = a.seed;
-  SlamConfig config;
-  Status loaded = load_settings(run, config);
-  if (!loaded.ok()) return loaded;
+  auto loaded = load_settings(run);
+  if (!loaded.ok()) return loaded.error();
   SlamConfig defaults;
-  const ConfigSchema set = schema_of(config);
+  const ConfigSchema set = schema_of(*loaded);
   const ConfigSchema unset = schema_of(defaults);
   for (std::size_t i = 0; i < set.keys().size(); ++i) {
     const ConfigKey& key = set.keys()[i];
@@ -77,7 +76,7 @@ Status read_settings(const BenchArguments& a, SweepOptions& options) {
     }
     options.config[key.name] = key.get();
   }
-  options.seed = config.run.seed;
+  options.seed = loaded->run.seed;
   return Ok{};
 }
 

@@ -178,7 +178,9 @@ Status calibrate(Calibration& calibration) {
   if (options.model.empty() && options.segmenter.empty()) options.segmenter = "none";
   if (options.dynamic_mode.empty() && options.segmenter == "none")
     options.dynamic_mode = "geometry";
-  if (Status settings = load_settings(options, calibration.config); !settings) return settings;
+  auto settings = load_settings(options);
+  if (!settings) return settings.error();
+  calibration.config = std::move(*settings);
   auto sequence = open_sequence(options);
   if (!sequence) return sequence.error();
   calibration.sequence = std::move(*sequence);

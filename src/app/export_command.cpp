@@ -22,12 +22,10 @@ struct ExportArguments {
 };
 
 Result<DenseMapConfig> dense_config(const ExportArguments& a) {
-  SlamConfig config;
-  if (Status settings = load_settings(a.settings, config); !settings.ok()) return settings.error();
-  const auto whole = resolved(config);
-  if (!whole.ok()) return whole.error();
-  if (Status fits = fits_in_memory(whole->dense); !fits.ok()) return fits.error();
-  return whole->dense;
+  const auto settings = load_settings(a.settings);
+  if (!settings.ok()) return settings.error();
+  if (Status fits = fits_in_memory(settings->dense); !fits.ok()) return fits.error();
+  return settings->dense;
 }
 
 Status export_saved(const ExportArguments& a) {

@@ -16,8 +16,7 @@ namespace ygslam {
 namespace {
 
 Result<int> inspect(const InspectOptions& options) {
-  SlamConfig config;
-  Status settings = load_settings(options.run, config);
+  const auto settings = load_settings(options.run);
   if (!settings.ok()) return settings.error();
   auto sequence = open_sequence(options.run);
   if (!sequence.ok()) return sequence.error();
@@ -41,10 +40,10 @@ Result<int> inspect(const InspectOptions& options) {
   Inspection inspection(options, std::move(sequence).value());
   std::vector<Check> checks;
   for (const std::string& name : options.checks)
-    if (Status ready = inspection.ready(make_check(name, config)); !ready.ok())
+    if (Status ready = inspection.ready(make_check(name, *settings)); !ready.ok())
       return ready.error();
   for (const std::string& name : options.checks) {
-    checks.push_back(make_check(name, config));
+    checks.push_back(make_check(name, *settings));
     Status ran = inspection.run(checks.back());
     if (!ran.ok()) return ran.error();
     if (const int signal = StopSignal::received()) return 128 + signal;

@@ -83,7 +83,9 @@ Result<SessionOptions> Inspection::session_options(const Check& check) const {
   if (!segmenter.ok()) return segmenter.error();
   session_options.without_model =
       "--segmenter none, --segmenter masks:DIR or --checks classic,improved";
-  session_options.config = check.config;
+  auto config = resolved(check.config);  // the mode is the check's own
+  if (!config.ok()) return config.error();
+  session_options.config = std::move(config).value();
   session_options.camera = sequence_.camera;
   session_options.deterministic = !options_.live;
   session_options.may_wait = true;

@@ -165,7 +165,8 @@ void declare_localize_options(CLI::App& command, RunOptions& o) {
       "empty or of another camera.");
 }
 
-Status load_settings(const RunOptions& options, SlamConfig& config) {
+Result<SlamConfig> load_settings(const RunOptions& options) {
+  SlamConfig config;
   ConfigSchema schema = schema_of(config);
   ConfigFaults faults;
   if (!options.config_file.empty()) faults.add(schema.load_yaml(options.config_file));
@@ -183,7 +184,8 @@ Status load_settings(const RunOptions& options, SlamConfig& config) {
   }
   if (options.seed) config.run.seed = *options.seed;
   faults.add(validate(config));
-  return faults.status();
+  if (Status status = faults.status(); !status.ok()) return status.error();
+  return resolved(std::move(config));
 }
 
 Result<Sequence> open_sequence(const RunOptions& options) {

@@ -51,9 +51,9 @@ void declare_run_options(CLI::App& command, RunOptions& options);
 /// All of `ygslam localize`.
 void declare_localize_options(CLI::App& command, RunOptions& options);
 
-/// Settings from defaults, --config, --set and the options, in this order. @return all their faults
-/// at once (kConfig), or kUsage for --dynamic.
-[[nodiscard]] Status load_settings(const RunOptions& options, SlamConfig& config);
+/// Settings from defaults, --config, --set and the options, in this order; resolved. @return all
+/// their faults at once (kConfig), or kUsage for --dynamic.
+[[nodiscard]] Result<SlamConfig> load_settings(const RunOptions& options);
 /// The sequence with the camera of --camera, if given. Waits for the first frames of a stream.
 [[nodiscard]] Result<Sequence> open_sequence(const RunOptions& options);
 /// kUsage where --from and --to leave no frame, as far as that is known.

@@ -25,6 +25,9 @@ SessionOptions session_options(const Settings& settings) {
     faults.add(schema.set("dynamic.mode", settings.dynamic, "dynamic"));
   faults.add(validate(config));
   if (const Status status = faults.status(); !status.ok()) fail(status.error());
+  auto settled = resolved(std::move(config));
+  if (!settled.ok()) fail(settled.error());
+  options.config = std::move(settled).value();
   options.load_map = settings.load_map;
   options.localize_only = settings.localize_only;
   options.deterministic = settings.deterministic;

@@ -11,30 +11,6 @@
 namespace ygslam {
 namespace {
 
-using SegmenterResult = Result<std::unique_ptr<Segmenter>>;
-
-SegmenterResult make_segmenter(const SessionOptions& options) {
-  if (!uses_masks(options.config.dynamic.mode) || options.segmenter == SegmenterKind::kNone)
-    return std::unique_ptr<Segmenter>();
-  if (options.segmenter == SegmenterKind::kMasks) return make_recorded_segmenter(options.masks_dir);
-  const YoloConfig& common = options.config.segment.yolo;
-  if (options.segmenter == SegmenterKind::kBuiltin)
-    return make_people_segmenter(options.camera, {common.precision, common.threads});
-  if (options.model.empty()) {
-    return Error{
-        ErrorKind::kModel,
-        "no segmentation network given: take --segmenter builtin, get one with 'make model' and "
-        "pass --model FILE, or use " +
-            options.without_model};
-  }
-  YoloConfig yolo = common;
-  yolo.model = options.model;
-  yolo.try_in_child = options.may_fork;
-  yolo.decode.classes = options.config.dynamic.masks.mask.movable_classes;
-  yolo.decode.others = true;  // for the dense map: what stands in the room
-  return make_yolo_segmenter(yolo);
-}
-
 Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
   MapUse use{{}, options.localize_only, options.map_sink, {}};
   if (options.load_map.empty()) {
@@ -101,11 +77,25 @@ std::string segmenter_name(SegmenterKind kind) {
 }
 
 Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options) {
-  const auto config = resolved(options.config);
-  if (!config.ok()) return config.error();
-  SessionOptions again = options;
-  again.config = *config;
-  return make_segmenter(again);
+  if (!uses_masks(options.config.dynamic.mode) || options.segmenter == SegmenterKind::kNone)
+    return std::unique_ptr<Segmenter>();
+  if (options.segmenter == SegmenterKind::kMasks) return make_recorded_segmenter(options.masks_dir);
+  const YoloConfig& common = options.config.segment.yolo;
+  if (options.segmenter == SegmenterKind::kBuiltin)
+    return make_people_segmenter(options.camera, {common.precision, common.threads});
+  if (options.model.empty()) {
+    return Error{
+        ErrorKind::kModel,
+        "no segmentation network given: take --segmenter builtin, get one with 'make model' and "
+        "pass --model FILE, or use " +
+            options.without_model};
+  }
+  YoloConfig yolo = common;
+  yolo.model = options.model;
+  yolo.try_in_child = options.may_fork;
+  yolo.decode.classes = options.config.dynamic.masks.mask.movable_classes;
+  yolo.decode.others = true;  // for the dense map: what stands in the room
+  return make_yolo_segmenter(yolo);
 }
 
 Result<Session> open_session(SessionOptions options) {
@@ -116,13 +106,10 @@ Result<Session> open_session(SessionOptions options) {
   if (options.camera.width <= 0 || options.camera.height <= 0) {
     return Error{ErrorKind::kConfig, "camera: width and height must be positive"};
   }
-  const auto config = resolved(options.config);
-  if (!config.ok()) return config.error();
-  options.config = *config;
   if (!options.localize_only)
     if (Status fits = fits_in_memory(options.config.dense); !fits.ok()) return fits.error();
   // Before anything else: a child that the model is tried in wants no other threads.
-  auto segmenter = make_segmenter(options);
+  auto segmenter = open_segmenter(options);
   if (!segmenter.ok()) return segmenter.error();
 
   Session session;

@@ -16,7 +16,7 @@ enum class SegmenterKind { kModel, kBuiltin, kNone, kMasks };
 inline constexpr SegmenterKind kDefaultSegmenter = SegmenterKind::kModel;
 
 struct SessionOptions {
-  SlamConfig config;
+  SlamConfig config;  ///< resolved (slam_config.hpp)
   CameraConfig camera;
   SegmenterKind segmenter = kDefaultSegmenter;
   std::filesystem::path model;      ///< for kModel
@@ -45,7 +45,7 @@ struct Session {
 /// "model", "builtin", "masks" or "none".
 [[nodiscard]] std::string segmenter_name(SegmenterKind kind);
 
-/// What opens a session's segmenter once more; null where it has none. Errors as open_session().
+/// A session's segmenter; null where it has none. Errors as open_session().
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options);
 
 /// Modes off and geometry use no segmenter, whatever the options say.

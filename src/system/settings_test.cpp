@@ -59,6 +59,8 @@ class Settings : public ::testing::Test {
       const Status set = schema.set(key, value, "test");
       EXPECT_TRUE(set.ok()) << set.error().message;
     }
+    if (auto settings = resolved(options.config); settings.ok())
+      options.config = std::move(settings).value();
     options.camera = recording_->camera.config();
     options.segmenter = SegmenterKind::kMasks;
     options.masks_dir = masks_->path();
@@ -149,6 +151,7 @@ TEST_F(Settings, TheLiveRunnerTakesTheEndsOfItsOwnSettings) {
     for (const std::string& end : ends_of(key)) {
       SessionOptions options;
       ASSERT_TRUE(schema_of(options.config).set(key.name, end, "test").ok());
+      options.config = resolved(options.config).value();
       options.camera = recording_->camera.config();
       options.segmenter = SegmenterKind::kMasks;
       options.masks_dir = masks_->path();
@@ -177,21 +180,48 @@ TEST(Validate, PlacesAreVerifiedByBoundsOfTheirOwn) {
   EXPECT_EQ(used.pose.tail_dof, own.pose.tail_dof);
 }
 
+/// What run.without turns off.
+auto switches(const SlamConfig& c) {
+  return std::tuple(c.dynamic.epipolar.prior, c.dynamic.ego_motion.enabled,
+                    c.dynamic.boundary.enabled, c.dynamic.classifier.vote_of_neighbours,
+                    c.dynamic.classifier.min_moving_share, c.tracking.free_space.enabled,
+                    c.mapping.noise.edge_weight, c.tracking.pose.use_local_map, c.close_loops,
+                    c.mapping.local_bundle, c.tracking.starts_submaps, c.dense.enabled);
+}
+
+std::vector<std::string> parts() {
+  std::istringstream names(part_names());
+  std::vector<std::string> parts;
+  for (std::string name; std::getline(names >> std::ws, name, ',');) parts.push_back(name);
+  return parts;
+}
+
 TEST(Validate, EveryPartThatCanBeLeftOutChangesSomething) {
-  const std::string names = part_names();
-  std::istringstream stream(names);
-  for (std::string name; std::getline(stream >> std::ws, name, ',');) {
+  for (const std::string& name : parts()) {
     SlamConfig config = resolved(SlamConfig()).value();
-    const auto switches = [](const SlamConfig& c) {
-      return std::tuple(c.dynamic.epipolar.prior, c.dynamic.ego_motion.enabled,
-                        c.dynamic.boundary.enabled, c.dynamic.classifier.vote_of_neighbours,
-                        c.dynamic.classifier.min_moving_share, c.tracking.free_space.enabled,
-                        c.mapping.noise.edge_weight, c.tracking.pose.use_local_map, c.close_loops,
-                        c.mapping.local_bundle, c.tracking.starts_submaps, c.dense.enabled);
-    };
     const auto before = switches(config);
     ASSERT_TRUE(leave_out(name, config).ok()) << name;
     EXPECT_NE(switches(config), before) << name;
+  }
+}
+
+/// config.yaml of a run tells what was asked for, whoever writes it.
+TEST(Validate, WhatResolvedSettingsSayIsWhatWasWritten) {
+  for (const DynamicMode mode :
+       {DynamicMode::kOff, DynamicMode::kGeometry, DynamicMode::kSemantic, DynamicMode::kFull}) {
+    SlamConfig config;
+    config.dynamic.mode = mode;
+    config.segment.movable = {"animals", "chair"};
+    config.orb.levels = 5;
+    config.mapping.noise.sigma_px = 0.7;
+    for (const std::string& part : parts()) {
+      config.run.without = {part};
+      SlamConfig once = resolved(config).value();
+      EXPECT_EQ(schema_of(once).to_yaml(), schema_of(config).to_yaml()) << part;
+      const SlamConfig twice = resolved(once).value();
+      EXPECT_EQ(switches(twice), switches(once)) << part;
+      EXPECT_EQ(twice.dynamic.masks.mask.movable_classes, once.dynamic.masks.mask.movable_classes);
+    }
   }
 }
 

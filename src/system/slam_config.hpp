@@ -51,7 +51,7 @@ struct SlamConfig {
 [[nodiscard]] ConfigSchema schema_of(SlamConfig& config);
 
 /// With what follows from other settings: movable classes by name, one noise for tracking and
-/// mapping, the parts left out. For the stages; not to be resolved again.
+/// mapping, the parts left out. Keys stay as they were written; to resolve again changes nothing.
 [[nodiscard]] Result<SlamConfig> resolved(SlamConfig config);
 
 /// Everything that is wrong with the settings: values out of range and values that do not go

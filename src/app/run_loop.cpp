@@ -1,0 +1,180 @@
+#include "app/run_loop.hpp"
+
+#include "app/frame_writer.hpp"
+#include "app/progress_bar.hpp"
+#include "app/recording_check.hpp"
+#include "app/run_targets.hpp"
+#include "app/stop_signal.hpp"
+#include "live/run_recorder.hpp"
+#include "system/dense_file.hpp"
+
+namespace ygslam {
+namespace {
+
+bool is_interrupted() { return StopSignal::received() != 0; }
+
+class FrameLoop {
+ public:
+  FrameLoop(const RunPlan& plan, LogFile& log_file, ActiveRun& run)
+      : plan_(plan), log_file_(log_file), run_(run) {}
+
+  Status open() {
+    auto writers = FrameWriters::create(plan_.options);
+    if (!writers.ok()) return writers.error();
+    writers_ = std::move(*writers);
+    if (Status created = create_files(); !created.ok()) return created;
+    runner().add_sink(log_frame);
+    runner().add_sink(
+        [&run = run_](const FrameRecord& record, const TrackResult&) { run.files->add(record); });
+    return open_view();
+  }
+
+  Status run() {
+    ProgressBar progress(run_.reader->counts().offered, is_quiet());
+    bool first = true;
+    while (auto frame = run_.reader->next(stop_token())) {
+      if (std::exchange(first, false))
+        if (Status begun = begin(**frame); !begun.ok()) return begun;
+      if (run_.view)
+        if (Status due = await_turn(**frame, progress); !due.ok()) return due;
+      if (run_.stopped) break;
+      const TrackState state = step(*frame);
+      progress.update(index((*frame)->id) + 1, to_string(state));
+      if (is_interrupted()) break;
+    }
+    return Ok{};
+  }
+
+  Status finish() {
+    run_.interrupted_by = StopSignal::received();
+    run_.stopped = stop_token().stop_requested();
+    const SlamOutcome& outcome = runner().finish();
+    const Status pictures = writers_.finish();
+    if (outcome.statistics.frames == 0 && !run_.interrupted_by && !run_.stopped)
+      return Error{ErrorKind::kInput, plan_.options.sequence + ": not one frame could be read"};
+    if (recorder_ && recorded_.ok()) recorded_ = recorder_->finish(runner());
+    return pictures.ok() ? recorded_ : pictures;
+  }
+
+ private:
+  [[nodiscard]] Runner& runner() { return *run_.session.runner; }
+  [[nodiscard]] std::stop_token stop_token() const {
+    return run_.view ? run_.view->stop_token() : std::stop_token();
+  }
+
+  /// The run's own files, empty.
+  Status create_files() {
+    const RunOptions& o = plan_.options;
+    auto files = FrameFiles::create(o.out_dir, plan_.sequence.stamp_decimals, !o.deterministic);
+    if (!files.ok()) return files.error();
+    run_.files = std::move(*files);
+    return Ok{};
+  }
+
+  Status open_view() {
+    const RunOptions& o = plan_.options;
+    if (!o.view.address) return Ok{};
+    auto started = start_page(o.view, {.camera = plan_.sequence.camera,
+                                       .paced = o.realtime,
+                                       .map = o.save_map.empty() ? RunViewConfig::Map::kResets
+                                                                 : RunViewConfig::Map::kSaves});
+    if (!started.ok()) return started.error();
+    run_.view = std::move(started).value();
+    return Ok{};
+  }
+
+  /// What is not opened before there is a frame: a call that ends in an error leaves no empty map,
+  /// and an earlier run's files alone.
+  Status begin(const RgbdFrame& frame) {
+    if (Status opened = open_map_saver(); !opened.ok()) return opened;
+    if (!plan_.options.mcap.empty()) {
+      auto created = RunRecorder::create(plan_.options.mcap, plan_.sequence.camera);
+      if (!created.ok()) return created.error();
+      recorder_ = std::move(created).value();
+    }
+    if (Status placed = log_file_.place(); !placed.ok()) return placed;
+    warn_about_depth(frame);
+    return Ok{};
+  }
+
+  Status open_map_saver() {
+    const std::filesystem::path file = plan_.options.save_map;
+    if (file.empty()) return Ok{};
+    const OrbConfig& orb = plan_.settings().orb;
+    const bool is_replaced = replaces_map(plan_.options);
+    auto saver =
+        MapSaver::open(file, Camera(plan_.sequence.camera), {orb.levels, orb.scale_factor});
+    if (!saver.ok()) return saver.error();
+    run_.map_saver = std::move(saver).value();
+    if (!is_replaced) return Ok{};
+    log::warn("{}: the map in it is replaced; --load-map would go on with it", file.string());
+    // A dense map of the one that was there must not lie beside the new one.
+    std::error_code code;
+    if (!plan_.dense_file()) std::filesystem::remove(dense_file_of(file), code);
+    return Ok{};
+  }
+
+  /// Does what those who drive wish until the frame is due, or the run is stopped or interrupted.
+  Status await_turn(const RgbdFrame& frame, ProgressBar& progress) {
+    for (;;) {
+      if (run_.view->is_paused()) progress.update(index(frame.id), "paused on the page");
+      run_.reader->pause();  // what the page waits makes no frame late
+      const auto wishes = run_.view->wait_turn(frame.stamp, &runner(), is_interrupted);
+      run_.reader->resume();
+      if (wishes.save && run_.map_saver) run_.map_saver->save(runner().map());
+      if (wishes.reset)
+        if (Status begun = begin_anew(); !begun.ok()) return begun;
+      run_.stopped = wishes.stop;
+      if (wishes.stop || wishes.go || is_interrupted()) return Ok{};
+    }
+  }
+
+  /// Forgets all that was, in the run's files too.
+  Status begin_anew() {
+    runner().reset();
+    if (Status created = create_files(); !created.ok()) return created;
+    log::info("begun anew, as the live page asked");
+    run_.view->restart();
+    return Ok{};
+  }
+
+  TrackState step(const FramePtr& frame) {
+    const TrackResult result = runner().process(frame);
+    writers_.add(frame, result);
+    if (run_.view) {
+      run_.view->show(frame, result);
+      run_.view->show_map(runner());
+    }
+    if (recorder_ && recorded_.ok()) recorded_ = recorder_->add(*frame, result, runner());
+    return result.state;
+  }
+
+  const RunPlan& plan_;
+  LogFile& log_file_;
+  ActiveRun& run_;
+  FrameWriters writers_;
+  std::optional<RunRecorder> recorder_;
+  Status recorded_ = Ok{};
+};
+
+}  // namespace
+
+Status open_run(const RunPlan& plan, ActiveRun& run) {
+  SessionOptions session = plan.session;
+  if (!plan.options.save_map.empty())
+    session.map_sink = [&run](const Map& map) { run.map_saver->look(map); };
+  auto opened = open_session(std::move(session));
+  if (!opened.ok()) return opened.error();
+  run.session = std::move(opened).value();
+  return Ok{};
+}
+
+Status process_frames(const RunPlan& plan, LogFile& log_file, ActiveRun& run) {
+  run.reader = std::make_unique<FrameReader>(plan.sequence, plan.reading);
+  FrameLoop loop(plan, log_file, run);
+  if (Status opened = loop.open(); !opened.ok()) return opened;
+  if (Status ran = loop.run(); !ran.ok()) return ran;
+  return loop.finish();
+}
+
+}  // namespace ygslam

@@ -104,7 +104,8 @@ class Help(CliTest):
                           ["run", "a", "--out", "b", "--segmenter", "masks:"],
                           ["run", "a", "--out", "b", "--segmenter", "magic"],
                           ["run", "a", "--out", "b", "--realtime", "--deterministic"],
-                          ["run", "a", "--out", "b", "--load-map", ""], ["map", "info", ""]):
+                          ["run", "a", "--out", "b", "--load-map", ""], ["map", "info", ""],
+                          ["eval", "--tracks", "--gt", "a", "--est", "b", "--max-diff", "0.5"]):
             done = ygslam(*arguments)
             self.assertEqual(done.returncode, 2, f"{arguments}: {done.stderr}")
             self.assertEqual(done.stdout, "", arguments)

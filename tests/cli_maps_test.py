@@ -128,6 +128,32 @@ class KeptMaps(CliTest):
         self.assertTrue(link.is_symlink() and dense.is_file())
         self.assertRegex(ygslam("map", "info", link).stdout, r"dense map +[1-9]")
 
+    def test_a_run_without_a_dense_map_leaves_none_that_is_not_of_its_map(self):
+        without = ("--set", "run.without=[dense_map]")
+        dense = pathlib.Path(f"{self.map}.dense")
+        done = self.run_slam(sequence(), "--to", 20, "--save-map", self.map, *without, out="none")
+        self.assert_ran(done)
+        self.assertFalse(dense.exists())
+        self.assertNotIn(".dense", done.stdout)
+        self.save()
+        content = dense.read_bytes()
+        self.assert_ran(self.run_slam(sequence(), "--from", 10, "--to", 20, "--load-map", self.map,
+                                      "--save-map", self.map, *without, out="on"))
+        self.assertEqual(dense.read_bytes(), content, "the map goes on, and with it what was seen of it")
+        self.assert_ran(self.run_slam(sequence(), "--to", 20, "--save-map", self.map, *without, out="new"))
+        self.assertFalse(dense.exists(), "the map was replaced")
+
+    def test_recover_says_that_it_leaves_out_the_dense_map(self):
+        self.save()
+        dense = pathlib.Path(f"{self.map}.dense")
+        for name, words in (("new.map", f"{dense}: not recovered, {self.folder / 'new.map'} has no dense map"),
+                            ("second.map", None)):
+            done = ygslam("map", "recover", self.map, "-o", self.folder / name)
+            self.assert_ran(done)
+            self.assertFalse((self.folder / f"{name}.dense").exists())
+            self.assertEqual(words in done.stdout.splitlines() if words else "dense" not in done.stdout, True)
+            dense.unlink(missing_ok=True)
+
     def test_what_is_no_dense_map_hides_no_map(self):
         self.save()
         dense = pathlib.Path(f"{self.map}.dense")

@@ -251,6 +251,7 @@ void declare_options(CLI::App& command, EvalArguments& a) {
     map->excludes(of_trajectories);
     tracks->excludes(of_trajectories);
   }
+  tracks->excludes("--max-diff");
   command
       .add_option("--truth", a.surface,
                   "Of --map: a folder that `simulate --truth` wrote, or a PLY file of the surface")

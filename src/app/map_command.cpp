@@ -143,6 +143,9 @@ Result<int> recover(const MapOptions& options) {
               static_cast<unsigned long long>(before.landmarks),
               static_cast<unsigned long long>(recovered->observations),
               static_cast<unsigned long long>(before.observations));
+  std::error_code code;
+  if (const auto dense = dense_file_of(options.file); std::filesystem::exists(dense, code))
+    std::printf("%s: not recovered, %s has no dense map\n", dense.c_str(), options.out.c_str());
   return 0;
 }
 

@@ -11,7 +11,6 @@
 #include "io/calibration.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
-#include "segment/movable.hpp"
 #include "system/run_writer.hpp"
 
 namespace ygslam {
@@ -112,7 +111,7 @@ MoversByFrame find_movers(const BackgroundJob& job, const std::map<FrameId, Fram
       }
       continue;
     }
-    const GreyImage movers = movable_mask(*masks, job.excluded_classes);
+    const GreyImage movers = movable_mask(*masks, job.movable);
     const FrameGeometry geometry(job.camera, pose->second.T_world_camera, pose->second.read_out);
     const GreyImage hidden = hidden_pixels(**frame, movers, geometry, dense);
     added += add_what_is_new(**frame, hidden, geometry, pose->second.read_out, dense) ? 1 : 0;

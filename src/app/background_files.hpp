@@ -8,7 +8,7 @@
 #include "core/result.hpp"
 #include "dense/dense_map.hpp"
 #include "io/frame_reader.hpp"
-#include "segment/segmenter.hpp"
+#include "segment/movable.hpp"
 #include "system/frame_record.hpp"
 
 namespace ygslam {
@@ -21,7 +21,7 @@ struct BackgroundJob {
   const Map& map;
   const Camera& camera;
   Segmenter* segmenter = nullptr;  ///< null: without one
-  std::span<const int> excluded_classes;
+  const MovableClasses& movable;
   bool quiet = false;
 };
 

@@ -106,7 +106,7 @@ Status Inspection::run(Check& check) {
   if (!opened.ok()) return opened.error();
   auto session = open_session(std::move(opened).value());
   if (!session.ok()) return session.error();
-  const auto movable = movable_classes(check.config.segment.movable);
+  const MovableClasses& movable = check.config.dynamic.masks.mask.movable;
   std::unique_ptr<Segmenter> true_masks;
   std::array<bool, 256> movable_id{};
   if (truth_.available()) {
@@ -116,7 +116,7 @@ Status Inspection::run(Check& check) {
     const auto classes = read_recorded_classes(sequence_.root / "mask");
     if (!classes.ok()) return classes.error();
     for (std::size_t id = 0; id < movable_id.size(); ++id)
-      movable_id[id] = std::binary_search(movable->begin(), movable->end(), (*classes)[id]);
+      movable_id[id] = movable.contains((*classes)[id]);
   }
   TruthBoxes truth_boxes(movable_id);
   std::map<FrameId, FramePtr> recent;
@@ -144,7 +144,7 @@ Status Inspection::run(Check& check) {
       if (!true_masks || !recent.contains(masks->frame)) continue;
       const auto wanted = true_masks->segment(*recent.at(masks->frame));
       if (!wanted.ok()) return wanted.error();
-      check.mask += overlap(movable_mask(*masks, *movable), movable_mask(*wanted, *movable));
+      check.mask += overlap(movable_mask(*masks, movable), movable_mask(*wanted, movable));
     }
     while (recent.size() > kMasksLate) recent.erase(recent.begin());
     draw(**frame, result, truth, check);

@@ -8,7 +8,6 @@
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
 #include "io/trajectory_formats.hpp"
-#include "segment/movable.hpp"
 #include "system/dense_file.hpp"
 
 namespace ygslam {
@@ -126,17 +125,17 @@ Status draw_background(const RunPlan& plan, ActiveRun& run) {
   session.may_fork = false;  // what was read once can be read again
   const auto segmenter = open_segmenter(session);
   if (!segmenter.ok()) return segmenter.error();
-  const auto excluded = with_living_classes(plan.settings().dynamic.masks.mask.movable_classes);
   FrameReaderConfig reading = plan.reading;
   reading.realtime = false;
   Runner& runner = *run.session.runner;
   const Map map = runner.map();
   Result<BackgroundSummary> done = Error{ErrorKind::kOutput, ""};
   runner.inspect_dense([&](DenseMap& dense) {
-    done = write_background(folder,
-                            {plan.sequence, reading, *trajectory, runner.finish().revised, map,
-                             *run.session.camera, segmenter->get(), excluded, is_quiet()},
-                            dense);
+    done = write_background(
+        folder,
+        {plan.sequence, reading, *trajectory, runner.finish().revised, map, *run.session.camera,
+         segmenter->get(), plan.settings().dynamic.masks.mask.movable, is_quiet()},
+        dense);
   });
   if (!done.ok()) return done.error();
   run.interrupted_by = done->interrupted_by;

@@ -104,16 +104,14 @@ double Appearance::similarity(const Appearance& other) const {
 
 std::vector<InstanceView> view_instances(const Segmentation& masks, const Thumbnail& thumbnail,
                                          const Camera& camera, const SE3& T_odom_camera,
-                                         std::span<const int> classes) {
+                                         const MovableClasses& movable) {
   const PixelBox image{0, 0, static_cast<float>(masks.ids.width()),
                        static_cast<float>(masks.ids.height())};
   std::vector<InstanceView> views;
   for (std::size_t i = 0; i < masks.instances.size(); ++i) {
     const Instance& instance = masks.instances[i];
     const PixelBox box = PixelBox{instance.x0, instance.y0, instance.x1, instance.y1} & image;
-    const bool wanted =
-        std::find(classes.begin(), classes.end(), instance.class_id) != classes.end();
-    if (!wanted || box.empty() || !(instance.score > 0)) continue;
+    if (!movable.contains(instance.class_id) || box.empty() || !(instance.score > 0)) continue;
     InstanceView view;
     view.class_id = instance.class_id;
     view.score = instance.score;

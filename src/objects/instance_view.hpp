@@ -3,13 +3,12 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "geometry/camera.hpp"
 #include "image/pixel_box.hpp"
 #include "image/rgbd_frame.hpp"
-#include "segment/segmenter.hpp"
+#include "segment/movable.hpp"
 
 namespace ygslam {
 
@@ -49,11 +48,11 @@ struct InstanceView {
   Appearance appearance;
 };
 
-/// Instances of the given classes, best score first; those that show one thing put together.
+/// Instances that can move, best score first; those that show one thing put together.
 [[nodiscard]] std::vector<InstanceView> view_instances(const Segmentation& masks,
                                                        const Thumbnail& thumbnail,
                                                        const Camera& camera,
                                                        const SE3& T_odom_camera,
-                                                       std::span<const int> classes);
+                                                       const MovableClasses& movable);
 
 }  // namespace ygslam

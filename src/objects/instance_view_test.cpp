@@ -34,8 +34,7 @@ std::vector<InstanceView> view(const std::vector<Shown>& shown) {
     }
   }
   const Camera camera = small_camera();
-  const int classes[] = {kPerson};
-  return view_instances(masks, make_thumbnail(frame), camera, SE3(), classes);
+  return view_instances(masks, make_thumbnail(frame), camera, SE3(), MovableClasses());
 }
 
 TEST(InstanceView, HasBoxDepthAndPlace) {

@@ -103,7 +103,7 @@ void ObjectTracker::take_mask(const Segmentation& masks) {
   newest_mask_ = masks.frame;
   mask_stamp_ = frame->in.stamp;
   const auto instances = view_instances(masks, frame->in.thumbnail, camera_,
-                                        frame->in.T_camera_odom.inverse(), config_.movable_classes);
+                                        frame->in.T_camera_odom.inverse(), config_.movable);
   const auto points_on = points_by_instance(instances, masks.ids, *frame);
   const Association association = associate(instances, points_on, *frame, tracks_);
   for (const int key : association.duplicates) tracks_.erase(key);

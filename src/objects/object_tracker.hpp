@@ -9,8 +9,8 @@
 namespace ygslam {
 
 struct ObjectConfig {
-  std::vector<int> movable_classes{0};  ///< COCO classes that are objects at rest too; 0 = person
-  double keep_s = 10;                   ///< an object out of sight is known again for so long
+  MovableClasses movable;  ///< objects at rest, too
+  double keep_s = 10;      ///< an object out of sight is known again for so long
 };
 
 class ObjectTracker {

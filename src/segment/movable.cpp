@@ -1,7 +1,6 @@
 #include "segment/movable.hpp"
 
 #include <algorithm>
-#include <set>
 #include <string_view>
 
 #include "core/edit_distance.hpp"
@@ -14,7 +13,7 @@ struct Group {
   std::vector<int> classes;
 };
 
-/// COCO ids by what they are.
+/// COCO ids by what they are, ascending; animals come first.
 const std::vector<Group>& groups() {
   static const std::vector<Group> kGroups{
       {"animals", {14, 15, 16, 17, 18, 19, 20, 21, 22, 23}},
@@ -37,50 +36,47 @@ std::string nearest_name(std::string_view name) {
 
 }  // namespace
 
-Result<std::vector<int>> movable_classes(std::span<const std::string> names) {
+MovableClasses::MovableClasses(std::vector<int> named) : named_(std::move(named)) {
+  std::sort(named_.begin(), named_.end());
+  named_.erase(std::unique(named_.begin(), named_.end()), named_.end());
+}
+
+Result<MovableClasses> MovableClasses::of_names(std::span<const std::string> names) {
   const auto& coco = coco_class_names();
-  std::set<int> ids;
+  std::vector<int> ids;
   for (const std::string& name : names) {
     const auto group = std::find_if(groups().begin(), groups().end(),
                                     [&](const Group& g) { return g.name == name; });
     const auto single = std::find(coco.begin(), coco.end(), name);
     if (group != groups().end()) {
-      ids.insert(group->classes.begin(), group->classes.end());
+      ids.insert(ids.end(), group->classes.begin(), group->classes.end());
     } else if (single != coco.end()) {
-      ids.insert(static_cast<int>(single - coco.begin()));
+      ids.push_back(static_cast<int>(single - coco.begin()));
     } else {
       return Error{ErrorKind::kConfig, "unknown class '" + name.substr(0, 60) +
                                            "'; did you mean '" + nearest_name(name.substr(0, 60)) +
                                            "'?"};
     }
   }
-  return std::vector<int>(ids.begin(), ids.end());
+  return MovableClasses(std::move(ids));
 }
 
-std::vector<int> living_classes() {
-  std::vector<int> classes{0};
+bool MovableClasses::contains(int class_id) const {
+  constexpr int kPerson = 0;
   const std::vector<int>& animals = groups().front().classes;
-  classes.insert(classes.end(), animals.begin(), animals.end());
-  return classes;
-}
-
-std::vector<int> with_living_classes(std::span<const int> movable) {
-  std::vector<int> classes = living_classes();
-  classes.insert(classes.end(), movable.begin(), movable.end());
-  return classes;
+  return class_id == kPerson || std::binary_search(animals.begin(), animals.end(), class_id) ||
+         std::binary_search(named_.begin(), named_.end(), class_id);
 }
 
 std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
-                                          std::span<const int> classes) {
+                                          const MovableClasses& classes) {
   std::array<std::uint8_t, 256> movable{};
-  for (std::size_t i = 0; i < segmentation.instances.size() && i + 1 < movable.size(); ++i) {
-    const int class_id = segmentation.instances[i].class_id;
-    if (std::find(classes.begin(), classes.end(), class_id) != classes.end()) movable[i + 1] = 1;
-  }
+  for (std::size_t i = 0; i < segmentation.instances.size() && i + 1 < movable.size(); ++i)
+    movable[i + 1] = classes.contains(segmentation.instances[i].class_id) ? 1 : 0;
   return movable;
 }
 
-GreyImage movable_mask(const Segmentation& segmentation, std::span<const int> classes) {
+GreyImage movable_mask(const Segmentation& segmentation, const MovableClasses& classes) {
   const auto movable = movable_ids(segmentation, classes);
   GreyImage mask(segmentation.ids.width(), segmentation.ids.height());
   std::transform(segmentation.ids.begin(), segmentation.ids.end(), mask.begin(),

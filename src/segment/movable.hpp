@@ -1,4 +1,4 @@
-// Which classes can move is configuration: COCO names and groups of them.
+// What can move, by its class: of this no map is made, and no camera is placed by it.
 #pragma once
 
 #include <array>
@@ -11,22 +11,34 @@
 
 namespace ygslam {
 
-/// @param names COCO class names ("person", "dog") and groups: "animals", "vehicles", "handheld"
-/// (what people carry, lift or play with), "furniture" (what people move now and then).
-/// @return class ids, ascending, each once; an unknown name is an error that names the nearest.
-[[nodiscard]] Result<std::vector<int>> movable_classes(std::span<const std::string> names);
+/// Persons and animals, which are no part of a room even where they rest, and the classes that
+/// settings name beside them. Tracking, mapping, the dense map and the background all go by it.
+class MovableClasses {
+ public:
+  /// Persons and animals alone; persons are the class that settings name by default.
+  MovableClasses() : MovableClasses(std::vector<int>{0}) {}
+  /// @param named COCO numbers.
+  explicit MovableClasses(std::vector<int> named);
+  /// @param names COCO class names ("person", "dog") and groups: "animals", "vehicles", "handheld"
+  /// (what people carry, lift or play with), "furniture" (what people move now and then).
+  /// @return kConfig: an unknown name, with the nearest that is known.
+  [[nodiscard]] static Result<MovableClasses> of_names(std::span<const std::string> names);
 
-/// Persons and animals: what is no part of a room, even where it rests. Ascending.
-[[nodiscard]] std::vector<int> living_classes();
+  [[nodiscard]] bool contains(int class_id) const;
+  /// Those that settings name, ascending, each once: what a network is to look for first.
+  [[nodiscard]] const std::vector<int>& named() const { return named_; }
 
-/// The given classes and the living ones: what no dense map holds.
-[[nodiscard]] std::vector<int> with_living_classes(std::span<const int> movable);
+  friend bool operator==(const MovableClasses&, const MovableClasses&) = default;
 
-/// @return for each instance id whether it is of one of the given classes (0 or 1); id 0 is none.
+ private:
+  std::vector<int> named_;
+};
+
+/// @return for each instance id whether it can move (0 or 1); id 0 is none.
 [[nodiscard]] std::array<std::uint8_t, 256> movable_ids(const Segmentation& segmentation,
-                                                        std::span<const int> classes);
-/// @return image of the segmentation's size: 255 inside instances of the given classes, else 0.
+                                                        const MovableClasses& classes);
+/// @return image of the segmentation's size: 255 inside instances that can move, else 0.
 [[nodiscard]] GreyImage movable_mask(const Segmentation& segmentation,
-                                     std::span<const int> classes);
+                                     const MovableClasses& classes);
 
 }  // namespace ygslam

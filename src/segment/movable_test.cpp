@@ -14,9 +14,9 @@ using ::testing::HasSubstr;
 using testing::IsSupersetOf;
 
 std::vector<int> classes(const std::vector<std::string>& names) {
-  const auto result = movable_classes(names);
+  const auto result = MovableClasses::of_names(names);
   EXPECT_TRUE(result.ok());
-  return result.ok() ? result.value() : std::vector<int>{};
+  return result.ok() ? result->named() : std::vector<int>{};
 }
 
 TEST(CocoClasses, AreEightyDistinctNamesWithPersonFirst) {
@@ -55,7 +55,7 @@ TEST(MovableClasses, GroupsHoldWhatTheirNamesSay) {
 TEST(MovableClasses, UnknownNameIsAConfigurationErrorThatNamesTheNearest) {
   for (const auto& [wrong, nearest] :
        {std::pair{"persn", "'person'"}, {"animal", "'animals'"}, {"cellphone", "'cell phone'"}}) {
-    const auto result = movable_classes(std::vector<std::string>{"dog", wrong});
+    const auto result = MovableClasses::of_names(std::vector<std::string>{"dog", wrong});
     ASSERT_FALSE(result.ok());
     EXPECT_EQ(result.error().kind, ErrorKind::kConfig);
     EXPECT_THAT(result.error().message, HasSubstr(wrong));
@@ -63,21 +63,29 @@ TEST(MovableClasses, UnknownNameIsAConfigurationErrorThatNamesTheNearest) {
   }
 }
 
-TEST(MovableMask, IsSetExactlyInsideInstancesOfTheGivenClasses) {
-  Segmentation s;
-  s.instances = {{0, 0.9F}, {56, 0.8F}, {0, 0.7F}};
-  s.ids = GreyImage(4, 1);
-  for (int u = 0; u < 4; ++u) s.ids.at(u, 0) = static_cast<std::uint8_t>(u);
-  const std::vector<int> person{0};
-  const GreyImage mask = movable_mask(s, person);
-  EXPECT_THAT(std::vector<int>(mask.begin(), mask.end()), ElementsAre(0, 255, 0, 255));
-  const GreyImage none = movable_mask(s, {});
-  EXPECT_THAT(std::vector<int>(none.begin(), none.end()), ElementsAre(0, 0, 0, 0));
+TEST(MovableClasses, PersonsAndAnimalsAreSoWhateverSettingsName) {
+  for (const std::vector<int>& named : {std::vector<int>{}, {0}, {56}}) {
+    const MovableClasses movable(named);
+    EXPECT_EQ(movable.named(), named);
+    for (int id = -1; id < 80; ++id) {
+      const bool is_living = id == 0 || (id >= 14 && id <= 23);
+      EXPECT_EQ(movable.contains(id), is_living || std::count(named.begin(), named.end(), id) > 0)
+          << id;
+    }
+  }
 }
 
-TEST(LivingClasses, ArePersonsAndAnimals) {
-  std::vector<int> named = classes({"animals", "person"});
-  EXPECT_EQ(living_classes(), named);
+TEST(MovableMask, IsSetExactlyInsideInstancesThatCanMove) {
+  Segmentation s;
+  s.instances = {{0, 0.9F}, {56, 0.8F}, {16, 0.7F}, {39, 0.6F}};
+  s.ids = GreyImage(5, 1);
+  for (int u = 0; u < 5; ++u) s.ids.at(u, 0) = static_cast<std::uint8_t>(u);
+  const auto mask = [&](const MovableClasses& movable) {
+    const GreyImage image = movable_mask(s, movable);
+    return std::vector<int>(image.begin(), image.end());
+  };
+  EXPECT_THAT(mask(MovableClasses()), ElementsAre(0, 255, 0, 255, 0));
+  EXPECT_THAT(mask(MovableClasses({56})), ElementsAre(0, 255, 255, 255, 0));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/check.hpp"
-#include "segment/movable.hpp"
 
 namespace ygslam {
 namespace {
@@ -15,12 +14,12 @@ constexpr int kPointRadius_px = 20;
 constexpr float kPointDepthRatio = 0.08F;
 
 /// What stands about, among what the mask shows.
-void add_things(const Segmentation& masks, std::span<const int> excluded, DenseFrame& dense) {
-  const auto is_excluded = movable_ids(masks, excluded);
+void add_things(const Segmentation& masks, const MovableClasses& movable, DenseFrame& dense) {
+  const auto is_movable = movable_ids(masks, movable);
   std::array<std::uint8_t, 256> number{};
   for (std::size_t i = 0; i < masks.instances.size() && i + 1 < number.size(); ++i) {
     const Instance& instance = masks.instances[i];
-    if (is_excluded[i + 1] || dense.detections.size() >= kMaxDetections) continue;
+    if (is_movable[i + 1] || dense.detections.size() >= kMaxDetections) continue;
     dense.detections.push_back({coco_class(instance.class_id), instance.score});
     number[i + 1] = static_cast<std::uint8_t>(dense.detections.size());
   }
@@ -70,15 +69,14 @@ void paint_dynamic_points(GreyImage& mask, const DepthImage& depth_m, const Feat
 }  // namespace
 
 void mark_movers_and_things(const Segmentation* masks, const Features& features,
-                            std::span<const MotionLabel> labels,
-                            std::span<const int> movable_classes, DenseFrame& dense) {
+                            std::span<const MotionLabel> labels, const MovableClasses& movable,
+                            DenseFrame& dense) {
   const DepthImage& depth_m = dense.frame->depth_m;
   dense.movers = GreyImage(depth_m.width(), depth_m.height());
   if (masks) {
     CHECK(masks->ids.same_size(dense.movers));
-    const std::vector<int> excluded = with_living_classes(movable_classes);
-    dense.movers = movable_mask(*masks, excluded);
-    add_things(*masks, excluded, dense);
+    dense.movers = movable_mask(*masks, movable);
+    add_things(*masks, movable, dense);
     dense.motion_votes = motion_votes(dense, features, labels);
   }
   paint_dynamic_points(dense.movers, depth_m, features, labels);

@@ -6,18 +6,18 @@
 #include "dense/dense_frame.hpp"
 #include "features/feature.hpp"
 #include "motion/labels.hpp"
-#include "segment/segmenter.hpp"
+#include "segment/movable.hpp"
 
 namespace ygslam {
 
-/// Fills in movers (pixels of movable classes and of living beings, and the surface around every
+/// Fills in movers (pixels of what can move by its class, and the surface around every
 /// point that was seen to move), things with their detections, and the points' votes on their
 /// motion.
 /// @param masks nullptr: there is none, so no thing either.
-/// @param labels of the features' points. @param movable_classes COCO numbers.
+/// @param labels of the features' points.
 /// @param dense has its frame.
 void mark_movers_and_things(const Segmentation* masks, const Features& features,
-                            std::span<const MotionLabel> labels,
-                            std::span<const int> movable_classes, DenseFrame& dense);
+                            std::span<const MotionLabel> labels, const MovableClasses& movable,
+                            DenseFrame& dense);
 
 }  // namespace ygslam

@@ -35,10 +35,7 @@ class DenseMarks : public ::testing::Test {
     features_.points.push_back(point);
     labels_.push_back(label);
   }
-  void mark() {
-    constexpr int kMovable[] = {0};
-    mark_movers_and_things(&masks_, features_, labels_, kMovable, dense_);
-  }
+  void mark() { mark_movers_and_things(&masks_, features_, labels_, MovableClasses(), dense_); }
 
   Segmentation masks_;
   Features features_;

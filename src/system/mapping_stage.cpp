@@ -142,8 +142,7 @@ bool MappingStage::apply(const Segmentation& masks) {
   if (const auto frame = waiting_frames_.find(masks.frame); frame != waiting_frames_.end()) {
     const auto& [newest, message] = frame->second;
     DenseFrame dense{newest, message.frame, message.read_out, {}, {}, {}, anchor_of(message.pose)};
-    mark_movers_and_things(&masks, *message.features, message.labels, config_.mask.movable_classes,
-                           dense);
+    mark_movers_and_things(&masks, *message.features, message.labels, config_.mask.movable, dense);
     dense_update_.added.push_back(std::move(dense));
     waiting_frames_.erase(frame);
     return false;
@@ -171,8 +170,7 @@ void MappingStage::integrate(const Waiting& waiting, const Segmentation* masks) 
   if (!map().has_keyframe(waiting.keyframe)) return;  // culled before its mask came
   DenseFrame dense{
       waiting.keyframe, waiting.frame, map().keyframe(waiting.keyframe).data->read_out, {}, {}, {}};
-  mark_movers_and_things(masks, *waiting.features, waiting.labels, config_.mask.movable_classes,
-                         dense);
+  mark_movers_and_things(masks, *waiting.features, waiting.labels, config_.mask.movable, dense);
   dense_update_.added.push_back(std::move(dense));
   if (config_.close_loops) complete_.push_back(waiting.keyframe);
 }

@@ -93,7 +93,7 @@ Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options)
   YoloConfig yolo = common;
   yolo.model = options.model;
   yolo.try_in_child = options.may_fork;
-  yolo.decode.classes = options.config.dynamic.masks.mask.movable_classes;
+  yolo.decode.classes = options.config.dynamic.masks.mask.movable.named();
   yolo.decode.others = true;  // for the dense map: what stands in the room
   return make_yolo_segmenter(yolo);
 }

@@ -59,8 +59,8 @@ class Settings : public ::testing::Test {
       const Status set = schema.set(key, value, "test");
       EXPECT_TRUE(set.ok()) << set.error().message;
     }
-    if (auto settings = resolved(options.config); settings.ok())
-      options.config = std::move(settings).value();
+    if (auto config = resolved(options.config); config.ok())
+      options.config = std::move(config).value();
     options.camera = recording_->camera.config();
     options.segmenter = SegmenterKind::kMasks;
     options.masks_dir = masks_->path();
@@ -220,7 +220,7 @@ TEST(Validate, WhatResolvedSettingsSayIsWhatWasWritten) {
       EXPECT_EQ(schema_of(once).to_yaml(), schema_of(config).to_yaml()) << part;
       const SlamConfig twice = resolved(once).value();
       EXPECT_EQ(switches(twice), switches(once)) << part;
-      EXPECT_EQ(twice.dynamic.masks.mask.movable_classes, once.dynamic.masks.mask.movable_classes);
+      EXPECT_EQ(twice.dynamic.masks.mask.movable, once.dynamic.masks.mask.movable);
     }
   }
 }

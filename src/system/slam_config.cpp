@@ -98,8 +98,9 @@ void add_segment_keys(ConfigSchema& s, SegmentConfig& c) {
            "the same of classes that cannot move: things of the dense map",
            "lower to find more of them, higher for fewer that are none");
   s.words("segment.movable", c.movable,
-          "classes that can move: COCO names, or animals, vehicles, handheld, furniture",
-          "where pets, cars or pushed chairs are about");
+          "classes that can move, beside persons and animals: COCO names, or vehicles, handheld, "
+          "furniture",
+          "where cars or pushed chairs are about");
 }
 
 void add_tracking_keys(ConfigSchema& s, TrackerConfig& c) {
@@ -169,10 +170,10 @@ ConfigSchema schema_of(SlamConfig& config) {
 }
 
 Result<SlamConfig> resolved(SlamConfig config) {
-  const auto movable = movable_classes(config.segment.movable);
+  const auto movable = MovableClasses::of_names(config.segment.movable);
   if (!movable.ok()) return movable.error();
-  config.dynamic.masks.mask.movable_classes = *movable;
-  config.tracking.objects.movable_classes = *movable;
+  config.dynamic.masks.mask.movable = *movable;
+  config.tracking.objects.movable = *movable;
   config.tracking.free_space.enabled = uses_geometry(config.dynamic.mode);
   config.dynamic.boundary.pyramid_scale = config.orb.scale_factor;
   for (const std::string& part : config.run.without)

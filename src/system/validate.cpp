@@ -23,7 +23,7 @@ Status validate(const SlamConfig& config) {
   require(c.segment.yolo.input_height % 32 == 0, "segment.input_height must be a multiple of 32");
   require(c.tracking.judge.weak_position_std_m <= c.tracking.judge.lost_position_std_m,
           "tracking.weak_position_std_m must not exceed tracking.lost_position_std_m");
-  if (const auto movable = movable_classes(c.segment.movable); !movable.ok())
+  if (const auto movable = MovableClasses::of_names(c.segment.movable); !movable.ok())
     faults.add("segment.movable: " + movable.error().message);
   for (const std::string& part : c.run.without)
     if (const Status known = leave_out(part, copy); !known.ok())

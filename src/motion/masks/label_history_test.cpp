@@ -213,7 +213,7 @@ TEST(LabelHistory, OnlyMovableClassesCount) {
   constexpr int kCup = 41;
   for (const bool asked_for : {false, true}) {
     LabelHistoryConfig config;
-    if (asked_for) config.mask.movable_classes.push_back(kCup);
+    if (asked_for) config.mask.movable = MovableClasses({kCup});
     LabelHistory history(config);
     history.push(FrameId{0}, f.features, f.link, f.ends, world.depth(0));
     ASSERT_TRUE(history.apply(world.mask(0, kCup)));

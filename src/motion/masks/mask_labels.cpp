@@ -6,7 +6,6 @@
 #include <span>
 
 #include "core/statistics.hpp"
-#include "segment/movable.hpp"
 
 namespace ygslam {
 namespace {
@@ -26,7 +25,7 @@ class Labeller {
       : ids_(masks.ids),
         depth_m_(depth_m),
         config_(config),
-        movable_(movable_ids(masks, config.movable_classes)) {
+        movable_(movable_ids(masks, config.movable)) {
     sample();
   }
 

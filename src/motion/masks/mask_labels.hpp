@@ -6,12 +6,12 @@
 
 #include "image/image.hpp"
 #include "motion/labels.hpp"
-#include "segment/segmenter.hpp"
+#include "segment/movable.hpp"
 
 namespace ygslam {
 
 struct MaskConfig {
-  std::vector<int> movable_classes{0};  ///< COCO classes that can move; 0 = person
+  MovableClasses movable;
   double outer_band_px = 3;  ///< just outside: depth decides up to this far from the mask's edge
   double inner_band_px = 6;  ///< just inside: the same (networks draw masks a little too large)
   double same_depth_ratio =

@@ -16,12 +16,13 @@ function(ygslam_test name module)
 endfunction()
 
 # ygslam_module(NAME [DEPENDS modules...] [LIBS libraries...] [TEST_DEPENDS ...] [TEST_LIBS ...]
-#               [ROOMS sub-folders...] [OTHER_TESTS files...] [QUICK])
+#               [ROOMS sub-folders...] [OTHER_TESTS files...] [QUICK] [NUMERIC])
 # One folder of src/ = one static library = one layer. Sources are the *.cpp of the folder and of its
 # rooms; *_test.cpp beside them, but OTHER_TESTS, become the executable NAME_test. QUICK: see
-# YgslamPrecompiled.cmake.
+# YgslamPrecompiled.cmake. NUMERIC: conversions that may change a value are warnings (-Wconversion), in
+# the tests too.
 function(ygslam_module name)
-  cmake_parse_arguments(arg "QUICK" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS;OTHER_TESTS" ${ARGN})
+  cmake_parse_arguments(arg "QUICK;NUMERIC" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS;OTHER_TESTS" ${ARGN})
   list(TRANSFORM arg_ROOMS APPEND /*.cpp)
   file(GLOB sources CONFIGURE_DEPENDS *.cpp ${arg_ROOMS})
   set(tests ${sources})
@@ -31,12 +32,17 @@ function(ygslam_module name)
     list(REMOVE_ITEM tests ${CMAKE_CURRENT_SOURCE_DIR}/${other})
   endforeach()
   list(TRANSFORM arg_DEPENDS PREPEND ygslam_)
+  set(warnings "")
+  if(arg_NUMERIC)  # GCC's, which leaves out changes of sign alone
+    set(warnings $<$<CXX_COMPILER_ID:GNU>:-Wconversion>)
+  endif()
 
   if(sources)
     add_library(ygslam_${name} STATIC ${sources})
     set(scope PUBLIC)
     set_property(GLOBAL APPEND PROPERTY YGSLAM_MODULES ygslam_${name})
     target_link_libraries(ygslam_${name} PRIVATE ygslam_compiler)
+    target_compile_options(ygslam_${name} PRIVATE ${warnings})
     if(arg_QUICK)
       target_link_libraries(ygslam_${name} PRIVATE ygslam_quick)
       target_precompile_headers(ygslam_${name} REUSE_FROM ygslam_precompiled_quick)
@@ -55,5 +61,8 @@ function(ygslam_module name)
 
   if(tests)
     ygslam_test(${name} ${name} SOURCES ${tests} DEPENDS ${arg_TEST_DEPENDS} LIBS ${arg_TEST_LIBS})
+  endif()
+  if(TARGET ${name}_test)
+    target_compile_options(${name}_test PRIVATE ${warnings})
   endif()
 endfunction()

@@ -55,8 +55,8 @@ double share_within(const Mat3& F, const Camera& camera, const SE3& T_2_1, doubl
 
 TEST(FitFundamental, RecoversRandomCameras) {
   const Camera camera = test_camera();
-  for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    Rng rng(seed);
+  for (int seed = 0; seed < 50; ++seed) {
+    Rng rng(static_cast<std::uint64_t>(seed));
     const SE3 T_2_1 = random_motion(rng, 0.3, 0.2);
     const auto pairs = static_pairs(camera, T_2_1, 15 + seed % 3 * 20, 0, rng);
     const auto fit = fit_fundamental(pairs, {}, rng);

@@ -7,16 +7,10 @@
 
 #include "scene/scene.hpp"
 #include "volume/block_mesh.hpp"
+#include "volume/reading.hpp"
 #include "volume/volume.hpp"
 
 namespace ygslam {
-
-struct ReadingConfig {
-  int min_views = 2;               ///< that a voxel or an occupied cell needs to be believed
-  double max_through_ratio = 1.0;  ///< views through the place for each that saw a surface there
-  int min_triangles = 40;          ///< smaller pieces by themselves are left out; about 20 voxels
-  int min_thing_triangles = 8;     ///< the same of pieces that show mostly things: a far bottle
-};
 
 /// Keeps the triangles of every block and renews those that changed.
 class Mesher {

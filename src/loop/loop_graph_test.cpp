@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -56,6 +57,17 @@ TEST(MapGraph, HasEveryKeyframeAndTiesWhereTheyAreStrong) {
     EXPECT_NEAR(edge.information, 2 / degrees, 1e-12) << "edges side by side count less";
     EXPECT_EQ(edge.to < number(5), edge.from < number(5)) << "nothing leads over the tear";
   }
+}
+
+TEST(MapGraph, AKeyframeThatSharesNothingIsTiedToItsParent) {
+  loop_test::RingWorld ring(32);
+  Map map = ring.walk({.keyframes = 3, .drift_m = 0, .drift_rad = 0});
+  const auto seen = ring.world().see(loop_test::ring_pose(0.5), 3);
+  const KeyframeId alone = map_test::add_keyframe(map, seen, number(1));
+  const MapGraph graph = make_map_graph(map, 15);
+  EXPECT_EQ(std::ranges::count(graph.edges, alone, &MapGraph::Edge::to), 1);
+  EXPECT_EQ(graph.edges.back().from, number(1));
+  EXPECT_FALSE(graph.roots.contains(alone));
 }
 
 TEST(MapGraph, AWayIsTheShortestAlongTies) {

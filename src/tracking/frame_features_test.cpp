@@ -31,14 +31,15 @@ float largest_shift_px(const FrameFeatures& a, const FrameFeatures& b) {
 }
 
 TEST(FrameFeatures, AreExtractedWithDepthWhereItIs) {
-  const Seen seen({.measured_px = PaintedWall::kWidth_px / 2});
+  constexpr int kMeasured_px = PaintedWall::kWidth_px / 2;
+  const Seen seen({.measured_px = kMeasured_px});
   ASSERT_GT(seen.features.features->size(), 300U);
   EXPECT_EQ(seen.features.grid.size(), seen.features.features->size());
   EXPECT_EQ(seen.features.frame->id, FrameId{1});
   for (const Feature& f : seen.features.features->points) {
-    if (f.uv_px.x() < PaintedWall::kWidth_px / 2 - 2) {
+    if (f.uv_px.x() < kMeasured_px - 2) {
       EXPECT_NEAR(f.depth_m, PaintedWall::kDistance_m, 1e-5);
-    } else if (f.uv_px.x() > PaintedWall::kWidth_px / 2 + 2) {
+    } else if (f.uv_px.x() > kMeasured_px + 2) {
       EXPECT_EQ(f.depth_m, 0);
     }
   }

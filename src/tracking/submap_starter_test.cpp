@@ -43,8 +43,9 @@ struct LostCamera {
     auto features = std::make_shared<Features>();
     for (int k = 0; k < kPoints; ++k) {
       Feature f;
-      f.uv_px = f.ideal_px = {static_cast<float>(60 + 35 * (k % 15)),
-                              static_cast<float>(60 + 35 * (k / 15))};
+      const int row = k / 15;
+      f.uv_px =
+          f.ideal_px = {static_cast<float>(60 + 35 * (k % 15)), static_cast<float>(60 + 35 * row)};
       f.depth_m = depth_m;
       features->points.push_back(f);
       features->descriptors.emplace_back();

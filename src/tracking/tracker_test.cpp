@@ -164,6 +164,30 @@ TEST_F(TrackerTest, ALostCameraIsFoundWhereItIsAndOdometryStaysBehind) {
   EXPECT_FALSE(found.candidate) << "it must prove itself before it is mapped";
 }
 
+TEST_F(TrackerTest, WhatTheLastFrameDidNotShowIsFoundByKeyframes) {
+  make(many_inliers());
+  start();
+  ASSERT_EQ(see(kEnough).state, TrackState::kTracking);
+  ASSERT_EQ(see_nothing().state, TrackState::kLost);
+  const TrackResult found = see({.left_px = 75});  // nothing of the strip that was seen last
+  ASSERT_EQ(found.state, TrackState::kTracking);
+  EXPECT_NEAR(x_m(found), PaintedWall::metres(75), 0.02);
+}
+
+TEST_F(TrackerTest, AfterALossTheLastFrameAloneVouchesForNothing) {
+  start();
+  auto unmapped = std::make_shared<LocalView>(*map_.view());
+  unmapped->landmarks.clear();
+  unmapped->landmark_index.clear();
+  for (auto& landmark : unmapped->keyframes.front().landmarks) landmark = -1;
+  const auto step = [&](const PaintedWall::Sight& sight) {
+    return tracker_->step(wall_.see(number_++, sight), unmapped, {}, false).state;
+  };
+  EXPECT_EQ(step({}), TrackState::kTracking) << "from frame to frame it does";
+  EXPECT_EQ(step({.painted_px = 0}), TrackState::kLost);
+  EXPECT_EQ(step({}), TrackState::kLost);
+}
+
 TEST_F(TrackerTest, WhereItCannotHaveComeByItselfASubmapBegins) {
   start();
   ASSERT_EQ(see_nothing().state, TrackState::kLost);
@@ -207,6 +231,14 @@ TEST_F(TrackerTest, ALostCameraThatSeesSomethingElseForASecondBeginsASubmap) {
   ASSERT_EQ(next.state, TrackState::kTracking);
   EXPECT_TRUE(next.unplaced);
   EXPECT_TRUE(next.provisional);
+}
+
+TEST_F(TrackerTest, ASecondOfLossIsCountedFromTheLastPose) {
+  start();
+  for (int i = 0; i < kSecond; ++i) ASSERT_FALSE(see_elsewhere().candidate) << i;
+  ASSERT_EQ(see({}).state, TrackState::kTracking);
+  for (int i = 0; i < kSecond; ++i) ASSERT_FALSE(see_elsewhere().candidate) << i;
+  EXPECT_TRUE(see_elsewhere().candidate);
 }
 
 TEST_F(TrackerTest, ACoveredLensIsNoStartOfASubmap) {

@@ -8,12 +8,12 @@ namespace ygslam::fuzz {
 void trajectories(std::string_view bytes) {
   for (const auto format :
        {std::optional<TrajectoryFormat>(), std::optional(TrajectoryFormat::kTum),
-        std::optional(TrajectoryFormat::kEuroc)}) {
+        std::optional(TrajectoryFormat::kKitti), std::optional(TrajectoryFormat::kEuroc)}) {
     const auto trajectory = parse_trajectory(bytes, "trajectory.txt", format);
     if (!trajectory.ok()) continue;
-    CHECK(!trajectory->empty());
-    for (const StampedPose& pose : *trajectory) CHECK(pose.T_world_camera.is_finite());
-    (void)format_tum(*trajectory, 6);
+    CHECK(!trajectory->poses.empty());
+    for (const StampedPose& pose : trajectory->poses) CHECK(pose.T_world_camera.is_finite());
+    (void)format_tum(trajectory->poses, 6);
   }
   const auto poses = parse_tum_trajectory(bytes, "trajectory.txt");
   if (!poses.ok()) return;

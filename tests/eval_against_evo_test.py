@@ -18,7 +18,8 @@ import unittest
 import numpy as np
 from evo.core import metrics, sync, units
 from evo.tools import file_interface
-from random_trajectories import disturbed, random_trajectory, write, write_euroc
+from random_trajectories import (disturbed, product, quaternions, random_trajectory, write,
+                                 write_euroc, write_kitti)
 
 TOLERANCE = 1e-6
 BINARY = None
@@ -33,13 +34,16 @@ def statistics(errors):
 
 def evo_read(path):
     """The file as evo reads it, by the ending of its name."""
-    reader = {".csv": file_interface.read_euroc_csv_trajectory}
+    reader = {".csv": file_interface.read_euroc_csv_trajectory,
+              ".kitti": file_interface.read_kitti_poses_file}
     return reader.get(path.suffix, file_interface.read_tum_trajectory_file)(str(path))
 
 
 def evo_associated(truth_path, estimate_path, align, max_diff, offset=0.0):
     truth, estimate = evo_read(truth_path), evo_read(estimate_path)
-    truth, estimate = sync.associate_trajectories(truth, estimate, max_diff=max_diff, offset_2=offset)
+    if truth_path.suffix != ".kitti":
+        truth, estimate = sync.associate_trajectories(truth, estimate, max_diff=max_diff,
+                                                      offset_2=offset)
     if align in ("se3", "sim3"):
         estimate.align(truth, correct_scale=align == "sim3")
     elif align == "first":
@@ -116,6 +120,9 @@ class EvalAgainstEvo(unittest.TestCase):
         for name in ("trans_m", "rot_deg"):
             self.assert_statistics(found["rpe"]["frames30"][name], expected["frames30"][name],
                                    f"{what} rpe frames {name}")
+            if truth.suffix == ".kitti":
+                self.assertIsNone(found["rpe"]["sec1"], "no stamps, no seconds")
+                continue
             self.assert_statistics(found["rpe"]["sec1"][name], second_numbers(pair, max_diff)[name],
                                    f"{what} rpe seconds {name}")
         return found
@@ -142,6 +149,37 @@ class EvalAgainstEvo(unittest.TestCase):
             write(truth, rows[::6])
             write(estimate, disturbed(rng, rows))
             self.assert_agrees(truth, estimate)
+
+    def test_kitti_poses_belong_together_by_line(self):
+        rng = np.random.default_rng(5)
+        with tempfile.TemporaryDirectory() as folder:
+            truth, estimate = pathlib.Path(folder, "gt.kitti"), pathlib.Path(folder, "est.kitti")
+            for _ in range(2):
+                rows = random_trajectory(rng, int(rng.integers(80, 200)))
+                write_kitti(truth, rows)
+                other = rows.copy()
+                other[:, 1:4] += np.cumsum(rng.normal(0, 0.01, (len(rows), 3)), axis=0)
+                other[:, 4:] = product(other[:, 4:], quaternions(rng.normal(0, 0.02, (len(rows), 3))))
+                write_kitti(estimate, other)
+                for align in ("se3", "sim3", "first", "none"):
+                    self.assert_agrees(truth, estimate, align)
+
+    def test_kitti_poses_with_times_are_those_of_the_tum_format(self):
+        rng = np.random.default_rng(6)
+        with tempfile.TemporaryDirectory() as folder:
+            kitti, tum, times, estimate = (pathlib.Path(folder, name) for name in
+                                           ("poses", "tum.txt", "times.txt", "est.txt"))
+            rows = random_trajectory(rng, 150)
+            write_kitti(kitti, rows)
+            write(tum, rows)
+            write(estimate, disturbed(rng, rows))
+            times.write_text("".join(f"{t:.6f}\n" for t in rows[:, 0]), encoding="utf-8")
+            found = run_eval(kitti, estimate, extra=("--times", str(times)))
+            expected = run_eval(tum, estimate)
+            self.assertEqual(found["pairs"], expected["pairs"])
+            self.assert_statistics(found["ate"], expected["ate"], "ate")
+            self.assert_statistics(found["rpe"]["sec1"]["trans_m"],
+                                   expected["rpe"]["sec1"]["trans_m"], "rpe")
 
     def test_euroc_files_and_mixed_formats(self):
         rng = np.random.default_rng(7)
@@ -272,7 +310,8 @@ class EvalAgainstEvo(unittest.TestCase):
                     ("1,5 0,0 0 0 0 0 0 1\n", "decimal commas"),
                     ("1,5;0,0;0,0;0,0;0;0;0;1\n", "decimal commas"),
                     ("1 0 0 0 0 0 0 1\r2 1 0 0 0 0 0 1\r", "carriage return"),
-                    (kitti, "a KITTI pose"),
+                    (kitti, "a KITTI pose", "--format", "tum"),
+                    (kitti.rsplit(" ", 1)[0] + "\n", "11 columns"),
                     ("1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n", "microsecond", "--format", "euroc")):
                 bad.write_text(text, newline="")
                 done = subprocess.run([BINARY, "eval", "--gt", good, "--est", bad, *options],
@@ -302,9 +341,17 @@ class EvalAgainstEvo(unittest.TestCase):
             self.assertEqual(code(*both, "--plot", "a.gif"), 2)
             self.assertEqual(code(*both, "--offset", "nan"), 2)
             self.assertEqual(code(*both, "--format", "bag"), 2)
-            self.assertEqual(code(*both, "--format", "kitti"), 2)
+            self.assertEqual(code(*both, "--format", "kitti"), 4)
             self.assertEqual(code(*both, "--errors", pathlib.Path(folder, "no", "e.csv")), 9)
             self.assertEqual(code(*both, "--plot", pathlib.Path(folder, "no", "e.svg")), 9)
+            kitti = pathlib.Path(folder, "poses")
+            kitti.write_text("1 0 0 0 0 1 0 0 0 0 1 0\n" * 3)
+            self.assertEqual(code("--gt", kitti, "--est", kitti), 0)
+            self.assertEqual(code("--gt", good, "--est", kitti), 4, "no stamps")
+            self.assertEqual(code("--gt", kitti, "--est", kitti, "--offset", "1"), 2)
+            shorter = pathlib.Path(folder, "shorter")
+            shorter.write_text("1 0 0 0 0 1 0 0 0 0 1 0\n")
+            self.assertEqual(code("--gt", kitti, "--est", shorter), 4, "another number of lines")
 
     def test_recorded_trajectories(self):
         shared = pathlib.Path(os.environ.get("YGSLAM_SHARED", "../shared"))

@@ -1,4 +1,4 @@
-"""Random camera paths as rows `t x y z qx qy qz qw`, and files of them in two formats."""
+"""Random camera paths as rows `t x y z qx qy qz qw`, and files of them in three formats."""
 import numpy as np
 
 
@@ -42,6 +42,21 @@ def write(path, rows):
     with open(path, "w", encoding="utf-8") as file:
         for row in rows:
             file.write(f"{row[0]:.6f} " + " ".join(f"{value:.9f}" for value in row[1:]) + "\n")
+
+
+def matrices(rows):
+    """3x4 pose matrices of rows `t x y z qx qy qz qw`, after the definition of the quaternion."""
+    x, y, z, w = (rows[:, i] for i in (4, 5, 6, 7))
+    rotation = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
+                         2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
+                         2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    return np.concatenate([rotation.reshape(-1, 3, 3), rows[:, 1:4, None]], axis=2)
+
+
+def write_kitti(path, rows):
+    with open(path, "w", encoding="utf-8") as file:
+        for matrix in matrices(rows):
+            file.write(" ".join(f"{value:.12e}" for value in matrix.ravel()) + "\n")
 
 
 def write_euroc(path, rows):

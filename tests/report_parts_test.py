@@ -128,7 +128,7 @@ class Geometry(unittest.TestCase):
 
 
 class EvalPlot(unittest.TestCase):
-    DATA = {"alignment": "se3",
+    DATA = {"time": "time [s]", "alignment": "se3",
             "truth": {"t": [0, 1], "xyz": [[0, 0, 0], [1, 1, 0]]},
             "estimates": [{"name": "a", "t": [0, 1], "xyz": [[0, 0, 0], [1, 1, 0]], "rmse_m": 0,
                            "truth_xyz": [[0, 0, 0], [1, 1, 0]], "ate_m": [0, 0]}]}

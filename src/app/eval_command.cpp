@@ -27,7 +27,7 @@ struct EvalArguments {
   std::vector<std::string> estimates;
   std::string format = "auto", align = "se3";
   double max_diff_s = EvalOptions{}.max_diff_s, offset_s = 0;
-  std::string frames, plot, errors;
+  std::string frames, times, plot, errors;
   std::string map, surface;
   bool tracks = false, json = false;
 };
@@ -41,6 +41,7 @@ struct Judged {
 struct Inputs {
   EvalOptions options;
   std::vector<StampedPose> truth;
+  bool truth_has_stamps = true;
   std::vector<Timestamp> frames;
 };
 
@@ -60,10 +61,13 @@ Status check(const EvalArguments& a) {
   return Ok{};
 }
 
-Result<std::vector<StampedPose>> read(const std::string& path, const EvalArguments& a) {
-  auto poses = read_trajectory(path, parse_trajectory_format(a.format));  // nothing for auto
-  if (poses.ok()) log_detail(fmt::format("{}: {} poses", path, poses->size()));
-  return poses;
+Result<TrajectoryFile> read(const std::string& path, const EvalArguments& a) {
+  auto file = read_trajectory(path, parse_trajectory_format(a.format));  // nothing for auto
+  if (file.ok()) log_detail(fmt::format("{}: {} poses", path, file->poses.size()));
+  if (!file.ok() || file->has_stamps || a.times.empty()) return file;
+  Status stamped = add_stamps(a.times, path, *file);
+  if (!stamped.ok()) return stamped.error();
+  return file;
 }
 
 Result<Inputs> read_inputs(const EvalArguments& a) {
@@ -72,7 +76,14 @@ Result<Inputs> read_inputs(const EvalArguments& a) {
   inputs.options.max_diff_s = a.max_diff_s;
   auto truth = read(a.truth, a);
   if (!truth.ok()) return truth.error();
-  inputs.truth = std::move(*truth);
+  inputs.truth = std::move(truth->poses);
+  inputs.truth_has_stamps = truth->has_stamps;
+  if (!truth->has_stamps) {  // pose n belongs to pose n
+    inputs.options.has_stamps = false;
+    inputs.options.max_diff_s = 0;
+    if (a.offset_s != 0) return usage("--offset: " + a.truth + " has no stamps");
+    if (!a.frames.empty()) return usage("--frames: " + a.truth + " has no stamps");
+  }
   if (!a.frames.empty()) {
     auto frames = read_frame_stamps(a.frames);
     if (!frames.ok()) return frames.error();
@@ -81,11 +92,31 @@ Result<Inputs> read_inputs(const EvalArguments& a) {
   return inputs;
 }
 
+// Poses without stamps belong together by their lines: there must be equally many.
+Status check_lines(const Inputs& inputs, const TrajectoryFile& estimate, const EvalArguments& a,
+                   const std::string& path) {
+  if (estimate.has_stamps != inputs.truth_has_stamps) {
+    return Error{ErrorKind::kInput, (estimate.has_stamps ? a.truth : path) +
+                                        ": has no stamps and the other trajectory has: give them "
+                                        "with --times FILE"};
+  }
+  if (!estimate.has_stamps && estimate.poses.size() != inputs.truth.size()) {
+    return Error{ErrorKind::kInput, path + ": " + std::to_string(estimate.poses.size()) +
+                                        " poses, the truth has " +
+                                        std::to_string(inputs.truth.size()) +
+                                        ": without stamps they belong together by line"};
+  }
+  return Ok{};
+}
+
 Result<Evaluation> judge(const std::string& path, const Inputs& inputs, const EvalArguments& a) {
   auto estimate = read(path, a);
   if (!estimate.ok()) return estimate.error();
-  for (StampedPose& pose : *estimate) pose.stamp.ns += to_ns(a.offset_s);
-  auto evaluation = evaluate_in_detail(inputs.truth, *estimate, inputs.options, inputs.frames);
+  const Status matching = check_lines(inputs, *estimate, a, path);
+  if (!matching.ok()) return matching.error();
+  for (StampedPose& pose : estimate->poses) pose.stamp.ns += to_ns(a.offset_s);
+  auto evaluation =
+      evaluate_in_detail(inputs.truth, estimate->poses, inputs.options, inputs.frames);
   if (!evaluation.ok()) {
     return Error{evaluation.error().kind, path + ": " + evaluation.error().message};
   }
@@ -109,7 +140,7 @@ Status write_errors(const std::string& file, const std::vector<Judged>& judged) 
 // What was read must not be written over.
 Status check_outputs(const EvalArguments& a) {
   std::vector<std::string> inputs = a.estimates;
-  inputs.insert(inputs.end(), {a.truth, a.frames});
+  inputs.insert(inputs.end(), {a.truth, a.frames, a.times});
   for (const std::string& output : {a.errors, a.plot}) {
     for (const std::string& input : inputs) {
       std::error_code code;
@@ -212,10 +243,13 @@ void declare_options(CLI::App& command, EvalArguments& a) {
       ->type_name("FILE...");
   command
       .add_option("--format", a.format,
-                  "Of all trajectories: tum, euroc (CSV, nanoseconds); auto: each by its content")
-      ->check(CLI::IsMember({"auto", "tum", "euroc"}))
+                  "Of all trajectories: tum, kitti (3x4 matrices), euroc (CSV, nanoseconds); "
+                  "auto: each by its content")
+      ->check(CLI::IsMember({"auto", "tum", "kitti", "euroc"}))
       ->type_name("NAME")
       ->capture_default_str();
+  command.add_option("--times", a.times, "Stamps for KITTI poses, one a line [s]")
+      ->type_name("FILE");
   command
       .add_option("--align", a.align,
                   "se3: least squares; sim3: with scale; first: first poses coincide; none")
@@ -247,7 +281,7 @@ void declare_options(CLI::App& command, EvalArguments& a) {
           ->excludes(tracks)
           ->type_name("FILE|DIR");
   for (const char* of_trajectories :
-       {"--format", "--align", "--offset", "--frames", "--errors", "--plot"}) {
+       {"--format", "--times", "--align", "--offset", "--frames", "--errors", "--plot"}) {
     map->excludes(of_trajectories);
     tracks->excludes(of_trajectories);
   }
@@ -263,7 +297,9 @@ void declare_options(CLI::App& command, EvalArguments& a) {
 constexpr const char* kEvalFooter =
     "Each stamp of the shorter trajectory takes its nearest in the other one. ATE over all "
     "matched\n"
-    "poses; RPE over 30 frames and over 1 s, all pairs.\n"
+    "poses; RPE over 30 frames and over 1 s, all pairs. Without stamps (KITTI without --times) "
+    "the\n"
+    "n-th pose belongs to the n-th.\n"
     "A map lies in the frame of its run: --est takes that run's trajectory, whose mean pose "
     "against\n"
     "--gt (else groundtruth.txt in the folder of --truth) lays the map over the truth. Without "
@@ -277,6 +313,7 @@ constexpr const char* kEvalFooter =
     "  ygslam eval --gt SEQUENCE/groundtruth.txt --est out/trajectory.txt\n"
     "  ygslam eval --gt SEQUENCE/groundtruth.txt --est a.txt b.txt c.txt      # one table\n"
     "  ygslam eval --gt gt.txt --est a.txt --plot a.svg --errors a.csv --json # for papers\n"
+    "  ygslam eval --gt poses/00.txt --est 00.txt --times sequences/00/times.txt   # KITTI\n"
     "  ygslam eval --gt mav0/state_groundtruth_estimate0/data.csv --est vio.txt --align sim3\n"
     "  ygslam eval --gt gt.txt --est robot.txt --offset -0.035   # its stamps are 35 ms late\n"
     "  ygslam eval --tracks --gt out/tracks_truth.txt --est out/tracks.txt   # of `inspect`\n"

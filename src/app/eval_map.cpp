@@ -30,7 +30,7 @@ Result<SE3> align_map(const MapEvalArguments& a) {
   if (!truth.ok()) return truth.error();
   const auto estimate = read_trajectory(a.trajectory);
   if (!estimate.ok()) return estimate.error();
-  const PosePairs pairs = associate(*truth, *estimate, a.max_diff_s);
+  const PosePairs pairs = associate(truth->poses, estimate->poses, a.max_diff_s);
   if (pairs.size() == 0)
     return Error{ErrorKind::kInput, a.trajectory + ": no stamp in common with " + file.string()};
   return align_with_orientations(pairs).T_truth_estimate;

@@ -43,13 +43,14 @@ class TemporaryFile {
   fs::path path_;
 };
 
-// Times count from the truth's first pose.
-Json path_json(std::span<const StampedPose> poses, Timestamp start) {
+// Times count from the truth's first pose: seconds, or poses where there are no stamps.
+Json path_json(std::span<const StampedPose> poses, Timestamp start, bool has_stamps) {
   Json times = Json::array();
   Json positions = Json::array();
   for (const StampedPose& pose : poses) {
     const Vec3& t = pose.T_world_camera.t();
-    times.push_back(seconds_between(pose.stamp, start));
+    times.push_back(has_stamps ? seconds_between(pose.stamp, start)
+                               : static_cast<double>(pose.stamp.ns));
     positions.push_back({t.x(), t.y(), t.z()});
   }
   return {{"t", times}, {"xyz", positions}};
@@ -58,15 +59,17 @@ Json path_json(std::span<const StampedPose> poses, Timestamp start) {
 std::string plot_data(std::span<const StampedPose> truth,
                       std::span<const PlottedEstimate> estimates) {
   const Timestamp start = truth.front().stamp;
-  Json data = {{"truth", path_json(truth, start)},
+  const bool has_stamps = estimates.front().evaluation->report.options.has_stamps;
+  Json data = {{"time", has_stamps ? "time [s]" : "pose"},
+               {"truth", path_json(truth, start, has_stamps)},
                {"alignment", name_of(estimates.front().evaluation->report.options.align)},
                {"estimates", Json::array()}};
   for (const auto& [name, evaluation] : estimates) {
-    Json entry = path_json(evaluation->series.pairs.estimate, start);
+    Json entry = path_json(evaluation->series.pairs.estimate, start, has_stamps);
     entry["name"] = name;
     entry["ate_m"] = evaluation->series.absolute.trans_m;
     entry["rmse_m"] = evaluation->report.ate_m.rmse;
-    entry["truth_xyz"] = path_json(evaluation->series.pairs.truth, start)["xyz"];
+    entry["truth_xyz"] = path_json(evaluation->series.pairs.truth, start, has_stamps)["xyz"];
     data["estimates"].push_back(std::move(entry));
   }
   return data.dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -92,7 +92,7 @@ Result<Job> read_job(const RenderArguments& a) {
   if (!a.path.empty()) {
     const auto trajectory = read_trajectory(a.path);
     if (!trajectory.ok()) return trajectory.error();
-    job.path = *trajectory;
+    job.path = trajectory->poses;
   }
   return job;
 }

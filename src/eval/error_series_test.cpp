@@ -94,5 +94,16 @@ TEST(Comparison, MarksTheBestOfEachColumn) {
   EXPECT_EQ(data_lines(alone)[1].text.find('*'), std::string_view::npos);
 }
 
+TEST(Evaluate, PosesWithoutStampsSayNothingAboutSeconds) {
+  std::vector<StampedPose> poses;
+  for (int i = 0; i < 60; ++i) poses.push_back({{i}, SE3(Mat3::Identity(), {0.1 * i, 0, 0})});
+  const auto report = evaluate(poses, poses, {.max_diff_s = 0, .has_stamps = false});
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(report->pairs, 60U);
+  EXPECT_TRUE(report->rpe_frames.has_value());
+  EXPECT_FALSE(report->rpe_seconds.has_value());
+  EXPECT_TRUE(report->warnings.empty());
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -24,6 +24,7 @@ std::optional<RpeReport> summarize_rpe(const RelativeSeries& series) {
 }
 
 IndexPairs second_intervals(const PosePairs& pairs, const EvalOptions& options) {
+  if (!options.has_stamps) return {};
   const double tolerance_s = std::max(options.max_diff_s, 0.5 * median_interval_s(pairs.estimate));
   return time_intervals(pairs.estimate, options.rpe_seconds, tolerance_s);
 }
@@ -35,7 +36,8 @@ void add_warnings(const Alignment& alignment, std::span<const StampedPose> truth
         "the true camera does not move: rotation left as it is, centroids aligned");
   }
   if (!report.rpe_frames) report.warnings.push_back("too few poses for the RPE over frames");
-  if (!report.rpe_seconds) report.warnings.push_back("too short for the RPE over seconds");
+  if (!report.rpe_seconds && report.options.has_stamps)
+    report.warnings.push_back("too short for the RPE over seconds");
   if (report.options.align == AlignMode::kSim3 && std::abs(report.scale - 1.0) > 0.05) {
     report.warnings.push_back("the scale is off by more than 5 %; for RGB-D align with se3");
   }

@@ -19,6 +19,7 @@ struct EvalOptions {
   double max_diff_s = 0.02;  ///< association
   std::size_t rpe_frames = 30;
   double rpe_seconds = 1.0;
+  bool has_stamps = true;  ///< false: poses are numbered, nothing is said about seconds
 };
 
 struct RpeReport {

@@ -14,6 +14,10 @@ std::string row(const char* name, const Statistics& s) {
                      s.rmse, s.mean, s.median, s.std, s.min, s.max, s.count);
 }
 
+std::string span_text(const EvalReport& report) {
+  return report.options.has_stamps ? fmt::format(" over {:.2f} s", report.span_s) : " by line";
+}
+
 constexpr double kPrintedDifference = 5e-7;  // less is not seen in the table
 
 // A column of the comparison: smaller is better.
@@ -65,9 +69,8 @@ std::string padded(const std::string& name, std::size_t width) {
 }  // namespace
 
 std::string format_report(const EvalReport& report, const std::string& name) {
-  std::string text =
-      fmt::format("{}\n  {} pairs{}, alignment {}", name, report.pairs,
-                  fmt::format(" over {:.2f} s", report.span_s), name_of(report.options.align));
+  std::string text = fmt::format("{}\n  {} pairs{}, alignment {}", name, report.pairs,
+                                 span_text(report), name_of(report.options.align));
   if (report.options.align == AlignMode::kSim3) text += fmt::format(", scale {:.5f}", report.scale);
   if (report.coverage) text += fmt::format(", coverage {:.2f} %", 100.0 * *report.coverage);
   text += fmt::format("\n  {:<22} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>7}\n", "", "rmse",

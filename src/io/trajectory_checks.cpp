@@ -1,9 +1,9 @@
 #include "io/trajectory_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
-#include "geometry/se3.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -34,6 +34,24 @@ bool is_written_whole(std::string_view word) {
   word = without_sign(word);
   const std::size_t digits = digits_of(word);
   return digits > 0 && is_exponent_or_empty(word.substr(digits));
+}
+
+// Whether the rows of a 3x4 matrix have rotations that fit each other; a row with the missing
+// number in it (NaN) is left out. At least two rows must be known.
+bool has_rotation(const std::vector<double>& m) {
+  std::vector<const double*> rows;
+  for (std::size_t r = 0; r < 3; ++r) {
+    const double* row = m.data() + 4 * r;
+    if (!std::isnan(row[0] + row[1] + row[2])) rows.push_back(row);
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t j = i; j < rows.size(); ++j) {
+      const double dot =
+          rows[i][0] * rows[j][0] + rows[i][1] * rows[j][1] + rows[i][2] * rows[j][2];
+      if (std::abs(dot - (i == j ? 1 : 0)) > kRotationTolerance) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -80,17 +98,21 @@ bool has_decimal_commas(std::string_view line) {
 }
 
 bool looks_like_kitti(std::string_view line) {
-  constexpr double kTolerance = 1e-2;  // printed with few decimals it is only nearly orthonormal
   const auto words = words_of(line, ",;");
-  Eigen::Matrix<double, 3, 4, Eigen::RowMajor> matrix;
-  if (words.size() != static_cast<std::size_t>(matrix.size())) return false;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const auto value = parse_number(words[i]);
+  if (words.size() != kKittiColumns && words.size() + 1 != kKittiColumns) return false;
+  std::vector<double> numbers;
+  for (const std::string_view word : words) {
+    const auto value = parse_number(word);
     if (!value) return false;
-    matrix.data()[i] = *value;
+    numbers.push_back(*value);
   }
-  const Mat3 R = matrix.leftCols<3>();
-  return (R * R.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() < kTolerance;
+  if (numbers.size() == kKittiColumns) return has_rotation(numbers);
+  for (std::size_t missing = 0; missing < kKittiColumns; ++missing) {
+    std::vector<double> filled = numbers;
+    filled.insert(filled.begin() + static_cast<std::ptrdiff_t>(missing), std::nan(""));
+    if (has_rotation(filled)) return true;
+  }
+  return false;
 }
 
 }  // namespace ygslam

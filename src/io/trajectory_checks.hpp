@@ -1,6 +1,7 @@
 // Text that could be read as a trajectory although it is something else: better refused than read.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -8,6 +9,9 @@
 
 namespace ygslam {
 
+inline constexpr std::size_t kKittiColumns = 12;
+// Printed with few decimals a rotation matrix is only nearly orthonormal.
+inline constexpr double kRotationTolerance = 1e-2;
 // Anything shorter is no rounded unit quaternion.
 inline constexpr double kLeastQuaternionLength = 0.1;
 
@@ -21,7 +25,8 @@ inline constexpr double kLeastQuaternionLength = 0.1;
 /// between numbers), or whole numbers between commas, too many for any format.
 [[nodiscard]] bool has_decimal_commas(std::string_view line);
 
-/// Whether a line is a KITTI pose: 12 numbers, the upper three rows of a matrix with a rotation.
+/// Whether a line of 12 numbers has the rotation of a KITTI pose, or one of 11 numbers does where
+/// one is missing.
 [[nodiscard]] bool looks_like_kitti(std::string_view line);
 
 }  // namespace ygslam

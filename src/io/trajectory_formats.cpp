@@ -12,8 +12,9 @@
 namespace ygslam {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, TrajectoryFormat>, 2> kNames = {{
+constexpr std::array<std::pair<std::string_view, TrajectoryFormat>, 3> kNames = {{
     {"tum", TrajectoryFormat::kTum},
+    {"kitti", TrajectoryFormat::kKitti},
     {"euroc", TrajectoryFormat::kEuroc},
 }};
 constexpr std::size_t kTumColumns = 8, kEurocColumns = 8;
@@ -53,7 +54,7 @@ Result<StampedPose> pose_of(Timestamp stamp, const Eigen::Quaterniond& q, const 
   return StampedPose{stamp, SE3(q, p)};
 }
 
-Result<StampedPose> parse_tum(std::string_view line) {
+Result<StampedPose> parse_tum(std::string_view line, std::size_t /*position*/) {
   const auto words = words_of(line, ",;");
   if (words.size() < kTumColumns) {
     return input_fault(std::to_string(words.size()) +
@@ -66,7 +67,23 @@ Result<StampedPose> parse_tum(std::string_view line) {
   return pose_of(stamp->stamp, {(*v)[6], (*v)[3], (*v)[4], (*v)[5]}, {(*v)[0], (*v)[1], (*v)[2]});
 }
 
-Result<StampedPose> parse_euroc(std::string_view line) {
+Result<StampedPose> parse_kitti(std::string_view line, std::size_t position) {
+  const auto words = words_of(line, ",;");
+  if (words.size() != kKittiColumns) {
+    return input_fault(std::to_string(words.size()) + " columns, KITTI poses have 12 (3x4 matrix)");
+  }
+  const auto v = numbers<kKittiColumns>(words, 0);
+  if (!v.ok()) return v.error();
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> matrix(v->data());
+  const Mat3 R = matrix.leftCols<3>();
+  if ((R * R.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() > kRotationTolerance ||
+      R.determinant() < 0) {
+    return input_fault("the matrix is no rotation");
+  }
+  return StampedPose{{static_cast<std::int64_t>(position)}, SE3(R, matrix.col(3)).normalized()};
+}
+
+Result<StampedPose> parse_euroc(std::string_view line, std::size_t /*position*/) {
   const auto words = words_of(line, ",;");
   if (words.size() < kEurocColumns) {
     return input_fault(std::to_string(words.size()) +
@@ -101,7 +118,7 @@ Result<std::vector<StampedPose>> parse_lines(std::string_view text, const std::s
   for (const TextLine& line : data_lines(text)) {
     const Result<StampedPose> pose =
         has_decimal_commas(line.text) ? input_fault("decimal commas; numbers need a decimal point")
-                                      : parse_line(line.text);
+                                      : parse_line(line.text, poses.size());
     if (!pose.ok()) {
       return input_fault(name + ":" + std::to_string(line.number) + ": " + pose.error().message);
     }
@@ -116,8 +133,11 @@ Result<std::vector<StampedPose>> parse_lines(std::string_view text, const std::s
 Status check_is_tum(std::string_view text, const std::string& name) {
   const auto lines = data_lines(text);
   if (lines.empty() || !looks_like_kitti(lines.front().text)) return Ok{};
+  const bool is_whole = words_of(lines.front().text, ",;").size() == kKittiColumns;
   return input_fault(name + ":" + std::to_string(lines.front().number) +
-                     ": a KITTI pose (12 numbers with a rotation matrix), not a TUM line");
+                     (is_whole
+                          ? ": a KITTI pose (12 numbers with a rotation matrix), not a TUM line"
+                          : ": 11 columns, a KITTI pose of 12 with one missing"));
 }
 
 // Stamps in another unit than the format's show in their distance from each other.
@@ -157,6 +177,7 @@ TrajectoryFormat recognise_trajectory(std::string_view text) {
   const auto lines = data_lines(text);
   if (lines.empty()) return TrajectoryFormat::kTum;
   const auto words = words_of(lines.front().text, ",;");
+  if (words.size() == kKittiColumns) return TrajectoryFormat::kKitti;
   const bool has_commas = lines.front().text.find(',') != std::string_view::npos;
   if (has_commas && words.size() >= kEurocColumns && is_whole_number(words[0]) &&
       words[0].size() >= kLeastNanosecondDigits) {
@@ -165,20 +186,27 @@ TrajectoryFormat recognise_trajectory(std::string_view text) {
   return TrajectoryFormat::kTum;
 }
 
-Result<std::vector<StampedPose>> parse_trajectory(std::string_view text, const std::string& name,
-                                                  std::optional<TrajectoryFormat> format) {
-  const TrajectoryFormat kind = format.value_or(recognise_trajectory(text));
-  const bool is_tum = kind == TrajectoryFormat::kTum;
-  if (const Status checked = is_tum ? check_is_tum(text, name) : Status(Ok{}); !checked.ok())
-    return checked.error();
-  auto poses = parse_lines(text, name, is_tum ? parse_tum : parse_euroc);
+Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string& name,
+                                        std::optional<TrajectoryFormat> format) {
+  TrajectoryFile file;
+  file.format = format.value_or(recognise_trajectory(text));
+  file.has_stamps = file.format != TrajectoryFormat::kKitti;
+  if (file.format == TrajectoryFormat::kTum) {
+    const Status is_tum = check_is_tum(text, name);
+    if (!is_tum.ok()) return is_tum.error();
+  }
+  auto poses = file.format == TrajectoryFormat::kTum     ? parse_lines(text, name, parse_tum)
+               : file.format == TrajectoryFormat::kKitti ? parse_lines(text, name, parse_kitti)
+                                                         : parse_lines(text, name, parse_euroc);
   if (!poses.ok()) return poses.error();
-  if (const Status step = check_step(*poses, kind, name); !step.ok()) return step.error();
-  return poses;
+  const Status step = check_step(*poses, file.format, name);
+  if (!step.ok()) return step.error();
+  file.poses = std::move(*poses);
+  return file;
 }
 
-Result<std::vector<StampedPose>> read_trajectory(const std::filesystem::path& path,
-                                                 std::optional<TrajectoryFormat> format) {
+Result<TrajectoryFile> read_trajectory(const std::filesystem::path& path,
+                                       std::optional<TrajectoryFormat> format) {
   const auto text = read_file(path, kLargestFile_bytes);
   if (!text.ok()) return text.error();
   return parse_trajectory(*text, path.string(), format);
@@ -193,6 +221,33 @@ Result<std::vector<StampedPose>> read_tum_trajectory(const std::filesystem::path
   const auto text = read_file(path, kLargestFile_bytes);
   if (!text.ok()) return text.error();
   return parse_tum_trajectory(*text, path.string());
+}
+
+Status add_stamps(const std::filesystem::path& times, const std::string& name,
+                  TrajectoryFile& trajectory) {
+  const auto text = read_file(times);
+  if (!text.ok()) return text.error();
+  const Status line_ends = check_line_ends(*text, times.string());
+  if (!line_ends.ok()) return line_ends.error();
+  std::vector<Timestamp> stamps;
+  for (const TextLine& line : data_lines(*text)) {
+    const std::string place = times.string() + ":" + std::to_string(line.number) + ": ";
+    if (is_decimal_comma(line.text))
+      return input_fault(place + "a decimal comma; needs a decimal point");
+    const auto words = words_of(line.text, ",;");
+    const auto stamp = words.empty() ? std::nullopt : parse_stamp(words.front());
+    if (!stamp) return input_fault(place + "'" + printable(line.text) + "' is no stamp");
+    if (!stamps.empty() && stamp->stamp <= stamps.back())
+      return input_fault(place + "not increasing");
+    stamps.push_back(stamp->stamp);
+  }
+  if (stamps.size() != trajectory.poses.size()) {
+    return input_fault(times.string() + ": " + std::to_string(stamps.size()) + " stamps for the " +
+                       std::to_string(trajectory.poses.size()) + " poses of " + name);
+  }
+  for (std::size_t i = 0; i < stamps.size(); ++i) trajectory.poses[i].stamp = stamps[i];
+  trajectory.has_stamps = true;
+  return Ok{};
 }
 
 }  // namespace ygslam

@@ -2,9 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include "io/testing/temp_folder.hpp"
+
 namespace ygslam {
 namespace {
 
+constexpr const char* kKitti =
+    "1 0 0 0.5 0 1 0 -1 0 0 1 2\n"
+    "0 -1 0 1 1 0 0 2 0 0 1 3\n";
 constexpr const char* kEuroc =
     "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
     "q_RS_z [], v_x, v_y, v_z, bw_x, bw_y, bw_z, ba_x, ba_y, ba_z\n"
@@ -15,6 +20,7 @@ constexpr const char* kEuroc =
 constexpr const char* kTum = "# t x y z\n1305031102.5 1 2 3 0 0 0 1\n";
 
 TEST(TrajectoryFormats, AreRecognisedByTheirContent) {
+  EXPECT_EQ(recognise_trajectory(kKitti), TrajectoryFormat::kKitti);
   EXPECT_EQ(recognise_trajectory(kEuroc), TrajectoryFormat::kEuroc);
   EXPECT_EQ(recognise_trajectory(kTum), TrajectoryFormat::kTum);
   EXPECT_EQ(recognise_trajectory("1305031102.5,1,2,3,0,0,0,1\n"), TrajectoryFormat::kTum)
@@ -22,11 +28,23 @@ TEST(TrajectoryFormats, AreRecognisedByTheirContent) {
   EXPECT_EQ(recognise_trajectory(""), TrajectoryFormat::kTum);
 }
 
+TEST(TrajectoryFormats, KittiIsARowMajorMatrixWithoutStamps) {
+  const auto file = parse_trajectory(kKitti, "f");
+  ASSERT_TRUE(file.ok());
+  EXPECT_FALSE(file->has_stamps);
+  ASSERT_EQ(file->poses.size(), 2U);
+  EXPECT_EQ(file->poses[1].stamp.ns, 1);
+  EXPECT_TRUE(file->poses[0].T_world_camera.t().isApprox(Vec3(0.5, -1, 2)));
+  // A quarter turn about z takes x to y.
+  EXPECT_TRUE((file->poses[1].T_world_camera * Vec3(1, 0, 0)).isApprox(Vec3(1, 3, 3)));
+}
+
 TEST(TrajectoryFormats, EurocHasNanosecondsAndTheQuaternionWithWFirst) {
-  const auto poses = parse_trajectory(kEuroc, "f");
-  ASSERT_TRUE(poses.ok());
-  EXPECT_EQ(poses->front().stamp.ns, 1403636580838555648);
-  const Eigen::Quaterniond q = poses->front().T_world_camera.quaternion();
+  const auto file = parse_trajectory(kEuroc, "f");
+  ASSERT_TRUE(file.ok());
+  EXPECT_TRUE(file->has_stamps);
+  EXPECT_EQ(file->poses[0].stamp.ns, 1403636580838555648);
+  const Eigen::Quaterniond q = file->poses[0].T_world_camera.quaternion();
   EXPECT_NEAR(std::abs(q.w()), 0.534108, 1e-5);
   EXPECT_NEAR(q.z() / q.w(), -0.082152 / 0.534108, 1e-5);
 }
@@ -36,11 +54,36 @@ TEST(TrajectoryFormats, FaultsNameFileAndLine) {
     const auto file = parse_trajectory(text, "f", format);
     return file.ok() ? std::string("ok") : file.error().message;
   };
+  EXPECT_EQ(message("1 0 0 0.5 0 1 0 -1 0 0 1\n", TrajectoryFormat::kKitti).substr(0, 5), "f:1: ");
+  EXPECT_NE(message("2 0 0 0 0 1 0 0 0 0 1 0\n", TrajectoryFormat::kKitti).find("no rotation"),
+            std::string::npos);
+  EXPECT_NE(message("-1 0 0 0 0 1 0 0 0 0 1 0\n", TrajectoryFormat::kKitti).find("no rotation"),
+            std::string::npos)
+      << "a reflection";
+  EXPECT_NE(message("1 0 0 nan 0 1 0 0 0 0 1 0\n", TrajectoryFormat::kKitti).find("'nan'"),
+            std::string::npos);
   EXPECT_NE(message("1.5,1,2,3,1,0,0,0\n", TrajectoryFormat::kEuroc).find("nanoseconds"),
             std::string::npos);
   EXPECT_NE(message("100,1,2,3,0,0,0,0\n", TrajectoryFormat::kEuroc).find("without length"),
             std::string::npos);
   EXPECT_NE(message("# only a comment\n", TrajectoryFormat::kEuroc).find("no pose"),
+            std::string::npos);
+}
+
+TEST(TrajectoryFormats, StampsComeFromAFileOfTimes) {
+  const testing::TempFolder folder;
+  auto file = parse_trajectory(kKitti, "poses");
+  ASSERT_TRUE(file.ok());
+  const auto times = folder.path() / "times.txt";
+  testing::write(times, "0.0\n1.0e-01\n");
+  ASSERT_TRUE(add_stamps(times, "poses", *file).ok());
+  EXPECT_TRUE(file->has_stamps);
+  EXPECT_EQ(file->poses[1].stamp.ns, 100'000'000);
+  testing::write(times, "0.0\n");
+  EXPECT_NE(add_stamps(times, "poses", *file).error().message.find("1 stamps for the 2 poses"),
+            std::string::npos);
+  testing::write(times, "0.1\n0.1\n");
+  EXPECT_NE(add_stamps(times, "poses", *file).error().message.find(":2: not increasing"),
             std::string::npos);
 }
 

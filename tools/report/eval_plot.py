@@ -2,7 +2,7 @@
 
     python tools/report/eval_plot.py --out FILE.svg|png|pdf < DATA.json
 
-DATA: {"alignment": name, "truth": {"t": [...], "xyz": [[x, y, z], ...]},
+DATA: {"time": axis title, "alignment": name, "truth": {"t": [...], "xyz": [[x, y, z], ...]},
 "estimates": [{"name", "t", "xyz", "truth_xyz", "ate_m", "rmse_m"}, ...]}; metres, estimates aligned.
 """
 import argparse
@@ -74,7 +74,7 @@ def draw_errors(axes, data, names):
     for number, (estimate, name) in enumerate(zip(data["estimates"], names)):
         axes.plot(estimate["t"], estimate["ate_m"], color=COLOURS[number % len(COLOURS)],
                   linewidth=1.0, label=f"{name}: RMSE {estimate['rmse_m']:.4f} m")
-    axes.set_xlabel("time [s]")
+    axes.set_xlabel(data["time"])
     axes.set_ylabel("absolute trajectory error [m]")
     axes.set_ylim(bottom=0)
     axes.margins(x=0.01)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 WORLDS = Path(__file__).resolve().parent.parent / "configs" / "worlds"
 OFF = ["--deterministic", "--dynamic", "off", "--segmenter", "none"]
 WRONG_M = 2          # a pose so far from the truth is of another place; drift is less
-FALSE_LOOP_M = 3     # apart
+FALSE_LOOP_M = 3     # apart, as for `ygslam inspect --loops`
 OFF_M = 0.3          # of one view as seen from the other, in the end
 
 

@@ -6,7 +6,7 @@ import struct
 import subprocess
 import unittest
 
-from ygslam_cli import BINARY, HEIGHT, WIDTH, CliTest, sequence, ygslam
+from ygslam_cli import BINARY, HEIGHT, WIDTH, CliTest, lines_of, sequence, ygslam
 
 
 def jpeg_size(path):
@@ -76,6 +76,61 @@ class Inspect(CliTest):
                 last = done.stderr.strip().splitlines()[-1]
                 self.assertTrue(last.startswith("error: "), done.stderr)
                 self.assertIn(said, last)
+
+
+LOOPS = ("stamp,keyframe,place,place_stamp,outcome,verdict,score,matches,guided,inliers,"
+         "contradiction,path_m,correction_m,correction_rad,agreeing,stretch\n")
+
+
+class Loops(CliTest):
+    """`ygslam inspect SEQ --loops OUT`."""
+
+    def write_loops(self, *rows, out="out"):
+        folder = self.folder / out
+        folder.mkdir(exist_ok=True)
+        (folder / "loops.csv").write_text(LOOPS + "".join(row + "\n" for row in rows), encoding="utf-8")
+        return folder
+
+    def row(self, last=20, end="closed,agrees"):
+        stamps = [line.split()[0] for line in lines_of(sequence() / "groundtruth.txt")]
+        return f"{stamps[last]},9,1,{stamps[0]},{end},0.3,50,99,70,0.02,31.5,0.25,0.1,4,1.2"
+
+    def test_reads_what_a_run_wrote(self):
+        self.assert_ran(self.run_slam(sequence(), "--to", 10))
+        done = ygslam("inspect", sequence(), "--loops", self.folder / "out")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout, "no keyframe was compared with a place\n")
+
+    def test_tells_stages_and_true_places(self):
+        out = self.write_loops(self.row(), self.row(end="refused,contradicts"))
+        done = ygslam("inspect", sequence(), "--loops", out)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertRegex(done.stdout, r"(?m)^contradicts +1 +1 +0$")
+        self.assertRegex(done.stdout, r"(?m)^closed +1 +1 +0$")
+        self.assertRegex(done.stdout, r"(?m)^ +\S+ +9 +1 +70 +31\.5 +0\.250 +5\.73 +4 +1\.20 .* yes$")
+        printed = json.loads(ygslam("inspect", sequence(), "--loops", out, "--json").stdout)
+        self.assertEqual(printed["stages"]["closed"]["true_places"], 1)
+        self.assertTrue(printed["closed"][0]["same_place"])
+
+    def test_without_truth_it_says_so(self):
+        done = ygslam("inspect", self.folder, "--loops", self.write_loops(self.row()))
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("no truth", done.stdout)
+        self.assertNotIn("true places", done.stdout)
+
+    def test_faults_are_one_line_with_the_right_exit_code(self):
+        good = self.write_loops(self.row())
+        bad = self.write_loops(self.row(), self.row()[:40], out="bad")
+        for arguments, code, said in (
+                ((sequence(), "--loops", self.folder / "nowhere"), 4, "nowhere/loops.csv"),
+                ((sequence(), "--loops", bad), 4, "bad/loops.csv:3: "),
+                ((self.folder / "nowhere", "--loops", good), 4, "nowhere"),
+                ((sequence(), "--loops", good, "--checks", "full"), 2, "--checks")):
+            with self.subTest(arguments=arguments):
+                done = ygslam("inspect", *arguments)
+                self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
+                self.assertRegex(done.stderr, r"\Aerror: [^\n]+\n\Z")
+                self.assertIn(said, done.stderr)
 
 
 class Overwriting(CliTest):

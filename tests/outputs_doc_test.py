@@ -131,6 +131,21 @@ class OutputsPage(CliTest):
         self.assertEqual(keys(json.loads(text)),
                          {key[len(prefix):] for key in told if key.startswith(prefix)})
 
+    def test_inspect_loops(self):
+        """Of a loop that was closed: written here, since so short a recording has none."""
+        stamps = [pair[0] for pair in self.pairs(sequence())]
+        cells = {"stamp": stamps[50], "place_stamp": stamps[1], "outcome": "closed",
+                 "verdict": "agrees"}
+        header = names("Columns of `loops.csv`")
+        out = self.folder / "out"
+        out.mkdir()
+        (out / "loops.csv").write_text(
+            ",".join(header) + "\n" + ",".join(cells.get(name, "1") for name in header) + "\n",
+            encoding="utf-8")
+        found = keys(json.loads(self.done("inspect", sequence(), "--loops", out, "--json")))
+        self.assert_told("Keys of `inspect --loops --json`",
+                         {re.sub(r"^stages\.[^.]+", "stages.STAGE", key) for key in found})
+
     def test_eval(self):
         truth = sequence() / "groundtruth.txt"
         text = self.done("eval", "--gt", truth, "--est", truth, "--align", "sim3", "--json", "--errors",

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/exit_code.hpp"
+#include "app/inspect_loops.hpp"
 #include "app/inspect_output.hpp"
 #include "app/inspect_run.hpp"
 #include "app/stop_signal.hpp"
@@ -70,7 +71,8 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<InspectOptions>();
   CLI::App* command = app.add_subcommand(
       "inspect",
-      "See which points are taken for moving (classic check, improved check, full system)");
+      "See which points are taken for moving (classic check, improved check, full system), or "
+      "which loops a run closed");
   add_input_options(*command, options->run);
   command->add_option("--out", options->run.out_dir, "Folder for pictures and inspect.json")
       ->type_name("DIR");
@@ -82,15 +84,23 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"classic", "improved", "full"}))
       ->type_name("classic,improved,full")
       ->capture_default_str();
+  CLI::Option* loops =
+      command
+          ->add_option("--loops", options->loops,
+                       "In place of all that: what loop closing did in the run in this folder")
+          ->type_name("OUT");
   add_range_options(*command, options->run);
   command->add_flag("--live", options->live,
                     "As `run` does: masks when they come (default: offline, two frames late)");
+  for (const char* other : {"--out", "--frames", "--checks", "--from", "--to", "--live"})
+    loops->excludes(command->get_option(other));
   command->add_flag("--json", options->json, "Print JSON in place of the table");
   command->footer(
       "Examples:\n"
       "  ygslam inspect rgbd_dataset_freiburg3_walking_xyz --out fig5 --model yolov8n-seg.onnx "
       "--frames 44,68,216,499,663,759\n"
       "  ygslam inspect SEQ --checks full --segmenter masks:SEQ/mask --json\n"
+      "  ygslam run SEQ --out OUT && ygslam inspect SEQ --loops OUT\n"
       "classic: Harris corners, all vote for the fundamental matrix. improved: ORB points, only\n"
       "those that were static vote, depth as second opinion. full: masks as well.\n"
       "Where the truth is known, points with a white ring were missed, those with a black ring "
@@ -100,10 +110,23 @@ void add_inspect_command(CLI::App& app, int& exit_code) {
       "points; unknown points count as static, points at mask edges and on movable things at rest\n"
       "are left out, as are the first 10 frames. Objects are compared with the persons of mask/ "
       "and\n"
-      "other things while they move: HOTA, IDF1, MOTA, identity switches, at a box IoU of 0.5.");
+      "other things while they move: HOTA, IDF1, MOTA, identity switches, at a box IoU of 0.5.\n"
+      "--loops reads OUT/loops.csv. A place that a keyframe was compared with ends at one of "
+      "these\n"
+      "stages, in this order: few matches (of descriptors), no pose, few inliers, narrow (in too\n"
+      "few parts of the image or of space), contradicts (full where the other view saw through),\n"
+      "too far (odometry cannot have drifted so much), other submap (begun after a loss; enough "
+      "of\n"
+      "these join the two), ambiguous (another place fits as well),\n"
+      "alone (the keyframes beside it do not agree), inconsistent (the map would have to "
+      "stretch),\n"
+      "closed. With groundtruth.txt in SEQ a place counts as true if the cameras stood less than\n"
+      "3 m apart and looked less than 60 degrees apart. A false place that was closed damages the\n"
+      "map.");
   command->callback([options, &exit_code] {
     StopSignal::watch();
-    exit_code = exit_code_of(inspect(*options));
+    exit_code = options->loops.empty() ? exit_code_of(inspect(*options))
+                                       : exit_code_of(inspect_loops(*options));
   });
 }
 

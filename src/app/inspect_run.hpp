@@ -20,6 +20,7 @@ struct InspectOptions {
   RunOptions run;
   std::vector<std::size_t> frames;
   std::vector<std::string> checks{"classic", "improved", "full"};
+  std::string loops;  ///< folder of a run, whose loops.csv to judge in place of the checks
   bool json = false;
   bool live = false;  ///< threads, masks when they come; else offline, on one schedule
 };

@@ -89,8 +89,7 @@ LoopResult LoopCloser::step(const Map& map, const PlaceIndex& index, KeyframeId 
   }
   if (!graph) return result;
   follow_removed_keyframes(map);
-  if (LoopAttempt* best = choose(result.attempts))
-    result.closure = close(map, *graph, *best);
+  if (LoopAttempt* best = choose(result.attempts)) result.closure = close(map, *graph, *best);
   return result;
 }
 

@@ -53,8 +53,7 @@ MapGraph make_map_graph(const Map& map, int min_shared) {
     const bool has_parent = map.has_keyframe(keyframe.parent);
     if (has_parent && !covisible.contains(keyframe.parent)) add(keyframe.parent, id);
     for (const auto& [other, shared] : covisible)
-      if (other < id && (shared >= min_shared || other == keyframe.parent))
-        add(other, id);
+      if (other < id && (shared >= min_shared || other == keyframe.parent)) add(other, id);
   }
   return graph;
 }

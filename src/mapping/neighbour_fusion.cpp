@@ -119,8 +119,7 @@ int fuse_with_neighbours(Map& map, const Camera& camera, KeyframeId id,
 
 int fuse_with(Map& map, const Camera& camera, KeyframeId id, const std::vector<KeyframeId>& around,
               const NeighbourFusionConfig& config) {
-  int changes =
-      fuse_into(map, camera, id, landmarks_of(map, around, map.keyframe(id)), config);
+  int changes = fuse_into(map, camera, id, landmarks_of(map, around, map.keyframe(id)), config);
   for (const KeyframeId neighbour : around) {
     std::vector<LandmarkId> own;
     const auto& theirs = map.keyframe(neighbour);

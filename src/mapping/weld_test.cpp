@@ -39,8 +39,8 @@ TEST(Weld, WhatBothVisitsSeeOfAPointBecomesOne) {
     const Map before = map;
     int changes = 0;
     for (const KeyframeId id : {KeyframeId{7}, KeyframeId{6}, KeyframeId{5}})
-      changes += fuse_with(map, world.camera(), id,
-                           {KeyframeId{0}, KeyframeId{1}, KeyframeId{2}}, {});
+      changes +=
+          fuse_with(map, world.camera(), id, {KeyframeId{0}, KeyframeId{1}, KeyframeId{2}}, {});
     std::size_t fused = 0;
     before.for_each_landmark([&](const Landmark& was) {
       const LandmarkId now = map.current_id(was.id);

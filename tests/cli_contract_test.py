@@ -12,7 +12,7 @@ import numpy as np
 from ygslam_cli import BINARY, FRAMES, HEIGHT, WIDTH, CliTest, lines_of, sequence, trajectory, ygslam
 
 METRICS = {"frames", "readable", "tracked", "coverage", "lost_intervals", "keyframes", "landmarks",
-           "skipped_images", "dropped", "masks_used", "mask_age_frames", "timing_ms", "cpu_ms",
+           "skipped_images", "skipped_image_count", "colour_without_depth", "dropped", "masks_used", "mask_age_frames", "timing_ms", "cpu_ms",
            "startup_s", "wall_s", "peak_rss_mb", "seed", "mode", "segmenter", "precision",
            "version", "machine"}
 SUMMARY = {"median", "mean", "p95", "p99", "max"}

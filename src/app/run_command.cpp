@@ -37,6 +37,7 @@ void log_start(const RunPlan& plan, const RunFacts& facts) {
   log::info("{}: {}, camera from {}, mode {}, segmenter {} {}", plan.options.sequence,
             sequence.stream ? "a stream" : fmt::format("{} pairs", sequence.pairs.size()),
             sequence.camera_source, facts.mode, facts.segmenter, facts.precision);
+  for (const std::string& note : sequence.notes) log::info("{}", note);
   log_shutter(sequence);
   log_registration(sequence);
 }

@@ -205,6 +205,7 @@ Result<CameraConfig> parse_calibration(std::string_view text, const std::string&
 Result<CameraConfig> read_calibration(const std::filesystem::path& path) {
   const auto text = read_file(path, std::size_t{1} << 20);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
+  if (is_utf16(*text)) return config_error(path.string(), 0, std::string(kUtf16Fault));
   return parse_calibration(*text, path.string());
 }
 

@@ -13,11 +13,6 @@
 
 namespace ygslam {
 
-struct SkippedImage {
-  std::string file;    ///< as the pair names it
-  std::string reason;  ///< "missing", "truncated PNG", "other size: ...", ...
-};
-
 /// A frame, or the images of the pair that could not be used (both are looked at).
 struct LoadedPair {
   std::optional<RgbdFrame> frame;

@@ -65,6 +65,7 @@ FrameReaderCounts FrameReader::counts() const {
   const std::lock_guard lock(mutex_);
   FrameReaderCounts counts = counts_;
   if (!sequence_.stream) counts.offered = offered_;
+  counts.without_depth = sequence_.without_depth;
   counts.dropped = config_.realtime ? queue_.dropped() : 0;
   counts.readable += counts.dropped;
   return counts;
@@ -72,6 +73,10 @@ FrameReaderCounts FrameReader::counts() const {
 
 void FrameReader::run(const std::stop_token& stop) {
   bool in_burst = false;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const SkippedImage& image : sequence_.absent) skip(image);
+  }
   for (std::size_t i = 0; !stop.stop_requested(); ++i) {
     auto pair = sequence_.stream ? load_next(i, stop) : load(i);
     if (!pair) break;
@@ -110,8 +115,13 @@ void FrameReader::note(LoadedPair& pair, bool& in_burst) {
   }
   const std::lock_guard lock(mutex_);
   counts_.bursts += bad && !in_burst ? 1 : 0;
-  std::move(pair.bad.begin(), pair.bad.end(), std::back_inserter(counts_.skipped));
+  for (SkippedImage& image : pair.bad) skip(std::move(image));
   in_burst = bad;
+}
+
+void FrameReader::skip(SkippedImage image) {
+  ++counts_.skipped_images;
+  if (counts_.skipped.size() < kMostSkippedTold) counts_.skipped.push_back(std::move(image));
 }
 
 bool FrameReader::wait_for_consumer(const std::stop_token& stop) {

@@ -30,12 +30,18 @@ struct FrameReaderConfig {
   DepthConfig depth = {};
 };
 
+/// A recording may be broken from end to end: no list of its images grows with its length.
+inline constexpr std::size_t kMostSkippedTold = 1000;
+
 struct FrameReaderCounts {
   std::size_t offered = 0;   ///< pairs selected by from, to and stride; of a stream: so far
   std::size_t readable = 0;  ///< frames that came out of next() or were dropped
   std::size_t dropped = 0;   ///< decoded, but dropped because the consumer was late (realtime)
   std::size_t bursts = 0;    ///< runs of consecutive unreadable pairs
-  std::vector<SkippedImage> skipped;  ///< every image that could not be used, in order
+  std::size_t skipped_images = 0;  ///< images that could not be used, listed ones that do not exist
+                                   ///< included
+  std::vector<SkippedImage> skipped;  ///< the first kMostSkippedTold of them
+  std::size_t without_depth = 0;      ///< colour images of the sequence that have no depth image
 };
 
 /// Yields the frames of a sequence in order. The thread starts with the object; in realtime mode
@@ -68,6 +74,7 @@ class FrameReader {
   std::optional<LoadedPair> load(std::size_t i);
   std::optional<LoadedPair> load_next(std::size_t i, const std::stop_token& stop);
   void note(LoadedPair& pair, bool& in_burst);
+  void skip(SkippedImage image);
   bool wait_for_consumer(const std::stop_token& stop);
   bool wait_for_stamp(Timestamp stamp, const std::stop_token& stop);
 

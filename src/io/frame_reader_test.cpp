@@ -106,6 +106,27 @@ TEST(FrameReader, F1MissingColourImagesInARowAreSkippedAndCounted) {
   }
 }
 
+TEST(FrameReader, OfManyUnusableImagesTheFirstAreListedAndAllCounted) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 1200,
+                            .width = 2,
+                            .height = 2,
+                            .associations = true,
+                            .calibration = "fx 2\nfy 2\ncx 1\ncy 1\n"};
+  small.write_to(folder.path());
+  auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  sequence->absent.push_back({"depth/none.png", "no such file"});
+  for (int i = 5; i < 1200; ++i) fs::remove(folder.path() / small.colour_file(i));
+  FrameReader reader(std::move(*sequence), {});
+  std::size_t readable = 0;
+  while (reader.next()) ++readable;
+  EXPECT_EQ(readable, 5U);
+  EXPECT_EQ(reader.counts().skipped_images, 1196U);
+  EXPECT_EQ(reader.counts().skipped.size(), kMostSkippedTold);
+  EXPECT_EQ(reader.counts().skipped.front().file, "depth/none.png");
+}
+
 TEST(FrameReader, F1AnUnreadableFileIsSkippedLikeAMissingOne) {
   const TempFolder folder;
   const SmallSequence small{.count = 5};

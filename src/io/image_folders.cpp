@@ -8,6 +8,7 @@
 #include "io/depth_calibration.hpp"
 #include "io/image_file.hpp"
 #include "io/json_text.hpp"
+#include "io/name_times.hpp"
 #include "io/sequence_parts.hpp"
 #include "io/text.hpp"
 #include "io/tum_sequence.hpp"
@@ -16,79 +17,77 @@ namespace ygslam {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t kFramesPerSecond = 30;
 constexpr double kReplicaScale = 6553.5;
 constexpr double kScannetScale = 1000;
 
-/// Where images of a kind lie: in a folder, with names that begin so.
-struct Pattern {
-  std::string_view colour_folder, colour_start, depth_folder, depth_start;
+/// Where images of a kind lie: in a folder, with names that begin and end so.
+struct Place {
+  std::string_view folder, start = "", end = "";
 };
-constexpr std::array<Pattern, 9> kPatterns = {{{"results", "frame", "results", "depth"},
-                                               {"rgb", "", "depth", ""},
-                                               {"color", "", "depth", ""},
-                                               {"colour", "", "depth", ""},
-                                               {"image", "", "depth", ""},
-                                               {"images", "", "depth", ""},
-                                               {"images", "", "depths", ""},
-                                               {"rgb", "", "depths", ""},
-                                               {"color", "", "depths", ""}}};
+struct Pattern {
+  Place colour, depth;
+};
+constexpr std::array<Pattern, 10> kPatterns = {
+    {{{"results", "frame"}, {"results", "depth"}},
+     {{"", "frame-", ".color"}, {"", "frame-", ".depth"}},
+     {{"rgb"}, {"depth"}},
+     {{"color"}, {"depth"}},
+     {{"colour"}, {"depth"}},
+     {{"image"}, {"depth"}},
+     {{"images"}, {"depth"}},
+     {{"images"}, {"depths"}},
+     {{"rgb"}, {"depths"}},
+     {{"color"}, {"depths"}}}};
 
-/// Stems of the images in a folder that begin so, with their paths relative to the root.
-std::map<std::string, std::string> images_in(const fs::path& root, std::string_view folder,
-                                             std::string_view start) {
+/// Stems of the images at a place, with their paths relative to the root.
+std::map<std::string, std::string> images_in(const fs::path& root, const Place& place) {
   std::map<std::string, std::string> found;
   std::error_code code;
-  for (fs::directory_iterator at(root / folder, code), end; !code && at != end;
+  for (fs::directory_iterator at(root / place.folder, code), end; !code && at != end;
        at.increment(code)) {
     const fs::path name = at->path().filename();
     std::string extension = name.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const bool is_image = extension == ".png" || extension == ".jpg" || extension == ".jpeg";
-    if (is_image && name.string().starts_with(start))
-      found[name.stem().string()] = (fs::path(folder) / name).string();
+    const std::string stem = name.stem().string();
+    if (is_image && stem.starts_with(place.start) && stem.ends_with(place.end))
+      found[stem] = (fs::path(place.folder) / name).string();
   }
   return found;
 }
 
-/// The last number in a name; nothing where there is none that fits.
-std::optional<std::int64_t> number_in(const std::string& stem) {
-  constexpr std::size_t kMostDigits = 9;  // as a time at 30 Hz: a year
-  const std::size_t last = stem.find_last_of("0123456789");
-  if (last == std::string::npos) return std::nullopt;
-  const std::size_t before = stem.find_last_not_of("0123456789", last);
-  std::string digits = stem.substr(before == std::string::npos ? 0 : before + 1);
-  digits.resize(digits.find_last_of("0123456789") + 1);
-  digits.erase(0, std::min(digits.find_first_not_of('0'), digits.size() - 1));
-  if (digits.size() > kMostDigits) return std::nullopt;
-  return std::stoll(digits);
-}
+/// Images with the times that their names tell, and what these were taken as.
+struct NamedImages {
+  std::vector<ListedImage> images;
+  std::string told;  // "numbers of frames at 30 Hz: rgb/2.png at 0.066666 s"
+  bool is_frames = false;
+};
 
-/// When an image was taken, as far as its name says so.
-std::optional<ListedImage> listed(const std::string& stem, const std::string& file) {
-  if (stem.find('.') != std::string::npos) {
-    if (const auto stamp = parse_stamp(stem); stamp && stamp->stamp.ns >= 0)
-      return ListedImage{stamp->stamp, stamp->decimals, file};
+Result<NamedImages> named_images(const fs::path& root,
+                                 const std::map<std::string, std::string>& files,
+                                 ListCounts& counts) {
+  std::vector<std::string> stems;
+  for (const auto& [stem, file] : files) stems.push_back(stem);
+  const fs::path folder = (root / files.begin()->second).parent_path();
+  const auto times = times_of_names(stems);
+  if (!times.ok())
+    return Error{ErrorKind::kInput, folder.string() + ": " + times.error().message +
+                                        "; write rgb.txt and depth.txt with lines `seconds file`"};
+  NamedImages named;
+  std::size_t i = 0;
+  for (const auto& [stem, file] : files) {
+    const auto& stamp = times->stamps[i++];
+    counts.malformed += stamp ? 0 : 1;
+    if (stamp) named.images.push_back({*stamp, times->decimals, file});
   }
-  const auto number = number_in(stem);
-  if (!number) return std::nullopt;
-  constexpr std::int64_t kMicroseconds = 1'000'000;
-  return ListedImage{{*number * kMicroseconds / kFramesPerSecond * 1000}, 6, file};
-}
-
-std::vector<ListedImage> in_order(const std::map<std::string, std::string>& images,
-                                  ListCounts& counts) {
-  std::vector<ListedImage> all;
-  for (const auto& [stem, file] : images) {
-    if (auto image = listed(stem, file)) {
-      all.push_back(std::move(*image));
-    } else {
-      ++counts.malformed;
-    }
-  }
-  counts.lines += images.size();
-  return in_time_order(std::move(all), counts);
+  counts.lines += files.size();
+  named.images = in_time_order(std::move(named.images), counts);
+  named.is_frames = times->is_frames;
+  const ListedImage& last = named.images.back();
+  named.told = times->taken_as + ": " + printable(last.file) + " at " +
+               format_stamp(last.stamp, last.decimals) + " s";
+  return named;
 }
 
 /// Replica's cam_params.json, beside the images or one folder up.
@@ -223,6 +222,40 @@ bool is_recording(const fs::path& folder) {
   return has_image_folders(folder);
 }
 
+/// "depth/, img/, 24 .jpg, 1 .txt": what a folder holds, of much the first.
+std::string contents_of(const fs::path& root) {
+  constexpr std::size_t kMost = 6;
+  constexpr std::size_t kMostEntries = 10'000;
+  std::vector<std::string> folders;
+  std::map<std::string, std::size_t> files;
+  std::error_code code;
+  std::size_t seen = 0;
+  for (fs::directory_iterator at(root, code), end; !code && at != end && seen++ < kMostEntries;
+       at.increment(code)) {
+    std::error_code ignored;
+    if (at->is_directory(ignored))
+      folders.push_back(printable(at->path().filename().string(), 24) + "/");
+    else
+      ++files[printable(at->path().extension().string(), 12)];
+  }
+  std::sort(folders.begin(), folders.end());
+  if (folders.size() > kMost) folders.resize(kMost), folders.emplace_back("...");
+  for (const auto& [extension, count] : files)
+    if (folders.size() < 2 * kMost)
+      folders.push_back(std::to_string(count) + (extension.empty() ? " files" : " " + extension));
+  std::string text;
+  for (const std::string& entry : folders) text += (text.empty() ? "" : ", ") + entry;
+  return text.empty() ? "nothing" : text;
+}
+
+/// "; did you mean its parent X?" where that is a recording.
+std::string parent_meant(const fs::path& path) {
+  std::error_code code;
+  const fs::path full = fs::weakly_canonical(path, code);
+  if (code || !full.has_parent_path() || !is_recording(full.parent_path())) return {};
+  return "; did you mean its parent " + full.parent_path().string() + "?";
+}
+
 /// Names of the recordings that a folder contains, in order.
 std::vector<std::string> recordings_in(const fs::path& root) {
   std::vector<std::string> names;
@@ -243,34 +276,67 @@ std::string listed_names(const std::vector<std::string>& names) {
   return text + (names.size() > kMostNames ? ", ..." : "");
 }
 
+/// Why a path cannot be read: what it holds, and where a recording may be meant.
+Error no_recording(const fs::path& root) {
+  const auto refuse = [&](const std::string& what) {
+    return Error{ErrorKind::kInput, root.string() + ": " + what};
+  };
+  std::error_code code;
+  if (!fs::exists(root, code)) return refuse("no such file or folder");
+  if (!fs::is_directory(root, code))
+    return refuse("no recording that can be read (docs/inputs.md)" + parent_meant(root));
+  if (const auto names = recordings_in(root); !names.empty())
+    return refuse("no recording; it contains " + listed_names(names) +
+                  (names.size() > 1 ? std::string()
+                                    : "; did you mean " + (root / names.front()).string() + "?"));
+  return refuse("no recording: it holds " + contents_of(root) +
+                "; read are rgb.txt and depth.txt, or associations.txt, or images in rgb (color, "
+                "colour, image, images) and depth (depths), docs/inputs.md" +
+                parent_meant(root));
+}
+
+/// Pairs the images that lie as a pattern says, by the times that their names tell.
+Status pair_named_images(const std::map<std::string, std::string>& colour,
+                         const std::map<std::string, std::string>& depth, Sequence& sequence) {
+  const auto colours = named_images(sequence.root, colour, sequence.counts);
+  if (!colours.ok()) return colours.error();
+  const auto depths = named_images(sequence.root, depth, sequence.counts);
+  if (!depths.ok()) return depths.error();
+  if (colours->is_frames != depths->is_frames)
+    return Error{ErrorKind::kInput, sequence.root.string() +
+                                        ": the names of colour images would be " + colours->told +
+                                        ", those of depth images " + depths->told +
+                                        "; write rgb.txt and depth.txt with lines `seconds file`"};
+  sequence.notes.push_back("names of images are taken as " + colours->told +
+                           (depths->told == colours->told ? "" : "; " + depths->told));
+  if (const std::size_t left_out = sequence.counts.left_out(); left_out > 0)
+    sequence.warnings.push_back(sequence.root.string() + ": " + std::to_string(left_out) +
+                                " images are left out: their names are of another form, or their "
+                                "times another's");
+  return pair_images(colours->images, depths->images, sequence);
+}
+
 }  // namespace
 
 bool has_image_folders(const fs::path& root) {
   return std::any_of(kPatterns.begin(), kPatterns.end(), [&](const Pattern& pattern) {
-    return !images_in(root, pattern.colour_folder, pattern.colour_start).empty() &&
-           !images_in(root, pattern.depth_folder, pattern.depth_start).empty();
+    return !images_in(root, pattern.colour).empty() && !images_in(root, pattern.depth).empty();
   });
 }
 
 Result<Sequence> open_folder_sequence(const fs::path& root, const GivenCameras& cameras) {
-  for (const char* list : {"associations.txt", "rgb.txt", "depth.txt"}) {
-    std::error_code code;
+  std::error_code code;
+  for (const char* list : {"associations.txt", "rgb.txt", "depth.txt"})
     if (fs::exists(root / list, code)) return open_tum_sequence(root, cameras);
-  }
   for (const Pattern& pattern : kPatterns) {
-    const auto colour = images_in(root, pattern.colour_folder, pattern.colour_start);
-    const auto depth = images_in(root, pattern.depth_folder, pattern.depth_start);
+    const auto colour = images_in(root, pattern.colour);
+    const auto depth = images_in(root, pattern.depth);
     if (colour.empty() || depth.empty()) continue;
     Sequence sequence;
     sequence.root = root;
     sequence.images = images_of_folder(root);
-    const auto colours = in_order(colour, sequence.counts);
-    const auto depths = in_order(depth, sequence.counts);
-    if (const std::size_t left_out = sequence.counts.left_out(); left_out > 0)
-      sequence.warnings.push_back(root.string() + ": " + std::to_string(left_out) +
-                                  " images are left out: no number in their names, or another's");
-    if (Status paired = pair_images(colours, depths, sequence); !paired.ok()) return paired.error();
-    std::error_code code;
+    if (Status paired = pair_named_images(colour, depth, sequence); !paired.ok())
+      return paired.error();
     if (fs::exists(root / "groundtruth.txt", code)) sequence.groundtruth = root / "groundtruth.txt";
     const auto found = find_folder_camera(cameras, sequence);
     if (!found.ok()) return found.error();
@@ -280,10 +346,7 @@ Result<Sequence> open_folder_sequence(const fs::path& root, const GivenCameras& 
       return placed.error();
     return sequence;
   }
-  if (const auto names = recordings_in(root); !names.empty())
-    return Error{ErrorKind::kInput,
-                 root.string() + ": no recording; it contains " + listed_names(names)};
-  return open_tum_sequence(root, cameras);
+  return no_recording(root);
 }
 
 }  // namespace ygslam

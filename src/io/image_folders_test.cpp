@@ -95,6 +95,87 @@ TEST(ImageFolders, WhatHasNoPartnerOrNoNumberIsLeftOut) {
   EXPECT_EQ(sequence.value().warnings.size(), 1U);
 }
 
+TEST(ImageFolders, SevenScenesAndBundleFusionLieInOneFolder) {
+  const TempFolder folder;
+  for (const char* number : {"000000", "000001", "000002"}) {
+    const std::string start = std::string("frame-") + number;
+    write_images(folder.path(), start + ".color.jpg", start + ".depth.png");
+    testing::write(folder.path() / (start + ".pose.txt"), "1 0 0 0\n");
+  }
+  testing::write(folder.path() / "calibration.txt", kCalibration);
+  const auto sequence = open_folder_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  ASSERT_EQ(sequence.value().pairs.size(), 3U);
+  EXPECT_EQ(sequence.value().pairs[2].depth_file, "frame-000002.depth.png");
+  EXPECT_EQ(sequence.value().pairs[2].stamp.ns, 66'666'000);
+  ASSERT_EQ(sequence.value().notes.size(), 1U);
+  EXPECT_NE(sequence.value().notes[0].find("numbers of frames at 30 Hz"), std::string::npos);
+}
+
+TEST(ImageFolders, SecondsAndNanosecondsInNamesAreToldAndInOrder) {
+  const TempFolder folder;
+  for (const char* name : {"1305031102_5304000", "1305031102_38637000", "1305031102_971970000",
+                           "1305031103_5303000", "1305031103_38636000"})
+    write_images(folder.path(), std::string("color/") + name + ".jpg",
+                 std::string("depth/") + name + ".png");
+  testing::write(folder.path() / "calibration.txt", kCalibration);
+  const auto sequence = open_folder_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  ASSERT_EQ(sequence.value().pairs.size(), 5U);
+  EXPECT_EQ(sequence.value().pairs[0].colour_file, "color/1305031102_5304000.jpg");
+  EXPECT_EQ(sequence.value().pairs[3].stamp.ns, 1'305'031'103'005'303'000);
+  EXPECT_EQ(
+      sequence.value().notes.at(0),
+      "names of images are taken as seconds and nanoseconds: color/1305031103_38636000.jpg at "
+      "1305031103.038636000 s; seconds and nanoseconds: depth/1305031103_38636000.png at "
+      "1305031103.038636000 s");
+}
+
+TEST(ImageFolders, NamesThatAreNotClearAreRefusedAndShown) {
+  const TempFolder folder;
+  for (int i = 0; i < 6; ++i)
+    write_images(folder.path(), "rgb/" + std::to_string(33 * i) + ".png",
+                 "depth/" + std::to_string(33 * i) + ".png");
+  testing::write(folder.path() / "calibration.txt", kCalibration);
+  const auto unclear = open_folder_sequence(folder.path());
+  ASSERT_FALSE(unclear.ok());
+  EXPECT_EQ(unclear.error().kind, ErrorKind::kInput);
+  for (const char* part :
+       {"rgb: ", "'0' (0) and '132' (132)", "33 apart, or milliseconds", "rgb.txt"})
+    EXPECT_NE(unclear.error().message.find(part), std::string::npos) << unclear.error().message;
+  const TempFolder mixed;
+  for (int i = 0; i < 6; ++i)
+    write_images(mixed.path(), "rgb/" + std::to_string(1'305'031'102'175 + 33 * i) + ".png",
+                 "depth/" + std::to_string(i) + ".png");
+  const auto other = open_folder_sequence(mixed.path());
+  ASSERT_FALSE(other.ok());
+  EXPECT_NE(other.error().message.find("would be milliseconds since 1970"), std::string::npos);
+}
+
+TEST(ImageFolders, AFolderThatIsNoneSaysWhatItHoldsAndWhereOneIs) {
+  const TempFolder folder;
+  const fs::path root = folder.path() / "walk";
+  testing::SmallSequence{.count = 3}.write_to(root);
+  const auto refusal = [](const fs::path& path) {
+    const auto sequence = open_folder_sequence(path);
+    EXPECT_FALSE(sequence.ok());
+    EXPECT_TRUE(sequence.ok() || sequence.error().kind == ErrorKind::kInput);
+    return sequence.ok() ? std::string() : sequence.error().message;
+  };
+  const auto expect_told = [](const std::string& message, const std::string& part) {
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  };
+  expect_told(refusal(root / "rgb"), "it holds 3 .png; read are rgb.txt and depth.txt");
+  expect_told(refusal(root / "rgb"), "did you mean its parent ");
+  expect_told(refusal(root / "rgb.txt"), "did you mean its parent ");
+  expect_told(refusal(folder.path()), "it contains 1: walk; did you mean " + root.string() + "?");
+  fs::create_directories(folder.path() / "else/img");
+  testing::write(folder.path() / "else/a.txt", "x");
+  expect_told(refusal(folder.path() / "else"), "it holds img/, 1 .txt; read are");
+  fs::create_directories(folder.path() / "empty");
+  expect_told(refusal(folder.path() / "empty"), "it holds nothing; read are");
+}
+
 TEST(ImageFolders, ListsGoBeforeAndNothingIsInventedWithoutACamera) {
   const TempFolder folder;
   testing::SmallSequence{.count = 3}.write_to(folder.path());

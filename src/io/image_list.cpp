@@ -14,7 +14,9 @@ enum class Verdict { kGood, kMalformed, kRefused, kNegative };
 
 // A forward step of more than this is checked against what follows.
 constexpr std::int64_t kJump_ns = 10'000'000'000;
-constexpr std::size_t kLookAhead = 100;  // lines
+constexpr std::size_t kLookAhead = 100;    // lines
+constexpr std::size_t kFewAtStart = 9;     // as many lines must follow for each that jumped
+constexpr std::size_t kOrderedLines = 10;  // of as many one may go back in a list in order
 
 const ListedImage& key_image(const ListedImage& image) { return image; }
 const ListedImage& key_image(const ListedPair& pair) { return pair.colour; }
@@ -58,41 +60,65 @@ Verdict parse_line(std::string_view line, ListedPair& pair) {
   return Verdict::kGood;
 }
 
-// Do most of the following stamps lie between the newest accepted one and this one? Then this one
-// jumped ahead, not they back.
 template <typename Entry>
-bool jumps_ahead(const std::vector<Entry>& entries, std::size_t i, Timestamp newest) {
-  const Timestamp stamp = key_image(entries[i]).stamp;
-  if (stamp.ns - newest.ns <= kJump_ns) return false;
-  std::size_t between = 0;
-  std::size_t beyond = 0;
-  for (std::size_t j = i + 1; j < std::min(entries.size(), i + 1 + kLookAhead); ++j) {
-    const Timestamp later = key_image(entries[j]).stamp;
-    if (later > stamp) ++beyond;
-    if (later > newest && later < stamp) ++between;
-  }
-  return between > beyond;
+Timestamp stamp_of(const Entry& entry) {
+  return key_image(entry).stamp;
 }
 
-// Policy for bad stamps: what is not newer than the newest accepted entry is dropped.
+// Does the list go back after this line, and on from where it was? Then this one jumped ahead, not
+// they back.
 template <typename Entry>
-void keep_ordered(ParsedList<Entry>& list) {
+bool jumps_ahead(const std::vector<Entry>& entries, std::size_t i,
+                 std::optional<Timestamp> newest) {
+  const Timestamp stamp = stamp_of(entries[i]);
+  if (newest && stamp.ns - newest->ns <= kJump_ns) return false;
+  std::size_t before = 0;
+  std::size_t beyond = 0;
+  for (std::size_t j = i + 1; j < std::min(entries.size(), i + 1 + kLookAhead); ++j) {
+    const Timestamp later = stamp_of(entries[j]);
+    if (later > stamp) ++beyond;
+    const bool goes_on = newest ? later > *newest && later.ns - newest->ns <= kJump_ns
+                                : stamp.ns - later.ns > kJump_ns;
+    if (goes_on && later < stamp) ++before;
+  }
+  // The first lines may also be the second half of a list: only a few jumped.
+  return newest ? before > beyond : before > kFewAtStart * (beyond + 1);
+}
+
+// Lines that jumped ahead are known as such only where the others are in order.
+template <typename Entry>
+void leave_out_jumps(ParsedList<Entry>& list) {
+  std::size_t descents = 0;
+  for (std::size_t i = 1; i < list.entries.size(); ++i)
+    descents += stamp_of(list.entries[i]) < stamp_of(list.entries[i - 1]) ? 1 : 0;
+  if (descents == 0 || descents > list.entries.size() / kOrderedLines) return;
   std::vector<Entry> kept;
   kept.reserve(list.entries.size());
+  std::optional<Timestamp> newest;
   for (std::size_t i = 0; i < list.entries.size(); ++i) {
-    const Timestamp stamp = key_image(list.entries[i]).stamp;
-    // Before the first one nothing is accepted: one frame ahead of the next is no jump.
-    const bool starts = kept.empty();
-    if (!starts && stamp <= key_image(kept.back()).stamp) {
-      ++list.counts.out_of_order;
-    } else if (jumps_ahead(list.entries, i,
-                           starts ? Timestamp{-1} : key_image(kept.back()).stamp)) {
+    if (jumps_ahead(list.entries, i, newest)) {
       ++list.counts.jumped;
-    } else {
-      kept.push_back(std::move(list.entries[i]));
+      continue;
     }
+    newest = std::max(newest.value_or(Timestamp{0}), stamp_of(list.entries[i]));
+    kept.push_back(std::move(list.entries[i]));
   }
   list.entries = std::move(kept);
+}
+
+// Lines in any order; of several with one stamp the first.
+template <typename Entry>
+void put_in_order(ParsedList<Entry>& list) {
+  leave_out_jumps(list);
+  Timestamp newest{0};
+  for (const Entry& entry : list.entries) {
+    list.counts.moved += stamp_of(entry) < newest ? 1 : 0;
+    newest = std::max(newest, stamp_of(entry));
+  }
+  std::ranges::stable_sort(list.entries, {}, stamp_of<Entry>);
+  const auto doubles = std::ranges::unique(list.entries, {}, stamp_of<Entry>);
+  list.counts.doubled += doubles.size();
+  list.entries.erase(doubles.begin(), doubles.end());
 }
 
 template <typename Entry>
@@ -113,7 +139,7 @@ ParsedList<Entry> parse_list(std::string_view text) {
       list.first_fault = std::to_string(line.number) + ": '" + printable(line.text) + "'";
     }
   }
-  keep_ordered(list);
+  put_in_order(list);
   return list;
 }
 
@@ -124,8 +150,9 @@ ListCounts& ListCounts::operator+=(const ListCounts& other) {
   malformed += other.malformed;
   refused += other.refused;
   negative += other.negative;
-  out_of_order += other.out_of_order;
+  doubled += other.doubled;
   jumped += other.jumped;
+  moved += other.moved;
   return *this;
 }
 
@@ -139,7 +166,7 @@ std::string ListCounts::summary() const {
   add(malformed, " malformed");
   add(refused, " with a path outside the folder");
   add(negative, " with a negative stamp");
-  add(out_of_order, " not newer than the one before");
+  add(doubled, " with the stamp of another line");
   add(jumped, " with a stamp far ahead");
   text.pop_back();
   return text;
@@ -156,7 +183,7 @@ ParsedList<ListedPair> parse_associations(std::string_view text) {
 std::vector<ListedImage> in_time_order(std::vector<ListedImage> images, ListCounts& counts) {
   std::ranges::stable_sort(images, {}, &ListedImage::stamp);
   const auto doubles = std::ranges::unique(images, {}, &ListedImage::stamp);
-  counts.out_of_order += doubles.size();
+  counts.doubled += doubles.size();
   images.erase(doubles.begin(), doubles.end());
   return images;
 }

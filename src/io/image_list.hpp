@@ -12,18 +12,20 @@ namespace ygslam {
 
 /// What was left out of a list, and why. A sum of zeros means a perfect list.
 struct ListCounts {
-  std::size_t lines = 0;         ///< lines with data
-  std::size_t malformed = 0;     ///< no stamp (NaN, text) or no path
-  std::size_t refused = 0;       ///< path absolute or with `..`
-  std::size_t negative = 0;      ///< stamp below zero
-  std::size_t out_of_order = 0;  ///< not newer than the newest accepted one (duplicates too)
-  std::size_t jumped = 0;        ///< stamp far ahead of the lines that follow
+  std::size_t lines = 0;      ///< lines with data
+  std::size_t malformed = 0;  ///< no stamp (NaN, text) or no path
+  std::size_t refused = 0;    ///< path absolute or with `..`
+  std::size_t negative = 0;   ///< stamp below zero
+  std::size_t doubled = 0;    ///< stamp of another line
+  std::size_t jumped = 0;     ///< stamp far ahead, after which the lines go back
+  std::size_t moved = 0;      ///< older than a line before: sorted, not left out
 
   [[nodiscard]] std::size_t left_out() const {
-    return malformed + refused + negative + out_of_order + jumped;
+    return malformed + refused + negative + doubled + jumped;
   }
   ListCounts& operator+=(const ListCounts& other);
-  /// "3 of 100 lines left out: 2 malformed, 1 out of order"; empty if nothing was left out.
+  /// "3 of 100 lines left out: 2 malformed, 1 with the stamp of another line"; empty if nothing was
+  /// left out.
   [[nodiscard]] std::string summary() const;
 };
 
@@ -39,7 +41,8 @@ struct ListedPair {
 
 template <typename Entry>
 struct ParsedList {
-  std::vector<Entry> entries;  ///< colour stamps (of a pair) strictly increasing, not negative
+  std::vector<Entry> entries;  ///< colour stamps (of a pair) strictly increasing, not negative;
+                               ///< lines in another order are sorted
   ListCounts counts;
   std::string first_fault;  ///< "line 7: ...", for the message
 };

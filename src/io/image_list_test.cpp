@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "core/rng.hpp"
+#include "io/text.hpp"
 
 namespace ygslam {
 namespace {
@@ -28,10 +30,45 @@ TEST(ImageList, ReadsStampsDecimalsAndPathsWithSpacesAndUtf8) {
   EXPECT_EQ(list.counts.left_out(), 0U);
 }
 
-TEST(ImageList, F11DropsOlderAndEqualStampsAndCountsThem) {
+TEST(ImageList, F11LinesInAnyOrderAreSortedAndDoublesCounted) {
   const auto list = parse_image_list("1 a\n2 b\n2 c\n1.5 d\n4 e\n3 f\n5 g\n");
-  EXPECT_EQ(seconds_of(list), (std::vector<double>{1, 2, 4, 5}));
-  EXPECT_EQ(list.counts.out_of_order, 3U);
+  EXPECT_EQ(seconds_of(list), (std::vector<double>{1, 1.5, 2, 3, 4, 5}));
+  EXPECT_EQ(list.entries[2].file, "b") << "of two the first";
+  EXPECT_EQ(list.counts.doubled, 1U);
+  EXPECT_EQ(list.counts.moved, 2U);
+}
+
+// Of a minute at 30 Hz, in the order that `place` gives.
+ParsedList<ListedImage> list_in_order(const std::function<int(int)>& place) {
+  constexpr int kLines = 1800;
+  std::string text;
+  for (int i = 0; i < kLines; ++i)
+    text += format_stamp({1'000'000'000'000 + place(i) * std::int64_t{33'333'333}}, 6) + " " +
+            std::to_string(place(i)) + ".png\n";
+  return parse_image_list(text);
+}
+
+TEST(ImageList, NoOrderOfTheLinesLosesAFrame) {
+  for (const auto& place : std::vector<std::function<int(int)>>{
+           [](int i) { return 1799 - i; },                             // the last first
+           [](int i) { return i * 707 % 1800; },                       // shuffled
+           [](int i) { return i < 900 ? i + 900 : i - 900; },          // the second half first
+           [](int i) { return i < 30 ? i + 1770 : i - 30; },           // its last second first
+           [](int i) { return i % 2 == 0 ? i / 2 : 900 + i / 2; }}) {  // two lists line by line
+    const auto list = list_in_order(place);
+    ASSERT_EQ(list.entries.size(), 1800U);
+    EXPECT_GT(list.counts.moved, 0U);
+    for (int i = 0; i < 1800; ++i)
+      ASSERT_EQ(list.entries[static_cast<std::size_t>(i)].file, std::to_string(i) + ".png");
+  }
+}
+
+TEST(ImageList, F11AFirstStampAnHourAheadIsLeftOut) {
+  std::string text = "4600.0 a.png\n";
+  for (int i = 0; i < 50; ++i) text += std::to_string(1000 + i) + " x.png\n";
+  const auto list = parse_image_list(text);
+  EXPECT_EQ(list.entries.size(), 50U);
+  EXPECT_EQ(list.counts.jumped, 1U);
 }
 
 TEST(ImageList, F11CountsNegativeNanAndTextStamps) {
@@ -48,7 +85,7 @@ TEST(ImageList, F11OneStampAnHourAheadDoesNotDropAllThatFollow) {
   const auto list = parse_image_list(text);
   EXPECT_EQ(list.entries.size(), 49U);
   EXPECT_EQ(list.counts.jumped, 1U);
-  EXPECT_EQ(list.counts.out_of_order, 0U);
+  EXPECT_EQ(list.counts.doubled, 0U);
 }
 
 TEST(ImageList, F11AClockThatStaysAnHourAheadIsAGapOnly) {

@@ -1,9 +1,9 @@
 #include "io/pairing.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <map>
 #include <queue>
 #include <tuple>
 
@@ -73,46 +73,67 @@ std::vector<StampPair> pair_one_to_one(std::span<const Timestamp> first,
   return pairs;
 }
 
-std::optional<std::int64_t> estimate_offset_ns(std::span<const Timestamp> first,
-                                               std::span<const Timestamp> second) {
+namespace {
+
+constexpr std::size_t kMostStamps = 2000;  // enough to see an offset, bounded for absurd lists
+
+/// Differences that are nearly the same.
+struct Peak {
+  std::size_t count = 0;
+  std::int64_t sum_ns = 0;
+
+  [[nodiscard]] std::int64_t mean_ns() const { return sum_ns / static_cast<std::int64_t>(count); }
+  [[nodiscard]] bool is_better_than(const Peak& other) const {
+    if (count != other.count || count == 0) return count > other.count;
+    return std::llabs(mean_ns()) < std::llabs(other.mean_ns());
+  }
+};
+
+/// All differences within the range, sorted; of absurdly many the first.
+std::vector<std::int64_t> differences_of(std::span<const Timestamp> first,
+                                         std::span<const Timestamp> second) {
   constexpr std::int64_t kRange_ns = 500'000'000;
-  constexpr std::int64_t kBin_ns = 2'000'000;
-  constexpr std::size_t kMostStamps = 2000;  // enough to see it, bounded for absurd lists
-  struct Bin {
-    std::size_t count = 0;
-    std::int64_t sum_ns = 0;
-  };
-  std::map<std::int64_t, Bin> bins;
+  constexpr std::size_t kMostDifferences = 1'000'000;
+  std::vector<std::int64_t> differences;
   std::size_t begin = 0;
   for (std::size_t i = 0; i < std::min(first.size(), kMostStamps); ++i) {
     while (begin < second.size() && second[begin].ns < first[i].ns - kRange_ns) ++begin;
     for (std::size_t j = begin; j < second.size() && j < begin + kMostStamps; ++j) {
       const std::int64_t difference_ns = second[j].ns - first[i].ns;
-      if (difference_ns > kRange_ns) break;
-      Bin& bin = bins[(difference_ns + kRange_ns) / kBin_ns];
-      ++bin.count;
-      bin.sum_ns += difference_ns;
+      if (difference_ns > kRange_ns || differences.size() == kMostDifferences) break;
+      differences.push_back(difference_ns);
     }
   }
-  if (bins.empty()) return std::nullopt;
-  std::size_t best_count = 0;
-  std::int64_t best_ns = 0;
-  // A peak may straddle a border: judge each bin together with the next.
-  for (auto it = bins.begin(); it != bins.end(); ++it) {
-    Bin both = it->second;
-    const auto next = std::next(it);
-    if (next != bins.end() && next->first == it->first + 1) {
-      both.count += next->second.count;
-      both.sum_ns += next->second.sum_ns;
-    }
-    const std::int64_t mean_ns = both.sum_ns / static_cast<std::int64_t>(both.count);
-    if (both.count > best_count ||
-        (both.count == best_count && std::llabs(mean_ns) < std::llabs(best_ns))) {
-      best_count = both.count;
-      best_ns = mean_ns;
-    }
+  std::ranges::sort(differences);
+  return differences;
+}
+
+}  // namespace
+
+std::optional<std::int64_t> estimate_offset_ns(std::span<const Timestamp> first,
+                                               std::span<const Timestamp> second) {
+  constexpr std::int64_t kWindow_ns = 4'000'000;
+  const auto differences = differences_of(first, second);
+  Peak best;
+  Peak near;  // of those under which images are paired
+  Peak window;
+  for (std::size_t begin = 0, end = 0; begin < differences.size(); ++begin) {
+    for (; end < differences.size() && differences[end] - differences[begin] <= kWindow_ns; ++end)
+      ++window.count, window.sum_ns += differences[end];
+    if (window.is_better_than(best)) best = window;
+    if (std::llabs(window.mean_ns()) <= kMaxPairDifference_ns && window.is_better_than(near))
+      near = window;
+    --window.count, window.sum_ns -= differences[begin];
   }
-  return best_ns;
+  const std::size_t most = std::min({first.size(), second.size(), kMostStamps});
+  if (best.count == 0 || 2 * best.count < most) return std::nullopt;
+  // Regular stamps coincide under every whole number of intervals; how many do says which it is,
+  // but for chance: what jitter and clocks of unequal rate take from a peak.
+  const auto missing = static_cast<double>(most - std::min(most, best.count));
+  if (near.count > 0 && static_cast<double>(best.count - near.count) <= 2 * std::sqrt(missing) &&
+      missing > 0)
+    return near.mean_ns();
+  return best.mean_ns();
 }
 
 }  // namespace ygslam

@@ -26,7 +26,8 @@ struct StampPair {
                                                      std::int64_t max_difference_ns);
 
 /// The clock offset second - first [ns] under which most stamps coincide (within 2 ms), searched in
-/// +-0.5 s; on a tie the smallest. Stamps strictly increasing. @return nullopt if nothing is near.
+/// +-0.5 s; on a tie the smallest. Stamps strictly increasing. @return nullopt if less than half of
+/// them do: nothing is near, or each clock has its own rate and they only pass each other.
 [[nodiscard]] std::optional<std::int64_t> estimate_offset_ns(std::span<const Timestamp> first,
                                                              std::span<const Timestamp> second);
 

@@ -106,6 +106,23 @@ TEST(Offset, F12IsExactForListsOfTheSameLength) {
   EXPECT_NEAR(static_cast<double>(*estimate_offset_ns(a, b)), 50e6, 1e6);
 }
 
+TEST(Offset, F12ClocksThatPassEachOtherHaveNone) {
+  for (const double rate : {1.005, 1.0005, 0.999, 1.03})
+    for (const int count : {60, 280, 930})
+      for (const double phase_ms : {-14.0, -6.0, 0.0, 9.0, 16.0}) {
+        std::vector<Timestamp> a, b;
+        for (int i = 0; i < count; ++i) {
+          a.push_back({to_ns(1000 + i / 29.83)});
+          b.push_back({to_ns(1000 + phase_ms * 1e-3 + i / (29.83 * rate))});
+        }
+        const auto found = estimate_offset_ns(a, b);
+        if (found) {
+          EXPECT_LE(std::llabs(*found), kMaxPairDifference_ns)
+              << rate << " " << count << " " << phase_ms;
+        }
+      }
+}
+
 TEST(Pairing, GivesTheOfficialAssociationsOfTheRecordedLists) {
   const auto folder = testing::shared_folder() / "data" / "associations";
   YGSLAM_NEEDS_RECORDED(folder);

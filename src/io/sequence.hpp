@@ -51,6 +51,11 @@ struct GivenCameras {
 
 class FrameStream;
 
+struct SkippedImage {
+  std::string file;    ///< as the pair names it
+  std::string reason;  ///< "missing", "truncated PNG", "other size: ...", ...
+};
+
 struct Sequence {
   std::filesystem::path root;  ///< a folder or a file, or what a stream is called
   std::vector<SequencePair> pairs;
@@ -68,7 +73,10 @@ struct Sequence {
   int colour_channels = 3;     ///< of the first readable colour image: 3, or 1 for grey recordings
   std::optional<std::filesystem::path> groundtruth;
   ListCounts counts;
+  std::vector<SkippedImage> absent;   ///< listed files that do not exist and are in no pair
+  std::size_t without_depth = 0;      ///< colour images that no depth image belongs to
   std::vector<std::string> warnings;  ///< one line each, for the log
+  std::vector<std::string> notes;     ///< what the input was taken for, the same
 
   /// Of the depth images as they are stored.
   [[nodiscard]] const CameraConfig& depth_camera() const {

@@ -178,6 +178,7 @@ Status pair_images(const std::vector<ListedImage>& colour, const std::vector<Lis
     const ListedImage& paired = depth[pair.second];
     sequence.pairs.push_back({image.stamp, image.decimals, paired.stamp, image.file, paired.file});
   }
+  sequence.without_depth = colour.size() - sequence.pairs.size();
   const auto offset_ns = estimate_offset_ns(colour_stamps, depth_stamps);
   const std::string counted = std::to_string(sequence.pairs.size()) + " of " +
                               std::to_string(colour.size()) + " colour images have a depth image";

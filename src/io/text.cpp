@@ -94,6 +94,15 @@ Result<std::string> read_file(const std::filesystem::path& path, std::size_t max
   return content;
 }
 
+bool is_utf16(std::string_view text) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) return true;
+  constexpr std::size_t kLooked = 64;
+  const std::string_view begin = text.substr(0, kLooked);
+  // Latin letters and digits: every other byte is zero.
+  return begin.size() >= 4 &&
+         3 * static_cast<std::size_t>(std::ranges::count(begin, '\0')) >= begin.size();
+}
+
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kBlank);
   if (first == std::string_view::npos) return {};

@@ -1,5 +1,8 @@
 #include "io/tum_sequence.hpp"
 
+#include <algorithm>
+#include <set>
+
 #include "io/pairing.hpp"
 #include "io/sequence_parts.hpp"
 #include "io/text.hpp"
@@ -18,6 +21,7 @@ Result<std::vector<Entry>> read_list(const fs::path& path, Sequence& sequence,
                                      ParsedList<Entry> (*parse)(std::string_view)) {
   const auto text = read_file(path);
   if (!text.ok()) return text.error();
+  if (is_utf16(*text)) return input_error(path, std::string(kUtf16Fault));
   ParsedList<Entry> list = parse(*text);
   if (list.counts.lines == 0) return input_error(path, "lists no image");
   if (list.entries.empty()) {
@@ -31,7 +35,42 @@ Result<std::vector<Entry>> read_list(const fs::path& path, Sequence& sequence,
                                 (list.first_fault.empty() ? "" : ", first in line ") +
                                 list.first_fault);
   }
+  if (list.counts.moved > 0)
+    sequence.warnings.push_back(path.string() + ": " + std::to_string(list.counts.moved) + " of " +
+                                std::to_string(list.counts.lines) +
+                                " lines are older than a line before: sorted by their stamps");
   return std::move(list.entries);
+}
+
+/// Warns once of listed files that do not exist, where others of the list do. @return these files.
+std::vector<std::string> absent_files(const fs::path& list, const std::vector<std::string>& files,
+                                      Sequence& sequence) {
+  std::vector<std::string> absent;
+  for (const std::string& file : files) {
+    std::error_code code;
+    if (!fs::exists(sequence.root / file, code)) absent.push_back(file);
+  }
+  if (absent.empty() || absent.size() == files.size()) return {};
+  sequence.warnings.push_back(list.string() + ": " + std::to_string(absent.size()) + " of " +
+                              std::to_string(files.size()) + " listed files do not exist, first " +
+                              printable(absent.front()));
+  return absent;
+}
+
+std::vector<std::string> absent_files(const char* list, const std::vector<ListedImage>& images,
+                                      Sequence& sequence) {
+  std::vector<std::string> files;
+  for (const ListedImage& image : images) files.push_back(image.file);
+  return absent_files(sequence.root / list, files, sequence);
+}
+
+/// Who reads a pair tells of its files; the others are told of here.
+void add_unpaired(const std::vector<std::string>& absent, std::string SequencePair::*file,
+                  Sequence& sequence) {
+  std::set<std::string_view> paired;
+  for (const SequencePair& pair : sequence.pairs) paired.insert(pair.*file);
+  for (const std::string& name : absent)
+    if (!paired.contains(name)) sequence.absent.push_back({name, "no such file"});
 }
 
 Status pair_lists(Sequence& sequence) {
@@ -40,15 +79,24 @@ Status pair_lists(Sequence& sequence) {
   const auto depth =
       read_list<ListedImage>(sequence.root / "depth.txt", sequence, parse_image_list);
   if (!depth.ok()) return depth.error();
-  return pair_images(*colour, *depth, sequence);
+  const auto absent_colour = absent_files("rgb.txt", *colour, sequence);
+  const auto absent_depth = absent_files("depth.txt", *depth, sequence);
+  if (Status paired = pair_images(*colour, *depth, sequence); !paired.ok()) return paired;
+  add_unpaired(absent_colour, &SequencePair::colour_file, sequence);
+  add_unpaired(absent_depth, &SequencePair::depth_file, sequence);
+  return Ok{};
 }
 
 Status read_associations(const fs::path& path, Sequence& sequence) {
   const auto pairs = read_list<ListedPair>(path, sequence, parse_associations);
   if (!pairs.ok()) return pairs.error();
+  std::vector<std::string> files;
   for (const auto& [colour, depth] : *pairs) {
     sequence.pairs.push_back({colour.stamp, colour.decimals, depth.stamp, colour.file, depth.file});
+    files.push_back(colour.file);
+    files.push_back(depth.file);
   }
+  (void)absent_files(path, files, sequence);
   const std::int64_t median_ns = median_difference_ns(sequence.pairs);
   if (median_ns > kMaxPairDifference_ns) {
     sequence.warnings.push_back(path.string() + ": colour and depth stamps lie " +

@@ -122,7 +122,7 @@ TEST(Sequence, F11AllStampsBadIsAnInputErrorSomeBadAWarning) {
   const auto sequence = open_tum_sequence(folder.path());
   ASSERT_TRUE(sequence.ok());
   EXPECT_EQ(sequence->pairs.size(), 10U);
-  EXPECT_EQ(sequence->counts.out_of_order, 1U);
+  EXPECT_EQ(sequence->counts.doubled, 1U);
   EXPECT_TRUE(warns_of(*sequence, "1 of 11 lines left out"));
 }
 
@@ -132,6 +132,76 @@ TEST(Sequence, F12AnOffsetOf50MsIsReportedWithItsSize) {
   const auto sequence = open_tum_sequence(folder.path());
   ASSERT_TRUE(sequence.ok()) << sequence.error().message;
   EXPECT_TRUE(warns_of(*sequence, "offset by 50 ms")) << sequence->warnings.size();
+}
+
+TEST(Sequence, F12ADepthClockOfItsOwnIsNoOffset) {
+  const TempFolder folder;
+  SmallSequence{.count = 300,
+                .width = 4,
+                .height = 4,
+                .depth_offset_ns = 14'000'000,
+                .depth_rate = 1.005,
+                .calibration = "fx 4\nfy 4\ncx 2\ncy 2\n"}
+      .write_to(folder.path());
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  EXPECT_GT(sequence->pairs.size(), 280U);
+  EXPECT_TRUE(sequence->warnings.empty()) << sequence->warnings.front();
+  EXPECT_EQ(sequence->without_depth, 300 - sequence->pairs.size());
+}
+
+TEST(Sequence, ListedFilesThatDoNotExistAreToldOnce) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 30};
+  small.write_to(folder.path());
+  for (const int i : {4, 5, 6, 20}) fs::remove(folder.path() / small.depth_file(i));
+  fs::remove(folder.path() / small.colour_file(9));
+  testing::write(folder.path() / "depth.txt",
+                 testing::read(folder.path() / "depth.txt") + "1000.017 depth/between.png\n");
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  EXPECT_EQ(sequence->pairs.size(), 30U) << "who reads them tells of each";
+  ASSERT_EQ(sequence->absent.size(), 1U) << "nobody reads it";
+  EXPECT_EQ(sequence->absent[0].file, "depth/between.png");
+  EXPECT_EQ(sequence->warnings.size(), 3U) << "of both lists, and of the line that was added";
+  EXPECT_TRUE(
+      warns_of(*sequence, "depth.txt: 5 of 31 listed files do not exist, first depth/between.png"));
+}
+
+TEST(Sequence, ListsInAnyOrderAreSortedAndItIsToldOnce) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 24, .associations = true};
+  small.write_to(folder.path());
+  const auto sorted = open_tum_sequence(folder.path());
+  std::string reversed;
+  const std::string text = testing::read(folder.path() / "associations.txt");
+  for (const TextLine& line : data_lines(text)) reversed = std::string(line.text) + "\n" + reversed;
+  testing::write(folder.path() / "associations.txt", reversed);
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  ASSERT_EQ(sequence->pairs.size(), 24U);
+  for (std::size_t i = 0; i < 24; ++i) {
+    EXPECT_EQ(sequence->pairs[i].colour_file, sorted->pairs[i].colour_file);
+    EXPECT_EQ(sequence->pairs[i].depth_file, sorted->pairs[i].depth_file);
+  }
+  ASSERT_EQ(sequence->warnings.size(), 1U);
+  EXPECT_TRUE(warns_of(*sequence, "23 of 24 lines are older than a line before: sorted"));
+}
+
+TEST(Sequence, AListInUtf16IsNamedAsSuch) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 3, .associations = true};
+  small.write_to(folder.path());
+  const std::string text = testing::read(folder.path() / "associations.txt");
+  for (const std::string mark : {"\xFF\xFE", "\xFE\xFF", ""}) {
+    std::string wide = mark;
+    for (const char c : text)
+      wide += mark == "\xFE\xFF" ? std::string{'\0', c} : std::string{c, '\0'};
+    testing::write(folder.path() / "associations.txt", wide);
+    EXPECT_NE(refusal_of(folder.path()).message.find("associations.txt: is UTF-16 text"),
+              std::string::npos)
+        << refusal_of(folder.path()).message;
+  }
 }
 
 TEST(Sequence, F12WithoutPairsTheInputErrorTellsTheOffset) {

@@ -54,6 +54,7 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
 Result<CameraConfig> read_camera_yaml(const std::string& path, double depth_scale) {
   const auto text = read_file(path, std::size_t{1} << 20);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
+  if (is_utf16(*text)) return Error{ErrorKind::kConfig, path + ": " + std::string(kUtf16Fault)};
   return parse_camera_yaml(*text, path, depth_scale);
 }
 

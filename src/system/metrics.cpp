@@ -99,6 +99,8 @@ Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderC
   for (const SkippedImage& skipped : input.skipped) {
     json["skipped_images"].push_back({{"file", skipped.file}, {"reason", skipped.reason}});
   }
+  json["skipped_image_count"] = input.skipped_images;
+  json["colour_without_depth"] = input.without_depth;
   json["dropped"] = input.dropped;
   json["masks_used"] = s.masks_used;
   json["masks_failed"] = s.masks_failed;

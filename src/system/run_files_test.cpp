@@ -166,6 +166,8 @@ TEST(Metrics, SayWhatHappened) {
   input.readable = 6;
   input.dropped = 1;
   input.skipped.push_back({"rgb/3.png", "truncated"});
+  input.skipped_images = 1200;
+  input.without_depth = 3;
   RunFacts facts;
   facts.mode = mode_name(DynamicMode::kFull);
   facts.seed = 5;
@@ -181,6 +183,8 @@ TEST(Metrics, SayWhatHappened) {
   EXPECT_EQ(json["lost_intervals"][1][0], 102.5);
   EXPECT_EQ(json["keyframes"], 1);
   EXPECT_EQ(json["skipped_images"][0]["file"], "rgb/3.png");
+  EXPECT_EQ(json["skipped_image_count"], 1200);
+  EXPECT_EQ(json["colour_without_depth"], 3);
   EXPECT_EQ(json["dropped"], 1);
   EXPECT_EQ(json["masks_failed"], 2);
   EXPECT_EQ(json["segmenter_silent"], true);

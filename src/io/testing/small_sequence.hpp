@@ -34,6 +34,7 @@ struct SmallSequence {
   std::int64_t first_ns = 1'000'000'000'000;
   std::int64_t interval_ns = 33'333'000;
   std::int64_t depth_offset_ns = 0;
+  double depth_rate = 1;  ///< of its clock against the colour camera's
   bool jpeg = false;
   bool associations = false;  ///< else rgb.txt and depth.txt
   std::string calibration = "fx 30\nfy 30\ncx 15.5\ncy 11.5\ndepth_scale 5000\n";
@@ -42,7 +43,12 @@ struct SmallSequence {
     return "rgb/" + format_stamp({first_ns + i * interval_ns}, 6) + (jpeg ? ".jpg" : ".png");
   }
   [[nodiscard]] std::string depth_file(int i) const {
-    return "depth/" + format_stamp({first_ns + depth_offset_ns + i * interval_ns}, 6) + ".png";
+    return "depth/" + format_stamp(depth_stamp(i), 6) + ".png";
+  }
+
+  [[nodiscard]] Timestamp depth_stamp(int i) const {
+    const double step_ns = static_cast<double>(interval_ns) / depth_rate;
+    return {first_ns + depth_offset_ns + static_cast<std::int64_t>(i * step_ns)};
   }
 
   void write_to(const std::filesystem::path& root) const {
@@ -55,8 +61,7 @@ struct SmallSequence {
       write(root / colour_file(i), jpeg ? encode_jpeg(colour) : encode_png(colour));
       write(root / depth_file(i), encode_png(random_grey<std::uint16_t>(width, height, rng)));
       const std::string a = format_stamp({first_ns + i * interval_ns}, 6) + " " + colour_file(i);
-      const std::string b =
-          format_stamp({first_ns + depth_offset_ns + i * interval_ns}, 6) + " " + depth_file(i);
+      const std::string b = format_stamp(depth_stamp(i), 6) + " " + depth_file(i);
       colours += a + "\r\n";
       depths += b + "\n";
       pairs += a + " " + b + "\n";

@@ -11,7 +11,7 @@ from ygslam_cli import CliTest, lines_of, sequence, trajectory
 COUNT = 24
 
 
-class Folders(CliTest):
+class NamedFolders(CliTest):
     """Folders without lists."""
 
     def folder_of(self, title, colour, depth, camera="calibration.txt"):

@@ -4,6 +4,7 @@
 #include "core/check.hpp"
 #include "fuzz/targets.hpp"
 #include "io/calibration.hpp"
+#include "io/camera_formats.hpp"
 #include "io/depth_calibration.hpp"
 #include "system/camera_yaml.hpp"
 
@@ -37,6 +38,8 @@ void check(CameraConfig camera) {
 void calibration(std::string_view bytes) {
   const auto text = parse_calibration(bytes, "calibration.txt");
   if (text.ok()) check(*text);
+  if (const auto foreign = parse_foreign_camera(bytes, "camera"); foreign && foreign->ok())
+    CHECK(!(*foreign)->taken_for.empty());
   const auto yaml = parse_camera_yaml(std::string(bytes), "camera.yaml");
   if (yaml.ok()) check(*yaml);
   const auto depth = parse_depth_calibration(std::string(bytes), "calibration_depth.txt");

@@ -96,6 +96,38 @@ class NamedFolders(CliTest):
         self.assert_error(self.run_slam(self.folder, "--quiet"), 4, f"did you mean {folder}?")
 
 
+class CameraFiles(CliTest):
+    """Camera files of other programs, as calibration.txt and as --camera."""
+
+    def test_each_gives_the_bytes_of_our_own_and_is_named(self):
+        folder = self.copy_sequence(frames=8)
+        ours = dict(line.split()[:2] for line in lines_of(folder / "calibration.txt"))
+        c = {key: float(ours[key]) for key in ("fx", "fy", "cx", "cy")}
+        (folder / "calibration.txt").write_text("".join(f"{k} {v}\n" for k, v in c.items()), encoding="utf-8")
+        self.assert_ran(self.run_slam(folder, out="ours"))
+        wanted = (self.folder / "ours/trajectory.txt").read_bytes()
+        matrix = [c["fx"], 0, c["cx"], 0, c["fy"], c["cy"], 0, 0, 1]
+        line = " ".join(str(value) for value in c.values())
+        for taken_for, text in (
+                ("settings of ORB-SLAM", "%YAML:1.0\n" + "".join(f"Camera.{k}: {v}\n" for k, v in c.items())
+                 + "DepthMapFactor: 5000.0\n"),
+                ("fx fy cx cy in one line", line + "\n"),
+                ("a camera matrix", "\n".join(" ".join(map(str, matrix[i:i + 3])) for i in (0, 3, 6)) + "\n")):
+            (folder / "calibration.txt").write_text(text, encoding="utf-8")
+            file = self.folder / "camera.yaml"
+            file.write_text(text, encoding="utf-8")
+            for options in ((), ("--camera", file)):
+                done = self.run_slam(folder, *options, out="theirs")
+                self.assert_ran(done)
+                self.assertIn(f"is taken for {taken_for}", done.stderr)
+                self.assertEqual((self.folder / "theirs/trajectory.txt").read_bytes(), wanted, taken_for)
+
+    def test_numbers_without_keys_are_told_the_right_form(self):
+        folder = self.copy_sequence(frames=3)
+        (folder / "calibration.txt").write_text("525.0\n525.0\n319.5\n", encoding="utf-8")
+        self.assert_error(self.run_slam(folder, "--quiet"), 3, "calibration.txt: 3 numbers without keys", "fx 525.0")
+
+
 class Orders(CliTest):
     """Lists whose lines are in any order."""
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "io/camera_devices.hpp"
+#include "io/camera_formats.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
 
@@ -165,7 +166,19 @@ std::vector<CameraFault> camera_faults(const CameraConfig& c) {
   return faults.list;
 }
 
+Result<CameraConfig> judged_foreign_camera(const Result<ForeignCamera>& foreign, double depth_scale,
+                                           const std::string& name) {
+  if (!foreign.ok()) return foreign.error();
+  CameraConfig camera = foreign->camera;
+  if (camera.depth_scale == 0) camera.depth_scale = depth_scale;
+  const auto faults = camera_faults(camera);
+  if (faults.empty()) return camera;
+  return config_error(name, 0, faults.front().key + ": " + faults.front().reason);
+}
+
 Result<CameraConfig> parse_calibration(std::string_view text, const std::string& name) {
+  if (const auto foreign = parse_foreign_camera(text, name))
+    return judged_foreign_camera(*foreign, CameraConfig{}.depth_scale, name);
   CameraConfig camera;
   camera.width = camera.height = 0;
   std::set<std::string_view> seen;

@@ -41,9 +41,15 @@ struct CameraFault {
 /// Values that depend on the image size are judged only where width and height are given (> 0).
 [[nodiscard]] std::vector<CameraFault> camera_faults(const CameraConfig& camera);
 
-/// Lines `key value`, comments with #, and `camera NAME` for a device's shutter. Needs fx fy cx cy;
-/// k1 k2 p1 p2 k3 default to 0, depth_scale to 5000, the shutter's times to 0, width and height to
-/// 0 = "as the first image".
+/// A camera of another program's file with the depth scale where it says none, if it is one.
+struct ForeignCamera;
+[[nodiscard]] Result<CameraConfig> judged_foreign_camera(const Result<ForeignCamera>& foreign,
+                                                         double depth_scale,
+                                                         const std::string& name);
+
+/// A file of another program (camera_formats), or lines `key value`, comments with #, and `camera
+/// NAME` for a device's shutter. Needs fx fy cx cy; k1 k2 p1 p2 k3 default to 0, depth_scale to
+/// 5000, the shutter's times to 0, width and height to 0 = "as the first image".
 /// @param name for messages. @return kConfig naming file, line and key; an unknown key names the
 /// nearest known one.
 [[nodiscard]] Result<CameraConfig> parse_calibration(std::string_view text,

@@ -8,6 +8,7 @@
 #include "geometry/rolling_shutter.hpp"
 #include "io/calibration.hpp"
 #include "io/camera_devices.hpp"
+#include "io/camera_formats.hpp"
 #include "io/depth_calibration.hpp"
 #include "io/pairing.hpp"
 #include "io/text.hpp"
@@ -16,6 +17,7 @@ namespace ygslam {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr const char* kCalibration = "calibration.txt";
 constexpr double kLeastPairedShare = 0.1;
 // Pairs this well together need no look at the clocks.
 constexpr std::int64_t kSynchronous_ns = 5'000'000;
@@ -209,6 +211,10 @@ Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
     sequence.stamp_decimals = std::max(sequence.stamp_decimals, pair.decimals);
   }
   sequence.camera = camera;
+  if (sequence.camera_source != kCalibration) {  // a file that was given
+    const auto note = foreign_camera_note(sequence.camera_source, camera.depth_scale);
+    if (!note.empty()) sequence.notes.push_back(note);
+  }
   find_shutter(sequence);
   if (Status status = check_against_frame_time(sequence); !status) return status;
   sequence.colour_channels = header.channels == 1 ? 1 : 3;
@@ -265,12 +271,14 @@ Status find_depth_camera(const GivenCameras& given, Sequence& sequence) {
 }
 
 Result<std::optional<CameraConfig>> camera_of_folder(Sequence& sequence) {
-  const fs::path path = sequence.root / "calibration.txt";
+  const fs::path path = sequence.root / kCalibration;
   std::error_code code;
   if (fs::exists(path, code)) {
-    sequence.camera_source = "calibration.txt";
+    sequence.camera_source = kCalibration;
     auto read = read_calibration(path);
     if (!read.ok()) return read.error();
+    if (const auto note = foreign_camera_note(path.string(), read->depth_scale); !note.empty())
+      sequence.notes.push_back(note);
     return std::optional(*read);
   }
   const auto preset = camera_preset(folder_name(sequence.root));

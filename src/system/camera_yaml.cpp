@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "io/calibration.hpp"
+#include "io/camera_formats.hpp"
 #include "io/text.hpp"
 #include "system/config_schema.hpp"
 
@@ -11,6 +12,8 @@ namespace ygslam {
 
 Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::string& name,
                                        double depth_scale) {
+  if (const auto foreign = parse_foreign_camera(text, name))
+    return judged_foreign_camera(*foreign, depth_scale, name);
   CameraConfig camera;
   camera.depth_scale = depth_scale;
   camera.width = camera.height = 0;

@@ -1,0 +1,29 @@
+// Camera files of other programs: settings of ORB-SLAM and stella_vslam, ROS camera_info, a bare
+// line or matrix, JSON of Open3D, RealSense and nerfstudio.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/result.hpp"
+#include "geometry/camera.hpp"
+
+namespace ygslam {
+
+struct ForeignCamera {
+  CameraConfig camera;    ///< width, height 0 and depth_scale 0 where the file says nothing
+  std::string taken_for;  ///< "settings of ORB-SLAM", ...
+};
+
+/// Recognised by content. Values are not judged but for being finite; see camera_faults().
+/// @return nothing where it is none of these formats; kConfig, with `name`, where it is one that
+/// lacks a value or has a lens model that is not read (fisheye).
+[[nodiscard]] std::optional<Result<ForeignCamera>> parse_foreign_camera(std::string_view text,
+                                                                        const std::string& name);
+
+/// "FILE is taken for settings of ORB-SLAM, 1000 units of depth per metre"; empty where it is none
+/// of these formats.
+[[nodiscard]] std::string foreign_camera_note(const std::string& path, double depth_scale);
+
+}  // namespace ygslam

@@ -1,0 +1,129 @@
+#include "io/camera_formats.hpp"
+
+#include <gtest/gtest.h>
+
+#include "io/calibration.hpp"
+
+namespace ygslam {
+namespace {
+
+ForeignCamera foreign_of(const std::string& text) {
+  const auto found = parse_foreign_camera(text, "camera");
+  EXPECT_TRUE(found && found->ok()) << text;
+  return found && found->ok() ? **found : ForeignCamera{};
+}
+
+void expect_lens(const CameraConfig& camera, double k1, double depth_scale) {
+  EXPECT_EQ(camera.fx, 517.3);
+  EXPECT_EQ(camera.fy, 516.5);
+  EXPECT_EQ(camera.cx, 318.6);
+  EXPECT_EQ(camera.cy, 255.3);
+  EXPECT_EQ(camera.k1, k1);
+  EXPECT_EQ(camera.depth_scale, depth_scale);
+}
+
+TEST(CameraFormats, SettingsOfOrbSlam) {
+  for (const std::string prefix : {"Camera.", "Camera1."}) {
+    std::string text = "%YAML:1.0\n---\n# comment\nCamera.type: \"PinHole\"\n";
+    for (const char* line :
+         {"fx: 517.3", "fy: 516.5", "cx: 318.6", "cy: 255.3", "k1: 0.26 # radial", "k2: -0.95",
+          "p1: -0.005", "p2: 0.002", "k3: 1.16"})
+      text += prefix + line + "\n";
+    text += "Camera.width: 640\nCamera.height: 480\nCamera.fps: 30.0\nCamera.RGB: 1\n";
+    const auto two = foreign_of(text + "DepthMapFactor: 1000.0\nORBextractor.nFeatures: 1000\n");
+    expect_lens(two.camera, 0.26, 1000);
+    EXPECT_EQ(two.camera.k3, 1.16);
+    EXPECT_EQ(two.camera.width, 640);
+    EXPECT_EQ(two.taken_for, "settings of ORB-SLAM or stella_vslam");
+    expect_lens(foreign_of(text + "RGBD.DepthMapFactor: 5208.0\n").camera, 0.26, 5208);
+  }
+}
+
+TEST(CameraFormats, SettingsOfStella) {
+  const auto found = foreign_of(
+      "Camera.model: \"perspective\"\nCamera.fx: 517.3\nCamera.fy: 516.5\nCamera.cx: 318.6\n"
+      "Camera.cy: 255.3\nCamera.cols: 640\nCamera.rows: 480\ndepthmap_factor: 5000.0\n");
+  expect_lens(found.camera, 0, 5000);
+  EXPECT_EQ(found.camera.height, 480);
+}
+
+TEST(CameraFormats, CameraInfoOfRos) {
+  const auto found = foreign_of(
+      "image_width: 640\nimage_height: 480\ncamera_name: rgb\ncamera_matrix:\n  rows: 3\n  cols: "
+      "3\n"
+      "  data: [517.3, 0.0, 318.6, 0.0, 516.5,\n         255.3, 0.0, 0.0, 1.0]\n"
+      "distortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n"
+      "  data: [0.26, -0.95, -0.005, 0.002, 1.16]\nrectification_matrix:\n  rows: 3\n  cols: 3\n"
+      "  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n");
+  expect_lens(found.camera, 0.26, 1000);
+  EXPECT_EQ(found.camera.p2, 0.002);
+  EXPECT_EQ(found.camera.width, 640);
+  const auto echoed = foreign_of(
+      "height: 480\nwidth: 640\ndistortion_model: \"plumb_bob\"\nD: [0.26, 0.0, 0.0, 0.0, 0.0]\n"
+      "K: [517.3, 0.0, 318.6, 0.0, 516.5, 255.3, 0.0, 0.0, 1.0]\n");
+  expect_lens(echoed.camera, 0.26, 1000);
+}
+
+TEST(CameraFormats, NumbersAlone) {
+  expect_lens(foreign_of("517.3 516.5 318.6 255.3\n").camera, 0, 0);
+  expect_lens(
+      foreign_of("# fx fy cx cy\n517.3, 516.5, 318.6, 255.3, 0.26, -0.95, 0, 0, 1.16\n").camera,
+      0.26, 0);
+  expect_lens(foreign_of("517.3 0 318.6\n0 516.5 255.3\n0 0 1\n").camera, 0, 0);
+  expect_lens(foreign_of("517.3 0 318.6 0\n0 516.5 255.3 0\n0 0 1 0\n0 0 0 1\n").camera, 0, 0);
+}
+
+TEST(CameraFormats, JsonOfOpen3dRealSenseAndNerfstudio) {
+  const auto open3d = foreign_of(
+      R"({"width": 640, "height": 480, "intrinsic_matrix": [517.3, 0, 0, 0, 516.5, 0, 318.6, 255.3, 1]})");
+  expect_lens(open3d.camera, 0, 1000);
+  EXPECT_EQ(open3d.camera.width, 640);
+  expect_lens(foreign_of(R"({"width": 640, "height": 480, "fx": 517.3, "fy": 516.5, "ppx": 318.6,
+                             "ppy": 255.3, "model": "distortion.brown_conrady",
+                             "coeffs": [0.26, -0.95, 0, 0, 1.16]})")
+                  .camera,
+              0.26, 1000);
+  const auto nerf = foreign_of(
+      R"({"camera_model": "OPENCV", "fl_x": 517.3, "fl_y": 516.5, "cx": 318.6, "cy": 255.3, "w": 640,
+          "h": 480, "k1": 0.26, "k2": -0.95, "p1": 0, "p2": 0, "frames": []})");
+  expect_lens(nerf.camera, 0.26, 1000);
+  EXPECT_EQ(nerf.camera.height, 480);
+}
+
+TEST(CameraFormats, WhatIsNotReadIsRefusedByName) {
+  const std::string orb = "Camera.fx: 517.3\nCamera.fy: 516.5\nCamera.cx: 318.6\n";
+  const std::string K = "camera_matrix:\n data: [517, 0, 318, 0, 516, 255, 0, 0, 1]\n";
+  for (const auto& [text, part] : std::vector<std::pair<std::string, std::string>>{
+           {orb, "missing key 'Camera.cy'"},
+           {orb + "Camera.cy: nan\n", "Camera.cy: 'nan' is not a finite number"},
+           {orb + "Camera.cy: 255\nCamera.type: \"KannalaBrandt8\"\n",
+            "'KannalaBrandt8' is not read"},
+           {orb + "Camera.cy: 255\nCamera.width: -3\n", "Camera.width: is no size"},
+           {K + "distortion_model: equidistant\n", "'equidistant' is not read"},
+           {"camera_matrix:\n data: [1, 2]\n", "is no 3x3 matrix"},
+           {"525.0 525.0 319.5 239.5 640 480\n", "6 numbers without keys: write `fx fy cx cy`"},
+           {"525.0\n", "1 numbers without keys"},
+           {R"({"camera_model": "OPENCV_FISHEYE", "fl_x": 5, "fl_y": 5, "cx": 3, "cy": 2})",
+            "'OPENCV_FISHEYE' is not read"},
+           {R"({"frames": []})", "JSON without a camera"}}) {
+    const auto found = parse_foreign_camera(text, "camera");
+    ASSERT_TRUE(found && !found->ok()) << text;
+    EXPECT_EQ(found->error().kind, ErrorKind::kConfig);
+    EXPECT_NE(found->error().message.find(part), std::string::npos) << found->error().message;
+  }
+  for (const char* ours : {"fx 517.3\nfy 516.5\ncx 318.6\ncy 255.3\nk1 0.26\n", "fx: 1\nk1: 2\n",
+                           "", "{fx: 517.3, fy: 516.5}", "# nothing\n", R"({"fx": 5, "cx": 3})"})
+    EXPECT_FALSE(parse_foreign_camera(ours, "camera").has_value()) << ours;
+}
+
+TEST(CameraFormats, CalibrationTxtMayBeOneOfThem) {
+  const auto camera = parse_calibration("517.3 516.5 318.6 255.3\n", "calibration.txt");
+  ASSERT_TRUE(camera.ok()) << camera.error().message;
+  EXPECT_EQ(camera->depth_scale, 5000);
+  const auto absurd = parse_calibration("-517.3 516.5 318.6 255.3\n", "calibration.txt");
+  ASSERT_FALSE(absurd.ok());
+  EXPECT_NE(absurd.error().message.find("calibration.txt: fx"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ygslam

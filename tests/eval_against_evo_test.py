@@ -18,7 +18,7 @@ import unittest
 import numpy as np
 from evo.core import metrics, sync, units
 from evo.tools import file_interface
-from random_trajectories import (disturbed, product, quaternions, random_trajectory, write,
+from random_trajectories import (disturbed, matrices, product, quaternions, random_trajectory, write,
                                  write_euroc, write_kitti)
 
 TOLERANCE = 1e-6
@@ -39,8 +39,10 @@ def evo_read(path):
     return reader.get(path.suffix, file_interface.read_tum_trajectory_file)(str(path))
 
 
-def evo_associated(truth_path, estimate_path, align, max_diff, offset=0.0):
+def evo_associated(truth_path, estimate_path, align, max_diff, offset=0.0, body=None):
     truth, estimate = evo_read(truth_path), evo_read(estimate_path)
+    if body is not None:
+        truth.transform(body, right_mul=True)
     if truth_path.suffix != ".kitti":
         truth, estimate = sync.associate_trajectories(truth, estimate, max_diff=max_diff,
                                                       offset_2=offset)
@@ -107,9 +109,9 @@ class EvalAgainstEvo(unittest.TestCase):
         for key, value in expected.items():
             self.assertAlmostEqual(found[key], value, delta=TOLERANCE, msg=f"{what}.{key}")
 
-    def assert_agrees(self, truth, estimate, align="se3", max_diff=0.02, offset=0.0):
+    def assert_agrees(self, truth, estimate, align="se3", max_diff=0.02, offset=0.0, extra=()):
         found = run_eval(truth, estimate, align=align, max_diff=max_diff,
-                         extra=("--offset", str(offset)) if offset else ())
+                         extra=(*extra, "--offset", str(offset)) if offset else extra)
         expected, pair = evo_numbers(truth, estimate, align, max_diff, offset)
         what = f"{estimate} {align}"
         self.assertEqual(found["pairs"], expected["pairs"], what)
@@ -365,11 +367,38 @@ class EvalAgainstEvo(unittest.TestCase):
                  0.02, 0.0082, 357),
                 ("bonn_synchronous2_groundtruth.txt", "bonn_synchronous2_amos_CameraTrajectory.txt",
                  0.01, 0.0071, 210)):
-            found = self.assert_agrees(folder / truth, folder / estimate, max_diff=max_diff)
+            found = self.assert_agrees(folder / truth, folder / estimate, max_diff=max_diff,
+                                       extra=("--same-body",))  # Bonn's truth is a marker's
             self.assertAlmostEqual(found["ate"]["rmse"], rmse, delta=6e-5)
             self.assertEqual(found["pairs"], pairs)
             for align in ("sim3", "first", "none"):
-                self.assert_agrees(folder / truth, folder / estimate, align, max_diff)
+                self.assert_agrees(folder / truth, folder / estimate, align, max_diff,
+                                   extra=("--same-body",))
+
+    def test_errors_without_a_constant_transform_are_those_of_a_truth_moved_by_it(self):
+        rng = np.random.default_rng(11)
+        with tempfile.TemporaryDirectory() as folder:
+            truth, estimate = pathlib.Path(folder, "truth.txt"), pathlib.Path(folder, "est.txt")
+            rows = random_trajectory(rng, 400)
+            write(estimate, disturbed(rng, rows))
+            rows[:, 4:] = product(rows[:, 4:], np.tile(quaternions(np.array([[0.1, 3, 0.2]])), (400, 1)))
+            write(truth, rows)
+            found = run_eval(truth, estimate)
+            x, y, z, *quaternion = found["body"]["T_body_camera"]
+            body = np.eye(4)
+            body[:3] = matrices(np.array([[0, x, y, z, *quaternion]]))[0]
+            pair = evo_associated(truth, estimate, "se3", 0.02, body=body)
+            relation = metrics.PoseRelation
+            for name, kind in (("trans_m", relation.translation_part),
+                               ("rot_deg", relation.rotation_angle_deg)):
+                self.assert_statistics(
+                    found["rpe"]["frames30"][name],
+                    evo_result(metrics.RPE(kind, 30, units.Unit.frames, all_pairs=True), pair), name)
+            self.assert_statistics(found["body"]["ate"],
+                                   evo_result(metrics.APE(relation.translation_part), pair), "ate")
+            for key, value in evo_result(metrics.APE(relation.rotation_angle_deg), pair).items():
+                self.assertAlmostEqual(found["ate_rot_deg"][key], value, delta=1e-5, msg=key)
+            self.assert_agrees(truth, estimate, extra=("--same-body",))
 
 
 if __name__ == "__main__":

@@ -25,11 +25,11 @@ namespace {
 struct EvalArguments {
   std::string truth;
   std::vector<std::string> estimates;
-  std::string format = "auto", align = "se3";
+  std::string format = "auto", stamps = "auto", align = "se3";
   double max_diff_s = EvalOptions{}.max_diff_s, offset_s = 0;
   std::string frames, times, plot, errors;
   std::string map, surface;
-  bool tracks = false, json = false;
+  bool tracks = false, json = false, same_body = false, mirrored_truth = false;
 };
 
 // One estimate and what came out.
@@ -62,7 +62,9 @@ Status check(const EvalArguments& a) {
 }
 
 Result<TrajectoryFile> read(const std::string& path, const EvalArguments& a) {
-  auto file = read_trajectory(path, parse_trajectory_format(a.format));  // nothing for auto
+  // Nothing for auto.
+  auto file =
+      read_trajectory(path, {parse_trajectory_format(a.format), parse_stamp_unit(a.stamps)});
   if (file.ok()) log_detail(fmt::format("{}: {} poses", path, file->poses.size()));
   if (!file.ok() || file->has_stamps || a.times.empty()) return file;
   Status stamped = add_stamps(a.times, path, *file);
@@ -74,6 +76,8 @@ Result<Inputs> read_inputs(const EvalArguments& a) {
   Inputs inputs;
   inputs.options.align = *parse_align_mode(a.align);
   inputs.options.max_diff_s = a.max_diff_s;
+  inputs.options.same_body = a.same_body;
+  inputs.options.mirrored_truth = a.mirrored_truth;
   auto truth = read(a.truth, a);
   if (!truth.ok()) return truth.error();
   inputs.truth = std::move(truth->poses);
@@ -244,11 +248,17 @@ void declare_options(CLI::App& command, EvalArguments& a) {
   command
       .add_option("--format", a.format,
                   "Of all trajectories: tum, kitti (3x4 matrices), euroc (CSV, nanoseconds); "
-                  "auto: each by its content")
+                  "auto: each by its content (docs/inputs.md)")
       ->check(CLI::IsMember({"auto", "tum", "kitti", "euroc"}))
       ->type_name("NAME")
       ->capture_default_str();
-  command.add_option("--times", a.times, "Stamps for KITTI poses, one a line [s]")
+  command
+      .add_option("--stamps", a.stamps,
+                  "Unit of the stamps in all trajectories; auto: by header or size")
+      ->check(CLI::IsMember({"auto", "s", "ms", "us", "ns"}))
+      ->type_name("UNIT")
+      ->capture_default_str();
+  command.add_option("--times", a.times, "Stamps for poses without, one a line [s]")
       ->type_name("FILE");
   command
       .add_option("--align", a.align,
@@ -256,6 +266,10 @@ void declare_options(CLI::App& command, EvalArguments& a) {
       ->check(CLI::IsMember({"se3", "sim3", "first", "none"}))
       ->type_name("MODE")
       ->capture_default_str();
+  command.add_flag("--same-body", a.same_body,
+                   "Truth and estimate are of one body: look for no constant turn and offset");
+  command.add_flag("--mirrored-truth", a.mirrored_truth,
+                   "The truth is of a camera with y up, as ICL-NUIM's (fy < 0)");
   command.add_option("--max-diff", a.max_diff_s, "Largest difference of matched stamps [s]")
       ->check(in_range(0.0, 1e6))
       ->type_name("S")
@@ -281,7 +295,8 @@ void declare_options(CLI::App& command, EvalArguments& a) {
           ->excludes(tracks)
           ->type_name("FILE|DIR");
   for (const char* of_trajectories :
-       {"--format", "--times", "--align", "--offset", "--frames", "--errors", "--plot"}) {
+       {"--format", "--stamps", "--times", "--align", "--offset", "--frames", "--errors", "--plot",
+        "--same-body", "--mirrored-truth"}) {
     map->excludes(of_trajectories);
     tracks->excludes(of_trajectories);
   }
@@ -297,9 +312,11 @@ void declare_options(CLI::App& command, EvalArguments& a) {
 constexpr const char* kEvalFooter =
     "Each stamp of the shorter trajectory takes its nearest in the other one. ATE over all "
     "matched\n"
-    "poses; RPE over 30 frames and over 1 s, all pairs. Without stamps (KITTI without --times) "
-    "the\n"
-    "n-th pose belongs to the n-th.\n"
+    "poses; RPE over 30 frames and over 1 s, all pairs. Without stamps (matrices without "
+    "--times)\n"
+    "the n-th pose belongs to the n-th. Where the truth is of another body than the camera (a\n"
+    "marker), the constant turn and offset are found, told, and taken out of RPE and rotation "
+    "errors.\n"
     "A map lies in the frame of its run: --est takes that run's trajectory, whose mean pose "
     "against\n"
     "--gt (else groundtruth.txt in the folder of --truth) lays the map over the truth. Without "

@@ -9,6 +9,7 @@
 #include "app/scene_input.hpp"
 #include "app/surface_truth.hpp"
 #include "eval/alignment.hpp"
+#include "eval/hand_eye.hpp"
 #include "io/text.hpp"
 #include "io/trajectory_formats.hpp"
 
@@ -30,7 +31,8 @@ Result<SE3> align_map(const MapEvalArguments& a) {
   if (!truth.ok()) return truth.error();
   const auto estimate = read_trajectory(a.trajectory);
   if (!estimate.ok()) return estimate.error();
-  const PosePairs pairs = associate(truth->poses, estimate->poses, a.max_diff_s);
+  const PosePairs pairs = associate(truth_of_camera(truth->poses, estimate->poses, a.max_diff_s),
+                                    estimate->poses, a.max_diff_s);
   if (pairs.size() == 0)
     return Error{ErrorKind::kInput, a.trajectory + ": no stamp in common with " + file.string()};
   return align_with_orientations(pairs).T_truth_estimate;

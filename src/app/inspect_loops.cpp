@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "eval/hand_eye.hpp"
 #include "eval/loop_report.hpp"
 #include "eval/report.hpp"
 #include "io/trajectory_formats.hpp"
@@ -19,9 +20,12 @@ Status inspect_loops(const InspectOptions& options) {
   const std::filesystem::path truth_file = sequence / "groundtruth.txt";
   const bool has_truth = std::filesystem::exists(truth_file, code);
   if (has_truth) {
-    auto read = read_tum_trajectory(truth_file);
+    auto read = read_stamped_trajectory(truth_file);
     if (!read.ok()) return read.error();
     truth = std::move(read).value();
+    const auto estimate =
+        read_tum_trajectory(std::filesystem::path(options.loops) / "trajectory.txt");
+    if (estimate.ok()) truth = truth_of_camera(truth, *estimate, EvalOptions{}.max_diff_s);
   }
   const auto judged = judge_loops(*rows, truth, EvalOptions{}.max_diff_s);
   if (options.json) {

@@ -24,7 +24,7 @@ void add_truth(const RunPlan& plan, std::span<const StampedPose> trajectory,
                nlohmann::ordered_json& metrics, LogFile& log_file) {
   const auto& file = plan.sequence.groundtruth;
   if (!file) return;
-  const auto truth = read_tum_trajectory(*file);
+  const auto truth = read_stamped_trajectory(*file);
   if (!truth.ok()) {
     log::warn("{}", truth.error().message);
     return;
@@ -35,12 +35,13 @@ void add_truth(const RunPlan& plan, std::span<const StampedPose> trajectory,
     return;
   }
   const nlohmann::json json = to_json(*report);
-  for (const char* key : {"ate", "rpe", "alignment", "pairs"}) {
+  for (const char* key : {"ate", "rpe", "alignment", "pairs", "body"}) {
     if (json.contains(key)) metrics[key] = json[key];
   }
   log_file.tell(
       fmt::format("ATE RMSE {:.4f} m over {}: trajectory.txt aligned (SE(3)) to the ground truth",
                   report->ate_m.rmse, counted(report->pairs, "pose")));
+  for (const std::string& note : report->truth_notes) log::warn("{}", note);
 }
 
 Result<std::vector<StampedPose>> run_trajectory(const Map& map, ActiveRun& run) {

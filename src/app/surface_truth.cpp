@@ -86,7 +86,7 @@ Result<SurfaceTruth> read_folder(const std::filesystem::path& folder) {
   if (!surface.ok()) return surface.error();
   const auto sequence = open_tum_sequence(folder);
   if (!sequence.ok()) return sequence.error();
-  const auto poses = read_tum_trajectory(folder / "groundtruth.txt");
+  const auto poses = read_stamped_trajectory(folder / "groundtruth.txt");
   if (!poses.ok()) return poses.error();
   std::vector<Timestamp> stamps;
   for (const StampedPose& pose : *poses) stamps.push_back(pose.stamp);

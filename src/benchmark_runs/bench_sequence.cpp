@@ -201,7 +201,7 @@ void inspect_sequence(BenchSequence& sequence) {
   sequence.groundtruth = tum->groundtruth;
   sequence.fingerprint = fingerprint_of(*tum);
   if (!tum->groundtruth) return;
-  const auto truth = read_tum_trajectory(*tum->groundtruth);
+  const auto truth = read_stamped_trajectory(*tum->groundtruth);
   if (truth.ok()) {
     sequence.truth = path_statistics(*truth, tum->pairs.front().stamp, tum->pairs.back().stamp);
   }

@@ -74,7 +74,7 @@ RunEnd end_of(const ChildExit& exit, const fs::path& folder) {
 
 // Errors of the trajectory against the truth, as a file.
 Status write_errors(const fs::path& folder, const BenchSequence& sequence) {
-  const auto truth = read_tum_trajectory(*sequence.groundtruth);
+  const auto truth = read_stamped_trajectory(*sequence.groundtruth);
   if (!truth.ok()) return truth.error();
   const auto estimate = read_tum_trajectory(folder / "trajectory.txt");
   if (!estimate.ok()) return estimate.error();

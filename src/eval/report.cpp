@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-
+#include <numbers>
 #include <utility>
 
 #include "core/log.hpp"  // brings {fmt}: numbers look the same in every locale
+#include "eval/hand_eye.hpp"
 #include "io/text.hpp"
 #include "io/trajectory_checks.hpp"
 
@@ -47,6 +48,23 @@ void add_warnings(const Alignment& alignment, std::span<const StampedPose> truth
   }
 }
 
+// What a constant transform between the truth's body and the camera changes, in words.
+std::string body_warning(const EvalReport& report) {
+  const BodyReport& body = *report.body;
+  std::string text = fmt::format(
+      "the truth is of a body turned by {:.1f} deg against the camera and offset by {:.3f} m: "
+      "taken "
+      "out of RPE and rotation errors",
+      body.T_body_camera.angle() * 180 / std::numbers::pi, body.T_body_camera.t().norm());
+  if (body.rpe_frames_as_given && report.rpe_frames) {
+    text += fmt::format(" (RPE over {} frames as given {:.4f} m, {:.2f} deg)",
+                        report.options.rpe_frames, body.rpe_frames_as_given->trans_m.rmse,
+                        body.rpe_frames_as_given->rot_deg.rmse);
+  }
+  return text + fmt::format("; ATE is of the positions as given ({:.4f} m with it taken out)",
+                            body.ate_m.rmse);
+}
+
 nlohmann::json rpe_json(const std::optional<RpeReport>& rpe) {
   if (!rpe) return nullptr;
   return {{"trans_m", to_json(rpe->trans_m)}, {"rot_deg", to_json(rpe->rot_deg)}};
@@ -60,16 +78,92 @@ std::optional<std::size_t> stamp_column(const std::vector<std::string_view>& wor
   return std::nullopt;
 }
 
+nlohmann::json body_json(const BodyReport& body) {
+  const Eigen::Quaterniond q = body.T_body_camera.quaternion();
+  const Vec3& t = body.T_body_camera.t();
+  return {{"turn_deg", body.T_body_camera.angle() * 180 / std::numbers::pi},
+          {"offset_m", t.norm()},
+          {"T_body_camera", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}},
+          {"ate", to_json(body.ate_m)},
+          {"as_given",
+           {{"ate_rot_deg", to_json(body.ate_rot_deg_as_given)},
+            {"rpe",
+             {{"frames30", rpe_json(body.rpe_frames_as_given)},
+              {"sec1", rpe_json(body.rpe_seconds_as_given)}}}}}};
+}
+
+void move_by(const Alignment& alignment, std::vector<StampedPose>& poses) {
+  for (StampedPose& pose : poses) pose.T_world_camera = alignment.apply(pose.T_world_camera);
+}
+
+// All errors of pairs that belong to one body.
+void measure(const EvalOptions& options, Evaluation& evaluation) {
+  ErrorSeries& series = evaluation.series;
+  EvalReport& report = evaluation.report;
+  series.absolute = absolute_errors(series.pairs);
+  report.ate_m = summarize(series.absolute.trans_m);
+  report.ate_rot_deg = summarize(series.absolute.rot_deg);
+  series.frames =
+      measure_rpe(series.pairs, frame_intervals(series.pairs.size(), options.rpe_frames));
+  report.rpe_frames = summarize_rpe(series.frames);
+  series.seconds = measure_rpe(series.pairs, second_intervals(series.pairs, options));
+  report.rpe_seconds = summarize_rpe(series.seconds);
+}
+
+// Rotation errors and RPE anew with the truth as that of the camera; ATE and the positions stay.
+// @param estimate before its alignment, with its scale corrected.
+void take_out_body(const SE3& T_body_camera, std::vector<StampedPose> estimate,
+                   Evaluation& evaluation) {
+  Evaluation of_camera;
+  of_camera.series.pairs = {evaluation.series.pairs.truth, std::move(estimate)};
+  PosePairs& pairs = of_camera.series.pairs;
+  for (StampedPose& pose : pairs.truth) pose.T_world_camera = pose.T_world_camera * T_body_camera;
+  EvalReport& report = evaluation.report;
+  const bool has_scale = report.options.align == AlignMode::kSim3;
+  move_by(align(pairs, has_scale ? AlignMode::kSe3 : report.options.align), pairs.estimate);
+  measure(report.options, of_camera);
+  report.body = BodyReport{T_body_camera, of_camera.report.ate_m, report.ate_rot_deg,
+                           report.rpe_frames, report.rpe_seconds};
+  report.ate_rot_deg = of_camera.report.ate_rot_deg;
+  report.rpe_frames = of_camera.report.rpe_frames;
+  report.rpe_seconds = of_camera.report.rpe_seconds;
+  evaluation.series.absolute.rot_deg = std::move(of_camera.series.absolute.rot_deg);
+  evaluation.series.frames = std::move(of_camera.series.frames);
+  evaluation.series.seconds = std::move(of_camera.series.seconds);
+  report.truth_notes.push_back(body_warning(report));
+}
+
+std::string rpe_text(const EvalReport& report) {
+  if (!report.rpe_frames) return {};
+  return fmt::format(" and {:.4f} m, {:.2f} deg of RPE", report.rpe_frames->trans_m.rmse,
+                     report.rpe_frames->rot_deg.rmse);
+}
+
+// The truth of ICL-NUIM is that of a camera whose y points up, written as if it pointed down.
+void warn_of_mirror(std::span<const StampedPose> truth, std::span<const StampedPose> estimate,
+                    EvalReport& report) {
+  EvalOptions options = report.options;
+  options.mirrored_truth = true;
+  const auto other = evaluate(truth, estimate, options);
+  if (!other.ok()) return;
+  report.truth_notes.push_back(fmt::format(
+      "the truth is mirrored, as that of ICL-NUIM with its fy < 0: ATE {:.4f} m{}, read "
+      "as a mirror's {:.4f} m{}: use --mirrored-truth",
+      report.ate_m.rmse, rpe_text(report), other->ate_m.rmse, rpe_text(*other)));
+}
+
 }  // namespace
 
-Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> truth,
+Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
                                       std::span<const StampedPose> estimate,
                                       const EvalOptions& options,
                                       std::span<const Timestamp> frames) {
+  std::vector<StampedPose> turned;
+  if (options.mirrored_truth) turned = mirrored(given_truth);
+  const std::span<const StampedPose> truth = options.mirrored_truth ? turned : given_truth;
   Evaluation evaluation;
-  ErrorSeries& series = evaluation.series;
-  series.pairs = associate(truth, estimate, options.max_diff_s);
-  PosePairs& pairs = series.pairs;
+  PosePairs& pairs = evaluation.series.pairs;
+  pairs = associate(truth, estimate, options.max_diff_s);
   if (pairs.size() == 0) {
     return Error{ErrorKind::kInput,
                  "no stamps of estimate and truth lie within the largest "
@@ -77,23 +171,24 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> truth,
                      format_stamp({to_ns(options.max_diff_s)}, 3) + " s"};
   }
   const Alignment alignment = align(pairs, options.align);
-  for (StampedPose& pose : pairs.estimate) {
-    pose.T_world_camera = alignment.apply(pose.T_world_camera);
-  }
+  move_by({SE3(), alignment.scale}, pairs.estimate);
+  std::vector<StampedPose> scaled = pairs.estimate;
+  const bool is_mirror = is_mirrored(pairs);
+  const auto T_body_camera =
+      options.same_body || is_mirror ? std::nullopt : find_body_offset(pairs);
+  move_by({alignment.T_truth_estimate, 1.0}, pairs.estimate);
   EvalReport& report = evaluation.report;
   report.options = options;
   report.scale = alignment.scale;
   report.pairs = pairs.size();
   report.span_s = seconds_between(pairs.truth.back().stamp, pairs.truth.front().stamp);
-  series.absolute = absolute_errors(pairs);
-  report.ate_m = summarize(series.absolute.trans_m);
-  report.ate_rot_deg = summarize(series.absolute.rot_deg);
-  series.frames = measure_rpe(pairs, frame_intervals(pairs.size(), options.rpe_frames));
-  report.rpe_frames = summarize_rpe(series.frames);
-  series.seconds = measure_rpe(pairs, second_intervals(pairs, options));
-  report.rpe_seconds = summarize_rpe(series.seconds);
+  measure(options, evaluation);
   if (!frames.empty()) report.coverage = coverage(frames, estimate, options.max_diff_s);
   add_warnings(alignment, truth, report);
+  if (T_body_camera) take_out_body(*T_body_camera, std::move(scaled), evaluation);
+  if (is_mirror && !options.mirrored_truth) warn_of_mirror(given_truth, estimate, report);
+  report.warnings.insert(report.warnings.end(), report.truth_notes.begin(),
+                         report.truth_notes.end());
   return evaluation;
 }
 
@@ -154,6 +249,8 @@ nlohmann::json to_json(const EvalReport& report) {
       {"warnings", report.warnings},
   };
   if (report.options.align == AlignMode::kSim3) json["scale"] = report.scale;
+  if (report.options.mirrored_truth) json["mirrored_truth"] = true;
+  if (report.body) json["body"] = body_json(*report.body);
   if (report.coverage) json["coverage"] = *report.coverage;
   return json;
 }

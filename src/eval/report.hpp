@@ -20,10 +20,20 @@ struct EvalOptions {
   std::size_t rpe_frames = 30;
   double rpe_seconds = 1.0;
   bool has_stamps = true;  ///< false: poses are numbered, nothing is said about seconds
+  bool same_body = false;  ///< true: no constant transform between truth and estimate is looked for
+  bool mirrored_truth = false;  ///< the truth is that of a camera with y up (ICL-NUIM)
 };
 
 struct RpeReport {
   Statistics trans_m, rot_deg;
+};
+
+/// The truth is that of another body than the estimate's camera (eval/hand_eye.hpp).
+struct BodyReport {
+  SE3 T_body_camera;
+  Statistics ate_m;  ///< of the camera; EvalReport::ate_m compares the positions as given
+  Statistics ate_rot_deg_as_given;
+  std::optional<RpeReport> rpe_frames_as_given, rpe_seconds_as_given;
 };
 
 struct EvalReport {
@@ -36,6 +46,10 @@ struct EvalReport {
   std::size_t pairs = 0;
   double span_s = 0;  ///< first to last pair
   std::optional<double> coverage;
+  /// Nothing where truth and estimate are of one body. Where it is told, the RPE and the
+  /// orientation errors are those of the camera.
+  std::optional<BodyReport> body;
+  std::vector<std::string> truth_notes;  ///< what was found about the truth; among the warnings too
   std::vector<std::string> warnings;
 };
 

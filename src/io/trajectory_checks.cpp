@@ -74,6 +74,13 @@ Status check_line_ends(std::string_view text, const std::string& name) {
   return Ok{};
 }
 
+Status check_is_text(std::string_view text, const std::string& name) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    return Error{ErrorKind::kInput, name + ": UTF-16 text; save it as UTF-8"};
+  if (text.find('\0') == std::string_view::npos) return Ok{};
+  return Error{ErrorKind::kInput, name + ": no text (zero bytes in it)"};
+}
+
 bool is_decimal_comma(std::string_view word) {
   word = without_sign(word);
   const std::size_t before = digits_of(word);

@@ -12,12 +12,15 @@ namespace ygslam {
 inline constexpr std::size_t kKittiColumns = 12;
 // Printed with few decimals a rotation matrix is only nearly orthonormal.
 inline constexpr double kRotationTolerance = 1e-2;
-// Anything shorter is no rounded unit quaternion.
-inline constexpr double kLeastQuaternionLength = 0.1;
+// Printed with two decimals a unit quaternion is so much longer or shorter.
+inline constexpr double kQuaternionTolerance = 0.02;
 
 /// Lines that end in a carriage return alone (as on the first Macintosh) would all be one line.
 /// @param name for the message. @return kInput naming file and line.
 [[nodiscard]] Status check_line_ends(std::string_view text, const std::string& name);
+
+/// Text of another encoding, or no text at all. @param name for the message. @return kInput.
+[[nodiscard]] Status check_is_text(std::string_view text, const std::string& name);
 
 /// Digits, a comma, digits: "0,5"; a sign and an exponent may be there.
 [[nodiscard]] bool is_decimal_comma(std::string_view word);

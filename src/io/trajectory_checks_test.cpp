@@ -9,7 +9,7 @@ namespace ygslam {
 namespace {
 
 std::string fault_of(const std::string& text, std::optional<TrajectoryFormat> format = {}) {
-  const auto file = parse_trajectory(text, "f", format);
+  const auto file = parse_trajectory(text, "f", {.format = format});
   EXPECT_TRUE(file.ok() || file.error().kind == ErrorKind::kInput);
   return file.ok() ? "none" : file.error().message;
 }

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
 #include "core/log.hpp"
 #include "io/text.hpp"
 #include "io/trajectory_checks.hpp"
+#include "io/trajectory_evidence.hpp"
 
 namespace ygslam {
 namespace {
@@ -17,86 +17,139 @@ constexpr std::array<std::pair<std::string_view, TrajectoryFormat>, 3> kNames = 
     {"kitti", TrajectoryFormat::kKitti},
     {"euroc", TrajectoryFormat::kEuroc},
 }};
-constexpr std::size_t kTumColumns = 8, kEurocColumns = 8;
+constexpr std::array<std::string_view, 4> kUnits = {"s", "ms", "us", "ns"};
+constexpr std::size_t kTumColumns = 8;
 constexpr std::size_t kLargestFile_bytes = std::size_t{1} << 30;
 constexpr double kLargest_m = 1e9;
-// Seconds of our century have ten digits before the point; nanoseconds have nineteen. Clocks that
-// start near zero are told apart by the missing point only, so a whole number must be this large.
-constexpr std::size_t kLeastNanosecondDigits = 12;
-
 constexpr double kLeastStep_s = 1e-6, kGreatestStep_s = 86400;
 
 Error input_fault(std::string what) { return {ErrorKind::kInput, std::move(what)}; }
 
-bool is_whole_number(std::string_view word) {
-  return !word.empty() &&
-         std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
-// Numbers of the words from `first` on, or which of them is none.
+// The fields at the given columns as numbers, or which of them is none.
 template <std::size_t N>
-Result<std::array<double, N>> numbers(const std::vector<std::string_view>& words,
-                                      std::size_t first) {
+Result<std::array<double, N>> numbers_at(const PoseRecord& record,
+                                         const std::array<std::size_t, N>& columns) {
   std::array<double, N> values{};
   for (std::size_t i = 0; i < N; ++i) {
-    const auto value = parse_number(words[first + i]);
-    if (!value || std::abs(*value) > kLargest_m) {
-      return input_fault("'" + printable(words[first + i]) +
-                         "' is no finite number of sensible size");
-    }
+    const std::string_view field = record.fields[columns[i]];
+    const auto value = parse_number(field);
+    if (!value || std::abs(*value) > kLargest_m)
+      return input_fault("'" + printable(field) + "' is no finite number of sensible size");
     values[i] = *value;
   }
   return values;
 }
 
-Result<StampedPose> pose_of(Timestamp stamp, const Eigen::Quaterniond& q, const Vec3& p) {
-  if (q.norm() < kLeastQuaternionLength) return input_fault("quaternion without length");
-  return StampedPose{stamp, SE3(q, p)};
+Result<SE3> quaternion_pose(const PoseRecord& record, const PoseColumns& columns) {
+  const auto p = numbers_at(record, columns.position_at);
+  if (!p.ok()) return p.error();
+  const auto q = numbers_at(record, columns.quaternion_at);
+  if (!q.ok()) return q.error();
+  const Eigen::Quaterniond quaternion((*q)[3], (*q)[0], (*q)[1], (*q)[2]);
+  const double length = quaternion.norm();
+  if (!(std::abs(length - 1) < kQuaternionTolerance)) {
+    return input_fault(length < kQuaternionTolerance
+                           ? "quaternion without length"
+                           : fmt::format("quaternion of length {:.3g}, not 1", length));
+  }
+  return SE3(quaternion, {(*p)[0], (*p)[1], (*p)[2]});
 }
 
-Result<StampedPose> parse_tum(std::string_view line, std::size_t /*position*/) {
-  const auto words = words_of(line, ",;");
-  if (words.size() < kTumColumns) {
-    return input_fault(std::to_string(words.size()) +
-                       " columns, needs 8 (stamp tx ty tz qx qy qz qw)");
+Result<SE3> matrix_pose(const PoseRecord& record, const PoseColumns& columns) {
+  const bool is_3x4 = columns.pose == PoseColumns::Pose::kMatrix3x4;
+  const std::size_t size = is_3x4 ? 12 : 16;
+  if (record.fields.size() != columns.matrix_at + size) {
+    return input_fault(
+        fmt::format("{} columns, not {}", record.fields.size(), columns.matrix_at + size));
   }
-  const auto stamp = parse_stamp(words[0]);
-  if (!stamp) return input_fault("'" + printable(words[0]) + "' is no stamp");
-  const auto v = numbers<kTumColumns - 1>(words, 1);
+  std::array<std::size_t, 16> at{};
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] = columns.matrix_at + (i < size ? i : size - 1);
+  const auto v = numbers_at(record, at);
   if (!v.ok()) return v.error();
-  return pose_of(stamp->stamp, {(*v)[6], (*v)[3], (*v)[4], (*v)[5]}, {(*v)[0], (*v)[1], (*v)[2]});
-}
-
-Result<StampedPose> parse_kitti(std::string_view line, std::size_t position) {
-  const auto words = words_of(line, ",;");
-  if (words.size() != kKittiColumns) {
-    return input_fault(std::to_string(words.size()) + " columns, KITTI poses have 12 (3x4 matrix)");
-  }
-  const auto v = numbers<kKittiColumns>(words, 0);
-  if (!v.ok()) return v.error();
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> matrix(v->data());
-  const Mat3 R = matrix.leftCols<3>();
-  if ((R * R.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() > kRotationTolerance ||
-      R.determinant() < 0) {
+  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> matrix =
+      Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(v->data());
+  if (columns.pose == PoseColumns::Pose::kMatrix4x4ByColumns) matrix.transposeInPlace();
+  if (!is_3x4 && (matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-6)
+    return input_fault("the matrix's last row is not 0 0 0 1");
+  const Mat3 R = matrix.topLeftCorner<3, 3>();
+  if ((R * R.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() > kRotationTolerance)
     return input_fault("the matrix is no rotation");
-  }
-  return StampedPose{{static_cast<std::int64_t>(position)}, SE3(R, matrix.col(3)).normalized()};
+  if (R.determinant() < 0) return input_fault("the matrix is no rotation but a reflection");
+  return SE3(R, matrix.topRightCorner<3, 1>()).normalized();
 }
 
-Result<StampedPose> parse_euroc(std::string_view line, std::size_t /*position*/) {
-  const auto words = words_of(line, ",;");
-  if (words.size() < kEurocColumns) {
-    return input_fault(std::to_string(words.size()) +
-                       " columns, EuRoC needs 8 (stamp px py pz qw qx qy qz)");
+Result<Timestamp> split_stamp(const PoseRecord& record, const PoseColumns& columns) {
+  const std::string_view seconds = record.fields[columns.stamp_at];
+  const std::string_view nanoseconds = record.fields[columns.nanoseconds_at];
+  const auto s = parse_stamp(seconds, StampUnit::kSeconds);
+  const auto ns = parse_stamp(nanoseconds, StampUnit::kNanoseconds);
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  if (!s || s->ns % kSecond_ns != 0 || !ns || ns->ns < 0 || ns->ns >= kSecond_ns) {
+    return input_fault("'" + printable(seconds) + "' and '" + printable(nanoseconds) +
+                       "' are no seconds and nanoseconds");
   }
-  std::int64_t ns = 0;
-  const auto [end, code] = std::from_chars(words[0].data(), words[0].data() + words[0].size(), ns);
-  if (code != std::errc{} || end != words[0].data() + words[0].size()) {
-    return input_fault("'" + printable(words[0]) + "' is no stamp in nanoseconds");
+  return Timestamp{s->ns + ns->ns};
+}
+
+// A stamp as a file name: seconds with a point, or a whole number in any unit.
+std::optional<Timestamp> stamp_of_image(std::string_view name) {
+  name = name.substr(name.find_last_of("/\\") + 1);
+  name = name.substr(0, name.find_last_of('.'));
+  constexpr std::size_t kLeastDigits = 13;  // milliseconds since 1970; fewer count images
+  if (name.find('.') == std::string_view::npos && name.size() < kLeastDigits) return std::nullopt;
+  const std::vector<PoseRecord> one = {{0, {name}}};
+  return parse_stamp(name, unit_of_stamps(one, 0));
+}
+
+Result<Timestamp> stamp_of(const PoseRecord& record, const PoseColumns& columns, StampUnit unit,
+                           std::size_t position) {
+  switch (columns.stamp) {
+    case PoseColumns::Stamp::kNone:
+      return Timestamp{static_cast<std::int64_t>(position)};
+    case PoseColumns::Stamp::kSecondsAndNanoseconds:
+      return split_stamp(record, columns);
+    case PoseColumns::Stamp::kImageName: {
+      const std::string_view name = record.fields[columns.stamp_at];
+      const auto stamp = stamp_of_image(name);
+      if (stamp) return *stamp;
+      return input_fault("the image's name '" + printable(name) + "' is no stamp");
+    }
+    case PoseColumns::Stamp::kNumber:
+      break;
   }
-  const auto v = numbers<kEurocColumns - 1>(words, 1);
-  if (!v.ok()) return v.error();
-  return pose_of({ns}, {(*v)[3], (*v)[4], (*v)[5], (*v)[6]}, {(*v)[0], (*v)[1], (*v)[2]});
+  const std::string_view word = record.fields[columns.stamp_at];
+  const auto stamp = parse_stamp(word, unit);
+  if (!stamp)
+    return input_fault("'" + printable(word) + "' is no stamp in " + std::string(name_of(unit)));
+  return *stamp;
+}
+
+std::size_t columns_needed(const PoseColumns& columns) {
+  std::size_t most = columns.stamp_at;
+  if (columns.stamp == PoseColumns::Stamp::kSecondsAndNanoseconds)
+    most = std::max(most, columns.nanoseconds_at);
+  if (columns.pose == PoseColumns::Pose::kQuaternion) {
+    for (const std::size_t at : columns.position_at) most = std::max(most, at);
+    for (const std::size_t at : columns.quaternion_at) most = std::max(most, at);
+  }
+  return most + 1;
+}
+
+Result<StampedPose> pose_of(const PoseRecord& record, const PoseColumns& columns, StampUnit unit,
+                            std::size_t position) {
+  const std::size_t needed = columns_needed(columns);
+  const bool exact = columns.stamp == PoseColumns::Stamp::kNone &&
+                     columns.pose == PoseColumns::Pose::kQuaternion && needed == kTumColumns - 1;
+  if (record.fields.size() < needed || (exact && record.fields.size() > needed)) {
+    return input_fault(fmt::format("{} columns, needs {}{}", record.fields.size(), needed,
+                                   needed == kTumColumns ? " (stamp tx ty tz qx qy qz qw)" : ""));
+  }
+  const auto stamp = stamp_of(record, columns, unit, position);
+  if (!stamp.ok()) return stamp.error();
+  auto pose = columns.pose == PoseColumns::Pose::kQuaternion ? quaternion_pose(record, columns)
+                                                             : matrix_pose(record, columns);
+  if (!pose.ok()) return pose.error();
+  return StampedPose{*stamp, columns.is_camera_from_world ? pose->inverse() : *pose};
 }
 
 void put_in_order(const std::string& name, std::vector<StampedPose>& poses) {
@@ -109,24 +162,30 @@ void put_in_order(const std::string& name, std::vector<StampedPose>& poses) {
   poses.erase(last, poses.end());
 }
 
-template <typename ParseLine>
-Result<std::vector<StampedPose>> parse_lines(std::string_view text, const std::string& name,
-                                             ParseLine parse_line) {
-  const Status line_ends = check_line_ends(text, name);
-  if (!line_ends.ok()) return line_ends.error();
+Result<std::vector<StampedPose>> poses_of(const PoseText& text, StampUnit unit,
+                                          const std::string& name) {
   std::vector<StampedPose> poses;
-  for (const TextLine& line : data_lines(text)) {
-    const Result<StampedPose> pose =
-        has_decimal_commas(line.text) ? input_fault("decimal commas; numbers need a decimal point")
-                                      : parse_line(line.text, poses.size());
-    if (!pose.ok()) {
-      return input_fault(name + ":" + std::to_string(line.number) + ": " + pose.error().message);
-    }
+  poses.reserve(text.records.size());
+  for (const PoseRecord& record : text.records) {
+    const auto pose = pose_of(record, text.columns, unit, poses.size());
+    if (!pose.ok())
+      return input_fault(name + ":" + std::to_string(record.line) + ": " + pose.error().message);
     poses.push_back(*pose);
   }
   if (poses.empty()) return input_fault(name + ": no pose in the file");
   put_in_order(name, poses);
   return poses;
+}
+
+Status check_lines(std::string_view text, const std::string& name) {
+  if (Status readable = check_is_text(text, name); !readable.ok()) return readable;
+  if (Status line_ends = check_line_ends(text, name); !line_ends.ok()) return line_ends;
+  for (const TextLine& line : data_lines(text)) {
+    if (has_decimal_commas(line.text))
+      return input_fault(name + ":" + std::to_string(line.number) +
+                         ": decimal commas; numbers need a decimal point");
+  }
+  return Ok{};
 }
 
 // KITTI poses would pass as TUM lines with further columns.
@@ -140,21 +199,76 @@ Status check_is_tum(std::string_view text, const std::string& name) {
                           : ": 11 columns, a KITTI pose of 12 with one missing"));
 }
 
-// Stamps in another unit than the format's show in their distance from each other.
-Status check_step(const std::vector<StampedPose>& poses, TrajectoryFormat format,
-                  const std::string& name) {
+// Stamps in another unit show in their distance from each other.
+Status check_step(const std::vector<StampedPose>& poses, const std::string& name) {
   if (poses.size() < 2) return Ok{};
   const double step_s = seconds_between(poses.back().stamp, poses.front().stamp) /
                         static_cast<double>(poses.size() - 1);
-  if (format == TrajectoryFormat::kEuroc && step_s < kLeastStep_s) {
+  if (step_s < kLeastStep_s) {
     return input_fault(name + ": poses less than a microsecond apart; are the stamps nanoseconds?");
   }
-  if (format == TrajectoryFormat::kTum && step_s > kGreatestStep_s) {
+  if (step_s > kGreatestStep_s) {
     return input_fault(name +
-                       ": poses more than a day apart; are the stamps seconds? (nanoseconds: "
-                       "--format euroc)");
+                       ": poses more than a day apart; are the stamps seconds? (--stamps ns for "
+                       "nanoseconds, ms or us)");
   }
   return Ok{};
+}
+
+// The file as what it is declared to be.
+PoseText declared(std::string_view text, TrajectoryFormat format) {
+  PoseText poses;
+  for (const TextLine& line : data_lines(text))
+    poses.records.push_back({line.number, words_of(line.text, ",;")});
+  poses.columns.position_at = {1, 2, 3};
+  poses.columns.quaternion_at = {4, 5, 6, 7};
+  if (format == TrajectoryFormat::kEuroc) {
+    poses.columns.quaternion_at = {5, 6, 7, 4};
+    poses.columns.unit = StampUnit::kNanoseconds;
+  }
+  if (format == TrajectoryFormat::kKitti) {
+    poses.columns.stamp = PoseColumns::Stamp::kNone;
+    poses.columns.pose = PoseColumns::Pose::kMatrix3x4;
+  }
+  return poses;
+}
+
+Result<PoseText> pose_text(std::string_view text, const std::string& name,
+                           std::optional<TrajectoryFormat> format) {
+  if (format && *format != TrajectoryFormat::kTum) return declared(text, *format);
+  const auto lines = data_lines(text);
+  const bool may_be_kitti =
+      !format && !lines.empty() && words_of(lines.front().text, ",;").size() == kKittiColumns;
+  if (Status is_tum = check_is_tum(text, name); !is_tum.ok() && !may_be_kitti)
+    return is_tum.error();
+  return format ? Result<PoseText>(declared(text, *format)) : recognise_poses(text, name);
+}
+
+// The images of COLMAP have stamps for names, or are in the order of their names.
+void number_images(PoseText& text) {
+  const std::size_t at = text.columns.stamp_at;
+  if (std::all_of(text.records.begin(), text.records.end(), [at](const PoseRecord& record) {
+        return stamp_of_image(record.fields[at]).has_value();
+      }))
+    return;
+  std::stable_sort(text.records.begin(), text.records.end(), [at](const auto& a, const auto& b) {
+    return std::pair(a.fields[at].size(), a.fields[at]) <
+           std::pair(b.fields[at].size(), b.fields[at]);
+  });
+  text.columns.stamp = PoseColumns::Stamp::kNone;
+  text.columns.stamp_at = 0;
+  text.taken_for += ", no stamps, in the order of the images' names";
+}
+
+StampUnit choose_unit(PoseText& text, const TrajectoryReading& reading) {
+  if (text.columns.stamp != PoseColumns::Stamp::kNumber) return StampUnit::kSeconds;
+  if (reading.unit) return *reading.unit;
+  const StampUnit unit =
+      text.columns.unit ? *text.columns.unit : unit_of_stamps(text.records, text.columns.stamp_at);
+  if (unit != StampUnit::kSeconds)
+    text.taken_for +=
+        fmt::format("{}, stamps in {}", text.taken_for.empty() ? "TUM" : "", name_of(unit));
+  return unit;
 }
 
 }  // namespace
@@ -173,48 +287,51 @@ std::string_view name_of(TrajectoryFormat format) {
   return "?";
 }
 
-TrajectoryFormat recognise_trajectory(std::string_view text) {
-  const auto lines = data_lines(text);
-  if (lines.empty()) return TrajectoryFormat::kTum;
-  const auto words = words_of(lines.front().text, ",;");
-  if (words.size() == kKittiColumns) return TrajectoryFormat::kKitti;
-  const bool has_commas = lines.front().text.find(',') != std::string_view::npos;
-  if (has_commas && words.size() >= kEurocColumns && is_whole_number(words[0]) &&
-      words[0].size() >= kLeastNanosecondDigits) {
-    return TrajectoryFormat::kEuroc;
-  }
-  return TrajectoryFormat::kTum;
+std::optional<StampUnit> parse_stamp_unit(std::string_view name) {
+  const auto unit = std::find(kUnits.begin(), kUnits.end(), name);
+  return unit == kUnits.end() ? std::nullopt
+                              : std::optional(static_cast<StampUnit>(unit - kUnits.begin()));
 }
 
 Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string& name,
-                                        std::optional<TrajectoryFormat> format) {
-  TrajectoryFile file;
-  file.format = format.value_or(recognise_trajectory(text));
-  file.has_stamps = file.format != TrajectoryFormat::kKitti;
-  if (file.format == TrajectoryFormat::kTum) {
-    const Status is_tum = check_is_tum(text, name);
-    if (!is_tum.ok()) return is_tum.error();
-  }
-  auto poses = file.format == TrajectoryFormat::kTum     ? parse_lines(text, name, parse_tum)
-               : file.format == TrajectoryFormat::kKitti ? parse_lines(text, name, parse_kitti)
-                                                         : parse_lines(text, name, parse_euroc);
+                                        const TrajectoryReading& reading) {
+  if (Status lines = check_lines(text, name); !lines.ok()) return lines.error();
+  auto poses = pose_text(text, name, reading.format);
   if (!poses.ok()) return poses.error();
-  const Status step = check_step(*poses, file.format, name);
-  if (!step.ok()) return step.error();
-  file.poses = std::move(*poses);
+  if (poses->columns.stamp == PoseColumns::Stamp::kImageName) number_images(*poses);
+  const StampUnit unit = choose_unit(*poses, reading);
+  auto read = poses_of(*poses, unit, name);
+  if (!read.ok()) return read.error();
+  TrajectoryFile file;
+  file.has_stamps = poses->columns.stamp != PoseColumns::Stamp::kNone;
+  if (Status step = file.has_stamps ? check_step(*read, name) : Status(Ok{}); !step.ok())
+    return step.error();
+  file.poses = std::move(*read);
+  if (!reading.format) file.taken_for = std::move(poses->taken_for);
   return file;
 }
 
 Result<TrajectoryFile> read_trajectory(const std::filesystem::path& path,
-                                       std::optional<TrajectoryFormat> format) {
+                                       const TrajectoryReading& reading) {
   const auto text = read_file(path, kLargestFile_bytes);
   if (!text.ok()) return text.error();
-  return parse_trajectory(*text, path.string(), format);
+  auto file = parse_trajectory(*text, path.string(), reading);
+  if (file.ok() && !file->taken_for.empty())
+    log::info("{}: read as {}", path.string(), file->taken_for);
+  return file;
+}
+
+Result<std::vector<StampedPose>> read_stamped_trajectory(const std::filesystem::path& path) {
+  auto file = read_trajectory(path);
+  if (!file.ok()) return file.error();
+  if (file->has_stamps) return std::move(file->poses);
+  return input_fault(path.string() + ": has no stamps (read as " + file->taken_for + ")");
 }
 
 Result<std::vector<StampedPose>> parse_tum_trajectory(std::string_view text,
                                                       const std::string& name) {
-  return parse_lines(text, name, parse_tum);
+  if (Status lines = check_lines(text, name); !lines.ok()) return lines.error();
+  return poses_of(declared(text, TrajectoryFormat::kTum), StampUnit::kSeconds, name);
 }
 
 Result<std::vector<StampedPose>> read_tum_trajectory(const std::filesystem::path& path) {

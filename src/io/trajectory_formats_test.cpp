@@ -19,13 +19,20 @@ constexpr const char* kEuroc =
     "0,0,0,0,0,0\n";
 constexpr const char* kTum = "# t x y z\n1305031102.5 1 2 3 0 0 0 1\n";
 
+std::string taken_for(const char* text) {
+  const auto file = parse_trajectory(text, "f");
+  return file.ok() ? file->taken_for : "refused: " + file.error().message;
+}
+
 TEST(TrajectoryFormats, AreRecognisedByTheirContent) {
-  EXPECT_EQ(recognise_trajectory(kKitti), TrajectoryFormat::kKitti);
-  EXPECT_EQ(recognise_trajectory(kEuroc), TrajectoryFormat::kEuroc);
-  EXPECT_EQ(recognise_trajectory(kTum), TrajectoryFormat::kTum);
-  EXPECT_EQ(recognise_trajectory("1305031102.5,1,2,3,0,0,0,1\n"), TrajectoryFormat::kTum)
-      << "TUM with commas";
-  EXPECT_EQ(recognise_trajectory(""), TrajectoryFormat::kTum);
+  EXPECT_EQ(taken_for(kKitti), "KITTI (3x4 matrices, no stamps)");
+  EXPECT_EQ(taken_for(kEuroc),
+            "columns as the header names them, quaternion x y z w in 6, 7, 8, 5, stamps in "
+            "nanoseconds");
+  EXPECT_EQ(taken_for(std::string(kEuroc).substr(std::string(kEuroc).find('\n') + 1).c_str()),
+            "EuRoC (quaternion with w first), stamps in nanoseconds");
+  EXPECT_EQ(taken_for(kTum), "");
+  EXPECT_EQ(taken_for("1305031102.5,1,2,3,0,0,0,1\n"), "") << "TUM with commas";
 }
 
 TEST(TrajectoryFormats, KittiIsARowMajorMatrixWithoutStamps) {
@@ -51,7 +58,7 @@ TEST(TrajectoryFormats, EurocHasNanosecondsAndTheQuaternionWithWFirst) {
 
 TEST(TrajectoryFormats, FaultsNameFileAndLine) {
   const auto message = [](const char* text, TrajectoryFormat format) {
-    const auto file = parse_trajectory(text, "f", format);
+    const auto file = parse_trajectory(text, "f", {.format = format});
     return file.ok() ? std::string("ok") : file.error().message;
   };
   EXPECT_EQ(message("1 0 0 0.5 0 1 0 -1 0 0 1\n", TrajectoryFormat::kKitti).substr(0, 5), "f:1: ");

@@ -5,7 +5,9 @@ import numpy as np
 
 from . import figures, pictures, plot_style, scene3d
 from .files import InputError
-from .series import nearest, read_errors, read_trajectory, roll_pitch_yaw_deg, rotation_between
+from .results import finite
+from .series import (nearest, read_errors, read_trajectory, roll_pitch_yaw_deg, rotation_between,
+                     rotations)
 from .summary import typical_run
 
 
@@ -110,13 +112,25 @@ def judged_figures(chapter, errors, trajectories, modes, size):
         figures.relative_errors_over_time(errors, modes, points))
     add(chapter, "path_by_error", "The estimated path coloured by its error; truth in grey.",
         figures.coloured_paths(errors, points // 3))
-    angles, truth_angles = orientations(chapter.sequence, errors, trajectories)
+    turn = turn_of_truth(chapter.shown.values())
+    angles, truth_angles = orientations(chapter.sequence, errors, trajectories, turn)
     add(chapter, "pose_over_time", "Position, and orientation relative to the first true pose "
         "(roll about the viewing direction, pitch about x, yaw about y). Dashed: truth.",
         figures.pose_over_time(errors, angles, truth_angles, modes, points))
 
 
-def orientations(sequence, errors, trajectories):
+def turn_of_truth(runs):
+    """The rotation of the camera on the truth's body that `ygslam` found, else identity."""
+    for run in runs:
+        body = run.metrics.get("body")
+        pose = body.get("T_body_camera") if isinstance(body, dict) else None
+        pose = [finite(value) for value in pose] if isinstance(pose, list) else []
+        if len(pose) == 7 and None not in pose and any(pose[3:]):
+            return rotations(np.array([pose[3:]]))[0]
+    return np.eye(3)
+
+
+def orientations(sequence, errors, trajectories, turn_of_camera):
     """({mode: (t_s, angles)}, truth's or None). Estimates are turned as their positions were."""
     path = sequence.folder / "groundtruth.txt"
     try:
@@ -125,6 +139,7 @@ def orientations(sequence, errors, trajectories):
         truth = None
     if truth is None or len(truth.t_s) < 2:
         return {}, None
+    truth.rotation = truth.rotation @ turn_of_camera
     judged = longest(errors)
     at, near = nearest(truth.t_s, judged.t_s)
     if not near.any():

@@ -1,0 +1,183 @@
+#include "eval/hand_eye.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/rng.hpp"
+#include "eval/report.hpp"
+#include "geometry/properties_testing.hpp"
+
+namespace ygslam {
+namespace {
+
+using namespace properties;
+
+enum class Turning { kFreely, kAboutUp, kNot };
+
+// A camera's smooth path over ten seconds.
+std::vector<StampedPose> camera_path(Rng& rng, Turning turning = Turning::kFreely,
+                                     std::size_t count = 300) {
+  std::vector<StampedPose> poses;
+  SE3 T;
+  Vec6 speed = Vec6::Zero();
+  for (std::size_t i = 0; i < count; ++i) {
+    poses.push_back({{static_cast<std::int64_t>(i) * 33'333'333}, T});
+    for (int k = 0; k < 6; ++k) speed[k] = 0.9 * speed[k] + rng.uniform(-0.01, 0.01);
+    if (turning == Turning::kAboutUp) speed[2] = speed[3] = speed[4] = 0;
+    if (turning == Turning::kNot) speed.tail<3>().setZero();
+    T = T * SE3::exp(speed);
+  }
+  return poses;
+}
+
+// The truth of a body on which the camera stands at X, in another world.
+std::vector<StampedPose> body_path(const std::vector<StampedPose>& camera, const SE3& X,
+                                   const SE3& T_truth_world) {
+  std::vector<StampedPose> body = camera;
+  for (StampedPose& pose : body)
+    pose.T_world_camera = T_truth_world * pose.T_world_camera * X.inverse();
+  return body;
+}
+
+std::vector<StampedPose> noisy(std::vector<StampedPose> poses, double size, Rng& rng) {
+  SE3 drift;
+  for (StampedPose& pose : poses) {
+    Vec6 noise, step;
+    for (int k = 0; k < 6; ++k) noise[k] = rng.uniform(-size, size);
+    for (int k = 0; k < 6; ++k) step[k] = rng.uniform(-size, size) / 10;
+    drift = drift * SE3::exp(step);
+    pose.T_world_camera = drift * pose.T_world_camera * SE3::exp(noise);
+  }
+  return poses;
+}
+
+double distance(const SE3& a, const SE3& b) {
+  return (a.R() - b.R()).norm() + (a.t() - b.t()).norm();
+}
+
+RC_GTEST_PROP(HandEye, FindsTheTransformOfMotionsThatFitExactly, ()) {
+  Rng rng(*rc::gen::inRange(0, 1000));
+  const SE3 X = pose();
+  const auto camera = camera_path(rng);
+  const auto found = solve_hand_eye(motions_of({body_path(camera, X, pose()), camera}));
+  RC_ASSERT(found.has_value());
+  RC_ASSERT(distance(*found, X) < 1e-6 * (1 + X.t().norm()));
+}
+
+RC_GTEST_PROP(HandEye, ForgetsTheWorldsOfBoth, ()) {
+  Rng rng(*rc::gen::inRange(0, 1000));
+  const auto camera = noisy(camera_path(rng), 2e-3, rng);
+  const auto body = body_path(camera_path(rng), motion(3, 0.5), SE3());
+  const auto before = solve_hand_eye(motions_of({body, camera}));
+  const auto after = solve_hand_eye(
+      motions_of({body_path(body, SE3(), pose()), body_path(camera, SE3(), pose())}));
+  RC_ASSERT(before.has_value() == after.has_value());
+  if (before) RC_ASSERT(distance(*before, *after) < 1e-6 * (1 + before->t().norm()));
+}
+
+RC_GTEST_PROP(HandEye, OutliersHardlyMatter, ()) {
+  Rng rng(*rc::gen::inRange(0, 1000));
+  const SE3 X = motion(3, 0.5);
+  const auto camera = camera_path(rng);
+  auto body = body_path(camera, X, pose());
+  const std::size_t lost = 100;  // a jump of the estimate: 30 of the motions span it
+  for (std::size_t i = lost; i < body.size(); ++i)
+    body[i].T_world_camera = SE3(so3_exp({0.5, 0.2, 0}), {1, 0, 0}) * body[i].T_world_camera;
+  const auto found = find_body_offset({body, camera});
+  RC_ASSERT(found.has_value() || X.angle() < 0.05);
+  if (found) RC_ASSERT(distance(*found, X) < 0.02);
+}
+
+RC_GTEST_PROP(HandEye, ATurnAboutOneAxisIsEnoughWhereThePathBends, ()) {
+  Rng rng(*rc::gen::inRange(0, 1000));
+  const SE3 X = motion(3, 0.5);
+  const auto camera = camera_path(rng, Turning::kAboutUp);
+  const auto body = body_path(camera, X, pose());
+  const auto found = solve_hand_eye(motions_of({body, camera}));
+  RC_ASSERT(found.has_value());
+  for (const BodyMotion& m : motions_of({body, camera}))
+    RC_ASSERT(distance(found->inverse() * m.body * *found, m.camera) < 1e-4);
+}
+
+RC_GTEST_PROP(BodyOffset, IsTakenOutOfNoisyEstimates, ()) {
+  Rng rng(*rc::gen::inRange(0, 1000));
+  const SE3 X(so3_exp(real(0.5, 3.1) * direction()), vector(0.2));
+  const auto camera = camera_path(rng, Turning::kFreely, 600);
+  const auto report =
+      evaluate(body_path(camera, X, pose()), noisy(camera, 1e-3, rng), {.rpe_seconds = 0.5});
+  RC_ASSERT(report.ok() && report->body.has_value());
+  RC_ASSERT((report->body->T_body_camera.inverse() * X).angle() < 0.02);
+  RC_ASSERT((report->body->T_body_camera.t() - X.t()).norm() < 0.02);
+  RC_ASSERT(report->rpe_frames->rot_deg.rmse < 0.5);
+  RC_ASSERT(report->rpe_frames->trans_m.rmse < 0.01);
+  RC_ASSERT(report->ate_rot_deg.rmse < 0.1 * report->body->ate_rot_deg_as_given.rmse);
+}
+
+RC_GTEST_PROP(BodyOffset, IsNotFoundWhereTheBodiesAreOne, ()) {
+  Rng rng(*rc::gen::inRange(0, 1000));
+  const auto turning = *rc::gen::element(Turning::kFreely, Turning::kAboutUp, Turning::kNot);
+  const auto camera = camera_path(rng, turning);
+  const double noise = *rc::gen::element(0.0, 1e-7, 1e-3, 3e-2);
+  RC_ASSERT(!find_body_offset({body_path(camera, SE3(), pose()), noisy(camera, noise, rng)}));
+}
+
+// What a tracking system's calibration leaves belongs to the recording: its published figures stay.
+TEST(BodyOffset, AFewDegreesWithinTheErrorsStay) {
+  Rng rng(3);
+  const auto camera = camera_path(rng);
+  const SE3 X(so3_exp({0.01, 0.01, 0}), {0.005, 0, 0});
+  EXPECT_FALSE(find_body_offset({body_path(camera, X, SE3()), noisy(camera, 1e-2, rng)}));
+}
+
+TEST(BodyOffset, NothingIsToldOfOneThatIsNotThere) {
+  Rng rng(4);
+  const auto camera = camera_path(rng);
+  const auto json = to_json(*evaluate(camera, noisy(camera, 1e-3, rng)));
+  EXPECT_FALSE(json.contains("body"));
+  EXPECT_TRUE(json["warnings"].empty()) << json["warnings"];
+}
+
+TEST(BodyOffset, IsToldAndCanBeDeclined) {
+  Rng rng(5);
+  const auto camera = camera_path(rng);
+  const SE3 X(so3_exp({0, 3, 0.3}), {0, 0.1, 0});
+  const auto truth = body_path(camera, X, SE3());
+  const auto report = evaluate(truth, camera);
+  ASSERT_TRUE(report->body.has_value());
+  EXPECT_NE(report->warnings.front().find("a body turned by 172.7 deg"), std::string::npos)
+      << report->warnings.front();
+  EXPECT_NE(report->warnings.front().find("offset by 0.100 m"), std::string::npos);
+  const auto as_given = evaluate(truth, camera, {.same_body = true});
+  EXPECT_FALSE(as_given->body.has_value());
+  EXPECT_EQ(as_given->ate_m.rmse, report->ate_m.rmse) << "positions are compared as given";
+  EXPECT_EQ(as_given->rpe_frames->rot_deg.rmse, report->body->rpe_frames_as_given->rot_deg.rmse);
+  EXPECT_EQ(as_given->ate_rot_deg.rmse, report->body->ate_rot_deg_as_given.rmse);
+}
+
+RC_GTEST_PROP(Mirror, IsToldWithBothFiguresAndUndone, ()) {
+  Rng rng(*rc::gen::inRange(0, 1000));
+  const auto camera = camera_path(rng);
+  const auto estimate = noisy(camera, 1e-3, rng);
+  const auto truth = mirrored(body_path(camera, SE3(), pose()));
+  const auto report = evaluate(truth, estimate);
+  RC_ASSERT(report->warnings.size() == 1U);
+  RC_ASSERT(report->warnings.front().find("the truth is mirrored") != std::string::npos);
+  const auto undone = evaluate(truth, estimate, {.mirrored_truth = true});
+  RC_ASSERT(undone->warnings.empty());
+  const auto direct = evaluate(mirrored(truth), estimate);
+  RC_ASSERT(undone->ate_m.rmse == direct->ate_m.rmse && undone->ate_m.rmse < 0.05);
+  RC_ASSERT(undone->rpe_frames->rot_deg.rmse < 1);
+}
+
+TEST(Mirror, IsNotSeenWhereAllTurnsHaveOneAxis) {
+  Rng rng(6);
+  const auto camera = camera_path(rng, Turning::kAboutUp);
+  EXPECT_FALSE(is_mirrored({camera, noisy(camera, 1e-3, rng)}));
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -20,8 +20,8 @@ constexpr std::size_t kBlocks = 4;
 constexpr double kClearlyBetter = 1.0 / 3, kNotWorse = 1.1;
 constexpr double kLeastTurn_deg = 0.1, kLeastOffset_m = 1e-3;  // what is worth a word
 constexpr double kCertain_rad = 5 * std::numbers::pi / 180;
-constexpr double kOneAxis_rad = 1 * std::numbers::pi / 180;
-constexpr double kSignificant = 3;     // standard deviations
+constexpr double kOneAxis_rad = kCertain_rad;
+constexpr double kSignificant = 1;     // standard deviations, of motions that do not overlap
 constexpr double kRounding = 1e-9;     // of residuals, so that a perfect fit has a scale
 constexpr double kHalfTurn_rad = 3.0;  // beyond, the sign of a rotation vector is a matter of luck
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <set>
 
+#include "core/log.hpp"
 #include "io/camera_devices.hpp"
 #include "io/camera_formats.hpp"
 #include "io/image_file.hpp"
@@ -141,6 +142,16 @@ std::optional<CameraFault> apply_device(std::string_view name, CameraConfig& cam
   return std::nullopt;
 }
 
+void turn_y_down(CameraConfig& camera, const std::string& name) {
+  if (!(camera.fy < 0) || camera.is_distorted()) return;
+  camera.fy = -camera.fy;
+  log::info(
+      "{}: fy is below 0, a camera with y up (ICL-NUIM): read as fy {}; its truth is mirrored "
+      "(eval "
+      "--mirrored-truth)",
+      name, shown(camera.fy));
+}
+
 std::vector<CameraFault> camera_faults(const CameraConfig& c) {
   Faults faults;
   faults.require(c.fx, 1, 1e6, "fx", " px");
@@ -209,6 +220,7 @@ Result<CameraConfig> parse_calibration(std::string_view text, const std::string&
       return config_error(name, 0, "missing key '" + std::string(key.name) + "'");
     }
   }
+  turn_y_down(camera, name);
   const auto faults = camera_faults(camera);
   if (faults.empty()) return camera;
   return config_error(name, calibration_line(text, faults.front().key),

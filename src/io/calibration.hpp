@@ -35,6 +35,10 @@ struct CameraFault {
 /// says.
 [[nodiscard]] std::optional<CameraFault> apply_device(std::string_view name, CameraConfig& camera);
 
+/// ICL-NUIM writes its camera, whose y points up, with fy < 0. Its images are those of a camera
+/// with y down and -fy, which it becomes (not with distortion); its truth is a mirrored one.
+void turn_y_down(CameraConfig& camera, const std::string& name);
+
 /// Every value that no real camera has: not finite, focal length or depth scale not positive or
 /// absurd, principal point outside the image, distortion that cannot be undone over the whole
 /// image, size out of range.

@@ -53,6 +53,16 @@ TEST(Calibration, F20ImpossibleValuesAreRefusedNamingLineAndKey) {
   }
 }
 
+TEST(Calibration, AFocalLengthBelowZeroIsACameraWithYUp) {
+  const auto icl = parse_calibration("fx 481.2\nfy -480\ncx 319.5\ncy 239.5\n", "c");
+  ASSERT_TRUE(icl.ok()) << icl.error().message;
+  EXPECT_EQ(icl->fy, 480);
+  EXPECT_EQ(icl->cy, 239.5) << "the same row lies on the axis";
+  EXPECT_NE(refusal("fx 481\nfy -480\ncx 319\ncy 239\nk1 0.1\n").find(":2: fy:"), std::string::npos)
+      << "distortion is not turned";
+  EXPECT_NE(refusal("fx -481\nfy -480\ncx 319\ncy 239\n").find(":1: fx:"), std::string::npos);
+}
+
 TEST(Calibration, F20MissingTwiceGivenAndUnknownKeysAreNamed) {
   EXPECT_NE(refusal("fx 500\ncx 320\ncy 240\n").find("missing key 'fy'"), std::string::npos);
   EXPECT_NE(refusal(kGood + "fx 500\n").find(":5: fx: given twice"), std::string::npos);

@@ -50,6 +50,7 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
   if (device.size() > 1) return refusal({"camera", "needs one name"});
   if (const auto fault = apply_device(device.empty() ? "" : device.front(), camera))
     return refusal(*fault);
+  turn_y_down(camera, name);
   if (const auto faults = camera_faults(camera); !faults.empty()) return refusal(faults.front());
   return camera;
 }

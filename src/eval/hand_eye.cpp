@@ -20,8 +20,7 @@ constexpr std::size_t kBlocks = 4;
 constexpr double kClearlyBetter = 1.0 / 3, kNotWorse = 1.1;
 constexpr double kLeastTurn_deg = 0.1, kLeastOffset_m = 1e-3;  // what is worth a word
 constexpr double kCertain_rad = 5 * std::numbers::pi / 180;
-constexpr double kOneAxis_rad = kCertain_rad;
-constexpr double kSignificant = 1;     // standard deviations, of motions that do not overlap
+constexpr double kCertain_m = 0.1;
 constexpr double kRounding = 1e-9;     // of residuals, so that a perfect fit has a scale
 constexpr double kHalfTurn_rad = 3.0;  // beyond, the sign of a rotation vector is a matter of luck
 
@@ -120,7 +119,7 @@ double sigma_rad(const RotationFit& fit, double spread, double independent) {
 }
 
 bool shows_two_axes(const RotationFit& fit, double independent) {
-  return sigma_rad(fit, fit.spread[1], independent) < kOneAxis_rad &&
+  return sigma_rad(fit, fit.spread[1], independent) < kCertain_rad &&
          fit.spread[1] > 1e-6 * fit.spread[0];
 }
 
@@ -157,8 +156,7 @@ Vec3 solve_offset(std::span<const BodyMotion> motions, const Mat3& R, double ove
       if (eigen.eigenvalues()[k] < 1e-9 * eigen.eigenvalues()[2] + kRounding * kRounding) continue;
       const double length_m = axis.dot(d) / eigen.eigenvalues()[k];
       const double sigma_m = std::sqrt(variance / eigen.eigenvalues()[k]);
-      if (iteration + 1 < kIterations || std::abs(length_m) > kSignificant * sigma_m)
-        t += length_m * axis;
+      if (iteration + 1 < kIterations || sigma_m < kCertain_m) t += length_m * axis;
     }
     for (std::size_t i = 0; i < motions.size(); ++i) {
       const BodyMotion& motion = motions[i];

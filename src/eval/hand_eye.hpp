@@ -19,8 +19,7 @@ struct BodyMotion {
 /// Martin 1994, eqs. (13) to (18): the one that turns the camera's rotation vectors into the
 /// body's; the translation by linear least squares, (R_A - I) t = R t_B - t_A. Where all rotations
 /// have one axis, the turn about it comes from the translations. Directions of the offset that the
-/// motion does not show (less than three standard deviations) are 0: along the only axis of
-/// rotation it makes no difference.
+/// motion does not show to 0.1 m are 0: along the only axis of rotation it makes no difference.
 /// @param overlap how many motions follow each other within one: they are not independent.
 /// @return nothing if the motion does not show the rotation to 5 degrees.
 [[nodiscard]] std::optional<SE3> solve_hand_eye(std::span<const BodyMotion> motions,

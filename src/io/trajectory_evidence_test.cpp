@@ -216,7 +216,7 @@ TEST(TrajectoryEvidence, WhatCannotBeToldApartIsRefused) {
            {"another table", "name,price\n1,2\n", "f:1: 'name,price' names no columns"},
            {"two poses a line",
             "t,a.x,a.y,a.z,x,y,z,x,y,z,qx,qy,qz,qw\n1,1.5,2,3,1,2,3,1,2,3,0,0,0,1\n",
-            "f:1: the header names two columns like 'x'"},
+            "f:1: the header names two columns like 'z'"},
            {"header of another length", "t,x,y,z,qx,qy,qz,qw\n1,1,2,3,0,0,0,1,5\n",
             "f:2: 9 columns, the header names 8"},
            {"number or second", "0 500000000 1 2 1 0 0 0 1\n1 600000000 1 2 1 0 0 0 1\n",

@@ -17,7 +17,7 @@ constexpr std::array<std::pair<std::string_view, TrajectoryFormat>, 3> kNames = 
     {"kitti", TrajectoryFormat::kKitti},
     {"euroc", TrajectoryFormat::kEuroc},
 }};
-constexpr std::array<std::string_view, 4> kUnits = {"s", "ms", "us", "ns"};
+constexpr std::array<std::string_view, 4> kStampUnits = {"s", "ms", "us", "ns"};
 constexpr std::size_t kTumColumns = 8;
 constexpr std::size_t kLargestFile_bytes = std::size_t{1} << 30;
 constexpr double kLargest_m = 1e9;
@@ -83,8 +83,9 @@ Result<Timestamp> split_stamp(const PoseRecord& record, const PoseColumns& colum
   const std::string_view nanoseconds = record.fields[columns.nanoseconds_at];
   const auto s = parse_stamp(seconds, StampUnit::kSeconds);
   const auto ns = parse_stamp(nanoseconds, StampUnit::kNanoseconds);
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
-  if (!s || s->ns % kSecond_ns != 0 || !ns || ns->ns < 0 || ns->ns >= kSecond_ns) {
+  constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+  if (!s || s->ns % kNanosecondsPerSecond != 0 || !ns || ns->ns < 0 ||
+      ns->ns >= kNanosecondsPerSecond) {
     return input_fault("'" + printable(seconds) + "' and '" + printable(nanoseconds) +
                        "' are no seconds and nanoseconds");
   }
@@ -288,9 +289,10 @@ std::string_view name_of(TrajectoryFormat format) {
 }
 
 std::optional<StampUnit> parse_stamp_unit(std::string_view name) {
-  const auto unit = std::find(kUnits.begin(), kUnits.end(), name);
-  return unit == kUnits.end() ? std::nullopt
-                              : std::optional(static_cast<StampUnit>(unit - kUnits.begin()));
+  const auto unit = std::find(kStampUnits.begin(), kStampUnits.end(), name);
+  return unit == kStampUnits.end()
+             ? std::nullopt
+             : std::optional(static_cast<StampUnit>(unit - kStampUnits.begin()));
 }
 
 Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string& name,

@@ -43,10 +43,11 @@ RC_GTEST_PROP(CellKeyProperty, StepsLeadToTheCellsAround, ()) {
   const Vec3 p_world = properties::vector(100);
   const CellKey key = cell_key(p_world, kCell_m);
   std::set<CellKey> around, stepped;
-  for (int n = 0; n < 27; ++n)
-    around.insert(cell_key(
-        low_corner(key, kCell_m) + kCell_m * Vec3(n % 3 - 0.5, n / 3 % 3 - 0.5, n / 9 - 0.5),
-        kCell_m));
+  for (int n = 0; n < 27; ++n) {
+    const int x = n % 3, y = n / 3 % 3, z = n / 9;
+    around.insert(
+        cell_key(low_corner(key, kCell_m) + kCell_m * Vec3(x - 0.5, y - 0.5, z - 0.5), kCell_m));
+  }
   for (const CellKey step : neighbour_steps()) stepped.insert(key + step);
   RC_ASSERT(around == stepped);
 }

@@ -85,15 +85,14 @@ lint: setup-checks ## clang's warnings and clang-tidy on what changed since .ci/
 # On a submission the address and undefined behaviour sanitizers see what reads foreign bytes or owns memory,
 # the thread sanitizer whatever has threads; with ALL=1 every module. Numeric modules have _GLIBCXX_ASSERTIONS
 # in the tests of `ci`.
-ASAN_TESTS := core image io bag live scene_file segment volume map map_file
-ASAN_TESTS_ALL := $(ASAN_TESTS) geometry scene scene_picture features optim motion mapping loop tracking dense facade
+ASAN_TESTS := core image io bag live_requests scene_file segment volume map map_file
+ASAN_TESTS_ALL := $(ASAN_TESTS) live geometry scene scene_picture features optim motion mapping loop tracking dense facade
 asan_tests = $(if $(ALL),$(ASAN_TESTS_ALL),$(ASAN_TESTS))
 TSAN_TESTS := ^(core\.(BoundedQueue|Published)|io\.FrameReader|system_threads\.)
-tests_of = $(foreach module,$(1),$(if $(wildcard src/$(module)/*_test.cpp),$(module)_test))
 space := $(subst ,, )
 sanitize: setup ## unit tests under address, undefined behaviour and thread sanitizers; ALL=1: of every module
 	@cmake --preset asan >/dev/null && cmake --preset tsan >/dev/null
-	@cmake --build build/asan -j $(JOBS) --target $(call tests_of,$(asan_tests))
+	@cmake --build build/asan -j $(JOBS) --target $(asan_tests:%=%_test)
 	@ctest --preset asan -j $(JOBS) -L '^($(subst $(space),|,$(asan_tests)))$$'
 	@cmake --build build/tsan -j $(JOBS) --target core_test io_test system_threads_test
 	@ctest --preset tsan -j $(JOBS) -R '$(TSAN_TESTS)'

@@ -2,19 +2,22 @@
 
     python tests/rerun_test.py
 
-Rerun (PyPI rerun-sdk) takes 500 MB and is not installed by `make setup`: $YGSLAM_RERUN names its program, else one on
-the path is taken, else the test is skipped.
+Rerun (PyPI rerun-sdk) takes 500 MB and is installed by `make setup-nightly` alone: $YGSLAM_RERUN names its program,
+else one beside this Python or on the path is taken, else the test is skipped.
 """
 import os
 import re
 import shutil
 import subprocess
+import sys
 import unittest
+from pathlib import Path
 
 from mcap_test import EVERY_FRAME, OF_THE_MAP
 from ygslam_cli import HANG_S, CliTest, sequence
 
-RERUN = os.environ.get("YGSLAM_RERUN") or shutil.which("rerun")
+RERUN = (os.environ.get("YGSLAM_RERUN") or shutil.which("rerun", path=Path(sys.executable).parent)
+         or shutil.which("rerun"))
 FRAMES = 20
 
 

@@ -38,7 +38,7 @@ fi
 
 if [ "$what" = checks ]; then exit; fi
 pip_install() { .venv/bin/pip install --quiet --disable-pip-version-check "$@"; }
-if [ "$what" = nightly ]; then pip_install rerun-sdk; exit; fi
+if [ "$what" = nightly ]; then pip_install -r tools/requirements-nightly.txt; exit; fi
 [ -x .venv/bin/python ] || python3 -m venv .venv
 echo "setup: OpenVINO in .venv"
 pip_install -r tools/requirements.txt

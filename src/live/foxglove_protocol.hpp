@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "live/run_topics.hpp"
+#include "live/topics.hpp"
 
 namespace ygslam::foxglove {
 

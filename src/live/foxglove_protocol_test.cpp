@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/rng.hpp"
-#include "live/view_server.hpp"
 
 namespace ygslam::foxglove {
 namespace {
@@ -77,16 +76,6 @@ TEST(Foxglove, ACallIsAnsweredUnderItsNumbers) {
   const std::string answer = call_response(*call, true, "ok");
   EXPECT_EQ(answer.substr(0, 13), std::string("\3\2\0\0\0\5\0\0\0\3\0\0\0", 13));
   EXPECT_EQ(answer.substr(13), std::string("cdr\0\1\0\0\1\0\0\0\3\0\0\0ok\0", 18));
-}
-
-TEST(ViewAddress, PortAndAddressMayBeGiven) {
-  EXPECT_EQ(parse_view_address("")->port, 8765);
-  EXPECT_EQ(parse_view_address("80")->host, "127.0.0.1");
-  EXPECT_EQ(parse_view_address("0.0.0.0:81")->host, "0.0.0.0");
-  EXPECT_EQ(parse_view_address("[::1]:82")->host, "::1");
-  EXPECT_EQ(parse_view_address("[::1]:82")->port, 82);
-  for (const char* text : {"x", "70000", "-1", "robot:80", "1.2.3:80", "127.0.0.1:", "80x"})
-    EXPECT_FALSE(parse_view_address(text).ok()) << text;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The topics of a run: which there are, and their messages for whoever wants them.
+// The messages of the topics of a run, for whoever wants them.
 #pragma once
 
 #include <array>
@@ -8,32 +8,10 @@
 #include "live/mesh_tiles.hpp"
 #include "live/message_sink.hpp"
 #include "live/run_messages.hpp"
+#include "live/topics.hpp"
 #include "system/runner.hpp"
 
 namespace ygslam {
-
-struct Topic {
-  const char* name;
-  const char* type;
-};
-
-/// All a run may tell of, those of the map last.
-inline constexpr std::array kRunTopics = {
-    Topic{"/tf", ros::TfMessage::kType},
-    Topic{"/odometry", ros::Odometry::kType},
-    Topic{"/camera/image/compressed", ros::CompressedImage::kType},
-    Topic{"/camera/camera_info", ros::CameraInfo::kType},
-    Topic{"/camera/annotations", ros::ImageAnnotations::kType},
-    Topic{"/objects", ros::MarkerArray::kType},
-    Topic{"/state", ros::DiagnosticArray::kType},
-    Topic{"/landmarks", ros::PointCloud2::kType},
-    Topic{"/path", ros::Path::kType},
-    Topic{"/loops", ros::MarkerArray::kType},
-    Topic{"/cloud", ros::PointCloud2::kType},
-    Topic{"/mesh", ros::MarkerArray::kType},
-    Topic{"/mesh/classes", ros::MarkerArray::kType},
-};
-inline constexpr std::size_t kMeshTopics = 2;  // the last ones
 
 void publish_frame(const RgbdFrame& frame, const TrackResult& result, const CameraConfig& camera,
                    MessageSink& sink);

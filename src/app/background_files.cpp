@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the second sight of a frame needs of the first.
+/// What the second pass over a frame needs of the first.
 struct FramePose {
   SE3 T_world_camera;
   ReadOut read_out;

@@ -192,14 +192,14 @@ Result<int> merge(const MapOptions& options) {
   if (!config) return config.error();
   const MapAlignment alignment =
       align_maps(*a, *b, camera, {config->loop.index, config->loop.finder});
-  std::printf("%d sights of %s in %s; %zu agree, %d of them independent, over %.1f m\n",
+  std::printf("%d observations of %s in %s; %zu agree, %d of them independent, over %.1f m\n",
               alignment.found, options.other.c_str(), options.file.c_str(), alignment.pairs.size(),
               alignment.independent, alignment.extent_m);
   const auto refuse = [&](const std::string& why) {
     return Error{ErrorKind::kSavedMap, options.other + ": " + why + "; nothing was written"};
   };
   if (alignment.outcome == MapAlignment::Outcome::kNoOverlap)
-    return refuse("too few independent sights of " + options.file);
+    return refuse("too few independent observations of " + options.file);
   if (alignment.outcome == MapAlignment::Outcome::kAmbiguous)
     return refuse("ambiguous, it fits " + options.file + " in two ways");
   if (!options.same_place && alignment.extent_m < kProvingExtent_m)

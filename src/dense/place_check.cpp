@@ -9,9 +9,9 @@ constexpr double kNear_m = 0.2;
 constexpr int kBeside_px = 2;       // masks and depth are not exact to the pixel
 constexpr double kSomeShare = 0.2;  // of the surface: enough to say something of this one look
 
-enum class Sight { kHidden, kThere, kThrough };
+enum class Visibility { kHidden, kThere, kThrough };
 
-Sight sight_of(const Vec3& p_camera, const DepthView& view, double margin_m) {
+Visibility visibility_of(const Vec3& p_camera, const DepthView& view, double margin_m) {
   const Pinhole& camera = view.camera;
   const int u = static_cast<int>(std::lround(camera.fx * p_camera.x() / p_camera.z() + camera.cx));
   const int v = static_cast<int>(std::lround(camera.fy * p_camera.y() / p_camera.z() + camera.cy));
@@ -19,14 +19,14 @@ Sight sight_of(const Vec3& p_camera, const DepthView& view, double margin_m) {
       {0, 0}, {kBeside_px, 0}, {-kBeside_px, 0}, {0, kBeside_px}, {0, -kBeside_px}};
   int beyond = 0;
   for (const auto& [du, dv] : kSteps) {
-    if (!view.depth.contains(u + du, v + dv)) return Sight::kHidden;
+    if (!view.depth.contains(u + du, v + dv)) return Visibility::kHidden;
     const double depth_m = view.depth.at(u + du, v + dv) * DepthView::kUnit_m;
     if (depth_m <= 0) continue;
-    if (std::abs(depth_m - p_camera.z()) <= margin_m) return Sight::kThere;
-    if (depth_m < p_camera.z()) return Sight::kHidden;
+    if (std::abs(depth_m - p_camera.z()) <= margin_m) return Visibility::kThere;
+    if (depth_m < p_camera.z()) return Visibility::kHidden;
     ++beyond;
   }
-  return beyond > 2 ? Sight::kThrough : Sight::kHidden;
+  return beyond > 2 ? Visibility::kThrough : Visibility::kHidden;
 }
 
 struct Shares {
@@ -48,11 +48,11 @@ class Look {
         noise_(config.noise),
         config_(config) {}
 
-  [[nodiscard]] Sight at(const Vec3& p_world) const {
+  [[nodiscard]] Visibility at(const Vec3& p_world) const {
     const Vec3 p_camera = T_camera_world_ * p_world;
-    if (p_camera.z() <= kNear_m) return Sight::kHidden;
+    if (p_camera.z() <= kNear_m) return Visibility::kHidden;
     const double sigma_m = static_cast<double>(noise_.sigma_m(static_cast<float>(p_camera.z())));
-    return sight_of(p_camera, view_, config_.margin_m + config_.margin_sigmas * sigma_m);
+    return visibility_of(p_camera, view_, config_.margin_m + config_.margin_sigmas * sigma_m);
   }
 
   /// Whether all of a box lies on the outer side of one of the image's edges, or behind.
@@ -87,15 +87,15 @@ bool check_place(const DepthView& view, const SE3& T_world_camera, Timestamp sta
   if (look.is_outside(object.extent_world)) return false;
   Shares now, lately;
   for (auto& [key, patch] : object.patches) {
-    const Sight sight = look.at(patch.mean_world());
-    if (sight != Sight::kHidden && (!patch.observed_at || *patch.observed_at <= stamp)) {
+    const Visibility visibility = look.at(patch.mean_world());
+    if (visibility != Visibility::kHidden && (!patch.observed_at || *patch.observed_at <= stamp)) {
       patch.observed_at = stamp;
-      patch.seen_through = sight == Sight::kThrough;
+      patch.seen_through = visibility == Visibility::kThrough;
     }
     if (!object.believes(patch)) continue;
     ++now.all;
     ++lately.all;
-    if (sight != Sight::kHidden) now.add(sight == Sight::kThrough);
+    if (visibility != Visibility::kHidden) now.add(visibility == Visibility::kThrough);
     const bool is_recent = patch.observed_at &&
                            std::abs(seconds_between(stamp, *patch.observed_at)) <= config.window_s;
     if (is_recent) lately.add(patch.seen_through);
@@ -121,8 +121,9 @@ bool sees_through(const DepthView& view, const SE3& T_world_camera, const PlaceC
   for (const auto& [key, patch] : object.patches) {
     if (!object.believes(patch)) continue;
     ++now.all;
-    if (const Sight sight = look.at(patch.mean_world()); sight != Sight::kHidden)
-      now.add(sight == Sight::kThrough);
+    if (const Visibility visibility = look.at(patch.mean_world());
+        visibility != Visibility::kHidden)
+      now.add(visibility == Visibility::kThrough);
   }
   const double visible =
       object.empty_observations < config.min_observations ? kSomeShare : config.min_visible;

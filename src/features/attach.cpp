@@ -9,30 +9,28 @@ constexpr double kCornerRadius_px = 3;  // of the circle by which FAST finds a c
 constexpr double kLeastDepth_m = 0.05;
 constexpr double kFar_m = 1e6;  // where only rotation shows
 
-/// @return depth [m] at a pixel; tells the feature whether it is that of a plane.
-float read_depth(Feature& f, const DepthImage& depth_m, const Eigen::Vector2f& uv_px) {
-  if (depth_m.empty()) return 0;
-  const float plane_m = plane_depth_at(depth_m, uv_px.x(), uv_px.y());
-  f.on_plane = plane_m > 0;
-  return f.on_plane ? plane_m : depth_at(depth_m, uv_px.x(), uv_px.y());
+void set_depth(Feature& f, const SurfaceDepth& surface) {
+  f.depth_m = surface.depth_m;
+  f.on_plane = surface.on_plane;
 }
 
-/// Depth [m] of a pixel of the colour image, at the time of that pixel, where the depth image was
+/// Depth of a pixel of the colour image, at the time of that pixel, where the depth image was
 /// taken at another.
-float depth_at_time_of_colour(Feature& f, const Camera& camera, const DepthImage& depth_m,
-                              const RollingShutter& shutter, const Eigen::Vector2f& uv_px,
-                              const Vec2& ideal_px) {
+SurfaceDepth depth_at_time_of_colour(const Camera& camera, const DepthImage& depth_m,
+                                     const RollingShutter& shutter, const Eigen::Vector2f& uv_px,
+                                     const Vec2& ideal_px) {
   const float there_m = depth_at(depth_m, uv_px.x(), uv_px.y());
-  if (there_m <= 0) return 0;
+  if (there_m <= 0) return {};
   const double dt_s = shutter.depth_time_s(uv_px.y()) - shutter.colour_time_s(uv_px.y());
   const Vec3 then = shutter.earlier(camera.unproject(ideal_px, there_m), -dt_s);
-  if (then.z() < kLeastDepth_m) return 0;
+  if (then.z() < kLeastDepth_m) return {};
   const Vec2 then_px = camera.project(then);
   const Vec2 depth_uv_px = camera.distort(then_px);
-  const float then_m = read_depth(f, depth_m, depth_uv_px.cast<float>());
-  if (then_m <= 0) return 0;
-  const Vec3 p_cam = camera.unproject(then_px, then_m);
-  return static_cast<float>(shutter.earlier(p_cam, dt_s).z());
+  const Eigen::Vector2f at_px = depth_uv_px.cast<float>();
+  const SurfaceDepth surface = surface_depth_at(depth_m, at_px.x(), at_px.y());
+  if (surface.depth_m <= 0) return surface;
+  const Vec3 p_cam = camera.unproject(then_px, surface.depth_m);
+  return {static_cast<float>(shutter.earlier(p_cam, dt_s).z()), surface.on_plane};
 }
 
 }  // namespace
@@ -41,7 +39,7 @@ void attach_geometry(Features& features, const Camera& camera, const DepthImage&
                      const PyramidScales& scales) {
   for (Feature& f : features.points) {
     f.ideal_px = camera.undistort(f.uv_px.cast<double>()).cast<float>();
-    f.depth_m = read_depth(f, depth_m, f.uv_px);
+    set_depth(f, surface_depth_at(depth_m, f.uv_px.x(), f.uv_px.y()));
     if (f.depth_m > 0) f.depth_slope = depth_slope(depth_m, f.uv_px.x(), f.uv_px.y());
     f.on_depth_edge = f.depth_m > 0 && on_depth_edge(depth_m, f.uv_px.x(), f.uv_px.y(), f.depth_m,
                                                      kCornerRadius_px * scales.of(f.octave));
@@ -55,10 +53,9 @@ void move_to_middle_instant(Features& features, const Camera& camera, const Dept
   for (Feature& f : features.points) {
     const Vec2 seen_px = camera.undistort(f.uv_px.cast<double>());
     f.ideal_px = seen_px.cast<float>();
-    f.depth_m = depth_m.empty() ? 0.0F
-                : shutter.depth_has_own_time()
-                    ? depth_at_time_of_colour(f, camera, depth_m, shutter, f.uv_px, seen_px)
-                    : read_depth(f, depth_m, f.uv_px);
+    set_depth(f, shutter.depth_has_own_time() && !depth_m.empty()
+                     ? depth_at_time_of_colour(camera, depth_m, shutter, f.uv_px, seen_px)
+                     : surface_depth_at(depth_m, f.uv_px.x(), f.uv_px.y()));
     if (!shutter.is_rolling()) continue;
     const bool has_depth = f.depth_m > 0;
     const Vec3 p_cam = camera.unproject(seen_px, has_depth ? f.depth_m : kFar_m);

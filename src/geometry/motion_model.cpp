@@ -8,10 +8,11 @@ constexpr double kTrustInAcceleration = 0.5;
 
 }  // namespace
 
-SE3 MotionModel::predict(Timestamp now) const {
+PredictedMotion MotionModel::predict(Timestamp now) const {
   const double dt_s = seconds_between(now, last_);
-  if (!velocity_per_s_ || dt_s <= 0 || dt_s > config_.max_gap_s) return {};
-  return SE3::exp(*velocity_per_s_ * dt_s);
+  const bool moves = velocity_per_s_ && dt_s > 0 && dt_s <= config_.max_gap_s;
+  const SE3 T_now_last = moves ? SE3::exp(*velocity_per_s_ * dt_s) : SE3();
+  return {T_now_last, body_velocity(now, T_now_last), velocity_gain_per_s(now)};
 }
 
 Vec6 MotionModel::body_velocity(Timestamp now, const SE3& T_now_last) const {

@@ -16,11 +16,12 @@ TEST(MotionModel, ConstantVelocityIsPredictedExactlyOverAnyStep) {
     for (int i = 0; i < 6; ++i) velocity[i] = rng.normal(0, 0.5);
     MotionModel model({});
     model.reset(at(10));
-    EXPECT_LT(model.predict(at(10.03)).log().norm(), 1e-12) << "no velocity yet";
+    EXPECT_LT(model.predict(at(10.03)).T_now_last.log().norm(), 1e-12) << "no velocity yet";
     model.update(at(10.04), SE3::exp(velocity * 0.04));
     for (const double dt_s : {0.02, 0.04, 0.2}) {
       const SE3 expected = SE3::exp(velocity * dt_s);
-      EXPECT_LT((model.predict(at(10.04 + dt_s)) * expected.inverse()).log().norm(), 1e-9);
+      EXPECT_LT((model.predict(at(10.04 + dt_s)).T_now_last * expected.inverse()).log().norm(),
+                1e-9);
     }
   }
 }
@@ -50,7 +51,8 @@ TEST(MotionModel, VelocityFollowsTheStepByItsGain) {
     const Vec6 change = (Vec6() << 1, 2, 3, 4, 5, 6).finished() * 1e-3;
     const Vec6 slower = model.body_velocity(at(now_s), SE3::exp(twist));
     const Vec6 faster = model.body_velocity(at(now_s), SE3::exp(twist - change));
-    EXPECT_LT((faster - slower - model.velocity_gain_per_s(at(now_s)) * change).norm(), 1e-9);
+    EXPECT_LT((faster - slower - model.predict(at(now_s)).velocity_gain_per_s * change).norm(),
+              1e-9);
     model.update(at(now_s), SE3::exp(twist));
   }
 }
@@ -60,15 +62,15 @@ TEST(MotionModel, KnowsNothingAfterAGapOrAReset) {
   MotionModel model({});
   model.reset(at(1));
   model.update(at(1.03), SE3::exp(velocity * 0.03));
-  EXPECT_LT(model.predict(at(2)).log().norm(), 1e-12) << "too long ago";
-  EXPECT_LT(model.predict(at(1.03)).log().norm(), 1e-12) << "no time has passed";
-  EXPECT_LT(model.predict(at(1.0)).log().norm(), 1e-12) << "backwards";
+  EXPECT_LT(model.predict(at(2)).T_now_last.log().norm(), 1e-12) << "too long ago";
+  EXPECT_LT(model.predict(at(1.03)).T_now_last.log().norm(), 1e-12) << "no time has passed";
+  EXPECT_LT(model.predict(at(1.0)).T_now_last.log().norm(), 1e-12) << "backwards";
   model.update(at(2.0), SE3::exp(velocity));  // over a gap: says nothing about the velocity now
-  EXPECT_LT(model.predict(at(2.03)).log().norm(), 1e-12);
+  EXPECT_LT(model.predict(at(2.03)).T_now_last.log().norm(), 1e-12);
   model.update(at(2.03), SE3::exp(velocity * 0.03));
-  EXPECT_GT(model.predict(at(2.06)).log().norm(), 1e-3);
+  EXPECT_GT(model.predict(at(2.06)).T_now_last.log().norm(), 1e-3);
   model.reset(at(2.06));
-  EXPECT_LT(model.predict(at(2.09)).log().norm(), 1e-12);
+  EXPECT_LT(model.predict(at(2.09)).T_now_last.log().norm(), 1e-12);
 }
 
 }  // namespace

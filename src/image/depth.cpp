@@ -191,6 +191,13 @@ float plane_depth_at(const DepthImage& depth_m, double u, double v) {
          static_cast<float>(1.0 / kUnits_per_m);
 }
 
+SurfaceDepth surface_depth_at(const DepthImage& depth_m, double u, double v) {
+  if (depth_m.empty()) return {};
+  const float plane_m = plane_depth_at(depth_m, u, v);
+  if (plane_m > 0) return {plane_m, true};
+  return {depth_at(depth_m, u, v), false};
+}
+
 Eigen::Vector2f depth_slope(const DepthImage& depth_m, double u, double v) {
   constexpr int kReach_px = 4;
   constexpr float kSameSurface = 0.1F;  // of the depth, over the whole reach

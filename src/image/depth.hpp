@@ -52,6 +52,15 @@ struct DepthRange {
 /// @return in whole 0.2 mm; 0 where holes, edges or a bend leave no plane.
 [[nodiscard]] float plane_depth_at(const DepthImage& depth_m, double u, double v);
 
+struct SurfaceDepth {
+  float depth_m = 0;      ///< 0 = none
+  bool on_plane = false;  ///< whether it is that of a plane, else of the pixel alone
+};
+
+/// Depth at a (sub-)pixel: plane_depth_at() where there is one, else depth_at(). An empty image has
+/// none.
+[[nodiscard]] SurfaceDepth surface_depth_at(const DepthImage& depth_m, double u, double v);
+
 /// Change of depth per pixel to the right and down [m/px], from the depths 4 px away on both sides;
 /// 0 where one of them is missing or lies on another surface.
 [[nodiscard]] Eigen::Vector2f depth_slope(const DepthImage& depth_m, double u, double v);

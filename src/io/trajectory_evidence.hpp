@@ -1,4 +1,5 @@
-// What a file of poses is, judged by all of its lines.
+// What the columns of a file of poses are, judged by unit quaternions, rotation matrices and stamps
+// that increase.
 #pragma once
 
 #include <string>
@@ -20,10 +21,14 @@ struct PoseText {
 /// The formats that are told apart, for messages.
 [[nodiscard]] std::string accepted_trajectories();
 
-/// Decides by the header, the number of columns, unit quaternions, rotation matrices and stamps
-/// that increase. Nothing is taken on trust: what fits nothing, or two things, is refused.
-/// @param text without carriage returns inside lines. @param name for messages.
-/// @return kInput naming file, line, what was found and what is accepted.
-[[nodiscard]] Result<PoseText> recognise_poses(std::string_view text, const std::string& name);
+/// The columns of a TUM line from its position on.
+[[nodiscard]] PoseColumns quaternion_from(std::size_t position_at);
+
+/// @param poses records of one line each, nothing known of their columns.
+/// @param first_line as it stands in the file: commas mark EuRoC's tables.
+/// @return kInput naming file, line, what was found and what is accepted where nothing fits, or
+/// more than one reading.
+[[nodiscard]] Result<PoseText> by_evidence(PoseText poses, const std::string& name,
+                                           std::string_view first_line);
 
 }  // namespace ygslam

@@ -7,7 +7,7 @@
 #include "core/log.hpp"
 #include "io/text.hpp"
 #include "io/trajectory_checks.hpp"
-#include "io/trajectory_evidence.hpp"
+#include "io/trajectory_recognition.hpp"
 
 namespace ygslam {
 namespace {

@@ -73,11 +73,11 @@ Result<std::unique_ptr<RunView>> RunView::start(const RunViewConfig& config) {
   if (!server.ok()) return server.error();
   view->server_ = std::move(server).value();
   view->thread_.emplace([v = view.get()](const std::stop_token& stop) {
-    while (const auto sight = v->sights_.pop(stop)) v->publish(*sight);
+    while (const auto update = v->updates_.pop(stop)) v->publish(*update);
   });
   view->mesh_thread_.emplace([v = view.get()](const std::stop_token& stop) {
     static_cast<void>(::setpriority(PRIO_PROCESS, 0, kMeshNice));  // of this thread alone, on Linux
-    while (auto sight = v->meshes_.pop(stop)) v->publish_mesh(std::move(*sight));
+    while (auto update = v->meshes_.pop(stop)) v->publish_mesh(std::move(*update));
   });
   return view;
 }
@@ -85,7 +85,7 @@ Result<std::unique_ptr<RunView>> RunView::start(const RunViewConfig& config) {
 RunView::~RunView() {
   for (auto* thread : {&thread_, &mesh_thread_})
     if (*thread) (*thread)->request_stop();
-  sights_.close();
+  updates_.close();
   meshes_.close();
   thread_.reset();
   mesh_thread_.reset();
@@ -94,24 +94,24 @@ RunView::~RunView() {
 
 void RunView::show(const FramePtr& frame, const TrackResult& result) {
   now_ = frame->stamp;
-  Sight sight{frame, std::make_shared<const TrackResult>(result)};
+  Update update{frame, std::make_shared<const TrackResult>(result)};
   const std::lock_guard lock(mutex_);
-  if (server_->clients() > 0) sights_.push(sight);
-  last_ = std::move(sight);
+  if (server_->clients() > 0) updates_.push(update);
+  last_ = std::move(update);
 }
 
 /// Who comes while the run is paused sees the last frame, too.
 void RunView::subscribed() {
   const std::lock_guard lock(mutex_);
   map_wanted_ = true;
-  sights_.push(last_);
+  updates_.push(last_);
   changed_.notify_all();
 }
 
 void RunView::tell_state() {
-  Sight state = last_;
+  Update state = last_;
   state.is_state_alone = true;
-  if (sights_.size() == 0) sights_.push(std::move(state));  // else what waits there tells it
+  if (updates_.size() == 0) updates_.push(std::move(state));  // else what waits there tells it
 }
 
 bool RunView::is_paused() {
@@ -133,10 +133,10 @@ void RunView::show_map(Runner& runner) {
   map_due_ = after + std::max<Clock::duration>(kMapEvery, kMapShare * (after - before));
 }
 
-void RunView::publish_mesh(MeshSight sight) {
+void RunView::publish_mesh(MeshUpdate update) {
   const ScopedTimer timer;
   Batch batch(*this);
-  mesh_topics_.publish(std::move(sight.mesh), sight.stamp, MeshTopics::Extent::kTiles, batch);
+  mesh_topics_.publish(std::move(update.mesh), update.stamp, MeshTopics::Extent::kTiles, batch);
   mesh_took_ms_ = timer.cpu_ms();
 }
 
@@ -157,27 +157,27 @@ bool RunView::is_picture_due() {
   return true;
 }
 
-void RunView::publish(const Sight& sight) {
+void RunView::publish(const Update& update) {
   const bool paused = is_paused();
   Batch batch(*this, paused || has_ended_ || is_picture_due());
-  if (!sight.frame) {
+  if (!update.frame) {
     if (paused && batch.wants("/state"))
       batch.put("/state", ros::DiagnosticArray::kType, {}, to_cdr(paused_message()), 0);
     return;
   }
-  if (!sight.is_state_alone) publish_frame(*sight.frame, *sight.result, config_.camera, batch);
+  if (!update.is_state_alone) publish_frame(*update.frame, *update.result, config_.camera, batch);
   if (!batch.wants("/state")) return;
-  ros::DiagnosticArray state = state_message(*sight.frame, *sight.result);
+  ros::DiagnosticArray state = state_message(*update.frame, *update.result);
   ros::DiagnosticStatus& status = state.status[0];
   if (has_ended_) {
     status.message = "the run has ended";
     status.level = ros::DiagnosticStatus::kOk;
   } else if (paused) {
     status.message = "paused; " + status.message;
-  } else if (!sight.is_state_alone) {
+  } else if (!update.is_state_alone) {
     return;
   }
-  batch.put("/state", ros::DiagnosticArray::kType, sight.frame->stamp, to_cdr(state), 0);
+  batch.put("/state", ros::DiagnosticArray::kType, update.frame->stamp, to_cdr(state), 0);
 }
 
 void RunView::finish(Runner* runner) {
@@ -189,7 +189,7 @@ void RunView::finish(Runner* runner) {
     meshes_.push({std::move(mesh), now_});
   }
   const std::lock_guard lock(mutex_);
-  if (last_.frame) sights_.push(last_);
+  if (last_.frame) updates_.push(last_);
 }
 
 void RunView::stay(const std::function<bool()>& interrupted) {
@@ -210,7 +210,7 @@ void RunView::restart() {
   map_wanted_ = true;
   last_ = {};
   last_stamp_.reset();
-  sights_.push(last_);
+  updates_.push(last_);
 }
 
 RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner* runner,

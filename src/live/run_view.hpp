@@ -72,12 +72,12 @@ class RunView {
   [[nodiscard]] std::string url() const { return server_->url(); }
 
  private:
-  struct Sight {
+  struct Update {
     FramePtr frame;  ///< null: there was none yet
     std::shared_ptr<const TrackResult> result;
     bool is_state_alone = false;  ///< the rest of it was shown
   };
-  struct MeshSight {
+  struct MeshUpdate {
     NamedMesh mesh;
     Timestamp stamp;
   };
@@ -86,8 +86,8 @@ class RunView {
   explicit RunView(const RunViewConfig& config) : config_(config), is_paused_(config.paused) {}
   class Batch;
   [[nodiscard]] bool is_picture_due();
-  void publish(const Sight& sight);
-  void publish_mesh(MeshSight sight);
+  void publish(const Update& update);
+  void publish_mesh(MeshUpdate update);
   Result<std::string> drive(std::string_view service);
   void subscribed();
   void tell_state();                                 // under the mutex
@@ -107,11 +107,11 @@ class RunView {
   bool is_paused_, step_ = false, map_wanted_ = false;
   double speed_ = 0;  // times real time; 0 = as fast as it goes
   Wishes wishes_;
-  Sight last_;
+  Update last_;
 
   /// Pushed to under the mutex, so that a state pushes no frame out.
-  BoundedQueue<Sight> sights_{1, Overflow::kDropOldest};
-  BoundedQueue<MeshSight> meshes_{1, Overflow::kDropOldest};
+  BoundedQueue<Update> updates_{1, Overflow::kDropOldest};
+  BoundedQueue<MeshUpdate> meshes_{1, Overflow::kDropOldest};
   Clock::time_point picture_due_;        // the thread's that shows frames
   MeshTopics mesh_topics_;               // the mesh thread's
   std::atomic<double> mesh_took_ms_{0};  // processor time of the last one

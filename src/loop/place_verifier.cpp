@@ -142,9 +142,9 @@ void PlaceVerifier::judge_near(const Map& map, const PlaceView& view,
     std::vector<PoseObservation> observations;
     for (const PointMatch& m : found) {
       const Feature& f = view.features.points[m.feature];
-      observations.push_back(
-          {map.landmark(landmarks[m.source]).p_world,
-           observe(f, map.scales().of(f.octave), config_.noise, view.static_weight[m.feature])});
+      observations.push_back({map.landmark(landmarks[m.source]).p_world,
+                              observation_of(f, map.scales().of(f.octave), config_.noise,
+                                             view.static_weight[m.feature])});
     }
     const auto solution = solve_pose(camera_, match.T_camera_world, observations, config_.pose);
     match.guided = static_cast<int>(found.size());

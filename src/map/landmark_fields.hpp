@@ -27,8 +27,8 @@ inline const Landmark& at(const std::vector<const Landmark*>& landmarks, std::si
 struct LandmarkExtras {
   /// Of the largest distance to the smallest: from it follows the smallest, nearly always.
   double distance_ratio = 1;
-  /// Of each landmark: which of its observations has its descriptor (map/descriptor_sights).
-  std::vector<std::uint8_t> sights;
+  /// Of each landmark: which of its observations has its descriptor (map/descriptor_sources).
+  std::vector<std::uint8_t> sources;
   std::size_t most = std::numeric_limits<std::size_t>::max();  ///< landmarks that are read
 };
 /// The descriptor stands with the landmark itself.
@@ -105,11 +105,11 @@ void landmarks(Archive& archive, auto& list, auto& extras) {  // a LandmarkExtra
       n, [&](std::size_t i) -> auto& { return at(list, i).first_keyframe; });
   archive.template column<int>(n, [&](std::size_t i) -> auto& { return at(list, i).visible; });
   archive.template column<int>(n, [&](std::size_t i) -> auto& { return at(list, i).found; });
-  if constexpr (Archive::kReads) extras.sights.resize(n);
+  if constexpr (Archive::kReads) extras.sources.resize(n);
   archive.template column<std::uint8_t>(n,
-                                        [&](std::size_t i) -> auto& { return extras.sights[i]; });
+                                        [&](std::size_t i) -> auto& { return extras.sources[i]; });
   for (std::size_t i = 0; i < n; ++i)
-    if (extras.sights[i] == kOwnDescriptor)
+    if (extras.sources[i] == kOwnDescriptor)
       for (auto& bits : at(list, i).descriptor.bits) archive.number(bits);
   if constexpr (Archive::kReads)
     for (const Landmark& landmark : list) check_landmark(archive, landmark);

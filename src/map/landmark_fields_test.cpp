@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "map/descriptor_sights.hpp"
+#include "map/descriptor_sources.hpp"
 #include "map/map_assembly.hpp"
 #include "map/map_test_world.hpp"
 
@@ -35,7 +35,7 @@ class LandmarkFields : public ::testing::Test {
   map_test::World world_{200, 9};
   Map map_ = map_test::true_map(world_, 6).map;
   std::vector<const Landmark*> all_ = landmarks_of(map_);
-  LandmarkExtras extras_ = DescriptorSights(map_).of(all_);
+  LandmarkExtras extras_ = DescriptorSources(map_).of(all_);
   std::string bytes_;
   std::vector<Landmark> back_;
   LandmarkExtras extras_back_;
@@ -44,7 +44,7 @@ class LandmarkFields : public ::testing::Test {
 TEST_F(LandmarkFields, ComeBackButForTheLastBitsOfDirectionsAndRanges) {
   ASSERT_EQ(read(bytes_), "");
   ASSERT_EQ(back_.size(), all_.size());
-  EXPECT_EQ(extras_back_.sights, extras_.sights);
+  EXPECT_EQ(extras_back_.sources, extras_.sources);
   for (std::size_t i = 0; i < back_.size(); ++i) {
     const Landmark& a = *all_[i];
     const Landmark& b = back_[i];
@@ -66,8 +66,8 @@ TEST_F(LandmarkFields, ComeBackButForTheLastBitsOfDirectionsAndRanges) {
 
 TEST_F(LandmarkFields, DescriptorsStandWithTheirObservations) {
   for (std::size_t i = 0; i < all_.size(); ++i) {
-    ASSERT_LT(extras_.sights[i], all_[i]->observations.size());
-    const LandmarkObservation& o = all_[i]->observations[extras_.sights[i]];
+    ASSERT_LT(extras_.sources[i], all_[i]->observations.size());
+    const LandmarkObservation& o = all_[i]->observations[extras_.sources[i]];
     EXPECT_EQ(map_.keyframe(o.keyframe).data->features->descriptors[o.feature],
               all_[i]->descriptor);
   }
@@ -80,9 +80,9 @@ TEST_F(LandmarkFields, ADescriptorThatNoObservationHasIsKept) {
   list[5].descriptor = {};
   std::vector<const Landmark*> pointers;
   for (const Landmark& landmark : list) pointers.push_back(&landmark);
-  const LandmarkExtras extras = DescriptorSights(map_).of(pointers);
-  EXPECT_EQ(std::ranges::count(extras.sights, kOwnDescriptor), 2);
-  EXPECT_EQ(extras.sights[3], kOwnDescriptor);
+  const LandmarkExtras extras = DescriptorSources(map_).of(pointers);
+  EXPECT_EQ(std::ranges::count(extras.sources, kOwnDescriptor), 2);
+  EXPECT_EQ(extras.sources[3], kOwnDescriptor);
   ArchiveWriter out;
   landmarks(out, pointers, extras);
   EXPECT_EQ(out.bytes().size(), bytes_.size() + 2 * sizeof(Descriptor));

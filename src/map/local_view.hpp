@@ -35,8 +35,8 @@ struct KeyframePose {
 };
 
 struct LocalView {
-  std::uint64_t map_version = 0;  ///< Map::version()
-  std::uint32_t bends = 0;        ///< corrections so far that did not move all as one
+  std::uint64_t map_version = 0;   ///< Map::version()
+  std::uint32_t deformations = 0;  ///< corrections so far that did not move all as one
   std::vector<ViewLandmark> landmarks;
   std::unordered_map<LandmarkId, std::uint32_t> landmark_index;
   std::vector<ViewKeyframe> keyframes;  ///< the reference first, then the most covisible

@@ -95,7 +95,7 @@ MapAssembly::Fault MapAssembly::add_removed(const RemovedKeyframe& removed) {
   return std::nullopt;
 }
 
-MapAssembly::Fault MapAssembly::add_landmark(Landmark landmark, std::uint8_t sight) {
+MapAssembly::Fault MapAssembly::add_landmark(Landmark landmark, std::uint8_t source) {
   const std::string name = "landmark " + std::to_string(index(landmark.id));
   if (index(landmark.id) >= numbers_.next_landmark)
     return name + ": the map has numbers below " + std::to_string(numbers_.next_landmark) + " only";
@@ -119,10 +119,10 @@ MapAssembly::Fault MapAssembly::add_landmark(Landmark landmark, std::uint8_t sig
       return name + ": feature " + std::to_string(o.feature) + " of " + keyframe_name(o.keyframe) +
              " shows another landmark";
   }
-  if (sight != map_fields::kOwnDescriptor) {
-    if (sight >= landmark.observations.size())
+  if (source != map_fields::kOwnDescriptor) {
+    if (source >= landmark.observations.size())
       return name + ": its descriptor is of an observation that it has not";
-    const LandmarkObservation& o = landmark.observations[sight];
+    const LandmarkObservation& o = landmark.observations[source];
     landmark.descriptor =
         map_.keyframes_.find(o.keyframe)->second.data->features->descriptors[o.feature];
   }

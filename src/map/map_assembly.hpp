@@ -40,8 +40,8 @@ class MapAssembly {
   Fault add_keyframe(std::shared_ptr<KeyframeData> data, const SE3& T_camera_world,
                      KeyframeId parent, std::vector<float> static_weight);
   Fault add_removed(const RemovedKeyframe& removed);
-  /// @param sight which of its observations has its descriptor (DescriptorSights).
-  Fault add_landmark(Landmark landmark, std::uint8_t sight = map_fields::kOwnDescriptor);
+  /// @param source which of its observations has its descriptor (DescriptorSources).
+  Fault add_landmark(Landmark landmark, std::uint8_t source = map_fields::kOwnDescriptor);
 
   /// Where nobody knows the numbers any more: new ids go on after the highest there are.
   void number_by_parts();

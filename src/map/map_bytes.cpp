@@ -1,6 +1,6 @@
 #include "map/map_bytes.hpp"
 
-#include "map/descriptor_sights.hpp"
+#include "map/descriptor_sources.hpp"
 #include "map/map_fields.hpp"
 
 namespace ygslam {
@@ -27,7 +27,7 @@ std::string to_bytes(const Map& map) {
   std::vector<const Landmark*> landmarks;
   map.for_each_landmark([&](const Landmark& landmark) { landmarks.push_back(&landmark); });
   std::ranges::sort(landmarks, {}, &Landmark::id);  // the same map gives the same bytes
-  map_fields::landmarks(out, landmarks, DescriptorSights(map).of(landmarks));
+  map_fields::landmarks(out, landmarks, DescriptorSources(map).of(landmarks));
   map_fields::observations(out, landmarks);
   return out.bytes();
 }

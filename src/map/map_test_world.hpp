@@ -43,7 +43,7 @@ struct WorldPoint {
   float angle_rad = 0;
 };
 
-struct Sight {
+struct ViewQuality {
   double noise_px = 0.0;
   double depth_share = 1.0;  ///< of the features that have a depth
   int blurred_bits = 6;
@@ -82,24 +82,24 @@ class World {
   }
 
   [[nodiscard]] SeenFrame see(const SE3& T_camera_world, std::uint32_t frame,
-                              const Sight& sight = {}) {
+                              const ViewQuality& quality = {}) {
     auto features = std::make_shared<Features>();
     SeenFrame seen;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Vec3 p_camera = T_camera_world * points_[i].p_world;
       if (p_camera.z() < 0.3) continue;
       const Vec2 px =
-          camera_.project(p_camera) + sight.noise_px * Vec2(rng_.normal(), rng_.normal());
+          camera_.project(p_camera) + quality.noise_px * Vec2(rng_.normal(), rng_.normal());
       if (!camera_.contains(px, 16)) continue;
       Feature f;
       f.uv_px = f.ideal_px = px.cast<float>();
-      f.depth_m = rng_.uniform() < sight.depth_share ? static_cast<float>(p_camera.z()) : 0.0F;
+      f.depth_m = rng_.uniform() < quality.depth_share ? static_cast<float>(p_camera.z()) : 0.0F;
       f.angle_rad = points_[i].angle_rad;
       const double size_px = points_[i].size_m / p_camera.norm() * camera_.fx();
       const double octave = std::round(std::log(size_px / 1.5) / std::log(kScale));
       f.octave = static_cast<std::uint8_t>(std::clamp(octave, 0.0, kLevels - 1.0));
       features->points.push_back(f);
-      features->descriptors.push_back(blurred(points_[i].descriptor, sight.blurred_bits, rng_));
+      features->descriptors.push_back(blurred(points_[i].descriptor, quality.blurred_bits, rng_));
       seen.point.push_back(static_cast<int>(i));
     }
     auto image = std::make_shared<RgbdFrame>();
@@ -136,11 +136,11 @@ struct TrueMap {
   std::vector<LandmarkId> landmark;  ///< per point of the world, kNoLandmark where nobody saw it
 };
 
-inline TrueMap true_map(World& world, int keyframes, const Sight& sight = {}) {
+inline TrueMap true_map(World& world, int keyframes, const ViewQuality& quality = {}) {
   TrueMap result;
   result.landmark.assign(world.points().size(), kNoLandmark);
   for (int i = 0; i < keyframes; ++i) {
-    result.seen.push_back(world.see(World::pose(i), static_cast<std::uint32_t>(10 * i), sight));
+    result.seen.push_back(world.see(World::pose(i), static_cast<std::uint32_t>(10 * i), quality));
     const SeenFrame& seen = result.seen.back();
     const KeyframeId parent = i ? KeyframeId{static_cast<std::uint32_t>(i - 1)} : kNoKeyframe;
     const KeyframeId id = add_keyframe(result.map, seen, parent);

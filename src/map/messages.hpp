@@ -34,7 +34,7 @@ struct KeyframeCandidate {
   /// Of the oldest view that the landmarks above were found in.
   std::uint64_t map_version = 0;
   /// The camera was lost and its pose is a guess: a submap begins. So far it can have come since it
-  /// was last known; 0: the place is known by sight alone.
+  /// was last known; 0: the place is known by appearance alone.
   std::optional<double> submap_reach_m{};
 };
 

@@ -24,8 +24,8 @@ struct NoiseConfig {
 };
 
 /// @param octave_scale of the feature's pyramid level. @param weight static weight, 0..1.
-[[nodiscard]] inline Observation observe(const Feature& feature, double octave_scale,
-                                         const NoiseConfig& noise, double weight) {
+[[nodiscard]] inline Observation observation_of(const Feature& feature, double octave_scale,
+                                                const NoiseConfig& noise, double weight) {
   Observation seen;
   seen.ideal_px = feature.ideal_px.cast<double>();
   seen.depth_m = feature.depth_m;

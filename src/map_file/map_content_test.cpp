@@ -42,7 +42,7 @@ class MapContent : public ::testing::Test {
       ArchiveReader in(raw);
       map_fields::observations(in, landmarks);
     });
-    change(landmarks, extras.sights);
+    change(landmarks, extras.sources);
     std::vector<const Landmark*> pointers;
     for (const Landmark& l : landmarks) pointers.push_back(&l);
     sign_row(path_, {Table::kLandmarks, 0}, [&](std::string& raw) {
@@ -167,9 +167,9 @@ TEST_F(MapContent, FeaturesLieInTheImage) {
 
 TEST_F(MapContent, LandmarksAreSeenByWhatIsThere) {
   using Landmarks = std::vector<Landmark>;
-  using Sights = std::vector<std::uint8_t>;
+  using Sources = std::vector<std::uint8_t>;
   const auto change = [&](const std::function<void(Landmark&)>& first, const std::string& cause) {
-    change_landmarks([&](Landmarks& all, Sights&) { first(all[1]); }, cause);
+    change_landmarks([&](Landmarks& all, Sources&) { first(all[1]); }, cause);
   };
   change([](Landmark& l) { l.observations.front().keyframe = KeyframeId{500}; }, "landmark 1: ");
   change([](Landmark& l) { l.observations.back().keyframe = KeyframeId{501}; },
@@ -190,10 +190,10 @@ TEST_F(MapContent, LandmarksAreSeenByWhatIsThere) {
   change([](Landmark& l) { l.visible = -1; }, "found more often");
   change([](Landmark& l) { l.first_keyframe = kNoKeyframe; }, "first seen by keyframe");
   change([](Landmark& l) { l.max_distance_m = 2e30; }, "no range of distances");
-  change_landmarks([](Landmarks& all, Sights&) { all.resize(all.size() - 1); }, "landmarks of");
-  change_landmarks([](Landmarks& all, Sights&) { all[2].observations = all[1].observations; },
+  change_landmarks([](Landmarks& all, Sources&) { all.resize(all.size() - 1); }, "landmarks of");
+  change_landmarks([](Landmarks& all, Sources&) { all[2].observations = all[1].observations; },
                    "shows another landmark");
-  change_landmarks([](Landmarks&, Sights& sights) { sights[1] = 200; },
+  change_landmarks([](Landmarks&, Sources& sources) { sources[1] = 200; },
                    "landmark 1: its descriptor is of an observation that it has not");
 }
 

@@ -199,22 +199,22 @@ void MapReader::read_removed() {
   }
 }
 
-void MapReader::add_landmark(Landmark landmark, std::uint8_t sight) {
+void MapReader::add_landmark(Landmark landmark, std::uint8_t source) {
   if (!lost_.empty()) {
     const auto is_lost = [&](const LandmarkObservation& o) { return lost_.contains(o.keyframe); };
     auto& seen = landmark.observations;
-    if (sight != map_fields::kOwnDescriptor && sight < seen.size()) {
+    if (source != map_fields::kOwnDescriptor && source < seen.size()) {
       // Of one that is lost the next best: the first that is kept.
-      const auto own = seen.begin() + sight;
-      sight = is_lost(*own)
-                  ? 0
-                  : static_cast<std::uint8_t>(sight - std::count_if(seen.begin(), own, is_lost));
+      const auto own = seen.begin() + source;
+      source = is_lost(*own)
+                   ? 0
+                   : static_cast<std::uint8_t>(source - std::count_if(seen.begin(), own, is_lost));
     }
     std::erase_if(seen, is_lost);
     if (seen.empty()) return;  // told of with its keyframes
   }
   const std::size_t count = landmark.observations.size();
-  if (const auto wrong = assembly_.add_landmark(std::move(landmark), sight)) {
+  if (const auto wrong = assembly_.add_landmark(std::move(landmark), source)) {
     fault(*wrong);
   } else {
     observations_ += count;
@@ -238,7 +238,7 @@ void MapReader::read_chunk(std::uint32_t chunk) {
                    }) &&
           whole;
   for (std::size_t i = 0; i < landmarks.size(); ++i)
-    if (whole && !stopped_) add_landmark(std::move(landmarks[i]), extras.sights[i]);
+    if (whole && !stopped_) add_landmark(std::move(landmarks[i]), extras.sources[i]);
 }
 
 void MapReader::read_landmarks() {

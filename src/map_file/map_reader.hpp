@@ -43,7 +43,7 @@ class MapReader {
   void add_removed();
   void read_landmarks();
   void read_chunk(std::uint32_t chunk);
-  void add_landmark(Landmark landmark, std::uint8_t sight);
+  void add_landmark(Landmark landmark, std::uint8_t source);
   void check_sums();
   [[nodiscard]] KeyframeId kept_before(KeyframeId id) const;
   [[nodiscard]] KeyframeId kept_parent(KeyframeId id, KeyframeId parent);

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "map/descriptor_sights.hpp"
+#include "map/descriptor_sources.hpp"
 #include "map/map_fields.hpp"
 
 namespace ygslam::map_file {
@@ -193,7 +193,7 @@ Status MapStore::write_landmarks(const Map& map, Change& change) {
   all.reserve(map.landmark_count());
   map.for_each_landmark([&](const Landmark& landmark) { all.push_back(&landmark); });
   std::ranges::sort(all, {}, &Landmark::id);
-  DescriptorSights sights(map);
+  DescriptorSources sources(map);
   for (const Table table : {Table::kLandmarks, Table::kObservations}) {
     std::vector<const Landmark*> chunk;
     for (auto it = all.begin(); it != all.end();) {
@@ -202,7 +202,7 @@ Status MapStore::write_landmarks(const Map& map, Change& change) {
       for (; it != all.end() && index((*it)->id) / kChunk == number; ++it) chunk.push_back(*it);
       change.raw.clear();
       if (table == Table::kLandmarks) {
-        map_fields::landmarks(change.raw, chunk, sights.of(chunk));
+        map_fields::landmarks(change.raw, chunk, sources.of(chunk));
       } else {
         map_fields::observations(change.raw, chunk);
         for (const Landmark* landmark : chunk) change.observations += landmark->observations.size();

@@ -50,7 +50,8 @@ void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_co
       const Feature& feature = keyframe.data->features->points[o.feature];
       const double weight = std::max(kLeastWeight, keyframe.static_weight[o.feature]);
       window.problem.observations.push_back(
-          {pose->second, i, observe(feature, map.scales().of(feature.octave), noise, weight)});
+          {pose->second, i,
+           observation_of(feature, map.scales().of(feature.octave), noise, weight)});
     }
   }
 }

@@ -89,10 +89,11 @@ std::vector<KeyframeId> Mapper::refine(const std::atomic<bool>* abort) {
 }
 
 void Mapper::correct(const MapPatch& patch) {
-  if (map_.apply(patch)) ++bends_;
+  if (map_.apply(patch)) ++deformations_;
 }
 
-void Mapper::weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place) {
+void Mapper::fuse_visits(std::span<const KeyframeId> keyframes,
+                         const std::vector<KeyframeId>& place) {
   for (const KeyframeId id : keyframes) fuse_with(map_, camera_, id, place, config_.fusion);
 }
 
@@ -119,7 +120,7 @@ LocalViewPtr Mapper::view() const {
   const bool kept = map_.has_keyframe(foci_.back());
   const std::vector<KeyframeId> foci(foci_.begin(), foci_.end());
   auto view = build_view(map_, kept ? foci_.back() : newest_, foci, config_.view);
-  view->bends = bends_;
+  view->deformations = deformations_;
   return view;
 }
 

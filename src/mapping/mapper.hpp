@@ -51,7 +51,7 @@ class Mapper {
   /// A submap's place was found: Map::join() after the patch that moves it there.
   void join(KeyframeId root, KeyframeId parent, const MapPatch& patch);
   /// Fuses what keyframes see with what those at a place see that they were found at.
-  void weld(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place);
+  void fuse_visits(std::span<const KeyframeId> keyframes, const std::vector<KeyframeId>& place);
   /// Views are cut out around this keyframe from now on, until a new one is inserted. One that is
   /// no longer there is as good as the newest. @return false if they are already.
   bool look_around(KeyframeId focus);
@@ -73,7 +73,7 @@ class Mapper {
   KeyframeId newest_ = kNoKeyframe;
   std::deque<KeyframeId> foci_;  // of the views so far, newest last: where the camera is
   std::vector<LandmarkId> recent_landmarks_;
-  std::uint32_t bends_ = 0;
+  std::uint32_t deformations_ = 0;
 };
 
 }  // namespace ygslam

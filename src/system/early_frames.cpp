@@ -108,7 +108,7 @@ class EarlyFrames::Revision {
       const Feature& f = features.points[i];
       observations.push_back(
           {map_.landmark(matches[i]->landmark).p_world,
-           observe(f, map_.scales().of(f.octave), NoiseConfig{}, matches[i]->weight)});
+           observation_of(f, map_.scales().of(f.octave), NoiseConfig{}, matches[i]->weight)});
     }
     const auto pose = solve_pose(camera_, placed.T_camera_world, observations, PoseOnlyConfig{});
     if (!pose || pose->inliers < static_cast<int>(kMinMatches)) return;

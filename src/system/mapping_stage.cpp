@@ -116,7 +116,7 @@ bool MappingStage::close_loops() {
     append_attempts(result.attempts, kRememberedAttempts, attempts_);
     if (result.closure) {
       mapper_.correct(result.closure->patch);
-      mapper_.weld(result.closure->window, result.closure->place);
+      mapper_.fuse_visits(result.closure->window, result.closure->place);
       changed = true;
     }
     if (const auto found = submap_joiner_.step(map(), result.attempts)) {
@@ -134,7 +134,7 @@ void MappingStage::join(const SubmapJoin& join) {
     std::vector<KeyframeId> place = map().covisible(pair.match.place, 1, kPlaceKeyframes);
     place.push_back(pair.match.place);
     std::erase(place, pair.in_b);
-    mapper_.weld({&pair.in_b, 1}, place);
+    mapper_.fuse_visits({&pair.in_b, 1}, place);
   }
 }
 

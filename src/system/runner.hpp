@@ -30,8 +30,8 @@ class Runner {
   [[nodiscard]] virtual StaticScene scene() = 0;
   /// What keyframes were compared with to close loops: the first of the run, up to a bound.
   [[nodiscard]] virtual std::vector<LoopAttempt> loop_attempts() = 0;
-  /// Takes over what was computed on a copy of the map (loops, welds); tracking goes on in the
-  /// corrected world with the next view.
+  /// Takes over what was computed on a copy of the map (loops, fused landmarks); tracking goes on
+  /// in the corrected world with the next view.
   virtual void correct(MapPatch patch) = 0;
   /// Forgets map, trajectory and objects; the next frame starts a new world.
   virtual void reset() = 0;

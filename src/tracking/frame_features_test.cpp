@@ -14,9 +14,9 @@ constexpr ShutterTimes kRolling{.colour_readout_s = 0.02, .depth_readout_s = 0.0
 struct Seen {
   Camera camera{PaintedWall::camera()};
   FrameFeatures features;
-  explicit Seen(const PaintedWall::Sight& sight = {}) {
+  explicit Seen(const PaintedWall::View& view = {}) {
     OrbExtractor orb{OrbConfig{}};
-    features = extract_features(orb, camera, PaintedWall(3).see(1, sight));
+    features = extract_features(orb, camera, PaintedWall(3).see(1, view));
   }
 };
 

@@ -45,18 +45,18 @@ inline double pose_error(const SE3& T_estimate, const SE3& T_truth) {
 
 struct PointScene {
   explicit PointScene(std::uint64_t seed, int points = 700,
-                      const map_test::Sight& sight = {.noise_px = 0.5})
-      : PointScene(World(points, seed), sight) {}
-  PointScene(World seen_world, const map_test::Sight& sight)
+                      const map_test::ViewQuality& quality = {.noise_px = 0.5})
+      : PointScene(World(points, seed), quality) {}
+  PointScene(World seen_world, const map_test::ViewQuality& quality)
       : world(std::move(seen_world)),
-        truth(map_test::true_map(world, 6, sight)),
+        truth(map_test::true_map(world, 6, quality)),
         view(view_of(truth.map)),
         last{features_of(truth.seen.back()),
              truth.map.keyframe(KeyframeId{5}).landmarks,
              {},
              {},
              {}},
-        now(world.see(World::pose(6), 100, sight)),
+        now(world.see(World::pose(6), 100, quality)),
         frame(features_of(now)),
         estimator({}, world.camera(), {map_test::kLevels, map_test::kScale}) {}
   [[nodiscard]] std::optional<PoseResult> track(const SE3& T_guess, Rng& rng) const {

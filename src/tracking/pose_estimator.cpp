@@ -176,8 +176,8 @@ std::optional<PoseSolution> PoseEstimator::solve(const FrameFeatures& frame,
   observations.reserve(pairings.size());
   for (const Pairing& p : pairings) {
     const Feature& f = frame.features->points[p.feature];
-    observations.push_back(
-        {p.p_world, observe(f, scales_.of(f.octave), noise, frame.static_weight[p.feature])});
+    observations.push_back({p.p_world, observation_of(f, scales_.of(f.octave), noise,
+                                                      frame.static_weight[p.feature])});
   }
   return solve_pose(camera_, T_guess_world, observations, config_.pose);
 }

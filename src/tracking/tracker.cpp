@@ -45,15 +45,15 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
   const ScopedTimer timer;
-  const SE3 T_now_last = motion_model_.predict(frame->stamp);
-  const auto predicted = predicted_flow(frame->stamp, T_now_last);
+  const PredictedMotion motion = motion_model_.predict(frame->stamp);
+  const auto predicted = predicted_flow(motion);
   FrameFeatures seen = see(frame, predicted);
   const double orb_ms = timer.wall_ms();
   Observed now = observe(std::move(seen), masks, predicted);
   const int mask_age_frames = now.evidence.mask_age_frames;
   const double motion_ms = timer.wall_ms() - orb_ms;
   TrackResult result = judge_.state() != TrackState::kWaiting
-                           ? track(std::move(now), T_now_last, view, mapper_busy)
+                           ? track(std::move(now), motion.T_now_last, view, mapper_busy)
                        : view->empty() ? start(std::move(now), view)
                                        : start_in_map(std::move(now), view);
   result.mask_age_frames = mask_age_frames;
@@ -171,16 +171,14 @@ TrackResult Tracker::tracked(const Localization::Place& place, const PoseResult&
           .inliers = pose.inliers};
 }
 
-std::optional<FlowPrediction> Tracker::predicted_flow(Timestamp stamp,
-                                                      const SE3& T_now_last) const {
+std::optional<FlowPrediction> Tracker::predicted_flow(const PredictedMotion& motion) const {
   // A weak pose's motion is no good start for the flow; but where rows are read one after the
   // other, ends that are left where they are seen would look as if they moved.
   const TrackState state = judge_.state();
   const bool weak_will_do = !shutter_.times().is_global() && state == TrackState::kWeak;
   if (state != TrackState::kTracking && !weak_will_do) return std::nullopt;
-  return FlowPrediction{T_now_last,
-                        {shutter_.times(), motion_model_.body_velocity(stamp, T_now_last)},
-                        motion_model_.velocity_gain_per_s(stamp)};
+  return FlowPrediction{
+      motion.T_now_last, {shutter_.times(), motion.body_velocity}, motion.velocity_gain_per_s};
 }
 
 FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPrediction>& predicted) {
@@ -207,7 +205,7 @@ SE3 Tracker::last_pose(const LocalView& view) {
     if (keyframe.data->frame == last_->seen.frame->id) last_->pose = {keyframe.data->id, SE3()};
   const auto T_last_world = pose_in(view, last_->pose);
   CHECK(T_last_world, "views reach from the keyframe they were asked for to the last one");
-  if (last_->view->bends == view.bends) return *T_last_world;
+  if (last_->view->deformations == view.deformations) return *T_last_world;
   // Where the world was bent the frame's landmarks, seen first by several keyframes, did not all
   // move as its reference keyframe did; the difference would look like a motion of the camera.
   return pose_estimator_.follow_landmarks(*last_, view, *T_last_world).value_or(*T_last_world);

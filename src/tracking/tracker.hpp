@@ -94,8 +94,7 @@ class Tracker {
                                     MapRequest request, CameraFindings camera) const;
 
   // Steps on these ways, in their order.
-  [[nodiscard]] std::optional<FlowPrediction> predicted_flow(Timestamp stamp,
-                                                             const SE3& T_now_last) const;
+  [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const PredictedMotion& motion) const;
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
                                   const std::optional<FlowPrediction>& predicted);
   [[nodiscard]] FrameFeatures corrected(FrameFeatures seen, const Vec6& body_velocity) const;

@@ -19,9 +19,9 @@ class TrackerTest : public ::testing::Test {
     if (result.candidate) map_.insert(*result.candidate);
     return result;
   }
-  TrackResult see(const PaintedWall::Sight& sight) { return step(wall_.see(number_++, sight)); }
-  TrackResult see_elsewhere(const PaintedWall::Sight& sight = {}) {
-    return step(elsewhere_.see(number_++, sight));
+  TrackResult see(const PaintedWall::View& view) { return step(wall_.see(number_++, view)); }
+  TrackResult see_elsewhere(const PaintedWall::View& view = {}) {
+    return step(elsewhere_.see(number_++, view));
   }
   TrackResult see_nothing() { return see({.painted_px = 0}); }
   void start() {
@@ -37,7 +37,7 @@ class TrackerTest : public ::testing::Test {
     config.judge.min_inliers = 120;
     return config;
   }
-  static constexpr PaintedWall::Sight kFew{.painted_px = 74}, kEnough{.painted_px = 90};
+  static constexpr PaintedWall::View kFew{.painted_px = 74}, kEnough{.painted_px = 90};
   static OrbConfig few_features() {
     OrbConfig config;
     config.features = 500;
@@ -78,8 +78,8 @@ TEST_F(TrackerTest, WaitsForAFrameWithTextureAndDepth) {
 
 TEST_F(TrackerTest, StandsStillBeforeTheFirstViewAndIsLostWithoutAnImage) {
   const auto no_view = std::make_shared<LocalView>();
-  const auto step = [&](const PaintedWall::Sight& sight) {
-    return tracker_->step(wall_.see(number_++, sight), no_view, {}, false);
+  const auto step = [&](const PaintedWall::View& view) {
+    return tracker_->step(wall_.see(number_++, view), no_view, {}, false);
   };
   ASSERT_EQ(step({}).state, TrackState::kTracking);
   const TrackResult same = step({});
@@ -180,8 +180,8 @@ TEST_F(TrackerTest, AfterALossTheLastFrameAloneVouchesForNothing) {
   unmapped->landmarks.clear();
   unmapped->landmark_index.clear();
   for (auto& landmark : unmapped->keyframes.front().landmarks) landmark = -1;
-  const auto step = [&](const PaintedWall::Sight& sight) {
-    return tracker_->step(wall_.see(number_++, sight), unmapped, {}, false).state;
+  const auto step = [&](const PaintedWall::View& view) {
+    return tracker_->step(wall_.see(number_++, view), unmapped, {}, false).state;
   };
   EXPECT_EQ(step({}), TrackState::kTracking) << "from frame to frame it does";
   EXPECT_EQ(step({.painted_px = 0}), TrackState::kLost);
@@ -195,7 +195,7 @@ TEST_F(TrackerTest, WhereItCannotHaveComeByItselfASubmapBegins) {
   ASSERT_EQ(found.state, TrackState::kTracking);
   EXPECT_TRUE(found.provisional);
   ASSERT_TRUE(found.candidate);
-  EXPECT_EQ(found.candidate->submap_reach_m, 0) << "known by sight alone";
+  EXPECT_EQ(found.candidate->submap_reach_m, 0) << "known by appearance alone";
   for (const LandmarkId id : found.candidate->landmarks) EXPECT_EQ(id, kNoLandmark);
   const TrackResult inside = see({.left_px = 130});
   ASSERT_EQ(inside.state, TrackState::kTracking);

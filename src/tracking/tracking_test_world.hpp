@@ -36,14 +36,14 @@ class PaintedWall {
     for (auto& grey : brightness_) grey = static_cast<std::uint8_t>(rng.below(256));
   }
 
-  struct Sight {
+  struct View {
     int left_px = 0;              ///< where the camera stands along the wall
     float depth_m = kDistance_m;  ///< of all pixels
     int painted_px = kWidth_px;   ///< columns from the left; the rest of the image is grey
     int measured_px = kWidth_px;  ///< columns with depth
   };
   /// @param number of the frame, which is its time, too.
-  [[nodiscard]] FramePtr see(int number, const Sight& sight) const {
+  [[nodiscard]] FramePtr see(int number, const View& view) const {
     auto frame = std::make_shared<RgbdFrame>();
     frame->id = FrameId{static_cast<std::uint32_t>(number)};
     frame->stamp = {to_ns(100 + number * kFrame_s)};
@@ -51,8 +51,8 @@ class PaintedWall {
     frame->colour = ColourImage(kWidth_px, kHeight_px);
     frame->depth_m = DepthImage(kWidth_px, kHeight_px);
     for (int v = 0; v < kHeight_px; ++v) {
-      for (int u = 0; u < sight.painted_px; ++u) frame->grey.at(u, v) = at(u + sight.left_px, v);
-      for (int u = 0; u < sight.measured_px; ++u) frame->depth_m.at(u, v) = sight.depth_m;
+      for (int u = 0; u < view.painted_px; ++u) frame->grey.at(u, v) = at(u + view.left_px, v);
+      for (int u = 0; u < view.measured_px; ++u) frame->depth_m.at(u, v) = view.depth_m;
     }
     return frame;
   }

@@ -106,9 +106,9 @@ TEST(SpaceScan, LooksIntoEveryBlockThatIsSeenThrough) {
       const CellMask through = cells_seen_through(projection, key);
       for (int i = 0; i < kBlockCells; ++i) {
         const Eigen::Vector3i at(i % 8, i / 8 % 8, i / 64);
-        const CellObservation sight = seen.at(block_of(key) * kBlockSide + at);
-        ASSERT_EQ(sight == CellObservation::kThrough,
-                  through.at(at.x(), at.y(), at.z()) && sight != CellObservation::kHit);
+        const CellObservation observed = seen.at(block_of(key) * kBlockSide + at);
+        ASSERT_EQ(observed == CellObservation::kThrough,
+                  through.at(at.x(), at.y(), at.z()) && observed != CellObservation::kHit);
       }
     });
   }

@@ -65,19 +65,19 @@ std::vector<ColouredPoint> before_mesh(const DenseMap::PlacedView& placed, MeshV
 }  // namespace
 
 ThinStructures::ThinStructures(const std::vector<DenseMap::PlacedView>& views, MeshView& mesh) {
-  struct Sight {
+  struct SeenCell {
     std::size_t last_view = 0;
     int views = 0;
   };
-  std::unordered_map<CellKey, Sight> cells;
+  std::unordered_map<CellKey, SeenCell> cells;
   const auto key_of = [](const ColouredPoint& point) {
     return cell_key(point.p_world.cast<double>(), kCell_m);
   };
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (const ColouredPoint& point : before_mesh(views[i], mesh)) {
-      Sight& sight = cells[key_of(point)];
-      if (sight.views == 0 || sight.last_view != i) ++sight.views;
-      sight.last_view = i;
+      SeenCell& cell = cells[key_of(point)];
+      if (cell.views == 0 || cell.last_view != i) ++cell.views;
+      cell.last_view = i;
       points_.push_back(point);
     }
   }

@@ -32,7 +32,7 @@ Map seen_twice(World& world, int keyframes, double without) {
   return map;
 }
 
-TEST(Weld, WhatBothVisitsSeeOfAPointBecomesOne) {
+TEST(LandmarkFusion, WhatBothVisitsSeeOfAPointBecomesOne) {
   for (const std::uint64_t seed : {31, 32, 33}) {
     World world(400, seed);
     Map map = seen_twice(world, 4, 0.3);

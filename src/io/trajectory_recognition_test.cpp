@@ -1,5 +1,5 @@
 // One file of each format, and of each that is refused.
-#include "io/trajectory_evidence.hpp"
+#include "io/trajectory_recognition.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,10 +9,10 @@
 
 namespace ygslam {
 
-class DescriptorSights {
+class DescriptorSources {
  public:
   /// @param map must outlive it and stay as it is.
-  explicit DescriptorSights(const Map& map) {
+  explicit DescriptorSources(const Map& map) {
     features_.reserve(map.keyframes().size());
     for (const auto& [id, keyframe] : map.keyframes())
       features_.emplace(index(id), keyframe.data->features.get());
@@ -22,14 +22,14 @@ class DescriptorSights {
   /// What is to be written with the landmarks; valid until the next call.
   [[nodiscard]] const map_fields::LandmarkExtras& of(
       const std::vector<const Landmark*>& landmarks) {
-    extras_.sights.clear();
-    for (const Landmark* landmark : landmarks) extras_.sights.push_back(sight(*landmark));
+    extras_.sources.clear();
+    for (const Landmark* landmark : landmarks) extras_.sources.push_back(source(*landmark));
     return extras_;
   }
 
  private:
   /// The first observation that has the landmark's descriptor.
-  [[nodiscard]] std::uint8_t sight(const Landmark& landmark) const {
+  [[nodiscard]] std::uint8_t source(const Landmark& landmark) const {
     const auto& seen = landmark.observations;
     for (std::uint8_t i = 0; i < map_fields::kOwnDescriptor && i < seen.size(); ++i)
       if (features_.at(index(seen[i].keyframe))->descriptors[seen[i].feature] ==

@@ -10,12 +10,12 @@
 #include <nanobind/stl/vector.h>
 
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <ygslam/slam.hpp>
 
 #include "arrays.hpp"
+#include "calls.hpp"
 #include "sequence.hpp"
 
 namespace nb = nanobind;
@@ -63,27 +63,12 @@ Array<std::uint8_t> colours_of(const std::vector<api::MapPoint>& cloud) {
   return make_array(std::move(colours), {cloud.size(), 3});
 }
 
-/// One thread at a time: a second one is told so instead of racing.
-class BusyFlag {
- public:
-  explicit BusyFlag(std::atomic<bool>& flag) : flag_(flag) {
-    if (flag_.exchange(true))
-      throw std::runtime_error("another thread is using this Slam: one at a time may");
-  }
-  ~BusyFlag() { flag_ = false; }
-  BusyFlag(const BusyFlag&) = delete;
-  BusyFlag& operator=(const BusyFlag&) = delete;
-
- private:
-  std::atomic<bool>& flag_;
-};
-
 class PySlam {
  public:
   explicit PySlam(const api::Settings& settings)
       : width_(static_cast<std::size_t>(settings.camera.width)),
         height_(static_cast<std::size_t>(settings.camera.height)),
-        slam_(api::Slam::open(settings)) {}
+        slam_(settings) {}
 
   api::Result process(const nb::object& rgb_array, const nb::object& depth, std::int64_t t_ns,
                       double depth_scale, std::int64_t depth_t_ns) {
@@ -107,8 +92,7 @@ class PySlam {
     const std::uint8_t* rgb_data = rgb.data();
     const std::uint16_t* raw_data = is_raw ? raw.data() : nullptr;
     const float* depth_data = is_raw ? nullptr : metres.data();
-    const nb::gil_scoped_release unlocked;
-    const BusyFlag busy(busy_);
+    const SlamUse use(slam_);
     if (is_raw) {
       depth_m_.resize(width_ * height_);
       const double metre = 1 / depth_scale;
@@ -121,35 +105,34 @@ class PySlam {
     frame.rgb = rgb_data;
     frame.depth_m = depth_data;
     frame.depth_t_ns = depth_t_ns;
-    return slam_.process(frame);
+    return slam_->process(frame);
   }
-  std::string view_url() const { return slam_.view_url(); }
+  [[nodiscard]] std::string view_url() const { return slam_->view_url(); }
   api::MapSnapshot map() {
-    const nb::gil_scoped_release unlocked;
-    const BusyFlag busy(busy_);
-    return slam_.map();
+    const SlamUse use(slam_);
+    return slam_->map();
   }
   void save_map(const std::filesystem::path& path) {
-    const nb::gil_scoped_release unlocked;
-    const BusyFlag busy(busy_);
-    slam_.save_map(path.string());
+    const SlamUse use(slam_);
+    slam_->save_map(path.string());
   }
   void reset() {
-    const nb::gil_scoped_release unlocked;
-    const BusyFlag busy(busy_);
-    slam_.reset();
+    const SlamUse use(slam_);
+    slam_->reset();
   }
   api::Outcome finish() {
-    const nb::gil_scoped_release unlocked;
-    const BusyFlag busy(busy_);
-    return slam_.finish();
+    const SlamUse use(slam_);
+    return slam_->finish();
+  }
+  /// At the end of a `with`; a forked child that leaves it has nothing to end.
+  void leave() {
+    if (slam_.is_at_home()) static_cast<void>(finish());
   }
 
  private:
   std::size_t width_, height_;
-  api::Slam slam_;
+  KeptSlam slam_;
   std::vector<float> depth_m_;  // of the present frame
-  std::atomic<bool> busy_{false};
 };
 
 /// ygslam.Error and its kinds, each with the exit code of the command line as `code`.
@@ -197,6 +180,8 @@ void bind_errors(nb::module_& m) {
 
 NB_MODULE(_core, m) {
   m.doc() = "YG-SLAM: RGB-D SLAM for rooms with people in them.";
+  end_calls_with_the_interpreter();
+  nb::set_leak_warnings(false);  // what a daemon thread was using is left, and no fault
   bind_errors(m);
 
   nb::enum_<api::State>(m, "State", "How sure the pose is.")
@@ -343,7 +328,7 @@ NB_MODULE(_core, m) {
             settings.keep_trajectory = keep_trajectory;
             settings.view = view;
             settings.options = options;
-            const nb::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             new (self) PySlam(settings);
           },
           nb::arg("camera"), nb::kw_only(), nb::arg("model") = "", nb::arg("segmenter") = "",
@@ -368,7 +353,7 @@ NB_MODULE(_core, m) {
       .def("reset", &PySlam::reset, "Forgets all but settings and network.")
       .def("finish", &PySlam::finish, "Ends the run. May be called again.")
       .def("__enter__", [](nb::object self) { return self; })
-      .def("__exit__", [](PySlam& self, const nb::args&) { static_cast<void>(self.finish()); });
+      .def("__exit__", [](PySlam& self, const nb::args&) { self.leave(); });
 
   bind_sequence(m);
 }

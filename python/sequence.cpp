@@ -1,13 +1,19 @@
 #include "sequence.hpp"
 
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/string.h>
 
+#include <filesystem>
 #include <ygslam/slam.hpp>
 
 #include "arrays.hpp"
 #include "bag/bag.hpp"
 #include "bag/bag_sequence.hpp"
+#include "calls.hpp"
+#include "core/printable.hpp"
+#include "core/standard_error_sink.hpp"
+#include "io/atomic_file.hpp"
 #include "io/frame_loader.hpp"
 #include "io/image_folders.hpp"
 
@@ -25,19 +31,19 @@ struct Frame {
 };
 
 [[noreturn]] void fail(const Error& error) {
-  throw api::Error(static_cast<int>(error.kind), error.message);
+  throw api::Error(static_cast<int>(error.kind), one_line(error.message));
 }
 
 class Sequence {
  public:
-  explicit Sequence(const std::string& path) : sequence_(open(path)) {}
+  explicit Sequence(const std::filesystem::path& path) : sequence_(open(path)) {}
 
   [[nodiscard]] std::size_t size() const { return sequence_.pairs.size(); }
   [[nodiscard]] Frame frame(std::int64_t i) const {
     const auto n = static_cast<std::int64_t>(size());
     if (i < 0) i += n;
     if (i < 0 || i >= n) throw nb::index_error("no such frame");
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     auto loaded = load_frame(sequence_, static_cast<std::size_t>(i));
     if (!loaded.ok()) fail(loaded.error());
     return {std::move(loaded).value()};
@@ -62,7 +68,8 @@ class Sequence {
   }
 
  private:
-  static ygslam::Sequence open(const std::string& path) {
+  static ygslam::Sequence open(const std::filesystem::path& path) {
+    const log::ScopedSink sink(standard_error_sink());
     auto sequence = is_bag(path) ? open_bag_sequence(path, {}, {}) : open_folder_sequence(path);
     if (!sequence.ok()) fail(sequence.error());
     return std::move(sequence).value();
@@ -73,6 +80,13 @@ class Sequence {
 }  // namespace
 
 void bind_sequence(nb::module_& m) {
+  m.def(
+      "write_file",
+      [](const std::filesystem::path& path, const std::string& text) {
+        const Status written = write_file_atomically(path, text);
+        if (!written.ok()) fail(written.error());
+      },
+      nb::arg("path"), nb::arg("text"), "The whole file or none.");
   nb::class_<Frame>(m, "Frame", "A registered pair of images.")
       .def_prop_ro(
           "t_ns", [](const Frame& f) { return f.content.stamp.ns; }, "of the colour image")
@@ -99,7 +113,7 @@ void bind_sequence(nb::module_& m) {
           },
           nb::rv_policy::automatic, "(H, W) float32 [m], 0 = none");
   nb::class_<Sequence>(m, "Sequence", "A recorded sequence: its camera and its frames.")
-      .def(nb::init<const std::string&>(), nb::arg("path"),
+      .def(nb::init<const std::filesystem::path&>(), nb::arg("path"),
            "path: what `ygslam run` takes. Unreadable images raise Error when they are asked for.")
       .def("__len__", &Sequence::size)
       .def("__getitem__", &Sequence::frame, nb::arg("index"))

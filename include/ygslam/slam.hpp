@@ -6,7 +6,8 @@
 //   ygslam::api::Result r = slam.process({t_ns, rgb, depth_m});
 //
 // This header needs the standard library only. Objects may be used from one thread at a time;
-// several may live side by side.
+// several may live side by side. A child made by fork() cannot use its parent's objects (Error, 2);
+// to destroy one there does nothing.
 //
 // What it does to the program it lives in: it starts no process, writes no file and nothing to
 // standard output, sets no signal handler and changes no global setting. Every failure is an Error,

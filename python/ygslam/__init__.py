@@ -8,11 +8,13 @@
             print(result.state, result.pose[:3, 3])
         outcome = slam.finish()
 """
-import io
+import numpy as _numpy
 
+from ._command import path_of as _path_of
 from ._command import evaluate, localize, run, simulate
 from ._core import (CameraModel, ConfigError, Error, Frame, InputError, MapError, MapSnapshot, ModelError,
                     Object, Outcome, OutputError, Result, Sequence, Slam, State, UsageError)
+from ._core import write_file as _write_file
 
 __all__ = ["CameraModel", "ConfigError", "Error", "Frame", "InputError", "MapError", "MapSnapshot", "ModelError",
            "Object", "Outcome", "OutputError", "Result", "Sequence", "Slam", "State", "UsageError", "evaluate",
@@ -20,12 +22,27 @@ __all__ = ["CameraModel", "ConfigError", "Error", "Frame", "InputError", "MapErr
 
 
 def open(path) -> Sequence:  # noqa: A001 - as the module's other openers
-    """A recorded sequence, whatever `ygslam run` takes."""
-    return Sequence(str(path))
+    """A recorded sequence, whatever `ygslam run` takes. path: str, bytes or os.PathLike."""
+    return Sequence(_path_of(path))
 
 
 def write_trajectory(path, rows) -> None:
-    """Writes rows of Outcome.trajectory as a TUM trajectory."""
-    with io.open(path, "w", encoding="utf-8") as file:  # not this module's
-        for row in rows:
-            file.write(f"{row[0]:.6f} " + " ".join(f"{v:.9f}" for v in row[1:]) + "\n")
+    """Writes rows as Outcome.trajectory has them (seconds, x, y, z, qx, qy, qz, qw) as a TUM trajectory: all of
+    them, or none and an error."""
+    _write_file(_path_of(path), "".join(f"{row[0]:.6f} " + " ".join(f"{v:.9f}" for v in row[1:]) + "\n"
+                                        for row in _checked(rows)))
+
+
+def _checked(rows):
+    table = _numpy.asarray(rows, dtype=_numpy.float64)
+    if table.shape == (0,):
+        return table  # an empty list
+    if table.ndim != 2 or table.shape[1] != 8:
+        raise ValueError("rows: shape (N, 8) is expected (seconds, x, y, z, qx, qy, qz, qw), not "
+                         f"{table.shape}")
+    for bad, what in ((~_numpy.isfinite(table).all(axis=1), "a value that is not finite"),
+                      (abs(_numpy.linalg.norm(table[:, 4:], axis=1) - 1) > 1e-3,
+                       "a quaternion (qx, qy, qz, qw) that is not of length 1")):
+        if bad.any():
+            raise ValueError(f"rows: row {int(_numpy.argmax(bad))} has {what}")
+    return table

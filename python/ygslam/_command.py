@@ -23,6 +23,18 @@ def _program() -> str:
     return found
 
 
+def path_of(path) -> str:
+    """str, bytes or os.PathLike as str. Bytes that are no UTF-8 stay what they are, as os.fsdecode has it."""
+    text = os.fsdecode(path)
+    if "\0" in text:
+        raise ValueError("path: holds a zero byte")
+    return text
+
+
+def _word(value: Any) -> str:
+    return path_of(value) if isinstance(value, (bytes, os.PathLike)) else str(value)
+
+
 def _options(options: dict[str, Any]) -> list[str]:
     """out_dir=1 -> --out-dir 1; True -> the flag alone; a dict under `set` -> --set key=value."""
     words = []
@@ -34,15 +46,15 @@ def _options(options: dict[str, Any]) -> list[str]:
             words.append(flag)
         elif isinstance(value, (list, tuple)):
             for item in value:
-                words += [flag, str(item)]
+                words += [flag, _word(item)]
         elif value is not False and value is not None:
-            words += [flag, str(value)]
+            words += [flag, _word(value)]
     return words
 
 
 def _call(*words: Any) -> str:
     # In a process group of its own: Ctrl-C is handed on once, for a second one ends it without writing.
-    with subprocess.Popen([_program(), "--quiet", *map(str, words)], stdout=subprocess.PIPE,
+    with subprocess.Popen([_program(), "--quiet", *map(_word, words)], stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
                           process_group=0) as child:
         try:
@@ -64,13 +76,13 @@ def run(sequence, out, **options) -> dict:
     """`ygslam run`: options as on the command line (`deterministic=True`, `model="..."`,
     `set={"run.seed": 2}`). @return what metrics.json says."""
     _call("run", sequence, "--out", out, *_options(options))
-    return json.loads((pathlib.Path(out) / "metrics.json").read_text(encoding="utf-8"))
+    return json.loads((pathlib.Path(path_of(out)) / "metrics.json").read_text(encoding="utf-8"))
 
 
 def localize(sequence, map_file, out, **options) -> dict:
     """`ygslam localize`: where a recording was taken in a map, which stays as it is."""
     _call("localize", sequence, "--map", map_file, "--out", out, *_options(options))
-    return json.loads((pathlib.Path(out) / "metrics.json").read_text(encoding="utf-8"))
+    return json.loads((pathlib.Path(path_of(out)) / "metrics.json").read_text(encoding="utf-8"))
 
 
 def evaluate(ground_truth, estimate, **options) -> dict:

@@ -10,6 +10,7 @@
 #include "io/atomic_file.hpp"
 #include "io/calibration.hpp"
 #include "io/image_file.hpp"
+#include "io/inner_folder.hpp"
 #include "io/text.hpp"
 #include "system/run_writer.hpp"
 
@@ -177,9 +178,11 @@ void count(const GreyImage& source, BackgroundSummary& summary) {
 
 Result<BackgroundSummary> write_background(const fs::path& folder, const BackgroundJob& job,
                                            DenseMap& dense) {
-  for (const char* part : {"rgb", "depth", "source"})
-    if (Status writable = ensure_writable_directory(folder / part); !writable.ok())
-      return writable.error();
+  for (const char* part : {"rgb", "depth", "source"}) {
+    Status writable = check_inner_folder(folder, part);
+    if (writable.ok()) writable = ensure_writable_directory(folder / part);
+    if (!writable.ok()) return writable.error();
+  }
   const auto poses = frame_poses(job);
   MoversByFrame movers_by_frame = find_movers(job, poses, dense);
   Background background(dense);

@@ -9,6 +9,7 @@
 #include "app/exit_code.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
+#include "app/standard_streams.hpp"
 #include "app/stop_signal.hpp"
 #include "benchmark_runs/child_process.hpp"
 #include "benchmark_runs/compare.hpp"
@@ -24,7 +25,7 @@ constexpr double kChecksOfPictures = 3;  // each takes as long as a run
 
 // Names come from the file system and may be any bytes; JSON needs UTF-8.
 void print(const nlohmann::ordered_json& json) {
-  std::puts(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+  print_text(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 Result<int> compare_results(const BenchArguments& a) {
@@ -37,7 +38,7 @@ Result<int> compare_results(const BenchArguments& a) {
   if (a.json) {
     print(to_json(comparison));
   } else {
-    std::fputs(format_comparison(comparison).c_str(), stdout);
+    print_text(format_comparison(comparison));
   }
   return 0;
 }
@@ -89,7 +90,7 @@ Status print_results(const std::filesystem::path& out, bool json) {
   if (json) {
     print(to_json(*results));
   } else if (!is_quiet()) {
-    std::fputs(format_results(*results).c_str(), stdout);
+    print_text(format_results(*results));
   }
   return Ok{};
 }

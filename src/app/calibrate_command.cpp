@@ -7,9 +7,11 @@
 #include <memory>
 
 #include "app/exit_code.hpp"
+#include "app/file_uses.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
 #include "app/run_options.hpp"
+#include "app/standard_streams.hpp"
 #include "app/stop_signal.hpp"
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
@@ -154,8 +156,8 @@ void print(const CameraConfig& used, const std::string& source, const Findings& 
                   wanted.unit, verdict);
     }
   }
-  std::printf("In use: %s.\n",
-              source.empty() ? "nothing is known, taken as global" : source.c_str());
+  print_text("In use: {}.\n",
+             source.empty() ? "nothing is known, taken as global" : one_line(source));
   std::printf(
       "The scale of depth cannot be told by pictures alone. Times belong in the camera's file;\n"
       "focal length, centre and bias are what this recording would like to be changed.\n");
@@ -185,6 +187,10 @@ Status calibrate(Calibration& calibration) {
   if (!sequence) return sequence.error();
   calibration.sequence = std::move(*sequence);
   if (Status range = check_range(options, calibration.sequence); !range) return range;
+  FileUses uses;
+  uses.reads_sequence(options.sequence, calibration.sequence);
+  uses.writes("--write", calibration.write);
+  if (Status checked = uses.check(); !checked.ok()) return checked;
   const CameraConfig& used = calibration.sequence.camera;
   CameraConfig camera = used;
   camera.shutter_known = true;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/run_options.hpp"
+#include "app/standard_streams.hpp"
 #include "simulation/world/world_config.hpp"
 
 namespace ygslam {
@@ -257,9 +258,7 @@ void add_completion_command(CLI::App& app) {
       ->required()
       ->check(CLI::IsMember({"bash", "zsh"}));
   command->footer("Example, for the shell that runs:\n  source <(ygslam completion bash)");
-  command->callback([&app, shell] {
-    std::fputs(completion(app, *shell == "zsh" ? kZsh : kBash).c_str(), stdout);
-  });
+  command->callback([&app, shell] { print_text(completion(app, *shell == "zsh" ? kZsh : kBash)); });
 }
 
 }  // namespace ygslam

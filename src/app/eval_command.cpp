@@ -10,8 +10,10 @@
 
 #include "app/eval_map.hpp"
 #include "app/eval_plot.hpp"
+#include "app/file_uses.hpp"
 #include "app/option_checks.hpp"
 #include "app/program_log.hpp"
+#include "app/standard_streams.hpp"
 #include "core/log.hpp"
 #include "eval/mot_text.hpp"
 #include "eval/report.hpp"
@@ -143,16 +145,14 @@ Status write_errors(const std::string& file, const std::vector<Judged>& judged) 
 
 // What was read must not be written over.
 Status check_outputs(const EvalArguments& a) {
-  std::vector<std::string> inputs = a.estimates;
-  inputs.insert(inputs.end(), {a.truth, a.frames, a.times});
-  for (const std::string& output : {a.errors, a.plot}) {
-    for (const std::string& input : inputs) {
-      std::error_code code;
-      if (!output.empty() && !input.empty() && std::filesystem::equivalent(output, input, code))
-        return Error{ErrorKind::kUsage, output + ": is an input, it would be overwritten"};
-    }
-  }
-  return Ok{};
+  FileUses uses;
+  for (const std::string& estimate : a.estimates) uses.reads("--est", estimate);
+  uses.reads("--gt", a.truth);
+  uses.reads("--frames", a.frames);
+  uses.reads("--times", a.times);
+  uses.writes("--errors", a.errors);
+  uses.writes("--plot", a.plot);
+  return uses.check();
 }
 
 Status write_files(const EvalArguments& a, const Inputs& inputs,
@@ -180,10 +180,10 @@ std::string as_json(const std::vector<Judged>& judged) {
 
 std::string as_table(const std::vector<Judged>& judged) {
   if (judged.size() == 1) {
-    return format_report(judged.front().evaluation.report, judged.front().path);
+    return format_report(judged.front().evaluation.report, one_line(judged.front().path));
   }
   std::vector<NamedReport> reports;
-  for (const Judged& one : judged) reports.push_back({one.path, one.evaluation.report});
+  for (const Judged& one : judged) reports.push_back({one_line(one.path), one.evaluation.report});
   return format_comparison(reports);
 }
 
@@ -337,7 +337,7 @@ constexpr const char* kEvalFooter =
     "  ygslam eval --map scene/mesh.ply --truth SEQ --est out/trajectory.txt   # of `run "
     "--export`\n"
     "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used or no common time, 9 output not\n"
-    "written.";
+    "written, 141 its reader left (| head).";
 
 }  // namespace
 
@@ -350,7 +350,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code] {
     const auto text = run_eval(*arguments);
     if (text.ok()) {
-      std::fputs(text->c_str(), stdout);
+      print_text(*text);
       tell_files(*arguments);
       return;
     }

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/file_uses.hpp"
 #include "app/program_log.hpp"
 #include "app/run_options.hpp"
 #include "app/scene_output.hpp"
@@ -28,7 +29,15 @@ Result<DenseMapConfig> dense_config(const ExportArguments& a) {
   return settings->dense;
 }
 
+Status check_scene_files(const ExportArguments& a) {
+  FileUses uses;
+  uses.reads_map("MAP", a.map);
+  uses.writes_in("--out", a.out, scene_files());
+  return uses.check();
+}
+
 Status export_saved(const ExportArguments& a) {
+  if (Status checked = check_scene_files(a); !checked.ok()) return checked;
   const auto config = dense_config(a);
   if (!config.ok()) return config.error();
   const auto info = read_map_info(a.map);

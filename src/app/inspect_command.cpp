@@ -6,9 +6,11 @@
 #include <memory>
 
 #include "app/exit_code.hpp"
+#include "app/file_uses.hpp"
 #include "app/inspect_loops.hpp"
 #include "app/inspect_output.hpp"
 #include "app/inspect_run.hpp"
+#include "app/standard_streams.hpp"
 #include "app/stop_signal.hpp"
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
@@ -34,6 +36,11 @@ Result<int> inspect(const InspectOptions& options) {
     return Error{ErrorKind::kUsage, "--frames " + std::to_string(frame) + ": not among the pairs " +
                                         std::to_string(from) + " to " + std::to_string(to - 1)};
   }
+  FileUses uses;
+  uses.reads_sequence(options.run.sequence, *sequence);
+  uses.writes_in("--out", options.run.out_dir,
+                 {"frame_*.jpg", "checks.jpg", "inspect.json", "tracks.txt", "tracks_truth.txt"});
+  if (Status checked = uses.check(); !checked.ok()) return checked.error();
   if (!options.run.out_dir.empty()) {
     Status writable = ensure_writable_directory(options.run.out_dir);
     if (!writable.ok()) return writable.error();
@@ -58,7 +65,7 @@ Result<int> inspect(const InspectOptions& options) {
     if (!written.ok()) return written.error();
   }
   if (options.json) {
-    std::printf("%s\n", json.dump(2).c_str());
+    print_text(json.dump(2) + "\n");
   } else {
     print_checks(checks, inspection.has_truth());
   }

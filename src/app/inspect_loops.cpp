@@ -1,4 +1,5 @@
 #include "app/inspect_loops.hpp"
+#include "app/standard_streams.hpp"
 
 #include <cstdio>
 
@@ -29,10 +30,10 @@ Status inspect_loops(const InspectOptions& options) {
   }
   const auto judged = judge_loops(*rows, truth, EvalOptions{}.max_diff_s);
   if (options.json) {
-    std::printf("%s\n", loops_json(judged, has_truth).dump(2).c_str());
+    print_text(loops_json(judged, has_truth).dump(2) + "\n");
     return Ok{};
   }
-  std::fputs(format_loops(judged, has_truth).c_str(), stdout);
+  print_text(format_loops(judged, has_truth));
   if (!has_truth) std::printf("\nno groundtruth.txt in the sequence: no truth to compare with\n");
   return Ok{};
 }

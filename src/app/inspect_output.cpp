@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "app/point_picture.hpp"
+#include "app/standard_streams.hpp"
 #include "eval/mot_text.hpp"
 #include "eval/tracking_report.hpp"
 #include "io/atomic_file.hpp"
@@ -99,7 +100,7 @@ void print_checks(const std::vector<Check>& checks, bool has_truth) {
                 check.mask.either > 0 ? percent(check.mask.iou()).c_str() : "-");
   }
   for (const Check& check : checks)
-    if (has_objects(check)) std::fputs(format_tracking(score_objects(check)).c_str(), stdout);
+    if (has_objects(check)) print_text(format_tracking(score_objects(check)));
 }
 
 }  // namespace ygslam

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <csignal>
+#include <array>
 #include <cstdio>
 #include <exception>
 #include <opencv2/core/utility.hpp>
@@ -10,6 +10,7 @@
 
 #include "app/commands.hpp"
 #include "app/program_log.hpp"
+#include "app/standard_streams.hpp"
 #include "core/memory.hpp"
 #include "io/text.hpp"
 #include "system/failure.hpp"
@@ -50,13 +51,33 @@ std::string unknown_command(const CLI::App& app, std::span<char* const> argument
   return "";
 }
 
+/// Whether the command's work is in files or on a page, so that it is done whether or not somebody
+/// reads what it tells.
+bool works_elsewhere(const CLI::App& app) {
+  constexpr std::array kOfFiles = {"run", "localize", "simulate", "bench", "export", "render"};
+  constexpr std::array kOfMaps = {"recover", "export", "merge"};
+  constexpr std::array kPrinting = {"--list", "--compare", "--help"};
+  for (const CLI::App* command : app.get_subcommands()) {
+    if (command->get_name() == "map")
+      return std::ranges::any_of(kOfMaps, [&](const char* sub) {
+        return command->got_subcommand(command->get_subcommand(sub));
+      });
+    for (const char* option : kPrinting)
+      if (const CLI::Option* printing = command->get_option_no_throw(option);
+          printing != nullptr && printing->count() > 0)
+        return false;
+    return std::ranges::find(kOfFiles, command->get_name()) != kOfFiles.end();
+  }
+  return false;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  ygslam::settle_standard_streams();
   spdlog::set_default_logger(spdlog::stderr_color_mt("ygslam"));
   spdlog::set_pattern("%^%l%$: %v");
   const ygslam::log::ScopedSink log_sink(ygslam::program_log());
-  std::signal(SIGXFSZ, SIG_IGN);  // what goes beyond a file size limit is then an error to report
   try {
     // TBB, which OpenCV starts here, waits for itself without end where its first memory fails.
     ygslam::require_memory(kLeastMemory_bytes);
@@ -100,13 +121,10 @@ int main(int argc, char** argv) {
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
-      return app.exit(e) == 0 ? 0 : static_cast<int>(ygslam::ErrorKind::kUsage);
+      const int usage = static_cast<int>(ygslam::ErrorKind::kUsage);
+      return ygslam::finish_standard_output(app.exit(e) == 0 ? 0 : usage, true);
     }
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-      std::fprintf(stderr, "error: standard output could not be written\n");
-      if (exit_code == 0) exit_code = static_cast<int>(ygslam::ErrorKind::kOutput);
-    }
-    return exit_code;
+    return ygslam::finish_standard_output(exit_code, !works_elsewhere(app));
   } catch (const std::exception& e) {
     ygslam::log::error("{}", ygslam::describe(e));
     return static_cast<int>(ygslam::ErrorKind::kInternal);

@@ -7,11 +7,14 @@
 #include <nlohmann/json.hpp>
 
 #include "app/exit_code.hpp"
+#include "app/file_uses.hpp"
 #include "app/program_log.hpp"
+#include "app/standard_streams.hpp"
 #include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
 #include "io/ply.hpp"
+#include "io/text.hpp"
 #include "io/trajectory.hpp"
 #include "map/map_bytes.hpp"
 #include "map_file/map_file.hpp"
@@ -75,7 +78,7 @@ Result<int> show(const MapOptions& options) {
     } else if (dense) {
       json["dense"] = {{"fault", dense->error().message}};
     }
-    std::printf("%s\n", json.dump(2).c_str());
+    print_text(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     return 0;
   }
   const CameraConfig& c = info->camera;
@@ -92,21 +95,21 @@ Result<int> show(const MapOptions& options) {
   std::printf("\npyramid       %d levels, factor %g\n", info->pyramid_levels, info->pyramid_factor);
   std::printf("file          %.1f MB, written %llu times, created %s, by version %s\n",
               static_cast<double>(info->bytes) * 1e-6,
-              static_cast<unsigned long long>(info->generation), info->created.c_str(),
-              info->program_version.c_str());
-  std::printf("uuid          %s\n", info->uuid.c_str());
+              static_cast<unsigned long long>(info->generation), printable(info->created).c_str(),
+              printable(info->program_version).c_str());
+  std::printf("uuid          %s\n", printable(info->uuid).c_str());
   if (dense && dense->ok()) {
     std::printf("dense map     %llu views, %.1f MB beside it\n",
                 static_cast<unsigned long long>((*dense)->views),
                 static_cast<double>((*dense)->bytes) * 1e-6);
   } else if (dense) {
-    std::printf("dense map     none that can be read: %s\n", dense->error().message.c_str());
+    print_text("dense map     none that can be read: {}\n", one_line(dense->error().message));
   }
   return 0;
 }
 
 void print_faults(const MapCheck& check) {
-  for (const std::string& fault : check.faults) std::printf("%s\n", fault.c_str());
+  for (const std::string& fault : check.faults) print_text("{}\n", one_line(fault));
   if (check.faults_in_all > check.faults.size())
     std::printf("and %llu more\n",
                 static_cast<unsigned long long>(check.faults_in_all - check.faults.size()));
@@ -121,9 +124,9 @@ Result<int> check(const MapOptions& options) {
     if (!views.ok()) return views.error();
   }
   if (checked->faults_in_all == 0) {
-    std::printf("%s: whole: %s, %s\n", options.file.c_str(),
-                counted(checked->info.keyframes, "keyframe").c_str(),
-                counted(checked->info.landmarks, "landmark").c_str());
+    print_text("{}: whole: {}, {}\n", one_line(options.file),
+               counted(checked->info.keyframes, "keyframe"),
+               counted(checked->info.landmarks, "landmark"));
     return 0;
   }
   print_faults(*checked);
@@ -131,21 +134,28 @@ Result<int> check(const MapOptions& options) {
                options.file + ": " + std::to_string(checked->faults_in_all) + " faults"};
 }
 
+/// A new map is none of those it is made of, nor what lies beside them.
+Status check_new_map(const MapOptions& options) {
+  FileUses uses;
+  uses.reads_map("FILE", options.file);
+  uses.reads_map("OTHER", options.other);
+  uses.writes_map("--out", options.out);
+  return uses.check();
+}
+
 Result<int> recover(const MapOptions& options) {
+  if (Status checked = check_new_map(options); !checked.ok()) return checked.error();
   const auto recovered = recover_map(options.file, options.out);
   if (!recovered) return recovered.error();
   print_faults(recovered->found);
   const MapFileInfo& before = recovered->found.info;
-  std::printf("%s: %llu of %llu keyframes, %llu of %llu landmarks, %llu of %llu observations\n",
-              options.out.c_str(), static_cast<unsigned long long>(recovered->keyframes),
-              static_cast<unsigned long long>(before.keyframes),
-              static_cast<unsigned long long>(recovered->landmarks),
-              static_cast<unsigned long long>(before.landmarks),
-              static_cast<unsigned long long>(recovered->observations),
-              static_cast<unsigned long long>(before.observations));
+  print_text("{}: {} of {} keyframes, {} of {} landmarks, {} of {} observations\n",
+             one_line(options.out), recovered->keyframes, before.keyframes, recovered->landmarks,
+             before.landmarks, recovered->observations, before.observations);
   std::error_code code;
   if (const auto dense = dense_file_of(options.file); std::filesystem::exists(dense, code))
-    std::printf("%s: not recovered, %s has no dense map\n", dense.c_str(), options.out.c_str());
+    print_text("{}: not recovered, {} has no dense map\n", one_line(dense.string()),
+               one_line(options.out));
   return 0;
 }
 
@@ -158,6 +168,10 @@ Result<int> export_map(const MapOptions& options) {
   std::error_code code;
   if (std::filesystem::is_regular_file(out, code) && map_file::has_map_header(out))
     return Error{ErrorKind::kOutput, options.out + ": is a map: not replaced"};
+  FileUses uses;
+  uses.reads_map("FILE", options.file);
+  uses.writes("--out", options.out);
+  if (Status checked = uses.check(); !checked.ok()) return checked.error();
   const auto map = load_map(options.file);
   if (!map) return map.error();
   if (cloud) {
@@ -188,13 +202,14 @@ Result<int> merge(const MapOptions& options) {
   if (!b) return b.error();
   if (a->version() == b->version() && to_bytes(*a) == to_bytes(*b))
     return Error{ErrorKind::kUsage, options.other + ": the same map as " + options.file};
+  if (Status checked = check_new_map(options); !checked.ok()) return checked.error();
   const auto config = resolved(SlamConfig{});
   if (!config) return config.error();
   const MapAlignment alignment =
       align_maps(*a, *b, camera, {config->loop.index, config->loop.finder});
-  std::printf("%d observations of %s in %s; %zu agree, %d of them independent, over %.1f m\n",
-              alignment.found, options.other.c_str(), options.file.c_str(), alignment.pairs.size(),
-              alignment.independent, alignment.extent_m);
+  print_text("{} observations of {} in {}; {} agree, {} of them independent, over {:.1f} m\n",
+             alignment.found, one_line(options.other), one_line(options.file),
+             alignment.pairs.size(), alignment.independent, alignment.extent_m);
   const auto refuse = [&](const std::string& why) {
     return Error{ErrorKind::kSavedMap, options.other + ": " + why + "; nothing was written"};
   };
@@ -208,9 +223,8 @@ Result<int> merge(const MapOptions& options) {
         "--same-place if it is this one");
   const Map merged = merge_maps(*a, *b, alignment, camera, config->mapping);
   if (Status written = save_map(options.out, merged, camera); !written) return written.error();
-  std::printf("%s: %s, %s\n", options.out.c_str(),
-              counted(merged.keyframes().size(), "keyframe").c_str(),
-              counted(merged.landmark_count(), "landmark").c_str());
+  print_text("{}: {}, {}\n", one_line(options.out), counted(merged.keyframes().size(), "keyframe"),
+             counted(merged.landmark_count(), "landmark"));
   return 0;
 }
 
@@ -258,7 +272,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
       "  ygslam map merge monday.map tuesday.map -o both.map\n"
       "A map is one file; where a run was killed its log FILE-wal belongs to it: move both.\n"
       "Codes: 0 done, 2 usage, 6 damaged, no map, of another format or not to be merged, 9 output "
-      "not writable.\n"
+      "not writable,\n141 (of info, check) its reader left (| head).\n"
       "See docs/maps.md.");
 }
 

@@ -2,39 +2,32 @@
 
 #include <spdlog/sinks/base_sink.h>
 
-#include <algorithm>
-#include <cstdio>
 #include <mutex>
 
+#include "app/standard_streams.hpp"
+#include "core/printable.hpp"
 #include "io/atomic_file.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
-namespace {
-
-// Names and keys of foreign files may be any bytes; a message stays one line.
-void log_line(spdlog::level::level_enum level, std::string line) {
-  std::replace_if(
-      line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
-  spdlog::log(level, spdlog::string_view_t(line));
-}
-
-}  // namespace
+namespace {}  // namespace
 
 log::SinkPtr program_log() {
-  return std::make_shared<const log::Sink>([](log::Level level, std::string line) {
-    log_line(level == log::Level::kError     ? spdlog::level::err
-             : level == log::Level::kWarning ? spdlog::level::warn
-                                             : spdlog::level::info,
-             std::move(line));
+  return std::make_shared<const log::Sink>([](log::Level level, const std::string& line) {
+    spdlog::log(level == log::Level::kError     ? spdlog::level::err
+                : level == log::Level::kWarning ? spdlog::level::warn
+                                                : spdlog::level::info,
+                spdlog::string_view_t(one_line(line)));
   });
 }
 
 void tell_written(const std::string& path) {
-  if (!is_quiet()) std::printf("written: %s\n", path.c_str());
+  if (!is_quiet()) print_text("written: {}\n", one_line(path));
 }
 
-void log_detail(std::string line) { log_line(spdlog::level::debug, std::move(line)); }
+void log_detail(const std::string& line) {
+  spdlog::log(spdlog::level::debug, spdlog::string_view_t(one_line(line)));
+}
 
 void log_frame(const FrameRecord& record, const TrackResult& result) {
   if (!spdlog::should_log(spdlog::level::debug)) return;
@@ -101,8 +94,9 @@ LogFile::~LogFile() {
 
 void LogFile::tell(const std::string& line) {
   if (is_quiet()) return;
-  std::printf("%s\n", line.c_str());
-  sink_->log({"ygslam", spdlog::level::info, line});
+  const std::string safe = one_line(line);
+  print_text("{}\n", safe);
+  sink_->log({"ygslam", spdlog::level::info, safe});
 }
 
 Status LogFile::place() { return sink_->place(); }

@@ -21,7 +21,7 @@ namespace ygslam {
 void tell_written(const std::string& path);
 
 /// A line that only -v shows.
-void log_detail(std::string line);
+void log_detail(const std::string& line);
 /// The same, of a tracked frame: a FrameSink.
 void log_frame(const FrameRecord& record, const TrackResult& result);
 

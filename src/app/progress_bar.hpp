@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <string>
 
+#include "core/printable.hpp"
+
 namespace ygslam {
 
 class ProgressBar {
@@ -22,12 +24,13 @@ class ProgressBar {
     if (drawn_) std::fprintf(stderr, "\r\033[K");
     drawn_ = false;
   }
+  /// @param note may name what others named.
   void update(std::size_t done, const std::string& note) {
     if (quiet_) return;
     if (on_terminal_) {
-      draw(done, note);
+      draw(done, one_line(note));
     } else {
-      write_line(done, note);
+      write_line(done, one_line(note));
     }
   }
 

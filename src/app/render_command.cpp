@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "app/exit_code.hpp"
+#include "app/file_uses.hpp"
 #include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/scene_input.hpp"
@@ -178,7 +179,17 @@ class Picture {
   std::vector<SceneInput> scenes_;
 };
 
+Status check_picture_files(const RenderArguments& a) {
+  FileUses uses;
+  uses.reads("SCENE", a.scene);
+  uses.reads("--side-by-side", a.other);
+  uses.reads("--path", a.path);
+  uses.writes("--out", a.out);
+  return uses.check();
+}
+
 Status render(const RenderArguments& a) {
+  if (Status checked = check_picture_files(a); !checked.ok()) return checked;
   const auto job = read_job(a);
   if (!job.ok()) return job.error();
   const auto picture = Picture::open(a, *job);

@@ -1,11 +1,10 @@
 #include "app/run_targets.hpp"
 
-#include <algorithm>
 #include <array>
-#include <set>
 
-#include "bag/bag.hpp"
+#include "app/file_uses.hpp"
 #include "bag/mcap_writer.hpp"
+#include "io/inner_folder.hpp"
 #include "system/dense_file.hpp"
 
 namespace ygslam {
@@ -19,89 +18,51 @@ bool is_same_place(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, code);
 }
 
-/// The folder of a file that need not be there, behind links.
-fs::path folder_behind(const fs::path& file) {
-  std::error_code code;
-  const fs::path real = fs::weakly_canonical(file, code);
-  return (code ? fs::absolute(file, code) : real).parent_path();
+constexpr std::string_view kMasks = "masks:";
+
+/// Everything that a run reads from the disk while it goes on, or writes.
+FileUses uses_of(const RunOptions& o, const Sequence& sequence) {
+  FileUses uses;
+  uses.reads_sequence(o.sequence, sequence);
+  if (o.segmenter.starts_with(kMasks))
+    uses.reads_in("--segmenter", o.segmenter.substr(kMasks.size()),
+                  {"*", "*.png", "instances.json"});
+  // A map may go on in its own file.
+  if (!is_same_place(o.load_map, o.save_map))
+    uses.reads_map(o.localize ? "--map" : "--load-map", o.load_map);
+  uses.writes_in("--out", o.out_dir, run_files());
+  uses.writes_map("--save-map", o.save_map);
+  uses.writes("--mcap", o.mcap);
+  uses.writes_in("--export", o.export_dir, scene_files());
+  uses.writes_in("--background", o.background_dir,
+                 {"rgb/*.png", "depth/*.png", "source/*.png", "rgb.txt", "depth.txt",
+                  "associations.txt", "calibration.txt"});
+  uses.writes_in("--debug-images", o.debug_dir, {"frame_*.jpg"});
+  uses.writes_in("--save-masks", o.masks_dir, {"*.png", "instances.json"});
+  return uses;
 }
 
+/// The run's own folder will be there.
 Status check_recording(const RunOptions& options) {
   const fs::path file = options.mcap;
-  // Standard input may be a file too: "run - < FILE".
-  const fs::path read = options.sequence == "-" ? "/dev/stdin" : options.sequence;
-  if (is_same_place(file, read) ||
-      (is_bag(options.sequence) && is_same_place(folder_behind(file), options.sequence)))
-    return Error{ErrorKind::kUsage,
-                 file.string() + ": is of the recording that is read; give --mcap another file"};
-  // The run's own folder will be there.
   std::error_code code;
-  const fs::path out = fs::weakly_canonical(fs::absolute(options.out_dir, code), code);
-  if (!fs::exists(out, code) && folder_behind(fs::absolute(file, code)) == out) return Ok{};
-  return McapWriter::check(file);
-}
-
-/// The folders of the images, where they lie in folders.
-std::set<fs::path> image_folders(const Sequence& sequence) {
-  std::set<fs::path> folders{sequence.root};
-  for (const SequencePair& pair : sequence.pairs)
-    for (const std::string& file : {pair.colour_file, pair.depth_file})
-      folders.insert((sequence.root / fs::path(file).relative_path()).parent_path());
-  return folders;
-}
-
-Status check_background(const fs::path& folder, const Sequence& sequence) {
-  for (const fs::path& read : image_folders(sequence))
-    for (const fs::path& written : {folder, folder / "rgb", folder / "depth", folder / "source"})
-      if (is_same_place(read, written))
-        return Error{ErrorKind::kUsage, folder.string() +
-                                            ": is of the recording that is read; give "
-                                            "--background another folder"};
-  return Ok{};
-}
-
-/// A map or recording that a file of the run's own would replace, or be replaced by.
-Status check_own_files(const RunOptions& options, const char* option, const fs::path& file) {
-  constexpr std::array kOwn = {"trajectory.txt", "trajectory_live.txt",
-                               "keyframes.txt",  "frames.csv",
-                               "objects.csv",    "loops.csv",
-                               "map.ply",        "metrics.json",
-                               "config.yaml",    "log.txt",
-                               ".lock"};
-  const auto folder_of = [](const fs::path& path) {
-    std::error_code code;
-    return fs::weakly_canonical(fs::absolute(path, code).parent_path(), code);
+  const auto real = [&](const fs::path& path) {
+    return fs::weakly_canonical(fs::absolute(path, code), code);
   };
-  if (file.empty() || std::find(kOwn.begin(), kOwn.end(), file.filename()) == kOwn.end() ||
-      folder_of(file) != folder_of(fs::path(options.out_dir) / kOwn.front()))
-    return Ok{};
-  return Error{ErrorKind::kUsage,
-               file.string() + ": is the run's own file; give " + option + " another name"};
-}
-
-Status check_masks(const RunOptions& options, const Sequence& sequence) {
-  constexpr std::string_view kMasks = "masks:";
-  std::set<fs::path> read = image_folders(sequence);
-  if (options.segmenter.starts_with(kMasks)) read.insert(options.segmenter.substr(kMasks.size()));
-  for (const fs::path& folder : read)
-    if (is_same_place(folder, options.masks_dir))
-      return Error{ErrorKind::kUsage,
-                   options.masks_dir + ": is read; give --save-masks another folder"};
-  return Ok{};
+  const fs::path out = real(options.out_dir);
+  if (!fs::exists(out, code) && real(file).parent_path() == out) return Ok{};
+  return McapWriter::check(file);
 }
 
 }  // namespace
 
 Status check_targets(const RunOptions& options, const Sequence& sequence) {
-  for (const auto& [option, file] :
-       {std::pair{"--save-map", options.save_map}, std::pair{"--mcap", options.mcap}})
-    if (Status checked = check_own_files(options, option, file); !checked.ok()) return checked;
-  if (!options.mcap.empty())
-    if (Status checked = check_recording(options); !checked.ok()) return checked;
-  if (!options.masks_dir.empty())
-    if (Status checked = check_masks(options, sequence); !checked.ok()) return checked;
-  if (options.background_dir.empty()) return Ok{};
-  return check_background(options.background_dir, sequence);
+  if (Status checked = uses_of(options, sequence).check(); !checked.ok()) return checked;
+  if (!options.background_dir.empty())
+    for (const char* part : {"rgb", "depth", "source"})
+      if (Status checked = check_inner_folder(options.background_dir, part); !checked.ok())
+        return checked;
+  return options.mcap.empty() ? Status(Ok{}) : check_recording(options);
 }
 
 bool replaces_map(const RunOptions& options) {

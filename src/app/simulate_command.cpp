@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "app/exit_code.hpp"
+#include "app/file_uses.hpp"
 #include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
@@ -187,6 +188,24 @@ Status write_origin(const SimulateArguments& arguments, const sim::SequenceSourc
       json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
+Status check_sequence_files(const SimulateArguments& a) {
+  FileUses uses;
+  uses.reads("world", a.world);
+  uses.reads("--depth-camera", a.depth_camera);
+  uses.writes("--mcap", a.mcap);
+  uses.writes_in(
+      "--out", a.out,
+      {"rgb/*.jpg", "rgb/*.png", "depth/*.png", "rgb.txt", "depth.txt", "associations.txt",
+       "groundtruth.txt", "calibration.txt", "calibration_depth.txt", "simulation.json"});
+  if (a.truth)
+    uses.writes_in(
+        "--out", a.out,
+        {"mask/*.png", "things/*.png", "things/instances.json", "moving/*.png", "depth_true/*.png",
+         "rgb_static/*.jpg", "rgb_static/*.png", "depth_static/*.png", "movers/*.txt",
+         "instances.json", "true_objects.json", "static.ply"});
+  return uses.check();
+}
+
 Status simulate(SimulateArguments arguments) {
   // CLI11's ranges let NaN through.
   const sim::SequenceOptions& o = arguments.options;
@@ -211,6 +230,7 @@ Status simulate(SimulateArguments arguments) {
   }
   const Result<sim::WorldConfig> world = sim::load_world(arguments.world);
   if (!world) return world.error();
+  if (Status checked = check_sequence_files(arguments); !checked.ok()) return checked;
   if (!arguments.camera.empty()) {
     const double fps = arguments.options.fps.value_or(world->fps);
     if (Status taken = take_shutter(arguments.camera, fps, arguments.options); !taken) return taken;

@@ -13,6 +13,7 @@
 #include "app/stop_signal.hpp"
 #include "core/log.hpp"
 #include "io/image_file.hpp"
+#include "io/inner_folder.hpp"
 #include "simulation/sequence/sequence_writer.hpp"
 
 namespace ygslam {
@@ -67,8 +68,7 @@ Status write_random_frames(const fs::path& folder, int count,
   while (done < count && StopSignal::received() == 0) {
     const sim::RandomFrame frame = frames->next();
     const std::string world = fmt::format("{:05}", frame.world);
-    fs::create_directories(folder / world, error);
-    if (error) return Error{ErrorKind::kOutput, (folder / world).string() + ": " + error.message()};
+    if (Status made = make_inner_folder(folder, world); !made.ok()) return made;
     const std::string name = fmt::format("{}/{:02}", world, frame.shot);
     if (Status status = write_images(folder, name, frame); !status) return status;
     const CameraConfig& c = frame.camera;

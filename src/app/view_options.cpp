@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "core/printable.hpp"
+
 namespace ygslam {
 
 void add_view_options(CLI::App& command, ViewOptions& o) {
@@ -52,7 +54,7 @@ Result<std::unique_ptr<RunView>> start_page(const ViewOptions& o, RunViewConfig 
   config.paused = o.paused;
   auto view = RunView::start(config);
   if (!view.ok()) return view.error();
-  std::fprintf(stderr, "look at %s\n", (*view)->url().c_str());
+  std::fprintf(stderr, "look at %s\n", one_line((*view)->url()).c_str());
   return view;
 }
 

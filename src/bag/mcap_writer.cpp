@@ -33,6 +33,14 @@ Bytes compressed(const Bytes& bytes) {
   return out;
 }
 
+/// The file that a path means: what a link points to. @return empty where that is nowhere.
+std::filesystem::path target_of(const std::filesystem::path& path) {
+  std::error_code code;
+  if (!std::filesystem::is_symlink(path, code)) return path;
+  std::filesystem::path target = std::filesystem::canonical(path, code);
+  return code ? std::filesystem::path() : target;
+}
+
 }  // namespace
 
 McapWriter::McapWriter(std::filesystem::path path, std::FILE* file)
@@ -46,11 +54,11 @@ Status McapWriter::check(const std::filesystem::path& path) {
     return Error{ErrorKind::kUsage,
                  "-: a recording is not written to standard output, give a file"};
   std::error_code code;
-  if (!std::filesystem::exists(path, code)) {
-    const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-    if (::access(folder.c_str(), W_OK) != 0) return fault(std::strerror(errno));
-    return Ok{};
-  }
+  const std::filesystem::path file = target_of(path);
+  if (file.empty()) return fault("is a link to nowhere");
+  const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+  if (::access(folder.c_str(), W_OK) != 0) return fault(std::strerror(errno));
+  if (!std::filesystem::exists(path, code)) return Ok{};
   // Before it is opened: a pipe that nobody writes to would be waited for.
   const std::string no_recording = "is there and no recording; it is not replaced";
   if (!std::filesystem::is_regular_file(path, code)) return fault(no_recording);
@@ -64,7 +72,12 @@ Status McapWriter::check(const std::filesystem::path& path) {
 
 Result<McapWriter> McapWriter::create(const std::filesystem::path& path) {
   if (Status checked = check(path); !checked.ok()) return checked.error();
-  std::FILE* file = std::fopen(path.c_str(), "wb");
+  // A new file in the place of the old one, which whoever reads it, or has it under another name,
+  // keeps.
+  const std::filesystem::path target = target_of(path);
+  std::error_code ignored;
+  std::filesystem::remove(target, ignored);
+  std::FILE* file = std::fopen(target.c_str(), "wbx");
   if (file == nullptr)
     return Error{ErrorKind::kOutput, path.string() + ": " + std::strerror(errno)};
   McapWriter writer(path, file);

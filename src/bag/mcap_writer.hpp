@@ -19,7 +19,7 @@ class McapWriter {
  public:
   /// Whether create() can be expected to do; nothing is written. @return its errors.
   static Status check(const std::filesystem::path& path);
-  /// Replaces an older recording of that name.
+  /// Replaces an older recording of that name, or that which a link of that name leads to.
   /// @return kOutput if the file cannot be written, or is there and no recording.
   static Result<McapWriter> create(const std::filesystem::path& path);
 

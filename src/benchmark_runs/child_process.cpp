@@ -179,11 +179,7 @@ std::string last_error_line(const std::string& errors) {
     if (chosen.starts_with(level)) chosen.remove_prefix(level.size());
   }
   constexpr std::size_t kLongest = 400;
-  std::string safe(chosen.substr(0, kLongest));
-  for (char& c : safe) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == '\x7f') c = '?';
-  }
-  return safe;
+  return printable(chosen, kLongest);
 }
 
 }  // namespace ygslam

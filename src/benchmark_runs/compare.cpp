@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/log.hpp"  // brings {fmt}
+#include "core/printable.hpp"
 
 namespace ygslam {
 namespace {
@@ -83,8 +84,8 @@ bool loses_runs(const ComparedRow& row) {
 bool wins_runs(const ComparedRow& row) { return row.good_b * row.runs_a > row.good_a * row.runs_b; }
 
 std::string row_text(const ComparedRow& row) {
-  std::string text = fmt::format("{} {}: good runs A {}/{}, B {}/{}{}\n", row.sequence, row.mode,
-                                 row.good_a, row.runs_a, row.good_b, row.runs_b,
+  std::string text = fmt::format("{} {}: good runs A {}/{}, B {}/{}{}\n", one_line(row.sequence),
+                                 row.mode, row.good_a, row.runs_a, row.good_b, row.runs_b,
                                  loses_runs(row)  ? " WORSE"
                                  : wins_runs(row) ? " better"
                                                   : "");

@@ -4,6 +4,7 @@
 
 #include "benchmark_runs/run_files.hpp"
 #include "core/log.hpp"  // brings {fmt}
+#include "core/printable.hpp"
 #include "core/statistics.hpp"
 
 namespace ygslam {
@@ -178,8 +179,8 @@ std::string format_results(const Results& results) {
   for (const Figure figure : kShown) table[0].emplace_back(info_of(figure).title);
   table[0].insert(table[0].end(), {"tracked [%]", "runs"});
   for (const ResultRow& row : results.rows) {
-    std::vector<std::string> line = {row.sequence + (row.kind == "rendered" ? " (rendered)" : ""),
-                                     row.mode};
+    std::vector<std::string> line = {
+        one_line(row.sequence) + (row.kind == "rendered" ? " (rendered)" : ""), row.mode};
     for (const Figure figure : kShown) {
       const auto spread = row.spread(figure);
       line.push_back(spread ? format_spread(*spread, info_of(figure).decimals) : "-");

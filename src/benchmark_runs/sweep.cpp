@@ -9,6 +9,7 @@
 #include "benchmark_runs/run_files.hpp"
 #include "benchmark_runs/sweep_file.hpp"
 #include "core/utc_time.hpp"
+#include "io/inner_folder.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
 
@@ -123,8 +124,9 @@ Status Sweep::copy_truths() const {
     const auto text = read_file(*sequence.groundtruth);
     if (!text.ok()) continue;  // the runs will say so
     const fs::path folder = options_.out / "sequences" / sequence.id;
-    std::error_code code;
-    fs::create_directories(folder, code);
+    if (Status made = make_inner_folder(options_.out, fs::path("sequences") / sequence.id);
+        !made.ok())
+      return made;
     Status written = write_file_atomically(folder / "groundtruth.txt", *text);
     if (!written.ok()) return written;
   }
@@ -198,6 +200,8 @@ int Sweep::end_late_ones() {
 Status Sweep::start(const RunKey& key) {
   const BenchSequence& sequence = sequence_of(key);
   const fs::path folder = options_.out / key.folder();
+  if (Status checked = check_inner_folder(options_.out, key.folder()); !checked.ok())
+    return checked;
   std::error_code code;
   fs::remove_all(folder, code);  // what a broken-off run left
   if (!code) fs::create_directories(folder, code);

@@ -1,10 +1,14 @@
 // The library as a program sees it: nothing but its header and its shared object. One test for each
 // promise of the header; here those of Slam::process.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
+#include <string>
 
 #include "facade/testing/film.hpp"
 
@@ -170,6 +174,26 @@ TEST(Process, AMoverBecomesAnObjectWithItsPlaceAndVelocity) {
     }
   }
   EXPECT_TRUE(found);
+}
+
+TEST(Process, AForkedChildCanNeitherUseNorEndItsParentsObject) {
+  const Film& seen = film("static_xyz");
+  std::optional<Slam> slam = Slam::open(settings_for(seen));
+  slam->process(seen[0]);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::alarm(60);  // it would wait for threads that it has not
+    std::string message;
+    const int code = code_of([&] { slam->process(seen[1]); }, &message);
+    *slam = Slam::open(settings_for(seen));  // one of its own in that place
+    const bool is_fine = slam->process(seen[0]).state == State::kTracking;
+    slam.reset();
+    ::_exit(code == 2 && message.find("forked child") != message.npos && is_fine ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(slam->process(seen[1]).state, State::kTracking) << "the parent's goes on";
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ BagTopic topic_of(const char* name, std::string type) {
 }  // namespace
 
 struct RosAdapter::Impl final : MessageSink {
+  HomeProcess home;
   SessionOptions options;
   log::SinkPtr sink;
   Topics topics;
@@ -70,8 +71,13 @@ RosAdapter::RosAdapter(const Settings& settings, Topics topics) : impl_(std::mak
   });
 }
 RosAdapter::RosAdapter(RosAdapter&&) noexcept = default;
-RosAdapter& RosAdapter::operator=(RosAdapter&&) noexcept = default;
-RosAdapter::~RosAdapter() = default;
+RosAdapter& RosAdapter::operator=(RosAdapter&& other) noexcept {
+  if (this == &other) return *this;
+  end_at_home(impl_);
+  impl_ = std::move(other.impl_);
+  return *this;
+}
+RosAdapter::~RosAdapter() { end_at_home(impl_); }
 
 int RosAdapter::take(Input input, const std::string& type, const std::uint8_t* cdr,
                      std::size_t bytes) {

@@ -1,5 +1,6 @@
 #include "facade/settings.hpp"
 
+#include "core/standard_error_sink.hpp"
 #include "io/calibration.hpp"
 
 namespace ygslam::api {
@@ -50,13 +51,13 @@ CameraConfig to_config(const CameraModel& m) {
 }
 
 log::SinkPtr sink_of(const Settings& settings) {
-  if (!settings.log) return nullptr;
+  if (!settings.log) return standard_error_sink();
   return std::make_shared<const log::Sink>(
       [log = settings.log](log::Level level, const std::string& line) {
         log(level == log::Level::kError     ? LogLevel::kError
             : level == log::Level::kWarning ? LogLevel::kWarning
                                             : LogLevel::kInfo,
-            line);
+            one_line(line));
       });
 }
 

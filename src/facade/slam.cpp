@@ -67,6 +67,7 @@ bool is_too_far(std::int64_t t_ns) { return t_ns > kLatest_ns || t_ns < -kLatest
 }  // namespace
 
 struct Slam::Impl {
+  HomeProcess home;
   SlamConfig config;
   log::SinkPtr sink;
   Session session;
@@ -102,8 +103,13 @@ struct Slam::Impl {
 
 Slam::Slam(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Slam::Slam(Slam&&) noexcept = default;
-Slam& Slam::operator=(Slam&&) noexcept = default;
-Slam::~Slam() = default;
+Slam& Slam::operator=(Slam&& other) noexcept {
+  if (this == &other) return *this;
+  end_at_home(impl_);
+  impl_ = std::move(other.impl_);
+  return *this;
+}
+Slam::~Slam() { end_at_home(impl_); }
 
 Slam Slam::open(const Settings& settings) {
   const log::SinkPtr sink = sink_of(settings);

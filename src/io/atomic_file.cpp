@@ -23,25 +23,60 @@ fs::path directory_of(const fs::path& target) {
   return target.has_parent_path() ? target.parent_path() : fs::path(".");
 }
 
+/// A device, a pipe, a link to one, a name for a standard stream: nothing that a file may replace.
+bool is_no_place_for_files(const fs::path& target) {
+  std::error_code code;
+  if (fs::is_other(fs::status(target, code))) return true;
+  const fs::path folder = fs::weakly_canonical(directory_of(fs::absolute(target, code)), code);
+  return folder == "/dev" || folder == "/dev/fd" || folder.string().starts_with("/proc/");
+}
+
 struct Temporary {
-  fs::path path;
+  fs::path path;  // empty: it has no name
   int descriptor = -1;
   int error_number = 0;  // where descriptor < 0
 };
 
-// A new file in the target's directory; a few names in case a killed run left one behind.
+/// Calls use() with names in the target's folder until one was not there: a killed run may have
+/// left some. Of their own length: the target's may be as long as names can be.
+/// @param use 0 or an error number. @return the name, or the error.
+template <typename Use>
+Result<fs::path> unused_name(const fs::path& target, const Use& use) {
+  constexpr int kAttempts = 16;
+  int error_number = EEXIST;
+  for (int attempt = 0; attempt < kAttempts && error_number == EEXIST; ++attempt) {
+    fs::path path = directory_of(target) / (".ygslam." + std::to_string(::getpid()) + "." +
+                                            std::to_string(attempt) + ".tmp");
+    error_number = use(path);
+    if (error_number == 0) return path;
+  }
+  return output_error(target, error_number);
+}
+
+/// A new file in the target's folder: where the file system can, without a name until it is
+/// finished, so that nothing of it remains however the process ends.
 Temporary open_temporary(const fs::path& target) {
   Temporary file;
-  std::string stem(1, '.');
-  stem.append(target.filename().string()).append(1, '.').append(std::to_string(::getpid()));
-  for (int attempt = 0; attempt < 16 && file.descriptor < 0; ++attempt) {
-    file.path = directory_of(target) / (stem + "." + std::to_string(attempt) + ".tmp");
+  const bool can_be_named = ::access("/proc/self/fd", X_OK) == 0;
+  if (can_be_named)
+    file.descriptor = ::open(directory_of(target).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  if (file.descriptor >= 0) return file;
+  const auto named = unused_name(target, [&](const fs::path& path) {
     file.descriptor =
-        ::open(file.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
-    file.error_number = file.descriptor < 0 ? errno : 0;
-    if (file.error_number != 0 && file.error_number != EEXIST) break;
-  }
+        ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+    return file.error_number = file.descriptor < 0 ? errno : 0;
+  });
+  if (named.ok()) file.path = *named;
   return file;
+}
+
+/// A file without a name gets one.
+Result<fs::path> name_beside(const fs::path& target, int descriptor) {
+  const std::string file = "/proc/self/fd/" + std::to_string(descriptor);
+  return unused_name(target, [&](const fs::path& path) {
+    const int linked = ::linkat(AT_FDCWD, file.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW);
+    return linked == 0 ? 0 : errno;
+  });
 }
 
 // " (process 123)", where the lock file says so.
@@ -62,7 +97,7 @@ Status ensure_writable_directory(const fs::path& directory) {
   const Temporary probe = open_temporary(directory / "write_test");
   if (probe.descriptor < 0) return output_error(directory, probe.error_number);
   ::close(probe.descriptor);
-  ::unlink(probe.path.c_str());
+  if (!probe.path.empty()) ::unlink(probe.path.c_str());
   return Ok{};
 }
 
@@ -90,14 +125,13 @@ AtomicFile::~AtomicFile() { abandon(); }
 void AtomicFile::abandon() noexcept {
   if (descriptor_ < 0) return;
   ::close(std::exchange(descriptor_, -1));
-  if (!placed_) ::unlink(temporary_.c_str());
+  if (!placed_ && !temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
 Result<AtomicFile> AtomicFile::create(const fs::path& target) {
   std::error_code code;
   if (fs::is_directory(target, code)) return output_error(target, EISDIR);
-  const fs::file_status status = fs::symlink_status(target, code);
-  if (fs::is_other(status)) {  // a device, a pipe: nothing that a file may take the place of
+  if (is_no_place_for_files(target)) {
     return Error{ErrorKind::kOutput, target.string() + ": is not a regular file"};
   }
   const Temporary file = open_temporary(target);
@@ -119,6 +153,11 @@ Status AtomicFile::write(std::string_view bytes) {
 Status AtomicFile::place() {
   CHECK(descriptor_ >= 0, "place after commit");
   if (placed_) return Ok{};
+  if (temporary_.empty()) {
+    auto named = name_beside(target_, descriptor_);
+    if (!named.ok()) return named.error();
+    temporary_ = std::move(*named);
+  }
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) return output_error(target_, errno);
   placed_ = true;
   return Ok{};

@@ -14,8 +14,8 @@ namespace ygslam {
 /// @return kOutput naming the path and the system's reason.
 Status ensure_writable_directory(const std::filesystem::path& directory);
 
-/// A file written under a temporary name in the target's directory; commit() flushes it to the disk
-/// and renames it over the target. Without commit() nothing remains and an earlier file is intact.
+/// A file without a name (where that can be, else a temporary one) until commit() flushes it to the
+/// disk and renames it over the target. Without commit() nothing remains and an earlier file stays.
 /// A target that is a symbolic link is replaced, not written through.
 class AtomicFile {
  public:

@@ -1,5 +1,6 @@
 #include "io/atomic_file.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -48,6 +49,29 @@ TEST(AtomicFile, ReplacesAnEarlierFileAndLeavesNothingElse) {
   const std::string large(3'000'000, 'x');
   ASSERT_TRUE(write_file_atomically(target, large).ok());
   EXPECT_EQ(read(target), large);
+  EXPECT_EQ(entries(folder.path()), 1U);
+}
+
+TEST(AtomicFile, NothingIsSeenOfItUntilItIsFinishedHoweverTheProcessEnds) {
+  const TempFolder folder;
+  const int probe = ::open(folder.path().c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+  if (probe < 0) GTEST_SKIP() << "this file system has no files without names";
+  ::close(probe);
+  auto file = AtomicFile::create(folder.path() / "a.txt");
+  ASSERT_TRUE(file.ok());
+  ASSERT_TRUE(file->write("begun").ok());
+  EXPECT_EQ(entries(folder.path()), 0U);
+  ASSERT_TRUE(file->commit().ok());
+  EXPECT_EQ(read(folder.path() / "a.txt"), "begun");
+  EXPECT_EQ(entries(folder.path()), 1U);
+}
+
+TEST(AtomicFile, NamesMayBeAsLongAsNamesCanBe) {
+  const TempFolder folder;
+  const fs::path target = folder.path() / std::string(255, 'x');
+  ASSERT_TRUE(write_file_atomically(target, "old").ok());
+  ASSERT_TRUE(write_file_atomically(target, "new").ok());
+  EXPECT_EQ(read(target), "new");
   EXPECT_EQ(entries(folder.path()), 1U);
 }
 
@@ -125,6 +149,20 @@ TEST(AtomicFile, F31ASymbolicLinkIsReplacedNotFollowed) {
   EXPECT_EQ(read(folder.path() / "precious"), "precious");
   EXPECT_EQ(read(folder.path() / "out.txt"), "new");
   EXPECT_FALSE(fs::is_symlink(folder.path() / "out.txt"));
+}
+
+TEST(AtomicFile, ALinkToWhatIsNoFileIsLeftAsItIs) {
+  const TempFolder folder;
+  fs::create_symlink("/dev/null", folder.path() / "link");
+  for (const fs::path& target :
+       {folder.path() / "link", fs::path("/dev/stdout"), fs::path("/dev/fd/1"),
+        fs::path("/proc/self/fd/1"), fs::path("/dev/none")}) {
+    const Status status = write_file_atomically(target, "x");
+    ASSERT_FALSE(status.ok()) << target;
+    EXPECT_EQ(status.error().message, target.string() + ": is not a regular file");
+  }
+  EXPECT_TRUE(fs::is_symlink(folder.path() / "link"));
+  EXPECT_TRUE(fs::is_symlink("/dev/stdout"));
 }
 
 TEST(EnsureWritableDirectory, CreatesParentsAndLeavesNoTrace) {

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "core/edit_distance.hpp"
+#include "core/printable.hpp"
 
 namespace ygslam {
 namespace {
@@ -190,12 +191,13 @@ std::string_view nearest_word(std::string_view word, std::span<const std::string
 }
 
 std::string printable(std::string_view text, std::size_t longest) {
-  std::string safe(text.substr(0, longest));
-  std::replace_if(
-      safe.begin(), safe.end(),
-      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == '\x7f'; }, '?');
-  if (text.size() > longest) safe += "...";
-  return safe;
+  if (text.size() <= longest) return one_line(text);
+  std::size_t end = longest;
+  const auto is_inside = [&](std::size_t at) {  // of a character
+    return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
+  };
+  for (int back = 0; back < 3 && end > 0 && is_inside(end); ++back) --end;
+  return one_line(text.substr(0, end)) + "...";
 }
 
 }  // namespace ygslam

@@ -57,7 +57,7 @@ struct ParsedStamp {
 [[nodiscard]] std::string_view nearest_word(std::string_view word,
                                             std::span<const std::string_view> candidates);
 
-/// Text of another origin made safe for one line of a message: control bytes replaced, cut.
+/// A word of other origin within a message: one_line() of at most its first `longest` bytes.
 [[nodiscard]] std::string printable(std::string_view text, std::size_t longest = 80);
 
 }  // namespace ygslam

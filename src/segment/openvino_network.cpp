@@ -8,11 +8,12 @@
 #include <sstream>
 
 #include "core/memory.hpp"
+#include "core/printable.hpp"
 #include "segment/cpu_features.hpp"
 
 namespace ygslam {
 
-std::string one_line(const std::string& report) {
+std::string fault_in(const std::string& report) {
   std::istringstream lines(report);
   std::string line;
   std::string chosen;
@@ -22,8 +23,8 @@ std::string one_line(const std::string& report) {
     const bool position = line.find("Exception from ") == 0;
     if (!blank && (!position || chosen.empty())) chosen = line;
   }
-  std::erase_if(chosen, [](unsigned char c) { return std::iscntrl(c) != 0; });
-  return chosen.substr(0, 200);
+  constexpr std::size_t kLongest = 200;
+  return one_line(chosen.substr(0, kLongest));
 }
 
 bool is_quantised(const ov::Model& network) {
@@ -78,7 +79,7 @@ Result<ov::InferRequest> compile_network(const std::shared_ptr<ov::Model>& netwo
     return compiled.create_infer_request();
   } catch (const std::exception& e) {
     require_memory(kAmpleMemory_bytes);
-    return Error{ErrorKind::kModel, name + ": cannot be compiled: " + one_line(e.what())};
+    return Error{ErrorKind::kModel, name + ": cannot be compiled: " + fault_in(e.what())};
   }
 }
 

@@ -19,7 +19,7 @@ namespace ygslam {
 inline constexpr std::size_t kAmpleMemory_bytes = std::size_t{256} << 20;
 
 /// Makes OpenVINO's report, several lines with source positions, one line that says what is wrong.
-[[nodiscard]] std::string one_line(const std::string& report);
+[[nodiscard]] std::string fault_in(const std::string& report);
 
 /// Has FakeQuantize operations: made for int8.
 [[nodiscard]] bool is_quantised(const ov::Model& network);

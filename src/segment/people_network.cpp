@@ -42,7 +42,7 @@ class PeopleSegmenter final : public Segmenter {
       return Segmentation{frame.id, frame.stamp, std::move(people.instances),
                           std::move(people.ids)};
     } catch (const std::exception& e) {
-      return Error{ErrorKind::kModel, name + ": the network failed: " + one_line(e.what())};
+      return Error{ErrorKind::kModel, name + ": the network failed: " + fault_in(e.what())};
     }
   }
   std::string precision() const override { return precision_; }
@@ -78,7 +78,7 @@ Result<std::shared_ptr<ov::Model>> read(std::string_view bytes, std::string_view
     return network;
   } catch (const std::exception& e) {
     require_memory(kAmpleMemory_bytes);
-    return fault("cannot be read: " + one_line(e.what()));
+    return fault("cannot be read: " + fault_in(e.what()));
   }
 }
 

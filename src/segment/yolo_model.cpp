@@ -138,7 +138,7 @@ Result<YoloModel> read_yolo_model(const std::filesystem::path& file, int width, 
     return model;
   } catch (const std::exception& e) {
     require_memory(kAmpleMemory_bytes);
-    return fault(file, "cannot be read as a network: " + one_line(e.what()));
+    return fault(file, "cannot be read as a network: " + fault_in(e.what()));
   }
 }
 

@@ -41,7 +41,7 @@ class YoloSegmenter final : public Segmenter {
       return Segmentation{frame.id, frame.stamp, std::move(decoded.instances),
                           std::move(decoded.ids), edge_px(box)};
     } catch (const std::exception& e) {
-      return Error{ErrorKind::kModel, name + ": the network failed: " + one_line(e.what())};
+      return Error{ErrorKind::kModel, name + ": the network failed: " + fault_in(e.what())};
     }
   }
   std::string precision() const override { return precision_; }

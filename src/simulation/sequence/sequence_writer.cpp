@@ -12,6 +12,7 @@
 #include "io/calibration.hpp"
 #include "io/depth_calibration.hpp"
 #include "io/image_file.hpp"
+#include "io/inner_folder.hpp"
 #include "io/trajectory.hpp"
 
 namespace ygslam::sim {
@@ -70,12 +71,12 @@ Result<SequenceWriter> SequenceWriter::create(const fs::path& folder,
                                               const SequenceSource& /*source*/,
                                               const WriteOptions& options) {
   SequenceWriter writer(folder, options);
-  std::vector<fs::path> folders = {folder / "rgb", folder / "depth"};
-  if (options.truth) {
-    for (const char* name :
-         {"mask", "things", "moving", "depth_true", "rgb_static", "depth_static", "movers"})
-      folders.push_back(folder / name);
-  }
+  std::vector<const char*> folders = {"rgb", "depth"};
+  if (options.truth)
+    folders.insert(folders.end(), {"mask", "things", "moving", "depth_true", "rgb_static",
+                                   "depth_static", "movers"});
+  for (const char* name : folders)
+    if (Status checked = check_inner_folder(folder, name); !checked.ok()) return checked.error();
   std::error_code error;
   // Lists are written at the end of a rendering, with simulation.json beside them.
   if (!fs::exists(folder / "simulation.json", error)) {
@@ -95,10 +96,8 @@ Result<SequenceWriter> SequenceWriter::create(const fs::path& folder,
         return Error{ErrorKind::kOutput, (folder / name).string() + ": " + error.message()};
     }
   }
-  for (const fs::path& path : folders) {
-    fs::create_directories(path, error);
-    if (error) return Error{ErrorKind::kOutput, path.string() + ": " + error.message()};
-  }
+  for (const char* name : folders)
+    if (Status made = make_inner_folder(folder, name); !made.ok()) return made.error();
   for (const char* list : kLists) {
     fs::remove(folder / list, error);
     if (error) return Error{ErrorKind::kOutput, (folder / list).string() + ": " + error.message()};

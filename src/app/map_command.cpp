@@ -126,9 +126,11 @@ Result<int> check(const MapOptions& options) {
                 counted(checked->info.landmarks, "landmark").c_str());
     return 0;
   }
+  std::printf("%s: damaged, what is wrong in it:\n", options.file.c_str());
   print_faults(*checked);
   return Error{ErrorKind::kSavedMap,
-               options.file + ": " + std::to_string(checked->faults_in_all) + " faults"};
+               options.file + ": damaged: " + counted(checked->faults_in_all, "fault") +
+                   "; `ygslam map recover " + options.file + " -o NEW.map` saves what is good"};
 }
 
 Result<int> recover(const MapOptions& options) {

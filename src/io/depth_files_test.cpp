@@ -189,6 +189,12 @@ TEST(DepthFiles, OtherSizesAndAbsurdOnesAreRefused) {
     ASSERT_FALSE(other.ok());
     EXPECT_EQ(other.error().message, "other size: 9x5, expected 5x9");
   }
+  std::string exr = exr_of(slope_m(), Imf::ZIP_COMPRESSION);
+  for (const std::string name : {"dataWindow", "displayWindow"}) {
+    const std::size_t box = exr.find(name) + name.size() + sizeof "" + sizeof "box2i" + 4;
+    exr.replace(box + 12, 4, "\xf0\xff\xff\x7f");  // the last row
+  }
+  EXPECT_NE(reason(exr).find("EXR"), std::string::npos);
   EXPECT_NE(reason("P5\n99999999 5\n65535\nx").find("absurd size"), std::string::npos);
   EXPECT_NE(reason(npy_of("<f4", "x", "(99999999, 9)")).find("absurd size"), std::string::npos);
 }

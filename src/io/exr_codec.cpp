@@ -100,6 +100,12 @@ Result<Opened> opened(const Imf::InputFile& file) {
 template <typename Work>
 auto with_file(std::string_view bytes, const Work& work)
     -> decltype(work(std::declval<Imf::InputFile&>())) {
+  // Tables of rows are allocated as the header wants them, unless that is more than this.
+  static const bool kIsLimited = [] {
+    Imf::Header::setMaxImageSize(kMaxImageSide_px, kMaxImageSide_px);
+    return true;
+  }();
+  static_cast<void>(kIsLimited);
   try {
     Source source(bytes);
     Imf::InputFile file(source, 0);  // no threads

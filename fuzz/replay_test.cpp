@@ -43,7 +43,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Target{"map_file", map_file}, Target{"map_rows", map_rows},
                       Target{"surface_ply", surface_ply}, Target{"objects", objects},
                       Target{"live_requests", live_requests}, Target{"bags", bags},
-                      Target{"messages", messages}),
+                      Target{"messages", messages}, Target{"image_files", image_files},
+                      Target{"poses", poses}),
     [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace

@@ -22,5 +22,7 @@ void objects(std::string_view bytes);
 void live_requests(std::string_view bytes);
 void bags(std::string_view bytes);
 void messages(std::string_view bytes);
+void image_files(std::string_view bytes);
+void poses(std::string_view bytes);
 
 }  // namespace ygslam::fuzz

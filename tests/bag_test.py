@@ -8,6 +8,7 @@ import shutil
 import sqlite3
 import unittest
 
+import mcap.writer
 import numpy as np
 from PIL import Image
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
@@ -107,6 +108,32 @@ class McapBags(BagTest):
                                          depth_topic=DEPTH + "/compressedDepth", info_topic=None)]
         self.run_bag(self.mcap(said=more), "--to", "3")
         self.assertEqual(self.metrics()["frames"], 3)
+
+    def test_pictures_that_are_not_read_are_named(self):
+        bag = self.folder / "foxglove.mcap"
+        with open(bag, "wb") as file:
+            writer = mcap.writer.Writer(file)
+            writer.start("", "test")
+            for topic, encoding in (("/front", "protobuf"), ("/rear", "json")):
+                schema = writer.register_schema("foxglove.CompressedImage", encoding, b"{}")
+                channel = writer.register_channel(topic, encoding, schema)
+                writer.add_message(channel, 10**9, b"{}", 10**9)
+            writer.finish()
+        self.assert_error(self.run_slam(bag), 4, "not read: /front (foxglove.CompressedImage as protobuf), "
+                          "/rear (foxglove.CompressedImage as json)")
+        said = [(topic, stamp, message) for topic, stamp, message in self.said() if topic != RGB]
+        for frame in self.frames:
+            said.append((RGB, frame.stamp_ns, self.messages.image(frame.stamp_ns, "rgb16", frame.colour)))
+        self.assert_error(self.run_slam(self.mcap(said=said)), 4, f"{RGB} ('rgb16')")
+
+    def test_colour_in_other_encodings_is_told(self):
+        said = [(topic, stamp, message) for topic, stamp, message in self.said() if topic != RGB]
+        for frame in self.frames:
+            said.append((RGB, frame.stamp_ns, self.messages.image(frame.stamp_ns, "8UC3", frame.colour[..., ::-1])))
+        done = self.run_bag(self.mcap(said=said))
+        self.assertIn("colour images are 8-bit 8UC3 (as b, g, r)", done.stderr)
+        self.run_bag(self.seq, out="folder")
+        self.assert_same("out")
 
     def test_the_camera_of_camera_goes_before(self):
         bag = self.mcap(said=self.said(info_topic=None))

@@ -71,6 +71,20 @@ class KeptMaps(CliTest):
         self.assertEqual(self.map.read_bytes(), before)
         self.assertFalse((self.folder / "placed" / "map.ply").exists())
 
+    def test_a_damaged_map_says_how_to_save_the_rest(self):
+        self.save()
+        whole = self.map.read_bytes()
+        middle = len(whole) // 2
+        for damaged in (whole[:-4096], whole[:middle] + bytes(256) + whole[middle + 256:]):
+            self.map.write_bytes(damaged)
+            done = self.localize("--quiet")
+            self.assertEqual(done.returncode, 6, done.stderr)
+            self.assertRegex(done.stderr, rf"^error: {re.escape(str(self.map))}: .*ygslam map recover.*\n$")
+            done = ygslam("map", "check", self.map)
+            self.assertEqual(done.returncode, 6, done.stderr)
+            self.assertIn("damaged, what is wrong in it:", done.stdout)
+            self.assertRegex(done.stderr, r"damaged: \d+ faults?; `ygslam map recover .* saves what is good")
+
     def test_a_run_goes_on_with_a_map_and_saves_it_again(self):
         self.save()
         first = ygslam("map", "info", self.map).stdout

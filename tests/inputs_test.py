@@ -2,11 +2,18 @@
 
 One table of what is read and one of what is refused, as in docs/inputs.md.
 """
+import io
 import pathlib
+import re
 import shutil
+import struct
 import unittest
 
-from ygslam_cli import CliTest, lines_of, sequence, trajectory
+import numpy as np
+from PIL import Image
+
+import bags
+from ygslam_cli import HEIGHT, ROOT, WIDTH, CliTest, lines_of, sequence, trajectory, ygslam
 
 COUNT = 24
 
@@ -190,6 +197,311 @@ class Clocks(CliTest):
                          {line.split()[1] for line in depth[20:23]} | {"depth/between.png"})
         self.assertEqual((metrics["skipped_image_count"], metrics["colour_without_depth"]), (4, 10))
         self.assertEqual((metrics["frames"], metrics["readable"]), (50, 47))
+
+
+def pillow(image, form, **how):
+    out = io.BytesIO()
+    image.save(out, form, **how)
+    return out.getvalue()
+
+
+def exr(metres):
+    """A scan-line EXR of one float channel, as its specification has it, without compression."""
+    height, width = metres.shape
+
+    def attribute(name, kind, value):
+        return name + b"\0" + kind + b"\0" + struct.pack("<i", len(value)) + value
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    channel = b"Y\0" + struct.pack("<i4B2i", 2, 0, 0, 0, 0, 1, 1) + b"\0"
+    head = (b"\x76\x2f\x31\x01\x02\0\0\0" + attribute(b"channels", b"chlist", channel)
+            + attribute(b"compression", b"compression", b"\0") + attribute(b"dataWindow", b"box2i", window)
+            + attribute(b"displayWindow", b"box2i", window) + attribute(b"lineOrder", b"lineOrder", b"\0")
+            + attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1))
+            + attribute(b"screenWindowCenter", b"v2f", struct.pack("<2f", 0, 0))
+            + attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1)) + b"\0")
+    lines = [struct.pack("<2i", y, 4 * width) + row.astype("<f4").tobytes() for y, row in enumerate(metres)]
+    first = len(head) + 8 * height
+    return head + b"".join(struct.pack("<Q", first + y * len(lines[0])) for y in range(height)) + b"".join(lines)
+
+
+def npy(array):
+    out = io.BytesIO()
+    np.save(out, array)
+    return out.getvalue()
+
+
+class ImageFiles(CliTest):
+    """The same frames in files of other kinds give the same bytes, and are told."""
+
+    def setUp(self):
+        super().setUp()
+        self.seq = self.copy_sequence(frames=6)
+        for _, colour, _, _ in self.pairs(self.seq):  # JPEG would lose what others keep
+            pixels = Image.open(self.seq / colour).convert("RGB")
+            (self.seq / colour).write_bytes(pillow(pixels, "PNG"))
+        self.assert_ran(self.run_slam(self.seq, out="png"))
+
+    def replace(self, which, encode):
+        for pair in self.pairs(self.seq):
+            image = Image.open(self.seq / pair[which])
+            (self.seq / pair[which]).write_bytes(encode(np.asarray(image)))
+
+    def assert_same(self, which, encode, word, exact=True):
+        kept = {pair[which]: (self.seq / pair[which]).read_bytes() for pair in self.pairs(self.seq)}
+        self.replace(which, encode)
+        done = self.run_slam(self.seq)
+        self.assert_ran(done)
+        if word:
+            self.assertIn(word, done.stderr)
+        ours, theirs = ((self.folder / out / "trajectory.txt").read_text() for out in ("png", "out"))
+        if exact:
+            self.assertEqual(ours, theirs, word)
+        else:  # 1 / 5000 m and its float differ in the last bit
+            np.testing.assert_allclose(np.loadtxt(theirs.splitlines()), np.loadtxt(ours.splitlines()), atol=1e-4)
+        for file, data in kept.items():
+            (self.seq / file).write_bytes(data)
+
+    def test_tiff(self):
+        self.assert_same(3, lambda raw: pillow(Image.fromarray(raw.astype(np.uint16)), "TIFF"),
+                         "depth images are 16-bit TIFF, 5000 units per metre")
+        self.assert_same(3, lambda raw: pillow(Image.fromarray((raw / 5000).astype(np.float32)), "TIFF",
+                                               compression="tiff_adobe_deflate"),
+                         "depth images are float TIFF, metres", exact=False)
+        self.assert_same(1, lambda rgb: pillow(Image.fromarray(rgb), "TIFF", compression="tiff_lzw"),
+                         "colour images are 8-bit TIFF")
+
+    def test_exr(self):
+        self.assert_same(3, lambda raw: exr((raw / 5000).astype(np.float32)), "depth images are float EXR, metres",
+                         exact=False)
+
+    def test_numpy(self):
+        self.assert_same(3, lambda raw: npy(raw.astype(np.uint16)), "depth images are 16-bit NumPy")
+        self.assert_same(3, lambda raw: npy(raw / 5000), "depth images are float NumPy, metres", exact=False)
+
+    def test_netpbm(self):
+        head = f"\n{WIDTH} {HEIGHT}\n".encode()
+        self.assert_same(3, lambda raw: b"P5" + head + b"65535\n" + raw.astype(">u2").tobytes(),
+                         "depth images are 16-bit PGM")
+        self.assert_same(1, lambda rgb: b"P6" + head + b"255\n" + rgb.tobytes(), "colour images are 8-bit PPM")
+
+    def test_pfm(self):
+        self.assert_same(3, lambda raw: f"Pf\n{WIDTH} {HEIGHT}\n-1\n".encode()
+                         + (raw[::-1] / 5000).astype("<f4").tobytes(), "depth images are float PFM", exact=False)
+
+    def test_png_with_alpha(self):
+        self.assert_same(1, lambda rgb: pillow(Image.fromarray(np.dstack([rgb, rgb[..., 0]])), "PNG"),
+                         "colour images are 8-bit PNG with 4 channels")
+
+    def test_png_with_a_palette(self):
+        self.replace(1, lambda rgb: pillow(Image.fromarray(rgb).quantize(256), "PNG"))
+        done = self.run_slam(self.seq)
+        self.assert_ran(done)
+        self.assertIn("colour images are 8-bit PNG with a palette", done.stderr)
+
+    def test_floats_in_millimetres_are_refused(self):
+        self.replace(3, lambda raw: npy(raw / 5))
+        done = self.run_slam(self.seq, "--quiet")
+        self.assertIn(done.returncode, (4, 7), done.stderr)
+        self.assertIn("are these millimetres?", done.stderr)
+
+    def test_a_picture_of_depth_is_refused(self):
+        self.replace(3, lambda raw: pillow(Image.fromarray((raw // 256).astype(np.uint8)), "PNG"))
+        self.assert_error(self.run_slam(self.seq, "--quiet"), 4, "1 channel(s) of 8 bit")
+
+
+class Truths(CliTest):
+    """Folders with one pose a file, Replica's traj.txt, lists with poses, bags: as --gt, and beside images."""
+
+    def setUp(self):
+        super().setUp()
+        self.seq = self.copy_sequence(frames=COUNT)
+        self.rows = {}
+        truth = [list(map(float, line.split())) for line in lines_of(self.seq / "groundtruth.txt")]
+        for stamp, *_ in self.pairs(self.seq):
+            nearest = min(truth, key=lambda row: abs(row[0] - float(stamp)))
+            self.rows[stamp] = nearest[1:]
+        # As a program would estimate it: 5 mm beside the truth.
+        self.est = self.folder / "est.txt"
+
+    def matrices(self):
+        for x, y, z, qx, qy, qz, qw in self.rows.values():
+            yield np.array([[1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qz * qw), 2 * (qx * qz + qy * qw), x],
+                            [2 * (qx * qy + qz * qw), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qx * qw), y],
+                            [2 * (qx * qz - qy * qw), 2 * (qy * qz + qx * qw), 1 - 2 * (qx * qx + qy * qy), z],
+                            [0, 0, 0, 1]])
+
+    def estimate(self, stamps):
+        rows = [f"{stamp} " + " ".join(map(str, [x + 0.005 * (i % 2), *rest]))
+                for i, (stamp, (x, *rest)) in enumerate(zip(stamps, self.rows.values(), strict=True))]
+        self.est.write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+    def assert_figure(self, truth, *options, word=""):
+        """The ATE of the estimate, whatever the truth is written in."""
+        done = ygslam("eval", "--gt", truth, "--est", self.est, "--json", *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rmse = float(re.search(r'"ate".*?"rmse": ([0-9.e-]+)', done.stdout, re.S)[1])
+        self.assertAlmostEqual(rmse, 0.0025, delta=0.0003)
+        self.assertIn(word, done.stderr)
+
+    def test_one_pose_a_file(self):
+        """7-Scenes and BundleFusion beside the images, ScanNet in a folder."""
+        self.estimate([f"{i / 30:.6f}" for i in range(COUNT)])
+        for name in ("seq-01/frame-{:06d}.pose.txt", "scannet/pose/{}.txt", "other/poses/{:05d}.txt"):
+            for i, matrix in enumerate(self.matrices()):
+                file = self.folder / name.format(i)
+                file.parent.mkdir(parents=True, exist_ok=True)
+                np.savetxt(file, matrix)
+            self.assert_figure(self.folder / name.split("/")[0], word="one pose a file")
+
+    def test_replica(self):
+        self.estimate([f"{i / 30:.6f}" for i in range(COUNT)])
+        root = self.folder / "room0"
+        (root / "results").mkdir(parents=True)
+        for i in range(COUNT):
+            (root / f"results/frame{i:06d}.jpg").write_bytes(b"")
+        np.savetxt(root / "traj.txt", [matrix.reshape(-1) for matrix in self.matrices()])
+        self.assert_figure(root, word="stamps are those of the images in results/")
+
+    def test_associations_with_poses(self):
+        """As a truth for eval, and as a recording with its truth for run."""
+        self.estimate(self.rows)
+        (self.seq / "groundtruth.txt").unlink()
+        lines = [f"{' '.join(pair)} {pair[0]} {' '.join(map(str, self.rows[pair[0]]))}" for pair in self.pairs(self.seq)]
+        (self.seq / "associations.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        self.assert_figure(self.seq / "associations.txt", word="poses in a list of associated images")
+        done = self.run_slam(self.seq)
+        self.assert_ran(done)
+        self.assertIn("has a pose in each line", done.stderr)
+        self.assertLess(self.metrics()["ate"]["rmse"], 0.05)
+
+    def test_bags(self):
+        """The only topic with poses is taken, of several one is named."""
+        self.estimate(self.rows)
+        messages = bags.Messages()
+        kinds = messages.types
+
+        def pose(stamp):
+            x, y, z, qx, qy, qz, qw = self.rows[stamp]
+            return kinds["geometry_msgs/msg/Pose"](kinds["geometry_msgs/msg/Point"](x, y, z),
+                                                   kinds["geometry_msgs/msg/Quaternion"](qx, qy, qz, qw))
+
+        def stamped(topic):
+            for stamp in self.rows:
+                ns = round(1e9 * float(stamp))
+                yield topic, ns, kinds["geometry_msgs/msg/PoseStamped"](messages.header(ns), pose(stamp))
+        bag = bags.write_mcap(self.folder / "one.mcap", stamped("/pose"))
+        self.assert_figure(bag, word="poses of /pose (geometry_msgs/PoseStamped)")
+        bag = bags.write_mcap(self.folder / "two.mcap", [*stamped("/pose"), *stamped("/other")])
+        self.assert_figure(bag, "--gt-topic", "/pose")
+        done = ygslam("eval", "--gt", bag, "--est", self.est)
+        self.assert_error(done, 4, "several topics have poses: /other", "choose with --gt-topic")
+        done = ygslam("eval", "--gt", self.est, "--est", self.est, "--gt-topic", "/pose")
+        self.assert_error(done, 2, "is no bag")
+
+
+class Surfaces(CliTest):
+    """PLY files as other programs write them are drawn alike."""
+
+    def draw(self, name, header, data):
+        file = self.folder / name
+        file.write_bytes(header.encode() + data)
+        picture = self.folder / (name + ".png")
+        done = ygslam("render", file, "--out", picture, "--size", "64x48", "--point", "0.3", "--from", "0,0,-3",
+                      "--look-at", "0,0,0")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        pixels = np.asarray(Image.open(picture).convert("RGB")).reshape(-1, 3).astype(int)
+        drawn = pixels[(pixels != 255).any(1)]
+        self.assertGreater(len(drawn), 50, name)
+        return np.median(drawn, axis=0).tolist(), done.stderr
+
+    def test_all_kinds(self):
+        grid = np.stack(np.meshgrid(np.linspace(-1, 1, 12), np.linspace(-1, 1, 12), [0.0]), -1).reshape(-1, 3)
+        xyz = "property float x\nproperty float y\nproperty float z\n"
+        names = ("red", "green", "blue")
+        bytes_of = "".join(f"property uchar {name}\n" for name in names)
+        floats = "".join(f"property float {name}\n" for name in names)
+        camera = "element camera 1\nproperty float view_px\nproperty int viewportx\n"
+        colour = (200, 40, 40)
+
+        def head(form, properties, more=""):
+            return f"ply\nformat {form} 1.0\nelement vertex {len(grid)}\n{xyz}{properties}{more}end_header\n"
+
+        def rows(order, kind, values):
+            return b"".join(struct.pack(f"{order}3f{kind}", *p, *values) for p in grid)
+        little = rows("<", "3B", colour)
+        ours, _ = self.draw("ours", head("binary_little_endian", bytes_of), little)
+        for name, header, data, word in (
+                ("text", head("ascii", bytes_of),
+                 "".join(f"{x} {y} {z} 200 40 40\n" for x, y, z in grid).encode(), "PLY as text"),
+                ("big", head("binary_big_endian", bytes_of), rows(">", "3B", colour), "big-endian PLY"),
+                ("pcl", head("binary_little_endian", bytes_of, camera), little + b"\0" * 8, "'camera' left out"),
+                ("crlf", head("binary_little_endian", bytes_of).replace("\n", "\r\n"), little, ""),
+                ("floats", head("binary_little_endian", floats), rows("<", "3f", [c / 255 for c in colour]),
+                 "colours from 0 to 1")):
+            drawn, told = self.draw(name, header, data)
+            self.assertEqual(drawn, ours, name)
+            self.assertIn(word, told)
+        grey, told = self.draw("none", head("binary_little_endian", ""), rows("<", "", ()))
+        self.assertEqual(len(set(grey)), 1)
+        self.assertGreater(grey[0], 60, "grey, not black")
+        self.assertIn("no colours: grey", told)
+
+
+class Rows(unittest.TestCase):
+    """Each row of these tables of docs/inputs.md has a test with a file of its own; for the formats
+    of trajectories see trajectory_files_test.py."""
+
+    TESTS = {  # first cell of the row: where the test is, and its name
+        "Camera files": {
+            "ours": ("src/io/calibration_test.cpp", "TEST("),
+            "settings of ORB-SLAM2": ("src/io/camera_formats_test.cpp", "SettingsOfStellaBelowTheirGroups"),
+            "`camera_info` of ROS": ("src/io/camera_formats_test.cpp", "CameraInfoOfRos"),
+            "one line": ("tests/inputs_test.py", "fx fy cx cy in one line"),
+            "camera matrix": ("tests/inputs_test.py", "a camera matrix"),
+            "`info.txt` of BundleFusion": ("src/io/camera_formats_test.cpp", "InfoOfBundleFusion"),
+            "intrinsics of Open3D": ("src/io/camera_formats_test.cpp", "JsonOfOpen3dRealSense"),
+            "intrinsics of RealSense": ("src/io/camera_formats_test.cpp", "JsonOfOpen3dRealSense"),
+            "`transforms.json`": ("src/io/camera_formats_test.cpp", "JsonOfOpen3dRealSenseAndNerfstudio")},
+        "Images": {
+            "JPEG": ("src/io/image_file_test.cpp", "TEST(Jpeg"),
+            "PNG": ("tests/inputs_test.py", "test_png_with_a_palette"),
+            "TIFF": ("tests/inputs_test.py", "test_tiff"),
+            "OpenEXR": ("tests/inputs_test.py", "test_exr"),
+            "NumPy": ("tests/inputs_test.py", "test_numpy"),
+            "PGM, PPM": ("tests/inputs_test.py", "test_netpbm"),
+            "PFM": ("tests/inputs_test.py", "test_pfm")},
+        "Bags": {
+            "colour": ("src/bag/ros_images_test.cpp", "ColoursAreTakenFromTheirPlaces"),
+            "OpenCV's colour": ("src/bag/ros_images_test.cpp", "OpenCvsNamesAreColour"),
+            "mosaics": ("src/bag/ros_images_test.cpp", "MosaicsAreColours"),
+            "YUV": ("src/bag/ros_images_test.cpp", "YuvIsColourInBothOrders"),
+            "depth": ("src/bag/ros_images_test.cpp", "OtherByteOrdersAreTurned"),
+            "compressedDepth": ("src/bag/ros_images_test.cpp", "RvlIsRead"),
+            "camera": ("src/bag/ros_images_test.cpp", "OfACameraOnlyWhatWeKnow")},
+        "Poses in folders, lists and bags": {
+            "list of associations": ("tests/inputs_test.py", "test_associations_with_poses"),
+            "folder with one pose a file": ("tests/inputs_test.py", "test_one_pose_a_file"),
+            "folder of Replica": ("tests/inputs_test.py", "test_replica"),
+            "bag or MCAP": ("tests/inputs_test.py", "test_bags")},
+        "Surfaces": {
+            "binary": ("tests/inputs_test.py", '"big-endian PLY"'),
+            "text": ("tests/inputs_test.py", '"PLY as text"'),
+            "elements": ("tests/inputs_test.py", "'camera' left out"),
+            "colours": ("tests/inputs_test.py", '"colours from 0 to 1"'),
+            "without colours": ("tests/inputs_test.py", '"no colours: grey"')}}
+
+    def test_every_row_has_its_test(self):
+        page = (ROOT / "docs" / "inputs.md").read_text(encoding="utf-8")
+        for section, tests in self.TESTS.items():
+            text = page.split(f"\n## {section}\n")[1].split("\n## ")[0]
+            cells = [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")]
+            rows = [cell for cell in cells[1:] if cell]
+            self.assertGreater(len(rows), 3, section)
+            for row in rows:
+                named = [words for start, words in tests.items() if row.startswith(start)]
+                self.assertTrue(named, f"{section}: no test is named for `{row}`")
+                for file, name in named:
+                    self.assertIn(name, (ROOT / file).read_text(encoding="utf-8"), row)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@
 #include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/standard_streams.hpp"
+#include "bag/bag_trajectory.hpp"
 #include "core/log.hpp"
 #include "eval/mot_text.hpp"
 #include "eval/report.hpp"
@@ -29,7 +30,7 @@ struct EvalArguments {
   std::vector<std::string> estimates;
   std::string format = "auto", stamps = "auto", align = "se3";
   double max_diff_s = EvalOptions{}.max_diff_s, offset_s = 0;
-  std::string frames, times, plot, errors;
+  std::string frames, times, plot, errors, truth_topic, estimate_topic;
   std::string map, surface;
   bool tracks = false, json = false, same_body = false, mirrored_truth = false;
 };
@@ -63,10 +64,22 @@ Status check(const EvalArguments& a) {
   return Ok{};
 }
 
-Result<TrajectoryFile> read(const std::string& path, const EvalArguments& a) {
+/// A topic of poses in a bag, and the option that names it.
+struct TopicChoice {
+  const std::string& topic;
+  const char* option;
+};
+
+Result<TrajectoryFile> read(const std::string& path, const TopicChoice& choice,
+                            const EvalArguments& a) {
+  const bool is_of_bag = is_bag(path);
+  if (!is_of_bag && !choice.topic.empty())
+    return usage(std::string(choice.option) + ": " + path + " is no bag");
   // Nothing for auto.
   auto file =
-      read_trajectory(path, {parse_trajectory_format(a.format), parse_stamp_unit(a.stamps)});
+      is_of_bag
+          ? read_bag_trajectory(path, choice.topic, choice.option)
+          : read_trajectory(path, {parse_trajectory_format(a.format), parse_stamp_unit(a.stamps)});
   if (file.ok()) log_detail(fmt::format("{}: {} poses", path, file->poses.size()));
   if (!file.ok() || file->has_stamps || a.times.empty()) return file;
   Status stamped = add_stamps(a.times, path, *file);
@@ -80,7 +93,7 @@ Result<Inputs> read_inputs(const EvalArguments& a) {
   inputs.options.max_diff_s = a.max_diff_s;
   inputs.options.same_body = a.same_body;
   inputs.options.mirrored_truth = a.mirrored_truth;
-  auto truth = read(a.truth, a);
+  auto truth = read(a.truth, {a.truth_topic, "--gt-topic"}, a);
   if (!truth.ok()) return truth.error();
   inputs.truth = std::move(truth->poses);
   inputs.truth_has_stamps = truth->has_stamps;
@@ -116,7 +129,7 @@ Status check_lines(const Inputs& inputs, const TrajectoryFile& estimate, const E
 }
 
 Result<Evaluation> judge(const std::string& path, const Inputs& inputs, const EvalArguments& a) {
-  auto estimate = read(path, a);
+  auto estimate = read(path, {a.estimate_topic, "--est-topic"}, a);
   if (!estimate.ok()) return estimate.error();
   const Status matching = check_lines(inputs, *estimate, a, path);
   if (!matching.ok()) return matching.error();
@@ -242,9 +255,16 @@ void tell_files(const EvalArguments& a) {
 }
 
 void declare_options(CLI::App& command, EvalArguments& a) {
-  command.add_option("--gt", a.truth, "True trajectory")->type_name("FILE");
+  command.add_option("--gt", a.truth, "True trajectory: a file, a bag, or a folder of poses")
+      ->type_name("PATH");
   command.add_option("--est", a.estimates, "Estimated trajectories; several are compared")
-      ->type_name("FILE...");
+      ->type_name("PATH...");
+  command
+      .add_option("--gt-topic", a.truth_topic,
+                  "Of --gt as a bag: the topic with its poses, or /tf:CHILD (the only one)")
+      ->type_name("TOPIC");
+  command.add_option("--est-topic", a.estimate_topic, "Of --est as bags: the same")
+      ->type_name("TOPIC");
   command
       .add_option("--format", a.format,
                   "Of all trajectories: tum, kitti (3x4 matrices), euroc (CSV, nanoseconds); "
@@ -296,7 +316,7 @@ void declare_options(CLI::App& command, EvalArguments& a) {
           ->type_name("FILE|DIR");
   for (const char* of_trajectories :
        {"--format", "--stamps", "--times", "--align", "--offset", "--frames", "--errors", "--plot",
-        "--same-body", "--mirrored-truth"}) {
+        "--same-body", "--mirrored-truth", "--gt-topic", "--est-topic"}) {
     map->excludes(of_trajectories);
     tracks->excludes(of_trajectories);
   }
@@ -332,6 +352,8 @@ constexpr const char* kEvalFooter =
     "  ygslam eval --gt gt.txt --est a.txt --plot a.svg --errors a.csv --json # for papers\n"
     "  ygslam eval --gt poses/00.txt --est 00.txt --times sequences/00/times.txt   # KITTI\n"
     "  ygslam eval --gt mav0/state_groundtruth_estimate0/data.csv --est vio.txt --align sim3\n"
+    "  ygslam eval --gt robot.mcap --gt-topic /odom --est out/trajectory.txt       # bags, too\n"
+    "  ygslam eval --gt seq-01 --est out/trajectory.txt          # 7-Scenes: one pose a file\n"
     "  ygslam eval --gt gt.txt --est robot.txt --offset -0.035   # its stamps are 35 ms late\n"
     "  ygslam eval --tracks --gt out/tracks_truth.txt --est out/tracks.txt   # of `inspect`\n"
     "  ygslam eval --map scene/mesh.ply --truth SEQ --est out/trajectory.txt   # of `run "

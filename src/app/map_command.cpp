@@ -129,9 +129,11 @@ Result<int> check(const MapOptions& options) {
                counted(checked->info.landmarks, "landmark"));
     return 0;
   }
+  std::printf("%s: damaged, what is wrong in it:\n", options.file.c_str());
   print_faults(*checked);
   return Error{ErrorKind::kSavedMap,
-               options.file + ": " + std::to_string(checked->faults_in_all) + " faults"};
+               options.file + ": damaged: " + counted(checked->faults_in_all, "fault") +
+                   "; `ygslam map recover " + options.file + " -o NEW.map` saves what is good"};
 }
 
 /// A new map is none of those it is made of, nor what lies beside them.

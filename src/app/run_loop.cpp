@@ -5,6 +5,7 @@
 #include "app/recording_check.hpp"
 #include "app/run_targets.hpp"
 #include "app/stop_signal.hpp"
+#include "io/text.hpp"
 #include "live/run_recorder.hpp"
 #include "system/dense_file.hpp"
 
@@ -12,6 +13,13 @@ namespace ygslam {
 namespace {
 
 bool is_interrupted() { return StopSignal::received() != 0; }
+
+/// Why not, by the first image that could not be used.
+std::string first_fault(const FrameReaderCounts& counts) {
+  if (counts.skipped.empty()) return {};
+  const SkippedImage& first = counts.skipped.front();
+  return ", the first: " + printable(first.file) + ": " + first.reason;
+}
 
 class FrameLoop {
  public:
@@ -51,7 +59,8 @@ class FrameLoop {
     const SlamOutcome& outcome = runner().finish();
     const Status pictures = writers_.finish();
     if (outcome.statistics.frames == 0 && !run_.interrupted_by && !run_.stopped)
-      return Error{ErrorKind::kInput, plan_.options.sequence + ": not one frame could be read"};
+      return Error{ErrorKind::kInput, plan_.options.sequence + ": not one frame could be read" +
+                                          first_fault(run_.reader->counts())};
     if (recorder_ && recorded_.ok()) recorded_ = recorder_->finish(runner());
     return pictures.ok() ? recorded_ : pictures;
   }

@@ -102,6 +102,14 @@ std::string cut_name(std::string name) {
   return name;
 }
 
+bool shows_images(std::string_view type) {
+  for (const std::string_view drawn : {"Annotation", "Marker"})
+    if (type.find(drawn) != std::string_view::npos) return false;
+  for (const std::string_view word : {"Image", "image", "Video"})
+    if (type.find(word) != std::string_view::npos) return true;
+  return false;
+}
+
 std::size_t MessageReader::add_topic(const std::string& name, const std::string& type,
                                      Layout layout) {
   std::string short_type = cut_name(type);

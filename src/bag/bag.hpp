@@ -21,6 +21,9 @@ inline constexpr std::size_t kMostTopics = 10'000;
 /// Names of other people's files, which may be as long as a file: not longer than a topic's.
 [[nodiscard]] std::string cut_name(std::string name);
 
+/// Whether a type's name says that it holds pictures, whoever reads it.
+[[nodiscard]] bool shows_images(std::string_view type);
+
 struct BagTopic {
   std::string name;
   std::string type;  ///< as ROS 1 names it: sensor_msgs/Image

@@ -31,8 +31,20 @@ std::string joined(const std::vector<const ImageTopic*>& topics) {
   constexpr std::size_t kMost = 8;
   std::string text;
   for (std::size_t i = 0; i < std::min(topics.size(), kMost); ++i)
-    text += (i == 0 ? "" : ", ") + printable(topics[i]->topic.name);
+    text += (i == 0 ? "" : ", ") + printable(topics[i]->topic.name) +
+            (topics[i]->encoding.empty() ? "" : " ('" + topics[i]->encoding + "')");
   return text + (topics.size() > kMost ? ", ..." : "");
+}
+
+/// "; not read: /camera (foxglove.CompressedImage as protobuf)", of many the first.
+std::string unread_text(const BagContent& content) {
+  constexpr std::size_t kMost = 4;
+  std::string text;
+  for (std::size_t i = 0; const std::string& topic : content.unread) {
+    if (i == kMost) return text + ", ...";
+    text += (i++ == 0 ? "; not read: " : ", ") + topic;
+  }
+  return text;
 }
 
 std::string before_last(const std::string& topic) {
@@ -84,7 +96,12 @@ std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagM
     return std::nullopt;
   }
   if (has_transforms(topic)) content_.frames.take(topic, message.bytes);
-  if (topic.type != ros::kImageType && topic.type != ros::kCompressedType) return std::nullopt;
+  if (topic.type != ros::kImageType && topic.type != ros::kCompressedType) {
+    constexpr std::size_t kMostUnread = 100;
+    if (shows_images(topic.type) && content_.unread.size() < kMostUnread)
+      content_.unread.insert(printable(topic.name) + " (" + printable(topic.type) + ")");
+    return std::nullopt;
+  }
   const auto [at, is_new] = place_of_.try_emplace(message.topic, content_.images.size());
   if (is_new) content_.images.emplace_back().topic = topic;
   ImageTopic& images = content_.images[at->second];
@@ -93,6 +110,9 @@ std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagM
   if (images.kind == ros::ImageKind::kOther) {
     images.kind = ros::image_kind(topic, message.bytes).value_or(ros::ImageKind::kOther);
     images.frame_id = cut_name(head.header.frame_id);
+    images.encoding = images.kind == ros::ImageKind::kOther
+                          ? ros::shown_encoding(topic, message.bytes)
+                          : std::string();
   }
   if (images.images.size() >= kMostImages || image_count_ >= kMostImagesOfAll) {
     ++content_.too_many;
@@ -159,7 +179,8 @@ Result<const ImageTopic*> choose_topic(const BagContent& content, const std::str
   if (chosen.size() == 1) return chosen.front();
   if (chosen.empty())
     return refuse("no topic with " + what + " images" +
-                  (all.empty() ? "" : " that can be read; there are " + joined(all)));
+                  (all.empty() ? "" : " that can be read; there are " + joined(all)) +
+                  unread_text(content));
   return refuse("several topics have " + what + " images: " + joined(chosen) + "; choose with " +
                 option);
 }

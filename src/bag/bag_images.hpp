@@ -24,6 +24,7 @@ struct ImageTopic {
   BagTopic topic;
   ros::ImageKind kind = ros::ImageKind::kOther;  ///< of the first that can be read
   std::string frame_id;
+  std::string encoding;          ///< where it is none that is read
   std::vector<BagImage> images;  ///< in the order of the file
 };
 
@@ -33,7 +34,8 @@ struct BagContent {
   std::map<std::string, ros::CameraInfo> cameras;
   std::set<std::string> changed_cameras;  ///< topics that say something else later
   FrameTree frames;
-  std::size_t too_many = 0;  ///< images that were left out
+  std::set<std::string> unread;  ///< topics with pictures of types that are not read, with these
+  std::size_t too_many = 0;      ///< images that were left out
 };
 
 /// Collects the content of a bag, message by message.

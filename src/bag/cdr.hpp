@@ -72,7 +72,8 @@ class CdrWriter {
 /// How the fields of a message lie in its bytes.
 enum class Layout {
   kCdr,
-  kRos1,  ///< little-endian, no head, no padding, no zero after text; headers are counted
+  kRos1,   ///< little-endian, no head, no padding, no zero after text; headers are counted
+  kOther,  ///< not read: protobuf, JSON, ...
 };
 
 /// After the end of the bytes, or after a length that they do not hold, everything read is zero or
@@ -81,7 +82,8 @@ class CdrReader {
  public:
   explicit CdrReader(std::span<const std::uint8_t> bytes, Layout layout = Layout::kCdr)
       : bytes_(bytes), is_ros1_(layout == Layout::kRos1) {
-    if (is_ros1_) return;
+    if (layout == Layout::kOther) ok_ = false;
+    if (layout != Layout::kCdr) return;
     at_ = kHead;
     ok_ = bytes.size() >= kHead && bytes[0] == 0 && bytes[1] <= 1;
     swaps_ = ok_ && bytes[1] == 0;

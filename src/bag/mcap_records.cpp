@@ -126,6 +126,8 @@ void McapRecords::add_channel(std::span<const std::uint8_t> content) {
   if (!is_new || type == type_of_.end()) return;
   if (encoding == "cdr") place->second = add_topic_(topic, type->second, Layout::kCdr);
   if (encoding == "ros1") place->second = add_topic_(topic, type->second, Layout::kRos1);
+  if (!place->second && shows_images(type->second))  // to be named where others are missing
+    place->second = add_topic_(topic, type->second + " as " + encoding, Layout::kOther);
 }
 
 }  // namespace ygslam

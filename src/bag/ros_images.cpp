@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <opencv2/imgproc.hpp>
 
+#include "bag/rvl.hpp"
+#include "image/cv_view.hpp"
 #include "io/text.hpp"
 
 namespace ygslam::ros {
@@ -15,21 +18,38 @@ std::string_view text_of(const Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+constexpr int kPacked = -1;  // a pixel has its own red, green and blue
+
 /// How a pixel lies in a message.
 struct Encoding {
   std::string_view name;
   ImageKind kind;
   int bytes;
-  std::array<int, 3> rgb{};  // places of red, green, blue
+  std::array<int, 3> rgb{};     // places of red, green, blue
+  int conversion = kPacked;     // else of OpenCV
+  std::string_view taken_as{};  // where the name leaves that open, or it costs something
 };
-constexpr std::array<Encoding, 8> kEncodings = {{{"rgb8", ImageKind::kColour, 3, {0, 1, 2}},
-                                                 {"bgr8", ImageKind::kColour, 3, {2, 1, 0}},
-                                                 {"rgba8", ImageKind::kColour, 4, {0, 1, 2}},
-                                                 {"bgra8", ImageKind::kColour, 4, {2, 1, 0}},
-                                                 {"mono8", ImageKind::kGrey, 1, {0, 0, 0}},
-                                                 {"16UC1", ImageKind::kDepth, 2},
-                                                 {"mono16", ImageKind::kDepth, 2},
-                                                 {"32FC1", ImageKind::kDepth, 4}}};
+constexpr ImageKind kColour = ImageKind::kColour;
+constexpr std::array<Encoding, 19> kEncodings = {
+    {{"rgb8", kColour, 3, {0, 1, 2}},
+     {"bgr8", kColour, 3, {2, 1, 0}},
+     {"rgba8", kColour, 4, {0, 1, 2}},
+     {"bgra8", kColour, 4, {2, 1, 0}},
+     {"8UC3", kColour, 3, {2, 1, 0}, kPacked, "8UC3 (as b, g, r)"},
+     {"8UC4", kColour, 4, {2, 1, 0}, kPacked, "8UC4 (as b, g, r, a)"},
+     {"bayer_rggb8", kColour, 1, {}, cv::COLOR_BayerRGGB2RGB, "bayer_rggb8"},
+     {"bayer_bggr8", kColour, 1, {}, cv::COLOR_BayerBGGR2RGB, "bayer_bggr8"},
+     {"bayer_gbrg8", kColour, 1, {}, cv::COLOR_BayerGBRG2RGB, "bayer_gbrg8"},
+     {"bayer_grbg8", kColour, 1, {}, cv::COLOR_BayerGRBG2RGB, "bayer_grbg8"},
+     {"yuv422", kColour, 2, {}, cv::COLOR_YUV2RGB_UYVY, "yuv422 (u, y, v, y)"},
+     {"uyvy", kColour, 2, {}, cv::COLOR_YUV2RGB_UYVY, "uyvy"},
+     {"yuyv", kColour, 2, {}, cv::COLOR_YUV2RGB_YUYV, "yuyv"},
+     {"yuv422_yuy2", kColour, 2, {}, cv::COLOR_YUV2RGB_YUYV, "yuv422_yuy2"},
+     {"mono8", ImageKind::kGrey, 1, {0, 0, 0}},
+     {"8UC1", ImageKind::kGrey, 1, {0, 0, 0}},
+     {"16UC1", ImageKind::kDepth, 2},
+     {"mono16", ImageKind::kDepth, 2},
+     {"32FC1", ImageKind::kDepth, 4}}};
 
 const Encoding* encoding_of(const std::string& name) {
   const auto* it = std::find_if(kEncodings.begin(), kEncodings.end(),
@@ -84,6 +104,19 @@ Result<RawImage> read_raw(const BagTopic& topic, std::span<const std::uint8_t> b
   return image;
 }
 
+/// A mosaic of single colours, or luma with half as many chroma values.
+Result<ColourImage> converted(const RawImage& raw, const ImageSize& size) {
+  if (size.width % 2 != 0 || size.height % 2 != 0 || size.width < 4 || size.height < 4)
+    return fault("encoding " + raw.message.encoding + " needs even sides, has " + shown_size(size));
+  ColourImage image(size.width, size.height);
+  // OpenCV does not write to what it reads; its interface has no const.
+  const cv::Mat stored(size.height, size.width, raw.encoding.bytes == 1 ? CV_8UC1 : CV_8UC2,
+                       const_cast<std::uint8_t*>(raw.row(0)), raw.message.step);
+  cv::Mat colour = cv_view(image);
+  cv::cvtColor(stored, colour, raw.encoding.conversion);
+  return image;
+}
+
 /// Depth samples of a raw image in this machine's byte order.
 template <typename T>
 ygslam::Image<T> depth_samples(const RawImage& raw) {
@@ -111,19 +144,33 @@ bool is_compressed_depth(const CompressedImage& message) {
   return message.format.find("compressedDepth") != std::string::npos;
 }
 
-/// compressed_depth_image_transport: four bytes of kind and two numbers, then a PNG. Floats are
+/// compressed_depth_image_transport's raw values: a PNG, or width, height and RVL.
+Result<ygslam::Image<std::uint16_t>> compressed_depth_values(const CompressedImage& message,
+                                                             std::size_t head,
+                                                             const ImageSize& size) {
+  if (message.format.find("rvl") == std::string::npos)
+    return ygslam::decode_depth(text_of(message.data).substr(head), size);
+  std::array<std::uint32_t, 2> sides{};
+  if (message.data.size() < head + sizeof sides) return fault("the message ends early");
+  std::memcpy(sides.data(), message.data.data() + head, sizeof sides);
+  if (sides[0] != static_cast<std::uint32_t>(size.width) ||
+      sides[1] != static_cast<std::uint32_t>(size.height))
+    return fault("other size: " + std::to_string(sides[0]) + "x" + std::to_string(sides[1]) +
+                 ", expected " + shown_size(size));
+  return decode_rvl(std::span(message.data).subspan(head + sizeof sides), size);
+}
+
+/// compressed_depth_image_transport: four bytes of kind and two numbers, then the image. Floats are
 /// kept as a / depth + b.
 Result<DepthImage> decode_compressed_depth(const CompressedImage& message,
                                            const CameraConfig& camera, const DepthConfig& config) {
   constexpr std::size_t kHead = 12;
   if (message.data.size() < kHead) return fault("the message ends early");
-  if (message.format.find("rvl") != std::string::npos) return fault("RVL compression is not read");
   float a = 0;
   float b = 0;
   std::memcpy(&a, message.data.data() + 4, sizeof a);
   std::memcpy(&b, message.data.data() + 8, sizeof b);
-  const auto raw = ygslam::decode_depth(text_of(message.data).substr(kHead),
-                                        ImageSize{camera.width, camera.height});
+  const auto raw = compressed_depth_values(message, kHead, {camera.width, camera.height});
   if (!raw.ok()) return raw.error();
   if (!message.format.starts_with("32FC1")) return depth_from_raw(*raw, camera.depth_scale, config);
   DepthImage depth_m(raw->width(), raw->height());
@@ -147,9 +194,17 @@ std::optional<ImageKind> image_kind(const BagTopic& topic, std::span<const std::
   if (is_compressed_depth(*message)) return ImageKind::kDepth;
   const auto header = ygslam::decode_header(text_of(message->data));
   if (!header.ok()) return ImageKind::kOther;
-  return header->bits == 16      ? ImageKind::kDepth
-         : header->channels == 1 ? ImageKind::kGrey
-                                 : ImageKind::kColour;
+  if (header->bits == 16 || header->is_float) return ImageKind::kDepth;
+  return header->channels <= 2 && !header->palette ? ImageKind::kGrey : ImageKind::kColour;
+}
+
+std::string shown_encoding(const BagTopic& topic, std::span<const std::uint8_t> bytes) {
+  if (topic.type == kImageType) {
+    ImageHead head;
+    return from_cdr(bytes, head, topic.layout) ? printable(head.encoding, 24) : "";
+  }
+  const auto message = read_compressed(topic, bytes);
+  return message.ok() ? printable(message->format, 24) : "";
 }
 
 Result<ImageHeader> decode_header(const BagTopic& topic, std::span<const std::uint8_t> bytes) {
@@ -158,9 +213,10 @@ Result<ImageHeader> decode_header(const BagTopic& topic, std::span<const std::ui
     if (!from_cdr(bytes, head, topic.layout)) return fault("the message ends early");
     const auto encoding = checked_encoding(head.encoding, head.width, head.height);
     if (!encoding.ok()) return encoding.error();
-    const bool is_grey = encoding->kind == ImageKind::kGrey;
-    return ImageHeader{
-        {static_cast<int>(head.width), static_cast<int>(head.height)}, is_grey ? 1 : 3, 8, false};
+    ImageHeader header{{static_cast<int>(head.width), static_cast<int>(head.height)}, 3, 8, false};
+    if (encoding->kind == ImageKind::kGrey) header.channels = 1;
+    if (!encoding->taken_as.empty()) header.format = encoding->taken_as;
+    return header;
   }
   const auto message = read_compressed(topic, bytes);
   if (!message.ok()) return message.error();
@@ -176,15 +232,16 @@ Result<ColourImage> decode_colour(const BagTopic& topic, std::span<const std::ui
   }
   const auto raw = read_raw(topic, bytes, size);
   if (!raw.ok()) return raw.error();
-  const auto [name, kind, pixel_bytes, rgb] = raw->encoding;
-  if (kind != (channels == 1 ? ImageKind::kGrey : ImageKind::kColour))
+  const Encoding& encoding = raw->encoding;
+  if (encoding.kind != (channels == 1 ? ImageKind::kGrey : ImageKind::kColour))
     return fault("other encoding: " + raw->message.encoding);
+  if (encoding.conversion != kPacked) return converted(*raw, size);
   ColourImage image(size.width, size.height);
   for (int y = 0; y < size.height; ++y) {
     const std::uint8_t* pixel = raw->row(y);
     Rgb8* to = image.row(y);
-    for (int x = 0; x < size.width; ++x, pixel += pixel_bytes)
-      to[x] = {pixel[rgb[0]], pixel[rgb[1]], pixel[rgb[2]]};
+    for (int x = 0; x < size.width; ++x, pixel += encoding.bytes)
+      to[x] = {pixel[encoding.rgb[0]], pixel[encoding.rgb[1]], pixel[encoding.rgb[2]]};
   }
   return image;
 }
@@ -203,9 +260,7 @@ Result<DepthImage> decode_depth(const BagTopic& topic, std::span<const std::uint
   const auto message = read_compressed(topic, bytes);
   if (!message.ok()) return message.error();
   if (is_compressed_depth(*message)) return decode_compressed_depth(*message, camera, config);
-  const auto raw = ygslam::decode_depth(text_of(message->data), size);
-  if (!raw.ok()) return raw.error();
-  return depth_from_raw(*raw, camera.depth_scale, config);
+  return decode_depth_m(text_of(message->data), size, camera.depth_scale, config);
 }
 
 Result<CameraConfig> camera_of(const CameraInfo& info, bool rectified) {

@@ -25,15 +25,21 @@ enum class ImageKind { kColour, kGrey, kDepth, kOther };
 [[nodiscard]] std::optional<ImageKind> image_kind(const BagTopic& topic,
                                                   std::span<const std::uint8_t> bytes);
 
+/// What a message calls its encoding or format, for messages.
+[[nodiscard]] std::string shown_encoding(const BagTopic& topic,
+                                         std::span<const std::uint8_t> bytes);
+
 // Faults are kInput with a reason alone.
 
 [[nodiscard]] Result<ImageHeader> decode_header(const BagTopic& topic,
                                                 std::span<const std::uint8_t> bytes);
-/// rgb8, bgr8, rgba8, bgra8, mono8, JPEG, PNG; see ygslam::decode_colour().
+/// rgb8, bgr8, rgba8, bgra8, 8UC3 and 8UC4 (as b, g, r), mosaics of Bayer, YUV 4:2:2, mono8, 8UC1,
+/// JPEG, PNG; see ygslam::decode_colour().
 [[nodiscard]] Result<ColourImage> decode_colour(const BagTopic& topic,
                                                 std::span<const std::uint8_t> bytes,
                                                 const ImageSize& size, int channels);
-/// 16UC1 and mono16 (raw units), 32FC1 (metres), 16-bit PNG, compressedDepth of both.
+/// 16UC1 and mono16 (raw units), 32FC1 (metres), what decode_depth_m() reads, compressedDepth of
+/// both (PNG and RVL).
 /// @param camera size and depth_scale.
 [[nodiscard]] Result<DepthImage> decode_depth(const BagTopic& topic,
                                               std::span<const std::uint8_t> bytes,

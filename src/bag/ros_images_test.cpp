@@ -91,6 +91,113 @@ TEST(RosImages, ColoursAreTakenFromTheirPlaces) {
   EXPECT_FALSE(decode_colour(kImages, to_cdr(grey), {1, 1}, 3).ok()) << "never converted silently";
 }
 
+TEST(RosImages, MosaicsAreColoursWhereverTheirRedIs) {
+  // Left half red, right half blue, as each mosaic shows it.
+  constexpr int kSide = 16;
+  for (const char* encoding : {"bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"}) {
+    const std::string cell = std::string(encoding).substr(6, 4);
+    Image image{{}, kSide, kSide, encoding, 0, kSide, Bytes(kSide * kSide)};
+    for (int v = 0; v < kSide; ++v)
+      for (int u = 0; u < kSide; ++u) {
+        const char seen = cell[static_cast<std::size_t>(2 * (v % 2) + u % 2)];
+        image.data[static_cast<std::size_t>(v * kSide + u)] =
+            seen == (u < kSide / 2 ? 'r' : 'b') ? 200 : 10;
+      }
+    const auto colour = decode_colour(kImages, to_cdr(image), {kSide, kSide}, 3);
+    ASSERT_TRUE(colour.ok()) << colour.error().message;
+    EXPECT_EQ(colour->at(3, 8), (Rgb8{200, 10, 10})) << encoding;
+    EXPECT_EQ(colour->at(12, 8), (Rgb8{10, 10, 200})) << encoding;
+    EXPECT_EQ(decode_header(kImages, to_cdr(image))->format, encoding);
+    image.width = 15;
+    EXPECT_FALSE(decode_colour(kImages, to_cdr(image), {15, kSide}, 3).ok()) << "odd";
+  }
+}
+
+TEST(RosImages, YuvIsColourInBothOrders) {
+  // BT.601: pure red has Y 82, U 90, V 240.
+  for (const auto& [encoding, quad] : {std::pair{"yuv422", std::array{90, 82, 240, 82}},
+                                       {"uyvy", {90, 82, 240, 82}},
+                                       {"yuyv", {82, 90, 82, 240}},
+                                       {"yuv422_yuy2", {82, 90, 82, 240}}}) {
+    Image image{{}, 4, 4, encoding, 0, 8, {}};
+    for (int i = 0; i < 8; ++i) image.data.insert(image.data.end(), quad.begin(), quad.end());
+    const auto colour = decode_colour(kImages, to_cdr(image), {4, 4}, 3);
+    ASSERT_TRUE(colour.ok()) << colour.error().message;
+    EXPECT_NEAR(colour->at(2, 2).r, 255, 3) << encoding;
+    EXPECT_NEAR(colour->at(2, 2).g, 0, 3) << encoding;
+    EXPECT_NEAR(colour->at(2, 2).b, 0, 3) << encoding;
+  }
+}
+
+TEST(RosImages, OpenCvsNamesAreColourAsOpenCvOrdersIt) {
+  const Image three{{}, 1, 1, "8UC3", 0, 3, {3, 2, 1}};
+  EXPECT_EQ(decode_colour(kImages, to_cdr(three), {1, 1}, 3)->at(0, 0), (Rgb8{1, 2, 3}));
+  EXPECT_EQ(decode_header(kImages, to_cdr(three))->format, "8UC3 (as b, g, r)");
+  const Image one{{}, 1, 1, "8UC1", 0, 1, {7}};
+  EXPECT_EQ(decode_header(kImages, to_cdr(one))->channels, 1);
+  EXPECT_EQ(decode_colour(kImages, to_cdr(one), {1, 1}, 1)->at(0, 0).g, 7);
+  EXPECT_EQ(shown_encoding(kImages, to_cdr(small_image("rgb16"))), "rgb16");
+}
+
+/// Three bits in each nibble, the lowest first; what RVL is written with.
+class RvlWriter {
+ public:
+  void add(std::uint32_t value) {
+    do {
+      std::uint32_t nibble = value & 7U;
+      value >>= 3U;
+      if (value != 0) nibble |= 8U;
+      word_ = word_ << 4U | nibble;
+      if (++count_ == 8) flush();
+    } while (value != 0);
+  }
+  Bytes take() {
+    for (; count_ != 0 && count_ < 8; ++count_) word_ <<= 4U;
+    if (count_ == 8) flush();
+    return bytes_;
+  }
+
+ private:
+  void flush() {
+    for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(word_ >> (8 * i)));
+    word_ = count_ = 0;
+  }
+  Bytes bytes_;
+  std::uint32_t word_ = 0;
+  int count_ = 0;
+};
+
+CompressedImage rvl_image(std::uint32_t width, std::uint32_t height) {
+  RvlWriter writer;
+  writer.add(1);          // one pixel without depth
+  writer.add(3);          // three with
+  writer.add(2 * 1000);   // 1000
+  writer.add(2 * 5 - 1);  // 995: 5 less
+  writer.add(2 * 4005);   // 5000
+  CompressedImage image{{}, "16UC1; compressedDepth rvl", Bytes(12)};
+  for (const std::uint32_t side : {width, height})
+    for (int i = 0; i < 4; ++i) image.data.push_back(static_cast<std::uint8_t>(side >> (8 * i)));
+  const Bytes code = writer.take();
+  image.data.insert(image.data.end(), code.begin(), code.end());
+  return image;
+}
+
+TEST(RosImages, RvlIsReadAndNothingOfItIsBelievedThatDoesNotFit) {
+  const CameraConfig camera = camera_of_size(2, 2);
+  const auto depth_m = decode_depth(kCompressed, to_cdr(rvl_image(2, 2)), camera, {});
+  ASSERT_TRUE(depth_m.ok()) << depth_m.error().message;
+  EXPECT_EQ(depth_m->at(0, 0), 0.0F);
+  EXPECT_FLOAT_EQ(depth_m->at(1, 0), 1.0F);
+  EXPECT_FLOAT_EQ(depth_m->at(0, 1), 0.995F);
+  EXPECT_FLOAT_EQ(depth_m->at(1, 1), 5.0F);
+  EXPECT_FALSE(decode_depth(kCompressed, to_cdr(rvl_image(2, 3)), camera, {}).ok());
+  EXPECT_FALSE(decode_depth(kCompressed, to_cdr(rvl_image(1, 2)), camera_of_size(1, 2), {}).ok())
+      << "more pixels than that";
+  CompressedImage cut = rvl_image(2, 2);
+  cut.data.pop_back();
+  EXPECT_FALSE(decode_depth(kCompressed, to_cdr(cut), camera, {}).ok());
+}
+
 TEST(RosImages, WhatDoesNotFitIsRefusedWithTheReason) {
   const CameraConfig camera = camera_of_size(2, 2);
   const auto reason = [&](const Image& image) {

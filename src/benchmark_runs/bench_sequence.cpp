@@ -198,10 +198,12 @@ void inspect_sequence(BenchSequence& sequence) {
   }
   sequence.frames = tum->pairs.size();
   sequence.duration_s = seconds_between(tum->pairs.back().stamp, tum->pairs.front().stamp);
-  sequence.groundtruth = tum->groundtruth;
+  std::error_code code;  // a folder of poses is not copied
+  if (tum->groundtruth && fs::is_regular_file(*tum->groundtruth, code))
+    sequence.groundtruth = tum->groundtruth;
   sequence.fingerprint = fingerprint_of(*tum);
-  if (!tum->groundtruth) return;
-  const auto truth = read_stamped_trajectory(*tum->groundtruth);
+  if (!sequence.groundtruth) return;
+  const auto truth = read_stamped_trajectory(*sequence.groundtruth);
   if (truth.ok()) {
     sequence.truth = path_statistics(*truth, tum->pairs.front().stamp, tum->pairs.back().stamp);
   }

@@ -252,7 +252,7 @@ std::string format_calibration(const CameraConfig& c) {
     line("p2", c.p2);
     line("k3", c.k3);
   }
-  line("depth_scale", c.depth_scale);
+  if (c.depth_scale > 0) line("depth_scale", c.depth_scale);
   if (c.shutter_known) {
     line("colour_readout_ms", c.colour_readout_ms);
     line("depth_readout_ms", c.depth_readout_ms);

@@ -60,7 +60,8 @@ struct ForeignCamera;
                                                      const std::string& name);
 [[nodiscard]] Result<CameraConfig> read_calibration(const std::filesystem::path& path);
 
-/// The text of a calibration.txt; parse_calibration() gives the same camera, to ten digits.
+/// The text of a calibration.txt; parse_calibration() gives the same camera, to ten digits. Of a
+/// depth_scale of 0 (as the colour camera's) nothing is said.
 [[nodiscard]] std::string format_calibration(const CameraConfig& camera);
 
 /// The line on which a key stands in a calibration file's text; 0 if nowhere.

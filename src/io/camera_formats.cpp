@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "io/fusion_info.hpp"
 #include "io/image_file.hpp"
 #include "io/json_text.hpp"
 #include "io/text.hpp"
@@ -81,9 +82,16 @@ Foreign parse_bare(std::string_view text, const std::string& name) {
                            "p2 [k3]`, a 3x3 matrix, or lines `fx 525.0`");
 }
 
-/// `Key: value` lines of a YAML file's top level.
+/// Whether a line is indented. @param line a view into `text`.
+bool is_indented(std::string_view text, std::string_view line) {
+  const auto at = static_cast<std::size_t>(line.data() - text.data());
+  return at > 0 && (text[at - 1] == ' ' || text[at - 1] == '\t');
+}
+
+/// `Key: value` lines of a YAML file; those below `Group:` are called Group.Key.
 std::map<std::string, std::string, std::less<>> flat_yaml(std::string_view text) {
   std::map<std::string, std::string, std::less<>> values;
+  std::string group;
   for (const TextLine& line : data_lines(text)) {
     const std::size_t colon = line.text.find(':');
     if (line.text.front() == '%' || colon == std::string_view::npos) continue;
@@ -91,7 +99,13 @@ std::map<std::string, std::string, std::less<>> flat_yaml(std::string_view text)
     value = trimmed(value.substr(0, value.find('#')));
     if (value.size() >= 2 && (value.front() == '"' || value.front() == '\''))
       value = value.substr(1, value.size() - 2);
-    values.emplace(trimmed(line.text.substr(0, colon)), value);
+    std::string key(trimmed(line.text.substr(0, colon)));
+    if (!is_indented(text, line.text)) {
+      group = value.empty() ? key : std::string();
+    } else if (!group.empty()) {
+      key = group + "." + key;
+    }
+    values.emplace(std::move(key), value);
   }
   return values;
 }
@@ -140,8 +154,12 @@ Foreign parse_orb_settings(std::string_view text, const std::string& name) {
                                   {"Camera.rows", &camera.height}})
     if (const auto value = number(key); value && !set_side(*value, *side) && wrong.empty())
       wrong = std::string(key) + ": is no size of an image";
-  for (const char* key : {"DepthMapFactor", "RGBD.DepthMapFactor", "depthmap_factor"})
-    if (const auto value = number(key)) camera.depth_scale = *value;
+  for (const char* key : {"DepthMapFactor", "RGBD.DepthMapFactor", "depthmap_factor",
+                          "Camera.depthmap_factor", "Preprocessing.depthmap_factor"})
+    if (const auto value = number(key)) {
+      camera.depth_scale = *value;
+      foreign.says_depth_scale = true;
+    }
   if (!wrong.empty()) return foreign_fault(name, wrong);
   return foreign;
 }
@@ -270,6 +288,17 @@ Foreign parse_json_camera(std::string_view text, const std::string& name) {
   return foreign;
 }
 
+/// info.txt of BundleFusion.
+Foreign parse_fusion_camera(std::string_view text, const std::string& name) {
+  const auto info = parse_fusion_info(text, name);
+  if (!info) return std::nullopt;
+  if (!info->ok()) return info->error();
+  ForeignCamera foreign = blank_camera("info.txt of BundleFusion");
+  foreign.camera = (*info)->colour;
+  foreign.says_depth_scale = true;
+  return foreign;
+}
+
 }  // namespace
 
 std::string foreign_camera_note(const std::string& path, double depth_scale) {
@@ -284,7 +313,8 @@ std::string foreign_camera_note(const std::string& path, double depth_scale) {
 }
 
 Foreign parse_foreign_camera(std::string_view text, const std::string& name) {
-  for (const auto parse : {parse_json_camera, parse_bare, parse_orb_settings, parse_camera_info})
+  for (const auto parse :
+       {parse_fusion_camera, parse_json_camera, parse_bare, parse_orb_settings, parse_camera_info})
     if (Foreign found = parse(text, name)) return found;
   return std::nullopt;
 }

@@ -1,5 +1,5 @@
 // Camera files of other programs: settings of ORB-SLAM and stella_vslam, ROS camera_info, a bare
-// line or matrix, JSON of Open3D, RealSense and nerfstudio.
+// line or matrix, JSON of Open3D, RealSense and nerfstudio, info.txt of BundleFusion.
 #pragma once
 
 #include <optional>
@@ -12,8 +12,9 @@
 namespace ygslam {
 
 struct ForeignCamera {
-  CameraConfig camera;    ///< width, height 0 and depth_scale 0 where the file says nothing
-  std::string taken_for;  ///< "settings of ORB-SLAM", ...
+  CameraConfig camera;            ///< width, height 0 and depth_scale 0 where the file says nothing
+  std::string taken_for;          ///< "settings of ORB-SLAM", ...
+  bool says_depth_scale = false;  ///< else it is what such files usually go with
 };
 
 /// Recognised by content. Values are not judged but for being finite; see camera_faults().

@@ -47,6 +47,28 @@ TEST(CameraFormats, SettingsOfStella) {
   EXPECT_EQ(found.camera.height, 480);
 }
 
+TEST(CameraFormats, SettingsOfStellaBelowTheirGroups) {
+  const auto found = foreign_of(
+      "# comment\nCamera:\n  name: \"TUM RGB-D\"\n  setup: \"RGBD\"\n  model: \"perspective\"\n"
+      "  fx: 517.3\n  fy: 516.5\n  cx: 318.6\n  cy: 255.3\n  cols: 640\n  rows: 480\n"
+      "Preprocessing:\n  depthmap_factor: 1000.0\n");
+  expect_lens(found.camera, 0, 1000);
+  EXPECT_EQ(found.camera.width, 640);
+  EXPECT_TRUE(found.says_depth_scale);
+  const auto fisheye = parse_foreign_camera(
+      "Camera:\n  model: \"fisheye\"\n  fx: 1\n  fy: 1\n  cx: 1\n  cy: 1\n", "camera");
+  ASSERT_TRUE(fisheye.has_value());
+  EXPECT_FALSE(fisheye->ok());
+}
+
+TEST(CameraFormats, InfoOfBundleFusion) {
+  const auto found = foreign_of(
+      "m_colorWidth = 640\nm_colorHeight = 480\nm_depthShift = 1000\n"
+      "m_calibrationColorIntrinsic = 517.3 0 318.6 0 0 516.5 255.3 0 0 0 1 0 0 0 0 1\n");
+  expect_lens(found.camera, 0, 1000);
+  EXPECT_EQ(found.taken_for, "info.txt of BundleFusion");
+}
+
 TEST(CameraFormats, CameraInfoOfRos) {
   const auto found = foreign_of(
       "image_width: 640\nimage_height: 480\ncamera_name: rgb\ncamera_matrix:\n  rows: 3\n  cols: "

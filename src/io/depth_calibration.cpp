@@ -1,11 +1,16 @@
 #include "io/depth_calibration.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <optional>
 
+#include "core/log.hpp"
 #include "io/calibration.hpp"
+#include "io/camera_formats.hpp"
+#include "io/fusion_info.hpp"
+#include "io/json_text.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -20,23 +25,66 @@ Error fault(const std::string& name, int line, const std::string& what) {
   return {ErrorKind::kConfig, where + ": " + what};
 }
 
-Result<SE3> parse_placement(const TextLine& line, const std::string& name) {
-  constexpr std::size_t kNumbers = 7;
+constexpr std::size_t kPlacementNumbers = 7;
+
+/// @param line 0: none to name.
+Result<SE3> placement_of(const std::array<double, kPlacementNumbers>& n, int line,
+                         const std::string& name) {
   const auto refuse = [&](const std::string& what) {
-    return fault(name, line.number, std::string(kPlacement) + ": " + what);
+    return fault(name, line, std::string(kPlacement) + ": " + what);
   };
-  const auto words = words_of(line.text.substr(0, line.text.find('#')), ":=[,]");
-  if (words.size() != 1 + kNumbers) return refuse("needs tx ty tz qx qy qz qw");
-  std::array<double, kNumbers> n{};
-  for (std::size_t i = 0; i < kNumbers; ++i) {
-    const auto value = parse_number(words[1 + i]);
-    if (!value) return refuse("'" + printable(words[1 + i]) + "' is not a finite number");
-    n[i] = *value;
-  }
   const Eigen::Quaterniond q(n[6], n[3], n[4], n[5]);
   const Vec3 t_m(n[0], n[1], n[2]);
   if (const std::string wrong = fault_of_placement(q, t_m); !wrong.empty()) return refuse(wrong);
   return SE3(q, t_m);
+}
+
+Result<SE3> parse_placement(const TextLine& line, const std::string& name) {
+  const auto refuse = [&](const std::string& what) {
+    return fault(name, line.number, std::string(kPlacement) + ": " + what);
+  };
+  const auto words = words_of(line.text.substr(0, line.text.find('#')), ":=[,]");
+  std::array<double, kPlacementNumbers> n{};
+  if (words.size() != 1 + n.size()) return refuse("needs tx ty tz qx qy qz qw");
+  for (std::size_t i = 0; i < n.size(); ++i) {
+    const auto value = parse_number(words[1 + i]);
+    if (!value) return refuse("'" + printable(words[1 + i]) + "' is not a finite number");
+    n[i] = *value;
+  }
+  return placement_of(n, line.number, name);
+}
+
+/// A key of JSON. @return nothing where there is none, or the text is no JSON.
+Result<std::optional<SE3>> placement_in_json(std::string_view text, const std::string& name) {
+  if (!trimmed(text.substr(0, 16)).starts_with('{')) return std::optional<SE3>();
+  const auto json = parse_json(text, name);
+  if (!json.ok() || !json->is_object()) return std::optional<SE3>();
+  const auto found = json->find(kPlacement);
+  if (found == json->end()) return std::optional<SE3>();
+  std::array<double, kPlacementNumbers> n{};
+  const bool is_list = found->is_array() && found->size() == n.size() &&
+                       std::all_of(found->begin(), found->end(),
+                                   [](const auto& value) { return value.is_number(); });
+  if (!is_list) return fault(name, 0, std::string(kPlacement) + ": needs tx ty tz qx qy qz qw");
+  for (std::size_t i = 0; i < n.size(); ++i) n[i] = (*found)[i].template get<double>();
+  const auto placement = placement_of(n, 0, name);
+  if (!placement.ok()) return placement.error();
+  return std::optional(*placement);
+}
+
+/// A camera file of another program.
+Result<DepthCamera> foreign_depth_camera(const ForeignCamera& foreign, std::optional<SE3> placement,
+                                         const std::string& name) {
+  DepthCamera depth{foreign.camera, placement.value_or(SE3())};
+  CameraConfig judged = depth.camera;
+  if (!foreign.says_depth_scale) depth.camera.depth_scale = 0;
+  if (judged.depth_scale == 0) judged.depth_scale = 1;
+  if (const auto faults = camera_faults(judged); !faults.empty())
+    return fault(name, 0, faults.front().key + ": " + faults.front().reason);
+  if (!placement)
+    log::warn("{}: has no {}: the depth camera is taken to stand where the colour camera does",
+              name, kPlacement);
+  return depth;
 }
 
 }  // namespace
@@ -50,6 +98,11 @@ std::string fault_of_placement(const Eigen::Quaterniond& q_colour_depth,
 }
 
 Result<DepthCamera> parse_depth_calibration(const std::string& text, const std::string& name) {
+  if (const auto info = parse_fusion_info(text, name)) {
+    if (!info->ok()) return info->error();
+    if ((*info)->depth) return *(*info)->depth;
+    return fault(name, 0, "tells of no depth camera");
+  }
   std::string lens = text;  // without the line that calibration.txt does not know
   std::optional<SE3> T_colour_depth;
   for (const TextLine& line : data_lines(text)) {
@@ -65,6 +118,13 @@ Result<DepthCamera> parse_depth_calibration(const std::string& text, const std::
     const auto begin = static_cast<std::size_t>(line.text.data() - text.data());
     lens.replace(begin, line.text.size(), line.text.size(), ' ');
   }
+  const auto in_json = placement_in_json(lens, name);
+  if (!in_json.ok()) return in_json.error();
+  if (in_json.value()) T_colour_depth = *in_json.value();
+  if (const auto foreign = parse_foreign_camera(lens, name)) {
+    if (!foreign->ok()) return foreign->error();
+    return foreign_depth_camera(**foreign, T_colour_depth, name);
+  }
   auto camera = parse_calibration(lens, name);
   if (!camera.ok()) return camera.error();
   if (!T_colour_depth) return fault(name, 0, "missing key '" + std::string(kPlacement) + "'");
@@ -75,6 +135,7 @@ Result<DepthCamera> parse_depth_calibration(const std::string& text, const std::
 Result<DepthCamera> read_depth_calibration(const std::filesystem::path& path) {
   const auto text = read_file(path, std::size_t{1} << 20);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
+  if (is_utf16(*text)) return fault(path.string(), 0, std::string(kUtf16Fault));
   return parse_depth_calibration(*text, path.string());
 }
 

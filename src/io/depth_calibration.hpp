@@ -16,7 +16,10 @@ inline constexpr const char* kDepthCalibration = "calibration_depth.txt";
 /// The keys of calibration.txt but those of the shutter, and a line
 /// `T_colour_depth tx ty tz qx qy qz qw`: metres and unit quaternion, from the depth camera's
 /// optical frame (x right, y down, z ahead) to the colour camera's. Width, height and depth_scale
-/// default to 0 = "as the first image", "as the colour camera's".
+/// default to 0 = "as the first image", "as the colour camera's". Files of other programs
+/// (camera_formats) are read, too, with that line or, in JSON, that key as a list of numbers; where
+/// it is missing the camera is taken to stand where the colour camera does, with a warning. Of
+/// BundleFusion's info.txt the depth camera is taken.
 /// @param name for messages. @return kConfig naming file, line and key.
 [[nodiscard]] Result<DepthCamera> parse_depth_calibration(const std::string& text,
                                                           const std::string& name);

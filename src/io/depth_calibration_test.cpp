@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
 namespace ygslam {
 namespace {
 
@@ -26,6 +29,27 @@ TEST(DepthCalibration, ReadsBackWhatItWrites) {
   EXPECT_EQ(again->camera.depth_scale, 1000);
   EXPECT_TRUE(again->T_colour_depth.R().isApprox(depth.T_colour_depth.R(), 1e-9));
   EXPECT_TRUE(again->T_colour_depth.t().isApprox(depth.T_colour_depth.t(), 1e-9));
+}
+
+TEST(DepthCalibration, FilesOfOtherProgramsAreRead) {
+  const std::string json = R"({"width": 848, "height": 480, "fx": 424.1, "fy": 423.9, "ppx": 421.5,
+    "ppy": 238.25, "model": "Brown Conrady", "coeffs": [0, 0, 0, 0, 0])";
+  const std::vector<std::string> files = {
+      json + R"(, "T_colour_depth": [0.015, 0, 0, 0, 0, 0, 1]})",
+      "Camera:\n  fx: 424.1\n  fy: 423.9\n  cx: 421.5\n  cy: 238.25\n  cols: 848\n  rows: 480\n"
+      "T_colour_depth: [0.015, 0, 0, 0, 0, 0, 1]\n",
+      std::string("424.1 423.9 421.5 238.25\nT_colour_depth 0.015 0 0 0 0 0 1\n")};
+  for (const std::string& text : files) {
+    const auto depth = parse_depth_calibration(text, "d.json");
+    ASSERT_TRUE(depth.ok()) << depth.error().message;
+    EXPECT_EQ(depth->camera.fx, 424.1);
+    EXPECT_EQ(depth->camera.depth_scale, 0) << "that of the colour camera";
+    EXPECT_EQ(depth->T_colour_depth.t(), Vec3(0.015, 0, 0));
+  }
+  const auto together = parse_depth_calibration(json + "}", "d.json");
+  ASSERT_TRUE(together.ok()) << together.error().message;
+  EXPECT_EQ(together->T_colour_depth.t(), Vec3(0, 0, 0)) << "warned of";
+  EXPECT_FALSE(parse_depth_calibration(json + R"(, "T_colour_depth": [1, 2]})", "d.json").ok());
 }
 
 TEST(DepthCalibration, FaultsNameFileLineAndKey) {

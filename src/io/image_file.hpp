@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/result.hpp"
+#include "image/depth.hpp"
 #include "image/image.hpp"
 
 namespace ygslam {
@@ -31,14 +32,22 @@ struct ImageHeader {
   int channels = 0;  ///< 1 grey, 2 grey with alpha, 3 colour, 4 with alpha (or CMYK)
   int bits = 0;      ///< per channel
   bool palette = false;
+  bool is_float = false;
+  std::string_view format = "PNG";  ///< PNG, JPEG, TIFF, EXR, NumPy, PGM, PPM, PFM
 };
 
-// Every decoder takes a whole file in memory (JPEG or PNG, told apart by content) and returns
-// kInput with a short reason ("truncated JPEG", "other size: ..."); callers put the file's name in
-// front.
+/// "16-bit PGM", "float TIFF", "8-bit PNG with palette".
+[[nodiscard]] std::string shown_kind(const ImageHeader& header);
+
+// Every decoder takes a whole file in memory, told apart by content, and returns kInput with a
+// short reason ("truncated JPEG", "other size: ..."); callers put the file's name in front.
+
+/// Endings of the names of images that are read, in small letters.
+[[nodiscard]] bool has_image_ending(const std::filesystem::path& name);
 
 [[nodiscard]] Result<ImageHeader> decode_header(std::string_view bytes);
-/// 8-bit colour; a grey image is accepted where channels is 1 (r = g = b).
+/// 8-bit colour, also with a palette or an alpha channel, which is left out; a grey image is
+/// accepted where channels is 1 (r = g = b).
 /// @param size if given, any other size is an error, found before anything is allocated.
 [[nodiscard]] Result<ColourImage> decode_colour(std::string_view bytes,
                                                 std::optional<ImageSize> size = {},
@@ -46,6 +55,12 @@ struct ImageHeader {
 /// 16-bit grey PNG, raw sensor values.
 [[nodiscard]] Result<Image<std::uint16_t>> decode_depth(std::string_view bytes,
                                                         std::optional<ImageSize> size = {});
+/// Depth as files keep it: PNG, PGM and TIFF of 16 bits in units of the sensor; TIFF, EXR, PFM and
+/// NumPy of floats in metres, NumPy of uint16 in units.
+/// @param scale units per metre. @return kInput, too, for floats that look like millimetres.
+[[nodiscard]] Result<DepthImage> decode_depth_m(std::string_view bytes,
+                                                std::optional<ImageSize> size, double scale,
+                                                const DepthConfig& config);
 /// 8-bit grey PNG (instance ids).
 [[nodiscard]] Result<GreyImage> decode_grey(std::string_view bytes,
                                             std::optional<ImageSize> size = {});

@@ -197,5 +197,70 @@ TEST(ImageFolders, ListsGoBeforeAndNothingIsInventedWithoutACamera) {
   EXPECT_EQ(half.error().kind, ErrorKind::kInput);
 }
 
+constexpr const char* kFusionInfo =
+    "m_versionNumber = 4\nm_sensorName = StructureSensor\nm_colorWidth = 32\nm_colorHeight = 24\n"
+    "m_depthWidth = 32\nm_depthHeight = 24\nm_depthShift = 1000\n"
+    "m_calibrationColorIntrinsic = 30 0 15.5 0 0 31 11.5 0 0 0 1 0 0 0 0 1 \n"
+    "m_calibrationColorExtrinsic = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 \n"
+    "m_calibrationDepthIntrinsic = 30 0 15.5 0 0 31 11.5 0 0 0 1 0 0 0 0 1 \n"
+    "m_calibrationDepthExtrinsic = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 \nm_frames.size = 3\n";
+
+TEST(ImageFolders, BundleFusionsInfoTellsOfBothCameras) {
+  const TempFolder folder;
+  for (const char* number : {"000000", "000001", "000002"})
+    write_images(folder.path(), std::string("frame-") + number + ".color.jpg",
+                 std::string("frame-") + number + ".depth.png");
+  testing::write(folder.path() / "info.txt", kFusionInfo);
+  const auto sequence = open_folder_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  EXPECT_EQ(sequence->camera.fy, 31);
+  EXPECT_EQ(sequence->camera.depth_scale, 1000);
+  EXPECT_EQ(sequence->registration, nullptr) << "one and the same camera";
+  std::string apart = kFusionInfo;
+  apart.replace(apart.find("DepthIntrinsic = 30"), 19, "DepthIntrinsic = 28");
+  apart.replace(apart.find("DepthExtrinsic = 1 0 0 0"), 24, "DepthExtrinsic = 1 0 0 0.02");
+  testing::write(folder.path() / "_info.txt", apart);
+  fs::remove(folder.path() / "info.txt");
+  const auto registered = open_folder_sequence(folder.path());
+  ASSERT_TRUE(registered.ok()) << registered.error().message;
+  ASSERT_NE(registered->registration, nullptr);
+  EXPECT_EQ(registered->registration->depth_camera().fx, 28);
+  EXPECT_NEAR(registered->registration->baseline_m(), 0.02, 1e-6);
+  testing::write(folder.path() / "_info.txt", "m_calibrationColorIntrinsic = 1 2 3\n");
+  const auto broken = open_folder_sequence(folder.path());
+  ASSERT_FALSE(broken.ok());
+  EXPECT_EQ(broken.error().kind, ErrorKind::kConfig);
+}
+
+TEST(ImageFolders, SevenScenesHasAPresetThatIsTold) {
+  const TempFolder folder;
+  for (const char* number : {"000000", "000001"}) {
+    const std::string start = std::string("frame-") + number;
+    testing::write(folder.path() / (start + ".color.png"), encode_png(ColourImage(640, 480)));
+    testing::write(folder.path() / (start + ".depth.png"),
+                   encode_png(ygslam::Image<std::uint16_t>(640, 480)));
+  }
+  const auto sequence = open_folder_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  EXPECT_EQ(sequence->camera.fx, 585);
+  EXPECT_EQ(sequence->camera.cy, 240);
+  EXPECT_EQ(sequence->camera.depth_scale, 1000);
+  EXPECT_EQ(sequence->camera_source, "preset 7-Scenes");
+}
+
+TEST(ImageFolders, OfTwoImagesWithOneNameNoneIsChosen) {
+  const TempFolder folder;
+  for (const char* name : {"1", "2"})
+    write_images(folder.path(), std::string("rgb/") + name + ".png",
+                 std::string("depth/") + name + ".png");
+  testing::write(folder.path() / "depth/1.npy", "x");
+  testing::write(folder.path() / "calibration.txt", kCalibration);
+  const auto sequence = open_folder_sequence(folder.path());
+  ASSERT_FALSE(sequence.ok());
+  EXPECT_EQ(sequence.error().kind, ErrorKind::kInput);
+  EXPECT_NE(sequence.error().message.find("which one is it, "), std::string::npos);
+  EXPECT_NE(sequence.error().message.find("1.npy"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "io/associated_poses.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -37,6 +38,11 @@ Verdict parse_line(std::string_view line, ListedImage& image) {
   return parse_image(line.substr(0, space), line.substr(space), image);
 }
 
+// A folder or file whose name begins so.
+bool names_depth(std::string_view path) {
+  return path.starts_with("depth") || path.find("/depth") != std::string_view::npos;
+}
+
 // Where the first path ends: at the first later word that is a stamp and has a path behind it.
 std::optional<std::pair<std::string_view, std::string_view>> split_pair(std::string_view line) {
   const auto words = words_of(line);
@@ -49,14 +55,13 @@ std::optional<std::pair<std::string_view, std::string_view>> split_pair(std::str
 }
 
 Verdict parse_line(std::string_view line, ListedPair& pair) {
-  const auto halves = split_pair(line);
+  const auto halves = split_pair(split_association(line).images);
   if (!halves) return Verdict::kMalformed;
   const Verdict first = parse_line(halves->first, pair.colour);
   const Verdict second = parse_line(halves->second, pair.depth);
   if (first != Verdict::kGood || second != Verdict::kGood) return std::max(first, second);
-  if (pair.colour.file.starts_with("depth/") && pair.depth.file.starts_with("rgb/")) {
+  if (names_depth(pair.colour.file) && !names_depth(pair.depth.file))
     std::swap(pair.colour, pair.depth);
-  }
   return Verdict::kGood;
 }
 

@@ -50,7 +50,7 @@ struct ParsedList {
 /// Lines `stamp path`; the path may contain spaces.
 [[nodiscard]] ParsedList<ListedImage> parse_image_list(std::string_view text);
 /// Lines `colour_stamp colour_path depth_stamp depth_path`, or depth first where the paths say so
-/// (depth/..., rgb/...).
+/// (depth/..., rgb/...). A pose in the line is passed over (associated_poses.hpp).
 [[nodiscard]] ParsedList<ListedPair> parse_associations(std::string_view text);
 
 /// In order of time; of several with one stamp the first. Counts those that are left out.

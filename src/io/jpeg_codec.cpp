@@ -53,12 +53,16 @@ Result<ImageHeader> header(std::string_view bytes) {
     return has_end_marker(bytes) ? corrupt(handle) : Error{ErrorKind::kInput, "truncated JPEG"};
   }
   header.bits = 8;
+  header.format = "JPEG";
   header.channels = space == TJCS_GRAY ? 1 : (space == TJCS_CMYK || space == TJCS_YCCK) ? 4 : 3;
   return header;
 }
 
-Status decode(std::string_view bytes, std::uint8_t* pixels, const ImageSize& size) {
+Status decode(std::string_view bytes, std::uint8_t* pixels) {
   if (!has_end_marker(bytes)) return Error{ErrorKind::kInput, "truncated JPEG"};
+  const auto known = header(bytes);
+  if (!known.ok()) return known.error();
+  const ImageSize size = known->size;
   const Handle handle = checked(tjInitDecompress());
   // A warning means that the decoder made something up (its texts say "premature end", "corrupt").
   if (tjDecompress2(handle.get(), data_of(bytes), bytes.size(), pixels, size.width, 0, size.height,

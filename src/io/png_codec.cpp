@@ -99,6 +99,12 @@ bool run_decode(Reader& reader, png_bytep* rows) {
   if (std::endian::native == std::endian::little && png_get_bit_depth(png, reader.info()) == 16) {
     png_set_swap(png);
   }
+  if (png_get_color_type(png, reader.info()) == PNG_COLOR_TYPE_PALETTE) {
+    png_set_palette_to_rgb(png);
+    png_set_strip_alpha(png);
+  } else if (png_get_bit_depth(png, reader.info()) < 8) {
+    png_set_expand_gray_1_2_4_to_8(png);
+  }
   png_set_interlace_handling(png);
   png_read_update_info(png, reader.info());
   png_read_image(png, rows);
@@ -129,8 +135,8 @@ bool run_encode(png_structp png, png_infop info, png_bytep* rows, const ImageHea
 }
 
 std::vector<png_bytep> row_pointers(std::uint8_t* pixels, const ImageHeader& header) {
-  const std::size_t stride =
-      static_cast<std::size_t>(header.size.width) * header.channels * (header.bits / 8);
+  const std::size_t stride = static_cast<std::size_t>(header.size.width) *
+                             (header.palette ? 3 : header.channels) * std::max(1, header.bits / 8);
   std::vector<png_bytep> rows(static_cast<std::size_t>(header.size.height));
   for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = pixels + v * stride;
   return rows;
@@ -159,7 +165,6 @@ Result<ImageHeader> header(std::string_view bytes) {
 Status decode(std::string_view bytes, std::uint8_t* pixels) {
   const auto known = header(bytes);
   if (!known.ok()) return known.error();
-  CHECK(known->bits >= 8 && !known->palette, "only whole bytes per sample are decoded");
   Source source{bytes};
   Reader reader(source);
   std::vector<png_bytep> rows = row_pointers(pixels, *known);

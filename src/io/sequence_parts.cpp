@@ -40,9 +40,8 @@ class FolderImages final : public ImageSource {
                              const DepthConfig& config) const override {
     const auto bytes = read(name);
     if (!bytes.ok()) return bytes.error();
-    const auto raw = decode_depth(*bytes, ImageSize{camera.width, camera.height});
-    if (!raw.ok()) return raw.error();
-    return depth_from_raw(*raw, camera.depth_scale, config);
+    return decode_depth_m(*bytes, ImageSize{camera.width, camera.height}, camera.depth_scale,
+                          config);
   }
 
  private:
@@ -159,6 +158,20 @@ void find_shutter(Sequence& sequence) {
       std::string(recognised.device->title) + ", " + std::string(recognised.by);
 }
 
+/// Says what images are, where that is not 8-bit colour and 16-bit depth as most have it.
+void note_kinds(const ImageHeader& colour, Sequence& sequence) {
+  const bool is_usual = colour.channels != 4 && !colour.palette &&
+                        (colour.format == "JPEG" || colour.format == "PNG");
+  if (!is_usual) sequence.notes.push_back("colour images are " + shown_kind(colour));
+  const auto depth = sequence.images->header(sequence.pairs.front().depth_file);
+  if (!depth.ok() || (depth->format == "PNG" && !depth->is_float)) return;
+  std::array<char, 32> scale{};
+  std::snprintf(scale.data(), scale.size(), "%g", sequence.camera.depth_scale);
+  sequence.notes.push_back(
+      "depth images are " + shown_kind(*depth) + ", " +
+      (depth->is_float ? std::string("metres") : scale.data() + std::string(" units per metre")));
+}
+
 }  // namespace
 
 std::int64_t median_difference_ns(const std::vector<SequencePair>& pairs) {
@@ -201,7 +214,9 @@ Status pair_images(const std::vector<ListedImage>& colour, const std::vector<Lis
 Status complete_sequence(const CameraConfig& camera, Sequence& sequence) {
   const auto header = first_header(sequence, &SequencePair::colour_file, "colour");
   if (!header.ok()) return header.error();
-  return complete_sequence(camera, *header, sequence);
+  Status completed = complete_sequence(camera, *header, sequence);
+  if (completed.ok()) note_kinds(*header, sequence);
+  return completed;
 }
 
 Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
@@ -217,7 +232,7 @@ Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
   }
   find_shutter(sequence);
   if (Status status = check_against_frame_time(sequence); !status) return status;
-  sequence.colour_channels = header.channels == 1 ? 1 : 3;
+  sequence.colour_channels = header.channels <= 2 && !header.palette ? 1 : 3;
   if (sequence.camera.width <= 0) sequence.camera.width = header.size.width;
   if (sequence.camera.height <= 0) sequence.camera.height = header.size.height;
   const ImageSize expected = {sequence.camera.width, sequence.camera.height};
@@ -257,6 +272,8 @@ Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& 
   sequence.registration = depth_registration(depth, sequence.camera);
   if (!sequence.registration) sequence.camera.depth_scale = camera.depth_scale;
   sequence.depth_camera_source = source;
+  if (const auto note = foreign_camera_note(source, camera.depth_scale); !note.empty())
+    sequence.notes.push_back(note);
   return Ok{};
 }
 

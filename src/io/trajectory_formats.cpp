@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "core/log.hpp"
+#include "io/associated_poses.hpp"
+#include "io/folder_truth.hpp"
 #include "io/text.hpp"
 #include "io/trajectory_checks.hpp"
 #include "io/trajectory_recognition.hpp"
@@ -297,6 +299,11 @@ std::optional<StampUnit> parse_stamp_unit(std::string_view name) {
 
 Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string& name,
                                         const TrajectoryReading& reading) {
+  if (const auto poses = reading.format ? std::nullopt : poses_of_associations(text)) {
+    auto file = parse_trajectory(*poses, name, reading);
+    if (file.ok()) file->taken_for = "poses in a list of associated images";
+    return file;
+  }
   if (Status lines = check_lines(text, name); !lines.ok()) return lines.error();
   auto poses = pose_text(text, name, reading.format);
   if (!poses.ok()) return poses.error();
@@ -315,6 +322,8 @@ Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string
 
 Result<TrajectoryFile> read_trajectory(const std::filesystem::path& path,
                                        const TrajectoryReading& reading) {
+  std::error_code code;
+  if (std::filesystem::is_directory(path, code)) return read_truth_folder(path);
   const auto text = read_file(path, kLargestFile_bytes);
   if (!text.ok()) return text.error();
   auto file = parse_trajectory(*text, path.string(), reading);

@@ -43,7 +43,8 @@ struct TrajectoryFile {
 [[nodiscard]] Result<TrajectoryFile> parse_trajectory(std::string_view text,
                                                       const std::string& name,
                                                       const TrajectoryReading& reading = {});
-/// The same of a file. What it was taken for is logged, unless that is plain TUM.
+/// The same of a file, or of a folder with poses (folder_truth.hpp). What it was taken for is
+/// logged, unless that is plain TUM.
 [[nodiscard]] Result<TrajectoryFile> read_trajectory(const std::filesystem::path& path,
                                                      const TrajectoryReading& reading = {});
 /// The same of a file that must have stamps. @return kInput if it has none.

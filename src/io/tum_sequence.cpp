@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include "io/associated_poses.hpp"
+#include "io/folder_truth.hpp"
 #include "io/pairing.hpp"
 #include "io/sequence_parts.hpp"
 #include "io/text.hpp"
@@ -105,6 +107,30 @@ Status read_associations(const fs::path& path, Sequence& sequence) {
   return Ok{};
 }
 
+/// ICL-NUIM's lists number their frames, and so does its truth: the numbers stay what they are.
+void note_numbered_frames(Sequence& sequence) {
+  constexpr std::size_t kFewest = 10;
+  constexpr std::int64_t kFrameStep_ns = 1'000'000'000;
+  if (sequence.pairs.size() < kFewest) return;
+  for (std::size_t i = 0; i < sequence.pairs.size(); ++i) {
+    const std::int64_t before_ns = i == 0 ? -1 : sequence.pairs[i - 1].stamp.ns;
+    const std::int64_t stamp_ns = sequence.pairs[i].stamp.ns;
+    if (stamp_ns % kFrameStep_ns != 0 || (i > 0 && stamp_ns != before_ns + kFrameStep_ns)) return;
+  }
+  sequence.notes.push_back(
+      "stamps are whole numbers, one apart (numbers of frames?), and are taken as seconds, as "
+      "those "
+      "of the truth are");
+}
+
+/// Poses in the lines of associations.txt.
+void find_associated_truth(const fs::path& associations, Sequence& sequence) {
+  const auto text = read_file(associations);
+  if (!text.ok() || !poses_of_associations(*text)) return;
+  sequence.groundtruth = associations;
+  sequence.notes.push_back("associations.txt has a pose in each line, taken as true poses");
+}
+
 /// As given, calibrated or preset; width and height may still be 0.
 Result<CameraConfig> find_camera(const GivenCameras& given, Sequence& sequence) {
   if (given.colour) {
@@ -133,7 +159,9 @@ Result<Sequence> open_tum_sequence(const fs::path& root, const GivenCameras& cam
   const Status listed = fs::exists(associations, code) ? read_associations(associations, sequence)
                                                        : pair_lists(sequence);
   if (!listed.ok()) return listed.error();
-  if (fs::exists(root / "groundtruth.txt", code)) sequence.groundtruth = root / "groundtruth.txt";
+  note_numbered_frames(sequence);
+  sequence.groundtruth = truth_of_folder(root);
+  if (!sequence.groundtruth) find_associated_truth(associations, sequence);
   const auto found = find_camera(cameras, sequence);
   if (!found.ok()) return found.error();
   const Status completed = complete_sequence(*found, sequence);

@@ -281,5 +281,23 @@ TEST(Sequence, RecordedSequencesOpenAndTheirFramesDecode) {
   }
 }
 
+TEST(TumSequence, NumberedFramesOfIclNuimAreToldAndMayNameDepthFirst) {
+  const TempFolder folder;
+  testing::SmallSequence small{.count = 12};
+  small.write_to(folder.path());
+  std::string lines;
+  for (int i = 0; i < small.count; ++i)
+    lines += std::to_string(i) + " ./" + small.depth_file(i) + " " + std::to_string(i) + " ./" +
+             small.colour_file(i) + "\n";
+  testing::write(folder.path() / "associations.txt", lines);
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  ASSERT_EQ(sequence->pairs.size(), 12U);
+  EXPECT_EQ(sequence->pairs[1].colour_file, "./" + small.colour_file(1));
+  EXPECT_EQ(sequence->pairs[1].stamp.ns, 1'000'000'000);
+  ASSERT_EQ(sequence->notes.size(), 1U);
+  EXPECT_NE(sequence->notes[0].find("numbers of frames?"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace ygslam

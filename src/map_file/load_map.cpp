@@ -17,7 +17,7 @@ Error saved_map_error(const fs::path& path, const std::string& what) {
 
 Result<Map> read_all(const fs::path& path, map_file::OpenedMap& opened, const Camera& camera) {
   if (const auto fault = map_file::structure_fault(opened.database); !fault.empty())
-    return saved_map_error(path, fault);
+    return saved_map_error(path, fault + map_file::kRecoverHint);
   std::string first;
   const map_file::FaultSink stop = [&](const std::string& fault) {
     first = fault;
@@ -25,7 +25,7 @@ Result<Map> read_all(const fs::path& path, map_file::OpenedMap& opened, const Ca
   };
   map_file::MapReader reader(opened, camera, stop);
   auto map = reader.read();
-  if (!map) return saved_map_error(path, first + " (ygslam map recover may save the rest)");
+  if (!map) return saved_map_error(path, first + map_file::kRecoverHint);
   return std::move(*map);
 }
 

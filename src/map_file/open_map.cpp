@@ -159,7 +159,8 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   std::string cut;
   if (log_bytes == 0 && file_bytes < header.bytes) {
     cut = fmt::format("is cut short: {} bytes of {}", file_bytes, header.bytes);
-    if (faults == MetaFaults::kRefuse || !database->read_cut_short()) return fault(path, cut);
+    if (faults == MetaFaults::kRefuse) return fault(path, cut + kRecoverHint);
+    if (!database->read_cut_short()) return fault(path, cut);
   }
   if (!database->run("PRAGMA cell_size_check=ON; PRAGMA mmap_size=0; PRAGMA query_only=ON; BEGIN"))
     return fault(path, database->message());
@@ -175,7 +176,8 @@ Result<OpenedMap> open_map(const fs::path& path, MetaFaults faults) {
   if (!entries) return fault(path, entries.error().message);
   auto meta = meta_of(*entries);
   if (!meta) return fault(path, meta.error().message);
-  if (faults == MetaFaults::kRefuse && !meta->fault.empty()) return fault(path, meta->fault);
+  if (faults == MetaFaults::kRefuse && !meta->fault.empty())
+    return fault(path, meta->fault + kRecoverHint);
   meta->info.bytes = file_bytes + log_bytes;
   return OpenedMap{std::move(*database), std::move(*meta), std::move(cut)};
 }

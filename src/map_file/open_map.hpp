@@ -17,6 +17,9 @@ inline constexpr std::uint32_t kFormat = 2;                  // SQLite's user_ve
 /// The statements that make a map's tables; the schema of a map is these and nothing else.
 [[nodiscard]] const std::vector<std::string>& table_statements();
 
+/// Behind a fault of which recover_map() may save the rest.
+inline constexpr const char* kRecoverHint = " (ygslam map recover may save the rest)";
+
 struct OpenedMap {
   Database database;  ///< in a read transaction: nothing changes under the reader
   Meta meta;

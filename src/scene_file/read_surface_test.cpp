@@ -99,14 +99,16 @@ TEST(ReadSurface, PointsBeyondAllRoomsAreRefused) {
 TEST(ReadSurface, ForeignFilesAreRefusedOrUnderstood) {
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   expect_refused("OFF\n3 1 0\n", "not a PLY");
-  expect_refused("ply\nformat ascii 1.0\nelement vertex 0\n" + xyz + "end_header\n", "binary");
+  expect_refused("ply\nformat binary_middle_endian 1.0\nelement vertex 0\n" + xyz + "end_header\n",
+                 "unknown format \"binary_middle_endian\"");
+  expect_refused("ply\nelement vertex 0\n" + xyz + "end_header\n", "no format");
   expect_refused(ply("element vertex 99999999999999999\n" + xyz), "truncated");
   expect_refused(ply("element vertex -1\n" + xyz), "count");
   expect_refused(ply("element vertex 0\nproperty float x\n"), "without x, y and z");
   expect_refused(ply("element vertex 0\n"), "without x, y and z");
   expect_refused(ply("element vertex 0\nproperty quaternion x\n"), "property");
   expect_refused(ply("property float x\n"), "property");
-  expect_refused(ply("element edge 0\n"), "neither");
+  expect_refused(ply("element edge 0\n"), "no vertices");
   expect_refused(ply(""), "no vertices");
   const std::string quad = "property list uchar int vertex_index\n";
   expect_refused(ply("element vertex 0\n" + xyz + "element face 1\n" + quad,
@@ -119,6 +121,86 @@ TEST(ReadSurface, ForeignFilesAreRefusedOrUnderstood) {
   ASSERT_TRUE(fan.ok()) << fan.error().message;
   EXPECT_EQ(fan->triangles, (std::vector<std::array<std::uint32_t, 3>>{{{0, 1, 2}}, {{0, 2, 3}}}));
   EXPECT_EQ(fan->vertices[0].label.semantic_class, SemanticClass::kUnknown);
+}
+
+const std::string kXyz = "property float x\nproperty float y\nproperty float z\n";
+const std::string kColours = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+
+std::string text_ply(const std::string& header, const std::string& rows) {
+  return "ply\nformat ascii 1.0\n" + header + "end_header\n" + rows;
+}
+
+SurfacePoint only_point(const std::string& bytes) {
+  const auto mesh = parse_surface_ply(bytes, "a.ply");
+  EXPECT_TRUE(mesh.ok() && mesh->vertices.size() == 1) << (mesh.ok() ? "" : mesh.error().message);
+  return mesh.ok() && !mesh->vertices.empty() ? mesh->vertices.front() : SurfacePoint{};
+}
+
+TEST(ReadSurface, TextIsRead) {
+  const SurfacePoint point = only_point(text_ply(
+      "comment of MeshLab\nelement vertex 1\n" + kXyz + kColours + "property float quality\n",
+      "1.5 -2 3e-1 200 40 41 nan\n"));
+  EXPECT_EQ(point.p_world, Eigen::Vector3f(1.5F, -2, 0.3F));
+  EXPECT_EQ(point.colour, (Rgb8{200, 40, 41}));
+  const auto mesh =
+      parse_surface_ply(text_ply("element vertex 3\n" + kXyz +
+                                     "element face 1\nproperty list uchar int vertex_index\n",
+                                 "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n\n"),
+                        "a.ply");
+  ASSERT_TRUE(mesh.ok()) << mesh.error().message;
+  EXPECT_EQ(mesh->triangles.size(), 1U);
+  const std::string head = "element vertex 2\n" + kXyz;
+  expect_refused(text_ply(head, "1 2 3\n1 2\n"), "truncated");
+  expect_refused(text_ply(head, "1 2 3\n1 2 3\n4\n"), "more bytes");
+  expect_refused(text_ply(head, "1 2 3\n1 x 3\n"), "'x' is no number");
+  expect_refused(text_ply(head, "1 2 3\n1 nan 3\n"), "not finite");
+  expect_refused(text_ply("element vertex 99999999999\n" + kXyz, "1 2 3\n"), "truncated");
+}
+
+TEST(ReadSurface, BigEndianAndLinesWithCarriageReturnsAreRead) {
+  const std::string head = "element vertex 1\n" + kXyz;
+  const std::string one_and_two("\x3f\x80\0\0\x40\0\0\0\0\0\0\0", 12);
+  EXPECT_EQ(only_point("ply\nformat binary_big_endian 1.0\n" + head + "end_header\n" + one_and_two)
+                .p_world,
+            Eigen::Vector3f(1, 2, 0));
+  std::string crlf = ply(head);
+  for (std::size_t at = 0; (at = crlf.find('\n', at)) != std::string::npos; at += 2)
+    crlf.replace(at, 1, "\r\n");
+  const std::string two("\0\0\0\x40\0\0\0\0\0\0\0\0", 12);
+  EXPECT_EQ(only_point(crlf + two).p_world, Eigen::Vector3f(2, 0, 0));
+}
+
+TEST(ReadSurface, ElementsAndListsThatAreNotKnownArePassedOver) {
+  const std::string zeros(12, '\0');
+  EXPECT_EQ(only_point(ply("element vertex 1\n" + kXyz +
+                               "element camera 1\nproperty float view_px\nproperty int viewportx\n",
+                           zeros + std::string(8, 'x')))
+                .p_world.norm(),
+            0)
+      << "PCL's";
+  EXPECT_EQ(only_point(text_ply("element material 2\nproperty int id\nelement vertex 1\n"
+                                "property list uchar float weights\n" +
+                                    kXyz,
+                                "7\n8\n2 0.5 0.5 1 2 3\n"))
+                .p_world,
+            Eigen::Vector3f(1, 2, 3));
+}
+
+TEST(ReadSurface, ColoursAreBytesPartsOfOneOrGrey) {
+  const std::string float_colours =
+      "property float red\nproperty float green\nproperty float blue\n";
+  const auto colour = [](const std::string& properties, const std::string& row) {
+    return only_point(text_ply("element vertex 1\n" + kXyz + properties, "0 0 0 " + row)).colour;
+  };
+  EXPECT_EQ(colour(float_colours, "0.784314 0.156863 1"), (Rgb8{200, 40, 255}));
+  EXPECT_EQ(colour(float_colours, "200 40 255"), (Rgb8{200, 40, 255}));
+  EXPECT_EQ(colour("property uchar diffuse_blue\nproperty uchar diffuse_green\n"
+                   "property uchar diffuse_red\n",
+                   "3 2 1"),
+            (Rgb8{1, 2, 3}));
+  EXPECT_EQ(colour(kColours, "1 1 1"), (Rgb8{1, 1, 1})) << "bytes are bytes";
+  EXPECT_EQ(colour("", ""), (Rgb8{160, 160, 160})) << "not black";
+  EXPECT_EQ(colour("property uchar red\n", "7"), (Rgb8{160, 160, 160}));
 }
 
 TEST(ReadObjects, AreWhatWasWritten) {

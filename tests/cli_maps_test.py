@@ -174,7 +174,7 @@ class KeptMaps(CliTest):
         dense.write_bytes(b"junk" * 100)
         shown = ygslam("map", "info", self.map)
         self.assert_ran(shown)
-        self.assertRegex(shown.stdout, rf"keyframes +\d[\s\S]*dense map +none that can be read: {re.escape(str(dense))}: ")
+        self.assertRegex(shown.stdout, rf"keyframes +\d[\s\S]*dense map +none that can be used: {re.escape(str(dense))}: ")
         told = ygslam("map", "info", "--json", self.map)
         self.assert_ran(told)
         self.assertIn(str(dense), json.loads(told.stdout)["dense"]["fault"])

@@ -12,7 +12,7 @@
 #include "dense/scene_naming/named_scene.hpp"
 #include "io/atomic_file.hpp"
 #include "map_file/map_file.hpp"
-#include "system/dense_file.hpp"
+#include "system/dense_beside.hpp"
 
 namespace ygslam {
 namespace {
@@ -49,17 +49,17 @@ Status export_saved(const ExportArguments& a) {
   if (!std::filesystem::exists(file, code))
     return Error{ErrorKind::kSavedMap, file.string() + ": not there: the map was saved without it"};
   const Camera camera(info->camera);
-  auto views = load_dense_views(file, camera);
-  if (!views.ok()) return views.error();
+  const auto beside = load_dense_beside(file, *map, camera);
+  if (!beside.ok()) return beside.error();
+  if (!beside->foreign.empty())
+    return Error{ErrorKind::kSavedMap, file.string() + ": " + beside->foreign};
   if (Status writable = ensure_writable_directory(a.out); !writable.ok()) return writable;
 
   DenseMap dense(*config, camera);
-  const std::size_t saved = views->size();
-  const auto of_map = views_of(*map, std::move(*views));
-  if (of_map.size() < saved)
+  if (beside->left_out > 0)
     log::warn("{}: {} views are of keyframes that the map has not", file.string(),
-              saved - of_map.size());
-  dense.restore(of_map);
+              beside->left_out);
+  dense.restore(beside->views);
   DenseUpdate poses;
   const auto roots = map->keyframes().empty() ? std::map<KeyframeId, KeyframeId>{} : map->roots();
   for (const auto& [id, root] : roots)
@@ -70,7 +70,7 @@ Status export_saved(const ExportArguments& a) {
   const StaticScene scene = named_scene(dense);
   Status written = write_scene(a.out, scene);
   if (written.ok() && !is_quiet())
-    std::printf("%zu views, %zu triangles, %zu objects\n", of_map.size(),
+    std::printf("%zu views, %zu triangles, %zu objects\n", beside->views.size(),
                 scene.mesh.triangles.size(), scene.objects.size());
   if (written.ok()) tell_written(a.out);
   return written;

@@ -19,7 +19,7 @@
 #include "map/map_bytes.hpp"
 #include "map_file/map_file.hpp"
 #include "map_file/open_map.hpp"
-#include "system/dense_file.hpp"
+#include "system/dense_beside.hpp"
 #include "system/map_merge.hpp"
 #include "system/run_writer.hpp"
 #include "system/slam_config.hpp"
@@ -40,12 +40,24 @@ struct MapOptions {
   bool json = false;
 };
 
-/// What lies beside the map, or why it is no dense map; nothing without a file.
-std::optional<Result<DenseFileInfo>> dense_info(const MapOptions& options) {
-  const auto file = dense_file_of(options.file);
+/// What lies beside the map, or why it is no dense map of this one; nothing without a file.
+std::optional<Result<DenseFileInfo>> dense_info(const std::filesystem::path& map,
+                                                const std::string& uuid) {
+  const auto file = dense_file_of(map);
   std::error_code code;
   if (!std::filesystem::exists(file, code)) return std::nullopt;
-  return read_dense_info(file);
+  auto info = read_dense_info(file);
+  if (!info.ok()) return info;
+  if (const auto foreign = foreign_text(*info, parse_identity(uuid)); !foreign.empty())
+    return Error{ErrorKind::kSavedMap, file.string() + ": " + foreign};
+  return info;
+}
+
+/// What nobody asked for is not made, and what is another map's stays.
+void tell_of_dense_at(const std::string& new_map) {
+  const auto info = read_map_info(new_map);
+  const auto dense = dense_info(new_map, info.ok() ? info->uuid : "");
+  if (dense && !dense->ok()) std::printf("%s; it stays as it is\n", dense->error().message.c_str());
 }
 
 nlohmann::ordered_json json_of(const MapFileInfo& info) {
@@ -70,11 +82,12 @@ nlohmann::ordered_json json_of(const MapFileInfo& info) {
 Result<int> show(const MapOptions& options) {
   const auto info = read_map_info(options.file);
   if (!info) return info.error();
-  const auto dense = dense_info(options);
+  const auto dense = dense_info(options.file, info->uuid);
   if (options.json) {
     nlohmann::ordered_json json = json_of(*info);
     if (dense && dense->ok()) {
       json["dense"] = {{"views", (*dense)->views}, {"bytes", (*dense)->bytes}};
+      json["dense"]["names_map"] = (*dense)->map.has_value();
     } else if (dense) {
       json["dense"] = {{"fault", dense->error().message}};
     }
@@ -99,11 +112,12 @@ Result<int> show(const MapOptions& options) {
               printable(info->program_version).c_str());
   std::printf("uuid          %s\n", printable(info->uuid).c_str());
   if (dense && dense->ok()) {
-    std::printf("dense map     %llu views, %.1f MB beside it\n",
+    std::printf("dense map     %llu views, %.1f MB beside it%s\n",
                 static_cast<unsigned long long>((*dense)->views),
-                static_cast<double>((*dense)->bytes) * 1e-6);
+                static_cast<double>((*dense)->bytes) * 1e-6,
+                (*dense)->map ? "" : " (it does not say of which map; `map check` looks)");
   } else if (dense) {
-    print_text("dense map     none that can be read: {}\n", one_line(dense->error().message));
+    print_text("dense map     none that can be used: {}\n", one_line(dense->error().message));
   }
   return 0;
 }
@@ -115,13 +129,28 @@ void print_faults(const MapCheck& check) {
                 static_cast<unsigned long long>(check.faults_in_all - check.faults.size()));
 }
 
+/// That it is whole, and of a map that is whole.
+Status check_dense(const std::filesystem::path& file, const std::string& map_file,
+                   const MapFileInfo& info) {
+  const Camera camera(info.camera);
+  const auto map = load_map(map_file);
+  if (!map.ok()) {
+    const auto views = load_dense_views(file, camera);
+    return views.ok() ? Status(Ok{}) : views.error();
+  }
+  const auto beside = load_dense_beside(file, *map, camera);
+  if (!beside.ok()) return beside.error();
+  if (beside->foreign.empty()) return Ok{};
+  return Error{ErrorKind::kSavedMap, file.string() + ": " + beside->foreign};
+}
+
 Result<int> check(const MapOptions& options) {
   const auto checked = check_map(options.file);
   if (!checked) return checked.error();
   std::error_code code;
   if (const auto file = dense_file_of(options.file); std::filesystem::exists(file, code)) {
-    const auto views = load_dense_views(file, Camera(checked->info.camera));
-    if (!views.ok()) return views.error();
+    if (Status fits = check_dense(file, options.file, checked->info); !fits.ok())
+      return fits.error();
   }
   if (checked->faults_in_all == 0) {
     print_text("{}: whole: {}, {}\n", one_line(options.file),
@@ -158,6 +187,7 @@ Result<int> recover(const MapOptions& options) {
   if (const auto dense = dense_file_of(options.file); std::filesystem::exists(dense, code))
     print_text("{}: not recovered, {} has no dense map\n", one_line(dense.string()),
                one_line(options.out));
+  tell_of_dense_at(options.out);
   return 0;
 }
 
@@ -223,10 +253,12 @@ Result<int> merge(const MapOptions& options) {
     return refuse(
         "what both maps show spans less than 8 m and another room may look the same: "
         "--same-place if it is this one");
-  const Map merged = merge_maps(*a, *b, alignment, camera, config->mapping);
+  Map merged = merge_maps(*a, *b, alignment, camera, config->mapping);
+  merged.set_identity(random_identity());
   if (Status written = save_map(options.out, merged, camera); !written) return written.error();
   print_text("{}: {}, {}\n", one_line(options.out), counted(merged.keyframes().size(), "keyframe"),
              counted(merged.landmark_count(), "landmark"));
+  tell_of_dense_at(options.out);
   return 0;
 }
 

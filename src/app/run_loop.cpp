@@ -7,7 +7,7 @@
 #include "app/stop_signal.hpp"
 #include "io/text.hpp"
 #include "live/run_recorder.hpp"
-#include "system/dense_file.hpp"
+#include "system/dense_beside.hpp"
 
 namespace ygslam {
 namespace {
@@ -111,15 +111,20 @@ class FrameLoop {
     if (file.empty()) return Ok{};
     const OrbConfig& orb = plan_.settings().orb;
     const bool is_replaced = replaces_map(plan_.options);
+    if (is_replaced)
+      if (const auto info = read_map_info(file); info.ok())
+        run_.replaced_map = parse_identity(info->uuid);
     auto saver =
         MapSaver::open(file, Camera(plan_.sequence.camera), {orb.levels, orb.scale_factor});
     if (!saver.ok()) return saver.error();
     run_.map_saver = std::move(saver).value();
     if (!is_replaced) return Ok{};
     log::warn("{}: the map in it is replaced; --load-map would go on with it", file.string());
-    // A dense map of the one that was there must not lie beside the new one.
+    // The dense map of the one that was there goes with it; the new one may have none.
     std::error_code code;
-    if (!plan_.dense_file()) std::filesystem::remove(dense_file_of(file), code);
+    const auto dense = dense_file_of(file);
+    if (!plan_.dense_file() && run_.replaced_map && is_dense_of(dense, {{*run_.replaced_map}}))
+      std::filesystem::remove(dense, code);
     return Ok{};
   }
 

@@ -15,7 +15,8 @@ namespace ygslam {
 
 struct ActiveRun {
   std::unique_ptr<FrameReader> reader;
-  std::unique_ptr<MapSaver> map_saver;  // the session's map goes to it
+  std::unique_ptr<MapSaver> map_saver;      // the session's map goes to it
+  std::optional<MapIdentity> replaced_map;  ///< that was in its file
   Session session;
   std::optional<FrameFiles> files;
   std::unique_ptr<RunView> view;

@@ -8,7 +8,7 @@
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
 #include "io/trajectory_formats.hpp"
-#include "system/dense_file.hpp"
+#include "system/dense_beside.hpp"
 
 namespace ygslam {
 namespace {
@@ -92,13 +92,29 @@ Status write_metrics(const RunPlan& plan, const RunFacts& facts,
   return write_file_atomically(out / "config.yaml", schema_of(settings).to_yaml());
 }
 
+/// What lies there and is neither of this map nor of the one that it replaced is not lost.
+Status make_way_for_dense(const fs::path& file, const Map& map, const ActiveRun& run) {
+  std::vector<MapIdentity> own;
+  for (const auto& identity : {map.identity(), run.replaced_map})
+    if (identity) own.push_back(*identity);
+  std::error_code code;
+  if (is_dense_of(file, own) || fs::equivalent(file, run.session.dense_file, code)) return Ok{};
+  const auto aside = put_aside(file);
+  if (!aside.ok()) return aside.error();
+  log::warn("{}: was of another map, and is now {}", file.string(), aside->string());
+  return Ok{};
+}
+
 /// Beside the map that has the poses.
-Status save_dense_map(const RunPlan& plan, const ActiveRun& run) {
+Status save_dense_map(const RunPlan& plan, const ActiveRun& run, const Map& map) {
   const auto file = plan.dense_file();
   if (!file) return Ok{};
   std::vector<SavedView> views;
   run.session.runner->inspect_dense([&](DenseMap& dense) { views = dense.saved(); });
-  return save_dense_views(*file, *run.session.camera, views);
+  std::erase_if(views,
+                [&](const SavedView& view) { return !map.has_keyframe(tie_of(view).keyframe); });
+  if (Status free = make_way_for_dense(*file, map, run); !free.ok()) return free;
+  return save_dense_views(*file, *run.session.camera, map, views);
 }
 
 }  // namespace
@@ -113,7 +129,7 @@ Status write_outputs(const RunPlan& plan, const RunFacts& facts, ActiveRun& run,
   Status written = write_results(plan, *trajectory, map, run);
   if (written.ok()) written = write_metrics(plan, facts, *trajectory, map, run, log_file);
   if (!written.ok()) return written;
-  return saved.ok() ? save_dense_map(plan, run) : saved;
+  return saved.ok() ? save_dense_map(plan, run, map) : saved;
 }
 
 Status draw_background(const RunPlan& plan, ActiveRun& run) {

@@ -37,6 +37,7 @@ void Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, Keyframe
   ++version_;
   if (parent == kNoKeyframe) ++roots_;
   if (origin_ == kNoKeyframe) origin_ = id;
+  if (!identity_) identity_ = identity_of(*data);
   if (data->frame != kNoFrame) {
     CHECK(keyframe_of_.empty() || keyframe_of_.back().first < data->frame, "frame ids ascend");
     keyframe_of_.emplace_back(data->frame, id);

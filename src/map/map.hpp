@@ -14,6 +14,7 @@
 #include "geometry/packed_pose.hpp"
 #include "map/keyframe.hpp"
 #include "map/landmark.hpp"
+#include "map/map_identity.hpp"
 #include "map/map_patch.hpp"
 
 namespace ygslam {
@@ -30,6 +31,11 @@ class Map {
  public:
   /// @param scales of the feature pyramid, for the distances at which a landmark can be seen.
   explicit Map(PyramidScales scales) : scales_(std::move(scales)) {}
+
+  /// Kept while the map goes on, in copies and files, too. Whoever begins a map may give it one;
+  /// else its first keyframe does. Nothing while it has neither.
+  [[nodiscard]] const std::optional<MapIdentity>& identity() const { return identity_; }
+  void set_identity(const std::optional<MapIdentity>& identity) { identity_ = identity; }
 
   // Keyframes, ascending id.
   void add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
@@ -152,6 +158,7 @@ class Map {
   std::unordered_map<LandmarkId, Landmark> landmarks_;      // no result depends on its order
   std::unordered_map<LandmarkId, Fused> fused_;
   PyramidScales scales_;
+  std::optional<MapIdentity> identity_;
   KeyframeId origin_ = kNoKeyframe;
   int roots_ = 0;
   std::uint32_t next_keyframe_ = 0;

@@ -15,7 +15,7 @@ namespace ygslam {
 
 /// What a map was made with, and how much it holds.
 struct MapFileInfo {
-  std::string uuid;             ///< of the file, not of its content
+  std::string uuid;             ///< of the map (Map::identity), the same while it goes on
   std::string created;          ///< UTC, 2026-01-31T12:00:00Z
   std::string program_version;  ///< that wrote it last
   CameraConfig camera;          ///< size, focal lengths, centre, distortion; the rest at default

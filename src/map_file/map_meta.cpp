@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <map>
-#include <random>
 
 #include <fmt/format.h>
 
@@ -102,15 +101,6 @@ void visit(MetaFields& fields, Meta& meta) {
   fields.number("rows_digest", meta.rows_digest, 16);
 }
 
-std::string random_uuid() {  // RFC 9562, version 4
-  std::random_device device;
-  const auto word = [&] { return (std::uint64_t{device()} << 32) | device(); };
-  const std::uint64_t high = (word() & ~0xf000ULL) | 0x4000ULL;
-  const std::uint64_t low = (word() & ~(3ULL << 62)) | (2ULL << 62);
-  return fmt::format("{:08x}-{:04x}-{:04x}-{:04x}-{:012x}", high >> 32, (high >> 16) & 0xffff,
-                     high & 0xffff, low >> 48, low & 0xffffffffffffULL);
-}
-
 }  // namespace
 
 MetaEntries entries_of(const Meta& meta) {
@@ -175,7 +165,7 @@ std::string differences(const MapFileInfo& info, const CameraConfig& camera,
 
 MapFileInfo new_info(const CameraConfig& camera, const PyramidScales& scales) {
   MapFileInfo info;
-  info.uuid = random_uuid();
+  info.uuid = to_string(random_identity());
   info.created = utc_time_now();
   info.program_version = program_version();
   info.camera.width = camera.width;

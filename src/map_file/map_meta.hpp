@@ -49,7 +49,8 @@ inline constexpr std::array<CameraNumber, 9> kCameraNumbers = {{{"fx", &CameraCo
 [[nodiscard]] std::string differences(const MapFileInfo& info, const CameraConfig& camera,
                                       const PyramidScales& scales);
 
-/// Of a file that is new: its own uuid, the time, this program's version.
+/// Of a file that is new: a uuid that stays where its map brings none, the time, this program's
+/// version.
 [[nodiscard]] MapFileInfo new_info(const CameraConfig& camera, const PyramidScales& scales);
 [[nodiscard]] const char* program_version();
 

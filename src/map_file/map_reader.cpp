@@ -298,8 +298,11 @@ std::optional<Map> MapReader::read() {
   add_removed();
   if (const auto wrong = assembly_.parent_fault()) fault(*wrong);
   if (stopped_ || assembly_.parent_fault()) return std::nullopt;
-  if (!opened_.meta.fault.empty()) assembly_.number_by_parts();
-  return assembly_.finish();
+  const bool is_sure = opened_.meta.fault.empty();
+  if (!is_sure) assembly_.number_by_parts();
+  Map map = assembly_.finish();
+  if (is_sure) map.set_identity(parse_identity(opened_.meta.info.uuid));
+  return map;
 }
 
 }  // namespace ygslam::map_file

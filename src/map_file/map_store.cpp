@@ -249,6 +249,7 @@ Status MapStore::write(const Map& map) {
   if (done) done = delete_others(change);
   if (done) {
     meta_.info.program_version = program_version();
+    if (map.identity()) meta_.info.uuid = to_string(*map.identity());
     ++meta_.info.generation;
     meta_.info.keyframes = map.keyframes().size();
     meta_.info.removed_keyframes = map.removed_keyframes().size();

@@ -77,6 +77,7 @@ TEST(MapWriter, GoesOnInAFile) {
   }  // without close
   EXPECT_EQ(to_bytes(*load(path)), to_bytes(growing.map()));
   EXPECT_EQ(read_map_info(path)->uuid, uuid);
+  EXPECT_EQ(load(path)->identity(), growing.map().identity());
 
   // Another world with the same numbers in it.
   GrowingMap other(150, 99);
@@ -84,6 +85,8 @@ TEST(MapWriter, GoesOnInAFile) {
   MapWriter writer = open_writer(path);
   ASSERT_TRUE(writer.write(other.map()).ok());
   EXPECT_EQ(to_bytes(*load(path)), to_bytes(other.map()));
+  EXPECT_EQ(load(path)->identity(), other.map().identity());
+  EXPECT_NE(read_map_info(path)->uuid, uuid) << "another map in the same file";
   GrowingMap third(150, 100);  // and one in the middle of a run
   third.grow(6);
   ASSERT_TRUE(writer.write(third.map()).ok());

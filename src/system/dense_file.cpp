@@ -20,7 +20,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::array<char, 8> kMagic = {'Y', 'G', 'D', 'E', 'N', 'S', 'E', '\n'};
-constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kFormat = 3;
+constexpr std::uint32_t kNamelessFormat = 2;       // the same without the map's identity and sights
 constexpr std::uint64_t kLargestRecord = 1 << 30;  // a file with holes may promise anything
 
 struct Header {
@@ -29,13 +30,19 @@ struct Header {
   std::uint32_t views = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::int32_t width = 0, height = 0;
+  MapIdentity map;
   std::uint64_t hash = 0;  ///< of all before
 
+  [[nodiscard]] bool names_map() const { return format != kNamelessFormat; }
+  /// In the file, without the hash.
+  [[nodiscard]] std::size_t bytes() const {
+    return names_map() ? offsetof(Header, hash) : offsetof(Header, map);
+  }
   [[nodiscard]] std::uint64_t right_hash() const {
-    return map_file::hash_of({reinterpret_cast<const char*>(this), offsetof(Header, hash)});
+    return map_file::hash_of({reinterpret_cast<const char*>(this), bytes()});
   }
 };
-static_assert(sizeof(Header) == 64);
+static_assert(sizeof(Header) == 80);
 
 struct RecordHeader {
   std::uint64_t bytes = 0;  ///< that follow
@@ -183,6 +190,34 @@ std::string parse_record(const std::string& bytes, const Pinhole& camera, SavedV
   return {};
 }
 
+/// @return what is wrong; empty if nothing.
+std::string take_sight(std::string& record, std::uint64_t& sight) {
+  if (record.size() < sizeof sight) return "cut short";
+  std::memcpy(&sight, record.data(), sizeof sight);
+  record.erase(0, sizeof sight);
+  return {};
+}
+
+Pinhole pinhole_of(const Header& h) { return {h.fx, h.fy, h.cx, h.cy, h.width, h.height}; }
+
+struct Records {
+  std::ifstream& file;
+  std::uint64_t left;  ///< bytes
+
+  /// @return what is wrong; empty if nothing.
+  std::string next(std::string& bytes) {
+    RecordHeader record;
+    if (!file.read(reinterpret_cast<char*>(&record), sizeof record)) return "cut short";
+    left -= sizeof record;
+    if (record.bytes > left) return "cut short";
+    if (record.bytes > kLargestRecord) return "larger than any";
+    bytes.resize(record.bytes);
+    if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return "cut short";
+    left -= record.bytes;
+    return map_file::hash_of(bytes) == record.hash ? "" : "damaged";
+  }
+};
+
 Error damaged(const std::filesystem::path& path, const std::string& what) {
   return {ErrorKind::kSavedMap, path.string() + ": " + what};
 }
@@ -196,12 +231,18 @@ Result<Header> read_header(const std::filesystem::path& path, std::ifstream& fil
     return damaged(path, "is no regular file");
   file.open(path, std::ios::binary);
   if (!file) return damaged(path, std::strerror(errno));
-  if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != kMagic)
-    return damaged(path, "no dense map of ygslam");
-  if (header.format != kFormat)
+  const auto read = [&](std::size_t at, std::size_t bytes) {
+    return bool(
+        file.read(reinterpret_cast<char*>(&header) + at, static_cast<std::streamsize>(bytes)));
+  };
+  constexpr std::size_t kStart = offsetof(Header, views);
+  if (!read(0, kStart) || header.magic != kMagic) return damaged(path, "no dense map of ygslam");
+  if (header.format != kFormat && header.format != kNamelessFormat)
     return damaged(path, "format " + std::to_string(header.format) +
-                             ", this program reads format " + std::to_string(kFormat));
-  if (header.hash != header.right_hash()) return damaged(path, "damaged header");
+                             ", this program reads formats 2 and " + std::to_string(kFormat));
+  if (!read(kStart, header.bytes() - kStart) || !read(offsetof(Header, hash), sizeof header.hash) ||
+      header.hash != header.right_hash())
+    return damaged(path, "damaged header");
   return header;
 }
 
@@ -214,18 +255,21 @@ std::filesystem::path dense_file_of(const std::filesystem::path& map_file) {
   return (code ? map_file : map).string() + ".dense";
 }
 
-Status save_dense_views(const std::filesystem::path& path, const Camera& camera,
+Status save_dense_views(const std::filesystem::path& path, const Camera& camera, const Map& map,
                         const std::vector<SavedView>& views) {
   auto file = AtomicFile::create(path);
   if (!file.ok()) return file.error();
   std::string head;
   Header header;
   header.views = static_cast<std::uint32_t>(views.size());
+  header.map = map.identity().value_or(MapIdentity{});
   put(head, header_for(camera, header));
   Status written = file->write(head);
   for (const SavedView& view : views) {
     if (!written.ok()) return written;
-    const std::string record = record_of(view);
+    std::string record;
+    put(record, sight_of(*map.keyframe(tie_of(view).keyframe).data));
+    record += record_of(view);
     std::string bytes;
     put(bytes, RecordHeader{record.size(), map_file::hash_of(record)});
     written = file->write(bytes + record);
@@ -233,25 +277,17 @@ Status save_dense_views(const std::filesystem::path& path, const Camera& camera,
   return written.ok() ? file->commit() : written;
 }
 
-std::vector<SavedView> views_of(const Map& map, std::vector<SavedView> views) {
-  std::erase_if(views, [&](const SavedView& view) {
-    const KeyframeId keyframe = view.anchor ? view.anchor->keyframe : view.id.keyframe;
-    const Timestamp stamp = view.anchor ? view.anchor->stamp : view.stamp;
-    return !map.has_keyframe(keyframe) || map.keyframe(keyframe).data->stamp != stamp;
-  });
-  return views;
-}
-
 Result<DenseFileInfo> read_dense_info(const std::filesystem::path& path) {
   std::ifstream file;
   const auto header = read_header(path, file);
   if (!header.ok()) return header.error();
   std::error_code code;
-  return DenseFileInfo{header->views, std::filesystem::file_size(path, code)};
+  DenseFileInfo info{{}, header->views, std::filesystem::file_size(path, code)};
+  if (header->names_map()) info.map = header->map;
+  return info;
 }
 
-Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& path,
-                                                const Camera& camera) {
+Result<DenseFile> load_dense_views(const std::filesystem::path& path, const Camera& camera) {
   std::ifstream file;
   const auto header = read_header(path, file);
   if (!header.ok()) return header.error();
@@ -259,34 +295,24 @@ Result<std::vector<SavedView>> load_dense_views(const std::filesystem::path& pat
     return damaged(
         path, "made with another camera: " + text_of(*header) + ", this one is " + text_of(mine));
   std::error_code code;
-  std::uint64_t left = std::filesystem::file_size(path, code) - sizeof(Header);
+  const auto on_disk = std::filesystem::file_size(path, code);
   if (code) return damaged(path, code.message());
-  const Pinhole pinhole{header->fx, header->fy,    header->cx,
-                        header->cy, header->width, header->height};
-  std::vector<SavedView> views;
+  Records records{file, on_disk - header->bytes() - sizeof header->hash};
+  DenseFile dense;
+  if (header->names_map()) dense.map = header->map;
   std::set<DenseViewId> ids;
   for (std::uint32_t i = 0; i < header->views; ++i) {
-    const auto fault = [&](const std::string& what) {
-      return damaged(path, "view " + std::to_string(i) + ": " + what);
-    };
-    RecordHeader record;
-    if (!file.read(reinterpret_cast<char*>(&record), sizeof record)) return fault("cut short");
-    left -= sizeof record;
-    if (record.bytes > left) return fault("cut short");
-    if (record.bytes > kLargestRecord) return fault("larger than any");
-    std::string bytes(record.bytes, '\0');
-    if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
-      return fault("cut short");
-    left -= record.bytes;
-    if (map_file::hash_of(bytes) != record.hash) return fault("damaged");
     SavedView view;
-    if (const std::string what = parse_record(bytes, pinhole, view); !what.empty())
-      return fault(what);
-    if (!ids.insert(view.id).second) return fault("there is one of this number");
-    views.push_back(std::move(view));
+    std::string bytes;
+    std::string what = records.next(bytes);
+    if (what.empty() && header->names_map()) what = take_sight(bytes, dense.sights.emplace_back());
+    if (what.empty()) what = parse_record(bytes, pinhole_of(*header), view);
+    if (what.empty() && !ids.insert(view.id).second) what = "there is one of this number";
+    if (!what.empty()) return damaged(path, "view " + std::to_string(i) + ": " + what);
+    dense.views.push_back(std::move(view));
   }
-  if (left != 0) return damaged(path, "more follows than it tells of");
-  return views;
+  if (records.left != 0) return damaged(path, "more follows than it tells of");
+  return dense;
 }
 
 }  // namespace ygslam

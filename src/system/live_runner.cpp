@@ -121,7 +121,8 @@ class LiveRunner final : public Runner {
     map_.reset();
     tracker_.emplace(tracker_config(config_, map_use_), config_.orb, config_.dynamic, camera_,
                      config_.run.seed);
-    const Map empty({config_.orb.levels, config_.orb.scale_factor});
+    Map empty({config_.orb.levels, config_.orb.scale_factor});
+    empty.set_identity(random_identity());
     map_ = std::make_unique<MapThread>(
         MappingStage(mapping_config_, camera_, map_use_.start.value_or(empty)), camera_,
         mapping_config_.mapper.bundle, config_.dense, map_use_.sink);

@@ -6,12 +6,30 @@
 #include "map_file/map_file.hpp"
 #include "segment/people_network.hpp"
 #include "segment/recorded_masks.hpp"
-#include "system/dense_file.hpp"
+#include "system/dense_beside.hpp"
 
 namespace ygslam {
 namespace {
 
-Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
+/// What lies beside the map, if it is the map's.
+Status add_dense(const std::filesystem::path& file, const Map& map, const Camera& camera,
+                 MapUse& use, Session& session) {
+  std::error_code code;
+  if (!std::filesystem::exists(file, code)) return Ok{};
+  auto dense = load_dense_beside(file, map, camera);
+  if (!dense.ok()) return dense.error();
+  if (!dense->foreign.empty()) {
+    log::warn("{}: {}: it stays as it is, and this run goes on without a dense map", file.string(),
+              dense->foreign);
+    return Ok{};
+  }
+  log::info("{}: {}", file.string(), counted(dense->views.size(), "view"));
+  use.dense = std::move(dense->views);
+  session.dense_file = file;
+  return Ok{};
+}
+
+Result<MapUse> open_map(const SessionOptions& options, const Camera& camera, Session& session) {
   MapUse use{{}, options.localize_only, options.map_sink, {}};
   if (options.load_map.empty()) {
     if (options.localize_only) return Error{ErrorKind::kUsage, "no map to localise in"};
@@ -25,15 +43,10 @@ Result<MapUse> open_map(const SessionOptions& options, const Camera& camera) {
                  options.load_map.string() + ": an empty map, nothing to localise in"};
   log::info("{}: {}, {}", options.load_map.string(), counted(map->keyframes().size(), "keyframe"),
             counted(map->landmark_count(), "landmark"));
-  const auto dense_file = dense_file_of(options.load_map);
-  std::error_code code;
-  if (!options.localize_only && options.config.dense.enabled &&
-      std::filesystem::exists(dense_file, code)) {
-    auto dense = load_dense_views(dense_file, camera);
-    if (!dense.ok()) return dense.error();
-    use.dense = views_of(*map, std::move(dense).value());
-    log::info("{}: {}", dense_file.string(), counted(use.dense.size(), "view"));
-  }
+  if (!options.localize_only && options.config.dense.enabled)
+    if (Status added = add_dense(dense_file_of(options.load_map), *map, camera, use, session);
+        !added.ok())
+      return added.error();
   use.start = std::move(map).value();
   return use;
 }
@@ -120,7 +133,7 @@ Result<Session> open_session(SessionOptions options) {
   }
   if (!options.may_wait) options.config.run.file_mask_lag_frames = 0;
   session.camera = std::make_unique<Camera>(options.camera);
-  auto map_use = open_map(options, *session.camera);
+  auto map_use = open_map(options, *session.camera, session);
   if (!map_use.ok()) return map_use.error();
   const auto make = options.deterministic ? make_offline_runner : make_live_runner;
   session.runner =

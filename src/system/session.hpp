@@ -34,8 +34,9 @@ struct SessionOptions {
 struct Session {
   std::unique_ptr<Camera> camera;  ///< the runner refers to it
   std::unique_ptr<Runner> runner;
-  std::string segmenter;  ///< "model", "builtin", "masks" or "none", as used
-  std::string precision;  ///< of the segmenter, "" without one
+  std::string segmenter;             ///< "model", "builtin", "masks" or "none", as used
+  std::string precision;             ///< of the segmenter, "" without one
+  std::filesystem::path dense_file;  ///< that it goes on with; empty = none
 };
 
 /// What users write: model, builtin, none or masks:DIR; empty: model where there is one, else

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/check.hpp"
+#include "core/content_hash.hpp"
 #include "core/parallel.hpp"
-#include "volume/content_hash.hpp"
 
 namespace ygslam {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/check.hpp"
+#include "core/content_hash.hpp"
 #include "core/parallel.hpp"
-#include "volume/content_hash.hpp"
 #include "volume/surface_kernel.hpp"
 
 namespace ygslam {

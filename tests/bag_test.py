@@ -23,10 +23,11 @@ RESULTS = ("trajectory.txt", "trajectory_live.txt", "keyframes.txt", "map.ply")
 
 class BagTest(CliTest):
     """A folder whose depth is in millimetres, as bags have it, and its frames."""
+    COUNT = FRAMES
 
     def setUp(self):
         super().setUp()
-        self.seq = self.copy_sequence(frames=FRAMES)
+        self.seq = self.copy_sequence(frames=self.COUNT)
         shutil.rmtree(self.seq / "mask")
         (self.seq / "groundtruth.txt").unlink()
         for _, _, _, depth in self.pairs(self.seq):

@@ -12,7 +12,8 @@ import numpy as np
 from ygslam_cli import BINARY, FRAMES, HEIGHT, WIDTH, CliTest, lines_of, sequence, trajectory, ygslam
 
 METRICS = {"frames", "readable", "tracked", "coverage", "lost_intervals", "keyframes", "landmarks",
-           "skipped_images", "skipped_image_count", "colour_without_depth", "dropped", "masks_used", "mask_age_frames", "timing_ms", "cpu_ms",
+           "skipped_images", "skipped_image_count", "colour_without_depth", "left_out",
+           "trajectory_frames", "unjoined_frames", "lost_interval_count", "dropped", "masks_used", "mask_age_frames", "timing_ms", "cpu_ms",
            "startup_s", "wall_s", "peak_rss_mb", "seed", "mode", "segmenter", "precision",
            "version", "machine"}
 SUMMARY = {"median", "mean", "p95", "p99", "max"}
@@ -311,11 +312,11 @@ class Options(CliTest):
 
     def test_realtime_accounts_for_every_frame(self):
         done = self.run_slam(sequence(), "--realtime")
-        self.assert_ran(done)
+        self.assertIn(done.returncode, (0, 7), done.stderr)  # a loaded machine drops many
         metrics = self.metrics()
         rows = len((self.folder / "out" / "frames.csv").read_text(encoding="utf-8").splitlines())
         self.assertEqual(metrics["readable"], FRAMES)
-        self.assertEqual(rows - 1 + metrics["dropped"], FRAMES)
+        self.assertEqual(rows - 1, FRAMES)
         self.assertGreater(metrics["wall_s"], 1.5)  # fed at the stamps: the recording lasts 2 s
         self.assertEqual(metrics["schedule"], "realtime")
 

@@ -71,7 +71,11 @@ int code_of_run(const RunPlan& plan, const ActiveRun& run) {
   if (run.interrupted_by) return 128 + run.interrupted_by;
   const double lost_share = 1 - coverage(run.session.runner->finish());
   if (lost_share <= plan.settings().run.max_lost_share) return 0;
-  log::warn("{}: lost for {:.0f} % of the frames", plan.options.sequence, 100 * lost_share);
+  const RunStatistics& s = run.session.runner->finish().statistics;
+  log::warn("{}: lost for {:.0f} % of the frames{}", plan.options.sequence, 100 * lost_share,
+            s.missed == 0 ? ""
+                          : fmt::format(" ({} of {} were dropped or could not be read)", s.missed,
+                                        s.frames + s.missed));
   return kExitLost;
 }
 

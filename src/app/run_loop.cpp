@@ -40,14 +40,20 @@ class FrameLoop {
   Status run() {
     ProgressBar progress(run_.reader->counts().offered, is_quiet());
     bool first = true;
-    while (auto frame = run_.reader->next(stop_token())) {
+    while (auto offered = run_.reader->next_offered(stop_token())) {
+      const FramePtr& frame = offered->frame;
+      if (!frame) {
+        miss(*offered);
+        if (is_interrupted()) break;
+        continue;
+      }
       if (std::exchange(first, false))
-        if (Status begun = begin(**frame); !begun.ok()) return begun;
+        if (Status begun = begin(*frame); !begun.ok()) return begun;
       if (run_.view)
-        if (Status due = await_turn(**frame, progress); !due.ok()) return due;
+        if (Status due = await_turn(*frame, progress); !due.ok()) return due;
       if (run_.stopped) break;
-      const TrackState state = step(*frame);
-      progress.update(index((*frame)->id) + 1, to_string(state));
+      const TrackState state = step(frame);
+      progress.update(index(frame->id) + 1, to_string(state));
       if (is_interrupted()) break;
     }
     return Ok{};
@@ -150,6 +156,11 @@ class FrameLoop {
     log::info("begun anew, as the live page asked");
     run_.view->restart();
     return Ok{};
+  }
+
+  void miss(const OfferedFrame& missed) {
+    run_.files->add_missed(missed);
+    if (!missed.while_paused) runner().miss(missed.stamp);
   }
 
   TrackState step(const FramePtr& frame) {

@@ -77,9 +77,9 @@ Status write_results(const RunPlan& plan, std::span<const StampedPose> trajector
   return written.ok() ? run.files->commit() : written;
 }
 
-Status write_metrics(const RunPlan& plan, const RunFacts& facts,
-                     std::span<const StampedPose> trajectory, const Map& map, ActiveRun& run,
-                     LogFile& log_file) {
+Status write_metrics(const RunPlan& plan, RunFacts facts, std::span<const StampedPose> trajectory,
+                     const Map& map, ActiveRun& run, LogFile& log_file) {
+  facts.trajectory_frames = trajectory.size();
   const fs::path out = plan.options.out_dir;
   const SlamOutcome& outcome = run.session.runner->finish();
   const FrameReaderCounts counts = run.reader->counts();

@@ -118,8 +118,7 @@ std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagM
     ++content_.too_many;
     return std::nullopt;
   }
-  ++image_count_;
-  images.images.push_back({*image_stamp(topic, message), message.place});
+  images.images.push_back({*image_stamp(topic, message), message.place, image_count_++});
   return at->second;
 }
 
@@ -263,7 +262,7 @@ Result<std::optional<BagCamera>> camera_of(const BagContent& content, const Imag
                printable(it->first) + ": " + camera.error().message + "; give --camera FILE.yaml"};
 }
 
-std::vector<ListedImage> BagImages::list(const ImageTopic& topic, ListCounts& counts) {
+std::vector<ListedImage> BagImages::add(const ImageTopic& topic) {
   std::vector<ListedImage> listed;
   topics_.push_back(topic.topic);
   for (std::size_t i = 0; i < topic.images.size(); ++i) {
@@ -271,14 +270,9 @@ std::vector<ListedImage> BagImages::list(const ImageTopic& topic, ListCounts& co
     ListedImage entry = listed_image(topic.topic, image.stamp, i);
     while (place_of_.contains(entry.file)) entry.file += '\'';  // long names are shown cut
     place_of_[entry.file] = {topics_.size() - 1, image.place};
-    if (image.stamp.ns < 0) {
-      ++counts.negative;
-    } else {
-      listed.push_back(std::move(entry));
-    }
+    listed.push_back(std::move(entry));
   }
-  counts.lines += topic.images.size();
-  return in_time_order(std::move(listed), counts);
+  return listed;
 }
 
 Result<ImageHeader> BagImages::header(const std::string& name) const {

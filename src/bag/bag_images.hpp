@@ -17,6 +17,7 @@ namespace ygslam {
 struct BagImage {
   Timestamp stamp;
   MessagePlace place;
+  std::size_t order = 0;  ///< among the images of all topics, as they were recorded
 };
 
 /// The messages of a topic with images.
@@ -94,13 +95,13 @@ struct BagDepthCamera {
                                                      const ImageTopic& depth,
                                                      const ImageSize& colour_size);
 
-/// The images of two topics, listed in order of time under names of their own.
+/// The images of two topics, under names of their own.
 class BagImages final : public ImageSource {
  public:
   explicit BagImages(std::unique_ptr<Bag> bag) : bag_(std::move(bag)) {}
 
-  /// @param counts of those left out are added. @return what pair_images() takes.
-  std::vector<ListedImage> list(const ImageTopic& topic, ListCounts& counts);
+  /// @return all images of a topic, in the order in which they were recorded.
+  std::vector<ListedImage> add(const ImageTopic& topic);
 
   Result<ImageHeader> header(const std::string& name) const override;
   Result<ColourImage> colour(const std::string& name, const ImageSize& size,

@@ -66,8 +66,8 @@ ByteStream::~ByteStream() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-/// @return false once stopped.
-bool ByteStream::wait(const std::stop_token& stop) {
+/// @return false once stopped, or when patience is over.
+bool ByteStream::wait(const std::stop_token& stop, std::chrono::seconds patience) {
   const auto began = std::chrono::steady_clock::now();
   bool is_told = false;
   for (;;) {
@@ -82,14 +82,16 @@ bool ByteStream::wait(const std::stop_token& stop) {
                   std::chrono::duration<double>(waited).count());
       return true;
     }
+    if (waited >= patience) return false;
     if (waited >= kStall && !std::exchange(is_told, true))
       log::warn("{}: nothing has come for {} s; waiting", name_, kStall.count());
   }
 }
 
-std::size_t ByteStream::read(std::span<std::uint8_t> to, const std::stop_token& stop) {
+std::size_t ByteStream::read(std::span<std::uint8_t> to, const std::stop_token& stop,
+                             std::chrono::seconds patience) {
   std::size_t got = 0;
-  while (got < to.size() && !fault_ && wait(stop)) {
+  while (got < to.size() && !fault_ && wait(stop, patience)) {
     const ssize_t n = ::read(descriptor_, to.data() + got, std::min(to.size() - got, kReadBytes));
     if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
     if (n < 0) fault_ = std::strerror(errno);

@@ -28,9 +28,12 @@ class ByteStream {
   ByteStream& operator=(ByteStream&&) = delete;
   ~ByteStream();
 
+  static constexpr std::chrono::seconds kForEver = std::chrono::hours(24 * 365 * 100);
   /// Waits until all of it is there. A stall is logged, and when it goes on.
-  /// @return fewer bytes than asked for at the end, or once stopped.
-  std::size_t read(std::span<std::uint8_t> to, const std::stop_token& stop);
+  /// @param patience for more bytes. @return fewer bytes than asked for at the end, once stopped,
+  /// or when patience is over.
+  std::size_t read(std::span<std::uint8_t> to, const std::stop_token& stop,
+                   std::chrono::seconds patience = kForEver);
 
   /// As it is called in messages.
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -42,7 +45,7 @@ class ByteStream {
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
 
  private:
-  bool wait(const std::stop_token& stop);
+  bool wait(const std::stop_token& stop, std::chrono::seconds patience);
 
   int descriptor_;
   std::string name_;

@@ -5,12 +5,21 @@
 #include <cstring>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "bag/cdr.hpp"
 
 namespace ygslam::mcap {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+
+/// Where in a record's content another recording begins: whoever wrote it ended in the middle of it
+/// and was started again. @return npos: nowhere.
+[[nodiscard]] inline std::size_t beginning_in(std::span<const std::uint8_t> content) {
+  constexpr std::string_view kBeginning("\x89MCAP0\r\n\x01", kMagic.size() + 1);  // and a header
+  return std::string_view(reinterpret_cast<const char*>(content.data()), content.size())
+      .find(kBeginning);
+}
 
 /// In front of every record: opcode and length.
 inline constexpr std::uint64_t kRecordHead = 9;

@@ -23,6 +23,11 @@ class McapRecords {
   McapRecords(AddTopic add_topic, Note note)
       : add_topic_(std::move(add_topic)), note_(std::move(note)) {}
 
+  /// Another recording begins: its numbers are its own.
+  void begin_anew() {
+    type_of_.clear();
+    topic_of_.clear();
+  }
   /// Whether a record of this kind may hold anything of interest.
   [[nodiscard]] static bool is_used(std::uint8_t opcode);
   /// Whether a record ends the messages. One of another length than those that do was hit: noted.

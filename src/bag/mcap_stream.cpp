@@ -3,10 +3,15 @@
 #include <algorithm>
 
 #include "bag/mcap_format.hpp"
+#include "core/counted.hpp"
+#include "core/log.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
 namespace {
+
+/// A stream that has ended but is not closed may go on: a camera takes a while to start again.
+constexpr auto kRestartPatience = std::chrono::seconds(10);
 
 /// What the first bytes of a stream may be of instead, for the message.
 std::string said_of(const std::string& start) {
@@ -38,13 +43,22 @@ Result<std::unique_ptr<McapStream>> McapStream::open(ByteStream bytes,
                                             : said_of({start.begin(), start.begin() + got}))};
 }
 
-bool McapStream::end(const std::string& fault) {
+bool McapStream::end(const std::string& fault, std::optional<std::uint64_t> at) {
   has_ended_ = true;
   if (!fault.empty() && !bytes_.was_stopped())
     warnings_.push_back(bytes_.name() + ": " + bytes_.fault().value_or(fault) + " after " +
-                        std::to_string(bytes_.at()) + " bytes, read as far as it goes");
+                        std::to_string(at.value_or(bytes_.at())) +
+                        " bytes, read as far as it goes");
   warn_of_faults(bytes_.name());
   return false;
+}
+
+/// First what was read too early.
+std::size_t McapStream::read(std::span<std::uint8_t> to, const std::stop_token& stop) {
+  const std::size_t early = std::min(to.size(), ahead_.size() - ahead_at_);
+  std::copy_n(ahead_.begin() + static_cast<std::ptrdiff_t>(ahead_at_), early, to.begin());
+  ahead_at_ += early;
+  return early + bytes_.read(to.subspan(early), stop);
 }
 
 bool McapStream::read_content(std::uint64_t length, bool is_kept, const std::stop_token& stop) {
@@ -54,30 +68,84 @@ bool McapStream::read_content(std::uint64_t length, bool is_kept, const std::sto
     const auto part = static_cast<std::size_t>(std::min(length, kAtOnce));
     const std::size_t before = is_kept ? content_.size() : 0;
     content_.resize(before + part);
-    if (bytes_.read({content_.data() + before, part}, stop) < part) return false;
+    if (read({content_.data() + before, part}, stop) < part) return false;
     length -= part;
   }
   return true;
 }
 
+/// Another recording begins. @param ahead what was read of it.
+void McapStream::begin_anew(std::span<const std::uint8_t> ahead) {
+  Bytes rest(ahead.begin(), ahead.end());
+  rest.insert(rest.end(), ahead_.begin() + static_cast<std::ptrdiff_t>(ahead_at_), ahead_.end());
+  ahead_ = std::move(rest);
+  ahead_at_ = 0;
+  records_.begin_anew();
+  data_has_ended_ = is_behind_end_ = false;
+  if (is_worth_a_line(++beginnings_))
+    log::warn("{}: begins anew after {} bytes, as if its writer was started again; the run goes on",
+              bytes_.name(), bytes_.at() - ahead_.size());
+}
+
+/// After a recording's last record: its magic once more, then nothing or another one.
+bool McapStream::look_behind_end(const std::stop_token& stop) {
+  std::array<std::uint8_t, 2 * mcap::kMagic.size()> behind{};
+  std::size_t got = read({behind.data(), mcap::kMagic.size()}, stop);
+  if (got == mcap::kMagic.size())
+    got += bytes_.read({behind.data() + got, mcap::kMagic.size()}, stop, kRestartPatience);
+  if (got <= mcap::kMagic.size()) return end("");
+  if (!std::equal(mcap::kMagic.begin(), mcap::kMagic.end(), behind.begin() + mcap::kMagic.size()))
+    return end("goes on after its end with what is no MCAP");
+  begin_anew({});
+  return true;
+}
+
+/// Of damage, and what comes behind it, the next recording is all that can be understood.
+bool McapStream::look_for_beginning(std::span<const std::uint8_t> head,
+                                    const std::stop_token& stop) {
+  constexpr std::size_t kAtOnce = 1 << 12;
+  const std::uint64_t damaged_at = bytes_.at() - (ahead_.size() - ahead_at_);
+  Bytes window(head.begin(), head.end());
+  for (;;) {
+    if (const std::size_t at = mcap::beginning_in(window); at != std::string_view::npos) {
+      begin_anew(std::span(window).subspan(at + mcap::kMagic.size()));
+      return true;
+    }
+    if (window.size() > mcap::kMagic.size())
+      window.erase(window.begin(), window.end() - mcap::kMagic.size());
+    const std::size_t before = window.size();
+    window.resize(before + kAtOnce);
+    const std::size_t got = read({window.data() + before, kAtOnce}, stop);
+    window.resize(before + got);
+    if (got == 0) return end("is damaged", damaged_at);
+  }
+}
+
 bool McapStream::next(const MessageVisitor& visitor, const std::stop_token& stop) {
   if (has_ended_) return false;
+  if (is_behind_end_) return look_behind_end(stop);
   std::array<std::uint8_t, mcap::kRecordHead> head;
-  const std::size_t got = bytes_.read(head, stop);
-  if (got < head.size()) return end(data_has_ended_ ? "" : "ends early");
+  if (read(head, stop) < head.size()) return end(data_has_ended_ ? "" : "ends early");
+  if (std::equal(mcap::kMagic.begin(), mcap::kMagic.end(), head.begin())) {
+    begin_anew(std::span(head).subspan(mcap::kMagic.size()));
+    return true;
+  }
   RecordReader reader(head);
   const auto opcode = reader.number<std::uint8_t>();
   const auto length = reader.number<std::uint64_t>();
-  if (opcode == 0 || length > kMostBlockBytes) return end("is damaged");
+  if (opcode == 0 || length > kMostBlockBytes) return look_for_beginning(head, stop);
   const bool is_end = records_.is_end(opcode, length);
   data_has_ended_ = data_has_ended_ || is_end;
   const bool is_used = McapRecords::is_used(opcode) && !data_has_ended_;
   if (!read_content(length, is_used, stop)) return end(data_has_ended_ ? "" : "ends early");
-  if (is_used) records_.take(opcode, content_, {}, visitor);
-  if (!is_end || opcode != mcap::kFooter) return true;
-  std::array<std::uint8_t, mcap::kMagic.size()> magic;  // so that who writes it is not left alone
-  bytes_.read(magic, stop);
-  return end("");
+  is_behind_end_ = is_end && opcode == mcap::kFooter;
+  if (!is_used) return true;
+  if (const std::size_t at = mcap::beginning_in(content_); at != std::string_view::npos) {
+    begin_anew(std::span(content_).subspan(at + mcap::kMagic.size()));
+  } else {
+    records_.take(opcode, content_, {}, visitor);
+  }
+  return true;
 }
 
 }  // namespace ygslam

@@ -1,4 +1,5 @@
-// Reads MCAP (mcap.dev/spec) while it is written: nothing is sought, no index is needed.
+// Reads MCAP (mcap.dev/spec) while it is written: nothing is sought, no index is needed. Recordings
+// may follow each other, as those of a camera that is started again do.
 #pragma once
 
 #include "bag/byte_stream.hpp"
@@ -20,13 +21,21 @@ class McapStream final : public MessageReader {
 
  private:
   explicit McapStream(ByteStream bytes);
-  bool end(const std::string& fault);
+  bool end(const std::string& fault, std::optional<std::uint64_t> at = {});
+  std::size_t read(std::span<std::uint8_t> to, const std::stop_token& stop);
   bool read_content(std::uint64_t length, bool is_kept, const std::stop_token& stop);
+  bool look_behind_end(const std::stop_token& stop);
+  bool look_for_beginning(std::span<const std::uint8_t> head, const std::stop_token& stop);
+  void begin_anew(std::span<const std::uint8_t> ahead);
 
   ByteStream bytes_;
   McapRecords records_;
   Bytes content_;
-  bool data_has_ended_ = false;  // what follows says it once more
+  Bytes ahead_;  // read too early
+  std::size_t ahead_at_ = 0;
+  std::uint64_t beginnings_ = 0;  // after the first
+  bool data_has_ended_ = false;   // what follows says it once more
+  bool is_behind_end_ = false;    // of a recording
   bool has_ended_ = false;
 };
 

@@ -1,10 +1,13 @@
 #include "bag/stream_sequence.hpp"
 
 #include <algorithm>
+#include <atomic>
 
 #include "bag/bag_choice.hpp"
+#include "bag/lone_images.hpp"
 #include "bag/mcap_stream.hpp"
 #include "bag/stream_pairing.hpp"
+#include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/frame_stream.hpp"
 #include "io/pairing.hpp"
@@ -14,16 +17,28 @@
 namespace ygslam {
 namespace {
 
-constexpr double kLongestLeadIn_ns = 2e9;  // stamps may be anything: their difference, too
+constexpr double kLongestLeadIn_s = 2;
 constexpr std::size_t kMostLeadInImages = 256;
 constexpr std::size_t kMostLeadInBytes = std::size_t{256} << 20;
 /// Pairs that tell how far apart frames are and how stamps are written.
 constexpr std::size_t kFirstPairs = 5;
-/// Colour images in a row without depth that are worth a word.
+constexpr std::size_t kMostFirst = 64;  // frames without a pair among them
+/// Colour images without any that could be paired, for their stamps.
+constexpr std::size_t kMostWithoutStamp = 256;
+/// Colour images in a row without depth, at the start, after which nothing is expected any more.
 constexpr std::size_t kManyUnpaired = 60;
 
 bool is_image(const BagTopic& topic) {
   return topic.type == ros::kImageType || topic.type == ros::kCompressedType;
+}
+
+/// What is wrong with a stamp beside the others.
+std::string fault_of(Timestamp stamp, std::optional<Timestamp> last) {
+  if (stamp.ns < 0) return "is negative";
+  if (!last) return "does not fit to the others'";
+  if (stamp == *last) return "is that of another image";
+  return fmt::format("is {:.3f} s {} the others'", apart_s(stamp, *last),
+                     stamp > *last ? "ahead of" : "behind");
 }
 
 bool is_camera(const BagTopic& topic) { return topic.type == ros::kCameraType; }
@@ -43,8 +58,9 @@ class LeadIn {
     if (!place) return;
     const auto& images = content().images[*place].images;
     const Timestamp stamp = images.back().stamp;
-    first_ = std::min(first_.value_or(stamp), stamp);
-    last_ = std::max(last_.value_or(stamp), stamp);
+    if (!last_ || are_far_apart(stamp, *last_)) first_ = last_ = stamp;
+    first_ = std::min(*first_, stamp);
+    last_ = std::max(*last_, stamp);
     bytes_ += message.bytes.size();
     images_.push_back(
         {*place, {stamp, images.size() - 1, {message.bytes.begin(), message.bytes.end()}}});
@@ -62,8 +78,7 @@ class LeadIn {
   }
   [[nodiscard]] bool is_too_long() const {
     return bytes_ > kMostLeadInBytes || images_.size() >= kMostLeadInImages ||
-           (first_ &&
-            static_cast<double>(last_->ns) - static_cast<double>(first_->ns) > kLongestLeadIn_ns);
+           (first_ && seconds_between(*last_, *first_) > kLongestLeadIn_s);
   }
   [[nodiscard]] Result<BagChoice> choice() const { return choose(content(), topics_, cameras_); }
   [[nodiscard]] const BagContent& content() const { return reader_.content(); }
@@ -88,24 +103,35 @@ class StreamFrames final : public FrameStream {
 
   std::optional<LoadedPair> next(FrameId id, const DepthConfig& depth,
                                  const std::stop_token& stop) override {
-    const auto pair = next_pair(stop);
-    if (!pair) return std::nullopt;
+    const auto next = next_frame(stop);
+    if (!next) return std::nullopt;
+    if (!next->pair.is_whole()) return missed(*next);
+    const auto& [colour, depth_image] = next->pair;
     return assembled_pair(
-        entry_of(*pair), id,
-        ros::decode_colour(colour_, pair->colour.bytes, {camera_.width, camera_.height}, channels_),
-        ros::decode_depth(depth_, pair->depth.bytes,
+        entry_of(next->pair), id,
+        ros::decode_colour(colour_, colour->bytes, {camera_.width, camera_.height}, channels_),
+        ros::decode_depth(depth_, depth_image->bytes,
                           registration_ ? registration_->depth_camera() : camera_, depth),
         registration_.get());
   }
-  bool skip(const std::stop_token& stop) override { return next_pair(stop).has_value(); }
+  bool skip(const std::stop_token& stop) override { return next_frame(stop).has_value(); }
+  [[nodiscard]] StreamCounts counts() const override { return {without_depth_, left_out_}; }
 
  private:
-  std::optional<StreamPair> next_pair(const std::stop_token& stop);
-  std::optional<StreamPair> pull(const std::stop_token& stop);
+  using Frame = LoneImages::Frame;
+  std::optional<Frame> next_frame(const std::stop_token& stop);
+  std::optional<Frame> pull(const std::stop_token& stop);
   void take(const BagMessage& message);
   void add(StreamPairing::Side side, StreamImage image);
+  void tell_of_stamps(StreamPairing::Side side, const StampOrder::Judged& judged);
+  void tell_of_shift(const StreamPair& pair);
   void warn_of_other(const BagTopic& topic, const BagMessage& message);
   void say_end();
+  [[nodiscard]] LoadedPair missed(const Frame& frame) const;
+  [[nodiscard]] std::string name_of(StreamPairing::Side side, const StreamImage& image) const {
+    const BagTopic& topic = side == StreamPairing::kColour ? colour_ : depth_;
+    return listed_image(topic, image.stamp, image.number).file;
+  }
   [[nodiscard]] SequencePair entry_of(const StreamPair& pair) const;
   [[nodiscard]] Result<ImageHeader> first_header() const;
   [[nodiscard]] const std::string& name() const { return stream_->bytes().name(); }
@@ -117,10 +143,14 @@ class StreamFrames final : public FrameStream {
   int channels_ = 3;
   std::size_t known_topics_ = 0;  // when it was decided
   StreamPairing pairing_;
-  std::deque<StreamPair> first_;
+  LoneImages lone_;
+  std::deque<Frame> first_;
   std::array<std::size_t, 2> numbers_{};  // images so far
-  std::size_t left_out_ = 0;
-  bool told_unpaired_ = false, told_other_ = false, told_end_ = false;
+  std::uint64_t jumps_ = 0, shifts_ = 0;
+  std::int64_t told_shift_ns_ = 0;
+  Timestamp last_stamp_;                                       // of a pair
+  std::atomic<std::size_t> without_depth_ = 0, left_out_ = 0;  // others ask
+  bool told_other_ = false, told_end_ = false;
   bool has_ended_ = false;  // the stream; pairs may wait
 };
 
@@ -148,17 +178,19 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
     if (topic == choice->depth) add(StreamPairing::kDepth, std::move(early.image));
   }
   if (has_ended_) pairing_.finish();
-  while (first_.size() < kFirstPairs && pairing_.unpaired_in_a_row() < kManyUnpaired) {
-    auto pair = pull({});
-    if (!pair) break;
-    first_.push_back(std::move(*pair));
+  std::vector<SequencePair>& pairs = sequence.pairs;
+  while (pairs.size() < kFirstPairs && pairing_.unpaired_in_a_row() < kManyUnpaired &&
+         first_.size() < kMostFirst) {
+    auto frame = pull({});
+    if (!frame) break;
+    if (frame->pair.is_whole()) pairs.push_back(entry_of(frame->pair));
+    first_.push_back(std::move(*frame));
   }
-  if (first_.empty())
+  if (pairs.empty())
     return refuse({ErrorKind::kInput,
                    "none of the first " + std::to_string(numbers_[StreamPairing::kColour]) +
                        " colour images has a depth image within " +
                        std::to_string(kMaxPairDifference_ns / 1'000'000) + " ms"});
-  for (const StreamPair& pair : first_) sequence.pairs.push_back(entry_of(pair));
   const auto header = first_header();
   if (!header.ok()) return refuse(header.error());
   sequence.camera_source = choice->camera_source;
@@ -166,7 +198,8 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
   sequence.pairs.clear();
   if (!completed.ok()) return completed;
   if (choice->depth_camera) {
-    const auto depth = ros::decode_header(depth_, first_.front().depth.bytes);
+    // What comes first is a pair: before it there are no frames.
+    const auto depth = ros::decode_header(depth_, first_.front().pair.depth->bytes);
     const ImageSize said = {choice->depth_camera->camera.width,
                             choice->depth_camera->camera.height};
     if (depth.ok() && said.width > 0 && depth->size != said)
@@ -185,8 +218,9 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
 
 Result<ImageHeader> StreamFrames::first_header() const {
   Result<ImageHeader> header = Error{ErrorKind::kInput, ""};
-  for (const StreamPair& pair : first_) {
-    header = ros::decode_header(colour_, pair.colour.bytes);
+  for (const Frame& frame : first_) {
+    if (!frame.pair.is_whole()) continue;
+    header = ros::decode_header(colour_, frame.pair.colour->bytes);
     if (header.ok()) return header;
   }
   return Error{ErrorKind::kInput, "none of the first " + std::to_string(first_.size()) +
@@ -195,27 +229,53 @@ Result<ImageHeader> StreamFrames::first_header() const {
 }
 
 SequencePair StreamFrames::entry_of(const StreamPair& pair) const {
-  const ListedImage colour = listed_image(colour_, pair.colour.stamp, pair.colour.number);
-  const ListedImage depth = listed_image(depth_, pair.depth.stamp, pair.depth.number);
+  const ListedImage colour = listed_image(colour_, pair.colour->stamp, pair.colour->number);
+  const ListedImage depth = listed_image(depth_, pair.depth->stamp, pair.depth->number);
   return {colour.stamp, colour.decimals, depth.stamp, colour.file, depth.file};
 }
 
-std::optional<StreamPair> StreamFrames::next_pair(const std::stop_token& stop) {
-  if (first_.empty()) return pull(stop);
-  std::optional<StreamPair> pair(std::move(first_.front()));
-  first_.pop_front();
-  return pair;
+LoadedPair StreamFrames::missed(const Frame& frame) const {
+  const auto side = frame.pair.colour ? StreamPairing::kColour : StreamPairing::kDepth;
+  const StreamImage& image = frame.pair.colour ? *frame.pair.colour : *frame.pair.depth;
+  LoadedPair missed;
+  missed.stamp = frame.fault == LoneImages::Fault::kStamp ? last_stamp_ : image.stamp;
+  const std::string partner = frame.pair.colour ? "depth" : "colour";
+  missed.bad.push_back(
+      {name_of(side, image), frame.fault == LoneImages::Fault::kStamp
+                                 ? "its stamp is wrong"
+                                 : "no " + partner + " image within " +
+                                       std::to_string(kMaxPairDifference_ns / 1'000'000) + " ms"});
+  return missed;
 }
 
-std::optional<StreamPair> StreamFrames::pull(const std::stop_token& stop) {
+std::optional<StreamFrames::Frame> StreamFrames::next_frame(const std::stop_token& stop) {
+  std::optional<Frame> frame;
+  if (first_.empty()) {
+    frame = pull(stop);
+  } else {
+    frame = std::move(first_.front());
+    first_.pop_front();
+  }
+  if (frame && frame->pair.is_whole()) last_stamp_ = frame->pair.colour->stamp;
+  return frame;
+}
+
+std::optional<StreamFrames::Frame> StreamFrames::pull(const std::stop_token& stop) {
   for (;;) {
-    if (auto pair = pairing_.take()) return pair;
+    if (auto frame = lone_.take()) return frame;
+    if (auto pair = pairing_.take()) {
+      if (pair->is_whole()) tell_of_shift(*pair);
+      if (auto frame = lone_.judge(std::move(*pair), LoneImages::Fault::kPartner)) return frame;
+      continue;
+    }
     if (has_ended_) {
       say_end();
       return std::nullopt;
     }
     has_ended_ = !stream_->next([this](const BagMessage& message) { take(message); }, stop);
     if (has_ended_) pairing_.finish();
+    if (!lone_.has_begun() && left_out_ >= kMostWithoutStamp) return std::nullopt;
+    without_depth_ = pairing_.unpaired();
   }
 }
 
@@ -224,17 +284,42 @@ void StreamFrames::take(const BagMessage& message) {
   const bool is_colour = topic == colour_;
   if (!is_colour && topic != depth_) return warn_of_other(topic, message);
   const auto stamp = image_stamp(topic, message);
-  if (!stamp) return;
   const auto side = is_colour ? StreamPairing::kColour : StreamPairing::kDepth;
-  add(side, {*stamp, numbers_[side], {message.bytes.begin(), message.bytes.end()}});
+  if (stamp)
+    return add(side, {*stamp, numbers_[side], {message.bytes.begin(), message.bytes.end()}});
+  StreamImage image{{}, numbers_[side]++, {}};
+  if (is_worth_a_line(++left_out_))
+    log::warn("{}: {}: cannot be read as {}; left out", name(), name_of(side, image), topic.type);
+  if (is_colour) lone_.add({{std::move(image), {}}, LoneImages::Fault::kStamp});
 }
 
 void StreamFrames::add(StreamPairing::Side side, StreamImage image) {
   ++numbers_[side];
-  left_out_ += pairing_.add(side, std::move(image)) ? 0 : 1;
-  if (pairing_.unpaired_in_a_row() < kManyUnpaired || std::exchange(told_unpaired_, true)) return;
-  log::warn("{}: {} colour images in a row have no depth image within {} ms", name(), kManyUnpaired,
-            kMaxPairDifference_ns / 1'000'000);
+  const StampOrder::Judged judged = pairing_.add(side, std::move(image));
+  tell_of_stamps(side, judged);
+  if (side == StreamPairing::kDepth) return;  // whose colour image will want a partner
+  for (const StreamImage& bad : judged.bad) lone_.add({{bad, {}}, LoneImages::Fault::kStamp});
+}
+
+void StreamFrames::tell_of_stamps(StreamPairing::Side side, const StampOrder::Judged& judged) {
+  const auto last = pairing_.last(side);
+  for (const StreamImage& image : judged.bad) {
+    if (!is_worth_a_line(++left_out_)) continue;
+    log::warn("{}: {}: its stamp {}; left out", name(), name_of(side, image),
+              fault_of(image.stamp, last));
+  }
+  if (!judged.jump || !is_worth_a_line(++jumps_)) return;
+  const std::int64_t ns = judged.jump->ns;
+  log::warn("{}: {}: stamps go {} by {:.3f} s here and stay there", name(),
+            name_of(side, {{}, judged.jump->number, {}}), ns > 0 ? "ahead" : "back",
+            std::abs(1e-9 * static_cast<double>(ns)));
+}
+
+void StreamFrames::tell_of_shift(const StreamPair& pair) {
+  const std::int64_t ns = pairing_.shift_ns();
+  if (std::exchange(told_shift_ns_, ns) == ns || !is_worth_a_line(++shifts_)) return;
+  log::warn("{}: {:.3f} s are added to stamps from {} on, so that they go on from those before",
+            name(), 1e-9 * static_cast<double>(ns), name_of(StreamPairing::kColour, *pair.colour));
 }
 
 /// One that came too late to be asked for.
@@ -252,8 +337,7 @@ void StreamFrames::say_end() {
   for (const std::string& warning : stream_->warnings()) log::warn("{}", warning);
   const std::size_t colours = numbers_[StreamPairing::kColour];
   if (left_out_ > 0)
-    log::warn("{}: {} images are left out: not after the one before them, or a negative stamp",
-              name(), left_out_);
+    log::warn("{}: {} images are left out for their stamps", name(), left_out_.load());
   if (2 * pairing_.unpaired() > colours)
     log::warn("{}: {} of {} colour images have a depth image", name(),
               colours - pairing_.unpaired(), colours);

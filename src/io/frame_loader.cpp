@@ -7,6 +7,7 @@ namespace ygslam {
 LoadedPair assembled_pair(const SequencePair& entry, FrameId id, Result<ColourImage> colour,
                           Result<DepthImage> depth_m, const DepthRegistration* registration) {
   LoadedPair pair;
+  pair.stamp = entry.stamp;
   if (!colour.ok()) pair.bad.push_back({entry.colour_file, colour.error().message});
   if (!depth_m.ok()) pair.bad.push_back({entry.depth_file, depth_m.error().message});
   if (!colour.ok() || !depth_m.ok()) return pair;

@@ -15,6 +15,7 @@ namespace ygslam {
 
 /// A frame, or the images of the pair that could not be used (both are looked at).
 struct LoadedPair {
+  Timestamp stamp;
   std::optional<RgbdFrame> frame;
   std::vector<SkippedImage> bad;
 };

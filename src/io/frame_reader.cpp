@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/frame_stream.hpp"
 
@@ -24,7 +25,7 @@ FrameReader::FrameReader(Sequence sequence, const FrameReaderConfig& config)
       config_(config),
       offered_(count_offered(sequence_, config)),
       queue_(config.realtime ? config.realtime_waiting : config.ahead,
-             config.realtime ? Overflow::kDropOldest : Overflow::kBlock),
+             config.realtime ? FrameQueue::When::kFullDrops : FrameQueue::When::kFullWaits),
       thread_([this](const std::stop_token& stop) { run(stop); }, [this] { queue_.close(); }) {}
 
 FrameReader::~FrameReader() { stop(); }
@@ -47,26 +48,39 @@ void FrameReader::resume() {
   wake_.notify_all();
 }
 
-std::optional<FramePtr> FrameReader::next(std::stop_token stop) {
+bool FrameReader::is_paused() const {
+  const std::lock_guard lock(mutex_);
+  return paused_since_.has_value();
+}
+
+std::optional<FramePtr> FrameReader::next(const std::stop_token& stop) {
+  while (auto offered = next_offered(stop))
+    if (offered->frame) return std::move(offered->frame);
+  return std::nullopt;
+}
+
+std::optional<OfferedFrame> FrameReader::next_offered(const std::stop_token& stop) {
   {
     const std::lock_guard lock(mutex_);
     consumer_started_ = true;
   }
   wake_.notify_all();
   if (thread_.stop_requested()) return std::nullopt;
-  auto frame = queue_.pop(std::move(stop));
-  if (!frame) thread_.rethrow();
+  auto offered = queue_.pop(stop);
+  if (!offered) thread_.rethrow();
   const std::lock_guard lock(mutex_);
-  counts_.readable += frame ? 1 : 0;
-  return frame;
+  counts_.readable += offered && offered->frame ? 1 : 0;
+  return offered;
 }
 
 FrameReaderCounts FrameReader::counts() const {
   const std::lock_guard lock(mutex_);
   FrameReaderCounts counts = counts_;
   if (!sequence_.stream) counts.offered = offered_;
-  counts.without_depth = sequence_.without_depth;
-  counts.dropped = config_.realtime ? queue_.dropped() : 0;
+  const StreamCounts of_stream = sequence_.stream ? sequence_.stream->counts() : StreamCounts{};
+  counts.without_depth = sequence_.without_depth + of_stream.without_depth;
+  counts.left_out = sequence_.counts.left_out() + of_stream.left_out;
+  counts.dropped = queue_.dropped();
   counts.readable += counts.dropped;
   return counts;
 }
@@ -81,11 +95,13 @@ void FrameReader::run(const std::stop_token& stop) {
     auto pair = sequence_.stream ? load_next(i, stop) : load(i);
     if (!pair) break;
     note(*pair, in_burst);
-    if (!pair->frame) continue;
-    auto frame = std::make_shared<const RgbdFrame>(std::move(*pair->frame));
-    const bool is_paced = config_.realtime && !sequence_.stream;
-    if (is_paced && !wait_for_stamp(frame->stamp, stop)) break;
-    if (!queue_.push(std::move(frame))) break;
+    OfferedFrame offered{FrameId{static_cast<std::uint32_t>(i)}, pair->stamp};
+    if (pair->frame) {
+      offered.frame = std::make_shared<const RgbdFrame>(std::move(*pair->frame));
+      const bool is_paced = config_.realtime && !sequence_.stream;
+      if (is_paced && !wait_for_stamp(offered.stamp, stop)) break;
+    }
+    if (!queue_.push(std::move(offered), is_paused())) break;
   }
 }
 
@@ -106,14 +122,14 @@ std::optional<LoadedPair> FrameReader::load_next(std::size_t i, const std::stop_
   return pair;
 }
 
-// Counts what could not be used; one warning per run of bad pairs.
+// Counts what could not be used; one warning per run of bad pairs, of very many such runs of some.
 void FrameReader::note(LoadedPair& pair, bool& in_burst) {
   const bool bad = !pair.frame.has_value();
-  if (bad && !in_burst) {
+  const std::lock_guard lock(mutex_);
+  if (bad && !in_burst && is_worth_a_line(counts_.bursts + 1)) {
     log::warn("{}: {}; skipping", sequence_.place_of(pair.bad.front().file),
               pair.bad.front().reason);
   }
-  const std::lock_guard lock(mutex_);
   counts_.bursts += bad && !in_burst ? 1 : 0;
   for (SkippedImage& image : pair.bad) skip(std::move(image));
   in_burst = bad;

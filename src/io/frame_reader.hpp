@@ -10,10 +10,9 @@
 #include <stop_token>
 #include <vector>
 
-#include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
-#include "image/rgbd_frame.hpp"
 #include "io/frame_loader.hpp"
+#include "io/frame_queue.hpp"
 #include "io/sequence.hpp"
 
 namespace ygslam {
@@ -42,6 +41,8 @@ struct FrameReaderCounts {
                                    ///< included
   std::vector<SkippedImage> skipped;  ///< the first kMostSkippedTold of them
   std::size_t without_depth = 0;      ///< colour images of the sequence that have no depth image
+  std::size_t left_out = 0;  ///< lines of lists, images of bags and streams, that cannot be used:
+                             ///< mostly for their stamps
 };
 
 /// Yields the frames of a sequence in order. The thread starts with the object; in realtime mode
@@ -57,7 +58,9 @@ class FrameReader {
 
   /// Waits for the next frame. @return nullopt at the end, or once stopped. Throws what the thread
   /// ended with, if it was an exception.
-  [[nodiscard]] std::optional<FramePtr> next(std::stop_token stop = {});
+  [[nodiscard]] std::optional<FramePtr> next(const std::stop_token& stop = {});
+  /// The same of all pairs offered: also of those whose frame nobody will see.
+  [[nodiscard]] std::optional<OfferedFrame> next_offered(const std::stop_token& stop = {});
   /// Ends the stream from any thread; waiting calls of next() return.
   void stop();
   /// The clock of realtime stands from now until resume(), for a consumer that somebody paused: no
@@ -75,13 +78,14 @@ class FrameReader {
   std::optional<LoadedPair> load_next(std::size_t i, const std::stop_token& stop);
   void note(LoadedPair& pair, bool& in_burst);
   void skip(SkippedImage image);
+  bool is_paused() const;
   bool wait_for_consumer(const std::stop_token& stop);
   bool wait_for_stamp(Timestamp stamp, const std::stop_token& stop);
 
   const Sequence sequence_;
   const FrameReaderConfig config_;
   const std::size_t offered_;
-  BoundedQueue<FramePtr> queue_;
+  FrameQueue queue_;
 
   mutable std::mutex mutex_;  // guards what follows
   std::condition_variable_any wake_;

@@ -221,6 +221,62 @@ TEST(FrameReader, RealtimeDropsTheOldestWaitingFramesAndCountsThem) {
   EXPECT_EQ(reader.counts().readable, 12U);
 }
 
+TEST(FrameReader, EveryPairOfferedIsHandedOut) {
+  for (const bool realtime : {false, true}) {
+    const TempFolder folder;
+    const SmallSequence small{.count = 12, .interval_ns = 100'000};
+    small.write_to(folder.path());
+    const Sequence sequence = open(folder.path());
+    for (const int i : {0, 5, 6, 11}) fs::remove(folder.path() / small.colour_file(i));
+    FrameReader reader(sequence, {.realtime = realtime});
+    std::vector<std::uint32_t> ids, unreadable;
+    std::size_t dropped = 0;
+    while (const auto offered = reader.next_offered()) {
+      ids.push_back(index(offered->id));
+      EXPECT_EQ(offered->stamp, sequence.pairs[ids.back()].stamp);
+      EXPECT_TRUE(!offered->frame || offered->frame->id == offered->id);
+      if (offered->is_dropped) ++dropped;
+      if (!offered->frame && !offered->is_dropped) unreadable.push_back(ids.back());
+      // A consumer that is late.
+      if (realtime && offered->frame)
+        while (reader.counts().dropped < 5) std::this_thread::yield();
+    }
+    EXPECT_EQ(ids, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
+    EXPECT_EQ(unreadable, (std::vector<std::uint32_t>{0, 5, 6, 11}));
+    EXPECT_EQ(dropped, reader.counts().dropped);
+    EXPECT_EQ(reader.counts().readable, 8U);
+  }
+}
+
+TEST(FrameReader, WhatIsDroppedInAPauseIsMarked) {
+  FrameQueue queue(1, FrameQueue::When::kFullDrops);
+  const auto frame = std::make_shared<const RgbdFrame>();
+  EXPECT_TRUE(queue.push({FrameId{0}, {}, frame}));
+  EXPECT_TRUE(queue.push({FrameId{1}, {}, frame}, true));
+  EXPECT_TRUE(queue.push({FrameId{2}, {}, frame}, false));
+  EXPECT_TRUE(queue.pop({})->while_paused);
+  const auto late = queue.pop({});
+  EXPECT_TRUE(late->is_dropped && !late->while_paused && !late->frame);
+  EXPECT_TRUE(queue.pop({})->frame);
+  EXPECT_EQ(queue.dropped(), 2U);
+}
+
+TEST(FrameReader, WarningsOfManyBurstsAreFew) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 230,
+                            .width = 2,
+                            .height = 2,
+                            .associations = true,
+                            .calibration = "fx 2\nfy 2\ncx 1\ncy 1\n"};
+  small.write_to(folder.path());
+  for (int i = 1; i < 230; i += 2) fs::remove(folder.path() / small.colour_file(i));
+  const LogCapture log;
+  FrameReader reader(open(folder.path()), {});
+  EXPECT_EQ(ids_of_rest(reader).size(), 115U);
+  EXPECT_EQ(reader.counts().bursts, 115U);
+  EXPECT_EQ(log.lines_with("skipping"), 11U) << "the first ten and the 100th";
+}
+
 TEST(FrameReader, NoFrameOfRealtimeIsLateForAPause) {
   const TempFolder folder;
   SmallSequence{.count = 12, .interval_ns = 10'000'000}.write_to(folder.path());

@@ -8,15 +8,22 @@
 
 namespace ygslam {
 
-/// One thread at a time may use it.
+struct StreamCounts {
+  std::size_t without_depth = 0;  ///< colour images that no depth image belongs to
+  std::size_t left_out = 0;       ///< images whose stamps cannot be right
+};
+
+/// One thread at a time may use it; any may ask for its counts.
 class FrameStream {
  public:
   virtual ~FrameStream() = default;
-  /// Waits for the next pair and decodes it. @return nullopt at the end, or once stopped.
+  /// Waits for the next pair and decodes it. Of a time in which there are no pairs, the single
+  /// images come as pairs that cannot be used. @return nullopt at the end, or once stopped.
   virtual std::optional<LoadedPair> next(FrameId id, const DepthConfig& depth,
                                          const std::stop_token& stop) = 0;
   /// Waits for the next pair and passes it over. @return false at the end, or once stopped.
   virtual bool skip(const std::stop_token& stop) = 0;
+  [[nodiscard]] virtual StreamCounts counts() const = 0;
 };
 
 }  // namespace ygslam

@@ -90,7 +90,21 @@ bool jumps_ahead(const std::vector<Entry>& entries, std::size_t i,
   return newest ? before > beyond : before > kFewAtStart * (beyond + 1);
 }
 
-// Lines that jumped ahead are known as such only where the others are in order.
+// Does the list go on after this line from where it was? Then this one jumped back.
+template <typename Entry>
+bool jumps_back(const std::vector<Entry>& entries, std::size_t i, std::optional<Timestamp> newest) {
+  const Timestamp stamp = stamp_of(entries[i]);
+  if (!newest || newest->ns - stamp.ns <= kJump_ns) return false;
+  std::size_t with_it = 0;
+  std::size_t beyond = 0;
+  for (std::size_t j = i + 1; j < std::min(entries.size(), i + 1 + kLookAhead); ++j) {
+    const Timestamp later = stamp_of(entries[j]);
+    (later > *newest ? beyond : with_it) += 1;
+  }
+  return beyond > kFewAtStart * (with_it + 1);
+}
+
+// Lines that jumped are known as such only where the others are in order.
 template <typename Entry>
 void leave_out_jumps(ParsedList<Entry>& list) {
   std::size_t descents = 0;
@@ -101,7 +115,7 @@ void leave_out_jumps(ParsedList<Entry>& list) {
   kept.reserve(list.entries.size());
   std::optional<Timestamp> newest;
   for (std::size_t i = 0; i < list.entries.size(); ++i) {
-    if (jumps_ahead(list.entries, i, newest)) {
+    if (jumps_ahead(list.entries, i, newest) || jumps_back(list.entries, i, newest)) {
       ++list.counts.jumped;
       continue;
     }
@@ -172,7 +186,7 @@ std::string ListCounts::summary() const {
   add(refused, " with a path outside the folder");
   add(negative, " with a negative stamp");
   add(doubled, " with the stamp of another line");
-  add(jumped, " with a stamp far ahead");
+  add(jumped, " with a stamp far from the others");
   text.pop_back();
   return text;
 }

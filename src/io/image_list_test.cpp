@@ -88,6 +88,15 @@ TEST(ImageList, F11OneStampAnHourAheadDoesNotDropAllThatFollow) {
   EXPECT_EQ(list.counts.doubled, 0U);
 }
 
+TEST(ImageList, F11OneStampAnHourBackIsLeftOut) {
+  std::string text;
+  for (int i = 0; i < 50; ++i) text += std::to_string(5000 + i - (i == 20 ? 3600 : 0)) + " x.png\n";
+  const auto list = parse_image_list(text);
+  EXPECT_EQ(list.entries.size(), 49U);
+  EXPECT_EQ(list.counts.jumped, 1U);
+  EXPECT_EQ(list.entries.front().stamp.ns, 5'000'000'000'000);
+}
+
 TEST(ImageList, F11AClockThatStaysAnHourAheadIsAGapOnly) {
   std::string text;
   for (int i = 0; i < 50; ++i) text += std::to_string(i + (i >= 20 ? 3600 : 0)) + " x.png\n";

@@ -55,6 +55,7 @@ class LiveRunner final : public Runner {
     return result;
   }
 
+  void miss(Timestamp stamp) override { log_.miss(stamp); }
   void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
   Map map() override {

@@ -21,7 +21,7 @@ namespace ygslam {
 /// A keyframe candidate with what the tracker knew of its points' motion.
 struct KeyframeMessage {
   KeyframeCandidate candidate;
-  std::vector<MotionLabel> labels;  ///< per feature
+  std::vector<MotionLabel> labels;  ///< per feature; empty: not known
 };
 
 struct MappingStageConfig {

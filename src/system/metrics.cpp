@@ -57,19 +57,21 @@ double peak_rss_mb() {
 
 double coverage(const SlamOutcome& outcome) {
   const RunStatistics& s = outcome.statistics;
-  return s.frames ? static_cast<double>(s.tracked) / static_cast<double>(s.frames) : 0.0;
+  const auto offered = static_cast<double>(s.frames + s.missed);
+  return offered > 0 ? static_cast<double>(s.tracked) / offered : 0.0;
 }
 
 std::string summary_text(const SlamOutcome& outcome, const Map& map, const FrameReaderCounts& input,
                          const RunFacts& facts) {
-  const std::uint64_t frames = outcome.statistics.frames;
-  const std::string counts =
-      input.dropped == 0
-          ? fmt::format("{}, {:.1f} %", counted(frames, "frame"), 100 * coverage(outcome))
-          : fmt::format("{} of {}, {} dropped (too late), {:.1f} % of the rest", frames,
-                        counted(input.readable, "frame"), input.dropped, 100 * coverage(outcome));
-  return fmt::format("{} tracked, {}, {}, {:.1f} s", counts,
-                     counted(map.keyframes().size(), "keyframe"),
+  const RunStatistics& s = outcome.statistics;
+  std::string text = counted(s.frames + s.missed, "frame");
+  if (input.dropped > 0) text += fmt::format(", {} dropped (too late)", input.dropped);
+  if (s.missed > input.dropped) text += fmt::format(", {} unreadable", s.missed - input.dropped);
+  text += fmt::format(", {:.1f} % tracked", 100 * coverage(outcome));
+  if (s.tracked > facts.trajectory_frames)
+    text +=
+        fmt::format(" ({} frames in a submap never joined)", s.tracked - facts.trajectory_frames);
+  return fmt::format("{}, {}, {}, {:.1f} s", text, counted(map.keyframes().size(), "keyframe"),
                      counted(map.landmark_count(), "landmark"), facts.wall_s);
 }
 
@@ -90,9 +92,11 @@ Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderC
   json["frames"] = input.offered;
   json["readable"] = input.readable;
   json["tracked"] = s.tracked;
-  json["coverage"] =
-      input.readable ? static_cast<double>(s.tracked) / static_cast<double>(input.readable) : 0.0;
+  json["coverage"] = coverage(outcome);
+  json["trajectory_frames"] = facts.trajectory_frames;
+  json["unjoined_frames"] = s.tracked - std::min<std::uint64_t>(s.tracked, facts.trajectory_frames);
   json["lost_intervals"] = lost_intervals(s);
+  json["lost_interval_count"] = s.lost_interval_count;
   json["keyframes"] = map.keyframes().size();
   json["landmarks"] = map.landmark_count();
   json["skipped_images"] = Json::array();
@@ -101,6 +105,7 @@ Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderC
   }
   json["skipped_image_count"] = input.skipped_images;
   json["colour_without_depth"] = input.without_depth;
+  json["left_out"] = input.left_out;
   json["dropped"] = input.dropped;
   json["masks_used"] = s.masks_used;
   json["masks_failed"] = s.masks_failed;

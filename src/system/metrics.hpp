@@ -14,18 +14,20 @@ struct RunFacts {
       schedule;  ///< schedule: "file", "realtime", "deterministic"
   std::uint64_t seed = 0;
   double startup_s = 0;
-  double wall_s = 0;  ///< without start-up
+  double wall_s = 0;                  ///< without start-up
+  std::size_t trajectory_frames = 0;  ///< in trajectory.txt
 };
 
 [[nodiscard]] nlohmann::ordered_json metrics_json(const SlamOutcome& outcome, const Map& map,
                                                   const FrameReaderCounts& input,
                                                   const RunFacts& facts);
 
-/// The run in one line: frames, those that were dropped, keyframes, landmarks, time.
+/// The run in one line: frames, those that were missed, keyframes, landmarks, time.
 [[nodiscard]] std::string summary_text(const SlamOutcome& outcome, const Map& map,
                                        const FrameReaderCounts& input, const RunFacts& facts);
 
-/// Tracked frames (tracking and weak) / readable frames.
+/// Frames with a pose / all that were offered so far: what could not be read, and what was dropped,
+/// is time without a pose.
 [[nodiscard]] double coverage(const SlamOutcome& outcome);
 [[nodiscard]] const char* version();
 /// Of this machine, as the kernel tells it.

@@ -38,6 +38,7 @@ class OfflineRunner final : public Runner {
     return result;
   }
 
+  void miss(Timestamp stamp) override { log_.miss(stamp); }
   void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
   void correct(MapPatch patch) override {

@@ -13,7 +13,14 @@ bool asks_for_place(const RgbdFrame& frame, const TrackResult& result) {
 
 std::optional<FrameMessage> ResultRoute::frame_message(const FramePtr& frame, TrackResult& result) {
   auto offered = offer_.step(frame, result);
-  if (result.candidate) return KeyframeMessage{std::move(*result.candidate), result.labels.label};
+  if (result.candidate) {
+    // The very first keyframe may come with a later frame, whose labels are not those of its
+    // points.
+    const bool is_of_this_frame = result.candidate->features == result.features;
+    KeyframeMessage message{std::move(*result.candidate), {}};
+    if (is_of_this_frame) message.labels = result.labels.label;
+    return message;
+  }
   if (offered) return std::move(*offered);
   return std::nullopt;
 }

@@ -40,6 +40,7 @@ TEST(ResultRoute, AFrameIsAKeyframeOrADenseFrameOrNeither) {
   EXPECT_FALSE(route.frame_message(numbered_frame(1, 0.01), found)) << "one was offered just now";
 
   found.candidate.emplace();
+  found.candidate->features = found.features;
   found.candidate->map_version = 5;
   const auto second = route.frame_message(numbered_frame(2, 100), found);
   ASSERT_TRUE(second);
@@ -48,6 +49,16 @@ TEST(ResultRoute, AFrameIsAKeyframeOrADenseFrameOrNeither) {
   EXPECT_EQ(keyframe->candidate.map_version, 5U);
   EXPECT_EQ(keyframe->labels, found.labels.label);
   EXPECT_TRUE(found.candidate) << "whoever gets the result sees that it is one";
+}
+
+TEST(ResultRoute, AKeyframeOfAnEarlierFrameGetsNoLabelsOfThisOne) {
+  ResultRoute route(DenseMapConfig{}, expecting_masks());
+  TrackResult found = track_result(TrackState::kTracking);
+  found.candidate.emplace();  // the very first, where the shutter had to be looked at
+  found.candidate->features = std::make_shared<const Features>();
+  const auto message = route.frame_message(numbered_frame(1), found);
+  ASSERT_TRUE(message);
+  EXPECT_TRUE(std::get<KeyframeMessage>(*message).labels.empty());
 }
 
 TEST(ResultRoute, NoDenseFrameIsOfferedWhereNoneCanEnter) {

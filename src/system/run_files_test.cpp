@@ -1,6 +1,7 @@
 // What a run leaves behind: frames.csv, metrics.json, the folder.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <clocale>
 #include <cmath>
 #include <limits>
@@ -95,6 +96,24 @@ TEST(FramesCsv, F37IsTheSameInALocaleWithDecimalCommas) {
   std::setlocale(LC_ALL, old.c_str());
 }
 
+TEST(FramesCsv, FramesThatNobodySawHaveARow) {
+  const testing::TempFolder folder;
+  auto files = FrameFiles::create(folder.path(), 6, true);
+  ASSERT_TRUE(files.ok());
+  files->add(record(0, 100, TrackState::kTracking));
+  files->add_missed({FrameId{1}, {to_ns(100.5)}});
+  files->add_missed({.id = FrameId{2}, .stamp = {to_ns(101)}, .is_dropped = true});
+  ASSERT_TRUE(files->commit().ok());
+  const auto lines = split(testing::read(folder.path() / "frames.csv"), '\n');
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_TRUE(lines[2].starts_with("100.500000,1,unreadable,0,")) << lines[2];
+  EXPECT_TRUE(lines[3].starts_with("101.000000,2,dropped,0,")) << lines[3];
+  for (const std::string& line : lines)
+    EXPECT_EQ(std::ranges::count(line, ','), std::ranges::count(lines[0], ',')) << line;
+  EXPECT_EQ(split(testing::read(folder.path() / "objects.csv"), '\n').size(), 1U);
+  EXPECT_EQ(read_tum_trajectory(folder.path() / "trajectory_live.txt")->size(), 1U);
+}
+
 TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
   auto frames = sample();
   TrackedObject person;
@@ -158,6 +177,7 @@ TEST(Trajectories, WhatTrackingErredByAtAKeyframeIsSharedOutAmongTheFramesBefore
 TEST(Metrics, SayWhatHappened) {
   SlamOutcome outcome = outcome_of(sample());
   outcome.statistics.masks_used = 4;
+  outcome.statistics.missed = 2;
   outcome.statistics.masks_failed = 2;
   outcome.statistics.segmenter_silent = true;
   for (int i = 1; i <= 100; ++i) outcome.statistics.segment.wall_ms.add(101 - i);
@@ -171,12 +191,16 @@ TEST(Metrics, SayWhatHappened) {
   RunFacts facts;
   facts.mode = mode_name(DynamicMode::kFull);
   facts.seed = 5;
+  facts.trajectory_frames = 1;
   const auto json = metrics_json(outcome, one_keyframe(), input, facts);
   EXPECT_EQ(json["frames"], 9);
   EXPECT_EQ(json["readable"], 6);
   EXPECT_EQ(json["tracked"], 2);
-  EXPECT_NEAR(json["coverage"].get<double>(), 2.0 / 6, 1e-12);
-  EXPECT_NEAR(coverage(outcome), 2.0 / 6, 1e-12);
+  EXPECT_NEAR(json["coverage"].get<double>(), 2.0 / 8, 1e-12) << "of the frames offered";
+  EXPECT_NEAR(coverage(outcome), 2.0 / 8, 1e-12);
+  EXPECT_EQ(json["trajectory_frames"], 1);
+  EXPECT_EQ(json["unjoined_frames"], 1);
+  EXPECT_EQ(json["lost_interval_count"], 2);
   ASSERT_EQ(json["lost_intervals"].size(), 2U);
   EXPECT_EQ(json["lost_intervals"][0][0], 101.0);
   EXPECT_EQ(json["lost_intervals"][0][1], 101.5);
@@ -211,6 +235,32 @@ TEST(RunLog, WhatIsLostAfterResetIsALossOfItsOwn) {
   EXPECT_EQ(log.statistics().lost_intervals[0].first, Timestamp{to_ns(101)});
 }
 
+TEST(RunLog, FramesThatNeverCameAreALossAfterHalfASecond) {
+  RunLog log(true);
+  log.add(record(0, 100, TrackState::kTracking), {});
+  for (const double t_s : {100.1, 100.2, 100.4}) log.miss({to_ns(t_s)});
+  log.add(record(4, 100.6, TrackState::kTracking), {});
+  EXPECT_TRUE(log.statistics().lost_intervals.empty());
+  for (const double t_s : {100.7, 101.0, 101.2, 109.0}) log.miss({to_ns(t_s)});
+  log.add(record(9, 109.1, TrackState::kLost), {});
+  log.miss({to_ns(109.2)});
+  log.add(record(11, 109.3, TrackState::kTracking), {});
+  ASSERT_EQ(log.statistics().lost_intervals.size(), 1U) << "all of it without a pose";
+  EXPECT_EQ(log.statistics().lost_intervals[0].first, Timestamp{to_ns(100.7)});
+  EXPECT_EQ(log.statistics().lost_intervals[0].second, Timestamp{to_ns(109.2)});
+  EXPECT_EQ(log.statistics().missed, 8U);
+  EXPECT_NEAR(coverage(log.outcome()), 3.0 / 12, 1e-12);
+}
+
+TEST(RunLog, LossesWithoutEndAreCountedAndTheFirstAreKept) {
+  RunLog log(true);
+  for (std::uint32_t i = 0; i < 3000; ++i)
+    log.add(record(i, i, i % 2 == 0 ? TrackState::kTracking : TrackState::kLost), {});
+  EXPECT_EQ(log.statistics().lost_interval_count, 1500U);
+  ASSERT_EQ(log.statistics().lost_intervals.size(), kMostIntervalsTold);
+  EXPECT_EQ(log.statistics().lost_intervals.back().second, Timestamp{to_ns(1999)});
+}
+
 TEST(RunLog, AReadOutThatDiffersNamesWhereTheOneInUseComesFrom) {
   std::vector<std::string> lines;
   const log::ScopedSink sink(std::make_shared<const log::Sink>(
@@ -235,20 +285,23 @@ TEST(RunLog, AReadOutThatDiffersNamesWhereTheOneInUseComesFrom) {
   EXPECT_EQ(lines[4], lines[2]) << "after reset it is";
 }
 
-TEST(Metrics, TheSummaryTellsOfDroppedFrames) {
+TEST(Metrics, TheSummaryTellsOfFramesWithoutAPose) {
   SlamOutcome outcome;
   outcome.statistics.frames = outcome.statistics.tracked = 135;
   FrameReaderCounts input;
   input.readable = 135;
   RunFacts facts;
   facts.wall_s = 8.04;
+  facts.trajectory_frames = 135;
   EXPECT_EQ(summary_text(outcome, one_keyframe(), input, facts),
             "135 frames, 100.0 % tracked, 1 keyframe, 0 landmarks, 8.0 s");
   input.readable = 240;
   input.dropped = 105;
+  outcome.statistics.missed = 135;
+  facts.trajectory_frames = 100;
   EXPECT_EQ(summary_text(outcome, one_keyframe(), input, facts),
-            "135 of 240 frames, 105 dropped (too late), 100.0 % of the rest tracked, 1 keyframe, "
-            "0 landmarks, 8.0 s");
+            "270 frames, 105 dropped (too late), 30 unreadable, 50.0 % tracked (35 frames in a "
+            "submap never joined), 1 keyframe, 0 landmarks, 8.0 s");
 }
 
 TEST(Metrics, AnEmptyRunHasNoCoverageAndNoCrash) {

@@ -1,5 +1,7 @@
 #include "system/run_log.hpp"
 
+#include <algorithm>
+
 #include "core/log.hpp"
 
 namespace ygslam {
@@ -25,6 +27,24 @@ void log_shutter(const ShutterReport& report, const std::string& source) {
 
 }  // namespace
 
+void RunLog::miss(Timestamp stamp) {
+  constexpr double kLostAfter_s = 0.5;  // as of black images
+  ++outcome_.statistics.missed;
+  if (!first_missed_) first_missed_ = stamp;
+  const Timestamp since = last_processed_.value_or(*first_missed_);
+  if (lost_ || seconds_between(stamp, since) > kLostAfter_s) lose(*first_missed_, stamp);
+}
+
+/// Until `last` there is no pose; if there was one before, from `first` on.
+void RunLog::lose(Timestamp first, Timestamp last) {
+  RunStatistics& s = outcome_.statistics;
+  const bool is_new = !std::exchange(lost_, true);
+  s.lost_interval_count += is_new ? 1 : 0;
+  if (s.lost_interval_count > kMostIntervalsTold) return;
+  if (is_new) s.lost_intervals.emplace_back(first, last);
+  s.lost_intervals.back().second = std::max(s.lost_intervals.back().second, last);
+}
+
 void RunLog::add(const FrameRecord& record, const TrackResult& result) {
   if (result.shutter) {
     log_shutter(*result.shutter, shutter_found_ ? "" : shutter_source_);
@@ -38,9 +58,9 @@ void RunLog::add(const FrameRecord& record, const TrackResult& result) {
     if (keep_trajectory_) outcome_.trajectory.emplace_back(record);
   }
   s.few_static += record.few_static ? 1 : 0;
-  const bool was_lost = std::exchange(lost_, record.state == TrackState::kLost);
-  if (lost_ && !was_lost) s.lost_intervals.emplace_back(record.stamp, record.stamp);
-  if (lost_) s.lost_intervals.back().second = record.stamp;
+  record.state == TrackState::kLost ? lose(record.stamp, record.stamp) : void(lost_ = false);
+  last_processed_ = record.stamp;
+  first_missed_.reset();
   if (record.mask_age_frames >= 0) s.mask_age_frames.add(record.mask_age_frames);
   s.track.wall_ms.add(record.track_ms);
   s.track.cpu_ms.add(record.track_cpu_ms);

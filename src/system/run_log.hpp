@@ -1,6 +1,7 @@
 // What a run leaves behind, in bounded memory but for the trajectory where it is kept.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,11 +20,17 @@ struct StageTimes {
   }
 };
 
+/// A camera may be lost again and again without end.
+inline constexpr std::size_t kMostIntervalsTold = 1000;
+
 struct RunStatistics {
   std::uint64_t frames = 0;  ///< processed
+  std::uint64_t missed = 0;  ///< that never came here: unreadable, or dropped
   std::uint64_t tracked = 0;
-  std::uint64_t few_static = 0;                                 ///< frames
-  std::vector<std::pair<Timestamp, Timestamp>> lost_intervals;  ///< first and last frame
+  std::uint64_t few_static = 0;  ///< frames
+  /// First and last frame of each, the first kMostIntervalsTold.
+  std::vector<std::pair<Timestamp, Timestamp>> lost_intervals;
+  std::uint64_t lost_interval_count = 0;  ///< all of them
   Histogram mask_age_frames, orb_ms, motion_ms, pose_ms;
   StageTimes track, segment, map;
   int masks_used = 0;
@@ -45,6 +52,8 @@ class RunLog {
       : keep_trajectory_(keep_trajectory), shutter_source_(std::move(shutter_source)) {}
   void add_sink(FrameSink sink) { sinks_.push_back(std::move(sink)); }
   void add(const FrameRecord& record, const TrackResult& result);
+  /// A frame that could not be processed. After half a second of them the camera counts as lost.
+  void miss(Timestamp stamp);
 
   [[nodiscard]] RunStatistics& statistics() { return outcome_.statistics; }
   [[nodiscard]] const SlamOutcome& outcome() const { return outcome_; }
@@ -57,9 +66,13 @@ class RunLog {
     outcome_ = {};
     early_frames_ = {};
     lost_ = shutter_found_ = false;
+    last_processed_.reset();
+    first_missed_.reset();
   }
 
  private:
+  void lose(Timestamp first, Timestamp last);
+
   std::vector<FrameSink> sinks_;
   SlamOutcome outcome_;
   EarlyFrames early_frames_;
@@ -67,6 +80,7 @@ class RunLog {
   const std::string shutter_source_;
   bool shutter_found_ = false;  // by this run: shutter_source_ tells no more
   bool lost_ = false;           // in the last frame
+  std::optional<Timestamp> last_processed_, first_missed_;  // first: since then
 };
 
 }  // namespace ygslam

@@ -58,6 +58,12 @@ std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times
   return text + '\n';
 }
 
+std::string missed_line(const OfferedFrame& missed, int stamp_decimals) {
+  constexpr const char* kNothingMeasured = ",0,0,0,0,0,0,-1,0,0.000,,,,,,\n";
+  return format_stamp(missed.stamp, stamp_decimals) + ',' + std::to_string(index(missed.id)) +
+         (missed.is_dropped ? ",dropped" : ",unreadable") + kNothingMeasured;
+}
+
 std::string object_lines(const FrameRecord& record, int stamp_decimals) {
   std::string text;
   for (const TrackedObject& o : record.objects) {
@@ -175,6 +181,10 @@ void FrameFiles::add(const FrameRecord& record) {
   const PosedFrame posed(record);
   static_assert(std::is_trivially_copyable_v<PosedFrame>);
   put(poses_, {reinterpret_cast<const char*>(&posed), sizeof posed});
+}
+
+void FrameFiles::add_missed(const OfferedFrame& missed) {
+  put(frames_, missed_line(missed, stamp_decimals_));
 }
 
 Result<Trajectory> FrameFiles::trajectory() {

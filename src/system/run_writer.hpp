@@ -10,6 +10,7 @@
 
 #include "core/result.hpp"
 #include "io/atomic_file.hpp"
+#include "io/frame_queue.hpp"
 #include "io/trajectory.hpp"
 #include "system/runner.hpp"
 
@@ -33,6 +34,8 @@ class FrameFiles {
                                    bool with_times);
   /// After the first fault, which commit() tells, nothing more is written.
   void add(const FrameRecord& record);
+  /// A frame that nobody saw has a row of frames.csv only.
+  void add_missed(const OfferedFrame& missed);
   /// Of the tracked frames so far, for final_trajectory().
   [[nodiscard]] Result<Trajectory> trajectory();
   [[nodiscard]] Status commit();

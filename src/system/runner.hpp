@@ -20,7 +20,9 @@ class Runner {
   /// Throws what a side stage ended with, if it was an exception, as the other calls do.
   virtual TrackResult process(const FramePtr& frame) = 0;
 
-  /// Is told about every frame from now on; also after reset().
+  /// In place of process(): a frame that was offered, but cannot be processed.
+  virtual void miss(Timestamp stamp) = 0;
+  /// Is told about every processed frame from now on; also after reset().
   virtual void add_sink(FrameSink sink) = 0;
   /// A copy of the map as it is now; features and depths are shared, not copied.
   [[nodiscard]] virtual Map map() = 0;

@@ -13,7 +13,7 @@ void add_run_keys(ConfigSchema& s, RunConfig& c) {
            "--deterministic delivers masks this late",
            "to play a slower or a faster network with the same result every time");
   s.number("run.max_lost_share", c.max_lost_share, 0.0, 1.0, "",
-           "lost for a larger share of the readable frames: exit code 7",
+           "no pose in a larger share of the frames (lost, unreadable, dropped): exit code 7",
            "when a script should notice losses earlier or put up with more");
   s.number("run.first_mask_timeout_s", c.first_mask_timeout_s, 0.0, 60.0, "s",
            "live: how long the very first frame waits for its mask, 0 = not at all",

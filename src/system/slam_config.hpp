@@ -21,7 +21,7 @@ struct RunConfig {
   bool keep_trajectory = true;    ///< in memory, for the runner's outcome; the caller's, no setting
   std::string shutter_source;     ///< of the camera's times, for messages; the caller's, no setting
   int mask_delay_frames = 2;      ///< --deterministic delivers masks this many frames late
-  double max_lost_share = 0.5;    ///< more of the readable frames lost: exit code 7
+  double max_lost_share = 0.5;    ///< no pose in more of the frames: exit code 7
   double finish_patience_s = 20;  ///< live: for masks of the last keyframes
   double first_mask_timeout_s =
       3;  ///< live: how long the first frame may wait for its mask; 0 = not at all

@@ -11,7 +11,7 @@ FOREIGN = ("Published figures in this row belong to the TUM recording of that na
 RENDERED = "Rendered by `ygslam simulate` in the manner of the TUM sequence; not a TUM recording."
 PART = "Only a part of the TUM recording (its duration differs from Table 1 of the paper)."
 RUNS = ("Median over the runs that gave a number, below it lowest–highest, how many did of all, and "
-        "the lowest share of readable frames that were tracked. A row with a run that failed or "
+        "the lowest share of frames that were tracked. A row with a run that failed or "
         "was lost is marked ⚠.")
 
 

@@ -254,6 +254,13 @@ class InnerLinks(EndsTest):
         self.assertIn(f"{sweep / 'runs'}: is a link", done.stderr)
         self.assertEqual([path.name for path in outside.iterdir()], ["precious"])
 
+    def test_a_link_to_nowhere_that_was_there_stays(self):
+        link = self.folder / "out"
+        link.symlink_to(self.folder / "nowhere")
+        done = self.run_slam(sequence(), "--to", 3, "--quiet")
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertTrue(link.is_symlink())
+
     def test_the_output_folder_itself_may_be_a_link(self):
         real = self.folder / "real"
         real.mkdir()

@@ -85,6 +85,20 @@ class FullDisk(CliTest):
         self.assertIn("No space left on device", done.stderr)
         self.assertNotIn(".tmp", done.stdout)
 
+    def test_a_scene_that_cannot_be_written_costs_nothing_else(self):
+        scene = self.folder / "scene"
+        (scene / "space.ot").mkdir(parents=True)  # in the place of its file
+        done = self.run_slam(sequence(), "--to", 12, "--export", scene)
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertIn(str(scene / "space.ot"), done.stderr.splitlines()[-1])
+        self.assert_sound()
+
+    def test_a_map_whose_companions_would_have_too_long_a_name_is_told_before_the_run(self):
+        for length in (250, 255):
+            name = self.folder / ("m" * length)
+            self.assert_error(self.run_slam(sequence(), "--to", 12, "--save-map", name), 9, name, "too long")
+        self.assert_ran(self.run_slam(sequence(), "--to", 3, "--save-map", self.folder / ("m" * 249)))
+
     def test_a_folder_that_cannot_be_written_is_told_before_the_run(self):
         blocked = self.folder / "file"
         blocked.write_text("x", encoding="utf-8")

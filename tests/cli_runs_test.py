@@ -27,6 +27,8 @@ def without_timings(text):
 class LongRuns(CliTest):
     """Tests that need a run that does not end by itself: the same images again and again."""
 
+    options = ()
+
     def setUp(self):
         super().setUp()
         self.long = self.copy_sequence("long")
@@ -41,7 +43,7 @@ class LongRuns(CliTest):
         """A run that has begun to track."""
         process = subprocess.Popen(
             [*before, BINARY, "run", self.long, "--out", self.folder / out, "--dynamic", "geometry",
-             "--debug-images", self.folder / "pictures", "--debug-every", "10"],
+             "--debug-images", self.folder / "pictures", "--debug-every", "10", *self.options],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.kill)
         end = time.monotonic() + HANG_S
@@ -99,6 +101,33 @@ class Signals(LongRuns):
         done = self.finish(process)
         self.assertIn(done.returncode, (130, 143), done.stderr)  # whichever is handled last
         self.assert_nothing_written(left=[".lock", "log.txt"])
+
+
+class RemovedOutputs(LongRuns):
+    """What others remove while it is written."""
+
+    def ended_without(self, *files):
+        """A run that was ended after the files were removed."""
+        process = self.start()
+        for file in files:
+            file.unlink()
+        process.send_signal(signal.SIGINT)
+        return self.finish(process)
+
+    def test_a_map_that_was_removed_is_written_once_more(self):
+        room = self.folder / "room.map"
+        self.options = ["--save-map", room]
+        done = self.ended_without(room)
+        self.assert_ran(done, 130)
+        self.assertIn("room.map: was removed during the run", done.stderr)
+        self.assertEqual(ygslam("map", "check", room).returncode, 0)
+
+    def test_a_recording_that_was_removed_is_told(self):
+        self.options = ["--mcap", self.folder / "run.mcap"]
+        done = self.ended_without(self.folder / "run.mcap")
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertIn("run.mcap: was removed during the run", done.stderr)
+        self.assert_sound()
 
 
 class EarlySignals(CliTest):

@@ -132,7 +132,8 @@ bool FileUses::meet(const Place& a, const Place& b) {
 }
 
 bool FileUses::is_in_the_way(const Place& file, const Place& other) {
-  if (!file.is_one()) return false;
+  std::error_code code;  // that a folder is there already is told by whoever wants a file
+  if (!file.is_one() || fs::is_directory(file.path(), code)) return false;
   const fs::path path = file.path();
   const auto [end, at] =
       std::mismatch(path.begin(), path.end(), other.folder.begin(), other.folder.end());

@@ -67,11 +67,17 @@ class FrameLoop {
     if (outcome.statistics.frames == 0 && !run_.interrupted_by && !run_.stopped)
       return Error{ErrorKind::kInput, plan_.options.sequence + ": not one frame could be read" +
                                           first_fault(run_.reader->counts())};
-    if (recorder_ && recorded_.ok()) recorded_ = recorder_->finish(runner());
+    if (recorder_ && recorded_.ok()) recorded_ = finish_recording();
     return pictures.ok() ? recorded_ : pictures;
   }
 
  private:
+  Status finish_recording() {
+    if (Status finished = recorder_->finish(runner()); !finished.ok()) return finished;
+    std::error_code code;
+    if (std::filesystem::exists(plan_.options.mcap, code)) return Ok{};
+    return Error{ErrorKind::kOutput, plan_.options.mcap + ": was removed during the run"};
+  }
   [[nodiscard]] Runner& runner() { return *run_.session.runner; }
   [[nodiscard]] std::stop_token stop_token() const {
     return run_.view ? run_.view->stop_token() : std::stop_token();

@@ -8,6 +8,7 @@
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
 #include "io/trajectory_formats.hpp"
+#include "map_file/map_file.hpp"
 #include "system/dense_beside.hpp"
 
 namespace ygslam {
@@ -57,21 +58,18 @@ Result<std::vector<StampedPose>> run_trajectory(const Map& map, ActiveRun& run) 
   return trajectory;
 }
 
-/// trajectory.txt, keyframes.txt and map.ply, the scene of --export, loops.csv, and what grew with
-/// the run.
+/// trajectory.txt, keyframes.txt and map.ply, loops.csv, and what grew with the run.
+/// @param scene of --export.
 Status write_results(const RunPlan& plan, std::span<const StampedPose> trajectory, const Map& map,
-                     ActiveRun& run) {
+                     const std::optional<StaticScene>& scene, ActiveRun& run) {
   const fs::path out = plan.options.out_dir;
   const int decimals = plan.sequence.stamp_decimals;
   Runner& runner = *run.session.runner;
-  std::optional<StaticScene> scene;
-  if (!plan.options.export_dir.empty()) scene = runner.scene();
   Status written =
       plan.options.localize
           ? write_file_atomically(out / "trajectory.txt", format_tum(trajectory, decimals))
           : write_run(out, trajectory, map, scene ? coloured_points(scene->mesh) : runner.cloud(),
                       decimals);
-  if (written.ok() && scene) written = write_scene(plan.options.export_dir, *scene);
   if (written.ok())
     written = write_file_atomically(out / "loops.csv", loops_csv(runner.loop_attempts(), decimals));
   return written.ok() ? run.files->commit() : written;
@@ -105,6 +103,17 @@ Status make_way_for_dense(const fs::path& file, const Map& map, const ActiveRun&
   return Ok{};
 }
 
+/// The file of --save-map as it is at the end, once more where somebody removed it meanwhile.
+Status save_last_map(const RunPlan& plan, const Map& map, ActiveRun& run) {
+  if (!run.map_saver) return Ok{};
+  if (Status saved = run.map_saver->finish(map); !saved.ok()) return saved;
+  const std::string& file = plan.options.save_map;
+  std::error_code code;
+  if (fs::exists(file, code)) return Ok{};
+  log::warn("{}: was removed during the run, and is written once more", file);
+  return save_map(file, map, *run.session.camera);
+}
+
 /// Beside the map that has the poses.
 Status save_dense_map(const RunPlan& plan, const ActiveRun& run, const Map& map) {
   const auto file = plan.dense_file();
@@ -122,14 +131,19 @@ Status save_dense_map(const RunPlan& plan, const ActiveRun& run, const Map& map)
 Status write_outputs(const RunPlan& plan, const RunFacts& facts, ActiveRun& run,
                      LogFile& log_file) {
   const Map map = run.session.runner->map();
-  // The map comes first: it lies elsewhere, and what befalls the folder must not cost it.
-  const Status saved = run.map_saver ? run.map_saver->finish(map) : Status(Ok{});
+  // The map comes first, the scene last: they lie elsewhere, and what befalls one place must not
+  // cost what goes to another.
+  const Status saved = save_last_map(plan, map, run);
   const auto trajectory = run_trajectory(map, run);
   if (!trajectory.ok()) return trajectory.error();
-  Status written = write_results(plan, *trajectory, map, run);
+  std::optional<StaticScene> scene;
+  if (!plan.options.export_dir.empty()) scene = run.session.runner->scene();
+  Status written = write_results(plan, *trajectory, map, scene, run);
   if (written.ok()) written = write_metrics(plan, facts, *trajectory, map, run, log_file);
   if (!written.ok()) return written;
-  return saved.ok() ? save_dense_map(plan, run, map) : saved;
+  const Status kept = saved.ok() ? save_dense_map(plan, run, map) : saved;
+  const Status exported = scene ? write_scene(plan.options.export_dir, *scene) : Status(Ok{});
+  return kept.ok() ? exported : kept;
 }
 
 Status draw_background(const RunPlan& plan, ActiveRun& run) {

@@ -54,6 +54,14 @@ Status check_recording(const RunOptions& options) {
   return McapWriter::check(file);
 }
 
+/// What lies beside a map is found out before the run.
+Status check_map_name(const fs::path& map) {
+  constexpr std::size_t kLongestName = 255 - 6;  // of a file, in bytes, and ".dense"
+  if (map.filename().string().size() <= kLongestName) return Ok{};
+  return Error{ErrorKind::kOutput,
+               map.string() + ": the name is too long for what lies beside a map (.dense)"};
+}
+
 }  // namespace
 
 Status check_targets(const RunOptions& options, const Sequence& sequence) {
@@ -62,6 +70,7 @@ Status check_targets(const RunOptions& options, const Sequence& sequence) {
     for (const char* part : {"rgb", "depth", "source"})
       if (Status checked = check_inner_folder(options.background_dir, part); !checked.ok())
         return checked;
+  if (Status checked = check_map_name(options.save_map); !checked.ok()) return checked;
   return options.mcap.empty() ? Status(Ok{}) : check_recording(options);
 }
 
@@ -75,7 +84,8 @@ NewFolders::NewFolders(const RunOptions& options) {
   std::error_code code;
   for (const std::string& folder : {options.out_dir, options.export_dir, options.background_dir,
                                     options.debug_dir, options.masks_dir})
-    if (!folder.empty() && !fs::exists(folder, code) && !code) folders_.emplace_back(folder);
+    if (!folder.empty() && fs::symlink_status(folder, code).type() == fs::file_type::not_found)
+      folders_.emplace_back(folder);
 }
 
 NewFolders::~NewFolders() {

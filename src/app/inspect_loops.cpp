@@ -1,8 +1,8 @@
 #include "app/inspect_loops.hpp"
-#include "app/standard_streams.hpp"
 
 #include <cstdio>
 
+#include "app/standard_streams.hpp"
 #include "eval/hand_eye.hpp"
 #include "eval/loop_report.hpp"
 #include "eval/report.hpp"

@@ -26,7 +26,8 @@ StampOrder::Judged StampOrder::add(StreamImage image) {
     judged.bad.push_back(std::move(image));
     return judged;
   }
-  if (last_ && stamp > *last_ && stamp.ns - last_->ns <= longest_step_ns_) {
+  const bool goes_on = last_ && stamp > *last_ && stamp.ns - last_->ns <= longest_step_ns_;
+  if (goes_on || (!last_ && first_ == First::kIsBelieved)) {
     reject(waiting_.size(), judged);
     last_ = stamp;
     judged.good.push_back(std::move(image));

@@ -34,6 +34,12 @@ inline constexpr std::int64_t kStampJump_ns = 10'000'000'000;
 /// started anew. Until then these wait, as the very first do; at the usual rates for 0.2 s at most.
 class StampOrder {
  public:
+  enum class First {
+    kMustAgree,   ///< the very first images wait like others that are elsewhere
+    kIsBelieved,  ///< for who cannot wait: a wrong one is found out by those that follow
+  };
+  explicit StampOrder(First first = First::kMustAgree) : first_(first) {}
+
   struct Jump {
     std::int64_t ns;     ///< from the last good stamp before to the next
     std::size_t number;  ///< of that image
@@ -59,6 +65,7 @@ class StampOrder {
   void reject(std::size_t count, Judged& judged);
   void accept(std::size_t count, Judged& judged);
 
+  First first_;
   std::deque<StreamImage> waiting_;  // in the order in which they came
   std::size_t waiting_bytes_ = 0;
   std::optional<Timestamp> last_;

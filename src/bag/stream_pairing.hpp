@@ -25,6 +25,9 @@ class StreamPairing {
  public:
   enum Side { kColour, kDepth };
 
+  explicit StreamPairing(StampOrder::First first = StampOrder::First::kMustAgree)
+      : topics_{Topic{StampOrder(first)}, Topic{StampOrder(first)}} {}
+
   /// @return what its stamp tells (StampOrder), without the good ones.
   StampOrder::Judged add(Side side, StreamImage image);
   /// No more images come.
@@ -56,8 +59,8 @@ class StreamPairing {
   };
   struct Topic {
     StampOrder order;
-    std::deque<Waiting> waiting;      ///< in order of time
-    std::optional<Timestamp> newest;  ///< that was ever there to be paired
+    std::deque<Waiting> waiting{};      ///< in order of time
+    std::optional<Timestamp> newest{};  ///< that was ever there to be paired
     std::int64_t least_step_ns = 10'000'000;
   };
   [[nodiscard]] std::int64_t earliest_next_ns(Side side) const;

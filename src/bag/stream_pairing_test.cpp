@@ -161,6 +161,15 @@ TEST(StreamPairing, F11OneStampFarFromTheOthersCostsItsFrameOnly) {
   }
 }
 
+TEST(StreamPairing, WhoCannotWaitGetsTheFirstPairAtOnce) {
+  StreamPairing pairing(StampOrder::First::kIsBelieved);
+  pairing.add(StreamPairing::kDepth, {{1000 * kMs}, 0, {}});
+  pairing.add(StreamPairing::kColour, {{1000 * kMs}, 0, {}});
+  const auto pair = pairing.take();
+  ASSERT_TRUE(pair && pair->is_whole());
+  EXPECT_EQ(pair->colour->stamp.ns, 1000 * kMs);
+}
+
 TEST(StreamPairing, F11ClocksThatStayAheadMakeAGap) {
   const Recording found(100, jump(40, 60, 3600), jump(40, 60, 3600));
   EXPECT_EQ(found.colours.size(), 100U);

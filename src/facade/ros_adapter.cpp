@@ -6,6 +6,8 @@
 
 #include "bag/bag_images.hpp"
 #include "bag/stream_pairing.hpp"
+#include "core/counted.hpp"
+#include "core/log.hpp"
 #include "facade/settings.hpp"
 #include "io/frame_loader.hpp"
 #include "live/run_topics.hpp"
@@ -30,10 +32,11 @@ struct RosAdapter::Impl final : MessageSink {
   log::SinkPtr sink;
   Topics topics;
   std::optional<Session> session;
-  StreamPairing pairing;
+  StreamPairing pairing{StampOrder::First::kIsBelieved};
   std::array<BagTopic, 2> images;  // the latest types
   std::array<std::size_t, 2> counts{};
-  int channels = 0;  // of the first colour image
+  std::size_t left_out = 0;  // for their stamps
+  int channels = 0;          // of the first colour image
   std::uint32_t next_frame = 0;
   std::optional<Timestamp> map_shown;
   MeshTopics mesh;
@@ -54,7 +57,8 @@ struct RosAdapter::Impl final : MessageSink {
   void take_camera(std::span<const std::uint8_t> bytes);
   int take_image(StreamPairing::Side side, const BagTopic& topic,
                  std::span<const std::uint8_t> bytes);
-  void process(const StreamPair& pair);
+  int process_pairs();
+  void process(const StreamImage& colour_image, const StreamImage& depth_image);
   void show_map(Timestamp stamp);
 };
 
@@ -117,24 +121,37 @@ int RosAdapter::Impl::take_image(StreamPairing::Side side, const BagTopic& topic
   const auto stamp = image_stamp(topic, {0, {}, bytes, {}});
   if (!stamp) fail({ErrorKind::kInput, topic.name + ": the message ends early"});
   images[side] = topic;
-  pairing.add(side, {*stamp, counts[side]++, {bytes.begin(), bytes.end()}});
+  const auto judged = pairing.add(side, {*stamp, counts[side]++, {bytes.begin(), bytes.end()}});
+  left_out += judged.bad.size();
+  if (!judged.bad.empty() && is_worth_a_line(left_out))
+    log::warn("{}: stamps far from the others': {} so far, left out", topic.name,
+              counted(left_out, "image"));
+  if (judged.jump) log::warn("{}: stamps jump and stay there", topic.name);
+  return process_pairs();
+}
+
+int RosAdapter::Impl::process_pairs() {
   int frames = 0;
-  for (; auto pair = pairing.take(); ++frames) process(*pair);
+  while (const auto pair = pairing.take()) {
+    if (!pair->is_whole()) continue;
+    process(*pair->colour, *pair->depth);
+    ++frames;
+  }
   return frames;
 }
 
-void RosAdapter::Impl::process(const StreamPair& pair) {
+void RosAdapter::Impl::process(const StreamImage& colour_image, const StreamImage& depth_image) {
   const CameraConfig& camera = session->camera->config();
   const BagTopic& colour = images[StreamPairing::kColour];
   if (channels == 0) {
-    const auto header = ros::decode_header(colour, pair.colour.bytes);
+    const auto header = ros::decode_header(colour, colour_image.bytes);
     if (!header.ok()) fail({ErrorKind::kInput, "colour: " + header.error().message});
     channels = header->channels == 1 ? 1 : 3;
   }
   LoadedPair loaded = assembled_pair(
-      {pair.colour.stamp, 9, pair.depth.stamp, "colour", "depth"}, FrameId{next_frame++},
-      ros::decode_colour(colour, pair.colour.bytes, {camera.width, camera.height}, channels),
-      ros::decode_depth(images[StreamPairing::kDepth], pair.depth.bytes, camera,
+      {colour_image.stamp, 9, depth_image.stamp, "colour", "depth"}, FrameId{next_frame++},
+      ros::decode_colour(colour, colour_image.bytes, {camera.width, camera.height}, channels),
+      ros::decode_depth(images[StreamPairing::kDepth], depth_image.bytes, camera,
                         options.config.depth),
       nullptr);
   if (!loaded.frame)
@@ -179,6 +196,8 @@ void RosAdapter::finish() {
   Impl& impl = alive(impl_, "finish()");
   guarded(impl.sink, [&] {
     if (std::exchange(impl.finished, true) || !impl.session) return;
+    impl.pairing.finish();
+    impl.process_pairs();
     impl.session->runner->finish();
     if (impl.map_shown && wants_map(impl)) impl.show_map(*impl.map_shown);
   });

@@ -61,7 +61,7 @@ TEST(LastErrorLine, PrefersTheErrorAndIsOneSafeLine) {
   EXPECT_EQ(last_error_line("info: a\nerror: bad file\ninfo: b\n"), "bad file");
   EXPECT_EQ(last_error_line("Traceback\nValueError: no\n"), "ValueError: no");
   EXPECT_EQ(last_error_line("one\ntwo\n"), "two");
-  EXPECT_EQ(last_error_line("a\x1b[31m"), "a?[31m");
+  EXPECT_EQ(last_error_line("a\x1b[31m"), "a\\x1b[31m");
   EXPECT_EQ(last_error_line(""), "");
 }
 

@@ -258,8 +258,10 @@ std::string format_calibration(const CameraConfig& c) {
     line("depth_readout_ms", c.depth_readout_ms);
     line("depth_delay_ms", c.depth_delay_ms);
   }
-  line("width", c.width);
-  line("height", c.height);
+  if (c.width > 0 && c.height > 0) {  // else that of the images
+    line("width", c.width);
+    line("height", c.height);
+  }
   return text;
 }
 

@@ -45,6 +45,7 @@ TEST(DepthCalibration, FilesOfOtherProgramsAreRead) {
     EXPECT_EQ(depth->camera.fx, 424.1);
     EXPECT_EQ(depth->camera.depth_scale, 0) << "that of the colour camera";
     EXPECT_EQ(depth->T_colour_depth.t(), Vec3(0.015, 0, 0));
+    EXPECT_TRUE(parse_depth_calibration(format_depth_calibration(*depth), "again").ok());
   }
   const auto together = parse_depth_calibration(json + "}", "d.json");
   ASSERT_TRUE(together.ok()) << together.error().message;

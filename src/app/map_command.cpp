@@ -57,7 +57,8 @@ std::optional<Result<DenseFileInfo>> dense_info(const std::filesystem::path& map
 void tell_of_dense_at(const std::string& new_map) {
   const auto info = read_map_info(new_map);
   const auto dense = dense_info(new_map, info.ok() ? info->uuid : "");
-  if (dense && !dense->ok()) print_text("{}; it stays as it is\n", one_line(dense->error().message));
+  if (dense && !dense->ok())
+    print_text("{}; it stays as it is\n", one_line(dense->error().message));
 }
 
 nlohmann::ordered_json json_of(const MapFileInfo& info) {

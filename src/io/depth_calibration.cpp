@@ -73,7 +73,8 @@ Result<std::optional<SE3>> placement_in_json(std::string_view text, const std::s
 }
 
 /// A camera file of another program.
-Result<DepthCamera> foreign_depth_camera(const ForeignCamera& foreign, std::optional<SE3> placement,
+Result<DepthCamera> foreign_depth_camera(const ForeignCamera& foreign,
+                                         const std::optional<SE3>& placement,
                                          const std::string& name) {
   DepthCamera depth{foreign.camera, placement.value_or(SE3())};
   CameraConfig judged = depth.camera;

@@ -63,6 +63,14 @@ FileUses::Place FileUses::place_of_file(const std::string& what, const fs::path&
   return {what, file, found.parent_path(), found.filename().string(), identity_of(found)};
 }
 
+std::vector<FileUses::Place> FileUses::places_of_map(const std::string& what, const fs::path& map) {
+  if (map.empty()) return {};
+  std::vector<Place> places{place_of_file(what, map)};
+  for (const char* ending : kBesideMaps)
+    places.push_back(place_of_file(what, without_links(map).string() + ending));
+  return places;
+}
+
 std::vector<FileUses::Place> FileUses::places_in(const std::string& what, const fs::path& folder,
                                                  const Names& names) {
   std::vector<Place> places;
@@ -79,10 +87,8 @@ void FileUses::reads(const std::string& what, const fs::path& file) {
 }
 
 void FileUses::reads_map(const std::string& what, const fs::path& map) {
-  if (map.empty()) return;
-  reads(what, map);
-  for (const char* ending : kBesideMaps)
-    read_.push_back(place_of_file(what, without_links(map).string() + ending));
+  const auto places = places_of_map(what, map);
+  read_.insert(read_.end(), places.begin(), places.end());
 }
 
 void FileUses::reads_in(const std::string& what, const fs::path& folder, const Names& names) {
@@ -110,10 +116,8 @@ void FileUses::writes(const std::string& what, const fs::path& file) {
 }
 
 void FileUses::writes_map(const std::string& what, const fs::path& map) {
-  if (map.empty()) return;
-  writes(what, map);
-  for (const char* ending : kBesideMaps)
-    written_.push_back(place_of_file(what, without_links(map).string() + ending));
+  const auto places = places_of_map(what, map);
+  written_.insert(written_.end(), places.begin(), places.end());
 }
 
 void FileUses::writes_in(const std::string& what, const fs::path& folder, const Names& names) {

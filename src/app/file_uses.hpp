@@ -48,6 +48,8 @@ class FileUses {
     [[nodiscard]] bool is_one() const { return name.find('*') == name.npos; }
   };
   static Place place_of_file(const std::string& what, const std::filesystem::path& file);
+  static std::vector<Place> places_of_map(const std::string& what,
+                                          const std::filesystem::path& map);
   static std::vector<Place> places_in(const std::string& what, const std::filesystem::path& folder,
                                       const Names& names);
   static bool meet(const Place& a, const Place& b);

@@ -159,7 +159,7 @@ Result<int> check(const MapOptions& options) {
                counted(checked->info.landmarks, "landmark"));
     return 0;
   }
-  std::printf("%s: damaged, what is wrong in it:\n", options.file.c_str());
+  print_text("{}: damaged, what is wrong in it:\n", one_line(options.file));
   print_faults(*checked);
   return Error{ErrorKind::kSavedMap,
                options.file + ": damaged: " + counted(checked->faults_in_all, "fault") +

@@ -10,7 +10,6 @@
 #include "io/text.hpp"
 
 namespace ygslam {
-namespace {}  // namespace
 
 log::SinkPtr program_log() {
   return std::make_shared<const log::Sink>([](log::Level level, const std::string& line) {

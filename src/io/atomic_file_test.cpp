@@ -54,13 +54,15 @@ TEST(AtomicFile, ReplacesAnEarlierFileAndLeavesNothingElse) {
 
 TEST(AtomicFile, NothingIsSeenOfItUntilItIsFinishedHoweverTheProcessEnds) {
   const TempFolder folder;
+  // Where the file system has no files without names it lies there under another one.
   const int probe = ::open(folder.path().c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
-  if (probe < 0) GTEST_SKIP() << "this file system has no files without names";
-  ::close(probe);
+  const std::size_t begun = probe < 0 ? 1 : 0;
+  if (probe >= 0) ::close(probe);
   auto file = AtomicFile::create(folder.path() / "a.txt");
   ASSERT_TRUE(file.ok());
   ASSERT_TRUE(file->write("begun").ok());
-  EXPECT_EQ(entries(folder.path()), 0U);
+  EXPECT_EQ(entries(folder.path()), begun);
+  EXPECT_FALSE(fs::exists(folder.path() / "a.txt"));
   ASSERT_TRUE(file->commit().ok());
   EXPECT_EQ(read(folder.path() / "a.txt"), "begun");
   EXPECT_EQ(entries(folder.path()), 1U);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -122,6 +123,37 @@ TEST(PeopleNetwork, WithoutDepthThereIsNoGap) {
   EXPECT_EQ(decode_people(somebody_everywhere, cells_m, grid, 130, 640, 480).instances.size(), 1U);
   for (int row = 0; row < kPeopleRows; ++row) cells_m.at(80, row) = 4;
   EXPECT_EQ(decode_people(somebody_everywhere, cells_m, grid, 130, 640, 480).instances.size(), 3U);
+}
+
+/// Of the image's pixels, where the network says somebody everywhere.
+double share_of_people(const DepthImage& cells_m) {
+  const std::vector<float> somebody_everywhere(kPeopleCells, 1.0F);
+  const PeopleGrid grid = make_people_grid(640, 480);
+  const DecodedPeople people = decode_people(somebody_everywhere, cells_m, grid, 130, 640, 480);
+  const auto count = std::ranges::count_if(people.ids, [](std::uint8_t id) { return id > 0; });
+  return static_cast<double>(count) / static_cast<double>(people.ids.size());
+}
+
+TEST(PeopleNetwork, WhereNothingIsMeasuredThereIsNobody) {
+  DepthImage cells_m(kPeopleColumns, kPeopleRows);
+  EXPECT_EQ(share_of_people(cells_m), 0);
+  for (int i = 0; i < kPeopleCells; i += 30) cells_m.data()[i] = 2;  // sparse
+  EXPECT_LT(share_of_people(cells_m), 0.05);
+}
+
+TEST(PeopleNetwork, AHoleWithStraightEdgesIsNobodyAndARoundOneMayBe) {
+  const auto with_hole = [](const auto& is_in_hole) {
+    DepthImage cells_m(kPeopleColumns, kPeopleRows, 2.0F);
+    for (int row = 0; row < kPeopleRows; ++row)
+      for (int column = 0; column < kPeopleColumns; ++column)
+        if (is_in_hole(column, row)) cells_m.at(column, row) = 0;
+    return 1 - share_of_people(cells_m);  // nobody
+  };
+  EXPECT_NEAR(with_hole([](int c, int) { return c >= 80; }), 0.5, 0.01) << "the right half";
+  EXPECT_NEAR(with_hole([](int, int r) { return r < 30; }), 0.25, 0.01) << "the upper quarter";
+  EXPECT_NEAR(with_hole([](int c, int r) { return c >= 80 && r >= 60; }), 0.25, 0.01) << "a corner";
+  EXPECT_EQ(with_hole([](int c, int r) { return std::hypot(c - 70, r - 80) < 60; }), 0)
+      << "right before the lens";
 }
 
 TEST(PeopleNetwork, CrumbsGoToWhomTheyTouchAndElsewhereAreNobody) {

@@ -3,6 +3,13 @@
 #include <algorithm>
 
 namespace ygslam {
+namespace {
+
+// Of static features without depth so many are needed for one that can be triangulated.
+constexpr int kTriangulatedShare = 3;
+constexpr int kLocatedShare = 4;  // landmarks of a pose, for so many mappable features
+
+}  // namespace
 
 /// A camera that sways comes back to where keyframes were taken, and adds nothing.
 void KeyframeProposer::compare_with_nearest(const TrackedFrame& frame, const LocalView& view,
@@ -22,9 +29,18 @@ void KeyframeProposer::compare_with_nearest(const TrackedFrame& frame, const Loc
   evidence.nearest_age_s = seconds_between(frame.seen.frame->stamp, nearest->stamp);
 }
 
+bool KeyframeProposer::is_mappable(const FrameFeatures& seen, const PoseResult& pose) const {
+  if (seen.usable_points(kMappedWeight) >= min_points_) return true;
+  // Depth fails, not the view: what is static is triangulated, if the map says where the camera is.
+  const auto static_points = std::ranges::count_if(
+      seen.static_weight, [](float weight) { return weight >= kMappedWeight; });
+  return static_points >= kTriangulatedShare * min_points_ &&
+         kLocatedShare * pose.landmark_inliers >= min_points_;
+}
+
 bool KeyframeProposer::wants(const TrackedFrame& frame, const LocalView& view,
                              const PoseResult& pose, bool mapper_busy) const {
-  if (frame.seen.usable_points(kMappedWeight) < min_points_) return false;
+  if (!is_mappable(frame.seen, pose)) return false;
   KeyframeEvidence evidence;
   evidence.frames_since_last = frames_since_keyframe_;
   evidence.tracked_landmarks = pose.landmark_inliers;

@@ -15,7 +15,8 @@ inline constexpr float kMappedWeight = 0.5F;  ///< a static point of this weight
 
 class KeyframeProposer {
  public:
-  /// @param min_points fewer mappable features: what covers the view would be mapped.
+  /// @param min_points fewer mappable features: what covers the view would be mapped. Where depth
+  /// is missing three times as many that can be triangulated will do.
   KeyframeProposer(const KeyframePolicyConfig& config, int min_points)
       : config_(config), min_points_(min_points) {}
 
@@ -36,6 +37,7 @@ class KeyframeProposer {
                                               std::uint64_t map_version);
 
  private:
+  [[nodiscard]] bool is_mappable(const FrameFeatures& seen, const PoseResult& pose) const;
   void compare_with_nearest(const TrackedFrame& frame, const LocalView& view,
                             KeyframeEvidence& evidence) const;
 

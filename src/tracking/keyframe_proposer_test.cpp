@@ -47,6 +47,27 @@ TEST(KeyframeProposer, WhereAKeyframeWasTakenNoneIsDue) {
   EXPECT_FALSE(proposer.wants(frame_at(0.5, view), view, pose, false));
 }
 
+TEST(KeyframeProposer, WithoutDepthStaticPointsWillDoIfTheMapSaysWhereTheCameraIs) {
+  LocalView view;
+  view.keyframes = {keyframe_at(1, 0.0)};
+  KeyframeProposer proposer(KeyframePolicyConfig{}, 60);
+  for (int i = 0; i < 100; ++i) proposer.count_frame();
+  TrackedFrame blind = frame_at(0.5, view);
+  blind.seen.features = [&] {
+    Features features = *blind.seen.features;
+    for (Feature& feature : features.points) feature.depth_m = 0;
+    return std::make_shared<const Features>(std::move(features));
+  }();
+  PoseResult pose;
+  pose.landmark_inliers = 15;
+  EXPECT_TRUE(proposer.wants(blind, view, pose, false));
+  pose.landmark_inliers = 14;
+  EXPECT_FALSE(proposer.wants(blind, view, pose, false)) << "too few landmarks";
+  pose.landmark_inliers = 15;
+  blind.seen.static_weight.assign(blind.seen.features->size(), 0.4F);
+  EXPECT_FALSE(proposer.wants(blind, view, pose, false)) << "nothing surely static";
+}
+
 TEST(KeyframeProposer, ACandidateTellsWhatWasSeenSinceTheLast) {
   LocalView view;
   view.keyframes = {keyframe_at(1, 0.0)};

@@ -273,7 +273,9 @@ NB_MODULE(_core, m) {
       .def_ro("unknown_points", &api::Result::unknown_points)
       .def_ro("inliers", &api::Result::inliers, "points that agree with the pose")
       .def_ro("mask_age_frames", &api::Result::mask_age_frames, "of the newest mask; -1 = none")
-      .def_ro("objects", &api::Result::objects);
+      .def_ro("objects", &api::Result::objects)
+      .def_ro("clock_shift_ns", &api::Result::clock_shift_ns,
+              "added to stamps since the clock was set back");
 
   nb::class_<api::MapSnapshot>(m, "MapSnapshot", "The map in the middle of a run.")
       .def_prop_ro(
@@ -345,7 +347,8 @@ NB_MODULE(_core, m) {
            nb::kw_only(), nb::arg("depth_scale") = 0.0, nb::arg("depth_t_ns") = 0,
            "rgb: (H, W, 3) uint8. depth: (H, W) float32 [m], 0 or NaN = none, or uint16 with "
            "depth_scale (units per metre). Both C-contiguous, read during the call. t_ns: strictly "
-           "increasing. depth_t_ns: of the depth image, for a rolling shutter; 0 = t_ns.")
+           "increasing, but for a clock that was set back (five frames that agree, or reset()). "
+           "depth_t_ns: of the depth image, for a rolling shutter; 0 = t_ns.")
       .def_prop_ro("view_url", &PySlam::view_url, "Address of the page; empty = none.")
       .def("map", &PySlam::map, "A copy of the map as it is now.")
       .def("save_map", &PySlam::save_map, nb::arg("path"),

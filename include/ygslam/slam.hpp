@@ -81,7 +81,10 @@ struct Settings {
 
 /// Row-major, rows contiguous. Pointers are read during the call only.
 struct Frame {
-  std::int64_t t_ns = 0;              ///< strictly increasing; as depth_t_ns within 146 years of 0
+  /// Strictly increasing; as depth_t_ns within 146 years of 0. A stamp that goes back is refused
+  /// (code 4), until five in a row agree, or reset() was called: then the clock was set back, and
+  /// time goes on from the stamps before (Result::clock_shift_ns).
+  std::int64_t t_ns = 0;
   const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
   const float* depth_m =
       nullptr;  ///< height x width, along the optical axis; 0, NaN, negative = none
@@ -125,10 +128,11 @@ struct Result {
   int inliers = 0;           ///< points that agree with the pose
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
   std::vector<Object> objects;
+  std::int64_t clock_shift_ns = 0;  ///< added to stamps since the clock was set back
 };
 
 struct StampedPose {
-  std::int64_t t_ns = 0;
+  std::int64_t t_ns = 0;  ///< with Result::clock_shift_ns
   Pose T_world_camera;
 };
 

@@ -71,6 +71,31 @@ TEST(Process, ARollingShutterThatIsToldIsUndone) {
   EXPECT_LT(told_m, 0.6 * global_m);
 }
 
+TEST(Process, AClockThatWasSetBackCostsFourFramesAndNoneAfterAReset) {
+  const Film& seen = film("static_xyz");
+  ASSERT_GE(seen.size(), 12U);
+  Settings settings = settings_for(seen);
+  settings.deterministic = true;
+  Slam slam = Slam::open(settings);
+  const auto set_back = [&](std::size_t i, std::int64_t by_ns) {
+    Frame frame = seen[i];
+    frame.t_ns -= by_ns;
+    return frame;
+  };
+  constexpr std::int64_t kBack_ns = 500'000'000'000;
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(slam.process(seen[i]).clock_shift_ns, 0);
+  for (std::size_t i = 4; i < 8; ++i)
+    EXPECT_EQ(code_of([&] { slam.process(set_back(i, kBack_ns)); }), 4) << i;
+  const Result believed = slam.process(set_back(8, kBack_ns));
+  EXPECT_EQ(believed.state, State::kTracking);
+  EXPECT_GT(believed.clock_shift_ns, 0);
+  slam.reset();
+  EXPECT_NE(slam.process(set_back(9, 3 * kBack_ns)).state, State::kLost);
+  const auto trajectory = slam.finish().trajectory;
+  for (std::size_t i = 1; i < trajectory.size(); ++i)
+    EXPECT_GT(trajectory[i].t_ns, trajectory[i - 1].t_ns);
+}
+
 TEST(Process, BadFramesAreCode4AndLeaveTheRunAsItWas) {
   const Film& seen = film("static_xyz");
   Settings settings = settings_for(seen);

@@ -4,6 +4,8 @@
 #include <optional>
 #include <span>
 
+#include "core/frame_clock.hpp"
+#include "core/log.hpp"
 #include "facade/settings.hpp"
 #include "image/depth.hpp"
 #include "io/image_file.hpp"
@@ -59,10 +61,9 @@ State to_api(TrackState state) {
   return State::kLost;
 }
 
-// Differences of any two stamps fit 64 bits.
-constexpr std::int64_t kLatest_ns = INT64_MAX / 2;
-
-bool is_too_far(std::int64_t t_ns) { return t_ns > kLatest_ns || t_ns < -kLatest_ns; }
+bool is_too_far(std::int64_t t_ns) {
+  return t_ns > FrameClock::kLatest_ns || t_ns < -FrameClock::kLatest_ns;
+}
 
 }  // namespace
 
@@ -72,7 +73,7 @@ struct Slam::Impl {
   log::SinkPtr sink;
   Session session;
   std::unique_ptr<RunView> view;
-  std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
+  FrameClock clock;
   std::uint32_t next_frame = 0;
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
@@ -172,15 +173,18 @@ void Slam::Impl::open_view(const std::string& address) {
 Result Slam::Impl::process(const Frame& frame) {
   if (finished) fail({ErrorKind::kUsage, "process() after finish()"});
   if (!frame.rgb || !frame.depth_m) fail({ErrorKind::kInput, "frame without colour or depth"});
-  if (frame.t_ns <= last_ns) fail({ErrorKind::kInput, "frame stamps must increase"});
   if (is_too_far(frame.t_ns) || is_too_far(frame.depth_t_ns))
     fail({ErrorKind::kInput, "frame stamp too far from 0"});
-  last_ns = frame.t_ns;
+  const FrameClock::Reading time = clock.step({frame.t_ns});
+  if (!time.stamp) fail({ErrorKind::kInput, "frame stamps must increase"});
+  if (time.was_set_back)
+    log::warn("frame stamps went back and stay there: {:.3f} s are added to them from here on",
+              1e-9 * static_cast<double>(clock.shift_ns()));
   const Camera& camera = *session.camera;
   const std::size_t pixels = static_cast<std::size_t>(camera.width()) * camera.height();
   auto input = std::make_shared<RgbdFrame>();
   input->id = FrameId{next_frame++};
-  input->stamp = {frame.t_ns};
+  input->stamp = *time.stamp;
   if (frame.depth_t_ns != 0)
     input->depth_delay_s = seconds_between({frame.depth_t_ns}, {frame.t_ns});
   input->colour = ColourImage(camera.width(), camera.height());
@@ -196,6 +200,7 @@ Result Slam::Impl::process(const Frame& frame) {
     view->show_map(*session.runner);
   }
   Result result;
+  result.clock_shift_ns = clock.shift_ns();
   result.state = to_api(tracked.state);
   result.T_world_camera = to_api(tracked.T_world_camera);
   result.T_odom_camera = to_api(tracked.T_odom_camera);
@@ -226,6 +231,7 @@ MapSnapshot Slam::Impl::map() {
 void Slam::Impl::reset() {
   if (finished) fail({ErrorKind::kUsage, "reset() after finish()"});
   session.runner->reset();
+  clock.restart();
   if (view) view->restart();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "io/associated_poses.hpp"
@@ -125,19 +126,51 @@ void leave_out_jumps(ParsedList<Entry>& list) {
   list.entries = std::move(kept);
 }
 
+void shift(ListedImage& image, std::int64_t ns) { image.stamp.ns += ns; }
+void shift(ListedPair& pair, std::int64_t ns) {
+  shift(pair.colour, ns);
+  shift(pair.depth, ns);
+}
+
+// The entries from the reset on, up to the next.
+template <typename Entry>
+std::span<Entry> after_reset(ParsedList<Entry>& list, std::size_t k) {
+  const std::size_t begin = list.resets[k].place;
+  const std::size_t end =
+      k + 1 < list.resets.size() ? list.resets[k + 1].place : list.entries.size();
+  return std::span(list.entries).subspan(begin, end - begin);
+}
+
+template <typename Entry>
+void leave_out_doubles(ParsedList<Entry>& list) {
+  std::vector<Entry> kept;
+  kept.reserve(list.entries.size());
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < list.entries.size(); ++i) {
+    if (k < list.resets.size() && list.resets[k].place == i) list.resets[k++].place = kept.size();
+    if (kept.empty() || stamp_of(kept.back()) != stamp_of(list.entries[i]))
+      kept.push_back(std::move(list.entries[i]));
+  }
+  list.counts.doubled += list.entries.size() - kept.size();
+  list.entries = std::move(kept);
+}
+
 // Lines in any order; of several with one stamp the first.
 template <typename Entry>
 void put_in_order(ParsedList<Entry>& list) {
   leave_out_jumps(list);
+  std::vector<Timestamp> stamps;
+  for (const Entry& entry : list.entries) stamps.push_back(stamp_of(entry));
+  list.resets = clock_resets(stamps);
+  for (std::size_t k = 0; k < list.resets.size(); ++k)
+    for (Entry& entry : after_reset(list, k)) shift(entry, list.resets[k].shift_ns);
   Timestamp newest{0};
   for (const Entry& entry : list.entries) {
     list.counts.moved += stamp_of(entry) < newest ? 1 : 0;
     newest = std::max(newest, stamp_of(entry));
   }
   std::ranges::stable_sort(list.entries, {}, stamp_of<Entry>);
-  const auto doubles = std::ranges::unique(list.entries, {}, stamp_of<Entry>);
-  list.counts.doubled += doubles.size();
-  list.entries.erase(doubles.begin(), doubles.end());
+  leave_out_doubles(list);
 }
 
 template <typename Entry>
@@ -197,6 +230,20 @@ ParsedList<ListedImage> parse_image_list(std::string_view text) {
 
 ParsedList<ListedPair> parse_associations(std::string_view text) {
   return parse_list<ListedPair>(text);
+}
+
+bool align_resets(ParsedList<ListedImage>& colour, ParsedList<ListedImage>& depth) {
+  if (colour.resets.size() != depth.resets.size()) return false;
+  for (std::size_t k = 0; k < colour.resets.size(); ++k) {
+    // The larger of both: neither goes back.
+    const std::int64_t shift_ns = std::max(colour.resets[k].shift_ns, depth.resets[k].shift_ns);
+    for (auto* list : {&colour, &depth}) {
+      ClockReset& reset = list->resets[k];
+      const std::int64_t more_ns = shift_ns - std::exchange(reset.shift_ns, shift_ns);
+      for (ListedImage& image : after_reset(*list, k)) shift(image, more_ns);
+    }
+  }
+  return true;
 }
 
 std::vector<ListedImage> in_time_order(std::vector<ListedImage> images, ListCounts& counts) {

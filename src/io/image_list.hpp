@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/time.hpp"
+#include "io/clock_resets.hpp"
 
 namespace ygslam {
 
@@ -41,8 +42,9 @@ struct ListedPair {
 
 template <typename Entry>
 struct ParsedList {
-  std::vector<Entry> entries;  ///< colour stamps (of a pair) strictly increasing, not negative;
-                               ///< lines in another order are sorted
+  std::vector<Entry> entries;      ///< colour stamps (of a pair) strictly increasing, not negative;
+                                   ///< lines in another order are sorted
+  std::vector<ClockReset> resets;  ///< by place in entries, whose stamps are shifted
   ListCounts counts;
   std::string first_fault;  ///< "line 7: ...", for the message
 };
@@ -52,6 +54,10 @@ struct ParsedList {
 /// Lines `colour_stamp colour_path depth_stamp depth_path`, or depth first where the paths say so
 /// (depth/..., rgb/...). A pose in the line is passed over (associated_poses.hpp).
 [[nodiscard]] ParsedList<ListedPair> parse_associations(std::string_view text);
+
+/// Shifts both by the same after each reset, so that their images can be paired.
+/// @return false if their clocks were not set equally often.
+[[nodiscard]] bool align_resets(ParsedList<ListedImage>& colour, ParsedList<ListedImage>& depth);
 
 /// In order of time; of several with one stamp the first. Counts those that are left out.
 [[nodiscard]] std::vector<ListedImage> in_time_order(std::vector<ListedImage> images,

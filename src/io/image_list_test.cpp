@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 
@@ -61,6 +63,47 @@ TEST(ImageList, NoOrderOfTheLinesLosesAFrame) {
     for (int i = 0; i < 1800; ++i)
       ASSERT_EQ(list.entries[static_cast<std::size_t>(i)].file, std::to_string(i) + ".png");
   }
+}
+
+// 240 lines at 30 Hz; from line 81 on the clock is back by this.
+ParsedList<ListedImage> list_set_back(double back_s, double offset_s = 0, int first_after = 80) {
+  std::string text;
+  for (int i = 0; i < 240; ++i)
+    text += fmt::format("{:.6f} {}.png\n",
+                        1000 + i / 30.0 + offset_s - (i < first_after ? 0 : back_s), i);
+  return parse_image_list(text);
+}
+
+TEST(ImageList, AClockThatWasSetBackLosesNoFrameAndTimeGoesOn) {
+  for (const double back_s : {500.0, 4.0, 1.0, 0.51}) {
+    const auto list = list_set_back(back_s);
+    ASSERT_EQ(list.entries.size(), 240U) << back_s;
+    EXPECT_EQ(list.counts.left_out() + list.counts.moved, 0U);
+    ASSERT_EQ(list.resets.size(), 1U);
+    EXPECT_EQ(list.resets[0].place, 80U);
+    EXPECT_NEAR(1e-9 * static_cast<double>(list.resets[0].back_ns), back_s - 1 / 30.0, 1e-5);
+    for (int i = 0; i < 240; ++i) {
+      EXPECT_EQ(list.entries[i].file, std::to_string(i) + ".png");
+      EXPECT_NEAR(seconds_of(list)[i], 1000 + i / 30.0, 1e-5);
+    }
+  }
+}
+
+TEST(ImageList, ColourAndDepthOfAClockThatWasSetBackAreShiftedAlike) {
+  auto colour = list_set_back(500);
+  auto depth = list_set_back(500, 0.012, 83);  // three images later
+  ASSERT_TRUE(align_resets(colour, depth));
+  ASSERT_EQ(depth.resets[0].shift_ns, colour.resets[0].shift_ns);
+  for (std::size_t i = 0; i < 240; ++i) {
+    const bool between = i >= 80 && i < 83;
+    if (between) continue;
+    EXPECT_NEAR(seconds_of(depth)[i] - seconds_of(colour)[i], 0.012, 1e-5) << i;
+  }
+  for (const auto* list : {&colour, &depth})
+    for (std::size_t i = 1; i < 240; ++i)
+      ASSERT_GT(list->entries[i].stamp, list->entries[i - 1].stamp) << i;
+  auto never = list_set_back(0);
+  EXPECT_FALSE(align_resets(colour, never));
 }
 
 TEST(ImageList, F11AFirstStampAnHourAheadIsLeftOut) {

@@ -17,10 +17,21 @@ Error input_error(const fs::path& path, const std::string& what) {
   return {ErrorKind::kInput, path.string() + ": " + what};
 }
 
-// A list's entries, or why there are none. Adds its counts and a warning to the sequence.
+/// Warns of each time the list's clock was set back.
 template <typename Entry>
-Result<std::vector<Entry>> read_list(const fs::path& path, Sequence& sequence,
-                                     ParsedList<Entry> (*parse)(std::string_view)) {
+void warn_of_resets(const fs::path& path, const ParsedList<Entry>& list, Sequence& sequence) {
+  for (const ClockReset& reset : list.resets)
+    sequence.warnings.push_back(
+        fmt::format("{}: stamps go back by {:.3f} s at entry {} and rise from there: the clock was "
+                    "set back; {:.3f} s are added from there on",
+                    path.string(), 1e-9 * static_cast<double>(reset.back_ns), reset.place + 1,
+                    1e-9 * static_cast<double>(reset.shift_ns)));
+}
+
+// A list, or why there is none. Adds its counts and a warning to the sequence.
+template <typename Entry>
+Result<ParsedList<Entry>> read_list(const fs::path& path, Sequence& sequence,
+                                    ParsedList<Entry> (*parse)(std::string_view)) {
   const auto text = read_file(path);
   if (!text.ok()) return text.error();
   if (is_utf16(*text)) return input_error(path, std::string(kUtf16Fault));
@@ -41,7 +52,7 @@ Result<std::vector<Entry>> read_list(const fs::path& path, Sequence& sequence,
     sequence.warnings.push_back(path.string() + ": " + std::to_string(list.counts.moved) + " of " +
                                 std::to_string(list.counts.lines) +
                                 " lines are older than a line before: sorted by their stamps");
-  return std::move(list.entries);
+  return list;
 }
 
 /// Warns once of listed files that do not exist, where others of the list do. @return these files.
@@ -76,14 +87,21 @@ void add_unpaired(const std::vector<std::string>& absent, std::string SequencePa
 }
 
 Status pair_lists(Sequence& sequence) {
-  const auto colour = read_list<ListedImage>(sequence.root / "rgb.txt", sequence, parse_image_list);
+  const fs::path colour_path = sequence.root / "rgb.txt";
+  auto colour = read_list<ListedImage>(colour_path, sequence, parse_image_list);
   if (!colour.ok()) return colour.error();
-  const auto depth =
-      read_list<ListedImage>(sequence.root / "depth.txt", sequence, parse_image_list);
+  auto depth = read_list<ListedImage>(sequence.root / "depth.txt", sequence, parse_image_list);
   if (!depth.ok()) return depth.error();
-  const auto absent_colour = absent_files("rgb.txt", *colour, sequence);
-  const auto absent_depth = absent_files("depth.txt", *depth, sequence);
-  if (Status paired = pair_images(*colour, *depth, sequence); !paired.ok()) return paired;
+  if (!align_resets(*colour, *depth))
+    return input_error(sequence.root, "stamps of rgb.txt go back " +
+                                          std::to_string(colour->resets.size()) +
+                                          " times, those of depth.txt " +
+                                          std::to_string(depth->resets.size()) + " times");
+  warn_of_resets(colour_path, *colour, sequence);
+  const auto absent_colour = absent_files("rgb.txt", colour->entries, sequence);
+  const auto absent_depth = absent_files("depth.txt", depth->entries, sequence);
+  if (Status paired = pair_images(colour->entries, depth->entries, sequence); !paired.ok())
+    return paired;
   add_unpaired(absent_colour, &SequencePair::colour_file, sequence);
   add_unpaired(absent_depth, &SequencePair::depth_file, sequence);
   return Ok{};
@@ -92,8 +110,9 @@ Status pair_lists(Sequence& sequence) {
 Status read_associations(const fs::path& path, Sequence& sequence) {
   const auto pairs = read_list<ListedPair>(path, sequence, parse_associations);
   if (!pairs.ok()) return pairs.error();
+  warn_of_resets(path, *pairs, sequence);
   std::vector<std::string> files;
-  for (const auto& [colour, depth] : *pairs) {
+  for (const auto& [colour, depth] : pairs->entries) {
     sequence.pairs.push_back({colour.stamp, colour.decimals, depth.stamp, colour.file, depth.file});
     files.push_back(colour.file);
     files.push_back(depth.file);

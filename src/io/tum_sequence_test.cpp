@@ -188,6 +188,43 @@ TEST(Sequence, ListsInAnyOrderAreSortedAndItIsToldOnce) {
   EXPECT_TRUE(warns_of(*sequence, "23 of 24 lines are older than a line before: sorted"));
 }
 
+TEST(Sequence, AClockThatWasSetBackIsToldAndNoFrameIsLost) {
+  for (const bool associations : {true, false}) {
+    const TempFolder folder;
+    const SmallSequence small{.count = 40, .associations = associations};
+    small.write_to(folder.path());
+    const auto steady = open_tum_sequence(folder.path());
+    for (const char* name : {"associations.txt", "rgb.txt", "depth.txt"}) {
+      if (!fs::exists(folder.path() / name)) continue;
+      const std::string as_recorded = testing::read(folder.path() / name);
+      std::string text;
+      int line_number = 0;
+      for (const TextLine& line : data_lines(as_recorded)) {
+        std::string words;
+        for (const std::string_view word : words_of(line.text)) {
+          const auto stamp = parse_stamp(word);
+          const bool is_set_back = stamp && line_number >= 20;
+          words +=
+              (is_set_back ? format_stamp({stamp->stamp.ns - 500'000'000}, 6) : std::string(word)) +
+              " ";
+        }
+        text += words + "\n";
+        ++line_number;
+      }
+      testing::write(folder.path() / name, text);
+    }
+    const auto sequence = open_tum_sequence(folder.path());
+    ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+    ASSERT_EQ(sequence->pairs.size(), 40U);
+    for (std::size_t i = 0; i < 40; ++i) {
+      EXPECT_EQ(sequence->pairs[i].colour_file, steady->pairs[i].colour_file);
+      EXPECT_EQ(sequence->pairs[i].depth_file, steady->pairs[i].depth_file);
+      EXPECT_NEAR(seconds_between(sequence->pairs[i].stamp, steady->pairs[i].stamp), 0, 0.001);
+    }
+    EXPECT_TRUE(warns_of(*sequence, "the clock was set back"));
+  }
+}
+
 TEST(Sequence, AListInUtf16IsNamedAsSuch) {
   const TempFolder folder;
   const SmallSequence small{.count = 3, .associations = true};

@@ -11,10 +11,12 @@ namespace {
 
 // A wrong depth scale or camera shows in the depth itself: a room's median lies between these, and
 // something in view is farther than the last. Over the recordings the bounds were tried on, medians
-// are 0.9 to 3.5 m and the 99th percentile at least 1.6 m; at a fifth of the scale that is at most
-// 1.3 m, at five times the scale the median of what stays in range is at least 4.7 m.
+// are 0.9 to 5.0 m and the 99th percentile at least 1.6 m; at a fifth of the scale that is at most
+// 1.3 m. At five times the scale the median of what stays in range is at least 4.7 m, and either
+// nothing is near or much is out of range, unlike in a large room.
 constexpr float kNearestMedian_m = 0.5F, kFarthestMedian_m = 4.3F, kNearestFar_m = 1.4F;
-constexpr double kLeastValidShare = 0.1;
+constexpr float kFarthestNear_m = 3.3F;  // 1st percentile
+constexpr double kLeastValidShare = 0.1, kLeastOfLargeRoom = 0.65;
 
 }  // namespace
 
@@ -30,8 +32,11 @@ void warn_about_depth(const RgbdFrame& frame) {
     return;
   }
   const float median_m = quantile(depths, 0.5);
+  const float near_m = quantile(depths, 0.01);
   const float far_m = quantile(depths, 0.99);
-  if (median_m < kNearestMedian_m || median_m > kFarthestMedian_m || far_m < kNearestFar_m ||
+  const bool is_too_far =
+      median_m > kFarthestMedian_m && (near_m > kFarthestNear_m || valid < kLeastOfLargeRoom);
+  if (median_m < kNearestMedian_m || is_too_far || far_m < kNearestFar_m ||
       valid < kLeastValidShare) {
     log::warn(
         "the first frame's depth looks odd (median {:.2f} m, nearly all within {:.2f} m, {:.0f} % "

@@ -28,7 +28,8 @@ const std::map<std::string, KindInfo>& kinds() {
       {"disorder", {FaultKind::kDisorder, 0}},
       {"black", {FaultKind::kBlack, 0}},
       {"white", {FaultKind::kWhite, 0}},
-      {"truncate", {FaultKind::kTruncate, 0}}};
+      {"truncate", {FaultKind::kTruncate, 0}},
+      {"empty", {FaultKind::kEmpty, 1, 0, 1}}};
   return table;
 }
 
@@ -40,6 +41,13 @@ Error grammar(const std::string& text) {
       "'" + text +
           "' is no fault: write rgb|depth|both:KIND[=VALUE]@START[s]+DURATION[s], KIND one of " +
           names};
+}
+
+/// Of each pixel with this probability.
+template <typename Image, typename Pixel>
+void lose(Image& image, const Pixel& nothing, double share, Rng& rng) {
+  for (Pixel& pixel : image)
+    if (rng.uniform() < share) pixel = nothing;
 }
 
 std::optional<double> number(std::string text) {
@@ -115,7 +123,7 @@ void FaultInjector::apply_one(const Fault& fault, int index, ColourImage& colour
   switch (fault.kind) {
     case FaultKind::kOff:
       delivery.colour &= !on_colour;
-      delivery.depth &= !on_depth;
+      if (on_depth) std::fill(depth_m.begin(), depth_m.end(), 0.0F);
       return;
     case FaultKind::kStuck:
       if (on_colour && !stuck_colour_.empty()) colour = stuck_colour_;
@@ -167,6 +175,10 @@ void FaultInjector::apply_one(const Fault& fault, int index, ColourImage& colour
         std::fill(colour.begin(), colour.end(), Rgb8{value, value, value});
       }
       if (on_depth) std::fill(depth_m.begin(), depth_m.end(), 0.0F);
+      return;
+    case FaultKind::kEmpty:
+      if (on_colour) lose(colour, Rgb8{0, 0, 0}, fault.value, rng);
+      if (on_depth) lose(depth_m, 0.0F, fault.value, rng);
       return;
     case FaultKind::kTruncate:
       delivery.truncate_colour |= on_colour;

@@ -26,6 +26,7 @@ enum class FaultKind {
   kBlack,
   kWhite,
   kTruncate,  ///< the file ends early (files only)
+  kEmpty,     ///< pixels without a measurement, black ones in colour; value: their share
 };
 
 struct Fault {

@@ -64,6 +64,23 @@ TEST(Faults, OffIsNotDeliveredAndScaleMultiplies) {
   EXPECT_NEAR(scaled[3].frame->depth_m.at(30, 20), 5 * scaled[3].depth_true_m.at(30, 20), 0.01F);
 }
 
+TEST(Faults, DepthThatIsOffComesWithNothingMeasuredAndEmptyLosesItsShareOfThePixels) {
+  const auto measured = [](const SimulatedFrame& frame) {
+    const DepthImage& depth_m = frame.frame->depth_m;
+    const auto count = std::ranges::count_if(depth_m, [](float d) { return d > 0; });
+    return static_cast<double>(count) / static_cast<double>(depth_m.size());
+  };
+  const auto off = with_fault("depth:off@1+0.5");
+  const auto sparse = with_fault("depth:empty=0.9@1+0.5");
+  for (int i = 0; i < 20; ++i) {
+    const bool is_faulty = i >= 10 && i < 15;
+    EXPECT_TRUE(off[i].delivery.depth && off[i].delivery.colour);
+    EXPECT_EQ(measured(off[i]) == 0, is_faulty) << i;
+    const double whole = is_faulty ? 0.1 * measured(off[i - 10]) : measured(off[i]);
+    EXPECT_NEAR(measured(sparse[i]), whole, 0.03) << i;
+  }
+}
+
 TEST(Faults, DropsAreAsFrequentAsAskedAndRepeat) {
   const auto count = [](const std::vector<SimulatedFrame>& frames) {
     return std::count_if(frames.begin(), frames.end(),

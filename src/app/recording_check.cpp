@@ -51,6 +51,11 @@ void log_shutter(const Sequence& sequence) {
     log::info("shutter from {}: colour is read in {:.3g} ms, depth in {:.3g} ms, {:.3g} ms later",
               sequence.shutter_source, camera.colour_readout_ms, camera.depth_readout_ms,
               camera.depth_delay_ms);
+  } else if (camera.suspected_colour_readout_ms != 0) {
+    log::info(
+        "shutter unknown, taken as global until the pictures show otherwise; it may be that of a "
+        "{}",
+        sequence.shutter_source);
   } else if (!camera.shutter_known) {
     log::info(
         "shutter unknown, taken as global: `camera NAME` or colour_readout_ms and "

@@ -26,6 +26,7 @@
 #include "core/worker_thread.hpp"
 #include "io/atomic_file.hpp"
 #include "io/calibration.hpp"
+#include "io/camera_devices.hpp"
 #include "io/depth_calibration.hpp"
 #include "simulation/sequence/sequence_source.hpp"
 #include "simulation/sequence/sequence_writer.hpp"
@@ -100,7 +101,7 @@ Status take_shutter(const std::string& name, double fps, sim::SequenceOptions& o
   CameraConfig camera;
   if (const auto fault = apply_device(name, camera))
     return Error{ErrorKind::kUsage, "--camera: " + fault->reason};
-  if (!camera.shutter_known) {
+  if (!find_camera_device(name)->is_known()) {
     return Error{ErrorKind::kUsage,
                  "--camera " + name + ": nobody published its read-out time; give --rolling"};
   }

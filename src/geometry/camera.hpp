@@ -23,6 +23,10 @@ struct CameraConfig {
   double depth_readout_ms = 0;   ///< of all rows of the depth image
   double depth_delay_ms = 0;     ///< middle row of the depth image after that of the colour image
   bool shutter_known = false;    ///< somebody said so; else these are a guess
+  // Of the device that it may be: taken where the three times above say nothing and the pictures
+  // show that rows are read one after the other. 0 = nothing is suspected.
+  double suspected_colour_readout_ms = 0;
+  double suspected_depth_readout_ms = 0;
 
   [[nodiscard]] bool is_distorted() const {
     return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0;

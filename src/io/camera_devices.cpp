@@ -20,8 +20,8 @@ constexpr ImageShutter kKinectDepth{Kind::kRolling, 34.0};
 
 constexpr std::array<CameraDevice, 9> kDevices = {{
     {"kinect_v1", "Microsoft Kinect (Xbox 360)", kKinectColour, kKinectDepth},
-    {"xtion", "Asus Xtion Pro Live", kKinectColour, kKinectDepth},
-    {"carmine", "PrimeSense Carmine", kKinectColour, kKinectDepth},
+    {"xtion", "Asus Xtion Pro Live", kKinectColour, kKinectDepth, false},
+    {"carmine", "PrimeSense Carmine", kKinectColour, kKinectDepth, false},
     {"azure_kinect", "Azure Kinect", {Kind::kRollingUnknown}, {Kind::kGlobal}},
     {"realsense_d415", "RealSense D415", {Kind::kRollingUnknown}, {Kind::kRollingUnknown}},
     {"realsense_d435", "RealSense D435", {Kind::kRollingUnknown}, {Kind::kGlobal}},
@@ -79,7 +79,7 @@ void set_shutter(const CameraDevice& device, CameraConfig& camera) {
   camera.colour_readout_ms = device.colour.readout_ms;
   camera.depth_readout_ms = device.depth.readout_ms;
   camera.depth_delay_ms = 0;
-  camera.shutter_known = device.is_known();
+  camera.shutter_known = device.is_known() && device.is_measured;
 }
 
 RecognisedDevice recognised_device(std::string_view folder_name, const CameraConfig& camera) {
@@ -98,7 +98,7 @@ RecognisedDevice recognised_device(std::string_view folder_name, const CameraCon
                             std::abs(camera.cx - 320) < kDeliveredCentre_px &&
                             std::abs(camera.cy - 240) < kDeliveredCentre_px;
   if (!as_delivered) return {};
-  return {find_camera_device("kinect_v1"), false, "guessed by the 525 px"};
+  return {find_camera_device("kinect_v1"), false, "by the 525 px"};
 }
 
 }  // namespace ygslam

@@ -21,7 +21,8 @@ struct CameraDevice {
   std::string_view name;  ///< as in `camera kinect_v1`
   std::string_view title;
   ImageShutter colour;
-  ImageShutter depth;  ///< of the rows of the depth image registered to colour
+  ImageShutter depth;       ///< of the rows of the depth image registered to colour
+  bool is_measured = true;  ///< false: the times are those of a relative, where an estimate starts
 
   [[nodiscard]] bool is_known() const {
     return colour.kind != ImageShutter::Kind::kRollingUnknown &&
@@ -32,7 +33,7 @@ struct CameraDevice {
 [[nodiscard]] std::span<const CameraDevice> camera_devices();
 [[nodiscard]] const CameraDevice* find_camera_device(std::string_view name);
 
-/// Sets the times of the device that is known; shutter_known where all are.
+/// Sets the times of the device; shutter_known where all are known and were measured on one.
 void set_shutter(const CameraDevice& device, CameraConfig& camera);
 
 struct RecognisedDevice {
@@ -43,7 +44,7 @@ struct RecognisedDevice {
 };
 /// The device that made a recording of TUM or Bonn is certain by the folder's name and similar
 /// intrinsics, or by distorted intrinsics of theirs: nobody else's agree to a hundredth of a pixel.
-/// The numbers every Kinect, Xtion and Carmine comes with (525 px) are a guess.
+/// The numbers every Kinect, Xtion and Carmine comes with (525 px) are a suspicion.
 [[nodiscard]] RecognisedDevice recognised_device(std::string_view folder_name,
                                                  const CameraConfig& camera);
 

@@ -49,7 +49,7 @@ TEST(CameraDevices, NumbersAloneAreAGuessOrNothing) {
   const CameraConfig delivered = pinhole(525, 525, 320, 240.75);
   EXPECT_EQ(recognised("kitchen", delivered), "kinect_v1");
   EXPECT_FALSE(recognised_device("kitchen", delivered).is_certain);
-  EXPECT_EQ(recognised_device("kitchen", delivered).by, "guessed by the 525 px");
+  EXPECT_EQ(recognised_device("kitchen", delivered).by, "by the 525 px");
   EXPECT_EQ(recognised("kitchen", pinhole(525.1, 525.1, 320, 240)), "");
   // The rendered worlds have freiburg3's numbers and a shutter of their own.
   EXPECT_EQ(recognised("walking_rpy", pinhole(535.4, 539.2, 320.1, 247.6)), "");
@@ -65,6 +65,9 @@ TEST(CameraDevices, AFileMayNameOneAndNothingThatContradictsIt) {
   ASSERT_TRUE(kinect.ok());
   EXPECT_GT(kinect->colour_readout_ms, 20);
   EXPECT_TRUE(kinect->shutter_known);
+  const auto xtion = parsed("camera xtion\n");
+  EXPECT_EQ(xtion->colour_readout_ms, kinect->colour_readout_ms);
+  EXPECT_FALSE(xtion->shutter_known) << "nobody measured one: where an estimate starts";
   const auto own = parsed("camera kinect_v1\ncolour_readout_ms 30\n");
   ASSERT_TRUE(own.ok());
   EXPECT_EQ(own->colour_readout_ms, 30) << "what the file says counts";

@@ -153,9 +153,14 @@ void find_shutter(Sequence& sequence) {
     camera = given;
     return;
   }
-  camera.shutter_known = recognised.is_certain;
   sequence.shutter_source =
       std::string(recognised.device->title) + ", " + std::string(recognised.by);
+  if (recognised.is_certain) return;
+  // Anybody's camera may have these numbers, a rendered one too: the pictures decide.
+  CameraConfig suspected = given;
+  suspected.suspected_colour_readout_ms = camera.colour_readout_ms;
+  suspected.suspected_depth_readout_ms = camera.depth_readout_ms;
+  camera = suspected;
 }
 
 /// Says what images are, where that is not 8-bit colour and 16-bit depth as most have it.

@@ -46,13 +46,14 @@ void move_along(Map& map, const Camera& camera, LandmarkId id,
 
 }  // namespace
 
-bool correct_shutter(Map& map, const Camera& camera, double was_s, double now_s) {
+bool correct_shutter(Map& map, const Camera& camera, double was_s, const ShutterTimes& now) {
   std::map<KeyframeId, Change> changes;
   for (const auto& [id, keyframe] : map.keyframes()) {
     const ReadOut& read_out = keyframe.data->read_out;
     if (std::abs(read_out.times.colour_readout_s - was_s) > kSameTime_s) continue;
-    const ShutterTimes now{now_s, now_s, read_out.times.depth_delay_s};
-    changes[id] = {read_out, {now, read_out.body_velocity}};
+    const ShutterTimes times{now.colour_readout_s, now.depth_readout_s,
+                             read_out.times.depth_delay_s};
+    changes[id] = {read_out, {times, read_out.body_velocity}};
   }
   if (changes.empty()) return false;
   for (const auto& [id, change] : changes) bring_to_middle_again(map, camera, id, change);

@@ -45,8 +45,8 @@ class Mapper {
   /// Takes over what was computed on a copy of the map.
   void correct(const MapPatch& patch);
   /// A read-out time was found late; see late_shutter.hpp.
-  bool correct_shutter(double was_s, double now_s) {
-    return ygslam::correct_shutter(map_, camera_, was_s, now_s);
+  bool correct_shutter(double was_s, const ShutterTimes& now) {
+    return ygslam::correct_shutter(map_, camera_, was_s, now);
   }
   /// A submap's place was found: Map::join() after the patch that moves it there.
   void join(KeyframeId root, KeyframeId parent, const MapPatch& patch);

@@ -22,7 +22,7 @@ constexpr int kRounds = 2;            // the first with the velocities tracking 
 void EarlyFrames::add(const FrameRecord& record, const TrackResult& result) {
   if (record.has_pose() && result.guessed_read_out) keep(record, result);
   if (!result.shutter || !result.shutter->taken_over) return;
-  readout_s_ = result.shutter->readout_s;
+  times_ = result.shutter->times;
   std::ranges::move(waiting_, std::back_inserter(early_));
   waiting_.clear();
 }
@@ -45,10 +45,11 @@ void EarlyFrames::keep(const FrameRecord& record, const TrackResult& result) {
 
 class EarlyFrames::Revision {
  public:
-  Revision(const std::vector<Frame>& frames, double readout_s, const Map& map, const Camera& camera)
+  Revision(const std::vector<Frame>& frames, const ShutterTimes& times, const Map& map,
+           const Camera& camera)
       : frames_(frames), map_(map), camera_(camera) {
     for (const Frame& frame : frames) {
-      ReadOut read_out{{readout_s, readout_s, 0}, frame.read_out.body_velocity};
+      ReadOut read_out{times, frame.read_out.body_velocity};
       const KeyframeRelativePose& pose = frame.pose;
       placed_.push_back(
           {read_out, pose_in(map, frame.frame, pose.reference, pose.T_camera_reference), false});
@@ -123,7 +124,7 @@ class EarlyFrames::Revision {
 };
 
 RevisedPoses EarlyFrames::revised(const Map& map, const Camera& camera) const {
-  return readout_s_ ? Revision(early_, *readout_s_, map, camera).poses() : RevisedPoses{};
+  return times_ ? Revision(early_, *times_, map, camera).poses() : RevisedPoses{};
 }
 
 }  // namespace ygslam

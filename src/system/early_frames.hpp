@@ -41,7 +41,7 @@ class EarlyFrames {
 
   std::deque<Frame> waiting_;  // with the times in use now
   std::vector<Frame> early_;   // with times that were found to be wrong
-  std::optional<double> readout_s_;
+  std::optional<ShutterTimes> times_;
 };
 
 }  // namespace ygslam

@@ -99,7 +99,7 @@ bool MappingStage::look_for(const Features& features, std::span<const float> sta
 }
 
 void MappingStage::correct_shutter(const ShutterReport& report) {
-  if (config_.frozen || !mapper_.correct_shutter(report.in_use_s, report.readout_s)) return;
+  if (config_.frozen || !mapper_.correct_shutter(report.in_use_s, report.times)) return;
   constexpr int kAdjustments = 2;  // the first begins where residuals of all rows are wrong
   for (int round = 0; round < kAdjustments; ++round)
     if (const auto patch = solve(camera_, full_adjustment(), config_.mapper.bundle))

@@ -266,7 +266,7 @@ TEST(RunLog, AReadOutThatDiffersNamesWhereTheOneInUseComesFrom) {
   const log::ScopedSink sink(std::make_shared<const log::Sink>(
       [&](log::Level, std::string line) { lines.push_back(std::move(line)); }));
   TrackResult result;
-  result.shutter = ShutterReport{0.0216, 0.0004, 0.026, false};
+  result.shutter = ShutterReport{0.0216, 0.0004, 0.026, false, {0.0216, 0.0216, 0}};
   RunLog(true, "Asus, taken from the name of the folder").add(FrameRecord{}, result);
   RunLog(true).add(FrameRecord{}, result);
   result.shutter->taken_over = true;

@@ -1,6 +1,7 @@
 #include "system/run_log.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/log.hpp"
 
@@ -11,7 +12,14 @@ void log_shutter(const ShutterReport& report, const std::string& source) {
   constexpr double kMs = 1e3;
   const std::string in_use = fmt::format("{:.1f} ms ({})", kMs * report.in_use_s,
                                          source.empty() ? "told by the caller" : source);
-  if (report.taken_over) {
+  constexpr double kSame_s = 1e-4;
+  if (report.taken_over && std::abs(report.times.colour_readout_s - report.readout_s) > kSame_s) {
+    log::info(
+        "the camera reads an image in {:.1f} +- {:.1f} ms, not at once: those of a {} are taken, "
+        "{:.1f} ms for colour and {:.1f} ms for depth, also in the map",
+        kMs * report.readout_s, kMs * report.std_s, source, kMs * report.times.colour_readout_s,
+        kMs * report.times.depth_readout_s);
+  } else if (report.taken_over) {
     log::info(
         "the camera reads an image in {:.1f} +- {:.1f} ms{}: taken into account, also in the map; "
         "`ygslam calibrate` finds it for whole runs",

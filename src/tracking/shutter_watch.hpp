@@ -14,6 +14,7 @@ struct ShutterReport {
   double std_s = 0;
   double in_use_s = 0;
   bool taken_over = false;  ///< false: the camera's file is believed
+  ShutterTimes times;       ///< in use from now on
 };
 
 class ShutterWatch {
@@ -30,9 +31,12 @@ class ShutterWatch {
   [[nodiscard]] std::optional<ShutterReport> step(const TrackedFrame& frame);
 
  private:
+  [[nodiscard]] ShutterTimes times_with(double readout_s) const;
+
   CameraEstimator estimator_;
   ShutterTimes times_;
-  const bool known_;
+  ShutterTimes suspected_;  // of the device that it may be
+  bool known_;
   bool reported_ = false;
   int parts_wanted_ = 6;  // half seconds
 };

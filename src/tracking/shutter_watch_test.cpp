@@ -14,7 +14,9 @@ constexpr double kTrue_s = 0.02;
 /// A camera as its file has it, which reads its rows in another time.
 struct Watched {
   Watched(double file_s, bool known, double true_s = kTrue_s)
-      : camera(config(file_s, known)), waving(Waving::camera(), {true_s, true_s, 0}, 0.3) {}
+      : Watched(config(file_s, known), true_s) {}
+  Watched(const CameraConfig& file, double true_s)
+      : camera(file), waving(Waving::camera(), {true_s, true_s, 0}, 0.3) {}
   /// What is reported on the way.
   std::vector<ShutterReport> wave(double seconds) {
     std::vector<ShutterReport> reports;
@@ -53,6 +55,36 @@ TEST(ShutterWatch, OfACameraNobodyKnowsWhatIsSeenIsTakenOver) {
   EXPECT_EQ(unknown.watch.times().depth_readout_s, reports.front().readout_s);
   EXPECT_FALSE(unknown.watch.known());
   EXPECT_TRUE(unknown.wave(8).empty()) << "nothing new";
+}
+
+TEST(ShutterWatch, OnceTheRowsRollTheSuspectedDeviceIsTakenAndThenItsOwnTimes) {
+  CameraConfig config = Watched::config(0, false);
+  config.suspected_colour_readout_ms = 26;
+  config.suspected_depth_readout_ms = 34;
+  const auto times_after = [&](double true_s) {
+    std::vector<ShutterTimes> found;
+    for (const ShutterReport& report : Watched(config, true_s).wave(16))
+      found.push_back(report.times);
+    return found;
+  };
+  const auto alike = times_after(0.0262);
+  ASSERT_FALSE(alike.empty());
+  EXPECT_DOUBLE_EQ(alike.front().colour_readout_s, 0.026);
+  EXPECT_DOUBLE_EQ(alike.front().depth_readout_s, 0.034);
+  const auto unlike = times_after(0.008);
+  ASSERT_FALSE(unlike.empty());
+  EXPECT_NEAR(unlike.front().colour_readout_s, 0.008, 0.002) << "no such device";
+  EXPECT_TRUE(times_after(0).empty());
+}
+
+TEST(ShutterWatch, WhatIsKnownOfARelativeStartsAnEstimate) {
+  CameraConfig config = Watched::config(0.026, false);
+  config.depth_readout_ms = 34;
+  const auto reports = Watched(config, 0.015).wave(8);
+  ASSERT_FALSE(reports.empty());
+  const ShutterTimes& times = reports.back().times;
+  EXPECT_NEAR(times.depth_readout_s - times.colour_readout_s, 0.008, 1e-9);
+  EXPECT_LT(times.colour_readout_s, 0.02);
 }
 
 TEST(ShutterWatch, OfAnUnknownGlobalShutterThereIsNothingToReport) {

@@ -38,6 +38,30 @@ DepthNoiseConfig random_depth_noise(Rng& rng) {
   return noise;
 }
 
+/// One frame in sixteen has no depth in half of the image, outside a window, but for few pixels, or
+/// anywhere. Who stands there cannot be seen in it: nobody is labelled.
+void lose_depth(RandomFrame& frame, Rng& rng) {
+  constexpr double kShare = 1.0 / 16;
+  if (rng.uniform() >= kShare) return;
+  const int width = frame.depth_m.width();
+  const int height = frame.depth_m.height();
+  const auto kind = rng.below(4);
+  const int u0 = kind == 0 ? static_cast<int>(rng.below(2)) * width / 2 : width / 3;
+  const int v0 = kind == 0 ? 0 : height / 3;
+  const auto is_kept = [&](int u, int v) {
+    if (kind == 0) return u >= u0 && u < u0 + width / 2;
+    if (kind == 1) return u >= u0 && u < 2 * u0 && v >= v0 && v < 2 * v0;
+    return kind == 2 && rng.uniform() < 0.04;
+  };
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      if (is_kept(u, v)) continue;
+      frame.depth_m.at(u, v) = 0;
+      frame.people.at(u, v) = 0;
+    }
+  }
+}
+
 /// Whether there is enough to see: not a wall before the lens.
 bool shows_something(const View& view) {
   std::size_t near = 0;
@@ -131,6 +155,7 @@ struct RandomFrames::State {
       if (album.size() > kAlbum) album.pop_front();
       pictures_of_world = 1;
     }
+    lose_depth(frame, rng);
     return frame;
   }
   int pictures_of_world = 0;

@@ -56,6 +56,7 @@ TEST(RandomFrames, ShowManyRoomsWithAndWithoutPeople) {
   std::size_t area = 0;
   std::size_t holes = 0;
   int empty = 0;
+  int blind = 0;  // less than an eighth of the depth
   int crowded = 0;
   std::size_t pixels = 0;
   for (int i = 0; i < kFrames; ++i) {
@@ -73,10 +74,13 @@ TEST(RandomFrames, ShowManyRoomsWithAndWithoutPeople) {
     area += here;
     empty += here == 0 ? 1 : 0;
     crowded += most > 2 ? 1 : 0;
+    std::size_t holes_here = 0;
     for (const float z : frame.depth_m) {
       ASSERT_GE(z, 0);
-      holes += z == 0 ? 1 : 0;
+      holes_here += z == 0 ? 1 : 0;
     }
+    holes += holes_here;
+    blind += 8 * holes_here > 7 * frame.depth_m.size() ? 1 : 0;
   }
   EXPECT_GE(worlds.size(), 12U);
   EXPECT_EQ(focal_lengths.size(), worlds.size());
@@ -86,6 +90,7 @@ TEST(RandomFrames, ShowManyRoomsWithAndWithoutPeople) {
   EXPECT_GT(area, pixels / 20);
   EXPECT_LT(area, pixels / 2);
   EXPECT_GT(holes, pixels / 100);
+  EXPECT_GT(blind, 0) << "depth fails in some";
   EXPECT_LT(holes, pixels / 2);
 }
 

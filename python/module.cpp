@@ -338,7 +338,7 @@ NB_MODULE(_core, m) {
           nb::arg("deterministic") = false, nb::arg("keep_trajectory") = true, nb::arg("view") = "",
           nb::arg("options") = std::map<std::string, std::string>{},
           "model: a YOLOv8-seg network (.onnx, .xml). segmenter: model, builtin, none, masks:DIR; "
-          "without it the model, if there is one. dynamic: off, geometry, semantic, full; without "
+          "without it the model, else the built-in network. dynamic: off, geometry, semantic, full; without "
           "it full where there are masks, else geometry. load_map: map of an earlier run to go on "
           "with; localize_only: it stays "
           "as it is. deterministic: same input, same result. view: where a page shows "

@@ -1,4 +1,5 @@
 """Bad models given to `ygslam run`, none, and the built-in one."""
+import json
 import os
 import pathlib
 import re
@@ -43,16 +44,23 @@ class Models(CliTest):
         spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         self.assertLess(spent, 5.0, "seconds of processor time")
 
-    def test_without_a_model_the_hint_says_how_to_get_one(self):
+    def test_without_a_model_the_built_in_network_is_taken_and_said(self):
         for mode in ("full", "semantic"):
-            done = self.run_slam(sequence(), "--dynamic", mode, "--quiet", geometry=False)
-            self.assert_error(done, 5, "make model", "--model", "--segmenter none",
-                              "--dynamic geometry")
+            done = self.run_slam(sequence(), "--dynamic", mode, "--to", 8, geometry=False, out=mode)
+            self.assert_ran(done)
+            self.assertEqual(done.stderr.count("people are found by the built-in one"), 1)
+            self.assertEqual(json.loads((self.folder / mode / "metrics.json").read_text())["segmenter"], "builtin")
+        done = self.run_slam(sequence(), "--dynamic", "geometry", "--to", 8, geometry=False, out="geometry")
+        self.assertNotIn("built-in", done.stderr)
+
+    def test_a_model_that_is_asked_for_and_not_given_is_an_error(self):
+        done = self.run_slam(sequence(), "--segmenter", "model", "--quiet", geometry=False)
+        self.assert_error(done, 5, "make model", "--model", "--segmenter none", "--dynamic geometry")
 
     def test_the_hint_names_options_that_the_command_has(self):
         for command, options in (("inspect", ()), ("inspect", ("--checks", "full")),
                                  ("localize", ("--map", self.folder / "none.map", "--out", self.folder / "out"))):
-            done = ygslam(command, sequence(), *options, "--quiet")
+            done = ygslam(command, sequence(), *options, "--segmenter", "model", "--quiet")
             self.assert_error(done, 5, "make model")
             offered = re.findall(r"--[a-z]+", done.stderr)
             self.assertGreater(len(offered), 3)

@@ -57,7 +57,7 @@ struct Settings {
   /// to crash its reader will.
   std::string model;
   /// model, builtin (the built-in network that knows people), none, masks:DIR (docs/models.md);
-  /// empty: the model, if there is one.
+  /// empty: the model, or without one the built-in network.
   std::string segmenter;
   /// off, geometry, semantic, full; empty: the option dynamic.mode, else full where there are
   /// masks, else geometry.

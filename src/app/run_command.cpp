@@ -37,6 +37,11 @@ void log_start(const RunPlan& plan, const RunFacts& facts) {
   log::info("{}: {}, camera from {}, mode {}, segmenter {} {}", plan.options.sequence,
             sequence.stream ? "a stream" : fmt::format("{} pairs", sequence.pairs.size()),
             sequence.camera_source, facts.mode, facts.segmenter, facts.precision);
+  const bool is_default = plan.options.segmenter.empty() && plan.options.model.empty();
+  if (is_default && facts.segmenter == segmenter_name(kDefaultSegmenter))
+    log::info(
+        "no network given: people are found by the built-in one; --model FILE knows more (`make "
+        "model`, docs/models.md)");
   for (const std::string& note : sequence.notes) log::info("{}", note);
   log_shutter(sequence);
   log_registration(sequence);

@@ -135,8 +135,10 @@ void declare_run_options(CLI::App& command, RunOptions& o) {
   add_view_options(command, o.view);
   command.footer(
       "Examples:\n"
-      "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out --model yolov8n-seg.onnx\n"
-      "  ygslam run SEQ --out out --dynamic geometry          # no network needed\n"
+      "  ygslam run rgbd_dataset_freiburg3_walking_xyz --out out\n"
+      "  ygslam run SEQ --out out --model yolov8n-seg.onnx    # a network that knows more than "
+      "people\n"
+      "  ygslam run SEQ --out out --dynamic geometry          # no network: motion alone\n"
       "  ygslam run SEQ --out out --segmenter masks:SEQ/mask  # recorded masks\n"
       "Writes trajectory.txt, trajectory_live.txt, keyframes.txt, frames.csv, objects.csv,\n"
       "loops.csv, map.ply, metrics.json, config.yaml, log.txt. Exit codes: 0 ok, 2 usage, 3 "

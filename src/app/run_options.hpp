@@ -21,7 +21,9 @@ namespace ygslam {
 /// --segmenter of every command that has it.
 inline constexpr const char* kSegmenterType = "model|builtin|none|masks:DIR";
 inline constexpr const char* kSegmenterHelp =
-    "Where masks come from: --model, the built-in network that knows people, nowhere, files";
+    "Where masks come from: --model if given, else the built-in network that knows people; "
+    "nowhere; "
+    "files";
 
 struct RunOptions {
   std::string sequence, out_dir;

@@ -97,11 +97,10 @@ Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options)
   if (options.segmenter == SegmenterKind::kBuiltin)
     return make_people_segmenter(options.camera, {common.precision, common.threads});
   if (options.model.empty()) {
-    return Error{
-        ErrorKind::kModel,
-        "no segmentation network given: take --segmenter builtin, get one with 'make model' and "
-        "pass --model FILE, or use " +
-            options.without_model};
+    return Error{ErrorKind::kModel,
+                 "--segmenter model needs --model FILE ('make model' exports one); or use "
+                 "--segmenter builtin, " +
+                     options.without_model};
   }
   YoloConfig yolo = common;
   yolo.model = options.model;

@@ -12,8 +12,8 @@ namespace ygslam {
 
 enum class SegmenterKind { kModel, kBuiltin, kNone, kMasks };
 
-/// Where neither a segmenter nor a model is named. kModel asks for one.
-inline constexpr SegmenterKind kDefaultSegmenter = SegmenterKind::kModel;
+/// Where neither a segmenter nor a model is named.
+inline constexpr SegmenterKind kDefaultSegmenter = SegmenterKind::kBuiltin;
 
 struct SessionOptions {
   SlamConfig config;  ///< resolved (slam_config.hpp)

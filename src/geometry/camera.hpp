@@ -13,6 +13,12 @@
 
 namespace ygslam {
 
+/// Pixels [u, u + width) x [v, v + height) of the recorded image.
+struct PixelRectangle {
+  int u = 0, v = 0, width = 0, height = 0;
+  bool operator==(const PixelRectangle&) const = default;
+};
+
 struct CameraConfig {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
@@ -23,6 +29,8 @@ struct CameraConfig {
   double depth_readout_ms = 0;   ///< of all rows of the depth image
   double depth_delay_ms = 0;     ///< middle row of the depth image after that of the colour image
   bool shutter_known = false;    ///< somebody said so; else these are a guess
+  /// Not of the world: the robot itself, text laid over the image. May overlap.
+  std::vector<PixelRectangle> ignored{};
 
   [[nodiscard]] bool is_distorted() const {
     return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0;

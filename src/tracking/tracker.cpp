@@ -28,6 +28,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
     : config_(config),
       camera_(camera),
       shutter_(camera),
+      ego_mask_(config.ego_mask, camera.config()),
       orb_(orb),
       classifier_(dynamic, camera, seed),
       objects_(config.objects, camera),
@@ -45,6 +46,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
   const ScopedTimer timer;
+  ego_mask_.step(*frame);
   const PredictedMotion motion = motion_model_.predict(frame->stamp);
   const auto predicted = predicted_flow(motion);
   FrameFeatures seen = see(frame, predicted);
@@ -56,6 +58,11 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                            ? track(std::move(now), motion.T_now_last, view, mapper_busy)
                        : view->empty() ? start(std::move(now), view)
                                        : start_in_map(std::move(now), view);
+  if (result.candidate)
+    result.candidate->frame = without_masked_depth(result.candidate->frame, ego_mask_.pixels());
+  result.ego_mask = ego_mask_.found();
+  result.masked_pixels = ego_mask_.pixels();
+  result.ego_mask_grew = ego_mask_.take_growth(frame->stamp);
   result.mask_age_frames = mask_age_frames;
   result.masks = {masks.begin(), masks.end()};
   result.orb_ms = orb_ms;
@@ -182,7 +189,7 @@ std::optional<FlowPrediction> Tracker::predicted_flow(const PredictedMotion& mot
 }
 
 FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPrediction>& predicted) {
-  FrameFeatures seen = extract_features(orb_, camera_, frame);
+  FrameFeatures seen = extract_features(orb_, camera_, frame, ego_mask_.pixels());
   return predicted ? corrected(std::move(seen), predicted->read_out.body_velocity) : seen;
 }
 

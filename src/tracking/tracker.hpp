@@ -13,6 +13,7 @@
 #include "motion/classification/point_classifier.hpp"
 #include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
+#include "tracking/ego_mask.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_proposer.hpp"
 #include "tracking/localization.hpp"
@@ -33,6 +34,7 @@ struct TrackerConfig {
   KeyframePolicyConfig keyframe;
   RelocalizerConfig relocalizer;
   FreeSpaceConfig free_space;
+  EgoMaskConfig ego_mask;
   ObjectConfig objects;
   /// What of the camera is looked for in place of an unknown read-out time. Not a setting.
   std::vector<CameraParameter> calibrated{};
@@ -124,6 +126,7 @@ class Tracker {
   TrackerConfig config_;
   const Camera& camera_;
   ShutterWatch shutter_;
+  EgoMask ego_mask_;
   OrbExtractor orb_;
   PointClassifier classifier_;
   ObjectTracker objects_;

@@ -33,6 +33,7 @@ bool FixedEdges::step(const GreyImage& image) {
   find_gradients();
   compare_with_last();
   if (!is_first && !has_moved()) return false;
+  if (!is_first) ++samples_;
   if (!is_first) judge_pixels();
   std::swap(now_, last_);
   return !is_first;

@@ -49,7 +49,8 @@ class FixedEdges {
   /// Of each image in turn. @return whether it was a sample: the rest is of the newest one.
   bool step(const GreyImage& image);
 
-  [[nodiscard]] int scale() const { return scale_; }  ///< pixels of the image to a reduced one
+  [[nodiscard]] int samples() const { return samples_; }  ///< so far
+  [[nodiscard]] int scale() const { return scale_; }      ///< pixels of the image to a reduced one
   [[nodiscard]] const Image<Cell>& cells() const { return cells_; }
   /// 255 = fixed; of the reduced image.
   [[nodiscard]] const GreyImage& fixed() const { return fixed_; }
@@ -78,7 +79,7 @@ class FixedEdges {
   void judge(const Gradient& now, std::size_t pixel, Cell& cell);
 
   FixedEdgesConfig config_;
-  int scale_ = 0;
+  int scale_ = 0, samples_ = 0;
   int image_width_ = 0, image_height_ = 0;
   GreyImage reduced_;
   Gradients now_, last_, reference_;  // last_: of the last sample

@@ -9,6 +9,7 @@
 #include "motion/classification/point_labels.hpp"
 #include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
+#include "tracking/retracker.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/track_judge.hpp"
 
@@ -40,8 +41,9 @@ struct TrackResult {
   PointLabels labels{};  ///< final label and weight of every feature
   /// Pixels that are not of the world: found by itself, and all of them. Null: none.
   PixelMaskPtr ego_mask{}, masked_pixels{};
-  bool ego_mask_grew = false;            ///< the map may hold landmarks that are not of the world
-  int mask_age_frames = -1;              ///< of the newest mask used; -1 = none
+  bool ego_mask_grew = false;  ///< the map may hold landmarks that are not of the world
+  std::vector<RetrackedFrame> retracked{};  ///< earlier frames that were elsewhere
+  int mask_age_frames = -1;                 ///< of the newest mask used; -1 = none
   std::vector<SegmentationPtr> masks{};  ///< that arrived with this frame, of this or earlier ones
   std::vector<TrackedObject> objects{};  ///< things that move or could
   std::vector<LandmarkId> landmarks{};   ///< per feature, matched

@@ -19,6 +19,7 @@
 #include "tracking/localization.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
+#include "tracking/retracker.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/submap_starter.hpp"
 #include "tracking/track_judge.hpp"
@@ -95,6 +96,9 @@ class Tracker {
                                     PointLabels labels, std::vector<TrackedObject> objects,
                                     MapRequest request, CameraFindings camera) const;
 
+  /// What is known of pixels that are not of the world, and what follows from it.
+  void tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackResult& result);
+
   // Steps on these ways, in their order.
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const PredictedMotion& motion) const;
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
@@ -132,6 +136,7 @@ class Tracker {
   ObjectTracker objects_;
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
+  Retracker retracker_;
   MotionModel motion_model_;
   CameraEstimator calibration_;  // of TrackerConfig::calibrated
   Localization localization_;

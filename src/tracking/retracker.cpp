@@ -10,10 +10,9 @@ namespace {
 
 constexpr double kKept_s = 2.0;
 constexpr std::size_t kMostKept = 120;
-constexpr int kWait = 10;                             // frames until the map has surely been told
-constexpr int kAtOnce = 2;                            // frames, so that no frame takes long
-constexpr double kSame_m = 0.005, kSame_rad = 0.003;  // so near, a pose was right
-constexpr double kWorth = 0.005;                      // share of the image: less misleads nobody
+constexpr int kWait = 10;           // frames until the map has surely been told
+constexpr int kAtOnce = 2;          // frames, so that no frame takes long
+constexpr double kWorth = 0.005;    // share of the image: less misleads nobody
 constexpr double kFewStatic = 0.3;  // share of the points that is too small to be believed
 
 FramePtr without_images(const RgbdFrame& frame) {
@@ -100,15 +99,11 @@ std::optional<RetrackedFrame> Retracker::go_back(const LocalView& view, Rng& rng
   }
   TrackedFrame frame = std::move(earlier_.back());
   earlier_.pop_back();
-  const auto T_was_world = pose_in(view, frame.pose);
-  const SE3 T_now_was = pose->T_camera_world * T_was_world.value_or(SE3()).inverse();
-  const bool was_right =
-      T_was_world && T_now_was.t().norm() < kSame_m && T_now_was.angle() < kSame_rad;
   frame.landmarks = pose->landmarks;
   frame.pose = relative_to_keyframe(pose->T_camera_world, view);
   const RetrackedFrame found{frame.seen.frame->id, frame.pose};
   later_ = {std::move(frame), pose->T_camera_world * T_later_world->inverse()};
-  return was_right ? std::nullopt : std::optional(found);
+  return found;
 }
 
 }  // namespace ygslam

@@ -12,7 +12,7 @@
 
 namespace ygslam {
 
-/// Where an earlier frame was in truth.
+/// Where an earlier frame was, told by a keyframe that was not misled.
 struct RetrackedFrame {
   FrameId frame = kNoFrame;
   KeyframeRelativePose pose;
@@ -27,7 +27,7 @@ class Retracker {
 
   /// Of each frame with a pose. @param mask that came to be known: null = nothing new.
   void add(const TrackedFrame& frame, const PixelMaskPtr& mask);
-  /// @param is_sure the newest frame has a good pose. @return what was found to be elsewhere.
+  /// @param is_sure the newest frame has a good pose. @return what was found.
   [[nodiscard]] std::vector<RetrackedFrame> step(const LocalView& view, bool is_sure, Rng& rng);
   void forget() { frames_.clear(), earlier_.clear(), later_.reset(), mask_.reset(); }
 

@@ -42,7 +42,7 @@ struct TrackResult {
   /// Pixels that are not of the world: found by itself, and all of them. Null: none.
   PixelMaskPtr ego_mask{}, masked_pixels{};
   bool ego_mask_grew = false;  ///< the map may hold landmarks that are not of the world
-  std::vector<RetrackedFrame> retracked{};  ///< earlier frames that were elsewhere
+  std::vector<RetrackedFrame> retracked{};  ///< earlier frames, better placed
   int mask_age_frames = -1;                 ///< of the newest mask used; -1 = none
   std::vector<SegmentationPtr> masks{};  ///< that arrived with this frame, of this or earlier ones
   std::vector<TrackedObject> objects{};  ///< things that move or could

@@ -9,6 +9,7 @@ namespace ygslam {
 namespace {
 
 constexpr std::uint8_t kYes = 255;
+constexpr float kAsFar = 0.85F;  // of a depth
 
 template <typename Pixel, typename Visit>
 void visit_square(const Image<Pixel>& image, int u, int v, int radius, const Visit& visit) {
@@ -26,9 +27,14 @@ void fill_square(GreyImage& image, int u, int v, int radius) {
 GreyImage enlarged(const GreyImage& small, int scale, int width, int height) {
   GreyImage image(width, height);
   for (int v = 0; v < height; ++v) {
-    const std::uint8_t* from = small.row(std::min(v / scale, small.height() - 1));
     std::uint8_t* to = image.row(v);
-    for (int u = 0; u < width; ++u) to[u] = from[std::min(u / scale, small.width() - 1)];
+    if (v % scale != 0 || v / scale >= small.height()) {
+      std::copy_n(image.row(v - 1), width, to);
+      continue;
+    }
+    const std::uint8_t* from = small.row(v / scale);
+    for (int u = 0; u < small.width(); ++u) std::fill_n(to + u * scale, scale, from[u]);
+    std::fill(to + small.width() * scale, to + width, from[small.width() - 1]);
   }
   return image;
 }
@@ -37,7 +43,9 @@ GreyImage enlarged(const GreyImage& small, int scale, int width, int height) {
 
 PixelMaskPtr EgoMaskFinder::step(const RgbdFrame& frame) {
   if (!config_.enabled || frame.grey.empty()) return mask_;
-  if (last_ && seconds_between(frame.stamp, *last_) < config_.interval_s) return mask_;
+  const bool is_later = edges_.samples() >= config_.first_samples;
+  const double interval_s = is_later ? config_.later_interval_s : config_.interval_s;
+  if (last_ && seconds_between(frame.stamp, *last_) < interval_s) return mask_;
   last_ = frame.stamp;
   if (!edges_.step(frame.grey)) {
     if (mask_ && !mask_->same_size(frame.grey)) mask_.reset();
@@ -65,31 +73,26 @@ bool EgoMaskFinder::has_corner(int u, int v) const {
   return weaker >= config_.corner * fixed;
 }
 
-/// Whether what stands tells a standing camera from one that carries something: it tells nothing
-/// where much of what keeps its depth moves, as a floor does.
-bool EgoMaskFinder::depth_tells() const {
-  int stood = 0, moved = 0;
-  for (int v = 0; v < edges_.cells().height(); ++v) {
-    for (int u = 0; u < edges_.cells().width(); ++u) {
-      const FixedEdges::Cell& cell = edges_.cells().at(u, v);
-      if (cell.edges < 3 || !depth_.stood(u, v)) continue;
-      ++stood;
-      if (cell.moved()) ++moved;
-    }
-  }
-  return moved <= 0.3 * stood;
+/// A mover that fills the view of a standing camera leaves a background that stays, too. But that
+/// keeps its depth, and nothing moves on beside it that is as far away, as it does behind text.
+bool EgoMaskFinder::is_background(int u, int v) const {
+  if (!depth_.stands(u, v) || is_near(u, v)) return false;
+  constexpr int kReach = 10;
+  const float as_far_m = kAsFar * depth_.shown_m(u, v);
+  int passing = 0, standing = 0;
+  visit_square(edges_.cells(), u, v, kReach, [&](int x, int y) {
+    if (depth_.passing_m(x, y) > as_far_m) ++passing;
+    if (edges_.cells().at(x, y).fixed > 0 && depth_.stands(x, y)) ++standing;
+  });
+  return passing < standing;
 }
 
 EgoMaskFinder::Cells EgoMaskFinder::corners() const {
   Cells corners(edges_.cells().width(), edges_.cells().height());
-  const bool depth_tells = this->depth_tells();
   for (int v = 0; v < corners.height(); ++v) {
     for (int u = 0; u < corners.width(); ++u) {
       if (edges_.cells().at(u, v).fixed == 0 || !has_corner(u, v)) continue;
-      // A mover that fills the view of a standing camera leaves a background that stays, too; but
-      // it is farther away.
-      const bool is_background = depth_tells && depth_.stood(u, v) && !is_near(u, v);
-      if (!is_background) corners.at(u, v) = kYes;
+      if (!is_background(u, v)) corners.at(u, v) = kYes;
     }
   }
   return corners;
@@ -132,20 +135,26 @@ GreyImage EgoMaskFinder::painted(const Cells& corners, const Cells& surfaces) co
   constexpr int kCell_px = FixedEdges::kCell_px;
   const GreyImage& fixed = edges_.fixed();
   GreyImage mask(fixed.width(), fixed.height());
-  for (int v = 0; v < fixed.height(); ++v) {
-    for (int u = 0; u < fixed.width(); ++u) {
-      const int column = u / kCell_px, row = v / kCell_px;
+  const auto paint = [&](int column, int row, bool all) {
+    for (int v = row * kCell_px; v < std::min(fixed.height(), (row + 1) * kCell_px); ++v)
+      for (int u = column * kCell_px; u < std::min(fixed.width(), (column + 1) * kCell_px); ++u)
+        if (all || fixed.at(u, v) != 0) fill_square(mask, u, v, config_.margin_px);
+  };
+  for (int row = 0; row < corners.height(); ++row) {
+    for (int column = 0; column < corners.width(); ++column) {
+      const bool is_surface = surfaces.at(column, row) != 0;
       bool is_of_corner = false;
-      if (fixed.at(u, v) != 0)
+      if (!is_surface && edges_.cells().at(column, row).fixed > 0)
         visit_square(corners, column, row, 1,
                      [&](int x, int y) { is_of_corner |= corners.at(x, y) != 0; });
-      if (is_of_corner || surfaces.at(column, row) != 0) fill_square(mask, u, v, config_.margin_px);
+      if (is_surface || is_of_corner) paint(column, row, is_surface);
     }
   }
   return mask;
 }
 
-void EgoMaskFinder::publish(const GreyImage& reduced, const GreyImage& image) {
+void EgoMaskFinder::publish(GreyImage reduced, const GreyImage& image) {
+  if (mask_ && mask_->same_size(image) && std::ranges::equal(reduced, reduced_)) return;
   const auto masked = std::count(reduced.begin(), reduced.end(), kYes);
   const bool is_any =
       masked > 0 && static_cast<double>(masked) <= config_.most_of_image * reduced.size();
@@ -153,9 +162,9 @@ void EgoMaskFinder::publish(const GreyImage& reduced, const GreyImage& image) {
     mask_.reset();
     return;
   }
-  GreyImage mask = enlarged(reduced, edges_.scale(), image.width(), image.height());
-  const bool is_same = mask_ && mask_->same_size(mask) && std::ranges::equal(*mask_, mask);
-  if (!is_same) mask_ = std::make_shared<const GreyImage>(std::move(mask));
+  mask_ = std::make_shared<const GreyImage>(
+      enlarged(reduced, edges_.scale(), image.width(), image.height()));
+  reduced_ = std::move(reduced);
 }
 
 }  // namespace ygslam

@@ -16,7 +16,9 @@ namespace ygslam {
 struct EgoMaskConfig {
   bool enabled = true;
   FixedEdgesConfig edges{};
-  double interval_s = 0.05;    ///< images are looked at no more often
+  /// Images are looked at no more often, and later, when what there is has mostly been found.
+  double interval_s = 0.05, later_interval_s = 0.12;
+  int first_samples = 40;      ///< that count as the beginning
   double corner = 0.1;         ///< share of the weaker direction, for edges in two directions
   int least_edges = 5;         ///< fixed pixels about a cell, of the reduced image
   double nearer = 0.8;         ///< of the scene's median depth: so near is what the camera carries
@@ -38,17 +40,18 @@ class EgoMaskFinder {
   using Cells = GreyImage;  // 0 = none
 
   [[nodiscard]] bool has_corner(int u, int v) const;
-  [[nodiscard]] bool depth_tells() const;
+  [[nodiscard]] bool is_background(int u, int v) const;
   [[nodiscard]] bool is_near(int u, int v) const;
   [[nodiscard]] Cells corners() const;
   [[nodiscard]] Cells surfaces(const Cells& corners) const;
   [[nodiscard]] GreyImage painted(const Cells& corners, const Cells& surfaces) const;
-  void publish(const GreyImage& reduced, const GreyImage& image);
+  void publish(GreyImage reduced, const GreyImage& image);
 
   EgoMaskConfig config_;
   FixedEdges edges_;
   FixedDepth depth_;
   std::optional<Timestamp> last_;
+  GreyImage reduced_;  // that mask_ was made of
   PixelMaskPtr mask_;
 };
 

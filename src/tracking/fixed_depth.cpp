@@ -10,6 +10,8 @@
 namespace ygslam {
 namespace {
 
+constexpr float kPassing = 0.1F;  // of its depth: a larger step is of another surface
+
 /// As far as a Kinect's noise tells.
 bool is_same(float a_m, float b_m) {
   constexpr double kSigmas = 3, kLeast_m = 0.01;
@@ -44,10 +46,12 @@ void FixedDepth::step(const DepthImage& depth_m, const FixedEdges& edges) {
   if (!reference_m_.same_size(now_m)) {
     reference_m_ = DepthImage(now_m.width(), now_m.height());
     earlier_m_.clear();
-    score_ = GreyImage(now_m.width(), now_m.height());
+    passing_m_ = shown_m_ = reference_m_;
+    score_ = stood_ = GreyImage(now_m.width(), now_m.height());
   }
   look_at_scene(now_m, edges);
   for (std::size_t i = 0; i < now_m.size(); ++i) {
+    if (edges.cells().data()[i].shows_the_same()) see_again(now_m.data()[i], i);
     float& reference_m = reference_m_.data()[i];
     std::uint8_t& score = score_.data()[i];
     const float m = now_m.data()[i];
@@ -63,14 +67,28 @@ void FixedDepth::step(const DepthImage& depth_m, const FixedEdges& edges) {
   if (earlier_m_.size() > kSamples) earlier_m_.pop_front();
 }
 
+void FixedDepth::see_again(float now_m, std::size_t cell) {
+  constexpr int kMost = 8, kLoss = 2;
+  float& shown_m = shown_m_.data()[cell];
+  std::uint8_t& stood = stood_.data()[cell];
+  const bool is_alike = now_m > 0 && shown_m > 0 && is_same(now_m, shown_m);
+  stood = static_cast<std::uint8_t>(std::clamp(stood + (is_alike ? 1 : -kLoss), 0, kMost));
+  if (now_m > 0 && stood == 0) shown_m = now_m;
+}
+
 void FixedDepth::look_at_scene(const DepthImage& now_m, const FixedEdges& edges) {
   std::vector<float> moved_m;
   int same = 0;
   for (std::size_t i = 0; i < now_m.size(); ++i) {
     const float m = now_m.data()[i];
-    if (!edges.cells().data()[i].moved() || m <= 0) continue;
+    const float earlier_m = earlier_m_.empty() ? 0 : earlier_m_.front().data()[i];
+    const float last_m = earlier_m_.empty() ? 0 : earlier_m_.back().data()[i];
+    const bool is_as_earlier = m > 0 && earlier_m > 0 && is_same(m, earlier_m);
+    const bool moves = m > 0 && edges.cells().data()[i].moved();
+    passing_m_.data()[i] = moves && std::abs(m - last_m) < kPassing * m ? m : 0;
+    if (!moves) continue;
     moved_m.push_back(m);
-    if (!earlier_m_.empty() && is_same(m, earlier_m_.front().data()[i])) ++same;
+    if (is_as_earlier) ++same;
   }
   constexpr std::size_t kLeast = 30;
   if (moved_m.size() >= kLeast) scene_m_ = median(moved_m);

@@ -31,16 +31,19 @@ class FixedEdges {
   static constexpr int kCell_px = 4;
   /// A pixel gains and loses so much by a sample; from kFixed on it counts as fixed, and does so
   /// until it has fallen to kFree.
-  static constexpr int kGain = 4, kLoss = 8, kMost = 64, kFixed = 32, kFree = 12;
+  static constexpr int kGain = 4, kLoss = 8, kLossUnseen = 3, kMost = 64, kFixed = 32, kFree = 12;
 
   /// What a square of the image shows.
   struct Cell {
     std::uint8_t edges = 0;    ///< pixels, now or at the last sample
     std::uint8_t stayed = 0;   ///< of these: as they were at the last sample
     std::uint8_t fixed = 0;    ///< pixels that count as fixed
-    std::uint8_t passing = 0;  ///< pixels with an edge that is not the one seen there earlier
+    std::uint8_t alike = 0;    ///< pixels with the edge that was seen there earlier
+    std::uint8_t passing = 0;  ///< pixels with another edge
     /// Sums over the fixed pixels of the products of their gradient's direction: xx, xy, yy.
     std::array<float, 3> direction{};
+    /// Nothing has come before what was there.
+    [[nodiscard]] bool shows_the_same() const { return alike >= 2 && 2 * passing <= alike; }
     [[nodiscard]] bool moved() const { return edges >= 3 && 2 * stayed < edges; }
   };
 
@@ -72,6 +75,7 @@ class FixedEdges {
 
   void start(const GreyImage& image);
   void reduce(const GreyImage& image);
+  void reduce_row(const std::uint16_t* sums, std::uint32_t share, int v);
   void find_gradients();
   void compare_with_last();
   [[nodiscard]] bool has_moved() const;

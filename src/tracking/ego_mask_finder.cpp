@@ -9,7 +9,8 @@ namespace ygslam {
 namespace {
 
 constexpr std::uint8_t kYes = 255;
-constexpr float kAsFar = 0.85F;  // of a depth
+constexpr int kPassed = 4, kMostPassed = 12;  // samples
+constexpr float kAsFar = 0.85F;               // of a depth
 
 template <typename Pixel, typename Visit>
 void visit_square(const Image<Pixel>& image, int u, int v, int radius, const Visit& visit) {
@@ -87,12 +88,21 @@ bool EgoMaskFinder::is_background(int u, int v) const {
   return passing < standing;
 }
 
-EgoMaskFinder::Cells EgoMaskFinder::corners() const {
+/// Before a surface without much texture text looks like a background for a while: what has passed
+/// for the camera's own more often stays it until its edges go.
+EgoMaskFinder::Cells EgoMaskFinder::corners() {
   Cells corners(edges_.cells().width(), edges_.cells().height());
+  if (!passed_.same_size(corners)) passed_ = Cells(corners.width(), corners.height());
   for (int v = 0; v < corners.height(); ++v) {
     for (int u = 0; u < corners.width(); ++u) {
-      if (edges_.cells().at(u, v).fixed == 0 || !has_corner(u, v)) continue;
-      if (!is_background(u, v)) corners.at(u, v) = kYes;
+      std::uint8_t& passed = passed_.at(u, v);
+      if (edges_.cells().at(u, v).fixed == 0 || !has_corner(u, v)) {
+        passed = 0;
+        continue;
+      }
+      const bool passes = !is_background(u, v);
+      passed = static_cast<std::uint8_t>(std::clamp(passed + (passes ? 1 : -1), 0, kMostPassed));
+      if (passes || passed >= kPassed) corners.at(u, v) = kYes;
     }
   }
   return corners;

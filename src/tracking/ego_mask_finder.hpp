@@ -42,7 +42,7 @@ class EgoMaskFinder {
   [[nodiscard]] bool has_corner(int u, int v) const;
   [[nodiscard]] bool is_background(int u, int v) const;
   [[nodiscard]] bool is_near(int u, int v) const;
-  [[nodiscard]] Cells corners() const;
+  [[nodiscard]] Cells corners();
   [[nodiscard]] Cells surfaces(const Cells& corners) const;
   [[nodiscard]] GreyImage painted(const Cells& corners, const Cells& surfaces) const;
   void publish(GreyImage reduced, const GreyImage& image);
@@ -51,6 +51,7 @@ class EgoMaskFinder {
   FixedEdges edges_;
   FixedDepth depth_;
   std::optional<Timestamp> last_;
+  Cells passed_;  // samples in which a cell was the camera's own, less those in which it was not
   GreyImage reduced_;  // that mask_ was made of
   PixelMaskPtr mask_;
 };

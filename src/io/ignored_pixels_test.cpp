@@ -40,7 +40,8 @@ TEST(IgnoredPixels, RectanglesCoverJustWhatAMaskCovers) {
 
 TEST(IgnoredPixels, ACameraFileNamesRectanglesAndIsWrittenWithThem) {
   const auto camera = parse_calibration(
-      kPlainLens + "width 640\nheight 480\nignore 0 420 640 60 10 10 200 30 # bonnet, clock\n", "c");
+      kPlainLens + "width 640\nheight 480\nignore 0 420 640 60 10 10 200 30 # bonnet, clock\n",
+      "c");
   ASSERT_TRUE(camera.ok()) << camera.error().message;
   EXPECT_EQ(camera->ignored, (std::vector<PixelRectangle>{{0, 420, 640, 60}, {10, 10, 200, 30}}));
   const auto again = parse_calibration(format_calibration(*camera), "c");
@@ -63,8 +64,8 @@ TEST(IgnoredPixels, WhatIsWrongIsToldInOneLine) {
   const testing::TempFolder folder;
   write(folder.path() / "small.png", encode_png(GreyImage(320, 240, 255)));
   const auto refusal = [&](const std::string& value) {
-    const auto camera = parse_calibration("ignore " + value + "\nwidth 640\nheight 480\n" + kPlainLens,
-                                          "camera.txt", folder.path());
+    const auto camera = parse_calibration(
+        "ignore " + value + "\nwidth 640\nheight 480\n" + kPlainLens, "camera.txt", folder.path());
     const std::string message = camera.ok() ? "" : camera.error().message;
     EXPECT_TRUE(message.starts_with("camera.txt:1: ignore: ")) << value << " -> " << message;
     EXPECT_EQ(message.find('\n'), std::string::npos);

@@ -198,7 +198,8 @@ NB_MODULE(_core, m) {
           [](api::CameraModel* self, double fx, double fy, double cx, double cy, int width,
              int height, double k1, double k2, double p1, double p2, double k3,
              double colour_readout_ms, double depth_readout_ms, double depth_delay_ms,
-             bool shutter_known, const std::string& device) {
+             bool shutter_known, const std::string& device,
+             const std::vector<std::array<int, 4>>& ignore, const std::string& ignore_image) {
             new (self) api::CameraModel{fx,
                                         fy,
                                         cx,
@@ -214,13 +215,16 @@ NB_MODULE(_core, m) {
                                         depth_readout_ms,
                                         depth_delay_ms,
                                         shutter_known,
-                                        device};
+                                        device,
+                                        ignore,
+                                        ignore_image};
           },
           nb::arg("fx"), nb::arg("fy"), nb::arg("cx"), nb::arg("cy"), nb::arg("width") = 640,
           nb::arg("height") = 480, nb::kw_only(), nb::arg("k1") = 0.0, nb::arg("k2") = 0.0,
           nb::arg("p1") = 0.0, nb::arg("p2") = 0.0, nb::arg("k3") = 0.0,
           nb::arg("colour_readout_ms") = 0.0, nb::arg("depth_readout_ms") = 0.0,
-          nb::arg("depth_delay_ms") = 0.0, nb::arg("shutter_known") = false, nb::arg("device") = "")
+          nb::arg("depth_delay_ms") = 0.0, nb::arg("shutter_known") = false, nb::arg("device") = "",
+          nb::arg("ignore") = std::vector<std::array<int, 4>>(), nb::arg("ignore_image") = "")
       .def_rw("fx", &api::CameraModel::fx)
       .def_rw("fy", &api::CameraModel::fy)
       .def_rw("cx", &api::CameraModel::cx)
@@ -237,6 +241,10 @@ NB_MODULE(_core, m) {
       .def_rw("depth_delay_ms", &api::CameraModel::depth_delay_ms)
       .def_rw("shutter_known", &api::CameraModel::shutter_known)
       .def_rw("device", &api::CameraModel::device, "name of a known camera, see docs/camera.md")
+      .def_rw("ignore", &api::CameraModel::ignore,
+              "pixels that are not of the world: [x, y, width, height] each")
+      .def_rw("ignore_image", &api::CameraModel::ignore_image,
+              "the same as an 8-bit grey PNG of the camera's size, not 0 = ignored")
       .def("__repr__", [](const api::CameraModel& c) {
         return "CameraModel(" + std::to_string(c.width) + "x" + std::to_string(c.height) +
                ", fx=" + std::to_string(c.fx) + ", fy=" + std::to_string(c.fy) +

@@ -47,6 +47,11 @@ struct CameraModel {
   bool shutter_known = false;    ///< the three times are right even where they are 0
   /// kinect_v1, realsense_d455, ... (docs/camera.md): its times, where none are given above.
   std::string device{};
+  /// Pixels that are not of the world, as the robot itself or text in the image: {x, y, width,
+  /// height} each. What is fixed to the camera is found without them, too, once it has moved.
+  std::vector<std::array<int, 4>> ignore{};
+  /// The same as an image: 8-bit grey PNG of the camera's size, not 0 = ignored; empty = none.
+  std::string ignore_image{};
 };
 
 enum class LogLevel { kInfo, kWarning, kError };

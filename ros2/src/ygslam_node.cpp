@@ -3,6 +3,7 @@
 // library's (ygslam/ros_adapter.hpp), where it is tested. This file was never compiled against
 // ROS 2.
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <rclcpp/rclcpp.hpp>
@@ -24,6 +25,14 @@ class YgslamNode : public rclcpp::Node {
   explicit YgslamNode(const rclcpp::NodeOptions& options) : Node("ygslam", options) {
     ygslam::api::Settings settings;
     settings.camera.fx = 0;  // that of the camera info
+    const auto ignore = declare_parameter("ignore", std::vector<std::int64_t>());
+    for (std::size_t i = 0; i + 3 < ignore.size(); i += 4) {  // x y width height of each rectangle
+      settings.camera.ignore.push_back(
+          {static_cast<int>(ignore[i]), static_cast<int>(ignore[i + 1]),
+           static_cast<int>(ignore[i + 2]), static_cast<int>(ignore[i + 3])});
+    }
+    settings.camera.ignore_image =
+        text("ignore_image", "", "8-bit grey PNG, not 0 where the image shows the robot itself");
     settings.model = text("model", "", "YOLOv8-seg network, .onnx or .xml; empty: none");
     settings.segmenter = text("segmenter", "", "model, builtin, none; empty: the model, if any");
     settings.load_map = text("load_map", "", "map of an earlier run to go on with");

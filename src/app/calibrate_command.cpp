@@ -16,6 +16,7 @@
 #include "core/log.hpp"
 #include "io/atomic_file.hpp"
 #include "io/calibration.hpp"
+#include "io/ignored_pixels.hpp"
 
 namespace ygslam {
 namespace {
@@ -172,7 +173,13 @@ std::string camera_text(const CameraConfig& camera) {
     text += line.data();
   }
   std::snprintf(line.data(), line.size(), "width: %d\nheight: %d\n", camera.width, camera.height);
-  return text + line.data();
+  text += line.data();
+  if (!camera.ignored.empty()) {
+    std::string list = ignored_text(camera);
+    std::ranges::replace(list, ' ', ',');
+    text += "ignore: [" + list + "]\n";
+  }
+  return text;
 }
 
 Status calibrate(Calibration& calibration) {

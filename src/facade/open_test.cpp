@@ -58,6 +58,13 @@ TEST(Open, AnImpossibleCameraIsCode3AndNamesTheKey) {
   };
   EXPECT_EQ(refusal([](CameraModel&) {}), "");
   EXPECT_NE(refusal([](CameraModel& c) { c.k3 = 0; }).find("k1"), std::string::npos);
+  EXPECT_EQ(refusal([](CameraModel& c) { c.ignore = {{0, 420, 640, 60}}; }), "");
+  EXPECT_NE(refusal([](CameraModel& c) {
+              c.ignore = {{0, 420, 640, 61}};
+            }).find("ignore"),
+            std::string::npos);
+  EXPECT_NE(refusal([](CameraModel& c) { c.ignore_image = "no.png"; }).find("no.png"),
+            std::string::npos);
   EXPECT_NE(refusal([](CameraModel& c) { c.k1 = -1; }).find("k1"), std::string::npos);
   EXPECT_EQ(refusal([](CameraModel& c) { c.cx = 0; }), "") << "odd, but it can be undone";
   EXPECT_NE(refusal([](CameraModel& c) { c.cx = -1; }).find("cx"), std::string::npos);

@@ -29,6 +29,7 @@ BagTopic topic_of(const char* name, std::string type) {
 struct RosAdapter::Impl final : MessageSink {
   HomeProcess home;
   SessionOptions options;
+  CameraModel ignored;  // what it says of them counts, whatever the rest
   log::SinkPtr sink;
   Topics topics;
   std::optional<Session> session;
@@ -67,6 +68,7 @@ RosAdapter::RosAdapter(const Settings& settings, Topics topics) : impl_(std::mak
   guarded(impl_->sink, [&] {
     impl_->options = session_options(settings);
     impl_->topics = std::move(topics);
+    impl_->ignored = settings.camera;
     if (settings.camera.fx == 0) return;
     impl_->options.camera = to_config(settings.camera);
     auto session = open_session(impl_->options);
@@ -110,6 +112,7 @@ void RosAdapter::Impl::take_camera(std::span<const std::uint8_t> bytes) {
   if (!camera.ok())
     fail({camera.error().kind, "camera info: the camera " + camera.error().message});
   options.camera = *camera;
+  ignore_pixels(ignored, options.camera);  // CameraInfo knows of none
   auto opened = open_session(options);
   if (!opened.ok()) fail(opened.error());
   session = std::move(opened).value();

@@ -2,6 +2,7 @@
 
 #include "core/standard_error_sink.hpp"
 #include "io/calibration.hpp"
+#include "io/ignored_pixels.hpp"
 
 namespace ygslam::api {
 namespace {
@@ -47,7 +48,18 @@ CameraConfig to_config(const CameraModel& m) {
   c.width = m.width, c.height = m.height;
   if (const auto fault = apply_device(m.device, c))
     fail({ErrorKind::kConfig, "camera: " + fault->key + ": " + fault->reason});
+  ignore_pixels(m, c);
   return c;
+}
+
+void ignore_pixels(const CameraModel& m, CameraConfig& c) {
+  c.ignored.clear();
+  if (!m.ignore_image.empty()) {
+    const std::string_view name = m.ignore_image;
+    if (const std::string wrong = read_ignored({&name, 1}, ".", c); !wrong.empty())
+      fail({ErrorKind::kConfig, "camera: ignore_image: " + wrong});
+  }
+  for (const auto& [x, y, width, height] : m.ignore) c.ignored.push_back({x, y, width, height});
 }
 
 log::SinkPtr sink_of(const Settings& settings) {

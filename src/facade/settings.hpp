@@ -52,6 +52,8 @@ void end_at_home(std::unique_ptr<Impl>& impl) noexcept {
 [[nodiscard]] SessionOptions session_options(const Settings& settings);
 /// @throws Error (3)
 [[nodiscard]] CameraConfig to_config(const CameraModel& camera);
+/// Of a camera whose other numbers come from elsewhere, its size among them.
+void ignore_pixels(const CameraModel& from, CameraConfig& to);
 /// That of the settings, else standard error for warnings and errors. Lines are one_line().
 [[nodiscard]] log::SinkPtr sink_of(const Settings& settings);
 

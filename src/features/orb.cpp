@@ -23,6 +23,19 @@ int low_threshold(int fast_threshold) {
   return std::max(1, static_cast<int>(std::lround(fast_threshold / 3.0)));
 }
 
+/// Whether a corner lies on what is masked, or on its edge: so far FAST's circle reaches.
+bool is_masked(const Corner& corner, double scale, const GreyImage& masked) {
+  constexpr int kCircle_px = 3;
+  for (const int dv : {-kCircle_px, 0, kCircle_px}) {
+    for (const int du : {-kCircle_px, 0, kCircle_px}) {
+      const int u = static_cast<int>(std::lround(scale * (corner.u + du)));
+      const int v = static_cast<int>(std::lround(scale * (corner.v + dv)));
+      if (masked.contains(u, v) && masked.at(u, v) != 0) return true;
+    }
+  }
+  return false;
+}
+
 int level_size(int size, double scale) { return static_cast<int>((size - 1) / scale) + 1; }
 
 }  // namespace
@@ -72,10 +85,13 @@ std::vector<int> OrbExtractor::quotas() const {
   return quotas;
 }
 
-int OrbExtractor::extract_level(int level, int quota, Features& features) {
+int OrbExtractor::extract_level(int level, int quota, const GreyImage* masked, Features& features) {
   const PaddedImage& image = pyramid_[level];
   detector_.detect(image, kMargin_px, config_.cell_px, config_.fast_threshold,
                    low_threshold(config_.fast_threshold), corners_);
+  if (masked)
+    std::erase_if(corners_,
+                  [&](const Corner& c) { return is_masked(c, scales_.of(level), *masked); });
   for (Corner& c : corners_) c.score *= harris_strength(image.row(c.v) + c.u, image.stride());
   const std::vector<Corner> chosen = spread_corners(corners_, quota, config_.evenness);
   if (chosen.empty()) return 0;
@@ -98,7 +114,8 @@ int OrbExtractor::extract_level(int level, int quota, Features& features) {
   return static_cast<int>(chosen.size());
 }
 
-Features OrbExtractor::extract(const GreyImage& image) {
+Features OrbExtractor::extract(const GreyImage& image, const GreyImage* masked) {
+  CHECK(!masked || masked->same_size(image));
   Features features;
   build_pyramid(image);
   const std::vector<int> quota = quotas();
@@ -107,7 +124,7 @@ Features OrbExtractor::extract(const GreyImage& image) {
   int missing = 0;  // what a level lacks, the next ones may give
   for (int level = 0; level < levels_; ++level) {
     const int wanted = quota[level] + missing;
-    missing = wanted - extract_level(level, wanted, features);
+    missing = wanted - extract_level(level, wanted, masked, features);
   }
   return features;
 }

@@ -31,13 +31,15 @@ class OrbExtractor {
 
   /// Depth is 0 and ideal_px equals uv_px; see attach_geometry(). Images too small for a patch and
   /// images without texture give no features.
-  [[nodiscard]] Features extract(const GreyImage& image);
+  /// @param masked of the image's size: none is made where it is not 0, nor so near that the corner
+  /// could be what lies there; those elsewhere take their place. nullptr = everywhere.
+  [[nodiscard]] Features extract(const GreyImage& image, const GreyImage* masked = nullptr);
 
  private:
   void build_pyramid(const GreyImage& image);
   [[nodiscard]] std::vector<int> quotas() const;
   /// @return number of features added, at most quota.
-  int extract_level(int level, int quota, Features& features);
+  int extract_level(int level, int quota, const GreyImage* masked, Features& features);
 
   OrbConfig config_;
   PyramidScales scales_;

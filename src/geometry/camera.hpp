@@ -13,6 +13,12 @@
 
 namespace ygslam {
 
+/// Pixels [u, u + width) x [v, v + height) of the recorded image.
+struct PixelRectangle {
+  int u = 0, v = 0, width = 0, height = 0;
+  bool operator==(const PixelRectangle&) const = default;
+};
+
 struct CameraConfig {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [px]
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
@@ -27,6 +33,8 @@ struct CameraConfig {
   // show that rows are read one after the other. 0 = nothing is suspected.
   double suspected_colour_readout_ms = 0;
   double suspected_depth_readout_ms = 0;
+  /// Not of the world: the robot itself, text laid over the image. May overlap.
+  std::vector<PixelRectangle> ignored{};
 
   [[nodiscard]] bool is_distorted() const {
     return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0;

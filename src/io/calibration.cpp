@@ -10,6 +10,7 @@
 #include "core/log.hpp"
 #include "io/camera_devices.hpp"
 #include "io/camera_formats.hpp"
+#include "io/ignored_pixels.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
 
@@ -32,6 +33,7 @@ constexpr std::array<CameraKey, 13> kKeys = {
      {"depth_delay_ms", &CameraConfig::depth_delay_ms}}};
 constexpr std::array<std::string_view, 2> kWholeKeys = {"width", "height"};
 constexpr std::string_view kDeviceKey = "camera";
+constexpr std::string_view kIgnoreKey = "ignore";
 
 constexpr std::array<std::string_view, 3> kShutterKeys = {"colour_readout_ms", "depth_readout_ms",
                                                           "depth_delay_ms"};
@@ -80,6 +82,7 @@ Error config_error(const std::string& name, int line, const std::string& what) {
 std::string unknown_key(std::string_view key) {
   std::vector<std::string_view> names(kWholeKeys.begin(), kWholeKeys.end());
   names.push_back(kDeviceKey);
+  names.push_back(kIgnoreKey);
   for (const CameraKey& known : kKeys) names.push_back(known.name);
   const std::string_view nearest = nearest_word(key, names);
   return "unknown key '" + printable(key) + "'" +
@@ -173,7 +176,11 @@ std::vector<CameraFault> camera_faults(const CameraConfig& c) {
     faults.require(-1, 1, kMaxImageSide_px, "width", " px");
   if (c.height < 0 || c.height > kMaxImageSide_px)
     faults.require(-1, 1, kMaxImageSide_px, "height", " px");
-  if (faults.list.empty() && c.width > 0 && c.height > 0) judge_against_size(c, faults);
+  if (faults.list.empty() && c.width > 0 && c.height > 0) {
+    judge_against_size(c, faults);
+    if (const auto fault = ignored_fault(c))
+      faults.list.push_back({std::string(kIgnoreKey), *fault});
+  }
   return faults.list;
 }
 
@@ -187,25 +194,32 @@ Result<CameraConfig> judged_foreign_camera(const Result<ForeignCamera>& foreign,
   return config_error(name, 0, faults.front().key + ": " + faults.front().reason);
 }
 
-Result<CameraConfig> parse_calibration(std::string_view text, const std::string& name) {
+Result<CameraConfig> parse_calibration(std::string_view text, const std::string& name,
+                                       const std::filesystem::path& folder) {
   if (const auto foreign = parse_foreign_camera(text, name))
     return judged_foreign_camera(*foreign, CameraConfig{}.depth_scale, name);
   CameraConfig camera;
   camera.width = camera.height = 0;
   std::set<std::string_view> seen;
   std::string_view device;
+  TextLine ignored;
   for (const TextLine& line : data_lines(text)) {
     const auto words = words_of(line.text.substr(0, line.text.find('#')), ":=");
     if (words.empty()) return config_error(name, line.number, "needs `key value`");
     const std::string_view key = words.front();
     const bool whole = std::find(kWholeKeys.begin(), kWholeKeys.end(), key) != kWholeKeys.end();
-    if (key != kDeviceKey && !whole && !find_key(key))
+    if (key != kDeviceKey && key != kIgnoreKey && !whole && !find_key(key))
       return config_error(name, line.number, unknown_key(key));
     const std::string quoted = std::string(key) + ": ";
-    if (words.size() != 2) return config_error(name, line.number, quoted + "needs one value");
+    if (words.size() != 2 && key != kIgnoreKey)
+      return config_error(name, line.number, quoted + "needs one value");
     if (!seen.insert(key).second) return config_error(name, line.number, quoted + "given twice");
     if (key == kDeviceKey) {
       device = words[1];
+      continue;
+    }
+    if (key == kIgnoreKey) {
+      ignored = line;
       continue;
     }
     const std::string wrong = store(key, words[1], camera);
@@ -221,6 +235,11 @@ Result<CameraConfig> parse_calibration(std::string_view text, const std::string&
     }
   }
   turn_y_down(camera, name);
+  // Last: the size of the images, if the file says it, is known.
+  auto words = words_of(ignored.text.substr(0, ignored.text.find('#')), ":=[],");
+  if (!words.empty()) words.erase(words.begin());
+  if (const std::string wrong = read_ignored(words, folder, camera); !wrong.empty())
+    return config_error(name, ignored.number, "ignore: " + wrong);
   const auto faults = camera_faults(camera);
   if (faults.empty()) return camera;
   return config_error(name, calibration_line(text, faults.front().key),
@@ -231,7 +250,7 @@ Result<CameraConfig> read_calibration(const std::filesystem::path& path) {
   const auto text = read_file(path, std::size_t{1} << 20);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
   if (is_utf16(*text)) return config_error(path.string(), 0, std::string(kUtf16Fault));
-  return parse_calibration(*text, path.string());
+  return parse_calibration(*text, path.string(), folder_of(path));
 }
 
 std::string format_calibration(const CameraConfig& c) {
@@ -262,6 +281,7 @@ std::string format_calibration(const CameraConfig& c) {
     line("width", c.width);
     line("height", c.height);
   }
+  if (!c.ignored.empty()) text += "ignore " + ignored_text(c) + "\n";
   return text;
 }
 

@@ -54,10 +54,11 @@ struct ForeignCamera;
 /// A file of another program (camera_formats), or lines `key value`, comments with #, and `camera
 /// NAME` for a device's shutter. Needs fx fy cx cy; k1 k2 p1 p2 k3 default to 0, depth_scale to
 /// 5000, the shutter's times to 0, width and height to 0 = "as the first image".
-/// @param name for messages. @return kConfig naming file, line and key; an unknown key names the
+/// @param name for messages. @param folder that an image named by `ignore` counts from, see
+/// io/ignored_pixels.hpp. @return kConfig naming file, line and key; an unknown key names the
 /// nearest known one.
-[[nodiscard]] Result<CameraConfig> parse_calibration(std::string_view text,
-                                                     const std::string& name);
+[[nodiscard]] Result<CameraConfig> parse_calibration(std::string_view text, const std::string& name,
+                                                     const std::filesystem::path& folder = {});
 [[nodiscard]] Result<CameraConfig> read_calibration(const std::filesystem::path& path);
 
 /// The text of a calibration.txt; parse_calibration() gives the same camera, to ten digits. Of a

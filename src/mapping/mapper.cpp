@@ -22,6 +22,27 @@ FreeSpaceImage free_space_of(const KeyframeCandidate& candidate) {
   return FreeSpaceImage(candidate.frame->depth_m, movers);
 }
 
+bool is_masked(const GreyImage& mask, const Eigen::Vector2f& uv_px) {
+  const auto u = static_cast<int>(std::lround(uv_px.x()));
+  const auto v = static_cast<int>(std::lround(uv_px.y()));
+  return mask.contains(u, v) && mask.at(u, v) != 0;
+}
+
+bool forget_pixels_of(Map& map, KeyframeId id, const GreyImage& mask) {
+  const Features& features = *map.keyframe(id).data->features;
+  std::vector<float> weight = map.keyframe(id).static_weight;
+  bool changed = false;
+  for (std::uint32_t i = 0; i < features.size(); ++i) {
+    if (weight[i] <= 0 || !is_masked(mask, features.points[i].uv_px)) continue;
+    changed = true;
+    weight[i] = 0;
+    const LandmarkId landmark = map.keyframe(id).landmarks[i];
+    if (landmark != kNoLandmark) map.remove_observation(landmark, id);
+  }
+  if (changed) map.set_static_weight(id, std::move(weight));
+  return changed;
+}
+
 }  // namespace
 
 Mapper::Mapper(const MapperConfig& config, const Camera& camera, Map map)
@@ -113,6 +134,15 @@ bool Mapper::apply_mask(KeyframeId id, std::span<const SemanticLabel> labels) {
   map_.set_static_weight(id, std::move(weight));
   make_from_depth(map_, camera_, id, config_.landmarks, recent_landmarks_);
   return true;
+}
+
+bool Mapper::forget_pixels(const GreyImage& mask) {
+  std::vector<KeyframeId> of_this_run;
+  for (const auto& [id, keyframe] : map_.keyframes())
+    if (keyframe.data->frame != kNoFrame) of_this_run.push_back(id);
+  bool changed = false;
+  for (const KeyframeId id : of_this_run) changed |= forget_pixels_of(map_, id, mask);
+  return changed;
 }
 
 LocalViewPtr Mapper::view() const {

@@ -60,6 +60,10 @@ class Mapper {
   /// @param labels per feature. @return true if the map changed.
   bool apply_mask(KeyframeId id, std::span<const SemanticLabel> labels);
 
+  /// What keyframes of this run saw at masked pixels is not of the world: features there lose their
+  /// weight and their landmarks. @return true if the map changed.
+  bool forget_pixels(const GreyImage& mask);
+
   [[nodiscard]] LocalViewPtr view() const;
   [[nodiscard]] const Map& map() const { return map_; }
 

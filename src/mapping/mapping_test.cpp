@@ -241,6 +241,30 @@ TEST(Mapper, AMaskRemovesLandmarksThatWereMadeInside) {
   }
 }
 
+TEST(Mapper, WhatIsFixedToTheCameraLeavesAllKeyframes) {
+  World world(500, 16);
+  Mapper mapper = make_mapper(world);
+  const auto first = world.see(World::pose(0), 0), second = world.see(World::pose(1), 1);
+  mapper.insert(candidate_of(first, kNoKeyframe, SE3()));
+  mapper.insert(candidate_of(second, KeyframeId{0}, first.T_camera_world));
+  GreyImage mask(world.camera().width(), world.camera().height());
+  for (int v = 0; v < mask.height() / 2; ++v)
+    std::fill_n(mask.row(v), mask.width(), std::uint8_t{255});
+  EXPECT_TRUE(mapper.forget_pixels(mask));
+  int kept = 0;
+  for (const auto& [id, keyframe] : mapper.map().keyframes()) {
+    for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      const float v_px = std::round(keyframe.data->features->points[i].uv_px.y());
+      const bool is_masked = v_px < static_cast<float>(mask.height() / 2);
+      EXPECT_EQ(keyframe.static_weight[i] == 0, is_masked);
+      EXPECT_TRUE(!is_masked || keyframe.landmarks[i] == kNoLandmark);
+      kept += keyframe.landmarks[i] != kNoLandmark ? 1 : 0;
+    }
+  }
+  EXPECT_GT(kept, 100);
+  EXPECT_FALSE(mapper.forget_pixels(mask)) << "once is enough";
+}
+
 TEST(Mapper, F14AMaskOverEverythingDoesNotEmptyTheMap) {
   World world(500, 14);
   Mapper mapper = make_mapper(world);

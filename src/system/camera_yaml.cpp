@@ -5,13 +5,14 @@
 
 #include "io/calibration.hpp"
 #include "io/camera_formats.hpp"
+#include "io/ignored_pixels.hpp"
 #include "io/text.hpp"
 #include "system/config_schema.hpp"
 
 namespace ygslam {
 
 Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::string& name,
-                                       double depth_scale) {
+                                       double depth_scale, const std::filesystem::path& folder) {
   if (const auto foreign = parse_foreign_camera(text, name))
     return judged_foreign_camera(*foreign, depth_scale, name);
   CameraConfig camera;
@@ -26,8 +27,9 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
     schema.number(std::string(key.name), camera.*key.value, -kBig, kBig, "", "", "");
   schema.number("width", camera.width, 0, 1 << 20, "px", "", "");
   schema.number("height", camera.height, 0, 1 << 20, "px", "", "");
-  std::vector<std::string> device;
+  std::vector<std::string> device, ignored;
   schema.words("camera", device, "", "");
+  schema.words("ignore", ignored, "", "");
   Status loaded = schema.load_yaml_text(text, name);
   if (!loaded.ok()) return loaded.error();
   for (const CameraKey& key : camera_keys()) {
@@ -51,6 +53,9 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
   if (const auto fault = apply_device(device.empty() ? "" : device.front(), camera))
     return refusal(*fault);
   turn_y_down(camera, name);
+  const std::vector<std::string_view> words(ignored.begin(), ignored.end());
+  if (const std::string wrong = read_ignored(words, folder, camera); !wrong.empty())
+    return refusal({"ignore", wrong});
   if (const auto faults = camera_faults(camera); !faults.empty()) return refusal(faults.front());
   return camera;
 }
@@ -59,7 +64,7 @@ Result<CameraConfig> read_camera_yaml(const std::string& path, double depth_scal
   const auto text = read_file(path, std::size_t{1} << 20);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
   if (is_utf16(*text)) return Error{ErrorKind::kConfig, path + ": " + std::string(kUtf16Fault)};
-  return parse_camera_yaml(*text, path, depth_scale);
+  return parse_camera_yaml(*text, path, depth_scale, folder_of(path));
 }
 
 }  // namespace ygslam

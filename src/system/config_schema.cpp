@@ -21,14 +21,16 @@ constexpr std::size_t kMostClauses = 50;
 constexpr int kMaxEntries = 10000;
 constexpr std::size_t kMaxValueBytes = 1 << 16;
 
-// A scalar or a flow list as the text that ConfigKey::set takes; cut off where it is far too long
-// for any key.
+// A scalar or a list, of lists perhaps, as the text that ConfigKey::set takes; cut off where it is
+// far too long for any key.
 std::string scalar_text(const YAML::Node& node) {
   if (!node.IsSequence()) return node.as<std::string>("").substr(0, kMaxValueBytes);
   std::string text = "[";
   for (const YAML::Node& item : node) {
     if (text.size() > kMaxValueBytes) break;
-    text += (text.size() > 1 ? ", " : "") + item.as<std::string>("").substr(0, kMaxValueBytes);
+    text += text.size() > 1 ? ", " : "";
+    text +=
+        item.IsSequence() ? scalar_text(item) : item.as<std::string>("").substr(0, kMaxValueBytes);
   }
   return text + "]";
 }

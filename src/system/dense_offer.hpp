@@ -30,8 +30,8 @@ class DenseOffer {
     if (interval_s_ <= 0 || result.candidate || !is_due) return std::nullopt;
     if (result.state != TrackState::kTracking || result.provisional) return std::nullopt;
     last_ = frame->stamp;
-    return DenseFrameMessage{frame, result.features, result.labels.label, result.pose,
-                             result.read_out};
+    return DenseFrameMessage{without_masked_depth(frame, result.masked_pixels), result.features,
+                             result.labels.label, result.pose, result.read_out};
   }
 
  private:

@@ -63,7 +63,9 @@ class EarlyFrames::Revision {
   [[nodiscard]] RevisedPoses poses() const {
     RevisedPoses poses;
     for (std::size_t i = 0; i < frames_.size(); ++i)
-      if (placed_[i].found) poses.emplace(frames_[i].frame, placed_[i].T_camera_world);
+      // Of a keyframe the map knows better.
+      if (placed_[i].found && map_.keyframe_of(frames_[i].frame) == kNoKeyframe)
+        poses.emplace(frames_[i].frame, placed_[i].T_camera_world);
     return poses;
   }
 

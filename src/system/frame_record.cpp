@@ -81,11 +81,11 @@ std::vector<SE3> corrected_poses(const Trajectory& trajectory, const RevisedPose
   for (const PosedFrame& frame : trajectory) {
     SE3 T_camera_world =
         pose_in(map, frame.frame, frame.reference, frame.T_camera_reference.unpacked());
-    if (map.keyframe_of(frame.frame) != kNoKeyframe) {
-      ++passed;
-    } else if (const auto found = revised.find(frame.frame); found != revised.end()) {
+    if (map.keyframe_of(frame.frame) != kNoKeyframe) ++passed;
+    if (const auto found = revised.find(frame.frame); found != revised.end()) {
       T_camera_world = found->second;
-    } else if (passed > 0 && passed < anchors.size()) {
+    } else if (map.keyframe_of(frame.frame) == kNoKeyframe && passed > 0 &&
+               passed < anchors.size()) {
       T_camera_world =
           SE3::exp(error_between(anchors[passed - 1], anchors[passed], frame)) * T_camera_world;
     }

@@ -118,6 +118,10 @@ void MapThread::take(const ShutterReport& report) {
   publish();
 }
 
+void MapThread::take(const PixelMaskPtr& ego_mask) {
+  if (stage_.forget_pixels(*ego_mask)) publish();
+}
+
 void MapThread::take(KeyframeId focus) {
   stage_.look_around(focus);
   view_.store(stage_.view());

@@ -56,7 +56,7 @@ class MapThread {
     std::promise<void> done;
   };
   using Message = std::variant<KeyframeMessage, DenseFrameMessage, SegmentationPtr, MapPatch,
-                               ShutterReport, KeyframeId, PlaceRequest, Inspection>;
+                               ShutterReport, PixelMaskPtr, KeyframeId, PlaceRequest, Inspection>;
   static constexpr std::size_t kQueue = 64;
 
   void loop(const std::stop_token& stop);
@@ -65,6 +65,7 @@ class MapThread {
   void take(const SegmentationPtr& masks);
   void take(const MapPatch& patch);
   void take(const ShutterReport& report);
+  void take(const PixelMaskPtr& ego_mask);
   void take(KeyframeId focus);
   void take(const PlaceRequest& request);
   void take(Inspection& inspection);

@@ -68,6 +68,10 @@ class MappingStage {
   void correct(const MapPatch& patch) { mapper_.correct(patch); }
   /// A read-out time was found when part of the map was made: it is adjusted as a whole.
   void correct_shutter(const ShutterReport& report);
+  /// Masked pixels have never been of the world: see Mapper. @return true if the map changed.
+  bool forget_pixels(const GreyImage& mask) {
+    return !config_.frozen && mapper_.forget_pixels(mask);
+  }
   void look_around(KeyframeId focus) { mapper_.look_around(focus); }
   /// The mask of a keyframe, or of a frame for the dense map, that waits for it; of others it is
   /// ignored.

@@ -107,6 +107,7 @@ Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderC
   json["colour_without_depth"] = input.without_depth;
   json["left_out"] = input.left_out;
   json["dropped"] = input.dropped;
+  json["camera_fixed_share"] = round_to(s.ego_mask_share, 1e-4);
   json["masks_used"] = s.masks_used;
   json["masks_failed"] = s.masks_failed;
   json["mask_wait_s"] = round_to(s.mask_wait_s, 1e-3);

@@ -155,6 +155,7 @@ class OfflineRunner final : public Runner {
       adjust_all();
     }
   }
+  void take(const PixelMaskPtr& ego_mask) { map_changed_ |= mapping_->forget_pixels(*ego_mask); }
   void take(KeyframeId focus) {
     mapping_->look_around(focus);
     view_changed_ = true;

@@ -28,6 +28,7 @@ std::optional<FrameMessage> ResultRoute::frame_message(const FramePtr& frame, Tr
 std::vector<MapRequest> ResultRoute::requests(const RgbdFrame& frame, const TrackResult& result) {
   std::vector<MapRequest> requests;
   if (result.shutter && result.shutter->taken_over) requests.emplace_back(*result.shutter);
+  if (result.ego_mask_grew) requests.emplace_back(result.ego_mask);
   if (asks_for_place(frame, result))
     requests.emplace_back(PlaceRequest{result.features, result.labels.weight, result.pose});
   if (result.wanted_view) requests.emplace_back(*result.wanted_view);

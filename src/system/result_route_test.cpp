@@ -51,6 +51,26 @@ TEST(ResultRoute, AFrameIsAKeyframeOrADenseFrameOrNeither) {
   EXPECT_TRUE(found.candidate) << "whoever gets the result sees that it is one";
 }
 
+TEST(ResultRoute, WhatIsFixedToTheCameraIsToldToTheMapAndKeptOutOfTheDenseMap) {
+  auto frame = std::make_shared<RgbdFrame>(*numbered_frame(0));
+  frame->depth_m = DepthImage(4, 2, 1.5F);
+  auto mask = std::make_shared<GreyImage>(4, 2);
+  mask->at(1, 0) = 255;
+  TrackResult found = track_result(TrackState::kTracking);
+  found.ego_mask = found.masked_pixels = mask;
+  ResultRoute route(DenseMapConfig{}, expecting_masks());
+  const auto message = route.frame_message(frame, found);
+  ASSERT_TRUE(message);
+  const DepthImage& depth_m = std::get<DenseFrameMessage>(*message).frame->depth_m;
+  EXPECT_EQ(depth_m.at(1, 0), 0);
+  EXPECT_EQ(depth_m.at(2, 0), 1.5F);
+  EXPECT_TRUE(ResultRoute::requests(*frame, found).empty()) << "nothing new";
+  found.ego_mask_grew = true;
+  const auto requests = ResultRoute::requests(*frame, found);
+  ASSERT_EQ(requests.size(), 1U);
+  EXPECT_EQ(std::get<PixelMaskPtr>(requests.front()), found.ego_mask);
+}
+
 TEST(ResultRoute, AKeyframeOfAnEarlierFrameGetsNoLabelsOfThisOne) {
   ResultRoute route(DenseMapConfig{}, expecting_masks());
   TrackResult found = track_result(TrackState::kTracking);

@@ -53,12 +53,35 @@ void RunLog::lose(Timestamp first, Timestamp last) {
   s.lost_intervals.back().second = std::max(s.lost_intervals.back().second, last);
 }
 
+/// Once a run, when it has been there for so long that it has been seen as a whole.
+void RunLog::tell_of_mask(const FrameRecord& record, const TrackResult& result) {
+  constexpr double kAfter_s = 2, kWorthTelling = 0.002;
+  RunStatistics& s = outcome_.statistics;
+  if (!result.ego_mask) {
+    s.ego_mask_share = 0;
+    masked_since_.reset();
+    return;
+  }
+  if (result.ego_mask != told_mask_) s.ego_mask_share = covered_share(result.ego_mask);
+  told_mask_ = result.ego_mask;
+  if (!masked_since_) masked_since_ = record.stamp;
+  if (mask_told_ || s.ego_mask_share < kWorthTelling) return;
+  if (seconds_between(record.stamp, *masked_since_) < kAfter_s) return;
+  mask_told_ = true;
+  log::info(
+      "something fixed to the camera covers {:.1f} % of the image, {}: it is left out ({} in the "
+      "camera file says so from the start)",
+      100 * s.ego_mask_share, place_in_image(*result.ego_mask), "`ignore`");
+}
+
 void RunLog::add(const FrameRecord& record, const TrackResult& result) {
   if (result.shutter) {
     log_shutter(*result.shutter, shutter_found_ ? "" : shutter_source_);
     shutter_found_ |= result.shutter->taken_over;
   }
   early_frames_.add(record, result);
+  retracked_.insert(retracked_.end(), result.retracked.begin(), result.retracked.end());
+  tell_of_mask(record, result);
   RunStatistics& s = outcome_.statistics;
   ++s.frames;
   if (record.has_pose()) {

@@ -33,6 +33,7 @@ struct RunStatistics {
   std::uint64_t lost_interval_count = 0;  ///< all of them
   Histogram mask_age_frames, orb_ms, motion_ms, pose_ms;
   StageTimes track, segment, map;
+  double ego_mask_share = 0;  ///< of the image, in the last frame; found by itself
   int masks_used = 0;
   int masks_failed = 0;
   double mask_wait_s = 0;         ///< live: tracking waited for masks, in all
@@ -59,12 +60,19 @@ class RunLog {
   [[nodiscard]] const SlamOutcome& outcome() const { return outcome_; }
   /// At the end: frames of the beginning are placed in the map as it has become.
   void finish(const Map& map, const Camera& camera) {
-    if (outcome_.revised.empty()) outcome_.revised = early_frames_.revised(map, camera);
+    if (!outcome_.revised.empty()) return;
+    outcome_.revised = early_frames_.revised(map, camera);
+    for (const RetrackedFrame& frame : retracked_)
+      outcome_.revised[frame.frame] =
+          frame.pose.T_camera_reference * map.resolved_pose(frame.pose.reference);
   }
   /// Forgets the run; the sinks stay.
   void clear() {
     outcome_ = {};
     early_frames_ = {};
+    retracked_.clear();
+    masked_since_.reset();
+    mask_told_ = false;
     lost_ = shutter_found_ = false;
     last_processed_.reset();
     first_missed_.reset();
@@ -72,12 +80,17 @@ class RunLog {
 
  private:
   void lose(Timestamp first, Timestamp last);
+  void tell_of_mask(const FrameRecord& record, const TrackResult& result);
 
   std::vector<FrameSink> sinks_;
   SlamOutcome outcome_;
   EarlyFrames early_frames_;
   const bool keep_trajectory_;
   const std::string shutter_source_;
+  std::vector<RetrackedFrame> retracked_;  // of one frame: the last counts
+  std::optional<Timestamp> masked_since_;  // that something was found to be fixed to the camera
+  PixelMaskPtr told_mask_;                 // that the share is of
+  bool mask_told_ = false;
   bool shutter_found_ = false;  // by this run: shutter_source_ tells no more
   bool lost_ = false;           // in the last frame
   std::optional<Timestamp> last_processed_, first_missed_;  // first: since then

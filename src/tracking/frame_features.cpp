@@ -11,8 +11,9 @@ int FrameFeatures::usable_points(float min_static_weight) const {
   return usable;
 }
 
-FrameFeatures extract_features(OrbExtractor& orb, const Camera& camera, const FramePtr& frame) {
-  Features features = orb.extract(frame->grey);
+FrameFeatures extract_features(OrbExtractor& orb, const Camera& camera, const FramePtr& frame,
+                               const PixelMaskPtr& mask) {
+  Features features = orb.extract(frame->grey, mask.get());
   attach_geometry(features, camera, frame->depth_m, orb.scales());
   FeatureGrid grid(features, camera.ideal_bounds());
   return {frame, std::make_shared<const Features>(std::move(features)), std::move(grid), {}, {}};

@@ -6,7 +6,7 @@
 #include "features/feature_grid.hpp"
 #include "features/orb.hpp"
 #include "geometry/rolling_shutter.hpp"
-#include "image/rgbd_frame.hpp"
+#include "image/pixel_mask.hpp"
 
 namespace ygslam {
 
@@ -22,8 +22,10 @@ struct FrameFeatures {
 };
 
 /// As the rows were read, without weights.
+/// @param mask where there are to be none.
 [[nodiscard]] FrameFeatures extract_features(OrbExtractor& orb, const Camera& camera,
-                                             const FramePtr& frame);
+                                             const FramePtr& frame,
+                                             const PixelMaskPtr& mask = nullptr);
 
 /// The same features where a camera of this velocity would have seen them at the middle instant,
 /// however they were corrected before. A global shutter's stay where they are.

@@ -4,10 +4,12 @@
 #include <optional>
 #include <vector>
 
+#include "image/pixel_mask.hpp"
 #include "map/messages.hpp"
 #include "motion/classification/point_labels.hpp"
 #include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
+#include "tracking/retracker.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/track_judge.hpp"
 
@@ -36,8 +38,12 @@ struct TrackResult {
   std::optional<KeyframeId> wanted_view{};
   std::optional<KeyframeCandidate> candidate{};
   FeaturesPtr features{};
-  PointLabels labels{};                  ///< final label and weight of every feature
-  int mask_age_frames = -1;              ///< of the newest mask used; -1 = none
+  PointLabels labels{};  ///< final label and weight of every feature
+  /// Pixels that are not of the world: found by itself, and all of them. Null: none.
+  PixelMaskPtr ego_mask{}, masked_pixels{};
+  bool ego_mask_grew = false;  ///< the map may hold landmarks that are not of the world
+  std::vector<RetrackedFrame> retracked{};  ///< earlier frames, better placed
+  int mask_age_frames = -1;                 ///< of the newest mask used; -1 = none
   std::vector<SegmentationPtr> masks{};  ///< that arrived with this frame, of this or earlier ones
   std::vector<TrackedObject> objects{};  ///< things that move or could
   std::vector<LandmarkId> landmarks{};   ///< per feature, matched

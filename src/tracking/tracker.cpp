@@ -28,11 +28,13 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
     : config_(config),
       camera_(camera),
       shutter_(camera),
+      ego_mask_(config.ego_mask, camera.config()),
       orb_(orb),
       classifier_(dynamic, camera, seed),
       objects_(config.objects, camera),
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
+      retracker_(pose_estimator_, config.judge.min_inliers),
       motion_model_(config.motion_model),
       calibration_(camera, config.calibrated),
       localization_(config.judge.max_jump_mps),
@@ -45,6 +47,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
   const ScopedTimer timer;
+  ego_mask_.step(*frame);
   const PredictedMotion motion = motion_model_.predict(frame->stamp);
   const auto predicted = predicted_flow(motion);
   FrameFeatures seen = see(frame, predicted);
@@ -56,12 +59,24 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                            ? track(std::move(now), motion.T_now_last, view, mapper_busy)
                        : view->empty() ? start(std::move(now), view)
                                        : start_in_map(std::move(now), view);
+  tell_of_mask(*frame, *view, result);
   result.mask_age_frames = mask_age_frames;
   result.masks = {masks.begin(), masks.end()};
   result.orb_ms = orb_ms;
   result.motion_ms = motion_ms;
   result.pose_ms = timer.wall_ms() - orb_ms - motion_ms;
   return result;
+}
+
+void Tracker::tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackResult& result) {
+  if (result.candidate)
+    result.candidate->frame = without_masked_depth(result.candidate->frame, ego_mask_.pixels());
+  result.ego_mask = ego_mask_.found();
+  result.masked_pixels = ego_mask_.pixels();
+  result.ego_mask_grew = ego_mask_.take_growth(frame.stamp);
+  if (!last_ || last_->seen.frame->id != frame.id) return;
+  retracker_.add(*last_, result.ego_mask_grew ? result.ego_mask : nullptr);
+  result.retracked = retracker_.step(view, result.state == TrackState::kTracking, rng_);
 }
 
 TrackResult Tracker::track(Observed now, const SE3& T_now_last, const LocalViewPtr& view,
@@ -182,7 +197,7 @@ std::optional<FlowPrediction> Tracker::predicted_flow(const PredictedMotion& mot
 }
 
 FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPrediction>& predicted) {
-  FrameFeatures seen = extract_features(orb_, camera_, frame);
+  FrameFeatures seen = extract_features(orb_, camera_, frame, ego_mask_.pixels());
   return predicted ? corrected(std::move(seen), predicted->read_out.body_velocity) : seen;
 }
 

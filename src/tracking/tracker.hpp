@@ -13,11 +13,13 @@
 #include "motion/classification/point_classifier.hpp"
 #include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
+#include "tracking/ego_mask.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_proposer.hpp"
 #include "tracking/localization.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
+#include "tracking/retracker.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/submap_starter.hpp"
 #include "tracking/track_judge.hpp"
@@ -33,6 +35,7 @@ struct TrackerConfig {
   KeyframePolicyConfig keyframe;
   RelocalizerConfig relocalizer;
   FreeSpaceConfig free_space;
+  EgoMaskConfig ego_mask;
   ObjectConfig objects;
   /// What of the camera is looked for in place of an unknown read-out time. Not a setting.
   std::vector<CameraParameter> calibrated{};
@@ -93,6 +96,9 @@ class Tracker {
                                     PointLabels labels, std::vector<TrackedObject> objects,
                                     MapRequest request, CameraFindings camera) const;
 
+  /// What is known of pixels that are not of the world, and what follows from it.
+  void tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackResult& result);
+
   // Steps on these ways, in their order.
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const PredictedMotion& motion) const;
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
@@ -124,11 +130,13 @@ class Tracker {
   TrackerConfig config_;
   const Camera& camera_;
   ShutterWatch shutter_;
+  EgoMask ego_mask_;
   OrbExtractor orb_;
   PointClassifier classifier_;
   ObjectTracker objects_;
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
+  Retracker retracker_;
   MotionModel motion_model_;
   CameraEstimator calibration_;  // of TrackerConfig::calibrated
   Localization localization_;

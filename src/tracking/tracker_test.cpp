@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "tracking/tracking_test_world.hpp"
 
 namespace ygslam {
@@ -106,6 +108,62 @@ TEST_F(TrackerTest, FollowsTheWallAndOffersKeyframesOnTheWay) {
     if (result.candidate) break;
   }
   EXPECT_EQ(keyframes, 1) << "the wall that came into view is not in the map";
+}
+
+/// Letters over the upper part of the image, which stay where they are.
+FramePtr with_text(const FramePtr& frame) {
+  auto written = std::make_shared<RgbdFrame>(*frame);
+  Rng rng(4);
+  for (int square = 0; square < 1200; ++square) {
+    const int u0 = 4 * static_cast<int>(rng.below(78)), v0 = 4 * static_cast<int>(rng.below(25));
+    const auto grey = static_cast<std::uint8_t>(rng.below(2) == 0 ? 5 : 250);
+    for (int v = v0; v < v0 + 4; ++v) std::fill_n(written->grey.row(v) + u0, 4, grey);
+  }
+  return written;
+}
+
+TEST_F(TrackerTest, WhatIsFixedToTheCameraMisleadsItForAMomentAndIsPutRight) {
+  constexpr int kPerFrame_px = 7;
+  const auto see_text = [&](int px) {
+    return step(with_text(wall_.see(number_++, {.left_px = px})));
+  };
+  TrackResult result = see_text(0);
+  std::map<FrameId, RetrackedFrame> again;
+  bool grew = false;
+  for (int i = 1; i <= 60; ++i) {
+    result = see_text(kPerFrame_px * i);
+    grew |= result.ego_mask_grew;
+    for (const RetrackedFrame& frame : result.retracked) again[frame.frame] = frame;
+  }
+  ASSERT_TRUE(result.ego_mask);
+  EXPECT_TRUE(grew);
+  EXPECT_EQ(result.ego_mask, result.masked_pixels);
+  for (const Feature& feature : result.features->points)
+    EXPECT_EQ(result.ego_mask->at(static_cast<int>(std::lround(feature.uv_px.x())),
+                                  static_cast<int>(std::lround(feature.uv_px.y()))),
+              0);
+  EXPECT_EQ(result.state, TrackState::kTracking);
+  EXPECT_GT(again.size(), 10U);
+}
+
+TEST_F(TrackerTest, PixelsThatTheCameraFileNamesAreNotLookedAt) {
+  CameraConfig config = PaintedWall::camera();
+  config.ignored = {{0, 0, PaintedWall::kWidth_px, 101}};
+  const Camera camera(config);
+  Tracker tracker(TrackerConfig{}, few_features(), off(), camera, 0);
+  OnePageMap map(camera);
+  for (int i = 0; i <= 20; ++i) {
+    const int px = 3 * i;
+    const TrackResult result =
+        tracker.step(with_text(wall_.see(i, {.left_px = px})), map.view(), {}, false);
+    ASSERT_EQ(result.state, TrackState::kTracking);
+    EXPECT_NEAR(x_m(result), PaintedWall::metres(px), 0.01) << px;
+    for (const Feature& feature : result.features->points) EXPECT_GT(feature.uv_px.y(), 101);
+    if (!result.candidate) continue;
+    EXPECT_EQ(result.candidate->frame->depth_m.at(50, 50), 0);
+    EXPECT_GT(result.candidate->frame->depth_m.at(50, 150), 0);
+    map.insert(*result.candidate);
+  }
 }
 
 TEST_F(TrackerTest, FewPointsMakeAPoseWeakAndManyFramesOfThemLost) {

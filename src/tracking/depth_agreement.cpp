@@ -8,7 +8,6 @@
 namespace ygslam {
 namespace {
 
-constexpr int kSampleColumns = 32;   // of the grid of samples
 constexpr double kGate_sigma = 3.0;  // sigmas from which a sample counts as off
 constexpr double kNearestSample_m = 0.1;
 constexpr double kPixelSigma_px =
@@ -17,8 +16,8 @@ constexpr double kFreeDirections = 1.0;  // of directions that depth does not de
 
 }  // namespace
 
-DepthSamples::DepthSamples(const Camera& camera, const DepthImage& depth_m) {
-  const int step = std::max(1, depth_m.width() / kSampleColumns);
+DepthSamples::DepthSamples(const Camera& camera, const DepthImage& depth_m, int columns) {
+  const int step = std::max(1, depth_m.width() / columns);
   for (int v = step / 2; v < depth_m.height(); v += step) {
     for (int u = step / 2; u < depth_m.width(); u += step) {
       const float d = depth_m.at(u, v);

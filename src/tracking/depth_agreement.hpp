@@ -14,7 +14,8 @@ namespace ygslam {
 class DepthSamples {
  public:
   DepthSamples() = default;
-  DepthSamples(const Camera& camera, const DepthImage& depth_m);
+  static constexpr int kColumns = 32;
+  DepthSamples(const Camera& camera, const DepthImage& depth_m, int columns = kColumns);
   [[nodiscard]] const std::vector<Vec3>& points() const { return p_camera_; }
   [[nodiscard]] bool empty() const { return p_camera_.empty(); }
 

@@ -29,7 +29,7 @@ class ScreenFinder {
   struct Point {
     std::uint32_t feature;
     Vec3 p_world;
-    bool moves;  ///< as the checks of motion see it
+    bool mapped;  ///< by the map, else by the frame before
   };
   struct Place {
     const FrameFeatures& now;
@@ -44,12 +44,18 @@ class ScreenFinder {
   struct Output {
     std::optional<Finding> found{};
     bool undecided = false;  ///< two poses, and depth does not tell which is right
+    double covered = 0;      ///< share of the points that lie on one plane, where it was asked
+    double conflict = 0;     ///< how far depth contradicts the pose; noise is 5, seldom 20
   };
   /// @param moving how many points seem to move, of what is not known to be able to.
   /// @param points of nothing that is known to be able to move; asked for where they are needed.
   [[nodiscard]] Output step(const Place& place, int moving,
                             const std::function<std::vector<Point>()>& points);
 
+  /// The pose that depth and the points that gave it agree with best.
+  /// @param information of the points at T_points_world, of a left perturbation.
+  [[nodiscard]] SE3 with_depth(const Place& place, const SE3& T_points_world,
+                               const Mat6& information) const;
   /// Where the frame was in the end: later ones are compared with its depth.
   void remember(const FrameFeatures& now, const SE3& T_odom_camera);
   /// The camera was lost.
@@ -65,17 +71,25 @@ class ScreenFinder {
     SE3 T_camera_world;                 // by the points beside the plane
     std::vector<std::uint32_t> moving;  // of the points on it: indices
     bool moves_camera = false;
-    int beside = 0;           // points that agree with the pose
     double share_moving = 0;  // of the points on the plane
   };
-  [[nodiscard]] bool is_suspect(const DepthAgreement& by_all, int moving);
+  [[nodiscard]] bool is_suspect(double conflict, int moving);
   [[nodiscard]] SE3 T_anchor_world(const Place& place) const;
   [[nodiscard]] DepthAgreement agreement(const Place& place, const SE3& T_camera_world) const;
-  [[nodiscard]] bool stood_before(const Place& place, const SE3& T_camera_world,
-                                  std::span<const Vec3> p_camera) const;
-  [[nodiscard]] Output search(const Input& in, const DepthAgreement& by_all);
+  [[nodiscard]] bool stood_before(const Place& place, const Finding& found) const;
+  [[nodiscard]] Finding finding(const Input& in, const Hypothesis& rival, const Vec3& plane) const;
+  [[nodiscard]] Output search(const Input& in) const;
+  [[nodiscard]] std::vector<int> patches_of(const Input& in, const PlanarPatches& patches) const;
+  [[nodiscard]] double decisive_cost(const Place& place, const SE3& T_camera_world) const;
+  [[nodiscard]] std::optional<PoseSolution> pose_beside(const Input& in,
+                                                        std::span<const int> patch_of,
+                                                        int patch) const;
+  [[nodiscard]] Hypothesis split(const Input& in, std::span<const int> patch_of, int patch,
+                                 const SE3& T_camera_world) const;
   [[nodiscard]] std::optional<Hypothesis> without(const Input& in, std::span<const int> patch_of,
                                                   int patch) const;
+  [[nodiscard]] double shift_px(const Input& in, std::span<const int> patch_of, int patch,
+                                const Hypothesis& rival) const;
   [[nodiscard]] std::vector<double> residuals_px(const Input& in, const SE3& T_camera_world) const;
 
   const Camera& camera_;

@@ -8,6 +8,8 @@
 namespace ygslam {
 namespace {
 
+constexpr int kFewBesideScreen = 100;  // points
+constexpr double kContradiction = 60;  // ScreenFinder::Output::conflict; noise is 22 at most
 constexpr float kAnyWeight = std::numeric_limits<float>::min();
 
 TrackedFrame without_landmarks(FrameFeatures seen, const KeyframeRelativePose& pose,
@@ -314,21 +316,19 @@ std::vector<ScreenFinder::Point> Tracker::points_before(const Observed& now, con
                                                         const LocalView& view,
                                                         const SE3& T_last_world) const {
   const SE3 T_world_last = T_last_world.inverse();
-  const auto motion = classifier_.motion_of(now.evidence);
   std::vector<ScreenFinder::Point> points;
   for (std::uint32_t i = 0; i < now.evidence.points.size(); ++i) {
     const PointEvidence& evidence = now.evidence.points[i];
     const std::int32_t k = now.evidence.links[i];
     if (k < 0 || !may_tell(evidence) || !(now.seen.features->points[i].depth_m > 0)) continue;
-    const bool moves = motion[i] == PointMotion::kMoves;
     const ViewLandmark* landmark = view.landmark(pose.landmarks[i]);
     if (!landmark) landmark = view.landmark(last_->landmarks[static_cast<std::size_t>(k)]);
     const Feature& before = last_->seen.features->points[static_cast<std::size_t>(k)];
     if (landmark) {
-      points.push_back({i, landmark->p_world, moves});
+      points.push_back({i, landmark->p_world, true});
     } else if (before.depth_m > 0) {
       const Vec3 p_last = camera_.unproject(before.ideal_px.cast<double>(), before.depth_m);
-      points.push_back({i, T_world_last * p_last, moves});
+      points.push_back({i, T_world_last * p_last, false});
     }
   }
   return points;
@@ -340,20 +340,31 @@ Tracker::FoundPose Tracker::look_for_screens(Observed& now, FoundPose found, con
       judge_.state() == TrackState::kLost)
     return found;
   const SE3& T_odom_last = localization_.T_odom_camera();
-  const auto T_odom_now = [&](const SE3& T_camera_world) {
-    return T_odom_last * T_last_world * T_camera_world.inverse();
+  const auto place_at = [&](const SE3& T_camera_world) {
+    return ScreenFinder::Place{found.seen, T_camera_world,
+                               T_odom_last * T_last_world * T_camera_world.inverse()};
   };
-  const SE3 T_camera_world = found.pose->T_camera_world;
-  const auto looked = screen_finder_.step(
-      {found.seen, T_camera_world, T_odom_now(T_camera_world)}, unexplained_motions(now),
-      [&] { return points_before(now, *found.pose, view, T_last_world); });
-  if (!looked.found) return found;
-  const SE3& T_without_world = looked.found->T_camera_world;
-  screens_.add(looked.found->screen, T_odom_now(T_without_world), now.seen.frame->stamp);
-  now.evidence =
-      classifier_.held_against(std::move(now.evidence), T_without_world * T_last_world.inverse());
-  now = labelled_by_screens(std::move(now), T_odom_now(T_without_world));
-  return find_pose(now.seen, view, T_last_world, T_without_world);
+  const auto looked =
+      screen_finder_.step(place_at(found.pose->T_camera_world), unexplained_motions(now),
+                          [&] { return points_before(now, *found.pose, view, T_last_world); });
+  if (looked.found) {
+    const SE3& T_without_world = looked.found->T_camera_world;
+    const SE3 T_odom_camera = place_at(T_without_world).T_odom_camera;
+    screens_.add(looked.found->screen, T_odom_camera, now.seen.frame->stamp);
+    now.evidence =
+        classifier_.held_against(std::move(now.evidence), T_without_world * T_last_world.inverse());
+    now = labelled_by_screens(std::move(now), T_odom_camera);
+    found = find_pose(now.seen, view, T_last_world, T_without_world);
+  }
+  if (!found.pose) return found;
+  PoseResult& pose = *found.pose;
+  pose.contested =
+      looked.undecided || (!screens_.empty() && !looked.found && looked.conflict > kContradiction);
+  // A screen leaves few points, at the image's edges; depth is known everywhere.
+  if (!screens_.empty() && pose.inliers < kFewBesideScreen && pose.covariance)
+    pose.T_camera_world = screen_finder_.with_depth(
+        place_at(pose.T_camera_world), pose.T_camera_world, pose.covariance->inverse());
+  return found;
 }
 
 /// With the final pose: what moves on screens that are known keeps them known.

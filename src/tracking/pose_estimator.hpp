@@ -33,6 +33,7 @@ struct PoseResult {
   int landmark_inliers = 0;           ///< features that agree with a landmark
   int inliers = 0;                    ///< of these and of points of the previous frame
   int matches = 0;                    ///< of the final step
+  bool contested = false;             ///< another pose explains as much, see ScreenFinder
   double position_std_m = 0;          ///< of the camera centre, by the residuals' curvature
   /// Of the twist xi of exp(xi) * T_camera_world [m, rad], as far as the points determine it.
   std::optional<Mat6> covariance;

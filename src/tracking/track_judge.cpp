@@ -52,7 +52,7 @@ TrackState TrackJudge::judge(const std::optional<PoseResult>& pose, const PoseJu
   frames_since_loss_ = was_lost ? 0 : frames_since_loss_ + 1;
   if (frames_since_loss_ < kProvingFrames && !is_proof(*pose)) return TrackState::kLost;
   const bool many = pose->inliers >= config_.min_inliers;
-  const bool certain = pose->position_std_m <= config_.weak_position_std_m;
+  const bool certain = pose->position_std_m <= config_.weak_position_std_m && !pose->contested;
   if (many && certain) {
     weak_frames_ = 0;
     return TrackState::kTracking;

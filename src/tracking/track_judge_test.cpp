@@ -38,6 +38,14 @@ TEST(TrackJudge, ManyCertainPointsTrackFewAreWeakFewerLost) {
   EXPECT_EQ(tracking().next_state(std::nullopt, {}), kLost);
 }
 
+TEST(TrackJudge, APoseWithARivalIsWeakHoweverManyPointsItHas) {
+  auto pose = pose_of(kMany);
+  pose->contested = true;
+  TrackJudge judge = tracking();
+  EXPECT_EQ(judge.next_state(pose, {}), kWeak);
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}), kTracking);
+}
+
 TEST(TrackJudge, AnUncertainPlaceIsWeakAMoreUncertainOneLost) {
   EXPECT_EQ(tracking().next_state(pose_of(kMany, kLimits.weak_position_std_m), {}), kTracking);
   EXPECT_EQ(tracking().next_state(pose_of(kMany, 1.01 * kLimits.weak_position_std_m), {}), kWeak);

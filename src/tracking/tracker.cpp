@@ -8,12 +8,20 @@
 namespace ygslam {
 namespace {
 
+constexpr int kFewBesideScreen = 100;  // points
+constexpr double kContradiction = 60;  // ScreenFinder::Output::conflict; noise is 22 at most
 constexpr float kAnyWeight = std::numeric_limits<float>::min();
 
 TrackedFrame without_landmarks(FrameFeatures seen, const KeyframeRelativePose& pose,
                                const LocalViewPtr& view) {
   std::vector<LandmarkId> none(seen.features->size(), kNoLandmark);
   return {std::move(seen), std::move(none), pose, view, SE3()};
+}
+
+/// Nothing is known that explains its motion.
+bool may_tell(const PointEvidence& evidence) {
+  return evidence.semantic.label != SemanticLabel::kMovable && !evidence.on_screen &&
+         !evidence.in_free_space;
 }
 
 TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose, const LocalViewPtr& view) {
@@ -35,6 +43,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       retracker_(pose_estimator_, config.judge.min_inliers),
+      screen_finder_(camera, orb_.scales(), config.pose.noise),
       motion_model_(config.motion_model),
       calibration_(camera, config.calibrated),
       localization_(config.judge.max_jump_mps),
@@ -56,7 +65,8 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
   const int mask_age_frames = now.evidence.mask_age_frames;
   const double motion_ms = timer.wall_ms() - orb_ms;
   TrackResult result = judge_.state() != TrackState::kWaiting
-                           ? track(std::move(now), motion.T_now_last, view, mapper_busy)
+                           ? track(with_known_screens(std::move(now), motion.T_now_last),
+                                   motion.T_now_last, view, mapper_busy)
                        : view->empty() ? start(std::move(now), view)
                                        : start_in_map(std::move(now), view);
   tell_of_mask(*frame, *view, result);
@@ -83,6 +93,7 @@ TrackResult Tracker::track(Observed now, const SE3& T_now_last, const LocalViewP
                            bool mapper_busy) {
   const SE3 T_last_world = last_pose(*view);
   FoundPose found = find_pose(now.seen, *view, T_last_world, T_now_last * T_last_world);
+  found = look_for_screens(now, std::move(found), *view, T_last_world);
   now.seen = std::move(found.seen);
   now.evidence.frame.features = now.seen.features;
   auto first_keyframe = late_first_keyframe(std::move(found.first_seen));
@@ -95,6 +106,7 @@ TrackResult Tracker::track(Observed now, const SE3& T_now_last, const LocalViewP
                                pose.T_camera_world, T_last_world, was_lost},
                               *view);
   const Localization::Place place = localization_.place(pose.T_camera_world, *view);
+  follow_screens(now);
   now = compared_with_map(std::move(now), pose, *view);
   auto objects = follow_objects(now, was_lost, place.T_world_odom);
   classifier_.remember(std::move(now.evidence), now.labels.label, objects_.resting_points());
@@ -148,6 +160,8 @@ TrackResult Tracker::stay_lost(Observed now, const LocalViewPtr& view, const SE3
                                std::optional<KeyframeCandidate> first_keyframe) {
   motion_model_.reset(now.seen.frame->stamp);
   objects_.lose_points();
+  screens_.clear();
+  screen_finder_.forget();
   classifier_.remember(std::move(now.evidence), now.labels.label);
   TrackResult result{.state = TrackState::kLost,
                      .T_odom_camera = localization_.T_odom_camera(),
@@ -267,6 +281,115 @@ Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& v
   }
   if (first) found.pose = pose_estimator_.match_map(found.seen, view, *first);
   return found;
+}
+
+Tracker::Observed Tracker::with_known_screens(Observed now, const SE3& T_now_last) const {
+  if (screens_.empty()) return now;
+  const auto& ego_motion = now.evidence.ego_motion;
+  const SE3& T_moved = ego_motion ? ego_motion->T_current_previous : T_now_last;
+  return labelled_by_screens(std::move(now), localization_.T_odom_camera() * T_moved.inverse());
+}
+
+Tracker::Observed Tracker::labelled_by_screens(Observed now, const SE3& T_odom_camera) const {
+  std::vector<std::uint8_t> on_screen;
+  for (const Feature& f : now.seen.features->points) {
+    const Vec3 p_camera = camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
+    on_screen.push_back(f.depth_m > 0 && screens_.shows(T_odom_camera * p_camera, f.depth_m));
+  }
+  now.evidence = with_screens(std::move(now.evidence), on_screen);
+  now.labels = classifier_.classify(now.evidence);
+  now.seen.static_weight = now.labels.weight;
+  return now;
+}
+
+/// What seems to move, but is on nothing that is known to be able to.
+std::vector<Vec3> Tracker::moving_unmasked(const Observed& now) const {
+  std::vector<Vec3> p_moving;
+  const auto motion = classifier_.motion_of(now.evidence);
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const Feature& f = now.seen.features->points[i];
+    const PointEvidence& evidence = now.evidence.points[i];
+    if (motion[i] == PointMotion::kMoves && f.depth_m > 0 && !evidence.in_free_space &&
+        evidence.semantic.label != SemanticLabel::kMovable)
+      p_moving.push_back(camera_.unproject(f.ideal_px.cast<double>(), f.depth_m));
+  }
+  return p_moving;
+}
+
+int Tracker::unexplained_motions(const Observed& now) const {
+  const auto motion = classifier_.motion_of(now.evidence);
+  int count = 0;
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const PointEvidence& evidence = now.evidence.points[i];
+    count += motion[i] == PointMotion::kMoves && may_tell(evidence) ? 1 : 0;
+  }
+  return count;
+}
+
+/// Features that go on from the frame before, with their place in the world as it was known there.
+std::vector<ScreenFinder::Point> Tracker::points_before(const Observed& now, const PoseResult& pose,
+                                                        const LocalView& view,
+                                                        const SE3& T_last_world) const {
+  const SE3 T_world_last = T_last_world.inverse();
+  std::vector<ScreenFinder::Point> points;
+  for (std::uint32_t i = 0; i < now.evidence.points.size(); ++i) {
+    const PointEvidence& evidence = now.evidence.points[i];
+    const std::int32_t k = now.evidence.links[i];
+    if (k < 0 || !may_tell(evidence) || !(now.seen.features->points[i].depth_m > 0)) continue;
+    const ViewLandmark* landmark = view.landmark(pose.landmarks[i]);
+    if (!landmark) landmark = view.landmark(last_->landmarks[static_cast<std::size_t>(k)]);
+    const Feature& before = last_->seen.features->points[static_cast<std::size_t>(k)];
+    if (landmark) {
+      points.push_back({i, landmark->p_world, true});
+    } else if (before.depth_m > 0) {
+      const Vec3 p_last = camera_.unproject(before.ideal_px.cast<double>(), before.depth_m);
+      points.push_back({i, T_world_last * p_last, false});
+    }
+  }
+  return points;
+}
+
+Tracker::FoundPose Tracker::look_for_screens(Observed& now, FoundPose found, const LocalView& view,
+                                             const SE3& T_last_world) {
+  if (!found.pose || !uses_geometry(classifier_.config().mode) ||
+      judge_.state() == TrackState::kLost)
+    return found;
+  const SE3& T_odom_last = localization_.T_odom_camera();
+  const auto place_at = [&](const SE3& T_camera_world) {
+    return ScreenFinder::Place{found.seen, T_camera_world,
+                               T_odom_last * T_last_world * T_camera_world.inverse()};
+  };
+  const auto looked =
+      screen_finder_.step(place_at(found.pose->T_camera_world), unexplained_motions(now),
+                          [&] { return points_before(now, *found.pose, view, T_last_world); });
+  if (looked.found) {
+    const SE3& T_without_world = looked.found->T_camera_world;
+    const SE3 T_odom_camera = place_at(T_without_world).T_odom_camera;
+    screens_.add(looked.found->screen, T_odom_camera, now.seen.frame->stamp);
+    now.evidence =
+        classifier_.held_against(std::move(now.evidence), T_without_world * T_last_world.inverse());
+    now = labelled_by_screens(std::move(now), T_odom_camera);
+    found = find_pose(now.seen, view, T_last_world, T_without_world);
+  }
+  if (!found.pose) return found;
+  PoseResult& pose = *found.pose;
+  pose.contested =
+      looked.undecided || (!screens_.empty() && !looked.found && looked.conflict > kContradiction);
+  // A screen leaves few points, at the image's edges; depth is known everywhere.
+  if (!screens_.empty() && pose.inliers < kFewBesideScreen && pose.covariance)
+    pose.T_camera_world = screen_finder_.with_depth(
+        place_at(pose.T_camera_world), pose.T_camera_world, pose.covariance->inverse());
+  return found;
+}
+
+/// With the final pose: what moves on screens that are known keeps them known.
+void Tracker::follow_screens(const Observed& now) {
+  const Timestamp stamp = now.seen.frame->stamp;
+  const SE3& T_odom_camera = localization_.T_odom_camera();
+  screen_finder_.remember(now.seen, T_odom_camera);
+  screens_.forget_still(stamp);
+  if (screens_.empty()) return;
+  screens_.renew(moving_unmasked(now), T_odom_camera, stamp);
 }
 
 /// Once per frame that was matched with the one before. A rolling shutter's first keyframe waits

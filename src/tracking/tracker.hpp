@@ -16,10 +16,12 @@
 #include "tracking/ego_mask.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_proposer.hpp"
+#include "tracking/known_screens.hpp"
 #include "tracking/localization.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
 #include "tracking/retracker.hpp"
+#include "tracking/screen_finder.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/submap_starter.hpp"
 #include "tracking/track_judge.hpp"
@@ -114,6 +116,21 @@ class Tracker {
   [[nodiscard]] std::optional<KeyframeCandidate> late_first_keyframe(
       std::optional<FrameFeatures> first_seen);
   [[nodiscard]] Localization::Arrival arrive(const Localization::Step& step, const LocalView& view);
+  /// What is on a screen that plays is labelled so, where the camera is about to be.
+  [[nodiscard]] Observed with_known_screens(Observed now, const SE3& T_now_last) const;
+  [[nodiscard]] Observed labelled_by_screens(Observed now, const SE3& T_odom_camera) const;
+  /// Screens found with the pose: where one had moved the camera, the pose without it.
+  /// @return the frame's observation and pose as they are then.
+  [[nodiscard]] FoundPose look_for_screens(Observed& now, FoundPose found, const LocalView& view,
+                                           const SE3& T_last_world);
+  [[nodiscard]] std::vector<Vec3> moving_unmasked(const Observed& now) const;
+  /// How many points move that are on nothing known to.
+  [[nodiscard]] int unexplained_motions(const Observed& now) const;
+  [[nodiscard]] std::vector<ScreenFinder::Point> points_before(const Observed& now,
+                                                               const PoseResult& pose,
+                                                               const LocalView& view,
+                                                               const SE3& T_last_world) const;
+  void follow_screens(const Observed& now);
   [[nodiscard]] Observed compared_with_map(Observed now, const PoseResult& pose,
                                            const LocalView& view) const;
   [[nodiscard]] std::vector<TrackedObject> follow_objects(const Observed& now, bool was_lost,
@@ -137,6 +154,8 @@ class Tracker {
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
   Retracker retracker_;
+  ScreenFinder screen_finder_;
+  KnownScreens screens_;
   MotionModel motion_model_;
   CameraEstimator calibration_;  // of TrackerConfig::calibrated
   Localization localization_;

@@ -70,10 +70,36 @@ void PointClassifier::find_ego_motion(const FlowPrediction& guess, FrameEvidence
     followed = with_motion(camera_, std::move(followed), guess.corrected(T_current_previous));
     evidence.ego_motion = fit(T_current_previous);
   }
-  if (!evidence.ego_motion) return;
+  if (evidence.ego_motion)
+    evidence.residual = residuals_of(followed, evidence.ego_motion->T_current_previous);
+}
+
+std::vector<EgoMotionResidual> PointClassifier::residuals_of(const Followed& followed,
+                                                             const SE3& T_current_previous) const {
+  std::vector<EgoMotionResidual> residuals;
+  residuals.reserve(followed.size());
   for (const FollowedPoint& point : followed.points)
-    evidence.residual.push_back(
-        ego_motion_residual(camera_, evidence.ego_motion->T_current_previous, point));
+    residuals.push_back(ego_motion_residual(camera_, T_current_previous, point));
+  return residuals;
+}
+
+FrameEvidence PointClassifier::held_against(FrameEvidence evidence,
+                                            const SE3& T_current_previous) const {
+  if (!uses_geometry() || evidence.is_first) return evidence;
+  evidence.ego_motion = EgoMotion{T_current_previous, config_.ego_motion.limit_px, 0, 0};
+  evidence.residual = residuals_of(evidence.followed, T_current_previous);
+  // F came from points that the motion contradicts.
+  for (EpipolarLabel& point : evidence.epipolar.points) point = {};
+  evidence.epipolar.state = CheckState::kNoFit;
+  give_to_features(evidence);
+  return evidence;
+}
+
+FrameEvidence with_screens(FrameEvidence evidence, std::span<const std::uint8_t> on_screen) {
+  CHECK(on_screen.size() == evidence.points.size());
+  for (std::size_t i = 0; i < on_screen.size(); ++i)
+    evidence.points[i].on_screen = on_screen[i] != 0;
+  return evidence;
 }
 
 FrameEvidence with_free_space(FrameEvidence evidence, std::span<const std::uint8_t> in_free_space) {

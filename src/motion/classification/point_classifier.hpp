@@ -48,6 +48,10 @@ struct FrameEvidence {
 [[nodiscard]] FrameEvidence with_free_space(FrameEvidence evidence,
                                             std::span<const std::uint8_t> in_free_space);
 
+/// @param on_screen per feature: on a screen that plays; of no weight in modes without geometry.
+[[nodiscard]] FrameEvidence with_screens(FrameEvidence evidence,
+                                         std::span<const std::uint8_t> on_screen);
+
 /// How a feature moves against the camera's motion.
 enum class PointMotion : std::uint8_t { kUnknown, kMoves, kStands };
 
@@ -64,6 +68,10 @@ class PointClassifier {
   [[nodiscard]] FrameEvidence observe(const RgbdFrame& frame, const FeaturesPtr& features,
                                       std::span<const SegmentationPtr> new_masks,
                                       const std::optional<FlowPrediction>& predicted);
+
+  /// The same held against another motion of the camera than the one found by flow and depth.
+  [[nodiscard]] FrameEvidence held_against(FrameEvidence evidence,
+                                           const SE3& T_current_previous) const;
 
   [[nodiscard]] PointLabels classify(const FrameEvidence& evidence) const;
 
@@ -86,6 +94,8 @@ class PointClassifier {
                    std::span<const SegmentationPtr> new_masks, FrameEvidence& evidence);
   [[nodiscard]] std::vector<PointEvidence> prior(const FrameEvidence& evidence) const;
   void find_ego_motion(const FlowPrediction& guess, FrameEvidence& evidence) const;
+  [[nodiscard]] std::vector<EgoMotionResidual> residuals_of(const Followed& followed,
+                                                            const SE3& T_current_previous) const;
   [[nodiscard]] std::vector<std::uint8_t> static_before(const Followed& followed) const;
   [[nodiscard]] std::vector<std::uint8_t> moving(const FrameEvidence& evidence) const;
   void give_to_features(FrameEvidence& evidence) const;

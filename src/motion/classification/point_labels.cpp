@@ -10,6 +10,7 @@ namespace {
 constexpr float kInMask = 2.0F;
 constexpr float kAtRest = 1.05F;  // the same, on an object that does not move: first to return
 constexpr float kInFreeSpace = 2.0F;
+constexpr float kOnScreen = 2.0F;
 constexpr float kViolation = 1.01F;     // just beyond the limit
 constexpr float kViolationMore = 1.0F;  // added as the distance grows
 constexpr float kDoubtful = 0.6F;       // a violation found by a check that is not believed
@@ -62,6 +63,7 @@ class Classifier {
       dynamic_score += std::max(moves, was);
       is_moving = std::max(moves, was) >= kViolation;
       if (e.in_free_space) dynamic_score = std::max(dynamic_score, kInFreeSpace);
+      if (e.on_screen) dynamic_score = std::max(dynamic_score, kOnScreen);
       obeys = judged && moves <= 0 && e.epipolar_px <= limits_.tau_px;
     }
     const bool cleared = seen_outside || obeys || e.previous == MotionLabel::kStatic;
@@ -70,7 +72,7 @@ class Classifier {
     const bool boundary =
         dynamic_score > 1 && e.on_boundary && e.semantic.label != SemanticLabel::kMovable;
     out.dynamic_score.push_back(dynamic_score);
-    may_come_back_.push_back(!is_moving && !e.in_free_space);
+    may_come_back_.push_back(!is_moving && !e.in_free_space && !e.on_screen);
     out.label.push_back(dynamic_score > 1 && !boundary ? MotionLabel::kDynamic
                         : dynamic_score > 0            ? MotionLabel::kUnknown
                         : cleared                      ? MotionLabel::kStatic

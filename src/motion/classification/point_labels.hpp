@@ -60,6 +60,7 @@ struct PointEvidence {
   bool rests = false;              ///< on an object that demonstrably stands still
   bool on_boundary = false;        ///< behind an outline, see occlusion_boundary.hpp
   bool in_free_space = false;      ///< in space that the map knows to be empty
+  bool on_screen = false;          ///< on a screen that plays
   MotionLabel previous = MotionLabel::kUnknown;  ///< final label of the feature it continues
 };
 

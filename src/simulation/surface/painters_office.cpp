@@ -125,24 +125,51 @@ PaintedMaterial screen_off(int /*variant*/, int /*size*/) {
   return painted;
 }
 
+/// What a video shows, by the hundreds of its variant.
+enum class VideoStyle : std::uint8_t { kPan, kSlowPan, kScroll, kCuts, kZoom, kSlowScroll, kCount };
+
+constexpr int kVideoFrames = 40;  // four seconds at 10 Hz
+
+/// The backdrop as a frame shows it. @param phase 0..1 through the video.
+ColourImage backdrop_at(const ColourImage& backdrop, VideoStyle style, float phase) {
+  const int w = backdrop.width();
+  const int h = backdrop.height();
+  const float swing = std::sin(6.2831853F * phase);
+  const float pan = style == VideoStyle::kPan ? 0.1F : style == VideoStyle::kSlowPan ? 0.025F : 0;
+  const float scroll = style == VideoStyle::kScroll       ? 1
+                       : style == VideoStyle::kSlowScroll ? 0.1F
+                                                          : 0;
+  const int right = static_cast<int>(std::lround(pan * swing * static_cast<float>(w)));
+  const int down = static_cast<int>(std::lround(scroll * phase * static_cast<float>(h)));
+  const float zoom = style == VideoStyle::kZoom ? 1 + 0.1F * swing : 1;
+  const auto zoomed = [&](int x, int size) {
+    const float middle = 0.5F * static_cast<float>(size);
+    return static_cast<int>(std::lround(middle + (static_cast<float>(x) - middle) * zoom));
+  };
+  ColourImage image(w, h);
+  for (int v = 0; v < h; ++v)
+    for (int u = 0; u < w; ++u)
+      image.at(u, v) =
+          backdrop.at(((zoomed(u, w) + right) % w + w) % w, ((zoomed(v, h) + down) % h + h) % h);
+  return image;
+}
+
 PaintedMaterial video(int variant, int size) {
   PaintedMaterial painted;
   painted.material.glow = 0.9F;
   painted.material.ir_return = 0.6F;
-  constexpr int kFrames = 40;  // four seconds at 10 Hz
+  const auto style = static_cast<VideoStyle>(variant / 100 % static_cast<int>(VideoStyle::kCount));
   const int w = size / 2;
   const int h = size * 9 / 32;
   Rng setup(seed_of(variant, 27));
   ColourImage backdrop(w, h);
   draw_photo(backdrop, 0, 0, w, h, setup);
   const Paint actor = random_paint(setup, 0.7F, 0.9F);
-  for (int i = 0; i < kFrames; ++i) {
-    const float phase = 6.2831853F * static_cast<float>(i) / kFrames;
-    ColourImage image(w, h);
-    const int pan = static_cast<int>(std::lround(0.1F * static_cast<float>(w) * std::sin(phase)));
-    for (int v = 0; v < h; ++v) {
-      for (int u = 0; u < w; ++u) image.at(u, v) = backdrop.at(((u + pan) % w + w) % w, v);
-    }
+  for (int i = 0; i < kVideoFrames; ++i) {
+    if (style == VideoStyle::kCuts && i > 0 && i % 10 == 0) draw_photo(backdrop, 0, 0, w, h, setup);
+    const float phase = 6.2831853F * static_cast<float>(i) / kVideoFrames;
+    ColourImage image =
+        backdrop_at(backdrop, style, static_cast<float>(i) / static_cast<float>(kVideoFrames));
     const int cu = w / 2 + static_cast<int>(0.35F * static_cast<float>(w) * std::cos(phase));
     const int cv = h / 2 + static_cast<int>(0.2F * static_cast<float>(h) * std::sin(2 * phase));
     fill_rect(image, cu - 22, cv - 10, cu + 22, cv + 34, actor);

@@ -22,7 +22,9 @@ inline sim::SequenceOptions small(double seconds) {
   return options;
 }
 
-inline Recording record(const std::string& world, const sim::SequenceOptions& options) {
+/// @param world a name or file, or a world itself.
+template <typename World>
+Recording record(const World& world, const sim::SequenceOptions& options) {
   auto source = sim::open_world(world, options);
   CHECK(source.ok(), source.error().message.c_str());
   Recording recording{source->camera(), {}, {}, {}};

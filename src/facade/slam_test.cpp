@@ -188,6 +188,7 @@ TEST(Slam, LogLinesGoToTheCallbackOfTheirObjectAndNothingToStandardOutput) {
   YGSLAM_NEEDS_RECORDED(model);
   const Film& seen = film("moving_box");
   Settings settings = settings_for(seen);
+  settings.segmenter = "model";
   settings.model = model;
   // Input time without a mask: the next frame comes 30 s later and the first mask is not awaited.
   settings.options = {{"run.first_mask_timeout_s", "0"}};

@@ -52,6 +52,7 @@ inline const Film& film(const std::string& world) {
 inline Settings settings_for(const Film& film) {
   Settings settings;
   settings.camera = film.camera;
+  settings.segmenter = "none";
   settings.options = {{"orb.features", "500"}};
   return settings;
 }

@@ -178,7 +178,8 @@ class Sweep(BenchTest):
                 (3, ["bench", self.root, "--set", "dynamic.mode=off"]),
                 (4, ["bench", empty]), (4, ["bench", self.folder / "none"]),
                 (4, ["bench", "--compare", empty, empty]),
-                (5, ["bench", self.root]), (5, ["bench", "--modes", "off,full", self.root]),
+                (5, ["bench", self.root, "--segmenter", "model"]),
+                (5, ["bench", "--modes", "off,full", self.root, "--segmenter", "model"]),
                 (5, ["bench", self.root, "--model", "none.onnx"]),
                 (5, ["bench", self.root, "--modes", "off", "--model", "none.onnx"]),
                 (9, ["bench", self.root, "--modes", "off", "--out", "/proc/none"])):

@@ -165,7 +165,7 @@ class Config(CliTest):
     def test_a_broken_settings_file_is_named(self):
         file = self.folder / "settings.yaml"
         for text in ("motion: [\n", "just words\n", "- a\n- b\n", "{" * 100000,
-                     "motion:\n  tau_px: {a: {b: 1}}\n", "a: &x [*x]\n", "\x00\x01\x02",
+                     "motion:\n  tau_px: {a: {b: 1}}\n", "a: &x [*x]\n", "orb: {features: &x [a, [*x]]}\n", "\x00\x01\x02",
                      "&a [" + "&b [" * 5000):
             file.write_text(text, encoding="utf-8")
             self.assert_error(self.run_slam(sequence(), "--config", file, "--quiet"), 3,

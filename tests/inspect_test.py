@@ -66,7 +66,7 @@ class Inspect(CliTest):
                 (("--frames", "60"), None, 2, "--frames 60"),
                 (("--frames", "one"), None, 2, "one"),
                 (("--checks", "best"), None, 2, "best"),
-                (("--checks", "full"), None, 5, "make model"),
+                (("--checks", "full", "--segmenter", "model"), None, 5, "make model"),
                 (("--set", "motion.reprojection=1", "--checks", "classic"), None, 3, "motion.reprojection_px"),
                 (("--checks", "classic"), self.folder / "nowhere", 4, "nowhere"),
                 (("--checks", "classic"), damaged, 4, missing.name)):

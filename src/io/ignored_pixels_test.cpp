@@ -66,7 +66,7 @@ TEST(IgnoredPixels, WhatIsWrongIsToldInOneLine) {
   const auto refusal = [&](const std::string& value) {
     const auto camera = parse_calibration(
         "ignore " + value + "\nwidth 640\nheight 480\n" + kPlainLens, "camera.txt", folder.path());
-    const std::string message = camera.ok() ? "" : camera.error().message;
+    std::string message = camera.ok() ? "" : camera.error().message;
     EXPECT_TRUE(message.starts_with("camera.txt:1: ignore: ")) << value << " -> " << message;
     EXPECT_EQ(message.find('\n'), std::string::npos);
     return message;

@@ -255,7 +255,8 @@ TEST(Mapper, WhatIsFixedToTheCameraLeavesAllKeyframes) {
   for (const auto& [id, keyframe] : mapper.map().keyframes()) {
     for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
       const float v_px = std::round(keyframe.data->features->points[i].uv_px.y());
-      const bool is_masked = v_px < static_cast<float>(mask.height() / 2);
+      const int half_px = mask.height() / 2;
+      const bool is_masked = v_px < static_cast<float>(half_px);
       EXPECT_EQ(keyframe.static_weight[i] == 0, is_masked);
       EXPECT_TRUE(!is_masked || keyframe.landmarks[i] == kNoLandmark);
       kept += keyframe.landmarks[i] != kNoLandmark ? 1 : 0;

@@ -22,15 +22,15 @@ constexpr int kMaxEntries = 10000;
 constexpr std::size_t kMaxValueBytes = 1 << 16;
 
 // A scalar or a list, of lists perhaps, as the text that ConfigKey::set takes; cut off where it is
-// far too long for any key.
-std::string scalar_text(const YAML::Node& node) {
+// far too long for any key. A list may be an item of itself: no deeper than two.
+std::string scalar_text(const YAML::Node& node, int levels = 2) {
   if (!node.IsSequence()) return node.as<std::string>("").substr(0, kMaxValueBytes);
   std::string text = "[";
   for (const YAML::Node& item : node) {
     if (text.size() > kMaxValueBytes) break;
     text += text.size() > 1 ? ", " : "";
-    text +=
-        item.IsSequence() ? scalar_text(item) : item.as<std::string>("").substr(0, kMaxValueBytes);
+    text += item.IsSequence() ? (levels > 1 ? scalar_text(item, levels - 1) : "[...]")
+                              : item.as<std::string>("").substr(0, kMaxValueBytes);
   }
   return text + "]";
 }

@@ -186,7 +186,8 @@ auto switches(const SlamConfig& c) {
                     c.dynamic.boundary.enabled, c.dynamic.classifier.vote_of_neighbours,
                     c.dynamic.classifier.min_moving_share, c.tracking.free_space.enabled,
                     c.mapping.noise.edge_weight, c.tracking.pose.use_local_map, c.close_loops,
-                    c.mapping.local_bundle, c.tracking.starts_submaps, c.dense.enabled);
+                    c.mapping.local_bundle, c.tracking.starts_submaps, c.dense.enabled,
+                    c.tracking.ego_mask.enabled);
 }
 
 std::vector<std::string> parts() {

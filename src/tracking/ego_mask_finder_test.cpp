@@ -169,9 +169,9 @@ TEST_F(EgoMaskFinderTest, WhatIsFixedNoLongerIsSeenAgain) {
 TEST_F(EgoMaskFinderTest, AMaskStaysWhileTheCameraStands) {
   const auto text = [](RgbdFrame& f, int) { OverlaidRoom::write_text(f); };
   const auto before = see(kSecond, by_hand, text);
-  const Eigen::Vector2d at_px = by_hand(number_ - 1);
+  const int stands_at = number_ - 1;
   EXPECT_EQ(see(
-                2 * kSecond, [&](int) { return at_px; }, text),
+                2 * kSecond, [&](int) { return by_hand(stands_at); }, text),
             before)
       << "the same, not a copy";
 }

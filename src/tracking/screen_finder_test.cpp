@@ -19,11 +19,11 @@ bool is_on_screen(const Vec3& p_world) {
 
 /// The nearest surface on a ray of the world.
 Vec3 surface_on_ray(const Vec3& origin, const Vec3& direction) {
-  const Vec3 on_screen = origin + direction * ((kScreenAway_m - origin.z()) / direction.z());
+  Vec3 on_screen = origin + direction * ((kScreenAway_m - origin.z()) / direction.z());
   if (is_on_screen(on_screen)) return on_screen;
-  const Vec3 on_pillar = origin + direction * ((kBackWall_m - 0.5 - origin.z()) / direction.z());
+  Vec3 on_pillar = origin + direction * ((kBackWall_m - 0.5 - origin.z()) / direction.z());
   if (on_pillar.x() > 0.9 && on_pillar.x() < 1.5) return on_pillar;
-  const Vec3 on_floor = origin + direction * ((1.0 - origin.y()) / direction.y());
+  Vec3 on_floor = origin + direction * ((1.0 - origin.y()) / direction.y());
   if (direction.y() > 0 && on_floor.z() < kBackWall_m) return on_floor;
   return origin + direction * ((kBackWall_m - origin.z()) / direction.z());
 }

@@ -346,7 +346,7 @@ class RollingTrackerTest : public TrackerTest {
  protected:
   static constexpr double kReadout_s = 0.02;
   static constexpr int kStep_px = 4;  // to the next frame
-  void make_with(CameraConfig config) {
+  void make_with(const CameraConfig& config) {
     camera_ = Camera(config);
     make({});
   }

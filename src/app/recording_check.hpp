@@ -8,6 +8,8 @@ namespace ygslam {
 
 /// Warns where a frame's depth is none of a room.
 void warn_about_depth(const RgbdFrame& frame);
+/// Warns where an image has too few pixels for good poses.
+void warn_about_size(const Sequence& sequence);
 /// Logs when its rows are read, as far as that is known.
 void log_shutter(const Sequence& sequence);
 /// Logs the camera of the depth images where it is another.

@@ -43,6 +43,7 @@ void log_start(const RunPlan& plan, const RunFacts& facts) {
         "no network given: people are found by the built-in one; --model FILE knows more (`make "
         "model`, docs/models.md)");
   for (const std::string& note : sequence.notes) log::info("{}", note);
+  warn_about_size(sequence);
   log_shutter(sequence);
   log_registration(sequence);
 }

@@ -29,14 +29,15 @@ TEST(Orb, NoneIsMadeWhereTheImageIsMaskedAndOthersTakeItsPlace) {
   const GreyImage image = testing::DiscWorld(31).view(kWidth, kHeight);
   GreyImage mask(kWidth, kHeight);
   for (int v = 0; v < kHeight; ++v) std::fill_n(mask.row(v), kWidth / 2, std::uint8_t{255});
+  constexpr int kHalf_px = kWidth / 2;
   OrbConfig config;
   config.features = 400;
   const Features all = OrbExtractor(config).extract(image);
   const Features masked = OrbExtractor(config).extract(image, &mask);
   for (const Feature& feature : masked.points)
-    EXPECT_GT(feature.uv_px.x(), kWidth / 2 + 1) << "octave " << int{feature.octave};
+    EXPECT_GT(feature.uv_px.x(), kHalf_px + 1) << "octave " << int{feature.octave};
   const auto on_right = std::count_if(all.points.begin(), all.points.end(), [](const Feature& f) {
-    return f.uv_px.x() > kWidth / 2 + 15;
+    return f.uv_px.x() > kHalf_px + 15;
   });
   EXPECT_GT(masked.size(), 1.3 * static_cast<double>(on_right));
 }

@@ -13,7 +13,7 @@ constexpr std::size_t kLeastLines = 10;  // between two resets
 constexpr std::size_t kMostResets = 20;  // no clock is set more often
 constexpr std::int64_t kLongestPause_ns = 10'000'000'000;
 constexpr std::size_t kFewSteps = 3;  // out of the usual, that sorting may bring in
-constexpr double kLatest_ns = static_cast<double>(std::numeric_limits<std::int64_t>::max() / 4);
+constexpr double kLatest_ns = 0.25 * static_cast<double>(std::numeric_limits<std::int64_t>::max());
 
 std::vector<std::int64_t> steps_of(std::span<const Timestamp> stamps) {
   std::vector<std::int64_t> steps;

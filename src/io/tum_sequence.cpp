@@ -1,5 +1,7 @@
 #include "io/tum_sequence.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 

@@ -125,14 +125,18 @@ std::optional<LoadedPair> FrameReader::load_next(std::size_t i, const std::stop_
 // Counts what could not be used; one warning per run of bad pairs, of very many such runs of some.
 void FrameReader::note(LoadedPair& pair, bool& in_burst) {
   const bool bad = !pair.frame.has_value();
-  const std::lock_guard lock(mutex_);
-  if (bad && !in_burst && is_worth_a_line(counts_.bursts + 1)) {
-    log::warn("{}: {}; skipping", sequence_.place_of(pair.bad.front().file),
-              pair.bad.front().reason);
-  }
-  counts_.bursts += bad && !in_burst ? 1 : 0;
-  for (SkippedImage& image : pair.bad) skip(std::move(image));
+  const bool begins_burst = bad && !in_burst;
   in_burst = bad;
+  const SkippedImage first = begins_burst ? pair.bad.front() : SkippedImage{};
+  std::uint64_t bursts = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    bursts = counts_.bursts += begins_burst ? 1 : 0;
+    for (SkippedImage& image : pair.bad) skip(std::move(image));
+  }
+  // Outside of the lock: who hears of it may ask for the counts.
+  if (begins_burst && is_worth_a_line(bursts))
+    log::warn("{}: {}; skipping", sequence_.place_of(first.file), first.reason);
 }
 
 void FrameReader::skip(SkippedImage image) {

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <mutex>
+#include <optional>
 
 #include "core/log.hpp"
 #include "io/testing/small_sequence.hpp"
@@ -44,6 +46,23 @@ std::vector<std::uint32_t> ids_of_rest(FrameReader& reader) {
 }
 
 Sequence open(const fs::path& root) { return *open_tum_sequence(root); }
+
+TEST(FrameReader, WhoHearsOfABadImageMayAskForTheCounts) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 8};
+  small.write_to(folder.path());
+  testing::write(folder.path() / small.colour_file(5), "no image");
+  std::optional<FrameReader> reader;
+  std::atomic<std::size_t> heard = 0;
+  const log::ScopedSink scope(std::make_shared<const log::Sink>(
+      [&](log::Level, const std::string&) { heard += reader->counts().skipped_images; }));
+  FrameReaderConfig config;
+  config.ahead = 1;  // the bad one is read when the reader is there
+  reader.emplace(open(folder.path()), config);
+  while (reader->next()) {
+  }
+  EXPECT_EQ(heard, 1U);
+}
 
 TEST(FrameReader, YieldsAllFramesInOrder) {
   const TempFolder folder;

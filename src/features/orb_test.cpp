@@ -36,9 +36,8 @@ TEST(Orb, NoneIsMadeWhereTheImageIsMaskedAndOthersTakeItsPlace) {
   const Features masked = OrbExtractor(config).extract(image, &mask);
   for (const Feature& feature : masked.points)
     EXPECT_GT(feature.uv_px.x(), kHalf_px + 1) << "octave " << int{feature.octave};
-  const auto on_right = std::count_if(all.points.begin(), all.points.end(), [](const Feature& f) {
-    return f.uv_px.x() > kHalf_px + 15;
-  });
+  const auto on_right = std::count_if(all.points.begin(), all.points.end(),
+                                      [](const Feature& f) { return f.uv_px.x() > kHalf_px + 15; });
   EXPECT_GT(masked.size(), 1.3 * static_cast<double>(on_right));
 }
 

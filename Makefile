@@ -10,7 +10,7 @@ SOURCES = git ls-files --cached --others --exclude-standard \
   'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp' 'ros2/*.cpp' \
   'tests/*.[ch]pp'
 
-.PHONY: help setup setup-checks setup-nightly configure configure-program build demo test nightly bench model \
+.PHONY: help setup setup-checks setup-nightly configure configure-program build demo test nightly bench wheel model \
   quantize train format check-format lint sanitize clean
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -51,12 +51,17 @@ test: build ## build and run the tests of every change; the others wait for `mak
 
 nightly: setup-nightly check-format ## everything: all tests, linter and sanitizers on all code; what a release needs
 	@$(MAKE) build PRESET=ci
+	@$(MAKE) wheel
 	@tools/run_tests.sh build/ci -j $(JOBS)
 	@$(MAKE) lint sanitize ALL=1
 
 bench: configure ## build and run the benchmarks
 	@cmake --build $(BUILD) -j $(JOBS) --target bench/all
 	@tools/bench.sh $(BUILD)
+
+wheel: setup ## a Python wheel in dist/ that installs without a compiler
+	@.venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements-wheel.txt
+	@.venv/bin/python tools/wheel.py
 
 model: ## export YOLOv8n-seg to models/ (needs the public internet; WEIGHTS=file.pt|untrained)
 	@python3 tools/export_model.py --out models $(if $(WEIGHTS),--weights $(WEIGHTS))

@@ -1,6 +1,10 @@
 # What `cmake --install` lays down: library, header, CMake package, command line, and the inference
 # runtime beside them, so that neither the source tree nor the Python environment is needed later.
 include(GNUInstallDirs)
+
+# `make demo` builds the program alone; `cmake --install` and `cpack` build nothing by themselves.
+install(CODE "execute_process(COMMAND \"${CMAKE_COMMAND}\" --build \"${CMAKE_BINARY_DIR}\" --target ygslam_library ygslam_cli
+                COMMAND_ERROR_IS_FATAL ANY)")
 include(CMakePackageConfigHelpers)
 
 set(runtime_dir ${CMAKE_INSTALL_LIBDIR}/ygslam)

@@ -22,10 +22,19 @@ FAKE_REPORT = """
 import argparse, json, pathlib
 parser = argparse.ArgumentParser()
 parser.add_argument("--results", type=pathlib.Path)
+parser.add_argument("--check", action="store_true")
+if parser.parse_args().check:
+    raise SystemExit
 results = parser.parse_args().results
 sweep = json.loads((results / "sweep.json").read_text(encoding="utf-8"))
 (results / "report").mkdir(exist_ok=True)
 (results / "report" / "index.html").write_text(str(len(sweep["sequences"])), encoding="utf-8")
+"""
+
+BROKEN_REPORT = """
+import sys
+if "--check" not in sys.argv:
+    raise KeyError('ate')
 """
 
 
@@ -332,7 +341,7 @@ class Faults(BenchTest):
         self.add("good")
         broken = self.add("broken")
         (broken / "calibration.txt").write_text("fx nan\n", encoding="utf-8")
-        (self.report / "__main__.py").write_text("raise KeyError('ate')\n", encoding="utf-8")
+        (self.report / "__main__.py").write_text(BROKEN_REPORT, encoding="utf-8")
         done = self.bench("--no-pictures")
         self.assertEqual(done.returncode, 9, done.stderr)
         log = (self.out / "log.txt").read_text(encoding="utf-8")
@@ -347,9 +356,19 @@ class Faults(BenchTest):
         self.assertEqual(done.returncode, 4, done.stderr)
         self.assertIn("none of its sequences can be used", done.stderr)
 
+    def test_what_the_report_needs_is_asked_before_the_first_run(self):
+        self.add("one")
+        (self.report / "__main__.py").write_text("import matplotlib_that_is_not_there\n", encoding="utf-8")
+        done = self.bench()
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertIn("No module named 'matplotlib_that_is_not_there'", done.stderr)
+        self.assertIn("nothing was run (--no-report does without)", done.stderr)
+        self.assertFalse((self.out / "runs" / "one").exists())
+        self.assert_ran(self.bench("--no-report"))
+
     def test_a_report_that_cannot_be_made_leaves_the_results(self):
         self.add("one")
-        (self.report / "__main__.py").write_text("raise KeyError('ate')\n", encoding="utf-8")
+        (self.report / "__main__.py").write_text(BROKEN_REPORT, encoding="utf-8")
         done = self.bench()
         self.assertEqual(done.returncode, 9, done.stderr)
         self.assertRegex(done.stderr, r"(?m)^error: the report cannot be made: KeyError: 'ate'; "

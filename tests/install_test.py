@@ -180,6 +180,20 @@ class Installed(unittest.TestCase):
         self.assertRegex(done.stderr, r"\Aerror: [^\n]*plot.svg[^\n]*/nonexistent/python[^\n]*\n\Z")
         self.assertFalse(plot.exists())
 
+    def test_what_make_demo_left_unbuilt_is_built_first(self):
+        """`make demo` builds the program alone. In a copy of the build folder that only this process sees."""
+        (self.folder / "upper").mkdir()
+        script = ('mount -t tmpfs none "$1/upper" && mkdir "$1/upper/up" "$1/upper/work" && mount -t overlay none '
+                  '-o "lowerdir=$0,upperdir=$1/upper/up,workdir=$1/upper/work" "$0" || exit 77; '
+                  'rm "$0"/src/facade/libygslam.so*; cmake --install "$0" --prefix "$2"')
+        done = call("unshare", "-m", "bash", "-c", script, BUILD, self.folder, self.folder / "late",
+                    env={**CLEAN, "PATH": os.environ["PATH"], "HOME": os.environ.get("HOME", "/")})
+        if done.returncode in (1, 77) and not (self.folder / "late").exists():
+            self.skipTest(f"no folder can be laid over another here: {done.stderr.strip()[-200:]}")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertTrue(list((self.folder / "late").glob("lib*/libygslam.so.0")))
+        self.assertTrue((self.folder / "late" / "bin" / "ygslam").exists())
+
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)

@@ -27,10 +27,10 @@ if [ -z "$model" ]; then
   options=(--segmenter builtin)
 fi
 
-"$ygslam" run "$sequence" --out "$out" "${options[@]}" --debug-images "$out/images"
+"$ygslam" run "$sequence" --out "$out" "${options[@]}" --debug-images "$out/images" --export "$out/scene"
+"$ygslam" render "$out/scene" --path "$out/trajectory.txt" --boxes --out "$out/room.png" --quiet
+.venv/bin/python tools/demo_picture.py --room "$out/room.png" --frames "$out/images" \
+  --plan "$out/scene/grid.pgm" --out "$out/demo.png"
 echo
-echo "demo: trajectory   $out/trajectory.txt"
-echo "demo: static map   $out/map.ply       (open it with any PLY viewer)"
-echo "demo: pictures     $out/images/"
-echo "demo: figures      $out/metrics.json"
-echo "demo: look at it   $ygslam render $out --out room.png"
+echo "demo: open         $out/demo.png   (room, plan, what was seen; all files: docs/outputs.md)"
+echo "demo: see it live  $ygslam run $sequence --out out/live --realtime --view"

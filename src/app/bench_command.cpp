@@ -124,6 +124,15 @@ void draw_pictures(const SweepOptions& options, const std::vector<BenchSequence>
   }
 }
 
+/// Whether the report's program and its packages are there: asked before the first run.
+Status can_make_report() {
+  const auto tool = find_report_tool(executable_path());
+  const Status checked = tool.ok() ? run_tool(*tool, {"--check"}, "the report") : tool.error();
+  if (checked.ok()) return Ok{};
+  return Error{ErrorKind::kOutput,
+               checked.error().message + "; nothing was run (--no-report does without)"};
+}
+
 Status make_report(const std::filesystem::path& out) {
   auto tool = find_report_tool(executable_path());
   Status made =
@@ -148,6 +157,10 @@ Result<int> make_runs(const BenchArguments& a, const SweepOptions& options, Swee
   sweep.tell_faults();
   if (!sweep.has_usable_sequence()) {
     return Error{ErrorKind::kInput, a.root + ": none of its sequences can be used"};
+  }
+  if (a.report) {
+    const Status possible = can_make_report();
+    if (!possible.ok()) return possible.error();
   }
   const auto complete = sweep.run();
   display.end();

@@ -60,10 +60,15 @@ def collect(writer, sweep):
 def main(arguments):
     parser = argparse.ArgumentParser(prog="report", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--results", required=True, help="folder that `ygslam bench` wrote")
+    parser.add_argument("--results", help="folder that `ygslam bench` wrote")
+    parser.add_argument("--check", action="store_true", help="only say whether all packages are there")
     parser.add_argument("--out", help="folder for the report (default: RESULTS/report)")
     parser.add_argument("--quiet", action="store_true", help="do not say where to look")
     given = parser.parse_args(arguments)
+    if given.check:
+        return 0
+    if given.results is None:
+        parser.error("--results is required")
     out = pathlib.Path(given.out) if given.out else pathlib.Path(given.results) / "report"
     writer = Writer(out)
     try:

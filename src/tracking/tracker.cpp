@@ -33,6 +33,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       objects_(config.objects, camera),
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
+      map_rival_(pose_estimator_),
       ego_mask_(config.ego_mask, camera.config(), pose_estimator_, config.judge.min_inliers),
       screens_(camera, orb_.scales(), config.pose.noise, classifier_),
       motion_model_(config.motion_model),
@@ -84,6 +85,7 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last, const Local
   const SE3 T_last_world = last_pose(*view);
   now = screens_.labelled_ahead(std::move(now), localization_.T_odom_camera(), T_now_last);
   FoundPose found = find_pose(now.seen, *view, T_last_world, T_now_last * T_last_world);
+  found = held_against_map(now, std::move(found), *view, T_last_world, T_now_last * T_last_world);
   found = look_for_screens(now, std::move(found), *view, T_last_world);
   now.seen = std::move(found.seen);
   now.evidence.frame.features = now.seen.features;
@@ -245,11 +247,16 @@ Tracker::FoundPose Tracker::find_pose(const FrameFeatures& seen, const LocalView
     found.pose = relocalizer_.step(found.seen, view, rng_);
   }
   if (!found.pose) return found;
-  const SE3& T_camera_world = found.pose->T_camera_world;
-  found.jump = {relocalises ? 0 : centre_distance_m(T_camera_world, T_guess_world),
-                centre_distance_m(T_camera_world, T_last_world),
-                seconds_between(seen.frame->stamp, last_->seen.frame->stamp)};
+  found.jump = jump_of(found.pose->T_camera_world, T_last_world, T_guess_world, seen);
+  if (relocalises) found.jump.from_prediction_m = 0;
   return found;
+}
+
+PoseJump Tracker::jump_of(const SE3& T_camera_world, const SE3& T_last_world,
+                          const SE3& T_guess_world, const FrameFeatures& seen) const {
+  return {centre_distance_m(T_camera_world, T_guess_world),
+          centre_distance_m(T_camera_world, T_last_world),
+          seconds_between(seen.frame->stamp, last_->seen.frame->stamp)};
 }
 
 /// From the previous frame to this one and on to the map.
@@ -273,6 +280,21 @@ Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& v
   return found;
 }
 
+Tracker::FoundPose Tracker::held_against_map(ObservedFrame& now, FoundPose found,
+                                             const LocalView& view, const SE3& T_last_world,
+                                             const SE3& T_guess_world) const {
+  if (!map_rival_.is_wanted(found.pose, view)) return found;
+  auto rival = map_rival_.step({found.pose, found.seen, now.evidence.points, view, T_guess_world});
+  if (!rival) return found;
+  const SE3 T_now_last = rival->T_camera_world * T_last_world.inverse();
+  now.evidence = classifier_.held_against(std::move(now.evidence), T_now_last);
+  now.labels = classifier_.classify(now.evidence);
+  found.seen.static_weight = now.labels.weight;
+  found.pose = std::move(rival);
+  found.jump = jump_of(found.pose->T_camera_world, T_last_world, T_guess_world, found.seen);
+  return found;
+}
+
 Tracker::FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found,
                                              const LocalView& view, const SE3& T_last_world) {
   if (!found.pose || judge_.state() == TrackState::kLost) return found;
@@ -283,7 +305,7 @@ Tracker::FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found
     found = find_pose(now.seen, view, T_last_world, looked.without->T_camera_world);
   }
   if (!found.pose) return found;
-  found.pose->contested = looked.contested;
+  found.pose->contested |= looked.contested;
   found.pose->T_camera_world = screens_.steadied(*found.pose, found.seen, before);
   return found;
 }

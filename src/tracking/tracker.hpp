@@ -15,6 +15,7 @@
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_proposer.hpp"
 #include "tracking/localization.hpp"
+#include "tracking/map_rival.hpp"
 #include "tracking/observed_frame.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
@@ -101,11 +102,18 @@ class Tracker {
   [[nodiscard]] SE3 last_pose(const LocalView& view);
   [[nodiscard]] FoundPose find_pose(const FrameFeatures& seen, const LocalView& view,
                                     const SE3& T_last_world, const SE3& T_guess_world);
+  [[nodiscard]] PoseJump jump_of(const SE3& T_camera_world, const SE3& T_last_world,
+                                 const SE3& T_guess_world, const FrameFeatures& seen) const;
   [[nodiscard]] FoundPose follow(const FrameFeatures& seen, const LocalView& view,
                                  const SE3& T_last_world, const SE3& T_guess_world);
   [[nodiscard]] std::optional<KeyframeCandidate> late_first_keyframe(
       std::optional<FrameFeatures> first_seen);
   [[nodiscard]] Localization::Arrival arrive(const Localization::Step& step, const LocalView& view);
+  /// Where what was followed says little: the map's pose, if it has another.
+  /// @return as look_for_screens().
+  [[nodiscard]] FoundPose held_against_map(ObservedFrame& now, FoundPose found,
+                                           const LocalView& view, const SE3& T_last_world,
+                                           const SE3& T_guess_world) const;
   /// Screens found with the pose: where one had moved the camera, the pose without it.
   /// @return the frame's observation and pose as they are then.
   [[nodiscard]] FoundPose look_for_screens(ObservedFrame& now, FoundPose found,
@@ -131,6 +139,7 @@ class Tracker {
   ObjectTracker objects_;
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
+  MapRival map_rival_;
   EgoMaskWatch ego_mask_;
   ScreenWatch screens_;
   MotionModel motion_model_;

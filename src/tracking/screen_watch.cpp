@@ -22,6 +22,14 @@ ScreenFinder::Place place_at(const SE3& T_camera_world, const FrameFeatures& see
 
 }  // namespace
 
+ScreenWatch::ScreenWatch(const ScreenConfig& config, const Camera& camera,
+                         const PyramidScales& scales, const NoiseConfig& noise,
+                         const PointClassifier& classifier)
+    : enabled_(config.enabled && uses_geometry(classifier.config().mode)),
+      camera_(camera),
+      classifier_(classifier),
+      finder_(camera, scales, noise) {}
+
 ObservedFrame ScreenWatch::labelled_ahead(ObservedFrame now, const SE3& T_odom_last,
                                           const SE3& T_now_last) const {
   if (screens_.empty()) return now;
@@ -44,7 +52,7 @@ ObservedFrame ScreenWatch::labelled(ObservedFrame now, const SE3& T_odom_camera)
 
 ScreenWatch::Output ScreenWatch::step(const Input& in) {
   Output out;
-  if (!uses_geometry(classifier_.config().mode)) return out;
+  if (!enabled_) return out;
   const auto place = place_at(in.pose.T_camera_world, in.seen, in.before);
   const auto looked =
       finder_.step(place, unexplained_motions(in.now), [&] { return points_before(in); });
@@ -71,6 +79,7 @@ SE3 ScreenWatch::steadied(const PoseResult& pose, const FrameFeatures& seen,
 }
 
 void ScreenWatch::follow(const ObservedFrame& now, const SE3& T_odom_camera) {
+  if (!enabled_) return;
   finder_.remember(now.seen, T_odom_camera);
   screens_.forget_still(now.seen.frame->stamp);
   if (!screens_.empty()) screens_.renew(moving(now), T_odom_camera, now.seen.frame->stamp);

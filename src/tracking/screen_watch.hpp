@@ -11,12 +11,15 @@
 
 namespace ygslam {
 
+struct ScreenConfig {
+  bool enabled = true;
+};
+
 class ScreenWatch {
  public:
-  /// @param camera, classifier must outlive it.
-  ScreenWatch(const Camera& camera, const PyramidScales& scales, const NoiseConfig& noise,
-              const PointClassifier& classifier)
-      : camera_(camera), classifier_(classifier), finder_(camera, scales, noise) {}
+  /// Of no effect in modes without geometry. @param camera, classifier must outlive it.
+  ScreenWatch(const ScreenConfig& config, const Camera& camera, const PyramidScales& scales,
+              const NoiseConfig& noise, const PointClassifier& classifier);
 
   /// The frame before, and where it was.
   struct Before {
@@ -59,6 +62,7 @@ class ScreenWatch {
   [[nodiscard]] int unexplained_motions(const ObservedFrame& now) const;
   [[nodiscard]] std::vector<ScreenFinder::Point> points_before(const Input& in) const;
 
+  bool enabled_;
   const Camera& camera_;
   const PointClassifier& classifier_;
   ScreenFinder finder_;

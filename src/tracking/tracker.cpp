@@ -35,7 +35,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       relocalizer_(config.relocalizer, camera, pose_estimator_),
       map_rival_(pose_estimator_),
       ego_mask_(config.ego_mask, camera.config(), pose_estimator_, config.judge.min_inliers),
-      screens_(camera, orb_.scales(), config.pose.noise, classifier_),
+      screens_(config.screens, camera, orb_.scales(), config.pose.noise, classifier_),
       motion_model_(config.motion_model),
       calibration_(camera, config.calibrated),
       localization_(config.judge.max_jump_mps),

@@ -36,6 +36,7 @@ struct TrackerConfig {
   RelocalizerConfig relocalizer;
   FreeSpaceConfig free_space;
   EgoMaskConfig ego_mask;
+  ScreenConfig screens;
   ObjectConfig objects;
   /// What of the camera is looked for in place of an unknown read-out time. Not a setting.
   std::vector<CameraParameter> calibrated{};

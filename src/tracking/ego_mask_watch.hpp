@@ -14,8 +14,10 @@ class EgoMaskWatch {
                const PoseEstimator& estimator, int least_inliers)
       : mask_(config, camera), retracker_(estimator, least_inliers) {}
 
-  /// Each frame before it is tracked. @return pixels that are not looked at; null = none.
+  /// Each frame before it is tracked. @return pixels().
   const PixelMaskPtr& look(const RgbdFrame& frame);
+  /// Those that are not looked at; null = none.
+  [[nodiscard]] const PixelMaskPtr& pixels() const { return mask_.pixels(); }
 
   struct Input {
     Timestamp stamp;

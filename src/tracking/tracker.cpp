@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "tracking/own_parts.hpp"
 #include "tracking/view_poses.hpp"
 
 namespace ygslam {
@@ -306,7 +307,7 @@ Tracker::FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found
   }
   if (!found.pose) return found;
   found.pose->contested |= looked.contested;
-  found.pose->T_camera_world = screens_.steadied(*found.pose, found.seen, before);
+  found.pose = screens_.judged(std::move(*found.pose), now, before);
   return found;
 }
 
@@ -364,7 +365,8 @@ std::vector<TrackedObject> Tracker::follow_objects(const ObservedFrame& now, boo
                     {},
                     make_thumbnail(*now.seen.frame),
                     {}};
-  if (uses_masks(mode)) input.masks = {now.masks.begin(), now.masks.end()};
+  for (const SegmentationPtr& masks : now.masks)
+    if (uses_masks(mode)) input.masks.push_back(without_own_parts(masks, ego_mask_.pixels()));
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const Feature& feature = now.seen.features->points[i];
     const Vec3 p_cam = camera_.unproject(feature.ideal_px.cast<double>(), feature.depth_m);

@@ -20,6 +20,7 @@ constexpr std::array kParts = {
     Part{"neighbour_support", [](SlamConfig& c) { c.dynamic.classifier.min_moving_share = 0; }},
     Part{"free_space", [](SlamConfig& c) { c.tracking.free_space.enabled = false; }},
     Part{"ego_mask", [](SlamConfig& c) { c.tracking.ego_mask.enabled = false; }},
+    Part{"screens", [](SlamConfig& c) { c.tracking.screens.enabled = false; }},
     Part{"depth_edge_weights", [](SlamConfig& c) { c.mapping.noise.edge_weight = 1; }},
     Part{"local_map", [](SlamConfig& c) { c.tracking.pose.use_local_map = false; }},
     Part{"submaps", [](SlamConfig& c) { c.tracking.starts_submaps = false; }},

@@ -187,7 +187,7 @@ auto switches(const SlamConfig& c) {
                     c.dynamic.classifier.min_moving_share, c.tracking.free_space.enabled,
                     c.mapping.noise.edge_weight, c.tracking.pose.use_local_map, c.close_loops,
                     c.mapping.local_bundle, c.tracking.starts_submaps, c.dense.enabled,
-                    c.tracking.ego_mask.enabled);
+                    c.tracking.ego_mask.enabled, c.tracking.screens.enabled);
 }
 
 std::vector<std::string> parts() {

@@ -11,6 +11,11 @@ constexpr int kFewWrong = 5;  // of this many points on the map one may seem a v
 constexpr double kNearShareOfWidth = 1.0 / 8;  // neighbours are nearer than this ...
 constexpr float kSameDepthRatio = 0.05F;       // ... and differ less in depth
 
+// What is too near for the sensor leaves a hole in its depth where a keyframe saw through.
+constexpr float kTooNear_m = 0.45F;
+constexpr float kHole_px = 6;            // nothing is measured so far around the point, ...
+constexpr double kSensorMeasures = 0.7;  // ... but at this share of the points on the map
+
 constexpr int kSupport = 4;   // a violation has so many others around it, at least ...
 constexpr int kMajority = 2;  // ... and so many for each surface point around it
 
@@ -31,10 +36,13 @@ class FreeSpaceCheck {
         static_weight_(frame.static_weight),
         landmarks_(landmarks),
         known_(known),
+        all_keyframes_(view.keyframes),
         keyframes_(view.keyframes),
         config_(config),
         near_px_(static_cast<float>(kNearShareOfWidth * camera.width())),
         state_(features_.size(), PointState::kUnknown) {
+    for (const Feature& f : features_) depth_m_.push_back(f.depth_m);
+    find_holes(frame.frame->depth_m);
     keyframes_ = keyframes_.first(std::min(keyframes_.size(), std::size_t(config.keyframes)));
   }
 
@@ -46,9 +54,11 @@ class FreeSpaceCheck {
     int wrong = 0;
     for (std::size_t i = 0; i < features_.size(); ++i) {
       const Feature& f = features_[i];
-      if (f.depth_m <= 0) continue;
-      const Vec3 p_camera = camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
-      state_[i] = judge(T_world_camera * p_camera);
+      if (depth_m_[i] <= 0) continue;
+      const Vec3 p_camera = camera_.unproject(f.ideal_px.cast<double>(), depth_m_[i]);
+      const bool in_hole = f.depth_m <= 0;
+      state_[i] = judge(T_world_camera * p_camera, in_hole ? all_keyframes_ : keyframes_);
+      if (in_hole) continue;
       if (landmarks_[i] == kNoLandmark) continue;
       const bool seems_wrong = state_[i] == PointState::kViolation;
       ++on_map;
@@ -96,9 +106,33 @@ class FreeSpaceCheck {
   }
 
  private:
-  [[nodiscard]] PointState judge(const Vec3& p_world) const {
+  /// Points in holes of the depth image get the depth at which there would be one, if the sensor
+  /// measures elsewhere.
+  void find_holes(const DepthImage& image_m) {
+    int on_map = 0, measured = 0;
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      if (landmarks_[i] == kNoLandmark) continue;
+      ++on_map;
+      measured += features_[i].depth_m > 0 ? 1 : 0;
+    }
+    if (on_map < config_.min_landmarks || measured < kSensorMeasures * on_map) return;
+    for (std::size_t i = 0; i < features_.size(); ++i)
+      if (landmarks_[i] == kNoLandmark && features_[i].depth_m <= 0 &&
+          is_hole(image_m, features_[i].uv_px))
+        depth_m_[i] = kTooNear_m;
+  }
+  [[nodiscard]] static bool is_hole(const DepthImage& image_m, const Eigen::Vector2f& uv_px) {
+    for (const float dv : {-kHole_px, 0.0F, kHole_px})
+      for (const float du : {-kHole_px, 0.0F, kHole_px}) {
+        const int u = static_cast<int>(uv_px.x() + du), v = static_cast<int>(uv_px.y() + dv);
+        if (image_m.contains(u, v) && image_m.at(u, v) > 0) return false;
+      }
+    return true;
+  }
+  [[nodiscard]] PointState judge(const Vec3& p_world,
+                                 std::span<const ViewKeyframe> keyframes) const {
     PointState state = PointState::kUnknown;
-    for (const ViewKeyframe& keyframe : keyframes_) {
+    for (const ViewKeyframe& keyframe : keyframes) {
       const Vec3 p = keyframe.T_camera_world * p_world;
       if (p.z() < kMinDepth_m) continue;
       const double seen_m = seen_around(keyframe, camera_.project(p));
@@ -123,8 +157,8 @@ class FreeSpaceCheck {
   void visit_near(std::uint32_t i, Visitor&& visitor) const {
     const Feature& f = features_[i];
     grid_.visit(f.ideal_px, near_px_, 0, 255, [&](std::uint32_t k) {
-      const float depth_m = features_[k].depth_m;
-      if (k != i && depth_m > 0 && std::abs(depth_m - f.depth_m) < kSameDepthRatio * f.depth_m)
+      const float depth_m = depth_m_[k];
+      if (k != i && depth_m > 0 && std::abs(depth_m - depth_m_[i]) < kSameDepthRatio * depth_m_[i])
         visitor(k);
     });
   }
@@ -132,8 +166,8 @@ class FreeSpaceCheck {
   /// True if it may be called a violation: a point excluded for another reason counts only as a
   /// neighbour.
   [[nodiscard]] bool is_open(std::uint32_t i) const {
-    return state_[i] != PointState::kSurface && landmarks_[i] == kNoLandmark &&
-           features_[i].depth_m > 0 && (static_weight_[i] > 0 || is_known(i));
+    return state_[i] != PointState::kSurface && landmarks_[i] == kNoLandmark && depth_m_[i] > 0 &&
+           (static_weight_[i] > 0 || is_known(i));
   }
   [[nodiscard]] bool is_known(std::uint32_t i) const { return i < known_.size() && known_[i] != 0; }
 
@@ -170,9 +204,11 @@ class FreeSpaceCheck {
   const std::vector<float>& static_weight_;
   std::span<const LandmarkId> landmarks_;
   std::span<const std::uint8_t> known_;
-  std::span<const ViewKeyframe> keyframes_;
+  std::span<const ViewKeyframe> all_keyframes_;
+  std::span<const ViewKeyframe> keyframes_;  // those asked of points with depth
   const FreeSpaceConfig& config_;
   float near_px_;
+  std::vector<float> depth_m_;  // per feature, of holes kTooNear_m
   std::vector<PointState> state_;
   std::vector<Around> around_;  // near each open feature, at its depth
 };

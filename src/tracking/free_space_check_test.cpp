@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace ygslam {
@@ -39,6 +40,9 @@ struct Scene {
       features->descriptors.emplace_back();
       landmarks.push_back(k < on_map ? LandmarkId{static_cast<std::uint32_t>(k)} : kNoLandmark);
     }
+    image->depth_m = DepthImage(640, 480, kWall_m);
+    for (int v = 0; v < 480; ++v) std::fill_n(image->depth_m.row(v) + 320, 320, right_m);
+    frame.frame = image;
     frame.grid = FeatureGrid(*features, cam.ideal_bounds());
     frame.features = std::move(features);
     frame.static_weight.assign(50, 0.6F);
@@ -53,6 +57,7 @@ struct Scene {
   }
 
   Camera cam = camera();
+  std::shared_ptr<RgbdFrame> image = std::make_shared<RgbdFrame>();
   FrameFeatures frame;
   std::vector<LandmarkId> landmarks;
 };
@@ -64,7 +69,29 @@ TEST(FreeSpaceCheck, WhatStandsWhereTheKeyframeSawTheWallIsOne) {
   EXPECT_EQ(Scene(kWall_m).violations(view_of(kWall)), 0);
   EXPECT_EQ(Scene(kWall_m - 0.2F).violations(view_of(kWall)), 0) << "within the margin";
   EXPECT_EQ(Scene(5.0F).violations(view_of(kWall)), 0) << "behind the wall nobody saw";
-  EXPECT_EQ(Scene(0.0F).violations(view_of(kWall)), 0) << "no depth";
+}
+
+TEST(FreeSpaceCheck, AHoleInDepthWhereTheKeyframeSawTheWallIsSomethingTooNear) {
+  const Scene hole(0.0F);
+  EXPECT_EQ(hole.violations(view_of(kWall)), 25);
+  DepthImage same_hole = kWall;
+  for (int v = 0; v < 480; ++v) std::fill_n(same_hole.row(v) + 320, 320, 0.0F);
+  EXPECT_EQ(hole.violations(view_of(same_hole)), 0) << "dark or shiny: it never gave depth";
+  LocalView view = view_of(same_hole);
+  for (int i = 0; i < FreeSpaceConfig{}.keyframes; ++i) view.keyframes.push_back(view.keyframes[0]);
+  view.keyframes.push_back(view_of(kWall).keyframes[0]);
+  EXPECT_EQ(hole.violations(view), 25) << "those made since it came do not know";
+}
+
+TEST(FreeSpaceCheck, ASensorThatFailsLeavesNoHoles) {
+  Scene single(0.0F);
+  single.image->depth_m = kWall;
+  EXPECT_EQ(single.violations(view_of(kWall)), 0) << "depth is measured about the points";
+  Scene failing(0.0F);
+  auto features = std::make_shared<Features>(*failing.frame.features);
+  for (std::size_t i = 0; i < 10; ++i) features->points[i].depth_m = 0;
+  failing.frame.features = features;
+  EXPECT_EQ(failing.violations(view_of(kWall)), 0) << "on the map it measures little, too";
 }
 
 TEST(FreeSpaceCheck, NobodyKnowsWhatAKeyframeDidNotSee) {

@@ -82,7 +82,17 @@ std::optional<PoseResult> PoseEstimator::refine_on_map(const FrameFeatures& fram
                                                        const SE3& T_guess_world) const {
   FirstPose start;
   start.solution.T_camera_world = T_guess_world;
-  return refine(frame, view, start);
+  return refine(frame, view, start, config_.search_map_px);
+}
+
+std::optional<PoseResult> PoseEstimator::match_predicted(const FrameFeatures& frame,
+                                                         const LocalView& view,
+                                                         const SE3& T_guess_world) const {
+  FirstPose start;
+  start.solution.T_camera_world = T_guess_world;
+  const auto rough = refine(frame, view, start, config_.search_last_px);
+  if (!rough || rough->landmark_inliers < config_.min_matches) return std::nullopt;
+  return refine_on_map(frame, view, rough->T_camera_world);
 }
 
 std::optional<SE3> PoseEstimator::follow_landmarks(const TrackedFrame& frame, const LocalView& view,
@@ -185,7 +195,7 @@ std::optional<PoseSolution> PoseEstimator::solve(const FrameFeatures& frame,
 std::optional<PoseResult> PoseEstimator::match_map(const FrameFeatures& frame,
                                                    const LocalView& view,
                                                    const FirstPose& first) const {
-  auto result = refine(frame, view, first);
+  auto result = refine(frame, view, first, config_.search_map_px);
   if (!result || result->landmark_inliers < kThinMap) return result;
   const SE3 correction = result->T_camera_world * first.solution.T_camera_world.inverse();
   const double moved_px =
@@ -196,7 +206,7 @@ std::optional<PoseResult> PoseEstimator::match_map(const FrameFeatures& frame,
 }
 
 std::optional<PoseResult> PoseEstimator::refine(const FrameFeatures& frame, const LocalView& view,
-                                                const FirstPose& first) const {
+                                                const FirstPose& first, double radius_px) const {
   PoseResult result;
   std::vector<Pairing> pairings;
   std::vector<Pairing> temporary;
@@ -207,7 +217,7 @@ std::optional<PoseResult> PoseEstimator::refine(const FrameFeatures& frame, cons
     if (!mapped) temporary.back().landmark = kNoLandmark;
   }
   if (config_.use_local_map)
-    add_map_matches(frame, view, first.solution.T_camera_world, pairings, result.seen);
+    add_map_matches(frame, view, first.solution.T_camera_world, radius_px, pairings, result.seen);
   // Points of the previous frame carry its error: they help only where the map is thin.
   if (std::ssize(pairings) < kThinMap) {
     std::vector<std::uint8_t> taken(frame.features->size(), 0);
@@ -234,7 +244,8 @@ std::optional<PoseResult> PoseEstimator::refine(const FrameFeatures& frame, cons
 }
 
 void PoseEstimator::add_map_matches(const FrameFeatures& frame, const LocalView& view,
-                                    const SE3& T_camera_world, std::vector<Pairing>& pairings,
+                                    const SE3& T_camera_world, double radius_px,
+                                    std::vector<Pairing>& pairings,
                                     std::vector<KeyframeCandidate::Seen>& seen) const {
   auto usable = usable_features(frame);
   std::vector<std::uint8_t> already(view.landmarks.size(), 0);
@@ -250,8 +261,7 @@ void PoseEstimator::add_map_matches(const FrameFeatures& frame, const LocalView&
     if (already[i]) continue;
     const Vec3 p_camera = T_camera_world * landmark.p_world;
     if (p_camera.z() < kNearest_m || !camera_.sees(camera_.project(p_camera))) continue;
-    const auto point =
-        search_point(landmark, centre_world, scales_, config_.search_map_px, kAside, i);
+    const auto point = search_point(landmark, centre_world, scales_, radius_px, kAside, i);
     if (!point) continue;
     points.push_back(*point);
     seen.push_back({landmark.id, 1, 0});

@@ -74,6 +74,10 @@ class PoseEstimator {
   [[nodiscard]] std::optional<PoseResult> refine_on_map(const FrameFeatures& frame,
                                                         const LocalView& view,
                                                         const SE3& T_guess_world) const;
+  /// From a prediction, by the map alone: what has come before the camera since is not in it.
+  [[nodiscard]] std::optional<PoseResult> match_predicted(const FrameFeatures& frame,
+                                                          const LocalView& view,
+                                                          const SE3& T_guess_world) const;
   /// Pose in a corrected map of a frame that was posed before: it moves as its landmarks did.
   /// @param frame with view, landmarks and T_camera_world as they were then.
   /// @param T_guess_world its pose in view, about.
@@ -97,9 +101,9 @@ class PoseEstimator {
                                                   const std::vector<Pairing>& pairings,
                                                   const SE3& T_guess_world) const;
   [[nodiscard]] std::optional<PoseResult> refine(const FrameFeatures& frame, const LocalView& view,
-                                                 const FirstPose& first) const;
+                                                 const FirstPose& first, double radius_px) const;
   void add_map_matches(const FrameFeatures& frame, const LocalView& view, const SE3& T_camera_world,
-                       std::vector<Pairing>& pairings,
+                       double radius_px, std::vector<Pairing>& pairings,
                        std::vector<KeyframeCandidate::Seen>& seen) const;
 
   PoseEstimatorConfig config_;

@@ -29,7 +29,6 @@ class Retracker {
   void add(const TrackedFrame& frame, const PixelMaskPtr& mask);
   /// @param is_sure the newest frame has a good pose. @return what was found.
   [[nodiscard]] std::vector<RetrackedFrame> step(const LocalView& view, bool is_sure, Rng& rng);
-  void forget() { frames_.clear(), earlier_.clear(), later_.reset(), mask_.reset(); }
 
  private:
   struct Later {

@@ -3,25 +3,18 @@
 #include <limits>
 #include <utility>
 
+#include "tracking/own_parts.hpp"
 #include "tracking/view_poses.hpp"
 
 namespace ygslam {
 namespace {
 
-constexpr int kFewBesideScreen = 100;  // points
-constexpr double kContradiction = 60;  // ScreenFinder::Output::conflict; noise is 22 at most
 constexpr float kAnyWeight = std::numeric_limits<float>::min();
 
 TrackedFrame without_landmarks(FrameFeatures seen, const KeyframeRelativePose& pose,
                                const LocalViewPtr& view) {
   std::vector<LandmarkId> none(seen.features->size(), kNoLandmark);
   return {std::move(seen), std::move(none), pose, view, SE3()};
-}
-
-/// Nothing is known that explains its motion.
-bool may_tell(const PointEvidence& evidence) {
-  return evidence.semantic.label != SemanticLabel::kMovable && !evidence.on_screen &&
-         !evidence.in_free_space;
 }
 
 TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose, const LocalViewPtr& view) {
@@ -36,14 +29,14 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
     : config_(config),
       camera_(camera),
       shutter_(camera),
-      ego_mask_(config.ego_mask, camera.config()),
       orb_(orb),
       classifier_(dynamic, camera, seed),
       objects_(config.objects, camera),
       pose_estimator_(config.pose, camera, orb_.scales()),
       relocalizer_(config.relocalizer, camera, pose_estimator_),
-      retracker_(pose_estimator_, config.judge.min_inliers),
-      screen_finder_(camera, orb_.scales(), config.pose.noise),
+      map_rival_(pose_estimator_),
+      ego_mask_(config.ego_mask, camera.config(), pose_estimator_, config.judge.min_inliers),
+      screens_(config.screens, camera, orb_.scales(), config.pose.noise, classifier_),
       motion_model_(config.motion_model),
       calibration_(camera, config.calibrated),
       localization_(config.judge.max_jump_mps),
@@ -56,17 +49,15 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
   const ScopedTimer timer;
-  ego_mask_.step(*frame);
   const PredictedMotion motion = motion_model_.predict(frame->stamp);
   const auto predicted = predicted_flow(motion);
   FrameFeatures seen = see(frame, predicted);
   const double orb_ms = timer.wall_ms();
-  Observed now = observe(std::move(seen), masks, predicted);
+  ObservedFrame now = observe(std::move(seen), masks, predicted);
   const int mask_age_frames = now.evidence.mask_age_frames;
   const double motion_ms = timer.wall_ms() - orb_ms;
   TrackResult result = judge_.state() != TrackState::kWaiting
-                           ? track(with_known_screens(std::move(now), motion.T_now_last),
-                                   motion.T_now_last, view, mapper_busy)
+                           ? track(std::move(now), motion.T_now_last, view, mapper_busy)
                        : view->empty() ? start(std::move(now), view)
                                        : start_in_map(std::move(now), view);
   tell_of_mask(*frame, *view, result);
@@ -79,20 +70,23 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
 }
 
 void Tracker::tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackResult& result) {
+  const TrackedFrame* tracked = last_ && last_->seen.frame->id == frame.id ? &*last_ : nullptr;
+  auto told =
+      ego_mask_.step({frame.stamp, tracked, view, result.state == TrackState::kTracking}, rng_);
   if (result.candidate)
-    result.candidate->frame = without_masked_depth(result.candidate->frame, ego_mask_.pixels());
-  result.ego_mask = ego_mask_.found();
-  result.masked_pixels = ego_mask_.pixels();
-  result.ego_mask_grew = ego_mask_.take_growth(frame.stamp);
-  if (!last_ || last_->seen.frame->id != frame.id) return;
-  retracker_.add(*last_, result.ego_mask_grew ? result.ego_mask : nullptr);
-  result.retracked = retracker_.step(view, result.state == TrackState::kTracking, rng_);
+    result.candidate->frame = without_masked_depth(result.candidate->frame, told.pixels);
+  result.ego_mask = std::move(told.found);
+  result.masked_pixels = std::move(told.pixels);
+  result.ego_mask_grew = told.grew;
+  result.retracked = std::move(told.retracked);
 }
 
-TrackResult Tracker::track(Observed now, const SE3& T_now_last, const LocalViewPtr& view,
+TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last, const LocalViewPtr& view,
                            bool mapper_busy) {
   const SE3 T_last_world = last_pose(*view);
+  now = screens_.labelled_ahead(std::move(now), localization_.T_odom_camera(), T_now_last);
   FoundPose found = find_pose(now.seen, *view, T_last_world, T_now_last * T_last_world);
+  found = held_against_map(now, std::move(found), *view, T_last_world, T_now_last * T_last_world);
   found = look_for_screens(now, std::move(found), *view, T_last_world);
   now.seen = std::move(found.seen);
   now.evidence.frame.features = now.seen.features;
@@ -106,7 +100,7 @@ TrackResult Tracker::track(Observed now, const SE3& T_now_last, const LocalViewP
                                pose.T_camera_world, T_last_world, was_lost},
                               *view);
   const Localization::Place place = localization_.place(pose.T_camera_world, *view);
-  follow_screens(now);
+  screens_.follow(now, localization_.T_odom_camera());
   now = compared_with_map(std::move(now), pose, *view);
   auto objects = follow_objects(now, was_lost, place.T_world_odom);
   classifier_.remember(std::move(now.evidence), now.labels.label, objects_.resting_points());
@@ -118,7 +112,7 @@ TrackResult Tracker::track(Observed now, const SE3& T_now_last, const LocalViewP
                  std::move(camera));
 }
 
-TrackResult Tracker::start(Observed now, const LocalViewPtr& view) {
+TrackResult Tracker::start(ObservedFrame now, const LocalViewPtr& view) {
   classifier_.remember(std::move(now.evidence), now.labels.label);
   const int usable = now.seen.usable_points(kAnyWeight);
   if (usable < config_.min_start_points)
@@ -137,7 +131,7 @@ TrackResult Tracker::start(Observed now, const LocalViewPtr& view) {
   return result;
 }
 
-TrackResult Tracker::start_in_map(Observed now, const LocalViewPtr& view) {
+TrackResult Tracker::start_in_map(ObservedFrame now, const LocalViewPtr& view) {
   classifier_.remember(std::move(now.evidence), now.labels.label);
   motion_model_.reset(now.seen.frame->stamp);
   const auto pose = relocalizer_.step(now.seen, *view, rng_);
@@ -156,12 +150,11 @@ TrackResult Tracker::start_in_map(Observed now, const LocalViewPtr& view) {
   return tracked(place, *pose, std::move(now.labels), {}, std::move(request), {});
 }
 
-TrackResult Tracker::stay_lost(Observed now, const LocalViewPtr& view, const SE3& T_last_world,
+TrackResult Tracker::stay_lost(ObservedFrame now, const LocalViewPtr& view, const SE3& T_last_world,
                                std::optional<KeyframeCandidate> first_keyframe) {
   motion_model_.reset(now.seen.frame->stamp);
   objects_.lose_points();
-  screens_.clear();
-  screen_finder_.forget();
+  screens_.forget();
   classifier_.remember(std::move(now.evidence), now.labels.label);
   TrackResult result{.state = TrackState::kLost,
                      .T_odom_camera = localization_.T_odom_camera(),
@@ -211,7 +204,7 @@ std::optional<FlowPrediction> Tracker::predicted_flow(const PredictedMotion& mot
 }
 
 FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPrediction>& predicted) {
-  FrameFeatures seen = extract_features(orb_, camera_, frame, ego_mask_.pixels());
+  FrameFeatures seen = extract_features(orb_, camera_, frame, ego_mask_.look(*frame));
   return predicted ? corrected(std::move(seen), predicted->read_out.body_velocity) : seen;
 }
 
@@ -219,8 +212,8 @@ FrameFeatures Tracker::corrected(FrameFeatures seen, const Vec6& body_velocity) 
   return shutter_corrected(std::move(seen), camera_, shutter_.times(), body_velocity);
 }
 
-Tracker::Observed Tracker::observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
-                                   const std::optional<FlowPrediction>& predicted) {
+ObservedFrame Tracker::observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
+                               const std::optional<FlowPrediction>& predicted) {
   FrameEvidence evidence = classifier_.observe(*seen.frame, seen.features, masks, predicted);
   PointLabels labels = classifier_.classify(evidence);
   seen.static_weight = labels.weight;
@@ -255,11 +248,16 @@ Tracker::FoundPose Tracker::find_pose(const FrameFeatures& seen, const LocalView
     found.pose = relocalizer_.step(found.seen, view, rng_);
   }
   if (!found.pose) return found;
-  const SE3& T_camera_world = found.pose->T_camera_world;
-  found.jump = {relocalises ? 0 : centre_distance_m(T_camera_world, T_guess_world),
-                centre_distance_m(T_camera_world, T_last_world),
-                seconds_between(seen.frame->stamp, last_->seen.frame->stamp)};
+  found.jump = jump_of(found.pose->T_camera_world, T_last_world, T_guess_world, seen);
+  if (relocalises) found.jump.from_prediction_m = 0;
   return found;
+}
+
+PoseJump Tracker::jump_of(const SE3& T_camera_world, const SE3& T_last_world,
+                          const SE3& T_guess_world, const FrameFeatures& seen) const {
+  return {centre_distance_m(T_camera_world, T_guess_world),
+          centre_distance_m(T_camera_world, T_last_world),
+          seconds_between(seen.frame->stamp, last_->seen.frame->stamp)};
 }
 
 /// From the previous frame to this one and on to the map.
@@ -283,113 +281,34 @@ Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& v
   return found;
 }
 
-Tracker::Observed Tracker::with_known_screens(Observed now, const SE3& T_now_last) const {
-  if (screens_.empty()) return now;
-  const auto& ego_motion = now.evidence.ego_motion;
-  const SE3& T_moved = ego_motion ? ego_motion->T_current_previous : T_now_last;
-  return labelled_by_screens(std::move(now), localization_.T_odom_camera() * T_moved.inverse());
-}
-
-Tracker::Observed Tracker::labelled_by_screens(Observed now, const SE3& T_odom_camera) const {
-  std::vector<std::uint8_t> on_screen;
-  for (const Feature& f : now.seen.features->points) {
-    const Vec3 p_camera = camera_.unproject(f.ideal_px.cast<double>(), f.depth_m);
-    on_screen.push_back(f.depth_m > 0 && screens_.shows(T_odom_camera * p_camera, f.depth_m));
-  }
-  now.evidence = with_screens(std::move(now.evidence), on_screen);
+Tracker::FoundPose Tracker::held_against_map(ObservedFrame& now, FoundPose found,
+                                             const LocalView& view, const SE3& T_last_world,
+                                             const SE3& T_guess_world) const {
+  if (!map_rival_.is_wanted(found.pose, view)) return found;
+  auto rival = map_rival_.step({found.pose, found.seen, now.evidence.points, view, T_guess_world});
+  if (!rival) return found;
+  const SE3 T_now_last = rival->T_camera_world * T_last_world.inverse();
+  now.evidence = classifier_.held_against(std::move(now.evidence), T_now_last);
   now.labels = classifier_.classify(now.evidence);
-  now.seen.static_weight = now.labels.weight;
-  return now;
-}
-
-/// What seems to move, but is on nothing that is known to be able to.
-std::vector<Vec3> Tracker::moving_unmasked(const Observed& now) const {
-  std::vector<Vec3> p_moving;
-  const auto motion = classifier_.motion_of(now.evidence);
-  for (std::size_t i = 0; i < motion.size(); ++i) {
-    const Feature& f = now.seen.features->points[i];
-    const PointEvidence& evidence = now.evidence.points[i];
-    if (motion[i] == PointMotion::kMoves && f.depth_m > 0 && !evidence.in_free_space &&
-        evidence.semantic.label != SemanticLabel::kMovable)
-      p_moving.push_back(camera_.unproject(f.ideal_px.cast<double>(), f.depth_m));
-  }
-  return p_moving;
-}
-
-int Tracker::unexplained_motions(const Observed& now) const {
-  const auto motion = classifier_.motion_of(now.evidence);
-  int count = 0;
-  for (std::size_t i = 0; i < motion.size(); ++i) {
-    const PointEvidence& evidence = now.evidence.points[i];
-    count += motion[i] == PointMotion::kMoves && may_tell(evidence) ? 1 : 0;
-  }
-  return count;
-}
-
-/// Features that go on from the frame before, with their place in the world as it was known there.
-std::vector<ScreenFinder::Point> Tracker::points_before(const Observed& now, const PoseResult& pose,
-                                                        const LocalView& view,
-                                                        const SE3& T_last_world) const {
-  const SE3 T_world_last = T_last_world.inverse();
-  std::vector<ScreenFinder::Point> points;
-  for (std::uint32_t i = 0; i < now.evidence.points.size(); ++i) {
-    const PointEvidence& evidence = now.evidence.points[i];
-    const std::int32_t k = now.evidence.links[i];
-    if (k < 0 || !may_tell(evidence) || !(now.seen.features->points[i].depth_m > 0)) continue;
-    const ViewLandmark* landmark = view.landmark(pose.landmarks[i]);
-    if (!landmark) landmark = view.landmark(last_->landmarks[static_cast<std::size_t>(k)]);
-    const Feature& before = last_->seen.features->points[static_cast<std::size_t>(k)];
-    if (landmark) {
-      points.push_back({i, landmark->p_world, true});
-    } else if (before.depth_m > 0) {
-      const Vec3 p_last = camera_.unproject(before.ideal_px.cast<double>(), before.depth_m);
-      points.push_back({i, T_world_last * p_last, false});
-    }
-  }
-  return points;
-}
-
-Tracker::FoundPose Tracker::look_for_screens(Observed& now, FoundPose found, const LocalView& view,
-                                             const SE3& T_last_world) {
-  if (!found.pose || !uses_geometry(classifier_.config().mode) ||
-      judge_.state() == TrackState::kLost)
-    return found;
-  const SE3& T_odom_last = localization_.T_odom_camera();
-  const auto place_at = [&](const SE3& T_camera_world) {
-    return ScreenFinder::Place{found.seen, T_camera_world,
-                               T_odom_last * T_last_world * T_camera_world.inverse()};
-  };
-  const auto looked =
-      screen_finder_.step(place_at(found.pose->T_camera_world), unexplained_motions(now),
-                          [&] { return points_before(now, *found.pose, view, T_last_world); });
-  if (looked.found) {
-    const SE3& T_without_world = looked.found->T_camera_world;
-    const SE3 T_odom_camera = place_at(T_without_world).T_odom_camera;
-    screens_.add(looked.found->screen, T_odom_camera, now.seen.frame->stamp);
-    now.evidence =
-        classifier_.held_against(std::move(now.evidence), T_without_world * T_last_world.inverse());
-    now = labelled_by_screens(std::move(now), T_odom_camera);
-    found = find_pose(now.seen, view, T_last_world, T_without_world);
-  }
-  if (!found.pose) return found;
-  PoseResult& pose = *found.pose;
-  pose.contested =
-      looked.undecided || (!screens_.empty() && !looked.found && looked.conflict > kContradiction);
-  // A screen leaves few points, at the image's edges; depth is known everywhere.
-  if (!screens_.empty() && pose.inliers < kFewBesideScreen && pose.covariance)
-    pose.T_camera_world = screen_finder_.with_depth(
-        place_at(pose.T_camera_world), pose.T_camera_world, pose.covariance->inverse());
+  found.seen.static_weight = now.labels.weight;
+  found.pose = std::move(rival);
+  found.jump = jump_of(found.pose->T_camera_world, T_last_world, T_guess_world, found.seen);
   return found;
 }
 
-/// With the final pose: what moves on screens that are known keeps them known.
-void Tracker::follow_screens(const Observed& now) {
-  const Timestamp stamp = now.seen.frame->stamp;
-  const SE3& T_odom_camera = localization_.T_odom_camera();
-  screen_finder_.remember(now.seen, T_odom_camera);
-  screens_.forget_still(stamp);
-  if (screens_.empty()) return;
-  screens_.renew(moving_unmasked(now), T_odom_camera, stamp);
+Tracker::FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found,
+                                             const LocalView& view, const SE3& T_last_world) {
+  if (!found.pose || judge_.state() == TrackState::kLost) return found;
+  const ScreenWatch::Before before{*last_, T_last_world, localization_.T_odom_camera(), view};
+  auto looked = screens_.step({now, found.seen, *found.pose, before});
+  if (looked.without) {
+    now = std::move(looked.without->now);
+    found = find_pose(now.seen, view, T_last_world, looked.without->T_camera_world);
+  }
+  if (!found.pose) return found;
+  found.pose->contested |= looked.contested;
+  found.pose = screens_.judged(std::move(*found.pose), now, before);
+  return found;
 }
 
 /// Once per frame that was matched with the one before. A rolling shutter's first keyframe waits
@@ -416,8 +335,8 @@ Localization::Arrival Tracker::arrive(const Localization::Step& step, const Loca
 
 /// The final labels: what agrees with the map is static, what stands where it saw empty space is
 /// new.
-Tracker::Observed Tracker::compared_with_map(Observed now, const PoseResult& pose,
-                                             const LocalView& view) const {
+ObservedFrame Tracker::compared_with_map(ObservedFrame now, const PoseResult& pose,
+                                         const LocalView& view) const {
   std::vector<std::uint8_t> known;
   for (const PointEvidence& point : now.evidence.points)
     known.push_back(point.in_free_space ? 1 : 0);
@@ -429,7 +348,7 @@ Tracker::Observed Tracker::compared_with_map(Observed now, const PoseResult& pos
   return now;
 }
 
-std::vector<TrackedObject> Tracker::follow_objects(const Observed& now, bool was_lost,
+std::vector<TrackedObject> Tracker::follow_objects(const ObservedFrame& now, bool was_lost,
                                                    const SE3& T_world_odom) {
   const DynamicMode mode = classifier_.config().mode;
   if (mode == DynamicMode::kOff || was_lost) {
@@ -446,7 +365,8 @@ std::vector<TrackedObject> Tracker::follow_objects(const Observed& now, bool was
                     {},
                     make_thumbnail(*now.seen.frame),
                     {}};
-  if (uses_masks(mode)) input.masks = {now.masks.begin(), now.masks.end()};
+  for (const SegmentationPtr& masks : now.masks)
+    if (uses_masks(mode)) input.masks.push_back(without_own_parts(masks, ego_mask_.pixels()));
   for (std::size_t i = 0; i < motion.size(); ++i) {
     const Feature& feature = now.seen.features->points[i];
     const Vec3 p_cam = camera_.unproject(feature.ideal_px.cast<double>(), feature.depth_m);

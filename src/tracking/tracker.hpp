@@ -10,18 +10,16 @@
 #include "geometry/motion_model.hpp"
 #include "map/local_view.hpp"
 #include "map/messages.hpp"
-#include "motion/classification/point_classifier.hpp"
 #include "objects/object_tracker.hpp"
-#include "segment/segmenter.hpp"
-#include "tracking/ego_mask.hpp"
+#include "tracking/ego_mask_watch.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_proposer.hpp"
-#include "tracking/known_screens.hpp"
 #include "tracking/localization.hpp"
+#include "tracking/map_rival.hpp"
+#include "tracking/observed_frame.hpp"
 #include "tracking/pose_estimator.hpp"
 #include "tracking/relocalizer.hpp"
-#include "tracking/retracker.hpp"
-#include "tracking/screen_finder.hpp"
+#include "tracking/screen_watch.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/submap_starter.hpp"
 #include "tracking/track_judge.hpp"
@@ -38,6 +36,7 @@ struct TrackerConfig {
   RelocalizerConfig relocalizer;
   FreeSpaceConfig free_space;
   EgoMaskConfig ego_mask;
+  ScreenConfig screens;
   ObjectConfig objects;
   /// What of the camera is looked for in place of an unknown read-out time. Not a setting.
   std::vector<CameraParameter> calibrated{};
@@ -58,13 +57,6 @@ class Tracker {
                                  std::span<const SegmentationPtr> masks, bool mapper_busy);
 
  private:
-  /// A frame as it was seen.
-  struct Observed {
-    FrameFeatures seen;
-    FrameEvidence evidence;
-    PointLabels labels;  // of seen, their weights are its weights
-    std::span<const SegmentationPtr> masks;
-  };
   struct FoundPose {
     FrameFeatures seen;  // corrected by the velocity that the pose shows
     std::optional<PoseResult> pose{};
@@ -84,13 +76,13 @@ class Tracker {
 
   // The ways of a frame that was observed.
   /// None had a place before it: it is the start of the world, if it shows enough.
-  [[nodiscard]] TrackResult start(Observed now, const LocalViewPtr& view);
+  [[nodiscard]] TrackResult start(ObservedFrame now, const LocalViewPtr& view);
   /// The same of a run that goes on with a map: found there, or lost.
-  [[nodiscard]] TrackResult start_in_map(Observed now, const LocalViewPtr& view);
+  [[nodiscard]] TrackResult start_in_map(ObservedFrame now, const LocalViewPtr& view);
   /// @param T_now_last the camera's motion since its last pose, by the motion model.
-  [[nodiscard]] TrackResult track(Observed now, const SE3& T_now_last, const LocalViewPtr& view,
-                                  bool mapper_busy);
-  [[nodiscard]] TrackResult stay_lost(Observed now, const LocalViewPtr& view,
+  [[nodiscard]] TrackResult track(ObservedFrame now, const SE3& T_now_last,
+                                  const LocalViewPtr& view, bool mapper_busy);
+  [[nodiscard]] TrackResult stay_lost(ObservedFrame now, const LocalViewPtr& view,
                                       const SE3& T_last_world,
                                       std::optional<KeyframeCandidate> first_keyframe);
   /// What is told of the newest frame with a pose.
@@ -106,34 +98,30 @@ class Tracker {
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
                                   const std::optional<FlowPrediction>& predicted);
   [[nodiscard]] FrameFeatures corrected(FrameFeatures seen, const Vec6& body_velocity) const;
-  [[nodiscard]] Observed observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
-                                 const std::optional<FlowPrediction>& predicted);
+  [[nodiscard]] ObservedFrame observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
+                                      const std::optional<FlowPrediction>& predicted);
   [[nodiscard]] SE3 last_pose(const LocalView& view);
   [[nodiscard]] FoundPose find_pose(const FrameFeatures& seen, const LocalView& view,
                                     const SE3& T_last_world, const SE3& T_guess_world);
+  [[nodiscard]] PoseJump jump_of(const SE3& T_camera_world, const SE3& T_last_world,
+                                 const SE3& T_guess_world, const FrameFeatures& seen) const;
   [[nodiscard]] FoundPose follow(const FrameFeatures& seen, const LocalView& view,
                                  const SE3& T_last_world, const SE3& T_guess_world);
   [[nodiscard]] std::optional<KeyframeCandidate> late_first_keyframe(
       std::optional<FrameFeatures> first_seen);
   [[nodiscard]] Localization::Arrival arrive(const Localization::Step& step, const LocalView& view);
-  /// What is on a screen that plays is labelled so, where the camera is about to be.
-  [[nodiscard]] Observed with_known_screens(Observed now, const SE3& T_now_last) const;
-  [[nodiscard]] Observed labelled_by_screens(Observed now, const SE3& T_odom_camera) const;
+  /// Where what was followed says little: the map's pose, if it has another.
+  /// @return as look_for_screens().
+  [[nodiscard]] FoundPose held_against_map(ObservedFrame& now, FoundPose found,
+                                           const LocalView& view, const SE3& T_last_world,
+                                           const SE3& T_guess_world) const;
   /// Screens found with the pose: where one had moved the camera, the pose without it.
   /// @return the frame's observation and pose as they are then.
-  [[nodiscard]] FoundPose look_for_screens(Observed& now, FoundPose found, const LocalView& view,
-                                           const SE3& T_last_world);
-  [[nodiscard]] std::vector<Vec3> moving_unmasked(const Observed& now) const;
-  /// How many points move that are on nothing known to.
-  [[nodiscard]] int unexplained_motions(const Observed& now) const;
-  [[nodiscard]] std::vector<ScreenFinder::Point> points_before(const Observed& now,
-                                                               const PoseResult& pose,
-                                                               const LocalView& view,
-                                                               const SE3& T_last_world) const;
-  void follow_screens(const Observed& now);
-  [[nodiscard]] Observed compared_with_map(Observed now, const PoseResult& pose,
-                                           const LocalView& view) const;
-  [[nodiscard]] std::vector<TrackedObject> follow_objects(const Observed& now, bool was_lost,
+  [[nodiscard]] FoundPose look_for_screens(ObservedFrame& now, FoundPose found,
+                                           const LocalView& view, const SE3& T_last_world);
+  [[nodiscard]] ObservedFrame compared_with_map(ObservedFrame now, const PoseResult& pose,
+                                                const LocalView& view) const;
+  [[nodiscard]] std::vector<TrackedObject> follow_objects(const ObservedFrame& now, bool was_lost,
                                                           const SE3& T_world_odom);
   [[nodiscard]] MapRequest ask_mapper(const PoseResult& pose, Localization::Arrival arrival,
                                       bool mapper_busy);
@@ -147,15 +135,14 @@ class Tracker {
   TrackerConfig config_;
   const Camera& camera_;
   ShutterWatch shutter_;
-  EgoMask ego_mask_;
   OrbExtractor orb_;
   PointClassifier classifier_;
   ObjectTracker objects_;
   PoseEstimator pose_estimator_;
   Relocalizer relocalizer_;
-  Retracker retracker_;
-  ScreenFinder screen_finder_;
-  KnownScreens screens_;
+  MapRival map_rival_;
+  EgoMaskWatch ego_mask_;
+  ScreenWatch screens_;
   MotionModel motion_model_;
   CameraEstimator calibration_;  // of TrackerConfig::calibrated
   Localization localization_;

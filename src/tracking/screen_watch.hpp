@@ -1,0 +1,73 @@
+// What tracking does about screens that play: what is on those it knows is labelled, new ones are
+// found with a frame's pose, and where one had moved the camera the pose is to be found without it.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "tracking/observed_frame.hpp"
+#include "tracking/pose_estimator.hpp"
+#include "tracking/screen_finder.hpp"
+
+namespace ygslam {
+
+struct ScreenConfig {
+  bool enabled = true;
+};
+
+class ScreenWatch {
+ public:
+  /// Of no effect in modes without geometry. @param camera, classifier must outlive it.
+  ScreenWatch(const ScreenConfig& config, const Camera& camera, const PyramidScales& scales,
+              const NoiseConfig& noise, const PointClassifier& classifier);
+
+  /// The frame before, and where it was.
+  struct Before {
+    const TrackedFrame& last;
+    SE3 T_last_world;
+    SE3 T_odom_last;
+    const LocalView& view;
+  };
+  struct Input {
+    const ObservedFrame& now;
+    const FrameFeatures& seen;  ///< corrected by the velocity that the pose shows
+    const PoseResult& pose;
+    Before before;
+  };
+  struct Output {
+    /// A new screen: the frame's labels with it, and the pose by the points beside it.
+    struct Without {
+      ObservedFrame now;
+      SE3 T_camera_world;
+    };
+    std::optional<Without> without;
+    bool contested = false;  ///< see PoseResult
+  };
+
+  /// What is on a screen that is known, where the camera is about to be.
+  [[nodiscard]] ObservedFrame labelled_ahead(ObservedFrame now, const SE3& T_odom_last,
+                                             const SE3& T_now_last) const;
+  [[nodiscard]] Output step(const Input& in);
+  /// The pose in the end: where a screen leaves few points depth has a say, and where it fills the
+  /// view and leaves little of the map the pose is contested.
+  [[nodiscard]] PoseResult judged(PoseResult pose, const ObservedFrame& now,
+                                  const Before& before) const;
+  /// With the final pose: what moves on screens that are known keeps them known.
+  void follow(const ObservedFrame& now, const SE3& T_odom_camera);
+  /// The camera was lost.
+  void forget();
+
+ private:
+  [[nodiscard]] ObservedFrame labelled(ObservedFrame now, const SE3& T_odom_camera) const;
+  [[nodiscard]] std::vector<Vec3> moving(const ObservedFrame& now) const;
+  [[nodiscard]] int unexplained_motions(const ObservedFrame& now) const;
+  [[nodiscard]] std::vector<ScreenFinder::Point> points_before(const Input& in) const;
+
+  bool enabled_;
+  const Camera& camera_;
+  const PointClassifier& classifier_;
+  ScreenFinder finder_;
+  KnownScreens screens_;
+};
+
+}  // namespace ygslam

@@ -28,6 +28,7 @@ from ygslam_cli import BINARY, FRAMES, CliTest, sequence, trajectory, ygslam
 EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_info",
                "/camera/annotations", "/objects", "/state"}
 OF_THE_MAP = {"/landmarks", "/path", "/loops", "/cloud", "/mesh", "/mesh/classes"}
+OF_THE_PAGE = {"/history", "/floor"}  # and of no recording
 ADD, DELETE, TRIANGLE_LIST = 0, 2, 11  # of visualization_msgs/Marker
 PROTOCOL = "foxglove.websocket.v1"
 WAIT_S = 120  # far beyond anything a loaded machine needs
@@ -156,7 +157,7 @@ class View(Watched):
     def test_a_client_sees_every_frame_it_can_take_and_the_map(self):
         async def look(port):
             client = await Client.connect(port)
-            self.assertEqual(set(client.topics), EVERY_FRAME | OF_THE_MAP)
+            self.assertEqual(set(client.topics), EVERY_FRAME | OF_THE_MAP | OF_THE_PAGE)
             await client.subscribe(client.topics)
             seen = {}
             async for topic, stamp_ns, data in client.messages():

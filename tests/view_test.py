@@ -107,6 +107,12 @@ class Client:
                 return bool(body[4]), body[12:12 + length - 1].decode()
 
 
+def cubes(points):
+    """Of 1 m, as places, with how many points lie in each."""
+    places, counts = np.unique(np.floor(points).astype(int), axis=0, return_counts=True)
+    return dict(zip(map(tuple, places), counts))
+
+
 class Watched(CliTest):
     """Runs with a page."""
 
@@ -196,11 +202,9 @@ class View(Watched):
                         corners[marker.id] = np.array([[p.x, p.y, p.z] for p in marker.points])
                     else:
                         classes.add(marker.ns)
-                if len(corners) < 2 or "floor" not in classes:
+                if not corners or "floor" not in classes:
                     continue
-                seen = np.concatenate(list(corners.values()))
-                if (np.abs(seen.min(0) - whole.min(0)) < 0.06).all() and (
-                        np.abs(seen.max(0) - whole.max(0)) < 0.06).all():
+                if filled <= cubes(np.concatenate(list(corners.values()))).keys():
                     return
         run, port, _ = self.start("--view-stay")
         for line in run.stderr:
@@ -208,6 +212,9 @@ class View(Watched):
                 break
         mapped = PlyData.read(self.folder / "out" / "map.ply")["vertex"].data
         whole = np.stack([mapped["z"], -mapped["x"], -mapped["y"]], axis=1)  # x forward, z up
+        # Fewer may be small loose pieces, which are left out.
+        filled = {cube for cube, points in cubes(whole).items() if points > 0.02 * len(whole)}
+        self.assertGreater(len(filled), 4)
         asyncio.run(look(port))
         self.end(run)
 

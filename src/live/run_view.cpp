@@ -292,8 +292,8 @@ ros::DiagnosticStatus RunView::drive_status() {
   status.name = "ygslam: drive";
   status.hardware_id = "run";
   status.message = is_paused_ ? "paused" : "runs";
-  status.values = {{"paused", is_paused_ && !has_ended_ ? "true" : "false"},
-                   {"speed", speed_text()}};
+  const bool goes_on = !is_paused_ || has_ended_;
+  status.values = {{"goes on", goes_on ? "true" : "false"}, {"speed", speed_text()}};
   for (const char* service : kServices) status.values.push_back({service, refusal(service)});
   return status;
 }

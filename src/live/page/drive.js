@@ -20,7 +20,7 @@ class Drive {
   refuseAll(why) { this.tell({}, () => why); }
   /// What the run said of itself: of each service why it would refuse, or nothing.
   tell(values, why = (service) => values[service] ?? 'not told yet') {
-    this.isPaused = values.paused === 'true';
+    this.isPaused = values['goes on'] === 'false';
     const play = $('play');
     play.dataset.service = this.isPaused ? 'resume' : 'pause';
     play.textContent = this.isPaused ? 'Play' : 'Pause';

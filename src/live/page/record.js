@@ -3,6 +3,7 @@
 'use strict';
 
 const kMostEntries = 4096;
+const kGap_s = 0.4, kGapFrames = 8;
 const kCurves = {
   time: {colours: ['--accent', '--static', '--unknown'], names: ['features', 'motion', 'pose'], of: (e) => e.stages},
   points: {colours: ['--static', '--dynamic', '--unknown'], names: ['static', 'dynamic', 'unknown'], of: (e) => e.points},
@@ -119,6 +120,7 @@ function drawCurves(canvas, {colours: names, names: labels, of}, record) {
     let isDown = false;
     rows.forEach((row, i) => {
       if (Number.isNaN(row[k])) { isDown = false; return; }
+      if (isGap(entries, i)) isDown = false;
       g[isDown ? 'lineTo' : 'moveTo'](x(entries[i].t), y(row[k]));
       isDown = true;
     });
@@ -141,6 +143,11 @@ function drawCurves(canvas, {colours: names, names: labels, of}, record) {
   g.moveTo(x(record.entry.t), top - 4);
   g.lineTo(x(record.entry.t), height - bottom);
   g.stroke();
+}
+/// Whether frames are missing before this entry: far longer than frames take in the mean.
+function isGap(entries, i) {
+  const mean_s = (entries.at(-1).t - entries[0].t) / entries.length;
+  return i > 0 && entries[i].t - entries[i - 1].t > Math.max(kGap_s, kGapFrames * mean_s);
 }
 /// The end of the axis: a few peaks stand out beyond it.
 function highest(rows) {

@@ -58,7 +58,7 @@ class Surroundings {
     const ends = [], tints = [];
     for (let i = 1; i < entries.length; ++i) {
       const a = entries[i - 1], b = entries[i];
-      if (!a.pose || !b.pose) continue;
+      if (!a.pose || !b.pose || isGap(entries, i)) continue;
       ends.push(a.pose.t, b.pose.t);
       for (const e of [a, b]) tints.push([...timeColour((e.t - from) / span), now !== null && e.t > entries[now].t ? 60 : 255]);
     }

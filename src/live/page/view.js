@@ -188,7 +188,7 @@ const shows = {
       frames.push(now);
     }
     // Where a map begins its points match nothing yet.
-    const fit = number('inliers') > number('matches') ? `${values.inliers} points begin a map` : `${values.inliers} of ${values.matches} matches`;
+    const fit = !number('inliers') ? '' : number('inliers') > number('matches') ? `${values.inliers} points begin a map` : `${values.inliers} of ${values.matches} matches`;
     $('rate').textContent = [`frame ${values.frame}`, frames.length > 1 ? `${(frames.length / 2).toFixed(0)}/s` : '', fit].filter(Boolean).join(' \u00b7 ');
   },
   '/history': (cloud) => record.load(rowsOf(cloud).map((r) => ({

@@ -22,7 +22,8 @@ BEYOND = ("[...document.querySelectorAll('body *')].filter((e) => e.getBoundingC
 REACH = """(() => {
     const p = scene.content().filter((q) => q[2] <= scene.cut).map((q) => scene.pixel(scene.inMap(q)));
     const x = p.map((q) => q[0]), y = p.map((q) => q[1]);
-    return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y), scene.canvas.clientWidth, scene.canvas.clientHeight];
+    return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y),
+            scene.canvas.clientWidth, scene.canvas.clientHeight];
 })()"""
 
 
@@ -98,6 +99,7 @@ class Page(Watched):
                 await page.press("ArrowRight")
                 await page.until(f"record.entries.at(-1).frame === {number}")
                 await page.until(f"{STATE}.startsWith('paused; ')")
+                await page.until("Math.abs(image.kept.at(-1).stamp - record.entries.at(-1).t) < 1e-3")
             await page.press("ArrowLeft")
             self.assertEqual(await page.value("record.cursor"), 2)
             self.assertIn("frame 2", await page.value(MOMENT))
@@ -162,7 +164,8 @@ class Page(Watched):
     def test_answers_move_nothing(self):
         async def look(page):
             await page.until("!document.querySelector('#play').disabled")
-            places = "['#scene', '#image', '#scrub', '#play'].map((s) => Object.values(document.querySelector(s).getBoundingClientRect().toJSON()))"
+            places = ("['#scene', '#image', '#scrub', '#play'].map((s) => "
+                      "Object.values(document.querySelector(s).getBoundingClientRect().toJSON()))")
             before = await page.value(places)
             await page.click("[data-service=faster]")
             await page.until("document.querySelector('#said').textContent.includes('as fast as')")

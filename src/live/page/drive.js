@@ -37,6 +37,8 @@ class Drive {
   key(event, record) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.target.matches('select, input:not([type=checkbox])') && event.target.id !== 'scrub') return;
+    // Who goes through the page by keyboard presses what has the focus.
+    if (event.key === ' ' && event.target.matches('button:focus-visible, input:focus-visible')) return;
     const act = {
       ' ': () => this.press($('play')),
       ArrowRight: () => record.cursor === null && this.isPaused ? this.press(document.querySelector('[data-service=step]')) : record.step(1),

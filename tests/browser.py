@@ -102,6 +102,11 @@ class Browser:
         for kind in ("mousePressed", "mouseReleased"):
             await self.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
+    async def press(self, key):
+        """A key, as KeyboardEvent.key names it."""
+        for kind in ("keyDown", "keyUp"):
+            await self.send("Input.dispatchKeyEvent", type=kind, key=key)
+
     async def picture(self, file=None):
         """PNG of what is in view."""
         data = base64.b64decode((await self.send("Page.captureScreenshot", format="png"))["data"])

@@ -13,7 +13,7 @@ import unittest
 
 from rosbags.typesys import Stores, get_typestore
 
-from view_test import EVERY_FRAME, OF_THE_MAP, Watched
+from view_test import EVERY_FRAME, OF_THE_MAP, OF_THE_PAGE, Watched
 from ygslam_cli import FRAMES
 
 MODULES = pathlib.Path(os.environ.get("YGSLAM_FOXGLOVE", pathlib.Path(sys.prefix, "foxglove")),
@@ -79,7 +79,7 @@ class FoxgloveClient(Watched):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         seen = json.loads(done.stdout)
         self.assertEqual((seen["errors"], seen["said"][0]), ([], 5))
-        self.assertEqual(set(seen["topics"]), EVERY_FRAME | OF_THE_MAP)
+        self.assertEqual(set(seen["topics"]), EVERY_FRAME | OF_THE_MAP | OF_THE_PAGE)
         for topic, stamps in seen["topics"].items():
             self.assertEqual(stamps, sorted(stamps, key=int), topic)
             self.assertLessEqual(len(set(stamps)), FRAMES + 1, topic)  # and a state before the first

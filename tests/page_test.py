@@ -13,6 +13,19 @@ from view_test import WAIT_S, Watched
 STATE = "document.querySelector('#state').textContent"
 GROUPS = "[...new Set([...scene.layers.values()].map((layer) => layer.group))]"
 
+MOMENT = "document.querySelector('#moment').textContent"
+REFUSED = ("Object.fromEntries([...document.querySelectorAll('#drive button')].filter((b) => b.disabled)"
+           ".map((b) => [b.dataset.service, b.title]))")
+BEYOND = ("[...document.querySelectorAll('body *')].filter((e) => e.getBoundingClientRect().right > innerWidth + 1"
+          " && !e.closest('#names')).map((e) => e.id || e.tagName)")
+# Of the pane, by what is drawn in it: left, right, top, bottom, width, height.
+REACH = """(() => {
+    const p = scene.content().filter((q) => q[2] <= scene.cut).map((q) => scene.pixel(scene.inMap(q)));
+    const x = p.map((q) => q[0]), y = p.map((q) => q[1]);
+    return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y),
+            scene.canvas.clientWidth, scene.canvas.clientHeight];
+})()"""
+
 
 def tiles(group):
     return f"[...scene.layers.values()].filter((l) => l.group === '{group}' && l.count > 0).length"
@@ -59,9 +72,9 @@ class Page(Watched):
             await page.until(f"{STATE} === 'paused before the first frame'")
             for number in range(3):
                 await page.click("[data-service=step]")
-                await page.until(f"document.querySelector('#rate').textContent.startsWith('frame {number},')")
+                await page.until(f"document.querySelector('#rate').textContent.startsWith('frame {number} ')")
                 await page.until(f"{STATE}.startsWith('paused; ')")
-            self.assertEqual(await page.value("history.points.length"), 3, "each frame once")
+            self.assertEqual(await page.value("record.entries.length"), 3, "each frame once")
             await page.click("[data-service=resume]")
             await page.until(f"!{STATE}.includes('paused')")
         run = self.see(look, "--view-paused")
@@ -73,8 +86,103 @@ class Page(Watched):
             await page.until(f"{STATE}.includes('ended')")
             await page.choose("#surfaces", "classes")
             await page.until("!document.querySelector('#classes').hidden")
+            await page.value("say('an answer that is longer than a phone is wide, as some are '.repeat(3))")
             self.assertLessEqual(await page.value("document.documentElement.scrollWidth"), 390)
+            self.assertEqual(await page.value(BEYOND), [])
         self.end(self.see(look, "--view-stay", width=390, height=844, dark=True))
+
+    def test_keys_drive_and_look_back(self):
+        async def look(page):
+            await page.until(f"{STATE} === 'paused before the first frame'")
+            await page.until("!document.querySelector('#play').disabled")
+            for number in range(4):
+                await page.press("ArrowRight")
+                await page.until(f"record.entries.at(-1).frame === {number}")
+                await page.until(f"{STATE}.startsWith('paused; ')")
+                await page.until("Math.abs(image.kept.at(-1).stamp - record.entries.at(-1).t) < 1e-3")
+            await page.press("ArrowLeft")
+            self.assertEqual(await page.value("record.cursor"), 2)
+            self.assertIn("frame 2", await page.value(MOMENT))
+            await page.press("Home")
+            await page.press("ArrowRight")
+            self.assertEqual(await page.value("record.cursor"), 1, "looking back it is no step")
+            self.assertEqual(await page.value("record.entries.length"), 4)
+            await page.until("Math.abs(image.shown - record.entries[1].t) < 1e-3")
+            await page.press("End")
+            self.assertIsNone(await page.value("record.cursor"))
+            await page.press(" ")
+            await page.until(f"!{STATE}.includes('paused')")
+        run = self.see(look, "--view-paused")
+        run.communicate(timeout=WAIT_S)
+        self.assertEqual(run.returncode, 0)
+
+    def test_who_comes_late_sees_the_way_and_the_curves(self):
+        async def look(page):
+            await page.until("!document.querySelector('#play').disabled")
+            for number in range(5):
+                await page.press("ArrowRight")
+                await page.until(f"record.entries.length === {number + 1}")
+            before = await page.value("record.entries")
+            await page.send("Page.reload")
+            await page.until("record.entries.length === 5")
+            after = await page.value("record.entries")
+            for a, b in zip(before, after):
+                self.assertEqual((a["frame"], a["points"], a["age"]), (b["frame"], b["points"], b["age"]))
+                self.assertAlmostEqual(a["t"], b["t"], places=3)
+                for i in range(3):
+                    self.assertAlmostEqual(a["pose"]["t"][i], b["pose"]["t"][i], places=4)
+                    self.assertAlmostEqual(a["stages"][i], b["stages"][i], delta=0.01)
+            await page.until("scene.layers.get('way').count === 4")
+            self.assertFalse(await page.value("document.querySelector('#scrub').disabled"))
+        self.end(self.see(look, "--view-paused"))
+
+    def test_what_cannot_be_done_is_disabled_and_says_why(self):
+        async def look(page):
+            await page.until("!document.querySelector('#play').disabled")
+            refused = await page.value(REFUSED)
+            self.assertEqual(list(refused), ["save"])
+            self.assertIn("--save-map", refused["save"])
+            await page.press(" ")
+            await page.until(f"{STATE}.includes('ended')")
+            refused = await page.value(REFUSED)
+            self.assertEqual(set(refused.values()), {"the run has ended"})
+            self.assertEqual(set(refused), {"pause", "step", "slower", "faster", "save", "reset"})
+        self.end(self.see(look, "--view-paused", "--view-stay"))
+
+    def test_an_onlooker_is_told_what_driving_needs(self):
+        run, port, _ = self.start("--view-paused")
+
+        async def browse():
+            async with Browser() as page:
+                await page.open(f"http://127.0.0.1:{port}/")
+                await page.until(f"{STATE}.includes('paused')")
+                await page.until("document.querySelector('#play').title.includes('token')")
+                self.assertEqual(len(await page.value(REFUSED)), 7)
+        asyncio.run(browse())
+        self.end(run)
+
+    def test_answers_move_nothing(self):
+        async def look(page):
+            await page.until("!document.querySelector('#play').disabled")
+            places = ("['#scene', '#image', '#scrub', '#play'].map((s) => "
+                      "Object.values(document.querySelector(s).getBoundingClientRect().toJSON()))")
+            before = await page.value(places)
+            await page.click("[data-service=faster]")
+            await page.until("document.querySelector('#said').textContent.includes('as fast as')")
+            self.assertEqual(await page.value(places), before)
+        self.end(self.see(look, "--view-paused"))
+
+    def test_what_is_mapped_fills_the_pane(self):
+        async def look(page):
+            await page.until(f"{STATE}.includes('ended')")
+            await page.until(f"{tiles('mesh')} > 2")
+            await page.until("scene.goal === null && surroundings.floor === 0")
+            await asyncio.sleep(2)
+            left, right, top, bottom, width, height = await page.value(REACH)
+            self.assertGreater(max((right - left) / width, (bottom - top) / height), 0.7)
+            for end in (left / width, top / height, 1 - right / width, 1 - bottom / height):
+                self.assertGreater(end, -0.02)
+        self.end(self.see(look, "--view-stay"))
 
     def test_a_rendering_has_points_alone(self):
         run, port, token = self.start_command(

@@ -52,6 +52,25 @@ class Render(CliTest):
         self.assertFalse((self.draw(mesh, "--up", "0,1,0", "--from", "0.5,0.5,-2", "--look-at",
                                     "0.5,0.5,0") != 255).any())  # from behind
 
+    def test_what_is_over_heads_is_cut_away_unless_asked_for(self):
+        mesh = self.folder / "mesh.ply"
+        low, low_faces = square(side=3.0)
+        high, high_faces = square(2.6, side=3.0)
+        points = np.concatenate([low, high])
+        colours = np.repeat([(60, 60, 200), (200, 60, 60)], 4, axis=0)
+        write_mesh(mesh, points, low_faces + [[i + 4 for i in face] for face in high_faces], colours)
+        up = ("--up", "0,0,1", "--size", "200x150")
+
+        def red_and_blue(*options):
+            picture = self.draw(mesh, *up, *options)
+            return [(picture[..., a] > picture[..., b] + 50).sum() for a, b in ((0, 2), (2, 0))]
+        for options in ((), ("--cut", "1")):
+            red, blue = red_and_blue(*options)
+            self.assertEqual(red, 0, options)
+            self.assertGreater(blue, 3000, options)
+        for options in (("--cut", "inf"), ("--from", "1.5,-2,6", "--look-at", "1.5,1.5,0")):
+            self.assertGreater(red_and_blue(*options)[0], 1000, options)
+
     def test_boxes_that_nothing_tells_of_are_an_error(self):
         mesh = self.folder / "mesh.ply"
         write_mesh(mesh, *square())

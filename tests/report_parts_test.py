@@ -11,16 +11,18 @@ import signal
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 
 import numpy as np
+from PIL import Image
 
 from report_fake import metrics, write_map
 
 TOOL = pathlib.Path(__file__).resolve().parent.parent / "tools" / "report"
 sys.path.insert(0, str(TOOL.parent))
 
-from report import cells, map_view, page, results, series, table_files  # noqa: E402
+from report import cells, map_view, page, pictures, results, series, table_files  # noqa: E402
 from report.published import Published  # noqa: E402
 
 
@@ -147,6 +149,30 @@ class EvalPlot(unittest.TestCase):
                 self.assertEqual(done.stderr.splitlines()[-1], "error: File too large")
                 self.assertNotIn("Traceback", done.stderr)
             self.assertEqual(list(pathlib.Path(folder).iterdir()), [])
+
+
+class TrackingPictures(unittest.TestCase):
+    def test_frames_are_shown_large_and_the_sheet_only_without_them(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name) / "inspect"
+            folder.mkdir()
+            sequence = types.SimpleNamespace(folder=pathlib.Path(name))
+            Image.new("RGB", (3840, 480)).save(folder / "checks.png")
+            (sheet,) = pictures.tracking_pictures(sequence, 1600)
+            self.assertIn("each column a frame", sheet[1])
+            for frame in ("frame_00044.png", "frame_00068.png"):
+                Image.new("RGB", (1920, 480)).save(folder / frame)
+            shown = pictures.tracking_pictures(sequence, 1600)
+            self.assertEqual([one[0] for one in shown], ["frame_00044", "frame_00068"])
+            self.assertEqual([one[2].width for one in shown], [1600, 1600])
+
+
+class WallTime(unittest.TestCase):
+    def test_it_is_no_sum_of_runs(self):
+        runs = [types.SimpleNamespace(wall_s=seconds) for seconds in (60, 30, None)]
+        self.assertEqual(page.wall_time(200, runs), "3 min 20 s, of which runs 1 min 30 s")
+        self.assertIn("together", page.wall_time(50, runs), "two at a time")
+        self.assertEqual(page.wall_time(None, []), "not told")
 
 
 class DamagedRuns(unittest.TestCase):

@@ -149,9 +149,13 @@ class Report(unittest.TestCase):
     def test_all_five_rows_of_the_paper_are_there(self):
         for name in ("table1", "table2b", "table3c", "table4c"):
             labels = [row["label"] for row in self.table(name)["rows"]]
-            self.assertEqual(list(dict.fromkeys(labels))[:5],
-                             ["fr3_w_x", "fr3_w_s", "fr3_w_r", "fr3_w_h", "fr3_s_s"])
-            self.assertIn("TUM recording, not run", json.dumps(self.table(name)))
+            self.assertLessEqual({"fr3_w_x", "fr3_w_s", "fr3_w_r", "fr3_w_h", "fr3_s_s"}, set(labels))
+
+    def test_what_was_not_run_stands_below_what_was(self):
+        for name in ("table1", "table2b", "table3c", "table4c"):
+            not_run = ["not run" in row["sublabel"] for row in self.table(name)["rows"]]
+            self.assertIn(True, not_run)
+            self.assertEqual(not_run, sorted(not_run), name)
 
     def test_times(self):
         row = self.table("table5a")["rows"][1]

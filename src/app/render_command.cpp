@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -42,6 +43,8 @@ struct Job {
 constexpr int kLargestSide_px = 16384;
 constexpr double kFocal = 0.86;  // of the width: 60 degrees from side to side
 constexpr Rgb8 kPathColour{220, 30, 30};
+constexpr double kRoom_m = 2.3;  // so high a scene has a ceiling, which hides the rest from above
+constexpr double kCutOver_m = 2.0;  // over the floor, where nothing else was asked for
 
 Error bad_option(const std::string& what) { return {ErrorKind::kUsage, what}; }
 
@@ -84,7 +87,6 @@ Result<Job> read_job(const RenderArguments& a) {
       job.width < 16 || job.height < 16 || std::max(job.width, job.height) > kLargestSide_px)
     return bad_option("--size wants WIDTHxHEIGHT, 16 to 16384 each, not '" + a.size + "'");
   if (!a.out.ends_with(".png")) return bad_option("--out " + a.out + ": the name must end in .png");
-  if (a.cut_m && !std::isfinite(*a.cut_m)) return bad_option("--cut wants a height in metres");
   if (!std::isfinite(a.point_m)) return bad_option("--point wants a length in metres");
   if (Status places = read_places(a, job); !places.ok()) return places.error();
   job.style.colour = colour_by(a.by);
@@ -107,6 +109,13 @@ Result<SceneInput> read_scene(const std::string& path, const Job& job) {
     scene->gravity.floor_m = lowest_height(scene->mesh, scene->gravity.up_world);
   }
   return scene;
+}
+
+/// Where the whole scene is seen from above and nothing else was asked for, what is over the heads
+/// of people is left out.
+double cut_from_above_m(const SceneInput& scene) {
+  const double top_m = -lowest_height(scene.mesh, -scene.gravity.up_world) - scene.gravity.floor_m;
+  return top_m > kRoom_m ? kCutOver_m : PictureStyle{}.cut_above_m;
 }
 
 std::vector<Vec3> places(const std::vector<StampedPose>& path) {
@@ -190,10 +199,11 @@ Status check_picture_files(const RenderArguments& a) {
 
 Status render(const RenderArguments& a) {
   if (Status checked = check_picture_files(a); !checked.ok()) return checked;
-  const auto job = read_job(a);
+  auto job = read_job(a);
   if (!job.ok()) return job.error();
   const auto picture = Picture::open(a, *job);
   if (!picture.ok()) return picture.error();
+  if (!a.cut_m && !job->from) job->style.cut_above_m = cut_from_above_m(picture->scene());
   const ColourImage image = picture->draw(viewpoint_of(*job, picture->scene()), places(job->path));
   Status written = write_file_atomically(a.out, encode_png(image, 9));
   if (written.ok()) tell_written(a.out);
@@ -232,8 +242,10 @@ void declare_options(CLI::App& command, RenderArguments& a) {
           "(up in the first camera's view)")
       ->type_name("X,Y,Z");
   command
-      .add_option("--cut", a.cut_m, "Leave out the ceiling and what is higher over the floor [m]")
-      ->check(in_range(0.0, 1e6))
+      .add_option("--cut", a.cut_m,
+                  "Leave out the ceiling and what is higher over the floor [m]; without --from 2 "
+                  "in a scene that is higher than 2.3; inf: leave out nothing")
+      ->check(in_range(0.0, std::numeric_limits<double>::infinity()))
       ->type_name("M");
   command.add_option("--point", a.point_m, "Side of a point of a cloud [m]")
       ->check(in_range(0.0, 1.0))

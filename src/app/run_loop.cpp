@@ -146,7 +146,7 @@ class FrameLoop {
       if (run_.view->is_paused()) progress.update(index(frame.id), "paused on the page");
       run_.reader->pause();  // what the page waits makes no frame late
       const auto wishes = run_.view->wait_turn(frame.stamp, &runner(), is_interrupted);
-      run_.reader->resume();
+      if (!run_.view->is_paused()) run_.reader->resume();  // else it is a step
       if (wishes.save && run_.map_saver) run_.map_saver->save(runner().map());
       if (wishes.reset)
         if (Status begun = begin_anew(); !begun.ok()) return begun;

@@ -56,4 +56,9 @@ std::size_t FrameQueue::dropped() const {
   return dropped_;
 }
 
+bool FrameQueue::is_empty() const {
+  const std::lock_guard lock(mutex_);
+  return offered_.empty();
+}
+
 }  // namespace ygslam

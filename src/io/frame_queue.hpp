@@ -37,6 +37,7 @@ class FrameQueue {
   /// No more pushes; pops drain what is left.
   void close();
   [[nodiscard]] std::size_t dropped() const;
+  [[nodiscard]] bool is_empty() const;
 
  private:
   void drop_oldest(bool is_paused);

@@ -62,13 +62,14 @@ std::optional<FramePtr> FrameReader::next(const std::stop_token& stop) {
 std::optional<OfferedFrame> FrameReader::next_offered(const std::stop_token& stop) {
   {
     const std::lock_guard lock(mutex_);
-    consumer_started_ = true;
+    consumer_started_ = consumer_asks_ = true;
   }
   wake_.notify_all();
   if (thread_.stop_requested()) return std::nullopt;
   auto offered = queue_.pop(stop);
   if (!offered) thread_.rethrow();
   const std::lock_guard lock(mutex_);
+  consumer_asks_ = false;
   counts_.readable += offered && offered->frame ? 1 : 0;
   return offered;
 }
@@ -160,14 +161,18 @@ bool FrameReader::wait_for_stamp(Timestamp stamp, const std::stop_token& stop) {
     previous_due_ += std::chrono::nanoseconds(to_ns(gap_s));
   }
   previous_stamp_ = stamp;
-  const auto is_due = [&] { return !paused_since_ && Clock::now() >= previous_due_ + paused_; };
+  const auto is_asked_for = [&] { return consumer_asks_ && queue_.is_empty(); };
+  const auto is_due = [&] {
+    return paused_since_ ? is_asked_for() : Clock::now() >= previous_due_ + paused_;
+  };
   while (!stop.stop_requested() && !is_due()) {
     if (paused_since_)
-      wake_.wait(lock, stop, [&] { return !paused_since_; });
+      wake_.wait(lock, stop, [&] { return !paused_since_ || is_asked_for(); });
     else
       wake_.wait_until(lock, stop, previous_due_ + paused_,
                        [&] { return paused_since_.has_value(); });
   }
+  if (paused_since_) paused_ = std::min(paused_, *paused_since_ - previous_due_);
   return !stop.stop_requested();
 }
 

@@ -64,7 +64,8 @@ class FrameReader {
   /// Ends the stream from any thread; waiting calls of next() return.
   void stop();
   /// The clock of realtime stands from now until resume(), for a consumer that somebody paused: no
-  /// frame is late because of that. A stream comes as it comes. Any thread; twice is once.
+  /// frame is late because of that. Who asks for a frame meanwhile gets the next one, and the clock
+  /// stands at its stamp then. A stream comes as it comes. Any thread; twice is once.
   void pause();
   void resume();
 
@@ -91,6 +92,7 @@ class FrameReader {
   std::condition_variable_any wake_;
   FrameReaderCounts counts_;
   bool consumer_started_ = false;
+  bool consumer_asks_ = false;  // is in next()
   std::optional<Clock::time_point> paused_since_;
   Clock::duration paused_{0};  // before that
 

@@ -312,6 +312,29 @@ TEST(FrameReader, NoFrameOfRealtimeIsLateForAPause) {
   reader.resume();
 }
 
+TEST(FrameReader, WhoAsksInAPauseGetsOneFrameAfterTheOther) {
+  const TempFolder folder;
+  SmallSequence{.count = 12, .interval_ns = 10'000'000}.write_to(folder.path());
+  FrameReader reader(open(folder.path()), {.realtime = true, .realtime_waiting = 1});
+  ASSERT_TRUE(reader.next().has_value());
+  reader.pause();
+  std::uint32_t last = 0;
+  for (int step = 0; step < 5; ++step) {
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() < begin + std::chrono::milliseconds(25))
+      std::this_thread::yield();  // a consumer that is slow
+    const auto frame = reader.next();
+    ASSERT_TRUE(frame.has_value());
+    if (step > 0) {
+      EXPECT_EQ(index((*frame)->id), last + 1);
+    }
+    last = index((*frame)->id);
+  }
+  EXPECT_EQ(reader.counts().dropped, 0U);
+  reader.resume();
+  EXPECT_EQ(ids_of_rest(reader).back(), 11U) << "it goes on";
+}
+
 TEST(FrameReader, StopsWhilePaused) {
   const TempFolder folder;
   SmallSequence{.count = 3, .interval_ns = 10'000'000}.write_to(folder.path());

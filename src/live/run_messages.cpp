@@ -7,6 +7,7 @@
 #include <set>
 
 #include "io/jpeg_codec.hpp"
+#include "scene/floor_frame.hpp"
 
 namespace ygslam {
 namespace {
@@ -24,11 +25,6 @@ bool has_pose(const TrackResult& result) {
 }
 
 ros::Header header(Timestamp stamp, const char* frame) { return {ros::to_ros(stamp), frame}; }
-
-/// A pose between frames with an image's axes, between those with REP 103's.
-ros::Pose to_body_axes(const SE3& T_parent_child) {
-  return ros::to_ros(T_body_optical() * T_parent_child * T_body_optical().inverse());
-}
 
 ros::Vector3 to_map(const Vec3& p_world) {
   const Vec3 p_map = T_body_optical() * p_world;
@@ -127,13 +123,17 @@ const SE3& T_body_optical() {
   return T;
 }
 
+ros::Pose pose_in_map(const SE3& T_parent_child) {
+  return ros::to_ros(T_body_optical() * T_parent_child * T_body_optical().inverse());
+}
+
 ros::TfMessage tf_message(const RgbdFrame& frame, const TrackResult& result) {
   ros::TfMessage message;
   if (has_pose(result))
     message.transforms.push_back(
-        {header(frame.stamp, "map"), "odom", to_body_axes(result.T_world_odom)});
+        {header(frame.stamp, "map"), "odom", pose_in_map(result.T_world_odom)});
   message.transforms.push_back(
-      {header(frame.stamp, "odom"), "camera", to_body_axes(result.T_odom_camera)});
+      {header(frame.stamp, "odom"), "camera", pose_in_map(result.T_odom_camera)});
   message.transforms.push_back(
       {header(frame.stamp, "camera"), kCameraFrame, ros::to_ros(T_body_optical())});
   return message;
@@ -143,7 +143,7 @@ ros::Odometry odometry_message(const RgbdFrame& frame, const TrackResult& result
   ros::Odometry message;
   message.header = header(frame.stamp, "odom");
   message.child_frame_id = "camera";
-  message.pose = to_body_axes(result.T_odom_camera);
+  message.pose = pose_in_map(result.T_odom_camera);
   message.pose_covariance = odom_covariance(result);
   for (std::size_t i = 0; i < 6; ++i) message.twist_covariance[7 * i] = kUnknownVariance;
   return message;
@@ -298,6 +298,12 @@ ros::PointCloud2 cloud_message(std::span<const ColouredPoint> points, std::size_
   return cloud;
 }
 
+ros::TfMessage floor_message(const Gravity& gravity, Timestamp stamp) {
+  // The floor's frame has z up already.
+  const SE3 T_map_floor = T_body_optical() * T_world_floor(gravity);
+  return {{{header(stamp, "map"), "floor", ros::to_ros(T_map_floor)}}};
+}
+
 ros::MarkerArray loop_message(const Map& map, std::span<const LoopAttempt> attempts,
                               Timestamp stamp) {
   std::set<std::pair<KeyframeId, KeyframeId>> closed;
@@ -325,7 +331,7 @@ ros::Path path_message(const Map& map, Timestamp stamp) {
   path.header = header(stamp, "map");
   for (const auto& [id, keyframe] : map.keyframes()) {
     const SE3 T_world_camera = keyframe.T_camera_world.inverse();
-    path.poses.push_back({header(keyframe.data->stamp, "map"), to_body_axes(T_world_camera)});
+    path.poses.push_back({header(keyframe.data->stamp, "map"), pose_in_map(T_world_camera)});
   }
   return path;
 }

@@ -10,6 +10,7 @@
 #include "image/coloured_point.hpp"
 #include "loop/loop_closer.hpp"
 #include "map/map.hpp"
+#include "scene/scene.hpp"
 #include "tracking/tracker.hpp"
 
 namespace ygslam {
@@ -18,6 +19,9 @@ inline constexpr const char* kCameraFrame = "camera_optical";
 
 /// Axes of REP 103 of a frame whose axes are those of an image (x right, y down, z forward).
 [[nodiscard]] const SE3& T_body_optical();
+
+/// A pose whose frames have the axes of an image, between frames with those of REP 103.
+[[nodiscard]] ros::Pose pose_in_map(const SE3& T_parent_child);
 
 /// map -> odom (while the camera is tracked), odom -> camera, camera -> camera_optical.
 [[nodiscard]] ros::TfMessage tf_message(const RgbdFrame& frame, const TrackResult& result);
@@ -40,6 +44,8 @@ inline constexpr double kUnknownVariance = 1e6;
 /// State in words, counts and times.
 [[nodiscard]] ros::DiagnosticArray state_message(const RgbdFrame& frame, const TrackResult& result);
 [[nodiscard]] ros::PointCloud2 landmark_message(const Map& map, Timestamp stamp);
+/// map -> floor: z is up, as level as the floor that was found.
+[[nodiscard]] ros::TfMessage floor_message(const Gravity& gravity, Timestamp stamp);
 /// At most most_points of the points, evenly spread.
 [[nodiscard]] ros::PointCloud2 cloud_message(std::span<const ColouredPoint> points,
                                              std::size_t most_points, Timestamp stamp);

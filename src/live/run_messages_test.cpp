@@ -77,6 +77,20 @@ TEST(RunMessages, AxesAreThoseOfRep103) {
   EXPECT_NEAR((ahead - Vec3(1, 0, 0)).norm(), 0, 1e-12);
 }
 
+TEST(RunMessages, TheFloorIsLevelInMap) {
+  Gravity gravity;
+  gravity.up_world = Vec3(0, -0.8, -0.6);  // a camera that looks down
+  gravity.floor_m = -1.5;
+  const ros::TfMessage told = floor_message(gravity, {});
+  ASSERT_EQ(told.transforms.size(), 1U);
+  EXPECT_EQ(told.transforms[0].header.frame_id, "map");
+  EXPECT_EQ(told.transforms[0].child_frame_id, "floor");
+  const SE3 T_map_floor = pose_of(told.transforms[0].transform);
+  const Vec3 up_map = T_body_optical() * gravity.up_world;
+  EXPECT_NEAR((T_map_floor.R().col(2) - up_map).norm(), 0, 1e-9);
+  EXPECT_NEAR(T_map_floor.t().dot(up_map), -1.5, 1e-9);
+}
+
 TEST(RunMessages, PointsHaveTheColourOfTheirLabel) {
   TrackResult result;
   auto features = std::make_shared<Features>();

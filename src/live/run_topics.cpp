@@ -7,6 +7,7 @@ namespace ygslam {
 namespace {
 
 constexpr std::size_t kMostTriangles = 100'000;  // of the mesh, 120 bytes each
+constexpr double kSpeck_m2 = 0.03;               // as a postcard: a smaller piece alone is noise
 
 template <typename Make>
 void publish(const char* topic, Timestamp stamp, MessageSink& sink, Make make) {
@@ -59,7 +60,14 @@ NamedMesh MeshTopics::take(Runner& runner) {
 }
 
 void MeshTopics::publish(NamedMesh named, Timestamp stamp, Extent extent, MessageSink& sink) {
-  const ClusteredMesh mesh = reduced_mesh(labelled_mesh(std::move(named)), cell_m_, kMostTriangles);
+  if (!named.mesh.triangles.empty()) {
+    const Gravity gravity = gravity_of(named);
+    named.mesh = labelled_mesh(std::move(named), gravity);
+    if (extent == Extent::kTiles)
+      ygslam::publish("/floor", stamp, sink, [&] { return floor_message(gravity, stamp); });
+  }
+  const ClusteredMesh mesh =
+      without_specks(reduced_mesh(named.mesh, cell_m_, kMostTriangles), kSpeck_m2);
   cell_m_ = mesh.mesh.triangles.empty() ? 0 : mesh.cell_m;
   const auto put = [&](const char* topic, const ros::MarkerArray& message, std::uint32_t part) {
     sink.put(topic, ros::MarkerArray::kType, stamp, to_cdr(message), part);

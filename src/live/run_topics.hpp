@@ -40,9 +40,8 @@ class MeshTopics {
     const char* name;
     MeshTiles tiles;
   };
-  std::array<Topic, kMeshTopics> topics_{
-      Topic{"/mesh", MeshTiles(MeshTiles::Colours::kSeen)},
-      Topic{"/mesh/classes", MeshTiles(MeshTiles::Colours::kClasses)}};
+  std::array<Topic, 2> topics_{Topic{"/mesh", MeshTiles(MeshTiles::Colours::kSeen)},
+                               Topic{"/mesh/classes", MeshTiles(MeshTiles::Colours::kClasses)}};
   double cell_m_ = 0;  // no finer again in this world, so that it does not flicker
 };
 

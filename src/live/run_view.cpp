@@ -11,6 +11,7 @@ constexpr std::array kServices = {"pause",  "resume", "step",  "slower",
 constexpr auto kMapEvery = std::chrono::seconds(1);
 constexpr auto kMeshEvery = std::chrono::seconds(2);
 constexpr auto kPictureEvery = std::chrono::milliseconds(50);  // on average: most of what it costs
+constexpr auto kHistoryEvery = std::chrono::seconds(5);
 constexpr int kMapShare = 20;  // showing the map takes at most one part in so many of the time
 constexpr int kMeshNice = 10;  // of the thread that draws the mesh: the run goes first
 constexpr std::size_t kMostPoints = 100'000;
@@ -43,7 +44,10 @@ class RunView::Batch : public MessageSink {
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
 
+  /// Somebody else puts this one.
+  void withhold(std::string_view topic) { withheld_ = topic; }
   [[nodiscard]] bool wants(std::string_view topic) const override {
+    if (topic == withheld_) return false;
     if (!has_picture_ && is_picture(topic)) return false;
     return view_.has_ended_ || view_.server_->wants(topic);
   }
@@ -59,6 +63,7 @@ class RunView::Batch : public MessageSink {
 
   RunView& view_;
   bool has_picture_;
+  std::string_view withheld_;
   std::vector<ViewServer::Message> messages_;
 };
 
@@ -96,6 +101,7 @@ void RunView::show(const FramePtr& frame, const TrackResult& result) {
   now_ = frame->stamp;
   Update update{frame, std::make_shared<const TrackResult>(result)};
   const std::lock_guard lock(mutex_);
+  history_.add(*frame, result);
   if (server_->clients() > 0) updates_.push(update);
   last_ = std::move(update);
 }
@@ -103,7 +109,7 @@ void RunView::show(const FramePtr& frame, const TrackResult& result) {
 /// Who comes while the run is paused sees the last frame, too.
 void RunView::subscribed() {
   const std::lock_guard lock(mutex_);
-  map_wanted_ = true;
+  map_wanted_ = history_wanted_ = true;
   updates_.push(last_);
   changed_.notify_all();
 }
@@ -157,15 +163,34 @@ bool RunView::is_picture_due() {
   return true;
 }
 
+/// Who listens adds the frames since then: it need not come often.
+void RunView::publish_history(Batch& batch, Timestamp stamp, bool is_told_now) {
+  if (!batch.wants("/history")) return;
+  RunHistory history;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!std::exchange(history_wanted_, false) && !is_told_now && Clock::now() < history_due_)
+      return;
+    history = history_;
+  }
+  history_due_ = Clock::now() + kHistoryEvery;
+  batch.put("/history", ros::PointCloud2::kType, stamp, to_cdr(history.message(stamp)), 0);
+}
+
 void RunView::publish(const Update& update) {
   const bool paused = is_paused();
   Batch batch(*this, paused || has_ended_ || is_picture_due());
+  publish_history(batch, update.frame ? update.frame->stamp : Timestamp{},
+                  paused || has_ended_ || !update.frame);
   if (!update.frame) {
-    if (paused && batch.wants("/state"))
-      batch.put("/state", ros::DiagnosticArray::kType, {}, to_cdr(paused_message()), 0);
-    return;
+    if (!paused || !batch.wants("/state")) return;
+    ros::DiagnosticArray state = paused_message();
+    state.status.push_back(drive_status());
+    return batch.put("/state", ros::DiagnosticArray::kType, {}, to_cdr(state), 0);
   }
+  batch.withhold("/state");  // more is said of it here
   if (!update.is_state_alone) publish_frame(*update.frame, *update.result, config_.camera, batch);
+  batch.withhold({});
   if (!batch.wants("/state")) return;
   ros::DiagnosticArray state = state_message(*update.frame, *update.result);
   ros::DiagnosticStatus& status = state.status[0];
@@ -174,9 +199,8 @@ void RunView::publish(const Update& update) {
     status.level = ros::DiagnosticStatus::kOk;
   } else if (paused) {
     status.message = "paused; " + status.message;
-  } else if (!update.is_state_alone) {
-    return;
   }
+  state.status.push_back(drive_status());
   batch.put("/state", ros::DiagnosticArray::kType, update.frame->stamp, to_cdr(state), 0);
 }
 
@@ -207,7 +231,8 @@ bool RunView::is_due(Timestamp stamp) const {
 void RunView::restart() {
   meshes_.push({{}, now_});
   const std::lock_guard lock(mutex_);
-  map_wanted_ = true;
+  map_wanted_ = history_wanted_ = true;
+  history_.clear();
   last_ = {};
   last_stamp_.reset();
   updates_.push(last_);
@@ -242,11 +267,42 @@ RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner* runner,
   return std::exchange(wishes_, {});
 }
 
+std::string RunView::refusal(std::string_view service) const {
+  using Maps = RunViewConfig::Map;
+  if (!config_.driven) return "only the program itself drives this run";
+  if (has_ended_ && service != "stop") return "the run has ended";
+  if ((service == "slower" || service == "faster") && config_.paced)
+    return "the input comes at its own pace";
+  if (service == "save" && config_.map != Maps::kSaves) return "this run keeps no map (--save-map)";
+  if (service == "reset" && config_.map == Maps::kNone) return "here is no map to begin anew";
+  if (service == "reset" && config_.map == Maps::kSaves)
+    return "this run keeps a map file: start another run";
+  return {};
+}
+
+std::string RunView::speed_text() const {
+  if (config_.paced) return "live";
+  return speed_ == 0 ? "max" : fmt::format("{:g} x", speed_);
+}
+
+/// What those who drive may do now, so that a page offers nothing else.
+ros::DiagnosticStatus RunView::drive_status() {
+  const std::lock_guard lock(mutex_);
+  ros::DiagnosticStatus status;
+  status.name = "ygslam: drive";
+  status.hardware_id = "run";
+  status.message = is_paused_ ? "paused" : "runs";
+  const bool goes_on = !is_paused_ || has_ended_;
+  status.values = {{"goes on", goes_on ? "true" : "false"}, {"speed", speed_text()}};
+  for (const char* service : kServices) status.values.push_back({service, refusal(service)});
+  return status;
+}
+
 Result<std::string> RunView::drive(std::string_view service) {
   const std::lock_guard lock(mutex_);
   changed_.notify_all();
-  if (!config_.driven) return Error{ErrorKind::kUsage, "only the program itself drives this run"};
-  if (has_ended_ && service != "stop") return Error{ErrorKind::kUsage, "the run has ended"};
+  if (std::string refused = refusal(service); !refused.empty())
+    return Error{ErrorKind::kUsage, std::move(refused)};
   if (service == "pause" || service == "resume") {
     is_paused_ = service == "pause";
     map_wanted_ |= is_paused_;  // as of the frame that is looked at
@@ -259,26 +315,20 @@ Result<std::string> RunView::drive(std::string_view service) {
     return std::string("a frame, then paused");
   }
   if (service == "slower" || service == "faster") {
-    if (config_.paced) return Error{ErrorKind::kUsage, "the input comes at its own pace"};
     if (service == "slower") {
       speed_ = speed_ == 0 ? 1 : std::max(kSlowest, speed_ / 2);
     } else if (speed_ > 0) {
       speed_ = speed_ >= kFastest ? 0 : speed_ * 2;
     }
+    tell_state();
     return speed_ == 0 ? std::string("as fast as it goes")
                        : fmt::format("{:g} times real time", speed_);
   }
   if (service == "save") {
-    if (config_.map != RunViewConfig::Map::kSaves)
-      return Error{ErrorKind::kUsage, "this run keeps no map (--save-map)"};
     wishes_.save = true;
     return std::string("the map will be saved");
   }
   if (service == "reset") {
-    if (config_.map == RunViewConfig::Map::kNone)
-      return Error{ErrorKind::kUsage, "here is no map to begin anew"};
-    if (config_.map == RunViewConfig::Map::kSaves)
-      return Error{ErrorKind::kUsage, "this run keeps a map file: start another run"};
     wishes_.reset = true;
     return std::string("map and trajectory begin anew");
   }

@@ -9,6 +9,7 @@
 
 #include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
+#include "live/run_history.hpp"
 #include "live/view_server.hpp"
 
 namespace ygslam {
@@ -88,7 +89,12 @@ class RunView {
   [[nodiscard]] bool is_picture_due();
   void publish(const Update& update);
   void publish_mesh(MeshUpdate update);
+  void publish_history(Batch& batch, Timestamp stamp, bool is_told_now);
   Result<std::string> drive(std::string_view service);
+  // Under the mutex.
+  [[nodiscard]] std::string refusal(std::string_view service) const;  // empty: it can be done
+  [[nodiscard]] std::string speed_text() const;
+  [[nodiscard]] ros::DiagnosticStatus drive_status();
   void subscribed();
   void tell_state();                                 // under the mutex
   [[nodiscard]] bool is_due(Timestamp stamp) const;  // under the mutex
@@ -104,17 +110,18 @@ class RunView {
   std::mutex mutex_;
   std::condition_variable changed_;
   // Under the mutex.
-  bool is_paused_, step_ = false, map_wanted_ = false;
+  bool is_paused_, step_ = false, map_wanted_ = false, history_wanted_ = false;
   double speed_ = 0;  // times real time; 0 = as fast as it goes
   Wishes wishes_;
   Update last_;
+  RunHistory history_;
 
   /// Pushed to under the mutex, so that a state pushes no frame out.
   BoundedQueue<Update> updates_{1, Overflow::kDropOldest};
   BoundedQueue<MeshUpdate> meshes_{1, Overflow::kDropOldest};
-  Clock::time_point picture_due_;        // the thread's that shows frames
-  MeshTopics mesh_topics_;               // the mesh thread's
-  std::atomic<double> mesh_took_ms_{0};  // processor time of the last one
+  Clock::time_point picture_due_, history_due_;  // the thread's that shows frames
+  MeshTopics mesh_topics_;                       // the mesh thread's
+  std::atomic<double> mesh_took_ms_{0};          // processor time of the last one
   std::unique_ptr<ViewServer> server_;
   std::optional<WorkerThread> thread_, mesh_thread_;  // last: they use everything above
 };

@@ -13,7 +13,7 @@ struct Topic {
   const char* type;
 };
 
-/// All a run may tell of, those of the map last.
+/// All a run may tell of, those of the mesh last.
 inline constexpr std::array kRunTopics = {
     Topic{"/tf", ros::TfMessage::kType},
     Topic{"/odometry", ros::Odometry::kType},
@@ -26,9 +26,11 @@ inline constexpr std::array kRunTopics = {
     Topic{"/path", ros::Path::kType},
     Topic{"/loops", ros::MarkerArray::kType},
     Topic{"/cloud", ros::PointCloud2::kType},
+    Topic{"/history", ros::PointCloud2::kType},
+    Topic{"/floor", ros::TfMessage::kType},
     Topic{"/mesh", ros::MarkerArray::kType},
     Topic{"/mesh/classes", ros::MarkerArray::kType},
 };
-inline constexpr std::size_t kMeshTopics = 2;  // the last ones
+inline constexpr std::size_t kMeshTopics = 3;  // the last ones, the floor's included
 
 }  // namespace ygslam

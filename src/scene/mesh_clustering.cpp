@@ -1,6 +1,7 @@
 #include "scene/mesh_clustering.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <unordered_map>
 
 #include "core/check.hpp"
@@ -94,6 +95,28 @@ ClusteredMesh clustered_mesh(const TriangleMesh& mesh, double cell_m) {
   const auto [last, end] = std::ranges::unique(result.mesh.triangles);
   result.mesh.triangles.erase(last, end);
   return result;
+}
+
+ClusteredMesh without_specks(ClusteredMesh mesh, double least_m2) {
+  // Pieces as trees of vertices, each of which points to the root of all (Tarjan 1975).
+  std::vector<std::uint32_t> parent(mesh.mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&parent](std::uint32_t vertex) {
+    while (parent[vertex] != vertex) vertex = parent[vertex] = parent[parent[vertex]];
+    return vertex;
+  };
+  for (const auto& triangle : mesh.mesh.triangles)
+    for (const std::uint32_t corner : triangle) parent[root(corner)] = root(triangle[0]);
+  std::vector<double> area_m2(parent.size(), 0);
+  for (const auto& triangle : mesh.mesh.triangles) {
+    const auto& p = mesh.mesh.vertices;
+    const Eigen::Vector3f side = p[triangle[1]].p_world - p[triangle[0]].p_world;
+    const Eigen::Vector3f other = p[triangle[2]].p_world - p[triangle[0]].p_world;
+    area_m2[root(triangle[0])] += 0.5 * static_cast<double>(side.cross(other).norm());
+  }
+  std::erase_if(mesh.mesh.triangles,
+                [&](const auto& triangle) { return area_m2[root(triangle[0])] < least_m2; });
+  return mesh;
 }
 
 }  // namespace ygslam

@@ -18,4 +18,8 @@ struct ClusteredMesh {
 /// @param cell_m > 0; the same cells lie at the same places whatever the mesh.
 [[nodiscard]] ClusteredMesh clustered_mesh(const TriangleMesh& mesh, double cell_m);
 
+/// Without the triangles of pieces that hang together with less surface than this; the vertices
+/// stay.
+[[nodiscard]] ClusteredMesh without_specks(ClusteredMesh mesh, double least_m2);
+
 }  // namespace ygslam

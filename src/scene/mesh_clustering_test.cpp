@@ -43,6 +43,25 @@ double area_m2(const TriangleMesh& mesh) {
   return sum;
 }
 
+TEST(MeshClustering, SmallPiecesAloneAreSpecks) {
+  ClusteredMesh clustered{kCell_m, square(5), {}};  // 1 m2
+  const auto add_triangle = [&](float side_m, float height_m) {
+    const auto first = static_cast<std::uint32_t>(clustered.mesh.vertices.size());
+    for (const Eigen::Vector3f& p :
+         {Eigen::Vector3f(0, 0, height_m), {side_m, 0, height_m}, {0, side_m, height_m}}) {
+      clustered.mesh.vertices.emplace_back().p_world = p;
+    }
+    clustered.mesh.triangles.push_back({first, first + 1, first + 2});
+  };
+  add_triangle(0.2F, 1);  // 0.02 m2
+  add_triangle(0.3F, 2);  // 0.045 m2
+  const std::size_t vertices = clustered.mesh.vertices.size();
+  const ClusteredMesh clean = without_specks(clustered, 0.03);
+  EXPECT_NEAR(area_m2(clean.mesh), 1.045, 1e-6) << "whose triangles are each smaller than that";
+  EXPECT_EQ(clean.mesh.vertices.size(), vertices);
+  EXPECT_NEAR(area_m2(without_specks(clustered, 0).mesh), 1.065, 1e-6);
+}
+
 TEST(MeshClustering, AFlatSurfaceStaysItselfWithFarFewerTriangles) {
   const TriangleMesh fine = square(101);
   const ClusteredMesh coarse = clustered_mesh(fine, kCell_m);

@@ -85,7 +85,7 @@ def facts(sweep):
         ("Version", sweep.data.get("version", "not told")),
         ("Machine", sweep.data.get("machine") or "not told"),
         ("Started", str(sweep.data.get("started", "not told"))),
-        ("Time taken", duration(sweep.data.get("wall_s"))),
+        ("Wall time", wall_time(sweep.data.get("wall_s"), runs)),
         ("Sequences", f"{len(sweep.sequences)}, {sum(s.rendered for s in sweep.sequences)} of them "
                       "rendered"),
         ("Runs", f"{sum(r.status == 'ok' for r in runs)} of {len(runs)} sound; "
@@ -114,6 +114,16 @@ def segmenter(options):
     parts = [str(options.get("segmenter", "not told"))]
     parts += [str(options[key]) for key in ("model", "precision") if options.get(key)]
     return ", ".join(parts)
+
+
+def wall_time(seconds, runs):
+    """By the clock, and beside it the sum of the runs."""
+    of_runs = sum(finite(run.wall_s) or 0 for run in runs)
+    if not of_runs:
+        return duration(seconds)
+    if of_runs <= (finite(seconds) or 0):
+        return f"{duration(seconds)}, of which runs {duration(of_runs)}"
+    return f"{duration(seconds)}; runs, some of them at a time, {duration(of_runs)} together"
 
 
 def duration(seconds):

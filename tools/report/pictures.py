@@ -9,9 +9,9 @@ from .files import InputError, read_json
 from .summary import typical_run
 
 SHEET = "checks"  # `ygslam inspect`: a row per check, a column per frame
-SHEET_CAPTION = ("each row a check, each column a frame; green: static points, red: dynamic ones, "
-                 "yellow: unknown; where the truth is known, circles are mistakes (white: missed, "
-                 "black: false alarm)")
+POINT_COLOURS = ("green: static points, red: dynamic ones, yellow: unknown; where the truth is known, "
+                 "circles are mistakes (white: missed, black: false alarm)")
+SHEET_CAPTION = "each row a check, each column a frame; " + POINT_COLOURS
 MAP_MODES = ("off", "full")
 MAX_SINGLE = 6
 
@@ -31,20 +31,23 @@ def shrink(image, width_px):
 
 
 def tracking_pictures(sequence, width_px):
-    """[(name, caption, picture)] of sequences/ID/inspect: the sheet if there is one, else the
-    single frames. What cannot be read comes as (name, fault, None)."""
+    """[(name, caption, picture)] of sequences/ID/inspect: single frames, on which points can be told
+    apart, else the sheet. What cannot be read comes as (name, fault, None)."""
     folder = sequence.folder / "inspect"
     files = sorted(p for p in folder.glob("*") if p.suffix.lower() in (".png", ".jpg", ".jpeg"))
     sheets = [path for path in files if path.stem == SHEET]
+    frames = [path for path in files if path.stem != SHEET][:MAX_SINGLE]
     found = []
-    for path in sheets or files[:MAX_SINGLE]:
+    for path in frames or sheets:
         try:
             with Image.open(path) as image:
-                picture = shrink(image.convert("RGB"), width_px if sheets else width_px // 2)
+                picture = shrink(image.convert("RGB"), width_px)
         except (OSError, ValueError) as error:
             found.append((path.stem, f"{path.name} cannot be read: {error}", None))
             continue
-        caption = SHEET_CAPTION if sheets else path.stem.replace("_", " ")
+        caption = SHEET_CAPTION if not frames else path.stem.replace("_", " ")
+        if frames and path == frames[0]:
+            caption += "; the checks side by side; " + POINT_COLOURS
         found.append((path.stem, caption, picture))
     return found
 

@@ -234,17 +234,18 @@ class Builder:
 
 
 def ordered_rows(sweep, published):
-    """[(row name, sequence or None)]: the paper's five rows, TUM before rendered, a row without any
-    sequence too; then all other sequences, Bonn first."""
-    entries = []
+    """[(row name, sequence or None)]: the paper's rows that were run, TUM before rendered; then all
+    other sequences, Bonn first; the paper's rows that were not run last."""
+    entries, not_run = [], []
     for row_name in published.rows:
         own = [s for s in sweep.sequences if s.paper_row == row_name]
         real = [s for s in own if not s.rendered]
-        entries += [(row_name, s) for s in real] or [(row_name, None)]
+        entries += [(row_name, s) for s in real]
+        not_run += [] if real else [(row_name, None)]
         entries += [(row_name, s) for s in own if s.rendered]
     rest = [s for s in sweep.sequences if s.paper_row not in published.rows]
     rest.sort(key=lambda s: {"bonn": 0, "tum": 1, "folder": 2}.get(s.kind, 3))
-    return entries + [(None, s) for s in rest]
+    return entries + [(None, s) for s in rest] + not_run
 
 
 def measured_cell(sequence, mode, *keys):

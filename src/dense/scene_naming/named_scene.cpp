@@ -87,13 +87,20 @@ NamedMesh named_mesh(DenseMap& map) {
   return named;
 }
 
-TriangleMesh labelled_mesh(NamedMesh named) {
-  if (!named.mesh.triangles.empty()) {
-    const Gravity gravity = find_gravity(named.mesh, named.up_guess_world, named.cameras_world);
-    static_cast<void>(find_tables(named.mesh, gravity, {}, {}));  // no panels
-    label_structure(named.mesh, gravity);
-  }
+Gravity gravity_of(const NamedMesh& named) {
+  return find_gravity(named.mesh, named.up_guess_world, named.cameras_world);
+}
+
+TriangleMesh labelled_mesh(NamedMesh named, const Gravity& gravity) {
+  static_cast<void>(find_tables(named.mesh, gravity, {}, {}));  // no panels
+  label_structure(named.mesh, gravity);
   return std::move(named.mesh);
+}
+
+TriangleMesh labelled_mesh(NamedMesh named) {
+  if (named.mesh.triangles.empty()) return std::move(named.mesh);
+  const Gravity gravity = gravity_of(named);
+  return labelled_mesh(std::move(named), gravity);
 }
 
 }  // namespace ygslam

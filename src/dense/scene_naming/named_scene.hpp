@@ -17,8 +17,11 @@ struct NamedMesh {
   Vec3 up_guess_world = Vec3::Zero(), cameras_world = Vec3::Zero();  ///< means of the views
 };
 [[nodiscard]] NamedMesh named_mesh(DenseMap& map);
+/// Of a mesh with triangles.
+[[nodiscard]] Gravity gravity_of(const NamedMesh& named);
 /// Floor, walls, ceiling and tables named, too, as in named_scene(), but without panels below
 /// tables.
+[[nodiscard]] TriangleMesh labelled_mesh(NamedMesh named, const Gravity& gravity);
 [[nodiscard]] TriangleMesh labelled_mesh(NamedMesh named);
 
 }  // namespace ygslam

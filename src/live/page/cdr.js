@@ -49,6 +49,7 @@ const decoders = {
       const header = c.header();
       const child = c.string();
       of[child] = {parent: header.frame, ...c.pose()};
+      of.stamp = header.stamp;
     });
     return of;
   },
@@ -88,9 +89,9 @@ const decoders = {
     return m;
   }),
   'diagnostic_msgs/msg/DiagnosticArray': (c) => {
-    c.header();
+    const {stamp} = c.header();
     return c.list(() => {
-      const s = {level: c.u8(), name: c.string(), message: c.string(), hardware: c.string(), values: {}};
+      const s = {stamp, level: c.u8(), name: c.string(), message: c.string(), hardware: c.string(), values: {}};
       c.list(() => { const key = c.string(); s.values[key] = c.string(); });
       return s;
     });

@@ -26,6 +26,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -38,6 +39,12 @@
 #endif
 
 namespace ygslam::api {
+
+/// T_target_source: rotation as unit quaternion (x, y, z, w), translation [m].
+struct Pose {
+  std::array<double, 3> translation_m{0, 0, 0};
+  std::array<double, 4> rotation_xyzw{0, 0, 0, 1};
+};
 
 /// Pinhole camera with Brown-Conrady distortion, as in OpenCV; a pixel's centre is an integer.
 struct CameraModel {
@@ -59,14 +66,24 @@ struct CameraModel {
   std::string ignore_image{};
 };
 
+/// A camera that takes the depth images, where they are not registered to the colour image.
+struct DepthCamera {
+  CameraModel camera;   ///< of Frame's depth images, size included; no shutter
+  Pose T_colour_depth;  ///< from its optical frame to that of the colour camera
+};
+
+struct Result;
+
 enum class LogLevel { kInfo, kWarning, kError };
 
 struct Settings {
   CameraModel camera;
+  std::optional<DepthCamera> depth_camera{};  ///< none: depth is registered to the colour image
   /// YOLOv8-seg network (.onnx or .xml); empty = geometry alone. Read in this process: a file made
   /// to crash its reader will.
   std::string model;
-  /// model, builtin (the built-in network that knows people), none, masks:DIR (docs/models.md);
+  /// model, builtin (the built-in network that knows people), none, masks:DIR (docs/models.md),
+  /// frames (Frame::instances);
   /// empty: the model, or without one the built-in network.
   std::string segmenter;
   /// off, geometry, semantic, full; empty: the option dynamic.mode, else full where there are
@@ -87,22 +104,46 @@ struct Settings {
   /// thread no more than a tenth of its time. 0: as often as that allows.
   double room_every_s = 1;
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`
+  /// Takes the results of push() in place of poll(), in the thread that processes; it may not call
+  /// the object, and what it throws is ignored.
+  std::function<void(const Result&)> on_result;
   /// Takes the log's lines in place of standard error, which gets warnings and errors only. Called
   /// by the object's threads, too, one line at a time or several; what it throws is ignored.
   std::function<void(LogLevel, const std::string&)> log;
 };
 
-/// Row-major, rows contiguous. Pointers are read during the call only.
+// --- What comes in ----------------------------------------------------------------------------
+
+enum class ColourOrder { kRgb, kBgr, kMono };  ///< 3, 3, 1 bytes a pixel
+
+/// A person or a thing in an image, found by whoever looked.
+struct Instance {
+  std::string class_name = "person";  ///< COCO's
+  float score = 1;                    ///< 0 to 1
+};
+
+/// Images row-major. Pointers are read during the call only.
 struct Frame {
   /// Strictly increasing; as depth_t_ns within 146 years of 0. A stamp that goes back is refused
   /// (code 4), until five in a row agree, or reset() was called: then the clock was set back, and
   /// time goes on from the stamps before (Result::clock_shift_ns).
   std::int64_t t_ns = 0;
-  const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
+  const std::uint8_t* rgb = nullptr;  ///< height x width x 3, or as `colour` says
   const float* depth_m =
       nullptr;  ///< height x width, along the optical axis; 0, NaN, negative = none
   /// When the depth image was taken, for a rolling shutter; 0 = with the colour image.
   std::int64_t depth_t_ns = 0;
+  ColourOrder colour = ColourOrder::kRgb;
+  const std::uint16_t* depth_raw = nullptr;  ///< in place of depth_m; 0 = none
+  double depth_scale = 0;                    ///< of depth_raw: units per metre
+  /// Bytes from row to row; 0 = rows are contiguous.
+  std::size_t colour_stride = 0, depth_stride = 0, instance_stride = 0;
+  /// Masks of one's own, with Settings::segmenter "frames": height x width, 0 = none, i =
+  /// instances[i - 1]. Null: nobody looked.
+  const std::uint8_t* instance_ids = nullptr;
+  std::vector<Instance> instances{};  ///< at most 255
+  /// Odometry: where this camera is in that of the frame before. A start for the search, no more.
+  std::optional<Pose> T_last_camera{};
 };
 
 // --- What is known of a frame ---------------------------------------------------------------
@@ -119,12 +160,6 @@ enum class Event {
   kCameraLearned,  ///< the times of a rolling shutter
 };
 
-/// T_target_source: rotation as unit quaternion (x, y, z, w), translation [m].
-struct Pose {
-  std::array<double, 3> translation_m{0, 0, 0};
-  std::array<double, 4> rotation_xyzw{0, 0, 0, 1};
-};
-
 /// A person or another thing that moves or could, followed over time.
 struct Object {
   std::uint32_t id = 0;    ///< never given twice
@@ -136,6 +171,15 @@ struct Object {
   std::array<double, 3> velocity_world_mps{0, 0, 0};
   std::array<double, 3> min_world_m{0, 0, 0};  ///< box about what is visible of it
   std::array<double, 3> max_world_m{0, 0, 0};
+};
+
+/// What a frame took [ms], of the wall clock.
+struct StageTimes {
+  double masks = 0;     ///< the network, or waiting for it
+  double features = 0;  ///< finding corners
+  double motion = 0;    ///< what of them moves
+  double pose = 0;      ///< the camera's, and the objects'
+  double all = 0;       ///< from the copied frame to the result
 };
 
 struct Result {
@@ -154,6 +198,9 @@ struct Result {
   /// the diagonal while lost or unknown.
   std::array<double, 36> covariance{};
   std::vector<Event> events;
+  StageTimes times_ms;
+  std::int64_t t_ns = 0;   ///< the frame's, as it came
+  int dropped_frames = 0;  ///< by push(), so far
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   int inliers = 0;           ///< points that agree with the pose
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
@@ -295,6 +342,17 @@ class YGSLAM_API Slam {
   /// @throws Error (4) if a pointer is null, the stamp does not increase or is too far from 0 (the
   /// frame is left out), (2) after finish(), (1) also for what failed in another thread since.
   Result process(const Frame& frame);
+  /// The same without waiting: the frame is copied, and processed by a thread of its own. While
+  /// that is busy one frame waits, and a newer one takes its place (Result::dropped_frames). No
+  /// more process() then. @throws Error as process(); (1) also for what failed in that thread.
+  void push(const Frame& frame);
+  /// The next result of what was pushed, oldest first, if there is one; the last 64 are kept.
+  /// @throws Error (1, 2)
+  std::optional<Result> poll();
+  /// Where in the map the frame was taken, by what it shows alone; nothing else changes. Takes
+  /// its time: the map is copied. Masks are not looked at. @return T_world_camera; nothing where no
+  /// place is recognised. @throws Error (4, 1, 2)
+  std::optional<Pose> localise_now(const Frame& frame);
   /// Of the page, with the token that other machines need; empty = none. @throws Error (2)
   [[nodiscard]] std::string view_url() const;
   /// The map as it was published last, at once; its static_map is room()'s. @throws Error (1, 2)

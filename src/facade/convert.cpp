@@ -73,15 +73,20 @@ bool is_finite(const std::array<double, 3>& v) {
   return std::ranges::all_of(v, [](double x) { return std::isfinite(x); });
 }
 
+bool is_pose(const Pose& pose) {
+  const auto& [x, y, z, w] = pose.rotation_xyzw;
+  constexpr double kNotOne = 1e-3;
+  return is_finite(pose.translation_m) &&
+         std::abs(std::hypot(std::hypot(x, y), std::hypot(z, w)) - 1) < kNotOne;
+}
+
 SE3 to_se3(const Pose& pose, const char* name) {
   const auto& [x, y, z, w] = pose.rotation_xyzw;
-  const Eigen::Quaterniond q(w, x, y, z);
-  constexpr double kNotOne = 1e-3;
-  if (!is_finite(pose.translation_m) || !(std::abs(q.norm() - 1) < kNotOne))
+  if (!is_pose(pose))
     fail({ErrorKind::kInput,
           std::string(name) + ": finite numbers and a unit quaternion are expected"});
   const auto& t = pose.translation_m;
-  return {q.normalized().toRotationMatrix(), Vec3(t[0], t[1], t[2])};
+  return {Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix(), Vec3(t[0], t[1], t[2])};
 }
 
 }  // namespace ygslam::api

@@ -16,6 +16,7 @@ namespace ygslam::api {
 [[nodiscard]] Result to_api(const TrackResult& tracked);
 
 [[nodiscard]] bool is_finite(const std::array<double, 3>& v);
+[[nodiscard]] bool is_pose(const Pose& pose);
 /// @throws Error (4) naming it, where numbers are not finite or the quaternion is none.
 [[nodiscard]] SE3 to_se3(const Pose& pose, const char* name);
 

@@ -10,17 +10,12 @@ namespace ygslam::api {
 namespace {
 
 using testing::code_of;
+using testing::deterministic_for;
 using testing::Film;
 using testing::film;
 using testing::kHeight;
 using testing::kWidth;
 using testing::settings_for;
-
-Settings deterministic_for(const Film& seen) {
-  Settings settings = settings_for(seen);
-  settings.deterministic = true;
-  return settings;
-}
 
 bool has(const Result& result, Event event) {
   return std::ranges::find(result.events, event) != result.events.end();

@@ -15,10 +15,9 @@ using testing::code_of;
 using testing::Film;
 using testing::film;
 using testing::kHeight;
+using testing::kNan;
 using testing::kWidth;
 using testing::settings_for;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Of the whole film, which ends where room() is asked.
 Room room_of(const Film& seen, const std::map<std::string, std::string>& options = {}) {

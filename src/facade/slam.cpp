@@ -1,17 +1,18 @@
 // The public facade (include/ygslam/slam.hpp) over a session.
 #include <algorithm>
 #include <limits>
+#include <mutex>
 #include <optional>
-#include <span>
 
 #include "core/frame_clock.hpp"
 #include "core/log.hpp"
 #include "facade/convert.hpp"
 #include "facade/event_watch.hpp"
+#include "facade/input.hpp"
+#include "facade/placing.hpp"
 #include "facade/published_map.hpp"
+#include "facade/push_thread.hpp"
 #include "facade/settings.hpp"
-#include "image/depth.hpp"
-#include "io/image_file.hpp"
 #include "live/run_view.hpp"
 #include "map_file/map_file.hpp"
 #include "system/run_writer.hpp"
@@ -29,25 +30,37 @@ struct Slam::Impl {
   HomeProcess home;
   SlamConfig config;
   log::SinkPtr sink;
-  PublishedMap published;  // before the session, whose threads write to it
-  Session session;
-  std::unique_ptr<RunView> view;
+  InputFormat format;
+  std::function<void(const Result&)> on_result;
   FrameClock clock;
-  EventWatch events;
-  std::uint32_t next_frame = 0;
-  bool publishes = true;       // false if deterministic: room() makes it
-  bool room_is_stale = false;  // then, and after finish()
+  bool publishes = true;  // false if deterministic: room() makes it
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
+  PublishedMap published;        // before the session, whose threads write to it
+
+  std::mutex mutex;  // of what follows, which push()'s thread uses as well
+  Session session;
+  std::shared_ptr<GivenMasks> given;
+  std::unique_ptr<RunView> view;
+  EventWatch events;
+  StageTimes times_ms;  // of the last frame
+  std::uint32_t next_frame = 0;
+  bool room_is_stale = false;  // where it is not published, and after finish()
+
+  std::unique_ptr<PushThread> pushed;  // last: its thread uses everything above
 
   ~Impl() {  // what ends may have something to say
     const log::ScopedSink scope(sink);
+    pushed.reset();
     view.reset();
     session.runner.reset();
   }
+  void open(const Settings& settings);
   void open_view(const std::string& address);
-  Result process(const Frame& frame);
   void publish_from(SessionOptions& options, const Settings& settings);
+  [[nodiscard]] Input take(const Frame& frame, const char* call);
+  [[nodiscard]] Result process(const Input& input);
+  void push(const Frame& frame);
   void bring_room_up_to_date();
   void reset();
   Outcome finish();
@@ -57,7 +70,10 @@ struct Slam::Impl {
   auto call(const Work& work) {
     if (failure) throw *failure;
     try {
-      return guarded(sink, work);
+      return guarded(sink, [&] {
+        if (pushed) pushed->rethrow();
+        return work();
+      });
     } catch (const Error& e) {
       if (e.code == static_cast<int>(ErrorKind::kInternal)) failure = e;
       throw;
@@ -79,23 +95,40 @@ Slam Slam::open(const Settings& settings) {
   const log::SinkPtr sink = sink_of(settings);
   return guarded(sink, [&] {
     auto impl = std::make_unique<Impl>();
-    SessionOptions options = session_options(settings);
-    options.camera = to_config(settings.camera);
-    impl->config = options.config;
     impl->sink = sink;
-    impl->publish_from(options, settings);
-    auto session = open_session(std::move(options));
-    if (!session.ok()) fail(session.error());
-    impl->session = std::move(session).value();
-    impl->published.show(impl->session.runner->map());
-    if (!settings.view.empty()) impl->open_view(settings.view);
+    impl->open(settings);
     return Slam(std::move(impl));
   });
 }
 
 Result Slam::process(const Frame& frame) {
   Impl& impl = alive(impl_, "process()");
-  return impl.call([&] { return impl.process(frame); });
+  return impl.call([&] {
+    if (impl.pushed) fail({ErrorKind::kUsage, "process() after push(): use one of both"});
+    return impl.process(impl.take(frame, "process()"));
+  });
+}
+
+void Slam::push(const Frame& frame) {
+  Impl& impl = alive(impl_, "push()");
+  impl.call([&] { impl.push(frame); });
+}
+
+std::optional<Result> Slam::poll() {
+  Impl& impl = alive(impl_, "poll()");
+  return impl.call([&] { return impl.pushed ? impl.pushed->poll() : std::nullopt; });
+}
+
+std::optional<Pose> Slam::localise_now(const Frame& frame) {
+  Impl& impl = alive(impl_, "localise_now()");
+  return impl.call([&]() -> std::optional<Pose> {
+    const Input input = read_input(frame, impl.format);
+    std::unique_lock lock(impl.mutex);
+    const Map map = impl.session.runner->map();
+    lock.unlock();
+    const auto place = place_in(map, *input.frame, *impl.session.camera, impl.config);
+    return place ? std::optional(to_api(*place)) : std::nullopt;
+  });
 }
 
 std::string Slam::view_url() const {
@@ -120,11 +153,12 @@ Room Slam::room() {
 }
 
 void Slam::save_map(const std::string& path) {
-  Session& session = alive(impl_, "save_map()").session;
-  impl_->call([&] {
-    const Status written = ygslam::save_map(path, session.runner->map(), *session.camera);
+  Impl& impl = alive(impl_, "save_map()");
+  impl.call([&] {
+    const std::lock_guard lock(impl.mutex);
+    const Status written = ygslam::save_map(path, impl.session.runner->map(), *impl.session.camera);
     if (!written.ok()) fail(written.error());
-    impl_->events.add(Event::kMapSaved);
+    impl.events.add(Event::kMapSaved);
   });
 }
 
@@ -138,6 +172,25 @@ Outcome Slam::finish() {
   return impl.call([&] { return impl.finish(); });
 }
 
+void Slam::Impl::open(const Settings& settings) {
+  SessionOptions options = session_options(settings);
+  options.camera = to_config(settings.camera);
+  format = {options.camera, registration_of(settings, options.camera), options.config.depth,
+            options.segmenter == SegmenterKind::kGiven};
+  given = options.given;
+  config = options.config;
+  on_result = settings.on_result;
+  publish_from(options, settings);
+  auto opened = open_session(std::move(options));
+  if (!opened.ok()) fail(opened.error());
+  session = std::move(opened).value();
+  session.runner->add_sink([this](const FrameRecord& frame, const TrackResult&) {
+    times_ms = {frame.mask_ms, frame.orb_ms, frame.motion_ms, frame.pose_ms};
+  });
+  published.show(session.runner->map());
+  if (!settings.view.empty()) open_view(settings.view);
+}
+
 void Slam::Impl::open_view(const std::string& address) {
   auto server = parse_view_address(address);
   if (!server.ok()) fail(server.error());
@@ -145,42 +198,6 @@ void Slam::Impl::open_view(const std::string& address) {
       RunView::start({.server = *server, .camera = session.camera->config(), .driven = false});
   if (!started.ok()) fail(started.error());
   view = std::move(started).value();
-}
-
-Result Slam::Impl::process(const Frame& frame) {
-  if (finished) fail({ErrorKind::kUsage, "process() after finish()"});
-  if (!frame.rgb || !frame.depth_m) fail({ErrorKind::kInput, "frame without colour or depth"});
-  if (is_too_far(frame.t_ns) || is_too_far(frame.depth_t_ns))
-    fail({ErrorKind::kInput, "frame stamp too far from 0"});
-  const FrameClock::Reading time = clock.step({frame.t_ns});
-  if (!time.stamp) fail({ErrorKind::kInput, "frame stamps must increase"});
-  if (time.was_set_back)
-    log::warn("frame stamps went back and stay there: {:.3f} s are added to them from here on",
-              1e-9 * static_cast<double>(clock.shift_ns()));
-  const Camera& camera = *session.camera;
-  const std::size_t pixels = static_cast<std::size_t>(camera.width()) * camera.height();
-  auto input = std::make_shared<RgbdFrame>();
-  input->id = FrameId{next_frame++};
-  input->stamp = *time.stamp;
-  if (frame.depth_t_ns != 0)
-    input->depth_delay_s = seconds_between({frame.depth_t_ns}, {frame.t_ns});
-  input->colour = ColourImage(camera.width(), camera.height());
-  std::copy_n(frame.rgb, 3 * pixels, reinterpret_cast<std::uint8_t*>(input->colour.data()));
-  input->grey = grey_from_colour(input->colour);
-  DepthImage depth_m(camera.width(), camera.height());
-  std::copy_n(frame.depth_m, pixels, depth_m.data());
-  input->depth_m = sanitized_depth(depth_m, config.depth);
-
-  const TrackResult tracked = session.runner->process(input);
-  if (view) {
-    view->show(input, tracked);
-    view->show_map(*session.runner);
-  }
-  room_is_stale = !publishes;
-  Result result = to_api(tracked);
-  result.events = events.step(tracked, session.runner->closed_loops());
-  result.clock_shift_ns = clock.shift_ns();
-  return result;
 }
 
 /// The runner's threads show what they made, or, without threads, the caller's.
@@ -192,13 +209,67 @@ void Slam::Impl::publish_from(SessionOptions& options, const Settings& settings)
                         settings.room_every_s};
 }
 
+/// In the caller's thread: what is wrong with a frame, it is told at once.
+Input Slam::Impl::take(const Frame& frame, const char* call) {
+  if (finished) fail({ErrorKind::kUsage, std::string(call) + " after finish()"});
+  if (is_too_far(frame.t_ns) || is_too_far(frame.depth_t_ns))
+    fail({ErrorKind::kInput, "frame stamp too far from 0"});
+  Input input = read_input(frame, format);
+  const FrameClock::Reading time = clock.step({frame.t_ns});
+  if (!time.stamp) fail({ErrorKind::kInput, "frame stamps must increase"});
+  if (time.was_set_back)
+    log::warn("frame stamps went back and stay there: {:.3f} s are added to them from here on",
+              1e-9 * static_cast<double>(clock.shift_ns()));
+  input.frame->stamp = *time.stamp;
+  input.clock_shift_ns = clock.shift_ns();
+  return input;
+}
+
+Result Slam::Impl::process(const Input& input) {
+  const std::lock_guard lock(mutex);
+  const ScopedTimer timer;
+  input.frame->id = FrameId{next_frame++};
+  if (input.masks) {
+    input.masks->frame = input.frame->id;
+    input.masks->stamp = input.frame->stamp;
+    given->put(input.masks);
+  }
+  if (input.T_now_last) session.runner->expect_motion(*input.T_now_last);
+  const TrackResult tracked = session.runner->process(input.frame);
+  if (view) {
+    view->show(input.frame, tracked);
+    view->show_map(*session.runner);
+  }
+  room_is_stale = !publishes;
+  Result result = to_api(tracked);
+  result.events = events.step(tracked, session.runner->closed_loops());
+  result.t_ns = input.frame->stamp.ns - input.clock_shift_ns;
+  result.clock_shift_ns = input.clock_shift_ns;
+  result.times_ms = times_ms;
+  result.times_ms.all = timer.wall_ms();
+  return result;
+}
+
+void Slam::Impl::push(const Frame& frame) {
+  Input input = take(frame, "push()");
+  if (!pushed)
+    pushed = std::make_unique<PushThread>(
+        [this](const Input& waited) { return guarded(sink, [&] { return process(waited); }); },
+        on_result);
+  pushed->put(std::move(input));
+}
+
 void Slam::Impl::bring_room_up_to_date() {
+  if (publishes && !finished) return;  // waits for nobody
+  const std::lock_guard lock(mutex);
   if (!std::exchange(room_is_stale, false)) return;
   session.runner->inspect_dense([this](DenseMap& map) { published.show(make_room(map)); });
 }
 
 void Slam::Impl::reset() {
   if (finished) fail({ErrorKind::kUsage, "reset() after finish()"});
+  if (pushed) pushed->clear();
+  const std::lock_guard lock(mutex);
   session.runner->reset();
   published.forget_room();
   published.show(session.runner->map());
@@ -209,6 +280,11 @@ void Slam::Impl::reset() {
 }
 
 Outcome Slam::Impl::finish() {
+  if (pushed) {
+    pushed->finish();
+    pushed->rethrow();
+  }
+  const std::lock_guard lock(mutex);
   const bool was_finished = std::exchange(finished, true);
   const SlamOutcome& outcome = session.runner->finish();
   if (view && !was_finished) view->finish(session.runner.get());

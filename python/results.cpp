@@ -27,6 +27,11 @@ auto fields_of(const api::Object& o) {
 }
 using ObjectFields = decltype(fields_of(api::Object()));
 
+auto fields_of(const api::StageTimes& t) {
+  return std::tuple(t.masks, t.features, t.motion, t.pose, t.all);
+}
+using TimesFields = decltype(fields_of(api::StageTimes()));
+
 // A Result in pickles: itself in the order of its members.
 auto fields_of(const api::Result& r) {
   std::vector<int> events;
@@ -34,7 +39,8 @@ auto fields_of(const api::Result& r) {
   return std::tuple(static_cast<int>(r.state), fields_of(r.T_world_camera),
                     fields_of(r.T_odom_camera), fields_of(r.T_world_odom), r.provisional,
                     r.covariance, events, r.static_points, r.dynamic_points, r.unknown_points,
-                    r.inliers, r.mask_age_frames, r.objects, r.clock_shift_ns);
+                    r.inliers, r.mask_age_frames, r.objects, r.clock_shift_ns, r.t_ns,
+                    r.dropped_frames, fields_of(r.times_ms));
 }
 using ResultFields = decltype(fields_of(api::Result()));
 
@@ -43,9 +49,11 @@ api::Result result_of(const ResultFields& fields) {
   int state = 0;
   PoseFields world_camera, odom_camera, world_odom;
   std::vector<int> events;
+  TimesFields times_ms;
   std::tie(state, world_camera, odom_camera, world_odom, r.provisional, r.covariance, events,
            r.static_points, r.dynamic_points, r.unknown_points, r.inliers, r.mask_age_frames,
-           r.objects, r.clock_shift_ns) = fields;
+           r.objects, r.clock_shift_ns, r.t_ns, r.dropped_frames, times_ms) = fields;
+  r.times_ms = std::make_from_tuple<api::StageTimes>(times_ms);
   r.state = static_cast<api::State>(state);
   r.T_world_camera = pose_of(world_camera);
   r.T_odom_camera = pose_of(odom_camera);
@@ -101,6 +109,17 @@ void bind_object(nb::module_& m) {
       .def("__repr__", [](const api::Object& o) { return text_of(o); });
 }
 
+void bind_times(nb::module_& m) {
+  using Times = api::StageTimes;
+  nb::class_<Times>(m, "StageTimes", "What a frame took [ms], of the wall clock.")
+      .def_ro("masks", &Times::masks, "the network, or waiting for it")
+      .def_ro("features", &Times::features, "finding corners")
+      .def_ro("motion", &Times::motion, "what of them moves")
+      .def_ro("pose", &Times::pose, "the camera's, and the objects'")
+      .def_ro("all", &Times::all, "from the copied frame to the result")
+      .def("__repr__", [](const Times& t) { return text("StageTimes({:.1f} ms)", t.all); });
+}
+
 void bind_result(nb::module_& m) {
   nb::class_<api::Result>(m, "Result", "What is known of a frame.")
       .def_ro("state", &api::Result::state)
@@ -135,6 +154,9 @@ void bind_result(nb::module_& m) {
       .def_ro("objects", &api::Result::objects)
       .def_ro("clock_shift_ns", &api::Result::clock_shift_ns,
               "added to stamps since the clock was set back")
+      .def_ro("t_ns", &api::Result::t_ns, "of the frame, as it came")
+      .def_ro("dropped_frames", &api::Result::dropped_frames, "by push(), so far")
+      .def_ro("times_ms", &api::Result::times_ms)
       .def("__getstate__", [](const api::Result& r) { return fields_of(r); })
       .def("__setstate__",
            [](api::Result& r, const ResultFields& fields) {
@@ -191,6 +213,7 @@ void bind_maps(nb::module_& m) {
 void bind_results(nb::module_& m) {
   bind_enums(m);
   bind_object(m);
+  bind_times(m);
   bind_result(m);
   bind_maps(m);
 }

@@ -1,7 +1,7 @@
 // Slam::push(), poll() and localise_now(); times and odometry.
 #include <gtest/gtest.h>
 
-#include <atomic>
+#include <cstdio>
 #include <future>
 
 #include "facade/testing/film.hpp"
@@ -113,6 +113,27 @@ TEST(Odometry, IsAStartForTheSearchAndNoMore) {
       EXPECT_LT((truth - Vec3(t[0], t[1], t[2])).norm(), 0.1) << turned_rad << " " << i;
     }
   }
+}
+
+TEST(Odometry, FindsMoreWhereTheCameraTurnedFar) {
+  const Film& seen = film("walking_rpy");
+  Settings settings = settings_for(seen);
+  settings.deterministic = true;
+  settings.options["dynamic.mode"] = "off";
+  const auto inliers = [&](bool told) {
+    Slam slam = Slam::open(settings);
+    int sum = 0;
+    for (std::size_t i = 0; i < seen.size(); i += 7) {  // too far apart for a constant velocity
+      Frame frame = seen[i];
+      if (told && i > 0) frame.T_last_camera = odometry(seen, i - 7, i, 0);
+      const Result result = slam.process(frame);
+      if (i > 0) sum += result.inliers;
+    }
+    return sum;
+  };
+  const int with = inliers(true), without = inliers(false);
+  std::printf("%d inliers with odometry, %d without\n", with, without);
+  EXPECT_GT(with, without);
 }
 
 TEST(LocaliseNow, FindsAFrameInTheMapAndChangesNothing) {

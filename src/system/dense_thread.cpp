@@ -33,8 +33,7 @@ void DenseThread::loop(const std::stop_token& stop) {
     } else if (queue_.is_closed()) {
       return;
     }
-    const bool is_due = to_be_shown_ && std::chrono::steady_clock::now() >= next_show_;
-    if (is_due && !stop.stop_requested()) show();
+    show_if_due(stop);
   }
 }
 
@@ -43,9 +42,11 @@ void DenseThread::work_off(const DenseUpdate& update, const std::stop_token& sto
     const std::lock_guard lock(mutex_);
     map_.apply(update);
   }
-  while (!stop.stop_requested() && queue_.size() == 0 && step()) {
-  }
   to_be_shown_ = static_cast<bool>(sink_.look);
+  while (!stop.stop_requested() && queue_.size() == 0 && step()) {
+    to_be_shown_ = static_cast<bool>(sink_.look);
+    show_if_due(stop);  // the steps may take longer than the map may be old
+  }
 }
 
 /// @return nullopt: the end, or it is time to show the map.
@@ -53,7 +54,9 @@ std::optional<DenseUpdate> DenseThread::next(const std::stop_token& stop) {
   return to_be_shown_ ? queue_.pop_until(next_show_, stop) : queue_.pop(stop);
 }
 
-void DenseThread::show() {
+void DenseThread::show_if_due(const std::stop_token& stop) {
+  if (!to_be_shown_ || stop.stop_requested() || std::chrono::steady_clock::now() < next_show_)
+    return;
   const ScopedTimer timer;
   {
     const std::lock_guard lock(mutex_);

@@ -33,7 +33,7 @@ class DenseThread {
   [[nodiscard]] std::optional<DenseUpdate> next(const std::stop_token& stop);
   void work_off(const DenseUpdate& update, const std::stop_token& stop);
   [[nodiscard]] bool step();
-  void show();
+  void show_if_due(const std::stop_token& stop);
 
   static constexpr std::size_t kQueue = 64;
   std::mutex mutex_;

@@ -106,6 +106,8 @@ void construct(PySlam* self, const api::CameraModel& camera, const std::filesyst
   settings.view = view;
   settings.options = options;
   settings.room_every_s = room_every_s;
+  if (!depth_camera && !T_colour_depth.is_none())
+    throw nb::value_error("T_colour_depth: a depth_camera is expected with it");
   if (depth_camera) settings.depth_camera = api::DepthCamera{*depth_camera, {}};
   if (depth_camera && !T_colour_depth.is_none())
     settings.depth_camera->T_colour_depth = pose_of(T_colour_depth, "T_colour_depth");

@@ -51,6 +51,8 @@ class Images(FramesTest):
         self.assertEqual({r.state for r in results}, {ygslam.State.TRACKING})
         plain = self.results(self.slam(), lambda f: {"rgb": f.rgb, "depth": f.depth})
         np.testing.assert_allclose(results[-1].pose, plain[-1].pose, atol=0.03)
+        with self.assertRaisesRegex(ValueError, "depth_camera"):
+            self.slam(T_colour_depth=np.eye(4))
         with self.assertRaises(ygslam.ConfigError):
             self.slam(depth_camera=ygslam.CameraModel(0, 1, 1, 1))
         for bad, kind in ((np.eye(3), TypeError), (2 * np.eye(4), ValueError), (np.eye(4) * np.nan, ValueError)):

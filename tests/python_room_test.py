@@ -151,6 +151,15 @@ class Types(unittest.TestCase):
         for example in examples:
             self.assertEqual(self.check(example), ["Success: no issues found in 1 source file"], example)
 
+    def test_the_package_itself(self):
+        package = pathlib.Path(ygslam.__file__).parent
+        done = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--no-incremental", "-p", "ygslam"],
+                              capture_output=True, text=True, check=False, cwd=package.parent)
+        # nanobind writes os.PathLike without its argument.
+        errors = [line for line in done.stdout.splitlines() if ": error:" in line and "PathLike" not in line]
+        self.assertEqual(errors, [])
+        self.assertRegex(done.stdout, r"checked \d source files|Success")
+
     def test_a_wrong_use_is_found(self):
         lines = self.check("import ygslam\nwith ygslam.Slam(ygslam.CameraModel(1, 1, 1, 1)) as slam:\n"
                            "    x: str = slam.room().t_ns\n")

@@ -15,8 +15,8 @@
 // What it does to the program it lives in: it starts no process, writes no file and nothing to
 // standard output, sets no signal handler and changes no global setting. Every failure is an Error,
 // bugs and want of memory included. Threads: unless deterministic, each object has one that maps,
-// one for the dense map, at times one that adjusts the whole map and, with a model, one that
-// segments; the network runs on `segment.threads` threads (default 1).
+// one for the dense map, at times one that adjusts the whole map, with a model one that segments,
+// and with push() one that processes; the network runs on `segment.threads` threads (default 1).
 // A few image operations are OpenCV's, whose own pool follows the program's cv::setNumThreads.
 #pragma once
 
@@ -78,13 +78,11 @@ enum class LogLevel { kInfo, kWarning, kError };
 
 struct Settings {
   CameraModel camera;
-  std::optional<DepthCamera> depth_camera{};  ///< none: depth is registered to the colour image
   /// YOLOv8-seg network (.onnx or .xml); empty = geometry alone. Read in this process: a file made
   /// to crash its reader will.
   std::string model;
   /// model, builtin (the built-in network that knows people), none, masks:DIR (docs/models.md),
-  /// frames (Frame::instances);
-  /// empty: the model, or without one the built-in network.
+  /// frames (Frame::instances); empty: the model, or without one the built-in network.
   std::string segmenter;
   /// off, geometry, semantic, full; empty: the option dynamic.mode, else full where there are
   /// masks, else geometry.
@@ -100,16 +98,17 @@ struct Settings {
   /// Where a page shows the run (docs/live.md): ADDRESS:PORT, e.g. 127.0.0.1:8765, port 0 = any;
   /// empty = nowhere. Those who look on cannot drive it. One thread more, nothing written.
   std::string view;
-  /// How often at most map() and room() are renewed while frames come; it takes the dense map's
-  /// thread no more than a tenth of its time. 0: as often as that allows.
-  double room_every_s = 1;
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`
-  /// Takes the results of push() in place of poll(), in the thread that processes; it may not call
-  /// the object, and what it throws is ignored.
-  std::function<void(const Result&)> on_result;
   /// Takes the log's lines in place of standard error, which gets warnings and errors only. Called
   /// by the object's threads, too, one line at a time or several; what it throws is ignored.
   std::function<void(LogLevel, const std::string&)> log;
+  std::optional<DepthCamera> depth_camera;  ///< none: depth is registered to the colour image
+  /// How often at most room() is renewed while frames come; it takes the dense map's thread no more
+  /// than a tenth of its time. 0: as often as that allows.
+  double room_every_s = 1;
+  /// Takes the results of push() in place of poll(), in the thread that processes; it may not call
+  /// the object, and what it throws is ignored.
+  std::function<void(const Result&)> on_result;
 };
 
 // --- What comes in ----------------------------------------------------------------------------

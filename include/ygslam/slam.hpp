@@ -299,7 +299,7 @@ class YGSLAM_API Room {
   [[nodiscard]] double cell_m() const;  ///< of at(), box(), ray()
 
   /// Occupied: something stands between these heights above the floor; free: the floor or the air
-  /// just above it was seen, and nothing stands there. For .1 to 1.5 m at once, else some
+  /// just above it was seen, and nothing stands there. For .1 to 1.5 m at once, else tens of
   /// milliseconds once. @throws Error (4): heights not finite or not ascending, plan too large.
   [[nodiscard]] OccupancyGrid occupancy(double min_m = 0.10, double max_m = 1.50) const;
   /// @throws Error (4), as the two below: not finite, a box of negative size or more than 10^8

@@ -5,6 +5,9 @@
 //   auto slam = ygslam::api::Slam::open(settings);  // throws ygslam::api::Error
 //   ygslam::api::Result r = slam.process({t_ns, rgb, depth_m});
 //
+// A robot asks on: r.covariance, r.events; slam.room() for free space, mesh and things while it
+// runs; slam.push() where it must not wait.
+//
 // This header needs the standard library only. Objects may be used from one thread at a time;
 // several may live side by side. A child made by fork() cannot use its parent's objects (Error, 2);
 // to destroy one there does nothing.
@@ -12,18 +15,21 @@
 // What it does to the program it lives in: it starts no process, writes no file and nothing to
 // standard output, sets no signal handler and changes no global setting. Every failure is an Error,
 // bugs and want of memory included. Threads: unless deterministic, each object has one that maps,
-// one for the dense map, at times one that adjusts the whole map and, with a model, one that
-// segments; the network runs on `segment.threads` threads (default 1).
+// one for the dense map, at times one that adjusts the whole map, with a model one that segments,
+// and with push() one that processes; the network runs on `segment.threads` threads (default 1).
 // A few image operations are OpenCV's, whose own pool follows the program's cv::setNumThreads.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #if defined(_WIN32)
@@ -33,6 +39,12 @@
 #endif
 
 namespace ygslam::api {
+
+/// T_target_source: rotation as unit quaternion (x, y, z, w), translation [m].
+struct Pose {
+  std::array<double, 3> translation_m{0, 0, 0};
+  std::array<double, 4> rotation_xyzw{0, 0, 0, 1};
+};
 
 /// Pinhole camera with Brown-Conrady distortion, as in OpenCV; a pixel's centre is an integer.
 struct CameraModel {
@@ -54,6 +66,14 @@ struct CameraModel {
   std::string ignore_image{};
 };
 
+/// A camera that takes the depth images, where they are not registered to the colour image.
+struct DepthCamera {
+  CameraModel camera;   ///< of Frame's depth images, size included; no shutter
+  Pose T_colour_depth;  ///< from its optical frame to that of the colour camera
+};
+
+struct Result;
+
 enum class LogLevel { kInfo, kWarning, kError };
 
 struct Settings {
@@ -61,8 +81,8 @@ struct Settings {
   /// YOLOv8-seg network (.onnx or .xml); empty = geometry alone. Read in this process: a file made
   /// to crash its reader will.
   std::string model;
-  /// model, builtin (the built-in network that knows people), none, masks:DIR (docs/models.md);
-  /// empty: the model, or without one the built-in network.
+  /// model, builtin (the built-in network that knows people), none, masks:DIR (docs/models.md),
+  /// frames (Frame::instances); empty: the model, or without one the built-in network.
   std::string segmenter;
   /// off, geometry, semantic, full; empty: the option dynamic.mode, else full where there are
   /// masks, else geometry.
@@ -82,27 +102,61 @@ struct Settings {
   /// Takes the log's lines in place of standard error, which gets warnings and errors only. Called
   /// by the object's threads, too, one line at a time or several; what it throws is ignored.
   std::function<void(LogLevel, const std::string&)> log;
+  std::optional<DepthCamera> depth_camera;  ///< none: depth is registered to the colour image
+  /// How often at most room() is renewed while frames come; it takes the dense map's thread no more
+  /// than a tenth of its time. 0: as often as that allows.
+  double room_every_s = 1;
+  /// Takes the results of push() in place of poll(), in the thread that processes; it may not call
+  /// the object, and what it throws is ignored.
+  std::function<void(const Result&)> on_result;
 };
 
-/// Row-major, rows contiguous. Pointers are read during the call only.
+// --- What comes in ----------------------------------------------------------------------------
+
+enum class ColourOrder { kRgb, kBgr, kMono };  ///< 3, 3, 1 bytes a pixel
+
+/// A person or a thing in an image, found by whoever looked.
+struct Instance {
+  std::string class_name = "person";  ///< COCO's
+  float score = 1;                    ///< 0 to 1
+};
+
+/// Images row-major. Pointers are read during the call only.
 struct Frame {
   /// Strictly increasing; as depth_t_ns within 146 years of 0. A stamp that goes back is refused
   /// (code 4), until five in a row agree, or reset() was called: then the clock was set back, and
   /// time goes on from the stamps before (Result::clock_shift_ns).
   std::int64_t t_ns = 0;
-  const std::uint8_t* rgb = nullptr;  ///< height x width x 3, order r g b
+  const std::uint8_t* rgb = nullptr;  ///< height x width x 3, or as `colour` says
   const float* depth_m =
       nullptr;  ///< height x width, along the optical axis; 0, NaN, negative = none
   /// When the depth image was taken, for a rolling shutter; 0 = with the colour image.
   std::int64_t depth_t_ns = 0;
+  ColourOrder colour = ColourOrder::kRgb;
+  const std::uint16_t* depth_raw = nullptr;  ///< in place of depth_m; 0 = none
+  double depth_scale = 0;                    ///< of depth_raw: units per metre
+  /// Bytes from row to row; 0 = rows are contiguous.
+  std::size_t colour_stride = 0, depth_stride = 0, instance_stride = 0;
+  /// Masks of one's own, with Settings::segmenter "frames": height x width, 0 = none, i =
+  /// instances[i - 1]. Null: nobody looked.
+  const std::uint8_t* instance_ids = nullptr;
+  std::vector<Instance> instances{};  ///< at most 255
+  /// Odometry: where this camera is in that of the frame before. A start for the search, no more.
+  std::optional<Pose> T_last_camera{};
 };
+
+// --- What is known of a frame ---------------------------------------------------------------
 
 enum class State { kWaiting, kTracking, kWeak, kLost };
 
-/// T_target_source: rotation as unit quaternion (x, y, z, w), translation [m].
-struct Pose {
-  std::array<double, 3> translation_m{0, 0, 0};
-  std::array<double, 4> rotation_xyzw{0, 0, 0, 1};
+/// What happened since the result before.
+enum class Event {
+  kLost,
+  kRelocalised,    ///< a place again after being lost
+  kKeyframe,       ///< the frame becomes part of the map
+  kLoopClosed,     ///< a place was seen again: the map was corrected
+  kMapSaved,       ///< by save_map()
+  kCameraLearned,  ///< the times of a rolling shutter
 };
 
 /// A person or another thing that moves or could, followed over time.
@@ -118,6 +172,15 @@ struct Object {
   std::array<double, 3> max_world_m{0, 0, 0};
 };
 
+/// What a frame took [ms], of the wall clock.
+struct StageTimes {
+  double masks = 0;     ///< the network, or waiting for it
+  double features = 0;  ///< finding corners
+  double motion = 0;    ///< what of them moves
+  double pose = 0;      ///< the camera's, and the objects'
+  double all = 0;       ///< from the copied frame to the result
+};
+
 struct Result {
   State state = State::kWaiting;
   Pose T_world_camera;  ///< world = first tracked camera, or that of the loaded map; meaningful
@@ -129,6 +192,14 @@ struct Result {
   /// lost, or in a loaded map): another room may look the same. Until it has gone 8 m from there.
   bool provisional = false;
   Pose T_world_odom;  ///< T_world_camera = T_world_odom * T_odom_camera, while tracking or weak
+  /// Of T_odom_camera, 6 x 6 row-major: x, y, z [m2], then rotations about the axes of odom [rad2],
+  /// against the points the frame was matched with. 0 of the first frame; wider while weak; 1e6 on
+  /// the diagonal while lost or unknown.
+  std::array<double, 36> covariance{};
+  std::vector<Event> events;
+  StageTimes times_ms;
+  std::int64_t t_ns = 0;   ///< the frame's, as it came
+  int dropped_frames = 0;  ///< by push(), so far
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   int inliers = 0;           ///< points that agree with the pose
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
@@ -146,16 +217,107 @@ struct MapPoint {
   std::uint8_t r, g, b;
 };
 
-/// The map as it is in the middle of a run.
-struct MapSnapshot {
-  std::vector<StampedPose> keyframes;
-  std::vector<std::array<float, 3>> landmarks_world_m;  ///< in no particular order
-  std::vector<MapPoint> static_map;
-};
-
 struct Outcome {
   std::vector<StampedPose> trajectory;  ///< corrected by what the map learned later; if kept
   std::vector<MapPoint> static_map;
+};
+
+// --- The map while it runs -------------------------------------------------------------------
+
+/// A list that nobody changes any more: copies share it.
+template <typename T>
+class SharedList {
+ public:
+  SharedList() : SharedList(std::vector<T>()) {}
+  explicit SharedList(std::vector<T> list)
+      : list_(std::make_shared<const std::vector<T>>(std::move(list))) {}
+  operator const std::vector<T>&() const { return *list_; }  // NOLINT: it is one
+  const T& operator[](std::size_t i) const { return (*list_)[i]; }
+  [[nodiscard]] std::size_t size() const { return list_->size(); }
+  [[nodiscard]] bool empty() const { return list_->empty(); }
+  [[nodiscard]] const T* data() const { return list_->data(); }
+  [[nodiscard]] auto begin() const { return list_->begin(); }
+  [[nodiscard]] auto end() const { return list_->end(); }
+
+ private:
+  std::shared_ptr<const std::vector<T>> list_;
+};
+
+/// The map as it is in the middle of a run.
+struct MapSnapshot {
+  SharedList<StampedPose> keyframes;
+  SharedList<std::array<float, 3>> landmarks_world_m;  ///< in no particular order
+  SharedList<MapPoint> static_map;                     ///< Room::mesh()'s vertices
+};
+
+/// Triangles' corners turn counter-clockwise, seen from outside.
+struct Mesh {
+  SharedList<MapPoint> vertices;
+  SharedList<std::array<float, 3>> normals;  ///< of the vertices, unit length, in the world
+  SharedList<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// A thing that stands in the room.
+struct Thing {
+  int id = 0;
+  std::string class_name;  ///< COCO, or "unknown"
+  double probability = 0;  ///< of the class
+  std::string state;       ///< candidate, static, moving, settled, absent, unobserved
+  Pose T_world_box;        ///< the middle of its box, whose z axis is up
+  std::array<double, 3> size_m{0, 0, 0};
+  int views = 0;  ///< keyframes that showed it
+  std::int64_t first_seen_ns = 0, last_seen_ns = 0;
+};
+
+/// A ground plan in the floor's frame (z up, floor at 0), as nav_msgs/OccupancyGrid.
+struct OccupancyGrid {
+  int width = 0, height = 0;
+  double resolution_m = 0;
+  std::array<double, 2> origin_m{0, 0};  ///< lower left corner of the first cell
+  std::vector<std::int8_t> cells;        ///< row 0 has the smallest y; -1 unknown, 0 free, 100 not
+  Pose T_world_floor;
+};
+
+enum class Space { kUnknown, kFree, kOccupied };
+
+struct RayHit {
+  Space what = Space::kFree;  ///< kFree: nothing in its way
+  double distance_m = 0;      ///< to the cell in its way, else the whole length
+};
+
+/// The static room as it was at one time, people left out; nobody changes it any more. Copies share
+/// it, any thread may use it. Points are in the world [m].
+class YGSLAM_API Room {
+ public:
+  Room();                                   ///< nothing known
+  [[nodiscard]] std::int64_t t_ns() const;  ///< newest image in it; 0 = none
+  [[nodiscard]] const Mesh& mesh() const;
+  [[nodiscard]] const std::vector<Thing>& things() const;
+  [[nodiscard]] std::array<double, 3> up_world() const;  ///< unit length
+  [[nodiscard]] double floor_m() const;                  ///< height of the floor along it
+  [[nodiscard]] Pose T_world_floor() const;
+  [[nodiscard]] double cell_m() const;  ///< of at(), box(), ray()
+
+  /// Occupied: something stands between these heights above the floor; free: the floor or the air
+  /// just above it was seen, and nothing stands there. For .1 to 1.5 m at once, else tens of
+  /// milliseconds once. @throws Error (4): heights not finite or not ascending, plan too large.
+  [[nodiscard]] OccupancyGrid occupancy(double min_m = 0.10, double max_m = 1.50) const;
+  /// @throws Error (4), as the two below: not finite, a box of negative size or more than 10^8
+  /// cells, no direction, more than 1 km.
+  [[nodiscard]] Space at(const std::array<double, 3>& p_world) const;
+  /// Occupied if anything in it is, else unknown if anything is.
+  [[nodiscard]] Space box(const std::array<double, 3>& min_world,
+                          const std::array<double, 3>& max_world) const;
+  /// To the first cell that is occupied or, unless past_unknown, unknown.
+  [[nodiscard]] RayHit ray(const std::array<double, 3>& from_world,
+                           const std::array<double, 3>& direction_world, double max_m = 10,
+                           bool past_unknown = false) const;
+
+  struct Impl;
+  explicit Room(std::shared_ptr<const Impl> impl);
+
+ private:
+  std::shared_ptr<const Impl> impl_;
 };
 
 /// What went wrong in one line; `code` as the exit codes of the command line: 1 a bug or out of
@@ -179,10 +341,24 @@ class YGSLAM_API Slam {
   /// @throws Error (4) if a pointer is null, the stamp does not increase or is too far from 0 (the
   /// frame is left out), (2) after finish(), (1) also for what failed in another thread since.
   Result process(const Frame& frame);
+  /// The same without waiting: the frame is copied, and processed by a thread of its own. While
+  /// that is busy one frame waits, and a newer one takes its place (Result::dropped_frames). No
+  /// more process() then. @throws Error as process(); (1) also for what failed in that thread.
+  void push(const Frame& frame);
+  /// The next result of what was pushed, oldest first, if there is one; the last 64 are kept.
+  /// @throws Error (1, 2)
+  std::optional<Result> poll();
+  /// Where in the map the frame was taken, by what it shows alone; nothing else changes. Takes
+  /// its time: the map is copied. Masks are not looked at. @return T_world_camera; nothing where no
+  /// place is recognised. @throws Error (4, 1, 2)
+  std::optional<Pose> localise_now(const Frame& frame);
   /// Of the page, with the token that other machines need; empty = none. @throws Error (2)
   [[nodiscard]] std::string view_url() const;
-  /// A copy of the map, at any time. Takes a few milliseconds a keyframe. @throws Error (1, 2)
+  /// The map as it was published last, at once; its static_map is room()'s. @throws Error (1, 2)
   MapSnapshot map();
+  /// The static room as it was published last, at once. If deterministic, and after finish(), it is
+  /// that of now, which takes its time once a frame. @throws Error (1, 2)
+  Room room();
   /// Writes the map as it is now to a file, whole or not at all. @throws Error (9, 1, 2)
   void save_map(const std::string& path);
   /// Forgets everything but settings and network; the next frame starts a new world, or is placed

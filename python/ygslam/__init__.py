@@ -9,31 +9,36 @@
         outcome = slam.finish()
 """
 import numpy as _numpy
+from numpy.typing import ArrayLike as _ArrayLike
+from numpy.typing import NDArray as _NDArray
 
+from ._command import Path as _Path
 from ._command import path_of as _path_of
 from ._command import evaluate, localize, run, simulate
-from ._core import (CameraModel, ConfigError, Error, Frame, InputError, MapError, MapSnapshot, ModelError,
-                    Object, Outcome, OutputError, Result, Sequence, Slam, State, UsageError)
+from ._core import (CameraModel, ConfigError, Error, Event, Frame, InputError, MapError, MapSnapshot, ModelError,
+                    Object, OccupancyGrid, Outcome, OutputError, RayHit, Result, Room, Sequence, Slam, Space,
+                    StageTimes, State, Thing, UsageError)
 from ._core import write_file as _write_file
 
-__all__ = ["CameraModel", "ConfigError", "Error", "Frame", "InputError", "MapError", "MapSnapshot", "ModelError",
-           "Object", "Outcome", "OutputError", "Result", "Sequence", "Slam", "State", "UsageError", "evaluate",
-           "localize", "run", "simulate", "write_trajectory"]  # open hides a builtin
+__all__ = ["CameraModel", "ConfigError", "Error", "Event", "Frame", "InputError", "MapError", "MapSnapshot",
+           "ModelError", "Object", "OccupancyGrid", "Outcome", "OutputError", "RayHit", "Result", "Room", "Sequence",
+           "Slam", "Space", "StageTimes", "State", "Thing", "UsageError", "evaluate", "localize", "run", "simulate",
+           "write_trajectory"]  # open hides a builtin
 
 
-def open(path) -> Sequence:  # noqa: A001 - as the module's other openers
+def open(path: _Path) -> Sequence:  # noqa: A001 - as the module's other openers
     """A recorded sequence, whatever `ygslam run` takes. path: str, bytes or os.PathLike."""
     return Sequence(_path_of(path))
 
 
-def write_trajectory(path, rows) -> None:
+def write_trajectory(path: _Path, rows: _ArrayLike) -> None:
     """Writes rows as Outcome.trajectory has them (seconds, x, y, z, qx, qy, qz, qw) as a TUM trajectory: all of
     them, or none and an error."""
     _write_file(_path_of(path), "".join(f"{row[0]:.6f} " + " ".join(f"{v:.9f}" for v in row[1:]) + "\n"
                                         for row in _checked(rows)))
 
 
-def _checked(rows):
+def _checked(rows: _ArrayLike) -> _NDArray[_numpy.float64]:
     table = _numpy.asarray(rows, dtype=_numpy.float64)
     if table.shape == (0,):
         return table  # an empty list

@@ -7,12 +7,13 @@ import pathlib
 import shutil
 import signal
 import subprocess
-from typing import Any
+from typing import Any, TypeAlias
 
 from ._core import ConfigError, Error, InputError, MapError, ModelError, OutputError, UsageError
 
+Path: TypeAlias = str | bytes | os.PathLike[str] | os.PathLike[bytes]
 LOST = 7  # exit code of a run whose files are there, but that was lost for long
-KINDS = {2: UsageError, 3: ConfigError, 4: InputError, 5: ModelError, 6: MapError, 9: OutputError}
+KINDS: dict[int, type[Error]] = {2: UsageError, 3: ConfigError, 4: InputError, 5: ModelError, 6: MapError, 9: OutputError}
 
 
 def _program() -> str:
@@ -23,7 +24,7 @@ def _program() -> str:
     return found
 
 
-def path_of(path) -> str:
+def path_of(path: Path) -> str:
     """str, bytes or os.PathLike as str. Bytes that are no UTF-8 stay what they are, as os.fsdecode has it."""
     text = os.fsdecode(path)
     if "\0" in text:
@@ -72,25 +73,34 @@ def _call(*words: Any) -> str:
     raise error
 
 
-def run(sequence, out, **options) -> dict:
+def _object(text: str) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(text)
+    return content
+
+
+def _metrics(out: Path) -> dict[str, Any]:
+    return _object((pathlib.Path(path_of(out)) / "metrics.json").read_text(encoding="utf-8"))
+
+
+def run(sequence: Path, out: Path, **options: Any) -> dict[str, Any]:
     """`ygslam run`: options as on the command line (`deterministic=True`, `model="..."`,
     `set={"run.seed": 2}`). @return what metrics.json says."""
     _call("run", sequence, "--out", out, *_options(options))
-    return json.loads((pathlib.Path(path_of(out)) / "metrics.json").read_text(encoding="utf-8"))
+    return _metrics(out)
 
 
-def localize(sequence, map_file, out, **options) -> dict:
+def localize(sequence: Path, map_file: Path, out: Path, **options: Any) -> dict[str, Any]:
     """`ygslam localize`: where a recording was taken in a map, which stays as it is."""
     _call("localize", sequence, "--map", map_file, "--out", out, *_options(options))
-    return json.loads((pathlib.Path(path_of(out)) / "metrics.json").read_text(encoding="utf-8"))
+    return _metrics(out)
 
 
-def evaluate(ground_truth, estimate, **options) -> dict:
+def evaluate(ground_truth: Path, estimate: Path, **options: Any) -> dict[str, Any]:
     """`ygslam eval --json`: ATE, RPE and more of a TUM trajectory."""
-    return json.loads(_call("eval", "--gt", ground_truth, "--est", estimate, "--json",
-                            *_options(options)))
+    return _object(_call("eval", "--gt", ground_truth, "--est", estimate, "--json",
+                         *_options(options)))
 
 
-def simulate(world, out, **options) -> None:
+def simulate(world: str, out: Path, **options: Any) -> None:
     """`ygslam simulate`: renders a sequence with exact truth (`seconds=8`, `size="640x480"`)."""
     _call("simulate", world, "--out", out, *_options(options))

@@ -67,6 +67,8 @@ RosAdapter::RosAdapter(const Settings& settings, Topics topics) : impl_(std::mak
   impl_->sink = sink_of(settings);
   guarded(impl_->sink, [&] {
     impl_->options = session_options(settings);
+    if (impl_->options.segmenter == SegmenterKind::kGiven || settings.depth_camera)
+      fail({ErrorKind::kConfig, "messages bring no instances, and depth that is registered"});
     impl_->topics = std::move(topics);
     impl_->ignored = settings.camera;
     if (settings.camera.fx == 0) return;

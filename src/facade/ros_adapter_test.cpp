@@ -178,6 +178,9 @@ TEST(RosAdapter, WhatCannotBeUsedIsAnError) {
   Settings wrong = settings_without_camera();
   wrong.options["no.such"] = "1";
   EXPECT_EQ(code_of([&] { RosAdapter(wrong, listener.topics()); }), 3);
+  wrong = settings_without_camera();
+  wrong.segmenter = "frames";
+  EXPECT_EQ(code_of([&] { RosAdapter(wrong, listener.topics()); }), 3) << "messages have no masks";
 }
 
 }  // namespace

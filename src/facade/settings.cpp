@@ -1,6 +1,7 @@
 #include "facade/settings.hpp"
 
 #include "core/standard_error_sink.hpp"
+#include "facade/convert.hpp"
 #include "io/calibration.hpp"
 #include "io/ignored_pixels.hpp"
 
@@ -18,7 +19,12 @@ bool has_masks(const SessionOptions& options) {
 SessionOptions session_options(const Settings& settings) {
   SessionOptions options;
   ConfigFaults faults;
-  faults.add(choose_segmenter(settings.segmenter, settings.model, options));
+  if (settings.segmenter == "frames") {
+    options.segmenter = SegmenterKind::kGiven;
+    options.given = std::make_shared<GivenMasks>();
+  } else {
+    faults.add(choose_segmenter(settings.segmenter, settings.model, options));
+  }
   SlamConfig& config = options.config;
   config.dynamic.mode = has_masks(options) ? DynamicMode::kFull : DynamicMode::kGeometry;
   ConfigSchema schema = schema_of(config);
@@ -26,6 +32,8 @@ SessionOptions session_options(const Settings& settings) {
   if (!settings.dynamic.empty())
     faults.add(schema.set("dynamic.mode", settings.dynamic, "dynamic"));
   faults.add(validate(config));
+  if (!(settings.room_every_s >= 0 && settings.room_every_s < 1e9))
+    faults.add("room_every_s: 0 or more seconds are expected");
   if (const Status status = faults.status(); !status.ok()) fail(status.error());
   auto settled = resolved(std::move(config));
   if (!settled.ok()) fail(settled.error());
@@ -50,6 +58,21 @@ CameraConfig to_config(const CameraModel& m) {
     fail({ErrorKind::kConfig, "camera: " + fault->key + ": " + fault->reason});
   ignore_pixels(m, c);
   return c;
+}
+
+std::shared_ptr<const DepthRegistration> registration_of(const Settings& settings,
+                                                         const CameraConfig& colour) {
+  if (!settings.depth_camera) return nullptr;
+  const auto& [model, T_colour_depth] = *settings.depth_camera;
+  const CameraConfig depth = to_config(model);
+  for (const CameraFault& fault : camera_faults(depth))
+    fail({ErrorKind::kConfig, "depth_camera: " + fault.key + " " + fault.reason});
+  if (depth.width <= 0 || depth.height <= 0)
+    fail({ErrorKind::kConfig, "depth_camera: width and height must be positive"});
+  if (!is_pose(T_colour_depth))
+    fail({ErrorKind::kConfig,
+          "depth_camera: T_colour_depth: finite numbers and a unit quaternion are expected"});
+  return depth_registration({depth, to_se3(T_colour_depth, "T_colour_depth")}, colour);
 }
 
 void ignore_pixels(const CameraModel& m, CameraConfig& c) {

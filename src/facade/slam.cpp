@@ -1,65 +1,24 @@
 // The public facade (include/ygslam/slam.hpp) over a session.
 #include <algorithm>
 #include <limits>
+#include <mutex>
 #include <optional>
-#include <span>
 
 #include "core/frame_clock.hpp"
 #include "core/log.hpp"
+#include "facade/convert.hpp"
+#include "facade/event_watch.hpp"
+#include "facade/input.hpp"
+#include "facade/placing.hpp"
+#include "facade/published_map.hpp"
+#include "facade/push_thread.hpp"
 #include "facade/settings.hpp"
-#include "image/depth.hpp"
-#include "io/image_file.hpp"
 #include "live/run_view.hpp"
 #include "map_file/map_file.hpp"
 #include "system/run_writer.hpp"
 
 namespace ygslam::api {
 namespace {
-
-Pose to_api(const SE3& T) {
-  const Eigen::Quaterniond q = T.quaternion();
-  return {{T.t().x(), T.t().y(), T.t().z()}, {q.x(), q.y(), q.z(), q.w()}};
-}
-
-std::array<double, 3> to_api(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
-api::StampedPose to_api(const ygslam::StampedPose& pose) {
-  return {pose.stamp.ns, to_api(pose.T_world_camera)};
-}
-
-std::vector<MapPoint> to_api(std::span<const ColouredPoint> points) {
-  std::vector<MapPoint> result;
-  for (const ColouredPoint& p : points)
-    result.push_back(
-        {p.p_world.x(), p.p_world.y(), p.p_world.z(), p.colour.r, p.colour.g, p.colour.b});
-  return result;
-}
-
-Object to_api(const TrackedObject& o) {
-  return {index(o.id),
-          coco_class_name(o.class_id),
-          o.age_frames,
-          o.missing_frames,
-          o.resting,
-          to_api(o.centre_world),
-          to_api(o.velocity_world_mps),
-          to_api(o.min_world),
-          to_api(o.max_world)};
-}
-
-State to_api(TrackState state) {
-  switch (state) {
-    case TrackState::kWaiting:
-      return State::kWaiting;
-    case TrackState::kTracking:
-      return State::kTracking;
-    case TrackState::kWeak:
-      return State::kWeak;
-    case TrackState::kLost:
-      return State::kLost;
-  }
-  return State::kLost;
-}
 
 bool is_too_far(std::int64_t t_ns) {
   return t_ns > FrameClock::kLatest_ns || t_ns < -FrameClock::kLatest_ns;
@@ -71,21 +30,38 @@ struct Slam::Impl {
   HomeProcess home;
   SlamConfig config;
   log::SinkPtr sink;
-  Session session;
-  std::unique_ptr<RunView> view;
+  InputFormat format;
+  std::function<void(const Result&)> on_result;
   FrameClock clock;
-  std::uint32_t next_frame = 0;
+  bool publishes = true;  // false if deterministic: room() makes it
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
+  PublishedMap published;        // before the session, whose threads write to it
+
+  std::mutex mutex;  // of what follows, which push()'s thread uses as well
+  Session session;
+  std::shared_ptr<GivenMasks> given;
+  std::unique_ptr<RunView> view;
+  EventWatch events;
+  StageTimes times_ms;  // of the last frame
+  std::uint32_t next_frame = 0;
+  bool room_is_stale = false;  // where it is not published, and after finish()
+
+  std::unique_ptr<PushThread> pushed;  // last: its thread uses everything above
 
   ~Impl() {  // what ends may have something to say
     const log::ScopedSink scope(sink);
+    pushed.reset();
     view.reset();
     session.runner.reset();
   }
+  void open(const Settings& settings);
   void open_view(const std::string& address);
-  Result process(const Frame& frame);
-  MapSnapshot map();
+  void publish_from(SessionOptions& options, const Settings& settings);
+  [[nodiscard]] Input take(const Frame& frame, const char* call);
+  [[nodiscard]] Result process(const Input& input);
+  void push(const Frame& frame);
+  void bring_room_up_to_date();
   void reset();
   Outcome finish();
 
@@ -94,7 +70,10 @@ struct Slam::Impl {
   auto call(const Work& work) {
     if (failure) throw *failure;
     try {
-      return guarded(sink, work);
+      return guarded(sink, [&] {
+        if (pushed) pushed->rethrow();
+        return work();
+      });
     } catch (const Error& e) {
       if (e.code == static_cast<int>(ErrorKind::kInternal)) failure = e;
       throw;
@@ -116,21 +95,40 @@ Slam Slam::open(const Settings& settings) {
   const log::SinkPtr sink = sink_of(settings);
   return guarded(sink, [&] {
     auto impl = std::make_unique<Impl>();
-    SessionOptions options = session_options(settings);
-    options.camera = to_config(settings.camera);
-    impl->config = options.config;
     impl->sink = sink;
-    auto session = open_session(std::move(options));
-    if (!session.ok()) fail(session.error());
-    impl->session = std::move(session).value();
-    if (!settings.view.empty()) impl->open_view(settings.view);
+    impl->open(settings);
     return Slam(std::move(impl));
   });
 }
 
 Result Slam::process(const Frame& frame) {
   Impl& impl = alive(impl_, "process()");
-  return impl.call([&] { return impl.process(frame); });
+  return impl.call([&] {
+    if (impl.pushed) fail({ErrorKind::kUsage, "process() after push(): use one of both"});
+    return impl.process(impl.take(frame, "process()"));
+  });
+}
+
+void Slam::push(const Frame& frame) {
+  Impl& impl = alive(impl_, "push()");
+  impl.call([&] { impl.push(frame); });
+}
+
+std::optional<Result> Slam::poll() {
+  Impl& impl = alive(impl_, "poll()");
+  return impl.call([&] { return impl.pushed ? impl.pushed->poll() : std::nullopt; });
+}
+
+std::optional<Pose> Slam::localise_now(const Frame& frame) {
+  Impl& impl = alive(impl_, "localise_now()");
+  return impl.call([&]() -> std::optional<Pose> {
+    const Input input = read_input(frame, impl.format);
+    std::unique_lock lock(impl.mutex);
+    const Map map = impl.session.runner->map();
+    lock.unlock();
+    const auto place = place_in(map, *input.frame, *impl.session.camera, impl.config);
+    return place ? std::optional(to_api(*place)) : std::nullopt;
+  });
 }
 
 std::string Slam::view_url() const {
@@ -140,14 +138,27 @@ std::string Slam::view_url() const {
 
 MapSnapshot Slam::map() {
   Impl& impl = alive(impl_, "map()");
-  return impl.call([&] { return impl.map(); });
+  return impl.call([&] {
+    impl.bring_room_up_to_date();
+    return impl.published.map();
+  });
+}
+
+Room Slam::room() {
+  Impl& impl = alive(impl_, "room()");
+  return impl.call([&] {
+    impl.bring_room_up_to_date();
+    return impl.published.room();
+  });
 }
 
 void Slam::save_map(const std::string& path) {
-  Session& session = alive(impl_, "save_map()").session;
-  impl_->call([&] {
-    const Status written = ygslam::save_map(path, session.runner->map(), *session.camera);
+  Impl& impl = alive(impl_, "save_map()");
+  impl.call([&] {
+    const std::lock_guard lock(impl.mutex);
+    const Status written = ygslam::save_map(path, impl.session.runner->map(), *impl.session.camera);
     if (!written.ok()) fail(written.error());
+    impl.events.add(Event::kMapSaved);
   });
 }
 
@@ -161,6 +172,25 @@ Outcome Slam::finish() {
   return impl.call([&] { return impl.finish(); });
 }
 
+void Slam::Impl::open(const Settings& settings) {
+  SessionOptions options = session_options(settings);
+  options.camera = to_config(settings.camera);
+  format = {options.camera, registration_of(settings, options.camera), options.config.depth,
+            options.segmenter == SegmenterKind::kGiven};
+  given = options.given;
+  config = options.config;
+  on_result = settings.on_result;
+  publish_from(options, settings);
+  auto opened = open_session(std::move(options));
+  if (!opened.ok()) fail(opened.error());
+  session = std::move(opened).value();
+  session.runner->add_sink([this](const FrameRecord& frame, const TrackResult&) {
+    times_ms = {frame.mask_ms, frame.orb_ms, frame.motion_ms, frame.pose_ms};
+  });
+  published.show(session.runner->map());
+  if (!settings.view.empty()) open_view(settings.view);
+}
+
 void Slam::Impl::open_view(const std::string& address) {
   auto server = parse_view_address(address);
   if (!server.ok()) fail(server.error());
@@ -170,79 +200,100 @@ void Slam::Impl::open_view(const std::string& address) {
   view = std::move(started).value();
 }
 
-Result Slam::Impl::process(const Frame& frame) {
-  if (finished) fail({ErrorKind::kUsage, "process() after finish()"});
-  if (!frame.rgb || !frame.depth_m) fail({ErrorKind::kInput, "frame without colour or depth"});
+/// The runner's threads show what they made, or, without threads, the caller's.
+void Slam::Impl::publish_from(SessionOptions& options, const Settings& settings) {
+  publishes = !settings.deterministic;
+  options.map_sink = [this](const Map& map) { published.show(map); };
+  if (!publishes) return;
+  options.dense_sink = {[this](DenseMap& map) { published.show(make_room(map)); },
+                        settings.room_every_s};
+}
+
+/// In the caller's thread: what is wrong with a frame, it is told at once.
+Input Slam::Impl::take(const Frame& frame, const char* call) {
+  if (finished) fail({ErrorKind::kUsage, std::string(call) + " after finish()"});
   if (is_too_far(frame.t_ns) || is_too_far(frame.depth_t_ns))
     fail({ErrorKind::kInput, "frame stamp too far from 0"});
+  Input input = read_input(frame, format);
   const FrameClock::Reading time = clock.step({frame.t_ns});
   if (!time.stamp) fail({ErrorKind::kInput, "frame stamps must increase"});
   if (time.was_set_back)
     log::warn("frame stamps went back and stay there: {:.3f} s are added to them from here on",
               1e-9 * static_cast<double>(clock.shift_ns()));
-  const Camera& camera = *session.camera;
-  const std::size_t pixels = static_cast<std::size_t>(camera.width()) * camera.height();
-  auto input = std::make_shared<RgbdFrame>();
-  input->id = FrameId{next_frame++};
-  input->stamp = *time.stamp;
-  if (frame.depth_t_ns != 0)
-    input->depth_delay_s = seconds_between({frame.depth_t_ns}, {frame.t_ns});
-  input->colour = ColourImage(camera.width(), camera.height());
-  std::copy_n(frame.rgb, 3 * pixels, reinterpret_cast<std::uint8_t*>(input->colour.data()));
-  input->grey = grey_from_colour(input->colour);
-  DepthImage depth_m(camera.width(), camera.height());
-  std::copy_n(frame.depth_m, pixels, depth_m.data());
-  input->depth_m = sanitized_depth(depth_m, config.depth);
+  input.frame->stamp = *time.stamp;
+  input.clock_shift_ns = clock.shift_ns();
+  return input;
+}
 
-  const TrackResult tracked = session.runner->process(input);
+Result Slam::Impl::process(const Input& input) {
+  const std::lock_guard lock(mutex);
+  const ScopedTimer timer;
+  input.frame->id = FrameId{next_frame++};
+  if (input.masks) {
+    input.masks->frame = input.frame->id;
+    input.masks->stamp = input.frame->stamp;
+    given->put(input.masks);
+  }
+  if (input.T_now_last) session.runner->expect_motion(*input.T_now_last);
+  const TrackResult tracked = session.runner->process(input.frame);
   if (view) {
-    view->show(input, tracked);
+    view->show(input.frame, tracked);
     view->show_map(*session.runner);
   }
-  Result result;
-  result.clock_shift_ns = clock.shift_ns();
-  result.state = to_api(tracked.state);
-  result.T_world_camera = to_api(tracked.T_world_camera);
-  result.T_odom_camera = to_api(tracked.T_odom_camera);
-  result.T_world_odom = to_api(tracked.T_world_odom);
-  result.provisional = tracked.provisional;
-  result.static_points = tracked.labels.static_points;
-  result.dynamic_points = tracked.labels.dynamic_points;
-  result.unknown_points = tracked.labels.unknown_points;
-  result.inliers = tracked.inliers;
-  result.mask_age_frames = tracked.mask_age_frames;
-  for (const TrackedObject& object : tracked.objects) result.objects.push_back(to_api(object));
+  room_is_stale = !publishes;
+  Result result = to_api(tracked);
+  result.events = events.step(tracked, session.runner->closed_loops());
+  result.t_ns = input.frame->stamp.ns - input.clock_shift_ns;
+  result.clock_shift_ns = input.clock_shift_ns;
+  result.times_ms = times_ms;
+  result.times_ms.all = timer.wall_ms();
   return result;
 }
 
-MapSnapshot Slam::Impl::map() {
-  MapSnapshot snapshot;
-  const Map map = session.runner->map();
-  for (const ygslam::StampedPose& pose : keyframe_trajectory(map))
-    snapshot.keyframes.push_back(to_api(pose));
-  map.for_each_landmark([&](const Landmark& landmark) {
-    const Eigen::Vector3f p = landmark.p_world.cast<float>();
-    snapshot.landmarks_world_m.push_back({p.x(), p.y(), p.z()});
-  });
-  snapshot.static_map = to_api(session.runner->cloud());
-  return snapshot;
+void Slam::Impl::push(const Frame& frame) {
+  Input input = take(frame, "push()");
+  if (!pushed)
+    pushed = std::make_unique<PushThread>(
+        [this](const Input& waited) { return guarded(sink, [&] { return process(waited); }); },
+        on_result);
+  pushed->put(std::move(input));
+}
+
+void Slam::Impl::bring_room_up_to_date() {
+  if (publishes && !finished) return;  // waits for nobody
+  const std::lock_guard lock(mutex);
+  if (!std::exchange(room_is_stale, false)) return;
+  session.runner->inspect_dense([this](DenseMap& map) { published.show(make_room(map)); });
 }
 
 void Slam::Impl::reset() {
   if (finished) fail({ErrorKind::kUsage, "reset() after finish()"});
+  if (pushed) pushed->clear();
+  const std::lock_guard lock(mutex);
   session.runner->reset();
+  published.forget_room();
+  published.show(session.runner->map());
+  room_is_stale = false;
+  events.restart();
   clock.restart();
   if (view) view->restart();
 }
 
 Outcome Slam::Impl::finish() {
+  if (pushed) {
+    pushed->finish();
+    pushed->rethrow();
+  }
+  const std::lock_guard lock(mutex);
   const bool was_finished = std::exchange(finished, true);
   const SlamOutcome& outcome = session.runner->finish();
   if (view && !was_finished) view->finish(session.runner.get());
+  if (!was_finished) published.show(session.runner->map());
+  room_is_stale = room_is_stale || !was_finished;
   Outcome result;
   for (const ygslam::StampedPose& pose :
        final_trajectory(outcome.trajectory, outcome.revised, session.runner->map()))
-    result.trajectory.push_back(to_api(pose));
+    result.trajectory.push_back({pose.stamp.ns, to_api(pose.T_world_camera)});
   result.static_map = to_api(session.runner->cloud());
   return result;
 }

@@ -11,6 +11,7 @@
 #include "loop/loop_closer.hpp"
 #include "map/map.hpp"
 #include "scene/scene.hpp"
+#include "system/pose_covariance.hpp"
 #include "tracking/tracker.hpp"
 
 namespace ygslam {
@@ -25,8 +26,6 @@ inline constexpr const char* kCameraFrame = "camera_optical";
 
 /// map -> odom (while the camera is tracked), odom -> camera, camera -> camera_optical.
 [[nodiscard]] ros::TfMessage tf_message(const RgbdFrame& frame, const TrackResult& result);
-/// The variance of what is not known.
-inline constexpr double kUnknownVariance = 1e6;
 /// The camera in odom, with the pose's covariance (TrackResult::covariance) in the axes of odom as
 /// nav_msgs has it; velocities are not known.
 [[nodiscard]] ros::Odometry odometry_message(const RgbdFrame& frame, const TrackResult& result);

@@ -136,6 +136,7 @@ TEST(Submap, GoesOnWhereNothingIsKnownAndIsJoinedWhereThePlaceIsSeenAgain) {
     };
     play(kKnown, 0, -10);
     ASSERT_EQ(lost(run), 0);
+    EXPECT_EQ(run.runner->closed_loops(), 0);
     const std::size_t carried_off_at = run.results.size();
     play(0, static_cast<std::uint32_t>(carried_off_at), 4.1);
     run.finish();
@@ -151,6 +152,7 @@ TEST(Submap, GoesOnWhereNothingIsKnownAndIsJoinedWhereThePlaceIsSeenAgain) {
     }
     EXPECT_GT(unplaced, 100);
     EXPECT_FALSE(run.results.back().unplaced);
+    EXPECT_GT(run.runner->closed_loops(), 0) << "the joint is told";
     const auto trajectory = run.trajectory();
     EXPECT_GT(trajectory.size(), run.results.size() - 25) << "with what came before the joint";
     const auto report = evaluate(truth, trajectory, {});

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -14,6 +15,7 @@
 namespace ygslam::api::testing {
 
 inline constexpr int kWidth = 320, kHeight = 240;
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Rendered frames, kept for all tests.
 struct Film {
@@ -54,6 +56,12 @@ inline Settings settings_for(const Film& film) {
   settings.camera = film.camera;
   settings.segmenter = "none";
   settings.options = {{"orb.features", "500"}};
+  return settings;
+}
+
+inline Settings deterministic_for(const Film& film) {
+  Settings settings = settings_for(film);
+  settings.deterministic = true;
   return settings;
 }
 

@@ -16,6 +16,7 @@
 
 #include "arrays.hpp"
 #include "calls.hpp"
+#include "ros_images.hpp"
 #include "sequence.hpp"
 
 namespace nb = nanobind;
@@ -366,6 +367,7 @@ NB_MODULE(_core, m) {
       .def("__enter__", [](nb::object self) { return self; })
       .def("__exit__", [](PySlam& self, const nb::args&) { self.leave(); });
 
+  bind_ros_images(m);
   bind_sequence(m);
 }
 

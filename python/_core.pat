@@ -1,4 +1,4 @@
-__suffix__:
+_core\.__suffix__$:
     class Error(RuntimeError):
         """What went wrong in one line."""
 

@@ -14,10 +14,8 @@
 #include <filesystem>
 #include <ygslam/slam.hpp>
 
-#include "arrays.hpp"
+#include "bindings.hpp"
 #include "calls.hpp"
-#include "ros_images.hpp"
-#include "sequence.hpp"
 
 namespace nb = nanobind;
 
@@ -27,42 +25,6 @@ namespace {
 using Rgb = nb::ndarray<const std::uint8_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using DepthM = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using RawDepth = nb::ndarray<const std::uint16_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-
-/// A 4x4 matrix.
-Array<double> to_matrix(const api::Pose& pose) {
-  const auto& [x, y, z, w] = pose.rotation_xyzw;
-  const auto& t = pose.translation_m;
-  return make_array<double>(
-      {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), t[0], 2 * (x * y + z * w),
-       1 - 2 * (x * x + z * z), 2 * (y * z - x * w), t[1], 2 * (x * z - y * w), 2 * (y * z + x * w),
-       1 - 2 * (x * x + y * y), t[2], 0, 0, 0, 1},
-      {4, 4});
-}
-
-/// Rows of seconds, x, y, z, qx, qy, qz, qw, as in a TUM trajectory.
-Array<double> to_rows(const std::vector<api::StampedPose>& poses) {
-  std::vector<double> rows;
-  for (const api::StampedPose& pose : poses) {
-    rows.push_back(static_cast<double>(pose.t_ns) * 1e-9);
-    rows.insert(rows.end(), pose.T_world_camera.translation_m.begin(),
-                pose.T_world_camera.translation_m.end());
-    rows.insert(rows.end(), pose.T_world_camera.rotation_xyzw.begin(),
-                pose.T_world_camera.rotation_xyzw.end());
-  }
-  return make_array(std::move(rows), {poses.size(), 8});
-}
-
-Array<float> points_of(const std::vector<api::MapPoint>& cloud) {
-  std::vector<float> points;
-  for (const api::MapPoint& p : cloud) points.insert(points.end(), {p.x_m, p.y_m, p.z_m});
-  return make_array(std::move(points), {cloud.size(), 3});
-}
-
-Array<std::uint8_t> colours_of(const std::vector<api::MapPoint>& cloud) {
-  std::vector<std::uint8_t> colours;
-  for (const api::MapPoint& p : cloud) colours.insert(colours.end(), {p.r, p.g, p.b});
-  return make_array(std::move(colours), {cloud.size(), 3});
-}
 
 class PySlam {
  public:
@@ -113,6 +75,10 @@ class PySlam {
     const SlamUse use(slam_);
     return slam_->map();
   }
+  api::Room room() {
+    const SlamUse use(slam_);
+    return slam_->room();
+  }
   void save_map(const std::filesystem::path& path) {
     const SlamUse use(slam_);
     slam_->save_map(path.string());
@@ -124,6 +90,9 @@ class PySlam {
   api::Outcome finish() {
     const SlamUse use(slam_);
     return slam_->finish();
+  }
+  [[nodiscard]] std::string text() const {
+    return "Slam(" + std::to_string(width_) + " x " + std::to_string(height_) + " pixels)";
   }
   /// At the end of a `with`; a forked child that leaves it has nothing to end.
   void leave() {
@@ -185,139 +154,9 @@ NB_MODULE(_core, m) {
   nb::set_leak_warnings(false);  // what a daemon thread was using is left, and no fault
   bind_errors(m);
 
-  nb::enum_<api::State>(m, "State", "How sure the pose is.")
-      .value("WAITING", api::State::kWaiting, "no frame with enough depth yet")
-      .value("TRACKING", api::State::kTracking)
-      .value("WEAK", api::State::kWeak, "a pose, but few points agree on it")
-      .value("LOST", api::State::kLost);
-
-  nb::class_<api::CameraModel>(m, "CameraModel",
-                               "Pinhole camera with Brown-Conrady distortion, as in OpenCV [px]; "
-                               "read-out times of a rolling shutter [ms].")
-      .def(
-          "__init__",
-          [](api::CameraModel* self, double fx, double fy, double cx, double cy, int width,
-             int height, double k1, double k2, double p1, double p2, double k3,
-             double colour_readout_ms, double depth_readout_ms, double depth_delay_ms,
-             bool shutter_known, const std::string& device,
-             const std::vector<std::array<int, 4>>& ignore, const std::string& ignore_image) {
-            new (self) api::CameraModel{fx,
-                                        fy,
-                                        cx,
-                                        cy,
-                                        k1,
-                                        k2,
-                                        p1,
-                                        p2,
-                                        k3,
-                                        width,
-                                        height,
-                                        colour_readout_ms,
-                                        depth_readout_ms,
-                                        depth_delay_ms,
-                                        shutter_known,
-                                        device,
-                                        ignore,
-                                        ignore_image};
-          },
-          nb::arg("fx"), nb::arg("fy"), nb::arg("cx"), nb::arg("cy"), nb::arg("width") = 640,
-          nb::arg("height") = 480, nb::kw_only(), nb::arg("k1") = 0.0, nb::arg("k2") = 0.0,
-          nb::arg("p1") = 0.0, nb::arg("p2") = 0.0, nb::arg("k3") = 0.0,
-          nb::arg("colour_readout_ms") = 0.0, nb::arg("depth_readout_ms") = 0.0,
-          nb::arg("depth_delay_ms") = 0.0, nb::arg("shutter_known") = false, nb::arg("device") = "",
-          nb::arg("ignore") = std::vector<std::array<int, 4>>(), nb::arg("ignore_image") = "")
-      .def_rw("fx", &api::CameraModel::fx)
-      .def_rw("fy", &api::CameraModel::fy)
-      .def_rw("cx", &api::CameraModel::cx)
-      .def_rw("cy", &api::CameraModel::cy)
-      .def_rw("k1", &api::CameraModel::k1)
-      .def_rw("k2", &api::CameraModel::k2)
-      .def_rw("p1", &api::CameraModel::p1)
-      .def_rw("p2", &api::CameraModel::p2)
-      .def_rw("k3", &api::CameraModel::k3)
-      .def_rw("width", &api::CameraModel::width)
-      .def_rw("height", &api::CameraModel::height)
-      .def_rw("colour_readout_ms", &api::CameraModel::colour_readout_ms)
-      .def_rw("depth_readout_ms", &api::CameraModel::depth_readout_ms)
-      .def_rw("depth_delay_ms", &api::CameraModel::depth_delay_ms)
-      .def_rw("shutter_known", &api::CameraModel::shutter_known)
-      .def_rw("device", &api::CameraModel::device, "name of a known camera, see docs/camera.md")
-      .def_rw("ignore", &api::CameraModel::ignore,
-              "pixels that are not of the world: [x, y, width, height] each")
-      .def_rw("ignore_image", &api::CameraModel::ignore_image,
-              "the same as an 8-bit grey PNG of the camera's size, not 0 = ignored")
-      .def("__repr__", [](const api::CameraModel& c) {
-        return "CameraModel(" + std::to_string(c.width) + "x" + std::to_string(c.height) +
-               ", fx=" + std::to_string(c.fx) + ", fy=" + std::to_string(c.fy) +
-               ", cx=" + std::to_string(c.cx) + ", cy=" + std::to_string(c.cy) + ")";
-      });
-
-  nb::class_<api::Object>(m, "Object", "A person or another thing that moves or could.")
-      .def_ro("id", &api::Object::id, "never given twice")
-      .def_ro("class_name", &api::Object::class_name, "COCO's, or \"unknown\"")
-      .def_ro("age_frames", &api::Object::age_frames)
-      .def_ro("missing_frames", &api::Object::missing_frames, "since it was last confirmed")
-      .def_ro("resting", &api::Object::resting, "demonstrably stands still")
-      .def_ro("centre_world_m", &api::Object::centre_world_m)
-      .def_ro("velocity_world_mps", &api::Object::velocity_world_mps)
-      .def_ro("min_world_m", &api::Object::min_world_m, "box about what is visible of it")
-      .def_ro("max_world_m", &api::Object::max_world_m);
-
-  nb::class_<api::Result>(m, "Result", "What is known of a frame.")
-      .def_ro("state", &api::Result::state)
-      .def_prop_ro(
-          "pose", [](const api::Result& r) { return to_matrix(r.T_world_camera); },
-          nb::rv_policy::automatic,
-          "T_world_camera, (4, 4) float64 [m]; meaningful while tracking or weak")
-      .def_prop_ro(
-          "T_odom_camera", [](const api::Result& r) { return to_matrix(r.T_odom_camera); },
-          nb::rv_policy::automatic, "(4, 4); drifts, but never jumps")
-      .def_prop_ro(
-          "T_world_odom", [](const api::Result& r) { return to_matrix(r.T_world_odom); },
-          nb::rv_policy::automatic, "(4, 4)")
-      .def_ro("provisional", &api::Result::provisional,
-              "found by what the camera sees alone: another room may look the same")
-      .def_ro("static_points", &api::Result::static_points)
-      .def_ro("dynamic_points", &api::Result::dynamic_points)
-      .def_ro("unknown_points", &api::Result::unknown_points)
-      .def_ro("inliers", &api::Result::inliers, "points that agree with the pose")
-      .def_ro("mask_age_frames", &api::Result::mask_age_frames, "of the newest mask; -1 = none")
-      .def_ro("objects", &api::Result::objects)
-      .def_ro("clock_shift_ns", &api::Result::clock_shift_ns,
-              "added to stamps since the clock was set back");
-
-  nb::class_<api::MapSnapshot>(m, "MapSnapshot", "The map in the middle of a run.")
-      .def_prop_ro(
-          "keyframes", [](const api::MapSnapshot& s) { return to_rows(s.keyframes); },
-          nb::rv_policy::automatic,
-          "(N, 8) float64: seconds, x, y, z, qx, qy, qz, qw of T_world_camera")
-      .def_prop_ro(
-          "landmarks",
-          [](const api::MapSnapshot& s) {
-            std::vector<float> rows;
-            for (const auto& p : s.landmarks_world_m) rows.insert(rows.end(), p.begin(), p.end());
-            return make_array(std::move(rows), {s.landmarks_world_m.size(), 3});
-          },
-          nb::rv_policy::automatic, "(N, 3) float32 [m]")
-      .def_prop_ro(
-          "points", [](const api::MapSnapshot& s) { return points_of(s.static_map); },
-          nb::rv_policy::automatic, "the static world, (N, 3) float32 [m]")
-      .def_prop_ro(
-          "colors", [](const api::MapSnapshot& s) { return colours_of(s.static_map); },
-          nb::rv_policy::automatic, "of points, (N, 3) uint8");
-
-  nb::class_<api::Outcome>(m, "Outcome", "What a run ended with.")
-      .def_prop_ro(
-          "trajectory", [](const api::Outcome& o) { return to_rows(o.trajectory); },
-          nb::rv_policy::automatic,
-          "(N, 8) float64: seconds, x, y, z, qx, qy, qz, qw of T_world_camera, corrected by what "
-          "the map learned later")
-      .def_prop_ro(
-          "points", [](const api::Outcome& o) { return points_of(o.static_map); },
-          nb::rv_policy::automatic, "the static world, (N, 3) float32 [m]")
-      .def_prop_ro(
-          "colors", [](const api::Outcome& o) { return colours_of(o.static_map); },
-          nb::rv_policy::automatic, "of points, (N, 3) uint8");
+  bind_camera(m);
+  bind_results(m);
+  bind_room(m);
 
   nb::class_<PySlam>(m, "Slam",
                      "One RGB-D frame in, one result out. One thread at a time may use it.")
@@ -327,7 +166,7 @@ NB_MODULE(_core, m) {
              const std::string& segmenter, const std::string& dynamic,
              const std::filesystem::path& load_map, bool localize_only, bool deterministic,
              bool keep_trajectory, const std::string& view,
-             const std::map<std::string, std::string>& options) {
+             const std::map<std::string, std::string>& options, double room_every_s) {
             api::Settings settings;
             settings.camera = camera;
             settings.model = model.string();
@@ -339,19 +178,22 @@ NB_MODULE(_core, m) {
             settings.keep_trajectory = keep_trajectory;
             settings.view = view;
             settings.options = options;
+            settings.room_every_s = room_every_s;
             const Unlocked unlocked;
             new (self) PySlam(settings);
           },
           nb::arg("camera"), nb::kw_only(), nb::arg("model") = "", nb::arg("segmenter") = "",
           nb::arg("dynamic") = "", nb::arg("load_map") = "", nb::arg("localize_only") = false,
           nb::arg("deterministic") = false, nb::arg("keep_trajectory") = true, nb::arg("view") = "",
-          nb::arg("options") = std::map<std::string, std::string>{},
+          nb::arg("options") = std::map<std::string, std::string>{}, nb::arg("room_every_s") = 1.0,
           "model: a YOLOv8-seg network (.onnx, .xml). segmenter: model, builtin, none, masks:DIR; "
-          "without it the model, else the built-in network. dynamic: off, geometry, semantic, full; without "
+          "without it the model, else the built-in network. dynamic: off, geometry, semantic, "
+          "full; without "
           "it full where there are masks, else geometry. load_map: map of an earlier run to go on "
           "with; localize_only: it stays "
           "as it is. deterministic: same input, same result. view: where a page shows "
-          "the run, e.g. \"127.0.0.1:8765\" (port 0: any). options: keys of `ygslam config`.")
+          "the run, e.g. \"127.0.0.1:8765\" (port 0: any). options: keys of `ygslam config`. "
+          "room_every_s: how often map() and room() are renewed at most.")
       .def("process", &PySlam::process, nb::arg("rgb"), nb::arg("depth"), nb::arg("t_ns"),
            nb::kw_only(), nb::arg("depth_scale") = 0.0, nb::arg("depth_t_ns") = 0,
            "rgb: (H, W, 3) uint8. depth: (H, W) float32 [m], 0 or NaN = none, or uint16 with "
@@ -359,13 +201,20 @@ NB_MODULE(_core, m) {
            "increasing, but for a clock that was set back (five frames that agree, or reset()). "
            "depth_t_ns: of the depth image, for a rolling shutter; 0 = t_ns.")
       .def_prop_ro("view_url", &PySlam::view_url, "Address of the page; empty = none.")
-      .def("map", &PySlam::map, "A copy of the map as it is now.")
+      .def("map", &PySlam::map, "The map as it was published last, at once.")
+      .def("room", &PySlam::room,
+           "The static room as it was published last, at once: free space, mesh, things. If "
+           "deterministic, and after finish(), that of now.")
       .def("save_map", &PySlam::save_map, nb::arg("path"),
            "Writes the map to a file, whole or not at all.")
       .def("reset", &PySlam::reset, "Forgets all but settings and network.")
       .def("finish", &PySlam::finish, "Ends the run. May be called again.")
-      .def("__enter__", [](nb::object self) { return self; })
-      .def("__exit__", [](PySlam& self, const nb::args&) { self.leave(); });
+      .def(
+          "__enter__", [](nb::object self) { return self; }, nb::sig("def __enter__(self) -> Slam"))
+      .def(
+          "__exit__", [](PySlam& self, const nb::args&) { self.leave(); },
+          nb::sig("def __exit__(self, *args: object) -> None"))
+      .def("__repr__", &PySlam::text);
 
   bind_ros_images(m);
   bind_sequence(m);

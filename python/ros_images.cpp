@@ -1,5 +1,4 @@
-#include "ros_images.hpp"
-
+// Images and cameras out of serialised messages of ROS 2.
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
@@ -11,6 +10,7 @@
 #include <ygslam/slam.hpp>
 
 #include "bag/ros_images.hpp"
+#include "bindings.hpp"
 #include "calls.hpp"
 #include "core/printable.hpp"
 #include "io/depth_registration.hpp"

@@ -1,5 +1,3 @@
-#include "sequence.hpp"
-
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/string.h>
@@ -7,15 +5,16 @@
 #include <filesystem>
 #include <ygslam/slam.hpp>
 
-#include "arrays.hpp"
 #include "bag/bag.hpp"
 #include "bag/bag_sequence.hpp"
+#include "bindings.hpp"
 #include "calls.hpp"
 #include "core/printable.hpp"
 #include "core/standard_error_sink.hpp"
 #include "io/atomic_file.hpp"
 #include "io/frame_loader.hpp"
 #include "io/image_folders.hpp"
+#include "text.hpp"
 
 namespace nb = nanobind;
 
@@ -77,6 +76,23 @@ class Sequence {
   ygslam::Sequence sequence_;
 };
 
+/// One frame after the other; of a sequence that it keeps alive.
+struct FrameIterator {
+  nb::object sequence;
+  std::int64_t next = 0;
+
+  Frame step() {
+    const auto& frames = nb::cast<const Sequence&>(sequence);
+    if (next >= static_cast<std::int64_t>(frames.size())) throw nb::stop_iteration();
+    return frames.frame(next++);
+  }
+};
+
+std::string text_of(const Frame& f) {
+  const ColourImage& image = f.content.colour;
+  return text("Frame(t_ns={}, {} x {} pixels)", f.content.stamp.ns, image.width(), image.height());
+}
+
 }  // namespace
 
 void bind_sequence(nb::module_& m) {
@@ -95,7 +111,7 @@ void bind_sequence(nb::module_& m) {
           "rgb",
           [](Frame& f) {
             const ColourImage& image = f.content.colour;
-            return nb::ndarray<nb::numpy, const std::uint8_t, nb::ndim<3>, nb::c_contig>(
+            return nb::ndarray<nb::numpy, const std::uint8_t, nb::shape<-1, -1, 3>, nb::c_contig>(
                 image.data(),
                 {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width()),
                  3},
@@ -111,13 +127,24 @@ void bind_sequence(nb::module_& m) {
                 {static_cast<std::size_t>(image.height()), static_cast<std::size_t>(image.width())},
                 nb::find(f));
           },
-          nb::rv_policy::automatic, "(H, W) float32 [m], 0 = none");
+          nb::rv_policy::automatic, "(H, W) float32 [m], 0 = none")
+      .def("__repr__", &text_of);
+  nb::class_<FrameIterator>(m, "FrameIterator", "Goes over a Sequence.")
+      .def(
+          "__iter__", [](nb::object self) { return self; },
+          nb::sig("def __iter__(self) -> FrameIterator"))
+      .def("__next__", &FrameIterator::step);
   nb::class_<Sequence>(m, "Sequence", "A recorded sequence: its camera and its frames.")
       .def(nb::init<const std::filesystem::path&>(), nb::arg("path"),
            "path: what `ygslam run` takes. Unreadable images raise Error when they are asked for.")
       .def("__len__", &Sequence::size)
       .def("__getitem__", &Sequence::frame, nb::arg("index"))
-      .def_prop_ro("camera", &Sequence::camera);
+      .def("__iter__", [](nb::object self) { return FrameIterator{std::move(self)}; })
+      .def_prop_ro("camera", &Sequence::camera)
+      .def("__repr__", [](const Sequence& s) {
+        const api::CameraModel camera = s.camera();
+        return text("Sequence({} frames of {} x {} pixels)", s.size(), camera.width, camera.height);
+      });
 }
 
 }  // namespace ygslam::python

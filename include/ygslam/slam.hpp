@@ -5,6 +5,9 @@
 //   auto slam = ygslam::api::Slam::open(settings);  // throws ygslam::api::Error
 //   ygslam::api::Result r = slam.process({t_ns, rgb, depth_m});
 //
+// A robot asks on: r.covariance, r.events; slam.room() for free space, mesh and things while it
+// runs; slam.push() where it must not wait.
+//
 // This header needs the standard library only. Objects may be used from one thread at a time;
 // several may live side by side. A child made by fork() cannot use its parent's objects (Error, 2);
 // to destroy one there does nothing.
@@ -18,12 +21,14 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #if defined(_WIN32)
@@ -78,6 +83,9 @@ struct Settings {
   /// Where a page shows the run (docs/live.md): ADDRESS:PORT, e.g. 127.0.0.1:8765, port 0 = any;
   /// empty = nowhere. Those who look on cannot drive it. One thread more, nothing written.
   std::string view;
+  /// How often at most map() and room() are renewed while frames come; it takes the dense map's
+  /// thread no more than a tenth of its time. 0: as often as that allows.
+  double room_every_s = 1;
   std::map<std::string, std::string> options;  ///< any key of `ygslam config`
   /// Takes the log's lines in place of standard error, which gets warnings and errors only. Called
   /// by the object's threads, too, one line at a time or several; what it throws is ignored.
@@ -97,7 +105,19 @@ struct Frame {
   std::int64_t depth_t_ns = 0;
 };
 
+// --- What is known of a frame ---------------------------------------------------------------
+
 enum class State { kWaiting, kTracking, kWeak, kLost };
+
+/// What happened since the result before.
+enum class Event {
+  kLost,
+  kRelocalised,    ///< a place again after being lost
+  kKeyframe,       ///< the frame becomes part of the map
+  kLoopClosed,     ///< a place was seen again: the map was corrected
+  kMapSaved,       ///< by save_map()
+  kCameraLearned,  ///< the times of a rolling shutter
+};
 
 /// T_target_source: rotation as unit quaternion (x, y, z, w), translation [m].
 struct Pose {
@@ -129,6 +149,11 @@ struct Result {
   /// lost, or in a loaded map): another room may look the same. Until it has gone 8 m from there.
   bool provisional = false;
   Pose T_world_odom;  ///< T_world_camera = T_world_odom * T_odom_camera, while tracking or weak
+  /// Of T_odom_camera, 6 x 6 row-major: x, y, z [m2], then rotations about the axes of odom [rad2],
+  /// against the points the frame was matched with. 0 of the first frame; wider while weak; 1e6 on
+  /// the diagonal while lost or unknown.
+  std::array<double, 36> covariance{};
+  std::vector<Event> events;
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   int inliers = 0;           ///< points that agree with the pose
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
@@ -146,16 +171,107 @@ struct MapPoint {
   std::uint8_t r, g, b;
 };
 
-/// The map as it is in the middle of a run.
-struct MapSnapshot {
-  std::vector<StampedPose> keyframes;
-  std::vector<std::array<float, 3>> landmarks_world_m;  ///< in no particular order
-  std::vector<MapPoint> static_map;
-};
-
 struct Outcome {
   std::vector<StampedPose> trajectory;  ///< corrected by what the map learned later; if kept
   std::vector<MapPoint> static_map;
+};
+
+// --- The map while it runs -------------------------------------------------------------------
+
+/// A list that nobody changes any more: copies share it.
+template <typename T>
+class SharedList {
+ public:
+  SharedList() : SharedList(std::vector<T>()) {}
+  explicit SharedList(std::vector<T> list)
+      : list_(std::make_shared<const std::vector<T>>(std::move(list))) {}
+  operator const std::vector<T>&() const { return *list_; }  // NOLINT: it is one
+  const T& operator[](std::size_t i) const { return (*list_)[i]; }
+  [[nodiscard]] std::size_t size() const { return list_->size(); }
+  [[nodiscard]] bool empty() const { return list_->empty(); }
+  [[nodiscard]] const T* data() const { return list_->data(); }
+  [[nodiscard]] auto begin() const { return list_->begin(); }
+  [[nodiscard]] auto end() const { return list_->end(); }
+
+ private:
+  std::shared_ptr<const std::vector<T>> list_;
+};
+
+/// The map as it is in the middle of a run.
+struct MapSnapshot {
+  SharedList<StampedPose> keyframes;
+  SharedList<std::array<float, 3>> landmarks_world_m;  ///< in no particular order
+  SharedList<MapPoint> static_map;                     ///< Room::mesh()'s vertices
+};
+
+/// Triangles' corners turn counter-clockwise, seen from outside.
+struct Mesh {
+  SharedList<MapPoint> vertices;
+  SharedList<std::array<float, 3>> normals;  ///< of the vertices, unit length, in the world
+  SharedList<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// A thing that stands in the room.
+struct Thing {
+  int id = 0;
+  std::string class_name;  ///< COCO, or "unknown"
+  double probability = 0;  ///< of the class
+  std::string state;       ///< candidate, static, moving, settled, absent, unobserved
+  Pose T_world_box;        ///< the middle of its box, whose z axis is up
+  std::array<double, 3> size_m{0, 0, 0};
+  int views = 0;  ///< keyframes that showed it
+  std::int64_t first_seen_ns = 0, last_seen_ns = 0;
+};
+
+/// A ground plan in the floor's frame (z up, floor at 0), as nav_msgs/OccupancyGrid.
+struct OccupancyGrid {
+  int width = 0, height = 0;
+  double resolution_m = 0;
+  std::array<double, 2> origin_m{0, 0};  ///< lower left corner of the first cell
+  std::vector<std::int8_t> cells;        ///< row 0 has the smallest y; -1 unknown, 0 free, 100 not
+  Pose T_world_floor;
+};
+
+enum class Space { kUnknown, kFree, kOccupied };
+
+struct RayHit {
+  Space what = Space::kFree;  ///< kFree: nothing in its way
+  double distance_m = 0;      ///< to the cell in its way, else the whole length
+};
+
+/// The static room as it was at one time, people left out; nobody changes it any more. Copies share
+/// it, any thread may use it. Points are in the world [m].
+class YGSLAM_API Room {
+ public:
+  Room();                                   ///< nothing known
+  [[nodiscard]] std::int64_t t_ns() const;  ///< newest image in it; 0 = none
+  [[nodiscard]] const Mesh& mesh() const;
+  [[nodiscard]] const std::vector<Thing>& things() const;
+  [[nodiscard]] std::array<double, 3> up_world() const;  ///< unit length
+  [[nodiscard]] double floor_m() const;                  ///< height of the floor along it
+  [[nodiscard]] Pose T_world_floor() const;
+  [[nodiscard]] double cell_m() const;  ///< of at(), box(), ray()
+
+  /// Occupied: something stands between these heights above the floor; free: the floor or the air
+  /// just above it was seen, and nothing stands there. For .1 to 1.5 m at once, else some
+  /// milliseconds once. @throws Error (4): heights not finite or not ascending, plan too large.
+  [[nodiscard]] OccupancyGrid occupancy(double min_m = 0.10, double max_m = 1.50) const;
+  /// @throws Error (4), as the two below: not finite, a box of negative size or more than 10^8
+  /// cells, no direction, more than 1 km.
+  [[nodiscard]] Space at(const std::array<double, 3>& p_world) const;
+  /// Occupied if anything in it is, else unknown if anything is.
+  [[nodiscard]] Space box(const std::array<double, 3>& min_world,
+                          const std::array<double, 3>& max_world) const;
+  /// To the first cell that is occupied or, unless past_unknown, unknown.
+  [[nodiscard]] RayHit ray(const std::array<double, 3>& from_world,
+                           const std::array<double, 3>& direction_world, double max_m = 10,
+                           bool past_unknown = false) const;
+
+  struct Impl;
+  explicit Room(std::shared_ptr<const Impl> impl);
+
+ private:
+  std::shared_ptr<const Impl> impl_;
 };
 
 /// What went wrong in one line; `code` as the exit codes of the command line: 1 a bug or out of
@@ -181,8 +297,11 @@ class YGSLAM_API Slam {
   Result process(const Frame& frame);
   /// Of the page, with the token that other machines need; empty = none. @throws Error (2)
   [[nodiscard]] std::string view_url() const;
-  /// A copy of the map, at any time. Takes a few milliseconds a keyframe. @throws Error (1, 2)
+  /// The map as it was published last, at once; its static_map is room()'s. @throws Error (1, 2)
   MapSnapshot map();
+  /// The static room as it was published last, at once. If deterministic, and after finish(), it is
+  /// that of now, which takes its time once a frame. @throws Error (1, 2)
+  Room room();
   /// Writes the map as it is now to a file, whole or not at all. @throws Error (9, 1, 2)
   void save_map(const std::string& path);
   /// Forgets everything but settings and network; the next frame starts a new world, or is placed

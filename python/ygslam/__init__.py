@@ -12,13 +12,15 @@ import numpy as _numpy
 
 from ._command import path_of as _path_of
 from ._command import evaluate, localize, run, simulate
-from ._core import (CameraModel, ConfigError, Error, Frame, InputError, MapError, MapSnapshot, ModelError,
-                    Object, Outcome, OutputError, Result, Sequence, Slam, State, UsageError)
+from ._core import (CameraModel, ConfigError, Error, Event, Frame, InputError, MapError, MapSnapshot, ModelError,
+                    Object, OccupancyGrid, Outcome, OutputError, RayHit, Result, Room, Sequence, Slam, Space,
+                    State, Thing, UsageError)
 from ._core import write_file as _write_file
 
-__all__ = ["CameraModel", "ConfigError", "Error", "Frame", "InputError", "MapError", "MapSnapshot", "ModelError",
-           "Object", "Outcome", "OutputError", "Result", "Sequence", "Slam", "State", "UsageError", "evaluate",
-           "localize", "run", "simulate", "write_trajectory"]  # open hides a builtin
+__all__ = ["CameraModel", "ConfigError", "Error", "Event", "Frame", "InputError", "MapError", "MapSnapshot",
+           "ModelError", "Object", "OccupancyGrid", "Outcome", "OutputError", "RayHit", "Result", "Room", "Sequence",
+           "Slam", "Space", "State", "Thing", "UsageError", "evaluate", "localize", "run", "simulate",
+           "write_trajectory"]  # open hides a builtin
 
 
 def open(path) -> Sequence:  # noqa: A001 - as the module's other openers

@@ -1,6 +1,7 @@
 // A queue between two threads with a fixed capacity and a named policy for when it is full.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -47,6 +48,15 @@ class BoundedQueue {
     return take_front(lock);
   }
 
+  /// The same, but no longer than until then. @return nullopt also if nothing came.
+  std::optional<T> pop_until(std::chrono::steady_clock::time_point until,
+                             std::stop_token stop = {}) {
+    std::unique_lock lock(mutex_);
+    available_.wait_until(lock, stop, until, [&] { return !items_.empty() || closed_; });
+    if (items_.empty() || stop.stop_requested()) return std::nullopt;
+    return take_front(lock);
+  }
+
   /// @return nullopt if there is nothing to take right now.
   std::optional<T> try_pop() {
     std::unique_lock lock(mutex_);
@@ -64,6 +74,10 @@ class BoundedQueue {
     room_.notify_all();
   }
 
+  [[nodiscard]] bool is_closed() const {
+    const std::lock_guard lock(mutex_);
+    return closed_;
+  }
   [[nodiscard]] std::size_t size() const {
     const std::lock_guard lock(mutex_);
     return items_.size();

@@ -26,6 +26,8 @@ SessionOptions session_options(const Settings& settings) {
   if (!settings.dynamic.empty())
     faults.add(schema.set("dynamic.mode", settings.dynamic, "dynamic"));
   faults.add(validate(config));
+  if (!(settings.room_every_s >= 0 && settings.room_every_s < 1e9))
+    faults.add("room_every_s: 0 or more seconds are expected");
   if (const Status status = faults.status(); !status.ok()) fail(status.error());
   auto settled = resolved(std::move(config));
   if (!settled.ok()) fail(settled.error());

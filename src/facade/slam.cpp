@@ -6,6 +6,9 @@
 
 #include "core/frame_clock.hpp"
 #include "core/log.hpp"
+#include "facade/convert.hpp"
+#include "facade/event_watch.hpp"
+#include "facade/published_map.hpp"
 #include "facade/settings.hpp"
 #include "image/depth.hpp"
 #include "io/image_file.hpp"
@@ -15,51 +18,6 @@
 
 namespace ygslam::api {
 namespace {
-
-Pose to_api(const SE3& T) {
-  const Eigen::Quaterniond q = T.quaternion();
-  return {{T.t().x(), T.t().y(), T.t().z()}, {q.x(), q.y(), q.z(), q.w()}};
-}
-
-std::array<double, 3> to_api(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
-api::StampedPose to_api(const ygslam::StampedPose& pose) {
-  return {pose.stamp.ns, to_api(pose.T_world_camera)};
-}
-
-std::vector<MapPoint> to_api(std::span<const ColouredPoint> points) {
-  std::vector<MapPoint> result;
-  for (const ColouredPoint& p : points)
-    result.push_back(
-        {p.p_world.x(), p.p_world.y(), p.p_world.z(), p.colour.r, p.colour.g, p.colour.b});
-  return result;
-}
-
-Object to_api(const TrackedObject& o) {
-  return {index(o.id),
-          coco_class_name(o.class_id),
-          o.age_frames,
-          o.missing_frames,
-          o.resting,
-          to_api(o.centre_world),
-          to_api(o.velocity_world_mps),
-          to_api(o.min_world),
-          to_api(o.max_world)};
-}
-
-State to_api(TrackState state) {
-  switch (state) {
-    case TrackState::kWaiting:
-      return State::kWaiting;
-    case TrackState::kTracking:
-      return State::kTracking;
-    case TrackState::kWeak:
-      return State::kWeak;
-    case TrackState::kLost:
-      return State::kLost;
-  }
-  return State::kLost;
-}
 
 bool is_too_far(std::int64_t t_ns) {
   return t_ns > FrameClock::kLatest_ns || t_ns < -FrameClock::kLatest_ns;
@@ -71,10 +29,14 @@ struct Slam::Impl {
   HomeProcess home;
   SlamConfig config;
   log::SinkPtr sink;
+  PublishedMap published;  // before the session, whose threads write to it
   Session session;
   std::unique_ptr<RunView> view;
   FrameClock clock;
+  EventWatch events;
   std::uint32_t next_frame = 0;
+  bool publishes = true;       // false if deterministic: room() makes it
+  bool room_is_stale = false;  // then, and after finish()
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
 
@@ -85,7 +47,8 @@ struct Slam::Impl {
   }
   void open_view(const std::string& address);
   Result process(const Frame& frame);
-  MapSnapshot map();
+  void publish_from(SessionOptions& options, const Settings& settings);
+  void bring_room_up_to_date();
   void reset();
   Outcome finish();
 
@@ -120,9 +83,11 @@ Slam Slam::open(const Settings& settings) {
     options.camera = to_config(settings.camera);
     impl->config = options.config;
     impl->sink = sink;
+    impl->publish_from(options, settings);
     auto session = open_session(std::move(options));
     if (!session.ok()) fail(session.error());
     impl->session = std::move(session).value();
+    impl->published.show(impl->session.runner->map());
     if (!settings.view.empty()) impl->open_view(settings.view);
     return Slam(std::move(impl));
   });
@@ -140,7 +105,18 @@ std::string Slam::view_url() const {
 
 MapSnapshot Slam::map() {
   Impl& impl = alive(impl_, "map()");
-  return impl.call([&] { return impl.map(); });
+  return impl.call([&] {
+    impl.bring_room_up_to_date();
+    return impl.published.map();
+  });
+}
+
+Room Slam::room() {
+  Impl& impl = alive(impl_, "room()");
+  return impl.call([&] {
+    impl.bring_room_up_to_date();
+    return impl.published.room();
+  });
 }
 
 void Slam::save_map(const std::string& path) {
@@ -148,6 +124,7 @@ void Slam::save_map(const std::string& path) {
   impl_->call([&] {
     const Status written = ygslam::save_map(path, session.runner->map(), *session.camera);
     if (!written.ok()) fail(written.error());
+    impl_->events.add(Event::kMapSaved);
   });
 }
 
@@ -199,38 +176,34 @@ Result Slam::Impl::process(const Frame& frame) {
     view->show(input, tracked);
     view->show_map(*session.runner);
   }
-  Result result;
+  room_is_stale = !publishes;
+  Result result = to_api(tracked);
+  result.events = events.step(tracked, session.runner->closed_loops());
   result.clock_shift_ns = clock.shift_ns();
-  result.state = to_api(tracked.state);
-  result.T_world_camera = to_api(tracked.T_world_camera);
-  result.T_odom_camera = to_api(tracked.T_odom_camera);
-  result.T_world_odom = to_api(tracked.T_world_odom);
-  result.provisional = tracked.provisional;
-  result.static_points = tracked.labels.static_points;
-  result.dynamic_points = tracked.labels.dynamic_points;
-  result.unknown_points = tracked.labels.unknown_points;
-  result.inliers = tracked.inliers;
-  result.mask_age_frames = tracked.mask_age_frames;
-  for (const TrackedObject& object : tracked.objects) result.objects.push_back(to_api(object));
   return result;
 }
 
-MapSnapshot Slam::Impl::map() {
-  MapSnapshot snapshot;
-  const Map map = session.runner->map();
-  for (const ygslam::StampedPose& pose : keyframe_trajectory(map))
-    snapshot.keyframes.push_back(to_api(pose));
-  map.for_each_landmark([&](const Landmark& landmark) {
-    const Eigen::Vector3f p = landmark.p_world.cast<float>();
-    snapshot.landmarks_world_m.push_back({p.x(), p.y(), p.z()});
-  });
-  snapshot.static_map = to_api(session.runner->cloud());
-  return snapshot;
+/// The runner's threads show what they made, or, without threads, the caller's.
+void Slam::Impl::publish_from(SessionOptions& options, const Settings& settings) {
+  publishes = !settings.deterministic;
+  options.map_sink = [this](const Map& map) { published.show(map); };
+  if (!publishes) return;
+  options.dense_sink = {[this](DenseMap& map) { published.show(make_room(map)); },
+                        settings.room_every_s};
+}
+
+void Slam::Impl::bring_room_up_to_date() {
+  if (!std::exchange(room_is_stale, false)) return;
+  session.runner->inspect_dense([this](DenseMap& map) { published.show(make_room(map)); });
 }
 
 void Slam::Impl::reset() {
   if (finished) fail({ErrorKind::kUsage, "reset() after finish()"});
   session.runner->reset();
+  published.forget_room();
+  published.show(session.runner->map());
+  room_is_stale = false;
+  events.restart();
   clock.restart();
   if (view) view->restart();
 }
@@ -239,10 +212,12 @@ Outcome Slam::Impl::finish() {
   const bool was_finished = std::exchange(finished, true);
   const SlamOutcome& outcome = session.runner->finish();
   if (view && !was_finished) view->finish(session.runner.get());
+  if (!was_finished) published.show(session.runner->map());
+  room_is_stale = room_is_stale || !was_finished;
   Outcome result;
   for (const ygslam::StampedPose& pose :
        final_trajectory(outcome.trajectory, outcome.revised, session.runner->map()))
-    result.trajectory.push_back(to_api(pose));
+    result.trajectory.push_back({pose.stamp.ns, to_api(pose.T_world_camera)});
   result.static_map = to_api(session.runner->cloud());
   return result;
 }

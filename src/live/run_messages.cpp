@@ -104,17 +104,8 @@ ros::KeyValue value(const char* key, auto number) { return {key, fmt::format("{}
 ros::KeyValue milliseconds(const char* key, double ms) { return {key, fmt::format("{:.2f}", ms)}; }
 
 /// x, y, z, then rotations about the axes of odom, row by row.
-std::array<double, 36> odom_covariance(const TrackResult& result) {
-  Mat6 covariance = Mat6::Zero();
-  if (!has_pose(result)) {
-    covariance.diagonal().setConstant(kUnknownVariance);
-  } else if (result.covariance) {
-    // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
-    const Mat3 R_odom_camera = T_body_optical().R() * result.T_odom_camera.R();
-    Mat6 rotation = Mat6::Zero();
-    rotation.topLeftCorner<3, 3>() = rotation.bottomRightCorner<3, 3>() = R_odom_camera;
-    covariance = rotation * *result.covariance * rotation.transpose();
-  }
+std::array<double, 36> covariance_rows(const TrackResult& result) {
+  const Mat6 covariance = odom_covariance(result, T_body_optical().R());
   std::array<double, 36> rows;
   Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(rows.data()) = covariance;
   return rows;
@@ -144,7 +135,7 @@ ros::Odometry odometry_message(const RgbdFrame& frame, const TrackResult& result
   message.header = header(frame.stamp, "odom");
   message.child_frame_id = "camera";
   message.pose = to_body_axes(result.T_odom_camera);
-  message.pose_covariance = odom_covariance(result);
+  message.pose_covariance = covariance_rows(result);
   for (std::size_t i = 0; i < 6; ++i) message.twist_covariance[7 * i] = kUnknownVariance;
   return message;
 }

@@ -10,6 +10,7 @@
 #include "image/coloured_point.hpp"
 #include "loop/loop_closer.hpp"
 #include "map/map.hpp"
+#include "system/pose_covariance.hpp"
 #include "tracking/tracker.hpp"
 
 namespace ygslam {
@@ -22,7 +23,6 @@ inline constexpr const char* kCameraFrame = "camera_optical";
 /// map -> odom (while the camera is tracked), odom -> camera, camera -> camera_optical.
 [[nodiscard]] ros::TfMessage tf_message(const RgbdFrame& frame, const TrackResult& result);
 /// The variance of what is not known.
-inline constexpr double kUnknownVariance = 1e6;
 /// The camera in odom, with the pose's covariance (TrackResult::covariance) in the axes of odom as
 /// nav_msgs has it; velocities are not known.
 [[nodiscard]] ros::Odometry odometry_message(const RgbdFrame& frame, const TrackResult& result);

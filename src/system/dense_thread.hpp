@@ -2,18 +2,21 @@
 // nobody.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <mutex>
+#include <optional>
 
 #include "core/bounded_queue.hpp"
 #include "core/worker_thread.hpp"
 #include "dense/dense_map.hpp"
+#include "system/dense_sink.hpp"
 
 namespace ygslam {
 
 class DenseThread {
  public:
-  DenseThread(const DenseMapConfig& config, const Camera& camera);
+  DenseThread(const DenseMapConfig& config, const Camera& camera, DenseSink sink = {});
   ~DenseThread();
   DenseThread(const DenseThread&) = delete;
   DenseThread& operator=(const DenseThread&) = delete;
@@ -27,11 +30,17 @@ class DenseThread {
 
  private:
   void loop(const std::stop_token& stop);
+  [[nodiscard]] std::optional<DenseUpdate> next(const std::stop_token& stop);
+  void work_off(const DenseUpdate& update, const std::stop_token& stop);
   [[nodiscard]] bool step();
+  void show();
 
   static constexpr std::size_t kQueue = 64;
   std::mutex mutex_;
   DenseMap map_;  // under the mutex
+  const DenseSink sink_;
+  bool to_be_shown_ = false;  // the thread's, as the next
+  std::chrono::steady_clock::time_point next_show_{};
   BoundedQueue<DenseUpdate> queue_{kQueue, Overflow::kBlock};
   WorkerThread thread_;  // last: it uses everything above
 };

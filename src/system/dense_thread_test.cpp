@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
 #include "geometry/geometry_testing.hpp"
 
 namespace ygslam {
@@ -54,6 +58,23 @@ TEST(DenseThread, EndsWhereNobodyWaitsForIt) {
     DenseThread thread({}, camera);
     for (const DenseUpdate& update : updates) thread.apply(update);
   }
+}
+
+TEST(DenseThread, ShowsTheMapWhileNothingComesAnyMore) {
+  const Camera camera = small_camera();
+  const auto updates = walk(camera, 6);
+  std::mutex mutex;
+  std::condition_variable shown;
+  int views = 0;
+  const auto look = [&](DenseMap& map) {
+    const std::lock_guard lock(mutex);
+    views = map.volume().views();
+    shown.notify_all();
+  };
+  DenseThread thread({}, camera, {look, 0.01});
+  for (const DenseUpdate& update : updates) thread.apply(update);
+  std::unique_lock lock(mutex);
+  EXPECT_TRUE(shown.wait_for(lock, std::chrono::seconds(60), [&] { return views == 6; }));
 }
 
 }  // namespace

@@ -55,6 +55,7 @@ class LiveRunner final : public Runner {
     return result;
   }
 
+  void expect_motion(const SE3& T_now_last) override { tracker_->expect_motion(T_now_last); }
   void miss(Timestamp stamp) override { log_.miss(stamp); }
   void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
@@ -85,6 +86,8 @@ class LiveRunner final : public Runner {
     map_->inspect([&](const MappingStage& stage) { attempts = stage.loop_attempts(); });
     return attempts;
   }
+
+  int closed_loops() const override { return map_->closed_loops(); }
 
   void correct(MapPatch patch) override { map_->put(std::move(patch)); }
 
@@ -126,7 +129,7 @@ class LiveRunner final : public Runner {
     empty.set_identity(random_identity());
     map_ = std::make_unique<MapThread>(
         MappingStage(mapping_config_, camera_, map_use_.start.value_or(empty)), camera_,
-        mapping_config_.mapper.bundle, config_.dense, map_use_.sink);
+        mapping_config_.mapper.bundle, config_.dense, map_use_.sink, map_use_.dense_sink);
     map_->inspect_dense([this](DenseMap& dense) { dense.restore(map_use_.dense); });
     route_.emplace(config_.dense, mapping_config_);
     without_mask_.clear();

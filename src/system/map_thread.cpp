@@ -3,12 +3,12 @@
 namespace ygslam {
 
 MapThread::MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle,
-                     const DenseMapConfig& dense, MapSink sink)
+                     const DenseMapConfig& dense, MapSink sink, DenseSink dense_sink)
     : stage_(std::move(stage)),
       view_(stage_.view()),
       sink_(std::move(sink)),
       adjustment_(camera, bundle),
-      dense_(dense, camera),
+      dense_(dense, camera, std::move(dense_sink)),
       thread_([this](const std::stop_token& stop) { loop(stop); },
               [this] {
                 queue_.close();
@@ -66,6 +66,7 @@ bool MapThread::close_loops() {
 }
 
 void MapThread::publish() {
+  closed_loops_.store(stage_.closed_loops());
   view_.store(stage_.view());
   dense_.apply(stage_.take_dense_update());
   if (sink_) sink_(stage_.map());

@@ -22,10 +22,11 @@ class MapThread {
  public:
   /// @param sink told about the map after each change; may be empty.
   MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle,
-            const DenseMapConfig& dense, MapSink sink);
+            const DenseMapConfig& dense, MapSink sink, DenseSink dense_sink = {});
   ~MapThread();
 
   [[nodiscard]] LocalViewPtr view() const { return view_.load(); }
+  [[nodiscard]] int closed_loops() const { return closed_loops_.load(); }
   /// Keyframes that wait to be inserted.
   [[nodiscard]] std::size_t waiting_keyframes() const { return waiting_keyframes_.load(); }
   void put(KeyframeMessage message);
@@ -80,6 +81,7 @@ class MapThread {
   std::atomic<std::size_t> waiting_keyframes_{0};
   std::atomic<bool> urgent_{false};  // a keyframe waits: adjustments end early
   std::atomic<bool> place_request_waits_{false};
+  std::atomic<int> closed_loops_{0};
   MapSink sink_;
   AdjustmentThread adjustment_;  // of the whole map, after loops
   DenseThread dense_;

@@ -115,6 +115,7 @@ bool MappingStage::close_loops() {
     const LoopResult result = loop_closer_.step(map(), index_, id);
     append_attempts(result.attempts, kRememberedAttempts, attempts_);
     if (result.closure) {
+      ++closed_loops_;
       mapper_.correct(result.closure->patch);
       mapper_.fuse_visits(result.closure->window, result.closure->place);
       changed = true;
@@ -129,6 +130,7 @@ bool MappingStage::close_loops() {
 }
 
 void MappingStage::join(const SubmapJoin& join) {
+  ++closed_loops_;
   mapper_.join(join.root, join.parent, join.patch);
   for (const MapPair& pair : join.pairs) {
     std::vector<KeyframeId> place = map().covisible(pair.match.place, 1, kPlaceKeyframes);

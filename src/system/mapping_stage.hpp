@@ -88,6 +88,8 @@ class MappingStage {
   [[nodiscard]] bool has_dense_frames() const { return !dense_update_.added.empty(); }
   /// What changed for the dense map since the last call.
   [[nodiscard]] DenseUpdate take_dense_update();
+  /// Loops closed and submaps joined so far.
+  [[nodiscard]] int closed_loops() const { return closed_loops_; }
   /// What keyframes were compared with: the first of the run, up to a bound.
   [[nodiscard]] const std::vector<LoopAttempt>& loop_attempts() const { return attempts_; }
 
@@ -117,6 +119,7 @@ class MappingStage {
   LoopCloser loop_closer_;
   SubmapJoiner submap_joiner_;
   std::vector<LoopAttempt> attempts_;
+  int closed_loops_ = 0;
   std::deque<KeyframeId> complete_;  // mapped and rid of moving things, not compared yet
   DenseUpdate dense_update_;
   std::vector<KeyframeId> culled_;  // that the dense map was not told of

@@ -38,6 +38,7 @@ class OfflineRunner final : public Runner {
     return result;
   }
 
+  void expect_motion(const SE3& T_now_last) override { tracker_->expect_motion(T_now_last); }
   void miss(Timestamp stamp) override { log_.miss(stamp); }
   void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
@@ -51,6 +52,7 @@ class OfflineRunner final : public Runner {
   StaticScene scene() override { return named_scene(*dense_); }
   void inspect_dense(const std::function<void(DenseMap&)>& look) override { look(*dense_); }
   std::vector<LoopAttempt> loop_attempts() override { return mapping_->loop_attempts(); }
+  int closed_loops() const override { return mapping_->closed_loops(); }
 
   void reset() override {
     log_.clear();

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "system/dense_sink.hpp"
 #include "system/mapping_stage.hpp"
 #include "system/run_log.hpp"
 #include "system/slam_config.hpp"
@@ -20,6 +21,9 @@ class Runner {
   /// Throws what a side stage ended with, if it was an exception, as the other calls do.
   virtual TrackResult process(const FramePtr& frame) = 0;
 
+  /// How the camera moved between the last frame and the next, by whoever measures it: a start for
+  /// the search, no more (Tracker::expect_motion()).
+  virtual void expect_motion(const SE3& T_now_last) = 0;
   /// In place of process(): a frame that was offered, but cannot be processed.
   virtual void miss(Timestamp stamp) = 0;
   /// Is told about every processed frame from now on; also after reset().
@@ -32,6 +36,8 @@ class Runner {
   [[nodiscard]] virtual StaticScene scene() = 0;
   /// What keyframes were compared with to close loops: the first of the run, up to a bound.
   [[nodiscard]] virtual std::vector<LoopAttempt> loop_attempts() = 0;
+  /// How often the map was corrected by a place seen again, so far; waits for nobody.
+  [[nodiscard]] virtual int closed_loops() const = 0;
   /// Takes over what was computed on a copy of the map (loops, fused landmarks); tracking goes on
   /// in the corrected world with the next view.
   virtual void correct(MapPatch patch) = 0;
@@ -55,6 +61,7 @@ struct MapUse {
   bool frozen = false;                ///< the map stays as it is: frames are only placed in it
   MapSink sink;                       ///< may be empty
   std::vector<SavedView> dense = {};  ///< of the start's keyframes
+  DenseSink dense_sink = {};          ///< of a live run alone
 };
 
 [[nodiscard]] inline TrackerConfig tracker_config(const SlamConfig& config, const MapUse& use) {

@@ -30,7 +30,7 @@ Status add_dense(const std::filesystem::path& file, const Map& map, const Camera
 }
 
 Result<MapUse> open_map(const SessionOptions& options, const Camera& camera, Session& session) {
-  MapUse use{{}, options.localize_only, options.map_sink, {}};
+  MapUse use{{}, options.localize_only, options.map_sink, {}, options.dense_sink};
   if (options.load_map.empty()) {
     if (options.localize_only) return Error{ErrorKind::kUsage, "no map to localise in"};
     return use;
@@ -83,6 +83,8 @@ std::string segmenter_name(SegmenterKind kind) {
       return "builtin";
     case SegmenterKind::kMasks:
       return "masks";
+    case SegmenterKind::kGiven:
+      return "frames";
     case SegmenterKind::kNone:
       break;
   }
@@ -92,6 +94,7 @@ std::string segmenter_name(SegmenterKind kind) {
 Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options) {
   if (!uses_masks(options.config.dynamic.mode) || options.segmenter == SegmenterKind::kNone)
     return std::unique_ptr<Segmenter>();
+  if (options.segmenter == SegmenterKind::kGiven) return make_given_segmenter(options.given);
   if (options.segmenter == SegmenterKind::kMasks) return make_recorded_segmenter(options.masks_dir);
   const YoloConfig& common = options.config.segment.yolo;
   if (options.segmenter == SegmenterKind::kBuiltin)

@@ -6,11 +6,12 @@
 #include <string>
 
 #include "core/result.hpp"
+#include "segment/given_masks.hpp"
 #include "system/runner.hpp"
 
 namespace ygslam {
 
-enum class SegmenterKind { kModel, kBuiltin, kNone, kMasks };
+enum class SegmenterKind { kModel, kBuiltin, kNone, kMasks, kGiven };
 
 /// Where neither a segmenter nor a model is named.
 inline constexpr SegmenterKind kDefaultSegmenter = SegmenterKind::kBuiltin;
@@ -19,12 +20,14 @@ struct SessionOptions {
   SlamConfig config;  ///< resolved (slam_config.hpp)
   CameraConfig camera;
   SegmenterKind segmenter = kDefaultSegmenter;
-  std::filesystem::path model;      ///< for kModel
-  std::filesystem::path masks_dir;  ///< for kMasks
-  std::filesystem::path load_map;   ///< of an earlier run, to go on with; empty = none
-  bool localize_only = false;       ///< the loaded map stays as it is
-  MapSink map_sink;                 ///< see MapUse; may be empty
-  std::string without_model =       ///< what to do without a network, for the error that says so
+  std::filesystem::path model;          ///< for kModel
+  std::filesystem::path masks_dir;      ///< for kMasks
+  std::shared_ptr<GivenMasks> given{};  ///< for kGiven
+  std::filesystem::path load_map;       ///< of an earlier run, to go on with; empty = none
+  bool localize_only = false;           ///< the loaded map stays as it is
+  MapSink map_sink;                     ///< see MapUse; may be empty
+  DenseSink dense_sink;                 ///< the same
+  std::string without_model =  ///< what to do without a network, for the error that says so
       "--segmenter none, --segmenter masks:DIR or --dynamic geometry";
   bool deterministic = false;
   bool may_fork = false;  ///< a model is first read in a child process, which it may bring down

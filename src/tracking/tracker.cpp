@@ -57,7 +57,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
   const ScopedTimer timer;
   ego_mask_.step(*frame);
-  const PredictedMotion motion = motion_model_.predict(frame->stamp);
+  const PredictedMotion motion = predicted_motion(*frame);
   const auto predicted = predicted_flow(motion);
   FrameFeatures seen = see(frame, predicted);
   const double orb_ms = timer.wall_ms();
@@ -198,6 +198,16 @@ TrackResult Tracker::tracked(const Localization::Place& place, const PoseResult&
           .camera_estimate = std::move(camera.estimate),
           .matches = pose.matches,
           .inliers = pose.inliers};
+}
+
+PredictedMotion Tracker::predicted_motion(const RgbdFrame& frame) {
+  PredictedMotion motion = motion_model_.predict(frame.stamp);
+  const auto expected = std::exchange(expected_motion_, std::nullopt);
+  const bool follows = last_ && index(last_->seen.frame->id) + 1 == index(frame.id);
+  if (!expected || !follows) return motion;
+  motion.T_now_last = *expected;
+  motion.body_velocity = motion_model_.body_velocity(frame.stamp, *expected);
+  return motion;
 }
 
 std::optional<FlowPrediction> Tracker::predicted_flow(const PredictedMotion& motion) const {

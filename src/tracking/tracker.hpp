@@ -57,6 +57,10 @@ class Tracker {
   [[nodiscard]] TrackResult step(const FramePtr& frame, const LocalViewPtr& view,
                                  std::span<const SegmentationPtr> masks, bool mapper_busy);
 
+  /// Of the next frame, in place of what the motion model predicts: the camera's motion since the
+  /// frame before, by whoever measures it. Passed over where that frame has no pose.
+  void expect_motion(const SE3& T_now_last) { expected_motion_ = T_now_last; }
+
  private:
   /// A frame as it was seen.
   struct Observed {
@@ -102,6 +106,7 @@ class Tracker {
   void tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackResult& result);
 
   // Steps on these ways, in their order.
+  [[nodiscard]] PredictedMotion predicted_motion(const RgbdFrame& frame);
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const PredictedMotion& motion) const;
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
                                   const std::optional<FlowPrediction>& predicted);
@@ -165,6 +170,7 @@ class Tracker {
   Rng rng_;
 
   std::optional<TrackedFrame> last_;    // newest frame with a pose
+  std::optional<SE3> expected_motion_;  // of the next frame
   bool first_keyframe_is_due_ = false;  // a rolling shutter's waits for the second frame
 };
 

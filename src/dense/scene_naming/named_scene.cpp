@@ -57,13 +57,13 @@ void count_views(const DenseMap& map, const PlacedViews& views, SceneObject& tab
   table.known = table.first_seen;
 }
 
-}  // namespace
+enum class Edges { kAsFused, kByAllViews };
 
-StaticScene named_scene(DenseMap& map) {
+StaticScene read_scene(DenseMap& map, Edges edges) {
   StaticScene scene{map.mesh(), space_cells(map.volume(), map.config().reading), {}, {}};
   const PlacedViews views = map.views();
   if (views.empty()) return scene;
-  label_edges(map, views, scene.mesh);
+  if (edges == Edges::kByAllViews) label_edges(map, views, scene.mesh);
   const MeanCamera mean = mean_camera(views);
   scene.gravity = find_gravity(scene.mesh, mean.up_guess_world, mean.p_world);
   scene.objects = place_objects(map.objects(), scene.gravity, scene.mesh, scene.space);
@@ -77,6 +77,11 @@ StaticScene named_scene(DenseMap& map) {
   number_objects(scene);
   return scene;
 }
+
+}  // namespace
+
+StaticScene named_scene(DenseMap& map) { return read_scene(map, Edges::kByAllViews); }
+StaticScene quick_scene(DenseMap& map) { return read_scene(map, Edges::kAsFused); }
 
 NamedMesh named_mesh(DenseMap& map) {
   const PlacedViews views = map.views();

@@ -10,6 +10,9 @@ namespace ygslam {
 /// All of it: the mesh with floor, walls, tables and objects named, space, objects with their
 /// boxes.
 [[nodiscard]] StaticScene named_scene(DenseMap& map);
+/// The same without what all views' images are unpacked for (labels where things meet): for a map
+/// that is looked at again and again while it is made.
+[[nodiscard]] StaticScene quick_scene(DenseMap& map);
 
 /// A mesh as it is taken from the map, quickly: what is left to do wants the map no more.
 struct NamedMesh {

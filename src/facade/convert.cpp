@@ -1,0 +1,87 @@
+#include "facade/convert.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "facade/settings.hpp"
+#include "system/pose_covariance.hpp"
+
+namespace ygslam::api {
+namespace {
+
+Object to_api(const TrackedObject& o) {
+  return {index(o.id),
+          coco_class_name(o.class_id),
+          o.age_frames,
+          o.missing_frames,
+          o.resting,
+          api::to_api(o.centre_world),
+          api::to_api(o.velocity_world_mps),
+          api::to_api(o.min_world),
+          api::to_api(o.max_world)};
+}
+
+State to_api(TrackState state) {
+  switch (state) {
+    case TrackState::kWaiting:
+      return State::kWaiting;
+    case TrackState::kTracking:
+      return State::kTracking;
+    case TrackState::kWeak:
+      return State::kWeak;
+    case TrackState::kLost:
+      return State::kLost;
+  }
+  return State::kLost;
+}
+
+}  // namespace
+
+Pose to_api(const SE3& T) {
+  const Eigen::Quaterniond q = T.quaternion();
+  return {{T.t().x(), T.t().y(), T.t().z()}, {q.x(), q.y(), q.z(), q.w()}};
+}
+
+std::vector<MapPoint> to_api(std::span<const ColouredPoint> points) {
+  std::vector<MapPoint> result;
+  result.reserve(points.size());
+  for (const ColouredPoint& p : points)
+    result.push_back(
+        {p.p_world.x(), p.p_world.y(), p.p_world.z(), p.colour.r, p.colour.g, p.colour.b});
+  return result;
+}
+
+Result to_api(const TrackResult& tracked) {
+  Result result;
+  result.state = to_api(tracked.state);
+  result.T_world_camera = to_api(tracked.T_world_camera);
+  result.T_odom_camera = to_api(tracked.T_odom_camera);
+  result.T_world_odom = to_api(tracked.T_world_odom);
+  const Mat6 covariance = odom_covariance(tracked);
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(result.covariance.data()) = covariance;
+  result.provisional = tracked.provisional;
+  result.static_points = tracked.labels.static_points;
+  result.dynamic_points = tracked.labels.dynamic_points;
+  result.unknown_points = tracked.labels.unknown_points;
+  result.inliers = tracked.inliers;
+  result.mask_age_frames = tracked.mask_age_frames;
+  for (const TrackedObject& object : tracked.objects) result.objects.push_back(to_api(object));
+  return result;
+}
+
+bool is_finite(const std::array<double, 3>& v) {
+  return std::ranges::all_of(v, [](double x) { return std::isfinite(x); });
+}
+
+SE3 to_se3(const Pose& pose, const char* name) {
+  const auto& [x, y, z, w] = pose.rotation_xyzw;
+  const Eigen::Quaterniond q(w, x, y, z);
+  constexpr double kNotOne = 1e-3;
+  if (!is_finite(pose.translation_m) || !(std::abs(q.norm() - 1) < kNotOne))
+    fail({ErrorKind::kInput,
+          std::string(name) + ": finite numbers and a unit quaternion are expected"});
+  const auto& t = pose.translation_m;
+  return {q.normalized().toRotationMatrix(), Vec3(t[0], t[1], t[2])};
+}
+
+}  // namespace ygslam::api

@@ -1,0 +1,30 @@
+// The static room as the library hands it out: made once, read by many.
+#pragma once
+
+#include <map>
+#include <mutex>
+
+#include "dense/dense_map.hpp"
+#include "scene/scene.hpp"
+#include "ygslam/slam.hpp"
+
+namespace ygslam::api {
+
+struct Room::Impl {
+  using Band = std::pair<double, double>;  ///< heights above the floor [m]
+
+  std::int64_t t_ns = 0;
+  Mesh mesh;
+  std::vector<Thing> things;
+  SpaceCells space;
+  Gravity gravity;
+  mutable std::mutex mutex;
+  mutable std::map<Band, OccupancyGrid> grids;  ///< made so far; under the mutex
+};
+
+/// Of the map as it is; with the plan of the usual heights.
+[[nodiscard]] std::shared_ptr<const Room::Impl> make_room(DenseMap& map);
+/// What a room is made of besides.
+[[nodiscard]] std::shared_ptr<const Room::Impl> make_room(StaticScene scene, std::int64_t t_ns);
+
+}  // namespace ygslam::api

@@ -1,0 +1,31 @@
+// How certain a frame's pose is, for those who fuse it with other sensors.
+#pragma once
+
+#include "tracking/track_result.hpp"
+
+namespace ygslam {
+
+/// Stands for no knowledge at all, as m2 and rad2.
+inline constexpr double kUnknownVariance = 1e6;
+/// While a pose is weak its few points may agree by chance: the noise model knows nothing of that.
+inline constexpr double kWeakStdFactor = 3;
+
+/// Of T_odom_camera: x, y, z, then rotations about the same axes [m, rad]. All 0 of a run's first
+/// frame, which is the origin itself; kUnknownVariance while there is no pose, or none of its
+/// information.
+/// @param R_axes_odom turns odom into the axes that are wanted.
+[[nodiscard]] inline Mat6 odom_covariance(const TrackResult& result,
+                                          const Mat3& R_axes_odom = Mat3::Identity()) {
+  const bool has_pose = result.state == TrackState::kTracking || result.state == TrackState::kWeak;
+  const bool is_first = result.state == TrackState::kTracking && result.matches == 0;
+  if (has_pose && !result.covariance && is_first) return Mat6::Zero();
+  if (!has_pose || !result.covariance) return kUnknownVariance * Mat6::Identity();
+  // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
+  const Mat3 R = R_axes_odom * result.T_odom_camera.R();
+  Mat6 rotation = Mat6::Zero();
+  rotation.topLeftCorner<3, 3>() = rotation.bottomRightCorner<3, 3>() = R;
+  const double factor = result.state == TrackState::kWeak ? kWeakStdFactor : 1;
+  return factor * factor * rotation * *result.covariance * rotation.transpose();
+}
+
+}  // namespace ygslam

@@ -9,6 +9,7 @@ import dataclasses
 
 import numpy as np
 
+LEAST = 1e-8  # variance [m^2, rad^2]: filters take no 0, which the first frame has
 UNKNOWN = 1e6  # variance [m^2, rad^2] of what nobody knows
 
 # Of the camera's body (x forward, y left, z up) to its optical frame.
@@ -95,5 +96,6 @@ def poses_of(result, T_base_camera: np.ndarray, T_map_world: np.ndarray) -> Pose
     lever = T_base_camera[:3, :3] @ result.T_odom_camera[:3, :3] @ T_camera_base[:3, 3]
     covariance = np.asarray(result.covariance)
     if covariance[0, 0] < UNKNOWN:  # what is not known stays as large
+        covariance = covariance + LEAST * np.eye(6)
         covariance = moved_covariance(covariance, T_base_camera[:3, :3], lever)
     return Poses(T_map_odom, T_odom_base, T_map_odom @ T_odom_base, covariance)

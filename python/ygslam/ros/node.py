@@ -1,6 +1,7 @@
 """The node: subscribes, hands pairs to the engine, publishes what comes out. docs/ros.md lists topics."""
 from __future__ import annotations
 
+import collections
 import math
 import signal
 import sys
@@ -14,7 +15,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterValueException, ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from sensor_msgs.msg import CameraInfo, CompressedImage
@@ -24,6 +25,7 @@ from tf2_msgs.msg import TFMessage
 
 from . import frames, messages, parameters, things, wire
 from .engine import Engine
+from .inputs import Input
 from .outputs import Outputs
 from .static_tree import StaticTree
 from .sync import Image, Pairing
@@ -44,6 +46,7 @@ class SlamNode(Node):
         self._fixed_pose = self._parameter_pose()
         self._infos: dict[str, bytes] = {}
         self._depth_frame, self._used_infos = "", None
+        self._early: collections.deque[tuple[Image, Image]] = collections.deque(maxlen=self.own["queue_size"])
         self._foreign_parent, self._told_camera_tf = "", False
         self._T_map_world, self._result = None, None
         self._map_due_ns: int | None = None
@@ -53,6 +56,7 @@ class SlamNode(Node):
                            self.own["path_step_m"], self.own["path_length"])
         self.engine = Engine(self._open_slam, self._take_result, self._tell, self._give_up, self.own["queue_size"])
         self._pairs = Pairing(round(self.own["slop_ms"] * 1e6), self._take_pair)
+        self._inputs: list[Input] = []
         self._subscribe()
         self._serve()
         # Of its own clock: with use_sim_time nothing comes while /clock stands still.
@@ -77,19 +81,16 @@ class SlamNode(Node):
         return frames.from_roll_pitch_yaw(*numbers) @ frames.T_BODY_OPTICAL
 
     def _subscribe(self) -> None:
-        qos = QoSProfile(depth=max(10, self.own["queue_size"]), reliability=ReliabilityPolicy.RELIABLE
-                         if self.own["reliable"] else ReliabilityPolicy.BEST_EFFORT)
+        depth_info = [] if self.own["depth_registered"] else [("depth", "depth/camera_info", self._take_info)]
         for side, topic in (("colour", "rgb/image"), ("depth", "depth/image")):
             transport = self.own[f"{side}_transport"]
             if transport not in ("raw", "compressed", "compressedDepth"):
                 raise ValueError(f"parameter {side}_transport: '{transport}': must be raw, compressed or compressedDepth")
             kind, name = (RawImage, "Image") if transport == "raw" else (CompressedImage, "CompressedImage")
-            self.create_subscription(kind, topic if transport == "raw" else f"{topic}/{transport}",
-                                     lambda data, side=side, name=name: self._take_image(side, name, data), qos, raw=True)
-        self.create_subscription(CameraInfo, "rgb/camera_info", lambda data: self._take_info("colour", data), qos, raw=True)
-        if not self.own["depth_registered"]:
-            self.create_subscription(CameraInfo, "depth/camera_info", lambda data: self._take_info("depth", data), qos,
-                                     raw=True)
+            self._inputs.append(Input(self, kind, topic if transport == "raw" else f"{topic}/{transport}",
+                                      lambda data, side=side, name=name: self._take_image(side, name, data)))
+        for side, topic, take in [("colour", "rgb/camera_info", self._take_info), *depth_info]:
+            self._inputs.append(Input(self, CameraInfo, topic, lambda data, side=side, take=take: take(side, data)))
         self.create_subscription(TFMessage, "/tf_static", self._take_static, KEPT_TF)
         if self.own["publish_tf"]:
             self.create_subscription(TFMessage, "/tf", self._watch_tf, 100)
@@ -131,6 +132,7 @@ class SlamNode(Node):
     def _open_slam(self, images, load_map: str, localize_only: bool):
         return ygslam.Slam(images.camera, model=self.own["model"], segmenter=self.own["segmenter"], load_map=load_map,
                            localize_only=localize_only, keep_trajectory=False, view=self.own["view"],
+                           room_every_s=self.own["map_period_s"],
                            options=self._options)
 
     # In
@@ -150,10 +152,12 @@ class SlamNode(Node):
         except ValueError as error:
             return self._tell(f"{side} camera_info: {error}")
         self._infos[side] = data
+        self._pass_on()
 
     def _take_static(self, message: TFMessage) -> None:
         for entry in message.transforms:
             self._tree.add(entry.header.frame_id, entry.child_frame_id, messages.matrix_of(entry))
+        self._pass_on()
 
     def _watch_tf(self, message: TFMessage) -> None:
         """A frame has one parent: where somebody else gives base_frame one, this node keeps off /tf."""
@@ -168,9 +172,15 @@ class SlamNode(Node):
                                     "nothing more is published on /tf; set publish_tf to false, or stop the other")
 
     def _take_pair(self, colour: Image, depth: Image) -> None:
-        if not self._is_ready(colour):
+        """What comes before the cameras are known waits for them."""
+        self._early.append((colour, depth))
+        self._pass_on()
+
+    def _pass_on(self) -> None:
+        if not self._early or not self._is_ready(self._early[-1][0]):
             return
-        self.engine.put(colour, depth)
+        while self._early:
+            self.engine.put(*self._early.popleft())
 
     def _is_ready(self, colour: Image) -> bool:
         """Whether the cameras and their places are known; says what is missing."""
@@ -248,6 +258,8 @@ class SlamNode(Node):
 
     # From time to time, in the executor's thread
     def _tick(self) -> None:
+        for source in self._inputs:
+            source.match()
         self._publish_camera_tf()
         t_ns = self.get_clock().now().nanoseconds
         self.out.status(messages.status(t_ns, "ygslam: slam", *self._judged(), self._values()))

@@ -17,7 +17,8 @@ OWN = {
     "depth_transport": ("raw", "raw, or compressedDepth or compressed: depth/image/compressedDepth"),
     "depth_registered": (True, "depth has the pixels of the colour camera; false: depth/camera_info and /tf_static "
                                "tell where the depth camera is"),
-    "reliable": (False, "ask for reliable images; best effort takes what either kind of publisher sends"),
+    "reliability": ("auto", "of the images' subscriptions: reliable, best_effort, or auto: reliable where all "
+                            "publishers are, for large images lose parts otherwise"),
     "slop_ms": (20.0, "colour and depth belong together up to this difference of their stamps", 0.0, 1000.0),
     "queue_size": (10, "pairs that wait at most; then the oldest is dropped and counted", 1, 1000),
     "model": ("", "network, .onnx or .xml; empty: segmenter"),

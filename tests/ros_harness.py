@@ -41,6 +41,9 @@ class Frames:
         self._count = min(len(self._sequence), most)
         self._kept = {}
 
+    def __len__(self):
+        return self._count
+
     def __getitem__(self, i):
         """@return rgb (H, W, 3) uint8, depth (H, W) uint16 [mm]."""
         import numpy as np

@@ -9,15 +9,15 @@ from geometry_msgs.msg import (Point, Pose, PoseStamped, PoseWithCovarianceStamp
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
-from .frames import UNKNOWN, quaternion, rotation_vector
+from .frames import UNKNOWN, matrix, quaternion, rotation_vector
 
 
 def header(t_ns: int, frame: str) -> Header:
     return Header(stamp=Time(sec=t_ns // 10**9, nanosec=t_ns % 10**9), frame_id=frame)
 
 
-def _quaternion(matrix) -> Quaternion:
-    x, y, z, w = quaternion(matrix)
+def _quaternion(T) -> Quaternion:
+    x, y, z, w = quaternion(T)
     return Quaternion(x=x, y=y, z=z, w=w)
 
 
@@ -29,8 +29,8 @@ def vector(xyz) -> Vector3:
     return Vector3(x=float(xyz[0]), y=float(xyz[1]), z=float(xyz[2]))
 
 
-def pose(matrix) -> Pose:
-    return Pose(position=point(matrix[:3, 3]), orientation=_quaternion(matrix))
+def pose(T) -> Pose:
+    return Pose(position=point(T[:3, 3]), orientation=_quaternion(T))
 
 
 def transform(t_ns: int, parent: str, child: str, T_parent_child) -> TransformStamped:
@@ -41,7 +41,6 @@ def transform(t_ns: int, parent: str, child: str, T_parent_child) -> TransformSt
 
 
 def matrix_of(message: TransformStamped) -> np.ndarray:
-    from .frames import matrix
     t, q = message.transform.translation, message.transform.rotation
     return matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 
@@ -70,8 +69,8 @@ def pose_with_covariance(t_ns: int, frame: str, T_map_base, covariance) -> PoseW
     return message
 
 
-def pose_stamped(t_ns: int, frame: str, matrix) -> PoseStamped:
-    return PoseStamped(header=header(t_ns, frame), pose=pose(matrix))
+def pose_stamped(t_ns: int, frame: str, T) -> PoseStamped:
+    return PoseStamped(header=header(t_ns, frame), pose=pose(T))
 
 
 def status(t_ns: int, name: str, level: int, line: str, values: dict) -> DiagnosticArray:

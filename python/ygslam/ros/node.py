@@ -42,6 +42,7 @@ class SlamNode(Node):
         super().__init__("ygslam", **how)
         self.own, self._options = parameters.declare(self)
         self.fatal: Exception | None = None
+        self._said = "no images yet"
         self._tree, self._T_base_camera, self._camera_frame = StaticTree(), None, ""
         self._fixed_pose = self._parameter_pose()
         self._infos: dict[str, bytes] = {}
@@ -288,7 +289,7 @@ class SlamNode(Node):
         if self.engine.paused:
             return STALE, "paused"
         if self._result is None:
-            return WARNING, getattr(self, "_said", "no images yet")
+            return WARNING, self._said
         if state == ygslam.State.LOST:
             return ERROR, "lost"
         if self._rate() == 0:

@@ -305,7 +305,9 @@ class Clocks(RosTest):
         self.node(use_sim_time=True)
         clock = self.ears.node.create_publisher(Clock, "/clock", 10)
         self.ears.wait_for_reader(clock)
-        clock.publish(Clock(clock=header_of(5 * 10**9, "").stamp))
+        for _ in range(10):  # what is sent before a reader is found is lost
+            clock.publish(Clock(clock=header_of(5 * 10**9, "").stamp))
+            time.sleep(0.1)
         self.ears.wait("/ygslam/status", lambda said: sum(stamp_of(m) == 5 * 10**9 for m in said) >= 2)
         self.wait_for_poses(self.stream(self.camera(), 10, start_ns=5 * 10**9))
 
@@ -342,7 +344,8 @@ class Ends(RosTest):
             camera = self.camera()
             self.stream(camera, 10)
             code, said, seconds = node.end(number)
-            self.assertEqual((code, said), (0, ""))
+            self.assertEqual(code, 0, said)
+            self.assertNotRegex(said, r"(?i)error|traceback")
             self.assertLess(seconds, 20)
             camera.close()
 

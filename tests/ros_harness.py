@@ -11,6 +11,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 
@@ -24,10 +25,11 @@ def run_in_ros(distribution):
         return
     python = pathlib.Path(os.environ.get("YGSLAM_ROS", ROOT / ".venv")) / f"ros-{distribution}" / "bin" / "python"
     if not python.exists():
-        print(f"skipped: no ROS 2 in {python.parent.parent}: `tools/setup.sh ros` installs it\n\nOK (skipped=1)")
+        print(f"setUpClass (RosTest) ... skipped 'no ROS 2 in {python.parent.parent} (tools/setup.sh ros)'\n\n"
+              "OK (skipped=1)")
         sys.exit(0)
-    os.environ.update(YGSLAM_IN_ROS=distribution, ROS_DOMAIN_ID=str(random.randrange(1, 100)), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST",
-                      ROS_LOG_DIR="/tmp/ygslam_ros_log")
+    os.environ.update(YGSLAM_IN_ROS=distribution, ROS_DOMAIN_ID=str(random.randrange(1, 100)),
+                      ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_LOG_DIR=tempfile.mkdtemp(prefix="ygslam_ros_"))
     os.execv(python, [str(python), *sys.argv])
 
 
@@ -170,10 +172,10 @@ class Camera:
         rgb, depth_mm = self.frames[i]
         colour, depth, info = self.publishers
         info.publish(info_of(t_ns, self.frames.camera, self.frame))
-        messages = (image_of(t_ns + self.lag_ns, "16UC1", depth_mm, self.frame), image_of(t_ns, "rgb8", rgb, self.frame))
-        depth.publish(messages[0])
+        depth.publish(image_of(t_ns + self.lag_ns, "16UC1", depth_mm, self.frame))
+        message = image_of(t_ns, "rgb8", rgb, self.frame)
         self.sent[t_ns] = time.perf_counter()
-        colour.publish(messages[1])
+        colour.publish(message)
 
     def stream(self, count, start_ns=10**15, first=0, rate=30.0):
         """@return the stamps."""

@@ -124,8 +124,8 @@ class Parts(unittest.TestCase):
 
     def test_headers(self):
         messages = Messages()
-        data = bytes(get_typestore(Stores.ROS2_HUMBLE).serialize_cdr(messages.info(12 * 10**9 + 5, (1, 1, 1, 1), (4, 3)),
-                                                                     "sensor_msgs/msg/CameraInfo"))
+        info = messages.info(12 * 10**9 + 5, (1, 1, 1, 1), (4, 3))
+        data = bytes(get_typestore(Stores.ROS2_HUMBLE).serialize_cdr(info, "sensor_msgs/msg/CameraInfo"))
         self.assertEqual(wire.header(data)[:2], (12 * 10**9 + 5, "camera"))
         for cut in range(0, 22):
             with self.assertRaises(ValueError):
@@ -141,7 +141,8 @@ class Parts(unittest.TestCase):
 
     def test_people_stand_on_the_floor(self):
         thing = types.SimpleNamespace(id=3, class_name="person", missing_frames=0, centre_world_m=[0, 0.5, 2],
-                                      velocity_world_mps=[0, 0, 1], min_world_m=[-0.2, 0, 1.8], max_world_m=[0.2, 1, 2.2])
+                                      velocity_world_mps=[0, 0, 1], min_world_m=[-0.2, 0, 1.8],
+                                      max_world_m=[0.2, 1, 2.2])
         T_map_world = frames.from_roll_pitch_yaw(0, 0, 1.4, 0, 0, 0) @ frames.T_BODY_OPTICAL
         [seen] = things.things_of([thing], T_map_world)
         np.testing.assert_allclose(seen.position_m, [2, 0, 0])

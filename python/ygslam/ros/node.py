@@ -86,7 +86,8 @@ class SlamNode(Node):
         for side, topic in (("colour", "rgb/image"), ("depth", "depth/image")):
             transport = self.own[f"{side}_transport"]
             if transport not in ("raw", "compressed", "compressedDepth"):
-                raise ValueError(f"parameter {side}_transport: '{transport}': must be raw, compressed or compressedDepth")
+                raise ValueError(f"parameter {side}_transport: '{transport}': must be raw, compressed or "
+                                 "compressedDepth")
             kind, name = (RawImage, "Image") if transport == "raw" else (CompressedImage, "CompressedImage")
             self._inputs.append(Input(self, kind, topic if transport == "raw" else f"{topic}/{transport}",
                                       lambda data, side=side, name=name: self._take_image(side, name, data)))
@@ -169,8 +170,8 @@ class SlamNode(Node):
             if entry.header.frame_id == self.own["odom_frame"] and stamp in self.out.own_stamps:
                 continue
             self._foreign_parent = entry.header.frame_id
-            self.get_logger().error(f"{self.own['base_frame']} has the parent {self._foreign_parent} from another node: "
-                                    "nothing more is published on /tf; set publish_tf to false, or stop the other")
+            self.get_logger().error(f"{self.own['base_frame']} has the parent {self._foreign_parent} from another "
+                                    "node: nothing more is published on /tf; set publish_tf to false, or stop it")
 
     def _take_pair(self, colour: Image, depth: Image) -> None:
         """What comes before the cameras are known waits for them."""
@@ -277,7 +278,8 @@ class SlamNode(Node):
             return
         self._told_camera_tf = True
         if parent := self._tree.parent_of(self._camera_frame):
-            self._tell(f"{self._camera_frame} has the parent {parent} on /tf_static: camera_pose is used, not published")
+            self._tell(f"{self._camera_frame} has the parent {parent} on /tf_static: camera_pose is used, but not "
+                       "published")
             return
         self._static.publish(TFMessage(transforms=[messages.transform(
             self.get_clock().now().nanoseconds, self.own["base_frame"], self._camera_frame, self._fixed_pose)]))

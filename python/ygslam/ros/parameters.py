@@ -49,7 +49,8 @@ def declare(node) -> tuple[dict, dict[str, str]]:
     """@return the values of OWN, and the settings of the library that differ from their defaults."""
     own = {}
     for name, (default, meaning, *limits) in OWN.items():
-        value = node.declare_parameter(name, default, _descriptor(meaning, *limits, changeable=name in CHANGEABLE)).value
+        described = _descriptor(meaning, *limits, changeable=name in CHANGEABLE)
+        value = node.declare_parameter(name, default, described).value
         own[name] = checked(name, value, default, limits)
     options = {}
     for setting in parsed(_command._call("config")):

@@ -17,25 +17,30 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "tests")
 import ros_harness  # noqa: E402
 
 
-def of_node(frames, count, rate, qos):
-    """@return poses lost, milliseconds from image to pose."""
+def of_node(frames, count, rate, qos, queue_size):
+    """@return poses lost, milliseconds from image to pose, what the node counted."""
+    from diagnostic_msgs.msg import DiagnosticArray
     from geometry_msgs.msg import PoseWithCovarianceStamped
     ears = ros_harness.Ears()
-    node = ros_harness.NodeProcess()
+    node = ros_harness.NodeProcess(queue_size=queue_size)
     try:
         ears.listen(PoseWithCovarianceStamped, "/ygslam/pose")
+        ears.listen(DiagnosticArray, "/ygslam/status")
         camera = ros_harness.Camera(ears, frames, qos).ready()
         stamps = camera.stream(count, rate=rate)
         end = time.monotonic() + 10
         while len(ears.messages("/ygslam/pose")) < count and time.monotonic() < end:
             time.sleep(0.1)
+        time.sleep(1)  # for the last status
+        said = {value.key: value.value for value in ears.messages("/ygslam/status")[-1].status[0].values}
         heard = {ros_harness.stamp_of(message): at for at, message in ears.heard["/ygslam/pose"]}
         return (len(set(stamps) - set(heard)),
-                [(at - camera.sent[stamp]) * 1e3 for stamp, at in heard.items() if stamp in camera.sent])
+                [(at - camera.sent[stamp]) * 1e3 for stamp, at in heard.items() if stamp in camera.sent],
+                {key: int(said[key]) for key in ("frames", "dropped", "refused", "unpaired")})
     finally:
-        code, said, _ = node.end()
+        code, told, _ = node.end()
         ears.close()
-        print(f"node: exit code {code} {said}".strip(), file=sys.stderr)
+        print(f"node: exit code {code} {told}".strip(), file=sys.stderr)
 
 
 def of_library(frames, count, rate):
@@ -57,6 +62,7 @@ def main():
     parser.add_argument("--ros", default="kilted", choices=("kilted", "jazzy"))
     parser.add_argument("--seconds", type=float, default=600)
     parser.add_argument("--rate", type=float, default=30)
+    parser.add_argument("--queue-size", type=int, default=10)
     parser.add_argument("--best-effort", action="store_true")
     options = parser.parse_args()
     ros_harness.run_in_ros(options.ros)
@@ -68,9 +74,9 @@ def main():
     for i in range(len(frames)):
         frames[i]  # decoded beforehand
     count = round(options.seconds * options.rate)
-    lost, latencies = of_node(frames, count, options.rate, qos)
+    lost, latencies, counts = of_node(frames, count, options.rate, qos, options.queue_size)
     library = of_library(frames, min(count, 600), options.rate)
-    print(json.dumps({"frames": count, "lost": lost, "image_to_pose_ms": round(float(np.median(latencies)), 2),
+    print(json.dumps({"frames": count, "lost": lost, "node": counts, "image_to_pose_ms": round(float(np.median(latencies)), 2),
                       "library_ms": round(float(np.median(library)), 2),
                       "added_ms": round(float(np.median(latencies) - np.median(library)), 2),
                       "p10_ms": [round(float(np.percentile(x, 10)), 2) for x in (latencies, library)]}))

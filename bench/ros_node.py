@@ -68,7 +68,7 @@ def main():
     ros_harness.run_in_ros(options.ros)
     import numpy as np
     from rclpy.qos import QoSProfile, ReliabilityPolicy
-    qos = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT if options.best_effort
+    qos = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT if options.best_effort
                      else ReliabilityPolicy.RELIABLE)
     frames = ros_harness.Frames(options.sequence)
     for i in range(len(frames)):

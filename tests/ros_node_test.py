@@ -373,7 +373,7 @@ class Long(RosTest):
         """However late on a loaded machine: nothing makes room here."""
         self.listen(odometry=Odometry)
         self.node(queue_size=1000)
-        stamps = self.camera().stream(1800)
+        stamps = self.camera(100).stream(1800)
         self.wait_for_poses(stamps, "/ygslam/odometry")
 
 

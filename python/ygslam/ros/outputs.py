@@ -18,7 +18,7 @@ from .frames import Poses, inverse
 
 STEP_S = 0.5  # two frames farther apart tell no velocity
 
-LIVE = QoSProfile(depth=10)  # reliable: those who want best effort get it, too
+LIVE = QoSProfile(depth=100)  # reliable: those who want best effort get it, too
 TF = QoSProfile(depth=100)
 KEPT = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

@@ -8,6 +8,7 @@ namespace ygslam::python {
 void bind_camera(nanobind::module_& m);
 void bind_results(nanobind::module_& m);
 void bind_room(nanobind::module_& m);
+void bind_ros_images(nanobind::module_& m);
 void bind_slam(nanobind::module_& m);
 void bind_sequence(nanobind::module_& m);
 

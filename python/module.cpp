@@ -63,6 +63,7 @@ NB_MODULE(_core, m) {
   bind_results(m);
   bind_room(m);
   bind_slam(m);
+  bind_ros_images(m);
   bind_sequence(m);
 }
 

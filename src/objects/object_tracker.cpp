@@ -50,7 +50,7 @@ std::vector<TrackedObject> ObjectTracker::step(ObjectInput input) {
   forget(now.in.stamp);
   std::vector<TrackedObject> result;
   for (const auto& [key, track] : tracks_)
-    if (track.id != kNoObject) result.push_back(track.in_world(now.in.T_world_odom));
+    if (track.id != kNoObject) result.push_back(track.in_world(now.in.T_world_odom, now.in.stamp));
   std::sort(result.begin(), result.end(),
             [](const TrackedObject& a, const TrackedObject& b) { return a.id < b.id; });
   return result;

@@ -162,6 +162,21 @@ TEST(ObjectTracker, WhoIsGoneForLongIsForgotten) {
   EXPECT_TRUE(run(tracker, scene, 40, 50).empty());
 }
 
+TEST(ObjectTracker, WhoIsUnseenForASecondFadesUntilSeenAgain) {
+  Scene scene;
+  scene.things = {{}};
+  ObjectTracker tracker({}, scene.camera());
+  EXPECT_FALSE(run(tracker, scene, 0, 15).at(0).faded);
+  scene.things.clear();
+  EXPECT_FALSE(run(tracker, scene, 15, 40).at(0).faded);
+  EXPECT_TRUE(run(tracker, scene, 40, 50).at(0).faded);
+  scene.things = {{}};
+  const auto back = run(tracker, scene, 50, 65);
+  ASSERT_EQ(back.size(), 1U);
+  EXPECT_EQ(back[0].id, ObjectId{0});
+  EXPECT_FALSE(back[0].faded);
+}
+
 TEST(ObjectTracker, RestsAfterAWhileAndMovesAtOnce) {
   Scene scene;
   scene.things = {{}};

@@ -23,6 +23,7 @@ constexpr double kTentative_s = 1;  // unconfirmed or without a class it is kept
 
 // When it is in sight.
 constexpr double kShowMissed_s = 0.5;     // masks may overlook it for so long
+constexpr double kFade_s = 1;             // and for so long it counts as live
 constexpr double kPresentDepth_m = 0.4;   // surface so near to its depth ...
 constexpr double kPresentShare = 0.15;    // ... fills so much of its box
 constexpr double kMinVisibleShare = 0.1;  // of its box in the image
@@ -99,7 +100,7 @@ bool Track::is_forgotten(Timestamp now, double keep_s) const {
   return seconds_between(now, seen) > (is_known() && id != kNoObject ? keep_s : kTentative_s);
 }
 
-TrackedObject Track::in_world(const SE3& T_world_odom) const {
+TrackedObject Track::in_world(const SE3& T_world_odom, Timestamp now) const {
   const Vec3 min_odom = place.centre_odom + low_m, max_odom = place.centre_odom + high_m;
   const Vec3 middle = T_world_odom * (0.5 * (min_odom + max_odom));
   const Vec3 half = T_world_odom.R().cwiseAbs() * (0.5 * (max_odom - min_odom));
@@ -108,6 +109,7 @@ TrackedObject Track::in_world(const SE3& T_world_odom) const {
           .age_frames = age_frames,
           .missing_frames = missing_frames,
           .resting = resting,
+          .faded = seconds_between(now, seen) > kFade_s,
           .points = points,
           .box_px = box_px,
           .centre_world = T_world_odom * place.centre_odom,

@@ -17,6 +17,7 @@ struct TrackedObject {
   int age_frames = 0;                ///< since it was first seen
   int missing_frames = 0;            ///< since a mask showed it or it was seen to move
   bool resting = false;              ///< demonstrably stands still
+  bool faded = false;                ///< not confirmed for over a second: a memory of where it was
   int points = 0;                    ///< features on it now
   PixelBox box_px;                   ///< where it is seen in the image; empty while out of sight
   Vec3 centre_world = Vec3::Zero();  ///< median of its visible surface, or where its motion puts it
@@ -46,7 +47,7 @@ struct Track {
   [[nodiscard]] bool is_young() const { return age_frames < 30; }
   [[nodiscard]] bool is_confirmed() const;
   [[nodiscard]] bool is_forgotten(Timestamp now, double keep_s) const;
-  [[nodiscard]] TrackedObject in_world(const SE3& T_world_odom) const;
+  [[nodiscard]] TrackedObject in_world(const SE3& T_world_odom, Timestamp now) const;
 
   /// Its place one frame on: along the flow of its points, without enough of them along its
   /// velocity. @param on_it points of `to` that continue points on it.

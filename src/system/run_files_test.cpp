@@ -121,6 +121,7 @@ TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
   person.class_id = 0;
   person.centre_world = {-1.25, 0.5, 3};
   TrackedObject mover = person;
+  person.faded = true;
   mover.class_id = kUnknownClass;
   frames[1].objects = {person, mover};
   const auto lines = split(file_of(frames, "objects.csv"), '\n');
@@ -131,6 +132,9 @@ TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
   EXPECT_EQ(row[2], "7");
   EXPECT_EQ(row[3], "person");
   EXPECT_EQ(row[8], "-1.250");
+  EXPECT_EQ(header.back(), "faded");
+  EXPECT_EQ(row.back(), "1");
+  EXPECT_EQ(split(lines[2], ',').back(), "0");
   EXPECT_EQ(split(lines[2], ',')[3], "unknown");
 }
 

@@ -38,7 +38,7 @@ constexpr const char* kFramesHeader =
     "mask_ms\n";
 constexpr const char* kObjectsHeader =
     "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
-    "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m\n";
+    "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m,faded\n";
 
 std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times) {
   std::string text = format_stamp(r.stamp, stamp_decimals);
@@ -73,7 +73,7 @@ std::string object_lines(const FrameRecord& record, int stamp_decimals) {
       text += ',' + std::to_string(value);
     for (const Vec3* vector : {&o.centre_world, &o.velocity_world_mps, &o.min_world, &o.max_world})
       for (int axis = 0; axis < 3; ++axis) text += ',', append_number(text, (*vector)[axis]);
-    text += '\n';
+    text += o.faded ? ",1\n" : ",0\n";
   }
   return text;
 }

@@ -22,8 +22,8 @@ PoseFields fields_of(const api::Pose& pose) { return {pose.translation_m, pose.r
 api::Pose pose_of(const PoseFields& fields) { return {std::get<0>(fields), std::get<1>(fields)}; }
 
 auto fields_of(const api::Object& o) {
-  return std::tuple(o.id, o.class_name, o.age_frames, o.missing_frames, o.resting, o.centre_world_m,
-                    o.velocity_world_mps, o.min_world_m, o.max_world_m);
+  return std::tuple(o.id, o.class_name, o.age_frames, o.missing_frames, o.resting, o.faded,
+                    o.centre_world_m, o.velocity_world_mps, o.min_world_m, o.max_world_m);
 }
 using ObjectFields = decltype(fields_of(api::Object()));
 
@@ -97,6 +97,7 @@ void bind_object(nb::module_& m) {
       .def_ro("age_frames", &api::Object::age_frames)
       .def_ro("missing_frames", &api::Object::missing_frames, "since it was last confirmed")
       .def_ro("resting", &api::Object::resting, "demonstrably stands still")
+      .def_ro("faded", &api::Object::faded, "not confirmed for over a second")
       .def_ro("centre_world_m", &api::Object::centre_world_m)
       .def_ro("velocity_world_mps", &api::Object::velocity_world_mps)
       .def_ro("min_world_m", &api::Object::min_world_m, "box about what is visible of it")

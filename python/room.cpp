@@ -28,23 +28,23 @@ void bind_parts(nb::module_& m) {
       .def("__repr__", [](const api::RayHit& hit) {
         return text("RayHit({} at {:.2f} m)", nb::cast(hit.what).attr("name"), hit.distance_m);
       });
-  nb::class_<api::Thing>(m, "Thing", "A thing that stands in the room.")
-      .def_ro("id", &api::Thing::id)
-      .def_ro("class_name", &api::Thing::class_name, "COCO's, or \"unknown\"")
-      .def_ro("probability", &api::Thing::probability, "of the class")
-      .def_ro("state", &api::Thing::state,
+  nb::class_<api::StaticObject>(m, "StaticObject", "An object that stands in the room.")
+      .def_ro("id", &api::StaticObject::id)
+      .def_ro("class_name", &api::StaticObject::class_name, "COCO's, or \"unknown\"")
+      .def_ro("probability", &api::StaticObject::probability, "of the class")
+      .def_ro("state", &api::StaticObject::state,
               "candidate, static, moving, settled, absent or unobserved")
       .def_prop_ro(
-          "T_world_box", [](const api::Thing& t) { return to_matrix(t.T_world_box); },
+          "T_world_box", [](const api::StaticObject& t) { return to_matrix(t.T_world_box); },
           nb::rv_policy::automatic, "(4, 4): the middle of its box, whose z axis is up")
-      .def_ro("size_m", &api::Thing::size_m, "along the axes of the box")
-      .def_ro("views", &api::Thing::views, "keyframes that showed it")
-      .def_ro("first_seen_ns", &api::Thing::first_seen_ns)
-      .def_ro("last_seen_ns", &api::Thing::last_seen_ns)
-      .def("__repr__", [](const api::Thing& t) {
+      .def_ro("size_m", &api::StaticObject::size_m, "along the axes of the box")
+      .def_ro("views", &api::StaticObject::views, "keyframes that showed it")
+      .def_ro("first_seen_ns", &api::StaticObject::first_seen_ns)
+      .def_ro("last_seen_ns", &api::StaticObject::last_seen_ns)
+      .def("__repr__", [](const api::StaticObject& t) {
         const auto& c = t.T_world_box.translation_m;
-        return text("Thing({} {}, {}, at [{:.2f}, {:.2f}, {:.2f}] m)", t.class_name, t.id, t.state,
-                    c[0], c[1], c[2]);
+        return text("StaticObject({} {}, {}, at [{:.2f}, {:.2f}, {:.2f}] m)", t.class_name, t.id,
+                    t.state, c[0], c[1], c[2]);
       });
   nb::class_<api::OccupancyGrid>(m, "OccupancyGrid",
                                  "A ground plan in the floor's frame, as nav_msgs/OccupancyGrid.")
@@ -97,7 +97,7 @@ void bind_room(nb::module_& m) {
                 list, list.empty() ? nullptr : list.data()->data(), nb::find(r));
           },
           nb::rv_policy::automatic, "(M, 3) uint32: corners, counter-clockwise seen from outside")
-      .def_prop_ro("things", [](const api::Room& r) { return r.things(); })
+      .def_prop_ro("objects", [](const api::Room& r) { return r.objects(); })
       .def_prop_ro("up", &api::Room::up_world, "in the world, unit length")
       .def_prop_ro("floor_m", &api::Room::floor_m, "height of the floor along it")
       .def_prop_ro(
@@ -120,8 +120,8 @@ void bind_room(nb::module_& m) {
            nb::arg("past_unknown") = false,
            "To the first cell that is occupied or, unless past_unknown, unknown.")
       .def("__repr__", [](const api::Room& r) {
-        return text("Room({} vertices, {} triangles, {} things)", r.mesh().vertices.size(),
-                    r.mesh().triangles.size(), r.things().size());
+        return text("Room({} vertices, {} triangles, {} objects)", r.mesh().vertices.size(),
+                    r.mesh().triangles.size(), r.objects().size());
       });
 }
 

@@ -193,7 +193,7 @@ void bind_slam(nb::module_& m) {
       .def_prop_ro("view_url", &PySlam::view_url, "Address of the page; empty = none.")
       .def("map", &PySlam::map, "The map as it was published last, at once.")
       .def("room", &PySlam::room,
-           "The static room as it was published last, at once: free space, mesh, things. If "
+           "The static room as it was published last, at once: free space, mesh, objects. If "
            "deterministic, and after finish(), that of now.")
       .def("save_map", &PySlam::save_map, nb::arg("path"),
            "Writes the map to a file, whole or not at all.")

@@ -65,7 +65,7 @@ class Rooms(RoomTest):
 
     def test_what_cannot_be_asked_is_refused_in_one_line(self):
         room = ygslam.Slam(self.frames.camera, segmenter="none").room()
-        self.assertEqual((room.t_ns, len(room.vertices), room.things), (0, 0, []))
+        self.assertEqual((room.t_ns, len(room.vertices), room.objects), (0, 0, []))
         self.assertEqual(room.triangles.shape, (0, 3))
         for ask in (lambda: room.occupancy(np.nan, 1), lambda: room.occupancy(2, 1), lambda: room.at([np.nan, 0, 0]),
                     lambda: room.box([0, 0, 0], [-1, 1, 1]), lambda: room.ray([0, 0, 0], [0, 0, 0]),
@@ -116,16 +116,16 @@ class Results(RoomTest):
 
     def test_what_is_printed_says_something(self):
         slam, results = self.run_through()
-        for thing, words in ((results[-1], r"Result\(TRACKING, at \[.*\] m, \d+ inliers, \d+ objects\)"),
+        for value, words in ((results[-1], r"Result\(TRACKING, at \[.*\] m, \d+ inliers, \d+ objects\)"),
                              (self.frames, r"Sequence\(\d+ frames of \d+ x \d+ pixels\)"),
                              (self.frames[0], r"Frame\(t_ns=\d+, \d+ x \d+ pixels\)"),
                              (self.frames.camera, r"CameraModel\(fx=.*, width=\d+, height=\d+\)"),
                              (slam, r"Slam\(\d+ x \d+ pixels\)"),
                              (slam.map(), r"MapSnapshot\(\d+ keyframes, \d+ landmarks, \d+ points\)"),
-                             (slam.room(), r"Room\(\d+ vertices, \d+ triangles, \d+ things\)"),
+                             (slam.room(), r"Room\(\d+ vertices, \d+ triangles, \d+ objects\)"),
                              (slam.room().occupancy(), r"OccupancyGrid\(\d+ x \d+ cells of 0.05 m\)"),
                              (slam.finish(), r"Outcome\(\d+ poses, \d+ points\)")):
-            self.assertRegex(repr(thing), f"^{words}$")
+            self.assertRegex(repr(value), f"^{words}$")
 
     def test_a_sequence_is_gone_over_by_itself(self):
         stamps = [frame.t_ns for frame in self.frames]

@@ -10,7 +10,7 @@ import unittest
 import numpy as np
 import ygslam
 from rosbags.typesys import Stores, get_typestore
-from ygslam.ros import frames, settings, static_tree, sync, things, wire
+from ygslam.ros import frames, moving_objects, settings, static_tree, sync, wire
 
 from bags import Messages, png_bytes
 from ygslam_cli import BINARY
@@ -140,16 +140,16 @@ class Parts(unittest.TestCase):
         self.assertIn("[px]", said["motion.tau_px"].meaning)
 
     def test_people_stand_on_the_floor(self):
-        thing = types.SimpleNamespace(id=3, class_name="person", missing_frames=0, centre_world_m=[0, 0.5, 2],
+        item = types.SimpleNamespace(id=3, class_name="person", missing_frames=0, centre_world_m=[0, 0.5, 2],
                                       velocity_world_mps=[0, 0, 1], min_world_m=[-0.2, 0, 1.8],
                                       max_world_m=[0.2, 1, 2.2])
         T_map_world = frames.from_roll_pitch_yaw(0, 0, 1.4, 0, 0, 0) @ frames.T_BODY_OPTICAL
-        [seen] = things.things_of([thing], T_map_world)
+        [seen] = moving_objects.observed([item], T_map_world)
         np.testing.assert_allclose(seen.position_m, [2, 0, 0])
         np.testing.assert_allclose(seen.velocity_mps, [1, 0, 0], atol=1e-12)
         np.testing.assert_allclose(seen.size_m, [0.4, 0.4, 1])
-        thing.missing_frames = 30
-        self.assertGreater(things.things_of([thing], T_map_world)[0].sigma_m, seen.sigma_m + 0.4)
+        item.missing_frames = 30
+        self.assertGreater(moving_objects.observed([item], T_map_world)[0].sigma_m, seen.sigma_m + 0.4)
 
     def test_nothing_of_it_is_imported_with_the_package(self):
         subprocess.run([sys.executable, "-c", "import sys, ygslam; assert 'ygslam.ros' not in sys.modules"], check=True)

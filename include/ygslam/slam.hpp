@@ -5,7 +5,7 @@
 //   auto slam = ygslam::api::Slam::open(settings);  // throws ygslam::api::Error
 //   ygslam::api::Result r = slam.process({t_ns, rgb, depth_m});
 //
-// A robot asks on: r.covariance, r.events; slam.room() for free space, mesh and things while it
+// A robot asks on: r.covariance, r.events; slam.room() for free space, mesh and objects while it
 // runs; slam.push() where it must not wait.
 //
 // This header needs the standard library only. Objects may be used from one thread at a time;
@@ -166,6 +166,7 @@ struct Object {
   int age_frames = 0;
   int missing_frames = 0;  ///< since it was last confirmed
   bool resting = false;    ///< demonstrably stands still
+  bool faded = false;      ///< not confirmed for over a second: a memory of where it was
   std::array<double, 3> centre_world_m{0, 0, 0};
   std::array<double, 3> velocity_world_mps{0, 0, 0};
   std::array<double, 3> min_world_m{0, 0, 0};  ///< box about what is visible of it
@@ -257,8 +258,8 @@ struct Mesh {
   SharedList<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// A thing that stands in the room.
-struct Thing {
+/// An object that stands in the room.
+struct StaticObject {
   int id = 0;
   std::string class_name;  ///< COCO, or "unknown"
   double probability = 0;  ///< of the class
@@ -292,7 +293,7 @@ class YGSLAM_API Room {
   Room();                                   ///< nothing known
   [[nodiscard]] std::int64_t t_ns() const;  ///< newest image in it; 0 = none
   [[nodiscard]] const Mesh& mesh() const;
-  [[nodiscard]] const std::vector<Thing>& things() const;
+  [[nodiscard]] const std::vector<StaticObject>& objects() const;
   [[nodiscard]] std::array<double, 3> up_world() const;  ///< unit length
   [[nodiscard]] double floor_m() const;                  ///< height of the floor along it
   [[nodiscard]] Pose T_world_floor() const;

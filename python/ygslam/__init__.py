@@ -17,12 +17,12 @@ from ._command import path_of as _path_of
 from ._command import evaluate, localize, run, simulate
 from ._core import (CameraModel, ConfigError, Error, Event, Frame, InputError, MapError, MapSnapshot, ModelError,
                     Object, OccupancyGrid, Outcome, OutputError, RayHit, Result, Room, Sequence, Slam, Space,
-                    StageTimes, State, Thing, UsageError)
+                    StageTimes, State, StaticObject, UsageError)
 from ._core import write_file as _write_file
 
 __all__ = ["CameraModel", "ConfigError", "Error", "Event", "Frame", "InputError", "MapError", "MapSnapshot",
            "ModelError", "Object", "OccupancyGrid", "Outcome", "OutputError", "RayHit", "Result", "Room", "Sequence",
-           "Slam", "Space", "StageTimes", "State", "Thing", "UsageError", "evaluate", "localize", "run", "simulate",
+           "Slam", "Space", "StageTimes", "State", "StaticObject", "UsageError", "evaluate", "localize", "run", "simulate",
            "write_trajectory"]  # open hides a builtin
 
 

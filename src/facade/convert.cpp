@@ -15,6 +15,7 @@ Object to_api(const TrackedObject& o) {
           o.age_frames,
           o.missing_frames,
           o.resting,
+          o.faded,
           api::to_api(o.centre_world),
           api::to_api(o.velocity_world_mps),
           api::to_api(o.min_world),

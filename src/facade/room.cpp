@@ -47,7 +47,7 @@ Mesh to_api(const TriangleMesh& mesh) {
           SharedList(mesh.triangles)};
 }
 
-Thing to_api(const SceneObject& o) {
+StaticObject to_api(const SceneObject& o) {
   return {static_cast<int>(o.id),
           semantic_class_name(o.semantic_class),
           o.probability,
@@ -99,7 +99,7 @@ std::shared_ptr<const Room::Impl> make_room(StaticScene scene, std::int64_t t_ns
   auto room = std::make_shared<Room::Impl>();
   room->t_ns = t_ns;
   room->mesh = to_api(scene.mesh);
-  for (const SceneObject& object : scene.objects) room->things.push_back(to_api(object));
+  for (const SceneObject& object : scene.objects) room->objects.push_back(to_api(object));
   room->space = std::move(scene.space);
   room->gravity = scene.gravity;
   const GridOptions usual;
@@ -115,7 +115,7 @@ Room::Room(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 
 std::int64_t Room::t_ns() const { return impl_->t_ns; }
 const Mesh& Room::mesh() const { return impl_->mesh; }
-const std::vector<Thing>& Room::things() const { return impl_->things; }
+const std::vector<StaticObject>& Room::objects() const { return impl_->objects; }
 std::array<double, 3> Room::up_world() const { return api::to_api(impl_->gravity.up_world); }
 double Room::floor_m() const { return impl_->gravity.floor_m; }
 Pose Room::T_world_floor() const { return api::to_api(ygslam::T_world_floor(impl_->gravity)); }

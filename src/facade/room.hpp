@@ -15,7 +15,7 @@ struct Room::Impl {
 
   std::int64_t t_ns = 0;
   Mesh mesh;
-  std::vector<Thing> things;
+  std::vector<StaticObject> objects;
   SpaceCells space;
   Gravity gravity;
   mutable std::mutex mutex;

@@ -23,7 +23,7 @@ from sensor_msgs.msg import Image as RawImage
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
-from . import frames, messages, parameters, things, wire
+from . import frames, messages, moving_objects, parameters, wire
 from .engine import Engine
 from .inputs import Input
 from .outputs import Outputs
@@ -245,7 +245,7 @@ class SlamNode(Node):
         poses = frames.poses_of(result, self._T_base_camera, self._T_map_world)
         self.out.frame(t_ns, poses, is_tracked, self.own["publish_tf"] and not self._foreign_parent)
         if is_tracked:
-            self.out.objects(t_ns, things.things_of(result.objects, self._T_map_world))
+            self.out.objects(t_ns, moving_objects.observed(result.objects, self._T_map_world))
         if self._map_due_ns is None or not 0 <= self._map_due_ns - t_ns <= self.own["map_period_s"] * 1e9:
             self._map_due_ns = t_ns + round(self.own["map_period_s"] * 1e9)
             self._take_room(slam)

@@ -13,7 +13,7 @@ from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
-from . import map_messages, messages, things
+from . import map_messages, messages, moving_objects
 from .frames import Poses, inverse
 
 STEP_S = 0.5  # two frames farther apart tell no velocity
@@ -82,12 +82,12 @@ class Outputs:
             return None
         return inverse(before[1]) @ poses.T_odom_base, (t_ns - before[0]) * 1e-9
 
-    def objects(self, t_ns: int, found: list[things.Thing]) -> None:
+    def objects(self, t_ns: int, found: list[moving_objects.MovingObject]) -> None:
         at = messages.header(t_ns, self._map)
         if self._people:
-            self._people.publish(things.people_message(at, found))
+            self._people.publish(moving_objects.people_message(at, found))
         if self._detections:
-            self._detections.publish(things.detections_message(at, found))
+            self._detections.publish(moving_objects.detections_message(at, found))
 
     def status(self, message) -> None:
         self._status.publish(message)

@@ -20,12 +20,82 @@ constexpr int kLeastHoleCells = 200;
 constexpr int kStraightCells = 20;      // of a border on one line of the grid
 constexpr float kStraightShare = 0.3F;  // of a hole's border
 
+// One body in several parts: something stands before its middle, or a limb is stretched out.
+constexpr float kTallest_m = 2.1F;
+constexpr float kWidest_m = 1.3F;
+constexpr float kApart_m = 0.45F;      // in depth: a seated body's knees before its chest
+constexpr float kLimbApart_m = 0.25F;  // in depth, of an arm before or a foot behind the body
+constexpr float kHidden_m = 0.35F;     // of height, by what stands before a body
+constexpr float kSameHeight = 0.3F;    // more, as a share of the lower part's height, is beside it
+constexpr float kReach_m = 0.05F;      // sideways
+
+/// Where cells lie along a direction, told by mean and variance: single wrong depths count little.
+struct Extent {
+  float sum = 0, squares = 0;
+  void add(float value) {
+    sum += value;
+    squares += value * value;
+  }
+};
+
+struct Range {
+  float low = 0, high = 0;
+  [[nodiscard]] float length() const { return high - low; }
+};
+
+/// As long as a uniform distribution of this mean and variance.
+Range range_of(const Extent& extent, int count) {
+  const float mean = extent.sum / static_cast<float>(count);
+  const float variance = std::max(0.0F, extent.squares / static_cast<float>(count) - mean * mean);
+  const float half = std::sqrt(3 * variance);
+  return {mean - half, mean + half};
+}
+
+Extent operator+(const Extent& a, const Extent& b) {
+  return {a.sum + b.sum, a.squares + b.squares};
+}
+
+Range joined(const Range& a, const Range& b) {
+  return {std::min(a.low, b.low), std::max(a.high, b.high)};
+}
+
+/// How much two ranges share; < 0: how far they are apart.
+float common(const Range& a, const Range& b) {
+  return std::min(a.high, b.high) - std::max(a.low, b.low);
+}
+
 struct Part {
   int cells = 0;
   float score_sum = 0;
-  int measured = 0;  ///< cells with depth
-  float depth2_sum_m2 = 0;
+  int measured = 0;            ///< cells with depth
+  Extent across, down, depth;  ///< of its measured cells [m]
+
+  [[nodiscard]] Range across_m() const { return range_of(across, measured); }
+  [[nodiscard]] Range down_m() const { return range_of(down, measured); }
+  [[nodiscard]] Range depth_m() const { return range_of(depth, measured); }
 };
+
+Part joined(const Part& a, const Part& b) {
+  return {a.cells + b.cells,   a.score_sum + b.score_sum, a.measured + b.measured,
+          a.across + b.across, a.down + b.down,           a.depth + b.depth};
+}
+
+/// Whether two parts can be of one body: one above the other, or a limb beside it.
+bool is_one_body(const Part& a, const Part& b) {
+  if (a.measured == 0 || b.measured == 0) return false;
+  const Range a_across = a.across_m(), b_across = b.across_m();
+  const Range a_down = a.down_m(), b_down = b.down_m();
+  const bool fits = joined(a_down, b_down).length() < kTallest_m &&
+                    joined(a_across, b_across).length() < kWidest_m &&
+                    common(a_across, b_across) > -kReach_m && common(a_down, b_down) > -kHidden_m;
+  if (!fits) return false;
+  const float apart_m = -common(a.depth_m(), b.depth_m());
+  const bool is_above =
+      common(a_down, b_down) < kSameHeight * std::min(a_down.length(), b_down.length());
+  const bool is_limb = std::min(a_across.length() * a_down.length(),
+                                b_across.length() * b_down.length()) < kHeadAndShoulders_m2;
+  return (is_above && apart_m < kApart_m) || (is_limb && apart_m < kLimbApart_m);
+}
 
 /// A hand or a foot alone is no body: what is smaller counts for less, so that it continues an
 /// object but begins none.
@@ -34,7 +104,7 @@ float score_of(const Part& part, float focal_cells) {
   const float score = part.score_sum / cells;
   if (part.measured == 0) return score;
   const float cell_m2 =
-      part.depth2_sum_m2 / static_cast<float>(part.measured) / (focal_cells * focal_cells);
+      part.depth.squares / static_cast<float>(part.measured) / (focal_cells * focal_cells);
   return score * std::min(1.0F, cells * cell_m2 / kHeadAndShoulders_m2);
 }
 
@@ -111,8 +181,13 @@ std::vector<float> without_outages(std::span<const float> logits, const DepthIma
 /// The cells that show somebody, parted where depth jumps.
 class Parts {
  public:
-  Parts(std::span<const float> logits, const DepthImage& cells_m, const PeopleGrid& grid)
-      : logits_(logits), cells_m_(cells_m), grid_(grid), part_of_(kPeopleCells, kNone) {
+  Parts(std::span<const float> logits, const DepthImage& cells_m, const PeopleGrid& grid,
+        float focal_cells)
+      : logits_(logits),
+        cells_m_(cells_m),
+        grid_(grid),
+        focal_cells_(focal_cells),
+        part_of_(kPeopleCells, kNone) {
     for (int row = 0; row < grid.rows; ++row)
       for (int column = 0; column < grid.columns; ++column) begin_part(index(column, row));
     absorb_crumbs();
@@ -126,11 +201,17 @@ class Parts {
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
       return parts_[a].cells > parts_[b].cells;
     });
-    order.resize(std::min(order.size(), kMostInstances));
     std::vector<std::uint8_t> number_of(parts_.size(), 0);
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      number_of[order[i]] = static_cast<std::uint8_t>(i + 1);
-      numbered.push_back(parts_[order[i]]);
+    for (const std::size_t i : order) {
+      const auto body = std::find_if(numbered.begin(), numbered.end(), [&](const Part& known) {
+        return is_one_body(known, parts_[i]);
+      });
+      if (body == numbered.end() && numbered.size() == kMostInstances) continue;
+      number_of[i] = static_cast<std::uint8_t>(body - numbered.begin() + 1);
+      if (body == numbered.end())
+        numbered.push_back(parts_[i]);
+      else
+        *body = joined(*body, parts_[i]);
     }
     std::vector<std::uint8_t> numbers(part_of_.size(), 0);
     for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -144,12 +225,19 @@ class Parts {
 
   void put(int cell, int part) {
     part_of_[cell] = part;
-    parts_[part].cells += 1;
-    parts_[part].score_sum += 1.0F / (1.0F + std::exp(-logits_[cell]));
-    const float depth_m = cells_m_.data()[cell];
-    parts_[part].measured += depth_m > 0 ? 1 : 0;
-    parts_[part].depth2_sum_m2 += depth_m * depth_m;
+    Part& grown = parts_[part];
+    grown.cells += 1;
+    grown.score_sum += 1.0F / (1.0F + std::exp(-logits_[cell]));
     waiting_.push_back(cell);
+    const float depth_m = cells_m_.data()[cell];
+    if (depth_m <= 0) return;
+    grown.measured += 1;
+    grown.depth.add(depth_m);
+    const float cell_m = depth_m / focal_cells_;  // the optical axis: about the middle
+    grown.across.add(cell_m * (static_cast<float>(cell % kPeopleColumns) -
+                               0.5F * static_cast<float>(grid_.columns)));
+    grown.down.add(cell_m * (static_cast<float>(cell / kPeopleColumns) -
+                             0.5F * static_cast<float>(grid_.rows)));
   }
 
   void begin_part(int cell) {
@@ -186,6 +274,7 @@ class Parts {
   std::span<const float> logits_;
   const DepthImage& cells_m_;
   const PeopleGrid& grid_;
+  float focal_cells_;
   std::vector<int> part_of_;
   std::vector<Part> parts_;
   std::vector<int> waiting_;
@@ -288,7 +377,8 @@ DecodedPeople decode_people(std::span<const float> network_logits, const DepthIm
   DecodedPeople people{{}, GreyImage(image_width, image_height)};
   const std::vector<float> logits = without_outages(network_logits, cells_m, grid);
   std::vector<Part> parts;
-  const std::vector<std::uint8_t> numbers = Parts(logits, cells_m, grid).numbers(parts);
+  const std::vector<std::uint8_t> numbers =
+      Parts(logits, cells_m, grid, focal_cells).numbers(parts);
   if (parts.empty()) return people;
   const auto width = static_cast<float>(image_width);
   for (const Part& part : parts)

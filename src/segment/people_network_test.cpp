@@ -167,6 +167,38 @@ TEST(PeopleNetwork, CrumbsGoToWhomTheyTouchAndElsewhereAreNobody) {
   EXPECT_EQ(out.ids.at(506, 206), 0);
 }
 
+/// How many bodies the network's answer shows where these boxes of cells are measured.
+struct CellBox {
+  int column0, row0, column1, row1;
+  float depth_m;
+};
+std::size_t bodies(std::initializer_list<CellBox> boxes) {
+  std::vector<float> logits(kPeopleCells, -5.0F);
+  DepthImage cells_m(kPeopleColumns, kPeopleRows, 4.0F);
+  for (const CellBox& box : boxes)
+    for (int row = box.row0; row < box.row1; ++row)
+      for (int column = box.column0; column < box.column1; ++column) {
+        logits[row * kPeopleColumns + column] = 5;
+        cells_m.at(column, row) = box.depth_m;
+      }
+  return decode_people(logits, cells_m, make_people_grid(640, 480), 130, 640, 480).instances.size();
+}
+
+TEST(PeopleNetwork, OneBodyInSeveralPartsIsOne) {
+  const CellBox chest{60, 20, 92, 60, 2};  // 49 x 62 cm
+  EXPECT_EQ(bodies({chest, {62, 72, 90, 110, 2.1F}}), 1U) << "legs below a table";
+  EXPECT_EQ(bodies({chest, {62, 60, 90, 100, 1.7F}}), 1U) << "the knees of who sits";
+  EXPECT_EQ(bodies({chest, {80, 30, 90, 42, 1.8F}}), 1U) << "a hand before the chest";
+}
+
+TEST(PeopleNetwork, WhoStandsBesideOrBehindIsAnother) {
+  const CellBox chest{60, 20, 92, 60, 2};
+  EXPECT_EQ(bodies({chest, {100, 20, 132, 60, 2}}), 2U) << "side by side";
+  EXPECT_EQ(bodies({chest, {92, 20, 120, 60, 2.4F}}), 2U) << "beside and behind, touching";
+  EXPECT_EQ(bodies({chest, {70, 8, 86, 20, 3.0F}}), 2U) << "a head behind the shoulders";
+  EXPECT_EQ(bodies({chest, {60, 100, 92, 119, 2}}), 2U) << "too far below";
+}
+
 TEST(PeopleNetwork, AHandAloneCountsForLessThanABody) {
   constexpr float kBeginsAnObject = 0.5F;
   RgbdFrame frame = empty_frame(640, 480);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What images do to the pose that show something besides the world: text, a bonnet, dirt on the lens.
+"""What images do to the pose that show something besides the world: text, dirt, mirrors, a poster carried past, ...
 
     .venv/bin/python bench/deceptions.py RESULTS.jsonl --ygslam build/release/ygslam SEQUENCE [SEQUENCE ...]
     .venv/bin/python bench/deceptions.py RESULTS.jsonl          # the table of what is there
@@ -9,8 +9,7 @@ a run is a line of RESULTS, and one whose line is there is not repeated. Right i
 of the clean recording, or lost and said so. The table has, for each kind and mode, the median ATE and its worst
 [mm], the least share of frames with a pose, and the share of the image that the run took for the camera's own.
 
-A kind is a function of KINDS: image and depth [m] of one frame, its number, strength and a random generator of
-the seed, which it may change in place. --keep writes the painted recordings to a folder and leaves them there.
+A kind is a function of deception_kinds.py. --keep writes the painted recordings to a folder and leaves them there.
 """
 import functools
 import json
@@ -22,65 +21,13 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFilter, ImageFont
+from PIL import Image
+from scipy.spatial.transform import Rotation
 
+from deception_kinds import KINDS, View
 from matrix import measured, parser_of, print_table
-from rendered_seeds import read_calibration
+from rendered_seeds import micros, read_calibration, read_tum
 
-BONNET_M = 0.45      # from the camera, as far as that of a robot on wheels
-
-
-def clean(image, depth, frame, strength, rng):
-    """As recorded."""
-
-
-def text(image, depth, frame, strength, rng):
-    """A line of date and time at the top left; at strength 1 a twentieth of the height."""
-    height = image.shape[0]
-    size = max(8, round(0.05 * strength * height))
-    picture = Image.fromarray(image)
-    seconds = frame // 30  # the last digits change as those of a camera's clock do
-    line = f"CAM 01  2024-05-17  13:{24 + seconds // 60:02d}:{seconds % 60:02d}"
-    ImageDraw.Draw(picture).text((height // 48, height // 60), line, fill=(255, 255, 255),
-                                 font=ImageFont.load_default(size))
-    image[:] = np.asarray(picture)
-
-
-@functools.cache
-def painted_bonnet(width, rows, seed):
-    """Metal with a shade, seams and bolts: what a robot sees of itself."""
-    rng = np.random.default_rng(seed)
-    shade = np.repeat(np.linspace(70, 120, rows)[:, None], width, 1)[..., None] * [0.9, 1.0, 1.1]
-    picture = Image.fromarray(shade.astype(np.uint8))
-    draw = ImageDraw.Draw(picture)
-    for _ in range(6):
-        u = int(rng.integers(width))
-        draw.line([(u, 0), (int(u + rng.integers(-rows, rows)), rows)], fill=(30, 30, 35), width=2)
-    for _ in range(width // 12):
-        u, v, r = int(rng.integers(width)), int(rng.integers(rows)), int(rng.integers(1, 4))
-        draw.ellipse([u - r, v - r, u + r, v + r], fill=tuple(int(x) for x in rng.integers(20, 230, 3)))
-    return np.asarray(picture.filter(ImageFilter.GaussianBlur(0.7)))
-
-
-def bonnet(image, depth, frame, strength, rng):
-    """The lowest eighth of the image at strength 1, BONNET_M away."""
-    rows = round(image.shape[0] * strength / 8)
-    image[-rows:] = painted_bonnet(image.shape[1], rows, int(rng.integers(2 ** 31)))
-    depth[-rows:] = BONNET_M
-
-
-def dots(image, depth, frame, strength, rng):
-    """60 specks of dirt at strength 1, of 1 to 4 px in an image of 480 rows, with soft edges."""
-    height, width = image.shape[:2]
-    v, u = np.mgrid[:height, :width]
-    for _ in range(round(60 * strength)):
-        du, dv = u - rng.uniform(0, width), v - rng.uniform(0, height)
-        radius = rng.uniform(1, 4) * height / 480
-        dark = np.clip(radius + 0.5 - np.hypot(du, dv), 0, 1) * rng.uniform(0.7, 1)
-        image[:] = (image * (1 - dark[..., None]) + 25 * dark[..., None]).astype(np.uint8)
-
-
-KINDS = {"clean": clean, "text": text, "bonnet": bonnet, "dots": dots}
 MODES = {"off": ["--dynamic", "off"], "geometry": ["--dynamic", "geometry"],
          "full": ["--dynamic", "full", "--segmenter", "builtin"]}
 
@@ -89,26 +36,48 @@ def rows_of(path):
     return [line.split() for line in path.read_text().splitlines() if line and line[0] != "#"]
 
 
-def camera_text(sequence):
-    """Its calibration; None of a recording known by its folder's name."""
-    file = sequence / "calibration.txt"
-    return file.read_text() if file.is_file() else None
+def camera_of(sequence):
+    """fx, fy, cx, cy [px] and units of depth a metre; those of ROS' default camera where the folder's name tells it."""
+    known = {"fx": 525.0, "fy": 525.0, "cx": 319.5, "cy": 239.5, "depth_scale": 5000.0}
+    if (sequence / "calibration.txt").is_file():
+        known |= read_calibration(sequence)
+    return tuple(known[key] for key in ("fx", "fy", "cx", "cy")), known["depth_scale"]
+
+
+def pose_of(row):
+    """4x4 from x y z qx qy qz qw."""
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_quat(row[3:]).as_matrix()
+    pose[:3, 3] = row[:3]
+    return pose
+
+
+def views(sequence):
+    """Its frames in order, as (stamp, depth stamp, View); the pose is that of the nearest stamp of the truth."""
+    camera, scale = camera_of(sequence)
+    truth = read_tum(sequence / "groundtruth.txt")
+    stamps = np.array(sorted(truth))
+    first = None
+    for number, (stamp, colour, depth_stamp, depth_file) in enumerate(rows_of(sequence / "associations.txt")):
+        nearest = stamps[np.argmin(abs(stamps - micros(stamp)))]
+        T_truth_camera = pose_of(truth[nearest])
+        first = first or (np.linalg.inv(T_truth_camera), float(stamp))
+        yield stamp, depth_stamp, View(np.array(Image.open(sequence / colour).convert("RGB")),
+                                       np.asarray(Image.open(sequence / depth_file)) / scale, number,
+                                       float(stamp) - first[1], camera, first[0] @ T_truth_camera)
 
 
 def paint(sequence, kind, strength, seed, folder):
     """A copy of the recording with the deception in it, without loss."""
-    camera = camera_text(sequence)
-    scale = read_calibration(sequence)["depth_scale"] if camera and "depth_scale" in camera else 5000
+    scale = camera_of(sequence)[1]
     for part in ("rgb", "depth"):
         (folder / part).mkdir(parents=True)
     lines = []
-    for number, (stamp, colour, depth_stamp, depth_file) in enumerate(rows_of(sequence / "associations.txt")):
-        image = np.array(Image.open(sequence / colour).convert("RGB"))
-        depth = np.asarray(Image.open(sequence / depth_file)) / scale
-        KINDS[kind](image, depth, number, strength, np.random.default_rng(seed))
-        names = (f"rgb/{number:06d}.png", f"depth/{number:06d}.png")
-        Image.fromarray(image).save(folder / names[0], compress_level=1)
-        Image.fromarray(np.rint(depth * scale).astype(np.uint16)).save(folder / names[1], compress_level=1)
+    for stamp, depth_stamp, view in views(sequence):
+        KINDS[kind](view, strength, np.random.default_rng(seed))
+        names = (f"rgb/{view.number:06d}.png", f"depth/{view.number:06d}.png")
+        Image.fromarray(view.image).save(folder / names[0], compress_level=1)
+        Image.fromarray(np.rint(view.depth * scale).astype(np.uint16)).save(folder / names[1], compress_level=1)
         lines.append(f"{stamp} {names[0]} {depth_stamp} {names[1]}\n")
     (folder / "associations.txt").write_text("".join(lines))
     for name in ("groundtruth.txt", "calibration.txt"):

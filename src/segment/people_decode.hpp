@@ -16,9 +16,9 @@ struct DecodedPeople {
 
 /// A cell shows somebody where its logit is positive. Cells side by side are of one person where
 /// their depths differ by less than 15 cm or one of them has none. Parts that fit into one body
-/// (one above the other, or a limb before or beside it) are one person. Where depth fails (hardly any
-/// is measured, or a hole has straight edges) nobody is shown.
-/// The score is the mean probability, less for what shows too little of a body to be one.
+/// (one above the other, or a limb before or beside it) are one person. Where depth fails (hardly
+/// any is measured, or a hole has straight edges) nobody is shown. The score is the mean
+/// probability, less for what shows too little of a body to be one.
 /// @param logits kPeopleRows x kPeopleColumns, finite. @param cells_m depth of the cells.
 /// @param focal_cells of the camera of the grid.
 [[nodiscard]] DecodedPeople decode_people(std::span<const float> logits, const DepthImage& cells_m,

@@ -33,7 +33,7 @@ SegmentationPtr GivenMasks::take(FrameId frame) {
   const std::lock_guard lock(mutex_);
   while (!waiting_.empty() && index(waiting_.front()->frame) < index(frame)) waiting_.pop_front();
   if (waiting_.empty() || waiting_.front()->frame != frame) return nullptr;
-  const SegmentationPtr masks = std::move(waiting_.front());
+  SegmentationPtr masks = std::move(waiting_.front());
   waiting_.pop_front();
   return masks;
 }

@@ -233,11 +233,12 @@ class Parts {
     if (depth_m <= 0) return;
     grown.measured += 1;
     grown.depth.add(depth_m);
+    const int column = cell % kPeopleColumns;
+    const int row = cell / kPeopleColumns;
     const float cell_m = depth_m / focal_cells_;  // the optical axis: about the middle
-    grown.across.add(cell_m * (static_cast<float>(cell % kPeopleColumns) -
-                               0.5F * static_cast<float>(grid_.columns)));
-    grown.down.add(cell_m * (static_cast<float>(cell / kPeopleColumns) -
-                             0.5F * static_cast<float>(grid_.rows)));
+    grown.across.add(cell_m *
+                     (static_cast<float>(column) - 0.5F * static_cast<float>(grid_.columns)));
+    grown.down.add(cell_m * (static_cast<float>(row) - 0.5F * static_cast<float>(grid_.rows)));
   }
 
   void begin_part(int cell) {

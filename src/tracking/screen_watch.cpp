@@ -1,6 +1,5 @@
 #include "tracking/screen_watch.hpp"
 
-#include <algorithm>
 #include <utility>
 
 namespace ygslam {
@@ -13,13 +12,6 @@ constexpr double kContradiction = 60;  // ScreenFinder::Output::conflict; noise 
 bool may_tell(const PointEvidence& evidence) {
   return evidence.semantic.label != SemanticLabel::kMovable && !evidence.on_screen &&
          !evidence.in_free_space;
-}
-
-bool is_filled_by_screens(const ObservedFrame& now) {
-  const auto& points = now.evidence.points;
-  const auto on_screen = std::count_if(points.begin(), points.end(),
-                                       [](const PointEvidence& point) { return point.on_screen; });
-  return 2 * on_screen > std::ssize(points);
 }
 
 ScreenFinder::Place place_at(const SE3& T_camera_world, const FrameFeatures& seen,
@@ -77,16 +69,13 @@ ScreenWatch::Output ScreenWatch::step(const Input& in) {
   return out;
 }
 
-PoseResult ScreenWatch::judged(PoseResult pose, const ObservedFrame& now,
-                               const Before& before) const {
-  if (screens_.empty()) return pose;
+SE3 ScreenWatch::steadied(const PoseResult& pose, const FrameFeatures& seen,
+                          const Before& before) const {
+  if (screens_.empty() || pose.inliers >= kFewBesideScreen || !pose.covariance)
+    return pose.T_camera_world;
   // A screen leaves few points, at the image's edges; depth is known everywhere.
-  if (pose.inliers < kFewBesideScreen && pose.covariance)
-    pose.T_camera_world = finder_.with_depth(place_at(pose.T_camera_world, now.seen, before),
-                                             pose.T_camera_world, pose.covariance->inverse());
-  // What was followed from the frame before carries on what the screen did before it was found.
-  pose.contested |= pose.landmark_inliers < kFewBesideScreen && is_filled_by_screens(now);
-  return pose;
+  return finder_.with_depth(place_at(pose.T_camera_world, seen, before), pose.T_camera_world,
+                            pose.covariance->inverse());
 }
 
 void ScreenWatch::follow(const ObservedFrame& now, const SE3& T_odom_camera) {

@@ -48,10 +48,9 @@ class ScreenWatch {
   [[nodiscard]] ObservedFrame labelled_ahead(ObservedFrame now, const SE3& T_odom_last,
                                              const SE3& T_now_last) const;
   [[nodiscard]] Output step(const Input& in);
-  /// The pose in the end: where a screen leaves few points depth has a say, and where it fills the
-  /// view and leaves little of the map the pose is contested.
-  [[nodiscard]] PoseResult judged(PoseResult pose, const ObservedFrame& now,
-                                  const Before& before) const;
+  /// The pose in the end: where a screen leaves few points depth has a say.
+  [[nodiscard]] SE3 steadied(const PoseResult& pose, const FrameFeatures& seen,
+                             const Before& before) const;
   /// With the final pose: what moves on screens that are known keeps them known.
   void follow(const ObservedFrame& now, const SE3& T_odom_camera);
   /// The camera was lost.

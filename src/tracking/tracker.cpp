@@ -317,7 +317,7 @@ Tracker::FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found
   }
   if (!found.pose) return found;
   found.pose->contested |= looked.contested;
-  found.pose = screens_.judged(std::move(*found.pose), now, before);
+  found.pose->T_camera_world = screens_.steadied(*found.pose, found.seen, before);
   return found;
 }
 

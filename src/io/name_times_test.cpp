@@ -219,5 +219,11 @@ TEST(NumbersInNames, NothingIsTakenThatDoesNotRiseStrictly) {
   }
 }
 
+TEST(NameTimes, BytesThatMarkGroupsInsideMayStandInNames) {
+  const std::vector<std::string> names{"12-5\1.\1 a/\1.b", "13-5\1.\1 a/\1.b"};
+  EXPECT_TRUE(times_of_names(names).ok());
+  EXPECT_FALSE(times_of_names(std::vector<std::string>{"\1.\1"}).ok()) << "no digits";
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -93,13 +93,13 @@ lint: setup-checks ## clang's warnings and clang-tidy on what changed since .ci/
 ASAN_TESTS := core image io bag live_requests scene_file segment volume map map_file
 ASAN_TESTS_ALL := $(ASAN_TESTS) live geometry scene scene_picture features optim motion mapping loop tracking dense facade
 asan_tests = $(if $(ALL),$(ASAN_TESTS_ALL),$(ASAN_TESTS))
-TSAN_TESTS := ^(core\.(BoundedQueue|Published)|io\.FrameReader|system_threads\.)
+TSAN_TESTS := ^(core\.(BoundedQueue|Published)|io\.FrameReader|(facade|system)_threads\.)
 space := $(subst ,, )
 sanitize: setup ## unit tests under address, undefined behaviour and thread sanitizers; ALL=1: of every module
 	@cmake --preset asan >/dev/null && cmake --preset tsan >/dev/null
 	@cmake --build build/asan -j $(JOBS) --target $(asan_tests:%=%_test)
 	@ctest --preset asan -j $(JOBS) -L '^($(subst $(space),|,$(asan_tests)))$$'
-	@cmake --build build/tsan -j $(JOBS) --target core_test io_test system_threads_test
+	@cmake --build build/tsan -j $(JOBS) --target core_test io_test facade_threads_test system_threads_test
 	@ctest --preset tsan -j $(JOBS) -R '$(TSAN_TESTS)'
 
 clean: ## remove what was built

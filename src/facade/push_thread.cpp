@@ -39,6 +39,7 @@ void PushThread::clear() {
   const std::lock_guard lock(mutex_);
   waiting_.reset();
   results_.clear();
+  is_wanted_ = false;
 }
 
 void PushThread::finish() {
@@ -58,12 +59,14 @@ std::optional<Input> PushThread::take(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   came_.wait(lock, stop, [&] { return waiting_ || closed_; });
   if (stop.stop_requested()) return std::nullopt;
+  is_wanted_ = true;
   return std::exchange(waiting_, std::nullopt);
 }
 
 void PushThread::hand_out(Result result) {
   {
     const std::lock_guard lock(mutex_);
+    if (!is_wanted_) return;
     result.dropped_frames = dropped_;
     if (!deliver_) {
       results_.push_back(std::move(result));

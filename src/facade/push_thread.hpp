@@ -27,7 +27,7 @@ class PushThread {
   /// Takes the place of a frame that still waits, and its motion along.
   void put(Input input);
   [[nodiscard]] std::optional<Result> poll();
-  /// Lets go of the frame that waits and of all results.
+  /// Lets go of the frame that waits and of all results, that of the frame in process too.
   void clear();
   /// The frame that waits is still processed. May be called again.
   void finish();
@@ -47,6 +47,7 @@ class PushThread {
   std::optional<Input> waiting_;
   std::deque<Result> results_;
   int dropped_ = 0;
+  bool is_wanted_ = true;  // the result of the frame in process: not after clear()
   bool closed_ = false;
   WorkerThread thread_;  // last: it uses everything above
 };

@@ -43,6 +43,23 @@ TEST(PushThread, TheMotionOfADroppedFrameGoesWithTheNext) {
   EXPECT_FALSE(told_after_drops({moved(1), {}, moved(3)})) << "nobody measured one of them";
 }
 
+TEST(PushThread, WhatWasInProcessIsNotHandedOutAfterClear) {
+  std::promise<void> busy, release;
+  PushThread thread(
+      [&](const Input&) {
+        busy.set_value();
+        release.get_future().wait();
+        return Result();
+      },
+      {});
+  thread.put({});
+  busy.get_future().wait();
+  thread.clear();
+  release.set_value();
+  thread.finish();
+  EXPECT_FALSE(thread.poll());
+}
+
 TEST(PushThread, WhatFailsIsThrownToTheCaller) {
   PushThread thread([](const Input&) -> Result { throw std::runtime_error("broken"); }, {});
   EXPECT_NO_THROW(thread.rethrow());

@@ -12,9 +12,8 @@ SplitName split(std::string_view stem) {
   while (!stem.empty()) {
     const std::size_t begin = std::min(stem.find_first_of(kDigits), stem.size());
     name.form += stem.substr(0, begin);
-    std::ranges::replace(name.form.end() - static_cast<std::ptrdiff_t>(begin), name.form.end(),
-                         '\1',
-                         '\2');  // a name may hold what marks a group
+    const auto added = name.form.end() - static_cast<std::ptrdiff_t>(begin);
+    std::replace(added, name.form.end(), '\1', '\2');  // a name may hold what marks a group
     stem.remove_prefix(begin);
     if (stem.empty()) break;
     const std::size_t end = std::min(stem.find_first_not_of(kDigits), stem.size());

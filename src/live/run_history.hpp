@@ -1,6 +1,7 @@
 // What a run was like so far, for who comes late: a few figures of each frame.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 

@@ -75,10 +75,6 @@ def moved_covariance(covariance: np.ndarray, rotation: np.ndarray, lever_m: np.n
     return jacobian @ both @ covariance @ both.T @ jacobian.T
 
 
-def unknown_covariance() -> np.ndarray:
-    return UNKNOWN * np.eye(6)
-
-
 @dataclasses.dataclass(frozen=True)
 class Poses:
     """What a frame's result says in ROS's frames."""

@@ -118,6 +118,8 @@ class SlamNode(Node):
 
     def _anew(self, work) -> None:
         self._T_map_world, self._map_due_ns = None, None
+        with self._room_lock:
+            self._room = None
         self.out.forget()
         work()
 
@@ -266,7 +268,7 @@ class SlamNode(Node):
         t_ns = self.get_clock().now().nanoseconds
         self.out.status(messages.status(t_ns, "ygslam: slam", *self._judged(), self._values()))
         with self._room_lock:
-            room, self._room = self._room, None
+            room = self._room
         self.out.path(t_ns)
         if room is not None:
             self.out.room(room, (self.own["map_low_m"], self.own["map_high_m"]), self.own["mesh_triangles"])

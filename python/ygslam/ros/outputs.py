@@ -47,6 +47,7 @@ class Outputs:
         if has("vision_msgs"):
             from vision_msgs.msg import Detection3DArray
             self._detections = node.create_publisher(Detection3DArray, "~/objects", LIVE)
+        self._told: dict[str, object] = {}  # the room last published, by topic
         self._before: tuple[int, np.ndarray] | None = None
         self._path_step_m = path_step_m
         self._walked: collections.deque = collections.deque(maxlen=path_length)
@@ -92,9 +93,6 @@ class Outputs:
     def status(self, message) -> None:
         self._status.publish(message)
 
-    def wants_room(self) -> bool:
-        return any(publisher.get_subscription_count() for publisher in (self._grid, self._cloud, self._mesh))
-
     def path(self, t_ns: int) -> None:
         if not self._path.get_subscription_count():
             return
@@ -102,10 +100,14 @@ class Outputs:
             messages.pose_stamped(at_ns, self._map, pose) for at_ns, pose in list(self._walked)]))
 
     def room(self, room, heights_m: tuple[float, float], most_triangles: int) -> None:
-        if self._grid.get_subscription_count():
-            self._grid.publish(map_messages.occupancy_grid(room, self._map, *heights_m))
-        if self._cloud.get_subscription_count():
-            self._cloud.publish(map_messages.cloud(map_messages.in_map(room.vertices, room), room.colors, room.t_ns,
-                                                   self._map))
-        if self._mesh.get_subscription_count():
-            self._mesh.publish(map_messages.mesh_of(room, self._map, most_triangles))
+        """To those who listen, each room once: a latched message serves who comes later. Called again with the
+        same room, it serves a topic that nobody heard before."""
+        def tell(publisher, message_of) -> None:
+            if self._told.get(publisher.topic_name) is not room and publisher.get_subscription_count():
+                self._told[publisher.topic_name] = room
+                publisher.publish(message_of())
+
+        tell(self._grid, lambda: map_messages.occupancy_grid(room, self._map, *heights_m))
+        tell(self._cloud, lambda: map_messages.cloud(map_messages.in_map(room.vertices, room), room.colors, room.t_ns,
+                                                     self._map))
+        tell(self._mesh, lambda: map_messages.mesh_of(room, self._map, most_triangles))

@@ -85,7 +85,8 @@ lint: setup-checks ## clang's warnings and clang-tidy on what changed since .ci/
 	@cmake --preset clang >/dev/null
 	@cmake --build build/clang -j $(JOBS) --target ygslam_precompiled ygslam_precompiled_quick ygslam_precompiled_test \
 	  ygslam_precompiled_simulation
-	@python3 tools/lint.py build/clang -j $(JOBS) $(if $(ALL),--record,--since) .ci/lint_base
+	@python3 tools/lint.py build/clang -j $(JOBS) $(if $(ALL),,--since .ci/lint_base) \
+	  --record .ci/lint_base
 
 # On a submission the address and undefined behaviour sanitizers see what reads foreign bytes or owns memory,
 # the thread sanitizer whatever has threads; with ALL=1 every module. Numeric modules have _GLIBCXX_ASSERTIONS

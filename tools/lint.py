@@ -3,7 +3,7 @@
 
     python3 tools/lint.py build/clang -j 2                          # all
     python3 tools/lint.py build/clang -j 2 --since .ci/lint_base    # what changed since that commit, and what includes it
-    python3 tools/lint.py build/clang -j 2 --record .ci/lint_base   # all, and notes the commit if nothing was found
+    ... --record .ci/lint_base   # and notes the commit there, if nothing was found and all is committed: the next base
 
 A translation unit is a module's sources compiled together. Where the commit is not known here, or the linter's
 settings or the compiler's changed since, all are looked at.

@@ -136,11 +136,11 @@ const volume_test::Cuboid carton{
     Vec3(-0.15, 0.8, -0.6), Vec3(0.25, 1.2, -0.3), kNoSceneObject, {120, 90, 40}};
 
 /// Vertices of the carton.
-std::ptrdiff_t left_of_it(DenseMap& map) {
+std::ptrdiff_t left_of_it(DenseMap& map, const volume_test::Cuboid& it = carton) {
   const TriangleMesh mesh = map.mesh();
   return std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [&](const SurfacePoint& p) {
     const Vec3 floor_m(0, 0.1, 0);  // what lies on the floor is the floor
-    return Eigen::AlignedBox3d(carton.low - Vec3::Constant(0.03), carton.high - floor_m)
+    return Eigen::AlignedBox3d(it.low - Vec3::Constant(0.03), it.high - floor_m)
         .contains(p.p_world.cast<double>());
   });
 }
@@ -192,6 +192,23 @@ TEST(DenseFrames, ACameraThatStandsSeesGoWhatNobodyNamed) {
   EXPECT_GT(left_of_it(room.map), 200);
   room.expect_pure();
   EXPECT_GT(left_of_it(room.map), 200);
+}
+
+/// While people walk, each new view removes a little more from all older ones.
+TEST(DenseFrames, WhatGoesBitByBitIsTakenOutOnceASecond) {
+  const volume_test::Cuboid other{
+      Vec3(0.5, 0.8, -0.8), Vec3(0.85, 1.2, -0.5), kNoSceneObject, {40, 90, 120}};
+  KnownRoom room(object_test::room_config(), {other, carton});
+  ASSERT_GT(left_of_it(room.map, other), 200);
+  room.world.cuboids.pop_back();
+  for (int i = 0; i < 3; ++i) room.look(object_test::view_pose(2 + i), 7.5 + 0.5 * i);
+  EXPECT_LT(left_of_it(room.map), 10) << "at once: nothing was taken out lately";
+  room.world.cuboids.pop_back();
+  for (int i = 0; i < 3; ++i) room.look(object_test::view_pose(2 + i), 8.6 + 0.1 * i);
+  EXPECT_GT(left_of_it(room.map, other), 200);
+  for (int i = 0; i < 5; ++i) room.look(object_test::view_pose(2 + i % 3), 9.0 + 0.3 * i);
+  EXPECT_LT(left_of_it(room.map, other), 10);
+  room.expect_pure();
 }
 
 TEST(DenseFrames, OfOnePlaceAreOnlySoManyHoweverNewEachOfThemLooks) {

@@ -1,6 +1,7 @@
 #include "dense/dense_map.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -12,6 +13,7 @@ namespace ygslam {
 namespace {
 
 constexpr double kLooseVoxels = 0.5;
+constexpr double kGather_s = 1;  // of what each new view removes from older ones while people walk
 
 double loose_m(const DenseMapConfig& config) {
   return kLooseVoxels * config.volume.surface.voxel_m;
@@ -46,6 +48,7 @@ void DenseMap::apply(const DenseUpdate& update) {
 
 void DenseMap::add(const DenseFrame& frame) {
   IncomingView incoming = incoming_view(frame, config_, camera_);
+  newest_ = frame.frame->stamp;
   auto stored = std::make_shared<const StoredView>(incoming.images);
   unpacker_->keep(stored, std::move(incoming.images));
   views_.add(
@@ -78,9 +81,18 @@ double DenseMap::out_of_place_m(DenseViewId id, const DenseView& view) const {
   const ViewPlacement* fused = fused_.find(id);
   const PixelState* state = judge_.state(id);
   if (!view.T_world_camera && fused == nullptr) return 0;
-  if (!view.T_world_camera || fused == nullptr || state == nullptr || *state != fused->state)
+  if (!view.T_world_camera || fused == nullptr || state == nullptr ||
+      (*state != fused->state && !may_wait(id, *state, fused->state)))
     return std::numeric_limits<double>::infinity();
   return distance_m(fused->T_world_camera, *view.T_world_camera);
+}
+
+bool DenseMap::may_wait(DenseViewId id, const PixelState& wanted, PixelState fused) const {
+  const auto synced = synced_at_.find(id);
+  if (synced == synced_at_.end() || std::abs(seconds_between(newest_, synced->second)) >= kGather_s)
+    return false;
+  fused.removed = wanted.removed;
+  return fused == wanted;
 }
 
 std::optional<DenseViewId> DenseMap::most_out_of_place() const {
@@ -97,12 +109,18 @@ std::optional<DenseViewId> DenseMap::most_out_of_place() const {
 
 bool DenseMap::step() {
   const std::optional<DenseViewId> next = most_out_of_place();
-  if (!next) return judge_.judge_corrected(views_, fused_);
+  if (!next) return judge_corrected();
   if (drop_needless(*next)) return true;
   const bool is_new = !fused_.contains(*next);
   bring_up_to_date(*next, loose_m(config_));
   if (out_of_place_m(*next, views_.at(*next)) > loose_m(config_)) return false;  // it is full
   if (is_new) cull(*next);
+  return true;
+}
+
+bool DenseMap::judge_corrected() {
+  if (!judge_.judge_corrected(views_, fused_)) return false;
+  synced_at_.clear();  // what was judged anew is not one of many small changes
   return true;
 }
 
@@ -125,6 +143,7 @@ void DenseMap::bring_up_to_date(DenseViewId id, double tolerance_m) {
     judge_.judge_objects(id, views_, fused_);
   }
   fused_.sync(id, {view.images, view.stamp, *view.T_world_camera, *judge_.state(id)}, tolerance_m);
+  synced_at_[id] = newest_;
 }
 
 void DenseMap::cull(DenseViewId newest) {
@@ -140,6 +159,7 @@ void DenseMap::remove(DenseViewId id) {
   judge_.forget(id, views_.at(id).stamp);
   policy_.forget(id);
   views_.remove(id);
+  synced_at_.erase(id);
 }
 
 void DenseMap::take_in_new_frames() {

@@ -3,6 +3,7 @@
 // it is. Views are the keyframes, and frames between them as long as they show what others do not.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -65,7 +66,10 @@ class DenseMap {
   void add(const DenseFrame& frame);
   void drop_keyframe(const RemovedAnchor& removed);
   [[nodiscard]] double out_of_place_m(DenseViewId id, const DenseView& view) const;
+  /// Whether no more differs than what was removed, and the view was brought up to date lately.
+  [[nodiscard]] bool may_wait(DenseViewId id, const PixelState& wanted, PixelState fused) const;
   [[nodiscard]] std::optional<DenseViewId> most_out_of_place() const;
+  bool judge_corrected();
   /// Of a frame of which it is not decided whether it enters. @return whether it was dropped.
   bool drop_needless(DenseViewId id);
   void bring_up_to_date(DenseViewId id, double tolerance_m = 0);
@@ -83,7 +87,9 @@ class DenseMap {
   FusedVolume fused_;
   PixelJudge judge_;
   ViewPolicy policy_;
-  bool is_finished_ = false;  // nothing changed since
+  Timestamp newest_;                            // of all images that came
+  std::map<DenseViewId, Timestamp> synced_at_;  // newest_ when the view was brought up to date
+  bool is_finished_ = false;                    // nothing changed since
 };
 
 }  // namespace ygslam

@@ -36,6 +36,63 @@ float slope_per_tile(float before, float here, float after, float limit_m) {
   return std::abs(forth) < std::abs(back) ? forth : back;
 }
 
+/// Words of a row's pixels. In 32 bit words and without branches, so that compilers take several
+/// pixels at once.
+class WeighRow {
+ public:
+  explicit WeighRow(const PreparationConfig& config)
+      : jump_(config),
+        max_depth_m_(static_cast<float>(config.max_depth_m)),
+        min_cos_(static_cast<float>(config.min_cos_incidence)),
+        pose_variance_(static_cast<float>(config.pose_sigma_m * config.pose_sigma_m)) {
+    const float near_sigma_m = jump_.noise.sigma_m(1.0F);
+    scale_ = PreparedView::kMaxWeight * (near_sigma_m * near_sigma_m + pose_variance_);
+  }
+
+  struct Depths {  // [m], 0 = none; of one pixel more on either side
+    const float *above, *here, *below;
+  };
+  void step(const Depths& depths, const float* slope, const float* cosine,
+            const std::uint16_t* depth, const std::uint8_t* object, int width,
+            std::uint32_t* __restrict words) const {
+    for (int u = 0; u < width; ++u) {
+      const float z = depths.here[u];
+      const float limit_m = jump_.limit_m(z);
+      const std::uint32_t edge =
+          jumps(z, depths.here[u - 1], limit_m) | jumps(z, depths.here[u + 1], limit_m) |
+          jumps(z, depths.above[u], limit_m) | jumps(z, depths.below[u], limit_m);
+      const std::uint32_t counts = bit(z > 0) & bit(z <= max_depth_m_) & (edge ^ 1U) &
+                                   bit(cosine[u] >= min_cos_) &
+                                   bit(object[u] != DepthView::kExcluded);
+      const float sigma_m = jump_.noise.sigma_m(z);
+      const float weight =
+          scale_ * cosine[u] * cosine[u] / (sigma_m * sigma_m + pose_variance_) + 0.5F;
+      const auto bounded = static_cast<std::uint32_t>(static_cast<int>(
+          std::min(std::max(weight, 1.0F), static_cast<float>(PreparedView::kMaxWeight))));
+      const auto steps = static_cast<std::uint32_t>(
+          static_cast<int>(std::min(slope[u] / PreparedView::kSlopeUnit + 0.5F, 255.0F)));
+      words[u] = depth[u] | (steps << 16) | ((bounded & (0U - counts)) << 24);
+    }
+  }
+
+ private:
+  static std::uint32_t bit(bool is) { return is ? 1U : 0U; }
+  static std::uint32_t jumps(float z, float other, float limit_m) {
+    return bit(other > 0) & bit(std::abs(other - z) > limit_m);
+  }
+
+  JumpOf jump_;
+  float max_depth_m_, min_cos_, pose_variance_, scale_;
+};
+
+void join_appearance(const Rgb8* colour, const std::uint8_t* object, int width,
+                     std::uint32_t* __restrict words) {
+  for (int u = 0; u < width; ++u)
+    words[u] = colour[u].r | (static_cast<std::uint32_t>(colour[u].g) << 8) |
+               (static_cast<std::uint32_t>(colour[u].b) << 16) |
+               (static_cast<std::uint32_t>(object[u]) << 24);
+}
+
 }  // namespace
 
 void PreparedView::assign(const DepthView& view, const PreparationConfig& config) {
@@ -180,15 +237,9 @@ void PreparedView::find_tile_slopes(const PreparationConfig& config) {
 }
 
 void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& config) {
-  const JumpOf jump(config);
-  const NoiseModel noise(config.noise);
+  const WeighRow weigh(config);
   const int width = camera_.width;
   const int height = camera_.height;
-  const auto max_depth_m = static_cast<float>(config.max_depth_m);
-  const auto min_cos = static_cast<float>(config.min_cos_incidence);
-  const auto pose_variance = static_cast<float>(config.pose_sigma_m * config.pose_sigma_m);
-  const float near_sigma_m = noise.sigma_m(1.0F);
-  const float scale = kMaxWeight * (near_sigma_m * near_sigma_m + pose_variance);
   geometry_.resize(view.depth.size());
   appearance_.resize(view.depth.size());
 
@@ -219,34 +270,10 @@ void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& 
         cosine[i] = tile_cos_[first + i / kTile];
       }
     }
-    const std::uint16_t* depth = view.depth.row(v);
-    const std::uint8_t* object = view.object.row(v);
-    const Rgb8* colour = view.colour.row(v);
-    std::uint32_t* geometry = geometry_.data() + static_cast<std::ptrdiff_t>(v) * width;
-    std::uint32_t* appearance = appearance_.data() + static_cast<std::ptrdiff_t>(v) * width;
-    for (int u = 0; u < width; ++u) {
-      const float z = here[u];
-      const float limit_m = jump.limit_m(z);
-      const auto jumps = [&](float other) { return (other > 0) & (std::abs(other - z) > limit_m); };
-      const bool edge = jumps(here[u - 1]) | jumps(here[u + 1]) | jumps(above[u]) | jumps(below[u]);
-      const bool counts = (z > 0) & (z <= max_depth_m) & !edge &
-                          (cosine[static_cast<std::size_t>(u)] >= min_cos) &
-                          (object[u] != DepthView::kExcluded);
-      const float sigma_m = noise.sigma_m(z);
-      const float weight = scale * cosine[static_cast<std::size_t>(u)] *
-                               cosine[static_cast<std::size_t>(u)] /
-                               (sigma_m * sigma_m + pose_variance) +
-                           0.5F;
-      const float bounded = std::min(std::max(weight, 1.0F), static_cast<float>(kMaxWeight));
-      const float steps = std::min(slope[static_cast<std::size_t>(u)] / kSlopeUnit + 0.5F, 255.0F);
-      const auto w = counts ? static_cast<std::uint32_t>(static_cast<int>(bounded)) : 0U;
-      geometry[u] =
-          depth[u] | (static_cast<std::uint32_t>(static_cast<int>(steps)) << 16) | (w << 24);
-    }
-    for (int u = 0; u < width; ++u)
-      appearance[u] = colour[u].r | (static_cast<std::uint32_t>(colour[u].g) << 8) |
-                      (static_cast<std::uint32_t>(colour[u].b) << 16) |
-                      (static_cast<std::uint32_t>(object[u]) << 24);
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(v) * width;
+    weigh.step({above, here, below}, slope.data(), cosine.data(), view.depth.row(v),
+               view.object.row(v), width, geometry_.data() + first);
+    join_appearance(view.colour.row(v), view.object.row(v), width, appearance_.data() + first);
   }
 }
 

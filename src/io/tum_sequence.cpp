@@ -36,7 +36,8 @@ Result<ParsedList<Entry>> read_list(const fs::path& path, Sequence& sequence,
                                     ParsedList<Entry> (*parse)(std::string_view)) {
   const auto text = read_file(path);
   if (!text.ok()) return text.error();
-  if (is_utf16(*text)) return input_error(path, std::string(kUtf16Fault));
+  if (const std::string fault = no_text_fault(*text); !fault.empty())
+    return input_error(path, fault);
   ParsedList<Entry> list = parse(*text);
   if (list.counts.lines == 0) return input_error(path, "lists no image");
   if (list.entries.empty()) {
@@ -158,12 +159,16 @@ Result<CameraConfig> find_camera(const GivenCameras& given, Sequence& sequence) 
     sequence.camera_source = given.colour_source;
     return *given.colour;
   }
-  const auto found = camera_of_folder(sequence);
-  if (!found.ok()) return found.error();
-  if (*found) return **found;
-  return Error{ErrorKind::kConfig, sequence.root.string() +
-                                       ": no calibration.txt and no preset camera for this folder "
-                                       "name; write calibration.txt or give --camera FILE.yaml"};
+  for (const auto look : {calibration_of_folder, json_camera_of_folder}) {
+    const auto found = look(sequence);
+    if (!found.ok()) return found.error();
+    if (*found) return **found;
+  }
+  if (const auto preset = preset_of_folder(sequence)) return *preset;
+  return Error{ErrorKind::kConfig,
+               sequence.root.string() +
+                   ": no calibration.txt, camera_intrinsic.json or transforms.json and no preset "
+                   "camera for this folder name; write calibration.txt or give --camera FILE.yaml"};
 }
 
 }  // namespace

@@ -61,9 +61,10 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
 }
 
 Result<CameraConfig> read_camera_yaml(const std::string& path, double depth_scale) {
-  const auto text = read_file(path, std::size_t{1} << 20);
+  const auto text = read_file(path, kLargestCameraFile_bytes);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
-  if (is_utf16(*text)) return Error{ErrorKind::kConfig, path + ": " + std::string(kUtf16Fault)};
+  if (const std::string fault = no_text_fault(*text); !fault.empty())
+    return Error{ErrorKind::kConfig, path + ": " + fault};
   return parse_camera_yaml(*text, path, depth_scale, folder_of(path));
 }
 

@@ -152,6 +152,38 @@ void warn_of_mirror(std::span<const StampedPose> truth, std::span<const StampedP
       report.ate_m.rmse, rpe_text(report), other->ate_m.rmse, rpe_text(*other)));
 }
 
+std::string reading_text(PoseReading reading) {
+  switch (reading) {
+    case PoseReading::kWFirst:
+      return "quaternions with qw first (a header line `# stamp x y z qw qx qy qz` tells)";
+    case PoseReading::kInverse:
+      return "poses of the world in the camera, T_camera_world (to be inverted)";
+    case PoseReading::kInverseWFirst:
+      return "poses of the world in the camera, T_camera_world, with qw first";
+    case PoseReading::kAsRead:
+      break;
+  }
+  return "what was read";
+}
+
+// Files say nothing of the order of their quaternions, nor of whose pose in what they are.
+void warn_of_reading(const BetterReading& better, std::span<const StampedPose> truth,
+                     std::span<const StampedPose> estimate, EvalReport& report) {
+  EvalOptions options = report.options;
+  options.mirrored_truth = false;  // it is done
+  const auto other = better.fits_truth
+                         ? evaluate(read_otherwise(truth, better.reading), estimate, options)
+                         : evaluate(truth, read_otherwise(estimate, better.reading), options);
+  if (!other.ok()) return;
+  const char* whose = better.fits_truth && better.fits_estimate ? "the truth or the estimate"
+                      : better.fits_truth                       ? "the truth"
+                                                                : "the estimate";
+  report.truth_notes.push_back(
+      fmt::format("{} seems to have {}: ATE {:.4f} m{} as read, {:.4f} m{} then", whose,
+                  reading_text(better.reading), report.ate_m.rmse, rpe_text(report),
+                  other->ate_m.rmse, rpe_text(*other)));
+}
+
 }  // namespace
 
 Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
@@ -174,8 +206,10 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
   move_by({SE3(), alignment.scale}, pairs.estimate);
   std::vector<StampedPose> scaled = pairs.estimate;
   const bool is_mirror = is_mirrored(pairs);
+  const BetterReading better = is_mirror ? BetterReading{} : better_reading(pairs);
+  const bool is_misread = better.reading != PoseReading::kAsRead;
   const auto T_body_camera =
-      options.same_body || is_mirror ? std::nullopt : find_body_offset(pairs);
+      options.same_body || is_mirror || is_misread ? std::nullopt : find_body_offset(pairs);
   move_by({alignment.T_truth_estimate, 1.0}, pairs.estimate);
   EvalReport& report = evaluation.report;
   report.options = options;
@@ -187,6 +221,7 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
   add_warnings(alignment, truth, report);
   if (T_body_camera) take_out_body(*T_body_camera, std::move(scaled), evaluation);
   if (is_mirror && !options.mirrored_truth) warn_of_mirror(given_truth, estimate, report);
+  if (is_misread) warn_of_reading(better, truth, estimate, report);
   report.warnings.insert(report.warnings.end(), report.truth_notes.begin(),
                          report.truth_notes.end());
   return evaluation;

@@ -76,7 +76,7 @@ bool has_swapped_bytes(const Image<std::uint16_t>& raw) {
   for (int v = 0; v < raw.height(); v += std::max(1, raw.height() / kRows)) {
     const std::uint16_t* row = raw.row(v);
     for (int u = 1; u < raw.width(); ++u) {
-      if (row[u] == 0 || row[u - 1] == 0) continue;
+      if (row[u] == 0 || row[u - 1] == 0 || row[u] == row[u - 1]) continue;
       has_low_bytes |= (row[u] & 0xFFU) != 0;
       as_read.push_back(std::abs(row[u] - row[u - 1]));
       other.push_back(std::abs(swapped(row[u]) - swapped(row[u - 1])));

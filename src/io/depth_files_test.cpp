@@ -187,6 +187,11 @@ TEST(DepthFiles, SwappedBytesAreRefused) {
             std::string::npos);
   EXPECT_EQ(reason_of(encode_png(slope)), "");
   EXPECT_NE(reason_of(encode_png(wrong)).find("bytes swapped"), std::string::npos);
+  for (std::uint16_t& value : slope) value -= value % 19U;  // in steps, as a Kinect's
+  for (std::size_t i = 0; i < slope.size(); ++i)
+    wrong.data()[i] = static_cast<std::uint16_t>(slope.data()[i] << 8U | slope.data()[i] >> 8U);
+  EXPECT_EQ(reason_of(encode_png(slope)), "");
+  EXPECT_NE(reason_of(encode_png(wrong)).find("bytes swapped"), std::string::npos);
   for (std::uint16_t& value : slope) value &= 0xFF00U;  // depth of 8 bits, in the upper ones
   EXPECT_EQ(reason_of(encode_png(slope)), "");
   for (std::size_t i = 0; i < slope.size(); ++i)  // noise tells nothing

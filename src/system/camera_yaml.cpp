@@ -15,6 +15,11 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
                                        double depth_scale, const std::filesystem::path& folder) {
   if (const auto foreign = parse_foreign_camera(text, name))
     return judged_foreign_camera(*foreign, depth_scale, name);
+  if (text.find(':') == std::string::npos) {  // lines `fx 525.0`, as in calibration.txt
+    auto lines = parse_calibration(text, name, folder);
+    if (lines.ok() && calibration_line(text, "depth_scale") == 0) lines->depth_scale = depth_scale;
+    return lines;
+  }
   CameraConfig camera;
   camera.depth_scale = depth_scale;
   camera.width = camera.height = 0;

@@ -324,8 +324,8 @@ BetterReading better_reading(const PosePairs& pairs) {
   const Disagreement given = {std::min(plain.rot_rad, solved.rot_rad),
                               std::min(plain.trans_m, solved.trans_m)};
   BetterReading best;
-  double least =
-      std::numeric_limits<double>::infinity();  // of translations: turns tell readings apart less
+  // Translations tell readings apart better than turns do. That of a mirror is told elsewhere.
+  double least = best_disagreement({mirrored(pairs.truth), pairs.estimate}).trans_m;
   for (const PoseReading reading :
        {PoseReading::kWFirst, PoseReading::kInverse, PoseReading::kInverseWFirst}) {
     const auto of_truth = best_disagreement({read_otherwise(pairs.truth, reading), pairs.estimate});

@@ -63,7 +63,7 @@ struct BetterReading {
 /// the bodies, three times better than as given in rotation or translation, the other no worse. A
 /// quaternion with its w at the other end turns as the inverse rotation does, so that turns about
 /// one axis alone may not show it.
-/// @return kAsRead where they agree as given, or in no reading.
+/// @return kAsRead where they agree as given, in no reading, or best in a mirror.
 [[nodiscard]] BetterReading better_reading(const PosePairs& pairs);
 
 /// The truth as that of the estimate's body; as it is where find_body_offset() finds nothing.

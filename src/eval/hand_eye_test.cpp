@@ -226,6 +226,28 @@ TEST(Reading, OtherOrdersAndInversePosesAreNamed) {
   }
 }
 
+TEST(Reading, AMirrorAndAnotherOrderAreToldApart) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    // Turns mostly about one axis, as of a camera held in the hand that looks about.
+    auto camera = camera_path(rng, Turning::kAboutUp);
+    for (StampedPose& pose : camera) {
+      Vec6 nod = Vec6::Zero();
+      nod[3] = 0.05 * std::sin(1e-9 * static_cast<double>(pose.stamp.ns));
+      pose.T_world_camera = pose.T_world_camera * SE3::exp(nod);
+    }
+    const auto estimate = noisy(camera, 1e-3, rng);
+    const auto told = [&](const std::vector<StampedPose>& truth) {
+      const auto report = evaluate(truth, estimate);
+      return report->warnings.empty() ? std::string() : report->warnings.front();
+    };
+    EXPECT_NE(told(misread(camera, PoseReading::kWFirst)).find("qw first"), std::string::npos)
+        << seed << told(misread(camera, PoseReading::kWFirst));
+    EXPECT_NE(told(mirrored(camera)).find("is mirrored"), std::string::npos)
+        << seed << told(mirrored(camera));
+  }
+}
+
 TEST(Reading, APoorEstimateStaysWhatItIs) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Rng rng(seed);

@@ -205,9 +205,9 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
   const Alignment alignment = align(pairs, options.align);
   move_by({SE3(), alignment.scale}, pairs.estimate);
   std::vector<StampedPose> scaled = pairs.estimate;
-  const bool is_mirror = is_mirrored(pairs);
-  const BetterReading better = is_mirror ? BetterReading{} : better_reading(pairs);
+  const BetterReading better = better_reading(pairs);
   const bool is_misread = better.reading != PoseReading::kAsRead;
+  const bool is_mirror = !is_misread && is_mirrored(pairs);
   const auto T_body_camera =
       options.same_body || is_mirror || is_misread ? std::nullopt : find_body_offset(pairs);
   move_by({alignment.T_truth_estimate, 1.0}, pairs.estimate);

@@ -248,6 +248,23 @@ TEST(Reading, AMirrorAndAnotherOrderAreToldApart) {
   }
 }
 
+TEST(Reading, PositionsInOtherUnitsAreNamed) {
+  Rng rng(3);
+  const auto truth = camera_path(rng);
+  const auto scaled = [&](double factor) {
+    auto estimate = noisy(truth, 1e-3, rng);
+    for (StampedPose& pose : estimate)
+      pose.T_world_camera = SE3(pose.T_world_camera.R(), factor * pose.T_world_camera.t());
+    const auto report = evaluate(truth, estimate);
+    return report->warnings.empty() ? std::string() : report->warnings.front();
+  };
+  EXPECT_EQ(scaled(1000),
+            "the positions of the estimate seem to be millimetres, which are read as metres");
+  EXPECT_EQ(scaled(0.01),
+            "the positions of the truth seem to be centimetres, which are read as metres");
+  EXPECT_EQ(scaled(1), "");
+}
+
 TEST(Reading, APoorEstimateStaysWhatItIs) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Rng rng(seed);

@@ -96,6 +96,16 @@ void move_by(const Alignment& alignment, std::vector<StampedPose>& poses) {
   for (StampedPose& pose : poses) pose.T_world_camera = alignment.apply(pose.T_world_camera);
 }
 
+// Distances of the positions from their mean.
+std::vector<double> path_radii(std::span<const StampedPose> poses) {
+  Vec3 mean = Vec3::Zero();
+  for (const StampedPose& pose : poses)
+    mean += pose.T_world_camera.t() / static_cast<double>(poses.size());
+  std::vector<double> radii_m;
+  for (const StampedPose& pose : poses) radii_m.push_back((pose.T_world_camera.t() - mean).norm());
+  return radii_m;
+}
+
 // All errors of pairs that belong to one body.
 void measure(const EvalOptions& options, Evaluation& evaluation) {
   ErrorSeries& series = evaluation.series;
@@ -152,6 +162,25 @@ void warn_of_mirror(std::span<const StampedPose> truth, std::span<const StampedP
       report.ate_m.rmse, rpe_text(report), other->ate_m.rmse, rpe_text(*other)));
 }
 
+// Positions in millimetres or centimetres: the scale between both says so where they fit with it.
+// @return what to say, empty if nothing.
+std::string unit_warning(PosePairs pairs) {
+  constexpr double kRoundly = 0.05;
+  constexpr double kFits = 0.2;  // of the path's extent
+  const Alignment with_scale = align(pairs, AlignMode::kSim3);
+  for (const auto& [factor, unit] : {std::pair{1000.0, "millimetres"}, {100.0, "centimetres"}}) {
+    const bool of_truth = std::abs(with_scale.scale / factor - 1) < kRoundly;
+    const bool of_estimate = std::abs(with_scale.scale * factor - 1) < kRoundly;
+    if (!of_truth && !of_estimate) continue;
+    const double extent_m = summarize(path_radii(pairs.truth)).rmse;
+    move_by(with_scale, pairs.estimate);
+    if (summarize(absolute_errors(pairs).trans_m).rmse > kFits * extent_m) return {};
+    return fmt::format("the positions of the {} seem to be {}, which are read as metres",
+                       of_truth ? "truth" : "estimate", unit);
+  }
+  return {};
+}
+
 std::string reading_text(PoseReading reading) {
   switch (reading) {
     case PoseReading::kWFirst:
@@ -179,7 +208,7 @@ void warn_of_reading(const BetterReading& better, std::span<const StampedPose> t
                       : better.fits_truth                       ? "the truth"
                                                                 : "the estimate";
   report.truth_notes.push_back(
-      fmt::format("{} seems to have {}: ATE {:.4f} m{} as read, {:.4f} m{} then", whose,
+      fmt::format("{} seems to have {}: ATE {:.4f} m{} as read, {:.4f} m{} so", whose,
                   reading_text(better.reading), report.ate_m.rmse, rpe_text(report),
                   other->ate_m.rmse, rpe_text(*other)));
 }
@@ -202,6 +231,7 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
                  "difference of " +
                      format_stamp({to_ns(options.max_diff_s)}, 3) + " s"};
   }
+  const std::string unit = unit_warning(pairs);
   const Alignment alignment = align(pairs, options.align);
   move_by({SE3(), alignment.scale}, pairs.estimate);
   std::vector<StampedPose> scaled = pairs.estimate;
@@ -221,6 +251,7 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
   add_warnings(alignment, truth, report);
   if (T_body_camera) take_out_body(*T_body_camera, std::move(scaled), evaluation);
   if (is_mirror && !options.mirrored_truth) warn_of_mirror(given_truth, estimate, report);
+  if (!unit.empty()) report.truth_notes.push_back(unit);
   if (is_misread) warn_of_reading(better, truth, estimate, report);
   report.warnings.insert(report.warnings.end(), report.truth_notes.begin(),
                          report.truth_notes.end());

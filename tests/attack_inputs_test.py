@@ -254,6 +254,15 @@ def formatted(rows, form="{:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f
     return "".join(form.format(*row) for row in rows)
 
 
+def inverse(rows):
+    """Each pose turned round."""
+    turned = rows * [1, -1, -1, -1, -1, -1, -1, 1]
+    for row in turned:
+        v = row[4:7]
+        row[1:4] += 2 * np.cross(v, np.cross(v, row[1:4]) + row[7] * row[1:4])
+    return turned
+
+
 W_FIRST = [0, 1, 2, 3, 7, 4, 5, 6]
 TRAJECTORIES = (  # title, text of the rows, code, word
     ("TUM", formatted, 0, ""), ("CR LF", lambda r: formatted(r).replace("\n", "\r\n"), 0, ""),
@@ -265,6 +274,8 @@ TRAJECTORIES = (  # title, text of the rows, code, word
     ("qw first", lambda r: formatted(r[:, W_FIRST]), 0, "with qw first"),
     ("both orders", lambda r: formatted(np.vstack([r[:30], r[30:, W_FIRST]])), 0, "two orders"),
     ("decimal commas", lambda r: formatted(r).replace(".", ","), 4, "decimal"),
+    ("millimetres", lambda r: formatted(r * [1, 1e3, 1e3, 1e3, 1, 1, 1, 1]), 0, "millimetres"),
+    ("inverse", lambda r: formatted(inverse(r)), 0, "T_camera_world"),
     ("no quaternion", lambda r: formatted(r * 3), 4, "no unit quaternion"),
     ("tables of three", lambda r: formatted(r[:, :3], "{} {} {}\n"), 4, "columns"),
     ("empty", lambda r: "", 4, "empty"), ("nan", lambda r: formatted(r) + "2000 nan 0 0 0 0 0 1\n", 4, "nan"),
@@ -296,7 +307,41 @@ class OddTrajectories(Attack):
         self.assertEqual(code, 2, said)
 
 
+LISTS = (  # title, text of the rows of associations.txt, word
+    ("tabs", lambda r: text_of(r).replace(" ", "\t"), RIGHT),
+    ("CR LF", lambda r: text_of(r).replace("\n", "\r\n"), RIGHT),
+    ("byte order mark", lambda r: "\ufeff" + text_of(r), RIGHT),
+    ("a header", lambda r: "t rgb t d\n" + text_of(r), RIGHT),
+    ("depth first", lambda r: text_of((c, d, a, b) for a, b, c, d in r), RIGHT),
+    ("zeros at the end", lambda r: text_of(r) + "\0" * 500, RIGHT), ("twice", lambda r: text_of(r) * 2, RIGHT),
+    ("commas", lambda r: text_of(r).replace(" ", ","), "read are lines `seconds rgb/FILE"),
+    ("JSON", json.dumps, "read are lines"),
+    ("no stamps", lambda r: text_of((b, d) for _, b, _, d in r), "read are lines"),
+    ("nanoseconds", lambda r: text_of((f"{float(a):.0f}" + "0" * 9, b, f"{float(c):.0f}" + "0" * 9, d)
+                                      for a, b, c, d in r), "read are lines"),
+    ("times of day", lambda r: text_of((f"12:00:0{i}", r[i][1], f"12:00:0{i}", r[i][3]) for i in range(FRAMES)),
+     "read are lines"),
+    ("outside", lambda r: text_of((a, "../" + b, c, d) for a, b, c, d in r), "no usable line"),
+    ("quotes", lambda r: text_of((a, f'"{b}"', c, d) for a, b, c, d in r), "no such file"),
+    ("a zip", lambda r: "PK\x03\x04", "is a zip archive"), ("nothing", lambda r: "", "lists no image"),
+)
+
+
 class OddLists(Attack):
+    def test_texts(self):
+        for title, text, word in LISTS:
+            folder = self.fresh()
+            (folder / "associations.txt").write_text(text(self.pairs(folder)), encoding="utf-8", newline="")
+            with self.subTest(title=title):
+                self.judge(folder, word, names=folder)
+
+    def test_one_image_for_all_is_told(self):
+        folder = self.fresh()
+        rows = self.pairs(folder)
+        (folder / "associations.txt").write_text(text_of((a, rows[0][1], c, d) for a, _, c, d in rows),
+                                                 encoding="utf-8")
+        self.assertIn("are named by a line before", self.run_case(folder)[1])
+
     def test_stamps(self):
         for title, change, word in (("milliseconds", lambda t, i: t * 1e3, "are these stamps milliseconds"),
                                     ("a gap of an hour", lambda t, i: t + (3600 if i > 3 else 0),

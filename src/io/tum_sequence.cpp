@@ -30,6 +30,11 @@ void warn_of_resets(const fs::path& path, const ParsedList<Entry>& list, Sequenc
                     1e-9 * static_cast<double>(reset.shift_ns)));
 }
 
+const char* list_form(const ParsedList<ListedImage>& /*list*/) { return "seconds FILE"; }
+const char* list_form(const ParsedList<ListedPair>& /*list*/) {
+  return "seconds rgb/FILE seconds depth/FILE";
+}
+
 // A list, or why there is none. Adds its counts and a warning to the sequence.
 template <typename Entry>
 Result<ParsedList<Entry>> read_list(const fs::path& path, Sequence& sequence,
@@ -43,7 +48,8 @@ Result<ParsedList<Entry>> read_list(const fs::path& path, Sequence& sequence,
   if (list.entries.empty()) {
     return Error{ErrorKind::kInput, path.string() + (list.first_fault.empty() ? "" : ":") +
                                         list.first_fault + ": no usable line (" +
-                                        list.counts.summary() + ")"};
+                                        list.counts.summary() + "); read are lines `" +
+                                        std::string(list_form(list)) + "`"};
   }
   sequence.counts += list.counts;
   if (list.counts.left_out() > 0) {
@@ -58,9 +64,26 @@ Result<ParsedList<Entry>> read_list(const fs::path& path, Sequence& sequence,
   return list;
 }
 
+/// Warns once of images that several lines of a list name.
+void warn_of_repeats(const fs::path& list, const std::vector<std::string>& files,
+                     Sequence& sequence) {
+  std::set<std::string_view> seen;
+  std::size_t repeats = 0;
+  std::string_view first;
+  for (const std::string& file : files) {
+    if (seen.insert(file).second) continue;
+    if (repeats++ == 0) first = file;
+  }
+  if (repeats == 0) return;
+  sequence.warnings.push_back(
+      fmt::format("{}: {} of {} listed images are named by a line before, first {}", list.string(),
+                  repeats, files.size(), printable(first)));
+}
+
 /// Warns once of listed files that do not exist, where others of the list do. @return these files.
 std::vector<std::string> absent_files(const fs::path& list, const std::vector<std::string>& files,
                                       Sequence& sequence) {
+  warn_of_repeats(list, files, sequence);
   std::vector<std::string> absent;
   for (const std::string& file : files) {
     std::error_code code;

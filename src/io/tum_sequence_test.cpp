@@ -196,6 +196,23 @@ TEST(Sequence, ListedFilesThatDoNotExistAreToldOnce) {
       warns_of(*sequence, "depth.txt: 5 of 31 listed files do not exist, first depth/between.png"));
 }
 
+TEST(Sequence, ImagesThatSeveralLinesNameAreToldOnce) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 6};
+  small.write_to(folder.path());
+  std::string text;
+  for (int i = 0; i < 6; ++i)
+    text += format_stamp({small.first_ns + i * small.interval_ns}, 6) + " " +
+            small.colour_file(i < 3 ? 0 : i) + "\n";
+  testing::write(folder.path() / "rgb.txt", text);
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  ASSERT_EQ(sequence->warnings.size(), 1U);
+  EXPECT_TRUE(warns_of(
+      *sequence,
+      "rgb.txt: 2 of 6 listed images are named by a line before, first " + small.colour_file(0)));
+}
+
 TEST(Sequence, ListsInAnyOrderAreSortedAndItIsToldOnce) {
   const TempFolder folder;
   const SmallSequence small{.count = 24, .associations = true};

@@ -169,6 +169,7 @@ TEST(CameraFormats, NumbersInAnotherOrderAreRefused) {
 }
 
 TEST(CameraFormats, MatricesThatAreNoCamerasAreRefused) {
+  EXPECT_EQ(foreign_of("517 1e-14 318\n0 516 255\n0 -1e-17 1.0000000000000002\n").camera.fy, 516);
   for (const auto& [text, part] : std::vector<std::pair<std::string, std::string>>{
            {"517 0 318 0.5\n0 516 255 0\n0 0 1 0\n0 0 0 1\n", "a fourth column 0.5 0 0"},
            {"517 0 318 0\n0 516 255 0\n0 0 1 0\n0 0 1 1\n", "a fourth row that is not 0 0 0 1"},

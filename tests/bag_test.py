@@ -161,8 +161,8 @@ class McapBags(BagTest):
     def test_what_is_no_sequence_is_refused(self):
         start = self.mcap().read_bytes()[:60]
         for name, data, part in (("text.mcap", b"a diary", "no recording that can be read"),
-                                 ("empty.mcap", b"", "no recording that can be read"),
-                                 ("magic.mcap", start[:8], "no topic with colour images"),
+                                 ("empty.mcap", b"", "no recording that can be read: the file is empty"),
+                                 ("magic.mcap", start[:8], "no topic with colour images: the recording holds no message"),
                                  ("head.mcap", start, "no topic with colour images")):
             with self.subTest(name=name):
                 bag = self.folder / name

@@ -88,7 +88,7 @@ class Help(CliTest):
     def test_complaints_are_one_short_line_whatever_was_written(self):
         for words, said in ((["--from", "-1"], "--from: -1 is not in 0 .. 1000000000"),
                             (["--seed", "1e9"], "--seed: 1e9 is not in 0 .. 9007199254740992"),
-                            (["--to", "9" * 25], "--to: " + "9" * 25 + " is not in 0"),
+                            (["--to", "9" * 25], "--to: " + "9" * 25 + " is not in 1"),
                             (["--\nnew\x1b[2J"], "not expected: --\\nnew\\x1b[2J"),
                             (["--" + "x" * 5000], "not expected: --xxx")):
             done = ygslam("run", sequence(), "--out", self.folder / "out", *words)

@@ -45,6 +45,7 @@ struct Inputs {
   EvalOptions options;
   std::vector<StampedPose> truth;
   bool truth_has_stamps = true;
+  bool uses_times = false;  ///< some trajectory took its stamps from --times
   std::vector<Timestamp> frames;
 };
 
@@ -71,7 +72,7 @@ struct TopicChoice {
 };
 
 Result<TrajectoryFile> read(const std::string& path, const TopicChoice& choice,
-                            const EvalArguments& a) {
+                            const EvalArguments& a, bool& uses_times) {
   const bool is_of_bag = is_bag(path);
   if (!is_of_bag && !choice.topic.empty())
     return usage(std::string(choice.option) + ": " + path + " is no bag");
@@ -82,6 +83,7 @@ Result<TrajectoryFile> read(const std::string& path, const TopicChoice& choice,
           : read_trajectory(path, {parse_trajectory_format(a.format), parse_stamp_unit(a.stamps)});
   if (file.ok()) log_detail(fmt::format("{}: {} poses", path, file->poses.size()));
   if (!file.ok() || file->has_stamps || a.times.empty()) return file;
+  uses_times = true;
   Status stamped = add_stamps(a.times, path, *file);
   if (!stamped.ok()) return stamped.error();
   return file;
@@ -93,7 +95,7 @@ Result<Inputs> read_inputs(const EvalArguments& a) {
   inputs.options.max_diff_s = a.max_diff_s;
   inputs.options.same_body = a.same_body;
   inputs.options.mirrored_truth = a.mirrored_truth;
-  auto truth = read(a.truth, {a.truth_topic, "--gt-topic"}, a);
+  auto truth = read(a.truth, {a.truth_topic, "--gt-topic"}, a, inputs.uses_times);
   if (!truth.ok()) return truth.error();
   inputs.truth = std::move(truth->poses);
   inputs.truth_has_stamps = truth->has_stamps;
@@ -128,8 +130,8 @@ Status check_lines(const Inputs& inputs, const TrajectoryFile& estimate, const E
   return Ok{};
 }
 
-Result<Evaluation> judge(const std::string& path, const Inputs& inputs, const EvalArguments& a) {
-  auto estimate = read(path, {a.estimate_topic, "--est-topic"}, a);
+Result<Evaluation> judge(const std::string& path, Inputs& inputs, const EvalArguments& a) {
+  auto estimate = read(path, {a.estimate_topic, "--est-topic"}, a, inputs.uses_times);
   if (!estimate.ok()) return estimate.error();
   const Status matching = check_lines(inputs, *estimate, a, path);
   if (!matching.ok()) return matching.error();
@@ -228,7 +230,7 @@ Result<std::string> run_eval(const EvalArguments& a) {
   if (!checked.ok()) return checked.error();
   const Status outputs = check_outputs(a);
   if (!outputs.ok()) return outputs.error();
-  const auto inputs = read_inputs(a);
+  auto inputs = read_inputs(a);
   if (!inputs.ok()) return inputs.error();
   std::vector<Judged> judged;
   for (const std::string& path : a.estimates) {
@@ -236,6 +238,8 @@ Result<std::string> run_eval(const EvalArguments& a) {
     if (!evaluation.ok()) return evaluation.error();
     judged.push_back({path, std::move(*evaluation)});
   }
+  if (!a.times.empty() && !inputs->uses_times)
+    return usage("--times " + a.times + ": all of these trajectories have stamps of their own");
   const Status written = write_files(a, *inputs, judged);
   if (!written.ok()) return written.error();
   return a.json ? as_json(judged) : as_table(judged);

@@ -89,7 +89,7 @@ void add_range_options(CLI::App& command, RunOptions& o) {
       ->check(in_range(0, kMostPairs))
       ->capture_default_str();
   add(command, kInput, "--to", o.to, "N", "One past the last pair (default: all)")
-      ->check(in_range(0, kMostPairs));
+      ->check(in_range(1, kMostPairs));
 }
 
 void add_input_options(CLI::App& command, RunOptions& o) {

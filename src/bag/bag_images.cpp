@@ -90,6 +90,7 @@ std::string base_of(const BagTopic& topic) {
 }  // namespace
 
 std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagMessage& message) {
+  content_.has_messages = true;
   if (topic.type == ros::kCameraType) {
     ros::CameraInfo info;
     if (from_cdr(message.bytes, info, topic.layout)) take_camera(topic.name, info, content_);
@@ -178,6 +179,7 @@ Result<const ImageTopic*> choose_topic(const BagContent& content, const std::str
   if (chosen.size() == 1) return chosen.front();
   if (chosen.empty())
     return refuse("no topic with " + what + " images" +
+                  (content.has_messages ? "" : ": the recording holds no message") +
                   (all.empty() ? "" : " that can be read; there are " + joined(all)) +
                   unread_text(content));
   return refuse("several topics have " + what + " images: " + joined(chosen) + "; choose with " +

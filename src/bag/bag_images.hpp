@@ -37,6 +37,7 @@ struct BagContent {
   FrameTree frames;
   std::set<std::string> unread;  ///< topics with pictures of types that are not read, with these
   std::size_t too_many = 0;      ///< images that were left out
+  bool has_messages = false;     ///< of whatever type
 };
 
 /// Collects the content of a bag, message by message.

@@ -255,7 +255,11 @@ Result<DepthImage> decode_depth(const BagTopic& topic, std::span<const std::uint
     if (raw->encoding.name == "32FC1") return sanitized_depth(depth_samples<float>(*raw), config);
     if (raw->encoding.kind != ImageKind::kDepth)
       return fault("other encoding: " + raw->message.encoding);
-    return depth_from_raw(depth_samples<std::uint16_t>(*raw), camera.depth_scale, config);
+    const auto samples = depth_samples<std::uint16_t>(*raw);
+    if (has_swapped_bytes(samples))
+      return fault("16-bit depth with its bytes swapped (neighbours jump by 256s): is_bigendian " +
+                   std::to_string(raw->message.is_bigendian) + " is wrong");
+    return depth_from_raw(samples, camera.depth_scale, config);
   }
   const auto message = read_compressed(topic, bytes);
   if (!message.ok()) return message.error();

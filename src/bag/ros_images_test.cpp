@@ -44,6 +44,22 @@ TEST(RosImages, OtherByteOrdersAreTurned) {
   EXPECT_FLOAT_EQ(depth_m->at(1, 1), 5.0F);
 }
 
+TEST(RosImages, AWrongByteOrderIsRefused) {
+  constexpr int kSide = 32;
+  Image image{{}, kSide, kSide, "16UC1", 1, 2 * kSide, {}};
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const int units = 1000 + 3 * (i % kSide) + i / kSide;  // the low byte first, as it is not told
+    image.data.push_back(static_cast<std::uint8_t>(units & 0xFF));
+    image.data.push_back(static_cast<std::uint8_t>(units >> 8));
+  }
+  const auto camera = camera_of_size(kSide, kSide);
+  const auto wrong = decode_depth(kImages, to_cdr(image), camera, {});
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().message.find("is_bigendian 1 is wrong"), std::string::npos);
+  image.is_bigendian = 0;
+  EXPECT_TRUE(decode_depth(kImages, to_cdr(image), camera, {}).ok());
+}
+
 TEST(RosImages, FloatsAreMetresAndNanIsNone) {
   const std::array<float, 2> metres = {1.25F, std::numeric_limits<float>::quiet_NaN()};
   Image image{{}, 1, 2, "32FC1", 0, 8, Bytes(8)};

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/statistics.hpp"
@@ -191,6 +192,35 @@ double overlap_of(const PosePairs& pairs, std::size_t motions) {
                   static_cast<double>(motion_poses(pairs)) * static_cast<double>(motions) / poses);
 }
 
+/// What is left of the motions' errors where the bodies' constant transform is known.
+struct Disagreement {
+  double rot_rad = std::numeric_limits<double>::infinity();
+  double trans_m = std::numeric_limits<double>::infinity();
+
+  /// In rotation or translation, as far as that is worth a word, and in the other no worse.
+  [[nodiscard]] bool is_far_below(const Disagreement& other) const {
+    constexpr double kLeast_rad = 0.5 * std::numbers::pi / 180;
+    constexpr double kLeast_m = 5e-3;
+    const bool clear = (other.rot_rad > kLeast_rad && rot_rad < kClearlyBetter * other.rot_rad) ||
+                       (other.trans_m > kLeast_m && trans_m < kClearlyBetter * other.trans_m);
+    return clear && rot_rad <= kNotWorse * other.rot_rad + kRounding &&
+           trans_m <= kNotWorse * other.trans_m + kRounding;
+  }
+};
+
+Disagreement disagreement(std::span<const BodyMotion> motions, const SE3& X) {
+  MotionErrors errors;
+  for (const BodyMotion& motion : motions) errors.add(residual_motion(motion, X));
+  return {middle(errors.rot_rad), middle(errors.trans_m)};
+}
+
+/// With the best transform; infinite where the motion shows none.
+Disagreement best_disagreement(const PosePairs& pairs) {
+  const std::vector<BodyMotion> motions = motions_of(pairs);
+  const auto X = solve_hand_eye(motions, overlap_of(pairs, motions.size()));
+  return X ? disagreement(motions, *X) : Disagreement{};
+}
+
 }  // namespace
 
 std::optional<SE3> solve_hand_eye(std::span<const BodyMotion> motions, double overlap) {
@@ -271,6 +301,46 @@ std::vector<StampedPose> mirrored(std::span<const StampedPose> poses) {
     pose.T_world_camera = SE3(R, M.cwiseProduct(pose.T_world_camera.t()));
   }
   return turned;
+}
+
+std::vector<StampedPose> read_otherwise(std::span<const StampedPose> poses, PoseReading reading) {
+  std::vector<StampedPose> read(poses.begin(), poses.end());
+  for (StampedPose& pose : read) {
+    SE3& T = pose.T_world_camera;
+    const Eigen::Quaterniond q = T.quaternion();
+    if (reading == PoseReading::kWFirst ||
+        reading == PoseReading::kInverseWFirst)  // qw was read as qx, qx as qy, ...
+      T = SE3(Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()), T.t());
+    if (reading == PoseReading::kInverse || reading == PoseReading::kInverseWFirst) T = T.inverse();
+  }
+  return read;
+}
+
+BetterReading better_reading(const PosePairs& pairs) {
+  const std::vector<BodyMotion> motions = motions_of(pairs);
+  if (motions.size() < kLeastMotions) return {};
+  const Disagreement plain = disagreement(motions, SE3());
+  const Disagreement solved = best_disagreement(pairs);
+  const Disagreement given = {std::min(plain.rot_rad, solved.rot_rad),
+                              std::min(plain.trans_m, solved.trans_m)};
+  BetterReading best;
+  // Translations tell readings apart better than turns do. That of a mirror is told elsewhere.
+  double least = best_disagreement({mirrored(pairs.truth), pairs.estimate}).trans_m;
+  for (const PoseReading reading :
+       {PoseReading::kWFirst, PoseReading::kInverse, PoseReading::kInverseWFirst}) {
+    const auto of_truth = best_disagreement({read_otherwise(pairs.truth, reading), pairs.estimate});
+    const auto of_estimate =
+        best_disagreement({pairs.truth, read_otherwise(pairs.estimate, reading)});
+    const double trans_m = std::min(of_truth.trans_m, of_estimate.trans_m);
+    constexpr double kAsGood = 4;
+    const BetterReading found = {
+        reading, of_truth.is_far_below(given) && of_truth.trans_m < kAsGood * trans_m,
+        of_estimate.is_far_below(given) && of_estimate.trans_m < kAsGood * trans_m};
+    if (trans_m >= least || !(found.fits_truth || found.fits_estimate)) continue;
+    best = found;
+    least = trans_m;
+  }
+  return best;
 }
 
 std::vector<StampedPose> truth_of_camera(std::span<const StampedPose> truth,

@@ -45,6 +45,27 @@ struct BodyMotion {
 /// M = diag(1, -1, 1). ICL-NUIM's truth becomes that of a camera with y down.
 [[nodiscard]] std::vector<StampedPose> mirrored(std::span<const StampedPose> poses);
 
+/// How the poses of a file may be meant otherwise than they were read.
+enum class PoseReading {
+  kAsRead,
+  kWFirst,         ///< quaternions qw qx qy qz
+  kInverse,        ///< T_camera_world
+  kInverseWFirst,  ///< both
+};
+[[nodiscard]] std::vector<StampedPose> read_otherwise(std::span<const StampedPose> poses,
+                                                      PoseReading reading);
+
+struct BetterReading {
+  PoseReading reading = PoseReading::kAsRead;
+  bool fits_truth = false, fits_estimate = false;  ///< of which file; both: of one of them
+};
+/// The reading in which the motions of truth and estimate agree, with a constant transform between
+/// the bodies, three times better than as given in rotation or translation, the other no worse. A
+/// quaternion with its w at the other end turns as the inverse rotation does, so that turns about
+/// one axis alone may not show it.
+/// @return kAsRead where they agree as given, in no reading, or best in a mirror.
+[[nodiscard]] BetterReading better_reading(const PosePairs& pairs);
+
 /// The truth as that of the estimate's body; as it is where find_body_offset() finds nothing.
 [[nodiscard]] std::vector<StampedPose> truth_of_camera(std::span<const StampedPose> truth,
                                                        std::span<const StampedPose> estimate,

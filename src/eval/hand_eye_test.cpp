@@ -4,6 +4,7 @@
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -171,6 +172,107 @@ RC_GTEST_PROP(Mirror, IsToldWithBothFiguresAndUndone, ()) {
   const auto direct = evaluate(mirrored(truth), estimate);
   RC_ASSERT(undone->ate_m.rmse == direct->ate_m.rmse && undone->ate_m.rmse < 0.05);
   RC_ASSERT(undone->rpe_frames->rot_deg.rmse < 1);
+}
+
+/// What a reader makes of a file that was written otherwise than it takes it.
+std::vector<StampedPose> misread(std::vector<StampedPose> poses, PoseReading written) {
+  for (StampedPose& pose : poses) {
+    SE3& T = pose.T_world_camera;
+    if (written != PoseReading::kWFirst) T = T.inverse();
+    const Eigen::Quaterniond q = T.quaternion();
+    if (written != PoseReading::kInverse)
+      T = SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), T.t());
+  }
+  return poses;
+}
+
+bool is_as_read(const PosePairs& pairs) {
+  return better_reading(pairs).reading == PoseReading::kAsRead;
+}
+
+SE3 any_pose(Rng& rng, double size) {
+  Vec6 twist;
+  for (int k = 0; k < 6; ++k) twist[k] = rng.uniform(-size, size);
+  return SE3::exp(twist);
+}
+
+TEST(Reading, OtherOrdersAndInversePosesAreNamed) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    const auto camera = camera_path(rng);
+    const auto estimate = noisy(camera, 1e-3, rng);
+    const auto truth =
+        body_path(camera, seed % 2 == 0 ? SE3() : any_pose(rng, 0.2), any_pose(rng, 2));
+    for (const auto& [written, words] :
+         {std::pair{PoseReading::kWFirst, " seems to have quaternions with qw first"},
+          {PoseReading::kInverse, "(to be inverted)"},
+          {PoseReading::kInverseWFirst, "T_camera_world, with qw first"}}) {
+      const auto wrong = misread(truth, written);
+      ASSERT_LT(distance(read_otherwise(wrong, written)[7].T_world_camera, truth[7].T_world_camera),
+                1e-9);
+      const auto report = evaluate(wrong, estimate);
+      ASSERT_TRUE(report.ok() && report->warnings.size() == 1U) << seed;
+      EXPECT_NE(report->warnings.front().find(words), std::string::npos)
+          << seed << ": " << report->warnings.front();
+      EXPECT_EQ(report->warnings.front().find("the truth"), 0U) << report->warnings.front();
+      EXPECT_FALSE(report->body.has_value());
+      const auto other = evaluate(truth, misread(estimate, written));
+      ASSERT_EQ(other->warnings.size(), 1U) << seed;
+      EXPECT_NE(other->warnings.front().find("the estimate"), std::string::npos)
+          << seed << ": " << other->warnings.front();
+    }
+    EXPECT_TRUE(is_as_read({truth, estimate})) << seed;
+    EXPECT_TRUE(is_as_read({mirrored(truth), estimate})) << seed;
+  }
+}
+
+TEST(Reading, AMirrorAndAnotherOrderAreToldApart) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng(seed);
+    // Turns mostly about one axis, as of a camera held in the hand that looks about.
+    auto camera = camera_path(rng, Turning::kAboutUp);
+    for (StampedPose& pose : camera) {
+      Vec6 nod = Vec6::Zero();
+      nod[3] = 0.05 * std::sin(1e-9 * static_cast<double>(pose.stamp.ns));
+      pose.T_world_camera = pose.T_world_camera * SE3::exp(nod);
+    }
+    const auto estimate = noisy(camera, 1e-3, rng);
+    const auto told = [&](const std::vector<StampedPose>& truth) {
+      const auto report = evaluate(truth, estimate);
+      return report->warnings.empty() ? std::string() : report->warnings.front();
+    };
+    EXPECT_NE(told(misread(camera, PoseReading::kWFirst)).find("qw first"), std::string::npos)
+        << seed << told(misread(camera, PoseReading::kWFirst));
+    EXPECT_NE(told(mirrored(camera)).find("is mirrored"), std::string::npos)
+        << seed << told(mirrored(camera));
+  }
+}
+
+TEST(Reading, PositionsInOtherUnitsAreNamed) {
+  Rng rng(3);
+  const auto truth = camera_path(rng);
+  const auto scaled = [&](double factor) {
+    auto estimate = noisy(truth, 1e-3, rng);
+    for (StampedPose& pose : estimate)
+      pose.T_world_camera = SE3(pose.T_world_camera.R(), factor * pose.T_world_camera.t());
+    const auto report = evaluate(truth, estimate);
+    return report->warnings.empty() ? std::string() : report->warnings.front();
+  };
+  EXPECT_EQ(scaled(1000),
+            "the positions of the estimate seem to be millimetres, which are read as metres");
+  EXPECT_EQ(scaled(0.01),
+            "the positions of the truth seem to be centimetres, which are read as metres");
+  EXPECT_EQ(scaled(1), "");
+}
+
+TEST(Reading, APoorEstimateStaysWhatItIs) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    Rng rng(seed);
+    const auto turning = std::array{Turning::kFreely, Turning::kAboutUp, Turning::kNot}[seed % 3];
+    const auto camera = camera_path(rng, turning);
+    EXPECT_TRUE(is_as_read({camera, noisy(camera, 0.05, rng)})) << seed;
+    EXPECT_TRUE(is_as_read({camera, camera_path(rng, turning)})) << seed << ", another recording's";
+  }
 }
 
 TEST(Mirror, IsNotSeenWhereAllTurnsHaveOneAxis) {

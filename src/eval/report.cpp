@@ -96,6 +96,16 @@ void move_by(const Alignment& alignment, std::vector<StampedPose>& poses) {
   for (StampedPose& pose : poses) pose.T_world_camera = alignment.apply(pose.T_world_camera);
 }
 
+// Distances of the positions from their mean.
+std::vector<double> path_radii(std::span<const StampedPose> poses) {
+  Vec3 mean = Vec3::Zero();
+  for (const StampedPose& pose : poses)
+    mean += pose.T_world_camera.t() / static_cast<double>(poses.size());
+  std::vector<double> radii_m;
+  for (const StampedPose& pose : poses) radii_m.push_back((pose.T_world_camera.t() - mean).norm());
+  return radii_m;
+}
+
 // All errors of pairs that belong to one body.
 void measure(const EvalOptions& options, Evaluation& evaluation) {
   ErrorSeries& series = evaluation.series;
@@ -152,6 +162,57 @@ void warn_of_mirror(std::span<const StampedPose> truth, std::span<const StampedP
       report.ate_m.rmse, rpe_text(report), other->ate_m.rmse, rpe_text(*other)));
 }
 
+// Positions in millimetres or centimetres: the scale between both says so where they fit with it.
+// @return what to say, empty if nothing.
+std::string unit_warning(PosePairs pairs) {
+  constexpr double kRoundly = 0.05;
+  constexpr double kFits = 0.2;  // of the path's extent
+  const Alignment with_scale = align(pairs, AlignMode::kSim3);
+  for (const auto& [factor, unit] : {std::pair{1000.0, "millimetres"}, {100.0, "centimetres"}}) {
+    const bool of_truth = std::abs(with_scale.scale / factor - 1) < kRoundly;
+    const bool of_estimate = std::abs(with_scale.scale * factor - 1) < kRoundly;
+    if (!of_truth && !of_estimate) continue;
+    const double extent_m = summarize(path_radii(pairs.truth)).rmse;
+    move_by(with_scale, pairs.estimate);
+    if (summarize(absolute_errors(pairs).trans_m).rmse > kFits * extent_m) return {};
+    return fmt::format("the positions of the {} seem to be {}, which are read as metres",
+                       of_truth ? "truth" : "estimate", unit);
+  }
+  return {};
+}
+
+std::string reading_text(PoseReading reading) {
+  switch (reading) {
+    case PoseReading::kWFirst:
+      return "quaternions with qw first (a header line `# stamp x y z qw qx qy qz` tells)";
+    case PoseReading::kInverse:
+      return "poses of the world in the camera, T_camera_world (to be inverted)";
+    case PoseReading::kInverseWFirst:
+      return "poses of the world in the camera, T_camera_world, with qw first";
+    case PoseReading::kAsRead:
+      break;
+  }
+  return "what was read";
+}
+
+// Files say nothing of the order of their quaternions, nor of whose pose in what they are.
+void warn_of_reading(const BetterReading& better, std::span<const StampedPose> truth,
+                     std::span<const StampedPose> estimate, EvalReport& report) {
+  EvalOptions options = report.options;
+  options.mirrored_truth = false;  // it is done
+  const auto other = better.fits_truth
+                         ? evaluate(read_otherwise(truth, better.reading), estimate, options)
+                         : evaluate(truth, read_otherwise(estimate, better.reading), options);
+  if (!other.ok()) return;
+  const char* whose = better.fits_truth && better.fits_estimate ? "the truth or the estimate"
+                      : better.fits_truth                       ? "the truth"
+                                                                : "the estimate";
+  report.truth_notes.push_back(
+      fmt::format("{} seems to have {}: ATE {:.4f} m{} as read, {:.4f} m{} so", whose,
+                  reading_text(better.reading), report.ate_m.rmse, rpe_text(report),
+                  other->ate_m.rmse, rpe_text(*other)));
+}
+
 }  // namespace
 
 Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
@@ -170,12 +231,15 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
                  "difference of " +
                      format_stamp({to_ns(options.max_diff_s)}, 3) + " s"};
   }
+  const std::string unit = unit_warning(pairs);
   const Alignment alignment = align(pairs, options.align);
   move_by({SE3(), alignment.scale}, pairs.estimate);
   std::vector<StampedPose> scaled = pairs.estimate;
-  const bool is_mirror = is_mirrored(pairs);
+  const BetterReading better = better_reading(pairs);
+  const bool is_misread = better.reading != PoseReading::kAsRead;
+  const bool is_mirror = !is_misread && is_mirrored(pairs);
   const auto T_body_camera =
-      options.same_body || is_mirror ? std::nullopt : find_body_offset(pairs);
+      options.same_body || is_mirror || is_misread ? std::nullopt : find_body_offset(pairs);
   move_by({alignment.T_truth_estimate, 1.0}, pairs.estimate);
   EvalReport& report = evaluation.report;
   report.options = options;
@@ -187,6 +251,8 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
   add_warnings(alignment, truth, report);
   if (T_body_camera) take_out_body(*T_body_camera, std::move(scaled), evaluation);
   if (is_mirror && !options.mirrored_truth) warn_of_mirror(given_truth, estimate, report);
+  if (!unit.empty()) report.truth_notes.push_back(unit);
+  if (is_misread) warn_of_reading(better, truth, estimate, report);
   report.warnings.insert(report.warnings.end(), report.truth_notes.begin(),
                          report.truth_notes.end());
   return evaluation;

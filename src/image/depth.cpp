@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
+#include <vector>
 
 #ifdef __AVX2__
 #include <immintrin.h>
@@ -52,7 +54,37 @@ DepthRange inner_depth_range(const DepthImage& depth_m, int u, int v, int radius
 }
 #endif
 
+std::uint16_t swapped(std::uint16_t value) {
+  return static_cast<std::uint16_t>(value << 8U | value >> 8U);
+}
+
+int middle(std::vector<int>& values) {
+  const auto at = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 }  // namespace
+
+bool has_swapped_bytes(const Image<std::uint16_t>& raw) {
+  constexpr int kRows = 40;  // looked at
+  constexpr std::size_t kFewest = 500;
+  constexpr int kRougher = 8;
+  std::vector<int> as_read;
+  std::vector<int> other;
+  bool has_low_bytes = false;
+  for (int v = 0; v < raw.height(); v += std::max(1, raw.height() / kRows)) {
+    const std::uint16_t* row = raw.row(v);
+    for (int u = 1; u < raw.width(); ++u) {
+      if (row[u] == 0 || row[u - 1] == 0 || row[u] == row[u - 1]) continue;
+      has_low_bytes |= (row[u] & 0xFFU) != 0;
+      as_read.push_back(std::abs(row[u] - row[u - 1]));
+      other.push_back(std::abs(swapped(row[u]) - swapped(row[u - 1])));
+    }
+  }
+  // Low bytes of 0 throughout are coarse depth.
+  return as_read.size() >= kFewest && has_low_bytes && kRougher * middle(other) < middle(as_read);
+}
 
 DepthImage depth_from_raw(const Image<std::uint16_t>& raw, double scale,
                           const DepthConfig& config) {

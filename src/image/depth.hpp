@@ -17,6 +17,11 @@ struct DepthConfig {
 [[nodiscard]] DepthImage depth_from_raw(const Image<std::uint16_t>& raw, double scale,
                                         const DepthConfig& config);
 
+/// Whether the samples were written with their bytes the other way round: the low byte of a depth
+/// changes from pixel to pixel and the high one hardly does, so that neighbours jump by 256s and
+/// are alike when swapped. A sample of the rows decides; images with few different depths never are.
+[[nodiscard]] bool has_swapped_bytes(const Image<std::uint16_t>& raw);
+
 /// What a sensor of that scale would have delivered: rounded, 0 where there is none or where 16
 /// bits do not hold it.
 [[nodiscard]] Image<std::uint16_t> raw_from_depth(const DepthImage& depth_m, double scale);

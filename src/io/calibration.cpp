@@ -247,9 +247,10 @@ Result<CameraConfig> parse_calibration(std::string_view text, const std::string&
 }
 
 Result<CameraConfig> read_calibration(const std::filesystem::path& path) {
-  const auto text = read_file(path, std::size_t{1} << 20);
+  const auto text = read_file(path, kLargestCameraFile_bytes);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
-  if (is_utf16(*text)) return config_error(path.string(), 0, std::string(kUtf16Fault));
+  if (const std::string fault = no_text_fault(*text); !fault.empty())
+    return config_error(path.string(), 0, fault);
   return parse_calibration(*text, path.string(), folder_of(path));
 }
 

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <vector>
 
+#include "core/log.hpp"  // brings {fmt}
+#include "io/camera_matrix.hpp"
 #include "io/fusion_info.hpp"
 #include "io/image_file.hpp"
 #include "io/json_text.hpp"
@@ -46,38 +49,53 @@ void set_distortion(CameraConfig& camera, const std::vector<double>& values) {
   for (std::size_t i = 0; i < std::min(values.size(), places.size()); ++i) *places[i] = values[i];
 }
 
-/// Row by row; nothing where it is no matrix of a camera.
-bool set_matrix(CameraConfig& camera, const std::vector<double>& m) {
-  const std::size_t side = m.size() == 16 ? 4 : 3;
-  if (m.size() != 9 && m.size() != 16) return false;
-  const auto at = [&](std::size_t row, std::size_t column) { return m[row * side + column]; };
-  if (at(0, 1) != 0 || at(1, 0) != 0 || at(2, 0) != 0 || at(2, 1) != 0 || at(2, 2) != 1)
-    return false;
-  set_lens(camera, at(0, 0), at(1, 1), at(0, 2), at(1, 2));
-  return true;
+/// What four numbers without keys rather are than fx fy cx cy; empty where they may be these. A
+/// camera's focal lengths are much alike: where two others are more so, it is another order.
+std::string other_order(const std::vector<double>& n) {
+  const auto unlike = [&](std::size_t i, std::size_t j) {
+    return std::abs(std::log(std::abs(n[i]) / std::abs(n[j])));
+  };
+  constexpr double kAlike = 0.05;
+  const double limit = 0.5 * unlike(0, 1);
+  if (!std::isfinite(limit) || unlike(0, 1) < kAlike) return {};
+  if (unlike(0, 2) < limit) return "fx cx fy cy";
+  if (unlike(2, 3) < limit) return "cx cy fx fy";
+  return {};
+}
+
+Foreign parse_bare_line(const std::vector<double>& numbers, const std::string& name) {
+  if (const std::string order = other_order(numbers); !order.empty())
+    return foreign_fault(
+        name, fmt::format("{:g} {:g} {:g} {:g} without keys may be {} and not fx fy cx cy: write "
+                          "lines `fx 525.0`",
+                          numbers[0], numbers[1], numbers[2], numbers[3], order));
+  ForeignCamera line = blank_camera("fx fy cx cy and distortion in one line");
+  if (numbers.size() == 4) line.taken_for = "fx fy cx cy in one line";
+  set_lens(line.camera, numbers[0], numbers[1], numbers[2], numbers[3]);
+  set_distortion(line.camera, {numbers.begin() + 4, numbers.end()});
+  return line;
 }
 
 /// Numbers alone: `fx fy cx cy [k1 k2 p1 p2 [k3]]`, or a 3x3 or 4x4 matrix.
 Foreign parse_bare(std::string_view text, const std::string& name) {
   std::vector<double> numbers;
-  for (const TextLine& line : data_lines(text))
+  const auto lines = data_lines(text);
+  for (const TextLine& line : lines)
     for (const std::string_view word : words_of(line.text, ",;[]")) {
       const auto number = parse_number(word);
       if (!number) return std::nullopt;
       numbers.push_back(*number);
     }
   if (numbers.empty()) return std::nullopt;
-  if (ForeignCamera matrix = blank_camera("a camera matrix"); set_matrix(matrix.camera, numbers))
-    return matrix;
-  if (numbers.size() == 4 || numbers.size() == 8 || numbers.size() == 9) {
-    ForeignCamera line = blank_camera("fx fy cx cy and distortion in one line");
-    if (numbers.size() == 4) line.taken_for = "fx fy cx cy in one line";
-    set_lens(line.camera, numbers[0], numbers[1], numbers[2], numbers[3]);
-    set_distortion(line.camera, {numbers.begin() + 4, numbers.end()});
-    return line;
-  }
+  const std::size_t count = numbers.size();
+  ForeignCamera matrix = blank_camera("a camera matrix");
+  const std::string fault = set_camera_matrix(matrix.camera, numbers);
+  if (fault.empty()) return matrix;
+  const bool is_matrix = (count == 9 && lines.size() == 3) || count == 16;
+  if (is_matrix) return foreign_fault(name, fault);
+  if (count == 4 || count == 8 || count == 9) return parse_bare_line(numbers, name);
   return foreign_fault(name,
-                       std::to_string(numbers.size()) +
+                       std::to_string(count) +
                            " numbers without keys: write `fx fy cx cy`, `fx fy cx cy k1 k2 p1 "
                            "p2 [k3]`, a 3x3 matrix, or lines `fx 525.0`");
 }
@@ -157,6 +175,8 @@ Foreign parse_orb_settings(std::string_view text, const std::string& name) {
   for (const char* key : {"DepthMapFactor", "RGBD.DepthMapFactor", "depthmap_factor",
                           "Camera.depthmap_factor", "Preprocessing.depthmap_factor"})
     if (const auto value = number(key)) {
+      if (!(*value > 0) && wrong.empty())
+        wrong = fmt::format("{}: must be above 0, is {:g}", key, *value);
       camera.depth_scale = *value;
       foreign.says_depth_scale = true;
     }
@@ -191,8 +211,8 @@ Foreign parse_camera_info(std::string_view text, const std::string& name) {
   if (!matrix) return std::nullopt;
   ForeignCamera foreign = blank_camera("camera_info of ROS");
   foreign.camera.depth_scale = kMillimetres;
-  if (!set_matrix(foreign.camera, *matrix))
-    return foreign_fault(name, "camera_matrix: is no 3x3 matrix of a camera");
+  if (const std::string fault = set_camera_matrix(foreign.camera, *matrix); !fault.empty())
+    return foreign_fault(name, "camera_matrix: " + fault);
   const auto values = flat_yaml(text);
   const auto model = values.find("distortion_model");
   auto distortion = numbers_behind(text, "distortion_coefficients");
@@ -220,10 +240,19 @@ Foreign parse_camera_info(std::string_view text, const std::string& name) {
 
 /// JSON with intrinsic_matrix (Open3D, by columns), ppx (RealSense) or fl_x (nerfstudio).
 Foreign parse_json_camera(std::string_view text, const std::string& name) {
-  const std::string_view begin = trimmed(text.substr(0, 16));
-  if (begin.empty() || begin.front() != '{') return std::nullopt;
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  constexpr std::string_view kBlanks = " \t\r\n";
+  const std::size_t brace = text.find_first_not_of(kBlanks);
+  if (brace == std::string_view::npos || text[brace] != '{') return std::nullopt;
   const auto json = parse_json(text, name);
-  if (!json.ok()) return std::nullopt;  // YAML, too, may begin so
+  if (!json.ok()) {
+    // Our own keys in YAML's braces, too, may begin so.
+    const std::size_t key = text.find_first_not_of(kBlanks, brace + 1);
+    if (key == std::string_view::npos || text[key] != '"') return std::nullopt;
+    return foreign_fault(
+        name, "begins as JSON and is none: " + json.error().message.substr(name.size() + 2));
+  }
   const auto number = [&](const char* key) -> std::optional<double> {
     const auto found = json->find(key);
     if (found == json->end() || !found->is_number()) return std::nullopt;
@@ -251,8 +280,12 @@ Foreign parse_json_camera(std::string_view text, const std::string& name) {
   };
   if (const auto m = numbers("intrinsic_matrix"); m.size() == 9) {
     foreign.taken_for = "intrinsics of Open3D";
-    if (!set_matrix(camera, {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]}))
-      return foreign_fault(name, "intrinsic_matrix: is none of a camera, column by column");
+    const bool is_by_rows = m[2] != 0 && m[5] != 0 && m[6] == 0 && m[7] == 0;
+    const std::string fault =
+        is_by_rows ? "is row by row; Open3D writes column by column"
+                   : set_camera_matrix(
+                         camera, std::array{m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]});
+    if (!fault.empty()) return foreign_fault(name, "intrinsic_matrix: " + fault);
   } else if (four("fx", "fy", "ppx", "ppy")) {
     foreign.taken_for = "intrinsics of RealSense";
     const auto d = numbers("coeffs");
@@ -301,8 +334,17 @@ Foreign parse_fusion_camera(std::string_view text, const std::string& name) {
 
 }  // namespace
 
+bool has_json_camera(const std::filesystem::path& path) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code)) return false;
+  const auto text = read_file(path, kLargestCameraFile_bytes);
+  return text.ok() &&
+         std::ranges::any_of(std::array{"\"intrinsic_matrix\"", "\"ppx\"", "\"fl_x\""},
+                             [&](const char* key) { return text->find(key) != std::string::npos; });
+}
+
 std::string foreign_camera_note(const std::string& path, double depth_scale) {
-  const auto text = read_file(path, std::size_t{1} << 20);
+  const auto text = read_file(path, kLargestCameraFile_bytes);
   if (!text.ok()) return {};
   const auto foreign = parse_foreign_camera(*text, path);
   if (!foreign || !foreign->ok()) return {};

@@ -2,6 +2,8 @@
 // line or matrix, JSON of Open3D, RealSense and nerfstudio, info.txt of BundleFusion.
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +12,9 @@
 #include "geometry/camera.hpp"
 
 namespace ygslam {
+
+/// transforms.json lists all frames beside the camera.
+inline constexpr std::size_t kLargestCameraFile_bytes = std::size_t{64} << 20;
 
 struct ForeignCamera {
   CameraConfig camera;            ///< width, height 0 and depth_scale 0 where the file says nothing
@@ -22,6 +27,9 @@ struct ForeignCamera {
 /// lacks a value or has a lens model that is not read (fisheye).
 [[nodiscard]] std::optional<Result<ForeignCamera>> parse_foreign_camera(std::string_view text,
                                                                         const std::string& name);
+
+/// Whether a file has a camera's keys as Open3D, RealSense and nerfstudio write them.
+[[nodiscard]] bool has_json_camera(const std::filesystem::path& path);
 
 /// "FILE is taken for settings of ORB-SLAM, 1000 units of depth per metre"; empty where it is none
 /// of these formats.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/calibration.hpp"
+#include "io/testing/temp_folder.hpp"
 
 namespace ygslam {
 namespace {
@@ -122,12 +123,20 @@ TEST(CameraFormats, WhatIsNotReadIsRefusedByName) {
             "'KannalaBrandt8' is not read"},
            {orb + "Camera.cy: 255\nCamera.width: -3\n", "Camera.width: is no size"},
            {K + "distortion_model: equidistant\n", "'equidistant' is not read"},
-           {"camera_matrix:\n data: [1, 2]\n", "is no 3x3 matrix"},
+           {"camera_matrix:\n data: [1, 2]\n", "is no 3x3 or 4x4 matrix"},
            {"525.0 525.0 319.5 239.5 640 480\n", "6 numbers without keys: write `fx fy cx cy`"},
            {"525.0\n", "1 numbers without keys"},
            {R"({"camera_model": "OPENCV_FISHEYE", "fl_x": 5, "fl_y": 5, "cx": 3, "cy": 2})",
             "'OPENCV_FISHEYE' is not read"},
-           {R"({"frames": []})", "JSON without a camera"}}) {
+           {R"({"frames": []})", "JSON without a camera"},
+           {R"({"fl_x": 525.0, "fl_y": NaN})", "begins as JSON and is none: not JSON (byte 25)"},
+           {orb + "Camera.cy: 255\nDepthMapFactor: 0\n", "DepthMapFactor: must be above 0, is 0"},
+           {orb + "Camera.cy: 255\nRGBD.DepthMapFactor: -5000\n", "must be above 0, is -5000"},
+           {"m_depthShift = 0\nm_calibrationColorIntrinsic = 517 0 318 0 0 516 255 0 0 0 1 0 0 0 "
+            "0 1\n",
+            "m_depthShift: must be above 0"},
+           {"m_calibrationColorIntrinsic = 517 0 318 9 0 516 255 0 0 0 1 0 0 0 0 1\n",
+            "m_calibrationColorIntrinsic: has a fourth column 9 0 0"}}) {
     const auto found = parse_foreign_camera(text, "camera");
     ASSERT_TRUE(found && !found->ok()) << text;
     EXPECT_EQ(found->error().kind, ErrorKind::kConfig);
@@ -136,6 +145,56 @@ TEST(CameraFormats, WhatIsNotReadIsRefusedByName) {
   for (const char* ours : {"fx 517.3\nfy 516.5\ncx 318.6\ncy 255.3\nk1 0.26\n", "fx: 1\nk1: 2\n",
                            "", "{fx: 517.3, fy: 516.5}", "# nothing\n", R"({"fx": 5, "cx": 3})"})
     EXPECT_FALSE(parse_foreign_camera(ours, "camera").has_value()) << ours;
+}
+
+std::string camera_refusal(const std::string& text) {
+  const auto found = parse_foreign_camera(text, "camera");
+  if (found && !found->ok()) return found->error().message;
+  return "not refused: " + text;
+}
+
+TEST(CameraFormats, NumbersInAnotherOrderAreRefused) {
+  for (const char* by_axes : {"525 319.5 525 239.5", "525.1 319.5 524.8 239.5 0.1 0 0 0",
+                              "300 320 300 240", "481.2 319.5 -480 239.5", "1400 960 1401 540"})
+    EXPECT_NE(camera_refusal(by_axes).find("may be fx cx fy cy and not fx fy cx cy"),
+              std::string::npos)
+        << camera_refusal(by_axes);
+  for (const char* centre_first : {"319.5 239.5 525 525", "960 540 1400 1403 0 0 0 0 0"})
+    EXPECT_NE(camera_refusal(centre_first).find("may be cx cy fx fy"), std::string::npos)
+        << camera_refusal(centre_first);
+  // A wide lens, a Kinect's, pixels that are not square.
+  for (const char* in_order :
+       {"320 320 320 240", "517.3 516.5 318.6 255.3", "525 700 319.5 239.5", "320.1 321.5 320 240"})
+    EXPECT_TRUE(parse_foreign_camera(in_order, "camera")->ok()) << in_order;
+}
+
+TEST(CameraFormats, MatricesThatAreNoCamerasAreRefused) {
+  EXPECT_EQ(foreign_of("517 1e-14 318\n0 516 255\n0 -1e-17 1.0000000000000002\n").camera.fy, 516);
+  for (const auto& [text, part] : std::vector<std::pair<std::string, std::string>>{
+           {"517 0 318 0.5\n0 516 255 0\n0 0 1 0\n0 0 0 1\n", "a fourth column 0.5 0 0"},
+           {"517 0 318 0\n0 516 255 0\n0 0 1 0\n0 0 1 1\n", "a fourth row that is not 0 0 0 1"},
+           {"517 2.5 318\n0 516 255\n0 0 1\n", "has a skew of 2.5"},
+           {"517 0 0\n0 516 0\n318 255 1\n", "column by column; write it row by row"},
+           {"1 0 0\n0 1 0\n0 0 2\n", "is no matrix fx 0 cx"},
+           {"K: [517, 1, 318, 0, 516, 255, 0, 0, 1]\n", "camera_matrix: has a skew of 1"},
+           {R"({"intrinsic_matrix": [517, 0, 318, 0, 516, 255, 0, 0, 1]})",
+            "intrinsic_matrix: is row by row"}})
+    EXPECT_NE(camera_refusal(text).find(part), std::string::npos) << camera_refusal(text);
+}
+
+TEST(CameraFormats, WhatIsNoTextIsNamed) {
+  testing::TempFolder folder;
+  for (const auto& [bytes, part] :
+       std::vector<std::pair<std::string, std::string>>{{"\x93NUMPY", "is a NumPy array"},
+                                                        {"PK\x03\x04", "is a zip archive"},
+                                                        {"\x89PNG\r\n", "is a PNG image"},
+                                                        {"\x80\x04\x95", "is a Python pickle"}}) {
+    testing::write(folder.path() / "camera", bytes + "\x01");
+    const auto camera = read_calibration(folder.path() / "camera");
+    ASSERT_FALSE(camera.ok());
+    EXPECT_NE(camera.error().message.find("camera: " + part), std::string::npos)
+        << camera.error().message;
+  }
 }
 
 TEST(CameraFormats, CalibrationTxtMayBeOneOfThem) {

@@ -134,9 +134,10 @@ Result<DepthCamera> parse_depth_calibration(const std::string& text, const std::
 }
 
 Result<DepthCamera> read_depth_calibration(const std::filesystem::path& path) {
-  const auto text = read_file(path, std::size_t{1} << 20);
+  const auto text = read_file(path, kLargestCameraFile_bytes);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
-  if (is_utf16(*text)) return fault(path.string(), 0, std::string(kUtf16Fault));
+  if (const std::string found = no_text_fault(*text); !found.empty())
+    return fault(path.string(), 0, found);
   return parse_depth_calibration(*text, path.string());
 }
 

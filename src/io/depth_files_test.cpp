@@ -171,6 +171,34 @@ TEST(DepthFiles, PgmOfUnitsAndPfmOfMetres) {
       << "a picture of depth is none";
 }
 
+TEST(DepthFiles, SwappedBytesAreRefused) {
+  Image<std::uint16_t> slope(64, 48);
+  for (std::size_t i = 0; i < slope.size(); ++i)
+    slope.data()[i] = static_cast<std::uint16_t>(5000 + 7 * (i % 64) + 3 * (i / 64));
+  Image<std::uint16_t> wrong = slope;
+  for (std::uint16_t& value : wrong) value = static_cast<std::uint16_t>(value << 8U | value >> 8U);
+  const std::string head = "P5\n64 48\n65535\n";
+  const auto reason_of = [](const std::string& bytes) {
+    const auto depth = decode_depth_m(bytes, ImageSize{64, 48}, 5000, {});
+    return depth.ok() ? std::string() : depth.error().message;
+  };
+  EXPECT_EQ(reason_of(head + swapped<std::uint16_t>(bytes_of(slope))), "");
+  EXPECT_NE(reason_of(head + bytes_of(slope)).find("a PGM has the high byte first"),
+            std::string::npos);
+  EXPECT_EQ(reason_of(encode_png(slope)), "");
+  EXPECT_NE(reason_of(encode_png(wrong)).find("bytes swapped"), std::string::npos);
+  for (std::uint16_t& value : slope) value -= value % 19U;  // in steps, as a Kinect's
+  for (std::size_t i = 0; i < slope.size(); ++i)
+    wrong.data()[i] = static_cast<std::uint16_t>(slope.data()[i] << 8U | slope.data()[i] >> 8U);
+  EXPECT_EQ(reason_of(encode_png(slope)), "");
+  EXPECT_NE(reason_of(encode_png(wrong)).find("bytes swapped"), std::string::npos);
+  for (std::uint16_t& value : slope) value &= 0xFF00U;  // depth of 8 bits, in the upper ones
+  EXPECT_EQ(reason_of(encode_png(slope)), "");
+  for (std::size_t i = 0; i < slope.size(); ++i)  // noise tells nothing
+    slope.data()[i] = static_cast<std::uint16_t>(i * 40503U);
+  EXPECT_EQ(reason_of(encode_png(slope)), "");
+}
+
 TEST(DepthFiles, AnyShorterFileIsRefused) {
   const std::vector<std::string> files = {
       tiff_of(slope_units(), COMPRESSION_NONE),     tiff_of(slope_m(), COMPRESSION_ADOBE_DEFLATE),

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "io/camera_matrix.hpp"
 #include "io/depth_calibration.hpp"
 #include "io/fusion_info.hpp"
 #include "io/json_text.hpp"
@@ -70,9 +71,10 @@ Result<std::optional<Matrix4>> read_matrix(const fs::path& path) {
   return std::optional<Matrix4>(Eigen::Map<const Matrix4>(numbers.data()));
 }
 
-CameraConfig scannet_lens(const Matrix4& K) {
+Result<CameraConfig> scannet_lens(const Matrix4& K, const fs::path& path) {
   CameraConfig camera;
-  camera.fx = K(0, 0), camera.cx = K(0, 2), camera.fy = K(1, 1), camera.cy = K(1, 2);
+  const std::string fault = set_camera_matrix(camera, {K.data(), 16});
+  if (!fault.empty()) return Error{ErrorKind::kConfig, path.string() + ": " + fault};
   camera.width = camera.height = 0;
   camera.depth_scale = kMillimetreScale;
   return camera;
@@ -84,8 +86,10 @@ Result<std::optional<CameraConfig>> scannet_camera(Sequence& sequence) {
   const auto K = read_matrix(sequence.root / kName);
   if (!K.ok()) return K.error();
   if (!K.value()) return std::optional<CameraConfig>();
+  const auto camera = scannet_lens(**K, sequence.root / kName);
+  if (!camera.ok()) return camera.error();
   sequence.camera_source = kName;
-  return std::optional(scannet_lens(**K));
+  return std::optional(*camera);
 }
 
 /// ScanNet's depth camera: its own matrix, and where both cameras stand in their device.
@@ -111,9 +115,10 @@ Status find_scannet_depth_camera(Sequence& sequence) {
   if (const auto wrong = fault_of_placement(T_colour_depth.quaternion(), T_colour_depth.t());
       !wrong.empty())
     return Error{ErrorKind::kConfig, (sequence.root / kPlacements[1]).string() + ": " + wrong};
-  CameraConfig camera = scannet_lens(**K);
-  camera.depth_scale = 0;  // a --camera may give one
-  return set_depth_camera({camera, T_colour_depth}, lens.string(), sequence);
+  auto camera = scannet_lens(**K, lens);
+  if (!camera.ok()) return camera.error();
+  camera->depth_scale = 0;  // a --camera may give one
+  return set_depth_camera({*camera, T_colour_depth}, lens.string(), sequence);
 }
 
 /// BundleFusion's info.txt.
@@ -144,6 +149,27 @@ Result<std::optional<CameraConfig>> seven_scenes_camera(Sequence& sequence) {
   return std::optional(camera);
 }
 
+/// What the files of data sets and programs say, where all that are there say the same. Those that
+/// tell the units of depth come first.
+Result<std::optional<CameraConfig>> only_camera(Sequence& sequence) {
+  std::optional<CameraConfig> camera;
+  std::string source;
+  for (const auto look : {replica_camera, fusion_camera, scannet_camera, json_camera_of_folder}) {
+    const auto found = look(sequence);
+    if (!found.ok()) return found.error();
+    if (!found.value()) continue;
+    if (camera && !are_alike(*camera, **found))
+      return Error{ErrorKind::kConfig, sequence.root.string() + ": " + source + " and " +
+                                           sequence.camera_source +
+                                           " tell of two cameras: choose one with --camera"};
+    if (camera) continue;
+    camera = **found;
+    source = sequence.camera_source;
+  }
+  if (camera) sequence.camera_source = source;
+  return camera;
+}
+
 }  // namespace
 
 Status find_folder_depth_camera(const GivenCameras& given, Sequence& sequence) {
@@ -165,16 +191,21 @@ Result<CameraConfig> find_folder_camera(const GivenCameras& given, Sequence& seq
     sequence.camera_source = given.colour_source;
     return *given.colour;
   }
-  for (const auto look :
-       {camera_of_folder, replica_camera, scannet_camera, fusion_camera, seven_scenes_camera}) {
-    const auto found = look(sequence);
-    if (!found.ok()) return found.error();
-    if (found.value()) return *found.value();
-  }
+  const auto calibration = calibration_of_folder(sequence);
+  if (!calibration.ok()) return calibration.error();
+  if (calibration.value()) return **calibration;
+  const auto told = only_camera(sequence);
+  if (!told.ok()) return told.error();
+  if (told.value()) return **told;
+  if (const auto preset = preset_of_folder(sequence)) return *preset;
+  const auto known = seven_scenes_camera(sequence);
+  if (!known.ok()) return known.error();
+  if (known.value()) return **known;
   return Error{ErrorKind::kConfig,
                sequence.root.string() +
-                   ": no calibration.txt, cam_params.json, info.txt or intrinsic/ tells of the "
-                   "camera; write calibration.txt or give --camera FILE.yaml"};
+                   ": no calibration.txt, cam_params.json, info.txt, intrinsic/, "
+                   "camera_intrinsic.json or transforms.json tells of the camera; write "
+                   "calibration.txt or give --camera FILE.yaml"};
 }
 
 }  // namespace ygslam

@@ -6,9 +6,10 @@
 
 namespace ygslam {
 
-/// As given; else of calibration.txt or a preset (camera_of_folder()), cam_params.json (Replica),
-/// intrinsic/ (ScanNet), info.txt (BundleFusion), or 7-Scenes' known one.
-/// @return kConfig: none of these, or a damaged one.
+/// As given; else of calibration.txt; else of cam_params.json (Replica), info.txt (BundleFusion),
+/// intrinsic/ (ScanNet), camera_intrinsic.json (Open3D) or transforms.json (nerfstudio), which must
+/// agree; else the preset of the folder's name, or 7-Scenes' known one.
+/// @return kConfig: none of these, a damaged one, or two that differ.
 [[nodiscard]] Result<CameraConfig> find_folder_camera(const GivenCameras& given,
                                                       Sequence& sequence);
 

@@ -3,6 +3,7 @@
 #include <map>
 #include <vector>
 
+#include "io/camera_matrix.hpp"
 #include "io/depth_calibration.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
@@ -39,12 +40,15 @@ std::optional<Matrix4> matrix_of(const Values& values, std::string_view key) {
   return Matrix4(Eigen::Map<const Matrix4>(found->second.data()));
 }
 
-/// @param kind "Color" or "Depth".
-std::optional<CameraConfig> lens_of(const Values& values, const std::string& kind) {
-  const auto K = matrix_of(values, "m_calibration" + kind + "Intrinsic");
-  if (!K) return std::nullopt;
+/// @param kind "Color" or "Depth". @return kConfig without the file's name where it is damaged.
+Result<CameraConfig> lens_of(const Values& values, const std::string& kind) {
+  const std::string matrix = "m_calibration" + kind + "Intrinsic";
+  const auto refuse = [](const std::string& what) { return Error{ErrorKind::kConfig, what}; };
+  const auto K = matrix_of(values, matrix);
+  if (!K) return refuse(matrix + ": is no 4x4 matrix");
   CameraConfig camera;
-  camera.fx = (*K)(0, 0), camera.cx = (*K)(0, 2), camera.fy = (*K)(1, 1), camera.cy = (*K)(1, 2);
+  if (const auto fault = set_camera_matrix(camera, {K->data(), 16}); !fault.empty())
+    return refuse(matrix + ": " + fault);
   const auto number = [&](const std::string& key, double otherwise) {
     const auto found = values.find(key);
     return found != values.end() && found->second.size() == 1 ? found->second.front() : otherwise;
@@ -56,6 +60,7 @@ std::optional<CameraConfig> lens_of(const Values& values, const std::string& kin
   camera.width = side("Width");
   camera.height = side("Height");
   camera.depth_scale = number("m_depthShift", 1000);
+  if (!(camera.depth_scale > 0)) return refuse("m_depthShift: must be above 0");
   return camera;
 }
 
@@ -78,10 +83,11 @@ std::optional<Result<FusionInfo>> parse_fusion_info(std::string_view text,
     return Result<FusionInfo>(Error{ErrorKind::kConfig, name + ": " + what});
   };
   const auto colour = lens_of(values, "Color");
-  if (!colour) return refuse("m_calibrationColorIntrinsic: is no 4x4 matrix");
+  if (!colour.ok()) return refuse(colour.error().message);
   FusionInfo info{name, *colour, std::nullopt};
+  if (!values.contains("m_calibrationDepthIntrinsic")) return Result<FusionInfo>(info);
   const auto lens = lens_of(values, "Depth");
-  if (!lens) return Result<FusionInfo>(info);
+  if (!lens.ok()) return refuse(lens.error().message);
   const auto T_device_colour = placement_of(values, "Color");
   const auto T_device_depth = placement_of(values, "Depth");
   if (!T_device_colour || !T_device_depth)

@@ -180,7 +180,9 @@ Result<ColourImage> decode_colour(Bytes bytes, std::optional<ImageSize> size, in
   const int stored = header->palette ? 3 : header->channels;
   const bool is_jpeg = header->format == "JPEG";  // which has no alpha, but may be CMYK
   const bool is_fitting = stored == channels || (stored == channels + 1 && !is_jpeg);
-  if (header->bits > 8 || header->is_float || !is_fitting)
+  // Grey of fewer bits is a mask, or a picture for print.
+  const bool is_8_bit = header->bits == 8 || (header->palette && header->bits < 8);
+  if (!is_8_bit || header->is_float || !is_fitting)
     return other_format(*header, kind_text({{}, channels, 8, false}));
   if (is_jpeg) return decode_samples<Rgb8>(bytes, *header);  // also where it is grey
   if (stored == 1) {
@@ -202,6 +204,12 @@ Result<DepthImage> decode_depth_m(Bytes bytes, std::optional<ImageSize> size, do
   if (!header->is_float) {
     const auto raw = decode_samples<std::uint16_t>(bytes, *header);
     if (!raw.ok()) return raw.error();
+    if (has_swapped_bytes(*raw))
+      return fault("16-bit depth with its bytes swapped (neighbours jump by 256s): a " +
+                   std::string(header->format) +
+                   (header->format == "PNG" || header->format == "PGM"
+                        ? " has the high byte first"
+                        : " says which byte comes first"));
     return depth_from_raw(*raw, scale, config);
   }
   const auto stored = decode_samples<float>(bytes, *header);

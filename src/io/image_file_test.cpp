@@ -11,6 +11,7 @@
 #include <new>
 
 #include "image/depth.hpp"
+#include "io/png_codec.hpp"
 #include "io/testing/small_sequence.hpp"
 
 namespace ygslam {
@@ -153,6 +154,10 @@ TEST(Images, F3OtherSizeChannelsOrBitDepthIsRefusedWithTheReason) {
   EXPECT_NE(reason(decode_colour(grey, expected)).find("1 channel(s) of 8 bit, expected 3"),
             std::string::npos);
   EXPECT_NE(reason(decode_colour(depth, expected)).find("16 bit"), std::string::npos);
+  const std::vector<std::uint8_t> bits(std::size_t{32} * 24, 0x5A);
+  const std::string mask = png::encode(bits.data(), {expected, 1, 1, false}, 1, PngFilter::kNone);
+  EXPECT_NE(reason(decode_colour(mask, expected, 1)).find("1 bit, expected 1 channel(s) of 8"),
+            std::string::npos);
   EXPECT_NE(reason(decode_depth(grey, expected)).find("8 bit"), std::string::npos);
   EXPECT_FALSE(decode_depth(colour, expected).ok());
   EXPECT_FALSE(decode_depth(encode_jpeg(gradient(32, 24)), expected).ok());

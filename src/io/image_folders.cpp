@@ -99,7 +99,9 @@ Error no_recording(const fs::path& root) {
   std::error_code code;
   if (!fs::exists(root, code)) return refuse("no such file or folder");
   if (!fs::is_directory(root, code))
-    return refuse("no recording that can be read (docs/inputs.md)" + parent_meant(root));
+    return refuse("no recording that can be read" +
+                  (fs::is_empty(root, code) ? std::string(": the file is empty") : std::string()) +
+                  " (docs/inputs.md)" + parent_meant(root));
   if (const auto names = recordings_in(root); !names.empty())
     return refuse("no recording; it contains " + listed_names(names) +
                   (names.size() > 1 ? std::string()

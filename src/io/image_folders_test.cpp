@@ -1,5 +1,6 @@
 #include "io/image_folders.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "io/frame_loader.hpp"
@@ -23,8 +24,8 @@ void write_images(const fs::path& root, const std::string& colour, const std::st
 
 constexpr const char* kCalibration = "fx 30\nfy 30\ncx 15.5\ncy 11.5\ndepth_scale 1000\n";
 
-TEST(ImageFolders, ReplicaIsReadWithItsOwnCamera) {
-  const TempFolder folder;
+/// A folder as Replica's.
+fs::path replica_in(const TempFolder& folder) {
   const fs::path root = folder.path() / "room0";
   for (const char* number : {"000000", "000001", "000010"})
     write_images(root, std::string("results/frame") + number + ".jpg",
@@ -33,6 +34,12 @@ TEST(ImageFolders, ReplicaIsReadWithItsOwnCamera) {
   testing::write(folder.path() / "cam_params.json",
                  R"({"camera": {"w": 32, "h": 24, "fx": 30.0, "fy": 31.0, "cx": 15.5, "cy": 11.5,
                      "scale": 6553.5}})");
+  return root;
+}
+
+TEST(ImageFolders, ReplicaIsReadWithItsOwnCamera) {
+  const TempFolder folder;
+  const fs::path root = replica_in(folder);
   const auto sequence = open_folder_sequence(root);
   ASSERT_TRUE(sequence.ok()) << sequence.error().message;
   ASSERT_EQ(sequence.value().pairs.size(), 3U);
@@ -45,6 +52,28 @@ TEST(ImageFolders, ReplicaIsReadWithItsOwnCamera) {
   const auto frame = load_frame(sequence.value(), 0);
   ASSERT_TRUE(frame.ok()) << frame.error().message;
   EXPECT_NEAR(frame.value().depth_m.at(3, 3), 2000 / 6553.5, 1e-6);
+}
+
+TEST(ImageFolders, CamerasInSeveralFilesMustAgree) {
+  const TempFolder folder;
+  const fs::path root = replica_in(folder);
+  const fs::path transforms = root / "transforms.json";
+  const auto own = open_folder_sequence(root);
+  ASSERT_TRUE(own.ok()) << own.error().message;
+  const auto nerfstudio = [&](double fx) {
+    return fmt::format(R"({{"fl_x": {}, "fl_y": {}, "cx": {}, "cy": {}}})", fx, own->camera.fy,
+                       own->camera.cx, own->camera.cy);
+  };
+  testing::write(transforms, nerfstudio(own->camera.fx));
+  const auto both = open_folder_sequence(root);
+  ASSERT_TRUE(both.ok()) << both.error().message;
+  EXPECT_EQ(both->camera.depth_scale, own->camera.depth_scale) << "which transforms.json lacks";
+  testing::write(transforms, nerfstudio(own->camera.fx + 3));
+  const auto differing = open_folder_sequence(root);
+  ASSERT_FALSE(differing.ok());
+  EXPECT_NE(differing.error().message.find("cam_params.json and "), std::string::npos)
+      << differing.error().message;
+  EXPECT_NE(differing.error().message.find("transforms.json tell of two"), std::string::npos);
 }
 
 TEST(ImageFolders, ScannetAsExportedIsReadInTheOrderOfItsNumbers) {

@@ -213,7 +213,7 @@ Reading read_number(const Column& column) {
   const Steps steps = steps_of(column.values);
   if (has_doubles(steps)) return {};
   if (Reading epoch = since_1970(column, steps); epoch.kind != Reading::Kind::kNone) return epoch;
-  if (is_clock(column, 1) || is_clock(column, 1000)) return unclear("a time of day");
+  if (is_clock(column, 1) || is_clock(column, 1000)) return unclear(kTimeOfDay);
   constexpr std::int64_t kCounted = 3;
   if (steps.median <= kCounted) return frames(column, steps);
   const bool strides = steps.divisor == steps.median;
@@ -249,7 +249,7 @@ Reading read_pair(const Column& seconds, const Column& fraction, bool is_pointed
     if (!epoch && !is_pointed)
       fits = fits && steps.median <= kLongestStep_ns && steps.are_regular(0.3);
     if (!fits) reading.kind = Reading::Kind::kNone;
-    if (fits && is_clock(seconds, 1)) return unclear("a time of day");
+    if (fits && is_clock(seconds, 1)) return unclear(kTimeOfDay);
     return reading;
   };
   const std::size_t unit_digits = (fraction.longest + 2) / 3 * 3;

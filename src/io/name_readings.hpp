@@ -18,6 +18,9 @@ struct Reading {
   bool since_1970 = false;
   std::size_t first = 0, last = 0;  ///< groups it uses
 };
+inline constexpr const char* kTimeOfDay =
+    "a time of day; read are seconds (12.345), whole milli-, micro- or nanoseconds, and numbers of "
+    "frames";
 [[nodiscard]] Reading unclear(const std::string& why);
 
 /// What a group of digits alone may be.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <utility>
 
 #include "io/name_digits.hpp"
@@ -82,7 +83,34 @@ class Readings {
   std::string doubt_, order_doubt_;
 };
 
-Reading best_reading(const std::vector<Column>& columns, const std::string& form) {
+/// The first of three groups that are the hours, minutes and seconds of a clock.
+std::optional<std::size_t> clock_groups(const std::vector<Column>& columns,
+                                        const std::vector<std::string>& signs) {
+  const auto is_two_digits_below = [&](std::size_t g, std::int64_t limit) {
+    const Column& column = columns[g];
+    return column.shortest == 2 && column.longest == 2 && !column.values.empty() &&
+           std::ranges::max(column.values) < limit;
+  };
+  for (std::size_t g = columns.size(); g-- > 2;) {  // the last: a date may stand before it
+    const bool are_parted = signs[g - 2].size() == 1 && signs[g - 1].size() == 1;
+    const bool varies = columns[g].varies || columns[g - 1].varies;
+    if (are_parted && varies && is_two_digits_below(g - 2, 24) && is_two_digits_below(g - 1, 60) &&
+        is_two_digits_below(g, 60))
+      return g - 2;
+  }
+  return std::nullopt;
+}
+
+/// Whether a reading of names with a clock's groups in them does without these, or is of the
+/// seconds and their fraction within one minute.
+bool needs_no_clock(const Reading& reading, const std::vector<Column>& columns, std::size_t hours) {
+  if (reading.kind <= Reading::Kind::kUnclear) return false;
+  if (reading.since_1970 || reading.last < hours || reading.first > hours + 2) return true;
+  return reading.kind == Reading::Kind::kTime && reading.first == hours + 2 &&
+         reading.last == hours + 3 && !columns[hours].varies && !columns[hours + 1].varies;
+}
+
+Reading reading_without_clock(const std::vector<Column>& columns, const std::string& form) {
   Readings readings(columns);
   const auto signs = name_digits::signs_of(form);
   const bool is_pointed = form == "\1.\1";
@@ -99,6 +127,13 @@ Reading best_reading(const std::vector<Column>& columns, const std::string& form
   for (std::size_t g = 0; g < columns.size(); ++g)
     if (columns[g].varies || names == 1) readings.offer(name_digits::read_number(columns[g]), g, g);
   return readings.best();
+}
+
+Reading best_reading(const std::vector<Column>& columns, const std::string& form) {
+  Reading reading = reading_without_clock(columns, form);
+  const auto hours = clock_groups(columns, name_digits::signs_of(form));
+  if (hours && !needs_no_clock(reading, columns, *hours)) return unclear(name_digits::kTimeOfDay);
+  return reading;
 }
 
 /// "'a_1_2' (1, 2) and 'a_3_4' (3, 4)": the first two names, and their digits that differ.

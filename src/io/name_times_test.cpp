@@ -145,16 +145,27 @@ TEST(NumbersInNames, MayBeFarApartWhereTheyAreNoTimes) {
   EXPECT_EQ(chosen.stamps.back()->ns, 700'000'000);
 }
 
-std::string refusal_of(const std::vector<std::string>& names) {
-  const auto read = times_of_names(names);
-  EXPECT_FALSE(read.ok()) << names.front() << " taken as " << read->taken_as;
-  return read.ok() ? std::string() : read.error().message;
-}
-
 std::vector<std::string> named(int count, const std::function<std::string(int)>& name) {
   std::vector<std::string> names;
   for (int i = 0; i < count; ++i) names.push_back(name(i));
   return names;
+}
+
+TEST(NumbersInNames, MayHaveAClockBesideThem) {
+  EXPECT_EQ(frames_of(named(90, [](int i) { return text("frame_%06d_12-30-%02d", i, i / 30); }))
+                .stamps.back()
+                ->ns,
+            89 * std::int64_t{1'000'000} / 30 * 1000);
+  const auto in_a_minute = times_of_names(
+      named(90, [](int i) { return text("12-30-%02d.%03d", i / 30, 33 * (i % 30)); }));
+  ASSERT_TRUE(in_a_minute.ok()) << in_a_minute.error().message;
+  EXPECT_EQ(in_a_minute->stamps.back()->ns, 2'957'000'000);
+}
+
+std::string refusal_of(const std::vector<std::string>& names) {
+  const auto read = times_of_names(names);
+  EXPECT_FALSE(read.ok()) << names.front() << " taken as " << read->taken_as;
+  return read.ok() ? std::string() : read.error().message;
 }
 
 TEST(NumbersInNames, ThatAreNotClearAreRefusedWithTwoNames) {
@@ -171,7 +182,11 @@ TEST(NumbersInNames, ThatAreNotClearAreRefusedWithTwoNames) {
              [](int i) { return text("%02d%02d%02d", 14, 25 + (i + 30) / 60, (i + 30) % 60); }),
        "time of day"},
       {named(300, [](int i) { return text("2021-03-15-14-%02d-%02d", i / 60, i % 60); }),
-       "no digits"},
+       "time of day"},
+      {named(60, [](int i) { return text("12-30-%02d", i); }), "time of day; read are seconds"},
+      {named(90, [](int i) { return text("rgb_09h%02dm%02ds", i / 60, i % 60); }), "time of day"},
+      {named(90, [](int i) { return text("12_%02d_%02d.%d", i / 30, 2 * (i % 30), i % 10); }),
+       "time of day"},
       {named(20, [](int i) { return text("%d", 7000 * i * i + i); }), "no digits"},
       {named(5, [](int i) { return text("9%021d", i * 7); }), "no digits"},
   };

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdlib>
 
+#include "core/log.hpp"  // brings {fmt}
 #include "core/statistics.hpp"
 #include "geometry/rolling_shutter.hpp"
 #include "io/calibration.hpp"
@@ -138,6 +139,48 @@ Status check_against_frame_time(const Sequence& sequence) {
   return Ok{};
 }
 
+/// Warns of a principal point in a border of the image: numbers in another order?
+void warn_of_centre(Sequence& sequence) {
+  constexpr double kBorder = 0.2;
+  const CameraConfig& camera = sequence.camera;
+  const auto is_off = [](double c, int side_px) {
+    return c < kBorder * side_px || c > (1 - kBorder) * side_px;
+  };
+  if (!is_off(camera.cx, camera.width) && !is_off(camera.cy, camera.height)) return;
+  sequence.warnings.push_back(fmt::format(
+      "{}: the principal point cx {:g}, cy {:g} lies far from the middle of images of {}: are fx "
+      "{:g}, fy {:g}, cx and cy in this order?",
+      camera_place(sequence, "cx"), camera.cx, camera.cy, shown_size({camera.width, camera.height}),
+      camera.fx, camera.fy));
+}
+
+/// Warns where stamps seem to be of another unit than seconds, and once of long gaps.
+void warn_of_steps(Sequence& sequence) {
+  constexpr std::size_t kFewest = 3;
+  constexpr double kSlowest_s = 1.5;
+  constexpr double kLongGap_s = 60;
+  if (sequence.pairs.size() < kFewest) return;
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < sequence.pairs.size(); ++i)
+    steps_s.push_back(seconds_between(sequence.pairs[i].stamp, sequence.pairs[i - 1].stamp));
+  const double usual_s = median(steps_s);
+  if (usual_s > kSlowest_s) {
+    sequence.warnings.push_back(fmt::format(
+        "{}: frames are {:g} s apart; are these stamps milliseconds? They are taken as seconds",
+        sequence.root.string(), usual_s));
+    return;
+  }
+  const auto longest = std::ranges::max_element(steps_s);
+  if (*longest < kLongGap_s) return;
+  const auto gaps =
+      std::ranges::count_if(steps_s, [](double step_s) { return step_s >= kLongGap_s; });
+  sequence.warnings.push_back(fmt::format(
+      "{}: {} of over a minute between frames, the longest {:.0f} s after stamp {}",
+      sequence.root.string(), gaps == 1 ? "a gap" : std::to_string(gaps) + " gaps", *longest,
+      format_stamp(sequence.pairs[static_cast<std::size_t>(longest - steps_s.begin())].stamp,
+                   sequence.stamp_decimals)));
+}
+
 void find_shutter(Sequence& sequence) {
   CameraConfig& camera = sequence.camera;
   if (camera.shutter_known || !shutter_times(camera).is_global()) {
@@ -241,13 +284,17 @@ Status complete_sequence(const CameraConfig& camera, const ImageHeader& header,
   if (sequence.camera.width <= 0) sequence.camera.width = header.size.width;
   if (sequence.camera.height <= 0) sequence.camera.height = header.size.height;
   const ImageSize expected = {sequence.camera.width, sequence.camera.height};
+  warn_of_steps(sequence);
   if (header.size != expected) {
     sequence.warnings.push_back(sequence.root.string() + ": the camera is for " +
                                 shown_size(expected) + ", the first image has " +
                                 shown_size(header.size));
   }
   const auto faults = camera_faults(sequence.camera);
-  if (faults.empty()) return Ok{};
+  if (faults.empty()) {
+    warn_of_centre(sequence);
+    return Ok{};
+  }
   return Error{ErrorKind::kConfig, camera_place(sequence, faults.front().key) + ": " +
                                        faults.front().key + ": " + faults.front().reason};
 }
@@ -292,21 +339,53 @@ Status find_depth_camera(const GivenCameras& given, Sequence& sequence) {
   return set_depth_camera(*read, path.string(), sequence);
 }
 
-Result<std::optional<CameraConfig>> camera_of_folder(Sequence& sequence) {
+Result<std::optional<CameraConfig>> calibration_of_folder(Sequence& sequence) {
   const fs::path path = sequence.root / kCalibration;
   std::error_code code;
-  if (fs::exists(path, code)) {
-    sequence.camera_source = kCalibration;
-    auto read = read_calibration(path);
+  if (!fs::exists(path, code)) return std::optional<CameraConfig>();
+  sequence.camera_source = kCalibration;
+  auto read = read_calibration(path);
+  if (!read.ok()) return read.error();
+  if (const auto note = foreign_camera_note(path.string(), read->depth_scale); !note.empty())
+    sequence.notes.push_back(note);
+  return std::optional(*read);
+}
+
+Result<std::optional<CameraConfig>> json_camera_of_folder(Sequence& sequence) {
+  std::optional<CameraConfig> camera;
+  for (const char* name : {"camera_intrinsic.json", "intrinsic.json", "transforms.json"}) {
+    const fs::path path = sequence.root / name;
+    if (!has_json_camera(path)) continue;
+    const auto read = read_calibration(path);
     if (!read.ok()) return read.error();
-    if (const auto note = foreign_camera_note(path.string(), read->depth_scale); !note.empty())
-      sequence.notes.push_back(note);
-    return std::optional(*read);
+    if (camera && !are_alike(*camera, *read))
+      return Error{ErrorKind::kConfig, sequence.camera_source + " and " + path.string() +
+                                           " tell of two cameras: choose one with --camera"};
+    if (camera) continue;
+    camera = *read;
+    sequence.camera_source = path.string();
   }
+  return camera;
+}
+
+bool are_alike(const CameraConfig& a, const CameraConfig& b) {
+  const auto is_near = [](double x, double y, double tolerance) {
+    return std::abs(x - y) <= tolerance;
+  };
+  constexpr double kPrinted_px = 0.5;  // with how few digits a camera may be written
+  constexpr double kDistortion = 1e-3;
+  const auto same_side = [](int x_px, int y_px) { return x_px <= 0 || y_px <= 0 || x_px == y_px; };
+  return is_near(a.fx, b.fx, kPrinted_px) && is_near(a.fy, b.fy, kPrinted_px) &&
+         is_near(a.cx, b.cx, kPrinted_px) && is_near(a.cy, b.cy, kPrinted_px) &&
+         is_near(a.k1, b.k1, kDistortion) && is_near(a.k2, b.k2, kDistortion) &&
+         same_side(a.width, b.width) && same_side(a.height, b.height);
+}
+
+std::optional<CameraConfig> preset_of_folder(Sequence& sequence) {
   const auto preset = camera_preset(folder_name(sequence.root));
-  if (!preset) return std::optional<CameraConfig>();
+  if (!preset) return std::nullopt;
   sequence.camera_source = "preset " + preset->name;
-  return std::optional(preset->camera);
+  return preset->camera;
 }
 
 std::shared_ptr<const ImageSource> images_of_folder(const fs::path& root) {

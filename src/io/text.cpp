@@ -1,6 +1,7 @@
 #include "io/text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -58,6 +59,17 @@ std::optional<Decimal> parse_decimal(std::string_view word) {
   return number;
 }
 
+bool is_utf16(std::string_view bytes) {
+  if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF")) return true;
+  constexpr std::size_t kLooked = 64;
+  // Latin letters and digits: every other byte is zero.
+  std::array<std::size_t, 2> zeros{};
+  const std::string_view begin = bytes.substr(0, kLooked);
+  for (std::size_t i = 0; i < begin.size(); ++i) zeros[i % 2] += begin[i] == '\0' ? 1 : 0;
+  return begin.size() >= 4 && std::min(zeros[0], zeros[1]) == 0 &&
+         3 * std::max(zeros[0], zeros[1]) >= begin.size();
+}
+
 }  // namespace
 
 Result<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes) {
@@ -95,13 +107,28 @@ Result<std::string> read_file(const std::filesystem::path& path, std::size_t max
   return content;
 }
 
-bool is_utf16(std::string_view text) {
-  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) return true;
-  constexpr std::size_t kLooked = 64;
-  const std::string_view begin = text.substr(0, kLooked);
-  // Latin letters and digits: every other byte is zero.
-  return begin.size() >= 4 &&
-         3 * static_cast<std::size_t>(std::ranges::count(begin, '\0')) >= begin.size();
+std::string no_text_fault(std::string_view bytes) {
+  if (is_utf16(bytes)) return "is UTF-16 text; save it as UTF-8";
+  using namespace std::string_view_literals;
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 15> kKinds = {
+      {{"\x93NUMPY"sv, "a NumPy array (numpy.savetxt writes text)"sv},
+       {"PK\x03\x04"sv, "a zip archive (.npz?)"sv},
+       {"\x80\x03"sv, "a Python pickle"sv},
+       {"\x80\x04"sv, "a Python pickle"sv},
+       {"\x80\x05"sv, "a Python pickle"sv},
+       {"MATLAB 5.0 MAT-file"sv, "a MAT-file"sv},
+       {"\x89HDF"sv, "an HDF5 file"sv},
+       {"\x89PNG"sv, "a PNG image"sv},
+       {"\xFF\xD8\xFF"sv, "a JPEG image"sv},
+       {"\x89MCAP"sv, "an MCAP recording"sv},
+       {"#ROSBAG"sv, "a ROS 1 bag"sv},
+       {"SQLite format 3"sv, "an SQLite database"sv},
+       {"%PDF"sv, "a PDF"sv},
+       {"\x1F\x8B"sv, "compressed (gzip)"sv},
+       {"\x28\xB5\x2F\xFD"sv, "compressed (zstd)"sv}}};
+  for (const auto& [begin, kind] : kKinds)
+    if (bytes.starts_with(begin)) return "is " + std::string(kind) + ", not text";
+  return {};
 }
 
 std::string_view trimmed(std::string_view text) {

@@ -20,10 +20,9 @@ namespace ygslam {
 [[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path,
                                             std::size_t max_bytes = std::size_t{256} << 20);
 
-/// Whether text is UTF-16 (as some editors write it), which no reader of ours takes.
-[[nodiscard]] bool is_utf16(std::string_view text);
-/// What to do about it, for messages.
-inline constexpr std::string_view kUtf16Fault = "is UTF-16 text; save it as UTF-8";
+/// What is wrong with a file that should be text, by how it begins: UTF-16 (as some editors write
+/// it), a NumPy array, an image, a recording, an archive. Empty where it may be text.
+[[nodiscard]] std::string no_text_fault(std::string_view bytes);
 
 struct TextLine {
   int number = 0;  ///< 1 = first line of the file

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "io/text.hpp"
@@ -75,8 +76,8 @@ Status check_line_ends(std::string_view text, const std::string& name) {
 }
 
 Status check_is_text(std::string_view text, const std::string& name) {
-  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
-    return Error{ErrorKind::kInput, name + ": UTF-16 text; save it as UTF-8"};
+  if (const std::string fault = no_text_fault(text); !fault.empty())
+    return Error{ErrorKind::kInput, name + ": " + fault};
   if (text.find('\0') == std::string_view::npos) return Ok{};
   return Error{ErrorKind::kInput, name + ": no text (zero bytes in it)"};
 }
@@ -102,6 +103,23 @@ bool has_decimal_commas(std::string_view line) {
   const auto parts = words_of(line, ",");
   return parts.size() > kMostWholeNumbers &&
          std::all_of(parts.begin(), parts.end(), is_written_whole);
+}
+
+int line_with_brackets(std::string_view text) {
+  constexpr std::string_view kBrackets = "[](){}";
+  bool is_first = true;
+  for (const TextLine& line : data_lines(text)) {
+    const bool begins_json = line.text.front() == '{' || line.text.front() == '[';
+    if (std::exchange(is_first, false) && begins_json) return line.number;
+    if (line.text.find_first_of(kBrackets) == std::string_view::npos) continue;
+    for (std::string_view word : words_of(line.text, ",;")) {
+      const std::size_t length = word.size();
+      word.remove_prefix(std::min(word.find_first_not_of(kBrackets), length));
+      word = word.substr(0, word.find_last_not_of(kBrackets) + 1);
+      if (word.size() < length && parse_number(word)) return line.number;
+    }
+  }
+  return 0;
 }
 
 bool looks_like_kitti(std::string_view line) {

@@ -28,6 +28,10 @@ inline constexpr double kQuaternionTolerance = 0.02;
 /// between numbers), or whole numbers between commas, too many for any format.
 [[nodiscard]] bool has_decimal_commas(std::string_view line);
 
+/// Whether the data begin as JSON does, or a line has numbers in brackets, as Python prints lists
+/// and arrays. @return the line's number, 0 if not.
+[[nodiscard]] int line_with_brackets(std::string_view text);
+
 /// Whether a line of 12 numbers has the rotation of a KITTI pose, or one of 11 numbers does where
 /// one is missing.
 [[nodiscard]] bool looks_like_kitti(std::string_view line);

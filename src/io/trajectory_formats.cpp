@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/log.hpp"
 #include "io/associated_poses.hpp"
 #include "io/folder_truth.hpp"
 #include "io/text.hpp"
 #include "io/trajectory_checks.hpp"
+#include "io/trajectory_evidence.hpp"
 #include "io/trajectory_recognition.hpp"
 
 namespace ygslam {
@@ -165,6 +167,33 @@ void put_in_order(const std::string& name, std::vector<StampedPose>& poses) {
   poses.erase(last, poses.end());
 }
 
+/// Degrees between two rotations.
+double turn_deg(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
+  return 2 * std::acos(std::min(1.0, std::abs(a.dot(b)))) * 180 / std::numbers::pi;
+}
+
+/// A file put together of two may have quaternions in two orders: where one turns far and would
+/// hardly do so with its w at the other end, it is told once.
+void warn_of_mixed_orders(const PoseText& text, const std::vector<StampedPose>& poses,
+                          const std::string& name) {
+  constexpr double kLeap_deg = 30;
+  constexpr double kStep_deg = 5;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Eigen::Quaterniond before = poses[i - 1].T_world_camera.quaternion();
+    const Eigen::Quaterniond q = poses[i].T_world_camera.quaternion();
+    if (turn_deg(before, q) < kLeap_deg) continue;
+    const Eigen::Quaterniond w_first(q.x(), q.y(), q.z(), q.w());
+    const Eigen::Quaterniond w_last(q.z(), q.w(), q.x(), q.y());
+    if (std::min(turn_deg(before, w_first), turn_deg(before, w_last)) > kStep_deg) continue;
+    log::warn(
+        "{}:{}: the pose turns by {:.0f} deg against the line before, with qw at the other end of "
+        "the quaternion by {:.1f}: are there two orders of quaternions in this file?",
+        name, text.records[i].line, turn_deg(before, q),
+        std::min(turn_deg(before, w_first), turn_deg(before, w_last)));
+    return;
+  }
+}
+
 Result<std::vector<StampedPose>> poses_of(const PoseText& text, StampUnit unit,
                                           const std::string& name) {
   std::vector<StampedPose> poses;
@@ -176,6 +205,8 @@ Result<std::vector<StampedPose>> poses_of(const PoseText& text, StampUnit unit,
     poses.push_back(*pose);
   }
   if (poses.empty()) return input_fault(name + ": no pose in the file");
+  if (text.columns.pose == PoseColumns::Pose::kQuaternion && !text.columns.is_camera_from_world)
+    warn_of_mixed_orders(text, poses, name);
   put_in_order(name, poses);
   return poses;
 }
@@ -183,6 +214,9 @@ Result<std::vector<StampedPose>> poses_of(const PoseText& text, StampUnit unit,
 Status check_lines(std::string_view text, const std::string& name) {
   if (Status readable = check_is_text(text, name); !readable.ok()) return readable;
   if (Status line_ends = check_line_ends(text, name); !line_ends.ok()) return line_ends;
+  if (const int line = line_with_brackets(text); line > 0)
+    return input_fault(name + ":" + std::to_string(line) + ": JSON, or numbers in brackets; " +
+                       accepted_trajectories());
   for (const TextLine& line : data_lines(text)) {
     if (has_decimal_commas(line.text))
       return input_fault(name + ":" + std::to_string(line.number) +

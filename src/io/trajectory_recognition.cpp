@@ -227,7 +227,8 @@ std::optional<PoseText> as_colmap(const std::vector<TextLine>& lines) {
 
 Result<PoseText> recognise_poses(std::string_view text, const std::string& name) {
   const auto lines = data_lines(text);
-  if (lines.empty()) return refused(name, "no pose in the file");
+  if (lines.empty())
+    return refused(name, text.empty() ? "the file is empty" : "no pose in the file");
   if (auto colmap = as_colmap(lines)) return std::move(*colmap);
   auto headed = with_header(text, lines, name);
   if (!headed.ok()) return headed.error();

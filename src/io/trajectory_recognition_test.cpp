@@ -232,7 +232,14 @@ TEST(TrajectoryEvidence, WhatCannotBeToldApartIsRefused) {
            {"UTF-16",
             "\xFF\xFE"
             "1",
-            "f: UTF-16 text"},
+            "f: is UTF-16 text"},
+           {"a NumPy array", "\x93NUMPY\x01", "f: is a NumPy array"},
+           {"JSON", "{\"poses\": [1, 2]}\n", "f:1: JSON, or numbers in brackets; read are"},
+           {"JSON over lines", "[\n [1.5, 1, 2, 3, 0, 0, 0, 1],\n [2, 1, 2, 3, 0, 0, 0, 1]\n]\n",
+            "f:1: JSON"},
+           {"printed lists", "# poses\n1.5 [1 2 3] [0 0 0 1]\n2.5 [1 2 3] [0 0 0 1]\n",
+            "f:2: JSON"},
+           {"printed tuples", "1.5,(1,2,3),(0,0,0,1)\n2.5,(1,2,3),(0,0,0,1)\n", "f:1: JSON"},
            {"a comment alone", "# nothing\n", "f: no pose in the file"}}) {
     const auto file = parse_trajectory(refusal.text, "f");
     ASSERT_FALSE(file.ok()) << refusal.name << " was read as " << file->taken_for;
@@ -241,6 +248,29 @@ TEST(TrajectoryEvidence, WhatCannotBeToldApartIsRefused) {
         << refusal.name << ": " << file.error().message;
     EXPECT_EQ(file.error().message.find('\n'), std::string::npos) << refusal.name;
   }
+}
+
+TEST(TrajectoryEvidence, TwoOrdersOfQuaternionsInOneFileAreTold) {
+  const auto warnings_of = [](bool changes) {
+    std::string text;
+    std::string heard;
+    for (int i = 0; i < 60; ++i) {
+      const Eigen::Quaterniond q(
+          Eigen::AngleAxisd(0.5 + 0.01 * i, Vec3(1, 2, 0.5 + 0.01 * i).normalized()));
+      const bool w_first = changes && i >= 30;
+      text += w_first
+                  ? fmt::format("{} 1 2 3 {} {} {} {}\n", 5 + 0.1 * i, q.w(), q.x(), q.y(), q.z())
+                  : fmt::format("{} 1 2 3 {} {} {} {}\n", 5 + 0.1 * i, q.x(), q.y(), q.z(), q.w());
+    }
+    const log::ScopedSink sink(std::make_shared<const log::Sink>(
+        [&](log::Level, const std::string& line) { heard += line + "\n"; }));
+    EXPECT_TRUE(parse_trajectory(text, "f").ok());
+    return heard;
+  };
+  EXPECT_EQ(warnings_of(false), "");
+  const std::string told = warnings_of(true);
+  EXPECT_NE(told.find("f:31: the pose turns by"), std::string::npos) << told;
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1);
 }
 
 TEST(TrajectoryEvidence, StampsOfNoEpochNeedTheirUnitSaid) {

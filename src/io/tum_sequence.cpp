@@ -30,19 +30,26 @@ void warn_of_resets(const fs::path& path, const ParsedList<Entry>& list, Sequenc
                     1e-9 * static_cast<double>(reset.shift_ns)));
 }
 
+const char* list_form(const ParsedList<ListedImage>& /*list*/) { return "seconds FILE"; }
+const char* list_form(const ParsedList<ListedPair>& /*list*/) {
+  return "seconds rgb/FILE seconds depth/FILE";
+}
+
 // A list, or why there is none. Adds its counts and a warning to the sequence.
 template <typename Entry>
 Result<ParsedList<Entry>> read_list(const fs::path& path, Sequence& sequence,
                                     ParsedList<Entry> (*parse)(std::string_view)) {
   const auto text = read_file(path);
   if (!text.ok()) return text.error();
-  if (is_utf16(*text)) return input_error(path, std::string(kUtf16Fault));
+  if (const std::string fault = no_text_fault(*text); !fault.empty())
+    return input_error(path, fault);
   ParsedList<Entry> list = parse(*text);
   if (list.counts.lines == 0) return input_error(path, "lists no image");
   if (list.entries.empty()) {
     return Error{ErrorKind::kInput, path.string() + (list.first_fault.empty() ? "" : ":") +
                                         list.first_fault + ": no usable line (" +
-                                        list.counts.summary() + ")"};
+                                        list.counts.summary() + "); read are lines `" +
+                                        std::string(list_form(list)) + "`"};
   }
   sequence.counts += list.counts;
   if (list.counts.left_out() > 0) {
@@ -57,9 +64,26 @@ Result<ParsedList<Entry>> read_list(const fs::path& path, Sequence& sequence,
   return list;
 }
 
+/// Warns once of images that several lines of a list name.
+void warn_of_repeats(const fs::path& list, const std::vector<std::string>& files,
+                     Sequence& sequence) {
+  std::set<std::string_view> seen;
+  std::size_t repeats = 0;
+  std::string_view first;
+  for (const std::string& file : files) {
+    if (seen.insert(file).second) continue;
+    if (repeats++ == 0) first = file;
+  }
+  if (repeats == 0) return;
+  sequence.warnings.push_back(
+      fmt::format("{}: {} of {} listed images are named by a line before, first {}", list.string(),
+                  repeats, files.size(), printable(first)));
+}
+
 /// Warns once of listed files that do not exist, where others of the list do. @return these files.
 std::vector<std::string> absent_files(const fs::path& list, const std::vector<std::string>& files,
                                       Sequence& sequence) {
+  warn_of_repeats(list, files, sequence);
   std::vector<std::string> absent;
   for (const std::string& file : files) {
     std::error_code code;
@@ -158,12 +182,16 @@ Result<CameraConfig> find_camera(const GivenCameras& given, Sequence& sequence) 
     sequence.camera_source = given.colour_source;
     return *given.colour;
   }
-  const auto found = camera_of_folder(sequence);
-  if (!found.ok()) return found.error();
-  if (*found) return **found;
-  return Error{ErrorKind::kConfig, sequence.root.string() +
-                                       ": no calibration.txt and no preset camera for this folder "
-                                       "name; write calibration.txt or give --camera FILE.yaml"};
+  for (const auto look : {calibration_of_folder, json_camera_of_folder}) {
+    const auto found = look(sequence);
+    if (!found.ok()) return found.error();
+    if (*found) return **found;
+  }
+  if (const auto preset = preset_of_folder(sequence)) return *preset;
+  return Error{ErrorKind::kConfig,
+               sequence.root.string() +
+                   ": no calibration.txt, camera_intrinsic.json or transforms.json and no preset "
+                   "camera for this folder name; write calibration.txt or give --camera FILE.yaml"};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "core/testing/recorded_data.hpp"
 #include "io/frame_loader.hpp"
@@ -77,6 +78,33 @@ TEST(Sequence, CameraComesFromTheCallerThenTheFileThenTheName) {
   ASSERT_TRUE(with_given.ok()) << with_given.error().message;
   EXPECT_EQ(with_given->camera.fx, 600);
   EXPECT_EQ(with_given->camera.width, 640);
+}
+
+TEST(Sequence, AJsonCameraInTheFolderIsFoundAndTwoMustAgree) {
+  const TempFolder folder;
+  SmallSequence{.count = 2, .calibration = ""}.write_to(folder.path());
+  const fs::path transforms = folder.path() / "transforms.json";
+  testing::write(transforms, R"({"camera_angle_x": 0.7, "frames": []})");  // no camera that is read
+  EXPECT_NE(refusal_of(folder.path()).message.find("no calibration.txt, camera_intrinsic.json"),
+            std::string::npos);
+  testing::write(folder.path() / "camera_intrinsic.json",
+                 R"({"width": 32, "height": 24,
+                     "intrinsic_matrix": [30, 0, 0, 0, 31, 0, 15.5, 11.5, 1]})");
+  const auto open3d = open_tum_sequence(folder.path());
+  ASSERT_TRUE(open3d.ok()) << open3d.error().message;
+  EXPECT_EQ(open3d->camera.fy, 31);
+  EXPECT_EQ(open3d->camera.depth_scale, 1000);
+  EXPECT_NE(open3d->notes.front().find("camera_intrinsic.json is taken for intrinsics of Open3D"),
+            std::string::npos);
+  testing::write(transforms, R"({"fl_x": 30.1, "fl_y": 31, "cx": 15.5, "cy": 11.5, "frames": []})");
+  EXPECT_TRUE(open_tum_sequence(folder.path()).ok()) << "rounded otherwise";
+  testing::write(transforms, R"({"fl_x": 33, "fl_y": 31, "cx": 15.5, "cy": 11.5, "frames": []})");
+  const Error two = refusal_of(folder.path());
+  EXPECT_EQ(two.kind, ErrorKind::kConfig);
+  EXPECT_NE(two.message.find("camera_intrinsic.json and "), std::string::npos) << two.message;
+  EXPECT_NE(two.message.find("transforms.json tell of two cameras"), std::string::npos);
+  testing::write(folder.path() / "calibration.txt", "fx 29\nfy 29\ncx 16\ncy 12\n");
+  EXPECT_EQ(open_tum_sequence(folder.path())->camera.fx, 29) << "written for this program";
 }
 
 TEST(Sequence, F20WithoutACameraOrWithABadOneItIsAConfigurationError) {
@@ -168,6 +196,23 @@ TEST(Sequence, ListedFilesThatDoNotExistAreToldOnce) {
       warns_of(*sequence, "depth.txt: 5 of 31 listed files do not exist, first depth/between.png"));
 }
 
+TEST(Sequence, ImagesThatSeveralLinesNameAreToldOnce) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 6};
+  small.write_to(folder.path());
+  std::string text;
+  for (int i = 0; i < 6; ++i)
+    text += format_stamp({small.first_ns + i * small.interval_ns}, 6) + " " +
+            small.colour_file(i < 3 ? 0 : i) + "\n";
+  testing::write(folder.path() / "rgb.txt", text);
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  ASSERT_EQ(sequence->warnings.size(), 1U);
+  EXPECT_TRUE(warns_of(
+      *sequence,
+      "rgb.txt: 2 of 6 listed images are named by a line before, first " + small.colour_file(0)));
+}
+
 TEST(Sequence, ListsInAnyOrderAreSortedAndItIsToldOnce) {
   const TempFolder folder;
   const SmallSequence small{.count = 24, .associations = true};
@@ -223,6 +268,59 @@ TEST(Sequence, AClockThatWasSetBackIsToldAndNoFrameIsLost) {
     }
     EXPECT_TRUE(warns_of(*sequence, "the clock was set back"));
   }
+}
+
+/// A small sequence whose stamps are moved, or scaled.
+Result<Sequence> with_stamps(const std::function<std::int64_t(std::int64_t ns, int line)>& change) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 12, .associations = true};
+  small.write_to(folder.path());
+  std::string text;
+  int line_number = 0;
+  const std::string as_recorded = testing::read(folder.path() / "associations.txt");
+  for (const TextLine& line : data_lines(as_recorded)) {
+    for (const std::string_view word : words_of(line.text)) {
+      const auto stamp = parse_stamp(word);
+      text +=
+          (stamp ? format_stamp({change(stamp->stamp.ns, line_number)}, 6) : std::string(word)) +
+          " ";
+    }
+    text += "\n";
+    ++line_number;
+  }
+  testing::write(folder.path() / "associations.txt", text);
+  return open_tum_sequence(folder.path());
+}
+
+TEST(Sequence, StampsOfAnotherUnitAreToldOnce) {
+  const auto ms = with_stamps([](std::int64_t ns, int) { return ns * 1000; });
+  ASSERT_TRUE(ms.ok()) << ms.error().message;
+  EXPECT_TRUE(warns_of(*ms, "s apart; are these stamps milliseconds? They are taken as seconds"));
+  const auto s = with_stamps([](std::int64_t ns, int) { return ns; });
+  EXPECT_FALSE(warns_of(*s, "apart"));
+}
+
+TEST(Sequence, GapsOfOverAMinuteAreToldOnce) {
+  const auto gaps = with_stamps([](std::int64_t ns, int line) {
+    return ns + (line >= 4 ? 90'000'000'000 : 0) + (line >= 8 ? 3'600'000'000'000 : 0);
+  });
+  ASSERT_TRUE(gaps.ok()) << gaps.error().message;
+  EXPECT_TRUE(warns_of(*gaps, "2 gaps of over a minute between frames, the longest 3600 s after"));
+  EXPECT_EQ(gaps->warnings.size(), 1U);
+}
+
+TEST(Sequence, APrincipalPointFarFromTheMiddleIsTold) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 3, .associations = true};
+  small.write_to(folder.path());
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok());
+  CameraConfig camera = sequence->camera;
+  camera.cx = 0.85 * camera.width;
+  const auto off = open_tum_sequence(folder.path(), {.colour = camera});
+  ASSERT_TRUE(off.ok()) << off.error().message;
+  EXPECT_TRUE(warns_of(*off, "lies far from the middle of images of"));
+  EXPECT_FALSE(warns_of(*sequence, "lies far from the middle"));
 }
 
 TEST(Sequence, AListInUtf16IsNamedAsSuch) {

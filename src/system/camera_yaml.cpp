@@ -15,6 +15,11 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
                                        double depth_scale, const std::filesystem::path& folder) {
   if (const auto foreign = parse_foreign_camera(text, name))
     return judged_foreign_camera(*foreign, depth_scale, name);
+  if (text.find(':') == std::string::npos) {  // lines `fx 525.0`, as in calibration.txt
+    auto lines = parse_calibration(text, name, folder);
+    if (lines.ok() && calibration_line(text, "depth_scale") == 0) lines->depth_scale = depth_scale;
+    return lines;
+  }
   CameraConfig camera;
   camera.depth_scale = depth_scale;
   camera.width = camera.height = 0;
@@ -61,9 +66,10 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
 }
 
 Result<CameraConfig> read_camera_yaml(const std::string& path, double depth_scale) {
-  const auto text = read_file(path, std::size_t{1} << 20);
+  const auto text = read_file(path, kLargestCameraFile_bytes);
   if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
-  if (is_utf16(*text)) return Error{ErrorKind::kConfig, path + ": " + std::string(kUtf16Fault)};
+  if (const std::string fault = no_text_fault(*text); !fault.empty())
+    return Error{ErrorKind::kConfig, path + ": " + fault};
   return parse_camera_yaml(*text, path, depth_scale, folder_of(path));
 }
 

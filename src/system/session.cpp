@@ -72,6 +72,9 @@ Status choose_segmenter(const std::string& words, const std::filesystem::path& m
     return Error{ErrorKind::kUsage,
                  "segmenter " + words + ": write model, builtin, none or masks:DIR"};
   }
+  if (!model.empty() && options.segmenter != SegmenterKind::kModel)
+    return Error{ErrorKind::kUsage, "model " + model.string() + ": segmenter " + words +
+                                        " takes none; leave one of both out"};
   return Ok{};
 }
 

@@ -13,6 +13,12 @@ namespace {
 
 constexpr double kLooseVoxels = 0.5;
 
+GroundPlanConfig plan_config(const DenseMapConfig& config) {
+  GroundPlanConfig plan = config.plan;
+  plan.min_views = config.reading.min_views;
+  return plan;
+}
+
 double loose_m(const DenseMapConfig& config) {
   return kLooseVoxels * config.volume.surface.voxel_m;
 }
@@ -32,7 +38,8 @@ DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
       camera_(camera),
       fused_(config, unpacker_),
       judge_(config, camera, unpacker_),
-      policy_(config, unpacker_) {
+      policy_(config, unpacker_),
+      plan_(plan_config(config)) {
   CHECK(config.objects.cell_m == config.volume.space.cell_m);
 }
 
@@ -101,6 +108,7 @@ bool DenseMap::step() {
   if (drop_needless(*next)) return true;
   const bool is_new = !fused_.contains(*next);
   bring_up_to_date(*next, loose_m(config_));
+  note_in_plan(*next, is_new);
   if (out_of_place_m(*next, views_.at(*next)) > loose_m(config_)) return false;  // it is full
   if (is_new) cull(*next);
   return true;
@@ -110,6 +118,10 @@ bool DenseMap::drop_needless(DenseViewId id) {
   const DenseView& view = views_.at(id);
   if (!view.T_world_camera || !policy_.is_undecided(id, view)) return false;
   if (policy_.enters(id, view, judge_, fused_)) return false;
+  PixelState state;
+  state.ids.assign(view.observations.size(), kNoSceneObject);
+  plan_.observe(fused_.observe({view.images, view.stamp, *view.T_world_camera, std::move(state)}));
+  planned_ = std::max(planned_, view.stamp);
   views_.remove(id);
   return true;
 }
@@ -125,6 +137,33 @@ void DenseMap::bring_up_to_date(DenseViewId id, double tolerance_m) {
     judge_.judge_objects(id, views_, fused_);
   }
   fused_.sync(id, {view.images, view.stamp, *view.T_world_camera, *judge_.state(id)}, tolerance_m);
+}
+
+void DenseMap::note_in_plan(DenseViewId id, bool is_new) {
+  if (!fused_.contains(id)) return;
+  ++placements_;
+  const SeenSpace& seen = fused_.observed_space(id);
+  if (is_new)
+    plan_.observe(seen);
+  else
+    plan_.stand_again(seen);
+  planned_ = std::max(planned_, views_.at(id).stamp);
+  plan_.update(fused_.volume().space(), fused_.take_changed_space());
+}
+
+bool DenseMap::wants_floor() const {
+  constexpr double kMore = 1.5;
+  return placements_ > looked_for_floor_ && placements_ >= kMore * looked_for_floor_;
+}
+
+void DenseMap::set_floor(const Gravity& gravity) {
+  looked_for_floor_ = placements_;
+  if (gravity.has_floor) plan_.set_floor(gravity);
+}
+
+GroundPlan& DenseMap::plan() {
+  plan_.update(fused_.volume().space(), fused_.take_changed_space());
+  return plan_;
 }
 
 void DenseMap::cull(DenseViewId newest) {
@@ -171,6 +210,7 @@ void DenseMap::finish() {
   fused_.sync(wanted());
   judge_.judge_space(fused_);
   fused_.sync(wanted());
+  plan_.forget_order();  // the judges have looked at all views in their order
   is_finished_ = true;
 }
 

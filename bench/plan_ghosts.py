@@ -6,9 +6,9 @@
 SEQ was rendered with --truth. Both get the same depth and the poses that the library found. OctoMap casts the rays of
 every fourth pixel of each third frame, with its own defaults. Cells are of 5 cm; obstacles stand from 0.10 to 1.50 m.
 
-ghosts        occupied cells, a second later, of those that somebody or something left: nothing stands within 10 cm, and
-              every part of the column that it filled was seen through for a second, frame by frame (mean, most)
-ghosts_unseen the same where its place was not seen empty, or not for so long
+ghosts        occupied cells that somebody or something left: nothing stands within 10 cm, and a second's frames have
+              seen through every part of the column that was filled (mean, most of a plan)
+ghosts_unseen the same where fewer frames saw the place empty
 on_people     occupied cells where somebody stands
 false_free    free cells that lie, whole, within what stands: cell seconds of all judged plans; any must be looked at
 missed        share of the columns of what stands, seen by three frames, without an occupied cell within a cell
@@ -18,7 +18,6 @@ latency_ms    from a keyframe's result to the first plan that has it (--live), a
 """
 import argparse
 import json
-import re
 import time
 from pathlib import Path
 
@@ -34,7 +33,6 @@ CELL_M, FINE_M = 0.05, 0.025
 LOW_M, HIGH_M, LAYER_M = 0.10, 1.50, 0.10
 FAR_M, LEFT_S, LEAST_VIEWS = 4.0, 1.0, 3
 BODY_M = 0.25  # radius of the disc that nobody's footprint leaves
-SAMPLE_S = 1.0
 OCTOMAP_EVERY, OCTOMAP_STEP_PX, OCTOMAP_FAR_M = 3, 4, 4.5
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
@@ -109,22 +107,18 @@ class Truth:
         self.layers_m = LOW_M + LAYER_M * (np.arange(layers) + 0.5)
         shape = (layers, *self.coarse.shape)
         self.covered = np.full(shape, -np.inf)  # when somebody or something that moves was last seen there
-        self.empty = np.full(shape, np.inf)  # since when it was seen through again
+        self.through = np.zeros(shape, int)  # frames that saw through it since
+        self.enough = LEFT_S / np.median(np.diff(sorted(self.poses))) * 1e6  # such frames
         self.views = np.zeros(self.coarse.shape, int)
         self.floor_views = np.zeros(self.coarse.shape, int)
         self.under_people = np.zeros(self.coarse.shape, bool)
         self.now = -np.inf
 
     def _boxes(self):
-        """Of things that move and stand at times."""
+        """Of things that move, where they stand for a while: static.ply has them not."""
         truth = json.loads((self.seq / "true_objects.json").read_text())
         things = truth["objects"] + truth.get("nameless", [])
-        return [place for thing in things for place in thing["places"] if thing.get("id", -1) in self.moved_ids()]
-
-    def moved_ids(self):
-        names = json.loads((self.seq / "things" / "instances.json").read_text())
-        movers = {int(f.stem) for f in (self.seq / "movers").glob("*.txt")} - self.people
-        return {int(i) for i in names if int(i) in movers}
+        return [place for thing in things if len(thing["places"]) > 1 for place in thing["places"]]
 
     def _image(self, folder, stamp):
         return np.asarray(Image.open(self.seq / folder / f"{stamp_text(stamp)}.png"))
@@ -156,10 +150,10 @@ class Truth:
             filled = self.coarse.filled(points[np.abs(points[:, 2] - middle_m) <= LAYER_M / 2])
             filled = binary_dilation(filled, np.ones((3, 3)))
             self.covered[i][filled] = now
-            self.empty[i][filled] = np.inf
+            self.through[i][filled] = 0
 
     def _see_through(self, depth, R, t, now):
-        waiting = np.argwhere((self.covered > -np.inf) & (self.covered < now) & np.isinf(self.empty))
+        waiting = np.argwhere((self.covered > -np.inf) & (self.covered < now) & (self.through < self.enough))
         if not len(waiting):
             return
         ground = self.coarse.low + (waiting[:, 2:0:-1] + 0.5) * CELL_M
@@ -177,7 +171,7 @@ class Truth:
                 seen = depth[v[at].astype(int) + dv, u[at].astype(int) + du]
                 through &= seen > p[at, 2] + 0.15
         gone = waiting[at[through]]
-        self.empty[tuple(gone.T)] = now
+        self.through[tuple(gone.T)] += 1
 
     def _stand(self, now):
         """Where people stand, as far as a disc is a footprint."""
@@ -215,10 +209,9 @@ class Truth:
 
         stands = self.standing()
         near = look_up(binary_dilation(stands, disc(2)))
-        present = look_up(binary_dilation((self.covered > self.now - LEFT_S).any(0) | self.under_people, disc(2)))
+        present = look_up(binary_dilation((self.covered >= self.now).any(0) | self.under_people, disc(2)))
         was = np.isfinite(self.covered)
-        left = self.covered <= self.now - LEFT_S
-        seen_empty = (~was | (left & (self.empty <= self.now - LEFT_S))).all(0) & was.any(0)
+        seen_empty = (~was | (self.through >= self.enough)).all(0) & was.any(0)
         occupied, free = cells == OCCUPIED, cells == FREE
         odd = occupied & ~near & ~present
         around = look_up(binary_dilation(was.any(0), np.ones((3, 3))))
@@ -336,10 +329,12 @@ def run(seq, out, options):
                         turn.apply(T[:3, 3]) + shift)
         if stamp * 1e-6 < next_s:
             continue
-        next_s += SAMPLE_S
+        next_s += options.every
         begin = time.thread_time()
-        grid = slam.plan() if hasattr(slam, "plan") and not options.room else slam.room().occupancy(LOW_M, HIGH_M)
+        grid = slam.plan() if not options.room else slam.room().occupancy(LOW_M, HIGH_M)
         plan_s += time.thread_time() - begin
+        if grid is None:
+            continue
         plans = {"ours": Plan.of_grid(grid, turn, shift)}
         if octomap:
             plans["octomap"] = Plan.of_octree(octomap.tree, truth.coarse)
@@ -351,7 +346,6 @@ def run(seq, out, options):
             rows[name].append({"t_s": round(stamp * 1e-6, 3), **verdict})
         sheet = np.concatenate([p for panel in panels for p in (panel, np.full((panel.shape[0], 6, 3), 90, np.uint8))], 1)
         Image.fromarray(sheet).save(out / f"{stamp_text(stamp)}.png")
-    seconds = len(frames) / 15
     figures = {name: summary(table) for name, table in rows.items() if table}
     figures["ours"]["plan_ms"] = 1e3 * plan_s / max(1, len(rows["ours"]))
     if octomap:
@@ -379,6 +373,7 @@ def main():
     parser.add_argument("--segmenter", default="")
     parser.add_argument("--set", nargs="*", default=[], help="KEY=VALUE of `ygslam config`")
     parser.add_argument("--no-octomap", action="store_true")
+    parser.add_argument("--every", type=float, default=1.0, metavar="S", help="between two plans that are judged")
     parser.add_argument("--room", action="store_true", help="judge room().occupancy() in place of the live plan")
     arguments = parser.parse_args()
     arguments.set = dict(entry.split("=", 1) for entry in arguments.set)

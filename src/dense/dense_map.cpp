@@ -210,7 +210,6 @@ void DenseMap::finish() {
   fused_.sync(wanted());
   judge_.judge_space(fused_);
   fused_.sync(wanted());
-  plan_.forget_order();  // the judges have looked at all views in their order
   is_finished_ = true;
 }
 

@@ -69,13 +69,6 @@ void GroundPlan::stand_again(const SeenSpace& seen) {
   }
 }
 
-void GroundPlan::forget_order() {
-  for (auto& [key, block] : blocks_) {
-    block.through.fill(0);
-    observed_.push_back(key);
-  }
-}
-
 void GroundPlan::set_floor(const Gravity& gravity) {
   const Vec3 up = gravity.up_world.normalized();
   if (floor_ && floor_->up_world.dot(up) > kSameCos &&

@@ -20,7 +20,7 @@ struct GroundPlanConfig {
   double low_m = 0.10;         ///< what is lower can be driven over
   double high_m = 1.50;        ///< what is higher can be driven under
   double floor_seen_m = 0.30;  ///< air seen free below this vouches for the floor under it
-  double hidden_m = 0.10;  ///< a part of the column so high that nobody saw may hold an obstacle
+  double hidden_m = 0.05;  ///< a part of the column so high that nobody saw may hold an obstacle
   int min_views = 2;       ///< that an obstacle needs: ReadingConfig's
   int young_hits = 4;      ///< of what so few views saw, one view through disposes; of others two
 };
@@ -45,8 +45,6 @@ class GroundPlan {
   void observe(const SeenSpace& seen);
   /// What a view observed that was put in anew, at another pose: its surfaces stand again.
   void stand_again(const SeenSpace& seen);
-  /// From now on what all views count decides, until the next ones are observed.
-  void forget_order();
   /// Where the floor is; without one there is no plan. Little changes are left out, for all columns
   /// are laid anew.
   void set_floor(const Gravity& gravity);

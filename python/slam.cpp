@@ -4,6 +4,7 @@
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -57,10 +58,11 @@ class PySlam {
     const SlamUse use(slam_);
     return slam_->map();
   }
-  std::optional<api::OccupancyGrid> plan() {
+  /// As long as nothing changed the same object, as the library shares it; Python cannot change it.
+  std::shared_ptr<api::OccupancyGrid> plan() {
     const SlamUse use(slam_);
     const auto plan = slam_->plan();
-    return plan->cells.empty() ? std::nullopt : std::optional(*plan);
+    return plan->cells.empty() ? nullptr : std::const_pointer_cast<api::OccupancyGrid>(plan);
   }
   api::Room room() {
     const SlamUse use(slam_);
@@ -208,7 +210,7 @@ void bind_slam(nb::module_& m) {
            "The static room as it was published last, at once: free space, mesh, objects. If "
            "deterministic, and after finish(), that of now.")
       .def(
-          "plan", &PySlam::plan,
+          "plan", &PySlam::plan, nb::sig("def plan(self) -> OccupancyGrid | None"),
           "The ground plan for a robot that drives now, as it was published last, at once: made "
           "anew with each keyframe, and twice a second where the camera stands. Free: the floor or "
           "the air just above it was seen, and of the heights from dense.plan_low_m to "

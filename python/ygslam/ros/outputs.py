@@ -93,7 +93,7 @@ class Outputs:
         self._status.publish(message)
 
     def wants_room(self) -> bool:
-        return any(publisher.get_subscription_count() for publisher in (self._grid, self._cloud, self._mesh))
+        return any(publisher.get_subscription_count() for publisher in (self._cloud, self._mesh))
 
     def path(self, t_ns: int) -> None:
         if not self._path.get_subscription_count():
@@ -101,11 +101,13 @@ class Outputs:
         self._path.publish(Path(header=messages.header(t_ns, self._map), poses=[
             messages.pose_stamped(at_ns, self._map, pose) for at_ns, pose in list(self._walked)]))
 
-    def room(self, room, heights_m: tuple[float, float], most_triangles: int) -> None:
-        if self._grid.get_subscription_count():
-            self._grid.publish(map_messages.occupancy_grid(room, self._map, *heights_m))
+    def plan(self, grid) -> None:
+        """Kept for those who subscribe later."""
+        self._grid.publish(map_messages.occupancy_grid(grid, self._map))
+
+    def room(self, room, T_map_world: np.ndarray, most_triangles: int) -> None:
         if self._cloud.get_subscription_count():
-            self._cloud.publish(map_messages.cloud(map_messages.in_map(room.vertices, room), room.colors, room.t_ns,
-                                                   self._map))
+            self._cloud.publish(map_messages.cloud(map_messages.in_map(room.vertices, T_map_world), room.colors,
+                                                   room.t_ns, self._map))
         if self._mesh.get_subscription_count():
-            self._mesh.publish(map_messages.mesh_of(room, self._map, most_triangles))
+            self._mesh.publish(map_messages.mesh_of(room, T_map_world, self._map, most_triangles))

@@ -354,6 +354,36 @@ def run(seq, out, options):
     return figures
 
 
+def run_live(seq, options):
+    """As fast as the sequence's camera; between the frames it is looked which plan is there."""
+    import ygslam
+    frames = ygslam.open(str(seq))
+    slam = ygslam.Slam(frames.camera, segmenter=options.segmenter, options=options.set)
+    images = [frames[i] for i in range(len(frames))]
+    told, arrived, begin = [], [], time.perf_counter()
+
+    def watch_until(due):
+        while True:
+            plan = slam.plan()
+            if plan is not None and (not arrived or plan.t_ns > arrived[-1][0]):
+                arrived.append((plan.t_ns, time.perf_counter()))
+            if time.perf_counter() > due:
+                return
+            time.sleep(0.002)
+
+    for image in images:
+        watch_until(begin + (image.t_ns - images[0].t_ns) * 1e-9)
+        result = slam.process(image.rgb, image.depth, image.t_ns)
+        if any(event.name == "KEYFRAME" for event in result.events):
+            told.append((image.t_ns, time.perf_counter()))
+    watch_until(time.perf_counter() + 2)
+    first = arrived[0][0]  # before, no floor was known
+    waits = [1e3 * (min((at for t_ns, at in arrived if t_ns >= since), default=np.inf) - when)
+             for since, when in told if since >= first]
+    return {"keyframes": len(waits), "plans": len(arrived), "first_s": (first - images[0].t_ns) * 1e-9,
+            "latency_ms": {f"p{q}": round(float(np.percentile(waits, q)), 1) for q in (50, 90, 100)}}
+
+
 def summary(table):
     ghosts = [row["ghosts"] for row in table]
     last = table[-1]
@@ -372,13 +402,15 @@ def main():
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--segmenter", default="")
     parser.add_argument("--set", nargs="*", default=[], help="KEY=VALUE of `ygslam config`")
+    parser.add_argument("--live", action="store_true", help="measure the latency instead")
     parser.add_argument("--no-octomap", action="store_true")
     parser.add_argument("--every", type=float, default=1.0, metavar="S", help="between two plans that are judged")
     parser.add_argument("--room", action="store_true", help="judge room().occupancy() in place of the live plan")
     arguments = parser.parse_args()
     arguments.set = dict(entry.split("=", 1) for entry in arguments.set)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    print(json.dumps(run(arguments.seq, arguments.out, arguments), indent=1))
+    figures = run_live(arguments.seq, arguments) if arguments.live else run(arguments.seq, arguments.out, arguments)
+    print(json.dumps(figures, indent=1))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ struct DenseSink {
   /// At most every `every_s`, and for no more than a tenth of the thread's time.
   std::function<void(DenseMap&)> look{};
   double every_s = 1;
-  /// At once, for what cannot wait and is quick; for no more than a twentieth.
+  /// At once, for what cannot wait and is quick: for no more than a twentieth, but where it takes
+  /// longer than 7 ms.
   std::function<void(DenseMap&)> look_at_once{};
 };
 

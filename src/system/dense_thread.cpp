@@ -3,9 +3,9 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <ctime>
 #include <utility>
 
-#include "core/time.hpp"
 
 namespace ygslam {
 namespace {
@@ -13,12 +13,19 @@ namespace {
 constexpr int kNice = 10;           // tracking, mapping and the network go first
 constexpr double kMostShare = 0.1;  // of the thread's time, for the sink
 constexpr double kMostShareAtOnce = 0.05;
+constexpr double kLongestWait_s = 0.15;  // of what is shown at once, however long it took
+
+double thread_cpu_s() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 }  // namespace
 
 DenseThread::DenseThread(const DenseMapConfig& config, const Camera& camera, DenseSink sink)
     : map_(config, camera),
-      looks_{Look{std::move(sink.look_at_once), 0, kMostShareAtOnce},
+      looks_{Look{std::move(sink.look_at_once), 0, kMostShareAtOnce, kLongestWait_s},
              Look{std::move(sink.look), sink.every_s, kMostShare}},
       thread_([this](const std::stop_token& stop) { loop(stop); }, [this] { queue_.close(); }) {}
 
@@ -63,13 +70,15 @@ void DenseThread::show_if_due(const std::stop_token& stop) {
   for (Look& look : looks_) {
     if (!look.waits || stop.stop_requested() || std::chrono::steady_clock::now() < look.next)
       continue;
-    const ScopedTimer timer;
+    const double begin_s = thread_cpu_s();  // who has to wait for a processor took none of it
     {
       const std::lock_guard lock(mutex_);
       look.look(map_);
     }
     look.waits = false;
-    const double wait_s = std::max(look.every_s, 1e-3 * timer.wall_ms() / look.most_share);
+    const double share_s = (thread_cpu_s() - begin_s) / look.most_share;
+    const double wait_s =
+        std::clamp(share_s, look.every_s, std::max(look.every_s, look.most_wait_s));
     look.next = std::chrono::steady_clock::now() +
                 std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                     std::chrono::duration<double>(wait_s));

@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <optional>
 
@@ -39,7 +40,8 @@ class DenseThread {
   struct Look {
     std::function<void(DenseMap&)> look;
     double every_s, most_share;  // of the thread's time
-    bool waits = false;          // the map changed since
+    double most_wait_s = std::numeric_limits<double>::infinity();
+    bool waits = false;  // the map changed since
     std::chrono::steady_clock::time_point next{};
   };
 

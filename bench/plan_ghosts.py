@@ -1,7 +1,7 @@
 """Ground plans while people walk, second by second, against a rendered world: the library's and OctoMap's.
 
   ygslam simulate crowd --out SEQ --truth --fps 15 --seconds 20
-  PYTHONPATH=build/release/python plan_ghosts.py SEQ --out DIR [--live] [--no-octomap]
+  PYTHONPATH=build/release/python python bench/plan_ghosts.py SEQ ... --out DIR [--live] [--no-octomap]
 
 SEQ was rendered with --truth. Both get the same depth and the poses that the library found. OctoMap casts the rays of
 every fourth pixel of each third frame, with its own defaults. Cells are of 5 cm; obstacles stand from 0.10 to 1.50 m.
@@ -14,7 +14,7 @@ false_free    free cells that lie, whole, within what stands: cell seconds of al
 missed        share of the columns of what stands, seen by three frames, without an occupied cell within a cell
 free          share of the floor that three frames saw that is free; unknown, occupied: the rest
 false_occupied occupied cells farther than 10 cm from all that stands, where nobody was
-latency_ms    from a keyframe's result to the first plan that has it (--live), and the plan's share of a core
+latency_ms    from a keyframe's result to the first plan that has it (--live)
 """
 import argparse
 import json
@@ -312,7 +312,6 @@ def run(seq, out, options):
     octomap = None if options.no_octomap else OctoMap(truth.camera)
     turn, shift, next_s = None, None, None
     rows = {"ours": [], "octomap": []}
-    plan_s = 0.0
     for i in range(len(frames)):
         frame = frames[i]
         result = slam.process(frame.rgb, frame.depth, frame.t_ns)
@@ -330,9 +329,7 @@ def run(seq, out, options):
         if stamp * 1e-6 < next_s:
             continue
         next_s += options.every
-        begin = time.thread_time()
         grid = slam.plan() if not options.room else slam.room().occupancy(LOW_M, HIGH_M)
-        plan_s += time.thread_time() - begin
         if grid is None:
             continue
         plans = {"ours": Plan.of_grid(grid, turn, shift)}
@@ -347,7 +344,6 @@ def run(seq, out, options):
         sheet = np.concatenate([p for panel in panels for p in (panel, np.full((panel.shape[0], 6, 3), 90, np.uint8))], 1)
         Image.fromarray(sheet).save(out / f"{stamp_text(stamp)}.png")
     figures = {name: summary(table) for name, table in rows.items() if table}
-    figures["ours"]["plan_ms"] = 1e3 * plan_s / max(1, len(rows["ours"]))
     if octomap:
         figures["octomap"]["cpu_ms_per_view"] = 1e3 * octomap.seconds * OCTOMAP_EVERY / len(frames)
     (out / "plans.json").write_text(json.dumps({"figures": figures, "rows": rows}, indent=1))
@@ -396,10 +392,16 @@ def summary(table):
             **{k: round(last[k], 4) for k in ("missed", "free", "occupied", "unknown")}}
 
 
+def row_of(figures):
+    return (f"{figures['ghosts_mean']:7.2f} {figures['ghosts_most']:5} {figures['ghosts_unseen_mean']:8.1f} "
+            f"{figures['on_people_mean']:8.1f} {figures['false_free']:7} {figures['false_occupied_mean']:7.1f} "
+            f"{100 * figures['missed']:7.1f} {100 * figures['free']:6.1f} {100 * figures['unknown']:7.1f}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("seq", type=Path)
-    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("seq", type=Path, nargs="+")
+    parser.add_argument("--out", type=Path, required=True, help="pictures of both plans and plans.json, by sequence")
     parser.add_argument("--segmenter", default="")
     parser.add_argument("--set", nargs="*", default=[], help="KEY=VALUE of `ygslam config`")
     parser.add_argument("--live", action="store_true", help="measure the latency instead")
@@ -408,9 +410,16 @@ def main():
     parser.add_argument("--room", action="store_true", help="judge room().occupancy() in place of the live plan")
     arguments = parser.parse_args()
     arguments.set = dict(entry.split("=", 1) for entry in arguments.set)
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    figures = run_live(arguments.seq, arguments) if arguments.live else run(arguments.seq, arguments.out, arguments)
-    print(json.dumps(figures, indent=1))
+    if not arguments.live:
+        print(f"{'':28}  ghosts  most   unseen onpeople  f.free f.occup. missed%  free% unknown%")
+    for seq in arguments.seq:
+        out = arguments.out / seq.name
+        out.mkdir(parents=True, exist_ok=True)
+        if arguments.live:
+            print(seq.name, json.dumps(run_live(seq, arguments)))
+            continue
+        for name, figures in run(seq, out, arguments).items():
+            print(f"{seq.name:20}{name:8}", row_of(figures), flush=True)
 
 
 if __name__ == "__main__":

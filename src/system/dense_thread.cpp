@@ -6,7 +6,6 @@
 #include <ctime>
 #include <utility>
 
-
 namespace ygslam {
 namespace {
 

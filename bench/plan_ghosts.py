@@ -178,12 +178,10 @@ class Truth:
         stamp = min(self.poses, key=lambda s: abs(s * 1e-6 - now))
         centres = self.coarse.centres()
         self.under_people = np.zeros(len(centres), bool)
-        self.discs = []
         for number in self.people:
             place = self.paths.get(number, {}).get(stamp)
             if place is None:
                 continue
-            self.discs.append(place[:2])
             self.under_people |= np.linalg.norm(centres - place[:2], axis=1) < BODY_M
         self.under_people = self.under_people.reshape(self.coarse.shape)
 
@@ -219,22 +217,20 @@ class Truth:
         inner = self.fine.look_up(binary_erosion(self.fixed_fine, np.ones((5, 5))), at, False)
         false_free = free & inner
         floor = (self.floor_views >= LEAST_VIEWS) & ~binary_dilation(stands, disc(1)) & (self.views == 0)
-        on_floor = look_up(floor)
         shown = plan.raster(self.coarse, OCCUPIED)
         known = (self.views >= LEAST_VIEWS) & self.fixed
         floor_count = max(1, floor.sum())
-        free_raster, taken = plan.raster(self.coarse, FREE), shown
+        free_raster = plan.raster(self.coarse, FREE)
         return {"ghosts": int(ghosts.sum()), "ghosts_unseen": int((odd & around & ~ghosts).sum()),
                 "on_people": int((occupied & look_up(self.under_people) & ~near).sum()),
                 "false_free": int(false_free.sum()),
-                "false_free_seen": int((false_free & look_up(known)).sum()),
                 "missed": float((known & ~binary_dilation(shown, np.ones((3, 3)))).sum() / max(1, known.sum())),
                 "free": float((floor & free_raster).sum() / floor_count),
-                "occupied": float((floor & taken & ~free_raster).sum() / floor_count),
-                "unknown": float((floor & ~free_raster & ~taken).sum() / floor_count),
+                "occupied": float((floor & shown & ~free_raster).sum() / floor_count),
+                "unknown": float((floor & ~free_raster & ~shown).sum() / floor_count),
                 "false_occupied": int((odd & ~around).sum()),
                 "marks": {"ghost": at[ghosts], "unseen": at[odd & around & ~ghosts], "free": at[false_free],
-                          "odd": at[odd & ~around]}, "on_floor": int(on_floor.sum())}
+                          "odd": at[odd & ~around]}}
 
 
 class Plan:
@@ -272,8 +268,9 @@ class Plan:
                                      for dy in (-quarter, quarter)])
 
 
-def picture(truth, plan, verdict, title):
-    """Grey: unknown; white: free; black: occupied; red: ghosts; blue: people; green: what stands and is free."""
+def picture(truth, plan, verdict):
+    """Grey: unknown; white: free; black: occupied; blue: people; red: ghosts; orange: ghosts_unseen; violet:
+    false_occupied; green: false_free."""
     raster = truth.coarse
     image = np.full((*raster.shape, 3), 150, np.uint8)
     image[plan.raster(raster, FREE)] = 255
@@ -338,11 +335,10 @@ def run(seq, out, options):
         panels = []
         for name, plan in plans.items():
             verdict = truth.judge(plan)
-            panels.append(picture(truth, plan, verdict, name))
+            panels.append(np.pad(picture(truth, plan, verdict), ((0, 0), (0, 6), (0, 0)), constant_values=90))
             del verdict["marks"]
             rows[name].append({"t_s": round(stamp * 1e-6, 3), **verdict})
-        sheet = np.concatenate([p for panel in panels for p in (panel, np.full((panel.shape[0], 6, 3), 90, np.uint8))], 1)
-        Image.fromarray(sheet).save(out / f"{stamp_text(stamp)}.png")
+        Image.fromarray(np.concatenate(panels, 1)).save(out / f"{stamp_text(stamp)}.png")
     figures = {name: summary(table) for name, table in rows.items() if table}
     if octomap:
         figures["octomap"]["cpu_ms_per_view"] = 1e3 * octomap.seconds * OCTOMAP_EVERY / len(frames)
@@ -387,7 +383,6 @@ def summary(table):
             "ghosts_unseen_mean": float(np.mean([r["ghosts_unseen"] for r in table])),
             "on_people_mean": float(np.mean([r["on_people"] for r in table])),
             "false_free": int(sum(r["false_free"] for r in table)),
-            "false_free_seen": int(sum(r["false_free_seen"] for r in table)),
             "false_occupied_mean": float(np.mean([r["false_occupied"] for r in table])),
             **{k: round(last[k], 4) for k in ("missed", "free", "occupied", "unknown")}}
 

@@ -11,6 +11,7 @@
 
 #include "core/rng.hpp"
 #include "core/time.hpp"
+#include "dense/ground_plan.hpp"
 #include "volume/mesher.hpp"
 #include "volume/reading.hpp"
 #include "volume_bench_frames.hpp"
@@ -98,7 +99,9 @@ void measure(const Views& input, double voxel_m, const Options& options) {
   Volume volume(config);
   Mesher mesher;
   PreparedView prepared;
-  Times prepare, integrate, deintegrate, update, touched;
+  GroundPlan plan{GroundPlanConfig{}};
+  plan.set_floor({Vec3::UnitZ(), 0, true});  // where recordings with a truth have it
+  Times prepare, integrate, deintegrate, update, touched, planning;
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     {
       const ScopedTimer timer;
@@ -107,8 +110,13 @@ void measure(const Views& input, double voxel_m, const Options& options) {
     }
     {
       const ScopedTimer timer;
-      volume.integrate(input.views[i], input.T_world_camera[i]);
+      const SeenSpace& seen = volume.integrate(input.views[i], input.T_world_camera[i]);
       integrate.ms.push_back(timer.cpu_ms());
+      const ScopedTimer plan_timer;
+      plan.observe(seen);
+      plan.update(volume.space(), volume.take_changed_space());
+      static_cast<void>(plan.grid());
+      planning.ms.push_back(plan_timer.cpu_ms());
     }
     const ScopedTimer timer;
     touched.ms.push_back(mesher.update(volume));
@@ -119,6 +127,8 @@ void measure(const Views& input, double voxel_m, const Options& options) {
               integrate.at(0.5), integrate.at(0.99), prepare.at(0.5));
   std::printf("  mesh of changed  median %6.1f ms, p99 %6.1f (%.0f blocks)\n", update.at(0.5),
               update.at(0.99), touched.at(0.5));
+  std::printf("  ground plan      median %6.1f ms, p99 %6.1f, %.1f MB\n", planning.at(0.5),
+              planning.at(0.99), megabytes(plan.memory_bytes()));
   const ScopedTimer joining;
   const TriangleMesh joined = mesher.mesh(volume);
   const double joining_ms = joining.cpu_ms();

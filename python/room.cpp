@@ -58,6 +58,7 @@ void bind_parts(nb::module_& m) {
           nb::rv_policy::automatic,
           "(H, W) int8, row 0 has the smallest y: -1 unknown, 0 free, 100 occupied")
       .def_ro("resolution_m", &api::OccupancyGrid::resolution_m)
+      .def_ro("t_ns", &api::OccupancyGrid::t_ns, "newest image in it; 0 = none")
       .def_ro("origin_m", &api::OccupancyGrid::origin_m, "x, y: lower left corner of cells[0, 0]")
       .def_prop_ro(
           "T_world_floor", [](const api::OccupancyGrid& g) { return to_matrix(g.T_world_floor); },

@@ -1,7 +1,10 @@
 // ygslam.Slam.
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -55,6 +58,12 @@ class PySlam {
     const SlamUse use(slam_);
     return slam_->map();
   }
+  /// As long as nothing changed the same object, as the library shares it; Python cannot change it.
+  std::shared_ptr<api::OccupancyGrid> plan() {
+    const SlamUse use(slam_);
+    const auto plan = slam_->plan();
+    return plan->cells.empty() ? nullptr : std::const_pointer_cast<api::OccupancyGrid>(plan);
+  }
   api::Room room() {
     const SlamUse use(slam_);
     return slam_->room();
@@ -93,7 +102,8 @@ void construct(PySlam* self, const api::CameraModel& camera, const std::filesyst
                bool keep_trajectory, const std::string& view,
                const std::map<std::string, std::string>& options, double room_every_s,
                const std::optional<api::CameraModel>& depth_camera,
-               const nb::object& T_colour_depth) {
+               const nb::object& T_colour_depth,
+               const std::optional<std::pair<std::array<double, 3>, double>>& floor) {
   api::Settings settings;
   settings.camera = camera;
   settings.model = model.string();
@@ -106,6 +116,7 @@ void construct(PySlam* self, const api::CameraModel& camera, const std::filesyst
   settings.view = view;
   settings.options = options;
   settings.room_every_s = room_every_s;
+  if (floor) settings.floor = api::Floor{floor->first, floor->second};
   if (!depth_camera && !T_colour_depth.is_none())
     throw nb::value_error("T_colour_depth: a depth_camera is expected with it");
   if (depth_camera) settings.depth_camera = api::DepthCamera{*depth_camera, {}};
@@ -172,21 +183,24 @@ void bind_frame_calls(nb::class_<PySlam>& slam) {
 void bind_slam(nb::module_& m) {
   nb::class_<PySlam> slam(m, "Slam",
                           "One RGB-D frame in, one result out. One thread at a time may use it.");
-  slam.def(
-      "__init__", &construct, nb::arg("camera"), nb::kw_only(), nb::arg("model") = "",
-      nb::arg("segmenter") = "", nb::arg("dynamic") = "", nb::arg("load_map") = "",
-      nb::arg("localize_only") = false, nb::arg("deterministic") = false,
-      nb::arg("keep_trajectory") = true, nb::arg("view") = "",
-      nb::arg("options") = std::map<std::string, std::string>{}, nb::arg("room_every_s") = 1.0,
-      nb::arg("depth_camera") = nb::none(), nb::arg("T_colour_depth") = nb::none(),
-      "model: a YOLOv8-seg network (.onnx, .xml). segmenter: model, builtin, none, masks:DIR, "
-      "frames; without it the model, else the built-in network. dynamic: off, geometry, "
-      "semantic, full; without it full where there are masks, else geometry. load_map: map of "
-      "an earlier run to go on with; localize_only: it stays as it is. deterministic: same "
-      "input, same result. view: where a page shows the run, e.g. \"127.0.0.1:8765\" (port 0: "
-      "any). options: keys of `ygslam config`. room_every_s: how often map() and room() are "
-      "renewed at most. depth_camera: the camera that takes the depth images, where they are "
-      "not registered; T_colour_depth: (4, 4), from its optical frame to the colour camera's.");
+  slam.def("__init__", &construct, nb::arg("camera"), nb::kw_only(), nb::arg("model") = "",
+           nb::arg("segmenter") = "", nb::arg("dynamic") = "", nb::arg("load_map") = "",
+           nb::arg("localize_only") = false, nb::arg("deterministic") = false,
+           nb::arg("keep_trajectory") = true, nb::arg("view") = "",
+           nb::arg("options") = std::map<std::string, std::string>{}, nb::arg("room_every_s") = 1.0,
+           nb::arg("depth_camera") = nb::none(), nb::arg("T_colour_depth") = nb::none(),
+           nb::arg("floor") = nb::none(),
+           "model: a YOLOv8-seg network (.onnx, .xml). segmenter: model, builtin, none, masks:DIR, "
+           "frames; without it the model, else the built-in network. dynamic: off, geometry, "
+           "semantic, full; without it full where there are masks, else geometry. load_map: map of "
+           "an earlier run to go on with; localize_only: it stays as it is. deterministic: same "
+           "input, same result. view: where a page shows the run, e.g. \"127.0.0.1:8765\" (port 0: "
+           "any). options: keys of `ygslam config`. room_every_s: how often map() and room() are "
+           "renewed at most. depth_camera: the camera that takes the depth images, where they are "
+           "not registered; T_colour_depth: (4, 4), from its optical frame to the colour camera's. "
+           "floor: (up, metres): where the floor of plan() is in the world, its height along up; "
+           "else it "
+           "is found.");
   bind_frame_calls(slam);
   slam.def("poll", &PySlam::poll,
            "The next Result of what was pushed, oldest first, or None. The last 64 are kept.")
@@ -195,6 +209,13 @@ void bind_slam(nb::module_& m) {
       .def("room", &PySlam::room,
            "The static room as it was published last, at once: free space, mesh, objects. If "
            "deterministic, and after finish(), that of now.")
+      .def(
+          "plan", &PySlam::plan, nb::sig("def plan(self) -> OccupancyGrid | None"),
+          "The ground plan for a robot that drives now, as it was published last, at once: made "
+          "anew with each keyframe, and twice a second where the camera stands. Free: the floor or "
+          "the air just above it was seen, and of the heights from dense.plan_low_m to "
+          "dense.plan_high_m no 10 cm are unseen. None as long as no floor is known. If "
+          "deterministic, and after finish(), that of now.")
       .def("save_map", &PySlam::save_map, nb::arg("path"),
            "Writes the map to a file, whole or not at all.")
       .def("reset", &PySlam::reset, "Forgets all but settings and network.")

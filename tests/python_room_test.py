@@ -86,6 +86,47 @@ class Rooms(RoomTest):
             self.assertGreater(len(slam.room().vertices), 100)
 
 
+class Plan(RoomTest):
+    def test_it_is_the_same_object_until_something_changes(self):
+        slam = ygslam.Slam(self.frames.camera, segmenter="none", deterministic=True)
+        self.assertIsNone(slam.plan())
+        for frame in self.frames:
+            slam.process(frame.rgb, frame.depth, frame.t_ns)
+        plan = slam.plan()
+        self.assertIs(slam.plan(), plan)
+        self.assertGreater(plan.t_ns, self.frames[0].t_ns)
+        self.assertEqual(plan.cells.dtype, np.int8)
+        self.assertFalse(plan.cells.flags.writeable)
+        self.assertLessEqual({0, 100}, set(np.unique(plan.cells)))
+        room = slam.room()
+        np.testing.assert_allclose(plan.T_world_floor, room.T_world_floor, atol=0.05)
+        del slam
+        self.assertGreater(np.sum(plan.cells == 0), 10)
+
+    def test_heights_and_floor_are_the_robots(self):
+        def occupied(floor, **heights):
+            slam = ygslam.Slam(self.frames.camera, segmenter="none", deterministic=True, floor=floor,
+                               options={f"dense.plan_{name}_m": str(m) for name, m in heights.items()})
+            for frame in self.frames:
+                slam.process(frame.rgb, frame.depth, frame.t_ns)
+            plan = slam.plan()
+            return plan, int(np.sum(plan.cells == 100))
+
+        plan, all_of_it = occupied(None)
+        floor = plan.T_world_floor
+        given = floor[:3, 2].tolist(), float(floor[:3, 2] @ floor[:3, 3])
+        again, as_many = occupied(given)
+        np.testing.assert_allclose(again.T_world_floor, floor, atol=1e-9)
+        self.assertLess(abs(as_many - all_of_it), 0.1 * all_of_it)
+        self.assertLess(occupied(given, low=1.2, high=1.5)[1], all_of_it)
+        for floor in (([0, 0, 0], 1.0), ([0, 1, 0], float("nan"))):
+            with self.assertRaisesRegex(ygslam.ConfigError, "floor: "):
+                ygslam.Slam(self.frames.camera, segmenter="none", floor=floor)
+        with self.assertRaisesRegex(ygslam.ConfigError, "plan_low_m must be less than dense.plan_high_m"):
+            ygslam.Slam(self.frames.camera, segmenter="none",
+                        options={"dense.plan_low_m": "2", "dense.plan_high_m": "1"})
+
+
 class Results(RoomTest):
     def test_events_and_covariance(self):
         slam = ygslam.Slam(self.frames.camera, segmenter="none", deterministic=True)

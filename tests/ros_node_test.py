@@ -245,6 +245,18 @@ class Outputs(RosTest):
         self.assertEqual((mesh.ns, mesh.type, mesh.color.a), ("mesh", Marker.TRIANGLE_LIST, 1.0))
         self.assertGreater(len(self.ears.wait("/ygslam/path", len)[-1].poses), 2)
 
+    def test_the_plan_follows_the_keyframes_above_a_floor_that_is_given(self):
+        """Long before the rest of the map is due, and in the frame of /tf."""
+        self.listen(status=DiagnosticArray)
+        self.ears.listen(OccupancyGrid, "/ygslam/map", KEPT)
+        self.ears.listen(TFMessage, "/tf", 100)
+        self.node(floor_at_base=True, map_high_m=0.6, map_period_s=3600.0)
+        self.stream(self.camera(), 60)
+        grids = self.ears.wait("/ygslam/map", lambda said: len({stamp_of(m) for m in said}) > 1)
+        self.assertIn(100, grids[-1].data)
+        last = [t for m in self.ears.wait("/tf", len) for t in m.transforms if t.header.frame_id == "map"][-1]
+        self.assertAlmostEqual(last.transform.translation.z, 0, delta=0.2)  # drift between map and odom
+
     def test_people_and_objects(self):
         self.listen(people=People, objects=Detection3DArray)
         self.node(segmenter="builtin")

@@ -72,6 +72,12 @@ struct DepthCamera {
   Pose T_colour_depth;  ///< from its optical frame to that of the colour camera
 };
 
+/// In the world, which is the first camera or that of a loaded map.
+struct Floor {
+  std::array<double, 3> up_world{0, -1, 0};  ///< of any length; the first camera's y axis is down
+  double floor_m = 0;                        ///< height of the floor along it
+};
+
 struct Result;
 
 enum class LogLevel { kInfo, kWarning, kError };
@@ -106,6 +112,9 @@ struct Settings {
   /// How often at most room() is renewed while frames come; it takes the dense map's thread no more
   /// than a tenth of its time. 0: as often as that allows.
   double room_every_s = 1;
+  /// Where the floor of plan() is, where that is known: of a robot whose camera was measured. Else
+  /// it is found.
+  std::optional<Floor> floor;
   /// Takes the results of push() in place of poll(), in the thread that processes; it may not call
   /// the object, and what it throws is ignored.
   std::function<void(const Result&)> on_result;
@@ -277,6 +286,7 @@ struct OccupancyGrid {
   std::array<double, 2> origin_m{0, 0};  ///< lower left corner of the first cell
   std::vector<std::int8_t> cells;        ///< row 0 has the smallest y; -1 unknown, 0 free, 100 not
   Pose T_world_floor;
+  std::int64_t t_ns = 0;  ///< newest image in it; 0 = none
 };
 
 enum class Space { kUnknown, kFree, kOccupied };
@@ -360,6 +370,14 @@ class YGSLAM_API Slam {
   /// The static room as it was published last, at once. If deterministic, and after finish(), it is
   /// that of now, which takes its time once a frame. @throws Error (1, 2)
   Room room();
+  /// The ground plan for a robot that drives now: made anew with each keyframe, and twice a second
+  /// where the camera stands, as it was published last, at once. Occupied: something stands between
+  /// the options dense.plan_low_m and dense.plan_high_m above the floor. Free: the floor or the air
+  /// just above it was seen, and of the heights between them no 10 cm are unseen. People are left
+  /// out, and what the last views saw through is free, however long it stood there. Empty as long
+  /// as no floor is known. Never to be changed. If deterministic, and after finish(), that of now.
+  /// @throws Error (1, 2)
+  std::shared_ptr<const OccupancyGrid> plan();
   /// Writes the map as it is now to a file, whole or not at all. @throws Error (9, 1, 2)
   void save_map(const std::string& path);
   /// Forgets everything but settings and network; the next frame starts a new world, or is placed

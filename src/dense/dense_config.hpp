@@ -1,6 +1,7 @@
 // Settings of the dense map.
 #pragma once
 
+#include "dense/ground_plan.hpp"
 #include "dense/object_map.hpp"
 #include "dense/space_changes.hpp"
 #include "volume/mesher.hpp"
@@ -14,6 +15,7 @@ struct DenseMapConfig {
   ReadingConfig reading;
   ObjectMapConfig objects;  ///< its cells are as large as those of the volume's space
   SpaceChangesConfig changes;
+  GroundPlanConfig plan;
   int margin_px = 6;  ///< this far around a mover nothing is taken: masks and depth have soft edges
   double interval_s = 0.5;  ///< without a view for so long, a frame is offered; 0: keyframes alone
   double min_new = 0.02;    ///< share of a frame's surface, less of which is not worth a view

@@ -211,6 +211,59 @@ TEST(DenseFrames, WhatGoesBitByBitIsTakenOutOnceASecond) {
   room.expect_pure();
 }
 
+/// Of the plan, where the carton's middle is or was.
+GroundState at_carton(DenseMap& map) {
+  const GroundGrid plan = live_plan(map);
+  const Vec3 middle = 0.5 * (carton.low + carton.high);
+  const Vec2 p = (plan.T_world_floor.inverse() * middle).head<2>();
+  const Vec2 cell = ((p - plan.origin_floor) / plan.cell_m).array().floor();
+  if (cell.minCoeff() < 0 || cell.x() >= plan.width || cell.y() >= plan.height)
+    return GroundState::kUnknown;
+  return plan.cells[static_cast<std::size_t>(cell.y() * plan.width + cell.x())];
+}
+
+DenseMapConfig low_robot() {
+  DenseMapConfig config = object_test::room_config();
+  config.plan.high_m = 0.5;  // views of this room look down
+  return config;
+}
+
+TEST(DenseFrames, ThePlanFreesAPlaceWithTwoViewsThatLookThrough) {
+  KnownRoom room(low_robot(), {carton});
+  EXPECT_EQ(at_carton(room.map), GroundState::kOccupied);
+  room.world.cuboids.pop_back();
+  for (int i = 0; i < 2; ++i) room.look(object_test::view_pose(2 + i), 7.5 + 0.5 * i);
+  EXPECT_EQ(at_carton(room.map), GroundState::kFree) << "seven views saw it";
+  EXPECT_EQ(room.map.planned(), KnownRoom::stamp_of(8));
+  room.map.finish();
+  EXPECT_EQ(at_carton(room.map), GroundState::kFree);
+}
+
+TEST(DenseFrames, AFrameThatShowsNothingNewTellsThePlanWhatIsFree) {
+  KnownRoom room(low_robot());
+  room.look(object_test::view_pose(3), 7);
+  EXPECT_EQ(room.map.volume().views(), 7);
+  static_cast<void>(live_plan(room.map));
+  EXPECT_EQ(room.map.planned(), KnownRoom::stamp_of(7));
+}
+
+TEST(DenseFrames, ThePlanMovesWithTheMap) {
+  KnownRoom room(low_robot(), {carton});
+  const GroundGrid before = live_plan(room.map);
+  const SE3 shift(Mat3::Identity(), Vec3(0.4, 0, -0.8));  // whole cells
+  for (auto& [id, T_world_camera] : room.poses) T_world_camera = shift * T_world_camera;
+  room.give({});
+  KnownRoom again(low_robot(), {carton});
+  const GroundGrid now = live_plan(room.map);
+  ASSERT_TRUE(room.map.plan().has_floor());
+  const auto occupied = [](const GroundGrid& plan) {
+    return static_cast<double>(std::ranges::count(plan.cells, GroundState::kOccupied));
+  };
+  EXPECT_GT(occupied(before), 100);
+  EXPECT_NEAR(occupied(now), occupied(before), 0.05 * occupied(before));
+  EXPECT_NE(at_carton(room.map), GroundState::kUnknown);
+}
+
 TEST(DenseFrames, OfOnePlaceAreOnlySoManyHoweverNewEachOfThemLooks) {
   DenseMapConfig config = object_test::room_config();
   config.min_new = 0;  // all of them, as noise would have it

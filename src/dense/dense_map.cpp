@@ -15,6 +15,12 @@ namespace {
 constexpr double kLooseVoxels = 0.5;
 constexpr double kGather_s = 1;  // of what each new view removes from older ones while people walk
 
+GroundPlanConfig plan_config(const DenseMapConfig& config) {
+  GroundPlanConfig plan = config.plan;
+  plan.min_views = config.reading.min_views;
+  return plan;
+}
+
 double loose_m(const DenseMapConfig& config) {
   return kLooseVoxels * config.volume.surface.voxel_m;
 }
@@ -34,7 +40,8 @@ DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
       camera_(camera),
       fused_(config, unpacker_),
       judge_(config, camera, unpacker_),
-      policy_(config, unpacker_) {
+      policy_(config, unpacker_),
+      plan_(plan_config(config)) {
   CHECK(config.objects.cell_m == config.volume.space.cell_m);
 }
 
@@ -111,8 +118,12 @@ bool DenseMap::step() {
   const std::optional<DenseViewId> next = most_out_of_place();
   if (!next) return judge_corrected();
   if (drop_needless(*next)) return true;
-  const bool is_new = !fused_.contains(*next);
+  const ViewPlacement* before = fused_.find(*next);
+  const bool is_new = before == nullptr;
+  const std::optional<SE3> T_world_before =
+      is_new ? std::nullopt : std::optional(before->T_world_camera);
   bring_up_to_date(*next, loose_m(config_));
+  note_in_plan(*next, T_world_before);
   if (out_of_place_m(*next, views_.at(*next)) > loose_m(config_)) return false;  // it is full
   if (is_new) cull(*next);
   return true;
@@ -128,6 +139,10 @@ bool DenseMap::drop_needless(DenseViewId id) {
   const DenseView& view = views_.at(id);
   if (!view.T_world_camera || !policy_.is_undecided(id, view)) return false;
   if (policy_.enters(id, view, judge_, fused_)) return false;
+  PixelState state;
+  state.ids.assign(view.observations.size(), kNoSceneObject);
+  plan_.observe(fused_.observe({view.images, view.stamp, *view.T_world_camera, std::move(state)}));
+  planned_ = std::max(planned_, view.stamp);
   views_.remove(id);
   return true;
 }
@@ -144,6 +159,33 @@ void DenseMap::bring_up_to_date(DenseViewId id, double tolerance_m) {
   }
   fused_.sync(id, {view.images, view.stamp, *view.T_world_camera, *judge_.state(id)}, tolerance_m);
   synced_at_[id] = newest_;
+}
+
+void DenseMap::note_in_plan(DenseViewId id, const std::optional<SE3>& T_world_before) {
+  const ViewPlacement* now = fused_.find(id);
+  if (now == nullptr) return;
+  ++placements_;
+  if (!T_world_before)
+    plan_.observe(fused_.observed_space(id));
+  else if (distance_m(*T_world_before, now->T_world_camera) > loose_m(config_))
+    plan_.stand_again(fused_.observed_space(id));
+  planned_ = std::max(planned_, views_.at(id).stamp);
+  plan_.update(fused_.volume().space(), fused_.take_changed_space());
+}
+
+bool DenseMap::wants_floor() const {
+  constexpr double kMore = 1.5;
+  return placements_ > looked_for_floor_ && placements_ >= kMore * looked_for_floor_;
+}
+
+void DenseMap::set_floor(const Gravity& gravity) {
+  looked_for_floor_ = placements_;
+  if (gravity.has_floor) plan_.set_floor(gravity);
+}
+
+GroundPlan& DenseMap::plan() {
+  plan_.update(fused_.volume().space(), fused_.take_changed_space());
+  return plan_;
 }
 
 void DenseMap::cull(DenseViewId newest) {

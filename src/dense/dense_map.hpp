@@ -11,6 +11,7 @@
 #include "dense/dense_config.hpp"
 #include "dense/dense_frame.hpp"
 #include "dense/fused_volume.hpp"
+#include "dense/ground_plan.hpp"
 #include "dense/pixel_judge.hpp"
 #include "dense/view_policy.hpp"
 #include "dense/view_store.hpp"
@@ -46,6 +47,9 @@ class DenseMap {
   [[nodiscard]] TriangleMesh mesh() { return fused_.mesh(); }
   [[nodiscard]] std::vector<ColouredPoint> cloud() { return coloured_points(mesh()); }
   [[nodiscard]] const Volume& volume() const { return fused_.volume(); }
+  /// As of the contributions that are in, and of frames that entered nothing but showed what is
+  /// free. Without a floor it is empty (live_plan() looks for it).
+  [[nodiscard]] GroundPlan& plan();
   [[nodiscard]] const ObjectMap& objects() const { return judge_.objects(); }
   [[nodiscard]] const DenseMapConfig& config() const { return config_; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
@@ -57,6 +61,13 @@ class DenseMap {
   };
   /// Of all that is in.
   [[nodiscard]] std::vector<PlacedView> views() const;
+  /// Whether the floor should be looked for: at first with each view, then the more seldom the
+  /// more there are.
+  [[nodiscard]] bool wants_floor() const;
+  /// What was found, be it no floor.
+  void set_floor(const Gravity& gravity);
+  /// Of the newest image that the plan has seen.
+  [[nodiscard]] Timestamp planned() const { return planned_; }
   /// What of the view is in, unpacked.
   [[nodiscard]] DepthView images(const PlacedView& view) { return fused_.pixels(view.id); }
   /// Of the volume, its mesh and the views' images.
@@ -76,6 +87,8 @@ class DenseMap {
   /// Removes frames of which the map has enough since this view is in; looks at a few of them.
   void cull(DenseViewId newest);
   void remove(DenseViewId id);
+  /// @param T_world_before where the view was in the map; nullopt: it was not.
+  void note_in_plan(DenseViewId id, const std::optional<SE3>& T_world_before);
   void take_in_new_frames();
   /// Of all views that have a place and were judged.
   [[nodiscard]] FusedVolume::Placements wanted() const;
@@ -87,7 +100,10 @@ class DenseMap {
   FusedVolume fused_;
   PixelJudge judge_;
   ViewPolicy policy_;
-  Timestamp newest_;                            // of all images that came
+  GroundPlan plan_;
+  int placements_ = 0, looked_for_floor_ = 0;  // of views, again after corrections, too
+  Timestamp planned_;
+  Timestamp newest_;                            // of the images that came
   std::map<DenseViewId, Timestamp> synced_at_;  // newest_ when the view was brought up to date
   bool is_finished_ = false;                    // nothing changed since
 };

@@ -51,6 +51,8 @@ class FusedVolume {
   [[nodiscard]] const SeenSpace& observe(const ViewPlacement& view);
 
   [[nodiscard]] const Volume& volume() const { return volume_; }
+  /// SpaceLayer::take_changed().
+  [[nodiscard]] std::vector<BlockKey> take_changed_space() { return volume_.take_changed_space(); }
   [[nodiscard]] TriangleMesh mesh();
   /// Of the volume, its mesh and what is known of views' space.
   [[nodiscard]] std::size_t memory_bytes() const;

@@ -15,9 +15,14 @@ class PublishedMap {
   /// Keyframes and landmarks.
   void show(const Map& map);
   void show(std::shared_ptr<const Room::Impl> room) { room_.store(std::move(room)); }
-  void forget_room() { room_.store(std::make_shared<const Room::Impl>()); }
+  void show(std::shared_ptr<const OccupancyGrid> plan) { plan_.store(std::move(plan)); }
+  void forget_room() {
+    room_.store(std::make_shared<const Room::Impl>());
+    plan_.store(std::make_shared<const OccupancyGrid>());
+  }
 
   [[nodiscard]] Room room() const { return Room(room_.load()); }
+  [[nodiscard]] std::shared_ptr<const OccupancyGrid> plan() const { return plan_.load(); }
   [[nodiscard]] MapSnapshot map() const;
 
  private:
@@ -27,6 +32,7 @@ class PublishedMap {
   };
   Published<Sparse> sparse_{std::make_shared<const Sparse>()};
   Published<Room::Impl> room_{std::make_shared<const Room::Impl>()};
+  Published<OccupancyGrid> plan_{std::make_shared<const OccupancyGrid>()};
 };
 
 }  // namespace ygslam::api

@@ -95,6 +95,20 @@ std::shared_ptr<const Room::Impl> make_room(DenseMap& map) {
   return make_room(quick_scene(map), newest.ns);
 }
 
+std::shared_ptr<const OccupancyGrid> make_plan(DenseMap& map, const std::optional<Gravity>& floor) {
+  const GroundGrid from = live_plan(map, floor);
+  auto plan = std::make_shared<OccupancyGrid>();
+  plan->t_ns = map.planned().ns;
+  plan->width = from.width;
+  plan->height = from.height;
+  plan->resolution_m = map.config().volume.space.cell_m;
+  plan->origin_m = {from.origin_floor.x(), from.origin_floor.y()};
+  plan->T_world_floor = api::to_api(from.T_world_floor);
+  plan->cells.reserve(from.cells.size());
+  for (const GroundState state : from.cells) plan->cells.push_back(static_cast<std::int8_t>(state));
+  return plan;
+}
+
 std::shared_ptr<const Room::Impl> make_room(StaticScene scene, std::int64_t t_ns) {
   auto room = std::make_shared<Room::Impl>();
   room->t_ns = t_ns;
@@ -107,6 +121,7 @@ std::shared_ptr<const Room::Impl> make_room(StaticScene scene, std::int64_t t_ns
   // One too large is refused when it is asked for.
   if (auto grid = make_occupancy_grid(room->space, room->gravity, usual); grid.ok())
     room->grids.emplace(heights_m, to_api(*grid));
+  for (auto& [unused, grid] : room->grids) grid.t_ns = t_ns;
   return room;
 }
 
@@ -128,6 +143,7 @@ OccupancyGrid Room::occupancy(double min_m, double max_m) const {
   const auto found = impl_->grids.find({min_m, max_m});
   if (found != impl_->grids.end()) return found->second;
   OccupancyGrid grid = make_grid(*impl_, {min_m, max_m});
+  grid.t_ns = impl_->t_ns;
   if (impl_->grids.size() < kMostGrids) impl_->grids.emplace(Impl::Band{min_m, max_m}, grid);
   return grid;
 }

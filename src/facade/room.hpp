@@ -3,6 +3,7 @@
 
 #include <map>
 #include <mutex>
+#include <optional>
 
 #include "dense/dense_map.hpp"
 #include "scene/scene.hpp"
@@ -24,6 +25,9 @@ struct Room::Impl {
 
 /// Of the map as it is; with the plan of the usual heights.
 [[nodiscard]] std::shared_ptr<const Room::Impl> make_room(DenseMap& map);
+/// The ground plan as it is now. @param floor given, in place of one that is found.
+[[nodiscard]] std::shared_ptr<const OccupancyGrid> make_plan(DenseMap& map,
+                                                             const std::optional<Gravity>& floor);
 /// What a room is made of besides.
 [[nodiscard]] std::shared_ptr<const Room::Impl> make_room(StaticScene scene, std::int64_t t_ns);
 

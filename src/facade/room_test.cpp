@@ -1,6 +1,7 @@
 // The map while it runs: Slam::map() and Slam::room().
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -119,6 +120,60 @@ TEST(Room, IsPublishedWhileFramesComeAndStaysAsItWas) {
   EXPECT_EQ(first.t_ns(), t_ns);
   EXPECT_EQ(first.mesh().vertices.size(), vertices);
   EXPECT_GT(slam.map().keyframes.size(), 1U);
+}
+
+TEST(Plan, IsThatOfNowWhereNothingRunsBeside) {
+  const Film& seen = film("static_xyz");
+  Settings settings = settings_for(seen);
+  settings.deterministic = true;
+  std::vector<std::int8_t> first;
+  for (int run = 0; run < 2; ++run) {
+    Slam slam = Slam::open(settings);
+    EXPECT_TRUE(slam.plan()->cells.empty());
+    EXPECT_EQ(slam.plan()->t_ns, 0);
+    for (std::size_t i = 0; i < seen.size(); ++i) slam.process(seen[i]);
+    const auto plan = slam.plan();
+    ASSERT_EQ(plan->cells.size(), static_cast<std::size_t>(plan->width) * plan->height);
+    EXPECT_GT(plan->t_ns, seen[0].t_ns);
+    EXPECT_GT(std::ranges::count(plan->cells, 100), 10);
+    EXPECT_GT(std::ranges::count(plan->cells, 0), 10);
+    EXPECT_EQ(slam.plan(), plan) << "nothing came since";
+    if (run == 0) first = plan->cells;
+    EXPECT_EQ(plan->cells, first);
+    slam.reset();
+    EXPECT_TRUE(slam.plan()->cells.empty());
+  }
+}
+
+TEST(Plan, IsPublishedWithoutWaitingForTheRoom) {
+  const Film& seen = film("static_xyz");
+  Settings settings = settings_for(seen);
+  settings.room_every_s = 1e6;
+  Slam slam = Slam::open(settings);
+  for (std::size_t i = 0; i < seen.size(); ++i) slam.process(seen[i]);
+  for (int wait = 0; wait < 1000 && slam.plan()->cells.empty(); ++wait)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const auto plan = slam.plan();
+  EXPECT_FALSE(plan->cells.empty());
+  slam.finish();
+  EXPECT_GE(slam.plan()->t_ns, plan->t_ns);
+}
+
+TEST(Plan, AFloorThatIsGivenIsBelieved) {
+  const Film& seen = film("static_xyz");
+  Settings settings = settings_for(seen);
+  settings.deterministic = true;
+  settings.floor = Floor{{0, -2, 0}, -0.9};
+  Slam slam = Slam::open(settings);
+  for (std::size_t i = 0; i < seen.size(); ++i) slam.process(seen[i]);
+  const Pose& T_world_floor = slam.plan()->T_world_floor;
+  EXPECT_NEAR(T_world_floor.translation_m[1], 0.9, 1e-9);
+  EXPECT_NEAR(T_world_floor.translation_m[2], 0, 1e-9);
+  for (const Floor& wrong :
+       {Floor{{0, 0, 0}, 1}, Floor{{0, kNan, 1}, 1}, Floor{{0, -1, 0}, kNan}}) {
+    settings.floor = wrong;
+    EXPECT_EQ(code_of([&] { Slam::open(settings); }), 3);
+  }
 }
 
 TEST(Room, IsForgottenByAReset) {

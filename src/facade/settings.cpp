@@ -1,5 +1,7 @@
 #include "facade/settings.hpp"
 
+#include <cmath>
+
 #include "core/standard_error_sink.hpp"
 #include "facade/convert.hpp"
 #include "io/calibration.hpp"
@@ -7,6 +9,8 @@
 
 namespace ygslam::api {
 namespace {
+
+Vec3 vec3_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
 bool has_masks(const SessionOptions& options) {
   if (options.segmenter == SegmenterKind::kModel) return !options.model.empty();
@@ -34,6 +38,10 @@ SessionOptions session_options(const Settings& settings) {
   faults.add(validate(config));
   if (!(settings.room_every_s >= 0 && settings.room_every_s < 1e9))
     faults.add("room_every_s: 0 or more seconds are expected");
+  if (settings.floor &&
+      !(is_finite(settings.floor->up_world) && vec3_of(settings.floor->up_world).norm() > 0 &&
+        std::abs(settings.floor->floor_m) < 1e4))
+    faults.add("floor: a direction and a height are expected");
   if (const Status status = faults.status(); !status.ok()) fail(status.error());
   auto settled = resolved(std::move(config));
   if (!settled.ok()) fail(settled.error());
@@ -43,6 +51,11 @@ SessionOptions session_options(const Settings& settings) {
   options.deterministic = settings.deterministic;
   options.config.run.keep_trajectory = settings.keep_trajectory;
   return options;
+}
+
+std::optional<Gravity> floor_of(const Settings& settings) {
+  if (!settings.floor) return std::nullopt;
+  return Gravity{vec3_of(settings.floor->up_world).normalized(), settings.floor->floor_m, true};
 }
 
 CameraConfig to_config(const CameraModel& m) {

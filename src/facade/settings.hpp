@@ -6,6 +6,7 @@
 #include "core/log.hpp"
 #include "core/printable.hpp"
 #include "io/depth_registration.hpp"
+#include "scene/scene.hpp"
 #include "system/failure.hpp"
 #include "system/session.hpp"
 #include "ygslam/slam.hpp"
@@ -56,6 +57,8 @@ void end_at_home(std::unique_ptr<Impl>& impl) noexcept {
 /// Null where depth is registered. @throws Error (3)
 [[nodiscard]] std::shared_ptr<const DepthRegistration> registration_of(const Settings& settings,
                                                                        const CameraConfig& colour);
+/// The one that is given.
+[[nodiscard]] std::optional<Gravity> floor_of(const Settings& settings);
 /// Of a camera whose other numbers come from elsewhere, its size among them.
 void ignore_pixels(const CameraModel& from, CameraConfig& to);
 /// That of the settings, else standard error for warnings and errors. Lines are one_line().

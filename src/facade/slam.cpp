@@ -32,6 +32,7 @@ struct Slam::Impl {
   log::SinkPtr sink;
   InputFormat format;
   std::function<void(const Result&)> on_result;
+  std::optional<Gravity> floor;  // that is given
   FrameClock clock;
   bool publishes = true;  // false if deterministic: room() makes it
   bool finished = false;
@@ -46,6 +47,7 @@ struct Slam::Impl {
   StageTimes times_ms;  // of the last frame
   std::uint32_t next_frame = 0;
   bool room_is_stale = false;  // where it is not published, and after finish()
+  bool plan_is_stale = false;
 
   std::unique_ptr<PushThread> pushed;  // last: its thread uses everything above
 
@@ -62,6 +64,7 @@ struct Slam::Impl {
   [[nodiscard]] Result process(const Input& input);
   void push(const Frame& frame);
   void bring_room_up_to_date();
+  void bring_plan_up_to_date();
   void reset();
   Outcome finish();
 
@@ -152,6 +155,14 @@ Room Slam::room() {
   });
 }
 
+std::shared_ptr<const OccupancyGrid> Slam::plan() {
+  Impl& impl = alive(impl_, "plan()");
+  return impl.call([&] {
+    impl.bring_plan_up_to_date();
+    return impl.published.plan();
+  });
+}
+
 void Slam::save_map(const std::string& path) {
   Impl& impl = alive(impl_, "save_map()");
   impl.call([&] {
@@ -180,6 +191,7 @@ void Slam::Impl::open(const Settings& settings) {
   given = options.given;
   config = options.config;
   on_result = settings.on_result;
+  floor = floor_of(settings);
   publish_from(options, settings);
   auto opened = open_session(std::move(options));
   if (!opened.ok()) fail(opened.error());
@@ -206,7 +218,8 @@ void Slam::Impl::publish_from(SessionOptions& options, const Settings& settings)
   options.map_sink = [this](const Map& map) { published.show(map); };
   if (!publishes) return;
   options.dense_sink = {[this](DenseMap& map) { published.show(make_room(map)); },
-                        settings.room_every_s};
+                        settings.room_every_s,
+                        [this](DenseMap& map) { published.show(make_plan(map, floor)); }};
 }
 
 /// In the caller's thread: what is wrong with a frame, it is told at once.
@@ -240,7 +253,7 @@ Result Slam::Impl::process(const Input& input) {
     view->show(input.frame, tracked);
     view->show_map(*session.runner);
   }
-  room_is_stale = !publishes;
+  room_is_stale = plan_is_stale = !publishes;
   Result result = to_api(tracked);
   result.events = events.step(tracked, session.runner->closed_loops());
   result.t_ns = input.frame->stamp.ns - input.clock_shift_ns;
@@ -266,6 +279,13 @@ void Slam::Impl::bring_room_up_to_date() {
   session.runner->inspect_dense([this](DenseMap& map) { published.show(make_room(map)); });
 }
 
+void Slam::Impl::bring_plan_up_to_date() {
+  if (publishes && !finished) return;  // waits for nobody
+  const std::lock_guard lock(mutex);
+  if (!std::exchange(plan_is_stale, false)) return;
+  session.runner->inspect_dense([this](DenseMap& map) { published.show(make_plan(map, floor)); });
+}
+
 void Slam::Impl::reset() {
   if (finished) fail({ErrorKind::kUsage, "reset() after finish()"});
   if (pushed) pushed->clear();
@@ -273,7 +293,7 @@ void Slam::Impl::reset() {
   session.runner->reset();
   published.forget_room();
   published.show(session.runner->map());
-  room_is_stale = false;
+  room_is_stale = plan_is_stale = false;
   events.restart();
   clock.restart();
   if (view) view->restart();
@@ -290,6 +310,7 @@ Outcome Slam::Impl::finish() {
   if (view && !was_finished) view->finish(session.runner.get());
   if (!was_finished) published.show(session.runner->map());
   room_is_stale = room_is_stale || !was_finished;
+  plan_is_stale = plan_is_stale || !was_finished;
   Outcome result;
   for (const ygslam::StampedPose& pose :
        final_trajectory(outcome.trajectory, outcome.revised, session.runner->map()))

@@ -94,7 +94,8 @@ struct SceneObject {
 /// Which way is up, and the floor's height; unknown where no floor was seen.
 struct Gravity {
   Vec3 up_world = Vec3(0, 0, 1);
-  double floor_m = 0;  ///< of the floor along up_world
+  double floor_m = 0;      ///< of the floor along up_world
+  bool has_floor = false;  ///< one was seen; else floor_m is the height of the lowest level surface
 };
 
 /// All that is known of it.

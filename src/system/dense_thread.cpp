@@ -3,21 +3,29 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <ctime>
 #include <utility>
-
-#include "core/time.hpp"
 
 namespace ygslam {
 namespace {
 
 constexpr int kNice = 10;           // tracking, mapping and the network go first
 constexpr double kMostShare = 0.1;  // of the thread's time, for the sink
+constexpr double kMostShareAtOnce = 0.05;
+constexpr double kLongestWait_s = 0.15;  // of what is shown at once, however long it took
+
+double thread_cpu_s() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 }  // namespace
 
 DenseThread::DenseThread(const DenseMapConfig& config, const Camera& camera, DenseSink sink)
     : map_(config, camera),
-      sink_(std::move(sink)),
+      looks_{Look{std::move(sink.look_at_once), 0, kMostShareAtOnce, kLongestWait_s},
+             Look{std::move(sink.look), sink.every_s, kMostShare}},
       thread_([this](const std::stop_token& stop) { loop(stop); }, [this] { queue_.close(); }) {}
 
 DenseThread::~DenseThread() {
@@ -42,31 +50,38 @@ void DenseThread::work_off(const DenseUpdate& update, const std::stop_token& sto
     const std::lock_guard lock(mutex_);
     map_.apply(update);
   }
-  to_be_shown_ = static_cast<bool>(sink_.look);
+  for (Look& look : looks_) look.waits = static_cast<bool>(look.look);
   while (!stop.stop_requested() && queue_.size() == 0 && step()) {
-    to_be_shown_ = static_cast<bool>(sink_.look);
+    for (Look& look : looks_) look.waits = static_cast<bool>(look.look);
     show_if_due(stop);  // the steps may take longer than the map may be old
   }
 }
 
 /// @return nullopt: the end, or it is time to show the map.
 std::optional<DenseUpdate> DenseThread::next(const std::stop_token& stop) {
-  return to_be_shown_ ? queue_.pop_until(next_show_, stop) : queue_.pop(stop);
+  std::optional<std::chrono::steady_clock::time_point> next;
+  for (const Look& look : looks_)
+    if (look.waits) next = std::min(next.value_or(look.next), look.next);
+  return next ? queue_.pop_until(*next, stop) : queue_.pop(stop);
 }
 
 void DenseThread::show_if_due(const std::stop_token& stop) {
-  if (!to_be_shown_ || stop.stop_requested() || std::chrono::steady_clock::now() < next_show_)
-    return;
-  const ScopedTimer timer;
-  {
-    const std::lock_guard lock(mutex_);
-    sink_.look(map_);
+  for (Look& look : looks_) {
+    if (!look.waits || stop.stop_requested() || std::chrono::steady_clock::now() < look.next)
+      continue;
+    const double begin_s = thread_cpu_s();  // who has to wait for a processor took none of it
+    {
+      const std::lock_guard lock(mutex_);
+      look.look(map_);
+    }
+    look.waits = false;
+    const double share_s = (thread_cpu_s() - begin_s) / look.most_share;
+    const double wait_s =
+        std::clamp(share_s, look.every_s, std::max(look.every_s, look.most_wait_s));
+    look.next = std::chrono::steady_clock::now() +
+                std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                    std::chrono::duration<double>(wait_s));
   }
-  to_be_shown_ = false;
-  const double wait_s = std::max(sink_.every_s, 1e-3 * timer.wall_ms() / kMostShare);
-  next_show_ = std::chrono::steady_clock::now() +
-               std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                   std::chrono::duration<double>(wait_s));
 }
 
 bool DenseThread::step() {

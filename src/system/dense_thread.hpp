@@ -2,8 +2,10 @@
 // nobody.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <optional>
 
@@ -35,12 +37,18 @@ class DenseThread {
   [[nodiscard]] bool step();
   void show_if_due(const std::stop_token& stop);
 
+  struct Look {
+    std::function<void(DenseMap&)> look;
+    double every_s, most_share;  // of the thread's time
+    double most_wait_s = std::numeric_limits<double>::infinity();
+    bool waits = false;  // the map changed since
+    std::chrono::steady_clock::time_point next{};
+  };
+
   static constexpr std::size_t kQueue = 64;
   std::mutex mutex_;
-  DenseMap map_;  // under the mutex
-  const DenseSink sink_;
-  bool to_be_shown_ = false;  // the thread's, as the next
-  std::chrono::steady_clock::time_point next_show_{};
+  DenseMap map_;               // under the mutex
+  std::array<Look, 2> looks_;  // the thread's; the more urgent one first
   BoundedQueue<DenseUpdate> queue_{kQueue, Overflow::kBlock};
   WorkerThread thread_;  // last: it uses everything above
 };

@@ -77,5 +77,28 @@ TEST(DenseThread, ShowsTheMapWhileNothingComesAnyMore) {
   EXPECT_TRUE(shown.wait_for(lock, std::chrono::seconds(60), [&] { return views == 6; }));
 }
 
+TEST(DenseThread, ShowsAtOnceWhatCannotWaitForTheRest) {
+  const Camera camera = small_camera();
+  std::mutex mutex;
+  std::condition_variable shown;
+  int views = 0, slow = 0;
+  DenseSink sink;
+  sink.every_s = 1e6;
+  sink.look = [&](DenseMap&) { ++slow; };
+  sink.look_at_once = [&](DenseMap& map) {
+    const std::lock_guard lock(mutex);
+    views = map.volume().views();
+    shown.notify_all();
+  };
+  DenseThread thread({}, camera, sink);
+  for (const DenseUpdate& update : walk(camera, 6)) thread.apply(update);
+  {
+    std::unique_lock lock(mutex);
+    EXPECT_TRUE(shown.wait_for(lock, std::chrono::seconds(60), [&] { return views == 6; }));
+  }
+  thread.finish();
+  EXPECT_EQ(slow, 1);
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -23,6 +23,8 @@ Status validate(const SlamConfig& config) {
   require(c.segment.yolo.input_height % 32 == 0, "segment.input_height must be a multiple of 32");
   require(c.tracking.judge.weak_position_std_m <= c.tracking.judge.lost_position_std_m,
           "tracking.weak_position_std_m must not exceed tracking.lost_position_std_m");
+  require(c.dense.plan.low_m < c.dense.plan.high_m,
+          "dense.plan_low_m must be less than dense.plan_high_m");
   if (const auto movable = MovableClasses::of_names(c.segment.movable); !movable.ok())
     faults.add("segment.movable: " + movable.error().message);
   for (const std::string& part : c.run.without)

@@ -50,6 +50,8 @@ void SpaceLayer::count(const SeenSpace& seen, const std::vector<Eigen::Vector3i>
   std::vector<SpaceBlock*> blocks(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i)
     blocks[i] = sign > 0 ? &blocks_.obtain(seen.key(i)) : blocks_.find(seen.key(i));
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (blocks[i] != nullptr) changed_.insert(seen.key(i));
   const CellMask none;
   parallel_for((count + kSpaceBlocksAtOnce - 1) / kSpaceBlocksAtOnce, threads, [&](int chunk) {
     const int end = std::min((chunk + 1) * kSpaceBlocksAtOnce, count);
@@ -79,7 +81,14 @@ void SpaceLayer::clear() {
   for (const BlockKey key : blocks_.keys()) {
     *blocks_.find(key) = {};
     blocks_.release(key);
+    changed_.insert(key);
   }
+}
+
+std::vector<BlockKey> SpaceLayer::take_changed() {
+  std::vector<BlockKey> changed = changed_.keys();
+  changed_.clear();
+  return changed;
 }
 
 SpaceCounts SpaceLayer::counts(const Eigen::Vector3i& cell) const {

@@ -42,6 +42,9 @@ class SpaceLayer {
   /// Takes everything back at once; the memory stays for what comes.
   void clear();
 
+  /// Blocks in which something was counted or taken back since the last call, in no order.
+  [[nodiscard]] std::vector<BlockKey> take_changed();
+
   [[nodiscard]] const SpaceConfig& config() const { return config_; }
   [[nodiscard]] const BlockStore<SpaceBlock>& blocks() const { return blocks_; }
   [[nodiscard]] SpaceCounts counts(const Eigen::Vector3i& cell) const;
@@ -52,6 +55,7 @@ class SpaceLayer {
  private:
   SpaceConfig config_;
   BlockStore<SpaceBlock> blocks_;
+  BlockSet changed_;
 };
 
 }  // namespace ygslam

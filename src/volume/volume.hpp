@@ -51,6 +51,7 @@ class Volume {
   [[nodiscard]] int views() const { return views_; }
   [[nodiscard]] const SurfaceLayer& surface() const { return surface_; }
   [[nodiscard]] const SpaceLayer& space() const { return space_; }
+  [[nodiscard]] std::vector<BlockKey> take_changed_space() { return space_.take_changed(); }
   /// Of both layers, votes, tables and pools included.
   [[nodiscard]] std::size_t memory_bytes() const;
   /// Equal for equal contents.

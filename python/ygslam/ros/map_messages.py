@@ -1,4 +1,4 @@
-"""Messages of the map, out of a Room: plan, cloud and mesh. The frame `map` is the floor's."""
+"""Messages of the map: plan, and cloud and mesh of a Room. The frame `map` is the plan's."""
 from __future__ import annotations
 
 import array
@@ -8,17 +8,15 @@ import numpy as np
 from nav_msgs.msg import OccupancyGrid
 from sensor_msgs.msg import PointCloud2, PointField
 
-from .frames import inverse
 from .messages import header
 
 TRIANGLE_LIST = 11
 
 
-def occupancy_grid(room, frame: str, low_m: float, high_m: float) -> OccupancyGrid:
+def occupancy_grid(grid, frame: str) -> OccupancyGrid:
     """As nav2's map_server publishes one: -1 unknown, 0 free, 100 occupied; the origin is the lower left corner
-    of the first cell. @param low_m, high_m above the floor: where the robot can hit something."""
-    grid = room.occupancy(low_m, high_m)
-    message = OccupancyGrid(header=header(room.t_ns, frame))
+    of the first cell. @param grid Slam.plan()."""
+    message = OccupancyGrid(header=header(grid.t_ns, frame))
     message.info.map_load_time = message.header.stamp
     message.info.resolution = grid.resolution_m
     message.info.height, message.info.width = grid.cells.shape
@@ -38,10 +36,8 @@ def cloud(points: np.ndarray, colors: np.ndarray, t_ns: int, frame: str) -> Poin
                        point_step=16, row_step=16 * len(points), data=array.array("B", rows.tobytes()), is_dense=True)
 
 
-def in_map(points: np.ndarray, room) -> np.ndarray:
-    """Points of the room's world in the floor's frame."""
-    T_floor_world = inverse(room.T_world_floor)
-    return points @ T_floor_world[:3, :3].T.astype(np.float32) + T_floor_world[:3, 3].astype(np.float32)
+def in_map(points: np.ndarray, T_map_world: np.ndarray) -> np.ndarray:
+    return points @ T_map_world[:3, :3].T.astype(np.float32) + T_map_world[:3, 3].astype(np.float32)
 
 
 def mesh_marker(corners: np.ndarray, colors: np.ndarray, t_ns: int, frame: str) -> bytes:
@@ -68,7 +64,7 @@ def mesh_marker(corners: np.ndarray, colors: np.ndarray, t_ns: int, frame: str) 
     return b"\0\1\0\0" + tail
 
 
-def mesh_of(room, frame: str, most_triangles: int) -> bytes:
+def mesh_of(room, T_map_world: np.ndarray, frame: str, most_triangles: int) -> bytes:
     triangles = room.triangles
     triangles = triangles[:: max(1, -(-len(triangles) // most_triangles))].reshape(-1)
-    return mesh_marker(in_map(room.vertices[triangles], room), room.colors[triangles], room.t_ns, frame)
+    return mesh_marker(in_map(room.vertices[triangles], T_map_world), room.colors[triangles], room.t_ns, frame)

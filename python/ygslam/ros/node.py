@@ -49,7 +49,7 @@ class SlamNode(Node):
         self._depth_frame, self._used_infos = "", None
         self._early: collections.deque[tuple[Image, Image]] = collections.deque(maxlen=self.own["queue_size"])
         self._foreign_parent, self._told_camera_tf = "", False
-        self._T_map_world, self._result = None, None
+        self._T_map_world, self._plan, self._result = None, None, None
         self._map_due_ns: int | None = None
         self._room_lock, self._room = threading.Lock(), None
         self._counts_before, self._began = (0, time.monotonic()), time.monotonic()
@@ -117,7 +117,7 @@ class SlamNode(Node):
         return self.get_parameter("map_file").value
 
     def _anew(self, work) -> None:
-        self._T_map_world, self._map_due_ns = None, None
+        self._T_map_world, self._map_due_ns, self._plan = None, None, None
         with self._room_lock:
             self._room = None
         self.out.forget()
@@ -136,8 +136,17 @@ class SlamNode(Node):
     def _open_slam(self, images, load_map: str, localize_only: bool):
         return ygslam.Slam(images.camera, model=self.own["model"], segmenter=self.own["segmenter"], load_map=load_map,
                            localize_only=localize_only, keep_trajectory=False, view=self.own["view"],
-                           room_every_s=self.own["map_period_s"],
-                           options=self._options)
+                           room_every_s=self.own["map_period_s"], floor=self._floor(load_map),
+                           options={"dense.plan_low_m": repr(self.own["map_low_m"]),
+                                    "dense.plan_high_m": repr(self.own["map_high_m"]), **self._options})
+
+    def _floor(self, load_map: str):
+        """In the world, which is the first camera; that of a loaded map is another."""
+        if not self.own["floor_at_base"] or load_map:
+            return None
+        T_camera_base = frames.inverse(self._T_base_camera)
+        up = T_camera_base[:3, 2]
+        return up.tolist(), float(up @ T_camera_base[:3, 3])
 
     # In
     def _take_image(self, side: str, name: str, data: bytes) -> None:
@@ -248,17 +257,25 @@ class SlamNode(Node):
         self.out.frame(t_ns, poses, is_tracked, self.own["publish_tf"] and not self._foreign_parent)
         if is_tracked:
             self.out.objects(t_ns, moving_objects.observed(result.objects, self._T_map_world))
+        self._take_plan(slam)
         if self._map_due_ns is None or not 0 <= self._map_due_ns - t_ns <= self.own["map_period_s"] * 1e9:
             self._map_due_ns = t_ns + round(self.own["map_period_s"] * 1e9)
             self._take_room(slam)
+
+    def _take_plan(self, slam) -> None:
+        plan = slam.plan()
+        if plan is None or plan is self._plan:
+            return
+        self._plan = plan
+        self._T_map_world = frames.inverse(plan.T_world_floor)
+        self.out.plan(plan)
 
     def _take_room(self, slam) -> None:
         room = slam.room()
         if room.t_ns == 0:
             return
-        self._T_map_world = frames.inverse(room.T_world_floor)
         with self._room_lock:
-            self._room = room
+            self._room = room, self._T_map_world
 
     # From time to time, in the executor's thread
     def _tick(self) -> None:
@@ -271,7 +288,7 @@ class SlamNode(Node):
             room = self._room
         self.out.path(t_ns)
         if room is not None:
-            self.out.room(room, (self.own["map_low_m"], self.own["map_high_m"]), self.own["mesh_triangles"])
+            self.out.room(*room, self.own["mesh_triangles"])
 
     def _publish_camera_tf(self) -> None:
         if self._static is None or self._told_camera_tf or not self._camera_frame:

@@ -99,7 +99,11 @@ class Outputs:
         self._path.publish(Path(header=messages.header(t_ns, self._map), poses=[
             messages.pose_stamped(at_ns, self._map, pose) for at_ns, pose in list(self._walked)]))
 
-    def room(self, room, heights_m: tuple[float, float], most_triangles: int) -> None:
+    def plan(self, grid) -> None:
+        """Kept for those who subscribe later."""
+        self._grid.publish(map_messages.occupancy_grid(grid, self._map))
+
+    def room(self, room, T_map_world: np.ndarray, most_triangles: int) -> None:
         """To those who listen, each room once: a latched message serves who comes later. Called again with the
         same room, it serves a topic that nobody heard before."""
         def tell(publisher, message_of) -> None:
@@ -107,7 +111,6 @@ class Outputs:
                 self._told[publisher.topic_name] = room
                 publisher.publish(message_of())
 
-        tell(self._grid, lambda: map_messages.occupancy_grid(room, self._map, *heights_m))
-        tell(self._cloud, lambda: map_messages.cloud(map_messages.in_map(room.vertices, room), room.colors, room.t_ns,
-                                                     self._map))
-        tell(self._mesh, lambda: map_messages.mesh_of(room, self._map, most_triangles))
+        tell(self._cloud, lambda: map_messages.cloud(map_messages.in_map(room.vertices, T_map_world), room.colors,
+                                                     room.t_ns, self._map))
+        tell(self._mesh, lambda: map_messages.mesh_of(room, T_map_world, self._map, most_triangles))

@@ -108,4 +108,14 @@ TriangleMesh labelled_mesh(NamedMesh named) {
   return labelled_mesh(std::move(named), gravity);
 }
 
+GroundGrid live_plan(DenseMap& map, const std::optional<Gravity>& given) {
+  if (given) {
+    map.plan().set_floor(*given);
+  } else if (map.wants_floor()) {
+    const MeanCamera mean = mean_camera(map.views());
+    map.set_floor(find_gravity(map.mesh(), mean.up_guess_world, mean.p_world));
+  }
+  return map.plan().grid();
+}
+
 }  // namespace ygslam

@@ -2,6 +2,8 @@
 // changes the map.
 #pragma once
 
+#include <optional>
+
 #include "dense/dense_map.hpp"
 #include "scene/scene.hpp"
 
@@ -26,5 +28,10 @@ struct NamedMesh {
 /// tables.
 [[nodiscard]] TriangleMesh labelled_mesh(NamedMesh named, const Gravity& gravity);
 [[nodiscard]] TriangleMesh labelled_mesh(NamedMesh named);
+
+/// The ground plan as it is now. The floor is looked for from time to time, when there are more
+/// views than the last time. @param given its place, in place of one that is found.
+/// @return empty as long as no floor is known.
+[[nodiscard]] GroundGrid live_plan(DenseMap& map, const std::optional<Gravity>& given = {});
 
 }  // namespace ygslam

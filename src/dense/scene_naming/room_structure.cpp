@@ -251,6 +251,7 @@ Gravity find_gravity(const TriangleMesh& mesh, const Vec3& up_guess_world, const
   for (const auto& [bin, m2] : area)
     if ((bin + 0.5) * kHeightBin_m < camera_m - config.min_below_camera_m) bins.push_back(bin);
   const auto floor_m = first_plane_m(area, bins, config.min_floor_m2, config.plane_m);
+  gravity.has_floor = floor_m.has_value();
   gravity.floor_m = floor_m.value_or(area.empty() ? 0 : area.begin()->first * kHeightBin_m);
   return gravity;
 }

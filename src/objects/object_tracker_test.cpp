@@ -110,6 +110,19 @@ TEST(ObjectTracker, TwoWhomTheNetworkTakesForOneStayTwo) {
   }
 }
 
+TEST(ObjectTracker, HeadAndLegsAboutABoxAreOnePerson) {
+  Scene scene;
+  scene.things = {{.centre = {0, 0, 2}, .height_m = 1.7}};
+  ObjectTracker tracker({}, scene.camera());
+  ASSERT_EQ(run(tracker, scene, 0, 15).size(), 1U);
+  scene.things = {{.centre = {0, -0.7, 2}, .height_m = 0.3},
+                  {.centre = {0, 0.55, 2}, .height_m = 0.6}};
+  const auto objects = run(tracker, scene, 15, 60);
+  ASSERT_EQ(objects.size(), 1U);
+  EXPECT_EQ(objects[0].missing_frames, 0);
+  EXPECT_GT(objects[0].max_world.y() - objects[0].min_world.y(), 1.2);
+}
+
 TEST(ObjectTracker, OneWhoIsAloneIsNotParted) {
   Scene scene;
   scene.things = {{.centre = {-0.5, 0, 2}, .width_m = 0.4},

@@ -1,7 +1,8 @@
 #include "objects/parting.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
+#include <map>
 #include <set>
 
 #include "objects/quantile.hpp"
@@ -12,6 +13,8 @@ namespace {
 constexpr double kRecent_s = 0.3;      // who was seen apart longer ago may be anywhere
 constexpr double kApart_m = 0.3;       // bodies nearer to each other are one that was taken for two
 constexpr double kReach_m = 0.8;       // of a body, from its middle
+constexpr double kSamePlace_m = 0.35;  // parts of a body, sideways and in depth
+constexpr float kBeside = 0.3F;        // of the lower one's height: more in common is beside it
 constexpr std::size_t kMinCells = 12;  // of the thumbnail, in a part ...
 constexpr double kMinShare = 0.08;     // ... and of the instance
 
@@ -92,7 +95,61 @@ void paint(const Claim& claim, const InstanceView& seen, std::uint8_t id, GreyIm
         if (std::ranges::find(seen.ids, ids.at(u, v)) != seen.ids.end()) ids.at(u, v) = id;
 }
 
+bool is_one_above_the_other(const PixelBox& a, const PixelBox& b) {
+  const float common = std::min(a.y1, b.y1) - std::max(a.y0, b.y0);
+  return common < kBeside * std::min(a.height(), b.height());
+}
+
+/// The track seen a moment ago where an instance is; -1 = none.
+int track_at(const InstanceView& seen, const ObjectFrame& frame, const Tracks& tracks) {
+  int nearest = -1;
+  double least_m = kSamePlace_m;
+  const Vec3 centre_cam = frame.in.T_camera_odom * seen.centre_odom;
+  for (const auto& [key, place] : frame.place) {
+    const Track& track = tracks.at(key);
+    if (track.id == kNoObject || track.class_id != seen.class_id) continue;
+    if (frame.seconds_since(track.seen) > kRecent_s) continue;
+    const double apart_m = distance_m(centre_cam, frame.in.T_camera_odom * place.centre_odom);
+    if (apart_m < least_m) least_m = apart_m, nearest = key;
+  }
+  return nearest;
+}
+
 }  // namespace
+
+PartedInstances join_by_tracks(PartedInstances seen, const ObjectFrame& frame, const Tracks& tracks,
+                               const Camera& camera) {
+  std::map<int, InstanceView*> body_of;
+  std::vector<InstanceView> bodies;
+  bodies.reserve(seen.instances.size());  // body_of points into it
+  for (InstanceView& instance : seen.instances) {
+    const int key = instance.has_depth ? track_at(instance, frame, tracks) : -1;
+    const auto body = key < 0 ? body_of.end() : body_of.find(key);
+    if (body == body_of.end() || !is_one_above_the_other(body->second->box, instance.box)) {
+      bodies.push_back(std::move(instance));
+      if (key >= 0) body_of.emplace(key, &bodies.back());
+      continue;
+    }
+    InstanceView& whole = *body->second;
+    const std::set<std::uint8_t> both = [&] {
+      std::set<std::uint8_t> ids(whole.ids.begin(), whole.ids.end());
+      ids.insert(instance.ids.begin(), instance.ids.end());
+      return ids;
+    }();
+    for (std::uint8_t& id : seen.ids)
+      if (both.contains(id)) id = whole.ids.front();
+    InstanceView joined;
+    joined.class_id = whole.class_id;
+    joined.score = std::max(whole.score, instance.score);
+    joined.box = whole.box | instance.box;
+    joined.ids = {whole.ids.front()};
+    (void)measure(joined.ids.front(), seen.ids, frame.in.thumbnail, camera,
+                  frame.in.T_camera_odom.inverse(), joined);
+    whole = std::move(joined);
+  }
+  seen.instances = std::move(bodies);
+  return seen;
+}
 
 PartedInstances part_by_tracks(std::vector<InstanceView> instances, GreyImage ids,
                                const ObjectFrame& frame, const Tracks& tracks,

@@ -1,5 +1,5 @@
-// Two who touch, or stand one behind the other, are often one instance to a network. Who was seen
-// apart before tells how to part it.
+// To a network two who touch are often one instance, and one behind a table or a box is several.
+// Where somebody was a moment ago tells how to part and to join them.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace ygslam {
 
 struct PartedInstances {
   std::vector<InstanceView> instances;
-  GreyImage ids;  ///< the mask's, where each part has a value of its own
+  GreyImage ids;  ///< the mask's; each part has a value of its own
 };
 
 /// An instance that covers several tracks seen a moment ago becomes one for each of them.
@@ -18,5 +18,9 @@ struct PartedInstances {
 [[nodiscard]] PartedInstances part_by_tracks(std::vector<InstanceView> instances, GreyImage ids,
                                              const ObjectFrame& frame, const Tracks& tracks,
                                              const Camera& camera);
+
+/// Instances one above the other at the place of one track seen a moment ago become one.
+[[nodiscard]] PartedInstances join_by_tracks(PartedInstances seen, const ObjectFrame& frame,
+                                             const Tracks& tracks, const Camera& camera);
 
 }  // namespace ygslam

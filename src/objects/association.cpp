@@ -14,7 +14,6 @@ constexpr double kMinScore = 1.5;       // sum of affinity, similarity of appear
 constexpr double kGate_m = 0.4;         // an instance farther from where a track should be ...
 constexpr double kGateMps = 1.2;        // ... growing with the time it was out of sight ...
 constexpr double kMaxGate_m = 4;        // ... shows another one
-constexpr double kInSight_s = 0.3;      // masks overlook somebody for so long
 constexpr double kAway_s = 1;           // who came back is not taken for new after so long
 constexpr double kMinSimilarity = 0.7;  // of the appearance, to know an object again
 constexpr int kUnsureFrames = 10;       // who comes into sight bit by bit cannot be compared yet
@@ -89,18 +88,13 @@ Association associate(std::span<const InstanceView> instances,
                       std::span<const PointIndices> points_on, const ObjectFrame& frame,
                       const Tracks& tracks) {
   Association result{std::vector<int>(instances.size(), -1), {}};
-  // First who was seen a moment ago: who is hidden stands where he was last seen, often where
-  // another walks now.
-  std::vector<int> in_sight, hidden, others;
-  for (const auto& [key, place] : frame.place)
-    (frame.seconds_since(tracks.at(key).seen) <= kInSight_s ? in_sight : hidden).push_back(key);
-  const auto affinity = [&](std::size_t s, int key) {
-    return affinity_score(instances[s], points_on[s], frame, key, tracks.at(key));
-  };
-  assign_best(in_sight, affinity, result.track_of);
-  const std::vector<int> first = result.track_of;
+  std::vector<int> in_sight, others;
+  for (const auto& [key, place] : frame.place) in_sight.push_back(key);
   assign_best(
-      hidden, [&](std::size_t s, int key) { return first[s] < 0 ? affinity(s, key) : 0; },
+      in_sight,
+      [&](Eigen::Index s, int key) {
+        return affinity_score(instances[s], points_on[s], frame, key, tracks.at(key));
+      },
       result.track_of);
   const std::vector<int> near = result.track_of;
   for (const auto& [key, track] : tracks)
@@ -108,7 +102,7 @@ Association associate(std::span<const InstanceView> instances,
       others.push_back(key);
   assign_best(
       others,
-      [&](std::size_t s, int key) {
+      [&](Eigen::Index s, int key) {
         const Track* current = near[s] >= 0 ? &tracks.at(near[s]) : nullptr;
         return reidentification_score(instances[s], current, frame, key, tracks.at(key));
       },

@@ -6,7 +6,7 @@
 
 Each seed is driven both ways; a line of JSON each in out/drive/drives.jsonl, and a picture. The world does not wait and
 its people do not step aside: they walk into a robot that stands. Poses are YG-SLAM's in both cases; the robot's wheels
-do exactly what they are told. A contact: a person's middle within 0.45 m of the robot's, or furniture within its
+do exactly what they are told, and tell the tracker. A contact: a person's middle within 0.45 m of the robot's, or furniture within its
 radius; it was driven into where the robot moved towards it.
 """
 import argparse
@@ -25,7 +25,7 @@ from planner import Grid, coarser, cost_of, path_to
 from rendered import FPS, Camera, Truth, pose_of, world_of
 
 CROWD = Path(__file__).resolve().parents[2] / "configs" / "worlds" / "crowd.yaml"
-RADIUS_M, SPEED_MPS, TURN_RPS, ACCELERATION_MPS2 = 0.25, 0.6, 1.4, 1.5
+RADIUS_M, SPEED_MPS, TURN_RPS, ACCELERATION_MPS2 = 0.25, 0.6, 1.0, 1.5
 PERSON_M, REACHED_M, MOST_S = 0.2, 0.35, 240
 HORIZONS_S = (0, 0.5, 1, 1.5, 2)
 
@@ -109,10 +109,13 @@ def drive(options, seed, ghosts, folder):
     T_floor_true = np.eye(4)
     slam = ygslam.Slam(pinhole, segmenter="builtin", deterministic=True)
     rays, room, path, track, lost, standing = RayGrid(start), None, [], [], 0, 0
-    shots = []
+    shots, T_before = [], pose_of(*robot.at, robot.yaw)
     for k in range(MOST_S * FPS):
-        rgb, depth = camera.look(k / FPS, pose_of(*robot.at, robot.yaw))
-        result = slam.process(rgb, depth, 10**12 + k * 10**9 // FPS)
+        T_now = pose_of(*robot.at, robot.yaw)
+        rgb, depth = camera.look(k / FPS, T_now)
+        wheels = np.linalg.inv(T_before) @ T_now
+        result = slam.process(rgb, depth, 10**12 + k * 10**9 // FPS, T_last_camera=wheels)
+        T_before = T_now
         contacts.check(k / FPS, robot, truth.people[k], truth.furniture)
         track.append(robot.at.tolist())
         lost += result.state == ygslam.State.LOST

@@ -29,7 +29,8 @@ class RayGrid:
         ways = column[:, :2] / np.maximum(np.linalg.norm(column[:, :2], axis=1), 1e-6)[:, None]
         steps = np.arange(0.3, REACH_M, CELL_M / 2)
         passed = (eye + ways[:, None] * steps[:, None])[steps[None] < reach[:, None] - CELL_M]
-        hit = (eye + ways * nearest[:, None])[np.isfinite(nearest) & (nearest < REACH_M)]
+        stops = nearest < REACH_M
+        hit = eye + ways[stops] * nearest[stops, None]
         hits, misses = self._cells(hit), self._cells(passed)
         misses &= ~hits
         self.odds = np.clip(self.odds + HIT * hits + MISS * misses, LEAST, MOST)

@@ -113,7 +113,7 @@ void bind_object(nb::module_& m) {
             return make_array<Matrix6>(
                 std::vector<double>(o.body_covariance.begin(), o.body_covariance.end()), {6, 6});
           },
-          "(6, 6) of body_world_m and body_velocity_world_mps [m, m/s]")
+          nb::rv_policy::automatic, "(6, 6) of body_world_m and body_velocity_world_mps [m, m/s]")
       .def(
           "after",
           [](const api::Object& o, double seconds) {

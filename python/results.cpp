@@ -16,6 +16,7 @@ namespace ygslam::python {
 namespace {
 
 using Matrix6 = nb::ndarray<nb::numpy, double, nb::shape<6, 6>>;
+using Matrix3 = nb::ndarray<nb::numpy, double, nb::shape<3, 3>>;
 using PoseFields = std::tuple<std::array<double, 3>, std::array<double, 4>>;
 
 PoseFields fields_of(const api::Pose& pose) { return {pose.translation_m, pose.rotation_xyzw}; }
@@ -23,7 +24,8 @@ api::Pose pose_of(const PoseFields& fields) { return {std::get<0>(fields), std::
 
 auto fields_of(const api::Object& o) {
   return std::tuple(o.id, o.class_name, o.age_frames, o.missing_frames, o.resting, o.faded,
-                    o.centre_world_m, o.velocity_world_mps, o.min_world_m, o.max_world_m);
+                    o.centre_world_m, o.velocity_world_mps, o.min_world_m, o.max_world_m,
+                    o.body_world_m, o.body_velocity_world_mps, o.body_covariance);
 }
 using ObjectFields = decltype(fields_of(api::Object()));
 
@@ -102,6 +104,26 @@ void bind_object(nb::module_& m) {
       .def_ro("velocity_world_mps", &api::Object::velocity_world_mps)
       .def_ro("min_world_m", &api::Object::min_world_m, "box about what is visible of it")
       .def_ro("max_world_m", &api::Object::max_world_m)
+      .def_ro("body_world_m", &api::Object::body_world_m,
+              "filtered: the middle of a person, of other things that of what is seen")
+      .def_ro("body_velocity_world_mps", &api::Object::body_velocity_world_mps, "filtered")
+      .def_prop_ro(
+          "body_covariance",
+          [](const api::Object& o) {
+            return make_array<Matrix6>(
+                std::vector<double>(o.body_covariance.begin(), o.body_covariance.end()), {6, 6});
+          },
+          nb::rv_policy::automatic, "(6, 6) of body_world_m and body_velocity_world_mps [m, m/s]")
+      .def(
+          "after",
+          [](const api::Object& o, double seconds) {
+            const api::Forecast forecast = o.after(seconds);
+            const auto& c = forecast.covariance_m2;
+            return std::tuple(forecast.position_world_m,
+                              make_array<Matrix3>(std::vector<double>(c.begin(), c.end()), {3, 3}));
+          },
+          nb::arg("seconds"),
+          "Where it will be: position in the world [m] and its covariance (3, 3) [m2].")
       .def("__getstate__", [](const api::Object& o) { return fields_of(o); })
       .def("__setstate__",
            [](api::Object& o, const ObjectFields& fields) {

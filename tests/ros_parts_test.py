@@ -142,14 +142,18 @@ class Parts(unittest.TestCase):
     def test_people_stand_on_the_floor(self):
         item = types.SimpleNamespace(id=3, class_name="person", missing_frames=0, centre_world_m=[0, 0.5, 2],
                                       velocity_world_mps=[0, 0, 1], min_world_m=[-0.2, 0, 1.8],
-                                      max_world_m=[0.2, 1, 2.2])
+                                      max_world_m=[0.2, 1, 2.2], body_velocity_world_mps=[0, 0, 1],
+                                      after=lambda s: ([0, 0.5, 2.1 + s], np.diag([0.01, 0.02, 0.03 + s])))
         T_map_world = frames.from_roll_pitch_yaw(0, 0, 1.4, 0, 0, 0) @ frames.T_BODY_OPTICAL
         [seen] = moving_objects.observed([item], T_map_world)
-        np.testing.assert_allclose(seen.position_m, [2, 0, 0])
+        np.testing.assert_allclose(seen.position_m, [2.1, 0, 0], atol=1e-12)
+        np.testing.assert_allclose(seen.soon_m, [3.1, 0, 0], atol=1e-12)
+        np.testing.assert_allclose(np.diag(seen.covariance_m2), [0.03, 0.01, 0.02], atol=1e-12)
+        np.testing.assert_allclose(np.diag(seen.soon_covariance_m2), [1.03, 0.01, 0.02], atol=1e-12)
         np.testing.assert_allclose(seen.velocity_mps, [1, 0, 0], atol=1e-12)
         np.testing.assert_allclose(seen.size_m, [0.4, 0.4, 1])
         item.missing_frames = 30
-        self.assertGreater(moving_objects.observed([item], T_map_world)[0].sigma_m, seen.sigma_m + 0.4)
+        self.assertFalse(moving_objects.observed([item], T_map_world)[0].is_visible)
 
     def test_nothing_of_it_is_imported_with_the_package(self):
         subprocess.run([sys.executable, "-c", "import sys, ygslam; assert 'ygslam.ros' not in sys.modules"], check=True)

@@ -169,7 +169,13 @@ enum class Event {
 };
 
 /// A person or another thing that moves or could, followed over time.
-struct Object {
+/// Where somebody is or will be.
+struct Forecast {
+  std::array<double, 3> position_world_m{0, 0, 0};
+  std::array<double, 9> covariance_m2{};  ///< 3 x 3 row-major, axes of the world
+};
+
+struct YGSLAM_API Object {
   std::uint32_t id = 0;    ///< never given twice
   std::string class_name;  ///< COCO, or "unknown": moves, but no network knows it
   int age_frames = 0;
@@ -177,9 +183,18 @@ struct Object {
   bool resting = false;    ///< demonstrably stands still
   bool faded = false;      ///< not confirmed for over a second: a memory of where it was
   std::array<double, 3> centre_world_m{0, 0, 0};
-  std::array<double, 3> velocity_world_mps{0, 0, 0};
-  std::array<double, 3> min_world_m{0, 0, 0};  ///< box about what is visible of it
+  std::array<double, 3> velocity_world_mps{0, 0, 0};  ///< mean of half a second
+  std::array<double, 3> min_world_m{0, 0, 0};         ///< box about what is visible of it
   std::array<double, 3> max_world_m{0, 0, 0};
+  /// Filtered: the middle of a person, of other things that of what is seen; its velocity; and of
+  /// both the covariance [m, m/s], 6 x 6 row-major. It grows while nobody sees the object.
+  std::array<double, 3> body_world_m{0, 0, 0};
+  std::array<double, 3> body_velocity_world_mps{0, 0, 0};
+  std::array<double, 36> body_covariance{};
+
+  /// Where it will be: people go on, turn and stop (docs/moving-things.md). 0 = now; a few seconds
+  /// ahead it says little. Negative or not finite: Error.
+  [[nodiscard]] Forecast after(double seconds) const;
 };
 
 /// What a frame took [ms], of the wall clock.

@@ -19,6 +19,7 @@
 #include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
+#include "app/simulate_poses.hpp"
 #include "app/simulate_random.hpp"
 #include "app/simulation_outputs.hpp"
 #include "app/stop_signal.hpp"
@@ -48,6 +49,7 @@ struct SimulateArguments {
   std::string camera;
   std::string depth_camera;
   std::string mcap;
+  std::string poses;
   ViewOptions view;
   std::vector<std::string> without;
   std::vector<std::string> faults;
@@ -193,6 +195,7 @@ Status check_sequence_files(const SimulateArguments& a) {
   FileUses uses;
   uses.reads("world", a.world);
   uses.reads("--depth-camera", a.depth_camera);
+  if (a.poses != kStandardInput) uses.reads("--poses", a.poses);
   uses.writes("--mcap", a.mcap);
   uses.writes_in(
       "--out", a.out,
@@ -243,7 +246,9 @@ Status simulate(SimulateArguments arguments) {
       open_outputs(*source, arguments.out, arguments.mcap, arguments.view,
                    {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
   if (!outputs) return outputs.error();
-  const Result<int> frames = render(*source, *outputs);
+  const Result<int> frames = arguments.poses.empty()
+                                 ? render(*source, *outputs)
+                                 : render_poses(arguments.poses, *source, *outputs);
   if (!frames) return frames.error();
   if (*frames > 0 && outputs->files)
     if (Status status = write_origin(arguments, *source, *frames); !status) return status;
@@ -357,6 +362,16 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->add_option("--mcap", a.mcap,
                    "Record it as a camera's messages, with the true pose; `ygslam run` reads it")
       ->type_name("FILE");
+  command
+      ->add_option(
+          "--poses", a.poses,
+          "A frame for each line 'seconds tx ty tz qx qy qz qw' (pose of the camera in the "
+          "world, seconds since the start) of this file, or of standard input (-), "
+          "instead of the world's path. Once its images are there its stamp is told on "
+          "standard output")
+      ->type_name("FILE")
+      ->excludes("--seconds")
+      ->excludes("--fps");
   add_view_options(*command, a.view);
   CLI::Option* random = command->add_option(
       "--random", a.random,

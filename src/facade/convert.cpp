@@ -9,6 +9,12 @@
 namespace ygslam::api {
 namespace {
 
+std::array<double, 36> row_major(const Mat6& covariance) {
+  std::array<double, 36> result{};
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(result.data()) = covariance;
+  return result;
+}
+
 Object to_api(const TrackedObject& o) {
   return {index(o.id),
           coco_class_name(o.class_id),
@@ -19,7 +25,10 @@ Object to_api(const TrackedObject& o) {
           api::to_api(o.centre_world),
           api::to_api(o.velocity_world_mps),
           api::to_api(o.min_world),
-          api::to_api(o.max_world)};
+          api::to_api(o.max_world),
+          api::to_api(o.body_world.position_m),
+          api::to_api(o.body_world.velocity_mps),
+          row_major(o.body_world.covariance)};
 }
 
 State to_api(TrackState state) {
@@ -58,8 +67,7 @@ Result to_api(const TrackResult& tracked) {
   result.T_world_camera = to_api(tracked.T_world_camera);
   result.T_odom_camera = to_api(tracked.T_odom_camera);
   result.T_world_odom = to_api(tracked.T_world_odom);
-  const Mat6 covariance = odom_covariance(tracked);
-  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(result.covariance.data()) = covariance;
+  result.covariance = row_major(odom_covariance(tracked));
   result.provisional = tracked.provisional;
   result.static_points = tracked.labels.static_points;
   result.dynamic_points = tracked.labels.dynamic_points;
@@ -68,6 +76,20 @@ Result to_api(const TrackResult& tracked) {
   result.mask_age_frames = tracked.mask_age_frames;
   for (const TrackedObject& object : tracked.objects) result.objects.push_back(to_api(object));
   return result;
+}
+
+Forecast Object::after(double seconds) const {
+  if (!(seconds >= 0) || !std::isfinite(seconds))
+    fail({ErrorKind::kUsage, "Object::after: a time from now on is expected, in seconds"});
+  const auto vector = [](const std::array<double, 3>& v) { return Vec3(v[0], v[1], v[2]); };
+  const ObjectMotion now{
+      vector(body_world_m), vector(body_velocity_world_mps),
+      Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(body_covariance.data())};
+  const ObjectMotion then = now.after(seconds);
+  Forecast forecast{api::to_api(then.position_m), {}};
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(forecast.covariance_m2.data()) =
+      then.covariance.topLeftCorner<3, 3>();
+  return forecast;
 }
 
 bool is_finite(const std::array<double, 3>& v) {

@@ -195,7 +195,11 @@ TEST(Process, AMoverBecomesAnObjectWithItsPlaceAndVelocity) {
       for (int axis = 0; axis < 3; ++axis) {
         EXPECT_LE(o.min_world_m[axis], o.max_world_m[axis]);
         EXPECT_TRUE(std::isfinite(o.velocity_world_mps[axis]));
+        EXPECT_NEAR(o.after(0).position_world_m[axis], o.body_world_m[axis], 1e-9);
+        EXPECT_GT(o.after(1).covariance_m2[4 * axis], o.after(0).covariance_m2[4 * axis]);
       }
+      EXPECT_THROW((void)o.after(-1), Error);
+      EXPECT_THROW((void)o.after(std::nan("")), Error);
     }
   }
   EXPECT_TRUE(found);

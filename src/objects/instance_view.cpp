@@ -14,42 +14,6 @@ constexpr double kSameDepth_m = 0.3;    // ... at the same depth: bodies cannot 
 constexpr double kOwnShare = 0.2;   // of its box; fewer pixels are what the better mask left over
 constexpr double kBoxShare = 0.05;  // of the points left out on either side of the box in space
 
-/// Depth and colour of one instance, from the thumbnail's samples.
-bool measure(std::uint8_t id, const Segmentation& masks, const Thumbnail& thumbnail,
-             const Camera& camera, const SE3& T_odom_camera, InstanceView& view) {
-  constexpr int kStep = Thumbnail::kStep;
-  const PixelBox& box = view.box;
-  const float middle_v = (box.y0 + box.y1) / 2;
-  std::vector<Vec3> points_odom;
-  std::vector<double> depths_m;
-  std::size_t samples = 0;
-  for (int y = static_cast<int>(box.y0) / kStep;
-       y < thumbnail.colour.height() && static_cast<float>(y * kStep) <= box.y1; ++y) {
-    for (int x = static_cast<int>(box.x0) / kStep;
-         x < thumbnail.colour.width() && static_cast<float>(x * kStep) <= box.x1; ++x) {
-      const int u = x * kStep, v = y * kStep;
-      if (!masks.ids.contains(u, v) || masks.ids.at(u, v) != id) continue;
-      ++samples;
-      view.appearance.add(thumbnail.colour.at(x, y), static_cast<float>(v) > middle_v);
-      const float depth_m = thumbnail.depth_m.at(x, y);
-      if (!(depth_m > 0) || !std::isfinite(depth_m)) continue;
-      depths_m.push_back(depth_m);
-      points_odom.push_back(T_odom_camera *
-                            camera.unproject(camera.undistort(Vec2(u, v)), depth_m));
-    }
-  }
-  view.appearance.normalise();
-  view.has_depth = depths_m.size() >= kMinSamples;
-  if (view.has_depth) {
-    view.depth_m = static_cast<float>(quantile(depths_m, 0.5));
-    view.centre_odom = axis_quantile(points_odom, 0.5);
-    view.min_odom = axis_quantile(points_odom, kBoxShare);
-    view.max_odom = axis_quantile(points_odom, 1 - kBoxShare);
-  }
-  view.own_share = static_cast<double>(samples * kStep * kStep) / box.area();
-  return samples >= kMinSamples;
-}
-
 /// Whether a less certain instance is a thing already found, or a part of it: a network often finds
 /// a head or a torso once more.
 bool is_same(const InstanceView& view, const InstanceView& better) {
@@ -102,6 +66,41 @@ double Appearance::similarity(const Appearance& other) const {
   return sum / static_cast<double>(share_.size());
 }
 
+bool measure(std::uint8_t id, const GreyImage& ids, const Thumbnail& thumbnail,
+             const Camera& camera, const SE3& T_odom_camera, InstanceView& view) {
+  constexpr int kStep = Thumbnail::kStep;
+  const PixelBox& box = view.box;
+  const float middle_v = (box.y0 + box.y1) / 2;
+  std::vector<Vec3> points_odom;
+  std::vector<double> depths_m;
+  std::size_t samples = 0;
+  for (int y = static_cast<int>(box.y0) / kStep;
+       y < thumbnail.colour.height() && static_cast<float>(y * kStep) <= box.y1; ++y) {
+    for (int x = static_cast<int>(box.x0) / kStep;
+         x < thumbnail.colour.width() && static_cast<float>(x * kStep) <= box.x1; ++x) {
+      const int u = x * kStep, v = y * kStep;
+      if (!ids.contains(u, v) || ids.at(u, v) != id) continue;
+      ++samples;
+      view.appearance.add(thumbnail.colour.at(x, y), static_cast<float>(v) > middle_v);
+      const float depth_m = thumbnail.depth_m.at(x, y);
+      if (!(depth_m > 0) || !std::isfinite(depth_m)) continue;
+      depths_m.push_back(depth_m);
+      points_odom.push_back(T_odom_camera *
+                            camera.unproject(camera.undistort(Vec2(u, v)), depth_m));
+    }
+  }
+  view.appearance.normalise();
+  view.has_depth = depths_m.size() >= kMinSamples;
+  if (view.has_depth) {
+    view.depth_m = static_cast<float>(quantile(depths_m, 0.5));
+    view.centre_odom = axis_quantile(points_odom, 0.5);
+    view.min_odom = axis_quantile(points_odom, kBoxShare);
+    view.max_odom = axis_quantile(points_odom, 1 - kBoxShare);
+  }
+  view.own_share = static_cast<double>(samples * kStep * kStep) / box.area();
+  return samples >= kMinSamples;
+}
+
 std::vector<InstanceView> view_instances(const Segmentation& masks, const Thumbnail& thumbnail,
                                          const Camera& camera, const SE3& T_odom_camera,
                                          const MovableClasses& movable) {
@@ -117,7 +116,7 @@ std::vector<InstanceView> view_instances(const Segmentation& masks, const Thumbn
     view.score = instance.score;
     view.ids = {static_cast<std::uint8_t>(i + 1)};
     view.box = box;
-    if (measure(view.ids.front(), masks, thumbnail, camera, T_odom_camera, view))
+    if (measure(view.ids.front(), masks.ids, thumbnail, camera, T_odom_camera, view))
       views.push_back(std::move(view));
   }
   std::stable_sort(views.begin(), views.end(),

@@ -48,6 +48,11 @@ struct InstanceView {
   Appearance appearance;
 };
 
+/// Depth, place and colour of the pixels with one value of ids in the view's box.
+/// @return false where they are too few to tell.
+[[nodiscard]] bool measure(std::uint8_t id, const GreyImage& ids, const Thumbnail& thumbnail,
+                           const Camera& camera, const SE3& T_odom_camera, InstanceView& view);
+
 /// Instances that can move, best score first; those that show one thing put together.
 [[nodiscard]] std::vector<InstanceView> view_instances(const Segmentation& masks,
                                                        const Thumbnail& thumbnail,

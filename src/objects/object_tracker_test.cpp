@@ -90,6 +90,66 @@ TEST(ObjectTracker, TwoWhoCrossKeepTheirNumbersWithAndWithoutPoints) {
   }
 }
 
+TEST(ObjectTracker, TwoWhomTheNetworkTakesForOneStayTwo) {
+  for (const double apart_m : {0.0, 0.5}) {  // side by side; one half behind the other
+    Scene scene;
+    scene.things = {
+        {.centre = {-0.7, 0, 2}, .velocity_mps = {0.3, 0, 0}},
+        {.centre = {-0.2, 0, 2 + apart_m}, .velocity_mps = {0.3, 0, 0}, .colour = {20, 20, 220}}};
+    ObjectTracker tracker({}, scene.camera());
+    const auto before = run(tracker, scene, 0, 15);
+    ASSERT_EQ(before.size(), 2U);
+    scene.is_one_instance = true;
+    const auto objects = run(tracker, scene, 15, 75);
+    ASSERT_EQ(objects.size(), 2U) << apart_m;
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_EQ(objects[i].missing_frames, 0);
+      const Vec3 there = before[i].centre_world + 2 * scene.things[i].velocity_mps;
+      EXPECT_LT((objects[i].centre_world - there).norm(), 0.1) << apart_m << " " << i;
+    }
+  }
+}
+
+TEST(ObjectTracker, HeadAndLegsAboutABoxAreOnePerson) {
+  Scene scene;
+  scene.things = {{.centre = {0, 0, 2}, .height_m = 1.7}};
+  ObjectTracker tracker({}, scene.camera());
+  ASSERT_EQ(run(tracker, scene, 0, 15).size(), 1U);
+  scene.things = {{.centre = {0, -0.7, 2}, .height_m = 0.3},
+                  {.centre = {0, 0.55, 2}, .height_m = 0.6}};
+  const auto objects = run(tracker, scene, 15, 60);
+  ASSERT_EQ(objects.size(), 1U);
+  EXPECT_EQ(objects[0].missing_frames, 0);
+  EXPECT_GT(objects[0].max_world.y() - objects[0].min_world.y(), 1.2);
+}
+
+TEST(ObjectTracker, OneWhoIsAloneIsNotParted) {
+  Scene scene;
+  scene.things = {{.centre = {-0.5, 0, 2}, .width_m = 0.4},
+                  {.centre = {0.5, 0, 2}, .width_m = 0.4}};
+  ObjectTracker tracker({}, scene.camera());
+  ASSERT_EQ(run(tracker, scene, 0, 15).size(), 2U);
+  scene.things.pop_back();
+  for (int k = 15; k < 25; ++k) {
+    const auto objects = tracker.step(scene.frame(k));
+    EXPECT_NEAR(objects.at(0).max_world.x() - objects.at(0).min_world.x(), 0.4, 0.12);
+    EXPECT_TRUE(k <= 17 || objects.at(1).missing_frames > 0) << k;
+  }
+}
+
+TEST(ObjectTracker, KeepsWhoIsHiddenWithGrowingCovariance) {
+  Scene scene;
+  scene.things = {{.centre = {-0.6, 0, 2}, .velocity_mps = {0.5, 0, 0}}};
+  ObjectTracker tracker({}, scene.camera());
+  const TrackedObject shown = run(tracker, scene, 0, 40).at(0);
+  EXPECT_NEAR(shown.body_world.position_m.z(), 2 + 0.12, 0.03);  // its middle, not its front
+  EXPECT_LT((shown.body_world.velocity_mps - Vec3(0.5, 0, 0)).norm(), 0.05);
+  scene.things.clear();
+  const TrackedObject hidden = run(tracker, scene, 40, 100).at(0);
+  EXPECT_GT(hidden.body_world.covariance(0, 0), 20 * shown.body_world.covariance(0, 0));
+  EXPECT_GT(hidden.body_world.position_m.x(), shown.body_world.position_m.x() + 0.2);
+}
+
 TEST(ObjectTracker, WhatIsHiddenIsNotShownAndIsKnownAgain) {
   Scene scene;
   scene.things = {{.centre = {0, 0, 3}},
@@ -234,6 +294,8 @@ TEST(ObjectTracker, TakesAnyInput) {
     for (const TrackedObject& o : tracker.step(std::move(input))) {
       EXPECT_TRUE(o.centre_world.allFinite());
       EXPECT_TRUE(o.velocity_world_mps.allFinite());
+      EXPECT_TRUE(o.body_world.position_m.allFinite());
+      EXPECT_TRUE(o.body_world.covariance.allFinite());
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "objects/quantile.hpp"
 
@@ -11,6 +12,8 @@ namespace {
 
 constexpr double kMaxSpeedMps = 5;  // beyond, the points were not the same
 constexpr double kVelocityWindow_s = 0.5;
+constexpr double kHalfBody_m = 0.12;  // from the side that is seen to the middle of a person
+constexpr int kPersonClass = 0;
 constexpr double kAppearanceShare = 0.1;  // of a new appearance in the remembered one
 
 // When a track is confirmed.
@@ -100,6 +103,12 @@ bool Track::is_forgotten(Timestamp now, double keep_s) const {
   return seconds_between(now, seen) > (is_known() && id != kNoObject ? keep_s : kTentative_s);
 }
 
+ObjectMotion Track::body() const {
+  constexpr double kUnknown = 1e6;
+  if (filter_.has_begun()) return filter_.motion();
+  return {place.centre_odom, Vec3::Zero(), kUnknown * Mat6::Identity()};
+}
+
 TrackedObject Track::in_world(const SE3& T_world_odom, Timestamp now) const {
   const Vec3 min_odom = place.centre_odom + low_m, max_odom = place.centre_odom + high_m;
   const Vec3 middle = T_world_odom * (0.5 * (min_odom + max_odom));
@@ -114,6 +123,7 @@ TrackedObject Track::in_world(const SE3& T_world_odom, Timestamp now) const {
           .box_px = box_px,
           .centre_world = T_world_odom * place.centre_odom,
           .velocity_world_mps = T_world_odom.R() * velocity_odom_mps,
+          .body_world = body().seen_from(T_world_odom),
           .min_world = middle - half,
           .max_world = middle + half};
 }
@@ -142,6 +152,7 @@ void Track::see(const InstanceView& instance, const ObjectFrame& frame, bool cov
   place_then.box = instance.box;
   if (!instance.has_depth) return;
   place_then.centre_odom = instance.centre_odom;
+  is_new_ = true;
   low_m = instance.min_odom - instance.centre_odom;
   high_m = instance.max_odom - instance.centre_odom;
 }
@@ -158,6 +169,7 @@ void Track::update(const ObjectFrame& now, const ObjectFrame* before, const Poin
   place = place_now;
   update_rest(now, on_it);
   update_velocity(now, before, on_it);
+  update_motion(now, before, std::exchange(is_new_, false));
   update_box(now, masks_seen, camera);
 }
 
@@ -175,6 +187,7 @@ void Track::measure(const ObjectFrame& now, const PointIndices& on_it, TrackPlac
   }
   if (where.size() < kMinTrackPoints) return;
   place_now = {box, axis_quantile(where, 0.5)};
+  is_new_ = true;
   if (!first_centre_odom_) first_centre_odom_ = place_now.centre_odom;
   low_m = axis_quantile(where, 0.05) - place_now.centre_odom;
   high_m = axis_quantile(where, 0.95) - place_now.centre_odom;
@@ -220,6 +233,17 @@ void Track::update_velocity(const ObjectFrame& now, const ObjectFrame* before,
   if (now.seconds_since(seen) <= kShowMissed_s) return;
   velocity_odom_mps.setZero();  // out of sight it may have turned or stopped
   moves_.clear();
+}
+
+void Track::update_motion(const ObjectFrame& now, const ObjectFrame* before, bool is_measured) {
+  if (before)
+    filter_.go_on(now.seconds_since(before->in.stamp), now.seconds_since(seen) > kShowMissed_s);
+  if (!is_measured) return;
+  const Vec3 camera_odom = now.in.T_camera_odom.inverse().t();
+  const Vec3 towards = (place.centre_odom - camera_odom).normalized();
+  const double behind_m = class_id == kPersonClass ? kHalfBody_m : 0;
+  filter_.see(place.centre_odom + behind_m * towards);
+  if (!moves_.empty()) filter_.see_velocity(velocity_odom_mps);
 }
 
 /// The box as far as it is in the image; none of what is out of sight.

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "objects/object_frame.hpp"
+#include "objects/object_motion.hpp"
 
 namespace ygslam {
 
@@ -21,7 +22,8 @@ struct TrackedObject {
   int points = 0;                    ///< features on it now
   PixelBox box_px;                   ///< where it is seen in the image; empty while out of sight
   Vec3 centre_world = Vec3::Zero();  ///< median of its visible surface, or where its motion puts it
-  Vec3 velocity_world_mps = Vec3::Zero();
+  Vec3 velocity_world_mps = Vec3::Zero();  ///< mean of half a second
+  ObjectMotion body_world;        ///< filtered: place and velocity now, and what they will be
   Vec3 min_world = Vec3::Zero();  ///< box about 90 % of its visible surface, along the axes
   Vec3 max_world = Vec3::Zero();
 };
@@ -72,9 +74,13 @@ struct Track {
   void update_rest(const ObjectFrame& now, const PointIndices& on_it);
   void update_velocity(const ObjectFrame& now, const ObjectFrame* before,
                        const PointIndices& on_it);
+  [[nodiscard]] ObjectMotion body() const;
+  void update_motion(const ObjectFrame& now, const ObjectFrame* before, bool is_measured);
   void update_box(const ObjectFrame& now, Timestamp masks_seen, const Camera& camera);
   [[nodiscard]] bool is_present(const ObjectFrame& now) const;
 
+  MotionFilter filter_;
+  bool is_new_ = false;                    // its place was measured since the last update
   double evidence_ = 0;                    // masks by their scores, or frames of motion
   Vec3 way_m_ = Vec3::Zero();              // that its points came since its birth
   double path_m_ = 0;                      // the same, without regard to direction

@@ -120,6 +120,7 @@ TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
   person.id = ObjectId{7};
   person.class_id = 0;
   person.centre_world = {-1.25, 0.5, 3};
+  person.body_world = {{-1.2, 0.5, 3.1}, {1, 0, 0}, 0.01 * Mat6::Identity()};
   TrackedObject mover = person;
   person.faded = true;
   mover.class_id = kUnknownClass;
@@ -132,9 +133,15 @@ TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
   EXPECT_EQ(row[2], "7");
   EXPECT_EQ(row[3], "person");
   EXPECT_EQ(row[8], "-1.250");
-  EXPECT_EQ(header.back(), "faded");
-  EXPECT_EQ(row.back(), "1");
-  EXPECT_EQ(split(lines[2], ',').back(), "0");
+  const auto column = [&](const char* name) {
+    return static_cast<std::size_t>(std::ranges::find(header, name) - header.begin());
+  };
+  EXPECT_EQ(row.at(column("faded")), "1");
+  EXPECT_EQ(split(lines[2], ',').at(column("faded")), "0");
+  EXPECT_EQ(row.at(column("body_x_m")), "-1.200");
+  EXPECT_EQ(row.at(column("body_yy_cm2")), "100.000");
+  EXPECT_GT(std::stod(row.at(column("soon_x_m"))), -1.2 + 0.5);
+  EXPECT_GT(std::stod(row.at(column("soon_yy_cm2"))), 900);
   EXPECT_EQ(split(lines[2], ',')[3], "unknown");
 }
 

@@ -38,7 +38,11 @@ constexpr const char* kFramesHeader =
     "mask_ms\n";
 constexpr const char* kObjectsHeader =
     "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
-    "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m,faded\n";
+    "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m,faded,"
+    "body_x_m,body_y_m,body_z_m,body_xx_cm2,body_xy_cm2,body_xz_cm2,body_yy_cm2,body_yz_cm2,body_"
+    "zz_cm2,"
+    "soon_x_m,soon_y_m,soon_z_m,soon_xx_cm2,soon_xy_cm2,soon_xz_cm2,soon_yy_cm2,soon_yz_cm2,soon_"
+    "zz_cm2\n";
 
 std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times) {
   std::string text = format_stamp(r.stamp, stamp_decimals);
@@ -64,6 +68,17 @@ std::string missed_line(const OfferedFrame& missed, int stamp_decimals) {
          (missed.is_dropped ? ",dropped" : ",unreadable") + kNothingMeasured;
 }
 
+constexpr double kSoon_s = 1;
+constexpr double kCm2 = 1e4;  // in a square metre
+
+/// Position and its covariance, the upper triangle.
+void append_body(std::string& text, const ObjectMotion& body) {
+  for (int axis = 0; axis < 3; ++axis) text += ',', append_number(text, body.position_m[axis]);
+  for (int row = 0; row < 3; ++row)
+    for (int column = row; column < 3; ++column)
+      text += ',', append_number(text, kCm2 * body.covariance(row, column));
+}
+
 std::string object_lines(const FrameRecord& record, int stamp_decimals) {
   std::string text;
   for (const TrackedObject& o : record.objects) {
@@ -73,7 +88,10 @@ std::string object_lines(const FrameRecord& record, int stamp_decimals) {
       text += ',' + std::to_string(value);
     for (const Vec3* vector : {&o.centre_world, &o.velocity_world_mps, &o.min_world, &o.max_world})
       for (int axis = 0; axis < 3; ++axis) text += ',', append_number(text, (*vector)[axis]);
-    text += o.faded ? ",1\n" : ",0\n";
+    text += o.faded ? ",1" : ",0";
+    append_body(text, o.body_world);
+    append_body(text, o.body_world.after(kSoon_s));
+    text += '\n';
   }
   return text;
 }

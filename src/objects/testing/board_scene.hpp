@@ -1,6 +1,7 @@
 // For tests of objects: frames of things before a wall.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <map>
 #include <memory>
@@ -37,6 +38,7 @@ class Scene {
   static constexpr double kWall_m = 6;
   std::vector<Thing> things;
   int mask_delay = 2;
+  bool is_one_instance = false;  // the network takes all of them for one
 
   ObjectInput frame(int k) {
     RgbdFrame image;
@@ -46,6 +48,7 @@ class Scene {
     masks.frame = FrameId(static_cast<std::uint32_t>(k));
     masks.ids = GreyImage(camera_.width(), camera_.height());
     for (const Thing& thing : things) paint(thing, k, image, masks);
+    if (is_one_instance) join(masks);
     waiting_.push_back(std::make_shared<const Segmentation>(masks));
     ObjectInput input;
     input.frame = masks.frame;
@@ -70,6 +73,16 @@ class Scene {
  private:
   static Vec3 at(const Thing& thing, int k) {
     return thing.centre + k / kRate_hz * thing.velocity_mps;
+  }
+
+  static void join(Segmentation& masks) {
+    Instance& all = masks.instances.at(0);
+    for (const Instance& one : masks.instances) {
+      all.x0 = std::min(all.x0, one.x0), all.y0 = std::min(all.y0, one.y0);
+      all.x1 = std::max(all.x1, one.x1), all.y1 = std::max(all.y1, one.y1);
+    }
+    masks.instances.resize(1);
+    for (std::uint8_t& id : masks.ids) id = std::min<std::uint8_t>(id, 1);
   }
 
   void paint(const Thing& thing, int k, RgbdFrame& image, Segmentation& masks) const {

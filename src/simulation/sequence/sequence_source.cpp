@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/rng.hpp"
 #include "io/image_file.hpp"
@@ -66,6 +67,8 @@ struct SequenceSource::State {
   FaultInjector faults;
   int index = 0;
   std::uint32_t delivered = 0;
+  std::optional<SE3> T_world_given;   // where a caller put the camera
+  std::optional<SE3> T_world_before;  // and where it was for the frame before
 
   State(WorldConfig w, SequenceOptions o, double frame_rate, double seconds,
         const CameraPathConfig& path_config, std::shared_ptr<const Scene> s)
@@ -91,8 +94,11 @@ struct SequenceSource::State {
         faults(options.faults, 1 / frame_rate, options.seed) {}
 
   [[nodiscard]] double time_of(int i) const { return static_cast<double>(i) / fps; }
-  [[nodiscard]] Timestamp stamp_of(int i) const {
-    const double us = std::round(time_of(i) * 1e6);
+  [[nodiscard]] SE3 pose_at(double t_s) const {
+    return T_world_given ? *T_world_given : path.T_world_camera(t_s);
+  }
+  [[nodiscard]] static Timestamp stamp_of(double t_s) {
+    const double us = std::round(t_s * 1e6);
     return {kStart_ns + static_cast<std::int64_t>(us) * 1000};
   }
   /// The exposure wanders slowly, as an automatic one does.
@@ -103,18 +109,18 @@ struct SequenceSource::State {
   }
   /// @param readout_ms from the first row to the last, t_s in the middle.
   [[nodiscard]] RowPoses row_poses(double t_s, double readout_ms, int height) const {
-    if (readout_ms == 0) return {path.T_world_camera(t_s)};
+    if (readout_ms == 0) return {pose_at(t_s)};
     RowPoses poses;
     for (int v = 0; v < height; ++v) {
       const double share = (v + 0.5) / height - 0.5;
-      poses.push_back(path.T_world_camera(t_s + share * readout_ms * 1e-3));
+      poses.push_back(pose_at(t_s + share * readout_ms * 1e-3));
     }
     return poses;
   }
   [[nodiscard]] View view_at(double t_s, double readout_ms) {
     const double before_s = t_s - 1 / fps;
     return renderer.render(row_poses(t_s, readout_ms, camera.height()),
-                           path.T_world_camera(before_s), t_s, before_s);
+                           T_world_before.value_or(pose_at(before_s)), t_s, before_s);
   }
   /// What the depth camera sees where it is another.
   [[nodiscard]] View depth_view_at(double t_s) {
@@ -128,7 +134,7 @@ struct SequenceSource::State {
     const CameraConfig& c = camera.config();
     return c.depth_readout_ms != c.colour_readout_ms || c.depth_delay_ms != 0;
   }
-  [[nodiscard]] SimulatedFrame render(int i);
+  [[nodiscard]] SimulatedFrame render(int i, double t_s);
   /// @param depth what the depth camera sees; may be `view`.
   void add_noise(const View& view, const View& depth, ColourImage& colour, DepthImage& depth_m,
                  int i) const;
@@ -150,8 +156,7 @@ void SequenceSource::State::add_noise(const View& view, const View& depth, Colou
   quantise(depth_m, depth_lens.config().depth_scale);
 }
 
-SimulatedFrame SequenceSource::State::render(int i) {
-  const double t_s = time_of(i);
+SimulatedFrame SequenceSource::State::render(int i, double t_s) {
   renderer.set_exposure(exposure_at(t_s));
   View view = view_at(t_s, camera.config().colour_readout_ms);
   if (depth_is_seen_apart()) {
@@ -165,7 +170,7 @@ SimulatedFrame SequenceSource::State::render(int i) {
   SimulatedFrame out;
   out.index = i;
   out.t_s = t_s;
-  out.T_world_camera = path.T_world_camera(t_s);
+  out.T_world_camera = pose_at(t_s);
   auto frame = std::make_shared<RgbdFrame>();
   ColourImage colour = std::move(view.colour);
   DepthImage depth_m;
@@ -174,7 +179,7 @@ SimulatedFrame SequenceSource::State::render(int i) {
   } else {
     add_noise(view, view, colour, depth_m, i);
   }
-  out.delivery = faults.apply(i, t_s, stamp_of(i), colour, depth_m);
+  out.delivery = faults.apply(i, t_s, stamp_of(t_s), colour, depth_m);
   frame->stamp = out.delivery.stamp;
   frame->grey = grey_from_colour(colour);
   frame->colour = std::move(colour);
@@ -198,7 +203,13 @@ SequenceSource::~SequenceSource() = default;
 
 std::optional<SimulatedFrame> SequenceSource::next_with_losses() {
   if (state_->index >= state_->frames) return std::nullopt;
-  return state_->render(state_->index++);
+  const int i = state_->index++;
+  return state_->render(i, state_->time_of(i));
+}
+
+SimulatedFrame SequenceSource::next_from(const SE3& T_world_camera, double t_s) {
+  state_->T_world_before = std::exchange(state_->T_world_given, T_world_camera);
+  return state_->render(state_->index++, t_s);
 }
 
 std::optional<SimulatedFrame> SequenceSource::next() {

@@ -71,6 +71,10 @@ class SequenceSource {
   /// The next frame, even if a fault ate it or one of its images (see `delivery`).
   [[nodiscard]] std::optional<SimulatedFrame> next_with_losses();
 
+  /// The frame of a camera that a caller moves, instead of along the world's path; it stands while
+  /// the frame is taken. @param t_s since the start, later than that of the frame before.
+  [[nodiscard]] SimulatedFrame next_from(const SE3& T_world_camera, double t_s);
+
   [[nodiscard]] int frame_count() const;
   [[nodiscard]] const Camera& camera() const;
   [[nodiscard]] const std::optional<DepthCamera>& depth_camera() const;

@@ -1,0 +1,238 @@
+"""A robot with a camera drives through a rendered crowd to ten goals, planning on YG-SLAM's room and forecasts; with
+--ghosts on the hits and misses of its depth alone, as planners do that know no people.
+
+    PYTHONPATH=build/release/python .venv/bin/python examples/drive_among_people/drive.py out/drive \
+        --ygslam build/release/ygslam --seeds 1-20
+
+Each seed is driven both ways; a line of JSON each in out/drive/drives.jsonl, and a picture. The world does not wait and
+its people do not step aside: they walk into a robot that stands. Poses are YG-SLAM's in both cases; the robot's wheels
+do exactly what they are told, and tell the tracker. A contact: a person's middle within 0.45 m of the robot's, or furniture within its
+radius; it was driven into where the robot moved towards it.
+"""
+import argparse
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import yaml
+import ygslam
+from PIL import Image, ImageDraw
+
+from ghosts import RayGrid
+from planner import Grid, coarser, cost_of, path_to
+from rendered import FPS, Camera, Truth, pose_of, world_of
+
+CROWD = Path(__file__).resolve().parents[2] / "configs" / "worlds" / "crowd.yaml"
+RADIUS_M, SPEED_MPS, TURN_RPS, ACCELERATION_MPS2 = 0.25, 0.6, 1.0, 1.5
+PERSON_M, REACHED_M, MOST_S = 0.2, 0.35, 240
+HORIZONS_S = (0, 0.5, 1, 1.5, 2)
+
+
+def forecasts(objects, T_floor_world):
+    """Of each person (seconds, place on the floor, sigma)."""
+    people = []
+    for item in objects:
+        if item.class_name != "person" or item.faded:
+            continue
+        entry = []
+        for after_s in HORIZONS_S:
+            place, covariance = item.after(after_s)
+            on_floor = T_floor_world[:3, :3] @ covariance @ T_floor_world[:3, :3].T
+            at = (T_floor_world @ [*place, 1])[:2]
+            entry.append((after_s, at, float(np.sqrt(np.linalg.eigvalsh(on_floor[:2, :2])[-1]))))
+        people.append(entry)
+    return people
+
+
+class Robot:
+    def __init__(self, at, yaw):
+        self.at, self.yaw, self.speed = np.array(at, float), yaw, 0.0
+
+    def follow(self, here, heading, path, blocked):
+        """@param here,heading where it takes itself to be, on the floor; path there. The same turn and speed in truth."""
+        target = next((p for p in path if np.linalg.norm(p - here) > 0.4), path[-1] if path else here)
+        way = target - here
+        off = (np.arctan2(way[1], way[0]) - heading + np.pi) % (2 * np.pi) - np.pi if np.linalg.norm(way) > 0.05 else 0.0
+        wanted = 0.0 if blocked or abs(off) > 0.6 or not path else SPEED_MPS * np.cos(off)
+        self.speed = float(np.clip(wanted, self.speed - ACCELERATION_MPS2 / FPS * 2, self.speed + ACCELERATION_MPS2 / FPS))
+        self.yaw += float(np.clip(2.5 * off, -TURN_RPS, TURN_RPS)) / FPS
+        self.at = self.at + self.speed / FPS * np.array([np.cos(self.yaw), np.sin(self.yaw)])
+
+
+class Contacts:
+    """Counted once until it is over for a second."""
+
+    def __init__(self):
+        self.driven, self.walked, self.furniture, self.places = 0, 0, 0, []
+        self.since = {}
+
+    def check(self, t_s, robot, people, furniture):
+        heading = np.array([np.cos(robot.yaw), np.sin(robot.yaw)])
+        near = [(f"person {i}", p) for i, p in enumerate(people) if np.linalg.norm(p - robot.at) < RADIUS_M + PERSON_M]
+        nearest = furniture[np.argmin(np.linalg.norm(furniture - robot.at, axis=1))]
+        if np.linalg.norm(nearest - robot.at) < RADIUS_M:
+            near.append(("furniture", nearest))
+        for name, place in near:
+            if t_s - self.since.get(name, -9) > 1:
+                towards = robot.speed * heading @ (place - robot.at) > 0.03
+                if name == "furniture":
+                    self.furniture += 1
+                elif towards:
+                    self.driven += 1
+                else:
+                    self.walked += 1
+                self.places.append((robot.at.tolist(), name, bool(towards)))
+            self.since[name] = t_s
+
+
+def intrinsics(sequence, width=320, height=240):
+    """Of the same camera with images of another size."""
+    said = dict(line.split()[:2] for line in (sequence / "calibration.txt").read_text("utf-8").splitlines()
+                if line[:1].islower())
+    fx, fy, cx, cy, w, h = (float(said[key]) for key in ("fx", "fy", "cx", "cy", "width", "height"))
+    return {"fx": fx * width / w, "fy": fy * height / h, "cx": (cx + 0.5) * width / w - 0.5,
+            "cy": (cy + 0.5) * height / h - 0.5, "width": width, "height": height}
+
+
+def drive(options, seed, ghosts, folder):
+    world = folder / "world.yaml"
+    world.write_text(yaml.safe_dump(world_of(CROWD, seed)), "utf-8")
+    truth = Truth(options.ygslam, world, folder / "truth", MOST_S)
+    start, *goals = truth.goals(options.goals, seed)
+    first = goals[0] - start
+    robot, contacts = Robot(start, np.arctan2(first[1], first[0])), Contacts()
+    camera = Camera(options.ygslam, world, folder / "frames", seed)
+    pinhole = ygslam.CameraModel(**intrinsics(folder / "truth"))
+    T_true_world = pose_of(*robot.at, robot.yaw)  # the map begins at the first camera
+    T_floor_true = np.eye(4)
+    slam = ygslam.Slam(pinhole, segmenter="builtin", deterministic=True)
+    rays, room, path, track, lost, standing = RayGrid(start), None, [], [], 0, 0
+    shots, T_before = [], pose_of(*robot.at, robot.yaw)
+    for k in range(MOST_S * FPS):
+        T_now = pose_of(*robot.at, robot.yaw)
+        rgb, depth = camera.look(k / FPS, T_now)
+        wheels = np.linalg.inv(T_before) @ T_now
+        result = slam.process(rgb, depth, 10**12 + k * 10**9 // FPS, T_last_camera=wheels)
+        T_before = T_now
+        contacts.check(k / FPS, robot, truth.people[k], truth.furniture)
+        track.append(robot.at.tolist())
+        lost += result.state == ygslam.State.LOST
+        T_floor_camera = T_floor_true @ T_true_world @ result.pose  # the floor of the map's building
+        here, heading = T_floor_camera[:2, 3], np.arctan2(T_floor_camera[1, 2], T_floor_camera[0, 2])
+        if np.linalg.norm(here - goals[0]) < REACHED_M:
+            goals.pop(0)
+            if not goals:
+                break
+        if ghosts:
+            rays.add(depth, pinhole, T_floor_camera)
+        if k % 2 == 0:
+            people = [] if ghosts else forecasts(result.objects, T_floor_true @ T_true_world)
+            if not ghosts and (room is None or k % FPS == 0):
+                room = room_grid(slam.room(), T_floor_true @ T_true_world)
+            grid = (rays.grid() if ghosts else room).around([here, goals[0]])
+            cost = cost_of(grid, here, RADIUS_M, SPEED_MPS, people)
+            path = path_to(grid, cost, here, goals[0])
+        ahead = here + 0.35 * np.array([np.cos(heading), np.sin(heading)])
+        cell = grid.cell_of(ahead)
+        blocked = result.state == ygslam.State.LOST or not (0 <= cell[0] < cost.shape[0] and 0 <= cell[1] < cost.shape[1]) \
+            or (not np.isfinite(cost[cell]) and np.isfinite(cost[grid.cell_of(here)])) \
+            or any(np.linalg.norm(one[1][1] - ahead) < RADIUS_M + 0.3 for one in people)
+        standing += robot.speed < 0.05
+        robot.follow(here, heading, path, blocked)
+        if k % (FPS // 2) == 0:
+            shots.append((rgb, grid, path, people, here, goals[0], truth.people[k]))
+    camera.close()
+    line = {"seed": seed, "plan": "ghosts" if ghosts else "ygslam", "goals": options.goals - len(goals),
+            "seconds": round(len(track) / FPS, 1), "standing_s": round(standing / FPS, 1), "lost_frames": lost,
+            "metres": round(float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum()), 1),
+            "driven_into_people": contacts.driven, "walked_into": contacts.walked, "furniture": contacts.furniture}
+    return line, {"track": track, "contacts": contacts.places, "truth": truth, "shots": shots,
+                  "goals": truth.goals(options.goals, seed)}
+
+
+def room_grid(room, T_true_world):
+    """The room's plan in the building's axes, 10 cm."""
+    plan = room.occupancy(0.1, 1.5)
+    if plan.cells.size == 0:
+        return Grid(np.full((2, 2), -1, np.int8), (0, 0), 0.1)
+    T = T_true_world @ plan.T_world_floor
+    fine = Grid(plan.cells, plan.origin_m, plan.resolution_m)
+    places = np.concatenate([fine.middles(), np.zeros((*plan.cells.shape, 1))], axis=2) @ T[:3, :3].T + T[:3, 3]
+    known = plan.cells != -1
+    if not known.any():
+        return Grid(np.full((2, 2), -1, np.int8), (0, 0), 0.1)
+    low = places[known][:, :2].min(axis=0)
+    size = np.ceil((places[known][:, :2].max(axis=0) - low) / plan.resolution_m).astype(int)[::-1] + 1
+    cells = np.full(size, -1, np.int8)
+    for what in (0, 100):  # what stands there is written last
+        x, y = ((places[plan.cells == what][:, :2] - low) / plan.resolution_m).astype(int).T
+        cells[y, x] = what
+    return coarser(Grid(cells, low, plan.resolution_m), max(1, round(0.1 / plan.resolution_m)))
+
+
+def picture(seen, title, scale=90):
+    """From above: furniture grey, people's ways blue, the drive green, goals numbered, contacts red."""
+    truth = seen["truth"]
+    low, high = np.array([-4.7, -4.3]), np.array([4.7, 2.2])
+    size = tuple(int(x) for x in (high - low) * scale)
+    image = Image.new("RGB", size, "white")
+    draw = ImageDraw.Draw(image)
+
+    def at(p):
+        return (p[0] - low[0]) * scale, size[1] - (p[1] - low[1]) * scale
+    for p in truth.furniture:
+        x, y = at(p)
+        draw.rectangle([x - 2, y - 2, x + 2, y + 2], fill=(150, 150, 150))
+    for person in range(truth.people.shape[1]):
+        draw.line([at(p) for p in truth.people[:len(seen["track"]), person]], fill=(150, 180, 240), width=2)
+    draw.line([at(p) for p in seen["track"]], fill=(20, 140, 60), width=4)
+    for i, goal in enumerate(seen["goals"]):
+        x, y = at(goal)
+        draw.ellipse([x - 11, y - 11, x + 11, y + 11], outline="black", fill="white")
+        draw.text((x - 5, y - 6), "S" if i == 0 else str(i), fill="black")
+    for place, _, towards in seen["contacts"]:
+        x, y = at(place)
+        draw.ellipse([x - 12, y - 12, x + 12, y + 12], outline=(220, 0, 0) if towards else (230, 150, 0), width=4)
+    draw.text((8, 6), title, fill="black")
+    return image
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--ygslam", required=True)
+    parser.add_argument("--seeds", default="1-1")
+    parser.add_argument("--goals", type=int, default=10)
+    parser.add_argument("--only", choices=["ygslam", "ghosts"])
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    results = options.out / "drives.jsonl"
+    lines = [json.loads(line) for line in results.read_text("utf-8").splitlines()] if results.exists() else []
+    first, last = (int(s) for s in (options.seeds.split("-") * 2)[:2])
+    for seed in range(first, last + 1):
+        for plan in [options.only] if options.only else ["ygslam", "ghosts"]:
+            if any(line["seed"] == seed and line["plan"] == plan for line in lines):
+                continue
+            folder = Path(tempfile.mkdtemp())
+            line, seen = drive(options, seed, plan == "ghosts", folder)
+            shutil.rmtree(folder)
+            lines.append(line)
+            with results.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(line) + "\n")
+            title = ", ".join(f"{key} {value}" for key, value in line.items())
+            picture(seen, title).save(options.out / f"drive_{seed}_{plan}.png")
+    print("| plan | drives | goals | contacts: driven into people | walked into by people | furniture | metres | seconds "
+          "| standing |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|")
+    for plan in ("ygslam", "ghosts"):
+        mine = [line for line in lines if line["plan"] == plan]
+        if mine:
+            total = {key: sum(line[key] for line in mine) for key in mine[0] if key not in ("plan", "seed")}
+            print(f"| {plan} | {len(mine)} | {total['goals']} of {len(mine) * options.goals} | {total['driven_into_people']} "
+                  f"| {total['walked_into']} | {total['furniture']} | {total['metres']:.0f} | {total['seconds']:.0f} "
+                  f"| {total['standing_s']:.0f} |")
+
+
+if __name__ == "__main__":
+    main()

@@ -168,13 +168,13 @@ enum class Event {
   kCameraLearned,  ///< the times of a rolling shutter
 };
 
-/// A person or another thing that moves or could, followed over time.
 /// Where somebody is or will be.
 struct Forecast {
   std::array<double, 3> position_world_m{0, 0, 0};
   std::array<double, 9> covariance_m2{};  ///< 3 x 3 row-major, axes of the world
 };
 
+/// A person or another thing that moves or could, followed over time.
 struct YGSLAM_API Object {
   std::uint32_t id = 0;    ///< never given twice
   std::string class_name;  ///< COCO, or "unknown": moves, but no network knows it

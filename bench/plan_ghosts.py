@@ -7,7 +7,7 @@ SEQ was rendered with --truth. Both get the same depth and the poses that the li
 every fourth pixel of each third frame, with its own defaults. Cells are of 5 cm; obstacles stand from 0.10 to 1.50 m.
 
 ghosts        occupied cells that somebody or something left: nothing stands within 10 cm, and a second's frames have
-              seen through every part of the column that was filled (mean, most of a plan)
+              seen through every part of the column that was filled, by what was measured (mean, most of a plan)
 ghosts_unseen the same where fewer frames saw the place empty
 on_people     occupied cells where somebody stands
 false_free    free cells that lie, whole, within what stands: cell seconds of all judged plans; any must be looked at
@@ -142,7 +142,8 @@ class Truth:
         self.views += self.coarse.filled(still[(still[:, 2] > LOW_M + 0.03) & (still[:, 2] < HIGH_M - 0.03)])
         self.floor_views += self.coarse.filled(still[np.abs(still[:, 2]) < 0.03])
         self._cover(points[moves], now)
-        self._see_through(depth, R, t, now)
+        measured = self._image("depth", stamp) / c["depth_scale"]
+        self._see_through(depth, measured, R, t, now)
         self._stand(now)
 
     def _cover(self, points, now):
@@ -152,7 +153,8 @@ class Truth:
             self.covered[i][filled] = now
             self.through[i][filled] = 0
 
-    def _see_through(self, depth, R, t, now):
+    def _see_through(self, depth, measured, R, t, now):
+        """In truth, around the middle of the cell, and by what was measured there."""
         waiting = np.argwhere((self.covered > -np.inf) & (self.covered < now) & (self.through < self.enough))
         if not len(waiting):
             return
@@ -165,7 +167,7 @@ class Truth:
         in_view = (p[:, 2] > 0.3) & (p[:, 2] < FAR_M) & (u >= 8) & (v >= 8)
         in_view &= (u < depth.shape[1] - 8) & (v < depth.shape[0] - 8)
         at = np.flatnonzero(in_view)
-        through = np.ones(len(at), bool)
+        through = measured[v[at].astype(int), u[at].astype(int)] > p[at, 2] + 0.15
         for du in (-8, 0, 8):
             for dv in (-8, 0, 8):
                 seen = depth[v[at].astype(int) + dv, u[at].astype(int) + du]

@@ -242,6 +242,42 @@ class SimulateSignals(CliTest):
         self.assert_error(self.run_slam(out, out="run"), 3, out, "camera", out="run")
 
 
+class GivenPoses(CliTest):
+    """`simulate --poses`: somebody else moves the camera and sees each image before the next pose."""
+
+    def simulate(self, **how):
+        return subprocess.Popen([BINARY, "simulate", "static_xyz", "--out", self.folder / "given", "--size", "64x48",
+                                 "--poses", "-", "--quiet"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True, **how)
+
+    def test_each_image_is_there_when_its_stamp_is_told(self):
+        process = self.simulate()
+        self.addCleanup(process.kill)
+        for t_s, x in ((0, 0.0), (0.5, 0.1), (7.25, 0.2)):
+            process.stdin.write(f"{t_s} {x} -1.7 1.3 -0.7071068 0 0 0.7071068\n")
+            process.stdin.flush()
+            stamp = process.stdout.readline().strip()
+            self.assertEqual(stamp, f"{1000 + t_s:.6f}")
+            self.assertTrue((self.folder / "given" / "rgb" / f"{stamp}.jpg").exists())
+            self.assertTrue((self.folder / "given" / "depth" / f"{stamp}.png").exists())
+        _, stderr = process.communicate(timeout=HANG_S)
+        self.assertEqual((process.returncode, stderr), (0, ""))
+        self.assertEqual([line.split()[1] for line in lines_of(self.folder / "given" / "groundtruth.txt")
+                          if line[0] != "#"], ["0.000000000", "0.100000000", "0.200000000"])
+
+    def test_what_is_no_pose_is_named_by_its_line(self):
+        for line in ("0 0 0 1 0 0 0", "0 0 0 1 0 0 0 2", "0 0 0 nan 0 0 0 1", "-1 0 0 1 0 0 0 1", "hello", "0 0 0 1 0 0 0 1 9"):
+            process = self.simulate()
+            _, stderr = process.communicate(f"# a line\n{line}\n", timeout=HANG_S)
+            self.assertEqual(process.returncode, 4, line)
+            self.assertIn("-:2: ", stderr)
+        process = self.simulate()
+        _, stderr = process.communicate("1 0 0 1 0 0 0 1\n1 0 0 1 0 0 0 1\n", timeout=HANG_S)
+        self.assertEqual(process.returncode, 4)
+        self.assertIn("not later", stderr)
+        self.assertFalse((self.folder / "given" / "rgb.txt").exists())
+
+
 class TwoAtOnce(LongRuns):
     """F29"""
 

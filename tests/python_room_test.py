@@ -14,7 +14,7 @@ import unittest
 import numpy as np
 import ygslam
 
-from ygslam_cli import ROOT, CliTest, sequence
+from ygslam_cli import HEIGHT, ROOT, WIDTH, CliTest, sequence
 
 
 class RoomTest(CliTest):
@@ -26,6 +26,29 @@ class RoomTest(CliTest):
         """@return the Slam and its results."""
         slam = ygslam.Slam(self.frames.camera, segmenter="none", deterministic=True, **how)
         return slam, [slam.process(f.rgb, f.depth, f.t_ns, depth_t_ns=f.depth_t_ns) for f in self.frames]
+
+
+class People(RoomTest):
+    def test_where_they_are_and_will_be(self):
+        slam = ygslam.Slam(self.frames.camera, segmenter="frames", deterministic=True)
+        person = np.zeros((HEIGHT, WIDTH), np.uint8)
+        person[:, WIDTH // 3:WIDTH // 2] = 1  # whoever that is
+        for frame in (self.frames[i] for i in range(10)):
+            found = slam.process(frame.rgb, frame.depth, frame.t_ns, instances=person, classes=["person"], scores=[0.9])
+        [one] = [o for o in found.objects if o.class_name == "person"]
+        self.assertEqual(one.body_covariance.shape, (6, 6))
+        np.testing.assert_allclose(one.body_covariance, one.body_covariance.T, atol=1e-12)
+        place, covariance = one.after(0)
+        np.testing.assert_allclose(place, one.body_world_m)
+        np.testing.assert_allclose(covariance, one.body_covariance[:3, :3])
+        soon, wider = one.after(1.0)
+        self.assertGreater(np.linalg.eigvalsh(wider - covariance).min(), 0)
+        self.assertLess(np.linalg.norm(np.subtract(soon, place)), 1.01 * np.linalg.norm(one.body_velocity_world_mps) + 1e-9)
+        again = pickle.loads(pickle.dumps(one))
+        self.assertEqual(again.after(1.0)[0], soon)
+        for seconds in (-1, np.nan, np.inf):
+            with self.assertRaises(ygslam.UsageError):
+                one.after(seconds)
 
 
 class Rooms(RoomTest):

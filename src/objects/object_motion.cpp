@@ -10,13 +10,16 @@ namespace {
 constexpr double kPositionSigma_m = 0.07;
 constexpr double kVelocitySigma_mps = 0.5;  // of a velocity that is a mean over half a second
 constexpr double kFirstSpeedSigma_mps = 1;  // of who was just found
-constexpr double kAcceleration = 1;         // white noise [m / s^1.5], while he is followed
+constexpr double kAcceleration = 0.8;       // white noise [m / s^1.5], while it is followed
 constexpr double kBodySigma_m = 0.08;       // the middle of a body, by the side that is seen
 constexpr double kKeepsOn_s = 2;            // who walks will stop or turn, after so long on average
 constexpr double kHiddenKeepsOn_s = 1;      // nobody sees whether he has
-constexpr double kSpeedNoise = 0.7;         // as kAcceleration, of a forecast: along the way ...
-constexpr double kTurnNoise = 0.5;          // ... and across
-constexpr double kSurpriseSigmas2 = 16;     // a measurement farther off counts less
+// White noise of a forecast's acceleration [m / s^1.5]. Who walks may stop, which changes the way
+// along much more than turning changes it across.
+constexpr double kNoise = 0.2;           // of whoever it is
+constexpr double kNoiseOfSpeed_ps = 1;   // more along the way, for each m/s ...
+constexpr double kFastest_mps = 1.5;     // ... up to here
+constexpr double kSurpriseSigmas2 = 16;  // a measurement farther off counts less
 
 /// What a velocity that fades adds to the position.
 double way_s(double seconds, double keeps_on_s) {
@@ -59,9 +62,9 @@ ObjectMotion ObjectMotion::after(double seconds) const {
   if (!(seconds > 0)) return *this;
   const double speed = velocity_mps.norm();
   const Vec3 along = speed > 0 ? Vec3(velocity_mps / speed) : Vec3::Zero();
+  const double of_speed = kNoiseOfSpeed_ps * std::min(speed, kFastest_mps);
   const Mat3 squared =
-      kTurnNoise * kTurnNoise * Mat3::Identity() +
-      (kSpeedNoise * kSpeedNoise - kTurnNoise * kTurnNoise) * along * along.transpose();
+      kNoise * kNoise * Mat3::Identity() + of_speed * of_speed * along * along.transpose();
   const Mat6 F = transition(way_s(seconds, kKeepsOn_s), std::exp(-seconds / kKeepsOn_s));
   return {position_m + F(0, 3) * velocity_mps, F(3, 3) * velocity_mps,
           F * covariance * F.transpose() + noise(seconds, squared)};

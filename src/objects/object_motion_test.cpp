@@ -29,6 +29,13 @@ TEST(ObjectMotion, ForecastsThatWhoWalksGoesOnButNotForEver) {
   EXPECT_LT(late.velocity_mps.norm(), 0.05);
 }
 
+TEST(ObjectMotion, AForecastIsSurerOfWhoStandsAndAcrossTheWay) {
+  const Mat6 stands = after_a_walk({0, 0, 0}, 60).motion().after(1).covariance;
+  const Mat6 walks = after_a_walk({1, 0, 0}, 60).motion().after(1).covariance;
+  EXPECT_GT(walks(0, 0), 2 * stands(0, 0));
+  EXPECT_NEAR(walks(1, 1), stands(1, 1), 1e-9);
+}
+
 TEST(ObjectMotion, ADoubledStepIsTwoSteps) {
   const ObjectMotion now = after_a_walk({1, 0, 0}, 40).motion();
   const ObjectMotion once = now.after(1), twice = now.after(0.5).after(0.5);
@@ -75,7 +82,7 @@ TEST(ObjectMotion, CovarianceIsTrueOfWhoMovesAsItAssumes) {
     Vec3 p = Vec3::Zero(), v = vector(0.7);
     const Vec3 side = vector(0.08);
     for (int k = 0; k < 45; ++k) {
-      v += vector(std::sqrt(kFrame_s));
+      v += vector(0.8 * std::sqrt(kFrame_s));
       p += kFrame_s * v;
       filter.go_on(kFrame_s, false);
       filter.see(p + side + vector(0.07));

@@ -141,7 +141,7 @@ TEST(ObjectsCsv, OneLinePerObjectWithAsManyCellsAsTheHeader) {
   EXPECT_EQ(row.at(column("body_x_m")), "-1.200");
   EXPECT_EQ(row.at(column("body_yy_cm2")), "100.000");
   EXPECT_GT(std::stod(row.at(column("soon_x_m"))), -1.2 + 0.5);
-  EXPECT_GT(std::stod(row.at(column("soon_yy_cm2"))), 900);
+  EXPECT_GT(std::stod(row.at(column("soon_xx_cm2"))), 900);
   EXPECT_EQ(split(lines[2], ',')[3], "unknown");
 }
 

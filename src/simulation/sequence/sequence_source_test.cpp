@@ -48,6 +48,23 @@ TEST(RenderedWorld, CameraPathIsTheSameToTheBitWithoutPeople) {
   }
 }
 
+TEST(RenderedWorld, ACameraThatACallerMovesAlongThePathSeesTheSame) {
+  SequenceOptions options = small_options(0.6, 5);
+  options.noise = NoiseKind::kKinect;
+  const auto path = all_frames(open_or_die("walking_xyz", options));
+  SequenceSource source = open_or_die("walking_xyz", options);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const SimulatedFrame frame = source.next_from(path[i].T_world_camera, path[i].t_s);
+    EXPECT_EQ(frame.frame->stamp, path[i].frame->stamp);
+    EXPECT_TRUE(same_pixels(frame.frame->colour, path[i].frame->colour));
+    EXPECT_TRUE(same_pixels(frame.frame->depth_m, path[i].frame->depth_m));
+    if (i > 0) EXPECT_TRUE(same_pixels(frame.moving, path[i].moving));
+  }
+  const SimulatedFrame later = source.next_from(path[0].T_world_camera, 7.25);
+  EXPECT_EQ(later.frame->stamp.ns - path[0].frame->stamp.ns, 7'250'000'000);
+  EXPECT_EQ(later.T_world_camera.t(), path[0].T_world_camera.t());
+}
+
 /// Whether the pixel and its neighbours lie on one plane: there the inverse depth is linear.
 bool is_plane(const DepthImage& depth_m, int u0, int v0) {
   const auto inverse = [&](int u, int v) { return 1.0 / static_cast<double>(depth_m.at(u, v)); };

@@ -209,13 +209,13 @@ void bind_slam(nb::module_& m) {
       .def("room", &PySlam::room,
            "The static room as it was published last, at once: free space, mesh, objects. If "
            "deterministic, and after finish(), that of now.")
-      .def(
-          "plan", &PySlam::plan, nb::sig("def plan(self) -> OccupancyGrid | None"),
-          "The ground plan for a robot that drives now, as it was published last, at once: made "
-          "anew with each keyframe, and twice a second where the camera stands. Free: the floor or "
-          "the air just above it was seen, and of the heights from dense.plan_low_m to "
-          "dense.plan_high_m no 10 cm are unseen. None as long as no floor is known. If "
-          "deterministic, and after finish(), that of now.")
+      .def("plan", &PySlam::plan, nb::sig("def plan(self) -> OccupancyGrid | None"),
+           "The ground plan for a robot that drives now, as it was published last, at once: made "
+           "anew with each keyframe, with masks also twice a second where the camera stands. Free: "
+           "the floor or "
+           "the air just above it was seen, and of the heights from dense.plan_low_m to "
+           "dense.plan_high_m no 5 cm are unseen. None as long as no floor is known. If "
+           "deterministic, and after finish(), that of now.")
       .def("save_map", &PySlam::save_map, nb::arg("path"),
            "Writes the map to a file, whole or not at all.")
       .def("reset", &PySlam::reset, "Forgets all but settings and network.")

@@ -74,7 +74,7 @@ struct DepthCamera {
 
 /// In the world, which is the first camera or that of a loaded map.
 struct Floor {
-  std::array<double, 3> up_world{0, -1, 0};  ///< of any length; the first camera's y axis is down
+  std::array<double, 3> up_world{0, -1, 0};  ///< 1e-6 to 1e6 long; the first camera's y is down
   double floor_m = 0;                        ///< height of the floor along it
 };
 
@@ -385,13 +385,14 @@ class YGSLAM_API Slam {
   /// The static room as it was published last, at once. If deterministic, and after finish(), it is
   /// that of now, which takes its time once a frame. @throws Error (1, 2)
   Room room();
-  /// The ground plan for a robot that drives now: made anew with each keyframe, and twice a second
-  /// where the camera stands, as it was published last, at once. Occupied: something stands between
-  /// the options dense.plan_low_m and dense.plan_high_m above the floor. Free: the floor or the air
-  /// just above it was seen, and of the heights between them no 10 cm are unseen. People are left
-  /// out, and what the last views saw through is free, however long it stood there. Empty as long
-  /// as no floor is known. Never to be changed. If deterministic, and after finish(), that of now.
-  /// @throws Error (1, 2)
+  /// The ground plan for a robot that drives now, as it was published last, at once: made anew with
+  /// each keyframe, with masks also twice a second where the camera stands. Occupied: something
+  /// stands between the options dense.plan_low_m and dense.plan_high_m above the floor. Free: the
+  /// floor or the air just above it was seen, and of the heights between them no 5 cm are unseen.
+  /// People are left out, and what the last views saw through is free, however long it stood there;
+  /// what a view shows that a correction moves stands until it is seen through again. Empty as long
+  /// as no floor is known. t_ns is with Result::clock_shift_ns. Never to be changed. If
+  /// deterministic, and after finish(), that of now. @throws Error (1, 2)
   std::shared_ptr<const OccupancyGrid> plan();
   /// Writes the map as it is now to a file, whole or not at all. @throws Error (9, 1, 2)
   void save_map(const std::string& path);

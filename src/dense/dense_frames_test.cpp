@@ -253,7 +253,6 @@ TEST(DenseFrames, ThePlanMovesWithTheMap) {
   const SE3 shift(Mat3::Identity(), Vec3(0.4, 0, -0.8));  // whole cells
   for (auto& [id, T_world_camera] : room.poses) T_world_camera = shift * T_world_camera;
   room.give({});
-  KnownRoom again(low_robot(), {carton});
   const GroundGrid now = live_plan(room.map);
   ASSERT_TRUE(room.map.plan().has_floor());
   const auto occupied = [](const GroundGrid& plan) {
@@ -262,6 +261,23 @@ TEST(DenseFrames, ThePlanMovesWithTheMap) {
   EXPECT_GT(occupied(before), 100);
   EXPECT_NEAR(occupied(now), occupied(before), 0.05 * occupied(before));
   EXPECT_NE(at_carton(room.map), GroundState::kUnknown);
+}
+
+TEST(DenseFrames, ThePlanIsThatOfTheFinalPosesAfterTheEnd) {
+  KnownRoom room(low_robot(), {carton});
+  ASSERT_GT(live_plan(room.map).width, 0);
+  const SE3 shift(Mat3::Identity(), Vec3(0.4, 0, -0.8));  // whole cells
+  for (auto& [id, T_world_camera] : room.poses) T_world_camera = shift * T_world_camera;
+  room.map.apply({{}, {}, room.poses});
+  room.map.finish();  // without a step
+  DenseMap again(room.map.config(), room.camera);
+  again.restore(room.map.saved());
+  again.apply({{}, {}, room.poses});
+  again.finish();
+  const Gravity floor{-Vec3::UnitY(), -1.2, true};
+  const GroundGrid now = live_plan(room.map, floor), anew = live_plan(again, floor);
+  EXPECT_EQ(now.origin_floor, anew.origin_floor);
+  EXPECT_EQ(now.cells, anew.cells);
 }
 
 TEST(DenseFrames, OfOnePlaceAreOnlySoManyHoweverNewEachOfThemLooks) {

@@ -89,17 +89,16 @@ double DenseMap::out_of_place_m(DenseViewId id, const DenseView& view) const {
   const PixelState* state = judge_.state(id);
   if (!view.T_world_camera && fused == nullptr) return 0;
   if (!view.T_world_camera || fused == nullptr || state == nullptr ||
-      (*state != fused->state && !may_wait(id, *state, fused->state)))
+      (!may_wait(id, *state, fused->state) && *state != fused->state))
     return std::numeric_limits<double>::infinity();
   return distance_m(fused->T_world_camera, *view.T_world_camera);
 }
 
-bool DenseMap::may_wait(DenseViewId id, const PixelState& wanted, PixelState fused) const {
+bool DenseMap::may_wait(DenseViewId id, const PixelState& wanted, const PixelState& fused) const {
   const auto synced = synced_at_.find(id);
-  if (synced == synced_at_.end() || std::abs(seconds_between(newest_, synced->second)) >= kGather_s)
-    return false;
-  fused.removed = wanted.removed;
-  return fused == wanted;
+  return synced != synced_at_.end() &&
+         std::abs(seconds_between(newest_, synced->second)) < kGather_s &&
+         is_same_but_for_removed(wanted, fused);
 }
 
 std::optional<DenseViewId> DenseMap::most_out_of_place() const {
@@ -124,6 +123,7 @@ bool DenseMap::step() {
       is_new ? std::nullopt : std::optional(before->T_world_camera);
   bring_up_to_date(*next, loose_m(config_));
   note_in_plan(*next, T_world_before);
+  plan_.update(fused_.volume().space(), fused_.take_changed_space());
   if (out_of_place_m(*next, views_.at(*next)) > loose_m(config_)) return false;  // it is full
   if (is_new) cull(*next);
   return true;
@@ -143,6 +143,7 @@ bool DenseMap::drop_needless(DenseViewId id) {
   state.ids.assign(view.observations.size(), kNoSceneObject);
   plan_.observe(fused_.observe({view.images, view.stamp, *view.T_world_camera, std::move(state)}));
   planned_ = std::max(planned_, view.stamp);
+  plan_.update(fused_.volume().space(), fused_.take_changed_space());
   views_.remove(id);
   return true;
 }
@@ -170,12 +171,14 @@ void DenseMap::note_in_plan(DenseViewId id, const std::optional<SE3>& T_world_be
   else if (distance_m(*T_world_before, now->T_world_camera) > loose_m(config_))
     plan_.stand_again(fused_.observed_space(id));
   planned_ = std::max(planned_, views_.at(id).stamp);
-  plan_.update(fused_.volume().space(), fused_.take_changed_space());
 }
 
 bool DenseMap::wants_floor() const {
   constexpr double kMore = 1.5;
-  return placements_ > looked_for_floor_ && placements_ >= kMore * looked_for_floor_;
+  constexpr int kMostWithout = 30;  // a floor that has come into view is soon found
+  const int since = placements_ - looked_for_floor_;
+  return since > 0 && (placements_ >= kMore * looked_for_floor_ ||
+                       (!plan_.has_floor() && since >= kMostWithout));
 }
 
 void DenseMap::set_floor(const Gravity& gravity) {
@@ -227,12 +230,19 @@ FusedVolume::Placements DenseMap::wanted() const {
 
 void DenseMap::finish() {
   if (is_finished_) return;
+  std::map<DenseViewId, SE3> T_world_before;
+  for (const DenseViewId id : fused_.ids())
+    T_world_before.emplace(id, fused_.find(id)->T_world_camera);
   take_in_new_frames();
   judge_.judge_objects(views_, fused_);
   judge_.judge_space(fused_);  // what was removed is all but known, so that few are put in twice
   fused_.sync(wanted());
   judge_.judge_space(fused_);
   fused_.sync(wanted());
+  for (const DenseViewId id : fused_.ids()) {
+    const auto before = T_world_before.find(id);
+    note_in_plan(id, before == T_world_before.end() ? std::nullopt : std::optional(before->second));
+  }
   is_finished_ = true;
 }
 
@@ -246,7 +256,8 @@ std::vector<DenseMap::PlacedView> DenseMap::views() const {
 }
 
 std::size_t DenseMap::memory_bytes() const {
-  return views_.memory_bytes() + fused_.memory_bytes() + policy_.memory_bytes();
+  return views_.memory_bytes() + fused_.memory_bytes() + policy_.memory_bytes() +
+         plan_.memory_bytes();
 }
 
 }  // namespace ygslam

@@ -78,7 +78,8 @@ class DenseMap {
   void drop_keyframe(const RemovedAnchor& removed);
   [[nodiscard]] double out_of_place_m(DenseViewId id, const DenseView& view) const;
   /// Whether no more differs than what was removed, and the view was brought up to date lately.
-  [[nodiscard]] bool may_wait(DenseViewId id, const PixelState& wanted, PixelState fused) const;
+  [[nodiscard]] bool may_wait(DenseViewId id, const PixelState& wanted,
+                              const PixelState& fused) const;
   [[nodiscard]] std::optional<DenseViewId> most_out_of_place() const;
   bool judge_corrected();
   /// Of a frame of which it is not decided whether it enters. @return whether it was dropped.

@@ -13,6 +13,12 @@ constexpr double kSameCos = 0.99998;  // 0.36 degrees: 3 cm at 5 m
 constexpr double kSameFloor_m = 0.015;
 constexpr std::uint8_t kMostThrough = 3;
 
+/// In tiles. A camera that was placed a kilometre off must not take all the memory.
+bool is_too_large(std::int64_t width, std::int64_t height) {
+  constexpr std::int64_t kMostTiles = std::int64_t{1} << 20;  // 40 m by 40 m are 10,000
+  return width * height > kMostTiles;
+}
+
 int floored(double x) { return static_cast<int>(std::floor(x)); }
 
 }  // namespace
@@ -89,7 +95,7 @@ GroundPlan::Known GroundPlan::known(const SpaceCounts& counts, int through) cons
 
 void GroundPlan::update(const SpaceLayer& space, const std::vector<BlockKey>& changed) {
   cell_m_ = space.config().cell_m;
-  if (floor_ && !is_laid_) return lay_all_anew(space);
+  if (floor_ && !is_laid_) return lay_all_anew(space, changed);
   // Without a floor there are no columns, but views in a row count.
   const Lattice lattice(T_world_floor_.inverse(), cell_m_);
   observed_.insert(observed_.end(), changed.begin(), changed.end());
@@ -104,11 +110,12 @@ void GroundPlan::update(const SpaceLayer& space, const std::vector<BlockKey>& ch
   }
 }
 
-void GroundPlan::lay_all_anew(const SpaceLayer& space) {
+void GroundPlan::lay_all_anew(const SpaceLayer& space, const std::vector<BlockKey>& changed) {
   tiles_.clear();
   for (auto& [key, block] : blocks_) block.known.fill(Known::kNothing);
   is_laid_ = true;
   std::vector<BlockKey> all = space.blocks().keys();
+  all.insert(all.end(), changed.begin(), changed.end());  // released ones, too
   update(space, all);
 }
 
@@ -131,28 +138,33 @@ void GroundPlan::lay(const Lattice& lattice, const SpaceLayer& space, BlockKey k
     if (centre.z() < -floor_seen - 1 || centre.z() > low + count + 1) continue;
     for (const Vec3& part : lattice.offsets) {
       const Vec3 p = centre + part;
-      const int layer = floored(p.z() - low);
-      if (p.z() < -floor_seen || layer >= count) continue;
-      const int x = floored(p.x()), y = floored(p.y());
-      Tile& tile = this->tile(x, y);
-      const auto column = static_cast<std::size_t>((y & (kSide - 1)) * kSide + (x & (kSide - 1)));
-      tile.is_changed = true;
-      for (const auto& [what, step] : {std::pair(before, -1), std::pair(now, 1)}) {
-        if (what == Known::kNothing) continue;
-        const bool is_free = what == Known::kFree;
-        if (layer >= 0) {
-          std::uint8_t& parts =
-              (is_free ? tile.free : tile.occupied)[column * static_cast<std::size_t>(count) +
-                                                    static_cast<std::size_t>(layer)];
-          parts = static_cast<std::uint8_t>(parts + step);
-        }
-        // A floor that was laid a little too high or too low is one all the same.
-        if (is_free ? p.z() < floor_seen : layer < 0)
-          tile.floor[column] = static_cast<std::uint16_t>(tile.floor[column] + step);
-      }
+      add_part(p, before, -1);
+      add_part(p, now, 1);
     }
   }
   if (counted == nullptr) blocks_.erase(key);
+}
+
+/// @param p in the floor's frame, in cells. @param count 1 or -1.
+void GroundPlan::add_part(const Vec3& p, Known what, int count) {
+  const double floor_seen = config_.floor_seen_m / cell_m_;
+  const int layer = floored(p.z() - config_.low_m / cell_m_);
+  if (p.z() < -floor_seen || layer >= layers()) return;
+  const int x = floored(p.x()), y = floored(p.y());
+  Tile& tile = this->tile(x, y);
+  tile.is_changed = true;
+  if (what == Known::kNothing) return;
+  const auto column = static_cast<std::size_t>((y & (kSide - 1)) * kSide + (x & (kSide - 1)));
+  const bool is_free = what == Known::kFree;
+  if (layer >= 0) {
+    const std::size_t at =
+        column * static_cast<std::size_t>(layers()) + static_cast<std::size_t>(layer);
+    std::uint8_t& parts = (is_free ? tile.free : tile.occupied)[at];
+    parts = static_cast<std::uint8_t>(parts + count);
+  }
+  // A floor that was laid a little too high or too low is one all the same.
+  if (is_free ? p.z() < floor_seen : layer < 0)
+    tile.floor[column] = static_cast<std::uint16_t>(tile.floor[column] + count);
 }
 
 GroundPlan::Tile& GroundPlan::tile(int x, int y) {
@@ -198,7 +210,7 @@ GroundGrid GroundPlan::grid() const {
     bottom = std::min(bottom, at.y());
     top = std::max(top, at.y());
   }
-  if (left > right) return grid;
+  if (left > right || is_too_large(right - left + 1, top - bottom + 1)) return grid;
   grid.width = (right - left + 1) * kSide;
   grid.height = (top - bottom + 1) * kSide;
   grid.origin_floor = Vec2(left, bottom) * kSide * cell_m_;
@@ -216,9 +228,10 @@ GroundGrid GroundPlan::grid() const {
 }
 
 std::size_t GroundPlan::memory_bytes() const {
-  return blocks_.size() * sizeof(Block) +
-         tiles_.size() *
-             (sizeof(Tile) + 2 * static_cast<std::size_t>(kSide * kSide * std::max(1, layers())));
+  std::size_t bytes = blocks_.size() * sizeof(Block) + observed_.capacity() * sizeof(BlockKey);
+  for (const auto& [key, tile] : tiles_)
+    bytes += sizeof(Tile) + tile.free.capacity() + tile.occupied.capacity();
+  return bytes;
 }
 
 }  // namespace ygslam

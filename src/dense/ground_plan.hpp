@@ -72,8 +72,9 @@ class GroundPlan {
   struct Lattice;
 
   [[nodiscard]] int layers() const;
+  void add_part(const Vec3& p, Known what, int count);
   void lay(const Lattice& lattice, const SpaceLayer& space, BlockKey key);
-  void lay_all_anew(const SpaceLayer& space);
+  void lay_all_anew(const SpaceLayer& space, const std::vector<BlockKey>& changed);
   [[nodiscard]] Tile& tile(int x, int y);
   [[nodiscard]] GroundState judged(const Tile& tile, int column) const;
   [[nodiscard]] Known known(const SpaceCounts& counts, int through) const;

@@ -91,13 +91,21 @@ void exclude_places(const PixelState& state, const SE3& T_world_camera, double c
   }
 }
 
+template <typename Cells>
+bool same_cells(const Cells& a, const Cells& b) {
+  return a == b || (a && b && *a == *b);
+}
+
 }  // namespace
 
 bool PixelState::operator==(const PixelState& other) const {
-  const auto same = [](const auto& a, const auto& b) { return a == b || (a && b && *a == *b); };
-  return ids == other.ids && same(removed, other.removed) && same(appeared, other.appeared) &&
-         std::equal(removed_objects.begin(), removed_objects.end(), other.removed_objects.begin(),
-                    other.removed_objects.end(), same);
+  return same_cells(removed, other.removed) && is_same_but_for_removed(*this, other);
+}
+
+bool is_same_but_for_removed(const PixelState& a, const PixelState& b) {
+  return a.ids == b.ids && same_cells(a.appeared, b.appeared) &&
+         std::equal(a.removed_objects.begin(), a.removed_objects.end(), b.removed_objects.begin(),
+                    b.removed_objects.end(), same_cells<RemovedCells>);
 }
 
 PixelState without_changes(PixelState state) {

@@ -24,6 +24,7 @@ struct PixelState {
   bool operator==(const PixelState& other) const;
 };
 
+[[nodiscard]] bool is_same_but_for_removed(const PixelState& a, const PixelState& b);
 /// As if nothing had appeared, and nothing been removed but objects.
 [[nodiscard]] PixelState without_changes(PixelState state);
 /// What of it the space that a view observed depends on: not on the numbers of objects, but on

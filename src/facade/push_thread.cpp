@@ -36,10 +36,10 @@ std::optional<Result> PushThread::poll() {
 }
 
 void PushThread::clear() {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   waiting_.reset();
+  idle_.wait(lock, [&] { return !is_busy_; });
   results_.clear();
-  is_wanted_ = false;
 }
 
 void PushThread::finish() {
@@ -52,21 +52,34 @@ void PushThread::finish() {
 }
 
 void PushThread::loop(const std::stop_token& stop) {
-  while (const auto input = take(stop)) hand_out(process_(*input));
+  while (const auto input = take(stop)) {
+    const struct Busy {
+      PushThread& thread;
+      ~Busy() { thread.rest(); }
+    } busy{*this};
+    hand_out(process_(*input));
+  }
+}
+
+void PushThread::rest() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_busy_ = false;
+  }
+  idle_.notify_all();
 }
 
 std::optional<Input> PushThread::take(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   came_.wait(lock, stop, [&] { return waiting_ || closed_; });
   if (stop.stop_requested()) return std::nullopt;
-  is_wanted_ = true;
+  is_busy_ = waiting_.has_value();
   return std::exchange(waiting_, std::nullopt);
 }
 
 void PushThread::hand_out(Result result) {
   {
     const std::lock_guard lock(mutex_);
-    if (!is_wanted_) return;
     result.dropped_frames = dropped_;
     if (!deliver_) {
       results_.push_back(std::move(result));

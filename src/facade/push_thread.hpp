@@ -27,7 +27,8 @@ class PushThread {
   /// Takes the place of a frame that still waits, and its motion along.
   void put(Input input);
   [[nodiscard]] std::optional<Result> poll();
-  /// Lets go of the frame that waits and of all results, that of the frame in process too.
+  /// Lets go of the frame that waits and of all results; waits for that of the frame in process.
+  /// Not to be called by `deliver`.
   void clear();
   /// The frame that waits is still processed. May be called again.
   void finish();
@@ -39,6 +40,7 @@ class PushThread {
   void loop(const std::stop_token& stop);
   [[nodiscard]] std::optional<Input> take(const std::stop_token& stop);
   void hand_out(Result result);
+  void rest();
 
   Process process_;
   std::function<void(const Result&)> deliver_;
@@ -47,7 +49,8 @@ class PushThread {
   std::optional<Input> waiting_;
   std::deque<Result> results_;
   int dropped_ = 0;
-  bool is_wanted_ = true;  // the result of the frame in process: not after clear()
+  std::condition_variable idle_;
+  bool is_busy_ = false;  // a frame is processed, or its result delivered
   bool closed_ = false;
   WorkerThread thread_;  // last: it uses everything above
 };

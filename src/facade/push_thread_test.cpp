@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <future>
 #include <stdexcept>
 
@@ -43,21 +44,45 @@ TEST(PushThread, TheMotionOfADroppedFrameGoesWithTheNext) {
   EXPECT_FALSE(told_after_drops({moved(1), {}, moved(3)})) << "nobody measured one of them";
 }
 
-TEST(PushThread, WhatWasInProcessIsNotHandedOutAfterClear) {
+TEST(PushThread, ClearWaitsForTheFrameInProcessAndDropsItsResult) {
   std::promise<void> busy, release;
+  std::atomic<bool> is_done = false;
   PushThread thread(
       [&](const Input&) {
         busy.set_value();
         release.get_future().wait();
+        is_done = true;
         return Result();
       },
       {});
   thread.put({});
   busy.get_future().wait();
-  thread.clear();
+  auto cleared = std::async(std::launch::async, [&] {
+    thread.clear();
+    return is_done.load();
+  });
   release.set_value();
-  thread.finish();
+  EXPECT_TRUE(cleared.get());
   EXPECT_FALSE(thread.poll());
+}
+
+TEST(PushThread, ClearWaitsUntilAResultIsDelivered) {
+  std::promise<void> busy, release;
+  std::atomic<bool> is_done = false;
+  PushThread thread([](const Input&) { return Result(); },
+                    [&](const Result&) {
+                      busy.set_value();
+                      release.get_future().wait();
+                      is_done = true;
+                    });
+  thread.put({});
+  busy.get_future().wait();
+  auto cleared = std::async(std::launch::async, [&] {
+    thread.clear();
+    return is_done.load();
+  });
+  release.set_value();
+  EXPECT_TRUE(cleared.get());
 }
 
 TEST(PushThread, WhatFailsIsThrownToTheCaller) {
@@ -65,6 +90,7 @@ TEST(PushThread, WhatFailsIsThrownToTheCaller) {
   EXPECT_NO_THROW(thread.rethrow());
   thread.put({});
   thread.finish();
+  thread.clear();  // waits for nobody
   EXPECT_THROW(thread.rethrow(), std::runtime_error);
   EXPECT_FALSE(thread.poll());
 }

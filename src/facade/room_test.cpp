@@ -169,8 +169,8 @@ TEST(Plan, AFloorThatIsGivenIsBelieved) {
   const Pose& T_world_floor = slam.plan()->T_world_floor;
   EXPECT_NEAR(T_world_floor.translation_m[1], 0.9, 1e-9);
   EXPECT_NEAR(T_world_floor.translation_m[2], 0, 1e-9);
-  for (const Floor& wrong :
-       {Floor{{0, 0, 0}, 1}, Floor{{0, kNan, 1}, 1}, Floor{{0, -1, 0}, kNan}}) {
+  for (const Floor& wrong : {Floor{{0, 0, 0}, 1}, Floor{{0, kNan, 1}, 1}, Floor{{0, -1, 0}, kNan},
+                             Floor{{1e200, 0, 0}, 1}}) {
     settings.floor = wrong;
     EXPECT_EQ(code_of([&] { Slam::open(settings); }), 3);
   }

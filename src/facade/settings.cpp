@@ -12,6 +12,12 @@ namespace {
 
 Vec3 vec3_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
+bool is_floor(const Floor& floor) {
+  const double length = vec3_of(floor.up_world).stableNorm();
+  return is_finite(floor.up_world) && length >= 1e-6 && length <= 1e6 &&
+         std::abs(floor.floor_m) < 1e4;
+}
+
 bool has_masks(const SessionOptions& options) {
   if (options.segmenter == SegmenterKind::kModel) return !options.model.empty();
   return options.segmenter != SegmenterKind::kNone;
@@ -38,10 +44,8 @@ SessionOptions session_options(const Settings& settings) {
   faults.add(validate(config));
   if (!(settings.room_every_s >= 0 && settings.room_every_s < 1e9))
     faults.add("room_every_s: 0 or more seconds are expected");
-  if (settings.floor &&
-      !(is_finite(settings.floor->up_world) && vec3_of(settings.floor->up_world).norm() > 0 &&
-        std::abs(settings.floor->floor_m) < 1e4))
-    faults.add("floor: a direction and a height are expected");
+  if (settings.floor && !is_floor(*settings.floor))
+    faults.add("floor: a direction, of a length between 1e-6 and 1e6, and a height are expected");
   if (const Status status = faults.status(); !status.ok()) fail(status.error());
   auto settled = resolved(std::move(config));
   if (!settled.ok()) fail(settled.error());

@@ -364,6 +364,8 @@ Result<std::optional<CameraConfig>> json_camera_of_folder(Sequence& sequence) {
     if (camera) continue;
     camera = *read;
     sequence.camera_source = path.string();
+    if (const auto note = foreign_camera_note(path.string(), read->depth_scale); !note.empty())
+      sequence.notes.push_back(note);
   }
   return camera;
 }
@@ -378,7 +380,9 @@ bool are_alike(const CameraConfig& a, const CameraConfig& b) {
   return is_near(a.fx, b.fx, kPrinted_px) && is_near(a.fy, b.fy, kPrinted_px) &&
          is_near(a.cx, b.cx, kPrinted_px) && is_near(a.cy, b.cy, kPrinted_px) &&
          is_near(a.k1, b.k1, kDistortion) && is_near(a.k2, b.k2, kDistortion) &&
-         same_side(a.width, b.width) && same_side(a.height, b.height);
+         is_near(a.p1, b.p1, kDistortion) && is_near(a.p2, b.p2, kDistortion) &&
+         is_near(a.k3, b.k3, kDistortion) && same_side(a.width, b.width) &&
+         same_side(a.height, b.height);
 }
 
 std::optional<CameraConfig> preset_of_folder(Sequence& sequence) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "objects/instance_split.hpp"
 #include "objects/mover_groups.hpp"
-#include "objects/parting.hpp"
 
 namespace ygslam {
 namespace {
@@ -103,10 +103,10 @@ void ObjectTracker::take_mask(const Segmentation& masks) {
   if (newest_mask_ != kNoFrame && masks.frame <= newest_mask_) return;
   newest_mask_ = masks.frame;
   mask_stamp_ = frame->in.stamp;
-  const auto [instances, ids] = join_by_tracks(
-      part_by_tracks(view_instances(masks, frame->in.thumbnail, camera_,
-                                    frame->in.T_camera_odom.inverse(), config_.movable),
-                     masks.ids, *frame, tracks_, camera_),
+  const auto [instances, ids] = merge_fragments(
+      split_merged_instances(view_instances(masks, frame->in.thumbnail, camera_,
+                                            frame->in.T_camera_odom.inverse(), config_.movable),
+                             masks.ids, *frame, tracks_, camera_),
       *frame, tracks_, camera_);
   const auto points_on = points_by_instance(instances, ids, *frame);
   const Association association = associate(instances, points_on, *frame, tracks_);

@@ -13,7 +13,6 @@ namespace {
 constexpr double kMaxSpeedMps = 5;  // beyond, the points were not the same
 constexpr double kVelocityWindow_s = 0.5;
 constexpr double kHalfBody_m = 0.12;  // from the side that is seen to the middle of a person
-constexpr int kPersonClass = 0;
 constexpr double kAppearanceShare = 0.1;  // of a new appearance in the remembered one
 
 // When a track is confirmed.

@@ -47,7 +47,7 @@ class Outputs:
         if has("vision_msgs"):
             from vision_msgs.msg import Detection3DArray
             self._detections = node.create_publisher(Detection3DArray, "~/objects", LIVE)
-        self._told: dict[str, object] = {}  # the room last published, by topic
+        self._told: dict[str, tuple] = {}  # what tells the room last published from others, by topic
         self._before: tuple[int, np.ndarray] | None = None
         self._path_step_m = path_step_m
         self._walked: collections.deque = collections.deque(maxlen=path_length)
@@ -56,6 +56,7 @@ class Outputs:
     def forget(self) -> None:
         """A new world: the path and what velocities are told from."""
         self._before = None
+        self._told.clear()
         self._walked.clear()
 
     def frame(self, t_ns: int, poses: Poses, is_tracked: bool, with_tf: bool) -> None:
@@ -106,9 +107,11 @@ class Outputs:
     def room(self, room, T_map_world: np.ndarray, most_triangles: int) -> None:
         """To those who listen, each room once: a latched message serves who comes later. Called again with the
         same room, it serves a topic that nobody heard before."""
+        content = (room.t_ns, len(room.vertices), T_map_world.tobytes())
+
         def tell(publisher, message_of) -> None:
-            if self._told.get(publisher.topic_name) is not room and publisher.get_subscription_count():
-                self._told[publisher.topic_name] = room
+            if self._told.get(publisher.topic_name) != content and publisher.get_subscription_count():
+                self._told[publisher.topic_name] = content
                 publisher.publish(message_of())
 
         tell(self._cloud, lambda: map_messages.cloud(map_messages.in_map(room.vertices, T_map_world), room.colors,

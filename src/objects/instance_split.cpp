@@ -1,4 +1,4 @@
-#include "objects/parting.hpp"
+#include "objects/instance_split.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,13 +19,13 @@ constexpr std::size_t kMinCells = 12;  // of the thumbnail, in a part ...
 constexpr double kMinShare = 0.08;     // ... and of the instance
 
 /// Where a track was expected in the mask's frame.
-struct Claim {
+struct Seed {
   Vec3 centre_cam;
   std::vector<Vec3> cells_cam;
   std::vector<Eigen::Vector2i> cells;  // of the thumbnail
   PixelBox box;                        // about them
 
-  explicit Claim(Vec3 centre) : centre_cam(std::move(centre)) {}
+  explicit Seed(Vec3 centre) : centre_cam(std::move(centre)) {}
 };
 
 /// Sideways and in depth: bodies are upright, and so are most images.
@@ -33,21 +33,22 @@ double distance_m(const Vec3& a_cam, const Vec3& b_cam) {
   return std::hypot(a_cam.x() - b_cam.x(), a_cam.z() - b_cam.z());
 }
 
-std::vector<Claim> claims_on(const InstanceView& seen, const ObjectFrame& frame,
-                             const Tracks& tracks) {
-  std::vector<Claim> claims;
+std::vector<Seed> seeds_on(const InstanceView& seen, const ObjectFrame& frame,
+                           const Tracks& tracks) {
+  std::vector<Seed> seeds;
+  if (seen.class_id != kPersonClass) return seeds;  // a chair may be wider than a body
   for (const auto& [key, place] : frame.place) {
     const Track& track = tracks.at(key);
     if (track.id == kNoObject || track.class_id != seen.class_id) continue;
     if (frame.seconds_since(track.seen) > kRecent_s || (place.box & seen.box).empty()) continue;
-    claims.emplace_back(frame.in.T_camera_odom * place.centre_odom);
+    seeds.emplace_back(frame.in.T_camera_odom * place.centre_odom);
   }
-  return claims;
+  return seeds;
 }
 
 /// Gives each cell with depth to the track that it lies nearest to.
-void share_out(const InstanceView& seen, const GreyImage& ids, const Thumbnail& thumbnail,
-               const Camera& camera, std::vector<Claim>& claims) {
+void assign_cells(const InstanceView& seen, const GreyImage& ids, const Thumbnail& thumbnail,
+                  const Camera& camera, std::vector<Seed>& seeds) {
   constexpr int kStep = Thumbnail::kStep;
   const std::set<std::uint8_t> own(seen.ids.begin(), seen.ids.end());
   for (int y = 0; y < thumbnail.depth_m.height(); ++y) {
@@ -58,7 +59,7 @@ void share_out(const InstanceView& seen, const GreyImage& ids, const Thumbnail& 
       if (!std::isfinite(depth_m)) continue;
       const Vec3 p_cam = camera.unproject(camera.undistort(Vec2(u, v)), depth_m);
       const auto nearest = std::ranges::min_element(
-          claims, {}, [&](const Claim& c) { return distance_m(p_cam, c.centre_cam); });
+          seeds, {}, [&](const Seed& c) { return distance_m(p_cam, c.centre_cam); });
       if (distance_m(p_cam, nearest->centre_cam) > kReach_m) continue;
       nearest->cells_cam.push_back(p_cam);
       nearest->cells.emplace_back(x, y);
@@ -70,26 +71,26 @@ void share_out(const InstanceView& seen, const GreyImage& ids, const Thumbnail& 
 }
 
 /// Drops who has too few cells, or whose cells are no other body's; what they had stays unshared.
-void keep_bodies(std::vector<Claim>& claims) {
+void keep_bodies(std::vector<Seed>& seeds) {
   std::size_t all = 0;
-  for (const Claim& claim : claims) all += claim.cells.size();
-  std::ranges::stable_sort(claims, std::greater{}, [](const Claim& c) { return c.cells.size(); });
-  std::vector<Claim> bodies;
-  for (Claim& claim : claims) {
-    const std::size_t n = claim.cells.size();
+  for (const Seed& seed : seeds) all += seed.cells.size();
+  std::ranges::stable_sort(seeds, std::greater{}, [](const Seed& c) { return c.cells.size(); });
+  std::vector<Seed> bodies;
+  for (Seed& seed : seeds) {
+    const std::size_t n = seed.cells.size();
     if (n < kMinCells || static_cast<double>(n) < kMinShare * static_cast<double>(all)) continue;
-    claim.centre_cam = axis_quantile(claim.cells_cam, 0.5);
-    const bool is_apart = std::ranges::all_of(bodies, [&](const Claim& other) {
-      return distance_m(claim.centre_cam, other.centre_cam) >= kApart_m;
+    seed.centre_cam = axis_quantile(seed.cells_cam, 0.5);
+    const bool is_apart = std::ranges::all_of(bodies, [&](const Seed& other) {
+      return distance_m(seed.centre_cam, other.centre_cam) >= kApart_m;
     });
-    if (is_apart) bodies.push_back(std::move(claim));
+    if (is_apart) bodies.push_back(std::move(seed));
   }
-  claims = std::move(bodies);
+  seeds = std::move(bodies);
 }
 
-void paint(const Claim& claim, const InstanceView& seen, std::uint8_t id, GreyImage& ids) {
+void paint(const Seed& seed, const InstanceView& seen, std::uint8_t id, GreyImage& ids) {
   constexpr int kStep = Thumbnail::kStep;
-  for (const Eigen::Vector2i& cell : claim.cells)
+  for (const Eigen::Vector2i& cell : seed.cells)
     for (int v = kStep * cell.y(); v < std::min(kStep * (cell.y() + 1), ids.height()); ++v)
       for (int u = kStep * cell.x(); u < std::min(kStep * (cell.x() + 1), ids.width()); ++u)
         if (std::ranges::find(seen.ids, ids.at(u, v)) != seen.ids.end()) ids.at(u, v) = id;
@@ -117,7 +118,7 @@ int track_at(const InstanceView& seen, const ObjectFrame& frame, const Tracks& t
 
 }  // namespace
 
-PartedInstances join_by_tracks(PartedInstances seen, const ObjectFrame& frame, const Tracks& tracks,
+SplitInstances merge_fragments(SplitInstances seen, const ObjectFrame& frame, const Tracks& tracks,
                                const Camera& camera) {
   std::map<int, InstanceView*> body_of;
   std::vector<InstanceView> bodies;
@@ -151,30 +152,30 @@ PartedInstances join_by_tracks(PartedInstances seen, const ObjectFrame& frame, c
   return seen;
 }
 
-PartedInstances part_by_tracks(std::vector<InstanceView> instances, GreyImage ids,
-                               const ObjectFrame& frame, const Tracks& tracks,
-                               const Camera& camera) {
-  PartedInstances result{{}, std::move(ids)};
+SplitInstances split_merged_instances(std::vector<InstanceView> instances, GreyImage ids,
+                                      const ObjectFrame& frame, const Tracks& tracks,
+                                      const Camera& camera) {
+  SplitInstances result{{}, std::move(ids)};
   int last_id = 0;
   for (const std::uint8_t id : result.ids) last_id = std::max<int>(last_id, id);
   const SE3 T_odom_camera = frame.in.T_camera_odom.inverse();
   for (InstanceView& seen : instances) {
-    std::vector<Claim> claims = claims_on(seen, frame, tracks);
-    if (claims.size() > 1) {
-      share_out(seen, result.ids, frame.in.thumbnail, camera, claims);
-      keep_bodies(claims);
+    std::vector<Seed> seeds = seeds_on(seen, frame, tracks);
+    if (seeds.size() > 1) {
+      assign_cells(seen, result.ids, frame.in.thumbnail, camera, seeds);
+      keep_bodies(seeds);
     }
-    if (claims.size() < 2 || last_id + std::ssize(claims) > 255) {
+    if (seeds.size() < 2 || last_id + std::ssize(seeds) > 255) {
       result.instances.push_back(std::move(seen));
       continue;
     }
-    for (const Claim& claim : claims) {
+    for (const Seed& seed : seeds) {
       InstanceView part;
       part.class_id = seen.class_id;
       part.score = seen.score;
-      part.box = claim.box & seen.box;
+      part.box = seed.box & seen.box;
       part.ids = {static_cast<std::uint8_t>(++last_id)};
-      paint(claim, seen, part.ids.front(), result.ids);
+      paint(seed, seen, part.ids.front(), result.ids);
       if (measure(part.ids.front(), result.ids, frame.in.thumbnail, camera, T_odom_camera, part))
         result.instances.push_back(std::move(part));
     }

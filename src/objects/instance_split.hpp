@@ -1,0 +1,26 @@
+// To a network two who touch are often one instance, and one behind a table or a box is several.
+// Where somebody was a moment ago tells how to split and to merge them.
+#pragma once
+
+#include <vector>
+
+#include "objects/association.hpp"
+
+namespace ygslam {
+
+struct SplitInstances {
+  std::vector<InstanceView> instances;
+  GreyImage ids;  ///< the mask's; each part has a value of its own
+};
+
+/// A person that covers several tracks seen a moment ago becomes one for each of them.
+/// @param frame the mask's own.
+[[nodiscard]] SplitInstances split_merged_instances(std::vector<InstanceView> instances,
+                                                    GreyImage ids, const ObjectFrame& frame,
+                                                    const Tracks& tracks, const Camera& camera);
+
+/// Instances one above the other at the place of one track seen a moment ago become one.
+[[nodiscard]] SplitInstances merge_fragments(SplitInstances seen, const ObjectFrame& frame,
+                                             const Tracks& tracks, const Camera& camera);
+
+}  // namespace ygslam

@@ -9,8 +9,7 @@
 
 namespace ygslam {
 
-inline constexpr int kPersonClass = 0;  // of COCO
-
+inline constexpr int kPersonClass = 0;             ///< of COCO
 inline constexpr int kUnknownClass = -1;           ///< moves, but no network knows it
 inline constexpr std::size_t kMinTrackPoints = 4;  ///< that say how a thing moves
 

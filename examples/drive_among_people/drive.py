@@ -21,7 +21,7 @@ import ygslam
 from PIL import Image, ImageDraw
 
 from ghosts import RayGrid
-from planner import Grid, coarser, cost_of, path_to
+from planner import OCCUPIED, Grid, coarser, cost_of, grown, path_to, velocity_of
 from rendered import FPS, Camera, Truth, pose_of, world_of
 
 CROWD = Path(__file__).resolve().parents[2] / "configs" / "worlds" / "crowd.yaml"
@@ -47,36 +47,38 @@ def forecasts(objects, T_floor_world):
 
 
 class Robot:
-    def __init__(self, at, yaw):
-        self.at, self.yaw, self.speed = np.array(at, float), yaw, 0.0
+    """A base that moves in any direction while it turns; the camera looks ahead of it."""
 
-    def follow(self, here, heading, path, blocked):
-        """@param here,heading where it takes itself to be, on the floor; path there. The same turn and speed in truth."""
-        target = next((p for p in path if np.linalg.norm(p - here) > 0.4), path[-1] if path else here)
-        way = target - here
-        off = (np.arctan2(way[1], way[0]) - heading + np.pi) % (2 * np.pi) - np.pi if np.linalg.norm(way) > 0.05 else 0.0
-        wanted = 0.0 if blocked or abs(off) > 0.6 or not path else SPEED_MPS * np.cos(off)
-        self.speed = float(np.clip(wanted, self.speed - ACCELERATION_MPS2 / FPS * 2, self.speed + ACCELERATION_MPS2 / FPS))
+    def __init__(self, at, yaw):
+        self.at, self.yaw, self.velocity = np.array(at, float), yaw, np.zeros(2)
+
+    def move(self, velocity, heading):
+        """@param heading to turn to; for both the true axes and the map's are the same but for drift."""
+        change = velocity - self.velocity
+        most = ACCELERATION_MPS2 / FPS
+        self.velocity = self.velocity + change * min(1, most / max(np.linalg.norm(change), 1e-9))
+        off = (heading - self.yaw + np.pi) % (2 * np.pi) - np.pi
         self.yaw += float(np.clip(2.5 * off, -TURN_RPS, TURN_RPS)) / FPS
-        self.at = self.at + self.speed / FPS * np.array([np.cos(self.yaw), np.sin(self.yaw)])
+        self.at = self.at + self.velocity / FPS
 
 
 class Contacts:
     """Counted once until it is over for a second."""
 
     def __init__(self):
-        self.driven, self.walked, self.furniture, self.places = 0, 0, 0, []
+        self.driven, self.walked, self.furniture, self.unseen, self.places = 0, 0, 0, 0, []
         self.since = {}
 
-    def check(self, t_s, robot, people, furniture):
-        heading = np.array([np.cos(robot.yaw), np.sin(robot.yaw)])
+    def check(self, t_s, robot, people, furniture, known):
         near = [(f"person {i}", p) for i, p in enumerate(people) if np.linalg.norm(p - robot.at) < RADIUS_M + PERSON_M]
         nearest = furniture[np.argmin(np.linalg.norm(furniture - robot.at, axis=1))]
         if np.linalg.norm(nearest - robot.at) < RADIUS_M:
             near.append(("furniture", nearest))
         for name, place in near:
             if t_s - self.since.get(name, -9) > 1:
-                towards = robot.speed * heading @ (place - robot.at) > 0.03
+                if name != "furniture":
+                    self.unseen += all(np.linalg.norm(place - k) > 0.6 for k in known)
+                towards = robot.velocity @ (place - robot.at) > 0.03
                 if name == "furniture":
                     self.furniture += 1
                 elif towards:
@@ -106,7 +108,6 @@ def drive(options, seed, ghosts, folder):
     camera = Camera(options.ygslam, world, folder / "frames", seed)
     pinhole = ygslam.CameraModel(**intrinsics(folder / "truth"))
     T_true_world = pose_of(*robot.at, robot.yaw)  # the map begins at the first camera
-    T_floor_true = np.eye(4)
     slam = ygslam.Slam(pinhole, segmenter="builtin", deterministic=True)
     rays, room, path, track, lost, standing = RayGrid(start), None, [], [], 0, 0
     shots, T_before = [], pose_of(*robot.at, robot.yaw)
@@ -116,11 +117,12 @@ def drive(options, seed, ghosts, folder):
         wheels = np.linalg.inv(T_before) @ T_now
         result = slam.process(rgb, depth, 10**12 + k * 10**9 // FPS, T_last_camera=wheels)
         T_before = T_now
-        contacts.check(k / FPS, robot, truth.people[k], truth.furniture)
+        contacts.check(k / FPS, robot, truth.people[k], truth.furniture,
+                       [one[0][1] for one in forecasts(result.objects, T_true_world)])
         track.append(robot.at.tolist())
         lost += result.state == ygslam.State.LOST
-        T_floor_camera = T_floor_true @ T_true_world @ result.pose  # the floor of the map's building
-        here, heading = T_floor_camera[:2, 3], np.arctan2(T_floor_camera[1, 2], T_floor_camera[0, 2])
+        T_floor_camera = T_true_world @ result.pose  # in the axes of the building
+        here = T_floor_camera[:2, 3]
         if np.linalg.norm(here - goals[0]) < REACHED_M:
             goals.pop(0)
             if not goals:
@@ -128,26 +130,29 @@ def drive(options, seed, ghosts, folder):
         if ghosts:
             rays.add(depth, pinhole, T_floor_camera)
         if k % 2 == 0:
-            people = [] if ghosts else forecasts(result.objects, T_floor_true @ T_true_world)
+            people = [] if ghosts else forecasts(result.objects, T_true_world)
             if not ghosts and (room is None or k % FPS == 0):
-                room = room_grid(slam.room(), T_floor_true @ T_true_world)
+                room = room_grid(slam.room(), T_true_world)
             grid = (rays.grid() if ghosts else room).around([here, goals[0]])
             cost = cost_of(grid, here, RADIUS_M, SPEED_MPS, people)
             path = path_to(grid, cost, here, goals[0])
-        ahead = here + 0.35 * np.array([np.cos(heading), np.sin(heading)])
-        cell = grid.cell_of(ahead)
-        blocked = result.state == ygslam.State.LOST or not (0 <= cell[0] < cost.shape[0] and 0 <= cell[1] < cost.shape[1]) \
-            or (not np.isfinite(cost[cell]) and np.isfinite(cost[grid.cell_of(here)])) \
-            or any(np.linalg.norm(one[1][1] - ahead) < RADIUS_M + 0.3 for one in people)
-        standing += robot.speed < 0.05
-        robot.follow(here, heading, path, blocked)
+        target = next((p for p in path if np.linalg.norm(p - here) > 0.5), path[-1] if path else here)
+        if result.state == ygslam.State.LOST:
+            robot.move(np.zeros(2), robot.yaw)
+        else:
+            solid = grown(grid.cells == OCCUPIED, RADIUS_M / grid.cell_m)
+            velocity = velocity_of(grid, solid, here, target, people, SPEED_MPS, RADIUS_M + PERSON_M)
+            far = np.linalg.norm(target - here) > 0.2
+            robot.move(velocity, np.arctan2(*(target - here)[::-1]) if far else robot.yaw)
+        standing += np.linalg.norm(robot.velocity) < 0.05
         if k % (FPS // 2) == 0:
             shots.append((rgb, grid, path, people, here, goals[0], truth.people[k]))
     camera.close()
     line = {"seed": seed, "plan": "ghosts" if ghosts else "ygslam", "goals": options.goals - len(goals),
             "seconds": round(len(track) / FPS, 1), "standing_s": round(standing / FPS, 1), "lost_frames": lost,
             "metres": round(float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum()), 1),
-            "driven_into_people": contacts.driven, "walked_into": contacts.walked, "furniture": contacts.furniture}
+            "driven_into_people": contacts.driven, "walked_into": contacts.walked, "unseen": contacts.unseen,
+            "furniture": contacts.furniture}
     return line, {"track": track, "contacts": contacts.places, "truth": truth, "shots": shots,
                   "goals": truth.goals(options.goals, seed)}
 
@@ -223,14 +228,14 @@ def main():
                 file.write(json.dumps(line) + "\n")
             title = ", ".join(f"{key} {value}" for key, value in line.items())
             picture(seen, title).save(options.out / f"drive_{seed}_{plan}.png")
-    print("| plan | drives | goals | contacts: driven into people | walked into by people | furniture | metres | seconds "
-          "| standing |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|")
+    print("| plan | drives | goals | contacts: driven into people | walked into by people | by somebody not known then | furniture | metres | seconds "
+          "| standing |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|")
     for plan in ("ygslam", "ghosts"):
         mine = [line for line in lines if line["plan"] == plan]
         if mine:
             total = {key: sum(line[key] for line in mine) for key in mine[0] if key not in ("plan", "seed")}
             print(f"| {plan} | {len(mine)} | {total['goals']} of {len(mine) * options.goals} | {total['driven_into_people']} "
-                  f"| {total['walked_into']} | {total['furniture']} | {total['metres']:.0f} | {total['seconds']:.0f} "
+                  f"| {total['walked_into']} | {total['unseen']} | {total['furniture']} | {total['metres']:.0f} | {total['seconds']:.0f} "
                   f"| {total['standing_s']:.0f} |")
 
 

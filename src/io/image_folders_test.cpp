@@ -26,7 +26,7 @@ constexpr const char* kCalibration = "fx 30\nfy 30\ncx 15.5\ncy 11.5\ndepth_scal
 
 /// A folder as Replica's.
 fs::path replica_in(const TempFolder& folder) {
-  const fs::path root = folder.path() / "room0";
+  fs::path root = folder.path() / "room0";
   for (const char* number : {"000000", "000001", "000010"})
     write_images(root, std::string("results/frame") + number + ".jpg",
                  std::string("results/depth") + number + ".png");

@@ -169,7 +169,7 @@ void DenseMap::note_in_plan(DenseViewId id, const std::optional<SE3>& T_world_be
   if (!T_world_before)
     plan_.observe(fused_.observed_space(id));
   else if (distance_m(*T_world_before, now->T_world_camera) > loose_m(config_))
-    plan_.stand_again(fused_.observed_space(id));
+    plan_.reobserve(fused_.observed_space(id));
   planned_ = std::max(planned_, views_.at(id).stamp);
 }
 

@@ -62,7 +62,7 @@ void GroundPlan::observe(const SeenSpace& seen) {
   }
 }
 
-void GroundPlan::stand_again(const SeenSpace& seen) {
+void GroundPlan::reobserve(const SeenSpace& seen) {
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto found = blocks_.find(seen.key(i));
     if (found == blocks_.end()) continue;
@@ -83,25 +83,25 @@ void GroundPlan::set_floor(const Gravity& gravity) {
   floor_ = gravity;
   floor_->up_world = up;
   T_world_floor_ = ygslam::T_world_floor(gravity);
-  is_laid_ = false;
+  is_built_ = false;
 }
 
-GroundPlan::Known GroundPlan::known(const SpaceCounts& counts, int through) const {
-  if (counts.hits == 0) return counts.through > 0 ? Known::kFree : Known::kNothing;
-  if (through >= (counts.hits <= config_.young_hits ? 1 : 2)) return Known::kFree;
-  if (counts.state() == SpaceState::kFree) return Known::kFree;
-  return counts.hits >= config_.min_views ? Known::kOccupied : Known::kNothing;
+GroundPlan::CellState GroundPlan::known(const SpaceCounts& counts, int through) const {
+  if (counts.hits == 0) return counts.through > 0 ? CellState::kFree : CellState::kNothing;
+  if (through >= (counts.hits <= config_.young_hits ? 1 : 2)) return CellState::kFree;
+  if (counts.state() == SpaceState::kFree) return CellState::kFree;
+  return counts.hits >= config_.min_views ? CellState::kOccupied : CellState::kNothing;
 }
 
 void GroundPlan::update(const SpaceLayer& space, const std::vector<BlockKey>& changed) {
   cell_m_ = space.config().cell_m;
-  if (floor_ && !is_laid_) return lay_all_anew(space, changed);
+  if (floor_ && !is_built_) return rebuild(space, changed);
   // Without a floor there are no columns, but views in a row count.
   const Lattice lattice(T_world_floor_.inverse(), cell_m_);
   observed_.insert(observed_.end(), changed.begin(), changed.end());
   std::sort(observed_.begin(), observed_.end());
   observed_.erase(std::unique(observed_.begin(), observed_.end()), observed_.end());
-  for (const BlockKey key : observed_) lay(lattice, space, key);
+  for (const BlockKey key : observed_) project(lattice, space, key);
   observed_.clear();
   for (auto& [key, tile] : tiles_) {
     if (!std::exchange(tile.is_changed, false)) continue;
@@ -110,17 +110,17 @@ void GroundPlan::update(const SpaceLayer& space, const std::vector<BlockKey>& ch
   }
 }
 
-void GroundPlan::lay_all_anew(const SpaceLayer& space, const std::vector<BlockKey>& changed) {
+void GroundPlan::rebuild(const SpaceLayer& space, const std::vector<BlockKey>& changed) {
   tiles_.clear();
-  for (auto& [key, block] : blocks_) block.known.fill(Known::kNothing);
-  is_laid_ = true;
+  for (auto& [key, block] : blocks_) block.known.fill(CellState::kNothing);
+  is_built_ = true;
   std::vector<BlockKey> all = space.blocks().keys();
   all.insert(all.end(), changed.begin(), changed.end());  // released ones, too
   update(space, all);
 }
 
 /// Exchanges what was laid of the block's cells for what is known of them now.
-void GroundPlan::lay(const Lattice& lattice, const SpaceLayer& space, BlockKey key) {
+void GroundPlan::project(const Lattice& lattice, const SpaceLayer& space, BlockKey key) {
   const SpaceBlock* counted = space.blocks().find(key);
   Block& block = blocks_[key];
   const Eigen::Vector3i first = block_of(key) * kBlockSide;
@@ -128,10 +128,10 @@ void GroundPlan::lay(const Lattice& lattice, const SpaceLayer& space, BlockKey k
   const double low = config_.low_m / cell_m_, floor_seen = config_.floor_seen_m / cell_m_;
   for (int offset = 0; offset < kBlockCells; ++offset) {
     const auto i = static_cast<std::size_t>(offset);
-    const Known now = counted == nullptr ? Known::kNothing
-                                         : known({counted->hits[i], counted->through[i]},
-                                                 static_cast<int>(block.through[i]));
-    const Known before = std::exchange(block.known[i], now);
+    const CellState now = counted == nullptr ? CellState::kNothing
+                                             : known({counted->hits[i], counted->through[i]},
+                                                     static_cast<int>(block.through[i]));
+    const CellState before = std::exchange(block.known[i], now);
     if (now == before || !floor_) continue;
     const Vec3 centre =
         lattice.centre(first + Eigen::Vector3i(offset % 8, offset / 8 % 8, offset / 64));
@@ -146,16 +146,16 @@ void GroundPlan::lay(const Lattice& lattice, const SpaceLayer& space, BlockKey k
 }
 
 /// @param p in the floor's frame, in cells. @param count 1 or -1.
-void GroundPlan::add_part(const Vec3& p, Known what, int count) {
+void GroundPlan::add_part(const Vec3& p, CellState what, int count) {
   const double floor_seen = config_.floor_seen_m / cell_m_;
   const int layer = floored(p.z() - config_.low_m / cell_m_);
   if (p.z() < -floor_seen || layer >= layers()) return;
   const int x = floored(p.x()), y = floored(p.y());
   Tile& tile = this->tile(x, y);
   tile.is_changed = true;
-  if (what == Known::kNothing) return;
+  if (what == CellState::kNothing) return;
   const auto column = static_cast<std::size_t>((y & (kSide - 1)) * kSide + (x & (kSide - 1)));
-  const bool is_free = what == Known::kFree;
+  const bool is_free = what == CellState::kFree;
   if (layer >= 0) {
     const std::size_t at =
         column * static_cast<std::size_t>(layers()) + static_cast<std::size_t>(layer);

@@ -44,7 +44,7 @@ class GroundPlan {
   /// What the newest view observed, in the order of views.
   void observe(const SeenSpace& seen);
   /// What a view observed that was put in anew, at another pose: its surfaces stand again.
-  void stand_again(const SeenSpace& seen);
+  void reobserve(const SeenSpace& seen);
   /// Where the floor is; without one there is no plan. Little changes are left out, for all columns
   /// are laid anew.
   void set_floor(const Gravity& gravity);
@@ -55,10 +55,10 @@ class GroundPlan {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  enum class Known : std::uint8_t { kNothing, kFree, kOccupied };
+  enum class CellState : std::uint8_t { kNothing, kFree, kOccupied };
   /// What is known of a block's cells, as it was laid into the columns.
   struct Block {
-    std::array<Known, kBlockCells> known{};
+    std::array<CellState, kBlockCells> known{};
     std::array<std::uint8_t, kBlockCells> through{};  // views in a row, the last ones
   };
   static constexpr int kSide = 8;  // columns of a tile
@@ -72,18 +72,18 @@ class GroundPlan {
   struct Lattice;
 
   [[nodiscard]] int layers() const;
-  void add_part(const Vec3& p, Known what, int count);
-  void lay(const Lattice& lattice, const SpaceLayer& space, BlockKey key);
-  void lay_all_anew(const SpaceLayer& space, const std::vector<BlockKey>& changed);
+  void add_part(const Vec3& p, CellState what, int count);
+  void project(const Lattice& lattice, const SpaceLayer& space, BlockKey key);
+  void rebuild(const SpaceLayer& space, const std::vector<BlockKey>& changed);
   [[nodiscard]] Tile& tile(int x, int y);
   [[nodiscard]] GroundState judged(const Tile& tile, int column) const;
-  [[nodiscard]] Known known(const SpaceCounts& counts, int through) const;
+  [[nodiscard]] CellState known(const SpaceCounts& counts, int through) const;
 
   GroundPlanConfig config_;
   double cell_m_ = 0;
   std::optional<Gravity> floor_;
   SE3 T_world_floor_;
-  bool is_laid_ = false;  // with this floor
+  bool is_built_ = false;  // with this floor
   std::unordered_map<BlockKey, Block> blocks_;
   std::unordered_map<BlockKey, Tile> tiles_;
   std::vector<BlockKey> observed_;  // blocks in which views in a row changed

@@ -116,7 +116,7 @@ TEST(GroundPlan, AViewThatIsPutInAnewBringsBackWhatItShows) {
   for (int i = 0; i < 3; ++i) columns.look(kTableTop);
   columns.look(kNothingThere);
   ASSERT_EQ(columns.at(), GroundState::kFree);
-  columns.plan.stand_again(Columns::seen_of(kTableTop, 3, 5));
+  columns.plan.reobserve(Columns::seen_of(kTableTop, 3, 5));
   columns.plan.update(columns.space, {});
   EXPECT_EQ(columns.at(), GroundState::kOccupied);
 }

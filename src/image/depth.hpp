@@ -19,7 +19,8 @@ struct DepthConfig {
 
 /// Whether the samples were written with their bytes the other way round: the low byte of a depth
 /// changes from pixel to pixel and the high one hardly does, so that neighbours jump by 256s and
-/// are alike when swapped. A sample of the rows decides; images with few different depths never are.
+/// are alike when swapped. A sample of the rows decides; images with few different depths never
+/// are.
 [[nodiscard]] bool has_swapped_bytes(const Image<std::uint16_t>& raw);
 
 /// What a sensor of that scale would have delivered: rounded, 0 where there is none or where 16

@@ -16,13 +16,13 @@ constexpr double kKeepsOn_s = 2;            // who walks will stop or turn, afte
 constexpr double kHiddenKeepsOn_s = 1;      // nobody sees whether he has
 // White noise of a forecast's acceleration [m / s^1.5]. Who walks may stop, which changes the way
 // along much more than turning changes it across.
-constexpr double kNoise = 0.2;           // of whoever it is
-constexpr double kNoiseOfSpeed_ps = 1;   // more along the way, for each m/s ...
-constexpr double kFastest_mps = 1.5;     // ... up to here
-constexpr double kSurpriseSigmas2 = 16;  // a measurement farther off counts less
+constexpr double kNoise = 0.2;                // of whoever it is
+constexpr double kNoiseOfSpeed_ps = 1;        // more along the way, for each m/s ...
+constexpr double kFastest_mps = 1.5;          // ... up to here
+constexpr double kOutlierSquaredSigmas = 16;  // a measurement farther off counts less
 
 /// What a velocity that fades adds to the position.
-double way_s(double seconds, double keeps_on_s) {
+double velocity_integral_s(double seconds, double keeps_on_s) {
   return keeps_on_s * (1 - std::exp(-seconds / keeps_on_s));
 }
 
@@ -45,8 +45,8 @@ Mat6 noise(double dt_s, const Mat3& squared) {
 void correct(ObjectMotion& state, int first, const Vec3& innovation, double sigma) {
   const Mat3 own = state.covariance.block<3, 3>(first, first);
   Mat3 S = own + sigma * sigma * Mat3::Identity();
-  const double surprise = innovation.dot(S.ldlt().solve(innovation));
-  S += std::max(0.0, surprise / kSurpriseSigmas2 - 1) * sigma * sigma * Mat3::Identity();
+  const double squared_sigmas = innovation.dot(S.ldlt().solve(innovation));
+  S += std::max(0.0, squared_sigmas / kOutlierSquaredSigmas - 1) * sigma * sigma * Mat3::Identity();
   const Eigen::Matrix<double, 6, 3> K =
       S.ldlt().solve(state.covariance.middleRows<3>(first)).transpose();
   const Vec6 change = K * innovation;
@@ -65,7 +65,8 @@ ObjectMotion ObjectMotion::after(double seconds) const {
   const double of_speed = kNoiseOfSpeed_ps * std::min(speed, kFastest_mps);
   const Mat3 squared =
       kNoise * kNoise * Mat3::Identity() + of_speed * of_speed * along * along.transpose();
-  const Mat6 F = transition(way_s(seconds, kKeepsOn_s), std::exp(-seconds / kKeepsOn_s));
+  const Mat6 F =
+      transition(velocity_integral_s(seconds, kKeepsOn_s), std::exp(-seconds / kKeepsOn_s));
   return {position_m + F(0, 3) * velocity_mps, F(3, 3) * velocity_mps,
           F * covariance * F.transpose() + noise(seconds, squared)};
 }
@@ -76,16 +77,16 @@ ObjectMotion ObjectMotion::seen_from(const SE3& T) const {
   return {T * position_m, T.R() * velocity_mps, R * covariance * R.transpose()};
 }
 
-void MotionFilter::go_on(double seconds, bool hidden) {
+void MotionFilter::predict(double seconds, bool hidden) {
   if (!has_begun_ || !(seconds > 0)) return;
-  const double way = hidden ? way_s(seconds, kHiddenKeepsOn_s) : seconds;
+  const double way = hidden ? velocity_integral_s(seconds, kHiddenKeepsOn_s) : seconds;
   const Mat6 F = transition(way, hidden ? std::exp(-seconds / kHiddenKeepsOn_s) : 1);
   state_ = {state_.position_m + F(0, 3) * state_.velocity_mps, F(3, 3) * state_.velocity_mps,
             F * state_.covariance * F.transpose() +
                 noise(seconds, kAcceleration * kAcceleration * Mat3::Identity())};
 }
 
-void MotionFilter::see(const Vec3& position_m) {
+void MotionFilter::update(const Vec3& position_m) {
   if (!position_m.allFinite()) return;
   if (has_begun_) return correct(state_, 0, position_m - state_.position_m, kPositionSigma_m);
   has_begun_ = true;
@@ -94,7 +95,7 @@ void MotionFilter::see(const Vec3& position_m) {
       Vec3::Constant(kFirstSpeedSigma_mps * kFirstSpeedSigma_mps);
 }
 
-void MotionFilter::see_velocity(const Vec3& velocity_mps) {
+void MotionFilter::update_velocity(const Vec3& velocity_mps) {
   if (!has_begun_ || !velocity_mps.allFinite()) return;
   correct(state_, 3, velocity_mps - state_.velocity_mps, kVelocitySigma_mps);
 }

@@ -21,9 +21,9 @@ class MotionFilter {
  public:
   [[nodiscard]] bool has_begun() const { return has_begun_; }
   /// @param hidden nobody sees it: its speed fades.
-  void go_on(double seconds, bool hidden);
-  void see(const Vec3& position_m);
-  void see_velocity(const Vec3& velocity_mps);
+  void predict(double seconds, bool hidden);
+  void update(const Vec3& position_m);
+  void update_velocity(const Vec3& velocity_mps);
   /// Once it has begun. With the error that no filter sees: where in a body its seen side is.
   [[nodiscard]] ObjectMotion motion() const;
 

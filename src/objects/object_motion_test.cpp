@@ -12,9 +12,9 @@ constexpr double kFrame_s = 1.0 / 30;
 MotionFilter after_a_walk(const Vec3& velocity_mps, int frames) {
   MotionFilter filter;
   for (int k = 0; k < frames; ++k) {
-    filter.go_on(kFrame_s, false);
-    filter.see(k * kFrame_s * velocity_mps);
-    filter.see_velocity(velocity_mps);
+    filter.predict(kFrame_s, false);
+    filter.update(k * kFrame_s * velocity_mps);
+    filter.update_velocity(velocity_mps);
   }
   return filter;
 }
@@ -55,7 +55,7 @@ TEST(ObjectMotion, CovarianceGrowsWhileNobodySeesIt) {
   MotionFilter filter = after_a_walk({1, 0, 0}, 60);
   double before = filter.motion().covariance.topLeftCorner<3, 3>().trace();
   for (int s = 0; s < 5; ++s) {
-    for (int k = 0; k < 30; ++k) filter.go_on(kFrame_s, true);
+    for (int k = 0; k < 30; ++k) filter.predict(kFrame_s, true);
     const double now = filter.motion().covariance.topLeftCorner<3, 3>().trace();
     EXPECT_GT(now, 1.2 * before);
     before = now;
@@ -65,7 +65,7 @@ TEST(ObjectMotion, CovarianceGrowsWhileNobodySeesIt) {
 
 TEST(ObjectMotion, AWrongMeasurementMovesItLittle) {
   MotionFilter filter = after_a_walk({0, 0, 0}, 60);
-  filter.see({1.5, 0, 0});
+  filter.update({1.5, 0, 0});
   EXPECT_LT(filter.motion().position_m.norm(), 0.15);
 }
 
@@ -84,8 +84,8 @@ TEST(ObjectMotion, CovarianceIsTrueOfWhoMovesAsItAssumes) {
     for (int k = 0; k < 45; ++k) {
       v += vector(0.8 * std::sqrt(kFrame_s));
       p += kFrame_s * v;
-      filter.go_on(kFrame_s, false);
-      filter.see(p + side + vector(0.07));
+      filter.predict(kFrame_s, false);
+      filter.update(p + side + vector(0.07));
     }
     const Vec3 e = filter.motion().position_m - p;
     nees += e.dot(filter.motion().covariance.topLeftCorner<3, 3>().ldlt().solve(e)) / kPeople;

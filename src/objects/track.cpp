@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMaxSpeedMps = 5;  // beyond, the points were not the same
 constexpr double kVelocityWindow_s = 0.5;
-constexpr double kHalfBody_m = 0.12;  // from the side that is seen to the middle of a person
+constexpr double kHalfBody_m = 0.12;      // from the side that is seen to the middle of a person
 constexpr double kAppearanceShare = 0.1;  // of a new appearance in the remembered one
 
 // When a track is confirmed.
@@ -236,13 +236,13 @@ void Track::update_velocity(const ObjectFrame& now, const ObjectFrame* before,
 
 void Track::update_motion(const ObjectFrame& now, const ObjectFrame* before, bool is_measured) {
   if (before)
-    filter_.go_on(now.seconds_since(before->in.stamp), now.seconds_since(seen) > kShowMissed_s);
+    filter_.predict(now.seconds_since(before->in.stamp), now.seconds_since(seen) > kShowMissed_s);
   if (!is_measured) return;
   const Vec3 camera_odom = now.in.T_camera_odom.inverse().t();
   const Vec3 towards = (place.centre_odom - camera_odom).normalized();
   const double behind_m = class_id == kPersonClass ? kHalfBody_m : 0;
-  filter_.see(place.centre_odom + behind_m * towards);
-  if (!moves_.empty()) filter_.see_velocity(velocity_odom_mps);
+  filter_.update(place.centre_odom + behind_m * towards);
+  if (!moves_.empty()) filter_.update_velocity(velocity_odom_mps);
 }
 
 /// The box as far as it is in the image; none of what is out of sight.

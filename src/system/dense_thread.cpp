@@ -3,8 +3,9 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
+
+#include "core/time.hpp"
 
 namespace ygslam {
 namespace {
@@ -13,12 +14,6 @@ constexpr int kNice = 10;           // tracking, mapping and the network go firs
 constexpr double kMostShare = 0.1;  // of the thread's time, for the sink
 constexpr double kMostShareAtOnce = 0.05;
 constexpr double kLongestWait_s = 0.15;  // of what is shown at once, however long it took
-
-double thread_cpu_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 }  // namespace
 
@@ -69,13 +64,14 @@ void DenseThread::show_if_due(const std::stop_token& stop) {
   for (Look& look : looks_) {
     if (!look.waits || stop.stop_requested() || std::chrono::steady_clock::now() < look.next)
       continue;
-    const double begin_s = thread_cpu_s();  // who has to wait for a processor took none of it
+    const ScopedTimer timer;
     {
       const std::lock_guard lock(mutex_);
       look.look(map_);
     }
     look.waits = false;
-    const double share_s = (thread_cpu_s() - begin_s) / look.most_share;
+    // Of the processor: who has to wait for one took nothing.
+    const double share_s = 1e-3 * timer.cpu_ms() / look.most_share;
     const double wait_s =
         std::clamp(share_s, look.every_s, std::max(look.every_s, look.most_wait_s));
     look.next = std::chrono::steady_clock::now() +

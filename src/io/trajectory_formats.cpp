@@ -167,29 +167,27 @@ void put_in_order(const std::string& name, std::vector<StampedPose>& poses) {
   poses.erase(last, poses.end());
 }
 
-/// Degrees between two rotations.
-double turn_deg(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
-  return 2 * std::acos(std::min(1.0, std::abs(a.dot(b)))) * 180 / std::numbers::pi;
-}
-
 /// A file put together of two may have quaternions in two orders: where one turns far and would
 /// hardly do so with its w at the other end, it is told once.
 void warn_of_mixed_orders(const PoseText& text, const std::vector<StampedPose>& poses,
                           const std::string& name) {
   constexpr double kLeap_deg = 30;
   constexpr double kStep_deg = 5;
+  constexpr double kDegrees = 180 / std::numbers::pi;
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const Eigen::Quaterniond before = poses[i - 1].T_world_camera.quaternion();
     const Eigen::Quaterniond q = poses[i].T_world_camera.quaternion();
-    if (turn_deg(before, q) < kLeap_deg) continue;
+    const double turn_deg = kDegrees * before.angularDistance(q);
+    if (turn_deg < kLeap_deg) continue;
     const Eigen::Quaterniond w_first(q.x(), q.y(), q.z(), q.w());
     const Eigen::Quaterniond w_last(q.z(), q.w(), q.x(), q.y());
-    if (std::min(turn_deg(before, w_first), turn_deg(before, w_last)) > kStep_deg) continue;
+    const double otherwise_deg =
+        kDegrees * std::min(before.angularDistance(w_first), before.angularDistance(w_last));
+    if (otherwise_deg > kStep_deg) continue;
     log::warn(
         "{}:{}: the pose turns by {:.0f} deg against the line before, with qw at the other end of "
         "the quaternion by {:.1f}: are there two orders of quaternions in this file?",
-        name, text.records[i].line, turn_deg(before, q),
-        std::min(turn_deg(before, w_first), turn_deg(before, w_last)));
+        name, text.records[i].line, turn_deg, otherwise_deg);
     return;
   }
 }

@@ -44,45 +44,47 @@ TEST(PushThread, TheMotionOfADroppedFrameGoesWithTheNext) {
   EXPECT_FALSE(told_after_drops({moved(1), {}, moved(3)})) << "nobody measured one of them";
 }
 
-TEST(PushThread, ClearWaitsForTheFrameInProcessAndDropsItsResult) {
-  std::promise<void> busy, release;
+/// What a frame's processing or delivery meets: it tells that it has begun, and goes on when it
+/// may.
+struct Gate {
+  std::promise<void> begun, may_go_on;
   std::atomic<bool> is_done = false;
+
+  void pass() {
+    begun.set_value();
+    may_go_on.get_future().wait();
+    is_done = true;
+  }
+  /// Lets a thread that waits here go on while it is cleared. @return whether clear() waited for
+  /// it.
+  bool is_awaited_by_clear_of(PushThread& thread) {
+    thread.put({});
+    begun.get_future().wait();
+    auto cleared = std::async(std::launch::async, [&] {
+      thread.clear();
+      return is_done.load();
+    });
+    may_go_on.set_value();
+    return cleared.get();
+  }
+};
+
+TEST(PushThread, ClearWaitsForTheFrameInProcessAndDropsItsResult) {
+  Gate gate;
   PushThread thread(
       [&](const Input&) {
-        busy.set_value();
-        release.get_future().wait();
-        is_done = true;
+        gate.pass();
         return Result();
       },
       {});
-  thread.put({});
-  busy.get_future().wait();
-  auto cleared = std::async(std::launch::async, [&] {
-    thread.clear();
-    return is_done.load();
-  });
-  release.set_value();
-  EXPECT_TRUE(cleared.get());
+  EXPECT_TRUE(gate.is_awaited_by_clear_of(thread));
   EXPECT_FALSE(thread.poll());
 }
 
 TEST(PushThread, ClearWaitsUntilAResultIsDelivered) {
-  std::promise<void> busy, release;
-  std::atomic<bool> is_done = false;
-  PushThread thread([](const Input&) { return Result(); },
-                    [&](const Result&) {
-                      busy.set_value();
-                      release.get_future().wait();
-                      is_done = true;
-                    });
-  thread.put({});
-  busy.get_future().wait();
-  auto cleared = std::async(std::launch::async, [&] {
-    thread.clear();
-    return is_done.load();
-  });
-  release.set_value();
-  EXPECT_TRUE(cleared.get());
+  Gate gate;
+  PushThread thread([](const Input&) { return Result(); }, [&](const Result&) { gate.pass(); });
+  EXPECT_TRUE(gate.is_awaited_by_clear_of(thread));
 }
 
 TEST(PushThread, WhatFailsIsThrownToTheCaller) {

@@ -39,10 +39,10 @@ constexpr const char* kFramesHeader =
 constexpr const char* kObjectsHeader =
     "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
     "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m,faded,"
-    "body_x_m,body_y_m,body_z_m,body_xx_cm2,body_xy_cm2,body_xz_cm2,body_yy_cm2,body_yz_cm2,body_"
-    "zz_cm2,"
-    "soon_x_m,soon_y_m,soon_z_m,soon_xx_cm2,soon_xy_cm2,soon_xz_cm2,soon_yy_cm2,soon_yz_cm2,soon_"
-    "zz_cm2\n";
+    "body_x_m,body_y_m,body_z_m,"
+    "body_xx_cm2,body_xy_cm2,body_xz_cm2,body_yy_cm2,body_yz_cm2,body_zz_cm2,"
+    "soon_x_m,soon_y_m,soon_z_m,"
+    "soon_xx_cm2,soon_xy_cm2,soon_xz_cm2,soon_yy_cm2,soon_yz_cm2,soon_zz_cm2\n";
 
 std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times) {
   std::string text = format_stamp(r.stamp, stamp_decimals);

@@ -36,10 +36,11 @@ def observed(objects, T_map_world: np.ndarray) -> list[MovingObject]:
     for item in objects:
         low, high = np.array(item.min_world_m), np.array(item.max_world_m)
         corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-        corners = corners @ T_map_world[:3, :3].T + T_map_world[:3, 3]
+        corners = corners @ R.T + T_map_world[:3, 3]
         size = corners.max(axis=0) - corners.min(axis=0)
-        found.append(MovingObject(item.id, item.class_name, placed(item, 0)[0], R @ item.body_velocity_world_mps,
-                                  (corners.max(axis=0) + corners.min(axis=0)) / 2, size, placed(item, 0)[1],
+        position, covariance = placed(item, 0)
+        found.append(MovingObject(item.id, item.class_name, position, R @ item.body_velocity_world_mps,
+                                  (corners.max(axis=0) + corners.min(axis=0)) / 2, size, covariance,
                                   *placed(item, SOON_S), item.missing_frames == 0))
     return found
 

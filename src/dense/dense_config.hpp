@@ -16,6 +16,7 @@ struct DenseMapConfig {
   ObjectMapConfig objects;  ///< its cells are as large as those of the volume's space
   SpaceChangesConfig changes;
   GroundPlanConfig plan;
+  bool keeps_plan = false;  ///< DenseMap::plan(); every frame that is considered is scanned for it
   int margin_px = 6;  ///< this far around a mover nothing is taken: masks and depth have soft edges
   double interval_s = 0.5;  ///< without a view for so long, a frame is offered; 0: keyframes alone
   double min_new = 0.02;    ///< share of a frame's surface, less of which is not worth a view

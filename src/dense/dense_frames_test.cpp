@@ -224,6 +224,7 @@ GroundState at_carton(DenseMap& map) {
 
 DenseMapConfig low_robot() {
   DenseMapConfig config = object_test::room_config();
+  config.keeps_plan = true;
   config.plan.high_m = 0.5;  // views of this room look down
   return config;
 }

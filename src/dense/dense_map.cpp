@@ -122,8 +122,10 @@ bool DenseMap::step() {
   const std::optional<SE3> T_world_before =
       is_new ? std::nullopt : std::optional(before->T_world_camera);
   bring_up_to_date(*next, loose_m(config_));
-  note_in_plan(*next, T_world_before);
-  plan_.update(fused_.volume().space(), fused_.take_changed_space());
+  if (config_.keeps_plan) {
+    note_in_plan(*next, T_world_before);
+    update_plan();
+  }
   if (out_of_place_m(*next, views_.at(*next)) > loose_m(config_)) return false;  // it is full
   if (is_new) cull(*next);
   return true;
@@ -139,11 +141,7 @@ bool DenseMap::drop_needless(DenseViewId id) {
   const DenseView& view = views_.at(id);
   if (!view.T_world_camera || !policy_.is_undecided(id, view)) return false;
   if (policy_.enters(id, view, judge_, fused_)) return false;
-  PixelState state;
-  state.ids.assign(view.observations.size(), kNoSceneObject);
-  plan_.observe(fused_.observe({view.images, view.stamp, *view.T_world_camera, std::move(state)}));
-  planned_ = std::max(planned_, view.stamp);
-  plan_.update(fused_.volume().space(), fused_.take_changed_space());
+  if (config_.keeps_plan) note_in_plan(view);
   views_.remove(id);
   return true;
 }
@@ -160,6 +158,15 @@ void DenseMap::bring_up_to_date(DenseViewId id, double tolerance_m) {
   }
   fused_.sync(id, {view.images, view.stamp, *view.T_world_camera, *judge_.state(id)}, tolerance_m);
   synced_at_[id] = newest_;
+}
+
+void DenseMap::note_in_plan(const DenseView& dropped) {
+  PixelState state;
+  state.ids.assign(dropped.observations.size(), kNoSceneObject);
+  plan_.observe(
+      fused_.observe({dropped.images, dropped.stamp, *dropped.T_world_camera, std::move(state)}));
+  planned_ = std::max(planned_, dropped.stamp);
+  update_plan();
 }
 
 void DenseMap::note_in_plan(DenseViewId id, const std::optional<SE3>& T_world_before) {
@@ -186,8 +193,11 @@ void DenseMap::set_floor(const Gravity& gravity) {
   if (gravity.has_floor) plan_.set_floor(gravity);
 }
 
+void DenseMap::update_plan() { plan_.update(fused_.volume().space(), fused_.take_changed_space()); }
+
 GroundPlan& DenseMap::plan() {
-  plan_.update(fused_.volume().space(), fused_.take_changed_space());
+  CHECK(config_.keeps_plan);
+  update_plan();
   return plan_;
 }
 
@@ -239,7 +249,7 @@ void DenseMap::finish() {
   fused_.sync(wanted());
   judge_.judge_space(fused_);
   fused_.sync(wanted());
-  for (const DenseViewId id : fused_.ids()) {
+  for (const DenseViewId id : config_.keeps_plan ? fused_.ids() : std::vector<DenseViewId>()) {
     const auto before = T_world_before.find(id);
     note_in_plan(id, before == T_world_before.end() ? std::nullopt : std::optional(before->second));
   }

@@ -48,7 +48,7 @@ class DenseMap {
   [[nodiscard]] std::vector<ColouredPoint> cloud() { return coloured_points(mesh()); }
   [[nodiscard]] const Volume& volume() const { return fused_.volume(); }
   /// As of the contributions that are in, and of frames that entered nothing but showed what is
-  /// free. Without a floor it is empty (live_plan() looks for it).
+  /// free; DenseMapConfig::keeps_plan. Without a floor it is empty (live_plan() looks for it).
   [[nodiscard]] GroundPlan& plan();
   [[nodiscard]] const ObjectMap& objects() const { return judge_.objects(); }
   [[nodiscard]] const DenseMapConfig& config() const { return config_; }
@@ -88,8 +88,11 @@ class DenseMap {
   /// Removes frames of which the map has enough since this view is in; looks at a few of them.
   void cull(DenseViewId newest);
   void remove(DenseViewId id);
+  /// Of a frame that enters nothing.
+  void note_in_plan(const DenseView& dropped);
   /// @param T_world_before where the view was in the map; nullopt: it was not.
   void note_in_plan(DenseViewId id, const std::optional<SE3>& T_world_before);
+  void update_plan();
   void take_in_new_frames();
   /// Of all views that have a place and were judged.
   [[nodiscard]] FusedVolume::Placements wanted() const;

@@ -54,6 +54,7 @@ SessionOptions session_options(const Settings& settings) {
   options.localize_only = settings.localize_only;
   options.deterministic = settings.deterministic;
   options.config.run.keep_trajectory = settings.keep_trajectory;
+  options.config.dense.keeps_plan = true;
   return options;
 }
 

@@ -151,9 +151,10 @@ void add_mapping_keys(ConfigSchema& s, SlamConfig& c) {
   s.number("dense.min_views", c.dense.reading.min_views, 1, 100, "",
            "keyframes that must have seen a surface",
            "higher against single wrong measurements, 1 for short recordings");
-  s.number("dense.plan_low_m", c.dense.plan.low_m, 0.0, 10.0, "m",
-           "the live ground plan: what is lower above the floor can be driven over",
-           "of the robot's wheels");
+  s.number(
+      "dense.plan_low_m", c.dense.plan.low_m, 0.0, 10.0, "m",
+      "plan() of the library and the ROS node: what is lower above the floor can be driven over",
+      "of the robot's wheels");
   s.number("dense.plan_high_m", c.dense.plan.high_m, 0.05, 10.0, "m",
            "what is higher can be driven under", "height of the robot");
   s.number("dense.interval_s", c.dense.interval_s, 0.0, 3600.0, "s",

@@ -154,9 +154,9 @@ void add_mapping_keys(ConfigSchema& s, SlamConfig& c) {
   s.number(
       "dense.plan_low_m", c.dense.plan.low_m, 0.0, 10.0, "m",
       "plan() of the library and the ROS node: what is lower above the floor can be driven over",
-      "of the robot's wheels");
+      "to what your robot climbs");
   s.number("dense.plan_high_m", c.dense.plan.high_m, 0.05, 10.0, "m",
-           "what is higher can be driven under", "height of the robot");
+           "what is higher can be driven under", "to the height of your robot");
   s.number("dense.interval_s", c.dense.interval_s, 0.0, 3600.0, "s",
            "without a keyframe for so long, the dense map looks at a frame between them",
            "0 for keyframes alone, longer on a weak processor");

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the network of our own is trained with: random frames, their preparation, a small training.
+"""What the network of our own is trained with: random frames, their preparation, a small training; how it is judged.
 
 The training needs PyTorch: $YGSLAM_TRAINING_PYTHON, or the environment that `make train` leaves in
 build/training-env; without either that part is skipped.
@@ -12,9 +12,13 @@ import subprocess
 import sys
 import unittest
 
+import numpy as np
+from PIL import Image
+
 from ygslam_cli import BINARY, CliTest, HANG_S, ROOT, ygslam
 
 TRAINING = ROOT / "training"
+DATA = pathlib.Path(os.environ.get("YGSLAM_SHARED", "../shared")) / "data"
 PYTHON = pathlib.Path(os.environ.get("YGSLAM_TRAINING_PYTHON", ROOT / "build/training-env/bin/python"))
 sys.path.insert(0, str(TRAINING))
 # Exports a network, takes its weights over into another one, exports that; prints by how much the logits of
@@ -124,6 +128,91 @@ class Preparation(unittest.TestCase):
             self.assertEqual(len(old["values"]), len(new["values"]))
             for a, b in zip(old["values"], new["values"]):
                 self.assertAlmostEqual(a, b, delta=1e-4)
+
+
+class Outlines(CliTest):
+    """training/people_polygons.json, and training/evaluate.py, which scores with it"""
+    frames = json.loads((TRAINING / "people_polygons.json").read_text(encoding="utf-8"))["frames"]
+    model = ROOT / "assets/people.onnx"
+
+    def evaluate(self, *arguments):
+        return subprocess.run([sys.executable, TRAINING / "evaluate.py", *map(str, arguments)], capture_output=True,
+                              text=True, check=False, timeout=HANG_S)
+
+    @staticmethod
+    def parts(person):
+        return person if isinstance(person[0][0], list) else [person]
+
+    def test_the_outlines_are_whole(self):
+        frames = {name: (len(drawn), sum(map(len, drawn.values()))) for name, drawn in self.frames.items()}
+        self.assertEqual(frames, {"kitchen_person_static_camera": (18, 18), "tum_fr1_rpy_part": (26, 26),
+                                  "redkitchen_walk": (16, 29), "bonn_crowd_part": (30, 35)})
+        for name, drawn in self.frames.items():
+            for file, people in drawn.items():
+                for polygon in (part for person in people for part in self.parts(person)):
+                    x, y = np.array(polygon).T
+                    self.assertTrue(0 <= x.min() < x.max() < 640 and 0 <= y.min() < y.max() < 480, (name, file))
+                    area = abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))) / 2
+                    self.assertGreater(area, 50, (name, file, polygon))
+
+    def drawn_sequence(self):
+        """Two frames of 100x80: one with two people, the second of them in two parts, one with nobody."""
+        folder = self.folder / "drawn"
+        for part in ("rgb", "masks"):
+            (folder / part).mkdir(parents=True)
+        (folder / "calibration.txt").write_text("50 50 49.5 39.5 5000\n", encoding="utf-8")
+        rows = [f"{i}.5 rgb/{i}.png {i}.5 depth/{i}.png\n" for i in (1, 2)]
+        (folder / "associations.txt").write_text("".join(rows), encoding="utf-8")
+        for i in (1, 2):
+            Image.new("RGB", (100, 80)).save(folder / f"rgb/{i}.png")
+        (folder / "masks/instances.json").write_text('{"1": "person", "2": "chair", "3": 0}', encoding="utf-8")
+
+        def box(x, y, width, height):
+            return [[x, y], [x + width - 1, y], [x + width - 1, y + height - 1], [x, y + height - 1]]
+        people = [box(0, 0, 40, 20), [box(60, 0, 10, 10), box(60, 40, 10, 10)]]
+        polygons = {"frames": {"drawn": {"1.png": people, "2.png": []}}}
+        (folder / "polygons.json").write_text(json.dumps(polygons), encoding="utf-8")
+        return folder
+
+    def test_masks_are_scored_against_outlines(self):
+        folder = self.drawn_sequence()
+        ids = np.zeros((2, 80, 100), np.uint8)
+        ids[0, :20, :30] = 1  # three quarters of the first
+        ids[0, :10, 60:70] = 3  # half of the other
+        ids[0, 60:, :] = 2  # no person
+        ids[1, :10, :10] = 4  # nobody; not listed, so called a person
+        for i in (1, 2):
+            Image.fromarray(ids[i - 1]).save(folder / f"masks/{i}.500000.png")
+        command = [f"masks:{folder / 'masks'}", folder, "--polygons", folder / "polygons.json"]
+        done = self.evaluate(*command, "--pictures", folder / "pictures")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        first, second = done.stdout.splitlines()
+        self.assertEqual(first.split()[1:], "frames 2 IoU 0.636 mean 0.700 recall 0.700 precision 0.875"
+                         " false area 0.62 %, worst 1.2 %".split())
+        self.assertEqual(second.strip(), "people found 2 of 2, over 5 % of the image 1 of 1; "
+                                         "instances mostly on nobody 1")
+        self.assertEqual(len(list((folder / "pictures").iterdir())), 2)
+
+        (folder / "masks/2.500000.png").unlink()
+        done = self.evaluate(*command)
+        self.assertIn("frames    1  IoU 0.700", done.stdout)
+        self.assertIn("without a mask 1", done.stdout)
+        done = self.evaluate(*command[:2], "--nobody", "--first", 1)
+        self.assertIn("frames    1  IoU 0.000", done.stdout)
+        self.assertIn("false area 8.75 %", done.stdout)
+        (folder / "masks/1.500000.png").unlink()
+        self.assertNotEqual(self.evaluate(*command).returncode, 0)
+
+    def test_the_network_finds_who_is_drawn_in_a_recording(self):
+        for name, least in (("bonn_crowd_part", 0.82), ("redkitchen_walk", 0.70)):
+            folder = DATA / name
+            if not (folder / "associations.txt").exists():
+                self.skipTest(f"no recorded data at {folder}")
+            done = self.evaluate(self.model, folder, "--polygons", TRAINING / "people_polygons.json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            words = done.stdout.split()
+            self.assertEqual(int(words[words.index("frames") + 1]), len(self.frames[name]))
+            self.assertGreater(float(words[words.index("IoU") + 1]), least, done.stdout)
 
 
 @unittest.skipUnless(PYTHON.exists(), f"no PyTorch: {PYTHON} does not exist")

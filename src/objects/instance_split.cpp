@@ -14,9 +14,11 @@ constexpr double kRecent_s = 0.3;      // who was seen apart longer ago may be a
 constexpr double kApart_m = 0.3;       // bodies nearer to each other are one that was taken for two
 constexpr double kReach_m = 0.8;       // of a body, from its middle
 constexpr double kSamePlace_m = 0.35;  // parts of a body, sideways and in depth
+constexpr double kWhole_m = 0.15;      // beyond what a body filled before, its parts may reach
 constexpr float kBeside = 0.3F;        // of the lower one's height: more in common is beside it
 constexpr std::size_t kMinCells = 12;  // of the thumbnail, in a part ...
 constexpr double kMinShare = 0.08;     // ... and of the instance
+constexpr double kBody_m2 = 0.15;      // facing the camera: so much is surely a body
 
 /// Where a track was expected in the mask's frame.
 struct Seed {
@@ -88,6 +90,14 @@ void keep_bodies(std::vector<Seed>& seeds) {
   seeds = std::move(bodies);
 }
 
+/// What shows less of a body than that is less sure to be one, however sure the whole was.
+float score_of(const InstanceView& part, float whole, const Camera& camera) {
+  if (!part.has_depth) return 0;
+  const double pixel_m2 = part.depth_m * part.depth_m / (camera.fx() * camera.fy());
+  const double area_m2 = part.own_share * part.box.area() * pixel_m2;
+  return whole * static_cast<float>(std::min(1.0, area_m2 / kBody_m2));
+}
+
 void paint(const Seed& seed, const InstanceView& seen, std::uint8_t id, GreyImage& ids) {
   constexpr int kStep = Thumbnail::kStep;
   for (const Eigen::Vector2i& cell : seed.cells)
@@ -101,19 +111,50 @@ bool is_one_above_the_other(const PixelBox& a, const PixelBox& b) {
   return common < kBeside * std::min(a.height(), b.height());
 }
 
+/// Whether an instance lies within what a track was known to fill while nothing hid it.
+bool lies_within(const InstanceView& seen, const TrackPlace& place, const Track& track) {
+  const Vec3 low = seen.min_odom - place.centre_odom - track.whole_low_m;
+  const Vec3 high = seen.max_odom - place.centre_odom - track.whole_high_m;
+  return low.minCoeff() > -kWhole_m && high.maxCoeff() < kWhole_m;
+}
+
 /// The track seen a moment ago where an instance is; -1 = none.
 int track_at(const InstanceView& seen, const ObjectFrame& frame, const Tracks& tracks) {
   int nearest = -1;
-  double least_m = kSamePlace_m;
+  double least_m = 1e9;
   const Vec3 centre_cam = frame.in.T_camera_odom * seen.centre_odom;
   for (const auto& [key, place] : frame.place) {
     const Track& track = tracks.at(key);
     if (track.id == kNoObject || track.class_id != seen.class_id) continue;
     if (frame.seconds_since(track.seen) > kRecent_s) continue;
     const double apart_m = distance_m(centre_cam, frame.in.T_camera_odom * place.centre_odom);
+    if (apart_m > kSamePlace_m && !lies_within(seen, place, track)) continue;
     if (apart_m < least_m) least_m = apart_m, nearest = key;
   }
   return nearest;
+}
+
+bool is_one_body(const InstanceView& a, const InstanceView& b, const TrackPlace& place,
+                 const Track& track) {
+  return is_one_above_the_other(a.box, b.box) ||
+         (lies_within(a, place, track) && lies_within(b, place, track));
+}
+
+/// @param ids of the mask; those of b become a's.
+InstanceView joined(const InstanceView& a, const InstanceView& b, GreyImage& ids,
+                    const ObjectFrame& frame, const Camera& camera) {
+  std::set<std::uint8_t> both(a.ids.begin(), a.ids.end());
+  both.insert(b.ids.begin(), b.ids.end());
+  for (std::uint8_t& id : ids)
+    if (both.contains(id)) id = a.ids.front();
+  InstanceView whole;
+  whole.class_id = a.class_id;
+  whole.score = std::max(a.score, b.score);
+  whole.box = a.box | b.box;
+  whole.ids = {a.ids.front()};
+  (void)measure(whole.ids.front(), ids, frame.in.thumbnail, camera,
+                frame.in.T_camera_odom.inverse(), whole);
+  return whole;
 }
 
 }  // namespace
@@ -126,27 +167,13 @@ SplitInstances merge_fragments(SplitInstances seen, const ObjectFrame& frame, co
   for (InstanceView& instance : seen.instances) {
     const int key = instance.has_depth ? track_at(instance, frame, tracks) : -1;
     const auto body = key < 0 ? body_of.end() : body_of.find(key);
-    if (body == body_of.end() || !is_one_above_the_other(body->second->box, instance.box)) {
-      bodies.push_back(std::move(instance));
-      if (key >= 0) body_of.emplace(key, &bodies.back());
+    if (body != body_of.end() &&
+        is_one_body(*body->second, instance, frame.place.at(key), tracks.at(key))) {
+      *body->second = joined(*body->second, instance, seen.ids, frame, camera);
       continue;
     }
-    InstanceView& whole = *body->second;
-    const std::set<std::uint8_t> both = [&] {
-      std::set<std::uint8_t> ids(whole.ids.begin(), whole.ids.end());
-      ids.insert(instance.ids.begin(), instance.ids.end());
-      return ids;
-    }();
-    for (std::uint8_t& id : seen.ids)
-      if (both.contains(id)) id = whole.ids.front();
-    InstanceView joined;
-    joined.class_id = whole.class_id;
-    joined.score = std::max(whole.score, instance.score);
-    joined.box = whole.box | instance.box;
-    joined.ids = {whole.ids.front()};
-    (void)measure(joined.ids.front(), seen.ids, frame.in.thumbnail, camera,
-                  frame.in.T_camera_odom.inverse(), joined);
-    whole = std::move(joined);
+    bodies.push_back(std::move(instance));
+    if (key >= 0) body_of.emplace(key, &bodies.back());
   }
   seen.instances = std::move(bodies);
   return seen;
@@ -172,12 +199,13 @@ SplitInstances split_merged_instances(std::vector<InstanceView> instances, GreyI
     for (const Seed& seed : seeds) {
       InstanceView part;
       part.class_id = seen.class_id;
-      part.score = seen.score;
       part.box = seed.box & seen.box;
       part.ids = {static_cast<std::uint8_t>(++last_id)};
       paint(seed, seen, part.ids.front(), result.ids);
-      if (measure(part.ids.front(), result.ids, frame.in.thumbnail, camera, T_odom_camera, part))
-        result.instances.push_back(std::move(part));
+      if (!measure(part.ids.front(), result.ids, frame.in.thumbnail, camera, T_odom_camera, part))
+        continue;
+      part.score = score_of(part, seen.score, camera);
+      result.instances.push_back(std::move(part));
     }
   }
   return result;

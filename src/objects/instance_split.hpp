@@ -13,13 +13,15 @@ struct SplitInstances {
   GreyImage ids;  ///< the mask's; each part has a value of its own
 };
 
-/// A person that covers several tracks seen a moment ago becomes one for each of them.
+/// A person that covers several tracks seen a moment ago becomes one for each of them, less sure
+/// where it shows little of a body.
 /// @param frame the mask's own.
 [[nodiscard]] SplitInstances split_merged_instances(std::vector<InstanceView> instances,
                                                     GreyImage ids, const ObjectFrame& frame,
                                                     const Tracks& tracks, const Camera& camera);
 
-/// Instances one above the other at the place of one track seen a moment ago become one.
+/// Instances at the place of one track seen a moment ago become one: one above the other, or within
+/// what the track filled while nothing hid it (either side of who passes before it).
 [[nodiscard]] SplitInstances merge_fragments(SplitInstances seen, const ObjectFrame& frame,
                                              const Tracks& tracks, const Camera& camera);
 

@@ -22,6 +22,36 @@ TEST(ObjectTracker, AGhostOfOneMaskIsNeverShown) {
   for (int k = 1; k < 60; ++k) EXPECT_TRUE(tracker.step(scene.frame(k)).empty()) << k;
 }
 
+TEST(ObjectTracker, WhatEveryOtherMaskOverlooksIsNoObject) {
+  Scene scene;
+  scene.things = {{.score = 0.6F}};
+  ObjectTracker tracker({}, scene.camera());
+  for (int k = 0; k < 40; ++k) {
+    scene.things[0].in_mask = k % 2 == 0;
+    EXPECT_TRUE(tracker.step(scene.frame(k)).empty()) << k;
+  }
+}
+
+TEST(ObjectTracker, AGhostThatMasksNoLongerShowIsForgottenButNotAPerson) {
+  for (const int shown : {6, 60}) {
+    Scene scene;
+    scene.things = {{}};
+    ObjectTracker tracker({}, scene.camera());
+    ASSERT_EQ(run(tracker, scene, 0, shown).size(), 1U);
+    scene.things[0].in_mask = false;  // in plain view
+    EXPECT_EQ(run(tracker, scene, shown, shown + 25).size(), shown == 6 ? 0U : 1U);
+  }
+}
+
+TEST(ObjectTracker, WhoIsHiddenIsNotForgottenAsAGhost) {
+  Scene scene;
+  scene.things = {{.centre = {0, 0, 3}}};
+  ObjectTracker tracker({}, scene.camera());
+  ASSERT_EQ(run(tracker, scene, 0, 8).size(), 1U);
+  scene.things.push_back({.centre = {0, 0, 1.5}, .width_m = 0.8, .height_m = 2, .in_mask = false});
+  EXPECT_EQ(run(tracker, scene, 8, 60).at(0).id, ObjectId{0});
+}
+
 TEST(ObjectTracker, AWeakDetectionContinuesAnObjectButBeginsNone) {
   Scene scene;
   scene.things = {{.score = 0.3F}};

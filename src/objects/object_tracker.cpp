@@ -118,6 +118,9 @@ void ObjectTracker::take_mask(const Segmentation& masks) {
       key = add_track(instances[s].class_id, instances[s].appearance, frame->in.stamp);
     if (key >= 0) see(instances[s], points_on[s], key, *frame);
   }
+  for (auto& [key, track] : tracks_)
+    if (track.seen != frame->in.stamp && frame->place.contains(key))
+      track.overlook(*frame, frame->place.at(key), ids);
   for (auto next = frame + 1; next != frames_.end(); ++next) carry(*(next - 1), *next);
 }
 
@@ -126,7 +129,8 @@ void ObjectTracker::see(const InstanceView& instance, const PointIndices& points
                         ObjectFrame& frame) {
   const bool covered = std::any_of(frame.place.begin(), frame.place.end(), [&](const auto& other) {
     return other.first != key &&
-           (other.second.box & instance.box).area() >= kCoveredShare * instance.box.area();
+           (other.second.box & instance.box).area() >= kCoveredShare * instance.box.area() &&
+           frame.depth_m(other.second.centre_odom) < instance.depth_m;
   });
   tracks_.at(key).see(instance, frame, covered, frame.place[key]);
   std::replace(frame.track_of.begin(), frame.track_of.end(), key, -1);

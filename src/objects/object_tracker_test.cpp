@@ -63,7 +63,7 @@ TEST(ObjectTracker, TheBoxOfALateMaskIsCarriedToThePresent) {
     ObjectTracker tracker({}, scene.camera());
     for (int k = 0; k < 40; ++k) {
       const auto objects = tracker.step(scene.frame(k));
-      if (k < delay + 2) continue;
+      if (k < delay + 4) continue;
       ASSERT_EQ(objects.size(), 1U) << k;
       EXPECT_GT(iou(objects[0].box_px, scene.box_of(scene.things[0], k)), 0.9) << delay << " " << k;
     }

@@ -16,12 +16,16 @@ constexpr double kHalfBody_m = 0.12;      // from the side that is seen to the m
 constexpr double kAppearanceShare = 0.1;  // of a new appearance in the remembered one
 
 // When a track is confirmed.
-constexpr double kMaskEvidence = 1.5;  // sum of the scores of its masks
+constexpr double kMaskEvidence = 3;    // sum of the scores of its masks ...
+constexpr double kOverlooked = 0.5;    // ... less this for each that shows its place without it
 constexpr double kMoverEvidence = 10;  // frames of motion
 constexpr double kMoverWay_m = 0.05;   // that a mover has come ...
 constexpr double kMoverStraight =
     0.5;                            // ... of its path (noise goes to and fro), its centre of that
 constexpr double kTentative_s = 1;  // unconfirmed or without a class it is kept for so long
+
+constexpr double kGrows = 0.3;     // of what is seen of it in how large it is known to be ...
+constexpr double kShrinks = 0.05;  // ... where that is less
 
 // When it is in sight.
 constexpr double kShowMissed_s = 0.5;     // masks may overlook it for so long
@@ -84,6 +88,31 @@ PixelBox box_along_motion(const PixelBox& box, const Vec3& from_cam, const Vec3&
                  from_cam.z() / to_cam.z());
 }
 
+struct SurfaceShare {
+  int there = 0, cells = 0;
+};
+
+/// Cells of the thumbnail in a place's box: all with depth, and those at its depth.
+/// @param ids if given, those that belong to an instance are not `there`.
+SurfaceShare surface_at(const ObjectFrame& frame, const TrackPlace& place, const GreyImage* ids) {
+  constexpr int kStep = Thumbnail::kStep;
+  const DepthImage& depth_m = frame.in.thumbnail.depth_m;
+  const double own_m = frame.depth_m(place.centre_odom);
+  const PixelBox& box = place.box;
+  SurfaceShare result;
+  for (int y = static_cast<int>(std::max(0.0F, box.y0)) / kStep;
+       y < depth_m.height() && static_cast<float>(y * kStep) < box.y1; ++y) {
+    for (int x = static_cast<int>(std::max(0.0F, box.x0)) / kStep;
+         x < depth_m.width() && static_cast<float>(x * kStep) < box.x1; ++x) {
+      if (!(depth_m.at(x, y) > 0)) continue;
+      ++result.cells;
+      if (ids && ids->contains(x * kStep, y * kStep) && ids->at(x * kStep, y * kStep) > 0) continue;
+      result.there += std::abs(depth_m.at(x, y) - own_m) <= kPresentDepth_m ? 1 : 0;
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 bool Track::is_confirmed() const {
@@ -99,6 +128,7 @@ bool Track::is_confirmed() const {
 bool Track::is_forgotten(Timestamp now, double keep_s) const {
   // A thing without a class is nothing but its points; a tentative track nobody has been shown.
   if (!is_known() && points == 0) return true;
+  if (is_known() && evidence_ < 0) return true;
   return seconds_between(now, seen) > (is_known() && id != kNoObject ? keep_s : kTentative_s);
 }
 
@@ -150,10 +180,35 @@ void Track::see(const InstanceView& instance, const ObjectFrame& frame, bool cov
   if (!covered) appearance.blend(instance.appearance, kAppearanceShare);
   place_then.box = instance.box;
   if (!instance.has_depth) return;
+  // What sticks out to one side is not the middle: the whole is where what is seen fits into it.
+  const Vec3 expected = place_then.centre_odom;
+  const bool is_hidden = covered && evidence_ > kMaskEvidence;
   place_then.centre_odom = instance.centre_odom;
+  if (is_hidden) {
+    place_then.centre_odom = expected.cwiseMax(instance.max_odom - whole_high_m)
+                                 .cwiseMin(instance.min_odom - whole_low_m);
+  }
   is_new_ = true;
-  low_m = instance.min_odom - instance.centre_odom;
-  high_m = instance.max_odom - instance.centre_odom;
+  low_m = instance.min_odom - place_then.centre_odom;
+  high_m = instance.max_odom - place_then.centre_odom;
+  if (!is_hidden) remember_whole(low_m, high_m);
+}
+
+/// Soon as large as it is seen, later as small: something that is no track may hide a part.
+void Track::remember_whole(const Vec3& low, const Vec3& high) {
+  if (whole_low_m == whole_high_m) whole_low_m = low, whole_high_m = high;
+  for (int axis = 0; axis < 3; ++axis) {
+    double& l = whole_low_m[axis];
+    double& h = whole_high_m[axis];
+    l += (low[axis] < l ? kGrows : kShrinks) * (low[axis] - l);
+    h += (high[axis] > h ? kGrows : kShrinks) * (high[axis] - h);
+  }
+}
+
+void Track::overlook(const ObjectFrame& frame, const TrackPlace& place_then, const GreyImage& ids) {
+  if (!is_known()) return;
+  const SurfaceShare bare = surface_at(frame, place_then, &ids);
+  if (bare.cells > 0 && bare.there >= kPresentShare * bare.cells) evidence_ -= kOverlooked;
 }
 
 void Track::see_motion(Timestamp now) {
@@ -258,21 +313,8 @@ void Track::update_box(const ObjectFrame& now, Timestamp masks_seen, const Camer
 
 /// Whether there is surface at its depth in its box; else it is gone or hidden.
 bool Track::is_present(const ObjectFrame& now) const {
-  constexpr int kStep = Thumbnail::kStep;
-  const DepthImage& depth_m = now.in.thumbnail.depth_m;
-  const double own_m = now.depth_m(place.centre_odom);
-  const PixelBox& box = place.box;
-  int there = 0, all = 0;
-  for (int y = static_cast<int>(std::max(0.0F, box.y0)) / kStep;
-       y < depth_m.height() && static_cast<float>(y * kStep) < box.y1; ++y) {
-    for (int x = static_cast<int>(std::max(0.0F, box.x0)) / kStep;
-         x < depth_m.width() && static_cast<float>(x * kStep) < box.x1; ++x) {
-      if (!(depth_m.at(x, y) > 0)) continue;
-      ++all;
-      there += std::abs(depth_m.at(x, y) - own_m) <= kPresentDepth_m ? 1 : 0;
-    }
-  }
-  return there >= kPresentShare * all;
+  const SurfaceShare surface = surface_at(now, place, nullptr);
+  return surface.there >= kPresentShare * surface.cells;
 }
 
 }  // namespace ygslam

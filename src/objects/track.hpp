@@ -40,6 +40,7 @@ struct Track {
   PixelBox box_px;
   TrackPlace place;
   Vec3 low_m = Vec3::Zero(), high_m = Vec3::Zero();  ///< corners of its box, from the centre
+  Vec3 whole_low_m = Vec3::Zero(), whole_high_m = Vec3::Zero();  ///< the same while not hidden
   Vec3 velocity_odom_mps = Vec3::Zero();
   bool resting = false;
   Appearance appearance;
@@ -57,9 +58,12 @@ struct Track {
   [[nodiscard]] TrackPlace carried(const TrackPlace& place, const ObjectFrame& from,
                                    const ObjectFrame& to, const PointIndices& on_it,
                                    const Camera& camera) const;
-  /// A mask shows it in a frame. @param covered another track hides a part of it.
+  /// A mask shows it in a frame. @param covered another track, which is nearer, hides a part of it.
   void see(const InstanceView& instance, const ObjectFrame& frame, bool covered,
            TrackPlace& place_then);
+  /// A mask does not show it. Where its place is in plain view that speaks against it.
+  /// @param ids of the mask.
+  void overlook(const ObjectFrame& frame, const TrackPlace& place_then, const GreyImage& ids);
   void see_motion(Timestamp now);
   /// The end of a frame. @param before the frame before, null = none.
   /// @param masks_seen stamp of the newest frame whose mask has come.
@@ -71,6 +75,7 @@ struct Track {
     double dt_s = 0;
     Vec3 moved_m = Vec3::Zero();
   };
+  void remember_whole(const Vec3& low, const Vec3& high);
   void measure(const ObjectFrame& now, const PointIndices& on_it, TrackPlace& place_now);
   void update_rest(const ObjectFrame& now, const PointIndices& on_it);
   void update_velocity(const ObjectFrame& now, const ObjectFrame* before,

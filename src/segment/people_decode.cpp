@@ -14,11 +14,13 @@ constexpr int kLeastCells = 16;
 constexpr std::size_t kMostInstances = 255;    // ids are bytes, 0 = none
 constexpr float kHeadAndShoulders_m2 = 0.15F;  // facing the camera: so much is surely a body
 constexpr float kNobody = -4.0F;               // logit
-// Depth fails, and nobody stands before the lens. Measured with training/holes.py.
+// Depth fails, and nobody stands before the lens.
 constexpr float kLeastMeasuredShare = 0.15F;
 constexpr int kLeastHoleCells = 200;
 constexpr int kStraightCells = 20;      // of a border on one line of the grid
 constexpr float kStraightShare = 0.3F;  // of a hole's border
+// Depth that is registered to the colour image ends so far before its edges at most, in all frames.
+constexpr int kEdgeCells = 5;
 
 // One body in several parts: something stands before its middle, or a limb is stretched out.
 constexpr float kTallest_m = 2.1F;
@@ -119,13 +121,19 @@ void for_neighbours(int cell, const PeopleGrid& grid, const Look& look) {
   if (row + 1 < grid.rows) look(cell + kPeopleColumns);
 }
 
-/// The border of a hole in the depth, told by the lines of the grid that it lies on.
+/// The border of a hole in the depth, told by the lines of the grid that it lies on. Lines along
+/// the image's edges say nothing: registered depth ends there.
 class HoleBorder {
  public:
+  explicit HoleBorder(const PeopleGrid& grid) : grid_(grid) {}
+
   /// @param from in the hole, to measured beside it.
   void add(int from, int to) {
     const bool across = from / kPeopleColumns == to / kPeopleColumns;
     const int line = across ? from % kPeopleColumns : from / kPeopleColumns;
+    const int lines = across ? grid_.columns : grid_.rows;
+    const int outside = to > from ? line + 1 : lines - line;  // of cells between border and edge
+    if (outside <= kEdgeCells) return;
     ++on_line_[across ? 0 : 1][to > from ? 0 : 1][line];
     ++length_;
   }
@@ -139,6 +147,7 @@ class HoleBorder {
   }
 
  private:
+  const PeopleGrid& grid_;
   std::array<std::array<std::array<int, kPeopleColumns>, 2>, 2> on_line_{};
   int length_ = 0;
 };
@@ -161,7 +170,7 @@ std::vector<float> without_outages(std::span<const float> logits, const DepthIma
                              cell / kPeopleColumns < grid.rows && depth_m[cell] <= 0 &&
                              !is_seen[cell];
     if (!begins_hole) continue;
-    HoleBorder border;
+    HoleBorder border(grid);
     hole.assign(1, cell);
     is_seen[cell] = true;
     for (std::size_t next = 0; next < hole.size(); ++next)

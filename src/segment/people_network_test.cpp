@@ -154,6 +154,13 @@ TEST(PeopleNetwork, AHoleWithStraightEdgesIsNobodyAndARoundOneMayBe) {
   EXPECT_NEAR(with_hole([](int c, int r) { return c >= 80 && r >= 60; }), 0.25, 0.01) << "a corner";
   EXPECT_EQ(with_hole([](int c, int r) { return std::hypot(c - 70, r - 80) < 60; }), 0)
       << "right before the lens";
+  const auto is_edge = [](int c, int r) { return c < 5 || c >= 155 || r < 3 || r >= 117; };
+  EXPECT_EQ(with_hole(is_edge), 0) << "registered depth ends before the image does";
+  EXPECT_EQ(
+      with_hole([&](int c, int r) { return is_edge(c, r) || std::hypot(c - 40, r - 80) < 50; }), 0)
+      << "right before the lens, beyond the end of the depth";
+  EXPECT_GT(with_hole([&](int c, int r) { return is_edge(c, r) || c >= 80; }), 0.5)
+      << "the right half, and the end of the depth";
 }
 
 TEST(PeopleNetwork, CrumbsGoToWhomTheyTouchAndElsewhereAreNobody) {

@@ -15,6 +15,7 @@ from PIL import Image
 from plyfile import PlyData
 from rosbags.highlevel import AnyReader
 
+from foxglove_layout import topics_of
 from ygslam_cli import FRAMES, HEIGHT, WIDTH, CliTest, sequence, trajectory, ygslam
 
 EVERY_FRAME = {"/tf", "/odometry", "/camera/image/compressed", "/camera/camera_info",
@@ -99,6 +100,11 @@ class Mcap(CliTest):
         self.assertEqual({m.status[0].message for m in said["/state"]}, {"tracking"})
         self.assertTrue(any(m.texts for m in said["/camera/annotations"]), "nobody has a name")
         self.assertTrue(any(len(m.markers) > 1 for m in said["/objects"]), "nobody has a box")
+
+    def test_the_layout_for_foxglove_shows_topics_of_a_recording(self):
+        topics = topics_of("recording")
+        self.assertLessEqual(topics, EVERY_FRAME | OF_THE_MAP)
+        self.assertGreater(len(topics), 9)
 
     def test_recording_changes_nothing_and_is_the_same_again(self):
         first, done = self.record()

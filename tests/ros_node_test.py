@@ -32,6 +32,7 @@ from tf2_msgs.msg import TFMessage  # noqa: E402
 from vision_msgs.msg import Detection3DArray  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
 
+from foxglove_layout import topics_of  # noqa: E402
 from ros_harness import Camera, Ears, Frames, NodeProcess, header_of, image_of, info_of, stamp_of  # noqa: E402
 
 SEQUENCE = os.environ["YGSLAM_SEQUENCE"]
@@ -235,6 +236,8 @@ class Outputs(RosTest):
         self.assertEqual((len(mesh.points) % 3, len(mesh.colors)), (0, len(mesh.points)))
         self.assertEqual((mesh.ns, mesh.type, mesh.color.a), ("mesh", Marker.TRIANGLE_LIST, 1.0))
         self.assertGreater(len(self.ears.wait("/ygslam/path", len)[-1].poses), 2)
+        there = {topic for topic, _ in self.ears.node.get_topic_names_and_types()}
+        self.assertLessEqual(topics_of("ros"), there, "the layout for Foxglove")
 
     def test_who_comes_first_when_the_camera_has_stopped_hears_the_map(self):
         self.listen(pose=PoseWithCovarianceStamped)

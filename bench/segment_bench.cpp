@@ -21,9 +21,9 @@
 #include "io/frame_reader.hpp"
 #include "io/image_folders.hpp"
 #include "segment/embedded_network.hpp"
+#include "segment/model_segmenter.hpp"
 #include "segment/people_network.hpp"
 #include "segment/png_ids.hpp"
-#include "segment/yolo_openvino.hpp"
 
 namespace ygslam::bench {
 namespace {
@@ -137,11 +137,11 @@ class BareNetwork {
 Result<std::unique_ptr<Segmenter>> make(const Options& options, const std::string& model,
                                         Precision precision, const CameraConfig& camera) {
   if (model == kBuiltin) return make_people_segmenter(camera, {precision, 1});
-  YoloConfig config;
+  ModelConfig config;
   config.model = model;
   config.precision = precision;
   config.decode = options.decode;
-  return make_yolo_segmenter(config);
+  return make_model_segmenter(config);
 }
 
 void measure(const Options& options, const std::string& model, Precision precision,

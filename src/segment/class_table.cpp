@@ -58,6 +58,13 @@ bool take(std::string_view& text, char word) {
   return true;
 }
 
+/// Ultralytics names the classes of a network that was not trained by their numbers.
+bool says_nothing(const ClassNames& names) {
+  return std::all_of(names.begin(), names.end(), [](const auto& entry) {
+    return entry.second == std::to_string(entry.first);
+  });
+}
+
 }  // namespace
 
 ClassTable coco_table() {
@@ -105,7 +112,8 @@ ClassNames parse_rfdetr_names(std::string_view text) {
   return names;
 }
 
-Result<ClassTable> make_class_table(int classes, const ClassNames& names) {
+Result<ClassTable> make_class_table(int classes, const ClassNames& given) {
+  const ClassNames names = says_nothing(given) ? ClassNames{} : given;
   if (names.empty() && (classes == 0 || classes == kCocoClasses)) return coco_table();
   if (names.empty() && classes == kAnnotationNumbers) return coco_annotation_table();
   if (names.empty()) {

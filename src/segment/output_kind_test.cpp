@@ -86,6 +86,14 @@ TEST(RecogniseOutputs, ClassesThatNobodyNamesMustBeCocos) {
   EXPECT_THAT(layout->classes, ::testing::ElementsAre(kNoCocoClass, kNoCocoClass, 16));
 }
 
+TEST(RecogniseOutputs, NamesThatAreOnlyNumbersSayNothing) {
+  ClassNames numbers;
+  for (int i = 0; i < 80; ++i) numbers.emplace(i, std::to_string(i));
+  const auto layout = recognise_outputs(kYoloShapes, 640, 480, numbers);
+  ASSERT_TRUE(layout.ok()) << layout.error().message;
+  EXPECT_EQ(layout->classes, coco_table());
+}
+
 TEST(ClassTable, CocosOwnNumbersLeaveElevenOut) {
   const ClassTable table = coco_annotation_table();
   ASSERT_EQ(table.size(), 91U);

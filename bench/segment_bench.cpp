@@ -3,9 +3,8 @@
 // For every precision each model has on this processor: wall time of the bare network (OpenVINO's
 // API, one thread, latency hint, otherwise its defaults, as benchmark_app runs it) and of our whole
 // segmenter (preparation, network, decoding, masks at image size), measured in turns so that both
-// see the same machine. MODEL: a
-// YOLOv8-seg network or builtin. Also the share of the images under person masks, and with a
-// sequence that has mask/ how well they agree with it.
+// see the same machine. MODEL: a network of docs/models.md or builtin. Also the share of the images
+// under person masks, and with a sequence that has mask/ how well they agree with it.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

@@ -1,6 +1,7 @@
 """What runs inside the environment of tools/export_model.py: weights to ONNX, one function per maker."""
 
 # pylint: disable=import-outside-toplevel,import-error
+import functools
 import os
 from pathlib import Path
 
@@ -79,6 +80,15 @@ def set_input_size(steps, height, width):
             step["size"] = (width, height)
 
 
+def priors_without_gpu():
+    """MMDetection lays the grid of a network's cells on a GPU unless told, and MMDeploy tells not."""
+    from mmdet.models.task_modules.prior_generators import MlvlPointGenerator
+
+    MlvlPointGenerator.single_level_grid_priors = functools.partialmethod(
+        MlvlPointGenerator.single_level_grid_priors, device="cpu"
+    )
+
+
 def export_rtmdet(network, weights, size, is_open, folder):
     """RTMDet-Ins by MMDeploy."""
     import mmdet
@@ -87,6 +97,7 @@ def export_rtmdet(network, weights, size, is_open, folder):
     from mmengine import Config
 
     del is_open
+    priors_without_gpu()
     size_name = network.name.rsplit("-", 1)[-1]
     configs = Path(mmdet.__file__).parent / ".mim" / "configs" / "rtmdet"
     config = Config.fromfile(configs / f"rtmdet-ins_{size_name}_8xb32-300e_coco.py")

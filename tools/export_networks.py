@@ -16,7 +16,7 @@ HOMES = {
     OPENMMLAB: "https://github.com/open-mmlab/mmdetection",
     ROBOFLOW: "https://github.com/roboflow/rf-detr",
 }
-PYTHONS = {ULTRALYTICS: (10, 13), OPENMMLAB: (10, 11), ROBOFLOW: (10, 13)}  # 3.x to 3.y
+PYTHONS = {ULTRALYTICS: (10, 13), OPENMMLAB: (10, 11), ROBOFLOW: (11, 13)}  # 3.x to 3.y
 # Each file is installed after those before it, with these options of pip.
 REQUIREMENTS = {
     ULTRALYTICS: [

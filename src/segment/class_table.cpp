@@ -60,9 +60,8 @@ bool take(std::string_view& text, char word) {
 
 /// Ultralytics names the classes of a network that was not trained by their numbers.
 bool says_nothing(const ClassNames& names) {
-  return std::all_of(names.begin(), names.end(), [](const auto& entry) {
-    return entry.second == std::to_string(entry.first);
-  });
+  return std::all_of(names.begin(), names.end(),
+                     [](const auto& entry) { return entry.second == std::to_string(entry.first); });
 }
 
 }  // namespace

@@ -14,6 +14,7 @@ namespace {
 using RunLengths = std::vector<std::size_t>;
 
 constexpr std::size_t kMostRows = 100000;
+constexpr std::size_t kAnyLength = ~std::size_t{0};  // in a pattern
 
 /// The tensors in the layout's order.
 struct Ordered {
@@ -26,11 +27,11 @@ Ordered ordered(const OutputLayout& layout, const std::vector<OutputTensor>& out
   return {outputs[layout.order[0]], outputs[layout.order[1]], outputs[layout.order[2]]};
 }
 
-/// 0 in a pattern: any length. The values must be as many as the lengths say.
+/// The values must be as many as the lengths say.
 bool has_lengths(const OutputTensor& tensor, const RunLengths& pattern) {
   const bool fits = std::equal(tensor.lengths.begin(), tensor.lengths.end(), pattern.begin(),
                                pattern.end(), [](std::size_t is, std::size_t wanted) {
-                                 return is <= kMostRows && (wanted == 0 || is == wanted);
+                                 return is <= kMostRows && (wanted == kAnyLength || is == wanted);
                                });
   return fits && std::accumulate(tensor.lengths.begin(), tensor.lengths.end(), std::size_t{1},
                                  std::multiplies<>()) == tensor.values.size();
@@ -52,18 +53,20 @@ bool fits_layout(const OutputLayout& layout, const Ordered& o, const Letterbox& 
                           static_cast<std::size_t>(yolo_cells(box.net_width, box.net_height))}) &&
              has_lengths(o.second, prototypes);
     case OutputKind::kYoloEnd:
-      return has_lengths(o.first, {1, 0, kYoloEndValues}) && has_lengths(o.second, prototypes);
+      return has_lengths(o.first, {1, kAnyLength, kYoloEndValues}) &&
+             has_lengths(o.second, prototypes);
     case OutputKind::kRtmdet:
-      return has_lengths(o.first, {1, 0, kRtmdetBoxValues}) &&
+      return has_lengths(o.first, {1, kAnyLength, kRtmdetBoxValues}) &&
              has_lengths(o.second, {1, o.first.lengths[1]}) &&
-             has_lengths(o.third, {1, 0, height, width}) &&
+             has_lengths(o.third, {1, kAnyLength, height, width}) &&
              o.third.lengths[1] <= o.first.lengths[1];
     case OutputKind::kRfdetr:
       break;
   }
-  return has_lengths(o.first, {1, 0, kRfdetrBoxValues}) && o.first.lengths[1] > 0 &&
+  return has_lengths(o.first, {1, kAnyLength, kRfdetrBoxValues}) && o.first.lengths[1] > 0 &&
          has_lengths(o.second, {1, o.first.lengths[1], classes}) &&
-         has_lengths(o.third, {1, o.first.lengths[1], 0, 0}) && !o.third.values.empty();
+         has_lengths(o.third, {1, o.first.lengths[1], kAnyLength, kAnyLength}) &&
+         !o.third.values.empty();
 }
 
 }  // namespace

@@ -157,6 +157,7 @@ TEST(DecodeOutputs, TensorsOfOtherLengthsThanTheFileSaidAreAnError) {
   EXPECT_TRUE(is_taken(OutputKind::kRtmdet, {{1, 3, 5}, {1, 3}, {1, 2, 64, 64}}));
   EXPECT_TRUE(is_taken(OutputKind::kRtmdet, {{1, 1, 5}, {1, 1}, {1, 0, 64, 64}}));
   EXPECT_FALSE(is_taken(OutputKind::kRtmdet, {{1, 3, 5}, {1, 3}, {1, 4, 64, 64}}));
+  EXPECT_FALSE(is_taken(OutputKind::kRtmdet, {{1, 0, 5}, {1, 3}, {1, 0, 64, 64}}));
   EXPECT_FALSE(is_taken(OutputKind::kRtmdet, {{1, 3, 5}, {1, 2}, {1, 2, 64, 64}}));
   EXPECT_FALSE(is_taken(OutputKind::kRtmdet, {{1, 3, 5}, {1, 3}, {1, 3, 32, 64}}));
   EXPECT_TRUE(is_taken(OutputKind::kRfdetr, {{1, 5, 4}, {1, 5, 80}, {1, 5, 16, 16}}));

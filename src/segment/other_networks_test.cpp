@@ -5,10 +5,11 @@
 
 #include <array>
 #include <filesystem>
+#include <fstream>
 #include <openvino/core/model.hpp>
 
+#include "segment/letterbox.hpp"
 #include "segment/model_segmenter.hpp"
-#include "segment/network_input.hpp"
 #include "segment/test_network.hpp"
 #include "segment/toy_networks.hpp"
 
@@ -27,10 +28,10 @@ struct PixelBox {
   int u0 = 0, v0 = 0, u1 = 0, v1 = 0;  // [u0, u1) x [v0, v1)
 };
 
-/// A kind of network, with its own numbers of COCO's person and dog.
+/// A kind of network, with how it wants its image, and its own numbers of COCO's person and dog.
 struct Maker {
   const char* name;
-  OutputKind kind;
+  Placement placement;
   std::shared_ptr<ov::Model> (*make)(const ToyNetwork&);
   int person, dog;
   Size net, other_net;
@@ -61,8 +62,8 @@ class OtherNetworks : public ::testing::TestWithParam<Maker> {
 
   /// `box`, grown by a margin, as the network would report it.
   static ToyDetection detection(const PixelBox& box, int label, float score, Size image, Size net) {
-    const Letterbox placed = make_letterbox(image.width, image.height, net.width, net.height,
-                                            input_form(GetParam().kind).placement);
+    const Letterbox placed =
+        make_letterbox(image.width, image.height, net.width, net.height, GetParam().placement);
     const EdgePoint low = placed.to_network({box.u0 - kMargin, box.v0 - kMargin});
     const EdgePoint high = placed.to_network({box.u1 + kMargin, box.v1 + kMargin});
     return {float(low.x), float(low.y), float(high.x), float(high.y), label, score};
@@ -194,15 +195,16 @@ INSTANTIATE_TEST_SUITE_P(
     Networks, OtherNetworks,
     ::testing::Values(
         Maker{"yolo_end",
-              OutputKind::kYoloEnd,
+              Placement::kCentred,
               toys::make_yolo_end_toy,
               0,
               kDog,
               {320, 256},
               {192, 288}},
         Maker{
-            "rtmdet", OutputKind::kRtmdet, toys::make_rtmdet_toy, 0, kDog, {320, 320}, {256, 192}},
-        Maker{"rfdetr", OutputKind::kRfdetr, toys::make_rfdetr_toy, 1, 18, {312, 312}, {264, 360}}),
+            "rtmdet", Placement::kTopLeft, toys::make_rtmdet_toy, 0, kDog, {320, 320}, {256, 192}},
+        Maker{
+            "rfdetr", Placement::kStretched, toys::make_rfdetr_toy, 1, 18, {312, 312}, {264, 360}}),
     [](const auto& maker) { return std::string(maker.param.name); });
 
 TEST(OtherNetworks, RfdetrRunsInFullPrecisionUnlessTold) {
@@ -216,6 +218,34 @@ TEST(OtherNetworks, RfdetrRunsInFullPrecisionUnlessTold) {
   EXPECT_EQ(made.value()->precision(), "f32");
   std::filesystem::remove(file);
   std::filesystem::remove(std::filesystem::path(file).replace_extension("bin"));
+}
+
+TEST(OtherNetworks, ClassesAreThoseThatTheOnnxFileNames) {
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("ygslam_names_" + std::to_string(getpid()) + ".onnx");
+  ModelConfig config;
+  config.model = file;
+  const auto open_with = [&](const std::string& names) {
+    std::ofstream(file, std::ios::binary) << toys::yolo_onnx(names);
+    return make_model_segmenter(config);
+  };
+  const auto made = open_with("{0: 'forklift', 1: 'dog', 2: 'person'}");
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto out = made.value()->segment({{}, {}, ColourImage(32, 32), {}, {}});
+  ASSERT_TRUE(out.ok()) << out.error().message;
+  ASSERT_EQ(out->instances.size(), 1U);
+  EXPECT_EQ(out->instances[0].class_id, kDog);
+  EXPECT_EQ(out->ids.at(16, 16), 1);
+  for (const auto& [names, what] :
+       {std::pair{"", "YOLO-seg with 3 classes without names"},
+        {"{0: 'bolt', 1: 'nut', 2: 'screw'}", "none of its 3 classes is one of COCO's"}}) {
+    const auto refused = open_with(names);
+    ASSERT_FALSE(refused.ok()) << names;
+    EXPECT_EQ(refused.error().kind, ErrorKind::kModel);
+    EXPECT_THAT(refused.error().message, ::testing::HasSubstr(file.string() + ": "));
+    EXPECT_THAT(refused.error().message, ::testing::HasSubstr(what));
+  }
+  std::filesystem::remove(file);
 }
 
 }  // namespace

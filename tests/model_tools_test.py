@@ -112,7 +112,8 @@ class ExportModel(InTemporaryFolder):
         self.assertEqual(refused(parse, "--model", "yolov5n-seg"), 2)
         self.assertEqual(refused(parse, "--model", "rfdetr-seg-nano", "--dynamic"), 2)
         self.assertEqual(refused(parse, "--model", "rtmdet-ins-s", "--size", "300x320"), 2)
-        self.assertEqual(parse(["--model", "rfdetr-seg-nano", "--size", "312x312"]).size, (312, 312))
+        square = parse(["--model", "rfdetr-seg-nano", "--size", "312x312"])
+        self.assertEqual(square.size, (312, 312))
 
     def test_command_inside_the_environment_says_all_and_is_understood_there(self):
         for line in (["--dynamic"], ["--model", "rfdetr-seg-small"],

@@ -1,4 +1,4 @@
-"""What runs inside the environment of tools/export_model.py: weights to ONNX, one function per maker."""
+"""What runs inside the environment of tools/export_model.py: one function per maker."""
 
 # pylint: disable=import-outside-toplevel,import-error
 import functools
@@ -81,7 +81,7 @@ def set_input_size(steps, height, width):
 
 
 def priors_without_gpu():
-    """MMDetection lays the grid of a network's cells on a GPU unless told, and MMDeploy tells not."""
+    """MMDetection lays the grid of cells on a GPU unless told, and MMDeploy does not tell."""
     from mmdet.models.task_modules.prior_generators import MlvlPointGenerator
 
     MlvlPointGenerator.single_level_grid_priors = functools.partialmethod(

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Exports a segmentation network to ONNX in a Python environment made for the purpose and thrown away.
+"""Exports a segmentation network to ONNX in a Python environment made for it and thrown away.
 
 The trained weights come from their makers' public releases; `--weights untrained` builds the same
 network with random weights, which detects nothing but takes the same path.

@@ -1,4 +1,4 @@
-"""The networks that tools/export_model.py exports: whose they are, under which licence, from where."""
+"""The networks that tools/export_model.py exports: whose, under which licence, from where."""
 
 from dataclasses import dataclass
 
@@ -89,7 +89,9 @@ def _rfdetr():
         yield Network(f"rfdetr-seg-{size}", ROBOFLOW, "")
 
 
-NETWORKS = {network.name: network for make in (_ultralytics, _rtmdet, _rfdetr) for network in make()}
+NETWORKS = {
+    network.name: network for make in (_ultralytics, _rtmdet, _rfdetr) for network in make()
+}
 DEFAULT = "yolov8n-seg"
 
 

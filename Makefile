@@ -63,8 +63,8 @@ wheel: setup ## a Python wheel in dist/ that installs without a compiler
 	@.venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements-wheel.txt
 	@.venv/bin/python tools/wheel.py
 
-model: ## export YOLOv8n-seg to models/ (needs the public internet; WEIGHTS=file.pt|untrained)
-	@python3 tools/export_model.py --out models $(if $(WEIGHTS),--weights $(WEIGHTS))
+model: ## export YOLOv8n-seg, or NETWORK=name, to models/ (needs the public internet; WEIGHTS=file|untrained)
+	@python3 tools/export_model.py --out models $(if $(NETWORK),--model $(NETWORK)) $(if $(WEIGHTS),--weights $(WEIGHTS))
 
 quantize: ## write an int8 model beside MODEL, calibrated on IMAGES=folder
 	@python3 tools/quantize_model.py --model $(or $(MODEL),models/yolov8n-seg_480x640.onnx) --images "$(IMAGES)"

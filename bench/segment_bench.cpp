@@ -3,9 +3,8 @@
 // For every precision each model has on this processor: wall time of the bare network (OpenVINO's
 // API, one thread, latency hint, otherwise its defaults, as benchmark_app runs it) and of our whole
 // segmenter (preparation, network, decoding, masks at image size), measured in turns so that both
-// see the same machine. MODEL: a
-// YOLOv8-seg network or builtin. Also the share of the images under person masks, and with a
-// sequence that has mask/ how well they agree with it.
+// see the same machine. MODEL: a network of docs/models.md or builtin. Also the share of the images
+// under person masks, and with a sequence that has mask/ how well they agree with it.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -21,9 +20,9 @@
 #include "io/frame_reader.hpp"
 #include "io/image_folders.hpp"
 #include "segment/embedded_network.hpp"
+#include "segment/model_segmenter.hpp"
 #include "segment/people_network.hpp"
 #include "segment/png_ids.hpp"
-#include "segment/yolo_openvino.hpp"
 
 namespace ygslam::bench {
 namespace {
@@ -137,11 +136,11 @@ class BareNetwork {
 Result<std::unique_ptr<Segmenter>> make(const Options& options, const std::string& model,
                                         Precision precision, const CameraConfig& camera) {
   if (model == kBuiltin) return make_people_segmenter(camera, {precision, 1});
-  YoloConfig config;
+  ModelConfig config;
   config.model = model;
   config.precision = precision;
   config.decode = options.decode;
-  return make_yolo_segmenter(config);
+  return make_model_segmenter(config);
 }
 
 void measure(const Options& options, const std::string& model, Precision precision,

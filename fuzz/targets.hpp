@@ -24,5 +24,6 @@ void bags(std::string_view bytes);
 void messages(std::string_view bytes);
 void image_files(std::string_view bytes);
 void poses(std::string_view bytes);
+void network_outputs(std::string_view bytes);
 
 }  // namespace ygslam::fuzz

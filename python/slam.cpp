@@ -190,7 +190,8 @@ void bind_slam(nb::module_& m) {
            nb::arg("options") = std::map<std::string, std::string>{}, nb::arg("room_every_s") = 1.0,
            nb::arg("depth_camera") = nb::none(), nb::arg("T_colour_depth") = nb::none(),
            nb::arg("floor") = nb::none(),
-           "model: a YOLOv8-seg network (.onnx, .xml). segmenter: model, builtin, none, masks:DIR, "
+           "model: a segmentation network (.onnx, .xml; docs/models.md). segmenter: model, "
+           "builtin, none, masks:DIR, "
            "frames; without it the model, else the built-in network. dynamic: off, geometry, "
            "semantic, full; without it full where there are masks, else geometry. load_map: map of "
            "an earlier run to go on with; localize_only: it stays as it is. deterministic: same "

@@ -6,13 +6,16 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from contextlib import redirect_stderr
 from pathlib import Path
 
 TOOLS = Path(__file__).resolve().parent.parent / "tools"
 sys.path.insert(0, str(TOOLS))
 
+import export_inside  # noqa: E402  pylint: disable=wrong-import-position
 import export_model  # noqa: E402  pylint: disable=wrong-import-position
+import export_networks  # noqa: E402  pylint: disable=wrong-import-position
 import quantize_model  # noqa: E402  pylint: disable=wrong-import-position
 import throwaway_env  # noqa: E402  pylint: disable=wrong-import-position
 
@@ -57,7 +60,7 @@ class ExportModel(InTemporaryFolder):
 
     def test_sizes_must_be_multiples_of_32(self):
         self.assertEqual(export_model.parse_arguments(["--size", "384x512"]).size, (384, 512))
-        for bad in ("480", "481x640", "0x0", "axb", "480x640x3", "4096x640", "-32x64"):
+        for bad in ("480", "481x640", "48x650", "0x0", "axb", "480x640x3", "4096x640", "-32x64"):
             self.assertEqual(refused(export_model.parse_arguments, f"--size={bad}"), 2, bad)
 
     def test_name_says_network_and_size(self):
@@ -71,6 +74,94 @@ class ExportModel(InTemporaryFolder):
             "yolov8n-seg-untrained_384x512.onnx",
         )
         self.assertEqual(name("--weights", "a/b/mine.pt"), "mine_480x640.onnx")
+        self.assertEqual(name("--model", "rtmdet-ins-tiny"), "rtmdet-ins-tiny_480x640.onnx")
+        self.assertEqual(name("--model", "rfdetr-seg-nano"), "rfdetr-seg-nano.onnx")
+        self.assertEqual(
+            name("--model", "rfdetr-seg-nano", "--weights", "untrained", "--size", "240x312"),
+            "rfdetr-seg-nano-untrained_240x312.onnx",
+        )
+
+    def test_each_network_has_a_licence_weights_and_requirements_that_exist(self):
+        for name, network in export_networks.NETWORKS.items():
+            self.assertEqual(network.name, name)
+            self.assertIn(export_networks.LICENCES[network.maker], network.notice)
+            self.assertIn(network.maker, export_inside.EXPORTS)
+            for requirements, *options in export_networks.REQUIREMENTS[network.maker]:
+                self.assertTrue((TOOLS / requirements).is_file(), requirements)
+                self.assertLessEqual(set(options), {"--no-deps"})
+            if network.weights_url:
+                self.assertRegex(network.weights_url, r"^https://[a-z./0-9]+/.*\.pth?$")
+                self.assertIn(export_networks.HOSTS[network.maker], network.weights_url)
+        licences = {name: n.notice for name, n in export_networks.NETWORKS.items()}
+        for name in ("yolov8n-seg", "yolo11s-seg", "yolo26x-seg"):
+            self.assertIn("AGPL-3.0", licences[name])
+        for name in ("rtmdet-ins-tiny", "rfdetr-seg-nano"):
+            self.assertNotIn("AGPL", licences[name])
+            self.assertIn("under Apache-2.0, code and weights", licences[name])
+
+    def test_help_lists_each_network_below_its_licence(self):
+        text = run_tool("export_model.py", "--help").stdout
+        for name in export_networks.NETWORKS:
+            self.assertIn(name, text)
+        for part in ("AGPL-3.0, code and weights", "Apache-2.0, code and weights",
+                     "download.openmmlab.com", "Python 3.10 to 3.11"):
+            self.assertIn(part, text)
+
+    def test_unknown_networks_and_open_sizes_of_others_are_usage_errors(self):
+        parse = export_model.parse_arguments
+        self.assertEqual(refused(parse, "--model", "yolov5n-seg"), 2)
+        self.assertEqual(refused(parse, "--model", "rfdetr-seg-nano", "--dynamic"), 2)
+        self.assertEqual(refused(parse, "--model", "rtmdet-ins-s", "--size", "300x320"), 2)
+        square = parse(["--model", "rfdetr-seg-nano", "--size", "312x312"])
+        self.assertEqual(square.size, (312, 312))
+
+    def test_command_inside_the_environment_says_all_and_is_understood_there(self):
+        for line in (["--dynamic"], ["--model", "rfdetr-seg-small"],
+                     ["--model", "rtmdet-ins-m", "--size", "256x320", "--weights", "untrained"]):
+            given = export_model.parse_arguments(line)
+            command = export_model.inner_command("python", given, given.weights, self.folder)
+            self.assertEqual(command[0], "python")
+            there = export_model.parse_arguments([str(part) for part in command[2:]])
+            self.assertEqual(there.inside, self.folder)
+            for key in ("model", "weights", "size", "dynamic"):
+                self.assertEqual(getattr(there, key), getattr(given, key), key)
+
+    def test_weights_keep_their_kind_and_rfdetr_downloads_its_own(self):
+        mine = self.folder / "mine.pth"
+        mine.write_bytes(b"PK")
+        parse = export_model.parse_arguments
+        copied = export_model.prepare_weights(
+            parse(["--model", "rtmdet-ins-s", "--weights", str(mine)]), self.folder)
+        self.assertEqual(copied.name, "rtmdet-ins-s.pth")
+        self.assertEqual(copied.read_bytes(), b"PK")
+        for weights in ("trained", "untrained"):
+            given = parse(["--model", "rfdetr-seg-nano", "--weights", weights])
+            self.assertEqual(export_model.prepare_weights(given, self.folder), weights)
+
+    def test_python_that_an_exporter_does_not_know_is_named(self):
+        given = export_model.parse_arguments(["--model", "rtmdet-ins-tiny"])
+        export_model.check_python(given, (3, 11))
+        for version in ((3, 9), (3, 12)):
+            with self.assertRaises(throwaway_env.ToolError) as caught:
+                export_model.check_python(given, version)
+            self.assertIn("Python 3.10 to 3.11", str(caught.exception))
+
+    def test_input_size_goes_into_the_pipeline_as_width_and_height(self):
+        steps = [{"type": "LoadImageFromFile"}, {"type": "Resize", "scale": (640, 640)},
+                 {"type": "Pad", "size": (640, 640)}, {"type": "PackDetInputs"}]
+        export_inside.set_input_size(steps, 480, 640)
+        self.assertEqual(steps[1]["scale"], (640, 480))
+        self.assertEqual(steps[2]["size"], (640, 480))
+        outputs = export_inside.rtmdet_deployment()["onnx_config"]["output_names"]
+        self.assertEqual(outputs, ["dets", "labels", "masks"])
+
+    def test_exporter_that_writes_nothing_is_an_error(self):
+        network = export_networks.NETWORKS["rfdetr-seg-nano"]
+        exports = {network.maker: lambda *_: str(self.folder / "none.onnx")}
+        with unittest.mock.patch.object(export_inside, "EXPORTS", exports):
+            with self.assertRaises(throwaway_env.ToolError) as caught:
+                export_inside.export(network, "untrained", None, False, self.folder)
+        self.assertIn("none.onnx", str(caught.exception))
 
     def test_missing_weights_are_named_before_anything_is_installed(self):
         process = run_tool("export_model.py", "--weights", self.folder / "none.pt")
@@ -106,6 +197,16 @@ class QuantizeModel(InTemporaryFolder):
         self.assertEqual(parse(both).out, Path("m/net_int8.xml"))
         self.assertEqual(parse([*both, "--out", "x.xml"]).out, Path("x.xml"))
         self.assertEqual(refused(parse, *both, "--out", "x.onnx"), 2)
+
+    def test_best_score_is_found_in_either_layout_of_yolo(self):
+        import numpy as np  # pylint: disable=import-outside-toplevel
+
+        cells = np.zeros((1, 4 + 80 + 32, 21), np.float32)
+        cells[0, :4], cells[0, 84:], cells[0, 20, 7] = 300, 9, 0.625
+        self.assertEqual(quantize_model.best_score(cells), 0.625)
+        rows = np.zeros((1, 300, 38), np.float32)
+        rows[0, :, :4], rows[0, :, 5:], rows[0, 3, 4] = 300, 9, 0.75
+        self.assertEqual(quantize_model.best_score(rows), 0.75)
 
     def test_model_images_and_a_count_above_zero_are_required(self):
         parse = quantize_model.parse_arguments

@@ -23,7 +23,7 @@ if [ -z "$model" ]; then
 fi
 options=(--model "$model")
 if [ -z "$model" ]; then
-  echo "demo: people are found by the built-in network; YOLOv8, which knows 80 classes: 'make model', MODEL=file.onnx"
+  echo "demo: people are found by the built-in network; a network that knows 80 classes: 'make model', MODEL=file.onnx"
   options=(--segmenter builtin)
 fi
 

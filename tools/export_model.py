@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Exports YOLOv8n-seg to ONNX in a Python environment made for the purpose and thrown away.
+"""Exports a segmentation network to ONNX in a Python environment made for it and thrown away.
 
-The trained weights come from Ultralytics' public releases; `--weights untrained` builds the same
+The trained weights come from their makers' public releases; `--weights untrained` builds the same
 network with random weights, which detects nothing but takes the same path.
 """
 
@@ -14,56 +14,79 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
+import export_inside
+from export_networks import DEFAULT, NETWORKS, PYTHONS, REQUIREMENTS, table
 from throwaway_env import ToolError, environment, fail_in_one_line, install, move_into_place, run
-
-WEIGHTS_URL = "https://github.com/ultralytics/assets/releases/download/v8.3.0/yolov8n-seg.pt"
-NETWORK = "yolov8n-seg"
-OPSET = 17
-NOTICE = """\
-Notice: YOLOv8 and its weights are Ultralytics', licensed under AGPL-3.0 (or an Ultralytics
-enterprise licence). They are no part of this project, which is Apache-2.0 and does not ship them.
-What you do with the exported model is under that licence: https://ultralytics.com/license
-"""
 
 
 def image_size(text):
-    """HEIGHTxWIDTH, both multiples of 32."""
+    """HEIGHTxWIDTH, each 32 to 2048."""
     try:
         height, width = (int(part) for part in text.lower().split("x"))
     except ValueError as error:
         raise argparse.ArgumentTypeError(f"'{text}' is not HEIGHTxWIDTH") from error
     for side in (height, width):
-        if side % 32 or not 32 <= side <= 2048:
-            raise argparse.ArgumentTypeError(f"{side} is not a multiple of 32 up to 2048")
+        if not 32 <= side <= 2048:
+            raise argparse.ArgumentTypeError(f"{side} is not in 32 to 2048")
     return height, width
 
 
+def network_name(text):
+    """A name of the table."""
+    if text not in NETWORKS:
+        raise argparse.ArgumentTypeError(f"'{text}' is none of the networks that --help lists")
+    return text
+
+
 def parse_arguments(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    """The command line; `network` and `size` are filled in."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0],
+        epilog=table(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--model", type=network_name, default=DEFAULT, metavar="NAME")
     parser.add_argument(
         "--weights",
         default="trained",
         metavar="FILE|trained|untrained",
-        help="a YOLOv8-seg .pt file, the published ones (default), or random ones",
+        help="a weights file of that network, the published ones (default), or random ones",
     )
-    parser.add_argument("--size", type=image_size, default=(480, 640), metavar="HxW")
-    parser.add_argument("--dynamic", action="store_true", help="leave the input size open")
+    parser.add_argument(
+        "--size",
+        type=image_size,
+        metavar="HxW",
+        help="of the input; default 480x640, for rfdetr-seg the network's own square",
+    )
+    parser.add_argument(
+        "--dynamic", action="store_true", help="leave the input size open (yolo networks)"
+    )
     parser.add_argument("--out", type=Path, default=Path("models"), metavar="DIR")
     parser.add_argument("--env", type=Path, metavar="DIR", help="keep the environment here")
     parser.add_argument("--inside", type=Path, help=argparse.SUPPRESS)
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    options.network = NETWORKS[options.model]
+    if options.dynamic and not options.network.has_open_size:
+        parser.error(f"--dynamic: {options.model} is exported with a fixed input size")
+    if options.size is None:
+        options.size = options.network.default_size
+    elif options.network.default_size is not None and any(side % 32 for side in options.size):
+        parser.error(f"--size: {options.model} takes multiples of 32")
+    return options
 
 
 def output_name(arguments):
     """File name of the exported model."""
-    given = {"trained": NETWORK, "untrained": f"{NETWORK}-untrained"}
+    given = {"trained": arguments.model, "untrained": f"{arguments.model}-untrained"}
     stem = given.get(arguments.weights) or Path(arguments.weights).stem
+    if arguments.size is None:
+        return f"{stem}.onnx"
     size = "dynamic" if arguments.dynamic else "{}x{}".format(*arguments.size)
     return f"{stem}_{size}.onnx"
 
 
-def fetch_weights(target, url=WEIGHTS_URL):
-    """Downloads the published weights to `target`."""
+def fetch_weights(target, url):
+    """Downloads published weights to `target`."""
     print(f"fetching {url}", file=sys.stderr)
     try:
         with urllib.request.urlopen(url, timeout=30) as answer:
@@ -72,61 +95,63 @@ def fetch_weights(target, url=WEIGHTS_URL):
         reason = getattr(error, "reason", error)
         raise ToolError(
             f"cannot download the trained weights ({reason}); with a copy of "
-            f"{NETWORK}.pt run again with --weights FILE"
+            f"{url.rsplit('/', 1)[-1]} run again with --weights FILE"
         ) from error
     if not content.startswith(b"PK"):
         raise ToolError(f"{url}: what came is not a weights file")
     target.write_bytes(content)
 
 
-def export_inside(arguments):
-    """Runs inside the environment: weights to ONNX in the folder arguments.inside."""
-    from ultralytics import YOLO  # pylint: disable=import-outside-toplevel
-
-    network = YOLO(f"{NETWORK}.yaml" if arguments.weights == "untrained" else arguments.weights)
-    if network.task != "segment":
-        raise ToolError(f"{arguments.weights}: not a segmentation network")
-    exported = network.export(
-        format="onnx",
-        imgsz=list(arguments.size),
-        opset=OPSET,
-        simplify=True,
-        dynamic=arguments.dynamic,
-    )
-    move_into_place(Path(exported), arguments.inside / "exported.onnx")
-    return 0
-
-
 def prepare_weights(arguments, work):
-    """What the exporter is given as weights: a file, or "untrained"."""
+    """What the exporter is given as weights: a file, "untrained", or "trained" where it downloads
+    them itself."""
     if arguments.weights == "untrained":
         return arguments.weights
+    url = arguments.network.weights_url
+    if arguments.weights == "trained" and not url:
+        return arguments.weights
+    target = work / f"{arguments.model}{Path(url or arguments.weights).suffix}"
     if arguments.weights == "trained":
-        fetch_weights(work / f"{NETWORK}.pt")
-        return work / f"{NETWORK}.pt"
-    try:  # a copy, for the exporter writes beside its weights
-        return Path(shutil.copy(arguments.weights, work / f"{NETWORK}.pt"))
+        fetch_weights(target, url)
+        return target
+    try:  # a copy, for an exporter writes beside its weights
+        return Path(shutil.copy(arguments.weights, target))
     except OSError as error:
         raise ToolError(f"{arguments.weights}: {error.strerror}") from error
 
 
+def check_python(arguments, version=sys.version_info[:2]):
+    """The exporters are made for some versions of Python."""
+    low, high = PYTHONS[arguments.network.maker]
+    if not (3, low) <= tuple(version) <= (3, high):
+        raise ToolError(
+            f"exporting {arguments.model} needs Python 3.{low} to 3.{high} "
+            "(run this script with such a one)"
+        )
+
+
+def inner_command(python, arguments, weights, work):
+    """What is run inside the environment."""
+    command = [python, Path(__file__).resolve(), "--inside", work, "--model", arguments.model]
+    command += ["--weights", weights]
+    if arguments.size is not None:
+        command += ["--size", "{}x{}".format(*arguments.size)]
+    return command + (["--dynamic"] if arguments.dynamic else [])
+
+
 def export(arguments):
     """Everything: notice, weights, environment, export. Prints the model's path on stdout."""
-    print(NOTICE, file=sys.stderr)
-    if not (3, 10) <= sys.version_info[:2] <= (3, 13):
-        raise ToolError("the exporter needs Python 3.10 to 3.13 (run this script with such a one)")
+    print(arguments.network.notice, file=sys.stderr)
+    check_python(arguments)
     with tempfile.TemporaryDirectory(prefix="ygslam-export-") as folder:
         work = Path(folder)
         weights = prepare_weights(arguments, work)
         with environment(arguments.env) as python:
             print("installing PyTorch and the exporter (a while)", file=sys.stderr)
-            install(python, "requirements-torch.txt")
-            install(python, "requirements-export.txt")
-            install(python, "requirements-ultralytics.txt", "--no-deps")
-            command = [python, Path(__file__).resolve(), "--inside", work, "--weights", weights]
-            command += ["--size", "{}x{}".format(*arguments.size)]
-            command += ["--dynamic"] if arguments.dynamic else []
+            for requirements, *pip_options in REQUIREMENTS[arguments.network.maker]:
+                install(python, requirements, *pip_options)
             quiet = {"YOLO_CONFIG_DIR": folder, "YOLO_AUTOINSTALL": "false", "YOLO_OFFLINE": "true"}
+            command = inner_command(python, arguments, weights, work)
             run(command, "the export", cwd=work, env={**os.environ, **quiet})
         target = arguments.out / output_name(arguments)
         move_into_place(work / "exported.onnx", target)
@@ -134,10 +159,19 @@ def export(arguments):
     return 0
 
 
+def inside(arguments):
+    """Runs inside the environment: weights to `exported.onnx` in the folder arguments.inside."""
+    exported = export_inside.export(
+        arguments.network, arguments.weights, arguments.size, arguments.dynamic, arguments.inside
+    )
+    move_into_place(exported, arguments.inside / "exported.onnx")
+    return 0
+
+
 def main():
     """Command line, or the part that runs inside the environment."""
     arguments = parse_arguments()
-    return export_inside(arguments) if arguments.inside else export(arguments)
+    return inside(arguments) if arguments.inside else export(arguments)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes an int8 model of a YOLOv8-seg network, calibrated on the user's own images.
+"""Makes an int8 model of a YOLO-seg network, calibrated on the user's own images.
 
 Post-training quantisation by NNCF, in a Python environment made for the purpose and thrown away.
 Writes OpenVINO IR: FILE_int8.xml and FILE_int8.bin beside the model. No labels are needed; thirty to
@@ -113,9 +113,31 @@ def to_int8(network, inputs, ignored_scope=None):
     )
 
 
+END_VALUES = 38  # of a detection of an end-to-end network; its score is the fifth
+PROTOTYPES = 32
+
+
+def is_yolo(network):
+    """Whether the outputs are a YOLO-seg network's: rows of detections, prototypes."""
+    shapes = [output.get_partial_shape() for output in network.outputs]
+    return (
+        len(shapes) == 2
+        and len(shapes[0]) == 3
+        and len(shapes[1]) == 4
+        and shapes[1][1] == PROTOTYPES
+    )
+
+
+def best_score(detections):
+    """The best class score of one image's detections, of either kind of YOLO."""
+    if detections.shape[-1] == END_VALUES:
+        return float(detections[0, :, 4].max())
+    return float(detections[0, 4:-PROTOTYPES].max())
+
+
 def best_scores(compiled, inputs):
     """The best class score of each image."""
-    return [float(compiled(x)[0][0, 4:84].max()) for x in inputs]
+    return [best_score(compiled(x)[0]) for x in inputs]
 
 
 def quantize_inside(options):
@@ -129,8 +151,8 @@ def quantize_inside(options):
     except Exception as error:  # pylint: disable=broad-exception-caught
         raise ToolError(f"{options.model}: cannot be read as a network") from error
     shape = network.input().get_partial_shape()
-    if shape.rank.is_dynamic or len(shape) != 4 or len(network.outputs) != 2:
-        raise ToolError(f"{options.model}: not a YOLOv8-seg export")
+    if shape.rank.is_dynamic or len(shape) != 4 or not is_yolo(network):
+        raise ToolError(f"{options.model}: not a YOLO-seg export (others are not quantised)")
     if is_quantised(network):
         raise ToolError(f"{options.model}: is quantised already")
     height, width = (

@@ -6,7 +6,7 @@
 int main(int argc, char** argv) {
   ygslam::api::Settings settings;
   settings.camera = {.fx = 525, .fy = 525, .cx = 319.5, .cy = 239.5};
-  if (argc > 1) settings.model = argv[1];  // a YOLOv8-seg network; without one: geometry alone
+  if (argc > 1) settings.model = argv[1];  // a segmentation network; without one: geometry alone
   try {
     auto slam = ygslam::api::Slam::open(settings);
     std::vector<std::uint8_t> rgb(640 * 480 * 3);

@@ -84,8 +84,8 @@ enum class LogLevel { kInfo, kWarning, kError };
 
 struct Settings {
   CameraModel camera;
-  /// YOLOv8-seg network (.onnx or .xml); empty = geometry alone. Read in this process: a file made
-  /// to crash its reader will.
+  /// Segmentation network (.onnx or .xml, docs/models.md); empty = geometry alone. Read in this
+  /// process: a file made to crash its reader will.
   std::string model;
   /// model, builtin (the built-in network that knows people), none, masks:DIR (docs/models.md),
   /// frames (Frame::instances); empty: the model, or without one the built-in network.

@@ -33,7 +33,7 @@ class YgslamNode : public rclcpp::Node {
     }
     settings.camera.ignore_image =
         text("ignore_image", "", "8-bit grey PNG, not 0 where the image shows the robot itself");
-    settings.model = text("model", "", "YOLOv8-seg network, .onnx or .xml; empty: none");
+    settings.model = text("model", "", "segmentation network, .onnx or .xml; empty: none");
     settings.segmenter = text("segmenter", "", "model, builtin, none; empty: the model, if any");
     settings.load_map = text("load_map", "", "map of an earlier run to go on with");
     settings.localize_only = declare_parameter("localize_only", false);

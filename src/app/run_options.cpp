@@ -99,7 +99,8 @@ void add_input_options(CLI::App& command, RunOptions& o) {
                                  "unix:SOCKET (docs/inputs.md)"
                                : "Folder of images or bag (docs/inputs.md)")
       ->required();
-  add(command, kInput, "--model", o.model, "FILE", "YOLOv8-seg network, .onnx or .xml");
+  add(command, kInput, "--model", o.model, "FILE",
+      "segmentation network, .onnx or .xml: YOLO, RTMDet-Ins, RF-DETR-Seg (docs/models.md)");
   add(command, kInput, "--segmenter", o.segmenter, kSegmenterType, kSegmenterHelp)
       ->default_str(segmenter_name(kDefaultSegmenter));
   add(command, kInput, "--camera", o.camera_file, "FILE.yaml",

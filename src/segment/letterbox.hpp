@@ -1,5 +1,5 @@
-// How an image of any size is fitted into the network's input, and the way back.
-// Ultralytics' letterbox: uniform scale, centred, border grey 114.
+// How an image of any size is fitted into the network's input, and the way back. A border is grey
+// 114, with Ultralytics as with MMDetection.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,12 @@ struct EdgePoint {
   double x = 0, y = 0;
 };
 
+enum class Placement {
+  kCentred,    ///< same scale both ways, border on both sides (Ultralytics)
+  kTopLeft,    ///< same scale both ways, border on the right or below (MMDetection)
+  kStretched,  ///< fills the input (rfdetr)
+};
+
 /// Placement of an image inside the network's input. Sizes in pixels, all > 0.
 struct Letterbox {
   int image_width = 0, image_height = 0;
@@ -20,7 +26,8 @@ struct Letterbox {
   int inner_width = 0, inner_height = 0;  ///< size of the scaled image inside the input
   int pad_left = 0, pad_top = 0;
 
-  /// Network pixels per image pixel. The two differ a little because inner sizes are whole pixels.
+  /// Network pixels per image pixel. Also where the aspect ratio is kept the two differ a little:
+  /// inner sizes are whole pixels.
   [[nodiscard]] double scale_x() const { return static_cast<double>(inner_width) / image_width; }
   [[nodiscard]] double scale_y() const { return static_cast<double>(inner_height) / image_height; }
   /// True where image and input have the same size, so that nothing is resampled.
@@ -38,9 +45,9 @@ struct Letterbox {
 
 inline constexpr std::uint8_t kLetterboxGrey = 114;
 
-/// Largest placement that keeps the aspect ratio. All sizes must be > 0.
+/// The largest there is. All sizes must be > 0.
 [[nodiscard]] Letterbox make_letterbox(int image_width, int image_height, int net_width,
-                                       int net_height);
+                                       int net_height, Placement placement = Placement::kCentred);
 
 /// The network's view of the image: bilinear, border grey. `image` must have the letterbox's size.
 [[nodiscard]] ColourImage letterboxed(const ColourImage& image, const Letterbox& box);

@@ -105,15 +105,52 @@ TEST(Letterbox, PaintedPixelIsFoundWhereTheMappingSays) {
   EXPECT_NEAR(y / weight, centre.y, 0.05);
 }
 
+TEST(Letterbox, TopLeftHasItsBorderOnOneSideAndStretchedHasNone) {
+  const Letterbox top_left = make_letterbox(1280, 720, 640, 480, Placement::kTopLeft);
+  EXPECT_EQ(top_left.inner_width, 640);
+  EXPECT_EQ(top_left.inner_height, 360);
+  EXPECT_EQ(top_left.pad_left, 0);
+  EXPECT_EQ(top_left.pad_top, 0);
+  EXPECT_DOUBLE_EQ(top_left.to_image({320, 180}).y, 360);
+
+  const Letterbox stretched = make_letterbox(1280, 720, 312, 336, Placement::kStretched);
+  EXPECT_EQ(stretched.inner_width, 312);
+  EXPECT_EQ(stretched.inner_height, 336);
+  const EdgePoint corner = stretched.to_network({1280, 720});
+  EXPECT_DOUBLE_EQ(corner.x, 312);
+  EXPECT_DOUBLE_EQ(corner.y, 336);
+  Rng rng(6);
+  const ColourImage image = noise(40, 30, rng);
+  const Letterbox small = make_letterbox(40, 30, 60, 36, Placement::kTopLeft);
+  const ColourImage seen = letterboxed(image, small);
+  for (int v = 0; v < 36; ++v) {
+    ASSERT_EQ(seen.at(48, v).r, kLetterboxGrey);
+    ASSERT_EQ(seen.at(59, v).b, kLetterboxGrey);
+  }
+}
+
 TEST(Planar, EveryByteArrivesInItsPlane) {
   Rng rng(4);
   const ColourImage image = noise(37, 11, rng);
   std::vector<float> planes(3 * image.size());
-  to_planar(image, planes.data());
+  to_planar(image, {}, planes.data());
   for (std::size_t i = 0; i < image.size(); ++i) {
     ASSERT_NEAR(planes[i], image.data()[i].r / 255.0, 1e-6);
     ASSERT_NEAR(planes[image.size() + i], image.data()[i].g / 255.0, 1e-6);
     ASSERT_NEAR(planes[2 * image.size() + i], image.data()[i].b / 255.0, 1e-6);
+  }
+}
+
+TEST(Planar, MeanAndDeviationGoWithTheColourAndThePlanesCanBeInBlueGreenRed) {
+  Rng rng(5);
+  const ColourImage image = noise(13, 7, rng);
+  const Normalisation form{{120, 110, 100}, {60, 55, 50}, ChannelOrder::kBgr};
+  std::vector<float> planes(3 * image.size());
+  to_planar(image, form, planes.data());
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    ASSERT_NEAR(planes[i], (image.data()[i].b - 100) / 50.0, 1e-5);
+    ASSERT_NEAR(planes[image.size() + i], (image.data()[i].g - 110) / 55.0, 1e-5);
+    ASSERT_NEAR(planes[2 * image.size() + i], (image.data()[i].r - 120) / 60.0, 1e-5);
   }
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::IsSupersetOf;
+using ::testing::IsSupersetOf;
 
 std::vector<int> classes(const std::vector<std::string>& names) {
   const auto result = MovableClasses::of_names(names);

@@ -8,9 +8,9 @@
 
 #include "core/testing/recorded_data.hpp"
 #include "image/cv_view.hpp"
+#include "segment/model_segmenter.hpp"
 #include "segment/movable.hpp"
 #include "segment/png_ids.hpp"
-#include "segment/yolo_openvino.hpp"
 
 namespace ygslam {
 namespace {
@@ -46,10 +46,10 @@ TEST(TrainedYolo, PersonMasksMatchTheRecordedOnes) {
   const fs::path data = shared_folder() / "data" / "redkitchen_walk";
   YGSLAM_NEEDS_RECORDED(data);
   YGSLAM_NEEDS_RECORDED(model_file());
-  YoloConfig config;
+  ModelConfig config;
   config.model = model_file();
   config.decode.classes = {0};
-  const auto made = make_yolo_segmenter(config);
+  const auto made = make_model_segmenter(config);
   ASSERT_TRUE(made.ok()) << made.error().message;
 
   std::vector<fs::path> masks;
@@ -77,10 +77,10 @@ TEST(TrainedYolo, MaskOfALetterboxedImageAgreesWithTheFullSizeOne) {
   const fs::path file = shared_folder() / "data" / "images" / "bus.jpg";
   YGSLAM_NEEDS_RECORDED(file);
   YGSLAM_NEEDS_RECORDED(model_file());
-  YoloConfig config;
+  ModelConfig config;
   config.model = model_file();
   config.decode.classes = {0, 5};
-  const auto made = make_yolo_segmenter(config);
+  const auto made = make_model_segmenter(config);
   ASSERT_TRUE(made.ok());
   const RgbdFrame frame = read_frame(file);
   const auto out = made.value()->segment(frame);
@@ -103,9 +103,9 @@ TEST(TrainedYolo, TruncatedFileIsAModelError) {
   for (const double share : {0.01, 0.3, 0.9, 0.9999}) {
     std::ofstream(copy, std::ios::binary)
         .write(bytes.data(), static_cast<std::streamsize>(share * bytes.size()));
-    YoloConfig config;
+    ModelConfig config;
     config.model = copy;
-    const auto made = make_yolo_segmenter(config);
+    const auto made = make_model_segmenter(config);
     ASSERT_FALSE(made.ok()) << share;
     EXPECT_EQ(made.error().kind, ErrorKind::kModel);
   }

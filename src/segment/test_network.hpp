@@ -30,6 +30,10 @@ struct TestNetwork {
 /// says whether a cell was measured, so there are people where the image has depth.
 [[nodiscard]] std::string people_onnx(float weight = 4, int channels = 5);
 
+/// The bytes of a YOLO-seg network of three classes as ONNX, 32x32: whatever the image, class 1 in
+/// the middle. @param names of its classes as Ultralytics writes them into the file; empty: none.
+[[nodiscard]] std::string yolo_onnx(const std::string& names);
+
 /// Writes `network` as OpenVINO IR: `file` (.xml) and the weights beside it.
 void write_network(const std::shared_ptr<ov::Model>& network, const std::filesystem::path& file);
 

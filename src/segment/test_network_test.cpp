@@ -56,16 +56,43 @@ std::string onnx_value(const std::string& name, const std::vector<int>& shape) {
   return bytes(1, name) + bytes(2, bytes(1, number(1, 1) + bytes(2, dims)));
 }
 
+/// A TensorProto of 32-bit floats.
+std::string onnx_tensor(const std::string& name, const std::vector<int>& shape,
+                        const std::vector<float>& values) {
+  std::string dims;
+  for (const int size : shape) dims += number(1, static_cast<std::uint64_t>(size));
+  std::string raw(values.size() * sizeof(float), '\0');
+  std::memcpy(raw.data(), values.data(), raw.size());
+  return dims + number(2, 1) + bytes(8, name) + bytes(9, raw);
+}
+
 }  // namespace
+
+std::string yolo_onnx(const std::string& names) {
+  constexpr std::size_t kCells = 21, kChannels = 4 + 3 + 32, kPlane = 64;
+  std::vector<float> detections(kChannels * kCells, 0.0F), prototypes(32 * kPlane, 0.0F);
+  const std::vector<std::pair<std::size_t, float>> first_cell{{0, 16.0F}, {1, 16.0F}, {2, 20.0F},
+                                                              {3, 20.0F}, {5, 0.9F},  {7, 1.0F}};
+  for (const auto& [channel, value] : first_cell) detections[channel * kCells] = value;
+  std::fill_n(prototypes.begin(), kPlane, 1.0F);
+  const auto copy = [](const char* from, const char* to) {
+    return bytes(1, bytes(1, from) + bytes(2, to) + bytes(4, "Identity"));
+  };
+  const std::string graph = copy("d", "output0") + copy("p", "output1") + bytes(2, "g") +
+                            bytes(5, onnx_tensor("d", {1, kChannels, kCells}, detections)) +
+                            bytes(5, onnx_tensor("p", {1, 32, 8, 8}, prototypes)) +
+                            bytes(11, onnx_value("images", {1, 3, 32, 32})) +
+                            bytes(12, onnx_value("output0", {1, kChannels, kCells})) +
+                            bytes(12, onnx_value("output1", {1, 32, 8, 8}));
+  const std::string metadata = names.empty() ? "" : bytes(14, bytes(1, "names") + bytes(2, names));
+  return number(1, 8) + bytes(7, graph) + bytes(8, bytes(1, "") + number(2, 17)) + metadata;
+}
 
 std::string people_onnx(float weight, int channels) {
   constexpr int kMeasured = 1;
   std::vector<float> weights(static_cast<std::size_t>(channels), 0.0F);
   weights[std::min(kMeasured, channels - 1)] = weight;
-  std::string raw(weights.size() * sizeof(float), '\0');
-  std::memcpy(raw.data(), weights.data(), raw.size());
-  const std::string tensor = number(1, 1) + number(1, weights.size()) + number(1, 1) +
-                             number(1, 1) + number(2, 1) + bytes(8, "w") + bytes(9, raw);
+  const std::string tensor = onnx_tensor("w", {1, channels, 1, 1}, weights);
   const std::string node =
       bytes(1, "cells") + bytes(1, "w") + bytes(2, "people") + bytes(4, "Conv");
   const std::string graph = bytes(1, node) + bytes(2, "g") + bytes(5, tensor) +

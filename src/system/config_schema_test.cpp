@@ -42,7 +42,7 @@ TEST_F(ConfigFile, SetsWhatItNamesAndLeavesTheRest) {
                   .ok());
   EXPECT_EQ(config_.dynamic.epipolar.tau_px, 2.5);
   EXPECT_EQ(config_.orb.features, 700);
-  EXPECT_EQ(config_.segment.yolo.precision, Precision::kInt8);
+  EXPECT_EQ(config_.segment.network.precision, Precision::kInt8);
   EXPECT_EQ(config_.run.without, std::vector<std::string>{"local_map"});
   EXPECT_EQ(config_.orb.levels, before.orb.levels);
   EXPECT_TRUE(load("").ok());

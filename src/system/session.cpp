@@ -99,7 +99,7 @@ Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options)
     return std::unique_ptr<Segmenter>();
   if (options.segmenter == SegmenterKind::kGiven) return make_given_segmenter(options.given);
   if (options.segmenter == SegmenterKind::kMasks) return make_recorded_segmenter(options.masks_dir);
-  const YoloConfig& common = options.config.segment.yolo;
+  const ModelConfig& common = options.config.segment.network;
   if (options.segmenter == SegmenterKind::kBuiltin)
     return make_people_segmenter(options.camera, {common.precision, common.threads});
   if (options.model.empty()) {
@@ -108,12 +108,12 @@ Result<std::unique_ptr<Segmenter>> open_segmenter(const SessionOptions& options)
                  "--segmenter builtin, " +
                      options.without_model};
   }
-  YoloConfig yolo = common;
-  yolo.model = options.model;
-  yolo.try_in_child = options.may_fork;
-  yolo.decode.classes = options.config.dynamic.masks.mask.movable.named();
-  yolo.decode.others = true;  // for the dense map: what stands in the room
-  return make_yolo_segmenter(yolo);
+  ModelConfig network = common;
+  network.model = options.model;
+  network.try_in_child = options.may_fork;
+  network.decode.classes = options.config.dynamic.masks.mask.movable.named();
+  network.decode.others = true;  // for the dense map: what stands in the room
+  return make_model_segmenter(network);
 }
 
 Result<Session> open_session(SessionOptions options) {

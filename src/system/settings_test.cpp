@@ -230,7 +230,7 @@ TEST(Validate, TellsOfEveryRuleAtOnce) {
   SlamConfig config;
   EXPECT_TRUE(validate(config).ok());
   config.orb.levels = 0;
-  config.segment.yolo.input_width = 100;
+  config.segment.network.input_width = 100;
   config.run.without = {"wheels"};
   config.depth.min_m = 50;
   config.depth.max_m = std::numeric_limits<double>::quiet_NaN();

@@ -76,25 +76,25 @@ void add_motion_keys(ConfigSchema& s, SlamConfig& config) {
 }
 
 void add_segment_keys(ConfigSchema& s, SegmentConfig& c) {
-  s.choice("segment.precision", c.yolo.precision,
+  s.choice("segment.precision", c.network.precision,
            {{"auto", Precision::kAuto},
             {"f32", Precision::kF32},
             {"bf16", Precision::kBf16},
             {"int8", Precision::kInt8}},
            "of the network; auto = the fastest the processor has for the given model",
            "to reproduce the result of another machine");
-  s.number("segment.threads", c.yolo.threads, 1, 64, "", "threads that run the network",
+  s.number("segment.threads", c.network.threads, 1, 64, "", "threads that run the network",
            "more on a processor with more than two cores");
-  s.number("segment.input_width", c.yolo.input_width, 32, 2048, "px",
+  s.number("segment.input_width", c.network.input_width, 32, 2048, "px",
            "for models with open input size, a multiple of 32",
            "smaller for speed, larger to find people far away");
-  s.number("segment.input_height", c.yolo.input_height, 32, 2048, "px",
+  s.number("segment.input_height", c.network.input_height, 32, 2048, "px",
            "for models with open input size, a multiple of 32",
            "with the width, in the shape of the camera's images");
-  s.number("segment.score_threshold", c.yolo.decode.score_threshold, 0.01, 1.0, "",
+  s.number("segment.score_threshold", c.network.decode.score_threshold, 0.01, 1.0, "",
            "detections below are ignored",
            "lower for a network that misses people, higher for one that sees ghosts");
-  s.number("segment.others_threshold", c.yolo.decode.others_threshold, 0.01, 1.0, "",
+  s.number("segment.others_threshold", c.network.decode.others_threshold, 0.01, 1.0, "",
            "the same of classes that cannot move: things of the dense map",
            "lower to find more of them, higher for fewer that are none");
   s.words("segment.movable", c.movable,

@@ -10,7 +10,7 @@
 #include "loop/loop_closer.hpp"
 #include "mapping/mapper.hpp"
 #include "motion/classification/point_classifier.hpp"
-#include "segment/yolo_openvino.hpp"
+#include "segment/model_segmenter.hpp"
 #include "system/config_schema.hpp"
 #include "tracking/tracker.hpp"
 
@@ -30,7 +30,7 @@ struct RunConfig {
 };
 
 struct SegmentConfig {
-  YoloConfig yolo;
+  ModelConfig network;
   std::vector<std::string> movable = {"person"};  ///< COCO names or groups
 };
 

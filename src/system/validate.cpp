@@ -19,8 +19,9 @@ Status validate(const SlamConfig& config) {
   };
   const SlamConfig& c = config;
   require(c.depth.min_m < c.depth.max_m, "depth.min_m must be less than depth.max_m");
-  require(c.segment.yolo.input_width % 32 == 0, "segment.input_width must be a multiple of 32");
-  require(c.segment.yolo.input_height % 32 == 0, "segment.input_height must be a multiple of 32");
+  require(c.segment.network.input_width % 32 == 0, "segment.input_width must be a multiple of 32");
+  require(c.segment.network.input_height % 32 == 0,
+          "segment.input_height must be a multiple of 32");
   require(c.tracking.judge.weak_position_std_m <= c.tracking.judge.lost_position_std_m,
           "tracking.weak_position_std_m must not exceed tracking.lost_position_std_m");
   require(c.dense.plan.low_m < c.dense.plan.high_m,

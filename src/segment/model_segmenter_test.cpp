@@ -1,4 +1,4 @@
-#include "segment/yolo_openvino.hpp"
+#include "segment/model_segmenter.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,22 +26,22 @@ using testing::make_test_network;
 using testing::TestNetwork;
 using testing::write_network;
 
-class YoloSegmenterTest : public ::testing::Test {
+class ModelSegmenterTest : public ::testing::Test {
  protected:
-  YoloSegmenterTest()
+  ModelSegmenterTest()
       : dir_(fs::temp_directory_path() / ("ygslam_yolo_" + std::to_string(getpid()))) {
     fs::create_directories(dir_);
   }
-  ~YoloSegmenterTest() override { fs::remove_all(dir_); }
+  ~ModelSegmenterTest() override { fs::remove_all(dir_); }
 
-  YoloConfig config_for(const TestNetwork& shape) {
-    YoloConfig config;
+  ModelConfig config_for(const TestNetwork& shape) {
+    ModelConfig config;
     config.model = dir_ / "net.xml";
     write_network(make_test_network(shape), config.model);
     return config;
   }
-  YoloConfig config_for_bytes(const std::string& bytes, const char* name) {
-    YoloConfig config;
+  ModelConfig config_for_bytes(const std::string& bytes, const char* name) {
+    ModelConfig config;
     config.model = dir_ / name;
     config.try_in_child = true;
     std::ofstream(config.model, std::ios::binary) << bytes;
@@ -55,8 +55,8 @@ class YoloSegmenterTest : public ::testing::Test {
     }
     return frame;
   }
-  static void expect_model_error(const YoloConfig& config, const std::string& what) {
-    const auto made = make_yolo_segmenter(config);
+  static void expect_model_error(const ModelConfig& config, const std::string& what) {
+    const auto made = make_model_segmenter(config);
     ASSERT_FALSE(made.ok());
     EXPECT_EQ(made.error().kind, ErrorKind::kModel) << made.error().message;
     EXPECT_THAT(made.error().message, HasSubstr(config.model.string()));
@@ -78,8 +78,8 @@ void expect_mask_is_rectangle(const Segmentation& s, int u0, int v0, int u1, int
   }
 }
 
-TEST_F(YoloSegmenterTest, MaskLiesWhereTheNetworkSawItAndCarriesTheFramesId) {
-  const auto made = make_yolo_segmenter(config_for({}));
+TEST_F(ModelSegmenterTest, MaskLiesWhereTheNetworkSawItAndCarriesTheFramesId) {
+  const auto made = make_model_segmenter(config_for({}));
   ASSERT_TRUE(made.ok()) << made.error().message;
   const auto out = made.value()->segment(red_frame(640, 480, 160, 120, 400, 360));
   ASSERT_TRUE(out.ok()) << out.error().message;
@@ -92,8 +92,8 @@ TEST_F(YoloSegmenterTest, MaskLiesWhereTheNetworkSawItAndCarriesTheFramesId) {
   EXPECT_EQ(out->edge_px, 2) << "half a cell of its masks";
 }
 
-TEST_F(YoloSegmenterTest, AnyImageSizeGoesThroughTheLetterboxAndBack) {
-  const auto made = make_yolo_segmenter(config_for({}));
+TEST_F(ModelSegmenterTest, AnyImageSizeGoesThroughTheLetterboxAndBack) {
+  const auto made = make_model_segmenter(config_for({}));
   ASSERT_TRUE(made.ok()) << made.error().message;
   const auto out = made.value()->segment(red_frame(1280, 720, 400, 200, 900, 600));
   ASSERT_TRUE(out.ok()) << out.error().message;
@@ -106,11 +106,11 @@ TEST_F(YoloSegmenterTest, AnyImageSizeGoesThroughTheLetterboxAndBack) {
   expect_mask_is_rectangle(*small, 20, 40, 80, 120, 2);
 }
 
-TEST_F(YoloSegmenterTest, OtherInputSizesAreTakenStaticOrOpen) {
+TEST_F(ModelSegmenterTest, OtherInputSizesAreTakenStaticOrOpen) {
   TestNetwork other;
   other.width = 512;
   other.height = 384;
-  const auto fixed = make_yolo_segmenter(config_for(other));
+  const auto fixed = make_model_segmenter(config_for(other));
   ASSERT_TRUE(fixed.ok()) << fixed.error().message;
   const auto a = fixed.value()->segment(red_frame(640, 480, 160, 120, 400, 360));
   ASSERT_TRUE(a.ok());
@@ -118,18 +118,18 @@ TEST_F(YoloSegmenterTest, OtherInputSizesAreTakenStaticOrOpen) {
 
   TestNetwork open;
   open.width = open.height = 0;
-  YoloConfig config = config_for(open);
+  ModelConfig config = config_for(open);
   config.input_width = 320;
   config.input_height = 256;
-  const auto dynamic = make_yolo_segmenter(config);
+  const auto dynamic = make_model_segmenter(config);
   ASSERT_TRUE(dynamic.ok()) << dynamic.error().message;
   const auto b = dynamic.value()->segment(red_frame(640, 480, 160, 120, 400, 360));
   ASSERT_TRUE(b.ok());
   expect_mask_is_rectangle(*b, 160, 120, 400, 360, 6);
 }
 
-TEST_F(YoloSegmenterTest, SameImageGivesTheSameMask) {
-  const auto made = make_yolo_segmenter(config_for({}));
+TEST_F(ModelSegmenterTest, SameImageGivesTheSameMask) {
+  const auto made = make_model_segmenter(config_for({}));
   ASSERT_TRUE(made.ok());
   const RgbdFrame frame = red_frame(640, 480, 33, 57, 301, 211);
   const auto a = made.value()->segment(frame);
@@ -138,10 +138,10 @@ TEST_F(YoloSegmenterTest, SameImageGivesTheSameMask) {
   EXPECT_TRUE(std::equal(a->ids.begin(), a->ids.end(), b->ids.begin()));
 }
 
-TEST_F(YoloSegmenterTest, NanFromTheNetworkIsAnErrorForThatFrameOnly) {
+TEST_F(ModelSegmenterTest, NanFromTheNetworkIsAnErrorForThatFrameOnly) {
   TestNetwork broken;
   broken.score = std::numeric_limits<float>::quiet_NaN();
-  const auto made = make_yolo_segmenter(config_for(broken));
+  const auto made = make_model_segmenter(config_for(broken));
   ASSERT_TRUE(made.ok()) << made.error().message;
   for (int i = 0; i < 2; ++i) {
     const auto out = made.value()->segment(red_frame(640, 480, 0, 0, 100, 100));
@@ -151,27 +151,27 @@ TEST_F(YoloSegmenterTest, NanFromTheNetworkIsAnErrorForThatFrameOnly) {
   }
 }
 
-TEST_F(YoloSegmenterTest, FrameWithoutColourIsAnErrorForThatFrame) {
-  const auto made = make_yolo_segmenter(config_for({}));
+TEST_F(ModelSegmenterTest, FrameWithoutColourIsAnErrorForThatFrame) {
+  const auto made = make_model_segmenter(config_for({}));
   ASSERT_TRUE(made.ok());
   EXPECT_FALSE(made.value()->segment(RgbdFrame{}).ok());
   EXPECT_TRUE(made.value()->segment(red_frame(64, 48, 0, 0, 10, 10)).ok());
 }
 
-TEST_F(YoloSegmenterTest, PrecisionFollowsModelAndProcessor) {
-  YoloConfig config = config_for({});
-  const auto automatic = make_yolo_segmenter(config);
+TEST_F(ModelSegmenterTest, PrecisionFollowsModelAndProcessor) {
+  ModelConfig config = config_for({});
+  const auto automatic = make_model_segmenter(config);
   ASSERT_TRUE(automatic.ok());
   EXPECT_EQ(automatic.value()->precision(), cpu_bf16() == Bf16::kFast ? "bf16" : "f32");
 
   config.precision = Precision::kInt8;
-  const auto int8 = make_yolo_segmenter(config);
+  const auto int8 = make_model_segmenter(config);
   ASSERT_FALSE(int8.ok());
   EXPECT_EQ(int8.error().kind, ErrorKind::kConfig);
   EXPECT_THAT(int8.error().message, HasSubstr("quantised"));
 
   config.precision = Precision::kBf16;
-  const auto bf16 = make_yolo_segmenter(config);
+  const auto bf16 = make_model_segmenter(config);
   if (cpu_bf16() == Bf16::kNone) {
     ASSERT_FALSE(bf16.ok());
     EXPECT_EQ(bf16.error().kind, ErrorKind::kConfig);
@@ -181,13 +181,13 @@ TEST_F(YoloSegmenterTest, PrecisionFollowsModelAndProcessor) {
   }
 }
 
-TEST_F(YoloSegmenterTest, QuantisedModelRunsInInt8) {
+TEST_F(ModelSegmenterTest, QuantisedModelRunsInInt8) {
   TestNetwork quantised;
   quantised.quantised = true;
-  YoloConfig config = config_for(quantised);
+  ModelConfig config = config_for(quantised);
   for (const Precision p : {Precision::kAuto, Precision::kInt8}) {
     config.precision = p;
-    const auto made = make_yolo_segmenter(config);
+    const auto made = make_model_segmenter(config);
     ASSERT_TRUE(made.ok()) << made.error().message;
     EXPECT_EQ(made.value()->precision(), "int8");
     const auto out = made.value()->segment(red_frame(640, 480, 160, 120, 400, 360));
@@ -196,14 +196,14 @@ TEST_F(YoloSegmenterTest, QuantisedModelRunsInInt8) {
   }
   for (const Precision p : {Precision::kF32, Precision::kBf16}) {
     config.precision = p;
-    const auto made = make_yolo_segmenter(config);
+    const auto made = make_model_segmenter(config);
     ASSERT_FALSE(made.ok());
     EXPECT_EQ(made.error().kind, ErrorKind::kConfig);
   }
 }
 
-TEST_F(YoloSegmenterTest, MissingEmptyOrNoFileIsAModelError) {
-  YoloConfig config;
+TEST_F(ModelSegmenterTest, MissingEmptyOrNoFileIsAModelError) {
+  ModelConfig config;
   config.model = dir_ / "nowhere.onnx";
   expect_model_error(config, "no such");
   config.model = dir_;
@@ -211,7 +211,7 @@ TEST_F(YoloSegmenterTest, MissingEmptyOrNoFileIsAModelError) {
   expect_model_error(config_for_bytes("", "empty.onnx"), "empty");
 }
 
-TEST_F(YoloSegmenterTest, GarbageIsAModelErrorWhateverItsName) {
+TEST_F(ModelSegmenterTest, GarbageIsAModelErrorWhateverItsName) {
   std::string noise(5000, '\0');
   for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = static_cast<char>(i * 7919 >> 3);
   for (const char* name : {"a.onnx", "a.xml", "a.pt", "a", "with space ü.onnx"}) {
@@ -220,22 +220,22 @@ TEST_F(YoloSegmenterTest, GarbageIsAModelErrorWhateverItsName) {
   }
 }
 
-TEST_F(YoloSegmenterTest, TruncatedNetworkIsAModelError) {
-  const YoloConfig config = config_for({});
+TEST_F(ModelSegmenterTest, TruncatedNetworkIsAModelError) {
+  const ModelConfig config = config_for({});
   const fs::path weights = fs::path(config.model).replace_extension("bin");
   fs::resize_file(weights, fs::file_size(weights) / 2);
   expect_model_error(config, "cannot be read");
-  const YoloConfig whole = config_for({});
+  const ModelConfig whole = config_for({});
   fs::resize_file(whole.model, fs::file_size(whole.model) / 2);
   expect_model_error(whole, "cannot be read");
   fs::remove(weights);
   expect_model_error(config_for_bytes("<net/>", "net.xml"), "");
 }
 
-TEST_F(YoloSegmenterTest, NetworkOfAnotherShapeIsAModelErrorThatNamesTheShape) {
+TEST_F(ModelSegmenterTest, NetworkOfAnotherShapeIsAModelErrorThatNamesTheShape) {
   TestNetwork few_channels;
-  few_channels.channels = 84;  // detection without masks, or another set of classes
-  expect_model_error(config_for(few_channels), "[1,84,6300]");
+  few_channels.channels = 84;  // 48 classes, of which the file does not say which they are
+  expect_model_error(config_for(few_channels), "48 classes without names");
   TestNetwork few_prototypes;
   few_prototypes.prototypes = 16;
   expect_model_error(config_for(few_prototypes), "[1,16,120,160]");
@@ -247,14 +247,14 @@ TEST_F(YoloSegmenterTest, NetworkOfAnotherShapeIsAModelErrorThatNamesTheShape) {
   expect_model_error(config_for(huge), "32000x32000");
 }
 
-TEST_F(YoloSegmenterTest, BadNumbersAreConfigurationErrors) {
-  const YoloConfig good = config_for({});
-  const auto expect_config_error = [](const YoloConfig& config) {
-    const auto made = make_yolo_segmenter(config);
+TEST_F(ModelSegmenterTest, BadNumbersAreConfigurationErrors) {
+  const ModelConfig good = config_for({});
+  const auto expect_config_error = [](const ModelConfig& config) {
+    const auto made = make_model_segmenter(config);
     ASSERT_FALSE(made.ok());
     EXPECT_EQ(made.error().kind, ErrorKind::kConfig) << made.error().message;
   };
-  YoloConfig bad = good;
+  ModelConfig bad = good;
   bad.threads = 0;
   expect_config_error(bad);
   bad = good;
@@ -269,15 +269,15 @@ TEST_F(YoloSegmenterTest, BadNumbersAreConfigurationErrors) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-TEST_F(YoloSegmenterTest, WantOfMemoryIsNoFaultOfTheModel) {
+TEST_F(ModelSegmenterTest, WantOfMemoryIsNoFaultOfTheModel) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");  // OpenVINO's threads do not survive a fork
-  const YoloConfig config = config_for({});
+  const ModelConfig config = config_for({});
   int refused = 0;
   for (const std::size_t extra_mb : {16, 64, 124, 132, 140, 160, 200, 300}) {
     const auto child = [&] {
       testing::limit_memory(extra_mb);
       try {
-        const auto made = make_yolo_segmenter(config);
+        const auto made = make_model_segmenter(config);
         if (!made.ok()) std::fprintf(stderr, "%s\n", made.error().message.c_str());
         std::_Exit(made.ok() ? 0 : 2);
       } catch (const std::bad_alloc&) {

@@ -1,16 +1,17 @@
-// YOLOv8-seg on the CPU through OpenVINO, behind the Segmenter interface.
+// A segmentation network out of a file (docs/models.md) on the CPU through OpenVINO, behind the
+// Segmenter interface.
 #pragma once
 
 #include <filesystem>
 #include <memory>
 
+#include "segment/detections.hpp"
 #include "segment/precision.hpp"
 #include "segment/segmenter.hpp"
-#include "segment/yolo_decode.hpp"
 
 namespace ygslam {
 
-struct YoloConfig {
+struct ModelConfig {
   std::filesystem::path model;  ///< .onnx, or OpenVINO's .xml with its .bin beside it
   Precision precision = Precision::kAuto;
   int threads = 1;         ///< that run the network
@@ -23,8 +24,8 @@ struct YoloConfig {
 };
 
 /// Loads the network.
-/// @return kModel: file missing, unreadable or of another shape; kConfig: a precision that model or
-/// processor does not have, or a bad number in the configuration. Throws std::bad_alloc.
-[[nodiscard]] Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config);
+/// @return kModel: file missing, unreadable or of no kind that is read; kConfig: a precision that
+/// model or processor does not have, or a bad number in the configuration. Throws std::bad_alloc.
+[[nodiscard]] Result<std::unique_ptr<Segmenter>> make_model_segmenter(const ModelConfig& config);
 
 }  // namespace ygslam

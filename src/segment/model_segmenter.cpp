@@ -1,45 +1,53 @@
-#include "segment/yolo_openvino.hpp"
+#include "segment/model_segmenter.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <openvino/runtime/core.hpp>
 
 #include "core/memory.hpp"
+#include "segment/model_file.hpp"
 #include "segment/model_probe.hpp"
+#include "segment/network_input.hpp"
 #include "segment/openvino_network.hpp"
-#include "segment/planar.hpp"
-#include "segment/yolo_model.hpp"
+#include "segment/output_decode.hpp"
 
 namespace ygslam {
 namespace {
 
-// With less OpenVINO may crash. The nano network takes some 150 MB.
+// With less OpenVINO may crash. YOLOv8n-seg takes some 150 MB.
 constexpr std::size_t kLeastMemory_bytes = std::size_t{128} << 20;
 
-class YoloSegmenter final : public Segmenter {
+class ModelSegmenter final : public Segmenter {
  public:
-  YoloSegmenter(ov::InferRequest request, YoloLayout layout, DecodeConfig decode,
-                std::string precision)
+  ModelSegmenter(ov::InferRequest request, const ModelFile& model, DecodeConfig decode,
+                 std::string precision)
       : request_(std::move(request)),
-        layout_(layout),
+        layout_(model.layout),
+        form_(input_form(model.layout.kind)),
+        width_(model.width),
+        height_(model.height),
         decode_(std::move(decode)),
         precision_(std::move(precision)) {}
 
   Result<Segmentation> segment(const RgbdFrame& frame) override {
     const std::string name = "frame " + std::to_string(index(frame.id));
     if (frame.colour.empty()) return Error{ErrorKind::kInput, name + ": no colour image"};
-    const Letterbox box =
-        make_letterbox(frame.colour.width(), frame.colour.height(), layout_.width, layout_.height);
+    const Letterbox box = make_letterbox(frame.colour.width(), frame.colour.height(), width_,
+                                         height_, form_.placement);
     try {
       fill_input(frame.colour, box);
       request_.infer();
-      DecodedYolo decoded = decode_yolo(outputs(), box, decode_);
-      if (decoded.rejected > 0 && decoded.instances.empty()) {
+      const std::vector<OutputTensor> tensors = outputs();
+      auto decoded = decode_outputs(layout_, tensors, box, decode_);
+      if (!decoded.ok()) return Error{ErrorKind::kModel, name + ": " + decoded.error().message};
+      if (decoded->rejected > 0 && decoded->instances.empty()) {
         return Error{ErrorKind::kModel, name + ": the network's output makes no sense (" +
-                                            std::to_string(decoded.rejected) + " bad values)"};
+                                            std::to_string(decoded->rejected) + " bad values)"};
       }
-      return Segmentation{frame.id, frame.stamp, std::move(decoded.instances),
-                          std::move(decoded.ids), edge_px(box)};
+      // Masks are coarser than the image: half a cell of theirs.
+      const double edge_px = 0.5 * mask_cell_px(layout_, tensors, box) / box.scale_x();
+      return Segmentation{frame.id, frame.stamp, std::move(decoded->instances),
+                          std::move(decoded->ids), static_cast<int>(std::lround(edge_px))};
     } catch (const std::exception& e) {
       return Error{ErrorKind::kModel, name + ": the network failed: " + fault_in(e.what())};
     }
@@ -47,37 +55,33 @@ class YoloSegmenter final : public Segmenter {
   std::string precision() const override { return precision_; }
 
  private:
-  /// Half a cell of the network's masks, which are coarser than the image.
-  [[nodiscard]] int edge_px(const Letterbox& box) const {
-    return static_cast<int>(
-        std::lround(0.5 * layout_.width / (layout_.proto_width * box.scale_x())));
-  }
   void fill_input(const ColourImage& colour, const Letterbox& box) {
     auto* input = request_.get_input_tensor().data<float>();
     if (box.identity()) {
-      to_planar(colour, input);
+      to_planar(colour, form_.colours, input);
     } else {
-      to_planar(letterboxed(colour, box), input);
+      to_planar(letterboxed(colour, box), form_.colours, input);
     }
   }
 
-  YoloOutputs outputs() {
-    const ov::Tensor boxes = request_.get_output_tensor(layout_.boxes_first ? 0 : 1);
-    const ov::Tensor prototypes = request_.get_output_tensor(layout_.boxes_first ? 1 : 0);
-    return {{boxes.data<const float>(), boxes.get_size()},
-            layout_.cells,
-            {prototypes.data<const float>(), prototypes.get_size()},
-            layout_.proto_width,
-            layout_.proto_height};
+  std::vector<OutputTensor> outputs() {
+    std::vector<OutputTensor> tensors;
+    for (std::size_t i = 0; i < request_.get_compiled_model().outputs().size(); ++i) {
+      const ov::Tensor tensor = request_.get_output_tensor(i);
+      tensors.push_back({{tensor.data<const float>(), tensor.get_size()}, tensor.get_shape()});
+    }
+    return tensors;
   }
 
   ov::InferRequest request_;
-  YoloLayout layout_;
+  OutputLayout layout_;
+  InputForm form_;
+  int width_, height_;
   DecodeConfig decode_;
   std::string precision_;
 };
 
-Status check(const YoloConfig& config) {
+Status check(const ModelConfig& config) {
   const auto require = [](bool fine, const std::string& what) -> Status {
     if (fine) return Ok{};
     return Error{ErrorKind::kConfig, what};
@@ -97,13 +101,20 @@ Status check(const YoloConfig& config) {
   return Ok{};
 }
 
+/// RF-DETR's class logits do not survive half precision
+/// (https://rfdetr.roboflow.com/latest/exports/openvino).
+Precision wanted_precision(Precision configured, const ModelFile& model) {
+  const bool needs_f32 = model.layout.kind == OutputKind::kRfdetr && !model.quantised;
+  return configured == Precision::kAuto && needs_f32 ? Precision::kF32 : configured;
+}
+
 }  // namespace
 
-Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config) {
+Result<std::unique_ptr<Segmenter>> make_model_segmenter(const ModelConfig& config) {
   if (const Status sound = check(config); !sound.ok()) return sound.error();
   require_memory(kLeastMemory_bytes);
   const auto read = [&] {
-    return read_yolo_model(config.model, config.input_width, config.input_height);
+    return read_model_file(config.model, config.input_width, config.input_height);
   };
   if (config.try_in_child) {
     const Status probed = try_in_child(
@@ -119,12 +130,13 @@ Result<std::unique_ptr<Segmenter>> make_yolo_segmenter(const YoloConfig& config)
   const auto model = read();
   if (!model.ok()) return model.error();
   const std::string name = config.model.string();
-  const auto precision = choose_precision(config.precision, model->layout.quantised, name);
+  const auto precision =
+      choose_precision(wanted_precision(config.precision, *model), model->quantised, name);
   if (!precision.ok()) return precision.error();
   auto request = compile_network(model->network, *precision, config.threads, name);
   if (!request.ok()) return request.error();
-  return std::unique_ptr<Segmenter>(std::make_unique<YoloSegmenter>(
-      std::move(request).value(), model->layout, config.decode, name_of(*precision)));
+  return std::unique_ptr<Segmenter>(std::make_unique<ModelSegmenter>(
+      std::move(request).value(), *model, config.decode, name_of(*precision)));
 }
 
 }  // namespace ygslam

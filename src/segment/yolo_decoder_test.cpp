@@ -1,4 +1,4 @@
-#include "segment/yolo_decode.hpp"
+#include "segment/yolo_decoder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,27 +8,30 @@
 #include <limits>
 
 #include "core/rng.hpp"
-#include "segment/yolo_model.hpp"
+#include "segment/output_decode.hpp"
 
 namespace ygslam {
 namespace {
 
+constexpr int kYoloChannels = kYoloOtherChannels + kCocoClasses;
+
 /// Raw outputs of an input of width x height, all zero until something is put in.
 class FakeOutputs {
  public:
-  FakeOutputs(int width, int height)
-      : layout(standard_layout(width, height)),
-        detections(static_cast<std::size_t>(kYoloChannels) * layout.cells, 0.0F),
-        prototypes(
-            static_cast<std::size_t>(kYoloCoefficients) * layout.proto_width * layout.proto_height,
-            0.0F) {}
+  FakeOutputs(int net_width, int net_height)
+      : width(net_width),
+        height(net_height),
+        cells(yolo_cells(width, height)),
+        proto_width(width / 4),
+        proto_height(height / 4),
+        detections(static_cast<std::size_t>(kYoloChannels) * cells, 0.0F),
+        prototypes(static_cast<std::size_t>(kPrototypes) * proto_width * proto_height, 0.0F) {}
 
   float& detection(int channel, int cell) {
-    return detections[static_cast<std::size_t>(channel) * layout.cells + cell];
+    return detections[static_cast<std::size_t>(channel) * cells + cell];
   }
   float& prototype(int k, int x, int y) {
-    return prototypes[(static_cast<std::size_t>(k) * layout.proto_height + y) * layout.proto_width +
-                      x];
+    return prototypes[(static_cast<std::size_t>(k) * proto_height + y) * proto_width + x];
   }
   /// Centre and size in network pixels; its mask is prototype `k`.
   void add(int cell, int class_id, float score, float cx, float cy, float w, float h, int k) {
@@ -37,30 +40,29 @@ class FakeOutputs {
     detection(2, cell) = w;
     detection(3, cell) = h;
     detection(kYoloBoxValues + class_id, cell) = score;
-    detection(kYoloBoxValues + kYoloClasses + k, cell) = 1.0F;
+    detection(kYoloBoxValues + kCocoClasses + k, cell) = 1.0F;
   }
   void fill_prototype(int k, float value) {
-    for (int y = 0; y < layout.proto_height; ++y) {
-      for (int x = 0; x < layout.proto_width; ++x) prototype(k, x, y) = value;
+    for (int y = 0; y < proto_height; ++y) {
+      for (int x = 0; x < proto_width; ++x) prototype(k, x, y) = value;
     }
   }
-  YoloOutputs view() const {
-    return {detections, layout.cells, prototypes, layout.proto_width, layout.proto_height};
-  }
 
-  YoloLayout layout;
+  int width, height, cells, proto_width, proto_height;
   std::vector<float> detections, prototypes;
 };
 
-DecodedYolo decode(const FakeOutputs& outputs, int width, int height,
-                   const DecodeConfig& config = {}) {
-  return decode_yolo(outputs.view(),
-                     make_letterbox(width, height, outputs.layout.width, outputs.layout.height),
-                     config);
+Decoded decode(const FakeOutputs& raw, int width, int height, const DecodeConfig& config = {}) {
+  const auto size = [](int length) { return static_cast<std::size_t>(length); };
+  const std::vector<OutputTensor> tensors{
+      {raw.detections, {1, kYoloChannels, size(raw.cells)}},
+      {raw.prototypes, {1, kPrototypes, size(raw.proto_height), size(raw.proto_width)}}};
+  return *decode_outputs({OutputKind::kYolo, {0, 1, 0}, coco_table()}, tensors,
+                         make_letterbox(width, height, raw.width, raw.height), config);
 }
 
 TEST(YoloDecode, NothingDetectedGivesEmptyIds) {
-  const DecodedYolo out = decode(FakeOutputs(640, 480), 640, 480);
+  const Decoded out = decode(FakeOutputs(640, 480), 640, 480);
   EXPECT_TRUE(out.instances.empty());
   EXPECT_EQ(out.rejected, 0);
   EXPECT_EQ(out.ids.width(), 640);
@@ -72,7 +74,7 @@ TEST(YoloDecode, FullMaskFillsExactlyItsBox) {
   FakeOutputs raw(640, 480);
   raw.fill_prototype(3, 1.0F);
   raw.add(17, 0, 0.9F, 200, 150, 100, 60, 3);
-  const DecodedYolo out = decode(raw, 640, 480);
+  const Decoded out = decode(raw, 640, 480);
   ASSERT_EQ(out.instances.size(), 1U);
   EXPECT_EQ(out.instances[0].class_id, 0);
   EXPECT_FLOAT_EQ(out.instances[0].score, 0.9F);
@@ -88,13 +90,13 @@ TEST(YoloDecode, MaskEdgeLiesBetweenPrototypesWhereBilinearInterpolationPutsIt) 
   // Prototype 1 changes sign linearly in x: zero at cell centre x = 80 exactly, that is network
   // pixel coordinate 4 * 80.5 = 322; pixels from 322 on (centres 322.5...) are inside.
   FakeOutputs raw(640, 480);
-  for (int y = 0; y < raw.layout.proto_height; ++y) {
-    for (int x = 0; x < raw.layout.proto_width; ++x) {
+  for (int y = 0; y < raw.proto_height; ++y) {
+    for (int x = 0; x < raw.proto_width; ++x) {
       raw.prototype(1, x, y) = static_cast<float>(x - 80);
     }
   }
   raw.add(0, 0, 0.8F, 320, 240, 640, 480, 1);
-  const DecodedYolo out = decode(raw, 640, 480);
+  const Decoded out = decode(raw, 640, 480);
   ASSERT_EQ(out.instances.size(), 1U);
   for (int u = 0; u < 640; ++u) ASSERT_EQ(out.ids.at(u, 100), u >= 322 ? 1 : 0) << u;
 }
@@ -104,18 +106,18 @@ TEST(YoloDecode, MaskIsTheLinearCombinationOfPrototypes) {
   FakeOutputs raw(320, 256);
   for (float& p : raw.prototypes) p = static_cast<float>(rng.normal());
   raw.add(9, 0, 0.8F, 160, 128, 320, 256, 0);
-  for (int k = 0; k < kYoloCoefficients; ++k) {
-    raw.detection(kYoloBoxValues + kYoloClasses + k, 9) = static_cast<float>(rng.normal());
+  for (int k = 0; k < kPrototypes; ++k) {
+    raw.detection(kYoloBoxValues + kCocoClasses + k, 9) = static_cast<float>(rng.normal());
   }
-  const DecodedYolo out = decode(raw, 320, 256);
+  const Decoded out = decode(raw, 320, 256);
   ASSERT_EQ(out.instances.size(), 1U);
   // Reference: the definition, pixel by pixel in double.
   const auto linear = [&](int x, int y) {
-    x = std::clamp(x, 0, raw.layout.proto_width - 1);
-    y = std::clamp(y, 0, raw.layout.proto_height - 1);
+    x = std::clamp(x, 0, raw.proto_width - 1);
+    y = std::clamp(y, 0, raw.proto_height - 1);
     double sum = 0;
-    for (int k = 0; k < kYoloCoefficients; ++k) {
-      sum += static_cast<double>(raw.detection(kYoloBoxValues + kYoloClasses + k, 9)) *
+    for (int k = 0; k < kPrototypes; ++k) {
+      sum += static_cast<double>(raw.detection(kYoloBoxValues + kCocoClasses + k, 9)) *
              raw.prototype(k, x, y);
     }
     return sum;
@@ -141,7 +143,7 @@ TEST(YoloDecode, LetterboxIsUndoneForBoxesAndMasks) {
   FakeOutputs raw(640, 480);
   raw.fill_prototype(0, 1.0F);
   raw.add(4, 2, 0.7F, 300, 200, 80, 40, 0);
-  const DecodedYolo out = decode(raw, 1280, 720);
+  const Decoded out = decode(raw, 1280, 720);
   ASSERT_EQ(out.instances.size(), 1U);
   const Instance& car = out.instances[0];
   EXPECT_EQ(car.class_id, 2);
@@ -159,7 +161,7 @@ TEST(YoloDecode, BetterScoreLiesOnTop) {
   raw.fill_prototype(0, 1.0F);
   raw.add(0, 0, 0.6F, 200, 200, 200, 200, 0);
   raw.add(1, 16, 0.9F, 250, 200, 200, 200, 0);
-  const DecodedYolo out = decode(raw, 640, 480);
+  const Decoded out = decode(raw, 640, 480);
   ASSERT_EQ(out.instances.size(), 2U);
   EXPECT_EQ(out.instances[0].class_id, 16);
   EXPECT_EQ(out.ids.at(280, 200), 1);
@@ -175,7 +177,7 @@ TEST(YoloDecode, OnlyWantedClassesCount) {
   raw.detection(kYoloBoxValues + 0, 2) = 0.4F;  // a chair that might be a person
   DecodeConfig persons;
   persons.classes = {0};
-  const DecodedYolo out = decode(raw, 640, 480, persons);
+  const Decoded out = decode(raw, 640, 480, persons);
   ASSERT_EQ(out.instances.size(), 2U);
   EXPECT_EQ(out.instances[0].class_id, 0);
   EXPECT_EQ(out.instances[1].class_id, 0);
@@ -190,9 +192,9 @@ TEST(YoloDecode, OtherClassesTakeWhatTheWantedOnesLeaveAndChangeNothingOfThem) {
   raw.add(3, 56, 0.9F, 250, 200, 100, 100, 0);  // behind which a chair stands,
   raw.add(4, 62, 0.7F, 500, 400, 60, 60, 0);    // and a screen elsewhere
   DecodeConfig config{0.25, 0.7, 32, {0}};
-  const DecodedYolo wanted = decode(raw, 640, 480, config);
+  const Decoded wanted = decode(raw, 640, 480, config);
   config.others = true;
-  const DecodedYolo all = decode(raw, 640, 480, config);
+  const Decoded all = decode(raw, 640, 480, config);
   ASSERT_EQ(wanted.instances.size(), 1U);
   ASSERT_EQ(all.instances.size(), 3U);
   EXPECT_EQ(all.instances[0].class_id, 0);
@@ -229,9 +231,9 @@ TEST(YoloDecode, GarbageIsRejectedAndTheRestKept) {
   raw.add(4, 0, 0.9F, 100, 100, -50, 50, 0);
   raw.add(5, 0, 0.9F, -500, 100, 50, 50, 0);
   raw.add(6, 0, 0.9F, 400, 400, 50, 50, 0);
-  raw.detection(kYoloBoxValues + kYoloClasses + 7, 6) = kNan;
+  raw.detection(kYoloBoxValues + kCocoClasses + 7, 6) = kNan;
   raw.add(7, 0, 0.8F, 300, 300, 50, 50, 0);
-  const DecodedYolo out = decode(raw, 640, 480);
+  const Decoded out = decode(raw, 640, 480);
   ASSERT_EQ(out.instances.size(), 1U);
   EXPECT_FLOAT_EQ(out.instances[0].score, 0.8F);
   EXPECT_EQ(out.rejected, 7);
@@ -241,7 +243,7 @@ TEST(YoloDecode, NanPrototypesMaskNothing) {
   FakeOutputs raw(640, 480);
   raw.fill_prototype(0, std::numeric_limits<float>::quiet_NaN());
   raw.add(0, 0, 0.9F, 100, 100, 50, 50, 0);
-  const DecodedYolo out = decode(raw, 640, 480);
+  const Decoded out = decode(raw, 640, 480);
   EXPECT_TRUE(out.instances.empty());
   EXPECT_EQ(out.rejected, 1);
   EXPECT_TRUE(std::all_of(out.ids.begin(), out.ids.end(), [](auto id) { return id == 0; }));
@@ -259,7 +261,7 @@ TEST(YoloDecode, RandomBytesNeverBreakIt) {
     std::for_each(raw.prototypes.begin(), raw.prototypes.end(), scramble);
     DecodeConfig config;
     config.max_instances = 255;
-    const DecodedYolo out = decode(raw, 101, 57, config);
+    const Decoded out = decode(raw, 101, 57, config);
     ASSERT_LE(out.instances.size(), 255U);
     for (const Instance& i : out.instances) {
       ASSERT_TRUE(i.score >= 0.25F && i.score <= 1.0F);

@@ -333,6 +333,9 @@ TEST(Stamps, OfOtherTimesAreShownOfBoth) {
   };
   EXPECT_NE(refused.error().message.find("truth " + first(truth)), std::string::npos);
   EXPECT_NE(refused.error().message.find("estimate " + first(later)), std::string::npos);
+  const auto none = evaluate(truth, {});  // a run that was lost throughout
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().message.find("estimate none)"), std::string::npos);
 }
 
 TEST(FrameStamps, AreReadFromListsAndFromFramesCsv) {

@@ -51,7 +51,8 @@ void warn_of_steps(const PosePairs& pairs, EvalReport& report) {
 
 // "1305031102.1 to 1305031130.2"
 std::string range_text(std::span<const StampedPose> poses) {
-  return format_stamp(poses.front().stamp, 1) + " to " + format_stamp(poses.back().stamp, 1);
+  if (poses.empty()) return "none";
+  return format_stamp(poses.front().stamp, 1) + " to " + format_stamp(poses.back().stamp, 1) + " s";
 }
 
 void add_warnings(const Alignment& alignment, std::span<const StampedPose> truth,
@@ -256,7 +257,7 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
                  "no stamps of estimate and truth lie within the largest "
                  "difference of " +
                      format_stamp({to_ns(options.max_diff_s)}, 3) + " s (truth " +
-                     range_text(truth) + " s, estimate " + range_text(estimate) + " s)"};
+                     range_text(truth) + ", estimate " + range_text(estimate) + ")"};
   }
   const std::string unit = unit_warning(pairs);
   const Alignment alignment = align(pairs, options.align);

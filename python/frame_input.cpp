@@ -72,6 +72,8 @@ void take_depth(const FrameArguments& arguments, ImageSize size, api::Frame& fra
     frame.depth_scale = arguments.depth_scale;
   } else if (is_array(arguments.depth, metres)) {
     frame.depth_stride = row_stride(metres, size, 1, "depth", "float32");
+    if (arguments.depth_scale != 0 && arguments.depth_scale != 1)
+      refuse_value("depth_scale: is for uint16; float32 is in metres");
     frame.depth_m = metres.data();
   } else {
     refuse_type("depth: an array of float32 [m] or uint16 is expected");

@@ -5,6 +5,9 @@ The numbers F1 ... F20 are those of docs/reliability.md.
 import math
 import unittest
 
+import numpy as np
+from PIL import Image
+
 from ygslam_cli import FRAMES, HEIGHT, WIDTH, CliTest, lines_of, png, sequence, trajectory
 
 
@@ -298,6 +301,22 @@ class Cameras(CliTest):
             done = self.run_slam(folder)
             self.assertIn(done.returncode, (0, 7), done.stderr)
             self.assertRegex(done.stderr, "warning: .*depth_scale", scale)
+
+    def test_depth_that_is_turned_over_is_warned_of(self):
+        """Also colour that an EXIF tag turns for other programs; and one depth for all."""
+        folder = self.copy_sequence(frames=3)
+        files = [folder / depth for *_, depth in self.pairs(folder)]
+        whole = [np.asarray(Image.open(file)) for file in files]
+        for change, word in ((lambda d: d, None), (lambda d: d[::-1], "upside down"),
+                             (lambda d: d[:, ::-1], "mirrored"), (lambda d: d[::-1, ::-1], "turned by 180 degrees"),
+                             (lambda d: np.full_like(d, 9000), "1.80 m everywhere")):
+            for file, depth in zip(files, whole):
+                Image.fromarray(np.ascontiguousarray(change(depth)).astype(np.uint16)).save(file)
+            done = self.run_slam(folder)
+            if word:
+                self.assertRegex(done.stderr, f"warning: the first frame's depth .*{word}")
+            else:
+                self.assertNotIn("the first frame", done.stderr)
 
 
 class Masks(CliTest):

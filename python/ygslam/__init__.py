@@ -47,7 +47,8 @@ def _checked(rows: _ArrayLike) -> _NDArray[_numpy.float64]:
                          f"{table.shape}")
     for bad, what in ((~_numpy.isfinite(table).all(axis=1), "a value that is not finite"),
                       (abs(_numpy.linalg.norm(table[:, 4:], axis=1) - 1) > 1e-3,
-                       "a quaternion (qx, qy, qz, qw) that is not of length 1")):
+                       "a quaternion (qx, qy, qz, qw) that is not of length 1"),
+                      (abs(table[:, 0]) > 9e9, "a stamp that is not in seconds")):
         if bad.any():
             raise ValueError(f"rows: row {int(_numpy.argmax(bad))} has {what}")
     return table

@@ -99,6 +99,7 @@ Result<Inputs> read_inputs(const EvalArguments& a) {
   if (!truth.ok()) return truth.error();
   inputs.truth = std::move(truth->poses);
   inputs.truth_has_stamps = truth->has_stamps;
+  inputs.options.w_first.truth = truth->reads_w_first;
   if (!truth->has_stamps) {  // pose n belongs to pose n
     inputs.options.has_stamps = false;
     inputs.options.max_diff_s = 0;
@@ -135,6 +136,7 @@ Result<Evaluation> judge(const std::string& path, Inputs& inputs, const EvalArgu
   if (!estimate.ok()) return estimate.error();
   const Status matching = check_lines(inputs, *estimate, a, path);
   if (!matching.ok()) return matching.error();
+  inputs.options.w_first.estimate = estimate->reads_w_first;
   for (StampedPose& pose : estimate->poses) pose.stamp.ns += to_ns(a.offset_s);
   auto evaluation =
       evaluate_in_detail(inputs.truth, estimate->poses, inputs.options, inputs.frames);

@@ -6,7 +6,7 @@
 
 namespace ygslam {
 
-/// Warns where a frame's depth is none of a room.
+/// Warns where a frame's depth is none of a room, or lies turned over on its colour image.
 void warn_about_depth(const RgbdFrame& frame);
 /// Warns where an image has too few pixels for good poses.
 void warn_about_size(const Sequence& sequence);

@@ -7,6 +7,7 @@
 
 #include "bag/rvl.hpp"
 #include "image/cv_view.hpp"
+#include "io/camera_matrix.hpp"
 #include "io/text.hpp"
 
 namespace ygslam::ros {
@@ -279,8 +280,11 @@ Result<CameraConfig> camera_of(const CameraInfo& info, bool rectified) {
     camera.fx = info.p[0], camera.fy = info.p[5], camera.cx = info.p[2], camera.cy = info.p[6];
     return camera;
   }
-  camera.fx = info.k[0], camera.fy = info.k[4], camera.cx = info.k[2], camera.cy = info.k[5];
-  if (camera.fx == 0) return refuse("is not calibrated (its focal length is 0)");
+  if (info.k[0] == 0) return refuse("is not calibrated (its focal length is 0)");
+  std::array<double, 9> K = info.k;
+  if (K[8] == 0) K[8] = 1;  // which some drivers forget
+  if (const std::string wrong = set_camera_matrix(camera, K); !wrong.empty())
+    return refuse("its K " + wrong);
   const bool is_zero =
       std::all_of(info.d.begin(), info.d.end(), [](double term) { return term == 0; });
   if (is_zero) return camera;

@@ -259,6 +259,16 @@ TEST(RosImages, OfACameraOnlyWhatWeKnowIsTaken) {
   const auto rectified = camera_of(info, true);
   EXPECT_EQ(rectified->fy, 410);
   EXPECT_FALSE(rectified->is_distorted());
+  for (const auto& [K, words] : {std::pair{std::array<double, 9>{500, 5, 320, 0, 510, 240, 0, 0, 1},
+                                           "its K has a skew of 5"},
+                                 {{500, 0, 0, 0, 510, 0, 320, 240, 1}, "column by column"},
+                                 {{0, 0, 0, 0, 0, 0, 0, 0, 0}, "is not calibrated"}}) {
+    CameraInfo other = info;
+    other.k = K;
+    const auto refused = camera_of(other, false);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.find(words), std::string::npos) << refused.error().message;
+  }
 
   info.distortion_model = "rational_polynomial";
   info.d = {0.1, 0.2, 0.3, 0.4, 0.5, 0, 0, 0};

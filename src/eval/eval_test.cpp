@@ -301,6 +301,43 @@ TEST(Evaluate, JsonHasTheKeysOfTheContract) {
   EXPECT_EQ(json["alignment"], "se3");
 }
 
+TEST(Stamps, ThatCannotBeSecondsAreTold) {
+  Rng rng(4);
+  const auto told = [&](std::int64_t step_ns, const std::vector<Timestamp>& frames) {
+    Trajectory truth = random_walk(100, rng);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      truth[i].stamp.ns = static_cast<std::int64_t>(i) * step_ns;
+    std::string text;
+    const auto report = evaluate(truth, truth, {}, frames);
+    for (const std::string& warning : report->warnings) text += warning + "; ";
+    return text;
+  };
+  EXPECT_EQ(told(33'333'333, {}), "");
+  EXPECT_NE(told(33'333'333'333, {}).find("33.3333 s apart: are the stamps milliseconds"),
+            std::string::npos);
+  EXPECT_NE(told(1'000'000'000, {}).find("numbers of frames?"), std::string::npos);
+  EXPECT_EQ(told(33'333'333, {{0}, {1'000'000'000}}), "");
+  EXPECT_NE(told(33'333'333, {{1'700'000'000'000'000'000}}).find("no pose lies at"),
+            std::string::npos);
+}
+
+TEST(Stamps, OfOtherTimesAreShownOfBoth) {
+  Rng rng(4);
+  const Trajectory truth = random_walk(10, rng);
+  Trajectory later = truth;
+  for (StampedPose& pose : later) pose.stamp.ns += 3'600'000'000'000;
+  const auto refused = evaluate(truth, later);
+  ASSERT_FALSE(refused.ok());
+  const auto first = [](const Trajectory& poses) {
+    return format_stamp(poses.front().stamp, 1) + " to ";
+  };
+  EXPECT_NE(refused.error().message.find("truth " + first(truth)), std::string::npos);
+  EXPECT_NE(refused.error().message.find("estimate " + first(later)), std::string::npos);
+  const auto none = evaluate(truth, {});  // a run that was lost throughout
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().message.find("estimate none)"), std::string::npos);
+}
+
 TEST(FrameStamps, AreReadFromListsAndFromFramesCsv) {
   const testing::TempFolder folder;
   const auto path = folder.path() / "f";

@@ -311,12 +311,24 @@ std::vector<StampedPose> read_otherwise(std::span<const StampedPose> poses, Pose
     if (reading == PoseReading::kWFirst ||
         reading == PoseReading::kInverseWFirst)  // qw was read as qx, qx as qy, ...
       T = SE3(Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()), T.t());
+    if (reading == PoseReading::kWLast)  // and the other way round
+      T = SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), T.t());
     if (reading == PoseReading::kInverse || reading == PoseReading::kInverseWFirst) T = T.inverse();
   }
   return read;
 }
 
-BetterReading better_reading(const PosePairs& pairs) {
+namespace {
+
+/// Whether a reading has w at another end than the file was read with, or says nothing of that.
+bool is_other_order(PoseReading reading, bool was_w_first) {
+  if (reading == PoseReading::kInverse) return true;
+  return (reading == PoseReading::kWLast) == was_w_first;
+}
+
+}  // namespace
+
+BetterReading better_reading(const PosePairs& pairs, WFirst w_first) {
   const std::vector<BodyMotion> motions = motions_of(pairs);
   if (motions.size() < kLeastMotions) return {};
   const Disagreement plain = disagreement(motions, SE3());
@@ -326,11 +338,13 @@ BetterReading better_reading(const PosePairs& pairs) {
   BetterReading best;
   // Translations tell readings apart better than turns do. That of a mirror is told elsewhere.
   double least = best_disagreement({mirrored(pairs.truth), pairs.estimate}).trans_m;
-  for (const PoseReading reading :
-       {PoseReading::kWFirst, PoseReading::kInverse, PoseReading::kInverseWFirst}) {
-    const auto of_truth = best_disagreement({read_otherwise(pairs.truth, reading), pairs.estimate});
-    const auto of_estimate =
-        best_disagreement({pairs.truth, read_otherwise(pairs.estimate, reading)});
+  for (const PoseReading reading : {PoseReading::kWFirst, PoseReading::kWLast,
+                                    PoseReading::kInverse, PoseReading::kInverseWFirst}) {
+    Disagreement of_truth, of_estimate;
+    if (is_other_order(reading, w_first.truth))
+      of_truth = best_disagreement({read_otherwise(pairs.truth, reading), pairs.estimate});
+    if (is_other_order(reading, w_first.estimate))
+      of_estimate = best_disagreement({pairs.truth, read_otherwise(pairs.estimate, reading)});
     const double trans_m = std::min(of_truth.trans_m, of_estimate.trans_m);
     constexpr double kAsGood = 4;
     const BetterReading found = {

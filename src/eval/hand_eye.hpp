@@ -49,11 +49,17 @@ struct BodyMotion {
 enum class PoseReading {
   kAsRead,
   kWFirst,         ///< quaternions qw qx qy qz
+  kWLast,          ///< quaternions qx qy qz qw, where qw was read first
   kInverse,        ///< T_camera_world
   kInverseWFirst,  ///< both
 };
 [[nodiscard]] std::vector<StampedPose> read_otherwise(std::span<const StampedPose> poses,
                                                       PoseReading reading);
+
+/// Of whose file quaternions were read as qw qx qy qz, so that they may have qw last.
+struct WFirst {
+  bool truth = false, estimate = false;
+};
 
 struct BetterReading {
   PoseReading reading = PoseReading::kAsRead;
@@ -64,7 +70,7 @@ struct BetterReading {
 /// quaternion with its w at the other end turns as the inverse rotation does, so that turns about
 /// one axis alone may not show it.
 /// @return kAsRead where they agree as given, in no reading, or best in a mirror.
-[[nodiscard]] BetterReading better_reading(const PosePairs& pairs);
+[[nodiscard]] BetterReading better_reading(const PosePairs& pairs, WFirst w_first = {});
 
 /// The truth as that of the estimate's body; as it is where find_body_offset() finds nothing.
 [[nodiscard]] std::vector<StampedPose> truth_of_camera(std::span<const StampedPose> truth,

@@ -178,9 +178,13 @@ RC_GTEST_PROP(Mirror, IsToldWithBothFiguresAndUndone, ()) {
 std::vector<StampedPose> misread(std::vector<StampedPose> poses, PoseReading written) {
   for (StampedPose& pose : poses) {
     SE3& T = pose.T_world_camera;
-    if (written != PoseReading::kWFirst) T = T.inverse();
+    const bool is_inverse =
+        written == PoseReading::kInverse || written == PoseReading::kInverseWFirst;
+    if (is_inverse) T = T.inverse();
     const Eigen::Quaterniond q = T.quaternion();
-    if (written != PoseReading::kInverse)
+    if (written == PoseReading::kWLast)
+      T = SE3(Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()), T.t());
+    else if (written != PoseReading::kInverse)
       T = SE3(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), T.t());
   }
   return poses;
@@ -205,18 +209,21 @@ TEST(Reading, OtherOrdersAndInversePosesAreNamed) {
         body_path(camera, seed % 2 == 0 ? SE3() : any_pose(rng, 0.2), any_pose(rng, 2));
     for (const auto& [written, words] :
          {std::pair{PoseReading::kWFirst, " seems to have quaternions with qw first"},
+          {PoseReading::kWLast, " seems to have quaternions with qw last"},
           {PoseReading::kInverse, "(to be inverted)"},
           {PoseReading::kInverseWFirst, "T_camera_world, with qw first"}}) {
       const auto wrong = misread(truth, written);
       ASSERT_LT(distance(read_otherwise(wrong, written)[7].T_world_camera, truth[7].T_world_camera),
                 1e-9);
-      const auto report = evaluate(wrong, estimate);
+      const bool w_first = written == PoseReading::kWLast;
+      const auto report = evaluate(wrong, estimate, {.w_first = {.truth = w_first}});
       ASSERT_TRUE(report.ok() && report->warnings.size() == 1U) << seed;
       EXPECT_NE(report->warnings.front().find(words), std::string::npos)
           << seed << ": " << report->warnings.front();
       EXPECT_EQ(report->warnings.front().find("the truth"), 0U) << report->warnings.front();
       EXPECT_FALSE(report->body.has_value());
-      const auto other = evaluate(truth, misread(estimate, written));
+      const auto other =
+          evaluate(truth, misread(estimate, written), {.w_first = {.estimate = w_first}});
       ASSERT_EQ(other->warnings.size(), 1U) << seed;
       EXPECT_NE(other->warnings.front().find("the estimate"), std::string::npos)
           << seed << ": " << other->warnings.front();

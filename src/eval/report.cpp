@@ -30,6 +30,31 @@ IndexPairs second_intervals(const PosePairs& pairs, const EvalOptions& options) 
   return time_intervals(pairs.estimate, options.rpe_seconds, tolerance_s);
 }
 
+// Times that are not seconds make no difference to pairs, but to all that is over a second.
+void warn_of_steps(const PosePairs& pairs, EvalReport& report) {
+  constexpr std::size_t kFewest = 10;
+  constexpr double kSlowest_s = 4;  // keyframes may be as far apart
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  const auto& poses = pairs.estimate;
+  if (!report.options.has_stamps || poses.size() < kFewest) return;
+  const double step_s = median_interval_s(poses);
+  const bool are_numbers =
+      step_s == 1 && std::all_of(poses.begin(), poses.end(), [](const StampedPose& pose) {
+        return pose.stamp.ns % kSecond_ns == 0;
+      });
+  if (!are_numbers && step_s < kSlowest_s) return;
+  report.warnings.push_back(fmt::format(
+      "poses are {:g} s apart: are the stamps {}? RPE over {:g} s takes them as seconds", step_s,
+      are_numbers ? "numbers of frames" : "milliseconds (--stamps ms)",
+      report.options.rpe_seconds));
+}
+
+// "1305031102.1 to 1305031130.2"
+std::string range_text(std::span<const StampedPose> poses) {
+  if (poses.empty()) return "none";
+  return format_stamp(poses.front().stamp, 1) + " to " + format_stamp(poses.back().stamp, 1) + " s";
+}
+
 void add_warnings(const Alignment& alignment, std::span<const StampedPose> truth,
                   EvalReport& report) {
   if (alignment.truth_without_extent) {
@@ -185,6 +210,8 @@ std::string reading_text(PoseReading reading) {
   switch (reading) {
     case PoseReading::kWFirst:
       return "quaternions with qw first (a header line `# stamp x y z qw qx qy qz` tells)";
+    case PoseReading::kWLast:
+      return "quaternions with qw last (a header line `# stamp x y z qx qy qz qw` tells)";
     case PoseReading::kInverse:
       return "poses of the world in the camera, T_camera_world (to be inverted)";
     case PoseReading::kInverseWFirst:
@@ -229,13 +256,14 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
     return Error{ErrorKind::kInput,
                  "no stamps of estimate and truth lie within the largest "
                  "difference of " +
-                     format_stamp({to_ns(options.max_diff_s)}, 3) + " s"};
+                     format_stamp({to_ns(options.max_diff_s)}, 3) + " s (truth " +
+                     range_text(truth) + ", estimate " + range_text(estimate) + ")"};
   }
   const std::string unit = unit_warning(pairs);
   const Alignment alignment = align(pairs, options.align);
   move_by({SE3(), alignment.scale}, pairs.estimate);
   std::vector<StampedPose> scaled = pairs.estimate;
-  const BetterReading better = better_reading(pairs);
+  const BetterReading better = better_reading(pairs, options.w_first);
   const bool is_misread = better.reading != PoseReading::kAsRead;
   const bool is_mirror = !is_misread && is_mirrored(pairs);
   const auto T_body_camera =
@@ -249,6 +277,11 @@ Result<Evaluation> evaluate_in_detail(std::span<const StampedPose> given_truth,
   measure(options, evaluation);
   if (!frames.empty()) report.coverage = coverage(frames, estimate, options.max_diff_s);
   add_warnings(alignment, truth, report);
+  warn_of_steps(pairs, report);
+  if (report.coverage && *report.coverage == 0)
+    report.warnings.push_back("no pose lies at one of the stamps of all frames (" +
+                              format_stamp(frames.front(), 1) + " to " +
+                              format_stamp(frames.back(), 1) + " s): other clocks, or units?");
   if (T_body_camera) take_out_body(*T_body_camera, std::move(scaled), evaluation);
   if (is_mirror && !options.mirrored_truth) warn_of_mirror(given_truth, estimate, report);
   if (!unit.empty()) report.truth_notes.push_back(unit);

@@ -10,6 +10,7 @@
 #include "core/result.hpp"
 #include "eval/alignment.hpp"
 #include "eval/error_series.hpp"
+#include "eval/hand_eye.hpp"
 #include "eval/trajectory_errors.hpp"
 
 namespace ygslam {
@@ -21,6 +22,7 @@ struct EvalOptions {
   double rpe_seconds = 1.0;
   bool has_stamps = true;  ///< false: poses are numbered, nothing is said about seconds
   bool same_body = false;  ///< true: no constant transform between truth and estimate is looked for
+  WFirst w_first = {};     ///< of what files quaternions were read so
   bool mirrored_truth = false;  ///< the truth is that of a camera with y up (ICL-NUIM)
 };
 

@@ -114,8 +114,11 @@ TEST(Process, BadFramesAreCode4AndLeaveTheRunAsItWas) {
     bad.t_ns = std::numeric_limits<std::int64_t>::max();
     EXPECT_EQ(code_of([&] { slam.process(bad); }), 4);
     bad = seen[i];
-    bad.depth_t_ns = std::numeric_limits<std::int64_t>::min();
-    EXPECT_EQ(code_of([&] { slam.process(bad); }), 4);
+    for (const std::int64_t none : {std::numeric_limits<std::int64_t>::min(), std::int64_t{5},
+                                    seen[i].t_ns + 2'000'000'000}) {
+      bad.depth_t_ns = none;
+      EXPECT_EQ(code_of([&] { slam.process(bad); }), 4);
+    }
     record.results.push_back(slam.process(seen[i]));
     EXPECT_EQ(code_of([&] { slam.process(seen[i]); }), 4) << "the same stamp again";
     bad.t_ns = std::numeric_limits<std::int64_t>::min();

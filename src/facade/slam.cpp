@@ -24,6 +24,12 @@ bool is_too_far(std::int64_t t_ns) {
   return t_ns > FrameClock::kLatest_ns || t_ns < -FrameClock::kLatest_ns;
 }
 
+/// Whether two images are no pair.
+bool is_far_from(std::int64_t a_ns, std::int64_t b_ns) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  return a_ns < b_ns - kSecond_ns || a_ns > b_ns + kSecond_ns;
+}
+
 }  // namespace
 
 struct Slam::Impl {
@@ -34,6 +40,8 @@ struct Slam::Impl {
   std::function<void(const Result&)> on_result;
   std::optional<Gravity> floor;  // that is given
   FrameClock clock;
+  std::optional<Timestamp> last_stamp;
+  int fast_steps = 0;     // of stamps, one after the other
   bool publishes = true;  // false if deterministic: room() makes it
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
@@ -60,6 +68,7 @@ struct Slam::Impl {
   void open(const Settings& settings);
   void open_view(const std::string& address);
   void publish_from(SessionOptions& options, const Settings& settings);
+  void warn_of_unit(Timestamp stamp);
   [[nodiscard]] Input take(const Frame& frame, const char* call);
   [[nodiscard]] Result process(const Input& input);
   void push(const Frame& frame);
@@ -222,17 +231,31 @@ void Slam::Impl::publish_from(SessionOptions& options, const Settings& settings)
                         [this](DenseMap& map) { published.show(make_plan(map, floor)); }};
 }
 
+/// Stamps of a few frames that follow each other faster than any camera's are of another unit.
+void Slam::Impl::warn_of_unit(Timestamp stamp) {
+  constexpr std::int64_t kFastest_ns = 100'000;
+  constexpr int kSeveral = 5;
+  const bool is_fast = last_stamp && stamp.ns - last_stamp->ns < kFastest_ns;
+  last_stamp = stamp;
+  fast_steps = is_fast ? fast_steps + 1 : 0;
+  if (fast_steps == kSeveral)
+    log::warn("frames are less than 0.1 ms apart: are stamps in nanoseconds, as they are taken?");
+}
+
 /// In the caller's thread: what is wrong with a frame, it is told at once.
 Input Slam::Impl::take(const Frame& frame, const char* call) {
   if (finished) fail({ErrorKind::kUsage, std::string(call) + " after finish()"});
   if (is_too_far(frame.t_ns) || is_too_far(frame.depth_t_ns))
     fail({ErrorKind::kInput, "frame stamp too far from 0"});
+  if (frame.depth_t_ns != 0 && is_far_from(frame.depth_t_ns, frame.t_ns))
+    fail({ErrorKind::kInput, "depth_t_ns is more than a second from t_ns"});
   Input input = read_input(frame, format);
   const FrameClock::Reading time = clock.step({frame.t_ns});
   if (!time.stamp) fail({ErrorKind::kInput, "frame stamps must increase"});
   if (time.was_set_back)
     log::warn("frame stamps went back and stay there: {:.3f} s are added to them from here on",
               1e-9 * static_cast<double>(clock.shift_ns()));
+  warn_of_unit(*time.stamp);
   input.frame->stamp = *time.stamp;
   input.clock_shift_ns = clock.shift_ns();
   return input;

@@ -29,6 +29,13 @@ std::string_view between(std::string_view line, std::string_view from, std::stri
   return line.substr(at, static_cast<std::size_t>(to.data() + to.size() - from.data()));
 }
 
+/// Whether the words are `[stamp] FILE [stamp] FILE ...`, without other numbers.
+bool are_images(const Words& words) {
+  for (std::size_t i = 1; i < words.size(); ++i)
+    if (parse_number(words[i - 1]) && parse_number(words[i])) return false;
+  return !words.empty() && !parse_number(words.back());
+}
+
 bool is_image(std::string_view word) { return has_image_ending(std::filesystem::path(word)); }
 
 }  // namespace
@@ -55,7 +62,8 @@ std::optional<std::string> poses_of_associations(std::string_view text) {
   for (const TextLine& line : data_lines(text)) {
     const AssociationLine split = split_association(line.text);
     const Words images = words_of(split.images);
-    if (split.pose.empty() || std::none_of(images.begin(), images.end(), is_image))
+    if (split.pose.empty() || !are_images(images) ||
+        std::none_of(images.begin(), images.end(), is_image))
       return std::nullopt;
     for (; line_number < line.number; ++line_number) poses += '\n';
     if (std::ssize(split.pose) == kPoseWords) poses.append(images.front()) += ' ';

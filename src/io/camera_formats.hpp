@@ -1,5 +1,6 @@
-// Camera files of other programs: settings of ORB-SLAM and stella_vslam, ROS camera_info, a bare
-// line or matrix, JSON of Open3D, RealSense and nerfstudio, info.txt of BundleFusion.
+// Camera files of other programs: settings of ORB-SLAM and stella_vslam, ROS camera_info, Kalibr,
+// EuRoC, VINS, COLMAP, a bare line or matrix, JSON of Open3D, RealSense and nerfstudio, info.txt of
+// BundleFusion.
 #pragma once
 
 #include <cstddef>

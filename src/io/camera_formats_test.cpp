@@ -113,6 +113,64 @@ TEST(CameraFormats, JsonOfOpen3dRealSenseAndNerfstudio) {
   EXPECT_EQ(nerf.camera.height, 480);
 }
 
+TEST(CameraFormats, EchoOfRos2HasAListWithOneNumberALine) {
+  const std::string text =
+      "header:\n  stamp:\n    sec: 5\nheight: 480\nwidth: 640\ndistortion_model: plumb_bob\n"
+      "d:\n- 0.26\n- 0.0\n- 0.0\n- 0.0\n- 0.0\nk:\n- 517.3\n- 0.0\n- 318.6\n- 0.0\n- 516.5\n"
+      "- 255.3\n- 0.0\n- 0.0\n- 1.0\nr: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nbinning_x: 0\nroi:\n"
+      "  x_offset: 0\n---\n";
+  expect_lens(foreign_of(text).camera, 0.26, 1000);
+  expect_lens(foreign_of(text + text).camera, 0.26, 1000);
+}
+
+TEST(CameraFormats, CalibratorsOfOthers) {
+  const std::string lens =
+      "camera_model: pinhole\n  distortion_model: radtan\n  intrinsics: [517.3, 516.5, 318.6, "
+      "255.3]\n  resolution: [640, 480]\n";
+  const auto kalibr = foreign_of("cam0:\n  distortion_coeffs: [0.26, 0, 0, 0]\n  " + lens);
+  expect_lens(kalibr.camera, 0.26, 1000);
+  EXPECT_EQ(kalibr.camera.height, 480);
+  expect_lens(foreign_of("sensor_type: camera\nT_BS:\n  data: [1, 0]\nresolution: [640, 480]\n"
+                         "camera_model: pinhole\nintrinsics: [517.3, 516.5, 318.6, 255.3] # fu\n"
+                         "distortion_model: radial-tangential\n"
+                         "distortion_coefficients: [0.26, 0, 0, 0]\n")
+                  .camera,
+              0.26, 1000);
+  expect_lens(
+      foreign_of("%YAML:1.0\n---\nmodel_type: PINHOLE\nimage_width: 640\nimage_height: 480\n"
+                 "distortion_parameters:\n   k1: 0.26\n   k2: 0\n   p1: 0\n   p2: 0\n"
+                 "projection_parameters:\n   fx: 517.3\n   fy: 516.5\n   cx: 318.6\n   cy: 255.3\n")
+          .camera,
+      0.26, 1000);
+}
+
+TEST(CameraFormats, CamerasOfColmap) {
+  for (const auto& [line, k1] : {std::pair{"PINHOLE 640 480 517.3 516.5 319.1 255.8", 0.0},
+                                 {"OPENCV 640 480 517.3 516.5 319.1 255.8 0.26 0 0 0", 0.26}}) {
+    const auto found = foreign_of("# Camera list\n1 " + std::string(line) + "\n");
+    EXPECT_NEAR(found.camera.cx, 318.6, 1e-9);  // from the middle of the first pixel
+    EXPECT_NEAR(found.camera.cy, 255.3, 1e-9);
+    EXPECT_EQ(found.camera.fy, 516.5);
+    EXPECT_EQ(found.camera.k1, k1);
+    EXPECT_EQ(found.camera.width, 640);
+  }
+  const auto radial = foreign_of("1 RADIAL 640 480 517.3 319.1 255.8 0.26 -0.9\n");
+  EXPECT_EQ(radial.camera.fy, 517.3);
+  EXPECT_EQ(radial.camera.k2, -0.9);
+}
+
+TEST(CameraFormats, UnitsOfDepthInJson) {
+  for (const auto& [key, scale] : {std::pair{R"("depth_scale": 4000.0)", 4000.0},
+                                   {R"("depth_scale": 0.00025)", 4000.0},
+                                   {R"("depth_unit_scale_factor": 0.001)", 1000.0}}) {
+    const auto found =
+        foreign_of(R"({"intrinsic_matrix": [517.3, 0, 0, 0, 516.5, 0, 318.6, 255.3, 1], )" +
+                   std::string(key) + "}");
+    EXPECT_NEAR(found.camera.depth_scale, scale, 1e-9);
+    EXPECT_TRUE(found.says_depth_scale);
+  }
+}
+
 TEST(CameraFormats, WhatIsNotReadIsRefusedByName) {
   const std::string orb = "Camera.fx: 517.3\nCamera.fy: 516.5\nCamera.cx: 318.6\n";
   const std::string K = "camera_matrix:\n data: [517, 0, 318, 0, 516, 255, 0, 0, 1]\n";
@@ -126,6 +184,29 @@ TEST(CameraFormats, WhatIsNotReadIsRefusedByName) {
            {"camera_matrix:\n data: [1, 2]\n", "is no 3x3 or 4x4 matrix"},
            {"525.0 525.0 319.5 239.5 640 480\n", "6 numbers without keys: write `fx fy cx cy`"},
            {"525.0\n", "1 numbers without keys"},
+           {orb + "Camera.cy: 255\nCamera.fx: 535.4\n", "Camera.fx: given twice"},
+           {orb + "Camera.cy: 255\nCamera.k4: 0.1\n", "Camera.k4: is not read"},
+           {orb + "Camera1.fx: 400\n", "both Camera.fx and Camera1.fx"},
+           {K + "binning_x: 2\n", "binned image, which is not read"},
+           {K + "roi:\n  x_offset: 100\n", "cut image, which is not read"},
+           {K + "fisheye_model: 1\n", "fisheye_model: is not read"},
+           {"K: [517, 0, 318, 0, 516, 255, 0, 0, 1]\nxi: 1.2\n", "xi: an omnidirectional"},
+           {K + "camera_matrix: [500, 0, 318, 0, 516, 255, 0, 0, 1]\n", "no numbers, or two kinds"},
+           {"cam0:\n  camera_model: omni\n  intrinsics: [1, 5, 5, 3, 2]\n", "'omni' is not read"},
+           {"cam0:\n  intrinsics: [5, 5, 3, 2]\ncam1:\n  intrinsics: [5, 5, 3, 2]\n",
+            "several cameras"},
+           {"model_type: MEI\n", "'MEI' is not read"},
+           {"1 OPENCV_FISHEYE 640 480 5 5 3 2 0 0 0 0\n", "'OPENCV_FISHEYE' is not read"},
+           {"1 PINHOLE 640 480 5 5 3 2\n2 PINHOLE 640 480 6 6 3 2\n", "several cameras"},
+           {"%YAML:1.0\nK1: 5\n", "YAML of OpenCV without a camera"},
+           {"<?xml version=\"1.0\"?>\n<opencv_storage>\n", "is XML"},
+           {R"({"fl_x": 5, "fl_y": 5, "cx": 3, "cy": 2, "is_fisheye": true})", "is_fisheye"},
+           {R"({"fl_x": 5, "fl_y": 5, "cx": 3, "cy": 2, "k4": 0.1})", "k4: is not read"},
+           {R"({"fl_x": 5, "fl_y": 5, "cx": 3, "cy": 2, "frames": [{"fl_x": 7}]})",
+            "lenses of their own"},
+           {R"({"fx": 5, "fy": 5, "ppx": 3, "ppy": 2, "coeffs": [0.1, 0, 0.01, 0, 0],
+                "model": "distortion.modified_brown_conrady"})",
+            "is not read: only Brown-Conrady"},
            {R"({"camera_model": "OPENCV_FISHEYE", "fl_x": 5, "fl_y": 5, "cx": 3, "cy": 2})",
             "'OPENCV_FISHEYE' is not read"},
            {R"({"frames": []})", "JSON without a camera"},

@@ -147,6 +147,9 @@ Result<TrajectoryFile> read_truth_folder(const fs::path& root) {
   if (is_replica(root)) return read_replica(root);
   if (const PoseFolder poses{root, pose_files(root, false)}; !poses.files.empty())
     return read_pose_files(poses);
+  if (fs::exists(root / "trajectory.txt", code))
+    return truth_fault(
+        root, "no poses of a recording; did you mean " + (root / "trajectory.txt").string() + "?");
   return truth_fault(root,
                      "no poses: read are groundtruth.txt, files of 4x4 matrices (*.pose.txt, "
                      "pose/, poses/), or traj.txt beside results/");

@@ -45,14 +45,25 @@ const Codec* codec_of(Bytes bytes) {
 
 /// What a file is that nobody here reads.
 std::string unread_kind(Bytes bytes) {
+  using namespace std::string_view_literals;
   constexpr std::string_view kRead = "; read are JPEG, PNG, TIFF, EXR, PGM, PPM, PFM and NumPy";
-  for (const auto& [start, name] : {std::pair<Bytes, Bytes>{"BM", "BMP"},
-                                    {"GIF8", "GIF"},
-                                    {"RIFF", "WebP"},
-                                    {"PF", "PFM with colour"},
-                                    {"P2", "PGM as text"},
-                                    {"PK", "zip archive (npz?)"}})
+  for (const auto& [start, name] :
+       {std::pair<Bytes, Bytes>{"BM", "BMP"},
+        {"version https://git-lfs", "pointer of Git LFS (git lfs pull)"},
+        {"<", "text in HTML or XML"},
+        {"\x1F\x8B", "file compressed with gzip"},
+        {"\0\0\0\x0CjP"sv, "JPEG 2000"},
+        {"P1", "PBM"},
+        {"P3", "PPM as text"},
+        {"P4", "PBM"},
+        {"GIF8", "GIF"},
+        {"RIFF", "WebP"},
+        {"PF", "PFM with colour"},
+        {"P2", "PGM as text"},
+        {"PK", "zip archive (npz?)"}})
     if (bytes.starts_with(start)) return "is a " + std::string(name) + std::string(kRead);
+  if (bytes.size() > 8 && bytes.substr(4, 4) == "ftyp")
+    return "is HEIF, AVIF or MP4" + std::string(kRead);
   return "neither JPEG nor PNG, nor another format that is read";
 }
 

@@ -163,6 +163,19 @@ TEST(Images, F3OtherSizeChannelsOrBitDepthIsRefusedWithTheReason) {
   EXPECT_FALSE(decode_depth(encode_jpeg(gradient(32, 24)), expected).ok());
   EXPECT_FALSE(decode_colour("", expected).ok());
   EXPECT_FALSE(decode_colour("GIF89a and so on", expected).ok());
+  using namespace std::string_view_literals;
+  for (const auto& [bytes, words] :
+       {std::pair{"version https://git-lfs.github.com/spec/v1\n"sv, "is a pointer of Git LFS"},
+        {"<!DOCTYPE html>"sv, "is a text in HTML or XML"},
+        {"\x1F\x8B\x08"sv, "is a file compressed with gzip"},
+        {"P3\n2 2\n255\n"sv, "is a PPM as text"},
+        {"\0\0\0\x20"
+         "ftypheic"sv,
+         "is HEIF, AVIF or MP4"}}) {
+    const auto refused = decode_colour(std::string(bytes), expected);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().message.find(words), 0U) << refused.error().message;
+  }
 }
 
 TEST(Images, AnAbsurdSizeIsRefusedBeforeAnythingIsAllocated) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <cstdlib>
 #include <map>
 
 #include "io/folder_cameras.hpp"
@@ -91,6 +93,23 @@ std::string listed_names(const std::vector<std::string>& names) {
   return text + (names.size() > kMostNames ? ", ..." : "");
 }
 
+/// What a file of another recorder is; empty where it is none.
+std::string other_recording(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::ranges::transform(ending, ending.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* vendor : {".sens", ".r3d", ".mkv"})
+    if (ending == vendor)
+      return "tools/convert_recording.py makes an MCAP recording of " + ending +
+             " files (docs/inputs.md)";
+  for (const char* video : {".mp4", ".mov", ".avi", ".webm"})
+    if (ending == video) return "is a video; recordings need depth, too (docs/inputs.md)";
+  for (const char* other : {".oni", ".klg", ".svo", ".svo2", ".zip", ".tar", ".gz", ".tgz", ".7z"})
+    if (ending == other)
+      return "a " + ending + " file is not read: unpack or convert it to one of docs/inputs.md";
+  return {};
+}
+
 /// Why a path cannot be read: what it holds, and where a recording may be meant.
 Error no_recording(const fs::path& root) {
   const auto refuse = [&](const std::string& what) {
@@ -98,6 +117,7 @@ Error no_recording(const fs::path& root) {
   };
   std::error_code code;
   if (!fs::exists(root, code)) return refuse("no such file or folder");
+  if (const std::string other = other_recording(root); !other.empty()) return refuse(other);
   if (!fs::is_directory(root, code))
     return refuse("no recording that can be read" +
                   (fs::is_empty(root, code) ? std::string(": the file is empty") : std::string()) +
@@ -110,6 +130,34 @@ Error no_recording(const fs::path& root) {
                 "; read are rgb.txt and depth.txt, or associations.txt, or images in rgb (color, "
                 "colour, image, images) and depth (depths), docs/inputs.md" +
                 parent_meant(root));
+}
+
+/// Whether depth is numbered from another number on, or by another step, than colour.
+bool are_numbered_otherwise(const std::vector<ListedImage>& colour,
+                            const std::vector<ListedImage>& depth) {
+  constexpr std::int64_t kRounding_ns = 5000;  // of stamps in whole microseconds
+  const auto apart_ns = [&](std::size_t i) { return depth[i].stamp.ns - colour[i].stamp.ns; };
+  const std::size_t last = colour.size() - 1;
+  if (apart_ns(0) == 0 && apart_ns(last) == 0) return false;
+  for (std::size_t i = 2; i <= last; ++i)
+    if (std::llabs(apart_ns(i) - 2 * apart_ns(i - 1) + apart_ns(i - 2)) > kRounding_ns)
+      return false;
+  return true;
+}
+
+/// Warns of as many images of depth as of colour that are numbered otherwise.
+void warn_of_other_numbers(const NamedImages& colours, const NamedImages& depths,
+                           Sequence& sequence) {
+  const auto &colour = colours.images, &depth = depths.images;
+  if (!colours.is_frames || colour.size() != depth.size() || !are_numbered_otherwise(colour, depth))
+    return;
+  const auto range = [](const std::vector<ListedImage>& images) {
+    return printable(images.front().file) + " to " + printable(images.back().file);
+  };
+  sequence.warnings.push_back(sequence.root.string() + ": " + range(colour) + " and " +
+                              range(depth) +
+                              " are as many, but numbered otherwise: the same number is one pair; "
+                              "else write rgb.txt and depth.txt with lines `seconds file`");
 }
 
 /// Pairs the images that lie as a pattern says, by the times that their names tell.
@@ -130,6 +178,7 @@ Status pair_named_images(const std::map<std::string, std::string>& colour,
     sequence.warnings.push_back(sequence.root.string() + ": " + std::to_string(left_out) +
                                 " images are left out: their names are of another form, or their "
                                 "times another's");
+  warn_of_other_numbers(*colours, *depths, sequence);
   return pair_images(colours->images, depths->images, sequence);
 }
 

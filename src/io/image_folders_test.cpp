@@ -124,6 +124,36 @@ TEST(ImageFolders, WhatHasNoPartnerOrNoNumberIsLeftOut) {
   EXPECT_EQ(sequence.value().warnings.size(), 1U);
 }
 
+TEST(ImageFolders, DepthThatIsNumberedFromOneIsTold) {
+  for (const int first : {0, 1}) {
+    const TempFolder folder;
+    for (int i = 0; i < 5; ++i)
+      write_images(folder.path(), "rgb/" + std::to_string(i) + ".png",
+                   "depth/" + std::to_string(i + first) + ".png");
+    testing::write(folder.path() / "calibration.txt", kCalibration);
+    const auto sequence = open_folder_sequence(folder.path());
+    ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+    ASSERT_EQ(sequence->warnings.size(), static_cast<std::size_t>(first));
+    if (first == 1) {
+      EXPECT_NE(sequence->warnings[0].find("depth/1.png to depth/5.png are as many, but numbered"),
+                std::string::npos);
+    }
+  }
+}
+
+TEST(ImageFolders, FilesOfOtherRecordersAreNamed) {
+  const TempFolder folder;
+  for (const auto& [name, words] : {std::pair{"a.sens", "tools/convert_recording.py makes"},
+                                    {"a.R3D", "tools/convert_recording.py makes"},
+                                    {"a.mp4", "is a video"},
+                                    {"a.zip", "a .zip file is not read"}}) {
+    testing::write(folder.path() / name, "x");
+    const auto refused = open_folder_sequence(folder.path() / name);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.find(words), std::string::npos) << refused.error().message;
+  }
+}
+
 TEST(ImageFolders, SevenScenesAndBundleFusionLieInOneFolder) {
   const TempFolder folder;
   for (const char* number : {"000000", "000001", "000002"}) {

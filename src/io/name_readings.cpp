@@ -74,10 +74,25 @@ bool is_camera_step(std::int64_t step_ns) {
   return step_ns >= kShortestStep_ns && step_ns <= kLongestStep_ns;
 }
 
+/// From the end of one minute to the beginning of the next, where all else stays within seconds.
+bool leaps_over_a_minute(const Column& column, std::int64_t per_second) {
+  std::vector<std::int64_t> values = column.values;
+  std::ranges::sort(values);
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const std::int64_t before = values[i - 1] / per_second, after = values[i] / per_second;
+    const bool is_next_minute = after / 100 == before / 100 + 1 ||
+                                (before / 100 % 100 == 59 && after / 100 == before / 100 + 41);
+    if (is_next_minute && before % 100 > 50 && before % 100 < 60 && after % 100 < 10) return true;
+  }
+  return false;
+}
+
 /// hhmmss, with further digits behind: a clock's minutes have no seconds from 60 to 99.
 bool is_clock(const Column& column, std::int64_t per_second) {
   const auto [low, high] = std::ranges::minmax(column.values);
-  if (column.shortest != column.longest || high - low < 100 * per_second) return false;
+  if (column.shortest != column.longest) return false;
+  const bool leaps = leaps_over_a_minute(column, per_second);
+  if (high - low < 100 * per_second && !leaps) return false;
   constexpr std::size_t kManySeconds = 20;
   std::set<std::int64_t> seconds;
   for (const std::int64_t value : column.values) {
@@ -85,7 +100,7 @@ bool is_clock(const Column& column, std::int64_t per_second) {
     if (clock % 100 >= 60 || clock / 100 % 100 >= 60 || clock >= 240000) return false;
     seconds.insert(clock % 100);
   }
-  return seconds.size() >= kManySeconds;
+  return leaps || seconds.size() >= kManySeconds;
 }
 
 /// Times since 1970 in some unit, by their size alone.

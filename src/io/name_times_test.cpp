@@ -183,6 +183,16 @@ TEST(NumbersInNames, ThatAreNotClearAreRefusedWithTwoNames) {
        "time of day"},
       {named(300, [](int i) { return text("2021-03-15-14-%02d-%02d", i / 60, i % 60); }),
        "time of day"},
+      // Within seconds of one minute and the next.
+      {named(40,
+             [](int i) {
+               return text("IMG_20240501_1%d_%03d", i < 20 ? 23059 : 23100, 50 * (i % 20));
+             }),
+       "time of day"},
+      {named(40, [](int i) { return text("1%d%03d", i < 20 ? 23059 : 23100, 50 * (i % 20)); }),
+       "time of day"},
+      {named(40, [](int i) { return text("1%d.%03d", i < 20 ? 25959 : 30000, 50 * (i % 20)); }),
+       "time of day"},
       {named(60, [](int i) { return text("12-30-%02d", i); }), "time of day; read are seconds"},
       {named(90, [](int i) { return text("rgb_09h%02dm%02ds", i / 60, i % 60); }), "time of day"},
       {named(90, [](int i) { return text("12_%02d_%02d.%d", i / 30, 2 * (i % 30), i % 10); }),

@@ -53,7 +53,8 @@ Status set_type(std::string_view descr, Array& array) {
   const bool is_known = type == "|u1" || type.ends_with("u2") || type.ends_with("f2") ||
                         type.ends_with("f4") || type.ends_with("f8");
   if (type.size() != 3 || !is_known || std::string_view("<>|=").find(type[0]) == std::string::npos)
-    return npy_fault("a NumPy array of type " + printable(descr.substr(0, 12)) +
+    return npy_fault("a NumPy array of type " +
+                     printable(descr.substr(0, std::min<std::size_t>(descr.find(", '"), 24))) +
                      " is not read: uint16 and floats are");
   array.is_big_endian = type[0] == '>';
   array.bytes = static_cast<std::size_t>(type[2] - '0');
@@ -77,8 +78,10 @@ Result<Array> array_of(std::string_view bytes) {
     return npy_fault("a NumPy array with columns first is not read: save np.ascontiguousarray()");
   const auto sides = sides_of(value_of(dict, "shape"));
   if (sides.size() != 2)
-    return npy_fault("a NumPy array of shape " + printable(value_of(dict, "shape").substr(0, 24)) +
-                     " is no image of H x W");
+    return npy_fault(
+        "a NumPy array of shape " +
+        printable(value_of(dict, "shape").substr(0, value_of(dict, "shape").find(')') + 1), 24) +
+        " is no image of H x W");
   constexpr double kTooMuch = kMaxImageSide_px + 1;
   array.header.size = {static_cast<int>(std::min(sides[1], kTooMuch)),
                        static_cast<int>(std::min(sides[0], kTooMuch))};

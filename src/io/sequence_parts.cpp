@@ -139,6 +139,25 @@ Status check_against_frame_time(const Sequence& sequence) {
   return Ok{};
 }
 
+/// Warns of a principal point that would lie well in images turned by 90 degrees, or of another
+/// size: of both sides it is the same share then.
+void warn_of_other_centre(Sequence& sequence) {
+  constexpr double kNear = 0.05, kFar = 0.1;
+  const CameraConfig& camera = sequence.camera;
+  const auto off = [](double c, int side_px) { return c / side_px - 0.5; };
+  const double off_x = off(camera.cx, camera.width), off_y = off(camera.cy, camera.height);
+  const double turned =
+      std::max(std::abs(off(camera.cx, camera.height)), std::abs(off(camera.cy, camera.width)));
+  const bool is_turned = turned < kNear && std::max(std::abs(off_x), std::abs(off_y)) > kFar;
+  const bool is_scaled =
+      std::abs(off_x - off_y) < kNear && std::min(std::abs(off_x), std::abs(off_y)) > kFar;
+  if (!is_turned && !is_scaled) return;
+  sequence.warnings.push_back(fmt::format(
+      "{}: the principal point cx {:g}, cy {:g} is not near the middle of images of {}: {}",
+      camera_place(sequence, "cx"), camera.cx, camera.cy, shown_size({camera.width, camera.height}),
+      is_turned ? "are cx and cy swapped?" : "is this the camera of images of another size?"));
+}
+
 /// Warns of a principal point in a border of the image: numbers in another order?
 void warn_of_centre(Sequence& sequence) {
   constexpr double kBorder = 0.2;
@@ -146,7 +165,10 @@ void warn_of_centre(Sequence& sequence) {
   const auto is_off = [](double c, int side_px) {
     return c < kBorder * side_px || c > (1 - kBorder) * side_px;
   };
-  if (!is_off(camera.cx, camera.width) && !is_off(camera.cy, camera.height)) return;
+  if (!is_off(camera.cx, camera.width) && !is_off(camera.cy, camera.height)) {
+    warn_of_other_centre(sequence);
+    return;
+  }
   sequence.warnings.push_back(fmt::format(
       "{}: the principal point cx {:g}, cy {:g} lies far from the middle of images of {}: are fx "
       "{:g}, fy {:g}, cx and cy in this order?",
@@ -164,6 +186,12 @@ void warn_of_steps(Sequence& sequence) {
   for (std::size_t i = 1; i < sequence.pairs.size(); ++i)
     steps_s.push_back(seconds_between(sequence.pairs[i].stamp, sequence.pairs[i - 1].stamp));
   const double usual_s = median(steps_s);
+  if (constexpr double kFastest_s = 1e-3; usual_s < kFastest_s) {
+    sequence.warnings.push_back(fmt::format(
+        "{}: frames are {:g} s apart, faster than cameras are: are these stamps of another unit?",
+        sequence.root.string(), usual_s));
+    return;
+  }
   if (usual_s > kSlowest_s) {
     sequence.warnings.push_back(fmt::format(
         "{}: frames are {:g} s apart; are these stamps milliseconds? They are taken as seconds",

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/statistics.hpp"
 #include "io/text.hpp"
 #include "io/trajectory_checks.hpp"
 #include "io/trajectory_sample.hpp"
@@ -17,11 +18,15 @@ using Stamp = PoseColumns::Stamp;
 
 constexpr double kIncreasingShare = 0.9;
 
-bool is_unit(const std::vector<double>& row, std::size_t at) {
-  if (at + 4 > row.size()) return false;
+/// By how much four numbers differ from unit length; NaN where one is missing.
+double unit_error(const std::vector<double>& row, std::size_t at) {
   const double squares = row[at] * row[at] + row[at + 1] * row[at + 1] + row[at + 2] * row[at + 2] +
                          row[at + 3] * row[at + 3];
-  return std::abs(std::sqrt(squares) - 1) < kQuaternionTolerance;
+  return std::abs(std::sqrt(squares) - 1);
+}
+
+bool is_unit(const std::vector<double>& row, std::size_t at) {
+  return at + 4 <= row.size() && unit_error(row, at) < kQuaternionTolerance;
 }
 
 // @param stride between the rows of the matrix, step between its columns.
@@ -72,8 +77,8 @@ bool is_split_stamp(const PoseSample& sample, std::size_t at) {
          sample.share_of_steps([at](const auto& a, const auto& b) {
            return a[at] < b[at] || (a[at] == b[at] && a[at + 1] < b[at + 1]);
          }) >= kIncreasingShare &&
-         // Nanoseconds are large numbers, and not in step with the lines.
-         sample.share([at](const auto& row) { return row[at + 1] >= 1e5; }) >= kLeastShareOfPoses;
+         // Nanoseconds are large numbers, and not in step with the lines; microseconds are below.
+         sample.share([at](const auto& row) { return row[at + 1] >= 1e6; }) >= kLeastShareOfPoses;
 }
 
 struct PoseReading {
@@ -128,6 +133,48 @@ void add_quaternions(const PoseSample& sample, std::vector<PoseReading>& found) 
 
 std::string column_range(std::size_t first) {
   return std::to_string(first + 1) + " to " + std::to_string(first + 4);
+}
+
+/// Of the middle line.
+double unit_error(const PoseSample& sample, std::size_t at) {
+  std::vector<double> errors;
+  for (const auto& row : sample.rows)
+    if (is_unit(row, at)) errors.push_back(unit_error(row, at));
+  return median(std::move(errors));
+}
+
+bool varies(const PoseSample& sample, std::size_t at) {
+  return std::any_of(sample.rows.begin(), sample.rows.end(),
+                     [&](const auto& row) { return row[at] != sample.rows.front()[at]; });
+}
+
+/// A row of a rotation, or the end of another quaternion, beside small translations is nearly of
+/// unit length, too. @return what stands there instead of x y z qx qy qz qw; empty if nothing does.
+std::string what_else_stands_there(const PoseSample& sample, std::size_t position_at) {
+  const auto is_apart = [&](std::size_t at, std::size_t size) {
+    return at + size <= position_at || at >= position_at + 7;
+  };
+  for (const std::size_t stride : {3, 4}) {
+    const std::size_t size = 2 * stride + 3;
+    for (std::size_t at = 0; at + size <= sample.columns; ++at) {
+      const auto is_rotation = [&](const auto& row) { return is_rotation_at(row, at, stride, 1); };
+      if (!is_apart(at, size) && sample.share(is_rotation) >= kLeastShareOfPoses)
+        return std::to_string(at + 1) + " to " + std::to_string(at + size) +
+               " have a rotation matrix in them";
+    }
+  }
+  constexpr double kWrittenError = 5e-5, kClearly = 10;
+  const double error = unit_error(sample, position_at + 3);
+  for (std::size_t at = 0; error > kWrittenError && at + 4 <= sample.columns; ++at) {
+    const auto is_unit_here = [at](const auto& row) { return is_unit(row, at); };
+    if (is_apart(at, 4) || at == position_at + 3 || !(varies(sample, at) || varies(sample, at + 1)))
+      continue;
+    if (sample.share(is_unit_here) >= kLeastShareOfPoses &&
+        kClearly * unit_error(sample, at) < error)
+      return column_range(at) + " have unit length as a quaternion has, more exactly than " +
+             column_range(position_at + 3);
+  }
+  return {};
 }
 
 std::string what_stands_there(const PoseSample& sample) {
@@ -223,6 +270,11 @@ Result<PoseText> by_evidence(PoseText poses, const std::string& name, std::strin
     return no_format(name, first,
                      std::to_string(sample.columns) + " columns that can be read in " +
                          std::to_string(found.size()) + " ways");
+  }
+  if (chosen->columns.pose == Pose::kQuaternion) {
+    const std::string other = what_else_stands_there(sample, chosen->columns.position_at[0]);
+    if (!other.empty())
+      return no_format(name, first, std::to_string(sample.columns) + " columns, of which " + other);
   }
   poses.columns = chosen->columns;
   poses.taken_for = chosen->title;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "core/log.hpp"
 #include "io/associated_poses.hpp"
@@ -157,6 +158,40 @@ Result<StampedPose> pose_of(const PoseRecord& record, const PoseColumns& columns
   return StampedPose{*stamp, columns.is_camera_from_world ? pose->inverse() : *pose};
 }
 
+/// Where lines are not in order of their stamps, how many, and why that may be.
+void warn_of_order(const PoseText& text, const std::vector<StampedPose>& poses,
+                   const std::string& name) {
+  std::size_t moved = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    moved += poses[i].stamp < poses[i - 1].stamp ? 1 : 0;
+  if (moved == 0) return;
+  std::set<std::size_t> digits;  // behind the point
+  for (const PoseRecord& record : text.records) {
+    const std::string_view stamp = record.fields[text.columns.stamp_at];
+    if (const auto point = stamp.find('.'); point != std::string_view::npos)
+      digits.insert(stamp.size() - point);
+  }
+  log::warn("{}: stamps go back in {} of {} lines: sorted by their stamps{}", name, moved,
+            poses.size(),
+            digits.size() > 1 ? " (fractions of other lengths: without their leading zeros?)" : "");
+}
+
+/// Programs that write a pose for every frame write 0 0 0 0 0 0 1 where they are lost.
+void warn_of_blanks(const std::vector<StampedPose>& poses, const std::string& name) {
+  constexpr double kLeap_m = 0.05, kLeap_rad = 0.1;
+  const auto is_blank = [](const SE3& T) { return T.t().isZero(0) && T.R().isIdentity(0); };
+  std::size_t blanks = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const SE3& before = poses[i - 1].T_world_camera;
+    const bool is_leap = before.t().norm() > kLeap_m || before.angle() > kLeap_rad;
+    if (is_blank(poses[i].T_world_camera) && (is_leap || (blanks > 0 && is_blank(before))))
+      ++blanks;
+  }
+  if (blanks > 0)
+    log::warn("{}: {} poses leap to 0 0 0 0 0 0 1: frames without a pose? They are taken as poses",
+              name, blanks);
+}
+
 void put_in_order(const std::string& name, std::vector<StampedPose>& poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
@@ -205,7 +240,9 @@ Result<std::vector<StampedPose>> poses_of(const PoseText& text, StampUnit unit,
   if (poses.empty()) return input_fault(name + ": no pose in the file");
   if (text.columns.pose == PoseColumns::Pose::kQuaternion && !text.columns.is_camera_from_world)
     warn_of_mixed_orders(text, poses, name);
+  warn_of_order(text, poses, name);
   put_in_order(name, poses);
+  warn_of_blanks(poses, name);
   return poses;
 }
 
@@ -348,6 +385,8 @@ Result<TrajectoryFile> parse_trajectory(std::string_view text, const std::string
   if (Status step = file.has_stamps ? check_step(*read, name) : Status(Ok{}); !step.ok())
     return step.error();
   file.poses = std::move(*read);
+  file.reads_w_first = poses->columns.pose == PoseColumns::Pose::kQuaternion &&
+                       poses->columns.quaternion_at[3] < poses->columns.quaternion_at[0];
   if (!reading.format) file.taken_for = std::move(poses->taken_for);
   return file;
 }

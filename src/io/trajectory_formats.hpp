@@ -33,7 +33,8 @@ struct TrajectoryFile {
   /// Without stamps the n-th pose, counted from 0, has the stamp n ns.
   std::vector<StampedPose> poses;
   bool has_stamps = true;
-  std::string taken_for;  ///< what the file was recognised as; empty for plain TUM
+  bool reads_w_first = false;  ///< its quaternions were taken as qw qx qy qz
+  std::string taken_for;       ///< what the file was recognised as; empty for plain TUM
 };
 
 /// Poses in order of time (without stamps: of the file); of equal stamps the first.

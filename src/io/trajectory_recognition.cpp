@@ -144,7 +144,13 @@ bool is_last_row(const TextLine& line) {
 
 // @return nothing where lines are not of four numbers.
 std::optional<BlockLayout> block_layout(const std::vector<TextLine>& lines) {
-  const auto count = [&](std::size_t i) { return fields_of(lines[i]).size(); };
+  const auto count = [&](std::size_t i) {
+    const auto fields = fields_of(lines[i]);
+    const bool are_numbers = std::all_of(fields.begin(), fields.end(), [](std::string_view word) {
+      return parse_number(word).has_value();
+    });
+    return are_numbers ? fields.size() : 0;
+  };
   const std::size_t head = count(0) == 3 && lines.size() > 4 && count(1) == 4 ? 1 : 0;
   if (lines.size() <= head || count(head) != 4) return std::nullopt;
   const bool has_last_row = lines.size() >= head + 4 && is_last_row(lines[head + 3]);

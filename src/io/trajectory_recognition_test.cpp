@@ -273,6 +273,90 @@ TEST(TrajectoryEvidence, TwoOrdersOfQuaternionsInOneFileAreTold) {
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1);
 }
 
+/// Small motions: whatever stands beside a 1 is nearly of unit length.
+TEST(TrajectoryEvidence, OtherColumnsBesideSmallTranslationsAreNoQuaternions) {
+  Rng rng(5);
+  const auto number = [&](double size) { return rng.uniform(-size, size); };
+  std::string quaternion_first, number_stamp_matrix, by_columns, stamp_last, tum;
+  for (int i = 0; i < 40; ++i) {
+    const SE3 T = SE3::exp((Vec6() << number(0.04), number(0.04), number(0.04), number(0.03),
+                            number(0.03), number(0.03))
+                               .finished());
+    const std::string stamp = fmt::format("{:.6f} ", 1305031102.2 + 0.1 * i);
+    tum += stamp + position_text(T) + " " + xyzw_text(T) + "\n";
+    quaternion_first += stamp + xyzw_text(T) + " " + position_text(T) + "\n";
+    number_stamp_matrix += fmt::format("{} ", i) + stamp + rows_text(T) + " 0 0 0 1\n";
+    const Mat3& R = T.R();
+    by_columns += stamp +
+                  numbers_text({R(0, 0), R(1, 0), R(2, 0), R(0, 1), R(1, 1), R(2, 1), R(0, 2),
+                                R(1, 2), R(2, 2)}) +
+                  " " + position_text(T) + "\n";
+    stamp_last += rows_text(T) + " " + stamp + "\n";
+  }
+  EXPECT_TRUE(parse_trajectory(tum, "f").ok());
+  for (const auto& [text, words] :
+       {std::pair{quaternion_first,
+                  "of which 2 to 5 have unit length as a quaternion has, more "
+                  "exactly than 5 to 8"},
+        std::pair{number_stamp_matrix, "of which 3 to 13 have a rotation matrix in them"},
+        std::pair{by_columns, "of which 2 to 10 have a rotation matrix in them"},
+        std::pair{stamp_last, "of which 1 to 11 have a rotation matrix in them"}}) {
+    const auto file = parse_trajectory(text, "f");
+    ASSERT_FALSE(file.ok()) << text.substr(0, 200);
+    EXPECT_NE(file.error().message.find(words), std::string::npos) << file.error().message;
+  }
+}
+
+TEST(TrajectoryEvidence, MatricesBehindNamesOfImagesAreMatrices) {
+  std::string text;
+  for (int i = 0; i < 10; ++i)
+    text += fmt::format("frame{}.jpg 1 0 0 0.{} 0 1 0 0 0 0 1 0 0 0 0 1\n", i, i);
+  const auto file = parse_trajectory(text, "f");
+  ASSERT_TRUE(file.ok());
+  EXPECT_EQ(file->taken_for, "4x4 matrices, no stamps");
+}
+
+TEST(TrajectoryEvidence, MicrosecondsAreNoNanoseconds) {
+  std::string text;
+  for (int i = 0; i < 40; ++i)
+    text += fmt::format("{} {} 1 2 3 0 0 0 1\n", 1305031102 + i / 10, 100'000 * (i % 10));
+  EXPECT_FALSE(parse_trajectory(text, "f").ok());
+}
+
+TEST(TrajectoryEvidence, ListsOfImagesAreNoMatrices) {
+  const auto file = parse_trajectory("1.0 rgb/1.png 1.0 depth/1.png\n", "f");
+  ASSERT_FALSE(file.ok());
+  EXPECT_EQ(file.error().message.find("matrix of which"), std::string::npos);
+}
+
+std::string warnings_of(const std::string& text) {
+  std::string heard;
+  const log::ScopedSink sink(std::make_shared<const log::Sink>(
+      [&](log::Level, const std::string& line) { heard += line + "\n"; }));
+  EXPECT_TRUE(parse_trajectory(text, "f").ok());
+  return heard;
+}
+
+TEST(TrajectoryOrder, LinesThatGoBackAreTold) {
+  constexpr const char* kPose = " 1 2 3 0 0 0 1\n";
+  std::string rising, unpadded;
+  for (int i = 0; i < 30; ++i) {
+    rising += fmt::format("5.{:02}{}", 3 * i, kPose);
+    unpadded += fmt::format("5.{}{}", 3 * i, kPose);
+  }
+  EXPECT_EQ(warnings_of(rising), "");
+  EXPECT_NE(warnings_of(std::string("9.00") + kPose + rising).find("go back in 1 of 31 lines"),
+            std::string::npos);
+  EXPECT_NE(warnings_of(unpadded).find("without their leading zeros?"), std::string::npos);
+}
+
+TEST(TrajectoryOrder, FramesWithoutAPoseAreTold) {
+  std::string text = "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n3 0.1 0 0 0 0 0 1\n4 0.2 0 0 0 0 0 1\n";
+  EXPECT_EQ(warnings_of(text), "");
+  text += "5 0 0 0 0 0 0 1\n6 0 0 0 0 0 0 1\n7 0.3 0 0 0 0 0 1\n";
+  EXPECT_NE(warnings_of(text).find("2 poses leap to 0 0 0 0 0 0 1"), std::string::npos);
+}
+
 TEST(TrajectoryEvidence, StampsOfNoEpochNeedTheirUnitSaid) {
   const std::string text = "0 1 2 3 0 0 0 1\n33333333 1 2 3 0 0 0 1\n66666666 1 2 3 0 0 0 1\n";
   const auto refused = parse_trajectory(text, "f");

@@ -10,6 +10,7 @@
 #include "io/pairing.hpp"
 #include "io/sequence_parts.hpp"
 #include "io/text.hpp"
+#include "io/trajectory_checks.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
@@ -43,6 +44,8 @@ Result<ParsedList<Entry>> read_list(const fs::path& path, Sequence& sequence,
   if (!text.ok()) return text.error();
   if (const std::string fault = no_text_fault(*text); !fault.empty())
     return input_error(path, fault);
+  if (Status line_ends = check_line_ends(*text, path.string()); !line_ends)
+    return line_ends.error();
   ParsedList<Entry> list = parse(*text);
   if (list.counts.lines == 0) return input_error(path, "lists no image");
   if (list.entries.empty()) {

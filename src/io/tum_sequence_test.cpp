@@ -323,6 +323,44 @@ TEST(Sequence, APrincipalPointFarFromTheMiddleIsTold) {
   EXPECT_FALSE(warns_of(*sequence, "lies far from the middle"));
 }
 
+TEST(Sequence, APrincipalPointOfAnotherImageIsTold) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 3, .associations = true};
+  small.write_to(folder.path());
+  const auto sequence = open_tum_sequence(folder.path());
+  ASSERT_TRUE(sequence.ok());
+  const auto told = [&](double cx, double cy, const std::string& words) {
+    CameraConfig camera = sequence->camera;
+    camera.cx = cx * camera.width;
+    camera.cy = cy * camera.height;
+    const auto other = open_tum_sequence(folder.path(), {.colour = camera});
+    return other.ok() && warns_of(*other, words);
+  };
+  EXPECT_TRUE(told(0.25, 0.26, "is this the camera of images of another size?"));
+  EXPECT_TRUE(told(0.37, 0.38, "is this the camera of images of another size?"));
+  EXPECT_FALSE(told(0.45, 0.44, "principal point"));
+  EXPECT_FALSE(told(0.37, 0.55, "principal point"));
+  const double aspect = static_cast<double>(sequence->camera.width) / sequence->camera.height;
+  EXPECT_TRUE(told(0.51 / aspect, 0.49 * aspect, "are cx and cy swapped?"));
+}
+
+TEST(Sequence, StampsFasterThanCamerasAreTold) {
+  const auto fast = with_stamps([](std::int64_t ns, int /*line*/) { return ns / 1000; });
+  ASSERT_TRUE(fast.ok()) << fast.error().message;
+  EXPECT_TRUE(warns_of(*fast, "faster than cameras are: are these stamps of another unit?"));
+}
+
+TEST(Sequence, AListWithLinesOfTheFirstMacintoshIsRefused) {
+  const TempFolder folder;
+  const SmallSequence small{.count = 3, .associations = true};
+  small.write_to(folder.path());
+  std::string text = testing::read(folder.path() / "associations.txt");
+  std::replace(text.begin(), text.end(), '\n', '\r');
+  testing::write(folder.path() / "associations.txt", text);
+  EXPECT_NE(refusal_of(folder.path()).message.find("associations.txt:1: a carriage return"),
+            std::string::npos);
+}
+
 TEST(Sequence, AListInUtf16IsNamedAsSuch) {
   const TempFolder folder;
   const SmallSequence small{.count = 3, .associations = true};

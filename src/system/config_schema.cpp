@@ -141,7 +141,12 @@ Status ConfigSchema::load_yaml_text(const std::string& text, const std::string& 
     return Error{ErrorKind::kConfig, name + ": " + what};
   };
   try {
-    const YAML::Node root = YAML::Load(text);
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.empty()) return Ok{};
+    if (std::any_of(documents.begin() + 1, documents.end(),
+                    [](const YAML::Node& node) { return !node.IsNull(); }))
+      return fault("has several documents, parted by lines `---`: keep one");
+    const YAML::Node& root = documents.front();
     if (root.IsNull()) return Ok{};
     if (!root.IsMap()) return fault("not a map of keys");
     Reading reading{*this, {}, {}};

@@ -94,6 +94,11 @@ TEST_F(ConfigFile, AKeyOrSectionThatIsGivenTwiceIsRefused) {
     EXPECT_TRUE(has(fault(text), "is given twice")) << text;
 }
 
+TEST_F(ConfigFile, OneDocumentIsRead) {
+  EXPECT_TRUE(has(fault("orb: {levels: 3}\n---\norb: {levels: 4}\n"), "several documents"));
+  EXPECT_EQ(fault("---\norb: {levels: 3}\n---\n"), "(accepted)");
+}
+
 TEST_F(ConfigFile, RefusesWhatIsOutOfRangeOrOfAnotherType) {
   for (const char* text :
        {"orb: {levels: 0}", "orb: {levels: 13}", "orb: {levels: 7.5}", "orb: {levels: many}",

@@ -109,7 +109,11 @@ CAMERAS = (  # title, text, word
     ("4x4 with a translation", text_of(matrix((0, 3, 0.1), rows=4)), "a fourth column"),
     ("skewed", text_of(matrix((0, 1, 1.5))), "a skew of 1.5"),
     ("by columns", text_of(matrix().T), "row by row"), ("identity", text_of(np.eye(3)), "fx"),
-    ("orb", orb(), RIGHT), ("orb, factor 0", orb("DepthMapFactor: 0\n"), "must be above 0"),
+    ("orb", orb(), RIGHT), ("orb, another fx", orb("Camera.fx: 300\n"), "given twice"),
+    ("COLMAP, fisheye", "1 OPENCV_FISHEYE 320 240 267 269 159 123 0 0 0 0\n", "is not read"),
+    ("Kalibr, omnidirectional", "cam0:\n  camera_model: omni\n  intrinsics: [1, 2, 3, 4, 5]\n", "is not read"),
+    ("XML", "<opencv_storage>\n", "is XML"), ("InfiniTAM", "320 240\n267 269\naffine 0.001 0\n", ""),
+    ("orb, factor 0", orb("DepthMapFactor: 0\n"), "must be above 0"),
     ("orb, factor < 0", orb("DepthMapFactor: -5000\n"), "must be above 0"),
     ("orb, fisheye", orb('Camera.type: "KannalaBrandt8"\n'), "is not read"),
     ("orb, comma", orb(fx="267,7"), "not a finite number"),
@@ -223,10 +227,16 @@ class OddImages(Attack):
             self.assertIn(word, said)
 
 
+def clock(us):
+    """At so many microseconds after half past twelve."""
+    return f"12{30 + us // 60_000_000}{us % 60_000_000 // 10**6:02d}.{us // 1000 % 1000:03d}"
+
+
 NAMES = (  # title, name of image i taken at us microseconds, word
     ("numbers", lambda i, us: f"{i:06d}", ""), ("seconds", lambda i, us: f"{1.3e9 + us / 1e6:.6f}", ""),
     ("time of day", lambda i, us: f"12-30-{i:02d}", "time of day"),
     ("date and time", lambda i, us: f"2024-05-01_12-{i // 4:02d}-{i % 4:02d}", "time of day"),
+    ("across a minute", lambda i, us: clock(59_000_000 + 10 * us), "time of day"),
     ("clock and milliseconds", lambda i, us: f"12-30-{50 + us // 10**6:02d}.{us // 1000 % 1000:03d}", ""),
     ("milliseconds or numbers", lambda i, us: f"{33 * i}", "milliseconds"),
     ("parts", lambda i, us: f"seq{i // 3}_{i % 3}", "write rgb.txt"),
@@ -263,6 +273,7 @@ def inverse(rows):
     return turned
 
 
+LOST = [0] * 7 + [1]
 W_FIRST = [0, 1, 2, 3, 7, 4, 5, 6]
 TRAJECTORIES = (  # title, text of the rows, code, word
     ("TUM", formatted, 0, ""), ("CR LF", lambda r: formatted(r).replace("\n", "\r\n"), 0, ""),
@@ -272,6 +283,10 @@ TRAJECTORIES = (  # title, text of the rows, code, word
     ("tuples", lambda r: "".join(f"{tuple(x.tolist())}\n" for x in r), 4, "brackets"),
     ("qw first, headed", lambda r: "# t x y z qw qx qy qz\n" + formatted(r[:, W_FIRST]), 0, "as the header names"),
     ("qw first", lambda r: formatted(r[:, W_FIRST]), 0, "with qw first"),
+    ("lost as identity", lambda r: formatted(np.vstack([r[:9], r[9:12] * ([1] + [0] * 7) + LOST, r[12:]])),
+     0, "leap to 0 0 0 0 0 0 1"),
+    ("number, stamp, 4x4", lambda r: "".join(f"{i} {x[0]} 1 0 0 .02 0 1 0 .01 0 0 1 0 0 0 0 1\n"
+                                             for i, x in enumerate(r)), 4, "rotation matrix"),
     ("both orders", lambda r: formatted(np.vstack([r[:30], r[30:, W_FIRST]])), 0, "two orders"),
     ("decimal commas", lambda r: formatted(r).replace(".", ","), 4, "decimal"),
     ("millimetres", lambda r: formatted(r * [1, 1e3, 1e3, 1e3, 1, 1, 1, 1]), 0, "millimetres"),

@@ -458,6 +458,7 @@ class Rows(unittest.TestCase):
             "`camera_info` of ROS": ("src/io/camera_formats_test.cpp", "CameraInfoOfRos"),
             "camchain of Kalibr": ("src/io/camera_formats_test.cpp", "CalibratorsOfOthers"),
             "cameras of VINS": ("src/io/camera_formats_test.cpp", "CalibratorsOfOthers"),
+            "settings of NICE-SLAM": ("src/io/camera_formats_test.cpp", "SettingsOfNeuralMappers"),
             "`cameras.txt` of COLMAP": ("src/io/camera_formats_test.cpp", "CamerasOfColmap"),
             "one line": ("tests/inputs_test.py", "fx fy cx cy in one line"),
             "camera matrix": ("tests/inputs_test.py", "a camera matrix"),

@@ -161,11 +161,11 @@ class Handed(CliTest):
         before = file.read_bytes()
         self.assertEqual(before.splitlines()[1], b"1.600000 " + b" ".join(
             f"{v:.9f}".encode() for v in good[1][1:]))
-        nan, inf, far = np.array(good), np.array(good), np.array(good)
-        nan[1, 2], inf[0, 0], far[1, 6] = np.nan, np.inf, 3
+        nan, inf, far, ns = np.array(good), np.array(good), np.array(good), np.array(good)
+        nan[1, 2], inf[0, 0], far[1, 6], ns[1, 0] = np.nan, np.inf, 3, 1.6e18
         for rows, words in ((np.array(good)[:, :5], r"shape \(N, 8\).*not \(2, 5\)"), (good[0], r"not \(8,\)"),
                             (nan, "row 1 .*not finite"), (inf, "row 0 .*not finite"),
-                            (far, "row 1 .*quaternion"), (np.zeros((3, 8)), "row 0 .*quaternion"),
+                            (ns, "row 1 .*not in seconds"), (far, "row 1 .*quaternion"), (np.zeros((3, 8)), "row 0 .*quaternion"),
                             ([["a"] * 8], "could not convert")):
             with self.assertRaisesRegex(ValueError, words) as refused:
                 ygslam.write_trajectory(file, rows)

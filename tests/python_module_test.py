@@ -94,11 +94,16 @@ class PythonModule(CliTest):
                 (frame.rgb, frame.depth.T, TypeError, "contiguous"),
                 (frame.rgb, frame.depth.astype(np.uint16), ValueError, "depth_scale"),
                 (frame.rgb.astype(np.float32), frame.depth, TypeError, "rgb"),
+                (frame.rgb[..., 0].copy(), frame.depth, TypeError, "3 dimensions"),
                 (frame.rgb[:, ::-1], frame.depth, TypeError, "contiguous"),
                 (None, None, TypeError, "rgb")):
             with self.assertRaises(kind) as refused:
                 slam.process(rgb, depth, 1)
             self.assertIn(words, str(refused.exception))
+        with self.assertRaisesRegex(ValueError, "float32 is in metres"):
+            slam.process(frame.rgb, frame.depth * 1000, 1, depth_scale=1000)
+        with self.assertRaisesRegex(ygslam.InputError, "depth_t_ns is more than a second from"):
+            slam.process(frame.rgb, frame.depth, 1, depth_t_ns=2 * 10**9)
         self.assertEqual(slam.process(frame.rgb, frame.depth, 2).state, ygslam.State.TRACKING)
 
     def test_errors_have_the_codes_of_the_command_line(self):

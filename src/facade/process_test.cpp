@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -125,6 +126,26 @@ TEST(Process, BadFramesAreCode4AndLeaveTheRunAsItWas) {
     EXPECT_EQ(code_of([&] { slam.process(bad); }), 4);
   }
   expect_same(slam.finish(), undisturbed.outcome);
+}
+
+TEST(Process, StampsOfAnotherUnitAreTold) {
+  const Film& seen = film("static_xyz");
+  Settings settings = settings_for(seen);
+  settings.deterministic = true;
+  for (const std::int64_t unit_ns : {std::int64_t{1}, std::int64_t{1'000'000}}) {
+    int told = 0;
+    settings.log = [&](LogLevel, const std::string& line) {
+      told += line.find("are stamps in nanoseconds") != std::string::npos ? 1 : 0;
+    };
+    Slam slam = Slam::open(settings);
+    for (std::size_t i = 0; i < std::min<std::size_t>(seen.size(), 8); ++i) {
+      Frame frame = seen[i];
+      frame.t_ns /= unit_ns;
+      if (frame.depth_t_ns != 0) frame.depth_t_ns /= unit_ns;
+      slam.process(frame);
+    }
+    EXPECT_EQ(told, unit_ns == 1 ? 0 : 1);
+  }
 }
 
 TEST(Process, DepthThatIsNoneInAnyWayIsNone) {

@@ -80,6 +80,8 @@ Error config_error(const std::string& name, int line, const std::string& what) {
 }
 
 std::string unknown_key(std::string_view key) {
+  if (parse_number(key))
+    return "'" + printable(key) + "' is a number where a key is expected: write lines `fx 525.0`";
   std::vector<std::string_view> names(kWholeKeys.begin(), kWholeKeys.end());
   names.push_back(kDeviceKey);
   names.push_back(kIgnoreKey);

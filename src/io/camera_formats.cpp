@@ -199,6 +199,7 @@ Result<ForeignCamera> colmap_camera(const std::vector<std::string_view>& words,
                                     const std::string& name) {
   ForeignCamera foreign = blank("cameras.txt of COLMAP");
   CameraConfig& camera = foreign.camera;
+  camera.depth_scale = kMillimetres;
   std::vector<double> p;
   for (std::size_t i = 2; i < words.size(); ++i) {
     const auto number = parse_number(words[i]);
@@ -276,7 +277,7 @@ std::string foreign_camera_note(const std::string& path, double depth_scale) {
 Foreign parse_foreign_camera(std::string_view text, const std::string& name) {
   for (const auto parse :
        {parse_fusion_camera, parse_json_camera, parse_bare, parse_colmap, parse_orb_settings,
-        parse_camera_info, parse_kalibr, parse_vins, refuse_others})
+        parse_camera_info, parse_kalibr, parse_vins, parse_neural, refuse_others})
     if (Foreign found = parse(text, name)) return found;
   return std::nullopt;
 }

@@ -144,6 +144,20 @@ TEST(CameraFormats, CalibratorsOfOthers) {
       0.26, 1000);
 }
 
+TEST(CameraFormats, SettingsOfNeuralMappers) {
+  const std::string lens = "  fx: 517.3\n  fy: 516.5\n  cx: 318.6\n  cy: 255.3\n";
+  const auto nice = foreign_of("dataset: tum\ncam:\n  H: 480\n  W: 640\n" + lens +
+                               "  png_depth_scale: 5000.0 # in png format\n  crop_edge: 8\n"
+                               "  distortion: [0.26, -0.95, 0, 0, 1.16]\n");
+  expect_lens(nice.camera, 0.26, 5000);
+  EXPECT_EQ(nice.camera.k3, 1.16);
+  EXPECT_EQ(nice.camera.height, 480);
+  const auto splatam = foreign_of("camera_params:\n  image_height: 480\n  image_width: 640\n" +
+                                  lens + "  png_depth_scale: 6553.5\n");
+  expect_lens(splatam.camera, 0, 6553.5);
+  EXPECT_EQ(splatam.camera.width, 640);
+}
+
 TEST(CameraFormats, CamerasOfColmap) {
   for (const auto& [line, k1] : {std::pair{"PINHOLE 640 480 517.3 516.5 319.1 255.8", 0.0},
                                  {"OPENCV 640 480 517.3 516.5 319.1 255.8 0.26 0 0 0", 0.26}}) {
@@ -198,6 +212,7 @@ TEST(CameraFormats, WhatIsNotReadIsRefusedByName) {
            {"model_type: MEI\n", "'MEI' is not read"},
            {"1 OPENCV_FISHEYE 640 480 5 5 3 2 0 0 0 0\n", "'OPENCV_FISHEYE' is not read"},
            {"1 PINHOLE 640 480 5 5 3 2\n2 PINHOLE 640 480 6 6 3 2\n", "several cameras"},
+           {"cam:\n  fx: 5\n  png_depth_scale: 1000\n", ": is missing, or no finite number"},
            {"%YAML:1.0\nK1: 5\n", "YAML of OpenCV without a camera"},
            {"<?xml version=\"1.0\"?>\n<opencv_storage>\n", "is XML"},
            {R"({"fl_x": 5, "fl_y": 5, "cx": 3, "cy": 2, "is_fisheye": true})", "is_fisheye"},

@@ -180,4 +180,31 @@ Foreign parse_vins(std::string_view text, const std::string& name) {
   return foreign;
 }
 
+Foreign parse_neural(std::string_view text, const std::string& name) {
+  const FlatYaml yaml = flat_yaml(text);
+  const std::string prefix =
+      yaml.values.contains("cam.png_depth_scale") ? "cam." : "camera_params.";
+  if (!yaml.values.contains(prefix + "png_depth_scale")) return std::nullopt;
+  ForeignCamera foreign = blank("settings of NICE-SLAM or SplaTAM");
+  CameraConfig& camera = foreign.camera;
+  std::string wrong;
+  const auto number = [&](const char* key) {
+    const auto value = parse_number(yaml.value(prefix + key));
+    if (!value) wrong = prefix + key + ": is missing, or no finite number";
+    return value.value_or(0);
+  };
+  set_lens(camera, number("fx"), number("fy"), number("cx"), number("cy"));
+  camera.depth_scale = number("png_depth_scale");
+  foreign.says_depth_scale = true;
+  for (const auto& [key, side] : {std::pair{"W", &camera.width},
+                                  {"image_width", &camera.width},
+                                  {"H", &camera.height},
+                                  {"image_height", &camera.height}})
+    if (yaml.values.contains(prefix + key) && !set_side(number(key), *side))
+      wrong = prefix + key + ": is no size of an image";
+  if (const auto terms = yaml.numbers(prefix + "distortion")) set_distortion(camera, *terms);
+  if (!wrong.empty()) return fault(name, wrong);
+  return foreign;
+}
+
 }  // namespace ygslam::foreign_camera

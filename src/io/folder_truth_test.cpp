@@ -100,6 +100,16 @@ TEST(AssociatedPoses, StandBehindTheImagesOrBefore) {
   }
 }
 
+TEST(FolderTruth, TheFolderOfARunIsNoTruthButNamesItsTrajectory) {
+  const TempFolder folder;
+  testing::write(folder.path() / "trajectory.txt", "1 0 0 0 0 0 0 1\n");
+  const auto truth = read_trajectory(folder.path());
+  ASSERT_FALSE(truth.ok());
+  EXPECT_NE(
+      truth.error().message.find("did you mean " + (folder.path() / "trajectory.txt").string()),
+      std::string::npos);
+}
+
 TEST(AssociatedPoses, AreATrajectoryAndTheListARecording) {
   const std::string text = "# a list\n" + kImages + " 1.52 1 2 3 0 0 0 1\n" +
                            "2.5 rgb/2.png 2.5 depth/2.png 2.52 2 2 3 0 0 0 1\n";

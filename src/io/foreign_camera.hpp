@@ -52,4 +52,7 @@ struct FlatYaml {
 /// VINS-Mono and VINS-Fusion: `projection_parameters`.
 [[nodiscard]] Foreign parse_vins(std::string_view text, const std::string& name);
 
+/// NICE-SLAM, SplaTAM and others: `fx` and `png_depth_scale` below `cam:` or `camera_params:`.
+[[nodiscard]] Foreign parse_neural(std::string_view text, const std::string& name);
+
 }  // namespace ygslam::foreign_camera

@@ -136,6 +136,19 @@ Status pair_lists(Sequence& sequence) {
   return Ok{};
 }
 
+/// Warns where associations are of a part of the images that the lists beside them name.
+void warn_of_longer_list(const fs::path& associations, Sequence& sequence) {
+  const fs::path list = sequence.root / "rgb.txt";
+  std::error_code code;
+  if (!fs::exists(list, code)) return;
+  const auto text = read_file(list);
+  const std::size_t lines = text.ok() ? data_lines(*text).size() : 0;
+  if (lines > 2 * sequence.pairs.size())
+    sequence.warnings.push_back(fmt::format(
+        "{}: has {} pairs, rgb.txt beside it {} images: without this file all would be paired",
+        associations.string(), sequence.pairs.size(), lines));
+}
+
 Status read_associations(const fs::path& path, Sequence& sequence) {
   const auto pairs = read_list<ListedPair>(path, sequence, parse_associations);
   if (!pairs.ok()) return pairs.error();
@@ -147,6 +160,7 @@ Status read_associations(const fs::path& path, Sequence& sequence) {
     files.push_back(depth.file);
   }
   (void)absent_files(path, files, sequence);
+  warn_of_longer_list(path, sequence);
   const std::int64_t median_ns = median_difference_ns(sequence.pairs);
   if (median_ns > kMaxPairDifference_ns) {
     sequence.warnings.push_back(path.string() + ": colour and depth stamps lie " +

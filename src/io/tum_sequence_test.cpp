@@ -344,6 +344,21 @@ TEST(Sequence, APrincipalPointOfAnotherImageIsTold) {
   EXPECT_TRUE(told(0.51 / aspect, 0.49 * aspect, "are cx and cy swapped?"));
 }
 
+TEST(Sequence, AssociationsOfAPartAreTold) {
+  for (const int count : {3, 8}) {
+    const TempFolder folder;
+    const SmallSequence small{.count = 4, .associations = true};
+    small.write_to(folder.path());
+    std::string list;
+    for (int i = 0; i < count; ++i) list += std::to_string(i) + ".5 rgb/a.png\n";
+    testing::write(folder.path() / "rgb.txt", list);
+    const auto sequence = open_tum_sequence(folder.path());
+    ASSERT_TRUE(sequence.ok());
+    EXPECT_EQ(warns_of(*sequence, "rgb.txt beside it"),
+              count > 2 * static_cast<int>(sequence->pairs.size()));
+  }
+}
+
 TEST(Sequence, StampsFasterThanCamerasAreTold) {
   const auto fast = with_stamps([](std::int64_t ns, int /*line*/) { return ns / 1000; });
   ASSERT_TRUE(fast.ok()) << fast.error().message;

@@ -5,6 +5,7 @@
 #include <openvino/runtime/core.hpp>
 
 #include "core/memory.hpp"
+#include "core/trace.hpp"
 #include "segment/model_probe.hpp"
 #include "segment/openvino_network.hpp"
 #include "segment/planar.hpp"
@@ -31,8 +32,8 @@ class YoloSegmenter final : public Segmenter {
     const Letterbox box =
         make_letterbox(frame.colour.width(), frame.colour.height(), layout_.width, layout_.height);
     try {
-      fill_input(frame.colour, box);
-      request_.infer();
+      infer(frame.colour, box);
+      const trace::Span span("decode masks");
       DecodedYolo decoded = decode_yolo(outputs(), box, decode_);
       if (decoded.rejected > 0 && decoded.instances.empty()) {
         return Error{ErrorKind::kModel, name + ": the network's output makes no sense (" +
@@ -51,6 +52,11 @@ class YoloSegmenter final : public Segmenter {
   [[nodiscard]] int edge_px(const Letterbox& box) const {
     return static_cast<int>(
         std::lround(0.5 * layout_.width / (layout_.proto_width * box.scale_x())));
+  }
+  void infer(const ColourImage& colour, const Letterbox& box) {
+    const trace::Span span("inference");
+    fill_input(colour, box);
+    request_.infer();
   }
   void fill_input(const ColourImage& colour, const Letterbox& box) {
     auto* input = request_.get_input_tensor().data<float>();

@@ -10,8 +10,7 @@ import unittest
 from cli_runs_test import LongRuns
 from ygslam_cli import FRAMES, CliTest, contents, sequence, ygslam
 
-# Times of a span end where they were measured; a later look at the clock lies a little after.
-CLOSE_US = 0.002
+CLOSE_US = 0.002  # numbers with three decimals, added as floating point
 
 
 def spans_of(events):
@@ -104,7 +103,7 @@ class Trace(CliTest):
         for part in ("groundtruth.txt", "instances.json"):
             (folder / part).unlink()
         done = self.run_slam(folder, "--realtime", "--trace", self.file)
-        self.assertIn(done.returncode, (0, 4), done.stderr)
+        self.assertIn(done.returncode, (0, 7), done.stderr)
         dropped = [event["args"]["frame"] for event in self.events() if event["ph"] == "i"
                    and event["name"] == "dropped: frames"]
         rows = (self.folder / "out" / "frames.csv").read_text(encoding="utf-8").splitlines()[1:]

@@ -176,7 +176,7 @@ class FrameLoop {
   }
 
   TrackState step(const FramePtr& frame) {
-    const trace::Span span("turn", frame->id);
+    const trace::Span span("frame", frame->id);
     const TrackResult result = runner().process(frame);
     writers_.add(frame, result);
     if (run_.view) {

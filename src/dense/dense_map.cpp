@@ -140,7 +140,7 @@ bool DenseMap::judge_corrected() {
 }
 
 bool DenseMap::drop_needless(DenseViewId id) {
-  const trace::Span span("view wanted?");
+  const trace::Span span("decide on view");
   const DenseView& view = views_.at(id);
   if (!view.T_world_camera || !policy_.is_undecided(id, view)) return false;
   if (policy_.enters(id, view, judge_, fused_)) return false;

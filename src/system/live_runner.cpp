@@ -6,7 +6,6 @@
 #include <set>
 
 #include "core/log.hpp"
-#include "core/trace.hpp"
 #include "dense/scene_naming/named_scene.hpp"
 #include "system/map_thread.hpp"
 #include "system/runner.hpp"
@@ -35,7 +34,6 @@ class LiveRunner final : public Runner {
   }
 
   TrackResult process(const FramePtr& frame) override {
-    const trace::Span span("frame", frame->id);
     map_->rethrow();
     if (segmenter_) segmenter_->put_frame(frame);
     const ScopedTimer mask_timer;

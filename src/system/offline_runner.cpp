@@ -27,7 +27,6 @@ class OfflineRunner final : public Runner {
   }
 
   TrackResult process(const FramePtr& frame) override {
-    const trace::Span span("frame", frame->id);
     const ScopedTimer mask_timer;
     segment(frame);
     const double mask_ms = mask_timer.wall_ms();

@@ -94,7 +94,7 @@ lint: setup-checks ## clang's warnings and clang-tidy on what changed since .ci/
 ASAN_TESTS := core image io bag live_requests scene_file segment volume map map_file
 ASAN_TESTS_ALL := $(ASAN_TESTS) live geometry scene scene_picture features optim motion mapping loop tracking dense facade
 asan_tests = $(if $(ALL),$(ASAN_TESTS_ALL),$(ASAN_TESTS))
-TSAN_TESTS := ^(core\.(BoundedQueue|Published)|io\.FrameReader|(facade|system)_threads\.)
+TSAN_TESTS := ^(core\.(BoundedQueue|Published|Trace)|io\.(FrameReader|TraceWriter)|(facade|system)_threads\.)
 space := $(subst ,, )
 sanitize: setup ## unit tests under address, undefined behaviour and thread sanitizers; ALL=1: of every module
 	@cmake --preset asan >/dev/null && cmake --preset tsan >/dev/null

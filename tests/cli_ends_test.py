@@ -137,7 +137,9 @@ class TwoUses(EndsTest):
         pairs = [(("--save-map", a), ("--mcap", f"{other}{ending}"))
                  for ending in ("", ".dense", "-wal", "-shm", "-journal", ".lock")
                  for other in (a, self.folder / "link" / "a.map", f"{self.folder}/./a.map", dots)]
-        pairs += [(("--mcap", out / name), ()) for name in (*FILES, ".lock")]
+        pairs += [((option, out / name), ()) for option in ("--mcap", "--trace")
+                  for name in (*FILES, ".lock")]
+        pairs += [(("--trace", self.folder / "run"), ("--mcap", self.folder / "run"))]
         pairs += [(("--mcap", out), ()), (("--save-map", f"{out}/"), ()),
                   (("--mcap", out / "trajectory.txt" / "run.mcap"), ()),
                   (("--export", self.folder / "x"), ("--mcap", self.folder / "x" / "mesh.ply")),
@@ -175,6 +177,7 @@ class TwoUses(EndsTest):
         masks = ("--segmenter", f"masks:{folder / 'mask'}")
         for options in (("--debug-images", folder / "rgb"), ("--mcap", folder / self.pairs(folder)[1][1]),
                         ("--save-map", folder / "rgb.txt"), ("--mcap", folder / "groundtruth.txt"),
+                        ("--trace", folder / "rgb.txt"),
                         (*masks, "--mcap", folder / "mask" / f"{stamp}.png"),
                         ("--load-map", room, "--mcap", f"{room}.dense"),
                         ("--load-map", room, "--save-map", f"{room}-wal")):

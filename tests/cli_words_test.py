@@ -47,7 +47,7 @@ class Words(CliTest):
 
     def test_what_was_written_is_named_at_the_end(self):
         targets = {option: self.folder / name for option, name in (
-            ("--export", "scene"), ("--save-map", "room.map"), ("--mcap", "run.mcap"),
+            ("--export", "scene"), ("--save-map", "room.map"), ("--mcap", "run.mcap"), ("--trace", "trace.json"),
             ("--background", "back"), ("--debug-images", "pictures"),
             ("--save-masks", "masks"))}
         done = self.run_slam(sequence(), "--to", 8, *(word for both in targets.items() for word in both),

@@ -81,7 +81,8 @@ class OutputsPage(CliTest):
                   "--save-masks": "masks"}
         out = [word for name, target in option.items() for word in (name, self.folder / target)]
         self.done("run", folder, "--out", self.folder / "out", *self.with_masks(), "--deterministic",
-                  "--save-map", self.folder / "room.map", "--mcap", self.folder / "run.mcap", *out)
+                  "--save-map", self.folder / "room.map", "--mcap", self.folder / "run.mcap", "--trace",
+                  self.folder / "trace.json", *out)
         run = self.folder / "out"
         self.assert_told("Files of `run`", listing(run))
         options = {row[0].split("`")[1].split()[0]: set(re.findall(r"`([^`]+)`", row[1]))
@@ -89,6 +90,8 @@ class OutputsPage(CliTest):
         for name, target in option.items():
             self.assert_told(name, listing(self.folder / target), sorted(options[name]))
         self.assertTrue((self.folder / "run.mcap").is_file() and (self.folder / "room.map").is_file())
+        self.assert_told("Events of a trace", {event["cat"] for event in self.load("trace.json") if "cat" in event}
+                         | {"wait", "dropped"})  # of threads
         self.assertEqual(options["--save-map"], {"FILE", "FILE.dense"})
         self.assertTrue((self.folder / "room.map.dense").is_file())
         for name in ("frames", "objects", "loops"):

@@ -10,6 +10,7 @@
 #include "app/run_plan.hpp"
 #include "app/run_targets.hpp"
 #include "app/stop_signal.hpp"
+#include "core/counted.hpp"
 #include "io/atomic_file.hpp"
 
 namespace ygslam {
@@ -48,6 +49,19 @@ void log_start(const RunPlan& plan, const RunFacts& facts) {
   log_registration(sequence);
 }
 
+/// Of --trace; what comes after it is in no trace.
+Status finish_trace(const RunOptions& options, ActiveRun& run) {
+  if (!run.trace) return Ok{};
+  if (Status finished = run.trace->finish(); !finished.ok()) return finished;
+  std::error_code code;
+  if (!std::filesystem::exists(options.trace, code))
+    return Error{ErrorKind::kOutput, options.trace + ": was removed during the run"};
+  if (const std::uint64_t dropped = run.trace->dropped(); dropped > 0)
+    log::warn("{}: {} left out, which came faster than they could be written", options.trace,
+              counted(dropped, "event"));
+  return Ok{};
+}
+
 /// The frames, and what they leave. @return whether there were any.
 Result<bool> run_frames(const RunPlan& plan, RunFacts facts, ActiveRun& run, LogFile& log_file) {
   const ScopedTimer wall;
@@ -61,6 +75,8 @@ Result<bool> run_frames(const RunPlan& plan, RunFacts facts, ActiveRun& run, Log
   const bool draws = !plan.options.background_dir.empty() && has_frames && !run.interrupted_by;
   if (draws)
     if (Status drawn = draw_background(plan, run); !drawn.ok()) return drawn.error();
+  if (has_frames)
+    if (Status traced = finish_trace(plan.options, run); !traced.ok()) return traced.error();
   if (has_frames) log_file.tell(targets_text(plan.options, plan.settings().dense.enabled, draws));
   return has_frames;
 }
@@ -94,6 +110,9 @@ Result<int> run_all(const RunOptions& options) {
   const auto plan = plan_run(options);
   if (!plan.ok()) return failed(plan.error());
   ActiveRun run;
+  if (!options.trace.empty()) run.trace = std::make_unique<TraceWriter>();
+  const trace::ScopedTracer traced(run.trace ? run.trace->tracer() : nullptr);
+  trace::name_thread("tracking");
   if (Status opened = open_run(*plan, run); !opened.ok()) return failed(opened.error());
   for (const std::string& warning : plan->sequence.warnings) log::warn("{}", warning);
   if (Status made = make_folders(options); !made.ok()) return made.error();

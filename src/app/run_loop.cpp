@@ -62,7 +62,7 @@ class FrameLoop {
   Status finish() {
     run_.interrupted_by = StopSignal::received();
     run_.stopped = stop_token().stop_requested();
-    const SlamOutcome& outcome = runner().finish();
+    const SlamOutcome& outcome = finish_runner();
     const Status pictures = writers_.finish();
     if (outcome.statistics.frames == 0 && !run_.interrupted_by && !run_.stopped)
       return Error{ErrorKind::kInput, plan_.options.sequence + ": not one frame could be read" +
@@ -72,6 +72,10 @@ class FrameLoop {
   }
 
  private:
+  const SlamOutcome& finish_runner() {
+    const trace::Span span("end of the run");
+    return runner().finish();
+  }
   Status finish_recording() {
     if (Status finished = recorder_->finish(runner()); !finished.ok()) return finished;
     std::error_code code;
@@ -113,6 +117,8 @@ class FrameLoop {
       if (!created.ok()) return created.error();
       recorder_ = std::move(created).value();
     }
+    if (run_.trace)
+      if (Status started = run_.trace->start(plan_.options.trace); !started.ok()) return started;
     if (Status placed = log_file_.place(); !placed.ok()) return placed;
     warn_about_depth(frame);
     return Ok{};
@@ -170,6 +176,7 @@ class FrameLoop {
   }
 
   TrackState step(const FramePtr& frame) {
+    const trace::Span span("frame", frame->id);
     const TrackResult result = runner().process(frame);
     writers_.add(frame, result);
     if (run_.view) {

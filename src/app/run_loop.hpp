@@ -7,6 +7,7 @@
 
 #include "app/program_log.hpp"
 #include "app/run_plan.hpp"
+#include "io/trace_writer.hpp"
 #include "live/run_view.hpp"
 #include "system/map_saver.hpp"
 #include "system/run_writer.hpp"
@@ -14,6 +15,7 @@
 namespace ygslam {
 
 struct ActiveRun {
+  std::unique_ptr<TraceWriter> trace;  // null without --trace
   std::unique_ptr<FrameReader> reader;
   std::unique_ptr<MapSaver> map_saver;      // the session's map goes to it
   std::optional<MapIdentity> replaced_map;  ///< that was in its file

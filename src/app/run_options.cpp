@@ -77,9 +77,11 @@ void add_run_options(CLI::App& command, RunOptions& o) {
       "Keep what the network says here: runs with --segmenter masks:DIR need none");
 }
 
-void add_mcap_option(CLI::App& command, RunOptions& o) {
+void add_recording_options(CLI::App& command, RunOptions& o) {
   add(command, kWritten, "--mcap", o.mcap, "FILE",
       "Record what is seen and found, for Foxglove, Lichtblick, Rerun (docs/live.md)");
+  add(command, kWritten, "--trace", o.trace, "FILE",
+      "What each thread did when, for https://ui.perfetto.dev (docs/outputs.md)");
 }
 
 }  // namespace
@@ -127,7 +129,7 @@ void declare_run_options(CLI::App& command, RunOptions& o) {
   add(command, kWritten, "--save-map", o.save_map, "FILE",
       "Keep the map in this file while it grows; replaces a map that is there, unless --load-map "
       "names it, too (docs/maps.md)");
-  add_mcap_option(command, o);
+  add_recording_options(command, o);
   add(command, kWritten, "--export", o.export_dir, "DIR",
       "Write the static scene here: mesh, cloud, OctoMap, ground plan (docs/exports.md)");
   add(command, kWritten, "--background", o.background_dir, "DIR",
@@ -156,7 +158,7 @@ void declare_localize_options(CLI::App& command, RunOptions& o) {
       ->required()
       ->type_name("FILE");
   add_run_options(command, o);
-  add_mcap_option(command, o);
+  add_recording_options(command, o);
   add_view_options(command, o.view);
   command.footer(
       "Example:\n"

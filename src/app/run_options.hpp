@@ -32,7 +32,7 @@ struct RunOptions {
   BagTopics topics;         ///< where the sequence is a bag or a stream
   bool may_stream = false;  ///< frames are looked at once, in their order
   std::string load_map, save_map, export_dir, background_dir;
-  std::string mcap;  ///< empty = none
+  std::string mcap, trace;  ///< empty = none
   ViewOptions view;
   bool localize = false;          ///< in the loaded map, which stays as it is
   std::vector<std::string> sets;  ///< key=value

@@ -5,6 +5,7 @@
 #include "app/background_files.hpp"
 #include "app/scene_output.hpp"
 #include "core/counted.hpp"
+#include "core/trace.hpp"
 #include "eval/report.hpp"
 #include "io/atomic_file.hpp"
 #include "io/trajectory_formats.hpp"
@@ -130,6 +131,7 @@ Status save_dense_map(const RunPlan& plan, const ActiveRun& run, const Map& map)
 
 Status write_outputs(const RunPlan& plan, const RunFacts& facts, ActiveRun& run,
                      LogFile& log_file) {
+  const trace::Span span("write outputs");
   const Map map = run.session.runner->map();
   // The map comes first, the scene last: they lie elsewhere, and what befalls one place must not
   // cost what goes to another.

@@ -5,6 +5,7 @@
 #include "app/file_uses.hpp"
 #include "bag/mcap_writer.hpp"
 #include "io/inner_folder.hpp"
+#include "io/trace_writer.hpp"
 #include "system/dense_file.hpp"
 
 namespace ygslam {
@@ -33,6 +34,7 @@ FileUses uses_of(const RunOptions& o, const Sequence& sequence) {
   uses.writes_in("--out", o.out_dir, run_files());
   uses.writes_map("--save-map", o.save_map);
   uses.writes("--mcap", o.mcap);
+  uses.writes("--trace", o.trace);
   uses.writes_in("--export", o.export_dir, scene_files());
   uses.writes_in("--background", o.background_dir,
                  {"rgb/*.png", "depth/*.png", "source/*.png", "rgb.txt", "depth.txt",
@@ -43,15 +45,13 @@ FileUses uses_of(const RunOptions& o, const Sequence& sequence) {
 }
 
 /// The run's own folder will be there.
-Status check_recording(const RunOptions& options) {
-  const fs::path file = options.mcap;
+bool lies_in_new_out(const RunOptions& options, const fs::path& file) {
   std::error_code code;
   const auto real = [&](const fs::path& path) {
     return fs::weakly_canonical(fs::absolute(path, code), code);
   };
   const fs::path out = real(options.out_dir);
-  if (!fs::exists(out, code) && real(file).parent_path() == out) return Ok{};
-  return McapWriter::check(file);
+  return !fs::exists(out, code) && real(file).parent_path() == out;
 }
 
 /// What lies beside a map is found out before the run.
@@ -71,7 +71,12 @@ Status check_targets(const RunOptions& options, const Sequence& sequence) {
       if (Status checked = check_inner_folder(options.background_dir, part); !checked.ok())
         return checked;
   if (Status checked = check_map_name(options.save_map); !checked.ok()) return checked;
-  return options.mcap.empty() ? Status(Ok{}) : check_recording(options);
+  Status checked = Ok{};
+  if (!options.mcap.empty() && !lies_in_new_out(options, options.mcap))
+    checked = McapWriter::check(options.mcap);
+  if (checked.ok() && !options.trace.empty() && !lies_in_new_out(options, options.trace))
+    checked = TraceWriter::check(options.trace);
+  return checked;
 }
 
 bool replaces_map(const RunOptions& options) {
@@ -97,10 +102,11 @@ std::string targets_text(const RunOptions& o, bool has_dense, bool has_backgroun
   const std::string map = has_dense && !o.save_map.empty()
                               ? o.save_map + " with " + dense_file_of(o.save_map).string()
                               : o.save_map;
-  const std::array<std::pair<std::string, const char*>, 6> others = {
+  const std::array<std::pair<std::string, const char*>, 7> others = {
       {{o.export_dir, "--export"},
        {map, "--save-map"},
        {o.mcap, "--mcap"},
+       {o.trace, "--trace"},
        {has_background ? o.background_dir : "", "--background"},
        {o.debug_dir, "--debug-images"},
        {o.masks_dir, "--save-masks"}}};

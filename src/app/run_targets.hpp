@@ -9,8 +9,8 @@
 
 namespace ygslam {
 
-/// @return kUsage where a file would be written twice, or is read; kOutput where --mcap cannot be
-/// written, or a folder of --background is a link. Nothing is written.
+/// @return kUsage where a file would be written twice, or is read; kOutput where --mcap or --trace
+/// cannot be written, or a folder of --background is a link. Nothing is written.
 [[nodiscard]] Status check_targets(const RunOptions& options, const Sequence& sequence);
 
 /// Whether --save-map names a file that is there and that --load-map does not go on with.

@@ -1,6 +1,5 @@
 #include "bag/mcap_writer.hpp"
 
-#include <unistd.h>
 #include <zlib.h>
 #include <zstd.h>
 
@@ -33,54 +32,22 @@ Bytes compressed(const Bytes& bytes) {
   return out;
 }
 
-/// The file that a path means: what a link points to. @return empty where that is nowhere.
-std::filesystem::path target_of(const std::filesystem::path& path) {
-  std::error_code code;
-  if (!std::filesystem::is_symlink(path, code)) return path;
-  std::filesystem::path target = std::filesystem::canonical(path, code);
-  return code ? std::filesystem::path() : target;
-}
+// As kMagic, in characters.
+constexpr FileKind kKind{"recording", {"\x89MCAP0\r\n", kMagic.size()}};
 
 }  // namespace
 
-McapWriter::McapWriter(std::filesystem::path path, std::FILE* file)
-    : path_(std::move(path)), file_(file) {}
+McapWriter::McapWriter(std::filesystem::path path, FilePtr file)
+    : path_(std::move(path)), file_(std::move(file)) {}
 
 Status McapWriter::check(const std::filesystem::path& path) {
-  const auto fault = [&](const std::string& what) {
-    return Error{ErrorKind::kOutput, path.string() + ": " + what};
-  };
-  if (path == "-")
-    return Error{ErrorKind::kUsage,
-                 "-: a recording is not written to standard output, give a file"};
-  std::error_code code;
-  const std::filesystem::path file = target_of(path);
-  if (file.empty()) return fault("is a link to nowhere");
-  const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
-  if (::access(folder.c_str(), W_OK) != 0) return fault(std::strerror(errno));
-  if (!std::filesystem::exists(path, code)) return Ok{};
-  // Before it is opened: a pipe that nobody writes to would be waited for.
-  const std::string no_recording = "is there and no recording; it is not replaced";
-  if (!std::filesystem::is_regular_file(path, code)) return fault(no_recording);
-  std::array<std::uint8_t, kMagic.size()> begin{};
-  const std::unique_ptr<std::FILE, CloseFile> old(std::fopen(path.c_str(), "rb"));
-  const std::size_t got = old ? std::fread(begin.data(), 1, begin.size(), old.get()) : 0;
-  if (got > 0 && begin != kMagic) return fault(no_recording);
-  if (::access(path.c_str(), W_OK) != 0) return fault(std::strerror(errno));
-  return Ok{};
+  return check_growing_file(path, kKind);
 }
 
 Result<McapWriter> McapWriter::create(const std::filesystem::path& path) {
-  if (Status checked = check(path); !checked.ok()) return checked.error();
-  // A new file in the place of the old one, which whoever reads it, or has it under another name,
-  // keeps.
-  const std::filesystem::path target = target_of(path);
-  std::error_code ignored;
-  std::filesystem::remove(target, ignored);
-  std::FILE* file = std::fopen(target.c_str(), "wbx");
-  if (file == nullptr)
-    return Error{ErrorKind::kOutput, path.string() + ": " + std::strerror(errno)};
-  McapWriter writer(path, file);
+  auto file = create_growing_file(path, kKind);
+  if (!file.ok()) return file.error();
+  McapWriter writer(path, std::move(file).value());
   Bytes head(kMagic.begin(), kMagic.end());
   append(head, Record(kHeader).text("ros2").text("ygslam").bytes());
   if (Status put = writer.put(head); !put.ok()) return put.error();

@@ -12,6 +12,7 @@
 
 #include "bag/ros_messages.hpp"
 #include "core/result.hpp"
+#include "io/growing_file.hpp"
 
 namespace ygslam {
 
@@ -33,9 +34,6 @@ class McapWriter {
   Status finish();
 
  private:
-  struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
   struct Entry {  // of a chunk's index
     std::int64_t ns;
     std::uint64_t offset;
@@ -46,13 +44,13 @@ class McapWriter {
     std::map<std::uint16_t, std::uint64_t> index_offsets;
   };
 
-  explicit McapWriter(std::filesystem::path path, std::FILE* file);
+  McapWriter(std::filesystem::path path, FilePtr file);
   std::uint16_t add_channel(const std::string& topic, const std::string& type);
   Status put(const Bytes& bytes);
   Status close_chunk();
 
   std::filesystem::path path_;
-  std::unique_ptr<std::FILE, CloseFile> file_;
+  FilePtr file_;
   std::uint64_t at_ = 0;  // bytes in the file
   Bytes chunk_;
   std::map<std::uint16_t, std::vector<Entry>> chunk_index_;

@@ -10,6 +10,8 @@
 #include <stop_token>
 #include <utility>
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 
 enum class Overflow {
@@ -20,21 +22,25 @@ enum class Overflow {
 template <typename T>
 class BoundedQueue {
  public:
-  BoundedQueue(std::size_t capacity, Overflow overflow)
-      : capacity_(capacity), overflow_(overflow) {}
+  /// @param name in traces; it lives as long as the program. Null: not of interest.
+  BoundedQueue(std::size_t capacity, Overflow overflow, const char* name = nullptr)
+      : capacity_(capacity), overflow_(overflow), name_(name) {}
 
   /// @return false if the queue is closed (the value is discarded).
   bool push(T value) {
     std::unique_lock lock(mutex_);
     if (overflow_ == Overflow::kBlock) {
-      room_.wait(lock, [&] { return items_.size() < capacity_ || closed_; });
+      const auto is_over = [&] { return items_.size() < capacity_ || closed_; };
+      trace::wait(trace::Kind::kFull, name_, is_over, [&] { room_.wait(lock, is_over); });
     }
     if (closed_) return false;
     if (items_.size() >= capacity_) {
       items_.pop_front();
       ++dropped_;
+      trace::dropped(name_);
     }
     items_.push_back(std::move(value));
+    trace::length(name_, items_.size());
     lock.unlock();
     available_.notify_one();
     return true;
@@ -43,7 +49,8 @@ class BoundedQueue {
   /// Waits for an entry. @return nullopt once stopped, or closed and empty.
   std::optional<T> pop(std::stop_token stop = {}) {
     std::unique_lock lock(mutex_);
-    available_.wait(lock, stop, [&] { return !items_.empty() || closed_; });
+    const auto is_over = [&] { return !items_.empty() || closed_; };
+    trace::wait(trace::Kind::kEmpty, name_, is_over, [&] { available_.wait(lock, stop, is_over); });
     if (items_.empty() || stop.stop_requested()) return std::nullopt;
     return take_front(lock);
   }
@@ -52,7 +59,9 @@ class BoundedQueue {
   std::optional<T> pop_until(std::chrono::steady_clock::time_point until,
                              std::stop_token stop = {}) {
     std::unique_lock lock(mutex_);
-    available_.wait_until(lock, stop, until, [&] { return !items_.empty() || closed_; });
+    const auto is_over = [&] { return !items_.empty() || closed_; };
+    trace::wait(trace::Kind::kEmpty, name_, is_over,
+                [&] { available_.wait_until(lock, stop, until, is_over); });
     if (items_.empty() || stop.stop_requested()) return std::nullopt;
     return take_front(lock);
   }
@@ -91,6 +100,7 @@ class BoundedQueue {
   std::optional<T> take_front(std::unique_lock<std::mutex>& lock) {
     std::optional<T> value(std::move(items_.front()));
     items_.pop_front();
+    trace::length(name_, items_.size());
     lock.unlock();
     room_.notify_one();
     return value;
@@ -98,6 +108,7 @@ class BoundedQueue {
 
   const std::size_t capacity_;
   const Overflow overflow_;
+  const char* const name_;
   mutable std::mutex mutex_;
   std::condition_variable_any available_;
   std::condition_variable_any room_;

@@ -1,5 +1,5 @@
-// A std::jthread for a stage: it logs where its maker does, and an exception in it waits for the
-// maker instead of ending the process.
+// A std::jthread for a stage: it logs and is traced where its maker is, and an exception in it
+// waits for the maker instead of ending the process.
 #pragma once
 
 #include <atomic>
@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/log.hpp"
+#include "core/trace.hpp"
 
 namespace ygslam {
 
@@ -20,9 +21,10 @@ class WorkerThread {
   template <typename Work, typename AtEnd>
   WorkerThread(Work work, AtEnd at_end)
       : failure_(std::make_shared<Failure>()),
-        thread_([failure = failure_, sink = log::thread_sink(), work = std::move(work),
-                 at_end = std::move(at_end)](const std::stop_token& stop) {
+        thread_([failure = failure_, sink = log::thread_sink(), tracer = trace::thread_tracer(),
+                 work = std::move(work), at_end = std::move(at_end)](const std::stop_token& stop) {
           const log::ScopedSink scope(sink);
+          const trace::ScopedTracer traced(tracer);
           try {
             work(stop);
           } catch (...) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/check.hpp"
+#include "core/trace.hpp"
 #include "dense/pose_distance.hpp"
 #include "dense/view_intake.hpp"
 
@@ -54,6 +55,7 @@ void DenseMap::apply(const DenseUpdate& update) {
 }
 
 void DenseMap::add(const DenseFrame& frame) {
+  const trace::Span span("view intake", frame.frame->id);
   IncomingView incoming = incoming_view(frame, config_, camera_);
   newest_ = frame.frame->stamp;
   auto stored = std::make_shared<const StoredView>(incoming.images);
@@ -138,6 +140,7 @@ bool DenseMap::judge_corrected() {
 }
 
 bool DenseMap::drop_needless(DenseViewId id) {
+  const trace::Span span("decide on view");
   const DenseView& view = views_.at(id);
   if (!view.T_world_camera || !policy_.is_undecided(id, view)) return false;
   if (policy_.enters(id, view, judge_, fused_)) return false;
@@ -202,6 +205,7 @@ GroundPlan& DenseMap::plan() {
 }
 
 void DenseMap::cull(DenseViewId newest) {
+  const trace::Span span("cull views");
   judge_.judge_space(newest, fused_);
   const SE3 T_world_camera = fused_.find(newest)->T_world_camera;
   for (const DenseViewId id : policy_.next_views(views_))

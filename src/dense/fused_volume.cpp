@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/check.hpp"
+#include "core/trace.hpp"
 #include "dense/pose_distance.hpp"
 
 namespace ygslam {
@@ -57,6 +58,7 @@ const SeenSpace& FusedVolume::observed_space(DenseViewId id) {
 
 void FusedVolume::put_in(DenseViewId id, const ViewPlacement& wanted,
                          std::optional<ObservedSpace> known) {
+  const trace::Span span("fuse");
   if (is_full()) return;
   const SeenSpace& seen = volume_.integrate(pixels_of(wanted), wanted.T_world_camera);
   View& view = views_[id];
@@ -68,6 +70,7 @@ void FusedVolume::put_in(DenseViewId id, const ViewPlacement& wanted,
 }
 
 std::optional<FusedVolume::ObservedSpace> FusedVolume::take_back(Views::iterator view) {
+  const trace::Span span("take back");
   const ViewPlacement& placement = view->second.placement;
   volume_.deintegrate(pixels_of(placement), placement.T_world_camera);
   std::optional<ObservedSpace> observed = std::move(view->second.observed);
@@ -154,6 +157,7 @@ std::vector<DenseViewId> FusedVolume::ids() const {
 }
 
 TriangleMesh FusedVolume::mesh() {
+  const trace::Span span("mesh");
   // A scene that fewer views saw than a surface needs is shown all the same.
   const int min_views = std::clamp(volume_.views(), 1, config_.reading.min_views);
   if (std::exchange(min_views_, min_views) != min_views) {

@@ -4,6 +4,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/trace.hpp"
 #include "dense/pose_distance.hpp"
 
 namespace ygslam {
@@ -54,6 +55,7 @@ bool PixelJudge::observes_change(const DenseView& view, FusedVolume& fused) cons
 }
 
 void PixelJudge::judge_objects(DenseViewId id, const ViewStore& views, const FusedVolume& fused) {
+  const trace::Span span("judge objects");
   const DenseView& view = views.at(id);
   const SE3& T_world_camera = *view.T_world_camera;
   std::vector<SceneObjectId> removed;
@@ -90,13 +92,17 @@ void PixelJudge::judge_objects(const ViewStore& views, const FusedVolume& fused)
 }
 
 void PixelJudge::judge_space(FusedVolume& fused) {
+  const trace::Span span("judge space");
   for (auto& [id, judged] : judged_) judged.state = without_changes(std::move(judged.state));
   deciding_.clear();
   take(space_.judge(fused));
   is_space_judged_ = true;
 }
 
-void PixelJudge::judge_space(DenseViewId id, FusedVolume& fused) { take(space_.judge(fused, id)); }
+void PixelJudge::judge_space(DenseViewId id, FusedVolume& fused) {
+  const trace::Span span("judge space");
+  take(space_.judge(fused, id));
+}
 
 void PixelJudge::take(const SpaceVerdict& verdict) {
   for (const auto& [id, cells] : verdict.cells) {

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 
 LoadedPair assembled_pair(const SequencePair& entry, FrameId id, Result<ColourImage> colour,
@@ -15,6 +17,7 @@ LoadedPair assembled_pair(const SequencePair& entry, FrameId id, Result<ColourIm
   frame.id = id;
   frame.stamp = entry.stamp;
   frame.colour = std::move(*colour);
+  const trace::Span span(registration ? "register depth" : "assemble");
   frame.grey = grey_from_colour(frame.colour);
   frame.depth_delay_s = seconds_between(entry.depth_stamp, entry.stamp);
   frame.depth_m = registration ? registration->registered(*depth_m) : std::move(*depth_m);
@@ -26,9 +29,15 @@ LoadedPair load_pair(const Sequence& sequence, std::size_t position, FrameId id,
   CHECK(position < sequence.pairs.size());
   const SequencePair& entry = sequence.pairs[position];
   const ImageSize size = {sequence.camera.width, sequence.camera.height};
-  return assembled_pair(entry, id,
-                        sequence.images->colour(entry.colour_file, size, sequence.colour_channels),
-                        sequence.images->depth_m(entry.depth_file, sequence.depth_camera(), depth),
+  auto colour = [&] {
+    const trace::Span span("decode colour");
+    return sequence.images->colour(entry.colour_file, size, sequence.colour_channels);
+  }();
+  auto depth_m = [&] {
+    const trace::Span span("decode depth");
+    return sequence.images->depth_m(entry.depth_file, sequence.depth_camera(), depth);
+  }();
+  return assembled_pair(entry, id, std::move(colour), std::move(depth_m),
                         sequence.registration.get());
 }
 

@@ -3,18 +3,28 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/trace.hpp"
+
 namespace ygslam {
+namespace {
+
+constexpr const char* kName = "frames";  // in traces
+
+}  // namespace
 
 bool FrameQueue::push(OfferedFrame offered, bool is_paused) {
   std::unique_lock lock(mutex_);
-  if (when_ == When::kFullWaits)
-    room_.wait(lock, [&] { return offered_.size() < capacity_ || closed_; });
+  if (when_ == When::kFullWaits) {
+    const auto is_over = [&] { return offered_.size() < capacity_ || closed_; };
+    trace::wait(trace::Kind::kFull, kName, is_over, [&] { room_.wait(lock, is_over); });
+  }
   if (closed_) return false;
   if (offered.frame) {
     if (frames_ >= capacity_) drop_oldest(is_paused);
     ++frames_;
   }
   offered_.push_back(std::move(offered));
+  trace::length(kName, frames_);
   lock.unlock();
   available_.notify_one();
   return true;
@@ -23,6 +33,7 @@ bool FrameQueue::push(OfferedFrame offered, bool is_paused) {
 void FrameQueue::drop_oldest(bool is_paused) {
   const auto oldest = std::ranges::find_if(
       offered_, [](const OfferedFrame& offered) { return offered.frame != nullptr; });
+  trace::dropped(kName, oldest->id);
   oldest->frame = nullptr;
   oldest->is_dropped = true;
   oldest->while_paused = is_paused;
@@ -32,11 +43,13 @@ void FrameQueue::drop_oldest(bool is_paused) {
 
 std::optional<OfferedFrame> FrameQueue::pop(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  available_.wait(lock, stop, [&] { return !offered_.empty() || closed_; });
+  const auto is_over = [&] { return !offered_.empty() || closed_; };
+  trace::wait(trace::Kind::kEmpty, kName, is_over, [&] { available_.wait(lock, stop, is_over); });
   if (offered_.empty() || stop.stop_requested()) return std::nullopt;
   std::optional<OfferedFrame> first(std::move(offered_.front()));
   offered_.pop_front();
   frames_ -= first->frame ? 1 : 0;
+  trace::length(kName, frames_);
   lock.unlock();
   room_.notify_one();
   return first;

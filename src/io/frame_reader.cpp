@@ -6,6 +6,7 @@
 
 #include "core/counted.hpp"
 #include "core/log.hpp"
+#include "core/trace.hpp"
 #include "io/frame_stream.hpp"
 
 namespace ygslam {
@@ -87,6 +88,7 @@ FrameReaderCounts FrameReader::counts() const {
 }
 
 void FrameReader::run(const std::stop_token& stop) {
+  trace::name_thread("reading");
   bool in_burst = false;
   {
     const std::lock_guard lock(mutex_);
@@ -108,8 +110,9 @@ void FrameReader::run(const std::stop_token& stop) {
 
 std::optional<LoadedPair> FrameReader::load(std::size_t i) {
   if (i >= offered_) return std::nullopt;
-  return load_pair(sequence_, config_.from + i * config_.stride,
-                   FrameId{static_cast<std::uint32_t>(i)}, config_.depth);
+  const FrameId id{static_cast<std::uint32_t>(i)};
+  const trace::Span span("read", id);
+  return load_pair(sequence_, config_.from + i * config_.stride, id, config_.depth);
 }
 
 std::optional<LoadedPair> FrameReader::load_next(std::size_t i, const std::stop_token& stop) {
@@ -117,6 +120,7 @@ std::optional<LoadedPair> FrameReader::load_next(std::size_t i, const std::stop_
   const std::size_t passed_over = i == 0 ? config_.from : config_.stride - 1;
   for (std::size_t k = 0; k < passed_over; ++k)
     if (!sequence_.stream->skip(stop)) return std::nullopt;
+  const trace::Span span("read stream", FrameId{static_cast<std::uint32_t>(i)});
   auto pair = sequence_.stream->next(FrameId{static_cast<std::uint32_t>(i)}, config_.depth, stop);
   const std::lock_guard lock(mutex_);
   counts_.offered += pair ? 1 : 0;
@@ -165,6 +169,7 @@ bool FrameReader::wait_for_stamp(Timestamp stamp, const std::stop_token& stop) {
   const auto is_due = [&] {
     return paused_since_ ? is_asked_for() : Clock::now() >= previous_due_ + paused_;
   };
+  const trace::Span span("the frame's time", trace::Kind::kWait);
   while (!stop.stop_requested() && !is_due()) {
     if (paused_since_)
       wake_.wait(lock, stop, [&] { return !paused_since_ || is_asked_for(); });

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -26,6 +28,7 @@ void RunRecorder::put(std::string_view topic, const char* type, Timestamp stamp,
 }
 
 Status RunRecorder::add(const RgbdFrame& frame, const TrackResult& result, Runner& runner) {
+  const trace::Span span("record");
   now_ = frame.stamp;
   publish_frame(frame, result, camera_, *this);
   if (!map_stamp_ || seconds_between(now_, *map_stamp_) >= kMapEvery_s)

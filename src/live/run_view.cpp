@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -78,9 +80,11 @@ Result<std::unique_ptr<RunView>> RunView::start(const RunViewConfig& config) {
   if (!server.ok()) return server.error();
   view->server_ = std::move(server).value();
   view->thread_.emplace([v = view.get()](const std::stop_token& stop) {
+    trace::name_thread("page");
     while (const auto update = v->updates_.pop(stop)) v->publish(*update);
   });
   view->mesh_thread_.emplace([v = view.get()](const std::stop_token& stop) {
+    trace::name_thread("page mesh");
     static_cast<void>(::setpriority(PRIO_PROCESS, 0, kMeshNice));  // of this thread alone, on Linux
     while (auto update = v->meshes_.pop(stop)) v->publish_mesh(std::move(*update));
   });
@@ -129,6 +133,7 @@ void RunView::show_map(Runner& runner) {
   const auto before = Clock::now();
   Batch batch(*this);
   if (before < map_due_ || !wants_map(batch)) return;
+  const trace::Span span("map for the page");
   publish_map(runner, now_, kMostPoints, batch);
   if (before >= mesh_due_ && MeshTopics::wanted(batch)) {
     meshes_.push({MeshTopics::take(runner), now_});
@@ -140,6 +145,7 @@ void RunView::show_map(Runner& runner) {
 }
 
 void RunView::publish_mesh(MeshUpdate update) {
+  const trace::Span span("publish mesh");
   const ScopedTimer timer;
   Batch batch(*this);
   mesh_topics_.publish(std::move(update.mesh), update.stamp, MeshTopics::Extent::kTiles, batch);
@@ -178,6 +184,7 @@ void RunView::publish_history(Batch& batch, Timestamp stamp, bool is_told_now) {
 }
 
 void RunView::publish(const Update& update) {
+  const trace::Span span("publish");
   const bool paused = is_paused();
   Batch batch(*this, paused || has_ended_ || is_picture_due());
   publish_history(batch, update.frame ? update.frame->stamp : Timestamp{},
@@ -240,6 +247,7 @@ void RunView::restart() {
 
 RunView::Wishes RunView::wait_turn(Timestamp stamp, Runner* runner,
                                    const std::function<bool()>& interrupted) {
+  const trace::Span span("the page's turn", trace::Kind::kWait);
   std::unique_lock lock(mutex_);
   const auto is_wished = [&] { return wishes_.stop || wishes_.save || wishes_.reset; };
   while (!is_due(stamp) && !is_wished() && !interrupted()) {

@@ -117,8 +117,8 @@ class RunView {
   RunHistory history_;
 
   /// Pushed to under the mutex, so that a state pushes no frame out.
-  BoundedQueue<Update> updates_{1, Overflow::kDropOldest};
-  BoundedQueue<MeshUpdate> meshes_{1, Overflow::kDropOldest};
+  BoundedQueue<Update> updates_{1, Overflow::kDropOldest, "page"};
+  BoundedQueue<MeshUpdate> meshes_{1, Overflow::kDropOldest, "page mesh"};
   Clock::time_point picture_due_, history_due_;  // the thread's that shows frames
   MeshTopics mesh_topics_;                       // the mesh thread's
   std::atomic<double> mesh_took_ms_{0};          // processor time of the last one

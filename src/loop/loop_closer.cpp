@@ -7,6 +7,8 @@
 #include <set>
 #include <span>
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -67,6 +69,7 @@ LoopCloser::LoopCloser(const LoopConfig& config, const Camera& camera)
     : config_(config), camera_(camera), finder_(config.finder, camera) {}
 
 LoopResult LoopCloser::step(const Map& map, const PlaceIndex& index, KeyframeId id) {
+  const trace::Span span("place search");
   LoopResult result;
   if (!map.has_keyframe(id)) return result;
   const Keyframe& keyframe = map.keyframe(id);
@@ -145,6 +148,7 @@ LoopAttempt* LoopCloser::choose(std::vector<LoopAttempt>& attempts) const {
 
 std::optional<LoopClosure> LoopCloser::close(const Map& map, const MapGraph& graph,
                                              LoopAttempt& attempt) {
+  const trace::Span span("pose graph");
   const std::vector<LoopEdge> edges = agreeing_edges(map, attempt);
   attempt.agreeing = static_cast<int>(edges.size()) - 1;
   attempt.outcome = LoopOutcome::kAlone;

@@ -1,5 +1,7 @@
 #include "mapping/full_adjustment.hpp"
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 
 FullAdjustment make_full_adjustment(const Map& map, const NoiseConfig& noise) {
@@ -17,6 +19,7 @@ FullAdjustment make_full_adjustment(const Map& map, const NoiseConfig& noise) {
 
 std::optional<MapPatch> solve(const Camera& camera, FullAdjustment job, const BundleConfig& config,
                               const std::atomic<bool>* abort) {
+  const trace::Span span("adjust the whole map");
   const BundleResult result = adjust_bundle(camera, job.window.problem, config, abort);
   if (!result.usable || result.interrupted) return std::nullopt;
   const SE3 T_world_local = job.window.T_local_world.inverse();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -54,6 +56,7 @@ Mapper::Mapper(const MapperConfig& config, const Camera& camera, Map map)
 }
 
 KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
+  const trace::Span span("insert keyframe");
   const KeyframeId id = map_.next_keyframe_id();
   auto data = std::make_shared<KeyframeData>(
       KeyframeData{id, candidate.frame->id, candidate.frame->stamp, candidate.features,
@@ -98,14 +101,19 @@ void Mapper::associate(const KeyframeCandidate& candidate, KeyframeId id) {
 
 std::vector<KeyframeId> Mapper::refine(const std::atomic<bool>* abort) {
   if (newest_ == kNoKeyframe) return {};
-  cull_landmarks(map_, recent_landmarks_, config_.culling);
-  cull_seen_through(map_, camera_, newest_, config_.culling);
-  make_by_triangulation(map_, camera_, newest_, config_.landmarks, recent_landmarks_);
-  fuse_with_neighbours(map_, camera_, newest_, config_.fusion);
+  {
+    const trace::Span span("landmarks");
+    cull_landmarks(map_, recent_landmarks_, config_.culling);
+    cull_seen_through(map_, camera_, newest_, config_.culling);
+    make_by_triangulation(map_, camera_, newest_, config_.landmarks, recent_landmarks_);
+    fuse_with_neighbours(map_, camera_, newest_, config_.fusion);
+  }
   if (config_.local_bundle && map_.keyframes().size() > 1 && !(abort && abort->load())) {
+    const trace::Span span("bundle adjustment");
     const BundleWindow window = make_bundle_window(map_, newest_, config_.noise, config_.window);
     apply_bundle(map_, window, adjust_bundle(camera_, window.problem, config_.bundle, abort));
   }
+  const trace::Span span("cull keyframes");
   return cull_keyframes(map_, newest_, config_.culling);
 }
 
@@ -146,6 +154,7 @@ bool Mapper::forget_pixels(const GreyImage& mask) {
 }
 
 LocalViewPtr Mapper::view() const {
+  const trace::Span span("make local view");
   if (foci_.empty()) return std::make_shared<LocalView>();
   const bool kept = map_.has_keyframe(foci_.back());
   const std::vector<KeyframeId> foci(foci_.begin(), foci_.end());

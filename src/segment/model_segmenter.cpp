@@ -5,6 +5,7 @@
 #include <openvino/runtime/core.hpp>
 
 #include "core/memory.hpp"
+#include "core/trace.hpp"
 #include "segment/model_file.hpp"
 #include "segment/model_probe.hpp"
 #include "segment/network_input.hpp"
@@ -35,8 +36,8 @@ class ModelSegmenter final : public Segmenter {
     const Letterbox box = make_letterbox(frame.colour.width(), frame.colour.height(), width_,
                                          height_, form_.placement);
     try {
-      fill_input(frame.colour, box);
-      request_.infer();
+      infer(frame.colour, box);
+      const trace::Span span("decode masks");
       const std::vector<OutputTensor> tensors = outputs();
       auto decoded = decode_outputs(layout_, tensors, box, decode_);
       if (!decoded.ok()) return Error{ErrorKind::kModel, name + ": " + decoded.error().message};
@@ -55,6 +56,11 @@ class ModelSegmenter final : public Segmenter {
   std::string precision() const override { return precision_; }
 
  private:
+  void infer(const ColourImage& colour, const Letterbox& box) {
+    const trace::Span span("inference");
+    fill_input(colour, box);
+    request_.infer();
+  }
   void fill_input(const ColourImage& colour, const Letterbox& box) {
     auto* input = request_.get_input_tensor().data<float>();
     if (box.identity()) {

@@ -6,6 +6,7 @@
 #include <openvino/runtime/core.hpp>
 
 #include "core/memory.hpp"
+#include "core/trace.hpp"
 #include "segment/embedded_network.hpp"
 #include "segment/openvino_network.hpp"
 #include "segment/people_decode.hpp"
@@ -31,12 +32,12 @@ class PeopleSegmenter final : public Segmenter {
         !frame.depth_m.same_size(frame.colour))
       return Error{ErrorKind::kInput, name + ": images not of the camera's size"};
     try {
-      input_.fill(frame.depth_m, request_.get_input_tensor().data<float>());
-      request_.infer();
+      infer(frame.depth_m);
       const std::span logits(request_.get_output_tensor().data<const float>(),
                              std::size_t{kPeopleCells});
       if (!std::all_of(logits.begin(), logits.end(), [](float x) { return std::isfinite(x); }))
         return Error{ErrorKind::kModel, name + ": the network's output makes no sense"};
+      const trace::Span span("decode masks");
       DecodedPeople people = decode_people(logits, input_.depth_m(), input_.grid(),
                                            input_.focal_cells(), width_, height_);
       return Segmentation{frame.id, frame.stamp, std::move(people.instances),
@@ -49,6 +50,12 @@ class PeopleSegmenter final : public Segmenter {
   bool in_step() const override { return true; }
 
  private:
+  void infer(const DepthImage& depth_m) {
+    const trace::Span span("inference");
+    input_.fill(depth_m, request_.get_input_tensor().data<float>());
+    request_.infer();
+  }
+
   ov::InferRequest request_;
   int width_, height_;
   PeopleInput input_;

@@ -1,11 +1,14 @@
 #include "system/adjustment_thread.hpp"
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 
 void AdjustmentThread::start(FullAdjustment job) {
   give_up();
   abort_.store(false);
   thread_ = std::make_unique<WorkerThread>([this, job = std::move(job)](const std::stop_token&) {
+    trace::name_thread("adjustment");
     auto patch = solve(camera_, job, config_, &abort_);
     const std::lock_guard lock(mutex_);
     result_ = std::move(patch);
@@ -14,7 +17,10 @@ void AdjustmentThread::start(FullAdjustment job) {
 
 void AdjustmentThread::give_up() {
   abort_.store(true);
-  thread_.reset();  // joins
+  if (thread_) {
+    const trace::Span span("the adjustment", trace::Kind::kWait);
+    thread_.reset();  // joins
+  }
   result_.reset();
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/time.hpp"
+#include "core/trace.hpp"
 
 namespace ygslam {
 namespace {
@@ -30,6 +31,7 @@ DenseThread::~DenseThread() {
 
 void DenseThread::loop(const std::stop_token& stop) {
   static_cast<void>(::setpriority(PRIO_PROCESS, 0, kNice));  // of this thread alone, on Linux
+  trace::name_thread("dense map");
   while (!stop.stop_requested()) {
     if (auto update = next(stop)) {
       work_off(*update, stop);
@@ -42,7 +44,7 @@ void DenseThread::loop(const std::stop_token& stop) {
 
 void DenseThread::work_off(const DenseUpdate& update, const std::stop_token& stop) {
   {
-    const std::lock_guard lock(mutex_);
+    const auto lock = locked();
     map_.apply(update);
   }
   for (Look& look : looks_) look.waits = static_cast<bool>(look.look);
@@ -66,7 +68,8 @@ void DenseThread::show_if_due(const std::stop_token& stop) {
       continue;
     const ScopedTimer timer;
     {
-      const std::lock_guard lock(mutex_);
+      const trace::Span span("show");
+      const auto lock = locked();
       look.look(map_);
     }
     look.waits = false;
@@ -81,14 +84,24 @@ void DenseThread::show_if_due(const std::stop_token& stop) {
 }
 
 bool DenseThread::step() {
-  const std::lock_guard lock(mutex_);
+  const trace::Span span("update a view");
+  const auto lock = locked();
   return map_.step();
 }
 
 void DenseThread::inspect(const std::function<void(DenseMap&)>& look) {
   thread_.rethrow();
-  const std::lock_guard lock(mutex_);
+  const auto lock = locked();
   look(map_);
+}
+
+std::unique_lock<std::mutex> DenseThread::locked() {
+  std::unique_lock lock(mutex_, std::try_to_lock);
+  const auto is_over = [&] { return lock.owns_lock(); };
+  trace::wait(trace::Kind::kWait, "the dense map", is_over, [&] {
+    if (!lock) lock.lock();
+  });
+  return lock;
 }
 
 void DenseThread::finish() {

@@ -35,6 +35,7 @@ class DenseThread {
   [[nodiscard]] std::optional<DenseUpdate> next(const std::stop_token& stop);
   void work_off(const DenseUpdate& update, const std::stop_token& stop);
   [[nodiscard]] bool step();
+  [[nodiscard]] std::unique_lock<std::mutex> locked();
   void show_if_due(const std::stop_token& stop);
 
   struct Look {
@@ -49,7 +50,7 @@ class DenseThread {
   std::mutex mutex_;
   DenseMap map_;               // under the mutex
   std::array<Look, 2> looks_;  // the thread's; the more urgent one first
-  BoundedQueue<DenseUpdate> queue_{kQueue, Overflow::kBlock};
+  BoundedQueue<DenseUpdate> queue_{kQueue, Overflow::kBlock, "dense map"};
   WorkerThread thread_;  // last: it uses everything above
 };
 

@@ -1,6 +1,7 @@
 #include "system/map_saver.hpp"
 
 #include "core/log.hpp"
+#include "core/trace.hpp"
 
 namespace ygslam {
 
@@ -14,6 +15,7 @@ Result<std::unique_ptr<MapSaver>> MapSaver::open(const std::filesystem::path& pa
 
 MapSaver::MapSaver(MapWriter writer, double every_s)
     : writer_(std::move(writer)), every_s_(every_s), thread_([this](const std::stop_token& stop) {
+        trace::name_thread("map file");
         while (const auto map = queue_.pop(stop)) write(*map);
       }) {}
 
@@ -29,6 +31,7 @@ void MapSaver::look(const Map& map) {
 }
 
 void MapSaver::write(const Map& map) {
+  const trace::Span span("write map");
   const Status written = writer_.write(map);
   if (!written.ok() && !std::exchange(warned_, true))
     log::warn("{}; tracking goes on, the next try is in some seconds", written.error().message);

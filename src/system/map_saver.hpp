@@ -38,7 +38,7 @@ class MapSaver {
   const double every_s_;
   ScopedTimer since_last_;
   bool warned_ = false;  // the thread's while it runs
-  BoundedQueue<Map> queue_{1, Overflow::kDropOldest};
+  BoundedQueue<Map> queue_{1, Overflow::kDropOldest, "map file"};
   WorkerThread thread_;  // last: it uses everything above
 };
 

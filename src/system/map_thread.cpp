@@ -1,5 +1,7 @@
 #include "system/map_thread.hpp"
 
+#include "core/trace.hpp"
+
 namespace ygslam {
 
 MapThread::MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle,
@@ -35,6 +37,7 @@ void MapThread::inspect(const std::function<void(const MappingStage&)>& look) {
   if (!thread_.joinable()) return look(stage_);
   Inspection inspection{&look, {}};
   std::future<void> done = inspection.done.get_future();
+  const trace::Span span("the mapping thread", trace::Kind::kWait);
   try {
     queue_.push(std::move(inspection));
     done.get();
@@ -53,6 +56,7 @@ void MapThread::join() {
 }
 
 void MapThread::loop(const std::stop_token& stop) {
+  trace::name_thread("mapping");
   while (auto message = queue_.pop(stop)) {
     std::visit([this](auto& m) { take(m); }, *message);
     take_adjustment();
@@ -66,6 +70,7 @@ bool MapThread::close_loops() {
 }
 
 void MapThread::publish() {
+  const trace::Span span("publish");
   closed_loops_.store(stage_.closed_loops());
   view_.store(stage_.view());
   dense_.apply(stage_.take_dense_update());
@@ -85,6 +90,7 @@ void MapThread::take_adjustment() {
 }
 
 void MapThread::take(const KeyframeMessage& message) {
+  const trace::Span span("map keyframe", message.candidate.frame->id);
   const ScopedTimer timer;
   stage_.insert(message);
   view_.store(stage_.view());
@@ -99,6 +105,7 @@ void MapThread::take(const KeyframeMessage& message) {
 }
 
 void MapThread::take(const SegmentationPtr& masks) {
+  const trace::Span span("masks", masks->frame);
   bool changed = stage_.apply(*masks);
   if (waiting_keyframes_.load() == 0) changed |= close_loops();
   if (changed) {
@@ -109,11 +116,13 @@ void MapThread::take(const SegmentationPtr& masks) {
 }
 
 void MapThread::take(const MapPatch& patch) {
+  const trace::Span span("correct map");
   stage_.correct(patch);
   publish();
 }
 
 void MapThread::take(const ShutterReport& report) {
+  const trace::Span span("correct shutter");
   adjustment_.give_up();  // it goes by the pixels of before
   stage_.correct_shutter(report);
   publish();
@@ -129,6 +138,7 @@ void MapThread::take(KeyframeId focus) {
 }
 
 void MapThread::take(const PlaceRequest& request) {
+  const trace::Span span("place search");
   place_request_waits_.store(false);
   const auto& [features, static_weight, pose] = request;
   if (!pose) {

@@ -77,7 +77,7 @@ class MapThread {
   MappingStage stage_;  // the thread's while it runs
   StageTimes times_;    // the thread's while it runs
   Published<LocalView> view_;
-  BoundedQueue<Message> queue_{kQueue, Overflow::kBlock};
+  BoundedQueue<Message> queue_{kQueue, Overflow::kBlock, "mapping"};
   std::atomic<std::size_t> waiting_keyframes_{0};
   std::atomic<bool> urgent_{false};  // a keyframe waits: adjustments end early
   std::atomic<bool> place_request_waits_{false};

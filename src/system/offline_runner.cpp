@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/log.hpp"
+#include "core/trace.hpp"
 #include "dense/scene_naming/named_scene.hpp"
 #include "system/result_route.hpp"
 #include "system/runner.hpp"
@@ -86,6 +87,7 @@ class OfflineRunner final : public Runner {
 
   void segment(const FramePtr& frame) {
     if (!segmenter_) return;
+    const trace::Span span("segment");
     const ScopedTimer timer;
     Result<Segmentation> masks = segment_safely(*segmenter_, *frame);
     log_.statistics().segment.add(timer);
@@ -125,6 +127,7 @@ class OfflineRunner final : public Runner {
   void map_frame(const FramePtr& frame, const std::vector<SegmentationPtr>& arrived,
                  TrackResult& result) {
     apply(arrived, [&](const Segmentation& masks) { return masks.frame != frame->id; });
+    const trace::Span span("mapping");
     const ScopedTimer timer;
     const bool is_keyframe = result.candidate.has_value();
     const auto take = [this](const auto& message) { this->take(message); };

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stop_token>
 
+#include "core/trace.hpp"
 #include "image/rgbd_frame.hpp"
 
 namespace ygslam {
@@ -18,7 +19,9 @@ class SegmentInbox {
   void put_frame(FramePtr frame) {
     {
       const std::lock_guard lock(mutex_);
+      if (newest_) trace::dropped(kName, newest_->id);
       newest_ = std::move(frame);
+      tell_length();
     }
     available_.notify_one();
   }
@@ -30,13 +33,15 @@ class SegmentInbox {
       if (last_taken_ != kNoFrame && last_taken_ == frame->id) return;
       keyframes_.push_back(std::move(frame));
       if (keyframes_.size() > kMaxKeyframes) keyframes_.pop_front();
+      tell_length();
     }
     available_.notify_one();
   }
   /// @return nullptr once stopped.
   FramePtr take(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
-    available_.wait(lock, stop, [&] { return newest_ != nullptr || !keyframes_.empty(); });
+    const auto is_over = [&] { return newest_ != nullptr || !keyframes_.empty(); };
+    trace::wait(trace::Kind::kEmpty, kName, is_over, [&] { available_.wait(lock, stop, is_over); });
     if (stop.stop_requested()) return nullptr;
     FramePtr frame;
     if (!keyframes_.empty()) {
@@ -47,6 +52,7 @@ class SegmentInbox {
       frame = std::move(newest_);
       newest_ = nullptr;
     }
+    tell_length();
     last_taken_ = frame->id;
     in_work_ = true;
     return frame;
@@ -64,8 +70,12 @@ class SegmentInbox {
   /// Waits until a frame not older than `oldest` is done. @return false if none was in time.
   bool wait_answer(FrameId oldest, double seconds) {
     std::unique_lock lock(mutex_);
-    return finished_.wait_for(lock, std::chrono::duration<double>(seconds),
-                              [&] { return newest_done_ != kNoFrame && newest_done_ >= oldest; });
+    const auto is_over = [&] { return newest_done_ != kNoFrame && newest_done_ >= oldest; };
+    bool is_in_time = false;
+    trace::wait(trace::Kind::kWait, "the mask", is_over, [&] {
+      is_in_time = finished_.wait_for(lock, std::chrono::duration<double>(seconds), is_over);
+    });
+    return is_in_time;
   }
   /// Forgets the frames nobody took yet. @return false if the one in work is not done in time.
   bool wait_idle(double seconds) {
@@ -85,7 +95,10 @@ class SegmentInbox {
     return finished_.wait_for(lock, std::chrono::duration<double>(seconds),
                               [&] { return !in_work_ && !newest_ && keyframes_.empty(); });
   }
+  void tell_length() const { trace::length(kName, keyframes_.size() + (newest_ ? 1 : 0)); }
+
   static constexpr std::size_t kMaxKeyframes = 4;
+  static constexpr const char* kName = "segmentation";  // in traces
   std::mutex mutex_;
   std::condition_variable_any available_;
   std::condition_variable finished_;

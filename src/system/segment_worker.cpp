@@ -1,6 +1,7 @@
 #include "system/segment_worker.hpp"
 
 #include "core/log.hpp"
+#include "core/trace.hpp"
 #include "system/segment_safely.hpp"
 
 namespace ygslam {
@@ -27,7 +28,9 @@ SegmentWorker::Statistics SegmentWorker::statistics() const {
 }
 
 void SegmentWorker::loop(Shared& shared, const std::stop_token& stop) {
+  trace::name_thread("segmentation");
   while (const FramePtr frame = shared.inbox.take(stop)) {
+    const trace::Span span("segment", frame->id);
     const ScopedTimer timer;
     Result<Segmentation> masks = segment_safely(*shared.segmenter, *frame);
     bool first_failure = false;

@@ -51,7 +51,7 @@ class SegmentWorker {
     explicit Shared(std::unique_ptr<Segmenter> s) : segmenter(std::move(s)) {}
     std::unique_ptr<Segmenter> segmenter;
     SegmentInbox inbox;
-    BoundedQueue<SegmentationPtr> masks{kMaskQueue, Overflow::kDropOldest};
+    BoundedQueue<SegmentationPtr> masks{kMaskQueue, Overflow::kDropOldest, "masks"};
     std::mutex mutex;  // of statistics
     Statistics statistics;
   };

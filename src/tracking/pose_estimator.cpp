@@ -6,6 +6,7 @@
 #include <limits>
 #include <unordered_set>
 
+#include "core/trace.hpp"
 #include "features/matcher.hpp"
 #include "geometry/pnp.hpp"
 #include "map/search_points.hpp"
@@ -53,6 +54,7 @@ PoseEstimator::PoseEstimator(const PoseEstimatorConfig& config, const Camera& ca
 std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
     const FrameFeatures& frame, const TrackedFrame& last, const SE3& T_last_world,
     const LocalView& view, const SE3& T_guess_world, Rng& rng) const {
+  const trace::Span span("previous frame");
   // The first search that explains enough will do, else the one that explains most.
   const auto had = std::ssize(last.landmarks) -
                    std::count(last.landmarks.begin(), last.landmarks.end(), kNoLandmark);
@@ -195,6 +197,7 @@ std::optional<PoseSolution> PoseEstimator::solve(const FrameFeatures& frame,
 std::optional<PoseResult> PoseEstimator::match_map(const FrameFeatures& frame,
                                                    const LocalView& view,
                                                    const FirstPose& first) const {
+  const trace::Span span("local map");
   auto result = refine(frame, view, first, config_.search_map_px);
   if (!result || result->landmark_inliers < kThinMap) return result;
   const SE3 correction = result->T_camera_world * first.solution.T_camera_world.inverse();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/trace.hpp"
 #include "features/matcher.hpp"
 #include "geometry/pnp.hpp"
 
@@ -14,6 +15,7 @@ Relocalizer::Relocalizer(const RelocalizerConfig& config, const Camera& camera,
 
 std::optional<PoseResult> Relocalizer::step(const FrameFeatures& frame, const LocalView& view,
                                             Rng& rng) {
+  const trace::Span span("relocalisation");
   if (frame.features->size() < static_cast<std::size_t>(config_.min_matches)) return std::nullopt;
   if (std::exchange(reference_, view.reference().data->id) != view.reference().data->id)
     next_ = 0;  // another place: its nearest keyframes first

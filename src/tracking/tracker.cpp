@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/trace.hpp"
 #include "tracking/own_parts.hpp"
 #include "tracking/view_poses.hpp"
 
@@ -48,6 +49,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
 
 TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
+  const trace::Span span("track");
   const ScopedTimer timer;
   const PredictedMotion motion = predicted_motion(*frame);
   const auto predicted = predicted_flow(motion);
@@ -70,6 +72,7 @@ TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
 }
 
 void Tracker::tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackResult& result) {
+  const trace::Span span("fixed to the camera");
   const TrackedFrame* tracked = last_ && last_->seen.frame->id == frame.id ? &*last_ : nullptr;
   auto told =
       ego_mask_.step({frame.stamp, tracked, view, result.state == TrackState::kTracking}, rng_);
@@ -214,6 +217,7 @@ std::optional<FlowPrediction> Tracker::predicted_flow(const PredictedMotion& mot
 }
 
 FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPrediction>& predicted) {
+  const trace::Span span("features");
   FrameFeatures seen = extract_features(orb_, camera_, frame, ego_mask_.look(*frame));
   return predicted ? corrected(std::move(seen), predicted->read_out.body_velocity) : seen;
 }
@@ -224,6 +228,7 @@ FrameFeatures Tracker::corrected(FrameFeatures seen, const Vec6& body_velocity) 
 
 ObservedFrame Tracker::observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
                                const std::optional<FlowPrediction>& predicted) {
+  const trace::Span span("motion checks");
   FrameEvidence evidence = classifier_.observe(*seen.frame, seen.features, masks, predicted);
   PointLabels labels = classifier_.classify(evidence);
   seen.static_weight = labels.weight;
@@ -308,6 +313,7 @@ Tracker::FoundPose Tracker::held_against_map(ObservedFrame& now, FoundPose found
 
 Tracker::FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found,
                                              const LocalView& view, const SE3& T_last_world) {
+  const trace::Span span("screens");
   if (!found.pose || judge_.state() == TrackState::kLost) return found;
   const ScreenWatch::Before before{*last_, T_last_world, localization_.T_odom_camera(), view};
   auto looked = screens_.step({now, found.seen, *found.pose, before});
@@ -347,6 +353,7 @@ Localization::Arrival Tracker::arrive(const Localization::Step& step, const Loca
 /// new.
 ObservedFrame Tracker::compared_with_map(ObservedFrame now, const PoseResult& pose,
                                          const LocalView& view) const {
+  const trace::Span span("free space");
   std::vector<std::uint8_t> known;
   for (const PointEvidence& point : now.evidence.points)
     known.push_back(point.in_free_space ? 1 : 0);
@@ -360,6 +367,7 @@ ObservedFrame Tracker::compared_with_map(ObservedFrame now, const PoseResult& po
 
 std::vector<TrackedObject> Tracker::follow_objects(const ObservedFrame& now, bool was_lost,
                                                    const SE3& T_world_odom) {
+  const trace::Span span("objects");
   const DynamicMode mode = classifier_.config().mode;
   if (mode == DynamicMode::kOff || was_lost) {
     objects_.lose_points();
@@ -389,6 +397,7 @@ std::vector<TrackedObject> Tracker::follow_objects(const ObservedFrame& now, boo
 /// Of the newest frame with a pose.
 Tracker::MapRequest Tracker::ask_mapper(const PoseResult& pose, Localization::Arrival arrival,
                                         bool mapper_busy) {
+  const trace::Span span("keyframe decision");
   const LocalViewPtr view = last_->view;
   keyframes_.remember_seen(pose.seen);
   const bool may_propose =
@@ -405,6 +414,7 @@ Tracker::MapRequest Tracker::ask_mapper(const PoseResult& pose, Localization::Ar
 }
 
 Tracker::CameraFindings Tracker::estimate_camera() {
+  const trace::Span span("camera estimate");
   CameraFindings found;
   if (judge_.state() != TrackState::kTracking) return found;
   if (config_.calibrated.empty()) {

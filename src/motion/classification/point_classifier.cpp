@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/trace.hpp"
 #include "motion/checks/neighbour_vote.hpp"
 
 namespace ygslam {
@@ -31,13 +32,17 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
   evidence.links.assign(features->size(), -1);
   evidence.points.resize(features->size());
   if (config_.mode == DynamicMode::kOff) return evidence;
-  evidence.frame.pyramid = ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px);
+  {
+    const trace::Span span("pyramid");
+    evidence.frame.pyramid = ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px);
+  }
   evidence.frame.range = depth_ranges(*features, frame.depth_m);
   if (previous_ && !same_size(previous_->pyramid, evidence.frame.pyramid)) forget();
   evidence.is_first = !previous_;
 
   const ImagePyramid& image = evidence.frame.pyramid;
   if (previous_) {
+    const trace::Span span("flow");
     evidence.followed = follow_features(camera_, *previous_, image, predicted, config_.flow);
     evidence.links =
         link_to_previous(features->points, evidence.followed.ends, config_.epipolar.link_radius_px);
@@ -49,6 +54,7 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
     evidence.followed =
         follow_harris(camera_, *previous_, image, config_.epipolar.link_radius_px, config_.flow);
   if (config_.ego_motion.enabled) find_ego_motion(predicted.value_or(FlowPrediction{}), evidence);
+  const trace::Span span("epipolar check");
   evidence.epipolar =
       check_epipolar(evidence.followed.pairs, evidence.followed.label, config_.epipolar, rng_);
   give_to_features(evidence);
@@ -57,6 +63,7 @@ FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr
 
 /// The camera's motion by flow and depth, and how far each followed point is from obeying it.
 void PointClassifier::find_ego_motion(const FlowPrediction& guess, FrameEvidence& evidence) const {
+  const trace::Span span("ego-motion");
   Followed& followed = evidence.followed;
   const auto fit = [&](const SE3& start) {
     return fit_ego_motion(camera_, followed.points, static_before(followed), start,

@@ -16,6 +16,8 @@ constexpr double kGateMps = 1.2;        // ... growing with the time it was out 
 constexpr double kMaxGate_m = 4;        // ... shows another one
 constexpr double kAway_s = 1;           // who came back is not taken for new after so long
 constexpr double kMinSimilarity = 0.7;  // of the appearance, to know an object again
+constexpr double kLost_s = 0.5;         // out of sight for so long ...
+constexpr float kBodyScore = 0.5F;      // ... it is not continued by what shows little of a body
 constexpr int kUnsureFrames = 10;       // who comes into sight bit by bit cannot be compared yet
 
 /// How far an instance is from where a track should be, as a share of how far it may be. Between
@@ -64,6 +66,7 @@ double reidentification_score(const InstanceView& seen, const Track* current,
   const double away_s = frame.seconds_since(track.seen);
   if (track.class_id != seen.class_id || track.is_young() || (current && away_s < kAway_s))
     return 0;
+  if (away_s > kLost_s && seen.score < kBodyScore) return 0;
   const auto at = frame.place.find(key);
   const double distance =
       gated_distance(seen, at != frame.place.end() ? at->second : track.place, track, away_s);

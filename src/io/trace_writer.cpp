@@ -31,7 +31,7 @@ std::string json_string(const std::string& text) {
 std::string thousandths(std::int64_t ns) { return fmt::format("{}.{:03}", ns / 1000, ns % 1000); }
 
 std::string event_name(const trace::Event& event) {
-  const std::string name = event.name;
+  std::string name = event.name;
   switch (event.kind) {
     case trace::Kind::kWait:
       return "waits for " + name;

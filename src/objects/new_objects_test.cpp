@@ -52,6 +52,23 @@ TEST(ObjectTracker, WhoIsHiddenIsNotForgottenAsAGhost) {
   EXPECT_EQ(run(tracker, scene, 8, 60).at(0).id, ObjectId{0});
 }
 
+TEST(ObjectTracker, WhatShowsLittleOfABodyIsNobodyWhoWasLongAway) {
+  for (const float score : {0.3F, 0.9F}) {
+    Scene scene;
+    scene.things = {{}};
+    ObjectTracker tracker({}, scene.camera());
+    (void)run(tracker, scene, 0, 40);
+    const testing::Thing gone = scene.things[0];
+    scene.things.clear();
+    EXPECT_TRUE(seen(run(tracker, scene, 40, 80)).empty());
+    scene.things = {gone};
+    scene.things[0].centre.x() += 0.7;
+    scene.things[0].same_points = false;
+    scene.things[0].score = score;
+    EXPECT_EQ(seen(run(tracker, scene, 80, 100)).size(), score < 0.5F ? 0U : 1U) << score;
+  }
+}
+
 TEST(ObjectTracker, AWeakDetectionContinuesAnObjectButBeginsNone) {
   Scene scene;
   scene.things = {{.score = 0.3F}};

@@ -206,7 +206,7 @@ void Track::remember_whole(const Vec3& low, const Vec3& high) {
 }
 
 void Track::overlook(const ObjectFrame& frame, const TrackPlace& place_then, const GreyImage& ids) {
-  if (!is_known() || frame.seconds_since(seen) > kShowMissed_s) return;  // it may be elsewhere
+  if (!is_known()) return;
   const SurfaceShare bare = surface_at(frame, place_then, &ids);
   if (bare.cells > 0 && bare.there >= kPresentShare * bare.cells) evidence_ -= kOverlooked;
 }

@@ -2,11 +2,12 @@
 
 namespace ygslam {
 
-FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result, const ScopedTimer& timer,
-                        double mask_ms) {
+FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
+                        const FrameTimes& times) {
   FrameRecord record;
-  record.track_ms = timer.wall_ms();
-  record.track_cpu_ms = timer.cpu_ms();
+  record.track_ms = times.track_ms;
+  record.track_cpu_ms = times.track_cpu_ms;
+  record.mask_ms = times.mask_ms;
   record.frame = frame.id;
   record.stamp = frame.stamp;
   record.state = result.state;
@@ -25,7 +26,6 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result, const
   record.orb_ms = result.orb_ms;
   record.motion_ms = result.motion_ms;
   record.pose_ms = result.pose_ms;
-  record.mask_ms = mask_ms;
   return record;
 }
 

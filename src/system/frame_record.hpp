@@ -27,16 +27,20 @@ struct FrameRecord {
   int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
   std::vector<TrackedObject> objects;
   double track_ms = 0, track_cpu_ms = 0, orb_ms = 0, motion_ms = 0, pose_ms = 0;
-  double mask_ms = 0;  ///< what masks cost before tracking began
+  double mask_ms = 0;  ///< what masks cost beside tracking
 
   [[nodiscard]] bool has_pose() const {
     return state == TrackState::kTracking || state == TrackState::kWeak;
   }
 };
 
-/// @param timer runs since the frame's tracking began. @param mask_ms what masks cost before.
+/// What a frame cost: tracking (without waits) and the wait for masks, or making them.
+struct FrameTimes {
+  double track_ms = 0, track_cpu_ms = 0;
+  double mask_ms = 0;
+};
 [[nodiscard]] FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
-                                      const ScopedTimer& timer, double mask_ms);
+                                      const FrameTimes& times);
 
 /// Called for every frame, in the thread that called process().
 using FrameSink = std::function<void(const FrameRecord&, const TrackResult&)>;

@@ -36,12 +36,13 @@ class LiveRunner final : public Runner {
   TrackResult process(const FramePtr& frame) override {
     map_->rethrow();
     if (segmenter_) segmenter_->put_frame(frame);
+    const ScopedTimer timer;
+    Tracker::SeenFrame seen = tracker_->look(frame);  // while the segmenter works on it
     const ScopedTimer mask_timer;
     const std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
     const double mask_ms = mask_timer.wall_ms();
-    const ScopedTimer timer;
-    TrackResult result =
-        tracker_->step(frame, map_->view(), arrived, map_->waiting_keyframes() >= kBusyMapper);
+    TrackResult result = tracker_->step(std::move(seen), map_->view(), arrived,
+                                        map_->waiting_keyframes() >= kBusyMapper);
     const auto put = [this](auto& message) { map_->put(std::move(message)); };
     if (auto message = route_->frame_message(frame, result)) {
       await_mask(frame);
@@ -49,7 +50,8 @@ class LiveRunner final : public Runner {
     }
     for (MapRequest& request : ResultRoute::requests(*frame, result)) std::visit(put, request);
     for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
-    log_.add(make_record(*frame, result, timer, mask_ms), result);
+    const FrameTimes times{timer.wall_ms() - mask_ms, timer.cpu_ms(), mask_ms};
+    log_.add(make_record(*frame, result, times), result);
     last_frames_.push_back(frame->id);
     if (last_frames_.size() > std::max<std::size_t>(1, longest_lag())) last_frames_.pop_front();
     return result;

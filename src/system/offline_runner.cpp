@@ -34,7 +34,7 @@ class OfflineRunner final : public Runner {
     if (std::exchange(map_corrected_, false)) view_ = mapping_->view();
     const ScopedTimer timer;
     TrackResult result = tracker_->step(frame, view_, arrived, false);
-    log_.add(make_record(*frame, result, timer, mask_ms), result);
+    log_.add(make_record(*frame, result, {timer.wall_ms(), timer.cpu_ms(), mask_ms}), result);
     map_frame(frame, arrived, result);
     return result;
   }

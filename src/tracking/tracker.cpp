@@ -47,27 +47,32 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       keyframes_(config.keyframe, config.min_start_points),
       rng_(seed) {}
 
-TrackResult Tracker::step(const FramePtr& frame, const LocalViewPtr& view,
+Tracker::SeenFrame Tracker::look(const FramePtr& frame) {
+  const ScopedTimer timer;
+  const PredictedMotion motion = predicted_motion(*frame);
+  auto flow = predicted_flow(motion);
+  FrameFeatures features = see(frame, flow);
+  return {std::move(features), motion, std::move(flow), timer.wall_ms()};
+}
+
+TrackResult Tracker::step(SeenFrame seen, const LocalViewPtr& view,
                           std::span<const SegmentationPtr> masks, bool mapper_busy) {
   const trace::Span span("track");
   const ScopedTimer timer;
-  const PredictedMotion motion = predicted_motion(*frame);
-  const auto predicted = predicted_flow(motion);
-  FrameFeatures seen = see(frame, predicted);
-  const double orb_ms = timer.wall_ms();
-  ObservedFrame now = observe(std::move(seen), masks, predicted);
+  const FramePtr frame = seen.features.frame;
+  ObservedFrame now = observe(std::move(seen.features), masks, seen.flow);
   const int mask_age_frames = now.evidence.mask_age_frames;
-  const double motion_ms = timer.wall_ms() - orb_ms;
+  const double motion_ms = timer.wall_ms();
   TrackResult result = judge_.state() != TrackState::kWaiting
-                           ? track(std::move(now), motion.T_now_last, view, mapper_busy)
+                           ? track(std::move(now), seen.motion.T_now_last, view, mapper_busy)
                        : view->empty() ? start(std::move(now), view)
                                        : start_in_map(std::move(now), view);
   tell_of_mask(*frame, *view, result);
   result.mask_age_frames = mask_age_frames;
   result.masks = {masks.begin(), masks.end()};
-  result.orb_ms = orb_ms;
+  result.orb_ms = seen.orb_ms;
   result.motion_ms = motion_ms;
-  result.pose_ms = timer.wall_ms() - orb_ms - motion_ms;
+  result.pose_ms = timer.wall_ms() - motion_ms;
   return result;
 }
 

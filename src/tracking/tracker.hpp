@@ -50,11 +50,24 @@ class Tracker {
   Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
           const Camera& camera, std::uint64_t seed);
 
+  /// A frame before anything is known of what moves in it: all that does not wait for its mask.
+  struct SeenFrame {
+    FrameFeatures features;
+    PredictedMotion motion;
+    std::optional<FlowPrediction> flow;
+    double orb_ms = 0;
+  };
+  [[nodiscard]] SeenFrame look(const FramePtr& frame);
+  /// @param seen what look() gave last.
   /// @param view the newest published view (may be empty before the first keyframe is mapped).
   /// @param masks that arrived since the last call, of this or earlier frames.
   /// @param mapper_busy spares the mapper all but indispensable keyframes.
-  [[nodiscard]] TrackResult step(const FramePtr& frame, const LocalViewPtr& view,
+  [[nodiscard]] TrackResult step(SeenFrame seen, const LocalViewPtr& view,
                                  std::span<const SegmentationPtr> masks, bool mapper_busy);
+  [[nodiscard]] TrackResult step(const FramePtr& frame, const LocalViewPtr& view,
+                                 std::span<const SegmentationPtr> masks, bool mapper_busy) {
+    return step(look(frame), view, masks, mapper_busy);
+  }
 
   /// Of the next frame, in place of what the motion model predicts: the camera's motion since the
   /// frame before, by whoever measures it. Passed over where that frame has no pose.

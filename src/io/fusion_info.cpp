@@ -3,6 +3,7 @@
 #include <map>
 #include <vector>
 
+#include "io/calibration.hpp"
 #include "io/camera_matrix.hpp"
 #include "io/depth_calibration.hpp"
 #include "io/image_file.hpp"
@@ -61,6 +62,8 @@ Result<CameraConfig> lens_of(const Values& values, const std::string& kind) {
   camera.height = side("Height");
   camera.depth_scale = number("m_depthShift", 1000);
   if (!(camera.depth_scale > 0)) return refuse("m_depthShift: must be above 0");
+  if (const auto faults = camera_faults(camera); !faults.empty())
+    return refuse(matrix + ": " + faults.front().key + ": " + faults.front().reason);
   return camera;
 }
 

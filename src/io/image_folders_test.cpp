@@ -285,6 +285,13 @@ TEST(ImageFolders, BundleFusionsInfoTellsOfBothCameras) {
   ASSERT_NE(registered->registration, nullptr);
   EXPECT_EQ(registered->registration->depth_camera().fx, 28);
   EXPECT_NEAR(registered->registration->baseline_m(), 0.02, 1e-6);
+  std::string narrow = kFusionInfo;  // the depth camera's middle lies outside its image
+  narrow.replace(narrow.find("m_depthWidth = 32"), 17, "m_depthWidth = 9");
+  testing::write(folder.path() / "_info.txt", narrow);
+  const auto outside = open_folder_sequence(folder.path());
+  ASSERT_FALSE(outside.ok());
+  EXPECT_NE(outside.error().message.find("m_calibrationDepthIntrinsic: cx"), std::string::npos)
+      << outside.error().message;
   testing::write(folder.path() / "_info.txt", "m_calibrationColorIntrinsic = 1 2 3\n");
   const auto broken = open_folder_sequence(folder.path());
   ASSERT_FALSE(broken.ok());

@@ -136,17 +136,37 @@ Status ConfigSchema::load_yaml(const std::string& path) {
   return load_yaml_text(*text, path);
 }
 
+namespace {
+
+/// YAML::Load() reads the first and drops the rest; YAML::LoadAll() never ends on some damaged
+/// text.
+bool has_several_documents(std::string_view text) {
+  bool has_content = false, is_next = false;
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(text.size(), line.size() + 1));
+    if (line.starts_with("---") || line.starts_with("...")) {
+      is_next = has_content;
+      continue;
+    }
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    if (first == std::string_view::npos || line[first] == '#' || line.starts_with('%')) continue;
+    if (is_next) return true;
+    has_content = true;
+  }
+  return false;
+}
+
+}  // namespace
+
 Status ConfigSchema::load_yaml_text(const std::string& text, const std::string& name) {
   const auto fault = [&](const std::string& what) {
     return Error{ErrorKind::kConfig, name + ": " + what};
   };
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.empty()) return Ok{};
-    if (std::any_of(documents.begin() + 1, documents.end(),
-                    [](const YAML::Node& node) { return !node.IsNull(); }))
+    if (has_several_documents(text))
       return fault("has several documents, parted by lines `---`: keep one");
-    const YAML::Node& root = documents.front();
+    const YAML::Node root = YAML::Load(text);
     if (root.IsNull()) return Ok{};
     if (!root.IsMap()) return fault("not a map of keys");
     Reading reading{*this, {}, {}};

@@ -135,7 +135,7 @@ void declare_bench_options(CLI::App& command, BenchArguments& a) {
       ->type_name("S");
   command
       .add_option("--model", a.model,
-                  "segmentation network, .onnx or .xml; only modes semantic and full use it, but "
+                  "Segmentation network, .onnx or .xml; only modes semantic and full use it, but "
                   "a file that is named must be there")
       ->type_name("FILE");
   command

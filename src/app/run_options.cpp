@@ -102,7 +102,7 @@ void add_input_options(CLI::App& command, RunOptions& o) {
                                : "Folder of images or bag (docs/inputs.md)")
       ->required();
   add(command, kInput, "--model", o.model, "FILE",
-      "segmentation network, .onnx or .xml: YOLO, RTMDet-Ins, RF-DETR-Seg (docs/models.md)");
+      "Segmentation network, .onnx or .xml: YOLO, RTMDet-Ins, RF-DETR-Seg (docs/models.md)");
   add(command, kInput, "--segmenter", o.segmenter, kSegmenterType, kSegmenterHelp)
       ->default_str(segmenter_name(kDefaultSegmenter));
   add(command, kInput, "--camera", o.camera_file, "FILE.yaml",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -121,7 +122,7 @@ bool lies_within(const InstanceView& seen, const TrackPlace& place, const Track&
 /// The track seen a moment ago where an instance is; -1 = none.
 int track_at(const InstanceView& seen, const ObjectFrame& frame, const Tracks& tracks) {
   int nearest = -1;
-  double least_m = 1e9;
+  double least_m = std::numeric_limits<double>::infinity();
   const Vec3 centre_cam = frame.in.T_camera_odom * seen.centre_odom;
   for (const auto& [key, place] : frame.place) {
     const Track& track = tracks.at(key);

@@ -138,16 +138,23 @@ Status ConfigSchema::load_yaml(const std::string& path) {
 
 namespace {
 
+/// A line `---` or `...`, which may have content behind it.
+bool is_document_marker(std::string_view line) {
+  const bool is_marker = line.starts_with("---") || line.starts_with("...");
+  return is_marker &&
+         (line.size() == 3 || std::string_view(" \t\r").find(line[3]) != std::string_view::npos);
+}
+
 /// YAML::Load() reads the first and drops the rest; YAML::LoadAll() never ends on some damaged
 /// text.
 bool has_several_documents(std::string_view text) {
   bool has_content = false, is_next = false;
   while (!text.empty()) {
-    const std::string_view line = text.substr(0, text.find('\n'));
+    std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(text.size(), line.size() + 1));
-    if (line.starts_with("---") || line.starts_with("...")) {
+    if (is_document_marker(line)) {
       is_next = has_content;
-      continue;
+      line.remove_prefix(3);
     }
     const std::size_t first = line.find_first_not_of(" \t\r");
     if (first == std::string_view::npos || line[first] == '#' || line.starts_with('%')) continue;

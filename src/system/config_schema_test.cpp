@@ -96,7 +96,10 @@ TEST_F(ConfigFile, AKeyOrSectionThatIsGivenTwiceIsRefused) {
 
 TEST_F(ConfigFile, OneDocumentIsRead) {
   EXPECT_TRUE(has(fault("orb: {levels: 3}\n---\norb: {levels: 4}\n"), "several documents"));
+  EXPECT_TRUE(has(fault("--- {orb: {levels: 3}}\n---\norb: {levels: 4}\n"), "several documents"));
+  EXPECT_TRUE(has(fault("orb: {levels: 3}\n--- {orb: {levels: 4}}\n"), "several documents"));
   EXPECT_EQ(fault("---\norb: {levels: 3}\n---\n"), "(accepted)");
+  EXPECT_EQ(fault("%YAML 1.2\n---\norb: {levels: 3}\n...\n# the end\n"), "(accepted)");
 }
 
 TEST_F(ConfigFile, RefusesWhatIsOutOfRangeOrOfAnotherType) {

@@ -22,6 +22,17 @@ struct PeopleGrid {
 };
 [[nodiscard]] PeopleGrid make_people_grid(int image_width, int image_height);
 
+/// Calls look(neighbour) for those of the four neighbours that lie in the grid.
+template <typename Look>
+void for_neighbours(int cell, const PeopleGrid& grid, const Look& look) {
+  const int column = cell % kPeopleColumns;
+  const int row = cell / kPeopleColumns;
+  if (column > 0) look(cell - 1);
+  if (column + 1 < grid.columns) look(cell + 1);
+  if (row > 0) look(cell - kPeopleColumns);
+  if (row + 1 < grid.rows) look(cell + kPeopleColumns);
+}
+
 class PeopleInput {
  public:
   explicit PeopleInput(const CameraConfig& camera);

@@ -25,6 +25,19 @@ REACH = """(() => {
     return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y),
             scene.canvas.clientWidth, scene.canvas.clientHeight];
 })()"""
+# The next image takes longer to decode than the one after it.
+FIRST_DECODES_LAST = """(() => {
+    const decode = createImageBitmap;
+    let asked = 0;
+    window.decoded = 0;
+    window.createImageBitmap = async (blob) => {
+        const isFirst = asked++ === 0;
+        while (isFirst && window.decoded < 1) await new Promise((done) => setTimeout(done, 20));
+        const bitmap = await decode(blob);
+        setTimeout(() => ++window.decoded);
+        return bitmap;
+    };
+})()"""
 
 
 def tiles(group):
@@ -108,6 +121,11 @@ class Page(Watched):
             self.assertEqual(await page.value("record.cursor"), 1, "looking back it is no step")
             self.assertEqual(await page.value("record.entries.length"), 4)
             await page.until("Math.abs(image.shown - record.entries[1].t) < 1e-3")
+            await page.value(FIRST_DECODES_LAST)
+            await page.press("ArrowLeft")
+            await page.press("ArrowRight")
+            await page.until("decoded === 2")
+            self.assertLess(await page.value("Math.abs(image.shown - record.entries[1].t)"), 1e-3)
             await page.press("End")
             self.assertIsNone(await page.value("record.cursor"))
             await page.press(" ")

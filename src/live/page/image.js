@@ -11,9 +11,10 @@ class ImagePane {
     this.canvas = canvas;
     this.kept = [];            // {stamp, data}: images of the run so far, thinner the more there are
     this.said = new Map();     // of an image, by its stamp
+    this.requests = this.done = 0;  // images asked for; the last of them that was shown
     this.masks = [];           // outlines with the boxes of their own image
   }
-  forget() { this.kept = []; this.said.clear(); this.masks = []; this.shown = null; }
+  forget() { this.kept = []; this.said.clear(); this.masks = []; this.shown = null; this.done = ++this.requests; }
 
   async add(stamp, data) {
     this.kept.push({stamp, data});
@@ -46,8 +47,12 @@ class ImagePane {
     this.canvas.classList.toggle('faint', !$('no-image').hidden);
     if (wanted) await this.load(wanted);
   }
+  /// Decoding may end in another order than it began: nothing is shown over what was asked for later.
   async load({stamp, data}) {
+    const request = ++this.requests;
     const bitmap = await createImageBitmap(new Blob([data], {type: 'image/jpeg'}));
+    if (request < this.done) { bitmap.close(); return; }
+    this.done = request;
     if (this.bitmap) this.bitmap.close();
     this.bitmap = bitmap;
     this.shown = stamp;

@@ -1,0 +1,31 @@
+// What inertial sensors and wheels measure.
+#pragma once
+
+#include "core/time.hpp"
+#include "geometry/se3.hpp"
+
+namespace ygslam {
+
+/// One reading of an IMU, in its own frame.
+struct ImuSample {
+  Timestamp stamp;
+  Vec3 angular_velocity_radps;
+  Vec3 specific_force_mps2;  ///< acceleration without gravity's: +9.81 upwards in an IMU at rest
+};
+
+/// What an IMU adds to the truth (continuous-time model of Kalibr's IMU noise page).
+struct ImuNoise {
+  double rate_hz = 200;
+  double gyro_noise_radps_sqrthz = 2.4e-4;  ///< white noise, density
+  double accel_noise_mps2_sqrthz = 1.2e-3;
+  double gyro_walk_radps2_sqrthz = 2e-5;  ///< random walk of the bias, density
+  double accel_walk_mps3_sqrthz = 3e-4;
+};
+
+/// One pose of a robot's base in the frame of its own odometry.
+struct OdometrySample {
+  Timestamp stamp;
+  SE3 T_odom_base;
+};
+
+}  // namespace ygslam

@@ -4,6 +4,7 @@
 
 #include "io/camera_matrix.hpp"
 #include "io/depth_calibration.hpp"
+#include "io/folder_calibration.hpp"
 #include "io/fusion_info.hpp"
 #include "io/json_text.hpp"
 #include "io/sequence_parts.hpp"

@@ -1,4 +1,5 @@
 #include "io/image_folders.hpp"
+#include "io/folder_images.hpp"
 
 #include <algorithm>
 #include <array>

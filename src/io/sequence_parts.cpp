@@ -11,51 +11,16 @@
 #include "io/camera_devices.hpp"
 #include "io/camera_formats.hpp"
 #include "io/depth_calibration.hpp"
+#include "io/folder_calibration.hpp"
 #include "io/pairing.hpp"
+#include "io/sequence_warnings.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kCalibration = "calibration.txt";
 constexpr double kLeastPairedShare = 0.1;
-// Pairs this well together need no look at the clocks.
-constexpr std::int64_t kSynchronous_ns = 5'000'000;
-
-class FolderImages final : public ImageSource {
- public:
-  explicit FolderImages(fs::path root) : root_(std::move(root)) {}
-
-  Result<ImageHeader> header(const std::string& name) const override {
-    const auto bytes = read(name);
-    return bytes.ok() ? decode_header(*bytes) : Result<ImageHeader>(bytes.error());
-  }
-  Result<ColourImage> colour(const std::string& name, const ImageSize& size,
-                             int channels) const override {
-    const auto bytes = read(name);
-    if (!bytes.ok()) return bytes.error();
-    return decode_colour(*bytes, size, channels);
-  }
-  Result<DepthImage> depth_m(const std::string& name, const CameraConfig& camera,
-                             const DepthConfig& config) const override {
-    const auto bytes = read(name);
-    if (!bytes.ok()) return bytes.error();
-    return decode_depth_m(*bytes, ImageSize{camera.width, camera.height}, camera.depth_scale,
-                          config);
-  }
-
- private:
-  Result<std::string> read(const std::string& name) const {
-    const fs::path path = root_ / name;
-    auto bytes = read_file(path);
-    if (bytes.ok()) return bytes;
-    // "PATH: reason" without the path
-    return Error{ErrorKind::kInput, bytes.error().message.substr(path.string().size() + 2)};
-  }
-
-  fs::path root_;
-};
 
 Error sequence_fault(const Sequence& sequence, const std::string& what) {
   return {ErrorKind::kInput, sequence.root.string() + ": " + what};
@@ -70,22 +35,6 @@ std::vector<Timestamp> stamps_of(const std::vector<ListedImage>& images) {
   return stamps;
 }
 
-// Warns where colour and depth belong together at another offset than the pairs have.
-void warn_of_offset(const std::optional<std::int64_t>& offset_ns, Sequence& sequence) {
-  if (!offset_ns || sequence.pairs.empty()) return;
-  if (median_difference_ns(sequence.pairs) <= kSynchronous_ns) return;
-  if (std::llabs(*offset_ns) <= kMaxPairDifference_ns) return;
-  sequence.warnings.push_back(sequence.root.string() + ": depth stamps seem offset by " +
-                              milliseconds(*offset_ns) +
-                              " against colour; wrong images may have been paired");
-}
-
-std::string folder_name(const fs::path& root) {
-  std::error_code code;
-  const fs::path full = fs::weakly_canonical(root, code);
-  return (code ? root : full).filename().string();
-}
-
 // The first image whose header can be read says what the others must look like.
 Result<ImageHeader> first_header(const Sequence& sequence, std::string SequencePair::*file,
                                  const std::string& what) {
@@ -98,17 +47,6 @@ Result<ImageHeader> first_header(const Sequence& sequence, std::string SequenceP
   }
   return sequence_fault(sequence, "none of " + std::to_string(sequence.pairs.size()) + " " + what +
                                       " images can be read (" + first_reason + ")");
-}
-
-// File and line of a camera value, as far as it has one.
-std::string camera_place(const Sequence& sequence, const std::string& key) {
-  std::error_code code;
-  fs::path path = sequence.root / sequence.camera_source;
-  if (!fs::exists(path, code)) path = sequence.camera_source;  // given by whoever runs this
-  if (!fs::exists(path, code)) return sequence.root.string() + ": " + sequence.camera_source;
-  const auto text = read_file(path);
-  const int line = text.ok() ? calibration_line(*text, key) : 0;
-  return path.string() + (line > 0 ? ":" + std::to_string(line) : std::string());
 }
 
 constexpr double kRounding = 1.001;  // stamps are written with six digits
@@ -139,76 +77,6 @@ Status check_against_frame_time(const Sequence& sequence) {
   return Ok{};
 }
 
-/// Warns of a principal point that would lie well in images turned by 90 degrees, or of another
-/// size: of both sides it is the same share then.
-void warn_of_other_centre(Sequence& sequence) {
-  constexpr double kNear = 0.05, kFar = 0.1;
-  const CameraConfig& camera = sequence.camera;
-  const auto off = [](double c, int side_px) { return c / side_px - 0.5; };
-  const double off_x = off(camera.cx, camera.width), off_y = off(camera.cy, camera.height);
-  const double turned =
-      std::max(std::abs(off(camera.cx, camera.height)), std::abs(off(camera.cy, camera.width)));
-  const bool is_turned = turned < kNear && std::max(std::abs(off_x), std::abs(off_y)) > kFar;
-  const bool is_scaled =
-      std::abs(off_x - off_y) < kNear && std::min(std::abs(off_x), std::abs(off_y)) > kFar;
-  if (!is_turned && !is_scaled) return;
-  sequence.warnings.push_back(fmt::format(
-      "{}: the principal point cx {:g}, cy {:g} is not near the middle of images of {}: {}",
-      camera_place(sequence, "cx"), camera.cx, camera.cy, shown_size({camera.width, camera.height}),
-      is_turned ? "are cx and cy swapped?" : "is this the camera of images of another size?"));
-}
-
-/// Warns of a principal point in a border of the image: numbers in another order?
-void warn_of_centre(Sequence& sequence) {
-  constexpr double kBorder = 0.2;
-  const CameraConfig& camera = sequence.camera;
-  const auto is_off = [](double c, int side_px) {
-    return c < kBorder * side_px || c > (1 - kBorder) * side_px;
-  };
-  if (!is_off(camera.cx, camera.width) && !is_off(camera.cy, camera.height)) {
-    warn_of_other_centre(sequence);
-    return;
-  }
-  sequence.warnings.push_back(fmt::format(
-      "{}: the principal point cx {:g}, cy {:g} lies far from the middle of images of {}: are fx "
-      "{:g}, fy {:g}, cx and cy in this order?",
-      camera_place(sequence, "cx"), camera.cx, camera.cy, shown_size({camera.width, camera.height}),
-      camera.fx, camera.fy));
-}
-
-/// Warns where stamps seem to be of another unit than seconds, and once of long gaps.
-void warn_of_steps(Sequence& sequence) {
-  constexpr std::size_t kFewest = 3;
-  constexpr double kSlowest_s = 1.5;
-  constexpr double kLongGap_s = 60;
-  if (sequence.pairs.size() < kFewest) return;
-  std::vector<double> steps_s;
-  for (std::size_t i = 1; i < sequence.pairs.size(); ++i)
-    steps_s.push_back(seconds_between(sequence.pairs[i].stamp, sequence.pairs[i - 1].stamp));
-  const double usual_s = median(steps_s);
-  if (constexpr double kFastest_s = 1e-3; usual_s < kFastest_s) {
-    sequence.warnings.push_back(fmt::format(
-        "{}: frames are {:g} s apart, faster than cameras are: are these stamps of another unit?",
-        sequence.root.string(), usual_s));
-    return;
-  }
-  if (usual_s > kSlowest_s) {
-    sequence.warnings.push_back(fmt::format(
-        "{}: frames are {:g} s apart; are these stamps milliseconds? They are taken as seconds",
-        sequence.root.string(), usual_s));
-    return;
-  }
-  const auto longest = std::ranges::max_element(steps_s);
-  if (*longest < kLongGap_s) return;
-  const auto gaps =
-      std::ranges::count_if(steps_s, [](double step_s) { return step_s >= kLongGap_s; });
-  sequence.warnings.push_back(fmt::format(
-      "{}: {} of over a minute between frames, the longest {:.0f} s after stamp {}",
-      sequence.root.string(), gaps == 1 ? "a gap" : std::to_string(gaps) + " gaps", *longest,
-      format_stamp(sequence.pairs[static_cast<std::size_t>(longest - steps_s.begin())].stamp,
-                   sequence.stamp_decimals)));
-}
-
 void find_shutter(Sequence& sequence) {
   CameraConfig& camera = sequence.camera;
   if (camera.shutter_known || !shutter_times(camera).is_global()) {
@@ -232,20 +100,6 @@ void find_shutter(Sequence& sequence) {
   suspected.suspected_colour_readout_ms = camera.colour_readout_ms;
   suspected.suspected_depth_readout_ms = camera.depth_readout_ms;
   camera = suspected;
-}
-
-/// Says what images are, where that is not 8-bit colour and 16-bit depth as most have it.
-void note_kinds(const ImageHeader& colour, Sequence& sequence) {
-  const bool is_usual = colour.channels != 4 && !colour.palette &&
-                        (colour.format == "JPEG" || colour.format == "PNG");
-  if (!is_usual) sequence.notes.push_back("colour images are " + shown_kind(colour));
-  const auto depth = sequence.images->header(sequence.pairs.front().depth_file);
-  if (!depth.ok() || (depth->format == "PNG" && !depth->is_float)) return;
-  std::array<char, 32> scale{};
-  std::snprintf(scale.data(), scale.size(), "%g", sequence.camera.depth_scale);
-  sequence.notes.push_back(
-      "depth images are " + shown_kind(*depth) + ", " +
-      (depth->is_float ? std::string("metres") : scale.data() + std::string(" units per metre")));
 }
 
 }  // namespace
@@ -365,63 +219,6 @@ Status find_depth_camera(const GivenCameras& given, Sequence& sequence) {
   const auto read = read_depth_calibration(path);
   if (!read.ok()) return read.error();
   return set_depth_camera(*read, path.string(), sequence);
-}
-
-Result<std::optional<CameraConfig>> calibration_of_folder(Sequence& sequence) {
-  const fs::path path = sequence.root / kCalibration;
-  std::error_code code;
-  if (!fs::exists(path, code)) return std::optional<CameraConfig>();
-  sequence.camera_source = kCalibration;
-  auto read = read_calibration(path);
-  if (!read.ok()) return read.error();
-  if (const auto note = foreign_camera_note(path.string(), read->depth_scale); !note.empty())
-    sequence.notes.push_back(note);
-  return std::optional(*read);
-}
-
-Result<std::optional<CameraConfig>> json_camera_of_folder(Sequence& sequence) {
-  std::optional<CameraConfig> camera;
-  for (const char* name : {"camera_intrinsic.json", "intrinsic.json", "transforms.json"}) {
-    const fs::path path = sequence.root / name;
-    if (!has_json_camera(path)) continue;
-    const auto read = read_calibration(path);
-    if (!read.ok()) return read.error();
-    if (camera && !are_alike(*camera, *read))
-      return Error{ErrorKind::kConfig, sequence.camera_source + " and " + path.string() +
-                                           " tell of two cameras: choose one with --camera"};
-    if (camera) continue;
-    camera = *read;
-    sequence.camera_source = path.string();
-    if (const auto note = foreign_camera_note(path.string(), read->depth_scale); !note.empty())
-      sequence.notes.push_back(note);
-  }
-  return camera;
-}
-
-bool are_alike(const CameraConfig& a, const CameraConfig& b) {
-  const auto is_near = [](double x, double y, double tolerance) {
-    return std::abs(x - y) <= tolerance;
-  };
-  constexpr double kPrinted_px = 0.5;  // with how few digits a camera may be written
-  constexpr double kDistortion = 1e-3;
-  const auto same_side = [](int x_px, int y_px) { return x_px <= 0 || y_px <= 0 || x_px == y_px; };
-  return is_near(a.fx, b.fx, kPrinted_px) && is_near(a.fy, b.fy, kPrinted_px) &&
-         is_near(a.cx, b.cx, kPrinted_px) && is_near(a.cy, b.cy, kPrinted_px) &&
-         is_near(a.k1, b.k1, kDistortion) && is_near(a.k2, b.k2, kDistortion) &&
-         is_near(a.p1, b.p1, kDistortion) && is_near(a.p2, b.p2, kDistortion) &&
-         is_near(a.k3, b.k3, kDistortion) && same_side(a.width, b.width) &&
-         same_side(a.height, b.height);
-}
-
-std::optional<CameraConfig> preset_of_folder(Sequence& sequence) {
-  const auto preset = camera_preset(folder_name(sequence.root));
-  if (!preset) return std::nullopt;
-  sequence.camera_source = "preset " + preset->name;
-  return preset->camera;
-}
-
-std::shared_ptr<const ImageSource> images_of_folder(const fs::path& root) {
-  return std::make_shared<FolderImages>(root);
 }
 
 }  // namespace ygslam

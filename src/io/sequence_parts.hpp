@@ -38,18 +38,4 @@ Status set_depth_camera(DepthCamera depth, const std::string& source, Sequence& 
 /// The same for a folder: as given, else of calibration_depth.txt; nothing where there is neither.
 Status find_depth_camera(const GivenCameras& given, Sequence& sequence);
 
-/// calibration.txt in the folder; width and height may still be 0, as of all of these.
-[[nodiscard]] Result<std::optional<CameraConfig>> calibration_of_folder(Sequence& sequence);
-/// Open3D's camera_intrinsic.json or intrinsic.json, or nerfstudio's transforms.json, where there
-/// is a camera in it. @return kConfig: a damaged one, or two that differ.
-[[nodiscard]] Result<std::optional<CameraConfig>> json_camera_of_folder(Sequence& sequence);
-/// The known camera of a folder of that name.
-[[nodiscard]] std::optional<CameraConfig> preset_of_folder(Sequence& sequence);
-/// Whether two files tell of one camera, but for rounding.
-[[nodiscard]] bool are_alike(const CameraConfig& a, const CameraConfig& b);
-
-/// The images of a folder, by their paths relative to it.
-[[nodiscard]] std::shared_ptr<const ImageSource> images_of_folder(
-    const std::filesystem::path& root);
-
 }  // namespace ygslam

@@ -1,4 +1,6 @@
 #include "io/tum_sequence.hpp"
+#include "io/folder_calibration.hpp"
+#include "io/folder_images.hpp"
 
 #include <fmt/format.h>
 

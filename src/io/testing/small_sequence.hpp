@@ -1,12 +1,14 @@
 // For tests: a tiny sequence in TUM layout on disk.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 
 #include "core/rng.hpp"
 #include "io/image_file.hpp"
+#include "io/sequence.hpp"
 #include "io/testing/temp_folder.hpp"
 #include "io/text.hpp"
 
@@ -72,5 +74,11 @@ struct SmallSequence {
     if (!calibration.empty()) write(root / "calibration.txt", calibration);
   }
 };
+
+/// Whether a warning holds these words.
+inline bool warns_of(const Sequence& sequence, const std::string& what) {
+  return std::any_of(sequence.warnings.begin(), sequence.warnings.end(),
+                     [&](const std::string& w) { return w.find(what) != std::string::npos; });
+}
 
 }  // namespace ygslam::testing

@@ -90,6 +90,21 @@ void FusedVolume::exchange_appeared(View& view, const PixelState& wanted) {
   state.appeared = wanted.appeared;
 }
 
+void FusedVolume::exchange_pixels(View& view, const ViewPlacement& wanted) {
+  const trace::Span span("exchange pixels");
+  ViewPlacement& now = view.placement;
+  const DepthView before = pixels_of(now);
+  const SeenSpace counted = view.counted ? std::move(*view.counted) : observed_space(view);
+  now.state = wanted.state;
+  now.stamp = wanted.stamp;
+  const SeenSpace& seen = volume_.exchange(before, counted, pixels_of(now), now.T_world_camera);
+  view.counted.reset();
+  if (now.state.removed)
+    view.counted = seen;
+  else
+    view.observed = {seen, now.T_world_camera, space_state(now.state)};
+}
+
 void FusedVolume::sync(DenseViewId id, const ViewPlacement& wanted, double tolerance_m) {
   const auto view = views_.find(id);
   if (view == views_.end()) {
@@ -102,6 +117,10 @@ void FusedVolume::sync(DenseViewId id, const ViewPlacement& wanted, double toler
       same(now.T_world_camera, wanted.T_world_camera) ||
       (tolerance_m > 0 && distance_m(now.T_world_camera, wanted.T_world_camera) <= tolerance_m);
   if (is_there && now.state == wanted.state) return;
+  if (is_there && now.images == wanted.images) {
+    exchange_pixels(view->second, wanted);
+    return;
+  }
   std::optional<ObservedSpace> known = take_back(view);
   put_in(id, wanted, std::move(known));
 }

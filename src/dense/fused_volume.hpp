@@ -29,8 +29,8 @@ class FusedVolume {
   /// From now on the volume is of these views. What is in it otherwise is taken back as it was put
   /// in, what is missing is put in, as long as there are fewer than Volume::kMaxViews.
   void sync(const Placements& wanted);
-  /// The same of one view. Where its pose alone differs, by no more than tolerance_m of what it
-  /// sees, it stays as it is; 0: to the bit.
+  /// The same of one view. Where its pose differs by no more than tolerance_m of what it sees, the
+  /// pose stays as it is; 0: to the bit.
   void sync(DenseViewId id, const ViewPlacement& wanted, double tolerance_m = 0);
   void remove(DenseViewId id);
   /// Puts a view in until the next sync() of all. @param view without objects.
@@ -76,6 +76,8 @@ class FusedVolume {
   [[nodiscard]] const SeenSpace& observed_space(View& view);
   /// Exchanges the cells that a view must not carve, if it differs in nothing else of its pixels.
   void exchange_appeared(View& view, const PixelState& wanted);
+  /// Exchanges its pixels for what is known of them now; its pose stays.
+  void exchange_pixels(View& view, const ViewPlacement& wanted);
   /// @param known what the view observed, as far as that was known.
   void put_in(DenseViewId id, const ViewPlacement& wanted, std::optional<ObservedSpace> known);
   /// @return what the view observed, as far as that was known.

@@ -49,6 +49,11 @@ class BlockSet {
     keys_.push_back(key);
     if (2 * keys_.size() > slots_.size()) refill(2 * slots_.size());
   }
+  [[nodiscard]] bool contains(BlockKey key) const {
+    std::size_t i = first_slot(key);
+    while (slots_[i] != kFree && slots_[i] != key) i = (i + 1) & (slots_.size() - 1);
+    return slots_[i] == key;
+  }
   void clear() {
     keys_.clear();
     std::fill(slots_.begin(), slots_.end(), kFree);

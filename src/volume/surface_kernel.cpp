@@ -12,9 +12,6 @@ namespace ygslam {
 namespace {
 
 constexpr float kNearest_m = 0.05F;  // in front of the lens
-// At a grazing view the band about a pixel's plane reaches far along the ray, to where the surface
-// has long bent away: so many widths of the band are believed.
-constexpr float kLongestReach = 1.5F;
 constexpr auto kDepthUnit_m = static_cast<float>(DepthView::kUnit_m);
 
 std::uint64_t spread_colour(std::uint32_t appearance) {

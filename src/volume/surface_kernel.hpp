@@ -5,6 +5,10 @@
 
 namespace ygslam {
 
+/// At a grazing view the band about a pixel's plane reaches far along the ray, to where the surface
+/// has long bent away: so many widths of the band are believed.
+inline constexpr float kLongestReach = 1.5F;
+
 /// A view at a pose, ready for projecting voxels. Points are in the camera frame, x and y
 /// multiplied by the focal lengths.
 struct SurfaceProjection {

@@ -7,6 +7,7 @@
 #include "core/content_hash.hpp"
 #include "core/parallel.hpp"
 #include "volume/surface_kernel.hpp"
+#include "volume/surface_reach.hpp"
 
 namespace ygslam {
 namespace {
@@ -94,7 +95,8 @@ SurfaceLayer::SurfaceLayer(const SurfaceConfig& config, const DepthNoise& noise)
   CHECK(config.voxel_m > 0 && config.truncation_voxels >= 1 && config.truncation_sigmas >= 0);
 }
 
-void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_camera) {
+void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_camera,
+                                BlockSet& touched) const {
   const Pinhole& camera = view.camera();
   const double block_m = kBlockSide * config_.voxel_m;
   const Eigen::Matrix3f R = (T_world_camera.R() / block_m).cast<float>();
@@ -109,7 +111,7 @@ void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_cam
   constexpr float kHalfTile_px = 0.5F * DepthPyramid::kTile_px;
   const Eigen::Vector2f per_px(static_cast<float>(1 / camera.fx),
                                static_cast<float>(1 / camera.fy));
-  touched_.clear();
+  touched.clear();
   Eigen::Vector3i last_low(0, 0, 0), last_high(-1, -1, -1);
   const auto touch = [&](const Eigen::Vector3f& ray, float near_m, float far_m,
                          const Eigen::Vector3f& normal_camera) {
@@ -128,7 +130,7 @@ void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_cam
     for (int z = low.z(); z <= high.z(); ++z)
       for (int y = low.y(); y <= high.y(); ++y)
         for (int x = low.x(); x <= high.x(); ++x)
-          touched_.insert(block_key(camera_block + Eigen::Vector3i(x, y, z)));
+          touched.insert(block_key(camera_block + Eigen::Vector3i(x, y, z)));
   };
   for (const SurfaceTile& tile : view.surface_tiles()) {
     const Eigen::Vector3f ray((tile.middle_px.x() - static_cast<float>(camera.cx)) * per_px.x(),
@@ -139,14 +141,36 @@ void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_cam
 
 void SurfaceLayer::fuse(const PreparedView& view, const SE3& T_world_camera, int sign,
                         int threads) {
+  find_touched(view, T_world_camera, touched_);
+  ++revision_;
+  fuse_blocks(view, T_world_camera, sign, threads, touched_.keys());
+}
+
+void SurfaceLayer::exchange(const PreparedView& old, const PreparedView& now,
+                            const SE3& T_world_camera, int threads) {
+  find_touched(old, T_world_camera, touched_before_);
+  find_touched(now, T_world_camera, touched_);
+  reached_.clear();
+  add_reached(old, now, {T_world_camera, config_, noise_}, reached_);
+  ++revision_;
+  const auto changed = [&](const BlockSet& its, const BlockSet& others) {
+    std::vector<BlockKey> keys;
+    for (const BlockKey key : its.keys())
+      if (reached_.contains(key) || !others.contains(key)) keys.push_back(key);
+    return keys;
+  };
+  fuse_blocks(old, T_world_camera, -1, threads, changed(touched_before_, touched_));
+  fuse_blocks(now, T_world_camera, 1, threads, changed(touched_, touched_before_));
+}
+
+void SurfaceLayer::fuse_blocks(const PreparedView& view, const SE3& T_world_camera, int sign,
+                               int threads, std::span<const BlockKey> touched) {
   CHECK((sign == 1 || sign == -1) && T_world_camera.is_finite());
   constexpr int kMostBlocks = kBlockBias / 2;  // away from the origin
   CHECK(T_world_camera.t().cwiseAbs().maxCoeff() < kMostBlocks * (kBlockSide * config_.voxel_m));
-  find_touched(view, T_world_camera);
-  ++revision_;
   std::vector<BlockKey> keys;
   std::vector<SurfaceBlock*> blocks;
-  for (const BlockKey key : touched_.keys()) {
+  for (const BlockKey key : touched) {
     SurfaceBlock* block = sign > 0 ? &blocks_.obtain(key) : blocks_.find(key);
     if (block == nullptr) continue;
     keys.push_back(key);

@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "geometry/se3.hpp"
@@ -106,6 +107,11 @@ class SurfaceLayer {
   /// Adds (sign 1) or takes back (sign -1) what a view at a pose contributes. What is taken back
   /// must have been added.
   void fuse(const PreparedView& view, const SE3& T_world_camera, int sign, int threads);
+  /// Takes back what `old` contributed and adds what `now` does, a view of which other pixels count
+  /// or show other objects. To the bit as fuse() of both; blocks that no such pixel reaches are
+  /// left alone.
+  void exchange(const PreparedView& old, const PreparedView& now, const SE3& T_world_camera,
+                int threads);
   /// Takes everything back at once; the memory stays for what comes.
   void clear();
 
@@ -122,7 +128,9 @@ class SurfaceLayer {
   [[nodiscard]] std::uint64_t fingerprint() const;
 
  private:
-  void find_touched(const PreparedView& view, const SE3& T_world_camera);
+  void find_touched(const PreparedView& view, const SE3& T_world_camera, BlockSet& touched) const;
+  void fuse_blocks(const PreparedView& view, const SE3& T_world_camera, int sign, int threads,
+                   std::span<const BlockKey> keys);
 
   SurfaceConfig config_;
   DepthNoise noise_;
@@ -130,7 +138,7 @@ class SurfaceLayer {
   BrickPool bricks_;
   BlockStore<SurfaceBlock> blocks_;
   std::uint64_t revision_ = 0;
-  BlockSet touched_;  // by the view being fused
+  BlockSet touched_, touched_before_, reached_;  // by the views being fused
 };
 
 }  // namespace ygslam

@@ -41,6 +41,18 @@ void Volume::move(const DepthView& view, const SE3& T_world_camera_old,
   fuse(T_world_camera_new, 1);
 }
 
+const SeenSpace& Volume::exchange(const DepthView& old, const SeenSpace& seen, const DepthView& now,
+                                  const SE3& T_world_camera) {
+  CHECK(views_ > 0);
+  prepared_before_.assign(old, config_.preparation);
+  prepared_.assign(now, config_.preparation);
+  surface_.exchange(prepared_before_, prepared_, T_world_camera, config_.threads);
+  space_.count(seen, prepared_before_.spared(), -1, config_.threads);
+  const SeenSpace& seen_now = scan_.step(prepared_, T_world_camera, config_.threads);
+  space_.count(seen_now, prepared_.spared(), 1, config_.threads);
+  return seen_now;
+}
+
 void Volume::clear() {
   surface_.clear();
   space_.clear();

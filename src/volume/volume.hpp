@@ -35,6 +35,10 @@ class Volume {
   const SeenSpace& integrate(const DepthView& view, const SE3& T_world_camera);
   /// Takes it back: the same view at the same pose, to the bit, as was integrated.
   void deintegrate(const DepthView& view, const SE3& T_world_camera);
+  /// Both, for a view of whose image other pixels count by now; its pose stays.
+  /// @param seen what integrate() returned for `old`. @return what `now` says of space.
+  const SeenSpace& exchange(const DepthView& old, const SeenSpace& seen, const DepthView& now,
+                            const SE3& T_world_camera);
   /// Both, for a view whose pose was corrected.
   void move(const DepthView& view, const SE3& T_world_camera_old, const SE3& T_world_camera_new);
   /// Takes all of them back at once; the memory stays for what comes.
@@ -64,7 +68,7 @@ class Volume {
   SurfaceLayer surface_;
   SpaceLayer space_;
   SpaceScan scan_;
-  PreparedView prepared_;
+  PreparedView prepared_, prepared_before_;
   int views_ = 0;
 };
 

@@ -83,6 +83,58 @@ void expect_same_mesh(const TriangleMesh& a, const TriangleMesh& b) {
   }
 }
 
+/// Other pixels count, show another object, or none; objects have other numbers.
+DepthView with_other_pixels(DepthView view, Rng& rng) {
+  const auto within = [&](int side) {
+    return static_cast<int>(rng.next() % static_cast<std::uint64_t>(side));
+  };
+  for (int patch = 0; patch < 3; ++patch) {
+    const int u0 = within(view.object.width()), v0 = within(view.object.height());
+    const int u1 = std::min(u0 + 1 + within(40), view.object.width());
+    const int v1 = std::min(v0 + 1 + within(40), view.object.height());
+    const std::uint8_t object = patch == 0   ? DepthView::kExcluded
+                                : patch == 1 ? DepthView::kNothing
+                                             : DepthView::kUnsure;
+    for (int v = v0; v < v1; ++v)
+      std::fill(view.object.row(v) + u0, view.object.row(v) + u1, object);
+  }
+  for (SceneObjectId& object : view.objects)
+    if (rng.uniform() < 0.3) object = SceneObjectId{static_cast<std::uint16_t>(20 + within(5))};
+  view.spared.clear();
+  for (int i = 0; i < 50; ++i)
+    view.spared.emplace_back(within(40) - 20, within(30) - 15, within(40) - 20);
+  return view;
+}
+
+TEST(Volume, ExchangedPixelsEqualViewsFusedFromNothing) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Rng rng(seed);
+    const World world = furnished();
+    Volume live(coarse(1 + static_cast<int>(seed % 2)));
+    std::vector<DepthView> views;
+    std::vector<SE3> poses;
+    std::vector<SeenSpace> seen;
+    for (std::uint64_t i = 0; i < 3; ++i) {
+      const SE3 pose = random_pose(rng);
+      poses.push_back(pose);
+      views.push_back(render(world, pose, seed * 100 + i));  // grazing walls among them
+      seen.push_back(live.integrate(views.back(), pose));
+    }
+    for (int step = 0; step < 8; ++step) {
+      const std::size_t i = rng.next() % views.size();
+      DepthView now = with_other_pixels(views[i], rng);
+      seen[i] = live.exchange(views[i], seen[i], now, poses[i]);
+      views[i] = std::move(now);
+    }
+    Volume fresh(coarse());
+    for (std::size_t i = 0; i < views.size(); ++i) fresh.integrate(views[i], poses[i]);
+    expect_same(live, fresh);
+    for (std::size_t i = 0; i < views.size(); ++i) live.deintegrate(views[i], poses[i]);
+    EXPECT_TRUE(live.surface().blocks().keys().empty());
+    EXPECT_TRUE(live.space().blocks().keys().empty());
+  }
+}
+
 TEST(Volume, LiveEqualsFusedFromNothing) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     Rng rng(seed);

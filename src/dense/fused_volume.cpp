@@ -126,15 +126,17 @@ void FusedVolume::sync(DenseViewId id, const ViewPlacement& wanted, double toler
 }
 
 void FusedVolume::sync(const Placements& wanted) {
-  const auto stays = [&](const auto& entry) {
+  // In views put in: taking one back costs as much, exchanging pixels not more.
+  const auto cost_of = [&](const auto& entry) {
     const auto its = wanted.find(entry.first);
     const ViewPlacement& now = entry.second.placement;
-    return its != wanted.end() && same(now.T_world_camera, its->second.T_world_camera) &&
-           shows_the_same(now.state, its->second.state);
+    const bool is_there = its != wanted.end() && now.images == its->second.images &&
+                          same(now.T_world_camera, its->second.T_world_camera);
+    return !is_there ? 2 : shows_the_same(now.state, its->second.state) ? 0 : 1;
   };
-  const auto staying = std::count_if(views_.begin(), views_.end(), stays);
-  // Putting all in anew costs half as much as taking each back first.
-  if (2 * (std::ssize(views_) - staying) > std::ssize(wanted)) {
+  std::ptrdiff_t cost = 0;
+  for (const auto& entry : views_) cost += cost_of(entry);
+  if (cost > std::ssize(wanted)) {
     Views before = start_again();
     for (const auto& [id, placement] : wanted)
       put_in(id, placement, std::move(before[id].observed));

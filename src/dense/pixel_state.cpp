@@ -10,24 +10,50 @@ namespace {
 
 constexpr double kInFront_m = 0.05;  // nearer which a box is taken to fill the image
 
-/// Cells and the box around them, which tells of most points that they lie in none.
-struct CellSet {
-  const std::vector<CellKey>* cells;
-  Eigen::AlignedBox3d box_world;
-  bool of_objects;  // whatever its surface was taken for
-
+/// Cells, and as bits all of the box around them.
+class CellSet {
+ public:
   CellSet(const std::vector<CellKey>& keys, double cell_m, bool of_objects_too)
-      : cells(&keys), of_objects(of_objects_too) {
+      : of_objects(of_objects_too), cells_(&keys), cell_m_(cell_m), per_m_(1 / cell_m) {
+    if (keys.empty()) return;
+    Eigen::AlignedBox3i box;
+    for (const CellKey key : keys) box.extend(cell_coordinates(key));
+    low_ = box.min();
+    size_ = box.max() - low_ + Eigen::Vector3i::Ones();
+    origin_ = cell_coordinates(cell_key(Vec3::Zero(), cell_m));
     for (const CellKey key : keys) {
       const Vec3 low = low_corner(key, cell_m);
       box_world.extend(low);
       box_world.extend(low + Vec3::Constant(cell_m));
     }
+    const double bits = size_.cast<double>().prod();
+    if (bits > kMostBits) return;
+    bits_.resize(static_cast<std::size_t>(bits));
+    for (const CellKey key : keys) bits_[offset(cell_coordinates(key) - low_)] = true;
   }
-  [[nodiscard]] bool contains(const Vec3& p_world, double cell_m) const {
-    return box_world.contains(p_world) &&
-           std::binary_search(cells->begin(), cells->end(), cell_key(p_world, cell_m));
+  [[nodiscard]] bool contains(const Vec3& p_world) const {
+    if (!box_world.contains(p_world)) return false;
+    const Vec3 at = p_world * per_m_, down = at.array().floor();
+    const Vec3 part = at - down;
+    // Near a cell's border only cell_key() knows on which side of it a point is.
+    if (bits_.empty() || part.minCoeff() < kBorder || part.maxCoeff() > 1 - kBorder)
+      return std::binary_search(cells_->begin(), cells_->end(), cell_key(p_world, cell_m_));
+    return bits_[offset(down.cast<int>() + origin_ - low_)];
   }
+
+  Eigen::AlignedBox3d box_world;
+  bool of_objects;  // whatever its surface was taken for
+
+ private:
+  static constexpr double kMostBits = 1 << 24, kBorder = 1e-6;
+  [[nodiscard]] std::size_t offset(const Eigen::Vector3i& cell) const {
+    return static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() + cell.x());
+  }
+
+  const std::vector<CellKey>* cells_;
+  double cell_m_, per_m_;
+  Eigen::Vector3i low_, size_, origin_;  // as cell_coordinates() counts
+  std::vector<bool> bits_;
 };
 
 /// Pixels from the first to before the last.
@@ -74,17 +100,20 @@ void exclude_places(const PixelState& state, const SE3& T_world_camera, double c
   Window window;
   for (const CellSet& place : places)
     window.add(window_of(place.box_world, T_camera_world, camera));
+  std::vector<double> ray_x;
+  for (int u = window.u0; u < window.u1; ++u) ray_x.push_back((u - camera.cx) / camera.fx);
   for (int v = window.v0; v < window.v1; ++v) {
+    const double ray_y = (v - camera.cy) / camera.fy;
     for (int u = window.u0; u < window.u1; ++u) {
       std::uint8_t& object = view.object.at(u, v);
       const double depth_m = view.depth.at(u, v) * DepthView::kUnit_m;
       if (object == DepthView::kExcluded || depth_m <= 0) continue;
-      const Vec3 p_camera((u - camera.cx) / camera.fx * depth_m,
-                          (v - camera.cy) / camera.fy * depth_m, depth_m);
+      const Vec3 p_camera(ray_x[static_cast<std::size_t>(u - window.u0)] * depth_m, ray_y * depth_m,
+                          depth_m);
       const Vec3 p_world = T_world_camera * p_camera;
       const bool is_object = DepthView::is_object(object);
       if (std::any_of(places.begin(), places.end(), [&](const CellSet& place) {
-            return (place.of_objects || !is_object) && place.contains(p_world, cell_m);
+            return (place.of_objects || !is_object) && place.contains(p_world);
           }))
         object = DepthView::kExcluded;
     }

@@ -24,6 +24,18 @@ TEST(Camera, DistortInvertsUndistortBetweenPixelCentres) {
 }
 
 // Strong lenses, on which an iteration that trusts its steps runs away.
+TEST(Camera, WholePixelsUndistortToTheSameBits) {
+  CameraConfig config;
+  for (const double k1 : {0.0, 0.2624}) {
+    config.k1 = k1;
+    config.k2 = -k1 * 3.6;
+    const Camera camera(config);
+    for (int v = 0; v < camera.height(); ++v)
+      for (int u = 0; u < camera.width(); ++u)
+        ASSERT_EQ(camera.undistort_pixel(u, v), camera.undistort({u, v})) << u << " " << v;
+  }
+}
+
 TEST(Camera, EveryPixelOfAStrongButPossibleLensHasItsRay) {
   const auto with = [](double k1, double k2, double k3, double p1) {
     CameraConfig c = freiburg1();

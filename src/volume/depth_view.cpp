@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "core/check.hpp"
 
@@ -70,10 +71,11 @@ void warp_depth(const RecordedImages& images, const Camera& camera, const ReadOu
       shutter.is_rolling() ? 1 : 0);
   const Pinhole& ideal = view.camera;
   for (int v = 0; v < ideal.height; ++v) {
+    const float* depths_m = images.depth_m.row(v);
     for (int u = 0; u < ideal.width; ++u) {
-      const float depth_m = images.depth_m.at(u, v);
+      const float depth_m = depths_m[u];
       if (!(depth_m > 0)) continue;
-      const Vec2 ideal_px = camera.undistort({u, v});
+      const Vec2 ideal_px = camera.undistort_pixel(u, v);
       const Eigen::Vector3f p_middle =
           to_middle.move(v, camera.unproject(ideal_px, depth_m).cast<float>());
       if (!(p_middle.z() > 0)) continue;
@@ -109,7 +111,9 @@ class ColourFinder {
       if (p_cam.z() <= 0) return kNoSource;
       uv_px = camera_.distort(camera_.project(p_cam));
       if (!camera_.contains(uv_px)) return kNoSource;
-      row = std::clamp(static_cast<int>(std::lround(uv_px.y())), 0, camera_.height() - 1);
+      const int before = std::exchange(
+          row, std::clamp(static_cast<int>(std::lround(uv_px.y())), 0, camera_.height() - 1));
+      if (row == before) break;
     }
     return static_cast<std::int32_t>(std::lround(uv_px.y())) * camera_.width() +
            static_cast<std::int32_t>(std::lround(uv_px.x()));

@@ -95,7 +95,8 @@ void join_appearance(const Rgb8* colour, const std::uint8_t* object, int width,
 
 }  // namespace
 
-void PreparedView::assign(const DepthView& view, const PreparationConfig& config) {
+void PreparedView::assign(const DepthView& view, const PreparationConfig& config,
+                          const PreparedView* of_same_depth) {
   CHECK(view.depth.width() == view.camera.width && view.depth.height() == view.camera.height);
   CHECK(view.colour.same_size(view.depth) && view.object.same_size(view.depth));
   camera_ = view.camera;
@@ -103,28 +104,34 @@ void PreparedView::assign(const DepthView& view, const PreparationConfig& config
   objects_ = view.objects;
   objects_.resize(DepthView::kUnsure, kNoSceneObject);
   objects_.back() = kUnsureObject;
-  find_tile_depths(view, config);
-  find_tile_slopes(config);
+  if (of_same_depth != nullptr) {
+    tiles_ = of_same_depth->tiles_;
+  } else {
+    find_tile_depths(view, config);
+    find_tile_slopes(config);
+  }
   weigh_pixels(view, config);
   find_surface_tiles(config);
 }
 
 void PreparedView::find_tile_depths(const DepthView& view, const PreparationConfig& config) {
   const int width = camera_.width;
-  columns_ = (width + kTile - 1) / kTile;
-  rows_ = (camera_.height + kTile - 1) / kTile;
-  const auto tiles = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  tile_nearest_.resize(tiles);
-  tile_depth_m_.resize(tiles);
+  tiles_.columns = (width + kTile - 1) / kTile;
+  tiles_.rows = (camera_.height + kTile - 1) / kTile;
+  const auto tiles =
+      static_cast<std::size_t>(tiles_.columns) * static_cast<std::size_t>(tiles_.rows);
+  tiles_.nearest_depth.resize(tiles);
+  tiles_.depth_m.resize(tiles);
   const JumpOf jump(config);
-  const auto padded = static_cast<std::size_t>(columns_) * kTile;
+  const auto padded = static_cast<std::size_t>(tiles_.columns) * kTile;
   std::vector<std::uint16_t> nearest(padded), limit(padded), count(padded);
   std::vector<std::uint32_t> sum(padded);
-  field_columns_ = (columns_ + kFieldTiles - 1) / kFieldTiles;
-  field_rows_ = (rows_ + kFieldTiles - 1) / kFieldTiles;
-  field_farthest_m_.assign(static_cast<std::size_t>(field_columns_ * field_rows_), 0);
+  tiles_.field_columns = (tiles_.columns + kFieldTiles - 1) / kFieldTiles;
+  tiles_.field_rows = (tiles_.rows + kFieldTiles - 1) / kFieldTiles;
+  tiles_.field_farthest_m.assign(static_cast<std::size_t>(tiles_.field_columns * tiles_.field_rows),
+                                 0);
   std::vector<std::uint16_t> farthest(padded);
-  for (int row = 0; row < rows_; ++row) {
+  for (int row = 0; row < tiles_.rows; ++row) {
     std::fill(farthest.begin(), farthest.end(), std::uint16_t{0});
     const int v0 = row * kTile;
     const int v1 = std::min(v0 + kTile, camera_.height);
@@ -138,23 +145,23 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
         farthest[i] = std::max(farthest[i], depth[u]);
       }
     }
-    for (std::size_t column = 0; column < static_cast<std::size_t>(columns_); ++column) {
+    for (std::size_t column = 0; column < static_cast<std::size_t>(tiles_.columns); ++column) {
       const auto first = nearest.begin() + static_cast<std::ptrdiff_t>(column * kTile);
       const std::uint16_t least = *std::min_element(first, first + kTile);
       const bool none = least == DepthPyramid::kNone;
       const auto depth = static_cast<std::uint16_t>(none ? DepthPyramid::kNone : least + 1);
-      tile_nearest_[static_cast<std::size_t>(row * columns_) + column] = depth;
+      tiles_.nearest_depth[static_cast<std::size_t>(row * tiles_.columns) + column] = depth;
       const float reach = none ? 0 : depth + jump.limit_m(depth * kUnit_m) / kUnit_m;
       const auto last = static_cast<std::uint16_t>(std::min(reach, 65534.0F));
       std::fill_n(limit.begin() + static_cast<std::ptrdiff_t>(column * kTile), kTile, last);
     }
-    for (int field = 0; field < field_columns_; ++field) {
+    for (int field = 0; field < tiles_.field_columns; ++field) {
       const int first = field * kFieldTiles * kTile;
-      const int last = std::min(first + kFieldTiles * kTile, columns_ * kTile);
+      const int last = std::min(first + kFieldTiles * kTile, tiles_.columns * kTile);
       const std::uint16_t most =
           *std::max_element(farthest.begin() + first, farthest.begin() + last);
-      float& most_m =
-          field_farthest_m_[static_cast<std::size_t>(row / kFieldTiles * field_columns_ + field)];
+      float& most_m = tiles_.field_farthest_m[static_cast<std::size_t>(
+          row / kFieldTiles * tiles_.field_columns + field)];
       most_m = std::max(most_m, static_cast<float>(most) * kUnit_m);
     }
     std::fill(sum.begin(), sum.end(), 0U);
@@ -168,19 +175,20 @@ void PreparedView::find_tile_depths(const DepthView& view, const PreparationConf
         count[i] = static_cast<std::uint16_t>(count[i] + (counts ? 1 : 0));
       }
     }
-    for (std::size_t column = 0; column < static_cast<std::size_t>(columns_); ++column) {
+    for (std::size_t column = 0; column < static_cast<std::size_t>(tiles_.columns); ++column) {
       std::uint32_t total = 0, n = 0;
       for (std::size_t i = column * kTile; i < (column + 1) * kTile; ++i) {
         total += sum[i];
         n += count[i];
       }
-      tile_depth_m_[static_cast<std::size_t>(row * columns_) + column] =
+      tiles_.depth_m[static_cast<std::size_t>(row * tiles_.columns) + column] =
           n == 0 ? 0 : static_cast<float>(total) / static_cast<float>(n) * kUnit_m;
     }
   }
-  farthest_m_ = std::min(*std::max_element(field_farthest_m_.begin(), field_farthest_m_.end()),
-                         static_cast<float>(config.max_depth_m));
-  nearest_.assign(columns_, rows_, tile_nearest_);
+  tiles_.farthest_m =
+      std::min(*std::max_element(tiles_.field_farthest_m.begin(), tiles_.field_farthest_m.end()),
+               static_cast<float>(config.max_depth_m));
+  tiles_.nearest.assign(tiles_.columns, tiles_.rows, tiles_.nearest_depth);
 }
 
 float PreparedView::farthest_m(const Vec2& low_px, const Vec2& high_px) const {
@@ -189,35 +197,36 @@ float PreparedView::farthest_m(const Vec2& low_px, const Vec2& high_px) const {
     return static_cast<int>(std::clamp((px + 0.5) / kField_px, 0.0, count - 1.0));
   };
   float farthest_m = 0;
-  const int last_column = field(high_px.x(), field_columns_);
-  const int last_row = field(high_px.y(), field_rows_);
-  for (int row = field(low_px.y(), field_rows_); row <= last_row; ++row)
-    for (int column = field(low_px.x(), field_columns_); column <= last_column; ++column)
+  const int last_column = field(high_px.x(), tiles_.field_columns);
+  const int last_row = field(high_px.y(), tiles_.field_rows);
+  for (int row = field(low_px.y(), tiles_.field_rows); row <= last_row; ++row)
+    for (int column = field(low_px.x(), tiles_.field_columns); column <= last_column; ++column)
       farthest_m = std::max(
-          farthest_m, field_farthest_m_[static_cast<std::size_t>(row * field_columns_ + column)]);
+          farthest_m,
+          tiles_.field_farthest_m[static_cast<std::size_t>(row * tiles_.field_columns + column)]);
   return farthest_m;
 }
 
 void PreparedView::find_tile_slopes(const PreparationConfig& config) {
   const JumpOf jump(config);
-  tile_slope_.assign(tile_depth_m_.size(), 0);
-  tile_cos_.assign(tile_depth_m_.size(), 0);
-  tile_normals_.assign(tile_depth_m_.size(), Eigen::Vector3f(0, 0, -1));
+  tiles_.slope.assign(tiles_.depth_m.size(), 0);
+  tiles_.cos.assign(tiles_.depth_m.size(), 0);
+  tiles_.normals.assign(tiles_.depth_m.size(), Eigen::Vector3f(0, 0, -1));
   const auto fx = static_cast<float>(camera_.fx) / kTile;
   const auto fy = static_cast<float>(camera_.fy) / kTile;
   constexpr float kMiddle_px = 0.5F * (kTile - 1);
-  for (int row = 0; row < rows_; ++row) {
+  for (int row = 0; row < tiles_.rows; ++row) {
     const float y =
         (static_cast<float>(row * kTile) + kMiddle_px - static_cast<float>(camera_.cy)) /
         static_cast<float>(camera_.fy);
-    for (int column = 0; column < columns_; ++column) {
-      const auto i = static_cast<std::size_t>(row * columns_ + column);
+    for (int column = 0; column < tiles_.columns; ++column) {
+      const auto i = static_cast<std::size_t>(row * tiles_.columns + column);
       const auto at = [&](int c, int r) {
-        return c < 0 || r < 0 || c >= columns_ || r >= rows_
+        return c < 0 || r < 0 || c >= tiles_.columns || r >= tiles_.rows
                    ? 0
-                   : tile_depth_m_[static_cast<std::size_t>(r * columns_ + c)];
+                   : tiles_.depth_m[static_cast<std::size_t>(r * tiles_.columns + c)];
       };
-      const float z = tile_depth_m_[i];
+      const float z = tiles_.depth_m[i];
       if (z <= 0) continue;
       const float x =
           (static_cast<float>(column * kTile) + kMiddle_px - static_cast<float>(camera_.cx)) /
@@ -229,9 +238,9 @@ void PreparedView::find_tile_slopes(const PreparationConfig& config) {
       // product, whose product with r is z.
       const Eigen::Vector3f across(-z_u, -z_v, z + x * z_u + y * z_v);
       const float slope = z / across.norm();
-      tile_slope_[i] = slope;
-      tile_cos_[i] = slope / std::sqrt(x * x + y * y + 1);
-      tile_normals_[i] = -across.normalized();
+      tiles_.slope[i] = slope;
+      tiles_.cos[i] = slope / std::sqrt(x * x + y * y + 1);
+      tiles_.normals[i] = -across.normalized();
     }
   }
 }
@@ -255,7 +264,7 @@ void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& 
     const std::uint16_t* from = view.depth.row(v);
     for (int u = 0; u < width; ++u) row[static_cast<std::size_t>(u) + 1] = from[u] * kUnit_m;
   };
-  const auto tiled = static_cast<std::size_t>(columns_) * kTile;
+  const auto tiled = static_cast<std::size_t>(tiles_.columns) * kTile;
   std::vector<float> slope(tiled), cosine(tiled);
   load(0, depths[1]);
   for (int v = 0; v < height; ++v) {
@@ -264,10 +273,10 @@ void PreparedView::weigh_pixels(const DepthView& view, const PreparationConfig& 
     load(v + 1, depths[static_cast<std::size_t>((v + 2) % 3)]);
     const float* below = depths[static_cast<std::size_t>((v + 2) % 3)].data() + 1;
     if (v % kTile == 0) {
-      const std::size_t first = static_cast<std::size_t>(v / kTile * columns_);
+      const std::size_t first = static_cast<std::size_t>(v / kTile * tiles_.columns);
       for (std::size_t i = 0; i < tiled; ++i) {
-        slope[i] = tile_slope_[first + i / kTile];
-        cosine[i] = tile_cos_[first + i / kTile];
+        slope[i] = tiles_.slope[first + i / kTile];
+        cosine[i] = tiles_.cos[first + i / kTile];
       }
     }
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(v) * width;
@@ -282,9 +291,9 @@ void PreparedView::find_surface_tiles(const PreparationConfig& config) {
   surface_tiles_.clear();
   const auto width = static_cast<std::size_t>(camera_.width);
   constexpr int kNever = 0xffff;
-  std::vector<int> low(static_cast<std::size_t>(columns_) * kTile), high(low.size());
+  std::vector<int> low(static_cast<std::size_t>(tiles_.columns) * kTile), high(low.size());
   const JumpOf jump(config);
-  for (int row = 0; row < rows_; ++row) {
+  for (int row = 0; row < tiles_.rows; ++row) {
     std::fill(low.begin(), low.end(), kNever);
     std::fill(high.begin(), high.end(), 0);
     const int v1 = std::min((row + 1) * kTile, camera_.height);
@@ -297,7 +306,7 @@ void PreparedView::find_surface_tiles(const PreparationConfig& config) {
         high[u] = std::max(high[u], counts ? depth : 0);
       }
     }
-    for (int column = 0; column < columns_; ++column) {
+    for (int column = 0; column < tiles_.columns; ++column) {
       const int* l = low.data() + column * kTile;
       const int* h = high.data() + column * kTile;
       static_assert(kTile == 4);
@@ -307,7 +316,7 @@ void PreparedView::find_surface_tiles(const PreparationConfig& config) {
       SurfaceTile tile;
       tile.middle_px = {static_cast<float>(column * kTile) + kMiddle_px,
                         static_cast<float>(row * kTile) + kMiddle_px};
-      tile.normal_camera = tile_normals_[static_cast<std::size_t>(row * columns_ + column)];
+      tile.normal_camera = tiles_.normals[static_cast<std::size_t>(row * tiles_.columns + column)];
       tile.near_m = static_cast<float>(nearest) * kUnit_m;
       tile.far_m = static_cast<float>(farthest) * kUnit_m;
       // Noise alone spreads a tile's depths by more than the limit between two neighbours.

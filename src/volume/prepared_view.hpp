@@ -55,7 +55,10 @@ class PreparedView {
   static constexpr float kSlopeUnit = 1.0F / 192;
   static constexpr int kMaxWeight = 15;
 
-  void assign(const DepthView& view, const PreparationConfig& config);
+  /// @param of_same_depth a view prepared from the same depth by the same camera, if there is one:
+  /// what follows from depth alone is taken from it.
+  void assign(const DepthView& view, const PreparationConfig& config,
+              const PreparedView* of_same_depth = nullptr);
 
   [[nodiscard]] const Pinhole& camera() const { return camera_; }
   /// Of each pixel: depth [DepthView::kUnit_m] | slope [kSlopeUnit] << 16 | weight << 24. The
@@ -66,13 +69,13 @@ class PreparedView {
   [[nodiscard]] const std::uint32_t* appearance() const { return appearance_.data(); }
   /// Where the pixels with a weight are.
   [[nodiscard]] const std::vector<SurfaceTile>& surface_tiles() const { return surface_tiles_; }
-  [[nodiscard]] const DepthPyramid& nearest() const { return nearest_; }
+  [[nodiscard]] const DepthPyramid& nearest() const { return tiles_.nearest; }
   /// Of every number but DepthView::kNothing and kExcluded, kUnsure included.
   [[nodiscard]] const std::vector<SceneObjectId>& objects() const { return objects_; }
   /// DepthView::spared.
   [[nodiscard]] const std::vector<Eigen::Vector3i>& spared() const { return spared_; }
   /// Of all pixels, at most PreparationConfig::max_depth_m.
-  [[nodiscard]] float farthest_m() const { return farthest_m_; }
+  [[nodiscard]] float farthest_m() const { return tiles_.farthest_m; }
   /// No depth of the pixels in a rectangle, as far as it lies in the image, is greater.
   [[nodiscard]] float farthest_m(const Vec2& low_px, const Vec2& high_px) const;
 
@@ -84,20 +87,25 @@ class PreparedView {
   /// Of a tile of several surfaces: one after the other, where depths lie farther apart than this.
   void add_parts(SurfaceTile tile, int u0, int v0, float gap_m);
 
+  static constexpr int kFieldTiles = 8;  // along a side of the fields whose farthest is kept
+  /// What follows from depth alone.
+  struct Tiles {
+    DepthPyramid nearest;
+    float farthest_m = 0;
+    int field_columns = 0, field_rows = 0;
+    std::vector<float> field_farthest_m;
+    int columns = 0, rows = 0;
+    std::vector<std::uint16_t> nearest_depth;
+    std::vector<float> depth_m;  // mean of the nearest surface in the tile, 0 = none
+    std::vector<float> slope, cos;
+    std::vector<Eigen::Vector3f> normals;
+  };
+
   Pinhole camera_;
   std::vector<std::uint32_t> geometry_, appearance_;
   std::vector<SceneObjectId> objects_;
   std::vector<Eigen::Vector3i> spared_;
-  DepthPyramid nearest_;
-  float farthest_m_ = 0;
-  static constexpr int kFieldTiles = 8;  // along a side of the fields whose farthest is kept
-  int field_columns_ = 0, field_rows_ = 0;
-  std::vector<float> field_farthest_m_;
-  int columns_ = 0, rows_ = 0;  // of tiles
-  std::vector<std::uint16_t> tile_nearest_;
-  std::vector<float> tile_depth_m_;  // mean of the nearest surface in the tile, 0 = none
-  std::vector<float> tile_slope_, tile_cos_;
-  std::vector<Eigen::Vector3f> tile_normals_;
+  Tiles tiles_;
   std::vector<SurfaceTile> surface_tiles_;
 };
 

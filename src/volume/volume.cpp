@@ -1,5 +1,6 @@
 #include "volume/volume.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/check.hpp"
@@ -45,7 +46,9 @@ const SeenSpace& Volume::exchange(const DepthView& old, const SeenSpace& seen, c
                                   const SE3& T_world_camera) {
   CHECK(views_ > 0);
   prepared_before_.assign(old, config_.preparation);
-  prepared_.assign(now, config_.preparation);
+  const bool has_same_depth =
+      std::equal(old.depth.begin(), old.depth.end(), now.depth.begin(), now.depth.end());
+  prepared_.assign(now, config_.preparation, has_same_depth ? &prepared_before_ : nullptr);
   surface_.exchange(prepared_before_, prepared_, T_world_camera, config_.threads);
   space_.count(seen, prepared_before_.spared(), -1, config_.threads);
   const SeenSpace& seen_now = scan_.step(prepared_, T_world_camera, config_.threads);

@@ -1,6 +1,7 @@
 #include "simulation/world/camera_paths.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kFrame_s = 1.0 / 30;
+constexpr double kFeltStep_s = 0.02;  // a body gives way within a few hundredths of a second
 
 /// One excursion to both sides that starts and ends at rest; phase and value in -1..1.
 double excursion(double phase) {
@@ -32,6 +34,25 @@ double solve(double low, double high, double target, const Measure& measure) {
 Vec3 catmull_rom(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, double t) {
   return 0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t * t +
                 (3 * b - a - 3 * c + d) * t * t * t);
+}
+
+/// A quintic B-spline whose control points are the values themselves: four times differentiable,
+/// and smooth over three steps to both sides (de Boor 1978, chapter XI).
+template <typename Value>
+auto on_spline(double x, double step, const Value& value_at) {
+  const double first = std::floor(x / step);
+  const double u = x / step - first;
+  const double u2 = u * u, u3 = u2 * u, u4 = u3 * u, u5 = u4 * u;
+  const std::array<double, 6> weights = {1 - 5 * u + 10 * u2 - 10 * u3 + 5 * u4 - u5,
+                                         26 - 50 * u + 20 * u2 + 20 * u3 - 20 * u4 + 5 * u5,
+                                         66 - 60 * u2 + 30 * u4 - 10 * u5,
+                                         26 + 50 * u + 20 * u2 - 20 * u3 - 20 * u4 + 10 * u5,
+                                         1 + 5 * u + 10 * u2 + 10 * u3 + 5 * u4 - 5 * u5,
+                                         u5};
+  auto sum = (weights[0] / 120 * value_at((first - 2) * step)).eval();
+  for (int i = 1; i < 6; ++i)
+    sum += weights[static_cast<std::size_t>(i)] / 120 * value_at((first - 2 + i) * step);
+  return sum;
 }
 
 /// Table 1 of the paper; a walking person holds the camera at 0.8 m/s.
@@ -192,16 +213,37 @@ Vec3 CameraPath::walk_point(double s_m) const {
   return (1 - k) * curve_[i - 1] + k * curve_[i];
 }
 
-SE3 CameraPath::base_walk(double t_s) const {
-  const double s_m = target_.translation_mps * t_s;
-  const Vec3 here = walk_point(s_m);
-  // Looking where one will be: the mean of several points ahead turns smoothly.
+/// Looking where one will be: the mean of several points ahead turns smoothly.
+Vec3 CameraPath::walk_view(double s_m, const Vec3& here) const {
   Vec3 ahead = Vec3::Zero();
   constexpr int kLooks = 8;
   for (int i = 1; i <= kLooks; ++i) ahead += (walk_point(s_m + 0.25 * i) - here) / kLooks;
   if (!config_.closed && ahead.norm() < 0.3) {
     ahead = here - walk_point(s_m - 1.0);
   }
+  return ahead;
+}
+
+SE3 CameraPath::base_walk(double t_s) const {
+  const double s_m = target_.translation_mps * t_s;
+  const Vec3 here = walk_point(s_m);
+  const Vec3 ahead = walk_view(s_m, here);
+  const double bob_m = config_.jerk * 0.012 * std::sin(kTwoPi * 1.8 * t_s);
+  return look_at_pose(here + Vec3(0, 0, bob_m),
+                      here + Vec3(ahead.x(), ahead.y(), -0.08 * ahead.head<2>().norm()));
+}
+
+SE3 CameraPath::base_walk_felt(double t_s) const {
+  const Vec6 view = on_spline(t_s, kFeltStep_s, [&](double knot_s) {
+    const double s_m = target_.translation_mps * knot_s;
+    const Vec3 here = walk_point(s_m);
+    // Who walks at the first image walked before it.
+    const bool is_before = !config_.closed && s_m < 0;
+    const Vec3 way = is_before ? Vec3(s_m * (curve_[1] - curve_[0]).normalized()) : Vec3::Zero();
+    return (Vec6() << here + way, walk_view(s_m, here)).finished();
+  });
+  const Vec3 here = view.head<3>();
+  const Vec3 ahead = view.tail<3>();
   const double bob_m = config_.jerk * 0.012 * std::sin(kTwoPi * 1.8 * t_s);
   return look_at_pose(here + Vec3(0, 0, bob_m),
                       here + Vec3(ahead.x(), ahead.y(), -0.08 * ahead.head<2>().norm()));
@@ -240,6 +282,14 @@ SE3 CameraPath::T_world_camera(double t_s) const {
     }
   }
   return in_hand(t_s);
+}
+
+SE3 CameraPath::T_world_camera_felt(double t_s, double within_s) const {
+  for (const Kidnap& kidnap : config_.kidnaps) {
+    if (within_s >= kidnap.from_s && within_s < kidnap.until_s)
+      return look_at_pose(kidnap.at, kidnap.look_at) * sway(t_s);
+  }
+  return (config_.kind == PathKind::kWalk ? base_walk_felt(t_s) : base(t_s)) * sway(t_s);
 }
 
 PathSpeed CameraPath::measured_speed() const {

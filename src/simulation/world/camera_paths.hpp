@@ -44,6 +44,12 @@ class CameraPath {
   explicit CameraPath(const CameraPathConfig& config);
 
   [[nodiscard]] SE3 T_world_camera(double t_s) const;
+  /// The same motion as a body with mass can make it, for inertial sensors. A walk is drawn along
+  /// short straight pieces, at whose ends the velocity would jump: here a smooth curve runs past
+  /// them, within 1 mm and 0.03 degrees (4 mm and 0.2 degrees at ring's sharp corners; where
+  /// long_floor turns round, within 50 ms, no body could follow). A kidnapping takes no time, which
+  /// nobody can feel: the motion of the stretch that holds `within_s` goes on before and after it.
+  [[nodiscard]] SE3 T_world_camera_felt(double t_s, double within_s) const;
   /// Average speeds over the configured duration, poses 1/30 s apart.
   /// Of the motion in the hand: the jumps of a kidnapping are not counted.
   [[nodiscard]] PathSpeed measured_speed() const;
@@ -58,6 +64,8 @@ class CameraPath {
   [[nodiscard]] SE3 base_rpy(double t_s) const;
   [[nodiscard]] SE3 base_halfsphere(double t_s) const;
   [[nodiscard]] SE3 base_walk(double t_s) const;
+  [[nodiscard]] SE3 base_walk_felt(double t_s) const;
+  [[nodiscard]] Vec3 walk_view(double s_m, const Vec3& here) const;
   [[nodiscard]] Vec3 walk_point(double s_m) const;
   [[nodiscard]] SE3 sway(double t_s) const;
   /// The pose, had nobody been kidnapped.

@@ -13,9 +13,9 @@ namespace ygslam::sim {
 struct WheelOptions {
   double rate_hz = 50;
   double track_m = 0.35;        ///< from wheel to wheel
-  double radius_error = 0.005;  ///< standard deviations, relative: of each wheel
-  double track_error = 0.01;
-  double slip_m = 0.003;      ///< of each wheel's way after a metre; grows with the root of the way
+  double radius_error = 0.001;  ///< standard deviations, relative: of each wheel
+  double track_error = 0.005;
+  double slip_m = 0.001;      ///< of each wheel's way after a metre; grows with the root of the way
   double slips_per_100m = 0;  ///< a wheel spins: for 0.4 s it turns half as far again as it rolls
   std::uint64_t seed = 1;
 };

@@ -44,7 +44,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Target{"surface_ply", surface_ply}, Target{"objects", objects},
                       Target{"live_requests", live_requests}, Target{"bags", bags},
                       Target{"messages", messages}, Target{"image_files", image_files},
-                      Target{"poses", poses}, Target{"network_outputs", network_outputs}),
+                      Target{"poses", poses}, Target{"network_outputs", network_outputs},
+                      Target{"inertial", inertial}),
     [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace

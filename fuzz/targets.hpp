@@ -25,5 +25,6 @@ void messages(std::string_view bytes);
 void image_files(std::string_view bytes);
 void poses(std::string_view bytes);
 void network_outputs(std::string_view bytes);
+void inertial(std::string_view bytes);
 
 }  // namespace ygslam::fuzz

@@ -487,6 +487,12 @@ class Rows(unittest.TestCase):
             "folder with one pose a file": ("tests/inputs_test.py", "test_one_pose_a_file"),
             "folder of Replica": ("tests/inputs_test.py", "test_replica"),
             "bag or MCAP": ("tests/inputs_test.py", "test_bags")},
+        "Inertial readings": {
+            "EuRoC's": ("src/io/imu_file_test.cpp", "EurocsFileIsReadFromDisk"),
+            "text": ("src/io/imu_file_test.cpp", "LinesInSecondsAreRead"),
+            "header line": ("src/io/imu_file_test.cpp", "HeaderNamesColumnsInAnyOrder"),
+            "TUM's": ("src/io/imu_file_test.cpp", "TumsAccelerometerIsReadAsOneAlone"),
+            "bag or MCAP": ("src/bag/bag_imu_test.cpp", "HalvesOfARealSenseAreUnited")},
         "Surfaces": {
             "binary": ("tests/inputs_test.py", '"big-endian PLY"'),
             "text": ("tests/inputs_test.py", '"PLY as text"'),

@@ -109,15 +109,20 @@ class OutputsPage(CliTest):
     def test_simulate(self):
         out = self.folder / "world"
         small = ("--out", out, "--size", "160x120", "--seconds", 0.5)
-        self.done("simulate", "walking_xyz", *small, "--truth")
+        sensors = ("--imu", "BMI085", "--wheels")
+        self.done("simulate", "walking_xyz", *small, *sensors, "--truth")
         self.assert_told("Files of `simulate`", listing(out))
+        self.assert_told("Keys of `imu.yaml`", {line.split(":")[0] for line in (out / "imu.yaml").read_text(
+            encoding="utf-8").splitlines() if not line.startswith("#")})
         for file in ("things/instances.json", "movers/1.txt"):
             self.assertTrue((out / file).is_file(), file)
         self.assert_told("Keys of `simulation.json`", keys(self.load(out, "simulation.json")))
         self.assert_told("Keys of `true_objects.json`", keys(self.load(out, "true_objects.json")))
         told = names("Files of `simulate`")
-        self.done("simulate", "walking_xyz", *small)
+        self.done("simulate", "walking_xyz", *small, *sensors)
         self.assert_told("Files of `simulate`, no truth", listing(out), told[:told.index("mask/")])
+        self.done("simulate", "walking_xyz", *small)
+        self.assert_told("Files of `simulate`, no sensors", listing(out), told[:told.index("imu.csv")])
         out = self.folder / "random"
         self.done("simulate", "--random", 2, "--out", out, "--size", "160x120")
         self.assert_told("Files of `simulate --random`", listing(out))

@@ -19,6 +19,7 @@
 #include "app/option_checks.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
+#include "app/simulate_inertial.hpp"
 #include "app/simulate_poses.hpp"
 #include "app/simulate_random.hpp"
 #include "app/simulation_outputs.hpp"
@@ -54,6 +55,7 @@ struct SimulateArguments {
   std::vector<std::string> without;
   std::vector<std::string> faults;
   sim::SequenceOptions options;
+  InertialOptions inertial;
 };
 
 Status complete_options(SimulateArguments& arguments) {
@@ -90,6 +92,8 @@ Status complete_options(SimulateArguments& arguments) {
     return Error{ErrorKind::kUsage, "--out DIR is missing (or --mcap, --view)"};
   if (arguments.out.empty() && arguments.truth)
     return Error{ErrorKind::kUsage, "--truth is written to --out DIR, which is missing"};
+  if (arguments.out.empty() && arguments.mcap.empty() && arguments.inertial.any())
+    return Error{ErrorKind::kUsage, "--imu and --wheels need --out DIR or --mcap FILE"};
   if (arguments.random) return Ok{};
   if (arguments.world.empty())
     return Error{ErrorKind::kUsage, "which world? --list shows the known ones"};
@@ -166,7 +170,7 @@ Result<int> render(sim::SequenceSource& source, SimulationOutputs& outputs) {
 /// How the sequence was made, for whoever finds it later (`ygslam bench` for one).
 Status write_origin(const SimulateArguments& arguments, const sim::SequenceSource& source,
                     int frames) {
-  const nlohmann::ordered_json json = {
+  nlohmann::ordered_json json = {
       {"format", 1},
       {"world", std::filesystem::path(arguments.world).filename().string()},
       {"frames", frames},
@@ -184,8 +188,9 @@ Status write_origin(const SimulateArguments& arguments, const sim::SequenceSourc
       {"distortion", arguments.options.distortion},
       {"depth_camera", source.depth_camera() ? nlohmann::ordered_json(
                                                    format_depth_calibration(*source.depth_camera()))
-                                             : nlohmann::ordered_json()},
-      {"version", version()}};
+                                             : nlohmann::ordered_json()}};
+  tell_inertial(arguments.inertial, json);
+  json["version"] = version();
   return write_file_atomically(
       std::filesystem::path(arguments.out) / "simulation.json",
       json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
@@ -197,16 +202,16 @@ Status check_sequence_files(const SimulateArguments& a) {
   uses.reads("--depth-camera", a.depth_camera);
   if (a.poses != kStandardInput) uses.reads("--poses", a.poses);
   uses.writes("--mcap", a.mcap);
-  uses.writes_in(
-      "--out", a.out,
-      {"rgb/*.jpg", "rgb/*.png", "depth/*.png", "rgb.txt", "depth.txt", "associations.txt",
-       "groundtruth.txt", "calibration.txt", "calibration_depth.txt", "simulation.json"});
+  uses.writes_in("--out", a.out,
+                 {"rgb/*.jpg", "rgb/*.png", "depth/*.png", "rgb.txt", "depth.txt",
+                  "associations.txt", "groundtruth.txt", "calibration.txt", "calibration_depth.txt",
+                  "simulation.json", sim::kImuReadings, sim::kImuPlace, sim::kWheelPoses});
   if (a.truth)
     uses.writes_in(
         "--out", a.out,
         {"mask/*.png", "things/*.png", "things/instances.json", "moving/*.png", "depth_true/*.png",
          "rgb_static/*.jpg", "rgb_static/*.png", "depth_static/*.png", "movers/*.txt",
-         "instances.json", "true_objects.json", "static.ply"});
+         "instances.json", "true_objects.json", "static.ply", sim::kImuTruth});
   return uses.check();
 }
 
@@ -244,14 +249,20 @@ Status simulate(SimulateArguments arguments) {
   if (StopSignal::received() != 0) return Ok{};  // what is in the folder already stays
   Result<SimulationOutputs> outputs =
       open_outputs(*source, arguments.out, arguments.mcap, arguments.view,
+                   arguments.mcap.empty() ? RecordedSensors{}
+                                          : recorded_sensors(*source, arguments.inertial, o.seed),
                    {.jpeg = arguments.format == "jpg", .truth = arguments.truth});
   if (!outputs) return outputs.error();
   const Result<int> frames = arguments.poses.empty()
                                  ? render(*source, *outputs)
                                  : render_poses(arguments.poses, *source, *outputs);
   if (!frames) return frames.error();
-  if (*frames > 0 && outputs->files)
-    if (Status status = write_origin(arguments, *source, *frames); !status) return status;
+  if (*frames > 0 && outputs->files) {
+    Status status = write_inertial(arguments.out, *source, arguments.inertial, o.seed, *frames,
+                                   arguments.truth);
+    if (status.ok()) status = write_origin(arguments, *source, *frames);
+    if (!status.ok()) return status;
+  }
   if (*frames > 0 && outputs->view && arguments.view.stay) {
     outputs->view->finish(nullptr);
     const bool is_whole = StopSignal::received() == 0;
@@ -267,17 +278,19 @@ constexpr const char* kSimulateFooter =
     "  ygslam simulate --list\n"
     "  ygslam simulate walking_xyz --out wx --truth\n"
     "  ygslam simulate crowd --out c --seconds 10 --fault depth:stuck@4s+2s --blur 0.3\n"
+    "  ygslam simulate robot_rounds --out r --imu BMI085 --wheels\n"
     "  ygslam simulate --random 1000 --out frames --size 320x240\n"
     "Writes rgb/, depth/, rgb.txt, depth.txt, associations.txt, groundtruth.txt, calibration.txt "
     "and\n"
-    "simulation.json (how it was made), with --depth-camera calibration_depth.txt; --random: "
-    "images in\n"
-    "folders and frames.csv. --truth adds\n"
+    "simulation.json (how it was made), with --depth-camera calibration_depth.txt, with --imu "
+    "imu.csv and\n"
+    "imu.yaml, with --wheels odom.csv; --random: images in folders and frames.csv. --truth adds\n"
     "mask/ (ids of people and movers, named in instances.json), things/ (ids of all things),\n"
     "moving/ (what moved since the frame before), depth_true/, rgb_static/ and depth_static/ (the "
     "view\n"
-    "without movers), movers/ (their poses), true_objects.json and static.ply (the room's "
-    "surface).\n"
+    "without movers), movers/ (their poses), true_objects.json, static.ply (the room's surface) "
+    "and\n"
+    "imu_true.csv (poses, velocities and biases of the --imu).\n"
     "See docs/rendered-world.md. Exit codes: 0 ok, 2 usage, 3 a depth camera that is wrong,\n"
     "4 a world that is wrong, 9 output not written.";
 
@@ -372,6 +385,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->type_name("FILE")
       ->excludes("--seconds")
       ->excludes("--fps");
+  add_inertial_options(*command, a.inertial);
   add_view_options(*command, a.view);
   CLI::Option* random = command->add_option(
       "--random", a.random,

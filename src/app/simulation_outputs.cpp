@@ -33,7 +33,7 @@ bool SimulationOutputs::show(const sim::SimulatedFrame& frame, const sim::Sequen
 
 Result<SimulationOutputs> open_outputs(const sim::SequenceSource& source, const std::string& out,
                                        const std::string& mcap, const ViewOptions& view,
-                                       const sim::WriteOptions& options) {
+                                       RecordedSensors sensors, const sim::WriteOptions& options) {
   SimulationOutputs outputs;
   if (!mcap.empty())
     if (Status status = McapWriter::check(mcap); !status) return status.error();
@@ -52,6 +52,7 @@ Result<SimulationOutputs> open_outputs(const sim::SequenceSource& source, const 
     auto recording = SimulationRecorder::create(mcap, source, options.jpeg);
     if (!recording) return recording.error();
     outputs.recording = std::move(*recording);
+    outputs.recording->also(std::move(sensors));
   }
   return outputs;
 }

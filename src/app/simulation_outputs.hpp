@@ -27,10 +27,8 @@ struct SimulationOutputs {
 };
 
 /// @param out,mcap empty = none.
-[[nodiscard]] Result<SimulationOutputs> open_outputs(const sim::SequenceSource& source,
-                                                     const std::string& out,
-                                                     const std::string& mcap,
-                                                     const ViewOptions& view,
-                                                     const sim::WriteOptions& options);
+[[nodiscard]] Result<SimulationOutputs> open_outputs(
+    const sim::SequenceSource& source, const std::string& out, const std::string& mcap,
+    const ViewOptions& view, RecordedSensors sensors, const sim::WriteOptions& options);
 
 }  // namespace ygslam

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "bag/imu_messages.hpp"
 #include "bag/ros_images.hpp"
 #include "image/depth.hpp"
 #include "io/image_file.hpp"
@@ -11,6 +12,10 @@ namespace ygslam {
 namespace {
 
 constexpr const char* kDepthFrame = "depth_optical";
+constexpr const char* kImuFrame = "imu";
+constexpr const char* kBaseFrame = "base_link";
+constexpr const char* kWheelFrame = "wheel_odom";
+constexpr std::int64_t kAfterLast_ns = 100'000'000;
 constexpr int kJpegQuality = 95;  // as in the files
 
 ros::Image depth_message(const DepthImage& depth_m, Timestamp stamp, const char* frame) {
@@ -59,11 +64,42 @@ Result<SimulationRecorder> SimulationRecorder::create(const std::filesystem::pat
   return SimulationRecorder(std::move(writer).value(), source, jpeg);
 }
 
-Status SimulationRecorder::place_depth_camera(Timestamp stamp) {
-  if (!depth_camera_ || std::exchange(is_placed_, true)) return Ok{};
-  const ros::TransformStamped place{
-      {ros::to_ros(stamp), kCameraFrame}, kDepthFrame, ros::to_ros(depth_camera_->T_colour_depth)};
-  return write("/tf_static", stamp, ros::TfMessage{{place}});
+Status SimulationRecorder::place_sensors(Timestamp stamp) {
+  if (std::exchange(is_placed_, true)) return Ok{};
+  ros::TfMessage places;
+  const auto place = [&](const char* frame, const SE3& T_camera_frame) {
+    places.transforms.push_back(
+        {{ros::to_ros(stamp), kCameraFrame}, frame, ros::to_ros(T_camera_frame)});
+  };
+  if (depth_camera_) place(kDepthFrame, depth_camera_->T_colour_depth);
+  if (!sensors_.imu.empty()) place(kImuFrame, sensors_.imu_calibration.T_camera_imu);
+  if (!sensors_.wheels.empty()) place(kBaseFrame, sensors_.T_base_camera.inverse());
+  return places.transforms.empty() ? Status(Ok{}) : write("/tf_static", stamp, places);
+}
+
+Status SimulationRecorder::add_readings(Timestamp until) {
+  Status status = Ok{};
+  for (; next_imu_ < sensors_.imu.size(); ++next_imu_) {
+    const ImuSample& sample = sensors_.imu[next_imu_];
+    if (sample.stamp > until || !status.ok()) break;
+    status =
+        write("/imu", sample.stamp, ros::to_ros(sample, sensors_.imu_calibration.noise, kImuFrame));
+  }
+  for (; next_wheels_ < sensors_.wheels.size(); ++next_wheels_) {
+    const OdometrySample& sample = sensors_.wheels[next_wheels_];
+    if (sample.stamp > until || !status.ok()) break;
+    ros::Odometry message;
+    message.header = {ros::to_ros(sample.stamp), kWheelFrame};
+    message.child_frame_id = kBaseFrame;
+    message.pose = ros::to_ros(sample.T_odom_base);
+    status = write("/wheel_odometry", sample.stamp, message);
+  }
+  return status;
+}
+
+Status SimulationRecorder::finish() {
+  const Status status = add_readings({last_.ns + kAfterLast_ns});
+  return status.ok() ? writer_.finish() : status;
 }
 
 Status SimulationRecorder::add_colour(const sim::SimulatedFrame& frame) {
@@ -95,7 +131,9 @@ Status SimulationRecorder::add(const sim::SimulatedFrame& frame) {
   if (!frame.delivery.frame) return Ok{};
   const Timestamp stamp = frame.frame->stamp;
   const TrackResult truth = truth_.of(frame);
-  Status status = place_depth_camera(stamp);
+  last_ = stamp;
+  Status status = place_sensors(stamp);
+  if (status.ok()) status = add_readings(stamp);
   if (status.ok()) status = write("/tf", stamp, tf_message(*frame.frame, truth));
   if (status.ok()) status = write("/odometry", stamp, odometry_message(*frame.frame, truth));
   if (status.ok() && frame.delivery.depth) status = add_depth(frame);

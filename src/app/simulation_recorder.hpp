@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "bag/mcap_writer.hpp"
+#include "geometry/imu.hpp"
 #include "image/coloured_point.hpp"
 #include "simulation/sequence/sequence_source.hpp"
 #include "tracking/tracker.hpp"
@@ -26,17 +27,28 @@ class TrueResults {
                                                         const Camera& camera,
                                                         const SE3& T_world_camera);
 
+/// What other sensors say during the whole sequence; empty = they are not there.
+struct RecordedSensors {
+  std::vector<ImuSample> imu;
+  ImuCalibration imu_calibration;
+  std::vector<OdometrySample> wheels;
+  SE3 T_base_camera;
+};
+
 /// Writes a recording that `ygslam run` reads: colour as JPEG or PNG, depth in millimetres
 /// (REP 118), both cameras, /tf_static between them where there are two; /tf and /odometry with the
-/// true pose.
+/// true pose; /imu and /wheel_odometry, with /tf_static to both from the camera.
 class SimulationRecorder {
  public:
   /// @return as McapWriter::create().
   static Result<SimulationRecorder> create(const std::filesystem::path& file,
                                            const sim::SequenceSource& source, bool jpeg);
+  /// Readings go into the recording as time goes on, up to a tenth of a second behind the last
+  /// frame.
+  void also(RecordedSensors sensors) { sensors_ = std::move(sensors); }
   /// What of the frame arrives.
   Status add(const sim::SimulatedFrame& frame);
-  Status finish() { return writer_.finish(); }
+  Status finish();
 
  private:
   SimulationRecorder(McapWriter writer, const sim::SequenceSource& source, bool jpeg)
@@ -50,13 +62,17 @@ class SimulationRecorder {
   }
   Status add_colour(const sim::SimulatedFrame& frame);
   Status add_depth(const sim::SimulatedFrame& frame);
-  Status place_depth_camera(Timestamp stamp);
+  Status place_sensors(Timestamp stamp);
+  Status add_readings(Timestamp until);
 
   McapWriter writer_;
   CameraConfig camera_;
   std::optional<DepthCamera> depth_camera_;
   bool jpeg_;
-  bool is_placed_ = false;  // the depth camera
+  bool is_placed_ = false;  // on /tf_static
+  RecordedSensors sensors_;
+  std::size_t next_imu_ = 0, next_wheels_ = 0;
+  Timestamp last_;
   TrueResults truth_;
 };
 

@@ -40,6 +40,11 @@ const std::map<std::string, std::string>& definitions() {
       {"sensor_msgs/Image",
        "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\n"
        "uint8 is_bigendian\nuint32 step\nuint8[] data\n"},
+      {"sensor_msgs/Imu",
+       "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n"
+       "float64[9] orientation_covariance\ngeometry_msgs/Vector3 angular_velocity\n"
+       "float64[9] angular_velocity_covariance\ngeometry_msgs/Vector3 linear_acceleration\n"
+       "float64[9] linear_acceleration_covariance\n"},
       {"sensor_msgs/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n"},
       {"sensor_msgs/RegionOfInterest",
        "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n"},

@@ -6,6 +6,8 @@
 
 namespace ygslam {
 
+inline constexpr double kStandardGravity_mps2 = 9.80665;
+
 /// One reading of an IMU, in its own frame.
 struct ImuSample {
   Timestamp stamp;
@@ -20,6 +22,15 @@ struct ImuNoise {
   double accel_noise_mps2_sqrthz = 1.2e-3;
   double gyro_walk_radps2_sqrthz = 2e-5;  ///< random walk of the bias, density
   double accel_walk_mps3_sqrthz = 3e-4;
+};
+
+/// An IMU that is fixed to the camera, as far as one knows it.
+struct ImuCalibration {
+  SE3 T_camera_imu;
+  ImuNoise noise;
+  double gyro_range_radps = 0;  ///< readings stop here; 0 = unknown
+  double accel_range_mps2 = 0;
+  double time_offset_s = 0;  ///< a stamp of the IMU minus that of the camera at the same instant
 };
 
 /// One pose of a robot's base in the frame of its own odometry.

@@ -228,6 +228,8 @@ const std::optional<DepthCamera>& SequenceSource::depth_camera() const {
 double SequenceSource::fps() const { return state_->fps; }
 const WorldConfig& SequenceSource::world() const { return state_->world; }
 const Scene& SequenceSource::scene() const { return *state_->scene; }
+const CameraPath& SequenceSource::path() const { return state_->path; }
+Timestamp SequenceSource::start() const { return {kStart_ns}; }
 SE3 SequenceSource::T_world_camera(double t_s) const { return state_->path.T_world_camera(t_s); }
 
 std::map<int, std::string> SequenceSource::instance_classes() const {

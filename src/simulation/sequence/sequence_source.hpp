@@ -85,6 +85,9 @@ class SequenceSource {
   /// Name and pose of every mover at a time.
   [[nodiscard]] std::vector<std::pair<std::string, SE3>> mover_poses(double t_s) const;
   [[nodiscard]] SE3 T_world_camera(double t_s) const;
+  [[nodiscard]] const CameraPath& path() const;
+  /// The stamp of t_s = 0.
+  [[nodiscard]] Timestamp start() const;
   [[nodiscard]] const Scene& scene() const;
 
  private:

@@ -14,6 +14,7 @@
 #include "io/image_file.hpp"
 #include "io/inner_folder.hpp"
 #include "io/trajectory.hpp"
+#include "simulation/sequence/inertial_files.hpp"
 
 namespace ygslam::sim {
 
@@ -22,7 +23,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array kLists = {"rgb.txt",         "depth.txt",       "associations.txt",
-                               "groundtruth.txt", "calibration.txt", kDepthCalibration};
+                               "groundtruth.txt", "calibration.txt", kDepthCalibration,
+                               kImuReadings,      kImuPlace,         kWheelPoses};
 
 Error cannot_write(const fs::path& path, int code) {
   return {ErrorKind::kOutput, path.string() + ": " + std::strerror(code)};
@@ -89,8 +91,9 @@ Result<SequenceWriter> SequenceWriter::create(const fs::path& folder,
   }
   // Truth of an earlier rendering would be taken for that of this one.
   if (fs::exists(folder / "simulation.json", error)) {
-    for (const char* name : {"mask", "things", "moving", "depth_true", "rgb_static", "depth_static",
-                             "movers", "instances.json", "true_objects.json", "static.ply"}) {
+    for (const char* name :
+         {"mask", "things", "moving", "depth_true", "rgb_static", "depth_static", "movers",
+          "instances.json", "true_objects.json", "static.ply", kImuTruth}) {
       fs::remove_all(folder / name, error);
       if (error)
         return Error{ErrorKind::kOutput, (folder / name).string() + ": " + error.message()};

@@ -1,6 +1,7 @@
 #include "simulation/world/camera_paths.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kFrame_s = 1.0 / 30;
+constexpr double kFeltStep_s = 0.02;  // a body gives way within a few hundredths of a second
 
 /// One excursion to both sides that starts and ends at rest; phase and value in -1..1.
 double excursion(double phase) {
@@ -34,6 +36,25 @@ Vec3 catmull_rom(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, dou
                 (3 * b - a - 3 * c + d) * t * t * t);
 }
 
+/// A quintic B-spline whose control points are the values themselves: four times differentiable,
+/// and smooth over three steps to both sides (de Boor 1978, chapter XI).
+template <typename Value>
+auto on_spline(double x, double step, const Value& value_at) {
+  const double first = std::floor(x / step);
+  const double u = x / step - first;
+  const double u2 = u * u, u3 = u2 * u, u4 = u3 * u, u5 = u4 * u;
+  const std::array<double, 6> weights = {1 - 5 * u + 10 * u2 - 10 * u3 + 5 * u4 - u5,
+                                         26 - 50 * u + 20 * u2 + 20 * u3 - 20 * u4 + 5 * u5,
+                                         66 - 60 * u2 + 30 * u4 - 10 * u5,
+                                         26 + 50 * u + 20 * u2 - 20 * u3 - 20 * u4 + 10 * u5,
+                                         1 + 5 * u + 10 * u2 + 10 * u3 + 5 * u4 - 5 * u5,
+                                         u5};
+  auto sum = (weights[0] / 120 * value_at((first - 2) * step)).eval();
+  for (int i = 1; i < 6; ++i)
+    sum += weights[static_cast<std::size_t>(i)] / 120 * value_at((first - 2 + i) * step);
+  return sum;
+}
+
 /// Table 1 of the paper; a walking person holds the camera at 0.8 m/s.
 PathSpeed default_speed(PathKind kind) {
   switch (kind) {
@@ -47,6 +68,8 @@ PathSpeed default_speed(PathKind kind) {
       return {7.686 / 35.81, 18.267};
     case PathKind::kWalk:
       return {0.8, 0};
+    case PathKind::kDrive:
+      return {0.5, 0};
   }
   return {};
 }
@@ -73,7 +96,7 @@ CameraPath::CameraPath(const CameraPathConfig& config)
   }
   sway_translation_ = 0.7 * config.jerk;
   sway_rotation_ = 0.7 * config.jerk;
-  if (config_.kind == PathKind::kWalk) {
+  if (config_.kind == PathKind::kWalk || config_.kind == PathKind::kDrive) {
     prepare_walk();
   } else {
     T_world_start_ = look_at_pose(config.at, config.look_at);
@@ -122,6 +145,7 @@ void CameraPath::calibrate() {
       turn_gain_ = solve(0.01, 3, target_.rotation_deg_per_s, turning_with(turn_gain_));
       return;
     case PathKind::kWalk:
+    case PathKind::kDrive:
       return;
   }
 }
@@ -192,19 +216,74 @@ Vec3 CameraPath::walk_point(double s_m) const {
   return (1 - k) * curve_[i - 1] + k * curve_[i];
 }
 
-SE3 CameraPath::base_walk(double t_s) const {
-  const double s_m = target_.translation_mps * t_s;
-  const Vec3 here = walk_point(s_m);
-  // Looking where one will be: the mean of several points ahead turns smoothly.
+Vec3 CameraPath::endless_point(double s_m) const {
+  const double total = curve_s_m_.back();
+  const Vec3 end = walk_point(s_m);
+  if (config_.closed || (s_m >= 0 && s_m <= total)) return end;
+  const std::size_t n = curve_.size();
+  const Vec3 way = s_m < 0 ? curve_[1] - curve_[0] : curve_[n - 1] - curve_[n - 2];
+  return end + (s_m < 0 ? s_m : s_m - total) * way.normalized();
+}
+
+/// Looking where one will be: the mean of several points ahead turns smoothly.
+Vec3 CameraPath::walk_view(double s_m, const Vec3& here) const {
   Vec3 ahead = Vec3::Zero();
   constexpr int kLooks = 8;
   for (int i = 1; i <= kLooks; ++i) ahead += (walk_point(s_m + 0.25 * i) - here) / kLooks;
   if (!config_.closed && ahead.norm() < 0.3) {
     ahead = here - walk_point(s_m - 1.0);
   }
+  return ahead;
+}
+
+SE3 CameraPath::base_walk(double t_s) const {
+  const double s_m = target_.translation_mps * t_s;
+  const Vec3 here = walk_point(s_m);
+  const Vec3 ahead = walk_view(s_m, here);
   const double bob_m = config_.jerk * 0.012 * std::sin(kTwoPi * 1.8 * t_s);
   return look_at_pose(here + Vec3(0, 0, bob_m),
                       here + Vec3(ahead.x(), ahead.y(), -0.08 * ahead.head<2>().norm()));
+}
+
+SE3 CameraPath::base_walk_felt(double t_s) const {
+  const Vec6 view = on_spline(t_s, kFeltStep_s, [&](double knot_s) {
+    const double s_m = target_.translation_mps * knot_s;
+    const Vec3 here = walk_point(s_m);
+    // Who walks at the first image walked before it.
+    return (Vec6() << (s_m < 0 ? endless_point(s_m) : here), walk_view(s_m, here)).finished();
+  });
+  const Vec3 here = view.head<3>();
+  const Vec3 ahead = view.tail<3>();
+  const double bob_m = config_.jerk * 0.012 * std::sin(kTwoPi * 1.8 * t_s);
+  return look_at_pose(here + Vec3(0, 0, bob_m),
+                      here + Vec3(ahead.x(), ahead.y(), -0.08 * ahead.head<2>().norm()));
+}
+
+double CameraPath::driven_m(double t_s) const {
+  constexpr double kStand_s = 1, kRamp_s = 2;
+  const double total = curve_s_m_.back();
+  const double speed =
+      config_.closed ? target_.translation_mps : std::min(target_.translation_mps, total / kRamp_s);
+  // From standing to full speed along 10 x^3 - 15 x^4 + 6 x^5, which has no jerk at its ends.
+  const auto way_m = [&](double since_s) {
+    const double x = std::clamp(since_s / kRamp_s, 0.0, 1.0);
+    const double ramp = x * x * x * x * (2.5 - 3 * x + x * x);
+    return speed * (kRamp_s * ramp + std::max(0.0, since_s - kRamp_s));
+  };
+  if (config_.closed) return way_m(t_s - kStand_s);
+  const double end_s = kStand_s + kRamp_s + total / speed;
+  return t_s < end_s - kRamp_s ? way_m(t_s - kStand_s) : total - way_m(end_s - t_s);
+}
+
+SE3 CameraPath::base_drive(double t_s) const {
+  constexpr double kStep_m = 0.1, kNear_m = 1e-3;
+  const double s_m = driven_m(t_s);
+  const auto at = [&](double place_m) -> Vec3 {
+    return on_spline(place_m, kStep_m, [&](double knot_m) { return endless_point(knot_m); });
+  };
+  const Vec3 nose = at(s_m + kNear_m) - at(s_m - kNear_m);
+  const Vec3 here = at(s_m);
+  return look_at_pose(here, here + Vec3(nose.x(), nose.y(), -0.08 * nose.head<2>().norm()));
 }
 
 SE3 CameraPath::base(double t_s) const {
@@ -219,6 +298,8 @@ SE3 CameraPath::base(double t_s) const {
       return base_halfsphere(t_s);
     case PathKind::kWalk:
       return base_walk(t_s);
+    case PathKind::kDrive:
+      return base_drive(t_s);
   }
   return T_world_start_;
 }
@@ -240,6 +321,14 @@ SE3 CameraPath::T_world_camera(double t_s) const {
     }
   }
   return in_hand(t_s);
+}
+
+SE3 CameraPath::T_world_camera_felt(double t_s, double within_s) const {
+  for (const Kidnap& kidnap : config_.kidnaps) {
+    if (within_s >= kidnap.from_s && within_s < kidnap.until_s)
+      return look_at_pose(kidnap.at, kidnap.look_at) * sway(t_s);
+  }
+  return (config_.kind == PathKind::kWalk ? base_walk_felt(t_s) : base(t_s)) * sway(t_s);
 }
 
 PathSpeed CameraPath::measured_speed() const {

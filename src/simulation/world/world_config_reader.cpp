@@ -113,8 +113,11 @@ void read_camera(const YAML::Node& node, const std::string& source, CameraPathCo
                          {"xyz", PathKind::kXyz},
                          {"rpy", PathKind::kRpy},
                          {"halfsphere", PathKind::kHalfsphere},
-                         {"walk", PathKind::kWalk}},
+                         {"walk", PathKind::kWalk},
+                         {"drive", PathKind::kDrive}},
                         camera.kind);
+  const bool has_waypoints = camera.kind == PathKind::kWalk || camera.kind == PathKind::kDrive;
+  if (camera.kind == PathKind::kDrive) camera.jerk = 0;  // no hand holds the camera
   map.read("at", camera.at);
   map.read("look_at", camera.look_at);
   map.read("jerk", camera.jerk, 0.0, 10.0);
@@ -138,8 +141,8 @@ void read_camera(const YAML::Node& node, const std::string& source, CameraPathCo
     camera.kidnaps.push_back(kidnap);
   }
   map.finish();
-  if (camera.kind == PathKind::kWalk && camera.waypoints.size() < 2)
-    throw map.fault(node, "a walk needs at least two waypoints");
+  if (has_waypoints && camera.waypoints.size() < 2)
+    throw map.fault(node, "a walk or drive needs at least two waypoints");
   for (std::size_t i = 1; i < camera.waypoints.size(); ++i) {
     if ((camera.waypoints[i] - camera.waypoints[i - 1]).norm() < 1e-3)
       throw map.fault(node, "two waypoints in a row lie at the same place");

@@ -1,0 +1,19 @@
+// Inertial readings in other units, or with axes that do not belong together: gravity tells.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "geometry/imu.hpp"
+
+namespace ygslam {
+
+struct ImuDoubt {
+  std::string what;       ///< empty: nothing speaks against the readings
+  bool is_fault = false;  ///< they cannot be what they should be, and are of no use
+};
+
+/// @param samples in order of time. @param has_gyro false: angular velocities are not looked at.
+[[nodiscard]] ImuDoubt doubt_about(std::span<const ImuSample> samples, bool has_gyro);
+
+}  // namespace ygslam

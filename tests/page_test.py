@@ -5,6 +5,7 @@
 Chromium (Debian's `chromium`) takes 400 MB and is not installed by `make setup`: without it the tests are skipped.
 """
 import asyncio
+import math
 import unittest
 
 from browser import CHROMIUM, Browser
@@ -25,6 +26,21 @@ REACH = """(() => {
     return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y),
             scene.canvas.clientWidth, scene.canvas.clientHeight];
 })()"""
+# Of a box 0.4 by 0.6 by 1.6 m on a floor as the map lies, then on one that is tilted about x: its sides along its
+# own axes, and how far up its longest edges go and its name stands over its middle, as shares of what they should.
+BOXES = """[0, Math.PI / 6].map((tilt) => {
+    const {level, lines} = scene;
+    scene.level = {q: [Math.sin(tilt / 2), 0, 0, Math.cos(tilt / 2)], t: [0, 0, 0]};
+    let drawn;
+    scene.lines = (name, ends) => { drawn = ends; };
+    const said = {id: 7, pose: {t: [1, 2, 3]}, scale: [0.4, 0.6, 1.6], colour: [1, 0, 0, 1], points: []};
+    surroundings.drawBoxes([{...said, ns: 'objects'}, {...said, ns: 'names', text: 'person 7'}]);
+    const up = turned(inverted(scene.level.q), [0, 0, 1]);
+    const sides = [0, 4, 8].map((edge) => sub(drawn[2 * edge + 1], drawn[2 * edge]));
+    const over = sub(surroundings.names[0].at, said.pose.t), lengths = sides.map((side) => Math.hypot(...side));
+    Object.assign(scene, {level, lines});
+    return [...lengths, Math.min(dot(sides[2], up) / lengths[2], dot(over, up) / Math.hypot(...over))];
+})"""
 # The next image takes longer to decode than the one after it.
 FIRST_DECODES_LAST = """(() => {
     const decode = createImageBitmap;
@@ -93,6 +109,19 @@ class Page(Watched):
         run = self.see(look, "--view-paused")
         run.communicate(timeout=WAIT_S)
         self.assertEqual(run.returncode, 0)
+
+    def test_objects_stand_upright_with_their_names_on_them(self):
+        async def look(page):
+            await page.until(f"{STATE} === 'paused before the first frame'")
+            self.assertFalse(await page.value("document.querySelector('#no-image').hidden"), "and none has come")
+            upright, tilted = await page.value(BOXES)
+            self.assertEqual([round(v, 6) for v in upright], [0.4, 0.6, 1.6, 1])
+            # 30 degrees: what an ellipsoid of these sides reaches, and the share of the edge that is up.
+            self.assertAlmostEqual(tilted[2], math.hypot(1.6 * math.cos(math.pi / 6), 0.6 * math.sin(math.pi / 6)))
+            self.assertAlmostEqual(tilted[3], 1)
+        run = self.see(look, "--view-paused")
+        run.terminate()
+        run.communicate(timeout=WAIT_S)
 
     def test_it_fits_a_phone(self):
         async def look(page):

@@ -64,10 +64,11 @@ class Wheel(unittest.TestCase):
     def install(cls):
         """Into a bare environment, from files alone: what the wheel needs is fetched out here."""
         files = cls.root / "tmp" / "wheels"
-        done = call(sys.executable, "-m", "pip", "download", "--quiet", "--only-binary=:all:", "-d", files, cls.wheel)
+        done = call(sys.executable, "-m", "pip", "download", "--quiet", "--only-binary=:all:", "-d", files,
+                    f"{cls.wheel}[report]")
         assert done.returncode == 0, done.stderr
         done = cls.inside("python3 -m venv /tmp/venv && /tmp/venv/bin/pip install --no-index "
-                          f"--find-links /tmp/wheels /tmp/wheels/{cls.wheel.name}")
+                          f"--find-links /tmp/wheels '/tmp/wheels/{cls.wheel.name}[report]'")
         assert done.returncode == 0, done.stdout + done.stderr
 
     @classmethod
@@ -96,7 +97,15 @@ class Wheel(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertRegex(done.stdout, r"\d+ poses, \d+ points of the room without the people")
 
-    def test_4_licences_of_what_it_brings_along_are_in_it(self):
+    def test_4_plots_and_reports_are_made(self):
+        done = self.inside("set -e; cd $(mktemp -d); export PATH=/tmp/venv/bin:$PATH; ygslam simulate walking_xyz "
+                           "--out seq --size 320x240 --seconds 0.6 --threads 1 >/dev/null; "
+                           "ygslam run seq --out out; ygslam eval --gt seq/groundtruth.txt --est out/trajectory.txt "
+                           "--plot plot.svg; ygslam bench seq --modes off --runs 1 --out bench; "
+                           "grep -c '<svg' plot.svg bench/report/index.html")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_5_licences_of_what_it_brings_along_are_in_it(self):
         found = self.inside("find /tmp/venv -path '*ygslam-*licenses*' -name '*.copyright' -printf '%f\\n'").stdout
         brought = self.inside("ls /tmp/venv/lib/python3*/site-packages/ygslam.libs").stdout
         for library, package in (("libembree3", "libembree3-3"), ("libopencv_core", "libopencv-core406"),

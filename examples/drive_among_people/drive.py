@@ -4,6 +4,8 @@ more on the hits and misses of its depth alone, as planners do that know no peop
     PYTHONPATH=build/release/python .venv/bin/python examples/drive_among_people/drive.py out/drive \
         --ygslam build/release/ygslam --seeds 1-20
 
+Needs PyYAML and Pillow (`make setup` has them).
+
 Each seed is driven both ways; a line of JSON each in out/drive/drives.jsonl, and a picture. The world does not wait and
 its people do not step aside: they walk into a robot that stands. Poses are YG-SLAM's in both cases; the robot's wheels
 do exactly what they are told, and tell the tracker. A contact: a person's middle within 0.45 m of the robot's, or

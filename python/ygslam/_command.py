@@ -7,6 +7,7 @@ import pathlib
 import shutil
 import signal
 import subprocess
+import sys
 from typing import Any, TypeAlias
 
 from ._core import ConfigError, Error, InputError, MapError, ModelError, OutputError, UsageError
@@ -22,6 +23,13 @@ def _program() -> str:
     if not found:
         raise FileNotFoundError("the program `ygslam` is neither beside this package nor in the PATH")
     return found
+
+
+def _environment() -> dict[str, str]:
+    """A wheel brings the Python programs of `bench` and `eval --plot` along: where they lie, and what runs them."""
+    report = pathlib.Path(__file__).parent / "report"
+    ours = {"YGSLAM_REPORT": str(report), "YGSLAM_PYTHON": sys.executable} if report.is_dir() else {}
+    return {**ours, **os.environ}
 
 
 def path_of(path: Path) -> str:
@@ -57,7 +65,7 @@ def _call(*words: Any) -> str:
     # In a process group of its own: Ctrl-C is handed on once, for a second one ends it without writing.
     with subprocess.Popen([_program(), "--quiet", *map(_word, words)], stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
-                          process_group=0) as child:
+                          process_group=0, env=_environment()) as child:
         try:
             output, said = child.communicate()
         except KeyboardInterrupt:

@@ -2,9 +2,9 @@
 import os
 import sys
 
-from ._command import _program
+from ._command import _environment, _program
 
 
 def main() -> None:
     program = _program()
-    os.execv(program, [program, *sys.argv[1:]])
+    os.execve(program, [program, *sys.argv[1:]], _environment())

@@ -43,6 +43,8 @@ class ImagePane {
   async look(stamp) {
     this.past = stamp;
     const wanted = stamp === undefined ? this.kept.at(-1) : this.kept.find((k) => k.stamp === this.near(this.kept.map((o) => o.stamp), stamp, 0.2));
+    if (!this.bitmap) return;
+    $('no-image').textContent = 'no image is kept of this moment';
     $('no-image').hidden = stamp === undefined || !!wanted;
     this.canvas.classList.toggle('faint', !$('no-image').hidden);
     if (wanted) await this.load(wanted);
@@ -54,11 +56,14 @@ class ImagePane {
     if (request < this.done) { bitmap.close(); return; }
     this.done = request;
     if (this.bitmap) this.bitmap.close();
+    else { $('no-image').hidden = true; this.canvas.classList.remove('faint'); }  // none had come
     this.bitmap = bitmap;
     this.shown = stamp;
     this.draw();
   }
 
+  /// Of what is drawn, as the pane shows images of all sizes alike.
+  get scale() { return this.canvas.width / 640; }
   draw() {
     if (!this.bitmap) return;
     const {canvas, bitmap} = this;
@@ -71,10 +76,11 @@ class ImagePane {
     for (const shape of said.shapes) {
       if (shape.type === kPoints && $('show-points').checked) {
         g.fillStyle = css(shape.colour);
-        for (const p of shape.points) g.fillRect(p[0] - 2, p[1] - 2, 4, 4);
+        const side = 4 * this.scale;
+        for (const p of shape.points) g.fillRect(p[0] - side / 2, p[1] - side / 2, side, side);
       } else if (shape.type === kLoop && $('show-boxes').checked) {
         g.strokeStyle = css(shape.colour);
-        g.lineWidth = 3;
+        g.lineWidth = 3 * this.scale;
         trace(g, shape.points, (i) => i === 0);
         g.closePath();
         g.stroke();
@@ -92,17 +98,19 @@ class ImagePane {
     const points = age_s < kSame_s ? mask.outline.points : carried(mask.outline.points, mask.boxes, now);
     g.globalAlpha = 1 - age_s / kMaskFades_s;
     g.strokeStyle = css(mask.outline.colour);
-    g.lineWidth = 2.5;
+    g.lineWidth = 2.5 * this.scale;
     trace(g, points, (i) => i % 2 === 0);
     g.stroke();
     g.globalAlpha = 1;
   }
   drawNames(g, texts) {
-    const taken = [];
+    const taken = [], {scale} = this;
+    g.save();
+    g.scale(scale, scale);
     g.font = '16px system-ui, sans-serif';
     for (const {at, text} of texts) {
-      const width = g.measureText(text).width + 8, x = Math.max(0, Math.min(at[0], this.canvas.width - width));
-      let y = Math.max(18, at[1]);
+      const width = g.measureText(text).width + 8, x = Math.max(0, Math.min(at[0] / scale, this.canvas.width / scale - width));
+      let y = Math.max(18, at[1] / scale);
       while (taken.some((o) => Math.abs(o.y - y) < 20 && o.x < x + width && x < o.x + o.width)) y += 20;
       taken.push({x, y, width});
       g.fillStyle = '#000a';
@@ -110,6 +118,7 @@ class ImagePane {
       g.fillStyle = '#fff';
       g.fillText(text, x + 4, y - 3);
     }
+    g.restore();
   }
 }
 

@@ -1,4 +1,4 @@
-// The run so far: of each frame pose, times, points and mask age; the curves of it, and the
+// The run so far: of each frame pose, whether it is lost, times, points and mask age; the curves of it, and the
 // scrubber through it.
 'use strict';
 
@@ -112,6 +112,12 @@ function drawCurves(canvas, {colours: names, names: labels, of}, record) {
     g.textAlign = t === 0 ? 'left' : t > 0.95 * (to - from) ? 'right' : 'center';
     g.fillText(`${Number(t.toFixed(2))} s`, x(from + t), height - 2);
   }
+  g.fillStyle = `rgb(${colourOf('--dynamic').join(' ')} / 0.2)`;
+  entries.forEach((e, i) => {
+    if (!e.lost) return;
+    const until = i + 1 < entries.length && !isGap(entries, i + 1) ? entries[i + 1].t : e.t;
+    g.fillRect(x(e.t), top, Math.max(1, x(until) - x(e.t)), height - top - bottom);
+  });
   g.lineJoin = 'round';
   g.lineWidth = 1.5;
   names.forEach((name, k) => {

@@ -4,6 +4,7 @@
 const kMostGridLines = 60;
 const kCutOver_m = 2.0;      // over the floor: higher surfaces are a ceiling, lamps, tops of walls
 const kRoom_m = 2.3;         // so high a scene has a ceiling to cut away
+const kNameOver_m = 0.05;    // a box
 const kBoxEdges = [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
 const kBoxSides = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
 
@@ -63,6 +64,7 @@ class Surroundings {
       for (const e of [a, b]) tints.push([...timeColour((e.t - from) / span), now !== null && e.t > entries[now].t ? 60 : 255]);
     }
     this.scene.lines('way', ends, tints, {width: 3.5, isOnTop: true});
+    $('time-legend').hidden = !entries.length;
     $('time-end').textContent = `${span < 10 ? span.toFixed(1) : span.toFixed(0)} s`;
     this.scene.also = entries.filter((e) => e.pose).map((e) => e.pose.t);
   }
@@ -74,9 +76,14 @@ class Surroundings {
   }
 
   drawBoxes(markers) {
-    const edges = [], tints = [], sides = [];
+    const edges = [], tints = [], sides = [], tops = new Map();
+    const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((a) => turned(inverted(this.scene.level.q), a));
     for (const m of markers.filter((o) => o.ns === 'objects')) {
-      const corner = (i) => [0, 1, 2].map((k) => m.pose.t[k] + ((i >> k & 1) - 0.5) * m.scale[k]);
+      // They come along the map's axes, and are drawn upright on the floor: as long along each of
+      // its axes as an ellipsoid that fills the box.
+      const halves = axes.map((a) => Math.hypot(...a.map((v, k) => v * m.scale[k] / 2)));
+      const corner = (i) => axes.reduce((p, a, k) => add(p, scaled(a, (2 * (i >> k & 1) - 1) * halves[k])), m.pose.t);
+      tops.set(m.id, add(m.pose.t, scaled(axes[2], halves[2] + kNameOver_m)));
       const tint = [...m.colour.slice(0, 3).map((v) => Math.round(255 * v)), 230];
       for (const [a, b] of kBoxEdges) { edges.push(corner(a), corner(b)); tints.push(tint, tint); }
       for (const [a, b, c, d] of kBoxSides) sides.push(...[a, b, c, a, c, d].map((i) => ({p: corner(i), tint})));
@@ -89,7 +96,7 @@ class Surroundings {
     this.scene.lines('objects', edges, tints, {width: 1.5});
     this.scene.set('object sides', 'TRIANGLES', new Float32Array(sides.flatMap((s) => s.p)),
       new Uint8Array(sides.flatMap((s) => s.tint.slice(0, 3))), {alpha: 0.13, group: 'objects'});
-    this.names = markers.filter((m) => m.ns === 'names').map((m) => ({text: m.text, at: m.pose.t}));
+    this.names = markers.filter((m) => m.ns === 'names').map((m) => ({text: m.text, at: tops.get(m.id) ?? m.pose.t}));
   }
   /// The nearest first; one that would lie on another moves up, or is left out.
   placeNames() {

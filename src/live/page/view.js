@@ -155,7 +155,7 @@ const shows = {
     poses.set(of.stamp, pose);
     if (poses.size > kMostPoses) poses.delete(poses.keys().next().value);
   },
-  '/floor': (of) => { if (of.floor) { surroundings.setFloor(of.floor); settleSoon(); } },
+  '/floor': (of) => { if (of.floor) { surroundings.setFloor(of.floor); surroundings.drawBoxes(boxes); settleSoon(); } },
   '/camera/image/compressed': (picture) => image.add(picture.header.stamp, picture.data),
   '/camera/annotations': (said) => image.tell(said),
   '/objects': (markers) => {
@@ -164,12 +164,14 @@ const shows = {
     const rows = markers.filter((m) => m.ns === 'velocities').map((m) => {
       const name = markers.find((o) => o.ns === 'names' && o.id === m.id).text;
       const [from, to] = triples(m.points);
-      const speed = Math.hypot(...sub(to, from));
+      const speed = Math.hypot(...sub(to, from)), eye = [...poses.values()].at(-1)?.t;
+      const away = eye ? Math.hypot(...sub(from, eye)).toFixed(1) : '';
       const row = document.createElement('tr');
-      for (const text of [name, from.map((v) => v.toFixed(1)).join(', '), speed.toFixed(2)]) row.insertCell().textContent = text;
+      for (const text of [name, away, from.map((v) => v.toFixed(1)).join(', '), speed.toFixed(2)]) row.insertCell().textContent = text;
       return row;
     });
     document.querySelector('#objects tbody').replaceChildren(...rows);
+    $('objects').hidden = !rows.length;
   },
   '/state': (all) => {
     const {stamp, level, message, values} = all[0], driven = all.find((s) => s.name === 'ygslam: drive');
@@ -179,7 +181,7 @@ const shows = {
     const number = (key) => Number(values[key]);
     if (!record.entries.length || number('frame') > record.entries.at(-1).frame) {  // paused, the last one is told again
       record.add({
-        t: stamp, frame: number('frame'), pose: poses.get(stamp) ?? null, age: number('mask age [frames]'),
+        t: stamp, frame: number('frame'), pose: poses.get(stamp) ?? null, lost: level === 2, age: number('mask age [frames]'),
         stages: ['features [ms]', 'motion check [ms]', 'pose [ms]'].map(number),
         points: ['static points', 'dynamic points', 'unknown points'].map(number),
       });
@@ -192,7 +194,7 @@ const shows = {
     $('rate').textContent = [`frame ${values.frame}`, frames.length > 1 ? `${(frames.length / 2).toFixed(0)}/s` : '', fit].filter(Boolean).join(' \u00b7 ');
   },
   '/history': (cloud) => record.load(rowsOf(cloud).map((r) => ({
-    t: r.t, frame: r.frame, pose: r.tracked ? {t: [r.x, r.y, r.z], q: [r.qx, r.qy, r.qz, r.qw]} : null,
+    t: r.t, frame: r.frame, pose: r.tracked ? {t: [r.x, r.y, r.z], q: [r.qx, r.qy, r.qz, r.qw]} : null, lost: !r.tracked,
     stages: [r.features_ms, r.motion_ms, r.pose_ms], points: [r.static, r.dynamic, r.unknown], age: r.mask_age,
   }))),
   '/cloud': (cloud) => { if (surfaces === 'points') showCloud('points', cloud, 0.02); },
@@ -215,7 +217,12 @@ const shows = {
   },
 };
 
-function setState(text, kind) { const s = $('state'); s.textContent = s.title = text; s.className = `state ${kind}`; }
+function setState(text, kind) {
+  const s = $('state');
+  s.textContent = s.title = text;
+  s.className = `state ${kind}`;
+  document.title = `${text} \u00b7 YG-SLAM`;
+}
 
 /// Triangles of tiles of the world; those of other tiles stay.
 function showTiles(group, markers, shade) {

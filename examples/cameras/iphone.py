@@ -1,4 +1,4 @@
-"""An iPhone or iPad by cable, with the app Record3D: `python record3d.py [MODEL.onnx]`, Ctrl-C ends.
+"""An iPhone or iPad by cable, with the app Record3D: `python iphone.py [MODEL.onnx]`, Ctrl-C ends.
 
 Needs the package record3d. Tried against a stand-in of the same interface only
 (tests/camera_examples_test.py), not with a phone.

@@ -8,6 +8,7 @@ import json
 import os
 import pty
 import re
+import shutil
 import signal
 import socket
 import struct
@@ -216,6 +217,26 @@ class View(Watched):
         filled = {cube for cube, points in cubes(whole).items() if points > 0.02 * len(whole)}
         self.assertGreater(len(filled), 4)
         asyncio.run(look(port))
+        self.end(run)
+
+    def test_frames_that_were_missed_are_counted(self):
+        damaged = self.folder / "damaged"
+        shutil.copytree(sequence(), damaged)
+        for image in sorted((damaged / "rgb").iterdir())[5:7]:
+            image.write_bytes(b"no image")
+
+        async def look(port):
+            client = await Client.connect(port)
+            await client.subscribe(["/state"])
+            store = get_typestore(Stores.EMPTY)
+            kind = "diagnostic_msgs/msg/DiagnosticArray"
+            store.register(get_types_from_msg(client.topics["/state"]["schema"], kind))
+            async for _, _, data in client.messages():
+                status = store.deserialize_cdr(data, kind).status[0]
+                if status.message == "the run has ended":
+                    return {entry.key: entry.value for entry in status.values}
+        run, port, _ = self.start_command("run", damaged, "--out", self.folder / "out", "--view-stay")
+        self.assertEqual(asyncio.run(look(port))["missed frames"], "2")
         self.end(run)
 
     def test_who_comes_after_the_end_sees_it_as_it_was(self):

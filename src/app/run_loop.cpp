@@ -172,7 +172,9 @@ class FrameLoop {
 
   void miss(const OfferedFrame& missed) {
     run_.files->add_missed(missed);
-    if (!missed.while_paused) runner().miss(missed.stamp);
+    if (missed.while_paused) return;
+    runner().miss(missed.stamp);
+    if (run_.view) run_.view->miss();
   }
 
   TrackState step(const FramePtr& frame) {

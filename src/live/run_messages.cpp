@@ -210,13 +210,14 @@ ros::ImageAnnotations annotation_message(const RgbdFrame& frame, const TrackResu
 }
 
 ros::MarkerArray object_message(const RgbdFrame& frame, const TrackResult& result) {
-  ros::MarkerArray message;
-  ros::Marker& erase = message.markers.emplace_back();
-  erase.header = header(frame.stamp, "map");
+  const ros::Header in_map = header(frame.stamp, "map");
+  ros::Marker erase;
+  erase.header = in_map;
   erase.action = ros::Marker::kDeleteAll;
+  ros::MarkerArray message{{std::move(erase)}};
   for (const TrackedObject& object : result.objects) {
     ros::Marker box;
-    box.header = erase.header;
+    box.header = in_map;
     box.ns = "objects";
     box.id = static_cast<std::int32_t>(index(object.id));
     box.pose.position = to_map((object.min_world + object.max_world) / 2);

@@ -144,6 +144,7 @@ TEST(RunMessages, WhoHasFadedIsGreyAndFainter) {
   EXPECT_EQ(faded.r, faded.g);
   EXPECT_LT(faded.a, live.a);
   EXPECT_LT(markers[5].colour.a, markers[2].colour.a);
+  for (const ros::Marker& marker : markers) EXPECT_EQ(marker.header.frame_id, "map");
 }
 
 TEST(RunMessages, LoopsThatWereTakenBackAreNoLoops) {

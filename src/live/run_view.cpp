@@ -207,6 +207,7 @@ void RunView::publish(const Update& update) {
   } else if (paused) {
     status.message = "paused; " + status.message;
   }
+  status.values.push_back({"missed frames", std::to_string(missed_)});
   state.status.push_back(drive_status());
   batch.put("/state", ros::DiagnosticArray::kType, update.frame->stamp, to_cdr(state), 0);
 }
@@ -242,6 +243,7 @@ void RunView::restart() {
   history_.clear();
   last_ = {};
   last_stamp_.reset();
+  missed_ = 0;
   updates_.push(last_);
 }
 

@@ -36,6 +36,8 @@ class RunView {
 
   /// After a frame was processed: it is shown by a thread of its own if somebody looks on.
   void show(const FramePtr& frame, const TrackResult& result);
+  /// A frame was dropped, or could not be read.
+  void miss() { ++missed_; }
   /// The map, if somebody wants it and it is time; asks the runner in this thread.
   void show_map(Runner& runner);
 
@@ -106,7 +108,8 @@ class RunView {
   Clock::time_point last_turn_;
 
   std::stop_source stop_;
-  std::atomic<bool> has_ended_{false};  // what is said then is kept for those who come later
+  std::atomic<std::uint64_t> missed_{0};  // frames
+  std::atomic<bool> has_ended_{false};    // what is said then is kept for those who come later
   std::mutex mutex_;
   std::condition_variable changed_;
   // Under the mutex.

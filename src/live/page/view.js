@@ -191,7 +191,8 @@ const shows = {
     }
     // Where a map begins its points match nothing yet.
     const fit = !number('inliers') ? '' : number('inliers') > number('matches') ? `${values.inliers} points begin a map` : `${values.inliers} of ${values.matches} matches`;
-    $('rate').textContent = [`frame ${values.frame}`, frames.length > 1 ? `${(frames.length / 2).toFixed(0)}/s` : '', fit].filter(Boolean).join(' \u00b7 ');
+    const missed = number('missed frames') ? `${values['missed frames']} frames missed` : '';
+    $('rate').textContent = [`frame ${values.frame}`, frames.length > 1 ? `${(frames.length / 2).toFixed(0)}/s` : '', missed, fit].filter(Boolean).join(' \u00b7 ');
   },
   '/history': (cloud) => record.load(rowsOf(cloud).map((r) => ({
     t: r.t, frame: r.frame, pose: r.tracked ? {t: [r.x, r.y, r.z], q: [r.qx, r.qy, r.qz, r.qw]} : null, lost: !r.tracked,

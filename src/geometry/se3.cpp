@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/so3_jacobian.hpp"
+
 namespace ygslam {
 namespace {
 

@@ -19,10 +19,6 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 [[nodiscard]] Mat3 so3_exp(const Vec3& omega);
 /// Inverse of so3_exp, angle in [0, pi].
 [[nodiscard]] Vec3 so3_log(const Mat3& R);
-/// Left Jacobian of SO(3) (Barfoot 2017, eq. 7.77b), |omega| < 2 pi; its transpose is the right
-/// one: so3_exp(omega + d) = so3_exp(J d) so3_exp(omega) = so3_exp(omega) so3_exp(J^T d), to first
-/// order.
-[[nodiscard]] Mat3 so3_left_jacobian(const Vec3& omega);
 
 /// An element of SE(3); rotation kept as a matrix because points are transformed far more often
 /// than poses are composed.

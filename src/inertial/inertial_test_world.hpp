@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
+#include "geometry/so3_jacobian.hpp"
 #include "inertial/preintegration.hpp"
 
 namespace ygslam::inertial_world {

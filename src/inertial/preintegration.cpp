@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "geometry/so3_jacobian.hpp"
+
 namespace ygslam {
 
 MotionDelta MotionDelta::then(const MotionDelta& next) const {
@@ -40,6 +42,9 @@ void Preintegration::add(const Vec3& angular_velocity_radps, const Vec3& specifi
   variance << Vec3::Constant(gyro_variance), Vec3::Constant(accel_variance);
   covariance_ = (by_state * covariance_ * by_state.transpose()).eval();
   covariance_ += by_rates * variance.asDiagonal() * by_rates.transpose();
+  // White noise does not only come at a step's middle: what p has of its own is dt^3/12.
+  covariance_.bottomRightCorner<3, 3>().diagonal().array() +=
+      accel_variance * dt * dt * dt * dt / 12;
   bias_jacobian_ = (by_state * bias_jacobian_).eval() - by_rates;
 
   MotionDelta step{dt, half * half, dt * (half * force), 0.5 * dt * dt * (half * force)};

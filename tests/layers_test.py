@@ -10,7 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
 # Bottom up. Folders of one line do not know each other.
-LAYERS = (("core",), ("geometry", "image"), ("scene",), ("features", "segment", "optim", "volume"), ("objects",), ("map", "motion"),
+LAYERS = (("core",), ("geometry", "image"), ("scene",), ("features", "segment", "optim", "inertial", "volume"), ("objects",), ("map", "motion"),
           ("tracking", "mapping", "loop", "dense"), ("system",), ("live",), ("facade",), ("app",))
 # Beside the layers: what each may use.
 SIDE = {"io": {"core", "geometry", "image"},

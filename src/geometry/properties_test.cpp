@@ -17,6 +17,7 @@
 #include "geometry/pnp.hpp"
 #include "geometry/properties_testing.hpp"
 #include "geometry/se3.hpp"
+#include "geometry/so3_jacobian.hpp"
 
 namespace ygslam {
 namespace {
@@ -67,6 +68,17 @@ RC_GTEST_PROP(SE3Properties, LeftJacobianInverseIsTheDerivativeOfTheLogarithm, (
         ((SE3::exp(d) * SE3::exp(twist)).log() - (SE3::exp(-d) * SE3::exp(twist)).log()) /
         (2 * kStep);
     RC_ASSERT((analytic.col(i) - numeric).norm() < 1e-6 * (1 + numeric.norm()));
+  }
+}
+
+RC_GTEST_PROP(SO3Properties, LeftJacobianIsTheDerivativeOfTheExponential, ()) {
+  const double angle_rad = *rc::gen::element(0.0, 1e-6, 1e-3, 1.0, 3.0, 6.0);
+  const Vec3 omega = angle_rad * direction();
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 d = kStep * Vec3::Unit(i);
+    const Vec3 numeric = so3_log(so3_exp(omega + d) * so3_exp(omega - d).transpose()) / (2 * kStep);
+    RC_ASSERT((so3_left_jacobian(omega).col(i) - numeric).norm() < 1e-8);
   }
 }
 

@@ -3,20 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/so3_jacobian.hpp"
+
 namespace ygslam {
 namespace {
 
 constexpr double kSmallAngle = 1e-5;
-
-// Left Jacobian of SO(3) (Barfoot 2017, eq. 7.77b): t = J * rho.
-Mat3 left_jacobian(const Vec3& omega) {
-  const double theta = omega.norm();
-  const Mat3 W = skew(omega);
-  if (theta < kSmallAngle) return Mat3::Identity() + 0.5 * W + W * W / 6.0;
-  const double theta2 = theta * theta;
-  return Mat3::Identity() + (1.0 - std::cos(theta)) / theta2 * W +
-         (theta - std::sin(theta)) / (theta2 * theta) * W * W;
-}
 
 // Upper right block of the left Jacobian of SE(3) (Barfoot 2017, eq. 7.86b).
 Mat3 left_jacobian_coupling(const Vec3& rho, const Vec3& omega) {
@@ -63,15 +55,24 @@ Vec3 so3_log(const Mat3& R) {
   return 2.0 * std::atan2(sine, q.w()) / sine * q.vec();
 }
 
+Mat3 so3_left_jacobian(const Vec3& omega) {
+  const double theta = omega.norm();
+  const Mat3 W = skew(omega);
+  if (theta < kSmallAngle) return Mat3::Identity() + 0.5 * W + W * W / 6.0;
+  const double theta2 = theta * theta;
+  return Mat3::Identity() + (1.0 - std::cos(theta)) / theta2 * W +
+         (theta - std::sin(theta)) / (theta2 * theta) * W * W;
+}
+
 SE3 SE3::exp(const Vec6& twist) {
   const Vec3 omega = twist.tail<3>();
-  return {so3_exp(omega), left_jacobian(omega) * twist.head<3>()};
+  return {so3_exp(omega), so3_left_jacobian(omega) * twist.head<3>()};
 }
 
 Vec6 SE3::log() const {
   const Vec3 omega = so3_log(R_);
   Vec6 twist;
-  twist << left_jacobian(omega).inverse() * t_, omega;
+  twist << so3_left_jacobian(omega).inverse() * t_, omega;
   return twist;
 }
 
@@ -85,7 +86,7 @@ Mat6 SE3::adjoint() const {
 
 Mat6 se3_left_jacobian_inverse(const Vec6& twist) {
   const Vec3 omega = twist.tail<3>();
-  const Mat3 inverse = left_jacobian(omega).inverse();
+  const Mat3 inverse = so3_left_jacobian(omega).inverse();
   Mat6 result = Mat6::Zero();
   result.topLeftCorner<3, 3>() = result.bottomRightCorner<3, 3>() = inverse;
   result.topRightCorner<3, 3>() =

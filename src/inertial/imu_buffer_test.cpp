@@ -1,0 +1,123 @@
+#include "inertial/imu_buffer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "inertial/inertial_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr double kPeriod_s = 0.005;
+
+ImuSample still_sample(double t_s, Rng& rng) {
+  return {{to_ns(t_s)},
+          inertial_world::normal_vector(rng, 0.003),
+          Vec3(0, 0, 9.81) + inertial_world::normal_vector(rng, 0.02)};
+}
+
+// Of `until_s`, without those for which `is_missing`.
+template <typename IsMissing>
+ImuBuffer filled(double until_s, const IsMissing& is_missing) {
+  ImuBuffer buffer{ImuNoise{}};
+  Rng rng(1);
+  for (int i = 0; i * kPeriod_s <= until_s; ++i) {
+    const ImuSample sample = still_sample(i * kPeriod_s, rng);
+    if (!is_missing(i * kPeriod_s)) buffer.add(sample);
+  }
+  return buffer;
+}
+constexpr auto kNone = [](double) { return false; };
+
+double turn_std(const Preintegration& motion) { return std::sqrt(motion.covariance()(0, 0)); }
+
+TEST(ImuBuffer, KnowsTheNoiseOfGoodSamples) {
+  const auto motion = filled(1, kNone).between({0}, {to_ns(1)}, {});
+  ASSERT_TRUE(motion);
+  EXPECT_NEAR(turn_std(*motion), ImuNoise{}.gyro_noise_radps_sqrthz, 1e-6);
+}
+
+TEST(ImuBuffer, IsUncertainWhereSamplesAreMissing) {
+  const auto gap = [](double t_s) { return t_s > 0.50 && t_s < 0.57; };
+  const ImuBuffer buffer = filled(1, gap);
+  EXPECT_GT(turn_std(*buffer.between({0}, {to_ns(1)}, {})), 0.03);
+  EXPECT_LT(turn_std(*buffer.between({0}, {to_ns(0.4)}, {})), 3e-4);
+}
+
+TEST(ImuBuffer, SaysNothingOfALongGap) {
+  const auto gap = [](double t_s) { return t_s > 0.50 && t_s < 0.7; };
+  const ImuBuffer buffer = filled(1, gap);
+  EXPECT_FALSE(buffer.between({0}, {to_ns(1)}, {}));
+  EXPECT_FALSE(buffer.between({to_ns(0.6)}, {to_ns(0.65)}, {}));
+  EXPECT_TRUE(buffer.between({to_ns(0.71)}, {to_ns(1)}, {}));
+}
+
+TEST(ImuBuffer, HoldsTheNewestReadingForAMoment) {
+  const ImuBuffer buffer = filled(0.5, kNone);
+  EXPECT_TRUE(buffer.between({0}, {to_ns(0.51)}, {}));
+  EXPECT_FALSE(buffer.between({0}, {to_ns(0.6)}, {}));
+  EXPECT_FALSE(buffer.between({-1}, {to_ns(0.1)}, {}));
+}
+
+TEST(ImuBuffer, ReadingsAtTheEndOfTheRangeAreNotBelieved) {
+  ImuBuffer buffer{ImuNoise{}};
+  Rng rng(1);
+  for (int i = 0; i < 200; ++i) {
+    ImuSample sample = still_sample(i * kPeriod_s, rng);
+    if (i >= 100 && i < 110) sample.angular_velocity_radps.y() = 4.36332;  // 250 deg/s
+    buffer.add(sample);
+  }
+  EXPECT_TRUE(buffer.was_clipped({to_ns(0.5)}, {to_ns(0.55)}));
+  EXPECT_FALSE(buffer.was_clipped({0}, {to_ns(0.49)}));
+  EXPECT_FALSE(buffer.was_clipped({to_ns(0.56)}, {to_ns(1)}));
+  EXPECT_GT(turn_std(*buffer.between({to_ns(0.45)}, {to_ns(0.6)}, {})), 0.1);
+}
+
+TEST(ImuBuffer, EqualReadingsAtRestAreNoEnd) {
+  ImuBuffer buffer{ImuNoise{}};
+  for (int i = 0; i < 50; ++i)
+    buffer.add({{to_ns(i * kPeriod_s)}, Vec3(0.01, 0, 0), Vec3(0, 0, 9.81)});
+  EXPECT_FALSE(buffer.was_clipped({0}, {to_ns(1)}));
+}
+
+TEST(ImuBuffer, PassesOverWhatIsOldOrNoNumber) {
+  ImuBuffer buffer = filled(0.1, kNone);
+  const auto count = buffer.samples().size();
+  Rng rng(2);
+  EXPECT_EQ(buffer.add(still_sample(0.05, rng)), ImuBuffer::Verdict::kPassedOver);
+  EXPECT_EQ(buffer.add(still_sample(0.1, rng)), ImuBuffer::Verdict::kPassedOver);
+  ImuSample broken = still_sample(0.2, rng);
+  broken.specific_force_mps2.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(buffer.add(broken), ImuBuffer::Verdict::kPassedOver);
+  broken.specific_force_mps2.x() = 1e9;
+  EXPECT_EQ(buffer.add(broken), ImuBuffer::Verdict::kPassedOver);
+  EXPECT_EQ(buffer.samples().size(), count);
+  EXPECT_EQ(buffer.add(still_sample(0.105, rng)), ImuBuffer::Verdict::kTaken);
+}
+
+TEST(ImuBuffer, AClockThatStaysBehindWasSetBack) {
+  ImuBuffer buffer = filled(10, kNone);
+  Rng rng(2);
+  int i = 0;
+  while (buffer.add(still_sample(1 + i * kPeriod_s, rng)) == ImuBuffer::Verdict::kPassedOver) ++i;
+  EXPECT_EQ(i, 19);
+  EXPECT_EQ(buffer.samples().size(), 1U);
+}
+
+TEST(ImuBuffer, ForgetsWhatIsNotNeededAnyMore) {
+  ImuBuffer buffer = filled(1, kNone);
+  buffer.forget_before({to_ns(0.5025)});
+  EXPECT_EQ(buffer.samples().front().stamp.ns, to_ns(0.5));
+  EXPECT_TRUE(buffer.between({to_ns(0.5025)}, {to_ns(1)}, {}));
+}
+
+TEST(ImuBuffer, ShiftedSamplesAreThoseOfAnotherTime) {
+  ImuBuffer buffer = filled(1, kNone);
+  const Vec3 before = buffer.reading({to_ns(0.5)})->specific_force_mps2;
+  buffer.shift(to_ns(0.1));
+  EXPECT_EQ(buffer.reading({to_ns(0.6)})->specific_force_mps2, before);
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -1,0 +1,286 @@
+#include "inertial/inertial_estimator.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "core/check.hpp"
+
+namespace ygslam {
+namespace {
+
+using namespace state_part;
+
+constexpr double kLeastVariance = 1e-8;  // no pose is better than 0.1 mm, 0.1 mrad
+constexpr double kTurnsKept_s = 4;
+constexpr double kOffsetEvery_s = 1;
+constexpr double kLongestTurn_s = 0.25;      // between two frames
+constexpr double kMostOffsetSigma_s = 1e-3;  // of an offset that is believed
+constexpr double kOtherOffset_s = 2e-3;      // beyond what was taken: all begins anew
+constexpr double kOtherOffsetSigmas = 3;
+constexpr double kLeastOffset_s = 4e-4;
+constexpr double kOffsetMemory = 0.9;                        // clocks drift
+constexpr double kFarOffset_s = 0.1, kNearOffset_s = 0.016;  // that are looked for
+constexpr double kLeastExplained = 0.5;  // of the seen rotation, by a gyroscope that is one
+constexpr double kLongestPause_s = 0.3;  // without a pose, before a start
+constexpr std::size_t kFewestStartFrames = 10;
+constexpr double kMostWaiting_s = 0.3;    // of a frame, for its samples
+constexpr double kShortestStep_s = 1e-3;  // frames nearer than that are one
+constexpr double kPiece_s = 0.1;          // longer predictions are made of such
+// Chi-square of a seen pose against the predicted one: 6 degrees of freedom, 99.9 %, and as vision
+// is often more certain of itself than it should be, the same of twice its standard deviation.
+constexpr double kDisagreement = 4 * 22.5;
+constexpr std::size_t kJudgedFrames = 20;
+constexpr double kMostDisagreement = 0.5;  // of them
+constexpr double kTrustedStd_m = 0.1;      // after a second alone
+
+}  // namespace
+
+InertialEstimator::InertialEstimator(const InertialConfig& config)
+    : config_(config),
+      T_imu_camera_(config.T_camera_imu.inverse()),
+      samples_(config.noise, config.gyro_scale_error),
+      offset_ns_(to_ns(config.time_offset_s.value_or(0))),
+      offset_known_(config.time_offset_s.has_value()) {}
+
+StateWalk InertialEstimator::walk() const {
+  return {config_.noise.gyro_walk_radps2_sqrthz, config_.noise.accel_walk_mps3_sqrthz,
+          config_.tilt_walk_rad_sqrts};
+}
+
+void InertialEstimator::add(const ImuSample& sample) {
+  ImuSample shifted = sample;
+  shifted.stamp.ns -= offset_ns_;
+  if (samples_.add(shifted) == ImuBuffer::Verdict::kClockSetBack) restart(ImuFault::kClock);
+  process_waiting();
+}
+
+SeenPose InertialEstimator::of_imu(const VisualPose& pose) const {
+  const Mat6 adjoint = T_imu_camera_.adjoint();
+  Mat6 covariance = adjoint * pose.covariance * adjoint.transpose();
+  covariance.diagonal().array() += kLeastVariance;
+  return {pose.T_odom_camera * config_.T_camera_imu, covariance};
+}
+
+void InertialEstimator::restart(ImuFault fault) {
+  if (fault != ImuFault::kNone) fault_ = fault;
+  window_.reset();
+  start_.clear();
+  disagreed_.clear();
+  if (fault == ImuFault::kDisagrees || fault == ImuFault::kClock)
+    offset_known_ = config_.time_offset_s.has_value();
+}
+
+void InertialEstimator::add_frame(Timestamp stamp, const std::optional<VisualPose>& pose) {
+  put({stamp, pose, false});
+}
+
+void InertialEstimator::add_frame_found_again(Timestamp stamp, const VisualPose& pose) {
+  put({stamp, pose, true});
+}
+
+void InertialEstimator::put(const Frame& frame) {
+  if (last_frame_ && frame.stamp <= *last_frame_) return;
+  CHECK(!frame.pose ||
+        (frame.pose->T_odom_camera.is_finite() && frame.pose->covariance.allFinite()));
+  last_frame_ = frame.stamp;
+  if (frame.pose) last_seen_ = frame.stamp;
+  waiting_.push_back(frame);
+  process_waiting();
+}
+
+void InertialEstimator::process_waiting() {
+  while (!waiting_.empty()) {
+    const Timestamp stamp = waiting_.front().stamp;
+    const bool has_samples =
+        !samples_.samples().empty() && samples_.samples().back().stamp >= stamp;
+    if (!has_samples && seconds_between(*last_frame_, stamp) < kMostWaiting_s) return;
+    const Frame frame = waiting_.front();
+    waiting_.pop_front();
+    process(frame);
+  }
+}
+
+void InertialEstimator::process(const Frame& frame) {
+  std::optional<SeenPose> seen;
+  if (frame.pose) seen = of_imu(*frame.pose);
+  if (frame.found_again) last_pose_.reset();  // it did not turn there
+  if (seen) remember_turn({frame.stamp, *seen});
+  find_time_offset(frame.stamp);
+  if (window_) {
+    go_on(frame.stamp, frame.found_again ? std::nullopt : seen);
+    if (window_ && frame.found_again) window_->place_newest(*seen);
+  } else if (seen) {
+    if (frame.found_again) start_.clear();
+    try_start({frame.stamp, *seen});
+  }
+  samples_.forget_before({frame.stamp.ns - to_ns(kTurnsKept_s + config_.start_s)});
+}
+
+void InertialEstimator::remember_turn(const SeenFrame& frame) {
+  if (last_pose_ && seconds_between(frame.stamp, last_pose_->stamp) < kLongestTurn_s)
+    turns_.push_back(
+        {last_pose_->stamp, frame.stamp,
+         so3_log(last_pose_->pose.T_odom_imu.R().transpose() * frame.pose.T_odom_imu.R())});
+  last_pose_ = frame;
+  while (!turns_.empty() && seconds_between(frame.stamp, turns_.front().from) > kTurnsKept_s)
+    turns_.pop_front();
+}
+
+void InertialEstimator::find_time_offset(Timestamp now) {
+  if (config_.time_offset_s) return;
+  const double span_s = turns_.empty() ? 0 : seconds_between(now, turns_.front().from);
+  const double every_s = offset_known_ ? kTurnsKept_s : kOffsetEvery_s;  // each turn tells once
+  if (span_s < config_.start_s || seconds_between(now, offset_looked_at_) < every_s) return;
+  offset_looked_at_ = now;
+  const std::vector<SeenTurn> turns(turns_.begin(), turns_.end());
+  const auto found =
+      estimate_time_offset(turns, samples_.samples(), offset_known_ ? kNearOffset_s : kFarOffset_s);
+  if (!found || found->sigma_s > kMostOffsetSigma_s || found->explained < kLeastExplained) return;
+  const double weight = 1 / (found->sigma_s * found->sigma_s);
+  offset_weight_ = kOffsetMemory * offset_weight_ + weight;
+  further_offset_s_ += weight / offset_weight_ * (found->offset_s - further_offset_s_);
+  const double sigmas = std::abs(further_offset_s_) * std::sqrt(offset_weight_);
+  if (sigmas > kOtherOffsetSigmas && std::abs(further_offset_s_) > kLeastOffset_s)
+    set_further_offset(further_offset_s_);
+  offset_known_ = true;
+}
+
+void InertialEstimator::set_further_offset(double offset_s) {
+  const std::int64_t change_ns = to_ns(offset_s);
+  offset_ns_ += change_ns;
+  samples_.shift(-change_ns);
+  further_offset_s_ = offset_weight_ = 0;
+  if (std::abs(offset_s) > kOtherOffset_s) restart(ImuFault::kNone);
+}
+
+void InertialEstimator::try_start(const SeenFrame& frame) {
+  if (!start_.empty() && seconds_between(frame.stamp, start_.back().stamp) > kLongestPause_s)
+    start_.clear();
+  if (!start_.empty() && !samples_.between(start_.back().stamp, frame.stamp, {})) {
+    start_.clear();
+    if (!samples_.samples().empty() && last_seen_) fault_ = ImuFault::kSilent;
+  }
+  if (start_.empty() && !samples_.between(frame.stamp, frame.stamp, {})) return;
+  start_.push_back(frame);
+  if (start_.size() < kFewestStartFrames ||
+      seconds_between(frame.stamp, start_.front().stamp) < config_.start_s)
+    return;
+  const auto integrate = [&](std::size_t i, const ImuBias& bias) {
+    return *samples_.between(start_[i].stamp, start_[i + 1].stamp, bias);
+  };
+  auto started = start_window(start_, integrate, walk(), config_.bounds);
+  if (auto* window = std::get_if<InertialWindow>(&started)) {
+    window_ = std::move(*window);
+    window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
+    start_.clear();
+  } else {
+    fault_ = std::get<ImuFault>(started);
+    start_.erase(start_.begin(), start_.begin() + std::ssize(start_) / 2);
+  }
+}
+
+void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& seen) {
+  const UncertainState last = window_->newest();
+  if (seconds_between(stamp, last.state.stamp) < kShortestStep_s) return;
+  const auto measured = samples_.between(last.state.stamp, stamp, last.state.bias);
+  if (!measured) return restart(ImuFault::kSilent);
+  MotionFactor motion(*measured, walk());
+  const UncertainState predicted = last.moved(motion, stamp, window_->gravity());
+  const auto dated =
+      seen ? std::optional(with_unsure_time(*seen, predicted.state, *measured)) : std::nullopt;
+  window_->add({predicted.state, std::move(motion), dated});
+  if (!window_->solve(1)) return restart(ImuFault::kDisagrees);
+  window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
+  const ImuBias& bias = window_->nodes().back().state.bias;
+  if (bias.gyro_radps.norm() > config_.bounds.most_gyro_bias_radps ||
+      bias.accel_mps2.norm() > config_.bounds.most_accel_bias_mps2)
+    return restart(ImuFault::kBias);
+  if (dated) judge(predicted, *dated);
+}
+
+/// As uncertain as it is when it was seen: what the camera moves in the time between.
+SeenPose InertialEstimator::with_unsure_time(SeenPose seen, const InertialState& state,
+                                             const Preintegration& measured) const {
+  if (config_.time_offset_s) return seen;
+  const double sigma_s =
+      offset_weight_ > 0 ? std::max(kLeastOffset_s, 1 / std::sqrt(offset_weight_)) : kOtherOffset_s;
+  const double moved_m = sigma_s * state.velocity_odom_mps.norm();
+  const double turned_rad = sigma_s * so3_log(measured.delta().R).norm() / measured.duration_s();
+  seen.covariance.diagonal().head<3>().array() += moved_m * moved_m;
+  seen.covariance.diagonal().tail<3>().array() += turned_rad * turned_rad;
+  return seen;
+}
+
+void InertialEstimator::judge(const UncertainState& predicted, const SeenPose& seen) {
+  const auto [residual, by_pose] = linear(seen, predicted.state);
+  const Mat6 covariance =
+      by_pose * predicted.covariance.topLeftCorner<6, 6>() * by_pose.transpose() + seen.covariance;
+  disagreed_.push_back(residual.dot(covariance.ldlt().solve(residual)) > kDisagreement);
+  if (disagreed_.size() > kJudgedFrames) disagreed_.pop_front();
+  const auto count = std::count(disagreed_.begin(), disagreed_.end(), true);
+  if (static_cast<double>(count) > kMostDisagreement * kJudgedFrames) restart(ImuFault::kDisagrees);
+}
+
+std::optional<UncertainState> InertialEstimator::moved(Timestamp stamp) const {
+  UncertainState now = window_->newest();
+  while (now.state.stamp < stamp) {
+    const Timestamp next{std::min(stamp.ns, now.state.stamp.ns + to_ns(kPiece_s))};
+    const auto measured = samples_.between(now.state.stamp, next, now.state.bias);
+    if (!measured) return std::nullopt;
+    now = now.moved(MotionFactor(*measured, walk()), next, window_->gravity());
+  }
+  return now;
+}
+
+std::optional<InertialPrediction> InertialEstimator::predict(Timestamp stamp) const {
+  if (!window_ || stamp < *last_frame_) return std::nullopt;
+  const auto last = moved(*last_frame_), now = moved(stamp);
+  const auto reading = samples_.reading(stamp);
+  if (!last || !now || !reading) return std::nullopt;
+  const SE3 T_odom_camera = now->state.T_odom_imu * T_imu_camera_;
+  const SE3 T_odom_last = last->state.T_odom_imu * T_imu_camera_;
+  InertialPrediction result{T_odom_camera, {}, T_odom_camera.inverse() * T_odom_last, {}, 0};
+  // Of the state's errors, those of T_odom_imu exp(error); from there to the camera's.
+  Mat6 by_state = Mat6::Zero();
+  by_state.block<3, 3>(0, kPosition) = now->state.T_odom_imu.R().transpose();
+  by_state.block<3, 3>(3, kRotation).setIdentity();
+  const Mat6 to_camera = config_.T_camera_imu.adjoint() * by_state;
+  result.covariance = to_camera * now->covariance.topLeftCorner<6, 6>() * to_camera.transpose();
+  const Vec3 rate = reading->angular_velocity_radps - now->state.bias.gyro_radps;
+  Vec6 imu_velocity;
+  imu_velocity << now->state.T_odom_imu.R().transpose() * now->state.velocity_odom_mps, rate;
+  result.body_velocity = config_.T_camera_imu.adjoint() * imu_velocity;
+  if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
+  return result;
+}
+
+bool InertialEstimator::is_trusted() const {
+  if (!window_) return false;
+  const auto [state, covariance] = window_->newest();
+  const Mat3 R = state.T_odom_imu.R();
+  const Vec3 g = window_->gravity().at(state.tilt);
+  // A second at rest: dp = v + (R [R^T g] dphi - R dba + dg) / 2 + ... / 6 of the gyroscope's bias.
+  Eigen::Matrix<double, 3, kStateSize> J = Eigen::Matrix<double, 3, kStateSize>::Zero();
+  const Mat3 by_turn = R * skew(R.transpose() * g);
+  J.block<3, 3>(0, kRotation) = 0.5 * by_turn;
+  J.block<3, 3>(0, kVelocity).setIdentity();
+  J.block<3, 3>(0, kGyroBias) = -by_turn / 6;
+  J.block<3, 3>(0, kAccelBias) = -0.5 * R;
+  J.block<3, 2>(0, kTilt) = 0.5 * window_->gravity().derivative(state.tilt);
+  const Mat3 drift = J * covariance * J.transpose();
+  return drift.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff() <
+         kTrustedStd_m * kTrustedStd_m;
+}
+
+std::optional<UncertainState> InertialEstimator::state() const {
+  return window_ ? std::optional(window_->newest()) : std::nullopt;
+}
+
+std::optional<Vec3> InertialEstimator::gravity_odom() const {
+  if (!window_) return std::nullopt;
+  return window_->gravity().at(window_->nodes().back().state.tilt);
+}
+
+}  // namespace ygslam

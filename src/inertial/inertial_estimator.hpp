@@ -1,0 +1,114 @@
+// Inertial odometry beside vision's: fed with an IMU's samples and with the poses of tracked
+// frames, it knows gravity, velocity and biases, says how the camera moves before a frame is looked
+// at, and goes on alone for some seconds when nothing is seen (docs/inertial.md). Loosely coupled:
+// vision's poses come with their covariance; what they were made of is not seen here.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "inertial/imu_buffer.hpp"
+#include "inertial/inertial_start.hpp"
+#include "inertial/inertial_window.hpp"
+#include "inertial/time_offset.hpp"
+
+namespace ygslam {
+
+struct InertialConfig {
+  ImuNoise noise;
+  SE3 T_camera_imu;
+  /// An IMU's stamp less the camera's of the same instant; nullopt: found once it turns.
+  std::optional<double> time_offset_s;
+  ImuBounds bounds{};
+  /// What calibration leaves of a gyroscope's scale and misalignment, relative to its rates.
+  double gyro_scale_error = 0.001;
+  /// How fast vision's idea of upright drifts [rad/sqrt(s)].
+  double tilt_walk_rad_sqrts = 2e-4;
+  double start_s = 1.0;    ///< of poses that a start needs
+  int window_frames = 12;  ///< kept in the smoother
+};
+
+/// A tracked frame's pose. Covariance of T_odom_camera exp(error) [m, rad], translation first.
+struct VisualPose {
+  SE3 T_odom_camera;
+  Mat6 covariance;
+};
+
+struct InertialPrediction {
+  SE3 T_odom_camera;
+  Mat6 covariance;      ///< as VisualPose's
+  SE3 T_now_last;       ///< the camera's motion since the last frame
+  Vec6 body_velocity;   ///< the camera's, twist per second in its own frame
+  double unseen_s = 0;  ///< since the last frame with a pose
+};
+
+class InertialEstimator {
+ public:
+  explicit InertialEstimator(const InertialConfig& config);
+
+  /// In order of time. Frames wait for the samples of their time, predictions do not.
+  void add(const ImuSample& sample);
+  /// Every frame in turn. @param pose nullopt: it has none, or none to be trusted.
+  void add_frame(Timestamp stamp, const std::optional<VisualPose>& pose);
+  /// The same, found again in odom as coasting left it: its pose there is a definition, no
+  /// measurement, and tells nothing of what the IMU erred in between.
+  void add_frame_found_again(Timestamp stamp, const VisualPose& pose);
+  /// @param stamp after the last frame's. @return nullopt before a start, and where samples do not
+  /// reach.
+  [[nodiscard]] std::optional<InertialPrediction> predict(Timestamp stamp) const;
+
+  [[nodiscard]] bool started() const { return window_.has_value(); }
+  /// A second alone would take the camera nowhere: what predict() says may stand for vision.
+  [[nodiscard]] bool is_trusted() const;
+  /// Why the IMU was dropped since this was last asked; it starts anew by itself.
+  [[nodiscard]] ImuFault take_fault() { return std::exchange(fault_, ImuFault::kNone); }
+
+  /// Of the newest frame; nullopt before a start.
+  [[nodiscard]] std::optional<UncertainState> state() const;
+  /// Gravity in odom [m/s2].
+  [[nodiscard]] std::optional<Vec3> gravity_odom() const;
+  [[nodiscard]] double time_offset_s() const { return 1e-9 * static_cast<double>(offset_ns_); }
+  [[nodiscard]] bool time_offset_is_known() const { return offset_known_; }
+
+ private:
+  struct Frame {
+    Timestamp stamp;
+    std::optional<VisualPose> pose;
+    bool found_again = false;
+  };
+  [[nodiscard]] SeenPose of_imu(const VisualPose& pose) const;
+  void restart(ImuFault fault);
+  void put(const Frame& frame);
+  void process_waiting();
+  void process(const Frame& frame);
+  void remember_turn(const SeenFrame& frame);
+  void find_time_offset(Timestamp now);
+  void set_further_offset(double offset_s);
+  void try_start(const SeenFrame& frame);
+  void go_on(Timestamp stamp, const std::optional<SeenPose>& seen);
+  [[nodiscard]] SeenPose with_unsure_time(SeenPose seen, const InertialState& state,
+                                          const Preintegration& measured) const;
+  void judge(const UncertainState& predicted, const SeenPose& seen);
+  [[nodiscard]] std::optional<UncertainState> moved(Timestamp stamp) const;
+  [[nodiscard]] StateWalk walk() const;
+
+  InertialConfig config_;
+  SE3 T_imu_camera_;
+  ImuBuffer samples_;
+  std::int64_t offset_ns_ = 0;
+  bool offset_known_ = false;
+  std::deque<Frame> waiting_;  // for their samples
+  std::optional<Timestamp> last_frame_, last_seen_;
+  std::optional<SeenFrame> last_pose_;  // processed
+  std::deque<SeenTurn> turns_;
+  Timestamp offset_looked_at_;
+  double further_offset_s_ = 0, offset_weight_ = 0;  // what was found beyond offset_ns_
+  std::vector<SeenFrame> start_;                     // what one will be made of
+  std::optional<InertialWindow> window_;
+  std::deque<bool> disagreed_;  // of the last seen frames
+  ImuFault fault_ = ImuFault::kNone;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,411 @@
+#include "inertial/inertial_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/statistics.hpp"
+#include "inertial/estimator_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+using inertial_world::Drive;
+using inertial_world::DriveOptions;
+
+constexpr std::uint64_t kSeeds = 20;
+// 95 % of chi-square with 6 degrees of freedom lie between.
+constexpr double kLeastNees = 1.24, kMostNees = 14.45;
+
+double tilt_error(Drive& drive) {
+  const Vec3 found = drive.estimator().gravity_odom()->normalized();
+  return std::acos(std::min(1.0, found.dot(drive.true_gravity_odom().normalized())));
+}
+
+double highest(const std::vector<double>& values) { return std::ranges::max(values); }
+
+TEST(InertialEstimator, FindsBiasesAndGravityWhileMoving) {
+  std::vector<double> gyro, accel, tilt;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    Drive drive({.seed = seed});
+    drive.run(10);
+    ASSERT_TRUE(drive.estimator().is_trusted()) << seed;
+    const ImuBias found = drive.estimator().state()->state.bias;
+    gyro.push_back((found.gyro_radps - drive.true_bias().gyro_radps).norm());
+    accel.push_back((found.accel_mps2 - drive.true_bias().accel_mps2).norm());
+    tilt.push_back(tilt_error(drive));
+  }
+  EXPECT_LT(highest(gyro), 5e-4);
+  EXPECT_LT(median(gyro), 2.5e-4);
+  EXPECT_LT(highest(accel), 0.08);
+  EXPECT_LT(median(accel), 0.02);
+  EXPECT_LT(highest(tilt), 0.008);
+  EXPECT_LT(median(tilt), 0.002);
+}
+
+// A tilt and a bias that look alike cannot be told apart at rest, but what they make together can.
+TEST(InertialEstimator, FindsWhatItNeedsWhileStandingStill) {
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    Drive drive({.seed = seed, .liveliness = 0});
+    drive.run(5);
+    ASSERT_TRUE(drive.estimator().is_trusted()) << seed;
+    const InertialState found = drive.estimator().state()->state;
+    EXPECT_LT((found.bias.gyro_radps - drive.true_bias().gyro_radps).norm(), 1e-3) << seed;
+    const Vec3 fall =
+        drive.true_imu_pose().R() * (drive.true_bias().accel_mps2 - found.bias.accel_mps2) -
+        drive.true_gravity_odom() + *drive.estimator().gravity_odom();
+    EXPECT_LT(fall.norm(), 0.03) << seed;
+  }
+}
+
+TEST(InertialEstimator, StartsWithinTheFirstSecondAndAHalf) {
+  for (const double liveliness : {0.0, 1.0}) {
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+      Drive drive({.seed = seed, .liveliness = liveliness});
+      drive.run(0.5);
+      EXPECT_FALSE(drive.estimator().started());
+      EXPECT_FALSE(drive.estimator().predict(drive.now()));
+      drive.run(1);
+      EXPECT_TRUE(drive.estimator().started()) << seed;
+      EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+    }
+  }
+}
+
+TEST(InertialEstimator, PredictsAFrameBeforeItIsSeen) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Drive drive({.seed = seed});
+    drive.run(3);
+    SE3 T_odom_last = drive.true_pose();
+    double worst_m = 0, worst_rad = 0, worst_mps = 0;
+    drive.before_frame = [&](Drive& d) {
+      const auto predicted = d.estimator().predict(d.now());
+      ASSERT_TRUE(predicted);
+      const SE3 T_now_last = d.true_pose().inverse() * T_odom_last;
+      const SE3 error = predicted->T_now_last * T_now_last.inverse();
+      worst_m = std::max(worst_m, error.t().norm());
+      worst_rad = std::max(worst_rad, error.angle());
+      constexpr double kStep_s = 1e-4;
+      const double t_s = 1e-9 * static_cast<double>(d.now().ns);
+      const Vec6 velocity =
+          (d.true_pose(t_s - kStep_s).inverse() * d.true_pose(t_s + kStep_s)).log() / (2 * kStep_s);
+      worst_mps = std::max(worst_mps, (predicted->body_velocity - velocity).norm());
+      EXPECT_NEAR(predicted->unseen_s, Drive::kFrame_s, 1e-6);
+      T_odom_last = d.true_pose();
+    };
+    drive.run(2);
+    EXPECT_LT(worst_m, 1e-3) << seed;
+    EXPECT_LT(worst_rad, 4e-4) << seed;
+    EXPECT_LT(worst_mps, 0.04) << seed;  // rad/s of the rotation's noise included
+  }
+}
+
+struct Coasted {
+  std::vector<double> error_m, nees;
+};
+
+// Without vision for so long, at several times of a drive.
+Coasted coasted(double seconds, DriveOptions options, int windows = 3) {
+  Coasted result;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    options.seed = seed;
+    Drive drive(options);
+    drive.run(8);
+    for (int window = 0; window < windows; ++window) {
+      drive.run(seconds, false);
+      const auto predicted = drive.estimator().predict(drive.now());
+      EXPECT_TRUE(predicted);
+      EXPECT_NEAR(predicted->unseen_s, seconds, 0.5 * Drive::kFrame_s);
+      result.error_m.push_back(drive.error_of(*predicted).head<3>().norm());
+      result.nees.push_back(drive.nees_of(*predicted));
+      drive.run(3);
+      EXPECT_TRUE(drive.estimator().started());
+    }
+  }
+  return result;
+}
+
+double share_within_bounds(const std::vector<double>& nees) {
+  const auto count = std::ranges::count_if(
+      nees, [](double value) { return value >= kLeastNees && value <= kMostNees; });
+  return static_cast<double>(count) / static_cast<double>(nees.size());
+}
+
+void expect_coasts(double seconds, double median_m, double most_m) {
+  for (const double liveliness : {0.0, 1.0}) {
+    const Coasted result = coasted(seconds, {.liveliness = liveliness});
+    EXPECT_GE(share_within_bounds(result.nees), 0.9);
+    EXPECT_LT(highest(result.error_m), most_m);
+    EXPECT_LT(median(std::vector(result.error_m)), median_m);
+  }
+}
+
+TEST(InertialEstimator, CoastsATenthOfASecond) { expect_coasts(0.1, 0.0025, 0.006); }
+TEST(InertialEstimator, CoastsASecond) { expect_coasts(1, 0.008, 0.02); }
+TEST(InertialEstimator, CoastsFiveSeconds) { expect_coasts(5, 0.1, 0.35); }
+
+// As calibration leaves a chip: scales off by 2 per mille, axes by a tenth of a degree.
+TEST(InertialEstimator, ScaleErrorsAreInItsCovariance) {
+  DriveOptions options{.gyro_scale_error = 0.002};
+  options.distort = [](ImuSample& s) {
+    const Vec3 w = s.angular_velocity_radps;
+    s.angular_velocity_radps +=
+        Vec3(0.002, -0.002, 0.002).cwiseProduct(w) + 0.0017 * Vec3(0, 0, 1).cross(w);
+    return true;
+  };
+  for (const double seconds : {1.0, 5.0}) {
+    const Coasted result = coasted(seconds, options, 1);
+    const auto within = std::ranges::count_if(result.nees, [](double n) { return n < kMostNees; });
+    EXPECT_GE(static_cast<double>(within), 0.9 * static_cast<double>(result.nees.size()));
+  }
+}
+
+TEST(InertialEstimator, IsLessCertainTheLongerNothingIsSeen) {
+  Drive drive({.seed = 1});
+  drive.run(5);
+  double before_m = 0;
+  for (int i = 0; i < 5; ++i) {
+    drive.run(1, false);
+    const Mat6 covariance = drive.estimator().predict(drive.now())->covariance;
+    const double std_m = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
+    EXPECT_GT(std_m, 1.5 * before_m);
+    before_m = std_m;
+  }
+}
+
+TEST(InertialEstimator, FindsTheClocksOffset) {
+  for (const double offset_s : {-0.06, -0.01, 0.025, 0.08}) {
+    Drive drive({.seed = 2, .liveliness = 2, .offset_s = offset_s});
+    drive.run(6);
+    EXPECT_TRUE(drive.estimator().time_offset_is_known());
+    EXPECT_NEAR(drive.estimator().time_offset_s(), offset_s, 2e-3);
+    ASSERT_TRUE(drive.estimator().is_trusted()) << offset_s;
+    drive.run(0.5, false);
+    const auto predicted = drive.estimator().predict(drive.now());
+    ASSERT_TRUE(predicted);
+    EXPECT_LT(drive.error_of(*predicted).head<3>().norm(), 0.02);
+  }
+}
+
+TEST(InertialEstimator, AWrongPoseNowAndThenDoesNoHarm) {
+  Drive drive({.seed = 3});
+  drive.run(5);
+  for (int i = 0; i < 10; ++i) {
+    drive.run(0.3);
+    drive.advance();
+    VisualPose wrong = drive.seen_pose();
+    wrong.T_odom_camera = wrong.T_odom_camera * SE3(so3_exp({0.1, 0, 0}), {0.2, 0.1, 0});
+    drive.estimator().add_frame(drive.now(), wrong);
+  }
+  drive.run(0.1);
+  EXPECT_TRUE(drive.estimator().is_trusted());
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+  drive.run(1, false);
+  EXPECT_LT(drive.error_of(*drive.estimator().predict(drive.now())).head<3>().norm(), 0.02);
+}
+
+// Found again somewhere else in odom: velocity, biases and gravity go along.
+TEST(InertialEstimator, GoesOnWhereItIsFoundAgain) {
+  Drive drive({.seed = 4});
+  drive.run(8);
+  drive.run(3, false);
+  drive.advance();
+  const SE3 T_new_old(so3_exp({0.7, -0.4, 1.1}), {3, -2, 1});
+  const auto in_new = [&](VisualPose pose) {
+    pose.T_odom_camera = T_new_old * pose.T_odom_camera;
+    return pose;
+  };
+  drive.estimator().add_frame_found_again(drive.now(), in_new(drive.seen_pose()));
+  drive.run(0.5, false);
+  ASSERT_TRUE(drive.estimator().started());
+  const auto predicted = drive.estimator().predict(drive.now());
+  ASSERT_TRUE(predicted);
+  const SE3 error = (T_new_old * drive.true_pose()).inverse() * predicted->T_odom_camera;
+  const double std_m = std::sqrt(predicted->covariance.topLeftCorner<3, 3>().trace());
+  EXPECT_LT(error.t().norm(), 3 * std_m + 0.005);
+  EXPECT_LT(error.t().norm(), 0.1);
+  EXPECT_LT(error.angle(), 0.02);
+  const Vec3 gravity = T_new_old.R() * drive.true_gravity_odom();
+  EXPECT_LT((*drive.estimator().gravity_odom() - gravity).norm(), 0.3);
+}
+
+// --- IMUs that are not to be believed ---------------------------------------------------------
+
+using Distortion = std::function<bool(ImuSample&)>;
+
+ImuFault fault_of(const Distortion& distort, bool expect_start = false) {
+  Drive drive({.seed = 6, .liveliness = 1.5, .distort = distort});
+  ImuFault fault = ImuFault::kNone;
+  for (int i = 0; i < 120; ++i) {
+    drive.step();
+    if (const ImuFault now = drive.estimator().take_fault(); now != ImuFault::kNone) fault = now;
+    EXPECT_TRUE(expect_start || !drive.estimator().started());
+  }
+  EXPECT_FALSE(drive.estimator().started());
+  EXPECT_FALSE(drive.estimator().predict(drive.now()));
+  return fault;
+}
+
+TEST(ImuFaults, AccelerationInUnitsOfGravity) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              s.specific_force_mps2 /= kGravity_mps2;
+              return true;
+            }),
+            ImuFault::kUnits);
+}
+
+TEST(ImuFaults, RatesInDegrees) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              s.angular_velocity_radps *= 180 / std::numbers::pi;
+              return true;
+            }),
+            ImuFault::kUnits);
+}
+
+TEST(ImuFaults, AccelerationOfAnotherSize) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              s.specific_force_mps2 *= 1.3;
+              return true;
+            }),
+            ImuFault::kGravity);
+}
+
+TEST(ImuFaults, AxesSwapped) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              std::swap(s.angular_velocity_radps.x(), s.angular_velocity_radps.y());
+              std::swap(s.specific_force_mps2.x(), s.specific_force_mps2.y());
+              return true;
+            }),
+            ImuFault::kDisagrees);
+}
+
+TEST(ImuFaults, GravityTakenOut) {
+  const inertial_world::SmoothMotion motion(6, 1.5);
+  EXPECT_EQ(fault_of([&](ImuSample& s) {
+              const double t_s = 1e-9 * static_cast<double>(s.stamp.ns);
+              s.specific_force_mps2 -=
+                  motion.T_world_imu(t_s).R().transpose() * Vec3(0, 0, kGravity_mps2);
+              return true;
+            }),
+            ImuFault::kGravity);
+}
+
+TEST(ImuFaults, ABiasOfNoSensor) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              s.angular_velocity_radps += Vec3(0.3, 0, 0);
+              return true;
+            }),
+            ImuFault::kBias);
+}
+
+TEST(ImuFaults, SamplesThatStop) {
+  EXPECT_EQ(fault_of([](ImuSample& s) { return s.stamp.ns < to_ns(2.5); }, true),
+            ImuFault::kSilent);
+}
+
+TEST(ImuFaults, AGyroscopeThatStands) {
+  EXPECT_EQ(fault_of(
+                [](ImuSample& s) {
+                  if (s.stamp.ns > to_ns(2)) s.angular_velocity_radps = Vec3(0.01, 0.02, 0.01);
+                  return true;
+                },
+                true),
+            ImuFault::kDisagrees);
+}
+
+TEST(ImuFaults, StampsThatGoBackStartAnew) {
+  const auto jump = [](ImuSample& s) {
+    if (s.stamp.ns > to_ns(2)) s.stamp.ns -= to_ns(50);
+    return true;
+  };
+  EXPECT_EQ(fault_of(jump, true), ImuFault::kClock);
+}
+
+TEST(ImuFaults, AShortGapIsBridgedAndCostsCertainty) {
+  const auto gap = [](ImuSample& s) { return s.stamp.ns < to_ns(3) || s.stamp.ns > to_ns(3.08); };
+  Drive drive({.seed = 7, .distort = gap});
+  drive.run(2.98);
+  drive.run(0.12, false);
+  const auto predicted = drive.estimator().predict(drive.now());
+  ASSERT_TRUE(predicted);
+  EXPECT_GT(std::sqrt(predicted->covariance.bottomRightCorner<3, 3>().trace()), 0.02);
+  EXPECT_LT(drive.nees_of(*predicted), kMostNees);
+  drive.run(1);
+  EXPECT_TRUE(drive.estimator().started());
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+}
+
+TEST(ImuFaults, AClippedReadingIsNotBelieved) {
+  const auto clip = [](ImuSample& s) {
+    if (s.stamp.ns > to_ns(3) && s.stamp.ns < to_ns(3.1)) {
+      s.angular_velocity_radps.x() = 2.18166;
+      s.specific_force_mps2.z() = 19.6133;
+    }
+    return true;
+  };
+  Drive drive({.seed = 8, .distort = clip});
+  drive.run(2.98);
+  drive.run(0.15, false);
+  const auto predicted = drive.estimator().predict(drive.now());
+  ASSERT_TRUE(predicted);
+  EXPECT_GT(std::sqrt(predicted->covariance.bottomRightCorner<3, 3>().trace()), 0.1);
+  EXPECT_LT(drive.nees_of(*predicted), kMostNees);
+  EXPECT_FALSE(drive.estimator().is_trusted());
+  drive.run(3);
+  EXPECT_TRUE(drive.estimator().is_trusted());
+  const ImuBias found = drive.estimator().state()->state.bias;
+  EXPECT_LT((found.gyro_radps - drive.true_bias().gyro_radps).norm(), 1e-3);
+}
+
+// Whatever comes: no end of the program, and what is predicted is a pose.
+TEST(ImuFaults, AnyReadingsAreSurvived) {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Rng rng(seed);
+    const double wrong_share = seed % 4 == 0 ? 0.5 : 0.02;
+    const double size = std::pow(10, rng.uniform(-1, 7));
+    const auto distort = [&](ImuSample& s) {
+      if (rng.uniform() > wrong_share || s.stamp.ns < to_ns(rng.uniform(0, 4))) return true;
+      switch (rng.below(5)) {
+        case 0:
+          s.angular_velocity_radps = inertial_world::normal_vector(rng, size);
+          return true;
+        case 1:
+          s.specific_force_mps2 = inertial_world::normal_vector(rng, size);
+          return true;
+        case 2:
+          s.stamp.ns += to_ns(rng.uniform(-0.1, 0.1) * size);
+          return true;
+        case 3:
+          s.angular_velocity_radps.x() = std::numeric_limits<double>::infinity();
+          return true;
+        default:
+          return false;
+      }
+    };
+    Drive drive({.seed = seed, .distort = distort});
+    drive.before_frame = [](Drive& d) {
+      const auto predicted = d.estimator().predict(d.now());
+      if (!predicted) return;
+      EXPECT_TRUE(predicted->T_odom_camera.is_finite());
+      EXPECT_TRUE(predicted->covariance.allFinite());
+      EXPECT_GE(predicted->covariance.diagonal().minCoeff(), 0);
+    };
+    for (int i = 0; i < 150; ++i) drive.step(rng.uniform() > 0.1);
+  }
+}
+
+TEST(InertialEstimator, APoseWithoutAnyErrorIsTakenAsVeryGood) {
+  Drive drive({.seed = 2});
+  for (int i = 0; i < 60; ++i) {
+    drive.advance();
+    drive.estimator().add_frame(drive.now(), VisualPose{drive.true_pose(), Mat6::Zero()});
+  }
+  ASSERT_TRUE(drive.estimator().is_trusted());
+  drive.run(1, false);
+  EXPECT_LT(drive.error_of(*drive.estimator().predict(drive.now())).head<3>().norm(), 0.02);
+}
+
+}  // namespace
+}  // namespace ygslam

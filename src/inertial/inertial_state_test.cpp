@@ -1,0 +1,159 @@
+#include "inertial/inertial_state.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "geometry/properties_testing.hpp"
+#include "inertial/inertial_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+InertialState any_state() {
+  using properties::vector;
+  return {{0},
+          properties::motion(3, 2),
+          vector(2),
+          {vector(0.05), vector(0.3)},
+          Vec2(properties::real(-0.2, 0.2), properties::real(-0.2, 0.2))};
+}
+
+StateVector small_change(double size) {
+  StateVector change;
+  for (int i = 0; i < kStateSize; ++i) change[i] = properties::real(-size, size);
+  return change;
+}
+
+MotionFactor any_motion(const ImuBias& assumed) {
+  Preintegration measured(assumed);
+  for (int i = 0; i < 20; ++i)
+    measured.add(properties::vector(2), properties::vector(12), 0.005, {1e-3, 1e-2});
+  return {measured, {1e-4, 1e-3, 1e-4}};
+}
+
+// Derivative of f at 0, one column for each part of a state.
+template <typename Function>
+auto numeric_jacobian(const Function& f) {
+  constexpr double kStep = 1e-5;
+  using Value = decltype(f(StateVector()));
+  Eigen::Matrix<double, Value::RowsAtCompileTime, kStateSize> J;
+  for (int i = 0; i < kStateSize; ++i) {
+    const StateVector step = kStep * StateVector::Unit(i);
+    J.col(i) = (f(step) - f(-step)) / (2 * kStep);
+  }
+  return J;
+}
+
+RC_GTEST_PROP(InertialStateProperties, ChangesAreUndone, ()) {
+  const InertialState state = any_state();
+  const StateVector change = small_change(0.5);
+  RC_ASSERT((change_between(state, changed(state, change)) - change).norm() < 1e-9);
+}
+
+RC_GTEST_PROP(InertialStateProperties, ChangeJacobianMatchesFiniteDifferences, ()) {
+  const InertialState from = any_state(), to = changed(from, small_change(0.5));
+  const auto J =
+      numeric_jacobian([&](const StateVector& d) { return change_between(from, changed(to, d)); });
+  RC_ASSERT((J - change_jacobian(from, to)).norm() < 1e-6);
+}
+
+RC_GTEST_PROP(GravityProperties, HasItsSizeAndDerivative, ()) {
+  const Gravity gravity(properties::direction());
+  const Vec2 tilt(properties::real(-0.5, 0.5), properties::real(-0.5, 0.5));
+  RC_ASSERT(std::abs(gravity.at(tilt).norm() - kGravity_mps2) < 1e-9);
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 2; ++i) {
+    const Vec2 step = kStep * Vec2::Unit(i);
+    const Vec3 numeric = (gravity.at(tilt + step) - gravity.at(tilt - step)) / (2 * kStep);
+    RC_ASSERT((numeric - gravity.derivative(tilt).col(i)).norm() < 1e-6);
+  }
+}
+
+RC_GTEST_PROP(MotionFactorProperties, JacobiansMatchFiniteDifferences, ()) {
+  const Gravity gravity(properties::direction());
+  const InertialState before = any_state();
+  const MotionFactor motion = any_motion({properties::vector(0.05), properties::vector(0.3)});
+  const InertialState after = changed(motion.after(before, {1}, gravity), small_change(0.3));
+  const auto [residual, by_before, by_after] = motion.linear(before, after, gravity);
+  const auto numeric_before = numeric_jacobian([&](const StateVector& d) {
+    return motion.linear(changed(before, d), after, gravity).residual;
+  });
+  const auto numeric_after = numeric_jacobian([&](const StateVector& d) {
+    return motion.linear(before, changed(after, d), gravity).residual;
+  });
+  RC_ASSERT((by_before - numeric_before).norm() < 1e-5);
+  RC_ASSERT((by_after - numeric_after).norm() < 1e-6);
+}
+
+RC_GTEST_PROP(MotionFactorProperties, TheStateItLeadsToAgreesWithIt, ()) {
+  const Gravity gravity(properties::direction());
+  const InertialState before = any_state();
+  const MotionFactor motion = any_motion(before.bias);
+  const InertialState after = motion.after(before, {1}, gravity);
+  RC_ASSERT(motion.linear(before, after, gravity).residual.norm() < 1e-9);
+}
+
+RC_GTEST_PROP(SeenPoseProperties, JacobianMatchesFiniteDifferences, ()) {
+  const InertialState state = any_state();
+  const SeenPose seen{changed(state, small_change(0.5)).T_odom_imu, Mat6::Identity()};
+  const auto numeric = numeric_jacobian(
+      [&](const StateVector& d) { return linear(seen, changed(state, d)).residual; });
+  RC_ASSERT((numeric.leftCols<6>() - linear(seen, state).by_pose).norm() < 1e-6);
+  RC_ASSERT(numeric.rightCols<11>().norm() == 0);
+}
+
+// Where a state goes and how uncertain it becomes, against many drawn ones.
+TEST(UncertainState, SpreadsAsManyRunsDo) {
+  const Gravity gravity(Vec3(0.1, -0.2, -1));
+  const inertial_world::SmoothMotion path(4);
+  const Preintegration::Noise density{1e-3, 1e-2};
+  const StateWalk walk{1e-3, 1e-2, 1e-3};
+  std::vector<Vec6> rates;
+  for (int i = 0; i < 20; ++i) {
+    const ImuSample s = path.reading({to_ns(0.005 * i)}, gravity.at(Vec2::Zero()));
+    rates.emplace_back();
+    rates.back() << s.angular_velocity_radps, s.specific_force_mps2;
+  }
+  const auto integrated = [&](Rng* rng, const ImuBias& bias) {
+    Preintegration result(bias);
+    for (const Vec6& rate : rates) {
+      const double root = rng ? 1 / std::sqrt(0.005) : 0;
+      const Vec3 w = rng ? inertial_world::normal_vector(*rng, root * 1e-3) : Vec3::Zero();
+      const Vec3 a = rng ? inertial_world::normal_vector(*rng, root * 1e-2) : Vec3::Zero();
+      result.add(rate.head<3>() + w, rate.tail<3>() + a, 0.005, density);
+    }
+    return result;
+  };
+  StateVector sigma;
+  sigma << Vec3::Constant(0.01), Vec3::Constant(0.005), Vec3::Constant(0.02), Vec3::Constant(0.002),
+      Vec3::Constant(0.03), Vec2::Constant(0.01);
+  UncertainState start{{}, sigma.cwiseAbs2().asDiagonal()};
+  start.state.velocity_odom_mps = {0.3, -0.2, 0.1};
+  const UncertainState predicted =
+      start.moved(MotionFactor(integrated(nullptr, {}), walk), {to_ns(0.1)}, gravity);
+
+  Rng rng(5);
+  constexpr int kRuns = 4000;
+  StateMatrix sampled = StateMatrix::Zero();
+  for (int run = 0; run < kRuns; ++run) {
+    StateVector error;
+    for (int i = 0; i < kStateSize; ++i) error[i] = rng.normal(0, sigma[i]);
+    const InertialState other = changed(start.state, error);
+    const InertialState end =
+        MotionFactor(integrated(&rng, other.bias), walk).after(other, {to_ns(0.1)}, gravity);
+    StateVector d = change_between(predicted.state, end);
+    for (int i = 0; i < 3; ++i) {
+      d[9 + i] += rng.normal(0, walk.gyro_radps2_sqrthz * std::sqrt(0.1));
+      d[12 + i] += rng.normal(0, walk.accel_mps3_sqrthz * std::sqrt(0.1));
+      if (i < 2) d[15 + i] += rng.normal(0, walk.tilt_rad_sqrts * std::sqrt(0.1));
+    }
+    sampled += d * d.transpose() / kRuns;
+  }
+  const Eigen::LLT<StateMatrix> root(predicted.covariance);
+  const StateMatrix half = root.matrixL().solve(sampled);
+  const StateMatrix whitened = root.matrixL().solve(half.transpose());
+  EXPECT_LT((whitened - StateMatrix::Identity()).cwiseAbs().maxCoeff(), 0.12);
+}
+
+}  // namespace
+}  // namespace ygslam

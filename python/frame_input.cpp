@@ -33,15 +33,18 @@ std::size_t row_stride(const In<T>& image, ImageSize size, std::size_t channels,
   if (image.ndim() != dimensions)
     refuse_type(std::string(name) + ": an array of " + kind + " with " +
                 std::to_string(dimensions) + " dimensions is expected");
+  if (image.shape(0) != size.height || image.shape(1) != size.width ||
+      (channels > 1 && image.shape(2) != channels))
+    refuse_value(std::string(name) + ": shape " + text_of(size, channels) + " is expected");
   const auto row = static_cast<std::int64_t>(image.shape(1) * channels);
+  if (channels > 1 && image.stride(2) == -1)
+    refuse_type(std::string(name) +
+                ": channels that are turned round by a view; give the array as it is, and order");
   const bool is_packed = image.stride(1) == static_cast<std::int64_t>(channels) &&
                          (channels == 1 || image.stride(2) == 1) && image.stride(0) >= row;
   if (!is_packed)
     refuse_type(std::string(name) + ": rows that are contiguous and in order are expected, of " +
-                kind);
-  if (image.shape(0) != size.height || image.shape(1) != size.width ||
-      (channels > 1 && image.shape(2) != channels))
-    refuse_value(std::string(name) + ": shape " + text_of(size, channels) + " is expected");
+                kind + " (numpy.ascontiguousarray)");
   return static_cast<std::size_t>(image.stride(0)) * sizeof(T);
 }
 

@@ -188,6 +188,14 @@ class TwoUses(EndsTest):
         # A map that goes on in its own file is no such case.
         self.assert_ran(self.run_slam(folder, "--load-map", room, "--save-map", room))
 
+    def test_of_the_recording_itself(self):
+        folder = self.copy_sequence(frames=4)
+        linked = self.folder / "linked"
+        linked.symlink_to(folder)
+        before = self.everything()
+        for out in (folder, linked):
+            self.assert_refused(before, "run", folder, "--segmenter", "none", "--out", out)
+
     def test_of_other_commands(self):
         folder = self.copy_sequence(frames=4)
         room, scene = self.folder / "mesh.ply", self.folder / "scene"

@@ -66,6 +66,9 @@ Status check_map_name(const fs::path& map) {
 
 Status check_targets(const RunOptions& options, const Sequence& sequence) {
   if (Status checked = uses_of(options, sequence).check(); !checked.ok()) return checked;
+  if (is_same_place(options.out_dir, options.sequence))
+    return Error{ErrorKind::kUsage,
+                 "--out " + options.out_dir + ": is the recording itself; choose another folder"};
   if (!options.background_dir.empty())
     for (const char* part : {"rgb", "depth", "source"})
       if (Status checked = check_inner_folder(options.background_dir, part); !checked.ok())

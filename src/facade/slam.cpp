@@ -42,6 +42,8 @@ struct Slam::Impl {
   FrameClock clock;
   std::optional<Timestamp> last_stamp;
   int fast_steps = 0;     // of stamps, one after the other
+  int without_depth = 0;  // frames, until one has some
+  bool saw_depth = false;
   bool publishes = true;  // false if deterministic: room() makes it
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
@@ -69,6 +71,7 @@ struct Slam::Impl {
   void open_view(const std::string& address);
   void publish_from(SessionOptions& options, const Settings& settings);
   void warn_of_unit(Timestamp stamp);
+  void warn_of_no_depth(const DepthImage& depth_m);
   [[nodiscard]] Input take(const Frame& frame, const char* call);
   [[nodiscard]] Result process(const Input& input);
   void push(const Frame& frame);
@@ -242,6 +245,17 @@ void Slam::Impl::warn_of_unit(Timestamp stamp) {
     log::warn("frames are less than 0.1 ms apart: are stamps in nanoseconds, as they are taken?");
 }
 
+/// The first frames have none that counts: mostly it is in another unit.
+void Slam::Impl::warn_of_no_depth(const DepthImage& depth_m) {
+  constexpr int kSeveral = 5;
+  if (saw_depth) return;
+  saw_depth = std::any_of(depth_m.begin(), depth_m.end(), [](float d) { return d > 0; });
+  without_depth += saw_depth ? 0 : 1;
+  if (without_depth == kSeveral)
+    log::warn("{} frames without depth in range: is it in metres (float), or depth_scale right?",
+              kSeveral);
+}
+
 /// In the caller's thread: what is wrong with a frame, it is told at once.
 Input Slam::Impl::take(const Frame& frame, const char* call) {
   if (finished) fail({ErrorKind::kUsage, std::string(call) + " after finish()"});
@@ -256,6 +270,7 @@ Input Slam::Impl::take(const Frame& frame, const char* call) {
     log::warn("frame stamps went back and stay there: {:.3f} s are added to them from here on",
               1e-9 * static_cast<double>(clock.shift_ns()));
   warn_of_unit(*time.stamp);
+  warn_of_no_depth(input.frame->depth_m);
   input.frame->stamp = *time.stamp;
   input.clock_shift_ns = clock.shift_ns();
   return input;

@@ -180,6 +180,25 @@ TEST(Slam, WithoutTroubleNothingIsWritten) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
+TEST(Slam, DepthInAnotherUnitIsToldOnce) {
+  const Film& seen = film("moving_box");
+  Lines lines;
+  Settings settings = settings_for(seen);
+  settings.log = lines.sink();
+  Slam slam = Slam::open(settings);
+  const auto pixels = static_cast<std::size_t>(settings.camera.width) *
+                      static_cast<std::size_t>(settings.camera.height);
+  for (std::size_t i = 0; i < 8; ++i) {
+    Frame frame = seen[i];
+    std::vector<float> millimetres(frame.depth_m, frame.depth_m + pixels);
+    for (float& depth : millimetres) depth *= 1000;
+    frame.depth_m = millimetres.data();
+    EXPECT_EQ(slam.process(frame).state, State::kWaiting);
+  }
+  ASSERT_EQ(lines.warnings.size(), 1U);
+  EXPECT_NE(lines.warnings[0].find("is it in metres"), std::string::npos);
+}
+
 /// A model path leads to no line; a segmenter that fails does. Without a network at hand the only
 /// way to a warning is a model: this is skipped without one.
 #if !defined(__SANITIZE_ADDRESS__)  // a network's threads load a library in a way it refuses

@@ -105,7 +105,7 @@ TEST(ImuSensor, FeelsNoKidnapping) {
 
 TEST(TrueMotion, AtRestIsGravityUpwards) {
   const SE3 pose(so3_exp(Vec3(0.3, -1, 2)), Vec3(40, -30, 1.4));
-  const TrueMotion motion = true_motion([&](double) { return pose; }, 7);
+  const TrueMotion motion = true_motion([&](double) -> const SE3& { return pose; }, 7);
   EXPECT_LT(motion.angular_velocity_radps.norm(), 1e-12);
   EXPECT_LT(motion.velocity_world_mps.norm(), 1e-12);
   EXPECT_LT((pose.R() * motion.specific_force_mps2 + kGravity_world).norm(), 1e-7);

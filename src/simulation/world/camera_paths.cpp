@@ -217,12 +217,13 @@ Vec3 CameraPath::walk_point(double s_m) const {
 }
 
 Vec3 CameraPath::endless_point(double s_m) const {
-  const double total = curve_s_m_.back();
-  const Vec3 end = walk_point(s_m);
-  if (config_.closed || (s_m >= 0 && s_m <= total)) return end;
+  Vec3 point = walk_point(s_m);
+  if (config_.closed) return point;
   const std::size_t n = curve_.size();
-  const Vec3 way = s_m < 0 ? curve_[1] - curve_[0] : curve_[n - 1] - curve_[n - 2];
-  return end + (s_m < 0 ? s_m : s_m - total) * way.normalized();
+  const double beyond_m = std::max(0.0, s_m - curve_s_m_.back());
+  if (s_m < 0) point += s_m * (curve_[1] - curve_[0]).normalized();
+  if (beyond_m > 0) point += beyond_m * (curve_[n - 1] - curve_[n - 2]).normalized();
+  return point;
 }
 
 /// Looking where one will be: the mean of several points ahead turns smoothly.

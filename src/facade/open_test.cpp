@@ -41,6 +41,7 @@ TEST(Open, EveryFaultOfTheSettingsIsToldAtOnceWithCode3) {
 TEST(Open, AnImpossibleCameraIsCode3AndNamesTheKey) {
   const auto refusal = [](auto change) {
     Settings settings;
+    settings.segmenter = "none";
     settings.camera = {.fx = 517.3,
                        .fy = 516.5,
                        .cx = 318.6,

@@ -173,6 +173,7 @@ TEST(Process, DepthThatIsNoneInAnyWayIsNone) {
 
 TEST(Process, WithNothingToSeeTheStateSaysSo) {
   Settings settings;
+  settings.segmenter = "none";
   settings.camera = {
       .fx = 300, .fy = 300, .cx = 160, .cy = 120, .width = kWidth, .height = kHeight};
   Slam slam = Slam::open(settings);
@@ -191,6 +192,7 @@ TEST(Process, WithNothingToSeeTheStateSaysSo) {
 TEST(Process, ImagesOfAnySizeAreTaken) {
   for (const auto& [width, height] : {std::pair{1, 1}, {2, 480}, {640, 3}, {33, 47}, {71, 65}}) {
     Settings settings;
+    settings.segmenter = "none";
     const double f = std::max(width, height);
     settings.camera = {
         .fx = f, .fy = f, .cx = width / 2.0, .cy = height / 2.0, .width = width, .height = height};

@@ -58,6 +58,7 @@ struct Listener {
 
 Settings settings_without_camera() {
   Settings settings;
+  settings.segmenter = "none";
   settings.options = {{"orb.features", "500"}};
   settings.deterministic = true;
   return settings;

@@ -16,13 +16,13 @@ function(ygslam_test name module)
 endfunction()
 
 # ygslam_module(NAME [DEPENDS modules...] [LIBS libraries...] [TEST_DEPENDS ...] [TEST_LIBS ...]
-#               [ROOMS sub-folders...] [OTHER_TESTS files...] [QUICK] [NUMERIC])
+#               [ROOMS sub-folders...] [OTHER_TESTS files...] [QUICK [HOT files...]] [NUMERIC])
 # One folder of src/ = one static library = one layer. Sources are the *.cpp of the folder and of its
 # rooms; *_test.cpp beside them, but OTHER_TESTS, become the executable NAME_test. QUICK: see
-# YgslamPrecompiled.cmake. NUMERIC: conversions that may change a value are warnings (-Wconversion), in
-# the tests too.
+# YgslamPrecompiled.cmake; HOT: its files that compute for each pixel after all. NUMERIC: conversions that
+# may change a value are warnings (-Wconversion), in the tests too.
 function(ygslam_module name)
-  cmake_parse_arguments(arg "QUICK;NUMERIC" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS;OTHER_TESTS" ${ARGN})
+  cmake_parse_arguments(arg "QUICK;NUMERIC" "" "DEPENDS;LIBS;TEST_DEPENDS;TEST_LIBS;ROOMS;OTHER_TESTS;HOT" ${ARGN})
   list(TRANSFORM arg_ROOMS APPEND /*.cpp)
   file(GLOB sources CONFIGURE_DEPENDS *.cpp ${arg_ROOMS})
   set(tests ${sources})
@@ -37,8 +37,20 @@ function(ygslam_module name)
     set(warnings $<$<CXX_COMPILER_ID:GNU>:-Wconversion>)
   endif()
 
+  list(TRANSFORM arg_HOT PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  if(arg_HOT)
+    list(REMOVE_ITEM sources ${arg_HOT})
+    add_library(ygslam_${name}_hot OBJECT ${arg_HOT})
+    target_include_directories(ygslam_${name}_hot PRIVATE ${CMAKE_SOURCE_DIR}/src)
+    target_link_libraries(ygslam_${name}_hot PRIVATE ygslam_compiler ${arg_DEPENDS} ${arg_LIBS} Eigen3::Eigen)
+    target_precompile_headers(ygslam_${name}_hot REUSE_FROM ygslam_precompiled)
+  endif()
+
   if(sources)
     add_library(ygslam_${name} STATIC ${sources})
+    if(arg_HOT)
+      target_sources(ygslam_${name} PRIVATE $<TARGET_OBJECTS:ygslam_${name}_hot>)
+    endif()
     set(scope PUBLIC)
     set_property(GLOBAL APPEND PROPERTY YGSLAM_MODULES ygslam_${name})
     target_link_libraries(ygslam_${name} PRIVATE ygslam_compiler)

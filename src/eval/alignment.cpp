@@ -1,10 +1,10 @@
 #include "eval/alignment.hpp"
 
-#include <Eigen/SVD>
 #include <array>
 #include <cmath>
 
 #include "core/check.hpp"
+#include "geometry/small_systems.hpp"
 
 namespace ygslam {
 namespace {
@@ -44,14 +44,14 @@ Alignment align_positions(const Points& truth, const Points& estimate, bool with
     return align_centroids(truth_mean, estimate_mean);
   }
   const Mat3 covariance = q * p.transpose() / n;  // eq. (38)
-  const Eigen::JacobiSVD<Mat3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Svd3 parts = svd(covariance);
   Vec3 S = Vec3::Ones();  // eqs. (39), (43)
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) S.z() = -1.0;
-  const Mat3 R = svd.matrixU() * S.asDiagonal() * svd.matrixV().transpose();  // eq. (40)
+  if (parts.U.determinant() * parts.V.determinant() < 0) S.z() = -1.0;
+  const Mat3 R = parts.U * S.asDiagonal() * parts.V.transpose();  // eq. (40)
   const double variance = p.squaredNorm() / n;
   Alignment alignment;
   if (with_scale && variance > 0) {
-    alignment.scale = svd.singularValues().dot(S) / variance;  // eq. (42)
+    alignment.scale = parts.s.dot(S) / variance;  // eq. (42)
   }
   alignment.T_truth_estimate = {R, truth_mean - alignment.scale * (R * estimate_mean)};  // eq. (41)
   return alignment;
@@ -96,10 +96,9 @@ Alignment align_with_orientations(const PosePairs& pairs) {
   Mat3 sum = Mat3::Zero();
   for (std::size_t i = 0; i < pairs.size(); ++i)
     sum += pairs.truth[i].T_world_camera.R() * pairs.estimate[i].T_world_camera.R().transpose();
-  const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
-  const Mat3 R = U * svd.matrixV().transpose();
+  auto [U, V, s] = svd(sum);
+  if ((U * V.transpose()).determinant() < 0) U.col(2) *= -1;
+  const Mat3 R = U * V.transpose();
   Vec3 t = Vec3::Zero();
   for (std::size_t i = 0; i < pairs.size(); ++i)
     t += pairs.truth[i].T_world_camera.t() - R * pairs.estimate[i].T_world_camera.t();

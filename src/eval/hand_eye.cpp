@@ -1,7 +1,6 @@
 #include "eval/hand_eye.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "core/statistics.hpp"
 #include "eval/alignment.hpp"
+#include "geometry/small_systems.hpp"
 
 namespace ygslam {
 namespace {
@@ -72,12 +72,12 @@ RotationFit fit_rotation(const RotationVectors& vectors) {
       sum += weights[i] * vectors.body[i] * vectors.camera[i].transpose();
       total += weights[i];
     }
-    const Eigen::JacobiSVD<Mat3> svd(sum / total, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Svd3 parts = svd(sum / total);
     Vec3 S = Vec3::Ones();
-    if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) S.z() = -1;
-    fit.R = svd.matrixU() * S.asDiagonal() * svd.matrixV().transpose();
-    fit.spread = svd.singularValues();
-    fit.axes = svd.matrixU();
+    if (parts.U.determinant() * parts.V.determinant() < 0) S.z() = -1;
+    fit.R = parts.U * S.asDiagonal() * parts.V.transpose();
+    fit.spread = parts.s;
+    fit.axes = parts.U;
     for (std::size_t i = 0; i < n; ++i)
       residuals[i] = (vectors.body[i] - fit.R * vectors.camera[i]).norm();
     weights = cauchy_weights(residuals);
@@ -149,14 +149,14 @@ Vec3 solve_offset(std::span<const BodyMotion> motions, const Mat3& R, double ove
       squares += weights[i] * (J * t - b).squaredNorm();
       total += weights[i];
     }
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(N);
+    const SymmetricEigen3 eigen = symmetric_eigen(N);
     const double variance = squares / (3 * total) * overlap;
     t.setZero();
     for (int k = 0; k < 3; ++k) {
-      const Vec3 axis = eigen.eigenvectors().col(k);
-      if (eigen.eigenvalues()[k] < 1e-9 * eigen.eigenvalues()[2] + kRounding * kRounding) continue;
-      const double length_m = axis.dot(d) / eigen.eigenvalues()[k];
-      const double sigma_m = std::sqrt(variance / eigen.eigenvalues()[k]);
+      const Vec3 axis = eigen.vectors.col(k);
+      if (eigen.values[k] < 1e-9 * eigen.values[2] + kRounding * kRounding) continue;
+      const double length_m = axis.dot(d) / eigen.values[k];
+      const double sigma_m = std::sqrt(variance / eigen.values[k]);
       if (iteration + 1 < kIterations || sigma_m < kCertain_m) t += length_m * axis;
     }
     for (std::size_t i = 0; i < motions.size(); ++i) {

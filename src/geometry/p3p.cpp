@@ -1,7 +1,7 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numbers>
 
 #include "geometry/pnp.hpp"
 
@@ -9,6 +9,8 @@ namespace ygslam {
 namespace {
 
 constexpr double kRealRoot = 1e-3;  // largest imaginary part of a double root blurred by rounding
+constexpr int kMostRounds = 60;     // a double root gains a bit in each
+constexpr double kSettled = 1e-10;  // last step over the size of the roots; the next is far below
 constexpr double kSameSolution = 1e-6;   // relative
 constexpr double kDistanceError = 1e-8;  // relative, after polishing
 
@@ -37,22 +39,43 @@ Quartic grunert_quartic(const Triangle& t) {
            (d - 1) * (d - 1) - 4 * c * ca * ca}};
 }
 
-// Real parts of the (nearly) real roots, by the companion matrix. @return how many.
+// Real parts of the (nearly) real roots, in order; all four roots are found at once (Aberth 1973).
+// @return how many.
 int real_roots(const Quartic& q, std::array<double, 4>& roots) {
   const double largest = std::abs(*std::max_element(
       q.a.begin(), q.a.end(), [](double x, double y) { return std::abs(x) < std::abs(y); }));
   if (!std::isfinite(largest) || std::abs(q.a[4]) < 1e-12 * largest || largest == 0) return 0;
-  Eigen::Matrix4d companion = Eigen::Matrix4d::Zero();
-  companion.bottomLeftCorner<3, 3>().setIdentity();
-  for (int i = 0; i < 4; ++i) companion(i, 3) = -q.a[i] / q.a[4];
-  const Eigen::EigenSolver<Eigen::Matrix4d> solver(companion, false);
-  if (solver.info() != Eigen::Success) return 0;
+  std::array<double, 4> b;  // v^4 + b[3] v^3 + ... + b[0]
+  double radius = 0;        // half of Fujiwara's bound of the roots
+  for (std::size_t i = 0; i < 4; ++i) {
+    b[i] = q.a[i] / q.a[4];
+    radius = std::max(radius, std::pow(std::abs(b[i]), 1.0 / static_cast<double>(4 - i)));
+  }
+  using Complex = std::complex<double>;
+  std::array<Complex, 4> v;
+  for (std::size_t k = 0; k < 4; ++k)  // on no line of symmetry of a real polynomial
+    v[k] = -b[3] / 4 + std::polar(radius, std::numbers::pi / 2 * static_cast<double>(k) + 0.4);
+  double moved = radius;
+  for (int round = 0; round < kMostRounds && moved > kSettled * radius; ++round) {
+    moved = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Complex value = (((v[k] + b[3]) * v[k] + b[2]) * v[k] + b[1]) * v[k] + b[0];
+      const Complex slope = ((4.0 * v[k] + 3 * b[3]) * v[k] + 2 * b[2]) * v[k] + b[1];
+      Complex pull = 0;  // of the other roots
+      for (std::size_t j = 0; j < 4; ++j)
+        if (v[j] != v[k]) pull += 1.0 / (v[k] - v[j]);
+      const Complex divisor = slope - value * pull;
+      if (divisor == 0.0) continue;
+      const Complex step = value / divisor;
+      v[k] -= step;
+      moved = std::max(moved, std::abs(step));
+    }
+  }
   int count = 0;
-  for (int i = 0; i < 4; ++i) {
-    const std::complex<double> root = solver.eigenvalues()[i];
+  for (const Complex& root : v)
     if (std::abs(root.imag()) < kRealRoot * (1 + std::abs(root.real())))
       roots[count++] = root.real();
-  }
+  std::sort(roots.begin(), roots.begin() + count);
   return count;
 }
 

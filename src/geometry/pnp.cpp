@@ -1,8 +1,9 @@
 #include "geometry/pnp.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "geometry/small_systems.hpp"
 
 namespace ygslam {
 namespace {
@@ -123,7 +124,7 @@ class PnpRansac {
       for (const std::uint32_t k : usable_) {
         if (error_of(T_best_, points_[k]) < 1) add_normal_equations(points_[k], H, g);
       }
-      const Vec6 step = -H.ldlt().solve(g);
+      const Vec6 step = -SymmetricSystem6(H).solve(g);
       if (!step.allFinite()) return;
       const SE3 T = (SE3::exp(step) * T_best_).normalized();
       const PoseScore score = score_of(T);

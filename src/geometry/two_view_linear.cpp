@@ -1,9 +1,10 @@
 #include "geometry/two_view_linear.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "geometry/small_systems.hpp"
 
 namespace ygslam::two_view {
 
@@ -47,10 +48,9 @@ std::optional<Mat3> least_vector(const Mat9& normal_matrix) {
 }
 
 Mat3 nearest_rank_two_exact(const Mat3& F) {
-  const Eigen::JacobiSVD<Mat3> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vec3 s = svd.singularValues();
-  s(2) = 0;
-  return svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose();
+  Svd3 parts = svd(F);
+  parts.s(2) = 0;
+  return parts.U * parts.s.asDiagonal() * parts.V.transpose();
 }
 
 }  // namespace ygslam::two_view

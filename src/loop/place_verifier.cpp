@@ -6,6 +6,7 @@
 
 #include "features/matcher.hpp"
 #include "geometry/pnp.hpp"
+#include "geometry/small_systems.hpp"
 #include "map/search_points.hpp"
 
 namespace ygslam {
@@ -58,8 +59,7 @@ double second_extent_m(std::span<const Vec3> points) {
   Mat3 scatter = Mat3::Zero();
   for (const Vec3& p : points)
     scatter += (p - mean) * (p - mean).transpose() / static_cast<double>(points.size());
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scatter, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+  return std::sqrt(std::max(0.0, symmetric_eigen(scatter).values[1]));
 }
 
 }  // namespace

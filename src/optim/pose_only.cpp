@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "geometry/small_systems.hpp"
 #include "optim/residual.hpp"
 
 namespace ygslam {
@@ -175,7 +176,7 @@ SE3 minimise(const PoseProblem& problem, SE3 T, const ResidualKernels& kernels, 
   for (int i = 0; i < iterations; ++i) {
     Mat6 damped = now.H;
     damped.diagonal() += lambda * now.H.diagonal() + Vec6::Constant(1e-12);
-    const Vec6 step = -damped.ldlt().solve(now.g);
+    const Vec6 step = -SymmetricSystem6(damped).solve(now.g);
     if (!step.allFinite()) break;
     const SE3 T_trial = SE3::exp(step) * T;
     const NormalEquations trial = problem.linearize(T_trial, kernels);

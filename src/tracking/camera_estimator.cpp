@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "core/statistics.hpp"
+#include "geometry/small_systems.hpp"
 #include "image/depth.hpp"
 
 namespace ygslam {
@@ -30,6 +31,15 @@ using Mat3X = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMost
 using MatXX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostColumns,
                             kMostColumns>;
 using VecX = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostColumns, 1>;
+
+/// One column after the other, as products here are lazy: Eigen's kernels for large matrices would
+/// take seconds to compile and gain nothing.
+template <typename Solver>
+MatXX solve_columns(const Solver& solver, const MatXX& b) {
+  MatXX x(b.rows(), b.cols());
+  for (Eigen::Index i = 0; i < b.cols(); ++i) x.col(i) = solver.solve(VecX(b.col(i)));
+  return x;
+}
 
 /// A point of a frame and what the parameters do to it.
 struct MovingPoint {
@@ -193,8 +203,8 @@ void add_up(std::span<const Rows> points, const VecX& x, MatXX& H, VecX& b) {
     Vec3 weight(w_px, w_px, 0);
     if (rows.sigma.z() > 0) weight.z() = weight_of(size_depth[i], scale_depth, rows.sigma.z());
     const Mat3X weighted = weight.asDiagonal() * rows.J;
-    H.noalias() += rows.J.transpose() * weighted;
-    b.noalias() -= weighted.transpose() * rows.r;
+    H += rows.J.transpose().lazyProduct(weighted);
+    b -= weighted.transpose().lazyProduct(rows.r);
   }
   H.diagonal().array() += kDamping;
 }
@@ -263,8 +273,9 @@ std::optional<CameraEstimator::Part> CameraEstimator::compare(const TrackedFrame
     x = H.ldlt().solve(b);
     if (!x.allFinite()) return std::nullopt;
   }
-  const MatXX solved = H.topLeftCorner(6, 6).ldlt().solve(H.topRightCorner(6, n));
-  Part part{H.bottomRightCorner(n, n) - H.bottomLeftCorner(n, 6) * solved,
+  const MatXX solved =
+      solve_columns(SymmetricSystem6(H.topLeftCorner<6, 6>()), H.topRightCorner(6, n));
+  Part part{H.bottomRightCorner(n, n) - H.bottomLeftCorner(n, 6).lazyProduct(solved),
             b.tail(n) - solved.transpose() * b.head(6)};
   if (!part.H.allFinite() || !part.g.allFinite()) return std::nullopt;
   return part;
@@ -315,18 +326,19 @@ std::optional<CameraEstimator::Estimate> CameraEstimator::estimate() const {
   if (parts_.size() < kFewestParts) return std::nullopt;
   Part all;
   for (const Part& part : parts_) all += part;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(all.H);
+  const Eigen::LDLT<MatXX> solver(all.H);
   if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
   Estimate estimate;
-  estimate.value = solver.solve(all.g);
+  estimate.value = solver.solve(VecX(all.g));
   // The parts' gradients at the common value (sandwich estimator; White 1982).
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(all.H.rows(), all.H.cols());
+  MatXX spread = MatXX::Zero(all.H.rows(), all.H.cols());
   for (const Part& part : parts_) {
     const Parameters miss = part.g - part.H * estimate.value;
     spread += miss * miss.transpose();
   }
   const auto n = static_cast<double>(parts_.size());
-  const Eigen::MatrixXd covariance = solver.solve(solver.solve(spread).transpose()) * (n / (n - 1));
+  const MatXX covariance =
+      solve_columns(solver, solve_columns(solver, spread).transpose()) * (n / (n - 1));
   estimate.std = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   estimate.parts = static_cast<int>(parts_.size());
   if (!estimate.value.allFinite() || !estimate.std.allFinite()) return std::nullopt;

@@ -1,8 +1,8 @@
 #include "tracking/depth_agreement.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "geometry/small_systems.hpp"
 #include "image/depth.hpp"
 
 namespace ygslam {
@@ -28,7 +28,7 @@ DepthSamples::DepthSamples(const Camera& camera, const DepthImage& depth_m, int 
 
 double DepthAgreement::possible_gain() const {
   const Mat6 damped = information + kFreeDirections * Mat6::Identity();
-  return gradient.dot(damped.ldlt().solve(gradient));
+  return gradient.dot(SymmetricSystem6(damped).solve(gradient));
 }
 
 DepthAgreement compare_depth(const Camera& camera, const DepthSamples& before,

@@ -1,6 +1,5 @@
 #include "tracking/pose_estimator.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +8,7 @@
 #include "core/trace.hpp"
 #include "features/matcher.hpp"
 #include "geometry/pnp.hpp"
+#include "geometry/small_systems.hpp"
 #include "map/search_points.hpp"
 
 namespace ygslam {
@@ -27,10 +27,10 @@ constexpr double kTypicalDepth_m = 2.0;  // turns a shift of the camera into pix
 // How certain a pose is: the twist is a left perturbation, so that its translation moves the camera
 // centre in the camera's axes.
 void judge_certainty(const PoseSolution& pose, PoseResult& result) {
-  const Eigen::LDLT<Mat6> solver(pose.information);
-  const Mat6 covariance = solver.solve(Mat6::Identity());
+  const SymmetricSystem6 system(pose.information);
+  const Mat6 covariance = system.inverse();
   const double variance_m2 = covariance.topLeftCorner<3, 3>().trace();
-  const bool determined = solver.info() == Eigen::Success && solver.isPositive() &&
+  const bool determined = system.is_decomposed() && system.is_positive() &&
                           std::isfinite(variance_m2) && variance_m2 >= 0;
   // Residuals larger than the noise model expects widen the estimate.
   const double widened = std::max(1.0, pose.rms);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/statistics.hpp"
+#include "geometry/small_systems.hpp"
 #include "image/depth.hpp"
 
 namespace ygslam {
@@ -137,7 +138,7 @@ SE3 ScreenFinder::with_depth(const Place& place, const SE3& T_points_world,
     const DepthAgreement depth = agreement(place, T_camera_world);
     const Vec6 moved = (T_camera_world * T_points_world.inverse()).log();
     const Mat6 H = kDepthShare * depth.information + information;
-    const Vec6 step = H.ldlt().solve(kDepthShare * depth.gradient + information * moved);
+    const Vec6 step = SymmetricSystem6(H).solve(kDepthShare * depth.gradient + information * moved);
     if (!step.allFinite()) return T_points_world;
     T_camera_world = SE3::exp(-step) * T_camera_world;
   }

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "geometry/small_systems.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -75,7 +77,7 @@ SE3 ScreenWatch::steadied(const PoseResult& pose, const FrameFeatures& seen,
     return pose.T_camera_world;
   // A screen leaves few points, at the image's edges; depth is known everywhere.
   return finder_.with_depth(place_at(pose.T_camera_world, seen, before), pose.T_camera_world,
-                            pose.covariance->inverse());
+                            SymmetricSystem6(*pose.covariance).inverse());
 }
 
 void ScreenWatch::follow(const ObservedFrame& now, const SE3& T_odom_camera) {

@@ -1,11 +1,11 @@
 #include "motion/checks/ego_motion.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "core/check.hpp"
 #include "core/statistics.hpp"
+#include "geometry/small_systems.hpp"
 
 namespace ygslam {
 namespace {
@@ -144,9 +144,9 @@ std::optional<EgoMotion> fit_ego_motion(const Camera& camera, std::span<const Fo
   double scale_px = std::max(2.0 * median_residual_px(camera, guess, candidates), kFirstScale_px);
   for (int i = 0; i < config.iterations; ++i) {
     const NormalEquations eq = linearise(camera, fit.T_current_previous, candidates, scale_px);
-    const Eigen::LDLT<Mat6> solver(eq.H);
-    const Vec6 step = solver.solve(eq.b);
-    if (solver.info() != Eigen::Success || !step.allFinite()) return std::nullopt;
+    const SymmetricSystem6 system(eq.H);
+    const Vec6 step = system.solve(eq.b);
+    if (!system.is_decomposed() || !step.allFinite()) return std::nullopt;
     fit.T_current_previous = SE3::exp(step) * fit.T_current_previous;
     const bool settled = scale_px <= config.final_scale_px && step.norm() < kSettledStep;
     if (settled) break;

@@ -33,7 +33,7 @@ double density(double error, double step_s) { return error * std::sqrt(step_s); 
 
 }  // namespace
 
-ImuBuffer::Verdict ImuBuffer::add(ImuSample sample) {
+ImuBuffer::Verdict ImuBuffer::add(const ImuSample& sample) {
   if (!is_reading(sample)) return Verdict::kPassedOver;
   Verdict verdict = Verdict::kTaken;
   if (!samples_.empty()) {

@@ -20,7 +20,7 @@ class ImuBuffer {
     kPassedOver,    ///< no number, of no motion, or not newer than the one before
     kClockSetBack,  ///< so many in a row went back that time goes on from there: all is forgotten
   };
-  Verdict add(ImuSample sample);
+  Verdict add(const ImuSample& sample);
   void forget_before(Timestamp stamp);
   void clear();
   /// Adds to the stamps of all samples so far.

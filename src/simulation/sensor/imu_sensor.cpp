@@ -41,13 +41,13 @@ TrueMotion true_motion(const Motion& T_world_imu, double t_s) {
   return out;
 }
 
-SE3 default_T_camera_imu() {
-  constexpr double kDeg = std::numbers::pi / 180;
+SE3 default_imu_pose() {
+  constexpr double kDegree = std::numbers::pi / 180;
   Mat3 R;         // columns: the IMU's axes in those of the camera (right, down, forward)
   R << 0, -1, 0,  //
       0, 0, -1,   //
       1, 0, 0;
-  return {R * so3_exp(Vec3(0.5, -1.0, 0.7) * kDeg), Vec3(0.020, -0.006, -0.012)};
+  return {R * so3_exp(Vec3(0.5, -1.0, 0.7) * kDegree), Vec3(0.020, -0.006, -0.012)};
 }
 
 Vec3 ImuSensor::Triad::read(const Vec3& truth, Rng& rng) const {

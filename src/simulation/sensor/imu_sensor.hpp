@@ -28,9 +28,9 @@ struct TrueMotion {
 /// 9.80665 m/s^2 against the world's z axis.
 [[nodiscard]] TrueMotion true_motion(const Motion& T_world_imu, double t_s);
 
-/// Where the IMU of a rendered camera is: its x axis looks forward, z up, turned by half a degree
+/// T_camera_imu of a rendered camera: the x axis looks forward, z up, turned by half a degree
 /// to a degree about each, 2 cm beside the lens.
-[[nodiscard]] SE3 default_T_camera_imu();
+[[nodiscard]] SE3 default_imu_pose();
 
 struct ImuOptions {
   ImuModel model;
@@ -39,7 +39,7 @@ struct ImuOptions {
   /// offsets, scale and misalignment, a tenth, is our assumption.
   double uncalibrated_share = 0.1;
   double time_offset_s = 0;  ///< a stamp minus the true time
-  SE3 T_camera_imu = default_T_camera_imu();
+  SE3 T_camera_imu = default_imu_pose();
   std::uint64_t seed = 1;
 };
 

@@ -94,7 +94,11 @@ void FusedVolume::exchange_pixels(View& view, const ViewPlacement& wanted) {
   const trace::Span span("exchange pixels");
   ViewPlacement& now = view.placement;
   const DepthView before = pixels_of(now);
-  const SeenSpace counted = view.counted ? std::move(*view.counted) : observed_space(view);
+  SeenSpace counted;
+  if (view.counted)
+    counted = std::move(*view.counted);
+  else
+    counted = observed_space(view);
   now.state = wanted.state;
   now.stamp = wanted.stamp;
   const SeenSpace& seen = volume_.exchange(before, counted, pixels_of(now), now.T_world_camera);

@@ -60,16 +60,17 @@ NamedMesh MeshTopics::take(Runner& runner) {
 }
 
 void MeshTopics::publish(NamedMesh named, Timestamp stamp, Extent extent, MessageSink& sink) {
+  TriangleMesh labelled;
   if (!named.mesh.triangles.empty()) {
     const Gravity gravity = gravity_of(named);
-    named.mesh = labelled_mesh(std::move(named), gravity);
+    labelled = labelled_mesh(std::move(named), gravity);
     if (extent == Extent::kTiles)
       ygslam::publish("/floor", stamp, sink, [&] { return floor_message(gravity, stamp); });
   }
   // To look at, not to keep: a recording ends with all of it.
   const double least_m2 = extent == Extent::kTiles ? kSpeck_m2 : 0;
   const ClusteredMesh mesh =
-      without_specks(reduced_mesh(named.mesh, cell_m_, kMostTriangles), least_m2);
+      without_specks(reduced_mesh(labelled, cell_m_, kMostTriangles), least_m2);
   cell_m_ = mesh.mesh.triangles.empty() ? 0 : mesh.cell_m;
   const auto put = [&](const char* topic, const ros::MarkerArray& message, std::uint32_t part) {
     sink.put(topic, ros::MarkerArray::kType, stamp, to_cdr(message), part);

@@ -97,6 +97,9 @@ SurfaceLayer::SurfaceLayer(const SurfaceConfig& config, const DepthNoise& noise)
 
 void SurfaceLayer::find_touched(const PreparedView& view, const SE3& T_world_camera,
                                 BlockSet& touched) const {
+  CHECK(T_world_camera.is_finite());
+  constexpr int kMostBlocks = kBlockBias / 2;  // away from the origin
+  CHECK(T_world_camera.t().cwiseAbs().maxCoeff() < kMostBlocks * (kBlockSide * config_.voxel_m));
   const Pinhole& camera = view.camera();
   const double block_m = kBlockSide * config_.voxel_m;
   const Eigen::Matrix3f R = (T_world_camera.R() / block_m).cast<float>();
@@ -165,9 +168,7 @@ void SurfaceLayer::exchange(const PreparedView& old, const PreparedView& now,
 
 void SurfaceLayer::fuse_blocks(const PreparedView& view, const SE3& T_world_camera, int sign,
                                int threads, std::span<const BlockKey> touched) {
-  CHECK((sign == 1 || sign == -1) && T_world_camera.is_finite());
-  constexpr int kMostBlocks = kBlockBias / 2;  // away from the origin
-  CHECK(T_world_camera.t().cwiseAbs().maxCoeff() < kMostBlocks * (kBlockSide * config_.voxel_m));
+  CHECK(sign == 1 || sign == -1);
   std::vector<BlockKey> keys;
   std::vector<SurfaceBlock*> blocks;
   for (const BlockKey key : touched) {

@@ -92,7 +92,7 @@ lint: setup-checks ## clang's warnings and clang-tidy on what changed since .ci/
 # the thread sanitizer whatever has threads; with ALL=1 every module. Numeric modules have _GLIBCXX_ASSERTIONS
 # in the tests of `ci`.
 ASAN_TESTS := core image io bag live_requests scene_file segment volume map map_file
-ASAN_TESTS_ALL := $(ASAN_TESTS) live geometry scene scene_picture features optim motion mapping loop tracking dense facade
+ASAN_TESTS_ALL := $(ASAN_TESTS) live geometry scene scene_picture features optim motion mapping loop tracking dense facade inertial
 asan_tests = $(if $(ALL),$(ASAN_TESTS_ALL),$(ASAN_TESTS))
 TSAN_TESTS := ^(core\.(BoundedQueue|Published|Trace)|io\.(FrameReader|TraceWriter)|(facade|system)_threads\.)
 space := $(subst ,, )

@@ -1,6 +1,7 @@
-// What the inertial estimator costs a frame, one thread.
+// What the inertial estimator costs a frame, one thread, and how far off it is without vision.
 #include <benchmark/benchmark.h>
 
+#include "core/statistics.hpp"
 #include "inertial/estimator_test_world.hpp"
 
 namespace ygslam::bench {
@@ -33,6 +34,18 @@ void BM_TimeOffset(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(estimate_time_offset(turns, samples));
 }
 BENCHMARK(BM_TimeOffset)->Unit(benchmark::kMicrosecond);
+
+// Of the table in docs/inertial.md. @param state tenths of a second without vision; liveliness.
+void BM_Coasting(benchmark::State& state) {
+  for (auto _ : state) {
+    const auto found = inertial_world::coasted(0.1 * static_cast<double>(state.range(0)),
+                                               {.liveliness = static_cast<double>(state.range(1))});
+    state.counters["median_m"] = median(std::vector(found.error_m));
+    state.counters["most_m"] = std::ranges::max(found.error_m);
+    state.counters["nees_share"] = inertial_world::share_within_bounds(found.nees);
+  }
+}
+BENCHMARK(BM_Coasting)->ArgsProduct({{1, 10, 50}, {0, 1}})->Iterations(1)->Unit(benchmark::kSecond);
 
 }  // namespace
 }  // namespace ygslam::bench

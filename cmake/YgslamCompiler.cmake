@@ -8,11 +8,10 @@ endif()
 add_library(ygslam_compiler INTERFACE)
 target_compile_options(ygslam_compiler INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
                        -Wno-psabi -fno-math-errno -fPIC)  # all alike: they share precompiled headers
-if(SKBUILD)  # who installs the Python package waits for it, and does not change the code
-  target_compile_options(ygslam_compiler INTERFACE -w)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")  # a tenth of its time goes into collecting garbage; costs 0.5 GB of memory
-    target_compile_options(ygslam_compiler INTERFACE "SHELL:--param ggc-min-heapsize=524288")
-  endif()
+# Who installs the Python package waits for it: GCC spends a tenth of its time on collecting garbage, which it
+# leaves until it has half a gigabyte.
+if(SKBUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(ygslam_compiler INTERFACE "SHELL:--param ggc-min-heapsize=524288")
 endif()
 if(YGSLAM_WERROR)
   target_compile_options(ygslam_compiler INTERFACE -Werror)

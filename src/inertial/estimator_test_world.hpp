@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "inertial/inertial_estimator.hpp"
 #include "inertial/inertial_test_world.hpp"
@@ -114,5 +116,44 @@ class Drive {
   InertialEstimator estimator_;
   double now_s_ = 0, next_sample_s_ = -0.1;
 };
+
+inline constexpr std::uint64_t kSeeds = 20;
+inline constexpr int kWindows = 3;
+
+/// Of predictions at the end of stretches without vision.
+struct Coasted {
+  std::vector<double> error_m, nees, unseen_s;  ///< fewer where there was no prediction
+  bool goes_on = true;                          ///< the estimator, when all is seen again
+};
+
+/// Without vision for so long, several times in each of kSeeds drives.
+inline Coasted coasted(double seconds, DriveOptions options, int windows = kWindows) {
+  Coasted result;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    options.seed = seed;
+    Drive drive(options);
+    drive.run(8);
+    for (int window = 0; window < windows; ++window) {
+      drive.run(seconds, false);
+      if (const auto predicted = drive.estimator().predict(drive.now())) {
+        result.error_m.push_back(drive.error_of(*predicted).head<3>().norm());
+        result.nees.push_back(drive.nees_of(*predicted));
+        result.unseen_s.push_back(predicted->unseen_s);
+      }
+      drive.run(3);
+      result.goes_on = result.goes_on && drive.estimator().started();
+    }
+  }
+  return result;
+}
+
+// 95 % of chi-square with 6 degrees of freedom lie between.
+inline constexpr double kLeastNees = 1.24, kMostNees = 14.45;
+
+[[nodiscard]] inline double share_within_bounds(const std::vector<double>& nees) {
+  const auto count = std::ranges::count_if(
+      nees, [](double value) { return value >= kLeastNees && value <= kMostNees; });
+  return static_cast<double>(count) / static_cast<double>(nees.size());
+}
 
 }  // namespace ygslam::inertial_world

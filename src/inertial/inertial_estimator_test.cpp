@@ -12,12 +12,14 @@
 namespace ygslam {
 namespace {
 
+using inertial_world::Coasted;
+using inertial_world::coasted;
 using inertial_world::Drive;
 using inertial_world::DriveOptions;
-
-constexpr std::uint64_t kSeeds = 20;
-// 95 % of chi-square with 6 degrees of freedom lie between.
-constexpr double kLeastNees = 1.24, kMostNees = 14.45;
+using inertial_world::kMostNees;
+using inertial_world::kSeeds;
+using inertial_world::kWindows;
+using inertial_world::share_within_bounds;
 
 double tilt_error(Drive& drive) {
   const Vec3 found = drive.estimator().gravity_odom()->normalized();
@@ -102,40 +104,17 @@ TEST(InertialEstimator, PredictsAFrameBeforeItIsSeen) {
   }
 }
 
-struct Coasted {
-  std::vector<double> error_m, nees;
-};
-
-// Without vision for so long, at several times of a drive.
-Coasted coasted(double seconds, DriveOptions options, int windows = 3) {
-  Coasted result;
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    options.seed = seed;
-    Drive drive(options);
-    drive.run(8);
-    for (int window = 0; window < windows; ++window) {
-      drive.run(seconds, false);
-      const auto predicted = drive.estimator().predict(drive.now());
-      EXPECT_TRUE(predicted);
-      EXPECT_NEAR(predicted->unseen_s, seconds, 0.5 * Drive::kFrame_s);
-      result.error_m.push_back(drive.error_of(*predicted).head<3>().norm());
-      result.nees.push_back(drive.nees_of(*predicted));
-      drive.run(3);
-      EXPECT_TRUE(drive.estimator().started());
-    }
-  }
-  return result;
-}
-
-double share_within_bounds(const std::vector<double>& nees) {
-  const auto count = std::ranges::count_if(
-      nees, [](double value) { return value >= kLeastNees && value <= kMostNees; });
-  return static_cast<double>(count) / static_cast<double>(nees.size());
+void expect_predictions(const Coasted& result, double seconds, int windows) {
+  ASSERT_EQ(result.error_m.size(), kSeeds * static_cast<std::uint64_t>(windows));
+  for (const double unseen_s : result.unseen_s)
+    EXPECT_NEAR(unseen_s, seconds, 0.5 * Drive::kFrame_s);
+  EXPECT_TRUE(result.goes_on);
 }
 
 void expect_coasts(double seconds, double median_m, double most_m) {
   for (const double liveliness : {0.0, 1.0}) {
     const Coasted result = coasted(seconds, {.liveliness = liveliness});
+    expect_predictions(result, seconds, kWindows);
     EXPECT_GE(share_within_bounds(result.nees), 0.9);
     EXPECT_LT(highest(result.error_m), most_m);
     EXPECT_LT(median(std::vector(result.error_m)), median_m);
@@ -157,6 +136,7 @@ TEST(InertialEstimator, ScaleErrorsAreInItsCovariance) {
   };
   for (const double seconds : {1.0, 5.0}) {
     const Coasted result = coasted(seconds, options, 1);
+    expect_predictions(result, seconds, 1);
     const auto within = std::ranges::count_if(result.nees, [](double n) { return n < kMostNees; });
     EXPECT_GE(static_cast<double>(within), 0.9 * static_cast<double>(result.nees.size()));
   }
@@ -229,171 +209,6 @@ TEST(InertialEstimator, GoesOnWhereItIsFoundAgain) {
   EXPECT_LT(error.angle(), 0.02);
   const Vec3 gravity = T_new_old.R() * drive.true_gravity_odom();
   EXPECT_LT((*drive.estimator().gravity_odom() - gravity).norm(), 0.3);
-}
-
-// --- IMUs that are not to be believed ---------------------------------------------------------
-
-using Distortion = std::function<bool(ImuSample&)>;
-
-ImuFault fault_of(const Distortion& distort, bool expect_start = false) {
-  Drive drive({.seed = 6, .liveliness = 1.5, .distort = distort});
-  ImuFault fault = ImuFault::kNone;
-  for (int i = 0; i < 120; ++i) {
-    drive.step();
-    if (const ImuFault now = drive.estimator().take_fault(); now != ImuFault::kNone) fault = now;
-    EXPECT_TRUE(expect_start || !drive.estimator().started());
-  }
-  EXPECT_FALSE(drive.estimator().started());
-  EXPECT_FALSE(drive.estimator().predict(drive.now()));
-  return fault;
-}
-
-TEST(ImuFaults, AccelerationInUnitsOfGravity) {
-  EXPECT_EQ(fault_of([](ImuSample& s) {
-              s.specific_force_mps2 /= kGravity_mps2;
-              return true;
-            }),
-            ImuFault::kUnits);
-}
-
-TEST(ImuFaults, RatesInDegrees) {
-  EXPECT_EQ(fault_of([](ImuSample& s) {
-              s.angular_velocity_radps *= 180 / std::numbers::pi;
-              return true;
-            }),
-            ImuFault::kUnits);
-}
-
-TEST(ImuFaults, AccelerationOfAnotherSize) {
-  EXPECT_EQ(fault_of([](ImuSample& s) {
-              s.specific_force_mps2 *= 1.3;
-              return true;
-            }),
-            ImuFault::kGravity);
-}
-
-TEST(ImuFaults, AxesSwapped) {
-  EXPECT_EQ(fault_of([](ImuSample& s) {
-              std::swap(s.angular_velocity_radps.x(), s.angular_velocity_radps.y());
-              std::swap(s.specific_force_mps2.x(), s.specific_force_mps2.y());
-              return true;
-            }),
-            ImuFault::kDisagrees);
-}
-
-TEST(ImuFaults, GravityTakenOut) {
-  const inertial_world::SmoothMotion motion(6, 1.5);
-  EXPECT_EQ(fault_of([&](ImuSample& s) {
-              const double t_s = 1e-9 * static_cast<double>(s.stamp.ns);
-              s.specific_force_mps2 -=
-                  motion.T_world_imu(t_s).R().transpose() * Vec3(0, 0, kGravity_mps2);
-              return true;
-            }),
-            ImuFault::kGravity);
-}
-
-TEST(ImuFaults, ABiasOfNoSensor) {
-  EXPECT_EQ(fault_of([](ImuSample& s) {
-              s.angular_velocity_radps += Vec3(0.3, 0, 0);
-              return true;
-            }),
-            ImuFault::kBias);
-}
-
-TEST(ImuFaults, SamplesThatStop) {
-  EXPECT_EQ(fault_of([](ImuSample& s) { return s.stamp.ns < to_ns(2.5); }, true),
-            ImuFault::kSilent);
-}
-
-TEST(ImuFaults, AGyroscopeThatStands) {
-  EXPECT_EQ(fault_of(
-                [](ImuSample& s) {
-                  if (s.stamp.ns > to_ns(2)) s.angular_velocity_radps = Vec3(0.01, 0.02, 0.01);
-                  return true;
-                },
-                true),
-            ImuFault::kDisagrees);
-}
-
-TEST(ImuFaults, StampsThatGoBackStartAnew) {
-  const auto jump = [](ImuSample& s) {
-    if (s.stamp.ns > to_ns(2)) s.stamp.ns -= to_ns(50);
-    return true;
-  };
-  EXPECT_EQ(fault_of(jump, true), ImuFault::kClock);
-}
-
-TEST(ImuFaults, AShortGapIsBridgedAndCostsCertainty) {
-  const auto gap = [](ImuSample& s) { return s.stamp.ns < to_ns(3) || s.stamp.ns > to_ns(3.08); };
-  Drive drive({.seed = 7, .distort = gap});
-  drive.run(2.98);
-  drive.run(0.12, false);
-  const auto predicted = drive.estimator().predict(drive.now());
-  ASSERT_TRUE(predicted);
-  EXPECT_GT(std::sqrt(predicted->covariance.bottomRightCorner<3, 3>().trace()), 0.02);
-  EXPECT_LT(drive.nees_of(*predicted), kMostNees);
-  drive.run(1);
-  EXPECT_TRUE(drive.estimator().started());
-  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
-}
-
-TEST(ImuFaults, AClippedReadingIsNotBelieved) {
-  const auto clip = [](ImuSample& s) {
-    if (s.stamp.ns > to_ns(3) && s.stamp.ns < to_ns(3.1)) {
-      s.angular_velocity_radps.x() = 2.18166;
-      s.specific_force_mps2.z() = 19.6133;
-    }
-    return true;
-  };
-  Drive drive({.seed = 8, .distort = clip});
-  drive.run(2.98);
-  drive.run(0.15, false);
-  const auto predicted = drive.estimator().predict(drive.now());
-  ASSERT_TRUE(predicted);
-  EXPECT_GT(std::sqrt(predicted->covariance.bottomRightCorner<3, 3>().trace()), 0.1);
-  EXPECT_LT(drive.nees_of(*predicted), kMostNees);
-  EXPECT_FALSE(drive.estimator().is_trusted());
-  drive.run(3);
-  EXPECT_TRUE(drive.estimator().is_trusted());
-  const ImuBias found = drive.estimator().state()->state.bias;
-  EXPECT_LT((found.gyro_radps - drive.true_bias().gyro_radps).norm(), 1e-3);
-}
-
-// Whatever comes: no end of the program, and what is predicted is a pose.
-TEST(ImuFaults, AnyReadingsAreSurvived) {
-  for (std::uint64_t seed = 0; seed < 40; ++seed) {
-    Rng rng(seed);
-    const double wrong_share = seed % 4 == 0 ? 0.5 : 0.02;
-    const double size = std::pow(10, rng.uniform(-1, 7));
-    const auto distort = [&](ImuSample& s) {
-      if (rng.uniform() > wrong_share || s.stamp.ns < to_ns(rng.uniform(0, 4))) return true;
-      switch (rng.below(5)) {
-        case 0:
-          s.angular_velocity_radps = inertial_world::normal_vector(rng, size);
-          return true;
-        case 1:
-          s.specific_force_mps2 = inertial_world::normal_vector(rng, size);
-          return true;
-        case 2:
-          s.stamp.ns += to_ns(rng.uniform(-0.1, 0.1) * size);
-          return true;
-        case 3:
-          s.angular_velocity_radps.x() = std::numeric_limits<double>::infinity();
-          return true;
-        default:
-          return false;
-      }
-    };
-    Drive drive({.seed = seed, .distort = distort});
-    drive.before_frame = [](Drive& d) {
-      const auto predicted = d.estimator().predict(d.now());
-      if (!predicted) return;
-      EXPECT_TRUE(predicted->T_odom_camera.is_finite());
-      EXPECT_TRUE(predicted->covariance.allFinite());
-      EXPECT_GE(predicted->covariance.diagonal().minCoeff(), 0);
-    };
-    for (int i = 0; i < 150; ++i) drive.step(rng.uniform() > 0.1);
-  }
 }
 
 TEST(InertialEstimator, APoseWithoutAnyErrorIsTakenAsVeryGood) {

@@ -43,10 +43,11 @@ class ImagePane {
   async look(stamp) {
     this.past = stamp;
     const wanted = stamp === undefined ? this.kept.at(-1) : this.kept.find((k) => k.stamp === this.near(this.kept.map((o) => o.stamp), stamp, 0.2));
-    if (!this.bitmap) return;
-    $('no-image').textContent = 'no image is kept of this moment';
-    $('no-image').hidden = stamp === undefined || !!wanted;
-    this.canvas.classList.toggle('faint', !$('no-image').hidden);
+    if (this.bitmap) {  // else it says that none came yet
+      $('no-image').textContent = 'no image is kept of this moment';
+      $('no-image').hidden = stamp === undefined || !!wanted;
+      this.canvas.classList.toggle('faint', !$('no-image').hidden);
+    }
     if (wanted) await this.load(wanted);
   }
   /// Decoding may end in another order than it began: nothing is shown over what was asked for later.

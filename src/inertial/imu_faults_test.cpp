@@ -1,0 +1,180 @@
+// IMUs that are not to be believed.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "inertial/estimator_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+using inertial_world::Drive;
+using inertial_world::DriveOptions;
+using inertial_world::kMostNees;
+
+using Distortion = std::function<bool(ImuSample&)>;
+
+ImuFault fault_of(const Distortion& distort, bool expect_start = false) {
+  Drive drive({.seed = 6, .liveliness = 1.5, .distort = distort});
+  ImuFault fault = ImuFault::kNone;
+  for (int i = 0; i < 120; ++i) {
+    drive.step();
+    if (const ImuFault now = drive.estimator().take_fault(); now != ImuFault::kNone) fault = now;
+    EXPECT_TRUE(expect_start || !drive.estimator().started());
+  }
+  EXPECT_FALSE(drive.estimator().started());
+  EXPECT_FALSE(drive.estimator().predict(drive.now()));
+  return fault;
+}
+
+TEST(ImuFaults, AccelerationInUnitsOfGravity) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              s.specific_force_mps2 /= kGravity_mps2;
+              return true;
+            }),
+            ImuFault::kUnits);
+}
+
+TEST(ImuFaults, RatesInDegrees) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              s.angular_velocity_radps *= 180 / std::numbers::pi;
+              return true;
+            }),
+            ImuFault::kUnits);
+}
+
+TEST(ImuFaults, AccelerationOfAnotherSize) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              s.specific_force_mps2 *= 1.3;
+              return true;
+            }),
+            ImuFault::kGravity);
+}
+
+TEST(ImuFaults, AxesSwapped) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              std::swap(s.angular_velocity_radps.x(), s.angular_velocity_radps.y());
+              std::swap(s.specific_force_mps2.x(), s.specific_force_mps2.y());
+              return true;
+            }),
+            ImuFault::kDisagrees);
+}
+
+TEST(ImuFaults, GravityTakenOut) {
+  const inertial_world::SmoothMotion motion(6, 1.5);
+  EXPECT_EQ(fault_of([&](ImuSample& s) {
+              const double t_s = 1e-9 * static_cast<double>(s.stamp.ns);
+              s.specific_force_mps2 -=
+                  motion.T_world_imu(t_s).R().transpose() * Vec3(0, 0, kGravity_mps2);
+              return true;
+            }),
+            ImuFault::kGravity);
+}
+
+TEST(ImuFaults, ABiasOfNoSensor) {
+  EXPECT_EQ(fault_of([](ImuSample& s) {
+              s.angular_velocity_radps += Vec3(0.3, 0, 0);
+              return true;
+            }),
+            ImuFault::kBias);
+}
+
+TEST(ImuFaults, SamplesThatStop) {
+  EXPECT_EQ(fault_of([](ImuSample& s) { return s.stamp.ns < to_ns(2.5); }, true),
+            ImuFault::kSilent);
+}
+
+TEST(ImuFaults, AGyroscopeThatStands) {
+  EXPECT_EQ(fault_of(
+                [](ImuSample& s) {
+                  if (s.stamp.ns > to_ns(2)) s.angular_velocity_radps = Vec3(0.01, 0.02, 0.01);
+                  return true;
+                },
+                true),
+            ImuFault::kDisagrees);
+}
+
+TEST(ImuFaults, StampsThatGoBackStartAnew) {
+  const auto jump = [](ImuSample& s) {
+    if (s.stamp.ns > to_ns(2)) s.stamp.ns -= to_ns(50);
+    return true;
+  };
+  EXPECT_EQ(fault_of(jump, true), ImuFault::kClock);
+}
+
+TEST(ImuFaults, AShortGapIsBridgedAndCostsCertainty) {
+  const auto gap = [](ImuSample& s) { return s.stamp.ns < to_ns(3) || s.stamp.ns > to_ns(3.08); };
+  Drive drive({.seed = 7, .distort = gap});
+  drive.run(2.98);
+  drive.run(0.12, false);
+  const auto predicted = drive.estimator().predict(drive.now());
+  ASSERT_TRUE(predicted);
+  EXPECT_GT(std::sqrt(predicted->covariance.bottomRightCorner<3, 3>().trace()), 0.02);
+  EXPECT_LT(drive.nees_of(*predicted), kMostNees);
+  drive.run(1);
+  EXPECT_TRUE(drive.estimator().started());
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+}
+
+TEST(ImuFaults, AClippedReadingIsNotBelieved) {
+  const auto clip = [](ImuSample& s) {
+    if (s.stamp.ns > to_ns(3) && s.stamp.ns < to_ns(3.1)) {
+      s.angular_velocity_radps.x() = 2.18166;
+      s.specific_force_mps2.z() = 19.6133;
+    }
+    return true;
+  };
+  Drive drive({.seed = 8, .distort = clip});
+  drive.run(2.98);
+  drive.run(0.15, false);
+  const auto predicted = drive.estimator().predict(drive.now());
+  ASSERT_TRUE(predicted);
+  EXPECT_GT(std::sqrt(predicted->covariance.bottomRightCorner<3, 3>().trace()), 0.1);
+  EXPECT_LT(drive.nees_of(*predicted), kMostNees);
+  EXPECT_FALSE(drive.estimator().is_trusted());
+  drive.run(3);
+  EXPECT_TRUE(drive.estimator().is_trusted());
+  const ImuBias found = drive.estimator().state()->state.bias;
+  EXPECT_LT((found.gyro_radps - drive.true_bias().gyro_radps).norm(), 1e-3);
+}
+
+// Whatever comes: no end of the program, and what is predicted is a pose.
+TEST(ImuFaults, AnyReadingsAreSurvived) {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Rng rng(seed);
+    const double wrong_share = seed % 4 == 0 ? 0.5 : 0.02;
+    const double size = std::pow(10, rng.uniform(-1, 7));
+    const auto distort = [&](ImuSample& s) {
+      if (rng.uniform() > wrong_share || s.stamp.ns < to_ns(rng.uniform(0, 4))) return true;
+      switch (rng.below(5)) {
+        case 0:
+          s.angular_velocity_radps = inertial_world::normal_vector(rng, size);
+          return true;
+        case 1:
+          s.specific_force_mps2 = inertial_world::normal_vector(rng, size);
+          return true;
+        case 2:
+          s.stamp.ns += to_ns(rng.uniform(-0.1, 0.1) * size);
+          return true;
+        case 3:
+          s.angular_velocity_radps.x() = std::numeric_limits<double>::infinity();
+          return true;
+        default:
+          return false;
+      }
+    };
+    Drive drive({.seed = seed, .distort = distort});
+    drive.before_frame = [](Drive& d) {
+      const auto predicted = d.estimator().predict(d.now());
+      if (!predicted) return;
+      EXPECT_TRUE(predicted->T_odom_camera.is_finite());
+      EXPECT_TRUE(predicted->covariance.allFinite());
+      EXPECT_GE(predicted->covariance.diagonal().minCoeff(), 0);
+    };
+    for (int i = 0; i < 150; ++i) drive.step(rng.uniform() > 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace ygslam

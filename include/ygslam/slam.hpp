@@ -78,6 +78,19 @@ struct Floor {
   double floor_m = 0;                        ///< height of the floor along it
 };
 
+/// An IMU that is fixed to the camera (docs/inertial.md). Of the noise the data sheet tells, of its
+/// place the camera's maker.
+struct Imu {
+  Pose T_camera_imu;                        ///< from its frame to the colour camera's optical frame
+  double rate_hz = 200;                     ///< about
+  double gyro_noise_radps_sqrthz = 2.4e-4;  ///< white noise, density
+  double accel_noise_mps2_sqrthz = 1.2e-3;
+  double gyro_walk_radps2_sqrthz = 2e-5;  ///< random walk of the bias, density
+  double accel_walk_mps3_sqrthz = 3e-4;
+  /// A stamp of the IMU less the camera's of the same instant; nothing: it is found.
+  std::optional<double> time_offset_s{};
+};
+
 struct Result;
 
 enum class LogLevel { kInfo, kWarning, kError };
@@ -115,6 +128,7 @@ struct Settings {
   /// Where the floor of plan() is, where that is known: of a robot whose camera was measured. Else
   /// it is found.
   std::optional<Floor> floor;
+  std::optional<Imu> imu;  ///< that push_imu() takes the readings of
   /// Takes the results of push() in place of poll(), in the thread that processes; it may not call
   /// the object, and what it throws is ignored.
   std::function<void(const Result&)> on_result;
@@ -154,9 +168,22 @@ struct Frame {
   std::optional<Pose> T_last_camera{};
 };
 
+/// In the IMU's own frame.
+struct ImuReading {
+  std::int64_t t_ns = 0;  ///< of the clock of Frame::t_ns
+  std::array<double, 3> angular_velocity_radps{0, 0, 0};
+  std::array<double, 3> specific_force_mps2{0, 0, 0};  ///< at rest 9.81 upwards
+};
+
 // --- What is known of a frame ---------------------------------------------------------------
 
-enum class State { kWaiting, kTracking, kWeak, kLost };
+enum class State {
+  kWaiting,
+  kTracking,
+  kWeak,  ///< a pose, but few points agree on it
+  kLost,
+  kCoasting,  ///< no pose can be seen, the IMU carries it on; for at most 8 s
+};
 
 /// What happened since the result before.
 enum class Event {
@@ -209,17 +236,17 @@ struct StageTimes {
 struct Result {
   State state = State::kWaiting;
   Pose T_world_camera;  ///< world = first tracked camera, or that of the loaded map; meaningful
-                        ///< while tracking or weak
+                        ///< while tracking, weak or coasting
   /// The same in a frame that drifts but never jumps (odom of ROS REP 105): corrections of the map
   /// and relocalisation change T_world_odom instead. While lost it stays where it was.
   Pose T_odom_camera;
   /// The pose was found by what the camera sees alone, far from where odometry left it (after being
   /// lost, or in a loaded map): another room may look the same. Until it has gone 8 m from there.
   bool provisional = false;
-  Pose T_world_odom;  ///< T_world_camera = T_world_odom * T_odom_camera, while tracking or weak
+  Pose T_world_odom;  ///< T_world_camera = T_world_odom * T_odom_camera, unless lost
   /// Of T_odom_camera, 6 x 6 row-major: x, y, z [m2], then rotations about the axes of odom [rad2],
-  /// against the points the frame was matched with. 0 of the first frame; wider while weak; 1e6 on
-  /// the diagonal while lost or unknown.
+  /// against the points the frame was matched with; while coasting against where it began. 0 of
+  /// the first frame; wider while weak; 1e6 on the diagonal while lost or unknown.
   std::array<double, 36> covariance{};
   std::vector<Event> events;
   StageTimes times_ms;
@@ -371,6 +398,11 @@ class YGSLAM_API Slam {
   /// that is busy one frame waits, and a newer one takes its place (Result::dropped_frames). No
   /// more process() then. @throws Error as process(); (1) also for what failed in that thread.
   void push(const Frame& frame);
+  /// A reading of Settings::imu, in order of time, best before the frame that is as old: a frame
+  /// does not wait for them. Any thread may call it, at any time between open() and the end; it
+  /// waits for nothing that is slow. @throws Error (4) if it is not finite or its stamp too far
+  /// from 0, (2) without Settings::imu
+  void push_imu(const ImuReading& reading);
   /// The next result of what was pushed, oldest first, if there is one; the last 64 are kept.
   /// @throws Error (1, 2)
   std::optional<Result> poll();

@@ -179,6 +179,7 @@ class FrameLoop {
 
   TrackState step(const FramePtr& frame) {
     const trace::Span span("frame", frame->id);
+    add_imu_until(frame->stamp);
     const TrackResult result = runner().process(frame);
     writers_.add(frame, result);
     if (run_.view) {
@@ -189,7 +190,18 @@ class FrameLoop {
     return result.state;
   }
 
+  /// As they would have come: an image takes longer to arrive than what was measured meanwhile.
+  void add_imu_until(Timestamp stamp) {
+    constexpr double kLead_s = 0.02;
+    const auto& imu = plan_.settings().imu;
+    const double lead_s = kLead_s + (imu ? imu->time_offset_s.value_or(0) : 0);
+    while (next_imu_ < plan_.imu.size() &&
+           seconds_between(plan_.imu[next_imu_].stamp, stamp) <= lead_s)
+      runner().add(plan_.imu[next_imu_++]);
+  }
+
   const RunPlan& plan_;
+  std::size_t next_imu_ = 0;
   LogFile& log_file_;
   ActiveRun& run_;
   FrameWriters writers_;

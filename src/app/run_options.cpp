@@ -56,7 +56,15 @@ void add_out_option(CLI::App& command, RunOptions& o) {
   command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
 }
 
+void add_imu_options(CLI::App& command, RunOptions& o) {
+  add(command, kInput, "--imu", o.imu, "FILE|TOPIC|none",
+      "Readings of the camera's IMU (default: imu.csv of the folder, if imu.yaml is there)");
+  add(command, kInput, "--imu-calibration", o.imu_calibration, "FILE.yaml",
+      "Where the IMU is on the camera (default: imu.yaml of the folder; docs/inertial.md)");
+}
+
 void add_run_options(CLI::App& command, RunOptions& o) {
+  add_imu_options(command, o);
   add_range_options(command, o);
   add(command, kInput, "--stride", o.stride, "N", "Every n-th pair")
       ->check(in_range(1, 1'000'000))

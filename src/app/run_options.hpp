@@ -29,8 +29,9 @@ struct RunOptions {
   std::string sequence, out_dir;
   std::string model, segmenter, dynamic_mode;
   std::string camera_file, depth_camera_file, config_file, debug_dir, masks_dir;
-  BagTopics topics;         ///< where the sequence is a bag or a stream
-  bool may_stream = false;  ///< frames are looked at once, in their order
+  std::string imu, imu_calibration;  ///< empty: what the recording has
+  BagTopics topics;                  ///< where the sequence is a bag or a stream
+  bool may_stream = false;           ///< frames are looked at once, in their order
   std::string load_map, save_map, export_dir, background_dir;
   std::string mcap, trace;  ///< empty = none
   ViewOptions view;

@@ -63,6 +63,11 @@ Result<RunPlan> plan_run(const RunOptions& options) {
   if (!checked.ok()) return checked.error();
   plan.reading = reader_config(options, plan.settings());
   add_session_options(options, plan.sequence, plan.session);
+  auto imu = open_imu(options, plan.sequence);
+  if (!imu.ok()) return imu.error();
+  plan.session.config.imu = imu->calibration;
+  plan.imu = std::move(imu->samples);
+  if (!imu->told.empty()) plan.sequence.notes.push_back(std::move(imu->told));
   return plan;
 }
 

@@ -4,7 +4,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
+#include "app/imu_input.hpp"
 #include "app/run_options.hpp"
 
 namespace ygslam {
@@ -14,6 +16,7 @@ struct RunPlan {
   SessionOptions session;  ///< its settings are the run's, resolved; without the map's sink
   Sequence sequence;
   FrameReaderConfig reading;
+  std::vector<ImuSample> imu;  ///< readings of SlamConfig::imu
 
   [[nodiscard]] const SlamConfig& settings() const { return session.config; }
   /// Beside --save-map; none without a dense map.

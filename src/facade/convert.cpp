@@ -41,6 +41,8 @@ State to_api(TrackState state) {
       return State::kWeak;
     case TrackState::kLost:
       return State::kLost;
+    case TrackState::kCoasting:
+      return State::kCoasting;
   }
   return State::kLost;
 }

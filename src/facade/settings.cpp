@@ -58,6 +58,26 @@ SessionOptions session_options(const Settings& settings) {
   return options;
 }
 
+ImuCalibration to_calibration(const Imu& imu) {
+  const auto is_density = [](double density, double most) { return density > 0 && density < most; };
+  ConfigFaults faults;
+  if (!is_pose(imu.T_camera_imu))
+    faults.add("imu.T_camera_imu: finite numbers and a unit quaternion are expected");
+  if (!(imu.rate_hz >= 1 && imu.rate_hz <= 1e5)) faults.add("imu.rate_hz: 1 to 100000 is expected");
+  if (!is_density(imu.gyro_noise_radps_sqrthz, 1) || !is_density(imu.accel_noise_mps2_sqrthz, 10) ||
+      !is_density(imu.gyro_walk_radps2_sqrthz, 1) || !is_density(imu.accel_walk_mps3_sqrthz, 10))
+    faults.add("imu: densities of noise above 0 and below 1 (gyro) or 10 (accel) are expected");
+  if (imu.time_offset_s && !(std::abs(*imu.time_offset_s) <= 10))
+    faults.add("imu.time_offset_s: at most 10 s are expected");
+  if (const Status status = faults.status(); !status.ok()) fail(status.error());
+  ImuCalibration calibration;
+  calibration.T_camera_imu = to_se3(imu.T_camera_imu, "imu.T_camera_imu");
+  calibration.noise = {imu.rate_hz, imu.gyro_noise_radps_sqrthz, imu.accel_noise_mps2_sqrthz,
+                       imu.gyro_walk_radps2_sqrthz, imu.accel_walk_mps3_sqrthz};
+  calibration.time_offset_s = imu.time_offset_s;
+  return calibration;
+}
+
 std::optional<Gravity> floor_of(const Settings& settings) {
   if (!settings.floor) return std::nullopt;
   return Gravity{vec3_of(settings.floor->up_world).normalized(), settings.floor->floor_m, true};

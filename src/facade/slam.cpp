@@ -8,6 +8,7 @@
 #include "core/log.hpp"
 #include "facade/convert.hpp"
 #include "facade/event_watch.hpp"
+#include "facade/imu_inbox.hpp"
 #include "facade/input.hpp"
 #include "facade/placing.hpp"
 #include "facade/published_map.hpp"
@@ -47,7 +48,9 @@ struct Slam::Impl {
   bool publishes = true;  // false if deterministic: room() makes it
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
-  PublishedMap published;        // before the session, whose threads write to it
+  bool has_imu = false;
+  ImuInbox imu;
+  PublishedMap published;  // before the session, whose threads write to it
 
   std::mutex mutex;  // of what follows, which push()'s thread uses as well
   Session session;
@@ -129,6 +132,18 @@ void Slam::push(const Frame& frame) {
   impl.call([&] { impl.push(frame); });
 }
 
+void Slam::push_imu(const ImuReading& reading) {
+  Impl& impl = alive(impl_, "push_imu()");
+  if (!impl.has_imu) fail({ErrorKind::kUsage, "push_imu() without Settings::imu"});
+  if (is_too_far(reading.t_ns)) fail({ErrorKind::kInput, "IMU stamp too far from 0"});
+  if (!is_finite(reading.angular_velocity_radps) || !is_finite(reading.specific_force_mps2))
+    fail({ErrorKind::kInput, "IMU reading: not a number, or not finite"});
+  const auto vector = [](const std::array<double, 3>& v) { return Vec3(v[0], v[1], v[2]); };
+  impl.imu.put({{reading.t_ns},
+                vector(reading.angular_velocity_radps),
+                vector(reading.specific_force_mps2)});
+}
+
 std::optional<Result> Slam::poll() {
   Impl& impl = alive(impl_, "poll()");
   return impl.call([&] { return impl.pushed ? impl.pushed->poll() : std::nullopt; });
@@ -198,6 +213,8 @@ Outcome Slam::finish() {
 void Slam::Impl::open(const Settings& settings) {
   SessionOptions options = session_options(settings);
   options.camera = to_config(settings.camera);
+  if (settings.imu) options.config.imu = to_calibration(*settings.imu);
+  has_imu = settings.imu.has_value();
   format = {options.camera, registration_of(settings, options.camera), options.config.depth,
             options.segmenter == SegmenterKind::kGiven};
   given = options.given;
@@ -286,6 +303,10 @@ Result Slam::Impl::process(const Input& input) {
     given->put(input.masks);
   }
   if (input.T_now_last) session.runner->expect_motion(*input.T_now_last);
+  for (ImuSample& sample : imu.take()) {
+    sample.stamp.ns += input.clock_shift_ns;
+    session.runner->add(sample);
+  }
   const TrackResult tracked = session.runner->process(input.frame);
   if (view) {
     view->show(input.frame, tracked);

@@ -1,6 +1,8 @@
 // What inertial sensors and wheels measure.
 #pragma once
 
+#include <optional>
+
 #include "core/time.hpp"
 #include "geometry/se3.hpp"
 
@@ -30,7 +32,8 @@ struct ImuCalibration {
   ImuNoise noise;
   double gyro_range_radps = 0;  ///< readings stop here; 0 = unknown
   double accel_range_mps2 = 0;
-  double time_offset_s = 0;  ///< a stamp of the IMU minus that of the camera at the same instant
+  /// A stamp of the IMU minus that of the camera at the same instant; nullopt: unknown.
+  std::optional<double> time_offset_s;
 };
 
 /// One pose of a robot's base in the frame of its own odometry.

@@ -236,12 +236,11 @@ std::optional<UncertainState> InertialEstimator::moved(Timestamp stamp) const {
 
 std::optional<InertialPrediction> InertialEstimator::predict(Timestamp stamp) const {
   if (!window_ || stamp < *last_frame_) return std::nullopt;
-  const auto last = moved(*last_frame_), now = moved(stamp);
+  const auto now = moved(stamp);
   const auto reading = samples_.reading(stamp);
-  if (!last || !now || !reading) return std::nullopt;
-  const SE3 T_odom_camera = now->state.T_odom_imu * T_imu_camera_;
-  const SE3 T_odom_last = last->state.T_odom_imu * T_imu_camera_;
-  InertialPrediction result{T_odom_camera, {}, T_odom_camera.inverse() * T_odom_last, {}, 0};
+  if (!now || !reading) return std::nullopt;
+  InertialPrediction result{.T_odom_camera = now->state.T_odom_imu * T_imu_camera_,
+                            .trusted = is_trusted()};
   // Of the state's errors, those of T_odom_imu exp(error); from there to the camera's.
   Mat6 by_state = Mat6::Zero();
   by_state.block<3, 3>(0, kPosition) = now->state.T_odom_imu.R().transpose();

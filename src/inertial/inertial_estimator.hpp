@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "inertial/imu_buffer.hpp"
+#include "inertial/inertial_prediction.hpp"
 #include "inertial/inertial_start.hpp"
 #include "inertial/inertial_window.hpp"
 #include "inertial/time_offset.hpp"
@@ -36,14 +37,6 @@ struct VisualPose {
   Mat6 covariance;
 };
 
-struct InertialPrediction {
-  SE3 T_odom_camera;
-  Mat6 covariance;      ///< as VisualPose's
-  SE3 T_now_last;       ///< the camera's motion since the last frame
-  Vec6 body_velocity;   ///< the camera's, twist per second in its own frame
-  double unseen_s = 0;  ///< since the last frame with a pose
-};
-
 class InertialEstimator {
  public:
   explicit InertialEstimator(const InertialConfig& config);
@@ -67,7 +60,7 @@ class InertialEstimator {
 
   /// Of the newest frame; nullopt before a start.
   [[nodiscard]] std::optional<UncertainState> state() const;
-  /// Gravity in odom [m/s2].
+  /// TiltedGravity in odom [m/s2].
   [[nodiscard]] std::optional<Vec3> gravity_odom() const;
   [[nodiscard]] double time_offset_s() const { return 1e-9 * static_cast<double>(offset_ns_); }
   [[nodiscard]] bool time_offset_is_known() const { return offset_known_; }

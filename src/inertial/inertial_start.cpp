@@ -159,7 +159,7 @@ std::variant<InertialWindow, ImuFault> start_window(std::span<const SeenFrame> f
                                judge_gravity(first.gravity.norm(), force_mps2)})
     if (fault != ImuFault::kNone) return fault;
 
-  InertialWindow window{Gravity(first.gravity)};
+  InertialWindow window{TiltedGravity(first.gravity)};
   InertialState state{frames.front().stamp, SE3(R0, first.p), first.v, bias, Vec2::Zero()};
   InertialState prior_at = state;
   prior_at.bias = {};

@@ -15,15 +15,16 @@ Mat3 right_jacobian(const Vec3& omega) { return so3_left_jacobian(omega).transpo
 
 }  // namespace
 
-Gravity::Gravity(const Vec3& down_odom) : middle_(kGravity_mps2 * down_odom.normalized()) {
+TiltedGravity::TiltedGravity(const Vec3& down_odom)
+    : middle_(kGravity_mps2 * down_odom.normalized()) {
   const Vec3 down = down_odom.normalized();
   const Vec3 first = down.unitOrthogonal();
   basis_ << first, down.cross(first);
 }
 
-Vec3 Gravity::at(const Vec2& tilt) const { return so3_exp(basis_ * tilt) * middle_; }
+Vec3 TiltedGravity::at(const Vec2& tilt) const { return so3_exp(basis_ * tilt) * middle_; }
 
-Eigen::Matrix<double, 3, 2> Gravity::derivative(const Vec2& tilt) const {
+Eigen::Matrix<double, 3, 2> TiltedGravity::derivative(const Vec2& tilt) const {
   const Vec3 turn = basis_ * tilt;
   return -so3_exp(turn) * skew(middle_) * right_jacobian(turn) * basis_;
 }
@@ -71,7 +72,7 @@ MotionFactor::MotionFactor(Preintegration measured, const StateWalk& walk)
 // Rows: rotation, velocity, position, biases, tilt. Where the measured velocity stands, position's
 // changes have their place, and the other way round: the paper's order is that of Preintegration.
 MotionFactor::Linear MotionFactor::linear(const InertialState& before, const InertialState& after,
-                                          const Gravity& gravity) const {
+                                          const TiltedGravity& gravity) const {
   const double dt = measured_.duration_s();
   const MotionDelta delta = measured_.corrected(before.bias);
   const Mat3 R_imu_odom = before.T_odom_imu.R().transpose();
@@ -115,7 +116,7 @@ MotionFactor::Linear MotionFactor::linear(const InertialState& before, const Ine
 }
 
 InertialState MotionFactor::after(const InertialState& before, Timestamp stamp,
-                                  const Gravity& gravity) const {
+                                  const TiltedGravity& gravity) const {
   const double dt = measured_.duration_s();
   const MotionDelta delta = measured_.corrected(before.bias);
   const Vec3 g = gravity.at(before.tilt);
@@ -130,7 +131,7 @@ InertialState MotionFactor::after(const InertialState& before, Timestamp stamp,
 }
 
 UncertainState UncertainState::moved(const MotionFactor& motion, Timestamp stamp,
-                                     const Gravity& gravity) const {
+                                     const TiltedGravity& gravity) const {
   UncertainState result{motion.after(state, stamp, gravity), {}};
   const auto [residual, by_before, by_after] = motion.linear(state, result.state, gravity);
   const StateMatrix back = by_after.inverse();

@@ -21,10 +21,10 @@ inline constexpr int kRotation = 0, kPosition = 3, kVelocity = 6, kGyroBias = 9,
 
 /// odom is where vision counts from, leans as the first camera did, and leans more as vision
 /// drifts: gravity in it is part of the state, as a small rotation of a fixed direction.
-class Gravity {
+class TiltedGravity {
  public:
-  explicit Gravity(const Vec3& down_odom);
-  Gravity() : Gravity(Vec3::UnitZ()) {}
+  explicit TiltedGravity(const Vec3& down_odom);
+  TiltedGravity() : TiltedGravity(Vec3::UnitZ()) {}
   /// [m/s2]
   [[nodiscard]] Vec3 at(const Vec2& tilt) const;
   [[nodiscard]] Eigen::Matrix<double, 3, 2> derivative(const Vec2& tilt) const;
@@ -39,7 +39,7 @@ struct InertialState {
   SE3 T_odom_imu;
   Vec3 velocity_odom_mps = Vec3::Zero();
   ImuBias bias;
-  Vec2 tilt = Vec2::Zero();  ///< of Gravity
+  Vec2 tilt = Vec2::Zero();  ///< of TiltedGravity
 };
 
 [[nodiscard]] InertialState changed(const InertialState& state, const StateVector& change);
@@ -66,13 +66,13 @@ class MotionFactor {
   };
   /// Eqs. (45) to (48) and appendix C.
   [[nodiscard]] Linear linear(const InertialState& before, const InertialState& after,
-                              const Gravity& gravity) const;
+                              const TiltedGravity& gravity) const;
   [[nodiscard]] const StateMatrix& information() const { return information_; }
   [[nodiscard]] const StateMatrix& covariance() const { return covariance_; }
   [[nodiscard]] const Preintegration& measured() const { return measured_; }
   /// The state that agrees with all of it.
   [[nodiscard]] InertialState after(const InertialState& before, Timestamp stamp,
-                                    const Gravity& gravity) const;
+                                    const TiltedGravity& gravity) const;
 
  private:
   Preintegration measured_;
@@ -85,7 +85,7 @@ struct UncertainState {
   StateMatrix covariance;
 
   [[nodiscard]] UncertainState moved(const MotionFactor& motion, Timestamp stamp,
-                                     const Gravity& gravity) const;
+                                     const TiltedGravity& gravity) const;
 };
 
 /// A pose that was seen. Errors: T_odom_imu exp(error), translation first.

@@ -58,7 +58,7 @@ RC_GTEST_PROP(InertialStateProperties, ChangeJacobianMatchesFiniteDifferences, (
 }
 
 RC_GTEST_PROP(GravityProperties, HasItsSizeAndDerivative, ()) {
-  const Gravity gravity(properties::direction());
+  const TiltedGravity gravity(properties::direction());
   const Vec2 tilt(properties::real(-0.5, 0.5), properties::real(-0.5, 0.5));
   RC_ASSERT(std::abs(gravity.at(tilt).norm() - kGravity_mps2) < 1e-9);
   constexpr double kStep = 1e-6;
@@ -70,7 +70,7 @@ RC_GTEST_PROP(GravityProperties, HasItsSizeAndDerivative, ()) {
 }
 
 RC_GTEST_PROP(MotionFactorProperties, JacobiansMatchFiniteDifferences, ()) {
-  const Gravity gravity(properties::direction());
+  const TiltedGravity gravity(properties::direction());
   const InertialState before = any_state();
   const MotionFactor motion = any_motion({properties::vector(0.05), properties::vector(0.3)});
   const InertialState after = changed(motion.after(before, {1}, gravity), small_change(0.3));
@@ -86,7 +86,7 @@ RC_GTEST_PROP(MotionFactorProperties, JacobiansMatchFiniteDifferences, ()) {
 }
 
 RC_GTEST_PROP(MotionFactorProperties, TheStateItLeadsToAgreesWithIt, ()) {
-  const Gravity gravity(properties::direction());
+  const TiltedGravity gravity(properties::direction());
   const InertialState before = any_state();
   const MotionFactor motion = any_motion(before.bias);
   const InertialState after = motion.after(before, {1}, gravity);
@@ -104,7 +104,7 @@ RC_GTEST_PROP(SeenPoseProperties, JacobianMatchesFiniteDifferences, ()) {
 
 // Where a state goes and how uncertain it becomes, against many drawn ones.
 TEST(UncertainState, SpreadsAsManyRunsDo) {
-  const Gravity gravity(Vec3(0.1, -0.2, -1));
+  const TiltedGravity gravity(Vec3(0.1, -0.2, -1));
   const inertial_world::SmoothMotion path(4);
   const Preintegration::Noise density{1e-3, 1e-2};
   const StateWalk walk{1e-3, 1e-2, 1e-3};

@@ -124,7 +124,7 @@ void InertialWindow::place_newest(const SeenPose& pose) {
   const Vec3 v_imu = R_imu_before * before.velocity_odom_mps;
   const Eigen::Matrix<double, 3, 2> by_tilt_before =
       R_imu_before * gravity_.derivative(before.tilt);
-  gravity_ = Gravity(R_after_imu * g_imu);
+  gravity_ = TiltedGravity(R_after_imu * g_imu);
   InertialState after = before;
   after.T_odom_imu = pose.T_odom_imu;
   after.velocity_odom_mps = R_after_imu * v_imu;

@@ -21,7 +21,7 @@ class InertialWindow {
     std::optional<SeenPose> seen;
   };
 
-  explicit InertialWindow(const Gravity& gravity) : gravity_(gravity) {}
+  explicit InertialWindow(const TiltedGravity& gravity) : gravity_(gravity) {}
 
   /// What is known beforehand of the first node's state, as it is given.
   void begin(Node first, const StateMatrix& information);
@@ -36,7 +36,7 @@ class InertialWindow {
   void place_newest(const SeenPose& pose);
 
   [[nodiscard]] const std::deque<Node>& nodes() const { return nodes_; }
-  [[nodiscard]] const Gravity& gravity() const { return gravity_; }
+  [[nodiscard]] const TiltedGravity& gravity() const { return gravity_; }
   /// After solve().
   [[nodiscard]] UncertainState newest() const { return {nodes_.back().state, covariance_}; }
   /// Squared errors of the seen poses and of the IMU in units of their variance, and how many there
@@ -65,7 +65,7 @@ class InertialWindow {
   [[nodiscard]] std::optional<StateVector> step();
   void marginalise_first();
 
-  Gravity gravity_;
+  TiltedGravity gravity_;
   std::deque<Node> nodes_;
   std::optional<Prior> prior_;
   StateMatrix covariance_ = StateMatrix::Identity();  // of the newest

@@ -30,12 +30,13 @@ constexpr std::array<ImuKey, 8> kImuKeys = {{
     {"accelerometer_range", "m/s^2, 0: unknown", 0, 1e5, false},
     {"time_offset_s", "s, stamp of the IMU minus that of the camera", -10, 10, false},
 }};
+constexpr std::size_t kTimeOffset = kImuKeys.size() - 1;
 constexpr std::string_view kPoseKey = "T_camera_imu";
 constexpr double kMostLever_m = 100;
 constexpr std::size_t kLargestImuYaml_bytes = std::size_t{1} << 20;
 
-template <typename Imu>
-auto values_of(Imu& imu) {
+template <typename Imu, typename Value>
+auto values_of(Imu& imu, Value& time_offset_s) {
   return std::array{&imu.noise.rate_hz,
                     &imu.noise.gyro_noise_radps_sqrthz,
                     &imu.noise.gyro_walk_radps2_sqrthz,
@@ -43,7 +44,7 @@ auto values_of(Imu& imu) {
                     &imu.noise.accel_walk_mps3_sqrthz,
                     &imu.gyro_range_radps,
                     &imu.accel_range_mps2,
-                    &imu.time_offset_s};
+                    &time_offset_s};
 }
 
 Error yaml_fault(const std::string& name, int line, const std::string& what) {
@@ -97,7 +98,8 @@ Result<ImuCalibration> parse_imu_calibration(std::string_view text, const std::s
   if (Status status = check_is_text(text, name); !status)
     return Error{ErrorKind::kConfig, status.error().message};
   ImuCalibration imu;
-  const auto values = values_of(imu);
+  double time_offset_s = 0;
+  const auto values = values_of(imu, time_offset_s);
   std::array<bool, kImuKeys.size() + 1> seen{};  // the last is the pose
   for (const TextLine& line : data_lines(text)) {
     if (line.text == "---" || line.text == "%YAML:1.0") continue;
@@ -123,6 +125,7 @@ Result<ImuCalibration> parse_imu_calibration(std::string_view text, const std::s
     if (kImuKeys[i].required && !seen[i])
       return yaml_fault(name, 0, "'" + std::string(kImuKeys[i].name) + "' is missing");
   if (!seen.back()) return yaml_fault(name, 0, "'T_camera_imu' is missing");
+  if (seen[kTimeOffset]) imu.time_offset_s = time_offset_s;
   return imu;
 }
 
@@ -134,9 +137,11 @@ Result<ImuCalibration> read_imu_calibration(const std::filesystem::path& path) {
 
 std::string format_imu_calibration(const ImuCalibration& imu, std::string_view comment) {
   std::string out = fmt::format("# {}\n", comment);
-  const auto values = values_of(imu);
+  const double time_offset_s = imu.time_offset_s.value_or(0);
+  const auto values = values_of(imu, time_offset_s);
   for (std::size_t i = 0; i < kImuKeys.size(); ++i)
-    out += fmt::format("{}: {}  # [{}]\n", kImuKeys[i].name, *values[i], kImuKeys[i].unit);
+    if (i != kTimeOffset || imu.time_offset_s)
+      out += fmt::format("{}: {}  # [{}]\n", kImuKeys[i].name, *values[i], kImuKeys[i].unit);
   const Vec3& t = imu.T_camera_imu.t();
   const Eigen::Quaterniond q = imu.T_camera_imu.quaternion();
   out += fmt::format(

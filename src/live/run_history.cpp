@@ -32,8 +32,7 @@ void RunHistory::add(const RgbdFrame& frame, const TrackResult& result) {
     frames_.resize((frames_.size() + 1) / 2);
     stride_ *= 2;
   }
-  const bool is_tracked =
-      result.state == TrackState::kTracking || result.state == TrackState::kWeak;
+  const bool is_tracked = has_pose(result.state);
   const auto [p, q] = pose_in_map(result.T_world_odom * result.T_odom_camera);
   const auto real = [](auto value) { return static_cast<float>(value); };
   const PointLabels& labels = result.labels;

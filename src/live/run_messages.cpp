@@ -20,9 +20,7 @@ const ros::Colour64 kGreen{0.2, 0.8, 0.3, 1}, kRed{0.95, 0.2, 0.2, 1}, kYellow{0
     kWhite{1, 1, 1, 1}, kDark{0, 0, 0, 0.6}, kBlue{0.35, 0.65, 1, 1};
 constexpr int kMaskStep_px = 4;  // of an outline: a person has some hundred lines then
 
-bool has_pose(const TrackResult& result) {
-  return result.state == TrackState::kTracking || result.state == TrackState::kWeak;
-}
+bool has_pose(const TrackResult& result) { return ygslam::has_pose(result.state); }
 
 ros::Header header(Timestamp stamp, const char* frame) { return {ros::to_ros(stamp), frame}; }
 

@@ -1,5 +1,9 @@
 #include "system/frame_record.hpp"
 
+#include <cmath>
+
+#include "system/pose_covariance.hpp"
+
 namespace ygslam {
 
 FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
@@ -22,6 +26,9 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
   record.mask_age_frames = result.mask_age_frames;
   record.provisional = result.provisional;
   record.correction_m = result.correction_m;
+  const Mat6 covariance = odom_covariance(result);
+  record.position_std_m = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
+  record.rotation_std_rad = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
   record.objects = result.objects;
   record.orb_ms = result.orb_ms;
   record.motion_ms = result.motion_ms;

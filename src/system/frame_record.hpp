@@ -21,17 +21,16 @@ struct FrameRecord {
   SE3 T_world_camera_live;  ///< as delivered
   int matches = 0, inliers = 0;
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
-  bool provisional = false;  ///< see TrackResult
-  double correction_m = 0;   ///< see TrackResult
-  bool few_static = false;   ///< see PointLabels::too_few_static
-  int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
+  bool provisional = false;                         ///< see TrackResult
+  double correction_m = 0;                          ///< see TrackResult
+  double position_std_m = 0, rotation_std_rad = 0;  ///< by odom_covariance(), of all three axes
+  bool few_static = false;                          ///< see PointLabels::too_few_static
+  int mask_age_frames = -1;                         ///< of the newest mask used; -1 = none
   std::vector<TrackedObject> objects;
   double track_ms = 0, track_cpu_ms = 0, orb_ms = 0, motion_ms = 0, pose_ms = 0;
   double mask_ms = 0;  ///< what masks cost beside tracking
 
-  [[nodiscard]] bool has_pose() const {
-    return state == TrackState::kTracking || state == TrackState::kWeak;
-  }
+  [[nodiscard]] bool has_pose() const { return ygslam::has_pose(state); }
 };
 
 /// What a frame cost: tracking (without waits) and the wait for masks, or making them.

@@ -28,6 +28,7 @@ class LiveRunner final : public Runner {
         map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory, config.run.shutter_source),
+        inertial_(config.imu),
         in_step_(segmenter && segmenter->in_step()),
         segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr) {
     start();
@@ -37,12 +38,14 @@ class LiveRunner final : public Runner {
     map_->rethrow();
     if (segmenter_) segmenter_->put_frame(frame);
     const ScopedTimer timer;
-    Tracker::SeenFrame seen = tracker_->look(frame);  // while the segmenter works on it
+    Tracker::SeenFrame seen =
+        tracker_->look(frame, inertial_.predict(frame->stamp));  // while the segmenter works on it
     const ScopedTimer mask_timer;
     const std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
     const double mask_ms = mask_timer.wall_ms();
     TrackResult result = tracker_->step(std::move(seen), map_->view(), arrived,
                                         map_->waiting_keyframes() >= kBusyMapper);
+    inertial_.take(frame->stamp, result);
     const auto put = [this](auto& message) { map_->put(std::move(message)); };
     if (auto message = route_->frame_message(frame, result)) {
       await_mask(frame);
@@ -58,6 +61,7 @@ class LiveRunner final : public Runner {
   }
 
   void expect_motion(const SE3& T_now_last) override { tracker_->expect_motion(T_now_last); }
+  void add(const ImuSample& sample) override { inertial_.add(sample); }
   void miss(Timestamp stamp) override { log_.miss(stamp); }
   void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
@@ -134,6 +138,7 @@ class LiveRunner final : public Runner {
         mapping_config_.mapper.bundle, config_.dense, map_use_.sink, map_use_.dense_sink);
     map_->inspect_dense([this](DenseMap& dense) { dense.restore(map_use_.dense); });
     route_.emplace(config_.dense, mapping_config_);
+    inertial_.reset();
     without_mask_.clear();
     last_frames_.clear();
     last_mask_.reset();
@@ -209,6 +214,7 @@ class LiveRunner final : public Runner {
   const MapUse map_use_;
   const Camera& camera_;
   RunLog log_;
+  InertialStage inertial_;
   const bool in_step_;                        // see Segmenter::in_step()
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one
   std::optional<Tracker> tracker_;

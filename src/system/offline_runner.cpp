@@ -22,6 +22,7 @@ class OfflineRunner final : public Runner {
         map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory, config.run.shutter_source),
+        inertial_(config.imu),
         segmenter_(std::move(segmenter)) {
     reset();
   }
@@ -33,13 +34,16 @@ class OfflineRunner final : public Runner {
     const std::vector<SegmentationPtr> arrived = due(frame->id);
     if (std::exchange(map_corrected_, false)) view_ = mapping_->view();
     const ScopedTimer timer;
-    TrackResult result = tracker_->step(frame, view_, arrived, false);
+    TrackResult result = tracker_->step(tracker_->look(frame, inertial_.predict(frame->stamp)),
+                                        view_, arrived, false);
+    inertial_.take(frame->stamp, result);
     log_.add(make_record(*frame, result, {timer.wall_ms(), timer.cpu_ms(), mask_ms}), result);
     map_frame(frame, arrived, result);
     return result;
   }
 
   void expect_motion(const SE3& T_now_last) override { tracker_->expect_motion(T_now_last); }
+  void add(const ImuSample& sample) override { inertial_.add(sample); }
   void miss(Timestamp stamp) override { log_.miss(stamp); }
   void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
@@ -64,6 +68,7 @@ class OfflineRunner final : public Runner {
     mapping_.emplace(mapping_config_, camera_, map_use_.start.value_or(empty));
     dense_.emplace(config_.dense, camera_);
     route_.emplace(config_.dense, mapping_config_);
+    inertial_.reset();
     dense_->restore(map_use_.dense);
     view_ = mapping_->view();
     map_changed_ = view_changed_ = map_corrected_ = false;
@@ -180,6 +185,7 @@ class OfflineRunner final : public Runner {
   const MapUse map_use_;
   const Camera& camera_;
   RunLog log_;
+  InertialStage inertial_;
   std::unique_ptr<Segmenter> segmenter_;
   std::optional<Tracker> tracker_;
   std::optional<MappingStage> mapping_;

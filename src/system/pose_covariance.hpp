@@ -16,7 +16,7 @@ inline constexpr double kWeakStdFactor = 3;
 /// @param R_axes_odom turns odom into the axes that are wanted.
 [[nodiscard]] inline Mat6 odom_covariance(const TrackResult& result,
                                           const Mat3& R_axes_odom = Mat3::Identity()) {
-  const bool has_pose = result.state == TrackState::kTracking || result.state == TrackState::kWeak;
+  const bool has_pose = ygslam::has_pose(result.state);
   const bool is_first = result.state == TrackState::kTracking && result.matches == 0;
   if (has_pose && !result.covariance && is_first) return Mat6::Zero();
   if (!has_pose || !result.covariance) return kUnknownVariance * Mat6::Identity();

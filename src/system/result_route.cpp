@@ -32,7 +32,7 @@ std::vector<MapRequest> ResultRoute::requests(const RgbdFrame& frame, const Trac
   if (asks_for_place(frame, result))
     requests.emplace_back(PlaceRequest{result.features, result.labels.weight, result.pose});
   if (result.wanted_view) requests.emplace_back(*result.wanted_view);
-  if (result.state == TrackState::kLost)
+  if (result.state == TrackState::kLost || result.state == TrackState::kCoasting)
     requests.emplace_back(PlaceRequest{result.features, result.labels.weight, std::nullopt});
   return requests;
 }

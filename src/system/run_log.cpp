@@ -88,6 +88,7 @@ void RunLog::add(const FrameRecord& record, const TrackResult& result) {
     ++s.tracked;
     if (keep_trajectory_) outcome_.trajectory.emplace_back(record);
   }
+  s.coasting += record.state == TrackState::kCoasting ? 1 : 0;
   s.few_static += record.few_static ? 1 : 0;
   record.state == TrackState::kLost ? lose(record.stamp, record.stamp) : void(lost_ = false);
   last_processed_ = record.stamp;

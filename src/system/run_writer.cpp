@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
+#include <numbers>
 
 #include <cerrno>
 #include <cmath>
@@ -35,7 +36,7 @@ constexpr std::size_t kWriteBytes = 1 << 16;
 constexpr const char* kFramesHeader =
     "stamp,frame,state,matches,inliers,static_points,dynamic_points,unknown_points,few_static,"
     "mask_age_frames,provisional,correction_m,track_ms,track_cpu_ms,orb_ms,motion_ms,pose_ms,"
-    "mask_ms\n";
+    "mask_ms,position_std_mm,rotation_std_deg\n";
 constexpr const char* kObjectsHeader =
     "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
     "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m,faded,"
@@ -59,11 +60,17 @@ std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times
     text += ',';
     if (with_times) append_number(text, ms);
   }
+  constexpr double kMostKnown_m = 100, kMillimetres = 1e3, kDegrees = 180 / std::numbers::pi;
+  const bool is_known = r.position_std_m < kMostKnown_m;
+  for (const double std : {kMillimetres * r.position_std_m, kDegrees * r.rotation_std_rad}) {
+    text += ',';
+    if (is_known) append_number(text, std);
+  }
   return text + '\n';
 }
 
 std::string missed_line(const OfferedFrame& missed, int stamp_decimals) {
-  constexpr const char* kNothingMeasured = ",0,0,0,0,0,0,-1,0,0.000,,,,,,\n";
+  constexpr const char* kNothingMeasured = ",0,0,0,0,0,0,-1,0,0.000,,,,,,,,\n";
   return format_stamp(missed.stamp, stamp_decimals) + ',' + std::to_string(index(missed.id)) +
          (missed.is_dropped ? ",dropped" : ",unreadable") + kNothingMeasured;
 }

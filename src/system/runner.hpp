@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "system/dense_sink.hpp"
+#include "system/inertial_stage.hpp"
 #include "system/mapping_stage.hpp"
 #include "system/run_log.hpp"
 #include "system/slam_config.hpp"
@@ -24,6 +25,9 @@ class Runner {
   /// How the camera moved between the last frame and the next, by whoever measures it: a start for
   /// the search, no more (Tracker::expect_motion()).
   virtual void expect_motion(const SE3& T_now_last) = 0;
+  /// A reading of SlamConfig::imu; those until a frame's stamp before that frame, as far as they
+  /// are there. Without such an IMU they are passed over.
+  virtual void add(const ImuSample& sample) = 0;
   /// In place of process(): a frame that was offered, but cannot be processed.
   virtual void miss(Timestamp stamp) = 0;
   /// Is told about every processed frame from now on; also after reset().

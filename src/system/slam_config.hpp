@@ -1,11 +1,13 @@
 // All settings of the system; defaults live in the structs of the stages.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dense/dense_map.hpp"
 #include "features/orb.hpp"
+#include "geometry/imu.hpp"
 #include "image/depth.hpp"
 #include "loop/loop_closer.hpp"
 #include "mapping/mapper.hpp"
@@ -45,6 +47,8 @@ struct SlamConfig {
   LoopConfig loop;
   bool close_loops = true;
   DenseMapConfig dense;
+  /// On the camera; of the recording or the robot, no setting. nullopt: there is none.
+  std::optional<ImuCalibration> imu{};
 };
 
 /// The table of all keys, bound to `config` (which must outlive it).

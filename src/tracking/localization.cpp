@@ -24,6 +24,7 @@ bool Localization::is_carried_off(const Step& step, const LocalView& view) const
 }
 
 bool Localization::is_known_by_view_alone(const Step& step, const LocalView& view) const {
+  if (step.T_odom_coasted) return false;
   const double unseen_s = seconds_between(step.stamp, step.last_stamp);
   const double untrusted_s =
       view.placed && trusted_ ? seconds_between(step.stamp, trusted_->stamp) : 0;
@@ -35,7 +36,11 @@ bool Localization::is_known_by_view_alone(const Step& step, const LocalView& vie
 }
 
 Localization::Arrival Localization::arrive(const Step& step, const LocalView& view) {
-  if (!step.was_lost) odometry_.move(step.T_now_last());
+  if (step.T_odom_coasted) {
+    odometry_.place_at(*step.T_odom_coasted);
+  } else if (!step.was_lost) {
+    odometry_.move(step.T_now_last());
+  }
   Arrival arrival = Arrival::kFollowed;
   if (is_carried_off(step, view)) {
     arrival = Arrival::kCarriedOff;

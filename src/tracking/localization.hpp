@@ -23,7 +23,9 @@ class Localization {
     FrameId frame = kNoFrame;
     Timestamp stamp, last_stamp;
     SE3 T_camera_world, T_last_world;
-    bool was_lost = false;
+    bool was_lost = false;  ///< in the frame before
+    /// An IMU led here meanwhile: where it says that the camera is by now.
+    std::optional<SE3> T_odom_coasted{};
 
     [[nodiscard]] SE3 T_now_last() const { return T_camera_world * T_last_world.inverse(); }
   };
@@ -32,6 +34,8 @@ class Localization {
     kByView,      ///< it jumped, or was unseen for long: known by what it sees alone
     kCarriedOff,  ///< it was lost, and is found where it cannot have come by itself
   };
+  /// Without a pose, by an IMU alone.
+  void coast(const SE3& T_odom_camera) { odometry_.place_at(T_odom_camera); }
   /// Odometry goes along, unless it was lost. From kByView and kCarriedOff on the place is
   /// provisional, see Odometry::doubt().
   [[nodiscard]] Arrival arrive(const Step& step, const LocalView& view);

@@ -104,5 +104,19 @@ TEST(Localization, GroundOfASubmapProvesNothingWhenItIsJoined) {
   EXPECT_FALSE(walk.is_provisional());
 }
 
+TEST(Localization, WhereAnImuLedOdometryNothingJumpsAndNothingIsInDoubt) {
+  Walk walk;
+  EXPECT_EQ(walk.go(0.1, 0.1), Arrival::kFollowed);
+  walk.localization.coast(camera_at(0.5).inverse());
+  const auto arrival = walk.localization.arrive({FrameId(2), at_s(3), at_s(0.1), camera_at(0.8),
+                                                 camera_at(0.1), true, camera_at(0.9).inverse()},
+                                                walk.view);
+  EXPECT_EQ(arrival, Arrival::kFollowed);
+  const auto place = walk.localization.place(camera_at(0.8), walk.view);
+  EXPECT_NEAR(place.T_odom_camera.t().x(), 0.9, 1e-12);
+  EXPECT_NEAR(place.T_world_odom.t().x(), -0.1, 1e-12);
+  EXPECT_FALSE(place.provisional);
+}
+
 }  // namespace
 }  // namespace ygslam

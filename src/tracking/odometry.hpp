@@ -15,6 +15,9 @@ class Odometry {
     T_odom_camera_ = (T_odom_camera_ * T_now_last.inverse()).normalized();
   }
 
+  /// Where an IMU says that the camera is.
+  void place_at(const SE3& T_odom_camera) { T_odom_camera_ = T_odom_camera; }
+
   struct Place {
     SE3 T_world_odom;
     double correction_m = 0;  ///< how far a change of T_world_odom moved the camera

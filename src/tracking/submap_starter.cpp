@@ -8,6 +8,7 @@ namespace ygslam {
 namespace {
 
 constexpr double kLostBeforeSubmap_s = 1.0;
+constexpr double kCoastingBeforeMap_s = 0.5;  // in which a place that is known would be found
 constexpr double kCoveredShare = 0.5;
 constexpr double kVouchedReach_m = 2;  // farther away the next room may look the same
 
@@ -17,13 +18,25 @@ std::optional<double> SubmapStarter::consider(const FrameFeatures& seen, bool to
                                               const LocalView& view,
                                               const std::optional<SE3>& T_last_world,
                                               double travelled_m) {
-  if (!enabled_ || view.empty()) return std::nullopt;
+  if (!is_fit_for(kLostBeforeSubmap_s, seen, too_few_static, view, T_last_world))
+    return std::nullopt;
+  return view.placed ? std::min(travelled_m, kVouchedReach_m) : 0;
+}
+
+bool SubmapStarter::may_map_on(const FrameFeatures& seen, bool too_few_static,
+                               const LocalView& view, const SE3& T_camera_world) {
+  return is_fit_for(kCoastingBeforeMap_s, seen, too_few_static, view, T_camera_world);
+}
+
+bool SubmapStarter::is_fit_for(double seconds, const FrameFeatures& seen, bool too_few_static,
+                               const LocalView& view, const std::optional<SE3>& T_last_world) {
+  if (!enabled_ || view.empty()) return false;
   const Timestamp now = seen.frame->stamp;
   const bool fit = is_fit(seen, too_few_static, view, T_last_world);
   if (!fit || !fit_since_) fit_since_ = now;
-  if (!fit || seconds_between(now, *fit_since_) < kLostBeforeSubmap_s) return std::nullopt;
+  if (!fit || seconds_between(now, *fit_since_) < seconds) return false;
   fit_since_.reset();
-  return view.placed ? std::min(travelled_m, kVouchedReach_m) : 0;
+  return true;
 }
 
 bool SubmapStarter::is_fit(const FrameFeatures& seen, bool too_few_static, const LocalView& view,

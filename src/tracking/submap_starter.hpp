@@ -26,10 +26,15 @@ class SubmapStarter {
                                                const LocalView& view,
                                                const std::optional<SE3>& T_last_world,
                                                double travelled_m);
+  /// The same of a frame whose place an IMU tells: mapping goes on there, in the same submap.
+  [[nodiscard]] bool may_map_on(const FrameFeatures& seen, bool too_few_static,
+                                const LocalView& view, const SE3& T_camera_world);
   /// The camera has a place again.
   void forget() { fit_since_.reset(); }
 
  private:
+  [[nodiscard]] bool is_fit_for(double seconds, const FrameFeatures& seen, bool too_few_static,
+                                const LocalView& view, const std::optional<SE3>& T_last_world);
   [[nodiscard]] bool is_fit(const FrameFeatures& seen, bool too_few_static, const LocalView& view,
                             const std::optional<SE3>& T_last_world) const;
   [[nodiscard]] bool is_covered(const FrameFeatures& seen, int usable, const LocalView& view,

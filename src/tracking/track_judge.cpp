@@ -20,12 +20,18 @@ const char* to_string(TrackState state) {
       return "weak";
     case TrackState::kLost:
       return "lost";
+    case TrackState::kCoasting:
+      return "coasting";
   }
   return "?";
 }
 
-TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const PoseJump& jump) {
-  state_ = judge(pose, jump);
+TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const PoseJump& jump,
+                                  const InertialVerdict& inertial) {
+  const bool was_lost = state_ == TrackState::kLost;
+  const TrackState by_vision = judge(pose, jump, inertial.agrees);
+  const bool coasts = by_vision == TrackState::kLost && !was_lost && inertial.may_coast;
+  state_ = coasts ? TrackState::kCoasting : by_vision;
   return state_;
 }
 
@@ -45,9 +51,12 @@ bool TrackJudge::is_proof(const PoseResult& pose) const {
   return pose.inliers >= kProvingFactor * config_.min_inliers;
 }
 
-TrackState TrackJudge::judge(const std::optional<PoseResult>& pose, const PoseJump& jump) {
+/// @param expected an IMU has predicted the pose.
+TrackState TrackJudge::judge(const std::optional<PoseResult>& pose, const PoseJump& jump,
+                             bool expected) {
   if (!is_pose(pose)) return TrackState::kLost;
-  const bool was_lost = state_ == TrackState::kLost;
+  const bool was_lost =
+      state_ == TrackState::kLost || (state_ == TrackState::kCoasting && !expected);
   // A place found again must prove itself for a while: few points fit many places.
   frames_since_loss_ = was_lost ? 0 : frames_since_loss_ + 1;
   if (frames_since_loss_ < kProvingFrames && !is_proof(*pose)) return TrackState::kLost;
@@ -60,7 +69,7 @@ TrackState TrackJudge::judge(const std::optional<PoseResult>& pose, const PoseJu
   // After a loss only the last known place vouches for a weak pose.
   const double jump_m = was_lost ? jump.from_last_m : jump.from_prediction_m;
   const double reach_m = was_lost ? 0 : jump.gap_s * config_.max_jump_mps;
-  if (jump_m > std::max(config_.max_jump_m, reach_m)) return TrackState::kLost;
+  if (!expected && jump_m > std::max(config_.max_jump_m, reach_m)) return TrackState::kLost;
   if (many) return TrackState::kWeak;  // uncertain by its weights, but no chance matches
   return ++weak_frames_ > config_.weak_frames_until_lost ? TrackState::kLost : TrackState::kWeak;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "tracking/inertial_verdict.hpp"
 #include "tracking/pose_estimator.hpp"
 
 namespace ygslam {
@@ -13,8 +14,15 @@ enum class TrackState : std::uint8_t {
   kTracking,
   kWeak,  ///< a pose, but few points agree on it or they leave it uncertain
   kLost,
+  kCoasting,  ///< nothing is seen that tells a pose: an IMU does, for some seconds
 };
 [[nodiscard]] const char* to_string(TrackState state);
+[[nodiscard]] inline bool is_seen(TrackState state) {
+  return state == TrackState::kTracking || state == TrackState::kWeak;
+}
+[[nodiscard]] inline bool has_pose(TrackState state) {
+  return is_seen(state) || state == TrackState::kCoasting;
+}
 
 struct TrackJudgeConfig {
   int min_inliers = 30;               ///< below: weak; below half of it: lost
@@ -45,7 +53,8 @@ class TrackJudge {
   /// The run's first frame: its place is what all others are told by.
   void start() { state_ = TrackState::kTracking; }
   /// A frame after that. @param pose nullopt: none was found.
-  TrackState next_state(const std::optional<PoseResult>& pose, const PoseJump& jump);
+  TrackState next_state(const std::optional<PoseResult>& pose, const PoseJump& jump,
+                        const InertialVerdict& inertial = {});
   /// The first frame of a run in a map. @return true if what was found there is believed.
   bool start_in_map(const std::optional<PoseResult>& pose);
   /// A run that has not started begins in a place of its own.
@@ -53,7 +62,8 @@ class TrackJudge {
 
  private:
   [[nodiscard]] bool is_pose(const std::optional<PoseResult>& pose) const;
-  [[nodiscard]] TrackState judge(const std::optional<PoseResult>& pose, const PoseJump& jump);
+  [[nodiscard]] TrackState judge(const std::optional<PoseResult>& pose, const PoseJump& jump,
+                                 bool expected);
   [[nodiscard]] bool is_proof(const PoseResult& pose) const;
 
   TrackJudgeConfig config_;

@@ -132,5 +132,31 @@ TEST(TrackJudge, StatesHaveNames) {
   EXPECT_STREQ(to_string(kLost), "lost");
 }
 
+TEST(TrackJudge, AnImuCarriesOnFromAPoseNotFromALoss) {
+  constexpr InertialVerdict kCarries{true, false}, kExpected{true, true};
+  TrackJudge judge = tracking();
+  EXPECT_EQ(judge.next_state(std::nullopt, {}, kCarries), kCoasting);
+  EXPECT_EQ(judge.next_state(pose_of(5), {}, kExpected), kCoasting);
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, kExpected), kTracking);
+  EXPECT_EQ(judge.next_state(std::nullopt, {}, {}), kLost);
+  EXPECT_EQ(judge.next_state(std::nullopt, {}, kCarries), kLost);
+}
+
+TEST(TrackJudge, APlaceThatAnImuPredictedNeedsNoProof) {
+  constexpr InertialVerdict kCarries{true, false}, kExpected{true, true};
+  TrackJudge expected = tracking(), elsewhere = tracking();
+  static_cast<void>(expected.next_state(std::nullopt, {}, kCarries));
+  static_cast<void>(elsewhere.next_state(std::nullopt, {}, kCarries));
+  EXPECT_EQ(expected.next_state(pose_of(kMiddling), {}, kExpected), kTracking);
+  EXPECT_EQ(elsewhere.next_state(pose_of(kMiddling), {}, kCarries), kCoasting);
+  EXPECT_EQ(elsewhere.next_state(pose_of(kMany), {}, kCarries), kTracking);
+}
+
+TEST(TrackJudge, AWeakPoseMayJumpToWhereAnImuPredictedIt) {
+  const PoseJump far{2 * kLimits.max_jump_m, 0, 0.03};
+  EXPECT_EQ(tracking().next_state(pose_of(kFew), far), kLost);
+  EXPECT_EQ(tracking().next_state(pose_of(kFew), far, {true, true}), kWeak);
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -15,6 +15,7 @@ struct TrackedFrame {
   KeyframeRelativePose pose;
   LocalViewPtr view;   ///< that it was tracked in ...
   SE3 T_camera_world;  ///< ... and its pose there, if it has landmarks
+  SE3 T_odom_camera{};
 };
 
 }  // namespace ygslam

@@ -1,5 +1,7 @@
 #include "tracking/tracker.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -13,14 +15,20 @@ namespace {
 constexpr float kAnyWeight = std::numeric_limits<float>::min();
 
 TrackedFrame without_landmarks(FrameFeatures seen, const KeyframeRelativePose& pose,
-                               const LocalViewPtr& view) {
+                               const LocalViewPtr& view, const SE3& T_odom_camera) {
   std::vector<LandmarkId> none(seen.features->size(), kNoLandmark);
-  return {std::move(seen), std::move(none), pose, view, SE3()};
+  return {std::move(seen), std::move(none), pose, view, SE3(), T_odom_camera};
 }
 
-TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose, const LocalViewPtr& view) {
-  return {std::move(seen), pose.landmarks, relative_to_keyframe(pose.T_camera_world, *view), view,
-          pose.T_camera_world};
+TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose, const LocalViewPtr& view,
+                       const SE3& T_odom_camera) {
+  return {
+      std::move(seen),     pose.landmarks, relative_to_keyframe(pose.T_camera_world, *view), view,
+      pose.T_camera_world, T_odom_camera};
+}
+
+bool has_no_pose(TrackState state) {
+  return state == TrackState::kLost || state == TrackState::kCoasting;
 }
 
 }  // namespace
@@ -47,12 +55,14 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       keyframes_(config.keyframe, config.min_start_points),
       rng_(seed) {}
 
-Tracker::SeenFrame Tracker::look(const FramePtr& frame) {
+Tracker::SeenFrame Tracker::look(const FramePtr& frame,
+                                 const std::optional<InertialPrediction>& predicted) {
   const ScopedTimer timer;
-  const PredictedMotion motion = predicted_motion(*frame);
+  const auto inertial = while_certain(predicted);
+  const PredictedMotion motion = predicted_motion(*frame, inertial);
   auto flow = predicted_flow(motion);
   FrameFeatures features = see(frame, flow);
-  return {std::move(features), motion, std::move(flow), timer.wall_ms()};
+  return {std::move(features), motion, inertial, std::move(flow), timer.wall_ms()};
 }
 
 TrackResult Tracker::step(SeenFrame seen, const LocalViewPtr& view,
@@ -63,10 +73,11 @@ TrackResult Tracker::step(SeenFrame seen, const LocalViewPtr& view,
   ObservedFrame now = observe(std::move(seen.features), masks, seen.flow);
   const int mask_age_frames = now.evidence.mask_age_frames;
   const double motion_ms = timer.wall_ms();
-  TrackResult result = judge_.state() != TrackState::kWaiting
-                           ? track(std::move(now), seen.motion.T_now_last, view, mapper_busy)
-                       : view->empty() ? start(std::move(now), view)
-                                       : start_in_map(std::move(now), view);
+  TrackResult result =
+      judge_.state() != TrackState::kWaiting
+          ? track(std::move(now), seen.motion.T_now_last, seen.inertial, view, mapper_busy)
+      : view->empty() ? start(std::move(now), view)
+                      : start_in_map(std::move(now), view);
   tell_of_mask(*frame, *view, result);
   result.mask_age_frames = mask_age_frames;
   result.masks = {masks.begin(), masks.end()};
@@ -86,38 +97,55 @@ void Tracker::tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackR
   result.ego_mask = std::move(told.found);
   result.masked_pixels = std::move(told.pixels);
   result.ego_mask_grew = told.grew;
-  result.retracked = std::move(told.retracked);
+  std::ranges::move(told.retracked, std::back_inserter(result.retracked));
 }
 
-TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last, const LocalViewPtr& view,
-                           bool mapper_busy) {
+TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
+                           const std::optional<InertialPrediction>& inertial,
+                           const LocalViewPtr& view, bool mapper_busy) {
   const SE3 T_last_world = last_pose(*view);
+  const Guess guess{T_last_world, T_now_last * T_last_world, inertial};
   now = screens_.labelled_ahead(std::move(now), localization_.T_odom_camera(), T_now_last);
-  FoundPose found = find_pose(now.seen, *view, T_last_world, T_now_last * T_last_world);
-  found = held_against_map(now, std::move(found), *view, T_last_world, T_now_last * T_last_world);
-  found = look_for_screens(now, std::move(found), *view, T_last_world);
+  FoundPose found = find_pose(now.seen, *view, guess);
+  found = held_against_map(now, std::move(found), *view, guess);
+  found = look_for_screens(now, std::move(found), *view, guess);
   now.seen = std::move(found.seen);
   now.evidence.frame.features = now.seen.features;
   auto first_keyframe = late_first_keyframe(std::move(found.first_seen));
-  const bool was_lost = judge_.state() == TrackState::kLost;
-  if (judge_.next_state(found.pose, found.jump) == TrackState::kLost)
+  const TrackState before = judge_.state();
+  const bool was_lost = has_no_pose(before);
+  const InertialVerdict verdict = verdict_of(
+      inertial, before == TrackState::kCoasting,
+      found.pose ? std::optional(found.pose->T_camera_world) : std::nullopt, guess.T_guess_world);
+  const TrackState state = judge_.next_state(found.pose, found.jump, verdict);
+  if (state == TrackState::kCoasting)
+    return coast(std::move(now), view, guess, std::move(first_keyframe));
+  if (state == TrackState::kLost)
     return stay_lost(std::move(now), view, T_last_world, std::move(first_keyframe));
 
   const PoseResult& pose = *found.pose;
-  const auto arrival = arrive({now.seen.frame->id, now.seen.frame->stamp, last_->seen.frame->stamp,
-                               pose.T_camera_world, T_last_world, was_lost},
-                              *view);
+  const bool coasted = before == TrackState::kCoasting && verdict.agrees;
+  const auto arrival = arrive(
+      {now.seen.frame->id, now.seen.frame->stamp, last_->seen.frame->stamp, pose.T_camera_world,
+       T_last_world, was_lost, coasted ? std::optional(inertial->T_odom_camera) : std::nullopt},
+      *view);
+  if (!coasted) coasting_.forget();
+  auto placed_again =
+      coasting_.found_again(last_->pose, last_->seen.frame->stamp, now.seen.frame->stamp,
+                            pose.T_camera_world * T_last_world.inverse(), T_now_last);
   const Localization::Place place = localization_.place(pose.T_camera_world, *view);
   screens_.follow(now, localization_.T_odom_camera());
   now = compared_with_map(std::move(now), pose, *view);
   auto objects = follow_objects(now, was_lost, place.T_world_odom);
   classifier_.remember(std::move(now.evidence), now.labels.label, objects_.resting_points());
-  last_ = with_pose(std::move(now.seen), pose, view);
+  last_ = with_pose(std::move(now.seen), pose, view, place.T_odom_camera);
   MapRequest request = ask_mapper(pose, arrival, mapper_busy);
   if (!request.candidate) request.candidate = std::move(first_keyframe);
   CameraFindings camera = estimate_camera();
-  return tracked(place, pose, std::move(now.labels), std::move(objects), std::move(request),
-                 std::move(camera));
+  TrackResult result = tracked(place, pose, std::move(now.labels), std::move(objects),
+                               std::move(request), std::move(camera));
+  result.retracked = std::move(placed_again);
+  return result;
 }
 
 TrackResult Tracker::start(ObservedFrame now, const LocalViewPtr& view) {
@@ -127,7 +155,7 @@ TrackResult Tracker::start(ObservedFrame now, const LocalViewPtr& view) {
     return {.features = now.seen.features, .labels = std::move(now.labels)};
   judge_.start();
   motion_model_.reset(now.seen.frame->stamp);
-  last_ = without_landmarks(std::move(now.seen), {}, view);
+  last_ = without_landmarks(std::move(now.seen), {}, view, localization_.T_odom_camera());
   localization_.trust(last_->pose, last_->seen.frame->stamp);
   first_keyframe_is_due_ = shutter_.may_roll();
   TrackResult result{.state = TrackState::kTracking,
@@ -153,13 +181,55 @@ TrackResult Tracker::start_in_map(ObservedFrame now, const LocalViewPtr& view) {
   }
   localization_.doubt(now.seen.frame->id);
   const Localization::Place place = localization_.place(pose->T_camera_world, *view);
-  last_ = with_pose(std::move(now.seen), *pose, view);
+  last_ = with_pose(std::move(now.seen), *pose, view, place.T_odom_camera);
   MapRequest request = ask_mapper(*pose, Localization::Arrival::kByView, true);
   return tracked(place, *pose, std::move(now.labels), {}, std::move(request), {});
 }
 
+/// As an IMU says, for as long as that is good enough.
+TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view, const Guess& guess,
+                           std::optional<KeyframeCandidate> first_keyframe) {
+  motion_model_.reset(now.seen.frame->stamp);
+  objects_.lose_points();
+  screens_.forget();
+  localization_.coast(guess.inertial->T_odom_camera);
+  const Localization::Place place = localization_.place(guess.T_guess_world, *view);
+  coasting_.add(now.seen.frame->id, now.seen.frame->stamp,
+                guess.T_guess_world * guess.T_last_world.inverse());
+  classifier_.remember(std::move(now.evidence), now.labels.label);
+  const FeaturesPtr features = now.seen.features;
+  if (auto candidate = map_on(std::move(now.seen), now.labels.too_few_static, view, guess))
+    first_keyframe = std::move(candidate);
+  return {.state = TrackState::kCoasting,
+          .T_world_camera = place.T_world_camera,
+          .T_odom_camera = place.T_odom_camera,
+          .T_world_odom = place.T_world_odom,
+          .provisional = true,
+          .unplaced = place.unplaced,
+          .covariance = guess.inertial->covariance,
+          .correction_m = place.correction_m,
+          .pose = relative_to_keyframe(guess.T_guess_world, *view),
+          .wanted_view = nearest_reference(guess.T_guess_world, *view),
+          .candidate = std::move(first_keyframe),
+          .features = features,
+          .labels = std::move(now.labels)};
+}
+
+std::optional<KeyframeCandidate> Tracker::map_on(FrameFeatures seen, bool too_few_static,
+                                                 const LocalViewPtr& view, const Guess& guess) {
+  if (!submaps_.may_map_on(seen, too_few_static, *view, guess.T_guess_world)) return std::nullopt;
+  judge_.start();
+  coasting_.forget();
+  localization_.doubt(seen.frame->id);
+  last_ = without_landmarks(corrected(std::move(seen), guess.inertial->body_velocity),
+                            relative_to_keyframe(guess.T_guess_world, *view), view,
+                            localization_.T_odom_camera());
+  return keyframes_.make(*last_, view->map_version);
+}
+
 TrackResult Tracker::stay_lost(ObservedFrame now, const LocalViewPtr& view, const SE3& T_last_world,
                                std::optional<KeyframeCandidate> first_keyframe) {
+  coasting_.forget();
   motion_model_.reset(now.seen.frame->stamp);
   objects_.lose_points();
   screens_.forget();
@@ -201,9 +271,12 @@ TrackResult Tracker::tracked(const Localization::Place& place, const PoseResult&
           .inliers = pose.inliers};
 }
 
-PredictedMotion Tracker::predicted_motion(const RgbdFrame& frame) {
-  PredictedMotion motion = motion_model_.predict(frame.stamp);
+PredictedMotion Tracker::predicted_motion(const RgbdFrame& frame,
+                                          const std::optional<InertialPrediction>& inertial) {
   const auto expected = std::exchange(expected_motion_, std::nullopt);
+  if (inertial && last_)
+    return {inertial->T_odom_camera.inverse() * last_->T_odom_camera, inertial->body_velocity, 0};
+  PredictedMotion motion = motion_model_.predict(frame.stamp);
   const bool follows = last_ && index(last_->seen.frame->id) + 1 == index(frame.id);
   if (!expected || !follows) return motion;
   motion.T_now_last = *expected;
@@ -254,9 +327,9 @@ SE3 Tracker::last_pose(const LocalView& view) {
 }
 
 Tracker::FoundPose Tracker::find_pose(const FrameFeatures& seen, const LocalView& view,
-                                      const SE3& T_last_world, const SE3& T_guess_world) {
-  FoundPose found = follow(seen, view, T_last_world, T_guess_world);
-  if (judge_.state() == TrackState::kLost && found.pose &&
+                                      const Guess& guess) {
+  FoundPose found = follow(seen, view, guess);
+  if (has_no_pose(judge_.state()) && found.pose &&
       found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
     found.pose.reset();  // after a loss only a pose that the map confirms counts
   }
@@ -268,28 +341,30 @@ Tracker::FoundPose Tracker::find_pose(const FrameFeatures& seen, const LocalView
     found.pose = relocalizer_.step(found.seen, view, rng_);
   }
   if (!found.pose) return found;
-  found.jump = jump_of(found.pose->T_camera_world, T_last_world, T_guess_world, seen);
+  found.jump = jump_of(found.pose->T_camera_world, guess, seen);
   if (relocalises) found.jump.from_prediction_m = 0;
   return found;
 }
 
-PoseJump Tracker::jump_of(const SE3& T_camera_world, const SE3& T_last_world,
-                          const SE3& T_guess_world, const FrameFeatures& seen) const {
-  return {centre_distance_m(T_camera_world, T_guess_world),
-          centre_distance_m(T_camera_world, T_last_world),
+PoseJump Tracker::jump_of(const SE3& T_camera_world, const Guess& guess,
+                          const FrameFeatures& seen) const {
+  return {centre_distance_m(T_camera_world, guess.T_guess_world),
+          centre_distance_m(T_camera_world, guess.T_last_world),
           seconds_between(seen.frame->stamp, last_->seen.frame->stamp)};
 }
 
 /// From the previous frame to this one and on to the map.
 Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& view,
-                                   const SE3& T_last_world, const SE3& T_guess_world) {
+                                   const Guess& guess) {
+  const auto& [T_last_world, T_guess_world, inertial] = guess;
   const auto match_previous = [&](const FrameFeatures& now, const TrackedFrame& last) {
     return pose_estimator_.match_previous_frame(now, last, T_last_world, view, T_guess_world, rng_);
   };
   auto first = match_previous(seen, *last_);
   if (!first) return {.seen = seen};
   const SE3 T_now_last = first->solution.T_camera_world * T_last_world.inverse();
-  const Vec6 body_velocity = motion_model_.body_velocity(seen.frame->stamp, T_now_last);
+  const Vec6 body_velocity = inertial ? inertial->body_velocity
+                                      : motion_model_.body_velocity(seen.frame->stamp, T_now_last);
   FoundPose found{.seen = corrected(seen, body_velocity)};
   if (first_keyframe_is_due_) {  // the first frame's velocity shows only now
     TrackedFrame last = *last_;
@@ -302,29 +377,30 @@ Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& v
 }
 
 Tracker::FoundPose Tracker::held_against_map(ObservedFrame& now, FoundPose found,
-                                             const LocalView& view, const SE3& T_last_world,
-                                             const SE3& T_guess_world) const {
+                                             const LocalView& view, const Guess& guess) const {
   if (!map_rival_.is_wanted(found.pose, view)) return found;
-  auto rival = map_rival_.step({found.pose, found.seen, now.evidence.points, view, T_guess_world});
+  auto rival =
+      map_rival_.step({found.pose, found.seen, now.evidence.points, view, guess.T_guess_world});
   if (!rival) return found;
-  const SE3 T_now_last = rival->T_camera_world * T_last_world.inverse();
+  const SE3 T_now_last = rival->T_camera_world * guess.T_last_world.inverse();
   now.evidence = classifier_.held_against(std::move(now.evidence), T_now_last);
   now.labels = classifier_.classify(now.evidence);
   found.seen.static_weight = now.labels.weight;
   found.pose = std::move(rival);
-  found.jump = jump_of(found.pose->T_camera_world, T_last_world, T_guess_world, found.seen);
+  found.jump = jump_of(found.pose->T_camera_world, guess, found.seen);
   return found;
 }
 
 Tracker::FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found,
-                                             const LocalView& view, const SE3& T_last_world) {
+                                             const LocalView& view, const Guess& guess) {
   const trace::Span span("screens");
-  if (!found.pose || judge_.state() == TrackState::kLost) return found;
-  const ScreenWatch::Before before{*last_, T_last_world, localization_.T_odom_camera(), view};
+  if (!found.pose || has_no_pose(judge_.state())) return found;
+  const ScreenWatch::Before before{*last_, guess.T_last_world, localization_.T_odom_camera(), view};
   auto looked = screens_.step({now, found.seen, *found.pose, before});
   if (looked.without) {
     now = std::move(looked.without->now);
-    found = find_pose(now.seen, view, T_last_world, looked.without->T_camera_world);
+    found = find_pose(now.seen, view,
+                      {guess.T_last_world, looked.without->T_camera_world, guess.inertial});
   }
   if (!found.pose) return found;
   found.pose->contested |= looked.contested;
@@ -412,7 +488,8 @@ Tracker::MapRequest Tracker::ask_mapper(const PoseResult& pose, Localization::Ar
     return {keyframes_.make(*last_, view->map_version), std::nullopt};
   MapRequest request{std::nullopt, better_reference(*last_, *view)};
   if (begins_submap) {
-    last_ = without_landmarks(std::move(last_->seen), last_->pose, view);
+    last_ =
+        without_landmarks(std::move(last_->seen), last_->pose, view, localization_.T_odom_camera());
     request.candidate = keyframes_.make_submap(*last_, 0, view->map_version);
   }
   return request;
@@ -440,7 +517,8 @@ std::optional<KeyframeCandidate> Tracker::offer_submap(FrameFeatures seen, bool 
   if (!reach_m) return std::nullopt;
   localization_.doubt(seen.frame->id);
   const auto pose = last_ ? last_->pose : KeyframeRelativePose{view->reference().data->id, SE3()};
-  last_ = without_landmarks(corrected(std::move(seen), Vec6::Zero()), pose, view);
+  last_ = without_landmarks(corrected(std::move(seen), Vec6::Zero()), pose, view,
+                            localization_.T_odom_camera());
   return keyframes_.make_submap(*last_, *reach_m, view->map_version);
 }
 

@@ -8,9 +8,11 @@
 #include "features/orb.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/motion_model.hpp"
+#include "inertial/inertial_prediction.hpp"
 #include "map/local_view.hpp"
 #include "map/messages.hpp"
 #include "objects/object_tracker.hpp"
+#include "tracking/coasting.hpp"
 #include "tracking/ego_mask_watch.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_proposer.hpp"
@@ -54,10 +56,13 @@ class Tracker {
   struct SeenFrame {
     FrameFeatures features;
     PredictedMotion motion;
+    std::optional<InertialPrediction> inertial;
     std::optional<FlowPrediction> flow;
     double orb_ms = 0;
   };
-  [[nodiscard]] SeenFrame look(const FramePtr& frame);
+  /// @param predicted by an IMU, if there is one.
+  [[nodiscard]] SeenFrame look(const FramePtr& frame,
+                               const std::optional<InertialPrediction>& predicted = {});
   /// @param seen what look() gave last.
   /// @param view the newest published view (may be empty before the first keyframe is mapped).
   /// @param masks that arrived since the last call, of this or earlier frames.
@@ -81,6 +86,11 @@ class Tracker {
     /// The frame before, corrected by the same: the run's first has no velocity of its own.
     std::optional<FrameFeatures> first_seen{};
   };
+  /// Where the camera is looked for, and what is known of it before.
+  struct Guess {
+    SE3 T_last_world, T_guess_world;  // of the last frame with a pose, of this one
+    std::optional<InertialPrediction> inertial;
+  };
   struct MapRequest {
     std::optional<KeyframeCandidate> candidate;
     std::optional<KeyframeId> wanted_view;
@@ -96,9 +106,17 @@ class Tracker {
   [[nodiscard]] TrackResult start(ObservedFrame now, const LocalViewPtr& view);
   /// The same of a run that goes on with a map: found there, or lost.
   [[nodiscard]] TrackResult start_in_map(ObservedFrame now, const LocalViewPtr& view);
-  /// @param T_now_last the camera's motion since its last pose, by the motion model.
+  /// @param T_now_last the camera's motion since its last pose, as predicted.
+  /// @param inertial the whole prediction, if an IMU made it.
   [[nodiscard]] TrackResult track(ObservedFrame now, const SE3& T_now_last,
+                                  const std::optional<InertialPrediction>& inertial,
                                   const LocalViewPtr& view, bool mapper_busy);
+  [[nodiscard]] TrackResult coast(ObservedFrame now, const LocalViewPtr& view, const Guess& guess,
+                                  std::optional<KeyframeCandidate> first_keyframe);
+  /// Coasting it sees what the map does not know: mapping goes on from where the IMU says it is.
+  [[nodiscard]] std::optional<KeyframeCandidate> map_on(FrameFeatures seen, bool too_few_static,
+                                                        const LocalViewPtr& view,
+                                                        const Guess& guess);
   [[nodiscard]] TrackResult stay_lost(ObservedFrame now, const LocalViewPtr& view,
                                       const SE3& T_last_world,
                                       std::optional<KeyframeCandidate> first_keyframe);
@@ -111,7 +129,8 @@ class Tracker {
   void tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackResult& result);
 
   // Steps on these ways, in their order.
-  [[nodiscard]] PredictedMotion predicted_motion(const RgbdFrame& frame);
+  [[nodiscard]] PredictedMotion predicted_motion(const RgbdFrame& frame,
+                                                 const std::optional<InertialPrediction>& inertial);
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const PredictedMotion& motion) const;
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
                                   const std::optional<FlowPrediction>& predicted);
@@ -120,23 +139,22 @@ class Tracker {
                                       const std::optional<FlowPrediction>& predicted);
   [[nodiscard]] SE3 last_pose(const LocalView& view);
   [[nodiscard]] FoundPose find_pose(const FrameFeatures& seen, const LocalView& view,
-                                    const SE3& T_last_world, const SE3& T_guess_world);
-  [[nodiscard]] PoseJump jump_of(const SE3& T_camera_world, const SE3& T_last_world,
-                                 const SE3& T_guess_world, const FrameFeatures& seen) const;
+                                    const Guess& guess);
+  [[nodiscard]] PoseJump jump_of(const SE3& T_camera_world, const Guess& guess,
+                                 const FrameFeatures& seen) const;
   [[nodiscard]] FoundPose follow(const FrameFeatures& seen, const LocalView& view,
-                                 const SE3& T_last_world, const SE3& T_guess_world);
+                                 const Guess& guess);
   [[nodiscard]] std::optional<KeyframeCandidate> late_first_keyframe(
       std::optional<FrameFeatures> first_seen);
   [[nodiscard]] Localization::Arrival arrive(const Localization::Step& step, const LocalView& view);
   /// Where what was followed says little: the map's pose, if it has another.
   /// @return as look_for_screens().
   [[nodiscard]] FoundPose held_against_map(ObservedFrame& now, FoundPose found,
-                                           const LocalView& view, const SE3& T_last_world,
-                                           const SE3& T_guess_world) const;
+                                           const LocalView& view, const Guess& guess) const;
   /// Screens found with the pose: where one had moved the camera, the pose without it.
   /// @return the frame's observation and pose as they are then.
   [[nodiscard]] FoundPose look_for_screens(ObservedFrame& now, FoundPose found,
-                                           const LocalView& view, const SE3& T_last_world);
+                                           const LocalView& view, const Guess& guess);
   [[nodiscard]] ObservedFrame compared_with_map(ObservedFrame now, const PoseResult& pose,
                                                 const LocalView& view) const;
   [[nodiscard]] std::vector<TrackedObject> follow_objects(const ObservedFrame& now, bool was_lost,
@@ -167,6 +185,7 @@ class Tracker {
   TrackJudge judge_;
   SubmapStarter submaps_;
   KeyframeProposer keyframes_;
+  Coasting coasting_;
   Rng rng_;
 
   std::optional<TrackedFrame> last_;    // newest frame with a pose

@@ -39,6 +39,20 @@ std::optional<KeyframeId> better_reference(const TrackedFrame& frame, const Loca
   return best->data->id;
 }
 
+std::optional<KeyframeId> nearest_reference(const SE3& T_camera_world, const LocalView& view) {
+  if (view.empty()) return std::nullopt;
+  constexpr double kRadPerMetre = 0.5;  // a turn hides as much of a room as some metres do
+  const auto distance = [&](const ViewKeyframe& keyframe) {
+    return (T_camera_world * keyframe.T_camera_world.inverse()).angle() +
+           kRadPerMetre * centre_distance_m(T_camera_world, keyframe.T_camera_world);
+  };
+  const auto nearest = std::min_element(
+      view.keyframes.begin(), view.keyframes.end(),
+      [&](const ViewKeyframe& a, const ViewKeyframe& b) { return distance(a) < distance(b); });
+  if (nearest->data->id == view.reference().data->id) return std::nullopt;
+  return nearest->data->id;
+}
+
 double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world) {
   return (T_a_world.inverse().t() - T_b_world.inverse().t()).norm();
 }

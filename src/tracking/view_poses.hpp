@@ -22,6 +22,11 @@ namespace ygslam {
 [[nodiscard]] std::optional<KeyframeId> better_reference(const TrackedFrame& frame,
                                                          const LocalView& view);
 
+/// The keyframe that looked most as the camera does from there, if that is another than the
+/// reference.
+[[nodiscard]] std::optional<KeyframeId> nearest_reference(const SE3& T_camera_world,
+                                                          const LocalView& view);
+
 /// Of the camera centres.
 [[nodiscard]] double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world);
 

@@ -1,0 +1,17 @@
+// What an IMU says of a frame before it is looked at.
+#pragma once
+
+#include "geometry/se3.hpp"
+
+namespace ygslam {
+
+struct InertialPrediction {
+  SE3 T_odom_camera{};
+  Mat6 covariance{};     ///< of T_odom_camera exp(error) [m, rad], translation first
+  Vec6 body_velocity{};  ///< the camera's, twist per second in its own frame
+  double unseen_s = 0;   ///< since the last frame with a pose
+  /// A second alone would take the camera nowhere: this may stand for vision.
+  bool trusted = false;
+};
+
+}  // namespace ygslam

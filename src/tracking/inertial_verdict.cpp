@@ -1,0 +1,39 @@
+#include "tracking/inertial_verdict.hpp"
+
+#include <Eigen/Cholesky>
+
+namespace ygslam {
+namespace {
+
+constexpr double kLongestCoast_s = 8, kMostStd_m = 0.25;
+// Chi-square of 6 degrees of freedom, 99.9 %, at twice the standard deviation: vision and map have
+// errors that the covariance does not know.
+constexpr double kAgrees = 4 * 22.5;
+constexpr double kMapStd_m = 0.005, kMapStd_rad = 0.003;  // of the map between two places
+
+/// @param error of T_odom_camera exp(error).
+bool is_expected(const InertialPrediction& inertial, const Vec6& error) {
+  Mat6 covariance = inertial.covariance;
+  covariance.diagonal().head<3>().array() += kMapStd_m * kMapStd_m;
+  covariance.diagonal().tail<3>().array() += kMapStd_rad * kMapStd_rad;
+  return error.dot(covariance.ldlt().solve(error)) < kAgrees;
+}
+
+}  // namespace
+
+std::optional<InertialPrediction> while_certain(const std::optional<InertialPrediction>& inertial) {
+  if (!inertial || inertial->unseen_s > kLongestCoast_s) return std::nullopt;
+  const double variance_m2 = inertial->covariance.topLeftCorner<3, 3>().trace();
+  return variance_m2 < kMostStd_m * kMostStd_m ? inertial : std::nullopt;
+}
+
+InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial, bool coasts,
+                           const std::optional<SE3>& T_camera_world, const SE3& T_guess_world) {
+  if (!inertial) return {};
+  InertialVerdict verdict{inertial->trusted || coasts, false};
+  if (T_camera_world)
+    verdict.agrees = is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log());
+  return verdict;
+}
+
+}  // namespace ygslam

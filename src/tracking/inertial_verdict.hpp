@@ -1,0 +1,25 @@
+// What an IMU's prediction means for a frame's pose.
+#pragma once
+
+#include <optional>
+
+#include "inertial/inertial_prediction.hpp"
+
+namespace ygslam {
+
+struct InertialVerdict {
+  bool may_coast = false;  ///< the prediction may stand for a pose
+  bool agrees = false;     ///< the pose that was found lies where it was predicted
+};
+
+/// The prediction, unless vision was away for so long that it says little.
+[[nodiscard]] std::optional<InertialPrediction> while_certain(
+    const std::optional<InertialPrediction>& inertial);
+
+/// @param inertial by while_certain(). @param coasts already: a sensor that was good is still.
+/// @param T_camera_world the pose that was found, if one was. @param T_guess_world as predicted.
+[[nodiscard]] InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,
+                                         bool coasts, const std::optional<SE3>& T_camera_world,
+                                         const SE3& T_guess_world);
+
+}  // namespace ygslam

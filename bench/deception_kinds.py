@@ -148,6 +148,12 @@ def platform(view, strength, rng):
     paint_plane(view, shown, depth, u, v, picture)
 
 
+def late_platform(view, strength, rng):
+    """The same, after 5 s in which nothing moves."""
+    if view.t_s > 5:
+        platform(view, strength, rng)
+
+
 def surface_of_glass(view, strength, rng):
     """An upright plane in the room, 1 m x 0.8 m at strength 1. @return where it is seen, its depth, and the pixels
     of a picture that lies MIRRORED_M behind it."""
@@ -177,4 +183,5 @@ def glass(view, strength, rng):
     view.image[seen] = (0.55 * view.image[seen] + 0.45 * mirrored.image[seen]).astype(np.uint8)
 
 
-KINDS = {kind.__name__: kind for kind in (clean, text, bonnet, dots, flicker, snow, poster, platform, mirror, glass)}
+KINDS = {kind.__name__: kind for kind in (clean, text, bonnet, dots, flicker, snow, poster, platform, late_platform,
+                                          mirror, glass)}

@@ -80,7 +80,7 @@ def paint(sequence, kind, strength, seed, folder):
         Image.fromarray(np.rint(view.depth * scale).astype(np.uint16)).save(folder / names[1], compress_level=1)
         lines.append(f"{stamp} {names[0]} {depth_stamp} {names[1]}\n")
     (folder / "associations.txt").write_text("".join(lines))
-    for name in ("groundtruth.txt", "calibration.txt"):
+    for name in ("groundtruth.txt", "calibration.txt", "imu.csv", "imu.yaml"):
         if (sequence / name).is_file():
             shutil.copy(sequence / name, folder)
 

@@ -6,6 +6,7 @@
 namespace ygslam::python {
 
 void bind_camera(nanobind::module_& m);
+void bind_imu(nanobind::module_& m);
 void bind_results(nanobind::module_& m);
 void bind_room(nanobind::module_& m);
 void bind_ros_images(nanobind::module_& m);

@@ -60,6 +60,7 @@ NB_MODULE(_core, m) {
   nb::set_leak_warnings(false);  // what a daemon thread was using is left, and no fault
   bind_errors(m);
   bind_camera(m);
+  bind_imu(m);
   bind_results(m);
   bind_room(m);
   bind_slam(m);

@@ -81,7 +81,8 @@ void bind_enums(nb::module_& m) {
       .value("WAITING", api::State::kWaiting, "no frame with enough depth yet")
       .value("TRACKING", api::State::kTracking)
       .value("WEAK", api::State::kWeak, "a pose, but few points agree on it")
-      .value("LOST", api::State::kLost);
+      .value("LOST", api::State::kLost)
+      .value("COASTING", api::State::kCoasting, "no pose can be seen, the IMU carries it on");
   nb::enum_<api::Event>(m, "Event", "What happened since the result before.")
       .value("LOST", api::Event::kLost)
       .value("RELOCALISED", api::Event::kRelocalised, "a place again after being lost")

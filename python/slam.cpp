@@ -49,6 +49,11 @@ class PySlam {
     }();
     return place ? std::optional(to_matrix(*place)) : std::nullopt;
   }
+  /// From any thread: what reads the sensor does not wait for a frame.
+  void push_imu(std::int64_t t_ns, const std::array<double, 3>& angular_velocity,
+                const std::array<double, 3>& specific_force) {
+    slam_->push_imu({t_ns, angular_velocity, specific_force});
+  }
   std::optional<api::Result> poll() {
     const SlamUse use(slam_);
     return slam_->poll();
@@ -103,7 +108,8 @@ void construct(PySlam* self, const api::CameraModel& camera, const std::filesyst
                const std::map<std::string, std::string>& options, double room_every_s,
                const std::optional<api::CameraModel>& depth_camera,
                const nb::object& T_colour_depth,
-               const std::optional<std::pair<std::array<double, 3>, double>>& floor) {
+               const std::optional<std::pair<std::array<double, 3>, double>>& floor,
+               const std::optional<api::Imu>& imu) {
   api::Settings settings;
   settings.camera = camera;
   settings.model = model.string();
@@ -116,6 +122,7 @@ void construct(PySlam* self, const api::CameraModel& camera, const std::filesyst
   settings.view = view;
   settings.options = options;
   settings.room_every_s = room_every_s;
+  settings.imu = imu;
   if (floor) settings.floor = api::Floor{floor->first, floor->second};
   if (!depth_camera && !T_colour_depth.is_none())
     throw nb::value_error("T_colour_depth: a depth_camera is expected with it");
@@ -189,7 +196,7 @@ void bind_slam(nb::module_& m) {
            nb::arg("keep_trajectory") = true, nb::arg("view") = "",
            nb::arg("options") = std::map<std::string, std::string>{}, nb::arg("room_every_s") = 1.0,
            nb::arg("depth_camera") = nb::none(), nb::arg("T_colour_depth") = nb::none(),
-           nb::arg("floor") = nb::none(),
+           nb::arg("floor") = nb::none(), nb::arg("imu") = nb::none(),
            "model: a segmentation network (.onnx, .xml; docs/models.md). segmenter: model, "
            "builtin, none, masks:DIR, "
            "frames; without it the model, else the built-in network. dynamic: off, geometry, "
@@ -200,9 +207,13 @@ void bind_slam(nb::module_& m) {
            "renewed at most. depth_camera: the camera that takes the depth images, where they are "
            "not registered; T_colour_depth: (4, 4), from its optical frame to the colour camera's. "
            "floor: (up, metres): where the floor of plan() is in the world, its height along up; "
-           "else it "
-           "is found.");
+           "else it is found. imu: the Imu that push_imu() takes the readings of.");
   bind_frame_calls(slam);
+  slam.def("push_imu", &PySlam::push_imu, nb::arg("t_ns"), nb::arg("angular_velocity"),
+           nb::arg("specific_force"),
+           "A reading of the Imu, in its own frame: rad/s, and m/s2 with gravity (at rest 9.81 "
+           "upwards). t_ns: of the frames' clock. In order of time, best before the frame that is "
+           "as old. Any thread may call it.");
   slam.def("poll", &PySlam::poll,
            "The next Result of what was pushed, oldest first, or None. The last 64 are kept.")
       .def_prop_ro("view_url", &PySlam::view_url, "Address of the page; empty = none.")

@@ -21,6 +21,7 @@ from rosbags.rosbag2 import StoragePlugin
 import bag_test
 from bags import STORE1, Messages, write_ros1, write_ros2
 from ygslam_cli import ROOT, FRAMES, HEIGHT, WIDTH, CliTest, sequence, trajectory
+from ygslam_cli import ygslam as ygslam_command
 
 
 def absolute_path():
@@ -225,6 +226,42 @@ class PythonModule(CliTest):
         lines = [line for line in done.stdout.splitlines() if ": error:" in line]
         self.assertEqual(len(lines), 1, done.stdout)
         self.assertIn("use.py:7", lines[0])
+
+
+class PythonImu(CliTest):
+    """The lens is covered from 3 s to 4 s."""
+
+    def test_readings_carry_the_pose_through_the_dark(self):
+        recording = self.folder / "covered"
+        done = ygslam_command("simulate", "walking_xyz", "--without", "people", "--out", recording, "--seconds", 5,
+                              "--fps", 20, "--size", "320x240", "--imu", "BMI085", "--fault", "both:black@3s+1s",
+                              "--fault", "depth:empty@3s+1s", "--quiet")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        imu = ygslam.Imu.read(recording / "imu.yaml")
+        self.assertAlmostEqual(imu.rate_hz, 200)
+        self.assertIn("Imu(200 Hz", repr(imu))
+        frames = ygslam.open(recording)
+        readings = np.loadtxt(recording / "imu.csv", delimiter=",", skiprows=1)
+        states, at = [], 0
+        with ygslam.Slam(frames.camera, segmenter="none", deterministic=True, imu=imu) as slam:
+            for frame in frames:
+                while at < len(readings) and readings[at, 0] < frame.t_ns + 10_000_000:
+                    slam.push_imu(int(readings[at, 0]), readings[at, 1:4], readings[at, 4:7])
+                    at += 1
+                states.append(slam.process(frame.rgb, frame.depth, frame.t_ns).state)
+        self.assertEqual(states[60:80], [ygslam.State.COASTING] * 20)
+
+    def test_wrong_use_is_refused(self):
+        camera = ygslam.open(sequence()).camera
+        with ygslam.Slam(camera, segmenter="none") as slam, self.assertRaisesRegex(ygslam.UsageError, "Settings::imu"):
+            slam.push_imu(0, [0, 0, 0], [0, 0, 9.8])
+        with ygslam.Slam(camera, segmenter="none", imu=ygslam.Imu(np.eye(4))) as slam:
+            with self.assertRaisesRegex(ygslam.InputError, "not finite"):
+                slam.push_imu(0, [0, float("nan"), 0], [0, 0, 9.8])
+        with self.assertRaisesRegex(ygslam.ConfigError, "rate_hz"):
+            ygslam.Slam(camera, segmenter="none", imu=ygslam.Imu(np.eye(4), rate_hz=0))
+        with self.assertRaisesRegex(ygslam.InputError, "no/imu.yaml"):
+            ygslam.Imu.read("no/imu.yaml")
 
 
 class TenLines(bag_test.BagTest):

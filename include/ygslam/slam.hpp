@@ -80,7 +80,7 @@ struct Floor {
 
 /// An IMU that is fixed to the camera (docs/inertial.md). Of the noise the data sheet tells, of its
 /// place the camera's maker.
-struct Imu {
+struct YGSLAM_API Imu {
   Pose T_camera_imu;                        ///< from its frame to the colour camera's optical frame
   double rate_hz = 200;                     ///< about
   double gyro_noise_radps_sqrthz = 2.4e-4;  ///< white noise, density
@@ -89,6 +89,9 @@ struct Imu {
   double accel_walk_mps3_sqrthz = 3e-4;
   /// A stamp of the IMU less the camera's of the same instant; nothing: it is found.
   std::optional<double> time_offset_s{};
+
+  /// An imu.yaml (docs/inertial.md). @throws Error (4) if it cannot be read, (3) for what is in it.
+  static Imu read(const std::string& path);
 };
 
 struct Result;

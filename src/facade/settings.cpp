@@ -6,6 +6,7 @@
 #include "facade/convert.hpp"
 #include "io/calibration.hpp"
 #include "io/ignored_pixels.hpp"
+#include "io/imu_calibration.hpp"
 
 namespace ygslam::api {
 namespace {
@@ -56,6 +57,19 @@ SessionOptions session_options(const Settings& settings) {
   options.config.run.keep_trajectory = settings.keep_trajectory;
   options.config.dense.keeps_plan = true;
   return options;
+}
+
+Imu Imu::read(const std::string& path) {
+  const auto read = read_imu_calibration(path);
+  if (!read.ok()) fail(read.error());
+  const ImuNoise& noise = read->noise;
+  return {to_api(read->T_camera_imu),
+          noise.rate_hz,
+          noise.gyro_noise_radps_sqrthz,
+          noise.accel_noise_mps2_sqrthz,
+          noise.gyro_walk_radps2_sqrthz,
+          noise.accel_walk_mps3_sqrthz,
+          read->time_offset_s};
 }
 
 ImuCalibration to_calibration(const Imu& imu) {

@@ -12,6 +12,7 @@ struct InertialPrediction {
   double unseen_s = 0;   ///< since the last frame with a pose
   /// A second alone would take the camera nowhere: this may stand for vision.
   bool trusted = false;
+  bool proven = false;  ///< what was predicted has been seen for seconds, frame after frame
 };
 
 }  // namespace ygslam

@@ -15,11 +15,12 @@ SE3 moved_by(double x_m, double turn_rad = 0) {
 
 TEST(Coasting, EachFrameGetsItsShareOfTheDrift) {
   Coasting coasting;
-  for (int i = 1; i <= 3; ++i) coasting.add(FrameId(10 + i), stamp_of(i), moved_by(0.1 * i, 0.02 * i));
+  for (int i = 1; i <= 3; ++i)
+    coasting.add(FrameId(10 + i), stamp_of(i), moved_by(0.1 * i, 0.02 * i));
   const KeyframeRelativePose last{KeyframeId(5), moved_by(1)};
   // At 4 s it is not at 0.4 m, as predicted, but at 0.48, turned by 0.01 rad more.
-  const auto placed =
-      coasting.found_again(last, stamp_of(0), stamp_of(4), moved_by(0.48, 0.09), moved_by(0.4, 0.08));
+  const auto placed = coasting.found_again(last, stamp_of(0), stamp_of(4), moved_by(0.48, 0.09),
+                                           moved_by(0.4, 0.08));
   ASSERT_EQ(placed.size(), 3U);
   for (int i = 1; i <= 3; ++i) {
     const RetrackedFrame& frame = placed[static_cast<std::size_t>(i - 1)];
@@ -38,7 +39,7 @@ InertialPrediction prediction(double std_m, double unseen_s = 1) {
   InertialPrediction predicted;
   predicted.covariance = Mat6::Identity() * std_m * std_m;
   predicted.unseen_s = unseen_s;
-  predicted.trusted = true;
+  predicted.trusted = predicted.proven = true;
   return predicted;
 }
 
@@ -62,6 +63,17 @@ TEST(InertialVerdict, AgreesWithWhatLiesWithinItsCovariance) {
   EXPECT_TRUE(verdict(0, false, true).may_coast) << "it began when it was trusted";
   EXPECT_FALSE(verdict_of(std::nullopt, true, SE3(), SE3()).may_coast);
   EXPECT_FALSE(verdict_of(prediction(1), false, std::nullopt, SE3()).agrees);
+}
+
+TEST(InertialVerdict, ATrustedPredictionContradictsWhatLiesElsewhere) {
+  EXPECT_TRUE(verdict_of(prediction(0.02), false, moved_by(0.3), SE3()).contradicts);
+  EXPECT_FALSE(verdict_of(prediction(0.02), false, moved_by(0.05), SE3()).contradicts);
+  EXPECT_FALSE(verdict_of(prediction(0.02), false, std::nullopt, SE3()).contradicts);
+  InertialPrediction unsure = prediction(0.02), young = unsure;
+  unsure.trusted = false;
+  young.proven = false;
+  EXPECT_FALSE(verdict_of(unsure, false, moved_by(0.3), SE3()).contradicts);
+  EXPECT_FALSE(verdict_of(young, false, moved_by(0.3), SE3()).contradicts);
 }
 
 }  // namespace

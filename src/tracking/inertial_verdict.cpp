@@ -30,9 +30,10 @@ std::optional<InertialPrediction> while_certain(const std::optional<InertialPred
 InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial, bool coasts,
                            const std::optional<SE3>& T_camera_world, const SE3& T_guess_world) {
   if (!inertial) return {};
-  InertialVerdict verdict{inertial->trusted || coasts, false};
-  if (T_camera_world)
-    verdict.agrees = is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log());
+  InertialVerdict verdict{inertial->trusted || coasts, false, false};
+  if (!T_camera_world) return verdict;
+  verdict.agrees = is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log());
+  verdict.contradicts = verdict.may_coast && inertial->proven && !verdict.agrees;
   return verdict;
 }
 

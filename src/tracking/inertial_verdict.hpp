@@ -10,6 +10,8 @@ namespace ygslam {
 struct InertialVerdict {
   bool may_coast = false;  ///< the prediction may stand for a pose
   bool agrees = false;     ///< the pose that was found lies where it was predicted
+  /// It does not, and the prediction is good: what was followed is not the world.
+  bool contradicts = false;
 };
 
 /// The prediction, unless vision was away for so long that it says little.

@@ -114,12 +114,10 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
   auto first_keyframe = late_first_keyframe(std::move(found.first_seen));
   const TrackState before = judge_.state();
   const bool was_lost = has_no_pose(before);
-  const InertialVerdict verdict = verdict_of(
-      inertial, before == TrackState::kCoasting,
-      found.pose ? std::optional(found.pose->T_camera_world) : std::nullopt, guess.T_guess_world);
+  const InertialVerdict verdict = verdict_on(found.pose, guess);
   const TrackState state = judge_.next_state(found.pose, found.jump, verdict);
   if (state == TrackState::kCoasting)
-    return coast(std::move(now), view, guess, std::move(first_keyframe));
+    return coast(std::move(now), view, guess, verdict.contradicts, std::move(first_keyframe));
   if (state == TrackState::kLost)
     return stay_lost(std::move(now), view, T_last_world, std::move(first_keyframe));
 
@@ -188,7 +186,7 @@ TrackResult Tracker::start_in_map(ObservedFrame now, const LocalViewPtr& view) {
 
 /// As an IMU says, for as long as that is good enough.
 TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view, const Guess& guess,
-                           std::optional<KeyframeCandidate> first_keyframe) {
+                           bool contradicts_imu, std::optional<KeyframeCandidate> first_keyframe) {
   motion_model_.reset(now.seen.frame->stamp);
   objects_.lose_points();
   screens_.forget();
@@ -198,8 +196,11 @@ TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view, const Gu
                 guess.T_guess_world * guess.T_last_world.inverse());
   classifier_.remember(std::move(now.evidence), now.labels.label);
   const FeaturesPtr features = now.seen.features;
-  if (auto candidate = map_on(std::move(now.seen), now.labels.too_few_static, view, guess))
+  if (contradicts_imu) {
+    submaps_.forget();  // what it sees is known, and elsewhere: no place to map
+  } else if (auto candidate = map_on(std::move(now.seen), now.labels.too_few_static, view, guess)) {
     first_keyframe = std::move(candidate);
+  }
   return {.state = TrackState::kCoasting,
           .T_world_camera = place.T_world_camera,
           .T_odom_camera = place.T_odom_camera,
@@ -207,6 +208,7 @@ TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view, const Gu
           .provisional = true,
           .unplaced = place.unplaced,
           .covariance = guess.inertial->covariance,
+          .contradicts_imu = contradicts_imu,
           .correction_m = place.correction_m,
           .pose = relative_to_keyframe(guess.T_guess_world, *view),
           .wanted_view = nearest_reference(guess.T_guess_world, *view),
@@ -353,6 +355,12 @@ PoseJump Tracker::jump_of(const SE3& T_camera_world, const Guess& guess,
           seconds_between(seen.frame->stamp, last_->seen.frame->stamp)};
 }
 
+InertialVerdict Tracker::verdict_on(const std::optional<PoseResult>& pose,
+                                    const Guess& guess) const {
+  return verdict_of(guess.inertial, judge_.state() == TrackState::kCoasting,
+                    pose ? std::optional(pose->T_camera_world) : std::nullopt, guess.T_guess_world);
+}
+
 /// From the previous frame to this one and on to the map.
 Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& view,
                                    const Guess& guess) {
@@ -378,10 +386,11 @@ Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& v
 
 Tracker::FoundPose Tracker::held_against_map(ObservedFrame& now, FoundPose found,
                                              const LocalView& view, const Guess& guess) const {
-  if (!map_rival_.is_wanted(found.pose, view)) return found;
-  auto rival =
-      map_rival_.step({found.pose, found.seen, now.evidence.points, view, guess.T_guess_world});
-  if (!rival) return found;
+  const bool contradicted = verdict_on(found.pose, guess).contradicts;
+  if (!contradicted && !map_rival_.is_wanted(found.pose, view)) return found;
+  const MapRival::Input in{found.pose, found.seen, now.evidence.points, view, guess.T_guess_world};
+  auto rival = contradicted ? map_rival_.at_prediction(in) : map_rival_.step(in);
+  if (!rival || (contradicted && !verdict_on(rival, guess).agrees)) return found;
   const SE3 T_now_last = rival->T_camera_world * guess.T_last_world.inverse();
   now.evidence = classifier_.held_against(std::move(now.evidence), T_now_last);
   now.labels = classifier_.classify(now.evidence);

@@ -112,6 +112,7 @@ class Tracker {
                                   const std::optional<InertialPrediction>& inertial,
                                   const LocalViewPtr& view, bool mapper_busy);
   [[nodiscard]] TrackResult coast(ObservedFrame now, const LocalViewPtr& view, const Guess& guess,
+                                  bool contradicts_imu,
                                   std::optional<KeyframeCandidate> first_keyframe);
   /// Coasting it sees what the map does not know: mapping goes on from where the IMU says it is.
   [[nodiscard]] std::optional<KeyframeCandidate> map_on(FrameFeatures seen, bool too_few_static,
@@ -147,7 +148,9 @@ class Tracker {
   [[nodiscard]] std::optional<KeyframeCandidate> late_first_keyframe(
       std::optional<FrameFeatures> first_seen);
   [[nodiscard]] Localization::Arrival arrive(const Localization::Step& step, const LocalView& view);
-  /// Where what was followed says little: the map's pose, if it has another.
+  [[nodiscard]] InertialVerdict verdict_on(const std::optional<PoseResult>& pose,
+                                           const Guess& guess) const;
+  /// Where what was followed says little, or other than an IMU: the map's pose, if it has another.
   /// @return as look_for_screens().
   [[nodiscard]] FoundPose held_against_map(ObservedFrame& now, FoundPose found,
                                            const LocalView& view, const Guess& guess) const;

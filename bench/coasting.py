@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+"""What an IMU is worth where nothing can be seen: worlds x faults x sensors x seeds, and how the pose comes through.
+
+    .venv/bin/python bench/coasting.py RESULTS.jsonl --ygslam build/release/ygslam [--worlds walking_xyz ...]
+    .venv/bin/python bench/coasting.py RESULTS.jsonl            # the table of what is there
+
+Each case is rendered with readings of an inertial sensor; from 10 s on nothing is seen for --seconds, then the
+camera sees again. A run is a line of RESULTS, and one whose line is there is not repeated. Errors are of the
+position, counted from the last frame before: live, as a robot was told, after 1 s and at the end, and the worst of
+the trajectory that is written at the end. NEES is the squared live error at the end over its variance (3 degrees of
+freedom: 95 % lie below 7.8).
+"""
+import csv
+import functools
+import json
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from matrix import measured, parser_of, print_table
+
+FROM_S = 10
+FAULTS = {"black": ["--fault", "both:black@{from_s}s+{seconds}s", "--fault", "depth:empty@{from_s}s+{seconds}s"],
+          "white": ["--fault", "both:white@{from_s}s+{seconds}s", "--fault", "depth:empty@{from_s}s+{seconds}s"],
+          "off": ["--fault", "both:off@{from_s}s+{seconds}s"]}
+
+
+def poses_of(path):
+    """Stamps, positions [m], rotations of a TUM trajectory."""
+    rows = np.loadtxt(path, comments="#", ndmin=2)
+    return rows[:, 0], rows[:, 1:4], Rotation.from_quat(rows[:, 4:8])
+
+
+def way_since(poses, start, stamp):
+    """Position at the stamp in the camera as it was at the start [m]; None where there is no pose."""
+    at = [int(np.argmin(abs(poses[0] - t))) for t in (start, stamp)]
+    if any(abs(poses[0][i] - t) > 0.005 for i, t in zip(at, (start, stamp))):
+        return None
+    return poses[2][at[0]].inv().apply(poses[1][at[1]] - poses[1][at[0]])
+
+
+def error_m(truth, estimate, start, stamp):
+    ways = way_since(truth, start, stamp), way_since(estimate, start, stamp)
+    return float(np.linalg.norm(ways[0] - ways[1])) if ways[0] is not None and ways[1] is not None else None
+
+
+def figures(sequence, out, seconds):
+    truth, live, final = (poses_of(path) for path in (sequence / "groundtruth.txt", out / "trajectory_live.txt",
+                                                      out / "trajectory.txt"))
+    rows = list(csv.DictReader((out / "frames.csv").open()))
+    began = float(rows[0]["stamp"])
+    start = max(float(row["stamp"]) for row in rows if float(row["stamp"]) < began + FROM_S - 1e-3)
+    covered = [row for row in rows if start + 1e-3 < float(row["stamp"]) < began + FROM_S + seconds - 1e-3]
+    found = [row for row in rows if float(row["stamp"]) > began + FROM_S + seconds + 1]
+    line = {"coasted": sum(row["state"] == "coasting" for row in covered), "covered": len(covered),
+            "lost": sum(row["state"] == "lost" for row in rows),
+            "after_lost": sum(row["state"] in ("lost", "coasting") for row in found), "after": len(found)}
+    during = (truth[0] > start - 1e-3) & (truth[0] < began + FROM_S + seconds)
+    line["path_m"] = float(np.linalg.norm(np.diff(truth[1][during], axis=0), axis=1).sum())
+    if covered:
+        last = covered[-1]
+        line["one_s_m"] = error_m(truth, live, start, float(covered[min(29, len(covered) - 1)]["stamp"]))
+        line["end_m"] = error_m(truth, live, start, float(last["stamp"]))
+        std_m = float(last["position_std_mm"] or "nan") / 1000
+        line["nees"] = None if line["end_m"] is None else 3 * (line["end_m"] / std_m) ** 2
+        errors = [error_m(truth, final, start, float(row["stamp"])) for row in covered]
+        line["final_m"] = max((e for e in errors if e is not None), default=None)
+    errors = [error_m(truth, live, start, float(row["stamp"])) for row in found]
+    line["after_m"] = max((e for e in errors if e is not None), default=None)
+    return line
+
+
+def measure(options, world, fault, sensor, seed):
+    with tempfile.TemporaryDirectory(prefix="ygslam-coasting-") as scratch:
+        folder, out = Path(scratch) / "sequence", Path(scratch) / "out"
+        times = {"from_s": FROM_S, "seconds": options.seconds}
+        render = [options.ygslam, "--quiet", "simulate", world, "--out", str(folder), "--seed", str(seed),
+                  "--imu", sensor, "--seconds", str(FROM_S + options.seconds + 5), "--fps", "30", "--size", options.size,
+                  *(word.format(**times) for word in FAULTS[fault])]
+        subprocess.run(render, check=True, stdout=subprocess.DEVNULL)
+        run = [options.ygslam, "--quiet", "run", str(folder), "--out", str(out), "--deterministic"]
+        line = {"world": world, "fault": fault, "sensor": sensor, "seed": seed, "seconds": options.seconds,
+                "size": options.size}
+        for name, more in (("imu", []), ("vision", ["--imu", "none"])):
+            if subprocess.run([*run, *more], check=False).returncode not in (0, 7):
+                return line | {"error": name}
+            line[name] = figures(folder, out, options.seconds)
+        return line
+
+
+def key_of(line):
+    return (line["world"], line["fault"], line["sensor"], line["seed"], line["seconds"], line["size"])
+
+
+def spread(values, scale=1, digits=1):
+    """Median and worst."""
+    known = [scale * v for v in values if v is not None]
+    return f"{statistics.median(known):.{digits}f} ({max(known):.{digits}f})" if known else ""
+
+
+def table(lines):
+    groups = {}
+    for line in lines:
+        if "error" not in line:
+            groups.setdefault((line["world"], line["fault"], line["sensor"], line["seconds"]), []).append(line)
+    for (world, fault, sensor, seconds), runs in groups.items():
+        imu, vision = [run["imu"] for run in runs], [run["vision"] for run in runs]
+        nees = [run["nees"] for run in imu if run.get("nees") is not None]
+        yield [world, f"{fault} {seconds:g} s", sensor, str(len(runs)), str(max(run["lost"] for run in vision)),
+               str(max(run["lost"] for run in imu)), f"{statistics.median(run['path_m'] for run in imu):.1f}",
+               spread([run.get("one_s_m") for run in imu], 1000), spread([run.get("end_m") for run in imu], 1000),
+               f"{sum(v < 7.8 for v in nees)} of {len(nees)}", spread([run.get("final_m") for run in imu], 1000),
+               spread([run["after_m"] for run in imu], 1000)]
+
+
+def main():
+    parser = parser_of(__doc__)
+    parser.add_argument("--worlds", nargs="+", default=["walking_xyz", "walking_halfsphere", "room_walk"])
+    parser.add_argument("--faults", nargs="+", default=["black"], choices=FAULTS)
+    parser.add_argument("--sensors", nargs="+", default=["BMI085"])
+    parser.add_argument("--seconds", type=float, default=5)
+    parser.add_argument("--seeds", type=int, default=0, help="so many of each; 0: the table alone")
+    parser.add_argument("--size", default="320x240")
+    options = parser.parse_args()
+    if options.seeds and not options.ygslam:
+        parser.error("--ygslam is missing")
+    jobs = {(world, fault, sensor, seed, options.seconds, options.size):
+            functools.partial(measure, options, world, fault, sensor, seed)
+            for seed in range(1, options.seeds + 1) for world in options.worlds
+            for fault in options.faults for sensor in options.sensors}
+    lines = measured(options.results, key_of, jobs)
+    print_table(["world", "fault", "sensor", "seeds", "lost without IMU", "lost", "path [m]", "after 1 s [mm]",
+                 "at the end [mm]", "NEES below 7.8", "written [mm]", "afterwards [mm]"], table(lines))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

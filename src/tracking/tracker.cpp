@@ -27,10 +27,6 @@ TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose, const LocalVi
       pose.T_camera_world, T_odom_camera};
 }
 
-bool has_no_pose(TrackState state) {
-  return state == TrackState::kLost || state == TrackState::kCoasting;
-}
-
 }  // namespace
 
 Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
@@ -42,11 +38,11 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       classifier_(dynamic, camera, seed),
       objects_(config.objects, camera),
       pose_estimator_(config.pose, camera, orb_.scales()),
-      relocalizer_(config.relocalizer, camera, pose_estimator_),
-      map_rival_(pose_estimator_),
       ego_mask_(config.ego_mask, camera.config(), pose_estimator_, config.judge.min_inliers),
       screens_(config.screens, camera, orb_.scales(), config.pose.noise, classifier_),
       motion_model_(config.motion_model),
+      search_({camera, shutter_, classifier_, pose_estimator_, motion_model_}, config.relocalizer,
+              config.judge.least_inliers()),
       calibration_(camera, config.calibrated),
       localization_(config.judge.max_jump_mps),
       judge_(config.judge),
@@ -104,17 +100,18 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
                            const std::optional<InertialPrediction>& inertial,
                            const LocalViewPtr& view, bool mapper_busy) {
   const SE3 T_last_world = last_pose(*view);
-  const Guess guess{T_last_world, T_now_last * T_last_world, inertial};
+  const PoseSearch::From from{*last_, judge_.state(), first_keyframe_is_due_, *view};
+  const PoseSearch::Guess guess{T_last_world, T_now_last * T_last_world, inertial};
   now = screens_.labelled_ahead(std::move(now), localization_.T_odom_camera(), T_now_last);
-  FoundPose found = find_pose(now.seen, *view, guess);
-  found = held_against_map(now, std::move(found), *view, guess);
-  found = look_for_screens(now, std::move(found), *view, guess);
+  FoundPose found = search_.step(now.seen, from, guess, rng_);
+  found = search_.held_against_map(now, std::move(found), from, guess);
+  found = look_for_screens(now, std::move(found), from, guess);
   now.seen = std::move(found.seen);
   now.evidence.frame.features = now.seen.features;
   auto first_keyframe = late_first_keyframe(std::move(found.first_seen));
   const TrackState before = judge_.state();
-  const bool was_lost = has_no_pose(before);
-  const InertialVerdict verdict = verdict_on(found.pose, guess);
+  const bool was_lost = !is_seen(before);
+  const InertialVerdict verdict = verdict_on(found.pose, before, guess);
   const TrackState state = judge_.next_state(found.pose, found.jump, verdict);
   if (state == TrackState::kCoasting)
     return coast(std::move(now), view, guess, verdict.contradicts, std::move(first_keyframe));
@@ -168,7 +165,7 @@ TrackResult Tracker::start(ObservedFrame now, const LocalViewPtr& view) {
 TrackResult Tracker::start_in_map(ObservedFrame now, const LocalViewPtr& view) {
   classifier_.remember(std::move(now.evidence), now.labels.label);
   motion_model_.reset(now.seen.frame->stamp);
-  const auto pose = relocalizer_.step(now.seen, *view, rng_);
+  const auto pose = search_.relocalised(now.seen, *view, rng_);
   if (!judge_.start_in_map(pose)) {
     TrackResult result{.state = TrackState::kLost, .features = now.seen.features};
     result.candidate =
@@ -185,8 +182,9 @@ TrackResult Tracker::start_in_map(ObservedFrame now, const LocalViewPtr& view) {
 }
 
 /// As an IMU says, for as long as that is good enough.
-TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view, const Guess& guess,
-                           bool contradicts_imu, std::optional<KeyframeCandidate> first_keyframe) {
+TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view,
+                           const PoseSearch::Guess& guess, bool contradicts_imu,
+                           std::optional<KeyframeCandidate> first_keyframe) {
   motion_model_.reset(now.seen.frame->stamp);
   objects_.lose_points();
   screens_.forget();
@@ -218,7 +216,8 @@ TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view, const Gu
 }
 
 std::optional<KeyframeCandidate> Tracker::map_on(FrameFeatures seen, bool too_few_static,
-                                                 const LocalViewPtr& view, const Guess& guess) {
+                                                 const LocalViewPtr& view,
+                                                 const PoseSearch::Guess& guess) {
   if (!submaps_.may_map_on(seen, too_few_static, *view, guess.T_guess_world)) return std::nullopt;
   judge_.start();
   coasting_.forget();
@@ -328,88 +327,17 @@ SE3 Tracker::last_pose(const LocalView& view) {
   return pose_estimator_.follow_landmarks(*last_, view, *T_last_world).value_or(*T_last_world);
 }
 
-Tracker::FoundPose Tracker::find_pose(const FrameFeatures& seen, const LocalView& view,
-                                      const Guess& guess) {
-  FoundPose found = follow(seen, view, guess);
-  if (has_no_pose(judge_.state()) && found.pose &&
-      found.pose->landmark_inliers < config_.relocalizer.min_inliers) {
-    found.pose.reset();  // after a loss only a pose that the map confirms counts
-  }
-  const bool is_followed = found.pose && found.pose->inliers >= config_.judge.least_inliers();
-  const bool relocalises = !is_followed && !view.empty();
-  if (relocalises) {
-    // As the rows were read: what the velocity came from was wrong.
-    found.seen = corrected(std::move(found.seen), Vec6::Zero());
-    found.pose = relocalizer_.step(found.seen, view, rng_);
-  }
-  if (!found.pose) return found;
-  found.jump = jump_of(found.pose->T_camera_world, guess, seen);
-  if (relocalises) found.jump.from_prediction_m = 0;
-  return found;
-}
-
-PoseJump Tracker::jump_of(const SE3& T_camera_world, const Guess& guess,
-                          const FrameFeatures& seen) const {
-  return {centre_distance_m(T_camera_world, guess.T_guess_world),
-          centre_distance_m(T_camera_world, guess.T_last_world),
-          seconds_between(seen.frame->stamp, last_->seen.frame->stamp)};
-}
-
-InertialVerdict Tracker::verdict_on(const std::optional<PoseResult>& pose,
-                                    const Guess& guess) const {
-  return verdict_of(guess.inertial, judge_.state() == TrackState::kCoasting,
-                    pose ? std::optional(pose->T_camera_world) : std::nullopt, guess.T_guess_world);
-}
-
-/// From the previous frame to this one and on to the map.
-Tracker::FoundPose Tracker::follow(const FrameFeatures& seen, const LocalView& view,
-                                   const Guess& guess) {
-  const auto& [T_last_world, T_guess_world, inertial] = guess;
-  const auto match_previous = [&](const FrameFeatures& now, const TrackedFrame& last) {
-    return pose_estimator_.match_previous_frame(now, last, T_last_world, view, T_guess_world, rng_);
-  };
-  auto first = match_previous(seen, *last_);
-  if (!first) return {.seen = seen};
-  const SE3 T_now_last = first->solution.T_camera_world * T_last_world.inverse();
-  const Vec6 body_velocity = inertial ? inertial->body_velocity
-                                      : motion_model_.body_velocity(seen.frame->stamp, T_now_last);
-  FoundPose found{.seen = corrected(seen, body_velocity)};
-  if (first_keyframe_is_due_) {  // the first frame's velocity shows only now
-    TrackedFrame last = *last_;
-    last.seen = corrected(std::move(last.seen), body_velocity);
-    first = match_previous(found.seen, last);
-    found.first_seen = std::move(last.seen);
-  }
-  if (first) found.pose = pose_estimator_.match_map(found.seen, view, *first);
-  return found;
-}
-
-Tracker::FoundPose Tracker::held_against_map(ObservedFrame& now, FoundPose found,
-                                             const LocalView& view, const Guess& guess) const {
-  const bool contradicted = verdict_on(found.pose, guess).contradicts;
-  if (!contradicted && !map_rival_.is_wanted(found.pose, view)) return found;
-  const MapRival::Input in{found.pose, found.seen, now.evidence.points, view, guess.T_guess_world};
-  auto rival = contradicted ? map_rival_.at_prediction(in) : map_rival_.step(in);
-  if (!rival || (contradicted && !verdict_on(rival, guess).agrees)) return found;
-  const SE3 T_now_last = rival->T_camera_world * guess.T_last_world.inverse();
-  now.evidence = classifier_.held_against(std::move(now.evidence), T_now_last);
-  now.labels = classifier_.classify(now.evidence);
-  found.seen.static_weight = now.labels.weight;
-  found.pose = std::move(rival);
-  found.jump = jump_of(found.pose->T_camera_world, guess, found.seen);
-  return found;
-}
-
-Tracker::FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found,
-                                             const LocalView& view, const Guess& guess) {
+FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found,
+                                    const PoseSearch::From& from, const PoseSearch::Guess& guess) {
   const trace::Span span("screens");
-  if (!found.pose || has_no_pose(judge_.state())) return found;
-  const ScreenWatch::Before before{*last_, guess.T_last_world, localization_.T_odom_camera(), view};
+  if (!found.pose || !is_seen(from.state)) return found;
+  const ScreenWatch::Before before{from.last, guess.T_last_world, localization_.T_odom_camera(),
+                                   from.view};
   auto looked = screens_.step({now, found.seen, *found.pose, before});
   if (looked.without) {
     now = std::move(looked.without->now);
-    found = find_pose(now.seen, view,
-                      {guess.T_last_world, looked.without->T_camera_world, guess.inertial});
+    found = search_.step(
+        now.seen, from, {guess.T_last_world, looked.without->T_camera_world, guess.inertial}, rng_);
   }
   if (!found.pose) return found;
   found.pose->contested |= looked.contested;

@@ -17,10 +17,8 @@
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_proposer.hpp"
 #include "tracking/localization.hpp"
-#include "tracking/map_rival.hpp"
 #include "tracking/observed_frame.hpp"
-#include "tracking/pose_estimator.hpp"
-#include "tracking/relocalizer.hpp"
+#include "tracking/pose_search.hpp"
 #include "tracking/screen_watch.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/submap_starter.hpp"
@@ -79,18 +77,6 @@ class Tracker {
   void expect_motion(const SE3& T_now_last) { expected_motion_ = T_now_last; }
 
  private:
-  struct FoundPose {
-    FrameFeatures seen;  // corrected by the velocity that the pose shows
-    std::optional<PoseResult> pose{};
-    PoseJump jump{};
-    /// The frame before, corrected by the same: the run's first has no velocity of its own.
-    std::optional<FrameFeatures> first_seen{};
-  };
-  /// Where the camera is looked for, and what is known of it before.
-  struct Guess {
-    SE3 T_last_world, T_guess_world;  // of the last frame with a pose, of this one
-    std::optional<InertialPrediction> inertial;
-  };
   struct MapRequest {
     std::optional<KeyframeCandidate> candidate;
     std::optional<KeyframeId> wanted_view;
@@ -111,13 +97,13 @@ class Tracker {
   [[nodiscard]] TrackResult track(ObservedFrame now, const SE3& T_now_last,
                                   const std::optional<InertialPrediction>& inertial,
                                   const LocalViewPtr& view, bool mapper_busy);
-  [[nodiscard]] TrackResult coast(ObservedFrame now, const LocalViewPtr& view, const Guess& guess,
-                                  bool contradicts_imu,
+  [[nodiscard]] TrackResult coast(ObservedFrame now, const LocalViewPtr& view,
+                                  const PoseSearch::Guess& guess, bool contradicts_imu,
                                   std::optional<KeyframeCandidate> first_keyframe);
   /// Coasting it sees what the map does not know: mapping goes on from where the IMU says it is.
   [[nodiscard]] std::optional<KeyframeCandidate> map_on(FrameFeatures seen, bool too_few_static,
                                                         const LocalViewPtr& view,
-                                                        const Guess& guess);
+                                                        const PoseSearch::Guess& guess);
   [[nodiscard]] TrackResult stay_lost(ObservedFrame now, const LocalViewPtr& view,
                                       const SE3& T_last_world,
                                       std::optional<KeyframeCandidate> first_keyframe);
@@ -139,25 +125,14 @@ class Tracker {
   [[nodiscard]] ObservedFrame observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
                                       const std::optional<FlowPrediction>& predicted);
   [[nodiscard]] SE3 last_pose(const LocalView& view);
-  [[nodiscard]] FoundPose find_pose(const FrameFeatures& seen, const LocalView& view,
-                                    const Guess& guess);
-  [[nodiscard]] PoseJump jump_of(const SE3& T_camera_world, const Guess& guess,
-                                 const FrameFeatures& seen) const;
-  [[nodiscard]] FoundPose follow(const FrameFeatures& seen, const LocalView& view,
-                                 const Guess& guess);
   [[nodiscard]] std::optional<KeyframeCandidate> late_first_keyframe(
       std::optional<FrameFeatures> first_seen);
   [[nodiscard]] Localization::Arrival arrive(const Localization::Step& step, const LocalView& view);
-  [[nodiscard]] InertialVerdict verdict_on(const std::optional<PoseResult>& pose,
-                                           const Guess& guess) const;
-  /// Where what was followed says little, or other than an IMU: the map's pose, if it has another.
-  /// @return as look_for_screens().
-  [[nodiscard]] FoundPose held_against_map(ObservedFrame& now, FoundPose found,
-                                           const LocalView& view, const Guess& guess) const;
   /// Screens found with the pose: where one had moved the camera, the pose without it.
   /// @return the frame's observation and pose as they are then.
   [[nodiscard]] FoundPose look_for_screens(ObservedFrame& now, FoundPose found,
-                                           const LocalView& view, const Guess& guess);
+                                           const PoseSearch::From& from,
+                                           const PoseSearch::Guess& guess);
   [[nodiscard]] ObservedFrame compared_with_map(ObservedFrame now, const PoseResult& pose,
                                                 const LocalView& view) const;
   [[nodiscard]] std::vector<TrackedObject> follow_objects(const ObservedFrame& now, bool was_lost,
@@ -178,11 +153,10 @@ class Tracker {
   PointClassifier classifier_;
   ObjectTracker objects_;
   PoseEstimator pose_estimator_;
-  Relocalizer relocalizer_;
-  MapRival map_rival_;
   EgoMaskWatch ego_mask_;
   ScreenWatch screens_;
   MotionModel motion_model_;
+  PoseSearch search_;
   CameraEstimator calibration_;  // of TrackerConfig::calibrated
   Localization localization_;
   TrackJudge judge_;

@@ -1,0 +1,94 @@
+#include "tracking/pose_search.hpp"
+
+#include <utility>
+
+#include "tracking/view_poses.hpp"
+
+namespace ygslam {
+
+PoseSearch::PoseSearch(const Tools& tools, const RelocalizerConfig& relocalizer, int least_inliers)
+    : tools_(tools),
+      relocalizer_(relocalizer, tools.camera, tools.estimator),
+      map_rival_(tools.estimator),
+      confirmed_(relocalizer.min_inliers),
+      least_inliers_(least_inliers) {}
+
+InertialVerdict verdict_on(const std::optional<PoseResult>& pose, TrackState before,
+                           const PoseSearch::Guess& guess) {
+  return verdict_of(guess.inertial, before == TrackState::kCoasting,
+                    pose ? std::optional(pose->T_camera_world) : std::nullopt, guess.T_guess_world);
+}
+
+FoundPose PoseSearch::step(const FrameFeatures& seen, const From& from, const Guess& guess,
+                           Rng& rng) {
+  FoundPose found = follow(seen, from, guess, rng);
+  if (!is_seen(from.state) && found.pose && found.pose->landmark_inliers < confirmed_) {
+    found.pose.reset();  // after a loss only a pose that the map confirms counts
+  }
+  const bool is_followed = found.pose && found.pose->inliers >= least_inliers_;
+  const bool relocalises = !is_followed && !from.view.empty();
+  if (relocalises) {
+    // As the rows were read: what the velocity came from was wrong.
+    found.seen = corrected(std::move(found.seen), Vec6::Zero());
+    found.pose = relocalizer_.step(found.seen, from.view, rng);
+  }
+  if (!found.pose) return found;
+  found.jump = jump_of(found.pose->T_camera_world, seen, from.last, guess);
+  if (relocalises) found.jump.from_prediction_m = 0;
+  return found;
+}
+
+PoseJump PoseSearch::jump_of(const SE3& T_camera_world, const FrameFeatures& seen,
+                             const TrackedFrame& last, const Guess& guess) {
+  return {centre_distance_m(T_camera_world, guess.T_guess_world),
+          centre_distance_m(T_camera_world, guess.T_last_world),
+          seconds_between(seen.frame->stamp, last.seen.frame->stamp)};
+}
+
+FrameFeatures PoseSearch::corrected(FrameFeatures seen, const Vec6& body_velocity) const {
+  return shutter_corrected(std::move(seen), tools_.camera, tools_.shutter.times(), body_velocity);
+}
+
+/// From the previous frame to this one and on to the map.
+FoundPose PoseSearch::follow(const FrameFeatures& seen, const From& from, const Guess& guess,
+                             Rng& rng) const {
+  const auto& [T_last_world, T_guess_world, inertial] = guess;
+  const auto match_previous = [&](const FrameFeatures& now, const TrackedFrame& last) {
+    return tools_.estimator.match_previous_frame(now, last, T_last_world, from.view, T_guess_world,
+                                                 rng);
+  };
+  auto first = match_previous(seen, from.last);
+  if (!first) return {.seen = seen};
+  const SE3 T_now_last = first->solution.T_camera_world * T_last_world.inverse();
+  const Vec6 body_velocity = inertial
+                                 ? inertial->body_velocity
+                                 : tools_.motion_model.body_velocity(seen.frame->stamp, T_now_last);
+  FoundPose found{.seen = corrected(seen, body_velocity)};
+  if (from.first_keyframe_is_due) {  // the first frame's velocity shows only now
+    TrackedFrame last = from.last;
+    last.seen = corrected(std::move(last.seen), body_velocity);
+    first = match_previous(found.seen, last);
+    found.first_seen = std::move(last.seen);
+  }
+  if (first) found.pose = tools_.estimator.match_map(found.seen, from.view, *first);
+  return found;
+}
+
+FoundPose PoseSearch::held_against_map(ObservedFrame& now, FoundPose found, const From& from,
+                                       const Guess& guess) const {
+  const bool contradicted = verdict_on(found.pose, from.state, guess).contradicts;
+  if (!contradicted && !map_rival_.is_wanted(found.pose, from.view)) return found;
+  const MapRival::Input in{found.pose, found.seen, now.evidence.points, from.view,
+                           guess.T_guess_world};
+  auto rival = contradicted ? map_rival_.at_prediction(in) : map_rival_.step(in);
+  if (!rival || (contradicted && !verdict_on(rival, from.state, guess).agrees)) return found;
+  const SE3 T_now_last = rival->T_camera_world * guess.T_last_world.inverse();
+  now.evidence = tools_.classifier.held_against(std::move(now.evidence), T_now_last);
+  now.labels = tools_.classifier.classify(now.evidence);
+  found.seen.static_weight = now.labels.weight;
+  found.pose = std::move(rival);
+  found.jump = jump_of(found.pose->T_camera_world, found.seen, from.last, guess);
+  return found;
+}
+
+}  // namespace ygslam

@@ -1,0 +1,79 @@
+// Where the camera is: from frame to frame and on to the map, or by the map alone.
+#pragma once
+
+#include <optional>
+
+#include "core/rng.hpp"
+#include "geometry/motion_model.hpp"
+#include "tracking/map_rival.hpp"
+#include "tracking/observed_frame.hpp"
+#include "tracking/relocalizer.hpp"
+#include "tracking/shutter_watch.hpp"
+#include "tracking/track_judge.hpp"
+
+namespace ygslam {
+
+struct FoundPose {
+  FrameFeatures seen;  // corrected by the velocity that the pose shows
+  std::optional<PoseResult> pose{};
+  PoseJump jump{};
+  /// The frame before, corrected by the same: the run's first has no velocity of its own.
+  std::optional<FrameFeatures> first_seen{};
+};
+
+class PoseSearch {
+ public:
+  /// What it works with; all of it must outlive it.
+  struct Tools {
+    const Camera& camera;
+    const ShutterWatch& shutter;
+    const PointClassifier& classifier;
+    const PoseEstimator& estimator;
+    const MotionModel& motion_model;
+  };
+  /// @param least_inliers fewer are followed no further.
+  PoseSearch(const Tools& tools, const RelocalizerConfig& relocalizer, int least_inliers);
+
+  /// What it goes out from.
+  struct From {
+    const TrackedFrame& last;  ///< with a pose
+    TrackState state;          ///< of the frame before
+    bool first_keyframe_is_due;
+    const LocalView& view;
+  };
+  /// Where the camera is looked for, and what is known of it before.
+  struct Guess {
+    SE3 T_last_world, T_guess_world;  // of the last frame with a pose, of this one
+    std::optional<InertialPrediction> inertial;
+  };
+  [[nodiscard]] FoundPose step(const FrameFeatures& seen, const From& from, const Guess& guess,
+                               Rng& rng);
+  /// By what it sees alone.
+  [[nodiscard]] std::optional<PoseResult> relocalised(const FrameFeatures& seen,
+                                                      const LocalView& view, Rng& rng) {
+    return relocalizer_.step(seen, view, rng);
+  }
+  /// Where what was followed says little, or other than an IMU: the map's pose, if it has another.
+  /// @param now labelled anew then.
+  [[nodiscard]] FoundPose held_against_map(ObservedFrame& now, FoundPose found, const From& from,
+                                           const Guess& guess) const;
+
+ private:
+  [[nodiscard]] static PoseJump jump_of(const SE3& T_camera_world, const FrameFeatures& seen,
+                                        const TrackedFrame& last, const Guess& guess);
+  [[nodiscard]] FrameFeatures corrected(FrameFeatures seen, const Vec6& body_velocity) const;
+  [[nodiscard]] FoundPose follow(const FrameFeatures& seen, const From& from, const Guess& guess,
+                                 Rng& rng) const;
+
+  Tools tools_;
+  Relocalizer relocalizer_;
+  MapRival map_rival_;
+  int confirmed_;  // inliers of the map, of a pose after a loss
+  int least_inliers_;
+};
+
+/// @param before the state of the frame before.
+[[nodiscard]] InertialVerdict verdict_on(const std::optional<PoseResult>& pose, TrackState before,
+                                         const PoseSearch::Guess& guess);
+
+}  // namespace ygslam

@@ -19,7 +19,33 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 PATIENCE_S = 40  # for what takes a fraction of a second on an idle machine
 
 
-def run_in_ros(distribution):
+LARGE_IMAGES = """<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns="http://www.eprosima.com"><profiles>
+  <transport_descriptors>
+    <transport_descriptor><transport_id>shm</transport_id><type>SHM</type><segment_size>16777216</segment_size>
+    </transport_descriptor>
+    <transport_descriptor><transport_id>udp</transport_id><type>UDPv4</type>
+      <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList></transport_descriptor>
+  </transport_descriptors>
+  <participant profile_name="large_images" is_default_profile="true"><rtps>
+    <userTransports><transport_id>shm</transport_id><transport_id>udp</transport_id></userTransports>
+    <useBuiltinTransports>false</useBuiltinTransports>
+  </rtps></participant>
+</profiles></dds>
+"""
+
+
+def use_large_images(distribution):
+    """What FASTDDS_BUILTIN_TRANSPORTS='DEFAULT?sockets_size=16MB' sets, which is heeded in no domain of this machine
+    alone: shared memory for more than one pair of images."""
+    profile = pathlib.Path(os.environ["ROS_LOG_DIR"]) / "large_images.xml"
+    profile.write_text(LARGE_IMAGES, "utf-8")
+    os.environ["FASTDDS_DEFAULT_PROFILES_FILE" if distribution == "kilted" else
+               "FASTRTPS_DEFAULT_PROFILES_FILE"] = str(profile)
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"
+
+
+def run_in_ros(distribution, large_images=False):
     """Goes on in the environment of a distribution; says that it is skipped where there is none."""
     if os.environ.get("YGSLAM_IN_ROS") == distribution:
         return
@@ -30,6 +56,8 @@ def run_in_ros(distribution):
         sys.exit(0)
     os.environ.update(YGSLAM_IN_ROS=distribution, ROS_DOMAIN_ID=str(random.randrange(1, 100)),
                       ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", ROS_LOG_DIR=tempfile.mkdtemp(prefix="ygslam_ros_"))
+    if large_images:
+        use_large_images(distribution)
     os.execv(python, [str(python), *sys.argv])
 
 
@@ -194,7 +222,7 @@ class Camera:
 class NodeProcess:
     """python -m ygslam.ros, with parameters."""
 
-    def __init__(self, remap=(), **parameters):
+    def __init__(self, remap=(), command=(sys.executable, "-m", "ygslam.ros"), **parameters):
         parameters = {"segmenter": "none", "camera_pose": "0.1 0 0.3 0 0 0", **parameters}
         words = []
         for name, value in parameters.items():
@@ -202,8 +230,8 @@ class NodeProcess:
             words += ["-p", f"{name.replace('__', '.')}:={text}"]
         for pair in remap:
             words += ["-r", pair]
-        self.process = subprocess.Popen([sys.executable, "-m", "ygslam.ros", "--ros-args", *words],
-                                        stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        self.process = subprocess.Popen([*command, "--ros-args", *words], stderr=subprocess.PIPE,
+                                        stdout=subprocess.DEVNULL, text=True)
 
     def end(self, number=signal.SIGINT):
         """@return exit code, what it said, seconds it took."""

@@ -34,7 +34,7 @@ class Engine:
     """
 
     def __init__(self, open_slam, on_result: Callable, on_fault: Callable[[str], None],
-                 on_end: Callable[[Exception], None], queue_size: int = 10):
+                 on_end: Callable[[Exception], None], queue_size: int = 30):
         self.counts = Counts()
         self.images: ygslam._core.RosImages | None = None
         self.paused = False
@@ -116,9 +116,8 @@ class Engine:
         return not self._ends
 
     def _close(self) -> None:
-        if self._slam is not None:
-            slam, self._slam = self._slam, None
-            slam.finish()
+        """At once: nobody asks for the final map, whose adjustment takes half a minute of a busy machine."""
+        self._slam = None
 
     def _run(self) -> None:
         while True:

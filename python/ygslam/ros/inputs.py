@@ -1,22 +1,29 @@
-"""A subscription whose reliability follows its publishers."""
+"""What comes in: subscriptions whose reliability follows their publishers, and the thread that serves them."""
 from __future__ import annotations
 
+import threading
 from typing import Callable
 
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 KINDS = {"reliable": ReliabilityPolicy.RELIABLE, "best_effort": ReliabilityPolicy.BEST_EFFORT}
+MATCH_S = 0.5
+KEPT_MESSAGES = 60  # by the middleware while this process gets no processor: two seconds of a camera
 
 
 class Input:
     """Messages as bytes. Best effort hears both kinds of publishers, but a large image comes in many parts, of which
     one is easily lost; reliable hears reliable ones alone. So `auto` is reliable where all publishers are.
 
-    @param take called with each message. match() is to be called from time to time."""
+    @param wanted parameter `reliability`. @param take called with each message. match() is to be called from time to
+    time."""
 
-    def __init__(self, node, kind, topic: str, take: Callable[[bytes], None]):
+    def __init__(self, node, kind, topic: str, wanted: str, take: Callable[[bytes], None]):
         self._node, self._kind, self._topic, self._take = node, kind, topic, take
-        wanted = node.own["reliability"]
         if wanted != "auto" and wanted not in KINDS:
             raise ValueError(f"parameter reliability: '{wanted}': must be auto, reliable or best_effort")
         self._is_auto = wanted == "auto"
@@ -38,5 +45,53 @@ class Input:
             self._node.destroy_subscription(self._subscription)
         self._reliability = reliability
         self._subscription = self._node.create_subscription(
-            self._kind, self._topic, self._take,
-            QoSProfile(depth=max(10, self._node.own["queue_size"]), reliability=reliability), raw=True)
+            self._kind, self._topic, self._take, QoSProfile(depth=KEPT_MESSAGES, reliability=reliability), raw=True)
+
+
+class Receiver:
+    """A node, which lists of nodes hide, and a thread that does nothing but take its messages: services, timers and
+    conversions of the other one keep no image waiting.
+
+    @param node whose names and remapping hold. @param on_end (error), in the thread, which ends with it."""
+
+    def __init__(self, node, on_end: Callable[[Exception], None]):
+        self._of, self._on_end = node, on_end
+        self._node = Node(f"_{node.get_name()}_images", namespace=node.get_namespace(), context=node.context,
+                          use_global_arguments=False, start_parameter_services=False, enable_rosout=False,
+                          parameter_overrides=[Parameter("start_type_description_service", value=False)])
+        self._inputs: list[Input] = []
+        # Of its own clock: with use_sim_time nothing comes while /clock stands still.
+        self._node.create_timer(MATCH_S, self._match, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._executor = SingleThreadedExecutor(context=node.context)
+        self._executor.add_node(self._node)
+        self._ends = False
+        self._thread = threading.Thread(target=self._run, name="images", daemon=True)
+
+    def subscribe(self, kind, topic: str, take: Callable[[bytes], None]) -> None:
+        """Before start(). @param take called in the thread."""
+        self._inputs.append(Input(self._node, kind, self._of.resolve_topic_name(topic), self._of.own["reliability"],
+                                  take))
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def end(self) -> None:
+        self._ends = True
+        self._executor.wake()
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._executor.shutdown()
+        self._node.destroy_node()
+
+    def _match(self) -> None:
+        for source in self._inputs:
+            source.match()
+
+    def _run(self) -> None:
+        try:
+            while not self._ends:
+                self._executor.spin_once(timeout_sec=0.5)
+        except ExternalShutdownException:
+            pass
+        except Exception as error:  # noqa: BLE001 - without images the node is of no use
+            self._on_end(error)

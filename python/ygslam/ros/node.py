@@ -25,7 +25,7 @@ from tf2_msgs.msg import TFMessage
 
 from . import frames, messages, moving_objects, parameters, wire
 from .engine import Engine
-from .inputs import Input
+from .inputs import Receiver
 from .outputs import Outputs
 from .static_tree import StaticTree
 from .sync import Image, Pairing
@@ -47,24 +47,28 @@ class SlamNode(Node):
         self._fixed_pose = self._parameter_pose()
         self._infos: dict[str, bytes] = {}
         self._depth_frame, self._used_infos = "", None
+        self._in_lock = threading.RLock()  # images come in one thread, transforms in another
         self._early: collections.deque[tuple[Image, Image]] = collections.deque(maxlen=self.own["queue_size"])
         self._foreign_parent, self._told_camera_tf = "", False
         self._T_map_world, self._plan, self._result = None, None, None
         self._map_due_ns: int | None = None
         self._room_lock, self._room = threading.Lock(), None
         self._counts_before, self._began = (0, time.monotonic()), time.monotonic()
+        self._alone_before, self._received = 0, {"colour": 0, "depth": 0}
         self.out = Outputs(self, (self.own["map_frame"], self.own["odom_frame"], self.own["base_frame"]),
                            self.own["path_step_m"], self.own["path_length"])
         self.engine = Engine(self._open_slam, self._take_result, self._tell, self._give_up, self.own["queue_size"])
         self._pairs = Pairing(round(self.own["slop_ms"] * 1e6), self._take_pair)
-        self._inputs: list[Input] = []
+        self._receiver = Receiver(self, self._give_up)
         self._subscribe()
         self._serve()
         # Of its own clock: with use_sim_time nothing comes while /clock stands still.
         self.create_timer(STATUS_S, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.engine.start(self.own["load_map"], self.own["localize_only"])
+        self._receiver.start()
 
     def end(self) -> None:
+        self._receiver.end()
         self.engine.end()
 
     # Set-up
@@ -89,10 +93,10 @@ class SlamNode(Node):
                 raise ValueError(f"parameter {side}_transport: '{transport}': must be raw, compressed or "
                                  "compressedDepth")
             kind, name = (RawImage, "Image") if transport == "raw" else (CompressedImage, "CompressedImage")
-            self._inputs.append(Input(self, kind, topic if transport == "raw" else f"{topic}/{transport}",
-                                      lambda data, side=side, name=name: self._take_image(side, name, data)))
+            self._receiver.subscribe(kind, topic if transport == "raw" else f"{topic}/{transport}",
+                                     lambda data, side=side, name=name: self._take_image(side, name, data))
         for side, topic, take in [("colour", "rgb/camera_info", self._take_info), *depth_info]:
-            self._inputs.append(Input(self, CameraInfo, topic, lambda data, side=side, take=take: take(side, data)))
+            self._receiver.subscribe(CameraInfo, topic, lambda data, side=side, take=take: take(side, data))
         self.create_subscription(TFMessage, "/tf_static", self._take_static, KEPT_TF)
         if self.own["publish_tf"]:
             self.create_subscription(TFMessage, "/tf", self._watch_tf, 100)
@@ -154,9 +158,11 @@ class SlamNode(Node):
             head = wire.header(data)
         except ValueError as error:
             return self._tell(f"{side}: {error}")
-        if side == "depth":
-            self._depth_frame = head.frame
-        self._pairs.add(side, Image(head.t_ns, head.frame, f"sensor_msgs/msg/{name}", data))
+        self._received[side] += 1
+        with self._in_lock:
+            if side == "depth":
+                self._depth_frame = head.frame
+            self._pairs.add(side, Image(head.t_ns, head.frame, f"sensor_msgs/msg/{name}", data))
 
     def _take_info(self, side: str, data: bytes) -> None:
         try:
@@ -164,13 +170,15 @@ class SlamNode(Node):
                 return
         except ValueError as error:
             return self._tell(f"{side} camera_info: {error}")
-        self._infos[side] = data
-        self._pass_on()
+        with self._in_lock:
+            self._infos[side] = data
+            self._pass_on()
 
     def _take_static(self, message: TFMessage) -> None:
-        for entry in message.transforms:
-            self._tree.add(entry.header.frame_id, entry.child_frame_id, messages.matrix_of(entry))
-        self._pass_on()
+        with self._in_lock:
+            for entry in message.transforms:
+                self._tree.add(entry.header.frame_id, entry.child_frame_id, messages.matrix_of(entry))
+            self._pass_on()
 
     def _watch_tf(self, message: TFMessage) -> None:
         """A frame has one parent: where somebody else gives base_frame one, this node keeps off /tf."""
@@ -242,7 +250,8 @@ class SlamNode(Node):
 
     def _give_up(self, error: Exception) -> None:
         self.fatal = error
-        self.executor.wake()
+        if self.executor:
+            self.executor.wake()
 
     # Out, in the engine's thread
     def _take_result(self, pair, result, slam) -> None:
@@ -279,9 +288,8 @@ class SlamNode(Node):
 
     # From time to time, in the executor's thread
     def _tick(self) -> None:
-        for source in self._inputs:
-            source.match()
         self._publish_camera_tf()
+        self._tell_of_losses()
         t_ns = self.get_clock().now().nanoseconds
         self.out.status(messages.status(t_ns, "ygslam: slam", *self._judged(), self._values()))
         with self._room_lock:
@@ -296,12 +304,21 @@ class SlamNode(Node):
         if time.monotonic() - self._began < PARENT_WAIT_S:
             return
         self._told_camera_tf = True
-        if parent := self._tree.parent_of(self._camera_frame):
+        with self._in_lock:
+            parent = self._tree.parent_of(self._camera_frame)
+        if parent:
             self._tell(f"{self._camera_frame} has the parent {parent} on /tf_static: camera_pose is used, but not "
                        "published")
             return
         self._static.publish(TFMessage(transforms=[messages.transform(
             self.get_clock().now().nanoseconds, self.own["base_frame"], self._camera_frame, self._fixed_pose)]))
+
+    def _tell_of_losses(self) -> None:
+        alone, paired = self._pairs.left_alone, self.engine.counts.frames
+        if alone - self._alone_before > max(1, paired - self._counts_before[0]):
+            self._tell(f"{alone - self._alone_before} images came without the other one: its like is lost on the way, "
+                       f"or their stamps differ by more than slop_ms (docs/ros.md, Large images)")
+        self._alone_before = alone
 
     def _judged(self) -> tuple[int, str]:
         state = self._result.state if self._result else ygslam.State.WAITING
@@ -329,6 +346,7 @@ class SlamNode(Node):
                   "provisional": result.provisional if result else False,
                   "frames_per_second": f"{self._rate():.1f}", "frames": counts.frames, "dropped": counts.dropped,
                   "refused": counts.refused, "unpaired": self._pairs.left_alone,
+                  "colour_received": self._received["colour"], "depth_received": self._received["depth"],
                   "latency_ms": f"{counts.milliseconds:.1f}",
                   "mask_age_frames": result.mask_age_frames if result else -1,
                   "last_fault": counts.last_fault}

@@ -20,7 +20,7 @@ OWN = {
     "reliability": ("auto", "of the images' subscriptions: reliable, best_effort, or auto: reliable where all "
                             "publishers are, for large images lose parts otherwise"),
     "slop_ms": (20.0, "colour and depth belong together up to this difference of their stamps", 0.0, 1000.0),
-    "queue_size": (10, "pairs that wait at most; then the oldest is dropped and counted", 1, 1000),
+    "queue_size": (30, "pairs that wait at most; then the oldest is dropped and counted", 1, 1000),
     "model": ("", "network, .onnx or .xml; empty: segmenter"),
     "segmenter": ("", "model, builtin, none; empty: the model, or without one the built-in network"),
     "load_map": ("", "map of an earlier run to go on with"),

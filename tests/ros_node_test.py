@@ -412,6 +412,69 @@ class Bags(RosTest):
             self.wait_for_poses([10**15 + i * 10**8 for i in range(COUNT)])
 
 
+class Inertial(RosTest):
+    """The lens is covered from 3 s to 4 s."""
+
+    def setUp(self):
+        super().setUp()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.recording = pathlib.Path(folder.name) / "covered"
+        subprocess.run([os.environ["YGSLAM_BINARY"], "--quiet", "simulate", "walking_xyz", "--without", "people",
+                        "--out", self.recording, "--seconds", "5", "--fps", "20", "--size", "320x240", "--imu", "BMI085",
+                        "--fault", "both:black@3s+1s", "--fault", "depth:empty@3s+1s"], check=True)
+
+    def drive(self, **how):
+        """Publishes the recording with its readings. @return states of the poses in the dark."""
+        from geometry_msgs.msg import Vector3
+        from sensor_msgs.msg import Imu
+        self.frames = Frames(self.recording)
+        self.listen(odometry=Odometry, pose=PoseWithCovarianceStamped)
+        self.node(**how)
+        readings = np.loadtxt(self.recording / "imu.csv", delimiter=",", skiprows=1)
+        start_ns = round(1e9 * float((self.recording / "associations.txt").read_text().split()[0]))
+        sensor = self.ears.node.create_publisher(Imu, "imu", 200)
+        camera = self.camera()
+        if how:
+            self.ears.wait_for_reader(sensor)
+        stamps, at = [], 0
+        for i in range(len(self.frames)):
+            stamps.append(start_ns + i * 50_000_000)
+            while at < len(readings) and readings[at, 0] < stamps[-1] + 10_000_000:
+                t_ns, *values = readings[at]
+                rate, force = (Vector3(x=v[0], y=v[1], z=v[2]) for v in (values[:3], values[3:]))
+                sensor.publish(Imu(header=header_of(int(t_ns), "imu_link"), angular_velocity=rate,
+                                   linear_acceleration=force))
+                at += 1
+            camera.send(i, stamps[-1])
+            time.sleep(1 / RATE)
+        heard = self.ears.wait("/ygslam/odometry", lambda said: stamps[-1] in map(stamp_of, said))
+        return [m.pose.covariance[0] for m in heard if stamp_of(m) in set(stamps[62:79])]
+
+    def check_goes_on(self, **how):
+        variances = self.drive(**how)
+        self.assertGreater(len(variances), 10)
+        self.assertLess(max(variances), 0.01, "m2: known on, not 1e6 as of a lost camera")
+        self.assertEqual(variances, sorted(variances))
+
+    def test_the_pose_goes_on_in_the_dark(self):
+        self.check_goes_on(imu=str(self.recording / "imu.yaml"))
+
+    def test_tf_tells_where_it_is(self):
+        line = next(text for text in (self.recording / "imu.yaml").read_text().splitlines() if "T_camera_imu" in text)
+        x, y, z, qx, qy, qz, qw = (float(word) for word in line.split("[")[1].split("]")[0].split(","))
+        place = TransformStamped(header=header_of(0, "camera_optical"), child_frame_id="imu_link")
+        for part, values in ((place.transform.translation, (x, y, z)), (place.transform.rotation, (qx, qy, qz, qw))):
+            for name, value in zip("xyzw", values):
+                setattr(part, name, value)
+        static = self.ears.node.create_publisher(TFMessage, "/tf_static", KEPT)
+        static.publish(TFMessage(transforms=[place]))
+        self.check_goes_on(imu="tf")
+
+    def test_without_it_nothing_is_known(self):
+        self.assertGreater(min(self.drive()), 1e5)
+
+
 class Ends(RosTest):
     def test_signals_end_it_with_0(self):
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -10,7 +10,7 @@ import unittest
 import numpy as np
 import ygslam
 from rosbags.typesys import Stores, get_typestore
-from ygslam.ros import frames, moving_objects, settings, static_tree, sync, wire
+from ygslam.ros import frames, imu, moving_objects, settings, static_tree, sync, wire
 
 from bags import Messages, png_bytes
 from ygslam_cli import BINARY
@@ -157,6 +157,26 @@ class Parts(unittest.TestCase):
 
     def test_nothing_of_it_is_imported_with_the_package(self):
         subprocess.run([sys.executable, "-c", "import sys, ygslam; assert 'ygslam.ros' not in sys.modules"], check=True)
+
+
+class Readings(unittest.TestCase):
+    def test_of_an_imu(self):
+        types_of = get_typestore(Stores.ROS2_JAZZY).types
+        make = lambda name, **how: types_of[name](**how)  # noqa: E731
+        vector = lambda *v: make("geometry_msgs/msg/Vector3", x=v[0], y=v[1], z=v[2])  # noqa: E731
+        for frame in ("i", "imu_link", "camera_imu_optical_frame"):  # of any length: what follows is aligned
+            message = make(
+                "sensor_msgs/msg/Imu", angular_velocity=vector(.1, .2, .3), linear_acceleration=vector(4, 5, 6),
+                header=make("std_msgs/msg/Header", frame_id=frame,
+                            stamp=make("builtin_interfaces/msg/Time", sec=7, nanosec=8)),
+                orientation=make("geometry_msgs/msg/Quaternion", x=0, y=0, z=0, w=1),
+                orientation_covariance=np.arange(9.0), angular_velocity_covariance=np.arange(9.0),
+                linear_acceleration_covariance=np.arange(9.0))
+            data = bytes(get_typestore(Stores.ROS2_JAZZY).serialize_cdr(message, "sensor_msgs/msg/Imu"))
+            self.assertEqual(imu.reading_of(data), (7 * 10**9 + 8, frame, [.1, .2, .3], [4, 5, 6]))
+            for end in (0, 3, 20, len(data) - 8):
+                with self.assertRaises(ValueError):
+                    imu.reading_of(data[:end])
 
 
 class Images(unittest.TestCase):

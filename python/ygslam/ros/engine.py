@@ -63,6 +63,12 @@ class Engine:
             self._queue.append(((colour, depth), time.perf_counter()))
             self._wake.notify()
 
+    def push_imu(self, t_ns: int, rates: list[float], accelerations: list[float]) -> None:
+        """At once, from any thread; before there is a Slam nobody needs it."""
+        slam = self._slam
+        if slam is not None and not self.paused:
+            slam.push_imu(t_ns, rates, accelerations)
+
     def do(self, command: Callable[[], Any], done: Callable[[Exception | None], None] = lambda fault: None) -> None:
         """`command` runs between two frames, `done` after it; both in the thread."""
         with self._wake:

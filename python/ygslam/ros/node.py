@@ -18,13 +18,14 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
-from sensor_msgs.msg import CameraInfo, CompressedImage
+from sensor_msgs.msg import CameraInfo, CompressedImage, Imu
 from sensor_msgs.msg import Image as RawImage
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
 from . import frames, messages, moving_objects, parameters, wire
 from .engine import Engine
+from .imu import ImuInput
 from .inputs import Receiver
 from .outputs import Outputs
 from .static_tree import StaticTree
@@ -45,6 +46,7 @@ class SlamNode(Node):
         self._said = "no images yet"
         self._tree, self._T_base_camera, self._camera_frame = StaticTree(), None, ""
         self._fixed_pose = self._parameter_pose()
+        self._imu = ImuInput(self.own["imu"])
         self._infos: dict[str, bytes] = {}
         self._depth_frame, self._used_infos = "", None
         self._in_lock = threading.RLock()  # images come in one thread, transforms in another
@@ -97,6 +99,8 @@ class SlamNode(Node):
                                      lambda data, side=side, name=name: self._take_image(side, name, data))
         for side, topic, take in [("colour", "rgb/camera_info", self._take_info), *depth_info]:
             self._receiver.subscribe(CameraInfo, topic, lambda data, side=side, take=take: take(side, data))
+        if self._imu.is_used:
+            self._receiver.subscribe(Imu, "imu", self._take_imu)
         self.create_subscription(TFMessage, "/tf_static", self._take_static, KEPT_TF)
         if self.own["publish_tf"]:
             self.create_subscription(TFMessage, "/tf", self._watch_tf, 100)
@@ -141,6 +145,7 @@ class SlamNode(Node):
         return ygslam.Slam(images.camera, model=self.own["model"], segmenter=self.own["segmenter"], load_map=load_map,
                            localize_only=localize_only, keep_trajectory=False, view=self.own["view"],
                            room_every_s=self.own["map_period_s"], floor=self._floor(load_map),
+                           imu=self._imu.imu(self._camera_frame, self._tree),
                            options={"dense.plan_low_m": repr(self.own["map_low_m"]),
                                     "dense.plan_high_m": repr(self.own["map_high_m"]), **self._options})
 
@@ -173,6 +178,12 @@ class SlamNode(Node):
         with self._in_lock:
             self._infos[side] = data
             self._pass_on()
+
+    def _take_imu(self, data: bytes) -> None:
+        try:
+            self._imu.take(data, self.engine)
+        except (ValueError, ygslam.Error) as error:
+            self._tell(f"imu: {error}")
 
     def _take_static(self, message: TFMessage) -> None:
         with self._in_lock:
@@ -213,6 +224,8 @@ class SlamNode(Node):
             T_base_camera = self._tree.transform(base, colour.frame)
         if T_base_camera is None:
             return self._wait(f"no static transform from {base} to {colour.frame}: publish it, or set camera_pose")
+        if missing := self._imu.what_is_missing(colour.frame, self._tree):
+            return self._wait(missing)
         if not self._know_cameras(colour.frame):
             return False
         self._T_base_camera, self._camera_frame = T_base_camera, colour.frame
@@ -332,6 +345,8 @@ class SlamNode(Node):
             return ERROR, "lost"
         if self._rate() == 0:
             return STALE, "no images"
+        if state == ygslam.State.COASTING:
+            return WARNING, "coasting: nothing to see, the IMU carries on"
         if state != ygslam.State.TRACKING or self._result.provisional:
             return WARNING, "provisional" if self._result.provisional else state.name.lower()
         return OK, "tracking"
@@ -347,7 +362,7 @@ class SlamNode(Node):
                   "frames_per_second": f"{self._rate():.1f}", "frames": counts.frames, "dropped": counts.dropped,
                   "refused": counts.refused, "unpaired": self._pairs.left_alone,
                   "colour_received": self._received["colour"], "depth_received": self._received["depth"],
-                  "latency_ms": f"{counts.milliseconds:.1f}",
+                  "imu_received": self._imu.received, "latency_ms": f"{counts.milliseconds:.1f}",
                   "mask_age_frames": result.mask_age_frames if result else -1,
                   "last_fault": counts.last_fault}
         self._counts_before = (counts.frames, time.monotonic())

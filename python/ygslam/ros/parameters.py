@@ -21,6 +21,8 @@ OWN = {
                             "publishers are, for large images lose parts otherwise"),
     "slop_ms": (20.0, "colour and depth belong together up to this difference of their stamps", 0.0, 1000.0),
     "queue_size": (30, "pairs that wait at most; then the oldest is dropped and counted", 1, 1000),
+    "imu": ("", "the camera's IMU on topic imu (docs/inertial.md): an imu.yaml; or tf: its place by /tf_static, usual "
+                "noise; empty: none"),
     "model": ("", "network, .onnx or .xml; empty: segmenter"),
     "segmenter": ("", "model, builtin, none; empty: the model, or without one the built-in network"),
     "load_map": ("", "map of an earlier run to go on with"),

@@ -9,7 +9,7 @@ namespace {
 constexpr int kClockIsSetBack = 20;     // samples in a row
 constexpr double kMostGap_s = 0.15;     // without a sample
 constexpr double kGapPeriods = 2.5;     // a longer step has samples missing
-constexpr double kMostWait_s = 0.03;    // that the newest sample may be older than a frame
+constexpr double kMostWait_s = 0.1;     // that the newest sample may be older than a frame
 constexpr double kGapGyro_radps = 1;    // how wrong a rate between two samples may be ...
 constexpr double kGapAccel_mps2 = 5;    // ... where others are missing
 constexpr double kHandGyro_radps2 = 5;  // how fast rates change in a hand

@@ -56,7 +56,7 @@ TEST(ImuBuffer, SaysNothingOfALongGap) {
 TEST(ImuBuffer, HoldsTheNewestReadingForAMoment) {
   const ImuBuffer buffer = filled(0.5, kNone);
   EXPECT_TRUE(buffer.between({0}, {to_ns(0.51)}, {}));
-  EXPECT_FALSE(buffer.between({0}, {to_ns(0.6)}, {}));
+  EXPECT_FALSE(buffer.between({0}, {to_ns(0.62)}, {}));
   EXPECT_FALSE(buffer.between({-1}, {to_ns(0.1)}, {}));
 }
 

@@ -112,6 +112,7 @@ void InertialEstimator::process(const Frame& frame) {
   if (window_) {
     go_on(frame.stamp, frame.found_again ? std::nullopt : seen);
     if (window_ && frame.found_again) window_->place_newest(*seen);
+    if (window_ && seen) was_trusted_ = is_trusted();
   } else if (seen) {
     if (frame.found_again) start_.clear();
     try_start({frame.stamp, *seen});
@@ -177,6 +178,7 @@ void InertialEstimator::try_start(const SeenFrame& frame) {
     window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
     start_.clear();
     agrees_since_ = frame.stamp;
+    was_trusted_ = is_trusted();
   } else {
     fault_ = std::get<ImuFault>(started);
     start_.erase(start_.begin(), start_.begin() + std::ssize(start_) / 2);
@@ -244,7 +246,7 @@ std::optional<InertialPrediction> InertialEstimator::predict(Timestamp stamp) co
   const auto reading = samples_.reading(stamp);
   if (!now || !reading) return std::nullopt;
   InertialPrediction result{.T_odom_camera = now->state.T_odom_imu * T_imu_camera_,
-                            .trusted = is_trusted(),
+                            .trusted = was_trusted_,
                             .proven = seconds_between(stamp, agrees_since_) > kProven_s};
   // Of the state's errors, those of T_odom_imu exp(error); from there to the camera's.
   Mat6 by_state = Mat6::Zero();

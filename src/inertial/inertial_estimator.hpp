@@ -103,6 +103,7 @@ class InertialEstimator {
   std::vector<SeenFrame> start_;                     // what one will be made of
   std::optional<InertialWindow> window_;
   std::deque<bool> disagreed_;  // of the last seen frames
+  bool was_trusted_ = false;    // at the last seen frame
   Timestamp agrees_since_;      // without one that disagreed
   ImuFault fault_ = ImuFault::kNone;
 };

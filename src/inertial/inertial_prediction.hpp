@@ -10,7 +10,8 @@ struct InertialPrediction {
   Mat6 covariance{};     ///< of T_odom_camera exp(error) [m, rad], translation first
   Vec6 body_velocity{};  ///< the camera's, twist per second in its own frame
   double unseen_s = 0;   ///< since the last frame with a pose
-  /// A second alone would take the camera nowhere: this may stand for vision.
+  /// When vision was last there, a second alone would have taken the camera nowhere: this may stand
+  /// for vision.
   bool trusted = false;
   bool proven = false;  ///< what was predicted has been seen for seconds, frame after frame
 };

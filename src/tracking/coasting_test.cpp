@@ -51,29 +51,28 @@ TEST(InertialVerdict, APredictionCountsWhileItIsCertain) {
 }
 
 TEST(InertialVerdict, AgreesWithWhatLiesWithinItsCovariance) {
-  const auto verdict = [](double error_m, bool trusted = true, bool coasts = false) {
+  const auto verdict = [](double error_m, bool trusted = true) {
     InertialPrediction predicted = prediction(0.02);
     predicted.trusted = trusted;
-    return verdict_of(predicted, coasts, moved_by(error_m), SE3());
+    return verdict_of(predicted, moved_by(error_m), SE3());
   };
   EXPECT_TRUE(verdict(0.05).agrees);
   EXPECT_FALSE(verdict(0.3).agrees);
   EXPECT_TRUE(verdict(0).may_coast);
   EXPECT_FALSE(verdict(0, false).may_coast);
-  EXPECT_TRUE(verdict(0, false, true).may_coast) << "it began when it was trusted";
-  EXPECT_FALSE(verdict_of(std::nullopt, true, SE3(), SE3()).may_coast);
-  EXPECT_FALSE(verdict_of(prediction(1), false, std::nullopt, SE3()).agrees);
+  EXPECT_FALSE(verdict_of(std::nullopt, SE3(), SE3()).may_coast);
+  EXPECT_FALSE(verdict_of(prediction(1), std::nullopt, SE3()).agrees);
 }
 
 TEST(InertialVerdict, ATrustedPredictionContradictsWhatLiesElsewhere) {
-  EXPECT_TRUE(verdict_of(prediction(0.02), false, moved_by(0.3), SE3()).contradicts);
-  EXPECT_FALSE(verdict_of(prediction(0.02), false, moved_by(0.05), SE3()).contradicts);
-  EXPECT_FALSE(verdict_of(prediction(0.02), false, std::nullopt, SE3()).contradicts);
+  EXPECT_TRUE(verdict_of(prediction(0.02), moved_by(0.3), SE3()).contradicts);
+  EXPECT_FALSE(verdict_of(prediction(0.02), moved_by(0.05), SE3()).contradicts);
+  EXPECT_FALSE(verdict_of(prediction(0.02), std::nullopt, SE3()).contradicts);
   InertialPrediction unsure = prediction(0.02), young = unsure;
   unsure.trusted = false;
   young.proven = false;
-  EXPECT_FALSE(verdict_of(unsure, false, moved_by(0.3), SE3()).contradicts);
-  EXPECT_FALSE(verdict_of(young, false, moved_by(0.3), SE3()).contradicts);
+  EXPECT_FALSE(verdict_of(unsure, moved_by(0.3), SE3()).contradicts);
+  EXPECT_FALSE(verdict_of(young, moved_by(0.3), SE3()).contradicts);
 }
 
 }  // namespace

@@ -27,10 +27,10 @@ std::optional<InertialPrediction> while_certain(const std::optional<InertialPred
   return variance_m2 < kMostStd_m * kMostStd_m ? inertial : std::nullopt;
 }
 
-InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial, bool coasts,
+InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,
                            const std::optional<SE3>& T_camera_world, const SE3& T_guess_world) {
   if (!inertial) return {};
-  InertialVerdict verdict{inertial->trusted || coasts, false, false};
+  InertialVerdict verdict{inertial->trusted, false, false};
   if (!T_camera_world) return verdict;
   verdict.agrees = is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log());
   verdict.contradicts = verdict.may_coast && inertial->proven && !verdict.agrees;

@@ -18,10 +18,10 @@ struct InertialVerdict {
 [[nodiscard]] std::optional<InertialPrediction> while_certain(
     const std::optional<InertialPrediction>& inertial);
 
-/// @param inertial by while_certain(). @param coasts already: a sensor that was good is still.
-/// @param T_camera_world the pose that was found, if one was. @param T_guess_world as predicted.
+/// @param inertial by while_certain(). @param T_camera_world the pose that was found, if one was.
+/// @param T_guess_world as predicted.
 [[nodiscard]] InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,
-                                         bool coasts, const std::optional<SE3>& T_camera_world,
+                                         const std::optional<SE3>& T_camera_world,
                                          const SE3& T_guess_world);
 
 }  // namespace ygslam

@@ -72,8 +72,7 @@ class PoseSearch {
   int least_inliers_;
 };
 
-/// @param before the state of the frame before.
-[[nodiscard]] InertialVerdict verdict_on(const std::optional<PoseResult>& pose, TrackState before,
+[[nodiscard]] InertialVerdict verdict_on(const std::optional<PoseResult>& pose,
                                          const PoseSearch::Guess& guess);
 
 }  // namespace ygslam

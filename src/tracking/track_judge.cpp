@@ -31,7 +31,7 @@ TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const P
   const bool was_lost = state_ == TrackState::kLost;
   if (inertial.contradicts && !was_lost) return state_ = TrackState::kCoasting;
   const TrackState by_vision = judge(pose, jump, inertial.agrees);
-  const bool coasts = by_vision == TrackState::kLost && !was_lost && inertial.may_coast;
+  const bool coasts = by_vision == TrackState::kLost && inertial.may_coast;
   state_ = coasts ? TrackState::kCoasting : by_vision;
   return state_;
 }

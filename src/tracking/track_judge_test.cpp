@@ -132,14 +132,14 @@ TEST(TrackJudge, StatesHaveNames) {
   EXPECT_STREQ(to_string(kLost), "lost");
 }
 
-TEST(TrackJudge, AnImuCarriesOnFromAPoseNotFromALoss) {
+TEST(TrackJudge, AnImuCarriesOnAlsoWhereItsReadingsCameLate) {
   constexpr InertialVerdict kCarries{true, false}, kExpected{true, true};
   TrackJudge judge = tracking();
   EXPECT_EQ(judge.next_state(std::nullopt, {}, kCarries), kCoasting);
   EXPECT_EQ(judge.next_state(pose_of(5), {}, kExpected), kCoasting);
   EXPECT_EQ(judge.next_state(pose_of(kMany), {}, kExpected), kTracking);
   EXPECT_EQ(judge.next_state(std::nullopt, {}, {}), kLost);
-  EXPECT_EQ(judge.next_state(std::nullopt, {}, kCarries), kLost);
+  EXPECT_EQ(judge.next_state(std::nullopt, {}, kCarries), kCoasting);
 }
 
 TEST(TrackJudge, APlaceThatAnImuPredictedNeedsNoProof) {

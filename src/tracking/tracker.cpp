@@ -111,7 +111,7 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
   auto first_keyframe = late_first_keyframe(std::move(found.first_seen));
   const TrackState before = judge_.state();
   const bool was_lost = !is_seen(before);
-  const InertialVerdict verdict = verdict_on(found.pose, before, guess);
+  const InertialVerdict verdict = verdict_on(found.pose, guess);
   const TrackState state = judge_.next_state(found.pose, found.jump, verdict);
   if (state == TrackState::kCoasting)
     return coast(std::move(now), view, guess, verdict.contradicts, std::move(first_keyframe));

@@ -19,11 +19,11 @@ class Input:
     """Messages as bytes. Best effort hears both kinds of publishers, but a large image comes in many parts, of which
     one is easily lost; reliable hears reliable ones alone. So `auto` is reliable where all publishers are.
 
-    @param wanted parameter `reliability`. @param take called with each message. match() is to be called from time to
-    time."""
+    @param wanted parameter `reliability`. @param take called with each message. @param kept messages, see KEPT_MESSAGES.
+    match() is to be called from time to time."""
 
-    def __init__(self, node, kind, topic: str, wanted: str, take: Callable[[bytes], None]):
-        self._node, self._kind, self._topic, self._take = node, kind, topic, take
+    def __init__(self, node, kind, topic: str, wanted: str, take: Callable[[bytes], None], kept: int = KEPT_MESSAGES):
+        self._node, self._kind, self._topic, self._take, self._kept = node, kind, topic, take, kept
         if wanted != "auto" and wanted not in KINDS:
             raise ValueError(f"parameter reliability: '{wanted}': must be auto, reliable or best_effort")
         self._is_auto = wanted == "auto"
@@ -45,7 +45,7 @@ class Input:
             self._node.destroy_subscription(self._subscription)
         self._reliability = reliability
         self._subscription = self._node.create_subscription(
-            self._kind, self._topic, self._take, QoSProfile(depth=KEPT_MESSAGES, reliability=reliability), raw=True)
+            self._kind, self._topic, self._take, QoSProfile(depth=self._kept, reliability=reliability), raw=True)
 
 
 class Receiver:
@@ -67,10 +67,10 @@ class Receiver:
         self._ends = False
         self._thread = threading.Thread(target=self._run, name="images", daemon=True)
 
-    def subscribe(self, kind, topic: str, take: Callable[[bytes], None]) -> None:
+    def subscribe(self, kind, topic: str, take: Callable[[bytes], None], kept: int = KEPT_MESSAGES) -> None:
         """Before start(). @param take called in the thread."""
         self._inputs.append(Input(self._node, kind, self._of.resolve_topic_name(topic), self._of.own["reliability"],
-                                  take))
+                                  take, kept))
 
     def start(self) -> None:
         self._thread.start()

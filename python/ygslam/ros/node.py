@@ -33,6 +33,7 @@ from .sync import Image, Pairing
 
 KEPT_TF = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 STATUS_S = 0.5
+KEPT_READINGS = 1000  # of an IMU, by the middleware: two seconds and more
 PARENT_WAIT_S = 2.0  # before the camera gets a parent of ours: others may have told one
 TELL_AGAIN_S = 5.0
 OK, WARNING, ERROR, STALE = range(4)
@@ -100,7 +101,7 @@ class SlamNode(Node):
         for side, topic, take in [("colour", "rgb/camera_info", self._take_info), *depth_info]:
             self._receiver.subscribe(CameraInfo, topic, lambda data, side=side, take=take: take(side, data))
         if self._imu.is_used:
-            self._receiver.subscribe(Imu, "imu", self._take_imu)
+            self._receiver.subscribe(Imu, "imu", self._take_imu, kept=KEPT_READINGS)
         self.create_subscription(TFMessage, "/tf_static", self._take_static, KEPT_TF)
         if self.own["publish_tf"]:
             self.create_subscription(TFMessage, "/tf", self._watch_tf, 100)

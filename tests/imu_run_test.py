@@ -90,6 +90,8 @@ class ImuRuns(CliTest):
         done, _, _ = self.run_on(self.recording, "--imu-calibration", self.recording / "calibration.txt")
         self.assertEqual(done.returncode, 3)
         self.assertIn("calibration.txt:", done.stderr)
+        done, _, _ = self.run_on(self.recording, "--imu", "none", "--imu-calibration", self.recording / "imu.yaml")
+        self.assertEqual(done.returncode, 2)
 
     def test_swapped_axes_are_told(self):
         folder = self.folder / "swapped"

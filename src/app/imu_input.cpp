@@ -32,6 +32,8 @@ Result<ImuInput> open_imu(const RunOptions& o, const Sequence& sequence) {
   constexpr const char* kFiles = "imu.csv";
   constexpr const char* kPlace = "imu.yaml";
   const bool is_asked_for = !o.imu.empty() || !o.imu_calibration.empty();
+  if (o.imu == "none" && !o.imu_calibration.empty())
+    return Error{ErrorKind::kUsage, "--imu none: takes no --imu-calibration"};
   if (o.imu == "none") return ImuInput{};
   if (sequence.stream) {
     if (!is_asked_for) return ImuInput{};

@@ -45,8 +45,8 @@ InertialPrediction prediction(double std_m, double unseen_s = 1) {
 
 TEST(InertialVerdict, APredictionCountsWhileItIsCertain) {
   EXPECT_FALSE(while_certain(std::nullopt));
-  EXPECT_TRUE(while_certain(prediction(0.1)));
-  EXPECT_FALSE(while_certain(prediction(0.2))) << "on each of three axes";
+  EXPECT_TRUE(while_certain(prediction(0.2)));
+  EXPECT_FALSE(while_certain(prediction(0.3))) << "on each of three axes";
   EXPECT_FALSE(while_certain(prediction(0.01, 9)));
 }
 

@@ -1,11 +1,12 @@
 #include "tracking/inertial_verdict.hpp"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 
 namespace ygslam {
 namespace {
 
-constexpr double kLongestCoast_s = 8, kMostStd_m = 0.25;
+constexpr double kLongestCoast_s = 8, kMostStd_m = 0.4;
 // Chi-square of 6 degrees of freedom, 99.9 %, at twice the standard deviation: vision and map have
 // errors that the covariance does not know.
 constexpr double kAgrees = 4 * 22.5;
@@ -21,10 +22,13 @@ bool is_expected(const InertialPrediction& inertial, const Vec6& error) {
 
 }  // namespace
 
+double position_std_m(const InertialPrediction& inertial) {
+  return std::sqrt(inertial.covariance.topLeftCorner<3, 3>().trace());
+}
+
 std::optional<InertialPrediction> while_certain(const std::optional<InertialPrediction>& inertial) {
   if (!inertial || inertial->unseen_s > kLongestCoast_s) return std::nullopt;
-  const double variance_m2 = inertial->covariance.topLeftCorner<3, 3>().trace();
-  return variance_m2 < kMostStd_m * kMostStd_m ? inertial : std::nullopt;
+  return position_std_m(*inertial) < kMostStd_m ? inertial : std::nullopt;
 }
 
 InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,

@@ -14,6 +14,9 @@ struct InertialVerdict {
   bool contradicts = false;
 };
 
+/// Of all three axes together.
+[[nodiscard]] double position_std_m(const InertialPrediction& inertial);
+
 /// The prediction, unless vision was away for so long that it says little.
 [[nodiscard]] std::optional<InertialPrediction> while_certain(
     const std::optional<InertialPrediction>& inertial);

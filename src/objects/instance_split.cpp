@@ -19,9 +19,10 @@ constexpr double kWhole_m = 0.15;      // beyond what a body filled before, its 
 constexpr float kBeside = 0.3F;        // of the lower one's height: more in common is beside it
 constexpr std::size_t kMinCells = 12;  // of the thumbnail, in a part ...
 constexpr double kMinShare = 0.08;     // ... and of the instance
+constexpr double kNewcomer_m2 = 0.1;   // facing the camera: less may be an arm or a rim
 constexpr double kBody_m2 = 0.15;      // facing the camera: so much is surely a body
 
-/// Where a track was expected in the mask's frame.
+/// Where a track was expected in the mask's frame, or where somebody is who is not.
 struct Seed {
   Vec3 centre_cam;
   std::vector<Vec3> cells_cam;
@@ -49,9 +50,10 @@ std::vector<Seed> seeds_on(const InstanceView& seen, const ObjectFrame& frame,
   return seeds;
 }
 
-/// Gives each cell with depth to the track that it lies nearest to.
-void assign_cells(const InstanceView& seen, const GreyImage& ids, const Thumbnail& thumbnail,
-                  const Camera& camera, std::vector<Seed>& seeds) {
+/// Calls visit(column, row, point) for the cells of an instance that have depth.
+template <typename Visit>
+void each_cell(const InstanceView& seen, const GreyImage& ids, const Thumbnail& thumbnail,
+               const Camera& camera, const Visit& visit) {
   constexpr int kStep = Thumbnail::kStep;
   const std::set<std::uint8_t> own(seen.ids.begin(), seen.ids.end());
   for (int y = 0; y < thumbnail.depth_m.height(); ++y) {
@@ -60,17 +62,46 @@ void assign_cells(const InstanceView& seen, const GreyImage& ids, const Thumbnai
       const float depth_m = thumbnail.depth_m.at(x, y);
       if (!ids.contains(u, v) || !own.contains(ids.at(u, v)) || !(depth_m > 0)) continue;
       if (!std::isfinite(depth_m)) continue;
-      const Vec3 p_cam = camera.unproject(camera.undistort(Vec2(u, v)), depth_m);
-      const auto nearest = std::ranges::min_element(
-          seeds, {}, [&](const Seed& c) { return distance_m(p_cam, c.centre_cam); });
-      if (distance_m(p_cam, nearest->centre_cam) > kReach_m) continue;
-      nearest->cells_cam.push_back(p_cam);
-      nearest->cells.emplace_back(x, y);
-      const auto cell = PixelBox{static_cast<float>(u), static_cast<float>(v),
-                                 static_cast<float>(u + kStep), static_cast<float>(v + kStep)};
-      nearest->box = nearest->cells.size() == 1 ? cell : nearest->box | cell;
+      visit(x, y, camera.unproject(camera.undistort(Vec2(u, v)), depth_m));
     }
   }
+}
+
+/// Gives each cell with depth to the track that it lies nearest to.
+void assign_cells(const InstanceView& seen, const GreyImage& ids, const Thumbnail& thumbnail,
+                  const Camera& camera, std::vector<Seed>& seeds) {
+  constexpr int kStep = Thumbnail::kStep;
+  each_cell(seen, ids, thumbnail, camera, [&](int x, int y, const Vec3& p_cam) {
+    const auto nearest = std::ranges::min_element(
+        seeds, {}, [&](const Seed& c) { return distance_m(p_cam, c.centre_cam); });
+    if (distance_m(p_cam, nearest->centre_cam) > kReach_m) return;
+    nearest->cells_cam.push_back(p_cam);
+    nearest->cells.emplace_back(x, y);
+    const float u = static_cast<float>(x * kStep), v = static_cast<float>(y * kStep);
+    const PixelBox cell{u, v, u + kStep, v + kStep};
+    nearest->box = nearest->cells.size() == 1 ? cell : nearest->box | cell;
+  });
+}
+
+/// What lies before all of them and beyond their reach is somebody who comes between, if it is
+/// enough of a body. (What lies behind is as often a desk that the network took along.)
+void add_newcomer(const InstanceView& seen, const GreyImage& ids, const ObjectFrame& frame,
+                  const Camera& camera, std::vector<Seed>& seeds) {
+  std::vector<Vec3> beyond_cam;
+  double area_m2 = 0;
+  each_cell(seen, ids, frame.in.thumbnail, camera, [&](int, int, const Vec3& p_cam) {
+    const bool is_near = std::ranges::any_of(
+        seeds, [&](const Seed& s) { return distance_m(p_cam, s.centre_cam) <= kReach_m; });
+    if (is_near) return;
+    area_m2 +=
+        Thumbnail::kStep * p_cam.z() / camera.fx() * Thumbnail::kStep * p_cam.z() / camera.fy();
+    beyond_cam.push_back(p_cam);
+  });
+  if (beyond_cam.size() < kMinCells || area_m2 < kNewcomer_m2) return;
+  const Vec3 centre_cam = axis_quantile(beyond_cam, 0.5);
+  const bool is_before =
+      std::ranges::all_of(seeds, [&](const Seed& s) { return centre_cam.z() < s.centre_cam.z(); });
+  if (is_before) seeds.emplace_back(centre_cam);
 }
 
 /// Drops who has too few cells, or whose cells are no other body's; what they had stays unshared.
@@ -189,6 +220,7 @@ SplitInstances split_merged_instances(std::vector<InstanceView> instances, GreyI
   const SE3 T_odom_camera = frame.in.T_camera_odom.inverse();
   for (InstanceView& seen : instances) {
     std::vector<Seed> seeds = seeds_on(seen, frame, tracks);
+    if (!seeds.empty()) add_newcomer(seen, result.ids, frame, camera, seeds);
     if (seeds.size() > 1) {
       assign_cells(seen, result.ids, frame.in.thumbnail, camera, seeds);
       keep_bodies(seeds);

@@ -14,7 +14,7 @@ struct SplitInstances {
 };
 
 /// A person that covers several tracks seen a moment ago becomes one for each of them, less sure
-/// where it shows little of a body.
+/// where it shows little of a body. What is before them and out of their reach is a part, too.
 /// @param frame the mask's own.
 [[nodiscard]] SplitInstances split_merged_instances(std::vector<InstanceView> instances,
                                                     GreyImage ids, const ObjectFrame& frame,

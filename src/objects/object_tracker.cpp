@@ -116,7 +116,7 @@ void ObjectTracker::take_mask(const Segmentation& masks) {
     int key = association.track_of[s];
     if (key < 0 && instances[s].score >= kMinNewScore)
       key = add_track(instances[s].class_id, instances[s].appearance, frame->in.stamp);
-    if (key >= 0) see(instances[s], points_on[s], key, *frame);
+    if (key >= 0) see(instances[s], points_on[s], ids, key, *frame);
   }
   for (auto& [key, track] : tracks_)
     if (track.seen != frame->in.stamp && frame->place.contains(key))
@@ -125,14 +125,14 @@ void ObjectTracker::take_mask(const Segmentation& masks) {
 }
 
 /// An instance of the mask of this frame shows this track.
-void ObjectTracker::see(const InstanceView& instance, const PointIndices& points_on, int key,
-                        ObjectFrame& frame) {
+void ObjectTracker::see(const InstanceView& instance, const PointIndices& points_on,
+                        const GreyImage& ids, int key, ObjectFrame& frame) {
   const bool covered = std::any_of(frame.place.begin(), frame.place.end(), [&](const auto& other) {
     return other.first != key &&
            (other.second.box & instance.box).area() >= kCoveredShare * instance.box.area() &&
            frame.depth_m(other.second.centre_odom) < instance.depth_m;
   });
-  tracks_.at(key).see(instance, frame, covered, frame.place[key]);
+  tracks_.at(key).see(instance, frame, ids, covered, frame.place[key]);
   std::replace(frame.track_of.begin(), frame.track_of.end(), key, -1);
   for (const std::uint32_t i : points_on) frame.track_of[i] = key;
 }

@@ -31,8 +31,8 @@ class ObjectTracker {
   void add_frame(ObjectInput input);
   void carry(const ObjectFrame& from, ObjectFrame& to) const;
   void take_mask(const Segmentation& masks);
-  void see(const InstanceView& instance, const PointIndices& points_on, int key,
-           ObjectFrame& frame);
+  void see(const InstanceView& instance, const PointIndices& points_on, const GreyImage& ids,
+           int key, ObjectFrame& frame);
   int add_track(int class_id, const Appearance& appearance, Timestamp stamp);
   void take_movers(ObjectFrame& now);
   [[nodiscard]] int track_of_group(const PointIndices& group, const ObjectFrame& now);

@@ -123,6 +123,27 @@ TEST(ObjectTracker, HeadAndLegsAboutABoxAreOnePerson) {
   EXPECT_GT(objects[0].max_world.y() - objects[0].min_world.y(), 1.2);
 }
 
+TEST(ObjectTracker, WhoseHeadAloneIsInTheMaskIsAsLargeAsDepthShows) {
+  for (const bool rest_is_there : {true, false}) {
+    Scene scene;
+    scene.things = {{.centre = {-0.6, 0, 2}, .velocity_mps = {0.4, 0, 0}}};
+    ObjectTracker tracker({}, scene.camera());
+    ASSERT_EQ(run(tracker, scene, 0, 30).size(), 1U);
+    Thing head = scene.things[0];
+    head.centre += Vec3(0, -0.45, -0.01);
+    head.height_m = 0.3;
+    const Thing whole = scene.things[0];
+    scene.things[0].in_mask = false;
+    if (!rest_is_there) scene.things.clear();
+    scene.things.push_back(head);
+    const auto objects = run(tracker, scene, 30, 60);
+    ASSERT_EQ(objects.size(), 1U);
+    EXPECT_EQ(objects[0].id, ObjectId{0});
+    EXPECT_EQ(objects[0].missing_frames, 0);
+    EXPECT_GT(iou(objects[0].box_px, scene.box_of(rest_is_there ? whole : head, 59)), 0.8);
+  }
+}
+
 TEST(ObjectTracker, OneWhoIsAloneIsNotParted) {
   Scene scene;
   scene.things = {{.centre = {-0.5, 0, 2}, .width_m = 0.4},

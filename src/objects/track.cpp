@@ -32,6 +32,8 @@ constexpr double kShowMissed_s = 0.5;     // masks may overlook it for so long
 constexpr double kFade_s = 1;             // and for so long it counts as live
 constexpr double kPresentDepth_m = 0.4;   // surface so near to its depth ...
 constexpr double kPresentShare = 0.15;    // ... fills so much of its box
+constexpr double kPartOfBox = 0.5;        // a smaller instance is a part of it ...
+constexpr double kStillThere = 0.4;       // ... where its box has so much surface no mask shows
 constexpr double kMinVisibleShare = 0.1;  // of its box in the image
 
 constexpr double kRestMovingShare = 0.1;  // fewer of its judged points move: it rests ...
@@ -171,12 +173,17 @@ TrackPlace Track::carried(const TrackPlace& before, const ObjectFrame& from, con
   return result;
 }
 
-void Track::see(const InstanceView& instance, const ObjectFrame& frame, bool covered,
-                TrackPlace& place_then) {
+void Track::see(const InstanceView& instance, const ObjectFrame& frame, const GreyImage& ids,
+                bool covered, TrackPlace& place_then) {
   class_id = instance.class_id;  // an unknown mover that the network now knows
   missing_frames = 0;
   seen = frame.in.stamp;
   evidence_ += instance.score;
+  if (is_confirmed() && instance.box.area() < kPartOfBox * place_then.box.area()) {
+    // The network found a part of it. Where depth shows the rest, it is where it was going.
+    const SurfaceShare bare = surface_at(frame, place_then, &ids);
+    if (bare.cells > 0 && bare.there >= kStillThere * bare.cells) return;
+  }
   if (!covered) appearance.blend(instance.appearance, kAppearanceShare);
   place_then.box = instance.box;
   if (!instance.has_depth) return;

@@ -59,8 +59,9 @@ struct Track {
                                    const ObjectFrame& to, const PointIndices& on_it,
                                    const Camera& camera) const;
   /// A mask shows it in a frame. @param covered another track, which is nearer, hides a part of it.
-  void see(const InstanceView& instance, const ObjectFrame& frame, bool covered,
-           TrackPlace& place_then);
+  /// @param ids of the mask.
+  void see(const InstanceView& instance, const ObjectFrame& frame, const GreyImage& ids,
+           bool covered, TrackPlace& place_then);
   /// A mask does not show it. Where its place is in plain view that speaks against it.
   /// @param ids of the mask.
   void overlook(const ObjectFrame& frame, const TrackPlace& place_then, const GreyImage& ids);

@@ -235,6 +235,12 @@ class Truth:
                           "odd": at[odd & ~around]}}
 
 
+def cell_centres(points):
+    """pyoctomap 1.2.2 gives cells of the smallest size half a cell off in all three directions, larger leaves as they
+    are: both lie nearest to the same cell's three quarters."""
+    return (np.rint(np.reshape(points, (-1, 3)) / CELL_M - 0.75) + 0.5) * CELL_M
+
+
 class Plan:
     """Cells with their middles on the truth's ground."""
 
@@ -252,8 +258,7 @@ class Plan:
 
     @staticmethod
     def of_octree(tree, raster):
-        occupied, empty = tree.extractPointCloud()
-        occupied, empty = np.reshape(occupied, (-1, 3)), np.reshape(empty, (-1, 3))
+        occupied, empty = map(cell_centres, tree.extractPointCloud())
         heights = occupied[:, 2]
         cells = np.full(raster.shape, UNKNOWN)
         floor = np.concatenate([empty[(empty[:, 2] < 0.3) & (empty[:, 2] > -0.3)],

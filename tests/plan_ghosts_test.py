@@ -73,5 +73,23 @@ class PlanVerdicts(unittest.TestCase):
         self.assertGreater(inside.sum(), 200, "table tops are more than their edges")
 
 
+class OctoMapCells(unittest.TestCase):
+    def test_each_cell_comes_back_from_the_package(self):
+        """Single ones, and eight that it has made one leaf."""
+        try:
+            import pyoctomap
+        except ImportError:
+            self.skipTest("no pyoctomap")
+        tree = pyoctomap.OcTree(pg.CELL_M)
+        block = [(x, y, z) for x in range(4) for y in range(-4, 0) for z in range(8, 12)]
+        wanted = {*map(tuple, np.random.default_rng(1).integers(-20, 20, (300, 3)).tolist()), *block}
+        for cell in wanted:
+            for _ in range(12):  # until it is at the bound, as leaves that become one must be
+                tree.updateNode([(k + 0.5) * pg.CELL_M for k in cell], True)
+        occupied, _ = tree.extractPointCloud()
+        found = np.floor(pg.cell_centres(occupied) / pg.CELL_M + 1e-6).astype(int)
+        self.assertEqual({*map(tuple, found.tolist())}, wanted)
+
+
 if __name__ == "__main__":
     unittest.main()

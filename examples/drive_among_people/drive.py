@@ -1,12 +1,14 @@
-"""A robot with a camera drives through a rendered crowd to ten goals, planning on YG-SLAM's room and forecasts, and once
-more on the hits and misses of its depth alone, as planners do that know no people.
+"""A robot with a camera drives through a rendered crowd to ten goals, planning on YG-SLAM's plan and forecasts, and once
+more on the hits and misses of its depth alone, as planners do that know no people (`ghosts`: on the floor; `octomap`:
+OctoMap itself, by pyoctomap).
 
     PYTHONPATH=build/release/python .venv/bin/python examples/drive_among_people/drive.py out/drive \
-        --ygslam build/release/ygslam --seeds 1-20
+        --ygslam build/release/ygslam --seeds 1-20 [--plans ygslam octomap] [--film]
 
 Needs PyYAML and Pillow (`make setup` has them).
 
-Each seed is driven both ways; a line of JSON each in out/drive/drives.jsonl, and a picture. The world does not wait and
+Each seed is driven with each plan; a line of JSON each in out/drive/drives.jsonl, a picture, and with --film a moving
+one of the plans side by side (drive_1.webp). The world does not wait and
 its people do not step aside: they walk into a robot that stands. Poses are YG-SLAM's in both cases; the robot's wheels
 do exactly what they are told, and tell the tracker. A contact: a person's middle within 0.45 m of the robot's, or
 furniture within its radius; it was driven into where the robot moved towards it. Somebody was not known where no live
@@ -23,7 +25,8 @@ import yaml
 import ygslam
 from PIL import Image, ImageDraw
 
-from ghosts import RayGrid
+from film import film
+from ghosts import OctoMapGrid, RayGrid
 from planner import OCCUPIED, Grid, coarser, cost_of, grown, path_to, velocity_of
 from rendered import FPS, Camera, Truth, pose_of, world_of
 
@@ -31,6 +34,8 @@ CROWD = Path(__file__).resolve().parents[2] / "configs" / "worlds" / "crowd.yaml
 RADIUS_M, SPEED_MPS, TURN_RPS, ACCELERATION_MPS2 = 0.25, 0.6, 1.0, 1.5
 PERSON_M, REACHED_M, MOST_S = 0.2, 0.35, 240
 HORIZONS_S = (0, 0.5, 1, 1.5, 2)
+SHOT_S = 0.5
+DEPTH_ALONE = {"ghosts": RayGrid, "octomap": OctoMapGrid}
 
 
 def forecasts(objects, T_floor_world):
@@ -101,7 +106,8 @@ def intrinsics(sequence, width=320, height=240):
             "cy": (cy + 0.5) * height / h - 0.5, "width": width, "height": height}
 
 
-def drive(options, seed, ghosts, folder):
+def drive(options, seed, kind, folder):
+    ghosts = kind in DEPTH_ALONE
     world = folder / "world.yaml"
     world.write_text(yaml.safe_dump(world_of(CROWD, seed)), "utf-8")
     truth = Truth(options.ygslam, world, folder / "truth", MOST_S)
@@ -112,7 +118,7 @@ def drive(options, seed, ghosts, folder):
     pinhole = ygslam.CameraModel(**intrinsics(folder / "truth"))
     T_true_world = pose_of(*robot.at, robot.yaw)  # the map begins at the first camera
     slam = ygslam.Slam(pinhole, segmenter="builtin", deterministic=True)
-    rays, room, path, track, lost, standing = RayGrid(start), None, [], [], 0, 0
+    rays, room, path, track, lost, standing = DEPTH_ALONE.get(kind, RayGrid)(start), None, [], [], 0, 0
     shots, T_before = [], pose_of(*robot.at, robot.yaw)
     for k in range(MOST_S * FPS):
         T_now = pose_of(*robot.at, robot.yaw)
@@ -134,9 +140,9 @@ def drive(options, seed, ghosts, folder):
             rays.add(depth, pinhole, T_floor_camera)
         if k % 2 == 0:
             people = [] if ghosts else forecasts(result.objects, T_true_world)
-            if not ghosts and (room is None or k % FPS == 0):
-                room = room_grid(slam.room(), T_true_world)
-            grid = (rays.grid() if ghosts else room).around([here, goals[0]])
+            if room is None or k % 6 == 0:
+                room = rays.grid() if ghosts else grid_of(slam.plan(), T_true_world)
+            grid = room.around([here, goals[0]])
             cost = cost_of(grid, here, RADIUS_M, SPEED_MPS, people)
             path = path_to(grid, cost, here, goals[0])
         target = next((p for p in path if np.linalg.norm(p - here) > 0.5), path[-1] if path else here)
@@ -148,10 +154,10 @@ def drive(options, seed, ghosts, folder):
             far = np.linalg.norm(target - here) > 0.2
             robot.move(velocity, np.arctan2(*(target - here)[::-1]) if far else robot.yaw)
         standing += np.linalg.norm(robot.velocity) < 0.05
-        if k % (FPS // 2) == 0:
+        if options.film and k % round(FPS * SHOT_S) == 0:
             shots.append((rgb, grid, path, people, here, goals[0], truth.people[k]))
     camera.close()
-    line = {"seed": seed, "plan": "ghosts" if ghosts else "ygslam", "goals": options.goals - len(goals),
+    line = {"seed": seed, "plan": kind, "goals": options.goals - len(goals),
             "seconds": round(len(track) / FPS, 1), "standing_s": round(standing / FPS, 1), "lost_frames": lost,
             "metres": round(float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum()), 1),
             "driven_into_people": contacts.driven, "walked_into": contacts.walked, "unseen": contacts.unseen,
@@ -160,17 +166,15 @@ def drive(options, seed, ghosts, folder):
                   "goals": truth.goals(options.goals, seed)}
 
 
-def room_grid(room, T_true_world):
-    """The room's plan in the building's axes, 10 cm."""
-    plan = room.occupancy(0.1, 1.5)
-    if plan.cells.size == 0:
-        return Grid(np.full((2, 2), -1, np.int8), (0, 0), 0.1)
+def grid_of(plan, T_true_world):
+    """The library's plan in the building's axes, 10 cm."""
+    nothing = Grid(np.full((2, 2), -1, np.int8), (0, 0), 0.1)
+    if plan is None or not (plan.cells != -1).any():  # no floor was seen yet
+        return nothing
     T = T_true_world @ plan.T_world_floor
     fine = Grid(plan.cells, plan.origin_m, plan.resolution_m)
     places = np.concatenate([fine.middles(), np.zeros((*plan.cells.shape, 1))], axis=2) @ T[:3, :3].T + T[:3, 3]
     known = plan.cells != -1
-    if not known.any():
-        return Grid(np.full((2, 2), -1, np.int8), (0, 0), 0.1)
     low = places[known][:, :2].min(axis=0)
     size = np.ceil((places[known][:, :2].max(axis=0) - low) / plan.resolution_m).astype(int)[::-1] + 1
     cells = np.full(size, -1, np.int8)
@@ -213,27 +217,32 @@ def main():
     parser.add_argument("--ygslam", required=True)
     parser.add_argument("--seeds", default="1-1")
     parser.add_argument("--goals", type=int, default=10)
-    parser.add_argument("--only", choices=["ygslam", "ghosts"])
+    parser.add_argument("--plans", nargs="+", choices=["ygslam", *DEPTH_ALONE], default=["ygslam", "ghosts"])
+    parser.add_argument("--film", action="store_true")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     results = options.out / "drives.jsonl"
     lines = [json.loads(line) for line in results.read_text("utf-8").splitlines()] if results.exists() else []
     first, last = (int(s) for s in (options.seeds.split("-") * 2)[:2])
     for seed in range(first, last + 1):
-        for plan in [options.only] if options.only else ["ygslam", "ghosts"]:
+        films = {}
+        for plan in options.plans:
             if any(line["seed"] == seed and line["plan"] == plan for line in lines):
                 continue
             folder = Path(tempfile.mkdtemp())
-            line, seen = drive(options, seed, plan == "ghosts", folder)
+            line, seen = drive(options, seed, plan, folder)
             shutil.rmtree(folder)
             lines.append(line)
             with results.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
             title = ", ".join(f"{key} {value}" for key, value in line.items())
             picture(seen, title).save(options.out / f"drive_{seed}_{plan}.png")
+            films[f"{plan}: {line['driven_into_people']} driven into, {line['walked_into']} walked into"] = seen["shots"]
+        if options.film and films:
+            film(films, options.out / f"drive_{seed}.webp", SHOT_S)
     print("| plan | drives | goals | contacts: driven into people | walked into by people | by somebody not known then | furniture | metres | seconds "
           "| standing |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|")
-    for plan in ("ygslam", "ghosts"):
+    for plan in ("ygslam", *DEPTH_ALONE):
         mine = [line for line in lines if line["plan"] == plan]
         if mine:
             total = {key: sum(line[key] for line in mine) for key in mine[0] if key not in ("plan", "seed")}

@@ -46,3 +46,35 @@ class RayGrid:
     def grid(self):
         cells = np.where(self.seen, np.where(self.odds > 0, OCCUPIED, FREE), UNKNOWN)
         return Grid(cells.astype(np.int8), self.origin, CELL_M)
+
+
+class OctoMapGrid:
+    """The plan of OctoMap itself, with its defaults (package pyoctomap)."""
+
+    def __init__(self, _):
+        import pyoctomap
+        self.tree = pyoctomap.OcTree(CELL_M)
+
+    def add(self, depth_m, camera, T_floor_camera):
+        v, u = np.mgrid[1:depth_m.shape[0]:3, 1:depth_m.shape[1]:3]
+        z = depth_m[v, u].astype(float)
+        rays = np.stack([(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z], axis=-1)[z > 0]
+        points = rays @ T_floor_camera[:3, :3].T + T_floor_camera[:3, 3]
+        self.tree.insertPointCloud(points, np.ascontiguousarray(T_floor_camera[:3, 3]), REACH_M)
+
+    def grid(self):
+        # pyoctomap 1.2.2 gives cells of the smallest size half a cell off, larger leaves as they are.
+        occupied, empty = ((np.rint(np.reshape(points, (-1, 3)) / CELL_M - 0.75) + 0.5) * CELL_M
+                           for points in self.tree.extractPointCloud())
+        stands = (occupied[:, 2] > 0.1) & (occupied[:, 2] < 1.5)
+        floor = np.concatenate([empty[np.abs(empty[:, 2]) < 0.3], occupied[np.abs(occupied[:, 2]) <= 0.1]])
+        known = np.concatenate([occupied[stands], floor])
+        if not len(known):
+            return Grid(np.full((2, 2), UNKNOWN, np.int8), (0, 0), CELL_M)
+        origin = np.floor(known[:, :2].min(axis=0) / CELL_M) * CELL_M
+        shape = np.ceil((known[:, :2].max(axis=0) - origin) / CELL_M).astype(int)[::-1] + 1
+        cells = np.full(shape, UNKNOWN, np.int8)
+        for points, what in ((floor, FREE), (occupied[stands], OCCUPIED)):
+            x, y = np.floor((points[:, :2] - origin) / CELL_M).astype(int).T
+            cells[y, x] = what
+        return Grid(cells, origin, CELL_M)

@@ -179,8 +179,19 @@ void DenseMap::note_in_plan(DenseViewId id, const std::optional<SE3>& T_world_be
   if (!T_world_before)
     plan_.observe(fused_.observed_space(id));
   else if (distance_m(*T_world_before, now->T_world_camera) > loose_m(config_))
-    plan_.reobserve(fused_.observed_space(id));
+    plan_.reobserve(fused_.observed_space(id), observed_after(now->stamp));
   planned_ = std::max(planned_, views_.at(id).stamp);
+}
+
+std::vector<const SeenSpace*> DenseMap::observed_after(Timestamp stamp) {
+  std::vector<std::pair<Timestamp, DenseViewId>> later;
+  for (const DenseViewId id : fused_.ids())
+    if (const Timestamp its = fused_.find(id)->stamp; its > stamp) later.emplace_back(its, id);
+  std::sort(later.rbegin(), later.rend());
+  std::vector<const SeenSpace*> seen;
+  seen.reserve(later.size());
+  for (const auto& [its, id] : later) seen.push_back(&fused_.observed_space(id));
+  return seen;
 }
 
 bool DenseMap::wants_floor() const {

@@ -92,6 +92,8 @@ class DenseMap {
   void note_in_plan(const DenseView& dropped);
   /// @param T_world_before where the view was in the map; nullopt: it was not.
   void note_in_plan(DenseViewId id, const std::optional<SE3>& T_world_before);
+  /// Of the views that came later, the newest first; until something is put in or taken out.
+  [[nodiscard]] std::vector<const SeenSpace*> observed_after(Timestamp stamp);
   void update_plan();
   void take_in_new_frames();
   /// Of all views that have a place and were judged.

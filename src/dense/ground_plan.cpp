@@ -20,6 +20,18 @@ bool is_too_large(std::int64_t width, std::int64_t height) {
   return width * height > kMostTiles;
 }
 
+/// That see through the cell in a row, the newest first.
+std::uint8_t views_through(const Eigen::Vector3i& cell,
+                           const std::vector<const SeenSpace*>& views) {
+  std::uint8_t count = 0;
+  for (const SeenSpace* view : views) {
+    const CellObservation seen = view->at(cell);
+    if (seen == CellObservation::kHit || count == kMostThrough) break;
+    if (seen == CellObservation::kThrough) ++count;
+  }
+  return count;
+}
+
 int floored(double x) { return static_cast<int>(std::floor(x)); }
 
 }  // namespace
@@ -63,15 +75,18 @@ void GroundPlan::observe(const SeenSpace& seen) {
   }
 }
 
-void GroundPlan::reobserve(const SeenSpace& seen) {
+void GroundPlan::reobserve(const SeenSpace& seen, const std::vector<const SeenSpace*>& later) {
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto found = blocks_.find(seen.key(i));
     if (found == blocks_.end()) continue;
     const CellMask& hits = seen.hits(i);
-    for (int cell = 0; cell < kBlockCells; ++cell)
-      if (hits.at(cell % kBlockSide, cell / kBlockSide % kBlockSide,
-                  cell / (kBlockSide * kBlockSide)))
-        found->second.through[static_cast<std::size_t>(cell)] = 0;
+    const Eigen::Vector3i first = block_of(seen.key(i)) * kBlockSide;
+    for (int offset = 0; offset < kBlockCells; ++offset) {
+      const Eigen::Vector3i at(offset % 8, offset / 8 % 8, offset / 64);
+      std::uint8_t& through = found->second.through[static_cast<std::size_t>(offset)];
+      if (through > 0 && hits.at(at.x(), at.y(), at.z()))
+        through = views_through(first + at, later);
+    }
     observed_.push_back(seen.key(i));
   }
 }

@@ -43,8 +43,9 @@ class GroundPlan {
 
   /// What the newest view observed, in the order of views.
   void observe(const SeenSpace& seen);
-  /// What a view observed that was put in anew, at another pose: its surfaces stand again.
-  void reobserve(const SeenSpace& seen);
+  /// What a view observed that was put in anew, at another pose: its surfaces stand again, but
+  /// where those that came later see through. @param later what they observe, the newest first.
+  void reobserve(const SeenSpace& seen, const std::vector<const SeenSpace*>& later);
   /// Where the floor is; without one there is no plan. Little changes are left out, for all columns
   /// are laid anew.
   void set_floor(const Gravity& gravity);

@@ -116,9 +116,30 @@ TEST(GroundPlan, AViewThatIsPutInAnewBringsBackWhatItShows) {
   for (int i = 0; i < 3; ++i) columns.look(kTableTop);
   columns.look(kNothingThere);
   ASSERT_EQ(columns.at(), GroundState::kFree);
-  columns.plan.reobserve(Columns::seen_of(kTableTop, 3, 5));
+  columns.plan.reobserve(Columns::seen_of(kTableTop, 3, 5), {});
   columns.plan.update(columns.space, {});
   EXPECT_EQ(columns.at(), GroundState::kOccupied);
+}
+
+TEST(GroundPlan, AViewThatIsPutInAnewBringsNothingBackThatLaterOnesSeeThrough) {
+  const SeenSpace top = Columns::seen_of(kTableTop, 3, 5);
+  const SeenSpace nothing = Columns::seen_of(kNothingThere, 3, 5);
+  const SeenSpace elsewhere = Columns::seen_of(kTableTop, 4, 5);
+  using Later = std::vector<const SeenSpace*>;  // the newest first
+  for (const auto& [later, expected] :
+       {std::pair{Later{&nothing, &nothing, &top}, GroundState::kFree},
+        std::pair{Later{&nothing, &elsewhere, &nothing}, GroundState::kFree},
+        std::pair{Later{&nothing, &elsewhere}, GroundState::kOccupied},  // one view may err
+        std::pair{Later{&nothing, &top, &nothing}, GroundState::kOccupied},
+        std::pair{Later{&top, &nothing, &nothing}, GroundState::kOccupied}}) {
+    Columns columns;
+    for (int i = 0; i < 5; ++i) columns.look(kTableTop);
+    for (int i = 0; i < 2; ++i) columns.look(kNothingThere);
+    ASSERT_EQ(columns.at(), GroundState::kFree);
+    columns.plan.reobserve(top, later);
+    columns.plan.update(columns.space, {});
+    EXPECT_EQ(columns.at(), expected);
+  }
 }
 
 TEST(GroundPlan, WhatIsTakenBackIsUnknownAgain) {

@@ -88,17 +88,15 @@ void assign_cells(const InstanceView& seen, const GreyImage& ids, const Thumbnai
 void add_newcomer(const InstanceView& seen, const GreyImage& ids, const ObjectFrame& frame,
                   const Camera& camera, std::vector<Seed>& seeds) {
   std::vector<Vec3> beyond_cam;
-  double area_m2 = 0;
   each_cell(seen, ids, frame.in.thumbnail, camera, [&](int, int, const Vec3& p_cam) {
     const bool is_near = std::ranges::any_of(
         seeds, [&](const Seed& s) { return distance_m(p_cam, s.centre_cam) <= kReach_m; });
-    if (is_near) return;
-    area_m2 +=
-        Thumbnail::kStep * p_cam.z() / camera.fx() * Thumbnail::kStep * p_cam.z() / camera.fy();
-    beyond_cam.push_back(p_cam);
+    if (!is_near) beyond_cam.push_back(p_cam);
   });
-  if (beyond_cam.size() < kMinCells || area_m2 < kNewcomer_m2) return;
+  if (beyond_cam.size() < kMinCells) return;
   const Vec3 centre_cam = axis_quantile(beyond_cam, 0.5);
+  const double cell_m = Thumbnail::kStep * centre_cam.z() / camera.fx();
+  if (static_cast<double>(beyond_cam.size()) * cell_m * cell_m < kNewcomer_m2) return;
   const bool is_before =
       std::ranges::all_of(seeds, [&](const Seed& s) { return centre_cam.z() < s.centre_cam.z(); });
   if (is_before) seeds.emplace_back(centre_cam);

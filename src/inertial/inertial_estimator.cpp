@@ -34,7 +34,6 @@ constexpr double kDisagreement = 4 * 22.5;
 constexpr std::size_t kJudgedFrames = 20;
 constexpr double kMostDisagreement = 0.5;  // of them
 constexpr double kTrustedStd_m = 0.1;      // after a second alone
-constexpr double kProven_s = 3;
 
 }  // namespace
 
@@ -177,7 +176,6 @@ void InertialEstimator::try_start(const SeenFrame& frame) {
     window_ = std::move(*window);
     window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
     start_.clear();
-    agrees_since_ = frame.stamp;
     was_trusted_ = is_trusted();
   } else {
     fault_ = std::get<ImuFault>(started);
@@ -201,7 +199,7 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
   if (bias.gyro_radps.norm() > config_.bounds.most_gyro_bias_radps ||
       bias.accel_mps2.norm() > config_.bounds.most_accel_bias_mps2)
     return restart(ImuFault::kBias);
-  if (dated) judge(predicted, {stamp, *dated});
+  if (dated) judge(predicted, *dated);
 }
 
 /// As uncertain as it is when it was seen: what the camera moves in the time between.
@@ -217,13 +215,11 @@ SeenPose InertialEstimator::with_unsure_time(SeenPose seen, const InertialState&
   return seen;
 }
 
-void InertialEstimator::judge(const UncertainState& predicted, const SeenFrame& seen) {
-  const auto [residual, by_pose] = linear(seen.pose, predicted.state);
+void InertialEstimator::judge(const UncertainState& predicted, const SeenPose& seen) {
+  const auto [residual, by_pose] = linear(seen, predicted.state);
   const Mat6 covariance =
-      by_pose * predicted.covariance.topLeftCorner<6, 6>() * by_pose.transpose() +
-      seen.pose.covariance;
+      by_pose * predicted.covariance.topLeftCorner<6, 6>() * by_pose.transpose() + seen.covariance;
   disagreed_.push_back(residual.dot(covariance.ldlt().solve(residual)) > kDisagreement);
-  if (disagreed_.back()) agrees_since_ = seen.stamp;
   if (disagreed_.size() > kJudgedFrames) disagreed_.pop_front();
   const auto count = std::count(disagreed_.begin(), disagreed_.end(), true);
   if (static_cast<double>(count) > kMostDisagreement * kJudgedFrames) restart(ImuFault::kDisagrees);
@@ -246,8 +242,7 @@ std::optional<InertialPrediction> InertialEstimator::predict(Timestamp stamp) co
   const auto reading = samples_.reading(stamp);
   if (!now || !reading) return std::nullopt;
   InertialPrediction result{.T_odom_camera = now->state.T_odom_imu * T_imu_camera_,
-                            .trusted = was_trusted_,
-                            .proven = seconds_between(stamp, agrees_since_) > kProven_s};
+                            .trusted = was_trusted_};
   // Of the state's errors, those of T_odom_imu exp(error); from there to the camera's.
   Mat6 by_state = Mat6::Zero();
   by_state.block<3, 3>(0, kPosition) = now->state.T_odom_imu.R().transpose();

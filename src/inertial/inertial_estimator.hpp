@@ -55,8 +55,6 @@ class InertialEstimator {
   [[nodiscard]] bool started() const { return window_.has_value(); }
   /// A second alone would take the camera nowhere: what predict() says may stand for vision.
   [[nodiscard]] bool is_trusted() const;
-  /// It is not to be believed any more: begins anew.
-  void drop(ImuFault why) { restart(why); }
   /// Why the IMU was dropped since this was last asked; it starts anew by itself.
   [[nodiscard]] ImuFault take_fault() { return std::exchange(fault_, ImuFault::kNone); }
 
@@ -85,7 +83,7 @@ class InertialEstimator {
   void go_on(Timestamp stamp, const std::optional<SeenPose>& seen);
   [[nodiscard]] SeenPose with_unsure_time(SeenPose seen, const InertialState& state,
                                           const Preintegration& measured) const;
-  void judge(const UncertainState& predicted, const SeenFrame& seen);
+  void judge(const UncertainState& predicted, const SeenPose& seen);
   [[nodiscard]] std::optional<UncertainState> moved(Timestamp stamp) const;
   [[nodiscard]] StateWalk walk() const;
 
@@ -104,7 +102,6 @@ class InertialEstimator {
   std::optional<InertialWindow> window_;
   std::deque<bool> disagreed_;  // of the last seen frames
   bool was_trusted_ = false;    // at the last seen frame
-  Timestamp agrees_since_;      // without one that disagreed
   ImuFault fault_ = ImuFault::kNone;
 };
 

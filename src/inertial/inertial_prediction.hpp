@@ -13,7 +13,6 @@ struct InertialPrediction {
   /// When vision was last there, a second alone would have taken the camera nowhere: this may stand
   /// for vision.
   bool trusted = false;
-  bool proven = false;  ///< what was predicted has been seen for seconds, frame after frame
 };
 
 }  // namespace ygslam

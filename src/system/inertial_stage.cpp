@@ -36,7 +36,6 @@ void InertialStage::reset() {
   estimator_.reset();
   if (config_) estimator_.emplace(*config_);
   had_pose_ = started_ = false;
-  contradicted_s_ = 0;
 }
 
 void InertialStage::add(const ImuSample& sample) {
@@ -58,19 +57,7 @@ void InertialStage::take(Timestamp stamp, const TrackResult& result) {
   } else {
     estimator_->add_frame(stamp, visual_pose(result));
   }
-  weigh_contradiction(stamp, result);
   tell();
-}
-
-/// Something that fills the view and moves goes by; an IMU that errs goes on.
-void InertialStage::weigh_contradiction(Timestamp stamp, const TrackResult& result) {
-  constexpr double kMost_s = 4;
-  const double step_s = seconds_between(stamp, std::exchange(last_, stamp));
-  if (result.contradicts_imu) contradicted_s_ += step_s;
-  if (is_seen(result.state)) contradicted_s_ = std::max(0.0, contradicted_s_ - step_s);
-  if (contradicted_s_ < kMost_s) return;
-  contradicted_s_ = 0;
-  estimator_->drop(ImuFault::kDisagrees);
 }
 
 void InertialStage::tell() {

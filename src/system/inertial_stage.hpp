@@ -21,15 +21,12 @@ class InertialStage {
   void reset();
 
  private:
-  void weigh_contradiction(Timestamp stamp, const TrackResult& result);
   void tell();
 
   std::optional<InertialConfig> config_;
   std::optional<InertialEstimator> estimator_;
-  bool had_pose_ = false;      // in the last frame
-  double contradicted_s_ = 0;  // and not agreed with since
-  Timestamp last_;             // frame
-  bool started_ = false;       // told
+  bool had_pose_ = false;  // in the last frame
+  bool started_ = false;   // told
 };
 
 }  // namespace ygslam

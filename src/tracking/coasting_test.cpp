@@ -39,7 +39,7 @@ InertialPrediction prediction(double std_m, double unseen_s = 1) {
   InertialPrediction predicted;
   predicted.covariance = Mat6::Identity() * std_m * std_m;
   predicted.unseen_s = unseen_s;
-  predicted.trusted = predicted.proven = true;
+  predicted.trusted = true;
   return predicted;
 }
 
@@ -62,17 +62,6 @@ TEST(InertialVerdict, AgreesWithWhatLiesWithinItsCovariance) {
   EXPECT_FALSE(verdict(0, false).may_coast);
   EXPECT_FALSE(verdict_of(std::nullopt, SE3(), SE3()).may_coast);
   EXPECT_FALSE(verdict_of(prediction(1), std::nullopt, SE3()).agrees);
-}
-
-TEST(InertialVerdict, ATrustedPredictionContradictsWhatLiesElsewhere) {
-  EXPECT_TRUE(verdict_of(prediction(0.02), moved_by(0.3), SE3()).contradicts);
-  EXPECT_FALSE(verdict_of(prediction(0.02), moved_by(0.05), SE3()).contradicts);
-  EXPECT_FALSE(verdict_of(prediction(0.02), std::nullopt, SE3()).contradicts);
-  InertialPrediction unsure = prediction(0.02), young = unsure;
-  unsure.trusted = false;
-  young.proven = false;
-  EXPECT_FALSE(verdict_of(unsure, moved_by(0.3), SE3()).contradicts);
-  EXPECT_FALSE(verdict_of(young, moved_by(0.3), SE3()).contradicts);
 }
 
 }  // namespace

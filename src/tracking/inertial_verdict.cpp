@@ -34,11 +34,9 @@ std::optional<InertialPrediction> while_certain(const std::optional<InertialPred
 InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,
                            const std::optional<SE3>& T_camera_world, const SE3& T_guess_world) {
   if (!inertial) return {};
-  InertialVerdict verdict{inertial->trusted, false, false};
-  if (!T_camera_world) return verdict;
-  verdict.agrees = is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log());
-  verdict.contradicts = verdict.may_coast && inertial->proven && !verdict.agrees;
-  return verdict;
+  return {
+      inertial->trusted,
+      T_camera_world && is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log())};
 }
 
 }  // namespace ygslam

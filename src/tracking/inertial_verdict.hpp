@@ -10,8 +10,6 @@ namespace ygslam {
 struct InertialVerdict {
   bool may_coast = false;  ///< the prediction may stand for a pose
   bool agrees = false;     ///< the pose that was found lies where it was predicted
-  /// It does not, and the prediction is good: what was followed is not the world.
-  bool contradicts = false;
 };
 
 /// Of all three axes together.

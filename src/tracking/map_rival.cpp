@@ -29,23 +29,17 @@ bool MapRival::is_wanted(const std::optional<PoseResult>& followed, const LocalV
 }
 
 std::optional<PoseResult> MapRival::step(const Input& in) const {
-  auto rival = at_prediction(in);
-  if (!rival) return std::nullopt;
+  auto rival =
+      estimator_.match_predicted(all_points(in.seen, in.evidence), in.view, in.T_guess_world);
+  if (!rival || rival->landmark_inliers < kFewest) return std::nullopt;
   if (in.followed) {
     const bool is_same =
         centre_distance_m(rival->T_camera_world, in.followed->T_camera_world) < kApart_m;
     if (is_same || rival->landmark_inliers < kMore * in.followed->landmark_inliers)
       return std::nullopt;
   }
+  rival->contested = rival->inliers < kSure;
   return rival;
-}
-
-std::optional<PoseResult> MapRival::at_prediction(const Input& in) const {
-  auto pose =
-      estimator_.match_predicted(all_points(in.seen, in.evidence), in.view, in.T_guess_world);
-  if (!pose || pose->landmark_inliers < kFewest) return std::nullopt;
-  pose->contested = pose->inliers < kSure;
-  return pose;
 }
 
 }  // namespace ygslam

@@ -29,8 +29,6 @@ class MapRival {
                                       const LocalView& view);
   /// @return nullopt: the pose that was followed stands. One that rests on few points is contested.
   [[nodiscard]] std::optional<PoseResult> step(const Input& in) const;
-  /// The pose by the map alone, whatever was followed.
-  [[nodiscard]] std::optional<PoseResult> at_prediction(const Input& in) const;
 
  private:
   const PoseEstimator& estimator_;

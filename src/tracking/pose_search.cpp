@@ -75,12 +75,11 @@ FoundPose PoseSearch::follow(const FrameFeatures& seen, const From& from, const 
 
 FoundPose PoseSearch::held_against_map(ObservedFrame& now, FoundPose found, const From& from,
                                        const Guess& guess) const {
-  const bool contradicted = verdict_on(found.pose, guess).contradicts;
-  if (!contradicted && !map_rival_.is_wanted(found.pose, from.view)) return found;
+  if (!map_rival_.is_wanted(found.pose, from.view)) return found;
   const MapRival::Input in{found.pose, found.seen, now.evidence.points, from.view,
                            guess.T_guess_world};
-  auto rival = contradicted ? map_rival_.at_prediction(in) : map_rival_.step(in);
-  if (!rival || (contradicted && !verdict_on(rival, guess).agrees)) return found;
+  auto rival = map_rival_.step(in);
+  if (!rival) return found;
   const SE3 T_now_last = rival->T_camera_world * guess.T_last_world.inverse();
   now.evidence = tools_.classifier.held_against(std::move(now.evidence), T_now_last);
   now.labels = tools_.classifier.classify(now.evidence);

@@ -53,7 +53,7 @@ class PoseSearch {
                                                       const LocalView& view, Rng& rng) {
     return relocalizer_.step(seen, view, rng);
   }
-  /// Where what was followed says little, or other than an IMU: the map's pose, if it has another.
+  /// Where what was followed says little: the map's pose, if it has another.
   /// @param now labelled anew then.
   [[nodiscard]] FoundPose held_against_map(ObservedFrame& now, FoundPose found, const From& from,
                                            const Guess& guess) const;

@@ -28,8 +28,6 @@ const char* to_string(TrackState state) {
 
 TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const PoseJump& jump,
                                   const InertialVerdict& inertial) {
-  const bool was_lost = state_ == TrackState::kLost;
-  if (inertial.contradicts && !was_lost) return state_ = TrackState::kCoasting;
   const TrackState by_vision = judge(pose, jump, inertial.agrees);
   const bool coasts = by_vision == TrackState::kLost && inertial.may_coast;
   state_ = coasts ? TrackState::kCoasting : by_vision;

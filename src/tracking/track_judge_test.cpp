@@ -152,14 +152,6 @@ TEST(TrackJudge, APlaceThatAnImuPredictedNeedsNoProof) {
   EXPECT_EQ(elsewhere.next_state(pose_of(kMany), {}, kCarries), kTracking);
 }
 
-TEST(TrackJudge, APoseThatAGoodImuContradictsIsNone) {
-  constexpr InertialVerdict kContradicts{true, false, true};
-  TrackJudge judge = tracking();
-  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, kContradicts), kCoasting);
-  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, kContradicts), kCoasting);
-  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, {}), kTracking) << "the IMU was dropped";
-}
-
 TEST(TrackJudge, AWeakPoseMayJumpToWhereAnImuPredictedIt) {
   const PoseJump far{2 * kLimits.max_jump_m, 0, 0.03};
   EXPECT_EQ(tracking().next_state(pose_of(kFew), far), kLost);

@@ -31,7 +31,6 @@ struct TrackResult {
   /// matched with: what odometry or map have drifted is not in it. None of the first frame, nor
   /// while lost.
   std::optional<Mat6> covariance{};
-  bool contradicts_imu = false;  ///< coasting: it sees another pose than the IMU says
   double correction_m = 0;      ///< how far a change of T_world_odom moved the camera in this frame
   KeyframeRelativePose pose{};  ///< follows later corrections of the map
   ReadOut read_out{};           ///< that the features were brought to the middle instant with

@@ -114,7 +114,7 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
   const InertialVerdict verdict = verdict_on(found.pose, guess);
   const TrackState state = judge_.next_state(found.pose, found.jump, verdict);
   if (state == TrackState::kCoasting)
-    return coast(std::move(now), view, guess, verdict.contradicts, std::move(first_keyframe));
+    return coast(std::move(now), view, guess, std::move(first_keyframe));
   if (state == TrackState::kLost)
     return stay_lost(std::move(now), view, T_last_world, std::move(first_keyframe));
 
@@ -183,7 +183,7 @@ TrackResult Tracker::start_in_map(ObservedFrame now, const LocalViewPtr& view) {
 
 /// As an IMU says, for as long as that is good enough.
 TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view,
-                           const PoseSearch::Guess& guess, bool contradicts_imu,
+                           const PoseSearch::Guess& guess,
                            std::optional<KeyframeCandidate> first_keyframe) {
   motion_model_.reset(now.seen.frame->stamp);
   objects_.lose_points();
@@ -194,11 +194,8 @@ TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view,
                 guess.T_guess_world * guess.T_last_world.inverse());
   classifier_.remember(std::move(now.evidence), now.labels.label);
   const FeaturesPtr features = now.seen.features;
-  if (contradicts_imu) {
-    submaps_.forget();  // what it sees is known, and elsewhere: no place to map
-  } else if (auto candidate = map_on(std::move(now.seen), now.labels.too_few_static, view, guess)) {
+  if (auto candidate = map_on(std::move(now.seen), now.labels.too_few_static, view, guess))
     first_keyframe = std::move(candidate);
-  }
   return {.state = TrackState::kCoasting,
           .T_world_camera = place.T_world_camera,
           .T_odom_camera = place.T_odom_camera,
@@ -206,7 +203,6 @@ TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view,
           .provisional = true,
           .unplaced = place.unplaced,
           .covariance = guess.inertial->covariance,
-          .contradicts_imu = contradicts_imu,
           .correction_m = place.correction_m,
           .pose = relative_to_keyframe(guess.T_guess_world, *view),
           .wanted_view = nearest_reference(guess.T_guess_world, *view),

@@ -98,7 +98,7 @@ class Tracker {
                                   const std::optional<InertialPrediction>& inertial,
                                   const LocalViewPtr& view, bool mapper_busy);
   [[nodiscard]] TrackResult coast(ObservedFrame now, const LocalViewPtr& view,
-                                  const PoseSearch::Guess& guess, bool contradicts_imu,
+                                  const PoseSearch::Guess& guess,
                                   std::optional<KeyframeCandidate> first_keyframe);
   /// Coasting it sees what the map does not know: mapping goes on from where the IMU says it is.
   [[nodiscard]] std::optional<KeyframeCandidate> map_on(FrameFeatures seen, bool too_few_static,

@@ -59,7 +59,7 @@ bench: configure ## build and run the benchmarks
 	@cmake --build $(BUILD) -j $(JOBS) --target bench/all
 	@tools/bench.sh $(BUILD)
 
-wheel: setup ## a Python wheel in dist/ that installs without a compiler
+wheel: setup ## Python wheels in dist/ that install without a compiler, one for each CPython that needs its own
 	@.venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements-wheel.txt
 	@.venv/bin/python tools/wheel.py
 

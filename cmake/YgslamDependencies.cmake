@@ -27,7 +27,7 @@ if(NOT OpenVINO_DIR)
     list(GET _openvino_dirs 0 OpenVINO_DIR)
     set(OpenVINO_DIR "${OpenVINO_DIR}" CACHE PATH "OpenVINO's CMake files")
   elseif(SKBUILD)  # beside the Python that builds the wheel
-    find_package(Python 3.11 REQUIRED COMPONENTS Interpreter)
+    find_package(Python 3.10 REQUIRED COMPONENTS Interpreter)
     execute_process(COMMAND ${Python_EXECUTABLE} -c "import openvino; print(openvino.__path__[0])"
                     OUTPUT_VARIABLE _openvino OUTPUT_STRIP_TRAILING_WHITESPACE)
     set(OpenVINO_DIR "${_openvino}/cmake" CACHE PATH "OpenVINO's CMake files")

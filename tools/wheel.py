@@ -1,7 +1,11 @@
 #!/usr/bin/env python3
-"""A wheel in dist/ that installs without a compiler: Debian's libraries are put into it, with their licences.
+"""Wheels in dist/ that install without a compiler: Debian's libraries are put into them, with their licences.
 
-    .venv/bin/python tools/wheel.py            (`make wheel`)
+    .venv/bin/python tools/wheel.py                          (`make wheel`)
+    .venv/bin/python tools/wheel.py --python 3.12            the one for that alone
+
+One wheel serves CPython 3.12 and all later ones (stable ABI), older ones have one each: it is made with every
+CPython of this machine that such a wheel needs. With ccache, library and program are compiled once for all of them.
 
 OpenVINO and the thread pool (TBB) that comes with it stay out: they are a dependency, a wheel of their own.
 """
@@ -12,6 +16,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+
+from pythons import Python, found
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 NOT_OURS = ("libopenvino*", "libtbb*")
@@ -80,20 +86,35 @@ def completed(wheel: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
     return final
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "dist")
-    out = parser.parse_args().out.resolve()
-    out.mkdir(parents=True, exist_ok=True)
+def make_wheel(python: Python, out: pathlib.Path) -> pathlib.Path:
     with tempfile.TemporaryDirectory(prefix="ygslam-wheel-") as name:
         made, repaired, unpacked = (pathlib.Path(name) / part for part in ("made", "repaired", "unpacked"))
         for folder in (repaired, unpacked):
             folder.mkdir()
-        call(sys.executable, "-m", "pip", "wheel", "--no-deps", "-w", made, ROOT)
+        # One build folder for all: ccache knows what does not depend on the Python.
+        call(sys.executable, "-m", "pip", "--python", python.program, "wheel", "--no-deps", "-w", made,
+             f"--config-settings=build-dir={ROOT / 'build' / 'wheel'}", ROOT)
         own, = made.glob("*.whl")
         final = completed(with_libraries(own, repaired), unpacked)
-        shutil.copyfile(final, out / final.name)
-    print(f"written: {os.path.relpath(out / final.name)} ({(out / final.name).stat().st_size / 1e6:.0f} MB)")
+        return pathlib.Path(shutil.copyfile(final, out / final.name))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "dist")
+    parser.add_argument("--python", metavar="VERSION", help="make the wheel for this one alone: 3.12")
+    options = parser.parse_args()
+    first: dict[str, Python] = {}
+    for python in found():
+        if python.headers and options.python in (None, python.name):
+            first.setdefault(python.wheel_tag, python)
+    if not first:
+        sys.exit(f"error: no CPython {options.python or '3.10 or newer'} with its headers in the PATH (python3-dev)")
+    out = options.out.resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    for python in first.values():
+        wheel = make_wheel(python, out)
+        print(f"written: {os.path.relpath(wheel)} ({wheel.stat().st_size / 1e6:.0f} MB)", flush=True)
 
 
 if __name__ == "__main__":

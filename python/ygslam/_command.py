@@ -62,10 +62,10 @@ def _options(options: dict[str, Any]) -> list[str]:
 
 
 def _call(*words: Any) -> str:
-    # In a process group of its own: Ctrl-C is handed on once, for a second one ends it without writing.
+    # In a session of its own: Ctrl-C is handed on once, for a second one ends it without writing.
     with subprocess.Popen([_program(), "--quiet", *map(_word, words)], stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
-                          process_group=0, env=_environment()) as child:
+                          start_new_session=True, env=_environment()) as child:
         try:
             output, said = child.communicate()
         except KeyboardInterrupt:

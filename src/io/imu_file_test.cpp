@@ -243,6 +243,8 @@ TEST(ImuCalibration, IsReadBackToTheBit) {
   EXPECT_EQ(read->accel_range_mps2, 39.2);
   EXPECT_EQ(read->time_offset_s, -0.004);
   EXPECT_LT((read->T_camera_imu.inverse() * imu.T_camera_imu).log().norm(), 1e-12);
+  imu.time_offset_s.reset();
+  EXPECT_FALSE(parse_imu_calibration(format_imu_calibration(imu, "a test"), "")->time_offset_s);
 }
 
 TEST(ImuCalibration, FaultsAreNamed) {
@@ -260,7 +262,7 @@ TEST(ImuCalibration, FaultsAreNamed) {
   };
   expect(with("gyroscope_range", "gyroscop_range"),
          "imu.yaml:7: unknown key 'gyroscop_range', did you mean");
-  expect(good + "rate_hz: 100\n", "imu.yaml:11: 'rate_hz' is given twice");
+  expect(good + "rate_hz: 100\n", "imu.yaml:10: 'rate_hz' is given twice");
   expect(with("rate_hz: 200", "rate_hz: fast"), "imu.yaml:2: 'fast' is not a finite number");
   expect(with("rate_hz: 200", "rate_hz: 0"), "rate_hz must lie in 1 to 100000");
   expect(with("gyroscope_noise_density: ", "# "), "'gyroscope_noise_density' is missing");

@@ -214,8 +214,8 @@ TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view,
 std::optional<KeyframeCandidate> Tracker::map_on(FrameFeatures seen, bool too_few_static,
                                                  const LocalViewPtr& view,
                                                  const PoseSearch::Guess& guess) {
-  constexpr double kMostStd_m = 0.25;  // beyond, the map would lie somewhere else
-  if (position_std_m(*guess.inertial) > kMostStd_m) return std::nullopt;
+  constexpr double kMostMappedStd_m = 0.25;  // beyond, the map would lie somewhere else
+  if (position_std_m(*guess.inertial) > kMostMappedStd_m) return std::nullopt;
   if (!submaps_.may_map_on(seen, too_few_static, *view, guess.T_guess_world)) return std::nullopt;
   judge_.start();
   coasting_.forget();

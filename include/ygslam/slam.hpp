@@ -167,7 +167,8 @@ struct Frame {
   /// instances[i - 1]. Null: nobody looked.
   const std::uint8_t* instance_ids = nullptr;
   std::vector<Instance> instances{};  ///< at most 255
-  /// Odometry: where this camera is in that of the frame before. A start for the search, no more.
+  /// Odometry: where this camera is in that of the frame before. A start for the search, no more;
+  /// where an IMU predicts the motion, that is taken.
   std::optional<Pose> T_last_camera{};
 };
 

@@ -1,6 +1,6 @@
 #include "system/inertial_stage.hpp"
 
-#include <algorithm>
+#include <utility>
 
 #include "core/log.hpp"
 #include "system/pose_covariance.hpp"

@@ -7,6 +7,8 @@
 namespace ygslam {
 namespace {
 
+using tracking_test::dynamics_off;
+using tracking_test::few_features;
 using tracking_test::OnePageMap;
 using tracking_test::PaintedWall;
 
@@ -35,21 +37,11 @@ class InertialTrackerTest : public ::testing::Test {
     for (int i = 0; i < 4; ++i) ASSERT_EQ(see(wall_, {}, at(0)).state, TrackState::kTracking);
   }
   static double x_m(const SE3& T) { return T.t().x(); }
-  static OrbConfig few_features() {
-    OrbConfig config;
-    config.features = 500;
-    return config;
-  }
-  static DynamicConfig off() {
-    DynamicConfig config;
-    config.mode = DynamicMode::kOff;
-    return config;
-  }
 
   Camera camera_{PaintedWall::camera()};
   PaintedWall wall_{7}, elsewhere_{8};
   OnePageMap map_{camera_};
-  Tracker tracker_{TrackerConfig{}, few_features(), off(), camera_, 0};
+  Tracker tracker_{TrackerConfig{}, few_features(), dynamics_off(), camera_, 0};
   int number_ = 0;
 };
 

@@ -10,6 +10,8 @@
 namespace ygslam {
 namespace {
 
+using tracking_test::dynamics_off;
+using tracking_test::few_features;
 using tracking_test::OnePageMap;
 using tracking_test::PaintedWall;
 
@@ -31,7 +33,7 @@ class TrackerTest : public ::testing::Test {
     for (int i = 0; i < kSettled; ++i) ASSERT_EQ(see({}).state, TrackState::kTracking);
   }
   void make(const TrackerConfig& config) {
-    tracker_ = std::make_unique<Tracker>(config, few_features(), off(), camera_, 0);
+    tracker_ = std::make_unique<Tracker>(config, few_features(), dynamics_off(), camera_, 0);
   }
   /// Of which the strips of the wall give too few, and almost enough.
   static TrackerConfig many_inliers() {
@@ -40,17 +42,6 @@ class TrackerTest : public ::testing::Test {
     return config;
   }
   static constexpr PaintedWall::View kFew{.painted_px = 74}, kEnough{.painted_px = 90};
-  static OrbConfig few_features() {
-    OrbConfig config;
-    config.features = 500;
-    return config;
-  }
-
-  static DynamicConfig off() {
-    DynamicConfig config;
-    config.mode = DynamicMode::kOff;
-    return config;
-  }
   static double x_m(const TrackResult& result) { return result.T_world_camera.t().x(); }
 
   static constexpr int kSettled = 3;  // frames, so that the camera is known to stand still
@@ -59,7 +50,7 @@ class TrackerTest : public ::testing::Test {
   PaintedWall wall_{7}, elsewhere_{8};
   OnePageMap map_{camera_};
   std::unique_ptr<Tracker> tracker_ =
-      std::make_unique<Tracker>(TrackerConfig{}, few_features(), off(), camera_, 0);
+      std::make_unique<Tracker>(TrackerConfig{}, few_features(), dynamics_off(), camera_, 0);
   int number_ = 0;
 };
 
@@ -150,7 +141,7 @@ TEST_F(TrackerTest, PixelsThatTheCameraFileNamesAreNotLookedAt) {
   CameraConfig config = PaintedWall::camera();
   config.ignored = {{0, 0, PaintedWall::kWidth_px, 101}};
   const Camera camera(config);
-  Tracker tracker(TrackerConfig{}, few_features(), off(), camera, 0);
+  Tracker tracker(TrackerConfig{}, few_features(), dynamics_off(), camera, 0);
   OnePageMap map(camera);
   for (int i = 0; i <= 20; ++i) {
     const int px = 3 * i;

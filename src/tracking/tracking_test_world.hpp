@@ -8,9 +8,11 @@
 #include <vector>
 
 #include "core/rng.hpp"
+#include "features/orb.hpp"
 #include "geometry/geometry_testing.hpp"
 #include "map/local_view.hpp"
 #include "map/messages.hpp"
+#include "motion/classification/point_classifier.hpp"
 
 namespace ygslam::tracking_test {
 
@@ -67,6 +69,17 @@ class PaintedWall {
 
   std::vector<std::uint8_t> brightness_;
 };
+
+inline OrbConfig few_features() {
+  OrbConfig config;
+  config.features = 500;
+  return config;
+}
+inline DynamicConfig dynamics_off() {
+  DynamicConfig config;
+  config.mode = DynamicMode::kOff;
+  return config;
+}
 
 /// Every candidate becomes a keyframe, and every feature of it with depth a landmark of its own.
 /// The view is of the newest one; the others' poses are in it.

@@ -67,6 +67,16 @@ TEST(ViewPoses, AnotherReferenceIsBetterOnlyWhereItSharesClearlyMore) {
   EXPECT_FALSE(better_reference(frame_that_sees(0, 30), LocalView{}));
 }
 
+TEST(ViewPoses, TheNearestReferenceIsOfThePlaceAndOfWhereItLooks) {
+  const LocalView view = two_keyframes();  // of which 4 is the reference
+  EXPECT_FALSE(nearest_reference(along(1.2), view));
+  EXPECT_EQ(nearest_reference(along(1.8), view), KeyframeId{9});
+  EXPECT_FALSE(nearest_reference(along(1), LocalView()));
+  LocalView turned = view;
+  turned.keyframes[1].T_camera_world = SE3(so3_exp(Vec3(0, 2, 0)), Vec3(2, 0, 0));
+  EXPECT_FALSE(nearest_reference(along(1.8), turned)) << "nearer, but it looks elsewhere";
+}
+
 TEST(ViewPoses, DistancesAreOfTheCentres) {
   const SE3 turned = SE3(so3_exp(Vec3(0, 1, 0)), Vec3::Zero()) * along(3);
   EXPECT_NEAR(centre_distance_m(turned, along(3)), 0, 1e-12);

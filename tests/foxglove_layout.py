@@ -16,6 +16,7 @@ def topics_of(name):
         topics |= {*panel.get("topics", {}), *image.get("annotations", {})}
         topics |= {image[key] for key in ("imageTopic", "calibrationTopic") if key in image}
         topics |= {path["value"].split(".")[0] for path in panel.get("paths", [])}
+        topics |= {panel["topicPath"].split(".")[0]} if "topicPath" in panel else set()
         topics |= {panel["topicToRender"]} if "topicToRender" in panel else set()
     return topics
 

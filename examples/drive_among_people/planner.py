@@ -4,6 +4,8 @@ import heapq
 import numpy as np
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+LANE_M, LANE_S, LANE_COST = 0.5, 60, 2
+STEP_S, WISH_M = 0.1, 0.6  # between two decisions; kept from people where there is room
 NEIGHBOURS = [(dy, dx, float(np.hypot(dy, dx))) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
 
 
@@ -24,6 +26,12 @@ class Grid:
         rows, columns = self.cells.shape
         return np.dstack(np.meshgrid(self.origin[0] + (np.arange(columns) + 0.5) * self.cell_m,
                                      self.origin[1] + (np.arange(rows) + 0.5) * self.cell_m))
+
+    def look_up(self, mask, places):
+        """Of each place whether its cell is set; none is outside."""
+        x, y = np.moveaxis(np.floor((places - self.origin) / self.cell_m).astype(int), -1, 0)
+        inside = (x >= 0) & (y >= 0) & (x < mask.shape[1]) & (y < mask.shape[0])
+        return inside & mask[np.clip(y, 0, mask.shape[0] - 1), np.clip(x, 0, mask.shape[1] - 1)]
 
     def around(self, points, margin_m=0.5):
         """The same, large enough to hold the points; what was added is unknown."""
@@ -55,6 +63,24 @@ def grown(mask, radius_cells):
             if dy * dy + dx * dx <= radius_cells**2:
                 result |= padded[reach + dy:reach + dy + mask.shape[0], reach + dx:reach + dx + mask.shape[1]]
     return result
+
+
+class Lanes:
+    """Where people were within the last minute they will walk again: better not to linger there."""
+
+    def __init__(self):
+        self.last_s = {}  # by half metre
+
+    def add(self, t_s, places):
+        self.last_s.update({tuple(np.floor(p / LANE_M).astype(int)): t_s for p in places})
+
+    def cost(self, t_s, grid):
+        cost = np.zeros(grid.cells.shape)
+        middles = grid.middles()
+        for cell, last_s in self.last_s.items():
+            if t_s - last_s < LANE_S:
+                cost[np.linalg.norm(middles - (np.array(cell) + 0.5) * LANE_M, axis=2) < LANE_M] = LANE_COST
+        return cost
 
 
 def cost_of(grid, robot, radius_m, speed_mps, people):
@@ -106,24 +132,51 @@ def path_to(grid, cost, start, goal):
     return path[::-1]
 
 
-def velocity_of(grid, solid, here, target, people, speed_mps, apart_m):
-    """A dynamic window (Fox, Burgard, Thrun 1997) for a base that moves in any direction: of 49 velocities the one that
-    comes nearest to the target without coming nearer to people than it must.
-    @param solid where the robot must not be. @param people as for cost_of. @param apart_m of the middles that touch."""
+def along(velocity, choices, times, most_mps2):
+    """Ways of a base that goes from one velocity to each of the choices as fast as it can: by choice and time."""
+    change = choices - velocity
+    takes_s = np.linalg.norm(change, axis=1)[:, None, None] / most_mps2
+    t = times[None, :, None]
+    part = np.minimum(t, takes_s)  # of the time that changing takes
+    return velocity * t + change[:, None] * (part**2 / (2 * np.maximum(takes_s, 1e-9)) + t - part)
+
+
+def velocity_of(solid_at, near, here, velocity, target, people, speed_mps, most_mps2, radius_m, apart_m):
+    """A dynamic window (Fox, Burgard, Thrun 1997) for a base that moves in any direction: of 73 velocities the one that
+    comes nearest to the target while it keeps clear of people for two seconds. Safe first: none is chosen with which the
+    base, braking a step later, would not be at rest before somebody can be where it is, or would come nearer to him than
+    it is (passive safety: Bouraine, Fraichard, Salhi 2012; the same as speed and separation monitoring, ISO/TS 15066).
+    @param solid_at tells of places whether the robot must not be there. @param near places where depth has just seen
+    something, whatever it is. @param people as for cost_of. @param apart_m of the middles that touch."""
     angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     ways = np.column_stack([np.cos(angles), np.sin(angles)])
-    choices = np.vstack([[0, 0], speed_mps * ways, 0.5 * speed_mps * ways])
-    times = np.arange(0.25, 1.6, 0.25)
-    places = here + choices[:, None] * times[:, None]
-    score = -np.linalg.norm(places[:, 1] - target, axis=1)
-    for i, way in enumerate(places):
-        cells = [grid.cell_of(p) for p in way[:3]]
-        hits = [not (0 <= y < solid.shape[0] and 0 <= x < solid.shape[1]) or solid[y, x] for y, x in cells]
-        if any(hits) and not solid[grid.cell_of(here)]:
-            score[i] -= 5 if i else 0
+    choices = np.vstack([[0, 0], *(share * speed_mps * ways for share in (1, 0.6, 0.3))])
+    times = np.arange(0.1, 2.05, 0.1)
+    moves = along(velocity, choices, times, most_mps2)
+    places = here + moves
+    score = -np.linalg.norm(places[:, 7] - target, axis=1)
+    hits = solid_at(places[:, 1:10:2]).sum(axis=1)
+    score -= 5.0 * (hits > 0) * (1 + hits)
+    if len(near):
+        away_m = np.linalg.norm(places[:, 1:10:2, None] - near, axis=3).min(axis=1)
+        lacks_m = np.minimum(radius_m + 0.1 - away_m, np.linalg.norm(here - near, axis=1).min() - away_m)
+        score -= 20 * np.clip(lacks_m, 0, None).max(axis=1)
+    # If it brakes after a step; until it stands, each person may leave his forecast with 3 m/s2, and be a sigma off it.
+    step = np.minimum(most_mps2 * STEP_S / np.maximum(np.linalg.norm(choices - velocity, axis=1), 1e-9), 1)[:, None]
+    then = velocity + step * (choices - velocity)
+    stop_s = np.linalg.norm(then, axis=1) / most_mps2
+    t = np.minimum(np.maximum(times - STEP_S, 0), stop_s[:, None])[..., None]
+    direction = then / np.maximum(np.linalg.norm(then, axis=1), 1e-9)[:, None]
+    braking = here + then[:, None] * (np.minimum(times, STEP_S)[:, None] + t) - 0.5 * most_mps2 * direction[:, None] * t**2
     for forecasts in people:
         after = [entry[0] for entry in forecasts]
         theirs = np.column_stack([np.interp(times, after, [entry[1][axis] for entry in forecasts]) for axis in (0, 1)])
+        sigma_m = np.minimum(np.interp(times, after, [entry[2] for entry in forecasts]), 0.3)
         clear_m = np.linalg.norm(places - theirs, axis=2) - apart_m
-        score -= ((0.5 - np.clip(clear_m, -0.5, 0.5)) * (2.0 - times)).max(axis=1) * 1.5
+        score -= ((WISH_M - np.clip(clear_m, -0.5, WISH_M)) * (2.3 - times)).max(axis=1) * 1.5
+        clear_m = np.linalg.norm(braking - theirs, axis=2) - apart_m
+        standing_m = np.linalg.norm(here - theirs, axis=1) - apart_m
+        lacks_m = np.minimum(0.05 + sigma_m + 1.5 * times**2 - clear_m, standing_m - clear_m)
+        lacks_m[times > stop_s[:, None] + STEP_S] = 0
+        score -= 20 * np.clip(lacks_m, 0, None).max(axis=1)
     return choices[np.argmax(score)]

@@ -7,16 +7,18 @@ import yaml
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-CAMERA_M = 1.1  # height
+CAMERA_M, AHEAD_M = 1.1, 0.1  # a camera's height, and its place before the base's middle
 TILT_RAD = -0.1
-FPS = 10
+FPS, TRUTH_FPS = 10, 5
+WIDTH, HEIGHT, WIDE_DEG = 320, 192, 120  # of an image; as wide as the wide mode of Azure Kinect's depth
 GOALS_LOW, GOALS_HIGH = np.array([-2.8, -3.0]), np.array([2.6, 0.3])
 
 
 def world_of(crowd_yaml, seed):
-    """The crowd, each person sooner or later and slower or faster."""
+    """The crowd, each person sooner or later and slower or faster, seen by the robot's lens."""
     rng = random.Random(seed)
     world = yaml.safe_load(crowd_yaml.read_text("utf-8"))
+    world["intrinsics"] = lens()
     world["movers"] = []
     world["seconds"] = 300
     for person in world["people"]:
@@ -27,8 +29,23 @@ def world_of(crowd_yaml, seed):
     return world
 
 
-def pose_of(x, y, yaw):
-    """T_world_camera of a robot that looks along yaw."""
+def lens():
+    f = WIDTH / 2 / np.tan(np.radians(WIDE_DEG / 2))
+    return {"fx": float(f), "fy": float(f), "cx": (WIDTH - 1) / 2, "cy": (HEIGHT - 1) / 2, "width": WIDTH,
+            "height": HEIGHT}
+
+
+def base_pose(x, y, yaw):
+    """T_world_base, on the floor."""
+    T = np.eye(4)
+    T[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    T[:2, 3] = x, y
+    return T
+
+
+def camera_on_base(yaw):
+    """T_base_camera of a camera that looks along yaw."""
+    x, y = AHEAD_M * np.cos(yaw), AHEAD_M * np.sin(yaw)
     forward = np.array([np.cos(yaw) * np.cos(TILT_RAD), np.sin(yaw) * np.cos(TILT_RAD), np.sin(TILT_RAD)])
     right = np.array([np.sin(yaw), -np.cos(yaw), 0])
     T = np.eye(4)
@@ -43,7 +60,7 @@ class Camera:
     def __init__(self, ygslam, world, folder, seed):
         self.folder = folder
         self.process = subprocess.Popen(
-            [ygslam, "simulate", world, "--out", folder, "--size", "320x240", "--format", "png", "--poses", "-", "--seed",
+            [ygslam, "simulate", world, "--out", folder, "--size", f"{WIDTH}x{HEIGHT}", "--format", "png", "--poses", "-", "--seed",
              str(seed), "--quiet"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def look(self, t_s, T):
@@ -67,10 +84,12 @@ class Truth:
     """Where people are at each frame, and where something stands at the height of the robot."""
 
     def __init__(self, ygslam, world, folder, seconds):
-        subprocess.run([ygslam, "simulate", world, "--out", folder, "--size", "16x16", "--fps", str(FPS), "--seconds",
-                        str(seconds), "--truth", "--quiet"], check=True)
-        rows = [np.loadtxt(file)[:, 1:3] for file in sorted((folder / "movers").glob("*.txt"))]
-        self.people = np.stack(rows, axis=1)  # frame, person, x y
+        subprocess.run([ygslam, "simulate", world, "--out", folder, "--size", "16x16", "--fps", str(TRUTH_FPS),
+                        "--seconds", str(seconds), "--truth", "--quiet"], check=True)
+        rows = [np.loadtxt(file) for file in sorted((folder / "movers").glob("*.txt"))]
+        t_s = np.arange(int((len(rows[0]) - 1) * FPS / TRUTH_FPS)) / FPS
+        self.people = np.stack([[np.interp(t_s, row[:, 0] - row[0, 0], row[:, axis]) for axis in (1, 2)] for row in rows])
+        self.people = self.people.transpose(2, 0, 1)  # frame, person, x y
         self.furniture = self._points(folder / "static.ply")
 
     @staticmethod

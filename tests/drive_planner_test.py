@@ -1,0 +1,122 @@
+"""The planner of examples/drive_among_people, in a room of numbers: who is seen is not driven into.
+
+    python tests/drive_planner_test.py
+"""
+import pathlib
+import sys
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "examples" / "drive_among_people"))
+from planner import OCCUPIED, UNKNOWN, Grid, Lanes, along, coarser, cost_of, grown, path_to, velocity_of  # noqa: E402
+
+STEP_S, SPEED_MPS, MOST_MPS2, RADIUS_M, APART_M = 0.1, 0.8, 1.5, 0.25, 0.45
+
+
+def forecast(at, velocity, sigma_m=0.05):
+    return [(s, np.array(at) + s * np.array(velocity), sigma_m) for s in (0, 0.5, 1, 1.5, 2)]
+
+
+class Base:
+    def __init__(self, at=(0, 0), walls=()):
+        self.at, self.velocity, self.walls = np.array(at, float), np.zeros(2), walls
+
+    def step(self, target, people=(), near=()):
+        def solid_at(places):
+            return np.any([np.abs(places - wall).max(axis=-1) < RADIUS_M for wall in self.walls], axis=0) \
+                if self.walls else np.zeros(places.shape[:-1], bool)
+        chosen = velocity_of(solid_at, np.array(near), self.at, self.velocity, np.array(target), people, SPEED_MPS, MOST_MPS2,
+                             RADIUS_M, APART_M)
+        change = chosen - self.velocity
+        self.velocity = self.velocity + change * min(1, MOST_MPS2 * STEP_S / max(np.linalg.norm(change), 1e-9))
+        self.at = self.at + STEP_S * self.velocity
+
+
+class TheBase(unittest.TestCase):
+    def test_drives_to_its_target_and_stays(self):
+        base = Base()
+        for _ in range(40):
+            base.step((1, 0.5))
+        self.assertLess(np.linalg.norm(base.at - (1, 0.5)), 0.2)
+        self.assertLess(np.linalg.norm(base.velocity), 0.05)
+
+    def test_makes_way_for_whoever_walks_through_its_place(self):
+        for way_rad in np.linspace(0, 2 * np.pi, 12, endpoint=False):
+            way = 1.2 * np.array([np.cos(way_rad), np.sin(way_rad)])
+            base, nearest_m = Base(), 9.0
+            for k in range(50):
+                person = -2.4 * way + way * k * STEP_S
+                nearest_m = min(nearest_m, np.linalg.norm(person - base.at))
+                base.step((0, 0), [forecast(person, way)])
+            self.assertGreater(nearest_m, APART_M, way_rad)
+
+    def test_is_at_rest_or_on_its_way_off_when_somebody_turns_into_it(self):
+        """Who stood still walks towards it all at once, which no forecast tells."""
+        for since in range(0, 24, 3):
+            base, person, way = Base((-1.5, 0)), np.array([0.3, 0.9]), np.zeros(2)
+            for k in range(40):
+                apart = person - base.at
+                away_m = np.linalg.norm(apart)
+                if away_m < APART_M:
+                    self.assertLess(base.velocity @ apart / away_m, 0.05, f"driven into, {since}")
+                    break
+                if k >= since:
+                    way = -apart / away_m * min(1.2, 3 * (k - since) * STEP_S)
+                    person = person + STEP_S * way
+                base.step((1.5, 0), [forecast(person, way)])
+
+    def test_stops_before_what_only_depth_has_seen(self):
+        base, wall = Base(), np.array([[0.9, y] for y in np.arange(-3, 3, 0.1)])
+        for _ in range(40):
+            base.step((2, 0), near=wall)
+            self.assertLess(base.at[0], 0.9 - RADIUS_M)
+        self.assertGreater(base.at[0], 0.2)
+
+    def test_the_way_to_a_velocity_is_that_of_bounded_acceleration(self):
+        velocity, choice = np.array([0.5, 0.0]), np.array([[-0.4, 0.3]])
+        times = np.arange(0.05, 2, 0.05)
+        at, v, walked = np.zeros(2), velocity.copy(), []
+        for t in np.arange(0, 2, 0.001):
+            if np.any(np.abs(times - t) < 5e-4):
+                walked.append(at.copy())
+            change = choice[0] - v
+            v = v + change * min(1, MOST_MPS2 * 0.001 / max(np.linalg.norm(change), 1e-12))
+            at = at + 0.001 * v
+        np.testing.assert_allclose(along(velocity, choice, times, MOST_MPS2)[0], walked, atol=2e-3)
+
+
+class ThePath(unittest.TestCase):
+    def grid(self):
+        cells = np.zeros((40, 40), np.int8)
+        cells[20, 5:35] = OCCUPIED
+        return Grid(cells, (0, 0), 0.1)
+
+    def test_goes_round_what_stands_with_room_for_the_base(self):
+        grid = self.grid()
+        path = np.array(path_to(grid, cost_of(grid, (2, 1), RADIUS_M, SPEED_MPS, []), (2, 1), (2, 3)))
+        solid = grown(grid.cells == OCCUPIED, RADIUS_M / grid.cell_m)
+        self.assertFalse(grid.look_up(solid, path).any())
+        self.assertLess(np.linalg.norm(path[-1] - (2, 3)), 0.1)
+
+    def test_keeps_off_lanes_where_there_is_another_way(self):
+        grid = Grid(np.zeros((40, 60), np.int8), (0, 0), 0.1)
+        lanes = Lanes()
+        for x in np.arange(1, 5, 0.2):
+            lanes.add(0, [np.array([x, 2.25])])
+        plain = cost_of(grid, (0.5, 2.25), RADIUS_M, SPEED_MPS, [])
+
+        def within(cost):
+            path = np.array(path_to(grid, cost, (0.5, 2.25), (5.5, 2.25)))
+            return np.sum(np.abs(path[:, 1] - 2.25) < 0.4)
+        self.assertGreater(within(plain), 40)
+        self.assertLess(within(plain + lanes.cost(10, grid)), 25)
+        self.assertEqual(np.ptp(lanes.cost(100, grid)), 0, "a minute later nobody walks there")
+
+    def test_what_is_coarser_hides_nothing_that_stands(self):
+        fine = Grid(np.array([[0, 0, UNKNOWN, UNKNOWN], [0, OCCUPIED, UNKNOWN, 0]], np.int8), (0, 0), 0.05)
+        np.testing.assert_array_equal(coarser(fine, 2).cells, [[OCCUPIED, 0]])
+
+
+if __name__ == "__main__":
+    unittest.main()

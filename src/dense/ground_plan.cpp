@@ -13,6 +13,7 @@ namespace {
 constexpr double kSameCos = 0.99998;  // 0.36 degrees: 3 cm at 5 m
 constexpr double kSameFloor_m = 0.015;
 constexpr std::uint8_t kMostThrough = 3;
+constexpr int kHalfACell = 4;  // eighths
 
 /// In tiles. A camera that was placed a kilometre off must not take all the memory.
 bool is_too_large(std::int64_t width, std::int64_t height) {
@@ -175,7 +176,8 @@ void GroundPlan::add_part(const Vec3& p, CellState what, int count) {
   if (layer >= 0) {
     const std::size_t at =
         column * static_cast<std::size_t>(layers()) + static_cast<std::size_t>(layer);
-    std::uint8_t& parts = (is_free ? tile.free : tile.occupied)[at];
+    const bool upper = p.z() - config_.low_m / cell_m_ - layer >= 0.5;
+    std::uint8_t& parts = is_free ? tile.free[2 * at + (upper ? 1 : 0)] : tile.occupied[at];
     parts = static_cast<std::uint8_t>(parts + count);
   }
   // A floor that was laid a little too high or too low is one all the same.
@@ -186,8 +188,9 @@ void GroundPlan::add_part(const Vec3& p, CellState what, int count) {
 GroundPlan::Tile& GroundPlan::tile(int x, int y) {
   Tile& tile = tiles_[block_key({x >> 3, y >> 3, 0})];
   if (tile.free.empty()) {
-    tile.free.assign(static_cast<std::size_t>(kSide * kSide * layers()), 0);
-    tile.occupied = tile.free;
+    const auto count = static_cast<std::size_t>(kSide * kSide * layers());
+    tile.free.assign(2 * count, 0);
+    tile.occupied.assign(count, 0);
     tile.state.fill(GroundState::kUnknown);
   }
   return tile;
@@ -200,11 +203,14 @@ GroundState GroundPlan::judged(const Tile& tile, int column) const {
   if (std::any_of(occupied, occupied + count, [](std::uint8_t parts) { return parts > 0; }))
     return GroundState::kOccupied;
   if (tile.floor[static_cast<std::size_t>(column)] == 0) return GroundState::kUnknown;
-  const int most_hidden = floored(config_.hidden_m / cell_m_ + 1e-6);
-  int hidden = 0;
-  for (auto free = tile.free.begin() + first; free != tile.free.begin() + first + count; ++free) {
-    hidden = *free > 0 ? 0 : hidden + 1;
-    if (hidden >= most_hidden) return GroundState::kUnknown;
+  // By halves of layers: a cell that nobody saw may lie half in one layer and half in the next, or
+  // askew in three halves, each of which has free parts of the cells above and below it.
+  const int window = std::max(1, floored(2 * config_.hidden_m / cell_m_ + 1e-6));
+  const auto free = tile.free.begin() + 2 * first;
+  int parts = 0;
+  for (int half = 0; half < 2 * count; ++half) {
+    parts += free[half] - (half < window ? 0 : free[half - window]);
+    if (half + 1 >= window && parts <= kHalfACell) return GroundState::kUnknown;
   }
   return GroundState::kFree;
 }

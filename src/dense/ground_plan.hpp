@@ -65,7 +65,8 @@ class GroundPlan {
   static constexpr int kSide = 8;  // columns of a tile
   /// Eighths of cells that lie in each layer of each column.
   struct Tile {
-    std::vector<std::uint8_t> free, occupied;
+    std::vector<std::uint8_t> free;  // by halves of layers
+    std::vector<std::uint8_t> occupied;
     std::array<std::uint16_t, kSide * kSide> floor{};
     std::array<GroundState, kSide * kSide> state{};
     bool is_changed = false;

@@ -77,6 +77,31 @@ TEST(GroundPlan, WhereSomethingMayHideItIsNotFree) {
   EXPECT_EQ(columns.at(), GroundState::kUnknown) << "a pit?";
 }
 
+TEST(GroundPlan, WhatMayHideHalfInOneLayerAndHalfInTheNextIsNotFree) {
+  for (const double floor_m : {0.0, 0.0125, 0.025, 0.0375}) {
+    Columns columns;
+    columns.plan.set_floor({Vec3(0, 0, 1), floor_m, true});
+    columns.look({{}, {{0, 0.7}, {0.75, 1.6}}});
+    EXPECT_EQ(columns.at(), GroundState::kUnknown) << floor_m;
+    columns.look(kNothingThere);
+    EXPECT_EQ(columns.at(), GroundState::kFree) << floor_m;
+  }
+}
+
+TEST(GroundPlan, WhatMayHideAskewIsNotFree) {
+  constexpr double kTilt_rad = 0.012;  // over eight cells, half of a part's height
+  for (const double floor_m : {0.0, 0.0125, 0.02, 0.025, 0.03}) {
+    Columns columns;
+    columns.plan.set_floor({Vec3(kTilt_rad, kTilt_rad, 1).normalized(), floor_m, true});
+    for (int x = 0; x < 9; ++x)
+      for (int y = 0; y < 9; ++y) columns.look({{}, {{-0.1, 0.7}, {0.75, 1.7}}}, x, y);
+    EXPECT_EQ(columns.at(), GroundState::kUnknown) << floor_m;
+    for (int x = 0; x < 9; ++x)
+      for (int y = 0; y < 9; ++y) columns.look({{}, {{-0.1, 1.7}}}, x, y);
+    EXPECT_EQ(columns.at(), GroundState::kFree) << floor_m;
+  }
+}
+
 TEST(GroundPlan, AnObstacleNeedsTwoViewsAndTheHeightOfTheRobot) {
   Columns columns;
   columns.look(kTableTop);

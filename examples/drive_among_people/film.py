@@ -3,9 +3,11 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from planner import FREE, OCCUPIED
+from rendered import HEIGHT, WIDTH
 
 LOW, HIGH, SCALE = np.array([-4.7, -4.3]), np.array([4.7, 2.2]), 34  # of the room [m], pixels a metre
 SIZE = tuple(int(x) for x in (HIGH - LOW) * SCALE)
+TITLE = 16  # pixels
 COLOURS = {FREE: (255, 255, 255), OCCUPIED: (0, 0, 0)}
 
 
@@ -42,9 +44,9 @@ def plan_picture(grid, path, forecasts, here, goal, people):
 
 def frame_of(shot, title):
     rgb, *seen = shot
-    picture = Image.new("RGB", (SIZE[0], 240 + SIZE[1] + 16), "white")
-    picture.paste(Image.fromarray(rgb).resize((320, 240)), ((SIZE[0] - 320) // 2, 16))
-    picture.paste(plan_picture(*seen), (0, 256))
+    picture = Image.new("RGB", (SIZE[0], TITLE + HEIGHT + SIZE[1]), "white")
+    picture.paste(Image.fromarray(rgb), ((SIZE[0] - WIDTH) // 2, TITLE))
+    picture.paste(plan_picture(*seen), (0, TITLE + HEIGHT))
     ImageDraw.Draw(picture).text((4, 2), title, fill="black")
     return picture
 
@@ -54,7 +56,7 @@ def film(drives, file, step_s):
     columns = [[frame_of(shot, title) for shot in shots] for title, shots in drives.items()]
     frames = []
     for i in range(max(map(len, columns))):
-        frame = Image.new("RGB", (SIZE[0] * len(columns) + 8 * (len(columns) - 1), 256 + SIZE[1]), "white")
+        frame = Image.new("RGB", (SIZE[0] * len(columns) + 8 * (len(columns) - 1), TITLE + HEIGHT + SIZE[1]), "white")
         for k, column in enumerate(columns):
             frame.paste(column[min(i, len(column) - 1)], (k * (SIZE[0] + 8), 0))
         frames.append(frame)

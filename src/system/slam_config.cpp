@@ -120,10 +120,6 @@ void add_tracking_keys(ConfigSchema& s, TrackerConfig& c) {
   s.number("tracking.search_last_px", c.pose.search_last_px, 1.0, 200.0, "px",
            "window around the predicted pose, at pyramid level 0",
            "larger for jerky motion, low frame rates and large images");
-  s.number("tracking.follow_frames", c.follow.max_frames, 0, 30, "frames",
-           "at most so many in a row go on with the features of the frame before, along the flow; "
-           "0: features are found anew in every frame",
-           "0 for the best accuracy, more on a weak processor");
   s.number("keyframe.max_interval_frames", c.keyframe.max_interval_frames, 2, 10000, "frames",
            "a moving camera makes a keyframe at least this often",
            "smaller for a denser map, with the frame rate of the camera");

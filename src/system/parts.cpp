@@ -23,6 +23,8 @@ constexpr std::array kParts = {
     Part{"screens", [](SlamConfig& c) { c.tracking.screens.enabled = false; }},
     Part{"depth_edge_weights", [](SlamConfig& c) { c.mapping.noise.edge_weight = 1; }},
     Part{"local_map", [](SlamConfig& c) { c.tracking.pose.use_local_map = false; }},
+    // At most three frames in a row go on with the features of the one before.
+    Part{"orb_in_every_frame", [](SlamConfig& c) { c.tracking.follow.max_frames = 3; }},
     Part{"submaps", [](SlamConfig& c) { c.tracking.starts_submaps = false; }},
     Part{"loops", [](SlamConfig& c) { c.close_loops = c.tracking.starts_submaps = false; }},
     Part{"dense_map", [](SlamConfig& c) { c.dense.enabled = false; }},

@@ -22,6 +22,7 @@ struct Golden {
   sim::NoiseKind noise;
   double bound_m;
   bool rolling = false;
+  int follow_frames = 0;  ///< FollowConfig::max_frames
   /// 3 mm are a fraction of a pixel, and a corridor's far end is small: not at half the resolution.
   [[nodiscard]] bool needs_full_size() const {
     return content == Content::kEmpty || std::string_view(world) == "long_floor";
@@ -31,11 +32,12 @@ struct Golden {
 std::ostream& operator<<(std::ostream& out, const Golden& golden) {
   return out << golden.world << (golden.content == Content::kEmpty ? " empty" : "")
              << (golden.noise == sim::NoiseKind::kNone ? "" : " noisy")
-             << (golden.rolling ? " rolling" : "");
+             << (golden.rolling ? " rolling" : "") << (golden.follow_frames > 0 ? " followed" : "");
 }
 
 constexpr auto kNone = sim::NoiseKind::kNone;
 constexpr bool kRolling = true;
+constexpr int kFollowed = 3;
 constexpr auto kKinect = sim::NoiseKind::kKinect;
 
 // Some of every kind on each change; the others are labelled "nightly" by the name of their suite.
@@ -54,6 +56,8 @@ constexpr Golden kOnEachChange[] = {
     {"room_walk", Content::kEmpty, kKinect, kNoisy_m, kRolling},
     {"walking_halfsphere", Content::kAll, kKinect, 0.011, kRolling},
     {"sitting_static", Content::kAll, kKinect, 0.0075, kRolling},
+    {"room_walk", Content::kEmpty, kNone, kClean_m, !kRolling, kFollowed},
+    {"crowd", Content::kAll, kKinect, 0.0135, !kRolling, kFollowed},
 };
 constexpr Golden kOnNightly[] = {
     {"walking_xyz", Content::kEmpty, kNone, kClean_m},
@@ -88,6 +92,9 @@ constexpr Golden kOnNightly[] = {
     {"walking_static", Content::kAll, kKinect, 0.006, kRolling},
     {"walking_xyz", Content::kAll, kKinect, 0.0065, kRolling},
     {"walking_rpy", Content::kAll, kKinect, 0.0085, kRolling},
+    {"walking_xyz", Content::kAll, kKinect, 0.0065, !kRolling, kFollowed},
+    {"moved_chair", Content::kAll, kKinect, 0.0075, !kRolling, kFollowed},
+    {"walking_halfsphere", Content::kAll, kKinect, 0.011, kRolling, kFollowed},
 };
 
 class EveryWorld : public ::testing::TestWithParam<Golden> {};
@@ -112,6 +119,7 @@ TEST_P(EveryWorld, StaysWithinItsGoldenBound) {
   const Recording recording = record(golden.world, options);
   SlamConfig config = small_config(DynamicMode::kFull);
   if (golden.needs_full_size()) config.orb.features = OrbConfig{}.features;
+  config.tracking.follow.max_frames = golden.follow_frames;
   const Trial run = run_offline(config, recording, std::make_unique<TruthSegmenter>(recording));
   EXPECT_EQ(lost_frames(run), 0);
   const double error_m = ate_rmse_m(recording, run.trajectory());

@@ -11,12 +11,16 @@ int FrameFeatures::usable_points(float min_static_weight) const {
   return usable;
 }
 
-FrameFeatures extract_features(OrbExtractor& orb, const Camera& camera, const FramePtr& frame,
-                               const PixelMaskPtr& mask) {
-  Features features = orb.extract(frame->grey, mask.get());
-  attach_geometry(features, camera, frame->depth_m, orb.scales());
+FrameFeatures with_geometry(Features features, const Camera& camera, const PyramidScales& scales,
+                            const FramePtr& frame) {
+  attach_geometry(features, camera, frame->depth_m, scales);
   FeatureGrid grid(features, camera.ideal_bounds());
   return {frame, std::make_shared<const Features>(std::move(features)), std::move(grid), {}, {}};
+}
+
+FrameFeatures extract_features(OrbExtractor& orb, const Camera& camera, const FramePtr& frame,
+                               const PixelMaskPtr& mask) {
+  return with_geometry(orb.extract(frame->grey, mask.get()), camera, orb.scales(), frame);
 }
 
 FrameFeatures shutter_corrected(FrameFeatures seen, const Camera& camera, const ShutterTimes& times,

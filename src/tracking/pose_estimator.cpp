@@ -64,6 +64,11 @@ std::optional<PoseEstimator::FirstPose> PoseEstimator::match_previous_frame(
     if (!pose || pose->inliers < config_.min_matches) return;
     if (!best || pose->inliers > best->solution.inliers) best = {*pose, std::move(pairings)};
   };
+  if (frame.is_followed()) {
+    consider(along_flow(frame, last, T_last_world, view), T_guess_world);
+    if (best) best->knows_map = last.view.get() == &view;
+    return best;
+  }
   for (const double radius_px : {config_.search_last_px, config_.search_wide_px}) {
     consider(match_last(frame, last, T_last_world, view, T_guess_world, radius_px), T_guess_world);
     if (best && best->solution.inliers >= kConvincingShare * static_cast<double>(had)) return best;
@@ -129,6 +134,29 @@ PoseEstimator::Pairing PoseEstimator::known_point(const TrackedFrame& last, std:
   return {T_world_last * camera_.unproject(f.ideal_px.cast<double>(), f.depth_m), 0, id};
 }
 
+bool PoseEstimator::is_usable(const TrackedFrame& last, std::uint32_t source,
+                              const LocalView& view) const {
+  const Feature& f = last.seen.features->points[source];
+  const bool temporary = f.depth_m > 0 && f.depth_m < config_.max_temporary_depth_m;
+  return last.seen.static_weight[source] > 0 &&
+         (temporary || view.landmark(last.landmarks[source]));
+}
+
+std::vector<PoseEstimator::Pairing> PoseEstimator::along_flow(const FrameFeatures& frame,
+                                                              const TrackedFrame& last,
+                                                              const SE3& T_last_world,
+                                                              const LocalView& view) const {
+  const SE3 T_world_last = T_last_world.inverse();
+  std::vector<Pairing> pairings;
+  for (std::uint32_t i = 0; i < frame.followed_from.size(); ++i) {
+    const auto source = static_cast<std::uint32_t>(frame.followed_from[i]);
+    if (frame.static_weight[i] <= 0 || !is_usable(last, source, view)) continue;
+    pairings.push_back(known_point(last, source, T_world_last, view));
+    pairings.back().feature = i;
+  }
+  return pairings;
+}
+
 std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
     const FrameFeatures& frame, const TrackedFrame& last, const SE3& T_last_world,
     const LocalView& view, const SE3& T_guess_world, double radius_px) const {
@@ -138,9 +166,7 @@ std::vector<PoseEstimator::Pairing> PoseEstimator::match_last(
   std::vector<SearchPoint> points;
   for (std::uint32_t i = 0; i < last.seen.features->size(); ++i) {
     const Feature& f = last.seen.features->points[i];
-    const bool temporary = f.depth_m > 0 && f.depth_m < config_.max_temporary_depth_m;
-    if (last.seen.static_weight[i] <= 0 || (!temporary && !view.landmark(last.landmarks[i])))
-      continue;
+    if (!is_usable(last, i, view)) continue;
     const auto source = static_cast<std::uint32_t>(known.size());
     known.push_back(known_point(last, i, T_world_last, view));
     points.push_back({known.back().p_world, &last.seen.features->descriptors[i],
@@ -219,7 +245,8 @@ std::optional<PoseResult> PoseEstimator::refine(const FrameFeatures& frame, cons
     (mapped ? pairings : temporary).push_back(first.pairings[i]);
     if (!mapped) temporary.back().landmark = kNoLandmark;
   }
-  if (config_.use_local_map)
+  const bool knows_map = first.knows_map && std::ssize(pairings) >= kThinMap;
+  if (config_.use_local_map && !knows_map)
     add_map_matches(frame, view, first.solution.T_camera_world, radius_px, pairings, result.seen);
   // Points of the previous frame carry its error: they help only where the map is thin.
   if (std::ssize(pairings) < kThinMap) {

@@ -55,10 +55,13 @@ class PoseEstimator {
   struct FirstPose {
     PoseSolution solution;
     std::vector<Pairing> pairings;
+    /// The features were looked for in this very view before: it has no more for them.
+    bool knows_map = false;
   };
 
   /// The first step, against the previous frame.
-  /// @param frame features, grid and weights of the current frame.
+  /// @param frame features, grid and weights of the current frame. Those that were followed from
+  /// the previous frame's go with their points.
   /// @param last the previous tracked frame at T_last_world. @param view may be empty.
   /// @param T_guess_world predicted pose T_camera_world of the current frame.
   /// @return nullopt if no pose explains enough points.
@@ -89,6 +92,13 @@ class PoseEstimator {
  private:
   [[nodiscard]] Pairing known_point(const TrackedFrame& last, std::uint32_t source,
                                     const SE3& T_world_last, const LocalView& view) const;
+  /// Whether a point of the previous frame may tell the pose of this one.
+  [[nodiscard]] bool is_usable(const TrackedFrame& last, std::uint32_t source,
+                               const LocalView& view) const;
+  /// Features that were followed from points of the previous frame.
+  [[nodiscard]] std::vector<Pairing> along_flow(const FrameFeatures& frame,
+                                                const TrackedFrame& last, const SE3& T_last_world,
+                                                const LocalView& view) const;
   [[nodiscard]] std::vector<Pairing> match_last(const FrameFeatures& frame,
                                                 const TrackedFrame& last, const SE3& T_last_world,
                                                 const LocalView& view, const SE3& T_guess_world,

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/trace.hpp"
-#include "tracking/own_parts.hpp"
+#include "tracking/object_view.hpp"
 #include "tracking/view_poses.hpp"
 
 namespace ygslam {
@@ -35,6 +35,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       camera_(camera),
       shutter_(camera),
       orb_(orb),
+      follower_(config.follow, camera, orb_.scales()),
       classifier_(dynamic, camera, seed),
       objects_(config.objects, camera),
       pose_estimator_(config.pose, camera, orb_.scales()),
@@ -56,9 +57,11 @@ Tracker::SeenFrame Tracker::look(const FramePtr& frame,
   const ScopedTimer timer;
   const auto inertial = while_certain(predicted);
   const PredictedMotion motion = predicted_motion(*frame, inertial);
-  auto flow = predicted_flow(motion);
-  FrameFeatures features = see(frame, flow);
-  return {std::move(features), motion, inertial, std::move(flow), timer.wall_ms()};
+  auto predicted_ends = predicted_flow(motion);
+  FrameFlow flow = classifier_.follow(*frame, predicted_ends);
+  FrameFeatures features = see(frame, predicted_ends, flow);
+  return {std::move(features),       motion,          inertial,
+          std::move(predicted_ends), std::move(flow), timer.wall_ms()};
 }
 
 TrackResult Tracker::step(SeenFrame seen, const LocalViewPtr& view,
@@ -66,7 +69,8 @@ TrackResult Tracker::step(SeenFrame seen, const LocalViewPtr& view,
   const trace::Span span("track");
   const ScopedTimer timer;
   const FramePtr frame = seen.features.frame;
-  ObservedFrame now = observe(std::move(seen.features), masks, seen.flow);
+  ObservedFrame now =
+      observe(std::move(seen.features), masks, seen.predicted_ends, std::move(seen.flow));
   const int mask_age_frames = now.evidence.mask_age_frames;
   const double motion_ms = timer.wall_ms();
   TrackResult result =
@@ -293,10 +297,18 @@ std::optional<FlowPrediction> Tracker::predicted_flow(const PredictedMotion& mot
       motion.T_now_last, {shutter_.times(), motion.body_velocity}, motion.velocity_gain_per_s};
 }
 
-FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPrediction>& predicted) {
+FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPrediction>& predicted,
+                           const FrameFlow& flow) {
   const trace::Span span("features");
-  FrameFeatures seen = extract_features(orb_, camera_, frame, ego_mask_.look(*frame));
-  return predicted ? corrected(std::move(seen), predicted->read_out.body_velocity) : seen;
+  const PixelMaskPtr& mask = ego_mask_.look(*frame);
+  auto seen =
+      judge_.state() == TrackState::kTracking ? follower_.step({frame, flow, mask}) : std::nullopt;
+  if (!seen) {
+    seen = extract_features(orb_, camera_, frame, mask);
+    follower_.start(*seen->features);
+  }
+  return predicted ? corrected(std::move(*seen), predicted->read_out.body_velocity)
+                   : std::move(*seen);
 }
 
 FrameFeatures Tracker::corrected(FrameFeatures seen, const Vec6& body_velocity) const {
@@ -304,9 +316,10 @@ FrameFeatures Tracker::corrected(FrameFeatures seen, const Vec6& body_velocity) 
 }
 
 ObservedFrame Tracker::observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
-                               const std::optional<FlowPrediction>& predicted) {
+                               const std::optional<FlowPrediction>& predicted, FrameFlow flow) {
   const trace::Span span("motion checks");
-  FrameEvidence evidence = classifier_.observe(*seen.frame, seen.features, masks, predicted);
+  FrameEvidence evidence = classifier_.observe(*seen.frame, seen.features, std::move(flow),
+                                               seen.followed_from, masks, predicted);
   PointLabels labels = classifier_.classify(evidence);
   seen.static_weight = labels.weight;
   return {std::move(seen), std::move(evidence), std::move(labels), masks};
@@ -384,30 +397,13 @@ ObservedFrame Tracker::compared_with_map(ObservedFrame now, const PoseResult& po
 std::vector<TrackedObject> Tracker::follow_objects(const ObservedFrame& now, bool was_lost,
                                                    const SE3& T_world_odom) {
   const trace::Span span("objects");
-  const DynamicMode mode = classifier_.config().mode;
-  if (mode == DynamicMode::kOff || was_lost) {
+  if (classifier_.config().mode == DynamicMode::kOff || was_lost) {
     objects_.lose_points();
     return {};
   }
-  const auto motion = classifier_.motion_of(now.evidence);
-  const auto links = classifier_.reliable_links(now.evidence);
-  const SE3& T_odom_camera = localization_.T_odom_camera();
-  ObjectInput input{now.seen.frame->id,
-                    now.seen.frame->stamp,
-                    T_odom_camera.inverse(),
-                    T_world_odom,
-                    {},
-                    make_thumbnail(*now.seen.frame),
-                    {}};
-  for (const SegmentationPtr& masks : now.masks)
-    if (uses_masks(mode)) input.masks.push_back(without_own_parts(masks, ego_mask_.pixels()));
-  for (std::size_t i = 0; i < motion.size(); ++i) {
-    const Feature& feature = now.seen.features->points[i];
-    const Vec3 p_cam = camera_.unproject(feature.ideal_px.cast<double>(), feature.depth_m);
-    input.points.push_back({feature.uv_px, feature.depth_m, T_odom_camera * p_cam, links[i],
-                            motion[i] == PointMotion::kMoves, motion[i] == PointMotion::kStands});
-  }
-  return objects_.step(std::move(input));
+  return objects_.step(object_input(now, classifier_, camera_,
+                                    {localization_.T_odom_camera(), T_world_odom},
+                                    ego_mask_.pixels()));
 }
 
 /// Of the newest frame with a pose.
@@ -419,8 +415,11 @@ Tracker::MapRequest Tracker::ask_mapper(const PoseResult& pose, Localization::Ar
   const bool may_propose =
       config_.proposes_keyframes && judge_.state() == TrackState::kTracking && !view->empty();
   const bool begins_submap = arrival == Localization::Arrival::kCarriedOff && submaps_.enabled();
-  if (may_propose && !begins_submap && keyframes_.wants(*last_, *view, pose, mapper_busy))
-    return {keyframes_.make(*last_, view->map_version), std::nullopt};
+  if (may_propose && !begins_submap && keyframes_.wants(*last_, *view, pose, mapper_busy)) {
+    if (!last_->seen.is_followed())
+      return {keyframes_.make(*last_, view->map_version), std::nullopt};
+    follower_.renew();
+  }
   MapRequest request{std::nullopt, better_reference(*last_, *view)};
   if (begins_submap) {
     last_ =

@@ -14,6 +14,7 @@
 #include "objects/object_tracker.hpp"
 #include "tracking/coasting.hpp"
 #include "tracking/ego_mask_watch.hpp"
+#include "tracking/feature_follower.hpp"
 #include "tracking/free_space_check.hpp"
 #include "tracking/keyframe_proposer.hpp"
 #include "tracking/localization.hpp"
@@ -35,6 +36,7 @@ struct TrackerConfig {
   KeyframePolicyConfig keyframe;
   RelocalizerConfig relocalizer;
   FreeSpaceConfig free_space;
+  FollowConfig follow;
   EgoMaskConfig ego_mask;
   ScreenConfig screens;
   ObjectConfig objects;
@@ -55,7 +57,8 @@ class Tracker {
     FrameFeatures features;
     PredictedMotion motion;
     std::optional<InertialPrediction> inertial;
-    std::optional<FlowPrediction> flow;
+    std::optional<FlowPrediction> predicted_ends;
+    FrameFlow flow;
     double orb_ms = 0;
   };
   /// @param predicted by an IMU, if there is one.
@@ -120,10 +123,12 @@ class Tracker {
                                                  const std::optional<InertialPrediction>& inertial);
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const PredictedMotion& motion) const;
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
-                                  const std::optional<FlowPrediction>& predicted);
+                                  const std::optional<FlowPrediction>& predicted,
+                                  const FrameFlow& flow);
   [[nodiscard]] FrameFeatures corrected(FrameFeatures seen, const Vec6& body_velocity) const;
   [[nodiscard]] ObservedFrame observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
-                                      const std::optional<FlowPrediction>& predicted);
+                                      const std::optional<FlowPrediction>& predicted,
+                                      FrameFlow flow);
   [[nodiscard]] SE3 last_pose(const LocalView& view);
   [[nodiscard]] std::optional<KeyframeCandidate> late_first_keyframe(
       std::optional<FrameFeatures> first_seen);
@@ -150,6 +155,7 @@ class Tracker {
   const Camera& camera_;
   ShutterWatch shutter_;
   OrbExtractor orb_;
+  FeatureFollower follower_;
   PointClassifier classifier_;
   ObjectTracker objects_;
   PoseEstimator pose_estimator_;

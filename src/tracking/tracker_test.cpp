@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "tracking/tracking_test_world.hpp"
@@ -99,6 +100,39 @@ TEST_F(TrackerTest, FollowsTheWallAndOffersKeyframesOnTheWay) {
     if (result.candidate) break;
   }
   EXPECT_EQ(keyframes, 1) << "the wall that came into view is not in the map";
+}
+
+/// What ORB finds in a frame, as the tracker has it.
+bool are_looked_for(const Features& features, const RgbdFrame& frame) {
+  const Features found = OrbExtractor(few_features()).extract(frame.grey);
+  return found.size() == features.size() &&
+         std::ranges::equal(found.points, features.points,
+                            [](const Feature& a, const Feature& b) { return a.uv_px == b.uv_px; });
+}
+
+TEST_F(TrackerTest, FollowedFramesAreAsGoodAndNoKeyframes) {
+  TrackerConfig config;
+  config.follow.max_frames = 3;
+  DynamicConfig geometry;
+  geometry.mode = DynamicMode::kGeometry;
+  tracker_ = std::make_unique<Tracker>(config, few_features(), geometry, camera_, 0);
+  start();
+  int keyframes = 0, looked_for = 0, frames = 0;
+  for (int px = 2; px <= 120; px += 2, ++frames) {
+    const FramePtr frame = wall_.see(number_++, {.left_px = px});
+    const TrackResult result = step(frame);
+    ASSERT_EQ(result.state, TrackState::kTracking) << px;
+    EXPECT_NEAR(x_m(result), PaintedWall::metres(px), 0.01) << px;
+    EXPECT_EQ(result.landmarks.size(), result.features->size());
+    const bool looked = are_looked_for(*result.features, *frame);
+    looked_for += looked ? 1 : 0;
+    if (!result.candidate) continue;
+    ++keyframes;
+    EXPECT_TRUE(looked) << "a keyframe's features are its own";
+  }
+  EXPECT_GE(keyframes, 2);
+  EXPECT_LT(looked_for, frames / 2);
+  EXPECT_GE(looked_for, frames / 4);
 }
 
 /// Letters over the upper part of the image, which stay where they are.

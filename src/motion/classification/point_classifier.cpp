@@ -23,29 +23,45 @@ void PointClassifier::forget() {
   labels_.clear();
 }
 
+FrameFlow PointClassifier::follow(const RgbdFrame& frame,
+                                  const std::optional<FlowPrediction>& predicted) {
+  FrameFlow flow;
+  if (config_.mode == DynamicMode::kOff) return flow;
+  {
+    const trace::Span span("pyramid");
+    flow.pyramid = ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px);
+  }
+  if (previous_ && !same_size(previous_->pyramid, flow.pyramid)) forget();
+  if (!previous_) return flow;
+  const trace::Span span("flow");
+  if (config_.epipolar.corners == FlowCorners::kOrb) flow.previous = previous_->features;
+  flow.followed = follow_features(camera_, *previous_, flow.pyramid, predicted, config_.flow);
+  return flow;
+}
+
 FrameEvidence PointClassifier::observe(const RgbdFrame& frame, const FeaturesPtr& features,
+                                       FrameFlow flow, std::span<const std::int32_t> links,
                                        std::span<const SegmentationPtr> new_masks,
                                        const std::optional<FlowPrediction>& predicted) {
-  CHECK(features != nullptr);
+  CHECK(features != nullptr && (links.empty() || links.size() == features->size()));
   FrameEvidence evidence;
   evidence.frame.features = features;
   evidence.links.assign(features->size(), -1);
   evidence.points.resize(features->size());
   if (config_.mode == DynamicMode::kOff) return evidence;
-  {
-    const trace::Span span("pyramid");
-    evidence.frame.pyramid = ImagePyramid(frame.grey, config_.flow.levels, config_.flow.window_px);
-  }
+  const ImagePyramid& image = flow.pyramid;
+  evidence.frame.pyramid = image;
   evidence.frame.range = depth_ranges(*features, frame.depth_m);
-  if (previous_ && !same_size(previous_->pyramid, evidence.frame.pyramid)) forget();
   evidence.is_first = !previous_;
 
-  const ImagePyramid& image = evidence.frame.pyramid;
   if (previous_) {
-    const trace::Span span("flow");
-    evidence.followed = follow_features(camera_, *previous_, image, predicted, config_.flow);
-    evidence.links =
-        link_to_previous(features->points, evidence.followed.ends, config_.epipolar.link_radius_px);
+    evidence.followed = std::move(flow.followed);
+    if (links.empty()) {
+      evidence.links = link_to_previous(features->points, evidence.followed.ends,
+                                        config_.epipolar.link_radius_px);
+    } else {
+      evidence.links.assign(links.begin(), links.end());
+    }
   }
   carry_masks(frame, evidence.followed.ends, new_masks, evidence);
   if (!previous_ || !uses_geometry()) return evidence;

@@ -30,6 +30,13 @@ struct DynamicConfig {
   ClassifierConfig classifier{};
 };
 
+/// Where the previous frame's points went: all that is known of a frame before its features.
+struct FrameFlow {
+  ImagePyramid pyramid;
+  FeaturesPtr previous;  ///< whose points were followed; null: none were
+  Followed followed;
+};
+
 /// What is known of a frame's features before they are labelled. A value of its own.
 struct FrameEvidence {
   FlowFrame frame;                  ///< what the next frame's flow starts from
@@ -59,13 +66,21 @@ class PointClassifier {
  public:
   PointClassifier(DynamicConfig config, const Camera& camera, std::uint64_t seed);
 
-  /// Flow of the previous frame's points, the masks' labels carried along it, the fundamental
-  /// matrix from points that were static before and each point's distance from its epipolar line
-  /// (Algorithm 1), and the camera's motion as flow and depth give it. Everything but masks is left
-  /// out in mode semantic, masks in mode geometry, all in mode off.
-  /// @param new_masks results that arrived since the last call, of this or earlier frames.
+  /// Flow of the previous frame's points; nothing in mode off.
   /// @param predicted nullopt: points are searched from where they were.
+  [[nodiscard]] FrameFlow follow(const RgbdFrame& frame,
+                                 const std::optional<FlowPrediction>& predicted);
+
+  /// The masks' labels carried along the flow, the fundamental matrix from points that were static
+  /// before and each point's distance from its epipolar line (Algorithm 1), and the camera's motion
+  /// as flow and depth give it. Everything but masks is left out in mode semantic, masks in mode
+  /// geometry, all in mode off.
+  /// @param flow what follow() gave of this frame, with the same prediction.
+  /// @param links per feature the previous one that it was followed from; empty: those whose flow
+  /// ends nearest.
+  /// @param new_masks results that arrived since the last call, of this or earlier frames.
   [[nodiscard]] FrameEvidence observe(const RgbdFrame& frame, const FeaturesPtr& features,
+                                      FrameFlow flow, std::span<const std::int32_t> links,
                                       std::span<const SegmentationPtr> new_masks,
                                       const std::optional<FlowPrediction>& predicted);
 

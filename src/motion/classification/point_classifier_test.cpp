@@ -40,7 +40,9 @@ Step seen_at(int k, bool board_moves) {
 /// One frame as the tracker has it before the pose.
 void observe(PointClassifier& classifier, std::span<const SegmentationPtr> masks,
              const std::optional<FlowPrediction>& predicted, Step& step) {
-  step.evidence = classifier.observe(*step.rendered.frame, step.features, masks, predicted);
+  const RgbdFrame& frame = *step.rendered.frame;
+  step.evidence = classifier.observe(frame, step.features, classifier.follow(frame, predicted), {},
+                                     masks, predicted);
   step.labels = classifier.classify(step.evidence);
 }
 
@@ -184,6 +186,35 @@ TEST(PointClassifier, LinksFollowTheTrueMotion) {
   }
 }
 
+TEST(PointClassifier, FeaturesThatWereFollowedGoOnFromTheirPoints) {
+  PointClassifier classifier(DynamicConfig{.mode = DynamicMode::kGeometry},
+                             motion_test::small_camera(), 7);
+  Step first = seen_at(0, false);
+  observe(classifier, {}, std::nullopt, first);
+  remember(classifier, first);
+  const Step second = seen_at(1, false);
+  const RgbdFrame& frame = *second.rendered.frame;
+  FrameFlow flow = classifier.follow(frame, std::nullopt);
+  ASSERT_EQ(flow.previous, first.features);
+  // Every second one, in another order.
+  Features followed;
+  std::vector<std::int32_t> links;
+  for (auto k = static_cast<std::int32_t>(first.features->size()) - 1; k >= 0; k -= 2) {
+    const FlowEnd& end = flow.followed.ends[static_cast<std::size_t>(k)];
+    if (!end.found) continue;
+    followed.points.push_back(first.features->points[static_cast<std::size_t>(k)]);
+    followed.points.back().uv_px = followed.points.back().ideal_px = end.uv_px;
+    followed.descriptors.emplace_back();
+    links.push_back(k);
+  }
+  ASSERT_GT(links.size(), 50U);
+  const auto evidence = classifier.observe(frame, std::make_shared<const Features>(followed),
+                                           std::move(flow), links, {}, std::nullopt);
+  EXPECT_EQ(evidence.links, links);
+  const PointLabels labels = classifier.classify(evidence);
+  EXPECT_GT(labels.static_points, 0.9 * static_cast<double>(links.size()));
+}
+
 TEST(PointClassifier, EverythingMaskedFallsBackAndSaysSo) {
   DynamicConfig config;
   config.masks.mask.far_behind_ratio = 100;  // do not let depth mend this mask
@@ -312,9 +343,10 @@ TEST(PointClassifier, SurvivesBlankFramesMissingDepthAndOtherSizes) {
       for (auto& p : broken->points) p.depth_m = nan;
       features = broken;
     }
-    FrameEvidence evidence = classifier.observe(
-        frame, features, std::vector<SegmentationPtr>{nullptr, board_mask(rendered)},
-        FlowPrediction{SE3(Mat3::Identity(), Vec3(0.01, 0, 0))});
+    const FlowPrediction predicted{SE3(Mat3::Identity(), Vec3(0.01, 0, 0))};
+    FrameEvidence evidence =
+        classifier.observe(frame, features, classifier.follow(frame, predicted), {},
+                           std::vector<SegmentationPtr>{nullptr, board_mask(rendered)}, predicted);
     const PointLabels labels = classifier.classify(evidence);
     EXPECT_EQ(labels.label.size(), features->size());
     for (const float w : labels.weight) EXPECT_TRUE(w >= 0 && w <= 1);

@@ -5,12 +5,13 @@ BUILD := build/$(PRESET)
 JOBS ?= $(shell nproc)
 YGSLAM_SHARED ?= $(abspath ../shared)
 export YGSLAM_SHARED
+space := $(subst ,, )
 
 SOURCES = git ls-files --cached --others --exclude-standard \
   'src/*.[ch]pp' 'fuzz/*.[ch]pp' 'bench/*.[ch]pp' 'tools/*.cpp' 'include/*.hpp' 'examples/*.cpp' 'ros2/*.cpp' \
   'tests/*.[ch]pp'
 
-.PHONY: help setup setup-checks setup-nightly configure configure-program build demo test nightly bench wheel model \
+.PHONY: help setup setup-checks setup-nightly configure configure-program build demo test arm64 nightly bench wheel model \
   quantize train format check-format lint sanitize clean
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -49,10 +50,19 @@ demo: configure-program ## run the main job; SEQ=folder MODEL=file.onnx OUT=fold
 test: build ## build and run the tests of every change; the others wait for `make nightly`
 	@tools/run_tests.sh $(BUILD) -j $(JOBS) -LE nightly
 
+ARM64_TESTS := core image features motion
+arm64: setup ## build for 64-bit ARM on another machine and run unit tests under QEMU (docs/install.md)
+	@tools/setup.sh arm64
+	@cmake --preset arm64 >/dev/null
+	@cmake --build build/arm64 -j $(JOBS) --target $(ARM64_TESTS:%=%_test)
+	@tools/run_tests.sh build/arm64 -j $(JOBS) -L '^($(subst $(space),|,$(ARM64_TESTS)))$$'
+
 nightly: setup-nightly check-format ## everything: all tests, linter and sanitizers on all code; what a release needs
 	@$(MAKE) build PRESET=ci
 	@$(MAKE) wheel
 	@tools/run_tests.sh build/ci -j $(JOBS)
+	@if tools/setup.sh arm64; then $(MAKE) arm64; else \
+	  echo "SKIPPED: nothing was built or tested for 64-bit ARM, its compiler or libraries cannot be installed here"; fi
 	@$(MAKE) lint sanitize ALL=1
 
 bench: configure ## build and run the benchmarks
@@ -95,7 +105,6 @@ ASAN_TESTS := core image io bag live_requests scene_file segment volume map map_
 ASAN_TESTS_ALL := $(ASAN_TESTS) live geometry scene scene_picture features optim motion mapping loop tracking dense facade inertial
 asan_tests = $(if $(ALL),$(ASAN_TESTS_ALL),$(ASAN_TESTS))
 TSAN_TESTS := ^(core\.(BoundedQueue|Published|Trace)|io\.(FrameReader|TraceWriter)|(facade|system)_threads\.)
-space := $(subst ,, )
 sanitize: setup ## unit tests under address, undefined behaviour and thread sanitizers; ALL=1: of every module
 	@cmake --preset asan >/dev/null && cmake --preset tsan >/dev/null
 	@cmake --build build/asan -j $(JOBS) --target $(asan_tests:%=%_test)

@@ -10,7 +10,7 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
     set(entries ${CMAKE_CURRENT_BINARY_DIR}/${target}_suites.cmake)
     add_custom_command(TARGET ${target} POST_BUILD BYPRODUCTS ${entries} VERBATIM
         COMMAND ${CMAKE_COMMAND} -D program=$<TARGET_FILE:${target}> -D label=${label} -D entries=${entries}
-                -D folder=${CMAKE_SOURCE_DIR} -P ${YGSLAM_TEST_SUITES_FILE})
+                -D folder=${CMAKE_SOURCE_DIR} "-D emulator=${CMAKE_CROSSCOMPILING_EMULATOR}" -P ${YGSLAM_TEST_SUITES_FILE})
     # A program that was not built is one entry that fails.
     set(include_file ${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake)
     file(WRITE ${include_file} "if(EXISTS \"${entries}\")\n  include(\"${entries}\")\nelse()\n"
@@ -20,7 +20,7 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
   return()
 endif()
 
-execute_process(COMMAND ${program} --gtest_list_tests WORKING_DIRECTORY ${folder}
+execute_process(COMMAND ${emulator} ${program} --gtest_list_tests WORKING_DIRECTORY ${folder}
                 OUTPUT_VARIABLE listing RESULT_VARIABLE status TIMEOUT 60)
 if(NOT status EQUAL 0)
   file(REMOVE ${program} ${entries})
@@ -28,6 +28,10 @@ if(NOT status EQUAL 0)
 endif()
 string(REGEX MATCHALL "(^|\n)[A-Za-z0-9_/]+\\." suites "${listing}")
 set(text "")
+set(command "")
+foreach(word ${emulator} ${program})
+  string(APPEND command " \"${word}\"")
+endforeach()
 foreach(suite ${suites})
   string(REGEX REPLACE "[\n.]" "" suite ${suite})
   set(labels ${label})
@@ -37,7 +41,7 @@ foreach(suite ${suites})
   string(REPLACE " " ";" labels "${labels}")
   # Of a suite all of which was skipped nothing was shown: its entry says so. Where some tests ran,
   # tools/list_skipped.py names the others.
-  string(APPEND text "add_test([=[${label}.${suite}]=] \"${program}\" [=[--gtest_filter=${suite}.*]=])\n"
+  string(APPEND text "add_test([=[${label}.${suite}]=]${command} [=[--gtest_filter=${suite}.*]=])\n"
          "set_tests_properties([=[${label}.${suite}]=] PROPERTIES WORKING_DIRECTORY \"${folder}\" "
          "TIMEOUT 900 LABELS \"${labels}\" "
          "SKIP_REGULAR_EXPRESSION [=[  PASSED  \\] 0 tests\\.\n.  SKIPPED [^\n]*\n(.  SKIPPED [^\n]*\n)*\$]=])\n")

@@ -28,6 +28,11 @@ endif()
 # Contracting a*b+c differently in two translation units would make equal formulas unequal.
 target_compile_options(ygslam_compiler INTERFACE -ffp-contract=on)
 
+# What was tested where `char` has a sign must not mean something else where it has none.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm")
+  target_compile_options(ygslam_compiler INTERFACE -fsigned-char)
+endif()
+
 if(YGSLAM_ARCH STREQUAL "auto")
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     target_compile_options(ygslam_compiler INTERFACE -march=x86-64-v3)

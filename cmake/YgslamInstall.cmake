@@ -35,7 +35,7 @@ install(FILES ${CMAKE_BINARY_DIR}/_ygslam DESTINATION "${CMAKE_INSTALL_DATADIR}/
 # OpenVINO: the core, the CPU plugin, the readers of ONNX and IR, and the thread pool they use.
 get_target_property(openvino_library openvino::runtime IMPORTED_LOCATION_RELEASE)
 get_filename_component(openvino_dir "${openvino_library}" DIRECTORY)
-file(GLOB openvino_files "${openvino_dir}/libopenvino.so*" "${openvino_dir}/libopenvino_intel_cpu_plugin.so"
+file(GLOB openvino_files "${openvino_dir}/libopenvino.so*" "${openvino_dir}/libopenvino_*_cpu_plugin.so"
      "${openvino_dir}/libopenvino_onnx_frontend.so*" "${openvino_dir}/libopenvino_ir_frontend.so*"
      "${openvino_dir}/libtbb.so*" "${openvino_dir}/libtbbmalloc.so*" "${openvino_dir}/plugins.xml")
 install(FILES ${openvino_files} DESTINATION ${runtime_dir})

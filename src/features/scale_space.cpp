@@ -4,8 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
 #endif
 
 namespace ygslam {
@@ -54,7 +56,7 @@ class RowReducer {
   // Reads up to 16 bytes beyond the row.
   void operator()(const std::uint8_t* row, std::uint8_t* out) const {
     std::size_t u = 0;
-#ifdef __AVX2__
+#if defined(__AVX2__)
     const __m128i half = _mm_set1_epi16(kWeightOne / 2);
     for (const Block& b : blocks_) {
       const __m128i source = _mm_loadu_si128(reinterpret_cast<const __m128i*>(row + b.first));
@@ -64,6 +66,15 @@ class RowReducer {
           _mm_maddubs_epi16(pairs, _mm_load_si128(reinterpret_cast<const __m128i*>(b.weights)));
       const __m128i pixels = _mm_srli_epi16(_mm_add_epi16(sum, half), kWeightBits);
       _mm_storel_epi64(reinterpret_cast<__m128i*>(out + u), _mm_packus_epi16(pixels, pixels));
+      u += 8;
+    }
+#elif defined(__ARM_NEON)
+    for (const Block& b : blocks_) {
+      const uint8x16_t pairs = vqtbl1q_u8(vld1q_u8(row + b.first), vld1q_u8(b.order));
+      const uint8x16_t weights = vreinterpretq_u8_s8(vld1q_s8(b.weights));
+      const uint16x8_t low = vmull_u8(vget_low_u8(pairs), vget_low_u8(weights));
+      const uint16x8_t sum = vpaddq_u16(low, vmull_high_u8(pairs, weights));
+      vst1_u8(out + u, vrshrn_n_u16(sum, kWeightBits));
       u += 8;
     }
 #endif

@@ -7,8 +7,10 @@
 #include <iterator>
 #include <vector>
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
 #endif
 
 namespace ygslam {
@@ -23,7 +25,7 @@ void widen(DepthRange& range, float d) {
   range.max_m = std::max(range.max_m, known ? d : 0.0F);
 }
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 /// Eight columns at once, of which those of the square count.
 DepthRange inner_depth_range(const DepthImage& depth_m, int u, int v, int radius_px) {
   const __m256 none = _mm256_setzero_ps();
@@ -50,6 +52,28 @@ DepthRange inner_depth_range(const DepthImage& depth_m, int u, int v, int radius
     range.min_m = std::min(range.min_m, low[k]);
     range.max_m = std::max(range.max_m, high[k]);
   }
+  return range.max_m > 0 ? range : DepthRange{};
+}
+#elif defined(__ARM_NEON)
+/// Eight columns at once, of which those of the square count.
+DepthRange inner_depth_range(const DepthImage& depth_m, int u, int v, int radius_px) {
+  constexpr std::array<std::int32_t, 8> kColumns{0, 1, 2, 3, 4, 5, 6, 7};
+  const float32x4_t none = vdupq_n_f32(0);
+  const float32x4_t farthest = vdupq_n_f32(kFarthest_m);
+  const int32x4_t width = vdupq_n_s32(2 * radius_px + 1);
+  float32x4_t min_m = farthest;
+  float32x4_t max_m = none;
+  for (int y = v - radius_px; y <= v + radius_px; ++y) {
+    for (const int half : {0, 4}) {
+      const float32x4_t d = vld1q_f32(depth_m.row(y) + u - radius_px + half);
+      const uint32x4_t counts = vcltq_s32(vld1q_s32(kColumns.data() + half), width);
+      const uint32x4_t known =
+          vandq_u32(vandq_u32(vcgtq_f32(d, none), vcltq_f32(d, farthest)), counts);
+      min_m = vminq_f32(min_m, vbslq_f32(known, d, farthest));
+      max_m = vmaxq_f32(max_m, vbslq_f32(known, d, none));
+    }
+  }
+  const DepthRange range{vminvq_f32(min_m), vmaxvq_f32(max_m)};
   return range.max_m > 0 ? range : DepthRange{};
 }
 #endif
@@ -137,7 +161,7 @@ float depth_at(const DepthImage& depth_m, double u, double v) {
 }
 
 DepthRange depth_range(const DepthImage& depth_m, int u, int v, int radius_px) {
-#ifdef __AVX2__
+#if defined(__AVX2__) || defined(__ARM_NEON)
   if (radius_px >= 0 && radius_px <= 3 && u >= radius_px && v >= radius_px &&
       u - radius_px + 8 <= depth_m.width() && v + radius_px < depth_m.height())
     return inner_depth_range(depth_m, u, v, radius_px);

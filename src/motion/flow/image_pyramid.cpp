@@ -4,8 +4,10 @@
 #include <array>
 #include <utility>
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
 #endif
 
 #include "motion/flow/flow_patch.hpp"
@@ -29,7 +31,7 @@ void sum_columns(const std::array<const std::uint8_t*, 5>& rows, int count,
 /// up to 16 entries beyond the last one needed.
 void sum_rows(const std::uint16_t* sums, int count, std::uint8_t* out) {
   int u = 0;
-#ifdef __AVX2__
+#if defined(__AVX2__)
   const auto load = [](const std::uint16_t* p) {
     return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
   };
@@ -47,6 +49,17 @@ void sum_rows(const std::uint16_t* sums, int count, std::uint8_t* out) {
     const __m128i words =
         _mm_packus_epi32(_mm256_castsi256_si128(sum), _mm256_extracti128_si256(sum, 1));
     _mm_storel_epi64(reinterpret_cast<__m128i*>(out + u), _mm_packus_epi16(words, words));
+  }
+#elif defined(__ARM_NEON)
+  for (; u + 8 <= count; u += 8) {  // 16 * 16 * 255 fits 16 bits
+    const std::uint16_t* p = sums + 2 * static_cast<std::ptrdiff_t>(u);
+    const uint16x8x2_t first = vld2q_u16(p);
+    const uint16x8x2_t second = vld2q_u16(p + 2);
+    const uint16x8_t outer = vaddq_u16(first.val[0], vld2q_u16(p + 4).val[0]);
+    const uint16x8_t inner = vaddq_u16(first.val[1], second.val[1]);
+    uint16x8_t sum = vmlaq_n_u16(outer, second.val[0], 6);
+    sum = vaddq_u16(sum, vshlq_n_u16(inner, 2));
+    vst1_u8(out + u, vrshrn_n_u16(sum, 8));
   }
 #endif
   for (; u < count; ++u) {

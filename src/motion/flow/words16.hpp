@@ -1,11 +1,13 @@
-// Sixteen 16-bit integers at once: the vector unit of AVX2, or plain loops with the same results.
-// Include from .cpp files only.
+// Sixteen 16-bit integers at once: the vector unit of AVX2 or NEON, or plain loops with the same
+// results. Include from .cpp files only.
 #pragma once
 
 #include <cstdint>
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
 #else
 #include <array>
 #include <cstdlib>
@@ -13,7 +15,7 @@
 
 namespace ygslam {
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 
 struct Words {
   __m256i v;
@@ -55,6 +57,61 @@ class Sums {
 
  private:
   __m256i lanes_ = _mm256_setzero_si256();
+};
+
+#elif defined(__ARM_NEON)
+
+struct Words {
+  int16x8_t low, high;
+
+  static Words zero() { return all(0); }
+  static Words all(std::int16_t value) { return {vdupq_n_s16(value), vdupq_n_s16(value)}; }
+  static Words load(const std::int16_t* p) { return {vld1q_s16(p), vld1q_s16(p + 8)}; }
+  static Words load_bytes(const std::uint8_t* p) {
+    const uint8x16_t bytes = vld1q_u8(p);
+    return {vreinterpretq_s16_u16(vmovl_u8(vget_low_u8(bytes))),
+            vreinterpretq_s16_u16(vmovl_high_u8(bytes))};
+  }
+  void store(std::int16_t* p) const {
+    vst1q_s16(p, low);
+    vst1q_s16(p + 8, high);
+  }
+
+  friend Words operator+(Words a, Words b) {
+    return {vaddq_s16(a.low, b.low), vaddq_s16(a.high, b.high)};
+  }
+  friend Words operator-(Words a, Words b) {
+    return {vsubq_s16(a.low, b.low), vsubq_s16(a.high, b.high)};
+  }
+  friend Words operator&(Words a, Words b) {
+    return {vandq_s16(a.low, b.low), vandq_s16(a.high, b.high)};
+  }
+  [[nodiscard]] Words shifted_left(int bits) const {
+    const int16x8_t by = vdupq_n_s16(static_cast<std::int16_t>(bits));
+    return {vshlq_s16(low, by), vshlq_s16(high, by)};
+  }
+  [[nodiscard]] Words shifted_right(int bits) const { return shifted_left(-bits); }
+  /// The product with a factor in 1/32768, rounded to nearest.
+  [[nodiscard]] Words scaled(Words q15) const {
+    return {vqrdmulhq_s16(low, q15.low), vqrdmulhq_s16(high, q15.high)};
+  }
+  [[nodiscard]] Words magnitude() const { return {vabsq_s16(low), vabsq_s16(high)}; }
+};
+
+/// Running sums of products; each of its lanes holds 32 bits.
+class Sums {
+ public:
+  void add_products(Words a, Words b) {
+    low_ = vmlal_s16(low_, vget_low_s16(a.low), vget_low_s16(b.low));
+    low_ = vmlal_high_s16(low_, a.low, b.low);
+    high_ = vmlal_s16(high_, vget_low_s16(a.high), vget_low_s16(b.high));
+    high_ = vmlal_high_s16(high_, a.high, b.high);
+  }
+  [[nodiscard]] std::int64_t total() const { return vaddlvq_s32(low_) + vaddlvq_s32(high_); }
+
+ private:
+  int32x4_t low_ = vdupq_n_s32(0);
+  int32x4_t high_ = vdupq_n_s32(0);
 };
 
 #else

@@ -55,6 +55,20 @@ FIRST_DECODES_LAST = """(() => {
     };
 })()"""
 
+# Four frames 50 ms apart, of which the second had no pose and the third an unsure one. Where each is on the scrubber:
+# its colour there.
+MARKS = """(() => {
+    const frame = (n) => ({t: n / 20, frame: n, pose: null, lost: n === 1, unsure: n === 2, stages: [9, 2, 4], points: [1, 1, 1], age: 0});
+    record.load([0, 1, 2, 3].map(frame));
+    record.draw();
+    const marks = $('marks'), scrub = $('scrub').getBoundingClientRect();
+    const name = ([r, g, b, a]) => !a ? '' : ['--dynamic', '--unknown'].find((n) => colourOf(n).slice(0, 3).join() === [r, g, b].join());
+    return [0, 1, 2, 3].map((n) => {
+        const x = scrub.x - marks.getBoundingClientRect().x + 8 + n / 3 * (scrub.width - 16);
+        return name(marks.getContext('2d').getImageData(Math.round(x), 1, 1, 1).data);
+    });
+})()"""
+
 
 def tiles(group):
     return f"[...scene.layers.values()].filter((l) => l.group === '{group}' && l.count > 0).length"
@@ -207,6 +221,14 @@ class Page(Watched):
                 self.assertEqual(len(await page.value(REFUSED)), 7)
         asyncio.run(browse())
         self.end(run)
+
+    def test_the_scrubber_tells_where_the_pose_was_lost_or_unsure(self):
+        async def look(page):
+            await page.until(f"{STATE} === 'paused before the first frame'")
+            self.assertEqual(await page.value(MARKS), ["", "--dynamic", "--unknown", ""])
+            self.assertAlmostEqual(await page.value("record.period_ms"), 50)
+            self.assertEqual(await page.value("summed(record.entry.stages)"), [9, 11, 15])
+        self.end(self.see(look, "--view-paused"))
 
     def test_answers_move_nothing(self):
         async def look(page):

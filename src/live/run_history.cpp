@@ -32,14 +32,16 @@ void RunHistory::add(const RgbdFrame& frame, const TrackResult& result) {
     frames_.resize((frames_.size() + 1) / 2);
     stride_ *= 2;
   }
-  const bool is_tracked = has_pose(result.state);
+  const bool is_sure = result.state == TrackState::kTracking && !result.provisional;
   const auto [p, q] = pose_in_map(result.T_world_odom * result.T_odom_camera);
   const auto real = [](auto value) { return static_cast<float>(value); };
   const PointLabels& labels = result.labels;
   frames_.push_back(
       {static_cast<double>(frame.stamp.ns) * 1e-9,
        index(frame.id),
-       is_tracked ? 1.0F : 0.0F,
+       is_sure                  ? 1.0F
+       : has_pose(result.state) ? 0.5F
+                                : 0.0F,
        {real(p.x), real(p.y), real(p.z), real(q.x), real(q.y), real(q.z), real(q.w)},
        {real(result.orb_ms), real(result.motion_ms), real(result.pose_ms)},
        {real(labels.static_points), real(labels.dynamic_points), real(labels.unknown_points)},

@@ -21,9 +21,9 @@ class RunHistory {
   [[nodiscard]] std::size_t size() const { return frames_.size(); }
 
   /// A point where the camera was for each frame, in map as it was corrected then, with the fields
-  /// t [s], frame, x y z [m], qx qy qz qw (the camera's axes as REP 103 has them), tracked (0:
-  /// lost, its pose is a guess), features_ms motion_ms pose_ms, static dynamic unknown (points),
-  /// and mask_age (frames; -1: no mask).
+  /// t [s], frame, x y z [m], qx qy qz qw (the camera's axes as REP 103 has them), tracked (1; 0.5:
+  /// weak, coasting or provisional; 0: lost, its pose is a guess), features_ms motion_ms pose_ms,
+  /// static dynamic unknown (points), and mask_age (frames; -1: no mask).
   [[nodiscard]] ros::PointCloud2 message(Timestamp stamp) const;
 
  private:

@@ -13,7 +13,10 @@ void add_frames(RunHistory& history, std::uint32_t count) {
     frame.id = FrameId{i};
     frame.stamp.ns = std::int64_t{1'000'000'000} * i + 500'000'000;
     TrackResult result;
-    result.state = i == 1 ? TrackState::kLost : TrackState::kTracking;
+    result.state = i == 1   ? TrackState::kLost
+                   : i == 3 ? TrackState::kCoasting
+                            : TrackState::kTracking;
+    result.provisional = i == 4;
     result.T_odom_camera = SE3(Mat3::Identity(), Vec3(1, 2, 3.0 + i));  // right, down, forward
     result.labels.dynamic_points = 7;
     result.mask_age_frames = -1;
@@ -37,10 +40,10 @@ T value(const ros::PointCloud2& cloud, std::size_t point, std::string_view name)
 
 TEST(RunHistory, TellsOfEachFrameWhereTheCameraWasAndHowItWent) {
   RunHistory history;
-  add_frames(history, 3);
+  add_frames(history, 5);
   const ros::PointCloud2 told = history.message({});
-  ASSERT_EQ(told.width, 3U);
-  ASSERT_EQ(told.data.size(), 3 * told.point_step);
+  ASSERT_EQ(told.width, 5U);
+  ASSERT_EQ(told.data.size(), 5 * told.point_step);
   EXPECT_DOUBLE_EQ(value<double>(told, 2, "t"), 2.5);
   EXPECT_EQ(value<std::uint32_t>(told, 2, "frame"), 2U);
   EXPECT_EQ(value<float>(told, 2, "x"), 5) << "axes as REP 103 has them";
@@ -49,6 +52,8 @@ TEST(RunHistory, TellsOfEachFrameWhereTheCameraWasAndHowItWent) {
   EXPECT_EQ(value<float>(told, 2, "qw"), 1);
   EXPECT_EQ(value<float>(told, 1, "tracked"), 0);
   EXPECT_EQ(value<float>(told, 2, "tracked"), 1);
+  EXPECT_EQ(value<float>(told, 3, "tracked"), 0.5F) << "coasting";
+  EXPECT_EQ(value<float>(told, 4, "tracked"), 0.5F) << "provisional";
   EXPECT_EQ(value<float>(told, 2, "pose_ms"), 4.5F);
   EXPECT_EQ(value<float>(told, 2, "dynamic"), 7);
   EXPECT_EQ(value<float>(told, 2, "mask_age"), -1);

@@ -25,6 +25,7 @@ struct Segmentation {
   GreyImage ids;    ///< per pixel: 0 = none, i + 1 = instances[i]; where masks overlap the better
                     ///< score wins
   int edge_px = 0;  ///< so far the edges of the masks may be off
+  bool by_fallback = false;  ///< see make_fallback_segmenter()
 };
 using SegmentationPtr = std::shared_ptr<const Segmentation>;
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <future>
+
 #include "dense/dense_map.hpp"
 #include "system/testing/rendered_recording.hpp"
 
@@ -84,6 +87,37 @@ TEST(DenseOffer, FillsTheMapWhereTheCameraStands) {
   EXPECT_EQ(views_of_run(&make_offline_runner, 0).frames, 0U);
   EXPECT_EQ(views_of_run(&make_offline_runner, 0.5).fingerprint,
             views_of_run(&make_offline_runner, 0.5).fingerprint);
+}
+
+/// More updates than its queue takes, while it is busy with the first.
+TEST(DenseMapBehind, HoldsNobodyUpAndGetsWhatItMissed) {
+  const auto& recording = system_test::record_once("walking_static", 4);
+  std::promise<void> over;
+  const std::shared_future<void> is_over = over.get_future().share();
+  MapUse use;
+  use.dense_sink.look_at_once = [is_over](DenseMap&) { is_over.wait(); };
+  SlamConfig config = system_test::small_config(DynamicMode::kFull);
+  config.run.first_mask_timeout_s = 60;
+  auto runner =
+      make_live_runner(config, recording.camera,
+                       std::make_unique<system_test::TruthSegmenter>(recording), std::move(use));
+  auto run = std::async(std::launch::async, [&] {
+    for (const FramePtr& frame : recording.frames) {
+      static_cast<void>(runner->process(frame));
+      for (int i = 0; i < 2; ++i) runner->correct({});
+    }
+  });
+  const bool went_on = run.wait_for(std::chrono::minutes(2)) == std::future_status::ready;
+  over.set_value();
+  run.get();
+  EXPECT_TRUE(went_on);
+  const SlamOutcome& outcome = runner->finish();
+  EXPECT_GT(outcome.statistics.dense_skipped, 0) << "frames between keyframes";
+  std::size_t views = 0;
+  runner->inspect_dense([&](DenseMap& dense) {
+    for (const SavedView& view : dense.saved()) views += view.anchor ? 0 : 1;
+  });
+  EXPECT_EQ(views, runner->map().keyframes().size());
 }
 
 }  // namespace

@@ -23,7 +23,11 @@ class DenseThread {
   DenseThread(const DenseThread&) = delete;
   DenseThread& operator=(const DenseThread&) = delete;
 
-  /// Waits only where it is many updates behind.
+  /// Whether another update would have to wait.
+  [[nodiscard]] bool is_full() const { return queue_.size() >= kQueue; }
+  /// Whether it does not keep up with what it is told.
+  [[nodiscard]] bool is_behind() const { return queue_.size() >= kBehind; }
+  /// Waits only where it is full.
   void apply(DenseUpdate update) { queue_.push(std::move(update)); }
   /// Calls `look` with the map between two steps.
   void inspect(const std::function<void(DenseMap&)>& look);
@@ -46,7 +50,7 @@ class DenseThread {
     std::chrono::steady_clock::time_point next{};
   };
 
-  static constexpr std::size_t kQueue = 64;
+  static constexpr std::size_t kQueue = 64, kBehind = 8;
   std::mutex mutex_;
   DenseMap map_;               // under the mutex
   std::array<Look, 2> looks_;  // the thread's; the more urgent one first

@@ -29,7 +29,6 @@ class LiveRunner final : public Runner {
         camera_(camera),
         log_(config.run.keep_trajectory, config.run.shutter_source),
         inertial_(config.imu),
-        in_step_(segmenter && segmenter->in_step()),
         segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr) {
     start();
   }
@@ -48,8 +47,12 @@ class LiveRunner final : public Runner {
     inertial_.take(frame->stamp, result);
     const auto put = [this](auto& message) { map_->put(std::move(message)); };
     if (auto message = route_->frame_message(frame, result)) {
-      await_mask(frame);
-      std::visit(put, *message);
+      if (std::holds_alternative<DenseFrameMessage>(*message) && map_->is_dense_behind()) {
+        skip_in_dense_map();
+      } else {
+        await_mask(frame);
+        std::visit(put, *message);
+      }
     }
     for (MapRequest& request : ResultRoute::requests(*frame, result)) std::visit(put, request);
     for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
@@ -118,6 +121,7 @@ class LiveRunner final : public Runner {
     map_->finish_dense();
     RunStatistics& statistics = log_.statistics();
     statistics.map = map_->times();
+    statistics.dense_skipped += map_->stage().dense_skipped();
     if (segmenter_) {
       statistics.segment = segmenter_->statistics().times;
       statistics.masks_failed = segmenter_->statistics().failed;
@@ -145,6 +149,11 @@ class LiveRunner final : public Runner {
     segmenter_answers_ = true;
   }
 
+  void skip_in_dense_map() {
+    if (log_.statistics().dense_skipped++ == 0)
+      log::warn("the processor is busy: the dense map goes by keyframes alone for now");
+  }
+
   /// The mask of this frame is for the map, too.
   void await_mask(const FramePtr& frame) {
     if (segmenter_) segmenter_->put_keyframe(frame);
@@ -165,6 +174,8 @@ class LiveRunner final : public Runner {
     while (auto masks = segmenter_->try_pop()) arrived.push_back(std::move(*masks));
     RunStatistics& statistics = log_.statistics();
     statistics.masks_used += static_cast<int>(arrived.size());
+    for (const SegmentationPtr& masks : arrived)
+      statistics.masks_by_fallback += masks->by_fallback ? 1 : 0;
     if (!arrived.empty()) {
       segmenter_answers_ = true;
       last_mask_ = frame.stamp;
@@ -188,7 +199,7 @@ class LiveRunner final : public Runner {
     const ScopedTimer timer;
     if (last_frames_.empty()) {
       static_cast<void>(segmenter_->wait_answer(current, config_.run.first_mask_timeout_s));
-    } else if (in_step_ && segmenter_answers_) {
+    } else if (segmenter_->in_step() && segmenter_answers_) {
       segmenter_answers_ = segmenter_->wait_answer(current, kMaskPatience_s);
     } else if (longest_lag() > 0 && last_frames_.size() >= longest_lag() && segmenter_answers_) {
       segmenter_answers_ = segmenter_->wait_answer(last_frames_.front(), kMaskPatience_s);
@@ -215,7 +226,6 @@ class LiveRunner final : public Runner {
   const Camera& camera_;
   RunLog log_;
   InertialStage inertial_;
-  const bool in_step_;                        // see Segmenter::in_step()
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one
   std::optional<Tracker> tracker_;
   std::unique_ptr<MapThread> map_;

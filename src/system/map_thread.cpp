@@ -73,8 +73,13 @@ void MapThread::publish() {
   const trace::Span span("publish");
   closed_loops_.store(stage_.closed_loops());
   view_.store(stage_.view());
-  dense_.apply(stage_.take_dense_update());
+  tell_dense();
   if (sink_) sink_(stage_.map());
+}
+
+// What it cannot take now is kept for the next time: the map waits for nobody.
+void MapThread::tell_dense() {
+  if (!dense_.is_full()) dense_.apply(stage_.take_dense_update());
 }
 
 void MapThread::finish_dense() {
@@ -111,7 +116,7 @@ void MapThread::take(const SegmentationPtr& masks) {
   if (changed) {
     publish();
   } else if (stage_.has_dense_frames()) {
-    dense_.apply(stage_.take_dense_update());
+    tell_dense();
   }
 }
 

@@ -32,6 +32,8 @@ class MapThread {
   void put(KeyframeMessage message);
   /// Passed over while an earlier one waits.
   void put(PlaceRequest request);
+  /// The dense map does not keep up: it can do without frames that are no keyframes.
+  [[nodiscard]] bool is_dense_behind() const { return dense_.is_behind(); }
   /// A frame, a mask, a patch, a report of the shutter, or a keyframe to make a view around.
   template <typename Other>
   void put(Other message) {
@@ -71,6 +73,7 @@ class MapThread {
   void take(const PlaceRequest& request);
   void take(Inspection& inspection);
   void publish();
+  void tell_dense();
   bool close_loops();
   void take_adjustment();
 

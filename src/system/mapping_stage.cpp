@@ -145,7 +145,7 @@ bool MappingStage::apply(const Segmentation& masks) {
     const auto& [newest, message] = frame->second;
     DenseFrame dense{newest, message.frame, message.read_out, {}, {}, {}, anchor_of(message.pose)};
     mark_movers_and_things(&masks, *message.features, message.labels, config_.mask.movable, dense);
-    dense_update_.added.push_back(std::move(dense));
+    offer(std::move(dense));
     waiting_frames_.erase(frame);
     return false;
   }
@@ -173,8 +173,16 @@ void MappingStage::integrate(const Waiting& waiting, const Segmentation* masks) 
   DenseFrame dense{
       waiting.keyframe, waiting.frame, map().keyframe(waiting.keyframe).data->read_out, {}, {}, {}};
   mark_movers_and_things(masks, *waiting.features, waiting.labels, config_.mask.movable, dense);
-  dense_update_.added.push_back(std::move(dense));
+  offer(std::move(dense));
   if (config_.close_loops) complete_.push_back(waiting.keyframe);
+}
+
+void MappingStage::offer(DenseFrame frame) {
+  std::vector<DenseFrame>& offered = dense_update_.added;
+  offered.push_back(std::move(frame));
+  if (offered.size() <= config_.max_dense_frames) return;
+  offered.erase(offered.begin());
+  ++dense_skipped_;
 }
 
 std::vector<FramePtr> MappingStage::waiting() const {

@@ -32,8 +32,9 @@ struct MappingStageConfig {
   MaskConfig mask;      ///< as tracking reads masks
   bool expects_masks =
       false;  ///< a keyframe's pixels wait for its mask before they enter the dense map
-  int max_waiting_keyframes = 64;  ///< beyond: the oldest enters with the point labels alone
-  int max_waiting_frames = 8;      ///< that are no keyframes; beyond: the oldest is let go
+  int max_waiting_keyframes = 64;      ///< beyond: the oldest enters with the point labels alone
+  std::size_t max_dense_frames = 128;  ///< that nobody took; beyond: the oldest is let go
+  int max_waiting_frames = 8;          ///< that are no keyframes; beyond: the oldest is let go
 };
 
 [[nodiscard]] MappingStageConfig mapping_config(const SlamConfig& config, bool expects_masks,
@@ -85,6 +86,8 @@ class MappingStage {
   [[nodiscard]] const Map& map() const { return mapper_.map(); }
   /// Frames that still wait for their mask, those of keyframes first, oldest first.
   [[nodiscard]] std::vector<FramePtr> waiting() const;
+  /// Frames that the dense map does not get: it took none for too long.
+  [[nodiscard]] int dense_skipped() const { return dense_skipped_; }
   [[nodiscard]] bool has_dense_frames() const { return !dense_update_.added.empty(); }
   /// What changed for the dense map since the last call.
   [[nodiscard]] DenseUpdate take_dense_update();
@@ -106,6 +109,7 @@ class MappingStage {
   };
   /// @param masks of its frame; nullptr: none came.
   void integrate(const Waiting& waiting, const Segmentation* masks);
+  void offer(DenseFrame frame);
   /// The keyframe itself, or what a removed one is told by: where a camera is at a pose relative to
   /// it.
   [[nodiscard]] DenseAnchor anchor_of(const KeyframeRelativePose& pose) const;
@@ -122,6 +126,7 @@ class MappingStage {
   int closed_loops_ = 0;
   std::deque<KeyframeId> complete_;  // mapped and rid of moving things, not compared yet
   DenseUpdate dense_update_;
+  int dense_skipped_ = 0;
   std::vector<KeyframeId> culled_;  // that the dense map was not told of
   std::map<FrameId, WaitingFrame> waiting_frames_;
   std::map<FrameId, Waiting> waiting_;

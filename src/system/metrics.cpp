@@ -111,7 +111,9 @@ Json metrics_json(const SlamOutcome& outcome, const Map& map, const FrameReaderC
   json["dropped"] = input.dropped;
   json["camera_fixed_share"] = round_to(s.ego_mask_share, 1e-4);
   json["masks_used"] = s.masks_used;
+  json["masks_by_fallback"] = s.masks_by_fallback;
   json["masks_failed"] = s.masks_failed;
+  json["dense_frames_skipped"] = s.dense_skipped;
   json["mask_wait_s"] = round_to(s.mask_wait_s, 1e-3);
   json["segmenter_silent"] = s.segmenter_silent;
   json["frames_with_few_static_points"] = s.few_static;

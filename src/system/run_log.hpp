@@ -36,7 +36,9 @@ struct RunStatistics {
   StageTimes track, segment, map;
   double ego_mask_share = 0;  ///< of the image, in the last frame; found by itself
   int masks_used = 0;
+  int masks_by_fallback = 0;  ///< of those used: see make_fallback_segmenter()
   int masks_failed = 0;
+  int dense_skipped = 0;          ///< live: frames that the dense map was too busy for
   double mask_wait_s = 0;         ///< live: tracking waited for masks, in all
   bool segmenter_silent = false;  ///< no mask came for long while frames did
 };

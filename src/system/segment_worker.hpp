@@ -26,6 +26,9 @@ class SegmentWorker {
   /// Finished masks, oldest first.
   [[nodiscard]] std::optional<SegmentationPtr> try_pop() { return shared_->masks.try_pop(); }
 
+  /// See Segmenter; it may change in a run.
+  [[nodiscard]] bool in_step() const { return shared_->segmenter->in_step(); }
+
   /// Waits until a frame not older than `oldest` is finished, with a mask (which is then there to
   /// be popped) or in vain. @return false if none was in time.
   [[nodiscard]] bool wait_answer(FrameId oldest, double seconds) {

@@ -51,6 +51,17 @@ Result<MapUse> open_map(const SessionOptions& options, const Camera& camera, Ses
   return use;
 }
 
+/// A camera does not wait for a model that is too large for the machine.
+std::unique_ptr<Segmenter> with_fallback(std::unique_ptr<Segmenter> model,
+                                         const SessionOptions& options) {
+  const SegmentConfig& config = options.config.segment;
+  if (config.late_s <= 0) return model;
+  const auto builtin = [camera = options.camera, threads = config.network.threads] {
+    return make_people_segmenter(camera, {Precision::kAuto, threads});
+  };
+  return make_fallback_segmenter(std::move(model), builtin, {.late_s = config.late_s});
+}
+
 }  // namespace
 
 Status choose_segmenter(const std::string& words, const std::filesystem::path& model,
@@ -137,6 +148,9 @@ Result<Session> open_session(SessionOptions options) {
     session.precision = (*segmenter)->precision();
   }
   if (!options.may_wait) options.config.run.file_mask_lag_frames = 0;
+  const bool may_be_late = !options.deterministic && !options.may_wait;
+  if (options.segmenter == SegmenterKind::kModel && *segmenter && may_be_late)
+    segmenter = with_fallback(std::move(*segmenter), options);
   session.camera = std::make_unique<Camera>(options.camera);
   auto map_use = open_map(options, *session.camera, session);
   if (!map_use.ok()) return map_use.error();

@@ -12,6 +12,7 @@
 #include "loop/loop_closer.hpp"
 #include "mapping/mapper.hpp"
 #include "motion/classification/point_classifier.hpp"
+#include "segment/fallback_segmenter.hpp"
 #include "segment/model_segmenter.hpp"
 #include "system/config_schema.hpp"
 #include "tracking/tracker.hpp"
@@ -33,6 +34,8 @@ struct RunConfig {
 
 struct SegmentConfig {
   ModelConfig network;
+  double late_s =
+      FallbackConfig{}.late_s;  ///< of masks, live; later: the built-in network; 0: never
   std::vector<std::string> movable = {"person"};  ///< COCO names or groups
 };
 

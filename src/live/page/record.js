@@ -1,11 +1,11 @@
-// The run so far: of each frame pose, whether it is lost, times, points and mask age; the curves of it, and the
+// The run so far: of each frame pose, how sure it is, times, points and mask age; the curves of it, and the
 // scrubber through it.
 'use strict';
 
 const kMostEntries = 4096;
 const kGap_s = 0.4, kGapFrames = 8;
 const kCurves = {
-  time: {colours: ['--accent', '--static', '--unknown'], names: ['features', 'motion', 'pose'], of: (e) => e.stages},
+  time: {colours: ['--accent', '--static', '--unknown'], names: ['features', 'motion', 'pose'], of: (e) => e.stages, isStacked: true},
   points: {colours: ['--static', '--dynamic', '--unknown'], names: ['static', 'dynamic', 'unknown'], of: (e) => e.points},
   age: {colours: ['--accent'], names: ['mask'], of: (e) => [e.age < 0 ? NaN : e.age]},
 };
@@ -76,13 +76,29 @@ class RunRecord {
     $('points').textContent = entry ? `${entry.points.reduce((a, b) => a + b, 0)} in all` : '';
     $('age').textContent = !entry ? '' : entry.age < 0 ? 'no mask' : `${entry.age}`;
     for (const [name, curve] of Object.entries(kCurves)) drawCurves($(`plot-${name}`), curve, this);
+    this.drawMarks();
+  }
+  /// Over the scrubber: where there was no pose, and where it was unsure.
+  drawMarks() {
+    const canvas = $('marks'), last = this.entries.length - 1, width = canvas.width = canvas.clientWidth;
+    const g = canvas.getContext('2d'), x = (i) => kThumb_px / 2 + i / Math.max(1, last) * (width - kThumb_px);
+    for (const [colour, holds] of [['--unknown', (e) => e.unsure], ['--dynamic', (e) => e.lost]]) {
+      g.fillStyle = `rgb(${colourOf(colour).join(' ')})`;
+      this.entries.forEach((e, i) => { if (holds(e)) g.fillRect(Math.floor(x(i - 0.5)), 0, Math.ceil(x(i + 0.5)) - Math.floor(x(i - 0.5)), canvas.height); });
+    }
+  }
+  /// Of what the camera gives: between frames, in the median.
+  get period_ms() {
+    const gaps = this.entries.slice(1).map((e, i) => (e.t - this.entries[i].t) / (e.frame - this.entries[i].frame)).sort((a, b) => a - b);
+    return gaps.length ? 1e3 * gaps[gaps.length >> 1] : NaN;
   }
 }
 
+const kThumb_px = 16;  // as wide as browsers draw a scrubber's
 const kMargins = {left: 34, right: 6, top: 16, bottom: 14};
 
 /// Axes with three marks up and some along, a legend with the values of the moment, the curves.
-function drawCurves(canvas, {colours: names, names: labels, of}, record) {
+function drawCurves(canvas, {colours: names, names: labels, of, isStacked}, record) {
   const ratio = window.devicePixelRatio || 1, {left, right, top, bottom} = kMargins;
   const width = canvas.clientWidth, height = canvas.clientHeight;
   if (!width) return;
@@ -91,7 +107,8 @@ function drawCurves(canvas, {colours: names, names: labels, of}, record) {
   const css = (name) => `rgb(${colourOf(name).join(' ')})`;
   g.scale(ratio, ratio);
   g.font = '10px system-ui, sans-serif';
-  const rows = entries.map(of), most = highest(rows);
+  const rows = entries.map(isStacked ? (e) => summed(of(e)) : of), budget = isStacked ? record.period_ms : NaN;
+  const most = Math.max(highest(rows), budget ? roundUp(budget) : 0);
   const x = (t) => left + (t - from) / (to - from) * (width - left - right);
   const y = (v) => height - bottom - Math.min(1, v / most) * (height - top - bottom);
   g.lineWidth = 1;
@@ -120,18 +137,27 @@ function drawCurves(canvas, {colours: names, names: labels, of}, record) {
   });
   g.lineJoin = 'round';
   g.lineWidth = 1.5;
-  names.forEach((name, k) => {
-    g.strokeStyle = css(name);
+  for (let k = names.length; k-- > 0;) {
+    g.strokeStyle = g.fillStyle = css(names[k]);
+    for (const piece of unbroken(entries, rows.map((row) => row[k]))) {
+      g.beginPath();
+      if (isStacked) g.moveTo(x(piece[0][0]), y(0));
+      for (const [t, v] of piece) g.lineTo(x(t), y(v));
+      if (!isStacked) { g.stroke(); continue; }
+      g.lineTo(x(piece.at(-1)[0]), y(0));
+      g.fill();
+    }
+  }
+  if (budget) {  // with more than that it does not keep up
+    g.strokeStyle = css('--ink');
+    g.lineWidth = 1;
+    g.setLineDash([4, 3]);
     g.beginPath();
-    let isDown = false;
-    rows.forEach((row, i) => {
-      if (Number.isNaN(row[k])) { isDown = false; return; }
-      if (isGap(entries, i)) isDown = false;
-      g[isDown ? 'lineTo' : 'moveTo'](x(entries[i].t), y(row[k]));
-      isDown = true;
-    });
+    g.moveTo(left, y(budget));
+    g.lineTo(width - right, y(budget));
     g.stroke();
-  });
+    g.setLineDash([]);
+  }
   let at = left;
   g.textAlign = 'left';
   const now = record.entry && of(record.entry);
@@ -150,10 +176,28 @@ function drawCurves(canvas, {colours: names, names: labels, of}, record) {
   g.lineTo(x(record.entry.t), height - bottom);
   g.stroke();
 }
+/// [t, value] of entries between which none is missing.
+function unbroken(entries, values) {
+  const pieces = [];
+  let isOpen = false;
+  values.forEach((v, i) => {
+    if (isGap(entries, i) || Number.isNaN(v)) isOpen = false;
+    if (Number.isNaN(v)) return;
+    if (!isOpen) pieces.push([]);
+    pieces.at(-1).push([entries[i].t, v]);
+    isOpen = true;
+  });
+  return pieces;
+}
 /// Whether frames are missing before this entry: far longer than frames take in the mean.
 function isGap(entries, i) {
   const mean_s = (entries.at(-1).t - entries[0].t) / entries.length;
   return i > 0 && entries[i].t - entries[i - 1].t > Math.max(kGap_s, kGapFrames * mean_s);
+}
+/// Each on top of those before it.
+function summed(values) {
+  let sum = 0;
+  return values.map((v) => sum += v);
 }
 /// The end of the axis: a few peaks stand out beyond it.
 function highest(rows) {

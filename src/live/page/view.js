@@ -181,7 +181,7 @@ const shows = {
     const number = (key) => Number(values[key]);
     if (!record.entries.length || number('frame') > record.entries.at(-1).frame) {  // paused, the last one is told again
       record.add({
-        t: stamp, frame: number('frame'), pose: poses.get(stamp) ?? null, lost: level === 2, age: number('mask age [frames]'),
+        t: stamp, frame: number('frame'), pose: poses.get(stamp) ?? null, lost: level === 2, unsure: level === 1, age: number('mask age [frames]'),
         stages: ['features [ms]', 'motion check [ms]', 'pose [ms]'].map(number),
         points: ['static points', 'dynamic points', 'unknown points'].map(number),
       });
@@ -195,7 +195,7 @@ const shows = {
     $('rate').textContent = [`frame ${values.frame}`, frames.length > 1 ? `${(frames.length / 2).toFixed(0)}/s` : '', missed, fit].filter(Boolean).join(' \u00b7 ');
   },
   '/history': (cloud) => record.load(rowsOf(cloud).map((r) => ({
-    t: r.t, frame: r.frame, pose: r.tracked ? {t: [r.x, r.y, r.z], q: [r.qx, r.qy, r.qz, r.qw]} : null, lost: !r.tracked,
+    t: r.t, frame: r.frame, pose: r.tracked ? {t: [r.x, r.y, r.z], q: [r.qx, r.qy, r.qz, r.qw]} : null, lost: !r.tracked, unsure: r.tracked > 0 && r.tracked < 1,
     stages: [r.features_ms, r.motion_ms, r.pose_ms], points: [r.static, r.dynamic, r.unknown], age: r.mask_age,
   }))),
   '/cloud': (cloud) => { if (surfaces === 'points') showCloud('points', cloud, 0.02); },

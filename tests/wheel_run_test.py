@@ -58,6 +58,25 @@ class WheelRuns(CliTest):
         self.assertLess(abs(ways[1] - ways[0]), 0.02)
         self.assertLess(metrics["ate"]["rmse"], 0.02)
 
+    def test_covariances_say_how_far_it_may_be(self):
+        self.run_on(self.recording, "--covariance")
+        live, odom = (np.loadtxt(self.folder / "out" / name) for name in ("trajectory_live.txt", "odometry.txt"))
+        self.assertEqual((live.shape, odom.shape), ((180, 29), (180, 29)))
+        at = np.triu_indices(6)
+        for rows in (live, odom):
+            self.assertEqual(set(rows[0, 8:]), {0}, "the origin itself")
+            for row in rows[1:]:
+                matrix = np.zeros((6, 6))
+                matrix[at] = row[8:]
+                self.assertGreater(np.linalg.eigvalsh(matrix + np.triu(matrix, 1).T).min(), 0)
+        spread = odom[:, 8] + odom[:, 14] + odom[:, 19]  # x, y, z
+        self.assertEqual(list(spread[120:160]), sorted(spread[120:160]))
+        self.assertGreater(spread[-1], spread[159] / 2, "odom keeps what it may have drifted in the dark")
+        done = ygslam("eval", "--gt", self.recording / "groundtruth.txt", "--est", self.folder / "out" / "odometry.txt")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.run_on(self.recording)
+        self.assertFalse((self.folder / "out" / "odometry.txt").exists())
+
     def test_without_them_the_camera_is_lost(self):
         _, metrics, rows = self.run_on(self.recording, "--odometry", "none")
         self.assertEqual([row["state"] for row in rows[120:160]], ["lost"] * 40)

@@ -43,10 +43,11 @@ class LiveRunner final : public Runner {
     const ScopedTimer mask_timer;
     const std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
     const double mask_ms = mask_timer.wall_ms();
-    TrackResult result = tracker_->step(std::move(seen), map_->view(), arrived,
-                                        map_->waiting_keyframes() >= kBusyMapper);
+    const LocalViewPtr view = map_->view();
+    TrackResult result =
+        tracker_->step(std::move(seen), view, arrived, map_->waiting_keyframes() >= kBusyMapper);
     inertial_.take(frame->stamp, result);
-    result.doubt = drift_.step(frame->stamp, result);
+    result.doubt = drift_.step(frame->stamp, result, *view);
     const auto put = [this](auto& message) { map_->put(std::move(message)); };
     if (auto message = route_->frame_message(frame, result)) {
       await_mask(frame);

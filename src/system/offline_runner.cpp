@@ -37,7 +37,7 @@ class OfflineRunner final : public Runner {
     TrackResult result = tracker_->step(tracker_->look(frame, inertial_.predict(frame->stamp)),
                                         view_, arrived, false);
     inertial_.take(frame->stamp, result);
-    result.doubt = drift_.step(frame->stamp, result);
+    result.doubt = drift_.step(frame->stamp, result, *view_);
     log_.add(make_record(*frame, result, {timer.wall_ms(), timer.cpu_ms(), mask_ms}), result);
     map_frame(frame, arrived, result);
     return result;

@@ -7,7 +7,7 @@ namespace ygslam {
 namespace {
 
 // Learned from rendered worlds with people and from a robot's drive, checked on other seeds
-// (bench/nees.py, docs/results.md). New ground, from keyframe to keyframe:
+// (bench/nees.py). New ground, from keyframe to keyframe:
 constexpr Doubt kForEachMetre{10e-6, 1.2e-6};
 constexpr Doubt kForEachRadian{6e-6, 1e-6};
 // Odom does not go along when the map's newest part is adjusted.
@@ -24,6 +24,9 @@ Doubt operator*(double factor, const Doubt& doubt) {
   return {factor * doubt.position_m2, factor * doubt.rotation_rad2};
 }
 
+/// Of new ground so far from that by which it was mapped.
+Doubt way_over(const SE3& T) { return T.t().norm() * kForEachMetre + T.angle() * kForEachRadian; }
+
 Doubt mean_of_axes(const Mat6& covariance) {
   return {covariance.topLeftCorner<3, 3>().trace() / 3,
           covariance.bottomRightCorner<3, 3>().trace() / 3};
@@ -31,23 +34,34 @@ Doubt mean_of_axes(const Mat6& covariance) {
 
 }  // namespace
 
-/// A keyframe that is told of for the first time was made where the camera was just now; an old one
-/// that nobody was told by yet is like its neighbour.
-Doubt PoseDrift::ground_of(KeyframeId reference) {
+/// An old keyframe that nobody was told by yet is like its neighbour.
+Doubt PoseDrift::ground_of(KeyframeId reference, const LocalView& view) {
   const auto known = grounds_.find(reference);
   if (known != grounds_.end()) return known->second;
   const auto after = grounds_.upper_bound(reference);
-  Doubt ground;
-  if (after == grounds_.end()) {
-    const Doubt more = pose_.T_camera_reference.t().norm() * kForEachMetre +
-                       pose_.T_camera_reference.angle() * kForEachRadian;
-    ground = ground_ + more + coasted_there_;
-    odom_ = odom_ + Doubt{kOdomShare.position_m2 * more.position_m2,
-                          kOdomShare.rotation_rad2 * more.rotation_rad2};
-  } else {
-    ground = after == grounds_.begin() ? after->second : std::prev(after)->second;
-  }
+  const Doubt ground = after == grounds_.end()     ? mapped_ground(reference, view)
+                       : after == grounds_.begin() ? after->second
+                                                   : std::prev(after)->second;
   return grounds_.emplace(reference, ground).first->second;
+}
+
+/// Of the newest keyframe: told by the best of those that show the same, else by the last frame.
+Doubt PoseDrift::mapped_ground(KeyframeId keyframe, const LocalView& view) {
+  Doubt from = ground_ + coasted_there_, more = way_over(pose_.T_camera_reference);
+  bool is_told = false;
+  const auto T_keyframe_world = view.pose_of(keyframe);
+  for (const ViewKeyframe& other : view.keyframes) {
+    const auto known = grounds_.find(other.data->id);
+    if (!T_keyframe_world || known == grounds_.end()) continue;
+    const Doubt way = way_over(*T_keyframe_world * other.T_camera_world.inverse());
+    const bool is_better = (known->second + way).position_m2 < (from + more).position_m2;
+    if (std::exchange(is_told, true) && !is_better) continue;
+    from = known->second;
+    more = way;
+  }
+  odom_ = odom_ + Doubt{kOdomShare.position_m2 * more.position_m2,
+                        kOdomShare.rotation_rad2 * more.rotation_rad2};
+  return from + more;
 }
 
 /// What happened while nothing was seen.
@@ -64,14 +78,14 @@ void PoseDrift::come_back(Timestamp stamp) {
   coasted_.reset();
 }
 
-PoseDoubt PoseDrift::step(Timestamp stamp, const TrackResult& result) {
+PoseDoubt PoseDrift::step(Timestamp stamp, const TrackResult& result, const LocalView& view) {
   if (result.state == TrackState::kLost) was_lost_ = true;
   if (result.state == TrackState::kCoasting) coasted_ = result.covariance;
   if (!is_seen(result.state)) return {odom_, ground_};
   const bool is_first = result.matches == 0;  // the origin, or of a submap
   if (!is_first) {
     come_back(stamp);
-    ground_ = ground_of(result.pose.reference);
+    ground_ = ground_of(result.pose.reference, view);
     odom_ = odom_ + (result.T_odom_camera.t() - T_odom_camera_.t()).norm() * kOdomForEachMetre;
   }
   by_view_ = by_view_ && result.provisional;

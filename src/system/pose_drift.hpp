@@ -8,18 +8,20 @@
 #include <optional>
 
 #include "core/time.hpp"
+#include "map/local_view.hpp"
 #include "tracking/track_result.hpp"
 
 namespace ygslam {
 
 class PoseDrift {
  public:
-  /// Every frame in turn.
-  [[nodiscard]] PoseDoubt step(Timestamp stamp, const TrackResult& result);
+  /// Every frame in turn. @param view that it was tracked in.
+  [[nodiscard]] PoseDoubt step(Timestamp stamp, const TrackResult& result, const LocalView& view);
   void reset() { *this = PoseDrift(); }
 
  private:
-  [[nodiscard]] Doubt ground_of(KeyframeId reference);
+  [[nodiscard]] Doubt ground_of(KeyframeId reference, const LocalView& view);
+  [[nodiscard]] Doubt mapped_ground(KeyframeId keyframe, const LocalView& view);
   void come_back(Timestamp stamp);
 
   std::map<KeyframeId, Doubt> grounds_;  // of each keyframe that frames were told by

@@ -18,7 +18,7 @@ class PoseDriftTest : public ::testing::Test {
     result.provisional = state == TrackState::kCoasting || provisional_;
     if (state == TrackState::kCoasting) result.covariance = coasting_m2_ * Mat6::Identity();
     now_.ns += to_ns(0.1);
-    return drift_.step(now_, result);
+    return drift_.step(now_, result, view_);
   }
   /// Along a corridor, a keyframe for each metre. @return in the end.
   PoseDoubt walk(std::uint32_t metres) {
@@ -27,6 +27,13 @@ class PoseDriftTest : public ::testing::Test {
       for (const double m : {0.2, 0.6, 1.0}) doubt = see(i, m);
     return doubt;
   }
+  /// In view beside the others. @param x_m its place.
+  void show(std::uint32_t keyframe, double x_m) {
+    auto data = std::make_shared<KeyframeData>();
+    data->id = KeyframeId{keyframe};
+    view_.keyframes.push_back({std::move(data), SE3(Mat3::Identity(), Vec3(-x_m, 0, 0)), {}, 0});
+  }
+  LocalView view_;
   PoseDrift drift_;
   Timestamp now_{0};
   double coasting_m2_ = 0.01;
@@ -50,6 +57,16 @@ TEST_F(PoseDriftTest, KnownGroundIsAsWellKnownAsItWas) {
   EXPECT_EQ(again.map.position_m2, before.map.position_m2);
   EXPECT_LT(again.map.position_m2, far.map.position_m2 / 4);
   EXPECT_GE(again.odom.position_m2, far.odom.position_m2) << "odom does not go back";
+}
+
+TEST_F(PoseDriftTest, ANewKeyframeThatShowsOldGroundIsToldByIt) {
+  const PoseDoubt far = walk(20);
+  show(20, 0.5);
+  show(0, 0.2);
+  show(19, 19);
+  const PoseDoubt back = see(20, 0);
+  EXPECT_LT(back.map.position_m2, far.map.position_m2 / 10);
+  EXPECT_GT(back.map.position_m2, 0);
 }
 
 TEST_F(PoseDriftTest, OdomIsNeverMoreCertainThanAfterCoastingOrALoss) {

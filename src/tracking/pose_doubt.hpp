@@ -10,7 +10,7 @@ struct Doubt {
 
 struct PoseDoubt {
   Doubt odom;  ///< how far odom has drifted since the run began
-  Doubt map;   ///< how far the ground it sees lies from where the map began, by what drifted between
+  Doubt map;  ///< how far the ground it sees lies from where the map began, by what drifted between
 };
 
 }  // namespace ygslam

@@ -1,5 +1,6 @@
 #include "system/pose_drift.hpp"
 
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
@@ -59,9 +60,13 @@ Doubt PoseDrift::mapped_ground(KeyframeId keyframe, const LocalView& view) {
     from = known->second;
     more = way;
   }
-  odom_ = odom_ + Doubt{kOdomShare.position_m2 * more.position_m2,
-                        kOdomShare.rotation_rad2 * more.rotation_rad2};
-  return from + more;
+  const Doubt ground = from + more, last = ground_ + coasted_there_;
+  // Beyond that of the last frame, odom drifts, too.
+  odom_.position_m2 +=
+      kOdomShare.position_m2 * std::max(0.0, ground.position_m2 - last.position_m2);
+  odom_.rotation_rad2 +=
+      kOdomShare.rotation_rad2 * std::max(0.0, ground.rotation_rad2 - last.rotation_rad2);
+  return ground;
 }
 
 /// What happened while nothing was seen.

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""What an IMU is worth where nothing can be seen: worlds x faults x sensors x seeds, and how the pose comes through.
+"""What an IMU or wheels are worth where nothing can be seen: worlds x faults x sensors x seeds, and how the pose comes through.
 
     .venv/bin/python bench/coasting.py RESULTS.jsonl --ygslam build/release/ygslam [--worlds walking_xyz ...]
+    .venv/bin/python bench/coasting.py RESULTS.jsonl --ygslam ... --worlds robot_rounds --sensors wheels BMI085+wheels
     .venv/bin/python bench/coasting.py RESULTS.jsonl            # the table of what is there
 
-Each case is rendered with readings of an inertial sensor; from 10 s on nothing is seen for --seconds, then the
+Each case is rendered with readings of an inertial sensor (its model), of wheels, or of both; from 10 s on nothing is seen for --seconds, then the
 camera sees again. A run is a line of RESULTS, and one whose line is there is not repeated. Errors are of the
 position, counted from the last frame before: live, as a robot was told, after 1 s and at the end, and the worst of
 the trajectory that is written at the end. NEES is the squared live error at the end over its variance (3 degrees of
@@ -75,18 +76,25 @@ def figures(sequence, out, seconds):
     return line
 
 
+def sensor_options(sensor):
+    """Of `simulate`. @param sensor MODEL, wheels, MODEL+wheels."""
+    words = sensor.split("+")
+    models = [word for word in words if word != "wheels"]
+    return [*(["--imu", *models] if models else []), *(["--wheels"] if "wheels" in words else [])]
+
+
 def measure(options, world, fault, sensor, seed):
     with tempfile.TemporaryDirectory(prefix="ygslam-coasting-") as scratch:
         folder, out = Path(scratch) / "sequence", Path(scratch) / "out"
         times = {"from_s": FROM_S, "seconds": options.seconds}
         render = [options.ygslam, "--quiet", "simulate", world, "--out", str(folder), "--seed", str(seed),
-                  "--imu", sensor, "--seconds", str(FROM_S + options.seconds + 5), "--fps", "30", "--size", options.size,
+                  *sensor_options(sensor), "--seconds", str(FROM_S + options.seconds + 5), "--fps", "30", "--size", options.size,
                   *(word.format(**times) for word in FAULTS[fault])]
         subprocess.run(render, check=True, stdout=subprocess.DEVNULL)
         run = [options.ygslam, "--quiet", "run", str(folder), "--out", str(out), "--deterministic"]
         line = {"world": world, "fault": fault, "sensor": sensor, "seed": seed, "seconds": options.seconds,
                 "size": options.size}
-        for name, more in (("imu", []), ("vision", ["--imu", "none"])):
+        for name, more in (("with", []), ("vision", ["--imu", "none", "--odometry", "none"])):
             if subprocess.run([*run, *more], check=False).returncode not in (0, 7):
                 return line | {"error": name}
             line[name] = figures(folder, out, options.seconds)
@@ -109,13 +117,15 @@ def table(lines):
         if "error" not in line:
             groups.setdefault((line["world"], line["fault"], line["sensor"], line["seconds"]), []).append(line)
     for (world, fault, sensor, seconds), runs in groups.items():
-        imu, vision = [run["imu"] for run in runs], [run["vision"] for run in runs]
-        nees = [run["nees"] for run in imu if run.get("nees") is not None]
+        carried, vision = [run["with"] for run in runs], [run["vision"] for run in runs]
+        nees = [run["nees"] for run in carried if run.get("nees") is not None]
         yield [world, f"{fault} {seconds:g} s", sensor, str(len(runs)), str(max(run["lost"] for run in vision)),
-               str(max(run["lost"] for run in imu)), f"{statistics.median(run['path_m'] for run in imu):.1f}",
-               spread([run.get("one_s_m") for run in imu], 1000), spread([run.get("end_m") for run in imu], 1000),
-               f"{sum(v < 7.8 for v in nees)} of {len(nees)}", spread([run.get("final_m") for run in imu], 1000),
-               spread([run["after_m"] for run in imu], 1000)]
+               str(max(run["lost"] for run in carried)), f"{statistics.median(run['path_m'] for run in carried):.1f}",
+               spread([run.get("one_s_m") for run in carried], 1000),
+               spread([run.get("end_m") for run in carried], 1000),
+               spread([100 * run["end_m"] / run["path_m"] for run in carried if run.get("end_m") is not None]),
+               f"{sum(v < 7.8 for v in nees)} of {len(nees)}", spread([run.get("final_m") for run in carried], 1000),
+               spread([run["after_m"] for run in carried], 1000)]
 
 
 def main():
@@ -134,8 +144,8 @@ def main():
             for seed in range(1, options.seeds + 1) for world in options.worlds
             for fault in options.faults for sensor in options.sensors}
     lines = measured(options.results, key_of, jobs)
-    print_table(["world", "fault", "sensor", "seeds", "lost without IMU", "lost", "path [m]", "after 1 s [mm]",
-                 "at the end [mm]", "NEES below 7.8", "written [mm]", "afterwards [mm]"], table(lines))
+    print_table(["world", "fault", "sensor", "seeds", "lost without", "lost", "path [m]", "after 1 s [mm]",
+                 "at the end [mm]", "[% of path]", "NEES below 7.8", "written [mm]", "afterwards [mm]"], table(lines))
     return 0
 
 

@@ -5,6 +5,7 @@
 #include "fuzz/targets.hpp"
 #include "io/imu_calibration.hpp"
 #include "io/imu_file.hpp"
+#include "io/wheel_calibration.hpp"
 
 namespace ygslam::fuzz {
 namespace {
@@ -26,7 +27,7 @@ void messages_of_imu(std::string_view bytes) {
 
 }  // namespace
 
-/// Readings of an IMU as text and as messages, of an accelerometer alone, and imu.yaml.
+/// Readings of an IMU as text and as messages, of an accelerometer alone, imu.yaml and odom.yaml.
 void inertial(std::string_view bytes) {
   messages_of_imu(bytes);
   if (const auto samples = parse_imu(bytes, "imu.csv"); samples.ok()) {
@@ -47,6 +48,11 @@ void inertial(std::string_view bytes) {
     CHECK(!samples->empty());
     for (std::size_t i = 1; i < samples->size(); ++i)
       CHECK((*samples)[i - 1].stamp < (*samples)[i].stamp);
+  }
+  if (const auto wheels = parse_wheel_calibration(bytes, "odom.yaml"); wheels.ok()) {
+    CHECK(std::abs(wheels->T_base_camera.R().determinant() - 1) < 1e-3);
+    CHECK(wheels->way_scale >= 0.5 && wheels->way_scale <= 2);
+    CHECK(parse_wheel_calibration(format_wheel_calibration(*wheels, "again"), "again.yaml").ok());
   }
   if (const auto imu = parse_imu_calibration(bytes, "imu.yaml"); imu.ok()) {
     CHECK(imu->T_camera_imu.is_finite() && std::isfinite(imu->noise.gyro_noise_radps_sqrthz));

@@ -11,6 +11,7 @@ void bind_results(nanobind::module_& m);
 void bind_room(nanobind::module_& m);
 void bind_ros_images(nanobind::module_& m);
 void bind_slam(nanobind::module_& m);
+void bind_wheels(nanobind::module_& m);
 void bind_sequence(nanobind::module_& m);
 
 }  // namespace ygslam::python

@@ -61,6 +61,7 @@ NB_MODULE(_core, m) {
   bind_errors(m);
   bind_camera(m);
   bind_imu(m);
+  bind_wheels(m);
   bind_results(m);
   bind_room(m);
   bind_slam(m);

@@ -34,15 +34,19 @@ auto fields_of(const api::StageTimes& t) {
 }
 using TimesFields = decltype(fields_of(api::StageTimes()));
 
+Matrix6 to_matrix6(const std::array<double, 36>& rows) {
+  return make_array<Matrix6>(std::vector<double>(rows.begin(), rows.end()), {6, 6});
+}
+
 // A Result in pickles: itself in the order of its members.
 auto fields_of(const api::Result& r) {
   std::vector<int> events;
   for (const api::Event event : r.events) events.push_back(static_cast<int>(event));
   return std::tuple(static_cast<int>(r.state), fields_of(r.T_world_camera),
                     fields_of(r.T_odom_camera), fields_of(r.T_world_odom), r.provisional,
-                    r.covariance, events, r.static_points, r.dynamic_points, r.unknown_points,
-                    r.inliers, r.mask_age_frames, r.objects, r.clock_shift_ns, r.t_ns,
-                    r.dropped_frames, fields_of(r.times_ms));
+                    r.covariance, r.map_covariance, r.seen_covariance, events, r.static_points,
+                    r.dynamic_points, r.unknown_points, r.inliers, r.mask_age_frames, r.objects,
+                    r.clock_shift_ns, r.t_ns, r.dropped_frames, fields_of(r.times_ms));
 }
 using ResultFields = decltype(fields_of(api::Result()));
 
@@ -52,9 +56,10 @@ api::Result result_of(const ResultFields& fields) {
   PoseFields world_camera, odom_camera, world_odom;
   std::vector<int> events;
   TimesFields times_ms;
-  std::tie(state, world_camera, odom_camera, world_odom, r.provisional, r.covariance, events,
-           r.static_points, r.dynamic_points, r.unknown_points, r.inliers, r.mask_age_frames,
-           r.objects, r.clock_shift_ns, r.t_ns, r.dropped_frames, times_ms) = fields;
+  std::tie(state, world_camera, odom_camera, world_odom, r.provisional, r.covariance,
+           r.map_covariance, r.seen_covariance, events, r.static_points, r.dynamic_points,
+           r.unknown_points, r.inliers, r.mask_age_frames, r.objects, r.clock_shift_ns, r.t_ns,
+           r.dropped_frames, times_ms) = fields;
   r.times_ms = std::make_from_tuple<api::StageTimes>(times_ms);
   r.state = static_cast<api::State>(state);
   r.T_world_camera = pose_of(world_camera);
@@ -82,7 +87,7 @@ void bind_enums(nb::module_& m) {
       .value("TRACKING", api::State::kTracking)
       .value("WEAK", api::State::kWeak, "a pose, but few points agree on it")
       .value("LOST", api::State::kLost)
-      .value("COASTING", api::State::kCoasting, "no pose can be seen, the IMU carries it on");
+      .value("COASTING", api::State::kCoasting, "no pose can be seen, IMU or wheels carry it on");
   nb::enum_<api::Event>(m, "Event", "What happened since the result before.")
       .value("LOST", api::Event::kLost)
       .value("RELOCALISED", api::Event::kRelocalised, "a place again after being lost")
@@ -158,15 +163,20 @@ void bind_result(nb::module_& m) {
           "T_world_odom", [](const api::Result& r) { return to_matrix(r.T_world_odom); },
           nb::rv_policy::automatic, "(4, 4)")
       .def_prop_ro(
-          "covariance",
-          [](const api::Result& r) {
-            return make_array<Matrix6>(
-                std::vector<double>(r.covariance.begin(), r.covariance.end()), {6, 6});
-          },
+          "covariance", [](const api::Result& r) { return to_matrix6(r.covariance); },
           nb::rv_policy::automatic,
           "of T_odom_camera, (6, 6) float64: x, y, z [m2], then rotations about the axes of odom "
-          "[rad2]; 0 of the first frame, wider while weak, 1e6 on the diagonal while lost or "
-          "unknown")
+          "[rad2], with what odom has drifted; 0 of the first frame, wider while weak or coasting, "
+          "1e6 on the diagonal while lost or unknown")
+      .def_prop_ro(
+          "map_covariance", [](const api::Result& r) { return to_matrix6(r.map_covariance); },
+          nb::rv_policy::automatic,
+          "of pose, in axes of the world: with what the map has drifted to where the camera is")
+      .def_prop_ro(
+          "seen_covariance", [](const api::Result& r) { return to_matrix6(r.seen_covariance); },
+          nb::rv_policy::automatic,
+          "as covariance, against the ground that the frame shows alone: of the motion between two "
+          "frames soon after each other it is the sum of both")
       .def_ro("events", &api::Result::events, "what happened since the result before")
       .def_ro("provisional", &api::Result::provisional,
               "found by what the camera sees alone: another room may look the same")

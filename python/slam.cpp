@@ -54,6 +54,10 @@ class PySlam {
                 const std::array<double, 3>& specific_force) {
     slam_->push_imu({t_ns, angular_velocity, specific_force});
   }
+  /// The same.
+  void push_odometry(std::int64_t t_ns, const nb::object& T_odom_base) {
+    slam_->push_odometry({t_ns, pose_of(T_odom_base, "T_odom_base")});
+  }
   std::optional<api::Result> poll() {
     const SlamUse use(slam_);
     return slam_->poll();
@@ -109,7 +113,7 @@ void construct(PySlam* self, const api::CameraModel& camera, const std::filesyst
                const std::optional<api::CameraModel>& depth_camera,
                const nb::object& T_colour_depth,
                const std::optional<std::pair<std::array<double, 3>, double>>& floor,
-               const std::optional<api::Imu>& imu) {
+               const std::optional<api::Imu>& imu, const std::optional<api::Wheels>& wheels) {
   api::Settings settings;
   settings.camera = camera;
   settings.model = model.string();
@@ -123,6 +127,7 @@ void construct(PySlam* self, const api::CameraModel& camera, const std::filesyst
   settings.options = options;
   settings.room_every_s = room_every_s;
   settings.imu = imu;
+  settings.wheels = wheels;
   if (floor) settings.floor = api::Floor{floor->first, floor->second};
   if (!depth_camera && !T_colour_depth.is_none())
     throw nb::value_error("T_colour_depth: a depth_camera is expected with it");
@@ -197,6 +202,7 @@ void bind_slam(nb::module_& m) {
            nb::arg("options") = std::map<std::string, std::string>{}, nb::arg("room_every_s") = 1.0,
            nb::arg("depth_camera") = nb::none(), nb::arg("T_colour_depth") = nb::none(),
            nb::arg("floor") = nb::none(), nb::arg("imu") = nb::none(),
+           nb::arg("wheels") = nb::none(),
            "model: a segmentation network (.onnx, .xml; docs/models.md). segmenter: model, "
            "builtin, none, masks:DIR, "
            "frames; without it the model, else the built-in network. dynamic: off, geometry, "
@@ -207,13 +213,16 @@ void bind_slam(nb::module_& m) {
            "renewed at most. depth_camera: the camera that takes the depth images, where they are "
            "not registered; T_colour_depth: (4, 4), from its optical frame to the colour camera's. "
            "floor: (up, metres): where the floor of plan() is in the world, its height along up; "
-           "else it is found. imu: the Imu that push_imu() takes the readings of.");
+           "else it is found. imu: the Imu that push_imu() takes the readings of; wheels: the "
+           "Wheels of push_odometry().");
   bind_frame_calls(slam);
   slam.def("push_imu", &PySlam::push_imu, nb::arg("t_ns"), nb::arg("angular_velocity"),
            nb::arg("specific_force"),
            "A reading of the Imu, in its own frame: rad/s, and m/s2 with gravity (at rest 9.81 "
            "upwards). t_ns: of the frames' clock. In order of time, best before the frame that is "
            "as old. Any thread may call it.");
+  slam.def("push_odometry", &PySlam::push_odometry, nb::arg("t_ns"), nb::arg("T_odom_base"),
+           "Where the odometry of the robot has its base, (4, 4); as push_imu().");
   slam.def("poll", &PySlam::poll,
            "The next Result of what was pushed, oldest first, or None. The last 64 are kept.")
       .def_prop_ro("view_url", &PySlam::view_url, "Address of the page; empty = none.")

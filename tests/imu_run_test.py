@@ -40,7 +40,7 @@ class ImuRuns(CliTest):
         done, metrics, rows = self.run_on(self.recording)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("readings of the IMU; --imu none leaves them out", done.stderr)
-        self.assertIn("(20 by the IMU alone)", done.stdout + done.stderr)
+        self.assertIn("(20 by IMU or wheels alone)", done.stdout + done.stderr)
         self.assertEqual(metrics["coverage"], 1)
         self.assertEqual(metrics["coasting"], 20)
         self.assertEqual([row["state"] for row in rows[60:80]], ["coasting"] * 20)

@@ -118,7 +118,7 @@ class InertialFiles(CliTest):
         out = self.simulate("static_xyz", "--seconds", 0.1, "--imu", "BMI085", "--wheels", "--truth")
         self.assertTrue((out / "imu.csv").exists())
         self.simulate("static_xyz", "--seconds", 0.1)
-        for name in ("imu.csv", "imu.yaml", "imu_true.csv", "odom.csv"):
+        for name in ("imu.csv", "imu.yaml", "imu_true.csv", "odom.csv", "odom.yaml"):
             self.assertFalse((out / name).exists(), name)
 
     def test_a_recording_holds_what_the_files_hold(self):

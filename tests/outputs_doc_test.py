@@ -112,6 +112,8 @@ class OutputsPage(CliTest):
         sensors = ("--imu", "BMI085", "--wheels")
         self.done("simulate", "walking_xyz", *small, *sensors, "--truth")
         self.assert_told("Files of `simulate`", listing(out))
+        self.assert_told("Keys of `odom.yaml`", {line.split(":")[0] for line in (out / "odom.yaml").read_text(
+            encoding="utf-8").splitlines() if not line.startswith("#")})
         self.assert_told("Keys of `imu.yaml`", {line.split(":")[0] for line in (out / "imu.yaml").read_text(
             encoding="utf-8").splitlines() if not line.startswith("#")})
         for file in ("things/instances.json", "movers/1.txt"):

@@ -17,6 +17,7 @@ import urllib.request
 import numpy as np
 import ygslam
 from rosbags.rosbag2 import StoragePlugin
+from scipy.spatial.transform import Rotation
 
 import bag_test
 from bags import STORE1, Messages, write_ros1, write_ros2
@@ -262,6 +263,34 @@ class PythonImu(CliTest):
             ygslam.Slam(camera, segmenter="none", imu=ygslam.Imu(np.eye(4), rate_hz=0))
         with self.assertRaisesRegex(ygslam.InputError, "no/imu.yaml"):
             ygslam.Imu.read("no/imu.yaml")
+
+    def test_wheels_carry_it_through_the_dark(self):
+        recording = self.folder / "wheels"
+        done = ygslam_command("simulate", "robot_rounds", "--out", recording, "--seconds", 7, "--fps", 20, "--size",
+                              "320x240", "--wheels", "--fault", "both:black@6s+1s", "--fault", "depth:empty@6s+1s",
+                              "--quiet")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        wheels = ygslam.Wheels.read(recording / "odom.yaml")
+        self.assertAlmostEqual(wheels.T_base_camera[2, 3], 0.9)
+        frames, told = ygslam.open(recording), np.loadtxt(recording / "odom.csv")
+        states, at = [], 0
+        with ygslam.Slam(frames.camera, segmenter="none", deterministic=True, wheels=wheels) as slam:
+            for frame in frames:
+                while at < len(told) and told[at, 0] < 1e-9 * frame.t_ns + 0.02:
+                    T_odom_base = np.eye(4)
+                    T_odom_base[:3, :3], T_odom_base[:3, 3] = Rotation.from_quat(told[at, 4:]).as_matrix(), told[at, 1:4]
+                    slam.push_odometry(round(1e9 * told[at, 0]), T_odom_base)
+                    at += 1
+                states.append(slam.process(frame.rgb, frame.depth, frame.t_ns).state)
+        self.assertEqual(states[120:140], [ygslam.State.COASTING] * 20)
+        with ygslam.Slam(frames.camera, segmenter="none") as slam:
+            with self.assertRaisesRegex(ygslam.UsageError, "Settings::wheels"):
+                slam.push_odometry(0, np.eye(4))
+        with ygslam.Slam(frames.camera, segmenter="none", wheels=wheels) as slam:
+            with self.assertRaisesRegex(ValueError, "T_odom_base"):
+                slam.push_odometry(0, np.full((4, 4), np.nan))
+        with self.assertRaisesRegex(ygslam.ConfigError, "wheels: way_scale"):
+            ygslam.Slam(frames.camera, segmenter="none", wheels=ygslam.Wheels(np.eye(4), way_scale=1000))
 
 
 class TenLines(bag_test.BagTest):

@@ -156,10 +156,12 @@ class Results(RoomTest):
         first, last = self.frames[0], self.frames[1]
         seen = slam.process(first.rgb, first.depth, 1).events + slam.process(last.rgb, last.depth, 2).events
         self.assertEqual(seen.count(ygslam.Event.KEYFRAME), 1)
-        covariance = slam.process(last.rgb, last.depth, 3).covariance
-        self.assertEqual(covariance.shape, (6, 6))
-        self.assertGreater(np.linalg.eigvalsh(covariance).min(), 0)
-        self.assertLess(covariance.diagonal().max(), 1e-3)
+        result = slam.process(last.rgb, last.depth, 3)
+        for covariance in (result.covariance, result.map_covariance, result.seen_covariance):
+            self.assertEqual(covariance.shape, (6, 6))
+            self.assertGreater(np.linalg.eigvalsh(covariance).min(), 0)
+            self.assertLess(covariance.diagonal().max(), 1e-3)
+        self.assertGreaterEqual(np.trace(result.covariance), np.trace(result.seen_covariance))
         slam.save_map(self.folder / "room.map")
         lost = slam.process(np.zeros_like(last.rgb), np.zeros_like(last.depth), 4)
         self.assertEqual(set(lost.events), {ygslam.Event.MAP_SAVED, ygslam.Event.LOST})
@@ -171,6 +173,7 @@ class Results(RoomTest):
             again = pickle.loads(pickle.dumps(result))
             np.testing.assert_array_equal(again.pose, result.pose)
             np.testing.assert_array_equal(again.covariance, result.covariance)
+            np.testing.assert_array_equal(again.map_covariance, result.map_covariance)
             self.assertEqual((again.state, again.events, again.inliers, len(again.objects)),
                              (result.state, result.events, result.inliers, len(result.objects)))
         camera = ygslam.CameraModel(500.25, 501, 320, 240, k1=0.1, ignore=[[0, 1, 2, 3]], device="kinect_v1")

@@ -2,6 +2,7 @@
 
     PYTHONPATH=build/release/python python tests/ros_parts_test.py
 """
+import struct
 import subprocess
 import sys
 import types
@@ -10,20 +11,38 @@ import unittest
 import numpy as np
 import ygslam
 from rosbags.typesys import Stores, get_typestore
-from ygslam.ros import frames, imu, moving_objects, settings, static_tree, sync, wire
+from ygslam.ros import frames, imu, moving_objects, settings, static_tree, sync, wheels, wire
 
 from bags import Messages, png_bytes
 from ygslam_cli import BINARY
 
 
 def result(T_odom_camera=None, covariance=None, T_world_odom=None):
-    return types.SimpleNamespace(T_odom_camera=np.eye(4) if T_odom_camera is None else T_odom_camera,
-                                 T_world_odom=np.eye(4) if T_world_odom is None else T_world_odom,
-                                 covariance=np.eye(6) if covariance is None else covariance)
+    T_odom_camera = np.eye(4) if T_odom_camera is None else T_odom_camera
+    T_world_odom = np.eye(4) if T_world_odom is None else T_world_odom
+    covariance = np.eye(6) if covariance is None else covariance
+    return types.SimpleNamespace(T_odom_camera=T_odom_camera, T_world_odom=T_world_odom, pose=T_world_odom @ T_odom_camera,
+                                 covariance=covariance, map_covariance=covariance, seen_covariance=covariance)
 
 
 def image(t_ns):
     return sync.Image(t_ns, "camera", "sensor_msgs/msg/Image", b"")
+
+
+class WheelMessages(unittest.TestCase):
+    def test_stamp_frame_and_pose_are_read_wherever_they_lie(self):
+        def text(word):
+            return struct.pack("<I", len(word) + 1) + word.encode() + b"\0"
+
+        for frame, child in (("odom", "base_link"), ("o", "b"), ("odometry", "base"), ("odo", "base_footprint")):
+            data = b"\0\1\0\0" + struct.pack("<iI", 12, 34) + text(frame)
+            data += b"\0" * (-(len(data) - 4) % 4) + text(child)
+            data += b"\0" * (-(len(data) - 4) % 8)
+            whole = data + struct.pack("<7d", 1, 2, 3, 0, 0, 0.6, 0.8)
+            self.assertEqual(wheels.pose_of(whole), (12_000_000_034, child, (1, 2, 3, 0, 0, 0.6, 0.8)))
+            for cut in (len(whole) - 1, len(data) - 9, 10):
+                with self.assertRaises(ValueError):
+                    wheels.pose_of(whole[:cut])
 
 
 class FramesOfRos(unittest.TestCase):
@@ -66,6 +85,7 @@ class FramesOfRos(unittest.TestCase):
             rows.append([*(at[:3, 3] - said.T_odom_base[:3, 3]),
                          *frames.rotation_vector(at @ frames.inverse(said.T_odom_base))])
         np.testing.assert_allclose(np.cov(np.transpose(rows)), said.covariance, atol=8e-7)
+        np.testing.assert_allclose(said.map_covariance, said.covariance, atol=1e-12)  # map is odom here
 
     def test_what_is_unknown_stays_large_and_nothing_is_0(self):
         lost = frames.poses_of(result(covariance=1e6 * np.eye(6)), self.mount, self.mount)

@@ -94,6 +94,22 @@ struct YGSLAM_API Imu {
   static Imu read(const std::string& path);
 };
 
+/// A robot that carries the camera on wheels, and tells where its odometry has it
+/// (docs/inertial.md).
+struct YGSLAM_API Wheels {
+  Pose T_base_camera;       ///< from the colour camera's optical frame to the base: x ahead, z up
+  double way_scale = 1;     ///< true way for a told one: the wheels' radius
+  double turn_scale = 1;    ///< true turn for a told one: the distance between the wheels
+  double way_noise = 2e-3;  ///< of the way [m/sqrt(m)]
+  double turn_noise =
+      6e-3;  ///< of the heading [rad/sqrt(m)], and as much for each root of a radian
+  double time_offset_s = 0;  ///< a stamp of the wheels less the camera's of the same instant
+
+  /// An odom.yaml (docs/inertial.md). @throws Error (4) if it cannot be read, (3) for what is in
+  /// it.
+  static Wheels read(const std::string& path);
+};
+
 struct Result;
 
 enum class LogLevel { kInfo, kWarning, kError };
@@ -131,7 +147,8 @@ struct Settings {
   /// Where the floor of plan() is, where that is known: of a robot whose camera was measured. Else
   /// it is found.
   std::optional<Floor> floor;
-  std::optional<Imu> imu;  ///< that push_imu() takes the readings of
+  std::optional<Imu> imu;        ///< that push_imu() takes the readings of
+  std::optional<Wheels> wheels;  ///< that push_odometry() takes the poses of
   /// Takes the results of push() in place of poll(), in the thread that processes; it may not call
   /// the object, and what it throws is ignored.
   std::function<void(const Result&)> on_result;
@@ -168,7 +185,7 @@ struct Frame {
   const std::uint8_t* instance_ids = nullptr;
   std::vector<Instance> instances{};  ///< at most 255
   /// Odometry: where this camera is in that of the frame before. A start for the search, no more;
-  /// where an IMU predicts the motion, that is taken.
+  /// where an IMU or wheels predict the motion, that is taken.
   std::optional<Pose> T_last_camera{};
 };
 
@@ -179,6 +196,12 @@ struct ImuReading {
   std::array<double, 3> specific_force_mps2{0, 0, 0};  ///< at rest 9.81 upwards
 };
 
+/// Where a robot's odometry has its base.
+struct OdometryReading {
+  std::int64_t t_ns = 0;  ///< of the clock of Frame::t_ns
+  Pose T_odom_base;
+};
+
 // --- What is known of a frame ---------------------------------------------------------------
 
 enum class State {
@@ -186,7 +209,7 @@ enum class State {
   kTracking,
   kWeak,  ///< a pose, but few points agree on it
   kLost,
-  kCoasting,  ///< no pose can be seen, the IMU carries it on; for at most 8 s
+  kCoasting,  ///< no pose can be seen, IMU (8 s at most) or wheels (30 s) carry it on
 };
 
 /// What happened since the result before.
@@ -249,9 +272,15 @@ struct Result {
   bool provisional = false;
   Pose T_world_odom;  ///< T_world_camera = T_world_odom * T_odom_camera, unless lost
   /// Of T_odom_camera, 6 x 6 row-major: x, y, z [m2], then rotations about the axes of odom [rad2],
-  /// against the points the frame was matched with; while coasting against where it began. 0 of
-  /// the first frame; wider while weak; 1e6 on the diagonal while lost or unknown.
+  /// with what odom has drifted since the run began. 0 of the first frame; wider while weak or
+  /// coasting; 1e6 on the diagonal while lost or unknown.
   std::array<double, 36> covariance{};
+  /// The same of T_world_camera, in axes of the world: with what the map has drifted to where the
+  /// camera is. Smaller again once it sees ground that was mapped earlier.
+  std::array<double, 36> map_covariance{};
+  /// As covariance, against the ground that the frame shows alone, while coasting against where
+  /// that began: of the motion between two frames soon after each other it is the sum of both.
+  std::array<double, 36> seen_covariance{};
   std::vector<Event> events;
   StageTimes times_ms;
   std::int64_t t_ns = 0;   ///< the frame's, as it came
@@ -407,6 +436,9 @@ class YGSLAM_API Slam {
   /// waits for nothing that is slow. @throws Error (4) if it is not finite or its stamp too far
   /// from 0, (2) without Settings::imu
   void push_imu(const ImuReading& reading);
+  /// The same of Settings::wheels. @throws Error (4) for what is no pose or too far from 0, (2)
+  /// without Settings::wheels
+  void push_odometry(const OdometryReading& reading);
   /// The next result of what was pushed, oldest first, if there is one; the last 64 are kept.
   /// @throws Error (1, 2)
   std::optional<Result> poll();

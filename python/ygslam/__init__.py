@@ -17,13 +17,13 @@ from ._command import path_of as _path_of
 from ._command import evaluate, localize, run, simulate
 from ._core import (CameraModel, ConfigError, Error, Event, Frame, Imu, InputError, MapError, MapSnapshot, ModelError,
                     Object, OccupancyGrid, Outcome, OutputError, RayHit, Result, Room, Sequence, Slam, Space,
-                    StageTimes, State, StaticObject, UsageError)
+                    StageTimes, State, StaticObject, UsageError, Wheels)
 from ._core import write_file as _write_file
 
 __all__ = ["CameraModel", "ConfigError", "Error", "Event", "Frame", "Imu", "InputError", "MapError", "MapSnapshot",
            "ModelError", "Object", "OccupancyGrid", "Outcome", "OutputError", "RayHit", "Result", "Room", "Sequence",
-           "Slam", "Space", "StageTimes", "State", "StaticObject", "UsageError", "evaluate", "localize", "run",
-           "simulate", "write_trajectory"]  # open hides a builtin
+           "Slam", "Space", "StageTimes", "State", "StaticObject", "UsageError", "Wheels", "evaluate", "localize",
+           "run", "simulate", "write_trajectory"]  # open hides a builtin
 
 
 def open(path: _Path) -> Sequence:  # noqa: A001 - as the module's other openers

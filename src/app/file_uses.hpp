@@ -61,12 +61,9 @@ class FileUses {
 
 /// What `ygslam run` keeps in its folder.
 [[nodiscard]] inline FileUses::Names run_files() {
-  return {"trajectory.txt", "trajectory_live.txt",
-          "keyframes.txt",  "frames.csv",
-          "objects.csv",    "loops.csv",
-          "map.ply",        "metrics.json",
-          "config.yaml",    "log.txt",
-          ".lock"};
+  return {"trajectory.txt", "trajectory_live.txt", "keyframes.txt", "frames.csv",
+          "odometry.txt",   "objects.csv",         "loops.csv",     "map.ply",
+          "metrics.json",   "config.yaml",         "log.txt",       ".lock"};
 }
 /// A scene of --export.
 [[nodiscard]] inline FileUses::Names scene_files() {

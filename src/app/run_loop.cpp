@@ -1,5 +1,7 @@
 #include "app/run_loop.hpp"
 
+#include <tuple>
+
 #include "app/frame_writer.hpp"
 #include "app/progress_bar.hpp"
 #include "app/recording_check.hpp"
@@ -90,7 +92,8 @@ class FrameLoop {
   /// The run's own files, empty.
   Status create_files() {
     const RunOptions& o = plan_.options;
-    auto files = FrameFiles::create(o.out_dir, plan_.sequence.stamp_decimals, !o.deterministic);
+    auto files = FrameFiles::create(o.out_dir, plan_.sequence.stamp_decimals, !o.deterministic,
+                                    o.covariance);
     if (!files.ok()) return files.error();
     run_.files = std::move(*files);
     return Ok{};
@@ -179,7 +182,7 @@ class FrameLoop {
 
   TrackState step(const FramePtr& frame) {
     const trace::Span span("frame", frame->id);
-    add_imu_until(frame->stamp);
+    add_motion_until(frame->stamp);
     const TrackResult result = runner().process(frame);
     writers_.add(frame, result);
     if (run_.view) {
@@ -191,17 +194,22 @@ class FrameLoop {
   }
 
   /// As they would have come: an image takes longer to arrive than what was measured meanwhile.
-  void add_imu_until(Timestamp stamp) {
+  void add_motion_until(Timestamp stamp) {
+    const auto& [imu, wheels] = std::tie(plan_.settings().imu, plan_.settings().wheels);
+    add_until(stamp, imu ? imu->time_offset_s.value_or(0) : 0, plan_.imu, next_imu_);
+    add_until(stamp, wheels ? wheels->time_offset_s : 0, plan_.wheels, next_wheels_);
+  }
+  template <typename Sample>
+  void add_until(Timestamp stamp, double offset_s, const std::vector<Sample>& samples,
+                 std::size_t& next) {
     constexpr double kLead_s = 0.02;
-    const auto& imu = plan_.settings().imu;
-    const double lead_s = kLead_s + (imu ? imu->time_offset_s.value_or(0) : 0);
-    while (next_imu_ < plan_.imu.size() &&
-           seconds_between(plan_.imu[next_imu_].stamp, stamp) <= lead_s)
-      runner().add(plan_.imu[next_imu_++]);
+    while (next < samples.size() &&
+           seconds_between(samples[next].stamp, stamp) <= kLead_s + offset_s)
+      runner().add(samples[next++]);
   }
 
   const RunPlan& plan_;
-  std::size_t next_imu_ = 0;
+  std::size_t next_imu_ = 0, next_wheels_ = 0;
   LogFile& log_file_;
   ActiveRun& run_;
   FrameWriters writers_;

@@ -56,15 +56,19 @@ void add_out_option(CLI::App& command, RunOptions& o) {
   command.add_option("--out", o.out_dir, "Folder for the results")->required()->type_name("DIR");
 }
 
-void add_imu_options(CLI::App& command, RunOptions& o) {
+void add_motion_options(CLI::App& command, RunOptions& o) {
   add(command, kInput, "--imu", o.imu, "FILE|TOPIC|none",
       "Readings of the camera's IMU (default: imu.csv of the folder, if imu.yaml is there)");
   add(command, kInput, "--imu-calibration", o.imu_calibration, "FILE.yaml",
       "Where the IMU is on the camera (default: imu.yaml of the folder; docs/inertial.md)");
+  add(command, kInput, "--odometry", o.odometry, "FILE|TOPIC|none",
+      "What the robot's wheels tell (default: odom.csv of the folder, if odom.yaml is there)");
+  add(command, kInput, "--odometry-calibration", o.odometry_calibration, "FILE.yaml",
+      "Where the camera is on the robot (default: odom.yaml of the folder; docs/inertial.md)");
 }
 
 void add_run_options(CLI::App& command, RunOptions& o) {
-  add_imu_options(command, o);
+  add_motion_options(command, o);
   add_range_options(command, o);
   add(command, kInput, "--stride", o.stride, "N", "Every n-th pair")
       ->check(in_range(1, 1'000'000))
@@ -76,6 +80,9 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   add_switch(command, kSettings, "--deterministic", o.deterministic,
              "One schedule: same input, same bytes (masks come 2 frames late, but for builtin)")
       ->excludes("--realtime");
+  add_switch(command, kWritten, "--covariance", o.covariance,
+             "Covariances in trajectory_live.txt, and odometry.txt: poses in the frame that never "
+             "jumps");
   add(command, kWritten, "--debug-images", o.debug_dir, "DIR",
       "Draw masks and labelled points here");
   add(command, kWritten, "--debug-every", o.debug_every, "N", "Draw every n-th frame")

@@ -29,9 +29,10 @@ struct RunOptions {
   std::string sequence, out_dir;
   std::string model, segmenter, dynamic_mode;
   std::string camera_file, depth_camera_file, config_file, debug_dir, masks_dir;
-  std::string imu, imu_calibration;  ///< empty: what the recording has
-  BagTopics topics;                  ///< where the sequence is a bag or a stream
-  bool may_stream = false;           ///< frames are looked at once, in their order
+  std::string imu, imu_calibration;            ///< empty: what the recording has
+  std::string odometry, odometry_calibration;  ///< the same of wheels
+  BagTopics topics;                            ///< where the sequence is a bag or a stream
+  bool may_stream = false;                     ///< frames are looked at once, in their order
   std::string load_map, save_map, export_dir, background_dir;
   std::string mcap, trace;  ///< empty = none
   ViewOptions view;
@@ -41,6 +42,7 @@ struct RunOptions {
   std::optional<std::uint64_t> seed;
   int debug_every = 1;
   bool realtime = false, deterministic = false;
+  bool covariance = false;  ///< in trajectory_live.txt, and odometry.txt
 };
 
 /// SEQUENCE, where masks come from, camera, settings and seed.

@@ -68,6 +68,11 @@ Result<RunPlan> plan_run(const RunOptions& options) {
   plan.session.config.imu = imu->calibration;
   plan.imu = std::move(imu->samples);
   if (!imu->told.empty()) plan.sequence.notes.push_back(std::move(imu->told));
+  auto wheels = open_wheels(options, plan.sequence);
+  if (!wheels.ok()) return wheels.error();
+  plan.session.config.wheels = wheels->calibration;
+  plan.wheels = std::move(wheels->samples);
+  if (!wheels->told.empty()) plan.sequence.notes.push_back(std::move(wheels->told));
   return plan;
 }
 

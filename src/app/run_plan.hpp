@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/imu_input.hpp"
+#include "app/motion_input.hpp"
 #include "app/run_options.hpp"
 
 namespace ygslam {
@@ -16,7 +16,8 @@ struct RunPlan {
   SessionOptions session;  ///< its settings are the run's, resolved; without the map's sink
   Sequence sequence;
   FrameReaderConfig reading;
-  std::vector<ImuSample> imu;  ///< readings of SlamConfig::imu
+  std::vector<ImuSample> imu;          ///< readings of SlamConfig::imu
+  std::vector<OdometrySample> wheels;  ///< of SlamConfig::wheels
 
   [[nodiscard]] const SlamConfig& settings() const { return session.config; }
   /// Beside --save-map; none without a dense map.

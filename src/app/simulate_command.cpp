@@ -202,10 +202,11 @@ Status check_sequence_files(const SimulateArguments& a) {
   uses.reads("--depth-camera", a.depth_camera);
   if (a.poses != kStandardInput) uses.reads("--poses", a.poses);
   uses.writes("--mcap", a.mcap);
-  uses.writes_in("--out", a.out,
-                 {"rgb/*.jpg", "rgb/*.png", "depth/*.png", "rgb.txt", "depth.txt",
-                  "associations.txt", "groundtruth.txt", "calibration.txt", "calibration_depth.txt",
-                  "simulation.json", sim::kImuReadings, sim::kImuPlace, sim::kWheelPoses});
+  uses.writes_in(
+      "--out", a.out,
+      {"rgb/*.jpg", "rgb/*.png", "depth/*.png", "rgb.txt", "depth.txt", "associations.txt",
+       "groundtruth.txt", "calibration.txt", "calibration_depth.txt", "simulation.json",
+       sim::kImuReadings, sim::kImuPlace, sim::kWheelPoses, sim::kWheelPlace});
   if (a.truth)
     uses.writes_in(
         "--out", a.out,
@@ -284,7 +285,8 @@ constexpr const char* kSimulateFooter =
     "and\n"
     "simulation.json (how it was made), with --depth-camera calibration_depth.txt, with --imu "
     "imu.csv and\n"
-    "imu.yaml, with --wheels odom.csv; --random: images in folders and frames.csv. --truth adds\n"
+    "imu.yaml, with --wheels odom.csv, odom.yaml; --random: images in folders and frames.csv. "
+    "--truth adds\n"
     "mask/ (ids of people and movers, named in instances.json), things/ (ids of all things),\n"
     "moving/ (what moved since the frame before), depth_true/, rgb_static/ and depth_static/ (the "
     "view\n"

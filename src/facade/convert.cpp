@@ -70,6 +70,8 @@ Result to_api(const TrackResult& tracked) {
   result.T_odom_camera = to_api(tracked.T_odom_camera);
   result.T_world_odom = to_api(tracked.T_world_odom);
   result.covariance = row_major(odom_covariance(tracked));
+  result.map_covariance = row_major(map_covariance(tracked));
+  result.seen_covariance = row_major(seen_covariance(tracked));
   result.provisional = tracked.provisional;
   result.static_points = tracked.labels.static_points;
   result.dynamic_points = tracked.labels.dynamic_points;

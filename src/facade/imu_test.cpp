@@ -6,8 +6,9 @@
 #include <fstream>
 #include <thread>
 
-#include "facade/imu_inbox.hpp"
+#include "facade/motion_inbox.hpp"
 #include "facade/testing/film.hpp"
+#include "geometry/imu.hpp"
 
 namespace ygslam::api {
 namespace {
@@ -78,8 +79,56 @@ TEST(PushImu, AThreadOfItsOwnMayCallIt) {
   sensor.join();
 }
 
-TEST(ImuInbox, KeepsOrderAndAnEnd) {
-  ImuInbox inbox;
+Wheels some_wheels() { return {.T_base_camera = {{0, 0, 0.3}, {-0.5, 0.5, -0.5, 0.5}}}; }
+
+TEST(PushOdometry, WithoutWheelsItIsAnErrorAndNoPoseThatIsNoneIsTaken) {
+  Slam without = Slam::open(settings_for(film("static_xyz")));
+  EXPECT_EQ(code_of([&] { without.push_odometry({}); }), 2);
+  Settings settings = settings_for(film("static_xyz"));
+  settings.wheels = some_wheels();
+  Slam slam = Slam::open(settings);
+  EXPECT_EQ(code_of([&] { slam.push_odometry({1, {{0, kNan, 0}}}); }), 4);
+  EXPECT_EQ(code_of([&] { slam.push_odometry({1, {{0, 0, 0}, {0, 0, 0, 0}}}); }), 4);
+  EXPECT_EQ(code_of([&] {
+              slam.push_odometry({std::numeric_limits<std::int64_t>::min(), {}});
+            }),
+            4);
+  slam.push_odometry({1, {}});
+  const auto& seen = film("static_xyz");
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    EXPECT_EQ(slam.process(seen[i]).state, State::kTracking);
+}
+
+TEST(PushOdometry, WheelsThatAreNoneAreRefusedWithAllTheirFaults) {
+  Settings settings = settings_for(film("static_xyz"));
+  settings.wheels = some_wheels();
+  settings.wheels->way_scale = 1000;
+  settings.wheels->turn_noise = kNan;
+  settings.wheels->T_base_camera.rotation_xyzw = {0, 0, 0, 0};
+  settings.wheels->time_offset_s = 100;
+  try {
+    static_cast<void>(Slam::open(settings));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code, 3);
+    for (const char* word : {"way_scale", "turn_noise", "T_base_camera", "time_offset_s"})
+      EXPECT_NE(std::string(e.what()).find(word), std::string::npos) << word;
+  }
+}
+
+TEST(PushOdometry, AFileTellsWhereTheCameraIs) {
+  EXPECT_EQ(code_of([] { static_cast<void>(Wheels::read("/no/odom.yaml")); }), 4);
+  const std::string path = ::testing::TempDir() + "facade_odom.yaml";
+  std::ofstream(path) << "T_base_camera: [0.1, 0, 0.3, 0, 0, 0, 1]\nway_scale: 1.02\n";
+  const Wheels wheels = Wheels::read(path);
+  EXPECT_EQ(wheels.way_scale, 1.02);
+  EXPECT_EQ(wheels.T_base_camera.translation_m[2], 0.3);
+  std::ofstream(path) << "way_scale: 1000\n";
+  EXPECT_EQ(code_of([&] { static_cast<void>(Wheels::read(path)); }), 3);
+}
+
+TEST(MotionInbox, KeepsOrderAndAnEnd) {
+  MotionInbox<ImuSample> inbox;
   for (int i = 0; i < 3; ++i) inbox.put({{i}, Vec3::Zero(), Vec3::Zero()});
   const auto taken = inbox.take();
   ASSERT_EQ(taken.size(), 3U);

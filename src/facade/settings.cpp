@@ -7,6 +7,7 @@
 #include "io/calibration.hpp"
 #include "io/ignored_pixels.hpp"
 #include "io/imu_calibration.hpp"
+#include "io/wheel_calibration.hpp"
 
 namespace ygslam::api {
 namespace {
@@ -90,6 +91,39 @@ ImuCalibration to_calibration(const Imu& imu) {
                        imu.gyro_walk_radps2_sqrthz, imu.accel_walk_mps3_sqrthz};
   calibration.time_offset_s = imu.time_offset_s;
   return calibration;
+}
+
+Wheels Wheels::read(const std::string& path) {
+  const auto read = read_wheel_calibration(path);
+  if (!read.ok()) fail(read.error());
+  return {to_api(read->T_base_camera),
+          read->way_scale,
+          read->turn_scale,
+          read->way_noise,
+          read->turn_noise,
+          read->time_offset_s};
+}
+
+WheelCalibration to_calibration(const Wheels& wheels) {
+  const auto is_between = [](double value, double least, double most) {
+    return value >= least && value <= most;
+  };
+  ConfigFaults faults;
+  if (!is_pose(wheels.T_base_camera))
+    faults.add("wheels.T_base_camera: finite numbers and a unit quaternion are expected");
+  if (!is_between(wheels.way_scale, 0.5, 2) || !is_between(wheels.turn_scale, 0.5, 2))
+    faults.add("wheels: way_scale and turn_scale of 0.5 to 2 are expected");
+  if (!is_between(wheels.way_noise, 1e-5, 1) || !is_between(wheels.turn_noise, 1e-5, 1))
+    faults.add("wheels: way_noise and turn_noise of 1e-5 to 1 are expected");
+  if (!is_between(wheels.time_offset_s, -10, 10))
+    faults.add("wheels.time_offset_s: at most 10 s are expected");
+  if (const Status status = faults.status(); !status.ok()) fail(status.error());
+  return {to_se3(wheels.T_base_camera, "wheels.T_base_camera"),
+          wheels.way_scale,
+          wheels.turn_scale,
+          wheels.way_noise,
+          wheels.turn_noise,
+          wheels.time_offset_s};
 }
 
 std::optional<Gravity> floor_of(const Settings& settings) {

@@ -61,6 +61,7 @@ void end_at_home(std::unique_ptr<Impl>& impl) noexcept {
 [[nodiscard]] std::optional<Gravity> floor_of(const Settings& settings);
 /// @throws Error (3)
 [[nodiscard]] ImuCalibration to_calibration(const Imu& imu);
+[[nodiscard]] WheelCalibration to_calibration(const Wheels& wheels);
 /// Of a camera whose other numbers come from elsewhere, its size among them.
 void ignore_pixels(const CameraModel& from, CameraConfig& to);
 /// That of the settings, else standard error for warnings and errors. Lines are one_line().

@@ -8,8 +8,8 @@
 #include "core/log.hpp"
 #include "facade/convert.hpp"
 #include "facade/event_watch.hpp"
-#include "facade/imu_inbox.hpp"
 #include "facade/input.hpp"
+#include "facade/motion_inbox.hpp"
 #include "facade/placing.hpp"
 #include "facade/published_map.hpp"
 #include "facade/push_thread.hpp"
@@ -48,8 +48,9 @@ struct Slam::Impl {
   bool publishes = true;  // false if deterministic: room() makes it
   bool finished = false;
   std::optional<Error> failure;  // of code 1: for every later call
-  bool has_imu = false;
-  ImuInbox imu;
+  bool has_imu = false, has_wheels = false;
+  MotionInbox<ImuSample> imu;
+  MotionInbox<OdometrySample> wheels;
   PublishedMap published;  // before the session, whose threads write to it
 
   std::mutex mutex;  // of what follows, which push()'s thread uses as well
@@ -144,6 +145,15 @@ void Slam::push_imu(const ImuReading& reading) {
                 vector(reading.specific_force_mps2)});
 }
 
+void Slam::push_odometry(const OdometryReading& reading) {
+  Impl& impl = alive(impl_, "push_odometry()");
+  if (!impl.has_wheels) fail({ErrorKind::kUsage, "push_odometry() without Settings::wheels"});
+  if (is_too_far(reading.t_ns)) fail({ErrorKind::kInput, "odometry stamp too far from 0"});
+  if (!is_pose(reading.T_odom_base))
+    fail({ErrorKind::kInput, "odometry: finite numbers and a unit quaternion are expected"});
+  impl.wheels.put({{reading.t_ns}, to_se3(reading.T_odom_base, "T_odom_base")});
+}
+
 std::optional<Result> Slam::poll() {
   Impl& impl = alive(impl_, "poll()");
   return impl.call([&] { return impl.pushed ? impl.pushed->poll() : std::nullopt; });
@@ -215,6 +225,8 @@ void Slam::Impl::open(const Settings& settings) {
   options.camera = to_config(settings.camera);
   if (settings.imu) options.config.imu = to_calibration(*settings.imu);
   has_imu = settings.imu.has_value();
+  if (settings.wheels) options.config.wheels = to_calibration(*settings.wheels);
+  has_wheels = settings.wheels.has_value();
   format = {options.camera, registration_of(settings, options.camera), options.config.depth,
             options.segmenter == SegmenterKind::kGiven};
   given = options.given;
@@ -303,10 +315,14 @@ Result Slam::Impl::process(const Input& input) {
     given->put(input.masks);
   }
   if (input.T_now_last) session.runner->expect_motion(*input.T_now_last);
-  for (ImuSample& sample : imu.take()) {
-    sample.stamp.ns += input.clock_shift_ns;
-    session.runner->add(sample);
-  }
+  const auto hand_over = [&](auto samples) {
+    for (auto& sample : samples) {
+      sample.stamp.ns += input.clock_shift_ns;
+      session.runner->add(sample);
+    }
+  };
+  hand_over(imu.take());
+  hand_over(wheels.take());
   const TrackResult tracked = session.runner->process(input.frame);
   if (view) {
     view->show(input.frame, tracked);

@@ -42,4 +42,15 @@ struct OdometrySample {
   SE3 T_odom_base;
 };
 
+/// The robot that carries the camera, as far as one knows it.
+struct WheelCalibration {
+  SE3 T_base_camera;        ///< of the camera's optical frame; the base has x ahead and z up
+  double way_scale = 1;     ///< true way for a told one: the wheels' radius
+  double turn_scale = 1;    ///< true turn for a told one: the distance between the wheels
+  double way_noise = 2e-3;  ///< random error of the way [m/sqrt(m)], standard deviation
+  double turn_noise =
+      6e-3;  ///< of the heading [rad/sqrt(m)], and as much for each root of a radian
+  double time_offset_s = 0;  ///< a stamp of the wheels minus that of the camera at the same instant
+};
+
 }  // namespace ygslam

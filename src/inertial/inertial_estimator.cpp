@@ -34,11 +34,14 @@ constexpr double kDisagreement = 4 * 22.5;
 constexpr std::size_t kJudgedFrames = 20;
 constexpr double kMostDisagreement = 0.5;  // of them
 constexpr double kTrustedStd_m = 0.1;      // after a second alone
+constexpr double kWheelsSlip = 22.5;       // chi-square of 6 degrees of freedom, 99.9 %
+constexpr double kWheelsRest_s = 0.3;      // after they slipped
 
 }  // namespace
 
-InertialEstimator::InertialEstimator(const InertialConfig& config)
+InertialEstimator::InertialEstimator(const InertialConfig& config, const WheelOdometry* wheels)
     : config_(config),
+      wheels_(wheels),
       T_imu_camera_(config.T_camera_imu.inverse()),
       samples_(config.noise, config.gyro_scale_error),
       offset_ns_(to_ns(config.time_offset_s.value_or(0))),
@@ -93,8 +96,9 @@ void InertialEstimator::put(const Frame& frame) {
 void InertialEstimator::process_waiting() {
   while (!waiting_.empty()) {
     const Timestamp stamp = waiting_.front().stamp;
-    const bool has_samples =
-        !samples_.samples().empty() && samples_.samples().back().stamp >= stamp;
+    const bool has_samples = !samples_.samples().empty() &&
+                             samples_.samples().back().stamp >= stamp &&
+                             (wheels_ == nullptr || wheels_->have_reached(stamp));
     if (!has_samples && seconds_between(*last_frame_, stamp) < kMostWaiting_s) return;
     const Frame frame = waiting_.front();
     waiting_.pop_front();
@@ -192,7 +196,9 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
   const UncertainState predicted = last.moved(motion, stamp, window_->gravity());
   const auto dated =
       seen ? std::optional(with_unsure_time(*seen, predicted.state, *measured)) : std::nullopt;
-  window_->add({predicted.state, std::move(motion), dated});
+  const auto wheels = seen ? std::nullopt : tie_by_wheels(last, predicted, motion);
+  held_by_wheels_ = wheels.has_value();
+  window_->add({predicted.state, std::move(motion), dated, wheels});
   if (!window_->solve(1)) return restart(ImuFault::kDisagrees);
   window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
   const ImuBias& bias = window_->nodes().back().state.bias;
@@ -200,6 +206,38 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
       bias.accel_mps2.norm() > config_.bounds.most_accel_bias_mps2)
     return restart(ImuFault::kBias);
   if (dated) judge(predicted, *dated);
+}
+
+/// @return nullopt where they slip, as the IMU feels it: gyroscope and accelerometer know better
+/// what happens within a moment.
+std::optional<WheelTie> InertialEstimator::tie_by_wheels(const UncertainState& before,
+                                                         const UncertainState& predicted,
+                                                         const MotionFactor& motion) {
+  if (wheels_ == nullptr || !wheels_->is_trusted()) return std::nullopt;
+  const auto told = wheels_->between(before.state.stamp, predicted.state.stamp);
+  if (!told) return std::nullopt;
+  const Mat6 adjoint = config_.T_camera_imu.inverse().adjoint();
+  WheelTie tie{T_imu_camera_ * told->T_before_after * config_.T_camera_imu,
+               adjoint * told->noise * adjoint.transpose()};
+  tie.covariance.diagonal().array() += kLeastVariance;
+  const double dt_s = seconds_between(predicted.state.stamp, before.state.stamp);
+  const Mat3 R_imu_odom = before.state.T_odom_imu.R().transpose();
+  Mat6 covariance = tie.covariance;
+  const Mat6 lasting = told->by_errors * wheels_->error_covariance() * told->by_errors.transpose();
+  covariance += adjoint * lasting * adjoint.transpose();
+  covariance.topLeftCorner<3, 3>() += dt_s * dt_s * R_imu_odom *
+                                          before.covariance.block<3, 3>(kVelocity, kVelocity) *
+                                          R_imu_odom.transpose() +
+                                      motion.covariance().block<3, 3>(kPosition, kPosition);
+  covariance.bottomRightCorner<3, 3>() +=
+      dt_s * dt_s * before.covariance.block<3, 3>(kGyroBias, kGyroBias) +
+      motion.covariance().block<3, 3>(kRotation, kRotation);
+  const Vec6 residual = linear(tie, before.state, predicted.state).residual;
+  if (residual.dot(covariance.ldlt().solve(residual)) > kWheelsSlip)
+    slipped_at_ = predicted.state.stamp;
+  const bool rests =
+      slipped_at_ && seconds_between(predicted.state.stamp, *slipped_at_) < kWheelsRest_s;
+  return rests ? std::nullopt : std::optional(tie);
 }
 
 /// As uncertain as it is when it was seen: what the camera moves in the time between.
@@ -254,6 +292,9 @@ std::optional<InertialPrediction> InertialEstimator::predict(Timestamp stamp) co
   imu_velocity << now->state.T_odom_imu.R().transpose() * now->state.velocity_odom_mps, rate;
   result.body_velocity = config_.T_camera_imu.adjoint() * imu_velocity;
   if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
+  result.by_wheels = held_by_wheels_;
+  if (held_by_wheels_)
+    result.covariance += wheels_->lasting_covariance(stamp, false);  // the gyroscope knows the turn
   return result;
 }
 

@@ -14,6 +14,8 @@
 #include "inertial/inertial_start.hpp"
 #include "inertial/inertial_window.hpp"
 #include "inertial/time_offset.hpp"
+#include "inertial/visual_pose.hpp"
+#include "inertial/wheel_odometry.hpp"
 
 namespace ygslam {
 
@@ -31,15 +33,11 @@ struct InertialConfig {
   int window_frames = 12;  ///< kept in the smoother
 };
 
-/// A tracked frame's pose. Covariance of T_odom_camera exp(error) [m, rad], translation first.
-struct VisualPose {
-  SE3 T_odom_camera;
-  Mat6 covariance;
-};
-
 class InertialEstimator {
  public:
-  explicit InertialEstimator(const InertialConfig& config);
+  /// @param wheels null: there are none. They hold what frames without a pose may drift; fed before
+  /// the frames, and outlive this.
+  explicit InertialEstimator(const InertialConfig& config, const WheelOdometry* wheels = nullptr);
 
   /// In order of time. Frames wait for the samples of their time, predictions do not.
   void add(const ImuSample& sample);
@@ -81,6 +79,9 @@ class InertialEstimator {
   void set_further_offset(double offset_s);
   void try_start(const SeenFrame& frame);
   void go_on(Timestamp stamp, const std::optional<SeenPose>& seen);
+  [[nodiscard]] std::optional<WheelTie> tie_by_wheels(const UncertainState& before,
+                                                      const UncertainState& predicted,
+                                                      const MotionFactor& motion);
   [[nodiscard]] SeenPose with_unsure_time(SeenPose seen, const InertialState& state,
                                           const Preintegration& measured) const;
   void judge(const UncertainState& predicted, const SeenPose& seen);
@@ -88,6 +89,7 @@ class InertialEstimator {
   [[nodiscard]] StateWalk walk() const;
 
   InertialConfig config_;
+  const WheelOdometry* wheels_;
   SE3 T_imu_camera_;
   ImuBuffer samples_;
   std::int64_t offset_ns_ = 0;
@@ -100,8 +102,10 @@ class InertialEstimator {
   double further_offset_s_ = 0, offset_weight_ = 0;  // what was found beyond offset_ns_
   std::vector<SeenFrame> start_;                     // what one will be made of
   std::optional<InertialWindow> window_;
-  std::deque<bool> disagreed_;  // of the last seen frames
-  bool was_trusted_ = false;    // at the last seen frame
+  std::deque<bool> disagreed_;           // of the last seen frames
+  std::optional<Timestamp> slipped_at_;  // that the wheels were last seen to slip by the IMU
+  bool held_by_wheels_ = false;          // the newest frame
+  bool was_trusted_ = false;             // at the last seen frame
   ImuFault fault_ = ImuFault::kNone;
 };
 

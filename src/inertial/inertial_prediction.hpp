@@ -1,4 +1,4 @@
-// What an IMU says of a frame before it is looked at.
+// What an IMU or wheels say of a frame before it is looked at.
 #pragma once
 
 #include "geometry/se3.hpp"
@@ -13,6 +13,7 @@ struct InertialPrediction {
   /// When vision was last there, a second alone would have taken the camera nowhere: this may stand
   /// for vision.
   bool trusted = false;
+  bool by_wheels = false;  ///< they hold it: what it errs by grows with the way, not with time
 };
 
 }  // namespace ygslam

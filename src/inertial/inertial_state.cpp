@@ -151,4 +151,21 @@ SeenLinear linear(const SeenPose& seen, const InertialState& state) {
   return result;
 }
 
+WheelLinear linear(const WheelTie& tie, const InertialState& before, const InertialState& after) {
+  const SE3 T_before_after = before.T_odom_imu.inverse() * after.T_odom_imu;
+  const SE3 T_told_after = tie.T_before_after.inverse() * T_before_after;
+  const Vec3 turn = so3_log(T_told_after.R());
+  const Mat3 by_turn = right_jacobian(turn).inverse();
+  const Mat3 R_told_odom = (before.T_odom_imu.R() * tie.T_before_after.R()).transpose();
+  WheelLinear result{{}, Mat6::Zero(), Mat6::Zero()};
+  result.residual << T_told_after.t(), turn;
+  result.by_after.block<3, 3>(0, kPosition) = R_told_odom;
+  result.by_after.block<3, 3>(3, kRotation) = by_turn;
+  result.by_before.block<3, 3>(0, kPosition) = -R_told_odom;
+  result.by_before.block<3, 3>(0, kRotation) =
+      tie.T_before_after.R().transpose() * skew(T_before_after.t());
+  result.by_before.block<3, 3>(3, kRotation) = -by_turn * T_before_after.R().transpose();
+  return result;
+}
+
 }  // namespace ygslam

@@ -99,4 +99,17 @@ struct SeenLinear {
 };
 [[nodiscard]] SeenLinear linear(const SeenPose& seen, const InertialState& state);
 
+/// How the IMU moved between two states, by something that neither it nor vision measured. Errors:
+/// T_before_after exp(error), translation first.
+struct WheelTie {
+  SE3 T_before_after;
+  Mat6 covariance;
+};
+struct WheelLinear {
+  Vec6 residual;
+  Mat6 by_before, by_after;  ///< by rotation and position of the states
+};
+[[nodiscard]] WheelLinear linear(const WheelTie& tie, const InertialState& before,
+                                 const InertialState& after);
+
 }  // namespace ygslam

@@ -31,6 +31,29 @@ MotionFactor any_motion(const ImuBias& assumed) {
   return {measured, {1e-4, 1e-3, 1e-4}};
 }
 
+// Of a tie by wheels, by rotation and position of both states.
+RC_GTEST_PROP(WheelTieProperties, JacobiansAreThoseOfDifferences, ()) {
+  const InertialState before = any_state();
+  InertialState after = before;
+  after.T_odom_imu = before.T_odom_imu * properties::motion(0.3, 0.2);
+  const WheelTie tie{
+      before.T_odom_imu.inverse() * after.T_odom_imu * properties::motion(0.02, 0.02),
+      Mat6::Identity()};
+  const WheelLinear analytic = linear(tie, before, after);
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 6; ++i) {
+    const StateVector step = kStep * StateVector::Unit(i);
+    const Vec6 by_before = (linear(tie, changed(before, step), after).residual -
+                            linear(tie, changed(before, -step), after).residual) /
+                           (2 * kStep);
+    const Vec6 by_after = (linear(tie, before, changed(after, step)).residual -
+                           linear(tie, before, changed(after, -step)).residual) /
+                          (2 * kStep);
+    RC_ASSERT((by_before - analytic.by_before.col(i)).norm() < 1e-5);
+    RC_ASSERT((by_after - analytic.by_after.col(i)).norm() < 1e-5);
+  }
+}
+
 // Derivative of f at 0, one column for each part of a state.
 template <typename Function>
 auto numeric_jacobian(const Function& f) {

@@ -51,6 +51,22 @@ void InertialWindow::add_tie(std::size_t after, Block& before_block, Block& afte
   before_block.gradient += before_weighted * residual;
   after_block.diagonal += after_weighted * by_after;
   after_block.gradient += after_weighted * residual;
+  add_wheels(after, before_block, after_block);
+}
+
+void InertialWindow::add_wheels(std::size_t after, Block& before_block, Block& after_block) const {
+  const auto& wheels = nodes_[after].wheels;
+  if (!wheels) return;
+  const auto [residual, by_before, by_after] =
+      linear(*wheels, nodes_[after - 1].state, nodes_[after].state);
+  const Mat6 information = wheels->covariance.inverse();
+  const Mat6 before_weighted = by_before.transpose() * information;
+  const Mat6 after_weighted = by_after.transpose() * information;
+  before_block.diagonal.topLeftCorner<6, 6>() += before_weighted * by_before;
+  before_block.to_next.topLeftCorner<6, 6>() += before_weighted * by_after;
+  before_block.gradient.head<6>() += before_weighted * residual;
+  after_block.diagonal.topLeftCorner<6, 6>() += after_weighted * by_after;
+  after_block.gradient.head<6>() += after_weighted * residual;
 }
 
 std::vector<InertialWindow::Block> InertialWindow::linearised() const {

@@ -19,6 +19,7 @@ class InertialWindow {
     InertialState state;
     std::optional<MotionFactor> motion;  ///< since the node before; the first has none
     std::optional<SeenPose> seen;
+    std::optional<WheelTie> wheels{};  ///< since the node before
   };
 
   explicit InertialWindow(const TiltedGravity& gravity) : gravity_(gravity) {}
@@ -61,6 +62,7 @@ class InertialWindow {
   void add_prior(Block& first) const;
   void add_seen(const Node& node, Block& block) const;
   void add_tie(std::size_t after, Block& before_block, Block& after_block) const;
+  void add_wheels(std::size_t after, Block& before_block, Block& after_block) const;
   [[nodiscard]] std::vector<Block> linearised() const;
   [[nodiscard]] std::optional<StateVector> step();
   void marginalise_first();

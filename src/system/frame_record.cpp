@@ -26,9 +26,14 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
   record.mask_age_frames = result.mask_age_frames;
   record.provisional = result.provisional;
   record.correction_m = result.correction_m;
-  const Mat6 covariance = odom_covariance(result);
+  const Mat6 covariance = seen_covariance(result);
   record.position_std_m = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
   record.rotation_std_rad = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  record.odom_drift = result.doubt.odom;
+  record.map_drift = result.doubt.map;
+  record.T_odom_camera = result.T_odom_camera;
+  record.odom_covariance = odom_covariance(result);
+  record.map_covariance = map_covariance(result);
   record.objects = result.objects;
   record.orb_ms = result.orb_ms;
   record.motion_ms = result.motion_ms;

@@ -23,9 +23,12 @@ struct FrameRecord {
   int static_points = 0, dynamic_points = 0, unknown_points = 0;
   bool provisional = false;                         ///< see TrackResult
   double correction_m = 0;                          ///< see TrackResult
-  double position_std_m = 0, rotation_std_rad = 0;  ///< by odom_covariance(), of all three axes
-  bool few_static = false;                          ///< see PointLabels::too_few_static
-  int mask_age_frames = -1;                         ///< of the newest mask used; -1 = none
+  double position_std_m = 0, rotation_std_rad = 0;  ///< by seen_covariance(), of all three axes
+  Doubt odom_drift, map_drift;                      ///< see PoseDoubt
+  SE3 T_odom_camera;                                ///< as delivered, as its covariances
+  Mat6 odom_covariance = Mat6::Zero(), map_covariance = Mat6::Zero();
+  bool few_static = false;   ///< see PointLabels::too_few_static
+  int mask_age_frames = -1;  ///< of the newest mask used; -1 = none
   std::vector<TrackedObject> objects;
   double track_ms = 0, track_cpu_ms = 0, orb_ms = 0, motion_ms = 0, pose_ms = 0;
   double mask_ms = 0;  ///< what masks cost beside tracking

@@ -8,23 +8,38 @@
 namespace ygslam {
 namespace {
 
-// What a pose errs by that its points do not show: where the map is bent, for a second or two. As
-// noise of single frames that is so much (docs/inertial.md).
-constexpr double kLeastStd_m = 0.004;
-constexpr double kLeastStd_rad = 0.0115;
+/// Standard deviations that a pose has at the least: what it errs by that its points do not show,
+/// where the map is bent. That lasts for a second or two.
+struct LeastStd {
+  double m, rad;
+};
+constexpr LeastStd kOfSingleFrames{0.004, 0.0115};  // as noise of each (docs/inertial.md)
+constexpr LeastStd kOfLongerWays{0.002, 0.003};     // half a second apart
 
-VisualPose visual_pose(const TrackResult& result) {
+VisualPose visual_pose(const TrackResult& result, const LeastStd& least) {
   const double factor = result.state == TrackState::kWeak ? kWeakStdFactor : 1;
   // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
   Mat6 covariance = factor * factor * result.covariance.value_or(Mat6::Zero());
-  covariance.diagonal().head<3>().array() += kLeastStd_m * kLeastStd_m;
-  covariance.diagonal().tail<3>().array() += kLeastStd_rad * kLeastStd_rad;
+  covariance.diagonal().head<3>().array() += least.m * least.m;
+  covariance.diagonal().tail<3>().array() += least.rad * least.rad;
   return {result.T_odom_camera, covariance};
+}
+
+template <typename Estimator>
+void hand_over(Estimator& estimator, Timestamp stamp, const std::optional<VisualPose>& pose,
+               bool found_again) {
+  if (pose && found_again) {
+    estimator.add_frame_found_again(stamp, *pose);
+  } else {
+    estimator.add_frame(stamp, pose);
+  }
 }
 
 }  // namespace
 
-InertialStage::InertialStage(const std::optional<ImuCalibration>& imu) {
+InertialStage::InertialStage(const std::optional<ImuCalibration>& imu,
+                             const std::optional<WheelCalibration>& wheels)
+    : wheel_config_(wheels) {
   if (imu)
     config_ = {.noise = imu->noise,
                .T_camera_imu = imu->T_camera_imu,
@@ -34,33 +49,52 @@ InertialStage::InertialStage(const std::optional<ImuCalibration>& imu) {
 
 void InertialStage::reset() {
   estimator_.reset();
-  if (config_) estimator_.emplace(*config_);
-  had_pose_ = started_ = false;
+  wheels_.reset();
+  if (wheel_config_) wheels_.emplace(*wheel_config_);
+  if (config_) estimator_.emplace(*config_, wheels_ ? &*wheels_ : nullptr);
+  had_pose_ = started_ = wheels_agree_ = false;
+  wheels_tell_ = true;
 }
 
 void InertialStage::add(const ImuSample& sample) {
   if (estimator_) estimator_->add(sample);
 }
 
+void InertialStage::add(const OdometrySample& sample) {
+  if (wheels_) wheels_->add(sample);
+}
+
+/// The IMU's, held by the wheels where both are there; the wheels' alone where it says nothing, or
+/// nothing that may stand for vision.
 std::optional<InertialPrediction> InertialStage::predict(Timestamp stamp) const {
-  return estimator_ ? estimator_->predict(stamp) : std::nullopt;
+  auto by_imu = estimator_ ? estimator_->predict(stamp) : std::nullopt;
+  auto by_wheels = wheels_ ? wheels_->predict(stamp) : std::nullopt;
+  if (!by_imu) return by_wheels;
+  const bool wheels_hold = by_wheels && by_wheels->trusted;
+  by_imu->by_wheels |= wheels_hold;
+  const bool wheels_know_better = !by_imu->trusted && wheels_hold;
+  return wheels_know_better ? by_wheels : by_imu;
 }
 
 void InertialStage::take(Timestamp stamp, const TrackResult& result) {
-  if (!estimator_) return;
+  if (!estimator_ && !wheels_) return;
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
-  const bool found_again = has_pose && !std::exchange(had_pose_, has_pose);
-  if (!has_pose) {
-    estimator_->add_frame(stamp, std::nullopt);
-  } else if (found_again) {
-    estimator_->add_frame_found_again(stamp, visual_pose(result));
-  } else {
-    estimator_->add_frame(stamp, visual_pose(result));
+  const bool found_again = has_pose && !had_pose_;
+  had_pose_ = has_pose;
+  const auto pose_with = [&](const LeastStd& least) {
+    return has_pose ? std::optional(visual_pose(result, least)) : std::nullopt;
+  };
+  if (wheels_) {
+    hand_over(*wheels_, stamp, pose_with(kOfLongerWays), found_again);
+    tell_wheels();
   }
-  tell();
+  if (estimator_) {
+    hand_over(*estimator_, stamp, pose_with(kOfSingleFrames), found_again);
+    tell_imu();
+  }
 }
 
-void InertialStage::tell() {
+void InertialStage::tell_imu() {
   const ImuFault fault = estimator_->take_fault();
   if (fault != ImuFault::kNone) {
     log::warn("IMU: {}: it is not used until that has changed", to_string(fault));
@@ -71,6 +105,19 @@ void InertialStage::tell() {
   const Vec3 up = -estimator_->gravity_odom()->normalized();
   log::info("IMU: gravity and biases are known; up in odom is {:.3f} {:.3f} {:.3f}", up.x(), up.y(),
             up.z());
+}
+
+void InertialStage::tell_wheels() {
+  const WheelFault fault = wheels_->take_fault();
+  if (fault != WheelFault::kNone && std::exchange(wheels_tell_, false)) {
+    log::warn("wheels: {}: they are not used until that has changed", to_string(fault));
+    wheels_agree_ = false;
+  }
+  if (wheels_agree_ || !wheels_->is_trusted()) return;
+  wheels_agree_ = wheels_tell_ = true;
+  log::info(
+      "wheels: they agree with the camera, their way times {:.4f} and their turn times {:.4f}",
+      1 + wheels_->errors()[0], 1 + wheels_->errors()[1]);
 }
 
 }  // namespace ygslam

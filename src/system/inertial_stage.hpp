@@ -1,4 +1,5 @@
-// Inertial odometry beside tracking: asked before a frame is looked at, told what became of it.
+// Inertial and wheel odometry beside tracking: asked before a frame is looked at, told what became
+// of it.
 #pragma once
 
 #include <optional>
@@ -10,10 +11,17 @@ namespace ygslam {
 
 class InertialStage {
  public:
-  /// @param imu nullopt: there is none.
-  explicit InertialStage(const std::optional<ImuCalibration>& imu);
+  InertialStage(const InertialStage&) = delete;
+  InertialStage& operator=(const InertialStage&) = delete;
+  InertialStage(InertialStage&&) = delete;
+  InertialStage& operator=(InertialStage&&) = delete;
+  ~InertialStage() = default;
+  /// @param imu, wheels nullopt: there are none.
+  InertialStage(const std::optional<ImuCalibration>& imu,
+                const std::optional<WheelCalibration>& wheels);
 
   void add(const ImuSample& sample);
+  void add(const OdometrySample& sample);
   /// Of the next frame.
   [[nodiscard]] std::optional<InertialPrediction> predict(Timestamp stamp) const;
   /// Every frame in turn.
@@ -21,12 +29,16 @@ class InertialStage {
   void reset();
 
  private:
-  void tell();
+  void tell_imu();
+  void tell_wheels();
 
   std::optional<InertialConfig> config_;
+  std::optional<WheelCalibration> wheel_config_;
+  std::optional<WheelOdometry> wheels_;  // the estimator refers to it
   std::optional<InertialEstimator> estimator_;
-  bool had_pose_ = false;  // in the last frame
-  bool started_ = false;   // told
+  bool had_pose_ = false;                           // in the last frame
+  bool started_ = false;                            // told
+  bool wheels_agree_ = false, wheels_tell_ = true;  // told; a fault is told once until they agree
 };
 
 }  // namespace ygslam

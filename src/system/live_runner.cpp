@@ -28,7 +28,7 @@ class LiveRunner final : public Runner {
         map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory, config.run.shutter_source),
-        inertial_(config.imu),
+        inertial_(config.imu, config.wheels),
         segmenter_(segmenter ? std::make_unique<SegmentWorker>(std::move(segmenter)) : nullptr) {
     start();
   }
@@ -42,9 +42,11 @@ class LiveRunner final : public Runner {
     const ScopedTimer mask_timer;
     const std::vector<SegmentationPtr> arrived = arrived_masks(*frame);
     const double mask_ms = mask_timer.wall_ms();
-    TrackResult result = tracker_->step(std::move(seen), map_->view(), arrived,
-                                        map_->waiting_keyframes() >= kBusyMapper);
+    const LocalViewPtr view = map_->view();
+    TrackResult result =
+        tracker_->step(std::move(seen), view, arrived, map_->waiting_keyframes() >= kBusyMapper);
     inertial_.take(frame->stamp, result);
+    result.doubt = drift_.step(frame->stamp, result, *view);
     const auto put = [this](auto& message) { map_->put(std::move(message)); };
     if (auto message = route_->frame_message(frame, result)) {
       if (std::holds_alternative<DenseFrameMessage>(*message) && map_->is_dense_behind()) {
@@ -65,6 +67,7 @@ class LiveRunner final : public Runner {
 
   void expect_motion(const SE3& T_now_last) override { tracker_->expect_motion(T_now_last); }
   void add(const ImuSample& sample) override { inertial_.add(sample); }
+  void add(const OdometrySample& sample) override { inertial_.add(sample); }
   void miss(Timestamp stamp) override { log_.miss(stamp); }
   void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
@@ -143,6 +146,7 @@ class LiveRunner final : public Runner {
     map_->inspect_dense([this](DenseMap& dense) { dense.restore(map_use_.dense); });
     route_.emplace(config_.dense, mapping_config_);
     inertial_.reset();
+    drift_.reset();
     without_mask_.clear();
     last_frames_.clear();
     last_mask_.reset();
@@ -226,6 +230,7 @@ class LiveRunner final : public Runner {
   const Camera& camera_;
   RunLog log_;
   InertialStage inertial_;
+        inertial_(config.imu, config.wheels),
   std::unique_ptr<SegmentWorker> segmenter_;  // null without one
   std::optional<Tracker> tracker_;
   std::unique_ptr<MapThread> map_;

@@ -68,7 +68,7 @@ std::string summary_text(const SlamOutcome& outcome, const Map& map, const Frame
   if (input.dropped > 0) text += fmt::format(", {} dropped (too late)", input.dropped);
   if (s.missed > input.dropped) text += fmt::format(", {} unreadable", s.missed - input.dropped);
   text += fmt::format(", {:.1f} % tracked", 100 * coverage(outcome));
-  if (s.coasting > 0) text += fmt::format(" ({} by the IMU alone)", s.coasting);
+  if (s.coasting > 0) text += fmt::format(" ({} by IMU or wheels alone)", s.coasting);
   if (s.tracked > facts.trajectory_frames)
     text +=
         fmt::format(" ({} frames in a submap never joined)", s.tracked - facts.trajectory_frames);

@@ -22,7 +22,7 @@ class OfflineRunner final : public Runner {
         map_use_(std::move(map_use)),
         camera_(camera),
         log_(config.run.keep_trajectory, config.run.shutter_source),
-        inertial_(config.imu),
+        inertial_(config.imu, config.wheels),
         segmenter_(std::move(segmenter)) {
     reset();
   }
@@ -37,6 +37,7 @@ class OfflineRunner final : public Runner {
     TrackResult result = tracker_->step(tracker_->look(frame, inertial_.predict(frame->stamp)),
                                         view_, arrived, false);
     inertial_.take(frame->stamp, result);
+    result.doubt = drift_.step(frame->stamp, result, *view_);
     log_.add(make_record(*frame, result, {timer.wall_ms(), timer.cpu_ms(), mask_ms}), result);
     map_frame(frame, arrived, result);
     return result;
@@ -44,6 +45,7 @@ class OfflineRunner final : public Runner {
 
   void expect_motion(const SE3& T_now_last) override { tracker_->expect_motion(T_now_last); }
   void add(const ImuSample& sample) override { inertial_.add(sample); }
+  void add(const OdometrySample& sample) override { inertial_.add(sample); }
   void miss(Timestamp stamp) override { log_.miss(stamp); }
   void add_sink(FrameSink sink) override { log_.add_sink(std::move(sink)); }
 
@@ -69,6 +71,7 @@ class OfflineRunner final : public Runner {
     dense_.emplace(config_.dense, camera_);
     route_.emplace(config_.dense, mapping_config_);
     inertial_.reset();
+    drift_.reset();
     dense_->restore(map_use_.dense);
     view_ = mapping_->view();
     map_changed_ = view_changed_ = map_corrected_ = false;
@@ -186,6 +189,7 @@ class OfflineRunner final : public Runner {
   const Camera& camera_;
   RunLog log_;
   InertialStage inertial_;
+  PoseDrift drift_;
   std::unique_ptr<Segmenter> segmenter_;
   std::optional<Tracker> tracker_;
   std::optional<MappingStage> mapping_;

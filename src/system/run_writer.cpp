@@ -36,7 +36,8 @@ constexpr std::size_t kWriteBytes = 1 << 16;
 constexpr const char* kFramesHeader =
     "stamp,frame,state,matches,inliers,static_points,dynamic_points,unknown_points,few_static,"
     "mask_age_frames,provisional,correction_m,track_ms,track_cpu_ms,orb_ms,motion_ms,pose_ms,"
-    "mask_ms,position_std_mm,rotation_std_deg\n";
+    "mask_ms,position_std_mm,rotation_std_deg,odom_drift_mm,odom_drift_deg,map_drift_mm,"
+    "map_drift_deg\n";
 constexpr const char* kObjectsHeader =
     "stamp,frame,id,class,age_frames,missing_frames,resting,points,x_m,y_m,z_m,vx_mps,vy_mps,"
     "vz_mps,min_x_m,min_y_m,min_z_m,max_x_m,max_y_m,max_z_m,faded,"
@@ -66,11 +67,31 @@ std::string frame_line(const FrameRecord& r, int stamp_decimals, bool with_times
     text += ',';
     if (is_known) append_number(text, std);
   }
+  for (const Doubt& drift : {r.odom_drift, r.map_drift}) {
+    text += ',';
+    if (is_known) append_number(text, kMillimetres * std::sqrt(3 * drift.position_m2));
+    text += ',';
+    if (is_known) append_number(text, kDegrees * std::sqrt(3 * drift.rotation_rad2));
+  }
   return text + '\n';
 }
 
+/// A pose as in any trajectory, and the upper triangle of its covariance row by row.
+std::string covariance_line(const StampedPose& pose, const Mat6& covariance, int stamp_decimals) {
+  std::string text = format_tum(pose, stamp_decimals);
+  text.pop_back();
+  for (int row = 0; row < 6; ++row)
+    for (int column = row; column < 6; ++column)
+      text += fmt::format(" {:.6g}", covariance(row, column));
+  return text + '\n';
+}
+
+constexpr const char* kCovarianceHeader =
+    "# timestamp tx ty tz qx qy qz qw, covariance xx xy xz xa xb xc yy ... cc [m, rad] "
+    "(a, b, c: rotations about x, y, z)\n";
+
 std::string missed_line(const OfferedFrame& missed, int stamp_decimals) {
-  constexpr const char* kNothingMeasured = ",0,0,0,0,0,0,-1,0,0.000,,,,,,,,\n";
+  constexpr const char* kNothingMeasured = ",0,0,0,0,0,0,-1,0,0.000,,,,,,,,,,,,\n";
   return format_stamp(missed.stamp, stamp_decimals) + ',' + std::to_string(index(missed.id)) +
          (missed.is_dropped ? ",dropped" : ",unreadable") + kNothingMeasured;
 }
@@ -152,21 +173,25 @@ std::vector<StampedPose> keyframe_trajectory(const Map& map) {
 }
 
 Result<FrameFiles> FrameFiles::create(const std::filesystem::path& directory, int stamp_decimals,
-                                      bool with_times) {
-  FrameFiles files(directory, stamp_decimals, with_times);
-  for (Growing* growing : {&files.frames_, &files.objects_, &files.live_, &files.poses_})
+                                      bool with_times, bool with_covariance) {
+  FrameFiles files(directory, stamp_decimals, with_times, with_covariance);
+  for (Growing* growing :
+       {&files.frames_, &files.objects_, &files.live_, &files.odometry_, &files.poses_})
     if (Status opened = files.open(*growing); !opened.ok()) return opened.error();
   return files;
 }
 
-FrameFiles::FrameFiles(std::filesystem::path directory, int stamp_decimals, bool with_times)
+FrameFiles::FrameFiles(std::filesystem::path directory, int stamp_decimals, bool with_times,
+                       bool with_covariance)
     : directory_(std::move(directory)),
       frames_{"frames.csv", kFramesHeader},
       objects_{"objects.csv", kObjectsHeader},
-      live_{"trajectory_live.txt", ""},
+      live_{"trajectory_live.txt", with_covariance ? kCovarianceHeader : ""},
+      odometry_{"odometry.txt", kCovarianceHeader},
       poses_{"trajectory.txt", ""},
       stamp_decimals_(stamp_decimals),
-      with_times_(with_times) {}
+      with_times_(with_times),
+      with_covariance_(with_covariance) {}
 
 Status FrameFiles::open(Growing& growing) const {
   std::string name = (directory_ / ("." + growing.name + ".XXXXXX")).string();
@@ -202,7 +227,17 @@ void FrameFiles::add(const FrameRecord& record) {
   put(objects_, object_lines(record, stamp_decimals_));
   if (!record.has_pose()) return;
   const StampedPose live{record.stamp, record.T_world_camera_live};
-  put(live_, format_tum(std::span(&live, 1), stamp_decimals_));
+  if (with_covariance_) {
+    const bool is_whole =
+        record.T_world_camera_live.is_finite() && record.T_odom_camera.is_finite();
+    if (is_whole) {
+      put(live_, covariance_line(live, record.map_covariance, stamp_decimals_));
+      put(odometry_, covariance_line({record.stamp, record.T_odom_camera}, record.odom_covariance,
+                                     stamp_decimals_));
+    }
+  } else {
+    put(live_, format_tum(std::span(&live, 1), stamp_decimals_));
+  }
   const PosedFrame posed(record);
   static_assert(std::is_trivially_copyable_v<PosedFrame>);
   put(poses_, {reinterpret_cast<const char*>(&posed), sizeof posed});
@@ -230,7 +265,12 @@ void FrameFiles::put(Growing& growing, std::string_view text) {
 }
 
 Status FrameFiles::commit() {
-  for (Growing* growing : {&frames_, &objects_, &live_}) {
+  for (Growing* growing : {&frames_, &objects_, &live_, &odometry_}) {
+    if (growing == &odometry_ && !with_covariance_) {
+      std::error_code code;  // of an earlier run
+      std::filesystem::remove(directory_ / growing->name, code);
+      continue;
+    }
     if (state_.ok()) state_ = flush(*growing);
     if (state_.ok()) state_ = copy(*growing);
   }

@@ -30,8 +30,9 @@ class FrameFiles {
  public:
   /// @param with_times false: the *_ms columns stay empty, so that two deterministic runs give the
   /// same bytes.
+  /// @param with_covariance trajectory_live.txt has covariances, and odometry.txt is written.
   static Result<FrameFiles> create(const std::filesystem::path& directory, int stamp_decimals,
-                                   bool with_times);
+                                   bool with_times, bool with_covariance = false);
   /// After the first fault, which commit() tells, nothing more is written.
   void add(const FrameRecord& record);
   /// A frame that nobody saw has a row of frames.csv only.
@@ -41,7 +42,8 @@ class FrameFiles {
   [[nodiscard]] Status commit();
 
  private:
-  FrameFiles(std::filesystem::path directory, int stamp_decimals, bool with_times);
+  FrameFiles(std::filesystem::path directory, int stamp_decimals, bool with_times,
+             bool with_covariance);
   /// A file without a name until it is whole: whatever ends the program leaves nothing behind.
   struct Growing {
     std::string name;
@@ -54,10 +56,10 @@ class FrameFiles {
   void put(Growing& growing, std::string_view text);
 
   std::filesystem::path directory_;
-  Growing frames_, objects_, live_;
+  Growing frames_, objects_, live_, odometry_;
   Growing poses_;  // PosedFrame by PosedFrame; nobody else reads it
   int stamp_decimals_;
-  bool with_times_;
+  bool with_times_, with_covariance_;
   Status state_ = Ok{};
 };
 

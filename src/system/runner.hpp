@@ -9,6 +9,7 @@
 #include "system/dense_sink.hpp"
 #include "system/inertial_stage.hpp"
 #include "system/mapping_stage.hpp"
+#include "system/pose_drift.hpp"
 #include "system/run_log.hpp"
 #include "system/slam_config.hpp"
 
@@ -28,6 +29,8 @@ class Runner {
   /// A reading of SlamConfig::imu; those until a frame's stamp before that frame, as far as they
   /// are there. Without such an IMU they are passed over.
   virtual void add(const ImuSample& sample) = 0;
+  /// The same of SlamConfig::wheels.
+  virtual void add(const OdometrySample& sample) = 0;
   /// In place of process(): a frame that was offered, but cannot be processed.
   virtual void miss(Timestamp stamp) = 0;
   /// Is told about every processed frame from now on; also after reset().

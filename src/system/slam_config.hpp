@@ -52,6 +52,8 @@ struct SlamConfig {
   DenseMapConfig dense;
   /// On the camera; of the recording or the robot, no setting. nullopt: there is none.
   std::optional<ImuCalibration> imu{};
+  /// The robot that carries the camera. The caller's, no setting.
+  std::optional<WheelCalibration> wheels{};
 };
 
 /// The table of all keys, bound to `config` (which must outlive it).

@@ -7,6 +7,7 @@ namespace ygslam {
 namespace {
 
 constexpr double kLongestCoast_s = 8, kMostStd_m = 0.4;
+constexpr double kLongestByWheels_s = 30;
 // Chi-square of 6 degrees of freedom, 99.9 %, at twice the standard deviation: vision and map have
 // errors that the covariance does not know.
 constexpr double kAgrees = 4 * 22.5;
@@ -27,7 +28,8 @@ double position_std_m(const InertialPrediction& inertial) {
 }
 
 std::optional<InertialPrediction> while_certain(const std::optional<InertialPrediction>& inertial) {
-  if (!inertial || inertial->unseen_s > kLongestCoast_s) return std::nullopt;
+  const double longest_s = inertial && inertial->by_wheels ? kLongestByWheels_s : kLongestCoast_s;
+  if (!inertial || inertial->unseen_s > longest_s) return std::nullopt;
   return position_std_m(*inertial) < kMostStd_m ? inertial : std::nullopt;
 }
 

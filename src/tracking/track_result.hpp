@@ -9,6 +9,7 @@
 #include "motion/classification/point_labels.hpp"
 #include "objects/object_tracker.hpp"
 #include "segment/segmenter.hpp"
+#include "tracking/pose_doubt.hpp"
 #include "tracking/retracker.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/track_judge.hpp"
@@ -31,6 +32,7 @@ struct TrackResult {
   /// matched with: what odometry or map have drifted is not in it. None of the first frame, nor
   /// while lost.
   std::optional<Mat6> covariance{};
+  PoseDoubt doubt{};            ///< what is not in it; the runner's
   double correction_m = 0;      ///< how far a change of T_world_odom moved the camera in this frame
   KeyframeRelativePose pose{};  ///< follows later corrections of the map
   ReadOut read_out{};           ///< that the features were brought to the middle instant with

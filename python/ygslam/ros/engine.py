@@ -69,6 +69,12 @@ class Engine:
         if slam is not None and not self.paused:
             slam.push_imu(t_ns, rates, accelerations)
 
+    def push_odometry(self, t_ns: int, T_odom_base) -> None:
+        """The same."""
+        slam = self._slam
+        if slam is not None and not self.paused:
+            slam.push_odometry(t_ns, T_odom_base)
+
     def do(self, command: Callable[[], Any], done: Callable[[Exception | None], None] = lambda fault: None) -> None:
         """`command` runs between two frames, `done` after it; both in the thread."""
         with self._wake:

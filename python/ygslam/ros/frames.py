@@ -82,6 +82,8 @@ class Poses:
     T_odom_base: np.ndarray
     T_map_base: np.ndarray
     covariance: np.ndarray  # of T_odom_base, axes of odom
+    map_covariance: np.ndarray  # of T_map_base, axes of map
+    seen_covariance: np.ndarray  # as covariance, without what odom has drifted
 
 
 def poses_of(result, T_base_camera: np.ndarray, T_map_world: np.ndarray) -> Poses:
@@ -89,9 +91,16 @@ def poses_of(result, T_base_camera: np.ndarray, T_map_world: np.ndarray) -> Pose
     T_camera_base = inverse(T_base_camera)
     T_odom_base = T_base_camera @ result.T_odom_camera @ T_camera_base
     T_map_odom = T_map_world @ result.T_world_odom @ T_camera_base
-    lever = T_base_camera[:3, :3] @ result.T_odom_camera[:3, :3] @ T_camera_base[:3, 3]
-    covariance = np.asarray(result.covariance)
-    if covariance[0, 0] < UNKNOWN:  # what is not known stays as large
-        covariance = covariance + LEAST * np.eye(6)
-        covariance = moved_covariance(covariance, T_base_camera[:3, :3], lever)
-    return Poses(T_map_odom, T_odom_base, T_map_odom @ T_odom_base, covariance)
+
+    def of_base(covariance, R_new_old, T_old_camera):
+        """@param R_new_old from the axes of `covariance` to ROS's."""
+        if covariance[0, 0] >= UNKNOWN:  # what is not known stays as large
+            return np.asarray(covariance)
+        lever = R_new_old @ T_old_camera[:3, :3] @ T_camera_base[:3, 3]
+        return moved_covariance(np.asarray(covariance) + LEAST * np.eye(6), R_new_old, lever)
+
+    R_odom, R_map = T_base_camera[:3, :3], T_map_world[:3, :3]
+    return Poses(T_map_odom, T_odom_base, T_map_odom @ T_odom_base,
+                 of_base(result.covariance, R_odom, result.T_odom_camera),
+                 of_base(result.map_covariance, R_map, result.pose),
+                 of_base(result.seen_covariance, R_odom, result.T_odom_camera))

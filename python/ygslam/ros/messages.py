@@ -45,8 +45,9 @@ def matrix_of(message: TransformStamped) -> np.ndarray:
     return matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 
 
-def odometry(t_ns: int, frame: str, child: str, T_odom_base, covariance, step=None) -> Odometry:
-    """@param step (T_before_now, seconds) of the base, for its velocity; None = unknown."""
+def odometry(t_ns: int, frame: str, child: str, T_odom_base, covariance, seen_covariance, step=None) -> Odometry:
+    """@param seen_covariance without what odom has drifted. @param step (T_before_now, seconds) of the base, for its
+    velocity; None = unknown."""
     message = Odometry(header=header(t_ns, frame), child_frame_id=child)
     message.pose.pose = pose(T_odom_base)
     message.pose.covariance = covariance.reshape(-1)
@@ -58,7 +59,7 @@ def odometry(t_ns: int, frame: str, child: str, T_odom_base, covariance, step=No
     message.twist.twist.angular = vector(rotation_vector(T_before_now) / seconds)
     # Both poses' errors, as if independent: too large rather than too small. Axes of the base.
     both = np.kron(np.eye(2), T_odom_base[:3, :3].T)
-    message.twist.covariance = (2 / seconds**2 * both @ covariance @ both.T).reshape(-1)
+    message.twist.covariance = (2 / seconds**2 * both @ seen_covariance @ both.T).reshape(-1)
     return message
 
 

@@ -11,6 +11,7 @@ import time
 import numpy as np
 import rclpy
 import ygslam
+from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterValueException, ParameterException
 from rclpy.executors import SingleThreadedExecutor
@@ -30,10 +31,11 @@ from .inputs import Receiver
 from .outputs import Outputs
 from .static_tree import StaticTree
 from .sync import Image, Pairing
+from .wheels import WheelInput
 
 KEPT_TF = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 STATUS_S = 0.5
-KEPT_READINGS = 1000  # of an IMU, by the middleware: two seconds and more
+KEPT_READINGS = 1000  # of an IMU or of wheels, by the middleware: two seconds and more
 PARENT_WAIT_S = 2.0  # before the camera gets a parent of ours: others may have told one
 TELL_AGAIN_S = 5.0
 OK, WARNING, ERROR, STALE = range(4)
@@ -47,7 +49,7 @@ class SlamNode(Node):
         self._said = "no images yet"
         self._tree, self._T_base_camera, self._camera_frame = StaticTree(), None, ""
         self._fixed_pose = self._parameter_pose()
-        self._imu = ImuInput(self.own["imu"])
+        self._imu, self._wheels = ImuInput(self.own["imu"]), WheelInput(self.own["odom"])
         self._infos: dict[str, bytes] = {}
         self._depth_frame, self._used_infos = "", None
         self._in_lock = threading.RLock()  # images come in one thread, transforms in another
@@ -102,6 +104,8 @@ class SlamNode(Node):
             self._receiver.subscribe(CameraInfo, topic, lambda data, side=side, take=take: take(side, data))
         if self._imu.is_used:
             self._receiver.subscribe(Imu, "imu", self._take_imu, kept=KEPT_READINGS)
+        if self._wheels.is_used:
+            self._receiver.subscribe(Odometry, "odom", self._take_wheels, kept=KEPT_READINGS)
         self.create_subscription(TFMessage, "/tf_static", self._take_static, KEPT_TF)
         if self.own["publish_tf"]:
             self.create_subscription(TFMessage, "/tf", self._watch_tf, 100)
@@ -147,6 +151,7 @@ class SlamNode(Node):
                            localize_only=localize_only, keep_trajectory=False, view=self.own["view"],
                            room_every_s=self.own["map_period_s"], floor=self._floor(load_map),
                            imu=self._imu.imu(self._camera_frame, self._tree),
+                           wheels=self._wheels.wheels(self._camera_frame, self._tree),
                            options={"dense.plan_low_m": repr(self.own["map_low_m"]),
                                     "dense.plan_high_m": repr(self.own["map_high_m"]), **self._options})
 
@@ -185,6 +190,12 @@ class SlamNode(Node):
             self._imu.take(data, self.engine)
         except (ValueError, ygslam.Error) as error:
             self._tell(f"imu: {error}")
+
+    def _take_wheels(self, data: bytes) -> None:
+        try:
+            self._wheels.take(data, self.engine)
+        except (ValueError, ygslam.Error) as error:
+            self._tell(f"odom: {error}")
 
     def _take_static(self, message: TFMessage) -> None:
         with self._in_lock:
@@ -225,8 +236,9 @@ class SlamNode(Node):
             T_base_camera = self._tree.transform(base, colour.frame)
         if T_base_camera is None:
             return self._wait(f"no static transform from {base} to {colour.frame}: publish it, or set camera_pose")
-        if missing := self._imu.what_is_missing(colour.frame, self._tree):
-            return self._wait(missing)
+        for sensor in (self._imu, self._wheels):
+            if missing := sensor.what_is_missing(colour.frame, self._tree):
+                return self._wait(missing)
         if not self._know_cameras(colour.frame):
             return False
         self._T_base_camera, self._camera_frame = T_base_camera, colour.frame
@@ -347,7 +359,7 @@ class SlamNode(Node):
         if self._rate() == 0:
             return STALE, "no images"
         if state == ygslam.State.COASTING:
-            return WARNING, "coasting: nothing to see, the IMU carries on"
+            return WARNING, "coasting: nothing to see, IMU or wheels carry on"
         if state != ygslam.State.TRACKING or self._result.provisional:
             return WARNING, "provisional" if self._result.provisional else state.name.lower()
         return OK, "tracking"
@@ -363,7 +375,8 @@ class SlamNode(Node):
                   "frames_per_second": f"{self._rate():.1f}", "frames": counts.frames, "dropped": counts.dropped,
                   "refused": counts.refused, "unpaired": self._pairs.left_alone,
                   "colour_received": self._received["colour"], "depth_received": self._received["depth"],
-                  "imu_received": self._imu.received, "latency_ms": f"{counts.milliseconds:.1f}",
+                  "imu_received": self._imu.received, "odom_received": self._wheels.received,
+                  "latency_ms": f"{counts.milliseconds:.1f}",
                   "mask_age_frames": result.mask_age_frames if result else -1,
                   "last_fault": counts.last_fault}
         self._counts_before = (counts.frames, time.monotonic())

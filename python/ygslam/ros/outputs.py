@@ -67,13 +67,10 @@ class Outputs:
                 messages.transform(t_ns, self._map, self._odom, poses.T_map_odom),
                 messages.transform(t_ns, self._odom, self._base, poses.T_odom_base)]))
         self._odometry.publish(messages.odometry(t_ns, self._odom, self._base, poses.T_odom_base, poses.covariance,
-                                                 self._step(t_ns, poses, is_tracked)))
+                                                 poses.seen_covariance, self._step(t_ns, poses, is_tracked)))
         if not is_tracked:
             return
-        # Axes of map in place of odom.
-        both = np.kron(np.eye(2), poses.T_map_odom[:3, :3])
-        covariance = both @ poses.covariance @ both.T
-        self._pose.publish(messages.pose_with_covariance(t_ns, self._map, poses.T_map_base, covariance))
+        self._pose.publish(messages.pose_with_covariance(t_ns, self._map, poses.T_map_base, poses.map_covariance))
         if not self._walked or np.linalg.norm(
                 self._walked[-1][1][:3, 3] - poses.T_map_base[:3, 3]) >= self._path_step_m:
             self._walked.append((t_ns, poses.T_map_base))

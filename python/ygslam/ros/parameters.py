@@ -23,6 +23,8 @@ OWN = {
     "queue_size": (30, "pairs that wait at most; then the oldest is dropped and counted", 1, 1000),
     "imu": ("", "the camera's IMU on topic imu (docs/inertial.md): an imu.yaml; or tf: its place by /tf_static, usual "
                 "noise; empty: none"),
+    "odom": ("", "the robot's wheels on topic odom (docs/inertial.md): an odom.yaml; or tf: the camera's place by "
+                 "/tf_static, usual noise; empty: none"),
     "model": ("", "network, .onnx or .xml; empty: segmenter"),
     "segmenter": ("", "model, builtin, none; empty: the model, or without one the built-in network"),
     "load_map": ("", "map of an earlier run to go on with"),

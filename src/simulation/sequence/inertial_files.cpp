@@ -7,6 +7,7 @@
 #include "io/imu_calibration.hpp"
 #include "io/imu_file.hpp"
 #include "io/trajectory.hpp"
+#include "io/wheel_calibration.hpp"
 #include "simulation/sequence/sequence_writer.hpp"
 
 namespace ygslam::sim {
@@ -81,7 +82,11 @@ Status write_wheel_file(const std::filesystem::path& folder, const SequenceSourc
       t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   for (const OdometrySample& sample : readings.samples)
     out += format_tum({sample.stamp, sample.T_odom_base}, 9);
-  return write_new_file(folder / kWheelPoses, out);
+  const Status written = write_new_file(folder / kWheelPoses, out);
+  if (!written.ok()) return written;
+  const WheelCalibration known{.T_base_camera = readings.T_base_camera};
+  return write_new_file(folder / kWheelPlace,
+                        format_wheel_calibration(known, "two wheels below a rendered camera"));
 }
 
 }  // namespace ygslam::sim

@@ -14,6 +14,7 @@ inline constexpr const char* kImuReadings = "imu.csv";
 inline constexpr const char* kImuPlace = "imu.yaml";
 inline constexpr const char* kImuTruth = "imu_true.csv";
 inline constexpr const char* kWheelPoses = "odom.csv";
+inline constexpr const char* kWheelPlace = "odom.yaml";
 
 /// What a user knows of the sensor: not its biases, and not its time offset.
 [[nodiscard]] ImuCalibration known_calibration(const ImuOptions& options);
@@ -25,7 +26,7 @@ inline constexpr const char* kWheelPoses = "odom.csv";
                                      const SequenceSource& source, const ImuOptions& options,
                                      double until_s, bool truth);
 
-/// kWheelPoses, of the same time. A camera that moves sideways gives a warning.
+/// kWheelPoses and kWheelPlace, of the same time. A camera that moves sideways gives a warning.
 /// @return kOutput naming the file.
 [[nodiscard]] Status write_wheel_file(const std::filesystem::path& folder,
                                       const SequenceSource& source, const WheelOptions& options,

@@ -5,6 +5,7 @@
 #include "io/imu_file.hpp"
 #include "io/testing/temp_folder.hpp"
 #include "io/trajectory_formats.hpp"
+#include "io/wheel_calibration.hpp"
 #include "simulation/sequence/test_worlds.hpp"
 
 namespace ygslam::sim {
@@ -53,6 +54,9 @@ TEST(InertialFiles, OdometryIsATrajectoryLikeAnyOther) {
     const SE3 error = (*poses)[i].T_world_camera.inverse() * readings.samples[i].T_odom_base;
     EXPECT_LT(error.log().norm(), 1e-7);
   }
+  const auto known = read_wheel_calibration(folder.path() / kWheelPlace);
+  ASSERT_TRUE(known.ok()) << known.error().message;
+  EXPECT_LT((known->T_base_camera.inverse() * readings.T_base_camera).log().norm(), 1e-9);
 }
 
 }  // namespace

@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array kLists = {"rgb.txt",         "depth.txt",       "associations.txt",
-                               "groundtruth.txt", "calibration.txt", kDepthCalibration,
-                               kImuReadings,      kImuPlace,         kWheelPoses};
+constexpr std::array kLists = {
+    "rgb.txt",         "depth.txt",  "associations.txt", "groundtruth.txt", "calibration.txt",
+    kDepthCalibration, kImuReadings, kImuPlace,          kWheelPoses,       kWheelPlace};
 
 Error cannot_write(const fs::path& path, int code) {
   return {ErrorKind::kOutput, path.string() + ": " + std::strerror(code)};

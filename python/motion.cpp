@@ -1,4 +1,4 @@
-// ygslam.Imu.
+// ygslam.Imu and ygslam.Wheels.
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 
@@ -28,7 +28,46 @@ std::string text_of(const api::Imu& imu) {
               t[2]);
 }
 
+void construct_wheels(api::Wheels* self, const nb::object& T_base_camera, double way_scale,
+                      double turn_scale, double way_noise, double turn_noise,
+                      double time_offset_s) {
+  const api::Pose pose = pose_of(T_base_camera, "T_base_camera");
+  new (self) api::Wheels{pose, way_scale, turn_scale, way_noise, turn_noise, time_offset_s};
+}
+
+std::string text_of_wheels(const api::Wheels& wheels) {
+  const auto& t = wheels.T_base_camera.translation_m;
+  return text("Wheels(camera at [{:.3f}, {:.3f}, {:.3f}] m on the base)", t[0], t[1], t[2]);
+}
+
 }  // namespace
+
+void bind_wheels(nb::module_& m) {
+  const api::Wheels usual;
+  nb::class_<api::Wheels>(m, "Wheels", "A robot that carries the camera on wheels.")
+      .def("__init__", &construct_wheels, nb::arg("T_base_camera"), nb::kw_only(),
+           nb::arg("way_scale") = usual.way_scale, nb::arg("turn_scale") = usual.turn_scale,
+           nb::arg("way_noise") = usual.way_noise, nb::arg("turn_noise") = usual.turn_noise,
+           nb::arg("time_offset_s") = usual.time_offset_s,
+           "T_base_camera: (4, 4), from the colour camera's optical frame to the base (x ahead, z "
+           "up). way_scale, turn_scale: true way and turn for told ones. way_noise: [m/sqrt(m)], "
+           "turn_noise: [rad/sqrt(m)]. time_offset_s: a stamp of the wheels less the camera's of "
+           "the same instant.")
+      .def_static(
+          "read",
+          [](const std::filesystem::path& path) { return api::Wheels::read(path.string()); },
+          nb::arg("path"), "An odom.yaml.")
+      .def_prop_ro(
+          "T_base_camera",
+          [](const api::Wheels& wheels) { return to_matrix(wheels.T_base_camera); },
+          nb::rv_policy::automatic, "(4, 4)")
+      .def_ro("way_scale", &api::Wheels::way_scale)
+      .def_ro("turn_scale", &api::Wheels::turn_scale)
+      .def_ro("way_noise", &api::Wheels::way_noise, "m/sqrt(m)")
+      .def_ro("turn_noise", &api::Wheels::turn_noise, "rad/sqrt(m)")
+      .def_ro("time_offset_s", &api::Wheels::time_offset_s)
+      .def("__repr__", &text_of_wheels);
+}
 
 void bind_imu(nb::module_& m) {
   const api::Imu usual;

@@ -1,0 +1,113 @@
+#include "app/motion_input.hpp"
+
+#include "bag/bag_imu.hpp"
+#include "bag/bag_trajectory.hpp"
+#include "core/counted.hpp"
+#include "io/imu_calibration.hpp"
+#include "io/imu_file.hpp"
+#include "io/wheel_calibration.hpp"
+#include "io/wheel_file.hpp"
+
+namespace ygslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_there(const fs::path& path) {
+  std::error_code code;
+  return fs::exists(path, code);
+}
+
+/// One of both kinds of sensors, as its options and files are named.
+struct MotionNames {
+  std::string option, calibration_option;
+  const char *readings, *place;  ///< files of a folder
+  const char *what, *of;         ///< for messages
+};
+
+/// What the options say, checked.
+struct MotionChoice {
+  bool is_used = false;
+  fs::path file{};  ///< empty: the bag
+  std::string topic{};
+  fs::path calibration{};
+  std::string told{};
+};
+
+Result<MotionChoice> chosen(const MotionNames& names, const std::string& source,
+                            const std::string& calibration, const RunOptions& o,
+                            const Sequence& sequence) {
+  const bool is_asked_for = !source.empty() || !calibration.empty();
+  if (source == "none" && !calibration.empty())
+    return Error{ErrorKind::kUsage, names.option + " none: takes no " + names.calibration_option};
+  if (source == "none") return MotionChoice{};
+  if (sequence.stream) {
+    if (!is_asked_for) return MotionChoice{};
+    return Error{ErrorKind::kUsage,
+                 names.option + ", " + names.calibration_option + ": not of a stream"};
+  }
+  const bool is_bag = ygslam::is_bag(o.sequence);
+  const fs::path folder = o.sequence;
+  MotionChoice choice{true, {}, source, calibration, {}};
+  if (choice.calibration.empty() && !is_bag) choice.calibration = folder / names.place;
+  const bool names_file = !source.empty() && (!is_bag || is_there(source));
+  const fs::path file = names_file ? fs::path(source) : folder / names.readings;
+  if (!is_asked_for && (is_bag || !is_there(file))) return MotionChoice{};
+  if (!is_asked_for && !is_there(choice.calibration))
+    return MotionChoice{.told = file.string() + ": not used: there is no " + names.place +
+                                " that says where " + names.what + " is (docs/inertial.md)"};
+  if (choice.calibration.empty())
+    return Error{ErrorKind::kUsage, names.option + " " + source + ": " + names.calibration_option +
+                                        " FILE.yaml says where " + names.what + " is"};
+  if (!is_bag || names_file) choice.file = file;
+  const std::string from = choice.file.empty() ? o.sequence : choice.file.string();
+  choice.told = from + ": {} of the " + names.of + "; " + names.option + " none leaves them out";
+  return choice;
+}
+
+template <typename Input, typename ReadFile, typename ReadBag, typename ReadPlace>
+Result<Input> opened(const Result<MotionChoice>& choice, const char* unit,
+                     const ReadFile& read_file, const ReadBag& read_bag,
+                     const ReadPlace& read_place) {
+  if (!choice.ok()) return choice.error();
+  if (!choice->is_used) return Input{{}, {}, choice->told};
+  auto samples = choice->file.empty() ? read_bag(choice->topic) : read_file(choice->file);
+  if (!samples.ok()) return samples.error();
+  auto calibration = read_place(choice->calibration);
+  if (!calibration.ok()) return calibration.error();
+  Input input{*calibration, std::move(samples).value(), choice->told};
+  input.told.replace(input.told.find("{}"), 2, counted(input.samples.size(), unit));
+  return input;
+}
+
+Result<std::vector<OdometrySample>> read_bag_wheels(const std::string& bag,
+                                                    const std::string& topic) {
+  const auto trajectory = read_bag_trajectory(bag, topic, "--odometry");
+  if (!trajectory.ok()) return trajectory.error();
+  auto samples = wheels_of_poses(trajectory->poses);
+  if (!samples.ok()) return Error{samples.error().kind, bag + ": " + samples.error().message};
+  return samples;
+}
+
+}  // namespace
+
+Result<ImuInput> open_imu(const RunOptions& o, const Sequence& sequence) {
+  const MotionNames names{"--imu", "--imu-calibration", "imu.csv", "imu.yaml", "the IMU", "IMU"};
+  return opened<ImuInput>(
+      chosen(names, o.imu, o.imu_calibration, o, sequence), "reading",
+      [](const fs::path& file) { return read_imu(file); },
+      [&](const std::string& topic) { return read_bag_imu(o.sequence, topic, "--imu"); },
+      read_imu_calibration);
+}
+
+Result<WheelInput> open_wheels(const RunOptions& o, const Sequence& sequence) {
+  const MotionNames names{
+      "--odometry", "--odometry-calibration", "odom.csv", "odom.yaml", "the camera", "wheels"};
+  return opened<WheelInput>(
+      chosen(names, o.odometry, o.odometry_calibration, o, sequence), "pose",
+      [](const fs::path& file) { return read_wheels(file); },
+      [&](const std::string& topic) { return read_bag_wheels(o.sequence, topic); },
+      read_wheel_calibration);
+}
+
+}  // namespace ygslam

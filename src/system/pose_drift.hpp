@@ -1,0 +1,39 @@
+// How far odom and map may have drifted: what each pose's covariance against its points leaves out.
+// Ground is as well known as that from which it was mapped, and less by the way to it; a camera
+// that sees known ground again knows what that does. What is lost on the way to a place found
+// again, odom keeps (docs/inertial.md).
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "core/time.hpp"
+#include "map/local_view.hpp"
+#include "tracking/track_result.hpp"
+
+namespace ygslam {
+
+class PoseDrift {
+ public:
+  /// Every frame in turn. @param view that it was tracked in.
+  [[nodiscard]] PoseDoubt step(Timestamp stamp, const TrackResult& result, const LocalView& view);
+  void reset() { *this = PoseDrift(); }
+
+ private:
+  [[nodiscard]] Doubt ground_of(KeyframeId reference, const LocalView& view);
+  [[nodiscard]] Doubt mapped_ground(KeyframeId keyframe, const LocalView& view);
+  void come_back(Timestamp stamp);
+
+  std::map<KeyframeId, Doubt> grounds_;  // of each keyframe that frames were told by
+  Doubt ground_;                         // that the last frame with a pose saw
+  Doubt odom_;
+  KeyframeRelativePose pose_;  // of that frame
+  SE3 T_odom_camera_;
+  Doubt coasted_there_;   // to ground that is seen for the first time, of the frame in work
+  bool by_view_ = false;  // its place is known by what it sees alone
+  std::optional<Timestamp> last_seen_;
+  std::optional<Mat6> coasted_;  // covariance of the last frame that coasted
+  bool was_lost_ = false;
+};
+
+}  // namespace ygslam

@@ -1,0 +1,137 @@
+"""`run` with the wheels of the camera's robot.
+
+    YGSLAM_BINARY=build/release/ygslam python tests/wheel_run_test.py
+"""
+import csv
+import json
+import pathlib
+import shutil
+import tempfile
+import unittest
+
+import numpy as np
+
+from ygslam_cli import CliTest, ygslam
+
+RENDER = ("--seconds", 9, "--fps", 20, "--size", "320x240", "--wheels", "--quiet",
+          "--fault", "both:black@6s+2s", "--fault", "depth:empty@6s+2s")
+
+
+class WheelRuns(CliTest):
+    """The lens of a robot is covered from 6 s to 8 s."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="ygslam wheels ")
+        cls.addClassCleanup(folder.cleanup)
+        cls.recording = pathlib.Path(folder.name) / "covered"
+        cls.bag = pathlib.Path(folder.name) / "covered.mcap"
+        done = ygslam("simulate", "robot_rounds", "--out", cls.recording, *RENDER, "--mcap", cls.bag)
+        assert done.returncode == 0, done.stderr
+
+    def run_on(self, sequence, *options):
+        done = ygslam("run", sequence, "--out", self.folder / "out", "--deterministic", "--segmenter", "none", *options)
+        if done.returncode != 0:
+            return done, {}, []
+        metrics = json.loads((self.folder / "out" / "metrics.json").read_text(encoding="utf-8"))
+        with (self.folder / "out" / "frames.csv").open(encoding="utf-8") as file:
+            return done, metrics, list(csv.DictReader(file))
+
+    def copy(self, name):
+        shutil.copytree(self.recording, self.folder / name)
+        return self.folder / name
+
+    def test_a_covered_lens_costs_no_pose(self):
+        done, metrics, rows = self.run_on(self.recording)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("poses of the wheels; --odometry none leaves them out", done.stderr)
+        self.assertIn("wheels: they agree with the camera", done.stderr)
+        self.assertEqual(metrics["coverage"], 1)
+        self.assertEqual([row["state"] for row in rows[120:160]], ["coasting"] * 40)  # then it sees what is new
+        std_mm = [float(row["position_std_mm"]) for row in rows[120:160]]
+        self.assertEqual(std_mm, sorted(std_mm))
+        self.assertLess(std_mm[-1], 40)
+        live = np.loadtxt(self.folder / "out" / "trajectory_live.txt")
+        truth = np.loadtxt(self.recording / "groundtruth.txt")
+        ways = [np.linalg.norm(poses[159, 1:4] - poses[119, 1:4]) for poses in (truth, live)]
+        self.assertGreater(ways[0], 0.5)
+        self.assertLess(abs(ways[1] - ways[0]), 0.02)
+        self.assertLess(metrics["ate"]["rmse"], 0.02)
+
+    def test_covariances_say_how_far_it_may_be(self):
+        self.run_on(self.recording, "--covariance")
+        live, odom = (np.loadtxt(self.folder / "out" / name) for name in ("trajectory_live.txt", "odometry.txt"))
+        self.assertEqual((live.shape, odom.shape), ((180, 29), (180, 29)))
+        at = np.triu_indices(6)
+        for rows in (live, odom):
+            self.assertEqual(set(rows[0, 8:]), {0}, "the origin itself")
+            for row in rows[1:]:
+                matrix = np.zeros((6, 6))
+                matrix[at] = row[8:]
+                self.assertGreater(np.linalg.eigvalsh(matrix + np.triu(matrix, 1).T).min(), 0)
+        spread = odom[:, 8] + odom[:, 14] + odom[:, 19]  # x, y, z
+        self.assertEqual(list(spread[120:160]), sorted(spread[120:160]))
+        self.assertGreater(spread[-1], spread[159] / 2, "odom keeps what it may have drifted in the dark")
+        done = ygslam("eval", "--gt", self.recording / "groundtruth.txt", "--est", self.folder / "out" / "odometry.txt")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.run_on(self.recording)
+        self.assertFalse((self.folder / "out" / "odometry.txt").exists())
+
+    def test_without_them_the_camera_is_lost(self):
+        _, metrics, rows = self.run_on(self.recording, "--odometry", "none")
+        self.assertEqual([row["state"] for row in rows[120:160]], ["lost"] * 40)
+        self.assertEqual(metrics["coasting"], 0)
+
+    def test_what_is_there_is_told(self):
+        folder = self.copy("placeless")
+        (folder / "odom.yaml").unlink()
+        done, metrics, _ = self.run_on(folder)
+        self.assertIn("odom.csv: not used: there is no odom.yaml", done.stderr)
+        self.assertEqual(metrics["coasting"], 0)
+        place = ("--odometry-calibration", self.recording / "odom.yaml")
+        self.assertGreaterEqual(self.run_on(folder, *place)[1]["coasting"], 40)
+
+    def test_a_bag_has_its_own(self):
+        self.assertEqual(self.run_on(self.bag)[1]["coasting"], 0)
+        place = ("--odometry-calibration", self.recording / "odom.yaml")
+        done, metrics, _ = self.run_on(self.bag, *place, "--odometry", "/wheel_odometry")
+        self.assertGreaterEqual(metrics.get("coasting", 0), 40, done.stderr)
+        done, _, _ = self.run_on(self.bag, *place, "--odometry", "/no/topic")
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("/no/topic", done.stderr)
+        done, _, _ = self.run_on(self.bag, "--odometry", "/wheel_odometry")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--odometry-calibration", done.stderr)
+
+    def test_faulty_files_are_named(self):
+        folder = self.copy("faulty")
+        rows = np.loadtxt(self.recording / "odom.csv")
+        place = (folder / "odom.yaml").read_text(encoding="utf-8")
+        for change, words in ((lambda t, p: (t, 1000 * p), "which no robot drives"),
+                              (lambda t, p: (t[0] + 1e3 * (t - t[0]), p), "s apart, which no wheels' are")):
+            stamps, ways = change(rows[:, 0], rows[:, 1:4])
+            np.savetxt(folder / "odom.csv", np.c_[stamps, ways, rows[:, 4:]], fmt="%.9f")
+            done, _, _ = self.run_on(folder)
+            self.assertEqual(done.returncode, 4, words)
+            self.assertIn(f"{folder}/odom.csv: ", done.stderr)
+            self.assertIn(words, done.stderr)
+        shutil.copy(self.recording / "odom.csv", folder)
+        (folder / "odom.yaml").write_text(place.replace("way_noise", "way_nois"), encoding="utf-8")
+        done, _, _ = self.run_on(folder)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("did you mean 'way_noise'?", done.stderr)
+        done, _, _ = self.run_on(self.recording, "--odometry", "none", "--odometry-calibration", folder / "odom.yaml")
+        self.assertEqual(done.returncode, 2)
+
+    def test_a_camera_that_looks_elsewhere_than_told_is_noticed(self):
+        folder = self.copy("turned")
+        lines = (folder / "odom.yaml").read_text(encoding="utf-8").splitlines()
+        lines = [line for line in lines if "T_base_camera" not in line] + ["T_base_camera: [0, 0, 0.9, 0, 0, 0, 1]"]
+        (folder / "odom.yaml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        done, metrics, _ = self.run_on(folder)
+        self.assertIn("warning: wheels: they tell another way than the camera sees", done.stderr)
+        self.assertEqual(metrics["coasting"], 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

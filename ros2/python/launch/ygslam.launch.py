@@ -12,16 +12,17 @@ from launch_ros.parameter_descriptions import ParameterValue
 CAMERA = "/camera/camera"
 TOPICS = {"rgb/image": f"{CAMERA}/color/image_raw", "rgb/camera_info": f"{CAMERA}/color/camera_info",
           "depth/image": f"{CAMERA}/aligned_depth_to_color/image_raw",
-          "depth/camera_info": f"{CAMERA}/aligned_depth_to_color/camera_info", "imu": f"{CAMERA}/imu"}
-TEXTS = {"base_frame": "camera_link", "odom_frame": "odom", "map_frame": "map", "camera_pose": "", "imu": "", "model": "",
-         "segmenter": "", "load_map": "", "map_file": "room.map", "colour_transport": "raw", "depth_transport": "raw",
+          "depth/camera_info": f"{CAMERA}/aligned_depth_to_color/camera_info", "imu": f"{CAMERA}/imu", "odom": "/odom"}
+TEXTS = {"base_frame": "camera_link", "odom_frame": "odom", "map_frame": "map", "camera_pose": "", "imu": "", "odom": "",
+         "model": "", "segmenter": "", "load_map": "", "map_file": "room.map", "colour_transport": "raw", "depth_transport": "raw",
          "reliability": "auto"}
 FLAGS = {"depth_registered": "true", "publish_tf": "true", "localize_only": "false", "use_sim_time": "false"}
 
 
 def generate_launch_description():
     names = {topic: topic.replace("/", "_") for topic in TOPICS}  # rgb_image:=... on the command line
-    names["imu"] = "imu_topic"  # imu is the parameter: an imu.yaml, or tf
+    for topic in ("imu", "odom"):  # they are the parameters, too: a file of the place, or tf
+        names[topic] = f"{topic}_topic"
     arguments = {**TEXTS, **FLAGS, **{names[topic]: given for topic, given in TOPICS.items()}}
     values = {name: LaunchConfiguration(name) for name in arguments}
     parameters = {name: ParameterValue(values[name], value_type=bool if name in FLAGS else str)

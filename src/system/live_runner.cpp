@@ -230,8 +230,8 @@ class LiveRunner final : public Runner {
   const Camera& camera_;
   RunLog log_;
   InertialStage inertial_;
-  inertial_(config.imu, config.wheels),
-      std::unique_ptr<SegmentWorker> segmenter_;  // null without one
+  PoseDrift drift_;
+  std::unique_ptr<SegmentWorker> segmenter_;  // null without one
   std::optional<Tracker> tracker_;
   std::unique_ptr<MapThread> map_;
   std::optional<ResultRoute> route_;

@@ -4,7 +4,7 @@
     .venv/bin/python bench/starved.py RESULTS.jsonl --ygslam build/release/ygslam SEQUENCE ... [--rounds 5]
     .venv/bin/python bench/starved.py RESULTS.jsonl            # the table of what is there
 
-Loads: quiet; loops (three busy loops beside it, on the same two cores); one (a single core). A round has every load
+Loads: quiet; loops, many (three, ten busy loops beside it, on the same two cores); one (a single core). A round has every load
 once, so that what else happens on the machine is shared. A run is a line of RESULTS, and one whose line is there is
 not repeated. Late: frames that took over 200 ms; stood: those in which the tracking thread had less than a tenth of
 the time the load would leave it (a quarter of two cores; half of one), so that something else kept it.
@@ -34,9 +34,9 @@ def figures(out, share):
     late = [(wall, cpu) for wall, cpu in took if wall > LATE_MS]
     ages = [int(row["mask_age_frames"]) for row in rows if int(row["mask_age_frames"]) >= 0]
     return {"coverage": metrics["coverage"], "dropped": metrics.get("dropped", 0),
-            "lost": sum(row["state"] == "lost" for row in rows), "ate_mm": 1e3 * metrics["ate"]["rmse"],
+            "lost": sum(row["state"] == "lost" for row in rows), "ate_mm": 1e3 * metrics["ate"]["rmse"] if "ate" in metrics else float("nan"),
             "late": len(late), "stood": sum(cpu < 0.1 * share * wall for wall, cpu in late),
-            "longest_ms": max(wall for wall, _ in took), "mask_age": statistics.median(ages) if ages else -1,
+            "longest_ms": max((wall for wall, _ in took), default=0), "mask_age": statistics.median(ages) if ages else -1,
             "oldest_mask": max(ages, default=-1)}
 
 

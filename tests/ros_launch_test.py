@@ -123,9 +123,9 @@ class TheLaunchFiles(unittest.TestCase):
         arguments, (node,) = self.read(ROOT / "ros2" / "python" / "launch" / "ygslam.launch.py")
         topics = {topic: resolved(target, arguments) for topic, target in node.remappings}
         text = (NODE / "node.py").read_text(encoding="utf-8")
-        for topic in ("rgb/image", "rgb/camera_info", "depth/image", "depth/camera_info", "imu"):
+        for topic in ("rgb/image", "rgb/camera_info", "depth/image", "depth/camera_info", "imu", "odom"):
             self.assertIn(f'"{topic}"', text, "the node listens to it")
-            self.assertTrue(topics[topic].startswith("/camera/camera/"), topic)
+            self.assertTrue(topics[topic].startswith("/odom" if topic == "odom" else "/camera/camera/"), topic)
         self.assertEqual(topics["rgb/image/compressed"], topics["rgb/image"] + "/compressed")
         self.assertEqual(topics["depth/image/compressedDepth"], topics["depth/image"] + "/compressedDepth")
         arguments["rgb_image"] = "/front/image"

@@ -197,7 +197,10 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
   const auto dated =
       seen ? std::optional(with_unsure_time(*seen, predicted.state, *measured)) : std::nullopt;
   const auto wheels = seen ? std::nullopt : tie_by_wheels(last, predicted, motion);
-  held_by_wheels_ = wheels.has_value();
+  if (wheels) tied_at_ = stamp;
+  // The gyroscope knows the turn. What lasts stays until vision is back.
+  if (seen) lasting_.setZero();
+  if (wheels) lasting_ = wheels_->lasting_covariance(stamp, false);
   window_->add({predicted.state, std::move(motion), dated, wheels});
   if (!window_->solve(1)) return restart(ImuFault::kDisagrees);
   window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
@@ -292,9 +295,8 @@ std::optional<InertialPrediction> InertialEstimator::predict(Timestamp stamp) co
   imu_velocity << now->state.T_odom_imu.R().transpose() * now->state.velocity_odom_mps, rate;
   result.body_velocity = config_.T_camera_imu.adjoint() * imu_velocity;
   if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
-  result.by_wheels = held_by_wheels_;
-  if (held_by_wheels_)
-    result.covariance += wheels_->lasting_covariance(stamp, false);  // the gyroscope knows the turn
+  result.by_wheels = tied_at_ && seconds_between(stamp, *tied_at_) < 2 * kWheelsRest_s;
+  result.covariance += lasting_;
   return result;
 }
 

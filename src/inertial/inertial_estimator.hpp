@@ -104,7 +104,8 @@ class InertialEstimator {
   std::optional<InertialWindow> window_;
   std::deque<bool> disagreed_;           // of the last seen frames
   std::optional<Timestamp> slipped_at_;  // that the wheels were last seen to slip by the IMU
-  bool held_by_wheels_ = false;          // the newest frame
+  std::optional<Timestamp> tied_at_;     // the last frame that they held
+  Mat6 lasting_ = Mat6::Zero();          // of the camera, by errors of the wheels that last
   bool was_trusted_ = false;             // at the last seen frame
   ImuFault fault_ = ImuFault::kNone;
 };

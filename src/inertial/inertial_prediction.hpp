@@ -5,6 +5,9 @@
 
 namespace ygslam {
 
+/// Wheels are not asked for longer where the camera is without vision.
+inline constexpr double kLongestByWheels_s = 30;
+
 struct InertialPrediction {
   SE3 T_odom_camera{};
   Mat6 covariance{};     ///< of T_odom_camera exp(error) [m, rad], translation first

@@ -128,16 +128,23 @@ void WheelOdometry::add_frame(Timestamp stamp, const std::optional<VisualPose>& 
   if (!pose) {
     waiting_.clear();
     compared_.reset();
+    if (last_seen_ && seconds_between(stamp, last_seen_->stamp) > kLongestByWheels_s)
+      last_seen_.reset();
+    forget_before(last_seen_ ? last_seen_->stamp : stamp);
     return;
   }
   last_seen_ = Seen{stamp, *pose};
-  waiting_.push_back(*last_seen_);
+  if (!samples_.empty()) waiting_.push_back(*last_seen_);
   while (!waiting_.empty() && !samples_.empty() &&
          waiting_.front().stamp <= samples_.back().stamp) {
     compare(waiting_.front());
     waiting_.pop_front();
   }
-  const Timestamp kept{stamp.ns - to_ns(kKept_s)};
+  forget_before(stamp);
+}
+
+void WheelOdometry::forget_before(Timestamp frame) {
+  const Timestamp kept{frame.ns - to_ns(kKept_s)};
   while (samples_.size() > 2 && samples_[1].stamp < kept) samples_.pop_front();
 }
 

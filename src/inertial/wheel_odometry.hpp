@@ -60,6 +60,7 @@ class WheelOdometry {
   [[nodiscard]] std::optional<WheelSum> summed(Timestamp from, Timestamp to, double beyond_s) const;
   [[nodiscard]] std::optional<WheelSum> since_seen(Timestamp stamp) const;
   void restart(WheelFault fault);
+  void forget_before(Timestamp frame);
   void compare(const Seen& seen);
   void note_slip(Timestamp stamp);
   void learn(const WheelMotion& motion, const Vec6& error, const Mat6& covariance);

@@ -208,6 +208,19 @@ TEST(WheelOdometry, AStreamThatStopsPredictsNothing) {
   EXPECT_EQ(robot.wheels().take_fault(), WheelFault::kSilent);
 }
 
+/// Neither its samples nor the work for a frame grow without end.
+TEST(WheelOdometry, PredictsForHalfAMinuteWithoutVisionAndBeginsAnewWithIt) {
+  Robot robot({});
+  robot.run(5);
+  robot.run(29, false);
+  EXPECT_TRUE(robot.wheels().predict(robot.now()));
+  robot.run(2, false);
+  EXPECT_FALSE(robot.wheels().predict(robot.now()));
+  robot.step();
+  robot.run(0.5, false);
+  EXPECT_TRUE(robot.wheels().predict(robot.now()));
+}
+
 TEST(WheelOdometry, StampsThatJumpAndACountBegunAnewCostWhatLiesBetween) {
   std::int64_t shift_ns = 0;
   SE3 T_anew_odom;

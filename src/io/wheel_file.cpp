@@ -9,7 +9,7 @@ namespace ygslam {
 namespace {
 
 constexpr double kMostSpeed_mps = 15;  // of the median step with motion
-constexpr double kMostWheelStep_s = 0.5, kLeastWheelStep_s = 5e-4;
+constexpr double kMostWheelStep_s = 0.25, kLeastWheelStep_s = 5e-4;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;

@@ -26,7 +26,7 @@ inline constexpr const char* kCameraFrame = "camera_optical";
 
 /// map -> odom (while the camera is tracked), odom -> camera, camera -> camera_optical.
 [[nodiscard]] ros::TfMessage tf_message(const RgbdFrame& frame, const TrackResult& result);
-/// The camera in odom, with the pose's covariance (TrackResult::covariance) in the axes of odom as
+/// The camera in odom, with the pose's covariance (odom_covariance()) in the axes of odom as
 /// nav_msgs has it; velocities are not known.
 [[nodiscard]] ros::Odometry odometry_message(const RgbdFrame& frame, const TrackResult& result);
 /// The colour image as a JPEG.

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <utility>
 
-#include "core/log.hpp"
 #include "core/time.hpp"
 
 namespace ygslam {
@@ -35,15 +34,7 @@ class FallbackSegmenter final : public Segmenter {
     late_ = took_s > config_.late_s ? late_ + 1 : 0;
     if (late_ < config_.late_masks) return;
     auto second = std::exchange(make_second_, nullptr)();
-    if (!second.ok()) {
-      log::warn("the model takes {:.2f} s for a mask, and there is no other network: {}", took_s,
-                second.error().message);
-      return;
-    }
-    log::warn(
-        "the model takes {:.2f} s for a mask, too long for a camera: the built-in network goes on "
-        "(segment.late_s = 0 keeps the model)",
-        took_s);
+    if (!second.ok()) return;
     used_ = std::move(*second);
     is_second_ = true;
     in_step_.store(used_->in_step());

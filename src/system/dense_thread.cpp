@@ -47,6 +47,7 @@ void DenseThread::work_off(const DenseUpdate& update, const std::stop_token& sto
     const auto lock = locked();
     map_.apply(update);
   }
+  frames_waiting_ -= update.added.size();
   for (Look& look : looks_) look.waits = static_cast<bool>(look.look);
   while (!stop.stop_requested() && queue_.size() == 0 && step()) {
     for (Look& look : looks_) look.waits = static_cast<bool>(look.look);

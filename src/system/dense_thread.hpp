@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <limits>
@@ -24,11 +25,16 @@ class DenseThread {
   DenseThread& operator=(const DenseThread&) = delete;
 
   /// Whether another update would have to wait.
-  [[nodiscard]] bool is_full() const { return queue_.size() >= kQueue; }
+  [[nodiscard]] bool is_full() const {
+    return queue_.size() >= kQueue || frames_waiting_.load() >= kMostFrames;
+  }
   /// Whether it does not keep up with what it is told.
   [[nodiscard]] bool is_behind() const { return queue_.size() >= kBehind; }
   /// Waits only where it is full.
-  void apply(DenseUpdate update) { queue_.push(std::move(update)); }
+  void apply(DenseUpdate update) {
+    frames_waiting_ += update.added.size();
+    queue_.push(std::move(update));
+  }
   /// Calls `look` with the map between two steps.
   void inspect(const std::function<void(DenseMap&)>& look);
   /// Works off what has come, brings all up to date and ends the thread. May be called again.
@@ -50,10 +56,11 @@ class DenseThread {
     std::chrono::steady_clock::time_point next{};
   };
 
-  static constexpr std::size_t kQueue = 64, kBehind = 8;
+  static constexpr std::size_t kQueue = 64, kBehind = 8, kMostFrames = 64;
   std::mutex mutex_;
-  DenseMap map_;               // under the mutex
-  std::array<Look, 2> looks_;  // the thread's; the more urgent one first
+  DenseMap map_;                                // under the mutex
+  std::atomic<std::size_t> frames_waiting_{0};  // in the queue: images not packed yet
+  std::array<Look, 2> looks_;                   // the thread's; the more urgent one first
   BoundedQueue<DenseUpdate> queue_{kQueue, Overflow::kBlock, "dense map"};
   WorkerThread thread_;  // last: it uses everything above
 };

@@ -68,11 +68,9 @@ void InertialStage::add(const OdometrySample& sample) {
 /// nothing that may stand for vision.
 std::optional<InertialPrediction> InertialStage::predict(Timestamp stamp) const {
   auto by_imu = estimator_ ? estimator_->predict(stamp) : std::nullopt;
-  auto by_wheels = wheels_ ? wheels_->predict(stamp) : std::nullopt;
+  auto by_wheels = wheels_ && wheels_->is_trusted() ? wheels_->predict(stamp) : std::nullopt;
   if (!by_imu) return by_wheels;
-  const bool wheels_hold = by_wheels && by_wheels->trusted;
-  by_imu->by_wheels |= wheels_hold;
-  const bool wheels_know_better = !by_imu->trusted && wheels_hold;
+  const bool wheels_know_better = !by_imu->trusted && by_wheels;
   return wheels_know_better ? by_wheels : by_imu;
 }
 
@@ -109,12 +107,12 @@ void InertialStage::tell_imu() {
 
 void InertialStage::tell_wheels() {
   const WheelFault fault = wheels_->take_fault();
-  if (fault != WheelFault::kNone && std::exchange(wheels_tell_, false)) {
+  if (fault != WheelFault::kNone && std::exchange(wheels_tell_, fault == WheelFault::kDisagrees)) {
     log::warn("wheels: {}: they are not used until that has changed", to_string(fault));
     wheels_agree_ = false;
   }
   if (wheels_agree_ || !wheels_->is_trusted()) return;
-  wheels_agree_ = wheels_tell_ = true;
+  wheels_agree_ = true;
   log::info(
       "wheels: they agree with the camera, their way times {:.4f} and their turn times {:.4f}",
       1 + wheels_->errors()[0], 1 + wheels_->errors()[1]);

@@ -3,6 +3,11 @@
 #include "core/trace.hpp"
 
 namespace ygslam {
+namespace {
+
+constexpr std::chrono::milliseconds kOwedAgain{200};  // the dense map is asked whether it has room
+
+}  // namespace
 
 MapThread::MapThread(MappingStage stage, const Camera& camera, const BundleConfig& bundle,
                      const DenseMapConfig& dense, MapSink sink, DenseSink dense_sink)
@@ -57,9 +62,17 @@ void MapThread::join() {
 
 void MapThread::loop(const std::stop_token& stop) {
   trace::name_thread("mapping");
-  while (auto message = queue_.pop(stop)) {
-    std::visit([this](auto& m) { take(m); }, *message);
-    take_adjustment();
+  while (true) {
+    auto message = owes_dense_
+                       ? queue_.pop_until(std::chrono::steady_clock::now() + kOwedAgain, stop)
+                       : queue_.pop(stop);
+    if (message) {
+      std::visit([this](auto& m) { take(m); }, *message);
+      take_adjustment();
+    } else if (!owes_dense_ || stop.stop_requested() || queue_.is_closed()) {
+      return;
+    }
+    if (owes_dense_) tell_dense();
   }
 }
 
@@ -77,9 +90,10 @@ void MapThread::publish() {
   if (sink_) sink_(stage_.map());
 }
 
-// What it cannot take now is kept for the next time: the map waits for nobody.
+// What it cannot take now is kept: the map waits for nobody.
 void MapThread::tell_dense() {
-  if (!dense_.is_full()) dense_.apply(stage_.take_dense_update());
+  owes_dense_ = dense_.is_full();
+  if (!owes_dense_) dense_.apply(stage_.take_dense_update());
 }
 
 void MapThread::finish_dense() {

@@ -86,6 +86,7 @@ class MapThread {
   std::atomic<bool> place_request_waits_{false};
   std::atomic<int> closed_loops_{0};
   MapSink sink_;
+  bool owes_dense_ = false;      // the thread's: the dense map had no room for the last changes
   AdjustmentThread adjustment_;  // of the whole map, after loops
   DenseThread dense_;
   WorkerThread thread_;  // last: it uses everything above

@@ -181,7 +181,9 @@ void MappingStage::offer(DenseFrame frame) {
   std::vector<DenseFrame>& offered = dense_update_.added;
   offered.push_back(std::move(frame));
   if (offered.size() <= config_.max_dense_frames) return;
-  offered.erase(offered.begin());
+  const auto between =
+      std::ranges::find_if(offered, [](const DenseFrame& f) { return f.anchor.has_value(); });
+  offered.erase(between != offered.end() ? between : offered.begin());
   ++dense_skipped_;
 }
 

@@ -25,6 +25,7 @@ constexpr std::array kParts = {
     Part{"local_map", [](SlamConfig& c) { c.tracking.pose.use_local_map = false; }},
     // At most three frames in a row go on with the features of the one before.
     Part{"orb_in_every_frame", [](SlamConfig& c) { c.tracking.follow.max_frames = 3; }},
+    Part{"fallback_network", [](SlamConfig& c) { c.segment.fallback = false; }},
     Part{"submaps", [](SlamConfig& c) { c.tracking.starts_submaps = false; }},
     Part{"loops", [](SlamConfig& c) { c.close_loops = c.tracking.starts_submaps = false; }},
     Part{"dense_map", [](SlamConfig& c) { c.dense.enabled = false; }},

@@ -11,6 +11,7 @@ inline constexpr double kUnknownVariance = 1e6;
 inline constexpr double kWeakStdFactor = 3;
 
 [[nodiscard]] inline Mat6 with_doubt(Mat6 covariance, const Doubt& doubt) {
+  if (covariance(0, 0) >= kUnknownVariance) return covariance;
   covariance.diagonal().head<3>().array() += doubt.position_m2;
   covariance.diagonal().tail<3>().array() += doubt.rotation_rad2;
   return covariance;

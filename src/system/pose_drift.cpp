@@ -9,8 +9,8 @@ namespace {
 
 // Learned from rendered worlds with people and from a robot's drive, checked on other seeds
 // (bench/nees.py). New ground, from keyframe to keyframe:
-constexpr Doubt kForEachMetre{10e-6, 1.2e-6};
-constexpr Doubt kForEachRadian{6e-6, 1e-6};
+constexpr Doubt kForEachMetre{10e-6, 1.2e-6};  // m2/m, rad2/m
+constexpr Doubt kForEachRadian{6e-6, 1e-6};    // m2/rad, rad2/rad
 // Odom does not go along when the map's newest part is adjusted.
 constexpr Doubt kOdomShare{2, 4};
 constexpr Doubt kOdomForEachMetre{1e-6, 0.1e-6};      // on any ground
@@ -37,6 +37,7 @@ Doubt mean_of_axes(const Mat6& covariance) {
 
 /// An old keyframe that nobody was told by yet is like its neighbour.
 Doubt PoseDrift::ground_of(KeyframeId reference, const LocalView& view) {
+  if (reference == kNoKeyframe) return ground_;  // nothing is mapped yet
   const auto known = grounds_.find(reference);
   if (known != grounds_.end()) return known->second;
   const auto after = grounds_.upper_bound(reference);
@@ -86,7 +87,7 @@ void PoseDrift::come_back(Timestamp stamp) {
 PoseDoubt PoseDrift::step(Timestamp stamp, const TrackResult& result, const LocalView& view) {
   if (result.state == TrackState::kLost) was_lost_ = true;
   if (result.state == TrackState::kCoasting) coasted_ = result.covariance;
-  if (!is_seen(result.state)) return {odom_, ground_};
+  if (!is_seen(result.state)) return {odom_, ground_ + (by_view_ ? kOtherRoom : Doubt{})};
   const bool is_first = result.matches == 0;  // the origin, or of a submap
   if (!is_first) {
     come_back(stamp);

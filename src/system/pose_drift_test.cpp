@@ -49,6 +49,16 @@ TEST_F(PoseDriftTest, GrowsOnNewGround) {
   EXPECT_NEAR(twenty.map.position_m2, ten.map.position_m2 * 19 / 9, 1e-9);
 }
 
+/// The second frame of a run is tracked before there is a keyframe.
+TEST_F(PoseDriftTest, AFrameWithoutAKeyframeTellsNothingOfTheGround) {
+  const PoseDoubt expected = walk(10);
+  drift_.reset();
+  see(index(kNoKeyframe), 0);
+  const PoseDoubt doubt = walk(10);
+  EXPECT_GT(expected.map.position_m2, 0);
+  EXPECT_NEAR(doubt.map.position_m2, expected.map.position_m2, 1e-9);
+}
+
 TEST_F(PoseDriftTest, KnownGroundIsAsWellKnownAsItWas) {
   walk(4);
   const PoseDoubt before = see(3, 0.5);

@@ -27,7 +27,7 @@ struct RunStatistics {
   std::uint64_t frames = 0;  ///< processed
   std::uint64_t missed = 0;  ///< that never came here: unreadable, or dropped
   std::uint64_t tracked = 0;
-  std::uint64_t coasting = 0;    ///< of the tracked: by an IMU alone
+  std::uint64_t coasting = 0;    ///< of the tracked: by an IMU or wheels alone
   std::uint64_t few_static = 0;  ///< frames
   /// First and last frame of each, the first kMostIntervalsTold.
   std::vector<std::pair<Timestamp, Timestamp>> lost_intervals;

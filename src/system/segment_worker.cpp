@@ -29,11 +29,13 @@ SegmentWorker::Statistics SegmentWorker::statistics() const {
 
 void SegmentWorker::loop(Shared& shared, const std::stop_token& stop) {
   trace::name_thread("segmentation");
+  bool handed_over = false;
   while (const FramePtr frame = shared.inbox.take(stop)) {
     const trace::Span span("segment", frame->id);
     const ScopedTimer timer;
     Result<Segmentation> masks = segment_safely(*shared.segmenter, *frame);
     bool first_failure = false;
+    const bool hands_over = masks.ok() && masks->by_fallback && !std::exchange(handed_over, true);
     {
       const std::lock_guard lock(shared.mutex);
       shared.statistics.times.add(timer);
@@ -41,6 +43,8 @@ void SegmentWorker::loop(Shared& shared, const std::stop_token& stop) {
     }
     // Left behind, it is silent: whom the line would go to may be gone.
     if (first_failure && !stop.stop_requested()) log::warn("{}", masks.error().message);
+    if (hands_over && !stop.stop_requested())
+      log::warn("the model takes too long for a camera: the built-in network goes on");
     if (masks.ok())
       shared.masks.push(std::make_shared<const Segmentation>(std::move(masks).value()));
     shared.inbox.done();

@@ -4,6 +4,7 @@
 #include "core/log.hpp"
 #include "io/calibration.hpp"
 #include "map_file/map_file.hpp"
+#include "segment/fallback_segmenter.hpp"
 #include "segment/people_network.hpp"
 #include "segment/recorded_masks.hpp"
 #include "system/dense_beside.hpp"
@@ -55,11 +56,12 @@ Result<MapUse> open_map(const SessionOptions& options, const Camera& camera, Ses
 std::unique_ptr<Segmenter> with_fallback(std::unique_ptr<Segmenter> model,
                                          const SessionOptions& options) {
   const SegmentConfig& config = options.config.segment;
-  if (config.late_s <= 0) return model;
+  if (!config.fallback) return model;
+  // At its own precision: the one that was asked for is the model's.
   const auto builtin = [camera = options.camera, threads = config.network.threads] {
     return make_people_segmenter(camera, {Precision::kAuto, threads});
   };
-  return make_fallback_segmenter(std::move(model), builtin, {.late_s = config.late_s});
+  return make_fallback_segmenter(std::move(model), builtin);
 }
 
 }  // namespace

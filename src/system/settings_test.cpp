@@ -182,12 +182,13 @@ TEST(Validate, PlacesAreVerifiedByBoundsOfTheirOwn) {
 
 /// What run.without turns off.
 auto switches(const SlamConfig& c) {
-  return std::tuple(
-      c.dynamic.epipolar.prior, c.dynamic.ego_motion.enabled, c.dynamic.boundary.enabled,
-      c.dynamic.classifier.vote_of_neighbours, c.dynamic.classifier.min_moving_share,
-      c.tracking.free_space.enabled, c.mapping.noise.edge_weight, c.tracking.pose.use_local_map,
-      c.close_loops, c.mapping.local_bundle, c.tracking.starts_submaps, c.dense.enabled,
-      c.tracking.ego_mask.enabled, c.tracking.screens.enabled, c.tracking.follow.max_frames);
+  return std::tuple(c.dynamic.epipolar.prior, c.dynamic.ego_motion.enabled,
+                    c.dynamic.boundary.enabled, c.dynamic.classifier.vote_of_neighbours,
+                    c.dynamic.classifier.min_moving_share, c.tracking.free_space.enabled,
+                    c.mapping.noise.edge_weight, c.tracking.pose.use_local_map, c.close_loops,
+                    c.mapping.local_bundle, c.tracking.starts_submaps, c.dense.enabled,
+                    c.tracking.ego_mask.enabled, c.tracking.screens.enabled,
+                    c.tracking.follow.max_frames, c.segment.fallback);
 }
 
 std::vector<std::string> parts() {

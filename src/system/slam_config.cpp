@@ -85,9 +85,6 @@ void add_segment_keys(ConfigSchema& s, SegmentConfig& c) {
            "to reproduce the result of another machine");
   s.number("segment.threads", c.network.threads, 1, 64, "", "threads that run the network",
            "more on a processor with more than two cores");
-  s.number("segment.late_s", c.late_s, 0.0, 10.0, "s",
-           "in real time, a model that takes longer for a mask gives way to the built-in network",
-           "0 keeps the model; larger on a robot that is slow");
   s.number("segment.input_width", c.network.input_width, 32, 2048, "px",
            "for models with open input size, a multiple of 32",
            "smaller for speed, larger to find people far away");

@@ -12,7 +12,6 @@
 #include "loop/loop_closer.hpp"
 #include "mapping/mapper.hpp"
 #include "motion/classification/point_classifier.hpp"
-#include "segment/fallback_segmenter.hpp"
 #include "segment/model_segmenter.hpp"
 #include "system/config_schema.hpp"
 #include "tracking/tracker.hpp"
@@ -34,8 +33,7 @@ struct RunConfig {
 
 struct SegmentConfig {
   ModelConfig network;
-  double late_s =
-      FallbackConfig{}.late_s;  ///< of masks, live; later: the built-in network; 0: never
+  bool fallback = true;  ///< live: a model that is too slow gives way (fallback_segmenter.hpp)
   std::vector<std::string> movable = {"person"};  ///< COCO names or groups
 };
 

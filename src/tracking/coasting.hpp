@@ -1,4 +1,5 @@
-// Frames that an IMU alone carried on, placed again once the camera sees where it has come to.
+// Frames that an IMU or wheels alone carried on, placed again once the camera sees where it has
+// come to.
 #pragma once
 
 #include <vector>

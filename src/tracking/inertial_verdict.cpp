@@ -7,7 +7,6 @@ namespace ygslam {
 namespace {
 
 constexpr double kLongestCoast_s = 8, kMostStd_m = 0.4;
-constexpr double kLongestByWheels_s = 30;
 // Chi-square of 6 degrees of freedom, 99.9 %, at twice the standard deviation: vision and map have
 // errors that the covariance does not know.
 constexpr double kAgrees = 4 * 22.5;

@@ -1,4 +1,4 @@
-// What an IMU's prediction means for a frame's pose.
+// What a prediction by IMU or wheels means for a frame's pose.
 #pragma once
 
 #include <optional>

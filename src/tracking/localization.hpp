@@ -34,7 +34,7 @@ class Localization {
     kByView,      ///< it jumped, or was unseen for long: known by what it sees alone
     kCarriedOff,  ///< it was lost, and is found where it cannot have come by itself
   };
-  /// Without a pose, by an IMU alone.
+  /// Without a pose, by an IMU or wheels alone.
   void coast(const SE3& T_odom_camera) { odometry_.place_at(T_odom_camera); }
   /// Odometry goes along, unless it was lost. From kByView and kCarriedOff on the place is
   /// provisional, see Odometry::doubt().

@@ -50,7 +50,7 @@ bool TrackJudge::is_proof(const PoseResult& pose) const {
   return pose.inliers >= kProvingFactor * config_.min_inliers;
 }
 
-/// @param expected an IMU has predicted the pose.
+/// @param expected an IMU or wheels have predicted the pose.
 TrackState TrackJudge::judge(const std::optional<PoseResult>& pose, const PoseJump& jump,
                              bool expected) {
   if (!is_pose(pose)) return TrackState::kLost;

@@ -14,7 +14,7 @@ enum class TrackState : std::uint8_t {
   kTracking,
   kWeak,  ///< a pose, but few points agree on it or they leave it uncertain
   kLost,
-  kCoasting,  ///< nothing is seen that tells a pose: an IMU does, for some seconds
+  kCoasting,  ///< nothing is seen that tells a pose: an IMU or wheels do, for some seconds
 };
 [[nodiscard]] const char* to_string(TrackState state);
 [[nodiscard]] inline bool is_seen(TrackState state) {

@@ -185,7 +185,7 @@ TrackResult Tracker::start_in_map(ObservedFrame now, const LocalViewPtr& view) {
   return tracked(place, *pose, std::move(now.labels), {}, std::move(request), {});
 }
 
-/// As an IMU says, for as long as that is good enough.
+/// As an IMU or wheels say, for as long as that is good enough.
 TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view,
                            const PoseSearch::Guess& guess,
                            std::optional<KeyframeCandidate> first_keyframe) {

@@ -61,7 +61,7 @@ class Tracker {
     FrameFlow flow;
     double orb_ms = 0;
   };
-  /// @param predicted by an IMU, if there is one.
+  /// @param predicted by an IMU or wheels, if there are any.
   [[nodiscard]] SeenFrame look(const FramePtr& frame,
                                const std::optional<InertialPrediction>& predicted = {});
   /// @param seen what look() gave last.
@@ -96,7 +96,7 @@ class Tracker {
   /// The same of a run that goes on with a map: found there, or lost.
   [[nodiscard]] TrackResult start_in_map(ObservedFrame now, const LocalViewPtr& view);
   /// @param T_now_last the camera's motion since its last pose, as predicted.
-  /// @param inertial the whole prediction, if an IMU made it.
+  /// @param inertial the whole prediction, if an IMU or wheels made it.
   [[nodiscard]] TrackResult track(ObservedFrame now, const SE3& T_now_last,
                                   const std::optional<InertialPrediction>& inertial,
                                   const LocalViewPtr& view, bool mapper_busy);

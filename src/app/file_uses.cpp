@@ -105,7 +105,7 @@ void FileUses::reads_sequence(const std::string& given, const Sequence& sequence
     return reads_in(kSequence, given, {"*", "*.mcap", "*.db3", "*.bag", "metadata.yaml"});
   reads_in(kSequence, given,
            {"associations.txt", "rgb.txt", "depth.txt", "groundtruth.txt", "calibration.txt",
-            "calibration_depth.txt"});
+            "calibration_depth.txt", "imu.csv", "imu.yaml", "odom.csv", "odom.yaml"});
   std::set<std::pair<fs::path, std::string>> images;
   add_image_folders(sequence, images);
   for (const auto& [folder, names] : images) reads_in(kSequence, folder, {names});

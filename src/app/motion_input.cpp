@@ -15,7 +15,16 @@ namespace fs = std::filesystem;
 
 bool is_there(const fs::path& path) {
   std::error_code code;
-  return fs::exists(path, code);
+  return fs::exists(path, code) || fs::is_symlink(path, code);  // that leads nowhere: an error
+}
+
+/// By stamps; a sensor's clock may be off by seconds.
+template <typename Sample>
+bool is_of_other_time(const std::vector<Sample>& samples, const Sequence& sequence) {
+  constexpr double kMostOffset_s = 10;
+  if (samples.empty() || sequence.pairs.empty()) return false;
+  return seconds_between(samples.front().stamp, sequence.pairs.back().stamp) > kMostOffset_s ||
+         seconds_between(sequence.pairs.front().stamp, samples.back().stamp) > kMostOffset_s;
 }
 
 /// One of both kinds of sensors, as its options and files are named.
@@ -32,6 +41,7 @@ struct MotionChoice {
   std::string topic{};
   fs::path calibration{};
   std::string told{};
+  bool is_asked_for = false;
 };
 
 Result<MotionChoice> chosen(const MotionNames& names, const std::string& source,
@@ -48,7 +58,7 @@ Result<MotionChoice> chosen(const MotionNames& names, const std::string& source,
   }
   const bool is_bag = ygslam::is_bag(o.sequence);
   const fs::path folder = o.sequence;
-  MotionChoice choice{true, {}, source, calibration, {}};
+  MotionChoice choice{true, {}, source, calibration, {}, is_asked_for};
   if (choice.calibration.empty() && !is_bag) choice.calibration = folder / names.place;
   const bool names_file = !source.empty() && (!is_bag || is_there(source));
   const fs::path file = names_file ? fs::path(source) : folder / names.readings;
@@ -66,13 +76,19 @@ Result<MotionChoice> chosen(const MotionNames& names, const std::string& source,
 }
 
 template <typename Input, typename ReadFile, typename ReadBag, typename ReadPlace>
-Result<Input> opened(const Result<MotionChoice>& choice, const char* unit,
+Result<Input> opened(const Result<MotionChoice>& choice, const Sequence& sequence, const char* unit,
                      const ReadFile& read_file, const ReadBag& read_bag,
                      const ReadPlace& read_place) {
   if (!choice.ok()) return choice.error();
   if (!choice->is_used) return Input{{}, {}, choice->told};
   auto samples = choice->file.empty() ? read_bag(choice->topic) : read_file(choice->file);
   if (!samples.ok()) return samples.error();
+  if (is_of_other_time(*samples, sequence)) {
+    const std::string fault = (choice->file.empty() ? sequence.root : choice->file).string() +
+                              ": none of it is of the images' time";
+    if (choice->is_asked_for) return Error{ErrorKind::kInput, fault};
+    return Input{{}, {}, fault + ": not used"};
+  }
   auto calibration = read_place(choice->calibration);
   if (!calibration.ok()) return calibration.error();
   Input input{*calibration, std::move(samples).value(), choice->told};
@@ -94,7 +110,7 @@ Result<std::vector<OdometrySample>> read_bag_wheels(const std::string& bag,
 Result<ImuInput> open_imu(const RunOptions& o, const Sequence& sequence) {
   const MotionNames names{"--imu", "--imu-calibration", "imu.csv", "imu.yaml", "the IMU", "IMU"};
   return opened<ImuInput>(
-      chosen(names, o.imu, o.imu_calibration, o, sequence), "reading",
+      chosen(names, o.imu, o.imu_calibration, o, sequence), sequence, "reading",
       [](const fs::path& file) { return read_imu(file); },
       [&](const std::string& topic) { return read_bag_imu(o.sequence, topic, "--imu"); },
       read_imu_calibration);
@@ -104,7 +120,7 @@ Result<WheelInput> open_wheels(const RunOptions& o, const Sequence& sequence) {
   const MotionNames names{
       "--odometry", "--odometry-calibration", "odom.csv", "odom.yaml", "the camera", "wheels"};
   return opened<WheelInput>(
-      chosen(names, o.odometry, o.odometry_calibration, o, sequence), "pose",
+      chosen(names, o.odometry, o.odometry_calibration, o, sequence), sequence, "pose",
       [](const fs::path& file) { return read_wheels(file); },
       [&](const std::string& topic) { return read_bag_wheels(o.sequence, topic); },
       read_wheel_calibration);

@@ -25,6 +25,14 @@ constexpr std::string_view kMasks = "masks:";
 FileUses uses_of(const RunOptions& o, const Sequence& sequence) {
   FileUses uses;
   uses.reads_sequence(o.sequence, sequence);
+  const auto reads_file = [&](const char* option, const std::string& given) {
+    std::error_code code;  // else it is a topic
+    if (fs::is_regular_file(given, code)) uses.reads(option, given);
+  };
+  reads_file("--imu", o.imu);
+  reads_file("--imu-calibration", o.imu_calibration);
+  reads_file("--odometry", o.odometry);
+  reads_file("--odometry-calibration", o.odometry_calibration);
   if (o.segmenter.starts_with(kMasks))
     uses.reads_in("--segmenter", o.segmenter.substr(kMasks.size()),
                   {"*", "*.png", "instances.json"});

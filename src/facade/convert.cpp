@@ -107,6 +107,10 @@ bool is_pose(const Pose& pose) {
          std::abs(std::hypot(std::hypot(x, y), std::hypot(z, w)) - 1) < kNotOne;
 }
 
+bool is_within(const Pose& pose, double most_m) {
+  return std::ranges::all_of(pose.translation_m, [&](double v) { return std::abs(v) <= most_m; });
+}
+
 SE3 to_se3(const Pose& pose, const char* name) {
   const auto& [x, y, z, w] = pose.rotation_xyzw;
   if (!is_pose(pose))

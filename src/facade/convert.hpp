@@ -17,6 +17,8 @@ namespace ygslam::api {
 
 [[nodiscard]] bool is_finite(const std::array<double, 3>& v);
 [[nodiscard]] bool is_pose(const Pose& pose);
+/// No farther along any axis.
+[[nodiscard]] bool is_within(const Pose& pose, double most_m);
 /// @throws Error (4) naming it, where numbers are not finite or the quaternion is none.
 [[nodiscard]] SE3 to_se3(const Pose& pose, const char* name);
 

@@ -89,6 +89,9 @@ TEST(PushOdometry, WithoutWheelsItIsAnErrorAndNoPoseThatIsNoneIsTaken) {
   Slam slam = Slam::open(settings);
   EXPECT_EQ(code_of([&] { slam.push_odometry({1, {{0, kNan, 0}}}); }), 4);
   EXPECT_EQ(code_of([&] { slam.push_odometry({1, {{0, 0, 0}, {0, 0, 0, 0}}}); }), 4);
+  EXPECT_EQ(code_of([&] { slam.push_odometry({1, {{0, 1e300, 0}}}); }), 4);
+  settings.wheels->T_base_camera.translation_m[0] = 1e300;
+  EXPECT_EQ(code_of([&] { Slam::open(settings); }), 3);
   EXPECT_EQ(code_of([&] {
               slam.push_odometry({std::numeric_limits<std::int64_t>::min(), {}});
             }),

@@ -109,8 +109,9 @@ WheelCalibration to_calibration(const Wheels& wheels) {
     return value >= least && value <= most;
   };
   ConfigFaults faults;
-  if (!is_pose(wheels.T_base_camera))
-    faults.add("wheels.T_base_camera: finite numbers and a unit quaternion are expected");
+  constexpr double kMostLever_m = 100;
+  if (!is_pose(wheels.T_base_camera) || !is_within(wheels.T_base_camera, kMostLever_m))
+    faults.add("wheels.T_base_camera: at most 100 m and a unit quaternion are expected");
   if (!is_between(wheels.way_scale, 0.5, 2) || !is_between(wheels.turn_scale, 0.5, 2))
     faults.add("wheels: way_scale and turn_scale of 0.5 to 2 are expected");
   if (!is_between(wheels.way_noise, 1e-5, 1) || !is_between(wheels.turn_noise, 1e-5, 1))

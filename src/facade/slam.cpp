@@ -149,8 +149,11 @@ void Slam::push_odometry(const OdometryReading& reading) {
   Impl& impl = alive(impl_, "push_odometry()");
   if (!impl.has_wheels) fail({ErrorKind::kUsage, "push_odometry() without Settings::wheels"});
   if (is_too_far(reading.t_ns)) fail({ErrorKind::kInput, "odometry stamp too far from 0"});
-  if (!is_pose(reading.T_odom_base))
-    fail({ErrorKind::kInput, "odometry: finite numbers and a unit quaternion are expected"});
+  constexpr double kFarthest_m = 1e7;
+  if (!is_pose(reading.T_odom_base) || !is_within(reading.T_odom_base, kFarthest_m))
+    fail({ErrorKind::kInput,
+          "odometry: numbers of sensible size and a unit quaternion are "
+          "expected"});
   impl.wheels.put({{reading.t_ns}, to_se3(reading.T_odom_base, "T_odom_base")});
 }
 

@@ -20,6 +20,7 @@ constexpr double kWheelDisagreement = 4 * 22.5;
 constexpr double kSlipForgotten_s = 1.0;
 constexpr int kSlipsOfOthers = 12;  // in a row: no slip, another robot
 constexpr double kEnoughAgreed_m = 0.2;
+constexpr double kMostSigmas = 4;  // of a calibration's errors: more is another robot's, or clock
 // What a calibration leaves, and what vision cannot tell better: its own errors last, too.
 const WheelErrors kFirstStd = (WheelErrors() << 0.02, 0.03, 0.02, 0.02, 0.02).finished();
 const WheelErrors kLeastStd = (WheelErrors() << 0.002, 0.003, 0.002, 0.002, 0.002).finished();
@@ -41,7 +42,7 @@ const char* to_string(WheelFault fault) {
     case WheelFault::kClock:
       return "stamps went back";
     case WheelFault::kDisagrees:
-      return "they tell another way than the camera sees (units, axes, T_base_camera?)";
+      return "they tell another way than the camera sees (units, axes, clock, T_base_camera?)";
   }
   return "?";
 }
@@ -181,7 +182,7 @@ void WheelOdometry::compare(const Seen& seen) {
   const Mat6 noise = adjoint * compared_->pose.covariance * adjoint.transpose() +
                      seen.pose.covariance + motion.noise;
   const Mat6 covariance = noise + motion.by_errors * covariance_ * motion.by_errors.transpose();
-  const bool slips = error.dot(covariance.ldlt().solve(error)) > kWheelDisagreement;
+  const bool slips = !(error.dot(covariance.ldlt().solve(error)) <= kWheelDisagreement);
   if (!slips && seconds_between(seen.stamp, compared_->stamp) < kComparedEvery_s) return;
   compared_ = seen;
   if (slips) return note_slip(seen.stamp);
@@ -203,6 +204,11 @@ void WheelOdometry::learn(const WheelMotion& motion, const Vec6& error, const Ma
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
   for (int i = 0; i < kWheelErrors; ++i)
     covariance_(i, i) = std::max(covariance_(i, i), kLeastStd[i] * kLeastStd[i]);
+  if ((errors_.cwiseAbs().array() <= kMostSigmas * kFirstStd.array()).all()) return;
+  fault_ = WheelFault::kDisagrees;
+  errors_.setZero();
+  covariance_ = variances(kFirstStd);
+  agreed_m_ = 0;
 }
 
 std::optional<WheelSum> WheelOdometry::since_seen(Timestamp stamp) const {

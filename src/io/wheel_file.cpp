@@ -45,6 +45,9 @@ Result<std::vector<OdometrySample>> wheels_of_poses(std::span<const StampedPose>
 }
 
 Result<std::vector<OdometrySample>> read_wheels(const std::filesystem::path& path) {
+  std::error_code code;
+  if (std::filesystem::is_directory(path, code))
+    return Error{ErrorKind::kInput, path.string() + ": a folder; poses of the wheels are expected"};
   const auto poses = read_stamped_trajectory(path);
   if (!poses.ok()) return poses.error();
   auto samples = wheels_of_poses(*poses);

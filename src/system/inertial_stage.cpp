@@ -53,7 +53,7 @@ void InertialStage::reset() {
   if (wheel_config_) wheels_.emplace(*wheel_config_);
   if (config_) estimator_.emplace(*config_, wheels_ ? &*wheels_ : nullptr);
   had_pose_ = started_ = wheels_agree_ = false;
-  wheels_tell_ = true;
+  wheels_told_.clear();
 }
 
 void InertialStage::add(const ImuSample& sample) {
@@ -107,7 +107,7 @@ void InertialStage::tell_imu() {
 
 void InertialStage::tell_wheels() {
   const WheelFault fault = wheels_->take_fault();
-  if (fault != WheelFault::kNone && std::exchange(wheels_tell_, fault == WheelFault::kDisagrees)) {
+  if (fault != WheelFault::kNone && wheels_told_.insert(fault).second) {
     log::warn("wheels: {}: they are not used until that has changed", to_string(fault));
     wheels_agree_ = false;
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 
 #include "inertial/inertial_estimator.hpp"
 #include "tracking/track_result.hpp"
@@ -36,9 +37,10 @@ class InertialStage {
   std::optional<WheelCalibration> wheel_config_;
   std::optional<WheelOdometry> wheels_;  // the estimator refers to it
   std::optional<InertialEstimator> estimator_;
-  bool had_pose_ = false;                           // in the last frame
-  bool started_ = false;                            // told
-  bool wheels_agree_ = false, wheels_tell_ = true;  // told; a fault is told once until they agree
+  bool had_pose_ = false;      // in the last frame
+  bool started_ = false;       // told
+  bool wheels_agree_ = false;  // told
+  std::set<WheelFault> wheels_told_;
 };
 
 }  // namespace ygslam

@@ -144,7 +144,7 @@ class WheelRuns(CliTest):
         before = (out / "odometry.txt").read_bytes()
         done, _, _ = self.run_on(self.recording, "--odometry", out / "odometry.txt")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("odometry.txt", done.stderr)
+        self.assertIn("is read (--odometry)", done.stderr)
         self.assertEqual((out / "odometry.txt").read_bytes(), before)
 
     def test_a_camera_that_looks_elsewhere_than_told_is_noticed(self):

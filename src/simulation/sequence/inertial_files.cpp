@@ -82,7 +82,7 @@ Status write_wheel_file(const std::filesystem::path& folder, const SequenceSourc
       t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   for (const OdometrySample& sample : readings.samples)
     out += format_tum({sample.stamp, sample.T_odom_base}, 9);
-  const Status written = write_new_file(folder / kWheelPoses, out);
+  Status written = write_new_file(folder / kWheelPoses, out);
   if (!written.ok()) return written;
   const WheelCalibration known{.T_base_camera = readings.T_base_camera};
   return write_new_file(folder / kWheelPlace,

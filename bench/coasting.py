@@ -128,10 +128,9 @@ def table(lines):
                spread([run["after_m"] for run in carried], 1000)]
 
 
-def main():
-    parser = parser_of(__doc__)
+def options_of(parser):
+    """What is rendered, by the command line."""
     parser.add_argument("--worlds", nargs="+", default=["walking_xyz", "walking_halfsphere", "room_walk"])
-    parser.add_argument("--faults", nargs="+", default=["black"], choices=FAULTS)
     parser.add_argument("--sensors", nargs="+", default=["BMI085"])
     parser.add_argument("--seconds", type=float, default=5)
     parser.add_argument("--seeds", type=int, default=0, help="so many of each; 0: the table alone")
@@ -139,6 +138,13 @@ def main():
     options = parser.parse_args()
     if options.seeds and not options.ygslam:
         parser.error("--ygslam is missing")
+    return options
+
+
+def main():
+    parser = parser_of(__doc__)
+    parser.add_argument("--faults", nargs="+", default=["black"], choices=FAULTS)
+    options = options_of(parser)
     jobs = {(world, fault, sensor, seed, options.seconds, options.size):
             functools.partial(measure, options, world, fault, sensor, seed)
             for seed in range(1, options.seeds + 1) for world in options.worlds

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """How a run in real time comes through when others want the processor: sequences x loads x networks, in rounds.
 
-    .venv/bin/python bench/starved.py RESULTS.jsonl --ygslam build/release/ygslam SEQUENCE ... [--rounds 5]
+    .venv/bin/python bench/starved.py RESULTS.jsonl SEQUENCE ... --ygslam build/release/ygslam [--rounds 5]
     .venv/bin/python bench/starved.py RESULTS.jsonl            # the table of what is there
 
-Loads: quiet; loops, many (three, ten busy loops beside it, on the same two cores); one (a single core). A round has every load
-once, so that what else happens on the machine is shared. A run is a line of RESULTS, and one whose line is there is
+Loads: quiet; loops, many (three, ten busy loops beside it, on the same two cores); one (a single core). A round has
+every load once, so that what else happens on the machine is shared. A run is a line of RESULTS, and one whose line is there is
 not repeated. Late: frames that took over 200 ms; stood: those in which the tracking thread had less than a tenth of
 the time the load would leave it (a quarter of two cores; half of one), so that something else kept it.
 """
@@ -34,7 +34,8 @@ def figures(out, share):
     late = [(wall, cpu) for wall, cpu in took if wall > LATE_MS]
     ages = [int(row["mask_age_frames"]) for row in rows if int(row["mask_age_frames"]) >= 0]
     return {"coverage": metrics["coverage"], "dropped": metrics.get("dropped", 0),
-            "lost": sum(row["state"] == "lost" for row in rows), "ate_mm": 1e3 * metrics["ate"]["rmse"] if "ate" in metrics else float("nan"),
+            "lost": sum(row["state"] == "lost" for row in rows),
+            "ate_mm": 1e3 * metrics["ate"]["rmse"] if "ate" in metrics else float("nan"),
             "late": len(late), "stood": sum(cpu < 0.1 * share * wall for wall, cpu in late),
             "longest_ms": max((wall for wall, _ in took), default=0), "mask_age": statistics.median(ages) if ages else -1,
             "oldest_mask": max(ages, default=-1)}

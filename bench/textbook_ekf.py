@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coasting import FAULTS, FROM_S, error_m, poses_of, spread
+from coasting import FAULTS, FROM_S, error_m, options_of, poses_of, spread
 from matrix import measured, parser_of, print_table
 from nees import covariances, matrices
 
@@ -185,15 +185,7 @@ def table(lines):
 
 
 def main():
-    parser = parser_of(__doc__)
-    parser.add_argument("--worlds", nargs="+", default=["walking_xyz", "walking_halfsphere", "room_walk"])
-    parser.add_argument("--sensors", nargs="+", default=["BMI085"])
-    parser.add_argument("--seconds", type=float, default=5)
-    parser.add_argument("--seeds", type=int, default=0, help="so many of each; 0: the table alone")
-    parser.add_argument("--size", default="320x240")
-    options = parser.parse_args()
-    if options.seeds and not options.ygslam:
-        parser.error("--ygslam is missing")
+    options = options_of(parser_of(__doc__))
     jobs = {(world, sensor, seed, options.seconds, options.size): functools.partial(measure, options, world, sensor, seed)
             for seed in range(1, options.seeds + 1) for world in options.worlds for sensor in options.sensors}
     lines = measured(options.results, key_of, jobs)

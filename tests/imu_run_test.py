@@ -2,8 +2,6 @@
 
     YGSLAM_BINARY=build/release/ygslam YGSLAM_SEQUENCE=FOLDER python tests/imu_run_test.py
 """
-import csv
-import json
 import pathlib
 import shutil
 import tempfile
@@ -27,14 +25,6 @@ class ImuRuns(CliTest):
         cls.recording = pathlib.Path(folder.name) / "covered"
         done = ygslam("simulate", "walking_xyz", "--without", "people", "--out", cls.recording, *RENDER, *DARK)
         assert done.returncode == 0, done.stderr
-
-    def run_on(self, sequence, *options):
-        done = ygslam("run", sequence, "--out", self.folder / "out", "--deterministic", "--segmenter", "none", *options)
-        if done.returncode != 0:
-            return done, {}, []
-        metrics = json.loads((self.folder / "out" / "metrics.json").read_text(encoding="utf-8"))
-        with (self.folder / "out" / "frames.csv").open(encoding="utf-8") as file:
-            return done, metrics, list(csv.DictReader(file))
 
     def test_a_covered_lens_costs_no_pose(self):
         done, metrics, rows = self.run_on(self.recording)

@@ -2,8 +2,6 @@
 
     YGSLAM_BINARY=build/release/ygslam python tests/wheel_run_test.py
 """
-import csv
-import json
 import pathlib
 import shutil
 import tempfile
@@ -28,14 +26,6 @@ class WheelRuns(CliTest):
         cls.bag = pathlib.Path(folder.name) / "covered.mcap"
         done = ygslam("simulate", "robot_rounds", "--out", cls.recording, *RENDER, "--mcap", cls.bag)
         assert done.returncode == 0, done.stderr
-
-    def run_on(self, sequence, *options):
-        done = ygslam("run", sequence, "--out", self.folder / "out", "--deterministic", "--segmenter", "none", *options)
-        if done.returncode != 0:
-            return done, {}, []
-        metrics = json.loads((self.folder / "out" / "metrics.json").read_text(encoding="utf-8"))
-        with (self.folder / "out" / "frames.csv").open(encoding="utf-8") as file:
-            return done, metrics, list(csv.DictReader(file))
 
     def copy(self, name):
         shutil.copytree(self.recording, self.folder / name)

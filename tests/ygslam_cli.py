@@ -3,6 +3,7 @@
 The program is $YGSLAM_BINARY, a small rendered sequence with truth masks $YGSLAM_SEQUENCE; without
 them build/release/ygslam and a sequence rendered into the temporary folder.
 """
+import csv
 import json
 import os
 import pathlib
@@ -84,6 +85,15 @@ class CliTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="yg slam ü ")
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
+
+    def run_on(self, sequence, *options):
+        """Without masks. @return the finished run, metrics.json, frames.csv; the latter two empty if it failed."""
+        done = ygslam("run", sequence, "--out", self.folder / "out", "--deterministic", "--segmenter", "none", *options)
+        if done.returncode != 0:
+            return done, {}, []
+        metrics = json.loads((self.folder / "out" / "metrics.json").read_text(encoding="utf-8"))
+        with (self.folder / "out" / "frames.csv").open(encoding="utf-8") as file:
+            return done, metrics, list(csv.DictReader(file))
 
     def copy_sequence(self, name="sequence", frames=FRAMES):
         """The first frames of the clean sequence, colour, depth, masks and truth."""

@@ -89,7 +89,6 @@ class Eye:
         self.near[-1] = self.what_stands()
         return self.T_floor_camera @ np.linalg.inv(self.T_base_camera)
 
-
     def what_stands(self):
         """At the robot's height within two metres, by the last depth alone, in cells of 10 cm."""
         v, u = np.mgrid[2:self.depth.shape[0]:4, 2:self.depth.shape[1]:4]

@@ -71,6 +71,9 @@ void InertialEstimator::restart(ImuFault fault) {
   window_.reset();
   start_.clear();
   disagreed_.clear();
+  slipped_at_.reset();
+  tied_at_.reset();
+  lasting_.setZero();
   if (fault == ImuFault::kDisagrees || fault == ImuFault::kClock)
     offset_known_ = config_.time_offset_s.has_value();
 }
@@ -116,6 +119,7 @@ void InertialEstimator::process(const Frame& frame) {
     go_on(frame.stamp, frame.found_again ? std::nullopt : seen);
     if (window_ && frame.found_again) window_->place_newest(*seen);
     if (window_ && seen) was_trusted_ = is_trusted();
+    if (seen) lasting_.setZero();
   } else if (seen) {
     if (frame.found_again) start_.clear();
     try_start({frame.stamp, *seen});
@@ -198,9 +202,7 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
       seen ? std::optional(with_unsure_time(*seen, predicted.state, *measured)) : std::nullopt;
   const auto wheels = seen ? std::nullopt : tie_by_wheels(last, predicted, motion);
   if (wheels) tied_at_ = stamp;
-  // The gyroscope knows the turn. What lasts stays until vision is back.
-  if (seen) lasting_.setZero();
-  if (wheels) lasting_ = wheels_->lasting_covariance(stamp, false);
+  if (wheels) lasting_ = wheels_->lasting_covariance(stamp);  // the gyroscope knows the turn
   window_->add({predicted.state, std::move(motion), dated, wheels});
   if (!window_->solve(1)) return restart(ImuFault::kDisagrees);
   window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));

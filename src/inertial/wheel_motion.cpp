@@ -34,7 +34,6 @@ void WheelSum::add(const SE3& T_before_after, double step_s, const WheelErrors& 
   by_scales_.col(1) += turn;
   T_first_base_ = (T_first_base_ * step).normalized();
   way_m_ += way_m;
-  turn_rad_ += turn_rad;
 }
 
 WheelMotion WheelSum::of_camera(const WheelErrors& errors) const {

@@ -28,20 +28,20 @@ struct WheelMotion {
 /// flat, and that a wheel may slide at rest, is in it.
 class WheelSum {
  public:
+  /// @param wheels must outlive it.
   explicit WheelSum(const WheelCalibration& wheels) : wheels_(&wheels) {}
 
   /// @param T_before_after of the base, as told. @param errors as known so far: taken out.
   void add(const SE3& T_before_after, double step_s, const WheelErrors& errors);
   [[nodiscard]] WheelMotion of_camera(const WheelErrors& errors) const;
   [[nodiscard]] double way_m() const { return way_m_; }
-  [[nodiscard]] double turn_rad() const { return turn_rad_; }
 
  private:
   const WheelCalibration* wheels_;
   SE3 T_first_base_;
   Mat6 noise_ = Mat6::Zero();
   Eigen::Matrix<double, 6, 2> by_scales_ = Eigen::Matrix<double, 6, 2>::Zero();
-  double way_m_ = 0, turn_rad_ = 0;
+  double way_m_ = 0;
 };
 
 }  // namespace ygslam

@@ -215,11 +215,11 @@ std::optional<WheelSum> WheelOdometry::since_seen(Timestamp stamp) const {
   return last_seen_ ? summed(last_seen_->stamp, stamp, kMostBeyond_s) : std::nullopt;
 }
 
-Mat6 WheelOdometry::lasting_covariance(Timestamp stamp, bool with_turn) const {
+Mat6 WheelOdometry::lasting_covariance(Timestamp stamp) const {
   const auto sum = since_seen(stamp);
   if (!sum) return Mat6::Zero();
   ByWheelErrors J = sum->of_camera(errors_).by_errors;
-  if (!with_turn) J.col(1).setZero();
+  J.col(1).setZero();
   return J * covariance_ * J.transpose();
 }
 

@@ -45,8 +45,8 @@ class WheelOdometry {
   /// What is known of their errors.
   [[nodiscard]] const WheelErrors& errors() const { return errors_; }
   [[nodiscard]] const WheelErrorMatrix& error_covariance() const { return covariance_; }
-  /// Of the prediction: what comes of errors that last. @param with_turn of the heading, too.
-  [[nodiscard]] Mat6 lasting_covariance(Timestamp stamp, bool with_turn) const;
+  /// Of the prediction: what comes of errors that last, for who knows the heading otherwise.
+  [[nodiscard]] Mat6 lasting_covariance(Timestamp stamp) const;
   [[nodiscard]] int slips() const { return slips_; }
   /// Why they are not used since this was last asked; they come back by themselves.
   [[nodiscard]] WheelFault take_fault() { return std::exchange(fault_, WheelFault::kNone); }

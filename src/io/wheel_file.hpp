@@ -13,8 +13,8 @@
 
 namespace ygslam {
 
-/// Poses of the base in any of the formats of trajectories with stamps. @param name for messages.
-/// @return kInput naming the file: what read_trajectory() refuses, no stamps, and what
+/// Poses of the base in any of the formats of trajectories with stamps.
+/// @return kInput naming the file: what read_trajectory() refuses, no stamps, a folder, and what
 /// wheels_of_poses() refuses.
 [[nodiscard]] Result<std::vector<OdometrySample>> read_wheels(const std::filesystem::path& path);
 

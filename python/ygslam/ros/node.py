@@ -150,8 +150,8 @@ class SlamNode(Node):
         return ygslam.Slam(images.camera, model=self.own["model"], segmenter=self.own["segmenter"], load_map=load_map,
                            localize_only=localize_only, keep_trajectory=False, view=self.own["view"],
                            room_every_s=self.own["map_period_s"], floor=self._floor(load_map),
-                           imu=self._imu.imu(self._camera_frame, self._tree),
-                           wheels=self._wheels.wheels(self._camera_frame, self._tree),
+                           imu=self._imu.placed(self._camera_frame, self._tree),
+                           wheels=self._wheels.placed(self._camera_frame, self._tree),
                            options={"dense.plan_low_m": repr(self.own["map_low_m"]),
                                     "dense.plan_high_m": repr(self.own["map_high_m"]), **self._options})
 

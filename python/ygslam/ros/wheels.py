@@ -8,7 +8,7 @@ import numpy as np
 import ygslam
 
 from . import frames, wire
-from .imu import FROM_TF
+from .placed_sensor import PlacedSensor
 
 
 def pose_of(data: bytes) -> tuple[int, str, tuple[float, ...]]:
@@ -26,34 +26,15 @@ def pose_of(data: bytes) -> tuple[int, str, tuple[float, ...]]:
         raise ValueError("the message ends early") from error
 
 
-class WheelInput:
-    """@param wanted parameter `odom`: empty, a calibration file, or `tf`: usual noise, the camera's place on the frame
-    that moves by /tf_static. @throws ygslam.Error for what the file holds."""
+class WheelInput(PlacedSensor):
+    topic, kind = "odom", ygslam.Wheels
 
-    def __init__(self, wanted: str):
-        self._file = ygslam.Wheels.read(wanted) if wanted and wanted != FROM_TF else None
-        self.is_used, self._by_tf = bool(wanted), wanted == FROM_TF
-        self.frame, self.received = "", 0
-
-    def what_is_missing(self, camera_frame: str, tree) -> str:
-        """Empty if Wheels can be made of what is known."""
-        if not self._by_tf:
-            return ""
-        if not self.frame:
-            return "no message on odom yet"
-        if tree.transform(self.frame, camera_frame) is None:
-            return f"no static transform from {self.frame} to {camera_frame}: publish it, or name a file in odom"
-        return ""
-
-    def wheels(self, camera_frame: str, tree) -> ygslam.Wheels | None:
-        if self._by_tf:
-            return ygslam.Wheels(tree.transform(self.frame, camera_frame))
-        return self._file
+    def frames(self, camera_frame: str) -> tuple[str, str]:
+        return self.frame, camera_frame
 
     def take(self, data: bytes, engine) -> None:
         """@throws ValueError, ygslam.Error for a message that is none."""
         t_ns, frame, pose = pose_of(data)
-        self.frame = self.frame or frame
-        self.received += 1
+        self.note(frame)
         if all(map(math.isfinite, pose)) and np.linalg.norm(pose[3:]) > 0:
             engine.push_odometry(t_ns, frames.matrix(pose[:3], pose[3:]))

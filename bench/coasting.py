@@ -3,10 +3,12 @@
 
     .venv/bin/python bench/coasting.py RESULTS.jsonl --ygslam build/release/ygslam [--worlds walking_xyz ...]
     .venv/bin/python bench/coasting.py RESULTS.jsonl --ygslam ... --worlds robot_rounds --sensors wheels BMI085+wheels
+    .venv/bin/python bench/coasting.py RESULTS.jsonl --ygslam ... --worlds lift_door cover white_wall
     .venv/bin/python bench/coasting.py RESULTS.jsonl            # the table of what is there
 
-Each case is rendered with readings of an inertial sensor (its model), of wheels, or of both; from 10 s on nothing is seen for --seconds, then the
-camera sees again. A run is a line of RESULTS, and one whose line is there is not repeated. Errors are of the
+Each case is rendered with readings of an inertial sensor (its model), of wheels, or of both; from 10 s on nothing is
+seen for --seconds, then the camera sees again. In the worlds of coasting_worlds.py what is seen then tells nothing: no
+fault is added, and they have their own times. A run is a line of RESULTS, and one whose line is there is not repeated. Errors are of the
 position, counted from the last frame before: live, as a robot was told, after 1 s and at the end, and the worst of
 the trajectory that is written at the end. NEES is the squared live error at the end over its variance (3 degrees of
 freedom: 95 % lie below 7.8).
@@ -23,9 +25,11 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from coasting_worlds import NAMES, BlindWorld, blind_world
 from matrix import measured, parser_of, print_table
 
 FROM_S = 10
+KEY = ("world", "fault", "sensor", "seed", "seconds", "size")
 FAULTS = {"black": ["--fault", "both:black@{from_s}s+{seconds}s", "--fault", "depth:empty@{from_s}s+{seconds}s"],
           "white": ["--fault", "both:white@{from_s}s+{seconds}s", "--fault", "depth:empty@{from_s}s+{seconds}s"],
           "off": ["--fault", "both:off@{from_s}s+{seconds}s"]}
@@ -50,18 +54,18 @@ def error_m(truth, estimate, start, stamp):
     return float(np.linalg.norm(ways[0] - ways[1])) if ways[0] is not None and ways[1] is not None else None
 
 
-def figures(sequence, out, seconds):
+def figures(sequence, out, from_s, seconds):
     truth, live, final = (poses_of(path) for path in (sequence / "groundtruth.txt", out / "trajectory_live.txt",
                                                       out / "trajectory.txt"))
     rows = list(csv.DictReader((out / "frames.csv").open()))
     began = float(rows[0]["stamp"])
-    start = max(float(row["stamp"]) for row in rows if float(row["stamp"]) < began + FROM_S - 1e-3)
-    covered = [row for row in rows if start + 1e-3 < float(row["stamp"]) < began + FROM_S + seconds - 1e-3]
-    found = [row for row in rows if float(row["stamp"]) > began + FROM_S + seconds + 1]
+    start = max(float(row["stamp"]) for row in rows if float(row["stamp"]) < began + from_s - 1e-3)
+    covered = [row for row in rows if start + 1e-3 < float(row["stamp"]) < began + from_s + seconds - 1e-3]
+    found = [row for row in rows if float(row["stamp"]) > began + from_s + seconds + 1]
     line = {"coasted": sum(row["state"] == "coasting" for row in covered), "covered": len(covered),
             "lost": sum(row["state"] == "lost" for row in rows),
             "after_lost": sum(row["state"] in ("lost", "coasting") for row in found), "after": len(found)}
-    during = (truth[0] > start - 1e-3) & (truth[0] < began + FROM_S + seconds)
+    during = (truth[0] > start - 1e-3) & (truth[0] < began + from_s + seconds)
     line["path_m"] = float(np.linalg.norm(np.diff(truth[1][during], axis=0), axis=1).sum())
     if covered:
         last = covered[-1]
@@ -83,26 +87,49 @@ def sensor_options(sensor):
     return [*(["--imu", *models] if models else []), *(["--wheels"] if "wheels" in words else [])]
 
 
-def measure(options, world, fault, sensor, seed):
+def case_of(options, world, fault, seed):
+    return blind_world(world, seed) if fault == "none" else BlindWorld("", FROM_S, options.seconds)
+
+
+def fault_options(case, fault):
+    """Of `simulate`."""
+    if fault == "none":
+        return []
+    words = (word.format(from_s=case.from_s, seconds=case.seconds) for word in FAULTS[fault])
+    return ["--seconds", str(case.from_s + case.seconds + 5), *words]
+
+
+def measure(options, key):
+    world, fault, sensor, seed = key[:4]
     with tempfile.TemporaryDirectory(prefix="ygslam-coasting-") as scratch:
         folder, out = Path(scratch) / "sequence", Path(scratch) / "out"
-        times = {"from_s": FROM_S, "seconds": options.seconds}
+        case = case_of(options, world, fault, seed)
+        if case.text:
+            world = Path(scratch) / f"{world}.yaml"
+            world.write_text(case.text, "utf-8")
         render = [options.ygslam, "--quiet", "simulate", world, "--out", str(folder), "--seed", str(seed),
-                  *sensor_options(sensor), "--seconds", str(FROM_S + options.seconds + 5), "--fps", "30", "--size", options.size,
-                  *(word.format(**times) for word in FAULTS[fault])]
+                  *sensor_options(sensor), "--fps", "30", "--size", options.size, *fault_options(case, fault)]
         subprocess.run(render, check=True, stdout=subprocess.DEVNULL)
         run = [options.ygslam, "--quiet", "run", str(folder), "--out", str(out), "--deterministic"]
-        line = {"world": world, "fault": fault, "sensor": sensor, "seed": seed, "seconds": options.seconds,
-                "size": options.size}
+        line = dict(zip(KEY, key))
         for name, more in (("with", []), ("vision", ["--imu", "none", "--odometry", "none"])):
             if subprocess.run([*run, *more], check=False).returncode not in (0, 7):
                 return line | {"error": name}
-            line[name] = figures(folder, out, options.seconds)
+            line[name] = figures(folder, out, case.from_s, case.seconds)
         return line
 
 
 def key_of(line):
-    return (line["world"], line["fault"], line["sensor"], line["seed"], line["seconds"], line["size"])
+    return tuple(line[word] for word in KEY)
+
+
+def keys_of(options):
+    for seed in range(1, options.seeds + 1):
+        for world in options.worlds:
+            for fault in ["none"] if world in NAMES else options.faults:
+                seconds = case_of(options, world, fault, seed).seconds
+                for sensor in options.sensors:
+                    yield (world, fault, sensor, seed, seconds, options.size)
 
 
 def spread(values, scale=1, digits=1):
@@ -145,10 +172,7 @@ def main():
     parser = parser_of(__doc__)
     parser.add_argument("--faults", nargs="+", default=["black"], choices=FAULTS)
     options = options_of(parser)
-    jobs = {(world, fault, sensor, seed, options.seconds, options.size):
-            functools.partial(measure, options, world, fault, sensor, seed)
-            for seed in range(1, options.seeds + 1) for world in options.worlds
-            for fault in options.faults for sensor in options.sensors}
+    jobs = {key: functools.partial(measure, options, key) for key in keys_of(options)}
     lines = measured(options.results, key_of, jobs)
     print_table(["world", "fault", "sensor", "seeds", "lost without", "lost", "path [m]", "after 1 s [mm]",
                  "at the end [mm]", "[% of path]", "NEES below 7.8", "written [mm]", "afterwards [mm]"], table(lines))

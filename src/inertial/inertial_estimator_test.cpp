@@ -208,6 +208,27 @@ TEST(InertialEstimator, GoesOnWhereItIsFoundAgain) {
   EXPECT_LT((*drive.estimator().gravity_odom() - gravity).norm(), 0.3);
 }
 
+// What a weak pose errs by turns gravity along: a second without vision drifts no farther.
+TEST(InertialEstimator, IsTrustedAsBeforeWhereItIsFoundAgainByAWeakPose) {
+  Drive drive({.seed = 4});
+  drive.run(8);
+  drive.run(1, false);
+  drive.advance();
+  VisualPose weak = drive.seen_pose();
+  weak.covariance.diagonal() << Vec3::Constant(0.05 * 0.05), Vec3::Constant(0.03 * 0.03);
+  weak.T_odom_camera = weak.T_odom_camera * SE3(so3_exp({0.03, -0.02, 0.03}), {0.05, 0, -0.05});
+  drive.estimator().add_frame_found_again(drive.now(), weak);
+  EXPECT_TRUE(drive.estimator().is_trusted());
+  const SE3 T_weak_true = weak.T_odom_camera * drive.true_pose().inverse();
+  drive.run(1, false);
+  const auto predicted = drive.estimator().predict(drive.now());
+  ASSERT_TRUE(predicted && predicted->trusted);
+  const SE3 drift = (T_weak_true * drive.true_pose()).inverse() * predicted->T_odom_camera;
+  EXPECT_LT(drift.t().norm(), 0.05);
+  EXPECT_LT(drive.error_of(*predicted).head<3>().norm(),
+            3 * std::sqrt(predicted->covariance.topLeftCorner<3, 3>().trace()));
+}
+
 TEST(InertialEstimator, APoseWithoutAnyErrorIsTakenAsVeryGood) {
   Drive drive({.seed = 2});
   for (int i = 0; i < 60; ++i) {

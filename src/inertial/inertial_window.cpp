@@ -156,10 +156,13 @@ void InertialWindow::place_newest(const SeenPose& pose) {
   J.block<2, 3>(kTilt, kRotation) = to_tilt * skew(g_imu);
   J.block<2, 2>(kTilt, kTilt) = to_tilt * by_tilt_before;
   StateMatrix placed = J * covariance * J.transpose();
-  Mat6 by_pose = Mat6::Zero();  // of rotation and position by the pose's errors
+  // An error of the pose turns velocity and gravity along: which way is down is known no worse.
+  Eigen::Matrix<double, kStateSize, 6> by_pose = Eigen::Matrix<double, kStateSize, 6>::Zero();
   by_pose.block<3, 3>(kRotation, 3).setIdentity();
   by_pose.block<3, 3>(kPosition, 0) = R_after_imu;
-  placed.topLeftCorner<6, 6>() += by_pose * pose.covariance * by_pose.transpose();
+  by_pose.block<3, 3>(kVelocity, 3) = -R_after_imu * skew(v_imu);
+  by_pose.block<2, 3>(kTilt, 3) = -to_tilt * skew(g_imu);
+  placed += by_pose * pose.covariance * by_pose.transpose();
   begin({after, std::nullopt, std::nullopt}, placed.inverse());
   covariance_ = placed;
 }

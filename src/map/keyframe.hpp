@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/ids.hpp"
@@ -26,13 +27,21 @@ struct KeyframeData {
 };
 using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 
+/// How the camera came to a keyframe that nothing known was seen from: as an IMU or wheels say.
+struct KeyframeMotion {
+  KeyframeId from = kNoKeyframe;
+  SE3 T_keyframe_from;
+  Mat6 covariance{};  ///< of exp(error) T_keyframe_from [m, rad], translation first
+};
+
 struct Keyframe {
   KeyframeDataPtr data;
   SE3 T_camera_world;
-  KeyframeId parent = kNoKeyframe;      ///< made before it; if that is culled, its parent
-  std::vector<LandmarkId> landmarks;    ///< per feature, kNoLandmark where none
-  std::vector<float> static_weight;     ///< per feature: how far it may be trusted to stand still
-  std::map<KeyframeId, int> covisible;  ///< landmarks shared with each other keyframe
+  KeyframeId parent = kNoKeyframe;       ///< made before it; if that is culled, its parent
+  std::vector<LandmarkId> landmarks;     ///< per feature, kNoLandmark where none
+  std::vector<float> static_weight;      ///< per feature: how far it may be trusted to stand still
+  std::map<KeyframeId, int> covisible;   ///< landmarks shared with each other keyframe
+  std::optional<KeyframeMotion> motion;  ///< for this run: files do not have it
 
   [[nodiscard]] Vec3 position_world() const { return T_camera_world.inverse().t(); }
 };

@@ -61,6 +61,9 @@ void Map::remove_keyframe(KeyframeId id) {
   const SE3 T_camera_parent = keyframe.T_camera_world * resolved_pose(parent).inverse();
   for (auto& [other_id, other] : keyframes_) {
     if (other.parent == id) other.parent = parent;
+    if (!other.motion || other.motion->from != id) continue;
+    other.motion->from = parent;
+    other.motion->T_keyframe_from = other.motion->T_keyframe_from * T_camera_parent;
   }
   // No way through removed parents grows longer with every generation.
   for (RemovedKeyframe& child : removed_keyframes_) {
@@ -104,6 +107,13 @@ const Keyframe& Map::keyframe(KeyframeId id) const {
 void Map::set_pose(KeyframeId id, const SE3& T_camera_world) {
   keyframes_.at(id).T_camera_world = T_camera_world;
   ++version_;
+}
+
+void Map::set_motion(KeyframeId id, const KeyframeMotion& motion) {
+  const KeyframeId from = motion.from == kNoKeyframe ? origin_ : nearest_kept(motion.from);
+  CHECK(index(from) < index(id), "the camera came from an older keyframe");
+  const SE3 T_gone_from = resolved_pose(motion.from) * resolved_pose(from).inverse();
+  keyframes_.at(id).motion = {from, motion.T_keyframe_from * T_gone_from, motion.covariance};
 }
 
 void Map::set_static_weight(KeyframeId id, std::vector<float> weight) {

@@ -46,6 +46,8 @@ class Map {
   [[nodiscard]] const Keyframe& keyframe(KeyframeId id) const;
   void set_pose(KeyframeId id, const SE3& T_camera_world);
   void set_static_weight(KeyframeId id, std::vector<float> weight);
+  /// @param motion from a keyframe that was made before, and may have been removed.
+  void set_motion(KeyframeId id, const KeyframeMotion& motion);
   /// What was seen stays, where it was seen is known better. @param data of as many features.
   void set_data(KeyframeId id, KeyframeDataPtr data);
   [[nodiscard]] const std::map<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }

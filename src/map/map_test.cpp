@@ -272,6 +272,39 @@ TEST(Map, ASubmapHasARootOfItsOwnUntilItIsJoined) {
   EXPECT_EQ(map.main_root(), first);
 }
 
+TEST(Map, AMotionBeginsAtAKeyframeThatIsThere) {
+  Rng rng(8);
+  Map map({8, 1.2});
+  const auto pose = [&]() -> SE3 {
+    Vec6 twist;
+    for (int i = 0; i < 6; ++i) twist[i] = rng.uniform(-1, 1);
+    return SE3::exp(twist);
+  };
+  for (std::uint32_t id = 0; id < 4; ++id)
+    map.add_keyframe(bare_keyframe(id), pose(), id ? KeyframeId{id - 1} : kNoKeyframe, {});
+  const auto motion_to = [&](std::uint32_t from, std::uint32_t to) -> KeyframeMotion {
+    return {KeyframeId{from},
+            map.resolved_pose(KeyframeId{to}) * map.resolved_pose(KeyframeId{from}).inverse(),
+            Mat6::Identity()};
+  };
+  const auto expect_motion = [&](std::uint32_t from, std::uint32_t to) {
+    const auto& motion = map.keyframe(KeyframeId{to}).motion;
+    ASSERT_TRUE(motion);
+    EXPECT_EQ(motion->from, KeyframeId{from});
+    EXPECT_LT(
+        (motion->T_keyframe_from * motion_to(from, to).T_keyframe_from.inverse()).log().norm(),
+        1e-6);
+  };
+  map.set_motion(KeyframeId{3}, motion_to(2, 3));
+  expect_motion(2, 3);
+  map.remove_keyframe(KeyframeId{2});
+  expect_motion(1, 3);
+  map.set_motion(KeyframeId{3}, motion_to(2, 3));  // that went before the tracker heard of it
+  expect_motion(1, 3);
+  map.set_motion(KeyframeId{1}, {kNoKeyframe, motion_to(0, 1).T_keyframe_from, Mat6::Identity()});
+  expect_motion(0, 1);
+}
+
 TEST(Map, ThousandsOfRemovedKeyframesKeepTheirPlaceAndCostLittle) {
   constexpr std::uint32_t kGenerations = 5000;
   constexpr std::size_t kStay = 10;

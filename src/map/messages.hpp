@@ -36,6 +36,8 @@ struct KeyframeCandidate {
   /// The camera was lost and its pose is a guess: a submap begins. So far it can have come since it
   /// was last known; 0: the place is known by appearance alone.
   std::optional<double> submap_reach_m{};
+  /// Since vision was last there, where the pose is not its.
+  std::optional<KeyframeMotion> motion{};
 };
 
 }  // namespace ygslam

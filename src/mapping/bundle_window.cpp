@@ -24,6 +24,19 @@ std::vector<KeyframeId> other_observers(const Map& map, const std::vector<Landma
   return ids;
 }
 
+/// A keyframe that nothing known was seen from shares no landmark with where its motion began.
+void add_starts_of_motions(const Map& map, std::vector<KeyframeId>& keyframes) {
+  std::vector<KeyframeId> starts;
+  for (const KeyframeId id : keyframes) {
+    const auto& motion = map.keyframe(id).motion;
+    if (motion && std::ranges::find(keyframes, motion->from) == keyframes.end())
+      starts.push_back(motion->from);
+  }
+  std::ranges::sort(starts);
+  const auto copies = std::ranges::unique(starts);
+  keyframes.insert(keyframes.end(), starts.begin(), copies.begin());
+}
+
 /// Poses, points and observations of the window's keyframes, of which the first are free.
 void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_count,
                    BundleWindow& window) {
@@ -34,6 +47,12 @@ void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_co
     const bool fixed = i >= free_count || keyframe.parent == kNoKeyframe;
     window.problem.poses.push_back({keyframe.T_camera_world * T_world_local, fixed});
     pose_of[window.keyframes[i]] = i;
+  }
+  for (const auto& [id, to] : pose_of) {
+    const auto& motion = map.keyframe(id).motion;
+    if (motion && pose_of.contains(motion->from))
+      window.problem.motions.push_back(
+          {pose_of.at(motion->from), to, motion->T_keyframe_from, motion->covariance.inverse()});
   }
   // Something must hold the gauge.
   const auto& poses = window.problem.poses;
@@ -71,6 +90,7 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
        other_observers(map, window.landmarks, window.keyframes, config.fixed_keyframes)) {
     window.keyframes.push_back(id);
   }
+  add_starts_of_motions(map, window.keyframes);
   state_problem(map, noise, free_count, window);
   return window;
 }

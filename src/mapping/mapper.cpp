@@ -67,6 +67,7 @@ KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
     T_camera_world = T_camera_world * map_.resolved_pose(candidate.pose.reference);
   map_.add_keyframe(std::move(data), T_camera_world.normalized(), parent_of(candidate),
                     candidate.static_weight);
+  if (candidate.motion) map_.set_motion(id, *candidate.motion);
   newest_ = id;
   look_around(id);
   associate(candidate, id);

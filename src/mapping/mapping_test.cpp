@@ -133,6 +133,38 @@ TEST(BundleWindow, HoldsFreeKeyframesFixedOnesAndAllTheirObservations) {
   EXPECT_EQ(window.problem.observations.size(), observations);
 }
 
+// Led by an IMU along a bare wall, a keyframe shares a few wrong matches with older ones, which
+// agree on a place 0.2 m aside.
+TEST(BundleWindow, AMotionHoldsAKeyframeAgainstAFewWrongMatches) {
+  const auto pulled_m = [](bool has_motion) {
+    World world(400, 9);
+    auto truth = map_test::true_map(world, 4, {.noise_px = 0.3});
+    Map& map = truth.map;
+    const SE3 aside(Mat3::Identity(), {0.2, 0, 0});
+    const SE3 T_true_world = SE3(Mat3::Identity(), {0.05, 0, 0.1}) * World::pose(3);
+    map_test::SeenFrame seen = world.see(aside * T_true_world, 100);
+    seen.T_camera_world = T_true_world;
+    const KeyframeId id = map_test::add_keyframe(map, seen, KeyframeId{3});
+    int matches = 0;
+    for (std::uint32_t k = 0; k < seen.point.size() && matches < 12; ++k) {
+      const LandmarkId landmark = truth.landmark[seen.point[k]];
+      if (landmark != kNoLandmark && map.add_observation(landmark, id, k)) ++matches;
+    }
+    const SE3 T_world_first = map.keyframe(KeyframeId{0}).T_camera_world.inverse();
+    if (has_motion)
+      map.set_motion(id, {KeyframeId{0}, T_true_world * T_world_first, 1e-4 * Mat6::Identity()});
+    BundleWindowConfig few;
+    few.free_keyframes = 2;
+    few.fixed_keyframes = 1;  // where the motion began is not among them
+    const BundleWindow window = make_bundle_window(map, id, {}, few);
+    EXPECT_EQ(window.problem.motions.size(), has_motion ? 1U : 0U);
+    apply_bundle(map, window, adjust_bundle(world.camera(), window.problem, {}));
+    return (map.keyframe(id).T_camera_world * T_true_world.inverse()).t().norm();
+  };
+  EXPECT_GT(pulled_m(false), 0.15);
+  EXPECT_LT(pulled_m(true), 0.02);
+}
+
 TEST(BundleWindow, AWrongMatchLosesItsObservationAndNotTheMap) {
   World world(400, 6);
   auto truth = map_test::true_map(world, 5, {.noise_px = 0.3});

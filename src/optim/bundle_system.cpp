@@ -116,14 +116,26 @@ double bundle_cost(const std::vector<BundleTerm>& terms, const BundleState& stat
   return cost;
 }
 
+double motion_cost(std::span<const PoseGraphEdge> motions, const BundleState& state) {
+  double cost = 0;
+  for (const PoseGraphEdge& motion : motions) {
+    const Vec6 e = pose_graph_residual(motion, state.T_camera_world[motion.from],
+                                       state.T_camera_world[motion.to]);
+    cost += 0.5 * e.dot(motion.information * e);
+  }
+  return cost;
+}
+
 BundleSystem::BundleSystem(const std::vector<BundleTerm>& terms,
+                           std::span<const PoseGraphEdge> motions,
                            const std::vector<std::uint8_t>& pose_is_fixed,
                            const std::atomic<bool>* abort)
-    : terms_(terms), abort_(abort) {
+    : terms_(terms), motions_(motions), abort_(abort) {
   if (is_stopped(abort_)) return;
   choose_unknowns(pose_is_fixed);
   reduced_.reset(static_cast<int>(pose_of_slot_.size()));
   list_pairs();
+  list_motion_pairs();
   if (is_stopped(abort_)) return;
   reduced_.freeze();
   linearized_.resize(kept_.size());
@@ -136,6 +148,10 @@ BundleSystem::BundleSystem(const std::vector<BundleTerm>& terms,
 void BundleSystem::choose_unknowns(const std::vector<std::uint8_t>& pose_is_fixed) {
   std::vector<int> residuals(pose_is_fixed.size(), 0);
   for (const BundleTerm& t : terms_) residuals[t.pose] += residual_count(t);
+  for (const PoseGraphEdge& motion : motions_) {
+    residuals[motion.from] += 6;
+    residuals[motion.to] += 6;
+  }
   slot_of_pose_.assign(pose_is_fixed.size(), -1);
   for (std::uint32_t i = 0; i < pose_is_fixed.size(); ++i) {
     if (pose_is_fixed[i] || residuals[i] < kLeastPoseResiduals) continue;
@@ -173,6 +189,44 @@ void BundleSystem::list_pairs() {
   eliminated_.assign(longest, Elimination::Zero());
 }
 
+void BundleSystem::list_motion_pairs() {
+  for (const PoseGraphEdge& motion : motions_) {
+    const std::int32_t a = slot_of_pose_[motion.from], b = slot_of_pose_[motion.to];
+    coupling_of_motion_.push_back(-1);
+    if (a < 0 || b < 0) continue;
+    coupling_of_motion_.back() = static_cast<std::int32_t>(couplings_.size());
+    couplings_.push_back({reduced_.add_pair(static_cast<std::uint32_t>(std::min(a, b)),
+                                            static_cast<std::uint32_t>(std::max(a, b)))});
+  }
+}
+
+void BundleSystem::linearize_motions(const BundleState& state) {
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    const PoseGraphEdge& motion = motions_[i];
+    const SE3& T_from = state.T_camera_world[motion.from];
+    const SE3& T_to = state.T_camera_world[motion.to];
+    const Vec6 e = pose_graph_residual(motion, T_from, T_to);
+    const PoseGraphJacobians J = pose_graph_jacobians(e, T_from, T_to);
+    const Mat6 WJ_from = motion.information * J.from, WJ_to = motion.information * J.to;
+    const std::int32_t from = slot_of_pose_[motion.from], to = slot_of_pose_[motion.to];
+    if (from >= 0) {
+      H_pose_[from].noalias() += J.from.transpose() * WJ_from;
+      g_pose_[from].noalias() += WJ_from.transpose() * e;
+    }
+    if (to >= 0) {
+      H_pose_[to].noalias() += J.to.transpose() * WJ_to;
+      g_pose_[to].noalias() += WJ_to.transpose() * e;
+    }
+    if (coupling_of_motion_[i] < 0) continue;
+    Mat6& H = couplings_[coupling_of_motion_[i]].H;
+    if (from < to) {
+      H.noalias() = J.from.transpose() * WJ_to;
+    } else {
+      H.noalias() = J.to.transpose() * WJ_from;
+    }
+  }
+}
+
 void BundleSystem::linearize(const BundleState& state, const ResidualKernels& kernels) {
   std::fill(H_pose_.begin(), H_pose_.end(), Mat6::Zero());
   std::fill(g_pose_.begin(), g_pose_.end(), Vec6::Zero());
@@ -199,6 +253,7 @@ void BundleSystem::linearize(const BundleState& state, const ResidualKernels& ke
       if (slot >= 0) add_pose_terms(n, p_cam, H_pose_[slot], g_pose_[slot]);
     }
   }
+  linearize_motions(state);
 }
 
 void BundleSystem::start_reduced(double lambda) {
@@ -209,6 +264,8 @@ void BundleSystem::start_reduced(double lambda) {
     for (int k = 0; k < 6; ++k) block(k, k) = damped(block(k, k), lambda);
     pose_step_.segment<6>(6 * i) = -g_pose_[i];
   }
+  for (const Coupling& coupling : couplings_)
+    reduced_.block(coupling.block).topRows<6>() += coupling.H;
 }
 
 bool BundleSystem::eliminate(Point& point, double lambda) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <span>
 
 #include "optim/local_bundle.hpp"
 #include "optim/pose_block_system.hpp"
@@ -33,15 +34,18 @@ void drop_undetermined_points(std::vector<BundleTerm>& terms, std::size_t points
 /// 1/2 sum of weighted, robustified squared residuals of the parts in use.
 [[nodiscard]] double bundle_cost(const std::vector<BundleTerm>& terms, const BundleState& state,
                                  const ResidualKernels& kernels);
+/// The same of motions, without kernels.
+[[nodiscard]] double motion_cost(std::span<const PoseGraphEdge> motions, const BundleState& state);
 
 class BundleSystem {
  public:
   /// Sets out the system for those parts of `terms` that are in use; the points they see and the
-  /// poses with at least six residuals are unknowns. `terms` must outlive it and
+  /// poses with at least six residuals are unknowns. `terms` and `motions` must outlive it and
   /// stay as they are.
   /// @param abort where given, looked at for every point and in every column of the factorisation;
   /// once set, nothing that was computed is of use.
-  BundleSystem(const std::vector<BundleTerm>& terms, const std::vector<std::uint8_t>& pose_is_fixed,
+  BundleSystem(const std::vector<BundleTerm>& terms, std::span<const PoseGraphEdge> motions,
+               const std::vector<std::uint8_t>& pose_is_fixed,
                const std::atomic<bool>* abort = nullptr);
 
   [[nodiscard]] bool has_unknowns() const { return !points_.empty() || reduced_.poses() > 0; }
@@ -77,12 +81,21 @@ class BundleSystem {
 
   void choose_unknowns(const std::vector<std::uint8_t>& pose_is_fixed);
   void list_pairs();
+  void list_motion_pairs();
+  void linearize_motions(const BundleState& state);
   void eliminate_pairs(const Point& point);
   void start_reduced(double lambda);
   [[nodiscard]] bool eliminate(Point& point, double lambda);
   void back_substitute();
 
+  /// What a motion couples: its block of the reduced system.
+  struct Coupling {
+    std::uint32_t block;
+    Mat6 H = Mat6::Zero();  // of the upper triangle
+  };
+
   const std::vector<BundleTerm>& terms_;
+  std::span<const PoseGraphEdge> motions_;
   const std::atomic<bool>* abort_;
   std::vector<std::int32_t> slot_of_pose_;
   std::vector<std::uint32_t> pose_of_slot_;
@@ -94,6 +107,8 @@ class BundleSystem {
   std::vector<Mat43> R_transposed_;      // per pose
   std::vector<Mat6> H_pose_;             // per slot, lower triangle
   std::vector<Vec6> g_pose_;
+  std::vector<std::int32_t> coupling_of_motion_;  // -1 where an end is not free
+  std::vector<Coupling> couplings_;
   PoseBlockSystem reduced_;
   Eigen::VectorXd pose_step_;
 };

@@ -18,10 +18,18 @@ bool is_valid(const BundleProblem& problem) {
   for (const BundleObservation& o : problem.observations) {
     CHECK(o.pose < problem.poses.size() && o.point < problem.points_world.size());
   }
+  for (const PoseGraphEdge& motion : problem.motions) {
+    CHECK(motion.from < problem.poses.size() && motion.to < problem.poses.size() &&
+          motion.from != motion.to);
+  }
   return std::ranges::all_of(problem.poses,
                              [](const auto& p) { return p.T_camera_world.is_finite(); }) &&
          std::ranges::all_of(problem.points_world, [](const Vec3& p) { return p.allFinite(); }) &&
-         std::ranges::all_of(problem.observations, [](const auto& o) { return is_usable(o.seen); });
+         std::ranges::all_of(problem.observations,
+                             [](const auto& o) { return is_usable(o.seen); }) &&
+         std::ranges::all_of(problem.motions, [](const auto& motion) {
+           return motion.T_to_from.is_finite() && motion.information.allFinite();
+         });
 }
 
 std::vector<std::uint8_t> fixed_poses(const BundleProblem& problem) {
@@ -40,7 +48,8 @@ class BundleAdjuster {
         huber_{{.delta = std::sqrt(config.chi2_pixel)}, {.delta = std::sqrt(config.chi2_depth)}},
         last_(huber_),
         fixed_(fixed_poses(problem)),
-        terms_(sorted_terms(camera, problem)) {
+        terms_(sorted_terms(camera, problem)),
+        motions_(problem.motions) {
     for (const BundlePose& pose : problem.poses)
       state_.T_camera_world.push_back(pose.T_camera_world);
     state_.points_world = problem.points_world;
@@ -52,7 +61,7 @@ class BundleAdjuster {
   /// @return false if the result is not to be used.
   bool run(BundleResult& result) {
     use_all();
-    result.initial_cost = bundle_cost(terms_, state_, last_);
+    result.initial_cost = cost_of(state_, last_);
     if (!std::isfinite(result.initial_cost)) return false;
     best_ = state_;
     best_cost_ = result.initial_cost;
@@ -74,9 +83,13 @@ class BundleAdjuster {
   }
 
  private:
+  [[nodiscard]] double cost_of(const BundleState& state, const ResidualKernels& kernels) const {
+    return bundle_cost(terms_, state, kernels) + motion_cost(motions_, state);
+  }
+
   void keep_best() {
     use_all();
-    const double cost = bundle_cost(terms_, state_, last_);
+    const double cost = cost_of(state_, last_);
     if (!(cost <= best_cost_)) return;
     best_ = state_;
     best_cost_ = cost;
@@ -121,8 +134,8 @@ class BundleAdjuster {
   // Levenberg-Marquardt with Marquardt's scaling.
   // @return false if the equations were never solvable.
   bool minimise(int iterations, const ResidualKernels& kernels) {
-    double cost = bundle_cost(terms_, state_, kernels);
-    BundleSystem system(terms_, fixed_, abort_);
+    double cost = cost_of(state_, kernels);
+    BundleSystem system(terms_, motions_, fixed_, abort_);
     if (is_aborted() || !system.has_unknowns()) return true;
     double lambda = kFirstLambda;
     bool is_linearized = false;
@@ -134,7 +147,7 @@ class BundleAdjuster {
       const bool solved = system.solve(lambda);
       was_solved |= solved;
       if (solved) system.apply_step(state_, trial_);
-      const double trial_cost = solved ? bundle_cost(terms_, trial_, kernels) : HUGE_VAL;
+      const double trial_cost = solved ? cost_of(trial_, kernels) : HUGE_VAL;
       if (!(trial_cost <= cost)) {
         if (solved && std::abs(trial_cost - cost) < 1e-12 * cost)
           break;  // rounding: at the optimum
@@ -156,6 +169,7 @@ class BundleAdjuster {
   ResidualKernels huber_, last_;
   std::vector<std::uint8_t> fixed_;
   std::vector<BundleTerm> terms_;
+  const std::vector<PoseGraphEdge>& motions_;
   BundleState state_, trial_, best_;
   double best_cost_ = 0;
   int iterations_ = 0;

@@ -7,8 +7,6 @@ namespace ygslam {
 
 /// Stands for no knowledge at all, as m2 and rad2.
 inline constexpr double kUnknownVariance = 1e6;
-/// While a pose is weak its few points may agree by chance: the noise model knows nothing of that.
-inline constexpr double kWeakStdFactor = 3;
 
 [[nodiscard]] inline Mat6 with_doubt(Mat6 covariance, const Doubt& doubt) {
   if (covariance(0, 0) >= kUnknownVariance) return covariance;

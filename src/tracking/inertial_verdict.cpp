@@ -12,12 +12,15 @@ constexpr double kLongestCoast_s = 8, kMostStd_m = 0.4;
 constexpr double kAgrees = 4 * 22.5;
 constexpr double kMapStd_m = 0.005, kMapStd_rad = 0.003;  // of the map between two places
 
-/// @param error of T_odom_camera exp(error).
-bool is_expected(const InertialPrediction& inertial, const Vec6& error) {
-  Mat6 covariance = inertial.covariance;
+Mat6 with_map_error(Mat6 covariance) {
   covariance.diagonal().head<3>().array() += kMapStd_m * kMapStd_m;
   covariance.diagonal().tail<3>().array() += kMapStd_rad * kMapStd_rad;
-  return error.dot(covariance.ldlt().solve(error)) < kAgrees;
+  return covariance;
+}
+
+/// @param error of T_odom_camera exp(error).
+bool is_expected(const InertialPrediction& inertial, const Vec6& error) {
+  return error.dot(with_map_error(inertial.covariance).ldlt().solve(error)) < kAgrees;
 }
 
 }  // namespace
@@ -37,7 +40,14 @@ InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,
   if (!inertial) return {};
   return {
       inertial->trusted,
-      T_camera_world && is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log())};
+      T_camera_world && is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log()),
+      position_std_m(*inertial)};
+}
+
+KeyframeMotion motion_by(const InertialPrediction& inertial, const SE3& T_now_last,
+                         const KeyframeRelativePose& last) {
+  return {last.reference, T_now_last * last.T_camera_reference,
+          with_map_error(inertial.covariance)};
 }
 
 }  // namespace ygslam

@@ -4,12 +4,14 @@
 #include <optional>
 
 #include "inertial/inertial_prediction.hpp"
+#include "map/messages.hpp"
 
 namespace ygslam {
 
 struct InertialVerdict {
-  bool may_coast = false;  ///< the prediction may stand for a pose
-  bool agrees = false;     ///< the pose that was found lies where it was predicted
+  bool may_coast = false;     ///< the prediction may stand for a pose
+  bool agrees = false;        ///< the pose that was found lies where it was predicted
+  double position_std_m = 0;  ///< of the prediction
 };
 
 /// Of all three axes together.
@@ -24,5 +26,9 @@ struct InertialVerdict {
 [[nodiscard]] InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,
                                          const std::optional<SE3>& T_camera_world,
                                          const SE3& T_guess_world);
+
+/// Of a keyframe here. @param T_now_last, last the motion since the last frame with a pose, and it.
+[[nodiscard]] KeyframeMotion motion_by(const InertialPrediction& inertial, const SE3& T_now_last,
+                                       const KeyframeRelativePose& last);
 
 }  // namespace ygslam

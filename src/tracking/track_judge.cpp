@@ -29,7 +29,11 @@ const char* to_string(TrackState state) {
 TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const PoseJump& jump,
                                   const InertialVerdict& inertial) {
   const TrackState by_vision = judge(pose, jump, inertial.agrees);
-  const bool coasts = by_vision == TrackState::kLost && inertial.may_coast;
+  // On a white wall a few points by chance say less than what has led the camera so far.
+  const bool knows_less = by_vision == TrackState::kWeak && state_ == TrackState::kCoasting &&
+                          kWeakStdFactor * pose->position_std_m > inertial.position_std_m;
+  const bool coasts = inertial.may_coast && (by_vision == TrackState::kLost || knows_less);
+  if (coasts) weak_frames_ = 0;
   state_ = coasts ? TrackState::kCoasting : by_vision;
   return state_;
 }

@@ -16,6 +16,9 @@ enum class TrackState : std::uint8_t {
   kLost,
   kCoasting,  ///< nothing is seen that tells a pose: an IMU or wheels do, for some seconds
 };
+/// A weak pose is so many times less certain than its covariance says: its few points may agree by
+/// chance, which the noise model knows nothing of.
+inline constexpr double kWeakStdFactor = 3;
 [[nodiscard]] const char* to_string(TrackState state);
 [[nodiscard]] inline bool is_seen(TrackState state) {
   return state == TrackState::kTracking || state == TrackState::kWeak;

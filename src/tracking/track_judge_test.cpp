@@ -152,6 +152,19 @@ TEST(TrackJudge, APlaceThatAnImuPredictedNeedsNoProof) {
   EXPECT_EQ(elsewhere.next_state(pose_of(kMany), {}, kCarries), kTracking);
 }
 
+// A white wall: a few points agree by chance, while the IMU knows to a centimetre.
+TEST(TrackJudge, AWeakPoseThatKnowsLessThanAnImuEndsNoCoasting) {
+  constexpr InertialVerdict kCarries{true, false, 0.01};
+  auto weak = pose_of(kFew);
+  weak->position_std_m = 0.02;
+  TrackJudge judge = tracking();
+  EXPECT_EQ(judge.next_state(weak, {}, {true, true, 0.01}), kWeak) << "vision goes on";
+  static_cast<void>(judge.next_state(std::nullopt, {}, kCarries));
+  for (int i = 0; i < 2 * kLimits.weak_frames_until_lost; ++i)
+    ASSERT_EQ(judge.next_state(weak, {}, {true, true, 0.05}), kCoasting);
+  EXPECT_EQ(judge.next_state(weak, {}, {true, true, 0.07}), kWeak) << "by now it knows more";
+}
+
 TEST(TrackJudge, AWeakPoseMayJumpToWhereAnImuPredictedIt) {
   const PoseJump far{2 * kLimits.max_jump_m, 0, 0.03};
   EXPECT_EQ(tracking().next_state(pose_of(kFew), far), kLost);

@@ -224,10 +224,14 @@ std::optional<KeyframeCandidate> Tracker::map_on(FrameFeatures seen, bool too_fe
   judge_.start();
   coasting_.forget();
   localization_.doubt(seen.frame->id);
+  const KeyframeMotion motion =
+      motion_by(*guess.inertial, guess.T_guess_world * guess.T_last_world.inverse(), last_->pose);
   last_ = without_landmarks(corrected(std::move(seen), guess.inertial->body_velocity),
                             relative_to_keyframe(guess.T_guess_world, *view), view,
                             localization_.T_odom_camera());
-  return keyframes_.make(*last_, view->map_version);
+  KeyframeCandidate candidate = keyframes_.make(*last_, view->map_version);
+  candidate.motion = motion;
+  return candidate;
 }
 
 TrackResult Tracker::stay_lost(ObservedFrame now, const LocalViewPtr& view, const SE3& T_last_world,

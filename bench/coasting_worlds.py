@@ -55,11 +55,11 @@ def blind_world(name, seed):
     if name == "lift_door":
         text = LIFT_DOOR.format(x=rng.uniform(-0.15, 0.15), walls=rng.randrange(4), panels=rng.randrange(4),
                                 shut=rng.uniform(10.6, 11.4))
-        return BlindWorld(text, 10, 5)
+        return BlindWorld(text, 10, 4.2)
     if name == "cover":
         side = rng.choice([-2.5, 2.5])
         text = COVER.format(variant=rng.randrange(4), width=rng.uniform(1.0, 1.4), side=side, far=-side,
                             x=rng.uniform(-0.05, 0.05))
-        return BlindWorld(text, 10, 5)
+        return BlindWorld(text, 10, 4.5)
     text = WHITE_WALL.format(x=rng.uniform(-0.2, 0.2), variant=rng.randrange(8), poster=rng.randrange(1, 9))
     return BlindWorld(text, 8.5, 6.5)

@@ -8,20 +8,23 @@
 namespace ygslam {
 namespace {
 
-/// Standard deviations that a pose has at the least: what it errs by that its points do not show,
-/// where the map is bent. That lasts for a second or two.
-struct LeastStd {
-  double m, rad;
+/// What a pose errs by that its points do not show, where the map is bent: that lasts for a second
+/// or two. Where little is seen their errors last for a third of a second, too.
+struct LastingError {
+  double m, rad;      ///< standard deviations that a pose has at the least
+  double factor = 1;  ///< of those that its points show
 };
-constexpr LeastStd kOfSingleFrames{0.004, 0.0115};  // as noise of each (docs/inertial.md)
-constexpr LeastStd kOfLongerWays{0.002, 0.003};     // half a second apart
+// As noise of each frame (docs/inertial.md; bench/coasting.py, white_wall), and half a second
+// apart.
+constexpr LastingError kOfSingleFrames{0.004, 0.0115, 3};
+constexpr LastingError kOfLongerWays{0.002, 0.003};
 
-VisualPose visual_pose(const TrackResult& result, const LeastStd& least) {
-  const double factor = result.state == TrackState::kWeak ? kWeakStdFactor : 1;
+VisualPose visual_pose(const TrackResult& result, const LastingError& lasting) {
+  const double factor = lasting.factor * (result.state == TrackState::kWeak ? kWeakStdFactor : 1);
   // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
   Mat6 covariance = factor * factor * result.covariance.value_or(Mat6::Zero());
-  covariance.diagonal().head<3>().array() += least.m * least.m;
-  covariance.diagonal().tail<3>().array() += least.rad * least.rad;
+  covariance.diagonal().head<3>().array() += lasting.m * lasting.m;
+  covariance.diagonal().tail<3>().array() += lasting.rad * lasting.rad;
   return {result.T_odom_camera, covariance};
 }
 
@@ -79,8 +82,8 @@ void InertialStage::take(Timestamp stamp, const TrackResult& result) {
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
   const bool found_again = has_pose && !had_pose_;
   had_pose_ = has_pose;
-  const auto pose_with = [&](const LeastStd& least) {
-    return has_pose ? std::optional(visual_pose(result, least)) : std::nullopt;
+  const auto pose_with = [&](const LastingError& lasting) {
+    return has_pose ? std::optional(visual_pose(result, lasting)) : std::nullopt;
   };
   if (wheels_) {
     hand_over(*wheels_, stamp, pose_with(kOfLongerWays), found_again);

@@ -30,8 +30,9 @@ TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const P
                                   const InertialVerdict& inertial) {
   const TrackState by_vision = judge(pose, jump, inertial.agrees);
   // On a white wall a few points by chance say less than what has led the camera so far.
-  const bool knows_less = by_vision == TrackState::kWeak && state_ == TrackState::kCoasting &&
-                          kWeakStdFactor * pose->position_std_m > inertial.position_std_m;
+  const double factor = by_vision == TrackState::kWeak ? kWeakStdFactor : 1;
+  const bool knows_less = state_ == TrackState::kCoasting && by_vision != TrackState::kLost &&
+                          factor * pose->position_std_m > inertial.position_std_m;
   const bool coasts = inertial.may_coast && (by_vision == TrackState::kLost || knows_less);
   if (coasts) weak_frames_ = 0;
   state_ = coasts ? TrackState::kCoasting : by_vision;

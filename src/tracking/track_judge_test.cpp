@@ -133,7 +133,7 @@ TEST(TrackJudge, StatesHaveNames) {
 }
 
 TEST(TrackJudge, AnImuCarriesOnAlsoWhereItsReadingsCameLate) {
-  constexpr InertialVerdict kCarries{true, false}, kExpected{true, true};
+  constexpr InertialVerdict kCarries{true, false, 0.01}, kExpected{true, true, 0.01};
   TrackJudge judge = tracking();
   EXPECT_EQ(judge.next_state(std::nullopt, {}, kCarries), kCoasting);
   EXPECT_EQ(judge.next_state(pose_of(5), {}, kExpected), kCoasting);
@@ -143,17 +143,17 @@ TEST(TrackJudge, AnImuCarriesOnAlsoWhereItsReadingsCameLate) {
 }
 
 TEST(TrackJudge, APlaceThatAnImuPredictedNeedsNoProof) {
-  constexpr InertialVerdict kCarries{true, false}, kExpected{true, true};
+  constexpr InertialVerdict kCarries{true, false, 0.01}, kExpected{true, true, 0.01};
   TrackJudge expected = tracking(), elsewhere = tracking();
   static_cast<void>(expected.next_state(std::nullopt, {}, kCarries));
   static_cast<void>(elsewhere.next_state(std::nullopt, {}, kCarries));
   EXPECT_EQ(expected.next_state(pose_of(kMiddling), {}, kExpected), kTracking);
   EXPECT_EQ(elsewhere.next_state(pose_of(kMiddling), {}, kCarries), kCoasting);
-  EXPECT_EQ(elsewhere.next_state(pose_of(kMany), {}, kCarries), kTracking);
+  EXPECT_EQ(elsewhere.next_state(pose_of(kMany), {}, {true, false, 0.01}), kTracking);
 }
 
 // A white wall: a few points agree by chance, while the IMU knows to a centimetre.
-TEST(TrackJudge, AWeakPoseThatKnowsLessThanAnImuEndsNoCoasting) {
+TEST(TrackJudge, APoseThatKnowsLessThanAnImuEndsNoCoasting) {
   constexpr InertialVerdict kCarries{true, false, 0.01};
   auto weak = pose_of(kFew);
   weak->position_std_m = 0.02;
@@ -162,6 +162,9 @@ TEST(TrackJudge, AWeakPoseThatKnowsLessThanAnImuEndsNoCoasting) {
   static_cast<void>(judge.next_state(std::nullopt, {}, kCarries));
   for (int i = 0; i < 2 * kLimits.weak_frames_until_lost; ++i)
     ASSERT_EQ(judge.next_state(weak, {}, {true, true, 0.05}), kCoasting);
+  auto many = pose_of(kMany);
+  many->position_std_m = 0.02;
+  EXPECT_EQ(judge.next_state(many, {}, {true, true, 0.01}), kCoasting) << "as do many";
   EXPECT_EQ(judge.next_state(weak, {}, {true, true, 0.07}), kWeak) << "by now it knows more";
 }
 

@@ -10,8 +10,8 @@ cd "$(dirname "$0")/.."
 
 packages=(build-essential cmake ninja-build ccache git python3-venv help2man)
 libraries=(
-  libopencv-core-dev libopencv-imgproc-dev libturbojpeg0-dev libpng-dev libtiff-dev libopenexr-dev libeigen3-dev
-  libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
+  libopencv-core-dev libopencv-imgproc-dev libturbojpeg0-dev libpng-dev libdeflate-dev libtiff-dev libopenexr-dev
+  libeigen3-dev libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
   libzstd-dev liblz4-dev libbz2-dev libboost-dev
 )
 test_libraries=(

@@ -21,7 +21,8 @@ what=${1:-all}
 case $what in
   program) packages+=("${libraries[@]}") ;;
   all)
-    packages+=("${libraries[@]}" "${test_libraries[@]}" python3-dev libceres-dev libbenchmark-dev octomap-tools assimp-utils) ;;
+    packages+=("${libraries[@]}" "${test_libraries[@]}" python3-dev libceres-dev libbenchmark-dev libopencv-features2d-dev
+      octomap-tools assimp-utils) ;;
   arm64) packages+=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap) ;;
   checks) packages+=("${libraries[@]}" clang-16 clang-format-16 clang-tidy-16 man-db groff zsh) ;;
   nightly) packages+=("${libraries[@]}" chromium mmdebstrap) ;;

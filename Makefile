@@ -65,9 +65,9 @@ nightly: setup-nightly check-format ## everything: all tests, linter and sanitiz
 	  echo "SKIPPED: nothing was built or tested for 64-bit ARM, its compiler or libraries cannot be installed here"; fi
 	@$(MAKE) lint sanitize ALL=1
 
-bench: configure ## build and run the benchmarks
+bench: configure ## build and run the benchmarks, and a run stage by stage; SEQ="folder ..."
 	@cmake --build $(BUILD) -j $(JOBS) --target bench/all
-	@tools/bench.sh $(BUILD)
+	@tools/bench.sh $(BUILD) $(SEQ)
 
 wheel: setup ## Python wheels in dist/ that install without a compiler, one for each CPython that needs its own
 	@.venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements-wheel.txt

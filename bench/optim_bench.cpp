@@ -1,14 +1,13 @@
 // Speed of the optimisers, one thread. The benchmarks named *BesideCeres solve the same problem
-// with both in turn and report the ratio of CPU times, which is worth more than either time on a
-// busy machine.
+// with both in turn (beside.hpp).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <ctime>
 #include <thread>
 
+#include "beside.hpp"
 #include "geometry/pnp.hpp"
 #include "optim/local_bundle.hpp"
 #include "optim/pose_graph.hpp"
@@ -163,26 +162,6 @@ BENCHMARK(BM_PoseGraph)
 
 #ifdef YGSLAM_HAVE_CERES
 
-double thread_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-template <class F>
-double seconds(F&& work) {
-  const double start = thread_cpu_seconds();
-  work();
-  return thread_cpu_seconds() - start;
-}
-
-void report(benchmark::State& state, double ours_s, double ceres_s) {
-  const auto runs = static_cast<double>(state.iterations());
-  state.counters["ours_ms"] = 1e3 * ours_s / runs;
-  state.counters["ceres_ms"] = 1e3 * ceres_s / runs;
-  state.counters["ceres_over_ours"] = ceres_s / ours_s;
-}
-
 // One robust phase with the same kernel and the same end.
 void bundle_beside_ceres(benchmark::State& state, const BundleProblem& problem, int iterations,
                          double relative_decrease) {
@@ -200,7 +179,7 @@ void bundle_beside_ceres(benchmark::State& state, const BundleProblem& problem, 
     ceres_s +=
         seconds([&] { ceres = referee::adjust_bundle(synthetic::camera(), problem, settings); });
   }
-  report(state, ours_s, ceres_s);
+  report(state, ours_s, "ceres", ceres_s);
   state.counters["our_iterations"] = ours.iterations;
   state.counters["ceres_iterations"] = ceres.iterations;
   state.counters["cost_above_ceres"] = ours.final_cost / ceres.final_cost - 1;
@@ -231,7 +210,7 @@ void BM_PoseOnlyBesideCeres(benchmark::State& state) {
                               {.iterations = config.iterations, .relative_decrease = 1e-9}));
     });
   }
-  report(state, ours_s, ceres_s);
+  report(state, ours_s, "ceres", ceres_s);
 }
 BENCHMARK(BM_PoseOnlyBesideCeres)->Unit(benchmark::kMillisecond);
 
@@ -247,7 +226,7 @@ void BM_PoseGraphBesideCeres(benchmark::State& state) {
     ceres_s +=
         seconds([&] { ceres = referee::optimize_pose_graph(graph, {.relative_decrease = 1e-8}); });
   }
-  report(state, ours_s, ceres_s);
+  report(state, ours_s, "ceres", ceres_s);
   state.counters["edges"] = static_cast<double>(graph.edges.size());
   state.counters["our_iterations"] = ours.iterations;
   state.counters["ceres_iterations"] = ceres.iterations;

@@ -1,9 +1,13 @@
 # Debian ships OpenCV's own CMake file only in libopencv-dev, which pulls in every module and the
 # whole of VTK. This finds the few modules we use from their own packages: imported targets
-# opencv_core and opencv_imgproc; for tests and benchmarks opencv_imgcodecs and opencv_video, too.
+# opencv_core and opencv_imgproc; for tests and benchmarks opencv_imgcodecs and opencv_video, for
+# benchmarks opencv_features2d, too.
 set(modules core imgproc)
 if(YGSLAM_BUILD_TESTS OR YGSLAM_BUILD_BENCH)
   list(APPEND modules imgcodecs video)
+endif()
+if(YGSLAM_BUILD_BENCH)
+  list(APPEND modules features2d)
 endif()
 find_package(OpenCV 4 QUIET COMPONENTS ${modules})
 if(NOT OpenCV_FOUND)

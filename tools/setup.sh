@@ -10,8 +10,8 @@ cd "$(dirname "$0")/.."
 
 packages=(build-essential cmake ninja-build ccache git python3-venv help2man)
 libraries=(
-  libopencv-core-dev libopencv-imgproc-dev libturbojpeg0-dev libpng-dev libtiff-dev libopenexr-dev libeigen3-dev
-  libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
+  libopencv-core-dev libopencv-imgproc-dev libturbojpeg0-dev libpng-dev libdeflate-dev libtiff-dev libopenexr-dev
+  libeigen3-dev libyaml-cpp-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libembree-dev libsqlite3-dev
   libzstd-dev liblz4-dev libbz2-dev libboost-dev
 )
 test_libraries=(
@@ -21,7 +21,8 @@ what=${1:-all}
 case $what in
   program) packages+=("${libraries[@]}") ;;
   all)
-    packages+=("${libraries[@]}" "${test_libraries[@]}" python3-dev libceres-dev libbenchmark-dev octomap-tools assimp-utils) ;;
+    packages+=("${libraries[@]}" "${test_libraries[@]}" python3-dev libceres-dev libbenchmark-dev libopencv-features2d-dev
+      octomap-tools assimp-utils) ;;
   arm64) packages+=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap) ;;
   checks) packages+=("${libraries[@]}" clang-16 clang-format-16 clang-tidy-16 man-db groff zsh) ;;
   nightly) packages+=("${libraries[@]}" chromium mmdebstrap) ;;

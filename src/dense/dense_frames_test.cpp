@@ -20,8 +20,9 @@ struct KnownRoom {
   std::map<KeyframeId, SE3> poses;
 
   explicit KnownRoom(const DenseMapConfig& config = object_test::room_config(),
-                     const std::vector<volume_test::Cuboid>& more = {})
+                     const std::vector<volume_test::Cuboid>& more = {}, bool is_watched = true)
       : map(config, camera) {
+    if (is_watched) map.expect_looks();
     world.cuboids.insert(world.cuboids.end(), more.begin(), more.end());
     DenseUpdate update;
     for (std::uint32_t i = 0; i < 7; ++i) {
@@ -195,7 +196,7 @@ TEST(DenseFrames, ACameraThatStandsSeesGoWhatNobodyNamed) {
 }
 
 /// While people walk, each new view removes a little more from all older ones.
-TEST(DenseFrames, WhatGoesBitByBitIsTakenOutOnceASecond) {
+TEST(DenseFrames, WhatGoesBitByBitIsTakenOutOnceASecondWhereSomebodyLooks) {
   const volume_test::Cuboid other{
       Vec3(0.5, 0.8, -0.8), Vec3(0.85, 1.2, -0.5), kNoSceneObject, {40, 90, 120}};
   KnownRoom room(object_test::room_config(), {other, carton});
@@ -208,6 +209,16 @@ TEST(DenseFrames, WhatGoesBitByBitIsTakenOutOnceASecond) {
   EXPECT_GT(left_of_it(room.map, other), 200);
   for (int i = 0; i < 5; ++i) room.look(object_test::view_pose(2 + i % 3), 9.0 + 0.3 * i);
   EXPECT_LT(left_of_it(room.map, other), 10);
+  room.expect_pure();
+}
+
+TEST(DenseFrames, WhatGoesIsTakenOutEveryTenSecondsWhereNobodyLooks) {
+  KnownRoom room(object_test::room_config(), {carton}, false);
+  room.world.cuboids.pop_back();
+  for (int i = 0; i < 3; ++i) room.look(object_test::view_pose(2 + i), 7.5 + 0.5 * i);
+  EXPECT_GT(left_of_it(room.map), 200);
+  room.look(object_test::view_pose(3), 20);
+  EXPECT_LT(left_of_it(room.map), 10);
   room.expect_pure();
 }
 

@@ -14,7 +14,8 @@ namespace ygslam {
 namespace {
 
 constexpr double kLooseVoxels = 0.5;
-constexpr double kGather_s = 1;  // of what each new view removes from older ones while people walk
+// Of what each new view removes from older ones while people walk, before it is taken out of them.
+constexpr double kGather_s = 10, kGatherWatched_s = 1;
 
 GroundPlanConfig plan_config(const DenseMapConfig& config) {
   GroundPlanConfig plan = config.plan;
@@ -42,9 +43,12 @@ DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
       fused_(config, unpacker_),
       judge_(config, camera, unpacker_),
       policy_(config, unpacker_),
-      plan_(plan_config(config)) {
+      plan_(plan_config(config)),
+      gather_s_(config.keeps_plan ? kGatherWatched_s : kGather_s) {
   CHECK(config.objects.cell_m == config.volume.space.cell_m);
 }
+
+void DenseMap::expect_looks() { gather_s_ = kGatherWatched_s; }
 
 void DenseMap::apply(const DenseUpdate& update) {
   if (!config_.enabled) return;
@@ -99,7 +103,7 @@ double DenseMap::out_of_place_m(DenseViewId id, const DenseView& view) const {
 bool DenseMap::may_wait(DenseViewId id, const PixelState& wanted, const PixelState& fused) const {
   const auto synced = synced_at_.find(id);
   return synced != synced_at_.end() &&
-         std::abs(seconds_between(newest_, synced->second)) < kGather_s &&
+         std::abs(seconds_between(newest_, synced->second)) < gather_s_ &&
          is_same_but_for_removed(wanted, fused);
 }
 

@@ -27,6 +27,9 @@ class DenseMap {
   DenseMap(const DenseMapConfig& config, const Camera& camera);
 
   void apply(const DenseUpdate& update);
+  /// Somebody will look at it before finish(): what walking people leave is taken out of older
+  /// views within a second, not ten. A plan is always looked at.
+  void expect_looks();
   /// Takes over the views of an earlier run; they go in where the next update has their poses.
   void restore(const std::vector<SavedView>& views);
   /// Of the views that have a place in the world.
@@ -109,6 +112,7 @@ class DenseMap {
   GroundPlan plan_;
   int placements_ = 0, looked_for_floor_ = 0;  // of views, again after corrections, too
   Timestamp planned_;
+  double gather_s_;
   Timestamp newest_;                            // of the images that came
   std::map<DenseViewId, Timestamp> synced_at_;  // newest_ when the view was brought up to date
   bool is_finished_ = false;                    // nothing changed since

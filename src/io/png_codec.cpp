@@ -9,6 +9,8 @@
 #include <cstring>
 #include <new>
 
+#include "io/plain_png.hpp"
+
 namespace ygslam::png {
 namespace {
 
@@ -165,6 +167,7 @@ Result<ImageHeader> header(std::string_view bytes) {
 Status decode(std::string_view bytes, std::uint8_t* pixels) {
   const auto known = header(bytes);
   if (!known.ok()) return known.error();
+  if (decode_plain(bytes, *known, pixels)) return Ok{};
   Source source{bytes};
   Reader reader(source);
   std::vector<png_bytep> rows = row_pointers(pixels, *known);

@@ -20,7 +20,10 @@
 
 namespace ygslam::motion_test {
 
-inline Camera small_camera() { return geometry_test::test_camera(260, 320, 240); }
+inline const Camera& small_camera() {
+  static const Camera camera = geometry_test::test_camera(260, 320, 240);
+  return camera;
+}
 
 /// Matches of static points and of a cube with its own motion, between two frames.
 struct PointWorld {
@@ -37,7 +40,7 @@ struct PointWorldConfig {
 };
 
 inline PointWorld make_point_world(const PointWorldConfig& config, Rng& rng) {
-  const Camera camera = small_camera();
+  const Camera& camera = small_camera();
   PointWorld world;
   const auto add = [&](const Vec3& p_previous, const Vec3& step, std::uint8_t moving) {
     const Vec3 p_current = config.T_current_previous * p_previous + step;

@@ -44,7 +44,8 @@ std::vector<PointIndices> points_by_instance(std::span<const InstanceView> insta
 std::vector<TrackedObject> ObjectTracker::step(ObjectInput input) {
   add_frame(std::move(input));
   ObjectFrame& now = frames_.back();
-  for (const SegmentationPtr& masks : now.in.masks)
+  // Theirs is the memory of an image each: nobody asks for them again.
+  for (const SegmentationPtr& masks : std::exchange(now.in.masks, {}))
     if (masks) take_mask(*masks);
   take_movers(now);
   update_tracks(now);

@@ -34,7 +34,7 @@ void DenseThread::loop(const std::stop_token& stop) {
   trace::name_thread("dense map");
   while (!stop.stop_requested()) {
     if (auto update = next(stop)) {
-      work_off(*update, stop);
+      work_off(std::move(*update), stop);
     } else if (queue_.is_closed()) {
       return;
     }
@@ -42,12 +42,13 @@ void DenseThread::loop(const std::stop_token& stop) {
   }
 }
 
-void DenseThread::work_off(const DenseUpdate& update, const std::stop_token& stop) {
+void DenseThread::work_off(DenseUpdate update, const std::stop_token& stop) {
   {
     const auto lock = locked();
     map_.apply(update);
   }
   frames_waiting_ -= update.added.size();
+  update = {};  // with its images, which are packed by now
   for (Look& look : looks_) look.waits = static_cast<bool>(look.look);
   while (!stop.stop_requested() && queue_.size() == 0 && step()) {
     for (Look& look : looks_) look.waits = static_cast<bool>(look.look);
@@ -71,6 +72,7 @@ void DenseThread::show_if_due(const std::stop_token& stop) {
     {
       const trace::Span span("show");
       const auto lock = locked();
+      map_.expect_looks();
       look.look(map_);
     }
     look.waits = false;
@@ -93,7 +95,13 @@ bool DenseThread::step() {
 void DenseThread::inspect(const std::function<void(DenseMap&)>& look) {
   thread_.rethrow();
   const auto lock = locked();
+  map_.expect_looks();
   look(map_);
+}
+
+void DenseThread::restore(const std::vector<SavedView>& views) {
+  const auto lock = locked();
+  map_.restore(views);
 }
 
 std::unique_lock<std::mutex> DenseThread::locked() {

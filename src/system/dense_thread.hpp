@@ -35,6 +35,7 @@ class DenseThread {
     frames_waiting_ += update.added.size();
     queue_.push(std::move(update));
   }
+  void restore(const std::vector<SavedView>& views);
   /// Calls `look` with the map between two steps.
   void inspect(const std::function<void(DenseMap&)>& look);
   /// Works off what has come, brings all up to date and ends the thread. May be called again.
@@ -43,7 +44,7 @@ class DenseThread {
  private:
   void loop(const std::stop_token& stop);
   [[nodiscard]] std::optional<DenseUpdate> next(const std::stop_token& stop);
-  void work_off(const DenseUpdate& update, const std::stop_token& stop);
+  void work_off(DenseUpdate update, const std::stop_token& stop);
   [[nodiscard]] bool step();
   [[nodiscard]] std::unique_lock<std::mutex> locked();
   void show_if_due(const std::stop_token& stop);

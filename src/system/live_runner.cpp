@@ -143,7 +143,7 @@ class LiveRunner final : public Runner {
     map_ = std::make_unique<MapThread>(
         MappingStage(mapping_config_, camera_, map_use_.start.value_or(empty)), camera_,
         mapping_config_.mapper.bundle, config_.dense, map_use_.sink, map_use_.dense_sink);
-    map_->inspect_dense([this](DenseMap& dense) { dense.restore(map_use_.dense); });
+    map_->restore_dense(map_use_.dense);
     route_.emplace(config_.dense, mapping_config_);
     inertial_.reset();
     drift_.reset();

@@ -50,6 +50,7 @@ class MapThread {
   [[nodiscard]] MappingStage& stage() { return stage_; }
   /// After join(), with the stage's last changes.
   void finish_dense();
+  void restore_dense(const std::vector<SavedView>& views) { dense_.restore(views); }
   void inspect_dense(const std::function<void(DenseMap&)>& look) { dense_.inspect(look); }
   [[nodiscard]] const StageTimes& times() const { return times_; }
 

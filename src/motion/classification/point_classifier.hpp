@@ -64,6 +64,7 @@ enum class PointMotion : std::uint8_t { kUnknown, kMoves, kStands };
 
 class PointClassifier {
  public:
+  /// @param camera must outlive it.
   PointClassifier(DynamicConfig config, const Camera& camera, std::uint64_t seed);
 
   /// Flow of the previous frame's points; nothing in mode off.
@@ -118,7 +119,7 @@ class PointClassifier {
   void forget();
 
   DynamicConfig config_;
-  Camera camera_;
+  const Camera& camera_;
   Rng rng_;
   LabelHistory labels_;
   std::optional<FlowFrame> previous_;

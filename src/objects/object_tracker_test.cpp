@@ -147,7 +147,7 @@ TEST(ObjectTracker, WhoseHeadAloneIsInTheMaskIsAsLargeAsDepthShows) {
 TEST(ObjectTracker, WhoIsPartlyTooNearForDepthIsWhereHeWasGoing) {
   for (const bool near : {true, false}) {
     Scene scene;
-    scene.things = {{.centre = {0, 0, near ? 1.6 : 2.6}, .velocity_mps = {0, 0, -0.8}}};
+    scene.things = {{.centre = {0, 0, near ? 1.4 : 2.6}, .velocity_mps = {0, 0, -0.8}}};
     ObjectTracker tracker({}, scene.camera());
     ASSERT_EQ(run(tracker, scene, 0, 25).size(), 1U);
     scene.shown = 0.4;

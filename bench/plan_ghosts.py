@@ -14,7 +14,7 @@ false_free    free cells that lie, whole, within what stands: cell seconds of al
 missed        share of the columns of what stands, seen by three frames, without an occupied cell within a cell
 free          share of the floor that three frames saw that is free; unknown, occupied: the rest
 false_occupied occupied cells farther than 10 cm from all that stands, where nobody was
-latency_ms    from a keyframe's result to the first plan that has it (--live)
+latency_ms    from a keyframe's result to the first plan that has it (--live; any recording will do)
 """
 import argparse
 import json
@@ -379,7 +379,9 @@ def run_live(seq, options):
     first = arrived[0][0]  # before, no floor was known
     waits = [1e3 * (min((at for t_ns, at in arrived if t_ns >= since), default=np.inf) - when)
              for since, when in told if since >= first]
-    return {"keyframes": len(waits), "plans": len(arrived), "first_s": (first - images[0].t_ns) * 1e-9,
+    seconds = (images[-1].t_ns - images[0].t_ns) * 1e-9
+    return {"keyframes": len(waits), "plans": len(arrived), "plans_per_s": round(len(arrived) / seconds, 2),
+            "first_s": (first - images[0].t_ns) * 1e-9,
             "latency_ms": {f"p{q}": round(float(np.percentile(waits, q)), 1) for q in (50, 90, 100)}}
 
 

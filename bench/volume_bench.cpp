@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@
 
 namespace ygslam::bench {
 namespace {
+
+constexpr double kPlansPerSecond = 4;  // more than live runs make (bench/plan_ghosts.py --live)
 
 struct Options {
   std::string sequence;
@@ -34,6 +37,9 @@ struct Times {
     std::sort(ms.begin(), ms.end());
     return ms[std::min(static_cast<std::size_t>(share * static_cast<double>(ms.size())),
                        ms.size() - 1)];
+  }
+  [[nodiscard]] double mean() const {
+    return std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size());
   }
 };
 
@@ -101,7 +107,7 @@ void measure(const Views& input, double voxel_m, const Options& options) {
   PreparedView prepared;
   GroundPlan plan{GroundPlanConfig{}};
   plan.set_floor({Vec3::UnitZ(), 0, true});  // where recordings with a truth have it
-  Times prepare, integrate, deintegrate, update, touched, planning;
+  Times prepare, integrate, deintegrate, update, touched, planning, scanning;
   for (std::size_t i = 0; i < input.views.size(); ++i) {
     {
       const ScopedTimer timer;
@@ -118,6 +124,11 @@ void measure(const Views& input, double voxel_m, const Options& options) {
       static_cast<void>(plan.grid());
       planning.ms.push_back(plan_timer.cpu_ms());
     }
+    {
+      const ScopedTimer timer;
+      static_cast<void>(volume.observe(input.views[i], input.T_world_camera[i]));
+      scanning.ms.push_back(timer.cpu_ms());
+    }
     const ScopedTimer timer;
     touched.ms.push_back(mesher.update(volume));
     update.ms.push_back(timer.cpu_ms());
@@ -129,6 +140,10 @@ void measure(const Views& input, double voxel_m, const Options& options) {
               update.at(0.99), touched.at(0.5));
   std::printf("  ground plan      median %6.1f ms, p99 %6.1f, %.1f MB\n", planning.at(0.5),
               planning.at(0.99), megabytes(plan.memory_bytes()));
+  std::printf("  scan for it      median %6.1f ms, p99 %6.1f, of a frame that is no view\n",
+              scanning.at(0.5), scanning.at(0.99));
+  std::printf("  plan, share of a core at %g a second, each scanned: %.1f %%\n", kPlansPerSecond,
+              0.1 * kPlansPerSecond * (planning.mean() + scanning.mean()));
   const ScopedTimer joining;
   const TriangleMesh joined = mesher.mesh(volume);
   const double joining_ms = joining.cpu_ms();

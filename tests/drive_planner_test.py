@@ -1,4 +1,5 @@
-"""The planner of examples/drive_among_people, in a room of numbers: who is seen is not driven into.
+"""The planner of examples/drive_among_people, in a room of numbers: who is seen is not driven into; and its cameras
+together: who is counted once.
 
     python tests/drive_planner_test.py
 """
@@ -10,6 +11,9 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "examples" / "drive_among_people"))
 from planner import OCCUPIED, UNKNOWN, Grid, Lanes, along, coarser, cost_of, grown, path_to, velocity_of  # noqa: E402
+
+from rendered import HEIGHT, WIDTH, base_pose, camera_on_base  # noqa: E402
+from sights import Sight, merged  # noqa: E402
 
 STEP_S, SPEED_MPS, MOST_MPS2, RADIUS_M, APART_M = 0.1, 0.8, 1.5, 0.25, 0.45
 
@@ -116,6 +120,26 @@ class ThePath(unittest.TestCase):
     def test_what_is_coarser_hides_nothing_that_stands(self):
         fine = Grid(np.array([[0, 0, UNKNOWN, UNKNOWN], [0, OCCUPIED, UNKNOWN, 0]], np.int8), (0, 0), 0.05)
         np.testing.assert_array_equal(coarser(fine, 2).cells, [[OCCUPIED, 0]])
+
+
+class SeveralCameras(unittest.TestCase):
+    """One looks along x, one along y, from the origin."""
+
+    def sights(self, hidden_at, seen_at=None, wall_m=5):
+        depth = np.full((HEIGHT, WIDTH), wall_m, np.float32)
+        looks = [base_pose(0, 0, 0) @ camera_on_base(way) for way in (0, np.pi / 2)]
+        people = [[(False, forecast(hidden_at, (0, 0), 0.2))],
+                  [] if seen_at is None else [(True, forecast(seen_at, (0, 0)))]]
+        return [Sight(None, depth, look, look, who, np.empty((0, 2)), None) for look, who in zip(looks, people)]
+
+    def test_whom_another_sees_is_counted_once(self):
+        self.assertEqual(len(merged(self.sights((-1, 1), (-0.8, 1.4)))), 1)
+        self.assertEqual(len(merged(self.sights((-1, 1), (1, 2)))), 2)
+
+    def test_where_a_camera_sees_through_nobody_is(self):
+        self.assertEqual(merged(self.sights((2, 0))), [])
+        self.assertEqual(len(merged(self.sights((2, 0), wall_m=1.2))), 1, "behind something")
+        self.assertEqual(len(merged(self.sights((-2, 0)))), 1, "where no camera looks")
 
 
 if __name__ == "__main__":

@@ -3,14 +3,15 @@ more on the hits and misses of its depth alone, as planners do that know no peop
 OctoMap itself, by pyoctomap).
 
     PYTHONPATH=build/release/python .venv/bin/python examples/drive_among_people/drive.py out/drive \
-        --ygslam build/release/ygslam --seeds 1-20 [--plans ygslam octomap] [--cameras 3] [--film]
+        --ygslam build/release/ygslam --seeds 1-20 --plans ygslam octomap [--cameras 4] [--film]
 
-Needs PyYAML and Pillow (`make setup` has them).
+Needs PyYAML, Pillow and for `octomap` pyoctomap (`make setup` has them).
 
-Each seed is driven with each plan; a line of JSON each in out/drive/drives.jsonl, a picture, and with --film a moving
-one of the plans side by side (drive_1.webp). The world does not wait and its people do not step aside: they walk into a
-robot that stands. Poses are YG-SLAM's in both cases, one instance for each camera; the robot's wheels do exactly what
-they are told, and tell the tracker.
+Each seed is driven with each plan: a line of JSON each in out/drive/drives.jsonl (what is there is not driven again), a
+picture, one of each contact, and with --film a moving one of the plans side by side (drive_1.webp). At the end all drives
+are printed as a table. The world does not wait and its people do not step aside: they walk into a robot that stands. Our
+robot knows its pose from YG-SLAM, one instance for each camera; the wheels do exactly what they are told, and tell the
+tracker. The others are told the true pose, so that what they run into comes from their plan alone.
 
 A contact: a person's middle within 0.45 m of the robot's, or furniture within its radius. It was driven into where the
 robot moved towards it, grazed where the robot moved, but not towards it, walked into where the robot stood. Somebody was
@@ -18,8 +19,10 @@ not known where no live object was within 0.6 m of him.
 """
 import argparse
 import json
+import multiprocessing
 import shutil
 import tempfile
+import time
 from collections import deque
 from pathlib import Path
 
@@ -28,75 +31,107 @@ import yaml
 import ygslam
 from PIL import Image, ImageDraw
 
-from film import film
+from film import film, strip
 from ghosts import OctoMapGrid, RayGrid
 from planner import OCCUPIED, Grid, Lanes, coarser, cost_of, grown, path_to, velocity_of
 from rendered import FPS, WIDE_DEG, Camera, Truth, base_pose, camera_on_base, lens, world_of
+from sights import PERSON_M, Sight, merged
 
 CROWD = Path(__file__).resolve().parents[2] / "configs" / "worlds" / "crowd.yaml"
 RADIUS_M, SPEED_MPS, TURN_RPS, ACCELERATION_MPS2 = 0.25, 0.8, 1.0, 1.5
-PERSON_M, REACHED_M, MOST_S_PER_GOAL = 0.2, 0.35, 30
+REACHED_M, MOST_S_PER_GOAL = 0.35, 30
 HORIZONS_S = (0, 0.5, 1, 1.5, 2)
 REMEMBERED_S, STOOD_MPS, LOOK_ROUND_S, NEAR_FRAMES = 3, 0.05, 4, 6
 PATH_EVERY, GRID_EVERY = 4, 8  # frames
+STRIP, STRIP_EVERY = 8, 3  # pictures that lead to a contact, frames between them
 SHOT_S = 0.5
 CONTACTS = ("driven_into", "grazed", "walked_into")
+COLUMNS = ("goals", "of", *CONTACTS, "furniture", "lost_frames", "frames", "metres", "seconds", "standing_s")
 DEPTH_ALONE = {"ghosts": RayGrid, "octomap": OctoMapGrid}
 
 
-def forecasts(objects, T_floor_world):
-    """Of each person (seconds, place on the floor, sigma)."""
+def forecasts(objects, T_floor_world, unseen_s=0):
+    """Of each person whether he is seen, and (seconds, place on the floor, sigma). @param unseen_s since the frame."""
     people = []
     for item in objects:
-        if item.class_name != "person" or item.missing_frames > REMEMBERED_S * FPS:
+        missing_s = item.missing_frames / FPS + unseen_s
+        if item.class_name != "person" or missing_s > REMEMBERED_S:
             continue
         entry = []
         for after_s in HORIZONS_S:
-            place, covariance = item.after(after_s)
+            place, covariance = item.after(after_s + unseen_s)
             on_floor = T_floor_world[:3, :3] @ covariance @ T_floor_world[:3, :3].T
             at = (T_floor_world @ [*place, 1])[:2]
             entry.append((after_s, at, float(np.sqrt(np.linalg.eigvalsh(on_floor[:2, :2])[-1]))))
-        people.append(entry)
+        people.append((missing_s == 0, entry))
     return people
 
 
 class Eye:
     """A camera on the base, and what is found in its images alone."""
 
-    def __init__(self, ygslam_program, world, folder, seed, yaw, T_floor_base, *, plans):
-        """@param plans whether it makes the plan: a dense map for each would be too much."""
-        self.T_base_camera = camera_on_base(yaw)
+    def __init__(self, options, world, folder, seed, number, T_floor_base, tracks):
+        """@param tracks whether it finds its own pose and people, else it is told the pose. The first makes the plan: a dense
+        map for each would be too much."""
+        self.T_base_camera = camera_on_base(2 * np.pi * number / options.cameras)
         self.T_floor_first = T_floor_base @ self.T_base_camera  # the map begins at the first camera
-        self.camera = Camera(ygslam_program, world, folder, seed)
+        self.camera = Camera(options.ygslam, world, folder, seed)
         self.pinhole = ygslam.CameraModel(**lens())
-        self.slam = ygslam.Slam(self.pinhole, segmenter="builtin", deterministic=True,
-                                options={} if plans else {"run.without": "[dense_map]"})
-        self.T_before, self.lost, self.people, self.near = None, 0, [], deque(maxlen=NEAR_FRAMES)
+        self.slam = tracks and ygslam.Slam(self.pinhole, segmenter="builtin", deterministic=True,
+                                           options={} if number == 0 else {"run.without": "[dense_map]"})
+        self.T_before, self.objects, self.seen_at = None, [], 0
 
-    def look(self, k, T_floor_base):
-        """@param T_floor_base the true one. @return that which was found, or None."""
+    def look(self, k, T_floor_base, wants_grid):
+        """@param T_floor_base the true one."""
         T_now = T_floor_base @ self.T_base_camera
-        self.rgb, self.depth = self.camera.look(k / FPS, T_now)
-        wheels = np.eye(4) if self.T_before is None else np.linalg.inv(self.T_before) @ T_now
-        result = self.slam.process(self.rgb, self.depth, 10**12 + k * 10**9 // FPS, T_last_camera=wheels)
-        self.T_before, self.people = T_now, []
-        self.near.append(np.empty((0, 2)))
-        if result.state == ygslam.State.LOST:
-            self.lost += 1
-            return None
-        self.people = forecasts(result.objects, self.T_floor_first)
-        self.T_floor_camera = self.T_floor_first @ result.pose
-        self.near[-1] = self.what_stands()
-        return self.T_floor_camera @ np.linalg.inv(self.T_base_camera)
+        rgb, depth = self.camera.look(k / FPS, T_now)
+        seen = Sight(rgb, depth, T_now, T_floor_base, [], np.empty((0, 2)), None)
+        if self.slam:
+            wheels = np.eye(4) if self.T_before is None else np.linalg.inv(self.T_before) @ T_now
+            result = self.slam.process(rgb, depth, 10**12 + k * 10**9 // FPS, T_last_camera=wheels)
+            self.T_before = T_now
+            if wants_grid:
+                seen.grid = grid_of(self.slam.plan(), self.T_floor_first)
+            if result.state == ygslam.State.LOST:
+                seen.T_floor_camera = seen.T_floor_base = None
+                # Who fills the view is still there.
+                seen.people = forecasts(self.objects, self.T_floor_first, (k - self.seen_at) / FPS)
+                return seen
+            self.objects, self.seen_at = result.objects, k
+            seen.people = forecasts(result.objects, self.T_floor_first)
+            seen.T_floor_camera = self.T_floor_first @ result.pose
+            seen.T_floor_base = seen.T_floor_camera @ np.linalg.inv(self.T_base_camera)
+        seen.near = self.what_stands(depth, seen.T_floor_camera)
+        return seen
 
-    def what_stands(self):
-        """At the robot's height within two metres, by the last depth alone, in cells of 10 cm."""
-        v, u = np.mgrid[2:self.depth.shape[0]:4, 2:self.depth.shape[1]:4]
-        z, c = self.depth[v, u], self.pinhole
+    def what_stands(self, depth, T_floor_camera):
+        """At the robot's height within two metres, by this depth alone, in cells of 10 cm."""
+        v, u = np.mgrid[2:depth.shape[0]:4, 2:depth.shape[1]:4]
+        z, c = depth[v, u], self.pinhole
         rays = np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z], axis=-1)[(z > 0) & (z < 2)]
-        points = rays @ self.T_floor_camera[:3, :3].T + self.T_floor_camera[:3, 3]
+        points = rays @ T_floor_camera[:3, :3].T + T_floor_camera[:3, 3]
         cells = np.floor(points[(points[:, 2] > 0.15) & (points[:, 2] < 1.4), :2] / 0.1)
         return (np.unique(cells, axis=0) + 0.5) * 0.1
+
+
+class EyeProcess:
+    """An eye in a process of its own, so that all look at the same time."""
+
+    def __init__(self, *arguments):
+        self.pipe, theirs = multiprocessing.Pipe()
+        self.process = multiprocessing.Process(target=self.live, args=(theirs, arguments), daemon=True)
+        self.process.start()
+
+    @staticmethod
+    def live(pipe, arguments):
+        eye = Eye(*arguments)
+        while question := pipe.recv():
+            pipe.send(eye.look(*question))
+        eye.camera.close()
+
+    def close(self):
+        self.pipe.send(None)
+        self.process.join()
 
 
 class Robot:
@@ -120,9 +155,11 @@ class Contacts:
 
     def __init__(self):
         self.counts = dict.fromkeys((*CONTACTS, "unseen", "furniture"), 0)
-        self.places, self.since = [], {}
+        self.places, self.since = [], {}  # robot, kind, seconds, with whom
 
     def check(self, t_s, robot, people, furniture, known):
+        """@return whether there is a new one."""
+        before = len(self.places)
         near = [(f"person {i}", p) for i, p in enumerate(people) if np.linalg.norm(p - robot.at) < RADIUS_M + PERSON_M]
         nearest = furniture[np.argmin(np.linalg.norm(furniture - robot.at, axis=1))]
         if np.linalg.norm(nearest - robot.at) < RADIUS_M:
@@ -136,43 +173,53 @@ class Contacts:
                 self.counts[kind] += 1
                 if name != "furniture":
                     self.counts["unseen"] += all(np.linalg.norm(place - k) > 0.6 for k in known)
-                self.places.append((robot.at.tolist(), kind, round(t_s, 1), name))
+                self.places.append(([round(x, 2) for x in robot.at], kind, round(t_s, 1), name))
             self.since[name] = t_s
+        return len(self.places) > before
 
 
 def drive(options, seed, kind, truth, world, folder):
-    ghosts = kind in DEPTH_ALONE
+    ghosts, began_s = kind in DEPTH_ALONE, time.monotonic()
     start, *goals = all_goals = truth.goals(options.goals, seed)
     first = goals[0] - start
     robot, contacts = Robot(start, np.arctan2(first[1], first[0])), Contacts()
     T_believed = T_before = base_pose(*robot.at, robot.yaw)
-    eyes = [Eye(options.ygslam, world, folder / f"frames_{kind}_{i}", seed, 2 * np.pi * i / options.cameras, T_believed,
-                plans=i == 0 and not ghosts) for i in range(options.cameras)]
+    eyes = [EyeProcess(options, world, folder / f"frames_{kind}_{i}", seed, i, T_believed, not ghosts)
+            for i in range(options.cameras)]
+    pinhole = ygslam.CameraModel(**lens())
     rays, lanes, room, path = DEPTH_ALONE.get(kind, RayGrid)(start), Lanes(), None, []
-    track, shots, standing, blind = [], [], 0, 0
+    track, shots, standing, lost = [], [], 0, [[] for _ in eyes]
+    near = deque(maxlen=NEAR_FRAMES)
+    last, strips = deque(maxlen=STRIP), []
+    since, straight_m = T_believed[:2, 3], 0
     for k in range(len(truth.people)):
         T_now = base_pose(*robot.at, robot.yaw)
         T_believed = T_believed @ np.linalg.inv(T_before) @ T_now  # by the wheels, while no camera knows
-        found = [eye.look(k, T_now) for eye in eyes]
-        T_believed, T_before = next((T for T in found if T is not None), T_believed), T_now
-        blind += all(T is None for T in found)
+        for i, eye in enumerate(eyes):
+            eye.pipe.send((k, T_now, i == 0 and k % GRID_EVERY == 0))
+        seen = [eye.pipe.recv() for eye in eyes]
+        T_believed, T_before = next((s.T_floor_base for s in seen if s.T_floor_base is not None), T_believed), T_now
+        for frames, one in zip(lost, seen):
+            if one.T_floor_base is None:
+                frames.append(k)
         here = T_believed[:2, 3]
-        known = [one for eye in eyes for one in eye.people]
-        contacts.check(k / FPS, robot, truth.people[k], truth.furniture, [one[0][1] for one in known])
+        known = merged(seen)
+        if contacts.check(k / FPS, robot, truth.people[k], truth.furniture, [one[0][1] for one in known]):
+            strips.append((k, list(last)))
         track.append(robot.at.tolist())
         if np.linalg.norm(here - goals[0]) < REACHED_M:
+            straight_m += max(0, np.linalg.norm(goals[0] - since) - REACHED_M)
             goals.pop(0)
-            path = []
+            path, since = [], here
             if not goals:
                 break
         if ghosts:
-            for eye, T in zip(eyes, found):
-                if T is not None:
-                    rays.add(eye.depth, eye.pinhole, eye.T_floor_camera)
+            for s in seen:
+                rays.add(s.depth, pinhole, s.T_floor_camera)
         people = [] if ghosts else known
         lanes.add(k / FPS, [one[0][1] for one in people])
-        if k % (PATH_EVERY if ghosts else GRID_EVERY) == 0:
-            room = rays.grid() if ghosts else grid_of(eyes[0].slam.plan(), eyes[0].T_floor_first)
+        if k % GRID_EVERY == 0:
+            room = rays.grid() if ghosts else seen[0].grid
         if k % PATH_EVERY == 0 or not path:
             grid = room.around([here, goals[0]])
             solid = grown(grid.cells == OCCUPIED, RADIUS_M / grid.cell_m)
@@ -183,22 +230,29 @@ def drive(options, seed, kind, truth, world, folder):
         heading = np.arctan2(*(target - here)[::-1]) if np.linalg.norm(target - here) > 0.2 else robot.yaw
         if k < LOOK_ROUND_S * FPS:  # what comes from the sides? to the left, to the right, and back
             target, heading = here, robot.yaw + (0.4 if abs(k / FPS / LOOK_ROUND_S - 0.5) > 0.25 else -0.4)
-        if found[0] is None:
+        if seen[0].T_floor_base is None:
             target, heading = here, robot.yaw
-        near = np.concatenate([places for eye in eyes for places in eye.near])
-        velocity = velocity_of(lambda places, grid=grid, solid=solid: grid.look_up(solid, places), near, here, robot.velocity,
-                               target, people, SPEED_MPS, ACCELERATION_MPS2, RADIUS_M, RADIUS_M + PERSON_M)
+        near.append(np.concatenate([s.near for s in seen]))
+        velocity = velocity_of(lambda places, grid=grid, solid=solid: grid.look_up(solid, places), np.concatenate(near), here,
+                               robot.velocity, target, people, SPEED_MPS, ACCELERATION_MPS2, RADIUS_M, RADIUS_M + PERSON_M)
         robot.move(velocity, heading)
         standing += np.linalg.norm(robot.velocity) < STOOD_MPS
+        shot = (seen[0].rgb, grid, path, people, here, goals[0], truth.people[k])
+        if k % STRIP_EVERY == 0:
+            last.append((k, *shot[1:]))
         if options.film and k % round(FPS * SHOT_S) == 0:
-            shots.append((eyes[0].rgb, grid, path, people, here, goals[0], truth.people[k]))
+            shots.append(shot)
     for eye in eyes:
-        eye.camera.close()
-    line = {"seed": seed, "plan": kind, "goals": options.goals - len(goals), **contacts.counts,
+        eye.close()
+    line = {"seed": seed, "plan": kind, "goals": options.goals - len(goals), "of": options.goals, **contacts.counts,
             "metres": round(float(np.linalg.norm(np.diff(track, axis=0), axis=1).sum()), 1),
+            "straight_m": round(float(straight_m), 1),
             "seconds": round(len(track) / FPS, 1), "standing_s": round(standing / FPS, 1),
-            "lost_frames": sum(eye.lost for eye in eyes), "frames": len(track) * len(eyes), "all_lost": blind}
-    return line, {"track": track, "contacts": contacts.places, "truth": truth, "shots": shots, "goals": all_goals}
+            "lost_frames": sum(map(len, lost)), "frames": len(track) * len(eyes),
+            "all_lost": len(set.intersection(*map(set, lost))), "took_s": round(time.monotonic() - began_s),
+            "contacts": contacts.places, "lost": lost}
+    return line, {"track": track, "contacts": contacts.places, "truth": truth, "shots": shots, "goals": all_goals,
+                  "strips": strips}
 
 
 def grid_of(plan, T_true_world):
@@ -253,7 +307,7 @@ def main():
     parser.add_argument("--ygslam", required=True)
     parser.add_argument("--seeds", default="1-1")
     parser.add_argument("--goals", type=int, default=10)
-    parser.add_argument("--cameras", type=int, default=3, help=f"each {WIDE_DEG} degrees wide, evenly about the base")
+    parser.add_argument("--cameras", type=int, default=4, help=f"each {WIDE_DEG} degrees wide, evenly about the base")
     parser.add_argument("--plans", nargs="+", choices=["ygslam", *DEPTH_ALONE], default=["ygslam", "ghosts"])
     parser.add_argument("--film", action="store_true")
     options = parser.parse_args()
@@ -274,24 +328,30 @@ def main():
             lines.append(line)
             with results.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
-            picture(seen, ", ".join(f"{key} {value}" for key, value in line.items())).save(
+            picture(seen, ", ".join(f"{key} {line[key]}" for key in ("seed", "plan", *COLUMNS))).save(
                 options.out / f"drive_{seed}_{plan}.png")
+            for k, shots in seen["strips"]:
+                strip(shots, FPS).save(options.out / f"contact_{seed}_{plan}_{k}.png")
             films[", ".join([plan, *(f"{line[key]} {key.replace('_', ' ')}" for key in CONTACTS)])] = seen["shots"]
         shutil.rmtree(folder)
         if options.film:
             film(films, options.out / f"drive_{seed}.webp", SHOT_S)
-    print_sums(lines)
+    print_table(lines)
 
 
-def print_sums(lines):
-    names = list(next(iter(lines)))[2:] if lines else []
-    print("| " + " | ".join(["plan", "drives", *(name.replace("_", " ") for name in names)]) + " |")
-    print("|---|" + "---:|" * (1 + len(names)))
+def print_table(lines):
+    """Every drive, and the sums of each plan."""
+    print("| seed | plan | " + " | ".join(name.replace("_", " ") for name in COLUMNS) + " | detour |")
+    print("|---|---|" + "---:|" * (len(COLUMNS) + 1))
     for plan in ("ygslam", *DEPTH_ALONE):
-        mine = [line for line in lines if line["plan"] == plan]
+        mine = sorted((line for line in lines if line["plan"] == plan), key=lambda line: line["seed"])
+        rows = [(line["seed"], line) for line in mine]
         if mine:
-            sums = [f"{sum(line[name] for line in mine):g}" for name in names]
-            print("| " + " | ".join([plan, str(len(mine)), *sums]) + " |")
+            rows.append((f"{len(mine)} seeds", {name: round(sum(line[name] for line in mine), 1) for name in mine[0]
+                                                if name in (*COLUMNS, "straight_m")}))
+        for seed, row in rows:
+            cells = [f"{row[name]:g}" for name in COLUMNS]
+            print(f"| {seed} | {plan} | " + " | ".join(cells) + f" | {row['metres'] / max(row['straight_m'], 0.1):.2f} |")
 
 
 if __name__ == "__main__":

@@ -61,3 +61,14 @@ def film(drives, file, step_s):
             frame.paste(column[min(i, len(column) - 1)], (k * (SIZE[0] + 8), 0))
         frames.append(frame)
     frames[0].save(file, save_all=True, append_images=frames[1:], duration=round(1000 * step_s), quality=70)
+
+
+def strip(shots, fps):
+    """What led to a contact, as plans in two rows. @param shots of each the frame's number, then as for plan_picture."""
+    across = max(1, (len(shots) + 1) // 2)
+    picture = Image.new("RGB", (across * (SIZE[0] + 4), 2 * (SIZE[1] + TITLE)), "white")
+    for i, (k, *seen) in enumerate(shots):
+        corner = (i % across * (SIZE[0] + 4), i // across * (SIZE[1] + TITLE))
+        picture.paste(plan_picture(*seen), (corner[0], corner[1] + TITLE))
+        ImageDraw.Draw(picture).text((corner[0] + 4, corner[1] + 2), f"{k / fps:.1f} s", fill="black")
+    return picture

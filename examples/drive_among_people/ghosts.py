@@ -51,9 +51,12 @@ class RayGrid:
 class OctoMapGrid:
     """The plan of OctoMap itself, with its defaults (package pyoctomap)."""
 
-    def __init__(self, _):
+    FLOOR_M, STANDS_M = np.array([-0.25, -0.15, -0.05, 0.05, 0.15, 0.25]), np.arange(0.15, 1.5, CELL_M)  # middles of cells
+
+    def __init__(self, start):
         import pyoctomap
         self.tree = pyoctomap.OcTree(CELL_M)
+        self.low, self.high = np.array(start, float), np.array(start, float)
 
     def add(self, depth_m, camera, T_floor_camera):
         v, u = np.mgrid[1:depth_m.shape[0]:3, 1:depth_m.shape[1]:3]
@@ -61,20 +64,18 @@ class OctoMapGrid:
         rays = np.stack([(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z], axis=-1)[z > 0]
         points = rays @ T_floor_camera[:3, :3].T + T_floor_camera[:3, 3]
         self.tree.insertPointCloud(points, np.ascontiguousarray(T_floor_camera[:3, 3]), REACH_M)
+        self.low = np.minimum(self.low, T_floor_camera[:2, 3] - REACH_M)
+        self.high = np.maximum(self.high, T_floor_camera[:2, 3] + REACH_M)
 
     def grid(self):
-        # pyoctomap 1.2.2 gives cells of the smallest size half a cell off, larger leaves as they are.
-        occupied, empty = ((np.rint(np.reshape(points, (-1, 3)) / CELL_M - 0.75) + 0.5) * CELL_M
-                           for points in self.tree.extractPointCloud())
-        stands = (occupied[:, 2] > 0.1) & (occupied[:, 2] < 1.5)
-        floor = np.concatenate([empty[np.abs(empty[:, 2]) < 0.3], occupied[np.abs(occupied[:, 2]) <= 0.1]])
-        known = np.concatenate([occupied[stands], floor])
-        if not len(known):
-            return Grid(np.full((2, 2), UNKNOWN, np.int8), (0, 0), CELL_M)
-        origin = np.floor(known[:, :2].min(axis=0) / CELL_M) * CELL_M
-        shape = np.ceil((known[:, :2].max(axis=0) - origin) / CELL_M).astype(int)[::-1] + 1
-        cells = np.full(shape, UNKNOWN, np.int8)
-        for points, what in ((floor, FREE), (occupied[stands], OCCUPIED)):
-            x, y = np.floor((points[:, :2] - origin) / CELL_M).astype(int).T
-            cells[y, x] = what
-        return Grid(cells, origin, CELL_M)
+        """Occupied where a cell between 0.1 and 1.5 m is, else free where one at the floor is known."""
+        first = np.floor(self.low / CELL_M)
+        columns, rows = (np.ceil(self.high / CELL_M) - first).astype(int)
+        heights = np.concatenate([self.FLOOR_M, self.STANDS_M])
+        y, x, z = np.meshgrid((first[1] + np.arange(rows) + 0.5) * CELL_M, (first[0] + np.arange(columns) + 0.5) * CELL_M,
+                              heights, indexing="ij")
+        labels = self.tree.getLabels(np.stack([x, y, z], axis=-1).reshape(-1, 3)).reshape(x.shape)  # 0 free, 1 occupied
+        floor, stands = labels[..., :len(self.FLOOR_M)], labels[..., len(self.FLOOR_M):]
+        free = (floor == 0).any(axis=2) | (floor[..., np.abs(self.FLOOR_M) <= 0.1] == 1).any(axis=2)
+        cells = np.where((stands == 1).any(axis=2), OCCUPIED, np.where(free, FREE, UNKNOWN))
+        return Grid(cells.astype(np.int8), first * CELL_M, CELL_M)

@@ -2,6 +2,7 @@
 import heapq
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 LANE_M, LANE_S, LANE_COST = 0.5, 60, 2
@@ -158,8 +159,9 @@ def velocity_of(solid_at, near, here, velocity, target, people, speed_mps, most_
     hits = solid_at(places[:, 1:10:2]).sum(axis=1)
     score -= 5.0 * (hits > 0) * (1 + hits)
     if len(near):
-        away_m = np.linalg.norm(places[:, 1:10:2, None] - near, axis=3).min(axis=1)
-        lacks_m = np.minimum(radius_m + 0.1 - away_m, np.linalg.norm(here - near, axis=1).min() - away_m)
+        nearest = cKDTree(near)
+        away_m = nearest.query(places[:, 1:10:2])[0]
+        lacks_m = np.minimum(radius_m + 0.1 - away_m, nearest.query(here)[0] - away_m)
         score -= 20 * np.clip(lacks_m, 0, None).max(axis=1)
     # If it brakes after a step; until it stands, each person may leave his forecast with 3 m/s2, and be a sigma off it.
     step = np.minimum(most_mps2 * STEP_S / np.maximum(np.linalg.norm(choices - velocity, axis=1), 1e-9), 1)[:, None]

@@ -7,10 +7,10 @@ import yaml
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-CAMERA_M, AHEAD_M = 1.1, 0.1  # a camera's height, and its place before the base's middle
+CAMERA_M, AHEAD_M = 1.1, 0.05  # a camera's height, and its place before the base's middle
 TILT_RAD = -0.1
 FPS, TRUTH_FPS = 10, 5
-WIDTH, HEIGHT, WIDE_DEG = 320, 192, 120  # of an image; as wide as the wide mode of Azure Kinect's depth
+WIDTH, HEIGHT, WIDE_DEG = 240, 180, 90  # of an image; as wide as RealSense D455's depth
 GOALS_LOW, GOALS_HIGH = np.array([-2.8, -3.0]), np.array([2.6, 0.3])
 
 
@@ -60,8 +60,8 @@ class Camera:
     def __init__(self, ygslam, world, folder, seed):
         self.folder = folder
         self.process = subprocess.Popen(
-            [ygslam, "simulate", world, "--out", folder, "--size", f"{WIDTH}x{HEIGHT}", "--format", "png", "--poses", "-", "--seed",
-             str(seed), "--quiet"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            [ygslam, "simulate", world, "--out", folder, "--size", f"{WIDTH}x{HEIGHT}", "--format", "jpg", "--poses", "-",
+             "--seed", str(seed), "--threads", "1", "--quiet"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
     def look(self, t_s, T):
         """Colour, depth [m]; as files they are gone."""
@@ -69,7 +69,7 @@ class Camera:
         self.process.stdin.write(" ".join(f"{x:.9f}" for x in numbers) + "\n")
         self.process.stdin.flush()
         stamp = self.process.stdout.readline().strip()
-        files = [self.folder / kind / f"{stamp}.png" for kind in ("rgb", "depth")]
+        files = [self.folder / "rgb" / f"{stamp}.jpg", self.folder / "depth" / f"{stamp}.png"]
         images = [np.array(Image.open(file)) for file in files]
         for file in files:
             file.unlink()

@@ -144,6 +144,24 @@ TEST(ObjectTracker, WhoseHeadAloneIsInTheMaskIsAsLargeAsDepthShows) {
   }
 }
 
+TEST(ObjectTracker, WhoIsPartlyTooNearForDepthIsWhereHeWasGoing) {
+  for (const bool near : {true, false}) {
+    Scene scene;
+    scene.things = {{.centre = {0, 0, near ? 1.4 : 2.6}, .velocity_mps = {0, 0, -0.8}}};
+    ObjectTracker tracker({}, scene.camera());
+    ASSERT_EQ(run(tracker, scene, 0, 25).size(), 1U);
+    scene.shown = 0.4;
+    const auto objects = run(tracker, scene, 25, 36);
+    ASSERT_EQ(objects.size(), 1U);
+    EXPECT_EQ(objects[0].missing_frames, 0);
+    if (near) {
+      EXPECT_NEAR(objects[0].body_world.position_m.x(), 0, 0.03);
+    } else {
+      EXPECT_LT(objects[0].body_world.position_m.x(), -0.06);
+    }
+  }
+}
+
 TEST(ObjectTracker, OneWhoIsAloneIsNotParted) {
   Scene scene;
   scene.things = {{.centre = {-0.5, 0, 2}, .width_m = 0.4},

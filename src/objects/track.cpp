@@ -35,6 +35,8 @@ constexpr double kPresentShare = 0.15;    // ... fills so much of its box
 constexpr double kPartOfBox = 0.5;        // a smaller instance is a part of it ...
 constexpr double kStillThere = 0.4;       // ... where its box has so much surface no mask shows
 constexpr double kMinVisibleShare = 0.1;  // of its box in the image
+constexpr double kNear_m = 0.8;           // nearer, a part of it may be too near for depth ...
+constexpr double kNearShare = 0.3;        // ... where so much of its box has none
 
 constexpr double kRestMovingShare = 0.1;  // fewer of its judged points move: it rests ...
 constexpr int kRestFrames = 15;           // ... once that has held for so long
@@ -91,11 +93,11 @@ PixelBox box_along_motion(const PixelBox& box, const Vec3& from_cam, const Vec3&
 }
 
 struct SurfaceShare {
-  int there = 0, cells = 0;
+  int there = 0, cells = 0, without_depth = 0;
 };
 
-/// Cells of the thumbnail in a place's box: all with depth, and those at its depth.
-/// @param ids if given, those that belong to an instance are not `there`.
+/// Cells of the thumbnail in a place's box: all with depth, those at its depth, those without.
+/// @param ids if given, those with depth that belong to an instance are not `there`.
 SurfaceShare surface_at(const ObjectFrame& frame, const TrackPlace& place, const GreyImage* ids) {
   constexpr int kStep = Thumbnail::kStep;
   const DepthImage& depth_m = frame.in.thumbnail.depth_m;
@@ -106,13 +108,23 @@ SurfaceShare surface_at(const ObjectFrame& frame, const TrackPlace& place, const
        y < depth_m.height() && static_cast<float>(y * kStep) < box.y1; ++y) {
     for (int x = static_cast<int>(std::max(0.0F, box.x0)) / kStep;
          x < depth_m.width() && static_cast<float>(x * kStep) < box.x1; ++x) {
-      if (!(depth_m.at(x, y) > 0)) continue;
+      if (!(depth_m.at(x, y) > 0)) {
+        ++result.without_depth;
+        continue;
+      }
       ++result.cells;
       if (ids && ids->contains(x * kStep, y * kStep) && ids->at(x * kStep, y * kStep) > 0) continue;
       result.there += std::abs(depth_m.at(x, y) - own_m) <= kPresentDepth_m ? 1 : 0;
     }
   }
   return result;
+}
+
+/// Whether so much of it is too near for depth that the rest says little about where it is.
+bool is_too_near(const ObjectFrame& frame, const TrackPlace& place) {
+  if (frame.depth_m(place.centre_odom) > kNear_m) return false;
+  const SurfaceShare surface = surface_at(frame, place, nullptr);
+  return surface.without_depth > kNearShare * (surface.cells + surface.without_depth);
 }
 
 }  // namespace
@@ -184,6 +196,7 @@ void Track::see(const InstanceView& instance, const ObjectFrame& frame, const Gr
     const SurfaceShare bare = surface_at(frame, place_then, &ids);
     if (bare.cells > 0 && bare.there >= kStillThere * bare.cells) return;
   }
+  if (is_confirmed() && is_too_near(frame, place_then)) return;
   if (!covered) appearance.blend(instance.appearance, kAppearanceShare);
   place_then.box = instance.box;
   if (!instance.has_depth) return;

@@ -39,6 +39,7 @@ class Scene {
   std::vector<Thing> things;
   int mask_delay = 2;
   bool is_one_instance = false;  // the network takes all of them for one
+  double shown = 1;              // of each thing's width, from the left; the rest has no depth
 
   ObjectInput frame(int k) {
     RgbdFrame image;
@@ -88,17 +89,18 @@ class Scene {
   void paint(const Thing& thing, int k, RgbdFrame& image, Segmentation& masks) const {
     const PixelBox box = box_of(thing, k);
     const auto depth_m = static_cast<float>(at(thing, k).z());
+    const float shown_to = box.x0 + static_cast<float>(shown) * box.width();
     if (thing.in_mask)
-      masks.instances.push_back({kPerson, thing.score, box.x0, box.y0, box.x1, box.y1});
+      masks.instances.push_back({kPerson, thing.score, box.x0, box.y0, shown_to, box.y1});
     const auto id = static_cast<std::uint8_t>(thing.in_mask ? masks.instances.size() : 0);
     for (int v = 0; v < camera_.height(); ++v) {
       for (int u = 0; u < camera_.width(); ++u) {
         const auto x = static_cast<float>(u), y = static_cast<float>(v);
         if (x < box.x0 || x >= box.x1 || y < box.y0 || y >= box.y1) continue;
         if (image.depth_m.at(u, v) < depth_m) continue;
-        image.depth_m.at(u, v) = depth_m;
+        image.depth_m.at(u, v) = x < shown_to ? depth_m : 0;
         image.colour.at(u, v) = thing.colour;
-        masks.ids.at(u, v) = id;
+        masks.ids.at(u, v) = x < shown_to ? id : 0;
       }
     }
   }

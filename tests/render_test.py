@@ -77,6 +77,39 @@ class Render(CliTest):
         done = ygslam("render", mesh, "--boxes", "--out", self.folder / "boxes.png")
         self.assert_error(done, 4, "mesh.ply", "objects.json")
 
+    def test_boxes_are_in_the_picture_and_in_the_colours_of_the_classes(self):
+        write_mesh(self.folder / "mesh.ply", *square(), colour=(120, 120, 120))
+        box = {"centre_m": [3, 0.5, 0.5], "size_m": [0.4, 0.4, 0.8], "yaw_rad": 0,
+               "rotation_xyzw": [0, 0, 0, 1]}
+        known = {"format": "ygslam objects", "version": 1, "up_world": [0, 0, 1], "floor_m": 0.0,
+                 "objects": [{"id": i, "class": "chair", "label": 56, "probability": 1.0, "state": "static",
+                              "box": box, "views": 5, "epochs": 1, "first_seen_ns": 0, "last_seen_ns": 1}
+                             for i in (1, 2)]}
+        (self.folder / "objects.json").write_text(json.dumps(known), encoding="utf-8")
+
+        def coloured(by):
+            picture = self.draw(self.folder / "mesh.ply", "--by", by, "--size", "400x300", "--boxes")[:, :400]
+            strong = picture.max(axis=2) - picture.min(axis=2) > 60
+            self.assertFalse((strong[:, :2] | strong[:, -2:]).any() or strong[:2].any(), "cut by the frame")
+            colours, counts = np.unique(picture[strong], axis=0, return_counts=True)
+            return tuple(colours[counts.argmax()]), strong.sum()
+        by_object, by_class = coloured("object"), coloured("class")
+        self.assertGreater(min(by_object[1], by_class[1]), 100)
+        self.assertNotEqual(by_object[0], by_class[0])
+        known["objects"].pop()
+        known["objects"][0]["id"] = 7  # another object of the same class
+        (self.folder / "objects.json").write_text(json.dumps(known), encoding="utf-8")
+        self.assertEqual(coloured("class")[0], by_class[0])
+        self.assertNotEqual(coloured("object")[0], by_object[0])
+
+    def test_it_says_so_where_no_floor_was_found(self):
+        write_mesh(self.folder / "map.ply", *square())
+        for options, told in ((("--by", "height"), True), (("--cut", "1"), True), ((), False),
+                              (("--by", "height", "--up", "0,0,1"), False)):
+            done = ygslam("render", self.folder / "map.ply", "--out", self.folder / "p.png", *options)
+            self.assert_ran(done)
+            self.assertEqual("no floor was found" in done.stderr, told, options)
+
     def test_side_by_side_is_as_wide_as_both(self):
         for name, colour in (("mesh.ply", (200, 60, 60)), ("other.ply", (60, 60, 200))):
             write_mesh(self.folder / name, *square(), colour=colour)

@@ -22,8 +22,24 @@ from report_fake import metrics, write_map
 TOOL = pathlib.Path(__file__).resolve().parent.parent / "tools" / "report"
 sys.path.insert(0, str(TOOL.parent))
 
-from report import cells, map_view, page, pictures, results, series, table_files  # noqa: E402
+from report import cells, figures, map_view, page, pictures, results, series, table_files  # noqa: E402
 from report.published import Published  # noqa: E402
+
+
+class WhatIsRead(unittest.TestCase):
+    def test_figures_that_read_the_same_share_a_place(self):
+        def ranks(*values):
+            row = [cells.Cell("measured", value) for value in values]
+            cells.rank(row)
+            return [cell.rank for cell in row]
+        self.assertEqual(ranks(0.00021, 0.00024, 0.00019), [0, 0, 0])  # 0.0002 all
+        self.assertEqual(ranks(0.00121, 0.00124, 0.0019, 0.003), [1, 1, 2, 0])
+
+    def test_a_camera_that_stands_is_drawn_in_millimetres(self):
+        still = 3 + 1e-4 * np.eye(3)
+        self.assertEqual(figures.path_scale(still), (1000, "mm"))
+        self.assertEqual(figures.path_scale(still, np.eye(3)), (1, "m"))
+        self.assertEqual(figures.path_scale(np.full((3, 3), np.nan)), (1, "m"))
 
 
 class PublishedFigures(unittest.TestCase):

@@ -144,7 +144,20 @@ class Report(unittest.TestCase):
         self.assertNotIn("foreign", self.cell("table2b", real, "YG-SLAM"))
         self.assertIsNone(self.cell("table2b", rendered,
                                     "our full against published ORB-SLAM2")["value"])
-        self.assertIn("not a TUM recording", json.dumps(self.table("table2b")["notes"]))
+        notes = self.table("table2b")["notes"]
+        self.assertIn("not a TUM recording", json.dumps(notes))
+        self.assertEqual([notes[letter].split()[0] for letter in rendered["notes"]], ["Published", "Rendered"])
+
+    def test_every_letter_of_a_footnote_stands_in_its_table(self):
+        for file in (self.out / "tables").glob("*.json"):
+            table = json.loads(file.read_text(encoding="utf-8"))
+            marks = {mark for row in table["rows"] for mark in row.get("notes", [])}
+            marks |= {mark for row in table["rows"] for cell in row["cells"] for mark in cell.get("notes", [])}
+            self.assertEqual(marks, set(table["notes"]), file.name)
+
+    def test_no_backticks_are_read(self):
+        self.assertIn("<code>ygslam simulate</code>", self.page)
+        self.assertNotIn("by `ygslam", self.page)
 
     def test_all_five_rows_of_the_paper_are_there(self):
         for name in ("table1", "table2b", "table3c", "table4c"):

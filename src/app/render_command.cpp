@@ -37,6 +37,7 @@ struct Job {
   int width = 0, height = 0;
   std::optional<Vec3> from, look_at, up;
   PictureStyle style;
+  bool has_cut = false;  // asked for
   std::vector<StampedPose> path;
 };
 
@@ -91,6 +92,7 @@ Result<Job> read_job(const RenderArguments& a) {
   if (Status places = read_places(a, job); !places.ok()) return places.error();
   job.style.colour = colour_by(a.by);
   job.style.point_m = a.point_m;
+  job.has_cut = a.cut_m.has_value();
   if (a.cut_m) job.style.cut_above_m = *a.cut_m;
   if (!a.path.empty()) {
     const auto trajectory = read_trajectory(a.path);
@@ -104,6 +106,12 @@ Result<SceneInput> read_scene(const std::string& path, const Job& job) {
   auto scene = read_scene_input(path);
   if (!scene.ok()) return scene;
   if (scene->mesh.vertices.empty()) log::warn("{}: nothing in it to draw", path);
+  const bool uses_heights = job.style.colour == PictureColour::kHeight || job.has_cut;
+  if (!job.up && !scene->gravity.has_floor && uses_heights)
+    log::warn(
+        "{}: no floor was found in it: heights are along -y of the file (up in the first camera's "
+        "view) from the lowest point; --up X,Y,Z says what is up, and a run's --export finds it",
+        path);
   if (job.up) {
     scene->gravity.up_world = job.up->normalized();
     scene->gravity.floor_m = lowest_height(scene->mesh, scene->gravity.up_world);
@@ -124,13 +132,15 @@ std::vector<Vec3> places(const std::vector<StampedPose>& path) {
   return places_world;
 }
 
-Viewpoint viewpoint_of(const Job& job, const SceneInput& scene) {
+Viewpoint viewpoint_of(const Job& job, const SceneInput& scene, bool boxes) {
   if (!job.from) {
     Overview options;
     options.width = job.width;
     options.height = job.height;
     if (std::isfinite(job.style.cut_above_m)) options.cut_above_m = job.style.cut_above_m;
     options.also_world = places(job.path);
+    const auto corners = boxes ? box_corners(scene.objects) : std::vector<Vec3>();
+    options.also_world.insert(options.also_world.end(), corners.begin(), corners.end());
     return overview(scene.mesh.vertices, scene.gravity, options);
   }
   Viewpoint view;
@@ -146,7 +156,7 @@ ScenePicture draw(const Job& job, const SceneInput& scene, const Viewpoint& view
   ScenePicture picture =
       is_cloud ? draw_points(scene.mesh.vertices, view, scene.gravity, job.style, scene.objects)
                : draw_mesh(scene.mesh, view, scene.gravity, job.style, scene.objects);
-  if (boxes) draw_boxes(picture.image, scene.objects, view);
+  if (boxes) draw_boxes(picture.image, scene.objects, view, job.style.colour);
   return picture;
 }
 
@@ -204,7 +214,8 @@ Status render(const RenderArguments& a) {
   const auto picture = Picture::open(a, *job);
   if (!picture.ok()) return picture.error();
   if (!a.cut_m && !job->from) job->style.cut_above_m = cut_from_above_m(picture->scene());
-  const ColourImage image = picture->draw(viewpoint_of(*job, picture->scene()), places(job->path));
+  const ColourImage image =
+      picture->draw(viewpoint_of(*job, picture->scene(), a.boxes), places(job->path));
   Status written = write_file_atomically(a.out, encode_png(image, 9));
   if (written.ok()) tell_written(a.out);
   return written;
@@ -230,8 +241,10 @@ void declare_options(CLI::App& command, RenderArguments& a) {
       .add_option("--path", a.path,
                   "The way of a camera (trajectory.txt of the same run): drawn into the picture")
       ->type_name("FILE");
-  command.add_flag("--boxes", a.boxes,
-                   "Draw boxes and names of what objects.json says is there (no candidates)");
+  command.add_flag(
+      "--boxes", a.boxes,
+      "Draw boxes and names of what objects.json says is there (no candidates), in the "
+      "colours of --by class, else in those of objects");
   command.add_option("--from", a.from, "Place of the eye in the file's frame [m]")
       ->type_name("X,Y,Z");
   command.add_option("--look-at", a.look_at, "What it looks at [m]")->type_name("X,Y,Z");
@@ -265,7 +278,7 @@ constexpr const char* kRenderFooter =
     "  ygslam render scene --by class --out classes.png          # with a legend\n"
     "  ygslam render scene --by object --boxes --cut 2 --out things.png\n"
     "  ygslam render scene --path out/trajectory.txt --out way.png\n"
-    "  ygslam render out/map.ply --point 0.04 --by height --out landmarks.png\n"
+    "  ygslam render out/map.ply --point 0.04 --up 0,-1,-0.5 --by height --out landmarks.png\n"
     "  ygslam render clean --side-by-side raw --from 0,-1,-1 --look-at 0,0,3 --out fig9.png\n"
     "Exit codes: 0 ok, 2 usage, 4 a file that cannot be used, 9 picture not written.";
 

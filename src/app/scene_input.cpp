@@ -17,13 +17,14 @@ Result<fs::path> surface_file(const fs::path& path) {
   return Error{ErrorKind::kInput, path.string() + ": has no mesh.ply, cloud.ply or map.ply"};
 }
 
-Vec3 up_of(const TriangleMesh& mesh) {
+Gravity gravity_of(const TriangleMesh& mesh) {
   Vec3 sum = Vec3::Zero();
   for (const SurfacePoint& point : mesh.vertices)
     if (point.label.semantic_class == SemanticClass::kFloor)
       sum += point.normal_world.cast<double>();
-  if (sum.norm() > 0) return sum.normalized();
-  return {0, -1, 0};
+  const bool has_floor = sum.norm() > 0;
+  const Vec3 up_world = has_floor ? sum.normalized() : Vec3(0, -1, 0);
+  return {up_world, lowest_height(mesh, up_world), has_floor};
 }
 
 }  // namespace
@@ -51,9 +52,9 @@ Result<SceneInput> read_scene_input(const fs::path& path) {
     scene.objects = std::move(known->objects);
     scene.has_objects = true;
     scene.gravity = known->gravity;
+    scene.gravity.has_floor = true;
   } else {
-    scene.gravity.up_world = up_of(scene.mesh);
-    scene.gravity.floor_m = lowest_height(scene.mesh, scene.gravity.up_world);
+    scene.gravity = gravity_of(scene.mesh);
   }
   return scene;
 }

@@ -12,7 +12,7 @@ namespace ygslam {
 struct SceneInput {
   TriangleMesh mesh;  ///< without triangles: a cloud
   std::vector<SceneObject> objects;
-  Gravity gravity;
+  Gravity gravity;           ///< has_floor: of objects.json, or of what is labelled floor
   bool has_objects = false;  ///< an objects.json told of them, be it of none
 };
 

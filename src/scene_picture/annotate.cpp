@@ -95,6 +95,16 @@ void draw_line(cv::Mat& picture, const Viewpoint& view, const Vec3& from_world,
   if (line) cv::line(picture, line->from, line->to, colour, 2, cv::LINE_AA);
 }
 
+bool is_drawn(const SceneObject& object) {
+  return object.state != ObjectState::kAbsent && object.state != ObjectState::kCandidate;
+}
+
+/// @param i 0 to 7: a bit for each axis.
+Vec3 corner_of(const OrientedBox& box, unsigned i) {
+  const Vec3 side((i & 1) ? 0.5 : -0.5, (i & 2) ? 0.5 : -0.5, (i & 4) ? 0.5 : -0.5);
+  return box.T_world_box * side.cwiseProduct(box.size_m);
+}
+
 }  // namespace
 
 ColourImage with_legend(const ScenePicture& picture) {
@@ -115,19 +125,26 @@ ColourImage with_legend(const ScenePicture& picture) {
   return image;
 }
 
-void draw_boxes(ColourImage& image, std::span<const SceneObject> objects, const Viewpoint& view) {
+std::vector<Vec3> box_corners(std::span<const SceneObject> objects) {
+  std::vector<Vec3> corners_world;
+  for (const SceneObject& object : objects)
+    for (unsigned i = 0; i < 8 && is_drawn(object); ++i)
+      corners_world.push_back(corner_of(object.box, i));
+  return corners_world;
+}
+
+void draw_boxes(ColourImage& image, std::span<const SceneObject> objects, const Viewpoint& view,
+                PictureColour by) {
   cv::Mat picture = cv_view(image);
   for (const SceneObject& object : objects) {
-    if (object.state == ObjectState::kAbsent || object.state == ObjectState::kCandidate) continue;
-    const auto corner = [&](unsigned i) -> Vec3 {
-      const Vec3 side((i & 1) ? 0.5 : -0.5, (i & 2) ? 0.5 : -0.5, (i & 4) ? 0.5 : -0.5);
-      return object.box.T_world_box * side.cwiseProduct(object.box.size_m);
-    };
+    if (!is_drawn(object)) continue;
+    const Rgb8 colour = by == PictureColour::kClass ? class_colour(object.semantic_class)
+                                                    : object_colour(object.id);
     for (unsigned i = 0; i < 8; ++i) {
       for (const unsigned axis : {1U, 2U, 4U}) {
         if (!(i & axis))
-          draw_line(picture, view, corner(i), corner(i | axis),
-                    scalar_of(object_colour(object.id)));
+          draw_line(picture, view, corner_of(object.box, i), corner_of(object.box, i | axis),
+                    scalar_of(colour));
       }
     }
     const Vec3 top = object.box.T_world_box * Vec3(0, 0, object.box.size_m.z() / 2);

@@ -12,9 +12,12 @@ namespace ygslam {
 /// What does not fit is counted in the last line.
 [[nodiscard]] ColourImage with_legend(const ScenePicture& picture);
 
-/// Draws the edges of the boxes and the names of all objects but absent ones and candidates;
-/// nothing hides them.
-void draw_boxes(ColourImage& image, std::span<const SceneObject> objects, const Viewpoint& view);
+/// Draws the edges of the boxes and the names of all objects but absent ones and candidates, in the
+/// colours of their classes or of themselves; nothing hides them.
+void draw_boxes(ColourImage& image, std::span<const SceneObject> objects, const Viewpoint& view,
+                PictureColour by = PictureColour::kObject);
+/// The corners of the boxes that draw_boxes draws, in the world.
+[[nodiscard]] std::vector<Vec3> box_corners(std::span<const SceneObject> objects);
 
 /// Draws a line through positions in the world [m], as a camera's path; nothing hides it.
 void draw_path(ColourImage& image, std::span<const Vec3> path_world, const Viewpoint& view,

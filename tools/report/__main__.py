@@ -20,8 +20,10 @@ try:
     from report.tables import Builder
     from report.writer import OutputError, Writer
 except ModuleNotFoundError as missing:
-    print(f"error: Python package '{missing.name}' is missing: pip install -r "
-          "tools/requirements-tools.txt, or `make setup`", file=sys.stderr)
+    in_wheel = pathlib.Path(__file__).resolve().parent.parent.name == "ygslam"
+    print(f"error: Python package '{missing.name}' is missing: "
+          + ('pip install "ygslam[report]"' if in_wheel else "pip install -r tools/requirements-tools.txt, or `make setup`"),
+          file=sys.stderr)
     sys.exit(9)
 
 

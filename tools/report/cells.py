@@ -65,6 +65,8 @@ class Row:
     kind: str = ""  # tum, rendered, bonn, folder, published
     marked: bool = False
     citation: str | None = None
+    notes: list = dataclasses.field(default_factory=list)  # letters of footnotes of the whole row
+    not_run: bool = False  # published figures alone
 
 
 @dataclasses.dataclass
@@ -77,6 +79,16 @@ class Table:
     columns: list
     rows: list = dataclasses.field(default_factory=list)
     notes: list = dataclasses.field(default_factory=list)
+    remarks: list = dataclasses.field(default_factory=list)  # of the whole table, without a letter
+
+    @property
+    def run_rows(self):
+        """Those that stand in the table, where any was run; the others are folded below it."""
+        return [row for row in self.rows if not row.not_run] or self.rows
+
+    @property
+    def folded_rows(self):
+        return [row for row in self.rows if row not in self.run_rows]
 
     @property
     def has_groups(self):
@@ -93,10 +105,22 @@ class Table:
         keys = [c.citation for c in self.columns] + [r.citation for r in self.rows]
         return list(dict.fromkeys(key for key in keys if key))
 
-    def groups(self):
+    def parts(self, most, most_with_spreads):
+        """Ranges of columns that fit beside each other, cut between groups."""
+        wide = any(cell.spread_text for row in self.rows for cell in row.cells)
+        most = most_with_spreads if wide else most
+        parts, start, at = [], 0, 0
+        for _, width, _, _ in self.groups():
+            if at + width - start > most and at > start:
+                parts.append((start, at))
+                start = at
+            at += width
+        return parts + [(start, at)]
+
+    def groups(self, start=0, end=None):
         """[(group, number of columns, citation, published)] side by side."""
         found = []
-        for column in self.columns:
+        for column in self.columns[start:end]:
             if found and found[-1][0] == column.group and column.group:
                 found[-1][1] += 1
             else:
@@ -115,10 +139,10 @@ def letter(index):
 
 
 def rank(cells):
-    """Marks the best (lowest) and second best of the sound figures; equal ones share a place."""
+    """Marks the best (lowest) and second best of the sound figures; those that read the same share a place."""
     judged = [cell for cell in cells
               if cell.value is not None and not cell.fault and not cell.foreign]
-    values = sorted({round(cell.value, 6) for cell in judged})
+    values = sorted({round(cell.value, cell.decimals) for cell in judged})
     for cell in judged:
-        place = values.index(round(cell.value, 6))
+        place = values.index(round(cell.value, cell.decimals))
         cell.rank = place + 1 if place < 2 and len(values) > 1 else 0

@@ -1,5 +1,6 @@
 """report/index.html: one file that needs nothing else."""
 import pathlib
+import re
 
 import jinja2
 from markupsafe import Markup, escape
@@ -45,7 +46,13 @@ def environment(published):
                               undefined=jinja2.StrictUndefined)
     numbers = {key: i for i, key in enumerate(published.citations, 1)}
     made.globals.update(letter=letter, cite_number=numbers, source_text=source_text)
+    made.filters["words"] = with_commands
     return made
+
+
+def with_commands(text):
+    """Escaped; what stands between backticks is a command."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def prepare(chapters):

@@ -21,8 +21,10 @@ def to_json(table, citations):
         "columns": [{"group": c.group, "label": c.label, "published": c.published}
                     for c in table.columns],
         "rows": [{"label": r.label, "sublabel": r.sublabel, "kind": r.kind, "marked": r.marked,
+                  **({"notes": r.notes} if r.notes else {}),
                   "cells": [cell_json(c) for c in r.cells]} for r in table.rows],
         "notes": {letter(i): text for i, text in enumerate(table.notes)},
+        "remarks": table.remarks,
         "sources": {key: citations[key] for key in table.sources()},
     }, indent=1, ensure_ascii=False) + "\n"
 
@@ -62,6 +64,8 @@ def to_csv(table, citations):
         writer.writerow(line)
     for i, note in enumerate(table.notes):
         writer.writerow([f"note {letter(i)}", note])
+    for remark in table.remarks:
+        writer.writerow(["note on all", remark])
     for key in table.sources():
         writer.writerow([f"note source {key}", source_text(citations[key])])
     return out.getvalue()
@@ -78,27 +82,15 @@ def to_latex(table, citations):
     lines = ["% needs \\usepackage{booktabs,graphicx,textcomp}", r"\begin{table*}[t]",
              r"\centering", rf"\caption{{{latex(table.title)}. {latex(table.caption)}}}",
              rf"\label{{tab:{table.id}}}"]
-    for start, end in latex_parts(table):
+    for start, end in table.parts(LATEX_COLUMNS, LATEX_COLUMNS_WITH_SPREADS):
         lines += latex_tabular(table, start, end) + [r"\par\smallskip"]
     for i, note in enumerate(table.notes):
         lines.append(rf"{{\footnotesize \textsuperscript{{{letter(i)}}}~{latex(note)}\par}}")
+    lines += [rf"{{\footnotesize {latex(remark)}\par}}" for remark in table.remarks]
     if table.sources():
         said = "; ".join(f"{key}: {source_text(citations[key])}" for key in table.sources())
         lines.append(rf"{{\footnotesize Sources. {latex(said)}.\par}}")
     return "\n".join(lines + [r"\end{table*}", ""])
-
-
-def latex_parts(table):
-    """Ranges of columns that fit a page, cut between groups."""
-    wide = any(cell.spread_text for row in table.rows for cell in row.cells)
-    most = LATEX_COLUMNS_WITH_SPREADS if wide else LATEX_COLUMNS
-    parts, start, at = [], 0, 0
-    for _, width, _, _ in table.groups():
-        if at + width - start > most and at > start:
-            parts.append((start, at))
-            start = at
-        at += width
-    return parts + [(start, at)]
 
 
 def latex_tabular(table, start, end):
@@ -107,7 +99,7 @@ def latex_tabular(table, start, end):
     lines = [r"\resizebox{\textwidth}{!}{%", rf"\begin{{tabular}}{{l{sides}}}", r"\toprule"]
     if any(column.group for column in columns):
         cells, rules, at = [""], [], 2
-        for group, width, _, _ in groups_between(table, start, end):
+        for group, width, _, _ in table.groups(start, end):
             cells.append(rf"\multicolumn{{{width}}}{{c}}{{{latex(group)}}}")
             if group:
                 rules.append(rf"\cmidrule(lr){{{at}-{at + width - 1}}}")
@@ -120,16 +112,10 @@ def latex_tabular(table, start, end):
         label = latex(row.label) + (" !" if row.marked else "")
         if row.sublabel:
             label += rf" {{\scriptsize ({latex(row.sublabel)})}}"
+        if row.notes:
+            label += rf"\textsuperscript{{{','.join(row.notes)}}}"
         lines.append(" & ".join([label] + [latex_cell(c) for c in row.cells[start:end]]) + r" \\")
     return lines + [r"\bottomrule", r"\end{tabular}}"]
-
-
-def groups_between(table, start, end):
-    at = 0
-    for group in table.groups():
-        if start <= at < end:
-            yield group
-        at += group[1]
 
 
 def latex_cell(cell):
@@ -150,4 +136,7 @@ def latex_cell(cell):
 
 
 def latex(text):
-    return "".join(LATEX_SPECIAL.get(letter_, letter_) for letter_ in str(text))
+    """@param text words between backticks are commands."""
+    parts = ["".join(LATEX_SPECIAL.get(letter_, letter_) for letter_ in part)
+             for part in str(text).split("`")]
+    return "".join(rf"\texttt{{{part}}}" if i % 2 else part for i, part in enumerate(parts))

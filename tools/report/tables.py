@@ -120,12 +120,12 @@ class Builder:
             if row_name in self.published.rows or bonn is not None:
                 table.rows.append(self.compared_row(table, key, row_name, sequence, mode, protocols,
                                                     bonn))
-        table.note(self.published.average_note(key))
+        table.remarks.append(self.published.average_note(key))
         our = our_average(table, self.published, self.entries)
         if our:
-            table.note(our)
+            table.remarks.append(our)
         if key != "table2":
-            table.note(self.published.data["notes"]["rpe"])
+            table.remarks.append(self.published.data["notes"]["rpe"])
         return table
 
     def compared_row(self, table, key, row_name, sequence, mode, protocols, bonn):
@@ -215,6 +215,7 @@ class Builder:
         row = Row(label, "", [], sequence.kind if sequence else "published")
         if sequence is None:
             row.sublabel = "TUM recording, not run"
+            row.not_run = True
         elif row_name in self.published.rows:
             row.sublabel = ("rendered, not TUM" if sequence.rendered else
                             "TUM, a part" if self.is_part(row_name, sequence) else
@@ -223,8 +224,8 @@ class Builder:
                 row.sublabel += f" · {sequence.name}"
             if self.foreign(row_name, sequence):
                 if any(column.published for column in table.columns):
-                    table.note(FOREIGN)
-                table.note(RENDERED if sequence.rendered else PART)
+                    row.notes.append(table.note(FOREIGN))
+                row.notes.append(table.note(RENDERED if sequence.rendered else PART))
         else:
             row.sublabel = {"bonn": "Bonn", "rendered": "rendered", "tum": "TUM"}.get(
                 sequence.kind, "own folder")

@@ -13,6 +13,7 @@ BONNET_M = 0.45      # from the camera, as far as that of a robot on wheels
 MIRRORED_M = 3.0     # how far behind its surface a mirror's picture lies
 POSTER_M = 1.2
 PLATFORM_BELOW_M = 0.9  # below the camera
+SCREEN_M = 1.3       # before the first camera
 
 
 @dataclasses.dataclass
@@ -168,6 +169,34 @@ def surface_of_glass(view, strength, rng):
     return hit, depth, (centre[0] + behind * directions[..., 0]) * 200, (centre[1] + behind * directions[..., 1]) * 200
 
 
+def screen(view, strength, rng, pan_mps=0.25):
+    """A screen that stands in the room before all else, with a video that pans to and fro; at strength 1 it fills a
+    third of the first image."""
+    picture = texture(int(rng.integers(2 ** 31)))
+    rotation, centre = view.T_first_camera[:3, :3], view.T_first_camera[:3, 3]
+    directions = view.rays() @ rotation.T
+    depth = (SCREEN_M - centre[2]) / np.where(directions[..., 2] > 1e-6, directions[..., 2], np.inf)
+    x, y = centre[0] + depth * directions[..., 0], centre[1] + depth * directions[..., 1]
+    shape = np.array([view.depth.shape[1] / view.camera[0], view.depth.shape[0] / view.camera[1]])
+    half_width, half_height = SCREEN_M / 2 * np.sqrt(strength / 3) * shape
+    hit = (abs(x) < half_width) & (abs(y) < half_height) & (depth > 0)
+    view.depth[hit & (view.depth > 0) & (view.depth < depth)] = 0
+    phase = view.t_s + rng.uniform(0, 4)
+    panned = pan_mps * 2 * (1 - abs((phase / 2) % 2 - 1))  # there in 2 s, and back
+    angle = rng.uniform(0, 2 * np.pi)
+    paint_plane(view, hit, depth, (x + panned * np.cos(angle)) * 400, (y + panned * np.sin(angle)) * 400, picture)
+
+
+def slow_screen(view, strength, rng):
+    """The same with a video that pans at 5 cm/s."""
+    screen(view, strength, rng, pan_mps=0.05)
+
+
+def still_screen(view, strength, rng):
+    """The same with a picture that stands."""
+    screen(view, strength, rng, pan_mps=0)
+
+
 def mirror(view, strength, rng):
     """A mirror that stands in the room: its picture moves as a room behind it does, its depth is that of its surface."""
     picture = texture(int(rng.integers(2 ** 31)))
@@ -183,5 +212,6 @@ def glass(view, strength, rng):
     view.image[seen] = (0.55 * view.image[seen] + 0.45 * mirrored.image[seen]).astype(np.uint8)
 
 
-KINDS = {kind.__name__: kind for kind in (clean, text, bonnet, dots, flicker, snow, poster, platform, late_platform,
-                                          mirror, glass)}
+KINDS = {kind.__name__: kind for kind in (clean, text, bonnet, dots, screen, slow_screen, still_screen, mirror, glass,
+                                          platform, late_platform, poster, flicker, snow)}
+STRENGTHS = {"screen": (0.3, 1, 2), "slow_screen": (1, 2), "still_screen": (1, 2), "platform": (0.6, 1)}  # else 1

@@ -20,6 +20,16 @@ constexpr double kDepthShare = 0.5;  // neighbours share a part of their noise
 constexpr int kRefinements = 3;
 constexpr int kManyMapped = 30;  // points: these will do
 constexpr int kMostAnchorAge_frames = 15;
+constexpr int kMostDoubtedAge_frames = 45;
+// Depth alone is believed where it fits as well as a sensor's noise lets it ...
+constexpr double kFittingCost = 1.5;  // a sample
+constexpr double kFittingOff = 0.15;  // of the samples
+constexpr int kFittingSamples = 200;
+// ... and contradicts the points where it is so many times worse at their pose, so far away.
+constexpr double kDoubtedCost = 1.5;
+constexpr double kDoubted_m = 0.012;
+constexpr double kRivalCost = 2;
+constexpr double kRival_m = 0.05;
 constexpr int kMostPause_frames = 30;
 constexpr int kForgotten_frames = 60;    // after which the next suspicion is a first one
 constexpr double kCovered = 0.7;         // of the points: a plane that may be all that is seen ...
@@ -80,17 +90,69 @@ ScreenFinder::Output ScreenFinder::step(const Place& place, int moving,
   const DepthAgreement by_all = agreement(place, place.T_camera_world);
   Output nothing;
   nothing.conflict = by_all.possible_gain() / std::max(1.0, by_all.mean_cost());
-  if (!is_suspect(nothing.conflict, moving)) return nothing;
+  const auto T_depth_world = rival_by_depth(place, by_all, nothing.conflict);
+  if (!T_depth_world && !is_suspect(nothing.conflict, moving)) return nothing;
   const std::vector<Point> found_points = points();
-  Output out = search({place, found_points});
+  Output out = search({place, found_points, T_depth_world});
   out.conflict = nothing.conflict;
+  out.undecided |= !out.found && T_depth_world;
   out.undecided |= !out.found && out.covered > kCovered && out.conflict > kClearConflict;
   if (out.undecided || out.found) pause_frames_ = 0;
   return out;
 }
 
+/// Where depth alone has the camera, if it contradicts the points by more than it errs.
+std::optional<SE3> ScreenFinder::rival_by_depth(const Place& place, const DepthAgreement& by_all,
+                                                double conflict) {
+  const bool is_turn = anchor_age_frames_ % 2 == 1;  // every other frame will do to begin with
+  if (!in_doubt_ && (conflict < kConflict || !is_turn)) return std::nullopt;
+  in_doubt_ = false;
+  // From where depth had the last frame, on by the step that the points have taken.
+  const SE3 T_odom_start =
+      T_odom_last_ * T_placed_depth_ * T_odom_last_.inverse() * place.T_odom_camera;
+  const SE3 T_odom_world = place.T_odom_camera * place.T_camera_world;
+  const auto alone = by_depth(place, T_odom_start.inverse() * T_odom_world);
+  if (!alone) return std::nullopt;
+  T_odom_depth_ = T_odom_world * alone->T_camera_world.inverse();
+  const double worse = by_all.mean_cost() / alone->agreement.mean_cost();
+  in_doubt_ = worse > kDoubtedCost && alone->apart_m > kDoubted_m;
+  const bool is_rival = worse > kRivalCost && alone->apart_m > kRival_m;
+  return is_rival ? std::optional(alone->T_camera_world) : std::nullopt;
+}
+
+std::optional<ScreenFinder::ByDepth> ScreenFinder::by_depth(const Place& place,
+                                                            const SE3& T_start_world) const {
+  if (anchor_.empty()) return std::nullopt;
+  SE3 T_camera_world = T_start_world;
+  for (int round = 0; round < kRefinements; ++round) {
+    const DepthAgreement depth = agreement(place, T_camera_world);
+    if (round == kRefinements - 1 && depth.mean_cost() > 2 * kFittingCost) return std::nullopt;
+    const Vec6 step = SymmetricSystem6(depth.information + Mat6::Identity()).solve(depth.gradient);
+    if (!step.allFinite()) return std::nullopt;
+    T_camera_world = SE3::exp(-step) * T_camera_world;
+  }
+  ByDepth found{T_camera_world, agreement(place, T_camera_world), 0};
+  if (found.agreement.samples < kFittingSamples || found.agreement.mean_cost() > kFittingCost ||
+      found.agreement.off > kFittingOff * found.agreement.samples)
+    return std::nullopt;
+  const SE3 T_there_here = T_camera_world * place.T_camera_world.inverse();
+  const SE3 T_here_anchor = place.T_camera_world * T_anchor_world(place).inverse();
+  for (const Vec3& p : anchor_.points()) {
+    const Vec3 p_here = T_here_anchor * p;
+    found.apart_m += (T_there_here * p_here - p_here).norm();
+  }
+  found.apart_m /= static_cast<double>(anchor_.points().size());
+  return found;
+}
+
 void ScreenFinder::remember(const FrameFeatures& now, const SE3& T_odom_camera) {
-  if (!anchor_.empty() && ++anchor_age_frames_ < kMostAnchorAge_frames) return;
+  T_placed_depth_ = T_odom_depth_ && in_doubt_ ? T_odom_camera.inverse() * *T_odom_depth_ : SE3();
+  T_odom_last_ = T_odom_camera;
+  T_odom_depth_.reset();
+  const int most_frames = in_doubt_ ? kMostDoubtedAge_frames : kMostAnchorAge_frames;
+  if (!anchor_.empty() && ++anchor_age_frames_ < most_frames) return;
+  T_placed_depth_ = SE3();
+  in_doubt_ = false;
   anchor_ = DepthSamples(camera_, now.frame->depth_m);
   anchor_frame_ = now.frame;
   T_odom_anchor_ = T_odom_camera;
@@ -100,6 +162,7 @@ void ScreenFinder::remember(const FrameFeatures& now, const SE3& T_odom_camera) 
 void ScreenFinder::forget() {
   anchor_ = {};
   anchor_frame_.reset();
+  in_doubt_ = false;
   pause_frames_ = waited_frames_ = 0;
 }
 
@@ -160,7 +223,8 @@ ScreenFinder::Output ScreenFinder::search(const Input& in) const {
   std::optional<double> cost_by_all;
   double least_cost = std::numeric_limits<double>::infinity();
   for (const auto& [patch, points] : order) {
-    const auto rival = without(in, patch_of, patch);
+    auto rival = without(in, patch_of, patch);
+    if (!rival && in.T_depth_world) rival = without_by_depth(in, patch_of, patch);
     if (!rival) continue;
     if (!cost_by_all) cost_by_all = decisive_cost(in.place, in.place.T_camera_world);
     const double cost =
@@ -223,6 +287,26 @@ std::optional<ScreenFinder::Hypothesis> ScreenFinder::without(const Input& in,
   const bool drags = rival.moves_camera || shift_px(in, patch_of, patch, rival) > kDrags_px;
   if (!drags || rival.share_moving < enough) return std::nullopt;
   return rival;
+}
+
+/// Too few points are beside the plane to say how the camera moved, but depth does.
+std::optional<ScreenFinder::Hypothesis> ScreenFinder::without_by_depth(
+    const Input& in, std::span<const int> patch_of, int patch) const {
+  Hypothesis rival;
+  rival.T_camera_world = *in.T_depth_world;
+  rival.moves_camera = true;
+  const std::vector<double> by_all_px = residuals_px(in, in.place.T_camera_world);
+  const std::vector<double> by_depth_px = residuals_px(in, *in.T_depth_world);
+  int mapped = 0;  // the others are where the points had the frame before
+  for (std::uint32_t i = 0; i < in.points.size(); ++i) {
+    if (patch_of[i] != patch || !in.points[i].mapped) continue;
+    ++mapped;
+    if (by_all_px[i] <= kMoves_px && by_depth_px[i] > kMovesMedians * kMoves_px)
+      rival.moving.push_back(i);
+  }
+  rival.share_moving = static_cast<double>(rival.moving.size()) / std::max(1, mapped);
+  const bool moves = std::ssize(rival.moving) >= kFewestMoving && rival.share_moving >= kMostMoving;
+  return moves ? std::optional(rival) : std::nullopt;
 }
 
 /// By the points that are not on the plane, if most of them agree.

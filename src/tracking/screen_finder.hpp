@@ -1,7 +1,8 @@
 // Finds screens that play. A video that pans looks like a camera that moves: the points on it agree
 // with each other, and where the rest of the room is far, one wrong motion explains both. Then two
 // motions are rivals: that of all points, and that of the points beside a plane. Depth decides
-// between them, and where the second wins what is on the plane moves.
+// between them, and where the second wins what is on the plane moves. Where too few points are
+// beside it, the pose that depth alone has is the second.
 #pragma once
 
 #include <cstdint>
@@ -52,6 +53,14 @@ class ScreenFinder {
   [[nodiscard]] Output step(const Place& place, int moving,
                             const std::function<std::vector<Point>()>& points);
 
+  /// Where depth alone has the camera since the anchor.
+  struct ByDepth {
+    SE3 T_camera_world;
+    DepthAgreement agreement;
+    double apart_m;  ///< from where it was asked about, at the points of the anchor
+  };
+  /// @return nullopt if depth, too, changed in other ways than by a camera that moves.
+  [[nodiscard]] std::optional<ByDepth> by_depth(const Place& place, const SE3& T_start_world) const;
   /// The pose that depth and the points that gave it agree with best.
   /// @param information of the points at T_points_world, of a left perturbation.
   [[nodiscard]] SE3 with_depth(const Place& place, const SE3& T_points_world,
@@ -65,6 +74,7 @@ class ScreenFinder {
   struct Input {
     const Place& place;
     std::span<const Point> points;
+    std::optional<SE3> T_depth_world{};  // T_camera_world by depth alone, if it is another
   };
   /// The points, taken apart into those on one plane and those beside it.
   struct Hypothesis {
@@ -73,6 +83,8 @@ class ScreenFinder {
     bool moves_camera = false;
     double share_moving = 0;  // of the points on the plane
   };
+  [[nodiscard]] std::optional<SE3> rival_by_depth(const Place& place, const DepthAgreement& by_all,
+                                                  double conflict);
   [[nodiscard]] bool is_suspect(double conflict, int moving);
   [[nodiscard]] SE3 T_anchor_world(const Place& place) const;
   [[nodiscard]] DepthAgreement agreement(const Place& place, const SE3& T_camera_world) const;
@@ -86,6 +98,9 @@ class ScreenFinder {
                                                         int patch) const;
   [[nodiscard]] Hypothesis split(const Input& in, std::span<const int> patch_of, int patch,
                                  const SE3& T_camera_world) const;
+  [[nodiscard]] std::optional<Hypothesis> without_by_depth(const Input& in,
+                                                           std::span<const int> patch_of,
+                                                           int patch) const;
   [[nodiscard]] std::optional<Hypothesis> without(const Input& in, std::span<const int> patch_of,
                                                   int patch) const;
   [[nodiscard]] double shift_px(const Input& in, std::span<const int> patch_of, int patch,
@@ -99,7 +114,11 @@ class ScreenFinder {
   FramePtr anchor_frame_;
   SE3 T_odom_anchor_;
   int anchor_age_frames_ = 0;
-  int pause_frames_ = 0;  // after a search that found nothing
+  SE3 T_odom_last_;                  // the last frame, as it was placed in the end ...
+  SE3 T_placed_depth_;               // ... and depth has it, from there
+  std::optional<SE3> T_odom_depth_;  // this frame, as depth has it
+  bool in_doubt_ = false;            // depth begins to have it elsewhere
+  int pause_frames_ = 0;             // after a search that found nothing
   int waited_frames_ = 0;
   double fruitless_conflict_ = 0;
 };

@@ -113,6 +113,65 @@ TEST(ScreenFinder, AVideoThatPansIsNoMotionOfTheCamera) {
   }
 }
 
+/// All that is on the screen, and ten points beside it.
+ScreenRoom::View hardly_beside(ScreenRoom::View view) {
+  int beside = 0;
+  std::erase_if(view.points, [&](const ScreenFinder::Point& point) {
+    const Feature& f = view.seen.features->points[point.feature];
+    return f.depth_m > kScreenAway_m + 0.2 && ++beside > 10;
+  });
+  return view;
+}
+
+TEST(ScreenFinder, DepthTellsWhereTheCameraIsIfHardlyAPointIsBesideTheScreen) {
+  for (const double step_m : {0.0, 0.012}) {
+    const ScreenRoom room;
+    const PyramidScales scales(8, 1.2);
+    ScreenFinder finder(room.camera(), scales, {});
+    FrameFeatures before;
+    before.frame = room.see(SE3(), 1);
+    finder.remember(before, SE3());
+    std::optional<ScreenFinder::Finding> found;
+    SE3 T_camera_world;
+    for (int i = 1; i < 10 && !found; ++i) {
+      const auto view = hardly_beside(room.points(kCameraMoved, Vec3(0, i * step_m, 0)));
+      std::vector<PoseObservation> all;
+      for (const auto& point : view.points)
+        all.push_back(
+            {point.p_world, observation_of(view.seen.features->points[point.feature], 1, {}, 1)});
+      T_camera_world = solve_pose(room.camera(), T_camera_world, all, {})->T_camera_world;
+      found = finder
+                  .step({view.seen, T_camera_world, T_camera_world.inverse()}, 0,
+                        [&] { return view.points; })
+                  .found;
+      finder.remember(view.seen, T_camera_world.inverse());
+    }
+    ASSERT_EQ(found.has_value(), step_m > 0) << "a picture that stands is no screen that plays";
+    if (!found) continue;
+    EXPECT_GT((T_camera_world.inverse().t() - kCameraMoved.t()).norm(), 0.03) << "by the points";
+    EXPECT_LT((found->T_camera_world.inverse().t() - kCameraMoved.t()).norm(), 0.01);
+  }
+}
+
+TEST(ScreenFinder, DepthAloneHasNoPoseWhereWhatIsSeenMovesOtherwise) {
+  const ScreenRoom room;
+  const PyramidScales scales(8, 1.2);
+  ScreenFinder finder(room.camera(), scales, {});
+  FrameFeatures before;
+  before.frame = room.see(SE3(), 1);
+  finder.remember(before, SE3());
+  FrameFeatures now;
+  now.frame = room.see(kCameraMoved, 2);
+  const auto by_depth = [&] { return finder.by_depth({now, SE3(), SE3()}, SE3()); };
+  ASSERT_TRUE(by_depth());
+  EXPECT_LT((by_depth()->T_camera_world.inverse().t() - kCameraMoved.t()).norm(), 0.015);
+  auto somebody = std::make_shared<RgbdFrame>(*now.frame);
+  for (int v = 0; v < somebody->depth_m.height(); ++v)
+    for (int u = 0; u < 100; ++u) somebody->depth_m.at(u, v) = 1;
+  now.frame = somebody;
+  EXPECT_FALSE(by_depth());
+}
+
 TEST(ScreenFinder, AStillPictureIsASurfaceLikeOthers) {
   for (const SE3& T_world_camera : {SE3(), kCameraMoved}) {
     const auto answer = ScreenRoom().ask(T_world_camera, Vec3::Zero());

@@ -8,6 +8,7 @@ namespace ygslam {
 namespace {
 
 constexpr int kFewBesideScreen = 100;  // points
+constexpr double kCarried_m = 0.03;    // where the points have the camera so far from depth
 constexpr double kContradiction = 60;  // ScreenFinder::Output::conflict; noise is 22 at most
 
 /// Nothing is known that explains its motion.
@@ -78,6 +79,27 @@ SE3 ScreenWatch::steadied(const PoseResult& pose, const FrameFeatures& seen,
   // A screen leaves few points, at the image's edges; depth is known everywhere.
   return finder_.with_depth(place_at(pose.T_camera_world, seen, before), pose.T_camera_world,
                             SymmetricSystem6(*pose.covariance).inverse());
+}
+
+std::optional<PoseResult> ScreenWatch::carried(const std::optional<PoseResult>& pose,
+                                               const SE3& T_guess_world, const FrameFeatures& seen,
+                                               const Before& before) const {
+  if (screens_.empty()) return std::nullopt;
+  if (pose && pose->inliers >= kFewBesideScreen) return std::nullopt;
+  const SE3& T_camera_world = pose ? pose->T_camera_world : T_guess_world;
+  const ScreenFinder::Place place = place_at(T_camera_world, seen, before);
+  auto by_depth = finder_.by_depth(place, before.T_last_world);
+  const auto predicted = finder_.by_depth(place, T_guess_world);
+  if (predicted && (!by_depth || predicted->agreement.cost < by_depth->agreement.cost))
+    by_depth = predicted;
+  if (!by_depth || (pose && by_depth->apart_m < kCarried_m)) return std::nullopt;
+  PoseResult carried;
+  carried.T_camera_world = by_depth->T_camera_world;
+  carried.landmarks.assign(seen.features->size(), kNoLandmark);
+  carried.matches = by_depth->agreement.samples;
+  carried.inliers = by_depth->agreement.samples - by_depth->agreement.off;
+  carried.contested = true;
+  return carried;
 }
 
 void ScreenWatch::follow(const ObservedFrame& now, const SE3& T_odom_camera) {

@@ -51,6 +51,18 @@ class ScreenWatch {
   /// The pose in the end: where a screen leaves few points depth has a say.
   [[nodiscard]] SE3 steadied(const PoseResult& pose, const FrameFeatures& seen,
                              const Before& before) const;
+  /// A known screen leaves so few points of the map that the pose hangs on the frame before: it
+  /// drifts, and a keyframe would hang on nothing.
+  [[nodiscard]] bool leave_too_few(const PoseResult& pose) const {
+    return !screens_.empty() && pose.landmark_inliers < kFewestOfMap;
+  }
+  /// The pose by depth alone, where a known screen leaves no points that tell, or others than
+  /// depth.
+  /// @param pose by the points, if there is one. @param T_guess_world T_camera_world, else.
+  [[nodiscard]] std::optional<PoseResult> carried(const std::optional<PoseResult>& pose,
+                                                  const SE3& T_guess_world,
+                                                  const FrameFeatures& seen,
+                                                  const Before& before) const;
   /// With the final pose: what moves on screens that are known keeps them known.
   void follow(const ObservedFrame& now, const SE3& T_odom_camera);
   /// The camera was lost.
@@ -61,6 +73,8 @@ class ScreenWatch {
   [[nodiscard]] std::vector<Vec3> moving(const ObservedFrame& now) const;
   [[nodiscard]] int unexplained_motions(const ObservedFrame& now) const;
   [[nodiscard]] std::vector<ScreenFinder::Point> points_before(const Input& in) const;
+
+  static constexpr int kFewestOfMap = 30;
 
   bool enabled_;
   const Camera& camera_;

@@ -345,17 +345,28 @@ SE3 Tracker::last_pose(const LocalView& view) {
 FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found,
                                     const PoseSearch::From& from, const PoseSearch::Guess& guess) {
   const trace::Span span("screens");
-  if (!found.pose || !is_seen(from.state)) return found;
+  if (!is_seen(from.state)) return found;
   const ScreenWatch::Before before{from.last, guess.T_last_world, localization_.T_odom_camera(),
                                    from.view};
-  auto looked = screens_.step({now, found.seen, *found.pose, before});
-  if (looked.without) {
-    now = std::move(looked.without->now);
-    found = search_.step(
-        now.seen, from, {guess.T_last_world, looked.without->T_camera_world, guess.inertial}, rng_);
+  SE3 T_guess_world = guess.T_guess_world;
+  bool contested = false;
+  if (found.pose) {
+    auto looked = screens_.step({now, found.seen, *found.pose, before});
+    contested = looked.contested;
+    if (looked.without) {
+      now = std::move(looked.without->now);
+      T_guess_world = looked.without->T_camera_world;
+      found =
+          search_.step(now.seen, from, {guess.T_last_world, T_guess_world, guess.inertial}, rng_);
+    }
+  }
+  if (auto carried = screens_.carried(found.pose, T_guess_world, found.seen, before)) {
+    found.pose = std::move(carried);
+    found.jump.from_prediction_m = 0;
+    return found;
   }
   if (!found.pose) return found;
-  found.pose->contested |= looked.contested;
+  found.pose->contested |= contested || screens_.leave_too_few(*found.pose);
   found.pose->T_camera_world = screens_.steadied(*found.pose, found.seen, before);
   return found;
 }

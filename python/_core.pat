@@ -1,4 +1,6 @@
 _core\.__suffix__$:
+    __version__: str
+
     class Error(RuntimeError):
         """What went wrong in one line."""
 

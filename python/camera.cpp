@@ -20,7 +20,8 @@ using Camera = api::CameraModel;
 auto fields_of(const Camera& c) {
   return std::tuple(c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, c.width, c.height,
                     c.colour_readout_ms, c.depth_readout_ms, c.depth_delay_ms, c.shutter_known,
-                    c.device, c.ignore, c.ignore_image);
+                    c.shutter_guessed, c.device, c.ignore, c.ignore_image, c.likely_device,
+                    c.shutter_source);
 }
 using Fields = decltype(fields_of(Camera()));
 
@@ -31,8 +32,9 @@ Camera camera_of(const Fields& fields) {
 void construct(Camera* self, double fx, double fy, double cx, double cy, int width, int height,
                double k1, double k2, double p1, double p2, double k3, double colour_readout_ms,
                double depth_readout_ms, double depth_delay_ms, bool shutter_known,
-               const std::string& device, const std::vector<std::array<int, 4>>& ignore,
-               const std::string& ignore_image) {
+               bool shutter_guessed, const std::string& device,
+               const std::vector<std::array<int, 4>>& ignore, const std::string& ignore_image,
+               const std::string& likely_device, const std::string& shutter_source) {
   new (self) Camera{fx,
                     fy,
                     cx,
@@ -48,9 +50,12 @@ void construct(Camera* self, double fx, double fy, double cx, double cy, int wid
                     depth_readout_ms,
                     depth_delay_ms,
                     shutter_known,
+                    shutter_guessed,
                     device,
                     ignore,
-                    ignore_image};
+                    ignore_image,
+                    likely_device,
+                    shutter_source};
 }
 
 std::string text_of(const Camera& c) {
@@ -71,8 +76,9 @@ void bind_camera(nb::module_& m) {
            nb::arg("k2") = 0.0, nb::arg("p1") = 0.0, nb::arg("p2") = 0.0, nb::arg("k3") = 0.0,
            nb::arg("colour_readout_ms") = 0.0, nb::arg("depth_readout_ms") = 0.0,
            nb::arg("depth_delay_ms") = 0.0, nb::arg("shutter_known") = false,
-           nb::arg("device") = "", nb::arg("ignore") = std::vector<std::array<int, 4>>(),
-           nb::arg("ignore_image") = "")
+           nb::arg("shutter_guessed") = false, nb::arg("device") = "",
+           nb::arg("ignore") = std::vector<std::array<int, 4>>(), nb::arg("ignore_image") = "",
+           nb::arg("likely_device") = "", nb::arg("shutter_source") = "")
       .def_rw("fx", &Camera::fx)
       .def_rw("fy", &Camera::fy)
       .def_rw("cx", &Camera::cx)
@@ -87,12 +93,16 @@ void bind_camera(nb::module_& m) {
       .def_rw("colour_readout_ms", &Camera::colour_readout_ms)
       .def_rw("depth_readout_ms", &Camera::depth_readout_ms)
       .def_rw("depth_delay_ms", &Camera::depth_delay_ms)
-      .def_rw("shutter_known", &Camera::shutter_known)
+      .def_rw("shutter_known", &Camera::shutter_known, "the times are right, even where they are 0")
+      .def_rw("shutter_guessed", &Camera::shutter_guessed, "they are where an estimate starts")
       .def_rw("device", &Camera::device, "name of a known camera, see docs/camera.md")
       .def_rw("ignore", &Camera::ignore,
               "pixels that are not of the world: [x, y, width, height] each")
       .def_rw("ignore_image", &Camera::ignore_image,
               "the same as an 8-bit grey PNG of the camera's size, not 0 = ignored")
+      .def_rw("likely_device", &Camera::likely_device,
+              "a device that it may be: its times are taken once the rows are seen to roll")
+      .def_rw("shutter_source", &Camera::shutter_source, "who told of the times, for messages")
       .def("__getstate__", &fields_of)
       .def("__setstate__",
            [](Camera& c, const Fields& fields) { new (&c) Camera(camera_of(fields)); })

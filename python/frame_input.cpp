@@ -20,6 +20,23 @@ bool is_array(const nb::object& object, In<T>& array) {
 [[noreturn]] void refuse_type(const std::string& what) { throw nb::type_error(what.c_str()); }
 [[noreturn]] void refuse_value(const std::string& what) { throw nb::value_error(what.c_str()); }
 
+template <typename T>
+std::string shape_of(const In<T>& array) {
+  std::string text;
+  for (std::size_t i = 0; i < array.ndim(); ++i)
+    text += (i > 0 ? ", " : "") + std::to_string(array.shape(i));
+  return "(" + text + (array.ndim() == 1 ? ",)" : ")");
+}
+
+/// What came in place of an array of the right kind.
+std::string kind_of(const nb::object& object) {
+  if (object.is_none()) return "None";
+  const nb::object shown = nb::hasattr(object, "dtype")
+                               ? nb::object(object.attr("dtype"))
+                               : nb::object(object.type().attr("__name__"));
+  return (nb::hasattr(object, "dtype") ? "an array of " : "") + std::string(nb::str(shown).c_str());
+}
+
 std::string text_of(ImageSize size, std::size_t channels) {
   const std::string pixels = "(" + std::to_string(size.height) + ", " + std::to_string(size.width);
   return pixels + (channels > 1 ? ", 3)" : ")");
@@ -32,10 +49,12 @@ std::size_t row_stride(const In<T>& image, ImageSize size, std::size_t channels,
   const std::size_t dimensions = channels > 1 ? 3 : 2;
   if (image.ndim() != dimensions)
     refuse_type(std::string(name) + ": an array of " + kind + " with " +
-                std::to_string(dimensions) + " dimensions is expected");
+                std::to_string(dimensions) + " dimensions is expected, not of shape " +
+                shape_of(image));
   if (image.shape(0) != size.height || image.shape(1) != size.width ||
       (channels > 1 && image.shape(2) != channels))
-    refuse_value(std::string(name) + ": shape " + text_of(size, channels) + " is expected");
+    refuse_value(std::string(name) + ": shape " + text_of(size, channels) +
+                 " is expected, as the camera has it, not " + shape_of(image));
   const auto row = static_cast<std::int64_t>(image.shape(1) * channels);
   if (channels > 1 && image.stride(2) == -1)
     refuse_type(std::string(name) +
@@ -52,12 +71,13 @@ api::ColourOrder order_of(const std::string& name) {
   if (name == "rgb") return api::ColourOrder::kRgb;
   if (name == "bgr") return api::ColourOrder::kBgr;
   if (name == "mono") return api::ColourOrder::kMono;
-  refuse_value("order: rgb, bgr or mono is expected");
+  refuse_value("order: rgb, bgr or mono is expected, not " + name);
 }
 
 void take_colour(const FrameArguments& arguments, ImageSize size, api::Frame& frame) {
   In<std::uint8_t> rgb;
-  if (!is_array(arguments.rgb, rgb)) refuse_type("rgb: an array of uint8 is expected");
+  if (!is_array(arguments.rgb, rgb))
+    refuse_type("rgb: an array of uint8 is expected, not " + kind_of(arguments.rgb));
   frame.colour = order_of(arguments.order);
   const std::size_t channels = frame.colour == api::ColourOrder::kMono ? 1 : 3;
   frame.colour_stride = row_stride(rgb, size, channels, "rgb", "uint8");
@@ -79,7 +99,8 @@ void take_depth(const FrameArguments& arguments, ImageSize size, api::Frame& fra
       refuse_value("depth_scale: is for uint16; float32 is in metres");
     frame.depth_m = metres.data();
   } else {
-    refuse_type("depth: an array of float32 [m] or uint16 is expected");
+    refuse_type("depth: an array of float32 [m] or uint16 is expected, not " +
+                kind_of(arguments.depth));
   }
 }
 

@@ -56,6 +56,7 @@ void bind_errors(nb::module_& m) {
 
 NB_MODULE(_core, m) {
   m.doc() = "YG-SLAM: RGB-D SLAM for rooms with people in them.";
+  m.attr("__version__") = YGSLAM_VERSION;
   end_calls_with_the_interpreter();
   nb::set_leak_warnings(false);  // what a daemon thread was using is left, and no fault
   bind_errors(m);

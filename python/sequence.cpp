@@ -11,6 +11,7 @@
 #include "calls.hpp"
 #include "core/printable.hpp"
 #include "core/standard_error_sink.hpp"
+#include "geometry/rolling_shutter.hpp"
 #include "io/atomic_file.hpp"
 #include "io/frame_loader.hpp"
 #include "io/image_folders.hpp"
@@ -49,21 +50,19 @@ class Sequence {
   }
   [[nodiscard]] api::CameraModel camera() const {
     const CameraConfig& c = sequence_.camera;
-    return {c.fx,
-            c.fy,
-            c.cx,
-            c.cy,
-            c.k1,
-            c.k2,
-            c.p1,
-            c.p2,
-            c.k3,
-            c.width,
-            c.height,
-            c.colour_readout_ms,
-            c.depth_readout_ms,
-            c.depth_delay_ms,
-            c.shutter_known};
+    api::CameraModel model;
+    model.fx = c.fx, model.fy = c.fy, model.cx = c.cx, model.cy = c.cy;
+    model.k1 = c.k1, model.k2 = c.k2, model.p1 = c.p1, model.p2 = c.p2, model.k3 = c.k3;
+    model.width = c.width, model.height = c.height;
+    model.colour_readout_ms = c.colour_readout_ms;
+    model.depth_readout_ms = c.depth_readout_ms;
+    model.depth_delay_ms = c.depth_delay_ms;
+    model.shutter_known = c.shutter_known;
+    model.shutter_guessed = !c.shutter_known && !shutter_times(c).is_global();
+    for (const PixelRectangle& r : c.ignored) model.ignore.push_back({r.u, r.v, r.width, r.height});
+    model.likely_device = sequence_.likely_device;
+    model.shutter_source = sequence_.shutter_source;
+    return model;
   }
 
  private:

@@ -21,6 +21,37 @@
 namespace nb = nanobind;
 
 namespace ygslam::python {
+
+/// Keys of `ygslam config`; their values as text or numbers.
+struct Options {
+  std::map<std::string, std::string> values;
+};
+
+}  // namespace ygslam::python
+
+template <>
+struct nb::detail::type_caster<ygslam::python::Options> {
+  NB_TYPE_CASTER(ygslam::python::Options, const_name("collections.abc.Mapping[str, str | float]"))
+
+  bool from_python(handle source, std::uint8_t, cleanup_list*) noexcept {
+    try {
+      if (!PyMapping_Check(source.ptr())) return false;
+      const nb::object items = nb::steal(PyMapping_Items(source.ptr()));
+      if (!items.is_valid()) throw nb::python_error();
+      for (const nb::handle item : items) {
+        const nb::object key = item[0], given = item[1];
+        if (!PyUnicode_Check(given.ptr()) && !PyNumber_Check(given.ptr())) return false;
+        value.values[nb::cast<std::string>(key)] = nb::str(given).c_str();
+      }
+      return true;
+    } catch (const std::exception&) {  // of another type
+      PyErr_Clear();
+      return false;
+    }
+  }
+};
+
+namespace ygslam::python {
 namespace {
 
 class PySlam {
@@ -108,9 +139,8 @@ class PySlam {
 void construct(PySlam* self, const api::CameraModel& camera, const std::filesystem::path& model,
                const std::string& segmenter, const std::string& dynamic,
                const std::filesystem::path& load_map, bool localize_only, bool deterministic,
-               bool keep_trajectory, const std::string& view,
-               const std::map<std::string, std::string>& options, double room_every_s,
-               const std::optional<api::CameraModel>& depth_camera,
+               bool keep_trajectory, const std::string& view, const Options& options,
+               double room_every_s, const std::optional<api::CameraModel>& depth_camera,
                const nb::object& T_colour_depth,
                const std::optional<std::pair<std::array<double, 3>, double>>& floor,
                const std::optional<api::Imu>& imu, const std::optional<api::Wheels>& wheels) {
@@ -124,7 +154,7 @@ void construct(PySlam* self, const api::CameraModel& camera, const std::filesyst
   settings.deterministic = deterministic;
   settings.keep_trajectory = keep_trajectory;
   settings.view = view;
-  settings.options = options;
+  settings.options = options.values;
   settings.room_every_s = room_every_s;
   settings.imu = imu;
   settings.wheels = wheels;
@@ -198,11 +228,10 @@ void bind_slam(nb::module_& m) {
   slam.def("__init__", &construct, nb::arg("camera"), nb::kw_only(), nb::arg("model") = "",
            nb::arg("segmenter") = "", nb::arg("dynamic") = "", nb::arg("load_map") = "",
            nb::arg("localize_only") = false, nb::arg("deterministic") = false,
-           nb::arg("keep_trajectory") = true, nb::arg("view") = "",
-           nb::arg("options") = std::map<std::string, std::string>{}, nb::arg("room_every_s") = 1.0,
-           nb::arg("depth_camera") = nb::none(), nb::arg("T_colour_depth") = nb::none(),
-           nb::arg("floor") = nb::none(), nb::arg("imu") = nb::none(),
-           nb::arg("wheels") = nb::none(),
+           nb::arg("keep_trajectory") = true, nb::arg("view") = "", nb::arg("options") = nb::dict(),
+           nb::arg("room_every_s") = 1.0, nb::arg("depth_camera") = nb::none(),
+           nb::arg("T_colour_depth") = nb::none(), nb::arg("floor") = nb::none(),
+           nb::arg("imu") = nb::none(), nb::arg("wheels") = nb::none(),
            "model: a segmentation network (.onnx, .xml; docs/models.md). segmenter: model, "
            "builtin, none, masks:DIR, "
            "frames; without it the model, else the built-in network. dynamic: off, geometry, "

@@ -83,6 +83,17 @@ class Calibrate(CliTest):
         self.assertRegex(done.stderr, r"\Aerror: [^\n]+not written\n\Z")
         self.assertFalse(camera.exists())
 
+    def test_a_calm_recording_is_not_told_to_differ(self):
+        calm, camera = self.folder / "calm", self.folder / "camera.yaml"
+        done = ygslam("simulate", "robot_rounds", "--out", calm, "--without", "movers", "--size", "320x240",
+                      "--seconds", 15)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = ygslam("calibrate", calm, "--write", camera, "--quiet")
+        self.assertNotIn("differs", done.stdout)
+        written = camera.read_text(encoding="utf-8").splitlines() if camera.exists() else []
+        times = [line for line in written if line.startswith(TIMES)]
+        self.assertEqual(times, [f"{name}: 0" for name in TIMES][:len(times)])
+
     def test_what_cannot_be_told_is_an_error_in_one_line(self):
         for arguments, code in ((("--to", 10), 4), (("--from", 9999), 2)):
             done = ygslam("calibrate", self.lively, *arguments)

@@ -59,7 +59,9 @@ class ImuRuns(CliTest):
         bag = self.folder / "covered.mcap"
         done = ygslam("simulate", "walking_xyz", "--without", "people", "--mcap", bag, *RENDER, *DARK)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(self.run_on(bag)[1]["coasting"], 0)
+        done, metrics, _ = self.run_on(bag)
+        self.assertEqual(metrics["coasting"], 0)
+        self.assertIn("/imu (sensor_msgs/Imu) is used with --imu /imu --imu-calibration FILE.yaml", done.stderr)
         place = ("--imu-calibration", self.recording / "imu.yaml")
         done, metrics, _ = self.run_on(bag, *place)
         self.assertEqual(metrics.get("coasting"), 20, done.stderr)

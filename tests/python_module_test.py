@@ -65,6 +65,56 @@ class PythonModule(CliTest):
         ygslam.write_trajectory(self.folder / "written.txt", outcome.trajectory)
         self.assertEqual(len(trajectory(self.folder / "written.txt")), FRAMES)
 
+    def test_the_same_numbers_as_the_command_line_whatever_is_known_of_the_shutter(self):
+        for name, to, how in (("redkitchen_walk", 130, {"likely_device": "kinect_v1"}),
+                              ("bonn_crowd_part", 30, {"shutter_guessed": True, "colour_readout_ms": 26})):
+            folder = pathlib.Path(os.environ.get("YGSLAM_SHARED", "../shared")).resolve() / "data" / name
+            if not (folder / "rgb.txt").exists():
+                self.skipTest(f"no recorded data at {folder}")
+            frames = ygslam.open(folder)
+            for key, value in how.items():
+                self.assertEqual(getattr(frames.camera, key), value)
+            learned = False
+            with ygslam.Slam(frames.camera, segmenter="none", deterministic=True) as slam:
+                for i in range(to):
+                    frame = frames[i]
+                    result = slam.process(frame.rgb, frame.depth, frame.t_ns, depth_t_ns=frame.depth_t_ns)
+                    learned |= ygslam.Event.CAMERA_LEARNED in result.events
+                ygslam.write_trajectory(self.folder / "python.txt", slam.finish().trajectory)
+            self.assertEqual(learned, name == "redkitchen_walk")
+            done = self.run_slam(folder, "--segmenter", "none", "--to", to, out=name)
+            self.assert_ran(done)
+            self.assertEqual("published times of a Microsoft Kinect" in done.stderr, learned)
+            ours, theirs = ([(float(stamp), pose) for stamp, pose in trajectory(file)] for file in
+                            (self.folder / "python.txt", self.folder / name / "trajectory.txt"))
+            self.assertEqual(ours, theirs)
+
+    def test_wrong_arguments_are_told_in_one_line(self):
+        slam, frame = self.slam(options={"run.seed": 2, "depth.max_m": 8.0}), self.frames[0]
+        for call, words in (
+                (lambda: ygslam.Slam(self.frames.camera, segmentr="none"),
+                 r"Slam\(\): no argument 'segmentr': did you mean segmenter\?"),
+                (lambda: ygslam.Slam(), r"Slam\(\): argument 'camera' is missing"),
+                (lambda: ygslam.Slam(self.frames.camera, deterministic=1), "deterministic: bool is expected, not int"),
+                (lambda: ygslam.Slam({"fx": 1}), "camera: CameraModel is expected, not dict"),
+                (lambda: ygslam.Slam(self.frames.camera, options={"run.seed": [2]}), r"options: .*Mapping\[str, str \| float\] is expected, not dict"),
+                (lambda: slam.process(frame.rgb, frame.depth, 1.5), r"Slam.process\(\): t_ns: int is expected, not float"),
+                (lambda: slam.process(frame.rgb, frame.depth), "argument 't_ns' is missing"),
+                (lambda: slam.process(frame.rgb, frame.depth, 1, 2), "3 arguments without a name are taken, not 4"),
+                (lambda: slam.process(frame.rgb, frame.depth.astype(float), 1), "float32.* expected, not an array of float64"),
+                (lambda: slam.process(None, frame.depth, 1), "rgb: an array of uint8 is expected, not None"),
+                (lambda: self.frames[0:3], "index: int is expected, not slice"),
+                (lambda: slam.room().ray("here", [0, 0, 1]), "Room.ray")):
+            with self.assertRaisesRegex(TypeError, words) as told:
+                call()
+            self.assertNotIn("\n", str(told.exception))
+        with self.assertRaisesRegex(ValueError, r"shape \(\d+, \d+, 3\) is expected, .* not \(10, \d+, 3\)"):
+            slam.process(frame.rgb[:10], frame.depth, 1)
+        with self.assertRaisesRegex(ygslam.Error, "model, builtin, none or masks:DIR, in the library also frames"):
+            self.slam(segmenter="buildin")
+        self.assertEqual(slam.process(frame.rgb, frame.depth, np.int64(frame.t_ns)).state, ygslam.State.TRACKING)
+        self.assertRegex(ygslam.__version__, r"^\d+\.\d+\.\d+")
+
     def test_arrays_are_views_of_the_frame(self):
         frame = self.frames[-1]
         self.assertEqual((frame.rgb.shape, frame.rgb.dtype), ((HEIGHT, WIDTH, 3), np.uint8))
@@ -254,7 +304,7 @@ class PythonImu(CliTest):
 
     def test_wrong_use_is_refused(self):
         camera = ygslam.open(sequence()).camera
-        with ygslam.Slam(camera, segmenter="none") as slam, self.assertRaisesRegex(ygslam.UsageError, "Settings::imu"):
+        with ygslam.Slam(camera, segmenter="none") as slam, self.assertRaisesRegex(ygslam.UsageError, "without the imu of the settings"):
             slam.push_imu(0, [0, 0, 0], [0, 0, 9.8])
         with ygslam.Slam(camera, segmenter="none", imu=ygslam.Imu(np.eye(4))) as slam:
             with self.assertRaisesRegex(ygslam.InputError, "not finite"):
@@ -284,7 +334,7 @@ class PythonImu(CliTest):
                 states.append(slam.process(frame.rgb, frame.depth, frame.t_ns).state)
         self.assertEqual(states[120:140], [ygslam.State.COASTING] * 20)
         with ygslam.Slam(frames.camera, segmenter="none") as slam:
-            with self.assertRaisesRegex(ygslam.UsageError, "Settings::wheels"):
+            with self.assertRaisesRegex(ygslam.UsageError, "without the wheels of the settings"):
                 slam.push_odometry(0, np.eye(4))
         with ygslam.Slam(frames.camera, segmenter="none", wheels=wheels) as slam:
             with self.assertRaisesRegex(ValueError, "T_odom_base"):

@@ -176,9 +176,11 @@ class Results(RoomTest):
             np.testing.assert_array_equal(again.map_covariance, result.map_covariance)
             self.assertEqual((again.state, again.events, again.inliers, len(again.objects)),
                              (result.state, result.events, result.inliers, len(result.objects)))
-        camera = ygslam.CameraModel(500.25, 501, 320, 240, k1=0.1, ignore=[[0, 1, 2, 3]], device="kinect_v1")
+        camera = ygslam.CameraModel(500.25, 501, 320, 240, k1=0.1, ignore=[[0, 1, 2, 3]], device="kinect_v1",
+                                    shutter_guessed=True, likely_device="carmine", shutter_source="a sheet")
         again = pickle.loads(pickle.dumps(camera))
-        for name in ("fx", "fy", "cx", "cy", "k1", "k2", "width", "height", "ignore", "device", "shutter_known"):
+        for name in ("fx", "fy", "cx", "cy", "k1", "k2", "width", "height", "ignore", "device", "shutter_known",
+                     "shutter_guessed", "likely_device", "shutter_source"):
             self.assertEqual(getattr(again, name), getattr(camera, name))
 
     def test_what_is_printed_says_something(self):

@@ -2,28 +2,41 @@
 
     import ygslam
     sequence = ygslam.open("rgbd_dataset_freiburg3_walking_xyz")
-    with ygslam.Slam(sequence.camera, model="yolov8n-seg_480x640.onnx") as slam:
+    with ygslam.Slam(sequence.camera, segmenter="builtin") as slam:
         for frame in sequence:
             result = slam.process(frame.rgb, frame.depth, frame.t_ns)
             print(result.state, result.pose[:3, 3])
         outcome = slam.finish()
 """
+import typing as _typing
+
 import numpy as _numpy
 from numpy.typing import ArrayLike as _ArrayLike
 from numpy.typing import NDArray as _NDArray
 
+from . import _calls, _core
 from ._command import Path as _Path
 from ._command import path_of as _path_of
 from ._command import evaluate, localize, run, simulate
 from ._core import (CameraModel, ConfigError, Error, Event, Frame, Imu, InputError, MapError, MapSnapshot, ModelError,
                     Object, OccupancyGrid, Outcome, OutputError, RayHit, Result, Room, Sequence, Slam, Space,
                     StageTimes, State, StaticObject, UsageError, Wheels)
+from ._core import __version__
 from ._core import write_file as _write_file
 
 __all__ = ["CameraModel", "ConfigError", "Error", "Event", "Frame", "Imu", "InputError", "MapError", "MapSnapshot",
            "ModelError", "Object", "OccupancyGrid", "Outcome", "OutputError", "RayHit", "Result", "Room", "Sequence",
-           "Slam", "Space", "StageTimes", "State", "StaticObject", "UsageError", "Wheels", "evaluate", "localize",
-           "run", "simulate", "write_trajectory"]  # open hides a builtin
+           "Slam", "Space", "StageTimes", "State", "StaticObject", "UsageError", "Wheels", "__version__", "evaluate",
+           "localize", "run", "simulate", "write_trajectory"]  # open hides a builtin
+
+
+if not _typing.TYPE_CHECKING:
+    class Slam(_core.Slam):
+        __doc__ = _core.Slam.__doc__
+        __init__ = _calls.clear("Slam", _core.Slam.__init__)
+
+    for _kind in (_core.Slam, MapSnapshot, Object, OccupancyGrid, Room, Sequence):
+        _calls.clear_methods(_kind)
 
 
 def open(path: _Path) -> Sequence:  # noqa: A001 - as the module's other openers

@@ -62,6 +62,9 @@ struct Found {
   double value = 0;  // times as they are; the others as surplus over what was used
   double std = 0;
   [[nodiscard]] bool is_told(const Wanted& wanted) const { return std < wanted.told_std; }
+  [[nodiscard]] bool differs_from(double in_use) const {
+    return std::abs(value - in_use) > kSigmas * std;
+  }
 };
 using Findings = std::array<Found, kWanted.size()>;
 
@@ -115,9 +118,20 @@ Result<std::optional<Findings>> track(const Calibration& calibration, const Came
   for (std::size_t i = 0; i < kWanted.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     findings[i] = {estimate->value[k] / kWanted[i].per_unit,
-                   estimate->std[k] / kWanted[i].per_unit};
+                   std::hypot(estimate->std[k], estimate->systematic[k]) / kWanted[i].per_unit};
   }
   return std::optional(findings);
+}
+
+/// Where something else was found than is in use.
+CameraConfig with_differing_times(CameraConfig camera, const Findings& findings) {
+  for (std::size_t i = 0; i < kWanted.size(); ++i)
+    if (double CameraConfig::*time_ms = shutter_time(kWanted[i].parameter);
+        time_ms != nullptr && findings[i].is_told(kWanted[i]) &&
+        findings[i].differs_from(camera.*time_ms))
+      camera.*time_ms = std::clamp(findings[i].value, -kMostTime_ms, kMostTime_ms);
+  camera.shutter_known = true;
+  return camera;
 }
 
 CameraConfig with_times(CameraConfig camera, const Findings& findings) {
@@ -146,9 +160,9 @@ void print(const CameraConfig& used, const std::string& source, const Findings& 
     const double CameraConfig::*time_ms = shutter_time(wanted.parameter);
     const double in_use = time_ms != nullptr ? used.*time_ms : 0;
     const Found& found = findings[i];
-    const char* verdict = !found.is_told(wanted) ? "this motion does not tell"
-                          : std::abs(found.value - in_use) > kSigmas * found.std ? "differs"
-                                                                                 : "agrees";
+    const char* verdict = !found.is_told(wanted)       ? "this motion does not tell"
+                          : found.differs_from(in_use) ? "differs"
+                                                       : "agrees";
     if (time_ms != nullptr) {
       std::printf("%-18s %10.2f %10.2f %8.2f %-4s %s\n", wanted.name, in_use, found.value,
                   found.std, wanted.unit, verdict);
@@ -221,7 +235,7 @@ Status calibrate(Calibration& calibration) {
                                         calibration.write + " is not written"};
   }
   Status written =
-      write_file_atomically(calibration.write, camera_text(with_times(used, findings)));
+      write_file_atomically(calibration.write, camera_text(with_differing_times(used, findings)));
   if (written) tell_written(calibration.write);
   return written;
 }

@@ -87,6 +87,7 @@ Result<SessionOptions> Inspection::session_options(const Check& check) const {
   if (!config.ok()) return config.error();
   session_options.config = std::move(config).value();
   session_options.camera = sequence_.camera;
+  session_options.config.run.shutter_source = sequence_.shutter_source;
   session_options.deterministic = !options_.live;
   session_options.may_wait = true;
   session_options.may_fork = true;

@@ -51,6 +51,35 @@ std::string unknown_command(const CLI::App& app, std::span<char* const> argument
   return "";
 }
 
+/// Of a word that looks like an option of the command; empty where all are.
+std::string unknown_option(const CLI::App& app, std::span<char* const> arguments) {
+  const CLI::App* current = &app;
+  for (const std::string word : arguments) {
+    if (word == "--") break;
+    if (!word.starts_with("--")) {
+      const auto below = current->get_subcommands([](const CLI::App*) { return true; });
+      const auto found =
+          std::ranges::find_if(below, [&](const CLI::App* sub) { return sub->check_name(word); });
+      if (found != below.end()) current = *found;
+      continue;
+    }
+    const std::string name = word.substr(0, word.find('='));
+    if (current->get_option_no_throw(name) != nullptr || app.get_option_no_throw(name) != nullptr)
+      continue;
+    std::vector<std::string> names;
+    for (const CLI::Option* option : current->get_options())
+      for (const std::string& one : option->get_lnames()) names.push_back("--" + one);
+    const auto beginning =
+        std::ranges::find_if(names, [&](const std::string& one) { return name.starts_with(one); });
+    const std::vector<std::string_view> views(names.begin(), names.end());
+    const std::string nearest(beginning != names.end() ? std::string_view(*beginning)
+                                                       : ygslam::nearest_word(name, views));
+    return "no option '" + ygslam::printable(name) + "'" +
+           (nearest.empty() ? "" : ": did you mean " + nearest + "?");
+  }
+  return "";
+}
+
 /// Whether the command's work is in files or on a page, so that it is done whether or not somebody
 /// reads what it tells.
 bool works_elsewhere(const CLI::App& app) {
@@ -86,8 +115,10 @@ int main(int argc, char** argv) {
     app.set_version_flag("--version", ygslam::version());
     app.require_subcommand(1);
     app.failure_message([&](const CLI::App*, const CLI::Error& e) {
-      const std::string unknown =
-          unknown_command(app, {argv + 1, static_cast<std::size_t>(std::max(argc - 1, 0))});
+      const std::span words{argv + 1, static_cast<std::size_t>(std::max(argc - 1, 0))};
+      std::string unknown = unknown_command(app, words);
+      const bool is_told = dynamic_cast<const CLI::ExtrasError*>(&e) != nullptr;
+      if (unknown.empty() && !is_told) unknown = unknown_option(app, words);
       // CLI11 quotes what was written, whatever bytes that are.
       return "error: " +
              (unknown.empty() ? ygslam::printable(e.what(), kLongestComplaint) : unknown) +

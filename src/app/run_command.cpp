@@ -41,8 +41,8 @@ void log_start(const RunPlan& plan, const RunFacts& facts) {
   const bool is_default = plan.options.segmenter.empty() && plan.options.model.empty();
   if (is_default && facts.segmenter == segmenter_name(kDefaultSegmenter))
     log::info(
-        "no network given: people are found by the built-in one; --model FILE knows more (`make "
-        "model`, docs/models.md)");
+        "no network given: people are found by the built-in one; --model FILE knows more "
+        "(docs/models.md)");
   for (const std::string& note : sequence.notes) log::info("{}", note);
   warn_about_size(sequence);
   log_shutter(sequence);

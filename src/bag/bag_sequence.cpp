@@ -1,5 +1,8 @@
 #include "bag/bag_sequence.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "bag/bag_choice.hpp"
 #include "bag/bag_order.hpp"
 #include "io/sequence_parts.hpp"
@@ -14,6 +17,19 @@ Error in_bag(const Sequence& sequence, const Error& error) {
 
 void warn(Sequence& sequence, const std::string& what) {
   sequence.warnings.push_back(sequence.root.string() + ": " + what);
+}
+
+/// What else moves the pose on, but is not taken unasked: nobody told where it is.
+void note_motion_topics(const std::vector<BagTopic>& topics, Sequence& sequence) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kOptions = {
+      {{"sensor_msgs/Imu", "--imu"}, {"nav_msgs/Odometry", "--odometry"}}};
+  for (const auto& [type, option] : kOptions) {
+    const auto topic = std::ranges::find(topics, type, &BagTopic::type);
+    if (topic == topics.end()) continue;
+    const std::string name = printable(topic->name), asked(option);
+    sequence.notes.push_back(name + " (" + topic->type + ") is used with " + asked + " " + name +
+                             " " + asked + "-calibration FILE.yaml (docs/inertial.md)");
+  }
 }
 
 /// Without those whose stamps cannot be right. @return what pair_images() takes.
@@ -83,6 +99,7 @@ Result<Sequence> open_bag_sequence(const std::filesystem::path& path, const BagT
   const auto content = read_content(**bag, interrupted);
   if (!content.ok()) return content.error();
   sequence.warnings = (*bag)->warnings();
+  note_motion_topics((*bag)->topics(), sequence);
   if (content->too_many > 0)
     warn(sequence, std::to_string(content->too_many) + " images are left out: too many");
   const auto choice = choose(*content, topics, cameras);

@@ -80,11 +80,14 @@ Status run_tool(const PythonTool& tool, const std::vector<std::string>& argument
                             : "exit code " + std::to_string(done->exit_code);
   }
   const bool lacks_package = why.find("No module named") != std::string::npos;
+  // The program of a wheel is called with both set, by its package.
+  const bool is_wheel = std::getenv("YGSLAM_REPORT") != nullptr && std::getenv("YGSLAM_PYTHON");
+  const std::string mend =
+      is_wheel ? tool.python.string() + " -m pip install \"ygslam[report]\"" : "`make setup`";
   return Error{ErrorKind::kOutput,
                what + " cannot be made: " + why +
-                   (lacks_package ? " (python is " + tool.python.string() +
-                                        "; `make setup` installs what is needed, or set "
-                                        "YGSLAM_PYTHON)"
+                   (lacks_package ? " (python is " + tool.python.string() + "; " + mend +
+                                        " installs what is needed, or set YGSLAM_PYTHON)"
                                   : std::string())};
 }
 

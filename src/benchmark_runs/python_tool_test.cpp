@@ -75,6 +75,12 @@ TEST_F(PythonTools, SayInOneLineWhyTheyFail) {
                 .error()
                 .message.find("make setup"),
             std::string::npos);
+  setenv("YGSLAM_REPORT", "x", 1);
+  setenv("YGSLAM_PYTHON", "y", 1);
+  EXPECT_NE(tool("#!/bin/sh\necho \"No module named 'numpy'\" >&2; exit 1\n")
+                .error()
+                .message.find("/python -m pip install \"ygslam[report]\" installs"),
+            std::string::npos);
 }
 
 }  // namespace

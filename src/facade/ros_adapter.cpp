@@ -73,6 +73,7 @@ RosAdapter::RosAdapter(const Settings& settings, Topics topics) : impl_(std::mak
     impl_->ignored = settings.camera;
     if (settings.camera.fx == 0) return;
     impl_->options.camera = to_config(settings.camera);
+    impl_->options.config.run.shutter_source = shutter_source_of(settings.camera);
     auto session = open_session(impl_->options);
     if (!session.ok()) fail(session.error());
     impl_->session = std::move(session).value();

@@ -5,6 +5,7 @@
 #include "core/standard_error_sink.hpp"
 #include "facade/convert.hpp"
 #include "io/calibration.hpp"
+#include "io/camera_devices.hpp"
 #include "io/ignored_pixels.hpp"
 #include "io/imu_calibration.hpp"
 #include "io/wheel_calibration.hpp"
@@ -18,6 +19,16 @@ bool is_floor(const Floor& floor) {
   const double length = vec3_of(floor.up_world).stableNorm();
   return is_finite(floor.up_world) && length >= 1e-6 && length <= 1e6 &&
          std::abs(floor.floor_m) < 1e4;
+}
+
+/// As a folder's camera that may be that of a known device.
+void suspect_device(const CameraModel& m, CameraConfig& c) {
+  if (m.likely_device.empty()) return;
+  CameraConfig known;
+  if (const auto fault = apply_device(m.likely_device, known))
+    fail({ErrorKind::kConfig, "camera: likely_device: " + fault->reason});
+  if (!c.shutter_known && shutter_times(c).is_global())
+    suspect(*find_camera_device(m.likely_device), c);
 }
 
 bool has_masks(const SessionOptions& options) {
@@ -35,7 +46,13 @@ SessionOptions session_options(const Settings& settings) {
     options.segmenter = SegmenterKind::kGiven;
     options.given = std::make_shared<GivenMasks>();
   } else {
-    faults.add(choose_segmenter(settings.segmenter, settings.model, options));
+    const Status chosen = choose_segmenter(settings.segmenter, settings.model, options);
+    const bool is_known = chosen.ok() || !chosen.error().message.ends_with("masks:DIR");
+    if (is_known) {
+      faults.add(chosen);
+    } else {
+      faults.add(chosen.error().message + ", in the library also frames");
+    }
   }
   SlamConfig& config = options.config;
   config.dynamic.mode = has_masks(options) ? DynamicMode::kFull : DynamicMode::kGeometry;
@@ -139,12 +156,19 @@ CameraConfig to_config(const CameraModel& m) {
   c.colour_readout_ms = m.colour_readout_ms;
   c.depth_readout_ms = m.depth_readout_ms;
   c.depth_delay_ms = m.depth_delay_ms;
-  c.shutter_known = m.shutter_known || !shutter_times(c).is_global();
+  c.shutter_known = !m.shutter_guessed && (m.shutter_known || !shutter_times(c).is_global());
   c.width = m.width, c.height = m.height;
   if (const auto fault = apply_device(m.device, c))
     fail({ErrorKind::kConfig, "camera: " + fault->key + ": " + fault->reason});
+  suspect_device(m, c);
   ignore_pixels(m, c);
   return c;
+}
+
+std::string shutter_source_of(const CameraModel& m) {
+  if (!m.shutter_source.empty()) return m.shutter_source;
+  const CameraDevice* device = find_camera_device(m.device.empty() ? m.likely_device : m.device);
+  return device == nullptr ? std::string() : std::string(device->title);
 }
 
 std::shared_ptr<const DepthRegistration> registration_of(const Settings& settings,

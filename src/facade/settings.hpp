@@ -54,6 +54,8 @@ void end_at_home(std::unique_ptr<Impl>& impl) noexcept {
 [[nodiscard]] SessionOptions session_options(const Settings& settings);
 /// @throws Error (3)
 [[nodiscard]] CameraConfig to_config(const CameraModel& camera);
+/// For messages; empty: the caller.
+[[nodiscard]] std::string shutter_source_of(const CameraModel& camera);
 /// Null where depth is registered. @throws Error (3)
 [[nodiscard]] std::shared_ptr<const DepthRegistration> registration_of(const Settings& settings,
                                                                        const CameraConfig& colour);

@@ -135,7 +135,7 @@ void Slam::push(const Frame& frame) {
 
 void Slam::push_imu(const ImuReading& reading) {
   Impl& impl = alive(impl_, "push_imu()");
-  if (!impl.has_imu) fail({ErrorKind::kUsage, "push_imu() without Settings::imu"});
+  if (!impl.has_imu) fail({ErrorKind::kUsage, "push_imu() without the imu of the settings"});
   if (is_too_far(reading.t_ns)) fail({ErrorKind::kInput, "IMU stamp too far from 0"});
   if (!is_finite(reading.angular_velocity_radps) || !is_finite(reading.specific_force_mps2))
     fail({ErrorKind::kInput, "IMU reading: not a number, or not finite"});
@@ -147,7 +147,7 @@ void Slam::push_imu(const ImuReading& reading) {
 
 void Slam::push_odometry(const OdometryReading& reading) {
   Impl& impl = alive(impl_, "push_odometry()");
-  if (!impl.has_wheels) fail({ErrorKind::kUsage, "push_odometry() without Settings::wheels"});
+  if (!impl.has_wheels) fail({ErrorKind::kUsage, "push_odometry() without the wheels of the settings"});
   if (is_too_far(reading.t_ns)) fail({ErrorKind::kInput, "odometry stamp too far from 0"});
   constexpr double kFarthest_m = 1e7;
   if (!is_pose(reading.T_odom_base) || !is_within(reading.T_odom_base, kFarthest_m))
@@ -226,6 +226,7 @@ Outcome Slam::finish() {
 void Slam::Impl::open(const Settings& settings) {
   SessionOptions options = session_options(settings);
   options.camera = to_config(settings.camera);
+  options.config.run.shutter_source = shutter_source_of(settings.camera);
   if (settings.imu) options.config.imu = to_calibration(*settings.imu);
   has_imu = settings.imu.has_value();
   if (settings.wheels) options.config.wheels = to_calibration(*settings.wheels);

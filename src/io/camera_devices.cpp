@@ -82,6 +82,11 @@ void set_shutter(const CameraDevice& device, CameraConfig& camera) {
   camera.shutter_known = device.is_known() && device.is_measured;
 }
 
+void suspect(const CameraDevice& device, CameraConfig& camera) {
+  camera.suspected_colour_readout_ms = device.colour.readout_ms;
+  camera.suspected_depth_readout_ms = device.depth.readout_ms;
+}
+
 RecognisedDevice recognised_device(std::string_view folder_name, const CameraConfig& camera) {
   for (const KnownRecordings& known : kRecordings) {
     const CameraConfig preset = camera_preset(known.preset)->camera;

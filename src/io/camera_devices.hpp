@@ -35,6 +35,8 @@ struct CameraDevice {
 
 /// Sets the times of the device; shutter_known where all are known and were measured on one.
 void set_shutter(const CameraDevice& device, CameraConfig& camera);
+/// Sets its suspected times: it may be this device, or any other.
+void suspect(const CameraDevice& device, CameraConfig& camera);
 
 struct RecognisedDevice {
   const CameraDevice* device = nullptr;  ///< nullptr: none

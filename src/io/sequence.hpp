@@ -69,6 +69,7 @@ struct Sequence {
   std::shared_ptr<const DepthRegistration> registration;
   std::string depth_camera_source;  ///< of the registration, for the log
   std::string camera_source;        ///< "calibration.txt", "preset TUM freiburg1", ...
+  std::string_view likely_device;   ///< name of the one that camera.suspected_* are of; empty: none
   std::string shutter_source;  ///< where its shutter's times come from, for the log; empty: nowhere
   int colour_channels = 3;     ///< of the first readable colour image: 3, or 1 for grey recordings
   std::optional<std::filesystem::path> groundtruth;

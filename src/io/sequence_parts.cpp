@@ -96,10 +96,9 @@ void find_shutter(Sequence& sequence) {
       std::string(recognised.device->title) + ", " + std::string(recognised.by);
   if (recognised.is_certain) return;
   // Anybody's camera may have these numbers, a rendered one too: the pictures decide.
-  CameraConfig suspected = given;
-  suspected.suspected_colour_readout_ms = camera.colour_readout_ms;
-  suspected.suspected_depth_readout_ms = camera.depth_readout_ms;
-  camera = suspected;
+  camera = given;
+  suspect(*recognised.device, camera);
+  sequence.likely_device = recognised.device->name;
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ void log_shutter(const ShutterReport& report, const std::string& source) {
   constexpr double kSame_s = 1e-4;
   if (report.taken_over && std::abs(report.times.colour_readout_s - report.readout_s) > kSame_s) {
     log::info(
-        "the camera reads an image in {:.1f} +- {:.1f} ms, not at once: those of a {} are taken, "
-        "{:.1f} ms for colour and {:.1f} ms for depth, also in the map",
+        "the rows of an image are read over time ({:.1f} +- {:.1f} ms measured): the published "
+        "times of a {} are used, {:.1f} ms for colour and {:.1f} ms for depth, also in the map",
         kMs * report.readout_s, kMs * report.std_s, source, kMs * report.times.colour_readout_s,
         kMs * report.times.depth_readout_s);
   } else if (report.taken_over) {

@@ -42,6 +42,9 @@ class CameraEstimator {
     Parameters value;  ///< one per parameter
     /// Standard deviations, from how far parts of the recording of half a second disagree.
     Parameters std;
+    /// What residuals that do not average out may add to the values, however long the recording:
+    /// large where the motion is calm.
+    Parameters systematic;
     int parts = 0;
   };
 
@@ -56,6 +59,7 @@ class CameraEstimator {
   struct Part {
     Eigen::MatrixXd H;  // information on the parameters
     Parameters g;       // the same times the parameters
+    double residuals = 0;
     bool empty() const { return H.size() == 0; }
     void operator+=(const Part& other);
   };

@@ -113,8 +113,7 @@ void find_boxes(Segmentation& masks) {
 
 std::shared_ptr<Segmentation> masks_of(const Frame& frame, const InputFormat& format) {
   if (!frame.instance_ids && frame.instances.empty()) return nullptr;
-  if (!format.takes_instances)
-    refuse("frame with instances: segmenter \"frames\" takes them");
+  if (!format.takes_instances) refuse("frame with instances: segmenter \"frames\" takes them");
   if (!frame.instance_ids) refuse("instances without the image of their ids");
   constexpr std::size_t kMost = 255;
   if (frame.instances.size() > kMost) refuse("instances: at most 255 are taken");

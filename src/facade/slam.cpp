@@ -147,7 +147,8 @@ void Slam::push_imu(const ImuReading& reading) {
 
 void Slam::push_odometry(const OdometryReading& reading) {
   Impl& impl = alive(impl_, "push_odometry()");
-  if (!impl.has_wheels) fail({ErrorKind::kUsage, "push_odometry() without the wheels of the settings"});
+  if (!impl.has_wheels)
+    fail({ErrorKind::kUsage, "push_odometry() without the wheels of the settings"});
   if (is_too_far(reading.t_ns)) fail({ErrorKind::kInput, "odometry stamp too far from 0"});
   constexpr double kFarthest_m = 1e7;
   if (!is_pose(reading.T_odom_base) || !is_within(reading.T_odom_base, kFarthest_m))

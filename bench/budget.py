@@ -78,7 +78,9 @@ def table(spans, length_s, libraries):
     name_paths(work)
     for span in work:
         stages[span["path"]].append(span)
-    frames = max(len(of) for path, of in stages.items() if path[-1] == "track")
+    frames = max((len(of) for path, of in stages.items() if path[-1] == "track"), default=0)
+    if not frames:
+        sys.exit("error: no frame was tracked")
     share = {path: sum(span["args"]["cpu_ms"] for span in of) / 1e3 / length_s for path, of in stages.items()}
 
     def rows_below(above):

@@ -20,7 +20,7 @@ using Camera = api::CameraModel;
 auto fields_of(const Camera& c) {
   return std::tuple(c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, c.width, c.height,
                     c.colour_readout_ms, c.depth_readout_ms, c.depth_delay_ms, c.shutter_known,
-                    c.shutter_guessed, c.device, c.ignore, c.ignore_image, c.likely_device,
+                    c.device, c.ignore, c.ignore_image, c.shutter_guessed, c.likely_device,
                     c.shutter_source);
 }
 using Fields = decltype(fields_of(Camera()));
@@ -50,10 +50,10 @@ void construct(Camera* self, double fx, double fy, double cx, double cy, int wid
                     depth_readout_ms,
                     depth_delay_ms,
                     shutter_known,
-                    shutter_guessed,
                     device,
                     ignore,
                     ignore_image,
+                    shutter_guessed,
                     likely_device,
                     shutter_source};
 }
@@ -94,7 +94,8 @@ void bind_camera(nb::module_& m) {
       .def_rw("depth_readout_ms", &Camera::depth_readout_ms)
       .def_rw("depth_delay_ms", &Camera::depth_delay_ms)
       .def_rw("shutter_known", &Camera::shutter_known, "the times are right, even where they are 0")
-      .def_rw("shutter_guessed", &Camera::shutter_guessed, "they are where an estimate starts")
+      .def_rw("shutter_guessed", &Camera::shutter_guessed,
+              "the times are a guess, from which an estimate starts")
       .def_rw("device", &Camera::device, "name of a known camera, see docs/camera.md")
       .def_rw("ignore", &Camera::ignore,
               "pixels that are not of the world: [x, y, width, height] each")

@@ -121,6 +121,7 @@ class EyeProcess:
         self.pipe, theirs = multiprocessing.Pipe()
         self.process = multiprocessing.Process(target=self.live, args=(theirs, arguments), daemon=True)
         self.process.start()
+        theirs.close()  # so that recv() ends where the process does
 
     @staticmethod
     def live(pipe, arguments):

@@ -57,7 +57,6 @@ struct CameraModel {
   double depth_readout_ms = 0;   ///< the same of the depth image
   double depth_delay_ms = 0;     ///< middle of the depth image after that of the colour image
   bool shutter_known = false;    ///< the three times are right even where they are 0
-  bool shutter_guessed = false;  ///< they are not, and where they are not 0 an estimate starts
   /// kinect_v1, realsense_d455, ... (docs/camera.md): its times, where none are given above.
   std::string device{};
   /// Pixels that are not of the world, as the robot itself or text in the image: {x, y, width,
@@ -65,6 +64,9 @@ struct CameraModel {
   std::vector<std::array<int, 4>> ignore{};
   /// The same as an image: 8-bit grey PNG of the camera's size, not 0 = ignored; empty = none.
   std::string ignore_image{};
+  /// The three times are a guess, from which the estimate starts where they are not 0; then
+  /// shutter_known counts as false.
+  bool shutter_guessed = false;
   /// A device that it may be: its times are taken once the pictures show that the rows roll.
   std::string likely_device{};
   /// Who told of the times, for messages, as "calibration.txt"; empty: the caller.

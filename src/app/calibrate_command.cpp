@@ -123,21 +123,13 @@ Result<std::optional<Findings>> track(const Calibration& calibration, const Came
   return std::optional(findings);
 }
 
-/// Where something else was found than is in use.
-CameraConfig with_differing_times(CameraConfig camera, const Findings& findings) {
+enum class Take { kAllTold, kDiffering };  // from what is in use
+
+CameraConfig with_times(CameraConfig camera, const Findings& findings, Take take) {
   for (std::size_t i = 0; i < kWanted.size(); ++i)
     if (double CameraConfig::*time_ms = shutter_time(kWanted[i].parameter);
         time_ms != nullptr && findings[i].is_told(kWanted[i]) &&
-        findings[i].differs_from(camera.*time_ms))
-      camera.*time_ms = std::clamp(findings[i].value, -kMostTime_ms, kMostTime_ms);
-  camera.shutter_known = true;
-  return camera;
-}
-
-CameraConfig with_times(CameraConfig camera, const Findings& findings) {
-  for (std::size_t i = 0; i < kWanted.size(); ++i)
-    if (double CameraConfig::*time_ms = shutter_time(kWanted[i].parameter);
-        time_ms != nullptr && findings[i].is_told(kWanted[i]))
+        (take == Take::kAllTold || findings[i].differs_from(camera.*time_ms)))
       camera.*time_ms = std::clamp(findings[i].value, -kMostTime_ms, kMostTime_ms);
   camera.shutter_known = true;
   return camera;
@@ -146,7 +138,7 @@ CameraConfig with_times(CameraConfig camera, const Findings& findings) {
 /// The times to track with next: the depth's delay goes beyond what was found, for the map, whose
 /// depths were delayed as well, hides most of it.
 CameraConfig for_next_round(const CameraConfig& camera, const Findings& findings) {
-  CameraConfig next = with_times(camera, findings);
+  CameraConfig next = with_times(camera, findings, Take::kAllTold);
   next.depth_delay_ms =
       std::clamp(camera.depth_delay_ms + kDelayStep * (next.depth_delay_ms - camera.depth_delay_ms),
                  -kMostTime_ms, kMostTime_ms);
@@ -234,8 +226,8 @@ Status calibrate(Calibration& calibration) {
     return Error{ErrorKind::kInput, options.sequence + ": does not tell colour_readout_ms: " +
                                         calibration.write + " is not written"};
   }
-  Status written =
-      write_file_atomically(calibration.write, camera_text(with_differing_times(used, findings)));
+  Status written = write_file_atomically(calibration.write,
+                                         camera_text(with_times(used, findings, Take::kDiffering)));
   if (written) tell_written(calibration.write);
   return written;
 }

@@ -3,6 +3,7 @@
 #include "bag/bag_imu.hpp"
 #include "bag/bag_trajectory.hpp"
 #include "core/counted.hpp"
+#include "core/printable.hpp"
 #include "io/imu_calibration.hpp"
 #include "io/imu_file.hpp"
 #include "io/wheel_calibration.hpp"
@@ -32,6 +33,7 @@ struct MotionNames {
   std::string option, calibration_option;
   const char *readings, *place;  ///< files of a folder
   const char *what, *of;         ///< for messages
+  std::string topic;             ///< of the bag; empty: it has none
 };
 
 /// What the options say, checked.
@@ -62,6 +64,9 @@ Result<MotionChoice> chosen(const MotionNames& names, const std::string& source,
   if (choice.calibration.empty() && !is_bag) choice.calibration = folder / names.place;
   const bool names_file = !source.empty() && (!is_bag || is_there(source));
   const fs::path file = names_file ? fs::path(source) : folder / names.readings;
+  if (!is_asked_for && is_bag && !names.topic.empty())
+    return MotionChoice{.told = o.sequence + ": " + printable(names.topic) + " is used with " +
+                                names.calibration_option + " FILE.yaml (docs/inertial.md)"};
   if (!is_asked_for && (is_bag || !is_there(file))) return MotionChoice{};
   if (!is_asked_for && !is_there(choice.calibration))
     return MotionChoice{.told = file.string() + ": not used: there is no " + names.place +
@@ -108,7 +113,8 @@ Result<std::vector<OdometrySample>> read_bag_wheels(const std::string& bag,
 }  // namespace
 
 Result<ImuInput> open_imu(const RunOptions& o, const Sequence& sequence) {
-  const MotionNames names{"--imu", "--imu-calibration", "imu.csv", "imu.yaml", "the IMU", "IMU"};
+  const MotionNames names{"--imu", "--imu-calibration", "imu.csv", "imu.yaml", "the IMU",
+                          "IMU",   sequence.imu_topic};
   return opened<ImuInput>(
       chosen(names, o.imu, o.imu_calibration, o, sequence), sequence, "reading",
       [](const fs::path& file) { return read_imu(file); },
@@ -118,7 +124,8 @@ Result<ImuInput> open_imu(const RunOptions& o, const Sequence& sequence) {
 
 Result<WheelInput> open_wheels(const RunOptions& o, const Sequence& sequence) {
   const MotionNames names{
-      "--odometry", "--odometry-calibration", "odom.csv", "odom.yaml", "the camera", "wheels"};
+      "--odometry", "--odometry-calibration", "odom.csv", "odom.yaml", "the camera",
+      "wheels",     sequence.odometry_topic};
   return opened<WheelInput>(
       chosen(names, o.odometry, o.odometry_calibration, o, sequence), sequence, "pose",
       [](const fs::path& file) { return read_wheels(file); },

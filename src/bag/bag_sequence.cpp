@@ -20,16 +20,13 @@ void warn(Sequence& sequence, const std::string& what) {
 }
 
 /// What else moves the pose on, but is not taken unasked: nobody told where it is.
-void note_motion_topics(const std::vector<BagTopic>& topics, Sequence& sequence) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kOptions = {
-      {{"sensor_msgs/Imu", "--imu"}, {"nav_msgs/Odometry", "--odometry"}}};
-  for (const auto& [type, option] : kOptions) {
+void find_motion_topics(const std::vector<BagTopic>& topics, Sequence& sequence) {
+  const auto first_of = [&](std::string_view type) {
     const auto topic = std::ranges::find(topics, type, &BagTopic::type);
-    if (topic == topics.end()) continue;
-    const std::string name = printable(topic->name), asked(option);
-    sequence.notes.push_back(name + " (" + topic->type + ") is used with " + asked + " " + name +
-                             " " + asked + "-calibration FILE.yaml (docs/inertial.md)");
-  }
+    return topic == topics.end() ? std::string() : topic->name;
+  };
+  sequence.imu_topic = first_of("sensor_msgs/Imu");
+  sequence.odometry_topic = first_of("nav_msgs/Odometry");
 }
 
 /// Without those whose stamps cannot be right. @return what pair_images() takes.
@@ -99,7 +96,7 @@ Result<Sequence> open_bag_sequence(const std::filesystem::path& path, const BagT
   const auto content = read_content(**bag, interrupted);
   if (!content.ok()) return content.error();
   sequence.warnings = (*bag)->warnings();
-  note_motion_topics((*bag)->topics(), sequence);
+  find_motion_topics((*bag)->topics(), sequence);
   if (content->too_many > 0)
     warn(sequence, std::to_string(content->too_many) + " images are left out: too many");
   const auto choice = choose(*content, topics, cameras);

@@ -46,13 +46,8 @@ SessionOptions session_options(const Settings& settings) {
     options.segmenter = SegmenterKind::kGiven;
     options.given = std::make_shared<GivenMasks>();
   } else {
-    const Status chosen = choose_segmenter(settings.segmenter, settings.model, options);
-    const bool is_known = chosen.ok() || !chosen.error().message.ends_with("masks:DIR");
-    if (is_known) {
-      faults.add(chosen);
-    } else {
-      faults.add(chosen.error().message + ", in the library also frames");
-    }
+    faults.add(
+        choose_segmenter(settings.segmenter, settings.model, options, "masks:DIR or frames"));
   }
   SlamConfig& config = options.config;
   config.dynamic.mode = has_masks(options) ? DynamicMode::kFull : DynamicMode::kGeometry;
@@ -167,6 +162,9 @@ CameraConfig to_config(const CameraModel& m) {
 
 std::string shutter_source_of(const CameraModel& m) {
   if (!m.shutter_source.empty()) return m.shutter_source;
+  const bool has_times = m.shutter_known || m.colour_readout_ms != 0 || m.depth_readout_ms != 0 ||
+                         m.depth_delay_ms != 0;
+  if (has_times) return {};  // the caller's own
   const CameraDevice* device = find_camera_device(m.device.empty() ? m.likely_device : m.device);
   return device == nullptr ? std::string() : std::string(device->title);
 }

@@ -109,7 +109,8 @@ Samples by_paeth(Samples before, Samples above, Samples corner) {
   return least == off_before ? before : least == off_above ? above : corner;
 }
 
-/// Reads up to three bytes beyond both rows, and never writes beyond its own.
+/// Reads up to three bytes beyond both rows (of the one above, into its own row), and never writes
+/// beyond its own.
 template <std::size_t kBytes, Samples (*kPredicted)(Samples, Samples, Samples)>
 void undo_row(const std::uint8_t* filtered, const std::uint8_t* above, std::uint8_t* row,
               std::size_t bytes) {
@@ -185,6 +186,7 @@ bool decode_plain(std::string_view bytes, const ImageHeader& header, std::uint8_
   if (header.palette || header.bits < 8 || pixel_bytes > kWord || bytes[kInterlacePlace] != 0)
     return false;
   const std::size_t row_bytes = static_cast<std::size_t>(header.size.width) * pixel_bytes;
+  if (row_bytes < kWord) return false;  // rows are read in words
   const auto rows = static_cast<std::size_t>(header.size.height);
   const auto compressed = compressed_pixels(bytes);
   if (!compressed) return false;

@@ -96,6 +96,27 @@ TEST(PlainPng, EveryFilterGivesThePixelsOfLibpng) {
   }
 }
 
+// Rows are read in words of four bytes: narrower ones would be read beyond.
+TEST(PlainPng, NarrowImagesAreLibpngs) {
+  const auto bytes = [](int width) {
+    std::string rows;
+    for (int v = 0; v < kHeight; ++v)
+      rows += static_cast<char>(v % 5) + std::string(static_cast<std::size_t>(width), '\x07');
+    const std::string header = big_endian(static_cast<std::uint32_t>(width)) + big_endian(kHeight) +
+                               "\x08" + std::string(4, '\0');
+    return "\x89PNG\r\n\x1A\n" + chunk("IHDR", header) +
+           chunk("IDAT", compressed(rows, Window::k32kB)) + chunk("IEND", "");
+  };
+  for (int width = 1; width <= 5; ++width) {
+    const std::string file = bytes(width);
+    const auto known = header(file);
+    ASSERT_TRUE(known.ok());
+    Pixels pixels(static_cast<std::size_t>(width * kHeight));
+    EXPECT_EQ(decode_plain(file, *known, pixels.data()), width >= 4) << width;
+    EXPECT_TRUE(decode(file, pixels.data()).ok()) << width;
+  }
+}
+
 TEST(PlainPng, TextsAndManyPiecesAreNoObstacle) {
   Rng rng(9);
   const Kind& kind = kKinds[2];

@@ -74,10 +74,11 @@ struct Sequence {
   int colour_channels = 3;     ///< of the first readable colour image: 3, or 1 for grey recordings
   std::optional<std::filesystem::path> groundtruth;
   ListCounts counts;
-  std::vector<SkippedImage> absent;   ///< listed files that do not exist and are in no pair
-  std::size_t without_depth = 0;      ///< colour images that no depth image belongs to
-  std::vector<std::string> warnings;  ///< one line each, for the log
-  std::vector<std::string> notes;     ///< what the input was taken for, the same
+  std::vector<SkippedImage> absent;       ///< listed files that do not exist and are in no pair
+  std::size_t without_depth = 0;          ///< colour images that no depth image belongs to
+  std::vector<std::string> warnings;      ///< one line each, for the log
+  std::vector<std::string> notes;         ///< what the input was taken for, the same
+  std::string imu_topic, odometry_topic;  ///< of a bag, the first of each kind; empty = none
 
   /// Of the depth images as they are stored.
   [[nodiscard]] const CameraConfig& depth_camera() const {

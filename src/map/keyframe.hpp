@@ -27,7 +27,8 @@ struct KeyframeData {
 };
 using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 
-/// How the camera came to a keyframe that nothing known was seen from: as an IMU or wheels say.
+/// A relative-pose constraint to an older keyframe, measured by IMU or wheels: of a keyframe that
+/// nothing known was seen from.
 struct KeyframeMotion {
   KeyframeId from = kNoKeyframe;
   SE3 T_keyframe_from;

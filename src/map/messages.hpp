@@ -36,7 +36,7 @@ struct KeyframeCandidate {
   /// The camera was lost and its pose is a guess: a submap begins. So far it can have come since it
   /// was last known; 0: the place is known by appearance alone.
   std::optional<double> submap_reach_m{};
-  /// Since vision was last there, where the pose is not its.
+  /// Set where vision did not give the pose: the motion since the last frame whose pose it gave.
   std::optional<KeyframeMotion> motion{};
 };
 

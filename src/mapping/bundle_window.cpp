@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 
 namespace ygslam {
 namespace {
@@ -25,9 +26,11 @@ std::vector<KeyframeId> other_observers(const Map& map, const std::vector<Landma
 }
 
 /// A keyframe that nothing known was seen from shares no landmark with where its motion began.
-void add_starts_of_motions(const Map& map, std::vector<KeyframeId>& keyframes) {
+/// @param free_count of the keyframes, the first.
+void add_starts_of_motions(const Map& map, std::size_t free_count,
+                           std::vector<KeyframeId>& keyframes) {
   std::vector<KeyframeId> starts;
-  for (const KeyframeId id : keyframes) {
+  for (const KeyframeId id : std::span(keyframes).first(free_count)) {
     const auto& motion = map.keyframe(id).motion;
     if (motion && std::ranges::find(keyframes, motion->from) == keyframes.end())
       starts.push_back(motion->from);
@@ -48,16 +51,17 @@ void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_co
     window.problem.poses.push_back({keyframe.T_camera_world * T_world_local, fixed});
     pose_of[window.keyframes[i]] = i;
   }
-  for (const auto& [id, to] : pose_of) {
-    const auto& motion = map.keyframe(id).motion;
-    if (motion && pose_of.contains(motion->from))
-      window.problem.motions.push_back(
-          {pose_of.at(motion->from), to, motion->T_keyframe_from, motion->covariance.inverse()});
-  }
   // Something must hold the gauge.
   const auto& poses = window.problem.poses;
   if (std::none_of(poses.begin(), poses.end(), [](const BundlePose& p) { return p.fixed; })) {
     window.problem.poses.front().fixed = true;
+  }
+  for (const auto& [id, to] : pose_of) {
+    const auto& motion = map.keyframe(id).motion;
+    const auto from = motion ? pose_of.find(motion->from) : pose_of.end();
+    if (from == pose_of.end() || (poses[from->second].fixed && poses[to].fixed)) continue;
+    window.problem.motions.push_back(
+        {from->second, to, motion->T_keyframe_from, motion->covariance.inverse()});
   }
   for (std::uint32_t i = 0; i < window.landmarks.size(); ++i) {
     const Landmark& landmark = map.landmark(window.landmarks[i]);
@@ -90,7 +94,7 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
        other_observers(map, window.landmarks, window.keyframes, config.fixed_keyframes)) {
     window.keyframes.push_back(id);
   }
-  add_starts_of_motions(map, window.keyframes);
+  add_starts_of_motions(map, free_count, window.keyframes);
   state_problem(map, noise, free_count, window);
   return window;
 }

@@ -165,6 +165,20 @@ TEST(BundleWindow, AMotionHoldsAKeyframeAgainstAFewWrongMatches) {
   EXPECT_LT(pulled_m(true), 0.02);
 }
 
+TEST(BundleWindow, AMotionBetweenFixedKeyframesHasNoSay) {
+  World world(400, 10);
+  auto truth = map_test::true_map(world, 6);
+  const SE3 wrong(Mat3::Identity(), {1, 0, 0});
+  truth.map.set_motion(KeyframeId{1}, {KeyframeId{0}, wrong, Mat6::Identity()});
+  BundleWindowConfig config;
+  config.free_keyframes = 2;  // 4 and 5
+  EXPECT_TRUE(make_bundle_window(truth.map, KeyframeId{5}, {}, config).problem.motions.empty());
+  config.fixed_keyframes = 2;
+  const auto few = make_bundle_window(truth.map, KeyframeId{5}, {}, config);
+  EXPECT_EQ(few.keyframes.size(), 4U) << "nor does where it began come along";
+  EXPECT_EQ(make_whole_window(truth.map, {}).problem.motions.size(), 1U);
+}
+
 TEST(BundleWindow, AWrongMatchLosesItsObservationAndNotTheMap) {
   World world(400, 6);
   auto truth = map_test::true_map(world, 5, {.noise_px = 0.3});

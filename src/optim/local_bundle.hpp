@@ -27,7 +27,8 @@ struct BundleProblem {
   std::vector<BundlePose> poses;
   std::vector<Vec3> points_world;  ///< all free
   std::vector<BundleObservation> observations;
-  /// Measured otherwise, as by an inertial sensor; `robust` is not looked at.
+  /// Relative-pose constraints, as of an inertial sensor, without a robust kernel (`robust` is not
+  /// used).
   std::vector<PoseGraphEdge> motions;
 };
 

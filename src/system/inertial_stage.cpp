@@ -8,23 +8,23 @@
 namespace ygslam {
 namespace {
 
-/// What a pose errs by that its points do not show, where the map is bent: that lasts for a second
-/// or two. Where little is seen their errors last for a third of a second, too.
-struct LastingError {
-  double m, rad;      ///< standard deviations that a pose has at the least
-  double factor = 1;  ///< of those that its points show
+/// Errors of poses are correlated in time: those of a bent map for a second or two, those of few
+/// points for a third of a second.
+struct CorrelatedError {
+  double min_std_m, min_std_rad;
+  double factor = 1;  ///< of the standard deviation that a pose's points leave
 };
-// As noise of each frame (docs/inertial.md; bench/coasting.py, white_wall), and half a second
-// apart.
-constexpr LastingError kOfSingleFrames{0.004, 0.0115, 3};
-constexpr LastingError kOfLongerWays{0.002, 0.003};
+// As white noise of each frame (docs/inertial.md; the factor: bench/coasting.py, white_wall), and
+// half a second apart.
+constexpr CorrelatedError kPerFrame{0.004, 0.0115, 3};
+constexpr CorrelatedError kPerHalfSecond{0.002, 0.003};
 
-VisualPose visual_pose(const TrackResult& result, const LastingError& lasting) {
-  const double factor = lasting.factor * (result.state == TrackState::kWeak ? kWeakStdFactor : 1);
+VisualPose visual_pose(const TrackResult& result, const CorrelatedError& error) {
+  const double factor = error.factor * (result.state == TrackState::kWeak ? kWeakStdFactor : 1);
   // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
   Mat6 covariance = factor * factor * result.covariance.value_or(Mat6::Zero());
-  covariance.diagonal().head<3>().array() += lasting.m * lasting.m;
-  covariance.diagonal().tail<3>().array() += lasting.rad * lasting.rad;
+  covariance.diagonal().head<3>().array() += error.min_std_m * error.min_std_m;
+  covariance.diagonal().tail<3>().array() += error.min_std_rad * error.min_std_rad;
   return {result.T_odom_camera, covariance};
 }
 
@@ -82,15 +82,16 @@ void InertialStage::take(Timestamp stamp, const TrackResult& result) {
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
   const bool found_again = has_pose && !had_pose_;
   had_pose_ = has_pose;
-  const auto pose_with = [&](const LastingError& lasting) {
-    return has_pose ? std::optional(visual_pose(result, lasting)) : std::nullopt;
+  const auto pose_with = [&](const CorrelatedError& error) {
+    const bool is_known = result.covariance || result.matches == 0;  // or the origin itself
+    return has_pose && is_known ? std::optional(visual_pose(result, error)) : std::nullopt;
   };
   if (wheels_) {
-    hand_over(*wheels_, stamp, pose_with(kOfLongerWays), found_again);
+    hand_over(*wheels_, stamp, pose_with(kPerHalfSecond), found_again);
     tell_wheels();
   }
   if (estimator_) {
-    hand_over(*estimator_, stamp, pose_with(kOfSingleFrames), found_again);
+    hand_over(*estimator_, stamp, pose_with(kPerFrame), found_again);
     tell_imu();
   }
 }

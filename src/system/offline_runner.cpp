@@ -57,7 +57,10 @@ class OfflineRunner final : public Runner {
   Map map() override { return mapping_->map(); }
   std::vector<ColouredPoint> cloud() override { return dense_->cloud(); }
   StaticScene scene() override { return named_scene(*dense_); }
-  void inspect_dense(const std::function<void(DenseMap&)>& look) override { look(*dense_); }
+  void inspect_dense(const std::function<void(DenseMap&)>& look) override {
+    dense_->expect_looks();
+    look(*dense_);
+  }
   std::vector<LoopAttempt> loop_attempts() override { return mapping_->loop_attempts(); }
   int closed_loops() const override { return mapping_->closed_loops(); }
 

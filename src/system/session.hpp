@@ -43,9 +43,10 @@ struct Session {
 };
 
 /// What users write: model, builtin, none or masks:DIR; empty: model where there is one, else
-/// kDefaultSegmenter. @return kUsage.
+/// kDefaultSegmenter. @param last_choice of those that an error names. @return kUsage.
 [[nodiscard]] Status choose_segmenter(const std::string& words, const std::filesystem::path& model,
-                                      SessionOptions& options);
+                                      SessionOptions& options,
+                                      std::string_view last_choice = "masks:DIR");
 /// "model", "builtin", "masks" or "none".
 [[nodiscard]] std::string segmenter_name(SegmenterKind kind);
 

@@ -345,8 +345,8 @@ std::optional<CameraEstimator::Estimate> CameraEstimator::estimate() const {
   const MatXX covariance =
       solve_columns(solver, solve_columns(solver, spread).transpose()) * (n / (n - 1));
   estimate.std = covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  // Residuals that all are off by that share of their scale, in the worst way: |H^-1 J'We| by
-  // Cauchy and Schwarz.
+  // Bound on the bias where every whitened residual is off by s: a row of H^-1 J^T W^(1/2) times
+  // them is at most s sqrt(n (H^-1)_kk) (Cauchy-Schwarz).
   const MatXX inverse = solve_columns(solver, MatXX::Identity(all.H.rows(), all.H.cols()));
   estimate.systematic = (all.residuals * inverse.diagonal().cwiseMax(0)).cwiseSqrt();
   for (Eigen::Index i = 0; i < estimate.systematic.size(); ++i)

@@ -42,8 +42,8 @@ class CameraEstimator {
     Parameters value;  ///< one per parameter
     /// Standard deviations, from how far parts of the recording of half a second disagree.
     Parameters std;
-    /// What residuals that do not average out may add to the values, however long the recording:
-    /// large where the motion is calm.
+    /// What residuals that do not average out may add to the values, however long the recording, in
+    /// units of `value`: large where the motion is calm.
     Parameters systematic;
     int parts = 0;
   };
@@ -57,9 +57,9 @@ class CameraEstimator {
 
  private:
   struct Part {
-    Eigen::MatrixXd H;  // information on the parameters
-    Parameters g;       // the same times the parameters
-    double residuals = 0;
+    Eigen::MatrixXd H;     // information on the parameters
+    Parameters g;          // the same times the parameters
+    double residuals = 0;  // how many
     bool empty() const { return H.size() == 0; }
     void operator+=(const Part& other);
   };

@@ -59,6 +59,16 @@ TEST(CameraEstimator, NoiseShowsInTheStandardDeviation) {
   EXPECT_GT(much->std[0], 2 * few->std[0]);
 }
 
+TEST(CameraEstimator, NoLongerRecordingTakesAwayWhatDoesNotAverageOut) {
+  Waving waving(Waving::camera(), {0.026, 0.026, 0}, 0.3);
+  const auto brief = estimate(waving, Waving::camera(), {CameraParameter::kReadout}, 240);
+  const auto lengthy = estimate(waving, Waving::camera(), {CameraParameter::kReadout}, 960);
+  ASSERT_TRUE(brief && lengthy);
+  EXPECT_GT(brief->systematic[0], 0);
+  EXPECT_NEAR(lengthy->systematic[0], brief->systematic[0], 0.3 * brief->systematic[0]);
+  EXPECT_LT(lengthy->std[0], 0.7 * brief->std[0]);
+}
+
 TEST(CameraEstimator, SaysNothingOfAShortOrAStillRecordingAndForgets) {
   Waving waving(Waving::camera(), {0.026, 0.026, 0}, 0.3);
   EXPECT_FALSE(estimate(waving, Waving::camera(), {CameraParameter::kReadout}, 30));

@@ -20,8 +20,9 @@ constexpr double kDepthShare = 0.5;  // neighbours share a part of their noise
 constexpr int kRefinements = 3;
 constexpr int kManyMapped = 30;  // points: these will do
 constexpr int kMostAnchorAge_frames = 15;
-constexpr int kMostDoubtedAge_frames = 45;
-// Depth alone is believed where it fits as well as a sensor's noise lets it ...
+constexpr int kMostDoubtedAge_frames = 45;  // where depth begins to have the camera elsewhere
+// By bench/deceptions.py (screens, floors) and recordings without either. Depth alone is believed
+// where it fits as well as a sensor's noise lets it ...
 constexpr double kFittingCost = 1.5;  // a sample
 constexpr double kFittingOff = 0.15;  // of the samples
 constexpr int kFittingSamples = 200;
@@ -30,6 +31,7 @@ constexpr double kDoubtedCost = 1.5;
 constexpr double kDoubted_m = 0.012;
 constexpr double kRivalCost = 2;
 constexpr double kRival_m = 0.05;
+constexpr double kDepthDamping = 1;  // [1/m2, 1/rad2], of directions that no surface tells
 constexpr int kMostPause_frames = 30;
 constexpr int kForgotten_frames = 60;    // after which the next suspicion is a first one
 constexpr double kCovered = 0.7;         // of the points: a plane that may be all that is seen ...
@@ -127,7 +129,8 @@ std::optional<ScreenFinder::ByDepth> ScreenFinder::by_depth(const Place& place,
   for (int round = 0; round < kRefinements; ++round) {
     const DepthAgreement depth = agreement(place, T_camera_world);
     if (round == kRefinements - 1 && depth.mean_cost() > 2 * kFittingCost) return std::nullopt;
-    const Vec6 step = SymmetricSystem6(depth.information + Mat6::Identity()).solve(depth.gradient);
+    const Vec6 step = SymmetricSystem6(depth.information + kDepthDamping * Mat6::Identity())
+                          .solve(depth.gradient);
     if (!step.allFinite()) return std::nullopt;
     T_camera_world = SE3::exp(-step) * T_camera_world;
   }

@@ -98,6 +98,10 @@ std::optional<PoseResult> ScreenWatch::carried(const std::optional<PoseResult>& 
   carried.landmarks.assign(seen.features->size(), kNoLandmark);
   carried.matches = by_depth->agreement.samples;
   carried.inliers = by_depth->agreement.samples - by_depth->agreement.off;
+  // Where no surface tells, as uncertain as a metre and a radian.
+  const Mat6 information = by_depth->agreement.information + Mat6::Identity();
+  carried.covariance = information.inverse();
+  carried.position_std_m = std::sqrt(carried.covariance->topLeftCorner<3, 3>().trace());
   carried.contested = true;
   return carried;
 }

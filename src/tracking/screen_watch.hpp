@@ -74,7 +74,7 @@ class ScreenWatch {
   [[nodiscard]] int unexplained_motions(const ObservedFrame& now) const;
   [[nodiscard]] std::vector<ScreenFinder::Point> points_before(const Input& in) const;
 
-  static constexpr int kFewestOfMap = 30;
+  static constexpr int kFewestOfMap = 30;  // landmarks
 
   bool enabled_;
   const Camera& camera_;

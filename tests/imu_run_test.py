@@ -61,7 +61,7 @@ class ImuRuns(CliTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         done, metrics, _ = self.run_on(bag)
         self.assertEqual(metrics["coasting"], 0)
-        self.assertIn(": /imu is used with --imu-calibration FILE.yaml", done.stderr)
+        self.assertIn(": /imu may be of the IMU: --imu /imu --imu-calibration FILE.yaml uses it", done.stderr)
         place = ("--imu-calibration", self.recording / "imu.yaml")
         done, metrics, _ = self.run_on(bag, *place)
         self.assertEqual(metrics.get("coasting"), 20, done.stderr)

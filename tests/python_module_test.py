@@ -97,20 +97,23 @@ class PythonModule(CliTest):
                 (lambda: ygslam.Slam(), r"Slam\(\): argument 'camera' is missing"),
                 (lambda: ygslam.Slam(self.frames.camera, deterministic=1), "deterministic: bool is expected, not int"),
                 (lambda: ygslam.Slam({"fx": 1}), "camera: CameraModel is expected, not dict"),
-                (lambda: ygslam.Slam(self.frames.camera, options={"run.seed": [2]}), r"options: .*Mapping\[str, str \| float\] is expected, not dict"),
+                (lambda: ygslam.Slam(self.frames.camera, options={"run.seed": [2]}), r"options: run.seed: str \| float is expected, not list of 1"),
                 (lambda: slam.process(frame.rgb, frame.depth, 1.5), r"Slam.process\(\): t_ns: int is expected, not float"),
                 (lambda: slam.process(frame.rgb, frame.depth), "argument 't_ns' is missing"),
                 (lambda: slam.process(frame.rgb, frame.depth, 1, 2), "3 arguments without a name are taken, not 4"),
-                (lambda: slam.process(frame.rgb, frame.depth.astype(float), 1), "float32.* expected, not an array of float64"),
+                (lambda: slam.process(frame.rgb, frame.depth.astype(float), 1), "^depth: .*float32.* expected, not an array of float64"),
                 (lambda: slam.process(None, frame.depth, 1), "rgb: an array of uint8 is expected, not None"),
                 (lambda: self.frames[0:3], "index: int is expected, not slice"),
+                (lambda: slam.process(frame.rgb, frame.depth, 2 ** 70), "t_ns: int is expected, not one so large"),
+                (lambda: slam.process(frame.rgb, frame.depth, 1, rgb=frame.rgb), "argument 'rgb' is given twice"),
+                (lambda: slam.push_imu(1, [0, 0], [0, 0, 0]), "wrong arguments: .*list of 2"),
                 (lambda: slam.room().ray("here", [0, 0, 1]), "Room.ray")):
             with self.assertRaisesRegex(TypeError, words) as told:
                 call()
             self.assertNotIn("\n", str(told.exception))
         with self.assertRaisesRegex(ValueError, r"shape \(\d+, \d+, 3\) is expected, .* not \(10, \d+, 3\)"):
             slam.process(frame.rgb[:10], frame.depth, 1)
-        with self.assertRaisesRegex(ygslam.Error, "model, builtin, none or masks:DIR, in the library also frames"):
+        with self.assertRaisesRegex(ygslam.Error, "model, builtin, none, masks:DIR or frames"):
             self.slam(segmenter="buildin")
         self.assertEqual(slam.process(frame.rgb, frame.depth, np.int64(frame.t_ns)).state, ygslam.State.TRACKING)
         self.assertRegex(ygslam.__version__, r"^\d+\.\d+\.\d+")

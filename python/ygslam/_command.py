@@ -44,12 +44,26 @@ def _word(value: Any) -> str:
     return path_of(value) if isinstance(value, (bytes, os.PathLike)) else str(value)
 
 
+def _file(name: str, path: Path) -> str:
+    """An argument of a call, which is no option even where it looks like one."""
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        raise TypeError(f"{name}: str, bytes or os.PathLike is expected, not {type(path).__name__}")
+    text = path_of(path)
+    return f"./{text}" if text.startswith("-") and text != "-" else text
+
+
 def _options(options: dict[str, Any]) -> list[str]:
     """out_dir=1 -> --out-dir 1; True -> the flag alone; a dict under `set` -> --set key=value."""
     words = []
     for name, value in options.items():
         flag = "--" + name.replace("_", "-")
-        if name == "set":
+        if name in ("help", "version"):
+            raise UsageError(f"{name}: is not for calls")
+        if getattr(value, "dtype", None) == bool and not getattr(value, "ndim", 0):
+            value = bool(value)  # of NumPy
+        if name == "set" and value is not None:
+            if not isinstance(value, dict):
+                raise TypeError(f"set: a dict is expected, not {type(value).__name__}")
             words += [f"--set={key}={text}" for key, text in value.items()]
         elif value is True:
             words.append(flag)
@@ -76,7 +90,8 @@ def _call(*words: Any) -> str:
         return output
     lines = [line for line in said.splitlines() if line.startswith("error: ")]
     kind = KINDS.get(child.returncode, Error)
-    error = kind(lines[-1].removeprefix("error: ") if lines else said.strip())
+    told = lines[-1].removeprefix("error: ") if lines else said.strip()
+    error = kind(told or f"the program ended with {child.returncode}")
     error.code = child.returncode
     raise error
 
@@ -93,22 +108,23 @@ def _metrics(out: Path) -> dict[str, Any]:
 def run(sequence: Path, out: Path, **options: Any) -> dict[str, Any]:
     """`ygslam run`: options as on the command line (`deterministic=True`, `model="..."`,
     `set={"run.seed": 2}`). @return what metrics.json says."""
-    _call("run", sequence, "--out", out, *_options(options))
+    _call("run", _file("sequence", sequence), "--out", _file("out", out), *_options(options))
     return _metrics(out)
 
 
 def localize(sequence: Path, map_file: Path, out: Path, **options: Any) -> dict[str, Any]:
     """`ygslam localize`: where a recording was taken in a map, which stays as it is."""
-    _call("localize", sequence, "--map", map_file, "--out", out, *_options(options))
+    _call("localize", _file("sequence", sequence), "--map", _file("map_file", map_file), "--out", _file("out", out),
+          *_options(options))
     return _metrics(out)
 
 
 def evaluate(ground_truth: Path, estimate: Path, **options: Any) -> dict[str, Any]:
     """`ygslam eval --json`: ATE, RPE and more of a TUM trajectory."""
-    return _object(_call("eval", "--gt", ground_truth, "--est", estimate, "--json",
-                         *_options(options)))
+    return _object(_call("eval", "--gt", _file("ground_truth", ground_truth), "--est", _file("estimate", estimate),
+                         "--json", *_options(options)))
 
 
 def simulate(world: str, out: Path, **options: Any) -> None:
     """`ygslam simulate`: renders a sequence with exact truth (`seconds=8`, `size="640x480"`)."""
-    _call("simulate", world, "--out", out, *_options(options))
+    _call("simulate", _file("world", world), "--out", _file("out", out), *_options(options))

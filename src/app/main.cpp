@@ -117,8 +117,7 @@ int main(int argc, char** argv) {
     app.failure_message([&](const CLI::App*, const CLI::Error& e) {
       const std::span words{argv + 1, static_cast<std::size_t>(std::max(argc - 1, 0))};
       std::string unknown = unknown_command(app, words);
-      const bool is_told = dynamic_cast<const CLI::ExtrasError*>(&e) != nullptr;
-      if (unknown.empty() && !is_told) unknown = unknown_option(app, words);
+      if (unknown.empty()) unknown = unknown_option(app, words);
       // CLI11 quotes what was written, whatever bytes that are.
       return "error: " +
              (unknown.empty() ? ygslam::printable(e.what(), kLongestComplaint) : unknown) +

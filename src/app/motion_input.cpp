@@ -65,8 +65,10 @@ Result<MotionChoice> chosen(const MotionNames& names, const std::string& source,
   const bool names_file = !source.empty() && (!is_bag || is_there(source));
   const fs::path file = names_file ? fs::path(source) : folder / names.readings;
   if (!is_asked_for && is_bag && !names.topic.empty())
-    return MotionChoice{.told = o.sequence + ": " + printable(names.topic) + " is used with " +
-                                names.calibration_option + " FILE.yaml (docs/inertial.md)"};
+    return MotionChoice{.told = o.sequence + ": " + printable(names.topic) + " may be of the " +
+                                names.of + ": " + names.option + " " + printable(names.topic) +
+                                " " + names.calibration_option +
+                                " FILE.yaml uses it (docs/inertial.md)"};
   if (!is_asked_for && (is_bag || !is_there(file))) return MotionChoice{};
   if (!is_asked_for && !is_there(choice.calibration))
     return MotionChoice{.told = file.string() + ": not used: there is no " + names.place +

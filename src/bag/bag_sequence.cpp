@@ -26,7 +26,11 @@ void find_motion_topics(const std::vector<BagTopic>& topics, Sequence& sequence)
     return topic == topics.end() ? std::string() : topic->name;
   };
   sequence.imu_topic = first_of("sensor_msgs/Imu");
+  // Odometry may be anybody's, the truth, too: wheels by their name, if one has it.
   sequence.odometry_topic = first_of("nav_msgs/Odometry");
+  for (const BagTopic& topic : topics)
+    if (topic.type == "nav_msgs/Odometry" && topic.name.find("wheel") != std::string::npos)
+      sequence.odometry_topic = topic.name;
 }
 
 /// Without those whose stamps cannot be right. @return what pair_images() takes.

@@ -46,8 +46,8 @@ SessionOptions session_options(const Settings& settings) {
     options.segmenter = SegmenterKind::kGiven;
     options.given = std::make_shared<GivenMasks>();
   } else {
-    faults.add(
-        choose_segmenter(settings.segmenter, settings.model, options, "masks:DIR or frames"));
+    faults.add(choose_segmenter(settings.segmenter, settings.model, options,
+                                "model, builtin, none, masks:DIR or frames"));
   }
   SlamConfig& config = options.config;
   config.dynamic.mode = has_masks(options) ? DynamicMode::kFull : DynamicMode::kGeometry;

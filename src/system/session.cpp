@@ -67,7 +67,7 @@ std::unique_ptr<Segmenter> with_fallback(std::unique_ptr<Segmenter> model,
 }  // namespace
 
 Status choose_segmenter(const std::string& words, const std::filesystem::path& model,
-                        SessionOptions& options, std::string_view last_choice) {
+                        SessionOptions& options, std::string_view choices) {
   constexpr std::string_view kMasks = "masks:";
   options.model = model;
   if (words.empty()) {
@@ -82,8 +82,7 @@ Status choose_segmenter(const std::string& words, const std::filesystem::path& m
     options.segmenter = SegmenterKind::kMasks;
     options.masks_dir = words.substr(kMasks.size());
   } else {
-    return Error{ErrorKind::kUsage, "segmenter " + words + ": write model, builtin, none or " +
-                                        std::string(last_choice)};
+    return Error{ErrorKind::kUsage, "segmenter " + words + ": write " + std::string(choices)};
   }
   if (!model.empty() && options.segmenter != SegmenterKind::kModel)
     return Error{ErrorKind::kUsage, "model " + model.string() + ": segmenter " + words +

@@ -43,10 +43,10 @@ struct Session {
 };
 
 /// What users write: model, builtin, none or masks:DIR; empty: model where there is one, else
-/// kDefaultSegmenter. @param last_choice of those that an error names. @return kUsage.
-[[nodiscard]] Status choose_segmenter(const std::string& words, const std::filesystem::path& model,
-                                      SessionOptions& options,
-                                      std::string_view last_choice = "masks:DIR");
+/// kDefaultSegmenter. @param choices that an error names. @return kUsage.
+[[nodiscard]] Status choose_segmenter(
+    const std::string& words, const std::filesystem::path& model, SessionOptions& options,
+    std::string_view choices = "model, builtin, none or masks:DIR");
 /// "model", "builtin", "masks" or "none".
 [[nodiscard]] std::string segmenter_name(SegmenterKind kind);
 

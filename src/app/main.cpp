@@ -74,7 +74,7 @@ std::string unknown_option(const CLI::App& app, std::span<char* const> arguments
     const std::vector<std::string_view> views(names.begin(), names.end());
     const std::string nearest(beginning != names.end() ? std::string_view(*beginning)
                                                        : ygslam::nearest_word(name, views));
-    return "no option '" + ygslam::printable(name) + "'" +
+    return "no option '" + ygslam::printable(name, kLongestComplaint) + "'" +
            (nearest.empty() ? "" : ": did you mean " + nearest + "?");
   }
   return "";

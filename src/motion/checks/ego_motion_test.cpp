@@ -20,7 +20,7 @@ struct World {
 
 /// Fixed points and points that moved by step_m, all with depth.
 World make_world(int fixed, int movers, const Vec3& step_m, double noise_px, Rng& rng) {
-  const Camera camera = small_camera();
+  const Camera& camera = small_camera();
   World world;
   for (int i = 0; i < fixed + movers; ++i) {
     const bool moves = i >= fixed;
@@ -60,7 +60,7 @@ TEST(EgoMotion, SeesMotionAlongTheEpipolarLine) {
   Rng rng(3);
   World world = make_world(0, 0, Vec3::Zero(), 0, rng);
   world.T_current_previous = SE3(Mat3::Identity(), Vec3(0.05, 0, 0));
-  const Camera camera = small_camera();
+  const Camera& camera = small_camera();
   const FollowedPoint mover = [&] {
     FollowedPoint p;
     p.previous_px = Vec2(120, 90);
@@ -103,7 +103,7 @@ TEST(EgoMotion, OnlyVotersDecide) {
 }
 
 TEST(EgoMotion, AtADepthEdgeAnyDepthAroundExcusesThePoint) {
-  const Camera camera = small_camera();
+  const Camera& camera = small_camera();
   const SE3 T(Mat3::Identity(), Vec3(0.1, 0, 0));
   FollowedPoint p;
   p.previous_px = Vec2(160, 120);

@@ -168,7 +168,7 @@ TEST(PointClassifier, FullModeWithFreshMasksIsNearlyPerfect) {
 
 TEST(PointClassifier, LinksFollowTheTrueMotion) {
   const auto steps = run({.frames = 4, .board_moves = false});
-  const Camera camera = motion_test::small_camera();
+  const Camera& camera = motion_test::small_camera();
   for (std::size_t k = 1; k < steps.size(); ++k) {
     const SE3 T = scene_at(static_cast<int>(k), false).T_camera_world *
                   scene_at(static_cast<int>(k) - 1, false).T_camera_world.inverse();

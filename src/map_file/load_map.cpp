@@ -86,8 +86,9 @@ Result<MapRecovery> recover_map(const fs::path& from, const fs::path& to) {
     return Error{ErrorKind::kUsage, to.string() + ": is there already: give a new name"};
   auto checked = read_what_is_good(from);
   if (!checked) return checked.error();
-  if (!checked->map || checked->map->keyframes().empty())
-    return saved_map_error(from, "nothing can be put together of what is left in it");
+  const bool is_lost =
+      !checked->map || (checked->map->keyframes().empty() && checked->check.faults_in_all > 0);
+  if (is_lost) return saved_map_error(from, "nothing can be put together of what is left in it");
   MapRecovery recovery;
   recovery.found = std::move(checked->check);
   recovery.keyframes = checked->map->keyframes().size();

@@ -103,6 +103,19 @@ TEST_F(MapDamage, OfAFileThatWasCutShortTheRestIsSaved) {
   expect_refused(path_, "is cut short");
 }
 
+TEST_F(MapDamage, WhereNothingIsLeftNothingIsSaved) {
+  const fs::path saved = folder_.path() / "saved.map";
+  for (int percent = 0; percent < 100; percent += 5) {
+    testing::write(path_, whole_.substr(0, whole_.size() * percent / 100));
+    const auto recovery = recover_map(path_, saved);
+    EXPECT_EQ(fs::exists(saved), recovery.ok()) << percent;
+    if (recovery.ok()) {
+      EXPECT_GT(recovery->keyframes, 0U) << percent;
+    }
+    fs::remove(saved);
+  }
+}
+
 TEST_F(MapDamage, OfAnotherFormat) {
   sign_meta(path_, [](map_file::Meta& meta) { meta.info.program_version = "9.1.0"; });
   sql(path_,

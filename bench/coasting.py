@@ -8,10 +8,10 @@
 
 Each case is rendered with readings of an inertial sensor (its model), of wheels, or of both; from 10 s on nothing is
 seen for --seconds, then the camera sees again. In the worlds of coasting_worlds.py what is seen then tells nothing: no
-fault is added, and they have their own times. A run is a line of RESULTS, and one whose line is there is not repeated. Errors are of the
-position, counted from the last frame before: live, as a robot was told, after 1 s and at the end, and the worst of
-the trajectory that is written at the end. NEES is the squared live error at the end over its variance (3 degrees of
-freedom: 95 % lie below 7.8).
+fault is added, and they have their own times. A run is a line of RESULTS, and one whose line is there is not
+repeated. Errors are of the position, counted from the last frame before: live, as a robot was told, after 1 s and at
+the end, and the worst of the trajectory that is written at the end. NEES is the squared live error at the end over its
+variance (3 degrees of freedom: 95 % lie below 7.8).
 """
 import csv
 import functools

@@ -14,7 +14,7 @@ class BlindWorld:
     seconds: float
 
 
-# Cabin walls beside an opening of 1.4 m; two panels close it, and move aside four seconds later.
+# Cabin walls beside an opening of 1.4 m; two panels close it, and move aside three seconds later.
 LIFT_DOOR = """seconds: 20
 layout: office
 camera: {{path: xyz, at: [{x:.2f}, -1.9, 1.3], look_at: [0, 1.5, 1.1]}}

@@ -1,7 +1,6 @@
 #include "bag/bag_sequence.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "bag/bag_choice.hpp"
 #include "bag/bag_order.hpp"

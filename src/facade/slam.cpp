@@ -152,9 +152,7 @@ void Slam::push_odometry(const OdometryReading& reading) {
   if (is_too_far(reading.t_ns)) fail({ErrorKind::kInput, "odometry stamp too far from 0"});
   constexpr double kFarthest_m = 1e7;
   if (!is_pose(reading.T_odom_base) || !is_within(reading.T_odom_base, kFarthest_m))
-    fail({ErrorKind::kInput,
-          "odometry: numbers of sensible size and a unit quaternion are "
-          "expected"});
+    fail({ErrorKind::kInput, "odometry: at most 1e7 m and a unit quaternion are expected"});
   impl.wheels.put({{reading.t_ns}, to_se3(reading.T_odom_base, "T_odom_base")});
 }
 

@@ -71,6 +71,12 @@ class ScreenRoom {
     return view;
   }
   [[nodiscard]] const Camera& camera() const { return camera_; }
+  /// Of a camera at the origin.
+  void show_first_frame(ScreenFinder& finder) const {
+    FrameFeatures first;
+    first.frame = see(SE3(), 1);
+    finder.remember(first, SE3());
+  }
 
   /// The pose by all points, as tracking has it, and what the finder says of it.
   struct Answer {
@@ -87,9 +93,7 @@ class ScreenRoom {
     const auto pose = solve_pose(camera_, T_world_camera.inverse(), all, {});
     CHECK(pose, "points agree");
     ScreenFinder finder(camera_, scales, {});
-    FrameFeatures before;
-    before.frame = see(SE3(), 1);
-    finder.remember(before, SE3());
+    show_first_frame(finder);
     const ScreenFinder::Place place{view.seen, pose->T_camera_world,
                                     pose->T_camera_world.inverse()};
     return {pose->T_camera_world, finder.step(place, 0, [&] { return view.points; })};
@@ -128,9 +132,7 @@ TEST(ScreenFinder, DepthTellsWhereTheCameraIsIfHardlyAPointIsBesideTheScreen) {
     const ScreenRoom room;
     const PyramidScales scales(8, 1.2);
     ScreenFinder finder(room.camera(), scales, {});
-    FrameFeatures before;
-    before.frame = room.see(SE3(), 1);
-    finder.remember(before, SE3());
+    room.show_first_frame(finder);
     std::optional<ScreenFinder::Finding> found;
     SE3 T_camera_world;
     for (int i = 1; i < 10 && !found; ++i) {
@@ -157,9 +159,7 @@ TEST(ScreenFinder, DepthAloneHasNoPoseWhereWhatIsSeenMovesOtherwise) {
   const ScreenRoom room;
   const PyramidScales scales(8, 1.2);
   ScreenFinder finder(room.camera(), scales, {});
-  FrameFeatures before;
-  before.frame = room.see(SE3(), 1);
-  finder.remember(before, SE3());
+  room.show_first_frame(finder);
   FrameFeatures now;
   now.frame = room.see(kCameraMoved, 2);
   const auto by_depth = [&] { return finder.by_depth({now, SE3(), SE3()}, SE3()); };

@@ -89,7 +89,8 @@ struct RowPoints {
     const double fx = camera.fx(), fy = camera.fy(), cx = camera.cx(), cy = camera.cy();
     const float *px = x.data(), *py = y.data(), *pz = z.data();
     double* __restrict u = u_px.data(), * __restrict v = v_px.data();
-    for (int i = 0; i < camera.width(); ++i) {
+    const int width = camera.width();
+    for (int i = 0; i < width; ++i) {
       const double inverse_z = 1.0 / static_cast<double>(pz[i]);
       u[i] = fx * px[i] * inverse_z + cx;
       v[i] = fy * py[i] * inverse_z + cy;
@@ -98,7 +99,13 @@ struct RowPoints {
   /// Camera::distort().
   void distort(const CameraConfig& camera) {
     double* __restrict u = u_px.data(), * __restrict v = v_px.data();
-    for (int i = 0; i < camera.width; ++i) distort_pixel(camera, u[i], v[i]);
+    const Lens lens(camera);
+    const int width = camera.width;
+    for (int i = 0; i < width; ++i) {
+      double distorted_u = u[i], distorted_v = v[i];
+      distort_pixel(lens, distorted_u, distorted_v);
+      u[i] = distorted_u, v[i] = distorted_v;
+    }
   }
 };
 
@@ -152,12 +159,13 @@ class DepthWarp {
     }
     float *__restrict x = points_.x.data(), *__restrict y = points_.y.data(),
                      *__restrict z = points_.z.data();
-    for (int u = 0; u < camera_.width(); ++u) {
+    const int width = camera_.width();
+    for (int u = 0; u < width; ++u) {
       x[u] = static_cast<float>((u_px[u] - cx) / fx * depths_m[u]);
       y[u] = static_cast<float>((v_px[u] - cy) / fy * depths_m[u]);
       z[u] = depths_m[u];
-      move_point(motion, x[u], y[u], z[u]);
     }
+    for (int u = 0; u < width; ++u) move_point(motion, x[u], y[u], z[u]);
   }
 
   const Camera& camera_;
@@ -198,7 +206,8 @@ class ColourFinder {
     float *__restrict x = points_.x.data(), *__restrict y = points_.y.data(),
                      *__restrict z = points_.z.data();
     const double* column_x = column_x_.data();
-    for (int u = 0; u < camera_.width(); ++u) {
+    const int width = camera_.width();
+    for (int u = 0; u < width; ++u) {
       const double depth_m = depth[u] * DepthView::kUnit_m;
       x[u] = static_cast<float>(column_x[u] * depth_m);
       y[u] = static_cast<float>(row_y * depth_m);
@@ -206,7 +215,7 @@ class ColourFinder {
     }
     const std::int32_t* row = row_.data();
     const RowMotions::Motion* motions = from_middle_.of_row.data();
-    for (int u = 0; u < camera_.width(); ++u) move_point(motions[row[u]], x[u], y[u], z[u]);
+    for (int u = 0; u < width; ++u) move_point(motions[row[u]], x[u], y[u], z[u]);
   }
 
   /// In which row they are seen; who is not seen stays where he was, and is not seen again.

@@ -1,7 +1,9 @@
-// Whether there is memory, asked before libraries that do not come back from want of it.
+// Whether there is memory, asked before libraries that do not come back from want of it; and memory
+// that is given back to the system.
 #pragma once
 
 #include <cstddef>
+#include <string_view>
 
 namespace ygslam {
 
@@ -10,5 +12,10 @@ namespace ygslam {
 
 /// Throws std::bad_alloc unless can_allocate().
 void require_memory(std::size_t bytes);
+
+/// Gives back what the process holds of the code and constants of libraries whose file name has
+/// this in it, and what malloc holds free: for after a start-up that needed far more of both than
+/// what follows. A page that is needed again is mapped again, from the system's cache of files.
+void give_back_startup_memory(std::string_view library);
 
 }  // namespace ygslam

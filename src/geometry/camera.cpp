@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/distortion.hpp"
+
 namespace ygslam {
 namespace {
 
-// OpenCV camera model: x'' = x' (1 + k1 r2 + k2 r4 + k3 r6) + 2 p1 x'y' + p2 (r2 + 2 x'^2), y
-// alike.
-Vec2 distort_normalized(const CameraConfig& c, const Vec2& x) {
-  const double r2 = x.squaredNorm();
-  const double radial = 1.0 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
-  return {x.x() * radial + 2.0 * c.p1 * x.x() * x.y() + c.p2 * (r2 + 2.0 * x.x() * x.x()),
-          x.y() * radial + c.p1 * (r2 + 2.0 * x.y() * x.y()) + 2.0 * c.p2 * x.x() * x.y()};
+Vec2 distort_normalized(const CameraConfig& c, Vec2 x) {
+  ygslam::distort_normalized(c, x.x(), x.y());
+  return x;
 }
 
 Eigen::Matrix2d distortion_jacobian(const CameraConfig& c, const Vec2& x) {
@@ -118,9 +116,9 @@ Vec2 Camera::undistort(const Vec2& uv_px) const {
 
 Vec2 Camera::distort(const Vec2& ideal_px) const {
   if (undistorted_.empty()) return ideal_px;
-  const Vec2 x((ideal_px.x() - config_.cx) / config_.fx, (ideal_px.y() - config_.cy) / config_.fy);
-  const Vec2 d = distort_normalized(config_, x);
-  return {config_.fx * d.x() + config_.cx, config_.fy * d.y() + config_.cy};
+  Vec2 uv_px = ideal_px;
+  distort_pixel(config_, uv_px.x(), uv_px.y());
+  return uv_px;
 }
 
 }  // namespace ygslam

@@ -21,7 +21,7 @@ struct FrameReaderConfig {
   std::size_t from = 0;                ///< first pair of the sequence to offer
   std::optional<std::size_t> to = {};  ///< one past the last pair; nothing: to the end
   std::size_t stride = 1;              ///< offer every stride-th pair, >= 1
-  std::size_t ahead = 4;               ///< decoded frames that may wait (file speed), >= 1
+  std::size_t ahead = 2;               ///< decoded frames that may wait (file speed), >= 1
   bool realtime = false;               ///< frames become available at their stamps; of a stream
                                        ///< as they come
   std::size_t realtime_waiting = 2;    ///< frames that may wait; the oldest is dropped, >= 1

@@ -1,9 +1,11 @@
 #include "loop/place_index.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace ygslam {
 namespace {
@@ -18,6 +20,17 @@ PlaceIndex::PlaceIndex(const PlaceIndexConfig& config) : config_(config) {
   for (Table& table : tables_) table.resize(std::size_t{1} << kKeyBits);
 }
 
+void PlaceIndex::Bucket::add(const Posting& posting) {
+  const auto before = static_cast<std::uint32_t>(postings().size());
+  if (before == 0 || std::has_single_bit(before)) {
+    auto larger = std::make_unique<Posting[]>(std::max(1U, 2 * before));
+    std::copy_n(postings_.get(), before, larger.get());
+    postings_ = std::move(larger);
+  }
+  postings_[before] = posting;
+  postings_[0].count = before + 1;
+}
+
 bool PlaceIndex::has_proved_static(const Landmark& landmark) const {
   return static_cast<int>(landmark.observations.size()) >= config_.min_observations &&
          landmark.static_weight() >= config_.min_static_weight;
@@ -26,7 +39,7 @@ bool PlaceIndex::has_proved_static(const Landmark& landmark) const {
 void PlaceIndex::insert(const Landmark& landmark) {
   if (!has_proved_static(landmark) || !indexed_.insert(landmark.id).second) return;
   for (int t = 0; t < kTables; ++t)
-    tables_[t][key(landmark.descriptor, t)].push_back({landmark.descriptor, landmark.id});
+    tables_[t][key(landmark.descriptor, t)].add({landmark.descriptor, landmark.id});
 }
 
 void PlaceIndex::add(const Map& map, KeyframeId keyframe) {
@@ -50,10 +63,10 @@ void PlaceIndex::fetch_buckets(const Descriptor& descriptor) const {
 
 void PlaceIndex::fetch_postings(const Descriptor& descriptor) const {
   for (int t = 0; t < kTables; ++t) {
-    const std::vector<Posting>& bucket = tables_[t][key(descriptor, t)];
-    const auto* bytes = reinterpret_cast<const char*>(bucket.data());
-    const std::size_t size_bytes = std::min(bucket.size() * sizeof(Posting), kLines * kLine_bytes);
-    for (std::size_t at = 0; at < size_bytes; at += kLine_bytes) __builtin_prefetch(bytes + at);
+    // As many as there may be: how many there are stands in the first of them.
+    const auto* bytes = reinterpret_cast<const char*>(tables_[t][key(descriptor, t)].first());
+    if (bytes == nullptr) continue;
+    for (std::size_t i = 0; i < kLines; ++i) __builtin_prefetch(bytes + i * kLine_bytes);
   }
 }
 
@@ -67,7 +80,7 @@ std::vector<PlaceHit> PlaceIndex::query(const Map& map, const Features& features
     const auto first = static_cast<std::ptrdiff_t>(hits.size());
     const Descriptor& descriptor = features.descriptors[i];
     for (int t = 0; t < kTables; ++t) {
-      for (const Posting& posting : tables_[t][key(descriptor, t)]) {
+      for (const Posting& posting : tables_[t][key(descriptor, t)].postings()) {
         if (distance(descriptor, posting.descriptor) <= config_.max_distance)
           hits.push_back({i, posting.landmark});
       }

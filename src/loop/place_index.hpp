@@ -3,6 +3,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <memory>
 #include <span>
 #include <unordered_set>
 #include <vector>
@@ -61,8 +63,22 @@ class PlaceIndex {
   struct Posting {
     Descriptor descriptor;
     LandmarkId landmark = kNoLandmark;
+    std::uint32_t count = 0;  ///< of the bucket, in its first posting
   };
-  using Table = std::vector<std::vector<Posting>>;
+  /// One pointer: there are many buckets, and in most maps most of them are empty.
+  class Bucket {
+   public:
+    [[nodiscard]] std::span<const Posting> postings() const {
+      return {postings_.get(), postings_ ? postings_[0].count : 0};
+    }
+    [[nodiscard]] const Posting* first() const { return postings_.get(); }
+    void add(const Posting& posting);
+    void clear() { postings_.reset(); }
+
+   private:
+    std::unique_ptr<Posting[]> postings_;  // room for the next power of two
+  };
+  using Table = std::vector<Bucket>;
 
   [[nodiscard]] static std::uint32_t key(const Descriptor& descriptor, int table) {
     return static_cast<std::uint32_t>(descriptor.bits[0] >> (kKeyBits * table)) & 0xffffU;

@@ -45,6 +45,8 @@ class PoseEstimator {
   PoseEstimator(const PoseEstimatorConfig& config, const Camera& camera,
                 const PyramidScales& scales);
 
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+
   /// A match of a feature with a point of the map or of the previous frame.
   struct Pairing {
     Vec3 p_world;

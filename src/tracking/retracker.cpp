@@ -48,6 +48,7 @@ void Retracker::add(const TrackedFrame& frame, const PixelMaskPtr& mask) {
   frames_.push_back(frame);
   TrackedFrame& kept = frames_.back();
   kept.seen.frame = without_images(*frame.seen.frame);
+  kept.seen.grid = {};  // made anew for those that are gone over
   kept.view.reset();
   const auto is_old = [&](const TrackedFrame& f) {
     return seconds_between(frame.seen.frame->stamp, f.seen.frame->stamp) > kKept_s;
@@ -87,10 +88,11 @@ std::optional<RetrackedFrame> Retracker::go_back(const LocalView& view, Rng& rng
   std::optional<PoseResult> pose;
   if (T_later_world && !earlier_.empty()) {
     leave_out(*mask_, earlier_.back());
-    if (const auto first =
-            estimator_.match_previous_frame(earlier_.back().seen, later_->frame, *T_later_world,
-                                            view, later_->T_now_before * *T_later_world, rng))
-      pose = estimator_.match_map(earlier_.back().seen, view, *first);
+    FrameFeatures& seen = earlier_.back().seen;
+    seen.grid = FeatureGrid(*seen.features, estimator_.camera().ideal_bounds());
+    if (const auto first = estimator_.match_previous_frame(
+            seen, later_->frame, *T_later_world, view, later_->T_now_before * *T_later_world, rng))
+      pose = estimator_.match_map(seen, view, *first);
   }
   if (!pose || pose->inliers < least_inliers_) {
     later_.reset();

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/check.hpp"
+#include "geometry/distortion.hpp"
 
 namespace ygslam {
 namespace {
@@ -13,10 +14,21 @@ namespace {
 constexpr int kColourRounds = 2;  // each shrinks the error by the skew per row, at most a twentieth
 constexpr std::int32_t kNoSource = -1;
 
+/// A recorded pixel.
+struct Source {
+  std::uint16_t u = 0, row = 0;
+};
+
+/// std::lround() of what is not negative, without a call.
+template <typename T>
+std::int32_t rounded(T value) {
+  const auto whole = static_cast<std::int32_t>(value);
+  return whole + (value - static_cast<T>(whole) >= T{0.5} ? 1 : 0);
+}
+
 std::uint16_t depth_units(float depth_m) {
   const float units = depth_m / static_cast<float>(DepthView::kUnit_m);
-  if (!(units >= 0.5F)) return 0;
-  return static_cast<std::uint16_t>(std::lround(std::min(units, 65534.0F)));
+  return units >= 0.5F ? static_cast<std::uint16_t>(rounded(std::min(units, 65534.0F))) : 0;
 }
 
 /// Numbers of the objects in the order of their first pixel.
@@ -47,52 +59,119 @@ class ObjectNumbers {
 
 /// Takes points of a row's instant to the middle one, and back.
 struct RowMotions {
-  std::vector<Eigen::Matrix3f> R;
-  std::vector<Eigen::Vector3f> t;
+  struct Motion {
+    Eigen::Matrix3f R;
+    Eigen::Vector3f t;
+  };
+  std::vector<Motion> of_row;
 
   template <typename TimeOf>
   RowMotions(int rows, const ReadOut& read_out, const TimeOf& time_of_s, double sign) {
     for (int v = 0; v < rows; ++v) {
       const SE3 motion = SE3::exp(sign * time_of_s(v) * read_out.body_velocity);
-      R.emplace_back(motion.R().cast<float>());
-      t.emplace_back(motion.t().cast<float>());
+      of_row.push_back({motion.R().cast<float>(), motion.t().cast<float>()});
     }
-  }
-  [[nodiscard]] Eigen::Vector3f move(int row, const Eigen::Vector3f& p) const {
-    return R[static_cast<std::size_t>(row)] * p + t[static_cast<std::size_t>(row)];
   }
 };
 
+/// The points of a row of pixels and where they are seen: a list for each coordinate and loops
+/// without branches for all that takes long, so that compilers take several pixels at once.
+struct RowPoints {
+  std::vector<float> x, y, z;
+  std::vector<double> u_px, v_px;
+  explicit RowPoints(int width) {
+    for (auto* list : {&x, &y, &z}) list->resize(static_cast<std::size_t>(width));
+    for (auto* list : {&u_px, &v_px}) list->resize(static_cast<std::size_t>(width));
+  }
+
+  /// Camera::project(), of points with z > 0.
+  void project(const Camera& camera) {
+    const double fx = camera.fx(), fy = camera.fy(), cx = camera.cx(), cy = camera.cy();
+    const float *px = x.data(), *py = y.data(), *pz = z.data();
+    double* __restrict u = u_px.data(), * __restrict v = v_px.data();
+    const int width = camera.width();
+    for (int i = 0; i < width; ++i) {
+      const double inverse_z = 1.0 / static_cast<double>(pz[i]);
+      u[i] = fx * px[i] * inverse_z + cx;
+      v[i] = fy * py[i] * inverse_z + cy;
+    }
+  }
+  /// Camera::distort().
+  void distort(const CameraConfig& camera) {
+    double* __restrict u = u_px.data(), * __restrict v = v_px.data();
+    const Lens lens(camera);
+    const int width = camera.width;
+    for (int i = 0; i < width; ++i) {
+      double distorted_u = u[i], distorted_v = v[i];
+      distort_pixel(lens, distorted_u, distorted_v);
+      u[i] = distorted_u, v[i] = distorted_v;
+    }
+  }
+};
+
+/// R p + t.
+void move_point(const RowMotions::Motion& motion, float& x, float& y, float& z) {
+  const auto row = [&](int i) {
+    return motion.R(i, 0) * x + (motion.R(i, 1) * y + motion.R(i, 2) * z) + motion.t(i);
+  };
+  const float moved_x = row(0), moved_y = row(1), moved_z = row(2);
+  x = moved_x, y = moved_y, z = moved_z;
+}
+
 /// Which recorded pixel each pixel of the ideal camera shows: the nearest that falls on it.
-void warp_depth(const RecordedImages& images, const Camera& camera, const ReadOut& read_out,
-                const RollingShutter& shutter, DepthView& view, Image<std::int32_t>& source) {
-  const RowMotions to_middle(
-      camera.height(), read_out, [&](int v) { return shutter.depth_time_s(v); },
-      shutter.is_rolling() ? 1 : 0);
-  const Pinhole& ideal = view.camera;
-  for (int v = 0; v < ideal.height; ++v) {
-    const float* depths_m = images.depth_m.row(v);
-    for (int u = 0; u < ideal.width; ++u) {
-      const float depth_m = depths_m[u];
-      if (!(depth_m > 0)) continue;
-      const Vec2 ideal_px = camera.undistort_pixel(u, v);
-      const Eigen::Vector3f p_middle =
-          to_middle.move(v, camera.unproject(ideal_px, depth_m).cast<float>());
-      if (!(p_middle.z() > 0)) continue;
-      const Vec2 seen_px = camera.project(p_middle.cast<double>()) + Vec2(0.5, 0.5);
-      if (!(seen_px.x() >= 0 && seen_px.y() >= 0 && seen_px.x() < ideal.width &&
-            seen_px.y() < ideal.height))
+class DepthWarp {
+ public:
+  DepthWarp(const Camera& camera, const ReadOut& read_out, const RollingShutter& shutter)
+      : camera_(camera),
+        to_middle_(
+            camera.height(), read_out, [&](int v) { return shutter.depth_time_s(v); },
+            shutter.is_rolling() ? 1 : 0),
+        points_(camera.width()) {}
+
+  void add_row(int v, const float* depths_m, DepthView& view, Image<Source>& source) {
+    place(v, depths_m);
+    points_.project(camera_);
+    const float* z = points_.z.data();
+    const double *u_px = points_.u_px.data(), *v_px = points_.v_px.data();
+    for (int u = 0; u < camera_.width(); ++u) {
+      if (!(depths_m[u] > 0 && z[u] > 0)) continue;
+      const double seen_u = u_px[u] + 0.5, seen_v = v_px[u] + 0.5;
+      if (!(seen_u >= 0 && seen_v >= 0 && seen_u < camera_.width() && seen_v < camera_.height()))
         continue;
-      const int to_u = static_cast<int>(seen_px.x());
-      const int to_v = static_cast<int>(seen_px.y());
-      const std::uint16_t depth = depth_units(p_middle.z());
+      const int to_u = static_cast<int>(seen_u), to_v = static_cast<int>(seen_v);
+      const std::uint16_t depth = depth_units(z[u]);
       std::uint16_t& nearest = view.depth.at(to_u, to_v);
       if (depth == 0 || (nearest != 0 && nearest <= depth)) continue;
       nearest = depth;
-      source.at(to_u, to_v) = v * ideal.width + u;
+      source.at(to_u, to_v) = {static_cast<std::uint16_t>(u), static_cast<std::uint16_t>(v)};
     }
   }
-}
+
+ private:
+  /// The row's points, in the camera at the middle instant.
+  void place(int v, const float* depths_m) {
+    const double fx = camera_.fx(), fy = camera_.fy(), cx = camera_.cx(), cy = camera_.cy();
+    const RowMotions::Motion motion = to_middle_.of_row[static_cast<std::size_t>(v)];
+    double* __restrict u_px = points_.u_px.data(), * __restrict v_px = points_.v_px.data();
+    for (int u = 0; u < camera_.width(); ++u) {
+      const Vec2 ideal_px = camera_.undistort_pixel(u, v);
+      u_px[u] = ideal_px.x(), v_px[u] = ideal_px.y();
+    }
+    float *__restrict x = points_.x.data(), *__restrict y = points_.y.data(),
+                     *__restrict z = points_.z.data();
+    const int width = camera_.width();
+    for (int u = 0; u < width; ++u) {
+      x[u] = static_cast<float>((u_px[u] - cx) / fx * depths_m[u]);
+      y[u] = static_cast<float>((v_px[u] - cy) / fy * depths_m[u]);
+      z[u] = depths_m[u];
+    }
+    for (int u = 0; u < width; ++u) move_point(motion, x[u], y[u], z[u]);
+  }
+
+  const Camera& camera_;
+  RowMotions to_middle_;
+  RowPoints points_;
+};
 
 /// Where the colour image shows what the depth image showed at another time.
 class ColourFinder {
@@ -100,28 +179,66 @@ class ColourFinder {
   ColourFinder(const Camera& camera, const ReadOut& read_out, const RollingShutter& shutter)
       : camera_(camera),
         from_middle_(
-            camera.height(), read_out, [&](int v) { return shutter.colour_time_s(v); }, -1) {}
+            camera.height(), read_out, [&](int v) { return shutter.colour_time_s(v); }, -1),
+        points_(camera.width()),
+        row_(points_.x.size()),
+        found_(points_.x.size()) {
+    for (int u = 0; u < camera.width(); ++u) column_x_.push_back((u - camera.cx()) / camera.fx());
+  }
 
-  /// @param row where the depth image showed the point: at most a few rows off.
-  /// @return offset of the recorded pixel, or kNoSource outside the image.
-  [[nodiscard]] std::int32_t find(const Vec3& p_middle, int row) const {
-    Vec2 uv_px;
+  /// Of each pixel of a row, with the row where the depth image showed it: at most a few rows off.
+  /// @return of pixels with depth offsets of the recorded pixels, kNoSource outside the image.
+  const std::int32_t* find(int v, const DepthView& view, const Source* source) {
+    for (std::size_t u = 0; u < row_.size(); ++u) row_[u] = source[u].row;
     for (int round = 0; round < kColourRounds; ++round) {
-      const Vec3 p_cam = from_middle_.move(row, p_middle.cast<float>()).cast<double>();
-      if (p_cam.z() <= 0) return kNoSource;
-      uv_px = camera_.distort(camera_.project(p_cam));
-      if (!camera_.contains(uv_px)) return kNoSource;
-      const int before = std::exchange(
-          row, std::clamp(static_cast<int>(std::lround(uv_px.y())), 0, camera_.height() - 1));
-      if (row == before) break;
+      place(v, view.depth.row(v));
+      points_.project(camera_);
+      if (camera_.config().is_distorted()) points_.distort(camera_.config());
+      note_rows();
     }
-    return static_cast<std::int32_t>(std::lround(uv_px.y())) * camera_.width() +
-           static_cast<std::int32_t>(std::lround(uv_px.x()));
+    return found_.data();
   }
 
  private:
+  /// The points, in the camera as it was when the row was read.
+  void place(int v, const std::uint16_t* depth) {
+    const double row_y = (v - camera_.cy()) / camera_.fy();
+    float *__restrict x = points_.x.data(), *__restrict y = points_.y.data(),
+                     *__restrict z = points_.z.data();
+    const double* column_x = column_x_.data();
+    const int width = camera_.width();
+    for (int u = 0; u < width; ++u) {
+      const double depth_m = depth[u] * DepthView::kUnit_m;
+      x[u] = static_cast<float>(column_x[u] * depth_m);
+      y[u] = static_cast<float>(row_y * depth_m);
+      z[u] = static_cast<float>(depth_m);
+    }
+    const std::int32_t* row = row_.data();
+    const RowMotions::Motion* motions = from_middle_.of_row.data();
+    for (int u = 0; u < width; ++u) move_point(motions[row[u]], x[u], y[u], z[u]);
+  }
+
+  /// In which row they are seen; who is not seen stays where he was, and is not seen again.
+  void note_rows() {
+    const int width = camera_.width();
+    const double last_u = width - 1, last_v = camera_.height() - 1;
+    const float* z = points_.z.data();
+    const double *u_px = points_.u_px.data(), *v_px = points_.v_px.data();
+    for (int i = 0; i < width; ++i) {
+      const double u = u_px[i], v = v_px[i];
+      found_[static_cast<std::size_t>(i)] = kNoSource;
+      if (!(z[i] > 0 && u >= 0 && v >= 0 && u <= last_u && v <= last_v)) continue;
+      const std::int32_t row = rounded(v);
+      row_[static_cast<std::size_t>(i)] = row;
+      found_[static_cast<std::size_t>(i)] = row * width + rounded(u);
+    }
+  }
+
   const Camera& camera_;
   RowMotions from_middle_;
+  RowPoints points_;
+  std::vector<double> column_x_;
+  std::vector<std::int32_t> row_, found_;
 };
 
 }  // namespace
@@ -143,28 +260,31 @@ DepthView make_depth_view(const RecordedImages& images, const Camera& camera,
 
   const RollingShutter shutter(height, read_out);
   const bool as_recorded = !shutter.is_rolling() && !camera.config().is_distorted();
-  Image<std::int32_t> source;
+  Image<Source> source;
   if (as_recorded) {
     std::transform(images.depth_m.begin(), images.depth_m.end(), view.depth.begin(), depth_units);
   } else {
-    source = Image<std::int32_t>(width, height, kNoSource);
-    warp_depth(images, camera, read_out, shutter, view, source);
+    source = Image<Source>(width, height);
+    DepthWarp warp(camera, read_out, shutter);
+    for (int v = 0; v < height; ++v) warp.add_row(v, images.depth_m.row(v), view, source);
   }
   std::optional<ColourFinder> finder;
   if (shutter.depth_has_own_time()) finder.emplace(camera, read_out, shutter);
 
   ObjectNumbers number(view);
   for (int v = 0; v < height; ++v) {
+    const std::int32_t* found = finder ? finder->find(v, view, source.row(v)) : nullptr;
+    const std::uint16_t* depth = view.depth.row(v);
     for (int u = 0; u < width; ++u) {
-      if (view.depth.at(u, v) == 0) continue;
-      std::int32_t from = as_recorded ? v * width + u : source.at(u, v);
-      if (finder) {
-        from = finder->find(camera.unproject({u, v}, view.depth.at(u, v) * DepthView::kUnit_m),
-                            from / width);
-        if (from == kNoSource) {  // nobody knows what it is: it only carves
-          view.object.at(u, v) = DepthView::kExcluded;
-          continue;
-        }
+      if (depth[u] == 0) continue;
+      std::int32_t from = v * width + u;
+      if (found != nullptr)
+        from = found[u];
+      else if (!as_recorded)
+        from = source.at(u, v).row * width + source.at(u, v).u;
+      if (from == kNoSource) {  // nobody knows what it is: it only carves
+        view.object.at(u, v) = DepthView::kExcluded;
+        continue;
       }
       view.colour.at(u, v) = images.colour.data()[from];
       const bool excluded = !images.excluded.empty() && images.excluded.data()[from] != 0;

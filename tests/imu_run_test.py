@@ -72,6 +72,33 @@ class ImuRuns(CliTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("--imu-calibration", done.stderr)
 
+    def test_a_stream_has_its_own(self):
+        bag = self.folder / "covered.mcap"
+        done = ygslam("simulate", "walking_xyz", "--without", "people", "--mcap", bag, *RENDER, *DARK)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        place = ("--imu-calibration", self.recording / "imu.yaml")
+        done, metrics, rows = self.run_on_stream(bag, *place)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("readings of the IMU come from /imu", done.stderr)
+        self.assertEqual([row["state"] for row in rows[60:80]], ["coasting"] * 20)
+        self.assertEqual(metrics["coasting"], 20)
+        self.assertLess(metrics["ate"]["rmse"] if "ate" in metrics else 0, 0.02)
+        again = self.run_on_stream(bag, *place)[2]
+        self.assertEqual([row["position_std_mm"] for row in rows], [row["position_std_mm"] for row in again])
+        done, metrics, _ = self.run_on_stream(bag)
+        self.assertIn("/imu may be of the IMU: --imu /imu --imu-calibration FILE.yaml uses it", done.stderr)
+        self.assertEqual(metrics["coasting"], 0)
+        self.assertEqual(self.run_on_stream(bag, "--imu", "none")[1]["coasting"], 0)
+        done, _, _ = self.run_on_stream(bag, *place, "--imu", "/no/topic")
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("/no/topic", done.stderr)
+        self.assertEqual(self.run_on_stream(bag, "--imu", "/imu")[0].returncode, 2)
+        self.assertEqual(self.run_on_stream(bag, "--odometry", "/odom")[0].returncode, 2)
+
+    def run_on_stream(self, bag, *options):
+        with bag.open("rb") as stream:
+            return self.run_on("-", *options, stdin=stream)
+
     def test_faulty_files_are_named(self):
         folder = self.folder / "faulty"
         shutil.copytree(self.recording, folder)

@@ -86,9 +86,10 @@ class CliTest(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
-    def run_on(self, sequence, *options):
+    def run_on(self, sequence, *options, **how):
         """Without masks. @return the finished run, metrics.json, frames.csv; the latter two empty if it failed."""
-        done = ygslam("run", sequence, "--out", self.folder / "out", "--deterministic", "--segmenter", "none", *options)
+        done = ygslam("run", sequence, "--out", self.folder / "out", "--deterministic", "--segmenter", "none", *options,
+                      **how)
         if done.returncode != 0:
             return done, {}, []
         metrics = json.loads((self.folder / "out" / "metrics.json").read_text(encoding="utf-8"))

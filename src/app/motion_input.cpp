@@ -4,6 +4,7 @@
 #include "bag/bag_trajectory.hpp"
 #include "core/counted.hpp"
 #include "core/printable.hpp"
+#include "io/frame_stream.hpp"
 #include "io/imu_calibration.hpp"
 #include "io/imu_file.hpp"
 #include "io/wheel_calibration.hpp"
@@ -30,11 +31,26 @@ bool is_of_other_time(const std::vector<Sample>& samples, const Sequence& sequen
 
 /// One of both kinds of sensors, as its options and files are named.
 struct MotionNames {
-  std::string option, calibration_option;
+  const char *option, *calibration_option;
   const char *readings, *place;  ///< files of a folder
   const char *what, *of;         ///< for messages
-  std::string topic;             ///< of the bag; empty: it has none
 };
+constexpr MotionNames kImuNames{"--imu",    "--imu-calibration", "imu.csv",
+                                "imu.yaml", "the IMU",           "IMU"};
+constexpr MotionNames kWheelNames{
+    "--odometry", "--odometry-calibration", "odom.csv", "odom.yaml", "the camera", "wheels"};
+
+std::string unused_topic(const std::string& recording, const MotionNames& names,
+                         const std::string& topic) {
+  return fmt::format("{}: {} may be of the {}: {} {} {} FILE.yaml uses it (docs/inertial.md)",
+                     recording, printable(topic), names.of, names.option, printable(topic),
+                     names.calibration_option);
+}
+
+Error no_place(const MotionNames& names, const std::string& source) {
+  return {ErrorKind::kUsage, fmt::format("{} {}: {} FILE.yaml says where {} is", names.option,
+                                         source, names.calibration_option, names.what)};
+}
 
 /// What the options say, checked.
 struct MotionChoice {
@@ -46,36 +62,28 @@ struct MotionChoice {
   bool is_asked_for = false;
 };
 
-Result<MotionChoice> chosen(const MotionNames& names, const std::string& source,
-                            const std::string& calibration, const RunOptions& o,
-                            const Sequence& sequence) {
+/// @param topic of the bag; empty: it has none.
+Result<MotionChoice> chosen(const MotionNames& names, const std::string& topic,
+                            const std::string& source, const std::string& calibration,
+                            const RunOptions& o) {
   const bool is_asked_for = !source.empty() || !calibration.empty();
   if (source == "none" && !calibration.empty())
-    return Error{ErrorKind::kUsage, names.option + " none: takes no " + names.calibration_option};
-  if (source == "none") return MotionChoice{};
-  if (sequence.stream) {
-    if (!is_asked_for) return MotionChoice{};
     return Error{ErrorKind::kUsage,
-                 names.option + ", " + names.calibration_option + ": not of a stream"};
-  }
+                 fmt::format("{} none: takes no {}", names.option, names.calibration_option)};
+  if (source == "none") return MotionChoice{};
   const bool is_bag = ygslam::is_bag(o.sequence);
   const fs::path folder = o.sequence;
   MotionChoice choice{true, {}, source, calibration, {}, is_asked_for};
   if (choice.calibration.empty() && !is_bag) choice.calibration = folder / names.place;
   const bool names_file = !source.empty() && (!is_bag || is_there(source));
   const fs::path file = names_file ? fs::path(source) : folder / names.readings;
-  if (!is_asked_for && is_bag && !names.topic.empty())
-    return MotionChoice{.told = o.sequence + ": " + printable(names.topic) + " may be of the " +
-                                names.of + ": " + names.option + " " + printable(names.topic) +
-                                " " + names.calibration_option +
-                                " FILE.yaml uses it (docs/inertial.md)"};
+  if (!is_asked_for && is_bag && !topic.empty())
+    return MotionChoice{.told = unused_topic(o.sequence, names, topic)};
   if (!is_asked_for && (is_bag || !is_there(file))) return MotionChoice{};
   if (!is_asked_for && !is_there(choice.calibration))
     return MotionChoice{.told = file.string() + ": not used: there is no " + names.place +
                                 " that says where " + names.what + " is (docs/inertial.md)"};
-  if (choice.calibration.empty())
-    return Error{ErrorKind::kUsage, names.option + " " + source + ": " + names.calibration_option +
-                                        " FILE.yaml says where " + names.what + " is"};
+  if (choice.calibration.empty()) return no_place(names, source);
   if (!is_bag || names_file) choice.file = file;
   const std::string from = choice.file.empty() ? o.sequence : choice.file.string();
   choice.told = from + ": {} of the " + names.of + "; " + names.option + " none leaves them out";
@@ -112,25 +120,41 @@ Result<std::vector<OdometrySample>> read_bag_wheels(const std::string& bag,
   return samples;
 }
 
+/// What comes beside the images, if a topic of it was announced with the first of them.
+Result<ImuInput> open_streamed_imu(const RunOptions& o, const Sequence& sequence) {
+  const std::string root = sequence.root.string();
+  const std::string& topic = o.imu.empty() ? sequence.imu_topic : o.imu;
+  if (o.imu.empty() && o.imu_calibration.empty())
+    return topic.empty() ? ImuInput{} : ImuInput{{}, {}, unused_topic(root, kImuNames, topic)};
+  if (o.imu_calibration.empty()) return no_place(kImuNames, o.imu);
+  auto calibration = read_imu_calibration(o.imu_calibration);
+  if (!calibration.ok()) return calibration.error();
+  if (topic.empty() || !sequence.stream->use_readings(topic))
+    return Error{ErrorKind::kInput,
+                 root + ": no topic " + (topic.empty() ? "" : printable(topic) + " ") +
+                     "with inertial readings (sensor_msgs/Imu) came before the first images"};
+  return ImuInput{*calibration, {}, root + ": readings of the IMU come from " + printable(topic)};
+}
+
 }  // namespace
 
 Result<ImuInput> open_imu(const RunOptions& o, const Sequence& sequence) {
-  const MotionNames names{"--imu", "--imu-calibration", "imu.csv", "imu.yaml", "the IMU",
-                          "IMU",   sequence.imu_topic};
+  if (sequence.stream && o.imu != "none") return open_streamed_imu(o, sequence);
   return opened<ImuInput>(
-      chosen(names, o.imu, o.imu_calibration, o, sequence), sequence, "reading",
+      chosen(kImuNames, sequence.imu_topic, o.imu, o.imu_calibration, o), sequence, "reading",
       [](const fs::path& file) { return read_imu(file); },
       [&](const std::string& topic) { return read_bag_imu(o.sequence, topic, "--imu"); },
       read_imu_calibration);
 }
 
 Result<WheelInput> open_wheels(const RunOptions& o, const Sequence& sequence) {
-  const MotionNames names{
-      "--odometry", "--odometry-calibration", "odom.csv", "odom.yaml", "the camera",
-      "wheels",     sequence.odometry_topic};
+  if (sequence.stream && o.odometry != "none") {
+    if (o.odometry.empty() && o.odometry_calibration.empty()) return WheelInput{};
+    return Error{ErrorKind::kUsage, "--odometry, --odometry-calibration: not of a stream"};
+  }
   return opened<WheelInput>(
-      chosen(names, o.odometry, o.odometry_calibration, o, sequence), sequence, "pose",
-      [](const fs::path& file) { return read_wheels(file); },
+      chosen(kWheelNames, sequence.odometry_topic, o.odometry, o.odometry_calibration, o), sequence,
+      "pose", [](const fs::path& file) { return read_wheels(file); },
       [&](const std::string& topic) { return read_bag_wheels(o.sequence, topic); },
       read_wheel_calibration);
 }

@@ -21,11 +21,13 @@ using ImuInput = MotionInput<ImuCalibration, ImuSample>;
 using WheelInput = MotionInput<WheelCalibration, OdometrySample>;
 
 /// What --imu and --imu-calibration name, else imu.csv with imu.yaml of a folder.
-/// @return kUsage for a topic or a file without a calibration, and of a stream; else as read_imu(),
-/// read_bag_imu() and read_imu_calibration().
+/// Of a stream its topic, whose readings come with the frames: there are no samples then.
+/// @return kUsage for a topic or a file without a calibration; else as read_imu(), read_bag_imu()
+/// and read_imu_calibration().
 [[nodiscard]] Result<ImuInput> open_imu(const RunOptions& options, const Sequence& sequence);
 
-/// The same of --odometry and --odometry-calibration, odom.csv and odom.yaml.
+/// Not of a stream (kUsage). The same of --odometry and --odometry-calibration, odom.csv and
+/// odom.yaml.
 [[nodiscard]] Result<WheelInput> open_wheels(const RunOptions& options, const Sequence& sequence);
 
 }  // namespace ygslam

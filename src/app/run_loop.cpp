@@ -7,6 +7,7 @@
 #include "app/recording_check.hpp"
 #include "app/run_targets.hpp"
 #include "app/stop_signal.hpp"
+#include "io/frame_stream.hpp"
 #include "io/text.hpp"
 #include "live/run_recorder.hpp"
 #include "system/dense_beside.hpp"
@@ -182,7 +183,11 @@ class FrameLoop {
 
   TrackState step(const FramePtr& frame) {
     const trace::Span span("frame", frame->id);
-    add_motion_until(frame->stamp);
+    if (plan_.sequence.stream) {
+      add_streamed(frame->id);
+    } else {
+      add_motion_until(frame->stamp);
+    }
     const TrackResult result = runner().process(frame);
     writers_.add(frame, result);
     if (run_.view) {
@@ -198,6 +203,9 @@ class FrameLoop {
     const auto& [imu, wheels] = std::tie(plan_.settings().imu, plan_.settings().wheels);
     add_until(stamp, imu ? imu->time_offset_s.value_or(0) : 0, plan_.imu, next_imu_);
     add_until(stamp, wheels ? wheels->time_offset_s : 0, plan_.wheels, next_wheels_);
+  }
+  void add_streamed(FrameId id) {
+    for (const ImuSample& reading : plan_.sequence.stream->take_readings(id)) runner().add(reading);
   }
   template <typename Sample>
   void add_until(Timestamp stamp, double offset_s, const std::vector<Sample>& samples,

@@ -20,6 +20,19 @@ using ImuSources = std::map<std::string, ImuReader::Source>;
 
 Vec3 from_ros_vector(const ros::Vector3& v) { return {v.x, v.y, v.z}; }
 
+bool is_sensible(const Vec3& v) {
+  return v.allFinite() && v.cwiseAbs().maxCoeff() <= kMostImuNumber;
+}
+
+std::optional<ImuSample> sensible_reading(const ros::Imu& imu, Timestamp logged) {
+  const Timestamp stamp = ros::from_ros(imu.header.stamp);
+  const ImuSample sample{stamp.ns == 0 ? logged : stamp, from_ros_vector(imu.angular_velocity),
+                         from_ros_vector(imu.linear_acceleration)};
+  const bool is_good =
+      is_sensible(sample.angular_velocity_radps) && is_sensible(sample.specific_force_mps2);
+  return is_good ? std::optional(sample) : std::nullopt;
+}
+
 bool is_all_zero(const std::vector<ImuSample>& samples, Vec3 ImuSample::*vector) {
   return std::all_of(samples.begin(), samples.end(),
                      [&](const ImuSample& sample) { return (sample.*vector).isZero(0); });
@@ -95,26 +108,26 @@ Imu to_ros(const ImuSample& sample, const ImuNoise& noise, const std::string& fr
 
 }  // namespace ros
 
-void ImuReader::take(const BagTopic& topic, const BagMessage& message) {
-  if (topic.type != "sensor_msgs/Imu") return;
+bool is_imu(const BagTopic& topic) { return topic.type == "sensor_msgs/Imu"; }
+
+std::optional<ImuSample> reading_of(const BagTopic& topic, const BagMessage& message) {
   ros::Imu imu;
-  if (!from_cdr(message.bytes, imu, topic.layout)) return;
+  if (!is_imu(topic) || !from_cdr(message.bytes, imu, topic.layout)) return std::nullopt;
+  return sensible_reading(imu, message.logged);
+}
+
+void ImuReader::take(const BagTopic& topic, const BagMessage& message) {
+  ros::Imu imu;
+  if (!is_imu(topic) || !from_cdr(message.bytes, imu, topic.layout)) return;
   if (sources_.size() >= kMostImuTopics && !sources_.contains(topic.name)) return;
   Source& source = sources_[topic.name];
-  const Timestamp stamp = ros::from_ros(imu.header.stamp);
-  const ImuSample sample{stamp.ns == 0 ? message.logged : stamp,
-                         from_ros_vector(imu.angular_velocity),
-                         from_ros_vector(imu.linear_acceleration)};
-  const auto is_sensible = [](const Vec3& v) {
-    return v.allFinite() && v.cwiseAbs().maxCoeff() <= kMostImuNumber;
-  };
-  if (count_ >= kMostReadings || !is_sensible(sample.angular_velocity_radps) ||
-      !is_sensible(sample.specific_force_mps2)) {
+  const auto sample = count_ < kMostReadings ? sensible_reading(imu, message.logged) : std::nullopt;
+  if (!sample) {
     ++source.left_out;
     return;
   }
   ++count_;
-  source.samples.push_back(sample);
+  source.samples.push_back(*sample);
 }
 
 Result<std::vector<ImuSample>> chosen_readings(const ImuSources& sources, const std::string& choice,

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,10 @@
 #include "geometry/imu.hpp"
 
 namespace ygslam {
+
+[[nodiscard]] bool is_imu(const BagTopic& topic);
+/// @return nullopt: none of sensor_msgs/Imu, or of no sensible size.
+[[nodiscard]] std::optional<ImuSample> reading_of(const BagTopic& topic, const BagMessage& message);
 
 /// Collects readings, message by message: sensor_msgs/Imu.
 class ImuReader {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 
 #include "bag/bag_choice.hpp"
+#include "bag/bag_imu.hpp"
 #include "bag/lone_images.hpp"
 #include "bag/mcap_stream.hpp"
 #include "bag/stream_pairing.hpp"
@@ -27,6 +29,7 @@ constexpr std::size_t kMostFirst = 64;  // frames without a pair among them
 constexpr std::size_t kMostWithoutStamp = 256;
 /// Colour images in a row without depth, at the start, after which nothing is expected any more.
 constexpr std::size_t kManyUnpaired = 60;
+constexpr std::size_t kMostWaitingReadings = 100'000;  // that nobody has taken: minutes
 
 bool is_image(const BagTopic& topic) {
   return topic.type == ros::kImageType || topic.type == ros::kCompressedType;
@@ -104,6 +107,7 @@ class StreamFrames final : public FrameStream {
   std::optional<LoadedPair> next(FrameId id, const DepthConfig& depth,
                                  const std::stop_token& stop) override {
     const auto next = next_frame(stop);
+    hand_out_readings(id);
     if (!next) return std::nullopt;
     if (!next->pair.is_whole()) return missed(*next);
     const auto& [colour, depth_image] = next->pair;
@@ -116,12 +120,16 @@ class StreamFrames final : public FrameStream {
   }
   bool skip(const std::stop_token& stop) override { return next_frame(stop).has_value(); }
   [[nodiscard]] StreamCounts counts() const override { return {without_depth_, left_out_}; }
+  [[nodiscard]] bool use_readings(const std::string& topic) override;
+  [[nodiscard]] std::vector<ImuSample> take_readings(FrameId id) override;
 
  private:
   using Frame = LoneImages::Frame;
   std::optional<Frame> next_frame(const std::stop_token& stop);
   std::optional<Frame> pull(const std::stop_token& stop);
   void take(const BagMessage& message);
+  void take_reading(const BagTopic& topic, const BagMessage& message);
+  void hand_out_readings(FrameId id);
   void add(StreamPairing::Side side, StreamImage image);
   void tell_of_stamps(StreamPairing::Side side, const StampOrder::Judged& judged);
   void tell_of_shift(const StreamPair& pair);
@@ -150,6 +158,15 @@ class StreamFrames final : public FrameStream {
   std::int64_t told_shift_ns_ = 0;
   Timestamp last_stamp_;                                       // of a pair
   std::atomic<std::size_t> without_depth_ = 0, left_out_ = 0;  // others ask
+  struct Reading {
+    std::string topic;
+    ImuSample sample;
+  };
+  std::vector<Reading> early_readings_;        // until it is known which are wanted
+  std::optional<std::string> readings_topic_;  // empty: none are
+  std::vector<ImuSample> readings_;            // since the last frame
+  std::mutex handed_out_mutex_;
+  std::deque<std::pair<FrameId, ImuSample>> handed_out_;
   bool told_other_ = false, told_end_ = false;
   bool has_ended_ = false;  // the stream; pairs may wait
 };
@@ -164,13 +181,19 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
   LeadIn lead_in(topics, cameras);
   while (!lead_in.is_complete(stream_->topics()) && !lead_in.is_too_long() && !has_ended_)
     has_ended_ = !stream_->next(
-        [&](const BagMessage& message) { lead_in.take(stream_->topics()[message.topic], message); },
+        [&](const BagMessage& message) {
+          const BagTopic& topic = stream_->topics()[message.topic];
+          take_reading(topic, message);
+          lead_in.take(topic, message);
+        },
         {});
   const auto choice = lead_in.choice();
   if (!choice.ok()) return refuse(choice.error());
   colour_ = choice->colour->topic;
   depth_ = choice->depth->topic;
   known_topics_ = stream_->topics().size();
+  const auto imu = std::ranges::find_if(stream_->topics(), is_imu);
+  if (imu != stream_->topics().end()) sequence.imu_topic = imu->name;
   warn_of_choice(*choice, sequence);
   for (LeadIn::Early& early : lead_in.take_images()) {
     const ImageTopic* topic = &lead_in.content().images[early.topic];
@@ -281,6 +304,7 @@ std::optional<StreamFrames::Frame> StreamFrames::pull(const std::stop_token& sto
 
 void StreamFrames::take(const BagMessage& message) {
   const BagTopic& topic = stream_->topics()[message.topic];
+  if (is_imu(topic)) return take_reading(topic, message);
   const bool is_colour = topic == colour_;
   if (!is_colour && topic != depth_) return warn_of_other(topic, message);
   const auto stamp = image_stamp(topic, message);
@@ -291,6 +315,47 @@ void StreamFrames::take(const BagMessage& message) {
   if (is_worth_a_line(++left_out_))
     log::warn("{}: {}: cannot be read as {}; left out", name(), name_of(side, image), topic.type);
   if (is_colour) lone_.add({{std::move(image), {}}, LoneImages::Fault::kStamp});
+}
+
+bool StreamFrames::use_readings(const std::string& topic) {
+  const bool is_announced = std::ranges::any_of(
+      stream_->topics(), [&](const BagTopic& t) { return is_imu(t) && t.name == topic; });
+  if (!is_announced) return false;
+  readings_topic_ = topic;
+  for (const Reading& reading : std::exchange(early_readings_, {}))
+    if (reading.topic == topic) readings_.push_back(reading.sample);
+  return true;
+}
+
+void StreamFrames::take_reading(const BagTopic& topic, const BagMessage& message) {
+  const bool is_wanted = readings_topic_ ? topic.name == *readings_topic_ : is_imu(topic);
+  auto reading = is_wanted ? reading_of(topic, message) : std::nullopt;
+  if (!reading || std::max(early_readings_.size(), readings_.size()) >= kMostWaitingReadings)
+    return;
+  reading->stamp.ns += pairing_.shift_ns();
+  if (readings_topic_) {
+    readings_.push_back(*reading);
+  } else {
+    early_readings_.push_back({topic.name, *reading});
+  }
+}
+
+/// What was read by now belongs to this frame, however late somebody asks.
+void StreamFrames::hand_out_readings(FrameId id) {
+  if (!readings_topic_) readings_topic_.emplace();  // nobody wants any
+  early_readings_.clear();
+  const std::scoped_lock lock(handed_out_mutex_);
+  for (const ImuSample& reading : readings_) handed_out_.emplace_back(id, reading);
+  readings_.clear();
+  while (handed_out_.size() > kMostWaitingReadings) handed_out_.pop_front();
+}
+
+std::vector<ImuSample> StreamFrames::take_readings(FrameId id) {
+  std::vector<ImuSample> taken;
+  const std::scoped_lock lock(handed_out_mutex_);
+  for (; !handed_out_.empty() && handed_out_.front().first <= id; handed_out_.pop_front())
+    taken.push_back(handed_out_.front().second);
+  return taken;
 }
 
 void StreamFrames::add(StreamPairing::Side side, StreamImage image) {

@@ -3,7 +3,10 @@
 
 #include <optional>
 #include <stop_token>
+#include <string>
+#include <vector>
 
+#include "geometry/imu.hpp"
 #include "io/frame_loader.hpp"
 
 namespace ygslam {
@@ -13,7 +16,7 @@ struct StreamCounts {
   std::size_t left_out = 0;       ///< images whose stamps cannot be right
 };
 
-/// One thread at a time may use it; any may ask for its counts.
+/// One thread at a time may use it; any may ask for its counts and take readings.
 class FrameStream {
  public:
   virtual ~FrameStream() = default;
@@ -24,6 +27,12 @@ class FrameStream {
   /// Waits for the next pair and passes it over. @return false at the end, or once stopped.
   virtual bool skip(const std::stop_token& stop) = 0;
   [[nodiscard]] virtual StreamCounts counts() const = 0;
+
+  /// Keeps an IMU's readings, before the first frame is asked for. @return false: no such topic has
+  /// been announced.
+  [[nodiscard]] virtual bool use_readings(const std::string& topic) = 0;
+  /// Those that came before this frame was complete, and were not taken yet.
+  [[nodiscard]] virtual std::vector<ImuSample> take_readings(FrameId id) = 0;
 };
 
 }  // namespace ygslam

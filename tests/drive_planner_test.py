@@ -10,7 +10,7 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "examples" / "drive_among_people"))
-from planner import OCCUPIED, UNKNOWN, Grid, Lanes, along, coarser, cost_of, grown, path_to, velocity_of  # noqa: E402
+from planner import OCCUPIED, UNKNOWN, Grid, Lanes, along, coarser, cost_of, path_to, velocity_of  # noqa: E402
 
 from rendered import HEIGHT, WIDTH, base_pose, camera_on_base  # noqa: E402
 from sights import Sight, merged  # noqa: E402
@@ -27,10 +27,10 @@ class Base:
         self.at, self.velocity, self.walls = np.array(at, float), np.zeros(2), walls
 
     def step(self, target, people=(), near=()):
-        def solid_at(places):
-            return np.any([np.abs(places - wall).max(axis=-1) < RADIUS_M for wall in self.walls], axis=0) \
-                if self.walls else np.zeros(places.shape[:-1], bool)
-        chosen = velocity_of(solid_at, np.array(near), self.at, self.velocity, np.array(target), people, SPEED_MPS, MOST_MPS2,
+        def clear_at(places):
+            return np.min([np.linalg.norm(places - wall, axis=-1) for wall in self.walls], axis=0) if len(self.walls) else \
+                np.full(places.shape[:-1], 9.0)
+        chosen = velocity_of(clear_at, np.array(near), self.at, self.velocity, np.array(target), people, SPEED_MPS, MOST_MPS2,
                              RADIUS_M, APART_M)
         change = chosen - self.velocity
         self.velocity = self.velocity + change * min(1, MOST_MPS2 * STEP_S / max(np.linalg.norm(change), 1e-9))
@@ -98,9 +98,8 @@ class ThePath(unittest.TestCase):
 
     def test_goes_round_what_stands_with_room_for_the_base(self):
         grid = self.grid()
-        path = np.array(path_to(grid, cost_of(grid, (2, 1), RADIUS_M, SPEED_MPS, []), (2, 1), (2, 3)))
-        solid = grown(grid.cells == OCCUPIED, RADIUS_M / grid.cell_m)
-        self.assertFalse(grid.look_up(solid, path).any())
+        path = np.array(path_to(grid, cost_of(grid, grid.clearance_m(), (2, 1), RADIUS_M, SPEED_MPS, []), (2, 1), (2, 3)))
+        self.assertGreater(grid.look_up(grid.clearance_m(), path).min(), RADIUS_M)
         self.assertLess(np.linalg.norm(path[-1] - (2, 3)), 0.1)
 
     def test_keeps_off_lanes_where_there_is_another_way(self):
@@ -108,7 +107,7 @@ class ThePath(unittest.TestCase):
         lanes = Lanes()
         for x in np.arange(1, 5, 0.2):
             lanes.add(0, [np.array([x, 2.25])])
-        plain = cost_of(grid, (0.5, 2.25), RADIUS_M, SPEED_MPS, [])
+        plain = cost_of(grid, grid.clearance_m(), (0.5, 2.25), RADIUS_M, SPEED_MPS, [])
 
         def within(cost):
             path = np.array(path_to(grid, cost, (0.5, 2.25), (5.5, 2.25)))
@@ -130,7 +129,7 @@ class SeveralCameras(unittest.TestCase):
         looks = [base_pose(0, 0, 0) @ camera_on_base(way) for way in (0, np.pi / 2)]
         people = [[(False, forecast(hidden_at, (0, 0), 0.2))],
                   [] if seen_at is None else [(True, forecast(seen_at, (0, 0)))]]
-        return [Sight(None, depth, look, look, who, np.empty((0, 2)), None) for look, who in zip(looks, people)]
+        return [Sight(None, depth, look, np.empty((0, 3)), who) for look, who in zip(looks, people)]
 
     def test_whom_another_sees_is_counted_once(self):
         self.assertEqual(len(merged(self.sights((-1, 1), (-0.8, 1.4)))), 1)

@@ -1,5 +1,5 @@
-"""The planner of examples/drive_among_people, in a room of numbers: who is seen is not driven into; and its cameras
-together: who is counted once.
+"""The planner of examples/drive_among_people, in a room of numbers: who is seen is not driven into; its cameras
+together: who is counted once, what is remembered; and what its wheels tell.
 
     python tests/drive_planner_test.py
 """
@@ -13,7 +13,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "example
 from planner import OCCUPIED, UNKNOWN, Grid, Lanes, along, coarser, cost_of, path_to, velocity_of  # noqa: E402
 
 from rendered import HEIGHT, WIDTH, base_pose, camera_on_base  # noqa: E402
-from sights import Sight, merged  # noqa: E402
+from robot import Wheels  # noqa: E402
+from sights import Nearby, Sight, merged  # noqa: E402
 
 STEP_S, SPEED_MPS, MOST_MPS2, RADIUS_M, APART_M = 0.1, 0.8, 1.5, 0.25, 0.45
 
@@ -77,6 +78,16 @@ class TheBase(unittest.TestCase):
             self.assertLess(base.at[0], 0.9 - RADIUS_M)
         self.assertGreater(base.at[0], 0.2)
 
+    def test_makes_way_to_where_there_is_room(self):
+        """Who comes along a wall is passed on the side without it, whichever that is."""
+        for side in (1, -1):
+            walls = [np.array([x, -0.9 * side]) for x in np.arange(-4, 4, 0.1)]
+            base = Base(walls=walls)
+            for k in range(40):
+                person = np.array([2.5 - 0.1 * k, 0])
+                base.step(base.at, [forecast(person, (-1, 0))])
+            self.assertGreater(side * base.at[1], 0.3)
+
     def test_the_way_to_a_velocity_is_that_of_bounded_acceleration(self):
         velocity, choice = np.array([0.5, 0.0]), np.array([[-0.4, 0.3]])
         times = np.arange(0.05, 2, 0.05)
@@ -139,6 +150,48 @@ class SeveralCameras(unittest.TestCase):
         self.assertEqual(merged(self.sights((2, 0))), [])
         self.assertEqual(len(merged(self.sights((2, 0), wall_m=1.2))), 1, "behind something")
         self.assertEqual(len(merged(self.sights((-2, 0)))), 1, "where no camera looks")
+
+
+class WhatIsNearby(unittest.TestCase):
+    """A table's end half a metre ahead was seen from farther away; now depth shows nothing there."""
+
+    def remembered(self, way_m=0.1, after_s=5, depth_m=0, people=()):
+        look, nearby = base_pose(0, 0, 0), Nearby()
+        for t_s, stands, at_m, depth in ((0, [[0.5, 0, 0.75]], 0, 0.55), (after_s, np.empty((0, 3)), way_m, depth_m)):
+            image = np.full((HEIGHT, WIDTH), depth, np.float32)
+            nearby.add(t_s, at_m, look, [Sight(None, image, look @ camera_on_base(0), np.array(stands))], people)
+        return len(nearby.points)
+
+    def test_is_remembered_while_the_robot_hardly_moves(self):
+        self.assertEqual(self.remembered(), 1)
+        self.assertEqual(self.remembered(way_m=1.2), 0)
+
+    def test_is_forgotten_where_a_camera_sees_through(self):
+        self.assertEqual(self.remembered(depth_m=3), 0)
+
+    def test_people_are_remembered_for_a_moment_only(self):
+        self.assertEqual(self.remembered(after_s=0.3, people=[np.array([0.6, 0])]), 1)
+        self.assertEqual(self.remembered(people=[np.array([0.6, 0])]), 0)
+
+
+class TheWheels(unittest.TestCase):
+    def ways(self, step, steps=400):
+        """True and told, of a drive in steps of 0.1 s."""
+        wheels, T = Wheels(1), np.eye(4)
+        for k in range(steps):
+            wheels.roll(k * STEP_S, step)
+            T = T @ step
+        return T, wheels.T_odom_base
+
+    def test_err_by_a_few_percent(self):
+        told_of = self.ways(base_pose(0.05, 0.03, 0.02))
+        way_m = 400 * np.hypot(0.05, 0.03)
+        off_m = np.linalg.norm((told_of[0] - told_of[1])[:2, 3])
+        self.assertGreater(off_m, 0.001)
+        self.assertLess(off_m, 0.05 * way_m)
+
+    def test_say_nothing_at_rest(self):
+        np.testing.assert_array_equal(self.ways(np.eye(4))[1], np.eye(4))
 
 
 if __name__ == "__main__":

@@ -29,7 +29,6 @@ from pathlib import Path
 import numpy as np
 import yaml
 import ygslam
-from ygslam import State
 
 from eyes import EyeProcess
 from film import film, picture, strip
@@ -144,7 +143,8 @@ class Drive:
         self.nearby.add(k / FPS, self.way_m, self.T_believed, sights, places)
         target, heading = self.target(k, sights)
         velocity = velocity_of(lambda at: self.grid.look_up(self.clear_m, at), self.nearby.points[:, :2], self.here,
-                               self.robot.velocity, target, people, SPEED_MPS, ACCELERATION_MPS2, RADIUS_M, RADIUS_M + PERSON_M)
+                               self.robot.velocity, target, people, SPEED_MPS, ACCELERATION_MPS2, RADIUS_M,
+                               RADIUS_M + PERSON_M)
         self.robot.move(velocity, heading)
 
     def remember(self, k, sights, people):
@@ -159,10 +159,10 @@ class Drive:
     def line(self):
         def frames(state):
             return [[k for k, one in enumerate(states) if one == state] for states in self.states]
-        lost = frames(State.LOST)
+        lost = frames("lost")
         return {**self.contacts.counts, "metres": round(self.way_m, 1), "straight_m": round(float(self.straight_m), 1),
                 "seconds": round(len(self.track) / FPS, 1), "standing_s": round(self.standing / FPS, 1),
-                "lost_frames": sum(map(len, lost)), "coasted_frames": sum(map(len, frames(State.COASTING))),
+                "lost_frames": sum(map(len, lost)), "coasted_frames": sum(map(len, frames("coasting"))),
                 "frames": len(self.track) * len(self.eyes), "all_lost": len(set.intersection(*map(set, lost))),
                 "most_off_m": round(self.most_off_m, 3), "contacts": self.contacts.places, "lost": lost}
 
@@ -196,8 +196,9 @@ def main():
                           **drive.line(), "took_s": round(time.monotonic() - began_s)})
             with results.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(lines[-1]) + "\n")
-            picture(truth, drive.track, truth.goals(options.goals, seed), drive.contacts.places, ", ".join(
-                f"{key} {lines[-1][key]}" for key in ("seed", "plan", *COLUMNS))).save(options.out / f"drive_{seed}_{plan}.png")
+            title = ", ".join(f"{key} {lines[-1][key]}" for key in ("seed", "plan", *COLUMNS))
+            picture(truth, drive.track, truth.goals(options.goals, seed), drive.contacts.places, title).save(
+                options.out / f"drive_{seed}_{plan}.png")
             for k, shots in drive.strips:
                 strip(shots, FPS).save(options.out / f"contact_{seed}_{plan}_{k}.png")
             films[", ".join([plan, *(f"{lines[-1][key]} {key.replace('_', ' ')}" for key in CONTACTS)])] = \

@@ -33,8 +33,8 @@ def forecasts(objects, T_floor_world, unseen_s=0):
 
 
 class Eye:
-    """A camera on the base, and what is found in its images with the wheels' help. The first makes the plan: a dense map for
-    each would be too much."""
+    """A camera on the base, and what is found in its images with the wheels' help. The first makes the plan: a dense
+    map for each would be too much."""
 
     def __init__(self, options, world, folder, seed, number, tracks):
         """@param tracks whether it finds its own pose and people, else it is told the pose."""
@@ -44,13 +44,13 @@ class Eye:
         self.slam = tracks and ygslam.Slam(self.pinhole, segmenter="builtin", deterministic=True,
                                            wheels=ygslam.Wheels(self.T_base_camera),
                                            options={} if number == 0 else {"run.without": "[dense_map]"})
-        self.T_odom_before = None
+        self.T_odom_before = None  # the camera
         self.T_floor_first = None  # where the map began, as the robot believed then
         self.objects, self.seen_at, self.T_floor_map = [], 0, np.eye(4)
 
     def look(self, k, T_true_base, T_odom_base, T_floor_base, wants_grid):
-        """@param T_true_base where the camera is moved to. @param T_odom_base as the wheels tell. @param T_floor_base as the
-        robot believes: what the camera sees is placed by it, so that all cameras' people and things lie in the same axes."""
+        """@param T_true_base where the camera is moved to. @param T_odom_base as the wheels tell.
+        @param T_floor_base as the robot believes: it places what each camera sees, so that all have the same axes."""
         rgb, depth = self.camera.look(k / FPS, T_true_base @ self.T_base_camera)
         seen = Sight(rgb, depth, T_floor_base @ self.T_base_camera, self.what_stands(depth))
         if self.slam:
@@ -64,9 +64,9 @@ class Eye:
     def track(self, seen, k, T_odom_base):
         t_ns, T_odom_camera = 10**12 + k * 10**9 // FPS, T_odom_base @ self.T_base_camera
         self.slam.push_odometry(t_ns, T_odom_base)
-        result = self.slam.process(seen.rgb, seen.depth, t_ns, T_last_camera=None if self.T_odom_before is None else
-                                   np.linalg.inv(self.T_odom_before) @ T_odom_camera)
-        self.T_odom_before, seen.state = T_odom_camera, result.state
+        before = T_odom_camera if self.T_odom_before is None else self.T_odom_before
+        result = self.slam.process(seen.rgb, seen.depth, t_ns, T_last_camera=np.linalg.inv(before) @ T_odom_camera)
+        self.T_odom_before, seen.state = T_odom_camera, result.state.name.lower()
         if result.state in (State.TRACKING, State.WEAK, State.COASTING):
             self.objects, self.seen_at = result.objects, k
             self.T_floor_map = seen.T_floor_camera @ np.linalg.inv(result.pose)

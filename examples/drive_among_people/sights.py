@@ -2,7 +2,6 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-import ygslam
 
 from planner import Grid
 from rendered import HEIGHT, WIDTH, lens
@@ -24,7 +23,7 @@ class Sight:
     people: list = field(default_factory=list)  # as of forecasts()
     T_floor_base: np.ndarray | None = None  # as this camera found it; None: it is lost
     doubt: tuple = (False, 0)  # of that pose: smaller is better
-    state: ygslam.State = ygslam.State.TRACKING
+    state: str = "tracking"  # its tracker's
     grid: Grid | None = None  # the plan, where it was asked for
 
     def pixels_of(self, points):
@@ -35,7 +34,8 @@ class Sight:
 
 
 def merged(sights):
-    """All forecasts but of those whom one camera has lost sight of, where another sees him, or sees that nobody is there."""
+    """All forecasts but of those whom one camera has lost sight of, where another sees him, or sees that nobody is
+    there."""
     seen = [entry[0][1] for sight in sights for is_seen, entry in sight.people if is_seen]
 
     def is_elsewhere(entry):

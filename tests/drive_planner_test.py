@@ -155,9 +155,9 @@ class SeveralCameras(unittest.TestCase):
 class WhatIsNearby(unittest.TestCase):
     """A table's end half a metre ahead was seen from farther away; now depth shows nothing there."""
 
-    def remembered(self, way_m=0.1, after_s=5, depth_m=0, people=()):
+    def remembered(self, way_m=0.1, after_s=5, depth_m=0, people=(), height_m=0.75):
         look, nearby = base_pose(0, 0, 0), Nearby()
-        for t_s, stands, at_m, depth in ((0, [[0.5, 0, 0.75]], 0, 0.55), (after_s, np.empty((0, 3)), way_m, depth_m)):
+        for t_s, stands, at_m, depth in ((0, [[0.5, 0, height_m]], 0, 0.55), (after_s, np.empty((0, 3)), way_m, depth_m)):
             image = np.full((HEIGHT, WIDTH), depth, np.float32)
             nearby.add(t_s, at_m, look, [Sight(None, image, look @ camera_on_base(0), np.array(stands))], people)
         return len(nearby.points)
@@ -169,9 +169,15 @@ class WhatIsNearby(unittest.TestCase):
     def test_is_forgotten_where_a_camera_sees_through(self):
         self.assertEqual(self.remembered(depth_m=3), 0)
 
-    def test_people_are_remembered_for_a_moment_only(self):
-        self.assertEqual(self.remembered(after_s=0.3, people=[np.array([0.6, 0])]), 1)
-        self.assertEqual(self.remembered(people=[np.array([0.6, 0])]), 0)
+    def test_legs_are_remembered_for_a_moment_only(self):
+        person = [np.array([0.6, 0])]
+        self.assertEqual(self.remembered(after_s=0.3, people=person), 1)
+        self.assertEqual(self.remembered(people=person), 0)
+
+    def test_who_stands_too_near_for_depth_is_remembered_until_he_has_left(self):
+        person = [np.array([0.6, 0])]
+        self.assertEqual(self.remembered(people=person, height_m=1.2), 1)
+        self.assertEqual(self.remembered(people=person, height_m=1.2, depth_m=3), 0)
 
 
 class TheWheels(unittest.TestCase):

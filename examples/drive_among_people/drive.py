@@ -210,17 +210,17 @@ def main():
 
 
 def print_table(lines):
-    """Every drive, and the sums of each plan."""
+    """Every drive, and the sums (of what the pose was off: the most) of each plan."""
     print("| seed | plan | " + " | ".join(name.replace("_", " ") for name in COLUMNS) + " | detour |")
     print("|---|---|" + "---:|" * (len(COLUMNS) + 1))
     for plan in ("ygslam", *DEPTH_ALONE):
         mine = sorted((line for line in lines if line["plan"] == plan), key=lambda line: line["seed"])
         rows = [(line["seed"], line) for line in mine]
         if mine:
-            rows.append((f"{len(mine)} seeds", {name: round(sum(line[name] for line in mine), 1) for name in mine[0]
-                                                if name in (*COLUMNS, "straight_m")}))
+            rows.append((f"{len(mine)} seeds", {name: (max if name == "most_off_m" else sum)(line[name] for line in mine)
+                                                for name in (*COLUMNS, "straight_m")}))
         for seed, row in rows:
-            cells = [f"{row[name]:g}" for name in COLUMNS]
+            cells = [f"{row[name]:.5g}" for name in COLUMNS]
             print(f"| {seed} | {plan} | " + " | ".join(cells) + f" | {row['metres'] / max(row['straight_m'], 0.1):.2f} |")
 
 

@@ -10,7 +10,8 @@ PERSON_M = 0.2  # radius
 SAME_M = 0.6  # between two cameras' places of one person, at most
 THROUGH_M = 0.15  # behind a point, and it is gone
 CELL_M = 0.1
-LATELY_S, REACH_M, KEPT_M, NOT_THINGS_M = 0.6, 1.2, 1.0, 0.6
+LATELY_S, REACH_M, KEPT_M = 0.6, 1.2, 1.0
+LEGS_M, ABOUT_PERSON_M = 0.9, 0.6  # up to this height, so far about a person
 
 
 @dataclass
@@ -58,24 +59,24 @@ def is_empty(sight, at):
 
 
 class Nearby:
-    """What depth has shown about the robot in the last 0.6 s. Where it was no person it is remembered until a camera sees
-    through its place, or for a metre of way: beside the robot it is too near for depth, or below the view."""
+    """What depth has shown about the robot in the last 0.6 s, and until a camera sees through its place, or for a metre of
+    way: beside the robot it is too near for depth, or below the view. So are people's legs, which do not stay."""
 
     def __init__(self):
         self.points = np.empty((0, 3))
-        self.rows = np.empty((0, 3))  # of each point: when it was seen [s], after which way [m], whether it is a thing
+        self.rows = np.empty((0, 3))  # of each point: when it was seen [s], after which way [m], whether it may stay
 
     def add(self, t_s, way_m, T_floor_base, sights, people):
         """@param people where they are."""
         here = T_floor_base[:2, 3]
         new = np.concatenate([s.stands for s in sights]) @ T_floor_base[:3, :3].T + T_floor_base[:3, 3]
-        thing = np.ones(len(new), bool)
+        may_stay = np.ones(len(new), bool)
         for at in people:
-            thing &= np.linalg.norm(new[:, :2] - at, axis=1) > NOT_THINGS_M
-        rows = np.column_stack([np.full(len(new), t_s), np.full(len(new), way_m), thing])
-        seen_s, seen_m, was_thing = self.rows.T
+            may_stay &= (new[:, 2] > LEGS_M) | (np.linalg.norm(new[:, :2] - at, axis=1) > ABOUT_PERSON_M)
+        rows = np.column_stack([np.full(len(new), t_s), np.full(len(new), way_m), may_stay])
+        seen_s, seen_m, stays = self.rows.T
         near = np.linalg.norm(self.points[:, :2] - here, axis=1) < REACH_M
-        stays = (was_thing > 0) & near & (way_m - seen_m < KEPT_M)
+        stays = (stays > 0) & near & (way_m - seen_m < KEPT_M)
         for sight in sights:
             stays[stays] = ~sees_through(sight, self.points[stays])
         kept = stays | (t_s - seen_s < LATELY_S)

@@ -1,5 +1,5 @@
-"""The planner of examples/drive_among_people, in a room of numbers: who is seen is not driven into; and its cameras
-together: who is counted once.
+"""The planner of examples/drive_among_people, in a room of numbers: who is seen is not driven into; its cameras
+together: who is counted once, what is remembered; and what its wheels tell.
 
     python tests/drive_planner_test.py
 """
@@ -10,10 +10,11 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "examples" / "drive_among_people"))
-from planner import OCCUPIED, UNKNOWN, Grid, Lanes, along, coarser, cost_of, grown, path_to, velocity_of  # noqa: E402
+from planner import OCCUPIED, UNKNOWN, Grid, Lanes, along, coarser, cost_of, path_to, velocity_of  # noqa: E402
 
 from rendered import HEIGHT, WIDTH, base_pose, camera_on_base  # noqa: E402
-from sights import Sight, merged  # noqa: E402
+from robot import Wheels  # noqa: E402
+from sights import Nearby, Sight, merged  # noqa: E402
 
 STEP_S, SPEED_MPS, MOST_MPS2, RADIUS_M, APART_M = 0.1, 0.8, 1.5, 0.25, 0.45
 
@@ -27,10 +28,10 @@ class Base:
         self.at, self.velocity, self.walls = np.array(at, float), np.zeros(2), walls
 
     def step(self, target, people=(), near=()):
-        def solid_at(places):
-            return np.any([np.abs(places - wall).max(axis=-1) < RADIUS_M for wall in self.walls], axis=0) \
-                if self.walls else np.zeros(places.shape[:-1], bool)
-        chosen = velocity_of(solid_at, np.array(near), self.at, self.velocity, np.array(target), people, SPEED_MPS, MOST_MPS2,
+        def clear_at(places):
+            return np.min([np.linalg.norm(places - wall, axis=-1) for wall in self.walls], axis=0) if len(self.walls) else \
+                np.full(places.shape[:-1], 9.0)
+        chosen = velocity_of(clear_at, np.array(near), self.at, self.velocity, np.array(target), people, SPEED_MPS, MOST_MPS2,
                              RADIUS_M, APART_M)
         change = chosen - self.velocity
         self.velocity = self.velocity + change * min(1, MOST_MPS2 * STEP_S / max(np.linalg.norm(change), 1e-9))
@@ -77,6 +78,16 @@ class TheBase(unittest.TestCase):
             self.assertLess(base.at[0], 0.9 - RADIUS_M)
         self.assertGreater(base.at[0], 0.2)
 
+    def test_makes_way_to_where_there_is_room(self):
+        """Who comes along a wall is passed on the side without it, whichever that is."""
+        for side in (1, -1):
+            walls = [np.array([x, -0.9 * side]) for x in np.arange(-4, 4, 0.1)]
+            base = Base(walls=walls)
+            for k in range(40):
+                person = np.array([2.5 - 0.1 * k, 0])
+                base.step(base.at, [forecast(person, (-1, 0))])
+            self.assertGreater(side * base.at[1], 0.3)
+
     def test_the_way_to_a_velocity_is_that_of_bounded_acceleration(self):
         velocity, choice = np.array([0.5, 0.0]), np.array([[-0.4, 0.3]])
         times = np.arange(0.05, 2, 0.05)
@@ -98,9 +109,8 @@ class ThePath(unittest.TestCase):
 
     def test_goes_round_what_stands_with_room_for_the_base(self):
         grid = self.grid()
-        path = np.array(path_to(grid, cost_of(grid, (2, 1), RADIUS_M, SPEED_MPS, []), (2, 1), (2, 3)))
-        solid = grown(grid.cells == OCCUPIED, RADIUS_M / grid.cell_m)
-        self.assertFalse(grid.look_up(solid, path).any())
+        path = np.array(path_to(grid, cost_of(grid, grid.clearance_m(), (2, 1), RADIUS_M, SPEED_MPS, []), (2, 1), (2, 3)))
+        self.assertGreater(grid.look_up(grid.clearance_m(), path).min(), RADIUS_M)
         self.assertLess(np.linalg.norm(path[-1] - (2, 3)), 0.1)
 
     def test_keeps_off_lanes_where_there_is_another_way(self):
@@ -108,7 +118,7 @@ class ThePath(unittest.TestCase):
         lanes = Lanes()
         for x in np.arange(1, 5, 0.2):
             lanes.add(0, [np.array([x, 2.25])])
-        plain = cost_of(grid, (0.5, 2.25), RADIUS_M, SPEED_MPS, [])
+        plain = cost_of(grid, grid.clearance_m(), (0.5, 2.25), RADIUS_M, SPEED_MPS, [])
 
         def within(cost):
             path = np.array(path_to(grid, cost, (0.5, 2.25), (5.5, 2.25)))
@@ -130,7 +140,7 @@ class SeveralCameras(unittest.TestCase):
         looks = [base_pose(0, 0, 0) @ camera_on_base(way) for way in (0, np.pi / 2)]
         people = [[(False, forecast(hidden_at, (0, 0), 0.2))],
                   [] if seen_at is None else [(True, forecast(seen_at, (0, 0)))]]
-        return [Sight(None, depth, look, look, who, np.empty((0, 2)), None) for look, who in zip(looks, people)]
+        return [Sight(None, depth, look, np.empty((0, 3)), who) for look, who in zip(looks, people)]
 
     def test_whom_another_sees_is_counted_once(self):
         self.assertEqual(len(merged(self.sights((-1, 1), (-0.8, 1.4)))), 1)
@@ -140,6 +150,54 @@ class SeveralCameras(unittest.TestCase):
         self.assertEqual(merged(self.sights((2, 0))), [])
         self.assertEqual(len(merged(self.sights((2, 0), wall_m=1.2))), 1, "behind something")
         self.assertEqual(len(merged(self.sights((-2, 0)))), 1, "where no camera looks")
+
+
+class WhatIsNearby(unittest.TestCase):
+    """A table's end half a metre ahead was seen from farther away; now depth shows nothing there."""
+
+    def remembered(self, way_m=0.1, after_s=5, depth_m=0, people=(), height_m=0.75):
+        look, nearby = base_pose(0, 0, 0), Nearby()
+        for t_s, stands, at_m, depth in ((0, [[0.5, 0, height_m]], 0, 0.55), (after_s, np.empty((0, 3)), way_m, depth_m)):
+            image = np.full((HEIGHT, WIDTH), depth, np.float32)
+            nearby.add(t_s, at_m, look, [Sight(None, image, look @ camera_on_base(0), np.array(stands))], people)
+        return len(nearby.points)
+
+    def test_is_remembered_while_the_robot_hardly_moves(self):
+        self.assertEqual(self.remembered(), 1)
+        self.assertEqual(self.remembered(way_m=1.2), 0)
+
+    def test_is_forgotten_where_a_camera_sees_through(self):
+        self.assertEqual(self.remembered(depth_m=3), 0)
+
+    def test_legs_are_remembered_for_a_moment_only(self):
+        person = [np.array([0.6, 0])]
+        self.assertEqual(self.remembered(after_s=0.3, people=person), 1)
+        self.assertEqual(self.remembered(people=person), 0)
+
+    def test_who_stands_too_near_for_depth_is_remembered_until_he_has_left(self):
+        person = [np.array([0.6, 0])]
+        self.assertEqual(self.remembered(people=person, height_m=1.2), 1)
+        self.assertEqual(self.remembered(people=person, height_m=1.2, depth_m=3), 0)
+
+
+class TheWheels(unittest.TestCase):
+    def ways(self, step, steps=400):
+        """True and told, of a drive in steps of 0.1 s."""
+        wheels, T = Wheels(1), np.eye(4)
+        for k in range(steps):
+            wheels.roll(k * STEP_S, step)
+            T = T @ step
+        return T, wheels.T_odom_base
+
+    def test_err_by_a_few_percent(self):
+        told_of = self.ways(base_pose(0.05, 0.03, 0.02))
+        way_m = 400 * np.hypot(0.05, 0.03)
+        off_m = np.linalg.norm((told_of[0] - told_of[1])[:2, 3])
+        self.assertGreater(off_m, 0.001)
+        self.assertLess(off_m, 0.05 * way_m)
+
+    def test_say_nothing_at_rest(self):
+        np.testing.assert_array_equal(self.ways(np.eye(4))[1], np.eye(4))
 
 
 if __name__ == "__main__":

@@ -72,3 +72,29 @@ def strip(shots, fps):
         picture.paste(plan_picture(*seen), (corner[0], corner[1] + TITLE))
         ImageDraw.Draw(picture).text((corner[0] + 4, corner[1] + 2), f"{k / fps:.1f} s", fill="black")
     return picture
+
+
+def picture(truth, track, goals, contacts, title, scale=90):
+    """From above: furniture grey, people's ways blue, the drive green, goals numbered, contacts red (driven) and orange."""
+    size = tuple(int(x) for x in (HIGH - LOW) * scale)
+    image = Image.new("RGB", size, "white")
+    draw = ImageDraw.Draw(image)
+
+    def at(p):
+        return (p[0] - LOW[0]) * scale, size[1] - (p[1] - LOW[1]) * scale
+    for p in truth.furniture:
+        x, y = at(p)
+        draw.rectangle([x - 2, y - 2, x + 2, y + 2], fill=(150, 150, 150))
+    for person in range(truth.people.shape[1]):
+        draw.line([at(p) for p in truth.people[:len(track), person]], fill=(150, 180, 240), width=2)
+    draw.line([at(p) for p in track], fill=(20, 140, 60), width=4)
+    for i, goal in enumerate(goals):
+        x, y = at(goal)
+        draw.ellipse([x - 11, y - 11, x + 11, y + 11], outline="black", fill="white")
+        draw.text((x - 5, y - 6), "S" if i == 0 else str(i), fill="black")
+    for place, kind, t_s, _ in contacts:
+        x, y = at(place)
+        draw.ellipse([x - 12, y - 12, x + 12, y + 12], outline=(220, 0, 0) if kind == "driven_into" else (230, 150, 0), width=4)
+        draw.text((x + 14, y - 5), f"{t_s}", fill="black")
+    draw.text((8, 6), title, fill="black")
+    return image

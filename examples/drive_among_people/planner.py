@@ -2,11 +2,14 @@
 import heapq
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 LANE_M, LANE_S, LANE_COST = 0.5, 60, 2
 STEP_S, WISH_M = 0.1, 0.6  # between two decisions; kept from people where there is room
+ROOM_M = 0.6  # kept from what stands where there is a choice: nearer than 0.5 m cameras have no depth
+FAR_M = 9.0
 NEIGHBOURS = [(dy, dx, float(np.hypot(dy, dx))) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
 
 
@@ -28,11 +31,17 @@ class Grid:
         return np.dstack(np.meshgrid(self.origin[0] + (np.arange(columns) + 0.5) * self.cell_m,
                                      self.origin[1] + (np.arange(rows) + 0.5) * self.cell_m))
 
-    def look_up(self, mask, places):
-        """Of each place whether its cell is set; none is outside."""
+    def clearance_m(self):
+        """Of each cell the way to the nearest that is occupied."""
+        solid = self.cells == OCCUPIED
+        return distance_transform_edt(~solid) * self.cell_m if solid.any() else np.full(solid.shape, FAR_M)
+
+    def look_up(self, values, places, outside=FAR_M):
+        """Of each place the value of its cell."""
         x, y = np.moveaxis(np.floor((places - self.origin) / self.cell_m).astype(int), -1, 0)
-        inside = (x >= 0) & (y >= 0) & (x < mask.shape[1]) & (y < mask.shape[0])
-        return inside & mask[np.clip(y, 0, mask.shape[0] - 1), np.clip(x, 0, mask.shape[1] - 1)]
+        rows, columns = values.shape
+        inside = (x >= 0) & (y >= 0) & (x < columns) & (y < rows)
+        return np.where(inside, values[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)], outside)
 
     def around(self, points, margin_m=0.5):
         """The same, large enough to hold the points; what was added is unknown."""
@@ -54,18 +63,6 @@ def coarser(grid, times):
     return Grid(worst.astype(np.int8), grid.origin, grid.cell_m * times)
 
 
-def grown(mask, radius_cells):
-    """Every cell within the radius of one that is set."""
-    reach = int(np.ceil(radius_cells))
-    padded = np.pad(mask, reach)
-    result = np.zeros_like(mask)
-    for dy in range(-reach, reach + 1):
-        for dx in range(-reach, reach + 1):
-            if dy * dy + dx * dx <= radius_cells**2:
-                result |= padded[reach + dy:reach + dy + mask.shape[0], reach + dx:reach + dx + mask.shape[1]]
-    return result
-
-
 class Lanes:
     """Where people were within the last minute they will walk again: better not to linger there."""
 
@@ -76,21 +73,17 @@ class Lanes:
         self.last_s.update({tuple(np.floor(p / LANE_M).astype(int)): t_s for p in places})
 
     def cost(self, t_s, grid):
-        cost = np.zeros(grid.cells.shape)
-        middles = grid.middles()
-        for cell, last_s in self.last_s.items():
-            if t_s - last_s < LANE_S:
-                cost[np.linalg.norm(middles - (np.array(cell) + 0.5) * LANE_M, axis=2) < LANE_M] = LANE_COST
-        return cost
+        walked = [(np.array(cell) + 0.5) * LANE_M for cell, last_s in self.last_s.items() if t_s - last_s < LANE_S]
+        if not walked:
+            return np.zeros(grid.cells.shape)
+        return np.where(cKDTree(walked).query(grid.middles())[0] < LANE_M, LANE_COST, 0.0)
 
 
-def cost_of(grid, robot, radius_m, speed_mps, people):
-    """Of each cell, infinite where the robot must not be.
+def cost_of(grid, clear_m, robot, radius_m, speed_mps, people):
+    """Of each cell, infinite where the robot must not be. @param clear_m the grid's clearance.
     @param people of each a list of (seconds from now, place, sigma [m]): where he will be."""
-    solid = grid.cells == OCCUPIED
-    cost = np.where(grid.cells == UNKNOWN, 2.0, 1.0)
-    cost += 3.0 * grown(solid, (radius_m + 0.2) / grid.cell_m)
-    cost[grown(solid, radius_m / grid.cell_m)] = np.inf
+    cost = np.where(grid.cells == UNKNOWN, 2.0, 1.0) + (clear_m <= ROOM_M) + 3 * (clear_m <= radius_m + 0.2)
+    cost[clear_m <= radius_m] = np.inf
     middles = grid.middles()
     arrival_s = np.linalg.norm(middles - robot, axis=2) / speed_mps
     for forecasts in people:
@@ -142,12 +135,12 @@ def along(velocity, choices, times, most_mps2):
     return velocity * t + change[:, None] * (part**2 / (2 * np.maximum(takes_s, 1e-9)) + t - part)
 
 
-def velocity_of(solid_at, near, here, velocity, target, people, speed_mps, most_mps2, radius_m, apart_m):
+def velocity_of(clear_at, near, here, velocity, target, people, speed_mps, most_mps2, radius_m, apart_m):
     """A dynamic window (Fox, Burgard, Thrun 1997) for a base that moves in any direction: of 73 velocities the one that
     comes nearest to the target while it keeps clear of people for two seconds. Safe first: none is chosen with which the
     base, braking a step later, would not be at rest before somebody can be where it is, or would come nearer to him than
     it is (passive safety: Bouraine, Fraichard, Salhi 2012; the same as speed and separation monitoring, ISO/TS 15066).
-    @param solid_at tells of places whether the robot must not be there. @param near places where depth has just seen
+    @param clear_at tells of places how far what stands is. @param near places where depth has just seen
     something, whatever it is. @param people as for cost_of. @param apart_m of the middles that touch."""
     angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     ways = np.column_stack([np.cos(angles), np.sin(angles)])
@@ -156,13 +149,16 @@ def velocity_of(solid_at, near, here, velocity, target, people, speed_mps, most_
     moves = along(velocity, choices, times, most_mps2)
     places = here + moves
     score = -np.linalg.norm(places[:, 7] - target, axis=1)
-    hits = solid_at(places[:, 1:10:2]).sum(axis=1)
+    away_m = clear_at(places[:, 1:10:2])
+    hits, room_m = (away_m <= radius_m).sum(axis=1), away_m[:, -1]
     score -= 5.0 * (hits > 0) * (1 + hits)
     if len(near):
         nearest = cKDTree(near)
         away_m = nearest.query(places[:, 1:10:2])[0]
+        room_m = np.minimum(room_m, away_m[:, -1])
         lacks_m = np.minimum(radius_m + 0.1 - away_m, nearest.query(here)[0] - away_m)
         score -= 20 * np.clip(lacks_m, 0, None).max(axis=1)
+    score -= 0.8 * np.clip(ROOM_M - room_m, 0, None)
     # If it brakes after a step; until it stands, each person may leave his forecast with 3 m/s2, and be a sigma off it.
     step = np.minimum(most_mps2 * STEP_S / np.maximum(np.linalg.norm(choices - velocity, axis=1), 1e-9), 1)[:, None]
     then = velocity + step * (choices - velocity)

@@ -83,12 +83,11 @@ void FixedDepth::look_at_scene(const DepthImage& now_m, const FixedEdges& edges)
     const float m = now_m.data()[i];
     const float earlier_m = earlier_m_.empty() ? 0 : earlier_m_.front().data()[i];
     const float last_m = earlier_m_.empty() ? 0 : earlier_m_.back().data()[i];
-    const bool is_as_earlier = m > 0 && earlier_m > 0 && is_same(m, earlier_m);
     const bool moves = m > 0 && edges.cells().data()[i].moved();
     passing_m_.data()[i] = moves && std::abs(m - last_m) < kPassing * m ? m : 0;
     if (!moves) continue;
     moved_m.push_back(m);
-    if (is_as_earlier) ++same;
+    if (earlier_m > 0 && is_same(m, earlier_m)) ++same;
   }
   constexpr std::size_t kLeast = 30;
   if (moved_m.size() >= kLeast) scene_m_ = median(moved_m);

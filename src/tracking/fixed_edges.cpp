@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <utility>
 
 namespace ygslam {
 namespace {
@@ -14,6 +16,21 @@ struct Tiles {
   int textured = 0, moved = 0;
 };
 
+/// Two gradients within 30 degrees and a factor of 2.5: behind letters the world is brighter here,
+/// darker there. @param dot, a2, b2 their product and squares.
+inline bool is_alike(int dot, int norm2_a, int norm2_b) {
+  const auto both = static_cast<float>(dot), a2 = static_cast<float>(norm2_a),
+             b2 = static_cast<float>(norm2_b);
+  // No short cuts: the compiler takes eight pixels at a time.
+  return (both > 0) & (4 * both * both >= 3 * a2 * b2) & (6.25F * a2 >= b2) & (a2 <= 6.25F * b2);
+}
+
+// Choices without branches, of which the compiler takes 32 at a time.
+constexpr std::uint8_t yes_if(bool condition) { return condition ? 255 : 0; }
+constexpr std::uint8_t choose(std::uint8_t yes, std::uint8_t a, std::uint8_t b) {
+  return static_cast<std::uint8_t>((yes & a) | (~yes & b));
+}
+
 }  // namespace
 
 void FixedEdges::start(const GreyImage& image) {
@@ -22,8 +39,11 @@ void FixedEdges::start(const GreyImage& image) {
   scale_ = std::max(1, static_cast<int>(std::lround(1.0 * image_width_ / config_.width_px)));
   const int width = image_width_ / scale_, height = image_height_ / scale_;
   reduced_ = score_ = fixed_ = GreyImage(width, height);
-  now_ = last_ = reference_ = Gradients(width, height);
+  const Image<std::int8_t> none(width, height);
+  now_ = last_ = reference_ = {none, none};
   cells_ = Image<Cell>((width + kCell_px - 1) / kCell_px, (height + kCell_px - 1) / kCell_px);
+  const Columns columns(static_cast<std::size_t>(cells_.width()) * kCell_px);
+  is_alike_ = strength_ = edges_ = stayed_ = alike_ = passing_ = fixed_count_ = columns;
 }
 
 bool FixedEdges::step(const GreyImage& image) {
@@ -74,28 +94,59 @@ void FixedEdges::find_gradients() {
     const std::uint8_t* above = reduced_.row(v - 1);
     const std::uint8_t* here = reduced_.row(v);
     const std::uint8_t* below = reduced_.row(v + 1);
-    Gradient* to = now_.row(v);
-    for (int u = 1; u + 1 < reduced_.width(); ++u) {
-      to[u] = {static_cast<std::int8_t>((here[u + 1] - here[u - 1]) / 2),
-               static_cast<std::int8_t>((below[u] - above[u]) / 2)};
+    std::int8_t* __restrict x = now_.x.row(v);
+    std::int8_t* __restrict y = now_.y.row(v);
+    const int width = reduced_.width();
+    for (int u = 1; u + 1 < width; ++u) {
+      x[u] = static_cast<std::int8_t>((here[u + 1] - here[u - 1]) / 2);
+      y[u] = static_cast<std::int8_t>((below[u] - above[u]) / 2);
     }
   }
 }
 
+/// Of the columns of a cell; what is left of the last one stays zero.
+int FixedEdges::pixels_of(const Columns& columns, int cell) const {
+  static_assert(kCell_px == 4);
+  std::uint32_t four = 0;
+  std::memcpy(&four, columns.data() + static_cast<std::size_t>(cell) * kCell_px, sizeof four);
+  return static_cast<int>(four * 0x01010101U >> 24U);  // no byte is over 16
+}
+
+/// Counts the pixels of a row that are 255.
+void FixedEdges::add(const std::uint8_t* row, Columns& count) const {
+  std::uint8_t* to = count.data();
+  const int width = now_.x.width();
+  for (int u = 0; u < width; ++u) to[u] += row[u] & 1;
+}
+
 /// Counts in every second row, which is enough, the edges and those that are as they were.
 void FixedEdges::compare_with_last() {
-  const int edge2 = config_.edge * config_.edge;
-  std::fill(cells_.begin(), cells_.end(), Cell{});
-  for (int v = 1; v + 1 < now_.height(); v += 2) {
-    const Gradient* now = now_.row(v);
-    const Gradient* last = last_.row(v);
-    Cell* cells = cells_.row(v / kCell_px);
-    for (int u = 1; u + 1 < now_.width(); ++u) {
-      if (std::max(now[u].norm2(), last[u].norm2()) < edge2) continue;
-      Cell& cell = cells[u / kCell_px];
-      ++cell.edges;
-      if (now[u].is_like(last[u])) ++cell.stayed;
+  for (int row = 0; row < cells_.height(); ++row) {
+    std::ranges::fill(edges_, 0);
+    std::ranges::fill(stayed_, 0);
+    const int end = std::min((row + 1) * kCell_px, now_.x.height() - 1);
+    for (int v = row * kCell_px + 1; v < end; v += 2) compare_row(v);
+    Cell* cells = cells_.row(row);
+    for (int i = 0; i < cells_.width(); ++i) {
+      cells[i] = {};
+      cells[i].edges = static_cast<std::uint8_t>(pixels_of(edges_, i));
+      cells[i].stayed = static_cast<std::uint8_t>(pixels_of(stayed_, i));
     }
+  }
+}
+
+void FixedEdges::compare_row(int v) {
+  const int edge2 = config_.edge * config_.edge;
+  const std::int8_t *x = now_.x.row(v), *y = now_.y.row(v);
+  const std::int8_t *last_x = last_.x.row(v), *last_y = last_.y.row(v);
+  std::uint8_t *edges = edges_.data(), *stayed = stayed_.data();
+  const int width = now_.x.width();  // at its borders there are no gradients
+  for (int u = 0; u < width; ++u) {
+    const int now2 = x[u] * x[u] + y[u] * y[u];
+    const int last2 = last_x[u] * last_x[u] + last_y[u] * last_y[u];
+    const bool is_edge = std::max(now2, last2) >= edge2;
+    edges[u] += is_edge ? 1 : 0;
+    stayed[u] += is_edge & is_alike(x[u] * last_x[u] + y[u] * last_y[u], now2, last2) ? 1 : 0;
   }
 }
 
@@ -132,49 +183,96 @@ bool FixedEdges::has_moved() const {
 }
 
 void FixedEdges::judge_pixels() {
-  const int edge2 = config_.edge * config_.edge;
-  for (int v = 1; v + 1 < now_.height(); ++v) {
-    Cell* cells = cells_.row(v / kCell_px);
-    const Gradient* now = now_.row(v);
-    const std::uint8_t* score = score_.row(v);
-    for (int u = 1; u + 1 < now_.width(); ++u) {
-      if (score[u] == 0 && now[u].norm2() < edge2) continue;  // most of them
-      judge(now[u], static_cast<std::size_t>(v) * now_.width() + u, cells[u / kCell_px]);
+  for (int row = 0; row < cells_.height(); ++row) {
+    for (Columns* columns : {&alike_, &passing_, &fixed_count_}) std::ranges::fill(*columns, 0);
+    const int end = std::min((row + 1) * kCell_px, now_.x.height() - 1);
+    for (int v = std::max(1, row * kCell_px); v < end; ++v) {
+      hold_against_reference(v);
+      take_references(v);
+      judge_row(v);
+      add(is_alike_.data(), alike_);
+      add(strength_.data(), passing_);
+      add(fixed_.row(v), fixed_count_);
+      add_directions(v);
+    }
+    Cell* cells = cells_.row(row);
+    for (int i = 0; i < cells_.width(); ++i) {
+      cells[i].alike = static_cast<std::uint8_t>(pixels_of(alike_, i));
+      cells[i].passing = static_cast<std::uint8_t>(pixels_of(passing_, i));
+      cells[i].fixed = static_cast<std::uint8_t>(pixels_of(fixed_count_, i));
     }
   }
 }
 
-void FixedEdges::judge(const Gradient& now, std::size_t pixel, Cell& cell) {
-  Gradient& reference = reference_.data()[pixel];
-  std::uint8_t& score = score_.data()[pixel];
-  if (score == 0) {
-    reference = now;
-    score = kGain;
-    fixed_.data()[pixel] = 0;
-    return;
+void FixedEdges::hold_against_reference(int v) {
+  const int edge2 = config_.edge * config_.edge, no_edge2 = config_.no_edge * config_.no_edge;
+  const std::int8_t *x = now_.x.row(v), *y = now_.y.row(v);
+  const std::int8_t *old_x = reference_.x.row(v), *old_y = reference_.y.row(v);
+  std::uint8_t *alike = is_alike_.data(), *strength = strength_.data();
+  const int width = now_.x.width();
+  for (int u = 0; u < width; ++u) {
+    const int now2 = x[u] * x[u] + y[u] * y[u];
+    const int old2 = old_x[u] * old_x[u] + old_y[u] * old_y[u];
+    alike[u] = is_alike(x[u] * old_x[u] + y[u] * old_y[u], now2, old2) ? 1 : 0;
+    strength[u] = static_cast<std::uint8_t>((now2 >= no_edge2 ? 1 : 0) + (now2 >= edge2 ? 1 : 0));
   }
-  const int now2 = now.norm2(), reference2 = reference.norm2();
-  std::uint8_t& fixed = fixed_.data()[pixel];
-  const bool was_fixed = fixed != 0;
-  if (now.is_like(reference)) {
-    score = static_cast<std::uint8_t>(std::min(score + kGain, kMost));
-    ++cell.alike;
-  } else {
+}
+
+/// What is seen where nothing was becomes what later samples are held against.
+void FixedEdges::take_references(int v) {
+  const std::int8_t *x = now_.x.row(v), *y = now_.y.row(v);
+  std::int8_t *old_x = reference_.x.row(v), *old_y = reference_.y.row(v);
+  const std::uint8_t* score = score_.row(v);
+  const int width = now_.x.width();
+  for (int u = 0; u < width; ++u) {
+    const std::uint8_t is_known = yes_if(score[u] > 0);
+    old_x[u] = static_cast<std::int8_t>(choose(is_known, old_x[u], x[u]));
+    old_y[u] = static_cast<std::int8_t>(choose(is_known, old_y[u], y[u]));
+  }
+}
+
+/// Leaves the pixels that agree in is_alike_, those with another edge in strength_.
+void FixedEdges::judge_row(int v) {
+  std::uint8_t *scores = score_.row(v), *fixed = fixed_.row(v);
+  std::uint8_t *alike = is_alike_.data(), *strength = strength_.data();
+  const int width = now_.x.width();
+  for (int u = 0; u < width; ++u) {
+    const std::uint8_t score = scores[u];
+    const std::uint8_t is_known = yes_if(score > 0), is_edge = yes_if(strength[u] == 2);
+    const std::uint8_t agrees = is_known & yes_if(alike[u] != 0);
     // Over what is as bright a fixed edge cannot be seen, but one that sways to and fro cannot
     // either.
-    const bool is_none = now2 < config_.no_edge * config_.no_edge;
-    const int loss = is_none && was_fixed ? kLossUnseen : kLoss;
-    score = static_cast<std::uint8_t>(std::max(score - loss, 0));
-    if (now2 >= config_.edge * config_.edge) ++cell.passing;
+    const std::uint8_t is_unseen = fixed[u] & yes_if(strength[u] == 0);
+    const std::uint8_t loss = choose(is_unseen, kLossUnseen, kLoss);
+    const std::uint8_t more = std::min<std::uint8_t>(score, kMost - kGain) + kGain;
+    const std::uint8_t less = std::max(score, loss) - loss;
+    const std::uint8_t now =
+        choose(is_known, choose(agrees, more, less), is_edge & std::uint8_t{kGain});
+    scores[u] = now;
+    fixed[u] = is_known & (yes_if(now >= kFixed) | (fixed[u] & yes_if(now > kFree)));
+    alike[u] = agrees;
+    strength[u] = is_known & ~agrees & is_edge;
   }
-  fixed = score >= kFixed || (was_fixed && score > kFree) ? 255 : 0;
-  if (fixed == 0) return;
-  ++cell.fixed;
-  const auto x = static_cast<float>(reference.x), y = static_cast<float>(reference.y);
-  const float scale = 1.0F / static_cast<float>(reference2);
-  cell.direction[0] += scale * x * x;
-  cell.direction[1] += scale * x * y;
-  cell.direction[2] += scale * y * y;
+}
+
+/// Of the pixels that are fixed, which are few.
+void FixedEdges::add_directions(int v) {
+  const std::uint8_t* fixed = fixed_.row(v);
+  Cell* cells = cells_.row(v / kCell_px);
+  const auto next = [&](int from) {
+    const auto left = static_cast<std::size_t>(fixed_.width() - from);
+    const void* found = left > 0 ? std::memchr(fixed + from, 255, left) : nullptr;
+    return found ? static_cast<int>(static_cast<const std::uint8_t*>(found) - fixed) : -1;
+  };
+  for (int u = next(0); u >= 0; u = next(u + 1)) {
+    const auto x = static_cast<float>(reference_.x.at(u, v)),
+               y = static_cast<float>(reference_.y.at(u, v));
+    const float scale = 1.0F / (x * x + y * y);
+    auto& direction = cells[u / kCell_px].direction;
+    direction[0] += scale * x * x;
+    direction[1] += scale * x * y;
+    direction[2] += scale * y * y;
+  }
 }
 
 }  // namespace ygslam

@@ -59,28 +59,27 @@ class FixedEdges {
   [[nodiscard]] const GreyImage& fixed() const { return fixed_; }
 
  private:
-  struct Gradient {
-    std::int8_t x = 0, y = 0;
-    [[nodiscard]] int dot(const Gradient& o) const { return x * o.x + y * o.y; }
-    [[nodiscard]] int norm2() const { return dot(*this); }
-    /// Within 30 degrees and a factor of 2.5: behind letters the world is brighter here, darker
-    /// there.
-    [[nodiscard]] bool is_like(const Gradient& o) const {
-      const auto both = static_cast<float>(dot(o)), a2 = static_cast<float>(norm2()),
-                 b2 = static_cast<float>(o.norm2());
-      return both > 0 && 4 * both * both >= 3 * a2 * b2 && 6.25F * a2 >= b2 && a2 <= 6.25F * b2;
-    }
+  /// Of all pixels, each component by itself: loops over rows are taken in wide steps.
+  struct Gradients {
+    Image<std::int8_t> x, y;
   };
-  using Gradients = Image<Gradient>;
+  /// Pixels of a kind in each column of a row of cells.
+  using Columns = std::vector<std::uint8_t>;
 
   void start(const GreyImage& image);
   void reduce(const GreyImage& image);
   void reduce_row(const std::uint16_t* sums, std::uint32_t share, int v);
   void find_gradients();
   void compare_with_last();
+  void compare_row(int v);
   [[nodiscard]] bool has_moved() const;
   void judge_pixels();
-  void judge(const Gradient& now, std::size_t pixel, Cell& cell);
+  void hold_against_reference(int v);
+  void take_references(int v);
+  void judge_row(int v);
+  void add_directions(int v);
+  void add(const std::uint8_t* row, Columns& count) const;
+  [[nodiscard]] int pixels_of(const Columns& columns, int cell) const;
 
   FixedEdgesConfig config_;
   int scale_ = 0, samples_ = 0;
@@ -89,6 +88,8 @@ class FixedEdges {
   Gradients now_, last_, reference_;  // last_: of the last sample
   GreyImage score_, fixed_;
   Image<Cell> cells_;
+  Columns is_alike_, strength_;  // of a row's pixels; strength_: 0 none, 1 little, 2 an edge
+  Columns edges_, stayed_, alike_, passing_, fixed_count_;
 };
 
 }  // namespace ygslam

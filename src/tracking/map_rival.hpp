@@ -1,6 +1,7 @@
-// Something near that fills the view carries the points along that were followed from the frame
-// before. The map knows nothing of it: what it predicts in view is asked, too, and where that gives
-// another pose with more of its landmarks, that pose is the camera's.
+// Something near that fills the view, or a floor that moves, carries the points along that were
+// followed from the frame before. The map knows nothing of it, or has it only since a moment ago:
+// what it predicts in view is asked, too, and where that gives another pose with more of its
+// landmarks, that pose is the camera's.
 #pragma once
 
 #include <optional>
@@ -27,10 +28,17 @@ class MapRival {
   /// Few points agree with the pose that was followed, or none was found.
   [[nodiscard]] static bool is_wanted(const std::optional<PoseResult>& followed,
                                       const LocalView& view);
-  /// @return nullopt: the pose that was followed stands. One that rests on few points is contested.
-  [[nodiscard]] std::optional<PoseResult> step(const Input& in) const;
+  struct Output {
+    std::optional<PoseResult> pose{};  ///< nullopt: the pose that was followed stands
+    bool contested = false;  ///< two motions that both explain much: neither is to be believed
+  };
+  /// A pose that rests on few points is contested, too.
+  [[nodiscard]] Output step(const Input& in) const;
 
  private:
+  [[nodiscard]] std::optional<PoseResult> by_all(const Input& in) const;
+  [[nodiscard]] Output by_what_it_had_before(const Input& in) const;
+
   const PoseEstimator& estimator_;
 };
 

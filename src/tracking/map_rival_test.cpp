@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "tracking/point_test_world.hpp"
 
 namespace ygslam {
@@ -25,10 +27,49 @@ class MapRivalTest : public ::testing::Test {
   }
   std::optional<PoseResult> ask(const std::optional<PoseResult>& followed) {
     return MapRival(scene_.estimator)
-        .step({followed, scene_.frame, evidence_, scene_.view, guess()});
+        .step({followed, scene_.frame, evidence_, scene_.view, guess_})
+        .pose;
   }
-  static SE3 guess() { return SE3(Mat3::Identity(), Vec3(0.02, -0.01, 0)) * World::pose(6); }
 
+  /// Of the features that are chosen, else kNoLandmark.
+  [[nodiscard]] std::vector<LandmarkId> landmarks_of(
+      const std::function<bool(std::size_t)>& chosen) const {
+    std::vector<LandmarkId> result(scene_.frame.features->size(), kNoLandmark);
+    for (std::size_t i = 0; i < result.size(); ++i)
+      if (chosen(i))
+        result[i] = scene_.truth.landmark[static_cast<std::size_t>(scene_.now.point[i])];
+    return result;
+  }
+  /// A floor that moves takes the pose along, with so many of twenty features, 0.2 s after the last
+  /// keyframe and 1.85 s after the first.
+  /// @param since_long it is in the map, which keyframes have of the last second alone else.
+  MapRival::Output ask_on_a_floor_that_moves(std::size_t of_twenty, bool since_long) {
+    PoseResult on_floor = dragged();
+    on_floor.landmarks = landmarks_of([&](std::size_t i) { return i % 20 < of_twenty; });
+    const SE3 T_moved = on_floor.T_camera_world.inverse() * World::pose(6);
+    std::vector<std::uint8_t> moves(scene_.view.landmarks.size());
+    on_floor.landmark_inliers = 0;
+    for (const LandmarkId id : on_floor.landmarks) {
+      const std::int32_t i = scene_.view.find(id);
+      if (i < 0) continue;
+      Vec3& p_world = scene_.view.landmarks[static_cast<std::size_t>(i)].p_world;
+      p_world = T_moved * p_world;
+      moves[static_cast<std::size_t>(i)] = 1;
+      ++on_floor.landmark_inliers;
+    }
+    on_floor.inliers = on_floor.landmark_inliers;
+    on_floor.matches = 2 * on_floor.inliers;
+    for (std::size_t k = 1; k < scene_.view.keyframes.size() && !since_long; ++k)
+      for (std::int32_t& i : scene_.view.keyframes[k].landmarks)
+        if (i >= 0 && moves[static_cast<std::size_t>(i)] != 0) i = -1;
+    auto soon_after = std::make_shared<RgbdFrame>(*scene_.frame.frame);
+    soon_after->stamp = {scene_.view.keyframes.front().data->stamp.ns + 200'000'000};
+    scene_.frame.frame = soon_after;
+    return MapRival(scene_.estimator)
+        .step({on_floor, scene_.frame, evidence_, scene_.view, guess_});
+  }
+
+  SE3 guess_ = SE3(Mat3::Identity(), Vec3(0.02, -0.01, 0)) * World::pose(6);
   PointScene scene_{3};
   std::vector<PointEvidence> evidence_ = std::vector<PointEvidence>(scene_.frame.features->size());
 };
@@ -51,6 +92,7 @@ TEST_F(MapRivalTest, APoseThatTheMapSharesStands) {
   EXPECT_FALSE(ask(right));
   PoseResult mapped = dragged();
   mapped.landmark_inliers = 400;
+  mapped.landmarks = landmarks_of([](std::size_t i) { return i < 400; });
   EXPECT_FALSE(ask(mapped));
 }
 
@@ -62,6 +104,25 @@ TEST_F(MapRivalTest, AFewPointsOfTheMapAreContested) {
   EXPECT_TRUE(rival->contested);
   for (PointEvidence& point : evidence_) point.on_screen = true;
   EXPECT_FALSE(ask(std::nullopt));
+}
+
+TEST_F(MapRivalTest, WhatTheMapHadBeforeSpeaksAgainstWhatItHasSinceAMoment) {
+  const auto out = ask_on_a_floor_that_moves(14, false);
+  ASSERT_TRUE(out.pose);
+  EXPECT_LT(pose_error(out.pose->T_camera_world, World::pose(6)), 0.006);
+  EXPECT_FALSE(out.pose->contested);
+}
+
+TEST_F(MapRivalTest, WhatTheMapPrefersByALittleIsContested) {
+  const auto out = ask_on_a_floor_that_moves(9, true);
+  EXPECT_FALSE(out.pose);
+  EXPECT_TRUE(out.contested);
+}
+
+TEST_F(MapRivalTest, FewerPointsThatMoveOtherwiseContestNothing) {
+  const auto out = ask_on_a_floor_that_moves(12, true);
+  EXPECT_FALSE(out.pose);
+  EXPECT_FALSE(out.contested);
 }
 
 TEST_F(MapRivalTest, IsAskedWhereFewPointsAgree) {

@@ -78,7 +78,8 @@ FoundPose PoseSearch::held_against_map(ObservedFrame& now, FoundPose found, cons
   if (!map_rival_.is_wanted(found.pose, from.view)) return found;
   const MapRival::Input in{found.pose, found.seen, now.evidence.points, from.view,
                            guess.T_guess_world};
-  auto rival = map_rival_.step(in);
+  auto [rival, contested] = map_rival_.step(in);
+  if (found.pose) found.pose->contested |= contested;
   if (!rival) return found;
   const SE3 T_now_last = rival->T_camera_world * guess.T_last_world.inverse();
   now.evidence = tools_.classifier.held_against(std::move(now.evidence), T_now_last);

@@ -12,11 +12,13 @@
 namespace ygslam {
 namespace {
 
+using geometry_test::random_normals;
+using geometry_test::random_pixel;
 using geometry_test::test_camera;
 
 SE3 random_motion(Rng& rng, double max_angle_rad, double distance_m) {
-  const Vec3 omega(rng.normal(), rng.normal(), rng.normal());
-  const Vec3 direction(rng.normal(), rng.normal(), rng.normal());
+  const Vec3 omega = random_normals<3>(rng);
+  const Vec3 direction = random_normals<3>(rng);
   return {so3_exp(omega.normalized() * max_angle_rad * rng.uniform()),
           direction.normalized() * distance_m};
 }
@@ -28,13 +30,13 @@ std::vector<PointPair> static_pairs(const Camera& camera, const SE3& T_2_1, int 
                                     Rng& rng, Scene scene = Scene::kDeep) {
   std::vector<PointPair> pairs;
   while (static_cast<int>(pairs.size()) < n) {
-    const Vec2 p1(rng.uniform(0, 639), rng.uniform(0, 479));
+    const Vec2 p1 = random_pixel(rng);
     const double depth_m = scene == Scene::kPlane ? 2.0 : rng.uniform(0.8, 5);
     const Vec3 p_cam2 = T_2_1 * camera.unproject(p1, depth_m);
     if (p_cam2.z() < 0.2) continue;
     PointPair pair{p1, camera.project(p_cam2)};
-    pair.p1_px += noise_px * Vec2(rng.normal(), rng.normal());
-    pair.p2_px += noise_px * Vec2(rng.normal(), rng.normal());
+    pair.p1_px += noise_px * random_normals<2>(rng);
+    pair.p2_px += noise_px * random_normals<2>(rng);
     pairs.push_back(pair);
   }
   return pairs;

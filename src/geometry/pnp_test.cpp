@@ -9,6 +9,7 @@
 namespace ygslam {
 namespace {
 
+using geometry_test::random_normals;
 using geometry_test::test_camera;
 
 SE3 random_pose(Rng& rng) {
@@ -31,13 +32,14 @@ World random_world(int count, double wrong_share, double depth_share, double noi
   for (int i = 0; i < count; ++i) {
     const bool is_right = rng.uniform() >= wrong_share;
     const auto any_point = [&] {
-      return camera.unproject({rng.uniform(0, 639), rng.uniform(0, 479)}, rng.uniform(0.7, 5));
+      const double depth_m = rng.uniform(0.7, 5);
+      return camera.unproject({rng.uniform(0, 639), rng.uniform(0, 479)}, depth_m);
     };
     const Vec3 p_cam = any_point();
     const Vec3 seen_cam = is_right ? p_cam : any_point();
     PnpPoint p;
     p.p_world = T_world_camera * p_cam;
-    p.ideal_px = camera.project(seen_cam) + noise_px * Vec2(rng.normal(), rng.normal());
+    p.ideal_px = camera.project(seen_cam) + noise_px * random_normals<2>(rng);
     if (rng.uniform() < depth_share) {
       p.depth_m = 1 / (1 / seen_cam.z() + 0.004 * noise_px * rng.normal());
     }

@@ -29,9 +29,12 @@ struct Noise {
   return twist;
 }
 
+// Draws among the arguments of one call come in any order, see geometry_test::random_normals().
+
 /// A point in front of the camera at the pose, 0.7 to 5 m away.
 [[nodiscard]] inline Vec3 random_point(const Camera& camera, const SE3& T_camera_world, Rng& rng) {
-  const Vec2 px(rng.uniform(0, camera.width() - 1.0), rng.uniform(0, camera.height() - 1.0));
+  const double v_px = rng.uniform(0, camera.height() - 1.0);
+  const Vec2 px(rng.uniform(0, camera.width() - 1.0), v_px);
   return T_camera_world.inverse() * camera.unproject(px, rng.uniform(0.7, 5.0));
 }
 
@@ -41,7 +44,7 @@ struct Noise {
   const Vec3 p_cam = T_camera_world * p_world;
   Observation seen;
   seen.sigma_px = noise.pixel_px > 0 ? noise.pixel_px : 1.0;
-  seen.ideal_px = camera.project(p_cam) + noise.pixel_px * Vec2(rng.normal(), rng.normal());
+  seen.ideal_px = camera.project(p_cam) + noise.pixel_px * geometry_test::random_normals<2>(rng);
   if (rng.uniform() < noise.wrong_pixel_share) {
     seen.ideal_px = {rng.uniform(0, camera.width() - 1.0), rng.uniform(0, camera.height() - 1.0)};
   }
@@ -150,7 +153,7 @@ inline void perturb(BundleProblem& problem, double translation_m, double rotatio
     if (!pose.fixed) pose.T_camera_world = moved;
   }
   for (Vec3& p : problem.points_world) {
-    p += Vec3(rng.normal(0, point_m), rng.normal(0, point_m), rng.normal(0, point_m));
+    for (int axis = 2; axis >= 0; --axis) p[axis] += rng.normal(0, point_m);
   }
 }
 

@@ -6,9 +6,13 @@
 #include <sys/wait.h>
 
 #include <cstddef>
+#include <cstdlib>
 #include <fstream>
 
 namespace ygslam::testing {
+
+/// Under QEMU as `make arm64` uses it, which knows no limit of memory and starts no program anew.
+inline bool is_emulated() { return std::getenv("YGSLAM_EMULATED") != nullptr; }
 
 /// From now on this process gets so much beyond the addresses it has.
 inline void limit_memory(std::size_t extra_mb) {

@@ -155,8 +155,9 @@ class SeveralCameras(unittest.TestCase):
 class WhatIsNearby(unittest.TestCase):
     """A table's end half a metre ahead was seen from farther away; now depth shows nothing there."""
 
-    def remembered(self, way_m=0.1, after_s=5, depth_m=0, people=(), height_m=0.75):
-        look, nearby = base_pose(0, 0, 0), Nearby()
+    def remembered(self, way_m=0.1, after_s=5, depth_m=0, people=(), height_m=0.75,
+                   knows_people=True):
+        look, nearby = base_pose(0, 0, 0), Nearby(knows_people)
         for t_s, stands, at_m, depth in ((0, [[0.5, 0, height_m]], 0, 0.55), (after_s, np.empty((0, 3)), way_m, depth_m)):
             image = np.full((HEIGHT, WIDTH), depth, np.float32)
             nearby.add(t_s, at_m, look, [Sight(None, image, look @ camera_on_base(0), np.array(stands))], people)
@@ -173,6 +174,10 @@ class WhatIsNearby(unittest.TestCase):
         person = [np.array([0.6, 0])]
         self.assertEqual(self.remembered(after_s=0.3, people=person), 1)
         self.assertEqual(self.remembered(people=person), 0)
+
+    def test_where_nobody_knows_people_nothing_stays(self):
+        self.assertEqual(self.remembered(knows_people=False), 0)
+        self.assertEqual(self.remembered(knows_people=False, after_s=0.3), 1)
 
     def test_who_stands_too_near_for_depth_is_remembered_until_he_has_left(self):
         person = [np.array([0.6, 0])]

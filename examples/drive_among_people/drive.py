@@ -60,7 +60,7 @@ class Drive:
         self.eyes = [EyeProcess(options, world, folder / f"frames_{plan}_{i}", seed, i, not self.alone)
                      for i in range(options.cameras)]
         self.pinhole = ygslam.CameraModel(**lens())
-        self.rays, self.lanes, self.nearby = DEPTH_ALONE.get(plan, RayGrid)(start), Lanes(), Nearby()
+        self.rays, self.lanes, self.nearby = DEPTH_ALONE.get(plan, RayGrid)(start), Lanes(), Nearby(not self.alone)
         self.room, self.grid, self.clear_m, self.path = None, None, None, []
         self.goal_from, self.straight_m = start, 0
         self.track, self.way_m, self.standing, self.most_off_m, self.states = [], 0.0, 0, 0.0, [[] for _ in self.eyes]

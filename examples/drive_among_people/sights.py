@@ -62,7 +62,9 @@ class Nearby:
     """What depth has shown about the robot in the last 0.6 s, and until a camera sees through its place, or for a metre of
     way: beside the robot it is too near for depth, or below the view. So are people's legs, which do not stay."""
 
-    def __init__(self):
+    def __init__(self, knows_people):
+        """@param knows_people else nothing stays: legs could not be told from things."""
+        self.knows_people = knows_people
         self.points = np.empty((0, 3))
         self.rows = np.empty((0, 3))  # of each point: when it was seen [s], after which way [m], whether it may stay
 
@@ -70,7 +72,7 @@ class Nearby:
         """@param people where they are."""
         here = T_floor_base[:2, 3]
         new = np.concatenate([s.stands for s in sights]) @ T_floor_base[:3, :3].T + T_floor_base[:3, 3]
-        may_stay = np.ones(len(new), bool)
+        may_stay = np.full(len(new), self.knows_people)
         for at in people:
             may_stay &= (new[:, 2] > LEGS_M) | (np.linalg.norm(new[:, :2] - at, axis=1) > ABOUT_PERSON_M)
         rows = np.column_stack([np.full(len(new), t_s), np.full(len(new), way_m), may_stay])

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <mutex>
 
 #include "bag/bag_choice.hpp"
 #include "bag/bag_imu.hpp"
 #include "bag/lone_images.hpp"
 #include "bag/mcap_stream.hpp"
 #include "bag/stream_pairing.hpp"
+#include "bag/stream_readings.hpp"
 #include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/frame_stream.hpp"
@@ -29,7 +29,6 @@ constexpr std::size_t kMostFirst = 64;  // frames without a pair among them
 constexpr std::size_t kMostWithoutStamp = 256;
 /// Colour images in a row without depth, at the start, after which nothing is expected any more.
 constexpr std::size_t kManyUnpaired = 60;
-constexpr std::size_t kMostWaitingReadings = 100'000;  // that nobody has taken: minutes
 
 bool is_image(const BagTopic& topic) {
   return topic.type == ros::kImageType || topic.type == ros::kCompressedType;
@@ -107,7 +106,7 @@ class StreamFrames final : public FrameStream {
   std::optional<LoadedPair> next(FrameId id, const DepthConfig& depth,
                                  const std::stop_token& stop) override {
     const auto next = next_frame(stop);
-    hand_out_readings(id);
+    readings_.hand_out(id);
     if (!next) return std::nullopt;
     if (!next->pair.is_whole()) return missed(*next);
     const auto& [colour, depth_image] = next->pair;
@@ -121,15 +120,15 @@ class StreamFrames final : public FrameStream {
   bool skip(const std::stop_token& stop) override { return next_frame(stop).has_value(); }
   [[nodiscard]] StreamCounts counts() const override { return {without_depth_, left_out_}; }
   [[nodiscard]] bool use_readings(const std::string& topic) override;
-  [[nodiscard]] std::vector<ImuSample> take_readings(FrameId id) override;
+  [[nodiscard]] std::vector<ImuSample> take_readings(FrameId id) override {
+    return readings_.take(id);
+  }
 
  private:
   using Frame = LoneImages::Frame;
   std::optional<Frame> next_frame(const std::stop_token& stop);
   std::optional<Frame> pull(const std::stop_token& stop);
   void take(const BagMessage& message);
-  void take_reading(const BagTopic& topic, const BagMessage& message);
-  void hand_out_readings(FrameId id);
   void add(StreamPairing::Side side, StreamImage image);
   void tell_of_stamps(StreamPairing::Side side, const StampOrder::Judged& judged);
   void tell_of_shift(const StreamPair& pair);
@@ -158,15 +157,7 @@ class StreamFrames final : public FrameStream {
   std::int64_t told_shift_ns_ = 0;
   Timestamp last_stamp_;                                       // of a pair
   std::atomic<std::size_t> without_depth_ = 0, left_out_ = 0;  // others ask
-  struct Reading {
-    std::string topic;
-    ImuSample sample;
-  };
-  std::vector<Reading> early_readings_;        // until it is known which are wanted
-  std::optional<std::string> readings_topic_;  // empty: none are
-  std::vector<ImuSample> readings_;            // since the last frame
-  std::mutex handed_out_mutex_;
-  std::deque<std::pair<FrameId, ImuSample>> handed_out_;
+  StreamReadings readings_;
   bool told_other_ = false, told_end_ = false;
   bool has_ended_ = false;  // the stream; pairs may wait
 };
@@ -183,7 +174,7 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
     has_ended_ = !stream_->next(
         [&](const BagMessage& message) {
           const BagTopic& topic = stream_->topics()[message.topic];
-          take_reading(topic, message);
+          readings_.add(topic, message, 0);
           lead_in.take(topic, message);
         },
         {});
@@ -304,7 +295,7 @@ std::optional<StreamFrames::Frame> StreamFrames::pull(const std::stop_token& sto
 
 void StreamFrames::take(const BagMessage& message) {
   const BagTopic& topic = stream_->topics()[message.topic];
-  if (is_imu(topic)) return take_reading(topic, message);
+  if (is_imu(topic)) return readings_.add(topic, message, pairing_.shift_ns());
   const bool is_colour = topic == colour_;
   if (!is_colour && topic != depth_) return warn_of_other(topic, message);
   const auto stamp = image_stamp(topic, message);
@@ -320,42 +311,8 @@ void StreamFrames::take(const BagMessage& message) {
 bool StreamFrames::use_readings(const std::string& topic) {
   const bool is_announced = std::ranges::any_of(
       stream_->topics(), [&](const BagTopic& t) { return is_imu(t) && t.name == topic; });
-  if (!is_announced) return false;
-  readings_topic_ = topic;
-  for (const Reading& reading : std::exchange(early_readings_, {}))
-    if (reading.topic == topic) readings_.push_back(reading.sample);
-  return true;
-}
-
-void StreamFrames::take_reading(const BagTopic& topic, const BagMessage& message) {
-  const bool is_wanted = readings_topic_ ? topic.name == *readings_topic_ : is_imu(topic);
-  auto reading = is_wanted ? reading_of(topic, message) : std::nullopt;
-  if (!reading || std::max(early_readings_.size(), readings_.size()) >= kMostWaitingReadings)
-    return;
-  reading->stamp.ns += pairing_.shift_ns();
-  if (readings_topic_) {
-    readings_.push_back(*reading);
-  } else {
-    early_readings_.push_back({topic.name, *reading});
-  }
-}
-
-/// What was read by now belongs to this frame, however late somebody asks.
-void StreamFrames::hand_out_readings(FrameId id) {
-  if (!readings_topic_) readings_topic_.emplace();  // nobody wants any
-  early_readings_.clear();
-  const std::scoped_lock lock(handed_out_mutex_);
-  for (const ImuSample& reading : readings_) handed_out_.emplace_back(id, reading);
-  readings_.clear();
-  while (handed_out_.size() > kMostWaitingReadings) handed_out_.pop_front();
-}
-
-std::vector<ImuSample> StreamFrames::take_readings(FrameId id) {
-  std::vector<ImuSample> taken;
-  const std::scoped_lock lock(handed_out_mutex_);
-  for (; !handed_out_.empty() && handed_out_.front().first <= id; handed_out_.pop_front())
-    taken.push_back(handed_out_.front().second);
-  return taken;
+  if (is_announced) readings_.use(topic);
+  return is_announced;
 }
 
 void StreamFrames::add(StreamPairing::Side side, StreamImage image) {

@@ -77,10 +77,10 @@ class Drive {
   }
 
   /// Of a predicted pose: translation and rotation in its own axes.
-  [[nodiscard]] Vec6 error_of(const InertialPrediction& predicted) const {
+  [[nodiscard]] Vec6 error_of(const PosePrediction& predicted) const {
     return (true_pose().inverse() * predicted.T_odom_camera).log();
   }
-  [[nodiscard]] double nees_of(const InertialPrediction& predicted) const {
+  [[nodiscard]] double nees_of(const PosePrediction& predicted) const {
     const Vec6 error = error_of(predicted);
     return error.dot(predicted.covariance.ldlt().solve(error));
   }

@@ -33,9 +33,11 @@ constexpr double kPiece_s = 0.1;          // longer predictions are made of such
 constexpr double kDisagreement = 4 * 22.5;
 constexpr std::size_t kJudgedFrames = 20;
 constexpr double kMostDisagreement = 0.5;  // of them
-constexpr double kTrustedStd_m = 0.1;      // after a second alone
-constexpr double kWheelsSlip = 22.5;       // chi-square of 6 degrees of freedom, 99.9 %
-constexpr double kWheelsRest_s = 0.3;      // after they slipped
+constexpr double kAgreed_s = 5;            // until the IMU may overrule vision
+constexpr double kGoesBack_s = 0.5;
+constexpr double kTrustedStd_m = 0.1;  // after a second alone
+constexpr double kWheelsSlip = 22.5;   // chi-square of 6 degrees of freedom, 99.9 %
+constexpr double kWheelsRest_s = 0.3;  // after they slipped
 
 }  // namespace
 
@@ -71,6 +73,8 @@ void InertialEstimator::restart(ImuFault fault) {
   window_.reset();
   start_.clear();
   disagreed_.clear();
+  earlier_.clear();
+  agrees_since_.reset();
   slipped_at_.reset();
   tied_at_.reset();
   lasting_.setZero();
@@ -113,6 +117,7 @@ void InertialEstimator::process(const Frame& frame) {
   std::optional<SeenPose> seen;
   if (frame.pose) seen = of_imu(*frame.pose);
   if (frame.found_again) last_pose_.reset();  // it did not turn there
+  if (frame.found_again) agrees_since_.reset();
   if (seen) remember_turn({frame.stamp, *seen});
   find_time_offset(frame.stamp);
   if (window_) {
@@ -211,6 +216,39 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
       bias.accel_mps2.norm() > config_.bounds.most_accel_bias_mps2)
     return restart(ImuFault::kBias);
   if (dated) judge(predicted, *dated);
+  if (window_) remember(stamp);
+}
+
+void InertialEstimator::remember(Timestamp stamp) {
+  if (!agrees_since_) agrees_since_ = stamp;
+  earlier_.push_back(window_->newest());
+  while (earlier_.size() > 1 &&
+         seconds_between(stamp, earlier_[1].state.stamp) >= kGoesBack_s + kLongestTurn_s)
+    earlier_.pop_front();
+}
+
+const UncertainState* InertialEstimator::earlier(Timestamp now) const {
+  const auto after = std::ranges::find_if(earlier_, [&](const UncertainState& state) {
+    return seconds_between(now, state.state.stamp) < kGoesBack_s;
+  });
+  return after == earlier_.begin() ? nullptr : &*std::prev(after);
+}
+
+void InertialEstimator::go_back(Timestamp now) {
+  const UncertainState* found = window_ ? earlier(now) : nullptr;
+  if (found == nullptr) return;
+  const UncertainState then = *found;
+  const auto is_later = [&](Timestamp stamp) { return stamp > then.state.stamp; };
+  std::erase_if(earlier_, [&](const UncertainState& s) { return is_later(s.state.stamp); });
+  std::erase_if(turns_, [&](const SeenTurn& turn) { return is_later(turn.to); });
+  last_pose_.reset();
+  disagreed_.clear();
+  for (Frame& frame : waiting_) frame.pose.reset();
+  last_seen_ = then.state.stamp;
+  InertialWindow window(window_->gravity());
+  window.begin({then.state, std::nullopt, std::nullopt}, then.covariance.inverse());
+  window_ = std::move(window);
+  if (!window_->solve(1)) restart(ImuFault::kDisagrees);
 }
 
 /// @return nullopt where they slip, as the IMU feels it: gyroscope and accelerometer know better
@@ -263,13 +301,13 @@ void InertialEstimator::judge(const UncertainState& predicted, const SeenPose& s
   const Mat6 covariance =
       by_pose * predicted.covariance.topLeftCorner<6, 6>() * by_pose.transpose() + seen.covariance;
   disagreed_.push_back(residual.dot(covariance.ldlt().solve(residual)) > kDisagreement);
+  if (disagreed_.back()) agrees_since_.reset();
   if (disagreed_.size() > kJudgedFrames) disagreed_.pop_front();
   const auto count = std::count(disagreed_.begin(), disagreed_.end(), true);
   if (static_cast<double>(count) > kMostDisagreement * kJudgedFrames) restart(ImuFault::kDisagrees);
 }
 
-std::optional<UncertainState> InertialEstimator::moved(Timestamp stamp) const {
-  UncertainState now = window_->newest();
+std::optional<UncertainState> InertialEstimator::moved(UncertainState now, Timestamp stamp) const {
   while (now.state.stamp < stamp) {
     const Timestamp next{std::min(stamp.ns, now.state.stamp.ns + to_ns(kPiece_s))};
     const auto measured = samples_.between(now.state.stamp, next, now.state.bias);
@@ -279,19 +317,24 @@ std::optional<UncertainState> InertialEstimator::moved(Timestamp stamp) const {
   return now;
 }
 
-std::optional<InertialPrediction> InertialEstimator::predict(Timestamp stamp) const {
-  if (!window_ || stamp < *last_frame_) return std::nullopt;
-  const auto now = moved(stamp);
-  const auto reading = samples_.reading(stamp);
-  if (!now || !reading) return std::nullopt;
-  InertialPrediction result{.T_odom_camera = now->state.T_odom_imu * T_imu_camera_,
-                            .trusted = was_trusted_};
+PosePrediction::Earlier InertialEstimator::of_camera(const UncertainState& state) const {
   // Of the state's errors, those of T_odom_imu exp(error); from there to the camera's.
   Mat6 by_state = Mat6::Zero();
-  by_state.block<3, 3>(0, kPosition) = now->state.T_odom_imu.R().transpose();
+  by_state.block<3, 3>(0, kPosition) = state.state.T_odom_imu.R().transpose();
   by_state.block<3, 3>(3, kRotation).setIdentity();
   const Mat6 to_camera = config_.T_camera_imu.adjoint() * by_state;
-  result.covariance = to_camera * now->covariance.topLeftCorner<6, 6>() * to_camera.transpose();
+  return {state.state.T_odom_imu * T_imu_camera_,
+          to_camera * state.covariance.topLeftCorner<6, 6>() * to_camera.transpose()};
+}
+
+std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const {
+  if (!window_ || stamp < *last_frame_) return std::nullopt;
+  const auto now = moved(window_->newest(), stamp);
+  const auto reading = samples_.reading(stamp);
+  if (!now || !reading) return std::nullopt;
+  const auto [T_odom_camera, covariance] = of_camera(*now);
+  PosePrediction result{
+      .T_odom_camera = T_odom_camera, .covariance = covariance, .trusted = was_trusted_};
   const Vec3 rate = reading->angular_velocity_radps - now->state.bias.gyro_radps;
   Vec6 imu_velocity;
   imu_velocity << now->state.T_odom_imu.R().transpose() * now->state.velocity_odom_mps, rate;
@@ -299,6 +342,10 @@ std::optional<InertialPrediction> InertialEstimator::predict(Timestamp stamp) co
   if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
   result.by_wheels = tied_at_ && seconds_between(stamp, *tied_at_) < 2 * kWheelsRest_s;
   result.covariance += lasting_;
+  if (const UncertainState* then = earlier(stamp))
+    if (const auto since = moved(*then, stamp)) result.earlier = of_camera(*since);
+  result.agreed =
+      agrees_since_ && last_seen_ && seconds_between(*last_seen_, *agrees_since_) > kAgreed_s;
   return result;
 }
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "inertial/imu_buffer.hpp"
-#include "inertial/inertial_prediction.hpp"
 #include "inertial/inertial_start.hpp"
 #include "inertial/inertial_window.hpp"
+#include "inertial/pose_prediction.hpp"
 #include "inertial/time_offset.hpp"
 #include "inertial/visual_pose.hpp"
 #include "inertial/wheel_odometry.hpp"
@@ -46,9 +46,13 @@ class InertialEstimator {
   /// The same, found again in odom as coasting left it: its pose there is a definition, no
   /// measurement, and tells nothing of what the IMU erred in between.
   void add_frame_found_again(Timestamp stamp, const VisualPose& pose);
+  /// What vision said in the last half second before `now` was wrong: as if nothing had been seen.
+  void go_back(Timestamp now);
+  /// Vision is right where both say something else: the IMU is dropped, see take_fault().
+  void disagree() { restart(ImuFault::kDisagrees); }
   /// @param stamp after the last frame's. @return nullopt before a start, and where samples do not
   /// reach.
-  [[nodiscard]] std::optional<InertialPrediction> predict(Timestamp stamp) const;
+  [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
 
   [[nodiscard]] bool started() const { return window_.has_value(); }
   /// A second alone would take the camera nowhere: what predict() says may stand for vision.
@@ -85,7 +89,11 @@ class InertialEstimator {
   [[nodiscard]] SeenPose with_unsure_time(SeenPose seen, const InertialState& state,
                                           const Preintegration& measured) const;
   void judge(const UncertainState& predicted, const SeenPose& seen);
-  [[nodiscard]] std::optional<UncertainState> moved(Timestamp stamp) const;
+  [[nodiscard]] std::optional<UncertainState> moved(UncertainState state, Timestamp stamp) const;
+  void remember(Timestamp stamp);
+  /// The newest state of half a second before.
+  [[nodiscard]] const UncertainState* earlier(Timestamp now) const;
+  [[nodiscard]] PosePrediction::Earlier of_camera(const UncertainState& state) const;
   [[nodiscard]] StateWalk walk() const;
 
   InertialConfig config_;
@@ -102,6 +110,8 @@ class InertialEstimator {
   double further_offset_s_ = 0, offset_weight_ = 0;  // what was found beyond offset_ns_
   std::vector<SeenFrame> start_;                     // what one will be made of
   std::optional<InertialWindow> window_;
+  std::deque<UncertainState> earlier_;  // of the last frames, as they were then
+  std::optional<Timestamp> agrees_since_;
   std::deque<bool> disagreed_;           // of the last seen frames
   std::optional<Timestamp> slipped_at_;  // that the wheels were last seen to slip by the IMU
   std::optional<Timestamp> tied_at_;     // the last frame that they held

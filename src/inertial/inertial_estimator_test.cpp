@@ -240,5 +240,67 @@ TEST(InertialEstimator, APoseWithoutAnyErrorIsTakenAsVeryGood) {
   EXPECT_LT(drive.error_of(*drive.estimator().predict(drive.now())).head<3>().norm(), 0.02);
 }
 
+/// For half a second vision goes along with something that moves by so many metres a second.
+void take_along(Drive& drive, double speed_mps) {
+  for (int i = 1; i <= 15; ++i) {
+    drive.advance();
+    VisualPose pose = drive.seen_pose();
+    const Vec3 along_m(i * Drive::kFrame_s * speed_mps, 0, 0);
+    pose.T_odom_camera = SE3(Mat3::Identity(), along_m) * pose.T_odom_camera;
+    drive.estimator().add_frame(drive.now(), pose);
+  }
+}
+
+TEST(InertialEstimator, GoesBackToBeforeVisionWasTakenAlong) {
+  std::vector<double> kept, gone_back;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    for (const bool goes_back : {false, true}) {
+      Drive drive({.seed = seed});
+      drive.run(8);
+      take_along(drive, 0.05);
+      drive.advance();
+      const auto predicted = drive.estimator().predict(drive.now());
+      ASSERT_TRUE(predicted && predicted->earlier);
+      PosePrediction earlier = *predicted;
+      earlier.T_odom_camera = predicted->earlier->T_odom_camera;
+      EXPECT_LT(drive.error_of(earlier).head<3>().norm(), 0.012) << seed;
+      EXPECT_GT(predicted->earlier->covariance(0, 0), predicted->covariance(0, 0));
+      if (goes_back) drive.estimator().go_back(drive.now());
+      drive.estimator().add_frame(drive.now(), std::nullopt);
+      drive.run(1, false);
+      const auto after = drive.estimator().predict(drive.now());
+      ASSERT_TRUE(after);
+      EXPECT_NEAR(after->unseen_s, goes_back ? 1.5 : 1, 0.1);
+      (goes_back ? gone_back : kept).push_back(drive.error_of(*after).head<3>().norm());
+      if (goes_back) {
+        EXPECT_LT(drive.nees_of(*after), 30) << seed;
+      }
+    }
+  }
+  EXPECT_LT(highest(gone_back), 0.03);
+  EXPECT_GT(median(kept), 0.04) << "what it was told became a velocity";
+}
+
+TEST(InertialEstimator, AgreesAfterSecondsInWhichVisionSaidTheSame) {
+  Drive drive({.seed = 3});
+  const auto agreed = [&] { return drive.estimator().predict(drive.now())->agreed; };
+  drive.run(5);
+  EXPECT_FALSE(agreed());
+  drive.run(2);
+  EXPECT_TRUE(agreed());
+  drive.run(1, false);
+  EXPECT_TRUE(agreed()) << "when it was there last";
+  drive.advance();
+  VisualPose elsewhere = drive.seen_pose();
+  elsewhere.T_odom_camera = SE3(Mat3::Identity(), Vec3(0.3, 0, 0)) * elsewhere.T_odom_camera;
+  drive.estimator().add_frame(drive.now(), elsewhere);
+  EXPECT_FALSE(agreed());
+  drive.run(6);
+  EXPECT_TRUE(agreed());
+  drive.advance();
+  drive.estimator().add_frame_found_again(drive.now(), drive.seen_pose());
+  EXPECT_FALSE(agreed());
+}
+
 }  // namespace
 }  // namespace ygslam

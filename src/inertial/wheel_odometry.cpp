@@ -223,14 +223,14 @@ Mat6 WheelOdometry::lasting_covariance(Timestamp stamp) const {
   return J * covariance_ * J.transpose();
 }
 
-std::optional<InertialPrediction> WheelOdometry::predict(Timestamp stamp) const {
+std::optional<PosePrediction> WheelOdometry::predict(Timestamp stamp) const {
   const auto sum = since_seen(stamp);
   if (!sum) return std::nullopt;
   const WheelMotion motion = sum->of_camera(errors_);
-  InertialPrediction result{.T_odom_camera = last_seen_->pose.T_odom_camera * motion.T_before_after,
-                            .unseen_s = seconds_between(stamp, last_seen_->stamp),
-                            .trusted = is_trusted(),
-                            .by_wheels = true};
+  PosePrediction result{.T_odom_camera = last_seen_->pose.T_odom_camera * motion.T_before_after,
+                        .unseen_s = seconds_between(stamp, last_seen_->stamp),
+                        .trusted = is_trusted(),
+                        .by_wheels = true};
   const Mat6 adjoint = motion.T_before_after.inverse().adjoint();
   result.covariance =
       adjoint * last_seen_->pose.covariance * adjoint.transpose() + motion.covariance(covariance_);

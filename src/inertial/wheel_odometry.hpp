@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "inertial/inertial_prediction.hpp"
+#include "inertial/pose_prediction.hpp"
 #include "inertial/visual_pose.hpp"
 #include "inertial/wheel_motion.hpp"
 
@@ -33,7 +33,7 @@ class WheelOdometry {
   /// Found again in odom as coasting left it, see InertialEstimator.
   void add_frame_found_again(Timestamp stamp, const VisualPose& pose);
   /// Since the last frame with a pose. @return nullopt before one, and where samples do not reach.
-  [[nodiscard]] std::optional<InertialPrediction> predict(Timestamp stamp) const;
+  [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
 
   /// Interpolated. @return nullopt where samples do not reach or are missing.
   [[nodiscard]] std::optional<WheelMotion> between(Timestamp from, Timestamp to) const;

@@ -4,6 +4,7 @@
 
 #include "core/log.hpp"
 #include "system/pose_covariance.hpp"
+#include "tracking/inertial_verdict.hpp"
 
 namespace ygslam {
 namespace {
@@ -55,7 +56,7 @@ void InertialStage::reset() {
   wheels_.reset();
   if (wheel_config_) wheels_.emplace(*wheel_config_);
   if (config_) estimator_.emplace(*config_, wheels_ ? &*wheels_ : nullptr);
-  had_pose_ = started_ = wheels_agree_ = false;
+  had_pose_ = overrules_ = started_ = wheels_agree_ = false;
   wheels_told_.clear();
 }
 
@@ -69,7 +70,7 @@ void InertialStage::add(const OdometrySample& sample) {
 
 /// The IMU's, held by the wheels where both are there; the wheels' alone where it says nothing, or
 /// nothing that may stand for vision.
-std::optional<InertialPrediction> InertialStage::predict(Timestamp stamp) const {
+std::optional<PosePrediction> InertialStage::predict(Timestamp stamp) const {
   auto by_imu = estimator_ ? estimator_->predict(stamp) : std::nullopt;
   auto by_wheels = wheels_ && wheels_->is_trusted() ? wheels_->predict(stamp) : std::nullopt;
   if (!by_imu) return by_wheels;
@@ -91,9 +92,18 @@ void InertialStage::take(Timestamp stamp, const TrackResult& result) {
     tell_wheels();
   }
   if (estimator_) {
+    overrule(stamp, result, found_again);
     hand_over(*estimator_, stamp, pose_with(kPerFrame), found_again);
     tell_imu();
   }
+}
+
+/// Where vision never came back to what the IMU says, the IMU was wrong.
+void InertialStage::overrule(Timestamp stamp, const TrackResult& result, bool found_again) {
+  if (result.went_along && !overrules_) estimator_->go_back(stamp);
+  overrules_ |= result.overruled;
+  if (!found_again || !std::exchange(overrules_, false)) return;
+  if (!while_certain(estimator_->predict(stamp))) estimator_->disagree();
 }
 
 void InertialStage::tell_imu() {

@@ -24,13 +24,14 @@ class InertialStage {
   void add(const ImuSample& sample);
   void add(const OdometrySample& sample);
   /// Of the next frame.
-  [[nodiscard]] std::optional<InertialPrediction> predict(Timestamp stamp) const;
+  [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
   /// Every frame in turn.
   void take(Timestamp stamp, const TrackResult& result);
   void reset();
 
  private:
   void tell_imu();
+  void overrule(Timestamp stamp, const TrackResult& result, bool found_again);
   void tell_wheels();
 
   std::optional<InertialConfig> config_;
@@ -38,6 +39,7 @@ class InertialStage {
   std::optional<WheelOdometry> wheels_;  // the estimator refers to it
   std::optional<InertialEstimator> estimator_;
   bool had_pose_ = false;      // in the last frame
+  bool overrules_ = false;     // vision, since it had a pose
   bool started_ = false;       // told
   bool wheels_agree_ = false;  // told
   std::set<WheelFault> wheels_told_;

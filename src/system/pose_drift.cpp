@@ -13,7 +13,8 @@ constexpr Doubt kForEachMetre{10e-6, 1.2e-6};  // m2/m, rad2/m
 constexpr Doubt kForEachRadian{6e-6, 1e-6};    // m2/rad, rad2/rad
 // Odom does not go along when the map's newest part is adjusted.
 constexpr Doubt kOdomShare{2, 4};
-constexpr Doubt kOdomForEachMetre{1e-6, 0.1e-6};      // on any ground
+constexpr Doubt kOdomForEachMetre{1e-6, 0.1e-6};  // on any ground
+constexpr std::size_t kMostGrounds = 8192;
 constexpr double kHand_mps = 0.5, kHand_radps = 0.5;  // of a camera that is lost
 constexpr Doubt kOtherRoom{0.5 * 0.5, 0.2 * 0.2};     // a place that is not certain yet
 
@@ -44,7 +45,16 @@ Doubt PoseDrift::ground_of(KeyframeId reference, const LocalView& view) {
   const Doubt ground = after == grounds_.end()     ? mapped_ground(reference, view)
                        : after == grounds_.begin() ? after->second
                                                    : std::prev(after)->second;
-  return grounds_.emplace(reference, ground).first->second;
+  grounds_.emplace(reference, ground);
+  forget_some();
+  return ground;
+}
+
+/// A keyframe that is forgotten is like its neighbour, which is not.
+void PoseDrift::forget_some() {
+  if (grounds_.size() <= kMostGrounds) return;
+  for (auto at = grounds_.begin(); at != grounds_.end() && std::next(at) != grounds_.end();)
+    at = grounds_.erase(std::next(at));
 }
 
 /// Of the newest keyframe: told by the best of those that show the same, else by the last frame.

@@ -17,15 +17,19 @@ class PoseDrift {
  public:
   /// Every frame in turn. @param view that it was tracked in.
   [[nodiscard]] PoseDoubt step(Timestamp stamp, const TrackResult& result, const LocalView& view);
+  /// How many keyframes' ground is kept: at most 8,192.
+  [[nodiscard]] std::size_t grounds() const { return grounds_.size(); }
   void reset() { *this = PoseDrift(); }
 
  private:
   [[nodiscard]] Doubt ground_of(KeyframeId reference, const LocalView& view);
   [[nodiscard]] Doubt mapped_ground(KeyframeId keyframe, const LocalView& view);
+  void forget_some();
   void come_back(Timestamp stamp);
 
-  std::map<KeyframeId, Doubt> grounds_;  // of each keyframe that frames were told by
-  Doubt ground_;                         // that the last frame with a pose saw
+  // Of keyframes that frames were told by; of a long run every second, every fourth, ...
+  std::map<KeyframeId, Doubt> grounds_;
+  Doubt ground_;  // that the last frame with a pose saw
   Doubt odom_;
   KeyframeRelativePose pose_;  // of that frame
   SE3 T_odom_camera_;

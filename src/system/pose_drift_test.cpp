@@ -111,5 +111,14 @@ TEST_F(PoseDriftTest, APlaceThatIsNotCertainIsNotCertainInTheMap) {
   EXPECT_NEAR(see(2, 1).map.position_m2, sure.map.position_m2, 1e-9);
 }
 
+TEST_F(PoseDriftTest, AVeryLongRunKnowsItsGroundAboutAsWell) {
+  walk(3000);
+  const double middle_m2 = see(1500, 0).map.position_m2;
+  see(2999, 1);
+  walk(30000);
+  EXPECT_LT(drift_.grounds(), 10000U);
+  EXPECT_NEAR(see(1500, 0).map.position_m2, middle_m2, 0.05 * middle_m2);
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -35,8 +35,8 @@ TEST(Coasting, EachFrameGetsItsShareOfTheDrift) {
   EXPECT_TRUE(coasting.found_again(last, stamp_of(4), stamp_of(5), SE3(), SE3()).empty());
 }
 
-InertialPrediction prediction(double std_m, double unseen_s = 1) {
-  InertialPrediction predicted;
+PosePrediction prediction(double std_m, double unseen_s = 1) {
+  PosePrediction predicted;
   predicted.covariance = Mat6::Identity() * std_m * std_m;
   predicted.unseen_s = unseen_s;
   predicted.trusted = true;
@@ -52,16 +52,42 @@ TEST(InertialVerdict, APredictionCountsWhileItIsCertain) {
 
 TEST(InertialVerdict, AgreesWithWhatLiesWithinItsCovariance) {
   const auto verdict = [](double error_m, bool trusted = true) {
-    InertialPrediction predicted = prediction(0.02);
+    PosePrediction predicted = prediction(0.02);
     predicted.trusted = trusted;
-    return verdict_of(predicted, moved_by(error_m), SE3());
+    return verdict_of(predicted, SeenCamera{moved_by(error_m)}, SE3());
   };
   EXPECT_TRUE(verdict(0.05).agrees);
   EXPECT_FALSE(verdict(0.3).agrees);
   EXPECT_TRUE(verdict(0).may_coast);
   EXPECT_FALSE(verdict(0, false).may_coast);
-  EXPECT_FALSE(verdict_of(std::nullopt, SE3(), SE3()).may_coast);
+  EXPECT_FALSE(verdict_of(std::nullopt, SeenCamera{}, SE3()).may_coast);
   EXPECT_FALSE(verdict_of(prediction(1), std::nullopt, SE3()).agrees);
+}
+
+TEST(InertialVerdict, OnlyOneThatAgreedForSecondsContradicts) {
+  PosePrediction predicted = prediction(0.002);
+  const SeenCamera elsewhere{moved_by(0.2)};
+  EXPECT_EQ(verdict_of(predicted, elsewhere, SE3()).contradiction, 0);
+  predicted.agreed = true;
+  const InertialVerdict verdict = verdict_of(predicted, elsewhere, SE3());
+  EXPECT_GT(verdict.contradiction, 1000);
+  EXPECT_EQ(verdict.earlier_contradiction, 0) << "there is none";
+  EXPECT_LT(verdict_of(predicted, SeenCamera{}, SE3()).contradiction, 1e-9);
+  // A few corners on a white wall lie where they happen to.
+  const SeenCamera unsure{moved_by(0.2), 0.03 * 0.03 * Mat6::Identity()};
+  EXPECT_LT(verdict_of(predicted, unsure, SE3()).contradiction, 10);
+}
+
+TEST(InertialVerdict, OfTwoPredictionsEachIsHeldAgainstThePoseInOdom) {
+  PosePrediction predicted = prediction(0.002);
+  predicted.agreed = true;
+  predicted.T_odom_camera = moved_by(1.2);
+  predicted.earlier = {{moved_by(1), predicted.covariance}};
+  const InertialVerdict verdict = verdict_of(predicted, SeenCamera{}, SE3());
+  EXPECT_LT(verdict.contradiction, 1e-9) << "it is where the newest has it";
+  EXPECT_GT(verdict.earlier_contradiction, 1000);
+  const SeenCamera back{moved_by(0.2)};
+  EXPECT_LT(verdict_of(predicted, back, SE3()).earlier_contradiction, 1e-9);
 }
 
 }  // namespace

@@ -12,6 +12,8 @@ constexpr double kLongestCoast_s = 8, kMostStd_m = 0.4;
 constexpr double kAgrees = 4 * 22.5;
 constexpr double kMapStd_m = 0.005, kMapStd_rad = 0.003;  // of the map between two places
 
+constexpr double kPointsStdFactor = 3;  // a few points agree by chance, as on a white wall
+
 Mat6 with_map_error(Mat6 covariance) {
   covariance.diagonal().head<3>().array() += kMapStd_m * kMapStd_m;
   covariance.diagonal().tail<3>().array() += kMapStd_rad * kMapStd_rad;
@@ -19,32 +21,50 @@ Mat6 with_map_error(Mat6 covariance) {
 }
 
 /// @param error of T_odom_camera exp(error).
-bool is_expected(const InertialPrediction& inertial, const Vec6& error) {
-  return error.dot(with_map_error(inertial.covariance).ldlt().solve(error)) < kAgrees;
+double chi_square(const Mat6& covariance, const Vec6& error) {
+  return error.dot(with_map_error(covariance).ldlt().solve(error));
 }
 
 }  // namespace
 
-double position_std_m(const InertialPrediction& inertial) {
+double position_std_m(const PosePrediction& inertial) {
   return std::sqrt(inertial.covariance.topLeftCorner<3, 3>().trace());
 }
 
-std::optional<InertialPrediction> while_certain(const std::optional<InertialPrediction>& inertial) {
+std::optional<PosePrediction> while_certain(const std::optional<PosePrediction>& inertial) {
   const double longest_s = inertial && inertial->by_wheels ? kLongestByWheels_s : kLongestCoast_s;
   if (!inertial || inertial->unseen_s > longest_s) return std::nullopt;
   return position_std_m(*inertial) < kMostStd_m ? inertial : std::nullopt;
 }
 
-InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,
-                           const std::optional<SE3>& T_camera_world, const SE3& T_guess_world) {
+InertialVerdict verdict_of(const std::optional<PosePrediction>& inertial,
+                           const std::optional<SeenCamera>& seen, const SE3& T_guess_world) {
   if (!inertial) return {};
-  return {
-      inertial->trusted,
-      T_camera_world && is_expected(*inertial, (T_guess_world * T_camera_world->inverse()).log()),
-      position_std_m(*inertial)};
+  InertialVerdict verdict{inertial->trusted, false, position_std_m(*inertial)};
+  if (!seen) return verdict;
+  const SE3 T_guess_found = T_guess_world * seen->T_camera_world.inverse();
+  const Vec6 error = T_guess_found.log();
+  verdict.agrees = chi_square(inertial->covariance, error) < kAgrees;
+  if (!inertial->agreed) return verdict;
+  // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
+  const Mat6 by_points = kPointsStdFactor * kPointsStdFactor * seen->covariance;
+  verdict.contradiction = chi_square(inertial->covariance + by_points, error);
+  if (const auto& earlier = inertial->earlier) {
+    const SE3 T_odom_found = inertial->T_odom_camera * T_guess_found;
+    verdict.earlier_contradiction = chi_square(
+        earlier->covariance + by_points, (earlier->T_odom_camera.inverse() * T_odom_found).log());
+  }
+  return verdict;
 }
 
-KeyframeMotion motion_by(const InertialPrediction& inertial, const SE3& T_now_last,
+PosePrediction without_newest(PosePrediction inertial) {
+  if (!inertial.earlier) return inertial;
+  inertial.T_odom_camera = inertial.earlier->T_odom_camera;
+  inertial.covariance = inertial.earlier->covariance;
+  return inertial;
+}
+
+KeyframeMotion motion_by(const PosePrediction& inertial, const SE3& T_now_last,
                          const KeyframeRelativePose& last) {
   return {last.reference, T_now_last * last.T_camera_reference,
           with_map_error(inertial.covariance)};

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "inertial/inertial_prediction.hpp"
+#include "inertial/pose_prediction.hpp"
 #include "map/messages.hpp"
 
 namespace ygslam {
@@ -12,23 +12,34 @@ struct InertialVerdict {
   bool may_coast = false;     ///< the prediction may stand for a pose
   bool agrees = false;        ///< the pose that was found lies where it was predicted
   double position_std_m = 0;  ///< of the prediction
+  /// How far the pose lies from there, and from where the prediction of half a second ago has it,
+  /// in units of the variance (6 degrees of freedom); 0 where the prediction must not overrule.
+  double contradiction = 0, earlier_contradiction = 0;
 };
 
 /// Of all three axes together.
-[[nodiscard]] double position_std_m(const InertialPrediction& inertial);
+[[nodiscard]] double position_std_m(const PosePrediction& inertial);
 
 /// The prediction, unless vision was away for so long that it says little.
-[[nodiscard]] std::optional<InertialPrediction> while_certain(
-    const std::optional<InertialPrediction>& inertial);
+[[nodiscard]] std::optional<PosePrediction> while_certain(
+    const std::optional<PosePrediction>& inertial);
 
-/// @param inertial by while_certain(). @param T_camera_world the pose that was found, if one was.
+/// A pose that was found. @param covariance of the twist xi of exp(xi) T_camera_world.
+struct SeenCamera {
+  SE3 T_camera_world;
+  Mat6 covariance = Mat6::Zero();
+};
+/// @param inertial by while_certain(). @param seen if a pose was found.
 /// @param T_guess_world as predicted.
-[[nodiscard]] InertialVerdict verdict_of(const std::optional<InertialPrediction>& inertial,
-                                         const std::optional<SE3>& T_camera_world,
+[[nodiscard]] InertialVerdict verdict_of(const std::optional<PosePrediction>& inertial,
+                                         const std::optional<SeenCamera>& seen,
                                          const SE3& T_guess_world);
 
+/// With all that vision said in the last half second left out.
+[[nodiscard]] PosePrediction without_newest(PosePrediction inertial);
+
 /// Of a keyframe here. @param T_now_last, last the motion since the last frame with a pose, and it.
-[[nodiscard]] KeyframeMotion motion_by(const InertialPrediction& inertial, const SE3& T_now_last,
+[[nodiscard]] KeyframeMotion motion_by(const PosePrediction& inertial, const SE3& T_now_last,
                                        const KeyframeRelativePose& last);
 
 }  // namespace ygslam

@@ -13,9 +13,16 @@ PoseSearch::PoseSearch(const Tools& tools, const RelocalizerConfig& relocalizer,
       confirmed_(relocalizer.min_inliers),
       least_inliers_(least_inliers) {}
 
+PoseSearch::Guess without_newest(PoseSearch::Guess guess, const SE3& T_odom_last) {
+  guess.inertial = without_newest(*guess.inertial);
+  guess.T_guess_world = guess.inertial->T_odom_camera.inverse() * T_odom_last * guess.T_last_world;
+  return guess;
+}
+
 InertialVerdict verdict_on(const std::optional<PoseResult>& pose, const PoseSearch::Guess& guess) {
-  return verdict_of(guess.inertial, pose ? std::optional(pose->T_camera_world) : std::nullopt,
-                    guess.T_guess_world);
+  std::optional<SeenCamera> seen;
+  if (pose) seen = {pose->T_camera_world, pose->covariance.value_or(Mat6::Zero())};
+  return verdict_of(guess.inertial, seen, guess.T_guess_world);
 }
 
 FoundPose PoseSearch::step(const FrameFeatures& seen, const From& from, const Guess& guess,

@@ -44,7 +44,7 @@ class PoseSearch {
   /// Where the camera is looked for, and what is known of it before.
   struct Guess {
     SE3 T_last_world, T_guess_world;  // of the last frame with a pose, of this one
-    std::optional<InertialPrediction> inertial;
+    std::optional<PosePrediction> inertial;
   };
   [[nodiscard]] FoundPose step(const FrameFeatures& seen, const From& from, const Guess& guess,
                                Rng& rng);
@@ -71,6 +71,9 @@ class PoseSearch {
   int confirmed_;  // inliers of the map, of a pose after a loss
   int least_inliers_;
 };
+
+/// The same by a prediction that leaves out what vision said last.
+[[nodiscard]] PoseSearch::Guess without_newest(PoseSearch::Guess guess, const SE3& T_odom_last);
 
 [[nodiscard]] InertialVerdict verdict_on(const std::optional<PoseResult>& pose,
                                          const PoseSearch::Guess& guess);

@@ -7,6 +7,10 @@ namespace {
 
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
+// Chi-square of 6 degrees of freedom, 99.9 %, beyond which a prediction overrules a pose: of a weak
+// one as it is, of others at twice the standard deviation. Poses that are right stay below 5
+// (docs/inertial.md).
+constexpr double kWeakContradicted = 22.5, kContradicted = 4 * kWeakContradicted;
 
 }  // namespace
 
@@ -33,10 +37,23 @@ TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const P
   const double factor = by_vision == TrackState::kWeak ? kWeakStdFactor : 1;
   const bool knows_less = state_ == TrackState::kCoasting && by_vision != TrackState::kLost &&
                           factor * pose->position_std_m > inertial.position_std_m;
-  const bool coasts = inertial.may_coast && (by_vision == TrackState::kLost || knows_less);
+  overrule(by_vision, inertial);
+  const bool coasts =
+      inertial.may_coast && (by_vision == TrackState::kLost || knows_less || overruled_);
   if (coasts) weak_frames_ = 0;
+  led_along_ = coasts && (led_along_ || overruled_);
   state_ = coasts ? TrackState::kCoasting : by_vision;
   return state_;
+}
+
+/// A pose that ends a loss is the map's, and knows better than what has led the camera since.
+void TrackJudge::overrule(TrackState by_vision, const InertialVerdict& inertial) {
+  const double limit = by_vision == TrackState::kWeak ? kWeakContradicted : kContradicted;
+  const bool may_overrule =
+      inertial.may_coast && is_seen(by_vision) && (is_seen(state_) || led_along_);
+  const bool by_newest = inertial.contradiction > limit;
+  overruled_ = may_overrule && (by_newest || inertial.earlier_contradiction > limit);
+  went_along_ = overruled_ && !by_newest;
 }
 
 bool TrackJudge::start_in_map(const std::optional<PoseResult>& pose) {

@@ -53,6 +53,10 @@ class TrackJudge {
   explicit TrackJudge(const TrackJudgeConfig& config) : config_(config) {}
 
   [[nodiscard]] TrackState state() const { return state_; }
+  /// The last frame had a pose that IMU or wheels contradict: they lead the camera instead.
+  [[nodiscard]] bool has_overruled() const { return overruled_; }
+  /// What contradicts it is the prediction of half a second ago alone: the newer one went along.
+  [[nodiscard]] bool went_along() const { return went_along_; }
   /// The run's first frame: its place is what all others are told by.
   void start() { state_ = TrackState::kTracking; }
   /// A frame after that. @param pose nullopt: none was found.
@@ -67,10 +71,13 @@ class TrackJudge {
   [[nodiscard]] bool is_pose(const std::optional<PoseResult>& pose) const;
   [[nodiscard]] TrackState judge(const std::optional<PoseResult>& pose, const PoseJump& jump,
                                  bool expected);
+  void overrule(TrackState by_vision, const InertialVerdict& inertial);
   [[nodiscard]] bool is_proof(const PoseResult& pose) const;
 
   TrackJudgeConfig config_;
   TrackState state_ = TrackState::kWaiting;
+  bool overruled_ = false, went_along_ = false;  // in the last frame
+  bool led_along_ = false;                       // it coasts since one was
   int weak_frames_ = 0;
   int frames_since_loss_ = 1 << 20;
 };

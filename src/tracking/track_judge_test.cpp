@@ -168,6 +168,38 @@ TEST(TrackJudge, APoseThatKnowsLessThanAnImuEndsNoCoasting) {
   EXPECT_EQ(judge.next_state(weak, {}, {true, true, 0.07}), kWeak) << "by now it knows more";
 }
 
+TEST(TrackJudge, WhatAnImuContradictsIsOverruledUntilItAgrees) {
+  constexpr InertialVerdict kSlightly{true, true, 0.01, 50}, kContradicts{true, false, 0.01, 200};
+  TrackJudge judge = tracking();
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, kSlightly), kTracking);
+  EXPECT_FALSE(judge.has_overruled());
+  EXPECT_EQ(judge.next_state(pose_of(kFew), {}, kSlightly), kCoasting) << "a weak one, sooner";
+  EXPECT_TRUE(judge.has_overruled());
+  EXPECT_FALSE(judge.went_along());
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, kContradicts), kCoasting);
+  EXPECT_EQ(judge.next_state(std::nullopt, {}, kContradicts), kCoasting);
+  EXPECT_FALSE(judge.has_overruled()) << "there is none";
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, kContradicts), kCoasting) << "the same again";
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, {true, true, 0.01, 5}), kTracking);
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, {false, false, 0.01, 200}), kTracking)
+      << "one that may not stand for vision overrules nothing";
+}
+
+TEST(TrackJudge, ThePredictionOfBeforeContradictsWhatTheNewestWentAlongWith) {
+  constexpr InertialVerdict kWentAlong{true, true, 0.01, 5, 200};
+  TrackJudge judge = tracking();
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, kWentAlong), kCoasting);
+  EXPECT_TRUE(judge.went_along());
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, {true, true, 0.01, 5, 5}), kTracking);
+  EXPECT_FALSE(judge.went_along());
+}
+
+TEST(TrackJudge, AfterTheDarkTheMapKnowsBetterThanAnImu) {
+  TrackJudge judge = tracking();
+  EXPECT_EQ(judge.next_state(std::nullopt, {}, {true, false, 0.01}), kCoasting);
+  EXPECT_EQ(judge.next_state(pose_of(kMany), {}, {true, false, 0.01, 200}), kTracking);
+}
+
 TEST(TrackJudge, AWeakPoseMayJumpToWhereAnImuPredictedIt) {
   const PoseJump far{2 * kLimits.max_jump_m, 0, 0.03};
   EXPECT_EQ(tracking().next_state(pose_of(kFew), far), kLost);

@@ -28,6 +28,9 @@ struct TrackResult {
   /// whose place is a guess until it is joined to the world.
   bool provisional = false;
   bool unplaced = false;  ///< in such a submap
+  /// Coasting though something was seen that gave a pose: it moves, as IMU or wheels know; and it
+  /// has taken vision and them along for half a second.
+  bool overruled = false, went_along = false;
   /// Of the twist xi of exp(xi) * T_camera_world [m, rad], against the points that the frame was
   /// matched with: what odometry or map have drifted is not in it. None of the first frame, nor
   /// while lost.

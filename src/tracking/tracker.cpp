@@ -53,7 +53,7 @@ Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const Dynami
       rng_(seed) {}
 
 Tracker::SeenFrame Tracker::look(const FramePtr& frame,
-                                 const std::optional<InertialPrediction>& predicted) {
+                                 const std::optional<PosePrediction>& predicted) {
   const ScopedTimer timer;
   const auto inertial = while_certain(predicted);
   const PredictedMotion motion = predicted_motion(*frame, inertial);
@@ -101,11 +101,11 @@ void Tracker::tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackR
 }
 
 TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
-                           const std::optional<InertialPrediction>& inertial,
-                           const LocalViewPtr& view, bool mapper_busy) {
+                           const std::optional<PosePrediction>& inertial, const LocalViewPtr& view,
+                           bool mapper_busy) {
   const SE3 T_last_world = last_pose(*view);
   const PoseSearch::From from{*last_, judge_.state(), first_keyframe_is_due_, *view};
-  const PoseSearch::Guess guess{T_last_world, T_now_last * T_last_world, inertial};
+  PoseSearch::Guess guess{T_last_world, T_now_last * T_last_world, inertial};
   now = screens_.labelled_ahead(std::move(now), localization_.T_odom_camera(), T_now_last);
   FoundPose found = search_.step(now.seen, from, guess, rng_);
   found = search_.held_against_map(now, std::move(found), from, guess);
@@ -117,6 +117,7 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
   const bool was_lost = !is_seen(before);
   const InertialVerdict verdict = verdict_on(found.pose, guess);
   const TrackState state = judge_.next_state(found.pose, found.jump, verdict);
+  if (judge_.went_along()) guess = without_newest(guess, last_->T_odom_camera);
   if (state == TrackState::kCoasting)
     return coast(std::move(now), view, guess, std::move(first_keyframe));
   if (state == TrackState::kLost)
@@ -206,6 +207,8 @@ TrackResult Tracker::coast(ObservedFrame now, const LocalViewPtr& view,
           .T_world_odom = place.T_world_odom,
           .provisional = true,
           .unplaced = place.unplaced,
+          .overruled = judge_.has_overruled(),
+          .went_along = judge_.went_along(),
           .covariance = guess.inertial->covariance,
           .correction_m = place.correction_m,
           .pose = relative_to_keyframe(guess.T_guess_world, *view),
@@ -279,7 +282,7 @@ TrackResult Tracker::tracked(const Localization::Place& place, const PoseResult&
 }
 
 PredictedMotion Tracker::predicted_motion(const RgbdFrame& frame,
-                                          const std::optional<InertialPrediction>& inertial) {
+                                          const std::optional<PosePrediction>& inertial) {
   const auto expected = std::exchange(expected_motion_, std::nullopt);
   if (inertial && last_)
     return {inertial->T_odom_camera.inverse() * last_->T_odom_camera, inertial->body_velocity, 0};

@@ -8,7 +8,7 @@
 #include "features/orb.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/motion_model.hpp"
-#include "inertial/inertial_prediction.hpp"
+#include "inertial/pose_prediction.hpp"
 #include "map/local_view.hpp"
 #include "map/messages.hpp"
 #include "objects/object_tracker.hpp"
@@ -56,14 +56,14 @@ class Tracker {
   struct SeenFrame {
     FrameFeatures features;
     PredictedMotion motion;
-    std::optional<InertialPrediction> inertial;
+    std::optional<PosePrediction> inertial;
     std::optional<FlowPrediction> predicted_ends;
     FrameFlow flow;
     double orb_ms = 0;
   };
   /// @param predicted by an IMU or wheels, if there are any.
   [[nodiscard]] SeenFrame look(const FramePtr& frame,
-                               const std::optional<InertialPrediction>& predicted = {});
+                               const std::optional<PosePrediction>& predicted = {});
   /// @param seen what look() gave last.
   /// @param view the newest published view (may be empty before the first keyframe is mapped).
   /// @param masks that arrived since the last call, of this or earlier frames.
@@ -98,7 +98,7 @@ class Tracker {
   /// @param T_now_last the camera's motion since its last pose, as predicted.
   /// @param inertial the whole prediction, if an IMU or wheels made it.
   [[nodiscard]] TrackResult track(ObservedFrame now, const SE3& T_now_last,
-                                  const std::optional<InertialPrediction>& inertial,
+                                  const std::optional<PosePrediction>& inertial,
                                   const LocalViewPtr& view, bool mapper_busy);
   [[nodiscard]] TrackResult coast(ObservedFrame now, const LocalViewPtr& view,
                                   const PoseSearch::Guess& guess,
@@ -120,7 +120,7 @@ class Tracker {
 
   // Steps on these ways, in their order.
   [[nodiscard]] PredictedMotion predicted_motion(const RgbdFrame& frame,
-                                                 const std::optional<InertialPrediction>& inertial);
+                                                 const std::optional<PosePrediction>& inertial);
   [[nodiscard]] std::optional<FlowPrediction> predicted_flow(const PredictedMotion& motion) const;
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
                                   const std::optional<FlowPrediction>& predicted,

@@ -15,8 +15,8 @@ using tracking_test::PaintedWall;
 class InertialTrackerTest : public ::testing::Test {
  protected:
   /// The camera moved along the wall by so many pixels, as an IMU says that trusts itself to std_m.
-  static InertialPrediction at(double px, double std_m = 0.005) {
-    InertialPrediction predicted;
+  static PosePrediction at(double px, double std_m = 0.005) {
+    PosePrediction predicted;
     predicted.T_odom_camera = SE3(Mat3::Identity(), Vec3(PaintedWall::metres(px), 0, 0));
     predicted.covariance = Mat6::Identity() * std_m * std_m / 3;
     predicted.unseen_s = PaintedWall::kFrame_s;
@@ -24,13 +24,13 @@ class InertialTrackerTest : public ::testing::Test {
     return predicted;
   }
   TrackResult see(const PaintedWall& wall, const PaintedWall::View& view,
-                  const std::optional<InertialPrediction>& predicted) {
+                  const std::optional<PosePrediction>& predicted) {
     TrackResult result =
         tracker_.step(tracker_.look(wall.see(number_++, view), predicted), map_.view(), {}, false);
     if (result.candidate) map_.insert(*result.candidate);
     return result;
   }
-  TrackResult see_nothing(const std::optional<InertialPrediction>& predicted) {
+  TrackResult see_nothing(const std::optional<PosePrediction>& predicted) {
     return see(wall_, {.painted_px = 0, .measured_px = 0}, predicted);
   }
   void start() {
@@ -75,12 +75,12 @@ TEST_F(InertialTrackerTest, InTheDarkThePoseIsTheImus) {
 
 TEST_F(InertialTrackerTest, WithoutATrustedPredictionItIsLost) {
   start();
-  InertialPrediction unsure = at(5);
+  PosePrediction unsure = at(5);
   unsure.trusted = false;
   EXPECT_EQ(see_nothing(unsure).state, TrackState::kLost);
   EXPECT_EQ(see_nothing(std::nullopt).state, TrackState::kLost);
   EXPECT_EQ(see_nothing(at(10, 1.0)).state, TrackState::kLost) << "a metre is no place";
-  InertialPrediction old = at(10);
+  PosePrediction old = at(10);
   old.unseen_s = 20;
   EXPECT_EQ(see_nothing(old).state, TrackState::kLost);
 }
@@ -134,6 +134,42 @@ TEST_F(InertialTrackerTest, TheSearchBeginsWhereTheImuSays) {
   EXPECT_EQ(far.state, TrackState::kTracking);
   EXPECT_NEAR(x_m(far.T_world_camera), PaintedWall::metres(120), 0.01);
   EXPECT_NEAR(x_m(far.T_odom_camera), PaintedWall::metres(120), 0.01);
+}
+
+/// The whole view moves past, as a carton that is carried before the lens.
+TEST_F(InertialTrackerTest, WhatMovesTheWholeViewTakesNothingAlong) {
+  start();
+  const auto still = [] {
+    PosePrediction predicted = at(0);
+    predicted.agreed = true;
+    predicted.earlier = {{SE3(), predicted.covariance}};
+    return predicted;
+  };
+  for (const int px : {40, 44, 48}) {
+    const TrackResult moved = see(wall_, {.left_px = px}, still());
+    EXPECT_EQ(moved.state, TrackState::kCoasting);
+    EXPECT_TRUE(moved.overruled);
+    EXPECT_FALSE(moved.went_along);
+    EXPECT_NEAR(x_m(moved.T_world_camera), 0, 0.005);
+    EXPECT_FALSE(moved.candidate);
+  }
+  const TrackResult again = see(wall_, {}, still());
+  EXPECT_EQ(again.state, TrackState::kTracking);
+  EXPECT_FALSE(again.overruled);
+  EXPECT_NEAR(x_m(again.T_world_camera), 0, 0.01);
+}
+
+/// Slowly, so that the newest prediction goes along: the one of half a second ago does not.
+TEST_F(InertialTrackerTest, WhatTookTheImuAlongIsToldByThePredictionFromBefore) {
+  start();
+  PosePrediction misled = at(40);
+  misled.agreed = true;
+  misled.earlier = {{SE3(), at(0).covariance}};
+  const TrackResult moved = see(wall_, {.left_px = 40}, misled);
+  EXPECT_EQ(moved.state, TrackState::kCoasting);
+  EXPECT_TRUE(moved.went_along);
+  EXPECT_NEAR(x_m(moved.T_world_camera), 0, 0.005);
+  EXPECT_NEAR(x_m(moved.T_odom_camera), 0, 0.005);
 }
 
 }  // namespace

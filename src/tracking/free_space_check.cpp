@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/trace.hpp"
 
 namespace ygslam {
 namespace {
@@ -225,6 +228,21 @@ std::vector<std::uint8_t> find_free_space_violations(
   check.carry_over_known();
   check.vote_of_neighbours();
   return check.violations();
+}
+
+ObservedFrame compared_with_map(ObservedFrame now, const PoseResult& pose, const LocalView& view,
+                                const Camera& camera, const PointClassifier& classifier,
+                                const FreeSpaceConfig& config) {
+  const trace::Span span("free space");
+  std::vector<std::uint8_t> known;
+  for (const PointEvidence& point : now.evidence.points)
+    known.push_back(point.in_free_space ? 1 : 0);
+  const auto violations = find_free_space_violations(camera, now.seen, pose.landmarks, known, view,
+                                                     pose.T_camera_world, config);
+  now.evidence = with_free_space(std::move(now.evidence), violations);
+  now.labels = promote(classifier.classify(now.evidence), pose.landmarks);
+  now.seen.static_weight = now.labels.weight;
+  return now;
 }
 
 }  // namespace ygslam

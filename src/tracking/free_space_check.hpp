@@ -10,6 +10,8 @@
 #include "geometry/camera.hpp"
 #include "map/local_view.hpp"
 #include "tracking/frame_features.hpp"
+#include "tracking/observed_frame.hpp"
+#include "tracking/pose_estimator.hpp"
 
 namespace ygslam {
 
@@ -29,5 +31,12 @@ struct FreeSpaceConfig {
     const Camera& camera, const FrameFeatures& frame, std::span<const LandmarkId> landmarks,
     std::span<const std::uint8_t> known, const LocalView& view, const SE3& T_camera_world,
     const FreeSpaceConfig& config);
+
+/// The final labels: what agrees with the map is static, what stands where it saw empty space is
+/// new.
+[[nodiscard]] ObservedFrame compared_with_map(ObservedFrame now, const PoseResult& pose,
+                                              const LocalView& view, const Camera& camera,
+                                              const PointClassifier& classifier,
+                                              const FreeSpaceConfig& config);
 
 }  // namespace ygslam

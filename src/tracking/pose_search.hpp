@@ -8,6 +8,7 @@
 #include "tracking/map_rival.hpp"
 #include "tracking/observed_frame.hpp"
 #include "tracking/relocalizer.hpp"
+#include "tracking/screen_watch.hpp"
 #include "tracking/shutter_watch.hpp"
 #include "tracking/track_judge.hpp"
 
@@ -46,6 +47,9 @@ class PoseSearch {
     SE3 T_last_world, T_guess_world;  // of the last frame with a pose, of this one
     std::optional<PosePrediction> inertial;
   };
+  /// T_last_world in the map as the view has it.
+  /// @param last told relative to itself where it has become a keyframe.
+  [[nodiscard]] SE3 last_pose(TrackedFrame& last, const LocalView& view) const;
   [[nodiscard]] FoundPose step(const FrameFeatures& seen, const From& from, const Guess& guess,
                                Rng& rng);
   /// By what it sees alone.
@@ -57,11 +61,15 @@ class PoseSearch {
   /// @param now labelled anew then.
   [[nodiscard]] FoundPose held_against_map(ObservedFrame& now, FoundPose found, const From& from,
                                            const Guess& guess) const;
+  /// Where a screen had moved the camera: the pose without it.
+  /// @param now labelled anew then.
+  [[nodiscard]] FoundPose held_against_screens(ObservedFrame& now, FoundPose found,
+                                               const From& from, const Guess& guess,
+                                               ScreenWatch& screens, Rng& rng);
 
  private:
   [[nodiscard]] static PoseJump jump_of(const SE3& T_camera_world, const FrameFeatures& seen,
                                         const TrackedFrame& last, const Guess& guess);
-  [[nodiscard]] FrameFeatures corrected(FrameFeatures seen, const Vec6& body_velocity) const;
   [[nodiscard]] FoundPose follow(const FrameFeatures& seen, const From& from, const Guess& guess,
                                  Rng& rng) const;
 

@@ -14,7 +14,8 @@ constexpr double kRollsShare = 0.5;        // of a suspected read-out
 }  // namespace
 
 ShutterWatch::ShutterWatch(const Camera& camera)
-    : estimator_(camera, {CameraParameter::kReadout}),
+    : camera_(camera),
+      estimator_(camera, {CameraParameter::kReadout}),
       times_(shutter_times(camera.config())),
       suspected_{1e-3 * camera.config().suspected_colour_readout_ms,
                  1e-3 * camera.config().suspected_depth_readout_ms, 0},

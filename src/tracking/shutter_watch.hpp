@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 
 #include "tracking/camera_estimator.hpp"
 
@@ -19,6 +20,7 @@ struct ShutterReport {
 
 class ShutterWatch {
  public:
+  /// @param camera must outlive it.
   explicit ShutterWatch(const Camera& camera);
 
   [[nodiscard]] const ShutterTimes& times() const { return times_; }
@@ -27,12 +29,18 @@ class ShutterWatch {
   /// It rolls, or nobody knows.
   [[nodiscard]] bool may_roll() const { return !known_ || !times_.is_global(); }
 
+  /// By the times in use, see shutter_corrected().
+  [[nodiscard]] FrameFeatures corrected(FrameFeatures seen, const Vec6& body_velocity) const {
+    return shutter_corrected(std::move(seen), camera_, times_, body_velocity);
+  }
+
   /// @param frame one that was tracked. @return something where it is new to the user.
   [[nodiscard]] std::optional<ShutterReport> step(const TrackedFrame& frame);
 
  private:
   [[nodiscard]] ShutterTimes times_with(double readout_s) const;
 
+  const Camera& camera_;
   CameraEstimator estimator_;
   ShutterTimes times_;
   ShutterTimes suspected_;  // of the device that it may be

@@ -10,24 +10,6 @@
 #include "tracking/view_poses.hpp"
 
 namespace ygslam {
-namespace {
-
-constexpr float kAnyWeight = std::numeric_limits<float>::min();
-
-TrackedFrame without_landmarks(FrameFeatures seen, const KeyframeRelativePose& pose,
-                               const LocalViewPtr& view, const SE3& T_odom_camera) {
-  std::vector<LandmarkId> none(seen.features->size(), kNoLandmark);
-  return {std::move(seen), std::move(none), pose, view, SE3(), T_odom_camera};
-}
-
-TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose, const LocalViewPtr& view,
-                       const SE3& T_odom_camera) {
-  return {
-      std::move(seen),     pose.landmarks, relative_to_keyframe(pose.T_camera_world, *view), view,
-      pose.T_camera_world, T_odom_camera};
-}
-
-}  // namespace
 
 Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
                  const Camera& camera, std::uint64_t seed)
@@ -103,13 +85,13 @@ void Tracker::tell_of_mask(const RgbdFrame& frame, const LocalView& view, TrackR
 TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
                            const std::optional<PosePrediction>& inertial, const LocalViewPtr& view,
                            bool mapper_busy) {
-  const SE3 T_last_world = last_pose(*view);
+  const SE3 T_last_world = search_.last_pose(*last_, *view);
   const PoseSearch::From from{*last_, judge_.state(), first_keyframe_is_due_, *view};
   PoseSearch::Guess guess{T_last_world, T_now_last * T_last_world, inertial};
   now = screens_.labelled_ahead(std::move(now), localization_.T_odom_camera(), T_now_last);
   FoundPose found = search_.step(now.seen, from, guess, rng_);
   found = search_.held_against_map(now, std::move(found), from, guess);
-  found = look_for_screens(now, std::move(found), from, guess);
+  found = search_.held_against_screens(now, std::move(found), from, guess, screens_, rng_);
   now.seen = std::move(found.seen);
   now.evidence.frame.features = now.seen.features;
   auto first_keyframe = late_first_keyframe(std::move(found.first_seen));
@@ -135,7 +117,7 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
                             pose.T_camera_world * T_last_world.inverse(), T_now_last);
   const Localization::Place place = localization_.place(pose.T_camera_world, *view);
   screens_.follow(now, localization_.T_odom_camera());
-  now = compared_with_map(std::move(now), pose, *view);
+  now = compared_with_map(std::move(now), pose, *view, camera_, classifier_, config_.free_space);
   auto objects = follow_objects(now, was_lost, place.T_world_odom);
   classifier_.remember(std::move(now.evidence), now.labels.label, objects_.resting_points());
   last_ = with_pose(std::move(now.seen), pose, view, place.T_odom_camera);
@@ -150,6 +132,7 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
 
 TrackResult Tracker::start(ObservedFrame now, const LocalViewPtr& view) {
   classifier_.remember(std::move(now.evidence), now.labels.label);
+  constexpr float kAnyWeight = std::numeric_limits<float>::min();
   const int usable = now.seen.usable_points(kAnyWeight);
   if (usable < config_.min_start_points)
     return {.features = now.seen.features, .labels = std::move(now.labels)};
@@ -229,7 +212,7 @@ std::optional<KeyframeCandidate> Tracker::map_on(FrameFeatures seen, bool too_fe
   localization_.doubt(seen.frame->id);
   const KeyframeMotion motion =
       motion_by(*guess.inertial, guess.T_guess_world * guess.T_last_world.inverse(), last_->pose);
-  last_ = without_landmarks(corrected(std::move(seen), guess.inertial->body_velocity),
+  last_ = without_landmarks(shutter_.corrected(std::move(seen), guess.inertial->body_velocity),
                             relative_to_keyframe(guess.T_guess_world, *view), view,
                             localization_.T_odom_camera());
   KeyframeCandidate candidate = keyframes_.make(*last_, view->map_version);
@@ -314,12 +297,8 @@ FrameFeatures Tracker::see(const FramePtr& frame, const std::optional<FlowPredic
     seen = extract_features(orb_, camera_, frame, mask);
     follower_.start(*seen->features);
   }
-  return predicted ? corrected(std::move(*seen), predicted->read_out.body_velocity)
+  return predicted ? shutter_.corrected(std::move(*seen), predicted->read_out.body_velocity)
                    : std::move(*seen);
-}
-
-FrameFeatures Tracker::corrected(FrameFeatures seen, const Vec6& body_velocity) const {
-  return shutter_corrected(std::move(seen), camera_, shutter_.times(), body_velocity);
 }
 
 ObservedFrame Tracker::observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
@@ -330,48 +309,6 @@ ObservedFrame Tracker::observe(FrameFeatures seen, std::span<const SegmentationP
   PointLabels labels = classifier_.classify(evidence);
   seen.static_weight = labels.weight;
   return {std::move(seen), std::move(evidence), std::move(labels), masks};
-}
-
-/// T_last_world in the map as the view has it.
-SE3 Tracker::last_pose(const LocalView& view) {
-  if (view.empty()) return last_->pose.T_camera_reference;
-  for (const ViewKeyframe& keyframe : view.keyframes)
-    if (keyframe.data->frame == last_->seen.frame->id) last_->pose = {keyframe.data->id, SE3()};
-  const auto T_last_world = pose_in(view, last_->pose);
-  CHECK(T_last_world, "views reach from the keyframe they were asked for to the last one");
-  if (last_->view->deformations == view.deformations) return *T_last_world;
-  // Where the world was bent the frame's landmarks, seen first by several keyframes, did not all
-  // move as its reference keyframe did; the difference would look like a motion of the camera.
-  return pose_estimator_.follow_landmarks(*last_, view, *T_last_world).value_or(*T_last_world);
-}
-
-FoundPose Tracker::look_for_screens(ObservedFrame& now, FoundPose found,
-                                    const PoseSearch::From& from, const PoseSearch::Guess& guess) {
-  const trace::Span span("screens");
-  if (!is_seen(from.state)) return found;
-  const ScreenWatch::Before before{from.last, guess.T_last_world, localization_.T_odom_camera(),
-                                   from.view};
-  SE3 T_guess_world = guess.T_guess_world;
-  bool contested = false;
-  if (found.pose) {
-    auto looked = screens_.step({now, found.seen, *found.pose, before});
-    contested = looked.contested;
-    if (looked.without) {
-      now = std::move(looked.without->now);
-      T_guess_world = looked.without->T_camera_world;
-      found =
-          search_.step(now.seen, from, {guess.T_last_world, T_guess_world, guess.inertial}, rng_);
-    }
-  }
-  if (auto carried = screens_.carried(found.pose, T_guess_world, found.seen, before)) {
-    found.pose = std::move(carried);
-    found.jump.from_prediction_m = 0;
-    return found;
-  }
-  if (!found.pose) return found;
-  found.pose->contested |= contested || screens_.leave_too_few(*found.pose);
-  found.pose->T_camera_world = screens_.steadied(*found.pose, found.seen, before);
-  return found;
 }
 
 /// Once per frame that was matched with the one before. A rolling shutter's first keyframe waits
@@ -394,22 +331,6 @@ Localization::Arrival Tracker::arrive(const Localization::Step& step, const Loca
     motion_model_.update(step.stamp, step.T_now_last());
   }
   return localization_.arrive(step, view);
-}
-
-/// The final labels: what agrees with the map is static, what stands where it saw empty space is
-/// new.
-ObservedFrame Tracker::compared_with_map(ObservedFrame now, const PoseResult& pose,
-                                         const LocalView& view) const {
-  const trace::Span span("free space");
-  std::vector<std::uint8_t> known;
-  for (const PointEvidence& point : now.evidence.points)
-    known.push_back(point.in_free_space ? 1 : 0);
-  const auto violations = find_free_space_violations(camera_, now.seen, pose.landmarks, known, view,
-                                                     pose.T_camera_world, config_.free_space);
-  now.evidence = with_free_space(std::move(now.evidence), violations);
-  now.labels = promote(classifier_.classify(now.evidence), pose.landmarks);
-  now.seen.static_weight = now.labels.weight;
-  return now;
 }
 
 std::vector<TrackedObject> Tracker::follow_objects(const ObservedFrame& now, bool was_lost,
@@ -469,7 +390,7 @@ std::optional<KeyframeCandidate> Tracker::offer_submap(FrameFeatures seen, bool 
   if (!reach_m) return std::nullopt;
   localization_.doubt(seen.frame->id);
   const auto pose = last_ ? last_->pose : KeyframeRelativePose{view->reference().data->id, SE3()};
-  last_ = without_landmarks(corrected(std::move(seen), Vec6::Zero()), pose, view,
+  last_ = without_landmarks(shutter_.corrected(std::move(seen), Vec6::Zero()), pose, view,
                             localization_.T_odom_camera());
   return keyframes_.make_submap(*last_, *reach_m, view->map_version);
 }

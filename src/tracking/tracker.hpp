@@ -125,21 +125,12 @@ class Tracker {
   [[nodiscard]] FrameFeatures see(const FramePtr& frame,
                                   const std::optional<FlowPrediction>& predicted,
                                   const FrameFlow& flow);
-  [[nodiscard]] FrameFeatures corrected(FrameFeatures seen, const Vec6& body_velocity) const;
   [[nodiscard]] ObservedFrame observe(FrameFeatures seen, std::span<const SegmentationPtr> masks,
                                       const std::optional<FlowPrediction>& predicted,
                                       FrameFlow flow);
-  [[nodiscard]] SE3 last_pose(const LocalView& view);
   [[nodiscard]] std::optional<KeyframeCandidate> late_first_keyframe(
       std::optional<FrameFeatures> first_seen);
   [[nodiscard]] Localization::Arrival arrive(const Localization::Step& step, const LocalView& view);
-  /// Screens found with the pose: where one had moved the camera, the pose without it.
-  /// @return the frame's observation and pose as they are then.
-  [[nodiscard]] FoundPose look_for_screens(ObservedFrame& now, FoundPose found,
-                                           const PoseSearch::From& from,
-                                           const PoseSearch::Guess& guess);
-  [[nodiscard]] ObservedFrame compared_with_map(ObservedFrame now, const PoseResult& pose,
-                                                const LocalView& view) const;
   [[nodiscard]] std::vector<TrackedObject> follow_objects(const ObservedFrame& now, bool was_lost,
                                                           const SE3& T_world_odom);
   [[nodiscard]] MapRequest ask_mapper(const PoseResult& pose, Localization::Arrival arrival,

@@ -1,6 +1,7 @@
 #include "tracking/view_poses.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace ygslam {
 namespace {
@@ -51,6 +52,19 @@ std::optional<KeyframeId> nearest_reference(const SE3& T_camera_world, const Loc
       [&](const ViewKeyframe& a, const ViewKeyframe& b) { return distance(a) < distance(b); });
   if (nearest->data->id == view.reference().data->id) return std::nullopt;
   return nearest->data->id;
+}
+
+TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose, const LocalViewPtr& view,
+                       const SE3& T_odom_camera) {
+  return {
+      std::move(seen),     pose.landmarks, relative_to_keyframe(pose.T_camera_world, *view), view,
+      pose.T_camera_world, T_odom_camera};
+}
+
+TrackedFrame without_landmarks(FrameFeatures seen, const KeyframeRelativePose& pose,
+                               const LocalViewPtr& view, const SE3& T_odom_camera) {
+  std::vector<LandmarkId> none(seen.features->size(), kNoLandmark);
+  return {std::move(seen), std::move(none), pose, view, SE3(), T_odom_camera};
 }
 
 double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world) {

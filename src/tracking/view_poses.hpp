@@ -5,6 +5,7 @@
 
 #include "map/local_view.hpp"
 #include "map/messages.hpp"
+#include "tracking/pose_estimator.hpp"
 #include "tracking/tracked_frame.hpp"
 
 namespace ygslam {
@@ -26,6 +27,13 @@ namespace ygslam {
 /// reference.
 [[nodiscard]] std::optional<KeyframeId> nearest_reference(const SE3& T_camera_world,
                                                           const LocalView& view);
+
+/// A frame as the tracker keeps it, found in this view.
+[[nodiscard]] TrackedFrame with_pose(FrameFeatures seen, const PoseResult& pose,
+                                     const LocalViewPtr& view, const SE3& T_odom_camera);
+/// The same where it agreed with nothing in the map.
+[[nodiscard]] TrackedFrame without_landmarks(FrameFeatures seen, const KeyframeRelativePose& pose,
+                                             const LocalViewPtr& view, const SE3& T_odom_camera);
 
 /// Of the camera centres.
 [[nodiscard]] double centre_distance_m(const SE3& T_a_world, const SE3& T_b_world);

@@ -16,34 +16,35 @@ from pathlib import Path
 
 from matrix import print_table
 
-# Of each stage the functions that do it, as callgrind names them (without `ygslam::` and parameters).
+# Of each stage the function that does it, as callgrind names it (without `ygslam::` and parameters).
 STAGES = [
-    ("tracking: features", ["Tracker::look"]),
-    ("tracking: · ORB", ["OrbExtractor::extract"]),
-    ("tracking: · flow", ["track_points"]),
-    ("tracking: track", ["Tracker::step"]),
-    ("tracking: · motion checks", ["Tracker::observe"]),
-    ("tracking: · · ego-motion", ["fit_ego_motion"]),
-    ("tracking: · · epipolar check", ["fit_fundamental"]),
-    ("tracking: · previous frame", ["PoseEstimator::match_previous_frame"]),
-    ("tracking: · local map", ["PoseEstimator::match_map"]),
-    ("tracking: · screens", ["PoseSearch::held_against_screens"]),
-    ("tracking: · free space", ["compared_with_map"]),
-    ("tracking: · objects", ["Tracker::follow_objects"]),
-    ("segmentation: segment", ["PeopleSegmenter::segment"]),
-    ("segmentation: · decode masks", ["decode_people"]),
-    ("reading: decode colour", ["decode_colour"]),
-    ("reading: decode depth", ["decode_depth_m"]),
-    ("dense map: view intake", ["DenseMap::add"]),
-    ("dense map: · undo lens and shutter", ["make_depth_view"]),
-    ("dense map: · pack", ["StoredView::StoredView"]),
-    ("dense map: update a view", ["DenseMap::step"]),
-    ("dense map: · fuse", ["FusedVolume::put_in"]),
-    ("dense map: · take back", ["FusedVolume::take_back"]),
-    ("dense map: · exchange pixels", ["FusedVolume::exchange_pixels"]),
-    ("mapping: insert keyframe", ["Mapper::insert"]),
-    ("mapping: the rest of a keyframe", ["Mapper::refine"]),
-    ("mapping: · bundle adjustment", ["adjust_bundle"]),
+    ("tracking: features", "Tracker::look"),
+    ("tracking: · ORB", "OrbExtractor::extract"),
+    ("tracking: · flow", "track_points"),
+    ("tracking: track", "Tracker::step"),
+    ("tracking: · motion checks", "Tracker::observe"),
+    ("tracking: · · ego-motion", "fit_ego_motion"),
+    ("tracking: · · epipolar check", "fit_fundamental"),
+    ("tracking: · previous frame", "PoseEstimator::match_previous_frame"),
+    ("tracking: · local map", "PoseEstimator::match_map"),
+    ("tracking: · the map's say", "PoseSearch::held_against_map"),
+    ("tracking: · screens", "PoseSearch::held_against_screens"),
+    ("tracking: · free space", "compared_with_map"),
+    ("tracking: · objects", "Tracker::follow_objects"),
+    ("segmentation: segment", "PeopleSegmenter::segment"),
+    ("segmentation: · decode masks", "decode_people"),
+    ("reading: decode colour", "decode_colour"),
+    ("reading: decode depth", "decode_depth_m"),
+    ("dense map: view intake", "DenseMap::add"),
+    ("dense map: · undo lens and shutter", "make_depth_view"),
+    ("dense map: · pack", "StoredView::StoredView"),
+    ("dense map: update a view", "DenseMap::step"),
+    ("dense map: · fuse", "FusedVolume::put_in"),
+    ("dense map: · take back", "FusedVolume::take_back"),
+    ("dense map: · exchange pixels", "FusedVolume::exchange_pixels"),
+    ("mapping: insert keyframe", "Mapper::insert"),
+    ("mapping: the rest of a keyframe", "Mapper::refine"),
+    ("mapping: · bundle adjustment", "adjust_bundle"),
 ]
 
 
@@ -72,7 +73,7 @@ class Profile:
                 self.inclusive[function] += sum(map(int, line.split()[1:2]))  # none: nothing
 
     def of(self, name):
-        """Calls and instructions of a function by its name alone; the most called of overloads."""
+        """Calls and instructions of a function by its name alone; of overloads the one that takes most."""
         pattern = re.compile(r"ygslam::(\(anonymous namespace\)::)?" + re.escape(name) + r"(\(|\[|$|')")
         found = [function for function in self.inclusive if pattern.match(function)]
         return max(((self.calls[f], self.inclusive[f]) for f in found), key=lambda x: x[1], default=(0, 0))
@@ -91,8 +92,8 @@ def counted(arguments, sequence):
 
 
 def rows_of(profile, frames):
-    for stage, functions in STAGES:
-        calls, instructions = map(sum, zip(*(profile.of(name) for name in functions)))
+    for stage, function in STAGES:
+        calls, instructions = profile.of(function)
         if calls:
             yield [stage, f"{calls / frames:.2f}", f"{instructions / calls / 1e6:.2f}", f"{instructions / frames / 1e6:.2f}"]
 
@@ -101,7 +102,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sequences", type=Path, nargs="+")
     parser.add_argument("--ygslam", required=True)
-    parser.add_argument("--frames", type=int, default=90)
+    parser.add_argument("--frames", type=int, default=90, help="at most as many as the recording has")
     parser.add_argument("--options", default="", help="more words for `ygslam run`")
     arguments = parser.parse_args()
     for sequence in arguments.sequences:

@@ -1,18 +1,24 @@
 #include "core/memory.hpp"
 
 #include <link.h>
-#include <malloc.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <cstdint>
 #include <new>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "core/check.hpp"
+
 namespace ygslam {
 namespace {
 
-/// Parts that are never written hold what the file holds: dropping them loses nothing. (What the
-/// linker writes, relocations, lies in parts that are loaded writable.)
+/// Parts that are never written hold what the file holds: dropping them loses nothing but a
+/// debugger's breakpoints. (What the linker writes, relocations, lies in parts that are loaded
+/// writable; no distribution has libraries with relocations in their code.)
 int drop_constant_parts(dl_phdr_info* info, std::size_t /*size*/, void* wanted) {
   const std::string_view path(info->dlpi_name);
   const std::string_view file = path.substr(path.rfind('/') + 1);
@@ -44,8 +50,11 @@ void require_memory(std::size_t bytes) {
 }
 
 void give_back_startup_memory(std::string_view library) {
+  CHECK(!library.empty(), "an empty name is part of every name");
   dl_iterate_phdr(drop_constant_parts, &library);
+#ifdef __GLIBC__
   malloc_trim(0);
+#endif
 }
 
 }  // namespace ygslam

@@ -15,7 +15,8 @@ void require_memory(std::size_t bytes);
 
 /// Gives back what the process holds of the code and constants of libraries whose file name has
 /// this in it, and what malloc holds free: for after a start-up that needed far more of both than
-/// what follows. A page that is needed again is mapped again, from the system's cache of files.
+/// what follows. A page that is needed again is mapped again, from the system's cache of files. It
+/// is of the whole process, whoever else uses the library; malloc waits meanwhile.
 void give_back_startup_memory(std::string_view library);
 
 }  // namespace ygslam

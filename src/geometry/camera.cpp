@@ -8,8 +8,8 @@
 namespace ygslam {
 namespace {
 
-Vec2 distort_normalized(const CameraConfig& c, Vec2 x) {
-  ygslam::distort_normalized(c, x.x(), x.y());
+Vec2 distorted(const CameraConfig& c, Vec2 x) {
+  distort_normalized(Lens(c), x.x(), x.y());
   return x;
 }
 
@@ -30,11 +30,11 @@ constexpr double kConverged2 = 1e-20;  // squared, in normalised coordinates
 // or does not come nearer, is halved. @return the nearest it came.
 Vec2 undistort_normalized(const CameraConfig& c, const Vec2& target) {
   Vec2 x = distortion_jacobian(c, target).determinant() > 0 ? target : Vec2::Zero();
-  Vec2 error = distort_normalized(c, x) - target;
+  Vec2 error = distorted(c, x) - target;
   Vec2 step = Vec2::Zero();
   const auto comes_nearer = [&] {
     const Vec2 next = x - step;
-    const Vec2 next_error = distort_normalized(c, next) - target;
+    const Vec2 next_error = distorted(c, next) - target;
     if (!(next_error.squaredNorm() < error.squaredNorm()) ||
         distortion_jacobian(c, next).determinant() <= 0)
       return false;
@@ -60,8 +60,7 @@ std::optional<Vec2> pixel_without_ray(const CameraConfig& c) {
   const auto has_ray = [&](const Vec2& uv_px) {
     const Vec2 target((uv_px.x() - c.cx) / c.fx, (uv_px.y() - c.cy) / c.fy);
     const Vec2 x = undistort_normalized(c, target);
-    if (!((distort_normalized(c, x) - target).norm() * std::max(c.fx, c.fy) < kExact_px))
-      return false;
+    if (!((distorted(c, x) - target).norm() * std::max(c.fx, c.fy) < kExact_px)) return false;
     for (int i = 1; i <= kSteps; ++i)
       if (distortion_jacobian(c, x * i / kSteps).determinant() <= 0) return false;
     return true;
@@ -117,7 +116,7 @@ Vec2 Camera::undistort(const Vec2& uv_px) const {
 Vec2 Camera::distort(const Vec2& ideal_px) const {
   if (undistorted_.empty()) return ideal_px;
   Vec2 uv_px = ideal_px;
-  distort_pixel(config_, uv_px.x(), uv_px.y());
+  distort_pixel(Lens(config_), uv_px.x(), uv_px.y());
   return uv_px;
 }
 

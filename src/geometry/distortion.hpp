@@ -16,8 +16,7 @@ struct Lens {
 
 /// In place, of a point at z = 1: x'' = x' (1 + k1 r2 + k2 r4 + k3 r6) + 2 p1 x'y' + p2 (r2 + 2
 /// x'^2), y alike.
-template <typename LensOrCamera>
-void distort_normalized(const LensOrCamera& c, double& x, double& y) {
+inline void distort_normalized(const Lens& c, double& x, double& y) {
   const double r2 = x * x + y * y;
   const double radial = 1.0 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
   const double distorted_x = x * radial + 2.0 * c.p1 * x * y + c.p2 * (r2 + 2.0 * x * x);
@@ -26,8 +25,7 @@ void distort_normalized(const LensOrCamera& c, double& x, double& y) {
 }
 
 /// In place, of an ideal pixel, as Camera::distort().
-template <typename LensOrCamera>
-void distort_pixel(const LensOrCamera& c, double& u_px, double& v_px) {
+inline void distort_pixel(const Lens& c, double& u_px, double& v_px) {
   double x = (u_px - c.cx) / c.fx, y = (v_px - c.cy) / c.fy;
   distort_normalized(c, x, y);
   u_px = c.fx * x + c.cx, v_px = c.fy * y + c.cy;

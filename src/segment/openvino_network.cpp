@@ -77,8 +77,8 @@ Result<ov::InferRequest> compile_network(const std::shared_ptr<ov::Model>& netwo
         ov::hint::inference_precision(type), ov::hint::enable_cpu_pinning(false),
         ov::inference_num_threads(threads), ov::num_streams(1));
     ov::InferRequest request = compiled.create_infer_request();
-    give_back_startup_memory(
-        "libopenvino");  // compiling takes ten times the code that running does
+    // Compiling takes ten times the code that running does.
+    give_back_startup_memory("libopenvino");
     return request;
   } catch (const std::exception& e) {
     require_memory(kAmpleMemory_bytes);

@@ -241,6 +241,20 @@ class ColourFinder {
   std::vector<std::int32_t> row_, found_;
 };
 
+/// Depth as the ideal camera sees it at the middle instant.
+/// @return which recorded pixel each pixel shows; empty: each its own.
+Image<Source> take_depth(const RecordedImages& images, const Camera& camera,
+                         const ReadOut& read_out, const RollingShutter& shutter, DepthView& view) {
+  if (!shutter.is_rolling() && !camera.config().is_distorted()) {
+    std::transform(images.depth_m.begin(), images.depth_m.end(), view.depth.begin(), depth_units);
+    return {};
+  }
+  Image<Source> source(camera.width(), camera.height());
+  DepthWarp warp(camera, read_out, shutter);
+  for (int v = 0; v < camera.height(); ++v) warp.add_row(v, images.depth_m.row(v), view, source);
+  return source;
+}
+
 }  // namespace
 
 DepthView make_depth_view(const RecordedImages& images, const Camera& camera,
@@ -259,15 +273,7 @@ DepthView make_depth_view(const RecordedImages& images, const Camera& camera,
   view.object = Image<std::uint8_t>(width, height);
 
   const RollingShutter shutter(height, read_out);
-  const bool as_recorded = !shutter.is_rolling() && !camera.config().is_distorted();
-  Image<Source> source;
-  if (as_recorded) {
-    std::transform(images.depth_m.begin(), images.depth_m.end(), view.depth.begin(), depth_units);
-  } else {
-    source = Image<Source>(width, height);
-    DepthWarp warp(camera, read_out, shutter);
-    for (int v = 0; v < height; ++v) warp.add_row(v, images.depth_m.row(v), view, source);
-  }
+  const Image<Source> source = take_depth(images, camera, read_out, shutter, view);
   std::optional<ColourFinder> finder;
   if (shutter.depth_has_own_time()) finder.emplace(camera, read_out, shutter);
 
@@ -280,7 +286,7 @@ DepthView make_depth_view(const RecordedImages& images, const Camera& camera,
       std::int32_t from = v * width + u;
       if (found != nullptr)
         from = found[u];
-      else if (!as_recorded)
+      else if (!source.empty())
         from = source.at(u, v).row * width + source.at(u, v).u;
       if (from == kNoSource) {  // nobody knows what it is: it only carves
         view.object.at(u, v) = DepthView::kExcluded;

@@ -41,7 +41,7 @@ class FrameLoop {
   }
 
   Status run() {
-    ProgressBar progress(run_.reader->counts().offered, is_quiet());
+    ProgressBar progress(run_.reader->length(), is_quiet());
     bool first = true;
     while (auto offered = run_.reader->next_offered(stop_token())) {
       const FramePtr& frame = offered->frame;

@@ -98,7 +98,7 @@ MoversByFrame find_movers(const BackgroundJob& job, const std::map<FrameId, Fram
   MoversByFrame found;
   if (job.segmenter == nullptr) return found;  // nobody says what of a frame stands still
   FrameReader reader(job.sequence, job.reader);
-  ProgressBar progress(reader.counts().offered, job.quiet);
+  ProgressBar progress(reader.length(), job.quiet);
   bool failed = false;
   int added = 0;
   while (const auto frame = reader.next()) {
@@ -187,7 +187,7 @@ Result<BackgroundSummary> write_background(const fs::path& folder, const Backgro
   MoversByFrame movers_by_frame = find_movers(job, poses, dense);
   Background background(dense);
   FrameReader reader(job.sequence, job.reader);
-  ProgressBar progress(reader.counts().offered, job.quiet);
+  ProgressBar progress(reader.length(), job.quiet);
   BackgroundSummary summary;
   std::vector<std::string> stamps;
   while (const auto frame = reader.next()) {

@@ -101,7 +101,7 @@ Result<std::optional<Findings>> track(const Calibration& calibration, const Came
   if (calibration.options.to > 0) reading.to = calibration.options.to;
   reading.depth = calibration.config.depth;
   FrameReader reader(std::move(sequence), reading);
-  ProgressBar progress(reader.counts().offered, is_quiet());
+  ProgressBar progress(reader.length(), is_quiet());
   std::optional<CameraEstimator::Estimate> estimate;
   int frames = 0;
   while (auto frame = reader.next()) {

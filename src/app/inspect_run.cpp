@@ -127,7 +127,7 @@ Status Inspection::run(Check& check) {
   reading.depth = check.config.depth;
   session->runner->add_sink(log_frame);
   FrameReader reader(sequence_, reading);
-  ProgressBar progress(reader.counts().offered, is_quiet());
+  ProgressBar progress(reader.length(), is_quiet());
   while (auto frame = reader.next()) {
     const TrackResult result = session->runner->process(*frame);
     std::optional<DynamicTruth> truth;

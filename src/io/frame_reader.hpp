@@ -60,7 +60,7 @@ class FrameReader {
   /// ended with, if it was an exception.
   [[nodiscard]] std::optional<FramePtr> next(const std::stop_token& stop = {});
   /// How many pairs will be offered; 0 where nobody knows, of a stream.
-  [[nodiscard]] std::size_t length() const { return sequence_.stream ? 0 : offered_; }
+  [[nodiscard]] std::size_t length() const { return offered_; }
   /// The same of all pairs offered: also of those whose frame nobody will see.
   [[nodiscard]] std::optional<OfferedFrame> next_offered(const std::stop_token& stop = {});
   /// Ends the stream from any thread; waiting calls of next() return.

@@ -87,7 +87,9 @@ void bind_enums(nb::module_& m) {
       .value("TRACKING", api::State::kTracking)
       .value("WEAK", api::State::kWeak, "a pose, but few points agree on it")
       .value("LOST", api::State::kLost)
-      .value("COASTING", api::State::kCoasting, "no pose can be seen, IMU or wheels carry it on");
+      .value("COASTING", api::State::kCoasting,
+             "by IMU (8 s at most) or wheels (30 s): no pose is seen, or one that the IMU "
+             "contradicts");
   nb::enum_<api::Event>(m, "Event", "What happened since the result before.")
       .value("LOST", api::Event::kLost)
       .value("RELOCALISED", api::Event::kRelocalised, "a place again after being lost")

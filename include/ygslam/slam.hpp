@@ -216,7 +216,8 @@ enum class State {
   kTracking,
   kWeak,  ///< a pose, but few points agree on it
   kLost,
-  kCoasting,  ///< no pose can be seen, IMU (8 s at most) or wheels (30 s) carry it on
+  kCoasting,  ///< by IMU (8 s at most) or wheels (30 s): no pose is seen, or one that the IMU
+              ///< contradicts
 };
 
 /// What happened since the result before.

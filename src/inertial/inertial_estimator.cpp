@@ -96,6 +96,7 @@ void InertialEstimator::put(const Frame& frame) {
         (frame.pose->T_odom_camera.is_finite() && frame.pose->covariance.allFinite()));
   last_frame_ = frame.stamp;
   if (frame.pose) last_seen_ = frame.stamp;
+  if (frame.found_again) agrees_since_.reset();
   waiting_.push_back(frame);
   process_waiting();
 }
@@ -117,12 +118,12 @@ void InertialEstimator::process(const Frame& frame) {
   std::optional<SeenPose> seen;
   if (frame.pose) seen = of_imu(*frame.pose);
   if (frame.found_again) last_pose_.reset();  // it did not turn there
-  if (frame.found_again) agrees_since_.reset();
   if (seen) remember_turn({frame.stamp, *seen});
   find_time_offset(frame.stamp);
   if (window_) {
     go_on(frame.stamp, frame.found_again ? std::nullopt : seen);
-    if (window_ && frame.found_again) window_->place_newest(*seen);
+    if (window_ && seen && frame.found_again) window_->place_newest(*seen);
+    if (window_) remember(frame.stamp, seen.has_value());
     if (window_ && seen) was_trusted_ = is_trusted();
     if (seen) lasting_.setZero();
   } else if (seen) {
@@ -189,6 +190,7 @@ void InertialEstimator::try_start(const SeenFrame& frame) {
     window_ = std::move(*window);
     window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
     start_.clear();
+    remember(frame.stamp, true);
     was_trusted_ = is_trusted();
   } else {
     fault_ = std::get<ImuFault>(started);
@@ -216,37 +218,36 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
       bias.accel_mps2.norm() > config_.bounds.most_accel_bias_mps2)
     return restart(ImuFault::kBias);
   if (dated) judge(predicted, *dated);
-  if (window_) remember(stamp);
 }
 
-void InertialEstimator::remember(Timestamp stamp) {
+void InertialEstimator::remember(Timestamp stamp, bool seen) {
   if (!agrees_since_) agrees_since_ = stamp;
-  earlier_.push_back(window_->newest());
-  while (earlier_.size() > 1 &&
-         seconds_between(stamp, earlier_[1].state.stamp) >= kGoesBack_s + kLongestTurn_s)
+  const Timestamp last_seen = seen ? stamp : earlier_.back().last_seen;
+  earlier_.push_back({window_->newest(), last_seen});
+  while (earlier_.size() > 1 && seconds_between(stamp, earlier_[1].stamp()) >= kGoesBack_s)
     earlier_.pop_front();
 }
 
-const UncertainState* InertialEstimator::earlier(Timestamp now) const {
-  const auto after = std::ranges::find_if(earlier_, [&](const UncertainState& state) {
-    return seconds_between(now, state.state.stamp) < kGoesBack_s;
+auto InertialEstimator::earlier(Timestamp now) const -> const Earlier* {
+  const auto after = std::ranges::find_if(earlier_, [&](const Earlier& then) {
+    return seconds_between(now, then.stamp()) < kGoesBack_s;
   });
   return after == earlier_.begin() ? nullptr : &*std::prev(after);
 }
 
 void InertialEstimator::go_back(Timestamp now) {
-  const UncertainState* found = window_ ? earlier(now) : nullptr;
+  const Earlier* found = window_ ? earlier(now) : nullptr;
   if (found == nullptr) return;
-  const UncertainState then = *found;
-  const auto is_later = [&](Timestamp stamp) { return stamp > then.state.stamp; };
-  std::erase_if(earlier_, [&](const UncertainState& s) { return is_later(s.state.stamp); });
+  const Earlier then = *found;
+  const auto is_later = [&](Timestamp stamp) { return stamp > then.stamp(); };
+  std::erase_if(earlier_, [&](const Earlier& other) { return is_later(other.stamp()); });
   std::erase_if(turns_, [&](const SeenTurn& turn) { return is_later(turn.to); });
   last_pose_.reset();
   disagreed_.clear();
-  for (Frame& frame : waiting_) frame.pose.reset();
-  last_seen_ = then.state.stamp;
+  for (Frame& frame : waiting_) frame = {frame.stamp, std::nullopt, false};
+  last_seen_ = then.last_seen;
   InertialWindow window(window_->gravity());
-  window.begin({then.state, std::nullopt, std::nullopt}, then.covariance.inverse());
+  window.begin({then.state.state, std::nullopt, std::nullopt}, then.state.covariance.inverse());
   window_ = std::move(window);
   if (!window_->solve(1)) restart(ImuFault::kDisagrees);
 }
@@ -342,10 +343,10 @@ std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const 
   if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
   result.by_wheels = tied_at_ && seconds_between(stamp, *tied_at_) < 2 * kWheelsRest_s;
   result.covariance += lasting_;
-  if (const UncertainState* then = earlier(stamp))
-    if (const auto since = moved(*then, stamp)) result.earlier = of_camera(*since);
   result.agreed =
       agrees_since_ && last_seen_ && seconds_between(*last_seen_, *agrees_since_) > kAgreed_s;
+  if (const Earlier* then = result.agreed ? earlier(stamp) : nullptr)
+    if (const auto since = moved(then->state, stamp)) result.earlier = of_camera(*since);
   return result;
 }
 

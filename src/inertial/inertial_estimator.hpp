@@ -47,6 +47,7 @@ class InertialEstimator {
   /// measurement, and tells nothing of what the IMU erred in between.
   void add_frame_found_again(Timestamp stamp, const VisualPose& pose);
   /// What vision said in the last half second before `now` was wrong: as if nothing had been seen.
+  /// What time offset was found, and what the wheels learned, is not undone.
   void go_back(Timestamp now);
   /// Vision is right where both say something else: the IMU is dropped, see take_fault().
   void disagree() { restart(ImuFault::kDisagrees); }
@@ -90,9 +91,14 @@ class InertialEstimator {
                                           const Preintegration& measured) const;
   void judge(const UncertainState& predicted, const SeenPose& seen);
   [[nodiscard]] std::optional<UncertainState> moved(UncertainState state, Timestamp stamp) const;
-  void remember(Timestamp stamp);
-  /// The newest state of half a second before.
-  [[nodiscard]] const UncertainState* earlier(Timestamp now) const;
+  struct Earlier {
+    UncertainState state;
+    Timestamp last_seen;
+    [[nodiscard]] Timestamp stamp() const { return state.state.stamp; }
+  };
+  void remember(Timestamp stamp, bool seen);
+  /// The newest of half a second before.
+  [[nodiscard]] const Earlier* earlier(Timestamp now) const;
   [[nodiscard]] PosePrediction::Earlier of_camera(const UncertainState& state) const;
   [[nodiscard]] StateWalk walk() const;
 
@@ -110,7 +116,7 @@ class InertialEstimator {
   double further_offset_s_ = 0, offset_weight_ = 0;  // what was found beyond offset_ns_
   std::vector<SeenFrame> start_;                     // what one will be made of
   std::optional<InertialWindow> window_;
-  std::deque<UncertainState> earlier_;  // of the last frames, as they were then
+  std::deque<Earlier> earlier_;  // the last frames, as they were then; not empty once started
   std::optional<Timestamp> agrees_since_;
   std::deque<bool> disagreed_;           // of the last seen frames
   std::optional<Timestamp> slipped_at_;  // that the wheels were last seen to slip by the IMU

@@ -281,11 +281,45 @@ TEST(InertialEstimator, GoesBackToBeforeVisionWasTakenAlong) {
   EXPECT_GT(median(kept), 0.04) << "what it was told became a velocity";
 }
 
+TEST(InertialEstimator, AFrameFoundAgainThatWaitsIsForgottenWhereItGoesBack) {
+  std::vector<ImuSample> late;
+  bool is_late = false;
+  DriveOptions options{.seed = 3};
+  options.distort = [&](ImuSample& sample) {
+    if (is_late) late.push_back(sample);
+    return !is_late;
+  };
+  Drive drive(options);
+  drive.run(8);
+  is_late = true;
+  drive.advance();
+  drive.estimator().add_frame_found_again(drive.now(), drive.seen_pose());
+  drive.estimator().go_back(drive.now());
+  for (const ImuSample& sample : late) drive.estimator().add(sample);
+  is_late = false;
+  drive.run(1, false);
+  const auto predicted = drive.estimator().predict(drive.now());
+  ASSERT_TRUE(predicted);
+  EXPECT_NEAR(predicted->unseen_s, 1.5, 0.04);
+  EXPECT_LT(drive.error_of(*predicted).head<3>().norm(), 0.03);
+}
+
+TEST(InertialEstimator, GoneBackToAFrameThatSawNothingItKnowsSinceWhen) {
+  Drive drive({.seed = 3});
+  drive.run(8);
+  drive.run(0.4, false);
+  drive.run(0.2);
+  drive.advance();
+  drive.estimator().go_back(drive.now());
+  EXPECT_NEAR(drive.estimator().predict(drive.now())->unseen_s, 0.6 + Drive::kFrame_s, 1e-3);
+}
+
 TEST(InertialEstimator, AgreesAfterSecondsInWhichVisionSaidTheSame) {
   Drive drive({.seed = 3});
   const auto agreed = [&] { return drive.estimator().predict(drive.now())->agreed; };
   drive.run(5);
   EXPECT_FALSE(agreed());
+  EXPECT_FALSE(drive.estimator().predict(drive.now())->earlier) << "nobody needs it";
   drive.run(2);
   EXPECT_TRUE(agreed());
   drive.run(1, false);

@@ -20,7 +20,7 @@ struct PosePrediction {
   bool trusted = false;
   bool by_wheels = false;  ///< they hold it: what it errs by grows with the way, not with time
   /// The same from half a second ago, all that vision said since left out: that may have been taken
-  /// along by something that moves.
+  /// along by something that moves. Only where agreed.
   struct Earlier {
     SE3 T_odom_camera;
     Mat6 covariance;

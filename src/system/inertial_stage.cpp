@@ -103,7 +103,8 @@ void InertialStage::overrule(Timestamp stamp, const TrackResult& result, bool fo
   if (result.went_along && !overrules_) estimator_->go_back(stamp);
   overrules_ |= result.overruled;
   if (!found_again || !std::exchange(overrules_, false)) return;
-  if (!while_certain(estimator_->predict(stamp))) estimator_->disagree();
+  const auto predicted = estimator_->predict(stamp);
+  if (predicted && !while_certain(predicted)) estimator_->disagree();
 }
 
 void InertialStage::tell_imu() {

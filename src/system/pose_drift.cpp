@@ -50,7 +50,7 @@ Doubt PoseDrift::ground_of(KeyframeId reference, const LocalView& view) {
   return ground;
 }
 
-/// A keyframe that is forgotten is like its neighbour, which is not.
+/// Forgets every second keyframe; ground_of() takes its neighbour's ground.
 void PoseDrift::forget_some() {
   if (grounds_.size() <= kMostGrounds) return;
   for (auto at = grounds_.begin(); at != grounds_.end() && std::next(at) != grounds_.end();)

@@ -67,15 +67,15 @@ TEST(InertialVerdict, AgreesWithWhatLiesWithinItsCovariance) {
 TEST(InertialVerdict, OnlyOneThatAgreedForSecondsContradicts) {
   PosePrediction predicted = prediction(0.002);
   const SeenCamera elsewhere{moved_by(0.2)};
-  EXPECT_EQ(verdict_of(predicted, elsewhere, SE3()).contradiction, 0);
+  EXPECT_EQ(verdict_of(predicted, elsewhere, SE3()).nis, 0);
   predicted.agreed = true;
   const InertialVerdict verdict = verdict_of(predicted, elsewhere, SE3());
-  EXPECT_GT(verdict.contradiction, 1000);
-  EXPECT_EQ(verdict.earlier_contradiction, 0) << "there is none";
-  EXPECT_LT(verdict_of(predicted, SeenCamera{}, SE3()).contradiction, 1e-9);
+  EXPECT_GT(verdict.nis, 1000);
+  EXPECT_EQ(verdict.earlier_nis, 0) << "there is none";
+  EXPECT_LT(verdict_of(predicted, SeenCamera{}, SE3()).nis, 1e-9);
   // A few corners on a white wall lie where they happen to.
   const SeenCamera unsure{moved_by(0.2), 0.03 * 0.03 * Mat6::Identity()};
-  EXPECT_LT(verdict_of(predicted, unsure, SE3()).contradiction, 10);
+  EXPECT_LT(verdict_of(predicted, unsure, SE3()).nis, 10);
 }
 
 TEST(InertialVerdict, OfTwoPredictionsEachIsHeldAgainstThePoseInOdom) {
@@ -84,10 +84,10 @@ TEST(InertialVerdict, OfTwoPredictionsEachIsHeldAgainstThePoseInOdom) {
   predicted.T_odom_camera = moved_by(1.2);
   predicted.earlier = {{moved_by(1), predicted.covariance}};
   const InertialVerdict verdict = verdict_of(predicted, SeenCamera{}, SE3());
-  EXPECT_LT(verdict.contradiction, 1e-9) << "it is where the newest has it";
-  EXPECT_GT(verdict.earlier_contradiction, 1000);
+  EXPECT_LT(verdict.nis, 1e-9) << "it is where the newest has it";
+  EXPECT_GT(verdict.earlier_nis, 1000);
   const SeenCamera back{moved_by(0.2)};
-  EXPECT_LT(verdict_of(predicted, back, SE3()).earlier_contradiction, 1e-9);
+  EXPECT_LT(verdict_of(predicted, back, SE3()).earlier_nis, 1e-9);
 }
 
 }  // namespace

@@ -48,11 +48,11 @@ InertialVerdict verdict_of(const std::optional<PosePrediction>& inertial,
   if (!inertial->agreed) return verdict;
   // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
   const Mat6 by_points = kPointsStdFactor * kPointsStdFactor * seen->covariance;
-  verdict.contradiction = chi_square(inertial->covariance + by_points, error);
+  verdict.nis = chi_square(inertial->covariance + by_points, error);
   if (const auto& earlier = inertial->earlier) {
     const SE3 T_odom_found = inertial->T_odom_camera * T_guess_found;
-    verdict.earlier_contradiction = chi_square(
-        earlier->covariance + by_points, (earlier->T_odom_camera.inverse() * T_odom_found).log());
+    verdict.earlier_nis = chi_square(earlier->covariance + by_points,
+                                     (earlier->T_odom_camera.inverse() * T_odom_found).log());
   }
   return verdict;
 }

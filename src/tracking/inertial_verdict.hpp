@@ -12,9 +12,9 @@ struct InertialVerdict {
   bool may_coast = false;     ///< the prediction may stand for a pose
   bool agrees = false;        ///< the pose that was found lies where it was predicted
   double position_std_m = 0;  ///< of the prediction
-  /// How far the pose lies from there, and from where the prediction of half a second ago has it,
-  /// in units of the variance (6 degrees of freedom); 0 where the prediction must not overrule.
-  double contradiction = 0, earlier_contradiction = 0;
+  /// Normalised innovation squared (NIS, 6 degrees of freedom) of the pose against the newest
+  /// prediction and that of half a second ago; 0 where the prediction must not overrule.
+  double nis = 0, earlier_nis = 0;
 };
 
 /// Of all three axes together.

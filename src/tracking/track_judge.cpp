@@ -7,10 +7,10 @@ namespace {
 
 constexpr int kProvingFrames = 10;       // after a loss ...
 constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the usual inliers
-// Chi-square of 6 degrees of freedom, 99.9 %, beyond which a prediction overrules a pose: of a weak
-// one as it is, of others at twice the standard deviation. Poses that are right stay below 5
+// NIS beyond which a prediction overrules a pose: of a weak one 99.9 % of chi-square with 6 degrees
+// of freedom, of others that at twice the standard deviation. Poses that are right stay below 5
 // (docs/inertial.md).
-constexpr double kWeakContradicted = 22.5, kContradicted = 4 * kWeakContradicted;
+constexpr double kMostWeakNis = 22.5, kMostNis = 4 * kMostWeakNis;
 
 }  // namespace
 
@@ -48,11 +48,11 @@ TrackState TrackJudge::next_state(const std::optional<PoseResult>& pose, const P
 
 /// A pose that ends a loss is the map's, and knows better than what has led the camera since.
 void TrackJudge::overrule(TrackState by_vision, const InertialVerdict& inertial) {
-  const double limit = by_vision == TrackState::kWeak ? kWeakContradicted : kContradicted;
+  const double limit = by_vision == TrackState::kWeak ? kMostWeakNis : kMostNis;
   const bool may_overrule =
       inertial.may_coast && is_seen(by_vision) && (is_seen(state_) || led_along_);
-  const bool by_newest = inertial.contradiction > limit;
-  overruled_ = may_overrule && (by_newest || inertial.earlier_contradiction > limit);
+  const bool by_newest = inertial.nis > limit;
+  overruled_ = may_overrule && (by_newest || inertial.earlier_nis > limit);
   went_along_ = overruled_ && !by_newest;
 }
 

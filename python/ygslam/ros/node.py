@@ -359,7 +359,7 @@ class SlamNode(Node):
         if self._rate() == 0:
             return STALE, "no images"
         if state == ygslam.State.COASTING:
-            return WARNING, "coasting: nothing to see, IMU or wheels carry on"
+            return WARNING, "coasting: IMU or wheels carry on"
         if state != ygslam.State.TRACKING or self._result.provisional:
             return WARNING, "provisional" if self._result.provisional else state.name.lower()
         return OK, "tracking"

@@ -1,0 +1,71 @@
+#include "system/inertial_stage.hpp"
+
+#include <gtest/gtest.h>
+
+#include "inertial/inertial_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+/// A camera at rest, at 30 Hz.
+class InertialStageTest : public testing::Test {
+ protected:
+  static constexpr double kFrame_s = 1.0 / 30;
+
+  static ImuCalibration calibration() {
+    ImuCalibration imu;
+    imu.time_offset_s = 0;
+    return imu;
+  }
+  void feed_samples() {
+    const double period_s = 1 / calibration().noise.rate_hz;
+    for (; next_sample_s_ <= now_s_ + period_s; next_sample_s_ += period_s)
+      stage_.add(imu_.measure({{to_ns(next_sample_s_)}, Vec3::Zero(), {0, 0, 9.81}}));
+  }
+  void see(TrackState state, bool overruled = false) {
+    TrackResult result;
+    result.state = state;
+    result.overruled = overruled;
+    result.matches = 200;
+    result.covariance = 1e-6 * Mat6::Identity();
+    stage_.take({to_ns(now_s_)}, result);
+  }
+  void frame(TrackState state, bool overruled = false) {
+    now_s_ += kFrame_s;
+    feed_samples();
+    see(state, overruled);
+  }
+  void run(double seconds, TrackState state, bool overruled = false) {
+    const double until_s = now_s_ + seconds;
+    while (now_s_ < until_s) frame(state, overruled);
+  }
+  [[nodiscard]] bool is_predicted() const { return stage_.predict({to_ns(now_s_)}).has_value(); }
+
+  InertialStage stage_{calibration(), std::nullopt};
+  inertial_world::NoisyImu imu_{calibration().noise, ImuBias{}, 1};
+  double now_s_ = 0, next_sample_s_ = -0.1;
+};
+
+TEST_F(InertialStageTest, AnImuThatVisionDoesNotComeBackToIsDropped) {
+  run(7, TrackState::kTracking);
+  run(7, TrackState::kCoasting, true);
+  frame(TrackState::kTracking);
+  EXPECT_TRUE(is_predicted()) << "it came back in time";
+  run(9, TrackState::kCoasting, true);
+  EXPECT_TRUE(is_predicted());
+  frame(TrackState::kTracking);
+  EXPECT_FALSE(is_predicted());
+}
+
+TEST_F(InertialStageTest, AnImuWhoseSamplesAreLateIsNotDropped) {
+  run(7, TrackState::kTracking);
+  run(0.5, TrackState::kCoasting, true);
+  now_s_ += 0.25;
+  EXPECT_FALSE(is_predicted());
+  see(TrackState::kTracking);
+  run(0.1, TrackState::kTracking);
+  EXPECT_TRUE(is_predicted());
+}
+
+}  // namespace
+}  // namespace ygslam

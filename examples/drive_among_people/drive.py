@@ -5,7 +5,7 @@ OctoMap itself, by pyoctomap).
     PYTHONPATH=build/release/python .venv/bin/python examples/drive_among_people/drive.py out/drive \
         --ygslam build/release/ygslam --seeds 1-20 --plans ygslam octomap [--cameras 4] [--film]
 
-Needs PyYAML, Pillow and for `octomap` pyoctomap (`make setup` has them).
+Needs PyYAML, Pillow, SciPy and for `octomap` pyoctomap (`make setup` has them).
 
 Each seed is driven with each plan: a line of JSON each in out/drive/drives.jsonl (what is there is not driven again), a
 picture, one of each contact, and with --film a moving one of the plans side by side (drive_1.webp). At the end all drives

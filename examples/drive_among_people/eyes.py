@@ -41,9 +41,9 @@ class Eye:
         self.T_base_camera = camera_on_base(2 * np.pi * number / options.cameras)
         self.camera = Camera(options.ygslam, world, folder, seed)
         self.pinhole = ygslam.CameraModel(**lens())
-        self.slam = tracks and ygslam.Slam(self.pinhole, segmenter="builtin", deterministic=True,
-                                           wheels=ygslam.Wheels(self.T_base_camera),
-                                           options={} if number == 0 else {"run.without": "[dense_map]"})
+        self.slam = ygslam.Slam(self.pinhole, segmenter="builtin", deterministic=True,
+                                wheels=ygslam.Wheels(self.T_base_camera),
+                                options={} if number == 0 else {"run.without": "[dense_map]"}) if tracks else None
         self.T_odom_before = None  # the camera
         self.T_floor_first = None  # where the map began, as the robot believed then
         self.objects, self.seen_at, self.T_floor_map = [], 0, np.eye(4)

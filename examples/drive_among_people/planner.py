@@ -56,11 +56,11 @@ class Grid:
 
 
 def coarser(grid, times):
-    """Each cell the worst of `times` squared of them: occupied before unknown before free."""
+    """Each cell from `times` squared of them: occupied if any is, else free if any is, else unknown."""
     rows, columns = (n // times * times for n in grid.cells.shape)
     blocks = grid.cells[:rows, :columns].reshape(rows // times, times, columns // times, times)
-    worst = np.where((blocks == OCCUPIED).any((1, 3)), OCCUPIED, np.where((blocks == FREE).any((1, 3)), FREE, UNKNOWN))
-    return Grid(worst.astype(np.int8), grid.origin, grid.cell_m * times)
+    cells = np.where((blocks == OCCUPIED).any((1, 3)), OCCUPIED, np.where((blocks == FREE).any((1, 3)), FREE, UNKNOWN))
+    return Grid(cells.astype(np.int8), grid.origin, grid.cell_m * times)
 
 
 class Lanes:

@@ -39,7 +39,8 @@ void add_simulate_options(CLI::App& command, SimulateArguments& arguments);
 /// Whether the numbers are finite: CLI11's ranges let NaN through.
 [[nodiscard]] Status check_numbers(const sim::SequenceOptions& options);
 
-/// Of texts and files that the options name; whether what is needed is there.
+/// Turns the texts (--size, --fault, --depth-camera ...) into SequenceOptions. @return kUsage where
+/// something is missing.
 [[nodiscard]] Status complete_options(SimulateArguments& arguments);
 
 /// Reads the rows as a camera one can buy does.

@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::size_t kLeastStale = 1000;  // postings of landmarks that left are not worth a sweep
 constexpr std::uint32_t kAhead = 4;        // features whose buckets are on their way to the cache
-constexpr std::size_t kLine_bytes = 64, kLines = 5;  // of a bucket that are fetched
 
 }  // namespace
 
@@ -63,10 +62,11 @@ void PlaceIndex::fetch_buckets(const Descriptor& descriptor) const {
 
 void PlaceIndex::fetch_postings(const Descriptor& descriptor) const {
   for (int t = 0; t < kTables; ++t) {
-    // As many as there may be: how many there are stands in the first of them.
-    const auto* bytes = reinterpret_cast<const char*>(tables_[t][key(descriptor, t)].first());
-    if (bytes == nullptr) continue;
-    for (std::size_t i = 0; i < kLines; ++i) __builtin_prefetch(bytes + i * kLine_bytes);
+    const Posting* first = tables_[t][key(descriptor, t)].first();
+    if (first == nullptr) continue;
+    // How many there are stands in the first: of those behind it the next may be fetched at most.
+    __builtin_prefetch(first);
+    __builtin_prefetch(first + 1);
   }
 }
 

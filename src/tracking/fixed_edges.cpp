@@ -43,7 +43,8 @@ void FixedEdges::start(const GreyImage& image) {
   now_ = last_ = reference_ = {none, none};
   cells_ = Image<Cell>((width + kCell_px - 1) / kCell_px, (height + kCell_px - 1) / kCell_px);
   const Columns columns(static_cast<std::size_t>(cells_.width()) * kCell_px);
-  is_alike_ = strength_ = edges_ = stayed_ = alike_ = passing_ = fixed_count_ = columns;
+  is_alike_ = strength_ = agrees_ = other_edge_ = edges_ = stayed_ = alike_ = passing_ =
+      fixed_count_ = columns;
 }
 
 bool FixedEdges::step(const GreyImage& image) {
@@ -146,7 +147,7 @@ void FixedEdges::compare_row(int v) {
     const int last2 = last_x[u] * last_x[u] + last_y[u] * last_y[u];
     const bool is_edge = std::max(now2, last2) >= edge2;
     edges[u] += is_edge ? 1 : 0;
-    stayed[u] += is_edge & is_alike(x[u] * last_x[u] + y[u] * last_y[u], now2, last2) ? 1 : 0;
+    stayed[u] += (is_edge & is_alike(x[u] * last_x[u] + y[u] * last_y[u], now2, last2)) ? 1 : 0;
   }
 }
 
@@ -190,8 +191,8 @@ void FixedEdges::judge_pixels() {
       hold_against_reference(v);
       take_references(v);
       judge_row(v);
-      add(is_alike_.data(), alike_);
-      add(strength_.data(), passing_);
+      add(agrees_.data(), alike_);
+      add(other_edge_.data(), passing_);
       add(fixed_.row(v), fixed_count_);
       add_directions(v);
     }
@@ -213,7 +214,7 @@ void FixedEdges::hold_against_reference(int v) {
   for (int u = 0; u < width; ++u) {
     const int now2 = x[u] * x[u] + y[u] * y[u];
     const int old2 = old_x[u] * old_x[u] + old_y[u] * old_y[u];
-    alike[u] = is_alike(x[u] * old_x[u] + y[u] * old_y[u], now2, old2) ? 1 : 0;
+    alike[u] = yes_if(is_alike(x[u] * old_x[u] + y[u] * old_y[u], now2, old2));
     strength[u] = static_cast<std::uint8_t>((now2 >= no_edge2 ? 1 : 0) + (now2 >= edge2 ? 1 : 0));
   }
 }
@@ -231,15 +232,15 @@ void FixedEdges::take_references(int v) {
   }
 }
 
-/// Leaves the pixels that agree in is_alike_, those with another edge in strength_.
 void FixedEdges::judge_row(int v) {
   std::uint8_t *scores = score_.row(v), *fixed = fixed_.row(v);
-  std::uint8_t *alike = is_alike_.data(), *strength = strength_.data();
+  const std::uint8_t *alike = is_alike_.data(), *strength = strength_.data();
+  std::uint8_t *agrees = agrees_.data(), *other_edge = other_edge_.data();
   const int width = now_.x.width();
   for (int u = 0; u < width; ++u) {
     const std::uint8_t score = scores[u];
     const std::uint8_t is_known = yes_if(score > 0), is_edge = yes_if(strength[u] == 2);
-    const std::uint8_t agrees = is_known & yes_if(alike[u] != 0);
+    const std::uint8_t does_agree = is_known & alike[u];
     // Over what is as bright a fixed edge cannot be seen, but one that sways to and fro cannot
     // either.
     const std::uint8_t is_unseen = fixed[u] & yes_if(strength[u] == 0);
@@ -247,11 +248,11 @@ void FixedEdges::judge_row(int v) {
     const std::uint8_t more = std::min<std::uint8_t>(score, kMost - kGain) + kGain;
     const std::uint8_t less = std::max(score, loss) - loss;
     const std::uint8_t now =
-        choose(is_known, choose(agrees, more, less), is_edge & std::uint8_t{kGain});
+        choose(is_known, choose(does_agree, more, less), is_edge & std::uint8_t{kGain});
     scores[u] = now;
     fixed[u] = is_known & (yes_if(now >= kFixed) | (fixed[u] & yes_if(now > kFree)));
-    alike[u] = agrees;
-    strength[u] = is_known & ~agrees & is_edge;
+    agrees[u] = does_agree;
+    other_edge[u] = is_known & ~does_agree & is_edge;
   }
 }
 

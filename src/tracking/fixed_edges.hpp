@@ -88,7 +88,8 @@ class FixedEdges {
   Gradients now_, last_, reference_;  // last_: of the last sample
   GreyImage score_, fixed_;
   Image<Cell> cells_;
-  Columns is_alike_, strength_;  // of a row's pixels; strength_: 0 none, 1 little, 2 an edge
+  // Of a row's pixels. strength_: 0 none, 1 little, 2 an edge; the others: 255 = yes.
+  Columns is_alike_, strength_, agrees_, other_edge_;
   Columns edges_, stayed_, alike_, passing_, fixed_count_;
 };
 

@@ -30,18 +30,18 @@ FrameFeatures all_points(FrameFeatures seen, std::span<const PointEvidence> evid
 
 /// By the view's landmarks, 1 = some keyframe had seen it kBefore_s ago; while the map is younger
 /// than twice that, in its first half.
-std::vector<std::uint8_t> had_before(const LocalView& view, Timestamp now) {
+std::vector<std::uint8_t> is_older(const LocalView& view, Timestamp now) {
   double age_s = 0;
   for (const ViewKeyframe& keyframe : view.keyframes)
     age_s = std::max(age_s, seconds_between(now, keyframe.data->stamp));
   const double before_s = std::min(kBefore_s, age_s / 2);
-  std::vector<std::uint8_t> had(view.landmarks.size(), 0);
+  std::vector<std::uint8_t> older(view.landmarks.size(), 0);
   for (const ViewKeyframe& keyframe : view.keyframes) {
     if (seconds_between(now, keyframe.data->stamp) < before_s) continue;
     for (const std::int32_t i : keyframe.landmarks)
-      if (i >= 0) had[static_cast<std::size_t>(i)] = 1;
+      if (i >= 0) older[static_cast<std::size_t>(i)] = 1;
   }
-  return had;
+  return older;
 }
 
 /// The landmarks of a view that are marked; no keyframes.
@@ -65,7 +65,7 @@ bool MapRival::is_wanted(const std::optional<PoseResult>& followed, const LocalV
 
 MapRival::Output MapRival::step(const Input& in) const {
   if (auto rival = by_all(in)) return {std::move(rival)};
-  return in.followed ? by_what_it_had_before(in) : Output{};
+  return in.followed ? by_older_landmarks(in) : Output{};
 }
 
 std::optional<PoseResult> MapRival::by_all(const Input& in) const {
@@ -83,18 +83,18 @@ std::optional<PoseResult> MapRival::by_all(const Input& in) const {
 }
 
 /// By the landmarks that the map had before and the pose that was followed leaves unexplained.
-MapRival::Output MapRival::by_what_it_had_before(const Input& in) const {
+MapRival::Output MapRival::by_older_landmarks(const Input& in) const {
   const PoseResult& followed = *in.followed;
   FrameFeatures seen = all_points(in.seen, in.evidence);
-  std::vector<std::uint8_t> had = had_before(in.view, in.seen.frame->stamp);
+  std::vector<std::uint8_t> older = is_older(in.view, in.seen.frame->stamp);
   int explained = 0;
   for (std::size_t i = 0; i < followed.landmarks.size(); ++i) {
     const std::int32_t landmark = in.view.find(followed.landmarks[i]);
     if (landmark < 0) continue;
     seen.static_weight[i] = 0;
-    explained += std::exchange(had[static_cast<std::size_t>(landmark)], std::uint8_t{0});
+    explained += std::exchange(older[static_cast<std::size_t>(landmark)], std::uint8_t{0});
   }
-  auto rival = estimator_.match_predicted(seen, only(in.view, had), in.T_guess_world);
+  auto rival = estimator_.match_predicted(seen, only(in.view, older), in.T_guess_world);
   if (!rival || rival->landmark_inliers < kFewest || rival->inliers < kCoherent * rival->matches ||
       centre_distance_m(rival->T_camera_world, followed.T_camera_world) < kApart_m)
     return {};

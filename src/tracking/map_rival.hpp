@@ -37,7 +37,7 @@ class MapRival {
 
  private:
   [[nodiscard]] std::optional<PoseResult> by_all(const Input& in) const;
-  [[nodiscard]] Output by_what_it_had_before(const Input& in) const;
+  [[nodiscard]] Output by_older_landmarks(const Input& in) const;
 
   const PoseEstimator& estimator_;
 };

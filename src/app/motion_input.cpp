@@ -1,12 +1,14 @@
 #include "app/motion_input.hpp"
 
+#include <algorithm>
+
 #include "bag/bag_imu.hpp"
 #include "bag/bag_trajectory.hpp"
 #include "core/counted.hpp"
-#include "core/printable.hpp"
 #include "io/frame_stream.hpp"
 #include "io/imu_calibration.hpp"
 #include "io/imu_file.hpp"
+#include "io/text.hpp"
 #include "io/wheel_calibration.hpp"
 #include "io/wheel_file.hpp"
 
@@ -120,19 +122,33 @@ Result<std::vector<OdometrySample>> read_bag_wheels(const std::string& bag,
   return samples;
 }
 
+std::string listed(const std::vector<std::string>& topics) {
+  constexpr std::size_t kMost = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(topics.size(), kMost); ++i)
+    text += (i == 0 ? "" : ", ") + printable(topics[i]);
+  return topics.size() > kMost ? text + ", ..." : text;
+}
+
 /// What comes beside the images, if a topic of it was announced with the first of them.
 Result<ImuInput> open_streamed_imu(const RunOptions& o, const Sequence& sequence) {
   const std::string root = sequence.root.string();
-  const std::string& topic = o.imu.empty() ? sequence.imu_topic : o.imu;
+  const std::vector<std::string> topics = sequence.stream->imu_topics();
   if (o.imu.empty() && o.imu_calibration.empty())
-    return topic.empty() ? ImuInput{} : ImuInput{{}, {}, unused_topic(root, kImuNames, topic)};
+    return topics.empty() ? ImuInput{}
+                          : ImuInput{{}, {}, unused_topic(root, kImuNames, topics.front())};
   if (o.imu_calibration.empty()) return no_place(kImuNames, o.imu);
+  if (o.imu.empty() && topics.size() > 1)
+    return Error{ErrorKind::kInput, root + ": several topics have inertial readings: " +
+                                        listed(topics) + "; choose with --imu"};
+  const std::string topic = o.imu.empty() && !topics.empty() ? topics.front() : o.imu;
   auto calibration = read_imu_calibration(o.imu_calibration);
   if (!calibration.ok()) return calibration.error();
-  if (topic.empty() || !sequence.stream->use_readings(topic))
+  if (std::ranges::find(topics, topic) == topics.end())
     return Error{ErrorKind::kInput,
                  root + ": no topic " + (topic.empty() ? "" : printable(topic) + " ") +
                      "with inertial readings (sensor_msgs/Imu) came before the first images"};
+  sequence.stream->use_readings(topic);
   return ImuInput{*calibration, {}, root + ": readings of the IMU come from " + printable(topic)};
 }
 

@@ -5,7 +5,6 @@
 
 #include "bag/imu_messages.hpp"
 #include "core/log.hpp"
-#include "io/imu_checks.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -42,13 +41,6 @@ bool has_half(const std::vector<ImuSample>& samples, Vec3 ImuSample::*there) {
                                ? &ImuSample::specific_force_mps2
                                : &ImuSample::angular_velocity_radps;
   return !is_all_zero(samples, there) && is_all_zero(samples, other);
-}
-
-std::vector<ImuSample> ordered(std::vector<ImuSample> samples) {
-  std::ranges::stable_sort(samples, {}, &ImuSample::stamp);
-  const auto doubles = std::ranges::unique(samples, {}, &ImuSample::stamp);
-  samples.erase(doubles.begin(), doubles.end());
-  return samples;
 }
 
 /// Readings of the gyroscope with accelerations between those of the accelerometer.
@@ -116,6 +108,19 @@ std::optional<ImuSample> reading_of(const BagTopic& topic, const BagMessage& mes
   return sensible_reading(imu, message.logged);
 }
 
+std::vector<ImuSample> in_order_of_time(std::vector<ImuSample> samples) {
+  std::ranges::stable_sort(samples, {}, &ImuSample::stamp);
+  const auto doubles = std::ranges::unique(samples, {}, &ImuSample::stamp);
+  samples.erase(doubles.begin(), doubles.end());
+  return samples;
+}
+
+ImuDoubt doubt_about_topic(const std::vector<ImuSample>& samples) {
+  if (has_half(samples, &ImuSample::specific_force_mps2))
+    return {"an accelerometer alone; no angular velocity", true};
+  return doubt_about(samples, true);
+}
+
 void ImuReader::take(const BagTopic& topic, const BagMessage& message) {
   ros::Imu imu;
   if (!is_imu(topic) || !from_cdr(message.bytes, imu, topic.layout)) return;
@@ -139,11 +144,11 @@ Result<std::vector<ImuSample>> chosen_readings(const ImuSources& sources, const 
   if (found == sources.end())
     return refuse("no readings under " + std::string(option) + " " + printable(choice) + there);
   std::string name = found->first;
-  std::vector<ImuSample> samples = ordered(found->second.samples);
+  std::vector<ImuSample> samples = in_order_of_time(found->second.samples);
   std::size_t left_out = found->second.left_out;
   if (choice.empty() && sources.size() == 2) {
     const auto other = std::next(found);
-    const std::vector<ImuSample> second = ordered(other->second.samples);
+    const std::vector<ImuSample> second = in_order_of_time(other->second.samples);
     const bool gyro_first = has_half(samples, &ImuSample::angular_velocity_radps);
     const auto& gyro = gyro_first ? samples : second;
     const auto& accel = gyro_first ? second : samples;
@@ -162,11 +167,10 @@ Result<std::vector<ImuSample>> chosen_readings(const ImuSources& sources, const 
                   "; choose with " + std::string(option));
   if (left_out > 0) log::warn("{}: {} readings are left out", printable(name), left_out);
   if (samples.empty()) return refuse(printable(name) + ": no readings in it");
-  if (is_all_zero(samples, &ImuSample::angular_velocity_radps) &&
-      has_half(samples, &ImuSample::specific_force_mps2))
-    return refuse(printable(name) + ": an accelerometer alone; no angular velocity" + there);
-  const ImuDoubt doubt = doubt_about(samples, true);
-  if (doubt.is_fault) return refuse(printable(name) + ": " + doubt.what);
+  const ImuDoubt doubt = doubt_about_topic(samples);
+  if (doubt.is_fault)
+    return refuse(printable(name) + ": " + doubt.what +
+                  (has_half(samples, &ImuSample::specific_force_mps2) ? there : ""));
   if (!doubt.what.empty()) log::warn("{}: {}", printable(name), doubt.what);
   return samples;
 }

@@ -11,12 +11,18 @@
 #include "bag/bag.hpp"
 #include "core/result.hpp"
 #include "geometry/imu.hpp"
+#include "io/imu_checks.hpp"
 
 namespace ygslam {
 
 [[nodiscard]] bool is_imu(const BagTopic& topic);
 /// @return nullopt: none of sensor_msgs/Imu, or of no sensible size.
 [[nodiscard]] std::optional<ImuSample> reading_of(const BagTopic& topic, const BagMessage& message);
+
+/// Stably by stamps; of equal ones the first.
+[[nodiscard]] std::vector<ImuSample> in_order_of_time(std::vector<ImuSample> samples);
+/// As doubt_about(), and whether one half of a sensor is missing. @param samples in order of time.
+[[nodiscard]] ImuDoubt doubt_about_topic(const std::vector<ImuSample>& samples);
 
 /// Collects readings, message by message: sensor_msgs/Imu.
 class ImuReader {

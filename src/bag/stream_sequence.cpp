@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <set>
 
 #include "bag/bag_choice.hpp"
 #include "bag/bag_imu.hpp"
@@ -119,7 +120,8 @@ class StreamFrames final : public FrameStream {
   }
   bool skip(const std::stop_token& stop) override { return next_frame(stop).has_value(); }
   [[nodiscard]] StreamCounts counts() const override { return {without_depth_, left_out_}; }
-  [[nodiscard]] bool use_readings(const std::string& topic) override;
+  [[nodiscard]] std::vector<std::string> imu_topics() const override;
+  void use_readings(const std::string& topic) override { readings_.use(topic); }
   [[nodiscard]] std::vector<ImuSample> take_readings(FrameId id) override {
     return readings_.take(id);
   }
@@ -129,6 +131,7 @@ class StreamFrames final : public FrameStream {
   std::optional<Frame> next_frame(const std::stop_token& stop);
   std::optional<Frame> pull(const std::stop_token& stop);
   void take(const BagMessage& message);
+  void take_reading(const BagTopic& topic, const BagMessage& message);
   void add(StreamPairing::Side side, StreamImage image);
   void tell_of_stamps(StreamPairing::Side side, const StampOrder::Judged& judged);
   void tell_of_shift(const StreamPair& pair);
@@ -183,8 +186,6 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
   colour_ = choice->colour->topic;
   depth_ = choice->depth->topic;
   known_topics_ = stream_->topics().size();
-  const auto imu = std::ranges::find_if(stream_->topics(), is_imu);
-  if (imu != stream_->topics().end()) sequence.imu_topic = imu->name;
   warn_of_choice(*choice, sequence);
   for (LeadIn::Early& early : lead_in.take_images()) {
     const ImageTopic* topic = &lead_in.content().images[early.topic];
@@ -295,7 +296,7 @@ std::optional<StreamFrames::Frame> StreamFrames::pull(const std::stop_token& sto
 
 void StreamFrames::take(const BagMessage& message) {
   const BagTopic& topic = stream_->topics()[message.topic];
-  if (is_imu(topic)) return readings_.add(topic, message, pairing_.shift_ns());
+  if (is_imu(topic)) return take_reading(topic, message);
   const bool is_colour = topic == colour_;
   if (!is_colour && topic != depth_) return warn_of_other(topic, message);
   const auto stamp = image_stamp(topic, message);
@@ -308,11 +309,17 @@ void StreamFrames::take(const BagMessage& message) {
   if (is_colour) lone_.add({{std::move(image), {}}, LoneImages::Fault::kStamp});
 }
 
-bool StreamFrames::use_readings(const std::string& topic) {
-  const bool is_announced = std::ranges::any_of(
-      stream_->topics(), [&](const BagTopic& t) { return is_imu(t) && t.name == topic; });
-  if (is_announced) readings_.use(topic);
-  return is_announced;
+void StreamFrames::take_reading(const BagTopic& topic, const BagMessage& message) {
+  readings_.add(topic, message, pairing_.shift_ns());
+  const std::string doubt = readings_.take_doubt();
+  if (!doubt.empty()) log::warn("{}: {}", name(), doubt);
+}
+
+std::vector<std::string> StreamFrames::imu_topics() const {
+  std::set<std::string> names;
+  for (const BagTopic& topic : stream_->topics())
+    if (is_imu(topic)) names.insert(topic.name);
+  return {names.begin(), names.end()};
 }
 
 void StreamFrames::add(StreamPairing::Side side, StreamImage image) {

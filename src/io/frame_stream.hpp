@@ -28,9 +28,10 @@ class FrameStream {
   virtual bool skip(const std::stop_token& stop) = 0;
   [[nodiscard]] virtual StreamCounts counts() const = 0;
 
-  /// Keeps an IMU's readings, before the first frame is asked for. @return false: no such topic has
-  /// been announced.
-  [[nodiscard]] virtual bool use_readings(const std::string& topic) = 0;
+  /// Those with inertial readings that have been announced, by name.
+  [[nodiscard]] virtual std::vector<std::string> imu_topics() const = 0;
+  /// Keeps one's readings. Before the first frame is asked for.
+  virtual void use_readings(const std::string& topic) = 0;
   /// Those that came before this frame was complete, and were not taken yet.
   [[nodiscard]] virtual std::vector<ImuSample> take_readings(FrameId id) = 0;
 };

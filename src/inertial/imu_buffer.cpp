@@ -7,6 +7,8 @@ namespace ygslam {
 namespace {
 
 constexpr int kClockIsSetBack = 20;     // samples in a row
+constexpr int kIsAhead = 5;             // the same, after a pause or where the clock was set
+constexpr double kFarAhead_s = 1;       // of the one before
 constexpr double kMostGap_s = 0.15;     // without a sample
 constexpr double kGapPeriods = 2.5;     // a longer step has samples missing
 constexpr double kMostWait_s = 0.1;     // that the newest sample may be older than a frame
@@ -28,6 +30,9 @@ bool is_reading(const ImuSample& sample) {
   return is_small(sample.angular_velocity_radps) && is_small(sample.specific_force_mps2);
 }
 
+// Of an IMU that can be used.
+constexpr double kLeastPeriod_s = 1e-4, kMostPeriod_s = 0.2;
+
 // The density that makes a rate's constant error of a step.
 double density(double error, double step_s) { return error * std::sqrt(step_s); }
 
@@ -42,11 +47,14 @@ ImuBuffer::Verdict ImuBuffer::add(const ImuSample& sample) {
       if (++gone_back_ < kClockIsSetBack) return Verdict::kPassedOver;
       clear();
       verdict = Verdict::kClockSetBack;
+    } else if (step_s > kFarAhead_s && is_ahead_alone(sample.stamp)) {
+      return Verdict::kPassedOver;
     } else if (step_s < kMostGap_s) {  // the median, step by step
-      usual_period_s_ *= step_s > usual_period_s_ ? 1.02 : 0.98;
+      const double next_s = usual_period_s_ * (step_s > usual_period_s_ ? 1.02 : 0.98);
+      usual_period_s_ = std::clamp(next_s, kLeastPeriod_s, kMostPeriod_s);
     }
   }
-  gone_back_ = 0;
+  gone_back_ = gone_ahead_ = 0;
   count_equal(sample);
   samples_.push_back(sample);
   clipped_.push_back(false);
@@ -54,6 +62,15 @@ ImuBuffer::Verdict ImuBuffer::add(const ImuSample& sample) {
     std::fill(clipped_.end() - std::min<std::ptrdiff_t>(kEqualWhereClipped, std::ssize(clipped_)),
               clipped_.end(), true);
   return verdict;
+}
+
+/// Until several in a row agree, it is one wrong stamp.
+bool ImuBuffer::is_ahead_alone(Timestamp stamp) {
+  const double step_s = seconds_between(stamp, ahead_);
+  const bool goes_on = gone_ahead_ > 0 && step_s > 0 && step_s <= kFarAhead_s;
+  gone_ahead_ = goes_on ? gone_ahead_ + 1 : 1;
+  ahead_ = stamp;
+  return gone_ahead_ < kIsAhead;
 }
 
 void ImuBuffer::count_equal(const ImuSample& sample) {
@@ -79,11 +96,13 @@ void ImuBuffer::clear() {
   samples_.clear();
   clipped_.clear();
   equal_.setZero();
-  gone_back_ = 0;
+  gone_back_ = gone_ahead_ = 0;
+  usual_period_s_ = 1 / noise_.rate_hz;
 }
 
 void ImuBuffer::shift(std::int64_t by_ns) {
   for (ImuSample& sample : samples_) sample.stamp.ns += by_ns;
+  if (gone_ahead_ > 0) ahead_.ns += by_ns;
 }
 
 Preintegration::Noise ImuBuffer::noise_of(std::size_t after) const {

@@ -17,7 +17,7 @@ class ImuBuffer {
 
   enum class Verdict {
     kTaken,
-    kPassedOver,    ///< no number, of no motion, or not newer than the one before
+    kPassedOver,    ///< no number, of no motion, not newer than the one before, or far ahead alone
     kClockSetBack,  ///< so many in a row went back that time goes on from there: all is forgotten
   };
   Verdict add(const ImuSample& sample);
@@ -38,6 +38,7 @@ class ImuBuffer {
   [[nodiscard]] const std::deque<ImuSample>& samples() const { return samples_; }
 
  private:
+  [[nodiscard]] bool is_ahead_alone(Timestamp stamp);
   void count_equal(const ImuSample& sample);
   [[nodiscard]] Preintegration::Noise noise_of(std::size_t after) const;
 
@@ -48,6 +49,8 @@ class ImuBuffer {
   std::deque<bool> clipped_;            // of each
   Eigen::Array<int, 6, 1> equal_ = {};  // readings in a row, of each axis
   int gone_back_ = 0;                   // samples in a row
+  int gone_ahead_ = 0;                  // the same, ...
+  Timestamp ahead_;                     // ... and the last of them
 };
 
 }  // namespace ygslam

@@ -105,6 +105,41 @@ TEST(ImuBuffer, AClockThatStaysBehindWasSetBack) {
   EXPECT_EQ(buffer.samples().size(), 1U);
 }
 
+TEST(ImuBuffer, OneWildStampIsLeftOut) {
+  ImuBuffer buffer = filled(1, kNone);
+  const auto count = buffer.samples().size();
+  Rng rng(2);
+  EXPECT_EQ(buffer.add(still_sample(2147483648.0, rng)), ImuBuffer::Verdict::kPassedOver);
+  EXPECT_EQ(buffer.add(still_sample(1.005, rng)), ImuBuffer::Verdict::kTaken);
+  EXPECT_EQ(buffer.samples().size(), count + 1);
+  for (int i = 0; i < 20; ++i)  // each elsewhere
+    EXPECT_EQ(buffer.add(still_sample(5000 + 100.0 * i, rng)), ImuBuffer::Verdict::kPassedOver);
+  EXPECT_EQ(buffer.add(still_sample(1.01, rng)), ImuBuffer::Verdict::kTaken);
+}
+
+TEST(ImuBuffer, GoesOnAfterALongPause) {
+  ImuBuffer buffer = filled(1, kNone);
+  Rng rng(2);
+  int i = 0;
+  while (buffer.add(still_sample(30 + i * kPeriod_s, rng)) == ImuBuffer::Verdict::kPassedOver) ++i;
+  EXPECT_EQ(i, 4);
+  EXPECT_EQ(buffer.samples().back().stamp.ns, to_ns(30 + 4 * kPeriod_s));
+}
+
+TEST(ImuBuffer, ABurstOfStampsSpoilsNothingForLong) {
+  ImuBuffer buffer = filled(1, kNone);
+  Rng rng(2);
+  for (int i = 1; i <= 40'000; ++i) {
+    ImuSample sample = still_sample(1, rng);
+    sample.stamp.ns += 4 * i;
+    buffer.add(sample);
+  }
+  for (int i = 1; i <= 400; ++i) buffer.add(still_sample(1 + i * kPeriod_s, rng));
+  const auto motion = buffer.between({to_ns(2)}, {to_ns(3)}, {});
+  ASSERT_TRUE(motion);
+  EXPECT_NEAR(turn_std(*motion), ImuNoise{}.gyro_noise_radps_sqrthz, 1e-6);
+}
+
 TEST(ImuBuffer, ForgetsWhatIsNotNeededAnyMore) {
   ImuBuffer buffer = filled(1, kNone);
   buffer.forget_before({to_ns(0.5025)});

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "inertial/estimator_test_world.hpp"
 
@@ -101,6 +102,43 @@ TEST(ImuFaults, StampsThatGoBackStartAnew) {
     return true;
   };
   EXPECT_EQ(fault_of(jump, true), ImuFault::kClock);
+}
+
+// Told once, after 2 s.
+void expect_unheard(ImuFault expected, const Distortion& distort) {
+  Drive drive({.seed = 6, .distort = distort});
+  drive.run(1.9);
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+  drive.run(0.3);
+  EXPECT_EQ(drive.estimator().take_fault(), expected);
+  drive.run(5);
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+}
+
+TEST(ImuFaults, NothingThatCanBeUsedIsToldOnce) {
+  expect_unheard(ImuFault::kNoReadings, [](ImuSample&) { return false; });
+  expect_unheard(ImuFault::kNoNumbers, [](ImuSample& s) {
+    s.angular_velocity_radps.x() = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  });
+  for (const double late_s : {-900.0, 900.0})
+    expect_unheard(ImuFault::kOtherTime, [=](ImuSample& s) {
+      s.stamp.ns += to_ns(late_s);
+      return true;
+    });
+}
+
+TEST(ImuFaults, OneWildStampCostsNothing) {
+  bool is_wild = false;
+  const auto distort = [&](ImuSample& s) {
+    if (s.stamp.ns > to_ns(3) && !std::exchange(is_wild, true)) s.stamp.ns = to_ns(2147483648.0);
+    return true;
+  };
+  Drive drive({.seed = 7, .distort = distort});
+  drive.run(6);
+  EXPECT_TRUE(is_wild);
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+  EXPECT_TRUE(drive.estimator().started());
 }
 
 TEST(ImuFaults, AShortGapIsBridgedAndCostsCertainty) {

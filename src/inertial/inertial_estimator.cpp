@@ -25,6 +25,8 @@ constexpr double kFarOffset_s = 0.1, kNearOffset_s = 0.016;  // that are looked 
 constexpr double kLeastExplained = 0.5;  // of the seen rotation, by a gyroscope that is one
 constexpr double kLongestPause_s = 0.3;  // without a pose, before a start
 constexpr std::size_t kFewestStartFrames = 10;
+constexpr double kUnheard_s = 2;          // until it is told that nothing can be used, ...
+constexpr int kFewestUnheardFrames = 10;  // ... and after as many frames
 constexpr double kMostWaiting_s = 0.3;    // of a frame, for its samples
 constexpr double kShortestStep_s = 1e-3;  // frames nearer than that are one
 constexpr double kPiece_s = 0.1;          // longer predictions are made of such
@@ -55,6 +57,7 @@ StateWalk InertialEstimator::walk() const {
 }
 
 void InertialEstimator::add(const ImuSample& sample) {
+  any_came_ = true;
   ImuSample shifted = sample;
   shifted.stamp.ns -= offset_ns_;
   if (samples_.add(shifted) == ImuBuffer::Verdict::kClockSetBack) restart(ImuFault::kClock);
@@ -99,6 +102,18 @@ void InertialEstimator::put(const Frame& frame) {
   if (frame.found_again) agrees_since_.reset();
   waiting_.push_back(frame);
   process_waiting();
+  if (!heard_) look_for_readings(frame.stamp);
+}
+
+/// An IMU of which nothing was ever used is told once.
+void InertialEstimator::look_for_readings(Timestamp now) {
+  if (!first_frame_) first_frame_ = now;
+  if (frames_without_ < kFewestUnheardFrames || seconds_between(now, *first_frame_) < kUnheard_s)
+    return;
+  heard_ = true;
+  fault_ = !any_came_                   ? ImuFault::kNoReadings
+           : samples_.samples().empty() ? ImuFault::kNoNumbers
+                                        : ImuFault::kOtherTime;
 }
 
 void InertialEstimator::process_waiting() {
@@ -115,6 +130,10 @@ void InertialEstimator::process_waiting() {
 }
 
 void InertialEstimator::process(const Frame& frame) {
+  if (!heard_) {
+    heard_ = samples_.between(frame.stamp, frame.stamp, {}).has_value();
+    ++frames_without_;
+  }
   std::optional<SeenPose> seen;
   if (frame.pose) seen = of_imu(*frame.pose);
   if (frame.found_again) last_pose_.reset();  // it did not turn there

@@ -78,6 +78,7 @@ class InertialEstimator {
   void restart(ImuFault fault);
   void put(const Frame& frame);
   void process_waiting();
+  void look_for_readings(Timestamp now);
   void process(const Frame& frame);
   void remember_turn(const SeenFrame& frame);
   void find_time_offset(Timestamp now);
@@ -124,6 +125,9 @@ class InertialEstimator {
   Mat6 lasting_ = Mat6::Zero();          // of the camera, by errors of the wheels that last
   bool was_trusted_ = false;             // at the last seen frame
   ImuFault fault_ = ImuFault::kNone;
+  std::optional<Timestamp> first_frame_;
+  int frames_without_ = 0;                 // readings of their time
+  bool any_came_ = false, heard_ = false;  // readings; some of a frame's time, or told that none
 };
 
 }  // namespace ygslam

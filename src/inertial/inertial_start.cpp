@@ -134,6 +134,12 @@ const char* to_string(ImuFault fault) {
       return "it disagrees with what the camera sees";
     case ImuFault::kBias:
       return "its bias is larger than any sensor's";
+    case ImuFault::kNoReadings:
+      return "no reading came in the first 2 s";
+    case ImuFault::kNoNumbers:
+      return "its readings are no numbers, or of no motion";
+    case ImuFault::kOtherTime:
+      return "none of its readings is of the images' time";
   }
   return "?";
 }

@@ -22,6 +22,10 @@ enum class ImuFault : std::uint8_t {
   kGravity,    ///< its acceleration at rest is not gravity's
   kDisagrees,  ///< with vision: axes swapped, wrong place, wrong clock, broken
   kBias,       ///< larger than any sensor's
+  // Nothing of it could be used since the first frame:
+  kNoReadings,  ///< none came
+  kNoNumbers,   ///< ... that is one
+  kOtherTime,   ///< none is of a frame's time
 };
 [[nodiscard]] const char* to_string(ImuFault fault);
 

@@ -29,6 +29,12 @@ VisualPose visual_pose(const TrackResult& result, const CorrelatedError& error) 
   return {result.T_odom_camera, covariance};
 }
 
+// What comes again and again is told the first time, the tenth, the hundredth ...
+bool is_power_of_ten(int count) {
+  while (count >= 10 && count % 10 == 0) count /= 10;
+  return count == 1;
+}
+
 template <typename Estimator>
 void hand_over(Estimator& estimator, Timestamp stamp, const std::optional<VisualPose>& pose,
                bool found_again) {
@@ -58,6 +64,7 @@ void InertialStage::reset() {
   if (config_) estimator_.emplace(*config_, wheels_ ? &*wheels_ : nullptr);
   had_pose_ = overrules_ = started_ = wheels_agree_ = false;
   wheels_told_.clear();
+  imu_faults_.clear();
 }
 
 void InertialStage::add(const ImuSample& sample) {
@@ -110,7 +117,10 @@ void InertialStage::overrule(Timestamp stamp, const TrackResult& result, bool fo
 void InertialStage::tell_imu() {
   const ImuFault fault = estimator_->take_fault();
   if (fault != ImuFault::kNone) {
-    log::warn("IMU: {}: it is not used until that has changed", to_string(fault));
+    const int count = ++imu_faults_[fault];
+    if (is_power_of_ten(count))
+      log::warn("IMU: {}: it is not used until that has changed{}", to_string(fault),
+                count > 1 ? fmt::format(" ({} times so far)", count) : "");
     started_ = false;
   }
   if (started_ || !estimator_->started()) return;

@@ -2,6 +2,7 @@
 // of it.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 
@@ -43,6 +44,7 @@ class InertialStage {
   bool started_ = false;       // told
   bool wheels_agree_ = false;  // told
   std::set<WheelFault> wheels_told_;
+  std::map<ImuFault, int> imu_faults_;  // how often each
 };
 
 }  // namespace ygslam

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <memory>
+#include <string>
+
+#include "core/log.hpp"
 #include "inertial/inertial_test_world.hpp"
 
 namespace ygslam {
@@ -20,7 +25,7 @@ class InertialStageTest : public ::testing::Test {
   void feed_samples() {
     const double period_s = 1 / calibration().noise.rate_hz;
     for (; next_sample_s_ <= now_s_ + period_s; next_sample_s_ += period_s)
-      stage_.add(imu_.measure({{to_ns(next_sample_s_)}, Vec3::Zero(), {0, 0, 9.81}}));
+      stage_.add(imu_.measure({{to_ns(next_sample_s_)}, Vec3::Zero(), {0, 0, gravity_mps2_}}));
   }
   void see(TrackState state, bool overruled = false) {
     TrackResult result;
@@ -44,6 +49,7 @@ class InertialStageTest : public ::testing::Test {
   InertialStage stage_{calibration(), std::nullopt};
   inertial_world::NoisyImu imu_{calibration().noise, ImuBias{}, 1};
   double now_s_ = 0, next_sample_s_ = -0.1;
+  double gravity_mps2_ = 9.81;
 };
 
 TEST_F(InertialStageTest, AnImuThatVisionDoesNotComeBackToIsDropped) {
@@ -65,6 +71,37 @@ TEST_F(InertialStageTest, AnImuWhoseSamplesAreLateIsNotDropped) {
   see(TrackState::kTracking);
   run(0.1, TrackState::kTracking);
   EXPECT_TRUE(is_predicted());
+}
+
+TEST_F(InertialStageTest, WhatIsWrongAllTheTimeIsToldSeldom) {
+  std::map<std::string, int> told;
+  const log::ScopedSink sink(
+      std::make_shared<const log::Sink>([&](log::Level level, const std::string& line) {
+        told[line] += level == log::Level::kWarning;
+      }));
+  gravity_mps2_ = 12.5;
+  run(40, TrackState::kTracking);
+  const std::string line =
+      "IMU: what it measures is not gravity's size: it is not used until that has changed";
+  EXPECT_EQ(told, (std::map<std::string, int>{{line, 1}, {line + " (10 times so far)", 1}}));
+  stage_.reset();
+  run(3, TrackState::kTracking);
+  EXPECT_EQ(told[line], 2) << "another run";
+}
+
+TEST_F(InertialStageTest, AnImuOfAnotherTimeIsTold) {
+  std::map<std::string, int> told;
+  const log::ScopedSink sink(std::make_shared<const log::Sink>(
+      [&](log::Level, const std::string& line) { ++told[line]; }));
+  now_s_ = 900;
+  for (int i = 0; i < 100; ++i) {
+    now_s_ += kFrame_s;
+    stage_.add({{to_ns(now_s_ - 900)}, Vec3::Zero(), {0, 0, 9.81}});
+    see(TrackState::kTracking);
+  }
+  const std::string line =
+      "IMU: none of its readings is of the images' time: it is not used until that has changed";
+  EXPECT_EQ(told, (std::map<std::string, int>{{line, 1}}));
 }
 
 }  // namespace

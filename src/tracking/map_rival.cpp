@@ -65,7 +65,7 @@ bool MapRival::is_wanted(const std::optional<PoseResult>& followed, const LocalV
 
 MapRival::Output MapRival::step(const Input& in) const {
   if (auto rival = by_all(in)) return {std::move(rival)};
-  return in.followed ? by_older_landmarks(in) : Output{};
+  return older_speak_ && in.followed ? by_older_landmarks(in) : Output{};
 }
 
 std::optional<PoseResult> MapRival::by_all(const Input& in) const {

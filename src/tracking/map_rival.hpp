@@ -15,7 +15,10 @@ namespace ygslam {
 class MapRival {
  public:
   /// @param estimator must outlive it.
-  explicit MapRival(const PoseEstimator& estimator) : estimator_(estimator) {}
+  /// @param older_speak the landmarks that the map had before are asked by themselves, too; not in
+  /// modes without geometry, where all of the map is static.
+  MapRival(const PoseEstimator& estimator, bool older_speak)
+      : estimator_(estimator), older_speak_(older_speak) {}
 
   struct Input {
     const std::optional<PoseResult>& followed;  ///< nullopt: none was found
@@ -40,6 +43,7 @@ class MapRival {
   [[nodiscard]] Output by_older_landmarks(const Input& in) const;
 
   const PoseEstimator& estimator_;
+  bool older_speak_;
 };
 
 }  // namespace ygslam

@@ -26,7 +26,7 @@ class MapRivalTest : public ::testing::Test {
     return pose;
   }
   std::optional<PoseResult> ask(const std::optional<PoseResult>& followed) {
-    return MapRival(scene_.estimator)
+    return MapRival(scene_.estimator, older_speak_)
         .step({followed, scene_.frame, evidence_, scene_.view, guess_})
         .pose;
   }
@@ -65,12 +65,13 @@ class MapRivalTest : public ::testing::Test {
     auto soon_after = std::make_shared<RgbdFrame>(*scene_.frame.frame);
     soon_after->stamp = {scene_.view.keyframes.front().data->stamp.ns + 200'000'000};
     scene_.frame.frame = soon_after;
-    return MapRival(scene_.estimator)
+    return MapRival(scene_.estimator, older_speak_)
         .step({on_floor, scene_.frame, evidence_, scene_.view, guess_});
   }
 
   SE3 guess_ = SE3(Mat3::Identity(), Vec3(0.02, -0.01, 0)) * World::pose(6);
   PointScene scene_{3};
+  bool older_speak_ = true;
   std::vector<PointEvidence> evidence_ = std::vector<PointEvidence>(scene_.frame.features->size());
 };
 
@@ -111,6 +112,13 @@ TEST_F(MapRivalTest, WhatTheMapHadBeforeSpeaksAgainstWhatItHasSinceAMoment) {
   ASSERT_TRUE(out.pose);
   EXPECT_LT(pose_error(out.pose->T_camera_world, World::pose(6)), 0.006);
   EXPECT_FALSE(out.pose->contested);
+}
+
+TEST_F(MapRivalTest, InModesWithoutGeometryAllOfTheMapIsStatic) {
+  older_speak_ = false;
+  const auto out = ask_on_a_floor_that_moves(14, false);
+  EXPECT_FALSE(out.pose);
+  EXPECT_FALSE(out.contested);
 }
 
 TEST_F(MapRivalTest, WhatTheMapPrefersByALittleIsContested) {

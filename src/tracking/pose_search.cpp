@@ -11,7 +11,7 @@ namespace ygslam {
 PoseSearch::PoseSearch(const Tools& tools, const RelocalizerConfig& relocalizer, int least_inliers)
     : tools_(tools),
       relocalizer_(relocalizer, tools.camera, tools.estimator),
-      map_rival_(tools.estimator, tools.classifier.uses_geometry()),
+      map_rival_(tools.estimator, uses_geometry(tools.classifier.config().mode)),
       confirmed_(relocalizer.min_inliers),
       least_inliers_(least_inliers) {}
 

@@ -13,7 +13,7 @@ namespace ygslam {
 namespace {
 
 /// A camera at rest, at 30 Hz.
-class InertialStageTest : public testing::Test {
+class InertialStageTest : public ::testing::Test {
  protected:
   static constexpr double kFrame_s = 1.0 / 30;
 

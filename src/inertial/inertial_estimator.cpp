@@ -25,7 +25,7 @@ constexpr double kFarOffset_s = 0.1, kNearOffset_s = 0.016;  // that are looked 
 constexpr double kLeastExplained = 0.5;  // of the seen rotation, by a gyroscope that is one
 constexpr double kLongestPause_s = 0.3;  // without a pose, before a start
 constexpr std::size_t kFewestStartFrames = 10;
-constexpr double kUnheard_s = 2;          // until it is told that nothing can be used, ...
+constexpr double kUnheard_s = 1.9;        // (2 s of frames) until it is told that it is useless ...
 constexpr int kFewestUnheardFrames = 10;  // ... and after as many frames
 constexpr double kMostWaiting_s = 0.3;    // of a frame, for its samples
 constexpr double kShortestStep_s = 1e-3;  // frames nearer than that are one

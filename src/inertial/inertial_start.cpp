@@ -135,7 +135,7 @@ const char* to_string(ImuFault fault) {
     case ImuFault::kBias:
       return "its bias is larger than any sensor's";
     case ImuFault::kNoReadings:
-      return "no reading came in the first 2 s";
+      return "no valid reading came in the first 2 s";
     case ImuFault::kNoNumbers:
       return "its readings are no numbers, or of no motion";
     case ImuFault::kOtherTime:

@@ -492,7 +492,8 @@ class Rows(unittest.TestCase):
             "text": ("src/io/imu_file_test.cpp", "LinesInSecondsAreRead"),
             "header line": ("src/io/imu_file_test.cpp", "HeaderNamesColumnsInAnyOrder"),
             "TUM's": ("src/io/imu_file_test.cpp", "TumsAccelerometerIsReadAsOneAlone"),
-            "bag or MCAP": ("src/bag/bag_imu_test.cpp", "HalvesOfARealSenseAreUnited")},
+            "bag or MCAP": ("src/bag/bag_imu_test.cpp", "HalvesOfARealSenseAreUnited"),
+            "MCAP stream": ("tests/imu_run_test.py", "test_of_several_topics_of_a_stream_one_is_chosen")},
         "Surfaces": {
             "binary": ("tests/inputs_test.py", '"big-endian PLY"'),
             "text": ("tests/inputs_test.py", '"PLY as text"'),

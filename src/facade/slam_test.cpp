@@ -244,8 +244,9 @@ TEST(Slam, LogLinesGoToTheCallbackOfTheirObjectAndNothingToStandardOutput) {
 #endif
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// In a child each: less and less memory beyond what is in use. Whatever does not fit is an Error.
-TEST(Slam, WantOfMemoryIsCode1AndNeverTheEnd) {
+// In a child each: less and less memory beyond what is in use. Whatever does not fit is an Error. A
+// suite, and so a process, of its own: what other tests left to the allocator may do for a run.
+TEST(SlamWithoutMemory, IsCode1AndNeverTheEnd) {
   const Film& seen = film("static_xyz");
   int refused = 0;
   for (const std::size_t extra_mb : {400, 200, 100, 60, 40, 25, 15, 8, 4, 2}) {

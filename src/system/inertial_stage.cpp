@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/counted.hpp"
 #include "core/log.hpp"
 #include "system/pose_covariance.hpp"
 #include "tracking/inertial_verdict.hpp"
@@ -27,12 +28,6 @@ VisualPose visual_pose(const TrackResult& result, const CorrelatedError& error) 
   covariance.diagonal().head<3>().array() += error.min_std_m * error.min_std_m;
   covariance.diagonal().tail<3>().array() += error.min_std_rad * error.min_std_rad;
   return {result.T_odom_camera, covariance};
-}
-
-// What comes again and again is told the first time, the tenth, the hundredth ...
-bool is_power_of_ten(int count) {
-  while (count >= 10 && count % 10 == 0) count /= 10;
-  return count == 1;
 }
 
 template <typename Estimator>
@@ -117,8 +112,9 @@ void InertialStage::overrule(Timestamp stamp, const TrackResult& result, bool fo
 void InertialStage::tell_imu() {
   const ImuFault fault = estimator_->take_fault();
   if (fault != ImuFault::kNone) {
-    const int count = ++imu_faults_[fault];
-    if (is_power_of_ten(count))
+    const std::size_t count = ++imu_faults_[fault];
+    // The IMU is tried anew twice a second: not the second to the ninth time.
+    if (count == 1 || (count >= 10 && is_worth_a_line(count)))
       log::warn("IMU: {}: it is not used until that has changed{}", to_string(fault),
                 count > 1 ? fmt::format(" ({} times so far)", count) : "");
     started_ = false;

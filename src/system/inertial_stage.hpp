@@ -44,7 +44,7 @@ class InertialStage {
   bool started_ = false;       // told
   bool wheels_agree_ = false;  // told
   std::set<WheelFault> wheels_told_;
-  std::map<ImuFault, int> imu_faults_;  // how often each
+  std::map<ImuFault, std::size_t> imu_faults_;  // how often each
 };
 
 }  // namespace ygslam

@@ -56,7 +56,8 @@ TEST(Memory, CodeIsGivenBackAndStillRuns) {
   EXPECT_GE(resident_kb(map_after, "libm.so"), resident_kb(map_before, "libm.so"));
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose malloc gives nothing back
+#if !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)  // whose malloc gives nothing back
 TEST(Memory, WhatMallocHoldsFreeIsGivenBack) {
   const auto resident_pages = [] {
     long whole = 0, resident = 0;

@@ -25,9 +25,9 @@ from matrix import measured, parser_of, print_table
 WINDOWS_S = (1, 10, 60)
 EVERY_S = 0.5
 LEAST, MOST = 1.237, 14.449  # 95 % of chi-square with 6 degrees of freedom
-# What lies between two frames beside drift: the ground itself is bent. Variance of each axis for each metre and each
-# radian between the two poses, position [m2] and rotation [rad2] (docs/inertial.md).
-BENT = np.array([[6e-6, 4e-6], [0.3e-6, 0.3e-6]])
+# What lies between two frames beside drift: the ground itself is bent. In variances of their poses against the ground
+# in view (mean of the axes), for each metre and each radian between the two, position and rotation (docs/inertial.md).
+BENT = np.array([[0.7, 0.5], [0.5, 0.5]])
 FRAMES = {"odom": "odometry.txt", "map": "trajectory_live.txt"}
 
 
@@ -71,6 +71,7 @@ class Poses:
         seen = covariances(rows[:, 8:29]) - self.drift[:, :, None] * np.eye(6)
         turn = np.kron(np.eye(2)[None], np.transpose(self.estimated[:, :3, :3], (0, 2, 1)))
         self.seen = turn @ seen @ np.transpose(turn, (0, 2, 1))
+        self.ground = np.diagonal(self.seen, axis1=1, axis2=2).reshape(-1, 2, 3).mean(2)
 
     def nees(self, i, j):
         true, told = (np.linalg.inv(T[i]) @ T[j] for T in (self.true, self.estimated))
@@ -78,7 +79,7 @@ class Poses:
         error = np.r_[between[:3, 3], Rotation.from_matrix(between[:3, :3]).as_rotvec()]
         back = adjoint(np.linalg.inv(told))
         apart = np.linalg.norm(told[:3, 3]), np.linalg.norm(Rotation.from_matrix(told[:3, :3]).as_rotvec())
-        more = abs(self.drift[j] - self.drift[i]) + np.repeat(BENT @ apart, 3)
+        more = abs(self.drift[j] - self.drift[i]) + np.repeat(BENT @ apart * self.ground[[i, j]].mean(0), 3)
         covariance = back @ self.seen[i] @ back.T + self.seen[j] + np.diag(more)
         return float(error @ np.linalg.solve(covariance, error))
 

@@ -4,16 +4,21 @@
 #include <iterator>
 #include <utility>
 
+#include "system/pose_covariance.hpp"
+
 namespace ygslam {
 namespace {
 
+// How well frames see their ground tells how well new ground is mapped: the same metre drifts more
+// in a bare corridor than in a furnished room. In variances of a frame's pose against its points.
 // Learned from rendered worlds with people and from a robot's drive, checked on other seeds
 // (bench/nees.py). New ground, from keyframe to keyframe:
-constexpr Doubt kForEachMetre{10e-6, 1.2e-6};  // m2/m, rad2/m
-constexpr Doubt kForEachRadian{6e-6, 1e-6};    // m2/rad, rad2/rad
+constexpr Doubt kForEachMetre{3, 5};
+constexpr Doubt kForEachRadian{1.8, 4};
 // Odom does not go along when the map's newest part is adjusted.
 constexpr Doubt kOdomShare{2, 4};
-constexpr Doubt kOdomForEachMetre{1e-6, 0.1e-6};  // on any ground
+constexpr Doubt kOdomForEachMetre{0.3, 0.4};  // on any ground
+constexpr double kMeanOver_s = 1.5;            // of how well frames see their ground
 constexpr std::size_t kMostGrounds = 8192;
 constexpr double kHand_mps = 0.5, kHand_radps = 0.5;  // of a camera that is lost
 constexpr Doubt kOtherRoom{0.5 * 0.5, 0.2 * 0.2};     // a place that is not certain yet
@@ -26,8 +31,9 @@ Doubt operator*(double factor, const Doubt& doubt) {
   return {factor * doubt.position_m2, factor * doubt.rotation_rad2};
 }
 
-/// Of new ground so far from that by which it was mapped.
-Doubt way_over(const SE3& T) { return T.t().norm() * kForEachMetre + T.angle() * kForEachRadian; }
+Doubt operator*(const Doubt& a, const Doubt& b) {
+  return {a.position_m2 * b.position_m2, a.rotation_rad2 * b.rotation_rad2};
+}
 
 Doubt mean_of_axes(const Mat6& covariance) {
   return {covariance.topLeftCorner<3, 3>().trace() / 3,
@@ -35,6 +41,19 @@ Doubt mean_of_axes(const Mat6& covariance) {
 }
 
 }  // namespace
+
+/// Of new ground so far from that by which it was mapped.
+Doubt PoseDrift::way_over(const SE3& T) const {
+  return (T.t().norm() * kForEachMetre + T.angle() * kForEachRadian) * seen_;
+}
+
+void PoseDrift::see(Timestamp stamp, const TrackResult& result) {
+  if (!result.covariance) return;
+  const Doubt now = mean_of_axes(seen_covariance(result));
+  const double passed_s = last_seen_ ? seconds_between(stamp, *last_seen_) : kMeanOver_s;
+  const double share = seen_.position_m2 > 0 ? std::min(1.0, passed_s / kMeanOver_s) : 1;
+  seen_ = (1 - share) * seen_ + share * now;
+}
 
 /// An old keyframe that nobody was told by yet is like its neighbour.
 Doubt PoseDrift::ground_of(KeyframeId reference, const LocalView& view) {
@@ -100,9 +119,11 @@ PoseDoubt PoseDrift::step(Timestamp stamp, const TrackResult& result, const Loca
   if (!is_seen(result.state)) return {odom_, ground_ + (by_view_ ? kOtherRoom : Doubt{})};
   const bool is_first = result.matches == 0;  // the origin, or of a submap
   if (!is_first) {
+    see(stamp, result);
     come_back(stamp);
     ground_ = ground_of(result.pose.reference, view);
-    odom_ = odom_ + (result.T_odom_camera.t() - T_odom_camera_.t()).norm() * kOdomForEachMetre;
+    const double way_m = (result.T_odom_camera.t() - T_odom_camera_.t()).norm();
+    odom_ = odom_ + way_m * kOdomForEachMetre * seen_;
   }
   by_view_ = by_view_ && result.provisional;
   last_seen_ = stamp;

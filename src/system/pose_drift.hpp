@@ -1,7 +1,7 @@
 // How far odom and map may have drifted: what each pose's covariance against its points leaves out.
-// Ground is as well known as that from which it was mapped, and less by the way to it; a camera
-// that sees known ground again knows what that does. What is lost on the way to a place found
-// again, odom keeps (docs/inertial.md).
+// Ground is as well known as that from which it was mapped, and less by the way to it, the more so
+// the worse frames see their ground; a camera that sees known ground again knows what that does.
+// What is lost on the way to a place found again, odom keeps (docs/inertial.md).
 #pragma once
 
 #include <map>
@@ -22,6 +22,8 @@ class PoseDrift {
   void reset() { *this = PoseDrift(); }
 
  private:
+  [[nodiscard]] Doubt way_over(const SE3& T) const;
+  void see(Timestamp stamp, const TrackResult& result);
   [[nodiscard]] Doubt ground_of(KeyframeId reference, const LocalView& view);
   [[nodiscard]] Doubt mapped_ground(KeyframeId keyframe, const LocalView& view);
   void forget_some();
@@ -31,6 +33,7 @@ class PoseDrift {
   std::map<KeyframeId, Doubt> grounds_;
   Doubt ground_;  // that the last frame with a pose saw
   Doubt odom_;
+  Doubt seen_;                 // of a frame's pose against its points, mean of the last
   KeyframeRelativePose pose_;  // of that frame
   SE3 T_odom_camera_;
   Doubt coasted_there_;   // to ground that is seen for the first time, of the frame in work

@@ -13,7 +13,7 @@ class PoseDriftTest : public ::testing::Test {
     TrackResult result;
     result.state = state;
     result.matches = 100;
-    result.covariance = 1e-6 * Mat6::Identity();
+    result.covariance = seen_m2_ * Mat6::Identity();
     result.pose = {KeyframeId{reference}, SE3(Mat3::Identity(), Vec3(from_it_m, 0, 0))};
     result.provisional = state == TrackState::kCoasting || provisional_;
     if (state == TrackState::kCoasting) result.covariance = coasting_m2_ * Mat6::Identity();
@@ -36,7 +36,7 @@ class PoseDriftTest : public ::testing::Test {
   LocalView view_;
   PoseDrift drift_;
   Timestamp now_{0};
-  double coasting_m2_ = 0.01;
+  double seen_m2_ = 1e-6, coasting_m2_ = 0.01;
   bool provisional_ = false;
 };
 
@@ -47,6 +47,26 @@ TEST_F(PoseDriftTest, GrowsOnNewGround) {
   EXPECT_GT(ten.odom.position_m2, ten.map.position_m2);
   const PoseDoubt twenty = walk(20);
   EXPECT_NEAR(twenty.map.position_m2, ten.map.position_m2 * 19 / 9, 1e-9);
+}
+
+/// In a bare corridor, with few points.
+TEST_F(PoseDriftTest, GroundThatIsSeenWorseDriftsMore) {
+  const PoseDoubt well = walk(10);
+  drift_.reset();
+  seen_m2_ = 4e-6;
+  const PoseDoubt badly = walk(10);
+  EXPECT_NEAR(badly.map.position_m2, 4 * well.map.position_m2, 1e-9);
+  EXPECT_NEAR(badly.odom.rotation_rad2, 4 * well.odom.rotation_rad2, 1e-9);
+}
+
+TEST_F(PoseDriftTest, OneFrameSeenBadlyTellsLittleOfTheGround) {
+  const PoseDoubt well = walk(30);
+  drift_.reset();
+  walk(20);
+  seen_m2_ = 1e-4;
+  see(19, 1.0);
+  seen_m2_ = 1e-6;
+  EXPECT_LT(walk(30).map.position_m2, 2 * well.map.position_m2);
 }
 
 /// The second frame of a run is tracked before there is a keyframe.

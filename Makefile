@@ -52,17 +52,21 @@ test: build ## build and run the tests of every change; the others wait for `mak
 
 # A network of YOLO's size takes minutes for an image under QEMU.
 ARM64_TESTS := core image geometry features optim segment motion tracking
-arm64: setup ## build for 64-bit ARM on another machine and run unit tests under QEMU (docs/install.md)
+arm64: build ## program, package and wheel for 64-bit ARM into dist/; tests under QEMU, beside this machine's program
 	@tools/setup.sh arm64
 	@cmake --preset arm64 >/dev/null
-	@cmake --build build/arm64 -j $(JOBS) --target $(ARM64_TESTS:%=%_test)
+	@cmake --build build/arm64 -j $(JOBS) --target ygslam_cli ygslam_library $(ARM64_TESTS:%=%_test)
+	@tools/arm64_package.sh dist
+	@.venv/bin/pip install --quiet --disable-pip-version-check -r tools/requirements-wheel.txt
+	@.venv/bin/python tools/wheel.py --arm64
 	@YGSLAM_EMULATED=1 tools/run_tests.sh build/arm64 -j $(JOBS) -L '^($(subst $(space),|,$(ARM64_TESTS)))$$' -E TrainedYolo
+	@.venv/bin/python tests/arm64_test.py --reference $(BUILD)/ygslam -v
 
 nightly: setup-nightly check-format ## everything: all tests, linter and sanitizers on all code; what a release needs
 	@$(MAKE) build PRESET=ci
 	@$(MAKE) wheel
 	@tools/run_tests.sh build/ci -j $(JOBS)
-	@if tools/setup.sh arm64; then $(MAKE) arm64; else \
+	@if tools/setup.sh arm64; then $(MAKE) arm64 PRESET=ci; else \
 	  echo "SKIPPED: nothing was built or tested for 64-bit ARM, its compiler or libraries cannot be installed here"; fi
 	@$(MAKE) lint sanitize ALL=1
 

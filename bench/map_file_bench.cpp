@@ -16,6 +16,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 #include "io/calibration.hpp"
 #include "map/map_bytes.hpp"
 #include "map_file/map_file.hpp"
@@ -115,7 +116,7 @@ Map make_map(const Options& options) {
         ++sightings[next++];
         continue;
       }
-      const Vec3 p(rng.uniform(-20, 20) + x_m, rng.uniform(-2, 2), rng.uniform(-20, 20));
+      const Vec3 p = random_in_box<3>(rng, {-20, -2, -20}, {20, 2, 20}) + Vec3(x_m, 0, 0);
       open.push_back(map.add_landmark(p, id, k));
       sightings.push_back(1);
       ++next;

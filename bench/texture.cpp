@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
+#include "geometry/random_vector.hpp"
 #include "image/cv_view.hpp"
 
 namespace ygslam::bench {
@@ -30,7 +31,7 @@ Warp make_warp(const std::string& kind, int width, int height, Rng& rng) {
   to_centre.topRightCorner<2, 1>() = Eigen::Vector2d(-0.5 * width, -0.5 * height);
   Eigen::Matrix3d motion = Eigen::Matrix3d::Identity();
   motion.topLeftCorner<2, 2>() = scale * Eigen::Rotation2Dd(angle).toRotationMatrix();
-  motion.topRightCorner<2, 1>() = Eigen::Vector2d(rng.uniform(-25, 25), rng.uniform(-25, 25));
+  motion.topRightCorner<2, 1>() = random_in_box<2>(rng, {-25, -25}, {25, 25});
   motion.bottomLeftCorner<1, 2>() = tilt.transpose();
   warp.H = to_centre.inverse() * motion * to_centre;
   return warp;
@@ -56,8 +57,8 @@ GreyImage render_texture(int width, int height, unsigned seed) {
   Rng rng(seed);
   cv::Mat canvas(height, width, CV_8UC1, cv::Scalar(rng.uniform(60, 180)));
   const auto point = [&] {
-    return cv::Point(static_cast<int>(rng.uniform(-40, width + 40) * 16),
-                     static_cast<int>(rng.uniform(-40, height + 40) * 16));
+    const auto y = static_cast<int>(rng.uniform(-40, height + 40) * 16);
+    return cv::Point(static_cast<int>(rng.uniform(-40, width + 40) * 16), y);
   };
   for (int i = 0; i < 400; ++i) {
     const double size = std::exp(rng.uniform(std::log(4.0), std::log(80.0))) * (i < 60 ? 2 : 1);

@@ -10,7 +10,7 @@ target_compile_options(ygslam_compiler INTERFACE -Wall -Wextra -Wshadow -Wnon-vi
                        -Wno-psabi -fno-math-errno -fPIC)  # all alike: they share precompiled headers
 # Who installs the Python package waits for it: GCC spends a tenth of its time on collecting garbage, which it
 # leaves until it has half a gigabyte.
-if(SKBUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+if(SKBUILD AND NOT CMAKE_CROSSCOMPILING AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(ygslam_compiler INTERFACE "SHELL:--param ggc-min-heapsize=524288")
 endif()
 if(YGSLAM_WERROR)

@@ -20,11 +20,21 @@ rm -rf "$root"
 mkdir -p "$root"
 all=$(IFS=,; echo "${packages[*]}")
 mmdebstrap --quiet --variant=extract --architectures=arm64 --skip=check/qemu --include="$all" \
-  "$VERSION_CODENAME" - ${YGSLAM_DEBIAN_MIRROR:+"$YGSLAM_DEBIAN_MIRROR"} | tar -x -C "$root" --no-same-owner --exclude='./dev/*'
+  --extract-hook="'$PWD/tools/arm64_dpkg.sh' \"\$1\" '$PWD/$root'" \
+  "$VERSION_CODENAME" - ${YGSLAM_DEBIAN_MIRROR:+"$YGSLAM_DEBIAN_MIRROR"} |
+  tar -x -C "$root" --no-same-owner --exclude='./dev/*'
 # What the packages' scripts would set up, which are not run: Debian's choice among implementations.
 for library in blas lapack; do
   ln -s "$library/lib$library.so.3" "$root/usr/lib/$triple/lib$library.so.3"
 done
+# Links to /lib would leave the folder: a linker took the static library.
+find "$root/usr/lib/$triple" -maxdepth 1 -type l -lname '/lib/*' | while read -r link; do
+  ln -sfn "../../..$(readlink "$link")" "$link"
+done
+# Python for 64-bit ARM, under the emulator.
+printf '#!/bin/sh\nexec qemu-aarch64-static -L "%s" "%s/usr/bin/python3" "$@"\n' "$PWD/$root" "$PWD/$root" \
+  > "$root/python3"
+chmod +x "$root/python3"
 
 wheels=$(mktemp -d)
 trap 'rm -rf "$wheels"' EXIT

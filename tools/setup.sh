@@ -42,7 +42,7 @@ if ((${#missing[@]})); then
   "${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}"
 fi
 
-if [ "$what" = arm64 ]; then exec tools/arm64_root.sh "${libraries[@]}" "${test_libraries[@]}"; fi
+if [ "$what" = arm64 ]; then exec tools/arm64_root.sh "${libraries[@]}" "${test_libraries[@]}" python3-dev; fi
 if [ "$what" = checks ]; then exit; fi
 pip_install() { .venv/bin/pip install --quiet --disable-pip-version-check "$@"; }
 # Where there are no such wheels the tests are skipped, and say so.

@@ -180,7 +180,8 @@ TEST(StoredView, ComesBackAsItWasLeft) {
 TEST(Dilated, EqualsBruteForce) {
   Rng rng(3);
   for (int trial = 0; trial < 20; ++trial) {
-    GreyImage mask(static_cast<int>(1 + rng.below(40)), static_cast<int>(1 + rng.below(30)));
+    const int height = 1 + static_cast<int>(rng.below(30));
+    GreyImage mask(1 + static_cast<int>(rng.below(40)), height);
     for (auto& pixel : mask)
       pixel = rng.below(30) == 0 ? static_cast<std::uint8_t>(1 + rng.below(255)) : 0;
     const int radius_px = static_cast<int>(rng.below(6));

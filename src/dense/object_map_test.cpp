@@ -5,6 +5,7 @@
 #include "core/rng.hpp"
 #include "dense/scene_naming/object_test_world.hpp"
 #include "dense/scene_naming/scene_objects.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -316,7 +317,7 @@ TEST(Objects, AViewThatShowsACellBesideAnObjectsIsOfItInEveryDirection) {
 TEST(CellKey, ItsCellHoldsThePoint) {
   Rng rng(3);
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 p(rng.normal(0, 30), rng.normal(0, 30), rng.normal(0, 30));
+    const Vec3 p = random_normals<3>(rng, 30);
     const Vec3 low = low_corner(cell_key(p, 0.05), 0.05);
     ASSERT_TRUE((low.array() <= p.array() + 1e-9).all() && (p.array() < low.array() + 0.05).all());
   }

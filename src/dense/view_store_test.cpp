@@ -112,9 +112,10 @@ RC_GTEST_PROP(ViewStoreProperty, ViewsFollowACorrectionThroughAnyChainOfAnchors,
   for (std::uint32_t i = 0; i < count; ++i) {
     poses[KeyframeId{i}] = random_pose(rng);
     store.add(KeyframeId{i}, keyframe(i));
-    for (std::uint64_t k = rng.below(3); k > 0; --k)
-      store.add(KeyframeId{i},
-                frame(KeyframeId{static_cast<std::uint32_t>(rng.below(i + 1))}, random_pose(rng)));
+    for (std::uint64_t k = rng.below(3); k > 0; --k) {
+      const SE3 pose = random_pose(rng);
+      store.add(KeyframeId{i}, frame(KeyframeId{rng.below(i + 1)}, pose));
+    }
   }
   store.set_poses(poses);
   std::map<DenseViewId, SE3> before;

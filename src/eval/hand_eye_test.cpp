@@ -205,8 +205,8 @@ TEST(Reading, OtherOrdersAndInversePosesAreNamed) {
     Rng rng(seed);
     const auto camera = camera_path(rng);
     const auto estimate = noisy(camera, 1e-3, rng);
-    const auto truth =
-        body_path(camera, seed % 2 == 0 ? SE3() : any_pose(rng, 0.2), any_pose(rng, 2));
+    const SE3 T_other_world = any_pose(rng, 2);
+    const auto truth = body_path(camera, seed % 2 == 0 ? SE3() : any_pose(rng, 0.2), T_other_world);
     for (const auto& [written, words] :
          {std::pair{PoseReading::kWFirst, " seems to have quaternions with qw first"},
           {PoseReading::kWLast, " seems to have quaternions with qw last"},

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -48,7 +49,7 @@ TEST(BoxIou, IsWhatRandomPointsSay) {
     const UprightBox a = random_box(rng), b = random_box(rng);
     int both = 0, either = 0;
     for (int k = 0; k < 20000; ++k) {
-      const Vector3d p(rng.uniform(-1.1, 1.1), rng.uniform(-1.1, 1.1), rng.uniform(-0.9, 0.9));
+      const Vector3d p = random_in_box<3>(rng, {-1.1, -1.1, -0.9}, {1.1, 1.1, 0.9});
       const bool in_a = contains(a, p), in_b = contains(b, p);
       both += in_a && in_b ? 1 : 0;
       either += in_a || in_b ? 1 : 0;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -18,7 +19,7 @@ std::vector<StampedPose> circle(double rate_hz, double noise_m = 0) {
     const double t_s = i / rate_hz;
     const double angle = 2 * std::numbers::pi * t_s / 10;
     const Mat3 R = so3_exp({0, 0, angle});
-    const Vec3 noise(rng.normal(0, noise_m), rng.normal(0, noise_m), rng.normal(0, noise_m));
+    const Vec3 noise = random_normals<3>(rng, noise_m);
     poses.push_back({{to_ns(5 + t_s)}, SE3(R, Vec3(std::cos(angle), std::sin(angle), 0) + noise)});
   }
   return poses;

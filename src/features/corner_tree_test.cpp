@@ -14,8 +14,8 @@ namespace {
 std::vector<Corner> random_corners(Rng& rng, int count, int width, int height, int scores) {
   std::set<std::pair<int, int>> taken;
   while (static_cast<int>(taken.size()) < count) {
-    taken.emplace(static_cast<int>(rng.below(static_cast<std::uint32_t>(height))),
-                  static_cast<int>(rng.below(static_cast<std::uint32_t>(width))));
+    const auto x = static_cast<int>(rng.below(static_cast<std::uint32_t>(width)));
+    taken.emplace(static_cast<int>(rng.below(static_cast<std::uint32_t>(height))), x);
   }
   std::vector<Corner> corners;
   for (const auto& [v, u] : taken) {

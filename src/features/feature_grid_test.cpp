@@ -7,6 +7,7 @@
 
 #include "core/rng.hpp"
 #include "features/attach.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -38,8 +39,7 @@ TEST(FeatureGrid, FindsWhatBruteForceFinds) {
   const Features f = random_features(800, rng);
   const FeatureGrid grid(f, {-5, -3, 640, 480});
   for (int trial = 0; trial < 300; ++trial) {
-    const Eigen::Vector2f centre(static_cast<float>(rng.uniform(-200, 900)),
-                                 static_cast<float>(rng.uniform(-200, 700)));
+    const Eigen::Vector2f centre = random_in_box<2>(rng, {-200, -200}, {900, 700}).cast<float>();
     const auto radius = static_cast<float>(rng.uniform(0, 120));
     const int low = static_cast<int>(rng.below(8));
     const int high = static_cast<int>(rng.below(8));

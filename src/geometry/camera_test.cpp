@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -18,7 +19,7 @@ TEST(Camera, DistortInvertsUndistortBetweenPixelCentres) {
   const Camera camera(freiburg1());
   Rng rng(2);
   for (int i = 0; i < 1000; ++i) {
-    const Vec2 px(rng.uniform(0, 638), rng.uniform(0, 478));
+    const Vec2 px = random_in_box<2>(rng, {0, 0}, {638, 478});
     EXPECT_LT((camera.distort(camera.undistort(px)) - px).norm(), 2e-3);
   }
 }

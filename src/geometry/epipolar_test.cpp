@@ -8,11 +8,11 @@
 #include <limits>
 
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
 
-using geometry_test::random_normals;
 using geometry_test::random_pixel;
 using geometry_test::test_camera;
 

@@ -3,6 +3,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/camera.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam::geometry_test {
 
@@ -13,16 +14,6 @@ inline Camera test_camera(double focal_px = 525, int width = 640, int height = 4
   c.width = width, c.height = height;
   c.cx = (width - 1) / 2.0, c.cy = (height - 1) / 2.0;
   return Camera(c);
-}
-
-// Draws among the arguments of one call come in any order: GCC takes the last first for x86-64, the
-// first first for 64-bit ARM. Here the last is drawn first everywhere, so that tests see one world.
-
-template <int kSize>
-Eigen::Matrix<double, kSize, 1> random_normals(Rng& rng) {
-  Eigen::Matrix<double, kSize, 1> drawn;
-  for (int i = kSize - 1; i >= 0; --i) drawn[i] = rng.normal();
-  return drawn;
 }
 
 /// Of an image of 640x480.

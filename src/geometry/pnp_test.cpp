@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
 
-using geometry_test::random_normals;
 using geometry_test::test_camera;
 
 SE3 random_pose(Rng& rng) {

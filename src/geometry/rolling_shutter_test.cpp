@@ -4,6 +4,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -46,7 +47,7 @@ TEST(RollingShutter, BringsAPointOfAnyRowToTheMiddleInstantAndBack) {
     const Vec6 velocity = random_velocity(rng);
     const RollingShutter rolling = shutter(config, velocity);
     const SE3 T_world_middle(so3_exp(Vec3(0.3, -1, 2)), Vec3(1, 2, 3));
-    const Vec3 p_middle(rng.uniform(-0.4, 0.4), rng.uniform(-0.3, 0.3), rng.uniform(0.8, 4));
+    const Vec3 p_middle = random_in_box<3>(rng, {-0.4, -0.3, 0.8}, {0.4, 0.3, 4});
     const Vec3 p_world = T_world_middle * p_middle;
     const Vec2 uv_px = rolling.seen_at(camera, p_middle);
     const double t_s = rolling.colour_time_s(uv_px.y());
@@ -62,7 +63,7 @@ TEST(RollingShutter, GoesAlongTheExponentialMapForAShortTimeAndALongOne) {
   for (int trial = 0; trial < 1000; ++trial) {
     const Vec6 velocity = 3 * random_velocity(rng);
     const RollingShutter rolling = shutter(rolling_camera(24, 30, -8), velocity);
-    const Vec3 p(rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(0.3, 6));
+    const Vec3 p = random_in_box<3>(rng, {-2, -2, 0.3}, {2, 2, 6});
     const double dt_s = rng.uniform(-0.2, 0.2);
     EXPECT_LT((rolling.earlier(p, dt_s) - SE3::exp(dt_s * velocity) * p).norm(), 1e-9);
   }

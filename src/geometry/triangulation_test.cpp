@@ -4,6 +4,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -17,8 +18,7 @@ TEST(Triangulate, FindsThePointWhereTheRaysMeet) {
     Vec6 twist;
     for (int k = 0; k < 6; ++k) twist[k] = rng.normal(0, k < 3 ? 0.4 : 0.1);
     const SE3 T_a_world = SE3::exp(twist.reverse()), T_b_world = SE3::exp(twist) * T_a_world;
-    const Vec3 p_world =
-        T_a_world.inverse() * Vec3(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(2, 6));
+    const Vec3 p_world = T_a_world.inverse() * random_in_box<3>(rng, {-1, -1, 2}, {1, 1, 6});
     const Vec3 p_a = T_a_world * p_world, p_b = T_b_world * p_world;
     if (p_b.z() < 0.5) continue;
     const auto found =

@@ -15,8 +15,8 @@ TEST(PointGrid, TheCellsOfACircleHoldAllOfItsPointsOnceEach) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<Eigen::Vector2f> points = {{nan, 3}, {5, 1e30F}};
   for (int i = 0; i < 300; ++i) {
-    points.emplace_back(static_cast<float>(rng.uniform(-50, 600)),
-                        static_cast<float>(rng.uniform(-90, 400)));
+    const auto y = static_cast<float>(rng.uniform(-90, 400));
+    points.emplace_back(static_cast<float>(rng.uniform(-50, 600)), y);
   }
   for (const Eigen::Vector2f& corner :
        {Eigen::Vector2f(0, 0), Eigen::Vector2f(-200, 50), Eigen::Vector2f(1e9F, 1e9F)}) {
@@ -24,8 +24,8 @@ TEST(PointGrid, TheCellsOfACircleHoldAllOfItsPointsOnceEach) {
     grid.build(points, corner);
     EXPECT_EQ(grid.order().size(), 300U) << "without those that are not finite or absurd";
     for (int trial = 0; trial < 200; ++trial) {
-      const Eigen::Vector2f p(static_cast<float>(rng.uniform(-300, 900)),
-                              static_cast<float>(rng.uniform(-300, 700)));
+      const auto y = static_cast<float>(rng.uniform(-300, 700));
+      const Eigen::Vector2f p(static_cast<float>(rng.uniform(-300, 900)), y);
       const double radius_px = rng.uniform(0, 80);
       std::set<std::uint32_t> found;
       grid.near(p, radius_px, [&](std::uint32_t i) { EXPECT_TRUE(found.insert(i).second); });

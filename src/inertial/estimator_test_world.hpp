@@ -31,7 +31,7 @@ class Drive {
         motion_(options.seed, options.liveliness),
         rng_(1000 + options.seed),
         imu_(options.noise, some_bias(rng_), 2000 + options.seed),
-        T_camera_imu_(so3_exp(normal_vector(rng_, 1)), normal_vector(rng_, 0.03)),
+        T_camera_imu_(some_mounting(rng_)),
         T_odom_world_((motion_.T_world_imu(0) * T_camera_imu_.inverse()).inverse()),
         estimator_(config()) {}
 
@@ -89,6 +89,10 @@ class Drive {
   static Vec3 gravity_world() { return {0, 0, -kGravity_mps2}; }
   static ImuBias some_bias(Rng& rng) {
     return {normal_vector(rng, 0.008), normal_vector(rng, 0.1)};
+  }
+  static SE3 some_mounting(Rng& rng) {
+    const Vec3 t = normal_vector(rng, 0.03);
+    return {so3_exp(normal_vector(rng, 1)), t};
   }
   [[nodiscard]] InertialConfig config() const {
     InertialConfig config;

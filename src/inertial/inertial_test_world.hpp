@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 #include "geometry/so3_jacobian.hpp"
 #include "inertial/preintegration.hpp"
 
@@ -30,7 +31,7 @@ class SmoothMotion {
   explicit SmoothMotion(std::uint64_t seed, double liveliness = 1) {
     Rng rng(seed);
     const auto wave = [&](double amplitude, double rate_hz) {
-      const Vec3 phase(rng.uniform(0, 6.28), rng.uniform(0, 6.28), rng.uniform(0, 6.28));
+      const Vec3 phase = random_in_box<3>(rng, {0, 0, 0}, {6.28, 6.28, 6.28});
       return Wave{liveliness * amplitude * normal_vector(rng, 1).cwiseMax(-2).cwiseMin(2), phase,
                   rate_hz * rng.uniform(0.8, 1.2)};
     };

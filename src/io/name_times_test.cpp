@@ -230,8 +230,10 @@ TEST(NumbersInNames, NothingIsTakenThatDoesNotRiseStrictly) {
     const auto digits = [&] {
       return static_cast<int>(rng.below(static_cast<std::uint32_t>(range)));
     };
-    for (std::uint32_t i = 0; i < count; ++i)
-      names.insert(text(form.c_str(), digits(), digits(), digits()));
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const int third = digits(), second = digits();
+      names.insert(text(form.c_str(), digits(), second, third));
+    }
     const std::vector<std::string> stems(names.begin(), names.end());
     const auto read = times_of_names(stems);
     if (!read.ok()) continue;

@@ -4,6 +4,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam::map_fields {
 namespace {
@@ -22,7 +23,7 @@ Features some_features(int count, const Camera& camera, double shift_px, Rng& rn
   for (int i = 0; i < count; ++i) {
     Feature f;
     f.uv_px = {static_cast<float>(rng.uniform(0, 639)), static_cast<float>(rng.uniform(0, 479))};
-    const Vec2 shift(rng.uniform(-shift_px, shift_px), rng.uniform(-shift_px, shift_px));
+    const Vec2 shift = random_in_box<2>(rng, {-shift_px, -shift_px}, {shift_px, shift_px});
     f.ideal_px = (camera.undistort(f.uv_px.cast<double>()) + shift).cast<float>();
     f.depth_m = rng.uniform() < .8 ? static_cast<float>(rng.uniform(.3, 8)) : 0.0F;
     f.angle_rad = static_cast<float>(rng.uniform(0, 2 * std::numbers::pi));

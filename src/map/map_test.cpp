@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "geometry/random_vector.hpp"
 #include "map/map_test_world.hpp"
 
 namespace ygslam {
@@ -126,11 +127,15 @@ class RandomEditor {
   void remove_observation() {
     const auto ids = alive();
     const auto known = keyframes();
-    if (!ids.empty()) map.remove_observation(pick(ids), pick(known));  // may be none of its own
+    if (ids.empty()) return;
+    const KeyframeId keyframe = pick(known);
+    map.remove_observation(pick(ids), keyframe);  // may be none of its own
   }
   void move() {
     const auto ids = alive();
-    if (!ids.empty()) map.set_position(pick(ids), Vec3(rng_.normal(), rng_.normal(), 3));
+    if (ids.empty()) return;
+    const Vec3 p = random_normals<2>(rng_).homogeneous() + Vec3(0, 0, 2);
+    map.set_position(pick(ids), p);
   }
   void observe() {
     const auto known = keyframes();
@@ -142,7 +147,8 @@ class RandomEditor {
     const auto ids = alive();
     if (ids.empty() || rng_.below(3) == 0) {
       if (map.keyframe(id).landmarks[feature] != kNoLandmark) return;
-      made.push_back(map.add_landmark(Vec3(rng_.normal(), rng_.normal(), 3), id, feature));
+      const Vec3 p = random_normals<2>(rng_).homogeneous() + Vec3(0, 0, 2);
+      made.push_back(map.add_landmark(p, id, feature));
       return;
     }
     const LandmarkId landmark = pick(ids);

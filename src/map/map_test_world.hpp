@@ -13,6 +13,7 @@
 #include "features/feature_grid.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 #include "image/rgbd_frame.hpp"
 #include "map/map.hpp"
 #include "map/messages.hpp"
@@ -62,7 +63,7 @@ class World {
  public:
   World(int points, std::uint64_t seed) : rng_(seed), camera_(map_test::camera()) {
     for (int i = 0; i < points; ++i) {
-      const Vec3 p(rng_.uniform(-2.5, 2.5), rng_.uniform(-1.5, 1.5), rng_.uniform(1.5, 5.0));
+      const Vec3 p = random_in_box<3>(rng_, {-2.5, -1.5, 1.5}, {2.5, 1.5, 5});
       points_.push_back({p, random_descriptor(rng_), rng_.uniform(0.01, 0.03),
                          static_cast<float>(rng_.uniform(0, 2 * std::numbers::pi))});
     }
@@ -88,8 +89,7 @@ class World {
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Vec3 p_camera = T_camera_world * points_[i].p_world;
       if (p_camera.z() < 0.3) continue;
-      const Vec2 px =
-          camera_.project(p_camera) + quality.noise_px * Vec2(rng_.normal(), rng_.normal());
+      const Vec2 px = camera_.project(p_camera) + quality.noise_px * random_normals<2>(rng_);
       if (!camera_.contains(px, 16)) continue;
       Feature f;
       f.uv_px = f.ideal_px = px.cast<float>();

@@ -59,8 +59,10 @@ TEST(GuessedColumn, IsExactWhateverIsGuessed) {
                                std::numeric_limits<float>::lowest()};
   std::vector<float> guesses = {1.0F, 0.0F, -1e30F, 1.5F, -7.0F, 0.0F};
   for (int i = 0; i < 1000; ++i) {
-    values.push_back(static_cast<float>(rng.normal() * std::exp(rng.uniform(-50, 50))));
-    guesses.push_back(static_cast<float>(rng.normal() * std::exp(rng.uniform(-50, 50))));
+    for (std::vector<float>* numbers : {&values, &guesses}) {
+      const double factor = rng.normal();
+      numbers->push_back(static_cast<float>(factor * std::exp(rng.uniform(-50, 50))));
+    }
   }
   bytes_beyond(values, guesses);
   bytes_beyond(std::vector<double>(values.begin(), values.end()),

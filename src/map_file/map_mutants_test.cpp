@@ -153,8 +153,10 @@ TEST_F(MapMutants, OfTheRowsSignedAgain) {
           case 3:
             raw.resize(at);
             break;
-          default:
-            raw.insert(at, raw.substr(below(raw.size()), below(64)));
+          default: {
+            const auto count = below(64);
+            raw.insert(at, raw.substr(below(raw.size()), count));
+          }
         }
       }
     });

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/random_vector.hpp"
 #include "map/map_test_world.hpp"
 
 namespace ygslam {
@@ -32,8 +33,10 @@ Map bent_map(World& world) {
   std::vector<LandmarkId> ids;
   map.for_each_landmark([&](const Landmark& l) { ids.push_back(l.id); });
   std::sort(ids.begin(), ids.end());
-  for (const LandmarkId id : ids)
-    map.set_position(id, map.landmark(id).p_world + 0.02 * Vec3(rng.normal(), rng.normal(), 0));
+  for (const LandmarkId id : ids) {
+    const Vec2 off = random_normals<2>(rng);
+    map.set_position(id, map.landmark(id).p_world + 0.02 * Vec3(off.x(), off.y(), 0));
+  }
   return map;
 }
 

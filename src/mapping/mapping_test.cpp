@@ -4,6 +4,7 @@
 #include <limits>
 #include <set>
 
+#include "geometry/random_vector.hpp"
 #include "map/map_test_world.hpp"
 #include "mapping/bundle_window.hpp"
 #include "mapping/mapper.hpp"
@@ -83,9 +84,7 @@ TEST(BundleWindow, AdjustmentBringsAPerturbedMapBack) {
   auto truth = map_test::true_map(world, 6, {.noise_px = 0.3});
   Map& map = truth.map;
   Rng rng(4);
-  const auto noise = [&](double sigma) -> Vec3 {
-    return Vec3(rng.normal(0, sigma), rng.normal(0, sigma), rng.normal(0, sigma));
-  };
+  const auto noise = [&](double sigma) { return random_normals<3>(rng, sigma); };
   for (std::uint32_t i = 1; i < 6; ++i) {
     Vec6 twist;
     twist << noise(0.02), noise(0.01);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -13,8 +14,7 @@ namespace {
 std::vector<Feature> random_features(int n, double extent_px, Rng& rng) {
   std::vector<Feature> features(n);
   for (auto& f : features)
-    f.uv_px = Eigen::Vector2f(static_cast<float>(rng.uniform(0, extent_px)),
-                              static_cast<float>(rng.uniform(0, extent_px)));
+    f.uv_px = random_in_box<2>(rng, {0, 0}, {extent_px, extent_px}).cast<float>();
   return features;
 }
 

@@ -13,6 +13,7 @@
 #include "geometry/camera.hpp"
 #include "geometry/epipolar.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 #include "image/depth.hpp"
 #include "image/rgbd_frame.hpp"
 #include "motion/labels.hpp"
@@ -47,16 +48,16 @@ inline PointWorld make_point_world(const PointWorldConfig& config, Rng& rng) {
     PointPair pair{camera.project(p_previous), camera.project(p_current)};
     // Noise bounded at 3 sigma, so that "below the threshold" holds for every point.
     const auto noise = [&] { return config.noise_px * std::clamp(rng.normal(), -3.0, 3.0); };
-    pair.p2_px += Vec2(noise(), noise());
+    pair.p2_px += drawn_vector<Vec2>(noise);
     world.flow.push_back(pair);
     world.moving.push_back(moving);
   };
-  for (int i = 0; i < config.static_points; ++i)
-    add(camera.unproject({rng.uniform(0, 319), rng.uniform(0, 239)}, rng.uniform(1, 5)),
-        Vec3::Zero(), 0);
+  for (int i = 0; i < config.static_points; ++i) {
+    const double depth_m = rng.uniform(1, 5);
+    add(camera.unproject({rng.uniform(0, 319), rng.uniform(0, 239)}, depth_m), Vec3::Zero(), 0);
+  }
   for (int i = 0; i < config.cube_points; ++i)
-    add(Vec3(rng.uniform(-0.4, 0.4), rng.uniform(-0.4, 0.4), rng.uniform(1.5, 2.0)),
-        config.cube_step_m, 1);
+    add(random_in_box<3>(rng, {-0.4, -0.4, 1.5}, {0.4, 0.4, 2}), config.cube_step_m, 1);
   return world;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -72,9 +73,7 @@ TEST(ObjectMotion, AWrongMeasurementMovesItLittle) {
 TEST(ObjectMotion, CovarianceIsTrueOfWhoMovesAsItAssumes) {
   // Errors over their covariance: as many as there are dimensions, on average.
   Rng rng(3);
-  const auto vector = [&](double sigma) {
-    return Vec3(rng.normal() * sigma, rng.normal() * sigma, rng.normal() * sigma);
-  };
+  const auto vector = [&](double sigma) -> Vec3 { return random_normals<3>(rng) * sigma; };
   double nees = 0;
   constexpr int kPeople = 400;
   for (int person = 0; person < kPeople; ++person) {

@@ -33,8 +33,9 @@ TEST(BundleMotions, WithoutPointsTheyAreAPoseGraph) {
   graph.fixed = {1, 0, 0, 0, 0, 0};
   const auto add = [&](std::uint32_t from, std::uint32_t to) {
     const SE3 error = SE3::exp(synthetic::random_twist(rng, 0.05, 0.03));
+    const double sigma_rad = rng.uniform(0.01, 0.1);
     graph.edges.push_back({from, to, error * between(graph.T_camera_world, from, to),
-                           information(rng.uniform(0.01, 0.1), rng.uniform(0.01, 0.1))});
+                           information(rng.uniform(0.01, 0.1), sigma_rad)});
   };
   for (std::uint32_t i = 0; i + 1 < 6; ++i) add(i, i + 1);
   add(4, 1);

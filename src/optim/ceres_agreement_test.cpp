@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/random_vector.hpp"
 #include "optim/local_bundle.hpp"
 #include "optim/pose_graph.hpp"
 #include "optim/pose_only.hpp"
@@ -98,7 +99,7 @@ TEST(CeresAgreement, LocalBundleWithPointsSeenTwiceInOneImage) {
   auto& observations = world.problem.observations;
   for (std::size_t i = 0, n = observations.size(); i < n; i += 3) {
     observations.push_back(observations[i]);
-    observations.back().seen.ideal_px += Vec2(rng.normal(), rng.normal());
+    observations.back().seen.ideal_px += random_normals<2>(rng);
   }
   synthetic::perturb(world.problem, 0.01, 0.005, 0.01, rng);
   expect_same_optimum(world.problem, to_convergence(), {});

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <thread>
 
+#include "geometry/random_vector.hpp"
 #include "optim/synthetic_views.hpp"
 
 namespace ygslam {
@@ -94,8 +95,8 @@ TEST(LocalBundle, CostNeverGrows) {
                          .wrong_depth_share = rng.uniform(0, 0.4),
                          .without_depth_share = rng.uniform(0, 1)};
     BundleWorld world = synthetic::bundle_world(6, 60, 4, noise, rng);
-    synthetic::perturb(world.problem, rng.uniform(0, 0.3), rng.uniform(0, 0.2), rng.uniform(0, 0.5),
-                       rng);
+    const Vec3 size = random_in_box<3>(rng, {0, 0, 0}, {0.3, 0.2, 0.5});
+    synthetic::perturb(world.problem, size.x(), size.y(), size.z(), rng);
     const BundleResult r = adjust_bundle(synthetic::camera(), world.problem, {});
     EXPECT_TRUE(r.usable) << run;  // a step that would raise the cost is not taken
     EXPECT_LE(r.final_cost, r.initial_cost);

@@ -92,7 +92,8 @@ inline void add_edge(PoseGraphWorld& world, const PoseGraphEdge& edge, bool is_w
   for (int i = 0; i < laps.loops; ++i) {
     const std::uint32_t lap = world.poses_per_lap;
     const std::uint32_t to = lap + 2 + rng.below(laps.poses - lap - 2);
-    const std::uint32_t from = to - lap * (1 + rng.below((to - 2) / lap)) - 2 + rng.below(3);
+    const std::uint32_t laps_back = 1 + rng.below((to - 2) / lap);
+    const std::uint32_t from = to - lap * laps_back - 2 + rng.below(3);
     PoseGraphEdge edge = measured_edge(world, from, to, laps.loop_m, laps.loop_rad, rng);
     edge.robust = true;
     add_edge(world, edge, false);

@@ -7,6 +7,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 #include "optim/local_bundle.hpp"
 #include "optim/pose_only.hpp"
 
@@ -29,7 +30,7 @@ struct Noise {
   return twist;
 }
 
-// Draws among the arguments of one call come in any order, see geometry_test::random_normals().
+// Draws among the arguments of one call come in any order, see geometry/random_vector.hpp.
 
 /// A point in front of the camera at the pose, 0.7 to 5 m away.
 [[nodiscard]] inline Vec3 random_point(const Camera& camera, const SE3& T_camera_world, Rng& rng) {
@@ -44,7 +45,7 @@ struct Noise {
   const Vec3 p_cam = T_camera_world * p_world;
   Observation seen;
   seen.sigma_px = noise.pixel_px > 0 ? noise.pixel_px : 1.0;
-  seen.ideal_px = camera.project(p_cam) + noise.pixel_px * geometry_test::random_normals<2>(rng);
+  seen.ideal_px = camera.project(p_cam) + noise.pixel_px * random_normals<2>(rng);
   if (rng.uniform() < noise.wrong_pixel_share) {
     seen.ideal_px = {rng.uniform(0, camera.width() - 1.0), rng.uniform(0, camera.height() - 1.0)};
   }

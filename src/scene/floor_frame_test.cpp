@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -16,7 +17,8 @@ TEST(FloorFrame, OfALevelWorldIsTheWorldLiftedToTheFloor) {
 TEST(FloorFrame, StandsUprightWhereverUpIs) {
   Rng rng(3);
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 up = i < 3 ? Vec3(Vec3::Unit(i)) : Vec3(rng.normal(0, 1), rng.normal(0, 1), -1);
+    Vec3 up = Vec3::Unit(i % 3);
+    if (i >= 3) up << random_normals<2>(rng), -1;
     const double floor_m = rng.normal(0, 1);
     const SE3 T = T_world_floor({up, floor_m});
     ASSERT_TRUE((T.R().transpose() * T.R()).isIdentity(1e-12));

@@ -1,4 +1,5 @@
 #include "scene/space_query.hpp"
+#include "geometry/random_vector.hpp"
 
 #include <gtest/gtest.h>
 
@@ -62,8 +63,8 @@ TEST(SpaceQuery, ARayMeetsWhatSmallStepsAlongItMeet) {
   std::mt19937 rng(3);
   std::uniform_real_distribution<double> inside(0.01, 0.69), any(-1, 1);
   for (int trial = 0; trial < 500; ++trial) {
-    const Vec3 from(inside(rng), inside(rng) * 0.7, inside(rng));
-    const Vec3 direction = Vec3(any(rng), any(rng), any(rng)).normalized();
+    const Vec3 from = drawn_vector<Vec3>([&] { return inside(rng); }).cwiseProduct(Vec3(1, 0.7, 1));
+    const Vec3 direction = drawn_vector<Vec3>([&] { return any(rng); }).normalized();
     const SpaceHit hit = cast_ray(space, {from, direction, 2, false});
     ASSERT_NE(hit.what, SpaceState::kFree) << "the room is small";
     EXPECT_EQ(state_at(space, from + (hit.distance_m + 1e-6) * direction), hit.what);

@@ -23,12 +23,17 @@ int size_between(Rng& rng, int low, int high) {
   return low + static_cast<int>(rng.below(static_cast<std::uint32_t>(high - low)));
 }
 
+Letterbox random_letterbox(Rng& rng) {
+  const int net_height = 32 * size_between(rng, 1, 40);
+  const int net_width = 32 * size_between(rng, 1, 40);
+  const int height = size_between(rng, 1, 2000);
+  return make_letterbox(size_between(rng, 1, 2000), height, net_width, net_height);
+}
+
 TEST(Letterbox, WayBackIsExactForAnySizes) {
   Rng rng(1);
   for (int i = 0; i < 500; ++i) {
-    const Letterbox box =
-        make_letterbox(size_between(rng, 1, 2000), size_between(rng, 1, 2000),
-                       32 * size_between(rng, 1, 40), 32 * size_between(rng, 1, 40));
+    const Letterbox box = random_letterbox(rng);
     const EdgePoint p{rng.uniform(0, box.image_width), rng.uniform(0, box.image_height)};
     const EdgePoint back = box.to_image(box.to_network(p));
     ASSERT_NEAR(back.x, p.x, 1e-9 * box.image_width);
@@ -39,9 +44,7 @@ TEST(Letterbox, WayBackIsExactForAnySizes) {
 TEST(Letterbox, ImageFillsOneSideAndSitsInTheMiddle) {
   Rng rng(2);
   for (int i = 0; i < 500; ++i) {
-    const Letterbox box =
-        make_letterbox(size_between(rng, 1, 2000), size_between(rng, 1, 2000),
-                       32 * size_between(rng, 1, 40), 32 * size_between(rng, 1, 40));
+    const Letterbox box = random_letterbox(rng);
     const int right = box.net_width - box.inner_width - box.pad_left;
     const int bottom = box.net_height - box.inner_height - box.pad_top;
     ASSERT_TRUE(box.inner_width == box.net_width || box.inner_height == box.net_height);

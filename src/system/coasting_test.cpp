@@ -2,6 +2,7 @@
 // it sees again is where it should be.
 #include <gtest/gtest.h>
 
+#include "geometry/random_vector.hpp"
 #include "simulation/sensor/imu_sensor.hpp"
 #include "system/testing/painted_recording.hpp"
 
@@ -33,7 +34,7 @@ std::vector<ImuSample> readings(double seconds, std::int64_t offset_ns = 0) {
   };
   Rng rng(7);
   const auto white = [&rng](double density) -> Vec3 {
-    return Vec3(rng.normal(), rng.normal(), rng.normal()) * density * std::sqrt(kRate_hz);
+    return random_normals<3>(rng) * density * std::sqrt(kRate_hz);
   };
   std::vector<ImuSample> samples;
   for (int i = -20; i < kRate_hz * seconds; ++i) {

@@ -227,7 +227,8 @@ TEST(ParseFinite, TakesWholeFiniteNumbersOnly) {
     EXPECT_EQ(parse_finite(text), std::nullopt) << text;
   Rng rng(3);
   for (int i = 0; i < 1000; ++i) {
-    const double value = rng.normal() * std::pow(10.0, rng.uniform(-12, 12));
+    const double factor = rng.normal();
+    const double value = factor * std::pow(10.0, rng.uniform(-12, 12));
     EXPECT_EQ(parse_finite(format_number(value)), value);
   }
 }

@@ -7,6 +7,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 #include "image/depth.hpp"
 #include "tracking/screen_finder.hpp"
 
@@ -57,12 +58,13 @@ class ScreenRoom {
     Rng rng(7);
     auto features = std::make_shared<Features>();
     while (features->size() < 500) {
-      const Vec2 px(rng.uniform(5, camera_.width() - 5.0), rng.uniform(5, camera_.height() - 5.0));
+      const Vec2 px =
+          random_in_box<2>(rng, {5, 5}, {camera_.width() - 5.0, camera_.height() - 5.0});
       const Vec3 p_world =
           surface_on_ray(T_world_camera.t(), T_world_camera.R() * camera_.unproject(px, 1));
       const bool on_screen = std::abs(p_world.z() - kScreenAway_m) < 1e-6 && is_on_screen(p_world);
       Feature f;
-      f.uv_px = f.ideal_px = (px + Vec2(rng.normal(0, 0.15), rng.normal(0, 0.15))).cast<float>();
+      f.uv_px = f.ideal_px = (px + random_normals<2>(rng, 0.15)).cast<float>();
       f.depth_m = depth_at(view.seen.frame->depth_m, px.x(), px.y());
       features->points.push_back(f);
       features->descriptors.emplace_back();

@@ -8,6 +8,7 @@
 
 #include "core/rng.hpp"
 #include "geometry/geometry_testing.hpp"
+#include "geometry/random_vector.hpp"
 #include "tracking/tracked_frame.hpp"
 
 namespace ygslam::tracking_test {
@@ -41,7 +42,7 @@ class Waving {
     for (const Vec3& p_world : points_) {
       const Vec3 p_middle = T_world_camera(t_s).inverse() * p_world;
       Feature f;
-      const Vec2 noise(rng_.normal(0, noise_px_), rng_.normal(0, noise_px_));
+      const Vec2 noise = random_normals<2>(rng_, noise_px_);
       const Vec2 uv_px = shutter.seen_at(camera_, p_middle);
       f.uv_px = f.ideal_px = (uv_px + noise).cast<float>();
       f.depth_m =

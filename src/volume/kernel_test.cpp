@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "geometry/random_vector.hpp"
 #include "volume/space_kernel.hpp"
 #include "volume/surface_kernel.hpp"
 #include "volume/volume_test_world.hpp"
@@ -25,10 +26,9 @@ Posed random_view(std::uint64_t seed) {
   world.spheres.push_back({Vec3(0.2, 0.3, 0.1), 0.35, SceneObjectId{7}});
   world.cuboids.push_back(
       {Vec3(-1.2, 0.4, -1.1), Vec3(-0.5, 1.2, -0.4), SceneObjectId{3}, {}, true});
-  const auto inside = [&] {
-    return Vec3(rng.uniform(-1.3, 1.3), rng.uniform(-1, 0), rng.uniform(-1.3, 1.3));
-  };
-  const SE3 pose = look_at(inside(), inside());
+  const auto inside = [&] { return random_in_box<3>(rng, {-1.3, -1, -1.3}, {1.3, 0, 1.3}); };
+  const Vec3 target = inside();
+  const SE3 pose = look_at(inside(), target);
   DepthView view = render(world, pose, seed);
   for (int i = 0; i < 500; ++i)
     view.depth.data()[rng.below(static_cast<std::uint32_t>(view.depth.size()))] = 0;

@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 
+#include "geometry/random_vector.hpp"
 #include "volume/mesher.hpp"
 #include "volume/reading.hpp"
 #include "volume/volume_test_world.hpp"
@@ -34,10 +35,9 @@ World furnished() {
 }
 
 SE3 random_pose(Rng& rng) {
-  const auto inside = [&] {
-    return Vec3(rng.uniform(-1.3, 1.3), rng.uniform(-1, 0), rng.uniform(-1.3, 1.3));
-  };
-  return look_at(inside(), inside());
+  const auto inside = [&] { return random_in_box<3>(rng, {-1.3, -1, -1.3}, {1.3, 0, 1.3}); };
+  const Vec3 target = inside();
+  return look_at(inside(), target);
 }
 
 // What is in a volume, bit by bit, whatever way it came about.
@@ -101,8 +101,10 @@ DepthView with_other_pixels(DepthView view, Rng& rng) {
   for (SceneObjectId& object : view.objects)
     if (rng.uniform() < 0.3) object = SceneObjectId{static_cast<std::uint16_t>(20 + within(5))};
   view.spared.clear();
-  for (int i = 0; i < 50; ++i)
-    view.spared.emplace_back(within(40) - 20, within(30) - 15, within(40) - 20);
+  for (int i = 0; i < 50; ++i) {
+    const int z = within(40) - 20, y = within(30) - 15;
+    view.spared.emplace_back(within(40) - 20, y, z);
+  }
   return view;
 }
 

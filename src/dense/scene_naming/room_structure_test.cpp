@@ -7,6 +7,7 @@
 
 #include "core/rng.hpp"
 #include "dense/scene_naming/room_test_mesh.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -58,7 +59,7 @@ TEST(RoomStructure, WallsFarFromTheOriginWithNoisyNormalsAreNamedWhole) {
     TriangleMesh mesh = room(T_world_room);
     Rng rng(5);
     for (SurfacePoint& vertex : mesh.vertices) {
-      const Vec3 off(rng.normal(), rng.normal(), rng.normal());
+      const Vec3 off = random_normals<3>(rng);
       vertex.normal_world = (vertex.normal_world + (0.05 * off).cast<float>()).normalized();
     }
     label_structure(mesh, {Vec3(0, 0, 1), 0});
@@ -83,7 +84,7 @@ TEST(RoomStructure, NoisyNormalsLeaveNoHoles) {
   int turned = 0;
   for (SurfacePoint& vertex : mesh.vertices) {
     if (rng.uniform() < 0.8) continue;  // a fifth faces elsewhere
-    const Vec3 off(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1));
+    const Vec3 off = random_in_box<3>(rng, {-1, -1, -1}, {1, 1, 1});
     vertex.normal_world = (vertex.normal_world + off.cast<float>()).normalized();
     ++turned;
   }

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "geometry/random_vector.hpp"
 #include "motion/motion_test_world.hpp"
 
 namespace ygslam {
@@ -25,12 +26,12 @@ World make_world(int fixed, int movers, const Vec3& step_m, double noise_px, Rng
   for (int i = 0; i < fixed + movers; ++i) {
     const bool moves = i >= fixed;
     FollowedPoint p;
-    p.previous_px = Vec2(rng.uniform(10, 309), rng.uniform(10, 229));
+    p.previous_px = random_in_box<2>(rng, {10, 10}, {309, 229});
     p.depth_m = rng.uniform(1, 4);
     p.range = {static_cast<float>(p.depth_m), static_cast<float>(p.depth_m)};
     const Vec3 q = world.T_current_previous * camera.unproject(p.previous_px, p.depth_m) +
                    (moves ? step_m : Vec3::Zero());
-    p.current_px = camera.project(q) + noise_px * Vec2(rng.normal(), rng.normal());
+    p.current_px = camera.project(q) + noise_px * random_normals<2>(rng);
     world.points.push_back(p);
     world.moving.push_back(moves ? 1 : 0);
     world.candidate.push_back(1);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -18,11 +19,9 @@ struct Case {
 Case mixed(const Eigen::Matrix<float, 2, 3>& map, Rng& rng) {
   Case c;
   for (int i = 0; i < 60; ++i) {
-    const Eigen::Vector2f p(static_cast<float>(rng.uniform(0, 640)),
-                            static_cast<float>(rng.uniform(0, 480)));
+    const Eigen::Vector2f p = random_in_box<2>(rng, {0, 0}, {640, 480}).cast<float>();
     Eigen::Vector2f q = map * p.homogeneous();
-    q += Eigen::Vector2f(static_cast<float>(rng.normal(0, 0.1)),
-                         static_cast<float>(rng.normal(0, 0.1)));
+    q += random_normals<2>(rng, 0.1).cast<float>();
     if (i % 3 == 0) q += Eigen::Vector2f(12, -7);
     c.guess.push_back(p);
     c.found.push_back(q);
@@ -46,10 +45,9 @@ TEST(AffineCorrection, SaysHowFarPointsScatter) {
   Rng rng(4);
   Case c;
   for (int i = 0; i < 60; ++i) {
-    c.guess.emplace_back(static_cast<float>(rng.uniform(0, 640)),
-                         static_cast<float>(rng.uniform(0, 480)));
-    c.found.push_back(c.guess.back() + Eigen::Vector2f(static_cast<float>(rng.uniform(-30, 30)),
-                                                       static_cast<float>(rng.uniform(-30, 30))));
+    c.guess.emplace_back(random_in_box<2>(rng, {0, 0}, {640, 480}).cast<float>());
+    const Eigen::Vector2f off = random_in_box<2>(rng, {-30, -30}, {30, 30}).cast<float>();
+    c.found.push_back(c.guess.back() + off);
   }
   const auto fit = fit_affine_correction(c.guess, c.found);
   ASSERT_TRUE(fit);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 #include "motion/flow/image_pyramid_levels.hpp"
 #include "motion/flow/words16.hpp"
 #include "motion/motion_test_world.hpp"
@@ -137,8 +138,7 @@ TEST_P(FlowPatchOfSide, StepsAsTheFormulasSay) {
   const double tolerance = side < 11 ? 0.02 : 0.005;
   Rng rng(1);
   for (int trial = 0; trial < 20; ++trial) {
-    const Eigen::Vector2f from(static_cast<float>(rng.uniform(40, 110)),
-                               static_cast<float>(rng.uniform(40, 90)));
+    const Eigen::Vector2f from = random_in_box<2>(rng, {40, 40}, {110, 90}).cast<float>();
     const Eigen::Vector2f to = from + Eigen::Vector2f(0.3F, 0.2F);
     patch.take(before.levels().level[0], from);
     const Eigen::Vector2d exact =

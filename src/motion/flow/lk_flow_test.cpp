@@ -7,6 +7,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 #include "image/cv_view.hpp"
 #include "motion/motion_test_world.hpp"
 
@@ -88,8 +89,7 @@ TEST(LkFlow, IsAsPreciseAsTheReferee) {
   const auto points = grid_points();
   Rng rng(9);
   for (int trial = 0; trial < 4; ++trial) {
-    const Eigen::Vector2f shift(static_cast<float>(rng.uniform(-6, 6)),
-                                static_cast<float>(rng.uniform(-6, 6)));
+    const Eigen::Vector2f shift = random_in_box<2>(rng, {-6, -6}, {6, 6}).cast<float>();
     const double noise = trial % 2 == 0 ? 0 : 3;
     const auto noisy = [&](GreyImage image) {
       for (auto& p : image)

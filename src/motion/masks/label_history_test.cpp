@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/rng.hpp"
+#include "geometry/random_vector.hpp"
 
 namespace ygslam {
 namespace {
@@ -20,8 +21,9 @@ constexpr float kBox_m = 2.0F;
 struct BoxWorld {
   explicit BoxWorld(std::uint64_t seed) : rng(seed) {
     for (int i = 0; i < 150; ++i)
-      wall.emplace_back(rng.uniform(5, kWidth - 5), rng.uniform(5, kHeight - 5));
-    for (int i = 0; i < 80; ++i) on_box.emplace_back(rng.uniform(4, 96), rng.uniform(4, 156));
+      wall.emplace_back(random_in_box<2>(rng, {5, 5}, {kWidth - 5, kHeight - 5}).cast<float>());
+    for (int i = 0; i < 80; ++i)
+      on_box.emplace_back(random_in_box<2>(rng, {4, 4}, {96, 156}).cast<float>());
   }
 
   [[nodiscard]] int box_x(int k) const { return 20 + step_px * k; }

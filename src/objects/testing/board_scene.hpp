@@ -113,8 +113,8 @@ class Scene {
       const Thing& thing = things[t];
       Rng rng(t + 1);
       for (int i = 0; i < thing.points; ++i) {
-        const Vec3 offset(rng.uniform(-0.48, 0.48) * thing.width_m,
-                          rng.uniform(-0.48, 0.48) * thing.height_m, 0);
+        const double up_m = rng.uniform(-0.48, 0.48) * thing.height_m;
+        const Vec3 offset(rng.uniform(-0.48, 0.48) * thing.width_m, up_m, 0);
         ObjectPoint p;
         p.p_odom = at(thing, k) + offset;
         p.depth_m = static_cast<float>(p.p_odom.z());

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "geometry/random_vector.hpp"
 #include "simulation/world/furniture.hpp"
 
 namespace ygslam::sim {
@@ -19,13 +20,21 @@ float uniform(Rng& rng, double low, double high) {
 
 /// Sizes of small things: many of a few centimetres, some of half a metre.
 float small_m(Rng& rng) { return std::exp(uniform(rng, std::log(0.015), std::log(0.3))); }
+Vec3f small_size_m(Rng& rng) {
+  return drawn_vector<Vec3f>([&] { return small_m(rng); });
+}
+/// Horizontal, within these bounds either way.
+Vec3f flat(Rng& rng, const Vec2& bound) {
+  const Vec2 drawn = random_in_box<2>(rng, -bound, bound);
+  return {static_cast<float>(drawn.x()), static_cast<float>(drawn.y()), 0};
+}
 
 /// Soft and uneven: bags, cushions, clothes in a heap, fruit.
 Mesh lump(MaterialId material, Rng& rng) {
   Mesh mesh;
   add_sphere(mesh, Vec3f::Zero(), 1, 9, material);
-  const Vec3f half(small_m(rng), small_m(rng), small_m(rng));
-  const Vec3f waves(uniform(rng, 1, 5), uniform(rng, 1, 5), uniform(rng, 1, 5));
+  const Vec3f half = small_size_m(rng);
+  const auto waves = drawn_vector<Vec3f>([&] { return uniform(rng, 1, 5); });
   const float phase = uniform(rng, 0, 2 * std::numbers::pi);
   const float bumps = uniform(rng, 0, 0.3);
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
@@ -55,8 +64,11 @@ Mesh made_thing(MaterialLibrary& materials, Rng& rng) {
       "duck",  "bin",   "monitor", "monitor", "monitor", "keyboard", "carton", "plant"};
   const std::string& kind = kinds[rng.below(static_cast<std::uint32_t>(kinds.size()))];
   std::optional<Vec3f> size_m;
-  if (kind == "carton") size_m = Vec3f(small_m(rng), small_m(rng), small_m(rng)) * 1.5F;
-  if (kind == "monitor") size_m = Vec3f(uniform(rng, 0.35, 0.75), 0.05F, uniform(rng, 0.2, 0.45));
+  if (kind == "carton") size_m = small_size_m(rng) * 1.5F;
+  if (kind == "monitor") {
+    const float height = uniform(rng, 0.2, 0.45);
+    size_m = Vec3f(uniform(rng, 0.35, 0.75), 0.05F, height);
+  }
   if (kind == "plant") size_m = Vec3f(0.2F, 0.2F, uniform(rng, 0.15, 0.5));
   return *make_furniture(kind, static_cast<int>(rng.below(40)), size_m, materials);
 }
@@ -70,8 +82,9 @@ Mesh appliance(MaterialLibrary& materials, Rng& rng) {
   for (int i = 0; i < pieces; ++i) {
     const MaterialId material = random_material(materials, rng);
     const float height = uniform(rng, 0.06, 0.25);
-    const Vec3f foot(uniform(rng, -0.04, 0.04), uniform(rng, -0.04, 0.04), top);
-    const Vec3f half(uniform(rng, 0.06, 0.2), uniform(rng, 0.06, 0.16), 0);
+    const Vec3f foot = flat(rng, {0.04, 0.04}) + Vec3f(0, 0, top);
+    const float half_width = uniform(rng, 0.06, 0.16);
+    const Vec3f half(uniform(rng, 0.06, 0.2), half_width, 0);
     if (rng.uniform() < 0.5) {
       add_box(mesh, foot - half, foot + half + Vec3f(0, 0, height), material);
     } else {
@@ -90,9 +103,9 @@ Mesh small_thing(MaterialLibrary& materials, Rng& rng) {
   if (what < 0.65) return lump(material, rng);
   if (what < 0.82) return rod_or_tin(material, rng);
   Mesh box;
-  const Vec3f size(small_m(rng), small_m(rng), small_m(rng));
+  const Vec3f size = small_size_m(rng);
   add_box(box, -0.5F * size, 0.5F * size, material);
-  const Vec3 turn(uniform(rng, -0.3, 0.3), uniform(rng, -0.3, 0.3), 0);
+  const Vec3 turn = flat(rng, {0.3, 0.3}).cast<double>();
   Mesh turned;
   append(turned, box, SE3(so3_exp(turn), Vec3(0, 0, 0.5 * static_cast<double>(size.z()))));
   return turned;
@@ -127,20 +140,24 @@ Mesh random_clutter(const Vec2& size_m, MaterialLibrary& materials, Rng& rng) {
   }
   // What stands up and hides who is behind it, or looks like somebody's upper half.
   const auto at = [&] {
-    return Vec3(rng.uniform(-0.4, 0.4) * size_m.x(), rng.uniform(-0.4, 0.4) * size_m.y(), 0);
+    const double y = rng.uniform(-0.4, 0.4) * size_m.y();
+    return Vec3(rng.uniform(-0.4, 0.4) * size_m.x(), y, 0);
   };
   const auto facing = [&](double yaw_rad) { return SE3(so3_exp(Vec3(0, 0, yaw_rad)), at()); };
   const int monitors = rng.uniform() < 0.35 ? 1 + static_cast<int>(rng.below(3)) : 0;
   const double towards_rad = rng.uniform(-std::numbers::pi, std::numbers::pi);
   for (int i = 0; i < monitors; ++i) {
-    const Vec3f screen_m(uniform(rng, 0.4, 0.75), 0.05F, uniform(rng, 0.25, 0.45));
-    append(mesh, *make_furniture("monitor", static_cast<int>(rng.below(40)), screen_m, materials),
-           facing(towards_rad + rng.normal(0, 0.3)));
+    const float height = uniform(rng, 0.25, 0.45);
+    const Vec3f screen_m(uniform(rng, 0.4, 0.75), 0.05F, height);
+    const SE3 T_here_monitor = facing(towards_rad + rng.normal(0, 0.3));
+    const auto variant = static_cast<int>(rng.below(40));
+    append(mesh, *make_furniture("monitor", variant, screen_m, materials), T_here_monitor);
   }
   const int machines = rng.uniform() < 0.35 ? 1 + static_cast<int>(rng.below(3)) : 0;
-  for (int i = 0; i < machines; ++i)
-    append(mesh, appliance(materials, rng),
-           facing(rng.uniform(-std::numbers::pi, std::numbers::pi)));
+  for (int i = 0; i < machines; ++i) {
+    const SE3 T_here_machine = facing(rng.uniform(-std::numbers::pi, std::numbers::pi));
+    append(mesh, appliance(materials, rng), T_here_machine);
+  }
   return mesh;
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "geometry/random_vector.hpp"
 #include "simulation/people/clothes.hpp"
 
 namespace ygslam::sim {
@@ -77,8 +78,7 @@ void loosen(const BodyModel& baked, BodyShape& shape, Rng& rng) {
   set("long_hair", 0.03);
   set("shoe", 0.012);
   const std::vector<Vec3f> normals = normals_of(baked.triangles, baked.twin, shape.points);
-  const Vec3f wave(static_cast<float>(rng.uniform(10, 30)), static_cast<float>(rng.uniform(10, 30)),
-                   static_cast<float>(rng.uniform(6, 25)));
+  const Vec3f wave = random_in_box<3>(rng, {10, 10, 6}, {30, 30, 25}).cast<float>();
   const auto phase = static_cast<float>(rng.uniform(0, 6.3));
   for (std::size_t i = 0; i < shape.points.size(); ++i) {
     if (off_m[i] == 0) continue;
@@ -91,12 +91,13 @@ MaterialId random_cloth(MaterialLibrary& materials, Rng& rng) {
   if (rng.uniform() < 0.4) {
     const auto code = [&] { return static_cast<float>(rng.uniform(15, 245)); };
     const float grey = code();
-    Vec3f rgb(code(), code(), code());
+    auto rgb = drawn_vector<Vec3f>(code);
     rgb += static_cast<float>(rng.uniform()) * (Vec3f::Constant(grey) - rgb);
     return materials.plain(rgb, static_cast<float>(rng.uniform(0.4, 1)));
   }
   static const std::array<std::string, 5> kinds = {"plaid", "stripes", "jeans", "cloth", "print"};
-  return materials.get(kinds[rng.below(5)], static_cast<int>(rng.below(64)));
+  const auto variant = static_cast<int>(rng.below(64));
+  return materials.get(kinds[rng.below(5)], variant);
 }
 
 PersonPlan random_outfit(Rng& rng) {
@@ -178,21 +179,20 @@ class Tailor {
 
   /// A rucksack on the back, or something in a hand.
   void add_luggage() {
-    const auto size = [&](double low, double high) {
-      return static_cast<float>(rng_.uniform(low, high));
-    };
     const MaterialId m = random_cloth(materials_, rng_);
     Mesh box;
     if (rng_.uniform() < 0.6) {
       const Vec3f back = joint(Bone::kChest).cast<float>() - Vec3f(0.1F, 0, 0.02F);
-      const Vec3f half(size(0.06, 0.13), size(0.12, 0.19), size(0.16, 0.28));
+      const Vec3f half =
+          random_in_box<3>(rng_, {0.06, 0.12, 0.16}, {0.13, 0.19, 0.28}).cast<float>();
       add_box(box, back - half - Vec3f(half.x(), 0, 0.1F), back + half - Vec3f(half.x(), 0, 0.1F),
               m);
       attach(box, Bone::kChest);
     } else {
       const Bone hand = rng_.uniform() < 0.5 ? Bone::kLeftHand : Bone::kRightHand;
       const Vec3f at = joint(static_cast<Bone>(index(hand) + 1)).cast<float>();
-      const Vec3f half(size(0.01, 0.1), size(0.01, 0.08), size(0.01, 0.12));
+      const Vec3f half =
+          random_in_box<3>(rng_, {0.01, 0.01, 0.01}, {0.1, 0.08, 0.12}).cast<float>();
       add_box(box, at - half, at + half, m);
       attach(box, hand);
     }

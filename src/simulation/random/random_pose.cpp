@@ -92,14 +92,19 @@ Stance stance_of(const BodyShape& shape, Posture posture, double seat_m, Rng& rn
 }
 
 void place_trunk(PoseBuilder& pose, const Stance& stance, Rng& rng) {
-  const auto some = [&](double sigma) { return rng.normal(0, sigma); };
   const double lean = stance.lean_rad;
-  pose.set_hips(stance.hips, turned(some(0.06), 0.45 * lean, some(0.12)));
-  pose.turn(Bone::kLowerBack, turned(some(0.06), 0.2 * lean + some(0.05), some(0.1)));
-  pose.turn(Bone::kSpine, turned(some(0.06), 0.2 * lean + some(0.05), some(0.1)));
-  pose.turn(Bone::kChest, turned(some(0.06), 0.15 * lean + some(0.05), some(0.1)));
-  pose.turn(Bone::kNeck, turned(some(0.1), -0.2 * lean + some(0.15), some(0.25)));
-  pose.turn(Bone::kHead, turned(some(0.12), -0.2 * lean + some(0.2), some(0.35)));
+  const double hips_yaw = rng.normal(0, 0.12);
+  pose.set_hips(stance.hips, turned(rng.normal(0, 0.06), 0.45 * lean, hips_yaw));
+  const auto turn = [&](Bone bone, double pitch, const Vec3& sigma) {
+    const double yaw = rng.normal(0, sigma.z());
+    const double nod = rng.normal(0, sigma.y());
+    pose.turn(bone, turned(rng.normal(0, sigma.x()), pitch + nod, yaw));
+  };
+  turn(Bone::kLowerBack, 0.2 * lean, {0.06, 0.05, 0.1});
+  turn(Bone::kSpine, 0.2 * lean, {0.06, 0.05, 0.1});
+  turn(Bone::kChest, 0.15 * lean, {0.06, 0.05, 0.1});
+  turn(Bone::kNeck, -0.2 * lean, {0.1, 0.15, 0.25});
+  turn(Bone::kHead, -0.2 * lean, {0.12, 0.2, 0.35});
 }
 
 void place_legs(PoseBuilder& pose, const Stance& stance, Rng& rng) {
@@ -107,8 +112,8 @@ void place_legs(PoseBuilder& pose, const Stance& stance, Rng& rng) {
   for (int side = 0; side < 2; ++side) {
     const Bone thigh = thighs[side];
     pose.reach(thigh, stance.ankle[side], stance.knee[side]);
-    const Mat3 R_foot =
-        turned(0, rng.uniform(-0.1, 0.25), (side == 0 ? 1 : -1) * rng.uniform(-0.1, 0.5));
+    const double outwards = rng.uniform(-0.1, 0.5);
+    const Mat3 R_foot = turned(0, rng.uniform(-0.1, 0.25), (side == 0 ? 1 : -1) * outwards);
     pose.orient(static_cast<Bone>(index(thigh) + 2), R_foot);
     pose.orient(static_cast<Bone>(index(thigh) + 3), R_foot);
   }

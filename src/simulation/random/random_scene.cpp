@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "geometry/random_vector.hpp"
 #include "simulation/random/random_body.hpp"
 #include "simulation/random/random_pose.hpp"
 #include "simulation/random/random_room.hpp"
@@ -50,8 +51,8 @@ Shot draw_camera(RandomRoom& place, Rng& rng) {
   shot.T_world_camera =
       look_at_pose(eye, eye + gaze) * SE3(so3_exp(Vec3(0, 0, roll)), Vec3(0, 0, 0));
   const double fast = rng.uniform() < 0.4 ? rng.uniform(0, 0.09) : 0.004;
-  const Vec3 turn(rng.normal(0, fast), rng.normal(0, fast), rng.normal(0, fast));
-  const Vec3 step(rng.normal(0, 0.3 * fast), rng.normal(0, 0.3 * fast), rng.normal(0, 0.3 * fast));
+  const Vec3 turn = random_normals<3>(rng, fast);
+  const Vec3 step = random_normals<3>(rng, 0.3 * fast);
   shot.T_world_before = shot.T_world_camera * SE3(so3_exp(turn), step);
   shot.exposure = rng.uniform(0.6, 2);
   return shot;
@@ -111,7 +112,8 @@ SE3 chair_before(const Shot& shot, const SE3& T_world_floor, Rng& rng) {
   const Vec2 at = T_world_floor.t().head<2>();
   const Vec2 nearer = (shot.T_world_camera.t().head<2>() - at).normalized();
   const Vec2 aside(-nearer.y(), nearer.x());
-  const Vec2 chair = at + rng.uniform(0.35, 0.8) * nearer + rng.normal(0, 0.25) * aside;
+  const double beside_m = rng.normal(0, 0.25);
+  const Vec2 chair = at + rng.uniform(0.35, 0.8) * nearer + beside_m * aside;
   return placed({chair.x(), chair.y(), 0}, rng.uniform(0, 360));
 }
 
@@ -152,8 +154,9 @@ Mover chair_of(const std::vector<SE3>& T_world_chair, std::size_t person, Scene&
   chair.name = "chair" + std::to_string(person);
   chair.class_name = "chair";
   chair.instance_id = static_cast<std::uint8_t>(kFirstThing + person);
-  chair.mesh = *make_furniture(rng.uniform() < 0.5 ? "chair" : "office_chair",
-                               static_cast<int>(rng.below(40)), {}, scene.materials);
+  const auto variant = static_cast<int>(rng.below(40));
+  chair.mesh =
+      *make_furniture(rng.uniform() < 0.5 ? "chair" : "office_chair", variant, {}, scene.materials);
   chair.T_world_object = [T_world_chair](double t_s) {
     const auto shot = static_cast<std::size_t>(std::max(0.0, t_s));
     return T_world_chair[std::min(shot, T_world_chair.size() - 1)];

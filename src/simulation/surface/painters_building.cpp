@@ -41,8 +41,8 @@ PaintedMaterial plaster(int variant, int size) {
     const int u = static_cast<int>(rng.below(static_cast<std::uint32_t>(size)));
     const int v = static_cast<int>(rng.below(static_cast<std::uint32_t>(size)));
     const int w = 2 + static_cast<int>(rng.below(9));
-    fill_rect(image, u, v, u + w, v + 1 + static_cast<int>(rng.below(3)),
-              Paint{170, 165, 158} * static_cast<float>(rng.uniform(0.7, 1.1)));
+    const Paint mark = Paint{170, 165, 158} * static_cast<float>(rng.uniform(0.7, 1.1));
+    fill_rect(image, u, v, u + w, v + 1 + static_cast<int>(rng.below(3)), mark);
   }
   return tiled(std::move(image), 2.6F, 2.6F);
 }

@@ -16,8 +16,8 @@ PaintedMaterial books(int variant, int size) {
   while (u < width) {
     const int w = 8 + static_cast<int>(rng.below(22));
     const int top = static_cast<int>(rng.below(static_cast<std::uint32_t>(height / 4)));
-    const Paint cover = random_paint(rng, static_cast<float>(rng.uniform(0.1, 0.8)),
-                                     static_cast<float>(rng.uniform(0.25, 0.95)));
+    const auto brightness = static_cast<float>(rng.uniform(0.25, 0.95));
+    const Paint cover = random_paint(rng, static_cast<float>(rng.uniform(0.1, 0.8)), brightness);
     fill_rect(image, u, top, u + w - 1, height, cover);
     const Paint ink = cover.r + cover.g + cover.b > 380 ? Paint{30, 30, 40} : Paint{235, 230, 210};
     const int label = top + height / 8 + static_cast<int>(rng.below(20));
@@ -197,9 +197,10 @@ PaintedMaterial ball(int variant, int size) {
   ColourImage image(size / 4, size / 4, to_rgb(random_paint(rng, 0.8F, 0.9F)));
   for (int i = 0; i < 14; ++i) {
     const auto edge = static_cast<std::uint32_t>(size / 4);
-    fill_disc(image, static_cast<int>(rng.below(edge)), static_cast<int>(rng.below(edge)),
-              size / 40 + static_cast<int>(rng.below(edge / 10 + 1)),
-              random_paint(rng, 0.6F, static_cast<float>(rng.uniform(0.2, 1))));
+    const Paint ink = random_paint(rng, 0.6F, static_cast<float>(rng.uniform(0.2, 1)));
+    const int radius = size / 40 + static_cast<int>(rng.below(edge / 10 + 1));
+    const auto v = static_cast<int>(rng.below(edge));
+    fill_disc(image, static_cast<int>(rng.below(edge)), v, radius, ink);
   }
   return tiled(std::move(image), 0.7F, 0.36F);
 }

@@ -70,10 +70,11 @@ PaintedMaterial print_shirt(int variant, int size) {
   Rng rng(seed_of(variant, 40));
   ColourImage image = cloth_image(random_paint(rng, 0.5F, 0.6F), size, seed_of(variant, 41));
   const int s = image.width();
+  const auto place = [&] { return static_cast<int>(rng.below(static_cast<std::uint32_t>(s))); };
   for (int i = 0; i < 20; ++i) {
-    fill_disc(image, static_cast<int>(rng.below(static_cast<std::uint32_t>(s))),
-              static_cast<int>(rng.below(static_cast<std::uint32_t>(s))), s / 20,
-              random_paint(rng, 0.7F, 0.9F));
+    const Paint ink = random_paint(rng, 0.7F, 0.9F);
+    const int v = place();
+    fill_disc(image, place(), v, s / 20, ink);
   }
   return tiled(std::move(image), 0.5F, 0.5F);
 }

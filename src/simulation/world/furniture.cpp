@@ -217,15 +217,20 @@ Mesh workplace(const Order& o) {
   const auto put = [&](const Mesh& thing, double x, double y, double yaw) {
     append(mesh, thing, SE3(so3_exp(Vec3(0, 0, yaw)), Vec3(x, y, top)));
   };
+  const auto put_about = [&](const Mesh& thing, double left, double right, double y, double turn) {
+    const double yaw = rng.uniform(-turn, turn);
+    put(thing, rng.uniform(left, right), y, yaw);
+  };
   const auto small = [](const char* kind, const Order& order) {
     return small_things().at(kind)(order);
   };
   const auto order = [&](int variant) { return Order{variant, std::nullopt, o.materials}; };
-  put(monitor(order(o.variant)), rng.uniform(-0.25, 0.05), 0.15, rng.uniform(-0.2, 0.2));
-  put(keyboard(order(o.variant)), rng.uniform(-0.2, 0.0), -0.18, rng.uniform(-0.1, 0.1));
-  put(small("paper", order(o.variant)), rng.uniform(0.35, 0.55), -0.12, rng.uniform(-0.6, 0.6));
-  put(small("books", order(o.variant)), rng.uniform(0.4, 0.6), 0.2, rng.uniform(-0.4, 0.4));
-  put(small("mug", order(o.variant)), rng.uniform(-0.6, -0.4), rng.uniform(-0.2, 0.1), 0);
+  put_about(monitor(order(o.variant)), -0.25, 0.05, 0.15, 0.2);
+  put_about(keyboard(order(o.variant)), -0.2, 0.0, -0.18, 0.1);
+  put_about(small("paper", order(o.variant)), 0.35, 0.55, -0.12, 0.6);
+  put_about(small("books", order(o.variant)), 0.4, 0.6, 0.2, 0.4);
+  const double mug_y = rng.uniform(-0.2, 0.1);
+  put(small("mug", order(o.variant)), rng.uniform(-0.6, -0.4), mug_y, 0);
   if (o.variant % 2 == 0) put(small("bottle", order(o.variant)), 0.3, 0.1, 0);
   if (o.variant % 3 == 0) put(small("duck", order(0)), 0.27, -0.05, 0.7);
   if (o.variant % 3 == 1) put(small("lamp", order(0)), -0.6, 0.22, -0.4);

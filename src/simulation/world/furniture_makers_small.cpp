@@ -14,7 +14,8 @@ Mesh paper(const Order& o) {
     Mesh sheet;
     add_picture(sheet, {-0.105F, -0.148F, 0.001F + 0.001F * static_cast<float>(i)}, {0.21F, 0, 0},
                 {0, 0.297F, 0}, o.materials.get("paper", o.variant + i));
-    const Vec3 shift(rng.uniform(-0.08, 0.08), rng.uniform(-0.06, 0.06), 0);
+    const double shift_y = rng.uniform(-0.06, 0.06);
+    const Vec3 shift(rng.uniform(-0.08, 0.08), shift_y, 0);
     append(mesh, sheet, SE3(so3_exp(Vec3(0, 0, rng.uniform(-0.5, 0.5))), shift));
   }
   return mesh;

@@ -56,6 +56,14 @@ struct SkippedImage {
   std::string reason;  ///< "missing", "truncated PNG", "other size: ...", ...
 };
 
+/// A topic that may tell how the camera moves.
+struct MotionTopic {
+  std::string name;
+  /// Of an IMU, or of the frame that odometry moves, by the recording's /tf_static.
+  std::optional<SE3> T_frame_camera{};
+  std::string missing{};  ///< why it is not known
+};
+
 struct Sequence {
   std::filesystem::path root;  ///< a folder or a file, or what a stream is called
   std::vector<SequencePair> pairs;
@@ -78,7 +86,8 @@ struct Sequence {
   std::size_t without_depth = 0;          ///< colour images that no depth image belongs to
   std::vector<std::string> warnings;      ///< one line each, for the log
   std::vector<std::string> notes;         ///< what the input was taken for, the same
-  std::string imu_topic, odometry_topic;  ///< of a bag, the first of each kind; empty = none
+  /// Of a bag or stream: sensor_msgs/Imu; nav_msgs/Odometry, the likeliest of wheels first.
+  std::vector<MotionTopic> imu_topics, odometry_topics;
 
   /// Of the depth images as they are stored.
   [[nodiscard]] const CameraConfig& depth_camera() const {

@@ -30,8 +30,8 @@ class Sweep {
   /// engine cannot be used.
   static Result<Sweep> open(SweepOptions options, SweepObserver observer);
 
-  /// Writes sweep.json and does what is left to do. @return true if all is done, false if it was stopped (nothing is lost
-  /// then); kOutput if a result cannot be written or the engine is gone.
+  /// Writes sweep.json and does what is left to do. @return true if all is done, false if it was
+  /// stopped (nothing is lost then); kOutput if a result cannot be written or the engine is gone.
   Result<bool> run();
 
   /// Tells of the sequences that cannot be used and of the earlier runs that are made again.

@@ -82,10 +82,10 @@ struct Sequence {
   int colour_channels = 3;     ///< of the first readable colour image: 3, or 1 for grey recordings
   std::optional<std::filesystem::path> groundtruth;
   ListCounts counts;
-  std::vector<SkippedImage> absent;       ///< listed files that do not exist and are in no pair
-  std::size_t without_depth = 0;          ///< colour images that no depth image belongs to
-  std::vector<std::string> warnings;      ///< one line each, for the log
-  std::vector<std::string> notes;         ///< what the input was taken for, the same
+  std::vector<SkippedImage> absent;   ///< listed files that do not exist and are in no pair
+  std::size_t without_depth = 0;      ///< colour images that no depth image belongs to
+  std::vector<std::string> warnings;  ///< one line each, for the log
+  std::vector<std::string> notes;     ///< what the input was taken for, the same
   /// Of a bag or stream: sensor_msgs/Imu; nav_msgs/Odometry, the likeliest of wheels first.
   std::vector<MotionTopic> imu_topics, odometry_topics;
 

@@ -15,15 +15,25 @@
 namespace ygslam::fuzz {
 namespace {
 
-void as_stream(const std::filesystem::path& path, const GivenCameras& cameras) {
-  const auto sequence = open_stream_sequence(
-      ByteStream(::open(path.c_str(), O_RDONLY | O_CLOEXEC), "stream", {}), {}, cameras);
+/// @param motion what is told beside the images is wanted, too.
+void as_stream(const std::filesystem::path& path, const GivenCameras& cameras, bool motion) {
+  const auto sequence =
+      open_stream_sequence(ByteStream(::open(path.c_str(), O_RDONLY | O_CLOEXEC), "stream", {}), {},
+                           cameras, {{motion, motion}, {motion, motion}});
   if (!sequence.ok()) {
     CHECK(sequence.error().message.find('\n') == std::string::npos, "a fault is one line");
     return;
   }
+  if (motion) {
+    static_cast<void>(sequence->stream->use_imu(""));
+    static_cast<void>(sequence->stream->use_odometry(""));
+  }
   std::optional<Timestamp> before;
   while (const auto pair = sequence->stream->next(kNoFrame, {}, {})) {
+    const StreamMotion said = sequence->stream->take_motion(kNoFrame);
+    for (const ImuSample& sample : said.imu)
+      CHECK(sample.angular_velocity_radps.allFinite() && sample.specific_force_mps2.allFinite());
+    for (const OdometrySample& sample : said.wheels) CHECK(sample.T_odom_base.is_finite());
     if (!pair->frame) continue;
     CHECK(!before || *before < pair->frame->stamp, "frames come in order");
     before = pair->frame->stamp;
@@ -43,7 +53,7 @@ void bags(std::string_view bytes) {
   camera.width = camera.height = 0;
   const log::ScopedSink quiet(std::make_shared<const log::Sink>([](auto, const auto&) {}));
   for (const GivenCameras& given : {GivenCameras(), GivenCameras{.colour = camera}}) {
-    as_stream(path, given);
+    as_stream(path, given, !given.colour);
     const auto sequence = open_bag_sequence(path, {}, given);
     if (!sequence.ok()) {
       CHECK(sequence.error().message.find('\n') == std::string::npos, "a fault is one line");

@@ -20,7 +20,7 @@ void messages_of_imu(std::string_view bytes) {
       reader.take({"/t", "sensor_msgs/Imu", layout}, {0, {5}, content, {}});
     const auto samples = chosen_readings(reader.sources(), "", "--imu-topic");
     if (!samples.ok()) continue;
-    for (const ImuSample& sample : *samples)
+    for (const ImuSample& sample : samples->samples)
       CHECK(sample.angular_velocity_radps.allFinite() && sample.specific_force_mps2.allFinite());
   }
 }

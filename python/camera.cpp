@@ -8,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "text.hpp"
+#include "wrong_call.hpp"
 
 namespace nb = nanobind;
 
@@ -16,16 +17,22 @@ namespace {
 
 using Camera = api::CameraModel;
 
-/// All that there is of it, for pickle and comparison.
-auto fields_of(const Camera& c) {
+/// All that pickles once had; what was added comes behind them.
+auto first_fields_of(const Camera& c) {
   return std::tuple(c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, c.width, c.height,
                     c.colour_readout_ms, c.depth_readout_ms, c.depth_delay_ms, c.shutter_known,
-                    c.device, c.ignore, c.ignore_image, c.shutter_guessed, c.likely_device,
-                    c.shutter_source);
+                    c.device, c.ignore, c.ignore_image);
 }
+/// All that there is of it, for pickle and comparison.
+auto fields_of(const Camera& c) {
+  return std::tuple_cat(first_fields_of(c),
+                        std::tuple(c.shutter_guessed, c.likely_device, c.shutter_source));
+}
+using FirstFields = decltype(first_fields_of(Camera()));
 using Fields = decltype(fields_of(Camera()));
 
-Camera camera_of(const Fields& fields) {
+template <typename SomeFields>
+Camera camera_of(const SomeFields& fields) {
   return std::apply([](const auto&... field) { return Camera{field...}; }, fields);
 }
 
@@ -68,9 +75,10 @@ std::string text_of(const Camera& c) {
 }  // namespace
 
 void bind_camera(nb::module_& m) {
-  nb::class_<Camera>(m, "CameraModel",
-                     "Pinhole camera with Brown-Conrady distortion, as in OpenCV [px]; read-out "
-                     "times of a rolling shutter [ms].")
+  nb::class_<Camera> bound(m, "CameraModel",
+                           "Pinhole camera with Brown-Conrady distortion, as in OpenCV [px]; "
+                           "read-out times of a rolling shutter [ms].");
+  bound
       .def("__init__", &construct, nb::arg("fx"), nb::arg("fy"), nb::arg("cx"), nb::arg("cy"),
            nb::arg("width") = 640, nb::arg("height") = 480, nb::kw_only(), nb::arg("k1") = 0.0,
            nb::arg("k2") = 0.0, nb::arg("p1") = 0.0, nb::arg("p2") = 0.0, nb::arg("k3") = 0.0,
@@ -107,7 +115,10 @@ void bind_camera(nb::module_& m) {
       .def("__getstate__", &fields_of)
       .def("__setstate__",
            [](Camera& c, const Fields& fields) { new (&c) Camera(camera_of(fields)); })
+      .def("__setstate__",
+           [](Camera& c, const FirstFields& fields) { new (&c) Camera(camera_of(fields)); })
       .def("__repr__", &text_of);
+  tell_wrong_calls(bound);
 }
 
 }  // namespace ygslam::python

@@ -355,6 +355,7 @@ class Faults(BenchTest):
         done = self.bench()
         self.assertEqual(done.returncode, 4, done.stderr)
         self.assertIn("none of its sequences can be used", done.stderr)
+        self.assertFalse(self.out.exists(), "nothing is left of it")
 
     def test_what_the_report_needs_is_asked_before_the_first_run(self):
         self.add("one")
@@ -363,7 +364,7 @@ class Faults(BenchTest):
         self.assertEqual(done.returncode, 9, done.stderr)
         self.assertIn("No module named 'matplotlib_that_is_not_there'", done.stderr)
         self.assertIn("nothing was run (--no-report does without)", done.stderr)
-        self.assertFalse((self.out / "runs" / "one").exists())
+        self.assertFalse(self.out.exists())
         self.assert_ran(self.bench("--no-report"))
 
     def test_a_report_that_cannot_be_made_leaves_the_results(self):

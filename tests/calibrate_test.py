@@ -103,7 +103,13 @@ class Calibrate(CliTest):
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertRegex(done.stderr, r"\Aerror: [^\n]+\n\Z")
         done = ygslam("calibrate", self.lively, "--to", 100, "--write", self.folder / "no" / "c.yaml")
-        self.assertIn(done.returncode, (4, 9), done.stderr)
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertNotIn("too short", done.stderr)
+
+    def test_where_it_cannot_be_written_is_told_before_the_work(self):
+        done = ygslam("calibrate", self.lively, "--to", 10, "--write", self.folder)
+        self.assertEqual(done.returncode, 9, done.stderr)
+        self.assertRegex(done.stderr, r"\Aerror: [^\n]+\n\Z")
 
 
 class Shutter(CliTest):

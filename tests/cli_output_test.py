@@ -167,6 +167,17 @@ class Links(CliTest):
         self.assertRegex(done.stderr, rf"\Aerror: {folder}: holds a recording")
         self.assertEqual(contents(folder), before)
 
+    def test_the_folders_of_a_recording_take_no_results(self):
+        folder = self.copy_sequence("recording", frames=12)
+        before = sorted(folder.rglob("*"))
+        for options, out in (((), folder / "rgb"), (("--export", folder / "depth"), "x"),
+                             (("--segmenter", f"masks:{folder}/mask"), folder / "mask")):
+            done = self.run_slam(folder, *options, out=out)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertRegex(done.stderr, r"\Aerror: [^\n]*(is of the recording that is read|is read \(--segm)[^\n]*\n\Z")
+        self.assertEqual(sorted(folder.rglob("*")), before)
+        self.assert_ran(self.run_slam(folder, out=folder / "results"))
+
     def test_a_map_is_no_file_of_the_runs_own(self):
         for name in FILES:
             for option in ("--save-map", "--mcap"):

@@ -20,21 +20,18 @@ DARK = ("--fault", "both:black@3s+1s", "--fault", "depth:empty@3s+1s")
 RENDER = ("--seconds", 5, "--fps", 20, "--size", "320x240", "--imu", "BMI085", "--quiet")
 
 
-def in_halves(bag, out):
-    """The recording with a topic each for gyroscope and accelerometer, as a RealSense has them."""
-    types = STORE.types
-    none = types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
-    halves = {"/gyro": {"linear_acceleration": none}, "/accel": {"angular_velocity": none}}
+def rewritten(bag, out, change):
+    """@param change (topic, message) to the messages by topic in its place; None: it stays."""
     with bag.open("rb") as source, out.open("wb") as target:
         writer = mcap.writer.Writer(target, use_chunking=False)
         writer.start("ros2")
         schemas, channels = {}, {}
         for schema, channel, message in make_reader(source).iter_messages(log_time_order=False):
-            contents = {channel.topic: message.data}
-            if channel.topic == "/imu":
-                whole = STORE.deserialize_cdr(message.data, schema.name)
-                contents = {topic: bytes(STORE.serialize_cdr(dataclasses.replace(whole, **other), schema.name))
-                            for topic, other in halves.items()}
+            changed = None
+            if channel.topic in ("/imu", "/tf_static"):
+                changed = change(channel.topic, STORE.deserialize_cdr(message.data, schema.name))
+            contents = {channel.topic: message.data} if changed is None else {
+                topic: bytes(STORE.serialize_cdr(one, schema.name)) for topic, one in changed.items()}
             for topic, data in contents.items():
                 if schema.name not in schemas:
                     schemas[schema.name] = writer.register_schema(schema.name, schema.encoding, schema.data)
@@ -42,6 +39,24 @@ def in_halves(bag, out):
                     channels[topic] = writer.register_channel(topic, channel.message_encoding, schemas[schema.name])
                 writer.add_message(channels[topic], message.log_time, data, message.publish_time)
         writer.finish()
+    return out
+
+
+def in_halves(bag, out):
+    """With a topic each for gyroscope and accelerometer, as a RealSense has them: the latter tells more seldom."""
+    none = STORE.types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
+    count = 0
+
+    def change(topic, whole):
+        nonlocal count
+        if topic != "/imu":
+            return None
+        count += 1
+        halves = {"/camera/gyro/sample": dataclasses.replace(whole, linear_acceleration=none)}
+        if count % 3 == 1:
+            halves["/camera/accel/sample"] = dataclasses.replace(whole, angular_velocity=none)
+        return halves
+    return rewritten(bag, out, change)
 
 
 class ImuRuns(CliTest):
@@ -51,9 +66,12 @@ class ImuRuns(CliTest):
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory(prefix="ygslam imu ")
         cls.addClassCleanup(folder.cleanup)
-        cls.recording = pathlib.Path(folder.name) / "covered"
-        done = ygslam("simulate", "walking_xyz", "--without", "people", "--out", cls.recording, *RENDER, *DARK)
+        cls.recording, cls.bag = pathlib.Path(folder.name) / "covered", pathlib.Path(folder.name) / "covered.mcap"
+        done = ygslam("simulate", "walking_xyz", "--without", "people", "--out", cls.recording, "--mcap", cls.bag, *RENDER,
+                      *DARK)
         assert done.returncode == 0, done.stderr
+        cls.placeless = rewritten(cls.bag, pathlib.Path(folder.name) / "placeless.mcap",
+                                  lambda topic, _: {} if topic == "/tf_static" else None)
 
     def test_a_covered_lens_costs_no_pose(self):
         done, metrics, rows = self.run_on(self.recording)
@@ -85,58 +103,90 @@ class ImuRuns(CliTest):
         self.assertEqual(self.run_on(folder, "--imu-calibration", self.recording / "imu.yaml")[1]["coasting"], 20)
 
     def test_a_bag_has_its_own(self):
-        bag = self.folder / "covered.mcap"
-        done = ygslam("simulate", "walking_xyz", "--without", "people", "--mcap", bag, *RENDER, *DARK)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        done, metrics, _ = self.run_on(bag)
+        done, metrics, _ = self.run_on(self.bag)
         self.assertEqual(metrics["coasting"], 0)
-        self.assertIn(": /imu may be of the IMU: --imu /imu --imu-calibration FILE.yaml uses it", done.stderr)
+        self.assertIn(": /imu may be of the IMU: --imu /imu uses it", done.stderr)
         place = ("--imu-calibration", self.recording / "imu.yaml")
-        done, metrics, _ = self.run_on(bag, *place)
+        done, metrics, _ = self.run_on(self.bag, *place)
         self.assertEqual(metrics.get("coasting"), 20, done.stderr)
-        done, _, _ = self.run_on(bag, *place, "--imu", "/no/topic")
+        done, _, _ = self.run_on(self.bag, *place, "--imu", "/no/topic")
         self.assertEqual(done.returncode, 4)
         self.assertIn("/no/topic", done.stderr)
-        done, _, _ = self.run_on(bag, "--imu", "/imu")
+
+    def test_static_transforms_place_it(self):
+        for run in (self.run_on, self.run_on_stream):
+            for options in (("--imu", "/imu"), ("--imu-calibration", "tf")):
+                done, metrics, _ = run(self.bag, *options)
+                self.assertEqual(metrics.get("coasting"), 20, done.stderr)
+                self.assertIn("the IMU placed by /tf_static", done.stderr)
+                self.assertLess(self.error_of_run_m(), 0.02)
+            done, _, _ = run(self.placeless, "--imu", "/imu")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("--imu /imu: of the frames 'imu' and 'camera", done.stderr)
+            self.assertIn("--imu-calibration FILE.yaml says where the IMU is", done.stderr)
+            done, _, _ = run(self.placeless, "--imu-calibration", "tf")
+            self.assertEqual(done.returncode, 3)
+            self.assertIn("--imu-calibration tf: of the frames", done.stderr)
+            done, _, _ = run(self.placeless)
+            self.assertIn("--imu /imu --imu-calibration FILE.yaml uses it", done.stderr)
+        done, _, _ = self.run_on(self.recording, "--imu-calibration", "tf")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("--imu-calibration", done.stderr)
+        self.assertIn("imu.csv is a file, which names no frame", done.stderr)
 
     def test_a_stream_has_its_own(self):
-        bag = self.folder / "covered.mcap"
-        done = ygslam("simulate", "walking_xyz", "--without", "people", "--mcap", bag, *RENDER, *DARK)
-        self.assertEqual(done.returncode, 0, done.stderr)
         place = ("--imu-calibration", self.recording / "imu.yaml")
-        done, metrics, rows = self.run_on_stream(bag, *place)
+        done, metrics, rows = self.run_on_stream(self.bag, *place)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("readings of the IMU come from /imu", done.stderr)
         self.assertEqual([row["state"] for row in rows[60:80]], ["coasting"] * 20)
         self.assertEqual(metrics["coasting"], 20)
         self.assertLess(self.error_of_run_m(), 0.02)
-        again = self.run_on_stream(bag, *place)[2]
+        again = self.run_on_stream(self.bag, *place)[2]
         self.assertEqual([row["position_std_mm"] for row in rows], [row["position_std_mm"] for row in again])
-        done, metrics, _ = self.run_on_stream(bag)
-        self.assertIn("/imu may be of the IMU: --imu /imu --imu-calibration FILE.yaml uses it", done.stderr)
+        done, metrics, _ = self.run_on_stream(self.bag)
+        self.assertIn("/imu may be of the IMU: --imu /imu uses it", done.stderr)
         self.assertEqual(metrics["coasting"], 0)
-        self.assertEqual(self.run_on_stream(bag, "--imu", "none")[1]["coasting"], 0)
-        done, _, _ = self.run_on_stream(bag, *place, "--imu", "/no/topic")
+        self.assertEqual(self.run_on_stream(self.bag, "--imu", "none")[1]["coasting"], 0)
+        done, _, _ = self.run_on_stream(self.bag, *place, "--imu", "/no/topic")
         self.assertEqual(done.returncode, 4)
-        self.assertIn("/no/topic", done.stderr)
-        self.assertEqual(self.run_on_stream(bag, "--imu", "/imu")[0].returncode, 2)
-        self.assertEqual(self.run_on_stream(bag, "--odometry", "/odom")[0].returncode, 2)
+        self.assertIn("no readings under --imu /no/topic; there are /imu", done.stderr)
+        done, _, _ = self.run_on_stream(self.bag, *place, "--imu", self.recording / "imu.csv")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("imu.csv: a file; of a stream one of its topics is used", done.stderr)
 
-    def test_of_several_topics_of_a_stream_one_is_chosen(self):
-        bag = self.folder / "covered.mcap"
-        done = ygslam("simulate", "walking_xyz", "--without", "people", "--mcap", bag, *RENDER)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        halves = self.folder / "halves.mcap"
-        in_halves(bag, halves)
+    def test_halves_of_one_sensor_are_united_in_bags_and_streams(self):
+        halves = in_halves(self.bag, self.folder / "halves.mcap")
         place = ("--imu-calibration", self.recording / "imu.yaml")
-        done, _, _ = self.run_on_stream(halves, *place)
-        self.assertEqual(done.returncode, 4)
-        self.assertIn("several topics have inertial readings: /accel, /gyro; choose with --imu", done.stderr)
-        done, _, _ = self.run_on_stream(halves, *place, "--imu", "/accel")
+        for run in (self.run_on, self.run_on_stream):
+            done, metrics, rows = run(halves, *place)
+            self.assertEqual(metrics.get("coasting"), 20, done.stderr)
+            self.assertEqual([row["state"] for row in rows[60:80]], ["coasting"] * 20)
+            self.assertIn("/camera/accel/sample and /camera/gyro/sample: halves of one sensor", done.stderr)
+            self.assertLess(self.error_of_run_m(), 0.02)
+        done, metrics, _ = self.run_on_stream(halves, "--imu-calibration", "tf")
+        self.assertEqual(metrics.get("coasting"), 20, done.stderr)
+        done, _, _ = self.run_on_stream(halves, *place, "--imu", "/camera/accel/sample")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(done.stderr.count("/accel: an accelerometer alone; no angular velocity"), 1, done.stderr)
+        self.assertEqual(done.stderr.count("/accel/sample: an accelerometer alone; no angular velocity"), 1, done.stderr)
+
+    def test_damage_of_a_bag_is_told_once(self):
+        cut = self.folder / "cut.mcap"
+        cut.write_bytes(self.bag.read_bytes()[:-100_000])
+        done, _, _ = self.run_on(cut, "--imu", "/imu")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        warnings = [line for line in done.stderr.splitlines() if line.startswith("warning: ") and "cut.mcap" in line]
+        self.assertEqual(len(warnings), len(set(warnings)), done.stderr)
+        self.assertGreater(len(warnings), 0)
+
+    def test_of_several_topics_one_is_chosen(self):
+        twice = rewritten(self.bag, self.folder / "twice.mcap",
+                          lambda topic, whole: {"/a": whole, "/b": whole} if topic == "/imu" else None)
+        place = ("--imu-calibration", self.recording / "imu.yaml")
+        for run in (self.run_on, self.run_on_stream):
+            done, _, _ = run(twice, *place)
+            self.assertEqual(done.returncode, 4)
+            self.assertRegex(done.stderr, "several topics have inertial readings: /a .*, /b .*; choose with --imu")
+            self.assertEqual(run(twice, *place, "--imu", "/b")[1]["coasting"], 20)
 
     def error_of_run_m(self):
         """Of all poses, those of the covered second among them."""
@@ -161,6 +211,9 @@ class ImuRuns(CliTest):
         done, _, _ = self.run_on(self.recording, "--imu-calibration", self.recording / "calibration.txt")
         self.assertEqual(done.returncode, 3)
         self.assertIn("calibration.txt:", done.stderr)
+        done, _, _ = self.run_on(self.recording, "--imu-calibration", self.folder / "missing.yaml")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("missing.yaml:", done.stderr)
         done, _, _ = self.run_on(self.recording, "--imu", "none", "--imu-calibration", self.recording / "imu.yaml")
         self.assertEqual(done.returncode, 2)
 

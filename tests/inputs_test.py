@@ -492,8 +492,16 @@ class Rows(unittest.TestCase):
             "text": ("src/io/imu_file_test.cpp", "LinesInSecondsAreRead"),
             "header line": ("src/io/imu_file_test.cpp", "HeaderNamesColumnsInAnyOrder"),
             "TUM's": ("src/io/imu_file_test.cpp", "TumsAccelerometerIsReadAsOneAlone"),
-            "bag or MCAP": ("src/bag/bag_imu_test.cpp", "HalvesOfARealSenseAreUnited"),
-            "MCAP stream": ("tests/imu_run_test.py", "test_of_several_topics_of_a_stream_one_is_chosen")},
+            "bag or MCAP": ("tests/imu_run_test.py", "test_of_several_topics_one_is_chosen"),
+            "halves of a RealSense": ("tests/imu_run_test.py",
+                                      "test_halves_of_one_sensor_are_united_in_bags_and_streams"),
+            "MCAP stream": ("tests/imu_run_test.py", "test_a_stream_has_its_own"),
+            "`/tf_static`": ("tests/imu_run_test.py", "test_static_transforms_place_it")},
+        "Wheel odometry": {
+            "`odom.csv`": ("tests/wheel_run_test.py", "test_a_covered_lens_costs_no_pose"),
+            "bag or MCAP": ("tests/wheel_run_test.py", "test_a_bag_has_its_own"),
+            "MCAP stream": ("tests/wheel_run_test.py", "test_a_stream_has_its_own"),
+            "`/tf_static`": ("tests/wheel_run_test.py", '"the camera placed by /tf_static"')},
         "Surfaces": {
             "binary": ("tests/inputs_test.py", '"big-endian PLY"'),
             "text": ("tests/inputs_test.py", '"PLY as text"'),

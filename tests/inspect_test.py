@@ -171,6 +171,7 @@ class Overwriting(CliTest):
                 done = ygslam("simulate", "static_xyz", "--out", self.folder / "w",
                               f"{option}=nan")
                 self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(option, done.stderr)
                 self.assertFalse((self.folder / "w").exists())
 
     def test_a_pipe_in_place_of_a_mask_does_not_hang(self):

@@ -182,6 +182,10 @@ class Results(RoomTest):
         for name in ("fx", "fy", "cx", "cy", "k1", "k2", "width", "height", "ignore", "device", "shutter_known",
                      "shutter_guessed", "likely_device", "shutter_source"):
             self.assertEqual(getattr(again, name), getattr(camera, name))
+        earlier = ygslam.CameraModel.__new__(ygslam.CameraModel)  # as pickle does, of a version before 21 fields
+        earlier.__setstate__(camera.__getstate__()[:18])
+        self.assertEqual((earlier.fx, earlier.ignore, earlier.device, earlier.likely_device),
+                         (500.25, [[0, 1, 2, 3]], "kinect_v1", ""))
 
     def test_what_is_printed_says_something(self):
         slam, results = self.run_through()

@@ -89,9 +89,31 @@ class WheelRuns(CliTest):
         done, _, _ = self.run_on(self.bag, *place, "--odometry", "/no/topic")
         self.assertEqual(done.returncode, 4)
         self.assertIn("/no/topic", done.stderr)
-        done, _, _ = self.run_on(self.bag, "--odometry", "/wheel_odometry")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--odometry-calibration", done.stderr)
+        done, metrics, _ = self.run_on(self.bag, "--odometry", "/wheel_odometry")
+        self.assertGreaterEqual(metrics.get("coasting", 0), 40, done.stderr)
+        self.assertIn("the camera placed by /tf_static", done.stderr)
+
+    def test_a_stream_has_its_own(self):
+        done, metrics, _ = self.run_on_stream(self.bag)
+        self.assertEqual(metrics["coasting"], 0)
+        self.assertIn("/wheel_odometry may be of the wheels: --odometry /wheel_odometry uses it", done.stderr)
+        topic = ("--odometry", "/wheel_odometry")
+        for options in ((*topic, "--odometry-calibration", self.recording / "odom.yaml"), topic,
+                        ("--odometry-calibration", "tf", *topic)):
+            done, metrics, rows = self.run_on_stream(self.bag, *options)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("poses of the wheels come from /wheel_odometry", done.stderr)
+            self.assertEqual([row["state"] for row in rows[120:160]], ["coasting"] * 40)
+        done, _, _ = self.run_on_stream(self.bag, "--odometry", "/no/topic")
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("no poses under --odometry /no/topic", done.stderr)
+        self.assertEqual(self.run_on_stream(self.bag, "--odometry", "none")[1]["coasting"], 0)
+        done, _, _ = self.run_on_stream(self.bag, *topic, "--odometry-calibration", self.folder / "missing.yaml")
+        self.assertEqual(done.returncode, 3)
+
+    def run_on_stream(self, bag, *options):
+        with bag.open("rb") as stream:
+            return self.run_on("-", *options, stdin=stream)
 
     def test_faulty_files_are_named(self):
         folder = self.copy("faulty")

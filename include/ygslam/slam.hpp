@@ -57,7 +57,7 @@ struct CameraModel {
   double depth_readout_ms = 0;   ///< the same of the depth image
   double depth_delay_ms = 0;     ///< middle of the depth image after that of the colour image
   bool shutter_known = false;    ///< the three times are right even where they are 0
-  /// kinect_v1, realsense_d455, ... (docs/camera.md): its times, where none are given above.
+  /// kinect_v1, realsense_d455, ... (docs/camera.md): its times, where they are not given above.
   std::string device{};
   /// Pixels that are not of the world, as the robot itself or text in the image: {x, y, width,
   /// height} each. What is fixed to the camera is found without them, too, once it has moved.

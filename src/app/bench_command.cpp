@@ -9,6 +9,7 @@
 #include "app/exit_code.hpp"
 #include "app/program_log.hpp"
 #include "app/progress_bar.hpp"
+#include "app/run_targets.hpp"
 #include "app/standard_streams.hpp"
 #include "app/stop_signal.hpp"
 #include "benchmark_runs/child_process.hpp"
@@ -150,7 +151,7 @@ Status make_report(const std::filesystem::path& out) {
 
 // Everything that log.txt tells of.
 Result<int> make_runs(const BenchArguments& a, const SweepOptions& options, Sweep& sweep,
-                      SweepDisplay& display) {
+                      SweepDisplay& display, LogFile& log_file) {
   const std::filesystem::path& out = options.out;
   log::info("{} sequences, {} runs, {} of them done before", sweep.sequences().size(),
             sweep.total(), sweep.done_before());
@@ -162,6 +163,7 @@ Result<int> make_runs(const BenchArguments& a, const SweepOptions& options, Swee
     const Status possible = can_make_report();
     if (!possible.ok()) return possible.error();
   }
+  if (Status placed = log_file.place(); !placed.ok()) return placed.error();
   const auto complete = sweep.run();
   display.end();
   if (!complete.ok()) return complete.error();
@@ -190,14 +192,14 @@ Result<int> run_sweep(const BenchArguments& a) {
   const auto options = sweep_options(a);
   if (!options.ok()) return options.error();
   const std::filesystem::path out = options->out;
+  const NewFolders folders({out.string()});
   SweepDisplay display(is_quiet());
   auto sweep = Sweep::open(*options, display.observer());
   if (StopSignal::received() != 0) return 128 + StopSignal::received();
   if (!sweep.ok()) return sweep.error();
   auto log_file = LogFile::open(out / "log.txt", true);
   if (!log_file.ok()) return log_file.error();
-  if (Status placed = log_file->place(); !placed.ok()) return placed.error();
-  auto code = make_runs(a, *options, *sweep, display);
+  auto code = make_runs(a, *options, *sweep, display, *log_file);
   if (code.ok()) return code;
   log::error("{}", code.error().message);  // while the log is open
   return static_cast<int>(code.error().kind);

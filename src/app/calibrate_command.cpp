@@ -204,6 +204,12 @@ Status calibrate(Calibration& calibration) {
   uses.reads_sequence(options.sequence, calibration.sequence);
   uses.writes("--write", calibration.write);
   if (Status checked = uses.check(); !checked.ok()) return checked;
+  std::optional<AtomicFile> file;  // whether it can be written is known before minutes of work
+  if (!calibration.write.empty()) {
+    auto created = AtomicFile::create(calibration.write);
+    if (!created.ok()) return created.error();
+    file = std::move(*created);
+  }
   const CameraConfig& used = calibration.sequence.camera;
   CameraConfig camera = used;
   camera.shutter_known = true;
@@ -221,13 +227,13 @@ Status calibrate(Calibration& calibration) {
     camera = for_next_round(camera, findings);
   }
   print(used, calibration.sequence.shutter_source, findings);
-  if (calibration.write.empty()) return Ok{};
+  if (!file) return Ok{};
   if (!findings.front().is_told(kWanted.front())) {
     return Error{ErrorKind::kInput, options.sequence + ": does not tell colour_readout_ms: " +
                                         calibration.write + " is not written"};
   }
-  Status written = write_file_atomically(calibration.write,
-                                         camera_text(with_times(used, findings, Take::kDiffering)));
+  Status written = file->write(camera_text(with_times(used, findings, Take::kDiffering)));
+  if (written) written = file->commit();
   if (written) tell_written(calibration.write);
   return written;
 }

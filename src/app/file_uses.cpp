@@ -77,7 +77,7 @@ std::vector<FileUses::Place> FileUses::places_in(const std::string& what, const 
   for (const std::string_view name : names) {
     const fs::path path = folder / name;
     places.push_back({what, folder, without_links(path.parent_path()), path.filename().string(),
-                      identity_of(path)});
+                      identity_of(path), true});
   }
   return places;
 }
@@ -129,9 +129,9 @@ void FileUses::writes_in(const std::string& what, const fs::path& folder, const 
 bool FileUses::meet(const Place& a, const Place& b) {
   if (a.identity && a.identity == b.identity) return true;
   if (a.folder != b.folder) return false;
-  // A folder that is read is no place for files in numbers, whatever they are called; a single one
-  // may lie there.
-  if (a.name == "*" || b.name == "*") return !a.is_one() && !b.is_one();
+  // A folder that is read is no place for results, whatever they are called; a single file that is
+  // named itself may lie there.
+  if (a.name == "*" || b.name == "*") return a.is_of_folder && b.is_of_folder;
   return names_meet(a.name, b.name);
 }
 

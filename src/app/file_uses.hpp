@@ -43,6 +43,7 @@ class FileUses {
     std::filesystem::path folder;                                       ///< without links
     std::string name;                                                   ///< perhaps with a star
     std::optional<std::pair<std::uint64_t, std::uint64_t>> identity{};  ///< device, number
+    bool is_of_folder = false;  ///< which was named, not the file
 
     [[nodiscard]] std::filesystem::path path() const { return folder / name; }
     [[nodiscard]] bool is_one() const { return name.find('*') == name.npos; }

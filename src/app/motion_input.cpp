@@ -17,6 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kFromTf = "tf";
+constexpr const char* kNotUsed = "none";
+
 bool is_there(const fs::path& path) {
   std::error_code code;
   return fs::exists(path, code) || fs::is_symlink(path, code);  // that leads nowhere: an error
@@ -31,148 +34,245 @@ bool is_of_other_time(const std::vector<Sample>& samples, const Sequence& sequen
          seconds_between(sequence.pairs.front().stamp, samples.back().stamp) > kMostOffset_s;
 }
 
-/// One of both kinds of sensors, as its options and files are named.
-struct MotionNames {
-  const char *option, *calibration_option;
-  const char *readings, *place;  ///< files of a folder
-  const char *what, *of;         ///< for messages
-};
-constexpr MotionNames kImuNames{"--imu",    "--imu-calibration", "imu.csv",
-                                "imu.yaml", "the IMU",           "IMU"};
-constexpr MotionNames kWheelNames{
-    "--odometry", "--odometry-calibration", "odom.csv", "odom.yaml", "the camera", "wheels"};
-
-std::string unused_topic(const std::string& recording, const MotionNames& names,
-                         const std::string& topic) {
-  return fmt::format("{}: {} may be of the {}: {} {} {} FILE.yaml uses it (docs/inertial.md)",
-                     recording, printable(topic), names.of, names.option, printable(topic),
-                     names.calibration_option);
-}
-
-Error no_place(const MotionNames& names, const std::string& source) {
-  return {ErrorKind::kUsage, fmt::format("{} {}: {} FILE.yaml says where {} is", names.option,
-                                         source, names.calibration_option, names.what)};
-}
-
-/// What the options say, checked.
-struct MotionChoice {
-  bool is_used = false;
-  fs::path file{};  ///< empty: the bag
-  std::string topic{};
-  fs::path calibration{};
-  std::string told{};
-  bool is_asked_for = false;
+/// What a topic tells, and which it is.
+template <typename Sample>
+struct FromTopic {
+  std::string topic;
+  std::vector<Sample> samples;
 };
 
-/// @param topic of the bag; empty: it has none.
-Result<MotionChoice> chosen(const MotionNames& names, const std::string& topic,
-                            const std::string& source, const std::string& calibration,
-                            const RunOptions& o) {
-  const bool is_asked_for = !source.empty() || !calibration.empty();
-  if (source == "none" && !calibration.empty())
-    return Error{ErrorKind::kUsage,
-                 fmt::format("{} none: takes no {}", names.option, names.calibration_option)};
-  if (source == "none") return MotionChoice{};
-  const bool is_bag = ygslam::is_bag(o.sequence);
-  const fs::path folder = o.sequence;
-  MotionChoice choice{true, {}, source, calibration, {}, is_asked_for};
-  if (choice.calibration.empty() && !is_bag) choice.calibration = folder / names.place;
-  const bool names_file = !source.empty() && (!is_bag || is_there(source));
-  const fs::path file = names_file ? fs::path(source) : folder / names.readings;
-  if (!is_asked_for && is_bag && !topic.empty())
-    return MotionChoice{.told = unused_topic(o.sequence, names, topic)};
-  if (!is_asked_for && (is_bag || !is_there(file))) return MotionChoice{};
-  if (!is_asked_for && !is_there(choice.calibration))
-    return MotionChoice{.told = file.string() + ": not used: there is no " + names.place +
-                                " that says where " + names.what + " is (docs/inertial.md)"};
-  if (choice.calibration.empty()) return no_place(names, source);
-  if (!is_bag || names_file) choice.file = file;
-  const std::string from = choice.file.empty() ? o.sequence : choice.file.string();
-  choice.told = from + ": {} of the " + names.of + "; " + names.option + " none leaves them out";
-  return choice;
-}
+/// An IMU, as its options and files are named, and as it is read.
+struct ImuKind {
+  using Input = ImuInput;
+  using Place = ImuCalibration;
+  using Samples = std::vector<ImuSample>;
+  static constexpr const char *kOption = "--imu", *kPlaceOption = "--imu-calibration",
+                              *kReadings = "imu.csv", *kPlaceFile = "imu.yaml",
+                              *kPlaced = "the IMU", *kOf = "IMU", *kUnit = "reading";
 
-template <typename Input, typename ReadFile, typename ReadBag, typename ReadPlace>
-Result<Input> opened(const Result<MotionChoice>& choice, const Sequence& sequence, const char* unit,
-                     const ReadFile& read_file, const ReadBag& read_bag,
-                     const ReadPlace& read_place) {
-  if (!choice.ok()) return choice.error();
-  if (!choice->is_used) return Input{{}, {}, choice->told};
-  auto samples = choice->file.empty() ? read_bag(choice->topic) : read_file(choice->file);
-  if (!samples.ok()) return samples.error();
-  if (is_of_other_time(*samples, sequence)) {
-    const std::string fault = (choice->file.empty() ? sequence.root : choice->file).string() +
-                              ": none of it is of the images' time";
-    if (choice->is_asked_for) return Error{ErrorKind::kInput, fault};
-    return Input{{}, {}, fault + ": not used"};
+  const RunOptions& o;
+  [[nodiscard]] const std::string& source() const { return o.imu; }
+  [[nodiscard]] const std::string& calibration() const { return o.imu_calibration; }
+  static const std::vector<MotionTopic>& topics(const Sequence& s) { return s.imu_topics; }
+  static Result<Samples> read_file(const fs::path& file) { return read_imu(file); }
+  static Result<Place> read_place(const fs::path& file) { return read_imu_calibration(file); }
+  static Place at(const SE3& T_frame_camera) {
+    Place place;
+    place.T_camera_imu = T_frame_camera.inverse();
+    return place;
   }
-  auto calibration = read_place(choice->calibration);
-  if (!calibration.ok()) return calibration.error();
-  Input input{*calibration, std::move(samples).value(), choice->told};
-  input.told.replace(input.told.find("{}"), 2, counted(input.samples.size(), unit));
-  return input;
+  static Result<std::string> use(FrameStream& stream, const std::string& choice) {
+    return stream.use_imu(choice);
+  }
+  static Result<FromTopic<ImuSample>> read_bag(const std::string& bag, const std::string& choice) {
+    auto read = read_bag_imu(bag, choice, kOption);
+    if (!read.ok()) return read.error();
+    return FromTopic<ImuSample>{read->topics.gyro, std::move(read->samples)};
+  }
+};
+
+/// The wheels of a robot.
+struct WheelKind {
+  using Input = WheelInput;
+  using Place = WheelCalibration;
+  using Samples = std::vector<OdometrySample>;
+  static constexpr const char *kOption = "--odometry", *kPlaceOption = "--odometry-calibration",
+                              *kReadings = "odom.csv", *kPlaceFile = "odom.yaml",
+                              *kPlaced = "the camera", *kOf = "wheels", *kUnit = "pose";
+
+  const RunOptions& o;
+  [[nodiscard]] const std::string& source() const { return o.odometry; }
+  [[nodiscard]] const std::string& calibration() const { return o.odometry_calibration; }
+  static const std::vector<MotionTopic>& topics(const Sequence& s) { return s.odometry_topics; }
+  static Result<Samples> read_file(const fs::path& file) { return read_wheels(file); }
+  static Result<Place> read_place(const fs::path& file) { return read_wheel_calibration(file); }
+  static Place at(const SE3& T_frame_camera) {
+    Place place;
+    place.T_base_camera = T_frame_camera;
+    return place;
+  }
+  static Result<std::string> use(FrameStream& stream, const std::string& choice) {
+    return stream.use_odometry(choice);
+  }
+  static Result<FromTopic<OdometrySample>> read_bag(const std::string& bag,
+                                                    const std::string& choice) {
+    auto read = read_bag_trajectory(bag, choice, kOption, Damage::kWasTold);
+    if (!read.ok()) return read.error();
+    auto samples = wheels_of_poses(read->poses);
+    if (!samples.ok()) return Error{samples.error().kind, bag + ": " + samples.error().message};
+    return FromTopic<OdometrySample>{read->topic, std::move(samples).value()};
+  }
+};
+
+template <typename Kind>
+typename Kind::Input unused_topic(const std::string& recording,
+                                  const std::vector<MotionTopic>& topics) {
+  if (topics.empty()) return {};
+  const std::string topic = printable(topics.front().name);
+  const std::string place = topics.front().T_frame_camera
+                                ? std::string()
+                                : fmt::format(" {} FILE.yaml", Kind::kPlaceOption);
+  return {{},
+          {},
+          fmt::format("{}: {} may be of the {}: {} {}{} uses it (docs/inertial.md)", recording,
+                      topic, Kind::kOf, Kind::kOption, topic, place)};
 }
 
-Result<std::vector<OdometrySample>> read_bag_wheels(const std::string& bag,
-                                                    const std::string& topic) {
-  const auto trajectory = read_bag_trajectory(bag, topic, "--odometry");
-  if (!trajectory.ok()) return trajectory.error();
-  auto samples = wheels_of_poses(trajectory->poses);
-  if (!samples.ok()) return Error{samples.error().kind, bag + ": " + samples.error().message};
-  return samples;
+/// Nobody says where the sensor is. @param tf why the recording does not.
+template <typename Kind>
+Error no_place(ErrorKind error, const std::string& source, const std::string& tf) {
+  return {error, fmt::format("{}: {}; {} FILE.yaml says where {} is", source, tf,
+                             Kind::kPlaceOption, Kind::kPlaced)};
 }
 
-std::string listed(const std::vector<std::string>& topics) {
-  constexpr std::size_t kMost = 8;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(topics.size(), kMost); ++i)
-    text += (i == 0 ? "" : ", ") + printable(topics[i]);
-  return topics.size() > kMost ? text + ", ..." : text;
+template <typename Kind>
+Error takes_none() {
+  return {ErrorKind::kUsage,
+          fmt::format("{} none: takes no {}", Kind::kOption, Kind::kPlaceOption)};
 }
 
-/// What comes beside the images, if a topic of it was announced with the first of them.
-Result<ImuInput> open_streamed_imu(const RunOptions& o, const Sequence& sequence) {
+/// Where it is: by the file that the options name, else as /tf_static of the recording says.
+template <typename Kind>
+Result<typename Kind::Place> place_of_topic(const Kind& kind, const std::string& topic,
+                                            const Sequence& sequence) {
+  const std::string& given = kind.calibration();
+  if (!given.empty() && given != kFromTf) return Kind::read_place(given);
+  const auto& topics = Kind::topics(sequence);
+  const auto found = std::ranges::find(topics, topic, &MotionTopic::name);
+  if (found != topics.end() && found->T_frame_camera) return Kind::at(*found->T_frame_camera);
+  const std::string why =
+      found == topics.end() ? printable(topic) + " tells of no frame of its own" : found->missing;
+  if (given == kFromTf)
+    return no_place<Kind>(ErrorKind::kConfig, fmt::format("{} tf", Kind::kPlaceOption), why);
+  return no_place<Kind>(ErrorKind::kUsage, fmt::format("{} {}", Kind::kOption, printable(topic)),
+                        why);
+}
+
+template <typename Kind>
+bool is_by_tf(const Kind& kind) {
+  return kind.calibration().empty() || kind.calibration() == kFromTf;
+}
+
+template <typename Kind>
+std::string placed_text(const Kind& kind) {
+  return is_by_tf(kind) ? fmt::format(", {} placed by /tf_static", Kind::kPlaced) : std::string();
+}
+
+/// What belongs to the images, or nothing with the reason.
+template <typename Kind>
+Result<typename Kind::Input> of_their_time(typename Kind::Place place,
+                                           typename Kind::Samples samples, const std::string& from,
+                                           const std::string& how, bool is_asked_for,
+                                           const Sequence& sequence) {
+  if (is_of_other_time(samples, sequence)) {
+    const std::string fault = from + ": none of it is of the images' time";
+    if (is_asked_for) return Error{ErrorKind::kInput, fault};
+    return typename Kind::Input{{}, {}, fault + ": not used"};
+  }
+  std::string told =
+      fmt::format("{}: {} of the {}{}; {} none leaves them out", from,
+                  counted(samples.size(), Kind::kUnit), Kind::kOf, how, Kind::kOption);
+  return typename Kind::Input{std::move(place), std::move(samples), std::move(told)};
+}
+
+/// The topic of a stream, if it was announced with the first images.
+template <typename Kind>
+Result<typename Kind::Input> open_streamed(const Kind& kind, const Sequence& sequence) {
+  using Input = typename Kind::Input;
   const std::string root = sequence.root.string();
-  const std::vector<std::string> topics = sequence.stream->imu_topics();
-  if (o.imu.empty() && o.imu_calibration.empty())
-    return topics.empty() ? ImuInput{}
-                          : ImuInput{{}, {}, unused_topic(root, kImuNames, topics.front())};
-  if (o.imu_calibration.empty()) return no_place(kImuNames, o.imu);
-  if (o.imu.empty() && topics.size() > 1)
-    return Error{ErrorKind::kInput, root + ": several topics have inertial readings: " +
-                                        listed(topics) + "; choose with --imu"};
-  const std::string topic = o.imu.empty() && !topics.empty() ? topics.front() : o.imu;
-  auto calibration = read_imu_calibration(o.imu_calibration);
-  if (!calibration.ok()) return calibration.error();
-  if (std::ranges::find(topics, topic) == topics.end())
-    return Error{ErrorKind::kInput,
-                 root + ": no topic " + (topic.empty() ? "" : printable(topic) + " ") +
-                     "with inertial readings (sensor_msgs/Imu) came before the first images"};
-  sequence.stream->use_readings(topic);
-  return ImuInput{*calibration, {}, root + ": readings of the IMU come from " + printable(topic)};
+  const std::string& source = kind.source();
+  if (source.empty() && kind.calibration().empty())
+    return unused_topic<Kind>(root, Kind::topics(sequence));
+  const auto topic = Kind::use(*sequence.stream, source);
+  if (!topic.ok() && is_there(source))
+    return Error{ErrorKind::kUsage,
+                 fmt::format("{} {}: a file; of a stream one of its topics is used", Kind::kOption,
+                             printable(source))};
+  if (!topic.ok())
+    return Error{topic.error().kind,
+                 root + ": " + topic.error().message + " (of what came before the first images)"};
+  auto place = place_of_topic(kind, *topic, sequence);
+  if (!place.ok()) return place.error();
+  return Input{std::move(place).value(),
+               {},
+               fmt::format("{}: {}s of the {} come from {}{}", root, Kind::kUnit, Kind::kOf,
+                           printable(*topic), placed_text(kind))};
+}
+
+/// A topic of the bag itself.
+template <typename Kind>
+Result<typename Kind::Input> open_recorded(const Kind& kind, const Sequence& sequence) {
+  auto read = Kind::read_bag(kind.o.sequence, kind.source());
+  if (!read.ok()) return read.error();
+  auto place = place_of_topic(kind, read->topic, sequence);
+  if (!place.ok()) return place.error();
+  return of_their_time<Kind>(std::move(place).value(), std::move(read->samples), kind.o.sequence,
+                             placed_text(kind), true, sequence);
+}
+
+/// A file that is named, or of the folder.
+template <typename Kind>
+Result<typename Kind::Input> open_file(const Kind& kind, const Sequence& sequence) {
+  using Input = typename Kind::Input;
+  const fs::path folder = kind.o.sequence;
+  const bool is_asked_for = !kind.source().empty() || !kind.calibration().empty();
+  const fs::path file = kind.source().empty() ? folder / Kind::kReadings : fs::path(kind.source());
+  if (!is_asked_for && !is_there(file)) return Input{};
+  if (kind.calibration() == kFromTf)
+    return no_place<Kind>(ErrorKind::kUsage, fmt::format("{} tf", Kind::kPlaceOption),
+                          file.string() + " is a file, which names no frame");
+  const bool is_bag = ygslam::is_bag(folder);
+  const fs::path place_file = !kind.calibration().empty() || is_bag ? fs::path(kind.calibration())
+                                                                    : folder / Kind::kPlaceFile;
+  if (!is_asked_for && !is_there(place_file))
+    return Input{{},
+                 {},
+                 fmt::format("{}: not used: there is no {} that says where {} is "
+                             "(docs/inertial.md)",
+                             file.string(), Kind::kPlaceFile, Kind::kPlaced)};
+  if (place_file.empty())
+    return no_place<Kind>(ErrorKind::kUsage, fmt::format("{} {}", Kind::kOption, file.string()),
+                          "a file, which names no frame");
+  auto samples = Kind::read_file(file);
+  if (!samples.ok()) return samples.error();
+  auto place = Kind::read_place(place_file);
+  if (!place.ok()) return place.error();
+  return of_their_time<Kind>(std::move(place).value(), std::move(samples).value(), file.string(),
+                             {}, is_asked_for, sequence);
+}
+
+template <typename Kind>
+Result<typename Kind::Input> open_motion(const Kind& kind, const Sequence& sequence) {
+  using Input = typename Kind::Input;
+  const bool is_asked_for = !kind.source().empty() || !kind.calibration().empty();
+  if (kind.source() == kNotUsed)
+    return kind.calibration().empty() ? Result<Input>(Input{}) : takes_none<Kind>();
+  if (sequence.stream) return open_streamed(kind, sequence);
+  if (!is_bag(kind.o.sequence)) return open_file(kind, sequence);
+  if (!is_asked_for) return unused_topic<Kind>(kind.o.sequence, Kind::topics(sequence));
+  const bool names_file = !kind.source().empty() && is_there(kind.source());
+  return names_file ? open_file(kind, sequence) : open_recorded(kind, sequence);
+}
+
+template <typename Kind>
+WantedMotion::Sensor wanted(const Kind& kind) {
+  const bool is_wanted =
+      kind.source() != kNotUsed && !(kind.source().empty() && kind.calibration().empty());
+  return {is_wanted, is_by_tf(kind)};
 }
 
 }  // namespace
 
 Result<ImuInput> open_imu(const RunOptions& o, const Sequence& sequence) {
-  if (sequence.stream && o.imu != "none") return open_streamed_imu(o, sequence);
-  return opened<ImuInput>(
-      chosen(kImuNames, sequence.imu_topic, o.imu, o.imu_calibration, o), sequence, "reading",
-      [](const fs::path& file) { return read_imu(file); },
-      [&](const std::string& topic) { return read_bag_imu(o.sequence, topic, "--imu"); },
-      read_imu_calibration);
+  return open_motion(ImuKind{o}, sequence);
 }
 
 Result<WheelInput> open_wheels(const RunOptions& o, const Sequence& sequence) {
-  if (sequence.stream && o.odometry != "none") {
-    if (o.odometry.empty() && o.odometry_calibration.empty()) return WheelInput{};
-    return Error{ErrorKind::kUsage, "--odometry, --odometry-calibration: not of a stream"};
-  }
-  return opened<WheelInput>(
-      chosen(kWheelNames, sequence.odometry_topic, o.odometry, o.odometry_calibration, o), sequence,
-      "pose", [](const fs::path& file) { return read_wheels(file); },
-      [&](const std::string& topic) { return read_bag_wheels(o.sequence, topic); },
-      read_wheel_calibration);
+  return open_motion(WheelKind{o}, sequence);
+}
+
+WantedMotion wanted_motion(const RunOptions& o) {
+  return {wanted(ImuKind{o}), wanted(WheelKind{o})};
 }
 
 }  // namespace ygslam

@@ -205,7 +205,9 @@ class FrameLoop {
     add_until(stamp, wheels ? wheels->time_offset_s : 0, plan_.wheels, next_wheels_);
   }
   void add_streamed(FrameId id) {
-    for (const ImuSample& reading : plan_.sequence.stream->take_readings(id)) runner().add(reading);
+    const StreamMotion motion = plan_.sequence.stream->take_motion(id);
+    for (const ImuSample& reading : motion.imu) runner().add(reading);
+    for (const OdometrySample& pose : motion.wheels) runner().add(pose);
   }
   template <typename Sample>
   void add_until(Timestamp stamp, double offset_s, const std::vector<Sample>& samples,

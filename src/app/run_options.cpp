@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/motion_input.hpp"
 #include "app/option_checks.hpp"
 #include "app/stop_signal.hpp"
 #include "bag/bag.hpp"
@@ -32,7 +33,8 @@ Result<Sequence> open_stream(const RunOptions& options, const GivenCameras& came
                    ? ByteStream::standard_input(interrupted)
                    : ByteStream::unix_socket(options.sequence.substr(kSocket.size()), interrupted);
   if (!bytes.ok()) return bytes.error();
-  return open_stream_sequence(std::move(bytes).value(), options.topics, cameras);
+  return open_stream_sequence(std::move(bytes).value(), options.topics, cameras,
+                              wanted_motion(options));
 }
 
 constexpr const char* kInput = "Input";
@@ -59,12 +61,14 @@ void add_out_option(CLI::App& command, RunOptions& o) {
 void add_motion_options(CLI::App& command, RunOptions& o) {
   add(command, kInput, "--imu", o.imu, "FILE|TOPIC|none",
       "Readings of the camera's IMU (default: imu.csv of the folder, if imu.yaml is there)");
-  add(command, kInput, "--imu-calibration", o.imu_calibration, "FILE.yaml",
-      "Where the IMU is on the camera (default: imu.yaml of the folder; docs/inertial.md)");
+  add(command, kInput, "--imu-calibration", o.imu_calibration, "FILE.yaml|tf",
+      "Where the IMU is on the camera (default: imu.yaml of the folder, /tf_static of a bag or "
+      "stream; docs/inertial.md)");
   add(command, kInput, "--odometry", o.odometry, "FILE|TOPIC|none",
       "What the robot's wheels tell (default: odom.csv of the folder, if odom.yaml is there)");
-  add(command, kInput, "--odometry-calibration", o.odometry_calibration, "FILE.yaml",
-      "Where the camera is on the robot (default: odom.yaml of the folder; docs/inertial.md)");
+  add(command, kInput, "--odometry-calibration", o.odometry_calibration, "FILE.yaml|tf",
+      "Where the camera is on the robot (default: odom.yaml of the folder, /tf_static of a bag or "
+      "stream; docs/inertial.md)");
 }
 
 void add_run_options(CLI::App& command, RunOptions& o) {

@@ -96,10 +96,13 @@ bool replaces_map(const RunOptions& options) {
          (options.load_map.empty() || !is_same_place(options.save_map, options.load_map));
 }
 
-NewFolders::NewFolders(const RunOptions& options) {
+NewFolders::NewFolders(const RunOptions& options)
+    : NewFolders({options.out_dir, options.export_dir, options.background_dir, options.debug_dir,
+                  options.masks_dir}) {}
+
+NewFolders::NewFolders(std::initializer_list<std::string> folders) {
   std::error_code code;
-  for (const std::string& folder : {options.out_dir, options.export_dir, options.background_dir,
-                                    options.debug_dir, options.masks_dir})
+  for (const std::string& folder : folders)
     if (!folder.empty() && fs::symlink_status(folder, code).type() == fs::file_type::not_found)
       folders_.emplace_back(folder);
 }

@@ -16,10 +16,11 @@ namespace ygslam {
 /// Whether --save-map names a file that is there and that --load-map does not go on with.
 [[nodiscard]] bool replaces_map(const RunOptions& options);
 
-/// The run's folders that were not there before: in the end those that are empty go again.
+/// Folders that were not there before: in the end those that are empty go again.
 class NewFolders {
  public:
   explicit NewFolders(const RunOptions& options);
+  NewFolders(std::initializer_list<std::string> folders);
   NewFolders(const NewFolders&) = delete;
   NewFolders& operator=(const NewFolders&) = delete;
   ~NewFolders();

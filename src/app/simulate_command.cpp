@@ -107,7 +107,6 @@ Status write_origin(const SimulateArguments& arguments, const sim::SequenceSourc
 
 Status simulate(SimulateArguments arguments) {
   const sim::SequenceOptions& o = arguments.options;
-  if (Status status = check_numbers(o); !status) return status;
   if (arguments.list) {
     for (const sim::WorldName& world : sim::known_worlds())
       std::printf("%-28s %s\n", world.name.c_str(), world.description.c_str());

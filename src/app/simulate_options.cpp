@@ -1,7 +1,6 @@
 #include "app/simulate_options.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <set>
 #include <string>
@@ -48,8 +47,10 @@ void add_simulate_options(CLI::App& command, SimulateArguments& a) {
       ->type_name("DIR");
   command.add_flag("--list", a.list, "List the known worlds");
   command.add_option("--seconds", a.options.seconds, "Length [s] (default: the world's)")
+      ->check(in_range(1e-6, 1e6))
       ->type_name("S");
   command.add_option("--fps", a.options.fps, "Frames per second (default: the world's)")
+      ->check(in_range(1.0, 240.0))
       ->type_name("N");
   command.add_option("--seed", a.options.seed, "Seed of the hand's jerks, noise and faults")
       ->check(in_range(std::uint64_t{0}, std::uint64_t{1} << 53U))
@@ -136,15 +137,6 @@ void add_simulate_options(CLI::App& command, SimulateArguments& a) {
     if (!kAlso.contains(other->get_name())) random->excludes(other);
   }
   command.footer(kSimulateFooter);
-}
-
-Status check_numbers(const sim::SequenceOptions& o) {
-  for (const double value : {o.seconds.value_or(0), o.fps.value_or(0), o.blur, o.rolling,
-                             o.depth_rolling.value_or(0), o.depth_delay_ms, o.exposure_drift}) {
-    if (!std::isfinite(value))
-      return Error{ErrorKind::kUsage, "a number among the options is not finite"};
-  }
-  return Ok{};
 }
 
 Status complete_options(SimulateArguments& arguments) {

@@ -36,9 +36,6 @@ struct SimulateArguments {
 /// Must live as long as the command.
 void add_simulate_options(CLI::App& command, SimulateArguments& arguments);
 
-/// Whether the numbers are finite: CLI11's ranges let NaN through.
-[[nodiscard]] Status check_numbers(const sim::SequenceOptions& options);
-
 /// Turns the texts (--size, --fault, --depth-camera ...) into SequenceOptions. @return kUsage where
 /// something is missing.
 [[nodiscard]] Status complete_options(SimulateArguments& arguments);

@@ -97,6 +97,7 @@ std::optional<std::size_t> ContentReader::take(const BagTopic& topic, const BagM
     return std::nullopt;
   }
   if (has_transforms(topic)) content_.frames.take(topic, message.bytes);
+  content_.motion.take(topic, message);
   if (topic.type != ros::kImageType && topic.type != ros::kCompressedType) {
     constexpr std::size_t kMostUnread = 100;
     if (shows_images(topic.type) && content_.unread.size() < kMostUnread)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bag/frame_tree.hpp"
+#include "bag/motion_topics.hpp"
 #include "bag/ros_images.hpp"
 #include "io/sequence.hpp"
 
@@ -35,6 +36,7 @@ struct BagContent {
   std::map<std::string, ros::CameraInfo> cameras;
   std::set<std::string> changed_cameras;  ///< topics that say something else later
   FrameTree frames;
+  MotionFrames motion;
   std::set<std::string> unread;  ///< topics with pictures of types that are not read, with these
   std::size_t too_many = 0;      ///< images that were left out
   bool has_messages = false;     ///< of whatever type

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bag/imu_halves.hpp"
 #include "bag/imu_messages.hpp"
 #include "core/log.hpp"
 #include "io/text.hpp"
@@ -13,7 +14,6 @@ namespace {
 constexpr std::size_t kMostReadings = 20'000'000;  // 27 hours at 200 Hz
 constexpr std::size_t kMostImuTopics = 1000;
 constexpr double kMostImuNumber = 1e5;
-constexpr std::int64_t kMostGap_ns = 50'000'000;  // between accelerations that are interpolated
 
 using ImuSources = std::map<std::string, ImuReader::Source>;
 
@@ -25,8 +25,14 @@ bool is_sensible(const Vec3& v) {
 
 std::optional<ImuSample> sensible_reading(const ros::Imu& imu, Timestamp logged) {
   const Timestamp stamp = ros::from_ros(imu.header.stamp);
-  const ImuSample sample{stamp.ns == 0 ? logged : stamp, from_ros_vector(imu.angular_velocity),
-                         from_ros_vector(imu.linear_acceleration)};
+  ImuSample sample{stamp.ns == 0 ? logged : stamp, from_ros_vector(imu.angular_velocity),
+                   from_ros_vector(imu.linear_acceleration)};
+  // A half is not there where its covariance begins with -1 (REP 145). Where both do, they mean
+  // that their covariance is not known.
+  const bool no_gyro = imu.angular_velocity_covariance[0] == -1;
+  const bool no_accel = imu.linear_acceleration_covariance[0] == -1;
+  if (no_gyro && !no_accel) sample.angular_velocity_radps.setZero();
+  if (no_accel && !no_gyro) sample.specific_force_mps2.setZero();
   const bool is_good =
       is_sensible(sample.angular_velocity_radps) && is_sensible(sample.specific_force_mps2);
   return is_good ? std::optional(sample) : std::nullopt;
@@ -43,26 +49,17 @@ bool has_half(const std::vector<ImuSample>& samples, Vec3 ImuSample::*there) {
   return !is_all_zero(samples, there) && is_all_zero(samples, other);
 }
 
-/// Readings of the gyroscope with accelerations between those of the accelerometer.
 std::vector<ImuSample> united(const std::vector<ImuSample>& gyro,
                               const std::vector<ImuSample>& accel) {
+  ImuHalves halves;
   std::vector<ImuSample> samples;
-  for (ImuSample sample : gyro) {
-    const auto after = std::ranges::lower_bound(accel, sample.stamp, {}, &ImuSample::stamp);
-    if (after == accel.end()) break;
-    if (after->stamp == sample.stamp) {
-      sample.specific_force_mps2 = after->specific_force_mps2;
-    } else {
-      if (after == accel.begin()) continue;
-      const ImuSample& a = *(after - 1);
-      const std::int64_t gap_ns = after->stamp.ns - a.stamp.ns;
-      if (gap_ns > kMostGap_ns) continue;
-      const double share =
-          static_cast<double>(sample.stamp.ns - a.stamp.ns) / static_cast<double>(gap_ns);
-      sample.specific_force_mps2 =
-          (1 - share) * a.specific_force_mps2 + share * after->specific_force_mps2;
-    }
-    samples.push_back(sample);
+  std::size_t next = 0;
+  for (const ImuSample& rate : gyro) {
+    while (next < accel.size() && (next == 0 || accel[next - 1].stamp < rate.stamp))
+      halves.add_accel(accel[next++]);
+    halves.add_gyro(rate);
+    const auto some = halves.take();
+    samples.insert(samples.end(), some.begin(), some.end());
   }
   return samples;
 }
@@ -100,8 +97,6 @@ Imu to_ros(const ImuSample& sample, const ImuNoise& noise, const std::string& fr
 
 }  // namespace ros
 
-bool is_imu(const BagTopic& topic) { return topic.type == "sensor_msgs/Imu"; }
-
 std::optional<ImuSample> reading_of(const BagTopic& topic, const BagMessage& message) {
   ros::Imu imu;
   if (!is_imu(topic) || !from_cdr(message.bytes, imu, topic.layout)) return std::nullopt;
@@ -135,48 +130,57 @@ void ImuReader::take(const BagTopic& topic, const BagMessage& message) {
   source.samples.push_back(*sample);
 }
 
-Result<std::vector<ImuSample>> chosen_readings(const ImuSources& sources, const std::string& choice,
-                                               std::string_view option) {
+Result<ImuTopics> choose_imu(const ImuSources& sources, const std::string& choice,
+                             std::string_view option) {
   const auto refuse = [](std::string text) { return Error{ErrorKind::kInput, std::move(text)}; };
-  const std::string there = sources.empty() ? "" : "; there are " + topics_listed(sources);
   if (sources.empty()) return refuse("no topic with inertial readings (sensor_msgs/Imu)");
-  auto found = choice.empty() ? sources.begin() : sources.find(choice);
-  if (found == sources.end())
-    return refuse("no readings under " + std::string(option) + " " + printable(choice) + there);
-  std::string name = found->first;
-  std::vector<ImuSample> samples = in_order_of_time(found->second.samples);
-  std::size_t left_out = found->second.left_out;
-  if (choice.empty() && sources.size() == 2) {
-    const auto other = std::next(found);
-    const std::vector<ImuSample> second = in_order_of_time(other->second.samples);
-    const bool gyro_first = has_half(samples, &ImuSample::angular_velocity_radps);
-    const auto& gyro = gyro_first ? samples : second;
-    const auto& accel = gyro_first ? second : samples;
-    if (has_half(gyro, &ImuSample::angular_velocity_radps) &&
-        has_half(accel, &ImuSample::specific_force_mps2)) {
+  if (!choice.empty() && !sources.contains(choice))
+    return refuse("no readings under " + std::string(option) + " " + printable(choice) +
+                  "; there are " + topics_listed(sources));
+  if (!choice.empty()) return ImuTopics{choice, {}};
+  const auto& [first, second] = std::pair(sources.begin(), std::next(sources.begin()));
+  if (sources.size() == 1) return ImuTopics{first->first, {}};
+  constexpr auto kGyro = &ImuSample::angular_velocity_radps;
+  constexpr auto kAccel = &ImuSample::specific_force_mps2;
+  for (const auto& [gyro, accel] : {std::pair(first, second), std::pair(second, first)})
+    if (sources.size() == 2 && has_half(gyro->second.samples, kGyro) &&
+        has_half(accel->second.samples, kAccel)) {
       log::info("{} and {}: halves of one sensor; accelerations are interpolated",
-                printable(found->first), printable(other->first));
-      samples = united(gyro, accel);
-      left_out += other->second.left_out;
-      name += " and " + other->first;
-      found = sources.end();
+                printable(first->first), printable(second->first));
+      return ImuTopics{gyro->first, accel->first};
     }
-  }
-  if (choice.empty() && found != sources.end() && sources.size() > 1)
-    return refuse("several topics have inertial readings: " + topics_listed(sources) +
-                  "; choose with " + std::string(option));
-  if (left_out > 0) log::warn("{}: {} readings are left out", printable(name), left_out);
-  if (samples.empty()) return refuse(printable(name) + ": no readings in it");
-  const ImuDoubt doubt = doubt_about_topic(samples);
-  if (doubt.is_fault)
-    return refuse(printable(name) + ": " + doubt.what +
-                  (has_half(samples, &ImuSample::specific_force_mps2) ? there : ""));
-  if (!doubt.what.empty()) log::warn("{}: {}", printable(name), doubt.what);
-  return samples;
+  return refuse("several topics have inertial readings: " + topics_listed(sources) +
+                "; choose with " + std::string(option));
 }
 
-Result<std::vector<ImuSample>> read_bag_imu(const std::filesystem::path& path,
-                                            const std::string& choice, std::string_view option) {
+Result<BagReadings> chosen_readings(const ImuSources& sources, const std::string& choice,
+                                    std::string_view option) {
+  const auto refuse = [](std::string text) { return Error{ErrorKind::kInput, std::move(text)}; };
+  auto topics = choose_imu(sources, choice, option);
+  if (!topics.ok()) return topics.error();
+  const ImuReader::Source& whole = sources.at(topics->gyro);
+  std::string name = printable(topics->gyro);
+  std::vector<ImuSample> samples = in_order_of_time(whole.samples);
+  std::size_t left_out = whole.left_out;
+  if (topics->are_halves()) {
+    const ImuReader::Source& accel = sources.at(topics->accel);
+    samples = united(samples, in_order_of_time(accel.samples));
+    left_out += accel.left_out;
+    name += " and " + printable(topics->accel);
+  }
+  if (left_out > 0) log::warn("{}: {} readings are left out", name, left_out);
+  if (samples.empty()) return refuse(name + ": no readings in it");
+  const ImuDoubt doubt = doubt_about_topic(samples);
+  const bool lacks_gyro = has_half(samples, &ImuSample::specific_force_mps2);
+  if (doubt.is_fault)
+    return refuse(name + ": " + doubt.what +
+                  (lacks_gyro ? "; there are " + topics_listed(sources) : ""));
+  if (!doubt.what.empty()) log::warn("{}: {}", name, doubt.what);
+  return BagReadings{std::move(topics).value(), std::move(samples)};
+}
+
+Result<BagReadings> read_bag_imu(const std::filesystem::path& path, const std::string& choice,
+                                 std::string_view option) {
   auto bag = open_bag(path);
   if (!bag.ok()) return bag.error();
   ImuReader reader;
@@ -184,7 +188,6 @@ Result<std::vector<ImuSample>> read_bag_imu(const std::filesystem::path& path,
       [&](const BagMessage& message) { reader.take((*bag)->topics()[message.topic], message); },
       {});
   if (!visited.ok()) return visited.error();
-  for (const std::string& warning : (*bag)->warnings()) log::warn("{}", warning);
   auto samples = chosen_readings(reader.sources(), choice, option);
   if (!samples.ok())
     return Error{ErrorKind::kInput, path.string() + ": " + samples.error().message};

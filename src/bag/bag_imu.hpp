@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "bag/bag.hpp"
+#include "bag/motion_topics.hpp"
 #include "core/result.hpp"
 #include "geometry/imu.hpp"
 #include "io/imu_checks.hpp"
 
 namespace ygslam {
 
-[[nodiscard]] bool is_imu(const BagTopic& topic);
 /// @return nullopt: none of sensor_msgs/Imu, or of no sensible size.
 [[nodiscard]] std::optional<ImuSample> reading_of(const BagTopic& topic, const BagMessage& message);
 
@@ -40,19 +40,34 @@ class ImuReader {
   std::size_t count_ = 0;
 };
 
-/// Readings in order of time, of equal stamps the first; what is doubtful is told in a warning.
-/// Where gyroscope and accelerometer have topics of their own (RealSense: the other half of each
-/// message is zero) the accelerations are interpolated at the gyroscope's stamps.
-/// @param choice a topic; empty: the only one, or the only two that are halves.
-/// @param option that chooses, for messages.
-/// @return kInput with a reason alone: none, several, half a sensor, units that are plainly others.
-[[nodiscard]] Result<std::vector<ImuSample>> chosen_readings(
+/// Whose readings are those of one sensor.
+struct ImuTopics {
+  std::string gyro;   ///< whole readings, unless the accelerometer has a topic of its own
+  std::string accel;  ///< empty: none
+  [[nodiscard]] bool are_halves() const { return !accel.empty(); }
+};
+
+/// @param sources what came so far. @param choice a topic; empty: the only one, or the only two
+/// that are halves (RealSense: the other half of each message is zero, or has a covariance of -1).
+/// @param option that chooses, for messages. @return kInput with a reason alone: none, several.
+[[nodiscard]] Result<ImuTopics> choose_imu(const std::map<std::string, ImuReader::Source>& sources,
+                                           const std::string& choice, std::string_view option);
+
+struct BagReadings {
+  ImuTopics topics;
+  std::vector<ImuSample> samples;  ///< in order of time, of equal stamps the first
+};
+
+/// What is doubtful is told in a warning. Accelerations of halves are interpolated at the
+/// gyroscope's stamps.
+/// @return as choose_imu(), and half a sensor, units that are plainly others.
+[[nodiscard]] Result<BagReadings> chosen_readings(
     const std::map<std::string, ImuReader::Source>& sources, const std::string& choice,
     std::string_view option);
 
-/// Reads through the whole bag. @return as above, with the path.
-[[nodiscard]] Result<std::vector<ImuSample>> read_bag_imu(const std::filesystem::path& path,
-                                                          const std::string& choice,
-                                                          std::string_view option);
+/// Reads through the whole bag, whose damage was told when it was opened as a sequence.
+/// @return as above, with the path.
+[[nodiscard]] Result<BagReadings> read_bag_imu(const std::filesystem::path& path,
+                                               const std::string& choice, std::string_view option);
 
 }  // namespace ygslam

@@ -36,10 +36,10 @@ TEST_F(BagImu, ReadingsAreTakenInOrderOfTime) {
     say("/imu", reading(ms, Vec3(0.1, 0.2, 0.001 * static_cast<double>(ms)), Vec3(0, 0.5, 9.7)));
   const auto samples = chosen_readings(reader_.sources(), "", "--imu-topic");
   ASSERT_TRUE(samples.ok()) << samples.error().message;
-  ASSERT_EQ(samples->size(), 3U);
-  EXPECT_EQ((*samples)[0].stamp.ns, 5'000'000);
-  EXPECT_EQ((*samples)[1].angular_velocity_radps, Vec3(0.1, 0.2, 0.01));
-  EXPECT_EQ((*samples)[2].specific_force_mps2, Vec3(0, 0.5, 9.7));
+  ASSERT_EQ(samples->samples.size(), 3U);
+  EXPECT_EQ(samples->samples[0].stamp.ns, 5'000'000);
+  EXPECT_EQ(samples->samples[1].angular_velocity_radps, Vec3(0.1, 0.2, 0.01));
+  EXPECT_EQ(samples->samples[2].specific_force_mps2, Vec3(0, 0.5, 9.7));
 }
 
 TEST_F(BagImu, HalvesOfARealSenseAreUnited) {
@@ -51,14 +51,41 @@ TEST_F(BagImu, HalvesOfARealSenseAreUnited) {
         reading(ms, Vec3::Zero(), Vec3(0.01 * static_cast<double>(ms), 0, 9.8)));
   const auto samples = chosen_readings(reader_.sources(), "", "--imu-topic");
   ASSERT_TRUE(samples.ok()) << samples.error().message;
-  ASSERT_EQ(samples->size(), 10U);  // none behind the last acceleration
-  for (const ImuSample& sample : *samples) {
+  ASSERT_EQ(samples->samples.size(), 10U);  // none behind the last acceleration
+  for (const ImuSample& sample : samples->samples) {
     const double expected = 0.01 * static_cast<double>(sample.stamp.ns) * 1e-6;
     EXPECT_NEAR(sample.specific_force_mps2.x(), expected, 1e-12);
     EXPECT_NEAR(sample.angular_velocity_radps.x(), expected, 1e-12);
     EXPECT_NEAR(sample.specific_force_mps2.z(), 9.8, 1e-12);
   }
   EXPECT_NE(refusal("/camera/accel/sample").find("an accelerometer alone"), std::string::npos);
+}
+
+TEST_F(BagImu, AHalfMayBeMissingByItsCovariance) {
+  const auto say_half = [&](const std::string& name, std::int64_t ms, bool gyro_there) {
+    ros::Imu imu = ros::to_ros(reading(ms, Vec3(0.1, 0, 0), Vec3(0, 0, 9.8)), {}, "imu");
+    ros::Vector3& none = gyro_there ? imu.linear_acceleration : imu.angular_velocity;
+    none.x = std::numeric_limits<double>::quiet_NaN();
+    (gyro_there ? imu.linear_acceleration_covariance : imu.angular_velocity_covariance)[0] = -1;
+    reader_.take({name, kImuType, Layout::kCdr}, {0, {99}, to_cdr(imu), {}});
+  };
+  for (const std::int64_t ms : {10, 20, 30}) {
+    say_half("/gyro", ms, true);
+    say_half("/accel", ms, false);
+  }
+  const auto samples = chosen_readings(reader_.sources(), "", "--imu-topic");
+  ASSERT_TRUE(samples.ok()) << samples.error().message;
+  EXPECT_EQ(samples->topics.gyro, "/gyro");
+  EXPECT_EQ(samples->topics.accel, "/accel");
+  ASSERT_EQ(samples->samples.size(), 3U);
+  EXPECT_EQ(samples->samples[1].specific_force_mps2, Vec3(0, 0, 9.8));
+}
+
+TEST_F(BagImu, CovariancesThatAreNotKnownTakeNothingAway) {
+  ros::Imu imu = ros::to_ros(reading(1, Vec3(0.1, 0, 0), Vec3(0, 0, 9.8)), {}, "imu");
+  imu.linear_acceleration_covariance[0] = imu.angular_velocity_covariance[0] = -1;
+  reader_.take({"/imu", kImuType, Layout::kCdr}, {0, {99}, to_cdr(imu), {}});
+  EXPECT_EQ(refusal(), "accepted");
 }
 
 TEST_F(BagImu, WhatCannotBeChosenIsTold) {
@@ -90,10 +117,10 @@ TEST_F(BagImu, IsReadFromARecording) {
   ASSERT_TRUE(writer->finish().ok());
   const auto samples = read_bag_imu(folder.path() / "a.mcap", "", "--imu-topic");
   ASSERT_TRUE(samples.ok()) << samples.error().message;
-  ASSERT_EQ(samples->size(), 1U);
-  EXPECT_EQ(samples->front().stamp, sample.stamp);
-  EXPECT_EQ(samples->front().angular_velocity_radps, sample.angular_velocity_radps);
-  EXPECT_EQ(samples->front().specific_force_mps2, sample.specific_force_mps2);
+  ASSERT_EQ(samples->samples.size(), 1U);
+  EXPECT_EQ(samples->samples.front().stamp, sample.stamp);
+  EXPECT_EQ(samples->samples.front().angular_velocity_radps, sample.angular_velocity_radps);
+  EXPECT_EQ(samples->samples.front().specific_force_mps2, sample.specific_force_mps2);
   const auto none = read_bag_imu(folder.path() / "b.mcap", "", "--imu-topic");
   EXPECT_FALSE(none.ok());
 }

@@ -18,20 +18,6 @@ void warn(Sequence& sequence, const std::string& what) {
   sequence.warnings.push_back(sequence.root.string() + ": " + what);
 }
 
-/// What else moves the pose on, but is not taken unasked: nobody told where it is.
-void find_motion_topics(const std::vector<BagTopic>& topics, Sequence& sequence) {
-  const auto first_of = [&](std::string_view type) {
-    const auto topic = std::ranges::find(topics, type, &BagTopic::type);
-    return topic == topics.end() ? std::string() : topic->name;
-  };
-  sequence.imu_topic = first_of("sensor_msgs/Imu");
-  // Odometry may be anybody's, the truth, too: wheels by their name, if one has it.
-  sequence.odometry_topic = first_of("nav_msgs/Odometry");
-  for (const BagTopic& topic : topics)
-    if (topic.type == "nav_msgs/Odometry" && topic.name.find("wheel") != std::string::npos)
-      sequence.odometry_topic = topic.name;
-}
-
 /// Without those whose stamps cannot be right. @return what pair_images() takes.
 std::vector<ListedImage> in_time(const std::vector<ListedImage>& listed, const TopicOrder& order,
                                  ListCounts& counts) {
@@ -99,11 +85,11 @@ Result<Sequence> open_bag_sequence(const std::filesystem::path& path, const BagT
   const auto content = read_content(**bag, interrupted);
   if (!content.ok()) return content.error();
   sequence.warnings = (*bag)->warnings();
-  find_motion_topics((*bag)->topics(), sequence);
   if (content->too_many > 0)
     warn(sequence, std::to_string(content->too_many) + " images are left out: too many");
   const auto choice = choose(*content, topics, cameras);
   if (!choice.ok()) return in_bag(sequence, choice.error());
+  content->motion.list((*bag)->topics(), content->frames, choice->colour->frame_id, sequence);
   sequence.camera_source = choice->camera_source;
   Status paired = pair_topics(std::move(*bag), *choice, sequence);
   if (!paired.ok()) return paired.error();

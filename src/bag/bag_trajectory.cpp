@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "bag/frame_tree.hpp"
 #include "bag/ros_messages.hpp"
@@ -71,49 +70,59 @@ std::string listed(const std::map<std::string, PoseSource>& sources) {
 
 }  // namespace
 
-void PoseReader::add(const std::string& name, const BagTopic& topic, Timestamp stamp,
-                     const ros::Pose& pose) {
-  if (sources_.size() >= kMostSources && !sources_.contains(name)) return;
-  PoseSource& source = sources_[name];
-  if (source.type.empty()) source.type = topic.type;
-  const auto T_world_body = finite_pose(pose);
-  if (!T_world_body || count_ >= kMostPoses) {
-    ++source.left_out;
-    return;
-  }
-  ++count_;
-  source.poses.push_back({stamp, *T_world_body});
-}
-
-void PoseReader::take(const BagTopic& topic, const BagMessage& message) {
+void for_each_pose(const BagTopic& topic, const BagMessage& message, const PoseTaker& take) {
   if (is_pose_type(topic.type)) {
     PoseHead head;
     if (from_cdr(message.bytes, head, topic.layout))
-      add(topic.name, topic, stamp_of(head.header, message.logged), head.pose);
+      take(topic.name, {stamp_of(head.header, message.logged), finite_pose(head.pose)});
   } else if (is_child_type(topic.type)) {
     ChildPoseHead head;
     if (from_cdr(message.bytes, head, topic.layout))
-      add(topic.name, topic, stamp_of(head.header, message.logged), head.pose);
-  } else if (topic.type == kPathType) {
-    ros::Path path;
-    if (!from_cdr(message.bytes, path, topic.layout) || path.poses.empty()) return;
-    if (const auto known = sources_.find(topic.name); known != sources_.end()) {
-      count_ -= known->second.poses.size();
-      sources_.erase(known);
-    }
-    for (const ros::PoseStamped& pose : path.poses)
-      add(topic.name, topic, ros::from_ros(pose.header.stamp), pose.pose);
+      take(topic.name, {stamp_of(head.header, message.logged), finite_pose(head.pose)});
   } else if (has_transforms(topic) && !topic.name.ends_with("_static")) {
     ros::TfMessage transforms;
     if (!from_cdr(message.bytes, transforms, topic.layout)) return;
     for (const ros::TransformStamped& transform : transforms.transforms)
-      add(topic.name + ":" + frame_name(transform.child_frame_id), topic,
-          stamp_of(transform.header, message.logged), transform.transform);
+      take(topic.name + ":" + frame_name(transform.child_frame_id),
+           {stamp_of(transform.header, message.logged), finite_pose(transform.transform)});
   }
 }
 
-Result<TrajectoryFile> chosen_trajectory(const std::map<std::string, PoseSource>& sources,
-                                         const std::string& choice, std::string_view option) {
+void PoseReader::add(const std::string& name, const BagTopic& topic, const SaidPose& said) {
+  if (sources_.size() >= kMostSources && !sources_.contains(name)) return;
+  PoseSource& source = sources_[name];
+  if (source.type.empty()) source.type = topic.type;
+  if (!said.T_world_body || count_ >= kMostPoses) {
+    ++source.left_out;
+    return;
+  }
+  ++count_;
+  source.poses.push_back({said.stamp, *said.T_world_body});
+}
+
+void PoseReader::take(const BagTopic& topic, const BagMessage& message) {
+  for_each_pose(topic, message,
+                [&](const std::string& name, const SaidPose& said) { add(name, topic, said); });
+  if (topic.type != kPathType) return;
+  ros::Path path;
+  if (!from_cdr(message.bytes, path, topic.layout) || path.poses.empty()) return;
+  if (const auto known = sources_.find(topic.name); known != sources_.end()) {
+    count_ -= known->second.poses.size();
+    sources_.erase(known);
+  }
+  for (const ros::PoseStamped& pose : path.poses)
+    add(topic.name, topic, {ros::from_ros(pose.header.stamp), finite_pose(pose.pose)});
+}
+
+std::vector<StampedPose> in_order_of_time(std::vector<StampedPose> poses) {
+  std::ranges::stable_sort(poses, {}, &StampedPose::stamp);
+  const auto doubles = std::ranges::unique(poses, {}, &StampedPose::stamp);
+  poses.erase(doubles.begin(), doubles.end());
+  return poses;
+}
+
+Result<std::string> choose_poses(const std::map<std::string, PoseSource>& sources,
+                                 const std::string& choice, std::string_view option) {
   const auto refuse = [](std::string text) { return Error{ErrorKind::kInput, std::move(text)}; };
   const std::string there = sources.empty() ? "" : "; there are " + listed(sources);
   const auto is_transform = [](const auto& entry) {
@@ -134,23 +143,31 @@ Result<TrajectoryFile> chosen_trajectory(const std::map<std::string, PoseSource>
   }
   if (found == sources.end())
     return refuse("no poses under " + std::string(option) + " " + printable(choice) + there);
+  return found->first;
+}
+
+Result<TrajectoryFile> chosen_trajectory(const std::map<std::string, PoseSource>& sources,
+                                         const std::string& choice, std::string_view option) {
+  const auto chosen = choose_poses(sources, choice, option);
+  if (!chosen.ok()) return chosen.error();
+  const PoseSource& source = sources.at(*chosen);
   TrajectoryFile file;
-  file.poses = found->second.poses;
-  std::ranges::stable_sort(file.poses, {}, &StampedPose::stamp);
-  const auto doubles = std::ranges::unique(file.poses, {}, &StampedPose::stamp);
-  file.poses.erase(doubles.begin(), doubles.end());
+  file.topic = *chosen;
+  file.poses = in_order_of_time(source.poses);
   if (file.poses.empty() || file.poses.back().stamp.ns == 0)
-    return refuse(printable(found->first) + ": no pose in it has a stamp and a unit quaternion");
-  file.taken_for = std::to_string(file.poses.size()) + " poses of " + printable(found->first) +
-                   " (" + printable(found->second.type) + ")";
-  const std::size_t left_out = found->second.left_out + doubles.size();
+    return Error{ErrorKind::kInput,
+                 printable(*chosen) + ": no pose in it has a stamp and a unit quaternion"};
+  file.taken_for = std::to_string(file.poses.size()) + " poses of " + printable(*chosen) + " (" +
+                   printable(source.type) + ")";
+  const std::size_t left_out = source.left_out + source.poses.size() - file.poses.size();
   if (left_out > 0)
     file.taken_for += ", " + std::to_string(left_out) + " left out: doubled or no unit quaternion";
   return file;
 }
 
 Result<TrajectoryFile> read_bag_trajectory(const std::filesystem::path& path,
-                                           const std::string& choice, std::string_view option) {
+                                           const std::string& choice, std::string_view option,
+                                           Damage damage) {
   auto bag = open_bag(path);
   if (!bag.ok()) return bag.error();
   PoseReader reader;
@@ -158,7 +175,8 @@ Result<TrajectoryFile> read_bag_trajectory(const std::filesystem::path& path,
       [&](const BagMessage& message) { reader.take((*bag)->topics()[message.topic], message); },
       {});
   if (!visited.ok()) return visited.error();
-  for (const std::string& warning : (*bag)->warnings()) log::warn("{}", warning);
+  if (damage == Damage::kIsTold)
+    for (const std::string& warning : (*bag)->warnings()) log::warn("{}", warning);
   auto file = chosen_trajectory(reader.sources(), choice, option);
   if (!file.ok()) return Error{ErrorKind::kInput, path.string() + ": " + file.error().message};
   log::info("{}: {}", path.string(), file->taken_for);

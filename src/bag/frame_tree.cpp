@@ -54,7 +54,8 @@ void FrameTree::take(const BagTopic& topic, std::span<const std::uint8_t> bytes)
   }
 }
 
-Result<SE3> FrameTree::T_target_source(const std::string& target, const std::string& source) const {
+Result<SE3> FrameTree::T_target_source(const std::string& target, const std::string& source,
+                                       Trust trust) const {
   struct Ancestor {
     std::string frame;
     SE3 T_ancestor_start;
@@ -64,7 +65,7 @@ Result<SE3> FrameTree::T_target_source(const std::string& target, const std::str
     std::vector<Ancestor> line = {{frame_name(start), SE3()}};
     for (;;) {
       const auto up = edge_of_.find(line.back().frame);
-      if (up == edge_of_.end()) return line;
+      if (up == edge_of_.end() || (trust == Trust::kStatic && !up->second.is_static)) return line;
       if (line.size() == kDeepest) {
         is_cut = true;
         return line;
@@ -76,7 +77,8 @@ Result<SE3> FrameTree::T_target_source(const std::string& target, const std::str
   for (const Ancestor& a : ancestors(source))
     for (const Ancestor& b : of_target)
       if (a.frame == b.frame) return b.T_ancestor_start.inverse() * a.T_ancestor_start;
-  std::string missing = "no transform between them";
+  std::string missing = trust == Trust::kStatic ? "no transform between them on /tf_static"
+                                                : "no transform between them";
   if (left_out_) missing += fmt::format(" among the first {} frames", kMostFrames);
   if (is_cut) missing += fmt::format(" in a chain of up to {}", kDeepest);
   return Error{ErrorKind::kInput, std::move(missing)};

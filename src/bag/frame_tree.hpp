@@ -22,12 +22,16 @@ namespace ygslam {
 /// one of /tf_static goes before those of /tf: between the two cameras of a device both are fixed.
 class FrameTree {
  public:
+  enum class Trust {
+    kFirst,   ///< also what /tf said first
+    kStatic,  ///< /tf_static alone
+  };
   /// @param topic with transforms. What cannot be read, or is no rigid motion, is passed over.
   void take(const BagTopic& topic, std::span<const std::uint8_t> bytes);
   /// Names may begin with a slash, as in ROS 1. @return kInput where no transforms connect them:
   /// what there is none of, and whether limits are why.
-  [[nodiscard]] Result<SE3> T_target_source(const std::string& target,
-                                            const std::string& source) const;
+  [[nodiscard]] Result<SE3> T_target_source(const std::string& target, const std::string& source,
+                                            Trust trust = Trust::kFirst) const;
 
  private:
   struct Edge {

@@ -49,6 +49,20 @@ TEST(FrameTree, StaticGoesBeforeWhatMayMove) {
   EXPECT_EQ(x_of(tree, "link", "depth"), 3);
 }
 
+TEST(FrameTree, WhatMayMoveTellsNoPlaceThatStays) {
+  FrameTree tree;
+  take(tree, kStatic, {transform("head", "camera", 1), transform("head", "imu", 2)});
+  take(tree, kMoving, {transform("base", "head", 4)});
+  const auto still = [&](const std::string& target) {
+    return tree.T_target_source(target, "camera", FrameTree::Trust::kStatic);
+  };
+  EXPECT_EQ(x_of(tree, "base", "camera"), 5);
+  ASSERT_FALSE(still("base").ok());
+  EXPECT_EQ(still("base").error().message, "no transform between them on /tf_static");
+  ASSERT_TRUE(still("imu").ok());
+  EXPECT_EQ(still("imu")->t().x(), -1);
+}
+
 TEST(FrameTree, HostileTransformsEndNowhere) {
   FrameTree tree;
   take(tree, kStatic, {transform("a", "b", 1), transform("b", "a", 1)});  // in a circle

@@ -1,69 +1,54 @@
 #include "bag/stream_readings.hpp"
 
-#include "bag/bag_imu.hpp"
-#include "bag/stamp_order.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
-namespace {
 
-constexpr double kJudged_s = 2;
-constexpr std::size_t kMostJudged = 10'000;  // whose stamps may stand still
-
-template <typename T>
-void push(std::deque<T>& waiting, T item) {
-  waiting.push_back(std::move(item));
-  if (waiting.size() > StreamReadings::kMostWaiting) waiting.pop_front();
-}
-
-}  // namespace
-
-void StreamReadings::use(const std::string& topic) {
-  topic_ = topic;
-  for (const Reading& reading : std::exchange(early_, {}))
-    if (reading.topic == topic) keep(reading.sample);
+Result<ImuTopics> StreamReadings::use(const std::string& choice,
+                                      const std::vector<MotionTopic>& announced) {
+  std::map<std::string, ImuReader::Source> sources;
+  for (const MotionTopic& topic : announced) sources[topic.name];
+  for (const Reading& reading : early_) sources[reading.topic].samples.push_back(reading.sample);
+  auto chosen = choose_imu(sources, choice, "--imu");
+  if (!chosen.ok()) return chosen;
+  topics_ = *chosen;
+  for (const Reading& reading : std::exchange(early_, {})) sort(reading);
+  return chosen;
 }
 
 void StreamReadings::add(const BagTopic& topic, const BagMessage& message, std::int64_t shift_ns) {
-  const bool is_wanted = topic_ ? topic.name == *topic_ : is_imu(topic);
+  const bool is_wanted =
+      !topics_ ||
+      (!topics_->gyro.empty() && (topic.name == topics_->gyro || topic.name == topics_->accel));
   auto reading = is_wanted ? reading_of(topic, message) : std::nullopt;
   if (!reading || __builtin_add_overflow(reading->stamp.ns, shift_ns, &reading->stamp.ns)) return;
-  if (topic_) {
-    keep(*reading);
-  } else {
-    push(early_, {topic.name, *reading});
+  if (topics_) return sort({topic.name, *reading});
+  early_.push_back({topic.name, *reading});
+  if (early_.size() > FrameShares<ImuSample>::kMostWaiting) early_.pop_front();
+}
+
+void StreamReadings::sort(const Reading& reading) {
+  if (!topics_->are_halves()) {
+    if (reading.topic == topics_->gyro) keep(reading.sample);
+    return;
   }
+  if (reading.topic == topics_->gyro) halves_.add_gyro(reading.sample);
+  if (reading.topic == topics_->accel) halves_.add_accel(reading.sample);
+  for (const ImuSample& whole : halves_.take()) keep(whole);
 }
 
 void StreamReadings::keep(const ImuSample& reading) {
-  push(newest_, reading);
-  if (!is_judged_) judge(reading);
-}
-
-void StreamReadings::judge(const ImuSample& reading) {
-  if (!first_.empty() && are_far_apart(first_.front().stamp, reading.stamp)) first_.clear();
-  first_.push_back(reading);
-  if (apart_s(first_.front().stamp, reading.stamp) < kJudged_s && first_.size() < kMostJudged)
-    return;
-  const ImuDoubt doubt = doubt_about_topic(in_order_of_time(std::exchange(first_, {})));
-  if (!doubt.what.empty()) doubt_ = printable(*topic_) + ": " + doubt.what;
-  is_judged_ = true;
+  shares_.add(reading);
+  auto first = first_.add(reading);
+  if (first.empty()) return;
+  const ImuDoubt doubt = doubt_about_topic(in_order_of_time(std::move(first)));
+  if (!doubt.what.empty()) doubt_ = printable(topics_->gyro) + ": " + doubt.what;
 }
 
 void StreamReadings::hand_out(FrameId id) {
-  if (!topic_) topic_.emplace();
+  if (!topics_) topics_.emplace();
   early_.clear();
-  const std::scoped_lock lock(mutex_);
-  for (const ImuSample& reading : newest_) push(handed_out_, {id, reading});
-  newest_.clear();
-}
-
-std::vector<ImuSample> StreamReadings::take(FrameId id) {
-  std::vector<ImuSample> taken;
-  const std::scoped_lock lock(mutex_);
-  for (; !handed_out_.empty() && handed_out_.front().first <= id; handed_out_.pop_front())
-    taken.push_back(handed_out_.front().second);
-  return taken;
+  shares_.hand_out(id);
 }
 
 }  // namespace ygslam

@@ -1,16 +1,15 @@
 // An IMU's readings beside the frames of a stream.
 #pragma once
 
-#include <deque>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "bag/bag.hpp"
-#include "core/ids.hpp"
-#include "geometry/imu.hpp"
+#include "bag/bag_imu.hpp"
+#include "bag/first_seconds.hpp"
+#include "bag/frame_shares.hpp"
+#include "bag/imu_halves.hpp"
 
 namespace ygslam {
 
@@ -18,17 +17,18 @@ namespace ygslam {
 /// kept the oldest go.
 class StreamReadings {
  public:
-  static constexpr std::size_t kMostWaiting = 100'000;  ///< that nobody has taken: minutes
-
   /// Until this or the first hand_out() all topics' are kept. Before another thread reads the
   /// stream.
-  void use(const std::string& topic);
+  /// @param choice a topic, or empty. @param announced those with readings, whatever has come.
+  /// @return as choose_imu().
+  [[nodiscard]] Result<ImuTopics> use(const std::string& choice,
+                                      const std::vector<MotionTopic>& announced);
   /// @param shift_ns is added to stamps.
   void add(const BagTopic& topic, const BagMessage& message, std::int64_t shift_ns);
   /// What was read by now belongs to this frame, however late somebody asks.
   void hand_out(FrameId id);
   /// Of this frame and those before it, what was not taken yet.
-  [[nodiscard]] std::vector<ImuSample> take(FrameId id);
+  [[nodiscard]] std::vector<ImuSample> take(FrameId id) { return shares_.take(id); }
   /// The topic, and what speaks against its first two seconds once they are there; said once.
   [[nodiscard]] std::string take_doubt() { return std::exchange(doubt_, {}); }
 
@@ -37,17 +37,15 @@ class StreamReadings {
     std::string topic;
     ImuSample sample;
   };
+  void sort(const Reading& reading);
   void keep(const ImuSample& reading);
-  void judge(const ImuSample& reading);
 
-  std::deque<Reading> early_;         // until it is known which are wanted
-  std::optional<std::string> topic_;  // empty: none are
-  std::deque<ImuSample> newest_;      // since the last frame
-  std::vector<ImuSample> first_;      // until they are judged
-  bool is_judged_ = false;
+  std::deque<Reading> early_;        // until it is known which are wanted
+  std::optional<ImuTopics> topics_;  // of no name: none are
+  ImuHalves halves_;
+  FirstSeconds<ImuSample> first_;
   std::string doubt_;
-  std::mutex mutex_;
-  std::deque<std::pair<FrameId, ImuSample>> handed_out_;
+  FrameShares<ImuSample> shares_;
 };
 
 }  // namespace ygslam

@@ -11,7 +11,7 @@ namespace ygslam {
 namespace {
 
 constexpr std::int64_t kOneMs_ns = 1'000'000;
-constexpr std::size_t kMost = StreamReadings::kMostWaiting;
+constexpr std::size_t kMost = FrameShares<ImuSample>::kMostWaiting;
 const Vec3 kTurning(0.1, 0.2, 0.3), kGravity(0, 0.5, 9.7);
 
 /// A header without a stamp: that of the recording counts, which may be any.
@@ -32,6 +32,11 @@ struct Written {
   void put(Timestamp stamp, std::int64_t shift_ns, const std::string& topic, const Bytes& bytes) {
     readings.add({topic, "sensor_msgs/Imu", Layout::kCdr}, {0, stamp, bytes, {}}, shift_ns);
   }
+  /// Before anything has come.
+  void begin_with(const std::string& topic) {
+    ASSERT_TRUE(readings.use(topic, {MotionTopic{topic}}).ok());
+  }
+  void use(const std::string& choice) { ASSERT_TRUE(readings.use(choice, {}).ok()); }
   void hand_out(int frame) { readings.hand_out(FrameId{static_cast<std::uint32_t>(frame)}); }
   std::vector<std::int64_t> taken_ms(int frame) {
     std::vector<std::int64_t> ms;
@@ -47,7 +52,7 @@ TEST(StreamReadings, BelongToTheFrameTheyCameBefore) {
   Written written;
   written.add(1);
   written.add(1, "/other");
-  written.readings.use("/imu");
+  written.use("/imu");
   written.add(2);
   written.add(2, "/other");
   written.hand_out(0);
@@ -71,7 +76,7 @@ TEST(StreamReadings, NoneAreKeptThatNobodyWants) {
 
 TEST(StreamReadings, OldestGoWhereFramesArePassedOver) {
   Written written;
-  written.readings.use("/imu");
+  written.begin_with("/imu");
   for (std::size_t i = 0; i < kMost + 2; ++i) written.add(static_cast<std::int64_t>(i));
   written.hand_out(0);
   const Ms taken = written.taken_ms(0);
@@ -83,7 +88,7 @@ TEST(StreamReadings, OldestGoWhereFramesArePassedOver) {
 TEST(StreamReadings, OldestGoBeforeOneTopicIsWantedAndWhereNobodyTakes) {
   Written written;
   for (std::size_t i = 0; i < kMost + 2; ++i) written.add(static_cast<std::int64_t>(i));
-  written.readings.use("/imu");
+  written.use("/imu");
   written.hand_out(0);
   written.add(static_cast<std::int64_t>(kMost + 2));
   written.hand_out(1);
@@ -95,7 +100,7 @@ TEST(StreamReadings, OldestGoBeforeOneTopicIsWantedAndWhereNobodyTakes) {
 
 TEST(StreamReadings, StampsThatCannotBeShiftedAreLeftOut) {
   Written written;
-  written.readings.use("/imu");
+  written.begin_with("/imu");
   written.add_at({10 * kOneMs_ns}, 5 * kOneMs_ns);
   written.add_at({std::numeric_limits<std::int64_t>::max() - kOneMs_ns}, 5 * kOneMs_ns);
   written.add_at({std::numeric_limits<std::int64_t>::min() + kOneMs_ns}, -5 * kOneMs_ns);
@@ -107,7 +112,7 @@ TEST(StreamReadings, StampsThatCannotBeShiftedAreLeftOut) {
 std::string doubt_about_2_s(const Vec3& gyro, const Vec3& accel) {
   const Bytes bytes = unstamped(gyro, accel);
   Written written;
-  written.readings.use("/imu");
+  written.begin_with("/imu");
   for (std::int64_t ms = 0; ms < 2000; ms += 5) written.add_of(ms, bytes);
   EXPECT_EQ(written.readings.take_doubt(), "");
   written.add_of(2000, bytes);
@@ -125,9 +130,38 @@ TEST(StreamReadings, OtherUnitsAndHalvesAreTold) {
   EXPECT_NE(doubt_about_2_s(kTurning, Vec3::Zero()).find("no gravity"), std::string::npos);
 }
 
+TEST(StreamReadings, HalvesOfOneSensorAreUnited) {
+  const Bytes gyro = unstamped(kTurning, Vec3::Zero()), accel = unstamped(Vec3::Zero(), kGravity);
+  Written written;
+  for (std::int64_t ms = 0; ms < 40; ms += 5) written.add_of(ms, gyro, "/gyro");
+  for (std::int64_t ms = 2; ms < 40; ms += 16) written.add_of(ms, accel, "/accel");
+  const auto chosen = written.readings.use("", {});
+  ASSERT_TRUE(chosen.ok()) << chosen.error().message;
+  EXPECT_EQ(chosen->gyro, "/gyro");
+  EXPECT_EQ(chosen->accel, "/accel");
+  written.hand_out(0);
+  EXPECT_EQ(written.taken_ms(0), Ms({5, 10, 15, 20, 25, 30})) << "35 waits for an acceleration";
+  for (std::int64_t ms = 40; ms < 60; ms += 5) written.add_of(ms, gyro, "/gyro");
+  written.add_of(50, accel, "/accel");
+  written.add_of(50, accel, "/other");
+  written.hand_out(1);
+  EXPECT_EQ(written.taken_ms(1), Ms({35, 40, 45, 50}));
+}
+
+TEST(StreamReadings, OneOfSeveralTopicsHasToBeChosen) {
+  Written written;
+  written.add(1);
+  written.add(1, "/other");
+  const auto none = written.readings.use("", {});
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().message.find("/imu (1 readings), /other"), std::string::npos);
+  EXPECT_FALSE(written.readings.use("/no", {}).ok());
+  EXPECT_TRUE(written.readings.use("/later", {MotionTopic{"/later"}}).ok()) << "it was announced";
+}
+
 TEST(StreamReadings, StampsOfAnyTimeAreJudged) {
   Written written;
-  written.readings.use("/imu");
+  written.begin_with("/imu");
   const Bytes in_g = unstamped(kTurning, Vec3(0, 0, 1));
   for (const std::int64_t ns :
        {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()})
@@ -140,7 +174,7 @@ TEST(StreamReadings, OneThreadReadsAnotherTakes) {
   constexpr int kFrames = 500;
   constexpr std::int64_t kOfFrame = 7;
   Written written;
-  written.readings.use("/imu");
+  written.begin_with("/imu");
   std::jthread reads([&] {
     for (int k = 0; k < kFrames; ++k) {
       for (std::int64_t i = 0; i < kOfFrame; ++i) written.add(k * kOfFrame + i);

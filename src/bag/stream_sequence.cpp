@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <set>
 
-#include "bag/bag_choice.hpp"
-#include "bag/bag_imu.hpp"
+#include "bag/lead_in.hpp"
 #include "bag/lone_images.hpp"
 #include "bag/mcap_stream.hpp"
+#include "bag/motion_beside.hpp"
 #include "bag/stream_pairing.hpp"
-#include "bag/stream_readings.hpp"
 #include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/frame_stream.hpp"
@@ -20,9 +18,6 @@
 namespace ygslam {
 namespace {
 
-constexpr double kLongestLeadIn_s = 2;
-constexpr std::size_t kMostLeadInImages = 256;
-constexpr std::size_t kMostLeadInBytes = std::size_t{256} << 20;
 /// Pairs that tell how far apart frames are and how stamps are written.
 constexpr std::size_t kFirstPairs = 5;
 constexpr std::size_t kMostFirst = 64;  // frames without a pair among them
@@ -44,70 +39,19 @@ std::string fault_of(Timestamp stamp, std::optional<Timestamp> last) {
                      stamp > *last ? "ahead of" : "behind");
 }
 
-bool is_camera(const BagTopic& topic) { return topic.type == ros::kCameraType; }
-
-/// What comes until it is known what the sequence is made of.
-class LeadIn {
- public:
-  struct Early {
-    std::size_t topic;  // place in content().images
-    StreamImage image;
-  };
-  LeadIn(const BagTopics& topics, const GivenCameras& cameras)
-      : topics_(topics), cameras_(cameras) {}
-
-  void take(const BagTopic& topic, const BagMessage& message) {
-    const auto place = reader_.take(topic, message);
-    if (!place) return;
-    const auto& images = content().images[*place].images;
-    const Timestamp stamp = images.back().stamp;
-    if (!last_ || are_far_apart(stamp, *last_)) first_ = last_ = stamp;
-    first_ = std::min(*first_, stamp);
-    last_ = std::max(*last_, stamp);
-    bytes_ += message.bytes.size();
-    images_.push_back(
-        {*place, {stamp, images.size() - 1, {message.bytes.begin(), message.bytes.end()}}});
-  }
-
-  /// Of every topic that may be meant something has come, and what may still place the cameras.
-  [[nodiscard]] bool is_complete(const std::vector<BagTopic>& announced) const {
-    const auto now = choice();
-    if (!now.ok() || !now->depth_missing.empty()) return false;
-    if (!topics_.rgb.empty() && !topics_.depth.empty()) return true;
-    const auto told = static_cast<std::ptrdiff_t>(content().cameras.size());
-    if (std::count_if(announced.begin(), announced.end(), is_camera) > told) return false;
-    const auto shown = static_cast<std::ptrdiff_t>(content().images.size());
-    return std::count_if(announced.begin(), announced.end(), is_image) == shown;
-  }
-  [[nodiscard]] bool is_too_long() const {
-    return bytes_ > kMostLeadInBytes || images_.size() >= kMostLeadInImages ||
-           (first_ && seconds_between(*last_, *first_) > kLongestLeadIn_s);
-  }
-  [[nodiscard]] Result<BagChoice> choice() const { return choose(content(), topics_, cameras_); }
-  [[nodiscard]] const BagContent& content() const { return reader_.content(); }
-  std::vector<Early> take_images() { return std::move(images_); }
-
- private:
-  const BagTopics& topics_;
-  const GivenCameras& cameras_;
-  ContentReader reader_;
-  std::vector<Early> images_;
-  std::size_t bytes_ = 0;
-  std::optional<Timestamp> first_, last_;
-};
-
 /// The frames of a stream.
 class StreamFrames final : public FrameStream {
  public:
   explicit StreamFrames(std::unique_ptr<McapStream> stream) : stream_(std::move(stream)) {}
 
   /// Reads until topics and camera are known and the first pairs are there.
-  Status begin(const BagTopics& topics, const GivenCameras& cameras, Sequence& sequence);
+  Status begin(const BagTopics& topics, const GivenCameras& cameras, const WantedMotion& wanted,
+               Sequence& sequence);
 
   std::optional<LoadedPair> next(FrameId id, const DepthConfig& depth,
                                  const std::stop_token& stop) override {
     const auto next = next_frame(stop);
-    readings_.hand_out(id);
+    motion_.hand_out(id);
     if (!next) return std::nullopt;
     if (!next->pair.is_whole()) return missed(*next);
     const auto& [colour, depth_image] = next->pair;
@@ -120,18 +64,20 @@ class StreamFrames final : public FrameStream {
   }
   bool skip(const std::stop_token& stop) override { return next_frame(stop).has_value(); }
   [[nodiscard]] StreamCounts counts() const override { return {without_depth_, left_out_}; }
-  [[nodiscard]] std::vector<std::string> imu_topics() const override;
-  void use_readings(const std::string& topic) override { readings_.use(topic); }
-  [[nodiscard]] std::vector<ImuSample> take_readings(FrameId id) override {
-    return readings_.take(id);
+  Result<std::string> use_imu(const std::string& choice) override {
+    return motion_.use_imu(choice);
   }
+  Result<std::string> use_odometry(const std::string& choice) override {
+    return motion_.use_odometry(choice);
+  }
+  [[nodiscard]] StreamMotion take_motion(FrameId id) override { return motion_.take(id); }
 
  private:
   using Frame = LoneImages::Frame;
   std::optional<Frame> next_frame(const std::stop_token& stop);
   std::optional<Frame> pull(const std::stop_token& stop);
   void take(const BagMessage& message);
-  void take_reading(const BagTopic& topic, const BagMessage& message);
+  void take_motion_of(const BagTopic& topic, const BagMessage& message);
   void add(StreamPairing::Side side, StreamImage image);
   void tell_of_stamps(StreamPairing::Side side, const StampOrder::Judged& judged);
   void tell_of_shift(const StreamPair& pair);
@@ -160,24 +106,28 @@ class StreamFrames final : public FrameStream {
   std::int64_t told_shift_ns_ = 0;
   Timestamp last_stamp_;                                       // of a pair
   std::atomic<std::size_t> without_depth_ = 0, left_out_ = 0;  // others ask
-  StreamReadings readings_;
+  MotionBeside motion_;
   bool told_other_ = false, told_end_ = false;
   bool has_ended_ = false;  // the stream; pairs may wait
 };
 
 Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
-                           Sequence& sequence) {
+                           const WantedMotion& wanted, Sequence& sequence) {
   const auto refuse = [&](const Error& error) {
     if (stream_->bytes().was_stopped())
       return Error{ErrorKind::kInput, name() + ": interrupted before the first frame"};
     return Error{error.kind, name() + ": " + error.message};
   };
   LeadIn lead_in(topics, cameras);
-  while (!lead_in.is_complete(stream_->topics()) && !lead_in.is_too_long() && !has_ended_)
+  const auto is_complete = [&] {
+    return lead_in.is_complete(stream_->topics()) &&
+           motion_.is_there(wanted, stream_->topics(), lead_in.choice()->colour->frame_id);
+  };
+  while (!is_complete() && !lead_in.is_too_long() && !has_ended_)
     has_ended_ = !stream_->next(
         [&](const BagMessage& message) {
           const BagTopic& topic = stream_->topics()[message.topic];
-          readings_.add(topic, message, 0);
+          take_motion_of(topic, message);
           lead_in.take(topic, message);
         },
         {});
@@ -185,6 +135,7 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
   if (!choice.ok()) return refuse(choice.error());
   colour_ = choice->colour->topic;
   depth_ = choice->depth->topic;
+  const std::string camera_frame = choice->colour->frame_id;
   known_topics_ = stream_->topics().size();
   warn_of_choice(*choice, sequence);
   for (LeadIn::Early& early : lead_in.take_images()) {
@@ -225,6 +176,7 @@ Status StreamFrames::begin(const BagTopics& topics, const GivenCameras& cameras,
         set_depth_camera(*choice->depth_camera, choice->depth_camera_source, sequence);
     if (!placed.ok()) return refuse(placed.error());
   }
+  motion_.list(stream_->topics(), camera_frame, sequence);
   camera_ = sequence.camera;
   registration_ = sequence.registration;
   channels_ = sequence.colour_channels;
@@ -296,7 +248,7 @@ std::optional<StreamFrames::Frame> StreamFrames::pull(const std::stop_token& sto
 
 void StreamFrames::take(const BagMessage& message) {
   const BagTopic& topic = stream_->topics()[message.topic];
-  if (is_imu(topic)) return take_reading(topic, message);
+  take_motion_of(topic, message);
   const bool is_colour = topic == colour_;
   if (!is_colour && topic != depth_) return warn_of_other(topic, message);
   const auto stamp = image_stamp(topic, message);
@@ -309,17 +261,9 @@ void StreamFrames::take(const BagMessage& message) {
   if (is_colour) lone_.add({{std::move(image), {}}, LoneImages::Fault::kStamp});
 }
 
-void StreamFrames::take_reading(const BagTopic& topic, const BagMessage& message) {
-  readings_.add(topic, message, pairing_.shift_ns());
-  const std::string doubt = readings_.take_doubt();
-  if (!doubt.empty()) log::warn("{}: {}", name(), doubt);
-}
-
-std::vector<std::string> StreamFrames::imu_topics() const {
-  std::set<std::string> names;
-  for (const BagTopic& topic : stream_->topics())
-    if (is_imu(topic)) names.insert(topic.name);
-  return {names.begin(), names.end()};
+void StreamFrames::take_motion_of(const BagTopic& topic, const BagMessage& message) {
+  motion_.add(topic, message, pairing_.shift_ns());
+  for (const std::string& doubt : motion_.take_doubts()) log::warn("{}: {}", name(), doubt);
 }
 
 void StreamFrames::add(StreamPairing::Side side, StreamImage image) {
@@ -375,13 +319,13 @@ void StreamFrames::say_end() {
 }  // namespace
 
 Result<Sequence> open_stream_sequence(ByteStream bytes, const BagTopics& topics,
-                                      const GivenCameras& cameras) {
+                                      const GivenCameras& cameras, const WantedMotion& wanted) {
   Sequence sequence;
   sequence.root = bytes.name();
   auto stream = McapStream::open(std::move(bytes), {});
   if (!stream.ok()) return stream.error();
   auto frames = std::make_shared<StreamFrames>(std::move(*stream));
-  Status begun = frames->begin(topics, cameras, sequence);
+  Status begun = frames->begin(topics, cameras, wanted, sequence);
   if (!begun.ok()) return begun.error();
   sequence.stream = std::move(frames);
   return sequence;

@@ -42,8 +42,6 @@ Result<Sweep> Sweep::open(SweepOptions options, SweepObserver observer) {
   for (BenchSequence& sequence : sweep.sequences_) sweep.look_at(sequence);
   const Status checked = sweep.check_earlier();
   if (!checked.ok()) return checked.error();
-  const Status copied = sweep.copy_truths();
-  if (!copied.ok()) return copied.error();
   if (!sweep.options_.engine.empty()) {
     const auto slots = engine_slots(sweep.options_, sweep.sequences_, sweep.observer_.stop);
     if (!slots.ok()) return slots.error();
@@ -54,8 +52,6 @@ Result<Sweep> Sweep::open(SweepOptions options, SweepObserver observer) {
   std::erase_if(planned,
                 [&](const RunKey& key) { return sweep.finished_.contains(key.folder().string()); });
   sweep.waiting_.assign(planned.rbegin(), planned.rend());
-  const Status written = sweep.write_sweep_file();
-  if (!written.ok()) return written.error();
   return sweep;
 }
 
@@ -151,6 +147,9 @@ Status Sweep::write_sweep_file() const {
 }
 
 Result<bool> Sweep::run() {
+  Status begun = copy_truths();
+  if (begun.ok()) begun = write_sweep_file();
+  if (!begun.ok()) return begun.error();
   const auto result = work();
   end_all(children_, options_.patience_s);
   active_.clear();

@@ -24,14 +24,14 @@ struct SweepObserver {
 
 class Sweep {
  public:
-  /// Finds the sequences, looks at what the results folder holds already and writes sweep.json.
+  /// Finds the sequences and looks at what the results folder holds already; writes nothing there.
   /// @return kUsage: no such sequence name; kInput: nothing to be found; kOutput: the folder cannot
   /// be written, is in use, or holds results of another version or of other options (named), or the
   /// engine cannot be used.
   static Result<Sweep> open(SweepOptions options, SweepObserver observer);
 
-  /// Does what is left to do. @return true if all is done, false if it was stopped (nothing is lost
-  /// then); kOutput if a result cannot be written or the engine is gone.
+  /// Writes sweep.json and does what is left to do. @return true if all is done, false if it was
+  /// stopped (nothing is lost then); kOutput if a result cannot be written or the engine is gone.
   Result<bool> run();
 
   /// Tells of the sequences that cannot be used and of the earlier runs that are made again.

@@ -51,7 +51,7 @@ TEST(PushImu, AnImuThatIsNoneIsRefusedWithAllItsFaults) {
 }
 
 TEST(PushImu, AFileTellsWhereItIs) {
-  EXPECT_EQ(code_of([] { static_cast<void>(Imu::read("/no/imu.yaml")); }), 4);
+  EXPECT_EQ(code_of([] { static_cast<void>(Imu::read("/no/imu.yaml")); }), 3);
   const std::string path = ::testing::TempDir() + "facade_imu.yaml";
   std::ofstream(path)
       << "rate_hz: 100\ngyroscope_noise_density: 1e-4\ngyroscope_random_walk: 1e-6\n"

@@ -1,6 +1,7 @@
 #include "facade/settings.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "core/standard_error_sink.hpp"
 #include "facade/convert.hpp"
@@ -153,6 +154,9 @@ CameraConfig to_config(const CameraModel& m) {
   c.depth_delay_ms = m.depth_delay_ms;
   c.shutter_known = !m.shutter_guessed && (m.shutter_known || !shutter_times(c).is_global());
   c.width = m.width, c.height = m.height;
+  if (!m.device.empty() && !m.shutter_known)
+    for (double* time_ms : {&c.colour_readout_ms, &c.depth_readout_ms, &c.depth_delay_ms})
+      if (*time_ms == 0) *time_ms = std::numeric_limits<double>::quiet_NaN();
   if (const auto fault = apply_device(m.device, c))
     fail({ErrorKind::kConfig, "camera: " + fault->key + ": " + fault->reason});
   suspect_device(m, c);

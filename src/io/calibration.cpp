@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <set>
 
 #include "core/log.hpp"
@@ -122,9 +123,8 @@ bool is_shutter_key(std::string_view key) {
 }
 
 std::optional<CameraFault> apply_device(std::string_view name, CameraConfig& camera) {
-  if (name.empty()) return std::nullopt;
   const CameraDevice* device = find_camera_device(name);
-  if (device == nullptr) {
+  if (device == nullptr && !name.empty()) {
     std::vector<std::string_view> names;
     for (const CameraDevice& known : camera_devices()) names.push_back(known.name);
     std::string list;
@@ -132,10 +132,12 @@ std::optional<CameraFault> apply_device(std::string_view name, CameraConfig& cam
       list += (list.empty() ? "" : ", ") + std::string(known);
     return CameraFault{std::string(kDeviceKey), "'" + printable(name) + "' is none of " + list};
   }
-  if (!camera.shutter_known) {
-    set_shutter(*device, camera);
-    return std::nullopt;
-  }
+  CameraConfig usual;
+  if (device != nullptr) set_shutter(*device, camera.shutter_known ? usual : camera);
+  for (const CameraKey& key : kKeys)
+    if (double& value = camera.*key.value; is_shutter_key(key.name) && std::isnan(value))
+      value = usual.*key.value;
+  if (device == nullptr || !camera.shutter_known) return std::nullopt;
   const auto refuses = [&](const ImageShutter& known, double readout_ms) {
     return known.kind == ImageShutter::Kind::kGlobal && readout_ms != 0;
   };
@@ -228,6 +230,9 @@ Result<CameraConfig> parse_calibration(std::string_view text, const std::string&
     if (!wrong.empty()) return config_error(name, line.number, quoted + wrong);
   }
   camera.shutter_known = std::any_of(seen.begin(), seen.end(), is_shutter_key);
+  for (const CameraKey& key : kKeys)
+    if (is_shutter_key(key.name) && !seen.contains(key.name))
+      camera.*key.value = std::numeric_limits<double>::quiet_NaN();
   if (const auto fault = apply_device(device, camera))
     return config_error(name, calibration_line(text, fault->key),
                         fault->key + ": " + fault->reason);

@@ -30,7 +30,8 @@ struct CameraFault {
   std::string reason;  ///< "must be ..., is ..."
 };
 /// A camera file's `camera NAME`: the device's shutter where the file says nothing else of it.
-/// @param name of camera_devices(); empty = none.
+/// @param name of camera_devices(); empty = none. @param camera times that are not known are NaN:
+/// the device's, or 0. With shutter_known false all are.
 /// @return a fault where there is no such device, or it takes its images otherwise than the file
 /// says.
 [[nodiscard]] std::optional<CameraFault> apply_device(std::string_view name, CameraConfig& camera);

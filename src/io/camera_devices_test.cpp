@@ -71,6 +71,8 @@ TEST(CameraDevices, AFileMayNameOneAndNothingThatContradictsIt) {
   const auto own = parsed("camera kinect_v1\ncolour_readout_ms 30\n");
   ASSERT_TRUE(own.ok());
   EXPECT_EQ(own->colour_readout_ms, 30) << "what the file says counts";
+  EXPECT_EQ(own->depth_readout_ms, kinect->depth_readout_ms) << "and the device's other times";
+  EXPECT_EQ(own->depth_delay_ms, 0);
   const auto d455 = parsed("camera realsense_d455\n");
   ASSERT_TRUE(d455.ok());
   EXPECT_EQ(d455->colour_readout_ms, 0);

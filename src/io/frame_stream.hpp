@@ -16,7 +16,13 @@ struct StreamCounts {
   std::size_t left_out = 0;       ///< images whose stamps cannot be right
 };
 
-/// One thread at a time may use it; any may ask for its counts and take readings.
+/// What was kept beside the frames.
+struct StreamMotion {
+  std::vector<ImuSample> imu;
+  std::vector<OdometrySample> wheels;
+};
+
+/// One thread at a time may use it; any may ask for its counts and take motion.
 class FrameStream {
  public:
   virtual ~FrameStream() = default;
@@ -28,12 +34,14 @@ class FrameStream {
   virtual bool skip(const std::stop_token& stop) = 0;
   [[nodiscard]] virtual StreamCounts counts() const = 0;
 
-  /// Those with inertial readings that have been announced, by name.
-  [[nodiscard]] virtual std::vector<std::string> imu_topics() const = 0;
-  /// Keeps one's readings. Before the first frame is asked for.
-  virtual void use_readings(const std::string& topic) = 0;
-  /// Those that came before this frame was complete, and were not taken yet.
-  [[nodiscard]] virtual std::vector<ImuSample> take_readings(FrameId id) = 0;
+  /// Keeps an IMU's readings. Before the first frame is asked for.
+  /// @param choice a topic; empty: the only one, or the only two that are halves.
+  /// @return the topic whose frame they are in; kInput with a reason alone: none, several.
+  virtual Result<std::string> use_imu(const std::string& choice) = 0;
+  /// The same of odometry.
+  virtual Result<std::string> use_odometry(const std::string& choice) = 0;
+  /// What came before this frame was complete, and was not taken yet.
+  [[nodiscard]] virtual StreamMotion take_motion(FrameId id) = 0;
 };
 
 }  // namespace ygslam

@@ -95,7 +95,9 @@ Result<std::vector<bool>> parse_sensor_yaml(std::string_view text, const std::st
 }
 
 Result<std::string> read_sensor_yaml(const std::string& path) {
-  return read_file(path, kLargestSensorYaml_bytes);
+  auto text = read_file(path, kLargestSensorYaml_bytes);
+  if (!text.ok()) return Error{ErrorKind::kConfig, text.error().message};
+  return text;
 }
 
 std::string format_sensor_number(const SensorKey& key, double value) {

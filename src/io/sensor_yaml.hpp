@@ -31,7 +31,7 @@ struct SensorYaml {
 [[nodiscard]] Result<std::vector<bool>> parse_sensor_yaml(std::string_view text,
                                                           const std::string& name,
                                                           const SensorYaml& yaml);
-/// The text of such a file. @return kInput if it cannot be read.
+/// The text of such a file. @return kConfig if it cannot be read.
 [[nodiscard]] Result<std::string> read_sensor_yaml(const std::string& path);
 
 [[nodiscard]] std::string format_sensor_number(const SensorKey& key, double value);

@@ -56,6 +56,14 @@ struct SkippedImage {
   std::string reason;  ///< "missing", "truncated PNG", "other size: ...", ...
 };
 
+/// A topic that may tell how the camera moves.
+struct MotionTopic {
+  std::string name;
+  /// Of an IMU, or of the frame that odometry moves, by the recording's /tf_static.
+  std::optional<SE3> T_frame_camera{};
+  std::string missing{};  ///< why it is not known
+};
+
 struct Sequence {
   std::filesystem::path root;  ///< a folder or a file, or what a stream is called
   std::vector<SequencePair> pairs;
@@ -74,11 +82,12 @@ struct Sequence {
   int colour_channels = 3;     ///< of the first readable colour image: 3, or 1 for grey recordings
   std::optional<std::filesystem::path> groundtruth;
   ListCounts counts;
-  std::vector<SkippedImage> absent;       ///< listed files that do not exist and are in no pair
-  std::size_t without_depth = 0;          ///< colour images that no depth image belongs to
-  std::vector<std::string> warnings;      ///< one line each, for the log
-  std::vector<std::string> notes;         ///< what the input was taken for, the same
-  std::string imu_topic, odometry_topic;  ///< of a bag, the first of each kind; empty = none
+  std::vector<SkippedImage> absent;   ///< listed files that do not exist and are in no pair
+  std::size_t without_depth = 0;      ///< colour images that no depth image belongs to
+  std::vector<std::string> warnings;  ///< one line each, for the log
+  std::vector<std::string> notes;     ///< what the input was taken for, the same
+  /// Of a bag or stream: sensor_msgs/Imu; nav_msgs/Odometry, the likeliest of wheels first.
+  std::vector<MotionTopic> imu_topics, odometry_topics;
 
   /// Of the depth images as they are stored.
   [[nodiscard]] const CameraConfig& depth_camera() const {

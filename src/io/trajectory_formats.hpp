@@ -35,6 +35,7 @@ struct TrajectoryFile {
   bool has_stamps = true;
   bool reads_w_first = false;  ///< its quaternions were taken as qw qx qy qz
   std::string taken_for;       ///< what the file was recognised as; empty for plain TUM
+  std::string topic;           ///< of a bag
 };
 
 /// Poses in order of time (without stamps: of the file); of equal stamps the first.

@@ -261,6 +261,31 @@ TEST(ReadObjects, ABadNumberIsRefused) {
   EXPECT_TRUE(parse_objects(good.dump(), "o.json").ok());
 }
 
+TEST(ReadObjects, FaultsAreToldInOurWords) {
+  const TempFolder folder;
+  const auto scene = sample_scene(Vec3(0, -1, 0));
+  ASSERT_TRUE(write_objects(folder.path() / "o.json", scene.objects, scene.gravity).ok());
+  const nlohmann::json good = nlohmann::json::parse(read(folder.path() / "o.json"));
+  using Pointer = nlohmann::json::json_pointer;
+  const auto told_of = [&](const char* where, const nlohmann::json& value) {
+    nlohmann::json json = good;
+    json[Pointer(where)] = value;
+    const auto result = parse_objects(json.dump(), "o.json");
+    return result.ok() ? "accepted" : result.error().message;
+  };
+  EXPECT_EQ(told_of("/objects/1/views", "x"),
+            "o.json: objects: number 2: views: a number that is not whole");
+  EXPECT_EQ(told_of("/objects/0/box/size_m", nullptr),
+            "o.json: objects: number 1: box: size_m: no list where one is expected");
+  EXPECT_EQ(told_of("/objects", 7), "o.json: objects: no list where one is expected");
+  EXPECT_EQ(told_of("/up_world/1", "y"), "o.json: up_world: no number where one is expected");
+  nlohmann::json json = good;
+  json.erase("floor_m");
+  EXPECT_EQ(parse_objects(json.dump(), "o.json").error().message, "o.json: 'floor_m' is missing");
+  EXPECT_EQ(parse_objects("[]", "o.json").error().message,
+            "o.json: no object where one is expected");
+}
+
 TEST(ReadObjects, AnythingElseIsRefused) {
   for (const char* text : {"", "{", "[]", "{}", R"({"format": "ygslam labels"})",
                            R"({"format": "ygslam objects", "up_world": [0, 0, 0]})",

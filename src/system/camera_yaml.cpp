@@ -38,16 +38,12 @@ Result<CameraConfig> parse_camera_yaml(const std::string& text, const std::strin
   Status loaded = schema.load_yaml_text(text, name);
   if (!loaded.ok()) return loaded.error();
   for (const CameraKey& key : camera_keys()) {
-    if (!is_shutter_key(key.name)) continue;
-    if (std::isnan(camera.*key.value)) {
-      camera.*key.value = 0;
-    } else {
-      camera.shutter_known = true;
-    }
-  }
-  for (const CameraKey& key : camera_keys()) {
-    if (std::isnan(camera.*key.value))
+    const bool is_given = !std::isnan(camera.*key.value);
+    if (is_shutter_key(key.name)) {
+      camera.shutter_known |= is_given;
+    } else if (!is_given) {
       return Error{ErrorKind::kConfig, name + ": " + std::string(key.name) + " is missing"};
+    }
   }
   const auto refusal = [&](const CameraFault& fault) {
     const int line = calibration_line(text, fault.key);

@@ -57,13 +57,30 @@ void InertialStage::reset() {
   wheels_.reset();
   if (wheel_config_) wheels_.emplace(*wheel_config_);
   if (config_) estimator_.emplace(*config_, wheels_ ? &*wheels_ : nullptr);
-  had_pose_ = overrules_ = started_ = wheels_agree_ = false;
+  had_pose_ = overrules_ = started_ = wheels_agree_ = imu_was_told_of_ = false;
+  reading_times_.reset();
+  frame_times_.reset();
   wheels_told_.clear();
   imu_faults_.clear();
 }
 
 void InertialStage::add(const ImuSample& sample) {
-  if (estimator_) estimator_->add(sample);
+  if (!estimator_) return;
+  if (!reading_times_) reading_times_ = {sample.stamp, sample.stamp};
+  reading_times_->add(sample.stamp);
+  estimator_->add(sample);
+}
+
+void InertialStage::finish() {
+  if (!estimator_ || !frame_times_ || std::exchange(imu_was_told_of_, true)) return;
+  if (!reading_times_) {
+    log::warn("IMU: no reading came: it was not used");
+  } else if (reading_times_->last < frame_times_->first ||
+             frame_times_->last < reading_times_->first) {
+    log::warn("IMU: {}: it was not used", to_string(ImuFault::kOtherTime));
+  } else {
+    log::info("IMU: a second of poses is needed before it is of use, which never came");
+  }
 }
 
 void InertialStage::add(const OdometrySample& sample) {
@@ -82,6 +99,8 @@ std::optional<PosePrediction> InertialStage::predict(Timestamp stamp) const {
 
 void InertialStage::take(Timestamp stamp, const TrackResult& result) {
   if (!estimator_ && !wheels_) return;
+  if (!frame_times_) frame_times_ = {stamp, stamp};
+  frame_times_->add(stamp);
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
   const bool found_again = has_pose && !had_pose_;
   had_pose_ = has_pose;
@@ -118,9 +137,10 @@ void InertialStage::tell_imu() {
       log::warn("IMU: {}: it is not used until that has changed{}", to_string(fault),
                 count > 1 ? fmt::format(" ({} times so far)", count) : "");
     started_ = false;
+    imu_was_told_of_ = true;
   }
   if (started_ || !estimator_->started()) return;
-  started_ = true;
+  started_ = imu_was_told_of_ = true;
   const Vec3 up = -estimator_->gravity_odom()->normalized();
   log::info("IMU: gravity and biases are known; up in odom is {:.3f} {:.3f} {:.3f}", up.x(), up.y(),
             up.z());

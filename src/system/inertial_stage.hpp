@@ -2,6 +2,7 @@
 // of it.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <set>
@@ -29,6 +30,8 @@ class InertialStage {
   /// Every frame in turn.
   void take(Timestamp stamp, const TrackResult& result);
   void reset();
+  /// No frames come any more: of an IMU of which nothing was told it tells why it was of no use.
+  void finish();
 
  private:
   void tell_imu();
@@ -39,9 +42,15 @@ class InertialStage {
   std::optional<WheelCalibration> wheel_config_;
   std::optional<WheelOdometry> wheels_;  // the estimator refers to it
   std::optional<InertialEstimator> estimator_;
-  bool had_pose_ = false;      // in the last frame
-  bool overrules_ = false;     // vision, since it had a pose
-  bool started_ = false;       // told
+  bool had_pose_ = false;   // in the last frame
+  bool overrules_ = false;  // vision, since it had a pose
+  bool started_ = false;    // told
+  bool imu_was_told_of_ = false;
+  struct Span {  // of stamps
+    Timestamp first, last;
+    void add(Timestamp stamp) { first = std::min(first, stamp), last = std::max(last, stamp); }
+  };
+  std::optional<Span> reading_times_, frame_times_;
   bool wheels_agree_ = false;  // told
   std::set<WheelFault> wheels_told_;
   std::map<ImuFault, std::size_t> imu_faults_;  // how often each

@@ -104,5 +104,36 @@ TEST_F(InertialStageTest, AnImuOfAnotherTimeIsTold) {
   EXPECT_EQ(told, (std::map<std::string, int>{{line, 1}}));
 }
 
+TEST_F(InertialStageTest, WhyItWasOfNoUseIsToldAfterAShortRecording) {
+  std::map<std::string, int> told;
+  const log::ScopedSink sink(std::make_shared<const log::Sink>(
+      [&](log::Level, const std::string& line) { ++told[line]; }));
+  const auto see_a_second = [&] {
+    for (int i = 0; i < 30; ++i) {
+      now_s_ += kFrame_s;
+      see(TrackState::kTracking);
+    }
+    stage_.finish();
+    stage_.finish();
+    stage_.reset();
+    return std::exchange(told, {});
+  };
+  using Lines = std::map<std::string, int>;
+  EXPECT_EQ(see_a_second(), (Lines{{"IMU: no reading came: it was not used", 1}}));
+  stage_.add({{to_ns(now_s_ + 50)}, Vec3::Zero(), {0, 0, 9.81}});
+  EXPECT_EQ(see_a_second(),
+            (Lines{{"IMU: none of its readings is of the images' time: it was not used", 1}}));
+  for (int i = 0; i < 10; ++i) frame(TrackState::kTracking);
+  stage_.finish();
+  EXPECT_EQ(told,
+            (Lines{{"IMU: a second of poses is needed before it is of use, which never came", 1}}));
+  told.clear();
+  stage_.reset();
+  run(3, TrackState::kTracking);
+  stage_.finish();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told.begin()->first.find("IMU: gravity and biases are known"), 0U);
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -110,6 +110,7 @@ class LiveRunner final : public Runner {
 
   const SlamOutcome& finish() override {
     if (std::exchange(finished_, true)) return log_.outcome();
+    inertial_.finish();
     const ScopedTimer timer;
     const auto time_left_s = [&] { return config_.run.finish_patience_s - 1e-3 * timer.wall_ms(); };
     const bool answers = segmenter_ && segmenter_->wait_idle(time_left_s());

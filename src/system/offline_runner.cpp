@@ -81,6 +81,7 @@ class OfflineRunner final : public Runner {
   }
 
   const SlamOutcome& finish() override {
+    inertial_.finish();
     for (const Pending& p : pending_) mapping_->apply(*p.masks);
     pending_.clear();
     mapping_->finish();

@@ -1,0 +1,61 @@
+#include "bag/motion_beside.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace ygslam {
+
+void MotionBeside::add(const BagTopic& topic, const BagMessage& message, std::int64_t shift_ns) {
+  if (!is_listed_) {
+    sensors_.take(topic, message);
+    if (has_transforms(topic)) frames_.take(topic, message.bytes);
+  }
+  readings_.add(topic, message, shift_ns);
+  odometry_.add(topic, message, shift_ns);
+}
+
+bool MotionBeside::is_there(const WantedMotion& wanted, const std::vector<BagTopic>& announced,
+                            const std::string& camera_frame) const {
+  const auto is_known = [&](const WantedMotion::Sensor& sensor, bool (*is_kind)(const BagTopic&)) {
+    const auto has_come = [&](const BagTopic& topic) {
+      if (!is_kind(topic)) return true;
+      return sensor.by_tf ? sensors_.is_placed(topic, frames_, camera_frame)
+                          : sensors_.knows(topic);
+    };
+    return !sensor.is_wanted ||
+           (std::ranges::any_of(announced, is_kind) && std::ranges::all_of(announced, has_come));
+  };
+  return is_known(wanted.imu, is_imu) && is_known(wanted.wheels, is_odometry);
+}
+
+void MotionBeside::list(const std::vector<BagTopic>& announced, const std::string& camera_frame,
+                        Sequence& sequence) {
+  sensors_.list(announced, frames_, camera_frame, sequence);
+  imu_topics_ = sequence.imu_topics;
+  odometry_topics_ = sequence.odometry_topics;
+  is_listed_ = true;
+}
+
+Result<std::string> MotionBeside::use_imu(const std::string& choice) {
+  auto chosen = readings_.use(choice, imu_topics_);
+  if (!chosen.ok()) return chosen.error();
+  return std::move(chosen->gyro);
+}
+
+Result<std::string> MotionBeside::use_odometry(const std::string& choice) {
+  return odometry_.use(choice, odometry_topics_);
+}
+
+void MotionBeside::hand_out(FrameId id) {
+  readings_.hand_out(id);
+  odometry_.hand_out(id);
+}
+
+std::vector<std::string> MotionBeside::take_doubts() {
+  std::vector<std::string> doubts;
+  for (std::string& doubt : std::array{readings_.take_doubt(), odometry_.take_doubt()})
+    if (!doubt.empty()) doubts.push_back(std::move(doubt));
+  return doubts;
+}
+
+}  // namespace ygslam

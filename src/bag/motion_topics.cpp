@@ -1,0 +1,81 @@
+#include "bag/motion_topics.hpp"
+
+#include <algorithm>
+
+#include "io/text.hpp"
+
+namespace ygslam {
+namespace {
+
+/// Of sensor_msgs/Imu the frame of the sensor, of nav_msgs/Odometry the one that moves.
+struct SensorHead {
+  ros::Header header;
+  template <typename Self, typename Cdr>
+  static void fields(Self& m, Cdr& cdr) {
+    cdr(m.header);
+  }
+};
+struct MovingHead {
+  ros::Header header;
+  std::string child_frame_id;
+  template <typename Self, typename Cdr>
+  static void fields(Self& m, Cdr& cdr) {
+    cdr(m.header, m.child_frame_id);
+  }
+};
+
+bool is_of_wheels(const MotionTopic& topic) {
+  return topic.name.find("wheel") != std::string::npos;
+}
+
+}  // namespace
+
+bool is_imu(const BagTopic& topic) { return topic.type == "sensor_msgs/Imu"; }
+bool is_odometry(const BagTopic& topic) { return topic.type == "nav_msgs/Odometry"; }
+
+void MotionFrames::take(const BagTopic& topic, const BagMessage& message) {
+  if ((!is_imu(topic) && !is_odometry(topic)) || knows(topic)) return;
+  SensorHead sensor;
+  MovingHead moving;
+  if (is_imu(topic) && from_cdr(message.bytes, sensor, topic.layout))
+    frames_[topic.name] = cut_name(sensor.header.frame_id);
+  if (is_odometry(topic) && from_cdr(message.bytes, moving, topic.layout))
+    frames_[topic.name] = cut_name(moving.child_frame_id);
+}
+
+bool MotionFrames::is_placed(const BagTopic& topic, const FrameTree& frames,
+                             const std::string& camera_frame) const {
+  return placed(topic, frames, camera_frame).T_frame_camera.has_value();
+}
+
+MotionTopic MotionFrames::placed(const BagTopic& topic, const FrameTree& frames,
+                                 const std::string& camera_frame) const {
+  MotionTopic found{topic.name};
+  const auto frame = frames_.find(topic.name);
+  if (frame == frames_.end() || frame->second.empty() || camera_frame.empty()) {
+    found.missing = "no message of " + printable(topic.name) + " or of the images names a frame";
+    return found;
+  }
+  const auto T_frame_camera =
+      frames.T_target_source(frame->second, camera_frame, FrameTree::Trust::kStatic);
+  if (T_frame_camera.ok()) {
+    found.T_frame_camera = *T_frame_camera;
+  } else {
+    found.missing = "of the frames '" + printable(frame->second) + "' and '" +
+                    printable(camera_frame) + "' there is " + T_frame_camera.error().message;
+  }
+  return found;
+}
+
+void MotionFrames::list(const std::vector<BagTopic>& topics, const FrameTree& frames,
+                        const std::string& camera_frame, Sequence& sequence) const {
+  for (const BagTopic& topic : topics) {
+    if (!is_imu(topic) && !is_odometry(topic)) continue;
+    auto& listed = is_imu(topic) ? sequence.imu_topics : sequence.odometry_topics;
+    if (std::ranges::find(listed, topic.name, &MotionTopic::name) == listed.end())
+      listed.push_back(placed(topic, frames, camera_frame));
+  }
+  std::ranges::stable_partition(sequence.odometry_topics, is_of_wheels);
+}
+
+}  // namespace ygslam

@@ -1,0 +1,75 @@
+#include "bag/motion_topics.hpp"
+
+#include <gtest/gtest.h>
+
+#include "bag/imu_messages.hpp"
+
+namespace ygslam {
+namespace {
+
+const BagTopic kImu{"/imu", "sensor_msgs/Imu", Layout::kCdr};
+const BagTopic kOdom{"/odom", "nav_msgs/Odometry", Layout::kCdr};
+const BagTopic kWheelOdom{"/wheel_odom", "nav_msgs/Odometry", Layout::kCdr};
+const BagTopic kSilent{"/later", "sensor_msgs/Imu", Layout::kCdr};
+const BagTopic kTree{"/tf_static", "tf2_msgs/TFMessage", Layout::kCdr};
+
+class MotionTopicsTest : public ::testing::Test {
+ protected:
+  void say(const BagTopic& topic, const Bytes& bytes) { sensors_.take(topic, {0, {1}, bytes, {}}); }
+  void say_imu(const std::string& frame) {
+    ros::Imu imu;
+    imu.header.frame_id = frame;
+    say(kImu, to_cdr(imu));
+  }
+  void place(const std::string& parent, const std::string& child, double x_m) {
+    ros::TransformStamped transform;
+    transform.header.frame_id = parent;
+    transform.child_frame_id = child;
+    transform.transform.position.x = x_m;
+    tree_.take(kTree, to_cdr(ros::TfMessage{{transform}}));
+  }
+  Sequence listed(const std::string& camera_frame = "camera") {
+    Sequence sequence;
+    sensors_.list({kOdom, kImu, kSilent, kWheelOdom, kImu}, tree_, camera_frame, sequence);
+    return sequence;
+  }
+  MotionFrames sensors_;
+  FrameTree tree_;
+};
+
+TEST_F(MotionTopicsTest, AreListedWithThePlacesOfTheirSensors) {
+  say_imu("/imu_link");
+  ros::Odometry odometry;
+  odometry.header.frame_id = "odom";
+  odometry.child_frame_id = "base";
+  say(kWheelOdom, to_cdr(odometry));
+  place("base", "camera", 0.5);
+  place("camera", "imu_link", 0.1);
+  const Sequence sequence = listed();
+  ASSERT_EQ(sequence.imu_topics.size(), 2U);
+  EXPECT_EQ(sequence.imu_topics[0].name, "/imu");
+  ASSERT_TRUE(sequence.imu_topics[0].T_frame_camera);
+  EXPECT_EQ(sequence.imu_topics[0].T_frame_camera->t().x(), -0.1);
+  EXPECT_FALSE(sequence.imu_topics[1].T_frame_camera);
+  EXPECT_EQ(sequence.imu_topics[1].missing, "no message of /later or of the images names a frame");
+  ASSERT_EQ(sequence.odometry_topics.size(), 2U);
+  EXPECT_EQ(sequence.odometry_topics[0].name, "/wheel_odom") << "named after wheels";
+  ASSERT_TRUE(sequence.odometry_topics[0].T_frame_camera);
+  EXPECT_EQ(sequence.odometry_topics[0].T_frame_camera->t().x(), 0.5);
+}
+
+TEST_F(MotionTopicsTest, WithoutATransformTheFramesAreNamed) {
+  say_imu("imu_link");
+  say_imu("camera");  // the first counts
+  EXPECT_EQ(listed().imu_topics[0].missing,
+            "of the frames 'imu_link' and 'camera' there is no transform between them on "
+            "/tf_static");
+}
+
+TEST_F(MotionTopicsTest, FramesWithoutNamesAreNotOne) {
+  say_imu("");
+  EXPECT_FALSE(listed("").imu_topics[0].T_frame_camera);
+}
+
+}  // namespace
+}  // namespace ygslam

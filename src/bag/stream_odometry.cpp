@@ -1,0 +1,46 @@
+#include "bag/stream_odometry.hpp"
+
+#include "io/text.hpp"
+#include "io/wheel_file.hpp"
+
+namespace ygslam {
+
+Result<std::string> StreamOdometry::use(const std::string& choice,
+                                        const std::vector<MotionTopic>& announced) {
+  std::map<std::string, PoseSource> sources = early_.sources();
+  for (const MotionTopic& topic : announced)
+    if (PoseSource& source = sources[topic.name]; source.type.empty())
+      source.type = "nav_msgs/Odometry";
+  auto chosen = choose_poses(sources, choice, "--odometry");
+  if (!chosen.ok()) return chosen;
+  name_ = *chosen;
+  for (const StampedPose& pose : sources.at(*name_).poses) keep(pose);
+  early_ = {};
+  return chosen;
+}
+
+void StreamOdometry::add(const BagTopic& topic, const BagMessage& message, std::int64_t shift_ns) {
+  if (!name_) return early_.take(topic, message);
+  if (!name_->starts_with(topic.name)) return;  // "/tf" of "/tf:base"
+  for_each_pose(topic, message, [&](const std::string& name, SaidPose said) {
+    if (name != *name_ || !said.T_world_body) return;
+    if (__builtin_add_overflow(said.stamp.ns, shift_ns, &said.stamp.ns)) return;
+    keep({said.stamp, *said.T_world_body});
+  });
+}
+
+void StreamOdometry::keep(const StampedPose& pose) {
+  shares_.add({pose.stamp, pose.T_world_camera});
+  auto first = first_.add(pose);
+  if (first.empty()) return;
+  const auto wheels = wheels_of_poses(in_order_of_time(std::move(first)));
+  if (!wheels.ok()) doubt_ = printable(*name_) + ": " + wheels.error().message;
+}
+
+void StreamOdometry::hand_out(FrameId id) {
+  if (!name_) name_.emplace();
+  early_ = {};
+  shares_.hand_out(id);
+}
+
+}  // namespace ygslam

@@ -13,11 +13,11 @@ namespace {
 // in a bare corridor than in a furnished room. In variances of a frame's pose against its points.
 // Learned from rendered worlds with people and from a robot's drive, checked on other seeds
 // (bench/nees.py). New ground, from keyframe to keyframe:
-constexpr Doubt kForEachMetre{3, 5};
-constexpr Doubt kForEachRadian{1.8, 4};
+constexpr Doubt kForEachMetre{4, 6.5};
+constexpr Doubt kForEachRadian{2.4, 5.2};
 // Odom does not go along when the map's newest part is adjusted.
 constexpr Doubt kOdomShare{2, 4};
-constexpr Doubt kOdomForEachMetre{0.3, 0.4};  // on any ground
+constexpr Doubt kOdomForEachMetre{0.4, 0.5};  // on any ground
 constexpr double kMeanOver_s = 1.5;            // of how well frames see their ground
 constexpr std::size_t kMostGrounds = 8192;
 constexpr double kHand_mps = 0.5, kHand_radps = 0.5;  // of a camera that is lost

@@ -26,12 +26,13 @@ class InertialStage {
   void add(const OdometrySample& sample);
   /// Of the next frame.
   [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
-  /// Every frame in turn.
-  void take(Timestamp stamp, const TrackResult& result);
+  /// Every frame in turn. Tells a keyframe candidate where gravity pulls.
+  void take(Timestamp stamp, TrackResult& result);
   void reset();
 
  private:
   void tell_imu();
+  void tell_gravity(KeyframeCandidate& candidate);
   void overrule(Timestamp stamp, const TrackResult& result, bool found_again);
   void tell_wheels();
 
@@ -39,10 +40,11 @@ class InertialStage {
   std::optional<WheelCalibration> wheel_config_;
   std::optional<WheelOdometry> wheels_;  // the estimator refers to it
   std::optional<InertialEstimator> estimator_;
-  bool had_pose_ = false;      // in the last frame
-  bool overrules_ = false;     // vision, since it had a pose
-  bool started_ = false;       // told
-  bool wheels_agree_ = false;  // told
+  bool had_pose_ = false;                  // in the last frame
+  bool overrules_ = false;                 // vision, since it had a pose
+  bool started_ = false;                   // told
+  bool wheels_agree_ = false;              // told
+  std::optional<Timestamp> gravity_told_;  // of the last keyframe that it was told of
   std::set<WheelFault> wheels_told_;
   std::map<ImuFault, std::size_t> imu_faults_;  // how often each
 };

@@ -51,11 +51,6 @@ InertialEstimator::InertialEstimator(const InertialConfig& config, const WheelOd
       offset_ns_(to_ns(config.time_offset_s.value_or(0))),
       offset_known_(config.time_offset_s.has_value()) {}
 
-StateWalk InertialEstimator::walk() const {
-  return {config_.noise.gyro_walk_radps2_sqrthz, config_.noise.accel_walk_mps3_sqrthz,
-          config_.tilt_walk_rad_sqrts};
-}
-
 void InertialEstimator::add(const ImuSample& sample) {
   any_came_ = true;
   ImuSample shifted = sample;
@@ -81,6 +76,7 @@ void InertialEstimator::restart(ImuFault fault) {
   slipped_at_.reset();
   tied_at_.reset();
   lasting_.setZero();
+  turn_.restart();
   if (fault == ImuFault::kDisagrees || fault == ImuFault::kClock)
     offset_known_ = config_.time_offset_s.has_value();
 }
@@ -229,6 +225,8 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
   const auto wheels = seen ? std::nullopt : tie_by_wheels(last, predicted, motion);
   if (wheels) tied_at_ = stamp;
   if (wheels) lasting_ = wheels_->lasting_covariance(stamp);  // the gyroscope knows the turn
+  turn_.add(stamp, *measured, config_.T_camera_imu,
+            last.covariance.block<3, 3>(kGyroBias, kGyroBias).trace() / 3);
   window_->add({predicted.state, std::move(motion), dated, wheels});
   if (!window_->solve(1)) return restart(ImuFault::kDisagrees);
   window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
@@ -265,6 +263,7 @@ void InertialEstimator::go_back(Timestamp now) {
   disagreed_.clear();
   for (Frame& frame : waiting_) frame = {frame.stamp, std::nullopt, false};
   last_seen_ = then.last_seen;
+  turn_.restart();
   InertialWindow window(window_->gravity());
   window.begin({then.state.state, std::nullopt, std::nullopt}, then.state.covariance.inverse());
   window_ = std::move(window);

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "inertial/camera_gravity.hpp"
+#include "inertial/gyro_turn.hpp"
 #include "inertial/imu_buffer.hpp"
 #include "inertial/inertial_start.hpp"
 #include "inertial/inertial_window.hpp"
@@ -65,6 +67,13 @@ class InertialEstimator {
   [[nodiscard]] std::optional<UncertainState> state() const;
   /// TiltedGravity in odom [m/s2].
   [[nodiscard]] std::optional<Vec3> gravity_odom() const;
+  /// Of the newest frame; nullopt before a start.
+  [[nodiscard]] std::optional<CameraGravity> camera_gravity() const {
+    if (!window_) return std::nullopt;
+    return camera_gravity_of(window_->newest(), window_->gravity(), config_.T_camera_imu);
+  }
+  /// The same; of another stamp than the newest frame's where nothing was added up to it.
+  [[nodiscard]] const GyroTurn& gyro_turn() const { return turn_.now(); }
   [[nodiscard]] double time_offset_s() const { return 1e-9 * static_cast<double>(offset_ns_); }
   [[nodiscard]] bool time_offset_is_known() const { return offset_known_; }
 
@@ -101,7 +110,10 @@ class InertialEstimator {
   /// The newest of half a second before.
   [[nodiscard]] const Earlier* earlier(Timestamp now) const;
   [[nodiscard]] PosePrediction::Earlier of_camera(const UncertainState& state) const;
-  [[nodiscard]] StateWalk walk() const;
+  [[nodiscard]] StateWalk walk() const {
+    return {config_.noise.gyro_walk_radps2_sqrthz, config_.noise.accel_walk_mps3_sqrthz,
+            config_.tilt_walk_rad_sqrts};
+  }
 
   InertialConfig config_;
   const WheelOdometry* wheels_;
@@ -122,8 +134,9 @@ class InertialEstimator {
   std::deque<bool> disagreed_;           // of the last seen frames
   std::optional<Timestamp> slipped_at_;  // that the wheels were last seen to slip by the IMU
   std::optional<Timestamp> tied_at_;     // the last frame that they held
-  Mat6 lasting_ = Mat6::Zero();          // of the camera, by errors of the wheels that last
-  bool was_trusted_ = false;             // at the last seen frame
+  GyroTurnSum turn_;
+  Mat6 lasting_ = Mat6::Zero();  // of the camera, by errors of the wheels that last
+  bool was_trusted_ = false;     // at the last seen frame
   ImuFault fault_ = ImuFault::kNone;
   std::optional<Timestamp> first_frame_;
   int frames_without_ = 0;                 // readings of their time

@@ -5,6 +5,8 @@
 #include <limits>
 #include <queue>
 
+#include "map/map_gravity.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -40,6 +42,7 @@ double largest_residual(const PoseGraph& graph, const PoseGraphResult& solved) {
 
 MapGraph make_map_graph(const Map& map, int min_shared) {
   MapGraph graph;
+  graph.gravity = measured_gravity(map);
   const auto degree = [&](KeyframeId id) {
     return std::max<std::size_t>(1, map.keyframe(id).covisible.size());
   };
@@ -99,6 +102,10 @@ WeighedLoops weigh_loops(const MapGraph& graph, std::span<const LoopEdge> loops,
   for (const LoopEdge& loop : loops)
     problem.edges.push_back({node.at(loop.from), node.at(loop.to), loop.T_to_from,
                              information(kLoopSigma_m, kLoopSigma_rad, 1), true});
+  for (auto [id, direction] : graph.gravity) {
+    direction.pose = node.at(id);
+    problem.directions.push_back(direction);
+  }
   const PoseGraphResult solved = optimize_pose_graph(problem, config);
   WeighedLoops result;
   result.stretch = largest_residual(problem, solved);

@@ -29,6 +29,7 @@ struct MapGraph {
   std::map<KeyframeId, SE3> T_camera_world;
   std::set<KeyframeId> roots;
   std::vector<Edge> edges;  ///< parents, and keyframes that share landmarks
+  std::map<KeyframeId, MeasuredDirection> gravity{};  ///< measured_gravity()
 };
 
 /// @param min_shared landmarks that make an edge.

@@ -116,6 +116,28 @@ TEST(WeighedLoops, ALoopBendsTheRowTowardsWhatItMeasured) {
   }
 }
 
+// A loop that says how the last place lies to the first turns what lies between, too, if nobody
+// knows what is upright.
+TEST(WeighedLoops, GravityKeepsKeyframesUprightWhereALoopBendsTheRow) {
+  const auto worst_tilt_rad = [](bool has_gravity) {
+    MapGraph graph = row(30);
+    for (int i = 0; has_gravity && i < 30; ++i)
+      graph.gravity[number(i)] = {0, Vec3::UnitZ(), Vec3::UnitZ(), 1e6 * Mat3::Identity()};
+    std::vector<LoopEdge> loops = {loop(graph, 0, 28, 0), loop(graph, 0, 29, 0)};
+    for (LoopEdge& edge : loops)
+      edge.T_to_from = SE3(Mat3::Identity(), {0, 0, 0.15}) * edge.T_to_from;
+    const WeighedLoops weighed = weigh_loops(graph, loops, {});
+    EXPECT_EQ(weighed.kept, (std::vector<std::uint8_t>{1, 1}));
+    EXPECT_NEAR(weighed.T_camera_world.at(number(29)).t().z(), 0.15, 0.05);
+    double worst = 0;
+    for (const auto& [id, T_camera_world] : weighed.T_camera_world)
+      worst = std::max(worst, (T_camera_world.R() * Vec3::UnitZ() - Vec3::UnitZ()).norm());
+    return worst;
+  };
+  EXPECT_GT(worst_tilt_rad(false), 0.005);
+  EXPECT_LT(worst_tilt_rad(true), 0.001);
+}
+
 TEST(WeighedLoops, ALoopThatOthersContradictIsLeftOut) {
   const MapGraph graph = row(30);
   const std::vector<LoopEdge> loops = {loop(graph, 0, 27, 0.02), loop(graph, 0, 28, 0.02),

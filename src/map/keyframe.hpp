@@ -15,6 +15,21 @@
 
 namespace ygslam {
 
+/// Where gravity pulls, as an IMU measured it in the camera of one frame.
+struct MeasuredGravity {
+  Vec3 down_camera = Vec3::UnitY();  ///< unit vector
+  Mat3 covariance = Mat3::Zero();    ///< of it [rad^2]
+};
+
+/// How the camera has turned by a gyroscope alone, since a series of measurements began: the turn
+/// between any two keyframes of the series.
+struct MeasuredTurn {
+  std::uint32_t series = 0;
+  Mat3 R_camera_start = Mat3::Identity();
+  double variance_rad2 = 0;         ///< since the start, of each axis, by noise
+  double bias_variance_radps2 = 0;  ///< of each axis: errs all the time alike
+};
+
 /// What was seen; shared between the map and every published view.
 struct KeyframeData {
   KeyframeId id = kNoKeyframe;
@@ -24,6 +39,8 @@ struct KeyframeData {
   FeatureGrid grid;
   FreeSpaceImage free_space{};
   ReadOut read_out{};  ///< that the features were brought to the middle instant with
+  std::optional<MeasuredGravity> gravity{};  ///< for this run: files do not have it
+  std::optional<MeasuredTurn> turn{};        ///< the same
 };
 using KeyframeDataPtr = std::shared_ptr<const KeyframeData>;
 

@@ -38,6 +38,8 @@ struct KeyframeCandidate {
   std::optional<double> submap_reach_m{};
   /// Set where vision did not give the pose: the motion since the last frame whose pose it gave.
   std::optional<KeyframeMotion> motion{};
+  std::optional<MeasuredGravity> gravity{};  ///< if there is an IMU that knows
+  std::optional<MeasuredTurn> turn{};        ///< the same
 };
 
 }  // namespace ygslam

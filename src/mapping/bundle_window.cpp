@@ -4,6 +4,8 @@
 #include <map>
 #include <span>
 
+#include "map/map_gravity.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -62,6 +64,14 @@ void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_co
     if (from == pose_of.end() || (poses[from->second].fixed && poses[to].fixed)) continue;
     window.problem.motions.push_back(
         {from->second, to, motion->T_keyframe_from, motion->covariance.inverse()});
+  }
+  for (const auto& [id, gravity] : measured_gravity(map)) {
+    const auto pose = pose_of.find(id);
+    if (pose == pose_of.end() || poses[pose->second].fixed) continue;
+    MeasuredDirection direction = gravity;
+    direction.pose = pose->second;
+    direction.direction_world = window.T_local_world.R() * gravity.direction_world;
+    window.problem.directions.push_back(direction);
   }
   for (std::uint32_t i = 0; i < window.landmarks.size(); ++i) {
     const Landmark& landmark = map.landmark(window.landmarks[i]);

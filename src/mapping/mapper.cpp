@@ -58,10 +58,10 @@ Mapper::Mapper(const MapperConfig& config, const Camera& camera, Map map)
 KeyframeId Mapper::insert(const KeyframeCandidate& candidate) {
   const trace::Span span("insert keyframe");
   const KeyframeId id = map_.next_keyframe_id();
-  auto data = std::make_shared<KeyframeData>(
-      KeyframeData{id, candidate.frame->id, candidate.frame->stamp, candidate.features,
-                   FeatureGrid(*candidate.features, camera_.ideal_bounds()),
-                   free_space_of(candidate), candidate.read_out});
+  auto data = std::make_shared<KeyframeData>(KeyframeData{
+      id, candidate.frame->id, candidate.frame->stamp, candidate.features,
+      FeatureGrid(*candidate.features, camera_.ideal_bounds()), free_space_of(candidate),
+      candidate.read_out, candidate.gravity, candidate.turn});
   SE3 T_camera_world = candidate.pose.T_camera_reference;
   if (newest_ != kNoKeyframe)
     T_camera_world = T_camera_world * map_.resolved_pose(candidate.pose.reference);

@@ -178,6 +178,31 @@ TEST(BundleWindow, AMotionBetweenFixedKeyframesHasNoSay) {
   EXPECT_EQ(make_whole_window(truth.map, {}).problem.motions.size(), 1U);
 }
 
+TEST(BundleWindow, GravityTellsFreeKeyframesHowTheyLean) {
+  constexpr double kLean_rad = 0.02;
+  World world(400, 11);
+  auto truth = map_test::true_map(world, 8);
+  Map& map = truth.map;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    auto data = std::make_shared<KeyframeData>(*map.keyframe(KeyframeId{i}).data);
+    data->gravity = {World::pose(static_cast<int>(i)).R() * Vec3::UnitY(), Mat3::Zero()};
+    map.set_data(KeyframeId{i}, data);
+  }
+  const SE3 lean(so3_exp({kLean_rad, 0, 0}), Vec3::Zero());
+  map.set_pose(KeyframeId{7}, World::pose(7) * lean);
+  BundleWindowConfig config;
+  config.free_keyframes = 1;
+  const BundleWindow window = make_bundle_window(map, KeyframeId{7}, {}, config);
+  ASSERT_EQ(window.problem.directions.size(), 1U) << "fixed keyframes stay as they are";
+  const MeasuredDirection& gravity = window.problem.directions.front();
+  EXPECT_EQ(window.keyframes[gravity.pose], KeyframeId{7});
+  const SE3 T_upright_local = World::pose(7) * window.T_local_world.inverse();
+  EXPECT_LT(direction_residual(gravity, T_upright_local).norm(), 0.2 * kLean_rad);
+  const SE3& T_leaning_local = window.problem.poses[gravity.pose].T_camera_world;
+  EXPECT_GT(direction_residual(gravity, T_leaning_local).norm(), 0.8 * kLean_rad);
+  EXPECT_EQ(make_whole_window(map, {}).problem.directions.size(), 7U) << "all but the root";
+}
+
 TEST(BundleWindow, AWrongMatchLosesItsObservationAndNotTheMap) {
   World world(400, 6);
   auto truth = map_test::true_map(world, 5, {.noise_px = 0.3});

@@ -128,9 +128,10 @@ double motion_cost(std::span<const PoseGraphEdge> motions, const BundleState& st
 
 BundleSystem::BundleSystem(const std::vector<BundleTerm>& terms,
                            std::span<const PoseGraphEdge> motions,
+                           std::span<const MeasuredDirection> directions,
                            const std::vector<std::uint8_t>& pose_is_fixed,
                            const std::atomic<bool>* abort)
-    : terms_(terms), motions_(motions), abort_(abort) {
+    : terms_(terms), motions_(motions), directions_(directions), abort_(abort) {
   if (is_stopped(abort_)) return;
   choose_unknowns(pose_is_fixed);
   reduced_.reset(static_cast<int>(pose_of_slot_.size()));
@@ -227,6 +228,14 @@ void BundleSystem::linearize_motions(const BundleState& state) {
   }
 }
 
+void BundleSystem::linearize_directions(const BundleState& state) {
+  for (const MeasuredDirection& direction : directions_) {
+    const std::int32_t slot = slot_of_pose_[direction.pose];
+    if (slot >= 0)
+      add_direction(direction, state.T_camera_world[direction.pose], H_pose_[slot], g_pose_[slot]);
+  }
+}
+
 void BundleSystem::linearize(const BundleState& state, const ResidualKernels& kernels) {
   std::fill(H_pose_.begin(), H_pose_.end(), Mat6::Zero());
   std::fill(g_pose_.begin(), g_pose_.end(), Vec6::Zero());
@@ -254,6 +263,7 @@ void BundleSystem::linearize(const BundleState& state, const ResidualKernels& ke
     }
   }
   linearize_motions(state);
+  linearize_directions(state);
 }
 
 void BundleSystem::start_reduced(double lambda) {

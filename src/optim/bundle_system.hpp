@@ -40,11 +40,12 @@ void drop_undetermined_points(std::vector<BundleTerm>& terms, std::size_t points
 class BundleSystem {
  public:
   /// Sets out the system for those parts of `terms` that are in use; the points they see and the
-  /// poses with at least six residuals are unknowns. `terms` and `motions` must outlive it and
-  /// stay as they are.
+  /// poses with at least six residuals are unknowns. `terms`, `motions` and `directions` must
+  /// outlive it and stay as they are.
   /// @param abort where given, looked at for every point and in every column of the factorisation;
   /// once set, nothing that was computed is of use.
   BundleSystem(const std::vector<BundleTerm>& terms, std::span<const PoseGraphEdge> motions,
+               std::span<const MeasuredDirection> directions,
                const std::vector<std::uint8_t>& pose_is_fixed,
                const std::atomic<bool>* abort = nullptr);
 
@@ -83,6 +84,7 @@ class BundleSystem {
   void list_pairs();
   void list_motion_pairs();
   void linearize_motions(const BundleState& state);
+  void linearize_directions(const BundleState& state);
   void eliminate_pairs(const Point& point);
   void start_reduced(double lambda);
   [[nodiscard]] bool eliminate(Point& point, double lambda);
@@ -96,6 +98,7 @@ class BundleSystem {
 
   const std::vector<BundleTerm>& terms_;
   std::span<const PoseGraphEdge> motions_;
+  std::span<const MeasuredDirection> directions_;
   const std::atomic<bool>* abort_;
   std::vector<std::int32_t> slot_of_pose_;
   std::vector<std::uint32_t> pose_of_slot_;

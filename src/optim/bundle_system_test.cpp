@@ -60,7 +60,7 @@ TEST(BundleSystem, EliminatingThePointsGivesTheStepOfTheWholeSystem) {
 
   std::vector<BundleTerm> terms = sorted_terms(synthetic::camera(), problem);
   for (BundleTerm& t : terms) t.use_pixel = t.use_depth = t.weight;
-  BundleSystem system(terms, {}, {1, 0, 0, 0, 0});
+  BundleSystem system(terms, {}, {}, {1, 0, 0, 0, 0});
   system.linearize(state, kernels);
   ASSERT_TRUE(system.solve(kLambda));
   BundleState moved;
@@ -107,7 +107,7 @@ TEST(BundleSystem, SolvesNothingOnceTheFlagIsSet) {
   for (BundleTerm& t : terms) t.use_pixel = t.use_depth = 1;
   drop_undetermined_points(terms, state.points_world.size());
   std::atomic<bool> abort = false;
-  BundleSystem system(terms, {}, {1, 0, 0, 0, 0}, &abort);
+  BundleSystem system(terms, {}, {}, {1, 0, 0, 0, 0}, &abort);
   system.linearize(state, {});
   EXPECT_TRUE(system.solve(1e-5));
   abort = true;

@@ -105,6 +105,29 @@ TEST(CeresAgreement, LocalBundleWithPointsSeenTwiceInOneImage) {
   expect_same_optimum(world.problem, to_convergence(), {});
 }
 
+std::vector<MeasuredDirection> disturbed_directions(const std::vector<SE3>& T_camera_world,
+                                                    double std_rad, Rng& rng) {
+  std::vector<MeasuredDirection> directions;
+  for (std::uint32_t i = 0; i < T_camera_world.size(); ++i) {
+    const Vec3 seen =
+        T_camera_world[i].R() * Vec3::UnitY() + std_rad * geometry_test::random_normals<3>(rng);
+    const Vec3 variances(std_rad * std_rad, 2 * std_rad * std_rad, 4 * std_rad * std_rad);
+    directions.push_back(
+        {i, Vec3::UnitY(), seen.normalized(), Mat3(variances.cwiseInverse().asDiagonal())});
+  }
+  return directions;
+}
+
+TEST(CeresAgreement, LocalBundleWithMeasuredDirections) {
+  Rng rng(9);
+  for (int run = 0; run < 5; ++run) {
+    BundleWorld world = synthetic::bundle_world(6, 120, 4, {}, rng);
+    world.problem.directions = disturbed_directions(world.T_camera_world, 0.002, rng);
+    synthetic::perturb(world.problem, 0.02, 0.01, 0.03, rng);
+    expect_same_optimum(world.problem, to_convergence(), {});
+  }
+}
+
 TEST(CeresAgreement, WholeMapWithAllPosesButTheFirstFree) {
   Rng rng(7);
   BundleWorld world = synthetic::room_world(120, 3, 3000, 100, {}, rng);
@@ -158,6 +181,7 @@ TEST(CeresAgreement, PoseGraphsOf300Poses) {
       edge.information = 0.1 * synthetic::random_information(rng);
     }
     if (seed == 3) world.graph.fixed[150] = 1;
+    if (seed > 3) world.graph.directions = disturbed_directions(world.T_camera_world, 0.002, rng);
     const PoseGraphResult ours = optimize_pose_graph(world.graph, {.gnc = false});
     const referee::Solution theirs = referee::optimize_pose_graph(world.graph, {});
     EXPECT_TRUE(ours.converged);

@@ -22,14 +22,19 @@ bool is_valid(const BundleProblem& problem) {
     CHECK(motion.from < problem.poses.size() && motion.to < problem.poses.size() &&
           motion.from != motion.to);
   }
+  for (const MeasuredDirection& direction : problem.directions)
+    CHECK(direction.pose < problem.poses.size());
   return std::ranges::all_of(problem.poses,
                              [](const auto& p) { return p.T_camera_world.is_finite(); }) &&
          std::ranges::all_of(problem.points_world, [](const Vec3& p) { return p.allFinite(); }) &&
          std::ranges::all_of(problem.observations,
                              [](const auto& o) { return is_usable(o.seen); }) &&
-         std::ranges::all_of(problem.motions, [](const auto& motion) {
-           return motion.T_to_from.is_finite() && motion.information.allFinite();
-         });
+         std::ranges::all_of(problem.motions,
+                             [](const auto& motion) {
+                               return motion.T_to_from.is_finite() &&
+                                      motion.information.allFinite();
+                             }) &&
+         std::ranges::all_of(problem.directions, [](const auto& d) { return is_finite(d); });
 }
 
 std::vector<std::uint8_t> fixed_poses(const BundleProblem& problem) {
@@ -49,7 +54,8 @@ class BundleAdjuster {
         last_(huber_),
         fixed_(fixed_poses(problem)),
         terms_(sorted_terms(camera, problem)),
-        motions_(problem.motions) {
+        motions_(problem.motions),
+        directions_(problem.directions) {
     for (const BundlePose& pose : problem.poses)
       state_.T_camera_world.push_back(pose.T_camera_world);
     state_.points_world = problem.points_world;
@@ -84,7 +90,8 @@ class BundleAdjuster {
 
  private:
   [[nodiscard]] double cost_of(const BundleState& state, const ResidualKernels& kernels) const {
-    return bundle_cost(terms_, state, kernels) + motion_cost(motions_, state);
+    return bundle_cost(terms_, state, kernels) + motion_cost(motions_, state) +
+           direction_cost(directions_, state.T_camera_world);
   }
 
   void keep_best() {
@@ -135,7 +142,7 @@ class BundleAdjuster {
   // @return false if the equations were never solvable.
   bool minimise(int iterations, const ResidualKernels& kernels) {
     double cost = cost_of(state_, kernels);
-    BundleSystem system(terms_, motions_, fixed_, abort_);
+    BundleSystem system(terms_, motions_, directions_, fixed_, abort_);
     if (is_aborted() || !system.has_unknowns()) return true;
     double lambda = kFirstLambda;
     bool is_linearized = false;
@@ -170,6 +177,7 @@ class BundleAdjuster {
   std::vector<std::uint8_t> fixed_;
   std::vector<BundleTerm> terms_;
   const std::vector<PoseGraphEdge>& motions_;
+  const std::vector<MeasuredDirection>& directions_;
   BundleState state_, trial_, best_;
   double best_cost_ = 0;
   int iterations_ = 0;

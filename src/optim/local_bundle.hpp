@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry/camera.hpp"
+#include "optim/direction.hpp"
 #include "optim/observation.hpp"
 #include "optim/pose_graph.hpp"
 
@@ -30,6 +31,7 @@ struct BundleProblem {
   /// Relative-pose constraints, as of an inertial sensor, without a robust kernel (`robust` is not
   /// used).
   std::vector<PoseGraphEdge> motions;
+  std::vector<MeasuredDirection> directions;  ///< without a robust kernel
 };
 
 struct BundleConfig {
@@ -53,7 +55,8 @@ struct BundleResult {
   std::vector<Vec3> points_world;
   std::vector<std::uint8_t> outlier;  ///< 1 per observation that disagrees at the end
   double initial_cost = 0;  ///< 1/2 sum of squared residuals under the kernels of the last phase,
-                            ///< all motions and observations of points that are not left out
+                            ///< all motions, directions and observations of points that are
+                            ///< not left out
   double final_cost = 0;    ///< the same sum at the end, never above initial_cost
   int iterations = 0;
   bool interrupted = false;  ///< the abort flag was seen; the result is what was reached so far
@@ -62,8 +65,8 @@ struct BundleResult {
 /// Two phases: all observations with Huber's kernel; then without the outliers, with the kernel of
 /// Student's t on the pixels. Where only the depth disagrees the pixel still counts. Of the state
 /// given and those after each phase the cheapest is kept. Left as they are: fixed poses (the first
-/// pose if none is fixed), poses with fewer than 6 residuals (a motion has 6) and points with fewer
-/// than 3.
+/// pose if none is fixed), poses with fewer than 6 residuals (a motion has 6, directions do not
+/// count) and points with fewer than 3.
 /// @param abort where given, looked at for every point and in every column of the factorisation;
 /// may be set by another thread and is to stay set. A step begun is then not taken.
 ///

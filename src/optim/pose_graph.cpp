@@ -39,12 +39,12 @@ class PoseGraphOptimizer {
 
   PoseGraphResult run() {
     PoseGraphResult result;
-    result.initial_cost = cost_of(chi2_);
+    result.initial_cost = cost_of(chi2_, poses_);
     if (std::isfinite(result.initial_cost)) {
       if (config_.gnc) graduate();
       result.converged = minimise(config_.max_iterations) && settle();
     }
-    result.cost = cost_of(chi2_);
+    result.cost = cost_of(chi2_, poses_);
     result.T_camera_world = poses_;
     result.edge_weight = weight_;
     result.iterations = iterations_;
@@ -92,10 +92,11 @@ class PoseGraphOptimizer {
     return is_changed;
   }
 
-  [[nodiscard]] double cost_of(const std::vector<double>& chi2) const {
+  [[nodiscard]] double cost_of(const std::vector<double>& chi2,
+                               const std::vector<SE3>& poses) const {
     double sum = 0;
     for (std::size_t i = 0; i < chi2.size(); ++i) sum += weight_[i] * chi2[i];
-    return 0.5 * sum;
+    return 0.5 * sum + direction_cost(graph_.directions, poses);
   }
 
   [[nodiscard]] bool is_over() const {
@@ -106,7 +107,7 @@ class PoseGraphOptimizer {
   // before the optimum.
   bool minimise(int iterations) {
     if (!system_.has_unknowns()) return true;
-    double cost = cost_of(chi2_);
+    double cost = cost_of(chi2_, poses_);
     bool is_linearized = false;
     for (int i = 0; i < iterations && lambda_ < kLargestGraphLambda && !is_over(); ++i) {
       if (!is_linearized) system_.linearize(poses_, weight_);
@@ -117,7 +118,7 @@ class PoseGraphOptimizer {
       if (solved && (1 + lambda_) * system_.largest_step() <= config_.step_tolerance) return true;
       if (solved) system_.apply_step(poses_, trial_poses_);
       if (solved) system_.chi2(trial_poses_, trial_chi2_);
-      const double trial_cost = solved ? cost_of(trial_chi2_) : HUGE_VAL;
+      const double trial_cost = solved ? cost_of(trial_chi2_, trial_poses_) : HUGE_VAL;
       if (!(trial_cost <= cost)) {
         if (solved && std::abs(trial_cost - cost) < 1e-12 * cost) return true;  // rounding
         lambda_ *= 10;
@@ -155,6 +156,7 @@ PoseGraphResult optimize_pose_graph(const PoseGraph& graph, const PoseGraphConfi
   for (const PoseGraphEdge& edge : graph.edges) {
     CHECK(edge.from < poses && edge.to < poses && edge.from != edge.to);
   }
+  for (const MeasuredDirection& direction : graph.directions) CHECK(direction.pose < poses);
   return PoseGraphOptimizer(graph, config, abort).run();
 }
 

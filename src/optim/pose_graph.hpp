@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry/se3.hpp"
+#include "optim/direction.hpp"
 
 namespace ygslam {
 
@@ -26,6 +27,7 @@ struct PoseGraph {
   std::vector<SE3> T_camera_world;
   std::vector<std::uint8_t> fixed;  ///< beside the poses; empty = none
   std::vector<PoseGraphEdge> edges;
+  std::vector<MeasuredDirection> directions;  ///< of poses that edges hold, too; never robust
 };
 
 struct PoseGraphConfig {
@@ -44,7 +46,7 @@ struct PoseGraphResult {
   std::vector<double> edge_weight;  ///< beside the edges; of robust ones 0 (left out) or 1, between
                                     ///< the two only where stopped early
   double initial_cost = 0;          ///< 1/2 sum of e^T information e at the start, weights 1
-  double cost = 0;                  ///< 1/2 sum of weight * e^T information e at the end
+  double cost = 0;  ///< 1/2 sum of weight * e^T information e at the end; directions: 1
   int iterations = 0;
   bool converged = false;  ///< false: stopped by the flag or by max_iterations, or not solvable
 };

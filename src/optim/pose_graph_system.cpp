@@ -126,6 +126,12 @@ void PoseGraphSystem::linearize(std::span<const SE3> T_camera_world,
       block.noalias() += J.to.transpose() * WJ_from;
     }
   }
+  for (const MeasuredDirection& direction : graph_.directions) {
+    const std::int32_t slot = slot_of_pose_[direction.pose];
+    if (slot >= 0)
+      add_direction(direction, T_camera_world[direction.pose], linearized_[slot].topRows<6>(),
+                    gradient_.segment<6>(6 * slot));
+  }
 }
 
 bool PoseGraphSystem::solve(double lambda, const std::atomic<bool>* abort) {

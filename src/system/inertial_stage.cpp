@@ -1,5 +1,6 @@
 #include "system/inertial_stage.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/counted.hpp"
@@ -20,6 +21,8 @@ struct CorrelatedError {
 // half a second apart.
 constexpr CorrelatedError kPerFrame{0.004, 0.0115, 3};
 constexpr CorrelatedError kPerHalfSecond{0.002, 0.003};
+/// Of the direction of gravity, which the same seconds of readings tell for neighbouring keyframes.
+constexpr double kGravityMemory_s = 1.5;
 
 VisualPose visual_pose(const TrackResult& result, const CorrelatedError& error) {
   const double factor = error.factor * (result.state == TrackState::kWeak ? kWeakStdFactor : 1);
@@ -60,6 +63,7 @@ void InertialStage::reset() {
   had_pose_ = overrules_ = started_ = wheels_agree_ = imu_was_told_of_ = false;
   reading_times_.reset();
   frame_times_.reset();
+  gravity_told_.reset();
   wheels_told_.clear();
   imu_faults_.clear();
 }
@@ -97,7 +101,7 @@ std::optional<PosePrediction> InertialStage::predict(Timestamp stamp) const {
   return wheels_know_better ? by_wheels : by_imu;
 }
 
-void InertialStage::take(Timestamp stamp, const TrackResult& result) {
+void InertialStage::take(Timestamp stamp, TrackResult& result) {
   if (!estimator_ && !wheels_) return;
   if (!frame_times_) frame_times_ = {stamp, stamp};
   frame_times_->add(stamp);
@@ -116,7 +120,22 @@ void InertialStage::take(Timestamp stamp, const TrackResult& result) {
     overrule(stamp, result, found_again);
     hand_over(*estimator_, stamp, pose_with(kPerFrame), found_again);
     tell_imu();
+    if (result.candidate) tell_gravity(*result.candidate);
   }
+}
+
+void InertialStage::tell_gravity(KeyframeCandidate& candidate) {
+  const auto known = estimator_->camera_gravity();
+  if (!known || known->stamp != candidate.frame->stamp) return;  // or its samples are late
+  const double since_s =
+      gravity_told_ ? seconds_between(known->stamp, *gravity_told_) : kGravityMemory_s;
+  const double alike = std::max(1.0, kGravityMemory_s / since_s);
+  candidate.gravity = {known->down_camera, alike * known->covariance};
+  gravity_told_ = known->stamp;
+  const GyroTurn& turn = estimator_->gyro_turn();
+  if (turn.stamp == known->stamp)
+    candidate.turn = {turn.series, turn.R_camera_start, turn.variance_rad2,
+                      turn.bias_variance_radps2};
 }
 
 /// Where vision never came back to what the IMU says, the IMU was wrong.

@@ -27,14 +27,15 @@ class InertialStage {
   void add(const OdometrySample& sample);
   /// Of the next frame.
   [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
-  /// Every frame in turn.
-  void take(Timestamp stamp, const TrackResult& result);
+  /// Every frame in turn. Tells a keyframe candidate where gravity pulls.
+  void take(Timestamp stamp, TrackResult& result);
   void reset();
   /// No frames come any more: of an IMU of which nothing was told it tells why it was of no use.
   void finish();
 
  private:
   void tell_imu();
+  void tell_gravity(KeyframeCandidate& candidate);
   void overrule(Timestamp stamp, const TrackResult& result, bool found_again);
   void tell_wheels();
 
@@ -51,7 +52,8 @@ class InertialStage {
     void add(Timestamp stamp) { first = std::min(first, stamp), last = std::max(last, stamp); }
   };
   std::optional<Span> reading_times_, frame_times_;
-  bool wheels_agree_ = false;  // told
+  bool wheels_agree_ = false;              // told
+  std::optional<Timestamp> gravity_told_;  // of the last keyframe that it was told of
   std::set<WheelFault> wheels_told_;
   std::map<ImuFault, std::size_t> imu_faults_;  // how often each
 };

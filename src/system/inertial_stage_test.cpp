@@ -89,6 +89,34 @@ TEST_F(InertialStageTest, WhatIsWrongAllTheTimeIsToldSeldom) {
   EXPECT_EQ(told[line], 2) << "another run";
 }
 
+TEST_F(InertialStageTest, AKeyframeIsToldWhereGravityPulls) {
+  const auto proposed = [&](bool with_samples) {
+    now_s_ += kFrame_s;
+    if (with_samples) feed_samples();
+    auto frame = std::make_shared<RgbdFrame>();
+    frame->stamp = {to_ns(now_s_)};
+    TrackResult result;
+    result.state = TrackState::kTracking;
+    result.matches = 200;
+    result.covariance = 1e-6 * Mat6::Identity();
+    result.candidate.emplace();
+    result.candidate->frame = frame;
+    stage_.take({to_ns(now_s_)}, result);
+    return result.candidate->gravity;
+  };
+  EXPECT_FALSE(proposed(true)) << "before anything is known";
+  run(3, TrackState::kTracking);
+  const auto first = proposed(true), second = proposed(true);
+  ASSERT_TRUE(first && second);
+  const Vec3 down = calibration().T_camera_imu.R() * Vec3(0, 0, -1);
+  EXPECT_LT((first->down_camera - down).norm(), 0.02);
+  EXPECT_GT(first->covariance.trace(), 0);
+  EXPECT_GT(second->covariance.trace(), 10 * first->covariance.trace())
+      << "a frame later the same readings say it";
+  now_s_ += 0.1;
+  EXPECT_FALSE(proposed(false)) << "its readings are not there";
+}
+
 TEST_F(InertialStageTest, AnImuOfAnotherTimeIsTold) {
   std::map<std::string, int> told;
   const log::ScopedSink sink(std::make_shared<const log::Sink>(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "loop/map_straightening.hpp"
 #include "system/dense_marks.hpp"
 
 namespace ygslam {
@@ -166,6 +167,8 @@ void MappingStage::finish() {
   for (const auto& [frame, waiting] : waiting_) integrate(waiting, nullptr);
   waiting_.clear();
   waiting_frames_.clear();
+  if (config_.frozen || closed_loops_ > 0) return;  // loops know better
+  if (const auto patch = straightened(map(), config_.loop.min_shared)) correct(*patch);
 }
 
 void MappingStage::integrate(const Waiting& waiting, const Segmentation* masks) {

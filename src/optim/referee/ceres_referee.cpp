@@ -91,6 +91,31 @@ struct RelativePoseResidual {
   }
 };
 
+struct DirectionResidual {
+  Vec3 world, camera;
+  Mat3 root;  // root^T root = information
+
+  template <class T>
+  bool operator()(const T* pose, T* r) const {
+    const Eigen::Matrix<T, 3, 1> seen_from = world.cast<T>();
+    Eigen::Matrix<T, 3, 1> turned;
+    ceres::AngleAxisRotatePoint(pose, seen_from.data(), turned.data());
+    Eigen::Map<Eigen::Matrix<T, 3, 1>>(r, 3) = root.cast<T>() * (turned - camera.cast<T>());
+    return true;
+  }
+};
+
+void add_directions(ceres::Problem& problem, const std::vector<MeasuredDirection>& directions,
+                    std::vector<PoseParameters>& poses) {
+  for (const MeasuredDirection& direction : directions) {
+    const Mat3 root = direction.information.llt().matrixU();
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<DirectionResidual, 3, 6>(
+            new DirectionResidual{direction.direction_world, direction.direction_camera, root}),
+        nullptr, poses[direction.pose].data());
+  }
+}
+
 ceres::LossFunction* kernel(double chi2, double weight) {
   ceres::LossFunction* huber = std::isinf(chi2) ? nullptr : new ceres::HuberLoss(std::sqrt(chi2));
   return new ceres::ScaledLoss(huber, weight, ceres::TAKE_OWNERSHIP);
@@ -143,6 +168,7 @@ Solution adjust_bundle(const Camera& camera, const BundleProblem& problem,
     add_residuals(ceres_problem, camera, o.seen, settings, poses[o.pose].data(),
                   solution.points_world[o.point].data());
   }
+  add_directions(ceres_problem, problem.directions, poses);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (problem.poses[i].fixed && ceres_problem.HasParameterBlock(poses[i].data())) {
       ceres_problem.SetParameterBlockConstant(poses[i].data());
@@ -179,6 +205,7 @@ Solution optimize_pose_graph(const PoseGraph& graph, const Settings& settings) {
                                  new RelativePoseResidual{edge.T_to_from.inverse(), root}),
                              nullptr, poses[edge.from].data(), poses[edge.to].data());
   }
+  add_directions(problem, graph.directions, poses);
   std::vector<std::uint8_t> fixed = graph.fixed;
   fixed.resize(poses.size(), 0);
   if (std::ranges::count(fixed, 1) == 0) fixed[0] = 1;

@@ -1,0 +1,24 @@
+// A map that was never closed by a loop, straightened by what a gyroscope measured while it was
+// made: vision's heading walks off, here and there by much at once, a gyroscope's bias hardly
+// changes.
+#pragma once
+
+#include <optional>
+
+#include "map/map.hpp"
+#include "map/map_patch.hpp"
+
+namespace ygslam {
+
+/// Of the gyroscope's readings that a series of MeasuredTurn was added up from [rad/s, the camera's
+/// axes], by the turns that the map says: what is left once the few that are wrong count little.
+/// @return nullopt where the keyframes tell too little.
+[[nodiscard]] std::optional<Vec3> left_gyro_bias(const Map& map);
+
+/// Keyframes turned as gyroscope and gravity say where they know better than what ties the map
+/// together; ways between neighbours stay.
+/// @param min_shared see make_map_graph(). @return nullopt without an IMU, and where nothing is
+/// better.
+[[nodiscard]] std::optional<MapPatch> straightened(const Map& map, int min_shared);
+
+}  // namespace ygslam

@@ -1,0 +1,68 @@
+#include "map/map_gravity.hpp"
+
+#include <gtest/gtest.h>
+
+#include "map/map_test_world.hpp"
+
+namespace ygslam {
+namespace {
+
+const Vec3 kDown = Vec3(0.1, 0.95, -0.2).normalized();
+
+class MapGravity : public ::testing::Test {
+ protected:
+  static constexpr std::uint32_t kKeyframes = 6;
+
+  void feel(std::uint32_t id, const Vec3& down_world, double std_rad) {
+    const Keyframe& keyframe = map.keyframe(KeyframeId{id});
+    auto data = std::make_shared<KeyframeData>(*keyframe.data);
+    data->gravity = {keyframe.T_camera_world.R() * down_world,
+                     std_rad * std_rad * Mat3::Identity()};
+    map.set_data(KeyframeId{id}, data);
+  }
+  [[nodiscard]] double angle_rad(std::uint32_t id) const {
+    return (measured_gravity(map).at(KeyframeId{id}).direction_world - kDown).norm();
+  }
+
+  map_test::World world{100, 1};
+  Map map = map_test::true_map(world, kKeyframes).map;
+};
+
+TEST_F(MapGravity, WithoutAnImuThereIsNone) { EXPECT_TRUE(measured_gravity(map).empty()); }
+
+TEST_F(MapGravity, IsWhatKeyframesSayTogether) {
+  feel(1, kDown, 0.001);
+  feel(2, so3_exp({0.01, 0, 0}) * kDown, 0.05);
+  feel(4, so3_exp({-0.0001, 0, 0}) * kDown, 0.001);
+  const auto all = measured_gravity(map);
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_LT(angle_rad(1), 2e-4);
+  EXPECT_EQ(all.at(KeyframeId{1}).direction_world, all.at(KeyframeId{4}).direction_world);
+  EXPECT_GT(all.at(KeyframeId{1}).information(0, 0), 10 * all.at(KeyframeId{2}).information(0, 0));
+  const SE3& T_camera_world = map.keyframe(KeyframeId{4}).T_camera_world;
+  EXPECT_LT(direction_residual(all.at(KeyframeId{4}), T_camera_world).norm(), 3e-4);
+}
+
+TEST_F(MapGravity, WhatDisagreesCountsLess) {
+  for (std::uint32_t i = 0; i + 1 < kKeyframes; ++i) feel(i, kDown, 0.001);
+  feel(kKeyframes - 1, so3_exp({0.3, 0, 0}) * kDown, 0.001);
+  EXPECT_LT(angle_rad(0), 0.005);
+  const auto all = measured_gravity(map);
+  EXPECT_LT(10 * all.at(KeyframeId{kKeyframes - 1}).information.trace(),
+            all.at(KeyframeId{0}).information.trace());
+}
+
+// A submap leans as it likes until it is joined.
+TEST_F(MapGravity, EachSubmapHasItsOwn) {
+  feel(1, kDown, 0.001);
+  const auto seen = world.see(SE3(so3_exp({0.2, 0.1, 0}), {3, 0, 0}), 500);
+  const KeyframeId root = map_test::add_keyframe(map, seen, kNoKeyframe);
+  feel(index(root), so3_exp({0.2, 0, 0}) * kDown, 0.001);
+  EXPECT_LT(angle_rad(1), 1e-9);
+  EXPECT_GT(angle_rad(index(root)), 0.15);
+  map.join(root, KeyframeId{1});
+  EXPECT_EQ(angle_rad(1), angle_rad(index(root)));
+}
+
+}  // namespace
+}  // namespace ygslam

@@ -57,6 +57,7 @@ void InertialStage::reset() {
   wheels_.reset();
   if (wheel_config_) wheels_.emplace(*wheel_config_);
   if (config_) estimator_.emplace(*config_, wheels_ ? &*wheels_ : nullptr);
+  posed_.reset();
   had_pose_ = overrules_ = started_ = wheels_agree_ = false;
   wheels_told_.clear();
   imu_faults_.clear();
@@ -80,8 +81,8 @@ std::optional<PosePrediction> InertialStage::predict(Timestamp stamp) const {
   return wheels_know_better ? by_wheels : by_imu;
 }
 
-void InertialStage::take(Timestamp stamp, const TrackResult& result) {
-  if (!estimator_ && !wheels_) return;
+std::optional<CameraTurn> InertialStage::take(Timestamp stamp, const TrackResult& result) {
+  if (!estimator_ && !wheels_) return std::nullopt;
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
   const bool found_again = has_pose && !had_pose_;
   had_pose_ = has_pose;
@@ -98,6 +99,13 @@ void InertialStage::take(Timestamp stamp, const TrackResult& result) {
     hand_over(*estimator_, stamp, pose_with(kPerFrame), found_again);
     tell_imu();
   }
+  return turn_to(stamp, result.state);
+}
+
+std::optional<CameraTurn> InertialStage::turn_to(Timestamp stamp, TrackState state) {
+  if (!ygslam::has_pose(state)) return std::nullopt;
+  const auto before = std::exchange(posed_, stamp);
+  return estimator_ && before ? estimator_->turn(*before, stamp) : std::nullopt;
 }
 
 /// Where vision never came back to what the IMU says, the IMU was wrong.

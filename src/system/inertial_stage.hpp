@@ -26,11 +26,13 @@ class InertialStage {
   void add(const OdometrySample& sample);
   /// Of the next frame.
   [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
-  /// Every frame in turn.
-  void take(Timestamp stamp, const TrackResult& result);
+  /// Every frame in turn. @return how the camera turned since the last frame with a pose, where
+  /// this one has one and a gyroscope knows.
+  std::optional<CameraTurn> take(Timestamp stamp, const TrackResult& result);
   void reset();
 
  private:
+  [[nodiscard]] std::optional<CameraTurn> turn_to(Timestamp stamp, TrackState state);
   void tell_imu();
   void overrule(Timestamp stamp, const TrackResult& result, bool found_again);
   void tell_wheels();
@@ -39,10 +41,11 @@ class InertialStage {
   std::optional<WheelCalibration> wheel_config_;
   std::optional<WheelOdometry> wheels_;  // the estimator refers to it
   std::optional<InertialEstimator> estimator_;
-  bool had_pose_ = false;      // in the last frame
-  bool overrules_ = false;     // vision, since it had a pose
-  bool started_ = false;       // told
-  bool wheels_agree_ = false;  // told
+  std::optional<Timestamp> posed_;  // the last frame with a pose, coasting too
+  bool had_pose_ = false;           // in the last frame
+  bool overrules_ = false;          // vision, since it had a pose
+  bool started_ = false;            // told
+  bool wheels_agree_ = false;       // told
   std::set<WheelFault> wheels_told_;
   std::map<ImuFault, std::size_t> imu_faults_;  // how often each
 };

@@ -137,7 +137,7 @@ struct Settings {
   std::string load_map;
   bool localize_only = false;  ///< the loaded map stays as it is
   bool deterministic = false;  ///< one schedule without threads: same input, same result
-  /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 72
+  /// False: finish() gives no trajectory, and nothing grows with time but the map. It takes 96
   /// bytes a frame.
   bool keep_trajectory = true;
   /// Where a page shows the run (docs/live.md): ADDRESS:PORT, e.g. 127.0.0.1:8765, port 0 = any;

@@ -58,6 +58,9 @@ class Drive {
   [[nodiscard]] Timestamp now() const { return {to_ns(now_s_)}; }
   [[nodiscard]] InertialEstimator& estimator() { return estimator_; }
   [[nodiscard]] const ImuBias& true_bias() const { return imu_.bias(); }
+  [[nodiscard]] Vec3 true_camera_bias_radps() const {
+    return T_camera_imu_.R() * imu_.bias().gyro_radps;
+  }
   [[nodiscard]] Vec3 true_gravity_odom() const { return T_odom_world_.R() * gravity_world(); }
   [[nodiscard]] SE3 true_pose() const { return true_pose(now_s_); }
   [[nodiscard]] SE3 true_pose(double t_s) const {

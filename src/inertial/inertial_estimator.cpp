@@ -256,12 +256,13 @@ void InertialEstimator::go_back(Timestamp now) {
   const Earlier* found = window_ ? earlier(now) : nullptr;
   if (found == nullptr) return;
   const Earlier then = *found;
-  const auto is_later = [&](Timestamp stamp) { return stamp > then.stamp(); };
-  std::erase_if(earlier_, [&](const Earlier& other) { return is_later(other.stamp()); });
-  std::erase_if(turns_, [&](const SeenTurn& turn) { return is_later(turn.to); });
+  std::erase_if(earlier_, [&](const Earlier& other) { return other.stamp() > then.stamp(); });
+  std::erase_if(turns_, [&](const SeenTurn& turn) { return turn.to > then.stamp(); });
   last_pose_.reset();
   disagreed_.clear();
   for (Frame& frame : waiting_) frame = {frame.stamp, std::nullopt, false};
+  // Else a short agreement would end here, and what took vision along would be believed.
+  if (agrees_since_ && last_seen_) agrees_since_->ns -= last_seen_->ns - then.last_seen.ns;
   last_seen_ = then.last_seen;
   turn_.restart();
   InertialWindow window(window_->gravity());

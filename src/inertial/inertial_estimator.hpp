@@ -35,6 +35,11 @@ struct InertialConfig {
   int window_frames = 12;  ///< kept in the smoother
 };
 
+struct CameraTurn {
+  Vec3 turn_rad = Vec3::Zero();  ///< R_before_after = so3_exp(turn_rad), in the camera's axes
+  double std_rad = 0;            ///< about one axis
+};
+
 class InertialEstimator {
  public:
   /// @param wheels null: there are none. They hold what frames without a pose may drift; fed before
@@ -56,6 +61,10 @@ class InertialEstimator {
   /// @param stamp after the last frame's. @return nullopt before a start, and where samples do not
   /// reach.
   [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
+
+  /// How the camera turned between two frames, by the gyroscope as it is read: with its bias.
+  /// @return nullopt where samples are missing or at the end of its range.
+  [[nodiscard]] std::optional<CameraTurn> turn(Timestamp from, Timestamp to) const;
 
   [[nodiscard]] bool started() const { return window_.has_value(); }
   /// A second alone would take the camera nowhere: what predict() says may stand for vision.

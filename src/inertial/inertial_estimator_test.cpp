@@ -314,6 +314,53 @@ TEST(InertialEstimator, GoneBackToAFrameThatSawNothingItKnowsSinceWhen) {
   EXPECT_NEAR(drive.estimator().predict(drive.now())->unseen_s, 0.6 + Drive::kFrame_s, 1e-3);
 }
 
+TEST(InertialEstimator, GoingBackDoesNotEndAnAgreementThatHasJustBegun) {
+  Drive drive({.seed = 3});
+  drive.run(5);
+  while (!drive.estimator().predict(drive.now())->agreed) drive.run(Drive::kFrame_s);
+  drive.advance();
+  drive.estimator().go_back(drive.now());
+  drive.estimator().add_frame(drive.now(), std::nullopt);
+  for (int i = 0; i < 30; ++i) {
+    drive.run(Drive::kFrame_s, false);
+    EXPECT_TRUE(drive.estimator().predict(drive.now())->agreed) << i;
+  }
+}
+
+TEST(InertialEstimator, TellsHowTheCameraTurnedBetweenTwoFrames) {
+  Drive drive({.seed = 3});
+  drive.run(4);
+  for (int i = 0; i < 30; ++i) {
+    const Timestamp before = drive.now();
+    const Mat3 R_before = drive.true_pose().R();
+    drive.step();
+    const auto turn = drive.estimator().turn(before, drive.now());
+    ASSERT_TRUE(turn);
+    const Mat3 R_before_after = R_before.transpose() * drive.true_pose().R();
+    const Vec3 bias_radps = drive.true_camera_bias_radps();
+    const Vec3 turn_rad = turn->turn_rad - Drive::kFrame_s * bias_radps;
+    const double error_rad = so3_log(R_before_after.transpose() * so3_exp(turn_rad)).norm();
+    EXPECT_LT(error_rad, 4 * std::sqrt(3.0) * turn->std_rad) << i;
+    EXPECT_LT(turn->std_rad, 2e-4);
+  }
+  EXPECT_FALSE(drive.estimator().turn({drive.now().ns - to_ns(0.5)}, drive.now()))
+      << "these are not two frames of one path";
+}
+
+TEST(InertialEstimator, TellsNoTurnWhereSamplesAreMissing) {
+  bool is_bad = false;
+  DriveOptions options{.seed = 3};
+  options.distort = [&](ImuSample&) { return !is_bad; };
+  Drive drive(options);
+  drive.run(4);
+  const Timestamp before = drive.now();
+  is_bad = true;
+  drive.advance();
+  is_bad = false;
+  drive.step();
+  EXPECT_FALSE(drive.estimator().turn(before, drive.now()));
+}
+
 TEST(InertialEstimator, AgreesAfterSecondsInWhichVisionSaidTheSame) {
   Drive drive({.seed = 3});
   const auto agreed = [&] { return drive.estimator().predict(drive.now())->agreed; };

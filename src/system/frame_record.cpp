@@ -6,8 +6,8 @@
 
 namespace ygslam {
 
-FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
-                        const FrameTimes& times) {
+FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result, const FrameTimes& times,
+                        const std::optional<CameraTurn>& turn) {
   FrameRecord record;
   record.track_ms = times.track_ms;
   record.track_cpu_ms = times.track_cpu_ms;
@@ -29,6 +29,9 @@ FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
   const Mat6 covariance = seen_covariance(result);
   record.position_std_m = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
   record.rotation_std_rad = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  record.turn = turn;
+  if (is_seen(result.state) && result.covariance)
+    record.distance_m = distance_of_points(*result.covariance);
   record.odom_drift = result.doubt.odom;
   record.map_drift = result.doubt.map;
   record.T_odom_camera = result.T_odom_camera;

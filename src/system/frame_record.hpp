@@ -1,13 +1,18 @@
 // What is told about every frame, and what is kept of it.
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <deque>
 #include <functional>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "core/time.hpp"
 #include "geometry/packed_pose.hpp"
+#include "geometry/smooth_turns.hpp"
+#include "inertial/inertial_estimator.hpp"
 #include "map/map.hpp"
 #include "tracking/tracker.hpp"
 
@@ -32,6 +37,10 @@ struct FrameRecord {
   std::vector<TrackedObject> objects;
   double track_ms = 0, track_cpu_ms = 0, orb_ms = 0, motion_ms = 0, pose_ms = 0;
   double mask_ms = 0;  ///< what masks cost beside tracking
+  /// How the camera turned since the record with a pose before, where a gyroscope knows; and the
+  /// distance of the points that gave the pose (TurningPose).
+  std::optional<CameraTurn> turn{};
+  double distance_m = 0;
 
   [[nodiscard]] bool has_pose() const { return ygslam::has_pose(state); }
 };
@@ -42,7 +51,8 @@ struct FrameTimes {
   double mask_ms = 0;
 };
 [[nodiscard]] FrameRecord make_record(const RgbdFrame& frame, const TrackResult& result,
-                                      const FrameTimes& times);
+                                      const FrameTimes& times,
+                                      const std::optional<CameraTurn>& turn = {});
 
 /// Called for every frame, in the thread that called process().
 using FrameSink = std::function<void(const FrameRecord&, const TrackResult&)>;
@@ -53,15 +63,33 @@ struct PosedFrame {
   FrameId frame = kNoFrame;
   KeyframeId reference = kNoKeyframe;
   PackedPose T_camera_reference;
+  float std_rad = 0, distance_m = 0;  ///< as those that follow of a TurningPose
+  std::array<float, 3> turn_rad{};
+  float turn_std_rad = 0;
 
   PosedFrame() = default;
   explicit PosedFrame(const FrameRecord& record)
       : stamp(record.stamp),
         frame(record.frame),
         reference(record.pose.reference),
-        T_camera_reference(record.pose.T_camera_reference) {}
+        T_camera_reference(record.pose.T_camera_reference),
+        std_rad(static_cast<float>(record.rotation_std_rad / std::sqrt(3.0))),
+        distance_m(static_cast<float>(record.distance_m)) {
+    if (!record.turn) return;
+    Eigen::Map<Eigen::Vector3f>(turn_rad.data()) = record.turn->turn_rad.cast<float>();
+    turn_std_rad = static_cast<float>(record.turn->std_rad);
+  }
+  /// @param T_world_camera as it is by now.
+  [[nodiscard]] TurningPose turning(const SE3& T_world_camera) const {
+    return {stamp,
+            T_world_camera,
+            std_rad,
+            distance_m,
+            Vec3(turn_rad[0], turn_rad[1], turn_rad[2]),
+            turn_std_rad};
+  }
 };
-static_assert(sizeof(PosedFrame) == 72, "docs/architecture.md tells");
+static_assert(sizeof(PosedFrame) == 96, "docs/architecture.md tells");
 using Trajectory = std::deque<PosedFrame>;
 
 /// T_camera_world of frames whose poses were found again at the end (system/early_frames).

@@ -64,6 +64,7 @@ void InertialStage::reset() {
   reading_times_.reset();
   frame_times_.reset();
   gravity_told_.reset();
+  posed_.reset();
   wheels_told_.clear();
   imu_faults_.clear();
 }
@@ -101,8 +102,8 @@ std::optional<PosePrediction> InertialStage::predict(Timestamp stamp) const {
   return wheels_know_better ? by_wheels : by_imu;
 }
 
-void InertialStage::take(Timestamp stamp, TrackResult& result) {
-  if (!estimator_ && !wheels_) return;
+std::optional<CameraTurn> InertialStage::take(Timestamp stamp, TrackResult& result) {
+  if (!estimator_ && !wheels_) return std::nullopt;
   if (!frame_times_) frame_times_ = {stamp, stamp};
   frame_times_->add(stamp);
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
@@ -122,6 +123,13 @@ void InertialStage::take(Timestamp stamp, TrackResult& result) {
     tell_imu();
     if (result.candidate) tell_gravity(*result.candidate);
   }
+  return turn_to(stamp, result.state);
+}
+
+std::optional<CameraTurn> InertialStage::turn_to(Timestamp stamp, TrackState state) {
+  if (!ygslam::has_pose(state)) return std::nullopt;
+  const auto before = std::exchange(posed_, stamp);
+  return estimator_ && before ? estimator_->turn(*before, stamp) : std::nullopt;
 }
 
 void InertialStage::tell_gravity(KeyframeCandidate& candidate) {

@@ -27,13 +27,15 @@ class InertialStage {
   void add(const OdometrySample& sample);
   /// Of the next frame.
   [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
-  /// Every frame in turn. Tells a keyframe candidate where gravity pulls.
-  void take(Timestamp stamp, TrackResult& result);
+  /// Every frame in turn. Tells a keyframe candidate where gravity pulls. @return how the camera
+  /// turned since the last frame with a pose, where this one has one and a gyroscope knows.
+  std::optional<CameraTurn> take(Timestamp stamp, TrackResult& result);
   void reset();
   /// No frames come any more: of an IMU of which nothing was told it tells why it was of no use.
   void finish();
 
  private:
+  [[nodiscard]] std::optional<CameraTurn> turn_to(Timestamp stamp, TrackState state);
   void tell_imu();
   void tell_gravity(KeyframeCandidate& candidate);
   void overrule(Timestamp stamp, const TrackResult& result, bool found_again);
@@ -43,9 +45,10 @@ class InertialStage {
   std::optional<WheelCalibration> wheel_config_;
   std::optional<WheelOdometry> wheels_;  // the estimator refers to it
   std::optional<InertialEstimator> estimator_;
-  bool had_pose_ = false;   // in the last frame
-  bool overrules_ = false;  // vision, since it had a pose
-  bool started_ = false;    // told
+  std::optional<Timestamp> posed_;  // the last frame with a pose, coasting too
+  bool had_pose_ = false;           // in the last frame
+  bool overrules_ = false;          // vision, since it had a pose
+  bool started_ = false;            // told
   bool imu_was_told_of_ = false;
   struct Span {  // of stamps
     Timestamp first, last;

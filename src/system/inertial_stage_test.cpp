@@ -27,18 +27,18 @@ class InertialStageTest : public ::testing::Test {
     for (; next_sample_s_ <= now_s_ + period_s; next_sample_s_ += period_s)
       stage_.add(imu_.measure({{to_ns(next_sample_s_)}, Vec3::Zero(), {0, 0, gravity_mps2_}}));
   }
-  void see(TrackState state, bool overruled = false) {
+  std::optional<CameraTurn> see(TrackState state, bool overruled = false) {
     TrackResult result;
     result.state = state;
     result.overruled = overruled;
     result.matches = 200;
     result.covariance = 1e-6 * Mat6::Identity();
-    stage_.take({to_ns(now_s_)}, result);
+    return stage_.take({to_ns(now_s_)}, result);
   }
-  void frame(TrackState state, bool overruled = false) {
+  std::optional<CameraTurn> frame(TrackState state, bool overruled = false) {
     now_s_ += kFrame_s;
     feed_samples();
-    see(state, overruled);
+    return see(state, overruled);
   }
   void run(double seconds, TrackState state, bool overruled = false) {
     const double until_s = now_s_ + seconds;
@@ -71,6 +71,18 @@ TEST_F(InertialStageTest, AnImuWhoseSamplesAreLateIsNotDropped) {
   see(TrackState::kTracking);
   run(0.1, TrackState::kTracking);
   EXPECT_TRUE(is_predicted());
+}
+
+TEST_F(InertialStageTest, TellsHowTheCameraTurnedSinceTheFrameBefore) {
+  EXPECT_FALSE(frame(TrackState::kTracking)) << "it is the first";
+  const auto turn = frame(TrackState::kTracking);
+  ASSERT_TRUE(turn);
+  EXPECT_LT(turn->turn_rad.norm(), 1e-3);
+  EXPECT_TRUE(frame(TrackState::kCoasting));
+  EXPECT_FALSE(frame(TrackState::kLost)) << "it has no pose";
+  EXPECT_TRUE(frame(TrackState::kTracking)) << "since the last that has one";
+  run(0.3, TrackState::kLost);
+  EXPECT_FALSE(frame(TrackState::kTracking)) << "too long ago";
 }
 
 TEST_F(InertialStageTest, WhatIsWrongAllTheTimeIsToldSeldom) {

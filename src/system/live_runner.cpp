@@ -45,7 +45,7 @@ class LiveRunner final : public Runner {
     const LocalViewPtr view = map_->view();
     TrackResult result =
         tracker_->step(std::move(seen), view, arrived, map_->waiting_keyframes() >= kBusyMapper);
-    inertial_.take(frame->stamp, result);
+    const auto turn = inertial_.take(frame->stamp, result);
     result.doubt = drift_.step(frame->stamp, result, *view);
     const auto put = [this](auto& message) { map_->put(std::move(message)); };
     if (auto message = route_->frame_message(frame, result)) {
@@ -59,7 +59,7 @@ class LiveRunner final : public Runner {
     for (MapRequest& request : ResultRoute::requests(*frame, result)) std::visit(put, request);
     for (const SegmentationPtr& masks : arrived) hand_to_mapper(masks);
     const FrameTimes times{timer.wall_ms() - mask_ms, timer.cpu_ms(), mask_ms};
-    log_.add(make_record(*frame, result, times), result);
+    log_.add(make_record(*frame, result, times, turn), result);
     last_frames_.push_back(frame->id);
     if (last_frames_.size() > std::max<std::size_t>(1, longest_lag())) last_frames_.pop_front();
     return result;

@@ -36,9 +36,9 @@ class OfflineRunner final : public Runner {
     const ScopedTimer timer;
     TrackResult result = tracker_->step(tracker_->look(frame, inertial_.predict(frame->stamp)),
                                         view_, arrived, false);
-    inertial_.take(frame->stamp, result);
+    const auto turn = inertial_.take(frame->stamp, result);
     result.doubt = drift_.step(frame->stamp, result, *view_);
-    log_.add(make_record(*frame, result, {timer.wall_ms(), timer.cpu_ms(), mask_ms}), result);
+    log_.add(make_record(*frame, result, {timer.wall_ms(), timer.cpu_ms(), mask_ms}, turn), result);
     map_frame(frame, arrived, result);
     return result;
   }

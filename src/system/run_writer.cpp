@@ -153,10 +153,20 @@ std::vector<StampedPose> final_trajectory(const Trajectory& trajectory, const Re
   if (map.keyframes().empty()) return poses;
   const KeyframeId root = map.main_root();
   const auto roots = map.roots();
+  const auto is_in_root = [&](const PosedFrame& frame) {
+    return roots.at(map.nearest_kept(frame.reference)) == root;
+  };
   const std::vector<SE3> T_world_camera = corrected_poses(trajectory, revised, map);
-  for (std::size_t i = 0; i < trajectory.size(); ++i)
-    if (roots.at(map.nearest_kept(trajectory[i].reference)) == root)
-      poses.push_back({trajectory[i].stamp, T_world_camera[i]});
+  std::vector<TurningPose> path;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    TurningPose turning = trajectory[i].turning(T_world_camera[i]);
+    if (i > 0 && !is_in_root(trajectory[i - 1])) turning.turn_std_rad = 0;
+    if (!is_in_root(trajectory[i])) continue;
+    poses.push_back({trajectory[i].stamp, T_world_camera[i]});
+    path.push_back(turning);
+  }
+  const std::vector<SE3> turned = smooth_turns(path);
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i].T_world_camera = turned[i];
   smooth(poses);
   return poses;
 }

@@ -1,0 +1,27 @@
+#include <cmath>
+
+#include "inertial/inertial_estimator.hpp"
+
+namespace ygslam {
+namespace {
+
+constexpr double kLongestStep_s = 0.25;    // between two frames of one path
+constexpr double kMostTurnStd_rad = 3e-3;  // by all that readings may lack
+
+}  // namespace
+
+std::optional<CameraTurn> InertialEstimator::turn(Timestamp from, Timestamp to) const {
+  if (to <= from || seconds_between(to, from) > kLongestStep_s) return std::nullopt;
+  const auto measured = samples_.between(from, to, ImuBias{});
+  if (!measured || samples_.was_clipped(from, to)) return std::nullopt;
+  if (std::sqrt(measured->covariance().topLeftCorner<3, 3>().trace() / 3) > kMostTurnStd_rad)
+    return std::nullopt;
+  const Vec3 turn_rad = config_.T_camera_imu.R() * so3_log(measured->delta().R);
+  // A wrong scale adds up while it turns one way, and goes again while it turns back: as noise of
+  // single steps it would count for more than it is.
+  return CameraTurn{turn_rad, std::hypot(config_.noise.gyro_noise_radps_sqrthz *
+                                             std::sqrt(measured->duration_s()),
+                                         config_.gyro_scale_error * turn_rad.norm())};
+}
+
+}  // namespace ygslam

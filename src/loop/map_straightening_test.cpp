@@ -13,18 +13,19 @@ constexpr int kKeyframes = 40;
 constexpr int kMinShared = 15;
 const Vec3 kBias(1e-3, -2e-3, 5e-4);  // [rad/s], in the camera's axes
 
-KeyframeId number(int i) { return KeyframeId{static_cast<std::uint32_t>(i)}; }
+KeyframeId nth_keyframe(int i) { return KeyframeId{static_cast<std::uint32_t>(i)}; }
 
 /// A ring walked around once, one keyframe a second, its heading wrong as it is told.
 struct Walked {
   explicit Walked(const std::function<double(int)>& heading_rad) : ring(51) {
     map = ring.walk({.keyframes = kKeyframes, .drift_m = 0, .drift_rad = 0});
-    for (int i = 0; i < kKeyframes; ++i) truth.push_back(map.keyframe(number(i)).T_camera_world);
+    for (int i = 0; i < kKeyframes; ++i)
+      truth.push_back(map.keyframe(nth_keyframe(i)).T_camera_world);
     std::vector<SE3> bent = {truth[0]};
     for (int i = 1; i < kKeyframes; ++i) {
       const SE3 turn(so3_exp({0, heading_rad(i) - heading_rad(i - 1), 0}), Vec3::Zero());
       bent.push_back(turn * truth[i] * truth[i - 1].inverse() * bent.back());
-      map.set_pose(number(i), bent.back());
+      map.set_pose(nth_keyframe(i), bent.back());
     }
   }
   /// By a gyroscope of that bias.
@@ -32,20 +33,20 @@ struct Walked {
     Rng rng(3);
     Mat3 R_camera_start = Mat3::Identity();
     for (int i = 0; i < kKeyframes; ++i) {
-      auto data = std::make_shared<KeyframeData>(*map.keyframe(number(i)).data);
+      auto data = std::make_shared<KeyframeData>(*map.keyframe(nth_keyframe(i)).data);
       data->stamp = {to_ns(i)};
       if (i > 0)
         R_camera_start = so3_exp(bias + 1e-4 * Vec3(rng.normal(), rng.normal(), rng.normal())) *
                          truth[i].R() * truth[i - 1].R().transpose() * R_camera_start;
       data->turn = {1, R_camera_start, 1e-8 * i, 1e-6};
-      map.set_data(number(i), data);
+      map.set_data(nth_keyframe(i), data);
     }
   }
   [[nodiscard]] double worst_m() const {
     double worst = 0;
     for (int i = 0; i < kKeyframes; ++i)
-      worst = std::max(worst,
-                       (map.keyframe(number(i)).position_world() - truth[i].inverse().t()).norm());
+      worst = std::max(
+          worst, (map.keyframe(nth_keyframe(i)).position_world() - truth[i].inverse().t()).norm());
     return worst;
   }
 

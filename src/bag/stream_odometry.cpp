@@ -8,6 +8,8 @@ namespace ygslam {
 Result<std::string> StreamOdometry::use(const std::string& choice,
                                         const std::vector<MotionTopic>& announced) {
   std::map<std::string, PoseSource> sources = early_.sources();
+  // A path is told as a whole again and again; see for_each_pose().
+  std::erase_if(sources, [](const auto& entry) { return entry.second.type == "nav_msgs/Path"; });
   for (const MotionTopic& topic : announced)
     if (PoseSource& source = sources[topic.name]; source.type.empty())
       source.type = "nav_msgs/Odometry";

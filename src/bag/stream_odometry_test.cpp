@@ -79,6 +79,21 @@ TEST(StreamOdometry, TheOnlyTopicIsTakenElseOneIsChosen) {
   EXPECT_EQ(two.taken(0), Steps({2}));
 }
 
+/// It is told as a whole again and again: of no use while it grows.
+TEST(StreamOdometry, APathIsNone) {
+  WheelsWritten written;
+  ros::Path path;
+  path.poses.emplace_back();
+  const Bytes bytes = to_cdr(path);
+  const BagTopic topic{"/path", "nav_msgs/Path", Layout::kCdr};
+  written.odometry.add(topic, {0, {kStep_ns}, bytes, {}}, 0);
+  EXPECT_FALSE(written.odometry.use("/path", {}).ok());
+  written.add(1);
+  const auto only = written.odometry.use("", {});
+  ASSERT_TRUE(only.ok());
+  EXPECT_EQ(*only, "/odom");
+}
+
 TEST(StreamOdometry, AFrameOfTfIsOneToo) {
   const BagTopic tf{"/tf", "tf2_msgs/TFMessage", Layout::kCdr};
   ros::TransformStamped base, other;

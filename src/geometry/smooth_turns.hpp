@@ -27,8 +27,7 @@ struct TurningPose {
 
 /// Poses in order of time, each with its rotation held by those about it, and shifted by what its
 /// rotation had been made up for with. Poses that fit badly count less. Where no turn is known the
-/// chain ends, and where it is shorter than a second, or tells of other motions, nothing is
-/// changed.
+/// chain ends, and where it has few poses, or tells of other motions, nothing is changed.
 [[nodiscard]] std::vector<SE3> smooth_turns(std::span<const TurningPose> path);
 
 /// TurningPose::distance_m of a pose. @param covariance of the twist xi of exp(xi) T_camera_world.

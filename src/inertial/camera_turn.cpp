@@ -7,11 +7,16 @@ namespace {
 
 constexpr double kLongestStep_s = 0.25;    // between two frames of one path
 constexpr double kMostTurnStd_rad = 3e-3;  // by all that readings may lack
+constexpr double kMostPeriodsUnread = 2;
 
 }  // namespace
 
 std::optional<CameraTurn> InertialEstimator::turn(Timestamp from, Timestamp to) const {
   if (to <= from || seconds_between(to, from) > kLongestStep_s) return std::nullopt;
+  if (!offset_known_ || samples_.samples().empty()) return std::nullopt;
+  // Beyond the newest reading it is a guess, of a hand's motion.
+  const double unread_s = seconds_between(to, samples_.samples().back().stamp);
+  if (unread_s > kMostPeriodsUnread / config_.noise.rate_hz) return std::nullopt;
   const auto measured = samples_.between(from, to, ImuBias{});
   if (!measured || samples_.was_clipped(from, to)) return std::nullopt;
   if (std::sqrt(measured->covariance().topLeftCorner<3, 3>().trace() / 3) > kMostTurnStd_rad)

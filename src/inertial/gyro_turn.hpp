@@ -14,7 +14,6 @@ struct GyroTurn {
   Timestamp stamp;
   Mat3 R_camera_start = Mat3::Identity();  ///< `start` is the camera where the series began
   double variance_rad2 = 0;                ///< since then, of each axis, by noise
-  double bias_variance_radps2 = 0;         ///< of each axis, as known at the frame
 };
 
 /// Adds up what the gyroscope measured from frame to frame.
@@ -24,16 +23,14 @@ class GyroTurnSum {
   void restart() {
     const std::uint32_t ended = now_.series;
     now_ = GyroTurn();
-    bias_.reset();
     now_.series = ended + 1;
   }
   /// @param measured with the biases as known then, up to the frame at `stamp`.
-  void add(Timestamp stamp, const Preintegration& measured, const SE3& T_camera_imu,
-           double bias_variance_radps2);
+  void add(Timestamp stamp, const Preintegration& measured, const SE3& T_camera_imu);
   [[nodiscard]] const GyroTurn& now() const { return now_; }
 
  private:
-  std::optional<ImuBias> bias_;  // of all of the series: what it errs by is found later
+  std::optional<ImuBias> bias_;  // of all series: what it errs by is found later
   GyroTurn now_;
 };
 

@@ -225,8 +225,7 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
   const auto wheels = seen ? std::nullopt : tie_by_wheels(last, predicted, motion);
   if (wheels) tied_at_ = stamp;
   if (wheels) lasting_ = wheels_->lasting_covariance(stamp);  // the gyroscope knows the turn
-  turn_.add(stamp, *measured, config_.T_camera_imu,
-            last.covariance.block<3, 3>(kGyroBias, kGyroBias).trace() / 3);
+  turn_.add(stamp, *measured, config_.T_camera_imu);
   window_->add({predicted.state, std::move(motion), dated, wheels});
   if (!window_->solve(1)) return restart(ImuFault::kDisagrees);
   window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));

@@ -345,6 +345,8 @@ TEST(InertialEstimator, TellsHowTheCameraTurnedBetweenTwoFrames) {
   }
   EXPECT_FALSE(drive.estimator().turn({drive.now().ns - to_ns(0.5)}, drive.now()))
       << "these are not two frames of one path";
+  EXPECT_FALSE(drive.estimator().turn(drive.now(), {drive.now().ns + to_ns(Drive::kFrame_s)}))
+      << "its readings have not come yet";
 }
 
 TEST(InertialEstimator, TellsNoTurnWhereSamplesAreMissing) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "core/statistics.hpp"
@@ -15,23 +17,24 @@ namespace {
 constexpr double kPiece_s = 2;            // of turns that a bias is looked for in
 constexpr std::size_t kFewestPieces = 8;  // that say what it is
 constexpr int kRounds = 30;
-// What vision errs between two keyframes grows with the root of the way [m] and of the turn [rad]
-// (docs/inertial.md#how-well-a-pose-is-known); at least as two views of the same differ.
+// What vision errs between two keyframes grows with the root of the way [m] and of the turn [rad],
+// about as bench/nees.py finds; at least as two views of the same differ.
 constexpr double kWalk_m = 0.0024, kWalk_rad = 0.0005;
 constexpr double kLeast_m = 0.001, kLeast_rad = 1e-4;
-constexpr double kDisagreement = 3;  // standard deviations from which a turn is vision's error
+constexpr double kDisagreement = 3;      // standard deviations from which a turn is vision's error
+constexpr double kBiasStd_radps = 1e-4;  // of what is found
+constexpr double kMostBias_radps = 0.2;  // of any sensor
 
-/// Keyframes that follow each other in one series, in order of time.
+/// Keyframes that follow each other in one series, in order of time. Those of a submap that is not
+/// joined are apart: how it lies to the rest is not known.
 std::vector<std::vector<const Keyframe*>> series_of(const Map& map) {
+  const std::map<KeyframeId, KeyframeId> root_of = map.roots();
+  std::map<std::pair<KeyframeId, std::uint32_t>, std::vector<const Keyframe*>> by_submap;
+  for (const auto& [id, keyframe] : map.keyframes())
+    if (const auto& turn = keyframe.data->turn)
+      by_submap[{root_of.at(id), turn->series}].push_back(&keyframe);
   std::vector<std::vector<const Keyframe*>> all;
-  for (const auto& [id, keyframe] : map.keyframes()) {
-    const auto& turn = keyframe.data->turn;
-    if (!turn) continue;
-    const bool goes_on = !all.empty() && all.back().back()->data->turn->series == turn->series &&
-                         keyframe.parent != kNoKeyframe;
-    if (!goes_on) all.emplace_back();
-    all.back().push_back(&keyframe);
-  }
+  for (auto& [key, series] : by_submap) all.push_back(std::move(series));
   return all;
 }
 
@@ -100,7 +103,7 @@ class Straightening {
   Straightening(const Map& map, const Vec3& gyro_bias, int min_shared)
       : map_(map), gyro_bias_(gyro_bias), graph_(make_map_graph(map, min_shared)) {}
 
-  [[nodiscard]] MapPatch patch() {
+  [[nodiscard]] std::optional<MapPatch> patch() {
     for (const auto& [id, T_camera_world] : graph_.T_camera_world) {
       node_[id] = static_cast<std::uint32_t>(problem_.T_camera_world.size());
       problem_.T_camera_world.push_back(T_camera_world);
@@ -115,6 +118,7 @@ class Straightening {
       problem_.directions.push_back(direction);
     }
     const PoseGraphResult solved = optimize_pose_graph(problem_, {});
+    if (!(solved.cost < solved.initial_cost)) return std::nullopt;  // nor a number
     MapPatch patch = map_.start_patch();
     for (const auto& [id, i] : node_)
       patch.poses.push_back(
@@ -148,7 +152,8 @@ class Straightening {
     const auto &before = from.data->turn, &after = to.data->turn;
     if (before && after && before->series == after->series) {
       const double wrong2 = wrong_turn(from, to).squaredNorm() / 3;
-      const double expected2 = variance_rad2 + turn_variance(from, to);
+      const double by_bias = seconds(from, to) * kBiasStd_radps;
+      const double expected2 = variance_rad2 + turn_variance(from, to) + by_bias * by_bias;
       if (wrong2 > kDisagreement * kDisagreement * expected2) variance_rad2 += wrong2;
     }
     PoseGraphEdge tie{node_.at(edge.from), node_.at(edge.to), T_to_from, Mat6::Zero()};
@@ -179,7 +184,8 @@ class Straightening {
 std::optional<Vec3> left_gyro_bias(const Map& map) {
   const std::vector<Vec3> rates = rates_of_disagreement(map);
   if (rates.size() < kFewestPieces) return std::nullopt;
-  return robust_mean(rates);
+  const Vec3 bias = robust_mean(rates);
+  return bias.norm() < kMostBias_radps ? std::optional(bias) : std::nullopt;
 }
 
 std::optional<MapPatch> straightened(const Map& map, int min_shared) {

@@ -10,14 +10,14 @@
 
 namespace ygslam {
 
-/// Of the gyroscope's readings that a series of MeasuredTurn was added up from [rad/s, the camera's
-/// axes], by the turns that the map says: what is left once the few that are wrong count little.
-/// @return nullopt where the keyframes tell too little.
+/// Minus the bias that is left in each MeasuredTurn [rad/s, the camera's axes]: what they turn
+/// beyond the map, where the few turns that are wrong count little.
+/// @return nullopt where the keyframes tell too little, and where it is larger than any sensor's.
 [[nodiscard]] std::optional<Vec3> left_gyro_bias(const Map& map);
 
 /// Keyframes turned as gyroscope and gravity say where they know better than what ties the map
 /// together; ways between neighbours stay.
-/// @param min_shared see make_map_graph(). @return nullopt without an IMU, and where nothing is
+/// @param min_shared see make_map_graph(). @return nullopt without an IMU, and where nothing fits
 /// better.
 [[nodiscard]] std::optional<MapPatch> straightened(const Map& map, int min_shared);
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kKeyframes = 40;
 constexpr int kMinShared = 15;
-const Vec3 kBias(1e-3, -2e-3, 5e-4);  // [rad/s], in the camera's axes
+const Vec3 kBias(1e-3, -2e-3, 5e-4);  // as left_gyro_bias() says it
 
 KeyframeId nth_keyframe(int i) { return KeyframeId{static_cast<std::uint32_t>(i)}; }
 
@@ -38,7 +38,7 @@ struct Walked {
       if (i > 0)
         R_camera_start = so3_exp(bias + 1e-4 * Vec3(rng.normal(), rng.normal(), rng.normal())) *
                          truth[i].R() * truth[i - 1].R().transpose() * R_camera_start;
-      data->turn = {1, R_camera_start, 1e-8 * i, 1e-6};
+      data->turn = {1, R_camera_start, 1e-8 * i};
       map.set_data(nth_keyframe(i), data);
     }
   }

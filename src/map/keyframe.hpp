@@ -26,8 +26,7 @@ struct MeasuredGravity {
 struct MeasuredTurn {
   std::uint32_t series = 0;
   Mat3 R_camera_start = Mat3::Identity();
-  double variance_rad2 = 0;         ///< since the start, of each axis, by noise
-  double bias_variance_radps2 = 0;  ///< of each axis: errs all the time alike
+  double variance_rad2 = 0;  ///< since the start, of each axis, by noise
 };
 
 /// What was seen; shared between the map and every published view.

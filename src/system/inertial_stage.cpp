@@ -142,8 +142,7 @@ void InertialStage::tell_gravity(KeyframeCandidate& candidate) {
   gravity_told_ = known->stamp;
   const GyroTurn& turn = estimator_->gyro_turn();
   if (turn.stamp == known->stamp)
-    candidate.turn = {turn.series, turn.R_camera_start, turn.variance_rad2,
-                      turn.bias_variance_radps2};
+    candidate.turn = {turn.series, turn.R_camera_start, turn.variance_rad2};
 }
 
 /// Where vision never came back to what the IMU says, the IMU was wrong.

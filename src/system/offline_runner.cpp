@@ -77,10 +77,11 @@ class OfflineRunner final : public Runner {
     drift_.reset();
     dense_->restore(map_use_.dense);
     view_ = mapping_->view();
-    map_changed_ = view_changed_ = map_corrected_ = false;
+    map_changed_ = view_changed_ = map_corrected_ = finished_ = false;
   }
 
   const SlamOutcome& finish() override {
+    if (std::exchange(finished_, true)) return log_.outcome();
     inertial_.finish();
     for (const Pending& p : pending_) mapping_->apply(*p.masks);
     pending_.clear();
@@ -203,6 +204,7 @@ class OfflineRunner final : public Runner {
   std::deque<Pending> pending_;
   bool map_changed_ = false;   // in this frame
   bool view_changed_ = false;  // in this frame, with or without the map
+  bool finished_ = false;
   bool map_corrected_ = false;
 };
 

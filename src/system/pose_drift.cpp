@@ -9,15 +9,20 @@
 namespace ygslam {
 namespace {
 
+/// Times a variance.
+struct Growth {
+  double position, rotation;
+};
+
 // How well frames see their ground tells how well new ground is mapped: the same metre drifts more
 // in a bare corridor than in a furnished room. In variances of a frame's pose against its points.
 // Learned from rendered worlds with people and from a robot's drive, checked on other seeds
 // (bench/nees.py). New ground, from keyframe to keyframe:
-constexpr Doubt kForEachMetre{4, 6.5};
-constexpr Doubt kForEachRadian{2.4, 5.2};
+constexpr Growth kForEachMetre{4, 6.5};
+constexpr Growth kForEachRadian{2.4, 5.2};
 // Odom does not go along when the map's newest part is adjusted.
 constexpr Doubt kOdomShare{2, 4};
-constexpr Doubt kOdomForEachMetre{0.4, 0.5};  // on any ground
+constexpr Growth kOdomForEachMetre{0.4, 0.5};  // on any ground
 constexpr double kMeanOver_s = 1.5;            // of how well frames see their ground
 constexpr std::size_t kMostGrounds = 8192;
 constexpr double kHand_mps = 0.5, kHand_radps = 0.5;  // of a camera that is lost
@@ -31,8 +36,8 @@ Doubt operator*(double factor, const Doubt& doubt) {
   return {factor * doubt.position_m2, factor * doubt.rotation_rad2};
 }
 
-Doubt operator*(const Doubt& a, const Doubt& b) {
-  return {a.position_m2 * b.position_m2, a.rotation_rad2 * b.rotation_rad2};
+Doubt operator*(const Growth& growth, const Doubt& doubt) {
+  return {growth.position * doubt.position_m2, growth.rotation * doubt.rotation_rad2};
 }
 
 Doubt mean_of_axes(const Mat6& covariance) {
@@ -44,7 +49,7 @@ Doubt mean_of_axes(const Mat6& covariance) {
 
 /// Of new ground so far from that by which it was mapped.
 Doubt PoseDrift::way_over(const SE3& T) const {
-  return (T.t().norm() * kForEachMetre + T.angle() * kForEachRadian) * seen_;
+  return T.t().norm() * (kForEachMetre * seen_) + T.angle() * (kForEachRadian * seen_);
 }
 
 void PoseDrift::see(Timestamp stamp, const TrackResult& result) {
@@ -123,7 +128,7 @@ PoseDoubt PoseDrift::step(Timestamp stamp, const TrackResult& result, const Loca
     come_back(stamp);
     ground_ = ground_of(result.pose.reference, view);
     const double way_m = (result.T_odom_camera.t() - T_odom_camera_.t()).norm();
-    odom_ = odom_ + way_m * kOdomForEachMetre * seen_;
+    odom_ = odom_ + way_m * (kOdomForEachMetre * seen_);
   }
   by_view_ = by_view_ && result.provisional;
   last_seen_ = stamp;

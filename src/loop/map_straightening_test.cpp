@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "geometry/random_vector.hpp"
 #include "loop/loop_test_world.hpp"
 
 namespace ygslam {
@@ -36,8 +37,8 @@ struct Walked {
       auto data = std::make_shared<KeyframeData>(*map.keyframe(nth_keyframe(i)).data);
       data->stamp = {to_ns(i)};
       if (i > 0)
-        R_camera_start = so3_exp(bias + 1e-4 * Vec3(rng.normal(), rng.normal(), rng.normal())) *
-                         truth[i].R() * truth[i - 1].R().transpose() * R_camera_start;
+        R_camera_start = so3_exp(bias + random_normals<3>(rng, 1e-4)) * truth[i].R() *
+                         truth[i - 1].R().transpose() * R_camera_start;
       data->turn = {1, R_camera_start, 1e-8 * i};
       map.set_data(nth_keyframe(i), data);
     }

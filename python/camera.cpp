@@ -8,7 +8,6 @@
 
 #include "bindings.hpp"
 #include "text.hpp"
-#include "wrong_call.hpp"
 
 namespace nb = nanobind;
 
@@ -75,10 +74,9 @@ std::string text_of(const Camera& c) {
 }  // namespace
 
 void bind_camera(nb::module_& m) {
-  nb::class_<Camera> bound(m, "CameraModel",
-                           "Pinhole camera with Brown-Conrady distortion, as in OpenCV [px]; "
-                           "read-out times of a rolling shutter [ms].");
-  bound
+  nb::class_<Camera>(m, "CameraModel",
+                     "Pinhole camera with Brown-Conrady distortion, as in OpenCV [px]; read-out "
+                     "times of a rolling shutter [ms].")
       .def("__init__", &construct, nb::arg("fx"), nb::arg("fy"), nb::arg("cx"), nb::arg("cy"),
            nb::arg("width") = 640, nb::arg("height") = 480, nb::kw_only(), nb::arg("k1") = 0.0,
            nb::arg("k2") = 0.0, nb::arg("p1") = 0.0, nb::arg("p2") = 0.0, nb::arg("k3") = 0.0,
@@ -118,7 +116,6 @@ void bind_camera(nb::module_& m) {
       .def("__setstate__",
            [](Camera& c, const FirstFields& fields) { new (&c) Camera(camera_of(fields)); })
       .def("__repr__", &text_of);
-  tell_wrong_calls(bound);
 }
 
 }  // namespace ygslam::python

@@ -9,7 +9,6 @@
 #include "bindings.hpp"
 #include "frame_input.hpp"
 #include "text.hpp"
-#include "wrong_call.hpp"
 
 namespace nb = nanobind;
 
@@ -45,8 +44,7 @@ std::string text_of_wheels(const api::Wheels& wheels) {
 
 void bind_wheels(nb::module_& m) {
   const api::Wheels usual;
-  nb::class_<api::Wheels> bound(m, "Wheels", "A robot that carries the camera on wheels.");
-  bound
+  nb::class_<api::Wheels>(m, "Wheels", "A robot that carries the camera on wheels.")
       .def("__init__", &construct_wheels, nb::arg("T_base_camera"), nb::kw_only(),
            nb::arg("way_scale") = usual.way_scale, nb::arg("turn_scale") = usual.turn_scale,
            nb::arg("way_noise") = usual.way_noise, nb::arg("turn_noise") = usual.turn_noise,
@@ -69,15 +67,13 @@ void bind_wheels(nb::module_& m) {
       .def_ro("turn_noise", &api::Wheels::turn_noise, "rad/sqrt(m)")
       .def_ro("time_offset_s", &api::Wheels::time_offset_s)
       .def("__repr__", &text_of_wheels);
-  tell_wrong_calls(bound);
 }
 
 void bind_imu(nb::module_& m) {
   const api::Imu usual;
-  nb::class_<api::Imu> bound(m, "Imu",
-                             "An IMU that is fixed to the camera. Of its noise the data sheet "
-                             "tells, of its place the camera's maker.");
-  bound
+  nb::class_<api::Imu>(m, "Imu",
+                       "An IMU that is fixed to the camera. Of its noise the data sheet tells, of "
+                       "its place the camera's maker.")
       .def(
           "__init__", &construct, nb::arg("T_camera_imu"), nb::kw_only(),
           nb::arg("rate_hz") = usual.rate_hz, nb::arg("gyro_noise") = usual.gyro_noise_radps_sqrthz,
@@ -102,7 +98,6 @@ void bind_imu(nb::module_& m) {
       .def_ro("accel_walk", &api::Imu::accel_walk_mps3_sqrthz, "m/s3/sqrt(Hz)")
       .def_ro("time_offset_s", &api::Imu::time_offset_s, "None: it is found")
       .def("__repr__", &text_of);
-  tell_wrong_calls(bound);
 }
 
 }  // namespace ygslam::python

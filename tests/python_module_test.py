@@ -107,14 +107,7 @@ class PythonModule(CliTest):
                 (lambda: slam.process(frame.rgb, frame.depth, 2 ** 70), "t_ns: int is expected, not one so large"),
                 (lambda: slam.process(frame.rgb, frame.depth, 1, rgb=frame.rgb), "argument 'rgb' is given twice"),
                 (lambda: slam.push_imu(1, [0, 0], [0, 0, 0]), "wrong arguments: .*list of 2"),
-                (lambda: slam.room().ray("here", [0, 0, 1]), "Room.ray"),
-                (lambda: ygslam.CameraModel(), r"CameraModel\(\): argument 'fx' is missing"),
-                (lambda: ygslam.CameraModel("a", 1, 1, 1), r"CameraModel\(\): fx: float is expected, not str"),
-                (lambda: ygslam.CameraModel(1, 1, 1, 1, widht=3), "no argument 'widht': did you mean width"),
-                (lambda: ygslam.Imu(np.eye(4), rate_hz="x"), r"Imu\(\): rate_hz: float is expected, not str"),
-                (lambda: ygslam.Imu(), r"Imu\(\): argument 'T_camera_imu' is missing"),
-                (lambda: ygslam.Wheels(np.eye(4), 1), r"Wheels\(\): 1 arguments without a name are taken, not 2"),
-                (lambda: ygslam.Wheels(np.eye(4), way_scal=1), "no argument 'way_scal': did you mean way_scale")):
+                (lambda: slam.room().ray("here", [0, 0, 1]), "Room.ray")):
             with self.assertRaisesRegex(TypeError, words) as told:
                 call()
             self.assertNotIn("\n", str(told.exception))

@@ -18,7 +18,6 @@ def _is_int(value: Any) -> bool:
 
 
 _ACCEPTED: dict[str, Callable[[Any], bool]] = {
-    "object": lambda value: True,
     "int": _is_int,
     "float": lambda value: hasattr(value, "__float__") and not getattr(value, "ndim", 0),
     "str": lambda value: isinstance(value, str),
@@ -51,9 +50,9 @@ def _told(name: str, wanted: str, value: Any) -> str | None:
     return f"{name}: {wanted} is expected, not {'one so large' if is_large else _kind(value)}"
 
 
-def _parameters(function: Any, most: int = 1) -> ast.arguments | None:
+def _parameters(function: Any) -> ast.arguments | None:
     signatures: tuple[Any, ...] = getattr(function, "__nb_signature__", ())
-    if not 1 <= len(signatures) <= most:
+    if len(signatures) != 1:
         return None
     try:
         parsed = ast.parse(re.sub(r"\\\d+", "...", signatures[0][0]) + ": ...").body[0]  # \\4: a default
@@ -107,12 +106,6 @@ def clear(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
             line = _fault(parameters, args, given) if parameters else str(error).splitlines()[0]
         raise TypeError(f"{name}(): {line}")
     return call
-
-
-def constructor_fault(kind: type, args: tuple[Any, ...], given: dict[str, Any]) -> str:
-    """For the last overload of a compiled constructor, which is there for wrong calls."""
-    parameters = _parameters(vars(kind)["__init__"], most=2)
-    return f"{kind.__name__}(): " + (_fault(parameters, (None, *args), given) if parameters else "wrong arguments")
 
 
 def clear_methods(kind: type) -> None:

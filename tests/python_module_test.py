@@ -314,7 +314,7 @@ class PythonImu(CliTest):
                 slam.push_imu(0, [0, float("nan"), 0], [0, 0, 9.8])
         with self.assertRaisesRegex(ygslam.ConfigError, "rate_hz"):
             ygslam.Slam(camera, segmenter="none", imu=ygslam.Imu(np.eye(4), rate_hz=0))
-        with self.assertRaisesRegex(ygslam.InputError, "no/imu.yaml"):
+        with self.assertRaisesRegex(ygslam.ConfigError, "no/imu.yaml"):
             ygslam.Imu.read("no/imu.yaml")
 
     def test_wheels_carry_it_through_the_dark(self):

@@ -7,7 +7,8 @@ using namespace state_part;
 CameraGravity camera_gravity_of(const UncertainState& known, const TiltedGravity& gravity,
                                 const SE3& T_camera_imu) {
   const auto& [state, covariance] = known;
-  const Mat3 R_camera_imu = T_camera_imu.R(), R_imu_odom = state.T_odom_imu.R().transpose();
+  const Mat3& R_camera_imu = T_camera_imu.R();
+  const Mat3 R_imu_odom = state.T_odom_imu.R().transpose();
   const Vec3 down_imu = R_imu_odom * gravity.at(state.tilt) / kGravity_mps2;
   // R exp(phi): down in the IMU turns by -phi.
   Eigen::Matrix<double, 3, 5> J;

@@ -27,7 +27,7 @@ constexpr double kDamping = 1e-9;
 
 // Of a residual's scale: what does not average out. Rendered worlds whose images are taken at once
 // gave read-outs and delays (through depth alone) off by up to half of what these allow.
-constexpr double kSystematic = 0.008, kSystematicDelay = 0.02;
+constexpr double kSystematic = 0.008, kSystematicDelay = 0.03;
 
 constexpr int kMostColumns = 6 + 7;
 // No memory is asked for.

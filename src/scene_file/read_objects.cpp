@@ -86,7 +86,7 @@ Eigen::Quaterniond rotation_of(const nlohmann::json& json) {
 }
 
 Vec3 size_of(const nlohmann::json& json) {
-  const Vec3 size_m = numbers_of<3>(json);
+  Vec3 size_m = numbers_of<3>(json);
   if (size_m.minCoeff() < 0) throw std::runtime_error("a box of negative size");
   return size_m;
 }
@@ -143,7 +143,7 @@ std::vector<SceneObject> objects_of(const nlohmann::json& json) {
 }
 
 Vec3 up_of(const nlohmann::json& json) {
-  const Vec3 up = numbers_of<3>(json);
+  Vec3 up = numbers_of<3>(json);
   if (!(up.norm() > 0.5)) throw std::runtime_error("without length");
   return up;
 }

@@ -109,8 +109,7 @@ std::vector<MeasuredDirection> disturbed_directions(const std::vector<SE3>& T_ca
                                                     double std_rad, Rng& rng) {
   std::vector<MeasuredDirection> directions;
   for (std::uint32_t i = 0; i < T_camera_world.size(); ++i) {
-    const Vec3 seen =
-        T_camera_world[i].R() * Vec3::UnitY() + std_rad * random_normals<3>(rng);
+    const Vec3 seen = T_camera_world[i].R() * Vec3::UnitY() + std_rad * random_normals<3>(rng);
     const Vec3 variances(std_rad * std_rad, 2 * std_rad * std_rad, 4 * std_rad * std_rad);
     directions.push_back(
         {i, Vec3::UnitY(), seen.normalized(), Mat3(variances.cwiseInverse().asDiagonal())});

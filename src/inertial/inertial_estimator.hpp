@@ -63,8 +63,8 @@ class InertialEstimator {
   [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
 
   /// How the camera turned between two frames, by the gyroscope as it is read: with its bias.
-  /// @return nullopt where samples are missing or at the end of its range, and before the offset of
-  /// its clock is known.
+  /// Less certain before the offset of its clock is known.
+  /// @return nullopt where samples are missing or at the end of its range.
   [[nodiscard]] std::optional<CameraTurn> turn(Timestamp from, Timestamp to) const;
 
   [[nodiscard]] bool started() const { return window_.has_value(); }

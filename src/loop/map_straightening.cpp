@@ -98,6 +98,14 @@ Vec3 robust_mean(const std::vector<Vec3>& values) {
   return mean;
 }
 
+double extent_m(const Map& map) {
+  double extent_m = 0;
+  for (const auto& [id, root] : map.roots())
+    extent_m = std::max(
+        extent_m, (map.keyframe(id).position_world() - map.keyframe(root).position_world()).norm());
+  return extent_m;
+}
+
 class Straightening {
  public:
   Straightening(const Map& map, const Vec3& gyro_bias, int min_shared)
@@ -188,8 +196,9 @@ std::optional<Vec3> left_gyro_bias(const Map& map) {
   return bias.norm() < kMostBias_radps ? std::optional(bias) : std::nullopt;
 }
 
-std::optional<MapPatch> straightened(const Map& map, int min_shared) {
+std::optional<MapPatch> straightened(const Map& map, int min_shared, double least_extent_m) {
   const trace::Span span("straighten the map");
+  if (extent_m(map) < least_extent_m) return std::nullopt;
   const auto gyro_bias = left_gyro_bias(map);
   if (!gyro_bias) return std::nullopt;
   return Straightening(map, *gyro_bias, min_shared).patch();

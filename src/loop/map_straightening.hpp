@@ -15,10 +15,14 @@ namespace ygslam {
 /// @return nullopt where the keyframes tell too little, and where it is larger than any sensor's.
 [[nodiscard]] std::optional<Vec3> left_gyro_bias(const Map& map);
 
+/// Most rooms are smaller: there what is seen again holds the map better than a gyroscope does.
+inline constexpr double kLargerThanARoom_m = 20;
+
 /// Keyframes turned as gyroscope and gravity say where they know better than what ties the map
 /// together; ways between neighbours stay.
-/// @param min_shared see make_map_graph(). @return nullopt without an IMU, and where nothing fits
-/// better.
-[[nodiscard]] std::optional<MapPatch> straightened(const Map& map, int min_shared);
+/// @param min_shared see make_map_graph(). @return nullopt without an IMU, where no keyframe lies
+/// farther than `least_extent_m` from its submap's first one, and where nothing fits better.
+[[nodiscard]] std::optional<MapPatch> straightened(const Map& map, int min_shared,
+                                                   double least_extent_m = kLargerThanARoom_m);
 
 }  // namespace ygslam

@@ -65,7 +65,7 @@ TEST(MapStraightening, AJumpOfTheHeadingIsTakenOut) {
   Walked walked(jump(0.08));
   walked.measure(kBias);
   const double before_m = walked.worst_m();
-  const auto patch = straightened(walked.map, kMinShared);
+  const auto patch = straightened(walked.map, kMinShared, 0);
   ASSERT_TRUE(patch);
   walked.map.apply(*patch);
   EXPECT_GT(before_m, 0.1);
@@ -83,17 +83,23 @@ TEST(MapStraightening, TheBiasIsFoundThoughTheMapJumps) {
 TEST(MapStraightening, AMapThatIsRightStaysSo) {
   Walked walked(jump(0));
   walked.measure(kBias);
-  const auto patch = straightened(walked.map, kMinShared);
+  const auto patch = straightened(walked.map, kMinShared, 0);
   ASSERT_TRUE(patch);
   walked.map.apply(*patch);
   EXPECT_LT(walked.worst_m(), 0.005);
 }
 
+TEST(MapStraightening, AMapOfOneRoomIsLeft) {
+  Walked walked(jump(0.08));
+  walked.measure(kBias);
+  EXPECT_FALSE(straightened(walked.map, kMinShared));
+}
+
 TEST(MapStraightening, WithoutAGyroscopeNothingIsSaid) {
   const Walked walked(jump(0.08));
   EXPECT_FALSE(left_gyro_bias(walked.map));
-  EXPECT_FALSE(straightened(walked.map, kMinShared));
-  EXPECT_FALSE(straightened(Map({map_test::kLevels, map_test::kScale}), kMinShared));
+  EXPECT_FALSE(straightened(walked.map, kMinShared, 0));
+  EXPECT_FALSE(straightened(Map({map_test::kLevels, map_test::kScale}), kMinShared, 0));
 }
 
 }  // namespace

@@ -15,17 +15,20 @@ TOKEN = re.compile(r"\w+|->|<<|>>|&&|\|\||[-+*/%|&^<>=!]=|::|\S")
 OPENING = {"(": ")", "[": "]", "{": "}"}
 GENERATOR = re.compile(r"\bRng\s*&?\s+(\w+)|\bRng&\s*(\w+)")
 LAMBDA = re.compile(r"\bauto (\w+)\s*=\s*\[[^\]]*\]")
+TEMPLATE = re.compile(r"(?<=\w)<[\w:\s,*&<>]*?>+(?=[\s({>:,)&])")  # its brackets are no operators, which stand between spaces
 MEMBER = re.compile(r"(\w+)\s*\([^(){};]*\)\s*(?:const\s*)?\{")
 # What is left of one of these is evaluated before what is right of it, or after it: always the same. The comma of a call
 # and other operators say nothing.
 SEQUENCED = {"&&", "||", "?", ":", "<<", ">>", "=", "+=", "-=", "*=", "/=", "%=", "|=", "&=", "^=", "return"}
 UNSEQUENCED = {"+", "-", "*", "/", "%", "<", ">", "<=", ">=", "==", "!=", "&", "|", "^"}
 CONTROL = {"for", "if", "while", "switch", "catch"}
+NO_FUNCTION = CONTROL | {"TEST", "TEST_F", "TEST_P"}
 
 
 def blanked(text):
-    """The text without comments, strings and directives; lines keep their numbers."""
-    return IGNORED.sub(lambda found: '""' + "\n" * found[0].count("\n"), text)
+    """The text without comments, strings, directives and template arguments; lines keep their numbers."""
+    plain = IGNORED.sub(lambda found: '""' + "\n" * found[0].count("\n"), text)
+    return TEMPLATE.sub(lambda found: "\n" * found[0].count("\n"), plain)
 
 
 def body_end(text, start):
@@ -38,19 +41,29 @@ def body_end(text, start):
     return len(text)
 
 
-def drawing_names(text):
-    """(names of generators, names of functions that draw from one that their caller does not name)."""
+def drawing_names(text, declared=""):
+    """(names of generators, names of functions that draw from one that their caller does not name).
+
+    declared: the header that the text's members are declared in.
+    """
     generators = {a or b for a, b in GENERATOR.findall(text)} | {"rng", "rng_"}
-    uses = re.compile(rf"\b({'|'.join(sorted(generators))})\b")
-    drawing = set()
+    bodies = []  # of functions: name, text, what draws there
     for found in LAMBDA.finditer(text):
         start = text.find("{", found.end())
-        if "Rng" not in text[found.end():start] and uses.search(text[start:body_end(text, start)]):
-            drawing.add(found[1])
-    for found in MEMBER.finditer(text):
-        if found[1] not in CONTROL and not found[1].endswith("_") and re.search(r"\brng_\b", text[found.end():body_end(text, found.end() - 1)]):
-            drawing.add(found[1])
-    return generators, drawing
+        if "Rng" not in text[found.end():start]:
+            bodies.append((found[1], text[start:body_end(text, start)], generators))
+    for source in (text, declared):
+        for found in MEMBER.finditer(source):
+            if found[1] not in NO_FUNCTION and not found[1].endswith("_"):
+                bodies.append((found[1], source[found.end():body_end(source, found.end() - 1)], {"rng_"}))
+    drawing = set()
+    while True:
+        calls = rf"\b(?:{'|'.join(sorted(drawing))})\(" if drawing else "$^"
+        more = {name for name, body, words in bodies
+                if re.search(rf"\b(?:{'|'.join(sorted(words))})\b|{calls}", body)} - drawing
+        if not more:
+            return generators, drawing
+        drawing |= more
 
 
 def tree(tokens):
@@ -87,9 +100,9 @@ def text_of(node):
 class Finder:
     """Walks the brackets of one file and keeps the lines with two draws whose order is open."""
 
-    def __init__(self, text):
+    def __init__(self, text, declared=""):
         text = blanked(text)
-        self.generators, self.drawing = drawing_names(text)
+        self.generators, self.drawing = drawing_names(text, blanked(declared))
         tokens = [(found[0], line) for line, row in enumerate(text.split("\n"), 1) for found in TOKEN.finditer(row)]
         self.lines = []
         self.contents(tree(tokens), False)
@@ -102,7 +115,8 @@ class Finder:
             declared = before == "Rng" or (before == "&" and index > 1 and text_of(nodes[index - 2]) == "Rng")
             return not declared
         called = index + 1 < len(nodes) and text_of(nodes[index + 1]) == "("
-        return word in self.drawing and called and before not in (">", "::", "auto", "&", "Vec3", "Mat3", "void")
+        declared = before in (">", "::", "&") or re.match(r"\w", before) and before not in ("return", "else")
+        return word in self.drawing and called and not declared
 
     def operand(self, nodes):
         """Whether any draw is made in what holds no separator any more."""
@@ -158,9 +172,9 @@ class Finder:
         return bool(drawing)
 
 
-def open_orders(text):
+def open_orders(text, declared=""):
     """Lines of C++ text where the order of draws is the compiler's choice."""
-    return sorted(set(Finder(text).lines))
+    return sorted(set(Finder(text, declared).lines))
 
 
 def source_files():
@@ -170,6 +184,11 @@ def source_files():
                 yield path
 
 
+MEMBERS = "class Room { double uniform(double a, double b) { return rng_.uniform(a, b); } };"
+MEMBERS_OPEN = """
+Vec2 Room::half() { return Vec2(uniform(1, 2), uniform(1, 2)); }
+void Room::fill() { const auto f = [&] { return 2 * uniform(1, 2); }; add(f(), f()); }
+"""
 OPEN = """
 Vec3 p(rng.normal(), 0, rng.normal());
 put(mesh, any(rng), other(rng));
@@ -204,6 +223,10 @@ class Finding(unittest.TestCase):
         for line in OPEN.strip().split("\n"):
             self.assertEqual(open_orders(line), [1], line)
 
+    def test_so_are_those_of_members_that_the_header_declares(self):
+        for line in MEMBERS_OPEN.strip().split("\n"):
+            self.assertEqual(open_orders(line, MEMBERS), [1], line)
+
     def test_what_has_an_order_is_no_fault(self):
         for line in SETTLED.strip().split("\n"):
             self.assertEqual(open_orders(line), [], line)
@@ -211,8 +234,13 @@ class Finding(unittest.TestCase):
 
 class Sources(unittest.TestCase):
     def test_no_order_of_draws_is_left_to_the_compiler(self):
-        texts = ((path, path.read_text(encoding="utf-8")) for path in source_files())
-        faults = [f"{path.relative_to(ROOT)}:{line}" for path, text in texts if "Rng" in text for line in open_orders(text)]
+        faults = []
+        for path in source_files():
+            header = path.with_suffix(".hpp")
+            declared = header.read_text(encoding="utf-8") if path.suffix == ".cpp" and header.is_file() else ""
+            text = path.read_text(encoding="utf-8")
+            if "Rng" in text + declared:
+                faults += [f"{path.relative_to(ROOT)}:{line}" for line in open_orders(text, declared)]
         self.assertEqual(faults, [], "draws whose order is the compiler's choice: give each a name, in the order wanted")
 
 

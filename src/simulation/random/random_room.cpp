@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "geometry/random_vector.hpp"
 #include "simulation/random/clutter.hpp"
 #include "simulation/random/random_body.hpp"
 #include "simulation/world/furniture.hpp"
@@ -25,7 +26,7 @@ void RandomRoom::add_walls() {
   static const std::array<std::string, 5> walls = {"plaster", "brick", "concrete", "board", "wood"};
   static const std::array<std::string, 4> floors = {"carpet", "tiles", "parquet", "concrete"};
   RoomPlan& r = room_;
-  const Vec2 half(uniform(1.4, 4.5), uniform(1.4, 4.5));
+  const auto half = drawn_vector<Vec2>([&] { return uniform(1.4, 4.5); });
   r.low = -half;
   r.high = half;
   r.height_m = uniform(2.2, 3.6);
@@ -105,9 +106,11 @@ void RandomRoom::add_at_wall() {
     const Vec3f s = size(0.4, 1.4, 0.01, 0.03, 0.3, 1.3);
     const double yaw = wall_place(0.02, at);
     static const std::array<std::string, 4> flat = {"poster", "whiteboard", "window", "poster"};
-    put(one_of(flat, rng_), {at.x(), at.y(), uniform(0.6, 1.7)}, yaw, s);
+    const double height_m = uniform(0.6, 1.7);
+    put(one_of(flat, rng_), {at.x(), at.y(), height_m}, yaw, s);
   } else if (what < 0.32) {
-    put("door", {at.x(), at.y(), 0}, wall_place(0.03, at));
+    const double yaw = wall_place(0.03, at);
+    put("door", {at.x(), at.y(), 0}, yaw);
   } else if (what < 0.45) {
     const Vec3f s = size(0.4, 1.2, 0.25, 0.4, 0.4, 0.8);  // cupboard on the wall
     const double yaw = wall_place(0.5 * static_cast<double>(s.y()) + 0.01, at);
@@ -135,7 +138,8 @@ void RandomRoom::stand(const std::string& kind, const Vec3f& s) {
   if (s.z() < 1.3F && rng_.uniform() < 0.7) {
     static const std::array<std::string, 6> small = {"books",  "bottle", "plant",
                                                      "carton", "lamp",   "monitor"};
-    put(one_of(small, rng_), {at.x(), at.y(), static_cast<double>(s.z())}, yaw + uniform(-40, 40));
+    const double turned_deg = yaw + uniform(-40, 40);
+    put(one_of(small, rng_), {at.x(), at.y(), static_cast<double>(s.z())}, turned_deg);
   }
 }
 
@@ -185,22 +189,29 @@ void RandomRoom::add_shape() {
   const MaterialId m = random_material(scene_.materials, rng_);
   const double what = rng_.uniform();
   if (what < 0.4) {
-    const Vec3f tilt(f(-0.3, 0.3), f(-0.3, 0.3), f(0.2, 1.9));
-    add_cylinder(scene_.fixed, foot, foot + tilt, f(0.01, 0.25), f(0.01, 0.25), 14, m);
+    const float up = f(0.2, 1.9);
+    const auto aside = drawn_vector<Vec2f>([&] { return f(-0.3, 0.3); });
+    const float other = f(0.01, 0.25);
+    const Vec3f top = foot + Vec3f(aside.x(), aside.y(), up);
+    add_cylinder(scene_.fixed, foot, top, f(0.01, 0.25), other, 14, m);
   } else if (what < 0.6) {
     add_sphere(scene_.fixed, foot + Vec3f(0, 0, 0.2F), f(0.04, 0.35), 10, m);
   } else if (what < 0.8) {
     const Vec3f half = size(0.05, 0.4, 0.05, 0.4, 0.1, 1.0);
     Mesh box;
     add_box(box, -half, half, m);
-    const Vec3 turn(uniform(-0.5, 0.5), uniform(-0.5, 0.5), uniform(-3, 3));
+    const double yaw = uniform(-3, 3);
+    const auto tilt = drawn_vector<Vec2>([&] { return uniform(-0.5, 0.5); });
+    const Vec3 turn(tilt.x(), tilt.y(), yaw);
     append(scene_.fixed, box, SE3(so3_exp(turn), (foot + Vec3f(0, 0, half.z())).cast<double>()));
   } else {  // like a coat stand or a lamp: a rod with something on it
     const float height = f(1.1, 1.9);
     const Vec3f top = foot + Vec3f(0, 0, height);
     add_cylinder(scene_.fixed, foot, top, 0.02F, 0.02F, 8, m);
-    add_cylinder(scene_.fixed, top - Vec3f(0, 0, f(0.1, 0.9)), top, f(0.08, 0.28), f(0.05, 0.25),
-                 14, random_material(scene_.materials, rng_));
+    const MaterialId of_shade = random_material(scene_.materials, rng_);
+    const float upper = f(0.05, 0.25);
+    const float lower = f(0.08, 0.28);
+    add_cylinder(scene_.fixed, top - Vec3f(0, 0, f(0.1, 0.9)), top, lower, upper, 14, of_shade);
     if (rng_.uniform() < 0.4) add_sphere(scene_.fixed, top + Vec3f(0, 0, 0.1F), 0.11F, 10, m);
   }
   if (foot.z() == 0) take(at, 0.25);

@@ -52,6 +52,10 @@ void require_memory(std::size_t bytes) {
 void give_back_startup_memory(std::string_view library) {
   CHECK(!library.empty(), "an empty name is part of every name");
   dl_iterate_phdr(drop_constant_parts, &library);
+  give_back_free_memory();
+}
+
+void give_back_free_memory() {
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif

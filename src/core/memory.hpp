@@ -19,4 +19,7 @@ void require_memory(std::size_t bytes);
 /// is of the whole process, whoever else uses the library; malloc waits meanwhile.
 void give_back_startup_memory(std::string_view library);
 
+/// Gives back what malloc holds free; it waits meanwhile.
+void give_back_free_memory();
+
 }  // namespace ygslam

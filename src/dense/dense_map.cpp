@@ -14,7 +14,8 @@ namespace ygslam {
 namespace {
 
 constexpr double kLooseVoxels = 0.5;
-// Of what each new view removes from older ones while people walk, before it is taken out of them.
+// A view's changes in this time are made at once: what each new view removes from it while people
+// walk, and where nobody looks also what appears and small corrections of its pose.
 constexpr double kGather_s = 10, kGatherWatched_s = 1;
 
 GroundPlanConfig plan_config(const DenseMapConfig& config) {
@@ -44,11 +45,11 @@ DenseMap::DenseMap(const DenseMapConfig& config, const Camera& camera)
       judge_(config, camera, unpacker_),
       policy_(config, unpacker_),
       plan_(plan_config(config)),
-      gather_s_(config.keeps_plan ? kGatherWatched_s : kGather_s) {
+      is_watched_(config.keeps_plan) {
   CHECK(config.objects.cell_m == config.volume.space.cell_m);
 }
 
-void DenseMap::expect_looks() { gather_s_ = kGatherWatched_s; }
+void DenseMap::expect_looks() { is_watched_ = true; }
 
 void DenseMap::apply(const DenseUpdate& update) {
   if (!config_.enabled) return;
@@ -94,17 +95,23 @@ double DenseMap::out_of_place_m(DenseViewId id, const DenseView& view) const {
   const ViewPlacement* fused = fused_.find(id);
   const PixelState* state = judge_.state(id);
   if (!view.T_world_camera && fused == nullptr) return 0;
-  if (!view.T_world_camera || fused == nullptr || state == nullptr ||
-      (!may_wait(id, *state, fused->state) && *state != fused->state))
+  if (!view.T_world_camera || fused == nullptr || state == nullptr)
     return std::numeric_limits<double>::infinity();
-  return distance_m(fused->T_world_camera, *view.T_world_camera);
+  const double off_m = distance_m(fused->T_world_camera, *view.T_world_camera);
+  if (was_synced_lately(id)) {
+    // Corrections beyond a cell are judged anew (PixelJudge::judge_corrected).
+    if (!is_watched_ && off_m <= config_.objects.cell_m &&
+        is_same_but_for_changes(*state, fused->state))
+      return 0;
+    if (is_same_but_for_removed(*state, fused->state)) return off_m;
+  }
+  return *state == fused->state ? off_m : std::numeric_limits<double>::infinity();
 }
 
-bool DenseMap::may_wait(DenseViewId id, const PixelState& wanted, const PixelState& fused) const {
+bool DenseMap::was_synced_lately(DenseViewId id) const {
   const auto synced = synced_at_.find(id);
-  return synced != synced_at_.end() &&
-         std::abs(seconds_between(newest_, synced->second)) < gather_s_ &&
-         is_same_but_for_removed(wanted, fused);
+  return synced != synced_at_.end() && std::abs(seconds_between(newest_, synced->second)) <
+                                           (is_watched_ ? kGatherWatched_s : kGather_s);
 }
 
 std::optional<DenseViewId> DenseMap::most_out_of_place() const {

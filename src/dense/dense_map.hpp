@@ -28,14 +28,16 @@ class DenseMap {
 
   void apply(const DenseUpdate& update);
   /// Somebody will look at it before finish(): what walking people leave is taken out of older
-  /// views within a second, not ten. A plan is always looked at.
+  /// views within a second, not ten, and corrected poses are followed at once. A plan is always
+  /// looked at.
   void expect_looks();
   /// Takes over the views of an earlier run; they go in where the next update has their poses.
   void restore(const std::vector<SavedView>& views);
   /// Of the views that have a place in the world.
   [[nodiscard]] std::vector<SavedView> saved() const { return views_.saved(); }
   /// Brings the view up to date that is most out of place, if one is by more than half a voxel
-  /// at some distance; a frame between keyframes that shows nothing new is dropped instead.
+  /// at some distance (where nobody looks, and for ten seconds after the last time, by more than a
+  /// cell of space); a frame between keyframes that shows nothing new is dropped instead.
   /// @return false if none is.
   bool step();
   /// Brings all of them up to date, however little they moved.
@@ -80,9 +82,7 @@ class DenseMap {
   void add(const DenseFrame& frame);
   void drop_keyframe(const RemovedAnchor& removed);
   [[nodiscard]] double out_of_place_m(DenseViewId id, const DenseView& view) const;
-  /// Whether no more differs than what was removed, and the view was brought up to date lately.
-  [[nodiscard]] bool may_wait(DenseViewId id, const PixelState& wanted,
-                              const PixelState& fused) const;
+  [[nodiscard]] bool was_synced_lately(DenseViewId id) const;
   [[nodiscard]] std::optional<DenseViewId> most_out_of_place() const;
   bool judge_corrected();
   /// Of a frame of which it is not decided whether it enters. @return whether it was dropped.
@@ -112,7 +112,7 @@ class DenseMap {
   GroundPlan plan_;
   int placements_ = 0, looked_for_floor_ = 0;  // of views, again after corrections, too
   Timestamp planned_;
-  double gather_s_;
+  bool is_watched_;
   Timestamp newest_;                            // of the images that came
   std::map<DenseViewId, Timestamp> synced_at_;  // newest_ when the view was brought up to date
   bool is_finished_ = false;                    // nothing changed since

@@ -85,6 +85,27 @@ TEST(DenseMap, FollowsCorrectedPosesAndForgetsRemovedKeyframes) {
   EXPECT_EQ(map.volume().views(), 0);
 }
 
+TEST(DenseMap, SmallCorrectionsWaitWhereNobodyLooks) {
+  const Camera camera = small_camera();
+  for (const bool is_watched : {false, true}) {
+    DenseMap map({}, camera);
+    if (is_watched) map.expect_looks();
+    map.apply(three_views(camera, 2.0));
+    while (map.step()) {
+    }
+    DenseUpdate lifted;
+    const SE3 up(Mat3::Identity(), Vec3(0, 0, 0.03));
+    for (const auto& [id, T_world_camera] : three_views(camera, 2.0).T_world_camera)
+      lifted.T_world_camera[id] = up * T_world_camera;
+    map.apply(lifted);
+    while (map.step()) {
+    }
+    expect_plane(map.cloud(), is_watched ? 2.03 : 2.0);
+    map.finish();
+    expect_plane(map.cloud(), 2.03);
+  }
+}
+
 TEST(DenseMap, KeyframesWithoutAPlaceAreLeftOut) {
   const Camera camera = small_camera();
   DenseMap map({}, camera);

@@ -56,6 +56,13 @@ const SeenSpace& FusedVolume::observed_space(DenseViewId id) {
   return observed_space(views_.at(id));
 }
 
+SeenSpace FusedVolume::take_counted_space(View& view) {
+  if (!view.counted) return observed_space(view);
+  SeenSpace counted = std::move(*view.counted);
+  view.counted.reset();
+  return counted;
+}
+
 void FusedVolume::put_in(DenseViewId id, const ViewPlacement& wanted,
                          std::optional<ObservedSpace> known) {
   const trace::Span span("fuse");
@@ -72,7 +79,8 @@ void FusedVolume::put_in(DenseViewId id, const ViewPlacement& wanted,
 std::optional<FusedVolume::ObservedSpace> FusedVolume::take_back(Views::iterator view) {
   const trace::Span span("take back");
   const ViewPlacement& placement = view->second.placement;
-  volume_.deintegrate(pixels_of(placement), placement.T_world_camera);
+  const SeenSpace counted = take_counted_space(view->second);
+  volume_.deintegrate(pixels_of(placement), placement.T_world_camera, counted);
   std::optional<ObservedSpace> observed = std::move(view->second.observed);
   views_.erase(view);
   return observed;
@@ -94,15 +102,10 @@ void FusedVolume::exchange_pixels(View& view, const ViewPlacement& wanted) {
   const trace::Span span("exchange pixels");
   ViewPlacement& now = view.placement;
   const DepthView before = pixels_of(now);
-  SeenSpace counted;
-  if (view.counted)
-    counted = std::move(*view.counted);
-  else
-    counted = observed_space(view);
+  const SeenSpace counted = take_counted_space(view);
   now.state = wanted.state;
   now.stamp = wanted.stamp;
   const SeenSpace& seen = volume_.exchange(before, counted, pixels_of(now), now.T_world_camera);
-  view.counted.reset();
   if (now.state.removed)
     view.counted = seen;
   else

@@ -74,6 +74,8 @@ class FusedVolume {
 
   [[nodiscard]] DepthView pixels_of(const ViewPlacement& placement);
   [[nodiscard]] const SeenSpace& observed_space(View& view);
+  /// What it was put in with, which it no longer knows by itself afterwards.
+  [[nodiscard]] SeenSpace take_counted_space(View& view);
   /// Exchanges the cells that a view must not carve, if it differs in nothing else of its pixels.
   void exchange_appeared(View& view, const PixelState& wanted);
   /// Exchanges its pixels for what is known of them now; its pose stays.

@@ -132,7 +132,11 @@ bool PixelState::operator==(const PixelState& other) const {
 }
 
 bool is_same_but_for_removed(const PixelState& a, const PixelState& b) {
-  return a.ids == b.ids && same_cells(a.appeared, b.appeared) &&
+  return same_cells(a.appeared, b.appeared) && is_same_but_for_changes(a, b);
+}
+
+bool is_same_but_for_changes(const PixelState& a, const PixelState& b) {
+  return a.ids == b.ids &&
          std::equal(a.removed_objects.begin(), a.removed_objects.end(), b.removed_objects.begin(),
                     b.removed_objects.end(), same_cells<RemovedCells>);
 }

@@ -25,6 +25,8 @@ struct PixelState {
 };
 
 [[nodiscard]] bool is_same_but_for_removed(const PixelState& a, const PixelState& b);
+/// But for `removed` and `appeared`.
+[[nodiscard]] bool is_same_but_for_changes(const PixelState& a, const PixelState& b);
 /// As if nothing had appeared, and nothing been removed but objects.
 [[nodiscard]] PixelState without_changes(PixelState state);
 /// What of it the space that a view observed depends on: not on the numbers of objects, but on

@@ -133,13 +133,13 @@ Result<std::unique_ptr<Segmenter>> make_model_segmenter(const ModelConfig& confi
     if (!probed.ok()) return probed.error();
   }
 
-  const auto model = read();
+  auto model = read();
   if (!model.ok()) return model.error();
   const std::string name = config.model.string();
   const auto precision =
       choose_precision(wanted_precision(config.precision, *model), model->quantised, name);
   if (!precision.ok()) return precision.error();
-  auto request = compile_network(model->network, *precision, config.threads, name);
+  auto request = compile_network(std::move(model->network), *precision, config.threads, name);
   if (!request.ok()) return request.error();
   return std::unique_ptr<Segmenter>(std::make_unique<ModelSegmenter>(
       std::move(request).value(), *model, config.decode, name_of(*precision)));

@@ -66,9 +66,8 @@ std::string name_of(Precision precision) {
   }
 }
 
-Result<ov::InferRequest> compile_network(const std::shared_ptr<ov::Model>& network,
-                                         Precision precision, int threads,
-                                         const std::string& name) {
+Result<ov::InferRequest> compile_network(std::shared_ptr<ov::Model> network, Precision precision,
+                                         int threads, const std::string& name) {
   // A quantised model's remaining float operations run as f32.
   const auto type = precision == Precision::kBf16 ? ov::element::bf16 : ov::element::f32;
   try {
@@ -77,6 +76,7 @@ Result<ov::InferRequest> compile_network(const std::shared_ptr<ov::Model>& netwo
         ov::hint::inference_precision(type), ov::hint::enable_cpu_pinning(false),
         ov::inference_num_threads(threads), ov::num_streams(1));
     ov::InferRequest request = compiled.create_infer_request();
+    network.reset();
     // Compiling takes ten times the code that running does.
     give_back_startup_memory("libopenvino");
     return request;

@@ -30,8 +30,9 @@ inline constexpr std::size_t kAmpleMemory_bytes = std::size_t{256} << 20;
 
 [[nodiscard]] std::string name_of(Precision precision);
 
-/// Compiles a network for the processor. @return kModel. Throws std::bad_alloc.
-[[nodiscard]] Result<ov::InferRequest> compile_network(const std::shared_ptr<ov::Model>& network,
+/// Compiles a network for the processor, and gives back what only compiling took: best where
+/// nobody else holds the network. @return kModel. Throws std::bad_alloc.
+[[nodiscard]] Result<ov::InferRequest> compile_network(std::shared_ptr<ov::Model> network,
                                                        Precision precision, int threads,
                                                        const std::string& name);
 

@@ -106,11 +106,11 @@ Result<std::unique_ptr<Segmenter>> make_people_segmenter(std::string_view networ
                                                          const CameraConfig& camera,
                                                          const PeopleConfig& config,
                                                          std::string_view ir_weights) {
-  const auto model = read(network, ir_weights);
+  auto model = read(network, ir_weights);
   if (!model.ok()) return model.error();
   const auto precision = choose_precision(config.precision, is_quantised(**model), kName);
   if (!precision.ok()) return precision.error();
-  auto request = compile_network(*model, *precision, config.threads, kName);
+  auto request = compile_network(std::move(*model), *precision, config.threads, kName);
   if (!request.ok()) return request.error();
   return std::unique_ptr<Segmenter>(
       std::make_unique<PeopleSegmenter>(std::move(request).value(), camera, name_of(*precision)));

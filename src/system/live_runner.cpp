@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/log.hpp"
+#include "core/memory.hpp"
 #include "dense/scene_naming/named_scene.hpp"
 #include "system/map_thread.hpp"
 #include "system/runner.hpp"
@@ -121,15 +122,19 @@ class LiveRunner final : public Runner {
     }
     map_->join();
     if (answers) segment_waiting(time_left_s);
-    map_->stage().finish();
-    map_->finish_dense();
     RunStatistics& statistics = log_.statistics();
-    statistics.map = map_->times();
-    statistics.dense_skipped += map_->stage().dense_skipped();
     if (segmenter_) {
       statistics.segment = segmenter_->statistics().times;
       statistics.masks_failed = segmenter_->statistics().failed;
     }
+    // What only frames need makes room for the final map and its mesh.
+    if (answers) segmenter_.reset();
+    tracker_.reset();
+    give_back_free_memory();
+    map_->stage().finish();
+    map_->finish_dense();
+    statistics.map = map_->times();
+    statistics.dense_skipped += map_->stage().dense_skipped();
     log_.finish(map_->stage().map(), camera_);
     return log_.outcome();
   }

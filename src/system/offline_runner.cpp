@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/log.hpp"
+#include "core/memory.hpp"
 #include "core/trace.hpp"
 #include "dense/scene_naming/named_scene.hpp"
 #include "system/result_route.hpp"
@@ -85,6 +86,10 @@ class OfflineRunner final : public Runner {
     inertial_.finish();
     for (const Pending& p : pending_) mapping_->apply(*p.masks);
     pending_.clear();
+    // What only frames need makes room for the final map and its mesh.
+    segmenter_.reset();
+    tracker_.reset();
+    give_back_free_memory();
     mapping_->finish();
     dense_->apply(mapping_->take_dense_update());
     dense_->finish();

@@ -35,6 +35,14 @@ void Volume::deintegrate(const DepthView& view, const SE3& T_world_camera) {
   fuse(T_world_camera, -1);
 }
 
+void Volume::deintegrate(const DepthView& view, const SE3& T_world_camera, const SeenSpace& seen) {
+  CHECK(views_ > 0);
+  --views_;
+  prepared_.assign(view, config_.preparation);
+  surface_.fuse(prepared_, T_world_camera, -1, config_.threads);
+  space_.count(seen, prepared_.spared(), -1, config_.threads);
+}
+
 void Volume::move(const DepthView& view, const SE3& T_world_camera_old,
                   const SE3& T_world_camera_new) {
   prepared_.assign(view, config_.preparation);

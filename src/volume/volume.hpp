@@ -35,6 +35,8 @@ class Volume {
   const SeenSpace& integrate(const DepthView& view, const SE3& T_world_camera);
   /// Takes it back: the same view at the same pose, to the bit, as was integrated.
   void deintegrate(const DepthView& view, const SE3& T_world_camera);
+  /// The same, faster. @param seen what integrate() returned for it.
+  void deintegrate(const DepthView& view, const SE3& T_world_camera, const SeenSpace& seen);
   /// Both, for a view of whose image other pixels count by now; its pose stays.
   /// @param seen what integrate() returned for `old`. @return what `now` says of space.
   const SeenSpace& exchange(const DepthView& old, const SeenSpace& seen, const DepthView& now,

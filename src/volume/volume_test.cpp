@@ -191,6 +191,20 @@ TEST(Volume, LiveEqualsFusedFromNothing) {
   }
 }
 
+TEST(Volume, AViewIsTakenBackWithWhatItSaidOfSpace) {
+  Rng rng(5);
+  const World world = furnished();
+  const SE3 first = random_pose(rng), second = random_pose(rng);
+  const DepthView view = render(world, first, 1), other = render(world, second, 1);
+  Volume live(coarse()), alone(coarse());
+  const SeenSpace seen = live.integrate(view, first);
+  live.integrate(other, second);
+  live.deintegrate(view, first, seen);
+  alone.integrate(other, second);
+  expect_same(live, alone);
+  EXPECT_EQ(live.views(), 1);
+}
+
 TEST(Volume, CellsThatAViewMustNotCarveAreExchanged) {
   Rng rng(3);
   const World world = furnished();

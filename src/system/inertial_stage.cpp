@@ -1,6 +1,7 @@
 #include "system/inertial_stage.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/counted.hpp"
@@ -21,6 +22,9 @@ struct CorrelatedError {
 // half a second apart.
 constexpr CorrelatedError kPerFrame{0.004, 0.0115, 3};
 constexpr CorrelatedError kPerHalfSecond{0.002, 0.003};
+/// What a bias is off by adds up over as many frames as the filter remembers: as noise of each it
+/// counts so many times as much.
+constexpr double kBiasMemory = 7;
 /// Of the direction of gravity, which the same seconds of readings tell for neighbouring keyframes.
 constexpr double kGravityMemory_s = 1.5;
 
@@ -65,6 +69,7 @@ void InertialStage::reset() {
   frame_times_.reset();
   gravity_told_.reset();
   posed_.reset();
+  held_.restart();
   wheels_told_.clear();
   imu_faults_.clear();
 }
@@ -123,7 +128,30 @@ std::optional<CameraTurn> InertialStage::take(Timestamp stamp, TrackResult& resu
     tell_imu();
     if (result.candidate) tell_gravity(*result.candidate);
   }
-  return turn_to(stamp, result.state);
+  const auto before = posed_;
+  const auto turn = turn_to(stamp, result.state);
+  if (estimator_) hold(result, turn, before ? seconds_between(stamp, *before) : 0);
+  return turn;
+}
+
+void InertialStage::hold(TrackResult& result, const std::optional<CameraTurn>& turn,
+                         double step_s) {
+  if (!is_seen(result.state) || !result.covariance || !result.T_odom_camera.is_finite())
+    return held_.restart();
+  std::optional<HeldTurn> held;
+  const auto state = estimator_->state();
+  if (turn && state) {
+    const Mat3 R_camera_imu = config_->T_camera_imu.R();
+    const double bias_std = std::sqrt(
+        state->covariance.block<3, 3>(state_part::kGyroBias, state_part::kGyroBias).trace() / 3);
+    held = {turn->turn_rad - step_s * (R_camera_imu * state->state.bias.gyro_radps),
+            std::hypot(turn->std_rad, kBiasMemory * step_s * bias_std)};
+  }
+  const double factor = result.state == TrackState::kWeak ? kWeakStdFactor : 1;
+  const SE3 T_points_held =
+      held_.step(result.T_odom_camera, factor * factor * *result.covariance, held);
+  result.T_odom_camera = result.T_odom_camera * T_points_held;
+  result.T_world_camera = result.T_world_camera * T_points_held;
 }
 
 std::optional<CameraTurn> InertialStage::turn_to(Timestamp stamp, TrackState state) {

@@ -7,11 +7,12 @@ cd "$(dirname "$0")/.."
 
 root=.venv/arm64-root
 triple=aarch64-linux-gnu
+processor=cortex-a76  # as cmake/toolchains/aarch64-linux-gnu.cmake has it, which says why
 compiler=$("$triple-g++" -dumpversion)
 openvino=$(grep '^openvino==' tools/requirements.txt)
 . /etc/os-release
 packages=(libc6-dev "libstdc++-${compiler%%.*}-dev" "$@")
-wanted="$VERSION_CODENAME $openvino ${packages[*]}"
+wanted="$VERSION_CODENAME $openvino $processor ${packages[*]}"
 if [ "$(cat "$root/ready" 2>/dev/null)" = "$wanted" ]; then exit; fi
 
 echo "setup: libraries for 64-bit ARM in $root"
@@ -32,7 +33,7 @@ find "$root/usr/lib/$triple" -maxdepth 1 -type l -lname '/lib/*' | while read -r
   ln -sfn "../../..$(readlink "$link")" "$link"
 done
 # Python for 64-bit ARM, under the emulator.
-printf '#!/bin/sh\nexec qemu-aarch64-static -L "%s" "%s/usr/bin/python3" "$@"\n' "$PWD/$root" "$PWD/$root" \
+printf '#!/bin/sh\nexec qemu-aarch64-static -cpu %s -L "%s" "%s/usr/bin/python3" "$@"\n' "$processor" "$PWD/$root" "$PWD/$root" \
   > "$root/python3"
 chmod +x "$root/python3"
 

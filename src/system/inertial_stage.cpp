@@ -129,7 +129,7 @@ std::optional<CameraTurn> InertialStage::take(Timestamp stamp, TrackResult& resu
     if (result.candidate) tell_gravity(*result.candidate);
   }
   const auto before = posed_;
-  const auto turn = turn_to(stamp, result.state);
+  auto turn = turn_to(stamp, result.state);
   if (estimator_) hold(result, turn, before ? seconds_between(stamp, *before) : 0);
   return turn;
 }

@@ -13,5 +13,5 @@ set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(OpenVINO_DIR "${CMAKE_SYSROOT}/opt/openvino/openvino/cmake" CACHE PATH "OpenVINO's CMake files")
 set(CMAKE_DISABLE_FIND_PACKAGE_Ceres ON)  # its CMake files name libraries of the machine itself
-# A Raspberry Pi 5's. QEMU's own has vectors of 256 bytes (SVE), on which OpenVINO computes nonsense.
+# A Raspberry Pi 5's. QEMU's own has SVE, with which OpenVINO's masks are nonsense there.
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64-static;-cpu;cortex-a76;-L;${CMAKE_SYSROOT})

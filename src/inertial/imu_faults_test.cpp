@@ -104,6 +104,19 @@ TEST(ImuFaults, StampsThatGoBackStartAnew) {
   EXPECT_EQ(fault_of(jump, true), ImuFault::kClock);
 }
 
+TEST(ImuFaults, AClockThatJumpsIsFoundAgain) {
+  const auto jump = [](ImuSample& s) {
+    if (s.stamp.ns > to_ns(30)) s.stamp.ns += to_ns(0.05);
+    return true;
+  };
+  Drive drive({.seed = 3, .liveliness = 2, .distort = jump});
+  drive.run(30);
+  ASSERT_TRUE(drive.estimator().is_trusted());
+  drive.run(20);
+  EXPECT_NEAR(drive.estimator().time_offset_s(), 0.05, 2e-3);
+  EXPECT_TRUE(drive.estimator().is_trusted());
+}
+
 // Told once, after 2 s.
 void expect_unheard(ImuFault expected, const Distortion& distort) {
   Drive drive({.seed = 6, .distort = distort});

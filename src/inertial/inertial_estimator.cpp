@@ -77,8 +77,15 @@ void InertialEstimator::restart(ImuFault fault) {
   tied_at_.reset();
   lasting_.setZero();
   turn_.restart();
-  if (fault == ImuFault::kDisagrees || fault == ImuFault::kClock)
-    offset_known_ = config_.time_offset_s.has_value();
+  if (fault == ImuFault::kDisagrees || fault == ImuFault::kClock) doubt_time_offset();
+}
+
+/// A clock that jumped is looked for far around, by what is seen from now on.
+void InertialEstimator::doubt_time_offset() {
+  if (config_.time_offset_s || !offset_known_) return;
+  offset_known_ = false;
+  further_offset_s_ = offset_weight_ = 0;
+  turns_.clear();
 }
 
 void InertialEstimator::add_frame(Timestamp stamp, const std::optional<VisualPose>& pose) {
@@ -209,6 +216,7 @@ void InertialEstimator::try_start(const SeenFrame& frame) {
     was_trusted_ = is_trusted();
   } else {
     fault_ = std::get<ImuFault>(started);
+    if (fault_ == ImuFault::kDisagrees) doubt_time_offset();
     start_.erase(start_.begin(), start_.begin() + std::ssize(start_) / 2);
   }
 }

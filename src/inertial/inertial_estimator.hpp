@@ -102,6 +102,7 @@ class InertialEstimator {
   void remember_turn(const SeenFrame& frame);
   void find_time_offset(Timestamp now);
   void set_further_offset(double offset_s);
+  void doubt_time_offset();
   void try_start(const SeenFrame& frame);
   void go_on(Timestamp stamp, const std::optional<SeenPose>& seen);
   [[nodiscard]] std::optional<WheelTie> tie_by_wheels(const UncertainState& before,

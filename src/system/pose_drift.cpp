@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <unordered_set>
 #include <utility>
 
 #include "system/pose_covariance.hpp"
@@ -25,6 +26,7 @@ constexpr Doubt kOdomShare{2, 4};
 constexpr Growth kOdomForEachMetre{0.4, 0.5};  // on any ground
 constexpr double kMeanOver_s = 1.5;            // of how well frames see their ground
 constexpr std::size_t kMostGrounds = 8192;
+constexpr std::ptrdiff_t kFewestShared = 15;          // landmarks, of keyframes that show the same
 constexpr double kHand_mps = 0.5, kHand_radps = 0.5;  // of a camera that is lost
 constexpr Doubt kOtherRoom{0.5 * 0.5, 0.2 * 0.2};     // a place that is not certain yet
 
@@ -43,6 +45,14 @@ Doubt operator*(const Growth& growth, const Doubt& doubt) {
 Doubt mean_of_axes(const Mat6& covariance) {
   return {covariance.topLeftCorner<3, 3>().trace() / 3,
           covariance.bottomRightCorner<3, 3>().trace() / 3};
+}
+
+/// The newest keyframes are in view whatever they see.
+bool show_the_same(const ViewKeyframe& a, const ViewKeyframe& b) {
+  const std::unordered_set<std::int32_t> of_a(a.landmarks.begin(), a.landmarks.end());
+  return std::ranges::count_if(b.landmarks, [&](std::int32_t landmark) {
+           return landmark >= 0 && of_a.contains(landmark);
+         }) >= kFewestShared;
 }
 
 }  // namespace
@@ -85,17 +95,19 @@ void PoseDrift::forget_some() {
 Doubt PoseDrift::mapped_ground(KeyframeId keyframe, const LocalView& view) {
   Doubt from = ground_ + coasted_there_, more = way_over(pose_.T_camera_reference);
   bool is_told = false;
-  const auto T_keyframe_world = view.pose_of(keyframe);
+  const auto newest = std::ranges::find_if(
+      view.keyframes, [&](const ViewKeyframe& k) { return k.data->id == keyframe; });
   for (const ViewKeyframe& other : view.keyframes) {
     const auto known = grounds_.find(other.data->id);
-    if (!T_keyframe_world || known == grounds_.end()) continue;
-    const Doubt way = way_over(*T_keyframe_world * other.T_camera_world.inverse());
+    if (newest == view.keyframes.end() || known == grounds_.end()) continue;
+    if (!show_the_same(*newest, other)) continue;
+    const Doubt way = way_over(newest->T_camera_world * other.T_camera_world.inverse());
     const bool is_better = (known->second + way).position_m2 < (from + more).position_m2;
     if (std::exchange(is_told, true) && !is_better) continue;
     from = known->second;
     more = way;
   }
-  const Doubt ground = from + more, last = ground_ + coasted_there_;
+  const Doubt ground = from + more, last = ground_ + std::exchange(coasted_there_, {});
   // Beyond that of the last frame, odom drifts, too.
   odom_.position_m2 +=
       kOdomShare.position_m2 * std::max(0.0, ground.position_m2 - last.position_m2);
@@ -106,26 +118,32 @@ Doubt PoseDrift::mapped_ground(KeyframeId keyframe, const LocalView& view) {
 
 /// What happened while nothing was seen.
 void PoseDrift::come_back(Timestamp stamp) {
-  coasted_there_ = {};
   if (!last_seen_ || was_lost_) by_view_ = true;
   if (std::exchange(was_lost_, false) && last_seen_) {
     const double gap_s = seconds_between(stamp, *last_seen_);
+    coasted_there_ = {};
     odom_ = odom_ + gap_s * gap_s * Doubt{kHand_mps * kHand_mps, kHand_radps * kHand_radps};
   } else if (coasted_) {
-    coasted_there_ = mean_of_axes(*coasted_);
-    odom_ = odom_ + coasted_there_;
+    const Doubt coasted = mean_of_axes(*coasted_);
+    coasted_there_ = coasted_there_ + coasted;
+    odom_ = odom_ + coasted;
   }
   coasted_.reset();
+}
+
+Doubt PoseDrift::in_map() const {
+  return ground_ + coasted_there_ + (by_view_ ? kOtherRoom : Doubt{});
 }
 
 PoseDoubt PoseDrift::step(Timestamp stamp, const TrackResult& result, const LocalView& view) {
   if (result.state == TrackState::kLost) was_lost_ = true;
   if (result.state == TrackState::kCoasting) coasted_ = result.covariance;
-  if (!is_seen(result.state)) return {odom_, ground_ + (by_view_ ? kOtherRoom : Doubt{})};
+  if (!is_seen(result.state)) return {odom_, in_map()};
   const bool is_first = result.matches == 0;  // the origin, or of a submap
   if (!is_first) {
     see(stamp, result);
     come_back(stamp);
+    if (!result.provisional) coasted_there_ = {};  // it sees what it knows
     ground_ = ground_of(result.pose.reference, view);
     const double way_m = (result.T_odom_camera.t() - T_odom_camera_.t()).norm();
     odom_ = odom_ + way_m * (kOdomForEachMetre * seen_);
@@ -134,7 +152,7 @@ PoseDoubt PoseDrift::step(Timestamp stamp, const TrackResult& result, const Loca
   last_seen_ = stamp;
   pose_ = result.pose;
   T_odom_camera_ = result.T_odom_camera;
-  return {odom_, ground_ + (by_view_ ? kOtherRoom : Doubt{})};
+  return {odom_, in_map()};
 }
 
 }  // namespace ygslam

@@ -28,6 +28,7 @@ class PoseDrift {
   [[nodiscard]] Doubt mapped_ground(KeyframeId keyframe, const LocalView& view);
   void forget_some();
   void come_back(Timestamp stamp);
+  [[nodiscard]] Doubt in_map() const;
 
   // Of keyframes that frames were told by; of a long run every second, every fourth, ...
   std::map<KeyframeId, Doubt> grounds_;
@@ -36,7 +37,7 @@ class PoseDrift {
   Doubt seen_;                 // of a frame's pose against its points, mean of the last
   KeyframeRelativePose pose_;  // of that frame
   SE3 T_odom_camera_;
-  Doubt coasted_there_;   // to ground that is seen for the first time, of the frame in work
+  Doubt coasted_there_;   // to ground that no keyframe shows yet
   bool by_view_ = false;  // its place is known by what it sees alone
   std::optional<Timestamp> last_seen_;
   std::optional<Mat6> coasted_;  // covariance of the last frame that coasted

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 namespace ygslam {
 namespace {
 
@@ -27,11 +29,14 @@ class PoseDriftTest : public ::testing::Test {
       for (const double m : {0.2, 0.6, 1.0}) doubt = see(i, m);
     return doubt;
   }
-  /// In view beside the others. @param x_m its place.
-  void show(std::uint32_t keyframe, double x_m) {
+  /// In view beside the others. @param x_m its place. @param room all that is in it is seen.
+  void show(std::uint32_t keyframe, double x_m, int room = 0) {
     auto data = std::make_shared<KeyframeData>();
     data->id = KeyframeId{keyframe};
-    view_.keyframes.push_back({std::move(data), SE3(Mat3::Identity(), Vec3(-x_m, 0, 0)), {}, 0});
+    std::vector<std::int32_t> landmarks(20, -1);
+    std::iota(landmarks.begin() + 2, landmarks.end(), 100 * room);
+    view_.keyframes.push_back(
+        {std::move(data), SE3(Mat3::Identity(), Vec3(-x_m, 0, 0)), std::move(landmarks), 0});
   }
   LocalView view_;
   PoseDrift drift_;
@@ -93,7 +98,7 @@ TEST_F(PoseDriftTest, ANewKeyframeThatShowsOldGroundIsToldByIt) {
   const PoseDoubt far = walk(20);
   show(20, 0.5);
   show(0, 0.2);
-  show(19, 19);
+  show(19, 19, 1);
   const PoseDoubt back = see(20, 0);
   EXPECT_LT(back.map.position_m2, far.map.position_m2 / 10);
   EXPECT_GT(back.map.position_m2, 0);
@@ -120,6 +125,22 @@ TEST_F(PoseDriftTest, GroundThatWasCoastedToIsAsUncertainAsThePrediction) {
   EXPECT_LT(there_m2, sure.map.position_m2 + 1.1 * coasting_m2_);
   EXPECT_GE(see(4, 0).map.position_m2, there_m2);
   EXPECT_NEAR(see(2, 1).map.position_m2, sure.map.position_m2, 1e-9) << "seen again";
+}
+
+/// Mapping runs beside: keyframes of the place before are in view, and frames are told by them
+/// until there is one that shows what is seen.
+TEST_F(PoseDriftTest, KeyframesThatShowAnotherPlaceDoNotMakeItCertain) {
+  const double sure_m2 = walk(3).map.position_m2;
+  see(2, 1, TrackState::kCoasting);
+  provisional_ = true;
+  for (std::uint32_t i = 0; i < 3; ++i) show(i, i);
+  EXPECT_GE(see(2, 1).map.position_m2, sure_m2 + coasting_m2_);
+  show(3, 3, 1);
+  const double there_m2 = see(3, 0).map.position_m2;
+  EXPECT_GE(there_m2, sure_m2 + coasting_m2_);
+  EXPECT_LT(there_m2, sure_m2 + 1.1 * coasting_m2_) << "counted once";
+  show(4, 3.2, 1);
+  EXPECT_GE(see(4, 0).map.position_m2, there_m2);
 }
 
 TEST_F(PoseDriftTest, APlaceThatIsNotCertainIsNotCertainInTheMap) {

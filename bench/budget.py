@@ -8,6 +8,7 @@ Stages within others stand below them. FOLDER has what orb_bench and optim_bench
 """
 import argparse
 import collections
+import csv
 import json
 import subprocess
 import sys
@@ -56,8 +57,10 @@ def traced(arguments, sequence):
                                *arguments.options.split()], capture_output=True, text=True, check=False)
         if done.returncode not in (0, 7):
             sys.exit(f"error: {sequence}: {done.stderr.strip()[-500:]}")
-        stamps = [float(line.split()[0]) for line in (Path(folder) / "trajectory.txt").read_text().splitlines()
-                  if line and not line.startswith("#")]
+        stamps = [float(row["stamp"]) for row in csv.DictReader((Path(folder) / "frames.csv").open())]
+        for line in done.stderr.splitlines():  # of spans that are not in the trace
+            if line.startswith("warning:"):
+                print(line, file=sys.stderr)
         return events_of(trace), stamps[-1] - stamps[0]
 
 

@@ -3,10 +3,12 @@
 
 A short rendered recording is played to and fro on standard input of `ygslam run -`. Now and then a
 stamp is far off, a clock is set, images cannot be read, depth has holes or is missing, or the writer
-is started again. Prints memory (RSS), kB a frame over the last half; code 1 above --max-growth.
+is started again. With an IMU in the recording, its readings are played, too, to and fro; they stop, or their clock is
+off for a while. Prints memory (RSS), kB a frame over the last half; code 1 above --max-growth.
 
-  ygslam simulate walking_xyz --seconds 6 --size 160x120 --out soak --mcap soak.mcap
-  python bench/soak_stream.py soak.mcap --ygslam build/release/ygslam --out soak_run --frames 100000
+  ygslam simulate walking_xyz --seconds 6 --size 160x120 --imu BMI085 --out soak --mcap soak.mcap
+  python bench/soak_stream.py soak.mcap --ygslam build/release/ygslam --out soak_run --frames 100000 \
+    --options "--imu-calibration soak/imu.yaml"
 """
 import argparse
 import json
@@ -26,6 +28,8 @@ TYPES = {"/camera/image/compressed": "sensor_msgs/msg/CompressedImage",
          "/camera/camera_info": "sensor_msgs/msg/CameraInfo",
          "/camera/depth/camera_info": "sensor_msgs/msg/CameraInfo"}
 COLOUR, DEPTH = list(TYPES)[:2]
+IMU = "/imu"
+GYRO = slice(-192, -168)  # of a sensor_msgs/Imu: two covariances and the accelerometer's reading follow
 
 
 def record(opcode, content):
@@ -39,14 +43,14 @@ def text(word):
 def message(topic, stamp_ns, data):
     """The message with another stamp in its header."""
     seconds, ns = divmod(max(stamp_ns, 0), 10**9)
-    channel = list(TYPES).index(topic) + 1
+    channel = [*TYPES, IMU].index(topic) + 1
     head = struct.pack("<HIQQ", channel, 0, max(stamp_ns, 0), max(stamp_ns, 0))
     return record(5, head + data[:4] + struct.pack("<iI", seconds, ns) + data[12:])
 
 
 def beginning():
     said = MAGIC + record(1, text("ros2") + text("soak"))
-    for number, (topic, kind) in enumerate(TYPES.items(), 1):
+    for number, (topic, kind) in enumerate((TYPES | {IMU: "sensor_msgs/msg/Imu"}).items(), 1):
         said += record(3, struct.pack("<H", number) + text(kind) + text("ros2msg") + text(""))
         said += record(4, struct.pack("<HH", number, number) + text(topic) + text("cdr")
                        + struct.pack("<I", 0))
@@ -57,14 +61,20 @@ def end():
     return record(15, bytes(4)) + record(2, bytes(20)) + MAGIC
 
 
-def frames_of(file):
-    """Topic to bytes, of each frame."""
-    frames = {}
+def recorded(file):
+    """Topic to bytes, of each frame, and of each the IMU's readings since the one before: how long before it [ns], bytes."""
+    frames, readings = {}, []
     with open(file, "rb") as data:
         for _, channel, said in make_reader(data).iter_messages():
             if channel.topic in TYPES:
                 frames.setdefault(said.log_time, {})[channel.topic] = said.data
-    return [frames[stamp] for stamp in sorted(frames)]
+            elif channel.topic == IMU:
+                seconds, ns = struct.unpack("<iI", said.data[4:12])
+                readings.append((seconds * 10**9 + ns, said.data))
+    stamps = sorted(frames)
+    before = [[(now - t, data) for t, data in readings if last < t <= now]
+              for last, now in zip(stamps, stamps[1:])]
+    return [frames[stamp] for stamp in stamps], [[], *before]
 
 
 class Faults:
@@ -116,6 +126,11 @@ class Faults:
             return int(self.rng.integers(-900, 1800)) * 10**9
         return 0
 
+    def of_readings(self, readings):
+        """None, or with another clock."""
+        off_ns = 0.03 * 10**9 if self.lasts("IMU's clock off", 1 / 3000, 600) else 0
+        return [] if self.lasts("IMU stopped", 1 / 1500, 90) else [(ns - int(off_ns), data) for ns, data in readings]
+
     def of_writer(self, said):
         """What comes in place of `said` where the writer ends and another one begins."""
         if self.begins("writer ended well", 1 / 4000):
@@ -129,10 +144,20 @@ class Faults:
         return said
 
 
-def to_and_fro(frames):
+def backwards(readings):
+    """As an IMU reads where time goes back: it turns the other way, forces are the same."""
+    for before_ns, data in reversed(readings):
+        turned = bytearray(data)
+        turned[GYRO] = struct.pack("<3d", *(-rate for rate in struct.unpack("<3d", data[GYRO])))
+        yield STEP_NS - before_ns, bytes(turned)
+
+
+def to_and_fro(frames, readings):
+    """Frames, each with the readings since the one before."""
     while True:
-        yield from frames
-        yield from frames[-2:0:-1]
+        yield from zip(frames, readings)
+        yield from ((frames[i], list(backwards(readings[i + 1]))) for i in range(len(frames) - 2, 0, -1))
+        readings = [list(backwards(readings[1])), *readings[1:]]
 
 
 def rss_mb(pid):
@@ -142,17 +167,19 @@ def rss_mb(pid):
     sys.exit("the run has ended")
 
 
-def play(frames, count, faults, process):
+def play(frames, readings, count, faults, process):
     """Writes the stream. @return (frame, RSS in MB), many times."""
     out, memory = process.stdin, []
     stamp_ns = 1000 * 10**9
     out.write(beginning())
-    for number, frame in zip(range(count), to_and_fro(frames)):
+    for number, (frame, before) in zip(range(count), to_and_fro(frames, readings)):
         stamp_ns = max(10**9, stamp_ns + STEP_NS + faults.of_clock())
         its_ns = faults.of_stamp(stamp_ns)
         frame = faults.of_bytes(frame)
+        for before_ns, data in faults.of_readings(before) if before else ():
+            out.write(message(IMU, stamp_ns - before_ns, data))
         out.write(faults.of_writer(b"".join(message(t, its_ns, frame[t]) for t in frame)))
-        if number % (count // SAMPLES) == 0 or number == count - 1:
+        if number % max(1, count // SAMPLES) == 0 or number == count - 1:
             memory.append((number, rss_mb(process.pid)))
             print(f"{number:8} {memory[-1][1]:8.1f}", flush=True)
     out.write(end())
@@ -169,13 +196,13 @@ def main():
     parser.add_argument("--frames", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--max-growth", type=float, default=0.1, help="[kB a frame]")
-    parser.add_argument("run_options", nargs="*", help="after --")
+    parser.add_argument("--options", default="", help="more words for `ygslam run`")
     o = parser.parse_args()
     faults = Faults(o.seed)
     print("   frame   RSS MB")
     with subprocess.Popen([o.ygslam, "run", "-", "--out", o.out, "--dynamic", "geometry",
-                           *o.run_options], stdin=subprocess.PIPE) as process:
-        memory = play(frames_of(o.recording), o.frames, faults, process)
+                           *o.options.split()], stdin=subprocess.PIPE) as process:
+        memory = play(*recorded(o.recording), o.frames, faults, process)
     half = np.array(memory[len(memory) // 2:])
     growth_kb = 1024 * float(np.polyfit(half[:, 0], half[:, 1], 1)[0])
     metrics = json.loads((o.out / "metrics.json").read_text(encoding="utf-8"))

@@ -89,6 +89,10 @@ def main():
     parser.add_argument("--build", default="", help="its name, in the table")
     parser.add_argument("--options", default="", help="more words for `ygslam run`")
     arguments = parser.parse_args()
+    if arguments.sequences and not arguments.ygslam:
+        parser.error("--ygslam is missing")
+    if len({Path(model).stem for model in arguments.models}) < len(arguments.models):
+        parser.error("--models: two files of one name")
     jobs = {(arguments.build, sequence.name, Path(model).stem, load, number):
             functools.partial(run, arguments, sequence, model, load, number)
             for number in range(arguments.rounds) for sequence in arguments.sequences

@@ -68,6 +68,16 @@ class Worlds(Arm):
         self.assertGreater(len(images), 3)
         for name in images:
             self.assertLess(self.mean_difference(ours / name, theirs / name), 0.01, name)
+        for name in (name for name in names if name.suffix in (".txt", ".csv")):
+            self.same_numbers(ours / name, theirs / name)
+
+    def same_numbers(self, ours, theirs):
+        """Apart from what both round differently."""
+        words = [re.split(r"[\s,]+", path.read_text("utf-8")) for path in (ours, theirs)]
+        self.assertEqual(len(words[0]), len(words[1]), theirs.name)
+        for a, b in zip(*words):
+            if a != b:
+                self.assertAlmostEqual(float(a), float(b), delta=2e-6 * max(1, abs(float(b))), msg=theirs.name)
 
     @staticmethod
     def mean_difference(a, b):

@@ -10,5 +10,6 @@ export LD_LIBRARY_PATH=$root/usr/lib/aarch64-linux-gnu:$root/lib/aarch64-linux-g
 rm -f build/arm64/ygslam_*_arm64.deb
 (cd build/arm64 && cpack -G DEB >&2)
 mkdir -p "$out"
+rm -f "$out"/ygslam_*_arm64.deb
 mv build/arm64/ygslam_*_arm64.deb "$out"
 ls "$out"/ygslam_*_arm64.deb

@@ -35,11 +35,11 @@ movers:
   - {{kind: carton, variant: {variant}, size: [{width:.2f}, 0.05, 1.0], stations: [{{t: 10, at: [{side}, -1.3, 0.75]}},
      {{t: 10.6, at: [{x:.2f}, -1.3, 0.75]}}, {{t: 14.5, at: [{x:.2f}, -1.3, 0.75]}}, {{t: 15, at: [{far}, -1.3, 0.75]}}]}}
 """
-# Half of the room is furnished; the way leads up to the white wall of the other half, along it and back.
+# Half of the room is furnished; the way leads towards the white wall of the other half, and back.
 WHITE_WALL = """seconds: 22
 rooms: [{{low: [-4, -5], high: [4, 4], wall: white, floor: carpet}}]
 camera: {{path: walk, speed: 0.5, waypoints: [[1.2, -1.0, 1.4], [1.2, 0.2, 1.4], [0.6, 0.8, 1.4], [0, 0.2, 1.4],
-         [{x:.2f}, -4, 1.4], [-0.6, -4.2, 1.4], [-1.2, -4, 1.4], [-1.2, -1, 1.4]]}}
+         [{x:.2f}, {end}, 1.4], [-0.6, {turn}, 1.4], [-1.2, {end}, 1.4], [-1.2, -1, 1.4]]}}
 furniture:
   - {{kind: workplace, variant: {variant}, at: [-0.78, 2.5, 0]}}
   - {{kind: workplace, variant: 4, at: [1.5, 2.5, 0]}}
@@ -47,7 +47,7 @@ furniture:
   - {{kind: poster, variant: {poster}, at: [0, 3.95, 1.2], size: [1.4, 0.008, 1]}}
   - {{kind: shelf, variant: 2, at: [3.8, 0, 0], yaw: -90, size: [1.6, 0.35, 2.1]}}
 """
-NAMES = ("lift_door", "cover", "white_wall")
+NAMES = ("lift_door", "cover", "white_wall", "long_white_wall")
 
 
 def blind_world(name, seed):
@@ -61,5 +61,6 @@ def blind_world(name, seed):
         text = COVER.format(variant=rng.randrange(4), width=rng.uniform(1.0, 1.4), side=side, far=-side,
                             x=rng.uniform(-0.05, 0.05))
         return BlindWorld(text, 10, 4.5)
-    text = WHITE_WALL.format(x=rng.uniform(-0.2, 0.2), variant=rng.randrange(8), poster=rng.randrange(1, 9))
-    return BlindWorld(text, 8.5, 6.5)
+    end, turn, seconds = (-3.2, -3.4, 6) if name == "white_wall" else (-4, -4.2, 6.5)
+    text = WHITE_WALL.format(x=rng.uniform(-0.2, 0.2), variant=rng.randrange(8), poster=rng.randrange(1, 9), end=end, turn=turn)
+    return BlindWorld(text, 8.5, seconds)

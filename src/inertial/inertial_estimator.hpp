@@ -94,6 +94,10 @@ class InertialEstimator {
     bool found_again = false;
   };
   [[nodiscard]] SeenPose of_imu(const VisualPose& pose) const;
+  /// Until it is taken a silence does not hide that the IMU was wrong.
+  void note(ImuFault fault) {
+    if (!is_wrong(fault_)) fault_ = fault;
+  }
   void restart(ImuFault fault);
   void put(const Frame& frame);
   void process_waiting();

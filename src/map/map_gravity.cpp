@@ -62,4 +62,17 @@ std::map<KeyframeId, MeasuredDirection> measured_gravity(const Map& map) {
   return directions;
 }
 
+bool forget_imu(Map& map, const ImuRetraction& retraction) {
+  std::vector<std::shared_ptr<KeyframeData>> without;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    const KeyframeData& data = *keyframe.data;
+    if ((!data.gravity && !data.turn) || data.stamp < retraction.since) continue;
+    without.push_back(std::make_shared<KeyframeData>(data));
+    without.back()->gravity.reset();
+    without.back()->turn.reset();
+  }
+  for (const auto& data : without) map.set_data(data->id, data);
+  return !without.empty();
+}
+
 }  // namespace ygslam

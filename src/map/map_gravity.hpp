@@ -1,9 +1,11 @@
 // Gravity as an IMU measured it in keyframes: it fixes roll and pitch wherever poses are adjusted.
+// And how to be rid of it.
 #pragma once
 
 #include <map>
 
 #include "map/map.hpp"
+#include "map/messages.hpp"
 #include "optim/direction.hpp"
 
 namespace ygslam {
@@ -12,5 +14,8 @@ namespace ygslam {
 /// gravity pulls in the world nobody knows beforehand: all keyframes of a submap say it together.
 /// What disagrees with the others counts less. Empty without an IMU.
 [[nodiscard]] std::map<KeyframeId, MeasuredDirection> measured_gravity(const Map& map);
+
+/// Gravity and turns go out of the keyframes that were told them. @return whether there were any.
+bool forget_imu(Map& map, const ImuRetraction& retraction);
 
 }  // namespace ygslam

@@ -52,6 +52,24 @@ TEST_F(MapGravity, WhatDisagreesCountsLess) {
             all.at(KeyframeId{0}).information.trace());
 }
 
+TEST_F(MapGravity, WhatAnImuTakesBackIsForgotten) {
+  for (std::uint32_t i = 0; i < kKeyframes; ++i) {
+    feel(i, kDown, 0.001);
+    auto data = std::make_shared<KeyframeData>(*map.keyframe(KeyframeId{i}).data);
+    data->stamp = {1000 + i};
+    data->turn.emplace();
+    map.set_data(KeyframeId{i}, data);
+  }
+  EXPECT_FALSE(forget_imu(map, {{1000 + kKeyframes}}));
+  EXPECT_TRUE(forget_imu(map, {{1002}}));
+  EXPECT_FALSE(forget_imu(map, {{1002}})) << "there is none left";
+  EXPECT_EQ(measured_gravity(map).size(), 2U);
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    EXPECT_EQ(keyframe.data->gravity.has_value(), index(id) < 2) << index(id);
+    EXPECT_EQ(keyframe.data->turn.has_value(), index(id) < 2) << index(id);
+  }
+}
+
 // A submap leans as it likes until it is joined.
 TEST_F(MapGravity, EachSubmapHasItsOwn) {
   feel(1, kDown, 0.001);

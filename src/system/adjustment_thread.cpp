@@ -7,10 +7,12 @@ namespace ygslam {
 void AdjustmentThread::start(FullAdjustment job) {
   give_up();
   abort_.store(false);
+  pending_ = true;
   thread_ = std::make_unique<WorkerThread>([this, job = std::move(job)](const std::stop_token&) {
     trace::name_thread("adjustment");
     auto patch = solve(camera_, job, config_, &abort_);
     const std::lock_guard lock(mutex_);
+    pending_ = patch.has_value();
     result_ = std::move(patch);
   });
 }
@@ -22,11 +24,18 @@ void AdjustmentThread::give_up() {
     thread_.reset();  // joins
   }
   result_.reset();
+  pending_ = false;
+}
+
+bool AdjustmentThread::is_pending() {
+  const std::lock_guard lock(mutex_);
+  return pending_;
 }
 
 std::optional<MapPatch> AdjustmentThread::take_result() {
   if (thread_) thread_->rethrow();
   const std::lock_guard lock(mutex_);
+  if (result_) pending_ = false;
   return std::exchange(result_, std::nullopt);
 }
 

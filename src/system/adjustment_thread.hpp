@@ -22,6 +22,8 @@ class AdjustmentThread {
   /// Gives up a job that still runs: its map is no longer the newest.
   void start(FullAdjustment job);
   void give_up();
+  /// A job runs, or its result was not taken yet.
+  [[nodiscard]] bool is_pending();
   /// The result, once. Throws what the job ended with, if it was an exception.
   [[nodiscard]] std::optional<MapPatch> take_result();
   /// Waits for the job.
@@ -33,6 +35,7 @@ class AdjustmentThread {
   std::atomic<bool> abort_{false};
   std::mutex mutex_;
   std::optional<MapPatch> result_;  // under the mutex
+  bool pending_ = false;            // the same
   std::unique_ptr<WorkerThread> thread_;
 };
 

@@ -64,7 +64,8 @@ void InertialStage::reset() {
   wheels_.reset();
   if (wheel_config_) wheels_.emplace(*wheel_config_);
   if (config_) estimator_.emplace(*config_, wheels_ ? &*wheels_ : nullptr);
-  had_pose_ = overrules_ = started_ = wheels_agree_ = imu_was_told_of_ = false;
+  had_pose_ = overrules_ = wheels_agree_ = imu_was_told_of_ = false;
+  believed_since_.reset();
   reading_times_.reset();
   frame_times_.reset();
   gravity_told_.reset();
@@ -125,7 +126,7 @@ std::optional<CameraTurn> InertialStage::take(Timestamp stamp, TrackResult& resu
   if (estimator_) {
     overrule(stamp, result, found_again);
     hand_over(*estimator_, stamp, pose_with(kPerFrame), found_again);
-    tell_imu();
+    tell_imu(stamp, result);
     if (result.candidate) tell_gravity(*result.candidate);
   }
   const auto before = posed_;
@@ -182,7 +183,7 @@ void InertialStage::overrule(Timestamp stamp, const TrackResult& result, bool fo
   if (predicted && !while_certain(predicted)) estimator_->disagree();
 }
 
-void InertialStage::tell_imu() {
+void InertialStage::tell_imu(Timestamp stamp, TrackResult& result) {
   const ImuFault fault = estimator_->take_fault();
   if (fault != ImuFault::kNone) {
     const std::size_t count = ++imu_faults_[fault];
@@ -190,11 +191,13 @@ void InertialStage::tell_imu() {
     if (count == 1 || (count >= 10 && is_worth_a_line(count)))
       log::warn("IMU: {}: it is not used until that has changed{}", to_string(fault),
                 count > 1 ? fmt::format(" ({} times so far)", count) : "");
-    started_ = false;
+    if (is_wrong(fault) && believed_since_) result.imu_retraction = {*believed_since_};
+    believed_since_.reset();
     imu_was_told_of_ = true;
   }
-  if (started_ || !estimator_->started()) return;
-  started_ = imu_was_told_of_ = true;
+  if (believed_since_ || !estimator_->started()) return;
+  believed_since_ = stamp;
+  imu_was_told_of_ = true;
   const Vec3 up = -estimator_->gravity_odom()->normalized();
   log::info("IMU: gravity and biases are known; up in odom is {:.3f} {:.3f} {:.3f}", up.x(), up.y(),
             up.z());

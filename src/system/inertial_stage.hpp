@@ -28,10 +28,10 @@ class InertialStage {
   void add(const OdometrySample& sample);
   /// Of the next frame.
   [[nodiscard]] std::optional<PosePrediction> predict(Timestamp stamp) const;
-  /// Every frame in turn. Tells a keyframe candidate where gravity pulls, and moves the pose that
-  /// is told to where the gyroscope holds it; `result.pose` stays what the points say. @return how
-  /// the camera turned since the last frame with a pose, where this one has one and a gyroscope
-  /// knows.
+  /// Every frame in turn. Tells a keyframe candidate where gravity pulls, and takes that back where
+  /// the IMU turned out to be wrong: since it was last begun with. Moves the pose that is told to
+  /// where the gyroscope holds it; `result.pose` stays what the points say. @return how the camera
+  /// turned since the last frame with a pose, where this one has one and a gyroscope knows.
   std::optional<CameraTurn> take(Timestamp stamp, TrackResult& result);
   void reset();
   /// No frames come any more: of an IMU of which nothing was told it tells why it was of no use.
@@ -40,7 +40,7 @@ class InertialStage {
  private:
   [[nodiscard]] std::optional<CameraTurn> turn_to(Timestamp stamp, TrackState state);
   void hold(TrackResult& result, const std::optional<CameraTurn>& turn, double step_s);
-  void tell_imu();
+  void tell_imu(Timestamp stamp, TrackResult& result);
   void tell_gravity(KeyframeCandidate& candidate);
   void overrule(Timestamp stamp, const TrackResult& result, bool found_again);
   void tell_wheels();
@@ -50,10 +50,10 @@ class InertialStage {
   std::optional<WheelOdometry> wheels_;  // the estimator refers to it
   std::optional<InertialEstimator> estimator_;
   TurnFilter held_;
-  std::optional<Timestamp> posed_;  // the last frame with a pose, coasting too
-  bool had_pose_ = false;           // in the last frame
-  bool overrules_ = false;          // vision, since it had a pose
-  bool started_ = false;            // told
+  std::optional<Timestamp> posed_;           // the last frame with a pose, coasting too
+  bool had_pose_ = false;                    // in the last frame
+  bool overrules_ = false;                   // vision, since it had a pose
+  std::optional<Timestamp> believed_since_;  // the IMU; told
   bool imu_was_told_of_ = false;
   struct Span {  // of stamps
     Timestamp first, last;

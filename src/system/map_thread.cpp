@@ -147,6 +147,12 @@ void MapThread::take(const ShutterReport& report) {
   publish();
 }
 
+void MapThread::take(const ImuRetraction& retraction) {
+  // An adjustment that is on its way goes by what is forgotten.
+  if (stage_.forget_imu(retraction) && adjustment_.is_pending())
+    adjustment_.start(stage_.full_adjustment());
+}
+
 void MapThread::take(const PixelMaskPtr& ego_mask) {
   if (stage_.forget_pixels(*ego_mask)) publish();
 }

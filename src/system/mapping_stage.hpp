@@ -73,6 +73,10 @@ class MappingStage {
   bool forget_pixels(const GreyImage& mask) {
     return !config_.frozen && mapper_.forget_pixels(mask);
   }
+  /// An IMU was wrong. @return true if the map knew something by it.
+  bool forget_imu(const ImuRetraction& retraction) {
+    return !config_.frozen && mapper_.forget_imu(retraction);
+  }
   void look_around(KeyframeId focus) { mapper_.look_around(focus); }
   /// The mask of a keyframe, or of a frame for the dense map, that waits for it; of others it is
   /// ignored.

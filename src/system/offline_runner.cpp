@@ -169,6 +169,7 @@ class OfflineRunner final : public Runner {
     mapping_->correct_shutter(report);
     map_changed_ = true;
   }
+  void take(const ImuRetraction& retraction) { mapping_->forget_imu(retraction); }
   void take(const PlaceRequest& request) {
     const auto& [features, static_weight, pose] = request;
     if (!pose) {

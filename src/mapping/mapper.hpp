@@ -50,7 +50,7 @@ class Mapper {
     return ygslam::correct_shutter(map_, camera_, was_s, now);
   }
   /// See map_gravity.hpp.
-  bool forget_imu(const ImuRetraction& retraction) { return ygslam::forget_imu(map_, retraction); }
+  bool forget_imu(const ImuRetraction& retraction);
   /// A submap's place was found: Map::join() after the patch that moves it there.
   void join(KeyframeId root, KeyframeId parent, const MapPatch& patch);
   /// Fuses what keyframes see with what those at a place see that they were found at.
@@ -79,6 +79,7 @@ class Mapper {
   Map map_;
   KeyframeId newest_ = kNoKeyframe;
   std::deque<KeyframeId> foci_;  // of the views so far, newest last: where the camera is
+  GravityOfGrowingMap gravity_;
   std::vector<LandmarkId> recent_landmarks_;
   std::uint32_t deformations_ = 0;
 };

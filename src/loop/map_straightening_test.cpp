@@ -80,6 +80,15 @@ TEST(MapStraightening, TheBiasIsFoundThoughTheMapJumps) {
   EXPECT_LT((*found - kBias).norm(), 1e-4);
 }
 
+TEST(MapStraightening, GivenUpItChangesNothing) {
+  Walked walked(jump(0.08));
+  walked.measure(kBias);
+  std::atomic<bool> abort{true};
+  EXPECT_FALSE(straightened(walked.map, kMinShared, 0, &abort));
+  abort.store(false);
+  EXPECT_TRUE(straightened(walked.map, kMinShared, 0, &abort));
+}
+
 TEST(MapStraightening, AMapThatIsRightStaysSo) {
   Walked walked(jump(0));
   walked.measure(kBias);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -26,8 +27,8 @@ class AdjustmentThread {
   [[nodiscard]] bool is_pending();
   /// The result, once. Throws what the job ended with, if it was an exception.
   [[nodiscard]] std::optional<MapPatch> take_result();
-  /// Waits for the job.
-  void finish();
+  /// Waits for the job. @param abort set by another thread or a signal to give it up; may be null.
+  void finish(const std::atomic<bool>* abort = nullptr);
 
  private:
   const Camera& camera_;
@@ -36,6 +37,7 @@ class AdjustmentThread {
   std::mutex mutex_;
   std::optional<MapPatch> result_;  // under the mutex
   bool pending_ = false;            // the same
+  std::future<void> ended_;
   std::unique_ptr<WorkerThread> thread_;
 };
 

@@ -43,6 +43,16 @@ TEST(AdjustmentThread, ANewJobReplacesTheOld) {
   EXPECT_FALSE(thread.is_pending());
 }
 
+TEST(AdjustmentThread, WhoWaitsForAJobMayHaveItGivenUp) {
+  map_test::World world(2000, 34);
+  const Map map = map_test::true_map(world, 40, {.noise_px = 0.5}).map;
+  AdjustmentThread thread(world.camera(), {});
+  thread.start(make_full_adjustment(map, {}));
+  const std::atomic<bool> abort{true};
+  thread.finish(&abort);
+  EXPECT_FALSE(thread.take_result());
+}
+
 TEST(AdjustmentThread, AJobThatFailsSaysSoWhenItsResultIsAskedFor) {
   map_test::World world(300, 33);
   FullAdjustment job = make_full_adjustment(map_test::true_map(world, 3).map, {});

@@ -52,11 +52,11 @@ void MapThread::inspect(const std::function<void(const MappingStage&)>& look) {
   }
 }
 
-void MapThread::join() {
+void MapThread::join(const std::atomic<bool>* abort) {
   queue_.close();
   thread_.join();
   thread_.rethrow();
-  adjustment_.finish();
+  adjustment_.finish(abort);
   take_adjustment();
 }
 

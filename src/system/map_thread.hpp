@@ -45,8 +45,9 @@ class MapThread {
 
   /// Throws what the thread ended with, if it was an exception.
   void rethrow() const { thread_.rethrow(); }
-  /// Works off what has come and ends the thread.
-  void join();
+  /// Works off what has come and ends the thread. @param abort set to give up an adjustment of the
+  /// whole map; may be null.
+  void join(const std::atomic<bool>* abort);
   /// After join().
   [[nodiscard]] MappingStage& stage() { return stage_; }
   /// After join(), with the stage's last changes.
@@ -71,8 +72,8 @@ class MapThread {
   void take(const SegmentationPtr& masks);
   void take(const MapPatch& patch);
   void take(const ShutterReport& report);
-  void take(const PixelMaskPtr& ego_mask);
   void take(const ImuRetraction& retraction);
+  void take(const PixelMaskPtr& ego_mask);
   void take(KeyframeId focus);
   void take(const PlaceRequest& request);
   void take(Inspection& inspection);

@@ -84,7 +84,8 @@ class MappingStage {
   bool apply(const Segmentation& masks);
   /// End of the run: keyframes whose mask never came enter the dense map with their point labels
   /// alone, frames that are none do not.
-  void finish();
+  /// @param abort set to leave the map as it is, unstraightened; may be null.
+  void finish(const std::atomic<bool>* abort);
 
   [[nodiscard]] LocalViewPtr view() const { return mapper_.view(); }
   [[nodiscard]] const Map& map() const { return mapper_.map(); }

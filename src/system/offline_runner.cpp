@@ -81,7 +81,7 @@ class OfflineRunner final : public Runner {
     map_changed_ = view_changed_ = map_corrected_ = finished_ = false;
   }
 
-  const SlamOutcome& finish() override {
+  const SlamOutcome& finish_unless(const std::atomic<bool>* abort) override {
     if (std::exchange(finished_, true)) return log_.outcome();
     inertial_.finish();
     for (const Pending& p : pending_) mapping_->apply(*p.masks);
@@ -90,7 +90,7 @@ class OfflineRunner final : public Runner {
     segmenter_.reset();
     tracker_.reset();
     give_back_free_memory();
-    mapping_->finish();
+    mapping_->finish(abort);
     dense_->apply(mapping_->take_dense_update());
     dense_->finish();
     log_.finish(mapping_->map(), camera_);

@@ -70,6 +70,18 @@ TEST_F(MapGravity, WhatAnImuTakesBackIsForgotten) {
   }
 }
 
+TEST_F(MapGravity, AnotherRunThatGoesOnWithTheMapHasAnotherImu) {
+  feel(1, kDown, 0.001);
+  auto data = std::make_shared<KeyframeData>(*map.keyframe(KeyframeId{2}).data);
+  data->turn.emplace();
+  map.set_data(KeyframeId{2}, data);
+  map.set_motion(KeyframeId{3}, {KeyframeId{2}, SE3(), Mat6::Identity()});
+  map.forget_frames();
+  EXPECT_TRUE(measured_gravity(map).empty());
+  EXPECT_FALSE(map.keyframe(KeyframeId{2}).data->turn) << "its series are numbered anew";
+  EXPECT_FALSE(map.keyframe(KeyframeId{3}).motion);
+}
+
 // A submap leans as it likes until it is joined.
 TEST_F(MapGravity, EachSubmapHasItsOwn) {
   feel(1, kDown, 0.001);

@@ -93,6 +93,23 @@ TEST_F(InertialStageTest, WhatAWrongImuSaidSinceItsStartIsTakenBack) {
   EXPECT_GT(retracted_since_s_[1], healed_s) << "what came before was taken back";
 }
 
+TEST_F(InertialStageTest, AnotherRunBeginsAnewThoughItsTimeIsEarlier) {
+  run(3, TrackState::kTracking);
+  EXPECT_TRUE(is_predicted());
+  std::map<std::string, int> told;
+  const log::ScopedSink sink(std::make_shared<const log::Sink>(
+      [&](log::Level, const std::string& line) { ++told[line.substr(0, 24)]; }));
+  stage_.reset();
+  now_s_ = 1;
+  next_sample_s_ = 0.9;
+  run(0.5, TrackState::kTracking);
+  EXPECT_FALSE(is_predicted());
+  run(1.5, TrackState::kTracking);
+  EXPECT_TRUE(is_predicted());
+  EXPECT_EQ(told, (std::map<std::string, int>{{"IMU: gravity and biases ", 1}}));
+  EXPECT_TRUE(retracted_since_s_.empty());
+}
+
 TEST_F(InertialStageTest, WhatAnImuSaidBeforeItStoppedStands) {
   run(3, TrackState::kTracking);
   now_s_ += 1;

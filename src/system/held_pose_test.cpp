@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "geometry/smooth_turns.hpp"
 #include "simulation/sequence/inertial_files.hpp"
 #include "system/testing/rendered_recording.hpp"
 
@@ -12,8 +13,6 @@ namespace ygslam::system_test {
 namespace {
 
 constexpr double kSeconds = 8;
-// As TurnFilter has them.
-constexpr double kLasting = 5, kLeastStd_rad = 1e-4;
 
 /// Turned by 60 degrees a second, blurred over half of a frame's time (bench/turns.py, `fast`).
 sim::WorldConfig fast_world() {
@@ -148,8 +147,8 @@ TEST_F(FastTurns, WhatIsToldStaysWithinWhatThePointsAllowFor) {
     const Vec6 off = (with_->T_world_points[i]->inverse() * result.T_world_camera).log();
     const Vec3 off_rad = off.tail<3>();
     Mat3 seen = result.covariance->bottomRightCorner<3, 3>();
-    seen.diagonal().array() += kLeastStd_rad * kLeastStd_rad;
-    EXPECT_LT(off_rad.dot(seen.ldlt().solve(off_rad)), 1.0001 * kLasting * kLasting)
+    seen.diagonal().array() += kLeastTurnStd_rad * kLeastTurnStd_rad;
+    EXPECT_LT(off_rad.dot(seen.ldlt().solve(off_rad)), 1.0001 * kLastingFactor * kLastingFactor)
         << i;
     const Vec3 goes_along = result.covariance->topRightCorner<3, 3>() * seen.ldlt().solve(off_rad);
     EXPECT_LT((off.head<3>() - goes_along).norm(), 1e-6) << i;

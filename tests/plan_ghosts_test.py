@@ -1,4 +1,4 @@
-"""bench/plan_ghosts.py: plans made up of the truth of a rendered sequence.
+"""bench/plan_ghosts.py and plan_truth.py: plans made up of the truth of a rendered sequence.
 
     python tests/plan_ghosts_test.py
 """
@@ -12,6 +12,7 @@ import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "bench"))
 
 import plan_ghosts as pg  # noqa: E402
+import plan_truth as pt  # noqa: E402
 from ygslam_cli import sequence  # noqa: E402
 
 
@@ -33,8 +34,8 @@ class PlanVerdicts(unittest.TestCase):
 
     def open_place(self):
         """A cell with nothing near."""
-        near = pg.binary_dilation(self.truth.standing() | self.truth.under_people
-                                  | np.isfinite(self.truth.covered).any(0), pg.disc(8))
+        near = pt.binary_dilation(self.truth.standing() | self.truth.under_people
+                                  | np.isfinite(self.truth.covered).any(0), pt.disc(8))
         return tuple(np.argwhere(~near)[0])
 
     def test_the_truth_itself_has_no_fault(self):
@@ -67,9 +68,9 @@ class PlanVerdicts(unittest.TestCase):
         self.assertEqual(self.judge(cells)["ghosts_unseen"], 0)
 
     def test_triangles_are_filled(self):
-        points = pg.surface_points(pathlib.Path(sequence()) / "static.ply")
+        points = pt.surface_points(pathlib.Path(sequence()) / "static.ply")
         self.assertTrue((points[:, 2] >= pg.LOW_M).all() and (points[:, 2] <= pg.HIGH_M).all())
-        inside = pg.binary_erosion(self.truth.fixed_fine, np.ones((5, 5)))
+        inside = pt.binary_erosion(self.truth.fixed_fine, np.ones((5, 5)))
         self.assertGreater(inside.sum(), 200, "table tops are more than their edges")
 
 

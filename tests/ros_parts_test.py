@@ -138,6 +138,7 @@ class Parts(unittest.TestCase):
         tree.add("base", "laser", step)
         np.testing.assert_allclose(tree.transform("base", "camera"), step @ step)
         np.testing.assert_allclose(tree.transform("laser", "camera"), step, atol=1e-12)
+        np.testing.assert_allclose(tree.transform("/base", "/camera"), step @ step, err_msg="as older drivers write it")
         self.assertIsNone(tree.transform("base", "elsewhere"))
         tree.add("camera", "base", step)  # a ring ends
         self.assertIsNone(tree.transform("base", "elsewhere"))

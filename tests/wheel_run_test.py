@@ -7,12 +7,49 @@ import shutil
 import tempfile
 import unittest
 
+import mcap.writer
 import numpy as np
+from mcap.reader import make_reader
 
+from bags import STORE
 from ygslam_cli import CliTest, ygslam
 
 RENDER = ("--seconds", 9, "--fps", 20, "--size", "320x240", "--wheels", "--quiet",
           "--fault", "both:black@6s+2s", "--fault", "depth:empty@6s+2s")
+
+
+def on_tf(bag, out, placed):
+    """With the wheels' poses on /tf in place of their own topic. @param placed False: nothing on /tf_static."""
+    types = STORE.types
+    with bag.open("rb") as source, out.open("wb") as target:
+        writer = mcap.writer.Writer(target, use_chunking=False)
+        writer.start("ros2")
+        schemas, channels = {}, {}
+
+        def say(topic, schema, time_ns, data):
+            if topic not in channels:
+                if schema.name not in schemas:
+                    schemas[schema.name] = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[topic] = writer.register_channel(topic, "cdr", schemas[schema.name])
+            writer.add_message(channels[topic], time_ns, data, time_ns)
+
+        reader = make_reader(source)
+        (transforms,) = (s for s in reader.get_summary().schemas.values() if s.name == "tf2_msgs/msg/TFMessage")
+        for schema, channel, message in reader.iter_messages():
+            if channel.topic == "/tf_static" and not placed:
+                continue
+            if channel.topic != "/wheel_odometry":
+                say(channel.topic, schema, message.log_time, message.data)
+                continue
+            said = STORE.deserialize_cdr(message.data, schema.name)
+            at, turn = said.pose.pose.position, said.pose.pose.orientation
+            moved = types["geometry_msgs/msg/TransformStamped"](
+                said.header, said.child_frame_id, types["geometry_msgs/msg/Transform"](
+                    types["geometry_msgs/msg/Vector3"](at.x, at.y, at.z), turn))
+            say("/tf", transforms, message.log_time,
+                bytes(STORE.serialize_cdr(types["tf2_msgs/msg/TFMessage"]([moved]), transforms.name)))
+        writer.finish()
+    return out
 
 
 class WheelRuns(CliTest):
@@ -110,6 +147,22 @@ class WheelRuns(CliTest):
         self.assertEqual(self.run_on_stream(self.bag, "--odometry", "none")[1]["coasting"], 0)
         done, _, _ = self.run_on_stream(self.bag, *topic, "--odometry-calibration", self.folder / "missing.yaml")
         self.assertEqual(done.returncode, 3)
+
+    def test_a_frame_of_tf_is_placed_as_a_topic_is(self):
+        bag = on_tf(self.bag, self.folder / "tf.mcap", True)
+        placeless = on_tf(self.bag, self.folder / "placeless.mcap", False)
+        for run in (self.run_on, self.run_on_stream):
+            for options in (("--odometry", "/tf:base_link"), ("--odometry", "/tf:base_link", "--odometry-calibration", "tf")):
+                done, metrics, _ = run(bag, *options)
+                self.assertGreaterEqual(metrics.get("coasting", 0), 40, done.stderr)
+                self.assertIn("the camera placed by /tf_static", done.stderr)
+            done, _, _ = run(placeless, *options)
+            self.assertEqual(done.returncode, 3)
+            self.assertIn("--odometry-calibration tf: of the frames 'base_link' and 'camera", done.stderr)
+            self.assertEqual(done.stderr.count("error:"), 1, done.stderr)
+            done, _, _ = run(bag, "--odometry", "/tf:nobody", "--odometry-calibration", "tf")
+            self.assertEqual(done.returncode, 4)
+            self.assertIn("no poses under --odometry /tf:nobody", done.stderr)
 
     def run_on_stream(self, bag, *options):
         with bag.open("rb") as stream:

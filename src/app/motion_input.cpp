@@ -131,17 +131,23 @@ Error takes_none() {
           fmt::format("{} none: takes no {}", Kind::kOption, Kind::kPlaceOption)};
 }
 
+/// @return null where it is not listed.
+const MotionTopic* told_of(const std::string& name, const std::vector<MotionTopic>& topics) {
+  const auto found = std::ranges::find(topics, name, &MotionTopic::name);
+  return found == topics.end() ? nullptr : &*found;
+}
+
 /// Where it is: by the file that the options name, else as /tf_static of the recording says.
 template <typename Kind>
 Result<typename Kind::Place> place_of_topic(const Kind& kind, const std::string& topic,
                                             const Sequence& sequence) {
   const std::string& given = kind.calibration();
   if (!given.empty() && given != kFromTf) return Kind::read_place(given);
-  const auto& topics = Kind::topics(sequence);
-  const auto found = std::ranges::find(topics, topic, &MotionTopic::name);
-  if (found != topics.end() && found->T_frame_camera) return Kind::at(*found->T_frame_camera);
+  const MotionTopic* found = told_of(topic, Kind::topics(sequence));
+  if (!found) found = told_of(topic, sequence.moving_frames);
+  if (found && found->T_frame_camera) return Kind::at(*found->T_frame_camera);
   const std::string why =
-      found == topics.end() ? printable(topic) + " tells of no frame of its own" : found->missing;
+      found ? found->missing : printable(topic) + " tells of no frame of its own";
   if (given == kFromTf)
     return no_place<Kind>(ErrorKind::kConfig, fmt::format("{} tf", Kind::kPlaceOption), why);
   return no_place<Kind>(ErrorKind::kUsage, fmt::format("{} {}", Kind::kOption, printable(topic)),
@@ -258,7 +264,7 @@ template <typename Kind>
 WantedMotion::Sensor wanted(const Kind& kind) {
   const bool is_wanted =
       kind.source() != kNotUsed && !(kind.source().empty() && kind.calibration().empty());
-  return {is_wanted, is_by_tf(kind)};
+  return {is_wanted, is_by_tf(kind), kind.source()};
 }
 
 }  // namespace

@@ -66,6 +66,7 @@ class FrameLoop {
     run_.interrupted_by = StopSignal::received();
     run_.stopped = stop_token().stop_requested();
     const SlamOutcome& outcome = finish_runner();
+    run_.interrupted_by = StopSignal::received();
     const Status pictures = writers_.finish();
     if (outcome.statistics.frames == 0 && !run_.interrupted_by && !run_.stopped)
       return Error{ErrorKind::kInput, plan_.options.sequence + ": not one frame could be read" +
@@ -75,9 +76,11 @@ class FrameLoop {
   }
 
  private:
+  /// A signal that ended the frames leaves the map its last adjustments; one that comes now does
+  /// not.
   const SlamOutcome& finish_runner() {
     const trace::Span span("end of the run");
-    return runner().finish();
+    return runner().finish_unless(run_.interrupted_by ? nullptr : &StopSignal::flag());
   }
   Status finish_recording() {
     if (Status finished = recorder_->finish(runner()); !finished.ok()) return finished;

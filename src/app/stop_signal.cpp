@@ -10,12 +10,15 @@ namespace {
 
 // A signal handler can reach nothing but a global of this kind.
 volatile std::sig_atomic_t received_signal = 0;
+std::atomic<bool> is_received{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr std::array kSignals = {SIGHUP, SIGINT, SIGTERM};
 
 void handle(int signal) {
   if (received_signal) _exit(128 + signal);
   received_signal = signal;
+  is_received.store(true);
 }
 
 /// `nohup` ignores it, and the run goes on when the terminal closes.
@@ -27,7 +30,7 @@ bool is_ignored(int signal) {
 }  // namespace
 
 void StopSignal::watch() {
-  received_signal = 0;
+  forget();
   struct sigaction action {};
   action.sa_handler = handle;
   for (const int signal : kSignals)
@@ -36,6 +39,11 @@ void StopSignal::watch() {
 
 int StopSignal::received() { return received_signal; }
 
-void StopSignal::forget() { received_signal = 0; }
+const std::atomic<bool>& StopSignal::flag() { return is_received; }
+
+void StopSignal::forget() {
+  received_signal = 0;
+  is_received.store(false);
+}
 
 }  // namespace ygslam

@@ -1,6 +1,8 @@
 // SIGHUP, SIGINT and SIGTERM end a run in good order; a second one ends the process at once.
 #pragma once
 
+#include <atomic>
+
 namespace ygslam {
 
 class StopSignal {
@@ -10,6 +12,8 @@ class StopSignal {
   static void watch();
   /// @return the signal's number, 0 if none came.
   static int received();
+  /// Set once one came: for computations that can be given up.
+  static const std::atomic<bool>& flag();
   /// What came ended a wait alone, and no work: the command has done all it should.
   static void forget();
 };

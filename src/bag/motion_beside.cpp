@@ -17,13 +17,15 @@ void MotionBeside::add(const BagTopic& topic, const BagMessage& message, std::in
 bool MotionBeside::is_there(const WantedMotion& wanted, const std::vector<BagTopic>& announced,
                             const std::string& camera_frame) const {
   const auto is_known = [&](const WantedMotion::Sensor& sensor, bool (*is_kind)(const BagTopic&)) {
-    const auto has_come = [&](const BagTopic& topic) {
-      if (!is_kind(topic)) return true;
-      return sensor.by_tf ? sensors_.is_placed(topic, frames_, camera_frame)
-                          : sensors_.knows(topic);
+    const auto has_come = [&](const std::string& name) {
+      return sensor.by_tf ? sensors_.is_placed(name, frames_, camera_frame) : sensors_.knows(name);
     };
-    return !sensor.is_wanted ||
-           (std::ranges::any_of(announced, is_kind) && std::ranges::all_of(announced, has_come));
+    if (!sensor.is_wanted) return true;
+    if (is_moving_frame(sensor.name)) return has_come(sensor.name);
+    return std::ranges::any_of(announced, is_kind) &&
+           std::ranges::all_of(announced, [&](const BagTopic& topic) {
+             return !is_kind(topic) || has_come(topic.name);
+           });
   };
   return is_known(wanted.imu, is_imu) && is_known(wanted.wheels, is_odometry);
 }

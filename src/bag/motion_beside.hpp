@@ -15,6 +15,7 @@ namespace ygslam {
 struct WantedMotion {
   struct Sensor {
     bool is_wanted = false, by_tf = false;  ///< /tf_static is to tell where it is
+    std::string name{};                     ///< as chosen; empty: the only one
   };
   Sensor imu, wheels;
 };
@@ -24,7 +25,7 @@ class MotionBeside {
  public:
   void add(const BagTopic& topic, const BagMessage& message, std::int64_t shift_ns);
   /// Of what is wanted there is one topic at least, and each that was announced has said something
-  /// and is placed. Until list().
+  /// and is placed; or the moving frame that is wanted is. Until list().
   [[nodiscard]] bool is_there(const WantedMotion& wanted, const std::vector<BagTopic>& announced,
                               const std::string& camera_frame) const;
   /// What has come by now, as MotionFrames does.

@@ -7,6 +7,8 @@
 namespace ygslam {
 namespace {
 
+constexpr std::size_t kMostMoving = 10'000;
+
 /// Of sensor_msgs/Imu the frame of the sensor, of nav_msgs/Odometry the one that moves.
 struct SensorHead {
   ros::Header header;
@@ -32,9 +34,11 @@ bool is_of_wheels(const MotionTopic& topic) {
 
 bool is_imu(const BagTopic& topic) { return topic.type == "sensor_msgs/Imu"; }
 bool is_odometry(const BagTopic& topic) { return topic.type == "nav_msgs/Odometry"; }
+bool is_moving_frame(const std::string& name) { return name.find(':') != std::string::npos; }
 
 void MotionFrames::take(const BagTopic& topic, const BagMessage& message) {
-  if ((!is_imu(topic) && !is_odometry(topic)) || knows(topic)) return;
+  if (has_transforms(topic)) return take_moving(topic, message);
+  if ((!is_imu(topic) && !is_odometry(topic)) || knows(topic.name)) return;
   SensorHead sensor;
   MovingHead moving;
   if (is_imu(topic) && from_cdr(message.bytes, sensor, topic.layout))
@@ -43,17 +47,29 @@ void MotionFrames::take(const BagTopic& topic, const BagMessage& message) {
     frames_[topic.name] = cut_name(moving.child_frame_id);
 }
 
-bool MotionFrames::is_placed(const BagTopic& topic, const FrameTree& frames,
-                             const std::string& camera_frame) const {
-  return placed(topic, frames, camera_frame).T_frame_camera.has_value();
+/// Named as for_each_pose() names them.
+void MotionFrames::take_moving(const BagTopic& topic, const BagMessage& message) {
+  ros::TfMessage transforms;
+  if (topic.name.ends_with("_static") || !from_cdr(message.bytes, transforms, topic.layout)) return;
+  for (const ros::TransformStamped& transform : transforms.transforms) {
+    if (moving_.size() >= kMostMoving) return;
+    const std::string frame = frame_name(transform.child_frame_id);
+    const std::string name = topic.name + ":" + frame;
+    if (moving_.insert(name).second) frames_[name] = frame;
+  }
 }
 
-MotionTopic MotionFrames::placed(const BagTopic& topic, const FrameTree& frames,
+bool MotionFrames::is_placed(const std::string& name, const FrameTree& frames,
+                             const std::string& camera_frame) const {
+  return placed(name, frames, camera_frame).T_frame_camera.has_value();
+}
+
+MotionTopic MotionFrames::placed(const std::string& name, const FrameTree& frames,
                                  const std::string& camera_frame) const {
-  MotionTopic found{topic.name};
-  const auto frame = frames_.find(topic.name);
+  MotionTopic found{name};
+  const auto frame = frames_.find(name);
   if (frame == frames_.end() || frame->second.empty() || camera_frame.empty()) {
-    found.missing = "no message of " + printable(topic.name) + " or of the images names a frame";
+    found.missing = "no message of " + printable(name) + " or of the images names a frame";
     return found;
   }
   const auto T_frame_camera =
@@ -73,8 +89,10 @@ void MotionFrames::list(const std::vector<BagTopic>& topics, const FrameTree& fr
     if (!is_imu(topic) && !is_odometry(topic)) continue;
     auto& listed = is_imu(topic) ? sequence.imu_topics : sequence.odometry_topics;
     if (std::ranges::find(listed, topic.name, &MotionTopic::name) == listed.end())
-      listed.push_back(placed(topic, frames, camera_frame));
+      listed.push_back(placed(topic.name, frames, camera_frame));
   }
+  for (const std::string& name : moving_)
+    sequence.moving_frames.push_back(placed(name, frames, camera_frame));
   std::ranges::stable_partition(sequence.odometry_topics, is_of_wheels);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,25 +15,30 @@ namespace ygslam {
 [[nodiscard]] bool is_imu(const BagTopic& topic);
 [[nodiscard]] bool is_odometry(const BagTopic& topic);
 
-/// The frames of their sensors, message by message.
+/// A frame of a topic with transforms, "/tf:child", and no topic.
+[[nodiscard]] bool is_moving_frame(const std::string& name);
+
+/// The frames of their sensors, message by message, and those that /tf moves.
 class MotionFrames {
  public:
   void take(const BagTopic& topic, const BagMessage& message);
-  /// A message of this topic has come.
-  [[nodiscard]] bool knows(const BagTopic& topic) const { return frames_.contains(topic.name); }
+  /// A message of this topic, or of this moving frame, has come.
+  [[nodiscard]] bool knows(const std::string& name) const { return frames_.contains(name); }
   /// Its place is known.
-  [[nodiscard]] bool is_placed(const BagTopic& topic, const FrameTree& frames,
+  [[nodiscard]] bool is_placed(const std::string& name, const FrameTree& frames,
                                const std::string& camera_frame) const;
-  /// Fills in imu_topics and odometry_topics. Odometry may be anybody's, the truth, too: those that
-  /// are named after wheels come first.
+  /// Fills in imu_topics, odometry_topics and moving_frames. Odometry may be anybody's, the truth,
+  /// too: those that are named after wheels come first.
   /// @param topics of the recording. @param camera_frame of the colour images.
   void list(const std::vector<BagTopic>& topics, const FrameTree& frames,
             const std::string& camera_frame, Sequence& sequence) const;
 
  private:
-  [[nodiscard]] MotionTopic placed(const BagTopic& topic, const FrameTree& frames,
+  void take_moving(const BagTopic& topic, const BagMessage& message);
+  [[nodiscard]] MotionTopic placed(const std::string& name, const FrameTree& frames,
                                    const std::string& camera_frame) const;
-  std::map<std::string, std::string> frames_;  // by topic
+  std::map<std::string, std::string> frames_;  // by name
+  std::set<std::string> moving_;               // names of those of /tf
 };
 
 }  // namespace ygslam

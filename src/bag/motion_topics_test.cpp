@@ -66,6 +66,33 @@ TEST_F(MotionTopicsTest, WithoutATransformTheFramesAreNamed) {
             "/tf_static");
 }
 
+// Odometry on /tf alone, as a robot has it that publishes no nav_msgs/Odometry.
+TEST_F(MotionTopicsTest, FramesThatTfMovesAreListedWithTheirPlaces) {
+  const BagTopic tf{"/tf", "tf2_msgs/TFMessage", Layout::kCdr};
+  ros::TransformStamped base, person;
+  base.header.frame_id = "odom";
+  base.child_frame_id = "/base";
+  person.header.frame_id = "map";
+  person.child_frame_id = "person";
+  const Bytes bytes = to_cdr(ros::TfMessage{{base, person}});
+  for (int i = 0; i < 2; ++i) {
+    say(tf, bytes);
+    tree_.take(tf, bytes);
+  }
+  EXPECT_TRUE(sensors_.knows("/tf:base"));
+  EXPECT_FALSE(sensors_.is_placed("/tf:base", tree_, "camera"));
+  place("base", "camera", 0.5);
+  EXPECT_TRUE(sensors_.is_placed("/tf:base", tree_, "camera"));
+  say(kTree, to_cdr(ros::TfMessage{{base}}));
+  const Sequence sequence = listed();
+  ASSERT_EQ(sequence.moving_frames.size(), 2U);
+  EXPECT_EQ(sequence.moving_frames[0].name, "/tf:base");
+  ASSERT_TRUE(sequence.moving_frames[0].T_frame_camera);
+  EXPECT_EQ(sequence.moving_frames[0].T_frame_camera->t().x(), 0.5);
+  EXPECT_EQ(sequence.moving_frames[1].missing,
+            "of the frames 'person' and 'camera' there is no transform between them on /tf_static");
+}
+
 TEST_F(MotionTopicsTest, FramesWithoutNamesAreNotOne) {
   say_imu("");
   EXPECT_FALSE(listed("").imu_topics[0].T_frame_camera);

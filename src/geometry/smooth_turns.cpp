@@ -7,10 +7,6 @@
 namespace ygslam {
 namespace {
 
-// What a pose errs by lasts for some frames: as white noise of each it counts so many times as
-// much. 3 to 8 do alike (bench/turns.py).
-constexpr double kLastingFactor = 5;
-constexpr double kLeastTurnStd_rad = 1e-4;
 // Farther apart in one step the camera was put somewhere else.
 constexpr double kMostTurnMiss_rad = 0.05;
 constexpr double kMostPointDistance_m = 10;

@@ -12,6 +12,11 @@
 
 namespace ygslam {
 
+/// What a pose errs by lasts for some frames: as white noise of each it counts so many times as
+/// much. 3 to 8 do alike (bench/turns.py).
+inline constexpr double kLastingFactor = 5;
+inline constexpr double kLeastTurnStd_rad = 1e-4;  ///< no pose's rotation is better
+
 struct TurningPose {
   Timestamp stamp;
   SE3 T_world_camera;

@@ -1,3 +1,5 @@
+#include "inertial/camera_turn.hpp"
+
 #include <cmath>
 
 #include "inertial/inertial_estimator.hpp"
@@ -12,6 +14,12 @@ constexpr double kUnknownOffset_s = 5e-3;  // of a clock of which nothing is kno
 
 }  // namespace
 
+CameraTurn camera_turn(const Preintegration& measured, const ImuBias& bias,
+                       const SE3& T_camera_imu) {
+  return {T_camera_imu.R() * so3_log(measured.corrected(bias).R),
+          std::sqrt(measured.covariance().topLeftCorner<3, 3>().trace() / 3)};
+}
+
 std::optional<CameraTurn> InertialEstimator::turn(Timestamp from, Timestamp to) const {
   if (to <= from || seconds_between(to, from) > kLongestStep_s) return std::nullopt;
   if (samples_.samples().empty()) return std::nullopt;
@@ -20,9 +28,8 @@ std::optional<CameraTurn> InertialEstimator::turn(Timestamp from, Timestamp to) 
   if (unread_s > kMostPeriodsUnread / config_.noise.rate_hz) return std::nullopt;
   const auto measured = samples_.between(from, to, ImuBias{});
   if (!measured || samples_.was_clipped(from, to)) return std::nullopt;
-  if (std::sqrt(measured->covariance().topLeftCorner<3, 3>().trace() / 3) > kMostTurnStd_rad)
-    return std::nullopt;
-  const Vec3 turn_rad = config_.T_camera_imu.R() * so3_log(measured->delta().R);
+  const auto [turn_rad, readings_std_rad] = camera_turn(*measured, {}, config_.T_camera_imu);
+  if (readings_std_rad > kMostTurnStd_rad) return std::nullopt;
   const auto rate_before = samples_.reading(from), rate_after = samples_.reading(to);
   const double by_clock =
       offset_known_ || !rate_before || !rate_after

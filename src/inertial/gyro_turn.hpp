@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "inertial/preintegration.hpp"
+#include "inertial/camera_turn.hpp"
 
 namespace ygslam {
 

@@ -47,5 +47,26 @@ TEST(GyroTurn, WhatDoesNotGoOnIsAnotherSeries) {
   EXPECT_NE(drive.estimator().gyro_turn().series, before.series);
 }
 
+// Readings are missing for longer than can be guessed: what came before says nothing of what comes
+// after, and both are right by themselves.
+TEST(GyroTurn, AGapEndsASeries) {
+  Drive drive({.seed = 8, .distort = [](const ImuSample& s) {
+                 return s.stamp.ns < to_ns(5) || s.stamp.ns > to_ns(5.5);
+               }});
+  std::uint32_t series = 0;
+  for (int part = 0; part < 2; ++part) {
+    drive.run(part == 0 ? 2 : 4);  // to 2 s, and over the gap to 8.5 s
+    const GyroTurn start = drive.estimator().gyro_turn();
+    const Mat3 R_start = drive.true_pose().R();
+    ASSERT_EQ(start.stamp, drive.now()) << part;
+    drive.run(2.5);
+    const GyroTurn end = drive.estimator().gyro_turn();
+    ASSERT_EQ(end.series, start.series) << part;
+    EXPECT_LT(turn_error(start, end, R_start.transpose() * drive.true_pose().R()).norm(), 0.03);
+    EXPECT_TRUE(part == 0 || end.series != series);
+    series = end.series;
+  }
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -67,7 +67,7 @@ SeenPose InertialEstimator::of_imu(const VisualPose& pose) const {
 }
 
 void InertialEstimator::restart(ImuFault fault) {
-  if (fault != ImuFault::kNone) fault_ = fault;
+  if (fault != ImuFault::kNone) note(fault);
   window_.reset();
   start_.clear();
   disagreed_.clear();
@@ -197,7 +197,7 @@ void InertialEstimator::try_start(const SeenFrame& frame) {
     start_.clear();
   if (!start_.empty() && !samples_.between(start_.back().stamp, frame.stamp, {})) {
     start_.clear();
-    if (!samples_.samples().empty() && last_seen_) fault_ = ImuFault::kSilent;
+    if (!samples_.samples().empty() && last_seen_) note(ImuFault::kSilent);
   }
   if (start_.empty() && !samples_.between(frame.stamp, frame.stamp, {})) return;
   start_.push_back(frame);
@@ -215,7 +215,7 @@ void InertialEstimator::try_start(const SeenFrame& frame) {
     remember(frame.stamp, true);
     was_trusted_ = is_trusted();
   } else {
-    fault_ = std::get<ImuFault>(started);
+    note(std::get<ImuFault>(started));
     if (fault_ == ImuFault::kDisagrees) doubt_time_offset();
     start_.erase(start_.begin(), start_.begin() + std::ssize(start_) / 2);
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "inertial/camera_gravity.hpp"
+#include "inertial/camera_turn.hpp"
 #include "inertial/gyro_turn.hpp"
 #include "inertial/imu_buffer.hpp"
 #include "inertial/inertial_start.hpp"
@@ -33,11 +34,6 @@ struct InertialConfig {
   double tilt_walk_rad_sqrts = 2e-4;
   double start_s = 1.0;    ///< of poses that a start needs
   int window_frames = 12;  ///< kept in the smoother
-};
-
-struct CameraTurn {
-  Vec3 turn_rad = Vec3::Zero();  ///< R_before_after = so3_exp(turn_rad), in the camera's axes
-  double std_rad = 0;            ///< about one axis
 };
 
 class InertialEstimator {
@@ -94,6 +90,10 @@ class InertialEstimator {
     bool found_again = false;
   };
   [[nodiscard]] SeenPose of_imu(const VisualPose& pose) const;
+  /// Until it is taken a silence does not hide that the IMU was wrong.
+  void note(ImuFault fault) {
+    if (!is_wrong(fault_)) fault_ = fault;
+  }
   void restart(ImuFault fault);
   void put(const Frame& frame);
   void process_waiting();

@@ -144,6 +144,11 @@ const char* to_string(ImuFault fault) {
   return "?";
 }
 
+bool is_wrong(ImuFault fault) {
+  return fault == ImuFault::kUnits || fault == ImuFault::kGravity ||
+         fault == ImuFault::kDisagrees || fault == ImuFault::kBias;
+}
+
 std::variant<InertialWindow, ImuFault> start_window(std::span<const SeenFrame> frames,
                                                     const Integrate& integrate,
                                                     const StateWalk& walk,

@@ -28,6 +28,8 @@ enum class ImuFault : std::uint8_t {
   kOtherTime,   ///< none is of a frame's time
 };
 [[nodiscard]] const char* to_string(ImuFault fault);
+/// What the IMU said before is wrong as well; else nothing was heard of it, or its time is another.
+[[nodiscard]] bool is_wrong(ImuFault fault);
 
 /// How wrong an IMU may be before anything is known of it.
 struct ImuBounds {

@@ -3,24 +3,22 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "geometry/smooth_turns.hpp"
+
 namespace ygslam {
 namespace {
 
-// What a pose errs by lasts for some frames: as white noise of each it counts so many times as
-// much, as in smooth_turns().
-constexpr double kLastingFactor = 5;
 // Squared, in units of what the points may be off by: where the gyroscope says more than that, its
 // scale is wrong. The points win.
 constexpr double kMostOff = 1;
-constexpr double kLeastStd_rad = 1e-4;
 
 }  // namespace
 
 SE3 TurnFilter::step(const SE3& T_odom_camera, const Mat6& covariance,
                      const std::optional<HeldTurn>& turn) {
   const Mat3& R = T_odom_camera.R();
-  const Mat3 seen =
-      covariance.bottomRightCorner<3, 3>() + kLeastStd_rad * kLeastStd_rad * Mat3::Identity();
+  const Mat3 seen = covariance.bottomRightCorner<3, 3>() +
+                    kLeastTurnStd_rad * kLeastTurnStd_rad * Mat3::Identity();
   const Mat3 by_points = kLastingFactor * kLastingFactor * seen;
   const Eigen::LLT<Mat3> points(by_points);
   if (points.info() != Eigen::Success || !by_points.allFinite()) {

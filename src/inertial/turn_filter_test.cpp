@@ -4,6 +4,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "geometry/smooth_turns.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -29,7 +31,7 @@ TEST(TurnFilter, MovesAPoseAsItsCovarianceSays) {
   const SE3 second(first.R() * so3_exp(turn_rad) * so3_exp(wrong_rad), Vec3(1.01, 2, 3));
   const Vec6 moved = filter.step(second, covariance, HeldTurn{turn_rad, kTurnStd_rad}).log();
 
-  const Mat6 R = 25 * covariance;  // five times the standard deviation
+  const Mat6 R = kLastingFactor * kLastingFactor * covariance;
   Mat3 prior = R.bottomRightCorner<3, 3>();
   prior.diagonal().array() += kTurnStd_rad * kTurnStd_rad;
   const Mat3 innovation = R.bottomRightCorner<3, 3>() + prior;

@@ -88,6 +88,8 @@ struct Sequence {
   std::vector<std::string> notes;     ///< what the input was taken for, the same
   /// Of a bag or stream: sensor_msgs/Imu; nav_msgs/Odometry, the likeliest of wheels first.
   std::vector<MotionTopic> imu_topics, odometry_topics;
+  /// Of what /tf moves, "/tf:child": odometry for who asks for it by this name.
+  std::vector<MotionTopic> moving_frames;
 
   /// Of the depth images as they are stored.
   [[nodiscard]] const CameraConfig& depth_camera() const {

@@ -10,6 +10,7 @@
 #include "core/trace.hpp"
 #include "loop/loop_graph.hpp"
 #include "map/map_gravity.hpp"
+#include "optim/stop_flag.hpp"
 
 namespace ygslam {
 namespace {
@@ -111,7 +112,7 @@ class Straightening {
   Straightening(const Map& map, const Vec3& gyro_bias, int min_shared)
       : map_(map), gyro_bias_(gyro_bias), graph_(make_map_graph(map, min_shared)) {}
 
-  [[nodiscard]] std::optional<MapPatch> patch() {
+  [[nodiscard]] std::optional<MapPatch> patch(const std::atomic<bool>* abort) {
     for (const auto& [id, T_camera_world] : graph_.T_camera_world) {
       node_[id] = static_cast<std::uint32_t>(problem_.T_camera_world.size());
       problem_.T_camera_world.push_back(T_camera_world);
@@ -125,7 +126,8 @@ class Straightening {
       direction.pose = node_.at(id);
       problem_.directions.push_back(direction);
     }
-    const PoseGraphResult solved = optimize_pose_graph(problem_, {});
+    const PoseGraphResult solved = optimize_pose_graph(problem_, {}, abort);
+    if (is_stopped(abort)) return std::nullopt;
     if (!(solved.cost < solved.initial_cost)) return std::nullopt;  // nor a number
     MapPatch patch = map_.start_patch();
     for (const auto& [id, i] : node_)
@@ -196,12 +198,13 @@ std::optional<Vec3> left_gyro_bias(const Map& map) {
   return bias.norm() < kMostBias_radps ? std::optional(bias) : std::nullopt;
 }
 
-std::optional<MapPatch> straightened(const Map& map, int min_shared, double least_extent_m) {
+std::optional<MapPatch> straightened(const Map& map, int min_shared, double least_extent_m,
+                                     const std::atomic<bool>* abort) {
   const trace::Span span("straighten the map");
   if (extent_m(map) < least_extent_m) return std::nullopt;
   const auto gyro_bias = left_gyro_bias(map);
   if (!gyro_bias) return std::nullopt;
-  return Straightening(map, *gyro_bias, min_shared).patch();
+  return Straightening(map, *gyro_bias, min_shared).patch(abort);
 }
 
 }  // namespace ygslam

@@ -3,6 +3,7 @@
 // changes.
 #pragma once
 
+#include <atomic>
 #include <optional>
 
 #include "map/map.hpp"
@@ -21,8 +22,10 @@ inline constexpr double kLargerThanARoom_m = 20;
 /// Keyframes turned as gyroscope and gravity say where they know better than what ties the map
 /// together; ways between neighbours stay.
 /// @param min_shared see make_map_graph(). @return nullopt without an IMU, where no keyframe lies
-/// farther than `least_extent_m` from its submap's first one, and where nothing fits better.
+/// farther than `least_extent_m` from its submap's first one, where nothing fits better, and where
+/// it is given up. @param abort set by another thread or a signal to give up.
 [[nodiscard]] std::optional<MapPatch> straightened(const Map& map, int min_shared,
-                                                   double least_extent_m = kLargerThanARoom_m);
+                                                   double least_extent_m = kLargerThanARoom_m,
+                                                   const std::atomic<bool>* abort = nullptr);
 
 }  // namespace ygslam

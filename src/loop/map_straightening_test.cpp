@@ -29,17 +29,21 @@ struct Walked {
       map.set_pose(nth_keyframe(i), bent.back());
     }
   }
-  /// By a gyroscope of that bias.
-  void measure(const Vec3& bias) {
+  /// By a gyroscope of that bias. @param begins_anew at this keyframe.
+  void measure(const Vec3& bias, int begins_anew = kKeyframes) {
     Rng rng(3);
     Mat3 R_camera_start = Mat3::Identity();
     for (int i = 0; i < kKeyframes; ++i) {
       auto data = std::make_shared<KeyframeData>(*map.keyframe(nth_keyframe(i)).data);
       data->stamp = {to_ns(i)};
-      if (i > 0)
+      if (i == begins_anew) {
+        R_camera_start.setIdentity();
+      } else if (i > 0) {
         R_camera_start = so3_exp(bias + random_normals<3>(rng, 1e-4)) * truth[i].R() *
                          truth[i - 1].R().transpose() * R_camera_start;
-      data->turn = {1, R_camera_start, 1e-8 * i};
+      }
+      const bool is_second = i >= begins_anew;
+      data->turn = {is_second ? 2U : 1U, R_camera_start, 1e-8 * (is_second ? i - begins_anew : i)};
       map.set_data(nth_keyframe(i), data);
     }
   }
@@ -78,6 +82,36 @@ TEST(MapStraightening, TheBiasIsFoundThoughTheMapJumps) {
   const auto found = left_gyro_bias(walked.map);
   ASSERT_TRUE(found);
   EXPECT_LT((*found - kBias).norm(), 1e-4);
+}
+
+TEST(MapStraightening, SeveralSeriesHoldTheMapEachByItself) {
+  Walked walked(jump(0.08));
+  walked.measure(kBias, 25);
+  const auto found = left_gyro_bias(walked.map);
+  ASSERT_TRUE(found);
+  EXPECT_LT((*found - kBias).norm(), 1e-4);
+  const double before_m = walked.worst_m();
+  const auto patch = straightened(walked.map, kMinShared, 0);
+  ASSERT_TRUE(patch);
+  walked.map.apply(*patch);
+  EXPECT_LT(walked.worst_m(), 0.2 * before_m);
+}
+
+TEST(MapStraightening, BetweenTwoSeriesNobodyKnowsTheTurn) {
+  Walked walked(jump(0.08));
+  walked.measure(kBias, 15);
+  const double before_m = walked.worst_m();
+  if (const auto patch = straightened(walked.map, kMinShared, 0)) walked.map.apply(*patch);
+  EXPECT_NEAR(walked.worst_m(), before_m, 0.05 * before_m);
+}
+
+TEST(MapStraightening, GivenUpItChangesNothing) {
+  Walked walked(jump(0.08));
+  walked.measure(kBias);
+  std::atomic<bool> abort{true};
+  EXPECT_FALSE(straightened(walked.map, kMinShared, 0, &abort));
+  abort.store(false);
+  EXPECT_TRUE(straightened(walked.map, kMinShared, 0, &abort));
 }
 
 TEST(MapStraightening, AMapThatIsRightStaysSo) {

@@ -89,7 +89,10 @@ void Map::forget_frames() {
     if (keyframe.data->frame == kNoFrame) continue;
     auto data = std::make_shared<KeyframeData>(*keyframe.data);
     data->frame = kNoFrame;
+    data->gravity.reset();
+    data->turn.reset();
     keyframe.data = std::move(data);
+    keyframe.motion.reset();
   }
 }
 

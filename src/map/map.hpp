@@ -76,7 +76,8 @@ class Map {
   /// The keyframe made of a frame of this run, kept or removed; kNoKeyframe if there is none.
   /// A map that was loaded knows no frames.
   [[nodiscard]] KeyframeId keyframe_of(FrameId frame) const;
-  /// Another run goes on with the map: its frames are not those that keyframes were made of.
+  /// Another run goes on with the map: its frames are not those that keyframes were made of, nor is
+  /// its IMU that which told of them. As a map that was loaded.
   void forget_frames();
   /// Ascending id.
   [[nodiscard]] const std::deque<RemovedKeyframe>& removed_keyframes() const {

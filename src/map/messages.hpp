@@ -16,6 +16,11 @@ struct KeyframeRelativePose {
   SE3 T_camera_reference;
 };
 
+/// All that an IMU said of frames from there on turned out to be wrong.
+struct ImuRetraction {
+  Timestamp since;
+};
+
 /// A frame that the tracker would have as a keyframe; the mapper numbers it.
 struct KeyframeCandidate {
   FramePtr frame;

@@ -4,8 +4,6 @@
 #include <map>
 #include <span>
 
-#include "map/map_gravity.hpp"
-
 namespace ygslam {
 namespace {
 
@@ -43,8 +41,9 @@ void add_starts_of_motions(const Map& map, std::size_t free_count,
 }
 
 /// Poses, points and observations of the window's keyframes, of which the first are free.
+/// @param gravity of these.
 void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_count,
-                   BundleWindow& window) {
+                   const std::map<KeyframeId, MeasuredDirection>& gravity, BundleWindow& window) {
   const SE3 T_world_local = window.T_local_world.inverse();
   std::map<KeyframeId, std::uint32_t> pose_of;
   for (std::uint32_t i = 0; i < window.keyframes.size(); ++i) {
@@ -65,12 +64,10 @@ void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_co
     window.problem.motions.push_back(
         {from->second, to, motion->T_keyframe_from, motion->covariance.inverse()});
   }
-  for (const auto& [id, gravity] : measured_gravity(map)) {
-    const auto pose = pose_of.find(id);
-    if (pose == pose_of.end() || poses[pose->second].fixed) continue;
-    MeasuredDirection direction = gravity;
-    direction.pose = pose->second;
-    direction.direction_world = window.T_local_world.R() * gravity.direction_world;
+  for (auto [id, direction] : gravity) {
+    direction.pose = pose_of.at(id);
+    if (poses[direction.pose].fixed) continue;
+    direction.direction_world = window.T_local_world.R() * direction.direction_world;
     window.problem.directions.push_back(direction);
   }
   for (std::uint32_t i = 0; i < window.landmarks.size(); ++i) {
@@ -92,7 +89,7 @@ void state_problem(const Map& map, const NoiseConfig& noise, std::size_t free_co
 }  // namespace
 
 BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseConfig& noise,
-                                const BundleWindowConfig& config) {
+                                const BundleWindowConfig& config, GravityOfGrowingMap& gravity) {
   BundleWindow window;
   window.T_local_world = map.keyframe(newest).T_camera_world;
   window.keyframes =
@@ -105,7 +102,8 @@ BundleWindow make_bundle_window(const Map& map, KeyframeId newest, const NoiseCo
     window.keyframes.push_back(id);
   }
   add_starts_of_motions(map, free_count, window.keyframes);
-  state_problem(map, noise, free_count, window);
+  const std::span<const KeyframeId> adjusted = std::span(window.keyframes).first(free_count);
+  state_problem(map, noise, free_count, gravity.of(map, adjusted), window);
   return window;
 }
 
@@ -117,7 +115,7 @@ BundleWindow make_whole_window(const Map& map, const NoiseConfig& noise) {
     if (landmark.observations.size() > 1) window.landmarks.push_back(landmark.id);
   });
   std::sort(window.landmarks.begin(), window.landmarks.end());
-  state_problem(map, noise, window.keyframes.size(), window);
+  state_problem(map, noise, window.keyframes.size(), measured_gravity(map), window);
   return window;
 }
 

@@ -5,6 +5,7 @@
 
 #include "geometry/camera.hpp"
 #include "map/map.hpp"
+#include "map/map_gravity.hpp"
 #include "map/observation_noise.hpp"
 #include "optim/local_bundle.hpp"
 
@@ -24,9 +25,18 @@ struct BundleWindow {
   std::vector<LandmarkId> landmarks;  ///< of problem.points_world
 };
 
+/// @param gravity what is known of it from earlier windows.
 [[nodiscard]] BundleWindow make_bundle_window(const Map& map, KeyframeId newest,
                                               const NoiseConfig& noise,
-                                              const BundleWindowConfig& config);
+                                              const BundleWindowConfig& config,
+                                              GravityOfGrowingMap& gravity);
+/// The only one.
+[[nodiscard]] inline BundleWindow make_bundle_window(const Map& map, KeyframeId newest,
+                                                     const NoiseConfig& noise,
+                                                     const BundleWindowConfig& config) {
+  GravityOfGrowingMap gravity;
+  return make_bundle_window(map, newest, noise, config, gravity);
+}
 
 /// Everything: keyframes without a parent hold the gauge, landmarks seen once say nothing.
 /// @param map not empty.

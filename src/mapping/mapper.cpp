@@ -111,7 +111,8 @@ std::vector<KeyframeId> Mapper::refine(const std::atomic<bool>* abort) {
   }
   if (config_.local_bundle && map_.keyframes().size() > 1 && !(abort && abort->load())) {
     const trace::Span span("bundle adjustment");
-    const BundleWindow window = make_bundle_window(map_, newest_, config_.noise, config_.window);
+    const BundleWindow window =
+        make_bundle_window(map_, newest_, config_.noise, config_.window, gravity_);
     apply_bundle(map_, window, adjust_bundle(camera_, window.problem, config_.bundle, abort));
   }
   const trace::Span span("cull keyframes");
@@ -120,6 +121,12 @@ std::vector<KeyframeId> Mapper::refine(const std::atomic<bool>* abort) {
 
 void Mapper::correct(const MapPatch& patch) {
   if (map_.apply(patch)) ++deformations_;
+  gravity_.forget();
+}
+
+bool Mapper::forget_imu(const ImuRetraction& retraction) {
+  gravity_.forget();
+  return ygslam::forget_imu(map_, retraction);
 }
 
 void Mapper::fuse_visits(std::span<const KeyframeId> keyframes,

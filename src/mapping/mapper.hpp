@@ -8,6 +8,7 @@
 #include "geometry/camera.hpp"
 #include "map/local_view.hpp"
 #include "map/map.hpp"
+#include "map/map_gravity.hpp"
 #include "map/messages.hpp"
 #include "mapping/bundle_window.hpp"
 #include "mapping/culling.hpp"
@@ -48,6 +49,8 @@ class Mapper {
   bool correct_shutter(double was_s, const ShutterTimes& now) {
     return ygslam::correct_shutter(map_, camera_, was_s, now);
   }
+  /// See map_gravity.hpp.
+  bool forget_imu(const ImuRetraction& retraction);
   /// A submap's place was found: Map::join() after the patch that moves it there.
   void join(KeyframeId root, KeyframeId parent, const MapPatch& patch);
   /// Fuses what keyframes see with what those at a place see that they were found at.
@@ -76,6 +79,7 @@ class Mapper {
   Map map_;
   KeyframeId newest_ = kNoKeyframe;
   std::deque<KeyframeId> foci_;  // of the views so far, newest last: where the camera is
+  GravityOfGrowingMap gravity_;
   std::vector<LandmarkId> recent_landmarks_;
   std::uint32_t deformations_ = 0;
 };

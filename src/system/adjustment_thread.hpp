@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -22,10 +23,12 @@ class AdjustmentThread {
   /// Gives up a job that still runs: its map is no longer the newest.
   void start(FullAdjustment job);
   void give_up();
+  /// A job runs, or its result was not taken yet.
+  [[nodiscard]] bool is_pending();
   /// The result, once. Throws what the job ended with, if it was an exception.
   [[nodiscard]] std::optional<MapPatch> take_result();
-  /// Waits for the job.
-  void finish();
+  /// Waits for the job. @param abort set by another thread or a signal to give it up; may be null.
+  void finish(const std::atomic<bool>* abort = nullptr);
 
  private:
   const Camera& camera_;
@@ -33,6 +36,8 @@ class AdjustmentThread {
   std::atomic<bool> abort_{false};
   std::mutex mutex_;
   std::optional<MapPatch> result_;  // under the mutex
+  bool pending_ = false;            // the same
+  std::future<void> ended_;
   std::unique_ptr<WorkerThread> thread_;
 };
 

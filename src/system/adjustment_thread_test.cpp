@@ -14,12 +14,15 @@ TEST(AdjustmentThread, GivesItsResultOnce) {
   const Map map = map_test::true_map(world, 6, {.noise_px = 0.5}).map;
   AdjustmentThread thread(world.camera(), {});
   EXPECT_FALSE(thread.take_result());
+  EXPECT_FALSE(thread.is_pending());
   thread.start(make_full_adjustment(map, {}));
   thread.finish();
+  EXPECT_TRUE(thread.is_pending());
   const auto patch = thread.take_result();
   ASSERT_TRUE(patch);
   EXPECT_EQ(patch->poses.size(), 6U);
   EXPECT_FALSE(thread.take_result());
+  EXPECT_FALSE(thread.is_pending());
 }
 
 TEST(AdjustmentThread, ANewJobReplacesTheOld) {
@@ -34,7 +37,19 @@ TEST(AdjustmentThread, ANewJobReplacesTheOld) {
   ASSERT_TRUE(patch);
   EXPECT_EQ(patch->poses.size(), 4U);
   thread.start(make_full_adjustment(old, {}));
+  EXPECT_TRUE(thread.is_pending());
   thread.give_up();
+  EXPECT_FALSE(thread.take_result());
+  EXPECT_FALSE(thread.is_pending());
+}
+
+TEST(AdjustmentThread, WhoWaitsForAJobMayHaveItGivenUp) {
+  map_test::World world(2000, 34);
+  const Map map = map_test::true_map(world, 40, {.noise_px = 0.5}).map;
+  AdjustmentThread thread(world.camera(), {});
+  thread.start(make_full_adjustment(map, {}));
+  const std::atomic<bool> abort{true};
+  thread.finish(&abort);
   EXPECT_FALSE(thread.take_result());
 }
 

@@ -143,6 +143,33 @@ TEST(Coasting, AnImuThatStopsDoesNotCarryOn) {
   EXPECT_GT(lost_frames(run), 50);
 }
 
+/// Keyframes of the map that an IMU told of gravity or of turns.
+int told_keyframes(const Trial& run) {
+  const Map map = run.map();
+  return static_cast<int>(std::ranges::count_if(map.keyframes(), [](const auto& entry) {
+    return entry.second.data->gravity || entry.second.data->turn;
+  }));
+}
+
+TEST(DroppedImu, WhatItSaidLeavesTheMapWhereItWasWrong) {
+  const Recording recording = painted_recording({.seconds = 6, .fps = 30});
+  const auto told = [&](auto make_runner, const std::vector<ImuSample>& samples) {
+    const Trial run =
+        run_with(make_runner(with_imu(), recording.camera, nullptr, MapUse{}), recording, samples);
+    EXPECT_EQ(lost_frames(run), 0);
+    EXPECT_LT(ate_rmse_m(recording, run.trajectory()), 0.01);
+    return told_keyframes(run);
+  };
+  std::vector<ImuSample> wrong = readings(6), silent = wrong;
+  for (ImuSample& sample : wrong)
+    if (sample.stamp.ns > 1'000'000'000 + to_ns(4)) sample.specific_force_mps2 *= 1.5;
+  std::erase_if(silent, [](const ImuSample& s) { return s.stamp.ns > 1'000'000'000 + to_ns(4); });
+  for (const auto make_runner : {&make_offline_runner, &make_live_runner}) {
+    EXPECT_GE(told(make_runner, silent), 2);
+    EXPECT_EQ(told(make_runner, wrong), 0);
+  }
+}
+
 TEST(Coasting, ResetForgetsWhatTheImuTold) {
   const Recording recording = covered_recording(7);
   const std::vector<ImuSample> samples = readings(7);

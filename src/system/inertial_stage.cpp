@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/counted.hpp"
-#include "core/log.hpp"
 #include "system/pose_covariance.hpp"
 #include "tracking/inertial_verdict.hpp"
 
@@ -22,9 +20,6 @@ struct CorrelatedError {
 // half a second apart.
 constexpr CorrelatedError kPerFrame{0.004, 0.0115, 3};
 constexpr CorrelatedError kPerHalfSecond{0.002, 0.003};
-/// What a bias is off by adds up over as many frames as the filter remembers: as noise of each it
-/// counts so many times as much.
-constexpr double kBiasMemory = 7;
 /// Of the direction of gravity, which the same seconds of readings tell for neighbouring keyframes.
 constexpr double kGravityMemory_s = 1.5;
 
@@ -64,33 +59,18 @@ void InertialStage::reset() {
   wheels_.reset();
   if (wheel_config_) wheels_.emplace(*wheel_config_);
   if (config_) estimator_.emplace(*config_, wheels_ ? &*wheels_ : nullptr);
-  had_pose_ = overrules_ = started_ = wheels_agree_ = imu_was_told_of_ = false;
-  reading_times_.reset();
-  frame_times_.reset();
+  held_.reset();
+  if (config_) held_.emplace(config_->T_camera_imu);
+  report_ = {};
+  had_pose_ = overrules_ = false;
+  believed_since_.reset();
   gravity_told_.reset();
-  posed_.reset();
-  held_.restart();
-  wheels_told_.clear();
-  imu_faults_.clear();
 }
 
 void InertialStage::add(const ImuSample& sample) {
   if (!estimator_) return;
-  if (!reading_times_) reading_times_ = {sample.stamp, sample.stamp};
-  reading_times_->add(sample.stamp);
+  report_.reading(sample.stamp);
   estimator_->add(sample);
-}
-
-void InertialStage::finish() {
-  if (!estimator_ || !frame_times_ || std::exchange(imu_was_told_of_, true)) return;
-  if (!reading_times_) {
-    log::warn("IMU: no reading came: it was not used");
-  } else if (reading_times_->last < frame_times_->first ||
-             frame_times_->last < reading_times_->first) {
-    log::warn("IMU: {}: it was not used", to_string(ImuFault::kOtherTime));
-  } else {
-    log::info("IMU: a second of poses is needed before it is of use, which never came");
-  }
 }
 
 void InertialStage::add(const OdometrySample& sample) {
@@ -109,8 +89,7 @@ std::optional<PosePrediction> InertialStage::predict(Timestamp stamp) const {
 
 std::optional<CameraTurn> InertialStage::take(Timestamp stamp, TrackResult& result) {
   if (!estimator_ && !wheels_) return std::nullopt;
-  if (!frame_times_) frame_times_ = {stamp, stamp};
-  frame_times_->add(stamp);
+  report_.frame(stamp);
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
   const bool found_again = has_pose && !had_pose_;
   had_pose_ = has_pose;
@@ -120,44 +99,14 @@ std::optional<CameraTurn> InertialStage::take(Timestamp stamp, TrackResult& resu
   };
   if (wheels_) {
     hand_over(*wheels_, stamp, pose_with(kPerHalfSecond), found_again);
-    tell_wheels();
+    follow_wheels();
   }
-  if (estimator_) {
-    overrule(stamp, result, found_again);
-    hand_over(*estimator_, stamp, pose_with(kPerFrame), found_again);
-    tell_imu();
-    if (result.candidate) tell_gravity(*result.candidate);
-  }
-  const auto before = posed_;
-  auto turn = turn_to(stamp, result.state);
-  if (estimator_) hold(result, turn, before ? seconds_between(stamp, *before) : 0);
-  return turn;
-}
-
-void InertialStage::hold(TrackResult& result, const std::optional<CameraTurn>& turn,
-                         double step_s) {
-  if (!is_seen(result.state) || !result.covariance || !result.T_odom_camera.is_finite())
-    return held_.restart();
-  std::optional<HeldTurn> held;
-  const auto state = estimator_->state();
-  if (turn && state) {
-    const Mat3 R_camera_imu = config_->T_camera_imu.R();
-    const double bias_std = std::sqrt(
-        state->covariance.block<3, 3>(state_part::kGyroBias, state_part::kGyroBias).trace() / 3);
-    held = {turn->turn_rad - step_s * (R_camera_imu * state->state.bias.gyro_radps),
-            std::hypot(turn->std_rad, kBiasMemory * step_s * bias_std)};
-  }
-  const double factor = result.state == TrackState::kWeak ? kWeakStdFactor : 1;
-  const SE3 T_points_held =
-      held_.step(result.T_odom_camera, factor * factor * *result.covariance, held);
-  result.T_odom_camera = result.T_odom_camera * T_points_held;
-  result.T_world_camera = result.T_world_camera * T_points_held;
-}
-
-std::optional<CameraTurn> InertialStage::turn_to(Timestamp stamp, TrackState state) {
-  if (!ygslam::has_pose(state)) return std::nullopt;
-  const auto before = std::exchange(posed_, stamp);
-  return estimator_ && before ? estimator_->turn(*before, stamp) : std::nullopt;
+  if (!estimator_) return std::nullopt;
+  overrule(stamp, result, found_again);
+  hand_over(*estimator_, stamp, pose_with(kPerFrame), found_again);
+  follow_imu(stamp, result);
+  if (result.candidate) tell_gravity(*result.candidate);
+  return held_->take(stamp, *estimator_, result);
 }
 
 void InertialStage::tell_gravity(KeyframeCandidate& candidate) {
@@ -182,35 +131,21 @@ void InertialStage::overrule(Timestamp stamp, const TrackResult& result, bool fo
   if (predicted && !while_certain(predicted)) estimator_->disagree();
 }
 
-void InertialStage::tell_imu() {
-  const ImuFault fault = estimator_->take_fault();
-  if (fault != ImuFault::kNone) {
-    const std::size_t count = ++imu_faults_[fault];
-    // The IMU is tried anew twice a second: not the second to the ninth time.
-    if (count == 1 || (count >= 10 && is_worth_a_line(count)))
-      log::warn("IMU: {}: it is not used until that has changed{}", to_string(fault),
-                count > 1 ? fmt::format(" ({} times so far)", count) : "");
-    started_ = false;
-    imu_was_told_of_ = true;
+void InertialStage::follow_imu(Timestamp stamp, TrackResult& result) {
+  if (const ImuFault fault = estimator_->take_fault(); fault != ImuFault::kNone) {
+    report_.imu_dropped(fault);
+    if (is_wrong(fault) && believed_since_) result.imu_retraction = {*believed_since_};
+    believed_since_.reset();
   }
-  if (started_ || !estimator_->started()) return;
-  started_ = imu_was_told_of_ = true;
-  const Vec3 up = -estimator_->gravity_odom()->normalized();
-  log::info("IMU: gravity and biases are known; up in odom is {:.3f} {:.3f} {:.3f}", up.x(), up.y(),
-            up.z());
+  if (believed_since_ || !estimator_->started()) return;
+  believed_since_ = stamp;
+  report_.imu_began(*estimator_->gravity_odom());
 }
 
-void InertialStage::tell_wheels() {
-  const WheelFault fault = wheels_->take_fault();
-  if (fault != WheelFault::kNone && wheels_told_.insert(fault).second) {
-    log::warn("wheels: {}: they are not used until that has changed", to_string(fault));
-    wheels_agree_ = false;
-  }
-  if (wheels_agree_ || !wheels_->is_trusted()) return;
-  wheels_agree_ = true;
-  log::info(
-      "wheels: they agree with the camera, their way times {:.4f} and their turn times {:.4f}",
-      1 + wheels_->errors()[0], 1 + wheels_->errors()[1]);
+void InertialStage::follow_wheels() {
+  if (const WheelFault fault = wheels_->take_fault(); fault != WheelFault::kNone)
+    report_.wheels_dropped(fault);
+  if (wheels_->is_trusted()) report_.wheels_agree(*wheels_);
 }
 
 }  // namespace ygslam

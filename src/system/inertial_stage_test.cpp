@@ -33,7 +33,10 @@ class InertialStageTest : public ::testing::Test {
     result.overruled = overruled;
     result.matches = 200;
     result.covariance = 1e-6 * Mat6::Identity();
-    return stage_.take({to_ns(now_s_)}, result);
+    const auto turn = stage_.take({to_ns(now_s_)}, result);
+    if (result.imu_retraction)
+      retracted_since_s_.push_back(1e-9 * static_cast<double>(result.imu_retraction->since.ns));
+    return turn;
   }
   std::optional<CameraTurn> frame(TrackState state, bool overruled = false) {
     now_s_ += kFrame_s;
@@ -48,6 +51,7 @@ class InertialStageTest : public ::testing::Test {
 
   InertialStage stage_{calibration(), std::nullopt};
   inertial_world::NoisyImu imu_{calibration().noise, ImuBias{}, 1};
+  std::vector<double> retracted_since_s_;
   double now_s_ = 0, next_sample_s_ = -0.1;
   double gravity_mps2_ = 9.81;
 };
@@ -71,6 +75,50 @@ TEST_F(InertialStageTest, AnImuWhoseSamplesAreLateIsNotDropped) {
   see(TrackState::kTracking);
   run(0.1, TrackState::kTracking);
   EXPECT_TRUE(is_predicted());
+}
+
+TEST_F(InertialStageTest, WhatAWrongImuSaidSinceItsStartIsTakenBack) {
+  run(3, TrackState::kTracking);
+  gravity_mps2_ = 14;
+  run(3, TrackState::kTracking);
+  ASSERT_EQ(retracted_since_s_.size(), 1U) << "it does not start again";
+  EXPECT_NEAR(retracted_since_s_[0], 1, 0.2) << "a start takes a second";
+  gravity_mps2_ = 9.81;
+  const double healed_s = now_s_;
+  run(3, TrackState::kTracking);
+  EXPECT_TRUE(is_predicted());
+  gravity_mps2_ = 14;
+  run(3, TrackState::kTracking);
+  ASSERT_EQ(retracted_since_s_.size(), 2U);
+  EXPECT_GT(retracted_since_s_[1], healed_s) << "what came before was taken back";
+}
+
+TEST_F(InertialStageTest, AnotherRunBeginsAnewThoughItsTimeIsEarlier) {
+  run(3, TrackState::kTracking);
+  EXPECT_TRUE(is_predicted());
+  std::map<std::string, int> told;
+  const log::ScopedSink sink(std::make_shared<const log::Sink>(
+      [&](log::Level, const std::string& line) { ++told[line.substr(0, 24)]; }));
+  stage_.reset();
+  now_s_ = 1;
+  next_sample_s_ = 0.9;
+  run(0.5, TrackState::kTracking);
+  EXPECT_FALSE(is_predicted());
+  run(1.5, TrackState::kTracking);
+  EXPECT_TRUE(is_predicted());
+  EXPECT_EQ(told, (std::map<std::string, int>{{"IMU: gravity and biases ", 1}}));
+  EXPECT_TRUE(retracted_since_s_.empty());
+}
+
+TEST_F(InertialStageTest, WhatAnImuSaidBeforeItStoppedStands) {
+  run(3, TrackState::kTracking);
+  now_s_ += 1;
+  next_sample_s_ = now_s_;  // a gap
+  for (int i = 0; i < 10; ++i) frame(TrackState::kTracking);
+  EXPECT_FALSE(is_predicted()) << "it was dropped";
+  gravity_mps2_ = 14;
+  run(3, TrackState::kTracking);
+  EXPECT_TRUE(retracted_since_s_.empty()) << "wrong, it did not start again";
 }
 
 TEST_F(InertialStageTest, TellsHowTheCameraTurnedSinceTheFrameBefore) {

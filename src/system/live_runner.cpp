@@ -109,7 +109,7 @@ class LiveRunner final : public Runner {
     start();
   }
 
-  const SlamOutcome& finish() override {
+  const SlamOutcome& finish_unless(const std::atomic<bool>* abort) override {
     if (std::exchange(finished_, true)) return log_.outcome();
     inertial_.finish();
     const ScopedTimer timer;
@@ -120,7 +120,7 @@ class LiveRunner final : public Runner {
       if (!masks) break;
       hand_to_mapper(*masks);
     }
-    map_->join();
+    map_->join(abort);
     if (answers) segment_waiting(time_left_s);
     RunStatistics& statistics = log_.statistics();
     if (segmenter_) {
@@ -131,7 +131,7 @@ class LiveRunner final : public Runner {
     if (answers) segmenter_.reset();
     tracker_.reset();
     give_back_free_memory();
-    map_->stage().finish();
+    map_->stage().finish(abort);
     map_->finish_dense();
     statistics.map = map_->times();
     statistics.dense_skipped += map_->stage().dense_skipped();

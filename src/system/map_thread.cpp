@@ -52,11 +52,11 @@ void MapThread::inspect(const std::function<void(const MappingStage&)>& look) {
   }
 }
 
-void MapThread::join() {
+void MapThread::join(const std::atomic<bool>* abort) {
   queue_.close();
   thread_.join();
   thread_.rethrow();
-  adjustment_.finish();
+  adjustment_.finish(abort);
   take_adjustment();
 }
 
@@ -145,6 +145,12 @@ void MapThread::take(const ShutterReport& report) {
   adjustment_.give_up();  // it goes by the pixels of before
   stage_.correct_shutter(report);
   publish();
+}
+
+void MapThread::take(const ImuRetraction& retraction) {
+  // An adjustment that is on its way goes by what is forgotten.
+  if (stage_.forget_imu(retraction) && adjustment_.is_pending())
+    adjustment_.start(stage_.full_adjustment());
 }
 
 void MapThread::take(const PixelMaskPtr& ego_mask) {

@@ -34,7 +34,8 @@ class MapThread {
   void put(PlaceRequest request);
   /// The dense map does not keep up: it can do without frames that are no keyframes.
   [[nodiscard]] bool is_dense_behind() const { return dense_.is_behind(); }
-  /// A frame, a mask, a patch, a report of the shutter, or a keyframe to make a view around.
+  /// A frame, a mask, a patch, a report of the shutter, what an IMU takes back, or a keyframe to
+  /// make a view around.
   template <typename Other>
   void put(Other message) {
     queue_.push(std::move(message));
@@ -44,8 +45,9 @@ class MapThread {
 
   /// Throws what the thread ended with, if it was an exception.
   void rethrow() const { thread_.rethrow(); }
-  /// Works off what has come and ends the thread.
-  void join();
+  /// Works off what has come and ends the thread. @param abort set to give up an adjustment of the
+  /// whole map; may be null.
+  void join(const std::atomic<bool>* abort);
   /// After join().
   [[nodiscard]] MappingStage& stage() { return stage_; }
   /// After join(), with the stage's last changes.
@@ -59,8 +61,9 @@ class MapThread {
     const std::function<void(const MappingStage&)>* look = nullptr;
     std::promise<void> done;
   };
-  using Message = std::variant<KeyframeMessage, DenseFrameMessage, SegmentationPtr, MapPatch,
-                               ShutterReport, PixelMaskPtr, KeyframeId, PlaceRequest, Inspection>;
+  using Message =
+      std::variant<KeyframeMessage, DenseFrameMessage, SegmentationPtr, MapPatch, ShutterReport,
+                   ImuRetraction, PixelMaskPtr, KeyframeId, PlaceRequest, Inspection>;
   static constexpr std::size_t kQueue = 64;
 
   void loop(const std::stop_token& stop);
@@ -69,6 +72,7 @@ class MapThread {
   void take(const SegmentationPtr& masks);
   void take(const MapPatch& patch);
   void take(const ShutterReport& report);
+  void take(const ImuRetraction& retraction);
   void take(const PixelMaskPtr& ego_mask);
   void take(KeyframeId focus);
   void take(const PlaceRequest& request);

@@ -163,12 +163,13 @@ bool MappingStage::apply(const Segmentation& masks) {
   return changed;
 }
 
-void MappingStage::finish() {
+void MappingStage::finish(const std::atomic<bool>* abort) {
   for (const auto& [frame, waiting] : waiting_) integrate(waiting, nullptr);
   waiting_.clear();
   waiting_frames_.clear();
   if (config_.frozen || closed_loops_ > 0) return;  // loops know better
-  if (const auto patch = straightened(map(), config_.loop.min_shared)) correct(*patch);
+  if (const auto patch = straightened(map(), config_.loop.min_shared, kLargerThanARoom_m, abort))
+    correct(*patch);
 }
 
 void MappingStage::integrate(const Waiting& waiting, const Segmentation* masks) {

@@ -73,6 +73,10 @@ class MappingStage {
   bool forget_pixels(const GreyImage& mask) {
     return !config_.frozen && mapper_.forget_pixels(mask);
   }
+  /// An IMU was wrong. @return true if the map knew something by it.
+  bool forget_imu(const ImuRetraction& retraction) {
+    return !config_.frozen && mapper_.forget_imu(retraction);
+  }
   void look_around(KeyframeId focus) { mapper_.look_around(focus); }
   /// The mask of a keyframe, or of a frame for the dense map, that waits for it; of others it is
   /// ignored.
@@ -80,7 +84,8 @@ class MappingStage {
   bool apply(const Segmentation& masks);
   /// End of the run: keyframes whose mask never came enter the dense map with their point labels
   /// alone, frames that are none do not.
-  void finish();
+  /// @param abort set to leave the map as it is, unstraightened; may be null.
+  void finish(const std::atomic<bool>* abort);
 
   [[nodiscard]] LocalViewPtr view() const { return mapper_.view(); }
   [[nodiscard]] const Map& map() const { return mapper_.map(); }

@@ -81,7 +81,7 @@ class OfflineRunner final : public Runner {
     map_changed_ = view_changed_ = map_corrected_ = finished_ = false;
   }
 
-  const SlamOutcome& finish() override {
+  const SlamOutcome& finish_unless(const std::atomic<bool>* abort) override {
     if (std::exchange(finished_, true)) return log_.outcome();
     inertial_.finish();
     for (const Pending& p : pending_) mapping_->apply(*p.masks);
@@ -90,7 +90,7 @@ class OfflineRunner final : public Runner {
     segmenter_.reset();
     tracker_.reset();
     give_back_free_memory();
-    mapping_->finish();
+    mapping_->finish(abort);
     dense_->apply(mapping_->take_dense_update());
     dense_->finish();
     log_.finish(mapping_->map(), camera_);
@@ -169,6 +169,7 @@ class OfflineRunner final : public Runner {
     mapping_->correct_shutter(report);
     map_changed_ = true;
   }
+  void take(const ImuRetraction& retraction) { mapping_->forget_imu(retraction); }
   void take(const PlaceRequest& request) {
     const auto& [features, static_weight, pose] = request;
     if (!pose) {

@@ -27,6 +27,7 @@ std::optional<FrameMessage> ResultRoute::frame_message(const FramePtr& frame, Tr
 
 std::vector<MapRequest> ResultRoute::requests(const RgbdFrame& frame, const TrackResult& result) {
   std::vector<MapRequest> requests;
+  if (result.imu_retraction) requests.emplace_back(*result.imu_retraction);
   if (result.shutter && result.shutter->taken_over) requests.emplace_back(*result.shutter);
   if (result.ego_mask_grew) requests.emplace_back(result.ego_mask);
   if (asks_for_place(frame, result))

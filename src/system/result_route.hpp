@@ -21,9 +21,10 @@ struct PlaceRequest {
   std::vector<float> static_weight;
   std::optional<KeyframeRelativePose> pose;  ///< in a submap
 };
-/// What tracking asks of the map: other pixels of a rolling shutter, to forget what is not of the
-/// world, a place, a view around a keyframe.
-using MapRequest = std::variant<ShutterReport, PixelMaskPtr, PlaceRequest, KeyframeId>;
+/// What tracking asks of the map: other pixels of a rolling shutter, to forget what an IMU said or
+/// what is not of the world, a place, a view around a keyframe.
+using MapRequest =
+    std::variant<ShutterReport, ImuRetraction, PixelMaskPtr, PlaceRequest, KeyframeId>;
 
 class ResultRoute {
  public:

@@ -1,6 +1,7 @@
 // Two ways to drive the same stages: live (threads) and offline (one fixed schedule).
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -53,7 +54,10 @@ class Runner {
 
   /// No more frames: lets the side stages end. process(), correct() and reset() must not be called
   /// after; everything else may, and finish() again.
-  virtual const SlamOutcome& finish() = 0;
+  const SlamOutcome& finish() { return finish_unless(nullptr); }
+  /// @param abort set by another thread or a signal, whenever: adjustments of the whole map that
+  /// are still to be solved are given up. Null: nobody sets it.
+  virtual const SlamOutcome& finish_unless(const std::atomic<bool>* abort) = 0;
 
   /// Calls `look` with the dense map while nobody changes it.
   virtual void inspect_dense(const std::function<void(DenseMap&)>& look) = 0;

@@ -35,7 +35,8 @@ struct TrackResult {
   /// matched with: what odometry or map have drifted is not in it. None of the first frame, nor
   /// while lost.
   std::optional<Mat6> covariance{};
-  PoseDoubt doubt{};            ///< what is not in it; the runner's
+  PoseDoubt doubt{};                              ///< what is not in it; the runner's
+  std::optional<ImuRetraction> imu_retraction{};  ///< the inertial stage's
   double correction_m = 0;      ///< how far a change of T_world_odom moved the camera in this frame
   KeyframeRelativePose pose{};  ///< follows later corrections of the map
   ReadOut read_out{};           ///< that the features were brought to the middle instant with

@@ -18,7 +18,7 @@ class StaticTree:
 
     def transform(self, target: str, source: str) -> np.ndarray | None:
         """T_target_source; None where no chain of static transforms leads from one to the other."""
-        up_source, up_target = self._to_root(source), self._to_root(target)
+        up_source, up_target = self._to_root(source.lstrip("/")), self._to_root(target.lstrip("/"))
         for frame, T_frame_source in up_source.items():
             if frame in up_target:
                 return inverse(up_target[frame]) @ T_frame_source

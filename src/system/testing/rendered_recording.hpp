@@ -22,18 +22,22 @@ inline sim::SequenceOptions small(double seconds) {
   return options;
 }
 
-/// @param world a name or file, or a world itself.
-template <typename World>
-Recording record(const World& world, const sim::SequenceOptions& options) {
-  auto source = sim::open_world(world, options);
-  CHECK(source.ok(), source.error().message.c_str());
-  Recording recording{source->camera(), {}, {}, {}};
-  while (auto frame = source->next()) {
+inline Recording record_all(sim::SequenceSource& source) {
+  Recording recording{source.camera(), {}, {}, {}};
+  while (auto frame = source.next()) {
     recording.truth.push_back({frame->frame->stamp, frame->T_world_camera});
     recording.frames.push_back(std::move(frame->frame));
     recording.ids.push_back(std::move(frame->ids));
   }
   return recording;
+}
+
+/// @param world a name or file, or a world itself.
+template <typename World>
+Recording record(const World& world, const sim::SequenceOptions& options) {
+  auto source = sim::open_world(world, options);
+  CHECK(source.ok(), source.error().message.c_str());
+  return record_all(*source);
 }
 
 /// record(world, small(seconds)), rendered once in a process: tests of a suite share it.

@@ -35,7 +35,7 @@ void DenseThread::loop(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     if (auto update = next(stop)) {
       work_off(std::move(*update), stop);
-    } else if (queue_.is_closed()) {
+    } else if (queue_.is_drained()) {
       return;
     }
     show_if_due(stop);

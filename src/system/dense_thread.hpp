@@ -29,11 +29,14 @@ class DenseThread {
     return queue_.size() >= kQueue || frames_waiting_.load() >= kMostFrames;
   }
   /// Whether it does not keep up with what it is told.
-  [[nodiscard]] bool is_behind() const { return queue_.size() >= kBehind; }
-  /// Waits only where it is full.
+  [[nodiscard]] bool is_behind() const {
+    return queue_.size() >= kBehind || frames_waiting_.load() >= kManyFrames;
+  }
+  /// Waits only where it is full. After finish() nothing is taken.
   void apply(DenseUpdate update) {
-    frames_waiting_ += update.added.size();
-    queue_.push(std::move(update));
+    const std::size_t frames = update.added.size();
+    frames_waiting_ += frames;
+    if (!queue_.push(std::move(update))) frames_waiting_ -= frames;
   }
   void restore(const std::vector<SavedView>& views);
   /// Calls `look` with the map between two steps.
@@ -57,10 +60,10 @@ class DenseThread {
     std::chrono::steady_clock::time_point next{};
   };
 
-  static constexpr std::size_t kQueue = 64, kBehind = 8, kMostFrames = 64;
+  static constexpr std::size_t kQueue = 64, kBehind = 8, kManyFrames = 16, kMostFrames = 64;
   std::mutex mutex_;
   DenseMap map_;                                // under the mutex
-  std::atomic<std::size_t> frames_waiting_{0};  // in the queue: images not packed yet
+  std::atomic<std::size_t> frames_waiting_{0};  // told of, images not packed yet
   std::array<Look, 2> looks_;                   // the thread's; the more urgent one first
   BoundedQueue<DenseUpdate> queue_{kQueue, Overflow::kBlock, "dense map"};
   WorkerThread thread_;  // last: it uses everything above

@@ -60,6 +60,40 @@ TEST(DenseThread, EndsWhereNobodyWaitsForIt) {
   }
 }
 
+/// All of a walk as one update, as after a time in which the thread had no room.
+DenseUpdate walk_at_once(const Camera& camera, std::uint32_t views) {
+  std::vector<DenseUpdate> updates = walk(camera, views);
+  DenseUpdate all = std::move(updates.back());
+  all.added.clear();
+  for (std::uint32_t i = 0; i + 1 < views; ++i) all.added.push_back(updates[i].added.front());
+  return all;
+}
+
+TEST(DenseThread, IsBehindWithOneUpdateOfManyFrames) {
+  const Camera camera = small_camera();
+  DenseThread thread({}, camera);
+  thread.inspect([&](DenseMap&) {  // it cannot work meanwhile
+    thread.apply(walk_at_once(camera, 5));
+    EXPECT_FALSE(thread.is_behind());
+    thread.apply(walk_at_once(camera, 40));
+    EXPECT_TRUE(thread.is_behind());
+    EXPECT_FALSE(thread.is_full());
+    thread.apply(walk_at_once(camera, 40));
+    EXPECT_TRUE(thread.is_full());
+  });
+  thread.finish();
+  EXPECT_FALSE(thread.is_behind());
+}
+
+TEST(DenseThread, CountsNoFramesThatItDoesNotTake) {
+  const Camera camera = small_camera();
+  DenseThread thread({}, camera);
+  thread.finish();
+  thread.apply(walk_at_once(camera, 80));
+  EXPECT_FALSE(thread.is_full());
+  EXPECT_FALSE(thread.is_behind());
+}
+
 TEST(DenseThread, ShowsTheMapWhileNothingComesAnyMore) {
   const Camera camera = small_camera();
   const auto updates = walk(camera, 6);

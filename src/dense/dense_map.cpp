@@ -170,7 +170,8 @@ bool DenseMap::make_room() {
 
 bool DenseMap::judge_corrected() {
   if (!judge_.judge_corrected(views_, fused_)) return false;
-  synced_at_.clear();  // what was judged anew is not one of many small changes
+  if (!judge_.is_judging())
+    synced_at_.clear();  // what was judged anew is not one of many small changes
   return true;
 }
 

@@ -39,7 +39,7 @@ class DenseThread {
     if (!queue_.push(std::move(update))) frames_waiting_ -= frames;
   }
   void restore(const std::vector<SavedView>& views);
-  /// Calls `look` with the map between two steps.
+  /// Calls `look` with the map, after the step or look that is under way, before any other.
   void inspect(const std::function<void(DenseMap&)>& look);
   /// Works off what has come, brings all up to date and ends the thread. May be called again.
   void finish();
@@ -50,6 +50,9 @@ class DenseThread {
   void work_off(DenseUpdate update, const std::stop_token& stop);
   [[nodiscard]] bool step();
   [[nodiscard]] std::unique_lock<std::mutex> locked();
+  /// The same for the thread itself, when nobody waits for a look: the mutex alone would let it go
+  /// on before those who wait.
+  [[nodiscard]] std::unique_lock<std::mutex> locked_after_looks();
   void show_if_due(const std::stop_token& stop);
 
   struct Look {
@@ -62,6 +65,7 @@ class DenseThread {
 
   static constexpr std::size_t kQueue = 64, kBehind = 8, kManyFrames = 16, kMostFrames = 64;
   std::mutex mutex_;
+  std::atomic<int> looks_waiting_{0};           // inspect() that has not got the mutex
   DenseMap map_;                                // under the mutex
   std::atomic<std::size_t> frames_waiting_{0};  // told of, images not packed yet
   std::array<Look, 2> looks_;                   // the thread's; the more urgent one first

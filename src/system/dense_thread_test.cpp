@@ -4,7 +4,10 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <future>
 #include <mutex>
+#include <thread>
+#include <utility>
 
 #include "geometry/geometry_testing.hpp"
 
@@ -83,6 +86,28 @@ TEST(DenseThread, IsBehindWithOneUpdateOfManyFrames) {
   });
   thread.finish();
   EXPECT_FALSE(thread.is_behind());
+}
+
+TEST(DenseThread, WhoLooksGoesBeforeTheNextStep) {
+  const Camera camera = small_camera();
+  DenseThread* its_thread = nullptr;
+  std::jthread other;
+  int shown = -1;
+  std::promise<int> looked;
+  const auto show = [&](const DenseMap& map) {
+    if (std::exchange(shown, map.volume().views()) >= 0) return;
+    other = std::jthread([&, views_then = shown] {
+      its_thread->inspect(
+          [&](const DenseMap& now) { looked.set_value(now.volume().views() - views_then); });
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // until it waits
+  };
+  DenseThread thread({}, camera, {show, 0});
+  its_thread = &thread;
+  thread.apply(walk_at_once(camera, 60));
+  EXPECT_EQ(looked.get_future().get(), 0) << "nothing was done between";
+  thread.finish();
+  EXPECT_EQ(shown, 59);
 }
 
 TEST(DenseThread, CountsNoFramesThatItDoesNotTake) {

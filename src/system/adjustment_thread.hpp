@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -22,7 +23,8 @@ class AdjustmentThread {
   /// Gives up a job that still runs: its map is no longer the newest.
   void start(FullAdjustment job);
   void give_up();
-  /// The result, once. Throws what the job ended with, if it was an exception.
+  /// The result, once. Throws what the job, or one that was given up, ended with, if it was an
+  /// exception.
   [[nodiscard]] std::optional<MapPatch> take_result();
   /// Waits for the job.
   void finish();
@@ -33,6 +35,7 @@ class AdjustmentThread {
   std::atomic<bool> abort_{false};
   std::mutex mutex_;
   std::optional<MapPatch> result_;  // under the mutex
+  std::exception_ptr failure_;      // the first of jobs that were given up
   std::unique_ptr<WorkerThread> thread_;
 };
 

@@ -10,7 +10,8 @@ namespace {
 constexpr double kChiSquareOfOutliers = 22.5;  // 6 degrees of freedom, 99.9 %
 constexpr double kSmallStep = 1e-5;            // rad, m, m/s
 
-// Of a seen pose: less than 1 if it fits worse than noise explains (Cauchy's weight beyond that).
+// Of a seen pose: 1 as far as noise explains it, beyond that inverse to chi-square, as the tail of
+// Cauchy's weight is.
 double weight(double chi_square) {
   return chi_square <= kChiSquareOfOutliers ? 1 : kChiSquareOfOutliers / chi_square;
 }

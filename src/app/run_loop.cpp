@@ -35,8 +35,9 @@ class FrameLoop {
     writers_ = std::move(*writers);
     if (Status created = create_files(); !created.ok()) return created;
     runner().add_sink(log_frame);
-    runner().add_sink(
-        [&run = run_](const FrameRecord& record, const TrackResult&) { run.files->add(record); });
+    runner().add_sink([&run = run_](const FrameRecord& record, const TrackResult& result) {
+      run.files->add(record, result.retracked);
+    });
     return open_view();
   }
 

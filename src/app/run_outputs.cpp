@@ -49,8 +49,9 @@ void add_truth(const RunPlan& plan, std::span<const StampedPose> trajectory,
 Result<std::vector<StampedPose>> run_trajectory(const Map& map, ActiveRun& run) {
   const auto posed = run.files->trajectory();
   if (!posed.ok()) return posed.error();
-  std::vector<StampedPose> trajectory =
-      final_trajectory(*posed, run.session.runner->finish().revised, map);
+  const auto revised = run.files->revised(map, run.session.runner->finish().revised);
+  if (!revised.ok()) return revised.error();
+  std::vector<StampedPose> trajectory = final_trajectory(*posed, *revised, map);
   if (trajectory.size() < posed->size())
     log::warn(
         "{} tracked frames are of a submap, begun after a loss, that was never joined to the rest: "
@@ -162,13 +163,15 @@ Status draw_background(const RunPlan& plan, ActiveRun& run) {
   reading.realtime = false;
   Runner& runner = *run.session.runner;
   const Map map = runner.map();
+  const auto revised = run.files->revised(map, runner.finish().revised);
+  if (!revised.ok()) return revised.error();
   Result<BackgroundSummary> done = Error{ErrorKind::kOutput, ""};
   runner.inspect_dense([&](DenseMap& dense) {
-    done = write_background(
-        folder,
-        {plan.sequence, reading, *trajectory, runner.finish().revised, map, *run.session.camera,
-         segmenter->get(), plan.settings().dynamic.masks.mask.movable, is_quiet()},
-        dense);
+    done =
+        write_background(folder,
+                         {plan.sequence, reading, *trajectory, *revised, map, *run.session.camera,
+                          segmenter->get(), plan.settings().dynamic.masks.mask.movable, is_quiet()},
+                         dense);
   });
   if (!done.ok()) return done.error();
   run.interrupted_by = done->interrupted_by;

@@ -87,6 +87,12 @@ class BoundedQueue {
     const std::lock_guard lock(mutex_);
     return closed_;
   }
+  /// Closed, and nothing is left to pop: pop_until() that came back with nothing may have met a
+  /// push and close() since.
+  [[nodiscard]] bool is_drained() const {
+    const std::lock_guard lock(mutex_);
+    return closed_ && items_.empty();
+  }
   [[nodiscard]] std::size_t size() const {
     const std::lock_guard lock(mutex_);
     return items_.size();

@@ -44,6 +44,19 @@ TEST(BoundedQueue, AClosedQueueDrainsAndTakesNoMore) {
   }
 }
 
+// The last entry may come between a wait in vain and the question whether more can come.
+TEST(BoundedQueue, IsNotDrainedWhileSomethingIsLeft) {
+  BoundedQueue<int> queue(2, Overflow::kBlock);
+  EXPECT_EQ(queue.pop_until(std::chrono::steady_clock::now()), std::nullopt);
+  EXPECT_FALSE(queue.is_drained()) << "more may come";
+  queue.push(1);
+  queue.close();
+  EXPECT_TRUE(queue.is_closed());
+  EXPECT_FALSE(queue.is_drained());
+  EXPECT_EQ(queue.pop(), 1);
+  EXPECT_TRUE(queue.is_drained());
+}
+
 TEST(BoundedQueue, CloseFreesBothSides) {
   BoundedQueue<int> full(1, Overflow::kBlock);
   full.push(1);

@@ -24,7 +24,8 @@ struct DenseMapConfig {
   int object_views = 6;     ///< if each object that it shows has more than these
   double protected_s = 10;  ///< a frame stays so long after it was taken
   int most_near = 40;       ///< frames of one place, whatever they show
-  double near_m = 1.5;      ///< from which so little of what they see moved in the image [m]
+  int most_views = Volume::kMaxViews - 1;  ///< of all kinds: a keyframe beyond waits
+  double near_m = 1.5;  ///< from which so little of what they see moved in the image [m]
 };
 
 }  // namespace ygslam

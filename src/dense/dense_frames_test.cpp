@@ -50,6 +50,14 @@ struct KnownRoom {
     update.added.push_back(std::move(frame));
     give(std::move(update));
   }
+  /// A keyframe more.
+  void keyframe(std::uint32_t id, const SE3& T_world_camera, double t_s) {
+    DenseUpdate update;
+    poses[KeyframeId{id}] = T_world_camera;
+    update.added.push_back(object_test::keyframe_of(
+        world, camera, id, T_world_camera, {{kChair, 0.8F}, {kScreen, 0.6F}}, stamp_of(t_s)));
+    give(std::move(update));
+  }
   void take_chair_away() { world.cuboids.erase(world.cuboids.begin()); }
 
   /// Of the views that the map has, all at once: for any number of threads the same map.
@@ -322,6 +330,69 @@ TEST(DenseFrames, GoWhenOthersShowTheSame) {
   EXPECT_EQ(room.map.volume().views(), 16) << "keyframes alone";
   EXPECT_EQ(room.map.saved().size(), 16U);
   room.expect_pure();
+}
+
+DenseMapConfig room_for(int views) {
+  DenseMapConfig config = object_test::room_config();
+  config.most_views = views;
+  return config;
+}
+
+TEST(FullDenseMap, IsCorrectedWhileAKeyframeWaits) {
+  KnownRoom room(room_for(7));
+  room.keyframe(7, new_view(), 7);
+  ASSERT_EQ(room.map.volume().views(), 7);
+  const SE3 shift(Mat3::Identity(), Vec3(0.31, 0, 0.17));
+  for (auto& [id, T_world_camera] : room.poses) T_world_camera = shift * T_world_camera;
+  room.give({});
+  for (const auto& view : room.map.views())
+    EXPECT_LT((view.T_world_camera.t() - room.poses.at(view.id.keyframe).t()).norm(), 1e-9);
+}
+
+TEST(FullDenseMap, KeepsNoFramesAndNoKeyframesThatTheMapDropped) {
+  KnownRoom room(room_for(7));
+  for (int i = 0; i < 5; ++i) room.look(new_view(), 7 + 0.5 * i);
+  EXPECT_EQ(room.map.saved().size(), 7U);
+  room.keyframe(7, new_view(), 10);
+  EXPECT_EQ(room.map.saved().size(), 8U) << "it may enter later";
+  DenseUpdate update;
+  update.removed = {{KeyframeId{7}, {kAnchor, KnownRoom::stamp_of(3), SE3()}}};
+  room.poses.erase(KeyframeId{7});
+  room.give(std::move(update));
+  EXPECT_EQ(room.map.saved().size(), 7U);
+}
+
+TEST(FullDenseMap, FramesMakeRoomForAKeyframe) {
+  DenseMapConfig config = room_for(9);
+  config.most_near = 1;
+  KnownRoom room(config);
+  room.look(new_view(), 7);
+  room.look(new_view(), 7.5);
+  ASSERT_EQ(room.map.volume().views(), 9);
+  const auto has = [&](std::uint32_t id) {
+    return std::ranges::any_of(
+        room.map.views(), [&](const auto& view) { return view.id == DenseViewId(KeyframeId{id}); });
+  };
+  room.keyframe(7, new_view(), 8);
+  EXPECT_FALSE(has(7)) << "frames are protected for a while";
+  room.keyframe(8, new_view(), 30);
+  EXPECT_TRUE(has(7));
+  EXPECT_EQ(room.map.volume().views(), 9);
+  EXPECT_EQ(room.map.saved().size(), 10U) << "one of two frames went, a keyframe waits";
+}
+
+TEST(FullDenseMap, AKeyframeThatWaitsTellsThePlanAndWhatWent) {
+  DenseMapConfig config = low_robot();
+  config.most_views = 7;
+  KnownRoom room(config, {carton});
+  EXPECT_EQ(at_carton(room.map), GroundState::kOccupied);
+  room.world.cuboids.pop_back();
+  room.take_chair_away();
+  for (std::uint32_t i = 7; i < 10; ++i) room.keyframe(i, object_test::view_pose(i - 5), i + 1);
+  EXPECT_NE(at_carton(room.map), GroundState::kOccupied);
+  EXPECT_EQ(room.map.planned(), KnownRoom::stamp_of(10));
+  const StaticScene scene = named_scene(room.map);
+  EXPECT_TRUE(chair_of(scene) && chair_of(scene)->state == ObjectState::kAbsent);
 }
 
 }  // namespace

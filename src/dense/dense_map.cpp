@@ -77,7 +77,10 @@ void DenseMap::drop_keyframe(const RemovedAnchor& removed) {
       return;
     }
     // The map has enough landmarks there; whether the surface was seen enough is another question.
-    policy_.enter(removed.id, views_.at(removed.id).images);
+    if (fused_.is_full() && !fused_.contains(removed.id))
+      remove(removed.id);  // it would wait for ever
+    else
+      policy_.enter(removed.id, views_.at(removed.id).images);
   }
   views_.reanchor(removed);
 }
@@ -95,6 +98,8 @@ double DenseMap::out_of_place_m(DenseViewId id, const DenseView& view) const {
   const ViewPlacement* fused = fused_.find(id);
   const PixelState* state = judge_.state(id);
   if (!view.T_world_camera && fused == nullptr) return 0;
+  if (fused == nullptr && fused_.is_full() && !policy_.is_undecided(id, view))
+    return 0;  // it waits
   if (!view.T_world_camera || fused == nullptr || state == nullptr)
     return std::numeric_limits<double>::infinity();
   const double off_m = distance_m(fused->T_world_camera, *view.T_world_camera);
@@ -128,7 +133,7 @@ std::optional<DenseViewId> DenseMap::most_out_of_place() const {
 
 bool DenseMap::step() {
   const std::optional<DenseViewId> next = most_out_of_place();
-  if (!next) return judge_corrected();
+  if (!next) return make_room() || judge_corrected();
   if (drop_needless(*next)) return true;
   const ViewPlacement* before = fused_.find(*next);
   const bool is_new = before == nullptr;
@@ -139,14 +144,34 @@ bool DenseMap::step() {
     note_in_plan(*next, T_world_before);
     update_plan();
   }
-  if (out_of_place_m(*next, views_.at(*next)) > loose_m(config_)) return false;  // it is full
-  if (is_new) cull(*next);
+  if (is_new) {
+    judge_.judge_space(*next, fused_);
+    cull(fused_.find(*next)->T_world_camera);
+  }
   return true;
+}
+
+/// Once for each keyframe that cannot enter: what it shows is told as far as it can be without it,
+/// and frames may go as if it had entered.
+bool DenseMap::make_room() {
+  if (!fused_.is_full()) {
+    refused_.clear();
+    return false;
+  }
+  for (const auto& [id, view] : views_.all()) {
+    if (!view.T_world_camera || fused_.contains(id) || !refused_.insert(id).second) continue;
+    judge_.judge_objects(id, views_, fused_);
+    if (config_.keeps_plan) note_in_plan(view);
+    cull(*view.T_world_camera);
+    return true;
+  }
+  return false;
 }
 
 bool DenseMap::judge_corrected() {
   if (!judge_.judge_corrected(views_, fused_)) return false;
-  synced_at_.clear();  // what was judged anew is not one of many small changes
+  if (!judge_.is_judging())
+    synced_at_.clear();  // what was judged anew is not one of many small changes
   return true;
 }
 
@@ -154,7 +179,7 @@ bool DenseMap::drop_needless(DenseViewId id) {
   const trace::Span span("decide on view");
   const DenseView& view = views_.at(id);
   if (!view.T_world_camera || !policy_.is_undecided(id, view)) return false;
-  if (policy_.enters(id, view, judge_, fused_)) return false;
+  if (!fused_.is_full() && policy_.enters(id, view, judge_, fused_)) return false;
   if (config_.keeps_plan) note_in_plan(view);
   views_.remove(id);
   return true;
@@ -226,10 +251,8 @@ GroundPlan& DenseMap::plan() {
   return plan_;
 }
 
-void DenseMap::cull(DenseViewId newest) {
+void DenseMap::cull(const SE3& T_world_camera) {
   const trace::Span span("cull views");
-  judge_.judge_space(newest, fused_);
-  const SE3 T_world_camera = fused_.find(newest)->T_world_camera;
   for (const DenseViewId id : policy_.next_views(views_))
     if (policy_.is_needless(id, judge_, fused_)) remove(id);
   for (const DenseViewId id : policy_.crowded_out(T_world_camera, judge_, fused_)) remove(id);
@@ -241,6 +264,7 @@ void DenseMap::remove(DenseViewId id) {
   policy_.forget(id);
   views_.remove(id);
   synced_at_.erase(id);
+  refused_.erase(id);
 }
 
 void DenseMap::take_in_new_frames() {

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "dense/dense_config.hpp"
@@ -35,9 +36,10 @@ class DenseMap {
   void restore(const std::vector<SavedView>& views);
   /// Of the views that have a place in the world.
   [[nodiscard]] std::vector<SavedView> saved() const { return views_.saved(); }
-  /// Brings the view up to date that is most out of place, if one is by more than half a voxel
-  /// at some distance (where nobody looks, and for ten seconds after the last time, by more than a
-  /// cell of space); a frame between keyframes that shows nothing new is dropped instead.
+  /// Brings the view up to date that is most out of place and in or has room, if one is by more
+  /// than half a voxel at some distance (where nobody looks, and for ten seconds after the last
+  /// time, by more than a cell of space); a frame between keyframes that shows nothing new is
+  /// dropped instead.
   /// @return false if none is.
   bool step();
   /// Brings all of them up to date, however little they moved.
@@ -88,8 +90,10 @@ class DenseMap {
   /// Of a frame of which it is not decided whether it enters. @return whether it was dropped.
   bool drop_needless(DenseViewId id);
   void bring_up_to_date(DenseViewId id, double tolerance_m = 0);
-  /// Removes frames of which the map has enough since this view is in; looks at a few of them.
-  void cull(DenseViewId newest);
+  bool make_room();
+  /// Removes frames of which the map has enough since a view from here came; looks at a few of
+  /// them.
+  void cull(const SE3& T_world_camera);
   void remove(DenseViewId id);
   /// Of a frame that enters nothing.
   void note_in_plan(const DenseView& dropped);
@@ -115,6 +119,7 @@ class DenseMap {
   bool is_watched_;
   Timestamp newest_;                            // of the images that came
   std::map<DenseViewId, Timestamp> synced_at_;  // newest_ when the view was brought up to date
+  std::set<DenseViewId> refused_;               // that make_room() was called for since it is full
   bool is_finished_ = false;                    // nothing changed since
 };
 

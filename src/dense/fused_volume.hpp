@@ -27,7 +27,7 @@ class FusedVolume {
 
   using Placements = std::map<DenseViewId, ViewPlacement>;
   /// From now on the volume is of these views. What is in it otherwise is taken back as it was put
-  /// in, what is missing is put in, as long as there are fewer than Volume::kMaxViews.
+  /// in, what is missing is put in, as long as there are fewer than DenseMapConfig::most_views.
   void sync(const Placements& wanted);
   /// The same of one view. Where its pose differs by no more than tolerance_m of what it sees, the
   /// pose stays as it is; 0: to the bit.
@@ -42,7 +42,7 @@ class FusedVolume {
   [[nodiscard]] bool contains(DenseViewId id) const { return views_.contains(id); }
   /// In ascending order.
   [[nodiscard]] std::vector<DenseViewId> ids() const;
-  [[nodiscard]] bool is_full() const { return volume_.views() + 1 >= Volume::kMaxViews; }
+  [[nodiscard]] bool is_full() const { return volume_.views() >= config_.most_views; }
   /// The view's pixels as they were put in.
   [[nodiscard]] DepthView pixels(DenseViewId id) { return pixels_of(views_.at(id).placement); }
   /// What the view observed of space by itself, whatever was removed or appeared since but objects.

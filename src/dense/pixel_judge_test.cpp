@@ -63,6 +63,33 @@ TEST(PixelJudge, AForgottenViewLeavesNothing) {
   EXPECT_TRUE(parts.judge.objects().objects().empty());
 }
 
+// Nobody who looks at the map waits for all of it, nor sees half of it.
+TEST(PixelJudge, WhatIsJudgedAnewInPiecesCountsAtOnce) {
+  Parts parts, direct;
+  std::map<KeyframeId, SE3> moved;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    if (i == 30) take_chair_away(parts), take_chair_away(direct);
+    parts.look(i, view_pose(i % 7), i);
+    direct.look(i, view_pose(i % 7), i);
+    moved[KeyframeId{i}] = SE3(Mat3::Identity(), Vec3(0.3, 0, 0.1)) * view_pose(i % 7);
+  }
+  EXPECT_FALSE(parts.judge.is_judging());
+  parts.store.set_poses(moved);
+  direct.store.set_poses(moved);
+  const auto before = states_of(parts);
+  int pieces = 0;
+  while (true) {
+    ASSERT_TRUE(parts.judge.judge_corrected(parts.store, parts.fused));
+    ++pieces;
+    if (!parts.judge.is_judging()) break;
+    EXPECT_EQ(states_of(parts), before);
+  }
+  EXPECT_EQ(pieces, 3);
+  direct.judge.judge_objects(direct.store, direct.fused);
+  EXPECT_EQ(states_of(parts), states_of(direct));
+  EXPECT_EQ(parts.judge.objects().objects().size(), direct.judge.objects().objects().size());
+}
+
 /// Keyframes 0 to 6 with the chair, then the same without it.
 const std::vector<DenseView>& fourteen_views() {
   static const std::vector<DenseView> kGiven = [] {

@@ -9,10 +9,10 @@ CameraGravity camera_gravity_of(const UncertainState& known, const TiltedGravity
   const auto& [state, covariance] = known;
   const Mat3& R_camera_imu = T_camera_imu.R();
   const Mat3 R_imu_odom = state.T_odom_imu.R().transpose();
-  const Vec3 down_imu = R_imu_odom * gravity.at(state.tilt) / kGravity_mps2;
+  const Vec3 down_imu = R_imu_odom * gravity.at(state.tilt) / kStandardGravity_mps2;
   // R exp(phi): down in the IMU turns by -phi.
   Eigen::Matrix<double, 3, 5> J;
-  J << skew(down_imu), R_imu_odom * gravity.derivative(state.tilt) / kGravity_mps2;
+  J << skew(down_imu), R_imu_odom * gravity.derivative(state.tilt) / kStandardGravity_mps2;
   Eigen::Matrix<double, 5, 5> of_parts;
   of_parts << covariance.block<3, 3>(kRotation, kRotation),
       covariance.block<3, 2>(kRotation, kTilt), covariance.block<2, 3>(kTilt, kRotation),

@@ -89,7 +89,7 @@ class Drive {
   }
 
  private:
-  static Vec3 gravity_world() { return {0, 0, -kGravity_mps2}; }
+  static Vec3 gravity_world() { return {0, 0, -kStandardGravity_mps2}; }
   static ImuBias some_bias(Rng& rng) {
     return {normal_vector(rng, 0.008), normal_vector(rng, 0.1)};
   }

@@ -31,7 +31,7 @@ ImuFault fault_of(const Distortion& distort, bool expect_start = false) {
 
 TEST(ImuFaults, AccelerationInUnitsOfGravity) {
   EXPECT_EQ(fault_of([](ImuSample& s) {
-              s.specific_force_mps2 /= kGravity_mps2;
+              s.specific_force_mps2 /= kStandardGravity_mps2;
               return true;
             }),
             ImuFault::kUnits);
@@ -67,7 +67,7 @@ TEST(ImuFaults, GravityTakenOut) {
   EXPECT_EQ(fault_of([&](ImuSample& s) {
               const double t_s = 1e-9 * static_cast<double>(s.stamp.ns);
               s.specific_force_mps2 -=
-                  motion.T_world_imu(t_s).R().transpose() * Vec3(0, 0, kGravity_mps2);
+                  motion.T_world_imu(t_s).R().transpose() * Vec3(0, 0, kStandardGravity_mps2);
               return true;
             }),
             ImuFault::kGravity);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/check.hpp"
+#include "core/chi_square.hpp"
 
 namespace ygslam {
 namespace {
@@ -32,13 +33,13 @@ constexpr double kShortestStep_s = 1e-3;  // frames nearer than that are one
 constexpr double kPiece_s = 0.1;          // longer predictions are made of such
 // Chi-square of a seen pose against the predicted one: 6 degrees of freedom, 99.9 %, and as vision
 // is often more certain of itself than it should be, the same of twice its standard deviation.
-constexpr double kDisagreement = 4 * 22.5;
+constexpr double kDisagreement = 4 * kMostChiSquare6;
 constexpr std::size_t kJudgedFrames = 20;
 constexpr double kMostDisagreement = 0.5;  // of them
 constexpr double kAgreed_s = 5;            // until the IMU may overrule vision
 constexpr double kGoesBack_s = 0.5;
 constexpr double kTrustedStd_m = 0.1;  // after a second alone
-constexpr double kWheelsSlip = 22.5;   // chi-square of 6 degrees of freedom, 99.9 %
+constexpr double kWheelsSlip = kMostChiSquare6;
 constexpr double kWheelsRest_s = 0.3;  // after they slipped
 
 }  // namespace
@@ -215,8 +216,9 @@ void InertialEstimator::try_start(const SeenFrame& frame) {
     remember(frame.stamp, true);
     was_trusted_ = is_trusted();
   } else {
-    note(std::get<ImuFault>(started));
-    if (fault_ == ImuFault::kDisagrees) doubt_time_offset();
+    const ImuFault fault = std::get<ImuFault>(started);
+    note(fault);
+    if (fault == ImuFault::kDisagrees) doubt_time_offset();
     start_.erase(start_.begin(), start_.begin() + std::ssize(start_) / 2);
   }
 }

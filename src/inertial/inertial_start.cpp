@@ -67,7 +67,8 @@ Fall fall(std::span<const SeenFrame> frames, std::span<const MotionDelta> sums, 
 
 /// @param force_mps2 mean of what was measured, in the first attitude's axes.
 ImuFault judge_gravity(double gravity_mps2, double force_mps2) {
-  if (std::abs(gravity_mps2 - kGravity_mps2) <= kMostGravityError_mps2) return ImuFault::kNone;
+  if (std::abs(gravity_mps2 - kStandardGravity_mps2) <= kMostGravityError_mps2)
+    return ImuFault::kNone;
   return force_mps2 > 0.75 && force_mps2 < 1.3 ? ImuFault::kUnits : ImuFault::kGravity;
 }
 

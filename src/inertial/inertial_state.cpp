@@ -16,7 +16,7 @@ Mat3 right_jacobian(const Vec3& omega) { return so3_left_jacobian(omega).transpo
 }  // namespace
 
 TiltedGravity::TiltedGravity(const Vec3& down_odom)
-    : middle_(kGravity_mps2 * down_odom.normalized()) {
+    : middle_(kStandardGravity_mps2 * down_odom.normalized()) {
   const Vec3 down = down_odom.normalized();
   const Vec3 first = down.unitOrthogonal();
   basis_ << first, down.cross(first);

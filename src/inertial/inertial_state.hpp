@@ -7,8 +7,6 @@
 
 namespace ygslam {
 
-inline constexpr double kGravity_mps2 = 9.80665;
-
 /// Changes of a state, in this order: rotation (in the IMU's axes), position, velocity (in odom's),
 /// biases of gyroscope and accelerometer, tilt of gravity.
 inline constexpr int kStateSize = 17;

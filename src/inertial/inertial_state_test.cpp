@@ -83,7 +83,7 @@ RC_GTEST_PROP(InertialStateProperties, ChangeJacobianMatchesFiniteDifferences, (
 RC_GTEST_PROP(GravityProperties, HasItsSizeAndDerivative, ()) {
   const TiltedGravity gravity(properties::direction());
   const Vec2 tilt(properties::real(-0.5, 0.5), properties::real(-0.5, 0.5));
-  RC_ASSERT(std::abs(gravity.at(tilt).norm() - kGravity_mps2) < 1e-9);
+  RC_ASSERT(std::abs(gravity.at(tilt).norm() - kStandardGravity_mps2) < 1e-9);
   constexpr double kStep = 1e-6;
   for (int i = 0; i < 2; ++i) {
     const Vec2 step = kStep * Vec2::Unit(i);

@@ -4,15 +4,17 @@
 #include <Eigen/LU>
 #include <utility>
 
+#include "core/chi_square.hpp"
+
 namespace ygslam {
 namespace {
 
-constexpr double kChiSquareOfOutliers = 22.5;  // 6 degrees of freedom, 99.9 %
-constexpr double kSmallStep = 1e-5;            // rad, m, m/s
+constexpr double kSmallStep = 1e-5;  // rad, m, m/s
 
-// Of a seen pose: less than 1 if it fits worse than noise explains (Cauchy's weight beyond that).
+// Of a seen pose: 1 as far as noise explains it, beyond that inverse to chi-square, as the tail of
+// Cauchy's weight is.
 double weight(double chi_square) {
-  return chi_square <= kChiSquareOfOutliers ? 1 : kChiSquareOfOutliers / chi_square;
+  return chi_square <= kMostChiSquare6 ? 1 : kMostChiSquare6 / chi_square;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/chi_square.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -16,7 +18,7 @@ constexpr double kKept_s = 2;           // of samples before a frame
 constexpr double kComparedEvery_s = 0.5;
 constexpr double kLongestComparison_s = 1.0;
 // Chi-square of 6 degrees of freedom, 99.9 %, at twice the standard deviation.
-constexpr double kWheelDisagreement = 4 * 22.5;
+constexpr double kWheelDisagreement = 4 * kMostChiSquare6;
 constexpr double kSlipForgotten_s = 1.0;
 constexpr int kSlipsOfOthers = 12;  // in a row: no slip, another robot
 constexpr double kEnoughAgreed_m = 0.2;

@@ -114,7 +114,10 @@ void LoopCloser::follow_removed_keyframes(const Map& map) {
 void LoopCloser::check_drift(const MapGraph& graph, LoopAttempt& attempt) const {
   const SE3& T_now = graph.T_camera_world.at(attempt.keyframe);
   const SE3 T_found = attempt.T_keyframe_place * graph.T_camera_world.at(attempt.match.place);
-  attempt.path_m = path_m(graph, attempt.keyframe, attempt.match.place);
+  const Way way =
+      least_drift_way(graph, attempt.keyframe, attempt.match.place, config_.max_drift_ratio);
+  attempt.path_m = way.length_m;
+  attempt.coasted_m = way.coasted_m;
   attempt.correction_m = (T_now.inverse().t() - T_found.inverse().t()).norm();
   attempt.correction_rad = (T_now * T_found.inverse()).angle();
   attempt.outcome = strain(attempt) <= 1 ? LoopOutcome::kAlone : LoopOutcome::kTooFar;
@@ -124,7 +127,8 @@ void LoopCloser::check_drift(const MapGraph& graph, LoopAttempt& attempt) const 
 
 /// The correction in parts of the drift that odometry may have.
 double LoopCloser::strain(const LoopAttempt& attempt) const {
-  const double drift_m = config_.max_drift_m + config_.max_drift_ratio * attempt.path_m;
+  const double drift_m =
+      config_.max_drift_m + config_.max_drift_ratio * attempt.path_m + attempt.coasted_m;
   return std::max(attempt.correction_m / drift_m, attempt.correction_rad / config_.max_drift_rad);
 }
 

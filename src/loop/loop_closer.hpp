@@ -16,7 +16,8 @@ struct LoopConfig {
   PlaceFinderConfig finder;
   PoseGraphConfig graph;
   int min_agreeing = 2;  ///< covisible keyframes that must find the same place
-  /// The map cannot be wrong by more than this: a part of the way between the two views.
+  /// The map cannot be wrong by more than this: a part of the way between the two views, and what
+  /// coasting on it may have erred.
   double max_drift_m = 0.1;
   double max_drift_ratio = 0.02;
   double max_drift_rad = 0.35;
@@ -44,6 +45,7 @@ struct LoopAttempt {
   SE3 T_keyframe_place;  ///< as match has it
   LoopOutcome outcome = LoopOutcome::kRefused;
   double path_m = 0;        ///< along the map between the two views
+  double coasted_m = 0;     ///< what coasting on it may have erred: Way::coasted_m
   double correction_m = 0;  ///< how far the keyframe would move ...
   double correction_rad = 0;
   int agreeing = 0;    ///< covisible keyframes

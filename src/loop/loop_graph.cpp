@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <queue>
+#include <tuple>
 
 #include "map/map_gravity.hpp"
 
@@ -18,11 +19,25 @@ constexpr double kEdgeSigma_rad = 0.006;
 constexpr double kLoopSigma_m = 0.01;
 constexpr double kLoopSigma_rad = 0.003;
 
+constexpr double kCoastedStds = 3;
+
 Mat6 information(double sigma_m, double sigma_rad, double scale) {
   Vec6 diagonal;
   diagonal << Vec3::Constant(scale / (sigma_m * sigma_m)),
       Vec3::Constant(scale / (sigma_rad * sigma_rad));
   return diagonal.asDiagonal();
+}
+
+Mat6 information(const MapGraph::Edge& edge) {
+  return edge.covariance ? Mat6(edge.covariance->inverse())
+                         : information(kEdgeSigma_m, kEdgeSigma_rad, edge.information);
+}
+
+/// Of a camera that far away.
+double coasted_m(const Mat6& covariance, double distance_m) {
+  return kCoastedStds *
+         std::sqrt(covariance.topLeftCorner<3, 3>().trace() +
+                   distance_m * distance_m * covariance.bottomRightCorner<3, 3>().trace());
 }
 
 /// Of the edges that count, in standard deviations.
@@ -53,35 +68,57 @@ MapGraph make_map_graph(const Map& map, int min_shared) {
     graph.T_camera_world.emplace(id, keyframe.T_camera_world);
     if (keyframe.parent == kNoKeyframe) graph.roots.insert(id);
     const auto& covisible = keyframe.covisible;
-    const bool has_parent = map.has_keyframe(keyframe.parent);
-    if (has_parent && !covisible.contains(keyframe.parent)) add(keyframe.parent, id);
+    const auto& motion = keyframe.motion;
+    // What was coasted is no motion as vision maps it.
+    const KeyframeId parent = motion ? kNoKeyframe : keyframe.parent;
+    const bool has_parent = map.has_keyframe(parent);
+    if (has_parent && !covisible.contains(parent)) add(parent, id);
     for (const auto& [other, shared] : covisible)
-      if (other < id && (shared >= min_shared || other == keyframe.parent)) add(other, id);
+      if (other < id && (shared >= min_shared || other == parent)) add(other, id);
+    if (!motion) continue;
+    const auto seen_from_both = covisible.find(motion->from);
+    if (seen_from_both == covisible.end() || seen_from_both->second < min_shared)
+      graph.edges.push_back({motion->from, id, 1, motion->covariance});
   }
   return graph;
 }
 
-double path_m(const MapGraph& graph, KeyframeId from, KeyframeId to) {
-  using Entry = std::pair<double, KeyframeId>;
-  std::map<KeyframeId, std::vector<KeyframeId>> next;
+Way least_drift_way(const MapGraph& graph, KeyframeId from, KeyframeId to, double drift_ratio) {
+  struct Step {
+    double drift_in_way_m;  // as if all of it came of the way's length
+    KeyframeId id;
+    Way way;
+    bool operator>(const Step& other) const {
+      return std::tie(drift_in_way_m, id) > std::tie(other.drift_in_way_m, other.id);
+    }
+  };
+  std::map<KeyframeId, std::vector<std::pair<KeyframeId, const MapGraph::Edge*>>> next;
   for (const MapGraph::Edge& edge : graph.edges) {
-    next[edge.from].push_back(edge.to);
-    next[edge.to].push_back(edge.from);
+    next[edge.from].emplace_back(edge.to, &edge);
+    next[edge.to].emplace_back(edge.from, &edge);
   }
   const auto position = [&](KeyframeId id) { return graph.T_camera_world.at(id).inverse().t(); };
-  std::map<KeyframeId, double> shortest_m;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  open.emplace(0.0, from);
+  std::set<KeyframeId> reached;
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
+  open.push({0, from, {}});
   while (!open.empty()) {
-    const auto [so_far_m, id] = open.top();
+    const auto [so_far_m, id, way] = open.top();
     open.pop();
-    if (!shortest_m.emplace(id, so_far_m).second) continue;
-    if (id == to) return so_far_m;
-    for (const KeyframeId other : next[id])
-      if (!shortest_m.contains(other))
-        open.emplace(so_far_m + (position(other) - position(id)).norm(), other);
+    if (!reached.insert(id).second) continue;
+    if (id == to) return way;
+    for (const auto& [other, edge] : next[id]) {
+      if (reached.contains(other)) continue;
+      const double length_m = (position(other) - position(id)).norm();
+      const double more_m =
+          edge->covariance
+              ? coasted_m(*edge->covariance, (position(edge->to) - position(from)).norm())
+              : 0;
+      open.push({so_far_m + length_m + (more_m > 0 ? more_m / drift_ratio : 0),
+                 other,
+                 {way.length_m + length_m, way.coasted_m + more_m}});
+    }
   }
-  return std::numeric_limits<double>::infinity();
+  return {std::numeric_limits<double>::infinity(), 0};
 }
 
 WeighedLoops weigh_loops(const MapGraph& graph, std::span<const LoopEdge> loops,
@@ -96,8 +133,8 @@ WeighedLoops weigh_loops(const MapGraph& graph, std::span<const LoopEdge> loops,
   for (const MapGraph::Edge& edge : graph.edges) {
     const SE3 T_to_from =
         graph.T_camera_world.at(edge.to) * graph.T_camera_world.at(edge.from).inverse();
-    problem.edges.push_back({node.at(edge.from), node.at(edge.to), T_to_from,
-                             information(kEdgeSigma_m, kEdgeSigma_rad, edge.information), false});
+    problem.edges.push_back(
+        {node.at(edge.from), node.at(edge.to), T_to_from, information(edge), false});
   }
   for (const LoopEdge& loop : loops)
     problem.edges.push_back({node.at(loop.from), node.at(loop.to), loop.T_to_from,

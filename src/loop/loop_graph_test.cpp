@@ -37,6 +37,19 @@ LoopEdge loop(const MapGraph& graph, int from, int to, double off_m) {
   return {number(from), number(to), T_camera_at(0, off_m) * T_to_from};
 }
 
+constexpr double kDriftRatio = 0.02;
+
+double length_m(const MapGraph& graph, int from, int to) {
+  return least_drift_way(graph, number(from), number(to), kDriftRatio).length_m;
+}
+
+/// Of the same deviation along each axis.
+Mat6 covariance(double std_m, double std_rad) {
+  Vec6 variances;
+  variances << Vec3::Constant(std_m * std_m), Vec3::Constant(std_rad * std_rad);
+  return variances.asDiagonal();
+}
+
 double y_m(const SE3& T_camera_world) { return T_camera_world.inverse().t().y(); }
 
 TEST(MapGraph, HasEveryKeyframeAndTiesWhereTheyAreStrong) {
@@ -70,25 +83,70 @@ TEST(MapGraph, AKeyframeThatSharesNothingIsTiedToItsParent) {
   EXPECT_FALSE(graph.roots.contains(alone));
 }
 
+TEST(MapGraph, AKeyframeAfterCoastingIsTiedByItsMotion) {
+  loop_test::RingWorld ring(33);
+  const Map map = ring.walk(
+      {.keyframes = 8, .coasted_at = 5, .coasted_std_m = 0.2, .drift_m = 0, .drift_rad = 0});
+  const MapGraph graph = make_map_graph(map, 15);
+  int over_it = 0;
+  for (const MapGraph::Edge& edge : graph.edges) {
+    const bool leads_over = edge.from < number(5) && edge.to >= number(5);
+    EXPECT_EQ(edge.covariance.has_value(), leads_over);
+    if (!leads_over) continue;
+    ++over_it;
+    EXPECT_EQ(edge.from, number(4));
+    EXPECT_EQ(edge.to, number(5));
+    EXPECT_EQ(*edge.covariance, map.keyframe(number(5)).motion->covariance);
+  }
+  EXPECT_EQ(over_it, 1);
+}
+
+TEST(MapGraph, WhatIsSeenFromBothEndsOfAMotionTiesThem) {
+  loop_test::RingWorld ring(34);
+  Map map = ring.walk({.keyframes = 8, .drift_m = 0, .drift_rad = 0});
+  map.set_motion(number(5), {number(4), SE3(), covariance(0.2, 0.01)});
+  const MapGraph graph = make_map_graph(map, 15);
+  for (const MapGraph::Edge& edge : graph.edges) EXPECT_FALSE(edge.covariance);
+  EXPECT_EQ(graph.edges.size(), make_map_graph(ring.walk({.keyframes = 8}), 15).edges.size());
+}
+
+TEST(MapGraph, CoastingOnAWayMayHaveMovedItsStart) {
+  MapGraph graph = row(9);
+  const auto way = [&] { return least_drift_way(graph, number(8), number(0), kDriftRatio); };
+  EXPECT_EQ(way().coasted_m, 0);
+  graph.edges[3].covariance = covariance(0.1, 0);  // of 3 -> 4
+  EXPECT_NEAR(way().length_m, 8 * kStride_m, 1e-12);
+  EXPECT_NEAR(way().coasted_m, 3 * std::sqrt(3) * 0.1, 1e-9);
+  graph.edges[3].covariance = covariance(0, 0.05);
+  EXPECT_NEAR(way().coasted_m, 3 * std::sqrt(3) * 0.05 * 4 * kStride_m, 1e-9)
+      << "what it turned wrongly, as far as the start is away";
+  // A way of six metres without coasting drifts less.
+  graph.T_camera_world[number(9)] = T_camera_at(3.5 * kStride_m, 3);
+  graph.edges.push_back({.from = number(3), .to = number(9)});
+  graph.edges.push_back({.from = number(4), .to = number(9)});
+  EXPECT_EQ(way().coasted_m, 0);
+  EXPECT_GT(way().length_m, 8 * kStride_m + 5);
+}
+
 TEST(MapGraph, AWayIsTheShortestAlongTies) {
   MapGraph graph = row(5);
-  EXPECT_NEAR(path_m(graph, number(0), number(4)), 4 * kStride_m, 1e-12);
-  EXPECT_NEAR(path_m(graph, number(4), number(1)), 3 * kStride_m, 1e-12) << "either way";
-  EXPECT_EQ(path_m(graph, number(2), number(2)), 0);
+  EXPECT_NEAR(length_m(graph, 0, 4), 4 * kStride_m, 1e-12);
+  EXPECT_NEAR(length_m(graph, 4, 1), 3 * kStride_m, 1e-12) << "either way";
+  EXPECT_EQ(length_m(graph, 2, 2), 0);
   // A detour through a sixth keyframe is longer, a tie across is shorter.
   graph.T_camera_world[number(5)] = T_camera_at(2 * kStride_m, 5);
   graph.edges.push_back({.from = number(0), .to = number(5)});
   graph.edges.push_back({.from = number(4), .to = number(5)});
-  EXPECT_NEAR(path_m(graph, number(0), number(4)), 4 * kStride_m, 1e-12);
+  EXPECT_NEAR(length_m(graph, 0, 4), 4 * kStride_m, 1e-12);
   graph.T_camera_world[number(3)] = T_camera_at(3 * kStride_m, 2);
   graph.edges.push_back({.from = number(2), .to = number(4)});
-  EXPECT_NEAR(path_m(graph, number(0), number(4)), 4 * kStride_m, 1e-12);
+  EXPECT_NEAR(length_m(graph, 0, 4), 4 * kStride_m, 1e-12);
 }
 
 TEST(MapGraph, WhereNothingLeadsTheWayIsInfinite) {
   MapGraph graph = row(3);
   graph.T_camera_world[number(7)] = T_camera_at(0.1);
-  EXPECT_TRUE(std::isinf(path_m(graph, number(0), number(7))));
+  EXPECT_TRUE(std::isinf(length_m(graph, 0, 7)));
 }
 
 TEST(WeighedLoops, WithoutLoopsNothingMoves) {
@@ -136,6 +194,20 @@ TEST(WeighedLoops, GravityKeepsKeyframesUprightWhereALoopBendsTheRow) {
   };
   EXPECT_GT(worst_tilt_rad(false), 0.005);
   EXPECT_LT(worst_tilt_rad(true), 0.001);
+}
+
+TEST(WeighedLoops, WhatWasCoastedTakesUpWhatTheLoopsSay) {
+  MapGraph graph = row(30);
+  graph.edges[14].covariance = covariance(0.25, 0.02);  // of 14 -> 15
+  const double off_m = 0.5;
+  const std::vector<LoopEdge> loops = {loop(graph, 0, 27, off_m), loop(graph, 0, 28, off_m),
+                                       loop(graph, 0, 29, off_m)};
+  const WeighedLoops weighed = weigh_loops(graph, loops, {});
+  EXPECT_EQ(weighed.kept, (std::vector<std::uint8_t>{1, 1, 1}));
+  EXPECT_LT(weighed.stretch, 3);
+  EXPECT_NEAR(y_m(weighed.T_camera_world.at(number(14))), 0, 0.1) << "not 0.24";
+  for (int i = 15; i < 30; ++i)
+    EXPECT_NEAR(std::abs(y_m(weighed.T_camera_world.at(number(i)))), off_m, 0.1) << i;
 }
 
 TEST(WeighedLoops, ALoopThatOthersContradictIsLeftOut) {

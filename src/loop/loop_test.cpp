@@ -121,6 +121,24 @@ TEST(LoopCloser, OdometryCannotHaveDriftedSoFar) {
   EXPECT_EQ(result.attempts.front().outcome, LoopOutcome::kTooFar);
 }
 
+TEST(LoopCloser, WhatWasCoastedMayBeWrongByAsMuchAsItSays) {
+  RingWorld ring(14);
+  Walk walk{.coasted_at = 40, .coasted_m = 0.6, .coasted_std_m = 0.25};
+  walk.drift_m = walk.drift_rad = 0;
+  Map map = ring.walk(walk);
+  const LoopResult result = close_loop(ring, map);
+  ASSERT_FALSE(result.attempts.empty());
+  EXPECT_EQ(result.attempts.front().outcome, LoopOutcome::kClosed);
+  ASSERT_TRUE(result.closure);
+  EXPECT_NEAR(result.attempts.front().coasted_m, 3 * walk.coasted_std_m, 0.01);
+  map.apply(result.closure->patch);
+  EXPECT_LT(largest_error_m(map, walk), 0.1);
+  walk.coasted_m = 1.2;
+  const LoopResult farther = close_loop(ring, ring.walk(walk));
+  ASSERT_FALSE(farther.attempts.empty());
+  EXPECT_EQ(farther.attempts.front().outcome, LoopOutcome::kTooFar);
+}
+
 TEST(LoopCloser, OdometryThatDoesNotReachThePlaceAllowsNothing) {
   RingWorld ring(13);
   const LoopResult result =

@@ -15,10 +15,13 @@ using map_test::World;
 struct Walk {
   int keyframes_per_lap = 48;
   int keyframes = 58;
-  int first = 0;            ///< where on the lap it starts
-  int torn_at = -1;         ///< this keyframe knows nothing of those before it; -1 = none
-  double drift_m = 0.2;     ///< at the end, grown evenly; along the x axis of the world
-  double drift_rad = 0.03;  ///< the same, about the z axis of the world
+  int first = 0;             ///< where on the lap it starts
+  int torn_at = -1;          ///< this keyframe knows nothing of those before it; -1 = none
+  int coasted_at = -1;       ///< nothing was seen between this keyframe and the one before
+  double coasted_m = 0;      ///< and so far to the side it lies wrong, with all that follow
+  double coasted_std_m = 0;  ///< as its motion says
+  double drift_m = 0.2;      ///< at the end, grown evenly; along the x axis of the world
+  double drift_rad = 0.03;   ///< the same, about the z axis of the world
 };
 
 /// Looks outwards from a circle of 1.5 m around the z axis.
@@ -64,6 +67,7 @@ class RingWorld {
     const double share = static_cast<double>(i) / (walk.keyframes - 1);
     Vec6 drift;
     drift << share * walk.drift_m, 0, 0, 0, 0, share * walk.drift_rad;
+    if (walk.coasted_at >= 0 && i >= walk.coasted_at) drift[2] += walk.coasted_m;
     return true_pose(walk, i) * SE3::exp(drift).inverse();
   }
 
@@ -72,18 +76,26 @@ class RingWorld {
     Map map({map_test::kLevels, map_test::kScale});
     for (int i = 0; i < walk.keyframes; ++i) {
       const bool is_root = i == 0 || i == walk.torn_at;
-      add(map, i, true_pose(walk, i), drifted_pose(walk, i), !is_root);
+      const bool is_coasted = i == walk.coasted_at;
+      add(map, i, true_pose(walk, i), drifted_pose(walk, i), !is_root, !is_root && !is_coasted);
+      if (!is_coasted) continue;
+      const SE3 T_now_last = drifted_pose(walk, i) * drifted_pose(walk, i - 1).inverse();
+      Vec6 variances;
+      variances << Vec3::Constant(walk.coasted_std_m * walk.coasted_std_m / 3),
+          Vec3::Constant(1e-6);
+      map.set_motion(KeyframeId(i), {KeyframeId(i - 1), T_now_last, variances.asDiagonal()});
     }
     return map;
   }
 
  private:
-  void add(Map& map, int i, const SE3& T_seen_world, const SE3& T_camera_world, bool has_parent) {
+  void add(Map& map, int i, const SE3& T_seen_world, const SE3& T_camera_world, bool has_parent,
+           bool follows) {
     SeenFrame seen = world_.see(T_seen_world, static_cast<std::uint32_t>(i));
     seen.T_camera_world = T_camera_world;
     std::vector<LandmarkId> followed(world_.points().size(), kNoLandmark);
     const KeyframeId parent = has_parent ? KeyframeId(i - 1) : kNoKeyframe;
-    if (has_parent) {
+    if (follows) {
       const auto& landmarks = map.keyframe(parent).landmarks;
       for (std::uint32_t k = 0; k < landmarks.size(); ++k)
         followed[static_cast<std::size_t>(points_of_parent_[k])] = landmarks[k];

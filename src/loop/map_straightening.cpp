@@ -155,6 +155,11 @@ class Straightening {
   /// As the map has it, but for turns that the gyroscope contradicts.
   void add_tie(const MapGraph::Edge& edge) {
     const SE3 T_to_from = between(edge.from, edge.to);
+    if (edge.covariance) {
+      problem_.edges.push_back(
+          {node_.at(edge.from), node_.at(edge.to), T_to_from, edge.covariance->inverse()});
+      return;
+    }
     const double way = T_to_from.t().norm() + T_to_from.angle();
     const double variance_m2 = kLeast_m * kLeast_m + kWalk_m * kWalk_m * way;
     double variance_rad2 = kLeast_rad * kLeast_rad + kWalk_rad * kWalk_rad * way;

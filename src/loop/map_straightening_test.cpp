@@ -18,8 +18,9 @@ KeyframeId nth_keyframe(int i) { return KeyframeId{static_cast<std::uint32_t>(i)
 
 /// A ring walked around once, one keyframe a second, its heading wrong as it is told.
 struct Walked {
-  explicit Walked(const std::function<double(int)>& heading_rad) : ring(51) {
-    map = ring.walk({.keyframes = kKeyframes, .drift_m = 0, .drift_rad = 0});
+  explicit Walked(const std::function<double(int)>& heading_rad, int coasted_at = -1) : ring(51) {
+    map = ring.walk(
+        {.keyframes = kKeyframes, .coasted_at = coasted_at, .drift_m = 0, .drift_rad = 0});
     for (int i = 0; i < kKeyframes; ++i)
       truth.push_back(map.keyframe(nth_keyframe(i)).T_camera_world);
     std::vector<SE3> bent = {truth[0]};
@@ -121,6 +122,37 @@ TEST(MapStraightening, AMapThatIsRightStaysSo) {
   ASSERT_TRUE(patch);
   walked.map.apply(*patch);
   EXPECT_LT(walked.worst_m(), 0.005);
+}
+
+// What lies behind it is tilted as a whole, as gravity says; it does not bend at its seam.
+TEST(MapStraightening, WhereNothingWasSeenTheMapGivesWay) {
+  constexpr int kCoasted = 30;
+  Walked walked(jump(0), kCoasted);
+  walked.measure(kBias);
+  const SE3 tilt(so3_exp({0.05, 0, 0}), Vec3::Zero());
+  for (int i = 0; i < kKeyframes; ++i) {
+    const KeyframeId id = nth_keyframe(i);
+    auto data = std::make_shared<KeyframeData>(*walked.map.keyframe(id).data);
+    data->gravity = {-walked.truth[i].R().col(2), 25e-6 * Mat3::Identity()};
+    if (i >= kCoasted) {
+      data->turn->series = 2;
+      walked.map.set_pose(
+          id, walked.truth[i] * walked.truth[kCoasted].inverse() * tilt * walked.truth[kCoasted]);
+    }
+    walked.map.set_data(id, data);
+  }
+  walked.map.set_motion(nth_keyframe(kCoasted),
+                        {nth_keyframe(kCoasted - 1),
+                         walked.map.keyframe(nth_keyframe(kCoasted)).T_camera_world *
+                             walked.truth[kCoasted - 1].inverse(),
+                         0.01 * Mat6::Identity()});
+  const auto patch = straightened(walked.map, kMinShared, 0);
+  ASSERT_TRUE(patch);
+  walked.map.apply(*patch);
+  for (int i = 0; i < kKeyframes; ++i) {
+    const Vec3 up = walked.map.keyframe(nth_keyframe(i)).T_camera_world.R().col(2);
+    EXPECT_LT((up - walked.truth[i].R().col(2)).norm(), 0.01) << i;
+  }
 }
 
 TEST(MapStraightening, AMapOfOneRoomIsLeft) {

@@ -27,6 +27,13 @@ Descriptor most_typical(std::span<const Descriptor> descriptors) {
   return descriptors[best];
 }
 
+/// A motion to a keyframe, as one to another that vision tied to it.
+KeyframeMotion moved_on(const KeyframeMotion& motion, const SE3& T_other_keyframe) {
+  const Mat6 adjoint = T_other_keyframe.adjoint();
+  return {motion.from, T_other_keyframe * motion.T_keyframe_from,
+          adjoint * motion.covariance * adjoint.transpose()};
+}
+
 }  // namespace
 
 void Map::add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
@@ -60,7 +67,12 @@ void Map::remove_keyframe(KeyframeId id) {
   CHECK(parent != kNoKeyframe, "the first keyframe of a submap stays");
   const SE3 T_camera_parent = keyframe.T_camera_world * resolved_pose(parent).inverse();
   for (auto& [other_id, other] : keyframes_) {
-    if (other.parent == id) other.parent = parent;
+    if (other.parent == id) {
+      other.parent = parent;
+      if (keyframe.motion && !other.motion)
+        other.motion =
+            moved_on(*keyframe.motion, other.T_camera_world * keyframe.T_camera_world.inverse());
+    }
     if (!other.motion || other.motion->from != id) continue;
     other.motion->from = parent;
     other.motion->T_keyframe_from = other.motion->T_keyframe_from * T_camera_parent;

@@ -40,7 +40,7 @@ class Map {
   // Keyframes, ascending id.
   void add_keyframe(KeyframeDataPtr data, const SE3& T_camera_world, KeyframeId parent,
                     std::vector<float> static_weight);
-  /// Takes it out of every landmark; its children are given its parent.
+  /// Takes it out of every landmark; its children are given its parent, and its motion.
   void remove_keyframe(KeyframeId id);
   [[nodiscard]] bool has_keyframe(KeyframeId id) const { return keyframes_.contains(id); }
   [[nodiscard]] const Keyframe& keyframe(KeyframeId id) const;

@@ -311,6 +311,27 @@ TEST(Map, AMotionBeginsAtAKeyframeThatIsThere) {
   expect_motion(0, 1);
 }
 
+TEST(Map, AMotionOutlivesTheKeyframeThatItLedTo) {
+  Map map({8, 1.2});
+  const SE3 turn(so3_exp({0, 0.3, 0}), Vec3(0, 0, 0.2));
+  std::vector<SE3> poses = {SE3()};
+  for (int i = 1; i < 5; ++i) poses.push_back(turn * poses.back());
+  for (std::uint32_t id = 0; id < 5; ++id)
+    map.add_keyframe(bare_keyframe(id), poses[id], id ? KeyframeId{id - 1} : kNoKeyframe, {});
+  Vec6 variances;
+  variances << 1, 2, 3, 4, 5, 6;
+  const Mat6 covariance = variances.asDiagonal();
+  map.set_motion(KeyframeId{2}, {KeyframeId{1}, turn, covariance});
+  map.remove_keyframe(KeyframeId{2});
+  const auto& motion = map.keyframe(KeyframeId{3}).motion;
+  ASSERT_TRUE(motion);
+  EXPECT_EQ(motion->from, KeyframeId{1});
+  EXPECT_LT((motion->T_keyframe_from * (turn * turn).inverse()).log().norm(), 1e-9);
+  EXPECT_LT((motion->covariance - turn.adjoint() * covariance * turn.adjoint().transpose()).norm(),
+            1e-9);
+  EXPECT_FALSE(map.keyframe(KeyframeId{4}).motion) << "it was seen from the one before";
+}
+
 TEST(Map, ThousandsOfRemovedKeyframesKeepTheirPlaceAndCostLittle) {
   constexpr std::uint32_t kGenerations = 5000;
   constexpr std::size_t kStay = 10;

@@ -33,7 +33,13 @@ void AdjustmentThread::give_up() {
   abort_.store(true);
   if (thread_) {
     const trace::Span span("the adjustment", trace::Kind::kWait);
-    thread_.reset();  // joins
+    if (thread_->joinable()) thread_->join();
+    try {
+      thread_->rethrow();
+    } catch (...) {
+      if (!failure_) failure_ = std::current_exception();
+    }
+    thread_.reset();
   }
   result_.reset();
   pending_ = false;
@@ -45,6 +51,7 @@ bool AdjustmentThread::is_pending() {
 }
 
 std::optional<MapPatch> AdjustmentThread::take_result() {
+  if (failure_) std::rethrow_exception(failure_);
   if (thread_) thread_->rethrow();
   const std::lock_guard lock(mutex_);
   if (result_) pending_ = false;

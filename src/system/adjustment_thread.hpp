@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -25,7 +26,8 @@ class AdjustmentThread {
   void give_up();
   /// A job runs, or its result was not taken yet.
   [[nodiscard]] bool is_pending();
-  /// The result, once. Throws what the job ended with, if it was an exception.
+  /// The result, once. Throws what the job, or one that was given up, ended with, if it was an
+  /// exception.
   [[nodiscard]] std::optional<MapPatch> take_result();
   /// Waits for the job. @param abort set by another thread or a signal to give it up; may be null.
   void finish(const std::atomic<bool>* abort = nullptr);
@@ -38,6 +40,7 @@ class AdjustmentThread {
   std::optional<MapPatch> result_;  // under the mutex
   bool pending_ = false;            // the same
   std::future<void> ended_;
+  std::exception_ptr failure_;      // the first of jobs that were given up
   std::unique_ptr<WorkerThread> thread_;
 };
 

@@ -66,5 +66,19 @@ TEST(AdjustmentThread, AJobThatFailsSaysSoWhenItsResultIsAskedFor) {
       InternalError);
 }
 
+TEST(AdjustmentThread, AFailureIsToldThoughANewJobReplacesTheOld) {
+  map_test::World world(300, 34);
+  FullAdjustment job = make_full_adjustment(map_test::true_map(world, 3).map, {});
+  AdjustmentThread thread(world.camera(), {});
+  FullAdjustment wrong = job;
+  wrong.window.problem.observations.front().pose = 99;  // there are three
+  thread.start(wrong);
+  EXPECT_THROW(thread.finish(), InternalError);  // it has failed by now
+  thread.start(job);
+  EXPECT_THROW(static_cast<void>(thread.take_result()), InternalError);
+  thread.give_up();
+  EXPECT_THROW(static_cast<void>(thread.take_result()), InternalError);
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -35,7 +35,7 @@ void DenseThread::loop(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     if (auto update = next(stop)) {
       work_off(std::move(*update), stop);
-    } else if (queue_.is_closed()) {
+    } else if (queue_.is_drained()) {
       return;
     }
     show_if_due(stop);
@@ -44,7 +44,7 @@ void DenseThread::loop(const std::stop_token& stop) {
 
 void DenseThread::work_off(DenseUpdate update, const std::stop_token& stop) {
   {
-    const auto lock = locked();
+    const auto lock = locked_after_looks();
     map_.apply(update);
   }
   frames_waiting_ -= update.added.size();
@@ -71,7 +71,7 @@ void DenseThread::show_if_due(const std::stop_token& stop) {
     const ScopedTimer timer;
     {
       const trace::Span span("show");
-      const auto lock = locked();
+      const auto lock = locked_after_looks();
       map_.expect_looks();
       look.look(map_);
     }
@@ -87,14 +87,17 @@ void DenseThread::show_if_due(const std::stop_token& stop) {
 }
 
 bool DenseThread::step() {
+  const auto lock = locked_after_looks();
   const trace::Span span("update a view");
-  const auto lock = locked();
   return map_.step();
 }
 
 void DenseThread::inspect(const std::function<void(DenseMap&)>& look) {
   thread_.rethrow();
+  ++looks_waiting_;
   const auto lock = locked();
+  --looks_waiting_;
+  looks_waiting_.notify_all();
   map_.expect_looks();
   look(map_);
 }
@@ -111,6 +114,11 @@ std::unique_lock<std::mutex> DenseThread::locked() {
     if (!lock) lock.lock();
   });
   return lock;
+}
+
+std::unique_lock<std::mutex> DenseThread::locked_after_looks() {
+  for (int looks = looks_waiting_; looks > 0; looks = looks_waiting_) looks_waiting_.wait(looks);
+  return locked();
 }
 
 void DenseThread::finish() {

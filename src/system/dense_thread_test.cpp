@@ -4,7 +4,10 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <future>
 #include <mutex>
+#include <thread>
+#include <utility>
 
 #include "geometry/geometry_testing.hpp"
 
@@ -58,6 +61,62 @@ TEST(DenseThread, EndsWhereNobodyWaitsForIt) {
     DenseThread thread({}, camera);
     for (const DenseUpdate& update : updates) thread.apply(update);
   }
+}
+
+/// All of a walk as one update, as after a time in which the thread had no room.
+DenseUpdate walk_at_once(const Camera& camera, std::uint32_t views) {
+  std::vector<DenseUpdate> updates = walk(camera, views);
+  DenseUpdate all = std::move(updates.back());
+  all.added.clear();
+  for (std::uint32_t i = 0; i + 1 < views; ++i) all.added.push_back(updates[i].added.front());
+  return all;
+}
+
+TEST(DenseThread, IsBehindWithOneUpdateOfManyFrames) {
+  const Camera camera = small_camera();
+  DenseThread thread({}, camera);
+  thread.inspect([&](DenseMap&) {  // it cannot work meanwhile
+    thread.apply(walk_at_once(camera, 5));
+    EXPECT_FALSE(thread.is_behind());
+    thread.apply(walk_at_once(camera, 40));
+    EXPECT_TRUE(thread.is_behind());
+    EXPECT_FALSE(thread.is_full());
+    thread.apply(walk_at_once(camera, 40));
+    EXPECT_TRUE(thread.is_full());
+  });
+  thread.finish();
+  EXPECT_FALSE(thread.is_behind());
+}
+
+TEST(DenseThread, WhoLooksGoesBeforeTheNextStep) {
+  const Camera camera = small_camera();
+  DenseThread* its_thread = nullptr;
+  std::jthread other;
+  int shown = -1;
+  std::promise<int> looked;
+  const auto show = [&](const DenseMap& map) {
+    if (std::exchange(shown, map.volume().views()) >= 0) return;
+    other = std::jthread([&, views_then = shown] {
+      its_thread->inspect(
+          [&](const DenseMap& now) { looked.set_value(now.volume().views() - views_then); });
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // until it waits
+  };
+  DenseThread thread({}, camera, {show, 0});
+  its_thread = &thread;
+  thread.apply(walk_at_once(camera, 60));
+  EXPECT_EQ(looked.get_future().get(), 0) << "nothing was done between";
+  thread.finish();
+  EXPECT_EQ(shown, 59);
+}
+
+TEST(DenseThread, CountsNoFramesThatItDoesNotTake) {
+  const Camera camera = small_camera();
+  DenseThread thread({}, camera);
+  thread.finish();
+  thread.apply(walk_at_once(camera, 80));
+  EXPECT_FALSE(thread.is_full());
+  EXPECT_FALSE(thread.is_behind());
 }
 
 TEST(DenseThread, ShowsTheMapWhileNothingComesAnyMore) {

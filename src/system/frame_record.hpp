@@ -92,8 +92,26 @@ struct PosedFrame {
 static_assert(sizeof(PosedFrame) == 96, "docs/architecture.md tells");
 using Trajectory = std::deque<PosedFrame>;
 
-/// T_camera_world of frames whose poses were found again at the end (system/early_frames).
+/// T_camera_world of frames whose poses were found again: at the end (system/early_frames), or
+/// later in the run (RetrackedPose).
 using RevisedPoses = std::map<FrameId, SE3>;
+
+/// What is kept of a RetrackedFrame to the end of the run. Of one frame the last counts.
+struct RetrackedPose {
+  FrameId frame = kNoFrame;
+  KeyframeId reference = kNoKeyframe;
+  PackedPose T_camera_reference;
+
+  RetrackedPose() = default;
+  explicit RetrackedPose(const RetrackedFrame& retracked)
+      : frame(retracked.frame),
+        reference(retracked.pose.reference),
+        T_camera_reference(retracked.pose.T_camera_reference) {}
+  void revise(const Map& map, RevisedPoses& revised) const {
+    revised[frame] = T_camera_reference.unpacked() * map.resolved_pose(reference);
+  }
+};
+static_assert(sizeof(RetrackedPose) == 64, "docs/architecture.md tells");
 
 /// T_camera_world of a frame in the map as it is: of the keyframe that was made of it, else
 /// relative to its reference.

@@ -1,7 +1,7 @@
 // The stages in threads: the caller's tracks, one segments, one maps. Tracking waits for neither
 // (only every frame for its mask where the segmenter is in step, the very first frame, and frames
-// out of a file for masks that are too old, where configured; and where the mapper is 64 keyframes
-// behind, for the mapper).
+// out of a file for masks that are too old, where configured; where 64 messages wait for the
+// mapper, for the mapper; and who asks for a copy of a map, for that).
 #include <deque>
 #include <set>
 

@@ -69,7 +69,7 @@ void MapThread::loop(const std::stop_token& stop) {
     if (message) {
       std::visit([this](auto& m) { take(m); }, *message);
       take_adjustment();
-    } else if (!owes_dense_ || stop.stop_requested() || queue_.is_closed()) {
+    } else if (!owes_dense_ || stop.stop_requested() || queue_.is_drained()) {
       return;
     }
     if (owes_dense_) tell_dense();

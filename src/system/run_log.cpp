@@ -80,7 +80,8 @@ void RunLog::add(const FrameRecord& record, const TrackResult& result) {
     shutter_found_ |= result.shutter->taken_over;
   }
   early_frames_.add(record, result);
-  retracked_.insert(retracked_.end(), result.retracked.begin(), result.retracked.end());
+  if (keep_trajectory_)
+    for (const RetrackedFrame& frame : result.retracked) retracked_.emplace_back(frame);
   tell_of_mask(record, result);
   RunStatistics& s = outcome_.statistics;
   ++s.frames;

@@ -1,6 +1,7 @@
 // What a run leaves behind, in bounded memory but for the trajectory where it is kept.
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
 #include <utility>
@@ -45,7 +46,7 @@ struct RunStatistics {
 
 struct SlamOutcome {
   Trajectory trajectory;  ///< of the tracked frames, where it is kept
-  RevisedPoses revised;   ///< at the end
+  RevisedPoses revised;   ///< at the end; where no trajectory is kept, only of its first frames
   RunStatistics statistics;
 };
 
@@ -65,9 +66,7 @@ class RunLog {
   void finish(const Map& map, const Camera& camera) {
     if (!outcome_.revised.empty()) return;
     outcome_.revised = early_frames_.revised(map, camera);
-    for (const RetrackedFrame& frame : retracked_)
-      outcome_.revised[frame.frame] =
-          frame.pose.T_camera_reference * map.resolved_pose(frame.pose.reference);
+    for (const RetrackedPose& frame : retracked_) frame.revise(map, outcome_.revised);
   }
   /// Forgets the run; the sinks stay.
   void clear() {
@@ -90,7 +89,7 @@ class RunLog {
   EarlyFrames early_frames_;
   const bool keep_trajectory_;
   const std::string shutter_source_;
-  std::vector<RetrackedFrame> retracked_;  // of one frame: the last counts
+  std::deque<RetrackedPose> retracked_;    // where the trajectory is kept
   std::optional<Timestamp> masked_since_;  // that something was found to be fixed to the camera
   PixelMaskPtr told_mask_;                 // that the share is of
   bool mask_told_ = false;

@@ -185,8 +185,8 @@ std::vector<StampedPose> keyframe_trajectory(const Map& map) {
 Result<FrameFiles> FrameFiles::create(const std::filesystem::path& directory, int stamp_decimals,
                                       bool with_times, bool with_covariance) {
   FrameFiles files(directory, stamp_decimals, with_times, with_covariance);
-  for (Growing* growing :
-       {&files.frames_, &files.objects_, &files.live_, &files.odometry_, &files.poses_})
+  for (Growing* growing : {&files.frames_, &files.objects_, &files.live_, &files.odometry_,
+                           &files.poses_, &files.retracked_})
     if (Status opened = files.open(*growing); !opened.ok()) return opened.error();
   return files;
 }
@@ -199,6 +199,7 @@ FrameFiles::FrameFiles(std::filesystem::path directory, int stamp_decimals, bool
       live_{"trajectory_live.txt", with_covariance ? kCovarianceHeader : ""},
       odometry_{"odometry.txt", kCovarianceHeader},
       poses_{"trajectory.txt", ""},
+      retracked_{"trajectory.txt", ""},
       stamp_decimals_(stamp_decimals),
       with_times_(with_times),
       with_covariance_(with_covariance) {}
@@ -232,7 +233,14 @@ Status FrameFiles::copy(Growing& growing) const {
   return target->commit();
 }
 
-void FrameFiles::add(const FrameRecord& record) {
+template <typename Entry>
+void FrameFiles::put_bytes(Growing& growing, const Entry& entry) {
+  static_assert(std::is_trivially_copyable_v<Entry>);
+  put(growing, {reinterpret_cast<const char*>(&entry), sizeof entry});
+}
+
+void FrameFiles::add(const FrameRecord& record, std::span<const RetrackedFrame> retracked) {
+  for (const RetrackedFrame& frame : retracked) put_bytes(retracked_, RetrackedPose(frame));
   put(frames_, frame_line(record, stamp_decimals_, with_times_));
   put(objects_, object_lines(record, stamp_decimals_));
   if (!record.has_pose()) return;
@@ -248,25 +256,37 @@ void FrameFiles::add(const FrameRecord& record) {
   } else {
     put(live_, format_tum(std::span(&live, 1), stamp_decimals_));
   }
-  const PosedFrame posed(record);
-  static_assert(std::is_trivially_copyable_v<PosedFrame>);
-  put(poses_, {reinterpret_cast<const char*>(&posed), sizeof posed});
+  put_bytes(poses_, PosedFrame(record));
 }
 
 void FrameFiles::add_missed(const OfferedFrame& missed) {
   put(frames_, missed_line(missed, stamp_decimals_));
 }
 
-Result<Trajectory> FrameFiles::trajectory() {
-  if (state_.ok()) state_ = flush(poses_);
-  if (!state_.ok()) return state_.error();
-  Trajectory trajectory;
-  std::rewind(poses_.file.get());
-  for (PosedFrame posed; std::fread(&posed, sizeof posed, 1, poses_.file.get()) == 1;)
-    trajectory.push_back(posed);
-  if (std::ferror(poses_.file.get()) == 0) return trajectory;
+template <typename Entry, typename Take>
+Status FrameFiles::read(Growing& growing, Take take) {
+  if (state_.ok()) state_ = flush(growing);
+  if (!state_.ok()) return state_;
+  std::rewind(growing.file.get());
+  for (Entry entry; std::fread(&entry, sizeof entry, 1, growing.file.get()) == 1;) take(entry);
+  if (std::ferror(growing.file.get()) == 0) return Ok{};
   return Error{ErrorKind::kOutput,
-               (directory_ / poses_.name).string() + ": " + std::strerror(errno)};
+               (directory_ / growing.name).string() + ": " + std::strerror(errno)};
+}
+
+Result<Trajectory> FrameFiles::trajectory() {
+  Trajectory trajectory;
+  const Status status =
+      read<PosedFrame>(poses_, [&](const PosedFrame& posed) { trajectory.push_back(posed); });
+  if (!status.ok()) return status.error();
+  return trajectory;
+}
+
+Result<RevisedPoses> FrameFiles::revised(const Map& map, RevisedPoses others) {
+  const Status status =
+      read<RetrackedPose>(retracked_, [&](const RetrackedPose& pose) { pose.revise(map, others); });
+  if (!status.ok()) return status.error();
+  return others;
 }
 
 void FrameFiles::put(Growing& growing, std::string_view text) {

@@ -34,11 +34,13 @@ class FrameFiles {
   static Result<FrameFiles> create(const std::filesystem::path& directory, int stamp_decimals,
                                    bool with_times, bool with_covariance = false);
   /// After the first fault, which commit() tells, nothing more is written.
-  void add(const FrameRecord& record);
+  void add(const FrameRecord& record, std::span<const RetrackedFrame> retracked = {});
   /// A frame that nobody saw has a row of frames.csv only.
   void add_missed(const OfferedFrame& missed);
   /// Of the tracked frames so far, for final_trajectory().
   [[nodiscard]] Result<Trajectory> trajectory();
+  /// Adds those that were placed again during the run.
+  [[nodiscard]] Result<RevisedPoses> revised(const Map& map, RevisedPoses others);
   [[nodiscard]] Status commit();
 
  private:
@@ -57,7 +59,13 @@ class FrameFiles {
 
   std::filesystem::path directory_;
   Growing frames_, objects_, live_, odometry_;
-  Growing poses_;  // PosedFrame by PosedFrame; nobody else reads it
+  template <typename Entry>
+  void put_bytes(Growing& growing, const Entry& entry);
+  /// Calls `take` with what put_bytes() put there.
+  template <typename Entry, typename Take>
+  [[nodiscard]] Status read(Growing& growing, Take take);
+
+  Growing poses_, retracked_;  // PosedFrame by PosedFrame, RetrackedPose; nobody else reads them
   int stamp_decimals_;
   bool with_times_, with_covariance_;
   Status state_ = Ok{};

@@ -37,7 +37,7 @@ struct SessionOptions {
 struct Session {
   std::unique_ptr<Camera> camera;  ///< the runner refers to it
   std::unique_ptr<Runner> runner;
-  std::string segmenter;             ///< "model", "builtin", "masks" or "none", as used
+  std::string segmenter;             ///< segmenter_name() of the one that is used
   std::string precision;             ///< of the segmenter, "" without one
   std::filesystem::path dense_file;  ///< that it goes on with; empty = none
 };
@@ -47,7 +47,7 @@ struct Session {
 [[nodiscard]] Status choose_segmenter(
     const std::string& words, const std::filesystem::path& model, SessionOptions& options,
     std::string_view choices = "model, builtin, none or masks:DIR");
-/// "model", "builtin", "masks" or "none".
+/// "model", "builtin", "masks", "frames" (kGiven) or "none".
 [[nodiscard]] std::string segmenter_name(SegmenterKind kind);
 
 /// A session's segmenter; null where it has none. Errors as open_session().

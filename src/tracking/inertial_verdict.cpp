@@ -3,13 +3,15 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "core/chi_square.hpp"
+
 namespace ygslam {
 namespace {
 
 constexpr double kLongestCoast_s = 8, kMostStd_m = 0.4;
 // Chi-square of 6 degrees of freedom, 99.9 %, at twice the standard deviation: vision and map have
 // errors that the covariance does not know.
-constexpr double kAgrees = 4 * 22.5;
+constexpr double kAgrees = 4 * kMostChiSquare6;
 constexpr double kMapStd_m = 0.005, kMapStd_rad = 0.003;  // of the map between two places
 
 constexpr double kPointsStdFactor = 3;  // a few points agree by chance, as on a white wall

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/chi_square.hpp"
+
 namespace ygslam {
 namespace {
 
@@ -10,7 +12,7 @@ constexpr double kProvingFactor = 1.67;  // ... a pose needs so many times the u
 // NIS beyond which a prediction overrules a pose: of a weak one 99.9 % of chi-square with 6 degrees
 // of freedom, of others that at twice the standard deviation. Poses that are right stay below 5
 // (docs/inertial.md).
-constexpr double kMostWeakNis = 22.5, kMostNis = 4 * kMostWeakNis;
+constexpr double kMostWeakNis = kMostChiSquare6, kMostNis = 4 * kMostWeakNis;
 
 }  // namespace
 

@@ -18,7 +18,7 @@ namespace ygslam {
 
 struct TrackResult {
   TrackState state = TrackState::kWaiting;
-  SE3 T_world_camera{};  ///< as known now; meaningful while tracking or weak
+  SE3 T_world_camera{};  ///< as known now; meaningful where has_pose(state)
   /// The same in a frame that drifts but never jumps (odom of ROS REP 105): corrections of the map
   /// and relocalisation move T_world_odom instead. While lost it stays where it was.
   SE3 T_odom_camera{};

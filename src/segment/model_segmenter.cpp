@@ -7,6 +7,7 @@
 #include "core/memory.hpp"
 #include "core/trace.hpp"
 #include "segment/embedded_network.hpp"
+#include "segment/file_weights.hpp"
 #include "segment/model_file.hpp"
 #include "segment/model_probe.hpp"
 #include "segment/network_input.hpp"
@@ -151,8 +152,10 @@ Result<std::unique_ptr<Segmenter>> make_model_segmenter(const ModelConfig& confi
   if (!precision.ok()) return precision.error();
   if (config.check_processor)
     if (const Status right = check_processor(config.threads); !right.ok()) return right.error();
+  const auto weights = leave_weights_in(config.model, *model->network);
   auto request = compile_network(std::move(model->network), *precision, config.threads, name);
   if (!request.ok()) return request.error();
+  if (weights) weights->give_back();
   return std::unique_ptr<Segmenter>(std::make_unique<ModelSegmenter>(
       std::move(request).value(), *model, config.decode, name_of(*precision)));
 }

@@ -110,6 +110,7 @@ int main(int argc, char** argv) {
   try {
     // TBB, which OpenCV starts here, waits for itself without end where its first memory fails.
     ygslam::require_memory(kLeastMemory_bytes);
+    ygslam::share_free_memory();
     cv::setNumThreads(1);  // the stages have threads of their own; a robot may have two cores
     CLI::App app{"RGB-D SLAM for rooms with people in them", "ygslam"};
     app.set_version_flag("--version", ygslam::version());

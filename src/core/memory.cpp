@@ -55,6 +55,12 @@ void give_back_startup_memory(std::string_view library) {
   give_back_free_memory();
 }
 
+void share_free_memory() {
+#ifdef __GLIBC__
+  mallopt(M_ARENA_MAX, 2);
+#endif
+}
+
 void give_back_free_memory() {
 #ifdef __GLIBC__
   malloc_trim(0);

@@ -19,6 +19,11 @@ void require_memory(std::size_t bytes);
 /// is of the whole process, whoever else uses the library; malloc waits meanwhile.
 void give_back_startup_memory(std::string_view library);
 
+/// From now on all threads get their memory out of two arenas of malloc's, not of up to eight for
+/// each core: each keeps free what its threads gave back, and others cannot have it. For programs,
+/// before their threads start.
+void share_free_memory();
+
 /// Gives back what malloc holds free; it waits meanwhile.
 void give_back_free_memory();
 

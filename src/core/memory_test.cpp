@@ -4,10 +4,19 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <latch>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include "core/testing/memory_limit.hpp"
 
@@ -75,6 +84,37 @@ TEST(Memory, WhatMallocHoldsFreeIsGivenBack) {
   give_back_startup_memory("a library that there is not");
   EXPECT_LT(resident_pages(), held - 2000);  // 8 MB of 20
 }
+
+#ifdef __GLIBC__
+/// Arenas of malloc's.
+std::size_t arenas() {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* const out = open_memstream(&text, &size);
+  malloc_info(0, out);
+  std::fclose(out);
+  const std::string report(text, size);
+  std::free(text);
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = report.find("<heap nr=", at)) != report.npos; ++at) ++count;
+  return count;
+}
+
+TEST(Memory, ThreadsShareTwoArenas) {
+  share_free_memory();
+  const std::size_t before = arenas();
+  std::latch all_allocated(8);
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < 8; ++i)
+      threads.emplace_back([&] {
+        const std::vector<std::uint8_t> piece(10'000, 1);
+        all_allocated.arrive_and_wait();
+      });
+  }
+  EXPECT_LE(arenas(), std::max<std::size_t>(before, 2));
+}
+#endif
 #endif
 
 }  // namespace

@@ -6,11 +6,14 @@
 
 #include "core/memory.hpp"
 #include "core/trace.hpp"
+#include "segment/embedded_network.hpp"
+#include "segment/file_weights.hpp"
 #include "segment/model_file.hpp"
 #include "segment/model_probe.hpp"
 #include "segment/network_input.hpp"
 #include "segment/openvino_network.hpp"
 #include "segment/output_decode.hpp"
+#include "segment/people_network.hpp"
 
 namespace ygslam {
 namespace {
@@ -114,6 +117,14 @@ Precision wanted_precision(Precision configured, const ModelFile& model) {
   return configured == Precision::kAuto && needs_f32 ? Precision::kF32 : configured;
 }
 
+/// Nobody knows what a network of the user's own should answer, so the built-in one is asked.
+Status check_processor(int threads) {
+  if (!embedded_network("people.onnx")) return Ok{};
+  const auto people =
+      make_people_segmenter(CameraConfig{.fx = 525, .fy = 525}, {Precision::kAuto, threads});
+  return people.ok() ? Status(Ok{}) : Status(people.error());
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Segmenter>> make_model_segmenter(const ModelConfig& config) {
@@ -139,8 +150,12 @@ Result<std::unique_ptr<Segmenter>> make_model_segmenter(const ModelConfig& confi
   const auto precision =
       choose_precision(wanted_precision(config.precision, *model), model->quantised, name);
   if (!precision.ok()) return precision.error();
+  if (config.check_processor)
+    if (const Status right = check_processor(config.threads); !right.ok()) return right.error();
+  const auto weights = leave_weights_in(config.model, *model->network);
   auto request = compile_network(std::move(model->network), *precision, config.threads, name);
   if (!request.ok()) return request.error();
+  if (weights) weights->give_back();
   return std::unique_ptr<Segmenter>(std::make_unique<ModelSegmenter>(
       std::move(request).value(), *model, config.decode, name_of(*precision)));
 }

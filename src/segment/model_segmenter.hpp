@@ -21,10 +21,13 @@ struct ModelConfig {
   /// The file is first read in a child process, so that one made to crash the reader costs an error
   /// and no more (see model_probe.hpp about threads).
   bool try_in_child = false;
+  /// First the built-in people network has to find a drawn person, where it is in the build.
+  bool check_processor = !kIsTriedProcessor;
 };
 
 /// Loads the network.
-/// @return kModel: file missing, unreadable or of no kind that is read; kConfig: a precision that
+/// @return kModel: file missing, unreadable or of no kind that is read, or OpenVINO errs on this
+/// processor; kConfig: a precision that
 /// model or processor does not have, or a bad number in the configuration. Throws std::bad_alloc.
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> make_model_segmenter(const ModelConfig& config);
 

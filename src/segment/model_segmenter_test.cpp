@@ -78,6 +78,13 @@ void expect_mask_is_rectangle(const Segmentation& s, int u0, int v0, int u1, int
   }
 }
 
+TEST_F(ModelSegmenterTest, IsMadeWhereTheProcessorIsAskedFirstAndAnswersRight) {
+  ModelConfig config = config_for({});
+  config.check_processor = true;
+  const auto made = make_model_segmenter(config);
+  EXPECT_TRUE(made.ok()) << made.error().message;
+}
+
 TEST_F(ModelSegmenterTest, MaskLiesWhereTheNetworkSawItAndCarriesTheFramesId) {
   const auto made = make_model_segmenter(config_for({}));
   ASSERT_TRUE(made.ok()) << made.error().message;

@@ -8,6 +8,7 @@
 #include "core/memory.hpp"
 #include "core/trace.hpp"
 #include "segment/embedded_network.hpp"
+#include "segment/known_person.hpp"
 #include "segment/openvino_network.hpp"
 #include "segment/people_decode.hpp"
 #include "segment/people_input.hpp"
@@ -89,6 +90,27 @@ Result<std::shared_ptr<ov::Model>> read(std::string_view bytes, std::string_view
   }
 }
 
+struct CompiledNetwork {
+  ov::InferRequest request;
+  Precision precision;
+};
+
+Result<CompiledNetwork> compile(std::string_view network, std::string_view ir_weights,
+                                const PeopleConfig& config) {
+  auto model = read(network, ir_weights);
+  if (!model.ok()) return model.error();
+  const auto precision = choose_precision(config.precision, is_quantised(**model), kName);
+  if (!precision.ok()) return precision.error();
+  auto request = compile_network(std::move(*model), *precision, config.threads, kName);
+  if (!request.ok()) return request.error();
+  return CompiledNetwork{std::move(request).value(), *precision};
+}
+
+std::unique_ptr<PeopleSegmenter> segmenter_of(const CompiledNetwork& compiled,
+                                              const CameraConfig& camera) {
+  return std::make_unique<PeopleSegmenter>(compiled.request, camera, name_of(compiled.precision));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Segmenter>> make_people_segmenter(const CameraConfig& camera,
@@ -97,23 +119,24 @@ Result<std::unique_ptr<Segmenter>> make_people_segmenter(const CameraConfig& cam
   const std::string name = int8 ? "people_int8.xml" : "people.onnx";
   const auto network = embedded_network(name);
   const auto weights = int8 ? embedded_network("people_int8.bin") : std::string_view();
-  if (network && weights) return make_people_segmenter(*network, camera, config, *weights);
-  return fault("not in this build (assets/" + name +
-               " was missing), use --segmenter model with --model FILE");
+  if (!network || !weights)
+    return fault("not in this build (assets/" + name +
+                 " was missing), use --segmenter model with --model FILE");
+  const auto compiled = compile(*network, *weights, config);
+  if (!compiled.ok()) return compiled.error();
+  const KnownPerson known = draw_known_person();
+  const Status finds = check_finds(known, *segmenter_of(*compiled, known.camera));
+  if (!finds.ok()) return fault(finds.error().message);
+  return std::unique_ptr<Segmenter>(segmenter_of(*compiled, camera));
 }
 
 Result<std::unique_ptr<Segmenter>> make_people_segmenter(std::string_view network,
                                                          const CameraConfig& camera,
                                                          const PeopleConfig& config,
                                                          std::string_view ir_weights) {
-  auto model = read(network, ir_weights);
-  if (!model.ok()) return model.error();
-  const auto precision = choose_precision(config.precision, is_quantised(**model), kName);
-  if (!precision.ok()) return precision.error();
-  auto request = compile_network(std::move(*model), *precision, config.threads, kName);
-  if (!request.ok()) return request.error();
-  return std::unique_ptr<Segmenter>(
-      std::make_unique<PeopleSegmenter>(std::move(request).value(), camera, name_of(*precision)));
+  const auto compiled = compile(network, ir_weights, config);
+  if (!compiled.ok()) return compiled.error();
+  return std::unique_ptr<Segmenter>(segmenter_of(*compiled, camera));
 }
 
 }  // namespace ygslam

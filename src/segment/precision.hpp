@@ -10,4 +10,12 @@ enum class Precision {
   kInt8,  ///< needs a quantised model
 };
 
+/// On these processors OpenVINO's results have been compared with those elsewhere. On others (ARM
+/// with SVE, docs/install.md) they may be wrong.
+#ifdef __x86_64__
+inline constexpr bool kIsTriedProcessor = true;
+#else
+inline constexpr bool kIsTriedProcessor = false;
+#endif
+
 }  // namespace ygslam

@@ -319,7 +319,8 @@ std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const 
   if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
   result.by_wheels = tied_at_ && seconds_between(stamp, *tied_at_) < 2 * kWheelsRest_s;
   result.covariance += lasting_;
-  result.agreed = offset_known_ && agrees_since_ && last_seen_ &&
+  const bool offset_is_doubtful = !offset_known_ && (offset_unfound_ > 0 || far_offset_s_);
+  result.agreed = !offset_is_doubtful && agrees_since_ && last_seen_ &&
                   seconds_between(*last_seen_, *agrees_since_) > kAgreed_s;
   if (const Earlier* then = result.agreed ? earlier(stamp) : nullptr)
     if (const auto since = moved(then->state, stamp)) result.earlier = of_camera(*since);

@@ -18,6 +18,7 @@ struct DriveOptions {
   double seen_position_m = 0.002;
   double seen_rotation_rad = 0.1 * std::numbers::pi / 180;
   double offset_s = 0;  ///< the IMU's clock is late by
+  std::optional<double> told_offset_s{};
   ImuNoise noise{};
   double gyro_scale_error = 0;  ///< that the estimator is told of
   /// What an IMU may do wrong; false: the sample is lost.
@@ -101,6 +102,7 @@ class Drive {
     InertialConfig config;
     config.noise = options_.noise;
     config.T_camera_imu = T_camera_imu_;
+    config.time_offset_s = options_.told_offset_s;
     config.gyro_scale_error = options_.gyro_scale_error;
     config.tilt_walk_rad_sqrts = 1e-5;  // this vision does not drift
     return config;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ygslam {
 namespace {
@@ -22,6 +23,7 @@ constexpr double kClippedAccel_mps2 = 50;
 // Sensors clip at 125 deg/s or 2 g at the least, and noise makes equal readings rare above that.
 constexpr double kLeastGyroRange_radps = 2.1, kLeastAccelRange_mps2 = 19;
 constexpr int kEqualWhereClipped = 3;
+constexpr int kAloneAmong = 10;  // readings, one is far: more shake
 
 // Whatever the unit: nothing turns or falls like this.
 bool is_reading(const ImuSample& sample) {
@@ -38,11 +40,19 @@ double density(double error, double step_s) { return error * std::sqrt(step_s); 
 
 }  // namespace
 
+ImuBuffer::ImuBuffer(const ImuNoise& noise, double gyro_scale_error, const ImuRange& range)
+    : noise_(noise),
+      gyro_scale_error_(gyro_scale_error),
+      range_(range),
+      usual_period_s_(1 / noise.rate_hz),
+      gyro_(noise.gyro_noise_radps_sqrthz * std::sqrt(noise.rate_hz)),
+      accel_(noise.accel_noise_mps2_sqrthz * std::sqrt(noise.rate_hz)) {}
+
 ImuBuffer::Verdict ImuBuffer::add(const ImuSample& sample) {
   if (!is_reading(sample)) return Verdict::kPassedOver;
   Verdict verdict = Verdict::kTaken;
-  if (!samples_.empty()) {
-    const double step_s = seconds_between(sample.stamp, samples_.back().stamp);
+  if (last_) {
+    const double step_s = seconds_between(sample.stamp, *last_);
     if (step_s <= 0) {
       if (++gone_back_ < kClockIsSetBack) return Verdict::kPassedOver;
       clear();
@@ -55,13 +65,75 @@ ImuBuffer::Verdict ImuBuffer::add(const ImuSample& sample) {
     }
   }
   gone_back_ = gone_ahead_ = 0;
+  last_ = sample.stamp;
+  if (const ImuFault fault = fault_of(sample); fault == ImuFault::kNone) {
+    take(sample);
+  } else {
+    leave_out(sample, fault);
+    if (verdict == Verdict::kTaken) return Verdict::kLeftOut;
+  }
+  return verdict;
+}
+
+ImuFault ImuBuffer::fault_of(const ImuSample& sample) {
+  const bool gyro_hangs = gyro_.add(sample.angular_velocity_radps, usual_period_s_);
+  const bool accel_hangs = accel_.add(sample.specific_force_mps2, usual_period_s_);
+  if (gyro_hangs || accel_hangs) {
+    forget_repeated();
+    return ImuFault::kStands;
+  }
+  if (sample.specific_force_mps2.isZero(0)) return ImuFault::kStands;  // nothing on Earth does
+  return is_beyond_range(sample, range_) ? ImuFault::kRange : ImuFault::kNone;
+}
+
+void ImuBuffer::leave_out(const ImuSample& sample, ImuFault fault) {
+  fault_ = fault;
+  faulty_at_ = sample.stamp;
+  is_missing_ = true;
+}
+
+/// Of a sensor that hangs the first reading was right.
+void ImuBuffer::forget_repeated() {
+  far_.reset();
+  const auto repeats = [&] {
+    if (samples_.size() < 2) return false;
+    const ImuSample &last = samples_.back(), &before = samples_[samples_.size() - 2];
+    return last.angular_velocity_radps == before.angular_velocity_radps ||
+           last.specific_force_mps2 == before.specific_force_mps2;
+  };
+  while (repeats()) {
+    samples_.pop_back();
+    quality_.pop_back();
+  }
+}
+
+void ImuBuffer::take(const ImuSample& sample) {
+  ++since_far_;
+  if (far_) {
+    const ImuSample far = *std::exchange(far_, std::nullopt);
+    if (is_far_alone(far, samples_.back(), sample)) {
+      leave_out(far, ImuFault::kRange);
+    } else {
+      append(far);
+    }
+    since_far_ = 0;
+  }
+  const bool is_other = !samples_.empty() && is_far(sample, samples_.back());
+  if (is_other && since_far_ > kAloneAmong && !is_missing_) {
+    far_ = sample;
+    return;
+  }
+  if (is_other) since_far_ = 0;  // it shakes
+  append(sample);
+}
+
+void ImuBuffer::append(const ImuSample& sample) {
   count_equal(sample);
   samples_.push_back(sample);
-  clipped_.push_back(false);
+  quality_.push_back(std::exchange(is_missing_, false) ? Quality::kAfterMissing : Quality::kGood);
   if (equal_.maxCoeff() >= kEqualWhereClipped)
-    std::fill(clipped_.end() - std::min<std::ptrdiff_t>(kEqualWhereClipped, std::ssize(clipped_)),
-              clipped_.end(), true);
-  return verdict;
+    std::fill(quality_.end() - std::min<std::ptrdiff_t>(kEqualWhereClipped, std::ssize(quality_)),
+              quality_.end(), Quality::kClipped);
 }
 
 /// Until several in a row agree, it is one wrong stamp.
@@ -88,13 +160,18 @@ void ImuBuffer::count_equal(const ImuSample& sample) {
 void ImuBuffer::forget_before(Timestamp stamp) {
   while (samples_.size() > 2 && samples_[1].stamp <= stamp) {
     samples_.pop_front();
-    clipped_.pop_front();
+    quality_.pop_front();
   }
 }
 
 void ImuBuffer::clear() {
   samples_.clear();
-  clipped_.clear();
+  quality_.clear();
+  last_.reset();
+  far_.reset();
+  since_far_ = 0;
+  fault_ = ImuFault::kNone;
+  is_missing_ = false;
   equal_.setZero();
   gone_back_ = gone_ahead_ = 0;
   usual_period_s_ = 1 / noise_.rate_hz;
@@ -103,6 +180,9 @@ void ImuBuffer::clear() {
 void ImuBuffer::shift(std::int64_t by_ns) {
   for (ImuSample& sample : samples_) sample.stamp.ns += by_ns;
   if (gone_ahead_ > 0) ahead_.ns += by_ns;
+  if (last_) last_->ns += by_ns;
+  if (far_) far_->stamp.ns += by_ns;
+  faulty_at_.ns += by_ns;
 }
 
 Preintegration::Noise ImuBuffer::noise_of(std::size_t after) const {
@@ -115,8 +195,10 @@ Preintegration::Noise ImuBuffer::noise_of(std::size_t after) const {
     noise.gyro_radps_sqrthz = std::max(noise.gyro_radps_sqrthz, density(gyro_radps, step_s));
     noise.accel_mps2_sqrthz = std::max(noise.accel_mps2_sqrthz, density(accel_mps2, step_s));
   };
-  if (step_s > kGapPeriods * usual_period_s_) at_least(kGapGyro_radps, kGapAccel_mps2);
-  if (clipped_[after] || clipped_[after - 1]) at_least(kClippedGyro_radps, kClippedAccel_mps2);
+  if (step_s > kGapPeriods * usual_period_s_ || quality_[after] == Quality::kAfterMissing)
+    at_least(kGapGyro_radps, kGapAccel_mps2);
+  if (quality_[after] == Quality::kClipped || quality_[after - 1] == Quality::kClipped)
+    at_least(kClippedGyro_radps, kClippedAccel_mps2);
   return noise;
 }
 
@@ -162,9 +244,14 @@ std::optional<ImuSample> ImuBuffer::reading(Timestamp at) const {
   return interpolated(*(after - 1), *after, at);
 }
 
+ImuFault ImuBuffer::why_missing(Timestamp since) const {
+  return fault_ != ImuFault::kNone && faulty_at_ >= since ? fault_ : ImuFault::kSilent;
+}
+
 bool ImuBuffer::was_clipped(Timestamp from, Timestamp to) const {
   for (std::size_t i = 0; i < samples_.size(); ++i)
-    if (clipped_[i] && samples_[i].stamp >= from && samples_[i].stamp <= to) return true;
+    if (quality_[i] == Quality::kClipped && samples_[i].stamp >= from && samples_[i].stamp <= to)
+      return true;
   return false;
 }
 

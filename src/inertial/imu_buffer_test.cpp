@@ -154,5 +154,122 @@ TEST(ImuBuffer, ShiftedSamplesAreThoseOfAnotherTime) {
   EXPECT_EQ(buffer.reading({to_ns(0.6)})->specific_force_mps2, before);
 }
 
+// A second at rest, after `change` of each sample; its delta of velocity less that of gravity.
+template <typename Change>
+ImuBuffer changed(const Change& change, const ImuRange& range = {}) {
+  ImuBuffer buffer{ImuNoise{}, 0, range};
+  Rng rng(1);
+  for (int i = 0; i <= 200; ++i) {
+    ImuSample sample = still_sample(i * kPeriod_s, rng);
+    change(i, sample);
+    buffer.add(sample);
+  }
+  return buffer;
+}
+
+MotionDelta motion_of(const ImuBuffer& buffer) {
+  return buffer.between({0}, {to_ns(1)}, {})->delta();
+}
+
+TEST(ImuBuffer, OneWrongReadingIsMissing) {
+  const MotionDelta right = motion_of(filled(1, kNone));
+  for (const double accel_mps2 : {25.0, -39.0, 150.0, 1000.0}) {
+    const ImuBuffer buffer = changed([&](int i, ImuSample& s) {
+      if (i == 100) s.specific_force_mps2.x() = accel_mps2;
+    });
+    EXPECT_EQ(buffer.samples().size(), 200U);
+    EXPECT_NEAR((motion_of(buffer).v - right.v).norm(), 0, 1e-3);
+    EXPECT_GT(turn_std(*buffer.between({0}, {to_ns(1)}, {})), 5e-3);
+    EXPECT_EQ(buffer.why_missing({to_ns(0.4)}), ImuFault::kRange);
+    EXPECT_EQ(buffer.why_missing({to_ns(0.6)}), ImuFault::kSilent);
+  }
+  for (const double gyro_radps : {4.0, -17.0, 30.0, 1000.0}) {
+    const ImuBuffer buffer = changed([&](int i, ImuSample& s) {
+      if (i == 100) s.angular_velocity_radps.y() = gyro_radps;
+    });
+    EXPECT_EQ(buffer.samples().size(), 200U);
+    EXPECT_NEAR(so3_log(motion_of(buffer).R.transpose() * right.R).norm(), 0, 1e-3);
+  }
+}
+
+TEST(ImuBuffer, AWrongReadingIsNeverTheNewest) {
+  ImuBuffer buffer = filled(1, kNone);
+  Rng rng(2);
+  ImuSample wrong = still_sample(1.005, rng);
+  wrong.specific_force_mps2.x() = 39;
+  buffer.add(wrong);
+  EXPECT_LT(buffer.reading({to_ns(1.01)})->specific_force_mps2.x(), 1);
+}
+
+TEST(ImuBuffer, JoltsAreMotion) {
+  for (const int length : {2, 3, 6}) {
+    const ImuBuffer buffer = changed([&](int i, ImuSample& s) {
+      if (i >= 100 && i < 100 + length) s.specific_force_mps2.x() += 30;
+    });
+    EXPECT_EQ(buffer.samples().size(), 201U);
+    EXPECT_NEAR(motion_of(buffer).v.x(), 30 * length * kPeriod_s, 0.02);
+  }
+  // What shakes about the rate of the samples themselves is taken as it comes.
+  const ImuBuffer shaken = changed([](int i, ImuSample& s) {
+    if (i >= 50) s.specific_force_mps2.x() += i % 2 == 0 ? 12 : -12;
+  });
+  EXPECT_GE(shaken.samples().size(), 200U);
+}
+
+TEST(ImuBuffer, BeyondItsRangeNothingIsBelieved) {
+  const auto burst = [](int i, ImuSample& s) {
+    if (i >= 100 && i < 104) s.specific_force_mps2.x() = 60;
+  };
+  EXPECT_EQ(changed(burst).samples().size(), 201U);
+  EXPECT_EQ(changed(burst, {.gyro_radps = 17.5, .accel_mps2 = 39.2}).samples().size(), 197U);
+  EXPECT_EQ(changed(burst, {.gyro_radps = 17.5, .accel_mps2 = 58}).samples().size(), 201U);
+}
+
+TEST(ImuBuffer, NoAccelerationAtAllIsNoReading) {
+  const ImuBuffer buffer = changed([](int i, ImuSample& s) {
+    if (i >= 100) s.specific_force_mps2.setZero();
+  });
+  EXPECT_EQ(buffer.samples().size(), 100U);
+  EXPECT_EQ(buffer.why_missing({to_ns(0.5)}), ImuFault::kStands);
+  EXPECT_FALSE(buffer.between({0}, {to_ns(0.7)}, {}));
+}
+
+TEST(ImuBuffer, ReadingsThatStayTheSameAreMissing) {
+  for (const bool is_gyro : {true, false}) {
+    ImuSample held;
+    const ImuBuffer buffer = changed([&](int i, ImuSample& s) {
+      if (i <= 100) held = s;
+      if (i > 150 || i <= 100) return;
+      if (is_gyro) s.angular_velocity_radps = held.angular_velocity_radps;
+      if (!is_gyro) s.specific_force_mps2 = held.specific_force_mps2;
+    });
+    EXPECT_EQ(buffer.samples().size(), 151U);  // the first of them stays
+    EXPECT_EQ(buffer.why_missing({to_ns(0.5)}), ImuFault::kStands);
+    EXPECT_FALSE(buffer.between({to_ns(0.4)}, {to_ns(0.7)}, {}));
+    EXPECT_TRUE(buffer.between({to_ns(0.77)}, {to_ns(1)}, {}));
+  }
+}
+
+TEST(ImuBuffer, SlowSensorsMayRepeatTheirReadings) {
+  for (const int times : {2, 4, 8}) {
+    Vec3 held = Vec3::Zero();
+    const ImuBuffer buffer = changed([&](int i, ImuSample& s) {
+      if (i % times == 0) held = s.specific_force_mps2;
+      s.specific_force_mps2 = held;
+    });
+    EXPECT_EQ(buffer.samples().size(), 201U);
+  }
+}
+
+TEST(ImuBuffer, CoarseTextAtRestIsAlive) {
+  const auto rounded = [](Vec3& v, double step) { v = step * (v / step).array().round(); };
+  const ImuBuffer buffer = changed([&](int i, ImuSample& s) {
+    if (i < 50) s.angular_velocity_radps.x() += 0.01 * i;
+    rounded(s.angular_velocity_radps, 0.01);
+    rounded(s.specific_force_mps2, 0.1);
+  });
+  EXPECT_EQ(buffer.samples().size(), 201U);
+}
+
 }  // namespace
 }  // namespace ygslam

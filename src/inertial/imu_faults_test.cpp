@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "inertial/estimator_test_world.hpp"
@@ -93,7 +94,113 @@ TEST(ImuFaults, AGyroscopeThatStands) {
                   return true;
                 },
                 true),
-            ImuFault::kDisagrees);
+            ImuFault::kStands);
+}
+
+TEST(ImuFaults, ReadingsThatAreZero) {
+  EXPECT_EQ(fault_of(
+                [](ImuSample& s) {
+                  if (s.stamp.ns > to_ns(2)) s = {s.stamp, Vec3::Zero(), Vec3::Zero()};
+                  return true;
+                },
+                true),
+            ImuFault::kStands);
+}
+
+// While it hangs nothing is predicted, and afterwards all is as before.
+TEST(ImuFaults, ADriverThatHangsForASecond) {
+  std::optional<ImuSample> held;
+  const auto hang = [&](ImuSample& s) {
+    if (s.stamp.ns < to_ns(7) || s.stamp.ns > to_ns(8)) return true;
+    if (!held) held = s;
+    held->stamp = s.stamp;
+    s = *held;
+    return true;
+  };
+  Drive drive({.seed = 6, .liveliness = 1.5, .distort = hang});
+  drive.run(7.15);
+  EXPECT_FALSE(drive.estimator().predict(drive.now()));
+  drive.run(1);
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kStands);
+  drive.run(4);
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+  EXPECT_TRUE(drive.estimator().is_trusted());
+}
+
+TEST(ImuFaults, OneWrongReadingCostsNothing) {
+  for (const auto& [axis, size] : {std::pair(3, 1000.0), {4, 39.0}, {1, 17.0}, {0, 30.0}}) {
+    Vec6 wrong = Vec6::Zero();
+    wrong[axis] = size;
+    bool came = false;
+    const auto spike = [&](ImuSample& s) {
+      if (s.stamp.ns < to_ns(8.05) || std::exchange(came, true)) return true;
+      s.angular_velocity_radps += wrong.head<3>();
+      s.specific_force_mps2 += wrong.tail<3>();
+      return true;
+    };
+    Drive drive({.seed = 6, .liveliness = 1.5, .distort = spike});
+    drive.run(8);
+    drive.run(0.5, false);
+    ASSERT_TRUE(came);
+    const auto predicted = drive.estimator().predict(drive.now());
+    ASSERT_TRUE(predicted);
+    EXPECT_LT(drive.error_of(*predicted).head<3>().norm(), 0.05);
+    EXPECT_LT(drive.nees_of(*predicted), kMostNees);
+    drive.run(1);
+    EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+  }
+}
+
+TEST(ImuFaults, FasterThanACameraIsCarried) {
+  const auto pull = [](ImuSample& s) {
+    if (s.stamp.ns > to_ns(8)) s.specific_force_mps2.y() += 12;
+    return true;
+  };
+  Drive drive({.seed = 6, .distort = pull});
+  drive.run(8);
+  drive.run(0.2, false);
+  EXPECT_TRUE(drive.estimator().predict(drive.now()));
+  drive.run(0.4, false);
+  EXPECT_FALSE(drive.estimator().predict(drive.now()));
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kDisagrees);
+}
+
+TEST(ImuFaults, AClockFarOffIsFound) {
+  for (const double offset_s : {-0.3, 0.15, 0.2, 0.3}) {
+    Drive drive({.seed = 3, .liveliness = 2, .offset_s = offset_s});
+    drive.run(15);
+    EXPECT_NEAR(drive.estimator().time_offset_s(), offset_s, 3e-3);
+    EXPECT_TRUE(drive.estimator().is_trusted());
+  }
+}
+
+TEST(ImuFaults, AClockOfNoOffsetIsTold) {
+  Drive drive({.seed = 3, .liveliness = 2, .offset_s = 3});
+  bool told = false;
+  for (int i = 0; i < 600; ++i) {
+    drive.step();
+    told |= drive.estimator().take_fault() == ImuFault::kOffset;
+    const auto predicted = drive.estimator().predict(drive.now());
+    EXPECT_FALSE(predicted && predicted->agreed);
+  }
+  EXPECT_TRUE(told);
+}
+
+TEST(ImuFaults, AToldOffsetThatIsWrongIsNotUsed) {
+  for (const double told_s : {0.0, -0.05, 0.3}) {
+    Drive drive({.seed = 3, .liveliness = 2, .offset_s = 0.04, .told_offset_s = told_s});
+    bool told = false;
+    for (int i = 0; i < 450; ++i) {
+      drive.step();
+      told |= drive.estimator().take_fault() == ImuFault::kToldOffset;
+    }
+    EXPECT_TRUE(told);
+    EXPECT_NEAR(drive.estimator().time_offset_s(), 0.04, 3e-3);
+  }
+  Drive drive({.seed = 3, .liveliness = 2, .offset_s = 0.04, .told_offset_s = 0.035});
+  drive.run(15);
+  EXPECT_EQ(drive.estimator().take_fault(), ImuFault::kNone);
+  EXPECT_NEAR(drive.estimator().time_offset_s(), 0.035, 1e-9);
 }
 
 TEST(ImuFaults, StampsThatGoBackStartAnew) {

@@ -14,16 +14,6 @@ namespace {
 using namespace state_part;
 
 constexpr double kLeastVariance = 1e-8;  // no pose is better than 0.1 mm, 0.1 mrad
-constexpr double kTurnsKept_s = 4;
-constexpr double kOffsetEvery_s = 1;
-constexpr double kLongestTurn_s = 0.25;      // between two frames
-constexpr double kMostOffsetSigma_s = 1e-3;  // of an offset that is believed
-constexpr double kOtherOffset_s = 2e-3;      // beyond what was taken: all begins anew
-constexpr double kOtherOffsetSigmas = 3;
-constexpr double kLeastOffset_s = 4e-4;
-constexpr double kOffsetMemory = 0.9;                        // clocks drift
-constexpr double kFarOffset_s = 0.1, kNearOffset_s = 0.016;  // that are looked for
-constexpr double kLeastExplained = 0.5;  // of the seen rotation, by a gyroscope that is one
 constexpr double kLongestPause_s = 0.3;  // without a pose, before a start
 constexpr std::size_t kFewestStartFrames = 10;
 constexpr double kUnheard_s = 1.9;        // (2 s of frames) until it is told that it is useless ...
@@ -38,7 +28,9 @@ constexpr std::size_t kJudgedFrames = 20;
 constexpr double kMostDisagreement = 0.5;  // of them
 constexpr double kAgreed_s = 5;            // until the IMU may overrule vision
 constexpr double kGoesBack_s = 0.5;
-constexpr double kTrustedStd_m = 0.1;  // after a second alone
+constexpr double kMostCarried_mps = 10;     // that images of an RGB-D camera can be followed at
+constexpr double kMostCarriedGain_mps = 5;  // since it was last seen: a hand, a robot that brakes
+constexpr double kTrustedStd_m = 0.1;       // after a second alone
 constexpr double kWheelsSlip = kMostChiSquare6;
 constexpr double kWheelsRest_s = 0.3;  // after they slipped
 
@@ -48,7 +40,7 @@ InertialEstimator::InertialEstimator(const InertialConfig& config, const WheelOd
     : config_(config),
       wheels_(wheels),
       T_imu_camera_(config.T_camera_imu.inverse()),
-      samples_(config.noise, config.gyro_scale_error),
+      samples_(config.noise, config.gyro_scale_error, config.range),
       offset_ns_(to_ns(config.time_offset_s.value_or(0))),
       offset_known_(config.time_offset_s.has_value()) {}
 
@@ -74,19 +66,12 @@ void InertialEstimator::restart(ImuFault fault) {
   disagreed_.clear();
   earlier_.clear();
   agrees_since_.reset();
+  seen_velocity_mps_.reset();
   slipped_at_.reset();
   tied_at_.reset();
   lasting_.setZero();
   turn_.restart();
   if (fault == ImuFault::kDisagrees || fault == ImuFault::kClock) doubt_time_offset();
-}
-
-/// A clock that jumped is looked for far around, by what is seen from now on.
-void InertialEstimator::doubt_time_offset() {
-  if (config_.time_offset_s || !offset_known_) return;
-  offset_known_ = false;
-  further_offset_s_ = offset_weight_ = 0;
-  turns_.clear();
 }
 
 void InertialEstimator::add_frame(Timestamp stamp, const std::optional<VisualPose>& pose) {
@@ -115,9 +100,11 @@ void InertialEstimator::look_for_readings(Timestamp now) {
   if (frames_without_ < kFewestUnheardFrames || seconds_between(now, *first_frame_) < kUnheard_s)
     return;
   heard_ = true;
-  fault_ = !any_came_                   ? ImuFault::kNoReadings
-           : samples_.samples().empty() ? ImuFault::kNoNumbers
-                                        : ImuFault::kOtherTime;
+  const ImuFault missing = samples_.why_missing(*first_frame_);
+  fault_ = !any_came_                     ? ImuFault::kNoReadings
+           : missing != ImuFault::kSilent ? missing
+           : samples_.samples().empty()   ? ImuFault::kNoNumbers
+                                          : ImuFault::kOtherTime;
 }
 
 void InertialEstimator::process_waiting() {
@@ -145,7 +132,10 @@ void InertialEstimator::process(const Frame& frame) {
   find_time_offset(frame.stamp);
   if (window_) {
     go_on(frame.stamp, frame.found_again ? std::nullopt : seen);
-    if (window_ && seen && frame.found_again) window_->place_newest(*seen);
+    if (window_ && seen && frame.found_again) {
+      window_->place_newest(*seen);
+      seen_velocity_mps_ = window_->newest().state.velocity_odom_mps;
+    }
     if (window_) remember(frame.stamp, seen.has_value());
     if (window_ && seen) was_trusted_ = is_trusted();
     if (seen) lasting_.setZero();
@@ -156,49 +146,12 @@ void InertialEstimator::process(const Frame& frame) {
   samples_.forget_before({frame.stamp.ns - to_ns(kTurnsKept_s + config_.start_s)});
 }
 
-void InertialEstimator::remember_turn(const SeenFrame& frame) {
-  if (last_pose_ && seconds_between(frame.stamp, last_pose_->stamp) < kLongestTurn_s)
-    turns_.push_back(
-        {last_pose_->stamp, frame.stamp,
-         so3_log(last_pose_->pose.T_odom_imu.R().transpose() * frame.pose.T_odom_imu.R())});
-  last_pose_ = frame;
-  while (!turns_.empty() && seconds_between(frame.stamp, turns_.front().from) > kTurnsKept_s)
-    turns_.pop_front();
-}
-
-void InertialEstimator::find_time_offset(Timestamp now) {
-  if (config_.time_offset_s) return;
-  const double span_s = turns_.empty() ? 0 : seconds_between(now, turns_.front().from);
-  const double every_s = offset_known_ ? kTurnsKept_s : kOffsetEvery_s;  // each turn tells once
-  if (span_s < config_.start_s || seconds_between(now, offset_looked_at_) < every_s) return;
-  offset_looked_at_ = now;
-  const std::vector<SeenTurn> turns(turns_.begin(), turns_.end());
-  const auto found =
-      estimate_time_offset(turns, samples_.samples(), offset_known_ ? kNearOffset_s : kFarOffset_s);
-  if (!found || found->sigma_s > kMostOffsetSigma_s || found->explained < kLeastExplained) return;
-  const double weight = 1 / (found->sigma_s * found->sigma_s);
-  offset_weight_ = kOffsetMemory * offset_weight_ + weight;
-  further_offset_s_ += weight / offset_weight_ * (found->offset_s - further_offset_s_);
-  const double sigmas = std::abs(further_offset_s_) * std::sqrt(offset_weight_);
-  if (sigmas > kOtherOffsetSigmas && std::abs(further_offset_s_) > kLeastOffset_s)
-    set_further_offset(further_offset_s_);
-  offset_known_ = true;
-}
-
-void InertialEstimator::set_further_offset(double offset_s) {
-  const std::int64_t change_ns = to_ns(offset_s);
-  offset_ns_ += change_ns;
-  samples_.shift(-change_ns);
-  further_offset_s_ = offset_weight_ = 0;
-  if (std::abs(offset_s) > kOtherOffset_s) restart(ImuFault::kNone);
-}
-
 void InertialEstimator::try_start(const SeenFrame& frame) {
   if (!start_.empty() && seconds_between(frame.stamp, start_.back().stamp) > kLongestPause_s)
     start_.clear();
   if (!start_.empty() && !samples_.between(start_.back().stamp, frame.stamp, {})) {
+    if (!samples_.samples().empty() && last_seen_) note(samples_.why_missing(start_.back().stamp));
     start_.clear();
-    if (!samples_.samples().empty() && last_seen_) note(ImuFault::kSilent);
   }
   if (start_.empty() && !samples_.between(frame.stamp, frame.stamp, {})) return;
   start_.push_back(frame);
@@ -227,7 +180,7 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
   const UncertainState last = window_->newest();
   if (seconds_between(stamp, last.state.stamp) < kShortestStep_s) return;
   const auto measured = samples_.between(last.state.stamp, stamp, last.state.bias);
-  if (!measured) return restart(ImuFault::kSilent);
+  if (!measured) return restart(samples_.why_missing(last.state.stamp));
   MotionFactor motion(*measured, walk());
   const UncertainState predicted = last.moved(motion, stamp, window_->gravity());
   const auto dated =
@@ -243,7 +196,16 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
   if (bias.gyro_radps.norm() > config_.bounds.most_gyro_bias_radps ||
       bias.accel_mps2.norm() > config_.bounds.most_accel_bias_mps2)
     return restart(ImuFault::kBias);
+  if (is_absurd(window_->newest().state)) return restart(ImuFault::kDisagrees);
+  if (seen) seen_velocity_mps_ = window_->newest().state.velocity_odom_mps;
   if (dated) judge(predicted, *dated);
+}
+
+/// Faster than a camera is carried: readings are wrong, vision's poses are metric.
+bool InertialEstimator::is_absurd(const InertialState& state) const {
+  const Vec3& velocity = state.velocity_odom_mps;
+  return velocity.norm() > kMostCarried_mps ||
+         (seen_velocity_mps_ && (velocity - *seen_velocity_mps_).norm() > kMostCarriedGain_mps);
 }
 
 void InertialEstimator::remember(Timestamp stamp, bool seen) {
@@ -312,19 +274,6 @@ std::optional<WheelTie> InertialEstimator::tie_by_wheels(const UncertainState& b
   return rests ? std::nullopt : std::optional(tie);
 }
 
-/// As uncertain as it is when it was seen: what the camera moves in the time between.
-SeenPose InertialEstimator::with_unsure_time(SeenPose seen, const InertialState& state,
-                                             const Preintegration& measured) const {
-  if (config_.time_offset_s) return seen;
-  const double sigma_s =
-      offset_weight_ > 0 ? std::max(kLeastOffset_s, 1 / std::sqrt(offset_weight_)) : kOtherOffset_s;
-  const double moved_m = sigma_s * state.velocity_odom_mps.norm();
-  const double turned_rad = sigma_s * so3_log(measured.delta().R).norm() / measured.duration_s();
-  seen.covariance.diagonal().head<3>().array() += moved_m * moved_m;
-  seen.covariance.diagonal().tail<3>().array() += turned_rad * turned_rad;
-  return seen;
-}
-
 void InertialEstimator::judge(const UncertainState& predicted, const SeenPose& seen) {
   const auto [residual, by_pose] = linear(seen, predicted.state);
   const Mat6 covariance =
@@ -360,7 +309,7 @@ std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const 
   if (!window_ || stamp < *last_frame_) return std::nullopt;
   const auto now = moved(window_->newest(), stamp);
   const auto reading = samples_.reading(stamp);
-  if (!now || !reading) return std::nullopt;
+  if (!now || !reading || is_absurd(now->state)) return std::nullopt;
   const auto [T_odom_camera, covariance] = of_camera(*now);
   PosePrediction result{
       .T_odom_camera = T_odom_camera, .covariance = covariance, .trusted = was_trusted_};
@@ -371,8 +320,9 @@ std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const 
   if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
   result.by_wheels = tied_at_ && seconds_between(stamp, *tied_at_) < 2 * kWheelsRest_s;
   result.covariance += lasting_;
-  result.agreed =
-      agrees_since_ && last_seen_ && seconds_between(*last_seen_, *agrees_since_) > kAgreed_s;
+  const bool offset_is_doubtful = !offset_known_ && (offset_unfound_ > 0 || far_offset_s_);
+  result.agreed = !offset_is_doubtful && agrees_since_ && last_seen_ &&
+                  seconds_between(*last_seen_, *agrees_since_) > kAgreed_s;
   if (const Earlier* then = result.agreed ? earlier(stamp) : nullptr)
     if (const auto since = moved(then->state, stamp)) result.earlier = of_camera(*since);
   return result;

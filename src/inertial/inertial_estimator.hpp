@@ -6,6 +6,7 @@
 
 #include <deque>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -24,8 +25,10 @@ namespace ygslam {
 
 struct InertialConfig {
   ImuNoise noise;
+  ImuRange range{};
   SE3 T_camera_imu;
-  /// An IMU's stamp less the camera's of the same instant; nullopt: found once it turns.
+  /// An IMU's stamp less the camera's of the same instant; nullopt: found once it turns. One that
+  /// turns out to be wrong by more than 20 ms is a fault, and the found one is used.
   std::optional<double> time_offset_s;
   ImuBounds bounds{};
   /// What calibration leaves of a gyroscope's scale and misalignment, relative to its rates.
@@ -101,6 +104,8 @@ class InertialEstimator {
   void process(const Frame& frame);
   void remember_turn(const SeenFrame& frame);
   void find_time_offset(Timestamp now);
+  void take_time_offset(const TimeOffset& found);
+  void find_far_offset(std::span<const SeenTurn> turns, const std::optional<TimeOffset>& near);
   void set_further_offset(double offset_s);
   void doubt_time_offset();
   void try_start(const SeenFrame& frame);
@@ -110,6 +115,7 @@ class InertialEstimator {
                                                       const MotionFactor& motion);
   [[nodiscard]] SeenPose with_unsure_time(SeenPose seen, const InertialState& state,
                                           const Preintegration& measured) const;
+  [[nodiscard]] bool is_absurd(const InertialState& state) const;
   void judge(const UncertainState& predicted, const SeenPose& seen);
   [[nodiscard]] std::optional<UncertainState> moved(UncertainState state, Timestamp stamp) const;
   struct Earlier {
@@ -126,6 +132,8 @@ class InertialEstimator {
             config_.tilt_walk_rad_sqrts};
   }
 
+  static constexpr double kTurnsKept_s = 4;
+
   InertialConfig config_;
   const WheelOdometry* wheels_;
   SE3 T_imu_camera_;
@@ -138,13 +146,17 @@ class InertialEstimator {
   std::deque<SeenTurn> turns_;
   Timestamp offset_looked_at_;
   double further_offset_s_ = 0, offset_weight_ = 0;  // what was found beyond offset_ns_
+  std::optional<double> far_offset_s_;               // the same, of the last look farther away
+  bool offset_fits_ = false;                         // vision once agreed
+  int offset_unfound_ = 0;                           // looks at turns that should have told
   std::vector<SeenFrame> start_;                     // what one will be made of
   std::optional<InertialWindow> window_;
   std::deque<Earlier> earlier_;  // the last frames, as they were then; not empty once started
   std::optional<Timestamp> agrees_since_;
-  std::deque<bool> disagreed_;           // of the last seen frames
-  std::optional<Timestamp> slipped_at_;  // that the wheels were last seen to slip by the IMU
-  std::optional<Timestamp> tied_at_;     // the last frame that they held
+  std::optional<Vec3> seen_velocity_mps_;  // at the last seen frame
+  std::deque<bool> disagreed_;             // of the last seen frames
+  std::optional<Timestamp> slipped_at_;    // that the wheels were last seen to slip by the IMU
+  std::optional<Timestamp> tied_at_;       // the last frame that they held
   GyroTurnSum turn_;
   Mat6 lasting_ = Mat6::Zero();  // of the camera, by errors of the wheels that last
   bool was_trusted_ = false;     // at the last seen frame

@@ -119,37 +119,6 @@ StateMatrix loose_prior(const ImuBounds& bounds) {
 
 }  // namespace
 
-const char* to_string(ImuFault fault) {
-  switch (fault) {
-    case ImuFault::kNone:
-      return "none";
-    case ImuFault::kSilent:
-      return "its samples stopped or left a gap";
-    case ImuFault::kClock:
-      return "its stamps went back";
-    case ImuFault::kUnits:
-      return "it does not measure in m/s2 and rad/s";
-    case ImuFault::kGravity:
-      return "what it measures is not gravity's size";
-    case ImuFault::kDisagrees:
-      return "it disagrees with what the camera sees";
-    case ImuFault::kBias:
-      return "its bias is larger than any sensor's";
-    case ImuFault::kNoReadings:
-      return "no valid reading came in the first 2 s";
-    case ImuFault::kNoNumbers:
-      return "its readings are no numbers, or of no motion";
-    case ImuFault::kOtherTime:
-      return "none of its readings is of the images' time";
-  }
-  return "?";
-}
-
-bool is_wrong(ImuFault fault) {
-  return fault == ImuFault::kUnits || fault == ImuFault::kGravity ||
-         fault == ImuFault::kDisagrees || fault == ImuFault::kBias;
-}
-
 std::variant<InertialWindow, ImuFault> start_window(std::span<const SeenFrame> frames,
                                                     const Integrate& integrate,
                                                     const StateWalk& walk,

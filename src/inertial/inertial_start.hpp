@@ -3,33 +3,15 @@
 // is no special case.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <span>
 #include <variant>
 #include <vector>
 
+#include "inertial/imu_fault.hpp"
 #include "inertial/inertial_window.hpp"
 
 namespace ygslam {
-
-/// Why an IMU is not believed.
-enum class ImuFault : std::uint8_t {
-  kNone,
-  kSilent,     ///< its samples stopped, or left a gap
-  kClock,      ///< its stamps went back
-  kUnits,      ///< it measures in g, or degrees
-  kGravity,    ///< its acceleration at rest is not gravity's
-  kDisagrees,  ///< with vision: axes swapped, wrong place, wrong clock, broken
-  kBias,       ///< larger than any sensor's
-  // Nothing of it could be used since the first frame:
-  kNoReadings,  ///< none came
-  kNoNumbers,   ///< ... that is one
-  kOtherTime,   ///< none is of a frame's time
-};
-[[nodiscard]] const char* to_string(ImuFault fault);
-/// What the IMU said before is wrong as well; else nothing was heard of it, or its time is another.
-[[nodiscard]] bool is_wrong(ImuFault fault);
 
 /// How wrong an IMU may be before anything is known of it.
 struct ImuBounds {

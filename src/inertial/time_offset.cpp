@@ -10,6 +10,9 @@ namespace {
 constexpr std::size_t kFewestTurns = 15;
 constexpr double kLeastRate_radps = 0.05;  // how much the rates of turns must differ, RMS
 constexpr double kCoarse_s = 0.004;
+constexpr double kLongTurn_s = 0.25;  // of several, put together
+constexpr std::size_t kFewestLongTurns = 8;
+constexpr double kClearRate_radps = 0.15;  // of those
 constexpr double kFinest_s = 2e-4;
 
 /// Sums of a gyroscope's readings, to have its mean over any interval.
@@ -96,26 +99,59 @@ double offset_sigma(std::span<const SeenTurn> turns, const TurnSum& gyro, double
   return gain > 0 ? std::sqrt(attitude_variance * noise) / gain : duration_s;
 }
 
+std::vector<SeenTurn> within_reach(std::span<const SeenTurn> turns, const TurnSum& gyro,
+                                   double reach_s) {
+  std::vector<SeenTurn> usable;
+  const std::int64_t reach_ns = to_ns(reach_s);
+  for (const SeenTurn& turn : turns)
+    if (turn.to > turn.from && gyro.reaches({turn.from.ns - reach_ns}, {turn.to.ns + reach_ns}))
+      usable.push_back(turn);
+  return usable;
+}
+
+template <typename CostAt>
+double best_coarse(const CostAt& cost_at, double reach_s) {
+  double best = -reach_s, least = cost_at(-reach_s);
+  const int steps = static_cast<int>(std::round(reach_s / kCoarse_s));
+  for (int i = -steps; i <= steps; ++i) {
+    const double cost = cost_at(i * kCoarse_s);
+    if (cost >= least) continue;
+    best = i * kCoarse_s;
+    least = cost;
+  }
+  return best;
+}
+
+/// Those that follow each other as one, up to kLongTurn_s.
+std::vector<SeenTurn> put_together(std::span<const SeenTurn> turns) {
+  std::vector<SeenTurn> result;
+  for (const SeenTurn& turn : turns) {
+    const bool goes_on = !result.empty() && result.back().to == turn.from &&
+                         seconds_between(turn.to, result.back().from) <= kLongTurn_s;
+    if (!goes_on) {
+      result.push_back(turn);
+      continue;
+    }
+    SeenTurn& sum = result.back();
+    sum.to = turn.to;
+    sum.turn_imu_rad = so3_log(so3_exp(sum.turn_imu_rad) * so3_exp(turn.turn_imu_rad));
+  }
+  return result;
+}
+
 }  // namespace
 
 std::optional<TimeOffset> estimate_time_offset(std::span<const SeenTurn> turns,
                                                const std::deque<ImuSample>& samples,
                                                double reach_s) {
   const TurnSum gyro(samples);
-  std::vector<SeenTurn> usable;
-  const std::int64_t reach_ns = to_ns(reach_s);
-  for (const SeenTurn& turn : turns)
-    if (turn.to > turn.from && gyro.reaches({turn.from.ns - reach_ns}, {turn.to.ns + reach_ns}))
-      usable.push_back(turn);
+  const std::vector<SeenTurn> usable = within_reach(turns, gyro, reach_s);
   if (usable.size() < kFewestTurns) return std::nullopt;
   const double seen = spread(usable);
   if (seen < kLeastRate_radps * kLeastRate_radps) return std::nullopt;
 
   const auto cost_at = [&](double offset_s) { return cost(usable, gyro, offset_s); };
-  double best = -reach_s;
-  const int steps = static_cast<int>(std::round(reach_s / kCoarse_s));
-  for (int i = -steps; i <= steps; ++i)
-    if (cost_at(i * kCoarse_s) < cost_at(best)) best = i * kCoarse_s;
+  double best = best_coarse(cost_at, reach_s);
   if (std::abs(best) > reach_s - 1.5 * kCoarse_s) return std::nullopt;  // it may lie beyond
   for (double step = kCoarse_s; step > kFinest_s; step /= 4) {  // the parabola's lowest point
     const double before = cost_at(best - step), here = cost_at(best), after = cost_at(best + step);
@@ -125,6 +161,16 @@ std::optional<TimeOffset> estimate_time_offset(std::span<const SeenTurn> turns,
   }
   const double left = cost_at(best);
   return TimeOffset{best, offset_sigma(usable, gyro, best, left), 1 - left / seen};
+}
+
+double most_explained(std::span<const SeenTurn> turns, const std::deque<ImuSample>& samples,
+                      double reach_s) {
+  const TurnSum gyro(samples);
+  const std::vector<SeenTurn> usable = within_reach(put_together(turns), gyro, reach_s);
+  const double seen = usable.size() < kFewestLongTurns ? 0 : spread(usable);
+  if (seen < kClearRate_radps * kClearRate_radps) return 1;
+  const auto cost_at = [&](double offset_s) { return cost(usable, gyro, offset_s); };
+  return 1 - cost_at(best_coarse(cost_at, reach_s)) / seen;
 }
 
 }  // namespace ygslam

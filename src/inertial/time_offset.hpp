@@ -31,4 +31,10 @@ struct TimeOffset {
                                                              const std::deque<ImuSample>& samples,
                                                              double reach_s = 0.1);
 
+/// The largest share of the seen rotation that the gyroscope explains at any offset within reach:
+/// small where it turns otherwise. Turns are put together to some 0.2 s, since of single ones much
+/// is vision's noise. @return 1 if there was too little rotation to tell.
+[[nodiscard]] double most_explained(std::span<const SeenTurn> turns,
+                                    const std::deque<ImuSample>& samples, double reach_s);
+
 }  // namespace ygslam

@@ -17,7 +17,8 @@ struct Recording {
   std::deque<ImuSample> samples;
 };
 
-Recording recorded(double offset_s, double liveliness, std::uint64_t seed, double noise_rad) {
+Recording recorded(double offset_s, double liveliness, std::uint64_t seed, double noise_rad,
+                   double around_s = 0.1) {
   const SmoothMotion motion(seed, liveliness);
   Rng rng(seed);
   Recording result;
@@ -31,7 +32,8 @@ Recording recorded(double offset_s, double liveliness, std::uint64_t seed, doubl
         {{to_ns((i - 1) / 30.0)}, {to_ns(i / 30.0)}, so3_log(before.transpose() * now)});
     before = now;
   }
-  for (int i = -40; i < 700; ++i) {
+  const int around = static_cast<int>(std::lround((around_s + 0.4) * 200));
+  for (int i = -40 - around; i < 660 + around; ++i) {
     ImuSample sample = motion.reading({to_ns(i / 200.0)}, {0, 0, -9.8});
     sample.angular_velocity_radps += Vec3(0.02, -0.01, 0.03) + normal_vector(rng, 0.003);
     sample.stamp.ns += to_ns(offset_s);
@@ -71,6 +73,22 @@ TEST(TimeOffset, OfAnotherMotionIsNotExplained) {
   r.samples = recorded(0, 1, 4, 1e-4).samples;
   const auto found = estimate_time_offset(r.turns, r.samples);
   EXPECT_TRUE(!found || found->explained < 0.5);
+}
+
+TEST(TimeOffset, IsFoundFarAway) {
+  for (const double offset_s : {-0.4, 0.15, 0.3}) {
+    const Recording r = recorded(offset_s, 1, 3, 1e-3, 0.5);
+    EXPECT_NEAR(estimate_time_offset(r.turns, r.samples, 0.5)->offset_s, offset_s, 4e-3);
+    EXPECT_GT(most_explained(r.turns, r.samples, 0.5), 0.9);
+  }
+}
+
+TEST(TimeOffset, OfAnotherMotionNothingFits) {
+  Recording r = recorded(0, 1, 3, 1e-3, 0.5);
+  r.samples = recorded(0, 1, 4, 1e-3, 0.5).samples;
+  EXPECT_LT(most_explained(r.turns, r.samples, 0.5), 0.6);
+  // Vision's noise explains nothing, and a camera at rest neither.
+  EXPECT_EQ(most_explained(recorded(0, 0, 3, 2e-3, 0.5).turns, r.samples, 0.5), 1);
 }
 
 TEST(TimeOffset, NeedsSamplesAndTurns) {

@@ -40,7 +40,7 @@ class AdjustmentThread {
   std::optional<MapPatch> result_;  // under the mutex
   bool pending_ = false;            // the same
   std::future<void> ended_;
-  std::exception_ptr failure_;      // the first of jobs that were given up
+  std::exception_ptr failure_;  // the first of jobs that were given up
   std::unique_ptr<WorkerThread> thread_;
 };
 

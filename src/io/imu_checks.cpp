@@ -16,6 +16,8 @@ namespace {
 constexpr double kLooseness = 2;
 constexpr double kBlock_s = 0.2;  // hands tremble faster, and turn slower
 
+constexpr double kLeastInterval_s = 1e-4, kMostInterval_s = 0.2;
+
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
   std::nth_element(values.begin(), middle, values.end());
@@ -143,6 +145,16 @@ ImuDoubt doubt_about(std::span<const ImuSample> samples, bool has_gyro) {
         "differ?)"};
   }
   return {};
+}
+
+std::string fault_of_intervals(std::span<const ImuSample> samples) {
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < samples.size(); ++i)
+    steps_s.push_back(seconds_between(samples[i].stamp, samples[i - 1].stamp));
+  if (steps_s.empty()) return {};
+  const double step_s = median_of(std::move(steps_s));
+  if (step_s >= kLeastInterval_s && step_s <= kMostInterval_s) return {};
+  return fmt::format("readings are {:.3g} s apart, which no inertial sensor's are", step_s);
 }
 
 }  // namespace ygslam

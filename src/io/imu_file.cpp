@@ -20,8 +20,6 @@ constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
 constexpr std::size_t kImuColumns = 7, kAccelerometerColumns = 4;
 constexpr std::size_t kLargestImuFile_bytes = std::size_t{1} << 30;
 constexpr double kMostRadps = 1e4, kMostMps2 = 1e5;
-// A sensor's readings are 0.1 ms to 0.2 s apart.
-constexpr double kLeastInterval_s = 1e-4, kMostInterval_s = 0.2;
 constexpr std::string_view kEurocHeader =
     "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
     "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
@@ -198,21 +196,6 @@ std::vector<ImuSample> in_order(std::vector<ImuRow> rows, const std::string& nam
   return samples;
 }
 
-Status check_intervals(const std::vector<ImuSample>& samples, StampUnit unit,
-                       const std::string& name) {
-  std::vector<double> steps_s;
-  for (std::size_t i = 1; i < samples.size(); ++i)
-    steps_s.push_back(seconds_between(samples[i].stamp, samples[i - 1].stamp));
-  if (steps_s.empty()) return Ok{};
-  const auto middle = steps_s.begin() + std::ssize(steps_s) / 2;
-  std::nth_element(steps_s.begin(), middle, steps_s.end());
-  if (*middle >= kLeastInterval_s && *middle <= kMostInterval_s) return Ok{};
-  return fault_in(name, 0,
-                  fmt::format("readings are {:.3g} s apart, which no inertial sensor's are, if "
-                              "stamps are {}",
-                              *middle, name_of(unit)));
-}
-
 Result<std::vector<ImuSample>> parse(std::string_view text, const std::string& name,
                                      Sensor sensor) {
   if (Status status = check_is_text(text, name); !status) return status.error();
@@ -250,7 +233,8 @@ Result<std::vector<ImuSample>> parse(std::string_view text, const std::string& n
     rows.push_back(std::move(*row));
   }
   std::vector<ImuSample> samples = in_order(std::move(rows), name);
-  if (Status status = check_intervals(samples, unit, name); !status) return status.error();
+  if (const std::string fault = fault_of_intervals(samples); !fault.empty())
+    return fault_in(name, 0, fmt::format("{}, if stamps are {}", fault, name_of(unit)));
   const ImuDoubt doubt = doubt_about(samples, columns.has_gyro());
   if (doubt.is_fault) return fault_in(name, 0, doubt.what);
   if (!doubt.what.empty()) log::warn("{}: {}", name, doubt.what);

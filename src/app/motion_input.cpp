@@ -5,8 +5,10 @@
 #include "bag/bag_imu.hpp"
 #include "bag/bag_trajectory.hpp"
 #include "core/counted.hpp"
+#include "core/log.hpp"
 #include "io/frame_stream.hpp"
 #include "io/imu_calibration.hpp"
+#include "io/imu_checks.hpp"
 #include "io/imu_file.hpp"
 #include "io/text.hpp"
 #include "io/wheel_calibration.hpp"
@@ -61,6 +63,9 @@ struct ImuKind {
     place.T_camera_imu = T_frame_camera.inverse();
     return place;
   }
+  static std::string contradiction(const Place& place, const Samples& samples) {
+    return doubt_about_rate(samples, place);
+  }
   static Result<std::string> use(FrameStream& stream, const std::string& choice) {
     return stream.use_imu(choice);
   }
@@ -91,6 +96,7 @@ struct WheelKind {
     place.T_base_camera = T_frame_camera;
     return place;
   }
+  static std::string contradiction(const Place&, const Samples&) { return {}; }
   static Result<std::string> use(FrameStream& stream, const std::string& choice) {
     return stream.use_odometry(choice);
   }
@@ -175,6 +181,8 @@ Result<typename Kind::Input> of_their_time(typename Kind::Place place,
     if (is_asked_for) return Error{ErrorKind::kInput, fault};
     return typename Kind::Input{{}, {}, fault + ": not used"};
   }
+  if (const std::string doubt = Kind::contradiction(place, samples); !doubt.empty())
+    log::warn("{}: {}", from, doubt);
   std::string told =
       fmt::format("{}: {} of the {}{}; {} none leaves them out", from,
                   counted(samples.size(), Kind::kUnit), Kind::kOf, how, Kind::kOption);

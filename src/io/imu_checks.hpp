@@ -20,4 +20,8 @@ struct ImuDoubt {
 /// @param samples in order of time. @return what speaks against them; empty: nothing.
 [[nodiscard]] std::string fault_of_intervals(std::span<const ImuSample> samples);
 
+/// @return where the calibration says another rate than the readings have; empty: it does not.
+[[nodiscard]] std::string doubt_about_rate(std::span<const ImuSample> samples,
+                                           const ImuCalibration& imu);
+
 }  // namespace ygslam

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "io/sensor_yaml.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -74,11 +75,14 @@ MotionTopic MotionFrames::placed(const std::string& name, const FrameTree& frame
   }
   const auto T_frame_camera =
       frames.T_target_source(frame->second, camera_frame, FrameTree::Trust::kStatic);
-  if (T_frame_camera.ok()) {
-    found.T_frame_camera = *T_frame_camera;
+  const std::string frames_named =
+      "of the frames '" + printable(frame->second) + "' and '" + printable(camera_frame) + "' ";
+  if (!T_frame_camera.ok()) {
+    found.missing = frames_named + "there is " + T_frame_camera.error().message;
+  } else if (!(T_frame_camera->t().array().abs() <= kMostLever_m).all()) {
+    found.missing = frames_named + "one is farther than 100 m from the other (metres are expected)";
   } else {
-    found.missing = "of the frames '" + printable(frame->second) + "' and '" +
-                    printable(camera_frame) + "' there is " + T_frame_camera.error().message;
+    found.T_frame_camera = *T_frame_camera;
   }
   return found;
 }

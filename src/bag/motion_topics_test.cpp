@@ -66,6 +66,16 @@ TEST_F(MotionTopicsTest, WithoutATransformTheFramesAreNamed) {
             "/tf_static");
 }
 
+TEST_F(MotionTopicsTest, PlacesInOtherUnitsAreNone) {
+  say_imu("imu_link");
+  place("camera", "imu_link", 1e5);
+  const MotionTopic imu = listed().imu_topics[0];
+  EXPECT_FALSE(imu.T_frame_camera);
+  EXPECT_EQ(imu.missing,
+            "of the frames 'imu_link' and 'camera' one is farther than 100 m from the other "
+            "(metres are expected)");
+}
+
 // Odometry on /tf alone, as a robot has it that publishes no nav_msgs/Odometry.
 TEST_F(MotionTopicsTest, FramesThatTfMovesAreListedWithTheirPlaces) {
   const BagTopic tf{"/tf", "tf2_msgs/TFMessage", Layout::kCdr};

@@ -12,7 +12,6 @@
 namespace ygslam {
 namespace {
 
-constexpr double kMostLever_m = 100;
 constexpr std::size_t kLargestSensorYaml_bytes = std::size_t{1} << 20;
 
 Error yaml_fault(const std::string& name, int line, const std::string& what) {

@@ -224,6 +224,17 @@ Result<typename Kind::Input> open_recorded(const Kind& kind, const Sequence& seq
                              placed_text(kind), true, sequence);
 }
 
+/// A folder without readings of its own.
+template <typename Kind>
+typename Kind::Input place_alone(const fs::path& folder) {
+  const fs::path place_file = folder / Kind::kPlaceFile;
+  if (!is_there(place_file)) return {};
+  return {{},
+          {},
+          fmt::format("{}: not used: there is no {} beside it (docs/inertial.md)",
+                      place_file.string(), Kind::kReadings)};
+}
+
 /// A file that is named, or of the folder.
 template <typename Kind>
 Result<typename Kind::Input> open_file(const Kind& kind, const Sequence& sequence) {
@@ -231,7 +242,7 @@ Result<typename Kind::Input> open_file(const Kind& kind, const Sequence& sequenc
   const fs::path folder = kind.o.sequence;
   const bool is_asked_for = !kind.source().empty() || !kind.calibration().empty();
   const fs::path file = kind.source().empty() ? folder / Kind::kReadings : fs::path(kind.source());
-  if (!is_asked_for && !is_there(file)) return Input{};
+  if (!is_asked_for && !is_there(file)) return place_alone<Kind>(folder);
   if (kind.calibration() == kFromTf)
     return no_place<Kind>(ErrorKind::kUsage, fmt::format("{} tf", Kind::kPlaceOption),
                           file.string() + " is a file, which names no frame");

@@ -132,11 +132,10 @@ ImuDoubt doubt_about_topic(const std::vector<ImuSample>& samples) {
 }
 
 void ImuReader::take(const BagTopic& topic, const BagMessage& message) {
-  ros::Imu imu;
-  if (!is_imu(topic) || !from_cdr(message.bytes, imu, topic.layout)) return;
+  if (!is_imu(topic)) return;
   if (sources_.size() >= kMostImuTopics && !sources_.contains(topic.name)) return;
   Source& source = sources_[topic.name];
-  const auto sample = count_ < kMostReadings ? sensible_reading(imu, message.logged) : std::nullopt;
+  const auto sample = count_ < kMostReadings ? reading_of(topic, message) : std::nullopt;
   if (!sample) {
     ++source.left_out;
     return;
@@ -183,7 +182,8 @@ Result<BagReadings> chosen_readings(const ImuSources& sources, const std::string
     left_out += accel.left_out;
     name += " and " + printable(topics->accel);
   }
-  if (left_out > 0) log::warn("{}: {} readings are left out", name, left_out);
+  if (left_out > 0)
+    log::warn("{}: {} that cannot be used: left out", name, counted(left_out, "reading"));
   if (samples.empty()) return refuse(name + ": no readings in it");
   const ImuDoubt doubt = doubt_about_topic(samples);
   const bool lacks_gyro = has_half(samples, &ImuSample::specific_force_mps2);

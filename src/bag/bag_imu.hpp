@@ -30,7 +30,8 @@ class ImuReader {
  public:
   struct Source {
     std::vector<ImuSample> samples;
-    std::size_t left_out = 0;  ///< not finite, of no sensible size, or more than are kept
+    std::size_t left_out =
+        0;  ///< no message, not finite, of no sensible size, or more than are kept
   };
   void take(const BagTopic& topic, const BagMessage& message);
   /// By topic.

@@ -116,6 +116,13 @@ TEST_F(BagImu, NumbersThatAreNoneAreLeftOutAndOtherUnitsRefused) {
   EXPECT_NE(refusal().find("units of g"), std::string::npos) << refusal();
 }
 
+TEST_F(BagImu, MessagesThatAreCutAreATopicAllTheSame) {
+  const Bytes whole = to_cdr(ros::to_ros(reading(1, Vec3::UnitX(), Vec3(0, 0, 9.8)), {}, "imu"));
+  reader_.take({"/imu", kImuType, Layout::kCdr}, {0, {99}, std::span(whole).first(20), {}});
+  EXPECT_EQ(refusal(), "/imu: no readings in it");
+  EXPECT_EQ(told_, Lines{"/imu: 1 reading that cannot be used: left out"});
+}
+
 TEST_F(BagImu, OneReadingASecondIsRefused) {
   for (const std::int64_t ms : {1000, 2000, 3000})
     say("/imu", reading(ms, Vec3(0.1, 0.2, 0.3), Vec3(0, 0.5, 9.7)));

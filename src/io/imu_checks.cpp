@@ -17,8 +17,6 @@ namespace {
 constexpr double kLooseness = 2;
 constexpr double kBlock_s = 0.2;  // hands tremble faster, and turn slower
 
-constexpr double kLeastInterval_s = 1e-4, kMostInterval_s = 0.2;
-
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
   std::nth_element(values.begin(), middle, values.end());
@@ -156,9 +154,14 @@ ImuDoubt doubt_about(std::span<const ImuSample> samples, bool has_gyro) {
   return {};
 }
 
+bool is_sensors_interval(double step_s) {
+  constexpr double kLeast_s = 1e-4, kMost_s = 0.2;
+  return step_s >= kLeast_s && step_s <= kMost_s;
+}
+
 std::string fault_of_intervals(std::span<const ImuSample> samples) {
   const auto step_s = usual_step_s(samples);
-  if (!step_s || (*step_s >= kLeastInterval_s && *step_s <= kMostInterval_s)) return {};
+  if (!step_s || is_sensors_interval(*step_s)) return {};
   return fmt::format("readings are {:.3g} s apart, which no inertial sensor's are", *step_s);
 }
 

@@ -16,7 +16,9 @@ struct ImuDoubt {
 /// @param samples in order of time. @param has_gyro false: angular velocities are not looked at.
 [[nodiscard]] ImuDoubt doubt_about(std::span<const ImuSample> samples, bool has_gyro);
 
-/// Stamps that are no sensor's: readings that are not 0.1 ms to 0.2 s apart, at the median.
+/// Between two readings: 0.1 ms to 0.2 s.
+[[nodiscard]] bool is_sensors_interval(double step_s);
+/// Stamps that are no sensor's: another interval, at the median.
 /// @param samples in order of time. @return what speaks against them; empty: nothing.
 [[nodiscard]] std::string fault_of_intervals(std::span<const ImuSample> samples);
 

@@ -152,7 +152,10 @@ Result<ImuRow> row_of(const TextLine& line, const ImuColumns& columns, StampUnit
   row.line = line.number;
   const std::string_view word = fields[columns.stamp];
   const auto stamp = parse_stamp(word, unit);
-  if (!stamp) return fault_in(name, line.number, "'" + printable(word) + "' is no stamp");
+  if (!stamp)
+    return fault_in(name, line.number,
+                    fmt::format("'{}' is no stamp in {}{}", printable(word), name_of(unit),
+                                columns.unit ? ", which the header names" : ""));
   row.sample.stamp = *stamp;
   const auto accel = vector_at(fields, columns.accel, kMostMps2);
   if (!accel.ok()) return fault_in(name, line.number, accel.error().message);
@@ -165,7 +168,17 @@ Result<ImuRow> row_of(const TextLine& line, const ImuColumns& columns, StampUnit
   return row;
 }
 
-/// EuRoC's stamps are whole nanoseconds between commas; others tell by their size, or are seconds.
+/// Between the first two lines. @return 0 where there are none.
+double first_step_s(const std::vector<TextLine>& lines, std::size_t column, StampUnit unit) {
+  std::array<std::optional<Timestamp>, 2> stamps;
+  for (std::size_t i = 0; i < std::min(lines.size(), stamps.size()); ++i)
+    if (const auto fields = fields_of(lines[i].text); column < fields.size())
+      stamps[i] = parse_stamp(fields[column], unit);
+  return stamps[0] && stamps[1] ? seconds_between(*stamps[1], *stamps[0]) : 0;
+}
+
+/// EuRoC's stamps are whole nanoseconds between commas. Others tell by their size, or are seconds,
+/// unless only nanoseconds make a sensor's steps of them.
 StampUnit unit_of(const std::vector<TextLine>& lines, const ImuColumns& columns) {
   if (columns.unit) return *columns.unit;
   const auto fields = fields_of(lines.front().text);
@@ -173,9 +186,14 @@ StampUnit unit_of(const std::vector<TextLine>& lines, const ImuColumns& columns)
   if (columns.stamp >= fields.size()) return StampUnit::kSeconds;
   const std::string_view word = fields[columns.stamp];
   constexpr std::size_t kFewestDigits = 9;
-  if (has_commas && word.size() >= kFewestDigits && word.find('.') == std::string_view::npos)
-    return StampUnit::kNanoseconds;
-  return unit_of_stamps({{lines.front().number, fields}}, columns.stamp);
+  const bool may_be_ns = word.size() >= kFewestDigits && word.find('.') == std::string_view::npos;
+  if (has_commas && may_be_ns) return StampUnit::kNanoseconds;
+  const auto is_sensors = [&](StampUnit unit) {
+    return is_sensors_interval(first_step_s(lines, columns.stamp, unit));
+  };
+  const StampUnit unit = unit_of_stamps({{lines.front().number, fields}}, columns.stamp);
+  const bool is_ns = may_be_ns && !is_sensors(unit) && is_sensors(StampUnit::kNanoseconds);
+  return is_ns ? StampUnit::kNanoseconds : unit;
 }
 
 std::vector<ImuSample> in_order(std::vector<ImuRow> rows, const std::string& name) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -210,6 +211,21 @@ TEST(ImuFile, AxesThatDoNotBelongTogetherGiveAWarning) {
   EXPECT_NE(warnings.text().find("does not turn gravity"), std::string::npos);
 }
 
+TEST(ImuFile, WholeNanosecondsOfAnyClockAreReadWhateverStandsBetweenColumns) {
+  auto samples = nodding();
+  for (ImuSample& s : samples) s.stamp.ns -= 1'403'635'579'763'555'584;  // from 1000 s on
+  const std::string eurocs = format_imu(samples);
+  for (const char separator : {',', ';', '\t'}) {
+    std::string text = eurocs.substr(eurocs.find('\n') + 1);
+    std::ranges::replace(text, ',', separator);
+    const auto read = parse_imu(text, "imu.csv");
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    expect_same(*read, samples);
+  }
+  expect_refused("#timestamp [ns],wx,wy,wz,ax,ay,az\n999.9,0,0,0,0,0,9.8\n",
+                 "imu.csv:2: '999.9' is no stamp in nanoseconds, which the header names");
+}
+
 TEST(ImuFile, BadLinesAreNamed) {
   const std::string good = "1.00 0 0 0 0 0 9.8\n1.01 0 0 0 0 0 9.8\n";
   expect_refused("", "imu.csv: no readings");
@@ -292,6 +308,9 @@ TEST(ImuCalibration, FaultsAreNamed) {
   expect(with("0, 0, 0, 1]", "0, 0, 0, 2]"), "quaternion of length 2");
   expect(with("0, 0, 0, 1]", "0, 0, 0]"), "6 numbers, not 7");
   expect(with("[0, 0, 0,", "[0, 0, 200,"), "farther than 100 m");
+  std::string of_old_macs = good;
+  std::ranges::replace(of_old_macs, '\n', '\r');
+  expect(of_old_macs, "imu.yaml:1: a carriage return within the line");
   expect("hello\n", "imu.yaml:1: a line 'key: value' is expected");
 }
 

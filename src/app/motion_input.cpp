@@ -220,6 +220,9 @@ Result<typename Kind::Input> open_recorded(const Kind& kind, const Sequence& seq
   if (!read.ok()) return read.error();
   auto place = place_of_topic(kind, read->topic, sequence);
   if (!place.ok()) return place.error();
+  if (const auto* topic = told_of(read->topic, Kind::topics(sequence));
+      topic && !topic->changed.empty())
+    log::warn("{}: {}: {}", kind.o.sequence, printable(topic->name), topic->changed);
   return of_their_time<Kind>(std::move(place).value(), std::move(read->samples), kind.o.sequence,
                              placed_text(kind), true, sequence);
 }

@@ -101,6 +101,8 @@ class ImuRuns(CliTest):
         self.assertIn("imu.csv: not used: there is no imu.yaml", done.stderr)
         self.assertEqual(metrics["coasting"], 0)
         self.assertEqual(self.run_on(folder, "--imu-calibration", self.recording / "imu.yaml")[1]["coasting"], 20)
+        (folder / "imu.csv").rename(folder / "imu.yaml")
+        self.assertIn("imu.yaml: not used: there is no imu.csv", self.run_on(folder)[0].stderr)
 
     def test_a_bag_has_its_own(self):
         done, metrics, _ = self.run_on(self.bag)

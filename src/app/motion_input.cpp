@@ -5,8 +5,10 @@
 #include "bag/bag_imu.hpp"
 #include "bag/bag_trajectory.hpp"
 #include "core/counted.hpp"
+#include "core/log.hpp"
 #include "io/frame_stream.hpp"
 #include "io/imu_calibration.hpp"
+#include "io/imu_checks.hpp"
 #include "io/imu_file.hpp"
 #include "io/text.hpp"
 #include "io/wheel_calibration.hpp"
@@ -61,6 +63,9 @@ struct ImuKind {
     place.T_camera_imu = T_frame_camera.inverse();
     return place;
   }
+  static std::string contradiction(const Place& place, const Samples& samples) {
+    return doubt_about_rate(samples, place);
+  }
   static Result<std::string> use(FrameStream& stream, const std::string& choice) {
     return stream.use_imu(choice);
   }
@@ -91,6 +96,7 @@ struct WheelKind {
     place.T_base_camera = T_frame_camera;
     return place;
   }
+  static std::string contradiction(const Place&, const Samples&) { return {}; }
   static Result<std::string> use(FrameStream& stream, const std::string& choice) {
     return stream.use_odometry(choice);
   }
@@ -175,6 +181,8 @@ Result<typename Kind::Input> of_their_time(typename Kind::Place place,
     if (is_asked_for) return Error{ErrorKind::kInput, fault};
     return typename Kind::Input{{}, {}, fault + ": not used"};
   }
+  if (const std::string doubt = Kind::contradiction(place, samples); !doubt.empty())
+    log::warn("{}: {}", from, doubt);
   std::string told =
       fmt::format("{}: {} of the {}{}; {} none leaves them out", from,
                   counted(samples.size(), Kind::kUnit), Kind::kOf, how, Kind::kOption);
@@ -212,8 +220,22 @@ Result<typename Kind::Input> open_recorded(const Kind& kind, const Sequence& seq
   if (!read.ok()) return read.error();
   auto place = place_of_topic(kind, read->topic, sequence);
   if (!place.ok()) return place.error();
+  if (const auto* topic = told_of(read->topic, Kind::topics(sequence));
+      topic && !topic->changed.empty())
+    log::warn("{}: {}: {}", kind.o.sequence, printable(topic->name), topic->changed);
   return of_their_time<Kind>(std::move(place).value(), std::move(read->samples), kind.o.sequence,
                              placed_text(kind), true, sequence);
+}
+
+/// A folder without readings of its own.
+template <typename Kind>
+typename Kind::Input place_alone(const fs::path& folder) {
+  const fs::path place_file = folder / Kind::kPlaceFile;
+  if (!is_there(place_file)) return {};
+  return {{},
+          {},
+          fmt::format("{}: not used: there is no {} beside it (docs/inertial.md)",
+                      place_file.string(), Kind::kReadings)};
 }
 
 /// A file that is named, or of the folder.
@@ -223,7 +245,7 @@ Result<typename Kind::Input> open_file(const Kind& kind, const Sequence& sequenc
   const fs::path folder = kind.o.sequence;
   const bool is_asked_for = !kind.source().empty() || !kind.calibration().empty();
   const fs::path file = kind.source().empty() ? folder / Kind::kReadings : fs::path(kind.source());
-  if (!is_asked_for && !is_there(file)) return Input{};
+  if (!is_asked_for && !is_there(file)) return place_alone<Kind>(folder);
   if (kind.calibration() == kFromTf)
     return no_place<Kind>(ErrorKind::kUsage, fmt::format("{} tf", Kind::kPlaceOption),
                           file.string() + " is a file, which names no frame");

@@ -5,6 +5,7 @@
 
 #include "bag/imu_halves.hpp"
 #include "bag/imu_messages.hpp"
+#include "core/counted.hpp"
 #include "core/log.hpp"
 #include "io/text.hpp"
 
@@ -64,6 +65,18 @@ std::vector<ImuSample> united(const std::vector<ImuSample>& gyro,
   return samples;
 }
 
+/// As in_order_of_time(), with warnings.
+std::vector<ImuSample> told_in_order(const std::vector<ImuSample>& samples,
+                                     const std::string& topic) {
+  if (!std::ranges::is_sorted(samples, {}, &ImuSample::stamp))
+    log::warn("{}: stamps go back; readings are sorted by their stamps", printable(topic));
+  std::vector<ImuSample> sorted = in_order_of_time(samples);
+  if (sorted.size() < samples.size())
+    log::warn("{}: {} with the stamp of another: left out", printable(topic),
+              counted(samples.size() - sorted.size(), "reading"));
+  return sorted;
+}
+
 /// "/imu (300 readings), ...".
 std::string topics_listed(const ImuSources& sources) {
   constexpr std::size_t kMost = 8;
@@ -113,15 +126,16 @@ std::vector<ImuSample> in_order_of_time(std::vector<ImuSample> samples) {
 ImuDoubt doubt_about_topic(const std::vector<ImuSample>& samples) {
   if (has_half(samples, &ImuSample::specific_force_mps2))
     return {"an accelerometer alone; no angular velocity", true};
+  if (std::string fault = fault_of_intervals(samples); !fault.empty())
+    return {std::move(fault), true};
   return doubt_about(samples, true);
 }
 
 void ImuReader::take(const BagTopic& topic, const BagMessage& message) {
-  ros::Imu imu;
-  if (!is_imu(topic) || !from_cdr(message.bytes, imu, topic.layout)) return;
+  if (!is_imu(topic)) return;
   if (sources_.size() >= kMostImuTopics && !sources_.contains(topic.name)) return;
   Source& source = sources_[topic.name];
-  const auto sample = count_ < kMostReadings ? sensible_reading(imu, message.logged) : std::nullopt;
+  const auto sample = count_ < kMostReadings ? reading_of(topic, message) : std::nullopt;
   if (!sample) {
     ++source.left_out;
     return;
@@ -160,15 +174,16 @@ Result<BagReadings> chosen_readings(const ImuSources& sources, const std::string
   if (!topics.ok()) return topics.error();
   const ImuReader::Source& whole = sources.at(topics->gyro);
   std::string name = printable(topics->gyro);
-  std::vector<ImuSample> samples = in_order_of_time(whole.samples);
+  std::vector<ImuSample> samples = told_in_order(whole.samples, topics->gyro);
   std::size_t left_out = whole.left_out;
   if (topics->are_halves()) {
     const ImuReader::Source& accel = sources.at(topics->accel);
-    samples = united(samples, in_order_of_time(accel.samples));
+    samples = united(samples, told_in_order(accel.samples, topics->accel));
     left_out += accel.left_out;
     name += " and " + printable(topics->accel);
   }
-  if (left_out > 0) log::warn("{}: {} readings are left out", name, left_out);
+  if (left_out > 0)
+    log::warn("{}: {} that cannot be used: left out", name, counted(left_out, "reading"));
   if (samples.empty()) return refuse(name + ": no readings in it");
   const ImuDoubt doubt = doubt_about_topic(samples);
   const bool lacks_gyro = has_half(samples, &ImuSample::specific_force_mps2);

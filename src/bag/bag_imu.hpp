@@ -21,7 +21,8 @@ namespace ygslam {
 
 /// Stably by stamps; of equal ones the first.
 [[nodiscard]] std::vector<ImuSample> in_order_of_time(std::vector<ImuSample> samples);
-/// As doubt_about(), and whether one half of a sensor is missing. @param samples in order of time.
+/// As doubt_about() and fault_of_intervals(), and whether one half of a sensor is missing.
+/// @param samples in order of time.
 [[nodiscard]] ImuDoubt doubt_about_topic(const std::vector<ImuSample>& samples);
 
 /// Collects readings, message by message: sensor_msgs/Imu.
@@ -29,7 +30,8 @@ class ImuReader {
  public:
   struct Source {
     std::vector<ImuSample> samples;
-    std::size_t left_out = 0;  ///< not finite, of no sensible size, or more than are kept
+    std::size_t left_out =
+        0;  ///< no message, not finite, of no sensible size, or more than are kept
   };
   void take(const BagTopic& topic, const BagMessage& message);
   /// By topic.
@@ -58,9 +60,9 @@ struct BagReadings {
   std::vector<ImuSample> samples;  ///< in order of time, of equal stamps the first
 };
 
-/// What is doubtful is told in a warning. Accelerations of halves are interpolated at the
-/// gyroscope's stamps.
-/// @return as choose_imu(), and half a sensor, units that are plainly others.
+/// What is doubtful is told in a warning, and what is sorted or left out. Accelerations of halves
+/// are interpolated at the gyroscope's stamps.
+/// @return as choose_imu(), and half a sensor, units or stamps that are plainly others.
 [[nodiscard]] Result<BagReadings> chosen_readings(
     const std::map<std::string, ImuReader::Source>& sources, const std::string& choice,
     std::string_view option);

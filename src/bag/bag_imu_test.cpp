@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <memory>
 
 #include "bag/imu_messages.hpp"
 #include "bag/mcap_writer.hpp"
+#include "core/log.hpp"
 #include "io/testing/temp_folder.hpp"
 
 namespace ygslam {
@@ -28,7 +30,13 @@ class BagImu : public ::testing::Test {
     const auto samples = chosen_readings(reader_.sources(), choice, "--imu-topic");
     return samples.ok() ? "accepted" : samples.error().message;
   }
+  using Lines = std::vector<std::string>;
   ImuReader reader_;
+  Lines told_;  // warnings
+  log::ScopedSink sink_{
+      std::make_shared<const log::Sink>([this](log::Level level, const std::string& line) {
+        if (level == log::Level::kWarning) told_.push_back(line);
+      })};
 };
 
 TEST_F(BagImu, ReadingsAreTakenInOrderOfTime) {
@@ -36,6 +44,8 @@ TEST_F(BagImu, ReadingsAreTakenInOrderOfTime) {
     say("/imu", reading(ms, Vec3(0.1, 0.2, 0.001 * static_cast<double>(ms)), Vec3(0, 0.5, 9.7)));
   const auto samples = chosen_readings(reader_.sources(), "", "--imu-topic");
   ASSERT_TRUE(samples.ok()) << samples.error().message;
+  EXPECT_EQ(told_, (Lines{"/imu: stamps go back; readings are sorted by their stamps",
+                          "/imu: 1 reading with the stamp of another: left out"}));
   ASSERT_EQ(samples->samples.size(), 3U);
   EXPECT_EQ(samples->samples[0].stamp.ns, 5'000'000);
   EXPECT_EQ(samples->samples[1].angular_velocity_radps, Vec3(0.1, 0.2, 0.01));
@@ -104,6 +114,19 @@ TEST_F(BagImu, NumbersThatAreNoneAreLeftOutAndOtherUnitsRefused) {
   EXPECT_NE(refusal().find("/imu: no readings in it"), std::string::npos);
   say("/imu", reading(2, Vec3::UnitX(), Vec3(0, 0, 1)));
   EXPECT_NE(refusal().find("units of g"), std::string::npos) << refusal();
+}
+
+TEST_F(BagImu, MessagesThatAreCutAreATopicAllTheSame) {
+  const Bytes whole = to_cdr(ros::to_ros(reading(1, Vec3::UnitX(), Vec3(0, 0, 9.8)), {}, "imu"));
+  reader_.take({"/imu", kImuType, Layout::kCdr}, {0, {99}, std::span(whole).first(20), {}});
+  EXPECT_EQ(refusal(), "/imu: no readings in it");
+  EXPECT_EQ(told_, Lines{"/imu: 1 reading that cannot be used: left out"});
+}
+
+TEST_F(BagImu, OneReadingASecondIsRefused) {
+  for (const std::int64_t ms : {1000, 2000, 3000})
+    say("/imu", reading(ms, Vec3(0.1, 0.2, 0.3), Vec3(0, 0.5, 9.7)));
+  EXPECT_EQ(refusal(), "/imu: readings are 1 s apart, which no inertial sensor's are");
 }
 
 TEST_F(BagImu, IsReadFromARecording) {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 
+#include "io/text.hpp"
+
 namespace ygslam {
 
 void MotionBeside::add(const BagTopic& topic, const BagMessage& message, std::int64_t shift_ns) {
-  if (!is_listed_) {
-    sensors_.take(topic, message);
-    if (has_transforms(topic)) frames_.take(topic, message.bytes);
-  }
+  if (!is_listed_ || !has_transforms(topic)) sensors_.take(topic, message);
+  if (!is_listed_ && has_transforms(topic)) frames_.take(topic, message.bytes);
   readings_.add(topic, message, shift_ns);
   odometry_.add(topic, message, shift_ns);
 }
@@ -41,11 +41,13 @@ void MotionBeside::list(const std::vector<BagTopic>& announced, const std::strin
 Result<std::string> MotionBeside::use_imu(const std::string& choice) {
   auto chosen = readings_.use(choice, imu_topics_);
   if (!chosen.ok()) return chosen.error();
-  return std::move(chosen->gyro);
+  return chosen_imu_ = std::move(chosen->gyro);
 }
 
 Result<std::string> MotionBeside::use_odometry(const std::string& choice) {
-  return odometry_.use(choice, odometry_topics_);
+  auto chosen = odometry_.use(choice, odometry_topics_);
+  if (chosen.ok()) chosen_odometry_ = *chosen;
+  return chosen;
 }
 
 void MotionBeside::hand_out(FrameId id) {
@@ -57,6 +59,9 @@ std::vector<std::string> MotionBeside::take_doubts() {
   std::vector<std::string> doubts;
   for (std::string& doubt : std::array{readings_.take_doubt(), odometry_.take_doubt()})
     if (!doubt.empty()) doubts.push_back(std::move(doubt));
+  for (const std::string* topic : {&chosen_imu_, &chosen_odometry_})
+    if (const std::string change = sensors_.take_change(*topic); !change.empty())
+      doubts.push_back(printable(*topic) + ": " + change);
   return doubts;
 }
 

@@ -37,7 +37,7 @@ class MotionBeside {
   [[nodiscard]] Result<std::string> use_odometry(const std::string& choice);
   void hand_out(FrameId id);
   [[nodiscard]] StreamMotion take(FrameId id) { return {readings_.take(id), odometry_.take(id)}; }
-  /// What speaks against the first seconds of either; said once.
+  /// What speaks against either; said once.
   [[nodiscard]] std::vector<std::string> take_doubts();
 
  private:
@@ -45,6 +45,7 @@ class MotionBeside {
   FrameTree frames_;      // of the beginning, as the next
   MotionFrames sensors_;  // where they are
   std::vector<MotionTopic> imu_topics_, odometry_topics_;
+  std::string chosen_imu_, chosen_odometry_;  // empty: none
   StreamReadings readings_;
   StreamOdometry odometry_;
 };

@@ -1,7 +1,10 @@
 #include "bag/motion_topics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "io/sensor_yaml.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -26,6 +29,17 @@ struct MovingHead {
   }
 };
 
+/// Of an IMU's or odometry's message; of others none.
+std::optional<std::string> frame_of(const BagTopic& topic, const BagMessage& message) {
+  SensorHead sensor;
+  MovingHead moving;
+  if (is_imu(topic) && from_cdr(message.bytes, sensor, topic.layout))
+    return cut_name(sensor.header.frame_id);
+  if (is_odometry(topic) && from_cdr(message.bytes, moving, topic.layout))
+    return cut_name(moving.child_frame_id);
+  return std::nullopt;
+}
+
 bool is_of_wheels(const MotionTopic& topic) {
   return topic.name.find("wheel") != std::string::npos;
 }
@@ -38,13 +52,17 @@ bool is_moving_frame(const std::string& name) { return name.find(':') != std::st
 
 void MotionFrames::take(const BagTopic& topic, const BagMessage& message) {
   if (has_transforms(topic)) return take_moving(topic, message);
-  if ((!is_imu(topic) && !is_odometry(topic)) || knows(topic.name)) return;
-  SensorHead sensor;
-  MovingHead moving;
-  if (is_imu(topic) && from_cdr(message.bytes, sensor, topic.layout))
-    frames_[topic.name] = cut_name(sensor.header.frame_id);
-  if (is_odometry(topic) && from_cdr(message.bytes, moving, topic.layout))
-    frames_[topic.name] = cut_name(moving.child_frame_id);
+  const auto frame = frame_of(topic, message);
+  if (!frame) return;
+  const auto [first, is_new] = frames_.try_emplace(topic.name, *frame);
+  if (!is_new && first->second != *frame && are_changed_.insert(topic.name).second)
+    changes_[topic.name] = fmt::format("a later message is of the frame '{}', the first of '{}'",
+                                       printable(*frame), printable(first->second));
+}
+
+std::string MotionFrames::take_change(const std::string& topic) {
+  const auto change = changes_.extract(topic);
+  return change ? change.mapped() : std::string();
 }
 
 /// Named as for_each_pose() names them.
@@ -67,6 +85,8 @@ bool MotionFrames::is_placed(const std::string& name, const FrameTree& frames,
 MotionTopic MotionFrames::placed(const std::string& name, const FrameTree& frames,
                                  const std::string& camera_frame) const {
   MotionTopic found{name};
+  if (const auto change = changes_.find(name); change != changes_.end())
+    found.changed = change->second;
   const auto frame = frames_.find(name);
   if (frame == frames_.end() || frame->second.empty() || camera_frame.empty()) {
     found.missing = "no message of " + printable(name) + " or of the images names a frame";
@@ -74,11 +94,14 @@ MotionTopic MotionFrames::placed(const std::string& name, const FrameTree& frame
   }
   const auto T_frame_camera =
       frames.T_target_source(frame->second, camera_frame, FrameTree::Trust::kStatic);
-  if (T_frame_camera.ok()) {
-    found.T_frame_camera = *T_frame_camera;
+  const std::string frames_named =
+      "of the frames '" + printable(frame->second) + "' and '" + printable(camera_frame) + "' ";
+  if (!T_frame_camera.ok()) {
+    found.missing = frames_named + "there is " + T_frame_camera.error().message;
+  } else if (!(T_frame_camera->t().array().abs() <= kMostLever_m).all()) {
+    found.missing = frames_named + "one is farther than 100 m from the other (metres are expected)";
   } else {
-    found.missing = "of the frames '" + printable(frame->second) + "' and '" +
-                    printable(camera_frame) + "' there is " + T_frame_camera.error().message;
+    found.T_frame_camera = *T_frame_camera;
   }
   return found;
 }

@@ -24,6 +24,9 @@ class MotionFrames {
   void take(const BagTopic& topic, const BagMessage& message);
   /// A message of this topic, or of this moving frame, has come.
   [[nodiscard]] bool knows(const std::string& name) const { return frames_.contains(name); }
+  /// That messages of a topic name another frame than its first, which counts; said once.
+  /// @return empty: they do not.
+  [[nodiscard]] std::string take_change(const std::string& topic);
   /// Its place is known.
   [[nodiscard]] bool is_placed(const std::string& name, const FrameTree& frames,
                                const std::string& camera_frame) const;
@@ -37,8 +40,10 @@ class MotionFrames {
   void take_moving(const BagTopic& topic, const BagMessage& message);
   [[nodiscard]] MotionTopic placed(const std::string& name, const FrameTree& frames,
                                    const std::string& camera_frame) const;
-  std::map<std::string, std::string> frames_;  // by name
-  std::set<std::string> moving_;               // names of those of /tf
+  std::map<std::string, std::string> frames_;   // by name
+  std::map<std::string, std::string> changes_;  // of topics, as text
+  std::set<std::string> are_changed_;           // topics
+  std::set<std::string> moving_;                // names of those of /tf
 };
 
 }  // namespace ygslam

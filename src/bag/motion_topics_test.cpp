@@ -61,9 +61,27 @@ TEST_F(MotionTopicsTest, AreListedWithThePlacesOfTheirSensors) {
 TEST_F(MotionTopicsTest, WithoutATransformTheFramesAreNamed) {
   say_imu("imu_link");
   say_imu("camera");  // the first counts
+  say_imu("imu_link");
+  EXPECT_EQ(listed().imu_topics[0].changed,
+            "a later message is of the frame 'camera', the first of 'imu_link'");
+  EXPECT_EQ(sensors_.take_change("/odom"), "");
+  EXPECT_NE(sensors_.take_change("/imu"), "");
+  EXPECT_EQ(sensors_.take_change("/imu"), "") << "once";
+  say_imu("camera");
+  EXPECT_EQ(sensors_.take_change("/imu"), "");
   EXPECT_EQ(listed().imu_topics[0].missing,
             "of the frames 'imu_link' and 'camera' there is no transform between them on "
             "/tf_static");
+}
+
+TEST_F(MotionTopicsTest, PlacesInOtherUnitsAreNone) {
+  say_imu("imu_link");
+  place("camera", "imu_link", 1e5);
+  const MotionTopic imu = listed().imu_topics[0];
+  EXPECT_FALSE(imu.T_frame_camera);
+  EXPECT_EQ(imu.missing,
+            "of the frames 'imu_link' and 'camera' one is farther than 100 m from the other "
+            "(metres are expected)");
 }
 
 // Odometry on /tf alone, as a robot has it that publishes no nav_msgs/Odometry.

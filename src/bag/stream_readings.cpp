@@ -1,5 +1,6 @@
 #include "bag/stream_readings.hpp"
 
+#include "core/counted.hpp"
 #include "io/text.hpp"
 
 namespace ygslam {
@@ -20,11 +21,22 @@ void StreamReadings::add(const BagTopic& topic, const BagMessage& message, std::
   const bool is_wanted =
       !topics_ ||
       (!topics_->gyro.empty() && (topic.name == topics_->gyro || topic.name == topics_->accel));
-  auto reading = is_wanted ? reading_of(topic, message) : std::nullopt;
-  if (!reading || __builtin_add_overflow(reading->stamp.ns, shift_ns, &reading->stamp.ns)) return;
+  if (!is_wanted || !is_imu(topic)) return;
+  auto reading = reading_of(topic, message);
+  if (!reading) return leave_out(topic.name);
+  if (__builtin_add_overflow(reading->stamp.ns, shift_ns, &reading->stamp.ns)) return;
   if (topics_) return sort({topic.name, *reading});
   early_.push_back({topic.name, *reading});
   if (early_.size() > FrameShares<ImuSample>::kMostWaiting) early_.pop_front();
+}
+
+/// Until a topic is chosen nobody knows whether it matters.
+void StreamReadings::leave_out(const std::string& topic) {
+  if (!topics_) return;
+  ++left_out_;
+  if (left_out_ == 1 || (left_out_ >= 10 && is_worth_a_line(left_out_)))
+    doubt_ = fmt::format("{}: no finite numbers of sensible size in {} so far: left out",
+                         printable(topic), counted(left_out_, "reading"));
 }
 
 void StreamReadings::sort(const Reading& reading) {

@@ -29,7 +29,8 @@ class StreamReadings {
   void hand_out(FrameId id);
   /// Of this frame and those before it, what was not taken yet.
   [[nodiscard]] std::vector<ImuSample> take(FrameId id) { return shares_.take(id); }
-  /// The topic, and what speaks against its first two seconds once they are there; said once.
+  /// A topic, and what speaks against its first two seconds once they are there, said once; or how
+  /// many of its readings are none, of very many every tenth power.
   [[nodiscard]] std::string take_doubt() { return std::exchange(doubt_, {}); }
 
  private:
@@ -37,6 +38,7 @@ class StreamReadings {
     std::string topic;
     ImuSample sample;
   };
+  void leave_out(const std::string& topic);
   void sort(const Reading& reading);
   void keep(const ImuSample& reading);
 
@@ -44,6 +46,7 @@ class StreamReadings {
   std::optional<ImuTopics> topics_;  // of no name: none are
   ImuHalves halves_;
   FirstSeconds<ImuSample> first_;
+  std::size_t left_out_ = 0;
   std::string doubt_;
   FrameShares<ImuSample> shares_;
 };

@@ -130,6 +130,35 @@ TEST(StreamReadings, OtherUnitsAndHalvesAreTold) {
   EXPECT_NE(doubt_about_2_s(kTurning, Vec3::Zero()).find("no gravity"), std::string::npos);
 }
 
+TEST(StreamReadings, OneASecondAreTold) {
+  Written written;
+  written.begin_with("/imu");
+  std::string doubt;
+  for (std::int64_t ms = 0; ms < 9000; ms += 1000) {
+    written.add(ms);
+    doubt += written.readings.take_doubt();
+  }
+  EXPECT_EQ(doubt, "/imu: readings are 1 s apart, which no inertial sensor's are");
+}
+
+TEST(StreamReadings, ThoseThatAreNoNumbersAreCounted) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const Bytes none = unstamped(kTurning, Vec3(0, 0, kNan));
+  Written written;
+  written.add_of(0, none);
+  written.begin_with("/imu");
+  std::vector<std::string> told;
+  for (std::int64_t ms = 5; ms < 900; ms += 5) {
+    written.add_of(ms, ms % 3 == 0 ? none : written.usual);
+    written.add_of(ms, none, "/other");
+    if (std::string doubt = written.readings.take_doubt(); !doubt.empty())
+      told.push_back(std::move(doubt));
+  }
+  const std::string what = "/imu: no finite numbers of sensible size in ";
+  EXPECT_EQ(told, (std::vector{what + "1 reading so far: left out",
+                               what + "10 readings so far: left out"}));
+}
+
 TEST(StreamReadings, HalvesOfOneSensorAreUnited) {
   const Bytes gyro = unstamped(kTurning, Vec3::Zero()), accel = unstamped(Vec3::Zero(), kGravity);
   Written written;

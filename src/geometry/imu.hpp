@@ -34,6 +34,7 @@ struct ImuCalibration {
   double accel_range_mps2 = 0;
   /// A stamp of the IMU minus that of the camera at the same instant; nullopt: unknown.
   std::optional<double> time_offset_s;
+  bool rate_is_said = false;  ///< noise.rate_hz is no assumption
 };
 
 /// One pose of a robot's base in the frame of its own odometry.

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kWheelClockIsSetBack = 10;  // samples in a row
 constexpr double kMostStep_s = 0.3;       // between two samples
+constexpr double kFirstPose_s = 2;        // after the first frame at the latest
 constexpr double kMostBeyond_s = 0.1;     // that a prediction goes past the newest sample
 constexpr double kMostSpeed_mps = 10,
                  kMostTurn_radps = 10;  // faster: the robot began to count anew
@@ -45,6 +46,8 @@ const char* to_string(WheelFault fault) {
       return "stamps went back";
     case WheelFault::kDisagrees:
       return "they tell another way than the camera sees (units, axes, clock, T_base_camera?)";
+    case WheelFault::kNoPoses:
+      return "no valid pose came in the first 2 s";
   }
   return "?";
 }
@@ -80,6 +83,7 @@ void WheelOdometry::add(const OdometrySample& sample) {
     }
   }
   gone_back_ = 0;
+  has_begun_ = true;
   samples_.push_back(shifted);
 }
 
@@ -126,6 +130,11 @@ bool WheelOdometry::have_reached(Timestamp stamp) const {
 bool WheelOdometry::is_trusted() const { return agreed_m_ >= kEnoughAgreed_m && !slipped_at_; }
 
 void WheelOdometry::add_frame(Timestamp stamp, const std::optional<VisualPose>& pose) {
+  if (!first_frame_) first_frame_ = stamp;
+  if (!has_begun_ && seconds_between(stamp, *first_frame_) > kFirstPose_s) {
+    has_begun_ = true;
+    fault_ = WheelFault::kNoPoses;
+  }
   if (!samples_.empty() && seconds_between(stamp, samples_.back().stamp) > kMostStep_s)
     restart(WheelFault::kSilent);
   if (!pose) {

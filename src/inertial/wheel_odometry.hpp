@@ -19,6 +19,7 @@ enum class WheelFault : std::uint8_t {
   kJumped,     ///< faster than any robot: it began to count anew
   kClock,      ///< stamps went back
   kDisagrees,  ///< with vision, again and again
+  kNoPoses,    ///< none that is one has come since the first frame
 };
 [[nodiscard]] const char* to_string(WheelFault fault);
 
@@ -66,6 +67,8 @@ class WheelOdometry {
   void learn(const WheelMotion& motion, const Vec6& error, const Mat6& covariance);
 
   WheelCalibration wheels_;
+  std::optional<Timestamp> first_frame_;
+  bool has_begun_ = false;              // a sample has come, or it was told that none has
   std::deque<OdometrySample> samples_;  // since the last frame with a pose and some before it
   int gone_back_ = 0;                   // samples in a row
   WheelErrors errors_ = WheelErrors::Zero();

@@ -208,6 +208,21 @@ TEST(WheelOdometry, AStreamThatStopsPredictsNothing) {
   EXPECT_EQ(robot.wheels().take_fault(), WheelFault::kSilent);
 }
 
+TEST(WheelOdometry, ThatNoPoseComesIsAFaultOnce) {
+  bool comes = false;
+  Robot robot({.distort = [&](OdometrySample&) { return comes; }});
+  robot.run(1.9);
+  EXPECT_EQ(robot.wheels().take_fault(), WheelFault::kNone);
+  robot.run(0.2);
+  EXPECT_EQ(robot.wheels().take_fault(), WheelFault::kNoPoses);
+  robot.run(5);
+  EXPECT_EQ(robot.wheels().take_fault(), WheelFault::kNone);
+  comes = true;
+  robot.run(8);
+  EXPECT_EQ(robot.wheels().take_fault(), WheelFault::kNone);
+  EXPECT_TRUE(robot.wheels().is_trusted()) << "late, but there";
+}
+
 /// Neither its samples nor the work for a frame grow without end.
 TEST(WheelOdometry, PredictsForHalfAMinuteWithoutVisionAndBeginsAnewWithIt) {
   Robot robot({});

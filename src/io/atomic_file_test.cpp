@@ -9,6 +9,7 @@
 
 #include "io/ply.hpp"
 #include "io/testing/file_size_limit.hpp"
+#include "io/testing/ordinary_user.hpp"
 #include "io/testing/temp_folder.hpp"
 
 namespace ygslam {
@@ -23,24 +24,6 @@ std::size_t entries(const fs::path& folder) {
   return static_cast<std::size_t>(
       std::distance(fs::directory_iterator(folder), fs::directory_iterator{}));
 }
-
-// An ordinary user's rights while this lives: root may write anywhere.
-class OrdinaryUser {
- public:
-  OrdinaryUser() : before_(::geteuid()) {
-    if (before_ == 0 && ::seteuid(65534) != 0) before_ = 65534;
-  }
-  OrdinaryUser(const OrdinaryUser&) = delete;
-  OrdinaryUser& operator=(const OrdinaryUser&) = delete;
-  ~OrdinaryUser() {
-    if (before_ == 0) {
-      EXPECT_EQ(::seteuid(0), 0);
-    }
-  }
-
- private:
-  uid_t before_;
-};
 
 TEST(AtomicFile, ReplacesAnEarlierFileAndLeavesNothingElse) {
   const TempFolder folder("ygslam ausgabe ä");
@@ -117,7 +100,7 @@ TEST(AtomicFile, F26AReadOnlyFolderIsAnOutputErrorNamingIt) {
   fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec |
                                      fs::perms::others_read | fs::perms::others_exec);
   {
-    const OrdinaryUser user;
+    const testing::OrdinaryUser user;
     const Status file = write_file_atomically(target, "new");
     const Status directory = ensure_writable_directory(folder.path());
     const Status below = ensure_writable_directory(folder.path() / "sub" / "dir");

@@ -23,13 +23,20 @@ fs::path growing_target(const fs::path& path) {
 }
 
 /// Empty, or of that kind. Before it is opened: a pipe that nobody writes to would be waited for.
-bool may_be_replaced(const fs::path& path, const FileKind& kind) {
+Status check_replaceable(const fs::path& path, const FileKind& kind) {
+  const auto keep = [&](const std::string& why) {
+    return growing_fault(path, "is there and " + why + "; it is not replaced");
+  };
+  const std::string other = "no " + std::string(kind.name);
   std::error_code code;
-  if (!fs::is_regular_file(path, code)) return false;
+  if (!fs::is_regular_file(path, code)) return keep(other);
   std::string begin(kind.begin.size(), '\0');
   const FilePtr old(std::fopen(path.c_str(), "rb"));
   const std::size_t got = old ? std::fread(begin.data(), 1, begin.size(), old.get()) : 0;
-  return got == 0 || begin == kind.begin;
+  if (!old || std::ferror(old.get()) != 0)
+    return keep("cannot be read (" + std::string(std::strerror(errno)) + ")");
+  if (got > 0 && begin != kind.begin) return keep(other);
+  return Ok{};
 }
 
 }  // namespace
@@ -45,8 +52,7 @@ Status check_growing_file(const fs::path& path, const FileKind& kind) {
   const auto folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   if (::access(folder.c_str(), W_OK) != 0) return growing_fault(path, std::strerror(errno));
   if (!fs::exists(path, code)) return Ok{};
-  if (!may_be_replaced(path, kind))
-    return growing_fault(path, "is there and no " + name + "; it is not replaced");
+  if (Status checked = check_replaceable(path, kind); !checked.ok()) return checked;
   if (::access(path.c_str(), W_OK) != 0) return growing_fault(path, std::strerror(errno));
   return Ok{};
 }

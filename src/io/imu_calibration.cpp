@@ -8,18 +8,19 @@
 namespace ygslam {
 namespace {
 
+constexpr double kLeastDensity = 1e-9;  // below any sensor's: its readings would be the truth
 // In the order of values_of().
 constexpr std::array<SensorKey, 8> kImuKeys = {{
     {"rate_hz", "Hz", 1, 1e5, false},
-    {"gyroscope_noise_density", "rad/s/sqrt(Hz)", 0, 1, true},
+    {"gyroscope_noise_density", "rad/s/sqrt(Hz)", kLeastDensity, 1, true},
     {"gyroscope_random_walk", "rad/s^2/sqrt(Hz)", 0, 1, true},
-    {"accelerometer_noise_density", "m/s^2/sqrt(Hz)", 0, 10, true},
+    {"accelerometer_noise_density", "m/s^2/sqrt(Hz)", kLeastDensity, 10, true},
     {"accelerometer_random_walk", "m/s^3/sqrt(Hz)", 0, 10, true},
     {"gyroscope_range", "rad/s, 0: unknown", 0, 1e4, false},
     {"accelerometer_range", "m/s^2, 0: unknown", 0, 1e5, false},
     {"time_offset_s", "s, stamp of the IMU minus that of the camera", -10, 10, false},
 }};
-constexpr std::size_t kTimeOffset = kImuKeys.size() - 1;
+constexpr std::size_t kRate = 0, kTimeOffset = kImuKeys.size() - 1;
 constexpr std::string_view kPoseKey = "T_camera_imu";
 
 template <typename Imu, typename Value>
@@ -43,6 +44,7 @@ Result<ImuCalibration> parse_imu_calibration(std::string_view text, const std::s
   const auto seen = parse_sensor_yaml(text, name, {kPoseKey, &imu.T_camera_imu, kImuKeys, values});
   if (!seen.ok()) return seen.error();
   if ((*seen)[kTimeOffset]) imu.time_offset_s = time_offset_s;
+  imu.rate_is_said = (*seen)[kRate];
   return imu;
 }
 

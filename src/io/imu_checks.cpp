@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -108,6 +109,14 @@ Turning turning_of(std::span<const Block> blocks) {
   return turning;
 }
 
+/// At the median. @return nullopt of fewer than two.
+std::optional<double> usual_step_s(std::span<const ImuSample> samples) {
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < samples.size(); ++i)
+    steps_s.push_back(seconds_between(samples[i].stamp, samples[i - 1].stamp));
+  return steps_s.empty() ? std::nullopt : std::optional(median_of(std::move(steps_s)));
+}
+
 }  // namespace
 
 ImuDoubt doubt_about(std::span<const ImuSample> samples, bool has_gyro) {
@@ -143,6 +152,27 @@ ImuDoubt doubt_about(std::span<const ImuSample> samples, bool has_gyro) {
         "differ?)"};
   }
   return {};
+}
+
+bool is_sensors_interval(double step_s) {
+  constexpr double kLeast_s = 1e-4, kMost_s = 0.2;
+  return step_s >= kLeast_s && step_s <= kMost_s;
+}
+
+std::string fault_of_intervals(std::span<const ImuSample> samples) {
+  const auto step_s = usual_step_s(samples);
+  if (!step_s || is_sensors_interval(*step_s)) return {};
+  return fmt::format("readings are {:.3g} s apart, which no inertial sensor's are", *step_s);
+}
+
+std::string doubt_about_rate(std::span<const ImuSample> samples, const ImuCalibration& imu) {
+  constexpr double kMostFactor = 1.5;  // drivers leave some out
+  const auto step_s = usual_step_s(samples);
+  if (!imu.rate_is_said || !step_s) return {};
+  const double factor = *step_s * imu.noise.rate_hz;
+  if (factor > 1 / kMostFactor && factor < kMostFactor) return {};
+  return fmt::format("rate_hz: {:g} is said of readings at {:.3g} Hz (another sensor's file?)",
+                     imu.noise.rate_hz, 1 / *step_s);
 }
 
 }  // namespace ygslam

@@ -20,8 +20,6 @@ constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
 constexpr std::size_t kImuColumns = 7, kAccelerometerColumns = 4;
 constexpr std::size_t kLargestImuFile_bytes = std::size_t{1} << 30;
 constexpr double kMostRadps = 1e4, kMostMps2 = 1e5;
-// A sensor's readings are 0.1 ms to 0.2 s apart.
-constexpr double kLeastInterval_s = 1e-4, kMostInterval_s = 0.2;
 constexpr std::string_view kEurocHeader =
     "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
     "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
@@ -154,7 +152,10 @@ Result<ImuRow> row_of(const TextLine& line, const ImuColumns& columns, StampUnit
   row.line = line.number;
   const std::string_view word = fields[columns.stamp];
   const auto stamp = parse_stamp(word, unit);
-  if (!stamp) return fault_in(name, line.number, "'" + printable(word) + "' is no stamp");
+  if (!stamp)
+    return fault_in(name, line.number,
+                    fmt::format("'{}' is no stamp in {}{}", printable(word), name_of(unit),
+                                columns.unit ? ", which the header names" : ""));
   row.sample.stamp = *stamp;
   const auto accel = vector_at(fields, columns.accel, kMostMps2);
   if (!accel.ok()) return fault_in(name, line.number, accel.error().message);
@@ -167,7 +168,17 @@ Result<ImuRow> row_of(const TextLine& line, const ImuColumns& columns, StampUnit
   return row;
 }
 
-/// EuRoC's stamps are whole nanoseconds between commas; others tell by their size, or are seconds.
+/// Between the first two lines. @return 0 where there are none.
+double first_step_s(const std::vector<TextLine>& lines, std::size_t column, StampUnit unit) {
+  std::array<std::optional<Timestamp>, 2> stamps;
+  for (std::size_t i = 0; i < std::min(lines.size(), stamps.size()); ++i)
+    if (const auto fields = fields_of(lines[i].text); column < fields.size())
+      stamps[i] = parse_stamp(fields[column], unit);
+  return stamps[0] && stamps[1] ? seconds_between(*stamps[1], *stamps[0]) : 0;
+}
+
+/// EuRoC's stamps are whole nanoseconds between commas. Others tell by their size, or are seconds,
+/// unless only nanoseconds make a sensor's steps of them.
 StampUnit unit_of(const std::vector<TextLine>& lines, const ImuColumns& columns) {
   if (columns.unit) return *columns.unit;
   const auto fields = fields_of(lines.front().text);
@@ -175,9 +186,14 @@ StampUnit unit_of(const std::vector<TextLine>& lines, const ImuColumns& columns)
   if (columns.stamp >= fields.size()) return StampUnit::kSeconds;
   const std::string_view word = fields[columns.stamp];
   constexpr std::size_t kFewestDigits = 9;
-  if (has_commas && word.size() >= kFewestDigits && word.find('.') == std::string_view::npos)
-    return StampUnit::kNanoseconds;
-  return unit_of_stamps({{lines.front().number, fields}}, columns.stamp);
+  const bool may_be_ns = word.size() >= kFewestDigits && word.find('.') == std::string_view::npos;
+  if (has_commas && may_be_ns) return StampUnit::kNanoseconds;
+  const auto is_sensors = [&](StampUnit unit) {
+    return is_sensors_interval(first_step_s(lines, columns.stamp, unit));
+  };
+  const StampUnit unit = unit_of_stamps({{lines.front().number, fields}}, columns.stamp);
+  const bool is_ns = may_be_ns && !is_sensors(unit) && is_sensors(StampUnit::kNanoseconds);
+  return is_ns ? StampUnit::kNanoseconds : unit;
 }
 
 std::vector<ImuSample> in_order(std::vector<ImuRow> rows, const std::string& name) {
@@ -196,21 +212,6 @@ std::vector<ImuSample> in_order(std::vector<ImuRow> rows, const std::string& nam
     log::warn("{}: {} readings have the stamp of another and are left out", name,
               rows.size() - samples.size());
   return samples;
-}
-
-Status check_intervals(const std::vector<ImuSample>& samples, StampUnit unit,
-                       const std::string& name) {
-  std::vector<double> steps_s;
-  for (std::size_t i = 1; i < samples.size(); ++i)
-    steps_s.push_back(seconds_between(samples[i].stamp, samples[i - 1].stamp));
-  if (steps_s.empty()) return Ok{};
-  const auto middle = steps_s.begin() + std::ssize(steps_s) / 2;
-  std::nth_element(steps_s.begin(), middle, steps_s.end());
-  if (*middle >= kLeastInterval_s && *middle <= kMostInterval_s) return Ok{};
-  return fault_in(name, 0,
-                  fmt::format("readings are {:.3g} s apart, which no inertial sensor's are, if "
-                              "stamps are {}",
-                              *middle, name_of(unit)));
 }
 
 Result<std::vector<ImuSample>> parse(std::string_view text, const std::string& name,
@@ -250,7 +251,8 @@ Result<std::vector<ImuSample>> parse(std::string_view text, const std::string& n
     rows.push_back(std::move(*row));
   }
   std::vector<ImuSample> samples = in_order(std::move(rows), name);
-  if (Status status = check_intervals(samples, unit, name); !status) return status.error();
+  if (const std::string fault = fault_of_intervals(samples); !fault.empty())
+    return fault_in(name, 0, fmt::format("{}, if stamps are {}", fault, name_of(unit)));
   const ImuDoubt doubt = doubt_about(samples, columns.has_gyro());
   if (doubt.is_fault) return fault_in(name, 0, doubt.what);
   if (!doubt.what.empty()) log::warn("{}: {}", name, doubt.what);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -10,6 +11,7 @@
 #include "core/log.hpp"
 #include "core/rng.hpp"
 #include "io/imu_calibration.hpp"
+#include "io/imu_checks.hpp"
 #include "io/testing/temp_folder.hpp"
 
 namespace ygslam {
@@ -209,6 +211,21 @@ TEST(ImuFile, AxesThatDoNotBelongTogetherGiveAWarning) {
   EXPECT_NE(warnings.text().find("does not turn gravity"), std::string::npos);
 }
 
+TEST(ImuFile, WholeNanosecondsOfAnyClockAreReadWhateverStandsBetweenColumns) {
+  auto samples = nodding();
+  for (ImuSample& s : samples) s.stamp.ns -= 1'403'635'579'763'555'584;  // from 1000 s on
+  const std::string eurocs = format_imu(samples);
+  for (const char separator : {',', ';', '\t'}) {
+    std::string text = eurocs.substr(eurocs.find('\n') + 1);
+    std::ranges::replace(text, ',', separator);
+    const auto read = parse_imu(text, "imu.csv");
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    expect_same(*read, samples);
+  }
+  expect_refused("#timestamp [ns],wx,wy,wz,ax,ay,az\n999.9,0,0,0,0,0,9.8\n",
+                 "imu.csv:2: '999.9' is no stamp in nanoseconds, which the header names");
+}
+
 TEST(ImuFile, BadLinesAreNamed) {
   const std::string good = "1.00 0 0 0 0 0 9.8\n1.01 0 0 0 0 0 9.8\n";
   expect_refused("", "imu.csv: no readings");
@@ -247,6 +264,23 @@ TEST(ImuCalibration, IsReadBackToTheBit) {
   EXPECT_FALSE(parse_imu_calibration(format_imu_calibration(imu, "a test"), "")->time_offset_s);
 }
 
+TEST(ImuCalibration, AnotherRateThanTheReadingsIsDoubted) {
+  std::vector<ImuSample> at_10_hz;
+  for (std::int64_t i = 0; i < 30; ++i)
+    at_10_hz.push_back({{i * 100'000'000}, Vec3::Zero(), Vec3(0, 0, 9.8)});
+  const std::string rest = format_imu_calibration({}, "a test").substr(sizeof("# a test"));
+  const auto doubt = [&](const std::string& rate_line) {
+    const auto imu = parse_imu_calibration(rate_line + rest.substr(rest.find('\n') + 1), "");
+    EXPECT_TRUE(imu.ok()) << imu.error().message;
+    return doubt_about_rate(at_10_hz, *imu);
+  };
+  EXPECT_EQ(doubt("rate_hz: 200\n"),
+            "rate_hz: 200 is said of readings at 10 Hz (another sensor's file?)");
+  EXPECT_FALSE(doubt("rate_hz: 5\n").empty());
+  EXPECT_EQ(doubt("rate_hz: 12\n"), "");
+  EXPECT_EQ(doubt(""), "") << "the 200 is assumed";
+}
+
 TEST(ImuCalibration, FaultsAreNamed) {
   const std::string good = format_imu_calibration({}, "a test");
   const auto with = [&](const std::string& from, const std::string& to) {
@@ -265,11 +299,18 @@ TEST(ImuCalibration, FaultsAreNamed) {
   expect(good + "rate_hz: 100\n", "imu.yaml:10: 'rate_hz' is given twice");
   expect(with("rate_hz: 200", "rate_hz: fast"), "imu.yaml:2: 'fast' is not a finite number");
   expect(with("rate_hz: 200", "rate_hz: 0"), "rate_hz must lie in 1 to 100000");
+  expect(with("gyroscope_noise_density: 0.00024", "gyroscope_noise_density: 0"),
+         "gyroscope_noise_density must lie in 1e-09 to 1");
+  expect(with("accelerometer_noise_density: 0.0012", "accelerometer_noise_density: 0"),
+         "accelerometer_noise_density must lie in 1e-09 to 10");
   expect(with("gyroscope_noise_density: ", "# "), "'gyroscope_noise_density' is missing");
   expect(with("T_camera_imu", "# T_camera_imu"), "'T_camera_imu' is missing");
   expect(with("0, 0, 0, 1]", "0, 0, 0, 2]"), "quaternion of length 2");
   expect(with("0, 0, 0, 1]", "0, 0, 0]"), "6 numbers, not 7");
   expect(with("[0, 0, 0,", "[0, 0, 200,"), "farther than 100 m");
+  std::string of_old_macs = good;
+  std::ranges::replace(of_old_macs, '\n', '\r');
+  expect(of_old_macs, "imu.yaml:1: a carriage return within the line");
   expect("hello\n", "imu.yaml:1: a line 'key: value' is expected");
 }
 

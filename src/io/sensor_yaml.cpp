@@ -12,7 +12,6 @@
 namespace ygslam {
 namespace {
 
-constexpr double kMostLever_m = 100;
 constexpr std::size_t kLargestSensorYaml_bytes = std::size_t{1} << 20;
 
 Error yaml_fault(const std::string& name, int line, const std::string& what) {
@@ -64,8 +63,8 @@ std::string store_number(const SensorKey& key, std::string_view word, double& pl
 
 Result<std::vector<bool>> parse_sensor_yaml(std::string_view text, const std::string& name,
                                             const SensorYaml& yaml) {
-  if (Status status = check_is_text(text, name); !status)
-    return Error{ErrorKind::kConfig, status.error().message};
+  for (const Status& status : {check_is_text(text, name), check_line_ends(text, name)})
+    if (!status.ok()) return Error{ErrorKind::kConfig, status.error().message};
   std::vector<bool> seen(yaml.keys.size() + 1);  // the last is the pose
   for (const TextLine& line : data_lines(text)) {
     if (line.text == "---" || line.text == "%YAML:1.0") continue;

@@ -11,6 +11,9 @@
 
 namespace ygslam {
 
+/// Along each axis, between a sensor and its camera: more is another unit.
+inline constexpr double kMostLever_m = 100;
+
 struct SensorKey {
   std::string_view name, unit;
   double least, most;

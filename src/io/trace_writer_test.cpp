@@ -8,6 +8,7 @@
 
 #include "core/bounded_queue.hpp"
 #include "io/testing/file_size_limit.hpp"
+#include "io/testing/ordinary_user.hpp"
 #include "io/testing/temp_folder.hpp"
 
 namespace ygslam {
@@ -151,6 +152,24 @@ TEST_F(TraceWriterTest, ReplacesTracesOnly) {
   EXPECT_TRUE(refused.error().message.find("is there and no trace") != std::string::npos);
   EXPECT_FALSE(TraceWriter::check(folder_.path() / "nowhere" / "trace.json").ok());
   EXPECT_FALSE(TraceWriter::check("-").ok());
+}
+
+TEST_F(TraceWriterTest, WhatCannotBeReadIsNotReplaced) {
+  namespace fs = std::filesystem;
+  testing::write(file_, "somebody's");
+  fs::permissions(file_, fs::perms::owner_write);
+  testing::OrdinaryUser::give(file_.c_str());
+  testing::OrdinaryUser::give(folder_.path().c_str());
+  {
+    const testing::OrdinaryUser user;
+    for (const Status& refused : {TraceWriter::check(file_), writer_.start(file_)}) {
+      ASSERT_FALSE(refused.ok());
+      EXPECT_EQ(refused.error().kind, ErrorKind::kOutput);
+      EXPECT_NE(refused.error().message.find("cannot be read"), std::string::npos);
+    }
+    fs::permissions(file_, fs::perms::owner_all);
+  }
+  EXPECT_EQ(read(file_), "somebody's");
 }
 
 TEST_F(TraceWriterTest, AFullDiskIsTold) {

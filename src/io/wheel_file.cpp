@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "core/log.hpp"
+#include "io/text.hpp"
+#include "io/trajectory_checks.hpp"
 #include "io/trajectory_formats.hpp"
 
 namespace ygslam {
@@ -10,6 +12,21 @@ namespace {
 
 constexpr double kMostSpeed_mps = 15;  // of the median step with motion
 constexpr double kMostWheelStep_s = 0.25, kLeastWheelStep_s = 5e-4;
+
+constexpr std::size_t kLeastColumns = 8;  // of poses with stamps, in any format
+
+/// Of the longest line of a text of numbers. @return 0 where it is none.
+std::size_t most_columns(const std::filesystem::path& path) {
+  const auto text = read_file(path);
+  if (!text.ok() || !check_is_text(*text, "").ok()) return 0;
+  std::size_t most = 0;
+  for (const TextLine& line : data_lines(*text)) {
+    const auto words = words_of(line.text, ",;");
+    if (words.empty() || !parse_number(words.front())) return 0;
+    most = std::max(most, words.size());
+  }
+  return most;
+}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
@@ -49,7 +66,13 @@ Result<std::vector<OdometrySample>> read_wheels(const std::filesystem::path& pat
   if (std::filesystem::is_directory(path, code))
     return Error{ErrorKind::kInput, path.string() + ": a folder; poses of the wheels are expected"};
   const auto poses = read_stamped_trajectory(path);
-  if (!poses.ok()) return poses.error();
+  if (!poses.ok()) {
+    const std::size_t columns = most_columns(path);
+    if (columns == 0 || columns >= kLeastColumns) return poses.error();
+    return Error{ErrorKind::kInput,
+                 fmt::format("{}: {} columns; stamps and poses are expected (t x y z qx qy qz qw)",
+                             path.string(), columns)};
+  }
   auto samples = wheels_of_poses(*poses);
   if (!samples.ok())
     return Error{samples.error().kind, path.string() + ": " + samples.error().message};

@@ -72,5 +72,19 @@ TEST_F(WheelFileTest, OtherUnitsAreRefused) {
   EXPECT_EQ(read(0.02, 0.01, 1), fault("a single pose; wheels tell many a second"));
 }
 
+/// Also where their lines could be those of matrices.
+TEST_F(WheelFileTest, LinesThatAreTooShortForAPoseAreRefused) {
+  for (const std::string columns : {" 0.5", " 0 0 0.5", " 0 0 0 0 1"}) {
+    std::ofstream file(folder_.path() / "odom.csv");
+    for (int i = 0; i < 100; ++i) file << 1000 + 0.02 * i << columns << "\n";
+    file.close();
+    const auto samples = read_wheels(folder_.path() / "odom.csv");
+    ASSERT_FALSE(samples.ok());
+    EXPECT_NE(samples.error().message.find(" columns; stamps and poses are expected"),
+              std::string::npos)
+        << samples.error().message;
+  }
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -36,7 +36,7 @@ void InertialReport::wheels_dropped(WheelFault fault) {
   wheels_agree_ = false;
 }
 
-void InertialReport::finish() {
+void InertialReport::finish_imu() {
   if (!frame_times_ || std::exchange(imu_was_told_of_, true)) return;
   if (!reading_times_) {
     log::warn("IMU: no reading came: it was not used");
@@ -46,6 +46,11 @@ void InertialReport::finish() {
   } else {
     log::info("IMU: a second of poses is needed before it is of use, which never came");
   }
+}
+
+void InertialReport::finish_wheels() {
+  if (!frame_times_ || wheels_came_ || !wheel_faults_.insert(WheelFault::kNoPoses).second) return;
+  log::warn("wheels: no pose came: they were not used");
 }
 
 }  // namespace ygslam

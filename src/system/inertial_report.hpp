@@ -20,10 +20,12 @@ class InertialReport {
 
   void imu_began(const Vec3& gravity_odom);
   void imu_dropped(ImuFault fault);
+  void wheel_pose() { wheels_came_ = true; }
   void wheels_agree(const WheelOdometry& wheels);
   void wheels_dropped(WheelFault fault);
-  /// No frames come any more: of an IMU of which nothing was told, why it was of no use.
-  void finish();
+  // No frames come any more: of what nothing was told, why it was of no use.
+  void finish_imu();
+  void finish_wheels();
 
  private:
   struct Span {  // of stamps
@@ -39,6 +41,7 @@ class InertialReport {
   bool imu_was_told_of_ = false;
   std::map<ImuFault, std::size_t> imu_faults_;  // how often each
   std::set<WheelFault> wheel_faults_;           // told
+  bool wheels_came_ = false;                    // a pose of theirs
   bool wheels_agree_ = false;                   // told, and not dropped since
 };
 

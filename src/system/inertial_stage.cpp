@@ -74,7 +74,9 @@ void InertialStage::add(const ImuSample& sample) {
 }
 
 void InertialStage::add(const OdometrySample& sample) {
-  if (wheels_) wheels_->add(sample);
+  if (!wheels_) return;
+  report_.wheel_pose();
+  wheels_->add(sample);
 }
 
 /// The IMU's, held by the wheels where both are there; the wheels' alone where it says nothing, or

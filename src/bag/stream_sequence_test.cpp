@@ -81,11 +81,11 @@ class StreamWithMotion : public ::testing::Test {
   std::optional<McapWriter> writer_;
 };
 
-constexpr WantedMotion kBoth{{true, true}, {true, true}};
+WantedMotion both() { return {{true, true}, {true, true}}; }
 
 TEST_F(StreamWithMotion, ItsReadingsComeWithTheFramesAndItsSensorsArePlaced) {
   for (const int late : {0, 12}) {  // more pairs than are needed without motion
-    auto sequence = stream(kBoth, late);
+    auto sequence = stream(both(), late);
     ASSERT_TRUE(sequence.ok()) << sequence.error().message;
     ASSERT_EQ(sequence->imu_topics.size(), 2U);
     ASSERT_TRUE(sequence->imu_topics[0].T_frame_camera);
@@ -123,7 +123,7 @@ TEST_F(StreamWithMotion, WhatIsNotWantedIsNotAwaited) {
 }
 
 TEST_F(StreamWithMotion, WhatNeverComesIsNotAwaitedForEver) {
-  auto sequence = stream(kBoth, kPairs + 1);
+  auto sequence = stream(both(), kPairs + 1);
   ASSERT_TRUE(sequence.ok()) << sequence.error().message;
   std::uint32_t id = 0;
   while (sequence->stream->next(FrameId{id}, {}, {})) ++id;

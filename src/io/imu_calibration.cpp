@@ -8,14 +8,15 @@
 namespace ygslam {
 namespace {
 
-constexpr double kLeastDensity = 1e-9;  // below any sensor's: its readings would be the truth
+constexpr double kLeastDensity =
+    1e-9;  // below any sensor's: its readings, or its biases, would be the truth
 // In the order of values_of().
 constexpr std::array<SensorKey, 8> kImuKeys = {{
     {"rate_hz", "Hz", 1, 1e5, false},
     {"gyroscope_noise_density", "rad/s/sqrt(Hz)", kLeastDensity, 1, true},
-    {"gyroscope_random_walk", "rad/s^2/sqrt(Hz)", 0, 1, true},
+    {"gyroscope_random_walk", "rad/s^2/sqrt(Hz)", kLeastDensity, 1, true},
     {"accelerometer_noise_density", "m/s^2/sqrt(Hz)", kLeastDensity, 10, true},
-    {"accelerometer_random_walk", "m/s^3/sqrt(Hz)", 0, 10, true},
+    {"accelerometer_random_walk", "m/s^3/sqrt(Hz)", kLeastDensity, 10, true},
     {"gyroscope_range", "rad/s, 0: unknown", 0, 1e4, false},
     {"accelerometer_range", "m/s^2, 0: unknown", 0, 1e5, false},
     {"time_offset_s", "s, stamp of the IMU minus that of the camera", -10, 10, false},

@@ -303,6 +303,8 @@ TEST(ImuCalibration, FaultsAreNamed) {
          "gyroscope_noise_density must lie in 1e-09 to 1");
   expect(with("accelerometer_noise_density: 0.0012", "accelerometer_noise_density: 0"),
          "accelerometer_noise_density must lie in 1e-09 to 10");
+  for (const std::string key : {"gyroscope_random_walk", "accelerometer_random_walk"})
+    expect(key + ": 0\n" + with(key, "# " + key), key + " must lie in 1e-09 to 1");
   expect(with("gyroscope_noise_density: ", "# "), "'gyroscope_noise_density' is missing");
   expect(with("T_camera_imu", "# T_camera_imu"), "'T_camera_imu' is missing");
   expect(with("0, 0, 0, 1]", "0, 0, 0, 2]"), "quaternion of length 2");

@@ -33,7 +33,7 @@ class InertialStageTest : public ::testing::Test {
     result.overruled = overruled;
     result.matches = 200;
     result.covariance = 1e-6 * Mat6::Identity();
-    const auto turn = stage_.take({to_ns(now_s_)}, result);
+    auto turn = stage_.take({to_ns(now_s_)}, result);
     if (result.imu_retraction)
       retracted_since_s_.push_back(1e-9 * static_cast<double>(result.imu_retraction->since.ns));
     return turn;

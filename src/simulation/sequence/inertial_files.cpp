@@ -1,6 +1,5 @@
 #include "simulation/sequence/inertial_files.hpp"
 
-#include <algorithm>
 #include <iterator>
 #include <vector>
 
@@ -44,10 +43,11 @@ ImuCalibration known_calibration(const ImuOptions& options) {
   known.noise = options.model.noise;
   known.noise.rate_hz = options.rate_hz;
   // Of readings without any noise nothing can be estimated.
-  constexpr double kLeastGyroDensity = 1e-5, kLeastAccelDensity = 1e-4;
-  double &gyro = known.noise.gyro_noise_radps_sqrthz, &accel = known.noise.accel_noise_mps2_sqrthz;
-  gyro = std::max(gyro, kLeastGyroDensity);
-  accel = std::max(accel, kLeastAccelDensity);
+  const ImuNoise least{options.rate_hz, 1e-5, 1e-4, 2e-6, 9e-5};
+  for (double ImuNoise::*const density :
+       {&ImuNoise::gyro_noise_radps_sqrthz, &ImuNoise::accel_noise_mps2_sqrthz,
+        &ImuNoise::gyro_walk_radps2_sqrthz, &ImuNoise::accel_walk_mps3_sqrthz})
+    if (known.noise.*density == 0) known.noise.*density = least.*density;
   known.gyro_range_radps = options.model.gyro_range_radps;
   known.accel_range_mps2 = options.model.accel_range_mps2;
   return known;

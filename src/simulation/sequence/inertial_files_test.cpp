@@ -35,7 +35,7 @@ TEST(InertialFiles, AreReadBackWithoutDoubts) {
       const auto known = read_imu_calibration(folder.path() / kImuPlace);
       ASSERT_TRUE(known.ok()) << known.error().message;
       EXPECT_EQ(known->noise.accel_noise_mps2_sqrthz,
-                std::max(1e-4, model.noise.accel_noise_mps2_sqrthz));
+                known_calibration(options).noise.accel_noise_mps2_sqrthz);
       EXPECT_LT((known->T_camera_imu.inverse() * options.T_camera_imu).log().norm(), 1e-9);
       EXPECT_EQ(warnings, "") << world << " " << model.name;
     }

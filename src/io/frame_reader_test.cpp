@@ -319,6 +319,7 @@ TEST(FrameReader, WhoAsksInAPauseGetsOneFrameAfterTheOther) {
   ASSERT_TRUE(reader.next().has_value());
   reader.pause();
   std::uint32_t last = 0;
+  std::size_t before = 0;  // dropped: a busy machine may be late with the pause
   for (int step = 0; step < 5; ++step) {
     const auto begin = std::chrono::steady_clock::now();
     while (std::chrono::steady_clock::now() < begin + std::chrono::milliseconds(25))
@@ -327,10 +328,12 @@ TEST(FrameReader, WhoAsksInAPauseGetsOneFrameAfterTheOther) {
     ASSERT_TRUE(frame.has_value());
     if (step > 0) {
       EXPECT_EQ(index((*frame)->id), last + 1);
+    } else {
+      before = reader.counts().dropped;
     }
     last = index((*frame)->id);
   }
-  EXPECT_EQ(reader.counts().dropped, 0U);
+  EXPECT_EQ(reader.counts().dropped, before);
   reader.resume();
   EXPECT_EQ(ids_of_rest(reader).back(), 11U) << "it goes on";
 }

@@ -4,6 +4,7 @@
 #include "geometry/geometry_testing.hpp"
 #include "io/testing/temp_folder.hpp"
 #include "system/run_writer.hpp"
+#include "system/testing/one_keyframe.hpp"
 
 namespace ygslam {
 namespace {
@@ -15,15 +16,6 @@ FrameRecord tracked(std::uint32_t id) {
   record.state = TrackState::kTracking;
   record.pose.reference = KeyframeId{0};
   return record;
-}
-
-Map map_of_one() {
-  Map map({8, 1.2});
-  auto features = std::make_shared<Features>();
-  map.add_keyframe(std::make_shared<KeyframeData>(KeyframeData{
-                       KeyframeId{0}, FrameId{0}, {to_ns(100)}, features, FeatureGrid()}),
-                   SE3(), kNoKeyframe, {});
-  return map;
 }
 
 RetrackedFrame retracked(std::uint32_t id, double x_m) {
@@ -40,7 +32,7 @@ TEST(RunLog, FramesPlacedAgainAreKeptWithTheTrajectoryAlone) {
     log.add(tracked(3), result);
     result.retracked = {retracked(1, 0.7)};
     log.add(tracked(4), result);
-    log.finish(map_of_one(), camera);
+    log.finish(testing::map_of_one_keyframe(), camera);
     const RevisedPoses& revised = log.outcome().revised;
     ASSERT_EQ(revised.size(), keeps ? 2U : 0U);
     EXPECT_TRUE(!keeps || revised.at(FrameId{1}).t().x() == 0.7) << "the last counts";
@@ -56,7 +48,8 @@ TEST(FrameFiles, FramesPlacedAgainAreKeptInAFile) {
   files->add(tracked(3), first);
   files->add(tracked(4), then);
   const SE3 early(Mat3::Identity(), Vec3(0, 0, 1));
-  const auto revised = files->revised(map_of_one(), {{FrameId{0}, early}, {FrameId{2}, early}});
+  const auto revised =
+      files->revised(testing::map_of_one_keyframe(), {{FrameId{0}, early}, {FrameId{2}, early}});
   ASSERT_TRUE(revised.ok());
   ASSERT_EQ(revised->size(), 3U);
   EXPECT_EQ(revised->at(FrameId{0}).t().z(), 1);

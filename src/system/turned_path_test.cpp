@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "system/run_writer.hpp"
+#include "system/testing/one_keyframe.hpp"
 
 namespace ygslam {
 namespace {
@@ -13,15 +14,6 @@ FrameRecord tracked_at_rest(std::uint32_t id) {
   frame.state = TrackState::kTracking;
   frame.pose.reference = KeyframeId{0};
   return frame;
-}
-
-Map keyframe_before_all() {
-  Map map({8, 1.2});
-  auto features = std::make_shared<Features>();
-  map.add_keyframe(std::make_shared<KeyframeData>(KeyframeData{
-                       KeyframeId{0}, FrameId{0}, {to_ns(100)}, features, FeatureGrid()}),
-                   SE3(), kNoKeyframe, {});
-  return map;
 }
 
 /// A camera at rest that sees points at 2 m; at times it takes a turn for a shift.
@@ -41,7 +33,7 @@ Trajectory shaken(bool turns_are_known) {
 }
 
 TEST(Trajectories, TurnsThatAGyroscopeKnowsHoldThePoses) {
-  const Map map = keyframe_before_all();
+  const Map map = testing::map_of_one_keyframe();
   const auto held = final_trajectory(shaken(true), {}, map);
   const auto seen = final_trajectory(shaken(false), {}, map);
   ASSERT_EQ(held.size(), 60U);

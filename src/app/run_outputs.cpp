@@ -1,5 +1,6 @@
 #include "app/run_outputs.hpp"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "app/background_files.hpp"

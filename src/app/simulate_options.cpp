@@ -1,5 +1,6 @@
 #include "app/simulate_options.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cstdio>
 #include <set>

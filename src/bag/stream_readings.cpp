@@ -1,5 +1,7 @@
 #include "bag/stream_readings.hpp"
 
+#include <fmt/format.h>
+
 #include "core/counted.hpp"
 #include "io/text.hpp"
 

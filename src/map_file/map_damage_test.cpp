@@ -1,4 +1,5 @@
 // Files that are no maps, no more, or not quite: each is an error that names file and cause.
+#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <set>

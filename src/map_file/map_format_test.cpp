@@ -1,4 +1,6 @@
 // What a file keeps shorter than memory has it.
+#include <fmt/format.h>
+
 #include "map_file/map_file_testing.hpp"
 
 namespace ygslam {

@@ -56,7 +56,7 @@ SeenPose InertialEstimator::of_imu(const VisualPose& pose) const {
   const Mat6 adjoint = T_imu_camera_.adjoint();
   Mat6 covariance = adjoint * pose.covariance * adjoint.transpose();
   covariance.diagonal().array() += kLeastVariance;
-  return {pose.T_odom_camera * config_.T_camera_imu, covariance};
+  return {pose.T_odom_camera * config_.T_camera_imu, covariance, pose.drift};
 }
 
 void InertialEstimator::restart(ImuFault fault) {
@@ -137,7 +137,7 @@ void InertialEstimator::process(const Frame& frame) {
       seen_velocity_mps_ = window_->newest().state.velocity_odom_mps;
     }
     if (window_) remember(frame.stamp, seen.has_value());
-    if (window_ && seen) was_trusted_ = is_trusted();
+    if (window_ && seen) was_trusted_ = was_trusted_ || is_trusted();
     if (seen) lasting_.setZero();
   } else if (seen) {
     if (frame.found_again) start_.clear();
@@ -182,6 +182,9 @@ void InertialEstimator::go_on(Timestamp stamp, const std::optional<SeenPose>& se
   const auto measured = samples_.between(last.state.stamp, stamp, last.state.bias);
   if (!measured) return restart(samples_.why_missing(last.state.stamp));
   MotionFactor motion(*measured, walk());
+  if (seen)
+    motion.add_drift(seen->drift, last.state, motion.after(last.state, stamp, window_->gravity()),
+                     window_->gravity());
   const UncertainState predicted = last.moved(motion, stamp, window_->gravity());
   const auto dated =
       seen ? std::optional(with_unsure_time(*seen, predicted.state, *measured)) : std::nullopt;

@@ -229,6 +229,45 @@ TEST(InertialEstimator, IsTrustedAsBeforeWhereItIsFoundAgainByAWeakPose) {
             3 * std::sqrt(predicted->covariance.topLeftCorner<3, 3>().trace()));
 }
 
+// A few corners on a white wall: vision leans more and more, and says so.
+TEST(InertialEstimator, OdomThatDriftsTakesVelocityAndGravityAlong) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Drive drive({.seed = seed});
+    drive.run(6);
+    SE3 T_drifted_odom;
+    for (int i = 0; i < 90; ++i) {
+      drive.advance();
+      T_drifted_odom = T_drifted_odom * SE3(so3_exp({0.0004, -0.0004, 0.0004}), Vec3::Zero());
+      VisualPose pose = drive.seen_pose();
+      pose.T_odom_camera = T_drifted_odom * pose.T_odom_camera;
+      pose.drift = {1e-6, 4e-6};
+      drive.estimator().add_frame(drive.now(), pose);
+    }
+    const Vec3 down_odom = T_drifted_odom.R() * drive.true_gravity_odom();
+    EXPECT_LT((*drive.estimator().gravity_odom() - down_odom).norm(), 0.12) << seed;
+    drive.run(1, false);
+    const auto predicted = drive.estimator().predict(drive.now());
+    ASSERT_TRUE(predicted) << seed;
+    const SE3 error = (T_drifted_odom * drive.true_pose()).inverse() * predicted->T_odom_camera;
+    EXPECT_LT(error.t().norm(), 0.06) << seed;
+  }
+}
+
+// A moment of vision after seconds without it tells nothing of the IMU.
+TEST(InertialEstimator, IsTrustedAsBeforeAfterAMomentOfVision) {
+  Drive drive({.seed = 4, .seen_position_m = 0.02, .seen_rotation_rad = 0.02});
+  drive.run(10);
+  for (int i = 0; i < 4; ++i) {
+    drive.run(4, false);
+    drive.advance();
+    drive.estimator().add_frame_found_again(drive.now(), drive.seen_pose());
+    drive.advance();
+    const auto predicted = drive.estimator().predict(drive.now());
+    ASSERT_TRUE(predicted) << i;
+    EXPECT_TRUE(predicted->trusted) << i;
+  }
+}
+
 TEST(InertialEstimator, APoseWithoutAnyErrorIsTakenAsVeryGood) {
   Drive drive({.seed = 2});
   for (int i = 0; i < 60; ++i) {

@@ -29,6 +29,11 @@ Eigen::Matrix<double, 3, 2> TiltedGravity::derivative(const Vec2& tilt) const {
   return -so3_exp(turn) * skew(middle_) * right_jacobian(turn) * basis_;
 }
 
+Eigen::Matrix<double, 2, 3> TiltedGravity::tilt_by(const Vec2& tilt) const {
+  const Eigen::Matrix<double, 3, 2> by_tilt = derivative(tilt);
+  return (by_tilt.transpose() * by_tilt).inverse() * by_tilt.transpose();
+}
+
 InertialState changed(const InertialState& state, const StateVector& change) {
   InertialState result = state;
   result.T_odom_imu = {state.T_odom_imu.R() * so3_exp(change.segment<3>(kRotation)),
@@ -67,6 +72,23 @@ MotionFactor::MotionFactor(Preintegration measured, const StateWalk& walk)
   information_ = covariance_.diagonal().cwiseInverse().asDiagonal();
   const Eigen::LLT<Mat9> root(measured_.covariance());
   information_.topLeftCorner<9, 9>() = root.solve(Mat9::Identity());
+}
+
+// In the rows of linear().
+void MotionFactor::add_drift(const OdomDrift& drift, const InertialState& before,
+                             const InertialState& after, const TiltedGravity& gravity) {
+  if (drift.position_m2 <= 0 && drift.rotation_rad2 <= 0) return;
+  const Mat3& R_odom_after = after.T_odom_imu.R();
+  const Mat3 R_before_after = before.T_odom_imu.R().transpose() * R_odom_after;
+  Eigen::Matrix<double, kStateSize, 3> by_turn = Eigen::Matrix<double, kStateSize, 3>::Zero();
+  by_turn.middleRows<3>(0).setIdentity();
+  by_turn.middleRows<3>(3) =
+      -R_before_after * skew(R_odom_after.transpose() * after.velocity_odom_mps);
+  by_turn.bottomRows<2>() = -gravity.tilt_by(after.tilt) * R_odom_after *
+                            skew(R_odom_after.transpose() * gravity.at(after.tilt));
+  covariance_ += drift.rotation_rad2 * by_turn * by_turn.transpose();
+  covariance_.diagonal().segment<3>(6).array() += drift.position_m2;
+  information_ = covariance_.llt().solve(StateMatrix::Identity());
 }
 
 // Rows: rotation, velocity, position, biases, tilt. Where the measured velocity stands, position's

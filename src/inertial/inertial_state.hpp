@@ -4,6 +4,7 @@
 #pragma once
 
 #include "inertial/preintegration.hpp"
+#include "inertial/visual_pose.hpp"
 
 namespace ygslam {
 
@@ -26,6 +27,8 @@ class TiltedGravity {
   /// [m/s2]
   [[nodiscard]] Vec3 at(const Vec2& tilt) const;
   [[nodiscard]] Eigen::Matrix<double, 3, 2> derivative(const Vec2& tilt) const;
+  /// How the tilt changes with gravity's direction.
+  [[nodiscard]] Eigen::Matrix<double, 2, 3> tilt_by(const Vec2& tilt) const;
 
  private:
   Vec3 middle_;                        // at no tilt
@@ -57,6 +60,10 @@ struct StateWalk {
 class MotionFactor {
  public:
   MotionFactor(Preintegration measured, const StateWalk& walk);
+  /// Odom drifted in between: `after`'s pose in it is less certain, and velocity and gravity turn
+  /// along, so that both are known no worse in the IMU's own axes.
+  void add_drift(const OdomDrift& drift, const InertialState& before, const InertialState& after,
+                 const TiltedGravity& gravity);
 
   struct Linear {
     StateVector residual;
@@ -90,6 +97,7 @@ struct UncertainState {
 struct SeenPose {
   SE3 T_odom_imu;
   Mat6 covariance;
+  OdomDrift drift{};  ///< since the last frame with a pose
 };
 struct SeenLinear {
   Vec6 residual;

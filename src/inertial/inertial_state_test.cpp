@@ -116,6 +116,44 @@ RC_GTEST_PROP(MotionFactorProperties, TheStateItLeadsToAgreesWithIt, ()) {
   RC_ASSERT(motion.linear(before, after, gravity).residual.norm() < 1e-9);
 }
 
+/// Odom turned by so much, about the IMU's axes, and was moved: gravity and velocity turn along.
+InertialState in_drifted_odom(const InertialState& state, const TiltedGravity& gravity,
+                              const Vec3& turn_imu, const Vec3& way_odom) {
+  const Mat3& R = state.T_odom_imu.R();
+  const Mat3 R_drifted = R * so3_exp(turn_imu);
+  InertialState drifted = state;
+  drifted.T_odom_imu = {R_drifted, state.T_odom_imu.t() + way_odom};
+  drifted.velocity_odom_mps = R_drifted * R.transpose() * state.velocity_odom_mps;
+  const Vec3 g = gravity.at(state.tilt);
+  drifted.tilt += gravity.tilt_by(state.tilt) * (R_drifted * R.transpose() * g - g);
+  return drifted;
+}
+
+// As finite differences of the factor's residual say.
+RC_GTEST_PROP(MotionFactorProperties, DriftOfOdomTurnsVelocityAndGravityAlong, ()) {
+  const TiltedGravity gravity(properties::direction());
+  const InertialState before = any_state();
+  MotionFactor motion = any_motion(before.bias);
+  const InertialState after = motion.after(before, {1}, gravity);
+  constexpr OdomDrift kDrift{0.3, 0.2};
+  constexpr double kStep = 1e-6;
+  StateMatrix expected = motion.covariance();
+  for (int i = 0; i < 3; ++i) {
+    const auto residual_by = [&](const Vec3& turn, const Vec3& way) -> StateVector {
+      const InertialState drifted = in_drifted_odom(after, gravity, turn, way);
+      return motion.linear(before, drifted, gravity).residual / kStep;
+    };
+    const StateVector by_turn = residual_by(kStep * Vec3::Unit(i), Vec3::Zero());
+    const StateVector by_way = residual_by(Vec3::Zero(), kStep * Vec3::Unit(i));
+    expected += kDrift.rotation_rad2 * by_turn * by_turn.transpose();
+    expected += kDrift.position_m2 * by_way * by_way.transpose();
+  }
+  motion.add_drift(kDrift, before, after, gravity);
+  RC_ASSERT((motion.covariance() - expected).norm() < 1e-3 * expected.norm());
+  const StateMatrix one = motion.information() * motion.covariance();
+  RC_ASSERT((one - StateMatrix::Identity()).norm() < 1e-3);
+}
+
 RC_GTEST_PROP(SeenPoseProperties, JacobianMatchesFiniteDifferences, ()) {
   const InertialState state = any_state();
   const SeenPose seen{changed(state, small_change(0.5)).T_odom_imu, Mat6::Identity()};

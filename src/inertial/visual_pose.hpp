@@ -5,10 +5,16 @@
 
 namespace ygslam {
 
+/// Variances of each axis: how far odom itself moved and turned, as what vision counts from.
+struct OdomDrift {
+  double position_m2 = 0, rotation_rad2 = 0;
+};
+
 /// A tracked frame's pose. Covariance of T_odom_camera exp(error) [m, rad], translation first.
 struct VisualPose {
   SE3 T_odom_camera;
   Mat6 covariance;
+  OdomDrift drift{};  ///< since the last frame with a pose
 };
 
 }  // namespace ygslam

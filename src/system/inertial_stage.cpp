@@ -23,13 +23,19 @@ constexpr CorrelatedError kPerHalfSecond{0.002, 0.003};
 /// Of the direction of gravity, which the same seconds of readings tell for neighbouring keyframes.
 constexpr double kGravityMemory_s = 1.5;
 
-VisualPose visual_pose(const TrackResult& result, const CorrelatedError& error) {
+VisualPose visual_pose(const TrackResult& result, const CorrelatedError& error,
+                       const OdomDrift& drift) {
   const double factor = error.factor * (result.state == TrackState::kWeak ? kWeakStdFactor : 1);
   // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
   Mat6 covariance = factor * factor * result.covariance.value_or(Mat6::Zero());
   covariance.diagonal().head<3>().array() += error.min_std_m * error.min_std_m;
   covariance.diagonal().tail<3>().array() += error.min_std_rad * error.min_std_rad;
-  return {result.T_odom_camera, covariance};
+  return {result.T_odom_camera, covariance, drift};
+}
+
+OdomDrift drift_between(const Doubt& before, const Doubt& after) {
+  return {std::max(0.0, after.position_m2 - before.position_m2),
+          std::max(0.0, after.rotation_rad2 - before.rotation_rad2)};
 }
 
 template <typename Estimator>
@@ -64,6 +70,7 @@ void InertialStage::reset() {
   if (config_) held_.emplace(config_->T_camera_imu);
   report_ = {};
   had_pose_ = overrules_ = false;
+  last_doubt_ = {};
   believed_since_.reset();
   gravity_told_.reset();
 }
@@ -96,9 +103,11 @@ std::optional<CameraTurn> InertialStage::take(Timestamp stamp, TrackResult& resu
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
   const bool found_again = has_pose && !had_pose_;
   had_pose_ = has_pose;
+  const OdomDrift drift = drift_between(last_doubt_, result.doubt.odom);
+  if (has_pose) last_doubt_ = result.doubt.odom;
   const auto pose_with = [&](const CorrelatedError& error) {
     const bool is_known = result.covariance || result.matches == 0;  // or the origin itself
-    return has_pose && is_known ? std::optional(visual_pose(result, error)) : std::nullopt;
+    return has_pose && is_known ? std::optional(visual_pose(result, error, drift)) : std::nullopt;
   };
   if (wheels_) {
     hand_over(*wheels_, stamp, pose_with(kPerHalfSecond), found_again);

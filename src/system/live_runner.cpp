@@ -46,8 +46,8 @@ class LiveRunner final : public Runner {
     const LocalViewPtr view = map_->view();
     TrackResult result =
         tracker_->step(std::move(seen), view, arrived, map_->waiting_keyframes() >= kBusyMapper);
-    const auto turn = inertial_.take(frame->stamp, result);
     result.doubt = drift_.step(frame->stamp, result, *view);
+    const auto turn = inertial_.take(frame->stamp, result);
     const auto put = [this](auto& message) { map_->put(std::move(message)); };
     if (auto message = route_->frame_message(frame, result)) {
       if (std::holds_alternative<DenseFrameMessage>(*message) && map_->is_dense_behind()) {

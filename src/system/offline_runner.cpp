@@ -37,8 +37,8 @@ class OfflineRunner final : public Runner {
     const ScopedTimer timer;
     TrackResult result = tracker_->step(tracker_->look(frame, inertial_.predict(frame->stamp)),
                                         view_, arrived, false);
-    const auto turn = inertial_.take(frame->stamp, result);
     result.doubt = drift_.step(frame->stamp, result, *view_);
+    const auto turn = inertial_.take(frame->stamp, result);
     log_.add(make_record(*frame, result, {timer.wall_ms(), timer.cpu_ms(), mask_ms}, turn), result);
     map_frame(frame, arrived, result);
     return result;

@@ -174,6 +174,17 @@ TEST(ImuFaults, AClockFarOffIsFound) {
   }
 }
 
+// As a slow or a noisy camera sees it: not to a millisecond.
+TEST(ImuFaults, AFarOffsetThatIsKnownBadlyIsFound) {
+  for (const double offset_s : {-0.3, 0.05, 0.15, 0.4}) {
+    Drive drive({.seed = 3, .seen_rotation_rad = 0.003, .offset_s = offset_s});
+    drive.run(12);
+    EXPECT_TRUE(drive.estimator().time_offset_is_known()) << offset_s;
+    EXPECT_NEAR(drive.estimator().time_offset_s(), offset_s, 0.012);
+    EXPECT_TRUE(drive.estimator().started()) << offset_s;
+  }
+}
+
 TEST(ImuFaults, AClockOfNoOffsetIsTold) {
   Drive drive({.seed = 3, .liveliness = 2, .offset_s = 3});
   bool told = false;

@@ -48,6 +48,29 @@ TEST(CornerGrid, FindsTheNearestStrongerAsBruteForceDoes) {
   }
 }
 
+TEST(CornerGrid, LooksAsFarAsTheLimitUnlessItHasFoundEnough) {
+  Rng rng(5);
+  std::vector<Corner> corners = random_corners(rng, 60, 640, 480, 1000);
+  std::ranges::sort(corners, std::greater(), &Corner::score);
+  const CornerGrid grid(corners);
+  int far = 0, near = 0;
+  for (const Corner& c : corners) {
+    const int nearest = grid.nearest_stronger_px2(c, c.score, 1000 * 1000);
+    far += nearest > 100 * 100;
+    EXPECT_EQ(grid.nearest_stronger_px2(c, c.score, 100 * 100), std::min(nearest, 100 * 100));
+    const int with_enough = grid.nearest_stronger_px2(c, c.score, 1000 * 1000, 50 * 50);
+    if (nearest > 50 * 50) {
+      EXPECT_EQ(with_enough, nearest);
+    } else {
+      ++near;
+      EXPECT_GE(with_enough, nearest);
+      EXPECT_LE(with_enough, 50 * 50);
+    }
+  }
+  EXPECT_GT(far, 0);
+  EXPECT_GT(near, 0);
+}
+
 TEST(CornerGrid, KeepsTheQuotaInRasterOrderAndOnlyGivenCorners) {
   Rng rng(2);
   const std::vector<Corner> corners = random_corners(rng, 600, 300, 200, 500);

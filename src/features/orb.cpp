@@ -5,8 +5,8 @@
 #include <cstddef>
 
 #include "core/check.hpp"
+#include "features/corner_grid.hpp"
 #include "features/corner_strength.hpp"
-#include "features/corner_tree.hpp"
 
 namespace ygslam {
 

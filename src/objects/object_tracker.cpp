@@ -112,7 +112,7 @@ void ObjectTracker::take_mask(const Segmentation& masks) {
   const auto points_on = points_by_instance(instances, ids, *frame);
   const Association association = associate(instances, points_on, *frame, tracks_);
   for (const int key : association.duplicates) tracks_.erase(key);
-  drop_erased();
+  if (!association.duplicates.empty()) drop_erased();
   for (std::size_t s = 0; s < instances.size(); ++s) {
     int key = association.track_of[s];
     if (key < 0 && instances[s].score >= kMinNewScore)
@@ -206,9 +206,9 @@ void ObjectTracker::update_tracks(ObjectFrame& now) {
 }
 
 void ObjectTracker::forget(Timestamp now) {
-  std::erase_if(tracks_,
-                [&](const auto& entry) { return entry.second.is_forgotten(now, config_.keep_s); });
-  drop_erased();
+  const auto forgotten = std::erase_if(
+      tracks_, [&](const auto& entry) { return entry.second.is_forgotten(now, config_.keep_s); });
+  if (forgotten > 0) drop_erased();
 }
 
 void ObjectTracker::drop_erased() {

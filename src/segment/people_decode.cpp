@@ -244,6 +244,35 @@ struct Axis {
   }
 };
 
+/// Pixels [begin, end) of a row of logits get their numbers where the logit is positive. Without a
+/// branch, so that a compiler does several at once.
+void number_pixels(const float* line, const Axis& columns, const std::uint8_t* number, int begin,
+                   int end, std::uint8_t* __restrict ids) {
+  const int* low = columns.low.data();
+  const int* high = columns.high.data();
+  const float* weight = columns.weight.data();
+  for (int u = begin; u < end; ++u) {
+    const float left = line[low[u]];
+    const float value = left + weight[u] * (line[high[u]] - left);
+    ids[u] = static_cast<std::uint8_t>(number[u] & (value > 0 ? 0xff : 0));
+  }
+}
+
+/// Fits the boxes about the numbered pixels [begin, end) of a row.
+void widen_boxes(const std::uint8_t* ids, int begin, int end, int v,
+                 std::vector<Instance>& instances) {
+  for (int u = begin; u < end;) {
+    const int first = u;
+    while (u < end && ids[u] == ids[first]) ++u;
+    if (ids[first] == 0) continue;
+    Instance& person = instances[ids[first] - 1];
+    if (person.y0 < 0) person.y0 = static_cast<float>(v);
+    person.x0 = std::min(person.x0, static_cast<float>(first));
+    person.x1 = std::max(person.x1, static_cast<float>(u));
+    person.y1 = static_cast<float>(v + 1);
+  }
+}
+
 /// Numbers the pixels where the logit, interpolated between cells, is positive, and fits the boxes
 /// about them; of an instance without a pixel y0 stays -1.
 void paint(std::span<const float> logits, const std::vector<std::uint8_t>& numbers,
@@ -252,33 +281,25 @@ void paint(std::span<const float> logits, const std::vector<std::uint8_t>& numbe
   const Axis columns(ids.width(), grid.columns, grid.scale);
   const Axis rows(ids.height(), grid.rows, grid.scale);
   std::array<float, kPeopleColumns> line{};
+  std::vector<std::uint8_t> number(static_cast<std::size_t>(ids.width()));  // of the nearest cells
+  int numbered_row = -1;
+  int begin = 0, end = 0;  // of the numbered pixels
   for (int v = 0; v < ids.height(); ++v) {
-    const std::uint8_t* number = numbers.data() + rows.nearest[v] * kPeopleColumns;
-    int first = 0;
-    int end = grid.columns;
-    while (first < end && number[first] == 0) ++first;
-    while (first < end && number[end - 1] == 0) --end;
+    if (const int row = rows.nearest[v]; row != numbered_row) {
+      numbered_row = row;
+      for (int u = 0; u < ids.width(); ++u)
+        number[u] = numbers[row * kPeopleColumns + columns.nearest[u]];
+      begin = 0;
+      end = ids.width();
+      while (begin < end && number[begin] == 0) ++begin;
+      while (begin < end && number[end - 1] == 0) --end;
+    }
+    if (begin == end) continue;
     const float* low = logits.data() + rows.low[v] * kPeopleColumns;
     const float* high = logits.data() + rows.high[v] * kPeopleColumns;
     for (int c = 0; c < grid.columns; ++c) line[c] = low[c] + rows.weight[v] * (high[c] - low[c]);
-    const auto pixel_of = [&](int column) {
-      const auto& nearest = columns.nearest;
-      return static_cast<int>(std::lower_bound(nearest.begin(), nearest.end(), column) -
-                              nearest.begin());
-    };
-    const int end_px = pixel_of(end);
-    for (int u = pixel_of(first); u < end_px; ++u) {
-      const float left = line[columns.low[u]];
-      const float value = left + columns.weight[u] * (line[columns.high[u]] - left);
-      const std::uint8_t id = number[columns.nearest[u]];
-      if (value <= 0 || id == 0) continue;
-      ids.at(u, v) = id;
-      Instance& person = people.instances[id - 1];
-      if (person.y0 < 0) person.y0 = static_cast<float>(v);
-      person.x0 = std::min(person.x0, static_cast<float>(u));
-      person.x1 = std::max(person.x1, static_cast<float>(u + 1));
-      person.y1 = static_cast<float>(v + 1);
-    }
+    number_pixels(line.data(), columns, number.data(), begin, end, ids.row(v));
+    widen_boxes(ids.row(v), begin, end, v, people.instances);
   }
 }
 

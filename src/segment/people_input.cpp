@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace ygslam {
 namespace {
@@ -49,12 +50,26 @@ void PeopleInput::fill(const DepthImage& depth_m, float* planes) {
   for (int row = 1; row + 1 < kPeopleRows; ++row) write_normals(row, planes);
 }
 
+/// Calls look(column, its first pixel, how many). Of VGA images each has four, which the compiler
+/// is told: a loop over so few costs more than what it does.
+template <typename Look>
+void PeopleInput::for_cells(const Look& look) const {
+  constexpr std::integral_constant<int, 4> kUsual;
+  if (grid_.scale == kUsual) {
+    for (int column = 0; column < grid_.columns; ++column) look(column, kUsual * column, kUsual);
+  } else {
+    for (int column = 0; column < grid_.columns; ++column)
+      look(column, edges_[column], pixels(column));
+  }
+}
+
 /// The depth of a cell is that of its nearest surface, 0 where less than a quarter of it was
 /// measured.
 void PeopleInput::reduce_depth(const DepthImage& depth_m, int row) {
   const std::size_t width = nearest_m_.size();
   float* __restrict nearest = nearest_m_.data();
   float* __restrict sum = sum_m_.data();
+  float* __restrict limits = limit_m_.data();
   int* __restrict count = count_.data();
   std::fill_n(nearest, width, kFar_m);
   std::fill_n(count, width, 0);
@@ -66,36 +81,37 @@ void PeopleInput::reduce_depth(const DepthImage& depth_m, int row) {
       count[u] += in[u] > 0 ? 1 : 0;
     }
   }
-  for (int column = 0; column < grid_.columns; ++column) {
-    const int begin = edges_[column];
-    const int end = edges_[column + 1];
-    const float limit = kSameSurface * *std::min_element(nearest + begin, nearest + end);
-    int measured = 0;
-    for (int u = begin; u < end; ++u) measured += count[u];
+  for_cells([&](int /*column*/, int begin, auto size) {
+    float least = nearest[begin];
+    int measured = count[begin];
+    for (int i = 1; i < size; ++i) {
+      least = std::min(least, nearest[begin + i]);
+      measured += count[begin + i];
+    }
     // Too few: nothing is on a surface nearer than the camera.
-    std::fill(limit_m_.begin() + begin, limit_m_.begin() + end,
-              4 * measured >= pixels(row) * pixels(column) ? limit : -1.0F);
-  }
+    const float limit = 4 * measured >= pixels(row) * size ? kSameSurface * least : -1.0F;
+    for (int i = 0; i < size; ++i) limits[begin + i] = limit;
+  });
   std::fill_n(sum, width, 0.0F);
   std::fill_n(count, width, 0);
-  const float* __restrict limit = limit_m_.data();
   for (int v = edges_[row]; v < edges_[row + 1]; ++v) {
     const float* in = depth_m.row(v);
     for (std::size_t u = 0; u < width; ++u) {
-      const bool is_on_it = (in[u] > 0) & (in[u] <= limit[u]);
-      sum[u] += is_on_it ? in[u] : 0.0F;
-      count[u] += is_on_it ? 1 : 0;
+      const float z = in[u] > 0 ? in[u] : kFar_m;  // beyond every limit
+      sum[u] += z <= limits[u] ? z : 0.0F;
+      count[u] += z <= limits[u] ? 1 : 0;
     }
   }
-  for (int column = 0; column < grid_.columns; ++column) {
+  float* const depth = depth_m_.row(row);
+  for_cells([&](int column, int begin, auto size) {
     float total = 0;
     int on_it = 0;
-    for (int u = edges_[column]; u < edges_[column + 1]; ++u) {
-      total += sum[u];
-      on_it += count[u];
+    for (int i = 0; i < size; ++i) {
+      total += sum[begin + i];
+      on_it += count[begin + i];
     }
-    depth_m_.at(column, row) = on_it > 0 ? total / static_cast<float>(on_it) : 0.0F;
-  }
+    depth[column] = on_it > 0 ? total / static_cast<float>(on_it) : 0.0F;
+  });
 }
 
 void PeopleInput::write_depth(float* planes) const {

@@ -47,6 +47,8 @@ class PeopleInput {
   [[nodiscard]] const DepthImage& depth_m() const { return depth_m_; }
 
  private:
+  template <typename Look>
+  void for_cells(const Look& look) const;
   void reduce_depth(const DepthImage& depth_m, int row);
   void write_depth(float* planes) const;
   void write_normals(int row, float* planes) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <exception>
 
 namespace ygslam {
@@ -17,9 +18,9 @@ Error fault(const std::string& reason) { return {ErrorKind::kModel, "segmenter: 
 Result<Segmentation> checked(Segmentation masks, const RgbdFrame& frame) {
   if (masks.frame != frame.id) return fault("mask of another frame");
   if (!masks.ids.same_size(frame.grey)) return fault("mask not of the image's size");
-  const auto highest = std::max_element(masks.ids.begin(), masks.ids.end());
-  if (highest != masks.ids.end() && *highest > masks.instances.size())
-    return fault("mask with an id that no instance has");
+  std::uint8_t highest = 0;  // not std::max_element, which looks at one pixel at a time
+  for (const std::uint8_t id : masks.ids) highest = std::max(highest, id);
+  if (highest > masks.instances.size()) return fault("mask with an id that no instance has");
   if (!std::all_of(masks.instances.begin(), masks.instances.end(), finite))
     return fault("box or score that is not a finite number");
   return masks;

@@ -1,7 +1,9 @@
-#include "features/corner_tree.hpp"
+#include "features/corner_grid.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -25,12 +27,13 @@ std::vector<Corner> random_corners(Rng& rng, int count, int width, int height, i
   return corners;
 }
 
-TEST(CornerTree, FindsTheNearestStrongerAsBruteForceDoes) {
+TEST(CornerGrid, FindsTheNearestStrongerAsBruteForceDoes) {
   Rng rng(1);
   for (const int count : {1, 2, 7, 50, 400}) {
     for (const int scores : {1, 3, 1000}) {
       std::vector<Corner> corners = random_corners(rng, count, 90, 50, scores);
-      const CornerTree tree(corners);
+      std::ranges::sort(corners, std::greater(), &Corner::score);
+      const CornerGrid grid(corners);
       for (const Corner& c : corners) {
         int nearest = 30 * 30;
         for (const Corner& o : corners) {
@@ -39,13 +42,36 @@ TEST(CornerTree, FindsTheNearestStrongerAsBruteForceDoes) {
           const int d = (o.u - c.u) * (o.u - c.u) + (o.v - c.v) * (o.v - c.v);
           if (stronger) nearest = std::min(nearest, d);
         }
-        ASSERT_EQ(tree.nearest_stronger_px2(c, c.score, 30 * 30), nearest);
+        ASSERT_EQ(grid.nearest_stronger_px2(c, c.score, 30 * 30), nearest);
       }
     }
   }
 }
 
-TEST(CornerTree, KeepsTheQuotaInRasterOrderAndOnlyGivenCorners) {
+TEST(CornerGrid, LooksAsFarAsTheLimitUnlessItHasFoundEnough) {
+  Rng rng(5);
+  std::vector<Corner> corners = random_corners(rng, 60, 640, 480, 1000);
+  std::ranges::sort(corners, std::greater(), &Corner::score);
+  const CornerGrid grid(corners);
+  int far = 0, near = 0;
+  for (const Corner& c : corners) {
+    const int nearest = grid.nearest_stronger_px2(c, c.score, 1000 * 1000);
+    far += nearest > 100 * 100;
+    EXPECT_EQ(grid.nearest_stronger_px2(c, c.score, 100 * 100), std::min(nearest, 100 * 100));
+    const int with_enough = grid.nearest_stronger_px2(c, c.score, 1000 * 1000, 50 * 50);
+    if (nearest > 50 * 50) {
+      EXPECT_EQ(with_enough, nearest);
+    } else {
+      ++near;
+      EXPECT_GE(with_enough, nearest);
+      EXPECT_LE(with_enough, 50 * 50);
+    }
+  }
+  EXPECT_GT(far, 0);
+  EXPECT_GT(near, 0);
+}
+
+TEST(CornerGrid, KeepsTheQuotaInRasterOrderAndOnlyGivenCorners) {
   Rng rng(2);
   const std::vector<Corner> corners = random_corners(rng, 600, 300, 200, 500);
   std::set<std::tuple<int, int, float>> given;
@@ -66,7 +92,7 @@ TEST(CornerTree, KeepsTheQuotaInRasterOrderAndOnlyGivenCorners) {
   }
 }
 
-TEST(CornerTree, DoesNotDependOnTheOrderOfItsInput) {
+TEST(CornerGrid, DoesNotDependOnTheOrderOfItsInput) {
   Rng rng(3);
   std::vector<Corner> corners = random_corners(rng, 500, 200, 200, 20);
   const auto first = spread_corners(corners, 60, 0.6);
@@ -80,7 +106,7 @@ TEST(CornerTree, DoesNotDependOnTheOrderOfItsInput) {
   }
 }
 
-TEST(CornerTree, GivesAPoorRegionItsShare) {
+TEST(CornerGrid, GivesAPoorRegionItsShare) {
   Rng rng(4);
   std::vector<Corner> corners = random_corners(rng, 500, 300, 200, 1000);
   for (Corner& c : corners) c.score = c.u < 150 ? 1000 + 10 * c.score : c.score;

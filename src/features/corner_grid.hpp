@@ -1,37 +1,36 @@
-// A quadtree over the corners of a level and their even spread over the image.
+// The corners of a level in a grid, and their even spread over the image.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "features/fast.hpp"
 
 namespace ygslam {
 
-/// Quadtree whose nodes know the greatest score below them, so that the nearest stronger corner is
-/// found without looking at weaker ones.
-class CornerTree {
+/// Corners by the cells that they lie in, the strongest of a cell first, so that the nearest
+/// stronger corner is found without looking at weaker ones.
+class CornerGrid {
  public:
-  /// @param corners at distinct pixels, all coordinates >= 0; reordered along the tree.
-  explicit CornerTree(std::vector<Corner>& corners);
+  /// @param strongest_first at distinct pixels, all coordinates >= 0.
+  explicit CornerGrid(std::span<const Corner> strongest_first);
 
-  /// Squared distance [px^2] from `from` to the nearest other corner that is stronger: its score is
-  /// above `score`, or equals it and it comes first in raster order. At most limit_px2. Any
-  /// distance not above enough_px2 ends the search.
+  /// Squared distance [px^2] from `from`, one of the corners, to the nearest other that is
+  /// stronger: its score is above `score`, or equals it and it comes first in raster order. At most
+  /// limit_px2. Any distance not above enough_px2 ends the search.
   [[nodiscard]] int nearest_stronger_px2(const Corner& from, float score, int limit_px2,
                                          int enough_px2 = 0) const;
 
  private:
-  struct Node {
-    int u, v, size;            // square [u, u + size) x [v, v + size)
-    std::uint32_t begin, end;  // its corners
-    std::uint32_t child;       // first of four, 0 = leaf
-    float best;                // greatest score
-  };
+  /// The same among the corners of one cell.
+  [[nodiscard]] int nearest_in_cell_px2(int column, int row, const Corner& from, float score,
+                                        int limit_px2) const;
 
-  const std::vector<Corner>& corners_;
-  std::vector<Node> nodes_;
+  int columns_ = 0, rows_ = 0;
+  std::vector<std::uint32_t> begin_;  // of each cell's corners, and the end of the last's
+  std::vector<Corner> corners_;
 };
 
 /// Keeps at most `quota` corners, strong ones and spread out: those with the greatest
@@ -45,7 +44,7 @@ class CornerTree {
 /// frames under small warps leaves repeated 49 % of the corners, this 71 %, at equal spread.
 ///
 /// @param evenness 0 = the strongest ones, wherever they are. The result is in raster order.
-[[nodiscard]] std::vector<Corner> spread_corners(std::vector<Corner> corners, int quota,
+[[nodiscard]] std::vector<Corner> spread_corners(std::span<const Corner> corners, int quota,
                                                  double evenness);
 
 }  // namespace ygslam

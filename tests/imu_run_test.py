@@ -5,6 +5,7 @@
 import dataclasses
 import json
 import pathlib
+import re
 import shutil
 import tempfile
 import unittest
@@ -17,6 +18,7 @@ from bags import STORE
 from ygslam_cli import CliTest, lines_of, ygslam
 
 DARK = ("--fault", "both:black@3s+1s", "--fault", "depth:empty@3s+1s")
+NO_VECTOR = STORE.types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
 RENDER = ("--seconds", 5, "--fps", 20, "--size", "320x240", "--imu", "BMI085", "--quiet")
 
 
@@ -28,7 +30,7 @@ def rewritten(bag, out, change):
         schemas, channels = {}, {}
         for schema, channel, message in make_reader(source).iter_messages(log_time_order=False):
             changed = None
-            if channel.topic in ("/imu", "/tf_static"):
+            if channel.topic == "/tf_static" or schema.name == "sensor_msgs/msg/Imu":
                 changed = change(channel.topic, STORE.deserialize_cdr(message.data, schema.name))
             contents = {channel.topic: message.data} if changed is None else {
                 topic: bytes(STORE.serialize_cdr(one, schema.name)) for topic, one in changed.items()}
@@ -44,7 +46,6 @@ def rewritten(bag, out, change):
 
 def in_halves(bag, out):
     """With a topic each for gyroscope and accelerometer, as a RealSense has them: the latter tells more seldom."""
-    none = STORE.types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
     count = 0
 
     def change(topic, whole):
@@ -52,9 +53,9 @@ def in_halves(bag, out):
         if topic != "/imu":
             return None
         count += 1
-        halves = {"/camera/gyro/sample": dataclasses.replace(whole, linear_acceleration=none)}
+        halves = {"/camera/gyro/sample": dataclasses.replace(whole, linear_acceleration=NO_VECTOR)}
         if count % 3 == 1:
-            halves["/camera/accel/sample"] = dataclasses.replace(whole, angular_velocity=none)
+            halves["/camera/accel/sample"] = dataclasses.replace(whole, angular_velocity=NO_VECTOR)
         return halves
     return rewritten(bag, out, change)
 
@@ -108,6 +109,7 @@ class ImuRuns(CliTest):
         done, metrics, _ = self.run_on(self.bag)
         self.assertEqual(metrics["coasting"], 0)
         self.assertIn(": /imu may be of the IMU: --imu /imu uses it", done.stderr)
+        self.assertNotIn("wheels", done.stderr, "/odometry is the truth of the camera")
         place = ("--imu-calibration", self.recording / "imu.yaml")
         done, metrics, _ = self.run_on(self.bag, *place)
         self.assertEqual(metrics.get("coasting"), 20, done.stderr)
@@ -147,6 +149,7 @@ class ImuRuns(CliTest):
         self.assertEqual([row["position_std_mm"] for row in rows], [row["position_std_mm"] for row in again])
         done, metrics, _ = self.run_on_stream(self.bag)
         self.assertIn("/imu may be of the IMU: --imu /imu uses it", done.stderr)
+        self.assertNotIn("wheels", done.stderr)
         self.assertEqual(metrics["coasting"], 0)
         self.assertEqual(self.run_on_stream(self.bag, "--imu", "none")[1]["coasting"], 0)
         done, _, _ = self.run_on_stream(self.bag, *place, "--imu", "/no/topic")
@@ -163,11 +166,21 @@ class ImuRuns(CliTest):
             done, metrics, rows = run(halves, *place)
             self.assertEqual(metrics.get("coasting"), 20, done.stderr)
             self.assertEqual([row["state"] for row in rows[60:80]], ["coasting"] * 20)
-            self.assertIn("/camera/accel/sample and /camera/gyro/sample: halves of one sensor", done.stderr)
+            self.assertIn("/camera/gyro/sample and /camera/accel/sample: halves of one sensor", done.stderr)
             self.assertLess(self.error_of_run_m(), 0.02)
+            told = run(halves)[0].stderr
+            hint = re.search(r"may be of the IMU: --imu (\S+) uses it", told)
+            self.assertIsNotNone(hint, told)
+            for half in {hint[1], "/camera/gyro/sample", "/camera/accel/sample"}:
+                done, metrics, _ = run(halves, "--imu", half)
+                self.assertEqual(metrics.get("coasting"), 20, done.stderr)
         done, metrics, _ = self.run_on_stream(halves, "--imu-calibration", "tf")
         self.assertEqual(metrics.get("coasting"), 20, done.stderr)
-        done, _, _ = self.run_on_stream(halves, *place, "--imu", "/camera/accel/sample")
+        lone = rewritten(halves, self.folder / "lone.mcap",
+                         lambda topic, _: {} if topic == "/camera/gyro/sample" else None)
+        done, _, _ = self.run_on(lone, *place)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        done, _, _ = self.run_on_stream(lone, *place)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr.count("/accel/sample: an accelerometer alone; no angular velocity"), 1, done.stderr)
 

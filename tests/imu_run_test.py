@@ -15,7 +15,7 @@ import numpy as np
 from mcap.reader import make_reader
 
 from bags import STORE
-from ygslam_cli import CliTest, lines_of, ygslam
+from ygslam_cli import ROOT, CliTest, lines_of, ygslam
 
 DARK = ("--fault", "both:black@3s+1s", "--fault", "depth:empty@3s+1s")
 NO_VECTOR = STORE.types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
@@ -232,6 +232,22 @@ class ImuRuns(CliTest):
         done, _, _ = self.run_on(self.recording, "--imu", "none", "--imu-calibration", self.recording / "imu.yaml")
         self.assertEqual(done.returncode, 2)
 
+    def test_the_example_of_the_page_is_read(self):
+        page = (ROOT / "docs" / "outputs.md").read_text(encoding="utf-8").split("### Keys of `imu.yaml`")[1].split("###")[0]
+        example = [line.strip() for line in page.splitlines() if line.startswith("    ")]
+        self.assertEqual(len(example), 6)
+        place = self.folder / "example.yaml"
+        place.write_text("\n".join(example) + "\n", encoding="utf-8")
+        self.assertEqual(self.run_on(self.recording, "--imu-calibration", place)[1]["coasting"], 20)
+
+    def test_a_sensor_that_is_turned_on_the_camera_is_told(self):
+        told = (self.recording / "imu.yaml").read_text(encoding="utf-8")
+        turned = self.folder / "turned.yaml"
+        turned.write_text(re.sub(r"T_camera_imu: \[.*\]", "T_camera_imu: [0.02, 0, 0, 0, 0, 0, 1]", told), encoding="utf-8")
+        done, _, _ = self.run_on(self.recording, "--imu-calibration", turned)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"warning: IMU: .*\(are its axes(,| and) T_camera_imu")
+
     def test_swapped_axes_are_told(self):
         folder = self.folder / "swapped"
         shutil.copytree(self.recording, folder)
@@ -241,6 +257,7 @@ class ImuRuns(CliTest):
         done, metrics, _ = self.run_on(folder)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("warning: IMU: it disagrees with what the camera sees", done.stderr)
+        self.assertIn("are its axes, T_camera_imu", done.stderr)
         self.assertEqual(metrics["coasting"], 0)
 
 

@@ -243,7 +243,7 @@ class ImuRuns(CliTest):
     def test_a_sensor_that_is_turned_on_the_camera_is_told(self):
         told = (self.recording / "imu.yaml").read_text(encoding="utf-8")
         turned = self.folder / "turned.yaml"
-        turned.write_text(re.sub(r"T_camera_imu: \[.*\]", "T_camera_imu: [0.02, 0, 0, 0, 0, 0, 1]", told), encoding="utf-8")
+        turned.write_text(re.sub(r"T_camera_imu: \[.*?\]", "T_camera_imu: [0.02, 0, 0, 0, 0, 0, 1]", told), encoding="utf-8")
         done, _, _ = self.run_on(self.recording, "--imu-calibration", turned)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stderr, r"warning: IMU: .*\(are its axes(,| and) T_camera_imu")

@@ -19,10 +19,28 @@ from ygslam_cli import ROOT, CliTest, sequence, trajectory
 FRAMES = 10
 
 
-def realsense(frames):
+# Of a rendered sequence's imu.yaml: x of the sensor looks ahead.
+T_CAMERA_IMU = np.array([[0, -1, 0, 0.02], [0, 0, -1, -0.006], [1, 0, 0, -0.012], [0, 0, 0, 1]])
+
+
+def motion_frames(t_from_ns, t_to_ns):
+    """A camera at rest at 200 and 100 Hz, as halves."""
+    step_ns = 5_000_000
+    for step in range(-(-t_from_ns // step_ns), -(-t_to_ns // step_ns)):
+        t_ns = step * step_ns
+        for stream, every, v in (("gyro", 1, (0, 0, 0)), ("accel", 2, (0, 0, 9.8))):
+            if step % every == 0:
+                data = types.SimpleNamespace(x=v[0], y=v[1], z=v[2])
+                yield mock.Mock(
+                    get_timestamp=lambda t_ns=t_ns: t_ns * 1e-6,
+                    as_motion_frame=lambda data=data: mock.Mock(get_motion_data=lambda: data),
+                    get_profile=lambda stream=stream: mock.Mock(stream_type=lambda: stream))
+
+
+def realsense(frames, has_imu=False):
     """pyrealsense2 as far as the example uses it."""
     module, units = types.ModuleType("pyrealsense2"), 0.0002
-    module.stream = types.SimpleNamespace(color="color", depth="depth")
+    module.stream = types.SimpleNamespace(color="color", depth="depth", gyro="gyro", accel="accel")
     module.format = types.SimpleNamespace(rgb8="rgb8", z16="z16")
     module.config = lambda: mock.Mock(spec=["enable_stream"])
     module.align = lambda to: types.SimpleNamespace(process=lambda pair: pair)
@@ -35,9 +53,19 @@ def realsense(frames):
         .return_value = intrinsics
     profile.get_device.return_value.first_depth_sensor.return_value.get_depth_scale \
         .return_value = units
+    profile.get_device.return_value.sensors = [types.SimpleNamespace(is_motion_sensor=lambda: kind)
+                                               for kind in (False, has_imu)]
+    gyro = profile.get_stream.return_value
+    gyro.fps.return_value = 200
+    gyro.get_extrinsics_to.return_value = types.SimpleNamespace(
+        rotation=list(T_CAMERA_IMU[:3, :3].T.ravel()), translation=list(T_CAMERA_IMU[:3, 3]))
+    hears = []  # who hears of the IMU
 
     class Pipeline:
-        def start(self, config):
+        last_ns = some[0].t_ns - 100_000_000
+
+        def start(self, config, hear=None):
+            hears.extend([hear] if hear else [])
             return profile
 
         def stop(self):
@@ -47,6 +75,10 @@ def realsense(frames):
             frame = next(left, None)
             if frame is None:
                 raise KeyboardInterrupt
+            for reading in motion_frames(self.last_ns, frame.t_ns):
+                for hear in hears:
+                    hear(reading)
+            self.last_ns = frame.t_ns
             raw = np.round(frame.depth / units).astype(np.uint16)
             colour = mock.Mock(get_data=lambda: frame.rgb, get_timestamp=lambda: frame.t_ns * 1e-6)
             return mock.Mock(get_color_frame=lambda: colour,
@@ -193,6 +225,27 @@ class Cameras(CliTest):
 
     def test_realsense(self):
         self.play("realsense", realsense(ygslam.open(sequence())))
+
+    def test_a_realsense_with_an_imu(self):
+        slams = []
+
+        class Slam(ygslam.Slam):
+            def __init__(self, *arguments, imu=None, **more):
+                super().__init__(*arguments, imu=imu, **more)
+                slams.append(self)
+                self.imu, self.pushed = imu, []
+
+            def push_imu(self, t_ns, gyro, accel):
+                self.pushed.append((t_ns, *gyro, *accel))
+                super().push_imu(t_ns, gyro, accel)
+        with mock.patch.object(ygslam, "Slam", Slam):
+            self.play("realsense", realsense(ygslam.open(sequence()), has_imu=True))
+        (slam,) = slams
+        np.testing.assert_allclose(slam.imu.T_camera_imu, T_CAMERA_IMU, atol=1e-6)
+        stamps = [reading[0] for reading in slam.pushed]
+        self.assertGreater(len(stamps), 20)
+        self.assertEqual(set(np.diff(stamps)), {5_000_000}, "each of the gyroscope's, in their order")
+        self.assertEqual({reading[1:] for reading in slam.pushed}, {(0, 0, 0, 0, 0, 9.8)})
 
     def test_orbbec(self):
         self.play("orbbec", orbbec(ygslam.open(sequence())))

@@ -294,6 +294,13 @@ class RealSense(Conversion):
             self.assert_cameras(said, *self.cameras, T)
             self.assertEqual(notes.count("\n"), 1, notes)
 
+    def test_run_names_what_converts_it(self):
+        bag = self.write(some_frames(), self.cameras, self.transforms)
+        done, _, _ = self.run_on(bag)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertEqual(done.stderr, f"error: {bag}: a recording of the RealSense SDK; tools/convert_recording.py makes "
+                                      "an MCAP recording of it (docs/inputs.md)\n")
+
     def test_distortion_of_its_own_models_becomes_that_of_ygslam(self):
         """The inverse of a small distortion is nearly the same with other signs."""
         terms = (0.02, -0.01, 0.001, -0.002, 0.0)

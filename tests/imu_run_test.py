@@ -5,6 +5,7 @@
 import dataclasses
 import json
 import pathlib
+import re
 import shutil
 import tempfile
 import unittest
@@ -14,9 +15,10 @@ import numpy as np
 from mcap.reader import make_reader
 
 from bags import STORE
-from ygslam_cli import CliTest, lines_of, ygslam
+from ygslam_cli import ROOT, CliTest, lines_of, ygslam
 
 DARK = ("--fault", "both:black@3s+1s", "--fault", "depth:empty@3s+1s")
+NO_VECTOR = STORE.types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
 RENDER = ("--seconds", 5, "--fps", 20, "--size", "320x240", "--imu", "BMI085", "--quiet")
 
 
@@ -28,7 +30,7 @@ def rewritten(bag, out, change):
         schemas, channels = {}, {}
         for schema, channel, message in make_reader(source).iter_messages(log_time_order=False):
             changed = None
-            if channel.topic in ("/imu", "/tf_static"):
+            if channel.topic == "/tf_static" or schema.name == "sensor_msgs/msg/Imu":
                 changed = change(channel.topic, STORE.deserialize_cdr(message.data, schema.name))
             contents = {channel.topic: message.data} if changed is None else {
                 topic: bytes(STORE.serialize_cdr(one, schema.name)) for topic, one in changed.items()}
@@ -44,7 +46,6 @@ def rewritten(bag, out, change):
 
 def in_halves(bag, out):
     """With a topic each for gyroscope and accelerometer, as a RealSense has them: the latter tells more seldom."""
-    none = STORE.types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
     count = 0
 
     def change(topic, whole):
@@ -52,9 +53,9 @@ def in_halves(bag, out):
         if topic != "/imu":
             return None
         count += 1
-        halves = {"/camera/gyro/sample": dataclasses.replace(whole, linear_acceleration=none)}
+        halves = {"/camera/gyro/sample": dataclasses.replace(whole, linear_acceleration=NO_VECTOR)}
         if count % 3 == 1:
-            halves["/camera/accel/sample"] = dataclasses.replace(whole, angular_velocity=none)
+            halves["/camera/accel/sample"] = dataclasses.replace(whole, angular_velocity=NO_VECTOR)
         return halves
     return rewritten(bag, out, change)
 
@@ -108,6 +109,7 @@ class ImuRuns(CliTest):
         done, metrics, _ = self.run_on(self.bag)
         self.assertEqual(metrics["coasting"], 0)
         self.assertIn(": /imu may be of the IMU: --imu /imu uses it", done.stderr)
+        self.assertNotIn("wheels", done.stderr, "/odometry is the truth of the camera")
         place = ("--imu-calibration", self.recording / "imu.yaml")
         done, metrics, _ = self.run_on(self.bag, *place)
         self.assertEqual(metrics.get("coasting"), 20, done.stderr)
@@ -147,6 +149,7 @@ class ImuRuns(CliTest):
         self.assertEqual([row["position_std_mm"] for row in rows], [row["position_std_mm"] for row in again])
         done, metrics, _ = self.run_on_stream(self.bag)
         self.assertIn("/imu may be of the IMU: --imu /imu uses it", done.stderr)
+        self.assertNotIn("wheels", done.stderr)
         self.assertEqual(metrics["coasting"], 0)
         self.assertEqual(self.run_on_stream(self.bag, "--imu", "none")[1]["coasting"], 0)
         done, _, _ = self.run_on_stream(self.bag, *place, "--imu", "/no/topic")
@@ -163,11 +166,21 @@ class ImuRuns(CliTest):
             done, metrics, rows = run(halves, *place)
             self.assertEqual(metrics.get("coasting"), 20, done.stderr)
             self.assertEqual([row["state"] for row in rows[60:80]], ["coasting"] * 20)
-            self.assertIn("/camera/accel/sample and /camera/gyro/sample: halves of one sensor", done.stderr)
+            self.assertIn("/camera/gyro/sample and /camera/accel/sample: halves of one sensor", done.stderr)
             self.assertLess(self.error_of_run_m(), 0.02)
+            told = run(halves)[0].stderr
+            hint = re.search(r"may be of the IMU: --imu (\S+) uses it", told)
+            self.assertIsNotNone(hint, told)
+            for half in {hint[1], "/camera/gyro/sample", "/camera/accel/sample"}:
+                done, metrics, _ = run(halves, "--imu", half)
+                self.assertEqual(metrics.get("coasting"), 20, done.stderr)
         done, metrics, _ = self.run_on_stream(halves, "--imu-calibration", "tf")
         self.assertEqual(metrics.get("coasting"), 20, done.stderr)
-        done, _, _ = self.run_on_stream(halves, *place, "--imu", "/camera/accel/sample")
+        lone = rewritten(halves, self.folder / "lone.mcap",
+                         lambda topic, _: {} if topic == "/camera/gyro/sample" else None)
+        done, _, _ = self.run_on(lone, *place)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        done, _, _ = self.run_on_stream(lone, *place)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr.count("/accel/sample: an accelerometer alone; no angular velocity"), 1, done.stderr)
 
@@ -219,6 +232,22 @@ class ImuRuns(CliTest):
         done, _, _ = self.run_on(self.recording, "--imu", "none", "--imu-calibration", self.recording / "imu.yaml")
         self.assertEqual(done.returncode, 2)
 
+    def test_the_example_of_the_page_is_read(self):
+        page = (ROOT / "docs" / "outputs.md").read_text(encoding="utf-8").split("### Keys of `imu.yaml`")[1].split("###")[0]
+        example = [line.strip() for line in page.splitlines() if line.startswith("    ")]
+        self.assertEqual(len(example), 6)
+        place = self.folder / "example.yaml"
+        place.write_text("\n".join(example) + "\n", encoding="utf-8")
+        self.assertEqual(self.run_on(self.recording, "--imu-calibration", place)[1]["coasting"], 20)
+
+    def test_a_sensor_that_is_turned_on_the_camera_is_told(self):
+        told = (self.recording / "imu.yaml").read_text(encoding="utf-8")
+        turned = self.folder / "turned.yaml"
+        turned.write_text(re.sub(r"T_camera_imu: \[.*?\]", "T_camera_imu: [0.02, 0, 0, 0, 0, 0, 1]", told), encoding="utf-8")
+        done, _, _ = self.run_on(self.recording, "--imu-calibration", turned)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"warning: IMU: .*\(are its axes(,| and) T_camera_imu")
+
     def test_swapped_axes_are_told(self):
         folder = self.folder / "swapped"
         shutil.copytree(self.recording, folder)
@@ -228,6 +257,7 @@ class ImuRuns(CliTest):
         done, metrics, _ = self.run_on(folder)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("warning: IMU: it disagrees with what the camera sees", done.stderr)
+        self.assertIn("are its axes, T_camera_imu", done.stderr)
         self.assertEqual(metrics["coasting"], 0)
 
 

@@ -113,11 +113,11 @@ struct WheelKind {
 template <typename Kind>
 typename Kind::Input unused_topic(const std::string& recording,
                                   const std::vector<MotionTopic>& topics) {
-  if (topics.empty()) return {};
-  const std::string topic = printable(topics.front().name);
-  const std::string place = topics.front().T_frame_camera
-                                ? std::string()
-                                : fmt::format(" {} FILE.yaml", Kind::kPlaceOption);
+  const auto found = std::ranges::find(topics, false, &MotionTopic::is_camera);
+  if (found == topics.end()) return {};
+  const std::string topic = printable(found->name);
+  const std::string place =
+      found->T_frame_camera ? std::string() : fmt::format(" {} FILE.yaml", Kind::kPlaceOption);
   return {{},
           {},
           fmt::format("{}: {} may be of the {}: {} {}{} uses it (docs/inertial.md)", recording,

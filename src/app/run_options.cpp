@@ -60,15 +60,17 @@ void add_out_option(CLI::App& command, RunOptions& o) {
 
 void add_motion_options(CLI::App& command, RunOptions& o) {
   add(command, kInput, "--imu", o.imu, "FILE|TOPIC|none",
-      "Readings of the camera's IMU (default: imu.csv of the folder, if imu.yaml is there)");
+      "Readings of the camera's IMU: a file or a topic of the bag (default: imu.csv of the folder, "
+      "if imu.yaml is there; of a bag none)");
   add(command, kInput, "--imu-calibration", o.imu_calibration, "FILE.yaml|tf",
-      "Where the IMU is on the camera (default: imu.yaml of the folder, /tf_static of a bag or "
-      "stream; docs/inertial.md)");
+      "Where the IMU is on the camera and its noise: a file with T_camera_imu and densities "
+      "(docs/outputs.md), one of Kalibr, or `tf`, as /tf_static says, with usual noise (default: "
+      "imu.yaml of the folder, `tf` of a bag or stream)");
   add(command, kInput, "--odometry", o.odometry, "FILE|TOPIC|none",
       "What the robot's wheels tell (default: odom.csv of the folder, if odom.yaml is there)");
   add(command, kInput, "--odometry-calibration", o.odometry_calibration, "FILE.yaml|tf",
-      "Where the camera is on the robot (default: odom.yaml of the folder, /tf_static of a bag or "
-      "stream; docs/inertial.md)");
+      "Where the camera is on the robot: a file with T_base_camera (docs/outputs.md), or `tf`, as "
+      "/tf_static says (default: odom.yaml of the folder, `tf` of a bag or stream)");
 }
 
 void add_run_options(CLI::App& command, RunOptions& o) {

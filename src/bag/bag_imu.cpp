@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "bag/imu_halves.hpp"
 #include "bag/imu_messages.hpp"
@@ -48,6 +49,50 @@ bool has_half(const std::vector<ImuSample>& samples, Vec3 ImuSample::*there) {
                                ? &ImuSample::specific_force_mps2
                                : &ImuSample::angular_velocity_radps;
   return !is_all_zero(samples, there) && is_all_zero(samples, other);
+}
+
+constexpr auto kGyro = &ImuSample::angular_velocity_radps;
+constexpr auto kAccel = &ImuSample::specific_force_mps2;
+
+/// As "/camera/gyro/sample" and "/camera/accel/sample" do.
+bool differ_in_one_part(std::string_view a, std::string_view b) {
+  const auto parts_a = words_of(a, "/"), parts_b = words_of(b, "/");
+  return parts_a.size() == parts_b.size() &&
+         std::ranges::count(std::views::iota(std::size_t{0}, parts_a.size()), true,
+                            [&](std::size_t i) { return parts_a[i] != parts_b[i]; }) == 1;
+}
+
+/// The topics with this half of a sensor alone.
+std::vector<std::string> halves_of(const ImuSources& sources, Vec3 ImuSample::*half) {
+  std::vector<std::string> names;
+  for (const auto& [name, source] : sources)
+    if (has_half(source.samples, half)) names.push_back(name);
+  return names;
+}
+
+/// The other half of the sensor: the one whose name says so, or the only one for the only one.
+/// @return empty: none.
+std::string partner_of(const std::string& name, const std::vector<std::string>& same,
+                       const std::vector<std::string>& others) {
+  const auto is_like = [&](const std::string& other) { return differ_in_one_part(name, other); };
+  if (std::ranges::count_if(others, is_like) == 1) return *std::ranges::find_if(others, is_like);
+  return same.size() == 1 && others.size() == 1 ? others.front() : std::string();
+}
+
+/// With the other half, where it is one half of a sensor and the other has a topic as well.
+ImuTopics with_its_half(const ImuSources& sources, const std::string& name) {
+  const auto gyros = halves_of(sources, kGyro), accels = halves_of(sources, kAccel);
+  ImuTopics topics{name, {}};
+  if (std::ranges::find(gyros, name) != gyros.end()) {
+    topics.accel = partner_of(name, gyros, accels);
+  } else if (std::ranges::find(accels, name) != accels.end()) {
+    if (const std::string gyro = partner_of(name, accels, gyros); !gyro.empty())
+      topics = {gyro, name};
+  }
+  if (topics.are_halves())
+    log::info("{} and {}: halves of one sensor; accelerations are interpolated",
+              printable(topics.gyro), printable(topics.accel));
+  return topics;
 }
 
 std::vector<ImuSample> united(const std::vector<ImuSample>& gyro,
@@ -151,18 +196,12 @@ Result<ImuTopics> choose_imu(const ImuSources& sources, const std::string& choic
   if (!choice.empty() && !sources.contains(choice))
     return refuse("no readings under " + std::string(option) + " " + printable(choice) +
                   "; there are " + topics_listed(sources));
-  if (!choice.empty()) return ImuTopics{choice, {}};
-  const auto& [first, second] = std::pair(sources.begin(), std::next(sources.begin()));
-  if (sources.size() == 1) return ImuTopics{first->first, {}};
-  constexpr auto kGyro = &ImuSample::angular_velocity_radps;
-  constexpr auto kAccel = &ImuSample::specific_force_mps2;
-  for (const auto& [gyro, accel] : {std::pair(first, second), std::pair(second, first)})
-    if (sources.size() == 2 && has_half(gyro->second.samples, kGyro) &&
-        has_half(accel->second.samples, kAccel)) {
-      log::info("{} and {}: halves of one sensor; accelerations are interpolated",
-                printable(first->first), printable(second->first));
-      return ImuTopics{gyro->first, accel->first};
-    }
+  if (!choice.empty()) return with_its_half(sources, choice);
+  const std::string& first = sources.begin()->first;
+  if (sources.size() == 1) return ImuTopics{first, {}};
+  if (sources.size() == 2 && halves_of(sources, kGyro).size() == 1 &&
+      halves_of(sources, kAccel).size() == 1)
+    return with_its_half(sources, first);
   return refuse("several topics have inertial readings: " + topics_listed(sources) +
                 "; choose with " + std::string(option));
 }

@@ -49,8 +49,9 @@ struct ImuTopics {
   [[nodiscard]] bool are_halves() const { return !accel.empty(); }
 };
 
-/// @param sources what came so far. @param choice a topic; empty: the only one, or the only two
-/// that are halves (RealSense: the other half of each message is zero, or has a covariance of -1).
+/// @param sources what came so far. @param choice a topic, whose other half comes along; empty: the
+/// only one, or the only two that are halves (RealSense: the other half of each message is zero, or
+/// has a covariance of -1).
 /// @param option that chooses, for messages. @return kInput with a reason alone: none, several.
 [[nodiscard]] Result<ImuTopics> choose_imu(const std::map<std::string, ImuReader::Source>& sources,
                                            const std::string& choice, std::string_view option);

@@ -68,7 +68,42 @@ TEST_F(BagImu, HalvesOfARealSenseAreUnited) {
     EXPECT_NEAR(sample.angular_velocity_radps.x(), expected, 1e-12);
     EXPECT_NEAR(sample.specific_force_mps2.z(), 9.8, 1e-12);
   }
-  EXPECT_NE(refusal("/camera/accel/sample").find("an accelerometer alone"), std::string::npos);
+}
+
+TEST_F(BagImu, OneHalfTakesItsOtherAlong) {
+  const auto say_half = [&](const std::string& name, bool is_gyro) {
+    for (const std::int64_t ms : {10, 20, 30})
+      say(name, is_gyro ? reading(ms, Vec3(0.1, 0.2, 0), Vec3::Zero())
+                        : reading(ms, Vec3::Zero(), Vec3(0, 0.5, 9.8)));
+  };
+  for (const std::string camera : {"/left/", "/right/"}) {
+    say_half(camera + "gyro/sample", true);
+    say_half(camera + "accel/sample", false);
+  }
+  EXPECT_NE(refusal().find("several topics"), std::string::npos) << "of two cameras";
+  for (const std::string half : {"gyro", "accel"}) {
+    const auto samples = chosen_readings(reader_.sources(), "/right/" + half + "/sample", "--imu");
+    ASSERT_TRUE(samples.ok()) << samples.error().message;
+    EXPECT_EQ(samples->topics.gyro, "/right/gyro/sample");
+    EXPECT_EQ(samples->topics.accel, "/right/accel/sample");
+    EXPECT_EQ(samples->samples.size(), 3U);
+  }
+  say_half("/third/accel", false);
+  EXPECT_NE(refusal("/third/accel").find("/third/accel: an accelerometer alone"), std::string::npos)
+      << "whose gyroscope is of neither";
+}
+
+TEST_F(BagImu, TheOnlyTwoHalvesMayHaveAnyNames) {
+  say("/turns", reading(10, Vec3(0.1, 0.2, 0), Vec3::Zero()));
+  say("/robot/force", reading(10, Vec3::Zero(), Vec3(0, 0.5, 9.8)));
+  say("/imu", reading(10, Vec3(0.1, 0.2, 0), Vec3(0, 0.5, 9.8)));
+  for (const std::string half : {"/turns", "/robot/force"}) {
+    const auto topics = choose_imu(reader_.sources(), half, "--imu");
+    ASSERT_TRUE(topics.ok()) << topics.error().message;
+    EXPECT_EQ(topics->gyro, "/turns");
+    EXPECT_EQ(topics->accel, "/robot/force");
+  }
+  EXPECT_FALSE(choose_imu(reader_.sources(), "/imu", "--imu")->are_halves());
 }
 
 TEST_F(BagImu, AHalfMayBeMissingByItsCovariance) {

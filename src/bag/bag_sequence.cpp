@@ -18,6 +18,14 @@ void warn(Sequence& sequence, const std::string& what) {
   sequence.warnings.push_back(sequence.root.string() + ": " + what);
 }
 
+/// "/device_0/sensor_1/Color_0/image/data": images as the SDK writes them lack what says how far
+/// depth is, and where its camera is, so that their topics cannot be used as those of ROS.
+bool is_of_realsense_sdk(const Bag& bag) {
+  return std::ranges::any_of(bag.topics(), [](const BagTopic& topic) {
+    return topic.name.starts_with("/device_") && topic.name.find("/sensor_") != std::string::npos;
+  });
+}
+
 /// Without those whose stamps cannot be right. @return what pair_images() takes.
 std::vector<ListedImage> in_time(const std::vector<ListedImage>& listed, const TopicOrder& order,
                                  ListCounts& counts) {
@@ -84,6 +92,10 @@ Result<Sequence> open_bag_sequence(const std::filesystem::path& path, const BagT
   sequence.root = path;
   const auto content = read_content(**bag, interrupted);
   if (!content.ok()) return content.error();
+  if (!cameras.colour && is_of_realsense_sdk(**bag))
+    return in_bag(sequence, {ErrorKind::kInput,
+                             "a recording of the RealSense SDK; tools/convert_recording.py makes "
+                             "an MCAP recording of it (docs/inputs.md)"});
   sequence.warnings = (*bag)->warnings();
   if (content->too_many > 0)
     warn(sequence, std::to_string(content->too_many) + " images are left out: too many");

@@ -106,13 +106,24 @@ MotionTopic MotionFrames::placed(const std::string& name, const FrameTree& frame
   return found;
 }
 
+/// Also where /tf alone says so: a robot's base is never as near.
+bool MotionFrames::moves_camera(const std::string& name, const FrameTree& frames,
+                                const std::string& camera_frame) const {
+  constexpr double kOfOneDevice_m = 0.02;
+  const auto frame = frames_.find(name);
+  if (frame == frames_.end() || frame->second.empty() || camera_frame.empty()) return false;
+  const auto T_frame_camera = frames.T_target_source(frame->second, camera_frame);
+  return T_frame_camera.ok() && T_frame_camera->t().norm() < kOfOneDevice_m;
+}
+
 void MotionFrames::list(const std::vector<BagTopic>& topics, const FrameTree& frames,
                         const std::string& camera_frame, Sequence& sequence) const {
   for (const BagTopic& topic : topics) {
     if (!is_imu(topic) && !is_odometry(topic)) continue;
     auto& listed = is_imu(topic) ? sequence.imu_topics : sequence.odometry_topics;
-    if (std::ranges::find(listed, topic.name, &MotionTopic::name) == listed.end())
-      listed.push_back(placed(topic.name, frames, camera_frame));
+    if (std::ranges::find(listed, topic.name, &MotionTopic::name) != listed.end()) continue;
+    listed.push_back(placed(topic.name, frames, camera_frame));
+    listed.back().is_camera = is_odometry(topic) && moves_camera(topic.name, frames, camera_frame);
   }
   for (const std::string& name : moving_)
     sequence.moving_frames.push_back(placed(name, frames, camera_frame));

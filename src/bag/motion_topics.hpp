@@ -40,6 +40,8 @@ class MotionFrames {
   void take_moving(const BagTopic& topic, const BagMessage& message);
   [[nodiscard]] MotionTopic placed(const std::string& name, const FrameTree& frames,
                                    const std::string& camera_frame) const;
+  [[nodiscard]] bool moves_camera(const std::string& name, const FrameTree& frames,
+                                  const std::string& camera_frame) const;
   std::map<std::string, std::string> frames_;   // by name
   std::map<std::string, std::string> changes_;  // of topics, as text
   std::set<std::string> are_changed_;           // topics

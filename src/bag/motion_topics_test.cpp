@@ -84,6 +84,30 @@ TEST_F(MotionTopicsTest, PlacesInOtherUnitsAreNone) {
             "(metres are expected)");
 }
 
+// As of a rendered recording's truth, or of visual odometry.
+TEST_F(MotionTopicsTest, OdometryOfTheCameraItselfIsOfNoWheels) {
+  const auto say_moving = [&](const BagTopic& topic, const std::string& frame) {
+    ros::Odometry odometry;
+    odometry.header.frame_id = "odom";
+    odometry.child_frame_id = frame;
+    say(topic, to_cdr(odometry));
+  };
+  say_moving(kOdom, "device");
+  say_moving(kWheelOdom, "base");
+  ros::TransformStamped lens;
+  lens.header.frame_id = "device";
+  lens.child_frame_id = "camera";
+  lens.transform.position.x = 0.015;
+  tree_.take({"/tf", "tf2_msgs/TFMessage", Layout::kCdr}, to_cdr(ros::TfMessage{{lens}}));
+  place("base", "device", 0.3);
+  const Sequence sequence = listed();
+  ASSERT_EQ(sequence.odometry_topics.size(), 2U);
+  EXPECT_FALSE(sequence.odometry_topics[0].is_camera) << "0.3 m from it";
+  EXPECT_EQ(sequence.odometry_topics[1].name, "/odom");
+  EXPECT_TRUE(sequence.odometry_topics[1].is_camera);
+  EXPECT_FALSE(listed("nobody").odometry_topics[1].is_camera);
+}
+
 // Odometry on /tf alone, as a robot has it that publishes no nav_msgs/Odometry.
 TEST_F(MotionTopicsTest, FramesThatTfMovesAreListedWithTheirPlaces) {
   const BagTopic tf{"/tf", "tf2_msgs/TFMessage", Layout::kCdr};

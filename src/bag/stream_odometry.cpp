@@ -1,5 +1,8 @@
 #include "bag/stream_odometry.hpp"
 
+#include <fmt/format.h>
+
+#include "core/counted.hpp"
 #include "io/text.hpp"
 #include "io/wheel_file.hpp"
 
@@ -16,7 +19,9 @@ Result<std::string> StreamOdometry::use(const std::string& choice,
   auto chosen = choose_poses(sources, choice, "--odometry");
   if (!chosen.ok()) return chosen;
   name_ = *chosen;
-  for (const StampedPose& pose : sources.at(*name_).poses) keep(pose);
+  const PoseSource& source = sources.at(*name_);
+  for (const StampedPose& pose : source.poses) keep(pose);
+  if (source.left_out > 0) leave_out(source.left_out);
   early_ = {};
   return chosen;
 }
@@ -25,10 +30,19 @@ void StreamOdometry::add(const BagTopic& topic, const BagMessage& message, std::
   if (!name_) return early_.take(topic, message);
   if (!name_->starts_with(topic.name)) return;  // "/tf" of "/tf:base"
   for_each_pose(topic, message, [&](const std::string& name, SaidPose said) {
-    if (name != *name_ || !said.T_world_body) return;
+    if (name != *name_) return;
+    if (!said.T_world_body) return leave_out(1);
     if (__builtin_add_overflow(said.stamp.ns, shift_ns, &said.stamp.ns)) return;
     keep({said.stamp, *said.T_world_body});
   });
+}
+
+void StreamOdometry::leave_out(std::size_t count) {
+  const bool is_first = left_out_ == 0;
+  left_out_ += count;
+  if (is_first || (left_out_ >= 10 && is_worth_a_line(left_out_)))
+    doubt_ = fmt::format("{}: no finite numbers and unit quaternion in {} so far: left out",
+                         printable(*name_), counted(left_out_, "pose"));
 }
 
 void StreamOdometry::keep(const StampedPose& pose) {

@@ -24,14 +24,18 @@ class StreamOdometry {
   void add(const BagTopic& topic, const BagMessage& message, std::int64_t shift_ns);
   void hand_out(FrameId id);
   [[nodiscard]] std::vector<OdometrySample> take(FrameId id) { return shares_.take(id); }
+  /// What speaks against its first two seconds, said once; or how many of its poses are none, of
+  /// very many every tenth power.
   [[nodiscard]] std::string take_doubt() { return std::exchange(doubt_, {}); }
 
  private:
   void keep(const StampedPose& pose);
+  void leave_out(std::size_t count);
 
   PoseReader early_;                 // until it is known which are wanted
   std::optional<std::string> name_;  // empty: none are
   FirstSeconds<StampedPose> first_;
+  std::size_t left_out_ = 0;
   std::string doubt_;
   FrameShares<OdometrySample> shares_;
 };

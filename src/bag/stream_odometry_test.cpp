@@ -135,6 +135,23 @@ TEST(StreamOdometry, StampsThatCannotBeShiftedAreLeftOut) {
   EXPECT_EQ(written.taken(0), Steps({15}));
 }
 
+TEST(StreamOdometry, PosesThatAreNoneAreCounted) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  WheelsWritten written;
+  for (std::int64_t step = 0; step < 3; ++step) written.put({step * kStep_ns}, "/odom", kNone, 0);
+  ASSERT_TRUE(written.odometry.use("/odom", {MotionTopic{"/odom"}}).ok());
+  const auto told = [](const std::string& count) {
+    return "/odom: no finite numbers and unit quaternion in " + count + " so far: left out";
+  };
+  EXPECT_EQ(written.odometry.take_doubt(), told("3 poses")) << "of those that came before";
+  std::vector<std::string> doubts;
+  for (std::int64_t step = 3; step < 120; ++step) {
+    written.put({step * kStep_ns}, "/odom", kNone, 0);
+    if (auto doubt = written.odometry.take_doubt(); !doubt.empty()) doubts.push_back(doubt);
+  }
+  EXPECT_EQ(doubts, (std::vector{told("10 poses"), told("100 poses")}));
+}
+
 TEST(StreamOdometry, OneThreadReadsAnotherTakes) {
   constexpr std::uint32_t kFrames = 300;
   WheelsWritten written;

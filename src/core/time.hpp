@@ -23,6 +23,13 @@ struct Timestamp {
   return static_cast<std::int64_t>(seconds * 1e9 + (seconds >= 0 ? 0.5 : -0.5));
 }
 
+/// CPU time of the calling thread.
+[[nodiscard]] inline std::int64_t thread_cpu_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
 /// Wall time and CPU time of the calling thread since construction [ms].
 class ScopedTimer {
  public:
@@ -36,11 +43,6 @@ class ScopedTimer {
   }
 
  private:
-  static std::int64_t thread_cpu_ns() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-  }
   std::chrono::steady_clock::time_point wall_;
   std::int64_t cpu_ns_;
 };

@@ -5,11 +5,11 @@
 
 #include <chrono>
 #include <cstdint>
-#include <ctime>
 #include <memory>
 #include <utility>
 
 #include "core/ids.hpp"
+#include "core/time.hpp"
 
 namespace ygslam::trace {
 
@@ -63,11 +63,6 @@ inline constinit thread_local Thread* thread = nullptr;
              std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
-[[nodiscard]] inline std::int64_t thread_cpu_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 }  // namespace detail
 
 /// The calling thread's; null: it is not traced.
@@ -118,12 +113,12 @@ class Span {
     event_.name = name;
     event_.frame = frame;
     outer_frame_ = std::exchange(thread_->frame, frame);
-    event_.cpu_ns = detail::thread_cpu_ns();
+    event_.cpu_ns = thread_cpu_ns();
     event_.begin_ns = detail::now_ns();
   }
   void end() {
     event_.wall_ns = detail::now_ns() - event_.begin_ns;
-    event_.cpu_ns = detail::thread_cpu_ns() - event_.cpu_ns;
+    event_.cpu_ns = thread_cpu_ns() - event_.cpu_ns;
     thread_->frame = outer_frame_;
     thread_->track->add(event_);
   }

@@ -216,8 +216,7 @@ std::optional<Preintegration> ImuBuffer::between(Timestamp from, Timestamp to,
     result.add(0.5 * (first.angular_velocity_radps + last.angular_velocity_radps),
                0.5 * (first.specific_force_mps2 + last.specific_force_mps2), dt_s, noise);
   };
-  const auto begin = std::upper_bound(samples_.begin(), samples_.end(), from,
-                                      [](Timestamp t, const ImuSample& s) { return t < s.stamp; });
+  const auto begin = std::ranges::upper_bound(samples_, from, {}, &ImuSample::stamp);
   for (auto i = static_cast<std::size_t>(begin - samples_.begin());
        i < samples_.size() && samples_[i - 1].stamp < to; ++i) {
     if (seconds_between(samples_[i].stamp, samples_[i - 1].stamp) > kMostGap_s) return std::nullopt;
@@ -239,8 +238,7 @@ std::optional<ImuSample> ImuBuffer::reading(Timestamp at) const {
   if (samples_.empty()) return std::nullopt;
   if (at >= samples_.back().stamp) return samples_.back();
   if (at <= samples_.front().stamp) return samples_.front();
-  const auto after = std::upper_bound(samples_.begin(), samples_.end(), at,
-                                      [](Timestamp t, const ImuSample& s) { return t < s.stamp; });
+  const auto after = std::ranges::upper_bound(samples_, at, {}, &ImuSample::stamp);
   return interpolated(*(after - 1), *after, at);
 }
 

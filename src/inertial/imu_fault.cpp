@@ -16,7 +16,7 @@ const char* to_string(ImuFault fault) {
       return "its stamps went back";
     case ImuFault::kOffset:
       return "whatever the offset of its clock (0.5 s at most), it does not turn as the camera "
-             "does";
+             "does (are its axes and T_camera_imu right?)";
     case ImuFault::kToldOffset:
       return "the offset of its clock is another than time_offset_s says";
     case ImuFault::kUnits:
@@ -24,9 +24,10 @@ const char* to_string(ImuFault fault) {
     case ImuFault::kGravity:
       return "what it measures is not gravity's size";
     case ImuFault::kDisagrees:
-      return "it disagrees with what the camera sees";
+      return "it disagrees with what the camera sees (are its axes, T_camera_imu and its clock "
+             "right?)";
     case ImuFault::kBias:
-      return "its bias is larger than any sensor's";
+      return "its bias is larger than any sensor's (are its axes and T_camera_imu right?)";
     case ImuFault::kNoReadings:
       return "no valid reading came in the first 2 s";
     case ImuFault::kNoNumbers:

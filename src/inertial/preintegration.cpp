@@ -1,7 +1,5 @@
 #include "inertial/preintegration.hpp"
 
-#include <algorithm>
-
 #include "geometry/so3_jacobian.hpp"
 
 namespace ygslam {
@@ -67,26 +65,6 @@ ImuSample interpolated(const ImuSample& before, const ImuSample& after, Timestam
               share * (after.angular_velocity_radps - before.angular_velocity_radps),
           before.specific_force_mps2 +
               share * (after.specific_force_mps2 - before.specific_force_mps2)};
-}
-
-std::optional<Preintegration> preintegrate(std::span<const ImuSample> samples, Timestamp from,
-                                           Timestamp to, const ImuBias& bias,
-                                           const Preintegration::Noise& noise) {
-  if (samples.empty() || samples.front().stamp > from || samples.back().stamp < to || to < from)
-    return std::nullopt;
-  Preintegration result(bias);
-  auto after = std::upper_bound(samples.begin(), samples.end(), from,
-                                [](Timestamp t, const ImuSample& s) { return t < s.stamp; });
-  for (; after != samples.end() && (after - 1)->stamp < to; ++after) {
-    const ImuSample& before = *(after - 1);
-    const ImuSample first = interpolated(before, *after, std::max(from, before.stamp));
-    const ImuSample last = interpolated(before, *after, std::min(to, after->stamp));
-    const double dt_s = seconds_between(last.stamp, first.stamp);
-    if (dt_s <= 0) continue;
-    result.add(0.5 * (first.angular_velocity_radps + last.angular_velocity_radps),
-               0.5 * (first.specific_force_mps2 + last.specific_force_mps2), dt_s, noise);
-  }
-  return result;
 }
 
 }  // namespace ygslam

@@ -3,9 +3,6 @@
 // Real-Time Visual-Inertial Odometry, T-RO 2017. Equation numbers are of that paper.
 #pragma once
 
-#include <optional>
-#include <span>
-
 #include "geometry/imu.hpp"
 
 namespace ygslam {
@@ -66,12 +63,5 @@ class Preintegration {
 
 /// The reading at an instant between two samples.
 [[nodiscard]] ImuSample interpolated(const ImuSample& before, const ImuSample& after, Timestamp at);
-
-/// @param samples in order of time, from at or before `from` to at or after `to`; readings at the
-/// ends are interpolated. @return nullopt if they do not reach.
-[[nodiscard]] std::optional<Preintegration> preintegrate(std::span<const ImuSample> samples,
-                                                         Timestamp from, Timestamp to,
-                                                         const ImuBias& bias,
-                                                         const Preintegration::Noise& noise);
 
 }  // namespace ygslam

@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
+#include <optional>
+#include <span>
+
 #include "geometry/properties_testing.hpp"
 #include "inertial/inertial_test_world.hpp"
 
@@ -37,6 +41,27 @@ Vec9 difference(const MotionDelta& a, const MotionDelta& b) {
   Vec9 error;
   error << so3_log(b.R.transpose() * a.R), a.v - b.v, a.p - b.p;
   return error;
+}
+
+// @param samples in order of time, from at or before `from` to at or after `to`; readings at the
+// ends are interpolated. @return nullopt if they do not reach.
+std::optional<Preintegration> preintegrate(std::span<const ImuSample> samples, Timestamp from,
+                                           Timestamp to, const ImuBias& bias,
+                                           const Preintegration::Noise& noise) {
+  if (samples.empty() || samples.front().stamp > from || samples.back().stamp < to || to < from)
+    return std::nullopt;
+  Preintegration result(bias);
+  auto after = std::ranges::upper_bound(samples, from, {}, &ImuSample::stamp);
+  for (; after != samples.end() && (after - 1)->stamp < to; ++after) {
+    const ImuSample& before = *(after - 1);
+    const ImuSample first = interpolated(before, *after, std::max(from, before.stamp));
+    const ImuSample last = interpolated(before, *after, std::min(to, after->stamp));
+    const double dt_s = seconds_between(last.stamp, first.stamp);
+    if (dt_s <= 0) continue;
+    result.add(0.5 * (first.angular_velocity_radps + last.angular_velocity_radps),
+               0.5 * (first.specific_force_mps2 + last.specific_force_mps2), dt_s, noise);
+  }
+  return result;
 }
 
 Preintegration integrated(std::span<const ImuSample> samples, double from_s, double to_s,

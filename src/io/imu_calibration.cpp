@@ -1,9 +1,16 @@
 #include "io/imu_calibration.hpp"
 
+#include <algorithm>
 #include <array>
+#include <limits>
+#include <map>
+#include <vector>
 
 #include "core/log.hpp"
+#include "io/foreign_camera.hpp"
 #include "io/sensor_yaml.hpp"
+#include "io/text.hpp"
+#include "io/trajectory_checks.hpp"
 
 namespace ygslam {
 namespace {
@@ -23,6 +30,11 @@ constexpr std::array<SensorKey, 8> kImuKeys = {{
 }};
 constexpr std::size_t kRate = 0, kTimeOffset = kImuKeys.size() - 1;
 constexpr std::string_view kPoseKey = "T_camera_imu";
+// As Kalibr names them (its wiki, "Yaml formats"): p_cam = T_cam_imu p_imu, t_imu = t_cam + shift,
+// so that both are ours.
+constexpr std::string_view kKalibrPose = "T_cam_imu", kKalibrShift = "timeshift_cam_imu",
+                           kKalibrRate = "update_rate";
+constexpr std::size_t kFirstDensity = 1, kDensities = 4;  // of kImuKeys, with the same names
 
 template <typename Imu, typename Value>
 auto values_of(Imu& imu, Value& time_offset_s) {
@@ -36,12 +48,113 @@ auto values_of(Imu& imu, Value& time_offset_s) {
                     &time_offset_s};
 }
 
+using KalibrValues = std::map<std::string, std::string, std::less<>>;
+
+/// By the names of keys, whatever sensor they stand below. @return nullopt: none of Kalibr's.
+std::optional<Result<KalibrValues>> kalibr_values(std::string_view text, const std::string& name) {
+  const auto refuse = [&](const std::string& what) {
+    return Error{ErrorKind::kConfig, name + ": " + what};
+  };
+  KalibrValues values;
+  std::string fault;
+  for (const auto& [key, value] : foreign_camera::flat_yaml(text).values) {
+    if (key.starts_with("cam1."))
+      fault = "tells of several cameras: keep the colour camera's lines";
+    if (key.starts_with("imu1.")) fault = "tells of several IMUs: keep the lines of one";
+    const std::string word = key.substr(key.rfind('.') + 1);
+    const bool is_read = std::ranges::find(kImuKeys, word, &SensorKey::name) != kImuKeys.end() ||
+                         word == kKalibrShift || word == kKalibrRate;
+    const auto [known, is_new] = values.emplace(word, value);
+    if (!is_new && is_read && known->second != value) fault = "has two values of " + word;
+  }
+  if (values.contains(kPoseKey)) return std::nullopt;
+  if (!values.contains(kKalibrPose) && !values.contains(kKalibrRate)) return std::nullopt;
+  const std::string& model = values["model"];
+  if (!model.empty() && model != "calibrated")
+    fault = "model: '" + printable(model) + "' is not read: only calibrated";
+  return fault.empty() ? Result<KalibrValues>(std::move(values)) : refuse(fault);
+}
+
+/// Four rows of four numbers, from the line of the key to that of the next one.
+/// @return nullopt where they are no rigid motion.
+std::optional<SE3> kalibr_pose(std::string_view text) {
+  std::vector<double> numbers;
+  bool is_in_it = false;
+  for (const TextLine& line : data_lines(text)) {
+    std::string_view row = line.text.substr(0, line.text.find('#'));
+    if (const std::size_t colon = row.find(':'); colon != std::string_view::npos) {
+      is_in_it = trimmed(row.substr(0, colon)) == kKalibrPose;
+      row = row.substr(colon + 1);
+    }
+    if (!is_in_it) continue;
+    while (row.starts_with("- ")) row = trimmed(row.substr(2));
+    for (const std::string_view word : words_of(row, ",[]"))
+      numbers.push_back(parse_number(word).value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
+  if (numbers.size() != 16) return std::nullopt;
+  const Eigen::Matrix4d T = Eigen::Map<const Eigen::Matrix4d>(numbers.data()).transpose();
+  const Mat3 R = T.topLeftCorner<3, 3>();
+  const bool is_rigid = (R * R.transpose()).isIdentity(kRotationTolerance) && R.determinant() > 0 &&
+                        T.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
+  const Vec3 t = T.topRightCorner<3, 1>();
+  if (!is_rigid || !(t.cwiseAbs().maxCoeff() <= kMostLever_m)) return std::nullopt;
+  return SE3(Eigen::Quaterniond(R), t);
+}
+
+/// Noise stays as usual where none is told. @return what is wrong, empty if nothing.
+std::string store_kalibr_numbers(const KalibrValues& said, ImuCalibration& imu) {
+  double time_offset_s = 0;
+  const auto values = values_of(imu, time_offset_s);
+  std::string fault;
+  const auto store = [&](std::size_t i, std::string_view kalibrs_name) {
+    SensorKey key = kImuKeys[i];
+    key.name = kalibrs_name;
+    const auto found = said.find(kalibrs_name);
+    if (found == said.end()) return false;
+    const std::string wrong = store_sensor_number(key, found->second, *values[i]);
+    if (!wrong.empty()) fault = wrong;
+    return true;
+  };
+  imu.rate_is_said = store(kRate, kKalibrRate);
+  if (store(kTimeOffset, kKalibrShift)) imu.time_offset_s = time_offset_s;
+  std::size_t densities = 0;
+  for (std::size_t i = kFirstDensity; i < kFirstDensity + kDensities; ++i)
+    densities += store(i, kImuKeys[i].name) ? 1 : 0;
+  if (densities % kDensities != 0) fault = "has noise densities and random walks in part only";
+  return fault;
+}
+
+/// Kalibr's imu.yaml and the camchain that it writes with an IMU, in one file; of the latter alone
+/// noise is as usual. @return nullopt: it is none of these.
+std::optional<Result<ImuCalibration>> parse_kalibr_imu(std::string_view text,
+                                                       const std::string& name) {
+  const auto said = kalibr_values(text, name);
+  if (!said) return std::nullopt;
+  if (!said->ok()) return said->error();
+  const auto refuse = [&](const std::string& what) {
+    return Error{ErrorKind::kConfig, name + ": " + what};
+  };
+  if (!said->value().contains(kKalibrPose))
+    return refuse(
+        "Kalibr's imu.yaml does not say where the IMU is: append the lines of the camchain that "
+        "kalibr_calibrate_imu_camera writes (T_cam_imu)");
+  ImuCalibration imu;
+  if (const std::string fault = store_kalibr_numbers(said->value(), imu); !fault.empty())
+    return refuse(fault);
+  const auto T_camera_imu = kalibr_pose(text);
+  if (!T_camera_imu)
+    return refuse("T_cam_imu: four rows of a rigid motion in metres are expected, one camera's");
+  imu.T_camera_imu = *T_camera_imu;
+  return imu;
+}
+
 }  // namespace
 
 Result<ImuCalibration> parse_imu_calibration(std::string_view text, const std::string& name) {
   ImuCalibration imu;
   double time_offset_s = 0;
   const auto values = values_of(imu, time_offset_s);
+  if (auto kalibr = parse_kalibr_imu(text, name)) return *std::move(kalibr);
   const auto seen = parse_sensor_yaml(text, name, {kPoseKey, &imu.T_camera_imu, kImuKeys, values});
   if (!seen.ok()) return seen.error();
   if ((*seen)[kTimeOffset]) imu.time_offset_s = time_offset_s;

@@ -10,9 +10,10 @@
 
 namespace ygslam {
 
-/// Lines `key: value`. @param name for messages. @return kConfig naming file and line: an unknown
-/// key or one that is given twice, no finite number, a value out of bounds, no unit quaternion; or
-/// a key that is missing.
+/// Lines `key: value`; or Kalibr's imu.yaml and its camchain with an IMU, one after the other.
+/// @param name for messages. @return kConfig naming file and line: an unknown key or one that is
+/// given twice, no finite number, a value out of bounds, no unit quaternion; or a key that is
+/// missing.
 [[nodiscard]] Result<ImuCalibration> parse_imu_calibration(std::string_view text,
                                                            const std::string& name);
 /// @return kInput if the file cannot be read, else as parse_imu_calibration().

@@ -13,6 +13,7 @@
 #include "io/imu_calibration.hpp"
 #include "io/imu_checks.hpp"
 #include "io/testing/temp_folder.hpp"
+#include "io/text.hpp"
 
 namespace ygslam {
 namespace {
@@ -279,6 +280,105 @@ TEST(ImuCalibration, AnotherRateThanTheReadingsIsDoubted) {
   EXPECT_FALSE(doubt("rate_hz: 5\n").empty());
   EXPECT_EQ(doubt("rate_hz: 12\n"), "");
   EXPECT_EQ(doubt(""), "") << "the 200 is assumed";
+}
+
+// As Kalibr's wiki shows them ("Yaml formats").
+constexpr std::string_view kKalibrsImu = R"(#Accelerometers
+accelerometer_noise_density: 1.86e-03   #Noise density (continuous-time)
+accelerometer_random_walk:   4.33e-04   #Bias random walk
+#Gyroscopes
+gyroscope_noise_density:     1.87e-04   #Noise density (continuous-time)
+gyroscope_random_walk:       2.66e-05   #Bias random walk
+rostopic:                    /imu0      #the IMU ROS topic
+update_rate:                 400.0      #Hz (for discretization of the values above)
+)";
+constexpr std::string_view kKalibrsChain = R"(cam0:
+  T_cam_imu:
+  - [0.0, -1.0, 0.0, 0.07]
+  - [0.0, 0.0, -1.0, -0.02]
+  - [1.0, 0.0, 0.0, 0.004]
+  - [0.0, 0.0, 0.0, 1.0]
+  cam_overlaps: []
+  camera_model: pinhole
+  distortion_coeffs: [-0.27, 0.07, 0.0009, 0.0001]
+  intrinsics: [461.6, 460.2, 362.7, 246.0]
+  resolution: [752, 480]
+  rostopic: /cam0/image_raw
+  timeshift_cam_imu: -0.012
+)";
+
+TEST(ImuCalibration, KalibrsIsRead) {
+  const std::string both = std::string(kKalibrsImu) + std::string(kKalibrsChain);
+  const auto imu = parse_imu_calibration(both, "imu.yaml");
+  ASSERT_TRUE(imu.ok()) << imu.error().message;
+  EXPECT_EQ(imu->noise.rate_hz, 400);
+  EXPECT_TRUE(imu->rate_is_said);
+  EXPECT_EQ(imu->noise.gyro_noise_radps_sqrthz, 1.87e-4);
+  EXPECT_EQ(imu->noise.gyro_walk_radps2_sqrthz, 2.66e-5);
+  EXPECT_EQ(imu->noise.accel_noise_mps2_sqrthz, 1.86e-3);
+  EXPECT_EQ(imu->noise.accel_walk_mps3_sqrthz, 4.33e-4);
+  // x of the IMU looks ahead, which is z of the camera; IMU to camera, as ours.
+  EXPECT_LT((imu->T_camera_imu * Vec3(1, 0, 0) - Vec3(0.07, -0.02, 1.004)).norm(), 1e-12);
+  // t_imu = t_cam + shift: a stamp of the IMU minus that of the camera, as ours.
+  EXPECT_EQ(imu->time_offset_s, -0.012);
+  const auto place_alone = parse_imu_calibration(kKalibrsChain, "camchain-imucam.yaml");
+  ASSERT_TRUE(place_alone.ok()) << place_alone.error().message;
+  EXPECT_EQ(place_alone->noise.gyro_noise_radps_sqrthz, ImuNoise().gyro_noise_radps_sqrthz);
+  EXPECT_FALSE(place_alone->rate_is_said);
+}
+
+TEST(ImuCalibration, KalibrsMayBeWrittenByOthers) {
+  std::string below =
+      "%YAML:1.0\nimu0:\n  T_i_b:\n    - [1, 0, 0, 0]\n    - [0, 1, 0, 0]\n"
+      "    - [0, 0, 1, 0]\n    - [0, 0, 0, 1]\n  model: calibrated\n";
+  for (const TextLine& line : data_lines(kKalibrsImu))
+    below += "  " + std::string(line.text) + "\n";
+  const auto imu = parse_imu_calibration(
+      below +
+          "cam0:\n  T_cam_imu: [[1, 0, 0, 0.1], [0, 1, 0, 0],\n    [0, 0, 1, 0], [0, 0, 0, 1]]\n",
+      "imu.yaml");
+  ASSERT_TRUE(imu.ok()) << imu.error().message;
+  EXPECT_EQ(imu->T_camera_imu.t(), Vec3(0.1, 0, 0));
+  EXPECT_EQ(imu->noise.rate_hz, 400);
+  EXPECT_FALSE(imu->time_offset_s);
+  const auto dashes = parse_imu_calibration(
+      "T_cam_imu:\n- - 1\n  - 0\n  - 0\n  - -0.5\n- - 0\n  - 1\n  - 0\n  - 0\n- - 0\n  - 0\n  - 1\n"
+      "  - 0\n- - 0\n  - 0\n  - 0\n  - 1\n",
+      "imu.yaml");
+  ASSERT_TRUE(dashes.ok()) << dashes.error().message;
+  EXPECT_EQ(dashes->T_camera_imu.t(), Vec3(-0.5, 0, 0));
+}
+
+TEST(ImuCalibration, WhatOfKalibrsIsNotReadIsTold) {
+  const std::string both = std::string(kKalibrsImu) + std::string(kKalibrsChain);
+  const auto refusal = [](const std::string& text) {
+    const auto read = parse_imu_calibration(text, "k.yaml");
+    if (read.ok()) return std::string("accepted");
+    EXPECT_EQ(read.error().kind, ErrorKind::kConfig);
+    return read.error().message;
+  };
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = both;
+    text.replace(text.find(from), from.size(), to);
+    return refusal(text);
+  };
+  EXPECT_EQ(refusal(std::string(kKalibrsImu)),
+            "k.yaml: Kalibr's imu.yaml does not say where the IMU is: append the lines of the "
+            "camchain that kalibr_calibrate_imu_camera writes (T_cam_imu)");
+  EXPECT_EQ(with("rostopic", "model: scale-misalignment\nrostopic"),
+            "k.yaml: model: 'scale-misalignment' is not read: only calibrated");
+  EXPECT_EQ(with("400.0", "0"), "k.yaml: update_rate must lie in 1 to 100000 (Hz), is 0");
+  EXPECT_NE(with("accelerometer_random_walk", "# a").find("in part only"), std::string::npos);
+  EXPECT_NE(with("1.0, 0.0, 0.07", "1.1, 0.0, 0.07").find("T_cam_imu: four rows of a rigid"),
+            std::string::npos);
+  EXPECT_NE(with(", 0.07]", ", 700]").find("in metres"), std::string::npos);
+  EXPECT_NE(with("  - [0.0, 0.0, 0.0, 1.0]\n", "").find("T_cam_imu"), std::string::npos);
+  EXPECT_NE(with("-0.012", "soon").find("'soon' is not a finite number"), std::string::npos);
+  EXPECT_NE(refusal(both + "cam1:\n  rostopic: /cam1\n").find("several cameras"),
+            std::string::npos);
+  EXPECT_NE(refusal(both + "imu1:\n  model: calibrated\n").find("several IMUs"), std::string::npos);
+  EXPECT_NE(refusal(both + "imu0:\n  update_rate: 200\n").find("two values of update_rate"),
+            std::string::npos);
 }
 
 TEST(ImuCalibration, FaultsAreNamed) {

@@ -49,7 +49,9 @@ std::string store_pose(std::string_view value, SE3& pose) {
   return {};
 }
 
-std::string store_number(const SensorKey& key, std::string_view word, double& place) {
+}  // namespace
+
+std::string store_sensor_number(const SensorKey& key, std::string_view word, double& place) {
   const auto number = parse_number(word);
   if (!number) return "'" + printable(word) + "' is not a finite number";
   if (*number < key.least || *number > key.most)
@@ -58,8 +60,6 @@ std::string store_number(const SensorKey& key, std::string_view word, double& pl
   place = *number;
   return {};
 }
-
-}  // namespace
 
 Result<std::vector<bool>> parse_sensor_yaml(std::string_view text, const std::string& name,
                                             const SensorYaml& yaml) {
@@ -82,8 +82,8 @@ Result<std::vector<bool>> parse_sensor_yaml(std::string_view text, const std::st
     if (seen[index])
       return yaml_fault(name, line.number, "'" + std::string(key) + "' is given twice");
     seen[index] = true;
-    const std::string fault =
-        is_pose ? store_pose(value, *yaml.pose) : store_number(*known, value, *yaml.values[index]);
+    const std::string fault = is_pose ? store_pose(value, *yaml.pose)
+                                      : store_sensor_number(*known, value, *yaml.values[index]);
     if (!fault.empty()) return yaml_fault(name, line.number, fault);
   }
   for (std::size_t i = 0; i < yaml.keys.size(); ++i)

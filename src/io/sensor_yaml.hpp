@@ -34,6 +34,9 @@ struct SensorYaml {
 [[nodiscard]] Result<std::vector<bool>> parse_sensor_yaml(std::string_view text,
                                                           const std::string& name,
                                                           const SensorYaml& yaml);
+/// @return what is wrong with the word, empty if nothing: no finite number, out of bounds.
+[[nodiscard]] std::string store_sensor_number(const SensorKey& key, std::string_view word,
+                                              double& place);
 /// The text of such a file. @return kConfig if it cannot be read.
 [[nodiscard]] Result<std::string> read_sensor_yaml(const std::string& path);
 

@@ -61,8 +61,9 @@ struct MotionTopic {
   std::string name;
   /// Of an IMU, or of the frame that odometry moves, by the recording's /tf_static.
   std::optional<SE3> T_frame_camera{};
-  std::string missing{};  ///< why it is not known
-  std::string changed{};  ///< its messages name another frame on the way; empty: they do not
+  std::string missing{};   ///< why it is not known
+  std::string changed{};   ///< its messages name another frame on the way; empty: they do not
+  bool is_camera = false;  ///< odometry of the camera itself (truth, visual): no wheels
 };
 
 struct Sequence {

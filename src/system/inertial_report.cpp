@@ -9,6 +9,7 @@ namespace ygslam {
 
 void InertialReport::imu_began(const Vec3& gravity_odom) {
   imu_was_told_of_ = true;
+  if (std::exchange(imu_is_known_, true)) return;
   const Vec3 up = -gravity_odom.normalized();
   log::info("IMU: gravity and biases are known; up in odom is {:.3f} {:.3f} {:.3f}", up.x(), up.y(),
             up.z());
@@ -18,9 +19,10 @@ void InertialReport::imu_dropped(ImuFault fault) {
   imu_was_told_of_ = true;
   const std::size_t count = ++imu_faults_[fault];
   // The IMU is tried anew twice a second: not the second to the ninth time.
-  if (count == 1 || (count >= 10 && is_worth_a_line(count)))
-    log::warn("IMU: {}: it is not used until that has changed{}", to_string(fault),
-              count > 1 ? fmt::format(" ({} times so far)", count) : "");
+  if (count != 1 && (count < 10 || !is_worth_a_line(count))) return;
+  log::warn("IMU: {}: it is not used until that has changed{}", to_string(fault),
+            count > 1 ? fmt::format(" ({} times so far)", count) : "");
+  imu_is_known_ = false;
 }
 
 void InertialReport::wheels_agree(const WheelOdometry& wheels) {

@@ -39,6 +39,7 @@ class InertialReport {
 
   std::optional<Span> reading_times_, frame_times_;
   bool imu_was_told_of_ = false;
+  bool imu_is_known_ = false;                   // told, and no fault told since
   std::map<ImuFault, std::size_t> imu_faults_;  // how often each
   std::set<WheelFault> wheel_faults_;           // told
   bool wheels_came_ = false;                    // a pose of theirs

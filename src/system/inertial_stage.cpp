@@ -26,7 +26,6 @@ constexpr double kGravityMemory_s = 1.5;
 VisualPose visual_pose(const TrackResult& result, const CorrelatedError& error,
                        const OdomDrift& drift) {
   const double factor = error.factor * (result.state == TrackState::kWeak ? kWeakStdFactor : 1);
-  // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
   Mat6 covariance = factor * factor * result.covariance.value_or(Mat6::Zero());
   covariance.diagonal().head<3>().array() += error.min_std_m * error.min_std_m;
   covariance.diagonal().tail<3>().array() += error.min_std_rad * error.min_std_rad;

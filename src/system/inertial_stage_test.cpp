@@ -240,6 +240,28 @@ TEST_F(InertialStageTest, WhyItWasOfNoUseIsToldAfterAShortRecording) {
   EXPECT_EQ(told.begin()->first.find("IMU: gravity and biases are known"), 0U);
 }
 
+TEST(InertialReport, ThatItBeganIsToldOnceAndAfterAFaultThatWasTold) {
+  std::vector<std::string> told;
+  const log::ScopedSink sink(std::make_shared<const log::Sink>(
+      [&](log::Level, const std::string& line) { told.push_back(line.substr(0, 12)); }));
+  const std::string began = "IMU: gravity";
+  InertialReport report;
+  report.imu_began({0, 0, -9.8});
+  report.imu_began({0, 0, -9.8});
+  EXPECT_EQ(told, std::vector{began});
+  const auto faults = [&](int count) {
+    told.clear();
+    for (int i = 0; i < count; ++i) {
+      report.imu_dropped(ImuFault::kSilent);
+      report.imu_began({0, 0, -9.8});
+    }
+    return told.size();
+  };
+  EXPECT_EQ(faults(1), 2U);
+  EXPECT_EQ(faults(8), 0U) << "the second to the ninth are not told";
+  EXPECT_EQ(faults(1), 2U);
+}
+
 TEST(InertialStageOfWheels, ThatNoPoseOfTheWheelsCameIsTold) {
   using Lines = std::map<std::string, int>;
   Lines told;

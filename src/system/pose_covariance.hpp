@@ -26,7 +26,6 @@ inline constexpr double kUnknownVariance = 1e6;
   const bool is_first = result.state == TrackState::kTracking && result.matches == 0;
   if (has_pose && !result.covariance && is_first) return Mat6::Zero();
   if (!has_pose || !result.covariance) return kUnknownVariance * Mat6::Identity();
-  // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
   const Mat3 R = R_axes_odom * result.T_odom_camera.R();
   Mat6 rotation = Mat6::Zero();
   rotation.topLeftCorner<3, 3>() = rotation.bottomRightCorner<3, 3>() = R;

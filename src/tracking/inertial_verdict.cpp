@@ -48,7 +48,6 @@ InertialVerdict verdict_of(const std::optional<PosePrediction>& inertial,
   const Vec6 error = T_guess_found.log();
   verdict.agrees = chi_square(inertial->covariance, error) < kAgrees;
   if (!inertial->agreed) return verdict;
-  // exp(xi) on the left of T_camera_world is, to first order, -xi of the camera in its own axes.
   const Mat6 by_points = kPointsStdFactor * kPointsStdFactor * seen->covariance;
   verdict.nis = chi_square(inertial->covariance + by_points, error);
   if (const auto& earlier = inertial->earlier) {

@@ -24,7 +24,7 @@ struct InertialVerdict {
 [[nodiscard]] std::optional<PosePrediction> while_certain(
     const std::optional<PosePrediction>& inertial);
 
-/// A pose that was found. @param covariance of the twist xi of exp(xi) T_camera_world.
+/// A pose that was found. @param covariance as TrackResult's.
 struct SeenCamera {
   SE3 T_camera_world;
   Mat6 covariance = Mat6::Zero();

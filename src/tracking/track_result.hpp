@@ -32,8 +32,9 @@ struct TrackResult {
   /// has taken vision and them along for half a second.
   bool overruled = false, went_along = false;
   /// Of the twist xi of exp(xi) * T_camera_world [m, rad], against the points that the frame was
-  /// matched with: what odometry or map have drifted is not in it. None of the first frame, nor
-  /// while lost.
+  /// matched with: what odometry or map have drifted is not in it. To first order also of the error
+  /// of T_odom_camera * exp(error), the camera's in its own axes, which is -xi. None of the first
+  /// frame, nor while lost.
   std::optional<Mat6> covariance{};
   PoseDoubt doubt{};                              ///< what is not in it; the runner's
   std::optional<ImuRetraction> imu_retraction{};  ///< the inertial stage's

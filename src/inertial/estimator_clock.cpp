@@ -11,7 +11,7 @@ constexpr double kOffsetEvery_s = 1;
 constexpr double kLongestTurn_s = 0.25;      // between two frames
 constexpr double kMostOffsetSigma_s = 1e-3;  // of an offset that is believed
 // Far away, and where a slow camera tells no better: of 400 looks in 48 rendered runs at 10 and 30
-// Hz none erred by more than 12 ms, four times its sigma (docs/results.md).
+// Hz none erred by more than 12 ms, four times its sigma (docs/inertial.md).
 constexpr double kMostFarSigma_s = 5e-3, kFarSigmaFactor = 2;
 constexpr double kOtherOffset_s = 2e-3;  // beyond what was taken: all begins anew
 constexpr double kOtherOffsetSigmas = 3;

@@ -10,7 +10,6 @@ namespace {
 constexpr double kLongestStep_s = 0.25;    // between two frames of one path
 constexpr double kMostTurnStd_rad = 3e-3;  // by all that readings may lack
 constexpr double kMostPeriodsUnread = 2;
-constexpr double kUnknownOffset_s = 5e-3;  // of a clock of which nothing is known yet
 
 }  // namespace
 
@@ -32,9 +31,9 @@ std::optional<CameraTurn> InertialEstimator::turn(Timestamp from, Timestamp to) 
   if (readings_std_rad > kMostTurnStd_rad) return std::nullopt;
   const auto rate_before = samples_.reading(from), rate_after = samples_.reading(to);
   const double by_clock =
-      offset_known_ || !rate_before || !rate_after
+      is_offset_precise() || !rate_before || !rate_after
           ? 0
-          : kUnknownOffset_s *
+          : offset_sigma_s() *
                 (rate_after->angular_velocity_radps - rate_before->angular_velocity_radps).norm();
   // A wrong scale adds up while it turns one way, and goes again while it turns back: as noise of
   // single steps it would count for more than it is.

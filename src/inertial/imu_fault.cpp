@@ -13,7 +13,7 @@ const char* to_string(ImuFault fault) {
     case ImuFault::kRange:
       return "its readings are beyond its range (other units?)";
     case ImuFault::kClock:
-      return "its stamps went back";
+      return "its clock went back or jumped";
     case ImuFault::kOffset:
       return "whatever the offset of its clock (0.5 s at most), it does not turn as the camera "
              "does (are its axes and T_camera_imu right?)";

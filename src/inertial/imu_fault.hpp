@@ -10,7 +10,7 @@ enum class ImuFault : std::uint8_t {
   kSilent,      ///< its samples stopped, or left a gap
   kStands,      ///< its readings stay the same to the last bit, or are zero: a driver that hangs
   kRange,       ///< its readings are beyond its range, or beyond that of any sensor
-  kClock,       ///< its stamps went back
+  kClock,       ///< its clock went back or jumped
   kOffset,      ///< whatever the offset of its clock, it does not turn as the camera does
   kToldOffset,  ///< the offset of its clock is another than the told one
   kUnits,       ///< it measures in g, or degrees

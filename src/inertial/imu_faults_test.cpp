@@ -176,7 +176,7 @@ TEST(ImuFaults, AClockFarOffIsFound) {
 
 // As a slow or a noisy camera sees it: not to a millisecond.
 TEST(ImuFaults, AFarOffsetThatIsKnownBadlyIsFound) {
-  for (const double offset_s : {-0.3, 0.05, 0.15, 0.4}) {
+  for (const double offset_s : {-0.3, 0.015, 0.03, 0.05, 0.15, 0.4}) {
     Drive drive({.seed = 3, .seen_rotation_rad = 0.003, .offset_s = offset_s});
     drive.run(12);
     EXPECT_TRUE(drive.estimator().time_offset_is_known()) << offset_s;
@@ -233,6 +233,26 @@ TEST(ImuFaults, AClockThatJumpsIsFoundAgain) {
   drive.run(20);
   EXPECT_NEAR(drive.estimator().time_offset_s(), 0.05, 2e-3);
   EXPECT_TRUE(drive.estimator().is_trusted());
+}
+
+TEST(ImuFaults, AClockThatJumpsIsNoticedWithinSeconds) {
+  for (const double jump_s : {-0.1, 0.1, 0.2}) {
+    const auto jump = [&](ImuSample& s) {
+      if (s.stamp.ns > to_ns(10)) s.stamp.ns += to_ns(jump_s);
+      return true;
+    };
+    Drive drive({.seed = 3, .distort = jump});
+    drive.run(9.9);
+    ASSERT_TRUE(drive.estimator().is_trusted());
+    bool noticed = false;
+    for (int i = 0; i < 9; ++i) {
+      drive.run(1);
+      const auto predicted = drive.estimator().predict(drive.now());
+      noticed |= !predicted || !predicted->agreed;
+    }
+    EXPECT_TRUE(noticed) << jump_s;
+    EXPECT_NEAR(drive.estimator().time_offset_s(), jump_s, 0.012);
+  }
 }
 
 // Told once, after 2 s.

@@ -137,7 +137,7 @@ void InertialEstimator::process(const Frame& frame) {
       seen_velocity_mps_ = window_->newest().state.velocity_odom_mps;
     }
     if (window_) remember(frame.stamp, seen.has_value());
-    if (window_ && seen) was_trusted_ = was_trusted_ || is_trusted();
+    if (window_ && seen) once_trusted_ = once_trusted_ || is_trusted();
     if (seen) lasting_.setZero();
   } else if (seen) {
     if (frame.found_again) start_.clear();
@@ -167,7 +167,7 @@ void InertialEstimator::try_start(const SeenFrame& frame) {
     window_->marginalise_to(static_cast<std::size_t>(config_.window_frames));
     start_.clear();
     remember(frame.stamp, true);
-    was_trusted_ = is_trusted();
+    once_trusted_ = is_trusted();
   } else {
     const ImuFault fault = std::get<ImuFault>(started);
     note(fault);
@@ -314,8 +314,9 @@ std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const 
   const auto reading = samples_.reading(stamp);
   if (!now || !reading || is_absurd(now->state)) return std::nullopt;
   const auto [T_odom_camera, covariance] = of_camera(*now);
-  PosePrediction result{
-      .T_odom_camera = T_odom_camera, .covariance = covariance, .trusted = was_trusted_};
+  PosePrediction result{.T_odom_camera = T_odom_camera,
+                        .covariance = covariance,
+                        .trusted = once_trusted_ && !offset_in_doubt_ && !far_offset_s_};
   const Vec3 rate = reading->angular_velocity_radps - now->state.bias.gyro_radps;
   Vec6 imu_velocity;
   imu_velocity << now->state.T_odom_imu.R().transpose() * now->state.velocity_odom_mps, rate;
@@ -323,7 +324,7 @@ std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const 
   if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
   result.by_wheels = tied_at_ && seconds_between(stamp, *tied_at_) < 2 * kWheelsRest_s;
   result.covariance += lasting_;
-  const bool offset_is_doubtful = !offset_known_ && (offset_unfound_ > 0 || far_offset_s_);
+  const bool offset_is_doubtful = far_offset_s_ || (!offset_known_ && offset_unfound_ > 0);
   result.agreed = !offset_is_doubtful && agrees_since_ && last_seen_ &&
                   seconds_between(*last_seen_, *agrees_since_) > kAgreed_s;
   if (const Earlier* then = result.agreed ? earlier(stamp) : nullptr)

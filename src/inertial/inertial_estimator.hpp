@@ -28,7 +28,8 @@ struct InertialConfig {
   ImuRange range{};
   SE3 T_camera_imu;
   /// An IMU's stamp less the camera's of the same instant; nullopt: found once it turns. One that
-  /// turns out to be wrong by more than 20 ms is a fault, and the found one is used.
+  /// turns out to be wrong by more than 20 ms (and three times what the found one may err by) is a
+  /// fault, and the found one is used.
   std::optional<double> time_offset_s;
   ImuBounds bounds{};
   /// What calibration leaves of a gyroscope's scale and misalignment, relative to its rates.
@@ -106,7 +107,10 @@ class InertialEstimator {
   void find_time_offset(Timestamp now);
   void take_time_offset(const TimeOffset& found);
   void find_far_offset(std::span<const SeenTurn> turns, const std::optional<TimeOffset>& near);
+  void confirm_offset();
   void set_further_offset(double offset_s);
+  [[nodiscard]] bool is_offset_precise() const;
+  [[nodiscard]] double offset_sigma_s() const;
   void doubt_time_offset();
   void try_start(const SeenFrame& frame);
   void go_on(Timestamp stamp, const std::optional<SeenPose>& seen);
@@ -147,6 +151,8 @@ class InertialEstimator {
   Timestamp offset_looked_at_;
   double further_offset_s_ = 0, offset_weight_ = 0;  // what was found beyond offset_ns_
   std::optional<double> far_offset_s_;               // the same, of the last look farther away
+  bool offset_in_doubt_ = false;                     // nothing ever fitted, though it turned
+  bool offset_fitted_ = false;                       // at the last look
   bool offset_fits_ = false;                         // vision once agreed
   int offset_unfound_ = 0;                           // looks at turns that should have told
   std::vector<SeenFrame> start_;                     // what one will be made of
@@ -159,7 +165,7 @@ class InertialEstimator {
   std::optional<Timestamp> tied_at_;       // the last frame that they held
   GyroTurnSum turn_;
   Mat6 lasting_ = Mat6::Zero();  // of the camera, by errors of the wheels that last
-  bool was_trusted_ = false;     // at the last seen frame
+  bool once_trusted_ = false;    // since it started
   ImuFault fault_ = ImuFault::kNone;
   std::optional<Timestamp> first_frame_;
   int frames_without_ = 0;                 // readings of their time

@@ -29,7 +29,7 @@ Eigen::Matrix<double, 3, 2> TiltedGravity::derivative(const Vec2& tilt) const {
   return -so3_exp(turn) * skew(middle_) * right_jacobian(turn) * basis_;
 }
 
-Eigen::Matrix<double, 2, 3> TiltedGravity::tilt_by(const Vec2& tilt) const {
+Eigen::Matrix<double, 2, 3> TiltedGravity::tilt_from_gravity(const Vec2& tilt) const {
   const Eigen::Matrix<double, 3, 2> by_tilt = derivative(tilt);
   return (by_tilt.transpose() * by_tilt).inverse() * by_tilt.transpose();
 }
@@ -84,7 +84,7 @@ void MotionFactor::add_drift(const OdomDrift& drift, const InertialState& before
   by_turn.middleRows<3>(0).setIdentity();
   by_turn.middleRows<3>(3) =
       -R_before_after * skew(R_odom_after.transpose() * after.velocity_odom_mps);
-  by_turn.bottomRows<2>() = -gravity.tilt_by(after.tilt) * R_odom_after *
+  by_turn.bottomRows<2>() = -gravity.tilt_from_gravity(after.tilt) * R_odom_after *
                             skew(R_odom_after.transpose() * gravity.at(after.tilt));
   covariance_ += drift.rotation_rad2 * by_turn * by_turn.transpose();
   covariance_.diagonal().segment<3>(6).array() += drift.position_m2;

@@ -28,7 +28,7 @@ class TiltedGravity {
   [[nodiscard]] Vec3 at(const Vec2& tilt) const;
   [[nodiscard]] Eigen::Matrix<double, 3, 2> derivative(const Vec2& tilt) const;
   /// How the tilt changes with gravity's direction.
-  [[nodiscard]] Eigen::Matrix<double, 2, 3> tilt_by(const Vec2& tilt) const;
+  [[nodiscard]] Eigen::Matrix<double, 2, 3> tilt_from_gravity(const Vec2& tilt) const;
 
  private:
   Vec3 middle_;                        // at no tilt

@@ -90,6 +90,9 @@ RC_GTEST_PROP(GravityProperties, HasItsSizeAndDerivative, ()) {
     const Vec3 numeric = (gravity.at(tilt + step) - gravity.at(tilt - step)) / (2 * kStep);
     RC_ASSERT((numeric - gravity.derivative(tilt).col(i)).norm() < 1e-6);
   }
+  const Vec3 g = gravity.at(tilt), turned = so3_exp(properties::vector(1e-5)) * g;
+  const Vec2 change = gravity.tilt_from_gravity(tilt) * (turned - g);
+  RC_ASSERT((gravity.at(tilt + change) - turned).norm() < 1e-7);
 }
 
 RC_GTEST_PROP(MotionFactorProperties, JacobiansMatchFiniteDifferences, ()) {
@@ -125,7 +128,7 @@ InertialState in_drifted_odom(const InertialState& state, const TiltedGravity& g
   drifted.T_odom_imu = {R_drifted, state.T_odom_imu.t() + way_odom};
   drifted.velocity_odom_mps = R_drifted * R.transpose() * state.velocity_odom_mps;
   const Vec3 g = gravity.at(state.tilt);
-  drifted.tilt += gravity.tilt_by(state.tilt) * (R_drifted * R.transpose() * g - g);
+  drifted.tilt += gravity.tilt_from_gravity(state.tilt) * (R_drifted * R.transpose() * g - g);
   return drifted;
 }
 

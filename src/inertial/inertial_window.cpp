@@ -152,7 +152,7 @@ void InertialWindow::place_newest(const SeenPose& pose) {
   J.block<3, 3>(kVelocity, kRotation) = R_after_imu * skew(v_imu);
   J.block<3, 3>(kVelocity, kVelocity) = R_after_imu * R_imu_before;
   J.block<6, 6>(kGyroBias, kGyroBias).setIdentity();
-  const Eigen::Matrix<double, 2, 3> to_tilt = gravity_.tilt_by(after.tilt) * R_after_imu;
+  const Eigen::Matrix<double, 2, 3> to_tilt = gravity_.tilt_from_gravity(after.tilt) * R_after_imu;
   J.block<2, 3>(kTilt, kRotation) = to_tilt * skew(g_imu);
   J.block<2, 2>(kTilt, kTilt) = to_tilt * by_tilt_before;
   StateMatrix placed = J * covariance * J.transpose();

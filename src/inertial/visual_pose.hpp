@@ -5,7 +5,7 @@
 
 namespace ygslam {
 
-/// Variances of each axis: how far odom itself moved and turned, as what vision counts from.
+/// Variances of each axis, of odom's drift between two frames.
 struct OdomDrift {
   double position_m2 = 0, rotation_rad2 = 0;
 };

@@ -102,11 +102,11 @@ std::optional<CameraTurn> InertialStage::take(Timestamp stamp, TrackResult& resu
   const bool has_pose = is_seen(result.state) && result.T_odom_camera.is_finite();
   const bool found_again = has_pose && !had_pose_;
   had_pose_ = has_pose;
+  const bool is_known = has_pose && (result.covariance || result.matches == 0);  // or the origin
   const OdomDrift drift = drift_between(last_doubt_, result.doubt.odom);
-  if (has_pose) last_doubt_ = result.doubt.odom;
+  if (is_known) last_doubt_ = result.doubt.odom;
   const auto pose_with = [&](const CorrelatedError& error) {
-    const bool is_known = result.covariance || result.matches == 0;  // or the origin itself
-    return has_pose && is_known ? std::optional(visual_pose(result, error, drift)) : std::nullopt;
+    return is_known ? std::optional(visual_pose(result, error, drift)) : std::nullopt;
   };
   if (wheels_) {
     hand_over(*wheels_, stamp, pose_with(kPerHalfSecond), found_again);

@@ -51,7 +51,7 @@ class InertialStage {
   std::optional<HeldPose> held_;  // with the estimator
   InertialReport report_;
   bool had_pose_ = false;                    // in the last frame
-  Doubt last_doubt_;                         // of odom, of the last frame with a pose
+  Doubt last_doubt_;                         // of odom, at the last pose that was handed on
   bool overrules_ = false;                   // vision, since it had a pose
   std::optional<Timestamp> believed_since_;  // the IMU
   std::optional<Timestamp> gravity_told_;    // of the last keyframe that it was told of

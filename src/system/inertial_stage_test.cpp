@@ -194,6 +194,35 @@ TEST_F(InertialStageTest, AKeyframeIsToldWhereGravityPulls) {
   EXPECT_FALSE(proposed(false)) << "its readings are not there";
 }
 
+// Vision that leans more and more, and says so, does not take gravity along.
+TEST_F(InertialStageTest, DriftOfOdomDoesNotBendGravity) {
+  run(5, TrackState::kTracking);
+  const SE3 T_step(so3_exp({0.0007, 0, 0}), Vec3::Zero());
+  TrackResult result;
+  for (int i = 0; i < 90; ++i) {
+    now_s_ += kFrame_s;
+    feed_samples();
+    const SE3 T_odom_camera = result.T_odom_camera;
+    const Doubt odom = result.doubt.odom;
+    result = {};
+    result.state = TrackState::kTracking;
+    result.matches = 200;
+    result.covariance = 1e-6 * Mat6::Identity();
+    result.T_odom_camera = T_step * T_odom_camera;
+    result.doubt.odom = {odom.position_m2, odom.rotation_rad2 + 4e-6};
+    auto frame = std::make_shared<RgbdFrame>();
+    frame->stamp = {to_ns(now_s_)};
+    result.candidate.emplace();
+    result.candidate->frame = frame;
+    const SE3 seen = result.T_odom_camera;
+    stage_.take({to_ns(now_s_)}, result);
+    result.T_odom_camera = seen;  // what the points say, wherever the gyroscope holds it
+  }
+  ASSERT_TRUE(result.candidate->gravity);
+  const Vec3 down = calibration().T_camera_imu.R() * Vec3(0, 0, -1);
+  EXPECT_LT((result.candidate->gravity->down_camera - down).norm(), 0.00001);
+}
+
 TEST_F(InertialStageTest, AnImuOfAnotherTimeIsTold) {
   std::map<std::string, int> told;
   const log::ScopedSink sink(std::make_shared<const log::Sink>(

@@ -73,6 +73,18 @@ TEST_F(InertialTrackerTest, InTheDarkThePoseIsTheImus) {
   EXPECT_NEAR(x_m(next.T_odom_camera) - x_m(back.T_odom_camera), PaintedWall::metres(2), 0.005);
 }
 
+TEST_F(InertialTrackerTest, ACameraThatHangsTellsNoPose) {
+  start();
+  for (int px = 5; px <= 40; px += 5) {
+    const TrackResult repeated = see(wall_, {}, at(px, 0.01));
+    ASSERT_EQ(repeated.state, TrackState::kCoasting) << px;
+    EXPECT_NEAR(x_m(repeated.T_odom_camera), PaintedWall::metres(px), 1e-9);
+  }
+  const TrackResult back = see(wall_, {.left_px = 45}, at(45 - 2.6, 0.02));
+  EXPECT_EQ(back.state, TrackState::kTracking);
+  EXPECT_NEAR(x_m(back.T_world_camera), PaintedWall::metres(45), 0.01);
+}
+
 TEST_F(InertialTrackerTest, WithoutATrustedPredictionItIsLost) {
   start();
   PosePrediction unsure = at(5);

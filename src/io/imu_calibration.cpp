@@ -92,13 +92,9 @@ std::optional<SE3> kalibr_pose(std::string_view text) {
       numbers.push_back(parse_number(word).value_or(std::numeric_limits<double>::quiet_NaN()));
   }
   if (numbers.size() != 16) return std::nullopt;
-  const Eigen::Matrix4d T = Eigen::Map<const Eigen::Matrix4d>(numbers.data()).transpose();
-  const Mat3 R = T.topLeftCorner<3, 3>();
-  const bool is_rigid = (R * R.transpose()).isIdentity(kRotationTolerance) && R.determinant() > 0 &&
-                        T.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
-  const Vec3 t = T.topRightCorner<3, 1>();
-  if (!is_rigid || !(t.cwiseAbs().maxCoeff() <= kMostLever_m)) return std::nullopt;
-  return SE3(Eigen::Quaterniond(R), t);
+  const auto T_camera_imu = rigid_motion(numbers);
+  const bool is_near = T_camera_imu && (T_camera_imu->t().array().abs() <= kMostLever_m).all();
+  return is_near ? T_camera_imu : std::nullopt;
 }
 
 /// Noise stays as usual where none is told. @return what is wrong, empty if nothing.

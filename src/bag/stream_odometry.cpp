@@ -40,7 +40,7 @@ void StreamOdometry::add(const BagTopic& topic, const BagMessage& message, std::
 void StreamOdometry::leave_out(std::size_t count) {
   const bool is_first = left_out_ == 0;
   left_out_ += count;
-  if (is_first || (left_out_ >= 10 && is_worth_a_line(left_out_)))
+  if (is_first || is_power_of_ten(left_out_))
     doubt_ = fmt::format("{}: no finite numbers and unit quaternion in {} so far: left out",
                          printable(*name_), counted(left_out_, "pose"));
 }

@@ -25,7 +25,7 @@ class StreamOdometry {
   void hand_out(FrameId id);
   [[nodiscard]] std::vector<OdometrySample> take(FrameId id) { return shares_.take(id); }
   /// What speaks against its first two seconds, said once; or how many of its poses are none, of
-  /// very many every tenth power.
+  /// very many at each power of ten.
   [[nodiscard]] std::string take_doubt() { return std::exchange(doubt_, {}); }
 
  private:

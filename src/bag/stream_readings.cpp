@@ -36,7 +36,7 @@ void StreamReadings::add(const BagTopic& topic, const BagMessage& message, std::
 void StreamReadings::leave_out(const std::string& topic) {
   if (!topics_) return;
   ++left_out_;
-  if (left_out_ == 1 || (left_out_ >= 10 && is_worth_a_line(left_out_)))
+  if (is_power_of_ten(left_out_))
     doubt_ = fmt::format("{}: no finite numbers of sensible size in {} so far: left out",
                          printable(topic), counted(left_out_, "reading"));
 }

@@ -30,7 +30,7 @@ class StreamReadings {
   /// Of this frame and those before it, what was not taken yet.
   [[nodiscard]] std::vector<ImuSample> take(FrameId id) { return shares_.take(id); }
   /// A topic, and what speaks against its first two seconds once they are there, said once; or how
-  /// many of its readings are none, of very many every tenth power.
+  /// many of its readings are none, of very many at each power of ten.
   [[nodiscard]] std::string take_doubt() { return std::exchange(doubt_, {}); }
 
  private:

@@ -41,8 +41,9 @@ void StreamOdometry::leave_out(std::size_t count) {
   const bool is_first = left_out_ == 0;
   left_out_ += count;
   if (is_first || is_power_of_ten(left_out_))
-    doubt_ = fmt::format("{}: no finite numbers and unit quaternion in {} so far: left out",
-                         printable(*name_), counted(left_out_, "pose"));
+    doubts_.push_back(
+        fmt::format("{}: no finite numbers and unit quaternion in {} so far: left out",
+                    printable(*name_), counted(left_out_, "pose")));
 }
 
 void StreamOdometry::keep(const StampedPose& pose) {
@@ -50,7 +51,7 @@ void StreamOdometry::keep(const StampedPose& pose) {
   auto first = first_.add(pose);
   if (first.empty()) return;
   const auto wheels = wheels_of_poses(in_order_of_time(std::move(first)));
-  if (!wheels.ok()) doubt_ = printable(*name_) + ": " + wheels.error().message;
+  if (!wheels.ok()) doubts_.push_back(printable(*name_) + ": " + wheels.error().message);
 }
 
 void StreamOdometry::hand_out(FrameId id) {

@@ -17,18 +17,26 @@ import ygslam
 from ygslam_cli import ROOT, CliTest, sequence, trajectory
 
 FRAMES = 10
+SERIAL = "841512070383"
 
 
 # Of a rendered sequence's imu.yaml: x of the sensor looks ahead.
 T_CAMERA_IMU = np.array([[0, -1, 0, 0.02], [0, 0, -1, -0.006], [1, 0, 0, -0.012], [0, 0, 0, 1]])
 
 
+def force_at(t_ns):
+    """Of a camera that gains speed ever faster: halfway between two readings it is their mean."""
+    t_s = t_ns * 1e-9 - 1000  # from about where a rendered sequence begins
+    return 0.2 * t_s, -0.1 * t_s, 9.8 + 0.05 * t_s
+
+
 def motion_frames(t_from_ns, t_to_ns):
-    """A camera at rest at 200 and 100 Hz, as halves."""
+    """A gyroscope at 200 Hz, an accelerometer at 100 Hz 1.25 ms later, as halves."""
     step_ns = 5_000_000
     for step in range(-(-t_from_ns // step_ns), -(-t_to_ns // step_ns)):
-        t_ns = step * step_ns
-        for stream, every, v in (("gyro", 1, (0, 0, 0)), ("accel", 2, (0, 0, 9.8))):
+        for stream, every, late_ns in (("gyro", 1, 0), ("accel", 2, 1_250_000)):
+            t_ns = step * step_ns + late_ns
+            v = (0, 0, 0) if stream == "gyro" else force_at(t_ns)
             if step % every == 0:
                 data = types.SimpleNamespace(x=v[0], y=v[1], z=v[2])
                 yield mock.Mock(
@@ -42,7 +50,8 @@ def realsense(frames, has_imu=False):
     module, units = types.ModuleType("pyrealsense2"), 0.0002
     module.stream = types.SimpleNamespace(color="color", depth="depth", gyro="gyro", accel="accel")
     module.format = types.SimpleNamespace(rgb8="rgb8", z16="z16")
-    module.config = lambda: mock.Mock(spec=["enable_stream"])
+    module.camera_info = types.SimpleNamespace(serial_number="serial number")
+    module.config = lambda: mock.Mock(spec=["enable_stream", "enable_device"])
     module.align = lambda to: types.SimpleNamespace(process=lambda pair: pair)
     some = list(frames)[:FRAMES]
     camera, left = frames.camera, iter(some[:3] + some[2:])  # one comes twice, as they do
@@ -55,6 +64,7 @@ def realsense(frames, has_imu=False):
         .return_value = units
     profile.get_device.return_value.sensors = [types.SimpleNamespace(is_motion_sensor=lambda: kind)
                                                for kind in (False, has_imu)]
+    profile.get_device.return_value.get_info = {"serial number": SERIAL}.get
     gyro = profile.get_stream.return_value
     gyro.fps.return_value = 200
     gyro.get_extrinsics_to.return_value = types.SimpleNamespace(
@@ -65,7 +75,9 @@ def realsense(frames, has_imu=False):
         last_ns = some[0].t_ns - 100_000_000
 
         def start(self, config, hear=None):
-            hears.extend([hear] if hear else [])
+            if hear:
+                config.enable_device.assert_called_once_with(SERIAL)  # not that of another camera
+                hears.append(hear)
             return profile
 
         def stop(self):
@@ -245,7 +257,9 @@ class Cameras(CliTest):
         stamps = [reading[0] for reading in slam.pushed]
         self.assertGreater(len(stamps), 20)
         self.assertEqual(set(np.diff(stamps)), {5_000_000}, "each of the gyroscope's, in their order")
-        self.assertEqual({reading[1:] for reading in slam.pushed}, {(0, 0, 0, 0, 0, 9.8)})
+        said = np.array([reading[1:] for reading in slam.pushed])
+        np.testing.assert_array_equal(said[:, :3], 0)
+        np.testing.assert_allclose(said[:, 3:], [force_at(t_ns) for t_ns in stamps], atol=1e-6)
 
     def test_orbbec(self):
         self.play("orbbec", orbbec(ygslam.open(sequence())))

@@ -4,6 +4,7 @@
 Tried against a stand-in of the same interface only (tests/camera_examples_test.py), not with a camera.
 """
 import sys
+import threading
 
 import numpy as np
 import pyrealsense2 as rs
@@ -21,9 +22,14 @@ class Imu:
         T_camera_imu[:3, 3] = place.translation
         self.calibration = ygslam.Imu(T_camera_imu, rate_hz=gyro.fps())
         self.turns, self.force, self.slam = [], None, None
+        self.lock = threading.Lock()  # each of the two may tell in a thread of its own
 
     def take(self, frame):
         """In a thread of the camera's."""
+        with self.lock:
+            self.take_one(frame)
+
+    def take_one(self, frame):
         v = frame.as_motion_frame().get_motion_data()
         now = frame.get_timestamp(), np.array([v.x, v.y, v.z])
         if frame.get_profile().stream_type() == rs.stream.gyro:
@@ -42,6 +48,7 @@ def start_imu(pipeline, device, colour):
     if not any(sensor.is_motion_sensor() for sensor in device.sensors):
         return None
     config, waiting = rs.config(), []
+    config.enable_device(device.get_info(rs.camera_info.serial_number))  # of several the same
     config.enable_stream(rs.stream.gyro)
     config.enable_stream(rs.stream.accel)
     profile = pipeline.start(config, lambda frame: waiting[0].take(frame) if waiting else None)

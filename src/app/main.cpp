@@ -1,5 +1,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>

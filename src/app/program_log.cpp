@@ -1,5 +1,6 @@
 #include "app/program_log.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/sinks/base_sink.h>
 
 #include <mutex>

@@ -90,12 +90,15 @@ Result<Sequence> open_bag_sequence(const std::filesystem::path& path, const BagT
   if (!bag.ok()) return bag.error();
   Sequence sequence;
   sequence.root = path;
-  const auto content = read_content(**bag, interrupted);
-  if (!content.ok()) return content.error();
-  if (!cameras.colour && is_of_realsense_sdk(**bag))
+  const auto is_sdks = [&] { return !cameras.colour && is_of_realsense_sdk(**bag); };
+  // Its topics come with the first messages: no more is read then.
+  const auto content =
+      read_content(**bag, [&] { return is_sdks() || (interrupted && interrupted()); });
+  if (is_sdks())
     return in_bag(sequence, {ErrorKind::kInput,
                              "a recording of the RealSense SDK; tools/convert_recording.py makes "
                              "an MCAP recording of it (docs/inputs.md)"});
+  if (!content.ok()) return content.error();
   sequence.warnings = (*bag)->warnings();
   if (content->too_many > 0)
     warn(sequence, std::to_string(content->too_many) + " images are left out: too many");

@@ -1,7 +1,6 @@
 #include "bag/motion_beside.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "io/text.hpp"
 
@@ -56,9 +55,8 @@ void MotionBeside::hand_out(FrameId id) {
 }
 
 std::vector<std::string> MotionBeside::take_doubts() {
-  std::vector<std::string> doubts;
-  for (std::string& doubt : std::array{readings_.take_doubt(), odometry_.take_doubt()})
-    if (!doubt.empty()) doubts.push_back(std::move(doubt));
+  std::vector<std::string> doubts = readings_.take_doubts();
+  for (std::string& doubt : odometry_.take_doubts()) doubts.push_back(std::move(doubt));
   for (const std::string* topic : {&chosen_imu_, &chosen_odometry_})
     if (const std::string change = sensors_.take_change(*topic); !change.empty())
       doubts.push_back(printable(*topic) + ": " + change);

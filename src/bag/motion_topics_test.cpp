@@ -108,6 +108,23 @@ TEST_F(MotionTopicsTest, OdometryOfTheCameraItselfIsOfNoWheels) {
   EXPECT_FALSE(listed("nobody").odometry_topics[1].is_camera);
 }
 
+// As visual odometry of a RealSense D455: camera_link is 6 cm beside the colour camera.
+TEST_F(MotionTopicsTest, OdometryOfTheCamerasDeviceIsOfNoWheels) {
+  const auto is_camera = [&](const std::string& frame, double from_camera_m) {
+    sensors_ = {};
+    tree_ = {};
+    ros::Odometry odometry;
+    odometry.child_frame_id = frame;
+    say(kOdom, to_cdr(odometry));
+    place(frame, "camera", from_camera_m);
+    return listed().odometry_topics[1].is_camera;
+  };
+  EXPECT_TRUE(is_camera("camera_link", 0.059));
+  EXPECT_FALSE(is_camera("camera_link", 0.15));
+  EXPECT_FALSE(is_camera("robot/base_link", 0.059)) << "of a small robot";
+  EXPECT_FALSE(is_camera("base_footprint", 0.059));
+}
+
 // Odometry on /tf alone, as a robot has it that publishes no nav_msgs/Odometry.
 TEST_F(MotionTopicsTest, FramesThatTfMovesAreListedWithTheirPlaces) {
   const BagTopic tf{"/tf", "tf2_msgs/TFMessage", Layout::kCdr};

@@ -40,9 +40,10 @@ void StreamOdometry::add(const BagTopic& topic, const BagMessage& message, std::
 void StreamOdometry::leave_out(std::size_t count) {
   const bool is_first = left_out_ == 0;
   left_out_ += count;
-  if (is_first || (left_out_ >= 10 && is_worth_a_line(left_out_)))
-    doubt_ = fmt::format("{}: no finite numbers and unit quaternion in {} so far: left out",
-                         printable(*name_), counted(left_out_, "pose"));
+  if (is_first || is_power_of_ten(left_out_))
+    doubts_.push_back(
+        fmt::format("{}: no finite numbers and unit quaternion in {} so far: left out",
+                    printable(*name_), counted(left_out_, "pose")));
 }
 
 void StreamOdometry::keep(const StampedPose& pose) {
@@ -50,7 +51,7 @@ void StreamOdometry::keep(const StampedPose& pose) {
   auto first = first_.add(pose);
   if (first.empty()) return;
   const auto wheels = wheels_of_poses(in_order_of_time(std::move(first)));
-  if (!wheels.ok()) doubt_ = printable(*name_) + ": " + wheels.error().message;
+  if (!wheels.ok()) doubts_.push_back(printable(*name_) + ": " + wheels.error().message);
 }
 
 void StreamOdometry::hand_out(FrameId id) {

@@ -25,8 +25,8 @@ class StreamOdometry {
   void hand_out(FrameId id);
   [[nodiscard]] std::vector<OdometrySample> take(FrameId id) { return shares_.take(id); }
   /// What speaks against its first two seconds, said once; or how many of its poses are none, of
-  /// very many every tenth power.
-  [[nodiscard]] std::string take_doubt() { return std::exchange(doubt_, {}); }
+  /// very many at each power of ten.
+  [[nodiscard]] std::vector<std::string> take_doubts() { return std::exchange(doubts_, {}); }
 
  private:
   void keep(const StampedPose& pose);
@@ -36,7 +36,7 @@ class StreamOdometry {
   std::optional<std::string> name_;  // empty: none are
   FirstSeconds<StampedPose> first_;
   std::size_t left_out_ = 0;
-  std::string doubt_;
+  std::vector<std::string> doubts_;
   FrameShares<OdometrySample> shares_;
 };
 

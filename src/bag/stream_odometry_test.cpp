@@ -39,6 +39,13 @@ struct WheelsWritten {
 };
 using Steps = std::vector<std::int64_t>;
 
+/// One after the other.
+std::string told_by(StreamOdometry& odometry) {
+  std::string all;
+  for (const std::string& doubt : odometry.take_doubts()) all += doubt + "\n";
+  return all;
+}
+
 TEST(StreamOdometry, PosesBelongToTheFrameTheyCameBefore) {
   WheelsWritten written;
   written.add(1);
@@ -117,7 +124,7 @@ TEST(StreamOdometry, MillimetresAreTold) {
     std::string doubt;
     for (std::int64_t step = 0; step < 200; ++step) {
       written.add(step, "/odom", way_m);
-      doubt += written.odometry.take_doubt();
+      doubt += told_by(written.odometry);
     }
     EXPECT_NE(doubt.find(word), std::string::npos) << doubt;
     EXPECT_EQ(doubt.empty(), std::string(word).empty()) << doubt;
@@ -141,15 +148,27 @@ TEST(StreamOdometry, PosesThatAreNoneAreCounted) {
   for (std::int64_t step = 0; step < 3; ++step) written.put({step * kStep_ns}, "/odom", kNone, 0);
   ASSERT_TRUE(written.odometry.use("/odom", {MotionTopic{"/odom"}}).ok());
   const auto told = [](const std::string& count) {
-    return "/odom: no finite numbers and unit quaternion in " + count + " so far: left out";
+    return "/odom: no finite numbers and unit quaternion in " + count + " so far: left out\n";
   };
-  EXPECT_EQ(written.odometry.take_doubt(), told("3 poses")) << "of those that came before";
+  EXPECT_EQ(told_by(written.odometry), told("3 poses")) << "of those that came before";
   std::vector<std::string> doubts;
   for (std::int64_t step = 3; step < 120; ++step) {
     written.put({step * kStep_ns}, "/odom", kNone, 0);
-    if (auto doubt = written.odometry.take_doubt(); !doubt.empty()) doubts.push_back(doubt);
+    if (auto doubt = told_by(written.odometry); !doubt.empty()) doubts.push_back(doubt);
   }
   EXPECT_EQ(doubts, (std::vector{told("10 poses"), told("100 poses")}));
+}
+
+TEST(StreamOdometry, AllThatWasToldBeforeTheTopicWasChosenIsDoubted) {
+  WheelsWritten written;
+  written.put({0}, "/odom", std::numeric_limits<double>::quiet_NaN(), 0);
+  for (std::int64_t step = 1; step < 200; ++step) written.add(step, "/odom", 10);
+  ASSERT_TRUE(written.odometry.use("/odom", {MotionTopic{"/odom"}}).ok());
+  const std::vector<std::string> doubts = written.odometry.take_doubts();
+  ASSERT_EQ(doubts.size(), 2U);
+  EXPECT_NE(doubts[0].find("which no robot drives"), std::string::npos) << doubts[0];
+  EXPECT_NE(doubts[1].find("in 1 pose so far"), std::string::npos) << doubts[1];
+  EXPECT_TRUE(written.odometry.take_doubts().empty()) << "once";
 }
 
 TEST(StreamOdometry, OneThreadReadsAnotherTakes) {

@@ -36,9 +36,9 @@ void StreamReadings::add(const BagTopic& topic, const BagMessage& message, std::
 void StreamReadings::leave_out(const std::string& topic) {
   if (!topics_) return;
   ++left_out_;
-  if (left_out_ == 1 || (left_out_ >= 10 && is_worth_a_line(left_out_)))
-    doubt_ = fmt::format("{}: no finite numbers of sensible size in {} so far: left out",
-                         printable(topic), counted(left_out_, "reading"));
+  if (is_power_of_ten(left_out_))
+    doubts_.push_back(fmt::format("{}: no finite numbers of sensible size in {} so far: left out",
+                                  printable(topic), counted(left_out_, "reading")));
 }
 
 void StreamReadings::sort(const Reading& reading) {
@@ -56,7 +56,7 @@ void StreamReadings::keep(const ImuSample& reading) {
   auto first = first_.add(reading);
   if (first.empty()) return;
   const ImuDoubt doubt = doubt_about_topic(in_order_of_time(std::move(first)));
-  if (!doubt.what.empty()) doubt_ = printable(topics_->gyro) + ": " + doubt.what;
+  if (!doubt.what.empty()) doubts_.push_back(printable(topics_->gyro) + ": " + doubt.what);
 }
 
 void StreamReadings::hand_out(FrameId id) {

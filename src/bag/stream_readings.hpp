@@ -30,8 +30,8 @@ class StreamReadings {
   /// Of this frame and those before it, what was not taken yet.
   [[nodiscard]] std::vector<ImuSample> take(FrameId id) { return shares_.take(id); }
   /// A topic, and what speaks against its first two seconds once they are there, said once; or how
-  /// many of its readings are none, of very many every tenth power.
-  [[nodiscard]] std::string take_doubt() { return std::exchange(doubt_, {}); }
+  /// many of its readings are none, of very many at each power of ten.
+  [[nodiscard]] std::vector<std::string> take_doubts() { return std::exchange(doubts_, {}); }
 
  private:
   struct Reading {
@@ -47,7 +47,7 @@ class StreamReadings {
   ImuHalves halves_;
   FirstSeconds<ImuSample> first_;
   std::size_t left_out_ = 0;
-  std::string doubt_;
+  std::vector<std::string> doubts_;
   FrameShares<ImuSample> shares_;
 };
 

@@ -48,6 +48,13 @@ struct Written {
 
 using Ms = std::vector<std::int64_t>;
 
+/// One after the other.
+std::string told_by(StreamReadings& readings) {
+  std::string all;
+  for (const std::string& doubt : readings.take_doubts()) all += doubt + "\n";
+  return all;
+}
+
 TEST(StreamReadings, BelongToTheFrameTheyCameBefore) {
   Written written;
   written.add(1);
@@ -114,11 +121,11 @@ std::string doubt_about_2_s(const Vec3& gyro, const Vec3& accel) {
   Written written;
   written.begin_with("/imu");
   for (std::int64_t ms = 0; ms < 2000; ms += 5) written.add_of(ms, bytes);
-  EXPECT_EQ(written.readings.take_doubt(), "");
+  EXPECT_EQ(told_by(written.readings), "");
   written.add_of(2000, bytes);
-  std::string doubt = written.readings.take_doubt();
+  std::string doubt = told_by(written.readings);
   for (std::int64_t ms = 2005; ms < 9000; ms += 5) written.add_of(ms, bytes);
-  EXPECT_EQ(written.readings.take_doubt(), "") << "once";
+  EXPECT_EQ(told_by(written.readings), "") << "once";
   return doubt;
 }
 
@@ -136,9 +143,9 @@ TEST(StreamReadings, OneASecondAreTold) {
   std::string doubt;
   for (std::int64_t ms = 0; ms < 9000; ms += 1000) {
     written.add(ms);
-    doubt += written.readings.take_doubt();
+    doubt += told_by(written.readings);
   }
-  EXPECT_EQ(doubt, "/imu: readings are 1 s apart, which no inertial sensor's are");
+  EXPECT_EQ(doubt, "/imu: readings are 1 s apart, which no inertial sensor's are\n");
 }
 
 TEST(StreamReadings, ThoseThatAreNoNumbersAreCounted) {
@@ -151,12 +158,24 @@ TEST(StreamReadings, ThoseThatAreNoNumbersAreCounted) {
   for (std::int64_t ms = 5; ms < 900; ms += 5) {
     written.add_of(ms, ms % 3 == 0 ? none : written.usual);
     written.add_of(ms, none, "/other");
-    if (std::string doubt = written.readings.take_doubt(); !doubt.empty())
+    if (std::string doubt = told_by(written.readings); !doubt.empty())
       told.push_back(std::move(doubt));
   }
   const std::string what = "/imu: no finite numbers of sensible size in ";
-  EXPECT_EQ(told, (std::vector{what + "1 reading so far: left out",
-                               what + "10 readings so far: left out"}));
+  EXPECT_EQ(told, (std::vector{what + "1 reading so far: left out\n",
+                               what + "10 readings so far: left out\n"}));
+}
+
+TEST(StreamReadings, OneDoubtDoesNotHideAnother) {
+  Written written;
+  written.begin_with("/imu");
+  written.add_of(0, unstamped(kTurning, Vec3(0, 0, std::numeric_limits<double>::quiet_NaN())));
+  const Bytes in_g = unstamped(kTurning, Vec3(0, 0, 1));
+  for (std::int64_t ms = 5; ms < 2100; ms += 5) written.add_of(ms, in_g);
+  const std::vector<std::string> doubts = written.readings.take_doubts();
+  ASSERT_EQ(doubts.size(), 2U);
+  EXPECT_NE(doubts[0].find("in 1 reading so far"), std::string::npos) << doubts[0];
+  EXPECT_NE(doubts[1].find("units of g"), std::string::npos) << doubts[1];
 }
 
 TEST(StreamReadings, HalvesOfOneSensorAreUnited) {
@@ -196,7 +215,7 @@ TEST(StreamReadings, StampsOfAnyTimeAreJudged) {
        {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()})
     written.add_at({ns}, 0);
   for (std::int64_t ms = 2000; ms >= 0; ms -= 5) written.add_of(ms, in_g);
-  EXPECT_NE(written.readings.take_doubt().find("units of g"), std::string::npos);
+  EXPECT_NE(told_by(written.readings).find("units of g"), std::string::npos);
 }
 
 TEST(StreamReadings, OneThreadReadsAnotherTakes) {

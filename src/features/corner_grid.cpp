@@ -56,8 +56,8 @@ std::vector<Corner> strongest_first(std::span<const Corner> corners) {
 
 }  // namespace
 
-CornerGrid::CornerGrid(std::span<const Corner> strongest_first) {
-  for (const Corner& c : strongest_first) {
+CornerGrid::CornerGrid(std::span<const Corner> by_score) {
+  for (const Corner& c : by_score) {
     columns_ = std::max(columns_, c.u / kCell_px + 1);
     rows_ = std::max(rows_, c.v / kCell_px + 1);
   }
@@ -65,11 +65,11 @@ CornerGrid::CornerGrid(std::span<const Corner> strongest_first) {
     return static_cast<std::size_t>(c.v / kCell_px * columns_ + c.u / kCell_px);
   };
   begin_.assign(static_cast<std::size_t>(columns_) * rows_ + 1, 0);
-  for (const Corner& c : strongest_first) ++begin_[cell_of(c) + 1];
+  for (const Corner& c : by_score) ++begin_[cell_of(c) + 1];
   std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
   std::vector<std::uint32_t> next = begin_;
-  corners_.resize(strongest_first.size());
-  for (const Corner& c : strongest_first) corners_[next[cell_of(c)]++] = c;
+  corners_.resize(by_score.size());
+  for (const Corner& c : by_score) corners_[next[cell_of(c)]++] = c;
 }
 
 int CornerGrid::nearest_in_cell_px2(int column, int row, const Corner& from, float score,

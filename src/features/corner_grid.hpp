@@ -14,8 +14,8 @@ namespace ygslam {
 /// stronger corner is found without looking at weaker ones.
 class CornerGrid {
  public:
-  /// @param strongest_first at distinct pixels, all coordinates >= 0.
-  explicit CornerGrid(std::span<const Corner> strongest_first);
+  /// @param by_score the strongest first, at distinct pixels, all coordinates >= 0.
+  explicit CornerGrid(std::span<const Corner> by_score);
 
   /// Squared distance [px^2] from `from`, one of the corners, to the nearest other that is
   /// stronger: its score is above `score`, or equals it and it comes first in raster order. At most

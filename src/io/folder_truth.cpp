@@ -122,14 +122,10 @@ Result<std::optional<SE3>> parse_pose_file(std::string_view text) {
   if (numbers.size() != 12 && numbers.size() != 16)
     return Error{ErrorKind::kInput, "is no 4x4 matrix"};
   if (!is_finite) return std::optional<SE3>();
-  using Matrix3x4 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
-  const Eigen::Map<const Matrix3x4> T(numbers.data());
-  const Mat3 R = T.leftCols<3>();
-  const bool is_last_row = numbers.size() == 12 || (numbers[12] == 0 && numbers[13] == 0 &&
-                                                    numbers[14] == 0 && numbers[15] == 1);
-  if (!is_last_row || !(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0)
+  auto T_world_camera = rigid_motion(numbers);
+  if (!T_world_camera)
     return Error{ErrorKind::kInput, "is no pose: no rotation, or a last row that is not 0 0 0 1"};
-  return std::optional(SE3(Eigen::Quaterniond(R).normalized(), T.col(3)));
+  return T_world_camera;
 }
 
 std::optional<fs::path> truth_of_folder(const fs::path& root) {

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "core/log.hpp"
@@ -30,11 +33,19 @@ constexpr std::array<SensorKey, 8> kImuKeys = {{
 }};
 constexpr std::size_t kRate = 0, kTimeOffset = kImuKeys.size() - 1;
 constexpr std::string_view kPoseKey = "T_camera_imu";
+constexpr std::size_t kFirstDensity = 1, kDensities = 4;  // of kImuKeys
+
 // As Kalibr names them (its wiki, "Yaml formats"): p_cam = T_cam_imu p_imu, t_imu = t_cam + shift,
-// so that both are ours.
+// so that both are ours. Densities and random walks have the same names.
 constexpr std::string_view kKalibrPose = "T_cam_imu", kKalibrShift = "timeshift_cam_imu",
                            kKalibrRate = "update_rate";
-constexpr std::size_t kFirstDensity = 1, kDensities = 4;  // of kImuKeys, with the same names
+// Of an IMU beside the first one, which T_cam_imu is of: where, and when, it is as seen from there.
+constexpr std::string_view kKalibrFromFirst = "T_i_b", kKalibrLate = "time_offset";
+constexpr std::string_view kKalibrModel = "model";
+constexpr std::array<std::string_view, 13> kUnusedOfKalibr = {
+    "accelerometers",    "gyroscopes",       "T_cn_cnm1",  "cam_overlaps", "camera_model",
+    "distortion_coeffs", "distortion_model", "intrinsics", "resolution",   "rostopic",
+    kKalibrFromFirst,    kKalibrLate,        kKalibrModel};
 
 template <typename Imu, typename Value>
 auto values_of(Imu& imu, Value& time_offset_s) {
@@ -48,42 +59,83 @@ auto values_of(Imu& imu, Value& time_offset_s) {
                     &time_offset_s};
 }
 
-using KalibrValues = std::map<std::string, std::string, std::less<>>;
+/// A line of Kalibr's, or one of ours beside them.
+struct SaidKey {
+  std::string key, value;
+};
+using SaidKeys = std::array<std::optional<SaidKey>, kImuKeys.size()>;
 
-/// By the names of keys, whatever sensor they stand below. @return nullopt: none of Kalibr's.
-std::optional<Result<KalibrValues>> kalibr_values(std::string_view text, const std::string& name) {
-  const auto refuse = [&](const std::string& what) {
-    return Error{ErrorKind::kConfig, name + ": " + what};
-  };
-  KalibrValues values;
-  std::string fault;
-  for (const auto& [key, value] : foreign_camera::flat_yaml(text).values) {
-    if (key.starts_with("cam1."))
-      fault = "tells of several cameras: keep the colour camera's lines";
-    if (key.starts_with("imu1.")) fault = "tells of several IMUs: keep the lines of one";
-    const std::string word = key.substr(key.rfind('.') + 1);
-    const bool is_read = std::ranges::find(kImuKeys, word, &SensorKey::name) != kImuKeys.end() ||
-                         word == kKalibrShift || word == kKalibrRate;
-    const auto [known, is_new] = values.emplace(word, value);
-    if (!is_new && is_read && known->second != value) fault = "has two values of " + word;
+std::optional<std::size_t> index_of(std::string_view key) {
+  if (key == kKalibrRate) return kRate;
+  if (key == kKalibrShift) return kTimeOffset;
+  const auto found = std::ranges::find(kImuKeys, key, &SensorKey::name);
+  if (found == kImuKeys.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - kImuKeys.begin());
+}
+
+/// "T_cam_imu" of "cam0.T_cam_imu".
+std::string last_part(const std::string& key) { return key.substr(key.rfind('.') + 1); }
+
+/// Of which there may be one: cam0, or cam1 alone.
+bool are_several(const foreign_camera::FlatYaml& yaml, std::string_view kind) {
+  std::set<std::string> groups;
+  for (const auto& [key, value] : yaml.values) {
+    const std::size_t dot = key.find('.');
+    if (dot == std::string::npos || !key.starts_with(kind)) continue;
+    const std::string number = key.substr(kind.size(), dot - kind.size());
+    if (!number.empty() && number.find_first_not_of("0123456789") == std::string::npos)
+      groups.insert(number);
   }
-  if (values.contains(kPoseKey)) return std::nullopt;
-  if (!values.contains(kKalibrPose) && !values.contains(kKalibrRate)) return std::nullopt;
-  const std::string& model = values["model"];
-  if (!model.empty() && model != "calibrated")
-    fault = "model: '" + printable(model) + "' is not read: only calibrated";
-  return fault.empty() ? Result<KalibrValues>(std::move(values)) : refuse(fault);
+  return groups.size() > 1;
+}
+
+/// Kalibr writes more keys than those that are read.
+/// @return what is wrong with one that is not read, empty if nothing.
+std::string misspelt(const std::string& key) {
+  std::vector<std::string_view> names(kUnusedOfKalibr.begin(), kUnusedOfKalibr.end());
+  const std::size_t unused = names.size();
+  names.insert(names.end(), {kKalibrPose, kKalibrShift, kKalibrRate});
+  for (const SensorKey& known : kImuKeys) names.push_back(known.name);
+  const auto nearest = std::ranges::find(names, nearest_word(key, names));
+  const auto at = static_cast<std::size_t>(nearest - names.begin());
+  if (at < unused || at == names.size() || key == *nearest) return {};
+  return fmt::format("unknown key '{}', did you mean '{}'?", printable(key), *nearest);
+}
+
+/// By the names of keys, whatever sensor they stand below. @return what is wrong, empty if nothing.
+std::string collect(const foreign_camera::FlatYaml& yaml, SaidKeys& said) {
+  if (!yaml.contradicted.empty())
+    return "two values of " + printable(last_part(*yaml.contradicted.begin()));
+  if (are_several(yaml, "cam")) return "tells of several cameras: keep the colour camera's lines";
+  if (are_several(yaml, "imu")) return "tells of several IMUs: keep the lines of one";
+  for (const auto& [path, value] : yaml.values) {
+    const std::string key = last_part(path);
+    if (key == kKalibrModel && !value.empty() && value != "calibrated")
+      return "model: '" + printable(value) + "' is not read: only calibrated";
+    if (key == kKalibrLate && parse_number(value) != 0.0)
+      return "time_offset: is of an IMU beside the one that T_cam_imu is of, which is not read";
+    const auto index = index_of(key);
+    if (!index) {
+      if (const std::string fault = misspelt(key); !fault.empty()) return fault;
+      continue;
+    }
+    auto& known = said[*index];
+    if (known && known->value != value)
+      return known->key == key ? "two values of " + key : known->key + " and " + key + " differ";
+    known = {key, value};
+  }
+  return {};
 }
 
 /// Four rows of four numbers, from the line of the key to that of the next one.
 /// @return nullopt where they are no rigid motion.
-std::optional<SE3> kalibr_pose(std::string_view text) {
+std::optional<SE3> kalibr_pose(std::string_view text, std::string_view key) {
   std::vector<double> numbers;
   bool is_in_it = false;
   for (const TextLine& line : data_lines(text)) {
     std::string_view row = line.text.substr(0, line.text.find('#'));
     if (const std::size_t colon = row.find(':'); colon != std::string_view::npos) {
-      is_in_it = trimmed(row.substr(0, colon)) == kKalibrPose;
+      is_in_it = trimmed(row.substr(0, colon)) == key;
       row = row.substr(colon + 1);
     }
     if (!is_in_it) continue;
@@ -92,59 +144,71 @@ std::optional<SE3> kalibr_pose(std::string_view text) {
       numbers.push_back(parse_number(word).value_or(std::numeric_limits<double>::quiet_NaN()));
   }
   if (numbers.size() != 16) return std::nullopt;
-  const Eigen::Matrix4d T = Eigen::Map<const Eigen::Matrix4d>(numbers.data()).transpose();
-  const Mat3 R = T.topLeftCorner<3, 3>();
-  const bool is_rigid = (R * R.transpose()).isIdentity(kRotationTolerance) && R.determinant() > 0 &&
-                        T.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
-  const Vec3 t = T.topRightCorner<3, 1>();
-  if (!is_rigid || !(t.cwiseAbs().maxCoeff() <= kMostLever_m)) return std::nullopt;
-  return SE3(Eigen::Quaterniond(R), t);
+  const auto pose = rigid_motion(numbers);
+  return pose && (pose->t().array().abs() <= kMostLever_m).all() ? pose : std::nullopt;
 }
 
 /// Noise stays as usual where none is told. @return what is wrong, empty if nothing.
-std::string store_kalibr_numbers(const KalibrValues& said, ImuCalibration& imu) {
+std::string store_kalibr_numbers(const SaidKeys& said, ImuCalibration& imu) {
   double time_offset_s = 0;
   const auto values = values_of(imu, time_offset_s);
-  std::string fault;
-  const auto store = [&](std::size_t i, std::string_view kalibrs_name) {
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    if (!said[i]) continue;
     SensorKey key = kImuKeys[i];
-    key.name = kalibrs_name;
-    const auto found = said.find(kalibrs_name);
-    if (found == said.end()) return false;
-    const std::string wrong = store_sensor_number(key, found->second, *values[i]);
-    if (!wrong.empty()) fault = wrong;
-    return true;
+    key.name = said[i]->key;
+    if (std::string wrong = store_sensor_number(key, said[i]->value, *values[i]); !wrong.empty())
+      return wrong;
+  }
+  imu.rate_is_said = said[kRate].has_value();
+  if (said[kTimeOffset]) imu.time_offset_s = time_offset_s;
+  const auto densities = std::span(said).subspan<kFirstDensity, kDensities>();
+  const auto is_missing = [](const std::optional<SaidKey>& key) { return !key; };
+  const auto missing = std::ranges::find_if(densities, is_missing);
+  if (missing == densities.end() || std::ranges::all_of(densities, is_missing)) return {};
+  const auto at = static_cast<std::size_t>(missing - densities.begin());
+  return fmt::format("'{}' is missing: noise densities and random walks are there in part only",
+                     kImuKeys[kFirstDensity + at].name);
+}
+
+/// @return what is wrong, empty if nothing.
+std::string store_kalibr_pose(const foreign_camera::FlatYaml& yaml, std::string_view text,
+                              ImuCalibration& imu) {
+  const auto says = [&](std::string_view name) {
+    return std::ranges::any_of(yaml.values,
+                               [&](const auto& entry) { return last_part(entry.first) == name; });
   };
-  imu.rate_is_said = store(kRate, kKalibrRate);
-  if (store(kTimeOffset, kKalibrShift)) imu.time_offset_s = time_offset_s;
-  std::size_t densities = 0;
-  for (std::size_t i = kFirstDensity; i < kFirstDensity + kDensities; ++i)
-    densities += store(i, kImuKeys[i].name) ? 1 : 0;
-  if (densities % kDensities != 0) fault = "has noise densities and random walks in part only";
-  return fault;
+  if (!says(kKalibrPose))
+    return "Kalibr's imu.yaml does not say where the IMU is: append the lines of the camchain that "
+           "kalibr_calibrate_imu_camera writes (T_cam_imu)";
+  const auto T_camera_imu = kalibr_pose(text, kKalibrPose);
+  if (!T_camera_imu)
+    return "T_cam_imu: four rows of a rigid motion in metres are expected, one camera's";
+  constexpr double kNone = 1e-9;  // [m], [rad]
+  const auto T_imu_first = says(kKalibrFromFirst) ? kalibr_pose(text, kKalibrFromFirst) : SE3();
+  if (!T_imu_first || !(T_imu_first->log().norm() < kNone))
+    return "T_i_b: is of an IMU beside the one that T_cam_imu is of, which is not read";
+  imu.T_camera_imu = *T_camera_imu;
+  return {};
 }
 
 /// Kalibr's imu.yaml and the camchain that it writes with an IMU, in one file; of the latter alone
 /// noise is as usual. @return nullopt: it is none of these.
 std::optional<Result<ImuCalibration>> parse_kalibr_imu(std::string_view text,
                                                        const std::string& name) {
-  const auto said = kalibr_values(text, name);
-  if (!said) return std::nullopt;
-  if (!said->ok()) return said->error();
-  const auto refuse = [&](const std::string& what) {
-    return Error{ErrorKind::kConfig, name + ": " + what};
-  };
-  if (!said->value().contains(kKalibrPose))
-    return refuse(
-        "Kalibr's imu.yaml does not say where the IMU is: append the lines of the camchain that "
-        "kalibr_calibrate_imu_camera writes (T_cam_imu)");
+  const foreign_camera::FlatYaml yaml = foreign_camera::flat_yaml(text);
+  bool is_kalibrs = false;
+  for (const auto& [key, value] : yaml.values) {
+    const std::string last = last_part(key);
+    if (last == kPoseKey) return std::nullopt;
+    is_kalibrs = is_kalibrs || last == kKalibrPose || last == kKalibrRate;
+  }
+  if (!is_kalibrs) return std::nullopt;
   ImuCalibration imu;
-  if (const std::string fault = store_kalibr_numbers(said->value(), imu); !fault.empty())
-    return refuse(fault);
-  const auto T_camera_imu = kalibr_pose(text);
-  if (!T_camera_imu)
-    return refuse("T_cam_imu: four rows of a rigid motion in metres are expected, one camera's");
-  imu.T_camera_imu = *T_camera_imu;
+  SaidKeys said;
+  std::string fault = collect(yaml, said);
+  if (fault.empty()) fault = store_kalibr_numbers(said, imu);
+  if (fault.empty()) fault = store_kalibr_pose(yaml, text, imu);
+  if (!fault.empty()) return Error{ErrorKind::kConfig, name + ": " + fault};
   return imu;
 }
 

@@ -367,18 +367,96 @@ TEST(ImuCalibration, WhatOfKalibrsIsNotReadIsTold) {
             "camchain that kalibr_calibrate_imu_camera writes (T_cam_imu)");
   EXPECT_EQ(with("rostopic", "model: scale-misalignment\nrostopic"),
             "k.yaml: model: 'scale-misalignment' is not read: only calibrated");
+  EXPECT_NE(refusal("imu0:\n  accelerometers:\n    M: 1\n  gyroscopes:\n    M: 1\n"
+                    "  model: scale-misalignment\n  update_rate: 200\n")
+                .find("model: 'scale-misalignment'"),
+            std::string::npos);
   EXPECT_EQ(with("400.0", "0"), "k.yaml: update_rate must lie in 1 to 100000 (Hz), is 0");
-  EXPECT_NE(with("accelerometer_random_walk", "# a").find("in part only"), std::string::npos);
+  EXPECT_EQ(with("accelerometer_random_walk", "# a"),
+            "k.yaml: 'accelerometer_random_walk' is missing: noise densities and random walks are "
+            "there in part only");
   EXPECT_NE(with("1.0, 0.0, 0.07", "1.1, 0.0, 0.07").find("T_cam_imu: four rows of a rigid"),
             std::string::npos);
-  EXPECT_NE(with(", 0.07]", ", 700]").find("in metres"), std::string::npos);
+  for (const char* far : {", 700]", ", nan]"})
+    EXPECT_NE(with(", 0.07]", far).find("in metres"), std::string::npos);
   EXPECT_NE(with("  - [0.0, 0.0, 0.0, 1.0]\n", "").find("T_cam_imu"), std::string::npos);
-  EXPECT_NE(with("-0.012", "soon").find("'soon' is not a finite number"), std::string::npos);
+  EXPECT_EQ(with("-0.012", "soon"), "k.yaml: timeshift_cam_imu: 'soon' is not a finite number");
   EXPECT_NE(refusal(both + "cam1:\n  rostopic: /cam1\n").find("several cameras"),
             std::string::npos);
-  EXPECT_NE(refusal(both + "imu1:\n  model: calibrated\n").find("several IMUs"), std::string::npos);
+  EXPECT_NE(refusal(both + "imu0:\n  model: calibrated\nimu1:\n  model: calibrated\n")
+                .find("several IMUs"),
+            std::string::npos);
   EXPECT_NE(refusal(both + "imu0:\n  update_rate: 200\n").find("two values of update_rate"),
             std::string::npos);
+}
+
+TEST(ImuCalibration, OfKalibrsAnySingleCameraAndImuIsRead) {
+  std::string chain(kKalibrsChain);
+  chain.replace(0, 4, "cam1");
+  chain +=
+      "  T_cn_cnm1:\n  - [1.0, 0.0, 0.0, 0.1]\n  - [0.0, 1.0, 0.0, 0.0]\n"
+      "  - [0.0, 0.0, 1.0, 0.0]\n  - [0.0, 0.0, 0.0, 1.0]\n";
+  const auto imu = parse_imu_calibration(std::string(kKalibrsImu) + chain, "k.yaml");
+  ASSERT_TRUE(imu.ok()) << imu.error().message;
+  EXPECT_EQ(imu->T_camera_imu.t(), Vec3(0.07, -0.02, 0.004));
+  const std::string rows = "    - [0, 1, 0, 0]\n    - [0, 0, 1, 0]\n    - [0, 0, 0, 1]\n";
+  const auto of_imu1 = [&](const std::string& first_row, const std::string& offset_s) {
+    return parse_imu_calibration("imu1:\n  T_i_b:\n    - " + first_row + "\n" + rows +
+                                     "  update_rate: 100\n  time_offset: " + offset_s + "\n" +
+                                     chain,
+                                 "k.yaml");
+  };
+  const auto same = of_imu1("[1, 0, 0, 0]", "0.0");
+  ASSERT_TRUE(same.ok()) << same.error().message;
+  EXPECT_EQ(same->noise.rate_hz, 100);
+  // T_cam_imu and its shift are of the first IMU.
+  const auto moved = of_imu1("[1, 0, 0, 0.1]", "0.0"), late = of_imu1("[1, 0, 0, 0]", "0.02");
+  ASSERT_FALSE(moved.ok());
+  EXPECT_EQ(moved.error().message,
+            "k.yaml: T_i_b: is of an IMU beside the one that T_cam_imu is of, which is not read");
+  ASSERT_FALSE(late.ok());
+  EXPECT_EQ(late.error().message.substr(0, 20), "k.yaml: time_offset:");
+}
+
+TEST(ImuCalibration, KeysOfOursBesideKalibrsAreRead) {
+  const auto read = [](const std::string& ours) {
+    return parse_imu_calibration(ours + std::string(kKalibrsImu) + std::string(kKalibrsChain),
+                                 "k.yaml");
+  };
+  const auto imu = read("gyroscope_range: 17\naccelerometer_range: 39\nrate_hz: 400.0\n");
+  ASSERT_TRUE(imu.ok()) << imu.error().message;
+  EXPECT_EQ(imu->gyro_range_radps, 17);
+  EXPECT_EQ(imu->accel_range_mps2, 39);
+  const auto late = parse_imu_calibration(
+      "T_cam_imu: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
+      "time_offset_s: 0.02\nrate_hz: 100\n",
+      "k.yaml");
+  ASSERT_TRUE(late.ok()) << late.error().message;
+  EXPECT_EQ(late->time_offset_s, 0.02);
+  EXPECT_TRUE(late->rate_is_said);
+  EXPECT_EQ(late->noise.rate_hz, 100);
+  const auto both = read("time_offset_s: 0.02\n");
+  ASSERT_FALSE(both.ok());
+  EXPECT_EQ(both.error().message, "k.yaml: timeshift_cam_imu and time_offset_s differ");
+}
+
+TEST(ImuCalibration, KeysOfKalibrsThatAreMisspeltOrGivenTwiceAreRefused) {
+  const std::string chain(kKalibrsChain);
+  const auto refusal = [](std::string text, const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+    const auto read = parse_imu_calibration(text, "k.yaml");
+    return read.ok() ? "accepted" : read.error().message;
+  };
+  EXPECT_EQ(refusal(chain, "timeshift_", "timeshif_"),
+            "k.yaml: unknown key 'timeshif_cam_imu', did you mean 'timeshift_cam_imu'?");
+  EXPECT_EQ(refusal(std::string(kKalibrsImu) + chain, "gyroscope_noise_d", "gyro_noise_d"),
+            "k.yaml: unknown key 'gyro_noise_density', did you mean 'gyroscope_noise_density'?");
+  EXPECT_EQ(refusal(std::string(kKalibrsImu) + chain, "T_cam_imu", "T_cam_im"),
+            "k.yaml: unknown key 'T_cam_im', did you mean 'T_cam_imu'?");
+  EXPECT_EQ(refusal(chain, "  timeshift_", "  timeshift_cam_imu: 0.5\n  timeshift_"),
+            "k.yaml: two values of timeshift_cam_imu");
+  for (const char* other : {"line_delay: 1e-5", "sensor_type: imu", "comment: ours", "T_BS: 0"})
+    EXPECT_EQ(refusal(chain, "camera_model: pinhole", other), "accepted");
 }
 
 TEST(ImuCalibration, FaultsAreNamed) {
@@ -397,7 +475,8 @@ TEST(ImuCalibration, FaultsAreNamed) {
   expect(with("gyroscope_range", "gyroscop_range"),
          "imu.yaml:7: unknown key 'gyroscop_range', did you mean");
   expect(good + "rate_hz: 100\n", "imu.yaml:10: 'rate_hz' is given twice");
-  expect(with("rate_hz: 200", "rate_hz: fast"), "imu.yaml:2: 'fast' is not a finite number");
+  expect(with("rate_hz: 200", "rate_hz: fast"),
+         "imu.yaml:2: rate_hz: 'fast' is not a finite number");
   expect(with("rate_hz: 200", "rate_hz: 0"), "rate_hz must lie in 1 to 100000");
   expect(with("gyroscope_noise_density: 0.00024", "gyroscope_noise_density: 0"),
          "gyroscope_noise_density must lie in 1e-09 to 1");

@@ -53,7 +53,7 @@ std::string store_pose(std::string_view value, SE3& pose) {
 
 std::string store_sensor_number(const SensorKey& key, std::string_view word, double& place) {
   const auto number = parse_number(word);
-  if (!number) return "'" + printable(word) + "' is not a finite number";
+  if (!number) return fmt::format("{}: '{}' is not a finite number", key.name, printable(word));
   if (*number < key.least || *number > key.most)
     return fmt::format("{} must lie in {:g} to {:g} ({}), is {:g}", key.name, key.least, key.most,
                        key.unit, *number);

@@ -34,7 +34,8 @@ struct SensorYaml {
 [[nodiscard]] Result<std::vector<bool>> parse_sensor_yaml(std::string_view text,
                                                           const std::string& name,
                                                           const SensorYaml& yaml);
-/// @return what is wrong with the word, empty if nothing: no finite number, out of bounds.
+/// @return what is wrong with the word, naming the key, empty if nothing: no finite number, out of
+/// bounds.
 [[nodiscard]] std::string store_sensor_number(const SensorKey& key, std::string_view word,
                                               double& place);
 /// The text of such a file. @return kConfig if it cannot be read.

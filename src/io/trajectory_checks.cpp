@@ -1,6 +1,7 @@
 #include "io/trajectory_checks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -120,6 +121,18 @@ int line_with_brackets(std::string_view text) {
     }
   }
   return 0;
+}
+
+std::optional<SE3> rigid_motion(std::span<const double> numbers) {
+  if (numbers.size() != kKittiColumns && numbers.size() != 16) return std::nullopt;
+  using Matrix3x4 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+  const Eigen::Map<const Matrix3x4> T(numbers.data());
+  const Mat3 R = T.leftCols<3>();
+  const bool is_last_row = numbers.size() == kKittiColumns ||
+                           std::ranges::equal(numbers.last(4), std::array{0.0, 0.0, 0.0, 1.0});
+  if (!is_last_row || !(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0)
+    return std::nullopt;
+  return SE3(Eigen::Quaterniond(R), T.col(3));
 }
 
 bool looks_like_kitti(std::string_view line) {

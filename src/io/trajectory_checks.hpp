@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "core/result.hpp"
+#include "geometry/se3.hpp"
 
 namespace ygslam {
 
@@ -31,6 +34,10 @@ inline constexpr double kQuaternionTolerance = 0.02;
 /// Whether the data begin as JSON does, or a line has numbers in brackets, as Python prints lists
 /// and arrays. @return the line's number, 0 if not.
 [[nodiscard]] int line_with_brackets(std::string_view text);
+
+/// @param numbers of a pose's matrix row by row, of three or four rows. @return nullopt where they
+/// are no rotation, or the last row is not 0 0 0 1.
+[[nodiscard]] std::optional<SE3> rigid_motion(std::span<const double> numbers);
 
 /// Whether a line of 12 numbers has the rotation of a KITTI pose, or one of 11 numbers does where
 /// one is missing.

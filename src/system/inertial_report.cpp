@@ -19,7 +19,7 @@ void InertialReport::imu_dropped(ImuFault fault) {
   imu_was_told_of_ = true;
   const std::size_t count = ++imu_faults_[fault];
   // The IMU is tried anew twice a second: not the second to the ninth time.
-  if (count != 1 && (count < 10 || !is_worth_a_line(count))) return;
+  if (!is_power_of_ten(count)) return;
   log::warn("IMU: {}: it is not used until that has changed{}", to_string(fault),
             count > 1 ? fmt::format(" ({} times so far)", count) : "");
   imu_is_known_ = false;

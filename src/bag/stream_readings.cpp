@@ -52,10 +52,14 @@ void StreamReadings::sort(const Reading& reading) {
 }
 
 void StreamReadings::keep(const ImuSample& reading) {
-  shares_.add(reading);
+  // Half an IMU, or a simulated one at rest, which says more once it moves.
+  is_half_ = is_half_ &&
+             (reading.angular_velocity_radps.isZero(0) || reading.specific_force_mps2.isZero(0));
+  if (!is_half_) shares_.add(reading);
   auto first = first_.add(reading);
   if (first.empty()) return;
   const ImuDoubt doubt = doubt_about_topic(in_order_of_time(std::move(first)));
+  is_half_ = doubt.is_fault;
   if (!doubt.what.empty()) doubts_.push_back(printable(topics_->gyro) + ": " + doubt.what);
 }
 

@@ -46,6 +46,7 @@ class StreamReadings {
   std::optional<ImuTopics> topics_;  // of no name: none are
   ImuHalves halves_;
   FirstSeconds<ImuSample> first_;
+  bool is_half_ = false;  // by its first seconds: not used
   std::size_t left_out_ = 0;
   std::vector<std::string> doubts_;
   FrameShares<ImuSample> shares_;

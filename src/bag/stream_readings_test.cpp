@@ -137,6 +137,22 @@ TEST(StreamReadings, OtherUnitsAndHalvesAreTold) {
   EXPECT_NE(doubt_about_2_s(kTurning, Vec3::Zero()).find("no gravity"), std::string::npos);
 }
 
+TEST(StreamReadings, HalfAnImuIsNotUsed) {
+  const Bytes half = unstamped(Vec3::Zero(), kGravity), whole = unstamped(kTurning, kGravity);
+  Written written;
+  written.begin_with("/imu");
+  for (std::int64_t ms = 0; ms <= 2000; ms += 5) written.add_of(ms, half);
+  written.hand_out(0);
+  for (std::int64_t ms = 2005; ms <= 3000; ms += 5) written.add_of(ms, half);
+  written.hand_out(1);
+  EXPECT_EQ(written.taken_ms(0).empty(), false) << "nobody knew";
+  EXPECT_EQ(written.taken_ms(1), Ms());
+  written.add_of(3005, whole);
+  written.add_of(3010, half);
+  written.hand_out(2);
+  EXPECT_EQ(written.taken_ms(2).size(), 2U) << "it was at rest";
+}
+
 TEST(StreamReadings, OneASecondAreTold) {
   Written written;
   written.begin_with("/imu");

@@ -107,8 +107,9 @@ void InertialEstimator::find_far_offset(std::span<const SeenTurn> turns,
     return;
   }
   const double sigma_s = kFarSigmaFactor * far->sigma_s;
-  const double known_to_s = config_.time_offset_s ? kWrongOffset_s : kNearOffset_s;
-  if (offset_known_ && std::abs(far->offset_s) < known_to_s + kOtherOffsetSigmas * sigma_s) {
+  const double used_to_s = config_.time_offset_s ? kWrongOffset_s : kNearOffset_s;
+  offset_in_doubt_ = std::abs(far->offset_s) >= used_to_s + kOtherOffsetSigmas * sigma_s;
+  if (offset_known_ && !offset_in_doubt_) {
     confirm_offset();
     if (!is_offset_precise()) take_time_offset({far->offset_s, sigma_s});
     return;

@@ -316,7 +316,7 @@ std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const 
   const auto [T_odom_camera, covariance] = of_camera(*now);
   PosePrediction result{.T_odom_camera = T_odom_camera,
                         .covariance = covariance,
-                        .trusted = once_trusted_ && !offset_in_doubt_ && !far_offset_s_};
+                        .trusted = once_trusted_ && !offset_in_doubt_};
   const Vec3 rate = reading->angular_velocity_radps - now->state.bias.gyro_radps;
   Vec6 imu_velocity;
   imu_velocity << now->state.T_odom_imu.R().transpose() * now->state.velocity_odom_mps, rate;
@@ -324,7 +324,8 @@ std::optional<PosePrediction> InertialEstimator::predict(Timestamp stamp) const 
   if (last_seen_) result.unseen_s = seconds_between(stamp, *last_seen_);
   result.by_wheels = tied_at_ && seconds_between(stamp, *tied_at_) < 2 * kWheelsRest_s;
   result.covariance += lasting_;
-  const bool offset_is_doubtful = far_offset_s_ || (!offset_known_ && offset_unfound_ > 0);
+  const bool offset_is_doubtful =
+      offset_in_doubt_ || (!offset_known_ && (offset_unfound_ > 0 || far_offset_s_));
   result.agreed = !offset_is_doubtful && agrees_since_ && last_seen_ &&
                   seconds_between(*last_seen_, *agrees_since_) > kAgreed_s;
   if (const Earlier* then = result.agreed ? earlier(stamp) : nullptr)

@@ -151,11 +151,11 @@ class InertialEstimator {
   Timestamp offset_looked_at_;
   double further_offset_s_ = 0, offset_weight_ = 0;  // what was found beyond offset_ns_
   std::optional<double> far_offset_s_;               // the same, of the last look farther away
-  bool offset_in_doubt_ = false;                     // nothing ever fitted, though it turned
-  bool offset_fitted_ = false;                       // at the last look
-  bool offset_fits_ = false;                         // vision once agreed
-  int offset_unfound_ = 0;                           // looks at turns that should have told
-  std::vector<SeenFrame> start_;                     // what one will be made of
+  bool offset_in_doubt_ = false;  // another fits, or none ever did, though it turned
+  bool offset_fitted_ = false;    // at the last look
+  bool offset_fits_ = false;      // vision once agreed
+  int offset_unfound_ = 0;        // looks at turns that should have told
+  std::vector<SeenFrame> start_;  // what one will be made of
   std::optional<InertialWindow> window_;
   std::deque<Earlier> earlier_;  // the last frames, as they were then; not empty once started
   std::optional<Timestamp> agrees_since_;

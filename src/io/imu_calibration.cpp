@@ -116,7 +116,7 @@ std::string collect(const foreign_camera::FlatYaml& yaml, SaidKeys& said) {
       return "time_offset: is of an IMU beside the one that T_cam_imu is of, which is not read";
     const auto index = index_of(key);
     if (!index) {
-      if (const std::string fault = misspelt(key); !fault.empty()) return fault;
+      if (std::string fault = misspelt(key); !fault.empty()) return fault;
       continue;
     }
     auto& known = said[*index];

@@ -13,8 +13,8 @@ constexpr double kMostOffsetSigma_s = 1e-3;  // of an offset that is believed
 // Far away, and where a slow camera tells no better. Of 400 looks in 48 rendered runs
 // (docs/inertial.md) none erred by more than 12 ms, which was four times its sigma.
 constexpr double kMostFarSigma_s = 5e-3, kFarSigmaFactor = 2;
-constexpr double kOtherOffset_s =
-    2e-3;  // beyond what was taken: all begins anew; and what a new one errs by
+constexpr double kNewOffset_s = 2e-3;   // that one just taken may err by
+constexpr double kBeginsAnew_s = 0.01;  // so far from the one before all begins anew
 constexpr double kOtherOffsetSigmas = 3;
 constexpr double kFarOffsetSigmas = 2;  // later looks tell the rest
 constexpr double kLeastOffset_s = 4e-4;
@@ -133,7 +133,7 @@ double InertialEstimator::offset_sigma_s() const {
   if (config_.time_offset_s) return 0;
   if (!offset_known_) return kUnknownOffset_s;
   return offset_weight_ > 0 ? std::max(kLeastOffset_s, 1 / std::sqrt(offset_weight_))
-                            : kOtherOffset_s;
+                            : kNewOffset_s;
 }
 
 void InertialEstimator::set_further_offset(double offset_s) {
@@ -141,7 +141,7 @@ void InertialEstimator::set_further_offset(double offset_s) {
   offset_ns_ += change_ns;
   samples_.shift(-change_ns);
   further_offset_s_ = offset_weight_ = 0;
-  if (std::abs(offset_s) > kOtherOffset_s) restart(ImuFault::kNone);
+  if (std::abs(offset_s) > kBeginsAnew_s) restart(ImuFault::kNone);
 }
 
 /// As uncertain as it is when it was seen: what the camera moves in the time between.

@@ -185,6 +185,21 @@ TEST(ImuFaults, AFarOffsetThatIsKnownBadlyIsFound) {
   }
 }
 
+// A clock that is found to be off by little more is no reason to be lost in the dark.
+TEST(ImuFaults, ALaterLookAtTheClockDoesNotEndCoasting) {
+  for (const double offset_s : {0.004, 0.03}) {
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      Drive drive({.seed = seed, .offset_s = offset_s});
+      drive.run(7);
+      if (!drive.estimator().is_trusted()) continue;
+      drive.run(3, false);
+      const auto predicted = drive.estimator().predict(drive.now());
+      ASSERT_TRUE(predicted) << seed;
+      EXPECT_LT(drive.error_of(*predicted).head<3>().norm(), 0.15) << seed;
+    }
+  }
+}
+
 TEST(ImuFaults, AClockOfNoOffsetIsTold) {
   Drive drive({.seed = 3, .liveliness = 2, .offset_s = 3});
   bool told = false;

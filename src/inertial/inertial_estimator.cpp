@@ -129,7 +129,7 @@ void InertialEstimator::process(const Frame& frame) {
   if (frame.pose) seen = of_imu(*frame.pose);
   if (frame.found_again) last_pose_.reset();  // it did not turn there
   if (seen) remember_turn({frame.stamp, *seen});
-  find_time_offset(frame.stamp);
+  if (seen) find_time_offset(frame.stamp);
   if (window_) {
     go_on(frame.stamp, frame.found_again ? std::nullopt : seen);
     if (window_ && seen && frame.found_again) {

@@ -91,6 +91,8 @@ void InertialEstimator::take_time_offset(const TimeOffset& found) {
   const double sigmas = std::abs(further_offset_s_) * std::sqrt(offset_weight_);
   if (sigmas > kOtherOffsetSigmas && std::abs(further_offset_s_) > kLeastOffset_s)
     set_further_offset(further_offset_s_);
+  const bool is_rough = found.sigma_s > kMostOffsetSigma_s;
+  if (is_rough && offset_weight_ == 0) offset_weight_ = weight;  // it is known no better
   offset_known_ = true;
 }
 

@@ -1,6 +1,7 @@
 #include "tracking/inertial_verdict.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "core/chi_square.hpp"
@@ -56,6 +57,13 @@ InertialVerdict verdict_of(const std::optional<PosePrediction>& inertial,
                                      (earlier->T_odom_camera.inverse() * T_odom_found).log());
   }
   return verdict;
+}
+
+bool camera_hangs(const RgbdFrame& now, const RgbdFrame& last, const SE3& T_now_last) {
+  constexpr double kMoved_m = 0.01, kMoved_rad = 0.01;
+  const bool moves = T_now_last.t().norm() > kMoved_m || T_now_last.angle() > kMoved_rad;
+  return moves && now.grey.same_size(last.grey) &&
+         std::equal(now.grey.data(), now.grey.data() + now.grey.size(), last.grey.data());
 }
 
 PosePrediction without_newest(PosePrediction inertial) {

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "image/rgbd_frame.hpp"
 #include "inertial/pose_prediction.hpp"
 #include "map/messages.hpp"
 
@@ -34,6 +35,10 @@ struct SeenCamera {
 [[nodiscard]] InertialVerdict verdict_of(const std::optional<PosePrediction>& inertial,
                                          const std::optional<SeenCamera>& seen,
                                          const SE3& T_guess_world);
+
+/// A camera that hangs repeats its image while it is moved. (At rest those of a rendered camera
+/// without noise are alike, too.) @param T_now_last as predicted.
+[[nodiscard]] bool camera_hangs(const RgbdFrame& now, const RgbdFrame& last, const SE3& T_now_last);
 
 /// With all that vision said in the last half second left out.
 [[nodiscard]] PosePrediction without_newest(PosePrediction inertial);

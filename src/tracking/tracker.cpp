@@ -10,18 +10,6 @@
 #include "tracking/view_poses.hpp"
 
 namespace ygslam {
-namespace {
-
-/// A camera that hangs repeats its image while it is moved. (At rest those of a rendered camera
-/// without noise are alike, too.)
-bool hangs(const RgbdFrame& now, const RgbdFrame& last, const SE3& T_now_last) {
-  constexpr double kMoved_m = 0.01, kMoved_rad = 0.01;
-  const bool moves = T_now_last.t().norm() > kMoved_m || T_now_last.angle() > kMoved_rad;
-  return moves && now.grey.same_size(last.grey) &&
-         std::equal(now.grey.data(), now.grey.data() + now.grey.size(), last.grey.data());
-}
-
-}  // namespace
 
 Tracker::Tracker(const TrackerConfig& config, const OrbConfig& orb, const DynamicConfig& dynamic,
                  const Camera& camera, std::uint64_t seed)
@@ -110,7 +98,7 @@ TrackResult Tracker::track(ObservedFrame now, const SE3& T_now_last,
   const TrackState before = judge_.state();
   const bool was_lost = !is_seen(before);
   InertialVerdict verdict = verdict_on(found.pose, guess);
-  if (verdict.may_coast && hangs(*now.seen.frame, *last_->seen.frame, T_now_last)) {
+  if (verdict.may_coast && camera_hangs(*now.seen.frame, *last_->seen.frame, T_now_last)) {
     found.pose.reset();
     verdict = verdict_on(found.pose, guess);
   }
